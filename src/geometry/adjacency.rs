@@ -1,0 +1,209 @@
+//! Who is next to whom on a mesh.
+
+use super::{FaceId, PerFace, PerVertex, TriMesh, VertexId};
+use std::collections::HashMap;
+
+/// Neighbourhoods of a mesh, prepared once.
+///
+/// **Guarantees** all lists are in ascending order of id, so walks over them are deterministic.
+#[derive(Clone, Debug)]
+pub struct Adjacency {
+    vertex_faces_start: Vec<u32>,
+    vertex_faces: Vec<FaceId>,
+    neighbours_start: Vec<u32>,
+    neighbours: Vec<VertexId>,
+    edges: Vec<([VertexId; 2], [Option<FaceId>; 2])>,
+    face_neighbours: PerFace<[Option<FaceId>; 3]>,
+    boundary: Vec<[VertexId; 2]>,
+}
+
+impl Adjacency {
+    /// Prepares all lists.
+    pub fn prepare(mesh: &TriMesh) -> Self {
+        let vertex_count = mesh.vertex_count();
+        let mut start = vec![0u32; vertex_count + 1];
+        for face in mesh.faces().iter() {
+            for v in face {
+                start[v.index() + 1] += 1;
+            }
+        }
+        for i in 0..vertex_count {
+            start[i + 1] += start[i];
+        }
+        let mut cursor = start.clone();
+        let mut vertex_faces = vec![FaceId(0); start[vertex_count] as usize];
+        for (f, face) in mesh.faces().enumerate() {
+            for v in face {
+                vertex_faces[cursor[v.index()] as usize] = f;
+                cursor[v.index()] += 1;
+            }
+        }
+
+        // An undirected edge, its first two faces, in the order in which faces come.
+        let mut index_of: HashMap<(u32, u32), usize> = HashMap::with_capacity(mesh.face_count() * 2);
+        let mut edges: Vec<([VertexId; 2], [Option<FaceId>; 2])> = Vec::with_capacity(mesh.face_count() * 2);
+        let mut directed_of_first: Vec<[VertexId; 2]> = Vec::with_capacity(mesh.face_count() * 2);
+        for (f, face) in mesh.faces().enumerate() {
+            for k in 0..3 {
+                let (a, b) = (face[k], face[(k + 1) % 3]);
+                let key = (a.0.min(b.0), a.0.max(b.0));
+                match index_of.get(&key) {
+                    None => {
+                        index_of.insert(key, edges.len());
+                        edges.push(([VertexId(key.0), VertexId(key.1)], [Some(f), None]));
+                        directed_of_first.push([a, b]);
+                    }
+                    Some(&e) if edges[e].1[1].is_none() => edges[e].1[1] = Some(f),
+                    Some(_) => {}
+                }
+            }
+        }
+        let face_neighbours = mesh
+            .faces()
+            .enumerate()
+            .map(|(f, face)| {
+                std::array::from_fn(|k| {
+                    let (a, b) = (face[k].0, face[(k + 1) % 3].0);
+                    let [first, second] = edges[index_of[&(a.min(b), a.max(b))]].1;
+                    if first == Some(f) { second } else { first }
+                })
+            })
+            .collect();
+        let boundary = edges
+            .iter()
+            .zip(&directed_of_first)
+            .filter(|((ends, faces), _)| faces[1].is_none() && ends[0] != ends[1])
+            .map(|(_, &directed)| directed)
+            .collect();
+
+        let mut lists: Vec<Vec<VertexId>> = vec![Vec::new(); vertex_count];
+        for (ends, _) in &edges {
+            if ends[0] != ends[1] {
+                lists[ends[0].index()].push(ends[1]);
+                lists[ends[1].index()].push(ends[0]);
+            }
+        }
+        let mut neighbours_start = vec![0u32; vertex_count + 1];
+        let mut neighbours = Vec::with_capacity(edges.len() * 2);
+        for (v, list) in lists.iter_mut().enumerate() {
+            list.sort_unstable();
+            neighbours.extend_from_slice(list);
+            neighbours_start[v + 1] = neighbours.len() as u32;
+        }
+        Self { vertex_faces_start: start, vertex_faces, neighbours_start, neighbours, edges, face_neighbours, boundary }
+    }
+
+    /// Faces that meet at `v`.
+    pub fn faces_of(&self, v: VertexId) -> &[FaceId] {
+        &self.vertex_faces[self.vertex_faces_start[v.index()] as usize..self.vertex_faces_start[v.index() + 1] as usize]
+    }
+
+    /// Vertices joined to `v` by an edge.
+    pub fn neighbours_of(&self, v: VertexId) -> &[VertexId] {
+        &self.neighbours[self.neighbours_start[v.index()] as usize..self.neighbours_start[v.index() + 1] as usize]
+    }
+
+    /// Every undirected edge once, lower id first, with the (first two) faces at it.
+    pub fn edges(&self) -> &[([VertexId; 2], [Option<FaceId>; 2])] {
+        &self.edges
+    }
+
+    /// The face across each edge; side `k` runs from corner `k` to corner `k + 1`.
+    pub fn face_neighbours(&self, f: FaceId) -> [Option<FaceId>; 3] {
+        self.face_neighbours[f]
+    }
+
+    /// Edges with one face, directed as that face runs.
+    pub fn boundary_edges(&self) -> &[[VertexId; 2]] {
+        &self.boundary
+    }
+
+    /// Which vertices lie on a boundary.
+    pub fn boundary_vertices(&self) -> PerVertex<bool> {
+        let mut on_boundary = PerVertex::filled(false, self.neighbours_start.len() - 1);
+        for &[a, b] in &self.boundary {
+            on_boundary[a] = true;
+            on_boundary[b] = true;
+        }
+        on_boundary
+    }
+
+    /// Boundary loops, each a closed ring of vertices in the direction of the faces at it, longest count first
+    /// (ties by lowest id). Where two loops touch in a vertex they are walked apart.
+    pub fn boundary_loops(&self) -> Vec<Vec<VertexId>> {
+        let mut next: HashMap<VertexId, Vec<VertexId>> = HashMap::new();
+        for &[a, b] in &self.boundary {
+            next.entry(a).or_default().push(b);
+        }
+        let mut starts: Vec<VertexId> = self.boundary.iter().map(|e| e[0]).collect();
+        starts.sort_unstable();
+        let mut loops = Vec::new();
+        for start in starts {
+            while let Some(first) = next.get_mut(&start).and_then(Vec::pop) {
+                let mut ring = vec![start];
+                let mut at = first;
+                while at != start {
+                    ring.push(at);
+                    match next.get_mut(&at).and_then(Vec::pop) {
+                        Some(to) => at = to,
+                        None => break,
+                    }
+                }
+                loops.push(ring);
+            }
+        }
+        loops.sort_by_key(|ring| (std::cmp::Reverse(ring.len()), ring.iter().min().copied()));
+        loops
+    }
+
+    /// Connected component of each face (through shared edges), components numbered by falling face count.
+    pub fn face_components(&self) -> (PerFace<u32>, usize) {
+        let count = self.face_neighbours.len();
+        let mut raw = vec![u32::MAX; count];
+        let mut sizes = Vec::new();
+        for seed in 0..count {
+            if raw[seed] != u32::MAX {
+                continue;
+            }
+            let id = sizes.len() as u32;
+            let mut size = 0usize;
+            let mut stack = vec![FaceId::from_index(seed)];
+            raw[seed] = id;
+            while let Some(f) = stack.pop() {
+                size += 1;
+                for g in self.face_neighbours[f].into_iter().flatten() {
+                    if raw[g.index()] == u32::MAX {
+                        raw[g.index()] = id;
+                        stack.push(g);
+                    }
+                }
+            }
+            sizes.push(size);
+        }
+        let mut order: Vec<u32> = (0..sizes.len() as u32).collect();
+        order.sort_by_key(|&c| (std::cmp::Reverse(sizes[c as usize]), c));
+        let mut rank = vec![0u32; sizes.len()];
+        for (r, &c) in order.iter().enumerate() {
+            rank[c as usize] = r as u32;
+        }
+        (raw.into_iter().map(|c| rank[c as usize]).collect(), sizes.len())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Point;
+
+    #[test]
+    fn an_open_strip_has_one_loop_of_all_its_vertices() {
+        let points = (0..6).map(|i| Point::new((i / 2) as f64, (i % 2) as f64, 0.0)).collect();
+        let mesh = TriMesh::try_from_indices(points, &[[0, 2, 1], [1, 2, 3], [2, 4, 3], [3, 4, 5]]).unwrap();
+        let adjacency = Adjacency::prepare(&mesh);
+        let loops = adjacency.boundary_loops();
+        assert_eq!(loops.len(), 1);
+        assert_eq!(loops[0].len(), 6);
+        assert_eq!(adjacency.face_components().1, 1);
+        assert_eq!(adjacency.neighbours_of(VertexId(2)), &[VertexId(0), VertexId(1), VertexId(3), VertexId(4)]);
+    }
+}

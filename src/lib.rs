@@ -1,0 +1,19 @@
+//! Overcoat turns scans of a person being dressed, one garment after another, into a rigged, layered character.
+//!
+//! # Frame and units
+//! Everywhere inside: right-handed, **Y up, the person faces +Z in the bind pose, metres, radians, seconds,
+//! kilograms**. Readers convert on the way in and say what they assumed; a number in another unit carries it as a
+//! suffix (`_mm`, `_deg`). Computation is in `f64`; files and GPU buffers are `f32`.
+//!
+//! # The way of the data
+//! ```text
+//! file -> Scan -> FittedBody -> Figure (the body alone)
+//!   then for each garment:
+//!   Scan -> Pose (figure inside the scan) -> Labels -> Garment (cut, in the scan's pose)
+//!        -> skinned, in the bind pose -> stacked -> weighed -> Figure (one layer more)
+//! Figure -> file
+//! ```
+//! Every arrow is a function named after its verb. The rooms below are in the order in which they may import each
+//! other; `tests/architecture.rs` keeps that table.
+
+pub mod geometry;
