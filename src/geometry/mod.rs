@@ -2,7 +2,15 @@
 //! person and no garment.
 
 mod adjacency;
+mod face_tree;
 mod mesh;
+mod nearest_vertex;
+#[cfg(test)]
+mod shapes_for_tests;
+mod surface_index;
+mod triangle;
 
 pub use adjacency::Adjacency;
 pub use mesh::{Aabb, FaceId, MeshError, PerFace, PerVertex, Point, TriMesh, Vec3, VertexId};
+pub use nearest_vertex::NearestVertex;
+pub use surface_index::{RayHit, SurfaceIndex, SurfacePoint};
