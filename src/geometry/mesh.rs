@@ -150,10 +150,7 @@ impl Aabb {
     pub fn around<'a>(points: impl IntoIterator<Item = &'a Point>) -> Option<Self> {
         let mut points = points.into_iter();
         let first = *points.next()?;
-        Some(points.fold(Self { min: first, max: first }, |b, p| Self {
-            min: b.min.inf(p),
-            max: b.max.sup(p),
-        }))
+        Some(points.fold(Self { min: first, max: first }, |b, p| Self { min: b.min.inf(p), max: b.max.sup(p) }))
     }
     /// Edge lengths.
     pub fn extent(&self) -> Vec3 {
@@ -191,11 +188,7 @@ impl TriMesh {
         for (id, face) in faces.enumerate() {
             for v in face {
                 if v.index() >= points.len() {
-                    return Err(MeshError::VertexOutOfRange {
-                        face: id.0,
-                        vertex: v.0,
-                        vertex_count: points.len(),
-                    });
+                    return Err(MeshError::VertexOutOfRange { face: id.0, vertex: v.0, vertex_count: points.len() });
                 }
             }
         }

@@ -1,7 +1,8 @@
 //! Closest point, signed distance and ray casting on a mesh.
 
 use super::face_tree::FaceTree;
-use super::{Adjacency, FaceId, PerFace, PerVertex, Point, TriMesh, Vec3, VertexId};
+use super::triangle::closest_on_triangle;
+use super::{Aabb, Adjacency, FaceId, PerFace, PerVertex, Point, TriMesh, Vec3, VertexId};
 use std::sync::OnceLock;
 
 /// Faces in a hierarchy of boxes, prepared once, asked often and from many threads.
@@ -121,12 +122,12 @@ impl SurfaceIndex {
     /// All faces no farther than `radius`, in ascending order.
     pub fn faces_within(&self, p: &Point, radius: f64) -> Vec<FaceId> {
         let reach = Vec3::repeat(radius);
-        let region = super::Aabb { min: p - reach, max: p + reach };
+        let region = Aabb { min: p - reach, max: p + reach };
         let mut faces: Vec<FaceId> = self
             .tree
             .overlapping(&region)
             .filter(|&f| {
-                let (_, point) = super::triangle::closest_on_triangle(p, self.tree.triangle(f));
+                let (_, point) = closest_on_triangle(p, self.tree.triangle(f));
                 (p - point).norm() <= radius
             })
             .collect();
@@ -170,6 +171,7 @@ impl SurfacePoint {
 mod tests {
     use super::*;
     use crate::geometry::shapes_for_tests::{cube, noise, sphere};
+    use crate::geometry::triangle::ray_meets_triangle;
 
     fn queries(count: usize, reach: f64) -> Vec<Point> {
         let mut next = noise(7);
@@ -186,7 +188,7 @@ mod tests {
                     let q = q + Vec3::new(offset, -offset, 0.3);
                     let naive = mesh
                         .face_ids()
-                        .map(|f| (q - crate::geometry::triangle::closest_on_triangle(&q, &mesh.triangle(f)).1).norm())
+                        .map(|f| (q - closest_on_triangle(&q, &mesh.triangle(f)).1).norm())
                         .fold(f64::INFINITY, f64::min);
                     let found = index.closest(&q);
                     assert!(found.distance <= naive * (1.0 + 1e-6) + 1e-9, "{} against {naive}", found.distance);
@@ -225,7 +227,7 @@ mod tests {
             let direction = Vec3::new(next(), next(), next());
             let naive = mesh
                 .face_ids()
-                .filter_map(|f| super::super::triangle::ray_meets_triangle(&q, &direction.normalize(), &mesh.triangle(f)))
+                .filter_map(|f| ray_meets_triangle(&q, &direction.normalize(), &mesh.triangle(f)))
                 .map(|hit| hit.0)
                 .fold(f64::INFINITY, f64::min);
             match index.cast_ray(&q, &direction, 100.0) {
@@ -257,10 +259,8 @@ mod tests {
         let mesh = sphere(12, 16);
         let index = SurfaceIndex::prepare(&mesh);
         for q in queries(20, 1.2) {
-            let naive: Vec<FaceId> = mesh
-                .face_ids()
-                .filter(|&f| (q - crate::geometry::triangle::closest_on_triangle(&q, &mesh.triangle(f)).1).norm() <= 0.4)
-                .collect();
+            let naive: Vec<FaceId> =
+                mesh.face_ids().filter(|&f| (q - closest_on_triangle(&q, &mesh.triangle(f)).1).norm() <= 0.4).collect();
             assert_eq!(index.faces_within(&q, 0.4), naive);
         }
     }

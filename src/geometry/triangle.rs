@@ -54,11 +54,8 @@ fn closest_on_flat_triangle(p: &Point, corners: [&Point; 3]) -> ([f64; 3], Point
         let (from, to) = (k, (k + 1) % 3);
         let along = corners[to] - corners[from];
         let length_squared = along.norm_squared();
-        let t = if length_squared > 0.0 {
-            ((p - corners[from]).dot(&along) / length_squared).clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
+        let t =
+            if length_squared > 0.0 { ((p - corners[from]).dot(&along) / length_squared).clamp(0.0, 1.0) } else { 0.0 };
         let point = corners[from] + along * t;
         let distance_squared = (p - point).norm_squared();
         if distance_squared < best.2 {
@@ -75,11 +72,7 @@ fn closest_on_flat_triangle(p: &Point, corners: [&Point; 3]) -> ([f64; 3], Point
 ///
 /// **Guarantees** watertight: a ray through an edge meets at least one of the triangles at it, because the sign of the
 /// volume of ray and edge is exactly opposite for the two.
-pub(super) fn ray_meets_triangle(
-    origin: &Point,
-    direction: &Vec3,
-    [a, b, c]: &[Point; 3],
-) -> Option<(f64, [f64; 3])> {
+pub(super) fn ray_meets_triangle(origin: &Point, direction: &Vec3, [a, b, c]: &[Point; 3]) -> Option<(f64, [f64; 3])> {
     let (a, b, c) = (a - origin, b - origin, c - origin);
     let (u, v, w) = (direction.dot(&b.cross(&c)), direction.dot(&c.cross(&a)), direction.dot(&a.cross(&b)));
     if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
