@@ -16,4 +16,6 @@
 //! Every arrow is a function named after its verb. The rooms below are in the order in which they may import each
 //! other; `tests/architecture.rs` keeps that table.
 
+pub mod body;
+pub mod fit;
 pub mod geometry;

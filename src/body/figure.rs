@@ -1,0 +1,61 @@
+//! The figure dressed so far.
+
+use super::{Pose, Skeleton, SkinWeights, skin};
+use crate::geometry::{PerVertex, TriMesh};
+use serde::{Deserialize, Serialize};
+
+/// One skinned surface of a figure, in the bind pose.
+///
+/// **Shapes** every attribute has one entry a vertex of `mesh`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Layer {
+    /// `body`, or the garment's name in the session.
+    pub name: String,
+    /// The garment kind (file stem of its template); `None` for the body.
+    pub template: Option<String>,
+    /// Surface in the bind pose.
+    pub mesh: TriMesh,
+    /// Skin weights.
+    pub weights: SkinWeights,
+    /// Colours as scanned.
+    pub colors: Option<PerVertex<[u8; 3]>>,
+    /// Texture coordinates.
+    pub uvs: Option<PerVertex<[f64; 2]>>,
+    /// Share of cloth physics in the motion of each vertex, 0–0.5 (Hu 2017, Eq. 9); `None` where nothing is simulated.
+    pub physics: Option<PerVertex<f64>>,
+    /// Fabric preset.
+    pub fabric: Option<String>,
+}
+
+/// A skeleton with its skinned surfaces, innermost first; layer 0 is the body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Figure {
+    /// Joints in the bind pose.
+    pub skeleton: Skeleton,
+    /// Surfaces, innermost first.
+    pub layers: Vec<Layer>,
+}
+
+impl Figure {
+    /// The innermost surface.
+    pub fn body(&self) -> &Layer {
+        &self.layers[0]
+    }
+
+    /// The garments, innermost first.
+    pub fn garments(&self) -> &[Layer] {
+        &self.layers[1..]
+    }
+
+    /// Every surface skinned into `pose`, in the order of `layers`.
+    pub fn posed(&self, pose: &Pose) -> Vec<TriMesh> {
+        self.layers.iter().map(|layer| layer.posed(&self.skeleton, pose)).collect()
+    }
+}
+
+impl Layer {
+    /// This surface skinned into `pose`.
+    pub fn posed(&self, skeleton: &Skeleton, pose: &Pose) -> TriMesh {
+        self.mesh.with_points(skin(self.mesh.points(), &self.weights, skeleton, pose))
+    }
+}

@@ -1,0 +1,74 @@
+//! The statistical body, its skeleton and skinning, and the [`Figure`]: a skeleton with its skinned surfaces.
+
+mod figure;
+mod model;
+// mod model_file;
+mod part;
+mod skeleton;
+mod skin;
+
+pub use figure::{Figure, Layer};
+pub use model::{BodyModel, Shape};
+// pub use model_file::{embedded_model, read_model};
+pub use part::{BonePosition, bone_positions};
+pub use skeleton::{JOINT_NAMES, JointId, JointLimits, Pose, Skeleton};
+pub use skin::{SkinWeights, skin, unskin};
+
+/// What makes a file no body model.
+#[derive(Debug, thiserror::Error)]
+pub enum BodyError {
+    /// An array that the layout needs is missing.
+    #[error("the body model has no array '{name}'")]
+    MissingArray {
+        /// Its name in the SMPL layout.
+        name: &'static str,
+    },
+    /// Two arrays disagree about a size.
+    #[error("the body model's arrays disagree: '{name}' has shape {found:?}, but {expected} was expected from '{reference}'")]
+    ShapeMismatch {
+        /// The array at fault.
+        name: &'static str,
+        /// Its shape.
+        found: Vec<u64>,
+        /// What it should have been.
+        expected: String,
+        /// The array that says so.
+        reference: &'static str,
+    },
+    /// A joint's parent is not an earlier joint.
+    #[error("joint {joint} of the body model has parent {parent}, which does not come before it: the skeleton has a cycle or is out of order")]
+    BadHierarchy {
+        /// The joint.
+        joint: usize,
+        /// The parent named.
+        parent: i64,
+    },
+    /// A value that cannot be used.
+    #[error("the body model's '{name}' is unusable: {reason}")]
+    BadValue {
+        /// The array.
+        name: &'static str,
+        /// Why.
+        reason: String,
+    },
+    /// Joints cannot be named.
+    #[error("the body model has {joints} joints without names; Overcoat knows the order of 22, 24, 52 or 55 SMPL joints")]
+    UnknownJoints {
+        /// How many.
+        joints: usize,
+    },
+}
+
+impl BodyError {
+    /// What to do about it.
+    pub fn hint(&self) -> Option<String> {
+        Some(match self {
+            Self::MissingArray { .. } | Self::UnknownJoints { .. } => {
+                "give an .npz in the SMPL layout: v_template, shapedirs, J_regressor, kintree_table, weights, f (and joint_names)".into()
+            }
+            Self::ShapeMismatch { .. } | Self::BadHierarchy { .. } | Self::BadValue { .. } => {
+                "export the model again, all arrays from the same source, or leave --body out to use the embedded one".into()
+            }
+        })
+    }
+}

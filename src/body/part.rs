@@ -1,0 +1,47 @@
+//! Where on the body a vertex lies: which bone, and how far along it.
+
+use super::{JointId, Skeleton, SkinWeights};
+use crate::geometry::{PerVertex, Point};
+
+/// A place along a bone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BonePosition {
+    /// The joint at which the bone begins.
+    pub joint: JointId,
+    /// 0 at the joint, 1 at the bone's end, beyond either where the surface reaches further. For a bone without an
+    /// end (head, hand, toes) the distance from the joint along the parent bone's direction, over the length of the
+    /// part's reach.
+    pub along: f64,
+}
+
+/// For each vertex the joint with the largest weight, and the place along that joint's bone, in the bind pose.
+pub fn bone_positions(points_in_bind: &PerVertex<Point>, weights: &SkinWeights, skeleton: &Skeleton) -> PerVertex<BonePosition> {
+    let ends: Vec<Point> = skeleton.ids().map(|j| bone_end_point(points_in_bind, weights, skeleton, j)).collect();
+    points_in_bind
+        .iter()
+        .zip(weights.rows().iter())
+        .map(|(p, row)| {
+            let joint = row[0].0;
+            let start = skeleton.joints_in_bind[joint.index()];
+            let axis = ends[joint.index()] - start;
+            let along = (p - start).dot(&axis) / axis.norm_squared().max(1e-12);
+            BonePosition { joint, along }
+        })
+        .collect()
+}
+
+fn bone_end_point(points: &PerVertex<Point>, weights: &SkinWeights, skeleton: &Skeleton, joint: JointId) -> Point {
+    let start = skeleton.joints_in_bind[joint.index()];
+    if let Some(end) = skeleton.bone_end(joint) {
+        return skeleton.joints_in_bind[end.index()];
+    }
+    let Some(parent) = skeleton.parents[joint.index()] else { return start };
+    let direction = (start - skeleton.joints_in_bind[parent.index()]).try_normalize(1e-9).unwrap_or_else(|| -crate::geometry::Vec3::y());
+    let reach = points
+        .iter()
+        .zip(weights.rows().iter())
+        .filter(|(_, row)| row[0].0 == joint)
+        .map(|(p, _)| (p - start).dot(&direction))
+        .fold(0.0, f64::max);
+    start + direction * reach.max(1e-3)
+}

@@ -1,0 +1,172 @@
+//! Linear blend skinning.
+
+use super::{JointId, Pose, Skeleton};
+use crate::geometry::{PerVertex, Point, Vec3};
+use nalgebra::{Isometry3, Matrix3};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// How strongly each joint moves each vertex: at most four a vertex.
+///
+/// **Guarantees** weights are ≥ 0, sum to 1 (±1e-9), fall in each row; unused slots are joint 0 with weight 0.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SkinWeights {
+    rows: PerVertex<[(JointId, f64); 4]>,
+}
+
+impl SkinWeights {
+    /// Keeps the four largest of each row and scales them to a sum of 1. A row without weight follows the root.
+    pub fn from_rows(rows: impl IntoIterator<Item = Vec<(JointId, f64)>>) -> Self {
+        Self { rows: rows.into_iter().map(prune).collect() }
+    }
+
+    /// One row a vertex.
+    pub fn rows(&self) -> &PerVertex<[(JointId, f64); 4]> {
+        &self.rows
+    }
+    /// How many vertices.
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+    /// Blends rows: `Σ factor · row`, pruned again. Used for points on triangles.
+    pub fn blend(&self, parts: &[(crate::geometry::VertexId, f64)]) -> Vec<(JointId, f64)> {
+        let mut sum: Vec<(JointId, f64)> = Vec::with_capacity(8);
+        for &(v, factor) in parts {
+            for &(j, w) in &self.rows[v] {
+                if w <= 0.0 {
+                    continue;
+                }
+                match sum.iter_mut().find(|(k, _)| *k == j) {
+                    Some((_, total)) => *total += factor * w,
+                    None => sum.push((j, factor * w)),
+                }
+            }
+        }
+        sum
+    }
+}
+
+fn prune(mut row: Vec<(JointId, f64)>) -> [(JointId, f64); 4] {
+    row.retain(|&(_, w)| w.is_finite() && w > 0.0);
+    row.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+    row.truncate(4);
+    let sum: f64 = row.iter().map(|r| r.1).sum();
+    let mut out = [(JointId(0), 0.0); 4];
+    if sum <= 0.0 {
+        out[0].1 = 1.0;
+        return out;
+    }
+    for (slot, (j, w)) in out.iter_mut().zip(row) {
+        *slot = (j, w / sum);
+    }
+    out
+}
+
+fn blended(row: &[(JointId, f64); 4], world_from_bind: &[Isometry3<f64>]) -> (Matrix3<f64>, Vec3) {
+    let mut linear = Matrix3::zeros();
+    let mut offset = Vec3::zeros();
+    for &(j, w) in row {
+        if w > 0.0 {
+            let t = &world_from_bind[j.index()];
+            linear += t.rotation.to_rotation_matrix().matrix() * w;
+            offset += t.translation.vector * w;
+        }
+    }
+    (linear, offset)
+}
+
+/// Moves points from the bind pose into `pose`: Hu 2017, Eq. 3, `Σ_j w_j R_j v`.
+pub fn skin(points_in_bind: &PerVertex<Point>, weights: &SkinWeights, skeleton: &Skeleton, pose: &Pose) -> PerVertex<Point> {
+    let transforms = skeleton.world_from_bind(pose);
+    let moved = points_in_bind
+        .0
+        .par_iter()
+        .zip(weights.rows.0.par_iter())
+        .map(|(p, row)| {
+            let (linear, offset) = blended(row, &transforms);
+            Point::from(linear * p.coords + offset)
+        })
+        .collect::<Vec<_>>();
+    moved.into()
+}
+
+/// Moves points from `pose` back into the bind pose: each blended matrix inverted.
+///
+/// A blend of rotations far apart is close to singular; there the strongest joint's own transform is inverted.
+pub fn unskin(points_in_world: &PerVertex<Point>, weights: &SkinWeights, skeleton: &Skeleton, pose: &Pose) -> PerVertex<Point> {
+    /// Below this determinant a blended matrix has lost half of its volume: two rotations over about 100° apart.
+    const LEAST_DETERMINANT: f64 = 0.4;
+    let transforms = skeleton.world_from_bind(pose);
+    let moved = points_in_world
+        .0
+        .par_iter()
+        .zip(weights.rows.0.par_iter())
+        .map(|(p, row)| {
+            let (linear, offset) = blended(row, &transforms);
+            match linear.try_inverse() {
+                Some(inverse) if linear.determinant() > LEAST_DETERMINANT => Point::from(inverse * (p.coords - offset)),
+                _ => transforms[row[0].0.index()].inverse_transform_point(p),
+            }
+        })
+        .collect::<Vec<_>>();
+    moved.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::UnitQuaternion;
+
+    fn arm() -> (Skeleton, SkinWeights, PerVertex<Point>) {
+        let skeleton = Skeleton {
+            names: vec!["a".into(), "b".into()],
+            parents: vec![None, Some(JointId(0))],
+            joints_in_bind: vec![Point::origin(), Point::new(1.0, 0.0, 0.0)],
+        };
+        let points: PerVertex<Point> = (0..20).map(|i| Point::new(f64::from(i) * 0.1, 0.1, -0.05)).collect();
+        let weights = SkinWeights::from_rows(points.iter().map(|p| {
+            let t = (p.x - 0.5).clamp(0.0, 1.0);
+            vec![(JointId(0), 1.0 - t), (JointId(1), t)]
+        }));
+        (skeleton, weights, points)
+    }
+
+    #[test]
+    fn weights_sum_to_one_and_at_most_four_stay() {
+        let weights = SkinWeights::from_rows([(0..9).map(|j| (JointId(j), f64::from(j) + 1.0)).collect(), vec![]]);
+        for row in weights.rows().iter() {
+            assert!((row.iter().map(|r| r.1).sum::<f64>() - 1.0).abs() < 1e-12);
+        }
+        assert_eq!(weights.rows().0[0][0].0, JointId(8));
+    }
+
+    #[test]
+    fn unskin_undoes_skin() {
+        let (skeleton, weights, points) = arm();
+        let mut pose = Pose::bind(2);
+        pose.translation = Vec3::new(0.3, -0.2, 0.9);
+        pose.rotations[0] = UnitQuaternion::from_euler_angles(0.2, 0.5, -0.1);
+        pose.rotations[1] = UnitQuaternion::from_euler_angles(0.0, 0.1, 0.8);
+        let there = skin(&points, &weights, &skeleton, &pose);
+        let back = unskin(&there, &weights, &skeleton, &pose);
+        for (p, q) in points.iter().zip(back.iter()) {
+            assert!((p - q).norm() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn the_bind_pose_moves_nothing_and_a_rigid_pose_keeps_distances() {
+        let (skeleton, weights, points) = arm();
+        let same = skin(&points, &weights, &skeleton, &Pose::bind(2));
+        assert!(points.iter().zip(same.iter()).all(|(p, q)| (p - q).norm() < 1e-12));
+        let mut pose = Pose::bind(2);
+        pose.rotations[0] = UnitQuaternion::from_euler_angles(0.7, -0.4, 1.3);
+        let moved = skin(&points, &weights, &skeleton, &pose);
+        let (a, b) = ((points.0[0] - points.0[19]).norm(), (moved.0[0] - moved.0[19]).norm());
+        assert!((a - b).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,77 @@
+//! Fitting: the naked scan (Hu 2017, Eq. 4), the surface registered to it, and the figure dressed so far inside the
+//! next scan (Eqs. 5–6).
+
+use crate::body::{Pose, Shape, Skeleton};
+use crate::geometry::{PerVertex, TriMesh};
+use serde::{Deserialize, Serialize};
+
+/// What the next garment is expected to do over a place of the body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Cover {
+    /// Skin, or what was worn before, stays visible: the scan is data there.
+    Bare,
+    /// Cloth that lies close: the scan is data, from inside.
+    Tight,
+    /// Cloth that may stand off: the scan is a wall, but no data.
+    Loose,
+}
+
+/// How a fit went. Lengths are metres.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FitReport {
+    /// Whether the last iterations changed next to nothing.
+    pub converged: bool,
+    /// Iterations taken.
+    pub iterations: usize,
+    /// Mean distance from the scan's data to the fitted surface.
+    pub residual_mean: f64,
+    /// 95th percentile of the same.
+    pub residual_p95: f64,
+    /// Share of the constrained area that lies outside the scan beyond the margin; 0 for a naked fit.
+    pub outside_share: f64,
+    /// Greatest depth outside the scan over the constrained area.
+    pub outside_depth: f64,
+    /// One line an important turn.
+    pub log: Vec<String>,
+}
+
+/// A model fitted to a naked scan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FittedBody {
+    /// β.
+    pub shape: Shape,
+    /// θ and the root, in the scan's frame.
+    pub pose: Pose,
+    /// The model's surface of that shape, in the bind pose.
+    pub surface: TriMesh,
+    /// Its skeleton.
+    pub skeleton: Skeleton,
+    /// How it went.
+    pub report: FitReport,
+}
+
+/// The template moved onto the naked scan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RegisteredBody {
+    /// Surface in the bind pose, with the model's vertices.
+    pub surface: TriMesh,
+    /// Skeleton inside that surface.
+    pub skeleton: Skeleton,
+    /// Pose in the naked scan: skinning `surface` with it gives the registered surface in the scan's frame.
+    pub pose: Pose,
+    /// Colours taken from the scan.
+    pub colors: Option<PerVertex<[u8; 3]>>,
+    /// How it went.
+    pub report: FitReport,
+}
+
+/// The figure dressed so far inside the next scan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PoseInside {
+    /// θ and the root, in the scan's frame.
+    pub pose: Pose,
+    /// What pose could not satisfy: metres along the posed body's normals, one a vertex of the body (bounded, smooth).
+    pub offsets: PerVertex<f64>,
+    /// How it went.
+    pub report: FitReport,
+}
