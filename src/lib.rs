@@ -19,3 +19,4 @@
 pub mod body;
 pub mod fit;
 pub mod geometry;
+pub mod numerics;

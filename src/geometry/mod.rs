@@ -3,14 +3,18 @@
 
 mod adjacency;
 mod face_tree;
+mod laplacian;
 mod mesh;
 mod nearest_vertex;
 #[cfg(test)]
 mod shapes_for_tests;
 mod surface_index;
 mod triangle;
+mod winding;
 
 pub use adjacency::Adjacency;
+pub use laplacian::{Laplacian, cotangent_laplacian, uniform_laplacian};
 pub use mesh::{Aabb, FaceId, MeshError, PerFace, PerVertex, Point, TriMesh, Vec3, VertexId};
 pub use nearest_vertex::NearestVertex;
 pub use surface_index::{RayHit, SurfaceIndex, SurfacePoint};
+pub use winding::WindingField;
