@@ -24,7 +24,9 @@ pub enum BodyError {
         name: &'static str,
     },
     /// Two arrays disagree about a size.
-    #[error("the body model's arrays disagree: '{name}' has shape {found:?}, but {expected} was expected from '{reference}'")]
+    #[error(
+        "the body model's arrays disagree: '{name}' has shape {found:?}, but {expected} was expected from '{reference}'"
+    )]
     ShapeMismatch {
         /// The array at fault.
         name: &'static str,
@@ -36,7 +38,9 @@ pub enum BodyError {
         reference: &'static str,
     },
     /// A joint's parent is not an earlier joint.
-    #[error("joint {joint} of the body model has parent {parent}, which does not come before it: the skeleton has a cycle or is out of order")]
+    #[error(
+        "joint {joint} of the body model has parent {parent}, which does not come before it: the skeleton has a cycle or is out of order"
+    )]
     BadHierarchy {
         /// The joint.
         joint: usize,
@@ -52,7 +56,9 @@ pub enum BodyError {
         reason: String,
     },
     /// Joints cannot be named.
-    #[error("the body model has {joints} joints without names; Overcoat knows the order of 22, 24, 52 or 55 SMPL joints")]
+    #[error(
+        "the body model has {joints} joints without names; Overcoat knows the order of 22, 24, 52 or 55 SMPL joints"
+    )]
     UnknownJoints {
         /// How many.
         joints: usize,

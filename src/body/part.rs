@@ -15,7 +15,11 @@ pub struct BonePosition {
 }
 
 /// For each vertex the joint with the largest weight, and the place along that joint's bone, in the bind pose.
-pub fn bone_positions(points_in_bind: &PerVertex<Point>, weights: &SkinWeights, skeleton: &Skeleton) -> PerVertex<BonePosition> {
+pub fn bone_positions(
+    points_in_bind: &PerVertex<Point>,
+    weights: &SkinWeights,
+    skeleton: &Skeleton,
+) -> PerVertex<BonePosition> {
     let ends: Vec<Point> = skeleton.ids().map(|j| bone_end_point(points_in_bind, weights, skeleton, j)).collect();
     points_in_bind
         .iter()
@@ -36,7 +40,9 @@ fn bone_end_point(points: &PerVertex<Point>, weights: &SkinWeights, skeleton: &S
         return skeleton.joints_in_bind[end.index()];
     }
     let Some(parent) = skeleton.parents[joint.index()] else { return start };
-    let direction = (start - skeleton.joints_in_bind[parent.index()]).try_normalize(1e-9).unwrap_or_else(|| -crate::geometry::Vec3::y());
+    let direction = (start - skeleton.joints_in_bind[parent.index()])
+        .try_normalize(1e-9)
+        .unwrap_or_else(|| -crate::geometry::Vec3::y());
     let reach = points
         .iter()
         .zip(weights.rows().iter())

@@ -80,7 +80,12 @@ fn blended(row: &[(JointId, f64); 4], world_from_bind: &[Isometry3<f64>]) -> (Ma
 }
 
 /// Moves points from the bind pose into `pose`: Hu 2017, Eq. 3, `Σ_j w_j R_j v`.
-pub fn skin(points_in_bind: &PerVertex<Point>, weights: &SkinWeights, skeleton: &Skeleton, pose: &Pose) -> PerVertex<Point> {
+pub fn skin(
+    points_in_bind: &PerVertex<Point>,
+    weights: &SkinWeights,
+    skeleton: &Skeleton,
+    pose: &Pose,
+) -> PerVertex<Point> {
     let transforms = skeleton.world_from_bind(pose);
     let moved = points_in_bind
         .0
@@ -97,7 +102,12 @@ pub fn skin(points_in_bind: &PerVertex<Point>, weights: &SkinWeights, skeleton: 
 /// Moves points from `pose` back into the bind pose: each blended matrix inverted.
 ///
 /// A blend of rotations far apart is close to singular; there the strongest joint's own transform is inverted.
-pub fn unskin(points_in_world: &PerVertex<Point>, weights: &SkinWeights, skeleton: &Skeleton, pose: &Pose) -> PerVertex<Point> {
+pub fn unskin(
+    points_in_world: &PerVertex<Point>,
+    weights: &SkinWeights,
+    skeleton: &Skeleton,
+    pose: &Pose,
+) -> PerVertex<Point> {
     /// Below this determinant a blended matrix has lost half of its volume: two rotations over about 100° apart.
     const LEAST_DETERMINANT: f64 = 0.4;
     let transforms = skeleton.world_from_bind(pose);
