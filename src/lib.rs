@@ -20,3 +20,4 @@ pub mod body;
 pub mod fit;
 pub mod geometry;
 pub mod numerics;
+pub mod view;

@@ -1,0 +1,27 @@
+//! What can go wrong with a picture.
+
+/// Why there is no picture.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A paint with a value for each vertex has another count than the mesh.
+    #[error("the paint has {values} values, but the mesh has {vertices} vertices")]
+    PaintCount {
+        /// Values given.
+        values: usize,
+        /// Vertices to be painted.
+        vertices: usize,
+    },
+    /// The picture could not be encoded or written.
+    #[error("the picture could not be written: {0}")]
+    Png(#[from] image::ImageError),
+}
+
+impl Error {
+    /// What the user may do about it.
+    pub fn hint(&self) -> Option<String> {
+        match self {
+            Self::PaintCount { .. } => Some("give one value for each vertex, in the order of the mesh".into()),
+            Self::Png(_) => Some("is the disk full, or the folder read-only?".into()),
+        }
+    }
+}

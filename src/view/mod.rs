@@ -1,0 +1,21 @@
+//! Pictures of meshes, without a screen and without a GPU: shaded views and contact sheets. The only room that
+//! knows how a thing is shown; it changes nothing that it shows.
+
+mod camera;
+mod error;
+mod floor;
+mod lighting;
+mod occlusion;
+mod palette;
+mod picture;
+mod raster;
+mod render;
+mod scene;
+mod surface;
+
+pub use camera::{Camera, Facing};
+pub use error::Error;
+pub use palette::{layer_color, ramp_color};
+pub use picture::Picture;
+pub use render::render;
+pub use scene::{Paint, Part, Scene};

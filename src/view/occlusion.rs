@@ -1,0 +1,111 @@
+//! Which of the light from all around reaches a point, judged from the depths in the picture alone
+//! (Mittring 2007; the half sphere of directions after Filion & McNaughton 2008).
+
+use super::raster::{NOTHING, Visibility};
+use super::surface::Triple;
+
+/// Metres within which a surface darkens another: an arm beside the chest does, a hand before the belly does not.
+const REACH: f32 = 0.14;
+/// Metres of depth that are no obstacle: the noise of a scan, and triangles in profile.
+const BIAS: f32 = 0.004;
+/// Share of the darkness found that is shown; 1 looked sooty in the folds of scans.
+const STRENGTH: f32 = 0.85;
+
+/// The probes of one pixel, divided among its samples, so that each sample pays for a few and all are averaged.
+pub(super) struct Probes {
+    /// One list a sample of a pixel; offsets in metres over a surface that faces +z.
+    of_sample: Vec<Vec<Triple>>,
+}
+
+impl Probes {
+    /// `each` probes for every one of `samples` samples.
+    pub(super) fn prepare(samples: usize, each: usize) -> Self {
+        let count = samples * each;
+        let mut of_sample = vec![Vec::with_capacity(each); samples];
+        for i in 0..count {
+            // Cosine-weighted directions on a golden spiral; distances dense near the point, and shuffled against the
+            // directions by the digits of i in base 2, so that near and far probes point everywhere.
+            let u = (i as f32 + 0.5) / count as f32;
+            let turn = i as f32 * 2.399_963;
+            let distance = 0.006 + (REACH - 0.006) * radical_inverse(i as u32).powi(2);
+            let (across, up) = (u.sqrt(), (1.0 - u).sqrt());
+            let direction = Triple::new(across * turn.cos(), across * turn.sin(), up);
+            of_sample[i % samples].push(direction * distance);
+        }
+        Self { of_sample }
+    }
+
+    /// From 1 (open) down, at a point with a unit normal; `sample` counts within the pixel.
+    pub(super) fn openness(&self, seen: &Visibility, point: &Triple, normal: &Triple, sample: usize) -> f32 {
+        let [tangent, cotangent] = frame_around(normal);
+        let probes = &self.of_sample[sample];
+        let mut hidden = 0.0;
+        for probe in probes {
+            let at = point + tangent * probe.x + cotangent * probe.y + normal * (probe.z + BIAS);
+            let Some(hit) = seen.under(at.x, at.y) else { continue };
+            let over = hit.nearness - at.z;
+            if hit.face != NOTHING && over > BIAS {
+                // What is far in front has its own place in space and darkens less and less.
+                hidden += 1.0 - (over / REACH).min(1.0).powi(2);
+            }
+        }
+        1.0 - STRENGTH * hidden / probes.len() as f32
+    }
+}
+
+/// The binary digits of `i`, mirrored at the point: 0, 1/2, 1/4, 3/4, 1/8 … (van der Corput 1935).
+pub(super) fn radical_inverse(i: u32) -> f32 {
+    i.reverse_bits() as f32 / 4_294_967_296.0
+}
+
+/// Two unit vectors across a unit vector (Duff et al. 2017).
+fn frame_around(n: &Triple) -> [Triple; 2] {
+    let sign = 1.0_f32.copysign(n.z);
+    let a = -1.0 / (sign + n.z);
+    let b = n.x * n.y * a;
+    [
+        Triple::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x),
+        Triple::new(b, sign + n.y * n.y * a, -n.y),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::view::raster::Grid;
+
+    #[test]
+    fn the_frame_is_orthonormal_all_around() {
+        for i in 0..50 {
+            let turn = i as f32;
+            let n = Triple::new(turn.cos(), (turn * 0.37).sin(), turn.sin()).normalize();
+            let [t, c] = frame_around(&n);
+            assert!(t.dot(&c).abs() < 1e-5 && t.dot(&n).abs() < 1e-5 && c.dot(&n).abs() < 1e-5);
+            assert!((t.norm() - 1.0).abs() < 1e-5 && (t.cross(&c) - n).norm() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn a_corner_is_darker_than_a_plain() {
+        // A floor seen from above, and a wall that stands on it to the right.
+        let grid = Grid { columns: 200, rows: 200, step: 0.005 };
+        let corner = |x: f32, y: f32, z: f32| Triple::new(x, y, z);
+        let positions = [
+            corner(-1.0, -1.0, 0.0),
+            corner(1.0, -1.0, 0.0),
+            corner(1.0, 1.0, 0.0),
+            corner(-1.0, 1.0, 0.0),
+            corner(0.2, -1.0, 0.3),
+            corner(1.0, -1.0, 0.3),
+            corner(1.0, 1.0, 0.3),
+            corner(0.2, 1.0, 0.3),
+        ];
+        let seen = Visibility::draw(&positions, &[[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]], grid);
+        let probes = Probes::prepare(9, 4);
+        let openness = |x: f32| {
+            (0..9).map(|s| probes.openness(&seen, &corner(x, 0.0, 0.0), &Triple::z(), s)).sum::<f32>() / 9.0
+        };
+        assert_eq!(openness(-0.3), 1.0);
+        assert!(openness(0.19) < 0.8 && openness(0.19) < openness(0.12), "{} {}", openness(0.19), openness(0.12));
+    }
+}

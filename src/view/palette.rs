@@ -1,0 +1,90 @@
+//! Colours: layers told apart, scalars on a perceptual ramp, and the step between sRGB and light.
+
+/// Viridis (van der Walt & Smith 2015) at nine even stops: even steps of the value look like even steps of colour,
+/// also in grey and to the colour-blind.
+const VIRIDIS: [[u8; 3]; 9] = [
+    [68, 1, 84],
+    [71, 45, 123],
+    [59, 82, 139],
+    [44, 114, 142],
+    [33, 145, 140],
+    [40, 174, 128],
+    [94, 201, 98],
+    [173, 220, 48],
+    [253, 231, 37],
+];
+
+/// Muted cloth colours, neighbours far apart in hue, all of middle lightness so that shading stays readable.
+const LAYERS: [[u8; 3]; 8] = [
+    [222, 184, 160],
+    [96, 128, 168],
+    [206, 142, 84],
+    [110, 146, 108],
+    [164, 98, 106],
+    [138, 116, 168],
+    [196, 176, 108],
+    [88, 150, 154],
+];
+
+/// The colour of a value that is not a number.
+const NO_VALUE: [u8; 3] = [150, 150, 150];
+
+/// The colour in which layer `index` is drawn; 0 is the body.
+pub fn layer_color(index: usize) -> [u8; 3] {
+    if index == 0 { LAYERS[0] } else { LAYERS[1 + (index - 1) % (LAYERS.len() - 1)] }
+}
+
+/// The ramp's colour at `value` of `range`; values outside take the end colours, NaN is grey.
+pub fn ramp_color(value: f64, range: [f64; 2]) -> [u8; 3] {
+    let width = range[1] - range[0];
+    let t = if width > 0.0 { ((value - range[0]) / width).clamp(0.0, 1.0) } else { 0.5 };
+    if value.is_nan() || t.is_nan() {
+        return NO_VALUE;
+    }
+    let at = t * (VIRIDIS.len() - 1) as f64;
+    let low = (at as usize).min(VIRIDIS.len() - 2);
+    let f = at - low as f64;
+    std::array::from_fn(|c| {
+        (f64::from(VIRIDIS[low][c]) * (1.0 - f) + f64::from(VIRIDIS[low + 1][c]) * f).round() as u8
+    })
+}
+
+/// Light from an sRGB byte (IEC 61966-2-1).
+pub(super) fn linear_from_srgb(byte: u8) -> f32 {
+    let s = f32::from(byte) / 255.0;
+    if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
+}
+
+/// sRGB byte of a light, rounded.
+pub(super) fn srgb_from_linear(light: f32) -> u8 {
+    let l = light.clamp(0.0, 1.0);
+    let s = if l <= 0.003_130_8 { 12.92 * l } else { 1.055 * l.powf(1.0 / 2.4) - 0.055 };
+    (s * 255.0 + 0.5) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn srgb_makes_the_round_trip() {
+        for byte in 0..=255 {
+            assert_eq!(srgb_from_linear(linear_from_srgb(byte)), byte);
+        }
+    }
+
+    #[test]
+    fn the_ramp_grows_lighter_all_the_way() {
+        let lightness = |t: f64| {
+            let [r, g, b] = ramp_color(t, [0.0, 1.0]).map(linear_from_srgb);
+            0.2126 * r + 0.7152 * g + 0.0722 * b
+        };
+        assert!((0..40).all(|i| lightness(f64::from(i + 1) / 40.0) > lightness(f64::from(i) / 40.0)));
+        assert_eq!(ramp_color(f64::NAN, [0.0, 1.0]), NO_VALUE);
+    }
+
+    #[test]
+    fn no_garment_looks_like_the_body() {
+        assert!((1..30).all(|i| layer_color(i) != layer_color(0)));
+    }
+}

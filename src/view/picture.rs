@@ -1,0 +1,92 @@
+//! The finished picture.
+
+use super::Error;
+use image::ImageEncoder;
+use std::io::Write;
+
+/// An sRGB picture, eight bits a channel, rows from the top.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Picture {
+    width: usize,
+    height: usize,
+    pixels: Vec<[u8; 3]>,
+}
+
+impl Picture {
+    /// One colour all over. A side of 0 becomes 1.
+    pub fn filled(color: [u8; 3], width: usize, height: usize) -> Self {
+        let (width, height) = (width.max(1), height.max(1));
+        Self { width, height, pixels: vec![color; width * height] }
+    }
+
+    /// Pixels across.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+    /// Pixels down.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+    /// All pixels, row by row from the top.
+    pub fn pixels(&self) -> &[[u8; 3]] {
+        &self.pixels
+    }
+    /// The pixels of one row, from the top.
+    pub(super) fn rows_mut(&mut self) -> std::slice::ChunksExactMut<'_, [u8; 3]> {
+        self.pixels.chunks_exact_mut(self.width)
+    }
+    /// All pixels, to be painted.
+    pub(super) fn pixels_mut(&mut self) -> &mut [[u8; 3]] {
+        &mut self.pixels
+    }
+
+    /// Lays `other` over this picture with its upper left corner at `(left, top)`; what juts out is cut off.
+    pub fn paste(&mut self, other: &Picture, left: usize, top: usize) {
+        let columns = other.width.min(self.width.saturating_sub(left));
+        let from_row = other.pixels.chunks_exact(other.width);
+        for (row, source) in self.rows_mut().skip(top).zip(from_row) {
+            if columns > 0 {
+                row[left..left + columns].copy_from_slice(&source[..columns]);
+            }
+        }
+    }
+
+    /// Writes PNG.
+    ///
+    /// **Errors** when `to` cannot be written.
+    pub fn write_png(&self, to: impl Write) -> Result<(), Error> {
+        let bytes: &[u8] = bytemuck::cast_slice(&self.pixels);
+        image::codecs::png::PngEncoder::new(to).write_image(
+            bytes,
+            self.width as u32,
+            self.height as u32,
+            image::ExtendedColorType::Rgb8,
+        )?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pasted_picture_is_cut_at_the_edge() {
+        let mut sheet = Picture::filled([0; 3], 4, 3);
+        sheet.paste(&Picture::filled([9; 3], 3, 3), 2, 1);
+        let painted: Vec<_> = (0..12).filter(|&i| sheet.pixels()[i] == [9; 3]).collect();
+        assert_eq!(painted, [6, 7, 10, 11]);
+        sheet.paste(&Picture::filled([7; 3], 3, 3), 9, 9);
+        assert!(!sheet.pixels().contains(&[7; 3]));
+    }
+
+    #[test]
+    fn png_comes_back_as_it_went() {
+        let mut picture = Picture::filled([200, 30, 7], 5, 4);
+        picture.pixels_mut()[6] = [1, 2, 3];
+        let mut bytes = Vec::new();
+        picture.write_png(&mut bytes).unwrap();
+        let back = image::load_from_memory(&bytes).unwrap().to_rgb8();
+        assert_eq!(back.as_raw().as_slice(), bytemuck::cast_slice::<_, u8>(picture.pixels()));
+    }
+}

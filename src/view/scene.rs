@@ -1,0 +1,88 @@
+//! What is to be seen: meshes and their paint.
+
+use super::Error;
+use crate::geometry::{Aabb, PerVertex, TriMesh};
+
+/// The colour of a mesh.
+#[derive(Clone, Copy, Debug)]
+pub enum Paint<'a> {
+    /// One sRGB colour.
+    Solid([u8; 3]),
+    /// An sRGB colour a vertex.
+    PerVertex(&'a PerVertex<[u8; 3]>),
+    /// A number a vertex on the perceptual ramp.
+    Scalar {
+        /// The numbers; NaN is drawn grey.
+        values: &'a PerVertex<f64>,
+        /// The values at the two ends of the ramp.
+        range: [f64; 2],
+    },
+}
+
+/// A painted mesh.
+#[derive(Clone, Copy, Debug)]
+pub struct Part<'a> {
+    pub(super) mesh: &'a TriMesh,
+    pub(super) paint: Paint<'a>,
+    pub(super) opacity: f32,
+}
+
+impl<'a> Part<'a> {
+    /// A mesh in one colour.
+    pub fn solid(mesh: &'a TriMesh, color: [u8; 3]) -> Self {
+        Self { mesh, paint: Paint::Solid(color), opacity: 1.0 }
+    }
+
+    /// A mesh in any paint.
+    ///
+    /// **Errors** when a paint for each vertex has another count than the mesh.
+    pub fn try_new(mesh: &'a TriMesh, paint: Paint<'a>) -> Result<Self, Error> {
+        let values = match paint {
+            Paint::Solid(_) => mesh.vertex_count(),
+            Paint::PerVertex(colors) => colors.len(),
+            Paint::Scalar { values, .. } => values.len(),
+        };
+        if values != mesh.vertex_count() {
+            return Err(Error::PaintCount { values, vertices: mesh.vertex_count() });
+        }
+        Ok(Self { mesh, paint, opacity: 1.0 })
+    }
+
+    /// The same, seen through: of a translucent part only the nearest surface is drawn, without shadows.
+    pub fn with_opacity(self, opacity: f64) -> Self {
+        Self { opacity: opacity.clamp(0.0, 1.0) as f32, ..self }
+    }
+}
+
+/// Everything in one picture.
+#[derive(Clone, Debug, Default)]
+pub struct Scene<'a> {
+    /// The parts, in any order.
+    pub parts: Vec<Part<'a>>,
+}
+
+impl<'a> Scene<'a> {
+    /// A scene of these parts.
+    pub fn new(parts: impl IntoIterator<Item = Part<'a>>) -> Self {
+        Self { parts: parts.into_iter().collect() }
+    }
+
+    /// The box around all parts; `None` when there is no vertex.
+    pub fn bounds(&self) -> Option<Aabb> {
+        Aabb::around(self.parts.iter().flat_map(|part| part.mesh.points().iter()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Point;
+
+    #[test]
+    fn a_paint_for_another_mesh_is_refused() {
+        let mesh = TriMesh::try_from_indices(vec![Point::origin(); 3], &[[0, 1, 2]]).unwrap();
+        let values = PerVertex(vec![0.5; 4]);
+        let refused = Part::try_new(&mesh, Paint::Scalar { values: &values, range: [0.0, 1.0] });
+        assert!(matches!(refused, Err(Error::PaintCount { values: 4, vertices: 3 })));
+    }
+}

@@ -1,0 +1,64 @@
+//! All parts of a scene as one list of triangles, in the frame of the picture.
+//!
+//! From here on numbers are `f32`: this is the side of the picture, where a millionth of a metre is invisible.
+
+use super::camera::Camera;
+use super::palette::{linear_from_srgb, ramp_color};
+use super::scene::{Paint, Part};
+use rayon::prelude::*;
+
+/// Metres, or a direction, or light: three numbers for one vertex.
+pub(super) type Triple = nalgebra::Vector3<f32>;
+
+/// Triangles ready to be drawn.
+pub(super) struct Surface {
+    /// Right, up, toward the camera; metres from the middle of the picture.
+    pub(super) positions: Vec<Triple>,
+    /// Unit normals in the same frame; zero where there is none.
+    pub(super) normals: Vec<Triple>,
+    /// Linear light reflected, red, green and blue.
+    pub(super) albedo: Vec<Triple>,
+    /// Corners, counter-clockwise seen from outside.
+    pub(super) faces: Vec<[u32; 3]>,
+    /// What hides what is behind it: 1, or less for translucent parts.
+    pub(super) opacity: f32,
+}
+
+impl Surface {
+    /// Gathers parts of one opacity.
+    pub(super) fn gather<'a>(parts: &[Part<'a>], camera: &Camera, opacity: f32) -> Self {
+        let mut all =
+            Self { positions: Vec::new(), normals: Vec::new(), albedo: Vec::new(), faces: Vec::new(), opacity };
+        for part in parts {
+            let first = all.positions.len() as u32;
+            let world = part.mesh.points();
+            all.positions.par_extend(world.0.par_iter().map(|p| {
+                let [x, y, z] = camera.view_from_world(p);
+                Triple::new(x as f32, y as f32, z as f32)
+            }));
+            all.faces.extend(part.mesh.faces().iter().map(|face| face.map(|v| first + v.0)));
+            let normals = part.mesh.vertex_normals();
+            all.normals.par_extend(normals.0.par_iter().map(|n| {
+                let [x, y, z] = camera.axes.map(|axis| axis.dot(n));
+                Triple::new(x as f32, y as f32, z as f32)
+            }));
+            all.extend_albedo(part);
+        }
+        all
+    }
+
+    fn extend_albedo(&mut self, part: &Part<'_>) {
+        let light: Vec<f32> = (0..=255).map(linear_from_srgb).collect();
+        let albedo = |rgb: [u8; 3]| Triple::from(rgb.map(|byte| light[usize::from(byte)]));
+        match part.paint {
+            Paint::Solid(rgb) => {
+                let count = part.mesh.vertex_count();
+                self.albedo.extend(std::iter::repeat_n(albedo(rgb), count));
+            }
+            Paint::PerVertex(colors) => self.albedo.extend(colors.iter().map(|&rgb| albedo(rgb))),
+            Paint::Scalar { values, range } => {
+                self.albedo.extend(values.iter().map(|&value| albedo(ramp_color(value, range))));
+            }
+        }
+    }
+}
