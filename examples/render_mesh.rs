@@ -250,12 +250,11 @@ mod ply {
         if faces.is_empty() {
             bail!("there are no faces; point clouds are not drawn");
         }
-        let has_color =
-            elements.iter().any(|e| e.name == "vertex" && e.properties.iter().any(|p| p.0 == "red"));
+        let has_color = elements.iter().any(|e| e.name == "vertex" && e.properties.iter().any(|p| p.0 == "red"));
         Ok(Loaded {
             mesh: TriMesh::try_from_indices(points, &faces)?,
-            colors: has_color.then(|| PerVertex(colors)),
-            scalar: (!scalar.is_empty()).then(|| PerVertex(scalar)),
+            colors: has_color.then_some(PerVertex(colors)),
+            scalar: (!scalar.is_empty()).then_some(PerVertex(scalar)),
         })
     }
 }

@@ -41,8 +41,7 @@ impl Camera {
     /// Looks at a box from `azimuth` (0 is the front, a right angle the person's left) and `elevation` above the
     /// horizon, both in radians. The whole box is in the picture.
     pub fn around(bounds: &Aabb, azimuth: f64, elevation: f64) -> Self {
-        let toward =
-            Vec3::new(azimuth.sin() * elevation.cos(), elevation.sin(), azimuth.cos() * elevation.cos());
+        let toward = Vec3::new(azimuth.sin() * elevation.cos(), elevation.sin(), azimuth.cos() * elevation.cos());
         let right = Vec3::new(azimuth.cos(), 0.0, -azimuth.sin());
         let up = toward.cross(&right);
         let half = bounds.extent() * (0.5 * (1.0 + MARGIN_PER_EXTENT));

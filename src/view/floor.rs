@@ -10,7 +10,7 @@ const SIZE: usize = 320;
 const BORDER: f32 = 0.45;
 /// For a height above the floor in metres: how far its shadow has spread, and how dark it still is. The sole of a
 /// shoe draws a sharp dark line, a skirt a wide haze.
-const LEVELS: [[f32; 3]; 4] = [[0.03, 0.012, 0.42], [0.12, 0.035, 0.22], [0.5, 0.10, 0.15], [2.5, 0.22, 0.16]];
+const LEVELS: [[f32; 3]; 4] = [[0.04, 0.014, 0.60], [0.15, 0.04, 0.40], [0.6, 0.10, 0.34], [2.5, 0.20, 0.40]];
 
 /// How dark the floor is, prepared for one scene.
 pub(super) struct Floor {
@@ -56,7 +56,7 @@ impl Floor {
 
     /// Share of light taken from the floor at a point of the world.
     pub(super) fn darkness_at(&self, x: f64, z: f64) -> f32 {
-        let [column, row] = self.grid.from_view(x as f32 - self.middle[0], z as f32 - self.middle[1]);
+        let [column, row] = self.grid.cell_of(x as f32 - self.middle[0], z as f32 - self.middle[1]);
         let (column, row) = (column - 0.5, row - 0.5);
         if !(column >= 0.0 && row >= 0.0 && column < (SIZE - 1) as f32 && row < (SIZE - 1) as f32) {
             return 0.0;

@@ -7,19 +7,19 @@ use super::surface::{Surface, Triple};
 
 /// Where the key light stands, as seen by the camera: upper left, before the subject. It goes with the camera, so
 /// that front, side and back are lit alike and can be compared.
-const KEY: [f32; 3] = [-0.50, 0.62, 0.60];
+const KEY: [f32; 3] = [-0.58, 0.62, 0.53];
 /// Where the fill light stands.
 const FILL: [f32; 3] = [0.80, 0.10, 0.59];
 /// Light of the key: a little warm. With the others a white surface that faces the camera comes to 0.85.
-const KEY_LIGHT: [f32; 3] = [0.66, 0.63, 0.59];
+const KEY_LIGHT: [f32; 3] = [1.02, 0.98, 0.92];
 /// Light of the fill: a little cool.
-const FILL_LIGHT: [f32; 3] = [0.16, 0.18, 0.21];
+const FILL_LIGHT: [f32; 3] = [0.13, 0.15, 0.18];
 /// Light from above and from the floor.
 const SKY_LIGHT: [f32; 3] = [0.36, 0.37, 0.39];
 /// See [`SKY_LIGHT`].
 const FLOOR_LIGHT: [f32; 3] = [0.19, 0.18, 0.17];
 /// How far light reaches round the terminator, as a share of the half sphere: a big lamp, not a spark.
-const WRAP: f32 = 0.25;
+const WRAP: f32 = 0.12;
 /// Light lost at grazing angles: it draws the outline of an arm before a chest of the same colour.
 const EDGE_LOSS: f32 = 0.34;
 /// Strength and exponent of the highlight: cloth and skin, hardly any.

@@ -46,7 +46,7 @@ impl Probes {
             let over = hit.nearness - at.z;
             if hit.face != NOTHING && over > BIAS {
                 // What is far in front has its own place in space and darkens less and less.
-                hidden += 1.0 - (over / REACH).min(1.0).powi(2);
+                hidden += 1.0 - ((over - REACH) / (2.0 * REACH)).clamp(0.0, 1.0);
             }
         }
         1.0 - STRENGTH * hidden / probes.len() as f32
@@ -63,10 +63,7 @@ fn frame_around(n: &Triple) -> [Triple; 2] {
     let sign = 1.0_f32.copysign(n.z);
     let a = -1.0 / (sign + n.z);
     let b = n.x * n.y * a;
-    [
-        Triple::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x),
-        Triple::new(b, sign + n.y * n.y * a, -n.y),
-    ]
+    [Triple::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x), Triple::new(b, sign + n.y * n.y * a, -n.y)]
 }
 
 #[cfg(test)]
@@ -95,16 +92,15 @@ mod tests {
             corner(1.0, -1.0, 0.0),
             corner(1.0, 1.0, 0.0),
             corner(-1.0, 1.0, 0.0),
-            corner(0.2, -1.0, 0.3),
-            corner(1.0, -1.0, 0.3),
-            corner(1.0, 1.0, 0.3),
-            corner(0.2, 1.0, 0.3),
+            corner(0.2, -1.0, 0.2),
+            corner(1.0, -1.0, 0.2),
+            corner(1.0, 1.0, 0.2),
+            corner(0.2, 1.0, 0.2),
         ];
         let seen = Visibility::draw(&positions, &[[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]], grid);
         let probes = Probes::prepare(9, 4);
-        let openness = |x: f32| {
-            (0..9).map(|s| probes.openness(&seen, &corner(x, 0.0, 0.0), &Triple::z(), s)).sum::<f32>() / 9.0
-        };
+        let openness =
+            |x: f32| (0..9).map(|s| probes.openness(&seen, &corner(x, 0.0, 0.0), &Triple::z(), s)).sum::<f32>() / 9.0;
         assert_eq!(openness(-0.3), 1.0);
         assert!(openness(0.19) < 0.8 && openness(0.19) < openness(0.12), "{} {}", openness(0.19), openness(0.12));
     }

@@ -44,9 +44,7 @@ pub fn ramp_color(value: f64, range: [f64; 2]) -> [u8; 3] {
     let at = t * (VIRIDIS.len() - 1) as f64;
     let low = (at as usize).min(VIRIDIS.len() - 2);
     let f = at - low as f64;
-    std::array::from_fn(|c| {
-        (f64::from(VIRIDIS[low][c]) * (1.0 - f) + f64::from(VIRIDIS[low + 1][c]) * f).round() as u8
-    })
+    std::array::from_fn(|c| (f64::from(VIRIDIS[low][c]) * (1.0 - f) + f64::from(VIRIDIS[low + 1][c]) * f).round() as u8)
 }
 
 /// Light from an sRGB byte (IEC 61966-2-1).

@@ -36,7 +36,7 @@ pub(super) struct Grid {
 
 impl Grid {
     /// Grid coordinates (column from the left, row from the top) of a point of the picture's plane.
-    pub(super) fn from_view(&self, x: f32, y: f32) -> [f32; 2] {
+    pub(super) fn cell_of(&self, x: f32, y: f32) -> [f32; 2] {
         [x / self.step + 0.5 * self.columns as f32, 0.5 * self.rows as f32 - y / self.step]
     }
 
@@ -62,8 +62,8 @@ impl Visibility {
         let mut bands = vec![Vec::new(); grid.rows.div_ceil(ROWS_PER_BAND)];
         for (face, ids) in faces.iter().enumerate() {
             let Some(rows) = rows_of(ids.map(|v| corners[v as usize]), &grid) else { continue };
-            for band in rows[0] / ROWS_PER_BAND..=rows[1] / ROWS_PER_BAND {
-                bands[band].push(face as u32);
+            for band in &mut bands[rows[0] / ROWS_PER_BAND..=rows[1] / ROWS_PER_BAND] {
+                band.push(face as u32);
             }
         }
         let nothing = Hit { face: NOTHING, nearness: f32::NEG_INFINITY };
@@ -86,7 +86,7 @@ impl Visibility {
 
     /// What the sample under a point of the picture's plane sees; `None` outside the picture.
     pub(super) fn under(&self, x: f32, y: f32) -> Option<Hit> {
-        let [column, row] = self.grid.from_view(x, y);
+        let [column, row] = self.grid.cell_of(x, y);
         let inside = column >= 0.0 && row >= 0.0 && column < self.grid.columns as f32 && row < self.grid.rows as f32;
         inside.then(|| self.at(column as usize, row as usize))
     }
@@ -102,15 +102,11 @@ struct Corner {
 
 impl Corner {
     fn snapped(p: &Triple, grid: &Grid) -> Self {
-        let [x, y] = grid.from_view(p.x, p.y);
+        let [x, y] = grid.cell_of(p.x, p.y);
         if !(x.abs() < FARTHEST && y.abs() < FARTHEST) {
             return Self { x: i64::MAX, y: i64::MAX, nearness: p.z };
         }
-        Self {
-            x: (x * SUBSAMPLE as f32).round() as i64,
-            y: (y * SUBSAMPLE as f32).round() as i64,
-            nearness: p.z,
-        }
+        Self { x: (x * SUBSAMPLE as f32).round() as i64, y: (y * SUBSAMPLE as f32).round() as i64, nearness: p.z }
     }
 }
 
@@ -208,7 +204,14 @@ mod tests {
 
     #[test]
     fn the_nearer_triangle_is_seen_whatever_the_order() {
-        let points = [[-0.5, -0.5, 0.1], [0.5, -0.5, 0.1], [0.0, 0.5, 0.1], [-0.5, -0.5, 0.3], [0.5, -0.5, 0.3], [0.0, 0.5, 0.3]];
+        let points = [
+            [-0.5, -0.5, 0.1],
+            [0.5, -0.5, 0.1],
+            [0.0, 0.5, 0.1],
+            [-0.5, -0.5, 0.3],
+            [0.5, -0.5, 0.3],
+            [0.0, 0.5, 0.3],
+        ];
         let far_first = draw(&points, &[[0, 1, 2], [3, 4, 5]]);
         let near_first = draw(&points, &[[3, 4, 5], [0, 2, 1]]);
         let hit = far_first.under(0.0, 0.0).unwrap();

@@ -103,7 +103,8 @@ impl Studio<'_> {
         let background = self.background(column, row);
         let mut sum = Triple::zeros();
         for sample in 0..SAMPLES {
-            let at = [column * SAMPLES_ACROSS + sample % SAMPLES_ACROSS, row * SAMPLES_ACROSS + sample / SAMPLES_ACROSS];
+            let at =
+                [column * SAMPLES_ACROSS + sample % SAMPLES_ACROSS, row * SAMPLES_ACROSS + sample / SAMPLES_ACROSS];
             sum += self.sample(at, sample, background);
         }
         sum / SAMPLES as f32
