@@ -18,6 +18,7 @@
 
 pub mod body;
 pub mod fit;
+pub mod formats;
 pub mod geometry;
 pub mod numerics;
 pub mod view;

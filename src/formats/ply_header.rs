@@ -1,0 +1,70 @@
+//! The header of a PLY file: what is promised, and where the data begin.
+//!
+//! The grammar is `ply-rs`'s. Its payload parser is not used for reading: it knows no NaN, no `.5` and no `1.` in
+//! ascii, wants UTF-8 in comments, and its element constructor cannot know which further properties a file has.
+
+use super::error::{Format, FormatError, quoted};
+use ply_rs::parser::{Parser, Reader};
+use ply_rs::ply::{DefaultElement, Header};
+use std::io::Cursor;
+
+/// Header bytes beyond which a file is no PLY: 1 MiB, thousands of comment lines.
+const MAX_HEADER_BYTES: usize = 1 << 20;
+
+/// The header, and where the data are.
+pub(super) struct PlyHeader {
+    pub header: Header,
+    /// Offset of the first byte of data.
+    pub data_start: usize,
+    /// The number of the line that begins there, counted from 1.
+    pub data_line: usize,
+}
+
+/// Reads and checks the header.
+pub(super) fn read_header(bytes: &[u8]) -> Result<PlyHeader, FormatError> {
+    let head = &bytes[..bytes.len().min(MAX_HEADER_BYTES)];
+    let first_end = head.iter().position(|&b| b == b'\n' || b == b'\r').unwrap_or(head.len());
+    if head[..first_end].trim_ascii() != b"ply" {
+        let found = format!("'{}'", quoted(&String::from_utf8_lossy(&head[..head.len().min(32)])));
+        return Err(FormatError::NotThisFormat { format: Format::Ply, found });
+    }
+    // The terminator of the first line is that of all: a binary body may begin with either byte.
+    let terminator: &[u8] = match (head.get(first_end), head.get(first_end + 1)) {
+        (Some(b'\r'), Some(b'\n')) => b"\r\n",
+        (Some(b'\r'), _) => b"\r",
+        _ => b"\n",
+    };
+    let mut lines = Vec::new();
+    let mut at = 0;
+    loop {
+        let rest = &head[at..];
+        let Some(len) = rest.windows(terminator.len()).position(|w| w == terminator) else {
+            let found = if rest.is_empty() { "the end of the file".into() } else { String::from_utf8_lossy(rest) };
+            return Err(line_error(lines.len() + 1, "a header that closes with 'end_header'", &found));
+        };
+        lines.push(String::from_utf8_lossy(&rest[..len]).trim().to_string());
+        at += len + terminator.len();
+        if lines.last().is_some_and(|l| l == "end_header") {
+            break;
+        }
+    }
+    let header = parse(&lines)?;
+    let stated = lines.iter().filter(|l| l.starts_with("property")).count();
+    let kept: usize = header.elements.values().map(|e| e.properties.len()).sum();
+    if stated != kept {
+        return Err(line_error(lines.len(), "every property of an element to have its own name", "a name used twice"));
+    }
+    Ok(PlyHeader { header, data_start: at, data_line: lines.len() + 1 })
+}
+
+fn parse(lines: &[String]) -> Result<Header, FormatError> {
+    let text = lines.join("\n") + "\n";
+    Parser::<DefaultElement>::new().read_header(&mut Reader::new(Cursor::new(text))).map_err(|e| match e.line() {
+        Some(n) => line_error(n, "a line of a PLY header", lines.get(n - 1).map_or("nothing", String::as_str)),
+        None => line_error(2, "'format ascii|binary_little_endian|binary_big_endian 1.0'", "no such line"),
+    })
+}
+
+pub(super) fn line_error(line: usize, expected: &str, found: &str) -> FormatError {
+    FormatError::Line { format: Format::Ply, line, expected: expected.into(), found: quoted(found) }
+}

@@ -1,0 +1,232 @@
+//! PLY in: ascii or binary of either byte order, properties in any order, what is unknown skipped.
+
+use super::error::{Format, FormatError, quoted};
+use super::ply_header::{line_error, read_header};
+use super::ply_rows::{RowError, Rows};
+use super::raw_mesh::{RawMesh, read_all};
+use ply_rs::ply::{ElementDef, PropertyType, ScalarType};
+use std::io::Read;
+
+/// Reads a PLY mesh or point cloud.
+///
+/// Colours may be `red/green/blue`, `r/g/b` or `diffuse_…`, as bytes, shorts or floats (0–1, or 0–255 when any is
+/// above 1). Faces are `vertex_indices` or `vertex_index`. Other numbers per vertex come as `scalars`.
+///
+/// **Errors** name the line (ascii) or the element and its index (binary).
+pub fn read_ply(input: impl Read) -> Result<RawMesh, FormatError> {
+    let bytes = read_all(Format::Ply, input)?;
+    let head = read_header(&bytes)?;
+    let mut rows = Rows::new(head.header.encoding, &bytes[head.data_start..], head.data_line);
+    let mut mesh = RawMesh::default();
+    let mut has_vertices = false;
+    for element in head.header.elements.values() {
+        match element.name.as_str() {
+            "vertex" => {
+                read_vertices(&mut rows, element, head.data_line - 1, &mut mesh)?;
+                has_vertices = true;
+            }
+            "face" => read_faces(&mut rows, element, &mut mesh)?,
+            _ => skip_element(&mut rows, element)?,
+        }
+    }
+    if !has_vertices {
+        return Err(line_error(head.data_line - 1, "an element 'vertex' before the header's end", "none"));
+    }
+    mesh.with_indices_checked(Format::Ply)
+}
+
+/// Where a property of a vertex goes.
+#[derive(Clone, Copy)]
+enum Sink {
+    Point(usize),
+    Normal(usize),
+    Uv(usize),
+    Color(usize),
+    Scalar(usize),
+    Skip,
+}
+
+fn sink_of(name: &str, kind: &PropertyType, scalar_names: &mut Vec<String>) -> Sink {
+    if matches!(kind, PropertyType::List(..)) {
+        return Sink::Skip;
+    }
+    match name {
+        "x" => Sink::Point(0),
+        "y" => Sink::Point(1),
+        "z" => Sink::Point(2),
+        "nx" => Sink::Normal(0),
+        "ny" => Sink::Normal(1),
+        "nz" => Sink::Normal(2),
+        "s" | "u" | "texture_u" => Sink::Uv(0),
+        "t" | "v" | "texture_v" => Sink::Uv(1),
+        "red" | "r" | "diffuse_red" => Sink::Color(0),
+        "green" | "g" | "diffuse_green" => Sink::Color(1),
+        "blue" | "b" | "diffuse_blue" => Sink::Color(2),
+        "alpha" | "a" | "diffuse_alpha" => Sink::Skip,
+        _ => {
+            scalar_names.push(name.to_string());
+            Sink::Scalar(scalar_names.len() - 1)
+        }
+    }
+}
+
+fn read_vertices(
+    rows: &mut Rows,
+    element: &ElementDef,
+    header_line: usize,
+    mesh: &mut RawMesh,
+) -> Result<(), FormatError> {
+    let mut names = Vec::new();
+    let columns: Vec<(Sink, &PropertyType)> =
+        element.properties.values().map(|p| (sink_of(&p.name, &p.data_type, &mut names), &p.data_type)).collect();
+    let complete = |wanted: fn(Sink) -> Option<usize>, arity: usize| {
+        (0..arity).all(|k| columns.iter().any(|&(sink, _)| wanted(sink) == Some(k)))
+    };
+    if !complete(|s| if let Sink::Point(k) = s { Some(k) } else { None }, 3) {
+        return Err(line_error(header_line, "properties x, y and z of element 'vertex'", "not all three"));
+    }
+    let has_normals = complete(|s| if let Sink::Normal(k) = s { Some(k) } else { None }, 3);
+    let has_uvs = complete(|s| if let Sink::Uv(k) = s { Some(k) } else { None }, 2);
+    let has_colors = complete(|s| if let Sink::Color(k) = s { Some(k) } else { None }, 3);
+
+    let capacity = element.count.min(rows.bytes_left());
+    let (mut normals, mut uvs, mut colors) = (Vec::new(), Vec::new(), Vec::<[f64; 3]>::new());
+    let mut scalars = vec![Vec::<f32>::new(); names.len()];
+    let mut items = Vec::new();
+    mesh.points.reserve(capacity);
+    for index in 0..element.count {
+        let (mut point, mut normal, mut uv, mut color) = ([0.0; 3], [0.0; 3], [0.0; 2], [0.0; 3]);
+        let mut read_row = || {
+            rows.begin_row()?;
+            for &(sink, kind) in &columns {
+                let value = match kind {
+                    PropertyType::Scalar(kind) => rows.scalar(kind)?,
+                    PropertyType::List(count, item) => {
+                        rows.list(count, item, &mut items)?;
+                        continue;
+                    }
+                };
+                match sink {
+                    Sink::Point(k) => point[k] = value,
+                    Sink::Normal(k) => normal[k] = value,
+                    Sink::Uv(k) => uv[k] = value,
+                    Sink::Color(k) => color[k] = value,
+                    Sink::Scalar(k) => scalars[k].push(value as f32),
+                    Sink::Skip => {}
+                }
+            }
+            rows.end_row()
+        };
+        read_row().map_err(|e| row_error(e, rows, element, index))?;
+        mesh.points.push(point);
+        if has_normals {
+            normals.push(normal);
+        }
+        if has_uvs {
+            uvs.push(uv);
+        }
+        if has_colors {
+            colors.push(color);
+        }
+    }
+    mesh.normals = has_normals.then_some(normals);
+    mesh.uvs = has_uvs.then_some(uvs);
+    mesh.colors = has_colors.then(|| bytes_of_colors(&colors, &columns));
+    mesh.scalars = names.into_iter().zip(scalars).collect();
+    Ok(())
+}
+
+/// Colours as bytes, whatever range their type and values say they have.
+fn bytes_of_colors(colors: &[[f64; 3]], columns: &[(Sink, &PropertyType)]) -> Vec<[u8; 3]> {
+    let kind = columns.iter().find_map(|&(sink, kind)| match (sink, kind) {
+        (Sink::Color(_), PropertyType::Scalar(kind)) => Some(kind),
+        _ => None,
+    });
+    let scale = match kind {
+        Some(ScalarType::UShort) => 1.0 / 257.0,
+        Some(ScalarType::Float | ScalarType::Double) if colors.iter().flatten().all(|&c| !(c > 1.0)) => 255.0,
+        _ => 1.0,
+    };
+    // `as u8` saturates, and makes 0 of NaN.
+    colors.iter().map(|c| c.map(|v| (v * scale).round() as u8)).collect()
+}
+
+fn read_faces(rows: &mut Rows, element: &ElementDef, mesh: &mut RawMesh) -> Result<(), FormatError> {
+    let columns: Vec<(bool, &PropertyType)> = element
+        .properties
+        .values()
+        .map(|p| (matches!(p.name.as_str(), "vertex_indices" | "vertex_index"), &p.data_type))
+        .collect();
+    if columns.is_empty() {
+        return Ok(());
+    }
+    let mut items = Vec::new();
+    let mut corners = Vec::new();
+    mesh.faces.reserve(element.count.min(rows.bytes_left()));
+    for index in 0..element.count {
+        corners.clear();
+        let mut read_row = || {
+            rows.begin_row()?;
+            for &(is_corners, kind) in &columns {
+                match kind {
+                    PropertyType::Scalar(kind) => {
+                        rows.scalar(kind)?;
+                    }
+                    PropertyType::List(count, item) => {
+                        rows.list(count, item, &mut items)?;
+                        if is_corners {
+                            for &v in &items {
+                                if !(v >= 0.0 && v.fract() == 0.0 && v <= f64::from(u32::MAX)) {
+                                    return Err(RowError::Bad { expected: "a vertex index", found: v.to_string() });
+                                }
+                                corners.push(v as u32);
+                            }
+                        }
+                    }
+                }
+            }
+            rows.end_row()
+        };
+        read_row().map_err(|e| row_error(e, rows, element, index))?;
+        mesh.push_polygon(&corners);
+    }
+    Ok(())
+}
+
+fn skip_element(rows: &mut Rows, element: &ElementDef) -> Result<(), FormatError> {
+    if element.properties.is_empty() {
+        return Ok(());
+    }
+    let mut items = Vec::new();
+    for index in 0..element.count {
+        let mut read_row = || {
+            rows.begin_row()?;
+            for property in element.properties.values() {
+                match &property.data_type {
+                    PropertyType::Scalar(kind) => {
+                        rows.scalar(kind)?;
+                    }
+                    PropertyType::List(count, item) => rows.list(count, item, &mut items)?,
+                }
+            }
+            rows.end_row()
+        };
+        read_row().map_err(|e| row_error(e, rows, element, index))?;
+    }
+    Ok(())
+}
+
+fn row_error(error: RowError, rows: &Rows, element: &ElementDef, index: usize) -> FormatError {
+    let name = element.name.clone();
+    let (expected, found) = match error {
+        RowError::Ended => {
+            return FormatError::Truncated { format: Format::Ply, element: name, index, count: element.count };
+        }
+        RowError::Bad { expected, found } => (expected.to_string(), quoted(&found)),
+        RowError::Count { found } => (format!("the numbers of one {name}, as the header declares"), quoted(&found)),
+    };
+    match rows.line() {
+        Some(line) => FormatError::Line { format: Format::Ply, line, expected, found },
+        None => FormatError::Element { format: Format::Ply, element: name, index, expected, found },
+    }
+}

@@ -1,0 +1,137 @@
+//! The data of a PLY file, one number at a time, whatever its encoding.
+
+use ply_rs::ply::{Encoding, ScalarType};
+
+/// Why a row could not be read. Its caller knows which row it is.
+pub(super) enum RowError {
+    /// The bytes end within it, or before it.
+    Ended,
+    /// This is no such number.
+    Bad { expected: &'static str, found: String },
+    /// An ascii line has another count of numbers than its element.
+    Count { found: String },
+}
+
+/// A cursor over the rows of all elements.
+pub(super) enum Rows<'a> {
+    Ascii { rest: &'a [u8], row: &'a [u8], line: usize },
+    Binary { rest: &'a [u8], big_endian: bool },
+}
+
+impl<'a> Rows<'a> {
+    pub(super) fn new(encoding: Encoding, data: &'a [u8], line: usize) -> Self {
+        match encoding {
+            Encoding::Ascii => Self::Ascii { rest: data, row: &[], line: line - 1 },
+            Encoding::BinaryBigEndian => Self::Binary { rest: data, big_endian: true },
+            Encoding::BinaryLittleEndian => Self::Binary { rest: data, big_endian: false },
+        }
+    }
+
+    /// The line of the row that was last begun; `None` in binary.
+    pub(super) fn line(&self) -> Option<usize> {
+        match self {
+            Self::Ascii { line, .. } => Some(*line),
+            Self::Binary { .. } => None,
+        }
+    }
+
+    /// How many bytes are left: no row is shorter than one.
+    pub(super) fn bytes_left(&self) -> usize {
+        match self {
+            Self::Ascii { rest, .. } | Self::Binary { rest, .. } => rest.len(),
+        }
+    }
+
+    /// Goes to the next row; in ascii the next line that is not blank.
+    pub(super) fn begin_row(&mut self) -> Result<(), RowError> {
+        let Self::Ascii { rest, row, line } = self else { return Ok(()) };
+        loop {
+            if rest.is_empty() {
+                return Err(RowError::Ended);
+            }
+            let end = rest.iter().position(|&b| b == b'\n' || b == b'\r').unwrap_or(rest.len());
+            let terminator = if rest[end..].starts_with(b"\r\n") { 2 } else { 1 };
+            *row = rest[..end].trim_ascii();
+            *rest = &rest[(end + terminator).min(rest.len())..];
+            *line += 1;
+            if !row.is_empty() {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Checks that nothing is left over of the row.
+    pub(super) fn end_row(&self) -> Result<(), RowError> {
+        match self {
+            Self::Ascii { row, .. } if !row.is_empty() => {
+                Err(RowError::Count { found: format!("also '{}'", String::from_utf8_lossy(row)) })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The next number of the row.
+    pub(super) fn scalar(&mut self, kind: &ScalarType) -> Result<f64, RowError> {
+        match self {
+            Self::Ascii { rest, row, .. } => {
+                let end = row.iter().position(u8::is_ascii_whitespace).unwrap_or(row.len());
+                let (token, left) = row.split_at(end);
+                *row = left.trim_ascii_start();
+                if token.is_empty() {
+                    // A last line that is cut is not a line with too few numbers.
+                    return Err(if rest.is_empty() {
+                        RowError::Ended
+                    } else {
+                        RowError::Count { found: "fewer".into() }
+                    });
+                }
+                parse_number(token)
+            }
+            Self::Binary { rest, big_endian } => binary_scalar(rest, *big_endian, kind).ok_or(RowError::Ended),
+        }
+    }
+
+    /// The next list of the row, into `items`.
+    pub(super) fn list(&mut self, count: &ScalarType, item: &ScalarType, items: &mut Vec<f64>) -> Result<(), RowError> {
+        items.clear();
+        let count = self.scalar(count)?;
+        if count < 0.0 || count.fract() != 0.0 || count > f64::from(u32::MAX) {
+            return Err(RowError::Bad { expected: "the length of a list", found: count.to_string() });
+        }
+        for _ in 0..count as usize {
+            items.push(self.scalar(item)?);
+        }
+        Ok(())
+    }
+}
+
+fn parse_number(token: &[u8]) -> Result<f64, RowError> {
+    let text = String::from_utf8_lossy(token);
+    match text.parse() {
+        Ok(value) => Ok(value),
+        // What old C libraries print: 1.#QNAN, -1.#IND, 1.#INF.
+        Err(_) if text.contains('#') => Ok(f64::NAN),
+        Err(_) => Err(RowError::Bad { expected: "a number", found: text.into_owned() }),
+    }
+}
+
+fn binary_scalar(rest: &mut &[u8], big_endian: bool, kind: &ScalarType) -> Option<f64> {
+    macro_rules! take {
+        ($type:ty) => {{
+            let (bytes, left) = rest.split_first_chunk()?;
+            *rest = left;
+            let value = if big_endian { <$type>::from_be_bytes(*bytes) } else { <$type>::from_le_bytes(*bytes) };
+            Some(f64::from(value))
+        }};
+    }
+    match kind {
+        ScalarType::Char => take!(i8),
+        ScalarType::UChar => take!(u8),
+        ScalarType::Short => take!(i16),
+        ScalarType::UShort => take!(u16),
+        ScalarType::Int => take!(i32),
+        ScalarType::UInt => take!(u32),
+        ScalarType::Float => take!(f32),
+        ScalarType::Double => take!(f64),
+    }
+}

@@ -1,0 +1,120 @@
+//! A mesh as a file states it: plain arrays, no claim beyond indices being in range.
+
+use super::error::{Format, FormatError};
+use std::collections::BTreeMap;
+use std::io::Read;
+
+/// The arrays of a mesh file, in the file's own frame, unit and vertex order.
+///
+/// **Shapes** everything a vertex has, has the length of `points`.
+///
+/// **Guarantees** (when it comes from a reader) face indices are in range; polygons are fans of triangles. A mesh
+/// without faces, or with coordinates that are NaN, is handed on as it is: whether that is an error, the caller knows.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RawMesh {
+    /// V × 3.
+    pub points: Vec<[f64; 3]>,
+    /// F × 3; empty for a point cloud.
+    pub faces: Vec<[u32; 3]>,
+    /// sRGB, V × 3.
+    pub colors: Option<Vec<[u8; 3]>>,
+    /// V × 3, as stated, not normalised.
+    pub normals: Option<Vec<[f64; 3]>>,
+    /// V × 2, in the format's own convention for the origin.
+    pub uvs: Option<Vec<[f64; 2]>>,
+    /// Every other number that the file gives per vertex (`label`, `quality`, …), by its name in the file.
+    pub scalars: BTreeMap<String, Vec<f32>>,
+}
+
+/// The mesh formats.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum MeshKind {
+    /// Stanford polygon file.
+    Ply,
+    /// Wavefront OBJ.
+    Obj,
+    /// Stereolithography.
+    Stl,
+    /// Geomview's object file format.
+    Off,
+    /// glTF, `.glb` or `.gltf`.
+    Gltf,
+}
+
+impl MeshKind {
+    /// The kind that an extension (without its dot, in any case) stands for.
+    ///
+    /// **Errors** [`FormatError::UnknownExtension`].
+    pub fn from_extension(extension: &str) -> Result<Self, FormatError> {
+        match extension.to_ascii_lowercase().as_str() {
+            "ply" => Ok(Self::Ply),
+            "obj" => Ok(Self::Obj),
+            "stl" => Ok(Self::Stl),
+            "off" => Ok(Self::Off),
+            "glb" | "gltf" => Ok(Self::Gltf),
+            _ => Err(FormatError::UnknownExtension { extension: extension.to_string() }),
+        }
+    }
+}
+
+/// Reads a mesh of a known kind.
+pub fn read_mesh(kind: MeshKind, input: impl Read) -> Result<RawMesh, FormatError> {
+    match kind {
+        MeshKind::Ply => super::read_ply(input),
+        _ => Err(FormatError::UnknownExtension { extension: "not yet".into() }),
+    }
+}
+
+impl RawMesh {
+    /// The mesh itself once every face is known to refer to vertices that are there.
+    pub(super) fn with_indices_checked(self, format: Format) -> Result<Self, FormatError> {
+        let vertex_count = self.points.len();
+        for (index, face) in self.faces.iter().enumerate() {
+            if let Some(v) = face.iter().find(|&&v| v as usize >= vertex_count) {
+                return Err(FormatError::Element {
+                    format,
+                    element: "face".into(),
+                    index,
+                    expected: format!("vertices below {vertex_count}"),
+                    found: format!("vertex {v}"),
+                });
+            }
+        }
+        Ok(self)
+    }
+
+    /// Adds a polygon as a fan around its first corner; fewer than three corners add nothing.
+    pub(super) fn push_polygon(&mut self, corners: &[u32]) {
+        for k in 2..corners.len() {
+            self.faces.push([corners[0], corners[k - 1], corners[k]]);
+        }
+    }
+}
+
+/// All bytes of `input`.
+pub(super) fn read_all(format: Format, mut input: impl Read) -> Result<Vec<u8>, FormatError> {
+    let mut bytes = Vec::new();
+    input.read_to_end(&mut bytes).map_err(|source| FormatError::Io { format, source })?;
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn extensions_are_known_in_any_case() {
+        for extension in super::super::error::MESH_EXTENSIONS {
+            assert!(MeshKind::from_extension(&extension.to_uppercase()).is_ok());
+        }
+        let err = MeshKind::from_extension("fbx").unwrap_err();
+        assert!(err.hint().unwrap().contains("ply"), "{err}");
+    }
+
+    #[test]
+    fn a_polygon_becomes_a_fan() {
+        let mut mesh = RawMesh::default();
+        mesh.push_polygon(&[4, 5, 6, 7, 8]);
+        assert_eq!(mesh.faces, [[4, 5, 6], [4, 6, 7], [4, 7, 8]]);
+    }
+}
