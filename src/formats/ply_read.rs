@@ -144,7 +144,7 @@ fn bytes_of_colors(colors: &[[f64; 3]], columns: &[(Sink, &PropertyType)]) -> Ve
     });
     let scale = match kind {
         Some(ScalarType::UShort) => 1.0 / 257.0,
-        Some(ScalarType::Float | ScalarType::Double) if colors.iter().flatten().all(|&c| !(c > 1.0)) => 255.0,
+        Some(ScalarType::Float | ScalarType::Double) if !colors.iter().flatten().any(|&c| c > 1.0) => 255.0,
         _ => 1.0,
     };
     // `as u8` saturates, and makes 0 of NaN.
