@@ -3,7 +3,10 @@
 
 mod adjacency;
 mod face_tree;
+mod geodesic;
+mod intersection;
 mod laplacian;
+mod mean_value;
 mod mesh;
 mod nearest_vertex;
 #[cfg(test)]
@@ -13,7 +16,10 @@ mod triangle;
 mod winding;
 
 pub use adjacency::Adjacency;
+pub use geodesic::geodesic_distances;
+pub use intersection::{intersecting_pairs, self_intersecting_pairs, triangles_cross};
 pub use laplacian::{Laplacian, cotangent_laplacian, uniform_laplacian};
+pub use mean_value::mean_value_coordinates;
 pub use mesh::{Aabb, FaceId, MeshError, PerFace, PerVertex, Point, TriMesh, Vec3, VertexId};
 pub use nearest_vertex::NearestVertex;
 pub use surface_index::{RayHit, SurfaceIndex, SurfacePoint};

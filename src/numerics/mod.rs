@@ -1,8 +1,10 @@
 //! Sparse factorisation and quadratic programs. Knows no mesh.
 
 mod cholesky;
+mod quadratic_program;
 
 pub use cholesky::SparseCholesky;
+pub use quadratic_program::{QpOutcome, QpRow, QpStatus, QuadraticProgram};
 
 /// What cannot be solved.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
