@@ -21,4 +21,5 @@ pub mod fit;
 pub mod formats;
 pub mod geometry;
 pub mod numerics;
+pub mod scan;
 pub mod view;

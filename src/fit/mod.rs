@@ -1,6 +1,13 @@
 //! Fitting: the naked scan (Hu 2017, Eq. 4), the surface registered to it, and the figure dressed so far inside the
 //! next scan (Eqs. 5–6).
 
+mod articulated;
+mod naked;
+mod prior;
+mod surface;
+
+pub use naked::{NakedParams, fit_naked};
+
 use crate::body::{Pose, Shape, Skeleton};
 use crate::geometry::{PerVertex, TriMesh};
 use serde::{Deserialize, Serialize};
@@ -74,4 +81,55 @@ pub struct PoseInside {
     pub offsets: PerVertex<f64>,
     /// How it went.
     pub report: FitReport,
+}
+
+/// Progress of a fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// Iterations done.
+    pub iteration: usize,
+    /// Greatest move of a joint in the last one, in metres.
+    pub moved: f64,
+}
+
+/// Why a fit gives no result.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FitError {
+    /// There is nothing to fit to.
+    #[error("the scan has no surface to fit a body to")]
+    EmptyScan,
+    /// No start explains the scan.
+    #[error("the scan does not look like a naked standing person: the best fit leaves {residual_mm:.0} mm on average, over {limit_mm:.0} mm")]
+    NotABody {
+        /// Mean distance of the best fit.
+        residual_mm: f64,
+        /// The limit.
+        limit_mm: f64,
+    },
+    /// The figure and the scan do not belong together.
+    #[error("the figure dressed so far cannot be laid into this scan: the best pose leaves {residual_mm:.0} mm on average where skin or inner clothes should show, over {limit_mm:.0} mm")]
+    NotThisPerson {
+        /// Mean distance of the best pose.
+        residual_mm: f64,
+        /// The limit.
+        limit_mm: f64,
+    },
+    /// A linear system could not be solved.
+    #[error("the registration's linear system could not be factored: {reason}")]
+    Singular {
+        /// What the solver says.
+        reason: String,
+    },
+}
+
+impl FitError {
+    /// What to do about it.
+    pub fn hint(&self) -> Option<String> {
+        Some(match self {
+            Self::EmptyScan => "scan again, or look at the file in a viewer".into(),
+            Self::NotABody { .. } => "check the unit and the up axis (--unit, --up); one whole person must stand upright, in an A-pose".into(),
+            Self::NotThisPerson { .. } => "check that this is the same person, and that no scan between was left out".into(),
+            Self::Singular { .. } => "the body model's mesh may be broken; leave --body out to use the embedded one".into(),
+        })
+    }
 }
