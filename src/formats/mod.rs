@@ -2,20 +2,35 @@
 //! unit: that is for whoever reads.
 
 mod error;
+mod glb;
+mod gltf_accessor;
+mod gltf_read;
 mod npz;
 mod npz_io;
+mod obj;
+mod off;
 mod ply_header;
 mod ply_read;
 mod ply_rows;
 mod ply_write;
 mod raw_mesh;
+mod srgb;
+mod stl;
+mod text_lines;
 
+#[cfg(test)]
+mod gltf_tests;
 #[cfg(test)]
 mod ply_tests;
 
 pub use error::{Format, FormatError};
+pub use glb::{AccessorId, GlbMaterial, GlbMesh, GlbNode, GlbWriter, MaterialId, MeshId, NodeId, SkinId};
+pub use gltf_read::read_gltf;
 pub use npz::{NpyArray, NpyData, Npz};
 pub use npz_io::{NpzCompression, read_npy, read_npz, write_npy, write_npz};
+pub use obj::{read_obj, write_obj};
+pub use off::read_off;
 pub use ply_read::read_ply;
 pub use ply_write::{PlyEncoding, PlyOptions, write_ply};
 pub use raw_mesh::{MeshKind, RawMesh, read_mesh};
+pub use stl::read_stl;

@@ -3,7 +3,7 @@
 use super::error::{Format, FormatError, quoted};
 use super::ply_header::{line_error, read_header};
 use super::ply_rows::{RowError, Rows};
-use super::raw_mesh::{RawMesh, read_all};
+use super::raw_mesh::{RawMesh, bytes_of_colors, read_all};
 use ply_rs::ply::{ElementDef, PropertyType, ScalarType};
 use std::io::Read;
 
@@ -131,24 +131,22 @@ fn read_vertices(
     }
     mesh.normals = has_normals.then_some(normals);
     mesh.uvs = has_uvs.then_some(uvs);
-    mesh.colors = has_colors.then(|| bytes_of_colors(&colors, &columns));
+    mesh.colors = has_colors.then(|| bytes_of_typed_colors(&colors, &columns));
     mesh.scalars = names.into_iter().zip(scalars).collect();
     Ok(())
 }
 
-/// Colours as bytes, whatever range their type and values say they have.
-fn bytes_of_colors(colors: &[[f64; 3]], columns: &[(Sink, &PropertyType)]) -> Vec<[u8; 3]> {
+/// Colours as bytes, by what their type says.
+fn bytes_of_typed_colors(colors: &[[f64; 3]], columns: &[(Sink, &PropertyType)]) -> Vec<[u8; 3]> {
     let kind = columns.iter().find_map(|&(sink, kind)| match (sink, kind) {
         (Sink::Color(_), PropertyType::Scalar(kind)) => Some(kind),
         _ => None,
     });
-    let scale = match kind {
-        Some(ScalarType::UShort) => 1.0 / 257.0,
-        Some(ScalarType::Float | ScalarType::Double) if !colors.iter().flatten().any(|&c| c > 1.0) => 255.0,
-        _ => 1.0,
-    };
-    // `as u8` saturates, and makes 0 of NaN.
-    colors.iter().map(|c| c.map(|v| (v * scale).round() as u8)).collect()
+    match kind {
+        Some(ScalarType::Float | ScalarType::Double) => bytes_of_colors(colors),
+        Some(ScalarType::UShort) => colors.iter().map(|c| c.map(|v| (v / 257.0).round() as u8)).collect(),
+        _ => colors.iter().map(|c| c.map(|v| v as u8)).collect(),
+    }
 }
 
 fn read_faces(rows: &mut Rows, element: &ElementDef, mesh: &mut RawMesh) -> Result<(), FormatError> {

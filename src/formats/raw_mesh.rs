@@ -61,7 +61,10 @@ impl MeshKind {
 pub fn read_mesh(kind: MeshKind, input: impl Read) -> Result<RawMesh, FormatError> {
     match kind {
         MeshKind::Ply => super::read_ply(input),
-        _ => Err(FormatError::UnknownExtension { extension: "not yet".into() }),
+        MeshKind::Obj => super::read_obj(input),
+        MeshKind::Stl => super::read_stl(input),
+        MeshKind::Off => super::read_off(input),
+        MeshKind::Gltf => super::read_gltf(input),
     }
 }
 
@@ -96,6 +99,13 @@ pub(super) fn read_all(format: Format, mut input: impl Read) -> Result<Vec<u8>, 
     let mut bytes = Vec::new();
     input.read_to_end(&mut bytes).map_err(|source| FormatError::Io { format, source })?;
     Ok(bytes)
+}
+
+/// Colours as bytes, from numbers of 0–1, or of 0–255 when any is above 1.
+pub(super) fn bytes_of_colors(colors: &[[f64; 3]]) -> Vec<[u8; 3]> {
+    let scale = if colors.iter().flatten().any(|&c| c > 1.0) { 1.0 } else { 255.0 };
+    // `as u8` saturates, and makes 0 of NaN.
+    colors.iter().map(|c| c.map(|v| (v * scale).round() as u8)).collect()
 }
 
 #[cfg(test)]

@@ -1,0 +1,141 @@
+//! The numbers behind a glTF accessor, with every bound checked: a file's JSON may claim anything.
+
+use super::error::{Format, FormatError};
+use gltf::accessor::DataType;
+use gltf::{Accessor, Gltf, buffer};
+
+/// The buffers of a file, whole.
+///
+/// **Errors** [`FormatError::Unsupported`] for a buffer in another file, [`FormatError::Truncated`] for a short one.
+pub(super) fn read_buffers(file: &mut Gltf) -> Result<Vec<Vec<u8>>, FormatError> {
+    let mut blob = file.blob.take();
+    let mut buffers = Vec::new();
+    for buffer in file.document.buffers() {
+        let bytes = match buffer.source() {
+            buffer::Source::Bin => blob.take().ok_or_else(|| unsupported("a buffer without data"))?,
+            buffer::Source::Uri(uri) => match uri.split_once(";base64,") {
+                Some((head, text)) if head.starts_with("data:") => {
+                    decode_base64(text).ok_or_else(|| container("a data URI that is not base64"))?
+                }
+                _ => return Err(unsupported(&format!("the buffer in another file, '{uri}',"))),
+            },
+        };
+        if bytes.len() < buffer.length() {
+            let (element, count) = (format!("byte of buffer {},", buffer.index()), buffer.length());
+            return Err(FormatError::Truncated { format: Format::Gltf, element, index: bytes.len(), count });
+        }
+        buffers.push(bytes);
+    }
+    Ok(buffers)
+}
+
+/// The rows of an accessor, with 1 to 16 numbers each; normalised integers as the fractions that they stand for.
+pub(super) fn rows<const N: usize>(
+    accessor: &Accessor,
+    buffers: &[Vec<u8>],
+    what: &str,
+) -> Result<Vec<[f64; N]>, FormatError> {
+    let bad = |expected: String, found: String| FormatError::Element {
+        format: Format::Gltf,
+        element: "accessor".into(),
+        index: accessor.index(),
+        expected,
+        found,
+    };
+    if accessor.dimensions().multiplicity() != N {
+        return Err(bad(format!("{what} of {N} numbers"), format!("{:?}", accessor.dimensions())));
+    }
+    if accessor.sparse().is_some() {
+        return Err(unsupported(&format!("the sparse accessor {}", accessor.index())));
+    }
+    let view = accessor.view().ok_or_else(|| bad(format!("{what} with data"), "no buffer view".into()))?;
+    let (count, row_bytes) = (accessor.count(), accessor.size());
+    let stride = view.stride().unwrap_or(row_bytes);
+    // Offsets come from the file: only checked sums of them are believed.
+    let data = (|| {
+        let buffer = buffers.get(view.buffer().index())?;
+        let view_end = view.offset().checked_add(view.length())?;
+        let in_view = buffer.get(view.offset()..view_end)?;
+        let length = stride.checked_mul(count.checked_sub(1)?)?.checked_add(row_bytes)?;
+        in_view.get(accessor.offset()..accessor.offset().checked_add(length)?)
+    })();
+    let data = match data {
+        Some(data) if stride >= row_bytes => data,
+        _ if count == 0 => return Ok(Vec::new()),
+        _ => return Err(bad(format!("{count} rows of {what} within its buffer"), "it reaches beyond".into())),
+    };
+    let number = reader(accessor.data_type(), accessor.normalized());
+    let size = accessor.data_type().size();
+    Ok((0..count)
+        .map(|row| {
+            let mut values = [0.0; N];
+            for (k, value) in values.iter_mut().enumerate() {
+                *value = number(&data[row * stride + k * size..]);
+            }
+            values
+        })
+        .collect())
+}
+
+fn reader(kind: DataType, normalized: bool) -> fn(&[u8]) -> f64 {
+    fn first<const N: usize>(bytes: &[u8]) -> [u8; N] {
+        bytes.first_chunk().copied().unwrap_or([0; N])
+    }
+    match (kind, normalized) {
+        (DataType::F32, _) => |b| f64::from(f32::from_le_bytes(first(b))),
+        (DataType::U32, _) => |b| f64::from(u32::from_le_bytes(first(b))),
+        (DataType::U16, false) => |b| f64::from(u16::from_le_bytes(first(b))),
+        (DataType::U16, true) => |b| f64::from(u16::from_le_bytes(first(b))) / f64::from(u16::MAX),
+        (DataType::I16, false) => |b| f64::from(i16::from_le_bytes(first(b))),
+        (DataType::I16, true) => |b| (f64::from(i16::from_le_bytes(first(b))) / f64::from(i16::MAX)).max(-1.0),
+        (DataType::U8, false) => |b| f64::from(b[0]),
+        (DataType::U8, true) => |b| f64::from(b[0]) / f64::from(u8::MAX),
+        (DataType::I8, false) => |b| f64::from(i8::from_le_bytes(first(b))),
+        (DataType::I8, true) => |b| (f64::from(i8::from_le_bytes(first(b))) / f64::from(i8::MAX)).max(-1.0),
+    }
+}
+
+pub(super) fn unsupported(what: &str) -> FormatError {
+    FormatError::Unsupported { format: Format::Gltf, what: what.into() }
+}
+
+pub(super) fn container(reason: &str) -> FormatError {
+    FormatError::Container { format: Format::Gltf, reason: reason.into() }
+}
+
+/// RFC 4648, padded or not.
+fn decode_base64(text: &str) -> Option<Vec<u8>> {
+    let mut bytes = Vec::with_capacity(text.len() / 4 * 3);
+    let (mut bits, mut bit_count) = (0u32, 0);
+    for c in text.trim_end_matches('=').bytes() {
+        let digit = match c {
+            b'A'..=b'Z' => c - b'A',
+            b'a'..=b'z' => c - b'a' + 26,
+            b'0'..=b'9' => c - b'0' + 52,
+            b'+' => 62,
+            b'/' => 63,
+            _ => return None,
+        };
+        bits = (bits << 6) | u32::from(digit);
+        bit_count += 6;
+        if bit_count >= 8 {
+            bit_count -= 8;
+            bytes.push((bits >> bit_count) as u8);
+            bits &= (1 << bit_count) - 1;
+        }
+    }
+    Some(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_as_the_rfc_has_it() {
+        for (text, bytes) in [("", ""), ("Zg==", "f"), ("Zm8=", "fo"), ("Zm9v", "foo"), ("Zm9vYmFy", "foobar")] {
+            assert_eq!(decode_base64(text).unwrap(), bytes.as_bytes());
+        }
+        assert_eq!(decode_base64("Zm9 v"), None);
+    }
+}

@@ -1,0 +1,204 @@
+//! glTF in: every mesh of the scene, where its nodes put it, as one.
+
+use super::error::{Format, FormatError, quoted};
+use super::gltf_accessor::{container, read_buffers, rows, unsupported};
+use super::raw_mesh::{RawMesh, read_all};
+use super::srgb::byte_of_linear;
+use gltf::mesh::{Mode, Semantic};
+use gltf::{Gltf, Node, Primitive};
+use nalgebra::{Matrix3, Matrix4, Point3, Vector3};
+use std::collections::BTreeSet;
+use std::io::Read;
+
+/// Reads a `.glb`, or a `.gltf` with its buffers embedded.
+///
+/// All primitives of triangles or points in the default scene become one mesh, transformed by their nodes. A skinned
+/// mesh comes in its bind pose, and its node's transform does not count, as the standard says. Colours (`COLOR_0`,
+/// linear in the file) come as sRGB; where only some primitives have them, the others are white. Float attributes
+/// of one number (`_NAME`) come as scalars. Textures are not read.
+///
+/// **Errors** also for what a Draco-like extension hides, and for buffers in other files.
+pub fn read_gltf(input: impl Read) -> Result<RawMesh, FormatError> {
+    let bytes = read_all(Format::Gltf, input)?;
+    check_length(&bytes)?;
+    let mut file = Gltf::from_slice(&bytes).map_err(|e| match e {
+        gltf::Error::Validation(all) => {
+            let first = all.first().map_or_else(String::new, |(path, error)| format!("{path}: {error}"));
+            container(&first)
+        }
+        other => container(&other.to_string()),
+    })?;
+    let buffers = read_buffers(&mut file)?;
+    let mut parts = Parts { buffers, ..Parts::default() };
+
+    let scene = file.default_scene().or_else(|| file.scenes().next());
+    let mut seen = BTreeSet::new();
+    let mut open: Vec<(Node, Matrix4<f64>)> = match &scene {
+        Some(scene) => scene.nodes().map(|node| (node, Matrix4::identity())).collect(),
+        None => file.nodes().map(|node| (node, Matrix4::identity())).collect(),
+    };
+    open.reverse();
+    while let Some((node, world_from_parent)) = open.pop() {
+        if !seen.insert(node.index()) {
+            if scene.is_none() {
+                continue;
+            }
+            return Err(container(&format!("node {} is reached twice", node.index())));
+        }
+        let matrix = Matrix4::from_fn(|r, c| f64::from(node.transform().matrix()[c][r]));
+        let world_from_node = world_from_parent * matrix;
+        if let Some(mesh) = node.mesh() {
+            let placed = if node.skin().is_some() { Matrix4::identity() } else { world_from_node };
+            for primitive in mesh.primitives() {
+                parts.push(&primitive, &placed)?;
+            }
+        }
+        if scene.is_some() {
+            let children: Vec<_> = node.children().map(|child| (child, world_from_node)).collect();
+            open.extend(children.into_iter().rev());
+        }
+    }
+    parts.into_mesh()
+}
+
+/// Refuses what is not glTF, or shorter than its header says.
+fn check_length(bytes: &[u8]) -> Result<(), FormatError> {
+    if let Some(rest) = bytes.strip_prefix(b"glTF") {
+        let stated =
+            rest.get(4..8).and_then(|b| b.try_into().ok()).map_or(usize::MAX, |b| u32::from_le_bytes(b) as usize);
+        if stated > bytes.len() {
+            let count = if stated == usize::MAX { 12 } else { stated };
+            let element = "byte".to_string();
+            return Err(FormatError::Truncated { format: Format::Gltf, element, index: bytes.len(), count });
+        }
+        // Its reader subtracts the header's 12 bytes unasked.
+        return if stated < 12 { Err(container("its header gives a length below its own")) } else { Ok(()) };
+    }
+    if bytes.trim_ascii_start().starts_with(b"{") {
+        return Ok(());
+    }
+    let head = String::from_utf8_lossy(&bytes[..bytes.len().min(32)]).into_owned();
+    Err(FormatError::NotThisFormat { format: Format::Gltf, found: format!("'{}'", quoted(&head)) })
+}
+
+/// The meshes so far. Arrays that a primitive lacks are filled up, so that lengths agree.
+#[derive(Default)]
+struct Parts {
+    buffers: Vec<Vec<u8>>,
+    mesh: RawMesh,
+    lacks_normals: bool,
+}
+
+impl Parts {
+    fn push(&mut self, primitive: &Primitive, placed: &Matrix4<f64>) -> Result<(), FormatError> {
+        if matches!(primitive.mode(), Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
+            return Ok(());
+        }
+        let Some(accessor) = primitive.get(&Semantic::Positions) else {
+            return Err(unsupported("a primitive without positions (compressed?)"));
+        };
+        let points = rows::<3>(&accessor, &self.buffers, "positions")?;
+        let first = self.mesh.points.len();
+        let end = first + points.len();
+        let mesh = &mut self.mesh;
+        mesh.points.extend(points.iter().map(|&p| <[f64; 3]>::from(placed.transform_point(&Point3::from(p)).coords)));
+
+        let linear: Matrix3<f64> = placed.fixed_view::<3, 3>(0, 0).into();
+        match (primitive.get(&Semantic::Normals), linear.try_inverse()) {
+            (Some(accessor), Some(inverse)) => {
+                let turn = inverse.transpose();
+                let normals = rows::<3>(&accessor, &self.buffers, "normals")?;
+                let turned =
+                    normals.iter().map(|&n| (turn * Vector3::from(n)).try_normalize(1e-30).unwrap_or_default());
+                mesh.normals.get_or_insert_default().extend(turned.map(<[f64; 3]>::from));
+                self.lacks_normals |= mesh.normals.as_ref().is_some_and(|n| n.len() != end);
+            }
+            _ => self.lacks_normals = true,
+        }
+        if let Some(accessor) = primitive.get(&Semantic::Colors(0)) {
+            let colors = match accessor.dimensions().multiplicity() {
+                4 => rows::<4>(&accessor, &self.buffers, "colours")?.iter().map(|&[r, g, b, _]| [r, g, b]).collect(),
+                _ => rows::<3>(&accessor, &self.buffers, "colours")?,
+            };
+            let into = mesh.colors.get_or_insert_default();
+            into.resize(first, [255; 3]);
+            into.extend(colors.iter().map(|c| c.map(byte_of_linear)));
+        }
+        if let Some(accessor) = primitive.get(&Semantic::TexCoords(0)) {
+            let uvs = rows::<2>(&accessor, &self.buffers, "texture coordinates")?;
+            let into = mesh.uvs.get_or_insert_default();
+            into.resize(first, [0.0; 2]);
+            into.extend(uvs);
+        }
+        for (semantic, accessor) in primitive.attributes() {
+            if let (Semantic::Extras(name), 1) = (semantic, accessor.dimensions().multiplicity()) {
+                let values = rows::<1>(&accessor, &self.buffers, "an attribute")?;
+                let into = mesh.scalars.entry(format!("_{name}")).or_default();
+                into.resize(first, 0.0);
+                into.extend(values.iter().map(|v| v[0] as f32));
+            }
+        }
+        // An attribute of another length than its positions is cut or filled like one that is not there.
+        self.fill(end);
+
+        let corners: Vec<u32> = match primitive.indices() {
+            Some(accessor) => rows::<1>(&accessor, &self.buffers, "indices")?.iter().map(|v| v[0] as u32).collect(),
+            None => (0..points.len() as u32).collect(),
+        };
+        let mirrored = linear.determinant() < 0.0;
+        self.push_faces(primitive.mode(), &corners, points.len(), first as u32, mirrored)
+    }
+
+    fn fill(&mut self, end: usize) {
+        let mesh = &mut self.mesh;
+        if let Some(colors) = &mut mesh.colors {
+            colors.resize(end, [255; 3]);
+        }
+        if let Some(uvs) = &mut mesh.uvs {
+            uvs.resize(end, [0.0; 2]);
+        }
+        for values in mesh.scalars.values_mut() {
+            values.resize(end, 0.0);
+        }
+    }
+
+    fn push_faces(
+        &mut self,
+        mode: Mode,
+        corners: &[u32],
+        vertex_count: usize,
+        first: u32,
+        mirrored: bool,
+    ) -> Result<(), FormatError> {
+        if let Some((index, v)) = corners.iter().enumerate().find(|&(_, &v)| v as usize >= vertex_count) {
+            return Err(FormatError::Element {
+                format: Format::Gltf,
+                element: "index".into(),
+                index,
+                expected: format!("vertices below {vertex_count}"),
+                found: format!("vertex {v}"),
+            });
+        }
+        let faces: Vec<[u32; 3]> = match mode {
+            Mode::Triangles => corners.as_chunks::<3>().0.to_vec(),
+            // Every other triangle of a strip is the other way round.
+            Mode::TriangleStrip => corners
+                .windows(3)
+                .enumerate()
+                .map(|(k, w)| if k % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] })
+                .collect(),
+            Mode::TriangleFan => corners.windows(2).skip(1).map(|w| [corners[0], w[0], w[1]]).collect(),
+            Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => Vec::new(),
+        };
+        let turned = faces.into_iter().map(|[a, b, c]| if mirrored { [a, c, b] } else { [a, b, c] });
+        self.mesh.faces.extend(turned.map(|f| f.map(|v| v + first)));
+        Ok(())
+    }
+
+    fn into_mesh(mut self) -> Result<RawMesh, FormatError> {
+        if self.lacks_normals {
+            self.mesh.normals = None;
+        }
+        self.mesh.with_indices_checked(Format::Gltf)
+    }
+}
