@@ -2,14 +2,14 @@
 
 mod figure;
 mod model;
-// mod model_file;
+mod model_file;
 mod part;
 mod skeleton;
 mod skin;
 
 pub use figure::{Figure, Layer};
 pub use model::{BodyModel, Shape};
-// pub use model_file::{embedded_model, read_model};
+pub use model_file::read_model;
 pub use part::{BonePosition, bone_positions};
 pub use skeleton::{JOINT_NAMES, JointId, JointLimits, Pose, Skeleton};
 pub use skin::{SkinWeights, skin, unskin};
@@ -17,6 +17,9 @@ pub use skin::{SkinWeights, skin, unskin};
 /// What makes a file no body model.
 #[derive(Debug, thiserror::Error)]
 pub enum BodyError {
+    /// The container could not be read.
+    #[error("the body model cannot be read: {0}")]
+    Format(#[from] crate::formats::FormatError),
     /// An array that the layout needs is missing.
     #[error("the body model has no array '{name}'")]
     MissingArray {
@@ -69,6 +72,7 @@ impl BodyError {
     /// What to do about it.
     pub fn hint(&self) -> Option<String> {
         Some(match self {
+            Self::Format(e) => return e.hint(),
             Self::MissingArray { .. } | Self::UnknownJoints { .. } => {
                 "give an .npz in the SMPL layout: v_template, shapedirs, J_regressor, kintree_table, weights, f (and joint_names)".into()
             }

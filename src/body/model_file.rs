@@ -1,0 +1,211 @@
+//! Body models in the SMPL layout (`.npz`).
+
+use super::skeleton::JOINT_NAMES;
+use super::{BodyError, BodyModel, JointId, JointLimits, Skeleton, SkinWeights};
+use crate::formats::{Npz, read_npz};
+use crate::geometry::{PerVertex, Point, TriMesh, Vec3, VertexId};
+use std::io::{Read, Seek};
+
+/// Shape components used of a larger file: Hu 2017, §5.1, uses 15.
+const MOST_COMPONENTS: usize = 15;
+
+/// SMPL's first 22 joints by our names, in SMPL's order (facts of the SMPL distribution's `joint_names`).
+const SMPL_ORDER: [&str; 22] = [
+    "hips", "leftUpperLeg", "rightUpperLeg", "spine", "leftLowerLeg", "rightLowerLeg", "chest", "leftFoot",
+    "rightFoot", "upperChest", "leftToes", "rightToes", "neck", "leftShoulder", "rightShoulder", "head",
+    "leftUpperArm", "rightUpperArm", "leftLowerArm", "rightLowerArm", "leftHand", "rightHand",
+];
+
+/// Reads a model in the SMPL layout, with Overcoat's extra arrays where it has them.
+///
+/// **Shapes** `v_template (V,3)`, `shapedirs (V,3,K)`, `J_regressor (J,V)`, `kintree_table (2,J)`, `weights (V,J)`,
+/// `f (F,3)`; optional `sigma (K)`, `joint_names (J)`, `joint_limits (J,3,2)`, `uv (V,2)`, `mirror (V)`.
+///
+/// **Errors** the first array that is missing or disagrees, with its shape.
+pub fn read_model(input: impl Read + Seek) -> Result<BodyModel, BodyError> {
+    let npz = read_npz(input)?;
+    for name in ["v_template", "shapedirs", "J_regressor", "kintree_table", "weights", "f"] {
+        if !npz.contains(name) {
+            return Err(BodyError::MissingArray { name });
+        }
+    }
+    let (v, j) = check_shapes(&npz)?;
+    let template = read_template(&npz)?;
+    let parents = read_parents(&npz, j)?;
+    let names = read_names(&npz, j)?;
+    let shape_dirs = read_shape_dirs(&npz, v)?;
+    let joint_regressor = read_regressor(&npz, v, j)?;
+    let weights = read_weights(&npz, j)?;
+
+    let joints_of = |value: &dyn Fn(VertexId) -> Vec3| -> Vec<Vec3> {
+        joint_regressor.iter().map(|row| row.iter().map(|&(i, m)| value(i) * m).sum()).collect()
+    };
+    let joints_in_bind = joints_of(&|i| template.points()[i].coords).into_iter().map(Point::from).collect();
+    let joint_dirs = shape_dirs.iter().map(|dirs| joints_of(&|i| dirs[i])).collect();
+    Ok(BodyModel {
+        skeleton: Skeleton { names, parents, joints_in_bind },
+        limits: read_limits(&npz, j)?,
+        uvs: if npz.contains("uv") { Some(npz.f64_rows::<2>("uv")?.into()).filter(|u: &PerVertex<_>| u.len() == v) } else { None },
+        mirror: read_mirror(&npz, v)?,
+        template,
+        shape_dirs,
+        joint_regressor,
+        joint_dirs,
+        weights,
+    })
+}
+
+fn check_shapes(npz: &Npz) -> Result<(usize, usize), BodyError> {
+    let shape = |name: &'static str| -> Result<Vec<usize>, BodyError> { Ok(npz.shape(name)?.to_vec()) };
+    let mismatch = |name: &'static str, expected: String, reference: &'static str| -> Result<(), BodyError> {
+        Err(BodyError::ShapeMismatch {
+            name,
+            found: npz.shape(name)?.iter().map(|&n| n as u64).collect(),
+            expected,
+            reference,
+        })
+    };
+    let template = shape("v_template")?;
+    if template.len() != 2 || template[1] != 3 || template[0] == 0 {
+        mismatch("v_template", "(V, 3)".into(), "the SMPL layout")?;
+    }
+    let v = template[0];
+    let tree = shape("kintree_table")?;
+    if tree.len() != 2 || tree[0] != 2 || tree[1] == 0 {
+        mismatch("kintree_table", "(2, J)".into(), "the SMPL layout")?;
+    }
+    let j = tree[1];
+    let dirs = shape("shapedirs")?;
+    if dirs.len() != 3 || dirs[0] != v || dirs[1] != 3 || dirs[2] == 0 {
+        mismatch("shapedirs", format!("({v}, 3, K)"), "v_template")?;
+    }
+    if shape("J_regressor")? != [j, v] {
+        mismatch("J_regressor", format!("({j}, {v})"), "kintree_table and v_template")?;
+    }
+    if shape("weights")? != [v, j] {
+        mismatch("weights", format!("({v}, {j})"), "v_template and kintree_table")?;
+    }
+    let faces = shape("f")?;
+    if faces.len() != 2 || faces[1] != 3 {
+        mismatch("f", "(F, 3)".into(), "the SMPL layout")?;
+    }
+    if npz.contains("sigma") && shape("sigma")? != [dirs[2]] {
+        mismatch("sigma", format!("({},)", dirs[2]), "shapedirs")?;
+    }
+    if npz.contains("joint_names") && shape("joint_names")? != [j] {
+        mismatch("joint_names", format!("({j},)"), "kintree_table")?;
+    }
+    if npz.contains("joint_limits") && shape("joint_limits")? != [j, 3, 2] {
+        mismatch("joint_limits", format!("({j}, 3, 2)"), "kintree_table")?;
+    }
+    Ok((v, j))
+}
+
+fn read_template(npz: &Npz) -> Result<TriMesh, BodyError> {
+    let points = npz.f64_rows::<3>("v_template")?.into_iter().map(Point::from).collect();
+    let faces = npz.u32_rows::<3>("f")?;
+    TriMesh::try_from_indices(points, &faces)
+        .map_err(|e| BodyError::BadValue { name: "f", reason: e.to_string() })
+}
+
+fn read_parents(npz: &Npz, joints: usize) -> Result<Vec<Option<JointId>>, BodyError> {
+    let table = npz.i64("kintree_table")?;
+    (0..joints)
+        .map(|j| match table[j] {
+            // SMPL writes the root's parent as −1, or as that in 32 bits without sign.
+            -1 | 4_294_967_295 if j == 0 => Ok(None),
+            parent if j > 0 && parent >= 0 && (parent as usize) < j => Ok(Some(JointId(parent as u16))),
+            parent => Err(BodyError::BadHierarchy { joint: j, parent }),
+        })
+        .collect()
+}
+
+fn read_names(npz: &Npz, joints: usize) -> Result<Vec<String>, BodyError> {
+    if npz.contains("joint_names") {
+        let names = npz.text("joint_names")?;
+        let missing: Vec<&str> = JOINT_NAMES.into_iter().filter(|n| !names.iter().any(|m| m == n)).collect();
+        if missing.is_empty() {
+            return Ok(names);
+        }
+        if !matches!(joints, 22 | 24 | 52 | 55) {
+            return Err(BodyError::BadValue { name: "joint_names", reason: format!("no joint is called {}", missing.join(", ")) });
+        }
+    }
+    if !matches!(joints, 22 | 24 | 52 | 55) {
+        return Err(BodyError::UnknownJoints { joints });
+    }
+    Ok((0..joints).map(|j| SMPL_ORDER.get(j).map_or_else(|| format!("joint{j}"), |n| (*n).to_string())).collect())
+}
+
+fn read_shape_dirs(npz: &Npz, vertices: usize) -> Result<Vec<PerVertex<Vec3>>, BodyError> {
+    let components = npz.shape("shapedirs")?[2];
+    let values = npz.f64("shapedirs")?;
+    finite("shapedirs", &values)?;
+    let sigma = if npz.contains("sigma") { npz.f64("sigma")? } else { vec![1.0; components] };
+    finite("sigma", &sigma)?;
+    Ok((0..components.min(MOST_COMPONENTS))
+        .map(|k| {
+            (0..vertices)
+                .map(|v| Vec3::from_fn(|c, _| values[(v * 3 + c) * components + k] * sigma[k]))
+                .collect()
+        })
+        .collect())
+}
+
+fn read_regressor(npz: &Npz, vertices: usize, joints: usize) -> Result<Vec<Vec<(VertexId, f64)>>, BodyError> {
+    let values = npz.f64("J_regressor")?;
+    finite("J_regressor", &values)?;
+    (0..joints)
+        .map(|j| {
+            let row = &values[j * vertices..(j + 1) * vertices];
+            let sum: f64 = row.iter().sum();
+            if (sum - 1.0).abs() > 0.05 {
+                return Err(BodyError::BadValue {
+                    name: "J_regressor",
+                    reason: format!("row {j} sums to {sum:.3} instead of 1"),
+                });
+            }
+            Ok(row.iter().enumerate().filter(|(_, m)| **m != 0.0).map(|(v, m)| (VertexId::from_index(v), m / sum)).collect())
+        })
+        .collect()
+}
+
+fn read_weights(npz: &Npz, joints: usize) -> Result<SkinWeights, BodyError> {
+    let values = npz.f64("weights")?;
+    finite("weights", &values)?;
+    Ok(SkinWeights::from_rows(
+        values.chunks(joints).map(|row| row.iter().enumerate().map(|(j, &w)| (JointId(j as u16), w)).collect()),
+    ))
+}
+
+fn read_limits(npz: &Npz, joints: usize) -> Result<Vec<JointLimits>, BodyError> {
+    if !npz.contains("joint_limits") {
+        return Ok(Vec::new());
+    }
+    let values = npz.f64("joint_limits")?;
+    finite("joint_limits", &values)?;
+    Ok((0..joints)
+        .map(|j| {
+            let at = |c: usize, side: usize| values[(j * 3 + c) * 2 + side];
+            JointLimits { min: Vec3::from_fn(|c, _| at(c, 0)), max: Vec3::from_fn(|c, _| at(c, 1)) }
+        })
+        .collect())
+}
+
+fn read_mirror(npz: &Npz, vertices: usize) -> Result<Option<PerVertex<VertexId>>, BodyError> {
+    if !npz.contains("mirror") {
+        return Ok(None);
+    }
+    let map = npz.u32("mirror")?;
+    if map.len() != vertices || map.iter().any(|&v| v as usize >= vertices) {
+        return Err(BodyError::BadValue { name: "mirror", reason: format!("it is no map of the {vertices} vertices") });
+    }
+    Ok(Some(map.into_iter().map(VertexId).collect()))
+}
+
+fn finite(name: &'static str, values: &[f64]) -> Result<(), BodyError> {
+    match values.iter().position(|x| !x.is_finite()) {
+        None => Ok(()),
+        Some(i) => Err(BodyError::BadValue { name, reason: format!("value {i} is not a number") }),
+    }
+}
