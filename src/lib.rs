@@ -22,4 +22,5 @@ pub mod formats;
 pub mod geometry;
 pub mod numerics;
 pub mod scan;
+pub mod segment;
 pub mod view;

@@ -1,0 +1,185 @@
+//! How far a garment reaches, where it is not as far as its template says.
+
+use super::SegmentError;
+use super::template::{Limit, LimitBone};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::str::FromStr;
+
+/// Limits given for one garment; they override its template's.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Extent {
+    /// Down to where (for socks and shoes: up to where).
+    pub until: Option<Until>,
+    /// How long the sleeves are.
+    pub sleeve: Option<Sleeve>,
+}
+
+/// A height of the body: a word, or a share of stature.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct Until(Given);
+
+/// A length of sleeve: a word, or a share of the arm from shoulder to wrist.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct Sleeve(Given);
+
+#[derive(Clone, Debug, PartialEq)]
+enum Given {
+    Word(&'static str),
+    Share(f64),
+}
+
+/// The heights that have a name, from the floor up.
+const HEIGHTS: [(&str, Limit); 11] = [
+    ("floor", Limit { bone: LimitBone::Foot, at: 1.0 }),
+    ("ankle", Limit { bone: LimitBone::LowerLeg, at: 1.0 }),
+    ("calf", Limit { bone: LimitBone::LowerLeg, at: 0.5 }),
+    ("knee", Limit { bone: LimitBone::UpperLeg, at: 1.0 }),
+    ("mid-thigh", Limit { bone: LimitBone::UpperLeg, at: 0.5 }),
+    ("crotch", Limit { bone: LimitBone::UpperLeg, at: 0.2 }),
+    ("hip", Limit { bone: LimitBone::Torso, at: 0.0 }),
+    ("waist", Limit { bone: LimitBone::Torso, at: 0.33 }),
+    ("ribs", Limit { bone: LimitBone::Torso, at: 0.5 }),
+    ("chest", Limit { bone: LimitBone::Torso, at: 0.7 }),
+    ("neck", Limit { bone: LimitBone::Neck, at: 0.0 }),
+];
+
+/// The sleeves that have a name, shortest first; `none` ends at the shoulder seam.
+const SLEEVES: [(&str, Option<Limit>); 7] = [
+    ("none", None),
+    ("cap", Some(Limit { bone: LimitBone::UpperArm, at: 0.2 })),
+    ("short", Some(Limit { bone: LimitBone::UpperArm, at: 0.5 })),
+    ("elbow", Some(Limit { bone: LimitBone::UpperArm, at: 1.0 })),
+    ("three-quarter", Some(Limit { bone: LimitBone::LowerArm, at: 0.5 })),
+    ("wrist", Some(Limit { bone: LimitBone::LowerArm, at: 1.0 })),
+    ("long", Some(Limit { bone: LimitBone::LowerArm, at: 1.0 })),
+];
+
+/// What an [`Until`] means on a body.
+pub(super) enum Height {
+    /// A limit like those of a template.
+    At(Limit),
+    /// A share of stature, from the floor.
+    OfStature(f64),
+}
+
+impl Until {
+    pub(super) fn height(&self) -> Height {
+        match self.0 {
+            Given::Word(word) => {
+                let limit = HEIGHTS.iter().find(|h| h.0 == word).map_or(HEIGHTS[6].1, |h| h.1);
+                Height::At(limit)
+            }
+            Given::Share(share) => Height::OfStature(share),
+        }
+    }
+}
+
+impl Sleeve {
+    /// Where the sleeve ends; `None` without sleeves. A share counts upper and lower arm as equally long.
+    pub(super) fn limit(&self) -> Option<Limit> {
+        match self.0 {
+            Given::Word(word) => SLEEVES.iter().find(|s| s.0 == word).and_then(|s| s.1),
+            Given::Share(share) if share <= 0.0 => None,
+            Given::Share(share) if share <= 0.5 => Some(Limit { bone: LimitBone::UpperArm, at: 2.0 * share }),
+            Given::Share(share) => Some(Limit { bone: LimitBone::LowerArm, at: 2.0 * share - 1.0 }),
+        }
+    }
+}
+
+fn parse(
+    given: &str,
+    words: impl Iterator<Item = &'static str>,
+    what: &'static str,
+    scale: &'static str,
+) -> Result<Given, SegmentError> {
+    let words: Vec<&'static str> = words.collect();
+    let plain = given.trim().to_lowercase().replace(['_', ' '], "-");
+    if let Some(word) = words.iter().find(|w| **w == plain || w.replace('-', "") == plain) {
+        return Ok(Given::Word(word));
+    }
+    match plain.parse::<f64>() {
+        Ok(share) if (0.0..=1.0).contains(&share) => Ok(Given::Share(share)),
+        _ => Err(SegmentError::BadExtent { given: given.into(), what, known: words, scale }),
+    }
+}
+
+impl FromStr for Until {
+    type Err = SegmentError;
+    fn from_str(given: &str) -> Result<Self, SegmentError> {
+        parse(given, HEIGHTS.iter().map(|h| h.0), "garment limit", "share of stature, 0 the floor").map(Self)
+    }
+}
+
+impl FromStr for Sleeve {
+    type Err = SegmentError;
+    fn from_str(given: &str) -> Result<Self, SegmentError> {
+        parse(given, SLEEVES.iter().map(|s| s.0), "sleeve length", "share of the arm, 0 the shoulder, 1 the wrist")
+            .map(Self)
+    }
+}
+
+impl fmt::Display for Given {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Word(word) => f.write_str(word),
+            Self::Share(share) => write!(f, "{share}"),
+        }
+    }
+}
+
+macro_rules! as_text {
+    ($kind:ident) => {
+        impl fmt::Display for $kind {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                self.0.fmt(f)
+            }
+        }
+        impl From<$kind> for String {
+            fn from(value: $kind) -> Self {
+                value.to_string()
+            }
+        }
+        impl TryFrom<String> for $kind {
+            type Error = SegmentError;
+            fn try_from(given: String) -> Result<Self, SegmentError> {
+                given.parse()
+            }
+        }
+    };
+}
+as_text!(Until);
+as_text!(Sleeve);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_and_shares_are_read_back_as_written() {
+        for text in ["knee", "mid-thigh", "0.25", "waist"] {
+            assert_eq!(text.parse::<Until>().unwrap().to_string(), text);
+        }
+        assert_eq!("Mid Thigh".parse::<Until>().unwrap(), "mid-thigh".parse().unwrap());
+        assert_eq!("elbow".parse::<Sleeve>().unwrap().limit(), "0.5".parse::<Sleeve>().unwrap().limit());
+        assert_eq!("none".parse::<Sleeve>().unwrap().limit(), None);
+    }
+
+    #[test]
+    fn anything_else_is_answered_with_the_words_there_are() {
+        for text in ["nee", "1.2", "-0.1", "NaN", "inf", ""] {
+            let message = text.parse::<Until>().unwrap_err().to_string();
+            assert!(message.contains("knee") && message.contains("share of stature"), "{message}");
+        }
+        assert!("arm".parse::<Sleeve>().unwrap_err().to_string().contains("three-quarter"));
+    }
+
+    #[test]
+    fn heights_rise() {
+        for pair in HEIGHTS.windows(2) {
+            assert!(pair[0].1.level() < pair[1].1.level(), "{} is below {}", pair[0].0, pair[1].0);
+        }
+    }
+}

@@ -1,0 +1,354 @@
+//! A template laid onto one body: which of its vertices are covered, how closely, and which part hangs loose.
+
+use super::extent::{Extent, Height};
+use super::template::{GarmentTemplate, Limit, LimitBone, MovedEnd, Span};
+use crate::body::{BonePosition, JointId, Layer, Skeleton, bone_positions};
+use crate::fit::Cover;
+use crate::geometry::{NearestVertex, PerVertex, Point, Vec3};
+
+impl GarmentTemplate {
+    /// Which vertices of the body the garment covers.
+    ///
+    /// **Frame** `body` and `skeleton` in the bind pose, upright.
+    pub fn prior(&self, body: &Layer, skeleton: &Skeleton, extent: &Extent) -> PerVertex<bool> {
+        let landmarks = Landmarks::of(body, skeleton);
+        let region = Region::of(self, &landmarks, extent);
+        landmarks.places(body, skeleton).iter().map(|place| region.covers(place)).collect()
+    }
+
+    /// How closely the garment lies on each vertex of the body: what the fit may expect of the scan there.
+    pub fn cover(&self, body: &Layer, skeleton: &Skeleton, extent: &Extent) -> PerVertex<Cover> {
+        let landmarks = Landmarks::of(body, skeleton);
+        let region = Region::of(self, &landmarks, extent);
+        landmarks
+            .places(body, skeleton)
+            .iter()
+            .map(|place| match (region.covers(place), region.lies_tight(place)) {
+                (false, _) => Cover::Bare,
+                (true, true) => Cover::Tight,
+                (true, false) => Cover::Loose,
+            })
+            .collect()
+    }
+
+    /// Which of the garment's points belong to the part that hangs free (a dress's skirt): weighed and simulated apart.
+    ///
+    /// **Frame** all in the bind pose.
+    pub fn loose_part(&self, points_in_bind: &PerVertex<Point>, body: &Layer, skeleton: &Skeleton) -> PerVertex<bool> {
+        let Some(loose) = self.loose else { return PerVertex::filled(false, points_in_bind.len()) };
+        let landmarks = Landmarks::of(body, skeleton);
+        let planes = landmarks.between(&loose);
+        let places = landmarks.places(body, skeleton);
+        let nearest = NearestVertex::prepare(body.mesh.points().as_slice());
+        points_in_bind
+            .iter()
+            .map(|p| {
+                let over_arm = nearest.nearest(p).is_some_and(|(v, _)| matches!(places[v], Place::Arm(_)));
+                !over_arm && planes.hold(p)
+            })
+            .collect()
+    }
+}
+
+/// Where a vertex of the body lies, as templates see it.
+enum Place {
+    /// Head, trunk and legs, by position in the bind pose.
+    Trunk(Point),
+    /// Along the arm: 0 shoulder, 1 elbow, 2 wrist, 3 finger tips.
+    Arm(f64),
+}
+
+/// All points on the upper side of a plane are "above".
+struct Plane {
+    origin: Point,
+    up: Vec3,
+}
+
+impl Plane {
+    fn horizontal(height: f64) -> Self {
+        Self { origin: Point::new(0.0, height, 0.0), up: Vec3::y() }
+    }
+    fn height_above(&self, p: &Point) -> f64 {
+        (p - self.origin).dot(&self.up)
+    }
+}
+
+struct Planes {
+    lower: Plane,
+    upper: Plane,
+}
+
+impl Planes {
+    fn hold(&self, p: &Point) -> bool {
+        self.lower.height_above(p) >= 0.0 && self.upper.height_above(p) <= 0.0
+    }
+}
+
+struct Region {
+    trunk: Option<Planes>,
+    tight: Vec<Planes>,
+    arms: Option<std::ops::RangeInclusive<f64>>,
+    tight_arms: bool,
+}
+
+impl Region {
+    fn of(template: &GarmentTemplate, landmarks: &Landmarks, extent: &Extent) -> Self {
+        let trunk = template.trunk.as_ref().map(|trunk| {
+            let mut planes = landmarks.between(&Span { from: trunk.from, to: trunk.to });
+            if let Some(until) = &extent.until {
+                let plane = match until.height() {
+                    Height::At(limit) => landmarks.plane(limit),
+                    Height::OfStature(share) => {
+                        Plane::horizontal(landmarks.floor + share * (landmarks.crown - landmarks.floor))
+                    }
+                };
+                match template.until {
+                    MovedEnd::From => planes.lower = plane,
+                    MovedEnd::To => planes.upper = plane,
+                }
+            }
+            planes
+        });
+        let default = template.arms.as_ref().map(|arms| arms.from.level()..=arms.to.level());
+        let arms = match &extent.sleeve {
+            // Gloves and the like begin below the shoulder: there the wish can only move where they begin.
+            Some(sleeve) if template.arms.as_ref().is_some_and(|a| a.from.level() > 0.0) => {
+                sleeve.limit().map(|l| l.level()).zip(default).map(|(from, range)| from..=*range.end())
+            }
+            Some(sleeve) => sleeve.limit().map(|l| -1.0..=l.level()),
+            None => default,
+        };
+        Self {
+            trunk,
+            tight: template.trunk.iter().flat_map(|t| &t.tight).map(|span| landmarks.between(span)).collect(),
+            arms,
+            tight_arms: template.arms.as_ref().is_some_and(|a| a.tight),
+        }
+    }
+
+    fn covers(&self, place: &Place) -> bool {
+        match place {
+            Place::Trunk(p) => self.trunk.as_ref().is_some_and(|planes| planes.hold(p)),
+            Place::Arm(along) => self.arms.as_ref().is_some_and(|range| range.contains(along)),
+        }
+    }
+
+    fn lies_tight(&self, place: &Place) -> bool {
+        match place {
+            Place::Trunk(p) => self.tight.iter().any(|planes| planes.hold(p)),
+            Place::Arm(_) => self.tight_arms,
+        }
+    }
+}
+
+/// Heights of one body in the bind pose. Left and right are averaged, so that a template is as symmetric as the body.
+struct Landmarks {
+    floor: f64,
+    ankle: f64,
+    knee: f64,
+    hip: f64,
+    neck: Point,
+    head: Point,
+    crown: f64,
+}
+
+impl Landmarks {
+    fn of(body: &Layer, skeleton: &Skeleton) -> Self {
+        let (floor, crown) = body.mesh.bounds().map_or((0.0, 1.0), |b| (b.min.y, b.max.y));
+        let pair = |name: &str, share: f64| {
+            let heights: Vec<f64> = ["left", "right"]
+                .iter()
+                .filter_map(|side| skeleton.find(&format!("{side}{name}")))
+                .map(|j| skeleton.joints_in_bind[j.index()].y)
+                .collect();
+            if heights.is_empty() {
+                floor + share * (crown - floor)
+            } else {
+                heights.iter().sum::<f64>() / heights.len() as f64
+            }
+        };
+        let single = |name: &str, share: f64| match skeleton.find(name) {
+            Some(j) => skeleton.joints_in_bind[j.index()],
+            None => Point::new(0.0, floor + share * (crown - floor), 0.0),
+        };
+        // Shares of stature for a skeleton without that joint: ANSUR II means, women and men together.
+        Self {
+            floor,
+            ankle: pair("Foot", 0.045),
+            knee: pair("LowerLeg", 0.28),
+            hip: pair("UpperLeg", 0.52),
+            neck: single("neck", 0.855),
+            head: single("head", 0.91),
+            crown,
+        }
+    }
+
+    /// The plane through a limit of head, trunk or legs: level, but square to the neck along the neck, as a collar is.
+    fn plane(&self, limit: Limit) -> Plane {
+        let between = |a: f64, b: f64| Plane::horizontal(a + limit.at * (b - a));
+        match limit.bone {
+            LimitBone::Foot => between(self.ankle, self.floor),
+            LimitBone::LowerLeg => between(self.knee, self.ankle),
+            LimitBone::UpperLeg => between(self.hip, self.knee),
+            LimitBone::Torso => between(self.hip, self.neck.y),
+            LimitBone::Head => between(self.head.y, self.crown),
+            // Arms have no plane; a checked template does not come here.
+            LimitBone::Neck | LimitBone::UpperArm | LimitBone::LowerArm | LimitBone::Hand => {
+                let axis = self.head - self.neck;
+                Plane { origin: self.neck + axis * limit.at, up: axis.try_normalize(1e-9).unwrap_or_else(Vec3::y) }
+            }
+        }
+    }
+
+    fn between(&self, span: &Span) -> Planes {
+        Planes { lower: self.plane(span.from), upper: self.plane(span.to) }
+    }
+
+    fn places(&self, body: &Layer, skeleton: &Skeleton) -> PerVertex<Place> {
+        let arm_joints: Vec<[Option<JointId>; 3]> = ["left", "right"]
+            .map(|side| ["UpperArm", "LowerArm", "Hand"].map(|bone| skeleton.find(&format!("{side}{bone}"))))
+            .to_vec();
+        // For each joint where its bone begins along the arm, and whether fractions of it count.
+        let along_arm: Vec<Option<(f64, bool)>> = skeleton
+            .ids()
+            .map(|j| {
+                arm_joints.iter().find_map(|chain| {
+                    let deepest = (0..3).rev().find(|&k| chain[k].is_some_and(|root| skeleton.is_below(j, root)))?;
+                    Some(if chain[deepest] == Some(j) { (deepest as f64, true) } else { (deepest as f64 + 0.7, false) })
+                })
+            })
+            .collect();
+        bone_positions(body.mesh.points(), &body.weights, skeleton)
+            .iter()
+            .zip(body.mesh.points().iter())
+            .map(|(&BonePosition { joint, along }, p)| match along_arm[joint.index()] {
+                Some((begin, true)) => Place::Arm(begin + along),
+                Some((begin, false)) => Place::Arm(begin),
+                None => Place::Trunk(*p),
+            })
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::{JOINT_NAMES, SkinWeights};
+    use crate::geometry::TriMesh;
+
+    /// A person of dots: five on each bone, weighted to it alone.
+    fn dotted_person() -> (Layer, Skeleton) {
+        let at = |x: f64, y: f64| Point::new(x, y, 0.0);
+        let mut joints = vec![at(0.0, 0.95), at(0.0, 1.05), at(0.0, 1.2), at(0.0, 1.3), at(0.0, 1.45), at(0.0, 1.55)];
+        for side in [1.0, -1.0] {
+            joints.extend([at(0.05 * side, 1.4), at(0.2 * side, 1.4), at(0.4 * side, 1.2), at(0.6 * side, 1.0)]);
+        }
+        for side in [1.0, -1.0] {
+            joints.extend([at(0.1 * side, 0.9), at(0.1 * side, 0.5), at(0.1 * side, 0.1), at(0.12 * side, 0.02)]);
+        }
+        let parents = [None, Some(0), Some(1), Some(2), Some(3), Some(4), Some(3), Some(6), Some(7), Some(8), Some(3)]
+            .into_iter()
+            .chain([
+                Some(10),
+                Some(11),
+                Some(12),
+                Some(0),
+                Some(14),
+                Some(15),
+                Some(16),
+                Some(0),
+                Some(18),
+                Some(19),
+                Some(20),
+            ])
+            .map(|p| p.map(JointId))
+            .collect();
+        let skeleton = Skeleton { names: JOINT_NAMES.map(String::from).to_vec(), parents, joints_in_bind: joints };
+        let (mut points, mut rows) = (Vec::new(), Vec::new());
+        for j in skeleton.ids() {
+            let start = skeleton.joints_in_bind[j.index()];
+            let end =
+                skeleton.bone_end(j).map_or(start + Vec3::new(0.0, if j.0 == 5 { 0.2 } else { -0.1 }, 0.0), |e| {
+                    skeleton.joints_in_bind[e.index()]
+                });
+            for k in 0..5 {
+                points.push(start + (end - start) * (f64::from(k) / 5.0 + 0.1));
+                rows.push(vec![(j, 1.0)]);
+            }
+        }
+        points.push(at(0.0, 0.0));
+        rows.push(vec![(JointId(17), 1.0)]);
+        let mesh = TriMesh::try_from_indices(points, &[]).unwrap();
+        let body = Layer {
+            name: "body".into(),
+            template: None,
+            mesh,
+            weights: SkinWeights::from_rows(rows),
+            colors: None,
+            uvs: None,
+            physics: None,
+            fabric: None,
+        };
+        (body, skeleton)
+    }
+
+    fn covered(kind: &str, until: Option<&str>, sleeve: Option<&str>) -> Vec<Point> {
+        let (body, skeleton) = dotted_person();
+        let extent = Extent { until: until.map(|t| t.parse().unwrap()), sleeve: sleeve.map(|t| t.parse().unwrap()) };
+        let prior = GarmentTemplate::built_in(kind).unwrap().prior(&body, &skeleton, &extent);
+        body.mesh.points().enumerate().filter(|(v, _)| prior[*v]).map(|(_, p)| *p).collect()
+    }
+
+    fn lowest(points: &[Point]) -> f64 {
+        points.iter().map(|p| p.y).fold(f64::INFINITY, f64::min)
+    }
+
+    #[test]
+    fn every_template_covers_something_on_both_sides_alike() {
+        for kind in GarmentTemplate::names() {
+            let points = covered(kind, None, None);
+            assert!(!points.is_empty(), "{kind}");
+            for p in &points {
+                assert!(points.iter().any(|q| (q.x + p.x).abs() < 1e-9 && (q.y - p.y).abs() < 1e-9), "{kind} at {p}");
+            }
+        }
+    }
+
+    #[test]
+    fn until_moves_the_lower_limit_and_a_sock_grows_upwards() {
+        assert!((lowest(&covered("skirt", Some("mid-thigh"), None)) - 0.7).abs() < 0.05);
+        assert!(lowest(&covered("skirt", Some("ankle"), None)) < lowest(&covered("skirt", Some("knee"), None)));
+        let highest = |until| covered("socks", Some(until), None).iter().map(|p| p.y).fold(0.0, f64::max);
+        assert!(highest("knee") > highest("calf") && highest("knee") < 0.51);
+        assert_eq!(covered("skirt", Some("0.3"), None).len(), covered("skirt", Some("0.30"), None).len());
+    }
+
+    #[test]
+    fn longer_sleeves_cover_more_and_none_leaves_the_arm_bare() {
+        let on_arms = |sleeve| covered("tshirt", None, Some(sleeve)).iter().filter(|p| p.x.abs() > 0.2).count();
+        let counts: Vec<usize> = ["none", "cap", "short", "elbow", "three-quarter", "wrist"].map(on_arms).to_vec();
+        assert!(counts[0] == 0 && counts.is_sorted_by(|a, b| a < b), "{counts:?}");
+    }
+
+    #[test]
+    fn cover_agrees_with_the_prior_and_knows_tight_from_loose() {
+        let (body, skeleton) = dotted_person();
+        for kind in GarmentTemplate::names() {
+            let template = GarmentTemplate::built_in(kind).unwrap();
+            let prior = template.prior(&body, &skeleton, &Extent::default());
+            let cover = template.cover(&body, &skeleton, &Extent::default());
+            assert!(prior.iter().zip(cover.iter()).all(|(&p, &c)| p == (c != Cover::Bare)), "{kind}");
+        }
+        let cover = GarmentTemplate::built_in("skirt").unwrap().cover(&body, &skeleton, &Extent::default());
+        assert!(cover.iter().any(|&c| c == Cover::Tight) && cover.iter().any(|&c| c == Cover::Loose));
+    }
+
+    #[test]
+    fn a_skirt_hangs_loose_below_the_hip_and_a_shirt_nowhere() {
+        let (body, skeleton) = dotted_person();
+        let points = PerVertex(vec![Point::new(0.0, 0.6, 0.1), Point::new(0.0, 1.0, 0.1), Point::new(0.6, 0.9, 0.0)]);
+        let skirt = GarmentTemplate::built_in("skirt").unwrap().loose_part(&points, &body, &skeleton);
+        assert_eq!(skirt.0, vec![true, false, false]);
+        assert!(GarmentTemplate::built_in("shirt").unwrap().loose_part(&points, &body, &skeleton).iter().all(|l| !l));
+    }
+}

@@ -1,0 +1,348 @@
+//! Garment kinds: what a kind of garment covers, where it lies tight and where loose.
+
+use super::SegmentError;
+use serde::{Deserialize, Serialize};
+
+/// The bones along which limits are given. Both sides at once, so without `left` and `right`; `torso` runs from the
+/// height of the hip joints (0) to the neck joint (1), `foot` from the ankle (0) to the floor (1), `head` from the head
+/// joint (0) to the crown (1), `hand` from the wrist (0) to the finger tips (1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub enum LimitBone {
+    /// Ankle to floor.
+    Foot,
+    /// Knee to ankle.
+    LowerLeg,
+    /// Hip joint to knee.
+    UpperLeg,
+    /// Hip joints to neck joint, by height.
+    Torso,
+    /// Neck joint to head joint.
+    Neck,
+    /// Head joint to crown.
+    Head,
+    /// Shoulder joint to elbow.
+    UpperArm,
+    /// Elbow to wrist.
+    LowerArm,
+    /// Wrist to finger tips.
+    Hand,
+}
+
+/// A place along a bone: 0 where it begins, 1 where it ends, beyond either allowed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Limit {
+    /// The bone.
+    pub bone: LimitBone,
+    /// How far along it.
+    pub at: f64,
+}
+
+impl Limit {
+    /// One number along the chain: −3 the floor, −2 ankle, −1 knee, 0 hip joint, 1 neck joint, 2 head joint, 3 crown;
+    /// for arms 0 the shoulder, 1 elbow, 2 wrist, 3 finger tips.
+    pub(super) fn level(&self) -> f64 {
+        match self.bone {
+            LimitBone::Foot => -2.0 - self.at,
+            LimitBone::LowerLeg => -1.0 - self.at,
+            LimitBone::UpperLeg => -self.at,
+            LimitBone::Torso | LimitBone::UpperArm => self.at,
+            LimitBone::Neck | LimitBone::LowerArm => 1.0 + self.at,
+            LimitBone::Head | LimitBone::Hand => 2.0 + self.at,
+        }
+    }
+
+    fn is_on_arm(&self) -> bool {
+        matches!(self.bone, LimitBone::UpperArm | LimitBone::LowerArm | LimitBone::Hand)
+    }
+}
+
+/// Between two limits.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Span {
+    pub(super) from: Limit,
+    pub(super) to: Limit,
+}
+
+/// What is covered of head, trunk and legs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct TrunkCover {
+    pub(super) from: Limit,
+    pub(super) to: Limit,
+    /// Where cloth lies close; elsewhere it may stand off.
+    #[serde(default)]
+    pub(super) tight: Vec<Span>,
+}
+
+/// What is covered of the arms.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ArmCover {
+    #[serde(default = "shoulder")]
+    pub(super) from: Limit,
+    pub(super) to: Limit,
+    /// Whether cloth lies close there.
+    #[serde(default)]
+    pub(super) tight: bool,
+}
+
+/// Before this an arm vertex is never cut off: the seam itself is where the arm's weights take over.
+fn shoulder() -> Limit {
+    Limit { bone: LimitBone::UpperArm, at: -1.0 }
+}
+
+/// Which end of the trunk's span `--until` moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum MovedEnd {
+    #[default]
+    From,
+    To,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entries {
+    about: String,
+    fabric: String,
+    rank: u32,
+    hems: Vec<String>,
+    #[serde(default)]
+    opens_in_front: bool,
+    #[serde(default)]
+    bridges_legs: bool,
+    #[serde(default = "one")]
+    pieces: usize,
+    #[serde(default)]
+    until: MovedEnd,
+    trunk: Option<TrunkCover>,
+    arms: Option<ArmCover>,
+    loose: Option<Span>,
+}
+
+fn one() -> usize {
+    1
+}
+
+/// A kind of garment.
+///
+/// **Source** Hu 2017, §6.2: "templates" on the body whose labels the scan takes over; the limits along bones, the
+/// loose part and the hems are ours.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GarmentTemplate {
+    /// File stem, `tshirt`.
+    pub name: String,
+    /// One line for a person.
+    pub about: String,
+    /// Fabric preset it is usually made of.
+    pub fabric: String,
+    /// Usual place in the stack, small inside: 10 underwear, 20 shirts, 30 pullovers, 50 jackets, 60 coats.
+    pub rank: u32,
+    /// The boundary loops that it ends in, each by name.
+    pub hems: Vec<String>,
+    /// Whether neck, front edges and lower hem may run as one.
+    pub opens_in_front: bool,
+    /// Whether it hangs across both legs.
+    pub bridges_legs: bool,
+    /// How many parts that do not touch.
+    pub pieces: usize,
+    pub(super) until: MovedEnd,
+    pub(super) trunk: Option<TrunkCover>,
+    pub(super) arms: Option<ArmCover>,
+    pub(super) loose: Option<Span>,
+}
+
+macro_rules! garments {
+    ($($name:literal),* $(,)?) => {
+        &[$(($name, include_str!(concat!("../../templates/garments/", $name, ".toml")))),*]
+    };
+}
+
+/// The kinds that come with the program, by name.
+const BUILT_IN: &[(&str, &str)] = garments![
+    "blouse",
+    "coat",
+    "dress",
+    "gloves",
+    "hat",
+    "jacket",
+    "leggings",
+    "pullover",
+    "scarf",
+    "shirt",
+    "shoes",
+    "shorts",
+    "skirt",
+    "socks",
+    "tanktop",
+    "trousers",
+    "tshirt",
+    "underpants",
+    "vest",
+];
+
+impl GarmentTemplate {
+    /// The names of the kinds that come with the program, in alphabetical order.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        BUILT_IN.iter().map(|t| t.0)
+    }
+
+    /// The kind of that name; spaces, hyphens and capitals do not matter (`T-shirt`).
+    pub fn built_in(name: &str) -> Result<Self, SegmentError> {
+        let plain: String = name.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect();
+        match BUILT_IN.iter().find(|t| t.0 == plain) {
+            Some((stem, text)) => Self::parse(stem, text),
+            None => Err(SegmentError::UnknownTemplate {
+                name: name.into(),
+                known: Self::names().map(String::from).collect(),
+                nearest: nearest_name(&plain).map(String::from),
+            }),
+        }
+    }
+
+    /// Reads a template's text; `name` is its file stem.
+    pub fn parse(name: &str, text: &str) -> Result<Self, SegmentError> {
+        let bad = |reason: String| SegmentError::BadTemplate { name: name.into(), reason };
+        let entries: Entries = toml::from_str(text).map_err(|e| bad(e.to_string().trim_end().into()))?;
+        entries.check().map_err(bad)?;
+        let Entries { about, fabric, rank, hems, opens_in_front, bridges_legs, pieces, until, trunk, arms, loose } =
+            entries;
+        Ok(Self {
+            name: name.into(),
+            about,
+            fabric,
+            rank,
+            hems,
+            opens_in_front,
+            bridges_legs,
+            pieces,
+            until,
+            trunk,
+            arms,
+            loose,
+        })
+    }
+
+    /// How many boundary loops to expect: fewest and most. An open front joins neck and lower hem into one.
+    pub fn expected_loops(&self) -> std::ops::RangeInclusive<usize> {
+        let most = self.hems.len();
+        let least = if self.opens_in_front { most.saturating_sub(1) } else { most };
+        least..=most
+    }
+}
+
+impl Entries {
+    fn check(&self) -> Result<(), String> {
+        if self.trunk.is_none() && self.arms.is_none() {
+            return Err("it covers nothing: there is neither [trunk] nor [arms]".into());
+        }
+        if self.pieces == 0 {
+            return Err("'pieces' is 0".into());
+        }
+        let mut spans: Vec<(&str, bool, Span)> = Vec::new();
+        if let Some(trunk) = &self.trunk {
+            spans.push(("trunk", false, Span { from: trunk.from, to: trunk.to }));
+            spans.extend(trunk.tight.iter().map(|&s| ("trunk.tight", false, s)));
+        }
+        if let Some(arms) = &self.arms {
+            spans.push(("arms", true, Span { from: arms.from, to: arms.to }));
+        }
+        spans.extend(self.loose.map(|s| ("loose", false, s)));
+        for (what, on_arm, Span { from, to }) in spans {
+            if [from, to].iter().any(|l| l.is_on_arm() != on_arm) {
+                let bones =
+                    if on_arm { "upperArm, lowerArm, hand" } else { "foot, lowerLeg, upperLeg, torso, neck, head" };
+                return Err(format!("'{what}' has a limit on the wrong bone; it takes {bones}"));
+            }
+            // Beyond two bone lengths a limit means something else than it says.
+            if [from, to].iter().any(|l| !(-2.0..=3.0).contains(&l.at)) {
+                return Err(format!("'{what}' has a limit whose 'at' is not between -2 and 3"));
+            }
+            if from.level() >= to.level() {
+                return Err(format!("'{what}' ends at or before its beginning"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The name with the least edit distance, if at most half of the letters differ.
+fn nearest_name(plain: &str) -> Option<&'static str> {
+    let (distance, name) = GarmentTemplate::names().map(|n| (edit_distance(plain, n), n)).min()?;
+    (2 * distance <= plain.chars().count().max(name.len())).then_some(name)
+}
+
+/// Levenshtein's distance.
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, &cb) in b.iter().enumerate() {
+            let substituted = diagonal + usize::from(ca != cb);
+            diagonal = row[j + 1];
+            row[j + 1] = substituted.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_built_in_template_is_sound_and_the_list_is_sorted() {
+        let names: Vec<&str> = GarmentTemplate::names().collect();
+        assert!(names.is_sorted());
+        for name in &names {
+            let template = GarmentTemplate::built_in(name).unwrap();
+            assert!(!template.hems.is_empty() && template.rank > 0, "{name}");
+        }
+        for needed in [
+            "tshirt", "shirt", "pullover", "vest", "jacket", "coat", "trousers", "shorts", "skirt", "dress", "socks",
+            "hat",
+        ] {
+            assert!(names.contains(&needed), "{needed}");
+        }
+        assert_eq!(GarmentTemplate::built_in("T-Shirt").unwrap().expected_loops(), 4..=4);
+        assert_eq!(GarmentTemplate::built_in("coat").unwrap().expected_loops(), 3..=4);
+    }
+
+    #[test]
+    fn an_unknown_name_is_answered_with_all_names_and_the_nearest() {
+        let error = GarmentTemplate::built_in("trouser").unwrap_err();
+        assert!(error.to_string().contains("pullover") && error.to_string().contains("socks"));
+        assert_eq!(error.hint().unwrap(), "did you mean 'trousers'?");
+        assert!(GarmentTemplate::built_in("xylophone").unwrap_err().hint().unwrap().contains("--until"));
+    }
+
+    #[test]
+    fn a_broken_template_is_named_with_its_fault() {
+        let sound = "about='x'\nfabric='wool'\nrank=1\nhems=['a']\n[trunk]\nfrom={bone='torso',at=0.1}\nto={bone='neck',at=0}\n";
+        assert!(GarmentTemplate::parse("mine", sound).is_ok());
+        for (from, to, expected) in [
+            ("rank=1", "rank='x'", "line 3"),
+            ("rank=1", "rank=1\ncolour=2", "colour"),
+            ("'torso'", "'elbow'", "elbow"),
+            ("'torso'", "'upperArm'", "wrong bone"),
+            ("at=0.1", "at=2.5", "before its beginning"),
+            ("at=0.1", "at=nan", "between -2 and 3"),
+            ("[trunk]", "[loose]", "covers nothing"),
+        ] {
+            let message = GarmentTemplate::parse("mine", &sound.replace(from, to)).unwrap_err().to_string();
+            assert!(message.contains("'mine'") && message.contains(expected), "{message}");
+        }
+    }
+
+    #[test]
+    fn edit_distance_counts_changes() {
+        assert_eq!(edit_distance("kitten", "sitting"), 3);
+        assert_eq!(edit_distance("", "abc"), 3);
+        assert_eq!(edit_distance("coat", "coat"), 0);
+    }
+}
