@@ -23,4 +23,5 @@ pub mod geometry;
 pub mod numerics;
 pub mod scan;
 pub mod segment;
+pub mod studio;
 pub mod view;

@@ -1,0 +1,36 @@
+//! Which triangles of two surfaces cross: the plain definition, pair by pair, so that the measure does not lean on the
+//! code that the stacking itself trusts.
+
+use crate::geometry::{FaceId, Point, SurfaceIndex, TriMesh};
+use rayon::prelude::*;
+
+/// How many pairs, one triangle of each mesh, intersect: an edge of one passes through the other. Triangles that only
+/// touch, or lie in one plane, do not count.
+pub(super) fn crossing_pairs(a: &TriMesh, b: &TriMesh) -> usize {
+    let index = SurfaceIndex::prepare(b);
+    let faces: Vec<FaceId> = a.face_ids().collect();
+    faces
+        .par_iter()
+        .map(|&f| {
+            let triangle = a.triangle(f);
+            let centre = Point::from((triangle[0].coords + triangle[1].coords + triangle[2].coords) / 3.0);
+            let reach = triangle.iter().map(|p| (p - centre).norm()).fold(0.0, f64::max);
+            index.faces_within(&centre, reach).into_iter().filter(|&g| cross(&triangle, &b.triangle(g))).count()
+        })
+        .sum()
+}
+
+fn cross(s: &[Point; 3], t: &[Point; 3]) -> bool {
+    (0..3).any(|k| pierces(&s[k], &s[(k + 1) % 3], t) || pierces(&t[k], &t[(k + 1) % 3], s))
+}
+
+/// Whether the open segment passes through the inside of the triangle.
+fn pierces(from: &Point, to: &Point, [a, b, c]: &[Point; 3]) -> bool {
+    let volume = |p: &Point, q: &Point, r: &Point, s: &Point| (q - p).dot(&(r - p).cross(&(s - p)));
+    let (above, below) = (volume(from, a, b, c), volume(to, a, b, c));
+    if above * below >= 0.0 {
+        return false;
+    }
+    let sides = [volume(from, to, a, b), volume(from, to, b, c), volume(from, to, c, a)];
+    sides.iter().all(|&v| v > 0.0) || sides.iter().all(|&v| v < 0.0)
+}

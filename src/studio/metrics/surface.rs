@@ -1,0 +1,56 @@
+//! How far two surfaces, and two sets of joints, are apart.
+
+use super::sample::{SAMPLE_COUNT, area_weighted, distances, mean, percentile};
+use super::{JointPositions, STRICT_JOINTS};
+use crate::geometry::{PerVertex, SurfaceIndex, TriMesh};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Distance between two surfaces.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SurfaceDistance {
+    /// Samples of one → nearest point of the other, and back: the larger mean.
+    pub surface_mean_mm: f64,
+    /// The larger 95th percentile.
+    pub surface_p95_mm: f64,
+}
+
+/// Both directions, the larger counts: a result that lacks an arm is as wrong as one that has three.
+pub fn surface_distance(result: &TriMesh, truth: &TriMesh) -> SurfaceDistance {
+    let there = distances(truth, &SurfaceIndex::prepare(result));
+    let back = distances(result, &SurfaceIndex::prepare(truth));
+    SurfaceDistance {
+        surface_mean_mm: 1e3 * mean(&there).max(mean(&back)),
+        surface_p95_mm: 1e3 * percentile(&there, 0.95).max(percentile(&back, 0.95)),
+    }
+}
+
+/// Mean distance over [`STRICT_JOINTS`], in millimetres; joints that either side lacks are left out, and `None` means
+/// that no joint was common.
+pub fn joint_mean_mm(result: &JointPositions, truth: &JointPositions) -> Option<f64> {
+    let apart: Vec<f64> =
+        STRICT_JOINTS.iter().filter_map(|&name| Some((result.get(name)? - truth.get(name)?).norm())).collect();
+    (!apart.is_empty()).then(|| 1e3 * mean(&apart))
+}
+
+/// Share (0–1) of covered skin that lies outside the scan by more than `margin` metres, of all covered skin that the
+/// scan saw well.
+///
+/// Seen well: the closest point of the scan lies in a face without a boundary vertex. Where the scan has a hole nothing
+/// can be certified.
+pub fn outside_scan(body: &TriMesh, covered: &PerVertex<bool>, scan: &TriMesh, margin: f64) -> f64 {
+    let index = SurfaceIndex::prepare(scan);
+    let on_boundary = crate::geometry::Adjacency::prepare(scan).boundary_vertices();
+    let verdicts: Vec<Option<bool>> = area_weighted(body, SAMPLE_COUNT)
+        .par_iter()
+        .filter(|s| body.faces()[s.face].iter().all(|&v| covered[v]))
+        .map(|s| {
+            let (closest, side) = index.closest_signed(&s.point);
+            let seen_well = closest.distance.is_finite() && !scan.faces()[closest.face].iter().any(|&v| on_boundary[v]);
+            seen_well.then_some(side > 0.0 && closest.distance > margin)
+        })
+        .collect();
+    let seen = verdicts.iter().flatten().count();
+    let outside = verdicts.iter().flatten().filter(|&&o| o).count();
+    if seen == 0 { 0.0 } else { outside as f64 / seen as f64 }
+}

@@ -1,0 +1,13 @@
+//! Invented subjects with known truth, and the measures by which every stage is judged.
+//!
+//! The measures know no stage: surfaces, joints and labels go in as plain meshes, see [`measure`].
+
+mod metrics;
+mod rng;
+
+pub use metrics::{
+    GarmentMeasures, HiddenBody, JointPositions, LayerPair, Measures, MetricsError, ResultBind, ResultStep,
+    STRICT_JOINTS, StepMeasures, SubjectKind, SurfaceDistance, TruthBind, TruthJoints, TruthNaming, TruthStep, Verdict,
+    garment_iou, hem_loops, hem_roughness, hidden_body, inside_percent, joint_mean_mm, layer_pairs, measure,
+    outside_scan, surface_distance,
+};
