@@ -4,6 +4,7 @@
 mod camera;
 mod error;
 mod floor;
+mod lettering;
 mod lighting;
 mod occlusion;
 mod palette;
@@ -11,6 +12,8 @@ mod picture;
 mod raster;
 mod render;
 mod scene;
+mod sheet;
+mod strokes;
 mod surface;
 
 pub use camera::{Camera, Facing};
@@ -19,3 +22,4 @@ pub use palette::{layer_color, ramp_color};
 pub use picture::Picture;
 pub use render::render;
 pub use scene::{Paint, Part, Scene};
+pub use sheet::{Cell, Sheet, SheetRow, contact_sheet};

@@ -16,14 +16,14 @@ const VIRIDIS: [[u8; 3]; 9] = [
 
 /// Muted cloth colours, neighbours far apart in hue, all of middle lightness so that shading stays readable.
 const LAYERS: [[u8; 3]; 8] = [
-    [222, 184, 160],
-    [96, 128, 168],
-    [206, 142, 84],
-    [110, 146, 108],
-    [164, 98, 106],
-    [138, 116, 168],
-    [196, 176, 108],
-    [88, 150, 154],
+    [226, 190, 168],
+    [112, 142, 178],
+    [204, 150, 110],
+    [126, 158, 128],
+    [184, 118, 122],
+    [150, 132, 176],
+    [202, 184, 128],
+    [108, 162, 164],
 ];
 
 /// The colour of a value that is not a number.

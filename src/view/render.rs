@@ -25,7 +25,7 @@ const BACKGROUND: [[f32; 3]; 2] = [[0.93, 0.935, 0.945], [0.80, 0.81, 0.825]];
 /// Draws a scene.
 ///
 /// Smooth shading by vertex normals, antialiased, a key light with soft shadows, a fill light, darkened corners and
-/// a shadow on the floor under the lowest point. Backs of surfaces are drawn in a dark tint. An empty scene is an
+/// a shadow on the floor. Backs of surfaces are drawn in a dark tint. An empty scene is an
 /// empty background.
 ///
 /// **Guarantees** the same bytes with one thread or many.
@@ -77,7 +77,8 @@ fn layers_of(scene: &Scene<'_>, camera: &Camera, grid: Grid) -> Vec<Layer> {
 }
 
 fn floor_under(scene: &Scene<'_>) -> Option<Floor> {
-    let bounds = scene.bounds()?;
+    let mut bounds = scene.bounds()?;
+    bounds.min.y = scene.floor.unwrap_or(bounds.min.y);
     let (mut world, mut faces) = (Vec::new(), Vec::new());
     for part in &scene.parts {
         let first = world.len() as u32;

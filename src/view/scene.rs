@@ -59,12 +59,14 @@ impl<'a> Part<'a> {
 pub struct Scene<'a> {
     /// The parts, in any order.
     pub parts: Vec<Part<'a>>,
+    /// Height of the floor that catches the shadow; `None` is under the lowest point.
+    pub floor: Option<f64>,
 }
 
 impl<'a> Scene<'a> {
     /// A scene of these parts.
     pub fn new(parts: impl IntoIterator<Item = Part<'a>>) -> Self {
-        Self { parts: parts.into_iter().collect() }
+        Self { parts: parts.into_iter().collect(), floor: None }
     }
 
     /// The box around all parts; `None` when there is no vertex.

@@ -1,0 +1,255 @@
+//! A contact sheet: one row a step, scan beside result, all at one scale, with names and measures.
+
+use super::camera::{Camera, Facing};
+use super::lettering::Pen;
+use super::palette::ramp_color;
+use super::picture::Picture;
+use super::render::render;
+use super::scene::{Part, Scene};
+use crate::geometry::Aabb;
+
+/// Pixels of the panel with a row's names and measures.
+const PANEL: usize = 300;
+/// Pixels between two pictures, and around all.
+const GUTTER: usize = 10;
+/// See [`GUTTER`].
+const BORDER: usize = 36;
+/// Pixels of the sheet's head.
+const HEAD: usize = 92;
+/// Metres that the scale bar stands for.
+const SCALE_BAR: f64 = 0.5;
+/// Room for captions above the heads, and for the scale bar below the feet, as a share of the height.
+const AIR_PER_HEIGHT: f64 = 0.12;
+
+const PAPER: [u8; 3] = [252, 252, 253];
+const INK: [u8; 3] = [38, 42, 50];
+const GREY_INK: [u8; 3] = [112, 118, 128];
+const RULE: [u8; 3] = [222, 225, 230];
+
+const TITLE: Pen = Pen { size: 22.0, weight: 0.13, color: INK };
+const SUBTITLE: Pen = Pen { size: 12.0, weight: 0.11, color: GREY_INK };
+const ROW_TITLE: Pen = Pen { size: 15.0, weight: 0.15, color: INK };
+const NOTE: Pen = Pen { size: 10.5, weight: 0.12, color: INK };
+const NOTE_NAME: Pen = Pen { size: 10.5, weight: 0.115, color: GREY_INK };
+const CAPTION: Pen = Pen { size: 10.0, weight: 0.12, color: GREY_INK };
+
+/// A sheet to be drawn.
+#[derive(Clone, Debug)]
+pub struct Sheet<'a> {
+    /// In large letters on top.
+    pub title: String,
+    /// Below it, in small ones.
+    pub subtitle: String,
+    /// From the top.
+    pub rows: Vec<SheetRow<'a>>,
+    /// Width and height of one picture in pixels.
+    pub cell: [usize; 2],
+}
+
+/// A row of pictures of one thing.
+#[derive(Clone, Debug)]
+pub struct SheetRow<'a> {
+    /// The name of the step.
+    pub title: String,
+    /// Measures, one a line. A tab parts a name from a value, which is set flush right.
+    pub notes: Vec<String>,
+    /// The pictures from the left.
+    pub cells: Vec<Cell<'a>>,
+    /// What the colour ramp means and the values at its ends, where it is used.
+    pub ramp: Option<(String, [f64; 2])>,
+}
+
+/// One picture of a sheet.
+#[derive(Clone, Debug)]
+pub struct Cell<'a> {
+    /// Above the picture.
+    pub caption: String,
+    /// What is seen; may be empty.
+    pub parts: Vec<Part<'a>>,
+    /// From where.
+    pub facing: Facing,
+}
+
+impl<'a> Cell<'a> {
+    fn new(caption: &str, parts: &[Part<'a>], facing: Facing) -> Self {
+        Self { caption: caption.into(), parts: parts.to_vec(), facing }
+    }
+}
+
+impl<'a> Sheet<'a> {
+    /// A sheet with pictures of the usual size.
+    pub fn new(title: impl Into<String>, subtitle: impl Into<String>, rows: Vec<SheetRow<'a>>) -> Self {
+        Self { title: title.into(), subtitle: subtitle.into(), rows, cell: [320, 470] }
+    }
+}
+
+impl<'a> SheetRow<'a> {
+    /// A step: the scan, and what was made of it from three sides.
+    pub fn step(title: impl Into<String>, notes: Vec<String>, scan: &[Part<'a>], result: &[Part<'a>]) -> Self {
+        let cells = vec![
+            Cell::new("scan, front", scan, Facing::Front),
+            Cell::new("result, front", result, Facing::Front),
+            Cell::new("result, side", result, Facing::Side),
+            Cell::new("result, back", result, Facing::Back),
+        ];
+        Self { title: title.into(), notes, cells, ramp: None }
+    }
+
+    /// Layers side by side, each alone and where it is worn, innermost first.
+    pub fn layers(title: impl Into<String>, notes: Vec<String>, layers: &[(String, Part<'a>)]) -> Self {
+        let cells = layers.iter().map(|(name, part)| Cell::new(name, &[*part], Facing::ThreeQuarter)).collect();
+        Self { title: title.into(), notes, cells, ramp: None }
+    }
+
+    /// Numbers on surfaces (weights, distances) from three sides; the parts carry them as `Paint::Scalar`.
+    pub fn scalar(
+        title: impl Into<String>,
+        notes: Vec<String>,
+        meaning: impl Into<String>,
+        range: [f64; 2],
+        parts: &[Part<'a>],
+    ) -> Self {
+        let views = [("front", Facing::Front), ("side", Facing::Side), ("back", Facing::Back)];
+        let mut cells: Vec<_> = views.iter().map(|(name, facing)| Cell::new(name, parts, *facing)).collect();
+        cells.push(Cell::new("three-quarter", parts, Facing::ThreeQuarter));
+        Self { title: title.into(), notes, cells, ramp: Some((meaning.into(), range)) }
+    }
+
+    fn bounds(&self) -> Option<Aabb> {
+        let boxes = self.cells.iter().filter_map(|cell| Scene::new(cell.parts.iter().copied()).bounds());
+        boxes.reduce(|a, b| Aabb { min: a.min.inf(&b.min), max: a.max.sup(&b.max) })
+    }
+}
+
+/// Draws a sheet. All pictures have one scale, so that steps can be compared; each row stands on one floor.
+///
+/// **Guarantees** the same bytes with one thread or many.
+pub fn contact_sheet(sheet: &Sheet<'_>) -> Picture {
+    let columns = sheet.rows.iter().map(|row| row.cells.len()).max().unwrap_or(0);
+    let [cell_width, cell_height] = sheet.cell.map(|side| side.max(64));
+    let width = 2 * BORDER + PANEL + columns * (cell_width + GUTTER);
+    let height = HEAD + sheet.rows.len() * (cell_height + GUTTER) + BORDER;
+    let mut page = Picture::filled(PAPER, width, height);
+    TITLE.write(&mut page, &sheet.title, BORDER as f32, 50.0);
+    SUBTITLE.write(&mut page, &sheet.subtitle, BORDER as f32, 74.0);
+    let metres_per_pixel = common_scale(sheet, [cell_width, cell_height]);
+    for (index, row) in sheet.rows.iter().enumerate() {
+        let top = HEAD + index * (cell_height + GUTTER);
+        write_panel(&mut page, row, top);
+        let Some(bounds) = row.bounds() else { continue };
+        for (column, cell) in row.cells.iter().enumerate() {
+            let left = BORDER + PANEL + column * (cell_width + GUTTER);
+            let camera = Camera::facing(cell.facing, &bounds).with_metres_per_pixel(metres_per_pixel);
+            let scene = Scene { parts: cell.parts.clone(), floor: Some(bounds.min.y) };
+            let mut picture = render(&scene, &camera, cell_width, cell_height);
+            CAPTION.write(&mut picture, &cell.caption, 12.0, 22.0);
+            if column == 0 {
+                draw_scale_bar(&mut picture, metres_per_pixel);
+            }
+            page.paste(&picture, left, top);
+        }
+    }
+    page
+}
+
+/// The finest scale at which every picture of the sheet shows all of its row.
+fn common_scale(sheet: &Sheet<'_>, [width, height]: [usize; 2]) -> f64 {
+    let usable = (height as f64 * (1.0 - AIR_PER_HEIGHT)) as usize;
+    let needed = sheet.rows.iter().flat_map(|row| {
+        let bounds = row.bounds();
+        let cells = row.cells.iter();
+        cells.filter_map(move |cell| Some(Camera::facing(cell.facing, &bounds?).metres_per_pixel(width, usable)))
+    });
+    needed.fold(0.0, f64::max).max(1e-6)
+}
+
+/// Name, measures and the meaning of the ramp.
+fn write_panel(page: &mut Picture, row: &SheetRow<'_>, top: usize) {
+    let (left, right) = (BORDER as f32, (BORDER + PANEL - 28) as f32);
+    let mut base = top as f32 + 24.0;
+    rule(page, [left, right], top as f32 + 0.5);
+    for line in ROW_TITLE.lines_of(&row.title, right - left) {
+        base += 4.0;
+        ROW_TITLE.write(page, &line, left, base);
+        base += 20.0;
+    }
+    base += 4.0;
+    for note in &row.notes {
+        let (name, value) = note.split_once('\t').map_or((note.as_str(), ""), |(name, value)| (name, value));
+        let (pen, value_width) = if value.is_empty() { (NOTE, 0.0) } else { (NOTE_NAME, NOTE.width_of(value) + 14.0) };
+        let lines = pen.lines_of(name, right - left - value_width);
+        NOTE.write(page, value, right - NOTE.width_of(value), base);
+        for line in lines {
+            pen.write(page, &line, left, base);
+            base += 19.0;
+        }
+    }
+    if let Some((meaning, range)) = &row.ramp {
+        draw_ramp(page, meaning, *range, [left, right], base + 14.0);
+    }
+}
+
+fn rule(page: &mut Picture, [left, right]: [f32; 2], y: f32) {
+    Pen { size: 1.0, weight: 1.0, color: RULE }.draw(page, &[[left, y], [right, y]]);
+}
+
+fn draw_ramp(page: &mut Picture, meaning: &str, range: [f64; 2], [left, right]: [f32; 2], base: f32) {
+    NOTE_NAME.write(page, meaning, left, base);
+    let (from, to) = (left as usize, right as usize);
+    for column in from..to {
+        let value = (column - from) as f64 / (to - from).max(1) as f64;
+        let strip = Picture::filled(ramp_color(value, [0.0, 1.0]), 1, 12);
+        page.paste(&strip, column, base as usize + 10);
+    }
+    let labels = range.map(|value| format!("{}", (value * 1e4).round() / 1e4));
+    NOTE.write(page, &labels[0], left, base + 40.0);
+    NOTE.write(page, &labels[1], right - NOTE.width_of(&labels[1]), base + 40.0);
+}
+
+fn draw_scale_bar(picture: &mut Picture, metres_per_pixel: f64) {
+    let length = (SCALE_BAR / metres_per_pixel) as f32;
+    let (left, y) = (14.0, picture.height() as f32 - 16.5);
+    let pen = Pen { size: 1.0, weight: 1.6, color: GREY_INK };
+    pen.draw(picture, &[[left, y - 5.0], [left, y], [left + length, y], [left + length, y - 5.0]]);
+    let label = format!("{:.0} cm", SCALE_BAR * 100.0);
+    CAPTION.write(picture, &label, left + 0.5 * (length - CAPTION.width_of(&label)), y - 7.0);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Point, TriMesh};
+
+    fn plate(height: f64) -> TriMesh {
+        let corner = |x: f64, y: f64| Point::new(x, y, 0.0);
+        let points = vec![corner(-0.3, 0.0), corner(0.3, 0.0), corner(0.3, height), corner(-0.3, height)];
+        TriMesh::try_from_indices(points, &[[0, 1, 2], [0, 2, 3]]).unwrap()
+    }
+
+    /// Rows of pixels in which a picture shows pure red.
+    fn red_rows(picture: &Picture, columns: std::ops::Range<usize>) -> usize {
+        let rows = picture.pixels().chunks_exact(picture.width());
+        rows.filter(|row| row[columns.clone()].iter().any(|p| p[0] > 90 && p[1] < 40 && p[2] < 40)).count()
+    }
+
+    #[test]
+    fn all_rows_have_one_scale() {
+        let (tall, short) = (plate(1.8), plate(0.9));
+        let row = |mesh| SheetRow::step("step", vec![], &[], &[Part::solid(mesh, [255, 0, 0])]);
+        let mut sheet = Sheet::new("", "", vec![row(&tall), row(&short)]);
+        sheet.cell = [100, 160];
+        let page = contact_sheet(&sheet);
+        let front = BORDER + PANEL + 100 + GUTTER;
+        let whole = red_rows(&page, front..front + 100);
+        sheet.rows.pop();
+        let first = red_rows(&contact_sheet(&sheet), front..front + 100);
+        assert!(first > 100 && (whole - first).abs_diff(first / 2) <= 2, "{first} {whole}");
+        assert_eq!(red_rows(&page, BORDER + PANEL..BORDER + PANEL + 100), 0);
+    }
+
+    #[test]
+    fn an_empty_sheet_is_paper() {
+        let page = contact_sheet(&Sheet::new("", "", vec![]));
+        assert!(page.pixels().iter().all(|p| *p == PAPER));
+    }
+}
