@@ -100,6 +100,21 @@ impl Camera {
         })
     }
 
+    /// The coarsest scale that these points need in a picture of this size, the usual margin included.
+    pub(super) fn metres_per_pixel_for<'p>(
+        &self,
+        points: impl Iterator<Item = &'p Point>,
+        width: usize,
+        height: usize,
+    ) -> f64 {
+        let reach = points.fold([0.0_f64; 2], |[across, up], p| {
+            let [x, y, _] = self.view_from_world(p);
+            [across.max(x.abs()), up.max(y.abs())]
+        });
+        let scale = (reach[0] / width.max(1) as f64).max(reach[1] / height.max(1) as f64);
+        2.0 * (1.0 + MARGIN_PER_EXTENT) * scale
+    }
+
     /// World point in the frame of the picture: metres to the right, up, and toward the camera, from its middle.
     pub(super) fn view_from_world(&self, p: &Point) -> [f64; 3] {
         let offset = p - self.target;

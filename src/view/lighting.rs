@@ -34,6 +34,11 @@ const BACK_TINT: [f32; 3] = [0.075, 0.05, 0.11];
 const MAP_SIZE: usize = 1024;
 /// Metres over which the edge of a shadow fades.
 const PENUMBRA: f32 = 0.016;
+/// Metres between a surface and what shades it at which the shadow is at its weakest, and what is left of it there:
+/// the shadow of a hand on the thigh looked like a hole.
+const FADED: f32 = 0.35;
+/// See [`FADED`].
+const FAR_SHADOW: f32 = 0.15;
 /// Metres by which a point is lifted off its surface before it is looked up: noise of a scan casts no shadow.
 const LIFT: f32 = 0.007;
 
@@ -91,11 +96,13 @@ impl Lighting {
         let lifted = point + (normal + self.key) * (0.5 * LIFT) - self.lamp_middle;
         let [x, y, z] = self.lamp_from_view.map(|axis| axis.dot(&lifted));
         let taps = &self.taps[sample];
-        let lit = taps.iter().filter(|[dx, dy]| {
-            let hit = self.map.under(x + dx, y + dy);
-            hit.is_none_or(|hit| hit.face == NOTHING || hit.nearness < z + 0.5 * LIFT)
+        let taken = taps.iter().map(|[dx, dy]| match self.map.under(x + dx, y + dy) {
+            Some(hit) if hit.face != NOTHING && hit.nearness > z + 0.5 * LIFT => {
+                1.0 - (1.0 - FAR_SHADOW) * ((hit.nearness - z) / FADED).min(1.0)
+            }
+            _ => 0.0,
         });
-        lit.count() as f32 / taps.len() as f32
+        1.0 - taken.sum::<f32>() / taps.len() as f32
     }
 
     /// Light sent to the camera. `normal` looks to the seen side, `is_back` says whether that is the inside.

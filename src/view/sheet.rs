@@ -19,7 +19,7 @@ const HEAD: usize = 92;
 /// Metres that the scale bar stands for.
 const SCALE_BAR: f64 = 0.5;
 /// Room for captions above the heads, and for the scale bar below the feet, as a share of the height.
-const AIR_PER_HEIGHT: f64 = 0.12;
+const AIR_PER_HEIGHT: f64 = 0.14;
 
 const PAPER: [u8; 3] = [252, 252, 253];
 const INK: [u8; 3] = [38, 42, 50];
@@ -157,8 +157,11 @@ fn common_scale(sheet: &Sheet<'_>, [width, height]: [usize; 2]) -> f64 {
     let usable = (height as f64 * (1.0 - AIR_PER_HEIGHT)) as usize;
     let needed = sheet.rows.iter().flat_map(|row| {
         let bounds = row.bounds();
-        let cells = row.cells.iter();
-        cells.filter_map(move |cell| Some(Camera::facing(cell.facing, &bounds?).metres_per_pixel(width, usable)))
+        row.cells.iter().filter_map(move |cell| {
+            let camera = Camera::facing(cell.facing, &bounds?);
+            let points = cell.parts.iter().flat_map(|part| part.mesh.points().iter());
+            Some(camera.metres_per_pixel_for(points, width, usable))
+        })
     });
     needed.fold(0.0, f64::max).max(1e-6)
 }
@@ -173,7 +176,7 @@ fn write_panel(page: &mut Picture, row: &SheetRow<'_>, top: usize) {
         ROW_TITLE.write(page, &line, left, base);
         base += 20.0;
     }
-    base += 4.0;
+    base += 8.0;
     for note in &row.notes {
         let (name, value) = note.split_once('\t').map_or((note.as_str(), ""), |(name, value)| (name, value));
         let (pen, value_width) = if value.is_empty() { (NOTE, 0.0) } else { (NOTE_NAME, NOTE.width_of(value) + 14.0) };
@@ -181,8 +184,9 @@ fn write_panel(page: &mut Picture, row: &SheetRow<'_>, top: usize) {
         NOTE.write(page, value, right - NOTE.width_of(value), base);
         for line in lines {
             pen.write(page, &line, left, base);
-            base += 19.0;
+            base += 18.0;
         }
+        base += 5.0;
     }
     if let Some((meaning, range)) = &row.ramp {
         draw_ramp(page, meaning, *range, [left, right], base + 14.0);
