@@ -11,9 +11,28 @@ const MOST_COMPONENTS: usize = 15;
 
 /// SMPL's first 22 joints by our names, in SMPL's order (facts of the SMPL distribution's `joint_names`).
 const SMPL_ORDER: [&str; 22] = [
-    "hips", "leftUpperLeg", "rightUpperLeg", "spine", "leftLowerLeg", "rightLowerLeg", "chest", "leftFoot",
-    "rightFoot", "upperChest", "leftToes", "rightToes", "neck", "leftShoulder", "rightShoulder", "head",
-    "leftUpperArm", "rightUpperArm", "leftLowerArm", "rightLowerArm", "leftHand", "rightHand",
+    "hips",
+    "leftUpperLeg",
+    "rightUpperLeg",
+    "spine",
+    "leftLowerLeg",
+    "rightLowerLeg",
+    "chest",
+    "leftFoot",
+    "rightFoot",
+    "upperChest",
+    "leftToes",
+    "rightToes",
+    "neck",
+    "leftShoulder",
+    "rightShoulder",
+    "head",
+    "leftUpperArm",
+    "rightUpperArm",
+    "leftLowerArm",
+    "rightLowerArm",
+    "leftHand",
+    "rightHand",
 ];
 
 /// Reads a model in the SMPL layout, with Overcoat's extra arrays where it has them.
@@ -45,7 +64,11 @@ pub fn read_model(input: impl Read + Seek) -> Result<BodyModel, BodyError> {
     Ok(BodyModel {
         skeleton: Skeleton { names, parents, joints_in_bind },
         limits: read_limits(&npz, j)?,
-        uvs: if npz.contains("uv") { Some(npz.f64_rows::<2>("uv")?.into()).filter(|u: &PerVertex<_>| u.len() == v) } else { None },
+        uvs: if npz.contains("uv") {
+            Some(npz.f64_rows::<2>("uv")?.into()).filter(|u: &PerVertex<_>| u.len() == v)
+        } else {
+            None
+        },
         mirror: read_mirror(&npz, v)?,
         template,
         shape_dirs,
@@ -104,8 +127,7 @@ fn check_shapes(npz: &Npz) -> Result<(usize, usize), BodyError> {
 fn read_template(npz: &Npz) -> Result<TriMesh, BodyError> {
     let points = npz.f64_rows::<3>("v_template")?.into_iter().map(Point::from).collect();
     let faces = npz.u32_rows::<3>("f")?;
-    TriMesh::try_from_indices(points, &faces)
-        .map_err(|e| BodyError::BadValue { name: "f", reason: e.to_string() })
+    TriMesh::try_from_indices(points, &faces).map_err(|e| BodyError::BadValue { name: "f", reason: e.to_string() })
 }
 
 fn read_parents(npz: &Npz, joints: usize) -> Result<Vec<Option<JointId>>, BodyError> {
@@ -128,7 +150,10 @@ fn read_names(npz: &Npz, joints: usize) -> Result<Vec<String>, BodyError> {
             return Ok(names);
         }
         if !matches!(joints, 22 | 24 | 52 | 55) {
-            return Err(BodyError::BadValue { name: "joint_names", reason: format!("no joint is called {}", missing.join(", ")) });
+            return Err(BodyError::BadValue {
+                name: "joint_names",
+                reason: format!("no joint is called {}", missing.join(", ")),
+            });
         }
     }
     if !matches!(joints, 22 | 24 | 52 | 55) {
@@ -144,11 +169,7 @@ fn read_shape_dirs(npz: &Npz, vertices: usize) -> Result<Vec<PerVertex<Vec3>>, B
     let sigma = if npz.contains("sigma") { npz.f64("sigma")? } else { vec![1.0; components] };
     finite("sigma", &sigma)?;
     Ok((0..components.min(MOST_COMPONENTS))
-        .map(|k| {
-            (0..vertices)
-                .map(|v| Vec3::from_fn(|c, _| values[(v * 3 + c) * components + k] * sigma[k]))
-                .collect()
-        })
+        .map(|k| (0..vertices).map(|v| Vec3::from_fn(|c, _| values[(v * 3 + c) * components + k] * sigma[k])).collect())
         .collect())
 }
 
@@ -165,7 +186,12 @@ fn read_regressor(npz: &Npz, vertices: usize, joints: usize) -> Result<Vec<Vec<(
                     reason: format!("row {j} sums to {sum:.3} instead of 1"),
                 });
             }
-            Ok(row.iter().enumerate().filter(|(_, m)| **m != 0.0).map(|(v, m)| (VertexId::from_index(v), m / sum)).collect())
+            Ok(row
+                .iter()
+                .enumerate()
+                .filter(|(_, m)| **m != 0.0)
+                .map(|(v, m)| (VertexId::from_index(v), m / sum))
+                .collect())
         })
         .collect()
 }

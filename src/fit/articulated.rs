@@ -207,8 +207,7 @@ impl<'a> Articulated<'a> {
         for j in 0..self.joint_count() {
             let turn = Vec3::new(delta[3 + 3 * j], delta[4 + 3 * j], delta[5 + 3 * j]);
             let parent = parent_rotation(posed, j);
-            pose.rotations[j] =
-                UnitQuaternion::from_scaled_axis(parent.inverse() * turn) * pose.rotations[j];
+            pose.rotations[j] = UnitQuaternion::from_scaled_axis(parent.inverse() * turn) * pose.rotations[j];
             pose.rotations[j].renormalize();
         }
         let mut shape = shape.clone();

@@ -99,7 +99,9 @@ pub enum FitError {
     #[error("the scan has no surface to fit a body to")]
     EmptyScan,
     /// No start explains the scan.
-    #[error("the scan does not look like a naked standing person: the best fit leaves {residual_mm:.0} mm on average, over {limit_mm:.0} mm")]
+    #[error(
+        "the scan does not look like a naked standing person: the best fit leaves {residual_mm:.0} mm on average, over {limit_mm:.0} mm"
+    )]
     NotABody {
         /// Mean distance of the best fit.
         residual_mm: f64,
@@ -107,7 +109,9 @@ pub enum FitError {
         limit_mm: f64,
     },
     /// The figure and the scan do not belong together.
-    #[error("the figure dressed so far cannot be laid into this scan: the best pose leaves {residual_mm:.0} mm on average where skin or inner clothes should show, over {limit_mm:.0} mm")]
+    #[error(
+        "the figure dressed so far cannot be laid into this scan: the best pose leaves {residual_mm:.0} mm on average where skin or inner clothes should show, over {limit_mm:.0} mm"
+    )]
     NotThisPerson {
         /// Mean distance of the best pose.
         residual_mm: f64,
@@ -127,9 +131,16 @@ impl FitError {
     pub fn hint(&self) -> Option<String> {
         Some(match self {
             Self::EmptyScan => "scan again, or look at the file in a viewer".into(),
-            Self::NotABody { .. } => "check the unit and the up axis (--unit, --up); one whole person must stand upright, in an A-pose".into(),
-            Self::NotThisPerson { .. } => "check that this is the same person, and that no scan between was left out".into(),
-            Self::Singular { .. } => "the body model's mesh may be broken; leave --body out to use the embedded one".into(),
+            Self::NotABody { .. } => {
+                "check the unit and the up axis (--unit, --up); one whole person must stand upright, in an A-pose"
+                    .into()
+            }
+            Self::NotThisPerson { .. } => {
+                "check that this is the same person, and that no scan between was left out".into()
+            }
+            Self::Singular { .. } => {
+                "the body model's mesh may be broken; leave --body out to use the embedded one".into()
+            }
         })
     }
 }

@@ -118,7 +118,8 @@ struct Solver<'a> {
 impl Solver<'_> {
     /// Short fits from several headings, then from several arm spreads at the best two; the best by score.
     fn best_start(&self, bounds: &Aabb, shape: &Shape, log: &mut Vec<String>) -> Start {
-        let quick = Stage { iterations: 6, samples: 700, reach: 0.25, least_cosine: 0.3, limbs_only: true, shape: false };
+        let quick =
+            Stage { iterations: 6, samples: 700, reach: 0.25, least_cosine: 0.3, limbs_only: true, shape: false };
         let run = |heading_deg: f64, spread_deg: f64| {
             let start = self.start(bounds, shape, heading_deg, spread_deg);
             let (pose, shape, _) = self.run(&quick, start, shape.clone(), &mut |_, _| {});
@@ -141,7 +142,8 @@ impl Solver<'_> {
         all.sort_by(|a, b| a.score.total_cmp(&b.score));
 
         // The leaders are told apart by a longer fit with shape: front from back shows only in feet and face.
-        let longer = Stage { iterations: 8, samples: 1500, reach: 0.12, least_cosine: 0.4, limbs_only: false, shape: true };
+        let longer =
+            Stage { iterations: 8, samples: 1500, reach: 0.12, least_cosine: 0.4, limbs_only: false, shape: true };
         let mut finals: Vec<Start> = all
             .into_par_iter()
             .take(4)
@@ -185,7 +187,14 @@ impl Solver<'_> {
         let stages = [
             Stage { iterations: 6, samples: n / 3, reach: 0.10, least_cosine: 0.4, limbs_only: false, shape: true },
             Stage { iterations: 6, samples: n / 2, reach: 0.06, least_cosine: 0.5, limbs_only: false, shape: true },
-            Stage { iterations: self.params.iterations, samples: n, reach: 0.035, least_cosine: 0.6, limbs_only: false, shape: true },
+            Stage {
+                iterations: self.params.iterations,
+                samples: n,
+                reach: 0.035,
+                least_cosine: 0.6,
+                limbs_only: false,
+                shape: true,
+            },
         ];
         let (mut pose, mut shape) = (pose, shape);
         let (mut iterations, mut converged) = (0, false);
@@ -201,7 +210,13 @@ impl Solver<'_> {
     }
 
     /// Runs a stage; returns whether it ended because steps had become small.
-    fn run(&self, stage: &Stage, pose: Pose, shape: Shape, on_iteration: &mut dyn FnMut(usize, f64)) -> (Pose, Shape, bool) {
+    fn run(
+        &self,
+        stage: &Stage,
+        pose: Pose,
+        shape: Shape,
+        on_iteration: &mut dyn FnMut(usize, f64),
+    ) -> (Pose, Shape, bool) {
         /// A joint moved less than this in a step, in metres: far below the scan's noise.
         const STILL: f64 = 2e-4;
         let (mut pose, mut shape) = (pose, shape);
@@ -217,12 +232,8 @@ impl Solver<'_> {
             residuals.extend(self.scan_to_model(&posed, stage, &scan_samples));
             let mut equations = self.body.normal_equations(&posed, &residuals);
             let center = Pose::bind(self.body.joint_count());
-            let prior = PosePrior {
-                center: &center,
-                stiffness: &stiffness,
-                limits: &self.model.limits,
-                limit_stiffness: 2e4,
-            };
+            let prior =
+                PosePrior { center: &center, stiffness: &stiffness, limits: &self.model.limits, limit_stiffness: 2e4 };
             equations.add_pose_prior(&posed, &pose, &prior);
             equations.add_shape_prior(&shape, self.params.shape_prior);
             equations.freeze(frozen.iter().copied());

@@ -2,8 +2,12 @@
 //!
 //! The measures know no stage: surfaces, joints and labels go in as plain meshes, see [`measure`].
 
+mod camera;
+mod fuse;
 mod metrics;
 mod rng;
+mod scanner;
+mod volume;
 
 pub use metrics::{
     GarmentMeasures, HiddenBody, JointPositions, LayerPair, Measures, MetricsError, ResultBind, ResultStep,
@@ -11,3 +15,4 @@ pub use metrics::{
     garment_iou, hem_loops, hem_roughness, hidden_body, inside_percent, joint_mean_mm, layer_pairs, measure,
     outside_scan, surface_distance,
 };
+pub use scanner::simulate_scan;

@@ -1,0 +1,48 @@
+//! One scan: surfaces on a turntable before the camera, fused into the mesh that a scanner hands out.
+
+use super::camera::{Stage, View};
+use super::fuse::fuse;
+use super::rng::Rng;
+use crate::geometry::{PerVertex, Point, TriMesh, VertexId};
+use rayon::prelude::*;
+
+/// Views a turn, as in the foreign recordings: every 5°.
+const VIEWS: usize = 72;
+/// Metres from the axis to the camera: the whole person fits into a portrait image.
+const DISTANCE: f64 = 2.0;
+/// Metres from the floor to the camera: table height, so crown, shoulders and crotch are seen at a graze or not at all.
+const EYE_HEIGHT: f64 = 1.0;
+
+/// What a Kinect-like scanner makes of coloured surfaces (several layers, any of which may hide others): noise, holes
+/// and blurred colours included. `face_count` is what it decimates to.
+///
+/// **Guarantees** the same seed gives the same bytes with any number of threads.
+pub fn simulate_scan(
+    surfaces: &[(&TriMesh, &PerVertex<[u8; 3]>)],
+    face_count: usize,
+    seed: u64,
+) -> (TriMesh, PerVertex<[u8; 3]>) {
+    let stage = together(surfaces);
+    let Some(bounds) = stage.mesh.bounds() else { return (stage.mesh, PerVertex::default()) };
+    let middle = bounds.center();
+    let axis = Point::new(middle.x, bounds.min.y + EYE_HEIGHT, middle.z);
+    let images: Vec<_> = View::ring(&axis, DISTANCE, VIEWS)
+        .par_iter()
+        .enumerate()
+        .map(|(i, view)| view.shoot(&stage, &mut Rng::new(seed.wrapping_mul(1009).wrapping_add(i as u64))))
+        .collect();
+    fuse(&images, &bounds, face_count)
+}
+
+fn together(surfaces: &[(&TriMesh, &PerVertex<[u8; 3]>)]) -> Stage {
+    let (mut points, mut faces, mut colors) = (Vec::new(), Vec::new(), Vec::new());
+    for (mesh, paint) in surfaces {
+        let offset = points.len() as u32;
+        points.extend(mesh.points().iter().copied());
+        faces.extend(mesh.faces().iter().map(|f| f.map(|v| VertexId(v.0 + offset))));
+        colors.extend(paint.iter().copied());
+    }
+    colors.resize(points.len(), [128; 3]);
+    let mesh = TriMesh::try_new(points, faces).expect("parts of valid meshes, indices shifted");
+    Stage { mesh, colors }
+}
