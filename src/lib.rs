@@ -17,6 +17,7 @@
 //! other; `tests/architecture.rs` keeps that table.
 
 pub mod body;
+pub mod cut;
 pub mod fit;
 pub mod formats;
 pub mod geometry;

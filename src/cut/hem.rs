@@ -1,0 +1,150 @@
+//! Fair boundary curves: smoothed along themselves, kept on the scan, the cloth beside them following.
+
+use super::CutParams;
+use super::slice::Slice;
+use crate::geometry::{Adjacency, FaceId, PerFace, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
+use crate::scan::Scan;
+
+/// Taubin's (1995) two factors along the curve: the second undoes the shrinking that the first causes.
+const SHRINK: f64 = 0.5;
+const GROW: f64 = -0.52;
+/// Rings of vertices beside a boundary that give way to it. Four: about 2 cm, five times what a hem moves.
+const RINGS: usize = 4;
+/// A boundary moves no farther than this along the scan, in metres: it is tidied, not redrawn.
+const REACH: f64 = 0.03;
+
+/// A garment with fair boundaries.
+pub(super) struct Faired {
+    pub(super) mesh: TriMesh,
+    pub(super) colors: Option<PerVertex<[u8; 3]>>,
+    pub(super) on_cut: Vec<bool>,
+}
+
+/// Fairs every boundary loop of `slice` on the surface of the scan.
+pub(super) fn faired(slice: Slice, scan: &Scan, params: &CutParams) -> Faired {
+    let adjacency = Adjacency::prepare(&slice.mesh);
+    let loops = adjacency.boundary_loops();
+    let rings = rings_from(&slice.mesh, &adjacency, &loops);
+    let near = near_surface(scan, &slice, &rings);
+    let index = near.as_ref().map(|n| SurfaceIndex::prepare(&n.mesh));
+    let mut points = slice.mesh.points().clone();
+    let mut landed: PerVertex<Option<(FaceId, [f64; 3])>> = PerVertex::filled(None, points.len());
+    if let Some(index) = &index {
+        let beside: Vec<VertexId> = slice.mesh.vertex_ids().filter(|&v| (1..=RINGS).contains(&rings[v])).collect();
+        for _ in 0..params.fairing_rounds {
+            for factor in [SHRINK, GROW] {
+                smooth_loops(&mut points, &loops, factor);
+            }
+            for v in loops.iter().flatten() {
+                project(*v, &mut points, &mut landed, index);
+            }
+            relax(&mut points, &adjacency, &beside);
+            for &v in &beside {
+                project(v, &mut points, &mut landed, index);
+            }
+        }
+    }
+    let colors = scan.colors.as_ref().map(|colors| {
+        let at_scan = |parts: &[(VertexId, f64)]| {
+            let mut sum = [0.0; 3];
+            for &(v, factor) in parts {
+                for (s, c) in sum.iter_mut().zip(colors[v]) {
+                    *s += factor * f64::from(c);
+                }
+            }
+            sum.map(|s| s.round().clamp(0.0, 255.0) as u8)
+        };
+        slice
+            .mesh
+            .vertex_ids()
+            .map(|v| match (landed[v], &near) {
+                (Some((face, weights)), Some(near)) => {
+                    let corners = near.mesh.faces()[face];
+                    let parts: [(VertexId, f64); 3] =
+                        std::array::from_fn(|k| (near.scan_vertices[corners[k]], weights[k]));
+                    at_scan(&parts)
+                }
+                _ => at_scan(&slice.origins[v.index()]),
+            })
+            .collect()
+    });
+    Faired { mesh: slice.mesh.with_points(points), colors, on_cut: slice.on_cut }
+}
+
+/// For each vertex how many edges it is from a boundary, up to `RINGS` + 1.
+fn rings_from(mesh: &TriMesh, adjacency: &Adjacency, loops: &[Vec<VertexId>]) -> PerVertex<usize> {
+    let mut rings = PerVertex::filled(RINGS + 1, mesh.vertex_count());
+    let mut front: Vec<VertexId> = loops.iter().flatten().copied().collect();
+    for ring in 0..=RINGS {
+        let mut next = Vec::new();
+        for v in front {
+            if ring < rings[v] {
+                rings[v] = ring;
+                next.extend_from_slice(adjacency.neighbours_of(v));
+            }
+        }
+        front = next;
+    }
+    rings
+}
+
+/// The part of the scan that a boundary may slide on.
+struct NearSurface {
+    mesh: TriMesh,
+    scan_vertices: PerVertex<VertexId>,
+}
+
+fn near_surface(scan: &Scan, slice: &Slice, rings: &PerVertex<usize>) -> Option<NearSurface> {
+    let adjacency = Adjacency::prepare(&scan.mesh);
+    let sources: Vec<(VertexId, f64)> = rings
+        .enumerate()
+        .filter(|&(_, &ring)| ring <= RINGS)
+        .flat_map(|(v, _)| slice.origins[v.index()].map(|(origin, _)| (origin, 0.0)))
+        .collect();
+    let distance = crate::geometry::geodesic_distances(&scan.mesh, &adjacency, &sources, REACH);
+    let keep: PerFace<bool> = scan.mesh.faces().iter().map(|f| f.iter().any(|&v| distance[v].is_finite())).collect();
+    let (mesh, scan_vertices) = scan.mesh.part(&keep);
+    (mesh.face_count() > 0).then_some(NearSurface { mesh, scan_vertices })
+}
+
+fn smooth_loops(points: &mut PerVertex<Point>, loops: &[Vec<VertexId>], factor: f64) {
+    for ring in loops.iter().filter(|ring| ring.len() > 3) {
+        let count = ring.len();
+        let moves: Vec<Vec3> = (0..count)
+            .map(|i| {
+                let at = |k: usize| points[ring[k % count]];
+                (nalgebra::center(&at(i + count - 1), &at(i + 1)) - at(i)) * factor
+            })
+            .collect();
+        for (&v, by) in ring.iter().zip(moves) {
+            points[v] += by;
+        }
+    }
+}
+
+/// Each vertex half-way to the middle of its neighbours.
+fn relax(points: &mut PerVertex<Point>, adjacency: &Adjacency, beside: &[VertexId]) {
+    let moved: Vec<Point> = beside
+        .iter()
+        .map(|&v| {
+            let around = adjacency.neighbours_of(v);
+            let sum: Vec3 = around.iter().map(|&w| points[w].coords).sum();
+            nalgebra::center(&points[v], &Point::from(sum / around.len().max(1) as f64))
+        })
+        .collect();
+    for (&v, p) in beside.iter().zip(moved) {
+        points[v] = p;
+    }
+}
+
+fn project(
+    v: VertexId,
+    points: &mut PerVertex<Point>,
+    landed: &mut PerVertex<Option<(FaceId, [f64; 3])>>,
+    index: &SurfaceIndex,
+) {
+    if let Some(found) = index.closest_within(&points[v], REACH) {
+        points[v] = found.point;
+        landed[v] = Some((found.face, found.barycentric));
+    }
+}

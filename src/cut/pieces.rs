@@ -1,0 +1,80 @@
+//! Islands dropped, and fans that touch in one vertex taken apart.
+
+use super::slice::Slice;
+use crate::geometry::{Adjacency, FaceId, PerFace, TriMesh, VertexId};
+
+/// Without the components that have less than `least_share` of the area.
+pub(super) fn without_islands(slice: Slice, least_share: f64, findings: &mut Vec<String>) -> Slice {
+    let (component, count) = Adjacency::prepare(&slice.mesh).face_components();
+    if count <= 1 {
+        return slice;
+    }
+    let mut areas = vec![0.0; count];
+    for f in slice.mesh.face_ids() {
+        areas[component[f] as usize] += slice.mesh.face_area(f);
+    }
+    let total: f64 = areas.iter().sum();
+    let keep: PerFace<bool> = component.iter().map(|&c| areas[c as usize] >= least_share * total).collect();
+    let dropped: Vec<f64> = areas.iter().copied().filter(|&a| a < least_share * total).collect();
+    if dropped.is_empty() {
+        return slice;
+    }
+    findings.push(format!(
+        "{} island{} of {:.1} cm² in all dropped",
+        dropped.len(),
+        if dropped.len() == 1 { "" } else { "s" },
+        dropped.iter().sum::<f64>() * 1e4
+    ));
+    slice.part(&keep)
+}
+
+/// Gives each fan of faces round a vertex a vertex of its own, so that every boundary is a simple curve.
+pub(super) fn with_bow_ties_split(slice: Slice) -> Slice {
+    let adjacency = Adjacency::prepare(&slice.mesh);
+    let Slice { mesh, mut origins, mut on_cut } = slice;
+    let mut points = mesh.points().0.clone();
+    let mut faces = mesh.faces().0.clone();
+    for v in mesh.vertex_ids() {
+        for fan in fans(&mesh, &adjacency, v).into_iter().skip(1) {
+            let twin = VertexId::from_index(points.len());
+            points.push(mesh.points()[v]);
+            origins.push(origins[v.index()]);
+            on_cut.push(on_cut[v.index()]);
+            for f in fan {
+                for corner in &mut faces[f.index()] {
+                    if *corner == v {
+                        *corner = twin;
+                    }
+                }
+            }
+        }
+    }
+    let split = TriMesh::try_new(points, faces).unwrap_or(mesh);
+    Slice { mesh: split, origins, on_cut }
+}
+
+/// The faces at `v` in groups that hang together by edges at `v`.
+fn fans(mesh: &TriMesh, adjacency: &Adjacency, v: VertexId) -> Vec<Vec<FaceId>> {
+    let faces = adjacency.faces_of(v);
+    let mut left: Vec<FaceId> = faces.to_vec();
+    let mut fans = Vec::new();
+    while let Some(seed) = (!left.is_empty()).then(|| left.remove(0)) {
+        let mut fan = vec![seed];
+        let mut at = 0;
+        while at < fan.len() {
+            let corners = mesh.faces()[fan[at]];
+            let across = adjacency.face_neighbours(fan[at]);
+            for k in 0..3 {
+                let touches_v = corners[k] == v || corners[(k + 1) % 3] == v;
+                if let (true, Some(next)) = (touches_v, across[k])
+                    && let Some(i) = left.iter().position(|&f| f == next)
+                {
+                    fan.push(left.remove(i));
+                }
+            }
+            at += 1;
+        }
+        fans.push(fan);
+    }
+    fans
+}

@@ -1,0 +1,77 @@
+//! Boundary loops judged: hem, or hole of the scan.
+
+use super::CutParams;
+use super::hem::Faired;
+use crate::geometry::{Adjacency, Point, TriMesh, VertexId};
+use std::ops::RangeInclusive;
+
+/// A boundary loop.
+pub(super) struct Rim {
+    pub(super) ring: Vec<VertexId>,
+    pub(super) length: f64,
+    pub(super) area: f64,
+    /// Share of its vertices that were made by the cut; the others were a boundary of the scan already.
+    pub(super) cut_share: f64,
+}
+
+impl Rim {
+    /// Measures one loop.
+    pub(super) fn of(mesh: &TriMesh, on_cut: &[bool], ring: Vec<VertexId>) -> Self {
+        let points: Vec<Point> = ring.iter().map(|&v| mesh.points()[v]).collect();
+        let next = |i: usize| points[(i + 1) % points.len()];
+        let length = (0..points.len()).map(|i| (next(i) - points[i]).norm()).sum();
+        let area_vector: crate::geometry::Vec3 =
+            (0..points.len()).map(|i| (points[i] - points[0]).cross(&(next(i) - points[0]))).sum();
+        let cut = ring.iter().filter(|v| on_cut[v.index()]).count();
+        Self { length, area: 0.5 * area_vector.norm(), cut_share: cut as f64 / ring.len().max(1) as f64, ring }
+    }
+
+    /// Whether it was a boundary of the scan. A tenth: two loops may share a vertex or two.
+    pub(super) fn is_of_scan(&self) -> bool {
+        self.cut_share < 0.1
+    }
+}
+
+/// All boundary loops of a garment, longest first.
+pub(super) struct Rims(pub(super) Vec<Rim>);
+
+impl Rims {
+    pub(super) fn of(garment: &Faired) -> Self {
+        let mut rims: Vec<Rim> = Adjacency::prepare(&garment.mesh)
+            .boundary_loops()
+            .into_iter()
+            .map(|ring| Rim::of(&garment.mesh, &garment.on_cut, ring))
+            .collect();
+        rims.sort_by(|a, b| b.length.total_cmp(&a.length).then(a.ring[0].cmp(&b.ring[0])));
+        Self(rims)
+    }
+
+    /// The hems, and what is to be said about their number and about holes.
+    pub(super) fn judged(
+        self,
+        expected: &RangeInclusive<usize>,
+        params: &CutParams,
+        findings: &mut Vec<String>,
+    ) -> Vec<Vec<VertexId>> {
+        let (mut hems, holes): (Vec<Rim>, Vec<Rim>) = self.0.into_iter().partition(|rim| !rim.is_of_scan());
+        let mut holes = holes.into_iter().peekable();
+        // A garment may end where the scan ends; so what is missing of the hems is taken from the largest holes.
+        while hems.len() < *expected.start()
+            && let Some(hole) = holes.next_if(|hole| hole.area > params.greatest_filled_hole)
+        {
+            hems.push(hole);
+        }
+        let holes: Vec<Rim> = holes.collect();
+        if !holes.is_empty() {
+            let largest = holes.iter().map(|h| h.area).fold(0.0, f64::max);
+            findings.push(format!("{} holes of the scan left, the largest {:.0} cm²", holes.len(), largest * 1e4));
+        }
+        if !expected.contains(&hems.len()) {
+            let (least, most) = (expected.start(), expected.end());
+            let wanted = if least == most { format!("{most}") } else { format!("{least} or {most}") };
+            findings.push(format!("{} hems found, {wanted} expected", hems.len()));
+        }
+        hems.sort_by(|a, b| b.length.total_cmp(&a.length).then(a.ring[0].cmp(&b.ring[0])));
+        hems.into_iter().map(|rim| rim.ring).collect()
+    }
+}
