@@ -63,7 +63,9 @@ pub enum CutError {
         vertices: usize,
     },
     /// No vertex is labelled.
-    #[error("no part of the scan belongs to the garment ({labelled} of {vertices} vertices are labelled, no face is left)")]
+    #[error(
+        "no part of the scan belongs to the garment ({labelled} of {vertices} vertices are labelled, no face is left)"
+    )]
     NothingLabelled {
         /// Vertices labelled as the garment.
         labelled: usize,

@@ -107,8 +107,7 @@ impl<'a> Builder<'a> {
 
     fn kept(&mut self, v: VertexId) -> u32 {
         if self.from_vertex[v.index()] == u32::MAX {
-            self.from_vertex[v.index()] =
-                self.push(self.mesh.points()[v], [(v, 1.0), (v, 0.0)], self.field[v] == 0.0);
+            self.from_vertex[v.index()] = self.push(self.mesh.points()[v], [(v, 1.0), (v, 0.0)], self.field[v] == 0.0);
         }
         self.from_vertex[v.index()]
     }
