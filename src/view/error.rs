@@ -14,6 +14,12 @@ pub enum Error {
     /// The picture could not be encoded or written.
     #[error("the picture could not be written: {0}")]
     Png(#[from] image::ImageError),
+    /// The viewer's library could not make the recording.
+    #[error("the recording could not be made: {0}")]
+    Recording(String),
+    /// The recording could not be written.
+    #[error("the recording could not be written: {0}")]
+    Write(#[from] std::io::Error),
 }
 
 impl Error {
@@ -21,7 +27,8 @@ impl Error {
     pub fn hint(&self) -> Option<String> {
         match self {
             Self::PaintCount { .. } => Some("give one value for each vertex, in the order of the mesh".into()),
-            Self::Png(_) => Some("is the disk full, or the folder read-only?".into()),
+            Self::Recording(_) => None,
+            Self::Png(_) | Self::Write(_) => Some("is the disk full, or the folder read-only?".into()),
         }
     }
 }

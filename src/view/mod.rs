@@ -10,6 +10,8 @@ mod occlusion;
 mod palette;
 mod picture;
 mod raster;
+#[cfg(feature = "rerun")]
+mod recording;
 mod render;
 mod scene;
 mod sheet;
@@ -20,6 +22,8 @@ pub use camera::{Camera, Facing};
 pub use error::Error;
 pub use palette::{layer_color, ramp_color};
 pub use picture::Picture;
+#[cfg(feature = "rerun")]
+pub use recording::Recording;
 pub use render::render;
 pub use scene::{Paint, Part, Scene};
 pub use sheet::{Cell, Sheet, SheetRow, contact_sheet};

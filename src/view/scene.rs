@@ -1,6 +1,7 @@
 //! What is to be seen: meshes and their paint.
 
 use super::Error;
+use super::palette::ramp_color;
 use crate::geometry::{Aabb, PerVertex, TriMesh};
 
 /// The colour of a mesh.
@@ -46,6 +47,15 @@ impl<'a> Part<'a> {
             return Err(Error::PaintCount { values, vertices: mesh.vertex_count() });
         }
         Ok(Self { mesh, paint, opacity: 1.0 })
+    }
+
+    /// The sRGB colour of each vertex.
+    pub(super) fn colors(&self) -> Vec<[u8; 3]> {
+        match self.paint {
+            Paint::Solid(rgb) => vec![rgb; self.mesh.vertex_count()],
+            Paint::PerVertex(colors) => colors.0.clone(),
+            Paint::Scalar { values, range } => values.iter().map(|&value| ramp_color(value, range)).collect(),
+        }
     }
 
     /// The same, seen through: of a translucent part only the nearest surface is drawn, without shadows.

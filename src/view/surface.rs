@@ -3,8 +3,8 @@
 //! From here on numbers are `f32`: this is the side of the picture, where a millionth of a metre is invisible.
 
 use super::camera::Camera;
-use super::palette::{linear_from_srgb, ramp_color};
-use super::scene::{Paint, Part};
+use super::palette::linear_from_srgb;
+use super::scene::Part;
 use rayon::prelude::*;
 
 /// Metres, or a direction, or light: three numbers for one vertex.
@@ -29,6 +29,7 @@ impl Surface {
     pub(super) fn gather<'a>(parts: &[Part<'a>], camera: &Camera, opacity: f32) -> Self {
         let mut all =
             Self { positions: Vec::new(), normals: Vec::new(), albedo: Vec::new(), faces: Vec::new(), opacity };
+        let light: Vec<f32> = (0..=255).map(linear_from_srgb).collect();
         for part in parts {
             let first = all.positions.len() as u32;
             let world = part.mesh.points();
@@ -42,23 +43,8 @@ impl Surface {
                 let [x, y, z] = camera.axes.map(|axis| axis.dot(n));
                 Triple::new(x as f32, y as f32, z as f32)
             }));
-            all.extend_albedo(part);
+            all.albedo.extend(part.colors().iter().map(|rgb| Triple::from(rgb.map(|byte| light[usize::from(byte)]))));
         }
         all
-    }
-
-    fn extend_albedo(&mut self, part: &Part<'_>) {
-        let light: Vec<f32> = (0..=255).map(linear_from_srgb).collect();
-        let albedo = |rgb: [u8; 3]| Triple::from(rgb.map(|byte| light[usize::from(byte)]));
-        match part.paint {
-            Paint::Solid(rgb) => {
-                let count = part.mesh.vertex_count();
-                self.albedo.extend(std::iter::repeat_n(albedo(rgb), count));
-            }
-            Paint::PerVertex(colors) => self.albedo.extend(colors.iter().map(|&rgb| albedo(rgb))),
-            Paint::Scalar { values, range } => {
-                self.albedo.extend(values.iter().map(|&value| albedo(ramp_color(value, range))));
-            }
-        }
     }
 }

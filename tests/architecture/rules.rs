@@ -154,7 +154,7 @@ fn check_crate_path<'a>(
         complain(line, format!("`crate::{named}` hides what is imported: one `use crate::room::…` a room"));
         return None;
     }
-    let Some(own) = file.room() else { return None };
+    let own = file.room()?;
     if !table.contains_key(named) {
         complain(line, format!("`crate::{named}`: there is no room of that name"));
     } else if named != own && !table.get(own).is_some_and(|seen| seen.contains(named)) {

@@ -1,0 +1,171 @@
+//! The session as a Rerun recording: what was scanned and made at each step, to be turned and looked at.
+//!
+//! Entities: `world/scan`, `world/body`, `world/garments/NAME`, `world/skeleton/{joints,bones}`, `measures/NAME`,
+//! `notes`. Timelines: `step` (which scan) and `frame` (of a clip). An entity stays as it was logged until it is logged anew.
+
+use super::Error;
+use super::scene::Part;
+use crate::geometry::Point;
+use rerun::blueprint::{
+    Blueprint, ContainerLike, Horizontal, Spatial3DView, TextDocumentView, TimeSeriesView, Vertical,
+};
+use rerun::sink::BinaryStreamStorage;
+use rerun::{
+    Clear, EntityPath, EntityPathPart, LineStrips3D, Mesh3D, Points3D, RecordingStream, RecordingStreamBuilder,
+    RecordingStreamError, Scalars, TextDocument, ViewCoordinates,
+};
+use std::io::Write;
+
+/// Metres; a joint is drawn as a ball of this radius, and bones half as thick.
+const JOINT_RADIUS: f32 = 0.009;
+const JOINT_COLOR: [u8; 3] = [235, 110, 60];
+
+/// A recording under way. It is kept in memory until [`Recording::finish`].
+pub struct Recording {
+    stream: RecordingStream,
+    storage: BinaryStreamStorage,
+}
+
+impl Recording {
+    /// Begins a recording of the session `name`.
+    ///
+    /// **Errors** when the viewer's library cannot start its threads.
+    pub fn try_new(name: &str) -> Result<Self, Error> {
+        let stream = RecordingStreamBuilder::new("overcoat")
+            .recording_name(name)
+            .enabled(true)
+            .with_default_blueprint(layout())
+            .buffered()
+            .map_err(failed)?;
+        // Wall-clock time says nothing about a session and would come up as a third timeline.
+        stream.set_log_time_enabled(false);
+        let storage = stream.binary_stream();
+        stream.log_static("world", &ViewCoordinates::RIGHT_HAND_Y_UP()).map_err(failed)?;
+        Ok(Self { stream, storage })
+    }
+
+    /// What follows belongs to this step, counted as in the session.
+    pub fn set_step(&self, step: usize) {
+        self.stream.set_time_sequence("step", step as i64);
+    }
+
+    /// What follows belongs to this frame of a clip.
+    pub fn set_frame(&self, frame: usize) {
+        self.stream.set_time_sequence("frame", frame as i64);
+    }
+
+    /// The scan of this step.
+    pub fn log_scan(&self, part: &Part<'_>) -> Result<(), Error> {
+        self.log_mesh(path_of(&["world", "scan"]), part)
+    }
+
+    /// The body as fitted or posed.
+    pub fn log_body(&self, part: &Part<'_>) -> Result<(), Error> {
+        self.log_mesh(path_of(&["world", "body"]), part)
+    }
+
+    /// A garment, under its name in the session.
+    pub fn log_garment(&self, name: &str, part: &Part<'_>) -> Result<(), Error> {
+        self.log_mesh(path_of(&["world", "garments", name]), part)
+    }
+
+    /// Takes a garment away from here on: it is not worn at this step.
+    pub fn hide_garment(&self, name: &str) -> Result<(), Error> {
+        self.stream.log(path_of(&["world", "garments", name]), &Clear::flat()).map_err(failed)
+    }
+
+    /// Joints with their names, and a bone from each to its parent.
+    ///
+    /// **Requires** as many names and parents as joints; a parent that is not there draws no bone.
+    pub fn log_skeleton(&self, joints: &[Point], names: &[String], parents: &[Option<usize>]) -> Result<(), Error> {
+        let at = |p: &Point| [p.x as f32, p.y as f32, p.z as f32];
+        let points = Points3D::new(joints.iter().map(at))
+            .with_labels(names.iter().map(String::as_str))
+            .with_show_labels(false)
+            .with_radii([JOINT_RADIUS])
+            .with_colors([JOINT_COLOR]);
+        self.stream.log(path_of(&["world", "skeleton", "joints"]), &points).map_err(failed)?;
+        let bones =
+            joints.iter().zip(parents).filter_map(|(joint, &parent)| Some([at(joints.get(parent?)?), at(joint)]));
+        let bones = LineStrips3D::new(bones).with_radii([0.5 * JOINT_RADIUS]).with_colors([JOINT_COLOR]);
+        self.stream.log(path_of(&["world", "skeleton", "bones"]), &bones).map_err(failed)
+    }
+
+    /// A number of this step, drawn as a curve over the steps.
+    pub fn log_measure(&self, name: &str, value: f64) -> Result<(), Error> {
+        self.stream.log(path_of(&["measures", name]), &Scalars::single(value)).map_err(failed)
+    }
+
+    /// What there is to say of this step, in Markdown.
+    pub fn log_notes(&self, markdown: &str) -> Result<(), Error> {
+        self.stream.log(path_of(&["notes"]), &TextDocument::from_markdown(markdown)).map_err(failed)
+    }
+
+    /// Ends the recording and writes it as `.rrd`.
+    ///
+    /// **Errors** when `to` cannot be written, or when nothing was recorded.
+    pub fn finish(self, mut to: impl Write) -> Result<(), Error> {
+        self.stream.flush_blocking().map_err(|why| Error::Recording(why.to_string()))?;
+        let bytes = self.storage.read().ok_or_else(|| Error::Recording("nothing was recorded".into()))?;
+        to.write_all(&bytes)?;
+        to.flush()?;
+        Ok(())
+    }
+
+    fn log_mesh(&self, path: EntityPath, part: &Part<'_>) -> Result<(), Error> {
+        let triple = |v: &nalgebra::Vector3<f64>| [v.x as f32, v.y as f32, v.z as f32];
+        let mesh = Mesh3D::new(part.mesh.points().iter().map(|p| triple(&p.coords)))
+            .with_triangle_indices(part.mesh.faces().iter().map(|face| face.map(|v| v.0)))
+            .with_vertex_normals(part.mesh.vertex_normals().iter().map(triple))
+            .with_vertex_colors(part.colors());
+        self.stream.log(path, &mesh).map_err(failed)
+    }
+}
+
+/// Scan and result side by side, measures and notes below.
+fn layout() -> Blueprint {
+    let scan = Spatial3DView::new("Scan").with_origin("world").with_contents(["world/scan"]);
+    let result = Spatial3DView::new("Result").with_origin("world").with_contents(["world/**", "- world/scan"]);
+    let above = Horizontal::new([ContainerLike::from(scan), ContainerLike::from(result)]);
+    let measures = TimeSeriesView::new("Measures").with_origin("measures");
+    let notes = TextDocumentView::new("Notes").with_origin("notes");
+    let below = Horizontal::new([ContainerLike::from(measures), ContainerLike::from(notes)]);
+    let all = Vertical::new([ContainerLike::from(above), ContainerLike::from(below)]);
+    Blueprint::new(all.with_row_shares(vec![3.0, 1.0]))
+}
+
+/// Each part as it is, whatever signs a garment's name has.
+fn path_of(parts: &[&str]) -> EntityPath {
+    parts.iter().map(|part| EntityPathPart::from(*part)).collect()
+}
+
+fn failed(why: RecordingStreamError) -> Error {
+    Error::Recording(why.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::TriMesh;
+
+    #[test]
+    fn a_recording_has_its_head_its_foot_and_its_entities() {
+        let corners = vec![Point::origin(), Point::new(1.0, 0.0, 0.0), Point::new(0.0, 1.0, 0.0)];
+        let mesh = TriMesh::try_from_indices(corners.clone(), &[[0, 1, 2]]).unwrap();
+        let recording = Recording::try_new("alice").unwrap();
+        for step in 0..3 {
+            recording.set_step(step);
+            recording.log_scan(&Part::solid(&mesh, [200, 180, 160])).unwrap();
+            recording.log_body(&Part::solid(&mesh, [200, 180, 160])).unwrap();
+            recording.log_garment("summer coat/2", &Part::solid(&mesh, [90, 90, 180])).unwrap();
+            recording.log_measure("scan to body, mm", 1.5).unwrap();
+        }
+        recording.log_skeleton(&corners, &["a".into(), "b".into(), "c".into()], &[None, Some(0), Some(9)]).unwrap();
+        recording.log_notes("# Coat").unwrap();
+        let mut bytes = Vec::new();
+        recording.finish(&mut bytes).unwrap();
+        let holds = |text: &str| bytes.windows(text.len()).any(|w| w == text.as_bytes());
+        assert!(bytes.starts_with(b"RRF2") && bytes.ends_with(b"RRF2FOOT"), "{:?}", &bytes[bytes.len() - 12..]);
+        assert!(bytes.len() > 2000 && holds("overcoat"));
+    }
+}
