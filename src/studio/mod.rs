@@ -4,6 +4,7 @@
 
 mod camera;
 mod fuse;
+pub mod mannequin;
 mod metrics;
 mod rng;
 mod scanner;

@@ -1,0 +1,229 @@
+//! One adult from measurements: joint centres and the implicit surface around them, in the common A-pose.
+//!
+//! **Frame** metres, Y up, facing +Z, soles on y = 0; the left half (x ≥ 0). The plumb line z = 0 runs through ear,
+//! shoulder and hip.
+//!
+//! **Source** joint centres: `ansur` landmarks and the offsets of Dempster, de Leva and Bell (`hip = 0.36 PW` from
+//! the midline); see the comments at each.
+
+use super::extremities::{add_arm, add_foot, add_hand, add_leg};
+use super::field::Field;
+use super::head::add_head;
+use super::measures::Measures;
+use super::torso::add_torso;
+use crate::geometry::Vec3;
+
+/// Arms point this far below the horizontal in the bind pose.
+pub(super) const ARM_DOWN_DEG: f64 = 45.0;
+/// Arms point this far forward of the frontal plane: where they hang by themselves.
+const ARM_FORWARD_DEG: f64 = 7.0;
+/// Legs point this far outward: leaves a clear gap at the crotch for heavy thighs too.
+const LEG_OUT_DEG: f64 = 9.0;
+/// Feet point this far outward.
+const FOOT_OUT_DEG: f64 = 7.0;
+
+/// Joint centres of the left half and the midline.
+#[derive(Clone, Debug)]
+pub(super) struct Joints {
+    pub hips: Vec3,
+    pub spine: Vec3,
+    pub chest: Vec3,
+    pub upper_chest: Vec3,
+    pub neck: Vec3,
+    pub head: Vec3,
+    pub shoulder: Vec3,
+    pub upper_arm: Vec3,
+    pub lower_arm: Vec3,
+    pub hand: Vec3,
+    pub upper_leg: Vec3,
+    pub lower_leg: Vec3,
+    pub foot: Vec3,
+    pub toes: Vec3,
+}
+
+/// Factors that [`super::girth::calibrate`] turns until the girths are those asked for; one each at the start.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tuning {
+    pub neck: f64,
+    pub chest: f64,
+    pub under_chest: f64,
+    pub waist: f64,
+    pub hip: f64,
+    pub thigh: f64,
+    pub lower_thigh: f64,
+    pub calf: f64,
+    pub ankle: f64,
+    pub biceps: f64,
+    pub forearm: f64,
+    pub wrist: f64,
+}
+
+impl Default for Tuning {
+    fn default() -> Self {
+        Self {
+            neck: 1.0,
+            chest: 1.0,
+            under_chest: 1.0,
+            waist: 1.0,
+            hip: 1.0,
+            thigh: 1.0,
+            lower_thigh: 1.0,
+            calf: 1.0,
+            ankle: 1.0,
+            biceps: 1.0,
+            forearm: 1.0,
+            wrist: 1.0,
+        }
+    }
+}
+
+/// Heights of the levels that shape the body, already lowered for the legs apart.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Levels {
+    pub vertex: f64,
+    pub cervical: f64,
+    pub suprasternal: f64,
+    pub acromion: f64,
+    pub axilla: f64,
+    pub chest: f64,
+    pub under_chest: f64,
+    pub natural_waist: f64,
+    pub waist: f64,
+    pub hip: f64,
+    pub crotch: f64,
+}
+
+/// A subject: measurements, joints, levels, limb frames and the surface.
+#[derive(Clone, Debug)]
+pub(super) struct Anatomy {
+    pub measures: Measures,
+    pub joints: Joints,
+    pub levels: Levels,
+    /// Limb axes: along, outward (`u`), forward (`v`).
+    pub arm: [Vec3; 3],
+    pub leg: [Vec3; 3],
+    pub foot: [Vec3; 3],
+    pub tuning: Tuning,
+    pub field: Field,
+}
+
+impl Anatomy {
+    /// The body of those measurements, its sections scaled by `tuning`.
+    pub fn build(m: &Measures, tuning: Tuning) -> Self {
+        let scale = m.stature / 1.70;
+        // Hip joint: level with the tip of the greater trochanter; 0.36 of the inter-spinous width from the midline
+        // (Bell 1990), that width about 0.96 of the bicristal breadth.
+        let hip_height = m.trochanterion_height + 0.008;
+        let knee_height = m.tibial_height + 0.022;
+        let ankle_height = m.lateral_malleolus_height + 0.004;
+        let out = LEG_OUT_DEG.to_radians();
+        let drop = (hip_height - ankle_height) * (1.0 - out.cos());
+        let down = |h: f64| h - drop;
+        // Drawn heights are nearly in order; where two come too close the lower one gives way downward from the top.
+        let suprasternal = m.suprasternal_height;
+        let axilla = m.axilla_height.min(suprasternal - 0.06);
+        let chest = m.chest_height.min(axilla - 0.035);
+        let under_chest = chest - 0.055;
+        let natural_waist = m.tenth_rib_height.max(m.waist_height_omphalion + 0.045).min(under_chest - 0.035);
+        let waist = m.waist_height_omphalion.min(natural_waist - 0.035);
+        let hip = m.buttock_height.max(m.crotch_height + 0.035).min(waist - 0.09);
+        let levels = Levels {
+            vertex: down(m.stature),
+            cervical: down(m.cervical_height),
+            suprasternal: down(suprasternal),
+            acromion: down(m.acromial_height),
+            axilla: down(axilla),
+            chest: down(chest),
+            under_chest: down(under_chest),
+            natural_waist: down(natural_waist),
+            waist: down(waist),
+            hip: down(hip),
+            crotch: down(m.crotch_height.min(hip - 0.03)),
+        };
+
+        let upper_leg = Vec3::new(0.345 * m.bicristal_breadth.max(0.25), down(hip_height), -0.012);
+        let leg_length = hip_height - ankle_height;
+        let back_lean = 0.016 * scale;
+        let along = Vec3::new(out.sin(), -out.cos(), -back_lean / leg_length).normalize();
+        let foot = upper_leg + along * leg_length;
+        // The knee centre sits a little in front of the straight line from hip to ankle.
+        let lower_leg = upper_leg + along * (hip_height - knee_height) + Vec3::new(0.0, 0.0, 0.008 * scale);
+        let ahead = Vec3::new(0.0, 0.0, 1.0);
+        let leg_v = (ahead - along * ahead.dot(&along)).normalize();
+        let leg = [along, leg_v.cross(&along), leg_v];
+        let toe_out = FOOT_OUT_DEG.to_radians();
+        let foot_axis = Vec3::new(toe_out.sin(), 0.0, toe_out.cos());
+        let foot_frame = [foot_axis, Vec3::new(toe_out.cos(), 0.0, -toe_out.sin()), Vec3::new(0.0, 1.0, 0.0)];
+        let heel = heel_of(&foot, &foot_axis, m);
+        let mut toes = heel + foot_axis * (m.ball_of_foot_length - 0.004);
+        toes.y = 0.022 * scale;
+
+        // Glenohumeral centre: 4.5 cm below the acromion (Dempster: 5 cm to the skin's mark), a little inside of it.
+        let upper_arm = Vec3::new(0.5 * m.biacromial_breadth - 0.020, levels.acromion - 0.042 * scale, -0.018 * scale);
+        let (dip, forward) = (ARM_DOWN_DEG.to_radians(), ARM_FORWARD_DEG.to_radians());
+        let arm_axis = Vec3::new(dip.cos() * forward.cos(), -dip.sin(), dip.cos() * forward.sin());
+        let arm_v = (ahead - arm_axis * ahead.dot(&arm_axis)).normalize();
+        let arm_u = arm_v.cross(&arm_axis);
+        // Joint to joint (de Leva 1996: 0.16 and 0.15 of stature), so that the span comes out at 1.03 of it.
+        let upper_length = 0.835 * m.acromion_radiale_length;
+        let hand = upper_arm + arm_axis * (upper_length + 0.985 * m.radiale_stylion_length);
+        let lower_arm = upper_arm + arm_axis * upper_length - arm_v * 0.006;
+
+        let head_size = m.tragion_top_of_head / 0.128;
+        let joints = Joints {
+            hips: Vec3::new(0.0, upper_leg.y + 0.045 * scale, -0.012),
+            spine: Vec3::new(0.0, levels.waist, -0.030),
+            chest: Vec3::new(0.0, levels.natural_waist + 0.05 * scale, -0.045),
+            upper_chest: Vec3::new(0.0, levels.chest + 0.03 * scale, -0.055),
+            neck: Vec3::new(0.0, levels.cervical - 0.010 * scale, -0.042 * scale),
+            head: Vec3::new(0.0, levels.vertex - m.tragion_top_of_head - 0.018 * head_size, 0.0),
+            shoulder: Vec3::new(0.022, levels.suprasternal - 0.012 * scale, 0.0),
+            upper_arm,
+            lower_arm,
+            hand,
+            upper_leg,
+            lower_leg,
+            foot,
+            toes,
+        };
+        let mut body = Self {
+            measures: *m,
+            joints,
+            levels,
+            arm: [arm_axis, arm_u, arm_v],
+            leg,
+            foot: foot_frame,
+            tuning,
+            field: Field::default(),
+        };
+        add_torso(&mut body);
+        add_head(&mut body);
+        add_arm(&mut body);
+        add_hand(&mut body);
+        add_leg(&mut body);
+        add_foot(&mut body);
+        body
+    }
+
+    /// Stature over 1.70 m: for sizes that no measurement gives.
+    pub fn scale(&self) -> f64 {
+        self.measures.stature / 1.70
+    }
+
+    /// The back of the heel, on the ground.
+    pub fn heel(&self) -> Vec3 {
+        heel_of(&self.joints.foot, &self.foot[0], &self.measures)
+    }
+
+    /// Between what a woman and what a man has.
+    pub fn by_sex(&self, woman: f64, man: f64) -> f64 {
+        woman + self.measures.male * (man - woman)
+    }
+}
+
+/// The ankle centre stands over 0.235 of the foot's length.
+fn heel_of(ankle: &Vec3, axis: &Vec3, m: &Measures) -> Vec3 {
+    let mut heel = ankle - axis * (0.235 * m.foot_length);
+    heel.y = 0.0;
+    heel
+}

@@ -1,0 +1,197 @@
+//! Skin weights of the template: each part knows its bones along its own axis, shares blend the parts, and a
+//! diffusion over the mesh makes the whole smooth.
+
+use super::anatomy::{Anatomy, Joints};
+use super::carry::Ownership;
+use super::field::{Form, Region};
+use super::mesh::HalfMesh;
+use crate::geometry::Vec3;
+
+/// How many joints.
+pub(super) const JOINTS: usize = 22;
+/// Influences kept a vertex: what glTF's one set of joints holds.
+const INFLUENCES: usize = 4;
+/// Diffusion rounds over the mesh, about ±√n edges wide.
+const ROUNDS: usize = 14;
+
+/// Joints by number, in the order of [`crate::body::JOINT_NAMES`].
+pub(super) mod joint {
+    pub const HIPS: usize = 0;
+    pub const SPINE: usize = 1;
+    pub const CHEST: usize = 2;
+    pub const UPPER_CHEST: usize = 3;
+    pub const NECK: usize = 4;
+    pub const HEAD: usize = 5;
+    pub const SHOULDER: usize = 6;
+    pub const UPPER_ARM: usize = 7;
+    pub const LOWER_ARM: usize = 8;
+    pub const HAND: usize = 9;
+    pub const UPPER_LEG: usize = 14;
+    pub const LOWER_LEG: usize = 15;
+    pub const FOOT: usize = 16;
+    pub const TOES: usize = 17;
+    /// The same joint on the right.
+    pub fn mirrored(j: usize) -> usize {
+        match j {
+            6..=9 | 14..=17 => j + 4,
+            10..=13 | 18..=21 => j - 4,
+            _ => j,
+        }
+    }
+}
+
+type Row = [f64; JOINTS];
+
+/// Weights a vertex of the whole mesh, each row summing to one with at most four entries.
+pub(super) fn weights(body: &Anatomy, mesh: &HalfMesh, owners: &Ownership) -> Vec<Row> {
+    let mut half: Vec<Row> = mesh
+        .points
+        .iter()
+        .enumerate()
+        .map(|(v, p)| {
+            let mut row = [0.0; JOINTS];
+            for &(k, share) in owners.of(v) {
+                let part = &body.field.primitives[k as usize];
+                let t = if let Form::Loft(loft) = &part.form { loft.along(p) } else { 0.0 };
+                for (j, w) in bones(body, part.region, p, t) {
+                    row[j] += share * w;
+                }
+            }
+            row
+        })
+        .collect();
+    let mirror = mesh.mirror();
+    let full_row =
+        |half: &[Row], v: usize| -> Row { if v < half.len() { half[v] } else { swapped(&half[mirror[v] as usize]) } };
+    // Neighbours in the whole mesh: on the midline both sides count.
+    for _ in 0..ROUNDS {
+        half = (0..half.len())
+            .map(|v| {
+                let mut sum = [0.0; JOINTS];
+                let mut n = 0.0;
+                let mut add = |row: &Row| {
+                    sum.iter_mut().zip(row).for_each(|(a, b)| *a += b);
+                    n += 1.0;
+                };
+                for w in &mesh.neighbours[v] {
+                    add(&half[*w as usize]);
+                    if mesh.points[v].x == 0.0 {
+                        add(&swapped(&half[*w as usize]));
+                    }
+                }
+                std::array::from_fn(|j| 0.4 * half[v][j] + 0.6 * sum[j] / n)
+            })
+            .collect();
+    }
+    for (v, row) in half.iter_mut().enumerate() {
+        if mesh.points[v].x == 0.0 {
+            let other = swapped(row);
+            row.iter_mut().zip(&other).for_each(|(a, b)| *a = 0.5 * (*a + b));
+        }
+        prune(row, mesh.points[v].x == 0.0);
+    }
+    (0..mesh.whole_count()).map(|v| full_row(&half, v)).collect()
+}
+
+/// The same weights on the other side.
+fn swapped(row: &Row) -> Row {
+    std::array::from_fn(|j| row[joint::mirrored(j)])
+}
+
+/// Keeps the four largest; on the midline the pairs stay pairs.
+fn prune(row: &mut Row, on_plane: bool) {
+    let mut order: Vec<usize> = (0..JOINTS).filter(|j| row[*j] > 1e-4).collect();
+    order.sort_by(|a, b| row[*b].total_cmp(&row[*a]).then(a.cmp(b)));
+    let mut keep: Vec<usize> = order.iter().copied().take(INFLUENCES).collect();
+    if on_plane {
+        let whole = keep.clone();
+        keep.retain(|j| whole.contains(&joint::mirrored(*j)));
+    }
+    for j in 0..JOINTS {
+        if !keep.contains(&j) {
+            row[j] = 0.0;
+        }
+    }
+    let sum: f64 = row.iter().sum();
+    row.iter_mut().for_each(|w| *w /= sum);
+}
+
+/// Which bones move a point of a region, before any smoothing; `t` is the place along the region's own axis.
+fn bones(body: &Anatomy, region: Region, p: &Vec3, t: f64) -> Vec<(usize, f64)> {
+    let j: &Joints = &body.joints;
+    let s = body.scale();
+    let at = |bone: usize| vec![(bone, 1.0)];
+    match region {
+        Region::Torso | Region::Yoke => {
+            let chain = [
+                (joint::HIPS, j.spine.y - 0.02),
+                (joint::SPINE, j.chest.y),
+                (joint::CHEST, j.upper_chest.y),
+                (joint::UPPER_CHEST, j.neck.y + 0.02),
+                (joint::NECK, f64::INFINITY),
+            ];
+            let mut all = along(&chain, p.y, 0.05 * s);
+            // The shoulder blade and collar bone follow the clavicle joint outward of it.
+            let low = smooth_step(body.levels.chest - 0.02, body.levels.axilla + 0.03, p.y);
+            let out = low * smooth_step(0.35 * j.upper_arm.x, 0.85 * j.upper_arm.x, p.x);
+            all.iter_mut().for_each(|w| w.1 *= 1.0 - out);
+            all.push((joint::SHOULDER, out));
+            all
+        }
+        Region::Neck => {
+            let part = smooth_step(-0.3, 1.1, (p - j.neck).dot(&(j.head - j.neck)) / (j.head - j.neck).norm_squared());
+            vec![(joint::NECK, 1.0 - part), (joint::HEAD, part)]
+        }
+        Region::Head => at(joint::HEAD),
+        Region::Arm => {
+            let elbow = (j.lower_arm - j.upper_arm).dot(&body.arm[0]);
+            let wrist = (j.hand - j.upper_arm).dot(&body.arm[0]);
+            let root = smooth_step(-0.045 * s, 0.035 * s, t);
+            let bend = smooth_step(elbow - 0.045 * s, elbow + 0.045 * s, t);
+            let hand = smooth_step(wrist - 0.035 * s, wrist + 0.030 * s, t);
+            vec![
+                (joint::SHOULDER, 1.0 - root),
+                (joint::UPPER_ARM, root * (1.0 - bend)),
+                (joint::LOWER_ARM, bend * (1.0 - hand)),
+                (joint::HAND, hand),
+            ]
+        }
+        Region::Hand => at(joint::HAND),
+        Region::Leg => {
+            let knee = (j.lower_leg - j.upper_leg).dot(&body.leg[0]);
+            let ankle = (j.foot - j.upper_leg).dot(&body.leg[0]);
+            // In front of the hip the fold lies higher than behind, under the seat.
+            let root = smooth_step(-0.07 * s, 0.075 * s, t);
+            let bend = smooth_step(knee - 0.060 * s, knee + 0.060 * s, t);
+            let foot = smooth_step(ankle - 0.045 * s, ankle + 0.025 * s, t);
+            vec![
+                (joint::HIPS, 1.0 - root),
+                (joint::UPPER_LEG, root * (1.0 - bend)),
+                (joint::LOWER_LEG, bend * (1.0 - foot)),
+                (joint::FOOT, foot),
+            ]
+        }
+        Region::Foot => {
+            let forward = (p - j.toes).dot(&body.foot[0]);
+            let toes = smooth_step(-0.020 * s, 0.022 * s, forward);
+            vec![(joint::FOOT, 1.0 - toes), (joint::TOES, toes)]
+        }
+    }
+}
+
+/// Bones one above the other, each up to its height, cross-faded over ± `fade`.
+fn along(chain: &[(usize, f64)], y: f64, fade: f64) -> Vec<(usize, f64)> {
+    let mut rest = 1.0;
+    let mut all = Vec::with_capacity(chain.len());
+    for &(bone, end) in chain {
+        let beyond = if end.is_finite() { smooth_step(end - fade, end + fade, y) } else { 0.0 };
+        all.push((bone, rest * (1.0 - beyond)));
+        rest *= beyond;
+    }
+    all
+}
+
+fn smooth_step(a: f64, b: f64, x: f64) -> f64 {
+    let s = ((x - a) / (b - a)).clamp(0.0, 1.0);
+    s * s * (3.0 - 2.0 * s)
+}
