@@ -18,6 +18,7 @@
 
 pub mod body;
 pub mod cut;
+pub mod export;
 pub mod fit;
 pub mod formats;
 pub mod geometry;

@@ -75,6 +75,19 @@ pub struct GlbMesh<'a> {
     pub extras: Value,
 }
 
+/// What is shown when the file is opened, and who made it.
+#[derive(Clone, Debug)]
+pub struct GlbScene<'a> {
+    /// Program and version.
+    pub generator: &'a str,
+    /// Shown in every program's outline.
+    pub name: &'a str,
+    /// Nodes without parents.
+    pub roots: &'a [NodeId],
+    /// Application data for the whole file, an object or null.
+    pub extras: Value,
+}
+
 /// A `.glb` in the making.
 #[derive(Debug, Default)]
 pub struct GlbWriter {
@@ -274,22 +287,17 @@ impl GlbWriter {
         SkinId(self.skins.len() - 1)
     }
 
-    /// Puts everything together, with one scene of the given roots.
+    /// Puts everything together.
     ///
     /// **Errors** when the file would be longer than glTF can say (4 GiB).
-    pub fn write(
-        mut self,
-        generator: &str,
-        scene_name: &str,
-        roots: &[NodeId],
-        mut out: impl Write,
-    ) -> Result<(), FormatError> {
-        let roots: Vec<usize> = roots.iter().map(|r| r.0).collect();
+    pub fn write(mut self, scene: &GlbScene, mut out: impl Write) -> Result<(), FormatError> {
+        let roots: Vec<usize> = scene.roots.iter().map(|r| r.0).collect();
         let mut root = json!({
-            "asset": { "version": "2.0", "generator": generator },
+            "asset": { "version": "2.0", "generator": scene.generator },
             "scene": 0,
-            "scenes": [{ "name": scene_name, "nodes": roots }],
+            "scenes": [{ "name": scene.name, "nodes": roots }],
         });
+        set_extras(&mut root["asset"], &scene.extras);
         if !self.bin.is_empty() {
             root["buffers"] = json!([{ "byteLength": self.bin.len() }]);
         }

@@ -128,7 +128,8 @@ impl Parts {
             let uvs = rows::<2>(&accessor, &self.buffers, "texture coordinates")?;
             let into = mesh.uvs.get_or_insert_default();
             into.resize(first, [0.0; 2]);
-            into.extend(uvs);
+            // glTF's begin at the upper left.
+            into.extend(uvs.iter().map(|&[u, v]| [u, 1.0 - v]));
         }
         for (semantic, accessor) in primitive.attributes() {
             if let (Semantic::Extras(name), 1) = (semantic, accessor.dimensions().multiplicity()) {

@@ -1,13 +1,20 @@
 //! glTF: what is built comes back, transforms count, and damage is answered.
 
 use super::error::FormatError;
-use super::glb::{GlbMaterial, GlbMesh, GlbNode, GlbWriter};
+use super::glb::{GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, NodeId};
 use super::gltf_read::read_gltf;
 use serde_json::json;
 
 const POINTS: [[f32; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]];
 const FACES: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
 const COLORS: [[u8; 3]; 4] = [[255, 0, 0], [0, 128, 3], [1, 2, 254], [77, 77, 77]];
+
+fn written(glb: GlbWriter, root: NodeId) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let scene = GlbScene { generator: "test", name: "scene", roots: &[root], extras: json!(null) };
+    glb.write(&scene, &mut bytes).unwrap();
+    bytes
+}
 
 /// A tetrahedron with everything, below a node that turns it by 90° about Y and lifts it by 10.
 fn built() -> Vec<u8> {
@@ -32,9 +39,7 @@ fn built() -> Vec<u8> {
         children: &[leaf],
         ..GlbNode::default()
     });
-    let mut bytes = Vec::new();
-    glb.write("test", "scene", &[root], &mut bytes).unwrap();
-    bytes
+    written(glb, root)
 }
 
 fn with_json(edit: impl Fn(String) -> String) -> Vec<u8> {
@@ -61,7 +66,7 @@ fn what_is_built_comes_back_where_its_nodes_put_it() {
     let normal = mesh.normals.unwrap()[0];
     assert!((normal[2] + 1.0).abs() < 1e-6, "{normal:?}");
     assert_eq!(mesh.colors.unwrap(), COLORS);
-    assert_eq!(mesh.uvs.unwrap(), [[0.25, 0.75]; 4]);
+    assert_eq!(mesh.uvs.unwrap(), [[0.25, 0.25]; 4]);
     assert_eq!(mesh.scalars["_PHYSW"], [0.0, 0.25, 0.5, 1.0]);
     assert_eq!(built(), built());
 }
@@ -106,9 +111,7 @@ fn an_index_beyond_the_vertices_is_named() {
     let attributes = [("POSITION", glb.positions(&POINTS).unwrap())];
     let mesh = glb.mesh(&GlbMesh { name: "m", indices, attributes: &attributes, material: None, extras: json!(null) });
     let node = glb.node(&GlbNode { name: "n", mesh: Some(mesh), ..GlbNode::default() });
-    let mut bytes = Vec::new();
-    glb.write("test", "scene", &[node], &mut bytes).unwrap();
-    let err = read_gltf(bytes.as_slice()).unwrap_err();
+    let err = read_gltf(written(glb, node).as_slice()).unwrap_err();
     assert_eq!(err.to_string(), "glTF, index 2: expected vertices below 4, found vertex 4");
 }
 

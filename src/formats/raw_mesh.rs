@@ -20,7 +20,7 @@ pub struct RawMesh {
     pub colors: Option<Vec<[u8; 3]>>,
     /// V × 3, as stated, not normalised.
     pub normals: Option<Vec<[f64; 3]>>,
-    /// V × 2, in the format's own convention for the origin.
+    /// V × 2, from the lower left of the picture.
     pub uvs: Option<Vec<[f64; 2]>>,
     /// Every other number that the file gives per vertex (`label`, `quality`, …), by its name in the file.
     pub scalars: BTreeMap<String, Vec<f32>>,

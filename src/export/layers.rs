@@ -1,0 +1,60 @@
+//! A figure as a folder of plain files: surfaces as PLY, joints as JSON, skin weights as NPY.
+
+use super::error::ExportError;
+use crate::body::{Layer, Skeleton};
+use crate::formats::{NpyArray, PlyOptions, RawMesh, write_npy, write_ply};
+use crate::geometry::{PerVertex, Point, TriMesh};
+use serde_json::{Map, Value, json};
+use std::io::Write;
+
+/// Writes one surface as binary PLY: coordinates as `double`, colours, and any further numbers per vertex.
+///
+/// `mesh` is the surface in whatever pose and frame is wanted; `scalars` go by their names (`label`, `quality`).
+///
+/// **Errors** [`ExportError::Format`] when colours or scalars are not one a vertex.
+pub fn write_layer_ply(
+    mesh: &TriMesh,
+    colors: Option<&PerVertex<[u8; 3]>>,
+    scalars: &[(&str, &[f32])],
+    out: impl Write,
+) -> Result<(), ExportError> {
+    let raw = RawMesh {
+        points: mesh.points().iter().map(|p| p.coords.into()).collect(),
+        faces: mesh.faces().iter().map(|f| f.map(|v| v.0)).collect(),
+        colors: colors.map(|c| c.0.clone()),
+        scalars: scalars.iter().map(|&(name, values)| (name.to_string(), values.to_vec())).collect(),
+        ..RawMesh::default()
+    };
+    Ok(write_ply(&raw, &PlyOptions { double: true, ..PlyOptions::default() }, out)?)
+}
+
+/// Writes joint centres as JSON: name to `[x, y, z]`.
+///
+/// `joints` are those of `skeleton`, posed and in whatever frame is wanted ([`Skeleton::joints_in_world`]).
+pub fn write_joints_json(skeleton: &Skeleton, joints: &[Point], mut out: impl Write) -> Result<(), ExportError> {
+    if joints.len() != skeleton.len() {
+        return Err(ExportError::PoseLength { found: joints.len(), expected: skeleton.len() });
+    }
+    let by_name: Map<String, Value> =
+        skeleton.names.iter().zip(joints).map(|(name, p)| (name.clone(), json!([p.x, p.y, p.z]))).collect();
+    writeln!(out, "{:#}", Value::Object(by_name))
+        .and_then(|()| out.flush())
+        .map_err(|source| ExportError::Io { source })
+}
+
+/// Writes a layer's skin weights as NPY, **shape** `V × J`, `f4`.
+pub fn write_skin_weights_npy(layer: &Layer, skeleton: &Skeleton, out: impl Write) -> Result<(), ExportError> {
+    let joint_count = skeleton.len();
+    let mut dense = vec![0.0f32; layer.weights.len() * joint_count];
+    for (vertex, row) in layer.weights.rows().iter().enumerate() {
+        for &(joint, weight) in row.iter().filter(|(_, w)| *w > 0.0) {
+            let joint = joint.index();
+            if joint >= joint_count {
+                let layer = layer.name.clone();
+                return Err(ExportError::NoSuchJoint { layer, vertex, joint, joints: joint_count });
+            }
+            dense[vertex * joint_count + joint] += weight as f32;
+        }
+    }
+    Ok(write_npy(&NpyArray::try_new(&[layer.weights.len(), joint_count], dense)?, out)?)
+}

@@ -1,0 +1,12 @@
+//! A figure laid out as the files of the trade; `formats` makes the bytes.
+
+mod error;
+mod glb;
+mod layers;
+mod palette;
+#[cfg(test)]
+mod tests;
+
+pub use error::ExportError;
+pub use glb::{GlbOptions, write_glb};
+pub use layers::{write_joints_json, write_layer_ply, write_skin_weights_npy};

@@ -1,0 +1,214 @@
+//! A `.glb` read back by nothing but the standard: skinned from its own arrays, it stands where our figure stands.
+
+use super::{ExportError, GlbOptions, write_glb, write_joints_json, write_layer_ply, write_skin_weights_npy};
+use crate::body::{Figure, JointId, Layer, Pose, Skeleton, SkinWeights};
+use crate::formats::{read_gltf, read_npy, read_ply};
+use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
+use nalgebra::{Matrix4, Point3, Quaternion, UnitQuaternion};
+use serde_json::Value;
+
+/// A tube along X of `rings` squares.
+fn tube(rings: u32, radius: f64) -> TriMesh {
+    let corner = |i: u32| {
+        let angle = f64::from(i % 4) * std::f64::consts::FRAC_PI_2;
+        Point::new(f64::from(i / 4) * 2.0 / f64::from(rings - 1), 1.0 + radius * angle.cos(), radius * angle.sin())
+    };
+    let faces: Vec<[u32; 3]> = (0..(rings - 1) * 4)
+        .flat_map(|i| {
+            let next = i / 4 * 4 + (i + 1) % 4;
+            [[i, next, i + 4], [next, next + 4, i + 4]]
+        })
+        .collect();
+    TriMesh::try_from_indices((0..rings * 4).map(corner).collect(), &faces).unwrap()
+}
+
+fn layer(name: &str, mesh: TriMesh) -> Layer {
+    let weights = SkinWeights::from_rows(
+        mesh.points()
+            .iter()
+            .map(|p| (0..3).map(|j| (JointId(j), (1.0 - (p.x - f64::from(j)).abs()).max(0.0).powi(2))).collect()),
+    );
+    Layer { name: name.into(), template: None, mesh, weights, colors: None, uvs: None, physics: None, fabric: None }
+}
+
+fn figure() -> Figure {
+    let skeleton = Skeleton {
+        names: ["hips", "spine", "head"].map(String::from).to_vec(),
+        parents: vec![None, Some(JointId(0)), Some(JointId(1))],
+        joints_in_bind: (0..3).map(|j| Point::new(f64::from(j), 1.0, 0.0)).collect(),
+    };
+    let mut sleeve = layer("sleeve", tube(9, 0.3));
+    let count = sleeve.mesh.vertex_count();
+    sleeve.template = Some("tshirt".into());
+    sleeve.fabric = Some("cotton".into());
+    sleeve.colors = Some((0..count).map(|i| [i as u8, 3, 200]).collect());
+    sleeve.uvs = Some((0..count).map(|i| [i as f64 / 100.0, 0.25]).collect());
+    sleeve.physics = Some((0..count).map(|i| i as f64 / 100.0).collect());
+    Figure { skeleton, layers: vec![layer("body", tube(12, 0.2)), sleeve] }
+}
+
+fn bent() -> Pose {
+    let mut pose = Pose::bind(3);
+    pose.translation = Vec3::new(0.1, -0.2, 0.3);
+    pose.rotations[0] = UnitQuaternion::from_euler_angles(0.1, 0.6, -0.2);
+    pose.rotations[1] = UnitQuaternion::from_euler_angles(-0.3, 0.1, 0.9);
+    pose.rotations[2] = UnitQuaternion::from_euler_angles(0.5, -0.7, 0.0);
+    pose
+}
+
+fn written(figure: &Figure, pose: Option<Pose>) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let provenance = [("subject".to_string(), "test".to_string())].into();
+    write_glb(figure, &GlbOptions { pose, provenance, ..GlbOptions::default() }, &mut bytes).unwrap();
+    bytes
+}
+
+/// A `.glb` by the standard alone.
+struct Parsed {
+    json: Value,
+    bin: Vec<u8>,
+}
+
+impl Parsed {
+    fn new(bytes: &[u8]) -> Self {
+        let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+        let json = serde_json::from_slice(&bytes[20..20 + length]).unwrap();
+        Self { json, bin: bytes[28 + length..].to_vec() }
+    }
+
+    fn numbers(&self, accessor: &Value) -> Vec<f64> {
+        let accessor = &self.json["accessors"][accessor.as_u64().unwrap() as usize];
+        let view = &self.json["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
+        let (start, length) =
+            (view["byteOffset"].as_u64().unwrap() as usize, view["byteLength"].as_u64().unwrap() as usize);
+        let bytes = &self.bin[start..start + length];
+        match accessor["componentType"].as_u64().unwrap() {
+            5126 => bytes.as_chunks::<4>().0.iter().map(|&b| f64::from(f32::from_le_bytes(b))).collect(),
+            5121 => bytes.iter().map(|&b| f64::from(b)).collect(),
+            other => panic!("component {other}"),
+        }
+    }
+
+    fn world_from_node(&self, node: usize) -> Matrix4<f64> {
+        let value = &self.json["nodes"][node];
+        let list = |key: &str| -> Vec<f64> {
+            value[key].as_array().into_iter().flatten().map(|v| v.as_f64().unwrap()).collect()
+        };
+        let (t, r) = (list("translation"), list("rotation"));
+        let turn = match r[..] {
+            [x, y, z, w] => UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)).to_homogeneous(),
+            _ => Matrix4::identity(),
+        };
+        let local = Matrix4::new_translation(&Vec3::new(t[0], t[1], t[2])) * turn;
+        let is_parent = |n: &Value| n["children"].as_array().is_some_and(|c| c.iter().any(|c| c == node));
+        match self.json["nodes"].as_array().unwrap().iter().position(is_parent) {
+            Some(parent) => self.world_from_node(parent) * local,
+            None => local,
+        }
+    }
+
+    /// glTF 2.0 §3.7.3: the sum over joints of weight · world_from_joint · inverse bind matrix.
+    fn skinned(&self, mesh: usize) -> Vec<Point> {
+        let skin = &self.json["skins"][0];
+        let inverse_bind = self.numbers(&skin["inverseBindMatrices"]);
+        let matrices: Vec<Matrix4<f64>> = (skin["joints"].as_array().unwrap().iter().enumerate())
+            .map(|(k, node)| {
+                self.world_from_node(node.as_u64().unwrap() as usize)
+                    * Matrix4::from_column_slice(&inverse_bind[16 * k..16 * k + 16])
+            })
+            .collect();
+        let attributes = &self.json["meshes"][mesh]["primitives"][0]["attributes"];
+        let points = self.numbers(&attributes["POSITION"]);
+        let joints = self.numbers(&attributes["JOINTS_0"]);
+        let weights = self.numbers(&attributes["WEIGHTS_0"]);
+        (0..points.len() / 3)
+            .map(|v| {
+                let blend: Matrix4<f64> = (4 * v..4 * v + 4).map(|k| matrices[joints[k] as usize] * weights[k]).sum();
+                blend.transform_point(&Point3::new(points[3 * v], points[3 * v + 1], points[3 * v + 2]))
+            })
+            .collect()
+    }
+}
+
+#[test]
+fn the_file_skinned_by_the_standard_is_the_figure_posed_by_us() {
+    let figure = figure();
+    for pose in [Pose::bind(3), bent()] {
+        let parsed = Parsed::new(&written(&figure, Some(pose.clone())));
+        for (k, mesh) in figure.posed(&pose).iter().enumerate() {
+            let theirs = parsed.skinned(k);
+            assert_eq!(theirs.len(), mesh.vertex_count());
+            for (p, q) in mesh.points().iter().zip(&theirs) {
+                assert!((p - q).norm() < 1e-6, "layer {k}: {p} {q}");
+            }
+        }
+    }
+}
+
+#[test]
+fn every_layer_keeps_what_it_has() {
+    let figure = figure();
+    let bytes = written(&figure, None);
+    let both = read_gltf(bytes.as_slice()).unwrap();
+    let (body, sleeve) = (&figure.layers[0], &figure.layers[1]);
+    let first = body.mesh.vertex_count();
+    assert_eq!(both.points.len(), first + sleeve.mesh.vertex_count());
+    assert_eq!(both.colors.unwrap()[first..], sleeve.colors.as_ref().unwrap().0);
+    assert!((both.uvs.unwrap()[first + 7][0] - 0.07).abs() < 1e-6);
+    assert_eq!(both.scalars["_PHYSW"][..first], vec![0.0; first]);
+    assert!((both.scalars["_PHYSW"][first + 30] - 0.3).abs() < 1e-6);
+    assert_eq!((both.scalars["_LAYER"][first - 1], both.scalars["_LAYER"][first]), (0.0, 1.0));
+
+    let json = Parsed::new(&bytes).json;
+    assert_eq!(json["meshes"][1]["extras"], serde_json::json!({"rank": 1, "template": "tshirt", "fabric": "cotton"}));
+    assert_eq!(json["asset"]["extras"]["subject"], "test");
+    assert_eq!((json["skins"].as_array().unwrap().len(), json["meshes"].as_array().unwrap().len()), (1, 2));
+    assert_eq!(bytes, written(&figure, None), "the same figure gives the same bytes");
+}
+
+#[test]
+fn a_figure_that_contradicts_itself_is_refused() {
+    let refused = |spoil: fn(&mut Figure)| {
+        let mut figure = figure();
+        spoil(&mut figure);
+        write_glb(&figure, &GlbOptions::default(), Vec::new()).unwrap_err()
+    };
+    let err = refused(|f| f.layers[1].colors = Some(vec![[0; 3]; 5].into()));
+    assert_eq!(err.to_string(), "layer 'sleeve' has 5 colours, but 36 vertices");
+    let err = refused(|f| f.skeleton.names.truncate(2));
+    assert!(matches!(err, ExportError::Skeleton { names: 2, .. }), "{err}");
+    let err = refused(|f| f.layers[0].weights = SkinWeights::from_rows(vec![vec![(JointId(9), 1.0)]; 48]));
+    assert!(matches!(err, ExportError::NoSuchJoint { vertex: 0, joint: 9, joints: 3, .. }), "{err}");
+    let err = refused(|f| f.layers[1].mesh = TriMesh::try_from_indices(vec![], &[]).unwrap());
+    assert!(matches!(&err, ExportError::EmptyLayer { layer, .. } if layer == "sleeve"), "{err}");
+    let options = GlbOptions { pose: Some(Pose::bind(2)), ..GlbOptions::default() };
+    assert!(write_glb(&figure(), &options, Vec::new()).is_err());
+}
+
+#[test]
+fn a_folder_holds_surface_joints_and_weights() {
+    let figure = figure();
+    let sleeve = &figure.layers[1];
+    let posed = sleeve.posed(&figure.skeleton, &bent());
+    let labels: Vec<f32> = (0..posed.vertex_count()).map(|i| (i % 3) as f32).collect();
+    let mut ply = Vec::new();
+    write_layer_ply(&posed, sleeve.colors.as_ref(), &[("label", &labels)], &mut ply).unwrap();
+    let back = read_ply(ply.as_slice()).unwrap();
+    let points: PerVertex<Point> = back.points.iter().map(|&p| Point::from(p)).collect();
+    assert_eq!(&points, posed.points(), "bit by bit");
+    assert_eq!(back.scalars["label"], labels);
+
+    let mut json = Vec::new();
+    let joints = figure.skeleton.joints_in_world(&bent());
+    write_joints_json(&figure.skeleton, &joints, &mut json).unwrap();
+    let json: Value = serde_json::from_slice(&json).unwrap();
+    assert_eq!(json["head"][1].as_f64().unwrap(), joints[2].y);
+
+    let mut npy = Vec::new();
+    write_skin_weights_npy(sleeve, &figure.skeleton, &mut npy).unwrap();
+    let weights = read_npy(npy.as_slice()).unwrap();
+    assert_eq!(weights.shape(), [sleeve.mesh.vertex_count(), 3]);
+    for row in weights.to_f64("weights").unwrap().chunks(3) {
+        assert!((row.iter().sum::<f64>() - 1.0).abs() < 1e-6);
+    }
+}
