@@ -1,0 +1,282 @@
+//! What can be wrong with a session, or with what is asked of it.
+
+use super::{Stage, StageError};
+use std::path::{Path, PathBuf};
+
+/// What can be wrong with a session, or with what is asked of it.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionError {
+    /// There is no session in that folder.
+    #[error("there is no session in '{}'", dir.display())]
+    NotASession {
+        /// The folder.
+        dir: PathBuf,
+    },
+    /// `new` on a session.
+    #[error("there is a session in '{}' already", dir.display())]
+    AlreadyASession {
+        /// The folder.
+        dir: PathBuf,
+    },
+    /// `new` on a folder with something in it.
+    #[error("the folder '{}' is not empty", dir.display())]
+    FolderNotEmpty {
+        /// The folder.
+        dir: PathBuf,
+    },
+    /// Another process changes the session.
+    #[error("the session in '{}' is being changed by {}", dir.display(), if holder.is_empty() { "another process" } else { holder })]
+    Locked {
+        /// The folder.
+        dir: PathBuf,
+        /// What the lock file says of its holder.
+        holder: String,
+    },
+    /// A file that was named is not there.
+    #[error("there is no file '{}'", path.display())]
+    NoSuchFile {
+        /// Its path.
+        path: PathBuf,
+    },
+    /// The system would not let a file be read.
+    #[error("'{}' cannot be read: {source}", path.display())]
+    Reading {
+        /// Its path.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The system would not let a file be written.
+    #[error("'{}' cannot be written: {source}", path.display())]
+    Writing {
+        /// Its path.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A path that a recipe cannot hold.
+    #[error("the path '{}' is not UTF-8 text, so the recipe cannot name it", path.display())]
+    PathNotText {
+        /// The path.
+        path: PathBuf,
+    },
+    /// One of the session's own files cannot be read as what it is.
+    #[error("{}{}: {reason}", path.display(), line.map(|l| format!(", line {l}")).unwrap_or_default())]
+    BadFile {
+        /// The file.
+        path: PathBuf,
+        /// The line, where one is at fault.
+        line: Option<usize>,
+        /// What is wrong.
+        reason: String,
+        /// What to do.
+        hint: String,
+    },
+    /// A newer Overcoat wrote the session.
+    #[error("'{}' has layout {found}, but this program knows layout {known} only", path.display())]
+    NewerSession {
+        /// The file.
+        path: PathBuf,
+        /// Its version.
+        found: u32,
+        /// Ours.
+        known: u32,
+    },
+    /// An artefact is missing or altered.
+    #[error("the artefact '{}' cannot be used: {reason}", path.display())]
+    DamagedArtefact {
+        /// Its path.
+        path: PathBuf,
+        /// Why.
+        reason: &'static str,
+    },
+    /// A value that no file can hold.
+    #[error("the session cannot be written: {reason}")]
+    Encoding {
+        /// Why.
+        reason: String,
+    },
+    /// A name that cannot be a file name everywhere, or that export uses itself.
+    #[error("'{name}' cannot be the name of a garment")]
+    BadName {
+        /// The name.
+        name: String,
+    },
+    /// A step of that name is there.
+    #[error("there is a step '{name}' already")]
+    DuplicateStep {
+        /// The name.
+        name: String,
+    },
+    /// No step of that name.
+    #[error("there is no step '{name}'; {}", list(known))]
+    UnknownStep {
+        /// The name.
+        name: String,
+        /// Those that there are.
+        known: Vec<String>,
+    },
+    /// The first step is not the body.
+    #[error("'{name}' is scanned before the body: the first scan of a session is the bare body")]
+    GarmentBeforeBody {
+        /// The step.
+        name: String,
+    },
+    /// A garment of no kind.
+    #[error("the garment '{name}' needs a template")]
+    GarmentWithoutTemplate {
+        /// The step.
+        name: String,
+    },
+    /// The body is no garment.
+    #[error("the step 'body' is the bare body and takes no template")]
+    BodyWithTemplate,
+    /// An option of garments for the body.
+    #[error("'{option}' says how far a garment reaches; the body takes none")]
+    BodyWithExtent {
+        /// The option.
+        option: &'static str,
+    },
+    /// Strokes for a step without labels.
+    #[error("the body has no labels to paint")]
+    MaskOnBody,
+    /// A step is needed that is not built.
+    #[error("the step '{step}' is not built, or is not up to date (its stage {stage} is missing)")]
+    NotBuilt {
+        /// The step.
+        step: String,
+        /// The first stage that is stale.
+        stage: Stage,
+    },
+    /// A session without scans.
+    #[error("the session in '{}' has no scan yet", dir.display())]
+    NoScans {
+        /// The folder.
+        dir: PathBuf,
+    },
+    /// A file that was given is not as it was, and the session has no copy.
+    #[error("'{}' is not the file that the recipe means: its content has changed", path.display())]
+    SourceChanged {
+        /// The file.
+        path: PathBuf,
+    },
+    /// An export that is neither a file type we write nor a folder.
+    #[error("'{}' names no kind of file that Overcoat writes", path.display())]
+    UnknownTarget {
+        /// The target.
+        path: PathBuf,
+    },
+    /// Options that do not go together.
+    #[error("{what}")]
+    BadRequest {
+        /// One sentence.
+        what: String,
+        /// What to do.
+        hint: String,
+    },
+    /// A file that was given is not what it should be.
+    #[error("'{}': {source}", path.display())]
+    BadSource {
+        /// The file.
+        path: PathBuf,
+        /// What its room says.
+        source: Box<StageError>,
+    },
+    /// A stage failed.
+    #[error("step '{step}', {stage}: {source}")]
+    Stage {
+        /// The step.
+        step: String,
+        /// The stage.
+        stage: Stage,
+        /// What its room says.
+        source: Box<StageError>,
+    },
+}
+
+fn list(known: &[String]) -> String {
+    match known {
+        [] => "the session has none yet".into(),
+        names => format!("there are {}", names.join(", ")),
+    }
+}
+
+impl SessionError {
+    pub(super) fn reading(path: &Path, source: std::io::Error) -> Self {
+        let path = path.to_path_buf();
+        match source.kind() {
+            std::io::ErrorKind::NotFound => Self::NoSuchFile { path },
+            _ => Self::Reading { path, source },
+        }
+    }
+
+    pub(super) fn writing(path: &Path, source: std::io::Error) -> Self {
+        Self::Writing { path: path.to_path_buf(), source }
+    }
+
+    pub(super) fn bad_source(path: &Path, source: impl Into<StageError>) -> Self {
+        Self::BadSource { path: path.to_path_buf(), source: Box::new(source.into()) }
+    }
+
+    pub(super) fn stage(step: &str, stage: Stage, source: impl Into<StageError>) -> Self {
+        Self::Stage { step: step.into(), stage, source: Box::new(source.into()) }
+    }
+
+    /// Whether the command asked for what cannot be, rather than failed at its work.
+    pub fn is_wrong_command(&self) -> bool {
+        match self {
+            Self::NotASession { .. }
+            | Self::AlreadyASession { .. }
+            | Self::FolderNotEmpty { .. }
+            | Self::NoSuchFile { .. }
+            | Self::BadName { .. }
+            | Self::DuplicateStep { .. }
+            | Self::UnknownStep { .. }
+            | Self::GarmentBeforeBody { .. }
+            | Self::GarmentWithoutTemplate { .. }
+            | Self::BodyWithTemplate
+            | Self::BodyWithExtent { .. }
+            | Self::MaskOnBody
+            | Self::UnknownTarget { .. }
+            | Self::BadRequest { .. } => true,
+            Self::BadSource { source, .. } | Self::Stage { source, .. } => source.is_wrong_command(),
+            _ => false,
+        }
+    }
+
+    /// What to do about it.
+    pub fn hint(&self) -> Option<String> {
+        Some(match self {
+            Self::NotASession { .. } => "make one with `overcoat new DIR`, or name one with `-C DIR`".into(),
+            Self::AlreadyASession { dir } => format!("go on in it with `overcoat -C {} scan …`, or name another folder", dir.display()),
+            Self::FolderNotEmpty { .. } => "name a folder that is empty or does not exist".into(),
+            Self::Locked { .. } => "wait until it is done, or end it".into(),
+            Self::NoSuchFile { .. } => "check the path; it is taken from the folder that you are in".into(),
+            Self::Reading { .. } => "check that the file is one, and that you may read it".into(),
+            Self::Writing { .. } => "check that the folder exists, that you may write in it, and that the disk is not full; nothing was changed".into(),
+            Self::PathNotText { .. } => "rename the file or its folder".into(),
+            Self::BadFile { hint, .. } => hint.clone(),
+            Self::NewerSession { .. } => "use the version of Overcoat that wrote it, or a newer one".into(),
+            Self::DamagedArtefact { .. } => "run `overcoat build --force`: it makes everything again from the scans".into(),
+            Self::Encoding { .. } => return None,
+            Self::BadName { .. } => "use letters, digits, - and _, at most 64 bytes; body, joints, labels and weights are taken".into(),
+            Self::DuplicateStep { name } => {
+                format!("choose another name, or put the new scan in its place with `overcoat scan {name} FILE --replace`")
+            }
+            Self::UnknownStep { .. } => "`overcoat status` shows the steps".into(),
+            Self::GarmentBeforeBody { .. } => "scan the bare body first: `overcoat scan body FILE`".into(),
+            Self::GarmentWithoutTemplate { name } => {
+                format!("say what kind of garment it is: `overcoat scan {name} FILE --template …`; `overcoat templates list` names the kinds, and the bare body's step is called 'body'")
+            }
+            Self::BodyWithTemplate => "give the garment a name of its own, or leave --template out".into(),
+            Self::BodyWithExtent { option } => format!("leave {option} out"),
+            Self::MaskOnBody => "name a garment".into(),
+            Self::NotBuilt { .. } => "run `overcoat build` first".into(),
+            Self::NoScans { .. } => "start with the bare body: `overcoat scan body FILE`".into(),
+            Self::SourceChanged { .. } => "put the file back as it was, or scan the step again with `--replace`".into(),
+            Self::UnknownTarget { .. } => "end the name with .glb for one file, or with / for a folder of .ply files".into(),
+            Self::BadRequest { hint, .. } => hint.clone(),
+            Self::BadSource { source, .. } | Self::Stage { source, .. } => return source.hint(),
+        })
+    }
+}
