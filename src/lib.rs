@@ -17,6 +17,7 @@
 //! other; `tests/architecture.rs` keeps that table.
 
 pub mod body;
+pub mod cli;
 pub mod cut;
 pub mod export;
 pub mod fit;
@@ -25,5 +26,6 @@ pub mod geometry;
 pub mod numerics;
 pub mod scan;
 pub mod segment;
+pub mod session;
 pub mod studio;
 pub mod view;

@@ -115,14 +115,12 @@ impl Writer {
     /// Makes a session in a folder that does not exist or is empty.
     pub(super) fn create(dir: &Path, recipe: Recipe) -> Result<Self, SessionError> {
         let io = |e| SessionError::writing(dir, e);
-        match std::fs::read_dir(dir) {
-            Ok(mut entries) if entries.next().is_some() => {
-                return Err(match recipe_path(dir).exists() {
-                    true => SessionError::AlreadyASession { dir: dir.to_path_buf() },
-                    false => SessionError::FolderNotEmpty { dir: dir.to_path_buf() },
-                });
+        match std::fs::read_dir(dir).map(|mut entries| entries.next().is_none()) {
+            Ok(true) => {}
+            Ok(false) if recipe_path(dir).exists() => {
+                return Err(SessionError::AlreadyASession { dir: dir.to_path_buf() });
             }
-            Ok(_) => {}
+            Ok(false) => return Err(SessionError::FolderNotEmpty { dir: dir.to_path_buf() }),
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => std::fs::create_dir_all(dir).map_err(io)?,
             Err(e) => return Err(io(e)),
         }

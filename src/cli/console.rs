@@ -1,0 +1,97 @@
+//! What a command says: sentences for people, or one JSON object.
+
+use serde_json::{Map, Value};
+use std::io::Write;
+use std::time::Duration;
+
+/// How much is said.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Verbosity {
+    Quiet,
+    Normal,
+    Verbose,
+}
+
+/// What a command did.
+pub(super) struct Done {
+    /// For programs.
+    pub json: Map<String, Value>,
+    /// For people.
+    pub lines: Vec<String>,
+    /// The command to type next, or several.
+    pub next: Vec<String>,
+}
+
+pub(super) struct Console {
+    json: bool,
+    pub verbosity: Verbosity,
+}
+
+impl Done {
+    /// `json` must be an object; `command` and `next` are added to it.
+    pub fn new(command: &str, json: Value) -> Self {
+        let mut object = Map::new();
+        object.insert("command".into(), command.into());
+        if let Value::Object(rest) = json {
+            object.extend(rest);
+        }
+        Self { json: object, lines: Vec::new(), next: Vec::new() }
+    }
+
+    pub fn line(mut self, line: impl Into<String>) -> Self {
+        self.lines.push(line.into());
+        self
+    }
+
+    pub fn lines(mut self, lines: impl IntoIterator<Item = String>) -> Self {
+        self.lines.extend(lines);
+        self
+    }
+
+    pub fn next(mut self, command: impl Into<String>) -> Self {
+        self.next.push(command.into());
+        self
+    }
+}
+
+impl Console {
+    pub fn new(json: bool, verbosity: Verbosity) -> Self {
+        Self { json, verbosity }
+    }
+
+    /// Tells what was done.
+    pub fn done(&self, done: &Done) {
+        if self.json {
+            let mut object = done.json.clone();
+            object.insert("next".into(), done.next.clone().into());
+            print_line(&Value::Object(object).to_string());
+        } else if self.verbosity > Verbosity::Quiet {
+            for line in &done.lines {
+                print_line(line);
+            }
+            for (i, next) in done.next.iter().enumerate() {
+                print_line(&format!("{} {next}", if i == 0 { "next:" } else { "   or" }));
+            }
+        }
+    }
+}
+
+/// A line on stdout. Whoever closes the pipe early does not want the rest, which is no failure.
+pub(super) fn print_line(line: &str) {
+    let _ = writeln!(std::io::stdout().lock(), "{line}");
+}
+
+/// A line on stderr.
+pub(super) fn print_aside(line: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "{line}");
+}
+
+/// A time for people: `0.04 s`, `3.2 s`, `2 min 5 s`.
+pub(super) fn secs(time: Duration) -> String {
+    let secs = time.as_secs_f64();
+    match secs {
+        s if s < 1.0 => format!("{s:.2} s"),
+        s if s < 60.0 => format!("{s:.1} s"),
+        s => format!("{} min {:.0} s", (s / 60.0) as u64, s % 60.0),
+    }
+}

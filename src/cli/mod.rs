@@ -1,0 +1,115 @@
+//! The command line: arguments as typed, arguments as validated, run. One file a command; what a command did goes to
+//! stdout, how it is going to stderr.
+
+mod build;
+mod console;
+mod failure;
+mod new;
+mod progress;
+mod scan;
+mod status;
+
+use clap::{Parser, Subcommand};
+use console::{Console, Verbosity};
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Scans of a person being dressed, one garment after another, into a rigged, layered character.
+#[derive(Parser)]
+#[command(name = "overcoat", version, disable_help_subcommand = true, after_help = "Start with: overcoat demo")]
+struct Args {
+    /// The session's folder, instead of the current one
+    #[arg(short = 'C', global = true, value_name = "DIR")]
+    session: Option<PathBuf>,
+    /// One JSON object on stdout, nothing else there
+    #[arg(long, global = true)]
+    json: bool,
+    /// Say nothing but errors
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    quiet: bool,
+    /// Say more
+    #[arg(short, long, global = true)]
+    verbose: bool,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Start a session
+    New(new::NewArgs),
+    /// Add a scan: the bare body first, then each garment, from the inside out
+    Scan(scan::ScanArgs),
+    /// Fit, segment, stack, weigh: whatever is not up to date
+    Build(build::BuildArgs),
+    /// What stands, what is stale, what each step measured
+    Status(status::StatusArgs),
+}
+
+/// Where a command works.
+struct Context {
+    session: PathBuf,
+    session_given: bool,
+    console: Console,
+}
+
+/// Runs the program and tells its exit code: 0 done, 1 the work failed, 2 the command was wrong.
+pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let args: Vec<OsString> = args.into_iter().collect();
+    let json = args.iter().any(|a| a == "--json");
+    let parsed = match Args::try_parse_from(&args) {
+        Ok(parsed) => parsed,
+        Err(e) => return failure::report_usage(&e, json),
+    };
+    let verbosity = match (parsed.quiet, parsed.verbose) {
+        (true, _) => Verbosity::Quiet,
+        (_, true) => Verbosity::Verbose,
+        _ => Verbosity::Normal,
+    };
+    let context = Context {
+        session_given: parsed.session.is_some(),
+        session: parsed.session.unwrap_or_else(|| PathBuf::from(".")),
+        console: Console::new(parsed.json, verbosity),
+    };
+    let outcome = match parsed.command {
+        Command::New(args) => new::run(args, &context),
+        Command::Scan(args) => scan::run(args, &context),
+        Command::Build(args) => build::run(args, &context),
+        Command::Status(args) => status::run(args, &context),
+    };
+    match outcome {
+        Ok(done) => {
+            context.console.done(&done);
+            ExitCode::SUCCESS
+        }
+        Err(e) => failure::report(&e, parsed.json),
+    }
+}
+
+impl Context {
+    /// An input as seen from the current folder, or else from the session's.
+    fn input(&self, path: PathBuf) -> PathBuf {
+        let from_session = self.session.join(&path);
+        if !path.exists() && from_session.exists() { from_session } else { path }
+    }
+
+    /// `overcoat` with the `-C` that a person would have to type again.
+    fn overcoat(&self, rest: &str) -> String {
+        match self.session_given {
+            true => format!("overcoat -C {} {rest}", self.session.display()),
+            false => format!("overcoat {rest}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_commands_are_well_formed() {
+        Args::command().debug_assert();
+    }
+}

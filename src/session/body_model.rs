@@ -1,0 +1,51 @@
+//! The body model that a session is built with.
+
+use super::open::Session;
+use super::{SessionError, StageError};
+use crate::body::BodyModel;
+use serde_json::{Value, json};
+use std::path::Path;
+
+/// Where the body model comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum BodyModelSource {
+    /// It is part of the program.
+    Embedded,
+    /// A file, by its path in the recipe.
+    File(String),
+}
+
+impl Session {
+    /// Where this session's body model comes from.
+    pub fn body_model_source(&self) -> BodyModelSource {
+        match &self.recipe.body {
+            None => BodyModelSource::Embedded,
+            Some(file) => BodyModelSource::File(file.file.clone()),
+        }
+    }
+
+    /// What stands for the body model among the inputs of a stage.
+    pub(super) fn body_model_input(&self) -> Value {
+        match &self.recipe.body {
+            None => json!("embedded"),
+            Some(file) => json!({ "file": file.hash }),
+        }
+    }
+
+    /// Loads the body model.
+    pub(super) fn body_model(&self) -> Result<BodyModel, SessionError> {
+        match &self.recipe.body {
+            None => Err(SessionError::bad_source(Path::new("embedded"), StageError::NotAvailable)),
+            Some(file) => read(&self.resolve(&file.file), &self.source_bytes(file)?),
+        }
+    }
+}
+
+/// Checks that bytes are a body model.
+pub(super) fn check_body_model(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
+    read(path, bytes).map(drop)
+}
+
+fn read(path: &Path, _bytes: &[u8]) -> Result<BodyModel, SessionError> {
+    Err(SessionError::bad_source(path, StageError::NotAvailable))
+}

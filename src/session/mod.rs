@@ -1,0 +1,36 @@
+//! A session on disk: what was asked for, what stands, and every stage run on what is stale. Prints nothing.
+//!
+//! ```text
+//! recipe.toml  ->  walk through the stages  ->  artefacts/<hash>, session.json, timings.json
+//! ```
+//! One file a stage: load, call, save. A change is durable as soon as its line is in `journal.jsonl`; the recipe and
+//! the state that it names are artefacts too, so that every earlier state can be had again.
+
+mod body_model;
+mod durable;
+mod error;
+mod hash;
+mod journal;
+mod lock;
+mod new;
+mod open;
+mod recipe;
+mod source;
+mod stage_error;
+mod state;
+mod store;
+mod timings;
+mod walk;
+
+pub use body_model::BodyModelSource;
+pub use error::SessionError;
+pub use hash::ContentHash;
+pub use journal::Change;
+pub use new::{NewSession, create};
+pub use open::{Session, Writer};
+pub use recipe::{BODY_STEP, Recipe, SourceFile, StepRecipe};
+pub use stage_error::StageError;
+pub use state::{Measures, Stage, StageRecord, State, StepRecord};
+pub use store::{Kept, Store};
+pub use timings::Timings;
+pub use walk::{Event, Forced, StageReport};

@@ -1,0 +1,55 @@
+//! Files that were given: copied among the artefacts under the hash of their bytes, so that a session outlives them.
+
+use super::open::Session;
+use super::recipe::{SourceFile, relative_to};
+use super::{ContentHash, SessionError, Store};
+use std::path::Path;
+
+/// Reads a file; nothing is kept yet.
+pub(super) fn read(path: &Path) -> Result<Vec<u8>, SessionError> {
+    if path.is_dir() {
+        return Err(SessionError::BadRequest {
+            what: format!("'{}' is a folder", path.display()),
+            hint: "name one file; folders of RGB-D frames cannot be read yet".into(),
+        });
+    }
+    std::fs::read(path).map_err(|e| SessionError::reading(path, e))
+}
+
+/// Keeps bytes that were read from `path` as an artefact.
+pub(super) fn keep(store: &Store, dir: &Path, path: &Path, bytes: &[u8]) -> Result<SourceFile, SessionError> {
+    let file = relative_to(dir, path)?;
+    Ok(SourceFile { file, hash: Some(store.keep_bytes(bytes)?) })
+}
+
+impl Session {
+    /// The bytes of a file of the recipe: the session's copy, or the file itself where a recipe was written by hand.
+    pub(super) fn source_bytes(&self, source: &SourceFile) -> Result<Vec<u8>, SessionError> {
+        match source.hash {
+            Some(hash) if self.store.has(hash) => self.store.bytes(hash),
+            expected => {
+                let path = self.resolve(&source.file);
+                let bytes = read(&path)?;
+                match expected {
+                    Some(hash) if ContentHash::of(&bytes) != hash => Err(SessionError::SourceChanged { path }),
+                    _ => Ok(bytes),
+                }
+            }
+        }
+    }
+}
+
+/// Fills in the hashes that a recipe written by hand leaves out, and keeps the copies that the session lacks.
+pub(super) fn keep_missing(session: &mut Session) -> Result<(), SessionError> {
+    let mut recipe = session.recipe.clone();
+    let steps = recipe.steps.iter_mut().flat_map(|s| std::iter::once(&mut s.scan).chain(s.masks.iter_mut()));
+    for source in recipe.body.iter_mut().chain(steps) {
+        if source.hash.is_some_and(|hash| session.store.has(hash)) {
+            continue;
+        }
+        let bytes = session.source_bytes(source)?;
+        source.hash = Some(session.store.keep_bytes(&bytes)?);
+    }
+    session.recipe = recipe;
+    Ok(())
+}

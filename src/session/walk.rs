@@ -1,0 +1,198 @@
+//! A walk through the stages: made where they are stale, or only looked at.
+
+use super::open::{Session, Writer};
+use super::state::{Measures, SCHEMA, Stage, StageRecord};
+use super::store::Kept;
+use super::{ContentHash, SessionError};
+use serde::Serialize;
+use serde_json::{Value, json};
+use std::time::Instant;
+
+/// What happens while stages run, for whoever shows it.
+#[derive(Debug)]
+pub enum Event<'a> {
+    /// A stage begins.
+    Started {
+        /// Its step.
+        step: &'a str,
+        /// The stage.
+        stage: Stage,
+    },
+    /// A stage goes on.
+    Progress {
+        /// Its step.
+        step: &'a str,
+        /// The stage.
+        stage: Stage,
+        /// How far, in its own words.
+        text: &'a str,
+    },
+    /// A stage has run, and its result is on disk.
+    Ran(&'a StageReport),
+}
+
+/// A stage after a walk.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StageReport {
+    /// Its step.
+    pub step: String,
+    /// The stage.
+    pub stage: Stage,
+    /// Whether it ran now; else its result stood already.
+    pub ran: bool,
+    /// How long it took when it ran last.
+    pub secs: Option<f64>,
+    /// What it measured.
+    pub measures: Measures,
+    /// What it assumed or noticed.
+    pub findings: Vec<String>,
+}
+
+/// Which stages run although they are up to date.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Forced {
+    /// None.
+    #[default]
+    Nothing,
+    /// All.
+    Everything,
+    /// Those of the steps, or the single stages, named.
+    Named(Vec<(String, Option<Stage>)>),
+}
+
+impl Forced {
+    fn holds(&self, step: &str, stage: Stage) -> bool {
+        match self {
+            Self::Nothing => false,
+            Self::Everything => true,
+            Self::Named(named) => named.iter().any(|(s, only)| s == step && only.is_none_or(|o| o == stage)),
+        }
+    }
+}
+
+/// What a stage hands back to be kept.
+pub(super) struct Outcome<T> {
+    pub value: T,
+    pub measures: Measures,
+    pub findings: Vec<String>,
+}
+
+impl<T> Outcome<T> {
+    pub fn of(value: T) -> Self {
+        Self { value, measures: Measures::new(), findings: Vec::new() }
+    }
+
+    pub fn measured(mut self, name: &str, value: f64) -> Self {
+        // JSON knows no infinity; what cannot be measured is left out.
+        if value.is_finite() {
+            self.measures.insert(name.into(), value);
+        }
+        self
+    }
+
+    pub fn found(mut self, findings: impl IntoIterator<Item = String>) -> Self {
+        self.findings.extend(findings);
+        self
+    }
+}
+
+/// How a stage tells how far it is.
+pub(super) type Tell<'a> = &'a mut dyn FnMut(&str);
+
+pub(super) enum Walk<'a> {
+    /// Runs what is stale, and keeps each result as soon as it is there.
+    Make { writer: &'a mut Writer, forced: &'a Forced, on_event: &'a mut dyn FnMut(&Event), reports: Vec<StageReport> },
+    /// Runs nothing: a stale stage is an error.
+    Look { session: &'a Session, reports: Vec<StageReport> },
+}
+
+impl<'a> Walk<'a> {
+    pub fn make(writer: &'a mut Writer, forced: &'a Forced, on_event: &'a mut dyn FnMut(&Event)) -> Self {
+        Self::Make { writer, forced, on_event, reports: Vec::new() }
+    }
+
+    pub fn look(session: &'a Session) -> Self {
+        Self::Look { session, reports: Vec::new() }
+    }
+
+    pub fn session(&self) -> &Session {
+        match self {
+            Self::Make { writer, .. } => &writer.session,
+            Self::Look { session, .. } => session,
+        }
+    }
+
+    pub fn into_reports(self) -> Vec<StageReport> {
+        match self {
+            Self::Make { reports, .. } | Self::Look { reports, .. } => reports,
+        }
+    }
+
+    /// The result of a stage: kept where nothing that it depends on has changed, else made by `call`.
+    pub fn stage<T: Serialize>(
+        &mut self,
+        step: &str,
+        stage: Stage,
+        inputs: Value,
+        call: impl FnOnce(&Session, Tell) -> Result<Outcome<T>, SessionError>,
+    ) -> Result<Kept<T>, SessionError> {
+        let inputs = hash_of_inputs(stage, inputs);
+        let standing = standing(self.session(), step, stage, inputs);
+        match (self, standing) {
+            (Self::Look { session, reports }, Some(record)) => {
+                reports.push(report(session, step, stage, &record, false));
+                Ok(Kept::named(record.output))
+            }
+            (Self::Look { .. }, None) => Err(SessionError::NotBuilt { step: step.into(), stage }),
+            (Self::Make { writer, forced, reports, .. }, Some(record)) if !forced.holds(step, stage) => {
+                reports.push(report(&writer.session, step, stage, &record, false));
+                Ok(Kept::named(record.output))
+            }
+            (Self::Make { writer, on_event, reports, .. }, _) => {
+                on_event(&Event::Started { step, stage });
+                let began = Instant::now();
+                let mut tell = |text: &str| on_event(&Event::Progress { step, stage, text });
+                let outcome = call(&writer.session, &mut tell)?;
+                let kept = writer.session.store.keep(&outcome.value)?;
+                writer.session.timings.note(step, stage, began.elapsed().as_secs_f64());
+                let Outcome { measures, findings, .. } = outcome;
+                let record = StageRecord { inputs, output: kept.hash, measures, findings };
+                let new = report(&writer.session, step, stage, &record, true);
+                writer.session.state.put(step, stage, record);
+                on_event(&Event::Ran(&new));
+                reports.push(new);
+                Ok(kept)
+            }
+        }
+    }
+
+    /// Makes what has run so far durable, under the name of `change`.
+    pub fn save(&mut self, change: &str) -> Result<(), SessionError> {
+        match self {
+            Self::Make { writer, .. } => {
+                writer.commit(change)?;
+                writer.session.timings.write(writer.session.dir())
+            }
+            Self::Look { .. } => Ok(()),
+        }
+    }
+}
+
+fn hash_of_inputs(stage: Stage, inputs: Value) -> ContentHash {
+    ContentHash::of_json(&json!({ "schema": SCHEMA, "stage": stage, "code": stage.code_version(), "inputs": inputs }))
+}
+
+fn standing(session: &Session, step: &str, stage: Stage, inputs: ContentHash) -> Option<StageRecord> {
+    session.state.record(step, stage).filter(|r| r.inputs == inputs && session.store.has(r.output)).cloned()
+}
+
+fn report(session: &Session, step: &str, stage: Stage, record: &StageRecord, ran: bool) -> StageReport {
+    StageReport {
+        step: step.into(),
+        stage,
+        ran,
+        secs: session.timings.secs(step, stage),
+        measures: record.measures.clone(),
+        findings: record.findings.clone(),
+    }
+}
