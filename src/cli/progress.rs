@@ -9,6 +9,8 @@ use std::time::Duration;
 /// Shows stages as they run.
 pub(super) struct Progress {
     bar: Option<ProgressBar>,
+    /// A line for each stage.
+    plain: bool,
     verbosity: Verbosity,
 }
 
@@ -16,6 +18,11 @@ pub(super) struct Progress {
 const TICK: Duration = Duration::from_millis(120);
 
 impl Progress {
+    /// For a command whose own line says all of it: only the bar.
+    pub fn quiet_bar(console: &Console) -> Self {
+        Self { plain: console.verbosity == Verbosity::Verbose, ..Self::new(console) }
+    }
+
     pub fn new(console: &Console) -> Self {
         let wanted = console.verbosity > Verbosity::Quiet && std::io::stderr().is_terminal();
         let bar = wanted.then(|| {
@@ -26,11 +33,12 @@ impl Progress {
             bar.enable_steady_tick(TICK);
             bar
         });
-        Self { bar, verbosity: console.verbosity }
+        Self { bar, plain: true, verbosity: console.verbosity }
     }
 
     pub fn show(&mut self, event: &Event) {
         match (&self.bar, event) {
+            (_, Event::Ran(_)) if !self.plain => {}
             _ if self.verbosity == Verbosity::Quiet => {}
             (Some(bar), Event::Started { step, stage }) => bar.set_message(format!("{step}: {stage}")),
             (Some(bar), Event::Progress { step, stage, text }) => bar.set_message(format!("{step}: {stage}, {text}")),

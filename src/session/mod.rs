@@ -6,9 +6,12 @@
 //! One file a stage: load, call, save. A change is durable as soon as its line is in `journal.jsonl`; the recipe and
 //! the state that it names are artefacts too, so that every earlier state can be had again.
 
+mod add_scan;
 mod body_model;
+mod build;
 mod durable;
 mod error;
+mod flow;
 mod hash;
 mod journal;
 mod lock;
@@ -17,12 +20,16 @@ mod open;
 mod recipe;
 mod source;
 mod stage_error;
+mod stage_fit;
+mod stage_scan;
 mod state;
 mod store;
 mod timings;
 mod walk;
 
+pub use add_scan::NewScan;
 pub use body_model::BodyModelSource;
+pub use build::StepStatus;
 pub use error::SessionError;
 pub use hash::ContentHash;
 pub use journal::Change;

@@ -25,8 +25,8 @@ pub fn create(dir: &Path, new: &NewSession) -> Result<BodyModelSource, SessionEr
     };
     let mut writer = Writer::create(dir, Recipe::new(None))?;
     if let Some((path, bytes)) = body {
-        let kept = source::keep(&writer.session.store, dir, path, &bytes)?;
-        writer.session.recipe.body = Some(kept);
+        writer.session.store.keep_bytes(&bytes)?;
+        writer.session.recipe.body = Some(source::named(dir, path, &bytes)?);
     }
     writer.commit("new")?;
     Ok(writer.session.body_model_source())

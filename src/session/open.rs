@@ -176,6 +176,12 @@ impl Writer {
         write_whole(&state_path(&session.dir), state_text.as_bytes())
     }
 
+    /// Makes the change durable, and notes the times apart.
+    pub(super) fn save(&mut self, change: &str) -> Result<(), SessionError> {
+        self.commit(change)?;
+        self.session.timings.write(self.session.dir())
+    }
+
     fn complete_last_change(&self) -> Result<(), SessionError> {
         let session = &self.session;
         let Some(last) = &session.last else { return Ok(()) };

@@ -2,7 +2,7 @@
 
 use super::open::Session;
 use super::recipe::{SourceFile, relative_to};
-use super::{ContentHash, SessionError, Store};
+use super::{ContentHash, SessionError};
 use std::path::Path;
 
 /// Reads a file; nothing is kept yet.
@@ -16,10 +16,9 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>, SessionError> {
     std::fs::read(path).map_err(|e| SessionError::reading(path, e))
 }
 
-/// Keeps bytes that were read from `path` as an artefact.
-pub(super) fn keep(store: &Store, dir: &Path, path: &Path, bytes: &[u8]) -> Result<SourceFile, SessionError> {
-    let file = relative_to(dir, path)?;
-    Ok(SourceFile { file, hash: Some(store.keep_bytes(bytes)?) })
+/// What a recipe says of bytes that were read from `path`; nothing is kept yet.
+pub(super) fn named(dir: &Path, path: &Path, bytes: &[u8]) -> Result<SourceFile, SessionError> {
+    Ok(SourceFile { file: relative_to(dir, path)?, hash: Some(ContentHash::of(bytes)) })
 }
 
 impl Session {
@@ -35,6 +34,17 @@ impl Session {
                     _ => Ok(bytes),
                 }
             }
+        }
+    }
+}
+
+impl Session {
+    /// Whether the file that was given still holds what it held.
+    pub(super) fn source_is_as_it_was(&self, source: &SourceFile) -> bool {
+        match (source.hash, std::fs::read(self.resolve(&source.file))) {
+            (Some(hash), Ok(bytes)) => ContentHash::of(&bytes) == hash,
+            (None, Ok(_)) => true,
+            (_, Err(_)) => false,
         }
     }
 }

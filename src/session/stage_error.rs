@@ -1,6 +1,7 @@
 //! What the rooms say, in one type.
 
 use crate::body::BodyError;
+use crate::fit::FitError;
 use crate::formats::FormatError;
 
 /// What a room says when it gives no result.
@@ -12,6 +13,9 @@ pub enum StageError {
     /// No body model.
     #[error(transparent)]
     Body(#[from] BodyError),
+    /// No fit.
+    #[error(transparent)]
+    Fit(#[from] FitError),
     /// A stage that this version lacks.
     #[error("the stage is not available in this version")]
     NotAvailable,
@@ -23,6 +27,7 @@ impl StageError {
         match self {
             Self::Format(e) => e.hint(),
             Self::Body(e) => e.hint(),
+            Self::Fit(e) => e.hint(),
             Self::NotAvailable => None,
         }
     }

@@ -100,15 +100,26 @@ impl<T> Outcome<T> {
 pub(super) type Tell<'a> = &'a mut dyn FnMut(&str);
 
 pub(super) enum Walk<'a> {
-    /// Runs what is stale, and keeps each result as soon as it is there.
-    Make { writer: &'a mut Writer, forced: &'a Forced, on_event: &'a mut dyn FnMut(&Event), reports: Vec<StageReport> },
+    /// Runs what is stale, and makes each result durable as soon as it is there, under the name of `change`.
+    Make {
+        writer: &'a mut Writer,
+        change: &'a str,
+        forced: &'a Forced,
+        on_event: &'a mut dyn FnMut(&Event),
+        reports: Vec<StageReport>,
+    },
     /// Runs nothing: a stale stage is an error.
     Look { session: &'a Session, reports: Vec<StageReport> },
 }
 
 impl<'a> Walk<'a> {
-    pub fn make(writer: &'a mut Writer, forced: &'a Forced, on_event: &'a mut dyn FnMut(&Event)) -> Self {
-        Self::Make { writer, forced, on_event, reports: Vec::new() }
+    pub fn make(
+        writer: &'a mut Writer,
+        change: &'a str,
+        forced: &'a Forced,
+        on_event: &'a mut dyn FnMut(&Event),
+    ) -> Self {
+        Self::Make { writer, change, forced, on_event, reports: Vec::new() }
     }
 
     pub fn look(session: &'a Session) -> Self {
@@ -148,7 +159,7 @@ impl<'a> Walk<'a> {
                 reports.push(report(&writer.session, step, stage, &record, false));
                 Ok(Kept::named(record.output))
             }
-            (Self::Make { writer, on_event, reports, .. }, _) => {
+            (Self::Make { writer, change, on_event, reports, .. }, _) => {
                 on_event(&Event::Started { step, stage });
                 let began = Instant::now();
                 let mut tell = |text: &str| on_event(&Event::Progress { step, stage, text });
@@ -159,21 +170,11 @@ impl<'a> Walk<'a> {
                 let record = StageRecord { inputs, output: kept.hash, measures, findings };
                 let new = report(&writer.session, step, stage, &record, true);
                 writer.session.state.put(step, stage, record);
+                writer.save(change)?;
                 on_event(&Event::Ran(&new));
                 reports.push(new);
                 Ok(kept)
             }
-        }
-    }
-
-    /// Makes what has run so far durable, under the name of `change`.
-    pub fn save(&mut self, change: &str) -> Result<(), SessionError> {
-        match self {
-            Self::Make { writer, .. } => {
-                writer.commit(change)?;
-                writer.session.timings.write(writer.session.dir())
-            }
-            Self::Look { .. } => Ok(()),
         }
     }
 }

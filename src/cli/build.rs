@@ -1,0 +1,64 @@
+//! `overcoat build`: whatever is not up to date.
+
+use super::Context;
+use super::console::{Done, secs};
+use super::progress::{Progress, measures_text};
+use crate::session::{Forced, SessionError, Stage, Writer};
+use serde_json::json;
+use std::time::Instant;
+
+#[derive(clap::Args)]
+pub(super) struct BuildArgs {
+    /// Run again although up to date: everything, or the steps or single stages named
+    #[arg(long, value_name = "STEP[/STAGE]", num_args = 0..)]
+    force: Option<Vec<String>>,
+}
+
+fn forced(typed: Option<Vec<String>>) -> Result<Forced, SessionError> {
+    let Some(names) = typed else { return Ok(Forced::Nothing) };
+    if names.is_empty() {
+        return Ok(Forced::Everything);
+    }
+    let named = names.iter().map(|name| match name.split_once('/') {
+        None => Ok((name.clone(), None)),
+        Some((step, stage)) => match Stage::parse(stage) {
+            Some(known) => Ok((step.to_string(), Some(known))),
+            None => Err(SessionError::BadRequest {
+                what: format!("there is no stage '{stage}'"),
+                hint: "the stages are scan, fit and register of the body; scan, pose, segment, cut, rig and stack of a garment; and figure of both".into(),
+            }),
+        },
+    });
+    Ok(Forced::Named(named.collect::<Result<_, _>>()?))
+}
+
+pub(super) fn run(args: BuildArgs, context: &Context) -> anyhow::Result<Done> {
+    let began = Instant::now();
+    let forced = forced(args.force)?;
+    let mut writer = Writer::open(&context.session)?;
+    let mut progress = Progress::new(&context.console);
+    let reports = writer.build(&forced, &mut |event| progress.show(event))?;
+    progress.end();
+    let ran = reports.iter().filter(|r| r.ran).count();
+    let json = json!({
+        "session": context.session.display().to_string(),
+        "ran": ran,
+        "stages": reports,
+        "secs": began.elapsed().as_secs_f64(),
+    });
+    let mut done = Done::new("build", json);
+    done = match ran {
+        0 => done.line(format!("everything was up to date ({} stages), in {}", reports.len(), secs(began.elapsed()))),
+        _ => done.line(format!("built {ran} of {} stages in {}", reports.len(), secs(began.elapsed()))),
+    };
+    if context.console.verbosity == super::Verbosity::Verbose {
+        for report in &reports {
+            done = done.line(format!("{} {}: {}", report.step, report.stage, measures_text(report)));
+            done = done.lines(report.findings.iter().map(|f| format!("  {f}")));
+        }
+    }
+    Ok(done
+        .next(context.overcoat("export character.glb"))
+        .next(context.overcoat("view --sheet sheet.png"))
+        .next(context.overcoat("status")))
+}

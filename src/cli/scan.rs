@@ -1,0 +1,79 @@
+//! `overcoat scan`: add a scan.
+
+use super::Context;
+use super::console::{Done, secs};
+use super::progress::Progress;
+use crate::session::{NewScan, Writer};
+use serde_json::json;
+use std::path::PathBuf;
+use std::time::Instant;
+
+#[derive(clap::Args)]
+pub(super) struct ScanArgs {
+    /// `body`, or a name for the new garment
+    name: String,
+    /// The scan: .ply, .obj, .glb, .stl or .off
+    file: PathBuf,
+    /// The garment kind, as in `overcoat templates list`
+    #[arg(short, long)]
+    template: Option<String>,
+    /// Unit of the file (m, cm, mm, in, ft), where it is not to be guessed
+    #[arg(long)]
+    unit: Option<String>,
+    /// Axis of the file that points up (+y, -z, …), where it is not to be guessed
+    #[arg(long, value_name = "±AXIS", allow_hyphen_values = true)]
+    up: Option<String>,
+    /// Where the garment ends (knee, ankle, hip, …)
+    #[arg(long, value_name = "PLACE")]
+    until: Option<String>,
+    /// How long its sleeves are (none, short, elbow, wrist, …)
+    #[arg(long, value_name = "LENGTH")]
+    sleeve: Option<String>,
+    /// About how many faces the cleaned scan keeps
+    #[arg(long, value_name = "N")]
+    faces: Option<usize>,
+    /// Put the scan in the place of the step of that name
+    #[arg(long)]
+    replace: bool,
+}
+
+pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
+    let began = Instant::now();
+    let new = NewScan {
+        name: args.name,
+        file: context.input(args.file),
+        template: args.template,
+        unit: args.unit,
+        up: args.up,
+        faces: args.faces,
+        until: args.until,
+        sleeve: args.sleeve,
+        replace: args.replace,
+    };
+    let mut writer = Writer::open(&context.session)?;
+    let mut progress = Progress::quiet_bar(&context.console);
+    let report = writer.add_scan(&new, &mut |event| progress.show(event))?;
+    progress.end();
+    let measure = |name: &str| report.measures.get(name).copied().unwrap_or(0.0);
+    let json = json!({
+        "session": context.session.display().to_string(),
+        "step": new.name,
+        "template": new.template,
+        "file": new.file.display().to_string(),
+        "measures": report.measures,
+        "findings": report.findings,
+        "secs": began.elapsed().as_secs_f64(),
+    });
+    Ok(Done::new("scan", json)
+        .line(format!(
+            "scanned {} from {}: {:.0} vertices, {:.0} faces, in {}",
+            new.name,
+            new.file.display(),
+            measure("vertices"),
+            measure("faces"),
+            secs(began.elapsed())
+        ))
+        .lines(report.findings.iter().map(|f| format!("  {f}")))
+        .next(context.overcoat("build"))
+        .next(context.overcoat("scan NAME FILE --template …")))
+}

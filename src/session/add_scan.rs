@@ -1,0 +1,70 @@
+//! A scan added to a session: read and cleaned at once, so that a bad file is told before anything is changed.
+
+use super::open::Writer;
+use super::recipe::{BODY_STEP, StepRecipe};
+use super::stage_scan;
+use super::state::Stage;
+use super::walk::{Event, Forced, StageReport, Walk};
+use super::{SessionError, source};
+use std::path::PathBuf;
+
+/// A scan to be added.
+#[derive(Clone, Debug, Default)]
+pub struct NewScan {
+    /// `body`, or the garment's name.
+    pub name: String,
+    /// The file.
+    pub file: PathBuf,
+    /// The garment kind.
+    pub template: Option<String>,
+    /// Unit of the file, where it is not to be guessed.
+    pub unit: Option<String>,
+    /// Up-axis of the file, where it is not to be guessed.
+    pub up: Option<String>,
+    /// About how many faces the cleaned scan has.
+    pub faces: Option<usize>,
+    /// Where the garment ends.
+    pub until: Option<String>,
+    /// Where its sleeves end.
+    pub sleeve: Option<String>,
+    /// Put in the place of the step of that name.
+    pub replace: bool,
+}
+
+impl Writer {
+    /// Adds a scan as the next step. The session is as it was if anything is wrong with it.
+    pub fn add_scan(&mut self, new: &NewScan, on_event: &mut dyn FnMut(&Event)) -> Result<StageReport, SessionError> {
+        check_extent(new)?;
+        let mut step = StepRecipe {
+            name: new.name.clone(),
+            scan: super::SourceFile { file: String::new(), hash: None },
+            template: new.template.clone(),
+            unit: new.unit.clone(),
+            up: new.up.clone(),
+            faces: new.faces,
+            until: new.until.clone(),
+            sleeve: new.sleeve.clone(),
+            masks: Vec::new(),
+        };
+        self.session.recipe.clone().put_step(step.clone(), new.replace)?;
+        let bytes = source::read(&new.file)?;
+        step.scan = source::named(self.session.dir(), &new.file, &bytes)?;
+        self.session.recipe.put_step(step.clone(), new.replace)?;
+        let (change, forced) = (format!("scan {}", new.name), Forced::Nothing);
+        let mut walk = Walk::make(self, &change, &forced, on_event);
+        stage_scan::scan(&mut walk, &step)?;
+        let report = walk.into_reports().pop();
+        // Where the very scan was there already, only the recipe is new.
+        self.save(&change)?;
+        report.ok_or(SessionError::NotBuilt { step: new.name.clone(), stage: Stage::Scan })
+    }
+}
+
+fn check_extent(new: &NewScan) -> Result<(), SessionError> {
+    for (option, value) in [("--until", &new.until), ("--sleeve", &new.sleeve)] {
+        if new.name == BODY_STEP && value.is_some() {
+            return Err(SessionError::BodyWithExtent { option });
+        }
+    }
+    Ok(())
+}

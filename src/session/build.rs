@@ -1,0 +1,86 @@
+//! Everything that is not up to date, made.
+
+use super::open::{Session, Writer};
+use super::state::Stage;
+use super::walk::{Event, Forced, StageReport, Walk};
+use super::{SessionError, flow, source};
+use serde::Serialize;
+
+impl Writer {
+    /// Runs every stage that is stale, in order; each result is durable before the next begins.
+    pub fn build(&mut self, forced: &Forced, on_event: &mut dyn FnMut(&Event)) -> Result<Vec<StageReport>, SessionError> {
+        if self.session.recipe.steps.is_empty() {
+            return Err(SessionError::NoScans { dir: self.session.dir().to_path_buf() });
+        }
+        if let Forced::Named(named) = forced {
+            for (step, stage) in named {
+                let step = self.session.recipe.step(step)?;
+                check_stage(&step.name, step.template.is_none(), *stage)?;
+            }
+        }
+        source::keep_missing(&mut self.session)?;
+        let mut walk = Walk::make(self, "build", forced, on_event);
+        flow::steps(&mut walk, None)?;
+        Ok(walk.into_reports())
+    }
+}
+
+fn check_stage(step: &str, is_body: bool, stage: Option<Stage>) -> Result<(), SessionError> {
+    let stages = Stage::of_step(is_body);
+    match stage {
+        Some(stage) if !stages.contains(&stage) => Err(SessionError::BadRequest {
+            what: format!("the step '{step}' has no stage '{stage}'"),
+            hint: format!("it has {}", stages.iter().map(Stage::to_string).collect::<Vec<_>>().join(", ")),
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// A step as it stands.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StepStatus {
+    /// Its name.
+    pub name: String,
+    /// The garment kind; `None` for the body.
+    pub template: Option<String>,
+    /// The scan's path.
+    pub scan: String,
+    /// How many mask files are applied.
+    pub masks: usize,
+    /// The stages that are up to date, in order.
+    pub standing: Vec<StageReport>,
+    /// The stages that are not, in order.
+    pub stale: Vec<Stage>,
+    /// The file was changed since it was scanned, or is gone. The session has its own copy.
+    pub scan_changed: bool,
+}
+
+impl Session {
+    /// What stands of every step. Runs nothing.
+    pub fn status(&self) -> Result<Vec<StepStatus>, SessionError> {
+        let mut walk = Walk::look(self);
+        match flow::steps(&mut walk, None) {
+            Ok(_) | Err(SessionError::NotBuilt { .. }) => {}
+            Err(e) => return Err(e),
+        }
+        let reports = walk.into_reports();
+        let status = self.recipe.steps.iter().map(|step| {
+            let standing: Vec<StageReport> = reports.iter().filter(|r| r.step == step.name).cloned().collect();
+            let stale = Stage::of_step(step.template.is_none())
+                .iter()
+                .filter(|s| !standing.iter().any(|r| r.stage == **s))
+                .copied()
+                .collect();
+            StepStatus {
+                name: step.name.clone(),
+                template: step.template.clone(),
+                scan: step.scan.file.clone(),
+                masks: step.masks.len(),
+                standing,
+                stale,
+                scan_changed: !self.source_is_as_it_was(&step.scan),
+            }
+        });
+        Ok(status.collect())
+    }
+}

@@ -1,0 +1,32 @@
+//! Scan: the file's bytes to a cleaned scan.
+
+use super::SessionError;
+use super::recipe::StepRecipe;
+use super::state::Stage;
+use super::store::Kept;
+use super::walk::{Outcome, Walk};
+use crate::formats::MeshKind;
+use crate::scan::Scan;
+use serde_json::json;
+use std::path::Path;
+
+pub(super) fn scan(walk: &mut Walk, step: &StepRecipe) -> Result<Kept<Scan>, SessionError> {
+    let kind = Path::new(&step.scan.file).extension().map(|e| e.to_string_lossy().to_lowercase());
+    let inputs = json!({ "file": step.scan.hash, "kind": kind, "unit": step.unit, "up": step.up, "faces": step.faces });
+    walk.stage(&step.name, Stage::Scan, inputs, |session, _tell| {
+        let path = session.resolve(&step.scan.file);
+        let bytes = session.source_bytes(&step.scan)?;
+        let scan = read(&path, &bytes, step).map_err(|e| SessionError::BadSource { path, source: Box::new(e) })?;
+        // A copy is kept once the file is known to be good.
+        session.store.keep_bytes(&bytes)?;
+        let (vertices, faces) = (scan.mesh.vertex_count(), scan.mesh.face_count());
+        let findings = scan.findings.clone();
+        Ok(Outcome::of(scan).measured("vertices", vertices as f64).measured("faces", faces as f64).found(findings))
+    })
+}
+
+fn read(path: &Path, bytes: &[u8], _step: &StepRecipe) -> Result<Scan, super::StageError> {
+    let extension = path.extension().map(|e| e.to_string_lossy().into_owned()).unwrap_or_default();
+    let _raw = crate::formats::read_mesh(MeshKind::from_extension(&extension)?, bytes)?;
+    Err(super::StageError::NotAvailable)
+}
