@@ -1,5 +1,6 @@
 //! The statistical body, its skeleton and skinning, and the [`Figure`]: a skeleton with its skinned surfaces.
 
+mod embedded;
 mod figure;
 mod model;
 mod model_file;
@@ -7,6 +8,7 @@ mod part;
 mod skeleton;
 mod skin;
 
+pub use embedded::{EMBEDDED_MODEL_FILE, embedded_model};
 pub use figure::{Figure, Layer};
 pub use model::{BodyModel, Shape};
 pub use model_file::read_model;

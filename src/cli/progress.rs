@@ -20,7 +20,9 @@ const TICK: Duration = Duration::from_millis(120);
 impl Progress {
     /// For a command whose own line says all of it: only the bar.
     pub fn quiet_bar(console: &Console) -> Self {
-        Self { plain: console.verbosity == Verbosity::Verbose, ..Self::new(console) }
+        let mut progress = Self::new(console);
+        progress.plain = console.verbosity == Verbosity::Verbose;
+        progress
     }
 
     pub fn new(console: &Console) -> Self {

@@ -1,9 +1,10 @@
 //! The body model that a session is built with.
 
 use super::open::Session;
-use super::{SessionError, StageError};
-use crate::body::BodyModel;
+use super::{ContentHash, SessionError};
+use crate::body::{BodyModel, EMBEDDED_MODEL_FILE, embedded_model, read_model};
 use serde_json::{Value, json};
+use std::io::Cursor;
 use std::path::Path;
 
 /// Where the body model comes from.
@@ -27,7 +28,7 @@ impl Session {
     /// What stands for the body model among the inputs of a stage.
     pub(super) fn body_model_input(&self) -> Value {
         match &self.recipe.body {
-            None => json!("embedded"),
+            None => json!({ "embedded": ContentHash::of(EMBEDDED_MODEL_FILE) }),
             Some(file) => json!({ "file": file.hash }),
         }
     }
@@ -35,7 +36,7 @@ impl Session {
     /// Loads the body model.
     pub(super) fn body_model(&self) -> Result<BodyModel, SessionError> {
         match &self.recipe.body {
-            None => Err(SessionError::bad_source(Path::new("embedded"), StageError::NotAvailable)),
+            None => embedded_model().map_err(|e| SessionError::bad_source(Path::new("the embedded body model"), e)),
             Some(file) => read(&self.resolve(&file.file), &self.source_bytes(file)?),
         }
     }
@@ -46,6 +47,6 @@ pub(super) fn check_body_model(path: &Path, bytes: &[u8]) -> Result<(), SessionE
     read(path, bytes).map(drop)
 }
 
-fn read(path: &Path, _bytes: &[u8]) -> Result<BodyModel, SessionError> {
-    Err(SessionError::bad_source(path, StageError::NotAvailable))
+fn read(path: &Path, bytes: &[u8]) -> Result<BodyModel, SessionError> {
+    read_model(Cursor::new(bytes)).map_err(|e| SessionError::bad_source(path, e))
 }

@@ -1,0 +1,26 @@
+//! The body model that is part of the program.
+
+use super::{BodyError, BodyModel, read_model};
+use std::io::Cursor;
+
+/// The file of the embedded model, `templates/body/adult.npz`: what its results depend on.
+pub const EMBEDDED_MODEL_FILE: &[u8] = include_bytes!("../../templates/body/adult.npz");
+
+/// The body model that is used where no other is given.
+pub fn embedded_model() -> Result<BodyModel, BodyError> {
+    read_model(Cursor::new(EMBEDDED_MODEL_FILE))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::JOINT_NAMES;
+
+    #[test]
+    fn the_embedded_model_has_our_joints_and_fifteen_components() {
+        let model = embedded_model().unwrap();
+        assert_eq!(model.skeleton.names, JOINT_NAMES);
+        assert_eq!(model.component_count(), 15);
+        assert!(model.template.signed_volume() > 0.03, "closed, and seen from outside");
+    }
+}
