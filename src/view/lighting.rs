@@ -26,9 +26,9 @@ const EDGE_LOSS: f32 = 0.34;
 const SHEEN: [f32; 2] = [0.045, 18.0];
 
 /// The back of a surface keeps this share of its colour,
-const BACK_KEEPS: f32 = 0.30;
+const BACK_KEEPS: f32 = 0.22;
 /// and takes on this one: a hole or a cloth turned inside out is told at once from a shadow.
-const BACK_TINT: [f32; 3] = [0.075, 0.05, 0.11];
+const BACK_TINT: [f32; 3] = [0.05, 0.03, 0.085];
 
 /// Samples across the map of the key light's shadow: 2 mm on a person.
 const MAP_SIZE: usize = 1024;

@@ -179,3 +179,103 @@ fn barycentric([a, b, c]: [Triple; 3], x: f32, y: f32) -> [f32; 3] {
     let total: f32 = inside.iter().sum();
     inside.map(|w| w / total)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Aabb, Point, TriMesh};
+
+    const RED: [u8; 3] = [200, 60, 60];
+    const SKIN: [u8; 3] = [226, 190, 168];
+
+    /// A ball of radius 0.3 that rests on the floor.
+    fn ball() -> TriMesh {
+        let (rings, spokes) = (24_u32, 48_u32);
+        let at = |ring: u32, spoke: u32| {
+            let (polar, turn) = (f64::from(ring) / f64::from(rings), f64::from(spoke) / f64::from(spokes));
+            let (polar, turn) = (polar * std::f64::consts::PI, turn * std::f64::consts::TAU);
+            Point::new(polar.sin() * turn.sin(), 1.0 - polar.cos(), polar.sin() * turn.cos()) * 0.3
+        };
+        let points = (0..=rings).flat_map(|ring| (0..spokes).map(move |spoke| at(ring, spoke))).collect();
+        let corner = |ring: u32, spoke: u32| ring * spokes + spoke % spokes;
+        let faces: Vec<_> = (0..rings)
+            .flat_map(|r| (0..spokes).map(move |s| (r, s)))
+            .flat_map(|(r, s)| {
+                let [a, b, c, d] = [corner(r, s), corner(r, s + 1), corner(r + 1, s + 1), corner(r + 1, s)];
+                [[a, b, c], [a, c, d]]
+            })
+            .collect();
+        TriMesh::try_from_indices(points, &faces).unwrap()
+    }
+
+    fn seen(parts: &[Part<'_>]) -> Picture {
+        let bounds = Aabb { min: Point::new(-0.5, 0.0, -0.5), max: Point::new(0.5, 0.9, 0.5) };
+        render(&Scene::new(parts.iter().copied()), &Camera::front(&bounds), 120, 120)
+    }
+
+    /// Sum of the channels of the pixel that shows the ball at this offset from its middle, in radii.
+    fn brightness(picture: &Picture, x: f64, y: f64) -> i32 {
+        let metres_per_pixel = 1.0 * 1.06 / 120.0;
+        let row = 60.0 - (0.3 - 0.45 + 0.3 * y) / metres_per_pixel;
+        let pixel = picture.pixels()[row as usize * 120 + (60.0 + 0.3 * x / metres_per_pixel) as usize];
+        pixel.iter().map(|&c| i32::from(c)).sum()
+    }
+
+    #[test]
+    fn a_ball_is_lit_from_the_upper_left_and_nowhere_black() {
+        let ball = ball();
+        assert!(ball.signed_volume() > 0.0);
+        let picture = seen(&[Part::solid(&ball, RED)]);
+        let along_the_light = [-0.8, -0.4, 0.0, 0.4, 0.8].map(|t| brightness(&picture, t * 0.7, -t * 0.7));
+        // The rim on the side of the lamp is in profile and loses some light again.
+        assert!(along_the_light[1..].is_sorted_by(|a, b| a > b), "{along_the_light:?}");
+        let darkest = picture.pixels().iter().map(|p| p.iter().map(|&c| i32::from(c)).sum::<i32>()).min();
+        assert!(darkest > Some(70), "{darkest:?}");
+    }
+
+    #[test]
+    fn the_inside_is_told_from_the_outside() {
+        let (ball, inside_out) = (ball(), ball().flipped());
+        let (outside, inside) = (seen(&[Part::solid(&ball, SKIN)]), seen(&[Part::solid(&inside_out, SKIN)]));
+        for (x, y) in [(0.0, 0.0), (0.5, 0.3), (-0.5, -0.4)] {
+            let [inside, outside] = [&inside, &outside].map(|picture| brightness(picture, x, y));
+            assert!(3 * inside < 2 * outside, "{inside} {outside} at {x}, {y}");
+        }
+    }
+
+    #[test]
+    fn a_translucent_shell_lets_the_ball_shine_through() {
+        let ball = ball();
+        let shell = ball.map_points(|p| Point::new(p.x * 1.2, 0.3 + (p.y - 0.3) * 1.2, p.z * 1.2));
+        let blue = Part::solid(&shell, [40, 60, 220]);
+        let [bare, veiled, hidden] =
+            [vec![], vec![blue.with_opacity(0.5)], vec![blue]].map(|mut parts: Vec<Part<'_>>| {
+                parts.push(Part::solid(&ball, RED));
+                seen(&parts).pixels()[70 * 120 + 60]
+            });
+        assert!(bare[0] > veiled[0] && veiled[0] > hidden[0] && bare[2] < veiled[2] && veiled[2] < hidden[2]);
+    }
+
+    #[test]
+    fn an_edge_has_intermediate_tones_and_the_floor_a_shadow() {
+        let ball = ball();
+        let (picture, empty) = (seen(&[Part::solid(&ball, RED)]), seen(&[]));
+        let row = 60 - ((0.3 - 0.45) * 120.0 / 1.06) as usize;
+        let tones: Vec<_> = (0..60).map(|x| picture.pixels()[row * 120 + x]).collect();
+        let between = tones.iter().filter(|p| p[1] > 130 && p[1] < 200).count();
+        assert!((1..=2).contains(&between), "{between}: {tones:?}");
+        assert!(empty.pixels().iter().all(|p| p[0] > 225 && p[1] > 225 && p[2] > 225));
+        let below = picture.pixels()[113 * 120 + 60][0] + 12 < empty.pixels()[113 * 120 + 60][0];
+        assert!(below, "{:?} {:?}", picture.pixels()[113 * 120 + 60], empty.pixels()[113 * 120 + 60]);
+    }
+
+    #[test]
+    fn one_thread_and_many_draw_the_same_bytes() {
+        let ball = ball();
+        let drawn = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| seen(&[Part::solid(&ball, RED), Part::solid(&ball, [0; 3]).with_opacity(0.3)]))
+        };
+        assert!(drawn(1) == drawn(4));
+    }
+}
