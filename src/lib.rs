@@ -24,6 +24,7 @@ pub mod fit;
 pub mod formats;
 pub mod geometry;
 pub mod numerics;
+pub mod rig;
 pub mod scan;
 pub mod segment;
 pub mod session;

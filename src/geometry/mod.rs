@@ -2,6 +2,7 @@
 //! person and no garment.
 
 mod adjacency;
+mod bilaplacian;
 mod face_tree;
 mod geodesic;
 mod intersection;

@@ -1,0 +1,74 @@
+//! The closest point of the body for each vertex of a garment, and how far it can be trusted.
+
+use super::RigParams;
+use crate::body::{JointId, SkinWeights};
+use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, Vec3};
+use rayon::prelude::*;
+
+/// What the closest triangle of the body says.
+pub(super) struct Matches {
+    /// Interpolated skin weights, not pruned.
+    pub rows: PerVertex<Vec<(JointId, f64)>>,
+    /// Distance to the body.
+    pub distances: PerVertex<f64>,
+    /// Cosine between the normals of cloth and body.
+    pub cosines: PerVertex<f64>,
+    /// The body's normal there.
+    pub body_normals: PerVertex<Vec3>,
+}
+
+pub(super) fn match_with_body(garment: &TriMesh, body: &SurfaceIndex, body_weights: &SkinWeights) -> Matches {
+    let (normals, body_normals) = (garment.vertex_normals(), body.mesh().vertex_normals());
+    let found: Vec<_> = garment
+        .points()
+        .0
+        .par_iter()
+        .zip(normals.0.par_iter())
+        .map(|(p, normal)| {
+            let at = body.closest(p);
+            let corners = body.mesh().faces()[at.face];
+            let parts: [_; 3] = std::array::from_fn(|k| (corners[k], at.barycentric[k]));
+            let body_normal: Vec3 = parts.iter().map(|&(v, share)| body_normals[v] * share).sum();
+            let body_normal = body_normal.try_normalize(1e-12).unwrap_or_else(Vec3::zeros);
+            (body_weights.blend(&parts), at.distance, normal.dot(&body_normal), body_normal)
+        })
+        .collect();
+    let mut matches = Matches {
+        rows: PerVertex(Vec::with_capacity(found.len())),
+        distances: PerVertex(Vec::with_capacity(found.len())),
+        cosines: PerVertex(Vec::with_capacity(found.len())),
+        body_normals: PerVertex(Vec::with_capacity(found.len())),
+    };
+    for (row, distance, cosine, normal) in found {
+        matches.rows.0.push(row);
+        matches.distances.0.push(distance);
+        matches.cosines.0.push(cosine);
+        matches.body_normals.0.push(normal);
+    }
+    matches
+}
+
+/// 1 where cloth lies on the body and faces the same way, falling to 0 with distance and angle.
+///
+/// **Source** Abdrashitov 2023, §3.1, with ramps for its two thresholds: no seam where a noisy normal falls on one side
+/// or the other.
+pub(super) fn trust(matches: &Matches, posed_body: &TriMesh, params: &RigParams) -> PerVertex<f64> {
+    let diagonal = posed_body.bounds().map_or(0.0, |b| b.extent().norm());
+    let farthest = params.distance_per_diagonal * diagonal;
+    matches
+        .distances
+        .iter()
+        .zip(matches.cosines.iter())
+        .map(|(&distance, &cosine)| {
+            let angle_deg = cosine.clamp(-1.0, 1.0).acos().to_degrees();
+            falling(distance, 0.5 * farthest, farthest)
+                * falling(angle_deg, params.trusted_angle_deg, params.rejected_angle_deg)
+        })
+        .collect()
+}
+
+/// 1 up to `from`, 0 beyond `to`, smooth in between.
+pub(super) fn falling(value: f64, from: f64, to: f64) -> f64 {
+    let t = ((to - value) / (to - from).max(1e-12)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}

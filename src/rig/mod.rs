@@ -1,0 +1,245 @@
+//! A garment's skin weights, taken in the scan's pose from the naked body, and with them its bind-pose shape; later,
+//! once it is stacked, its physics weights.
+
+mod confidence;
+mod inpaint;
+mod leg_bridge;
+mod limb;
+mod physics;
+#[cfg(test)]
+mod tests;
+
+pub use limb::Limb;
+pub use physics::{PhysicsWeights, physics_weights};
+
+use crate::body::{Figure, Skeleton, SkinWeights, unskin};
+use crate::fit::PoseInside;
+use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh};
+use crate::numerics::NumericsError;
+use serde::{Deserialize, Serialize};
+
+/// How skin weights are taken from the naked body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum RigMethod {
+    /// Hu 2017, §7: those of the closest triangle, interpolated.
+    Closest,
+    /// The same where the match can be trusted; elsewhere a smooth surface through those (Abdrashitov 2023).
+    Inpaint,
+}
+
+/// How a garment is rigged. Lengths are metres.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RigParams {
+    /// Closest triangle or inpainting.
+    pub method: RigMethod,
+    /// Matches farther than this share of the body's bounding diagonal count for nothing; trust falls from half of it.
+    ///
+    /// 0.025, 5 cm for an adult: a jacket over a pullover stands off that far and still moves with what is below it.
+    /// (Abdrashitov 2023 has 0.05, 10 cm: that would tie a skirt's front to one leg.)
+    pub distance_per_diagonal: f64,
+    /// Trust is full up to this angle between the normals of cloth and body; scanned wrinkles reach it.
+    pub trusted_angle_deg: f64,
+    /// And none from this angle on: the underside of a sleeve faces the torso, and must not stick to it.
+    pub rejected_angle_deg: f64,
+    /// Length over which trusted weights are smoothed: below the width of an elbow's blend (5 cm), above scan noise.
+    pub smoothing_length: f64,
+    /// Untrusted regions wider than this are bridged straight, narrower ones with the slope of their surroundings.
+    pub fairing_width: f64,
+}
+
+impl Default for RigParams {
+    fn default() -> Self {
+        Self {
+            method: RigMethod::Inpaint,
+            distance_per_diagonal: 0.025,
+            trusted_angle_deg: 30.0,
+            rejected_angle_deg: 65.0,
+            smoothing_length: 0.01,
+            fairing_width: 0.03,
+        }
+    }
+}
+
+/// A garment in the bind pose.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RiggedGarment {
+    /// Surface in the bind pose.
+    pub mesh: TriMesh,
+    /// Skin weights.
+    pub weights: SkinWeights,
+    /// Colours as scanned.
+    pub colors: Option<PerVertex<[u8; 3]>>,
+    /// How it went.
+    pub report: RigReport,
+}
+
+/// How rigging went.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RigReport {
+    /// Share of the vertices whose match with the body was trusted at least half.
+    pub trusted_share: f64,
+    /// Share of the vertices that span the gap between the legs, as a skirt's do.
+    pub bridging_share: f64,
+    /// Greatest sum of weights dropped at a vertex because only four joints may move it.
+    pub pruned_max: f64,
+    /// Mean of the same.
+    pub pruned_mean: f64,
+    /// 99th percentile of how many times longer or shorter an edge became on its way into the bind pose.
+    pub stretch_p99: f64,
+}
+
+/// Why a garment cannot be rigged.
+#[derive(Debug, thiserror::Error)]
+pub enum RigError {
+    /// No faces.
+    #[error("the garment has no faces")]
+    EmptyGarment,
+    /// Not around this body at all.
+    #[error("the garment is nowhere nearer than {nearest:.2} m to the body")]
+    FarFromBody {
+        /// Least distance of a vertex.
+        nearest: f64,
+    },
+    /// Arrays that belong together differ in length.
+    #[error("{what}: {given} values for {expected} vertices")]
+    WrongLength {
+        /// Which array.
+        what: &'static str,
+        /// Its length.
+        given: usize,
+        /// The length it should have.
+        expected: usize,
+    },
+    /// The weights could not be solved for.
+    #[error("the garment's weights could not be solved for")]
+    Unsolved(#[from] NumericsError),
+}
+
+impl RigError {
+    /// What to do about it.
+    pub fn hint(&self) -> Option<String> {
+        match self {
+            Self::EmptyGarment => Some("the labels left nothing: look at the segmentation of this step".into()),
+            Self::FarFromBody { .. } => Some(
+                "garment and body are not in the same frame or pose: check that they come from the same step".into(),
+            ),
+            Self::WrongLength { .. } => None,
+            Self::Unsolved(error) => error.hint(),
+        }
+    }
+}
+
+/// Gives a garment, cut out in the scan's pose, skin weights and with them its bind-pose shape.
+///
+/// **Requires** `inside` poses `figure` into the same scan, so that the body lies under the garment.
+///
+/// **Source** Hu 2017, §6.3 and §7: weights from the closest triangle of the naked body, then inverse skinning. By default
+/// the weights are inpainted where that triangle cannot be trusted.
+pub fn rig(
+    garment: &TriMesh,
+    colors: Option<&PerVertex<[u8; 3]>>,
+    figure: &Figure,
+    inside: &PoseInside,
+    params: &RigParams,
+) -> Result<RiggedGarment, RigError> {
+    check_length("colours", colors.map(PerVertex::len), garment.vertex_count())?;
+    let body = figure.body();
+    let posed_body = with_offsets(&body.posed(&figure.skeleton, &inside.pose), &inside.offsets)?;
+    let joints = figure.skeleton.joints_in_world(&inside.pose);
+    let (weights, mut report) = skin_garment(garment, &posed_body, &body.weights, &figure.skeleton, &joints, params)?;
+    let mesh = garment.with_points(unskin(garment.points(), &weights, &figure.skeleton, &inside.pose));
+    report.stretch_p99 = stretch(garment, &mesh, 0.99);
+    Ok(RiggedGarment { mesh, weights, colors: colors.cloned(), report })
+}
+
+/// Skin weights for a garment around a posed body; `joints` are the joint centres in that pose.
+pub fn skin_garment(
+    garment: &TriMesh,
+    posed_body: &TriMesh,
+    body_weights: &SkinWeights,
+    skeleton: &Skeleton,
+    joints: &[Point],
+    params: &RigParams,
+) -> Result<(SkinWeights, RigReport), RigError> {
+    if garment.face_count() == 0 {
+        return Err(RigError::EmptyGarment);
+    }
+    check_length("skin weights of the body", Some(body_weights.len()), posed_body.vertex_count())?;
+    let body = SurfaceIndex::prepare(posed_body);
+    let matches = confidence::match_with_body(garment, &body, body_weights);
+    let nearest = matches.distances.iter().copied().fold(f64::INFINITY, f64::min);
+    /// Half the length of an arm: cloth that is nowhere nearer is not worn by this body.
+    const FARTHEST: f64 = 0.3;
+    if nearest > FARTHEST {
+        return Err(RigError::FarFromBody { nearest });
+    }
+    if params.method == RigMethod::Closest {
+        let report = RigReport { trusted_share: 1.0, ..pruning(&matches.rows) };
+        return Ok((SkinWeights::from_rows(matches.rows.0), report));
+    }
+    let mut trust = confidence::trust(&matches, posed_body, params);
+    let bridge = leg_bridge::find(garment, &body, skeleton, joints);
+    let bridging = leg_bridge::trust_only_the_flanks(&bridge, garment, &matches, &mut trust);
+    let rows = inpaint::inpaint(garment, &matches.rows, &trust, skeleton.len(), params)?;
+    let count = garment.vertex_count() as f64;
+    let report = RigReport {
+        trusted_share: trust.iter().filter(|&&t| t >= 0.5).count() as f64 / count,
+        bridging_share: bridging as f64 / count,
+        ..pruning(&rows)
+    };
+    Ok((SkinWeights::from_rows(rows.0), report))
+}
+
+/// How many times longer or shorter the edges of one mesh are in another shape of it: the given quantile (0–1) of the
+/// larger of the ratio and its inverse.
+pub fn stretch(mesh: &TriMesh, other_shape: &TriMesh, quantile: f64) -> f64 {
+    /// Edges of the scan below a tenth of a millimetre are rounding, not cloth.
+    const LEAST_LENGTH: f64 = 1e-4;
+    let mut ratios: Vec<f64> = Adjacency::prepare(mesh)
+        .edges()
+        .iter()
+        .map(|(ends, _)| {
+            let length = |shape: &TriMesh| (shape.points()[ends[0]] - shape.points()[ends[1]]).norm();
+            (length(mesh), length(other_shape))
+        })
+        .filter(|&(a, _)| a > LEAST_LENGTH)
+        .map(|(a, b)| (a / b.max(1e-12)).max(b / a))
+        .collect();
+    ratios.sort_unstable_by(f64::total_cmp);
+    let at = (quantile.clamp(0.0, 1.0) * ratios.len().saturating_sub(1) as f64).round() as usize;
+    ratios.get(at).copied().unwrap_or(1.0)
+}
+
+fn pruning(rows: &PerVertex<Vec<(crate::body::JointId, f64)>>) -> RigReport {
+    let dropped: Vec<f64> = rows
+        .iter()
+        .map(|row| {
+            let mut weights: Vec<f64> = row.iter().map(|r| r.1).collect();
+            weights.sort_unstable_by(|a, b| b.total_cmp(a));
+            weights.iter().skip(4).sum::<f64>() / weights.iter().sum::<f64>().max(1e-12)
+        })
+        .collect();
+    RigReport {
+        pruned_max: dropped.iter().copied().fold(0.0, f64::max),
+        pruned_mean: dropped.iter().sum::<f64>() / dropped.len().max(1) as f64,
+        ..RigReport::default()
+    }
+}
+
+fn with_offsets(posed_body: &TriMesh, offsets: &PerVertex<f64>) -> Result<TriMesh, RigError> {
+    if offsets.is_empty() {
+        return Ok(posed_body.clone());
+    }
+    check_length("offsets of the posed body", Some(offsets.len()), posed_body.vertex_count())?;
+    let normals = posed_body.vertex_normals();
+    let moved: Vec<Point> =
+        posed_body.points().iter().zip(normals.iter()).zip(offsets.iter()).map(|((p, n), o)| p + n * *o).collect();
+    Ok(posed_body.with_points(moved))
+}
+
+fn check_length(what: &'static str, given: Option<usize>, expected: usize) -> Result<(), RigError> {
+    match given {
+        Some(given) if given != expected => Err(RigError::WrongLength { what, given, expected }),
+        _ => Ok(()),
+    }
+}

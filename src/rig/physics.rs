@@ -1,0 +1,91 @@
+//! How much of each garment's motion is cloth physics.
+
+use super::RigError;
+use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, cotangent_laplacian};
+use crate::numerics::SparseCholesky;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// The most that physics may have in the blend (Hu 2017, Eq. 9).
+const MOST: f64 = 0.5;
+/// Length in metres over which values are smoothed, so that the blend has no edge where the loose part begins: about
+/// a waistband.
+const SMOOTHING_LENGTH: f64 = 0.02;
+
+/// Shares of cloth physics in the blend with skinning, all in 0–0.5.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PhysicsWeights {
+    /// Eq. 9 as it stands, for the whole garment's parts: loose part, and the rest; `None` for a part without vertices.
+    pub loose_part: Option<f64>,
+    /// The same for what is not loose.
+    pub fitted_part: Option<f64>,
+    /// One value a vertex. Before smoothing it is `min(½, (d − d_min) / (d_max − d_min))` in each part, whose mean is
+    /// that part's Eq. 9 where the bound does not bite.
+    pub per_vertex: PerVertex<f64>,
+}
+
+impl PhysicsWeights {
+    /// Eq. 9 spread over the vertices: one value for each part, with a step in between.
+    pub fn per_part(&self, loose: &PerVertex<bool>) -> PerVertex<f64> {
+        loose.iter().map(|&l| if l { self.loose_part } else { self.fitted_part }.unwrap_or(0.0)).collect()
+    }
+}
+
+/// Physics weights from the garment's distance to the naked body, both in the bind pose.
+///
+/// **Source** Hu 2017, Eq. 9: `w_p = min(½, (mean − min) / (max − min))` of the distances to the closest points; a part
+/// that is everywhere equally far has 0.
+pub fn physics_weights(
+    garment: &TriMesh,
+    naked_body: &TriMesh,
+    loose: &PerVertex<bool>,
+) -> Result<PhysicsWeights, RigError> {
+    if loose.len() != garment.vertex_count() {
+        let (given, expected) = (loose.len(), garment.vertex_count());
+        return Err(RigError::WrongLength { what: "the mask of the loose part", given, expected });
+    }
+    let body = SurfaceIndex::prepare(naked_body);
+    let distances: Vec<f64> = garment.points().0.par_iter().map(|p| body.closest(p).distance).collect();
+    let loose_range = Range::of(&distances, |v| loose.0[v]);
+    let fitted_range = Range::of(&distances, |v| !loose.0[v]);
+    let raw: Vec<f64> = (0..distances.len())
+        .map(|v| {
+            let range = if loose.0[v] { &loose_range } else { &fitted_range };
+            range.as_ref().map_or(0.0, |r| r.share(distances[v]))
+        })
+        .collect();
+    Ok(PhysicsWeights {
+        loose_part: loose_range.as_ref().map(|r| r.share(r.mean)),
+        fitted_part: fitted_range.as_ref().map(|r| r.share(r.mean)),
+        per_vertex: smoothed(garment, &raw)?,
+    })
+}
+
+struct Range {
+    min: f64,
+    max: f64,
+    mean: f64,
+}
+
+impl Range {
+    fn of(distances: &[f64], belongs: impl Fn(usize) -> bool) -> Option<Self> {
+        let part: Vec<f64> = (0..distances.len()).filter(|&v| belongs(v)).map(|v| distances[v]).collect();
+        let min = part.iter().copied().reduce(f64::min)?;
+        let max = part.iter().copied().reduce(f64::max)?;
+        Some(Self { min, max, mean: part.iter().sum::<f64>() / part.len() as f64 })
+    }
+
+    fn share(&self, distance: f64) -> f64 {
+        let width = self.max - self.min;
+        if width > 0.0 { ((distance - self.min) / width).clamp(0.0, MOST) } else { 0.0 }
+    }
+}
+
+fn smoothed(garment: &TriMesh, values: &[f64]) -> Result<PerVertex<f64>, RigError> {
+    let laplacian = cotangent_laplacian(garment);
+    let mass = laplacian.safe_mass();
+    let matrix = laplacian.screened(&vec![1.0; values.len()], SMOOTHING_LENGTH.powi(2), 0.0);
+    let mut column: Vec<f64> = values.iter().zip(&mass).map(|(v, m)| v * m).collect();
+    SparseCholesky::prepare(values.len(), &matrix)?.solve_in_place(&mut column);
+    Ok(column.into_iter().map(|v| v.clamp(0.0, MOST)).collect())
+}
