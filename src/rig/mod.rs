@@ -12,7 +12,7 @@ mod tests;
 pub use limb::Limb;
 pub use physics::{PhysicsWeights, physics_weights};
 
-use crate::body::{Figure, Skeleton, SkinWeights, unskin};
+use crate::body::{Figure, JointId, Skeleton, SkinWeights, unskin};
 use crate::fit::PoseInside;
 use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh};
 use crate::numerics::NumericsError;
@@ -210,7 +210,7 @@ pub fn stretch(mesh: &TriMesh, other_shape: &TriMesh, quantile: f64) -> f64 {
     ratios.get(at).copied().unwrap_or(1.0)
 }
 
-fn pruning(rows: &PerVertex<Vec<(crate::body::JointId, f64)>>) -> RigReport {
+fn pruning(rows: &PerVertex<Vec<(JointId, f64)>>) -> RigReport {
     let dropped: Vec<f64> = rows
         .iter()
         .map(|row| {

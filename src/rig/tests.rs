@@ -1,8 +1,8 @@
 //! A doll of tubes (trunk, two legs, one arm beside the trunk) and what it wears.
 
 use super::*;
-use crate::body::{JointId, Layer, Pose, skin};
-use crate::geometry::Vec3;
+use crate::body::{Layer, Pose, skin};
+use crate::geometry::{FaceId, Vec3};
 use nalgebra::UnitQuaternion;
 
 /// An outward tube around the segment `from`–`to`, open at both ends; `radii` at its two ends.
@@ -26,8 +26,7 @@ fn tube(from: Point, to: Point, radii: [f64; 2], rings: usize, sectors: usize) -
         }
     }
     let mesh = TriMesh::try_from_indices(points, &faces).unwrap();
-    let outward =
-        mesh.face_normal(crate::geometry::FaceId(0)).dot(&(mesh.triangle(crate::geometry::FaceId(0))[0] - from));
+    let outward = mesh.face_normal(FaceId(0)).dot(&(mesh.triangle(FaceId(0))[0] - from));
     if outward > 0.0 { mesh } else { mesh.flipped() }
 }
 
