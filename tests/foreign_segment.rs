@@ -8,7 +8,7 @@ mod subject;
 
 use overcoat::cut::{CutParams, Garment, cut};
 use overcoat::geometry::{Aabb, PerVertex, Point, TriMesh, VertexId};
-use overcoat::segment::{Extent, GarmentTemplate, transfer};
+use overcoat::segment::{Extent, GarmentTemplate, Inner, Marks, RefineParams, refine, transfer};
 use overcoat::view::{Camera, Paint, Part, Picture, Scene, render};
 use std::path::PathBuf;
 use std::time::Instant;
@@ -92,10 +92,24 @@ fn foreign_garments_are_told_apart() {
     let mut all = Vec::new();
     for step in subject::steps() {
         let template = GarmentTemplate::built_in(&step.name).unwrap();
-        let prior = template.prior(&step.body, &step.skeleton, &Extent::default());
+        let placement = template.place(&step.body, &step.skeleton, &Extent::default());
         let began = Instant::now();
-        let labels = transfer(&step.scan, &step.body.mesh, &prior);
-        let plain = iou(&step, &labels.0);
+        let plain = iou(&step, &transfer(&step.scan, &step.body.mesh, &placement.prior).0);
+        let inner: Vec<Inner<'_>> =
+            step.inner.iter().map(|(mesh, colors)| Inner { mesh, colors: Some(colors) }).collect();
+        let gray: Vec<Inner<'_>> = step.inner.iter().map(|(mesh, _)| Inner { mesh, colors: None }).collect();
+        let marks = Marks::none(step.scan.mesh.vertex_count());
+        let colorless = refine(&step.scan, &gray, &placement, &marks, &RefineParams::default());
+        let began_refine = Instant::now();
+        let labels = refine(&step.scan, &inner, &placement, &marks, &RefineParams::default());
+        println!(
+            "{} {}: refined IoU {:.3} ({:.2} s), without colours {:.3}",
+            step.person,
+            step.name,
+            iou(&step, &labels.0),
+            began_refine.elapsed().as_secs_f64(),
+            iou(&step, &colorless.0)
+        );
         let secs = began.elapsed().as_secs_f64();
         let began = Instant::now();
         let garment = cut(&step.scan, &labels, template.expected_loops(), &CutParams::default()).unwrap();

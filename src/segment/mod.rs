@@ -1,12 +1,21 @@
 //! Which vertices of a scan are the new garment (Hu 2017, §6.2): templates, transfer from the body, refinement by what
 //! the scan shows, brush strokes. Moves no vertex.
 
+mod brush;
+mod color;
+mod evidence;
 mod extent;
+mod max_flow;
+mod refine;
 mod region;
 mod template;
 mod transfer;
 
+pub use brush::{Marks, Stroke, StrokeFrame, StrokeOp, apply_strokes};
+pub use evidence::Inner;
 pub use extent::{Extent, Sleeve, Until};
+pub use refine::{RefineParams, refine};
+pub use region::Placement;
 pub use template::{GarmentTemplate, Limit, LimitBone};
 pub use transfer::{Labels, transfer};
 
@@ -43,6 +52,32 @@ pub enum SegmentError {
         /// What the number means.
         scale: &'static str,
     },
+    /// A stroke of a brush mask cannot be painted.
+    #[error("line {line} of the brush mask: {reason}")]
+    BadStroke {
+        /// Line of the file, from 1.
+        line: usize,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A label file for another mesh.
+    #[error("there are {labels} labels, but the cleaned scan has {vertices} vertices{}", file_vertices.map(|n| format!(" and its file {n}")).unwrap_or_default())]
+    LabelCount {
+        /// Labels given.
+        labels: usize,
+        /// Vertices of the cleaned scan.
+        vertices: usize,
+        /// Vertices of the scan's file, where known.
+        file_vertices: Option<usize>,
+    },
+    /// A label that is neither 0 nor 1.
+    #[error("label {index} is {value}; a label is 0 (not the garment) or 1 (the garment)")]
+    BadLabel {
+        /// Which, from 0.
+        index: usize,
+        /// What it is.
+        value: f64,
+    },
 }
 
 impl SegmentError {
@@ -55,6 +90,11 @@ impl SegmentError {
             }
             Self::BadTemplate { .. } => Some("see templates/garments/*.toml for the layout".into()),
             Self::BadExtent { .. } => None,
+            Self::BadStroke { .. } => Some(
+                "a stroke is {\"layer\":\"tshirt\",\"op\":\"add|erase\",\"radius\":0.02,\"points\":[[x,y,z],…],\"normal\":[x,y,z],\"frame\":\"file|world\"}, in the unit of the scan's file unless the frame is world".into(),
+            ),
+            Self::LabelCount { .. } => Some("label the scan as exported with --scan, vertex by vertex in its order".into()),
+            Self::BadLabel { .. } => None,
         }
     }
 }

@@ -1,0 +1,345 @@
+//! Brush strokes: labels given by hand, anchored in space.
+
+use super::SegmentError;
+use super::transfer::Labels;
+use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, Vec3, VertexId, geodesic_distances};
+use crate::scan::Scan;
+use serde::{Deserialize, Serialize};
+
+/// What a stroke does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StrokeOp {
+    /// Under the brush is the garment.
+    Add,
+    /// Under the brush is not the garment.
+    Erase,
+}
+
+/// In which frame and unit a stroke's numbers are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StrokeFrame {
+    /// Those of the scan's file; the radius too.
+    #[default]
+    File,
+    /// Ours, in metres.
+    World,
+}
+
+/// One stroke of the brush.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stroke {
+    /// The garment's name in the session; the strokes belong to the step in which it was new.
+    pub layer: String,
+    /// Add or erase.
+    pub op: StrokeOp,
+    /// Of the brush, along the surface.
+    pub radius: f64,
+    /// The brush's way, straight from one to the next.
+    pub points: Vec<[f64; 3]>,
+    /// The side from which it paints; without it, the nearest side.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normal: Option<[f64; 3]>,
+    /// Of points, normal and radius.
+    #[serde(default)]
+    pub frame: StrokeFrame,
+    /// Line of the file, from 1; 0 for a stroke from elsewhere.
+    #[serde(skip)]
+    pub line: usize,
+}
+
+/// Labels given by hand, where they were given.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Marks(pub PerVertex<Option<bool>>);
+
+/// Radii above this are a mistake in the unit, in metres.
+const GREATEST_RADIUS: f64 = 1.0;
+/// A brush that hovers is set down on the surface within this many radii.
+const HOVER_PER_RADIUS: f64 = 1.5;
+/// The brush is set down each so many radii of its way.
+const STEP_PER_RADIUS: f64 = 0.5;
+/// Paint flows round an edge until the surface faces away by more than this cosine.
+const FACING_AWAY: f64 = -0.3;
+
+impl Stroke {
+    /// Reads strokes, one JSON object a line; empty lines are passed over.
+    pub fn read_lines(text: &str) -> Result<Vec<Self>, SegmentError> {
+        let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
+        lines.map(|(i, line)| Self::read(line, i + 1)).collect()
+    }
+
+    fn read(text: &str, line: usize) -> Result<Self, SegmentError> {
+        let bad = |reason: String| SegmentError::BadStroke { line, reason };
+        let stroke: Self = serde_json::from_str(text).map_err(|e| {
+            // The parser counts lines too, and for it there is but one.
+            let reason = e.to_string();
+            bad(reason.split(" at line ").next().unwrap_or(&reason).to_string())
+        })?;
+        if !(stroke.radius.is_finite() && stroke.radius > 0.0) {
+            return Err(bad(format!("the radius is {}; it must be greater than 0", stroke.radius)));
+        }
+        if stroke.points.is_empty() {
+            return Err(bad("there are no points".into()));
+        }
+        if let Some(n) = stroke.normal
+            && Vec3::from(n).norm() < 1e-9
+        {
+            return Err(bad("the normal has no length".into()));
+        }
+        Ok(Self { line, ..stroke })
+    }
+}
+
+impl Marks {
+    /// None anywhere.
+    pub fn none(vertex_count: usize) -> Self {
+        Self(PerVertex::filled(None, vertex_count))
+    }
+
+    /// Paints strokes one after the other; of two on the same place the later counts.
+    pub fn paint(scan: &Scan, strokes: &[Stroke]) -> Result<Self, SegmentError> {
+        let mut marks = Self::none(scan.mesh.vertex_count());
+        if strokes.is_empty() {
+            return Ok(marks);
+        }
+        let brush = Brush::prepare(scan);
+        for stroke in strokes {
+            for v in brush.painted(stroke)? {
+                marks.0[v] = Some(stroke.op == StrokeOp::Add);
+            }
+        }
+        Ok(marks)
+    }
+
+    /// Puts the marks over labels.
+    pub fn apply(&self, labels: &mut Labels) {
+        for (label, mark) in labels.0.0.iter_mut().zip(self.0.iter()) {
+            *label = mark.unwrap_or(*label);
+        }
+    }
+}
+
+/// Paints strokes over labels.
+pub fn apply_strokes(scan: &Scan, labels: &mut Labels, strokes: &[Stroke]) -> Result<(), SegmentError> {
+    Marks::paint(scan, strokes)?.apply(labels);
+    Ok(())
+}
+
+struct Brush<'a> {
+    scan: &'a Scan,
+    adjacency: Adjacency,
+    index: SurfaceIndex,
+    normals: PerVertex<Vec3>,
+}
+
+impl<'a> Brush<'a> {
+    fn prepare(scan: &'a Scan) -> Self {
+        Self {
+            scan,
+            adjacency: Adjacency::prepare(&scan.mesh),
+            index: SurfaceIndex::prepare(&scan.mesh),
+            normals: scan.mesh.vertex_normals(),
+        }
+    }
+
+    /// The vertices under a stroke.
+    fn painted(&self, stroke: &Stroke) -> Result<Vec<VertexId>, SegmentError> {
+        let bad = |reason: String| SegmentError::BadStroke { line: stroke.line, reason };
+        let frame = &self.scan.world_from_file;
+        let in_file = stroke.frame == StrokeFrame::File;
+        let radius = if in_file { stroke.radius * frame.metres_per_unit } else { stroke.radius };
+        if radius > GREATEST_RADIUS {
+            return Err(bad(format!(
+                "the radius is {radius:.2} m; more than {GREATEST_RADIUS} m is a mistake in the unit"
+            )));
+        }
+        let way: Vec<Point> = stroke
+            .points
+            .iter()
+            .map(|&p| if in_file { frame.world_from_file(&Point::from(p)) } else { Point::from(p) })
+            .collect();
+        let toward = stroke.normal.and_then(|n| {
+            let n = if in_file { frame.direction_in_world(&Vec3::from(n)) } else { Vec3::from(n) };
+            n.try_normalize(1e-12)
+        });
+        let mut sources = Vec::new();
+        let mut nearest = f64::INFINITY;
+        for p in places(&way, STEP_PER_RADIUS * radius) {
+            nearest = nearest.min(self.set_down(&p, radius, toward.as_ref(), &mut sources));
+        }
+        // The brush starts anew at the surface, so its distances are those along the surface alone.
+        let distance = geodesic_distances(&self.scan.mesh, &self.adjacency, &sources, radius);
+        let faces_brush = |v: VertexId| toward.is_none_or(|n| self.normals[v].dot(&n) > FACING_AWAY);
+        let painted: Vec<VertexId> =
+            self.scan.mesh.vertex_ids().filter(|&v| distance[v].is_finite() && faces_brush(v)).collect();
+        if painted.is_empty() {
+            let side = if toward.is_some() { " on the side that its normal names" } else { "" };
+            return Err(bad(match nearest.is_finite() {
+                true => format!("it touches nothing{side}: the scan is {nearest:.3} m away, the radius {radius:.3} m"),
+                false => format!("it touches nothing{side} within {:.3} m", HOVER_PER_RADIUS * radius),
+            }));
+        }
+        Ok(painted)
+    }
+
+    /// Adds the corners of the face under the brush, each with its distance from there; how far the surface is away.
+    fn set_down(&self, p: &Point, radius: f64, toward: Option<&Vec3>, sources: &mut Vec<(VertexId, f64)>) -> f64 {
+        let reach = HOVER_PER_RADIUS * radius;
+        let found = self.index.closest(p);
+        let on_side = |v: VertexId| toward.is_none_or(|n| self.normals[v].dot(n) > 0.0);
+        let mesh = &self.scan.mesh;
+        if found.distance > reach {
+            return found.distance;
+        }
+        let face_of = |f| mesh.faces()[f];
+        if face_of(found.face).iter().any(|&v| on_side(v)) {
+            sources.extend(face_of(found.face).iter().map(|&v| (v, (mesh.points()[v] - found.point).norm())));
+            return found.distance;
+        }
+        // The nearest surface faces away: take the nearest of those that do not.
+        let candidate =
+            self.index.faces_within(p, reach).into_iter().flat_map(face_of).filter(|&v| on_side(v)).min_by(|&a, &b| {
+                let gap = |v: VertexId| (mesh.points()[v] - p).norm();
+                gap(a).total_cmp(&gap(b)).then(a.cmp(&b))
+            });
+        match candidate {
+            Some(v) => {
+                sources.push((v, 0.0));
+                (mesh.points()[v] - p).norm()
+            }
+            None => f64::INFINITY,
+        }
+    }
+}
+
+/// Points along a way, no farther apart than `step`.
+fn places(way: &[Point], step: f64) -> Vec<Point> {
+    /// More places a stroke are a mistake in the unit.
+    const MOST: usize = 10_000;
+    let mut places: Vec<Point> = way.iter().take(1).copied().collect();
+    for pair in way.windows(2) {
+        let count = ((pair[1] - pair[0]).norm() / step).ceil().clamp(1.0, MOST as f64) as usize;
+        places.extend((1..=count).map(|i| pair[0] + (pair[1] - pair[0]) * (i as f64 / count as f64)));
+        places.truncate(MOST);
+    }
+    places
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::TriMesh;
+    use crate::scan::FileFrame;
+
+    /// Two square sheets of 41 × 41 vertices, 1 m wide, 2 cm apart, back to back.
+    fn sheets() -> Scan {
+        let (mut points, mut faces) = (Vec::new(), Vec::new());
+        for (z, front) in [(0.02, true), (0.0, false)] {
+            let base = points.len() as u32;
+            for i in 0..41u32 {
+                for j in 0..41u32 {
+                    points.push(Point::new(f64::from(i) / 40.0, f64::from(j) / 40.0, z));
+                    if i < 40 && j < 40 {
+                        let [a, b, c, d] = [0, 41, 42, 1].map(|k| base + i * 41 + j + k);
+                        faces.extend(if front { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] });
+                    }
+                }
+            }
+        }
+        Scan::from_clean_mesh(TriMesh::try_from_indices(points, &faces).unwrap(), None)
+    }
+
+    fn stroke(text: &str) -> Stroke {
+        Stroke::read_lines(text).unwrap().remove(0)
+    }
+
+    #[test]
+    fn paint_stays_on_its_side_and_within_its_radius() {
+        let scan = sheets();
+        for (normal, front) in [(",\"normal\":[0,0,1]", true), (",\"normal\":[0,0,-1]", false), ("", true)] {
+            let line = format!(
+                "{{\"layer\":\"a\",\"op\":\"add\",\"radius\":0.1,\"points\":[[0.3,0.5,0.03],[0.7,0.5,0.03]]{normal}}}"
+            );
+            let marks = Marks::paint(&scan, &[stroke(&line)]).unwrap();
+            let mut count = 0;
+            for (v, mark) in marks.0.enumerate() {
+                let p = scan.mesh.points()[v];
+                assert_eq!(mark.is_none() || (p.z > 0.01) == front, true, "{p}");
+                let gap = (p - Point::new(p.x.clamp(0.3, 0.7), 0.5, p.z)).norm();
+                if (p.z > 0.01) == front {
+                    assert!(mark.is_some() || gap > 0.09, "{p} is under the brush");
+                    assert!(mark.is_none() || gap < 0.101, "{p} is beyond it");
+                }
+                count += usize::from(mark.is_some());
+            }
+            assert!(count > 150);
+        }
+    }
+
+    #[test]
+    fn a_file_in_millimetres_with_z_up_is_painted_in_its_own_frame() {
+        let mut scan = sheets();
+        let world = stroke(
+            "{\"layer\":\"a\",\"op\":\"add\",\"radius\":0.05,\"points\":[[0.5,0.4,0.02]],\"normal\":[0,0,1],\"frame\":\"world\"}",
+        );
+        let expected = Marks::paint(&scan, &[world]).unwrap();
+        scan.world_from_file = FileFrame {
+            metres_per_unit: 1e-3,
+            rotation: nalgebra::UnitQuaternion::from_euler_angles(-std::f64::consts::FRAC_PI_2, 0.0, 0.0),
+        };
+        let p = scan.world_from_file.file_from_world(&Point::new(0.5, 0.4, 0.02));
+        let n = scan.world_from_file.rotation.inverse() * Vec3::z();
+        let line = format!(
+            "{{\"layer\":\"a\",\"op\":\"add\",\"radius\":50,\"points\":[[{},{},{}]],\"normal\":[{},{},{}]}}",
+            p.x, p.y, p.z, n.x, n.y, n.z
+        );
+        assert_eq!(Marks::paint(&scan, &[stroke(&line)]).unwrap(), expected);
+    }
+
+    #[test]
+    fn the_later_stroke_counts_and_labels_follow() {
+        let scan = sheets();
+        let strokes = Stroke::read_lines(
+            "{\"layer\":\"a\",\"op\":\"add\",\"radius\":0.2,\"points\":[[0.5,0.5,0.02]]}\n\n{\"layer\":\"a\",\"op\":\"erase\",\"radius\":0.1,\"points\":[[0.5,0.5,0.02]]}\n",
+        )
+        .unwrap();
+        assert_eq!(strokes[1].line, 3);
+        let mut labels = Labels(PerVertex::filled(false, scan.mesh.vertex_count()));
+        apply_strokes(&scan, &mut labels, &strokes).unwrap();
+        let at = |x: f64| {
+            let (v, _) = scan
+                .mesh
+                .points()
+                .enumerate()
+                .find(|(_, p)| (p.x - x).abs() < 1e-9 && (p.y - 0.5).abs() < 1e-9)
+                .unwrap();
+            labels.0[v]
+        };
+        assert!(!at(0.5) && at(0.65) && !at(0.75));
+    }
+
+    #[test]
+    fn bad_strokes_are_answered_with_their_line_and_fault() {
+        let good = "{\"layer\":\"a\",\"op\":\"add\",\"radius\":0.1,\"points\":[[0.5,0.5,0.02]]}";
+        for (from, to, expected) in [
+            ("add", "paint", "paint"),
+            ("0.1", "0", "greater than 0"),
+            ("0.1", "-1", "greater than 0"),
+            ("0.1", "2", "mistake in the unit"),
+            ("[[0.5,0.5,0.02]]", "[]", "no points"),
+            ("[[0.5,0.5,0.02]]", "[[0.5,0.5]]", "invalid length"),
+            ("[[0.5,0.5,0.02]]", "[[0.5,0.5,3]]", "touches nothing"),
+            ("\"layer\"", "\"colour\":1,\"layer\"", "colour"),
+            ("}", ",\"frame\":\"inch\"}", "inch"),
+            ("}", ",\"normal\":[0,0,0]}", "no length"),
+            ("{", "", "expected"),
+        ] {
+            let text = format!("{good}\n{}", good.replacen(from, to, 1));
+            let error = Stroke::read_lines(&text).and_then(|strokes| Marks::paint(&sheets(), &strokes)).unwrap_err();
+            assert!(error.to_string().contains("line 2") && error.to_string().contains(expected), "{error}");
+        }
+    }
+}

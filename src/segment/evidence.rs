@@ -1,0 +1,167 @@
+//! What a scan itself says, vertex by vertex, for and against new cloth: all in nats, positive for the garment.
+
+use super::color::{Lab, Mixture, SPREAD, density, lab_of};
+use crate::geometry::{Adjacency, NearestVertex, PerVertex, Point, SurfaceIndex, TriMesh};
+use rayon::prelude::*;
+
+/// One surface of the figure dressed so far, posed in the scan.
+#[derive(Clone, Copy, Debug)]
+pub struct Inner<'a> {
+    /// The surface.
+    pub mesh: &'a TriMesh,
+    /// Its colours as last seen.
+    pub colors: Option<&'a PerVertex<[u8; 3]>>,
+}
+
+/// Old surface below this is covered by an outer layer and not to be seen, in metres: the thickest cloth and its air.
+const COVERED_WITHIN: f64 = 0.06;
+/// An outer layer pressed into the surface below still covers it, in metres.
+const PRESSED_WITHIN: f64 = 0.015;
+/// Where the colour of a place is looked for on the old surfaces, in metres: what a fit may be off by, twice.
+const COLOR_REACH: f64 = 0.04;
+/// Most colours that are asked at one place.
+const COLORS_ASKED: usize = 24;
+/// A colour that no model knows is this likely: a hundredth of a well-known one (at 0.4 spreads).
+const UNKNOWN_DENSITY: f64 = 1e-5;
+/// Colour alone weighs no more than this, in nats: light and dye deceive.
+const GREATEST_COLOR: f64 = 4.0;
+/// Stand-off that says nothing, in metres: noise, fit and thin cloth together.
+const NEUTRAL_STAND_OFF: f64 = 0.007;
+/// Stand-off that adds one nat beyond that, in metres.
+const STAND_OFF_PER_NAT: f64 = 0.007;
+/// Bounds of what stand-off may say, in nats. Little against: tight cloth stands off nowhere.
+const STAND_OFF_NATS: [f64; 2] = [-0.7, 2.0];
+
+/// What is known of a scan before any cut.
+pub(super) struct Evidence {
+    /// Colours evened out over their neighbours.
+    pub(super) colors: Option<PerVertex<Lab>>,
+    /// How likely the old surfaces are to show the colour here; `None` without colours on both.
+    old_density: Option<PerVertex<f64>>,
+    /// From the distance to the old surfaces.
+    pub(super) stand_off: PerVertex<f64>,
+}
+
+impl Evidence {
+    /// Gathers it.
+    pub(super) fn gather(
+        mesh: &TriMesh,
+        adjacency: &Adjacency,
+        colors: Option<&PerVertex<[u8; 3]>>,
+        inner: &[Inner<'_>],
+    ) -> Self {
+        let indices: Vec<SurfaceIndex> = inner.iter().map(|layer| SurfaceIndex::prepare(layer.mesh)).collect();
+        let gap = |p: &Point| indices.iter().map(|index| index.closest(p).distance).fold(f64::INFINITY, f64::min);
+        let gaps: Vec<f64> = mesh.points().0.par_iter().map(gap).collect();
+        let stand_off = gaps
+            .iter()
+            .map(|gap| ((gap - NEUTRAL_STAND_OFF) / STAND_OFF_PER_NAT).clamp(STAND_OFF_NATS[0], STAND_OFF_NATS[1]))
+            .collect();
+        let colors = colors.map(|colors| evened(adjacency, &colors.iter().map(|&c| lab_of(c)).collect()));
+        let old_density = colors.as_ref().and_then(|colors| {
+            let seen = Seen::of(inner, &indices)?;
+            let likely = (0..mesh.vertex_count()).into_par_iter();
+            let densities: Vec<f64> =
+                likely.map(|i| seen.density(&mesh.points().0[i], gaps[i], &colors.0[i])).collect();
+            Some(densities.into())
+        });
+        Self { colors, old_density, stand_off }
+    }
+
+    /// How much the colours speak for the garment, once `sure` says which vertices are surely its own.
+    ///
+    /// Those of them that look like what was there before are left out of its model (a coat is open in front), unless
+    /// hardly any other is left.
+    pub(super) fn of_colors(&self, sure: &PerVertex<bool>) -> Option<PerVertex<f64>> {
+        let (colors, old) = (self.colors.as_ref()?, self.old_density.as_ref()?);
+        let sure_colors = |least_new: bool| -> Vec<Lab> {
+            sure.enumerate()
+                .filter(|&(v, &s)| s && !(least_new && old[v] > looks_old()))
+                .map(|(v, _)| colors[v])
+                .collect()
+        };
+        let (all, new) = (sure_colors(false), sure_colors(true));
+        let model = Mixture::of(if new.len() * 5 >= all.len() { &new } else { &all })?;
+        let says = |(v, color): (_, &Lab)| {
+            let ratio = (model.density(color) + UNKNOWN_DENSITY).ln() - (old[v] + UNKNOWN_DENSITY).ln();
+            ratio.clamp(-GREATEST_COLOR, GREATEST_COLOR)
+        };
+        Some(colors.enumerate().map(says).collect())
+    }
+}
+
+/// Above this density a colour is one of the old ones: that of a colour two spreads from a single old one.
+fn looks_old() -> f64 {
+    density(&[2.0 * SPREAD[0], 0.0, 0.0], &[0.0; 3], &SPREAD)
+}
+
+/// Each colour the mean of itself and its neighbours, twice: a scan's grain goes, its seams stay.
+fn evened(adjacency: &Adjacency, colors: &PerVertex<Lab>) -> PerVertex<Lab> {
+    let mut evened = colors.clone();
+    for _ in 0..2 {
+        evened = evened
+            .enumerate()
+            .map(|(v, own)| {
+                let around = adjacency.neighbours_of(v);
+                let mut sum = *own;
+                for &w in around {
+                    for (s, c) in sum.iter_mut().zip(evened[w]) {
+                        *s += c;
+                    }
+                }
+                sum.map(|s| s / (around.len() + 1) as f64)
+            })
+            .collect();
+    }
+    evened
+}
+
+/// The coloured places of the old surfaces that could be seen before the new garment came.
+struct Seen {
+    places: NearestVertex,
+    colors: Vec<Lab>,
+}
+
+impl Seen {
+    fn of(inner: &[Inner<'_>], indices: &[SurfaceIndex]) -> Option<Self> {
+        let (mut points, mut colors) = (Vec::new(), Vec::new());
+        for (i, layer) in inner.iter().enumerate() {
+            let Some(own) = layer.colors.filter(|c| c.len() == layer.mesh.vertex_count()) else { continue };
+            let normals = layer.mesh.vertex_normals();
+            let outer = &indices[i + 1..];
+            let open: Vec<bool> = layer
+                .mesh
+                .points()
+                .0
+                .par_iter()
+                .zip(&normals.0)
+                .map(|(p, n)| {
+                    !outer.iter().any(|index| {
+                        index.cast_ray(p, n, COVERED_WITHIN).is_some()
+                            || index.cast_ray(p, &-n, PRESSED_WITHIN).is_some()
+                    })
+                })
+                .collect();
+            for (v, p) in layer.mesh.points().enumerate().filter(|(v, _)| open[v.index()]) {
+                points.push(*p);
+                colors.push(lab_of(own[v]));
+            }
+        }
+        (!points.is_empty()).then(|| Self { places: NearestVertex::prepare(&points), colors })
+    }
+
+    /// How likely a colour is at `p`, which lies `gap` from the old surfaces.
+    fn density(&self, p: &Point, gap: f64, color: &Lab) -> f64 {
+        let mut near = self.places.within(p, gap + COLOR_REACH);
+        if near.is_empty() {
+            near.extend(self.places.nearest(p).map(|found| found.0));
+        }
+        let stride = near.len().div_ceil(COLORS_ASKED).max(1);
+        let (mut sum, mut count) = (0.0, 0usize);
+        for v in near.iter().step_by(stride) {
+            sum += density(color, &self.colors[v.index()], &SPREAD);
+            count += 1;
+        }
+        sum / count.max(1) as f64
+    }
+}
