@@ -165,7 +165,8 @@ mod tests {
         let mut bytes = Vec::new();
         recording.finish(&mut bytes).unwrap();
         let holds = |text: &str| bytes.windows(text.len()).any(|w| w == text.as_bytes());
-        assert!(bytes.starts_with(b"RRF2") && bytes.ends_with(b"RRF2FOOT"), "{:?}", &bytes[bytes.len() - 12..]);
+        // Mark, kind and number of entries close the file.
+        assert!(bytes.starts_with(b"RRF2") && bytes[..bytes.len() - 4].ends_with(b"RRF2FOOT"));
         assert!(bytes.len() > 2000 && holds("overcoat"));
     }
 }
