@@ -30,6 +30,9 @@ const BACK_KEEPS: f32 = 0.22;
 /// and takes on this one: a hole or a cloth turned inside out is told at once from a shadow.
 const BACK_TINT: [f32; 3] = [0.05, 0.03, 0.085];
 
+/// A back shows this share of its tint even where no light comes: inside a collar it was black.
+const BACK_GLOW: f32 = 0.5;
+
 /// Samples across the map of the key light's shadow: 2 mm on a person.
 const MAP_SIZE: usize = 1024;
 /// Metres over which the edge of a shadow fades.
@@ -125,6 +128,7 @@ impl Lighting {
         let halfway = (self.key + Triple::z()).normalize();
         let sheen = SHEEN[0] * normal.dot(&halfway).max(0.0).powf(SHEEN[1]) * key_visible;
         let edge = 1.0 - EDGE_LOSS * (1.0 - normal.z.clamp(0.0, 1.0)).powi(3);
-        (albedo.component_mul(&light) + Triple::repeat(if is_back { 0.0 } else { sheen })) * edge
+        let own = if is_back { Triple::from(BACK_TINT) * BACK_GLOW } else { Triple::repeat(sheen) };
+        (albedo.component_mul(&light) + own) * edge
     }
 }

@@ -71,7 +71,8 @@ pub struct Cell<'a> {
 }
 
 impl<'a> Cell<'a> {
-    fn new(caption: &str, parts: &[Part<'a>], facing: Facing) -> Self {
+    /// A picture of some parts.
+    pub fn new(caption: &str, parts: &[Part<'a>], facing: Facing) -> Self {
         Self { caption: caption.into(), parts: parts.to_vec(), facing }
     }
 }
@@ -121,24 +122,30 @@ impl<'a> SheetRow<'a> {
     }
 }
 
-/// Draws a sheet. All pictures have one scale, so that steps can be compared; each row stands on one floor.
+/// Draws a sheet. All pictures have one scale, so that steps can be compared; each row stands on one floor. Without
+/// titles and notes it is a plain strip of pictures.
 ///
 /// **Guarantees** the same bytes with one thread or many.
 pub fn contact_sheet(sheet: &Sheet<'_>) -> Picture {
     let columns = sheet.rows.iter().map(|row| row.cells.len()).max().unwrap_or(0);
     let [cell_width, cell_height] = sheet.cell.map(|side| side.max(64));
-    let width = 2 * BORDER + PANEL + columns * (cell_width + GUTTER);
-    let height = HEAD + sheet.rows.len() * (cell_height + GUTTER) + BORDER;
+    let head = if sheet.title.is_empty() { BORDER } else { HEAD };
+    let is_plain = |row: &SheetRow<'_>| row.title.is_empty() && row.notes.is_empty() && row.ramp.is_none();
+    let panel = if sheet.rows.iter().all(is_plain) { 0 } else { PANEL };
+    let width = 2 * BORDER + panel + columns * (cell_width + GUTTER) - GUTTER.min(columns * GUTTER);
+    let height = head + sheet.rows.len() * (cell_height + GUTTER) + BORDER;
     let mut page = Picture::filled(PAPER, width, height);
     TITLE.write(&mut page, &sheet.title, BORDER as f32, 50.0);
     SUBTITLE.write(&mut page, &sheet.subtitle, BORDER as f32, 74.0);
     let metres_per_pixel = common_scale(sheet, [cell_width, cell_height]);
     for (index, row) in sheet.rows.iter().enumerate() {
-        let top = HEAD + index * (cell_height + GUTTER);
-        write_panel(&mut page, row, top);
+        let top = head + index * (cell_height + GUTTER);
+        if panel > 0 {
+            write_panel(&mut page, row, top);
+        }
         let Some(bounds) = row.bounds() else { continue };
         for (column, cell) in row.cells.iter().enumerate() {
-            let left = BORDER + PANEL + column * (cell_width + GUTTER);
+            let left = BORDER + panel + column * (cell_width + GUTTER);
             let camera = Camera::facing(cell.facing, &bounds).with_metres_per_pixel(metres_per_pixel);
             let scene = Scene { parts: cell.parts.clone(), floor: Some(bounds.min.y) };
             let mut picture = render(&scene, &camera, cell_width, cell_height);
@@ -249,6 +256,19 @@ mod tests {
         let first = red_rows(&contact_sheet(&sheet), front..front + 100);
         assert!(first > 100 && (whole - first).abs_diff(first / 2) <= 2, "{first} {whole}");
         assert_eq!(red_rows(&page, BORDER + PANEL..BORDER + PANEL + 100), 0);
+    }
+
+    #[test]
+    fn without_words_it_is_a_strip() {
+        let mesh = plate(1.0);
+        let part = Part::solid(&mesh, [255, 0, 0]);
+        let mut sheet =
+            Sheet::new("", "", vec![SheetRow::layers("", vec![], &[("a".into(), part), ("b".into(), part)])]);
+        sheet.cell = [100, 160];
+        let strip = contact_sheet(&sheet);
+        assert_eq!([strip.width(), strip.height()], [2 * BORDER + 200 + GUTTER, 2 * BORDER + 160 + GUTTER]);
+        sheet.rows[0].notes.push("a note".into());
+        assert_eq!(contact_sheet(&sheet).width(), strip.width() + PANEL);
     }
 
     #[test]
