@@ -2,15 +2,14 @@
 
 use super::error::{Format, FormatError};
 use gltf::accessor::DataType;
-use gltf::{Accessor, Gltf, buffer};
+use gltf::{Accessor, Document, buffer};
 
 /// The buffers of a file, whole.
 ///
 /// **Errors** [`FormatError::Unsupported`] for a buffer in another file, [`FormatError::Truncated`] for a short one.
-pub(super) fn read_buffers(file: &mut Gltf) -> Result<Vec<Vec<u8>>, FormatError> {
-    let mut blob = file.blob.take();
+pub(super) fn read_buffers(document: &Document, mut blob: Option<Vec<u8>>) -> Result<Vec<Vec<u8>>, FormatError> {
     let mut buffers = Vec::new();
-    for buffer in file.document.buffers() {
+    for buffer in document.buffers() {
         let bytes = match buffer.source() {
             buffer::Source::Bin => blob.take().ok_or_else(|| unsupported("a buffer without data"))?,
             buffer::Source::Uri(uri) => match uri.split_once(";base64,") {

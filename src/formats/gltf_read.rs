@@ -5,7 +5,7 @@ use super::gltf_accessor::{container, read_buffers, rows, unsupported};
 use super::raw_mesh::{RawMesh, read_all};
 use super::srgb::byte_of_linear;
 use gltf::mesh::{Mode, Semantic};
-use gltf::{Gltf, Node, Primitive};
+use gltf::{Document, Gltf, Node, Primitive};
 use nalgebra::{Matrix3, Matrix4, Point3, Vector3};
 use std::collections::BTreeSet;
 use std::io::Read;
@@ -21,14 +21,8 @@ use std::io::Read;
 pub fn read_gltf(input: impl Read) -> Result<RawMesh, FormatError> {
     let bytes = read_all(Format::Gltf, input)?;
     check_length(&bytes)?;
-    let mut file = Gltf::from_slice(&bytes).map_err(|e| match e {
-        gltf::Error::Validation(all) => {
-            let first = all.first().map_or_else(String::new, |(path, error)| format!("{path}: {error}"));
-            container(&first)
-        }
-        other => container(&other.to_string()),
-    })?;
-    let buffers = read_buffers(&mut file)?;
+    let (file, blob) = parse(&bytes)?;
+    let buffers = read_buffers(&file, blob)?;
     let mut parts = Parts { buffers, ..Parts::default() };
 
     let scene = file.default_scene().or_else(|| file.scenes().next());
@@ -59,6 +53,35 @@ pub fn read_gltf(input: impl Read) -> Result<RawMesh, FormatError> {
         }
     }
     parts.into_mesh()
+}
+
+/// The JSON, validated, and the binary chunk.
+fn parse(bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), FormatError> {
+    let file = Gltf::from_slice_without_validation(bytes).map_err(|e| container(&e.to_string()))?;
+    let root = file.document.into_json();
+    // The validation itself indexes by these, unchecked (gltf-json 1.4.1).
+    let accessor_count = root.accessors.len();
+    for (index, mesh) in root.meshes.iter().enumerate() {
+        for primitive in &mesh.primitives {
+            if let Some(bad) = primitive.attributes.values().find(|a| a.value() >= accessor_count) {
+                return Err(FormatError::Element {
+                    format: Format::Gltf,
+                    element: "mesh".into(),
+                    index,
+                    expected: format!("accessors below {accessor_count}"),
+                    found: format!("accessor {bad}"),
+                });
+            }
+        }
+    }
+    let document = Document::from_json(root).map_err(|e| match e {
+        gltf::Error::Validation(all) => {
+            let first = all.first().map_or_else(String::new, |(path, error)| format!("{path}: {error}"));
+            container(&first)
+        }
+        other => container(&other.to_string()),
+    })?;
+    Ok((document, file.blob))
 }
 
 /// Refuses what is not glTF, or shorter than its header says.

@@ -95,6 +95,7 @@ fn a_json_that_claims_more_than_there_is_never_panics() {
         ("\"type\":\"VEC3\"", "\"type\":\"VEC2\"", "positions of 3 numbers"),
         ("\"buffers\":[{", "\"buffers\":[{\"uri\":\"a.bin\",", "the buffer in another file, 'a.bin', cannot be read"),
         ("\"buffers\":[{", "\"buffers\":[{\"uri\":\"data:x;base64,AAAA\",", "byte of buffer 0, 3 of"),
+        ("\"POSITION\":1", "\"POSITION\":7", "mesh 0: expected accessors below 6, found accessor 7"),
         ("\"children\":[0]", "\"children\":[1]", "node 1 is reached twice"),
         ("\"asset\"", "\"extensionsRequired\":[\"KHR_draco_mesh_compression\"],\"asset\"", "extensionsRequired"),
     ] {

@@ -19,6 +19,8 @@ mod stl;
 mod text_lines;
 
 #[cfg(test)]
+mod damage_tests;
+#[cfg(test)]
 mod gltf_tests;
 #[cfg(test)]
 mod ply_tests;
