@@ -73,10 +73,8 @@ proptest! {
             let at = place.index(bytes.len());
             bytes[at] = *byte;
         }
-        if let Ok(npz) = read_npz(Cursor::new(bytes)) {
-            if let Ok(rows) = npz.f64_rows::<3>("v") {
-                prop_assert_eq!(rows.len(), npz.shape("v").unwrap()[0]);
-            }
+        if let Ok(npz) = read_npz(Cursor::new(bytes)) && let Ok(rows) = npz.f64_rows::<3>("v") {
+            prop_assert_eq!(rows.len(), npz.shape("v").unwrap()[0]);
         }
     }
 }
