@@ -2,11 +2,17 @@
 //! next scan (Eqs. 5–6).
 
 mod articulated;
+mod dressed;
+mod inside;
 mod naked;
+mod offset;
 mod prior;
+mod register;
 mod surface;
 
+pub use inside::{InsideParams, fit_inside};
 pub use naked::{NakedParams, fit_naked};
+pub use register::{RegisterParams, register};
 
 use crate::body::{Pose, Shape, Skeleton};
 use crate::geometry::{PerVertex, TriMesh};

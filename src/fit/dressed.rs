@@ -1,0 +1,93 @@
+//! The figure dressed so far as one articulated surface, with what is expected of each of its vertices.
+
+use super::Cover;
+use super::articulated::Articulated;
+use crate::body::{Figure, SkinWeights};
+use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
+use rayon::prelude::*;
+
+/// All layers of a figure in one mesh, the body's vertices first.
+pub(crate) struct Dressed {
+    pub(crate) mesh_in_bind: TriMesh,
+    pub(crate) weights: SkinWeights,
+    /// What the new garment does over the vertex.
+    pub(crate) cover: PerVertex<Cover>,
+    /// Whether a layer further out already hides the vertex.
+    pub(crate) hidden: PerVertex<bool>,
+    pub(crate) body_count: usize,
+}
+
+impl Dressed {
+    pub(crate) fn prepare(figure: &Figure, body_cover: &PerVertex<Cover>) -> Self {
+        let mut points: Vec<Point> = Vec::new();
+        let mut faces: Vec<[VertexId; 3]> = Vec::new();
+        let mut rows = Vec::new();
+        let mut cover: Vec<Cover> = Vec::new();
+        let mut hidden: Vec<bool> = Vec::new();
+        let on_body = SurfaceIndex::prepare(&figure.body().mesh);
+        let outer: Vec<SurfaceIndex> = figure.garments().iter().map(|l| SurfaceIndex::prepare(&l.mesh)).collect();
+        for (k, layer) in figure.layers.iter().enumerate() {
+            let first = points.len() as u32;
+            points.extend(layer.mesh.points().iter());
+            faces.extend(layer.mesh.faces().iter().map(|f| f.map(|v| VertexId(v.0 + first))));
+            rows.extend(layer.weights.rows().iter().map(|r| r.to_vec()));
+            if k == 0 {
+                cover.extend(body_cover.iter());
+            } else {
+                cover.extend(layer.mesh.points().iter().map(|p| {
+                    let at = on_body.closest(p);
+                    body_cover[at.nearest_corner(on_body.mesh())]
+                }));
+            }
+            hidden.extend(hidden_by(&layer.mesh, &outer[k.min(outer.len())..]));
+        }
+        let mesh_in_bind = figure.body().mesh.clone();
+        let body_count = mesh_in_bind.vertex_count();
+        // Indices were checked layer by layer, and an offset keeps them in range.
+        let mesh_in_bind = TriMesh::try_new(points, faces).unwrap_or(mesh_in_bind);
+        Self {
+            mesh_in_bind,
+            weights: SkinWeights::from_rows(rows),
+            cover: cover.into(),
+            hidden: hidden.into(),
+            body_count,
+        }
+    }
+
+    pub(crate) fn articulated<'a>(&'a self, figure: &Figure) -> Articulated<'a> {
+        Articulated {
+            skeleton: figure.skeleton.clone(),
+            points_in_bind: self.mesh_in_bind.points().clone(),
+            weights: &self.weights,
+            model: None,
+        }
+    }
+
+    /// Whether the scan should show this vertex as it is.
+    pub(crate) fn is_shown(&self, v: VertexId) -> bool {
+        !self.hidden[v] && self.cover[v] == Cover::Bare
+    }
+
+    /// Body vertices that must stay inside: under the new garment, or under one worn before.
+    pub(crate) fn must_stay_inside(&self, v: VertexId) -> bool {
+        v.index() < self.body_count && (self.hidden[v] || self.cover[v] != Cover::Bare)
+    }
+}
+
+fn hidden_by(mesh: &TriMesh, outer: &[SurfaceIndex]) -> Vec<bool> {
+    /// Cloth further off than this does not count as worn over the place: a skirt's hem stands off by less.
+    const REACH: f64 = 0.12;
+    /// A layer pushed clear lies at least this far out; a little below, to allow for touching layers. Metres.
+    const BELOW: f64 = 0.004;
+    let normals = mesh.vertex_normals();
+    (0..mesh.vertex_count())
+        .into_par_iter()
+        .map(|i| {
+            let n: Vec3 = normals.0[i];
+            let origin = mesh.points().0[i] - n * BELOW;
+            outer.iter().any(|index| {
+                index.cast_ray(&origin, &n, REACH).is_some_and(|hit| index.mesh().face_normal(hit.face).dot(&n) > 0.0)
+            })
+        })
+        .collect()
+}

@@ -1,0 +1,447 @@
+//! The figure dressed so far, posed inside the next scan: Hu 2017, Eqs. 5–6.
+//!
+//! Eq. 5 is the articulated ICP of the naked fit over what the scan should show of the figure. Eq. 6 is held as a
+//! constraint: each Gauss–Newton step is a quadratic program with a row `n·(q − v) ≥ margin` for each body vertex that
+//! cloth hides, and an exact L1 slack so that a scan smaller than the figure is an answer and not a failure.
+
+use super::articulated::{Articulated, PosePrior, Posed, Residual};
+use super::dressed::Dressed;
+use super::naked::robust;
+use super::offset::bounded_offsets;
+use super::prior::{limbs_only, pose_stiffness};
+use super::surface::{ScanSurface, spread};
+use super::{Cover, FitError, FitReport, PoseInside, Step};
+use crate::body::{Figure, JointLimits, Pose, Shape};
+use crate::geometry::{PerVertex, Point, SurfaceIndex, Vec3, VertexId};
+use crate::numerics::{QpRow, QuadraticProgram};
+use crate::scan::Scan;
+use nalgebra::{DVector, UnitQuaternion};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// How the figure is laid into the next scan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct InsideParams {
+    /// Places on the figure and on the scan that take part in the last iterations.
+    pub samples: usize,
+    /// Iterations at most.
+    pub iterations: usize,
+    /// Least distance of hidden body from the observed scan, in metres: about twice the noise that fusion leaves.
+    pub margin: f64,
+    /// Greatest inward offset where pose alone cannot satisfy the margin, in metres: breathing moves a chest by less.
+    pub greatest_offset: f64,
+    /// Whether Eq. 6 is held; off only for comparison.
+    pub constrained: bool,
+    /// Strength of the pull toward the previous step's pose.
+    pub pose_prior: f64,
+    /// Greatest mean distance of shown surface from the scan, in metres, at which the two belong together.
+    pub refuse_above: f64,
+}
+
+impl Default for InsideParams {
+    fn default() -> Self {
+        Self {
+            samples: 4000,
+            iterations: 24,
+            margin: 0.002,
+            greatest_offset: 0.006,
+            constrained: true,
+            pose_prior: 60.0,
+            refuse_above: 0.04,
+        }
+    }
+}
+
+/// Mean distance of shown surface at which a start is good enough not to try headings. Metres: steps of a turntable
+/// session differ by a few degrees, which is 20 mm at the hands.
+const GOOD_START: f64 = 0.03;
+/// Headings tried where the start is not good.
+const HEADINGS: usize = 12;
+
+/// Poses the figure inside the scan.
+///
+/// **Frame** `start` is any pose, usually the previous step's; the result's is in this scan's world frame.
+///
+/// **Guarantees** every hidden body vertex that the scan saw is inside by the margin after pose and offset, unless
+/// `report.outside_share` says how much is not.
+///
+/// **Errors** [`FitError::NotThisPerson`] where what should show is not there.
+pub fn fit_inside(
+    scan: &Scan,
+    figure: &Figure,
+    start: &Pose,
+    cover: &PerVertex<Cover>,
+    limits: &[JointLimits],
+    params: &InsideParams,
+    on_step: &mut dyn FnMut(&Step),
+) -> Result<PoseInside, FitError> {
+    if scan.mesh.face_count() == 0 {
+        return Err(FitError::EmptyScan);
+    }
+    let surface = ScanSurface::prepare(&scan.mesh);
+    let dressed = Dressed::prepare(figure, cover);
+    let solver = Solver { body: dressed.articulated(figure), dressed: &dressed, surface: &surface, limits, params };
+    let mut log = Vec::new();
+
+    let start = solver.best_start(start, &mut log);
+    let (pose, iterations, converged) = solver.refine(start, on_step, &mut log);
+
+    let posed = solver.posed(&pose);
+    let (residual_mean, residual_p95) = solver.residual_of_shown(&posed);
+    if residual_mean > params.refuse_above {
+        return Err(FitError::NotThisPerson { residual_mm: residual_mean * 1e3, limit_mm: params.refuse_above * 1e3 });
+    }
+    let body_mesh = figure.body().mesh.with_points(PerVertex(posed.points.0[..dressed.body_count].to_vec()));
+    let needed = solver.needed_offsets(&posed);
+    let offsets = if params.constrained {
+        bounded_offsets(&body_mesh, &needed, params.greatest_offset)
+    } else {
+        PerVertex::filled(0.0, dressed.body_count)
+    };
+    let (outside_share, outside_depth) = outside(&body_mesh.vertex_areas(), &needed, &offsets);
+    let moved = offsets.iter().filter(|o| **o < 0.0).count();
+    log.push(format!("{moved} of {} body vertices are drawn in by the bounded offset", dressed.body_count));
+    let report = FitReport { converged, iterations, residual_mean, residual_p95, outside_share, outside_depth, log };
+    Ok(PoseInside { pose, offsets, report })
+}
+
+/// Area share that even with the offset does not keep the margin, and the greatest lack.
+fn outside(areas: &PerVertex<f64>, needed: &PerVertex<Option<f64>>, offsets: &PerVertex<f64>) -> (f64, f64) {
+    let (mut constrained, mut lacking, mut depth) = (0.0, 0.0, 0.0f64);
+    for (v, need) in needed.enumerate() {
+        let Some(need) = need else { continue };
+        constrained += areas[v];
+        let lack = need + offsets[v];
+        if lack > 1e-6 {
+            lacking += areas[v];
+            depth = depth.max(lack);
+        }
+    }
+    (if constrained > 0.0 { lacking / constrained } else { 0.0 }, depth)
+}
+
+struct Solver<'a> {
+    body: Articulated<'a>,
+    dressed: &'a Dressed,
+    surface: &'a ScanSurface,
+    limits: &'a [JointLimits],
+    params: &'a InsideParams,
+}
+
+/// The side of the scan on which a vertex lies: `normal · (place − vertex) = clearance`, positive inside.
+struct Side {
+    normal: Vec3,
+    clearance: f64,
+}
+
+impl Solver<'_> {
+    fn posed(&self, pose: &Pose) -> Posed {
+        self.body.posed(pose, &Shape(Vec::new()))
+    }
+
+    /// The given pose, or the best of several headings from which a short fit was made.
+    fn best_start(&self, given: &Pose, log: &mut Vec<String>) -> Pose {
+        let score = self.score(given);
+        if score < GOOD_START {
+            log.push(format!("started from the previous pose: {:.1} mm", score * 1e3));
+            return given.clone();
+        }
+        let mut starts: Vec<(f64, usize, Pose)> = (0..=HEADINGS)
+            .into_par_iter()
+            .map(|i| {
+                let start = if i == HEADINGS {
+                    given.clone()
+                } else {
+                    self.turned(given, i as f64 * std::f64::consts::TAU / HEADINGS as f64)
+                };
+                let pose = self.coarse(start);
+                (self.score(&pose), i, pose)
+            })
+            .collect();
+        starts.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        for (score, i, _) in starts.iter().take(3) {
+            log.push(format!("start {i} of {HEADINGS} headings: {:.1} mm", score * 1e3));
+        }
+        starts.swap_remove(0).2
+    }
+
+    /// The pose turned about the vertical, standing where the scan stands.
+    fn turned(&self, given: &Pose, angle: f64) -> Pose {
+        let mut pose = given.clone();
+        pose.rotations[0] = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), angle) * pose.rotations[0];
+        let posed = self.posed(&pose);
+        let areas = self.dressed.mesh_in_bind.vertex_areas();
+        let center = |points: &PerVertex<Point>, areas: &PerVertex<f64>| {
+            let total: f64 = areas.iter().sum();
+            points.iter().zip(areas.iter()).map(|(p, a)| p.coords * *a).sum::<Vec3>() / total.max(1e-12)
+        };
+        let floor = |points: &PerVertex<Point>| points.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
+        let scan_points = self.surface.mesh().points();
+        let mut shift = center(scan_points, &self.surface.areas) - center(&posed.points, &areas);
+        shift.y = floor(scan_points) - floor(&posed.points);
+        pose.translation += shift;
+        pose
+    }
+
+    fn coarse(&self, start: Pose) -> Pose {
+        let mut pose = start;
+        let free = limbs_only(&self.body.skeleton);
+        let samples = self.samples(self.params.samples / 5);
+        let stiffness = pose_stiffness(&self.body.skeleton, self.params.pose_prior);
+        for reach in [0.3, 0.25, 0.2, 0.2, 0.15, 0.15, 0.12, 0.12] {
+            let posed = self.posed(&pose);
+            let residuals = self.figure_to_scan(&posed, &samples, reach, 0.3);
+            let mut equations = self.body.normal_equations(&posed, &residuals);
+            equations.add_pose_prior(&posed, &pose, &self.prior(&pose.clone(), &stiffness));
+            equations.freeze((0..free.len()).filter(|j| !free[*j]).flat_map(|j| 3 + 3 * j..6 + 3 * j));
+            let Some(delta) = equations.solve(1e-3) else { break };
+            pose = self.body.stepped(&posed, &pose, &Shape(Vec::new()), &delta).0;
+        }
+        pose
+    }
+
+    fn prior<'b>(&'b self, center: &'b Pose, stiffness: &'b [f64]) -> PosePrior<'b> {
+        PosePrior { center, stiffness, limits: self.limits, limit_stiffness: 2e4 }
+    }
+
+    fn refine(&self, start: Pose, on_step: &mut dyn FnMut(&Step), log: &mut Vec<String>) -> (Pose, usize, bool) {
+        /// A joint moved less than this in a step, in metres.
+        const STILL: f64 = 3e-4;
+        let center = start.clone();
+        let mut pose = start;
+        let stiffness = pose_stiffness(&self.body.skeleton, self.params.pose_prior);
+        let figure_samples = self.samples(self.params.samples);
+        let scan_samples = self.surface.samples(self.params.samples);
+        let mut still = 0;
+        for iteration in 0..self.params.iterations {
+            let t = (iteration as f64 / 8.0).min(1.0);
+            let reach = 0.12 * (1.0 - t) + 0.03 * t;
+            let posed = self.posed(&pose);
+            let mut residuals = self.figure_to_scan(&posed, &figure_samples, reach, 0.3 + 0.3 * t);
+            residuals.extend(self.scan_to_figure(&posed, &scan_samples, reach, 0.3 + 0.3 * t));
+            let mut equations = self.body.normal_equations(&posed, &residuals);
+            equations.add_pose_prior(&posed, &pose, &self.prior(&center, &stiffness));
+            for i in 0..equations.h.nrows() {
+                equations.h[(i, i)] = equations.h[(i, i)] * (1.0 + 1e-4) + 1e-6;
+            }
+            let delta = if self.params.constrained && iteration >= 2 {
+                self.constrained_step(&posed, equations, log)
+            } else {
+                equations.solve(0.0)
+            };
+            let Some(delta) = delta else { break };
+            let next = self.body.stepped(&posed, &pose, &Shape(Vec::new()), &delta).0;
+            let after = posed.skeleton.joints_in_world(&next);
+            let moved = posed.joints_in_world.iter().zip(&after).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+            pose = next;
+            on_step(&Step { iteration: iteration + 1, moved });
+            still = if moved < STILL && t >= 1.0 { still + 1 } else { 0 };
+            if still >= 2 {
+                return (pose, iteration + 1, true);
+            }
+        }
+        (pose, self.params.iterations, still > 0)
+    }
+
+    /// The Gauss–Newton step that keeps every hidden vertex inside by the margin: Eq. 6.
+    fn constrained_step(
+        &self,
+        posed: &Posed,
+        equations: super::articulated::NormalEquations,
+        log: &mut Vec<String>,
+    ) -> Option<DVector<f64>> {
+        /// Vertices with more clearance than this cannot be carried outside by one step. Metres.
+        const NEAR: f64 = 0.03;
+        /// Cost of a metre outside, a vertex: above the pull of the data that one vertex can bear (a residual of 5 mm
+        /// on one observation pulls with 200), so that the slack is used only where nothing else is possible.
+        const SLACK_WEIGHT: f64 = 4e3;
+        let rows = self
+            .sides(posed)
+            .into_iter()
+            .enumerate()
+            .filter_map(|(i, side)| side.filter(|s| s.clearance < NEAR).map(|s| (VertexId::from_index(i), s)))
+            .map(|(v, side)| QpRow {
+                coefficients: self.body.gradient(posed, &Residual::on_vertex(v, side.normal, 0.0, 1.0)),
+                bound: side.clearance - self.params.margin,
+                slack_weight: Some(SLACK_WEIGHT),
+            })
+            .collect();
+        let fallback = equations.solve(0.0);
+        let program = QuadraticProgram { quadratic: equations.h, linear: -equations.g, rows };
+        match program.solve() {
+            Ok(outcome) if outcome.is_usable() => Some(DVector::from_vec(outcome.x)),
+            Ok(outcome) => {
+                log.push(format!(
+                    "the quadratic program ended as {:?}; a step without the constraint was taken",
+                    outcome.status
+                ));
+                fallback
+            }
+            Err(e) => {
+                log.push(format!("the quadratic program was refused: {e}"));
+                fallback
+            }
+        }
+    }
+
+    /// For each body vertex that must stay inside and that the scan saw, where it lies.
+    fn sides(&self, posed: &Posed) -> Vec<Option<Side>> {
+        let normals = self.normals(posed);
+        (0..self.dressed.body_count)
+            .into_par_iter()
+            .map(|i| {
+                let v = VertexId::from_index(i);
+                if !self.dressed.must_stay_inside(v) {
+                    return None;
+                }
+                side_of(self.surface, &posed.points[v], &normals[v])
+            })
+            .collect()
+    }
+
+    /// How far each constrained vertex must still be drawn in; negative where it is clear.
+    fn needed_offsets(&self, posed: &Posed) -> PerVertex<Option<f64>> {
+        self.sides(posed).into_iter().map(|s| s.map(|s| self.params.margin - s.clearance)).collect()
+    }
+
+    fn normals(&self, posed: &Posed) -> PerVertex<Vec3> {
+        self.dressed.mesh_in_bind.with_points(posed.points.clone()).vertex_normals()
+    }
+
+    /// Vertices that take part as data: shown ones, and those under cloth that lies close.
+    fn samples(&self, count: usize) -> Vec<(VertexId, f64)> {
+        let mut areas = self.dressed.mesh_in_bind.vertex_areas();
+        for (i, a) in areas.0.iter_mut().enumerate() {
+            let v = VertexId::from_index(i);
+            if self.dressed.hidden[v] || self.dressed.cover[v] == Cover::Loose {
+                *a = 0.0;
+            }
+        }
+        spread(&areas, count)
+    }
+
+    fn figure_to_scan(
+        &self,
+        posed: &Posed,
+        samples: &[(VertexId, f64)],
+        reach: f64,
+        least_cosine: f64,
+    ) -> Vec<Residual> {
+        /// Close cloth lies this far off without pulling. Metres: ease of 5 cm in girth.
+        const CLOSE_CLOTH: f64 = 0.008;
+        /// Weight of close cloth against skin that shows.
+        const TIGHT_WEIGHT: f64 = 0.1;
+        let normals = self.normals(posed);
+        samples
+            .par_iter()
+            .filter_map(|&(v, area)| {
+                let p = posed.points[v];
+                let hit = self.surface.nearest(&p, reach)?;
+                if hit.at_rim || hit.normal.dot(&normals[v]) < least_cosine {
+                    return None;
+                }
+                let gap = hit.normal.dot(&(hit.point - p));
+                let weight = robust(area, hit.distance, reach);
+                match self.dressed.cover[v] {
+                    Cover::Bare => Some(Residual::on_vertex(v, hit.normal, gap, weight)),
+                    _ if gap > CLOSE_CLOTH => {
+                        Some(Residual::on_vertex(v, hit.normal, gap - CLOSE_CLOTH, weight * TIGHT_WEIGHT))
+                    }
+                    _ => None,
+                }
+            })
+            .collect()
+    }
+
+    fn scan_to_figure(
+        &self,
+        posed: &Posed,
+        samples: &[(VertexId, f64)],
+        reach: f64,
+        least_cosine: f64,
+    ) -> Vec<Residual> {
+        let mesh = self.dressed.mesh_in_bind.with_points(posed.points.clone());
+        let normals = mesh.vertex_normals();
+        let index = SurfaceIndex::prepare(&mesh);
+        samples
+            .par_iter()
+            .filter_map(|&(v, area)| {
+                let q = self.surface.mesh().points()[v];
+                let normal = self.surface.normals[v];
+                let s = index.closest_within(&q, reach)?;
+                let corners = mesh.faces()[s.face];
+                if !corners.iter().all(|&c| self.dressed.is_shown(c)) {
+                    return None;
+                }
+                let on_figure: Vec3 = (0..3).map(|k| normals[corners[k]] * s.barycentric[k]).sum();
+                if on_figure.dot(&normal) < least_cosine {
+                    return None;
+                }
+                let at = std::array::from_fn(|k| (corners[k], s.barycentric[k]));
+                let gap = normal.dot(&(q - s.point));
+                Some(Residual { at, normal, gap, weight: robust(area, s.distance, reach) })
+            })
+            .collect()
+    }
+
+    /// Mean truncated distance of shown surface to the scan.
+    fn score(&self, pose: &Pose) -> f64 {
+        self.distances_of_shown(&self.posed(pose), 0.15).0
+    }
+
+    fn residual_of_shown(&self, posed: &Posed) -> (f64, f64) {
+        self.distances_of_shown(posed, 0.15)
+    }
+
+    fn distances_of_shown(&self, posed: &Posed, truncate: f64) -> (f64, f64) {
+        let normals = self.normals(posed);
+        let mut distances: Vec<f64> = self
+            .samples(self.params.samples / 2)
+            .into_par_iter()
+            .filter(|&(v, _)| self.dressed.is_shown(v))
+            .filter_map(|(v, _)| match self.surface.nearest(&posed.points[v], truncate) {
+                Some(hit) if hit.at_rim => None,
+                Some(hit) if hit.normal.dot(&normals[v]) > 0.0 => Some(hit.distance),
+                _ => Some(truncate),
+            })
+            .collect();
+        distances.sort_by(f64::total_cmp);
+        if distances.is_empty() {
+            return (0.0, 0.0);
+        }
+        let mean = distances.iter().sum::<f64>() / distances.len() as f64;
+        (mean, distances[(distances.len() * 95 / 100).min(distances.len() - 1)])
+    }
+}
+
+/// Where a vertex with normal `n` lies against the scan: by the nearest place that faces the same way, else by the first
+/// one that does along the normal, outward or inward. `None` at holes.
+fn side_of(surface: &ScanSurface, p: &Point, n: &Vec3) -> Option<Side> {
+    /// Beyond this no cloth is expected: a coat's hem stands off by less. Metres.
+    const REACH: f64 = 0.12;
+    /// A body vertex is never deeper outside than this after a sane fit. Metres.
+    const DEEPEST: f64 = 0.03;
+    /// Normals that differ by more (73°) belong to another side of the limb or to another limb.
+    const LEAST_COSINE: f64 = 0.3;
+    if let Some(hit) = surface.nearest(p, REACH) {
+        if hit.at_rim {
+            return None;
+        }
+        if hit.normal.dot(n) > LEAST_COSINE {
+            return Some(Side { normal: hit.normal, clearance: hit.normal.dot(&(hit.point - p)) });
+        }
+    }
+    let facing = |direction: Vec3, max: f64| {
+        surface.along(p, &direction, max).filter(|h| !h.at_rim && h.normal.dot(n) > LEAST_COSINE)
+    };
+    let outward = facing(*n, REACH);
+    let inward = facing(-n, DEEPEST);
+    let hit = match (outward, inward) {
+        (Some(a), Some(b)) if b.distance < a.distance => b,
+        (Some(a), _) => a,
+        (None, Some(b)) => b,
+        (None, None) => return None,
+    };
+    Some(Side { normal: hit.normal, clearance: hit.normal.dot(&(hit.point - p)) })
+}

@@ -1,0 +1,212 @@
+//! The template moved onto the naked scan, non-rigidly.
+//!
+//! **Source** the surface of Hu 2017, §5.1 (Yamazaki 2013) in the manner of Amberg 2007: point-to-plane targets, a
+//! membrane on the displacement whose stiffness is annealed, no pull where the scan has holes.
+
+use super::surface::ScanSurface;
+use super::{FitError, FitReport, FittedBody, RegisteredBody, Step};
+use crate::body::{BodyModel, Pose, Skeleton, skin, unskin};
+use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3, cotangent_laplacian};
+use crate::numerics::SparseCholesky;
+use crate::scan::Scan;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// How the template is moved onto the scan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RegisterParams {
+    /// Lengths over which the displacement may vary, in metres, one a round of iterations, falling.
+    pub smoothing_lengths: Vec<f64>,
+    /// Iterations a round.
+    pub iterations: usize,
+    /// Greatest distance of a correspondence in the first round, in metres; it falls to a third in the last.
+    pub reach: f64,
+    /// How much of the pull hands and toes keep: a scanner's fingers are mittens, the model's are fingers.
+    pub hand_pull: f64,
+}
+
+impl Default for RegisterParams {
+    fn default() -> Self {
+        Self { smoothing_lengths: vec![0.06, 0.035, 0.02, 0.012], iterations: 3, reach: 0.05, hand_pull: 0.1 }
+    }
+}
+
+/// Registers the model's surface to the scan and carries it back into the bind pose.
+///
+/// **Guarantees** the result has the model's vertices and faces; skinned with its pose it is the registered surface.
+///
+/// **Errors** [`FitError::Singular`] for a template whose Laplacian cannot be factored.
+pub fn register(
+    scan: &Scan,
+    model: &BodyModel,
+    fitted: &FittedBody,
+    params: &RegisterParams,
+    on_step: &mut dyn FnMut(&Step),
+) -> Result<RegisteredBody, FitError> {
+    let surface = ScanSurface::prepare(&scan.mesh);
+    let start =
+        fitted.surface.with_points(skin(fitted.surface.points(), &model.weights, &fitted.skeleton, &fitted.pose));
+    let pull = pull_of_parts(model, params.hand_pull);
+    let mut displaced = start.clone();
+    let rounds = params.smoothing_lengths.len();
+    let mut iteration = 0;
+    for (round, &length) in params.smoothing_lengths.iter().enumerate() {
+        let t = if rounds > 1 { round as f64 / (rounds - 1) as f64 } else { 1.0 };
+        let reach = params.reach * (1.0 - t * 2.0 / 3.0);
+        for _ in 0..params.iterations {
+            let targets = targets(&surface, &displaced, &pull, reach);
+            let next = solve(&start, &targets, length)?;
+            let moved = greatest_move(&displaced, &next);
+            displaced = next;
+            iteration += 1;
+            on_step(&Step { iteration, moved });
+        }
+    }
+    let (residual_mean, residual_p95) = residual(&surface, &displaced);
+    let colors = scan.colors.as_ref().map(|colors| bake_colors(&surface, colors, &displaced));
+    let (points_in_bind, skeleton, pose) = into_bind_pose(model, fitted, displaced.points());
+    let seen = targets(&surface, &displaced, &pull, 0.02).iter().filter(|t| t.is_some()).count();
+    let log = vec![format!("{seen} of {} vertices lie on the scan", model.template.vertex_count())];
+    let report =
+        FitReport { converged: true, iterations: iteration, residual_mean, residual_p95, log, ..FitReport::default() };
+    Ok(RegisteredBody { surface: model.template.with_points(points_in_bind), skeleton, pose, colors, report })
+}
+
+/// Where a vertex is drawn to, and how strongly (0–1).
+type Target = Option<(Point, f64)>;
+
+fn pull_of_parts(model: &BodyModel, hand_pull: f64) -> PerVertex<f64> {
+    let is_thin: Vec<bool> =
+        model.skeleton.names.iter().map(|n| n.contains("Hand") || n.contains("Toes") || n.contains("Thumb")).collect();
+    model
+        .weights
+        .rows()
+        .iter()
+        .map(|row| {
+            let thin: f64 = row.iter().filter(|(j, _)| is_thin.get(j.index()) == Some(&true)).map(|r| r.1).sum();
+            1.0 - thin * (1.0 - hand_pull)
+        })
+        .collect()
+}
+
+fn targets(surface: &ScanSurface, mesh: &TriMesh, pull: &PerVertex<f64>, reach: f64) -> Vec<Target> {
+    /// Normals further apart than this belong to another side of the body (the arm's against the flank's).
+    const LEAST_COSINE: f64 = 0.5;
+    let normals = mesh.vertex_normals();
+    (0..mesh.vertex_count())
+        .into_par_iter()
+        .map(|i| {
+            let (p, n) = (mesh.points().0[i], normals.0[i]);
+            let hit = surface.nearest(&p, reach)?;
+            if hit.at_rim || hit.normal.dot(&n) < LEAST_COSINE {
+                return None;
+            }
+            let on_plane = p + hit.normal * hit.normal.dot(&(hit.point - p));
+            let kernel = 1.0 / (1.0 + (hit.distance / (0.5 * reach)).powi(2)).powi(2);
+            Some((on_plane, kernel * pull.0[i]))
+        })
+        .collect()
+}
+
+/// Minimises `Σ area · pull |x + d − target|² + length² dᵀLd` over the displacement `d` from `start`.
+fn solve(start: &TriMesh, targets: &[Target], length: f64) -> Result<TriMesh, FitError> {
+    /// Pull of an unseen vertex toward no displacement, against 1 for a seen one: only keeps islands determined.
+    const UNSEEN_PULL: f64 = 2e-3;
+    let laplacian = cotangent_laplacian(start);
+    let mut triplets: Vec<(usize, usize, f64)> =
+        laplacian.triplets.iter().map(|&(r, c, v)| (r, c, v * length * length)).collect();
+    let mut right = vec![Vec3::zeros(); targets.len()];
+    for (i, target) in targets.iter().enumerate() {
+        let area = laplacian.mass.0[i].max(1e-9);
+        match target {
+            Some((point, pull)) => {
+                triplets.push((i, i, area * (pull + UNSEEN_PULL)));
+                right[i] = (point - start.points().0[i]) * (area * pull);
+            }
+            None => triplets.push((i, i, area * UNSEEN_PULL)),
+        }
+    }
+    let factor =
+        SparseCholesky::prepare(targets.len(), &triplets).map_err(|e| FitError::Singular { reason: e.to_string() })?;
+    let displacement = factor.solve_vectors(&right);
+    Ok(start.with_points(start.points().iter().zip(&displacement).map(|(p, d)| p + d).collect::<PerVertex<Point>>()))
+}
+
+fn greatest_move(a: &TriMesh, b: &TriMesh) -> f64 {
+    a.points().iter().zip(b.points().iter()).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max)
+}
+
+fn residual(surface: &ScanSurface, mesh: &TriMesh) -> (f64, f64) {
+    let mut distances: Vec<f64> = mesh
+        .points()
+        .0
+        .par_iter()
+        .filter_map(|p| surface.nearest(p, 0.03).filter(|h| !h.at_rim).map(|h| h.distance))
+        .collect();
+    distances.sort_by(f64::total_cmp);
+    let count = distances.len().max(1);
+    (distances.iter().sum::<f64>() / count as f64, distances.get(count * 95 / 100).copied().unwrap_or(0.0))
+}
+
+/// Colours of the nearest places of the scan; where the scan has a hole the colours around it flow in.
+fn bake_colors(surface: &ScanSurface, colors: &PerVertex<[u8; 3]>, mesh: &TriMesh) -> PerVertex<[u8; 3]> {
+    /// Beyond this distance a colour belongs to something else. Metres.
+    const REACH: f64 = 0.02;
+    let normals = mesh.vertex_normals();
+    let mut baked: Vec<Option<Vec3>> = (0..mesh.vertex_count())
+        .into_par_iter()
+        .map(|i| {
+            let s = surface.index.closest_within(&mesh.points().0[i], REACH)?;
+            let corners = surface.mesh().faces()[s.face];
+            let normal: Vec3 = (0..3).map(|k| surface.normals[corners[k]] * s.barycentric[k]).sum();
+            (normal.dot(&normals.0[i]) > 0.3)
+                .then(|| (0..3).map(|k| Vec3::from(colors[corners[k]].map(f64::from)) * s.barycentric[k]).sum())
+        })
+        .collect();
+    let adjacency = Adjacency::prepare(mesh);
+    // Each pass reaches one ring further into what was not seen.
+    while baked.iter().any(Option::is_none) {
+        let before = baked.clone();
+        for v in mesh.vertex_ids().filter(|v| before[v.index()].is_none()) {
+            let known: Vec<Vec3> = adjacency.neighbours_of(v).iter().filter_map(|n| before[n.index()]).collect();
+            if !known.is_empty() {
+                baked[v.index()] = Some(known.iter().sum::<Vec3>() / known.len() as f64);
+            }
+        }
+        if baked.iter().filter(|c| c.is_none()).count() == before.iter().filter(|c| c.is_none()).count() {
+            break;
+        }
+    }
+    /// Skin where no colour at all is known.
+    const PLAIN: Vec3 = Vec3::new(200.0, 170.0, 150.0);
+    baked.into_iter().map(|c| c.unwrap_or(PLAIN).map(|x| x.round().clamp(0.0, 255.0) as u8).into()).collect()
+}
+
+/// Finds bind-pose points and a skeleton inside them that the fit's rotations carry onto `points_in_world`.
+///
+/// The skeleton follows from the points (Eq. 1) and the points from the skeleton (Eq. 3 inverted): a fixed point, found
+/// by repetition. Near the bind pose each round shrinks the error; it is halved for limbs turned far.
+fn into_bind_pose(
+    model: &BodyModel,
+    fitted: &FittedBody,
+    points_in_world: &PerVertex<Point>,
+) -> (PerVertex<Point>, Skeleton, Pose) {
+    const ROUNDS: usize = 12;
+    const DAMPING: f64 = 0.7;
+    let mut skeleton = fitted.skeleton.clone();
+    let mut pose = fitted.pose.clone();
+    for _ in 0..ROUNDS {
+        let points = unskin(points_in_world, &model.weights, &skeleton, &pose);
+        let found = model.skeleton_inside(&points);
+        // The root stays where it was in the bind pose; its place in the world goes into the translation.
+        let root_in_world = skeleton.world_from_bind(&pose)[0] * found.joints_in_bind[0];
+        let shift = skeleton.joints_in_bind[0] - found.joints_in_bind[0];
+        for (joint, target) in skeleton.joints_in_bind.iter_mut().zip(&found.joints_in_bind) {
+            *joint += (target + shift - *joint) * DAMPING;
+        }
+        pose.translation = root_in_world - skeleton.joints_in_bind[0];
+    }
+    let points = unskin(points_in_world, &model.weights, &skeleton, &pose);
+    (points, skeleton, pose)
+}
