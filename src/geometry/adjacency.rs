@@ -39,33 +39,42 @@ impl Adjacency {
             }
         }
 
-        // An undirected edge, its first two faces, in the order in which faces come.
-        let mut index_of: HashMap<(u32, u32), usize> = HashMap::with_capacity(mesh.face_count() * 2);
-        let mut edges: Vec<([VertexId; 2], [Option<FaceId>; 2])> = Vec::with_capacity(mesh.face_count() * 2);
-        let mut directed_of_first: Vec<[VertexId; 2]> = Vec::with_capacity(mesh.face_count() * 2);
-        for (f, face) in mesh.faces().enumerate() {
-            for k in 0..3 {
-                let (a, b) = (face[k], face[(k + 1) % 3]);
-                let key = (a.0.min(b.0), a.0.max(b.0));
-                match index_of.get(&key) {
-                    None => {
-                        index_of.insert(key, edges.len());
-                        edges.push(([VertexId(key.0), VertexId(key.1)], [Some(f), None]));
-                        directed_of_first.push([a, b]);
-                    }
-                    Some(&e) if edges[e].1[1].is_none() => edges[e].1[1] = Some(f),
-                    Some(_) => {}
-                }
-            }
+        // Half-edges by their ends: those of one edge come together, in the order of faces.
+        let half_edge = |h: usize| {
+            let face = &mesh.faces().as_slice()[h / 3];
+            [face[h % 3], face[(h % 3 + 1) % 3]]
+        };
+        let mut by_ends: Vec<(u64, u32)> = (0..mesh.face_count() * 3)
+            .map(|h| {
+                let [a, b] = half_edge(h);
+                (u64::from(a.0.min(b.0)) << 32 | u64::from(a.0.max(b.0)), h as u32)
+            })
+            .collect();
+        by_ends.sort_unstable();
+        // An undirected edge is known by its first half-edge, and comes in the order in which faces come.
+        let mut first_and_second: Vec<(u32, Option<u32>)> = Vec::with_capacity(mesh.face_count() * 2);
+        let mut first_of = vec![0u32; mesh.face_count() * 3];
+        for group in by_ends.chunk_by(|x, y| x.0 == y.0) {
+            first_and_second.push((group[0].1, group.get(1).map(|second| second.1)));
+            group.iter().for_each(|&(_, h)| first_of[h as usize] = group[0].1);
+        }
+        first_and_second.sort_unstable();
+        let face_at = |h: u32| FaceId(h / 3);
+        let mut second_of_first = vec![None; mesh.face_count() * 3];
+        let mut edges: Vec<([VertexId; 2], [Option<FaceId>; 2])> = Vec::with_capacity(first_and_second.len());
+        let mut directed_of_first: Vec<[VertexId; 2]> = Vec::with_capacity(first_and_second.len());
+        for &(first, second) in &first_and_second {
+            let [a, b] = half_edge(first as usize);
+            edges.push(([a.min(b), a.max(b)], [Some(face_at(first)), second.map(face_at)]));
+            directed_of_first.push([a, b]);
+            second_of_first[first as usize] = second.map(face_at);
         }
         let face_neighbours = mesh
-            .faces()
-            .enumerate()
-            .map(|(f, face)| {
+            .face_ids()
+            .map(|f| {
                 std::array::from_fn(|k| {
-                    let (a, b) = (face[k].0, face[(k + 1) % 3].0);
-                    let [first, second] = edges[index_of[&(a.min(b), a.max(b))]].1;
-                    if first == Some(f) { second } else { first }
+                    let first = first_of[f.index() * 3 + k];
+                    if face_at(first) == f { second_of_first[first as usize] } else { Some(face_at(first)) }
                 })
             })
             .collect();
@@ -76,19 +85,24 @@ impl Adjacency {
             .map(|(_, &directed)| directed)
             .collect();
 
-        let mut lists: Vec<Vec<VertexId>> = vec![Vec::new(); vertex_count];
-        for (ends, _) in &edges {
-            if ends[0] != ends[1] {
-                lists[ends[0].index()].push(ends[1]);
-                lists[ends[1].index()].push(ends[0]);
+        let mut neighbours_start = vec![0u32; vertex_count + 1];
+        let joins = |ends: &[VertexId; 2]| ends[0] != ends[1];
+        for (ends, _) in edges.iter().filter(|(ends, _)| joins(ends)) {
+            ends.iter().for_each(|v| neighbours_start[v.index() + 1] += 1);
+        }
+        for i in 0..vertex_count {
+            neighbours_start[i + 1] += neighbours_start[i];
+        }
+        let mut cursor = neighbours_start.clone();
+        let mut neighbours = vec![VertexId(0); neighbours_start[vertex_count] as usize];
+        for ([a, b], _) in edges.iter().filter(|(ends, _)| joins(ends)) {
+            for (from, to) in [(a, b), (b, a)] {
+                neighbours[cursor[from.index()] as usize] = *to;
+                cursor[from.index()] += 1;
             }
         }
-        let mut neighbours_start = vec![0u32; vertex_count + 1];
-        let mut neighbours = Vec::with_capacity(edges.len() * 2);
-        for (v, list) in lists.iter_mut().enumerate() {
-            list.sort_unstable();
-            neighbours.extend_from_slice(list);
-            neighbours_start[v + 1] = neighbours.len() as u32;
+        for v in 0..vertex_count {
+            neighbours[neighbours_start[v] as usize..neighbours_start[v + 1] as usize].sort_unstable();
         }
         Self { vertex_faces_start: start, vertex_faces, neighbours_start, neighbours, edges, face_neighbours, boundary }
     }
@@ -194,6 +208,18 @@ impl Adjacency {
 mod tests {
     use super::*;
     use crate::geometry::Point;
+
+    #[test]
+    fn a_third_face_at_an_edge_knows_the_first_and_a_repeated_corner_harms_nothing() {
+        let points = (0..5).map(|i| Point::new(i as f64, (i * i) as f64, 1.0)).collect();
+        let mesh = TriMesh::try_from_indices(points, &[[0, 1, 2], [1, 0, 3], [0, 1, 4], [2, 2, 4]]).unwrap();
+        let adjacency = Adjacency::prepare(&mesh);
+        let at_first_side = |f: u32| adjacency.face_neighbours(FaceId(f))[0];
+        assert_eq!([0, 1, 2].map(at_first_side), [Some(FaceId(1)), Some(FaceId(0)), Some(FaceId(0))]);
+        assert_eq!(adjacency.edges()[0], ([VertexId(0), VertexId(1)], [Some(FaceId(0)), Some(FaceId(1))]));
+        assert_eq!(adjacency.faces_of(VertexId(1)), &[FaceId(0), FaceId(1), FaceId(2)]);
+        assert_eq!(adjacency.neighbours_of(VertexId(2)), &[VertexId(0), VertexId(1), VertexId(4)]);
+    }
 
     #[test]
     fn an_open_strip_has_one_loop_of_all_its_vertices() {

@@ -1,8 +1,21 @@
 //! A mesh in; a cleaned [`Scan`], metres, Y up, out.
 
+mod clean;
+mod decimate;
+mod error;
 mod frame;
+mod params;
+mod pieces;
+mod profile;
+mod smooth;
+#[cfg(test)]
+mod tests;
+mod upright;
 
+pub use clean::clean;
+pub use error::ScanError;
 pub use frame::FileFrame;
+pub use params::{ScanParams, Unit, Up};
 
 use crate::geometry::{PerVertex, TriMesh};
 use serde::{Deserialize, Serialize};
@@ -22,6 +35,17 @@ pub struct Scan {
     pub world_from_file: FileFrame,
     /// What was assumed and mended, a sentence each.
     pub findings: Vec<String>,
+}
+
+/// Progress of cleaning: a part of the work is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Step {
+    /// What was done.
+    pub name: &'static str,
+    /// Vertices that there are now.
+    pub vertices: usize,
+    /// Faces that there are now.
+    pub faces: usize,
 }
 
 impl Scan {

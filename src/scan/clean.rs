@@ -1,0 +1,72 @@
+//! The verb of this room.
+
+use super::pieces::{Sound, orient_outward, sound_mesh};
+use super::{Scan, ScanError, ScanParams, Step, decimate, smooth, upright};
+use crate::formats::RawMesh;
+use crate::geometry::{Adjacency, PerVertex, TriMesh};
+
+/// Fewer faces than these cannot show a person: what is asked for below is raised to it.
+const LEAST_FACES: usize = 2_000;
+/// Holes with a border longer than this are said, in metres: a hand's breadth around.
+const LARGE_HOLE: f64 = 0.3;
+
+/// Makes a scan of what a file holds: metres, Y up, one person, outward, smoothed and of a bearable size.
+///
+/// **Guarantees** deterministic. What was assumed and mended is said in [`Scan::findings`].
+///
+/// **Errors** what cannot be the surface of one person; see [`ScanError`].
+pub fn clean(raw: &RawMesh, params: &ScanParams, on_step: &mut dyn FnMut(&Step)) -> Result<Scan, ScanError> {
+    let mut findings = Vec::new();
+    let mut report = |name: &'static str, mesh: &TriMesh| {
+        on_step(&Step { name, vertices: mesh.vertex_count(), faces: mesh.face_count() });
+    };
+    let (sound, pieces) = sound_mesh(raw, &mut findings)?;
+    report("checked", &sound.mesh);
+
+    let Sound { mesh, mut file_vertices } = sound.part(&pieces.faces_to_keep(&mut findings));
+    upright::refuse_two_figures(&mesh)?;
+    let world_from_file = upright::file_frame(&mesh, params, &mut findings)?;
+    upright::refuse_second_piece(&pieces, &world_from_file)?;
+    report("stood upright", &mesh);
+
+    let mesh = mesh.map_points(|p| world_from_file.world_from_file(p));
+    let adjacency = Adjacency::prepare(&mesh);
+    let (mesh, turned) = orient_outward(&mesh, &adjacency);
+    if turned > 0 {
+        findings.push(format!("{turned} of {} faces were turned outward", mesh.face_count()));
+    }
+    report("turned outward", &mesh);
+
+    let mut mesh = smooth::smoothed(&mesh, &adjacency, params.smoothing_passes);
+    report("smoothed", &mesh);
+
+    if let Some((fewer, from)) = decimate::decimated(&mesh, params.faces.max(LEAST_FACES)) {
+        findings.push(format!("decimated from {} to {} faces", mesh.face_count(), fewer.face_count()));
+        file_vertices = from.iter().map(|&v| file_vertices[v]).collect();
+        mesh = fewer;
+        report("decimated", &mesh);
+    }
+    say_holes(&mesh, &mut findings);
+    let colors = raw.colors.as_ref().map(|colors| file_vertices.iter().map(|&v| colors[v as usize]).collect());
+    Ok(Scan { mesh, colors, confidence: confidence(raw, &file_vertices), file_vertices, world_from_file, findings })
+}
+
+/// The file's own word on how well vertices were seen, if it is a share.
+fn confidence(raw: &RawMesh, file_vertices: &PerVertex<u32>) -> Option<PerVertex<f32>> {
+    let stated = raw.scalars.get("confidence").filter(|values| values.len() == raw.points.len())?;
+    stated.iter().all(|c| (0.0..=1.0).contains(c)).then(|| file_vertices.iter().map(|&v| stated[v as usize]).collect())
+}
+
+fn say_holes(mesh: &TriMesh, findings: &mut Vec<String>) {
+    let loops = Adjacency::prepare(mesh).boundary_loops();
+    let around = |ring: &Vec<_>| -> f64 {
+        (0..ring.len()).map(|i| (mesh.points()[ring[i]] - mesh.points()[ring[(i + 1) % ring.len()]]).norm()).sum()
+    };
+    let large = loops.iter().map(around).filter(|&length| length > LARGE_HOLE);
+    let (count, longest) = large.fold((0, 0.0f64), |(n, longest), length| (n + 1, longest.max(length)));
+    if count > 0 {
+        let longest_cm = 100.0 * longest;
+        findings
+            .push(format!("{} holes, {count} of them large; the largest is {longest_cm:.0} cm around", loops.len()));
+    }
+}

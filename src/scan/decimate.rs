@@ -1,0 +1,33 @@
+//! Fewer faces where there are too many.
+
+use crate::geometry::{PerFace, PerVertex, Point, TriMesh, VertexId};
+use meshopt::{SimplifyOptions, VertexDataAdapter};
+
+/// The mesh with about `faces` faces, and which vertex of `mesh` each of its vertices was: quadric edge collapse, which
+/// keeps positions. `None` if there is nothing to take away.
+///
+/// Borders are free to move along themselves, but are weighed by the quadrics, so holes keep their outline.
+pub(super) fn decimated(mesh: &TriMesh, faces: usize) -> Option<(TriMesh, PerVertex<VertexId>)> {
+    // A few percent are not worth a new mesh.
+    if mesh.face_count() <= faces + faces / 50 {
+        return None;
+    }
+    // f32 inside: from the middle, a micrometre is still far above its rounding.
+    let center = mesh.bounds().map_or_else(Point::origin, |b| b.center());
+    let positions: Vec<[f32; 3]> = mesh
+        .points()
+        .iter()
+        .map(|p| {
+            let d = p - center;
+            [d.x as f32, d.y as f32, d.z as f32]
+        })
+        .collect();
+    let vertices = VertexDataAdapter::new(bytemuck::cast_slice(&positions), size_of::<[f32; 3]>(), 0).ok()?;
+    let indices: Vec<u32> = mesh.faces().iter().flatten().map(|v| v.0).collect();
+    // The error may be anything: the count decides.
+    let fewer = meshopt::simplify(&indices, &vertices, faces * 3, 1.0, SimplifyOptions::RegularizeLight, None);
+    let faces: Vec<[VertexId; 3]> = fewer.chunks_exact(3).map(|c| [c[0], c[1], c[2]].map(VertexId)).collect();
+    let all = PerFace::filled(true, faces.len());
+    let fewer = TriMesh::try_new(mesh.points().clone(), faces).ok()?;
+    Some(fewer.part(&all))
+}

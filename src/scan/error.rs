@@ -1,0 +1,78 @@
+//! What makes a mesh no scan of a person.
+
+use crate::geometry::MeshError;
+
+/// Why a mesh cannot be used as a scan.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ScanError {
+    /// No vertices at all.
+    #[error("the file holds no vertices")]
+    Empty,
+    /// A point cloud.
+    #[error("the file holds {points} points but no faces: a surface is needed")]
+    NoFaces {
+        /// How many points.
+        points: usize,
+    },
+    /// Coordinates that are no numbers.
+    #[error("vertex {vertex} has a coordinate that is not a number ({count} such vertices of {of})")]
+    NotFinite {
+        /// The first, counted from 0.
+        vertex: usize,
+        /// How many there are.
+        count: usize,
+        /// Of how many vertices.
+        of: usize,
+    },
+    /// An array beside the points has another length.
+    #[error("there are {points} points but {given} {what}")]
+    WrongLength {
+        /// Which array.
+        what: &'static str,
+        /// Its length.
+        given: usize,
+        /// How many points.
+        points: usize,
+    },
+    /// The faces do not fit the points.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// Nothing has area.
+    #[error("none of the {faces} faces has an area")]
+    NoArea {
+        /// How many faces.
+        faces: usize,
+    },
+    /// Too small or too large.
+    #[error("{what} is {height} of the file's units tall, {reading}: a person is 0.4 to 2.5 m tall")]
+    NotPersonSize {
+        /// What was measured.
+        what: String,
+        /// Its height, in the file's unit.
+        height: f64,
+        /// What that is in metres, by the units that were tried.
+        reading: String,
+    },
+    /// More than one person.
+    #[error("there seem to be two people in the scan: {evidence}")]
+    TwoPeople {
+        /// What says so.
+        evidence: String,
+    },
+}
+
+impl ScanError {
+    /// What to do about it.
+    pub fn hint(&self) -> Option<String> {
+        let hint = match self {
+            Self::Empty => "was the export interrupted? Write the file again",
+            Self::NoFaces { .. } => "mesh the points first, for example with Poisson reconstruction in MeshLab",
+            Self::NotFinite { .. } => "remove such vertices, for example with MeshLab's cleaning filters",
+            Self::WrongLength { .. } | Self::Mesh(_) => "the file is damaged; write it again",
+            Self::NoArea { .. } => "was the mesh flattened or scaled to nothing on export?",
+            Self::NotPersonSize { .. } => "say the unit with --unit, and the axis that points up with --up",
+            Self::TwoPeople { .. } => "give a scan of one person alone; cut the other one away first",
+        };
+        Some(hint.into())
+    }
+}

@@ -1,0 +1,303 @@
+//! From a file's arrays to one sound piece of surface: welded, without faces that are none, the person alone.
+
+use super::ScanError;
+use crate::formats::RawMesh;
+use crate::geometry::{Aabb, Adjacency, FaceId, PerFace, PerVertex, Point, TriMesh, Vec3, VertexId};
+use std::collections::{HashMap, HashSet};
+
+/// Two corners of a face are one when they are closer than this share of its longest side: a nanometre on edges of a
+/// millimetre, far below what a file's `f32` resolves.
+const SAME_CORNER: f64 = 1e-6;
+/// Pieces are welded where that makes the main one larger by more than this share of the area.
+const WELD_GAIN: f64 = 0.01;
+/// A lesser piece stays when it has this share of the main one's area: a hand or a head that holes cut off. What floats
+/// about in fused scans is below 0.3 %.
+const PIECE_SHARE: f64 = 0.01;
+/// … and touches the main one's box, widened by this share of its longest side.
+const PIECE_REACH: f64 = 0.05;
+/// A piece flatter than this (thinnest side per longest) is a floor or a wall, not a person.
+const FLAT: f64 = 0.03;
+
+/// A mesh, and which vertex of the file each of its vertices was.
+pub(super) struct Sound {
+    pub(super) mesh: TriMesh,
+    pub(super) file_vertices: PerVertex<u32>,
+}
+
+/// Checks the arrays and drops faces without area and faces that come twice; the mesh and its pieces.
+pub(super) fn sound_mesh(raw: &RawMesh, findings: &mut Vec<String>) -> Result<(Sound, Pieces), ScanError> {
+    if raw.points.is_empty() {
+        return Err(ScanError::Empty);
+    }
+    let bad = |p: &[f64; 3]| p.iter().any(|c| !c.is_finite());
+    if let Some(vertex) = raw.points.iter().position(bad) {
+        let count = raw.points.iter().filter(|p| bad(p)).count();
+        return Err(ScanError::NotFinite { vertex, count, of: raw.points.len() });
+    }
+    if raw.faces.is_empty() {
+        return Err(ScanError::NoFaces { points: raw.points.len() });
+    }
+    if let Some(colors) = raw.colors.as_ref().filter(|colors| colors.len() != raw.points.len()) {
+        return Err(ScanError::WrongLength { what: "colours", given: colors.len(), points: raw.points.len() });
+    }
+    let points: Vec<Point> = raw.points.iter().map(|&p| Point::from(p)).collect();
+    let mesh = TriMesh::try_from_indices(points, &raw.faces)?;
+    if mesh.area() <= 0.0 {
+        return Err(ScanError::NoArea { faces: mesh.face_count() });
+    }
+    let mut sound = Sound { file_vertices: (0..mesh.vertex_count() as u32).collect(), mesh };
+    let mut pieces = Pieces::of(&sound.mesh);
+    let mentioned = findings.len();
+    if pieces.main_share() < 1.0 - WELD_GAIN {
+        let welded = sound.welded();
+        if Pieces::of(&welded.mesh).main_share() > pieces.main_share() + WELD_GAIN {
+            let merged = sound.mesh.vertex_count() - welded.mesh.vertex_count();
+            findings.push(format!("{merged} vertices that lay in the same place were welded"));
+            sound = welded;
+        }
+    }
+    sound = sound.without_false_faces(findings)?;
+    if findings.len() > mentioned {
+        pieces = Pieces::of(&sound.mesh);
+    }
+    Ok((sound, pieces))
+}
+
+impl Sound {
+    /// Faces whose corners coincide are closed up, not cut out, so that a closed surface stays closed; of faces with the
+    /// same corners the first stays.
+    fn without_false_faces(self, findings: &mut Vec<String>) -> Result<Self, ScanError> {
+        let face_count = self.mesh.face_count();
+        let mut one: PerVertex<VertexId> = self.mesh.vertex_ids().collect();
+        for f in self.mesh.face_ids() {
+            let (corners, points) = (self.mesh.faces()[f], self.mesh.triangle(f));
+            let side = |k: usize| (points[(k + 1) % 3] - points[k]).norm();
+            let longest = side(0).max(side(1)).max(side(2));
+            for k in 0..3 {
+                if side(k) <= SAME_CORNER * longest {
+                    let (a, b) = (root(&one, corners[k]), root(&one, corners[(k + 1) % 3]));
+                    one[a.max(b)] = a.min(b);
+                }
+            }
+        }
+        let mut seen = HashSet::with_capacity(face_count);
+        let (mut collapsed, mut twice) = (0, 0);
+        let mut keep = PerFace::filled(true, face_count);
+        let mut faces = Vec::with_capacity(face_count);
+        for (f, corners) in self.mesh.faces().enumerate() {
+            let corners = corners.map(|v| root(&one, v));
+            faces.push(corners);
+            let mut sorted = corners;
+            sorted.sort_unstable();
+            let is_collapsed = sorted[0] == sorted[1] || sorted[1] == sorted[2];
+            let is_double = !is_collapsed && !seen.insert(sorted);
+            collapsed += usize::from(is_collapsed);
+            twice += usize::from(is_double);
+            keep[f] = !is_collapsed && !is_double;
+        }
+        if collapsed + twice == 0 {
+            return Ok(self);
+        }
+        findings.push(format!("{collapsed} faces without area and {twice} double ones were dropped"));
+        let mesh = TriMesh::try_new(self.mesh.points().clone(), faces)?;
+        Ok(Self { mesh, ..self }.part(&keep))
+    }
+
+    /// Vertices in exactly the same place made one, the first.
+    fn welded(&self) -> Self {
+        let mut first_at: HashMap<[u64; 3], VertexId> = HashMap::with_capacity(self.mesh.vertex_count());
+        let first: PerVertex<VertexId> = self
+            .mesh
+            .points()
+            .enumerate()
+            // Adding zero makes −0 and 0 the same place.
+            .map(|(v, p)| *first_at.entry([p.x, p.y, p.z].map(|c| (c + 0.0).to_bits())).or_insert(v))
+            .collect();
+        let faces: Vec<[VertexId; 3]> = self.mesh.faces().iter().map(|face| face.map(|v| first[v])).collect();
+        let all = PerFace::filled(true, faces.len());
+        match TriMesh::try_new(self.mesh.points().clone(), faces) {
+            Ok(mesh) => Self { mesh, file_vertices: self.file_vertices.clone() }.part(&all),
+            // Its points and indices are those of a mesh.
+            Err(_) => Self { mesh: self.mesh.clone(), file_vertices: self.file_vertices.clone() },
+        }
+    }
+
+    /// The faces marked in `keep`.
+    pub(super) fn part(&self, keep: &PerFace<bool>) -> Self {
+        let (mesh, whole_from_part) = self.mesh.part(keep);
+        let file_vertices = whole_from_part.iter().map(|&v| self.file_vertices[v]).collect();
+        Self { mesh, file_vertices }
+    }
+}
+
+/// The vertex that stands for `v`.
+fn root(one: &PerVertex<VertexId>, mut v: VertexId) -> VertexId {
+    while one[v] != v {
+        v = one[v];
+    }
+    v
+}
+
+/// A connected piece of surface.
+pub(super) struct Piece {
+    /// Its number among the components.
+    component: u32,
+    pub(super) area: f64,
+    pub(super) bounds: Aabb,
+}
+
+/// All pieces, the person's first and the others by falling area, and the piece of each face.
+pub(super) struct Pieces {
+    pub(super) list: Vec<Piece>,
+    of_face: PerFace<u32>,
+}
+
+impl Pieces {
+    pub(super) fn of(mesh: &TriMesh) -> Self {
+        let (of_face, count) = Adjacency::prepare(mesh).face_components();
+        let mut list: Vec<Option<Piece>> = (0..count).map(|_| None).collect();
+        for (f, &component) in of_face.enumerate() {
+            let triangle = mesh.triangle(f);
+            let Some(mut bounds) = Aabb::around(&triangle) else { continue };
+            let slot = &mut list[component as usize];
+            let area = mesh.face_area(f) + slot.as_ref().map_or(0.0, |piece| piece.area);
+            if let Some(piece) = slot {
+                bounds = Aabb { min: bounds.min.inf(&piece.bounds.min), max: bounds.max.sup(&piece.bounds.max) };
+            }
+            *slot = Some(Piece { component, area, bounds });
+        }
+        let mut list: Vec<Piece> = list.into_iter().flatten().collect();
+        list.sort_by(|a, b| a.is_flat().cmp(&b.is_flat()).then(b.area.total_cmp(&a.area)));
+        Self { list, of_face }
+    }
+
+    /// The main piece's share of the area.
+    fn main_share(&self) -> f64 {
+        let total: f64 = self.list.iter().map(|p| p.area).sum();
+        self.list.first().map_or(0.0, |p| p.area / total)
+    }
+
+    /// Marks the faces that stay: the person's, and pieces near by that are large enough to be of the person.
+    pub(super) fn faces_to_keep(&self, findings: &mut Vec<String>) -> PerFace<bool> {
+        let Some(main) = self.list.first() else { return PerFace::filled(true, self.of_face.len()) };
+        let reach = Vec3::repeat(PIECE_REACH * main.bounds.extent().amax());
+        let (low, high) = (main.bounds.min - reach, main.bounds.max + reach);
+        let near = |b: &Aabb| (0..3).all(|i| b.max[i] >= low[i] && b.min[i] <= high[i]);
+        let stays: HashSet<u32> = self
+            .list
+            .iter()
+            .filter(|p| {
+                let of_the_person = p.area >= PIECE_SHARE * main.area && near(&p.bounds) && !p.is_flat();
+                p.component == main.component || of_the_person
+            })
+            .map(|p| p.component)
+            .collect();
+        let dropped: f64 = self.list.iter().filter(|p| !stays.contains(&p.component)).map(|p| p.area).sum();
+        let total: f64 = self.list.iter().map(|p| p.area).sum();
+        if stays.len() < self.list.len() {
+            findings.push(format!(
+                "{} loose pieces with {:.2} % of the surface were dropped",
+                self.list.len() - stays.len(),
+                100.0 * dropped / total
+            ));
+        }
+        if stays.len() > 1 {
+            findings.push(format!("the person comes in {} separate pieces", stays.len()));
+        }
+        self.of_face.iter().map(|c| stays.contains(c)).collect()
+    }
+}
+
+impl Piece {
+    fn is_flat(&self) -> bool {
+        let extent = self.bounds.extent();
+        extent.min() < FLAT * extent.max()
+    }
+}
+
+/// Faces in the same sense as their neighbours, and each piece outward.
+///
+/// Edges with three faces or more say nothing about sense and are not walked across.
+///
+/// Returns how many faces were turned over.
+pub(super) fn orient_outward(mesh: &TriMesh, adjacency: &Adjacency) -> (TriMesh, usize) {
+    let crowded = crowded_edges(mesh, adjacency);
+    let mut turned = PerFace::filled(false, mesh.face_count());
+    let mut piece_of = PerFace::filled(u32::MAX, mesh.face_count());
+    let mut piece_count = 0;
+    for seed in mesh.face_ids() {
+        if piece_of[seed] != u32::MAX {
+            continue;
+        }
+        let piece = piece_count as u32;
+        piece_count += 1;
+        piece_of[seed] = piece;
+        let mut stack = vec![seed];
+        while let Some(f) = stack.pop() {
+            for (k, g) in adjacency.face_neighbours(f).into_iter().enumerate() {
+                let Some(g) = g.filter(|&g| piece_of[g] == u32::MAX) else { continue };
+                let (a, b) = (mesh.faces()[f][k], mesh.faces()[f][(k + 1) % 3]);
+                if crowded.contains(&(a.min(b), a.max(b))) {
+                    continue;
+                }
+                let same_sense = !runs_along(mesh, g, a, b);
+                piece_of[g] = piece;
+                turned[g] = if same_sense { turned[f] } else { !turned[f] };
+                stack.push(g);
+            }
+        }
+    }
+    // Outward: the volume around the piece's own middle is positive, also of a piece with holes.
+    let mut middle = vec![(Vec3::zeros(), 0.0); piece_count];
+    for f in mesh.face_ids() {
+        let (area, sum) = (mesh.face_area(f), &mut middle[piece_of[f] as usize]);
+        let [a, b, c] = mesh.triangle(f).map(|p| p.coords);
+        sum.0 += (a + b + c) * (area / 3.0);
+        sum.1 += area;
+    }
+    let mut volume = vec![0.0; piece_count];
+    for f in mesh.face_ids() {
+        let (sum, area) = middle[piece_of[f] as usize];
+        let [a, b, c] = mesh.triangle(f).map(|p| p.coords - sum / area);
+        let part = a.dot(&b.cross(&c));
+        volume[piece_of[f] as usize] += if turned[f] { -part } else { part };
+    }
+    let faces: Vec<[VertexId; 3]> = mesh
+        .faces()
+        .enumerate()
+        .map(|(f, &[a, b, c])| {
+            let turn = turned[f] != (volume[piece_of[f] as usize] < 0.0);
+            turned[f] = turn;
+            if turn { [a, c, b] } else { [a, b, c] }
+        })
+        .collect();
+    let count = turned.iter().filter(|&&t| t).count();
+    // The same vertices in another order are in range.
+    (TriMesh::try_new(mesh.points().clone(), faces).unwrap_or_else(|_| mesh.clone()), count)
+}
+
+/// Edges with three faces or more.
+fn crowded_edges(mesh: &TriMesh, adjacency: &Adjacency) -> HashSet<(VertexId, VertexId)> {
+    let mut crowded = HashSet::new();
+    for f in mesh.face_ids() {
+        for (k, g) in adjacency.face_neighbours(f).into_iter().enumerate() {
+            let Some(g) = g else { continue };
+            // The first two faces of an edge have each other; any further one has the first, which has not it.
+            let (a, b) = (mesh.faces()[f][k], mesh.faces()[f][(k + 1) % 3]);
+            let side = (0..3).find(|&j| {
+                let (c, d) = (mesh.faces()[g][j], mesh.faces()[g][(j + 1) % 3]);
+                (c, d) == (a, b) || (c, d) == (b, a)
+            });
+            if side.is_some_and(|j| adjacency.face_neighbours(g)[j] != Some(f)) {
+                crowded.insert((a.min(b), a.max(b)));
+            }
+        }
+    }
+    crowded
+}
+
+/// Whether face `f` has the side from `a` to `b` in this direction.
+fn runs_along(mesh: &TriMesh, f: FaceId, a: VertexId, b: VertexId) -> bool {
+    let face = mesh.faces()[f];
+    (0..3).any(|k| face[k] == a && face[(k + 1) % 3] == b)
+}

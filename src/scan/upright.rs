@@ -1,0 +1,185 @@
+//! Which way is up, how large a unit is, and whether this is one person at all.
+
+use super::pieces::Pieces;
+use super::profile::{Profile, Slice, principal_directions};
+use super::{FileFrame, ScanError, ScanParams, Unit, Up};
+use crate::geometry::{TriMesh, Vec3};
+use nalgebra::UnitQuaternion;
+
+/// A person's height, in metres: from a toddler to the tallest.
+const HEIGHT: std::ops::RangeInclusive<f64> = 0.4..=2.5;
+/// The height that a unit is guessed by, in metres: between the mean woman's and man's. Only cm and inches can be taken
+/// for each other (0.6 m or 1.5 m), and then the adult is meant.
+const USUAL_HEIGHT: f64 = 1.68;
+/// A person who leans this much from an axis still stands along it, in degrees; farther off, the scan lies askew.
+const LEAN_DEG: f64 = 25.0;
+/// Below this difference of scores head and feet are hard to tell: foreign bodies and scans, dressed or not, have 1 to 4.
+const UNSURE: f64 = 0.5;
+
+/// Finds the frame of the person in `person` (file coordinates).
+pub(super) fn file_frame(
+    person: &TriMesh,
+    params: &ScanParams,
+    findings: &mut Vec<String>,
+) -> Result<FileFrame, ScanError> {
+    let directions = principal_directions(person);
+    let along = match params.up {
+        Some(up) => up.direction(),
+        None => snapped(&directions[0]),
+    };
+    let across = (directions[1] - along * along.dot(&directions[1]))
+        .try_normalize(1e-3)
+        .or_else(|| (directions[0] - along * along.dot(&directions[0])).try_normalize(1e-3))
+        .unwrap_or_else(|| along.zxy().cross(&along).normalize());
+    let profile = Profile::along(person, &along, &across);
+    let metres_per_unit = unit(profile.height, params, findings)?;
+
+    let (low_end, high_end) = (head_score(&profile), head_score(&profile.reversed()));
+    let sure = (high_end - low_end).abs() >= UNSURE;
+    let rotation = match params.up {
+        Some(up) => {
+            if sure && high_end < low_end {
+                findings.push(format!("as told, {up} of the file points up, though the head seems to be below"));
+            }
+            up.world_from_file()
+        }
+        None => {
+            let direction = if high_end < low_end { -along } else { along };
+            let doubt = if sure { "" } else { ", but head and feet are hard to tell: see --up" };
+            match Up::ALL.into_iter().find(|up| up.direction().dot(&direction) > 1.0 - 1e-9) {
+                Some(Up::PlusY) => {
+                    findings.push(format!("the person stands along y of the file{doubt}"));
+                    UnitQuaternion::identity()
+                }
+                Some(up) => {
+                    findings.push(format!("the person was turned upright: {up} of the file points up{doubt}"));
+                    up.world_from_file()
+                }
+                None => {
+                    let [x, y, z] = [direction.x, direction.y, direction.z];
+                    findings.push(format!(
+                        "the person lay askew and was turned upright: ({x:.2}, {y:.2}, {z:.2}) of the file points up{doubt}"
+                    ));
+                    // No single shortest way leads from straight down; that is an axis and was found above.
+                    UnitQuaternion::rotation_between(&direction, &Vec3::y()).unwrap_or_else(UnitQuaternion::identity)
+                }
+            }
+        }
+    };
+    Ok(FileFrame { metres_per_unit, rotation })
+}
+
+/// The axis near which a direction lies, or the direction itself.
+fn snapped(direction: &Vec3) -> Vec3 {
+    let axis = direction.iamax();
+    if direction[axis].abs() < LEAN_DEG.to_radians().cos() {
+        return *direction;
+    }
+    let mut along = Vec3::zeros();
+    along[axis] = 1.0;
+    along
+}
+
+fn unit(height: f64, params: &ScanParams, findings: &mut Vec<String>) -> Result<f64, ScanError> {
+    let refused = |reading: String| ScanError::NotPersonSize { what: "what the file shows".into(), height, reading };
+    if let Some(unit) = params.unit {
+        let metres = height * unit.metres();
+        if !HEIGHT.contains(&metres) {
+            return Err(refused(format!("{metres:.3} m in {unit}")));
+        }
+        findings.push(format!("as told, the file is in {unit}: the person is {metres:.3} m tall"));
+        return Ok(unit.metres());
+    }
+    let off = |unit: &Unit| (height * unit.metres() / USUAL_HEIGHT).ln().abs();
+    let fitting: Vec<Unit> = Unit::ALL.into_iter().filter(|u| HEIGHT.contains(&(height * u.metres()))).collect();
+    let Some(best) = fitting.iter().copied().min_by(|a, b| off(a).total_cmp(&off(b))) else {
+        let read: Vec<String> =
+            Unit::ALL.iter().map(|u| format!("{:.3} m if the unit is {u}", height * u.metres())).collect();
+        return Err(refused(read.join(", ")));
+    };
+    let doubt = fitting.iter().find(|&&u| u != best).map_or(String::new(), |other| {
+        format!(" (in {other} it would be {:.2} m: see --unit)", height * other.metres())
+    });
+    findings.push(format!("the file is in {best}: the person is {:.3} m tall{doubt}", height * best.metres()));
+    Ok(best.metres())
+}
+
+/// How much the low end of a profile looks like a head rather than like feet.
+///
+/// A head is narrow and round at its end, one piece, and shoulders follow; feet are as wide as the stance, two pieces,
+/// and nothing wider follows. A gown that hides the feet is wider still.
+fn head_score(profile: &Profile) -> f64 {
+    let end = mean_spread(profile.between(0.015, 0.05));
+    let near = mean_spread(profile.between(0.04, 0.10));
+    let beyond = mean_spread(profile.between(0.15, 0.25));
+    if near <= 0.0 || beyond <= 0.0 || end <= 0.0 {
+        return 0.0;
+    }
+    let band = profile.between(0.03, 0.12);
+    let share = |of: fn(&Slice) -> bool| band.iter().filter(|s| of(s)).count() as f64 / band.len() as f64;
+    let one_or_two = share(|s| s.clusters.len() == 1) - share(Slice::is_pair);
+    // 0.12 of the height: between the crown's spread near its end and that of a stance.
+    (beyond / near).ln() - (end / profile.height / 0.12).ln() + 0.5 * one_or_two
+}
+
+fn mean_spread(slices: &[Slice]) -> f64 {
+    slices.iter().map(|s| s.spread).sum::<f64>() / slices.len().max(1) as f64
+}
+
+/// Refuses a second person who stands apart: a piece of nearly the person's height and area, beside it.
+pub(super) fn refuse_second_piece(pieces: &Pieces, frame: &FileFrame) -> Result<(), ScanError> {
+    let Some((main, others)) = pieces.list.split_first() else { return Ok(()) };
+    let in_world = |extent: &Vec3| (frame.rotation * (extent * frame.metres_per_unit)).abs();
+    let height = in_world(&main.bounds.extent()).y;
+    for other in others {
+        let other_height = in_world(&other.bounds.extent()).y;
+        let apart = frame.rotation * ((other.bounds.center() - main.bounds.center()) * frame.metres_per_unit);
+        let apart = apart.x.hypot(apart.z);
+        // Front and back of one person, if they come apart, are a torso's depth from each other, 0.15 of the height.
+        if other_height > 0.6 * height && other.area > 0.3 * main.area && apart > 0.2 * height {
+            return Err(ScanError::TwoPeople {
+                evidence: format!("a piece {other_height:.2} m tall stands {apart:.2} m beside one of {height:.2} m"),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Refuses two people who touch: two heads of a size, above two torsos of a size.
+///
+/// Along every axis along which the surface is long, for two people side by side are wider than they are tall.
+pub(super) fn refuse_two_figures(person: &TriMesh) -> Result<(), ScanError> {
+    let directions = principal_directions(person).map(|d| snapped(&d));
+    let Some(bounds) = person.bounds() else { return Ok(()) };
+    let longest = bounds.extent().amax();
+    for (i, up) in directions.iter().enumerate() {
+        let across = directions[(i + 1) % 3];
+        let across =
+            (across - up * up.dot(&across)).try_normalize(1e-3).unwrap_or_else(|| up.zxy().cross(up).normalize());
+        let upward = Profile::along(person, up, &across);
+        if upward.height < 0.6 * longest {
+            continue;
+        }
+        for profile in [&upward, &upward.reversed()] {
+            let pairs = |from, to, outline: f64, apart: f64| {
+                let band = profile.between(from, to);
+                let pairs = band.iter().filter(|s| is_pair_of(s, outline * profile.height, apart * profile.height));
+                pairs.count() as f64 / band.len() as f64
+            };
+            // A head is 0.33 of the height around, a torso 0.55; heads of two people are at least 0.15 apart.
+            let (heads, torsos) = (pairs(0.88, 0.96, 0.2, 0.15), pairs(0.60, 0.78, 0.35, 0.15));
+            if heads > 0.6 && torsos > 0.6 {
+                return Err(ScanError::TwoPeople {
+                    evidence: "two heads and two torsos of the same size stand side by side".into(),
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+fn is_pair_of(slice: &Slice, outline: f64, apart: f64) -> bool {
+    let [a, b, ..] = slice.clusters.as_slice() else { return false };
+    let distance = (a.center[0] - b.center[0]).hypot(a.center[1] - b.center[1]);
+    b.outline > outline && b.outline > 0.55 * a.outline && distance > apart
+}
