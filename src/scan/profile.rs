@@ -177,10 +177,9 @@ fn clusters(outline: &[Dash], cell: f64) -> Vec<Cluster> {
                     continue;
                 }
                 if (0..2).all(|c| boxes[a][0][c] <= boxes[b][1][c] && boxes[b][0][c] <= boxes[a][1][c]) {
-                    for c in 0..2 {
-                        boxes[b][0][c] = boxes[b][0][c].min(boxes[a][0][c]);
-                        boxes[b][1][c] = boxes[b][1][c].max(boxes[a][1][c]);
-                    }
+                    let [low, high] = boxes[a];
+                    boxes[b][0] = [0, 1].map(|c| boxes[b][0][c].min(low[c]));
+                    boxes[b][1] = [0, 1].map(|c| boxes[b][1][c].max(high[c]));
                     joined.iter_mut().filter(|j| **j == a).for_each(|j| *j = b);
                     changed = true;
                 }
