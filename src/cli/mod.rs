@@ -3,11 +3,15 @@
 
 mod build;
 mod console;
+mod export;
 mod failure;
+mod measure;
 mod new;
 mod progress;
 mod scan;
 mod status;
+mod templates;
+mod view;
 
 use clap::{Parser, Subcommand};
 use console::{Console, Verbosity};
@@ -45,6 +49,14 @@ enum Command {
     Build(build::BuildArgs),
     /// What stands, what is stale, what each step measured
     Status(status::StatusArgs),
+    /// Write the figure, or a step, as files
+    Export(export::ExportArgs),
+    /// Write a recording for the Rerun viewer, or a picture of every step
+    View(view::ViewArgs),
+    /// Compare the session with known truth
+    Measure(measure::MeasureArgs),
+    /// The kinds of garment
+    Templates(templates::TemplatesArgs),
 }
 
 /// Where a command works.
@@ -77,6 +89,10 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Scan(args) => scan::run(args, &context),
         Command::Build(args) => build::run(args, &context),
         Command::Status(args) => status::run(args, &context),
+        Command::Export(args) => export::run(args, &context),
+        Command::View(args) => view::run(args, &context),
+        Command::Measure(args) => measure::run(args, &context),
+        Command::Templates(args) => templates::run(args, &context),
     };
     match outcome {
         Ok(done) => {

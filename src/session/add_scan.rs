@@ -5,7 +5,7 @@ use super::recipe::{BODY_STEP, StepRecipe};
 use super::stage_scan;
 use super::state::Stage;
 use super::walk::{Event, Forced, StageReport, Walk};
-use super::{SessionError, source};
+use super::{SessionError, garment_kind, source};
 use std::path::PathBuf;
 
 /// A scan to be added.
@@ -47,6 +47,9 @@ impl Writer {
             masks: Vec::new(),
         };
         self.session.recipe.clone().put_step(step.clone(), new.replace)?;
+        if step.template.is_some() {
+            garment_kind::of_step(&step)?;
+        }
         let bytes = source::read(&new.file)?;
         step.scan = source::named(self.session.dir(), &new.file, &bytes)?;
         self.session.recipe.put_step(step.clone(), new.replace)?;

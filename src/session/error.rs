@@ -38,6 +38,12 @@ pub enum SessionError {
         /// Its path.
         path: PathBuf,
     },
+    /// A folder that was named is not there.
+    #[error("there is no folder '{}'", path.display())]
+    NoSuchFolder {
+        /// Its path.
+        path: PathBuf,
+    },
     /// The system would not let a file be read.
     #[error("'{}' cannot be read: {source}", path.display())]
     Reading {
@@ -182,6 +188,14 @@ pub enum SessionError {
         /// What its room says.
         source: Box<StageError>,
     },
+    /// A garment kind, or a limit, that there is not.
+    #[error("garment '{step}': {source}")]
+    WrongKind {
+        /// The step.
+        step: String,
+        /// What the segmentation says.
+        source: Box<StageError>,
+    },
     /// A stage failed.
     #[error("step '{step}', {stage}: {source}")]
     Stage {
@@ -229,6 +243,7 @@ impl SessionError {
             | Self::AlreadyASession { .. }
             | Self::FolderNotEmpty { .. }
             | Self::NoSuchFile { .. }
+            | Self::NoSuchFolder { .. }
             | Self::BadName { .. }
             | Self::DuplicateStep { .. }
             | Self::UnknownStep { .. }
@@ -239,7 +254,7 @@ impl SessionError {
             | Self::MaskOnBody
             | Self::UnknownTarget { .. }
             | Self::BadRequest { .. } => true,
-            Self::BadSource { source, .. } | Self::Stage { source, .. } => source.is_wrong_command(),
+            Self::BadSource { source, .. } | Self::WrongKind { source, .. } | Self::Stage { source, .. } => source.is_wrong_command(),
             _ => false,
         }
     }
@@ -251,7 +266,7 @@ impl SessionError {
             Self::AlreadyASession { dir } => format!("go on in it with `overcoat -C {} scan …`, or name another folder", dir.display()),
             Self::FolderNotEmpty { .. } => "name a folder that is empty or does not exist".into(),
             Self::Locked { .. } => "wait until it is done, or end it".into(),
-            Self::NoSuchFile { .. } => "check the path; it is taken from the folder that you are in".into(),
+            Self::NoSuchFile { .. } | Self::NoSuchFolder { .. } => "check the path; it is taken from the folder that you are in".into(),
             Self::Reading { .. } => "check that the file is one, and that you may read it".into(),
             Self::Writing { .. } => "check that the folder exists, that you may write in it, and that the disk is not full; nothing was changed".into(),
             Self::PathNotText { .. } => "rename the file or its folder".into(),
@@ -276,7 +291,7 @@ impl SessionError {
             Self::SourceChanged { .. } => "put the file back as it was, or scan the step again with `--replace`".into(),
             Self::UnknownTarget { .. } => "end the name with .glb for one file, or with / for a folder of .ply files".into(),
             Self::BadRequest { hint, .. } => hint.clone(),
-            Self::BadSource { source, .. } | Self::Stage { source, .. } => return source.hint(),
+            Self::BadSource { source, .. } | Self::WrongKind { source, .. } | Self::Stage { source, .. } => return source.hint(),
         })
     }
 }

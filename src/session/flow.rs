@@ -1,36 +1,77 @@
 //! The way of the data through a session: the body, then each garment on the figure dressed so far.
 
-use super::recipe::{BODY_STEP, StepRecipe};
+use super::recipe::StepRecipe;
+use super::stage_cut::cut;
+use super::stage_figure::bare;
 use super::stage_fit::fit;
+use super::stage_pose::pose;
+use super::stage_register::register;
 use super::stage_scan::scan;
+use super::stage_segment::segment;
 use super::store::Kept;
 use super::walk::Walk;
-use super::SessionError;
-use crate::fit::FittedBody;
+use super::{ContentHash, SessionError};
+use crate::body::Figure;
+use crate::cut::Garment;
+use crate::fit::{FittedBody, PoseInside, RegisteredBody};
 use crate::scan::Scan;
+use crate::segment::Labels;
 
 /// What a step came to.
-pub(super) struct BuiltStep {
-    pub name: String,
+pub(super) struct Dressed {
     pub scan: Kept<Scan>,
-    pub fitted: Kept<FittedBody>,
+    pub pose: StepPose,
+    /// With what the step brought.
+    pub figure: Kept<Figure>,
+}
+
+/// Where the pose of a step is to be found, and what came with it.
+#[derive(Clone, Copy)]
+pub(super) enum StepPose {
+    /// The body's step.
+    Naked { fitted: Kept<FittedBody>, registered: Kept<RegisteredBody> },
+    /// A garment's step.
+    Inside { inside: Kept<PoseInside>, labels: Kept<Labels>, garment: Kept<Garment> },
+}
+
+impl StepPose {
+    /// The artefact that holds the pose.
+    pub fn hash(&self) -> ContentHash {
+        match self {
+            Self::Naked { registered, .. } => registered.hash,
+            Self::Inside { inside, .. } => inside.hash,
+        }
+    }
 }
 
 /// Walks through all steps, or up to the one named.
-pub(super) fn steps(walk: &mut Walk, last: Option<&str>) -> Result<Vec<BuiltStep>, SessionError> {
+pub(super) fn steps(walk: &mut Walk, last: Option<&str>) -> Result<Vec<Dressed>, SessionError> {
     let recipe = walk.session().recipe.clone();
-    let mut built: Vec<BuiltStep> = Vec::new();
+    let mut dressed: Vec<Dressed> = Vec::new();
     for step in &recipe.steps {
-        built.push(if step.name == BODY_STEP { body(walk, step)? } else { break });
+        dressed.push(match dressed.last() {
+            None => body(walk, step)?,
+            Some(inner) => garment(walk, step, inner)?,
+        });
         if last == Some(step.name.as_str()) {
             break;
         }
     }
-    Ok(built)
+    Ok(dressed)
 }
 
-fn body(walk: &mut Walk, step: &StepRecipe) -> Result<BuiltStep, SessionError> {
+fn body(walk: &mut Walk, step: &StepRecipe) -> Result<Dressed, SessionError> {
     let scan = scan(walk, step)?;
     let fitted = fit(walk, step, scan)?;
-    Ok(BuiltStep { name: step.name.clone(), scan, fitted })
+    let registered = register(walk, step, scan, fitted)?;
+    let figure = bare(walk, step, registered)?;
+    Ok(Dressed { scan, pose: StepPose::Naked { fitted, registered }, figure })
+}
+
+fn garment(walk: &mut Walk, step: &StepRecipe, inner: &Dressed) -> Result<Dressed, SessionError> {
+    let scan = scan(walk, step)?;
+    let inside = pose(walk, step, scan, inner)?;
+    let labels = segment(walk, step, scan, inner, inside)?;
+    let garment = cut(walk, step, scan, labels)?;
+    Ok(Dressed { scan, pose: StepPose::Inside { inside, labels, garment }, figure: inner.figure })
 }

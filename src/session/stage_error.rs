@@ -1,8 +1,13 @@
 //! What the rooms say, in one type.
 
 use crate::body::BodyError;
+use crate::cut::CutError;
+use crate::export::ExportError;
 use crate::fit::FitError;
 use crate::formats::FormatError;
+use crate::geometry::MeshError;
+use crate::segment::SegmentError;
+use crate::studio::MetricsError;
 
 /// What a room says when it gives no result.
 #[derive(Debug, thiserror::Error)]
@@ -10,12 +15,30 @@ pub enum StageError {
     /// Bytes that are not the file they should be.
     #[error(transparent)]
     Format(#[from] FormatError),
+    /// Arrays that are no mesh.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
     /// No body model.
     #[error(transparent)]
     Body(#[from] BodyError),
     /// No fit.
     #[error(transparent)]
     Fit(#[from] FitError),
+    /// No such garment kind, or no labels.
+    #[error(transparent)]
+    Segment(#[from] SegmentError),
+    /// No garment.
+    #[error(transparent)]
+    Cut(#[from] CutError),
+    /// No file.
+    #[error(transparent)]
+    Export(#[from] ExportError),
+    /// No picture.
+    #[error(transparent)]
+    View(#[from] crate::view::Error),
+    /// No measures.
+    #[error(transparent)]
+    Metrics(#[from] MetricsError),
     /// A stage that this version lacks.
     #[error("the stage is not available in this version")]
     NotAvailable,
@@ -26,14 +49,24 @@ impl StageError {
     pub fn hint(&self) -> Option<String> {
         match self {
             Self::Format(e) => e.hint(),
+            Self::Mesh(_) => Some("the file is damaged; write it again".into()),
             Self::Body(e) => e.hint(),
             Self::Fit(e) => e.hint(),
+            Self::Segment(e) => e.hint(),
+            Self::Cut(e) => e.hint(),
+            Self::Export(e) => e.hint(),
+            Self::View(e) => e.hint(),
+            Self::Metrics(e) => e.hint(),
             Self::NotAvailable => None,
         }
     }
 
     /// Whether the command asked for what cannot be, rather than failed at its work.
     pub(super) fn is_wrong_command(&self) -> bool {
-        matches!(self, Self::Format(FormatError::UnknownExtension { .. }))
+        matches!(
+            self,
+            Self::Format(FormatError::UnknownExtension { .. })
+                | Self::Segment(SegmentError::UnknownTemplate { .. } | SegmentError::BadExtent { .. })
+        )
     }
 }

@@ -1,0 +1,49 @@
+//! `overcoat export`: the figure, or a step, as files.
+
+use super::Context;
+use super::console::{Done, secs};
+use crate::session::{ExportRequest, Session};
+use serde_json::json;
+use std::path::PathBuf;
+use std::time::Instant;
+
+#[derive(clap::Args)]
+pub(super) struct ExportArgs {
+    /// `NAME.glb`, or a folder for one .ply a layer
+    target: PathBuf,
+    /// As posed in the scan of this step, in the frame and unit of its file
+    #[arg(long, value_name = "STEP")]
+    at: Option<String>,
+    /// The cleaned scan of this step, in the frame and unit of its file
+    #[arg(long, value_name = "STEP")]
+    scan: Option<String>,
+    /// `fit`: the body before registration
+    #[arg(long, value_name = "STAGE", value_parser = ["fit"], conflicts_with_all = ["at", "scan"])]
+    stage: Option<String>,
+}
+
+pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
+    let began = Instant::now();
+    let request = ExportRequest {
+        target: args.target,
+        at: args.at,
+        scan: args.scan,
+        before_registration: args.stage.is_some(),
+    };
+    let files = Session::open(&context.session)?.export(&request)?;
+    let shown: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
+    let json = json!({
+        "session": context.session.display().to_string(),
+        "target": request.target.display().to_string(),
+        "files": shown,
+        "secs": began.elapsed().as_secs_f64(),
+    });
+    let count = match shown.len() {
+        1 => "1 file".to_string(),
+        n => format!("{n} files"),
+    };
+    Ok(Done::new("export", json)
+        .line(format!("wrote {count} in {}", secs(began.elapsed())))
+        .lines(shown.iter().map(|f| format!("  {f}")))
+        .next(context.overcoat("view --sheet sheet.png")))
+}

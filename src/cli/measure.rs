@@ -1,0 +1,66 @@
+//! `overcoat measure`: the session against known truth.
+
+use super::Context;
+use super::console::{Done, secs};
+use crate::session::{Session, Subject, TruthReport};
+use anyhow::Context as _;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use std::time::Instant;
+
+#[derive(clap::Args)]
+pub(super) struct MeasureArgs {
+    /// Folder with K_body.ply, K_layerJ.ply, joints.json and bind_*.ply, in the frame of the scans' files
+    #[arg(long, value_name = "DIR")]
+    truth: PathBuf,
+    /// The body was made from Overcoat's own model, which is judged more strictly
+    #[arg(long)]
+    invented: bool,
+}
+
+pub(super) fn run(args: MeasureArgs, context: &Context) -> anyhow::Result<Done> {
+    let began = Instant::now();
+    let subject = if args.invented { Subject::Invented } else { Subject::Foreign };
+    let truth = context.input(args.truth);
+    let report = Session::open(&context.session)?.measure(&truth, subject)?;
+    let mut json = json!({
+        "session": context.session.display().to_string(),
+        "truth": truth.display().to_string(),
+        "secs": began.elapsed().as_secs_f64(),
+    });
+    if let (Value::Object(object), Value::Object(measures)) =
+        (&mut json, serde_json::to_value(&report).context("the measures cannot be written as JSON")?)
+    {
+        object.extend(measures);
+    }
+    Ok(Done::new("measure", json)
+        .lines(lines_of(&report))
+        .line(format!("measured {} steps in {}", report.steps.len(), secs(began.elapsed()))))
+}
+
+/// The steps' measures, then the targets.
+pub(super) fn lines_of(report: &TruthReport) -> Vec<String> {
+    let mut lines = Vec::new();
+    for step in &report.steps {
+        let measures = match serde_json::to_value(step) {
+            Ok(Value::Object(object)) => object,
+            _ => continue,
+        };
+        lines.push(format!("step {} {}", step.step, step.name));
+        lines.extend(measures.iter().filter_map(|(name, value)| Some(format!("  {name:<32} {:>10.3}", value.as_f64()?))));
+    }
+    lines.push("targets (first / goal)".into());
+    for target in &report.targets {
+        let verdict = match (target.meets_goal, target.meets_first) {
+            (true, _) => "goal",
+            (false, true) => "first",
+            (false, false) => "missed",
+        };
+        let first = target.first.map_or("-".to_string(), |v| v.to_string());
+        lines.push(format!(
+            "  {:<4} {:<36} {:>10.3}  {first:>6} / {:<6} {verdict}",
+            target.row, target.metric, target.value, target.goal
+        ));
+    }
+    lines
+}

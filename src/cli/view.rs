@@ -1,0 +1,48 @@
+//! `overcoat view`: the session as a Rerun recording and as a contact sheet.
+
+use super::Context;
+use super::console::{Done, secs};
+use crate::session::{Session, SessionError};
+use serde_json::json;
+use std::path::PathBuf;
+use std::time::Instant;
+
+#[derive(clap::Args)]
+pub(super) struct ViewArgs {
+    /// Write a recording for the Rerun viewer
+    #[arg(long, value_name = "OUT.rrd")]
+    save: Option<PathBuf>,
+    /// Draw every step, scan beside result, from three sides
+    #[arg(long, value_name = "OUT.png")]
+    sheet: Option<PathBuf>,
+}
+
+pub(super) fn run(args: ViewArgs, context: &Context) -> anyhow::Result<Done> {
+    let began = Instant::now();
+    if args.save.is_none() && args.sheet.is_none() {
+        let what = "view needs to know what to write".into();
+        let hint = "--save OUT.rrd for the Rerun viewer, --sheet OUT.png for a picture of every step".into();
+        return Err(SessionError::BadRequest { what, hint }.into());
+    }
+    let session = Session::open(&context.session)?;
+    let mut done_lines = Vec::new();
+    let mut next = Vec::new();
+    if let Some(path) = &args.sheet {
+        session.write_sheet(path)?;
+        done_lines.push(format!("drew {}", path.display()));
+    }
+    if let Some(path) = &args.save {
+        session.write_recording(path)?;
+        done_lines.push(format!("recorded {}", path.display()));
+        next.push(format!("rerun {}", path.display()));
+    }
+    let json = json!({
+        "session": context.session.display().to_string(),
+        "recording": args.save.map(|p| p.display().to_string()),
+        "sheet": args.sheet.map(|p| p.display().to_string()),
+        "secs": began.elapsed().as_secs_f64(),
+    });
+    let mut done = Done::new("view", json);
+    done.next = next;
+    Ok(done.line(format!("{}, in {}", done_lines.join(" and "), secs(began.elapsed()))))
+}

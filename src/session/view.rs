@@ -1,0 +1,143 @@
+//! The session as pictures: a contact sheet of every step, and a recording for the viewer.
+
+use super::export::write;
+use super::open::Session;
+use super::worn::WornStep;
+use super::{SessionError, StageReport};
+use crate::body::JointId;
+use crate::geometry::{PerVertex, Point, TriMesh};
+use crate::view::{Paint, Part, Sheet, SheetRow, contact_sheet, layer_color};
+use nalgebra::{Rotation3, Vector3};
+use std::path::Path;
+
+impl Session {
+    /// Draws every built step, scan beside result, and the layers in the bind pose, and writes a PNG.
+    pub fn write_sheet(&self, path: &Path) -> Result<(), SessionError> {
+        let steps = self.worn_steps(None)?;
+        let reports: Vec<StageReport> = self.status()?.into_iter().flat_map(|s| s.standing).collect();
+        let seen: Vec<SeenStep> = steps.iter().map(SeenStep::of).collect();
+        let mut rows = Vec::new();
+        for (worn, seen) in steps.iter().zip(&seen) {
+            rows.push(SheetRow::step(&worn.step.name, notes(&reports, &worn.step.name), &[seen.scan()?], &seen.layers()));
+        }
+        if let Some(last) = steps.last() {
+            let layers = last.figure.layers.iter().enumerate();
+            let parts: Vec<(String, Part)> =
+                layers.map(|(i, layer)| (layer.name.clone(), Part::solid(&layer.mesh, layer_color(i)))).collect();
+            rows.push(SheetRow::layers("layers", vec!["in the bind pose".into()], &parts));
+        }
+        let title = self.dir().canonicalize().ok().and_then(|d| Some(d.file_name()?.to_string_lossy().into_owned()));
+        let names: Vec<&str> = steps.iter().map(|s| s.step.name.as_str()).collect();
+        let sheet = Sheet::new(title.unwrap_or_else(|| "session".into()), names.join(", "), rows);
+        write(path, |out| contact_sheet(&sheet).write_png(out))
+    }
+}
+
+/// A step turned so that the person faces the camera.
+struct SeenStep {
+    scan: TriMesh,
+    scan_colors: Option<PerVertex<[u8; 3]>>,
+    layers: Vec<TriMesh>,
+}
+
+impl SeenStep {
+    fn of(worn: &WornStep) -> Self {
+        let root = worn.figure.skeleton.joints_in_world(&worn.pose)[JointId(0).index()];
+        let facing = worn.pose.rotations[0] * Vector3::z();
+        let turn = Rotation3::from_axis_angle(&Vector3::y_axis(), -facing.x.atan2(facing.z));
+        let feet = worn.scan.mesh.bounds().map_or(0.0, |b| b.min.y);
+        let floor = Point::new(root.x, feet, root.z);
+        let seen = |mesh: &TriMesh| mesh.map_points(|p| Point::from(turn * (p - floor)));
+        let garments = worn.garments();
+        let layers = std::iter::once(worn.body()).chain(garments.into_iter().map(|(_, mesh)| mesh));
+        Self {
+            scan: seen(&worn.scan.mesh),
+            scan_colors: worn.scan.colors.clone(),
+            layers: layers.map(|mesh| seen(&mesh)).collect(),
+        }
+    }
+
+    fn scan(&self) -> Result<Part<'_>, SessionError> {
+        match &self.scan_colors {
+            None => Ok(Part::solid(&self.scan, layer_color(0))),
+            Some(colors) => Part::try_new(&self.scan, Paint::PerVertex(colors))
+                .map_err(|e| SessionError::bad_source(Path::new("scan"), e)),
+        }
+    }
+
+    fn layers(&self) -> Vec<Part<'_>> {
+        self.layers.iter().enumerate().map(|(i, mesh)| Part::solid(mesh, layer_color(i))).collect()
+    }
+}
+
+/// The measures of a step that a person reads first.
+const NOTED: [&str; 8] = [
+    "residual_mean_mm",
+    "residual_p95_mm",
+    "outside_share",
+    "greatest_offset_mm",
+    "garment_vertices",
+    "hem_loops",
+    "inside_after",
+    "intersecting_pairs",
+];
+
+fn notes(reports: &[StageReport], step: &str) -> Vec<String> {
+    let of_step = reports.iter().filter(|r| r.step == step);
+    of_step
+        .flat_map(|r| r.measures.iter().map(move |(name, value)| (r.stage, name, value)))
+        .filter(|(_, name, _)| NOTED.contains(&name.as_str()))
+        .map(|(stage, name, value)| format!("{stage} {}\t{value:.2}", name.replace('_', " ")))
+        .collect()
+}
+
+#[cfg(feature = "rerun")]
+impl Session {
+    /// Writes every built step as a Rerun recording.
+    pub fn write_recording(&self, path: &Path) -> Result<(), SessionError> {
+        let steps = self.worn_steps(None)?;
+        let reports: Vec<StageReport> = self.status()?.into_iter().flat_map(|s| s.standing).collect();
+        let seen: Vec<SeenStep> = steps.iter().map(SeenStep::of).collect();
+        let failed = |e| SessionError::bad_source(path, e);
+        let recording = crate::view::Recording::try_new(&self.dir().display().to_string()).map_err(failed)?;
+        for (k, (worn, seen)) in steps.iter().zip(&seen).enumerate() {
+            recording.set_step(k);
+            recording.log_scan(&seen.scan()?).map_err(failed)?;
+            for (layer, (part, of)) in seen.layers().iter().zip(&worn.figure.layers).enumerate() {
+                match layer {
+                    0 => recording.log_body(part).map_err(failed)?,
+                    _ => recording.log_garment(&of.name, part).map_err(failed)?,
+                }
+            }
+            recording.log_notes(&notes_in_markdown(&reports, &worn.step.name)).map_err(failed)?;
+            for report in reports.iter().filter(|r| r.step == worn.step.name) {
+                for (name, value) in &report.measures {
+                    recording.log_measure(&format!("{}_{name}", report.stage), *value).map_err(failed)?;
+                }
+            }
+        }
+        write(path, |out| recording.finish(out))
+    }
+}
+
+#[cfg(feature = "rerun")]
+fn notes_in_markdown(reports: &[StageReport], step: &str) -> String {
+    let mut text = format!("# {step}\n");
+    for report in reports.iter().filter(|r| r.step == step) {
+        text += &format!("\n**{}**\n", report.stage);
+        text.extend(report.measures.iter().map(|(name, value)| format!("- {name}: {value:.3}\n")));
+        text.extend(report.findings.iter().map(|finding| format!("- {finding}\n")));
+    }
+    text
+}
+
+#[cfg(not(feature = "rerun"))]
+impl Session {
+    /// Writes every built step as a Rerun recording; this program was built without the viewer.
+    pub fn write_recording(&self, _path: &Path) -> Result<(), SessionError> {
+        Err(SessionError::BadRequest {
+            what: "this program was built without the viewer, so it writes no recording".into(),
+            hint: "build it with `cargo build --release`, or draw a picture with `overcoat view --sheet sheet.png`".into(),
+        })
+    }
+}

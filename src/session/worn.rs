@@ -1,0 +1,104 @@
+//! A step as it was worn: the figure in the pose of its scan.
+
+use super::flow::{Dressed, StepPose, steps};
+use super::open::Session;
+use super::recipe::StepRecipe;
+use super::walk::Walk;
+use super::SessionError;
+use crate::body::{Figure, Pose};
+use crate::fit::{FittedBody, PoseInside};
+use crate::geometry::{PerVertex, Point, TriMesh};
+use crate::scan::Scan;
+use crate::segment::Labels;
+
+/// A built step, loaded. Everything is in the frame of the cleaned scan: metres, Y up.
+pub(super) struct WornStep {
+    pub step: StepRecipe,
+    pub scan: Scan,
+    /// With what the step brought.
+    pub figure: Figure,
+    pub pose: Pose,
+    /// Of the body's step.
+    pub fitted: Option<FittedBody>,
+    /// Of a garment's step.
+    pub labels: Option<Labels>,
+    offsets: Option<PerVertex<f64>>,
+}
+
+impl Session {
+    /// All steps, or those up to the one named. Runs nothing.
+    pub(super) fn worn_steps(&self, last: Option<&str>) -> Result<Vec<WornStep>, SessionError> {
+        if let Some(name) = last {
+            self.recipe.step(name)?;
+        }
+        if self.recipe.steps.is_empty() {
+            return Err(SessionError::NoScans { dir: self.dir().to_path_buf() });
+        }
+        let dressed = steps(&mut Walk::look(self), last)?;
+        self.recipe.steps.iter().zip(&dressed).map(|(step, dressed)| self.worn(step, dressed)).collect()
+    }
+
+    fn worn(&self, step: &StepRecipe, dressed: &Dressed) -> Result<WornStep, SessionError> {
+        let (scan, figure) = (self.store.load(dressed.scan)?, self.store.load(dressed.figure)?);
+        let step = step.clone();
+        Ok(match dressed.pose {
+            StepPose::Naked { fitted, registered } => WornStep {
+                step,
+                scan,
+                figure,
+                pose: self.store.load(registered)?.pose,
+                fitted: Some(self.store.load(fitted)?),
+                labels: None,
+                offsets: None,
+            },
+            StepPose::Inside { inside, labels, .. } => {
+                let PoseInside { pose, offsets, .. } = self.store.load(inside)?;
+                let labels = Some(self.store.load(labels)?);
+                WornStep { step, scan, figure, pose, fitted: None, labels, offsets: Some(offsets) }
+            }
+        })
+    }
+}
+
+impl WornStep {
+    /// The body, with the step's offsets.
+    pub fn body(&self) -> TriMesh {
+        let posed = self.figure.body().posed(&self.figure.skeleton, &self.pose);
+        match &self.offsets {
+            Some(offsets) => along_normals(&posed, offsets),
+            None => posed,
+        }
+    }
+
+    /// The body before registration, where the step has one.
+    pub fn body_of_fit(&self) -> Option<TriMesh> {
+        let fitted = self.fitted.as_ref()?;
+        let weights = &self.figure.body().weights;
+        let points = crate::body::skin(fitted.surface.points(), weights, &fitted.skeleton, &fitted.pose);
+        Some(fitted.surface.with_points(points))
+    }
+
+    /// What is worn at this step, innermost first.
+    pub fn garments(&self) -> Vec<(String, TriMesh)> {
+        let posed = |layer: &crate::body::Layer| layer.posed(&self.figure.skeleton, &self.pose);
+        self.figure.garments().iter().map(|layer| (layer.name.clone(), posed(layer))).collect()
+    }
+
+    /// Joint centres, in the order of the skeleton.
+    pub fn joints(&self) -> Vec<Point> {
+        self.figure.skeleton.joints_in_world(&self.pose)
+    }
+}
+
+/// The body of `figure` as it lies inside a scan.
+pub(super) fn body_inside(figure: &Figure, inside: &PoseInside) -> TriMesh {
+    along_normals(&figure.body().posed(&figure.skeleton, &inside.pose), &inside.offsets)
+}
+
+fn along_normals(posed: &TriMesh, offsets: &PerVertex<f64>) -> TriMesh {
+    let normals = posed.vertex_normals();
+    let moved: PerVertex<Point> =
+        posed.points().iter().zip(normals.iter()).zip(offsets.iter()).map(|((p, n), d)| p + n * *d).collect();
+    // A figure and the offsets that were fitted to it have the same vertices; a damaged artefact may not.
+    if moved.len() == posed.vertex_count() { posed.with_points(moved) } else { posed.clone() }
+}
