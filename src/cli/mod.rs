@@ -5,6 +5,7 @@ mod build;
 mod console;
 mod export;
 mod failure;
+mod mask;
 mod measure;
 mod new;
 mod progress;
@@ -47,6 +48,8 @@ enum Command {
     Scan(scan::ScanArgs),
     /// Fit, segment, stack, weigh: whatever is not up to date
     Build(build::BuildArgs),
+    /// Correct a garment's labels by brush strokes or a label file
+    Mask(mask::MaskArgs),
     /// What stands, what is stale, what each step measured
     Status(status::StatusArgs),
     /// Write the figure, or a step, as files
@@ -88,6 +91,7 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::New(args) => new::run(args, &context),
         Command::Scan(args) => scan::run(args, &context),
         Command::Build(args) => build::run(args, &context),
+        Command::Mask(args) => mask::run(args, &context),
         Command::Status(args) => status::run(args, &context),
         Command::Export(args) => export::run(args, &context),
         Command::View(args) => view::run(args, &context),

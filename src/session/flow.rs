@@ -6,6 +6,7 @@ use super::stage_figure::bare;
 use super::stage_fit::fit;
 use super::stage_pose::pose;
 use super::stage_register::register;
+use super::stage_rig::rig;
 use super::stage_scan::scan;
 use super::stage_segment::segment;
 use super::store::Kept;
@@ -73,5 +74,6 @@ fn garment(walk: &mut Walk, step: &StepRecipe, inner: &Dressed) -> Result<Dresse
     let inside = pose(walk, step, scan, inner)?;
     let labels = segment(walk, step, scan, inner, inside)?;
     let garment = cut(walk, step, scan, labels)?;
+    let _rigged = rig(walk, step, garment, inner, inside)?;
     Ok(Dressed { scan, pose: StepPose::Inside { inside, labels, garment }, figure: inner.figure })
 }

@@ -6,6 +6,7 @@ use crate::export::ExportError;
 use crate::fit::FitError;
 use crate::formats::FormatError;
 use crate::geometry::MeshError;
+use crate::rig::RigError;
 use crate::segment::SegmentError;
 use crate::studio::MetricsError;
 
@@ -30,6 +31,9 @@ pub enum StageError {
     /// No garment.
     #[error(transparent)]
     Cut(#[from] CutError),
+    /// No weights.
+    #[error(transparent)]
+    Rig(#[from] RigError),
     /// No file.
     #[error(transparent)]
     Export(#[from] ExportError),
@@ -54,6 +58,7 @@ impl StageError {
             Self::Fit(e) => e.hint(),
             Self::Segment(e) => e.hint(),
             Self::Cut(e) => e.hint(),
+            Self::Rig(e) => e.hint(),
             Self::Export(e) => e.hint(),
             Self::View(e) => e.hint(),
             Self::Metrics(e) => e.hint(),

@@ -1,11 +1,11 @@
 //! Scan: the file's bytes to a cleaned scan.
 
-use super::SessionError;
+use super::{SessionError, StageError};
 use super::recipe::StepRecipe;
 use super::state::Stage;
 use super::store::Kept;
 use super::walk::{Outcome, Walk};
-use crate::formats::MeshKind;
+use crate::formats::{MeshKind, RawMesh, read_mesh};
 use crate::scan::Scan;
 use serde_json::json;
 use std::path::Path;
@@ -25,8 +25,13 @@ pub(super) fn scan(walk: &mut Walk, step: &StepRecipe) -> Result<Kept<Scan>, Ses
     })
 }
 
-fn read(path: &Path, bytes: &[u8], _step: &StepRecipe) -> Result<Scan, super::StageError> {
+fn read(path: &Path, bytes: &[u8], _step: &StepRecipe) -> Result<Scan, StageError> {
+    let _raw = raw_mesh(path, bytes)?;
+    Err(StageError::NotAvailable)
+}
+
+/// What the file holds.
+pub(super) fn raw_mesh(path: &Path, bytes: &[u8]) -> Result<RawMesh, StageError> {
     let extension = path.extension().map(|e| e.to_string_lossy().into_owned()).unwrap_or_default();
-    let _raw = crate::formats::read_mesh(MeshKind::from_extension(&extension)?, bytes)?;
-    Err(super::StageError::NotAvailable)
+    Ok(read_mesh(MeshKind::from_extension(&extension)?, bytes)?)
 }

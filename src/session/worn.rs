@@ -90,9 +90,13 @@ impl WornStep {
     }
 }
 
-/// The body of `figure` as it lies inside a scan.
-pub(super) fn body_inside(figure: &Figure, inside: &PoseInside) -> TriMesh {
-    along_normals(&figure.body().posed(&figure.skeleton, &inside.pose), &inside.offsets)
+/// All surfaces of `figure` as they lie inside a scan, the body with its offsets first.
+pub(super) fn surfaces_inside(figure: &Figure, inside: &PoseInside) -> Vec<TriMesh> {
+    let mut surfaces = figure.posed(&inside.pose);
+    if let Some(body) = surfaces.first_mut() {
+        *body = along_normals(body, &inside.offsets);
+    }
+    surfaces
 }
 
 fn along_normals(posed: &TriMesh, offsets: &PerVertex<f64>) -> TriMesh {

@@ -1,0 +1,36 @@
+//! Rig: the garment's skin weights, and its shape in the bind pose.
+
+use super::SessionError;
+use super::flow::Dressed;
+use super::recipe::StepRecipe;
+use super::state::Stage;
+use super::store::Kept;
+use super::walk::{Outcome, Walk};
+use crate::cut::Garment;
+use crate::fit::PoseInside;
+use crate::rig::{RigParams, RiggedGarment, rig as rig_garment};
+use serde_json::json;
+
+pub(super) fn rig(
+    walk: &mut Walk,
+    step: &StepRecipe,
+    garment: Kept<Garment>,
+    inner: &Dressed,
+    inside: Kept<PoseInside>,
+) -> Result<Kept<RiggedGarment>, SessionError> {
+    let params = RigParams::default();
+    let inputs = json!({
+        "garment": garment.hash, "figure": inner.figure.hash, "inside": inside.hash, "params": params
+    });
+    walk.stage(&step.name, Stage::Rig, inputs, |session, _tell| {
+        let (garment, figure) = (session.store.load(garment)?, session.store.load(inner.figure)?);
+        let inside = session.store.load(inside)?;
+        let rigged = rig_garment(&garment.mesh, garment.colors.as_ref(), &figure, &inside, &params)
+            .map_err(|e| SessionError::stage(&step.name, Stage::Rig, e))?;
+        let report = rigged.report.clone();
+        Ok(Outcome::of(rigged)
+            .measured("trusted_percent", report.trusted_share * 100.0)
+            .measured("stretch_p99", report.stretch_p99)
+            .measured("pruned_max", report.pruned_max))
+    })
+}
