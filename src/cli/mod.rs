@@ -3,6 +3,7 @@
 
 mod build;
 mod console;
+mod demo;
 mod export;
 mod failure;
 mod mask;
@@ -42,6 +43,8 @@ struct Args {
 
 #[derive(Subcommand)]
 enum Command {
+    /// The whole job on the scans that come with the program
+    Demo(demo::DemoArgs),
     /// Start a session
     New(new::NewArgs),
     /// Add a scan: the bare body first, then each garment, from the inside out
@@ -88,6 +91,7 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         console: Console::new(parsed.json, verbosity),
     };
     let outcome = match parsed.command {
+        Command::Demo(args) => demo::run(args, &context),
         Command::New(args) => new::run(args, &context),
         Command::Scan(args) => scan::run(args, &context),
         Command::Build(args) => build::run(args, &context),

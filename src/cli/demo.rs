@@ -1,0 +1,138 @@
+//! `overcoat demo`: the whole job on the scans that come with the program.
+
+use super::Context;
+use super::console::{Done, print_aside, secs};
+use super::measure::lines_of;
+use super::progress::Progress;
+use super::Verbosity;
+use crate::segment::GarmentTemplate;
+use crate::session::{
+    BODY_STEP, ExportRequest, Forced, NewScan, NewSession, Session, SessionError, Subject, TruthReport, Writer, create,
+};
+use anyhow::Context as _;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+#[derive(clap::Args)]
+pub(super) struct DemoArgs {
+    /// Work in this folder, which must not exist or be empty, instead of a temporary one
+    #[arg(long, value_name = "DIR")]
+    keep: Option<PathBuf>,
+}
+
+/// One of the shipped scans: `1-skirt.ply` is the step `skirt`, of the kind `skirt`.
+struct ShippedScan {
+    name: String,
+    template: Option<String>,
+    file: PathBuf,
+}
+
+pub(super) fn run(args: DemoArgs, context: &Context) -> anyhow::Result<Done> {
+    let began = Instant::now();
+    let scans_dir = scans_dir()?;
+    let scans = shipped_scans(&scans_dir)?;
+    let dir = match args.keep {
+        Some(dir) => dir,
+        None => {
+            let made = tempfile::Builder::new().prefix("overcoat-demo-").tempdir();
+            made.context("no temporary folder can be made; name one with --keep DIR")?.keep()
+        }
+    };
+    let session_dir = dir.join("session");
+    let say = |line: String| {
+        if context.console.verbosity > Verbosity::Quiet {
+            print_aside(&line);
+        }
+    };
+    if !is_free(&dir) {
+        return Err(SessionError::FolderNotEmpty { dir }.into());
+    }
+    say(format!("demo in {}", dir.display()));
+    create(&session_dir, &NewSession::default())?;
+
+    let mut progress = Progress::new(&context.console);
+    let mut writer = Writer::open(&session_dir)?;
+    for scan in &scans {
+        let (name, template, file) = (scan.name.clone(), scan.template.clone(), scan.file.clone());
+        writer.add_scan(&NewScan { name, template, file, ..NewScan::default() }, &mut |event| progress.show(event))?;
+    }
+    let stages = writer.build(&Forced::Nothing, &mut |event| progress.show(event))?;
+    drop(writer);
+    progress.end();
+
+    let session = Session::open(&session_dir)?;
+    let mut files = Vec::new();
+    let glb = dir.join("character.glb");
+    files.extend(session.export(&ExportRequest { target: glb, ..ExportRequest::default() })?);
+    let layers = dir.join("layers");
+    session.export(&ExportRequest { target: layers.clone(), ..ExportRequest::default() })?;
+    files.push(layers);
+    if cfg!(feature = "rerun") {
+        let recording = dir.join("session.rrd");
+        session.write_recording(&recording)?;
+        files.push(recording);
+    }
+    let sheet = dir.join("sheet.png");
+    session.write_sheet(&sheet)?;
+    files.push(sheet);
+    let truth = measured(&session, &scans_dir.join("truth"))?;
+
+    let shown: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
+    let json = json!({
+        "session": session_dir.display().to_string(),
+        "steps": scans.iter().map(|s| s.name.as_str()).collect::<Vec<_>>(),
+        "stages": stages,
+        "truth": truth,
+        "files": shown,
+        "secs": began.elapsed().as_secs_f64(),
+    });
+    let mut done = Done::new("demo", json);
+    if let Some(report) = &truth {
+        done = done.line("measured against what is known of the demo's subject:").lines(lines_of(report));
+    }
+    Ok(done
+        .line(format!("dressed a body in {} garments in {}:", scans.len() - 1, secs(began.elapsed())))
+        .lines(shown.iter().map(|f| format!("  {f}")))
+        .next(format!("overcoat -C {} status", session_dir.display()))
+        .next("overcoat new DIR, with scans of your own"))
+}
+
+fn is_free(dir: &Path) -> bool {
+    std::fs::read_dir(dir).map(|mut entries| entries.next().is_none()).unwrap_or(true)
+}
+
+fn measured(session: &Session, truth: &Path) -> Result<Option<TruthReport>, SessionError> {
+    if truth.is_dir() { session.measure(truth, Subject::Invented).map(Some) } else { Ok(None) }
+}
+
+/// `scans/demo`, from the current folder or from where the program was built.
+fn scans_dir() -> Result<PathBuf, SessionError> {
+    let roots = [PathBuf::from("."), PathBuf::from(env!("CARGO_MANIFEST_DIR"))];
+    let mut places = roots.iter().map(|root| root.join("scans").join("demo"));
+    places.find(|place| place.is_dir()).ok_or_else(|| SessionError::BadRequest {
+        what: "the demo's scans are not here".into(),
+        hint: "run it in the folder of the source code, which has them in scans/demo".into(),
+    })
+}
+
+fn shipped_scans(dir: &Path) -> anyhow::Result<Vec<ShippedScan>> {
+    let entries = std::fs::read_dir(dir).with_context(|| format!("'{}' cannot be read", dir.display()))?;
+    let mut files: Vec<PathBuf> = entries.flatten().map(|e| e.path()).collect();
+    files.retain(|f| f.extension().is_some_and(|e| e == "ply"));
+    files.sort();
+    let scans: Vec<ShippedScan> = files.into_iter().filter_map(shipped_scan).collect();
+    if scans.first().is_none_or(|s| s.name != BODY_STEP) {
+        let what = format!("'{}' has no scan of the bare body, 0-body.ply", dir.display());
+        return Err(SessionError::BadRequest { what, hint: "get the source code again".into() }.into());
+    }
+    Ok(scans)
+}
+
+fn shipped_scan(file: PathBuf) -> Option<ShippedScan> {
+    let stem = file.file_stem()?.to_string_lossy().into_owned();
+    let (_, name) = stem.split_once('-')?;
+    let template = GarmentTemplate::built_in(name).ok().map(|t| t.name);
+    let known = name == BODY_STEP || template.is_some();
+    known.then(|| ShippedScan { name: name.to_string(), template, file })
+}
