@@ -1,12 +1,15 @@
 //! Pose: the figure dressed so far, inside the next scan.
 
-use super::flow::Dressed;
+use super::flow::{Dressed, StepPose};
+use super::open::Session;
 use super::recipe::StepRecipe;
+use super::stage_fit::{progress, with_report};
 use super::state::Stage;
 use super::store::Kept;
-use super::walk::Walk;
-use super::{SessionError, StageError};
-use crate::fit::PoseInside;
+use super::walk::{Outcome, Walk};
+use super::{SessionError, garment_kind};
+use crate::body::Pose;
+use crate::fit::{InsideParams, PoseInside, fit_inside};
 use crate::scan::Scan;
 use serde_json::json;
 
@@ -16,13 +19,40 @@ pub(super) fn pose(
     scan: Kept<Scan>,
     inner: &Dressed,
 ) -> Result<Kept<PoseInside>, SessionError> {
-    let inputs = json!({ "scan": scan.hash, "figure": inner.figure.hash, "start": inner.pose.hash() });
-    walk.stage(&step.name, Stage::Pose, inputs, |_session, _tell| {
-        Err(SessionError::stage(&step.name, Stage::Pose, StageError::NotAvailable))
+    let (params, kind) = (InsideParams::default(), garment_kind::of_step(step)?);
+    let inputs = json!({
+        "scan": scan.hash,
+        "figure": inner.figure.hash,
+        "start": inner.pose.hash(),
+        "kind": kind.input(),
+        "model": walk.session().body_model_input(),
+        "params": params,
+    });
+    walk.stage(&step.name, Stage::Pose, inputs, |session, tell| {
+        let (scan, figure) = (session.store.load(scan)?, session.store.load(inner.figure)?);
+        let (start, model) = (pose_of(session, &inner.pose)?, session.body_model()?);
+        let cover = kind.template.cover(figure.body(), &figure.skeleton, &kind.extent);
+        let inside =
+            fit_inside(&scan, &figure, &start, &cover, &model.limits, &params, &mut |s| tell(&progress(s)))
+                .map_err(|e| SessionError::stage(&step.name, Stage::Pose, e))?;
+        let report = inside.report.clone();
+        let deepest = inside.offsets.iter().fold(0.0_f64, |most, d| most.max(d.abs()));
+        Ok(with_report(Outcome::of(inside), &report)
+            .measured("outside_percent", report.outside_share * 100.0)
+            .measured("outside_depth_mm", report.outside_depth * 1e3)
+            .measured("greatest_offset_mm", deepest * 1e3))
+    })
+}
+
+/// The pose of a step that is built.
+fn pose_of(session: &Session, pose: &StepPose) -> Result<Pose, SessionError> {
+    Ok(match pose {
+        StepPose::Naked { registered, .. } => session.store.load(*registered)?.pose,
+        StepPose::Inside { inside, .. } => session.store.load(*inside)?.pose,
     })
 }
 
 /// How far skin may lie outside the noisy scan and still count as inside, in metres.
 pub(super) fn margin() -> f64 {
-    0.002
+    InsideParams::default().margin
 }

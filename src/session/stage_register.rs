@@ -1,11 +1,12 @@
 //! Register: the model's surface onto the naked scan.
 
+use super::SessionError;
 use super::recipe::StepRecipe;
+use super::stage_fit::{progress, with_report};
 use super::state::Stage;
 use super::store::Kept;
-use super::walk::Walk;
-use super::{SessionError, StageError};
-use crate::fit::{FittedBody, RegisteredBody};
+use super::walk::{Outcome, Walk};
+use crate::fit::{FittedBody, RegisterParams, RegisteredBody, register as register_body};
 use crate::scan::Scan;
 use serde_json::json;
 
@@ -15,9 +16,15 @@ pub(super) fn register(
     scan: Kept<Scan>,
     fitted: Kept<FittedBody>,
 ) -> Result<Kept<RegisteredBody>, SessionError> {
+    let params = RegisterParams::default();
     let model = walk.session().body_model_input();
-    let inputs = json!({ "scan": scan.hash, "fitted": fitted.hash, "model": model });
-    walk.stage(&step.name, Stage::Register, inputs, |_session, _tell| {
-        Err(SessionError::stage(&step.name, Stage::Register, StageError::NotAvailable))
+    let inputs = json!({ "scan": scan.hash, "fitted": fitted.hash, "model": model, "params": params });
+    walk.stage(&step.name, Stage::Register, inputs, |session, tell| {
+        let (scan, model) = (session.store.load(scan)?, session.body_model()?);
+        let fitted = session.store.load(fitted)?;
+        let registered = register_body(&scan, &model, &fitted, &params, &mut |s| tell(&progress(s)))
+            .map_err(|e| SessionError::stage(&step.name, Stage::Register, e))?;
+        let report = registered.report.clone();
+        Ok(with_report(Outcome::of(registered), &report))
     })
 }

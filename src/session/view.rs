@@ -74,7 +74,7 @@ impl SeenStep {
 const NOTED: [&str; 8] = [
     "residual_mean_mm",
     "residual_p95_mm",
-    "outside_share",
+    "outside_percent",
     "greatest_offset_mm",
     "garment_vertices",
     "hem_loops",
