@@ -3,6 +3,7 @@
 use super::Context;
 use super::console::{Done, secs};
 use super::progress::Progress;
+use crate::scan::{Unit, Up};
 use crate::session::{NewScan, Writer};
 use serde_json::json;
 use std::path::PathBuf;
@@ -17,12 +18,12 @@ pub(super) struct ScanArgs {
     /// The garment kind, as in `overcoat templates list`
     #[arg(short, long)]
     template: Option<String>,
-    /// Unit of the file (m, cm, mm, in, ft), where it is not to be guessed
+    /// Unit of the file (m, cm, mm, in), where it is not to be guessed
     #[arg(long)]
-    unit: Option<String>,
+    unit: Option<Unit>,
     /// Axis of the file that points up (+y, -z, …), where it is not to be guessed
     #[arg(long, value_name = "±AXIS", allow_hyphen_values = true)]
-    up: Option<String>,
+    up: Option<Up>,
     /// Where the garment ends (knee, ankle, hip, …)
     #[arg(long, value_name = "PLACE")]
     until: Option<String>,

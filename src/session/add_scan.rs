@@ -6,6 +6,7 @@ use super::stage_scan;
 use super::state::Stage;
 use super::walk::{Event, Forced, StageReport, Walk};
 use super::{SessionError, garment_kind, source};
+use crate::scan::{Unit, Up};
 use std::path::PathBuf;
 
 /// A scan to be added.
@@ -18,9 +19,9 @@ pub struct NewScan {
     /// The garment kind.
     pub template: Option<String>,
     /// Unit of the file, where it is not to be guessed.
-    pub unit: Option<String>,
+    pub unit: Option<Unit>,
     /// Up-axis of the file, where it is not to be guessed.
-    pub up: Option<String>,
+    pub up: Option<Up>,
     /// About how many faces the cleaned scan has.
     pub faces: Option<usize>,
     /// Where the garment ends.
@@ -39,8 +40,8 @@ impl Writer {
             name: new.name.clone(),
             scan: super::SourceFile { file: String::new(), hash: None },
             template: new.template.clone(),
-            unit: new.unit.clone(),
-            up: new.up.clone(),
+            unit: new.unit,
+            up: new.up,
             faces: new.faces,
             until: new.until.clone(),
             sleeve: new.sleeve.clone(),

@@ -2,13 +2,14 @@
 
 use super::recipe::StepRecipe;
 use super::stage_cut::cut;
-use super::stage_figure::bare;
+use super::stage_figure::{bare, dressed};
 use super::stage_fit::fit;
 use super::stage_pose::pose;
 use super::stage_register::register;
 use super::stage_rig::rig;
 use super::stage_scan::scan;
 use super::stage_segment::segment;
+use super::stage_stack::stack;
 use super::store::Kept;
 use super::walk::Walk;
 use super::{ContentHash, SessionError};
@@ -74,6 +75,8 @@ fn garment(walk: &mut Walk, step: &StepRecipe, inner: &Dressed) -> Result<Dresse
     let inside = pose(walk, step, scan, inner)?;
     let labels = segment(walk, step, scan, inner, inside)?;
     let garment = cut(walk, step, scan, labels)?;
-    let _rigged = rig(walk, step, garment, inner, inside)?;
-    Ok(Dressed { scan, pose: StepPose::Inside { inside, labels, garment }, figure: inner.figure })
+    let rigged = rig(walk, step, garment, inner, inside)?;
+    let stacked = stack(walk, step, rigged, inner)?;
+    let figure = dressed(walk, step, rigged, stacked, inner.figure)?;
+    Ok(Dressed { scan, pose: StepPose::Inside { inside, labels, garment }, figure })
 }

@@ -32,6 +32,7 @@ mod stage_register;
 mod stage_rig;
 mod stage_scan;
 mod stage_segment;
+mod stage_stack;
 mod state;
 mod store;
 mod timings;

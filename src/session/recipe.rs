@@ -1,6 +1,7 @@
 //! `recipe.toml`: what was asked for, in order. The only file of a session that a person need keep.
 
 use super::{ContentHash, SessionError};
+use crate::scan::{Unit, Up};
 use serde::{Deserialize, Serialize};
 use std::path::{Component, Path, PathBuf};
 
@@ -54,10 +55,10 @@ pub struct StepRecipe {
     pub template: Option<String>,
     /// Unit of the scan's coordinates, where it is not to be guessed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub unit: Option<String>,
+    pub unit: Option<Unit>,
     /// Up-axis of the scan, where it is not to be guessed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub up: Option<String>,
+    pub up: Option<Up>,
     /// About how many faces the cleaned scan has.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub faces: Option<usize>,
@@ -189,7 +190,7 @@ mod tests {
             scan: SourceFile { file: "../a.ply".into(), hash: Some(ContentHash::of(b"a")) },
             template: template.map(String::from),
             unit: None,
-            up: Some("-z".into()),
+            up: Some(Up::MinusZ),
             faces: Some(30_000),
             until: None,
             sleeve: None,

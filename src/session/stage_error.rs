@@ -7,7 +7,9 @@ use crate::fit::FitError;
 use crate::formats::FormatError;
 use crate::geometry::MeshError;
 use crate::rig::RigError;
+use crate::scan::ScanError;
 use crate::segment::SegmentError;
+use crate::stack::StackError;
 use crate::studio::MetricsError;
 
 /// What a room says when it gives no result.
@@ -16,6 +18,9 @@ pub enum StageError {
     /// Bytes that are not the file they should be.
     #[error(transparent)]
     Format(#[from] FormatError),
+    /// No scan of a person.
+    #[error(transparent)]
+    Scan(#[from] ScanError),
     /// Arrays that are no mesh.
     #[error(transparent)]
     Mesh(#[from] MeshError),
@@ -34,6 +39,9 @@ pub enum StageError {
     /// No weights.
     #[error(transparent)]
     Rig(#[from] RigError),
+    /// Not clear of what lies inside.
+    #[error(transparent)]
+    Stack(#[from] StackError),
     /// No file.
     #[error(transparent)]
     Export(#[from] ExportError),
@@ -43,9 +51,6 @@ pub enum StageError {
     /// No measures.
     #[error(transparent)]
     Metrics(#[from] MetricsError),
-    /// A stage that this version lacks.
-    #[error("the stage is not available in this version")]
-    NotAvailable,
 }
 
 impl StageError {
@@ -53,16 +58,17 @@ impl StageError {
     pub fn hint(&self) -> Option<String> {
         match self {
             Self::Format(e) => e.hint(),
+            Self::Scan(e) => e.hint(),
             Self::Mesh(_) => Some("the file is damaged; write it again".into()),
             Self::Body(e) => e.hint(),
             Self::Fit(e) => e.hint(),
             Self::Segment(e) => e.hint(),
             Self::Cut(e) => e.hint(),
             Self::Rig(e) => e.hint(),
+            Self::Stack(e) => e.hint(),
             Self::Export(e) => e.hint(),
             Self::View(e) => e.hint(),
             Self::Metrics(e) => e.hint(),
-            Self::NotAvailable => None,
         }
     }
 

@@ -1,12 +1,14 @@
 //! Figure: the body alone, or a garment weighed and put on the figure dressed so far.
 
-use super::SessionError;
 use super::recipe::{BODY_STEP, StepRecipe};
 use super::state::Stage;
 use super::store::Kept;
 use super::walk::{Outcome, Walk};
+use super::{SessionError, garment_kind};
 use crate::body::{Figure, Layer};
 use crate::fit::RegisteredBody;
+use crate::geometry::TriMesh;
+use crate::rig::{RiggedGarment, physics_weights};
 use serde_json::json;
 
 /// The body alone.
@@ -31,5 +33,40 @@ pub(super) fn bare(
         let vertices = body.mesh.vertex_count();
         let figure = Figure { skeleton: registered.skeleton, layers: vec![body] };
         Ok(Outcome::of(figure).measured("layers", 1.0).measured("vertices", vertices as f64))
+    })
+}
+
+/// The figure dressed so far, with one garment more: weighed by its distance to the body (Hu 2017, Eq. 9).
+pub(super) fn dressed(
+    walk: &mut Walk,
+    step: &StepRecipe,
+    rigged: Kept<RiggedGarment>,
+    stacked: Kept<TriMesh>,
+    inner: Kept<Figure>,
+) -> Result<Kept<Figure>, SessionError> {
+    let kind = garment_kind::of_step(step)?;
+    let inputs =
+        json!({ "rigged": rigged.hash, "stacked": stacked.hash, "figure": inner.hash, "kind": kind.input() });
+    walk.stage(&step.name, Stage::Figure, inputs, |session, _tell| {
+        let (rigged, mesh) = (session.store.load(rigged)?, session.store.load(stacked)?);
+        let mut figure = session.store.load(inner)?;
+        let loose = kind.template.loose_part(mesh.points(), figure.body(), &figure.skeleton);
+        let physics = physics_weights(&mesh, &figure.body().mesh, &loose)
+            .map_err(|e| SessionError::stage(&step.name, Stage::Figure, e))?;
+        figure.layers.push(Layer {
+            name: step.name.clone(),
+            template: Some(kind.template.name.clone()),
+            mesh,
+            weights: rigged.weights,
+            colors: rigged.colors,
+            uvs: None,
+            physics: Some(physics.per_vertex),
+            fabric: Some(kind.template.fabric.clone()),
+        });
+        let layers = figure.layers.len();
+        Ok(Outcome::of(figure)
+            .measured("layers", layers as f64)
+            .measured("physics_of_fitted_part", physics.fitted_part.unwrap_or(f64::NAN))
+            .measured("physics_of_loose_part", physics.loose_part.unwrap_or(f64::NAN)))
     })
 }

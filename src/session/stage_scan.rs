@@ -1,22 +1,23 @@
 //! Scan: the file's bytes to a cleaned scan.
 
-use super::{SessionError, StageError};
 use super::recipe::StepRecipe;
 use super::state::Stage;
 use super::store::Kept;
-use super::walk::{Outcome, Walk};
+use super::walk::{Outcome, Tell, Walk};
+use super::{SessionError, StageError};
 use crate::formats::{MeshKind, RawMesh, read_mesh};
-use crate::scan::Scan;
+use crate::scan::{Scan, ScanParams, clean};
 use serde_json::json;
 use std::path::Path;
 
 pub(super) fn scan(walk: &mut Walk, step: &StepRecipe) -> Result<Kept<Scan>, SessionError> {
+    let params = params_of(step);
     let kind = Path::new(&step.scan.file).extension().map(|e| e.to_string_lossy().to_lowercase());
-    let inputs = json!({ "file": step.scan.hash, "kind": kind, "unit": step.unit, "up": step.up, "faces": step.faces });
-    walk.stage(&step.name, Stage::Scan, inputs, |session, _tell| {
+    let inputs = json!({ "file": step.scan.hash, "kind": kind, "params": params });
+    walk.stage(&step.name, Stage::Scan, inputs, |session, tell| {
         let path = session.resolve(&step.scan.file);
         let bytes = session.source_bytes(&step.scan)?;
-        let scan = read(&path, &bytes, step).map_err(|e| SessionError::BadSource { path, source: Box::new(e) })?;
+        let scan = read(&path, &bytes, &params, tell).map_err(|e| SessionError::bad_source(&path, e))?;
         // A copy is kept once the file is known to be good.
         session.store.keep_bytes(&bytes)?;
         let (vertices, faces) = (scan.mesh.vertex_count(), scan.mesh.face_count());
@@ -25,9 +26,14 @@ pub(super) fn scan(walk: &mut Walk, step: &StepRecipe) -> Result<Kept<Scan>, Ses
     })
 }
 
-fn read(path: &Path, bytes: &[u8], _step: &StepRecipe) -> Result<Scan, StageError> {
-    let _raw = raw_mesh(path, bytes)?;
-    Err(StageError::NotAvailable)
+fn params_of(step: &StepRecipe) -> ScanParams {
+    let defaults = ScanParams::default();
+    ScanParams { unit: step.unit, up: step.up, faces: step.faces.unwrap_or(defaults.faces), ..defaults }
+}
+
+fn read(path: &Path, bytes: &[u8], params: &ScanParams, tell: Tell) -> Result<Scan, StageError> {
+    let raw = raw_mesh(path, bytes)?;
+    Ok(clean(&raw, params, &mut |s| tell(&format!("{} ({} faces)", s.name, s.faces)))?)
 }
 
 /// What the file holds.
