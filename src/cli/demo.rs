@@ -1,10 +1,10 @@
 //! `overcoat demo`: the whole job on the scans that come with the program.
 
 use super::Context;
+use super::Verbosity;
 use super::console::{Done, print_aside, secs};
 use super::measure::lines_of;
 use super::progress::Progress;
-use super::Verbosity;
 use crate::segment::GarmentTemplate;
 use crate::session::{
     BODY_STEP, ExportRequest, Forced, NewScan, NewSession, Session, SessionError, Subject, TruthReport, Writer, create,

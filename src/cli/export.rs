@@ -24,12 +24,8 @@ pub(super) struct ExportArgs {
 
 pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
-    let request = ExportRequest {
-        target: args.target,
-        at: args.at,
-        scan: args.scan,
-        before_registration: args.stage.is_some(),
-    };
+    let request =
+        ExportRequest { target: args.target, at: args.at, scan: args.scan, before_registration: args.stage.is_some() };
     let files = Session::open(&context.session)?.export(&request)?;
     let shown: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
     let json = json!({

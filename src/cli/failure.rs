@@ -34,7 +34,8 @@ pub(super) fn report_usage(error: &clap::Error, json: bool) -> ExitCode {
     let tip = text.lines().find_map(|l| l.trim().strip_prefix("tip: ").map(str::to_string));
     let usage = text.lines().find_map(|l| l.strip_prefix("Usage: ").map(|u| format!("usage: {u}")));
     let hint = tip.or(usage).unwrap_or_else(|| "`overcoat --help` shows the commands".into());
-    let message = if message.is_empty() || text.starts_with("Scans of") { "no command was given".into() } else { message };
+    let message =
+        if message.is_empty() || text.starts_with("Scans of") { "no command was given".into() } else { message };
     say(&message, Some(&hint), json);
     ExitCode::from(WRONG_COMMAND)
 }

@@ -33,9 +33,11 @@ pub(super) fn run(args: MeasureArgs, context: &Context) -> anyhow::Result<Done> 
     {
         object.extend(measures);
     }
-    Ok(Done::new("measure", json)
-        .lines(lines_of(&report))
-        .line(format!("measured {} steps in {}", report.steps.len(), secs(began.elapsed()))))
+    Ok(Done::new("measure", json).lines(lines_of(&report)).line(format!(
+        "measured {} steps in {}",
+        report.steps.len(),
+        secs(began.elapsed())
+    )))
 }
 
 /// The steps' measures, then the targets.
@@ -47,7 +49,9 @@ pub(super) fn lines_of(report: &TruthReport) -> Vec<String> {
             _ => continue,
         };
         lines.push(format!("step {} {}", step.step, step.name));
-        lines.extend(measures.iter().filter_map(|(name, value)| Some(format!("  {name:<32} {:>10.3}", value.as_f64()?))));
+        lines.extend(
+            measures.iter().filter_map(|(name, value)| Some(format!("  {name:<32} {:>10.3}", value.as_f64()?))),
+        );
     }
     lines.push("targets (first / goal)".into());
     for target in &report.targets {

@@ -37,7 +37,9 @@ pub(super) fn run(_: StatusArgs, context: &Context) -> anyhow::Result<Done> {
     }
     Ok(match (steps.is_empty(), stale) {
         (true, _) => done.next(context.overcoat("scan body FILE")),
-        (false, 0) => done.next(context.overcoat("export character.glb")).next(context.overcoat("scan NAME FILE --template …")),
+        (false, 0) => {
+            done.next(context.overcoat("export character.glb")).next(context.overcoat("scan NAME FILE --template …"))
+        }
         (false, _) => done.next(context.overcoat("build")),
     })
 }
@@ -46,7 +48,8 @@ fn lines_of(step: &StepStatus) -> Vec<String> {
     let mark = |stage: &Stage| if step.stale.contains(stage) { format!("[ ] {stage}") } else { format!("[x] {stage}") };
     let stages: Vec<String> = Stage::of_step(step.template.is_none()).iter().map(mark).collect();
     let kind = step.template.as_ref().map(|t| format!(" ({t})")).unwrap_or_default();
-    let mut lines = vec![String::new(), format!("{}{kind}  {}", step.name, step.scan), format!("  {}", stages.join("  "))];
+    let mut lines =
+        vec![String::new(), format!("{}{kind}  {}", step.name, step.scan), format!("  {}", stages.join("  "))];
     if step.scan_changed {
         lines.push("  the file is gone or was changed since it was scanned; the session uses its own copy".into());
     }

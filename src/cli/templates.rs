@@ -2,8 +2,8 @@
 
 use super::Context;
 use super::console::Done;
-use crate::session::SessionError;
 use crate::segment::GarmentTemplate;
+use crate::session::SessionError;
 use serde_json::{Value, json};
 
 #[derive(clap::Args)]

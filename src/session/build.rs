@@ -8,7 +8,11 @@ use serde::Serialize;
 
 impl Writer {
     /// Runs every stage that is stale, in order; each result is durable before the next begins.
-    pub fn build(&mut self, forced: &Forced, on_event: &mut dyn FnMut(&Event)) -> Result<Vec<StageReport>, SessionError> {
+    pub fn build(
+        &mut self,
+        forced: &Forced,
+        on_event: &mut dyn FnMut(&Event),
+    ) -> Result<Vec<StageReport>, SessionError> {
         if self.session.recipe.steps.is_empty() {
             return Err(SessionError::NoScans { dir: self.session.dir().to_path_buf() });
         }

@@ -254,7 +254,9 @@ impl SessionError {
             | Self::MaskOnBody
             | Self::UnknownTarget { .. }
             | Self::BadRequest { .. } => true,
-            Self::BadSource { source, .. } | Self::WrongKind { source, .. } | Self::Stage { source, .. } => source.is_wrong_command(),
+            Self::BadSource { source, .. } | Self::WrongKind { source, .. } | Self::Stage { source, .. } => {
+                source.is_wrong_command()
+            }
             _ => false,
         }
     }

@@ -50,7 +50,8 @@ impl Session {
         let steps = self.worn_steps(request.at.as_deref())?;
         let Some(last) = steps.last() else { return Ok(Vec::new()) };
         let name = self.dir().canonicalize().ok().and_then(|d| Some(d.file_name()?.to_string_lossy().into_owned()));
-        let options = GlbOptions { name, pose: request.at.as_ref().map(|_| last.pose.clone()), ..GlbOptions::default() };
+        let options =
+            GlbOptions { name, pose: request.at.as_ref().map(|_| last.pose.clone()), ..GlbOptions::default() };
         let path = request.target.clone();
         write(&path, |out| write_glb(&last.figure, &options, out))?;
         Ok(vec![path])
@@ -69,7 +70,13 @@ impl Session {
             let step = self.recipe.step(name)?.clone();
             let scan = super::stage_scan::scan(&mut super::walk::Walk::look(self), &step)?;
             let scan = self.store.load(scan)?;
-            folder.ply("scan.ply", &in_file(&scan.mesh, &scan.world_from_file), scan.colors.as_ref(), &[], &mut files)?;
+            folder.ply(
+                "scan.ply",
+                &in_file(&scan.mesh, &scan.world_from_file),
+                scan.colors.as_ref(),
+                &[],
+                &mut files,
+            )?;
         }
         if let Some(name) = &request.at {
             let steps = self.worn_steps(Some(name))?;

@@ -14,7 +14,6 @@ use super::store::Kept;
 use super::walk::Walk;
 use super::{ContentHash, SessionError};
 use crate::body::Figure;
-use crate::cut::Garment;
 use crate::fit::{FittedBody, PoseInside, RegisteredBody};
 use crate::scan::Scan;
 use crate::segment::Labels;
@@ -33,7 +32,7 @@ pub(super) enum StepPose {
     /// The body's step.
     Naked { fitted: Kept<FittedBody>, registered: Kept<RegisteredBody> },
     /// A garment's step.
-    Inside { inside: Kept<PoseInside>, labels: Kept<Labels>, garment: Kept<Garment> },
+    Inside { inside: Kept<PoseInside>, labels: Kept<Labels> },
 }
 
 impl StepPose {
@@ -78,5 +77,5 @@ fn garment(walk: &mut Walk, step: &StepRecipe, inner: &Dressed) -> Result<Dresse
     let rigged = rig(walk, step, garment, inner, inside)?;
     let stacked = stack(walk, step, rigged, inner)?;
     let figure = dressed(walk, step, rigged, stacked, inner.figure)?;
-    Ok(Dressed { scan, pose: StepPose::Inside { inside, labels, garment }, figure })
+    Ok(Dressed { scan, pose: StepPose::Inside { inside, labels }, figure })
 }

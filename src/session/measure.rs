@@ -7,8 +7,8 @@ use crate::formats::read_ply;
 use crate::geometry::{Point, TriMesh};
 use crate::scan::FileFrame;
 use crate::studio::{
-    JointPositions, Measures as TruthMeasures, ResultBind, ResultStep, SubjectKind, TruthBind, TruthJoints, TruthNaming,
-    TruthStep, measure,
+    JointPositions, Measures as TruthMeasures, ResultBind, ResultStep, SubjectKind, TruthBind, TruthJoints,
+    TruthNaming, TruthStep, measure,
 };
 use std::fs::File;
 use std::io::BufReader;

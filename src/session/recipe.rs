@@ -174,7 +174,9 @@ pub(super) fn relative_to(dir: &Path, path: &Path) -> Result<String, SessionErro
     let seen = if shared <= 1 {
         path
     } else {
-        std::iter::repeat_n(Component::ParentDir, d.len() - shared).chain(p[shared..].iter().copied()).collect::<PathBuf>()
+        std::iter::repeat_n(Component::ParentDir, d.len() - shared)
+            .chain(p[shared..].iter().copied())
+            .collect::<PathBuf>()
     };
     let text = seen.to_str().ok_or_else(|| SessionError::PathNotText { path: seen.clone() })?;
     Ok(text.replace('\\', "/"))
@@ -213,12 +215,17 @@ mod tests {
         let early = recipe.clone().put_step(step("jeans", Some("trousers")), false);
         assert!(matches!(early, Err(SessionError::GarmentBeforeBody { .. })));
         recipe.put_step(step("body", None), false).unwrap();
-        for (name, template) in [("a/b", Some("shirt")), ("", Some("shirt")), ("joints", Some("shirt")), ("-C", Some("shirt"))] {
+        for (name, template) in
+            [("a/b", Some("shirt")), ("", Some("shirt")), ("joints", Some("shirt")), ("-C", Some("shirt"))]
+        {
             let bad = recipe.clone().put_step(step(name, template), false);
             assert!(matches!(bad, Err(SessionError::BadName { .. })), "{name}");
         }
         assert!(matches!(recipe.clone().put_step(step("body", None), false), Err(SessionError::DuplicateStep { .. })));
-        assert!(matches!(recipe.put_step(step("jeans", None), false), Err(SessionError::GarmentWithoutTemplate { .. })));
+        assert!(matches!(
+            recipe.put_step(step("jeans", None), false),
+            Err(SessionError::GarmentWithoutTemplate { .. })
+        ));
     }
 
     #[test]

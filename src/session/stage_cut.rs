@@ -26,6 +26,9 @@ pub(super) fn cut(
             cut_out(&scan, &labels, loops, &params).map_err(|e| SessionError::stage(&step.name, Stage::Cut, e))?;
         let (vertices, hems) = (garment.mesh.vertex_count(), garment.hem_loops.len());
         let findings = garment.findings.clone();
-        Ok(Outcome::of(garment).measured("vertices", vertices as f64).measured("hem_loops", hems as f64).found(findings))
+        Ok(Outcome::of(garment)
+            .measured("vertices", vertices as f64)
+            .measured("hem_loops", hems as f64)
+            .found(findings))
     })
 }

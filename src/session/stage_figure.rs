@@ -45,8 +45,7 @@ pub(super) fn dressed(
     inner: Kept<Figure>,
 ) -> Result<Kept<Figure>, SessionError> {
     let kind = garment_kind::of_step(step)?;
-    let inputs =
-        json!({ "rigged": rigged.hash, "stacked": stacked.hash, "figure": inner.hash, "kind": kind.input() });
+    let inputs = json!({ "rigged": rigged.hash, "stacked": stacked.hash, "figure": inner.hash, "kind": kind.input() });
     walk.stage(&step.name, Stage::Figure, inputs, |session, _tell| {
         let (rigged, mesh) = (session.store.load(rigged)?, session.store.load(stacked)?);
         let mut figure = session.store.load(inner)?;

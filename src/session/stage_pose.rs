@@ -32,9 +32,8 @@ pub(super) fn pose(
         let (scan, figure) = (session.store.load(scan)?, session.store.load(inner.figure)?);
         let (start, model) = (pose_of(session, &inner.pose)?, session.body_model()?);
         let cover = kind.template.cover(figure.body(), &figure.skeleton, &kind.extent);
-        let inside =
-            fit_inside(&scan, &figure, &start, &cover, &model.limits, &params, &mut |s| tell(&progress(s)))
-                .map_err(|e| SessionError::stage(&step.name, Stage::Pose, e))?;
+        let inside = fit_inside(&scan, &figure, &start, &cover, &model.limits, &params, &mut |s| tell(&progress(s)))
+            .map_err(|e| SessionError::stage(&step.name, Stage::Pose, e))?;
         let report = inside.report.clone();
         let deepest = inside.offsets.iter().fold(0.0_f64, |most, d| most.max(d.abs()));
         Ok(with_report(Outcome::of(inside), &report)

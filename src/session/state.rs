@@ -53,9 +53,19 @@ impl Stage {
 
     /// The stage of that name.
     pub fn parse(name: &str) -> Option<Self> {
-        [Self::Scan, Self::Fit, Self::Register, Self::Pose, Self::Segment, Self::Cut, Self::Rig, Self::Stack, Self::Figure]
-            .into_iter()
-            .find(|s| s.to_string() == name)
+        [
+            Self::Scan,
+            Self::Fit,
+            Self::Register,
+            Self::Pose,
+            Self::Segment,
+            Self::Cut,
+            Self::Rig,
+            Self::Stack,
+            Self::Figure,
+        ]
+        .into_iter()
+        .find(|s| s.to_string() == name)
     }
 }
 

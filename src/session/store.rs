@@ -66,7 +66,9 @@ impl Store {
     pub fn bytes(&self, hash: ContentHash) -> Result<Vec<u8>, SessionError> {
         let path = self.path(hash);
         let bytes = std::fs::read(&path).map_err(|e| match e.kind() {
-            std::io::ErrorKind::NotFound => SessionError::DamagedArtefact { path: path.clone(), reason: "it is missing" },
+            std::io::ErrorKind::NotFound => {
+                SessionError::DamagedArtefact { path: path.clone(), reason: "it is missing" }
+            }
             _ => SessionError::reading(&path, e),
         })?;
         if ContentHash::of(&bytes) != hash {

@@ -18,7 +18,12 @@ impl Session {
         let seen: Vec<SeenStep> = steps.iter().map(SeenStep::of).collect();
         let mut rows = Vec::new();
         for (worn, seen) in steps.iter().zip(&seen) {
-            rows.push(SheetRow::step(&worn.step.name, notes(&reports, &worn.step.name), &[seen.scan()?], &seen.layers()));
+            rows.push(SheetRow::step(
+                &worn.step.name,
+                notes(&reports, &worn.step.name),
+                &[seen.scan()?],
+                &seen.layers(),
+            ));
         }
         if let Some(last) = steps.last() {
             let layers = last.figure.layers.iter().enumerate();
@@ -137,7 +142,8 @@ impl Session {
     pub fn write_recording(&self, _path: &Path) -> Result<(), SessionError> {
         Err(SessionError::BadRequest {
             what: "this program was built without the viewer, so it writes no recording".into(),
-            hint: "build it with `cargo build --release`, or draw a picture with `overcoat view --sheet sheet.png`".into(),
+            hint: "build it with `cargo build --release`, or draw a picture with `overcoat view --sheet sheet.png`"
+                .into(),
         })
     }
 }

@@ -1,10 +1,10 @@
 //! A step as it was worn: the figure in the pose of its scan.
 
+use super::SessionError;
 use super::flow::{Dressed, StepPose, steps};
 use super::open::Session;
 use super::recipe::StepRecipe;
 use super::walk::Walk;
-use super::SessionError;
 use crate::body::{Figure, Pose};
 use crate::fit::{FittedBody, PoseInside};
 use crate::geometry::{PerVertex, Point, TriMesh};
@@ -51,7 +51,7 @@ impl Session {
                 labels: None,
                 offsets: None,
             },
-            StepPose::Inside { inside, labels, .. } => {
+            StepPose::Inside { inside, labels } => {
                 let PoseInside { pose, offsets, .. } = self.store.load(inside)?;
                 let labels = Some(self.store.load(labels)?);
                 WornStep { step, scan, figure, pose, fitted: None, labels, offsets: Some(offsets) }
