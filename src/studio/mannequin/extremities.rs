@@ -3,7 +3,7 @@
 use super::anatomy::Anatomy;
 use super::field::{Bump, Form, Region};
 use super::loft::{Loft, Station};
-use super::torso::{BODY_EDGE, push};
+use super::torso::{BODY_EDGE, mix, push};
 use crate::geometry::Vec3;
 use std::f64::consts::TAU;
 
@@ -27,8 +27,8 @@ pub(super) fn add_arm(body: &mut Anatomy) {
     let elbow = (body.joints.lower_arm - body.joints.upper_arm).dot(&body.arm[0]);
     let lower = length - elbow;
     let stations = [
-        at(-0.012, 1.0, [0.0, 0.0], [0.9 * deltoid, 0.8 * biceps, 1.10 * biceps, 1.12 * biceps]),
-        at(0.16 * elbow, 1.0, [0.0, 0.0], [0.5 * deltoid + 0.62 * biceps, biceps, 1.13 * biceps, 1.17 * biceps]),
+        at(-0.012, 1.0, [0.0, 0.0], [0.74 * deltoid, 0.8 * biceps, 1.08 * biceps, 1.10 * biceps]),
+        at(0.16 * elbow, 1.0, [0.0, 0.0], [0.5 * deltoid + 0.60 * biceps, biceps, 1.13 * biceps, 1.17 * biceps]),
         at(0.38 * elbow, biceps, [0.0, 0.0], [1.03, 0.97, 1.05, 1.10]),
         at(0.60 * elbow, biceps, [0.0, -0.002], [0.90, 0.90, 1.06, 1.06]),
         at(0.84 * elbow, 0.5 * (biceps + forearm), [0.0, -0.005], [0.86, 0.88, 0.90, 0.90]),
@@ -38,7 +38,7 @@ pub(super) fn add_arm(body: &mut Anatomy) {
         at(elbow + 0.78 * lower, wrist, [0.0, 0.0], [0.93, 0.97, 1.18, 1.16]),
         at(length - 0.006, wrist, [0.0, 0.0], [0.80, 0.85, 1.14, 1.14]),
     ];
-    let arm = Loft::new(body.joints.upper_arm, body.arm, &stations, [0.9 * deltoid, 0.02]);
+    let arm = Loft::new(body.joints.upper_arm, body.arm, &stations, [0.8 * deltoid, 0.02]);
     push(body, Form::Loft(arm), 0.028, BODY_EDGE * 0.92, Region::Arm);
     // Olecranon.
     let tip = body.joints.lower_arm - body.arm[2] * (0.9 * forearm);
@@ -60,15 +60,15 @@ pub(super) fn add_hand(body: &mut Anatomy) {
         exponent: [2.5, 2.5],
     };
     let stations = [
-        palm_at(-0.004, 0.0185, 0.020, 0.0265, 0.0265),
-        palm_at(0.022, 0.0150, 0.0195, 0.0285, 0.0300),
+        palm_at(0.006, 0.0160, 0.0175, 0.0245, 0.0255),
+        palm_at(0.026, 0.0150, 0.0190, 0.0290, 0.0300),
         palm_at(0.050, 0.0125, 0.0165, 0.0345, 0.0360),
         palm_at(0.076, 0.0105, 0.0135, 0.0380, 0.0375),
-        palm_at(0.088, 0.0095, 0.0110, 0.0375, 0.0350),
+        palm_at(0.091, 0.0092, 0.0105, 0.0375, 0.0345),
     ];
     push(
         body,
-        Form::Loft(Loft::new(wrist, [along, up, thumbward], &stations, [0.015, 0.008 * kl])),
+        Form::Loft(Loft::new(wrist, [along, up, thumbward], &stations, [0.015, 0.010 * kl])),
         0.012,
         PALM_EDGE,
         Region::Hand,
@@ -83,7 +83,7 @@ pub(super) fn add_hand(body: &mut Anatomy) {
     for (t, v, length, spread, thick) in fingers {
         let spread = f64::to_radians(spread);
         let ahead = along * spread.cos() + thumbward * spread.sin();
-        let radii = [0.0091, 0.0085, 0.0076, 0.0062].map(|r| r * thick * kt);
+        let radii = [0.0094, 0.0088, 0.0081, 0.0071].map(|r| r * thick * kt);
         let mut from = place(t, v, -0.0005);
         // Phalanges' shares of the length, and how far each bends towards the palm.
         let bones = [(0.46, 6.0), (0.31, 15.0), (0.23, 22.0)];
@@ -91,7 +91,8 @@ pub(super) fn add_hand(body: &mut Anatomy) {
             let bend = f64::to_radians(bend);
             let tip_radius = if j == 2 { radii[3] } else { 0.0 };
             let to = from + (ahead * bend.cos() - up * bend.sin()) * (share * length * kl - tip_radius);
-            let blend = if j == 0 { 0.0055 } else { 0.004 };
+            // Phalanges meet end to end: a wide union would swell at each knuckle.
+            let blend = if j == 0 { 0.0055 } else { 0.0012 };
             push(
                 body,
                 Form::Cone { a: from, b: to, radii: [radii[j], radii[j + 1]] },
@@ -110,7 +111,7 @@ pub(super) fn add_hand(body: &mut Anatomy) {
     ];
     for (j, pair) in thumb.windows(2).enumerate() {
         let form = Form::Cone { a: pair[0].0, b: pair[1].0, radii: [pair[0].1, pair[1].1] };
-        push(body, form, if j == 0 { 0.016 } else { 0.006 }, FINGER_EDGE * 1.1, Region::Hand);
+        push(body, form, if j == 0 { 0.016 } else { 0.002 }, FINGER_EDGE * 1.1, Region::Hand);
     }
 }
 
@@ -127,9 +128,11 @@ pub(super) fn add_leg(body: &mut Anatomy) {
     let top = hip.y - body.levels.crotch;
     // The thighs keep a gap: at the crotch the inner reach ends 4 mm from the midline.
     let inner = (hip.x + top * 0.16 - 0.004).min(thigh);
+    let hip_out = 0.5 * m.hip_breadth * k.hip - hip.x - 0.003;
     let stations = [
-        at(0.0, 1.0, [0.0, 0.004], [0.5 * m.hip_breadth - hip.x - 0.004, 0.8 * inner, 0.95 * thigh, 1.08 * thigh]),
-        at(top + 0.010, 1.0, [0.0, -0.002], [0.93 * thigh, inner, 1.00 * thigh, 1.06 * thigh]),
+        at(-0.055, 1.0, [0.0, 0.0], [0.90 * hip_out, 0.8 * inner, 0.78 * thigh, 0.74 * thigh]),
+        at(0.0, 1.0, [0.0, 0.0], [hip_out, 0.9 * inner, 0.92 * thigh, 0.92 * thigh]),
+        at(top + 0.010, 1.0, [0.0, -0.002], [0.93 * thigh, inner, 1.00 * thigh, 1.04 * thigh]),
         at(mix(top, knee, 0.35), 1.0, [0.004, -0.006], [0.87 * thigh, 0.88 * thigh, 0.93 * thigh, 0.90 * thigh]),
         at(mix(top, knee, 0.62), 0.45 * thigh + 0.55 * above, [0.002, -0.003], [0.93, 0.94, 1.00, 0.95]),
         at(knee - 0.075, above, [0.0, -0.002], [0.93, 0.97, 1.03, 0.98]),
@@ -146,7 +149,7 @@ pub(super) fn add_leg(body: &mut Anatomy) {
             [0.47 * m.bimalleolar_breadth, 0.50 * m.bimalleolar_breadth, 1.25 * ankle, 1.25 * ankle],
         ),
     ];
-    let leg = Loft::new(hip, body.leg, &stations, [0.07, 0.03]);
+    let leg = Loft::new(hip, body.leg, &stations, [0.05, 0.03]);
     push(body, Form::Loft(leg), 0.030, BODY_EDGE, Region::Leg);
     let s = body.scale();
     let mut bump = |center: Vec3, spread: f64, height: f64| {
@@ -203,8 +206,4 @@ pub(super) fn add_foot(body: &mut Anatomy) {
         let b = heel + axis * (t1 * kl) + side * (x1 * kb) + up * (1.02 * r);
         push(body, Form::Cone { a, b, radii: [1.1 * r, r] }, 0.006, FOOT_EDGE * 0.68, Region::Foot);
     }
-}
-
-fn mix(a: f64, b: f64, part: f64) -> f64 {
-    a + part * (b - a)
 }

@@ -109,11 +109,21 @@ pub(super) struct Bump {
     pub height: f64,
 }
 
+/// A ball in which the mesh is finer than the primitives ask for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Focus {
+    pub center: Vec3,
+    pub reach: f64,
+    /// Wanted edge length inside, metres.
+    pub edge: f64,
+}
+
 /// The whole body as one implicit function.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Field {
     pub primitives: Vec<Primitive>,
     pub bumps: Vec<Bump>,
+    pub foci: Vec<Focus>,
 }
 
 /// Step of the central differences: far below any feature, far above rounding.
@@ -171,6 +181,16 @@ impl Field {
             q.x = if p.x == 0.0 { 0.0 } else { q.x.max(0.0) };
         }
         q
+    }
+
+    /// The edge length wanted at a point: what the primitives ask for, each by its share, finer in a focus.
+    pub fn wanted_edge(&self, p: &Vec3) -> f64 {
+        let base: f64 = self.shares(p).iter().zip(&self.primitives).map(|(w, part)| w * part.edge).sum();
+        let p = Vec3::new(p.x.abs(), p.y, p.z);
+        self.foci.iter().fold(base, |edge, focus| {
+            let outside = ((p - focus.center).norm() / focus.reach - 0.7).clamp(0.0, 0.6) / 0.6;
+            edge.min(focus.edge + outside * (base - focus.edge).max(0.0))
+        })
     }
 
     /// How much each primitive owns the point: a soft minimum over their values, summing to one.

@@ -1,7 +1,7 @@
 //! Girths measured on the implicit surface, and the sections scaled until they are those asked for.
 
 use super::anatomy::{Anatomy, Tuning};
-use super::field::Field;
+use super::field::{Field, Region};
 use super::measures::Measures;
 use crate::geometry::Vec3;
 use std::f64::consts::TAU;
@@ -126,9 +126,20 @@ pub(super) fn girths(body: &Anatomy) -> Vec<Girth> {
         ("forearm", limb(j.lower_arm, j.hand, 0.18, &body.arm), m.forearm_circumference_flexed - 0.008),
         ("wrist", limb(j.lower_arm, j.hand, 0.96, &body.arm), m.wrist_circumference),
     ];
+    let trunk = trunk_of(&body.field);
     list.into_iter()
-        .map(|(name, section, asked)| Girth { name, measured: tape(&body.field, &section), asked })
+        .map(|(name, section, asked)| {
+            let field = if section.whole { &trunk } else { &body.field };
+            Girth { name, measured: tape(field, &section), asked }
+        })
         .collect()
+}
+
+/// The body without its arms: a tape at the chest passes under them.
+fn trunk_of(field: &Field) -> Field {
+    let mut trunk = field.clone();
+    trunk.primitives.retain(|part| !matches!(part.region, Region::Arm | Region::Hand));
+    trunk
 }
 
 /// The body of those measurements whose girths are those asked for.

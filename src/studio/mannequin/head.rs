@@ -1,14 +1,15 @@
 //! Head and a plain face.
 
 use super::anatomy::Anatomy;
-use super::field::{Bump, Form, Region};
+use super::field::{Bump, Focus, Form, Region};
 use super::loft::{Loft, Station};
 use super::torso::push;
 use crate::geometry::Vec3;
 
 /// Edge lengths of the mesh on skull and face.
 const SKULL_EDGE: f64 = 0.0135;
-const FACE_EDGE: f64 = 0.0064;
+const FACE_EDGE: f64 = 0.0050;
+const EAR_EDGE: f64 = 0.0070;
 
 pub(super) fn add_head(body: &mut Anatomy) {
     let m = body.measures;
@@ -45,10 +46,9 @@ pub(super) fn add_head(body: &mut Anatomy) {
     push(body, Form::Loft(Loft::new(Vec3::zeros(), axes, &stations, [0.006, crown])), 0.016, SKULL_EDGE, Region::Head);
 
     let spot = |x: f64, h: f64, z: f64| Vec3::new(x * kj, y(h), z * kz);
-    // A sheet just under the face that only asks for a finer mesh there.
-    let sheet =
-        Form::Ellipsoid { center: spot(0.0, -0.045, 0.045), axes: diagonal(), semi: [0.050 * kj, 0.066, 0.0385] };
-    push(body, sheet, 0.006, FACE_EDGE, Region::Head);
+    for (center, reach) in [(spot(0.0, -0.066, 0.085), 0.042), (spot(0.020, -0.020, 0.085), 0.040)] {
+        body.field.foci.push(Focus { center, reach, edge: FACE_EDGE });
+    }
     let nose = body.by_sex(1.0, 1.08);
     let bridge = Form::Cone {
         a: spot(0.0, -0.002, 0.0855),
@@ -72,9 +72,9 @@ pub(super) fn add_head(body: &mut Anatomy) {
         ],
         semi: [0.0075, 0.0300 * kf, 0.0185],
     };
-    push(body, auricle, 0.006, FACE_EDGE * 1.15, Region::Head);
+    push(body, auricle, 0.006, EAR_EDGE, Region::Head);
     let eye_x = 0.5 * m.interpupillary_breadth / kj;
-    let eye = Form::Ellipsoid { center: spot(eye_x, -0.011, 0.0665), axes: diagonal(), semi: [0.0125; 3] };
+    let eye = Form::Ellipsoid { center: spot(eye_x, -0.011, 0.0685), axes: diagonal(), semi: [0.0125; 3] };
     push(body, eye, 0.005, FACE_EDGE, Region::Head);
 
     let mut bump = |center: Vec3, spread: [f64; 3], height: f64| {
@@ -89,11 +89,11 @@ pub(super) fn add_head(body: &mut Anatomy) {
     // Temples.
     bump(spot(0.062, 0.010, 0.050), [0.012, 0.022, 0.022], -0.0030);
     // Lips, the line between them, the dip above the chin, the chin.
-    bump(spot(0.0, -0.0650, 0.0900), [0.0160, 0.0042, 0.010], 0.0042);
-    bump(spot(0.0, -0.0770, 0.0890), [0.0140, 0.0048, 0.010], 0.0045);
-    bump(spot(0.0, -0.0710, 0.0920), [0.0200, 0.0018, 0.010], -0.0025);
-    bump(spot(0.0, -0.0895, 0.0885), [0.0160, 0.0050, 0.010], -0.0030);
-    bump(spot(0.0, -0.1040, 0.0850), [0.0140, 0.0085, 0.012], 0.0050);
+    bump(spot(0.0, -0.0640, 0.0905), [0.0165, 0.0052, 0.012], 0.0058);
+    bump(spot(0.0, -0.0765, 0.0900), [0.0145, 0.0052, 0.012], 0.0060);
+    bump(spot(0.0, -0.0703, 0.0930), [0.0190, 0.0026, 0.012], -0.0034);
+    bump(spot(0.0, -0.0890, 0.0885), [0.0170, 0.0060, 0.012], -0.0030);
+    bump(spot(0.0, -0.1030, 0.0850), [0.0140, 0.0095, 0.012], 0.0060);
 }
 
 fn diagonal() -> [Vec3; 3] {

@@ -83,6 +83,11 @@ impl HalfMesh {
         self.faces.iter().copied().chain(mirrored).collect()
     }
 
+    /// Euler characteristic of the whole mesh; every face has three half-edges and every edge two.
+    pub fn euler(&self) -> i64 {
+        self.whole_count() as i64 - self.faces.len() as i64
+    }
+
     /// For each vertex of the whole mesh the one on the other side.
     pub fn mirror(&self) -> Vec<u32> {
         let mut map: Vec<u32> = (0..self.whole_count() as u32).collect();

@@ -8,6 +8,7 @@
 //! The left half is modelled and mirrored, so the model is exactly symmetric.
 
 mod anatomy;
+mod arrays;
 mod carry;
 mod components;
 mod extract;
@@ -25,6 +26,7 @@ mod torso;
 
 use crate::geometry::Vec3;
 use anatomy::Anatomy;
+pub use arrays::BodyArrays;
 use carry::Ownership;
 use measures::{Measures, Survey};
 use mesh::HalfMesh;
@@ -48,40 +50,6 @@ impl Default for MannequinParams {
     fn default() -> Self {
         Self { pairs: 50, seed: 2012, components: 15, cell: 0.004 }
     }
-}
-
-/// A body model as plain arrays, in the SMPL layout with Overcoat's additions.
-///
-/// **Frame and units** metres, Y up, facing +Z; the A-pose: arms 45° below the horizontal, legs 9° apart, soles on
-/// y = 0 in the mean.
-#[derive(Clone, Debug)]
-pub struct BodyArrays {
-    /// V × 3, the mean body.
-    pub v_template: Vec<[f64; 3]>,
-    /// K × V × 3, unit directions over all coordinates.
-    pub directions: Vec<Vec<[f64; 3]>>,
-    /// K, metres: a body is `v_template + Σ β_k σ_k μ_k`.
-    pub sigma: Vec<f64>,
-    /// F × 3, outward counter-clockwise; closed and manifold.
-    pub faces: Vec<[u32; 3]>,
-    /// J × V, mean value coordinates of each joint.
-    pub joint_regressor: Vec<Vec<f64>>,
-    /// J.
-    pub parents: Vec<Option<usize>>,
-    /// J, VRM 1.0 names.
-    pub joint_names: Vec<&'static str>,
-    /// V × J, at most four a row, each row summing to one.
-    pub weights: Vec<[f64; JOINTS]>,
-    /// V, the joint with the greatest weight.
-    pub part: Vec<u32>,
-    /// J × 3 × 2, radians.
-    pub joint_limits: Vec<[[f64; 2]; 3]>,
-    /// V, the vertex on the other side.
-    pub mirror: Vec<u32>,
-    /// Share of the subjects' variance that the components hold.
-    pub explained: f64,
-    /// A girth's name, and over all subjects the mean and the greatest miss from what was asked, metres.
-    pub girth_errors: Vec<(&'static str, f64, f64)>,
 }
 
 /// How far the generator is.
@@ -109,6 +77,12 @@ pub enum MannequinError {
         /// Subjects drawn.
         subjects: usize,
     },
+    /// The mesh is not one closed surface without holes: two parts touch that should not.
+    #[error("the mannequin's mesh has Euler characteristic {euler} where a closed body has 2")]
+    Handles {
+        /// Vertices − edges + faces.
+        euler: i64,
+    },
     /// The eigenvalue decomposition did not converge.
     #[error("the principal components of {subjects} subjects did not converge")]
     NoComponents {
@@ -123,6 +97,7 @@ impl MannequinError {
         match self {
             Self::Survey => Some("restore templates/body/ansur2012.json".to_owned()),
             Self::TooFewSubjects { components, .. } => Some(format!("ask for {} pairs or more", components / 4 + 1)),
+            Self::Handles { .. } => Some("use a smaller cell for the first mesh".to_owned()),
             Self::NoComponents { .. } => None,
         }
     }
@@ -141,6 +116,10 @@ pub fn build(params: &MannequinParams, progress: &mut dyn FnMut(MannequinStep)) 
     let [woman, man] = survey.means();
     let template = girth::calibrate(&woman.between(&man, 0.5));
     let mesh = mesh_of(&template, params.cell, progress);
+    let euler = mesh.euler();
+    if euler != 2 {
+        return Err(MannequinError::Handles { euler });
+    }
     let owners = Ownership::prepare(&template, &mesh);
 
     let bodies = carry_all(&subjects, &template, &mesh, &owners, progress);

@@ -24,7 +24,7 @@ impl<'a> Remesher<'a> {
                 around[*v as usize].push(f as u32);
             }
         }
-        let size = points.iter().map(|p| wanted_edge(field, p)).collect();
+        let size = points.iter().map(|p| field.wanted_edge(p)).collect();
         Self { field, points, size, faces: faces.iter().map(|f| Some(*f)).collect(), around }
     }
 
@@ -42,7 +42,7 @@ impl<'a> Remesher<'a> {
             self.flip();
             for v in 0..self.points.len() {
                 if !self.around[v].is_empty() {
-                    self.size[v] = wanted_edge(self.field, &self.points[v]);
+                    self.size[v] = self.field.wanted_edge(&self.points[v]);
                 }
             }
             self.smooth_sizes();
@@ -116,7 +116,7 @@ impl<'a> Remesher<'a> {
             }
             let p = self.field.project(&p, 4);
             self.points.push(p);
-            self.size.push(wanted_edge(self.field, &p));
+            self.size.push(self.field.wanted_edge(&p));
             self.around.push(Vec::new());
             for f in shared {
                 let Some(face) = self.faces[f as usize] else { continue };
@@ -292,11 +292,9 @@ impl<'a> Remesher<'a> {
         let near: Vec<u32> =
             self.neighbours(v).into_iter().filter(|w| self.on_plane(*w) && self.faces_with(v, *w).len() == 1).collect();
         let [a, b] = near[..] else { return self.points[v as usize] };
-        let (wa, wb) = (self.edge(v, a) / self.wanted(v, a), self.edge(v, b) / self.wanted(v, b));
-        let p = self.points[v as usize];
-        // Balance the two edges, each against its wanted length.
-        let step = (self.points[a as usize] - p) * (wa / (wa + wb)) + (self.points[b as usize] - p) * (wb / (wa + wb));
-        p + step
+        // Springs whose rest lengths are the wanted ones: the two edges settle in that ratio.
+        let (wa, wb) = (1.0 / self.wanted(v, a), 1.0 / self.wanted(v, b));
+        (self.points[a as usize] * wa + self.points[b as usize] * wb) / (wa + wb)
     }
 
     fn smooth_sizes(&mut self) {
@@ -330,9 +328,4 @@ impl<'a> Remesher<'a> {
         }
         (points, faces)
     }
-}
-
-/// What the primitives ask for here, each by its share of the surface.
-fn wanted_edge(field: &Field, p: &Vec3) -> f64 {
-    field.shares(p).iter().zip(&field.primitives).map(|(w, part)| w * part.edge).sum()
 }

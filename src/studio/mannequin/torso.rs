@@ -18,26 +18,33 @@ pub(super) fn add_torso(body: &mut Anatomy) {
     let (m, l, t, s) = (body.measures, body.levels, body.tuning, body.scale());
     // Depth to the back grows little with fat, depth to the front much.
     let back = |base: f64, depth: f64, share: f64| -(base * s + share * depth);
-    let waist_back = back(0.058, m.waist_depth, 0.17);
-    let chest_back = back(0.062, m.chest_depth, 0.24);
-    let rib_depth = body.by_sex(0.80, 0.985) * m.chest_depth;
+    let waist_back = back(0.064, m.waist_depth, 0.17);
+    let chest_back = back(0.055, m.chest_depth, 0.23);
+    let rib_depth = body.by_sex(0.83, 0.98) * m.chest_depth;
     let (kc, ku, kw, kh) = (t.chest, t.under_chest, t.waist, t.hip);
     let hip_half = 0.5 * m.hip_breadth * kh;
     let waist_half = 0.5 * m.waist_breadth * kw;
     let chest_half = 0.5 * m.chest_breadth;
     let shoulder_half = 0.5 * m.biacromial_breadth;
-    let hip_back = -(0.575 * m.buttock_depth);
+    let hip_back = -(0.575 * m.buttock_depth) * mix(1.0, kh, 0.5);
     let hip_front = (0.425 * m.buttock_depth - 0.004) * kh;
     let waist_front = (m.waist_depth + waist_back) * kw;
-    let mix = |a: f64, b: f64, part: f64| a + part * (b - a);
+    let joint = body.joints.upper_leg.y;
     let stations = [
-        level(l.crotch + 0.010, 0.050 * s, [0.050 * s, 0.0, -0.060 * s], [2.0, 2.0]),
-        level(mix(l.crotch, l.hip, 0.55), 0.80 * hip_half, [0.86 * hip_front, 0.0, 0.86 * hip_back], [2.1, 2.1]),
-        level(l.hip + 0.02, 0.985 * hip_half, [hip_front, -0.005, 0.97 * hip_back], [2.2, 2.2]),
+        // Below the hip joint the trunk narrows like a pair of briefs: the thighs make the outline there.
+        level(l.crotch + 0.014, 0.045 * s, [0.046 * s, 0.0, -0.055 * s], [2.0, 2.0]),
+        level(mix(l.crotch, joint, 0.45), 0.44 * hip_half, [0.80 * hip_front, 0.0, 0.62 * hip_back], [2.1, 2.1]),
+        level(joint, 0.83 * hip_half, [0.97 * hip_front, -0.005, 0.82 * hip_back], [2.2, 2.2]),
         level(
-            mix(l.hip, l.waist, 0.50),
-            mix(hip_half, waist_half, 0.48),
-            [mix(hip_front, waist_front, 0.62), -0.005, mix(hip_back, waist_back, 0.62) * 0.99],
+            mix(joint, l.waist, 0.28),
+            0.97 * mix(hip_half, waist_half, 0.20),
+            [mix(hip_front, waist_front, 0.35), -0.005, 0.97 * mix(hip_back, waist_back, 0.30)],
+            [2.3, 2.2],
+        ),
+        level(
+            mix(joint, l.waist, 0.60),
+            mix(hip_half, waist_half, 0.62),
+            [mix(hip_front, waist_front, 0.75), -0.005, 0.99 * mix(hip_back, waist_back, 0.72)],
             [2.3, 2.3],
         ),
         level(l.waist, waist_half, [waist_front, 0.0, waist_back * mix(1.0, kw, 0.5)], [2.3, 2.4]),
@@ -61,20 +68,27 @@ pub(super) fn add_torso(body: &mut Anatomy) {
         ),
         level(
             l.axilla,
-            0.83 * shoulder_half * mix(1.0, kc, 0.3),
-            [(rib_depth + chest_back) * 0.80, -0.018, chest_back * 0.985],
+            body.by_sex(0.83, 0.87) * shoulder_half * mix(1.0, kc, 0.3),
+            [(rib_depth + chest_back) * body.by_sex(0.80, 0.90), -0.018, chest_back * 0.985],
             [2.3, 2.3],
         ),
         level(
             mix(l.axilla, l.suprasternal, 0.55),
             0.72 * shoulder_half,
-            [(rib_depth + chest_back) * 0.60, -0.022, chest_back * 0.93],
+            [(rib_depth + chest_back) * body.by_sex(0.60, 0.70), -0.022, chest_back * 0.93],
             [2.2, 2.2],
         ),
         level(l.suprasternal + 0.005, 0.40 * shoulder_half, [0.030 * s, -0.025, -0.078 * s], [2.0, 2.0]),
     ];
     let trunk = Loft::new(Vec3::zeros(), axes, &stations, [0.020, 0.02]);
     push(body, Form::Loft(trunk), 0.02, BODY_EDGE, Region::Torso);
+    // The pubic mound fills the corner between belly and thighs.
+    let mound = Form::Ellipsoid {
+        center: Vec3::new(0.0, l.crotch + 0.044 * s, 0.26 * hip_front),
+        axes: [Vec3::x(), Vec3::y(), Vec3::z()],
+        semi: [0.045 * s, 0.060 * s, 0.044 * s],
+    };
+    push(body, mound, 0.045, BODY_EDGE, Region::Torso);
     add_buttocks(body, hip_back, hip_half);
     add_chest(body, chest_back, rib_depth);
     add_yoke(body);
@@ -84,11 +98,11 @@ pub(super) fn add_torso(body: &mut Anatomy) {
 
 fn add_buttocks(body: &mut Anatomy, hip_back: f64, hip_half: f64) {
     let l = body.levels;
-    let (x, r) = (0.47 * hip_half, 0.50 * hip_half);
+    let (x, r) = (0.45 * hip_half, 0.50 * hip_half);
     let form = Form::Ellipsoid {
-        center: Vec3::new(x, l.hip + 0.012, hip_back + 0.84 * r),
+        center: Vec3::new(x, l.hip + 0.010, hip_back + 0.84 * r - 0.004),
         axes: [Vec3::x(), Vec3::y(), Vec3::z()],
-        semi: [r * 0.98, r * body.by_sex(1.10, 1.05), 0.84 * r],
+        semi: [r * 0.98, r * body.by_sex(1.08, 1.04), 0.84 * r],
     };
     push(body, form, 0.05, BODY_EDGE, Region::Torso);
 }
@@ -97,29 +111,23 @@ fn add_buttocks(body: &mut Anatomy, hip_back: f64, hip_half: f64) {
 fn add_chest(body: &mut Anatomy, chest_back: f64, rib_depth: f64) {
     let (m, l, s) = (body.measures, body.levels, body.scale());
     // CAESAR, women: bust-point breadth = 3.70 + 0.162 bust (cm).
-    let point_x = 0.5 * (0.037 + 0.162 * m.chest_circumference) * body.by_sex(0.98, 1.0);
+    let point_x = 0.5 * (0.037 + 0.162 * m.chest_circumference);
     let front = rib_depth + chest_back;
     let tip = m.chest_depth + chest_back;
-    let rise = (tip - front).max(0.002);
-    let r = body.by_sex(0.055, 0.058) * (m.chest_circumference / 0.947).powf(0.7);
-    // A breast is nearly a half-sphere, a pectoral a flat cushion.
-    let deep = body.by_sex(0.88, 0.42);
+    let r = body.by_sex(0.054, 0.056) * (m.chest_circumference / 0.947).powf(0.7);
+    // A breast is nearly a half-sphere, a pectoral a broad flat cushion higher up.
+    let deep = body.by_sex(0.88, 0.40);
+    let rise = body.by_sex(-0.004, 0.022);
     let form = Form::Ellipsoid {
-        center: Vec3::new(point_x * body.by_sex(0.95, 0.85), l.chest - 0.004, tip - r * deep),
+        center: Vec3::new(point_x * body.by_sex(0.94, 0.86), l.chest + rise, tip - r * deep - body.by_sex(0.0, 0.004)),
         axes: [Vec3::new(0.96, 0.0, -0.28), Vec3::y(), Vec3::new(0.28, 0.0, 0.96)],
-        semi: [r * body.by_sex(1.0, 1.15), r * body.by_sex(1.02, 0.85), r * deep],
+        semi: [r * body.by_sex(1.0, 1.25), r * body.by_sex(1.02, 1.15), r * deep],
     };
-    push(body, form, 0.03, BODY_EDGE * 0.85, Region::Torso);
-    // The slope from the collar bone to the breast, and a man's pectoral.
-    let upper = Vec3::new(point_x * 1.05, l.chest + 0.075 * s, front * 0.86 - 0.030);
-    let lower = Vec3::new(point_x * 0.98, l.chest + 0.015 * s, front - 0.032 + 0.55 * rise);
-    push(body, Form::Cone { a: upper, b: lower, radii: [0.026 * s, 0.038 * s] }, 0.05, BODY_EDGE, Region::Torso);
-    let pectoral = Vec3::new(0.088 * s, l.chest + 0.02 * s, front);
-    body.field.bumps.push(Bump {
-        center: pectoral,
-        spread: Vec3::new(0.05, 0.035, 0.05) * s,
-        height: body.by_sex(0.0, 0.010),
-    });
+    push(body, form, body.by_sex(0.030, 0.040), BODY_EDGE * 0.85, Region::Torso);
+    // The slope from the collar bone down to it.
+    let upper = Vec3::new(point_x * 1.05, l.chest + 0.080 * s, front * 0.84 - body.by_sex(0.032, 0.046));
+    let lower = Vec3::new(point_x * 0.98, l.chest + 0.020 * s, mix(front, tip, 0.5) - body.by_sex(0.036, 0.054));
+    push(body, Form::Cone { a: upper, b: lower, radii: [0.028 * s, 0.038 * s] }, 0.05, BODY_EDGE, Region::Torso);
 }
 
 /// Shoulder girdle: from the neck's base over the trapezius to the acromion, sections across x.
@@ -157,7 +165,7 @@ fn add_yoke(body: &mut Anatomy) {
             0.060 * s,
             0.07 * s,
         ),
-        at(half - 0.010, top - 0.004, l.acromion - 0.040 * s, -0.014 * s, 0.046 * s, 0.050 * s, 0.05 * s),
+        at(half - 0.014, top - 0.007, l.acromion - 0.042 * s, -0.016 * s, 0.044 * s, 0.048 * s, 0.05 * s),
     ];
     let yoke = Loft::new(Vec3::zeros(), [Vec3::x(), Vec3::y(), Vec3::z()], &stations, [0.02, 0.030 * s]);
     push(body, Form::Loft(yoke), 0.045, BODY_EDGE, Region::Yoke);
@@ -194,7 +202,7 @@ fn add_furrows(body: &mut Anatomy, waist_back: f64, chest_back: f64, hip_back: f
     bump([0.0, l.waist + 0.03, waist_back], [0.014, 0.05, 0.03], -0.007);
     bump([0.0, mid + 0.02, 0.5 * (waist_back + chest_back)], [0.014, 0.05, 0.03], -0.006);
     bump([0.0, l.chest + 0.03, chest_back], [0.016, 0.06, 0.03], -0.006);
-    bump([0.0, l.hip - 0.005, hip_back], [0.011, 0.050, 0.045], -0.030);
+    bump([0.0, l.hip - 0.010, hip_back], [0.013, 0.055, 0.045], -0.026);
     // Erectors to both sides of the small of the back.
     bump([0.038, l.waist + 0.06, waist_back], [0.020, 0.06, 0.03], 0.004);
     // Shoulder blade.
@@ -210,4 +218,9 @@ fn add_furrows(body: &mut Anatomy, waist_back: f64, chest_back: f64, hip_back: f
 
 pub(super) fn push(body: &mut Anatomy, form: Form, blend: f64, edge: f64, region: Region) {
     body.field.primitives.push(Primitive::new(form, blend, edge, region));
+}
+
+/// Part of the way from `a` to `b`.
+pub(super) fn mix(a: f64, b: f64, part: f64) -> f64 {
+    a + part * (b - a)
 }
