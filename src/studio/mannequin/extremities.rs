@@ -75,15 +75,15 @@ pub(super) fn add_hand(body: &mut Anatomy) {
     );
     // (base along, across, length, spread in degrees, thickness)
     let fingers = [
-        (0.088, 0.0292, 0.084, 7.5, 0.98),
-        (0.092, 0.0100, 0.089, 1.8, 1.0),
-        (0.089, -0.0094, 0.0845, -4.0, 0.96),
-        (0.081, -0.0276, 0.0690, -10.5, 0.84),
+        (0.088, 0.0298, 0.084, 9.5, 0.97),
+        (0.092, 0.0098, 0.089, 2.2, 1.0),
+        (0.089, -0.0098, 0.0845, -4.5, 0.95),
+        (0.081, -0.0284, 0.0690, -12.0, 0.84),
     ];
     for (t, v, length, spread, thick) in fingers {
         let spread = f64::to_radians(spread);
         let ahead = along * spread.cos() + thumbward * spread.sin();
-        let radii = [0.0094, 0.0088, 0.0081, 0.0071].map(|r| r * thick * kt);
+        let radii = [0.0090, 0.0086, 0.0079, 0.0069].map(|r| r * thick * kt);
         let mut from = place(t, v, -0.0005);
         // Phalanges' shares of the length, and how far each bends towards the palm.
         let bones = [(0.46, 6.0), (0.31, 15.0), (0.23, 22.0)];
@@ -92,7 +92,7 @@ pub(super) fn add_hand(body: &mut Anatomy) {
             let tip_radius = if j == 2 { radii[3] } else { 0.0 };
             let to = from + (ahead * bend.cos() - up * bend.sin()) * (share * length * kl - tip_radius);
             // Phalanges meet end to end: a wide union would swell at each knuckle.
-            let blend = if j == 0 { 0.0055 } else { 0.0012 };
+            let blend = if j == 0 { 0.0045 } else { 0.0012 };
             push(
                 body,
                 Form::Cone { a: from, b: to, radii: [radii[j], radii[j + 1]] },

@@ -69,13 +69,13 @@ pub(super) fn add_torso(body: &mut Anatomy) {
         level(
             l.axilla,
             body.by_sex(0.83, 0.87) * shoulder_half * mix(1.0, kc, 0.3),
-            [(rib_depth + chest_back) * body.by_sex(0.80, 0.90), -0.018, chest_back * 0.985],
+            [(rib_depth + chest_back) * body.by_sex(0.80, 0.95), -0.018, chest_back * 0.985],
             [2.3, 2.3],
         ),
         level(
             mix(l.axilla, l.suprasternal, 0.55),
             0.72 * shoulder_half,
-            [(rib_depth + chest_back) * body.by_sex(0.60, 0.70), -0.022, chest_back * 0.93],
+            [(rib_depth + chest_back) * body.by_sex(0.60, 0.74), -0.022, chest_back * 0.93],
             [2.2, 2.2],
         ),
         level(l.suprasternal + 0.005, 0.40 * shoulder_half, [0.030 * s, -0.025, -0.078 * s], [2.0, 2.0]),
@@ -117,16 +117,16 @@ fn add_chest(body: &mut Anatomy, chest_back: f64, rib_depth: f64) {
     let r = body.by_sex(0.054, 0.056) * (m.chest_circumference / 0.947).powf(0.7);
     // A breast is nearly a half-sphere, a pectoral a broad flat cushion higher up.
     let deep = body.by_sex(0.88, 0.40);
-    let rise = body.by_sex(-0.004, 0.022);
+    let rise = body.by_sex(-0.004, 0.004);
     let form = Form::Ellipsoid {
         center: Vec3::new(point_x * body.by_sex(0.94, 0.86), l.chest + rise, tip - r * deep - body.by_sex(0.0, 0.004)),
         axes: [Vec3::new(0.96, 0.0, -0.28), Vec3::y(), Vec3::new(0.28, 0.0, 0.96)],
-        semi: [r * body.by_sex(1.0, 1.25), r * body.by_sex(1.02, 1.15), r * deep],
+        semi: [r * body.by_sex(1.0, 1.25), r * body.by_sex(1.02, 0.85), r * deep],
     };
     push(body, form, body.by_sex(0.030, 0.040), BODY_EDGE * 0.85, Region::Torso);
     // The slope from the collar bone down to it.
-    let upper = Vec3::new(point_x * 1.05, l.chest + 0.080 * s, front * 0.84 - body.by_sex(0.032, 0.046));
-    let lower = Vec3::new(point_x * 0.98, l.chest + 0.020 * s, mix(front, tip, 0.5) - body.by_sex(0.036, 0.054));
+    let upper = Vec3::new(point_x * 1.05, l.chest + 0.080 * s, front * 0.84 - body.by_sex(0.032, 0.060));
+    let lower = Vec3::new(point_x * 0.98, l.chest + 0.020 * s, mix(front, tip, 0.5) - body.by_sex(0.036, 0.060));
     push(body, Form::Cone { a: upper, b: lower, radii: [0.028 * s, 0.038 * s] }, 0.05, BODY_EDGE, Region::Torso);
 }
 
