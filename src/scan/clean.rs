@@ -23,10 +23,10 @@ pub fn clean(raw: &RawMesh, params: &ScanParams, on_step: &mut dyn FnMut(&Step))
     let (sound, pieces) = sound_mesh(raw, &mut findings)?;
     report("checked", &sound.mesh);
 
+    upright::refuse_second_piece(&sound, &pieces)?;
     let Sound { mesh, mut file_vertices } = sound.part(&pieces.faces_to_keep(&mut findings));
     upright::refuse_two_figures(&mesh)?;
     let world_from_file = upright::file_frame(&mesh, params, &mut findings)?;
-    upright::refuse_second_piece(&pieces, &world_from_file)?;
     report("stood upright", &mesh);
 
     let mesh = mesh.map_points(|p| world_from_file.world_from_file(p));

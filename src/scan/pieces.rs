@@ -177,6 +177,12 @@ impl Pieces {
         self.list.first().map_or(0.0, |p| p.area / total)
     }
 
+    /// Marks the faces of the main piece.
+    pub(super) fn main_faces(&self) -> PerFace<bool> {
+        let main = self.list.first().map(|piece| piece.component);
+        self.of_face.iter().map(|&c| Some(c) == main).collect()
+    }
+
     /// Marks the faces that stay: the person's, and pieces near by that are large enough to be of the person.
     pub(super) fn faces_to_keep(&self, findings: &mut Vec<String>) -> PerFace<bool> {
         let Some(main) = self.list.first() else { return PerFace::filled(true, self.of_face.len()) };

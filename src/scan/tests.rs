@@ -112,6 +112,14 @@ fn gowned() -> RawMesh {
     figure(&[&BODY[..7], &[GOWN]].concat())
 }
 
+/// As wide as tall.
+fn in_t_pose() -> RawMesh {
+    let mut limbs = BODY;
+    limbs[5].1 = [0.8, 1.38, 0.0];
+    limbs[6].1 = [-0.8, 1.38, 0.0];
+    figure(&limbs)
+}
+
 /// The same, turned and in another unit.
 fn turned(raw: &RawMesh, rotation: &UnitQuaternion<f64>, scale: f64) -> RawMesh {
     let points = raw.points.iter().map(|&p| (rotation * Point::from(p) * scale).into()).collect();
@@ -124,7 +132,7 @@ fn cleaned(raw: &RawMesh) -> Result<Scan, ScanError> {
 
 #[test]
 fn any_unit_and_any_axis_is_found_and_undone_exactly() {
-    for raw in [body(), gowned()] {
+    for raw in [body(), gowned(), in_t_pose()] {
         for i in 0..8 {
             let (up, unit) = (Up::ALL[i % 6], Unit::ALL[(i + i / 4) % 4]);
             let heading = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), 0.7 * i as f64);
@@ -183,7 +191,7 @@ fn what_is_no_person_is_refused_with_figures() {
 
 #[test]
 fn two_people_are_refused_apart_and_hand_in_hand() {
-    for distance in [1.3, 1.02] {
+    for distance in [2.5, 1.3, 1.02] {
         let pair = figure(&[BODY.to_vec(), moved(&BODY, distance)].concat());
         for heading in [0.0, 0.5, 1.3] {
             let file = turned(&pair, &UnitQuaternion::from_axis_angle(&Vec3::y_axis(), heading), 1.0);

@@ -1,6 +1,6 @@
 //! Which way is up, how large a unit is, and whether this is one person at all.
 
-use super::pieces::Pieces;
+use super::pieces::{Pieces, Sound};
 use super::profile::{Profile, Slice, principal_directions};
 use super::{FileFrame, ScanError, ScanParams, Unit, Up};
 use crate::geometry::{TriMesh, Vec3};
@@ -126,19 +126,28 @@ fn mean_spread(slices: &[Slice]) -> f64 {
     slices.iter().map(|s| s.spread).sum::<f64>() / slices.len().max(1) as f64
 }
 
-/// Refuses a second person who stands apart: a piece of nearly the person's height and area, beside it.
-pub(super) fn refuse_second_piece(pieces: &Pieces, frame: &FileFrame) -> Result<(), ScanError> {
+/// Refuses a second person who stands apart: a piece of nearly the height and area of the main one, beside it.
+pub(super) fn refuse_second_piece(sound: &Sound, pieces: &Pieces) -> Result<(), ScanError> {
     let Some((main, others)) = pieces.list.split_first() else { return Ok(()) };
-    let in_world = |extent: &Vec3| (frame.rotation * (extent * frame.metres_per_unit)).abs();
-    let height = in_world(&main.bounds.extent()).y;
-    for other in others {
-        let other_height = in_world(&other.bounds.extent()).y;
-        let apart = frame.rotation * ((other.bounds.center() - main.bounds.center()) * frame.metres_per_unit);
-        let apart = apart.x.hypot(apart.z);
+    let large: Vec<_> = others.iter().filter(|other| other.area > 0.3 * main.area).collect();
+    if large.is_empty() {
+        return Ok(());
+    }
+    // The main one's own axis: that of both together lies across, where they are wider than tall.
+    let up = snapped(&principal_directions(&sound.part(&pieces.main_faces()).mesh)[0]);
+    let height_of = |extent: Vec3| up.abs().dot(&extent);
+    let height = height_of(main.bounds.extent());
+    for other in large {
+        let taller = height_of(other.bounds.extent()) / height;
+        let between = other.bounds.center() - main.bounds.center();
+        let apart = (between - up * up.dot(&between)).norm() / height;
         // Front and back of one person, if they come apart, are a torso's depth from each other, 0.15 of the height.
-        if other_height > 0.6 * height && other.area > 0.3 * main.area && apart > 0.2 * height {
+        if taller > 0.6 && apart > 0.2 {
             return Err(ScanError::TwoPeople {
-                evidence: format!("a piece {other_height:.2} m tall stands {apart:.2} m beside one of {height:.2} m"),
+                evidence: format!(
+                    "a piece {:.0} % as tall as the largest stands beside it, {apart:.2} of its height away",
+                    100.0 * taller
+                ),
             });
         }
     }
@@ -156,10 +165,12 @@ pub(super) fn refuse_two_figures(person: &TriMesh) -> Result<(), ScanError> {
         let across = directions[(i + 1) % 3];
         let across =
             (across - up * up.dot(&across)).try_normalize(1e-3).unwrap_or_else(|| up.zxy().cross(up).normalize());
-        let upward = Profile::along(person, up, &across);
-        if upward.height < 0.6 * longest {
+        let heights = person.points().iter().map(|p| up.dot(&p.coords));
+        let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+        if high - low < 0.6 * longest {
             continue;
         }
+        let upward = Profile::along(person, up, &across);
         for profile in [&upward, &upward.reversed()] {
             let pairs = |from, to, outline: f64, apart: f64| {
                 let band = profile.between(from, to);
