@@ -28,5 +28,6 @@ pub mod rig;
 pub mod scan;
 pub mod segment;
 pub mod session;
+pub mod stack;
 pub mod studio;
 pub mod view;

@@ -25,7 +25,11 @@ pub fn self_intersecting_pairs(mesh: &TriMesh) -> Vec<(FaceId, FaceId)> {
     pairs_with(mesh, &tree, |f, g| f < g && apart(f, g))
 }
 
-fn pairs_with(a: &TriMesh, tree: &FaceTree, wanted: impl Fn(FaceId, FaceId) -> bool + Sync) -> Vec<(FaceId, FaceId)> {
+pub(super) fn pairs_with(
+    a: &TriMesh,
+    tree: &FaceTree,
+    wanted: impl Fn(FaceId, FaceId) -> bool + Sync,
+) -> Vec<(FaceId, FaceId)> {
     let mut pairs: Vec<(FaceId, FaceId)> = (0..a.face_count())
         .into_par_iter()
         .flat_map_iter(|index| {

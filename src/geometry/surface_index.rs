@@ -119,6 +119,12 @@ impl SurfaceIndex {
         Some(RayHit { face, distance, barycentric })
     }
 
+    /// All pairs (face of `other`, face of this mesh) that cross, in ascending order: as
+    /// [`intersecting_pairs`](super::intersecting_pairs), without building the hierarchy again.
+    pub fn crossing_pairs(&self, other: &TriMesh) -> Vec<(FaceId, FaceId)> {
+        super::intersection::pairs_with(other, &self.tree, |_, _| true)
+    }
+
     /// All faces no farther than `radius`, in ascending order.
     pub fn faces_within(&self, p: &Point, radius: f64) -> Vec<FaceId> {
         let reach = Vec3::repeat(radius);

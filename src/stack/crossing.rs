@@ -1,0 +1,80 @@
+//! Triangles that cross although all their corners are on their side, parted.
+
+use super::StackParams;
+use super::displacement::Lack;
+use super::obstacle::{Obstacle, concerns};
+use super::smooth::{Smoother, moved_by};
+use crate::geometry::{FaceId, PerVertex, Point, TriMesh, Vec3, VertexId};
+
+/// Beyond the depth of a crossing a garment's triangle is lifted by this much, in metres, more with each round.
+const MARGIN: f64 = 1e-4;
+/// The most by which one round lifts a corner, in metres: the depth of a crossing is a guess, and rounds are cheap.
+const GREATEST_LIFT: f64 = 3e-3;
+
+/// Lifts the garment's triangles off the inner ones that they cross, until none does or the rounds are used up. Returns
+/// the mesh with the fewest crossings and how many rounds it took.
+pub(super) fn part(
+    mesh: TriMesh,
+    limbs: &PerVertex<[f64; 5]>,
+    obstacles: &[Obstacle],
+    smoother: &mut Smoother,
+    params: &StackParams,
+) -> (TriMesh, usize) {
+    let mut mesh = mesh;
+    let mut best: Option<(usize, TriMesh, usize)> = None;
+    for round in 0..=params.iterations {
+        let pairs: Vec<(usize, FaceId, FaceId)> = obstacles
+            .iter()
+            .enumerate()
+            .flat_map(|(o, obstacle)| obstacle.pairs_with(&mesh).into_iter().map(move |(g, f)| (o, g, f)))
+            .collect();
+        if best.as_ref().is_none_or(|b| pairs.len() < b.0) {
+            best = Some((pairs.len(), mesh.clone(), round));
+        }
+        if pairs.is_empty() || round == params.iterations {
+            break;
+        }
+        let mut lack = Lack::none(mesh.vertex_count());
+        for &(o, g, f) in &pairs {
+            lift(&mesh, g, &obstacles[o], f, limbs, MARGIN * (1 + round) as f64, &mut lack);
+        }
+        // Smooth at first, so that whole places rise; at last the corners alone, which always arrive.
+        mesh = if round < params.iterations / 2 {
+            let risen = smoother.moved(&mesh, &lack, smoother.last_level());
+            moved_by(&risen, smoother.lack(&risen).moves())
+        } else {
+            moved_by(&mesh, lack.moves())
+        };
+    }
+    best.map_or((mesh, 0), |(_, mesh, rounds)| (mesh, rounds))
+}
+
+/// Asks the corners of garment face `g` to rise above inner face `f`, by the lesser of what each sticks through the other.
+fn lift(
+    mesh: &TriMesh,
+    g: FaceId,
+    obstacle: &Obstacle,
+    f: FaceId,
+    limbs: &PerVertex<[f64; 5]>,
+    margin: f64,
+    lack: &mut Lack,
+) {
+    let inner = obstacle.index.mesh();
+    let (outer_corners, inner_corners) = (mesh.faces()[g], inner.faces()[f]);
+    let (t, u) = (mesh.triangle(g), inner.triangle(f));
+    let (out, garment_out) = (smooth_normal(&obstacle.vertex_normals, &inner_corners), mesh.face_normal(g));
+    let depth =
+        |points: &[Point; 3], plane: &Point, n: &Vec3| points.iter().map(|p| n.dot(&(p - plane))).fold(0.0, f64::max);
+    let below_inner = depth(&t, &u[0], &-inner.face_normal(f));
+    let above_garment = depth(&u, &t[0], &garment_out);
+    let height = (below_inner.min(above_garment) + margin).min(GREATEST_LIFT);
+    for v in outer_corners {
+        if inner_corners.iter().any(|&w| concerns(&limbs[v], &obstacle.limbs[w])) {
+            lack.ask(v, out * height);
+        }
+    }
+}
+
+fn smooth_normal(normals: &PerVertex<Vec3>, corners: &[VertexId; 3]) -> Vec3 {
+    corners.iter().map(|&v| normals[v]).sum::<Vec3>().try_normalize(1e-9).unwrap_or_else(|| normals[corners[0]])
+}

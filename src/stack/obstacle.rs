@@ -1,0 +1,121 @@
+//! One inner layer, and what a garment's vertex must know of it.
+
+use super::StackParams;
+use crate::body::Layer;
+use crate::geometry::{Adjacency, FaceId, PerVertex, Point, SurfaceIndex, SurfacePoint, TriMesh, Vec3};
+use crate::rig::Limb;
+use rayon::prelude::*;
+
+/// Shares of limbs that vertex and surface must have in common for one to push the other. Below, they only happen to be
+/// near each other in the bind pose: a sleeve and the hip beside it, one trouser leg and the other thigh. Cloth at the
+/// armpit has a tenth of the arm.
+const LEAST_COMMON_LIMB: f64 = 0.1;
+/// Cosine below which a vertex that is inside faces against the surface it would leave through: it belongs to the
+/// other side of the limb. 105°: wrinkles and rolled hems stay above.
+const OPPOSED_COSINE: f64 = -0.25;
+/// How far a ray looks for the way out of a limb, in metres: through a thigh.
+const LONGEST_WAY_OUT: f64 = 0.2;
+
+/// A layer below the garment.
+pub(super) struct Obstacle {
+    pub index: SurfaceIndex,
+    pub vertex_normals: PerVertex<Vec3>,
+    pub limbs: PerVertex<[f64; 5]>,
+    on_boundary: PerVertex<bool>,
+    is_closed: bool,
+    greatest_depth: f64,
+}
+
+/// Where a vertex stands to a layer.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Contact {
+    /// Above the surface (negative: inside), in metres.
+    pub height: f64,
+    /// The way out.
+    pub normal: Vec3,
+}
+
+impl Obstacle {
+    pub(super) fn prepare(layer: &Layer, limb_of_joint: &[Limb], params: &StackParams) -> Self {
+        let adjacency = Adjacency::prepare(&layer.mesh);
+        Self {
+            index: SurfaceIndex::prepare(&layer.mesh),
+            vertex_normals: layer.mesh.vertex_normals(),
+            limbs: layer.weights.rows().iter().map(|row| Limb::shares(row, limb_of_joint)).collect(),
+            is_closed: adjacency.boundary_edges().is_empty(),
+            on_boundary: adjacency.boundary_vertices(),
+            greatest_depth: params.greatest_depth,
+        }
+    }
+
+    /// How a vertex with that normal and those limbs stands to this layer; `None` where the layer does not concern it, or
+    /// lies farther below than `reach`.
+    pub(super) fn contact(&self, p: &Point, normal: &Vec3, limbs: &[f64; 5], reach: f64) -> Option<Contact> {
+        let at = self.index.closest_within(p, self.greatest_depth.max(reach))?;
+        if self.is_on_boundary(&at) || common(limbs, &self.limbs_at(&at)) < LEAST_COMMON_LIMB {
+            return None;
+        }
+        let out = self.index.pseudonormal(&at);
+        let height = if (p - at.point).dot(&out) < 0.0 { -at.distance } else { at.distance };
+        if height >= reach {
+            return None;
+        }
+        if height < 0.0 && normal.dot(&out) < OPPOSED_COSINE {
+            return self.way_out(p, normal, limbs);
+        }
+        // Almost on the surface the direction to it is rounding; its normal is not.
+        let away = ((p - at.point) * height.signum()).try_normalize(1e-7).unwrap_or(out);
+        Some(Contact { height, normal: away })
+    }
+
+    /// Deep inside a limb the nearest surface may be the far side's; the garment's own normal tells the way out.
+    fn way_out(&self, p: &Point, normal: &Vec3, limbs: &[f64; 5]) -> Option<Contact> {
+        if !self.is_closed {
+            return None;
+        }
+        let hit = self.index.cast_ray(p, normal, LONGEST_WAY_OUT)?;
+        let at = SurfacePoint { face: hit.face, barycentric: hit.barycentric, point: *p, distance: hit.distance };
+        let leaves = self.index.mesh().face_normal(hit.face).dot(normal) > 0.0;
+        let is_own = common(limbs, &self.limbs_at(&at)) >= LEAST_COMMON_LIMB;
+        (leaves && is_own).then_some(Contact { height: -hit.distance, normal: *normal })
+    }
+
+    /// Vertices of `mesh` inside this layer, whichever limb they belong to: behind the surface, where it is open no
+    /// deeper than cloth can be and not beyond its border.
+    pub(super) fn count_inside(&self, mesh: &TriMesh) -> usize {
+        let is_inside = |p: &Point| {
+            let reach = if self.is_closed { f64::INFINITY } else { self.greatest_depth };
+            self.index
+                .closest_within(p, reach)
+                .is_some_and(|at| !self.is_on_boundary(&at) && (p - at.point).dot(&self.index.pseudonormal(&at)) < 0.0)
+        };
+        mesh.points().0.par_iter().filter(|p| is_inside(p)).count()
+    }
+
+    /// (Face of the garment, face of this layer) that cross, in ascending order.
+    pub(super) fn pairs_with(&self, garment: &TriMesh) -> Vec<(FaceId, FaceId)> {
+        self.index.crossing_pairs(garment)
+    }
+
+    fn is_on_boundary(&self, at: &SurfacePoint) -> bool {
+        let corners = self.index.mesh().faces()[at.face];
+        !self.is_closed
+            && at.barycentric.contains(&0.0)
+            && (0..3).all(|k| at.barycentric[k] == 0.0 || self.on_boundary[corners[k]])
+    }
+
+    fn limbs_at(&self, at: &SurfacePoint) -> [f64; 5] {
+        let corners = self.index.mesh().faces()[at.face];
+        std::array::from_fn(|l| (0..3).map(|k| self.limbs[corners[k]][l] * at.barycentric[k]).sum())
+    }
+}
+
+/// How much two places have of the same limbs: 0 to 1.
+pub(super) fn common(a: &[f64; 5], b: &[f64; 5]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x.min(*y)).sum()
+}
+
+/// Whether two places may push each other.
+pub(super) fn concerns(a: &[f64; 5], b: &[f64; 5]) -> bool {
+    common(a, b) >= LEAST_COMMON_LIMB
+}
