@@ -177,7 +177,7 @@ fn a_sleeve_does_not_stick_to_the_torso_that_it_touches() {
 #[test]
 fn posing_the_rigged_garment_gives_back_the_scan() {
     let figure = doll();
-    let mut pose = legs_apart(&figure, 25.0);
+    let mut pose = legs_apart(&figure, 20.0);
     pose.translation = Vec3::new(0.4, -0.1, 0.2);
     pose.rotations[HIPS] = UnitQuaternion::from_euler_angles(0.1, 1.2, -0.2);
     let posed_skirt = {

@@ -5,6 +5,7 @@ use super::displacement::Lack;
 use super::obstacle::{Obstacle, concerns};
 use super::smooth::{Smoother, moved_by};
 use crate::geometry::{FaceId, PerVertex, Point, TriMesh, Vec3, VertexId};
+use crate::numerics::NumericsError;
 
 /// Beyond the depth of a crossing a garment's triangle is lifted by this much, in metres, more with each round.
 const MARGIN: f64 = 1e-4;
@@ -19,7 +20,7 @@ pub(super) fn part(
     obstacles: &[Obstacle],
     smoother: &mut Smoother,
     params: &StackParams,
-) -> (TriMesh, usize) {
+) -> Result<(TriMesh, usize), NumericsError> {
     let mut mesh = mesh;
     let mut best: Option<(usize, TriMesh, usize)> = None;
     for round in 0..=params.iterations {
@@ -40,13 +41,13 @@ pub(super) fn part(
         }
         // Smooth at first, so that whole places rise; at last the corners alone, which always arrive.
         mesh = if round < params.iterations / 2 {
-            let risen = smoother.moved(&mesh, &lack, smoother.last_level());
+            let risen = smoother.moved(&mesh, &lack, smoother.last_level())?;
             moved_by(&risen, smoother.lack(&risen).moves())
         } else {
             moved_by(&mesh, lack.moves())
         };
     }
-    best.map_or((mesh, 0), |(_, mesh, rounds)| (mesh, rounds))
+    Ok(best.map_or((mesh, 0), |(_, mesh, rounds)| (mesh, rounds)))
 }
 
 /// Asks the corners of garment face `g` to rise above inner face `f`, by the lesser of what each sticks through the other.

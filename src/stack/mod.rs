@@ -155,8 +155,8 @@ pub fn stack(
         StackMethod::Push => (push::push(mesh, &limbs, &obstacles, params), 0),
         StackMethod::Smooth => {
             let mut solver = smooth::Smoother::prepare(mesh, &limbs, &obstacles, params)?;
-            let pushed = solver.push_clear(mesh);
-            crossing::part(pushed, &limbs, &obstacles, &mut solver, params)
+            let pushed = solver.push_clear(mesh)?;
+            crossing::part(pushed, &limbs, &obstacles, &mut solver, params)?
         }
     };
     let after = measure(&stacked, &obstacles);

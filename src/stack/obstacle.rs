@@ -13,8 +13,12 @@ const LEAST_COMMON_LIMB: f64 = 0.1;
 /// Cosine below which a vertex that is inside faces against the surface it would leave through: it belongs to the
 /// other side of the limb. 105°: wrinkles and rolled hems stay above.
 const OPPOSED_COSINE: f64 = -0.25;
-/// How far a ray looks for the way out of a limb, in metres: through a thigh.
-const LONGEST_WAY_OUT: f64 = 0.2;
+/// Vertices no deeper than this, in metres, leave through the nearest surface whichever way they face: rolled hems and the
+/// lips that scanners leave at cuffs. Deeper ones that face the other way look for it along their own normal.
+const SHALLOW: f64 = 0.015;
+/// How far a ray looks for the way out, in metres: the thickness of a forearm. (With 0.2 a speck at a cuff, facing along
+/// the hand, was carried to the fingertips.)
+const LONGEST_WAY_OUT: f64 = 0.06;
 
 /// A layer below the garment.
 pub(super) struct Obstacle {
@@ -60,8 +64,13 @@ impl Obstacle {
         if height >= reach {
             return None;
         }
-        if height < 0.0 && normal.dot(&out) < OPPOSED_COSINE {
-            return self.way_out(p, normal, limbs);
+        if height < -SHALLOW && normal.dot(&out) < OPPOSED_COSINE {
+            if !self.is_closed {
+                return None;
+            }
+            if let Some(contact) = self.way_out(p, normal, limbs) {
+                return Some(contact);
+            }
         }
         // Almost on the surface the direction to it is rounding; its normal is not.
         let away = ((p - at.point) * height.signum()).try_normalize(1e-7).unwrap_or(out);
@@ -70,9 +79,6 @@ impl Obstacle {
 
     /// Deep inside a limb the nearest surface may be the far side's; the garment's own normal tells the way out.
     fn way_out(&self, p: &Point, normal: &Vec3, limbs: &[f64; 5]) -> Option<Contact> {
-        if !self.is_closed {
-            return None;
-        }
         let hit = self.index.cast_ray(p, normal, LONGEST_WAY_OUT)?;
         let at = SurfacePoint { face: hit.face, barycentric: hit.barycentric, point: *p, distance: hit.distance };
         let leaves = self.index.mesh().face_normal(hit.face).dot(normal) > 0.0;

@@ -3,13 +3,22 @@
 use super::StackParams;
 use super::displacement::Lack;
 use super::obstacle::{Contact, Obstacle, concerns};
-use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId, cotangent_laplacian};
+use crate::geometry::{
+    Adjacency, Laplacian, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId, cotangent_laplacian,
+};
 use crate::numerics::{NumericsError, SparseCholesky};
 use rayon::prelude::*;
 
 /// Share of the clearance that cloth far inside comes to; cloth at the clearance keeps it, and what lies between keeps
 /// its order. So scan noise about the surface is pressed flat instead of being thrown out as spikes.
 const LEAST_CLEARANCE: f64 = 0.5;
+/// An inner vertex farther than this outside the garment, in metres, does not stick through it but lies beyond its border,
+/// as a hand does before the cuff. Cloth that far inside is found by its own vertices.
+const FARTHEST_POKE: f64 = 0.02;
+/// Metres above a layer within which a vertex is watched: more than smoothing carries any vertex inwards.
+const NEAR: f64 = 0.02;
+/// Share of the height owed that may be missing: a thousandth of the cloth's thickness.
+const TOLERANCE: f64 = 1e-3;
 /// Share of the clearance that every vertex must have in the end.
 const ENOUGH: f64 = 0.25;
 /// Rounds at each smoothing length. Each leaves about half of what the one before did.
@@ -23,11 +32,15 @@ pub(super) struct Smoother<'a> {
     limbs: &'a PerVertex<[f64; 5]>,
     obstacles: &'a [Obstacle],
     params: &'a StackParams,
+    laplacian: Laplacian,
     mass: Vec<f64>,
+    /// One for each smoothing length that was needed so far.
     factors: Vec<SparseCholesky>,
     on_boundary: PerVertex<bool>,
-    /// For each obstacle the height that each vertex must reach.
-    owed: Vec<PerVertex<f64>>,
+    /// For each obstacle the vertices that are or may come near, and the height that each must reach.
+    owed: Vec<Vec<(VertexId, f64)>>,
+    /// For each obstacle its vertices that are or may come near the garment.
+    inner: Vec<Vec<VertexId>>,
 }
 
 impl<'a> Smoother<'a> {
@@ -38,23 +51,33 @@ impl<'a> Smoother<'a> {
         params: &'a StackParams,
     ) -> Result<Self, NumericsError> {
         let laplacian = cotangent_laplacian(mesh);
-        let ones = vec![1.0; mesh.vertex_count()];
-        let factors = params
-            .smoothing_lengths
-            .iter()
-            .map(|length| SparseCholesky::prepare(ones.len(), &laplacian.screened(&ones, 0.0, length.powi(4))))
-            .collect::<Result<_, _>>()?;
         let normals = mesh.vertex_normals();
+        let garment = SurfaceIndex::prepare(mesh);
         let owed = obstacles
             .iter()
             .map(|o| {
-                (mesh.points().0.par_iter().enumerate())
-                    .map(|(v, p)| {
-                        o.contact(p, &normals.0[v], &limbs.0[v], params.clearance)
-                            .map_or(ENOUGH * params.clearance, |c| height_after(c.height, params.clearance))
-                    })
-                    .collect::<Vec<_>>()
-                    .into()
+                let near = |v: VertexId, p: &Point| {
+                    let contact = o.contact(p, &normals[v], &limbs[v], NEAR)?;
+                    let is_close = contact.height < params.clearance;
+                    let after = if is_close {
+                        height_after(contact.height, params.clearance)
+                    } else {
+                        ENOUGH * params.clearance
+                    };
+                    Some((v, after))
+                };
+                select(mesh.points(), near)
+            })
+            .collect();
+        let inner = obstacles
+            .iter()
+            .map(|o| {
+                let near = |v: VertexId, p: &Point| {
+                    let at = garment.closest_within(p, FARTHEST_POKE)?;
+                    let is_out = (p - at.point).dot(&garment.pseudonormal(&at)) > 0.0;
+                    (is_out || at.distance < NEAR).then_some(v)
+                };
+                select(o.index.mesh().points(), near)
             })
             .collect();
         Ok(Self {
@@ -62,47 +85,52 @@ impl<'a> Smoother<'a> {
             obstacles,
             params,
             mass: laplacian.safe_mass(),
-            factors,
+            laplacian,
+            factors: Vec::new(),
             on_boundary: Adjacency::prepare(mesh).boundary_vertices(),
             owed,
+            inner,
         })
     }
 
     /// Moves the garment until all its vertices, and those of the inner layers under it, are on their side.
-    pub(super) fn push_clear(&mut self, mesh: &TriMesh) -> TriMesh {
+    pub(super) fn push_clear(&mut self, mesh: &TriMesh) -> Result<TriMesh, NumericsError> {
         let mut mesh = mesh.clone();
-        for level in 0..self.factors.len() {
-            for _ in 0..ROUNDS_PER_LENGTH {
-                let lack = self.lack(&mesh);
-                if lack.is_none() {
-                    return mesh;
+        for level in 0..self.params.smoothing_lengths.len() {
+            for round in 0..ROUNDS_PER_LENGTH {
+                let mut lack = self.lack(&mesh);
+                if lack.is_none() || round == 0 {
+                    self.ask_for_inner_vertices(&mesh, &mut lack);
                 }
-                mesh = self.moved(&mesh, &lack, level);
+                if lack.is_none() {
+                    return Ok(mesh);
+                }
+                mesh = self.moved(&mesh, &lack, level)?;
             }
         }
         let lack = self.lack(&mesh);
-        moved_by(&mesh, lack.moves())
+        Ok(moved_by(&mesh, lack.moves()))
     }
 
-    /// What the garment's vertices, and the inner vertices that stick through it, still ask for.
+    /// What the garment's vertices still ask for.
     pub(super) fn lack(&self, mesh: &TriMesh) -> Lack {
         let mut lack = Lack::none(mesh.vertex_count());
         let normals = mesh.vertex_normals();
         for (obstacle, owed) in self.obstacles.iter().zip(&self.owed) {
-            let asked: Vec<Option<Vec3>> = (mesh.points().0.par_iter().enumerate())
-                .map(|(v, p)| {
-                    let owed = owed.0[v];
-                    let Contact { height, normal } = obstacle.contact(p, &normals.0[v], &self.limbs.0[v], owed)?;
-                    (height < owed * (1.0 - 1e-6)).then(|| normal * (owed - height))
+            let asked: Vec<Option<Vec3>> = owed
+                .par_iter()
+                .map(|&(v, owed)| {
+                    let contact = obstacle.contact(&mesh.points()[v], &normals[v], &self.limbs[v], owed)?;
+                    let Contact { height, normal } = contact;
+                    (height < owed * (1.0 - TOLERANCE)).then(|| normal * (owed - height))
                 })
                 .collect();
-            for (v, wanted) in asked.into_iter().enumerate() {
+            for (&(v, _), wanted) in owed.iter().zip(asked) {
                 if let Some(wanted) = wanted {
-                    lack.ask(VertexId::from_index(v), wanted);
+                    lack.ask(v, wanted);
                 }
             }
         }
-        self.ask_for_inner_vertices(mesh, &mut lack);
         lack
     }
 
@@ -110,23 +138,24 @@ impl<'a> Smoother<'a> {
     fn ask_for_inner_vertices(&self, mesh: &TriMesh, lack: &mut Lack) {
         let garment = SurfaceIndex::prepare(mesh);
         let enough = ENOUGH * self.params.clearance;
-        for obstacle in self.obstacles {
-            let inner = obstacle.index.mesh();
-            let asked: Vec<Option<[(VertexId, Vec3); 3]>> = (inner.points().0.par_iter().enumerate())
-                .map(|(v, p)| {
-                    let at = garment.closest_within(p, self.params.greatest_depth)?;
+        for (obstacle, inner) in self.obstacles.iter().zip(&self.inner) {
+            let asked: Vec<Option<[(VertexId, Vec3); 3]>> = inner
+                .par_iter()
+                .map(|&v| {
+                    let p = &obstacle.index.mesh().points()[v];
+                    let at = garment.closest_within(p, FARTHEST_POKE)?;
                     let corners = mesh.faces()[at.face];
-                    let border = (0..3).all(|k| at.barycentric[k] == 0.0 || self.on_boundary[corners[k]]);
+                    let is_border = corners.iter().any(|&corner| self.on_boundary[corner]);
                     let out = garment.pseudonormal(&at);
                     let height = if (p - at.point).dot(&out) > 0.0 { at.distance } else { -at.distance };
                     let nearest = (0..3).max_by(|&a, &b| at.barycentric[a].total_cmp(&at.barycentric[b]))?;
-                    let is_own = concerns(&self.limbs[corners[nearest]], &obstacle.limbs.0[v]);
-                    let faces = out.dot(&obstacle.vertex_normals.0[v]) > FACING_COSINE;
-                    if height <= -enough || !is_own || !faces || (border && at.barycentric.contains(&0.0)) {
+                    let is_own = concerns(&self.limbs[corners[nearest]], &obstacle.limbs[v]);
+                    let faces = out.dot(&obstacle.vertex_normals[v]) > FACING_COSINE;
+                    if height <= -enough || !is_own || !faces || is_border {
                         return None;
                     }
                     let squares: f64 = at.barycentric.iter().map(|b| b * b).sum();
-                    let push = obstacle.vertex_normals.0[v] * ((height + enough) / squares);
+                    let push = obstacle.vertex_normals[v] * ((height + enough) / squares);
                     Some([0, 1, 2].map(|k| (corners[k], push * at.barycentric[k])))
                 })
                 .collect();
@@ -137,16 +166,27 @@ impl<'a> Smoother<'a> {
     }
 
     /// The garment after the smooth displacement closest to what it lacks, at one of the smoothing lengths.
-    pub(super) fn moved(&self, mesh: &TriMesh, lack: &Lack, level: usize) -> TriMesh {
-        let Some(factor) = self.factors.get(level) else { return moved_by(mesh, lack.moves()) };
+    pub(super) fn moved(&mut self, mesh: &TriMesh, lack: &Lack, level: usize) -> Result<TriMesh, NumericsError> {
+        while self.factors.len() <= level && self.factors.len() < self.params.smoothing_lengths.len() {
+            let length = self.params.smoothing_lengths[self.factors.len()];
+            let matrix = self.laplacian.screened(&vec![1.0; self.mass.len()], 0.0, length.powi(4));
+            self.factors.push(SparseCholesky::prepare(self.mass.len(), &matrix)?);
+        }
+        let Some(factor) = self.factors.get(level) else { return Ok(moved_by(mesh, lack.moves())) };
         let right: Vec<Vec3> = lack.moves().iter().zip(&self.mass).map(|(u, m)| u * *m).collect();
-        moved_by(mesh, &factor.solve_vectors(&right).into())
+        Ok(moved_by(mesh, &factor.solve_vectors(&right).into()))
     }
 
     /// The narrowest smoothing.
     pub(super) fn last_level(&self) -> usize {
-        self.factors.len().saturating_sub(1)
+        self.params.smoothing_lengths.len().saturating_sub(1)
     }
+}
+
+/// What `f` makes of the vertices that it takes, in their order.
+fn select<T: Send>(points: &PerVertex<Point>, f: impl Fn(VertexId, &Point) -> Option<T> + Sync) -> Vec<T> {
+    let found: Vec<Option<T>> = (points.0.par_iter().enumerate()).map(|(i, p)| f(VertexId::from_index(i), p)).collect();
+    found.into_iter().flatten().collect()
 }
 
 /// Where cloth at `height` above the surface belongs: between half the clearance and all of it, in the same order.

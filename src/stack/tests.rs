@@ -1,1 +1,149 @@
+//! A ball as body, and bands of noisy cloth around it.
 
+use super::*;
+use crate::body::{JointId, Layer, Skeleton, SkinWeights};
+use crate::geometry::Vec3;
+use crate::rig::RigReport;
+
+/// Repeatable numbers in −1..1 (xorshift64*).
+fn noise(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+    move || {
+        state ^= state >> 12;
+        state ^= state << 25;
+        state ^= state >> 27;
+        (state.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+}
+
+/// Part of a sphere between two latitudes (degrees from the pole), outward; closed with 0 and 180.
+fn band(radius: f64, from_deg: f64, to_deg: f64, rings: usize, sectors: usize) -> TriMesh {
+    let mut points = Vec::new();
+    let mut faces = Vec::new();
+    let cap = |deg: f64| deg <= 0.0 || deg >= 180.0;
+    let mut starts: Vec<(u32, bool)> = Vec::new();
+    for i in 0..=rings {
+        let deg = from_deg + (to_deg - from_deg) * i as f64 / rings as f64;
+        starts.push((points.len() as u32, cap(deg)));
+        for s in 0..if cap(deg) { 1 } else { sectors } {
+            let (polar, around) = (deg.to_radians(), std::f64::consts::TAU * s as f64 / sectors as f64);
+            points.push(Point::new(polar.sin() * around.sin(), polar.cos(), polar.sin() * around.cos()) * radius);
+        }
+    }
+    for pair in starts.windows(2) {
+        for s in 0..sectors as u32 {
+            let at = |ring: usize, s: u32| pair[ring].0 + if pair[ring].1 { 0 } else { s % sectors as u32 };
+            if !pair[1].1 {
+                faces.push([at(0, s), at(1, s), at(1, s + 1)]);
+            }
+            if !pair[0].1 {
+                faces.push([at(0, s), at(1, s + 1), at(0, s + 1)]);
+            }
+        }
+    }
+    TriMesh::try_from_indices(points, &faces).unwrap()
+}
+
+fn shaken(mesh: &TriMesh, amplitude: f64, seed: u64) -> TriMesh {
+    let mut next = noise(seed);
+    let moved: Vec<Point> = mesh.points().iter().map(|p| p + Vec3::new(next(), next(), next()) * amplitude).collect();
+    mesh.with_points(moved)
+}
+
+fn layer(name: &str, mesh: TriMesh, joint: u16) -> Layer {
+    let weights = SkinWeights::from_rows(mesh.vertex_ids().map(|_| vec![(JointId(joint), 1.0)]));
+    Layer { name: name.into(), template: None, mesh, weights, colors: None, uvs: None, physics: None, fabric: None }
+}
+
+fn figure(layers: Vec<Layer>) -> Figure {
+    let skeleton = Skeleton {
+        names: ["hips", "leftUpperArm"].map(String::from).to_vec(),
+        parents: vec![None, Some(JointId(0))],
+        joints_in_bind: vec![Point::origin(), Point::new(0.1, 0.0, 0.0)],
+    };
+    Figure { skeleton, layers }
+}
+
+fn ball() -> Layer {
+    layer("body", band(0.15, 0.0, 180.0, 40, 60), 0)
+}
+
+fn garment(mesh: TriMesh, joint: u16) -> RiggedGarment {
+    let layer = layer("", mesh, joint);
+    RiggedGarment { mesh: layer.mesh, weights: layer.weights, colors: None, report: RigReport::default() }
+}
+
+#[test]
+fn noisy_cloth_on_the_skin_comes_clear_without_spikes() {
+    let cloth = shaken(&band(0.151, 40.0, 130.0, 36, 110), 0.0015, 5);
+    let (stacked, report) = stack(&garment(cloth.clone(), 0), &figure(vec![ball()]), &StackParams::default()).unwrap();
+    let [body] = report.layers.as_slice() else { panic!("{report:?}") };
+    assert!(body.inside_before > 200 && body.intersecting_pairs_before > 500, "{body:?}");
+    assert_eq!((body.inside_after, body.intersecting_pairs_after), (0, 0));
+    assert!(report.mean_move_of_clear < 5e-4 && report.max_move < 5e-3, "{report:?}");
+    let roughness = |mesh: &TriMesh| {
+        let normals = mesh.vertex_normals();
+        mesh.face_ids()
+            .map(|f| mesh.faces()[f].iter().map(|&v| 1.0 - normals[v].dot(&mesh.face_normal(f))).sum::<f64>())
+            .sum::<f64>()
+    };
+    assert!(roughness(&stacked) < roughness(&cloth), "smoother than it came");
+}
+
+#[test]
+fn a_second_layer_comes_clear_of_the_first_and_of_the_body() {
+    let shirt = layer("shirt", shaken(&band(0.156, 30.0, 120.0, 30, 90), 0.0005, 3), 0);
+    // Flattened at one side, so that it cuts into shirt and ball; and longer than the shirt.
+    let flattened = band(0.17, 30.0, 140.0, 40, 120).map_points(|p| Point::new(p.x, p.y, p.z.min(0.145)));
+    let (stacked, report) =
+        stack(&garment(flattened.clone(), 0), &figure(vec![ball(), shirt]), &StackParams::default()).unwrap();
+    assert!(report.layers.iter().all(|l| l.inside_before > 50 && l.intersecting_pairs_before > 50), "{report:?}");
+    assert_eq!((report.inside_after(), report.intersecting_pairs_after()), (0, 0), "{report:?}");
+    for (p, q) in flattened.points().iter().zip(stacked.points().iter()) {
+        assert!(p.z > -0.05 || (p - q).norm() < 1e-3, "the far side stays");
+    }
+}
+
+#[test]
+fn pushing_is_equation_7() {
+    let cloth = band(0.146, 50.0, 130.0, 20, 60);
+    let params = StackParams { method: StackMethod::Push, clearance: 0.003, ..StackParams::default() };
+    let (stacked, report) = stack(&garment(cloth.clone(), 0), &figure(vec![ball()]), &params).unwrap();
+    assert_eq!(report.layers[0].inside_before, cloth.vertex_count());
+    assert_eq!(report.layers[0].inside_after, 0);
+    let body = obstacle::Obstacle::prepare(&ball(), &[Limb::Trunk, Limb::LeftArm], &params);
+    for (p, q) in cloth.points().iter().zip(stacked.points().iter()) {
+        assert!((body.index.signed_distance(q) - 0.003).abs() < 1e-6, "k above the surface");
+        assert!((q - p).cross(&p.coords).norm() < 1e-4, "along the normal");
+    }
+}
+
+#[test]
+fn a_limb_that_only_happens_to_be_near_pushes_nothing() {
+    let sleeve = band(0.04, 40.0, 140.0, 12, 24).map_points(|p| p + Vec3::new(0.16, 0.0, 0.0));
+    let own = stack(&garment(sleeve.clone(), 0), &figure(vec![ball()]), &StackParams::default()).unwrap();
+    assert!(own.1.max_move > 0.005 && own.1.inside_after() == 0, "{:?}", own.1);
+    let (stacked, report) = stack(&garment(sleeve.clone(), 1), &figure(vec![ball()]), &StackParams::default()).unwrap();
+    assert_eq!(stacked, sleeve);
+    assert!(report.inside_after() > 0, "what stays inside is said");
+}
+
+#[test]
+fn one_thread_and_many_give_the_same_bytes() {
+    let cloth = garment(shaken(&band(0.151, 60.0, 120.0, 20, 80), 0.0015, 9), 0);
+    let run = || stack(&cloth, &figure(vec![ball()]), &StackParams::default()).unwrap();
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(run);
+    let three = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap().install(run);
+    assert_eq!(one, three);
+}
+
+#[test]
+fn what_cannot_be_stacked_is_said() {
+    let empty = garment(TriMesh::try_from_indices(vec![Point::origin()], &[]).unwrap(), 0);
+    let params = StackParams::default();
+    let error = stack(&empty, &figure(vec![ball()]), &params).unwrap_err();
+    assert!(matches!(error, StackError::EmptyGarment) && error.hint().is_some());
+    let cloth = garment(band(0.16, 60.0, 120.0, 4, 12), 0);
+    let bare = RiggedGarment { weights: SkinWeights::from_rows([]), ..cloth };
+    assert!(matches!(stack(&bare, &figure(vec![ball()]), &params), Err(StackError::WrongLength { weights: 0, .. })));
+}
