@@ -3,7 +3,7 @@
 use super::open::{Session, Writer};
 use super::state::Stage;
 use super::walk::{Event, Forced, StageReport, Walk};
-use super::{SessionError, flow, source};
+use super::{SessionError, flow, source, stage_scan};
 use serde::Serialize;
 
 impl Writer {
@@ -40,6 +40,10 @@ fn check_stage(step: &str, is_body: bool, stage: Option<Stage>) -> Result<(), Se
     }
 }
 
+fn not_built_is_fine(error: SessionError) -> Result<(), SessionError> {
+    if matches!(error, SessionError::NotBuilt { .. }) { Ok(()) } else { Err(error) }
+}
+
 /// A step as it stands.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StepStatus {
@@ -63,11 +67,15 @@ impl Session {
     /// What stands of every step. Runs nothing.
     pub fn status(&self) -> Result<Vec<StepStatus>, SessionError> {
         let mut walk = Walk::look(self);
-        match flow::steps(&mut walk, None) {
-            Ok(_) | Err(SessionError::NotBuilt { .. }) => {}
-            Err(e) => return Err(e),
+        let mut looked = flow::steps(&mut walk, None).map(drop);
+        // A walk ends at the first stale stage; the scans after it stand for themselves.
+        for step in &self.recipe.steps {
+            looked = looked.or_else(not_built_is_fine).and_then(|()| stage_scan::scan(&mut walk, step).map(drop));
         }
-        let reports = walk.into_reports();
+        looked.or_else(not_built_is_fine)?;
+        let mut reports = walk.into_reports();
+        reports.sort_by_key(|r| r.stage);
+        reports.dedup_by(|a, b| a.step == b.step && a.stage == b.stage);
         let status = self.recipe.steps.iter().map(|step| {
             let standing: Vec<StageReport> = reports.iter().filter(|r| r.step == step.name).cloned().collect();
             let stale = Stage::of_step(step.template.is_none())

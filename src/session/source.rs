@@ -24,16 +24,18 @@ pub(super) fn named(dir: &Path, path: &Path, bytes: &[u8]) -> Result<SourceFile,
 impl Session {
     /// The bytes of a file of the recipe: the session's copy, or the file itself where a recipe was written by hand.
     pub(super) fn source_bytes(&self, source: &SourceFile) -> Result<Vec<u8>, SessionError> {
-        match source.hash {
-            Some(hash) if self.store.has(hash) => self.store.bytes(hash),
-            expected => {
-                let path = self.resolve(&source.file);
-                let bytes = read(&path)?;
-                match expected {
-                    Some(hash) if ContentHash::of(&bytes) != hash => Err(SessionError::SourceChanged { path }),
-                    _ => Ok(bytes),
-                }
-            }
+        let Some(hash) = source.hash else { return read(&self.resolve(&source.file)) };
+        let copy = self.store.bytes(hash);
+        let path = self.resolve(&source.file);
+        let no_copy = match copy {
+            Ok(bytes) => return Ok(bytes),
+            Err(e) => e,
+        };
+        match read(&path) {
+            Ok(bytes) if ContentHash::of(&bytes) == hash => Ok(bytes),
+            Ok(_) => Err(SessionError::SourceChanged { path }),
+            Err(_) if self.store.has(hash) => Err(no_copy),
+            Err(no_file) => Err(no_file),
         }
     }
 }

@@ -1,0 +1,260 @@
+//! Bad input gets one sentence (what, where), a hint, exit code 1 or 2, and leaves the session as it was, byte by byte.
+//!
+//! Files of the corpus and their answers are in `bad_input/`; scans of a person gone wrong are made here.
+
+mod common;
+
+use common::{fingerprint, mean_body, overcoat, overcoat_ok, session_with_two_scans, write_mesh};
+use overcoat::formats::{NpyArray, NpzCompression, RawMesh, read_npz, write_npy, write_npz};
+use overcoat::geometry::Point;
+use serde::Deserialize;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+/// Runs the command in the session and checks everything that bad input is promised.
+fn refused(session: &Path, args: &[&str], code: i32, says: &[&str]) {
+    let before = fingerprint(session);
+    let answer = overcoat(session, args);
+    assert_eq!(fingerprint(session), before, "{args:?} changed the session");
+    assert_eq!(answer.code, code, "{args:?}: {answer:?}");
+    assert_eq!(answer.stdout, "", "{args:?}");
+    let lines: Vec<&str> = answer.stderr.lines().collect();
+    assert!(lines[0].starts_with("error: ") && lines.len() <= 2, "one sentence, one hint for {args:?}: {answer:?}");
+    assert!(lines.get(1).is_none_or(|l| l.starts_with("hint: ")), "{args:?}: {answer:?}");
+    for words in says {
+        assert!(lines[0].contains(words), "{args:?} says '{}', without '{words}'", lines[0]);
+    }
+    let json = overcoat(session, &[args, &["--json"]].concat());
+    assert_eq!((json.code, &fingerprint(session)), (code, &before));
+    assert_eq!(format!("error: {}", json.json()["error"]["message"].as_str().unwrap()), lines[0]);
+}
+
+#[derive(Deserialize)]
+struct Corpus {
+    answer: Vec<Expected>,
+}
+
+#[derive(Deserialize)]
+struct Expected {
+    file: String,
+    command: String,
+    code: i32,
+    says: Vec<String>,
+}
+
+#[test]
+fn every_file_of_the_corpus_gets_its_answer() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/bad_input");
+    let corpus: Corpus = toml::from_str(&std::fs::read_to_string(folder.join("answers.toml")).unwrap()).unwrap();
+    let dir = tempfile::tempdir().unwrap();
+    let session = session_with_two_scans(dir.path());
+    for Expected { file, command, code, says } in &corpus.answer {
+        let path = folder.join(file).display().to_string();
+        let args: Vec<&str> =
+            command.split(' ').map(|word| if word == "{file}" { path.as_str() } else { word }).collect();
+        refused(&session, &args, *code, &says.iter().map(String::as_str).collect::<Vec<_>>());
+    }
+    for entry in std::fs::read_dir(&folder).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        assert!(name == "answers.toml" || corpus.answer.iter().any(|a| a.file == name), "{name} has no answer");
+    }
+}
+
+fn with_a_second(mesh: &RawMesh, map: impl Fn(Point) -> Point) -> RawMesh {
+    let shift = mesh.points.len() as u32;
+    let mut both = mesh.clone();
+    both.points.extend(mesh.points.iter().map(|&p| <[f64; 3]>::from(map(Point::from(p)).coords)));
+    both.faces.extend(mesh.faces.iter().map(|f| f.map(|v| v + shift)));
+    both
+}
+
+#[test]
+fn scans_that_are_no_person_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = session_with_two_scans(dir.path());
+    let two_people = with_a_second(&mean_body(|p| p), |p| Point::new(p.x + 1.8, p.y, p.z));
+    let cases = [
+        ("two_people.ply", two_people, vec![], "two people"),
+        ("millimetres.ply", mean_body(|p| p * 1000.0), vec!["--unit", "m"], "a person is 0.4 to 2.5 m tall"),
+        (
+            "lying.ply",
+            mean_body(|p| Point::new(p.x, -p.z, p.y)),
+            vec!["--up", "y", "--unit", "m"],
+            "a person is 0.4 to 2.5 m tall",
+        ),
+        ("giant.ply", mean_body(|p| p * 40_000.0), vec![], "a person is 0.4 to 2.5 m tall"),
+        ("flat.ply", mean_body(|_| Point::origin()), vec![], "area"),
+    ];
+    for (name, mesh, options, says) in cases {
+        let path = write_mesh(dir.path().join(name), &mesh);
+        let args = [&["scan", "hat", path.to_str().unwrap(), "--template", "hat"], options.as_slice()].concat();
+        refused(&session, &args, 1, &[name, says]);
+    }
+}
+
+#[test]
+fn scans_in_another_unit_or_frame_are_understood_and_say_so() {
+    let dir = tempfile::tempdir().unwrap();
+    let cases = [
+        ("millimetres.ply", mean_body(|p| p * 1000.0), "in mm"),
+        ("z_up.ply", mean_body(|p| Point::new(p.x, -p.z, p.y)), "z of the file points up"),
+        ("upside_down.ply", mean_body(|p| Point::new(p.x, -p.y, -p.z)), "-y of the file points up"),
+    ];
+    for (name, mesh, says) in cases {
+        let path = write_mesh(dir.path().join(name), &mesh);
+        let session = name.trim_end_matches(".ply");
+        overcoat_ok(dir.path(), &["new", session]);
+        let said = overcoat_ok(dir.path(), &["-C", session, "scan", "body", path.to_str().unwrap()]).stdout;
+        assert!(said.contains(says), "{name}: {said}");
+    }
+}
+
+#[test]
+fn what_cannot_be_meant_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = session_with_two_scans(dir.path());
+    let scan = dir.path().join("body.ply").display().to_string();
+    for (command, code, says) in [
+        ("scan hat nowhere.ply --template hat", 2, "there is no file 'nowhere.ply'"),
+        ("scan hat . --template hat", 2, "is a folder"),
+        ("scan hat {scan} --template hut", 2, "'hut'"),
+        ("scan hat {scan}", 2, "needs a template"),
+        ("scan hat {scan} --template hat --until nose", 2, "'nose'"),
+        ("scan hat {scan} --template hat --unit furlong", 2, "'furlong'"),
+        ("scan hat {scan} --template hat --up w", 2, "'w'"),
+        ("scan shirt {scan} --template tshirt", 2, "there is a step 'shirt' already"),
+        ("scan body {scan}", 2, "there is a step 'body' already"),
+        ("scan a/b {scan} --template hat", 2, "'a/b' cannot be the name"),
+        ("scan joints {scan} --template hat", 2, "'joints' cannot be the name"),
+        ("scan body {scan} --template hat --replace", 2, "takes no template"),
+        ("mask coat nowhere.jsonl", 2, "there is no step 'coat'"),
+        ("mask body nowhere.jsonl", 2, "no labels"),
+        ("mask shirt nowhere.jsonl", 2, "there is no file"),
+        ("export out.glb", 1, "not built"),
+        ("export out.fbx", 2, "'out.fbx'"),
+        ("export at/ --at coat", 2, "there is no step 'coat'"),
+        ("export at/ --scan coat", 2, "there is no step 'coat'"),
+        ("export out.glb --scan body", 2, "no place for a scan"),
+        ("view", 2, "what to write"),
+        ("view --sheet sheet.png", 1, "not built"),
+        ("measure --truth nowhere", 2, "there is no folder 'nowhere'"),
+        ("build --force coat", 2, "there is no step 'coat'"),
+        ("build --force shirt/fit", 2, "no stage 'fit'"),
+        ("build --force shirt/iron", 2, "no stage 'iron'"),
+        ("new .", 2, "there is a session in '.' already"),
+        ("new ..", 2, "is not empty"),
+    ] {
+        let args: Vec<&str> = command.split(' ').map(|w| if w == "{scan}" { scan.as_str() } else { w }).collect();
+        refused(&session, &args, code, &[says]);
+    }
+}
+
+#[test]
+fn a_garment_before_the_body_and_a_build_of_nothing_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let scan = write_mesh(dir.path().join("body.ply"), &mean_body(|p| p));
+    overcoat_ok(dir.path(), &["new", "session"]);
+    let session = dir.path().join("session");
+    refused(&session, &["scan", "shirt", scan.to_str().unwrap(), "--template", "tshirt"], 2, &["before the body"]);
+    refused(&session, &["build"], 1, &["no scan yet"]);
+    refused(dir.path(), &["status"], 2, &["there is no session"]);
+    refused(dir.path(), &["-C", "nowhere", "build"], 2, &["there is no session in 'nowhere'"]);
+}
+
+#[test]
+fn a_mask_for_another_mesh_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = session_with_two_scans(dir.path());
+    let labels = dir.path().join("labels.npy");
+    write_npy(&NpyArray::vector(vec![1.0_f64; 17]), File::create(&labels).unwrap()).unwrap();
+    refused(&session, &["mask", "shirt", labels.to_str().unwrap()], 1, &["labels.npy", "17 labels"]);
+    let bare = write_mesh(dir.path().join("bare.ply"), &mean_body(|p| p));
+    refused(&session, &["mask", "shirt", bare.to_str().unwrap()], 2, &["bare.ply", "no property 'label'"]);
+}
+
+#[test]
+fn a_body_model_whose_arrays_disagree_is_refused_and_no_folder_is_made() {
+    let dir = tempfile::tempdir().unwrap();
+    let embedded = read_npz(std::io::Cursor::new(overcoat::body::EMBEDDED_MODEL_FILE)).unwrap();
+    let damaged = |name: &str, change: &dyn Fn(&mut overcoat::formats::Npz)| -> PathBuf {
+        let mut model = embedded.clone();
+        change(&mut model);
+        let path = dir.path().join(name);
+        write_npz(&model, NpzCompression::default(), File::create(&path).unwrap()).unwrap();
+        path
+    };
+    let short = damaged("short_weights.npz", &|model| {
+        model.insert("weights", NpyArray::try_new(&[3, 22], vec![0.0_f64; 66]).unwrap());
+    });
+    refused(
+        dir.path(),
+        &["new", "s", "--body", short.to_str().unwrap()],
+        1,
+        &["short_weights.npz", "'weights'", "[3, 22]"],
+    );
+    let cyclic = damaged("cyclic.npz", &|model| {
+        model.insert("kintree_table", NpyArray::try_new(&[2, 22], vec![5_i64; 44]).unwrap());
+    });
+    refused(dir.path(), &["new", "s", "--body", cyclic.to_str().unwrap()], 1, &["cyclic.npz", "joint"]);
+    refused(dir.path(), &["new", "s", "--body", "nowhere.npz"], 2, &["there is no file 'nowhere.npz'"]);
+    assert!(!dir.path().join("s").exists());
+}
+
+#[test]
+fn files_of_the_session_broken_by_hand_are_named_with_their_line() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = session_with_two_scans(dir.path());
+    let break_file = |name: &str, change: &dyn Fn(String) -> String, args: &[&str], says: &[&str]| {
+        let path = session.join(name);
+        let text = std::fs::read_to_string(&path).unwrap();
+        std::fs::write(&path, change(text.clone())).unwrap();
+        refused(&session, args, 1, says);
+        std::fs::write(&path, text).unwrap();
+    };
+    let line_3 = |text: String| text.replacen("version = 1", "version = = 1", 1);
+    break_file("recipe.toml", &line_3, &["build"], &["recipe.toml, line 4"]);
+    let unknown = |text: String| text.replace("template =", "tamplate =");
+    break_file("recipe.toml", &unknown, &["status"], &["recipe.toml, line ", "tamplate"]);
+    let newer = |text: String| text.replacen("version = 1", "version = 7", 1);
+    break_file("recipe.toml", &newer, &["status"], &["recipe.toml", "layout 7"]);
+    let body_last = |text: String| text.replace("\"body\"", "\"torso\"");
+    break_file("recipe.toml", &body_last, &["status"], &["recipe.toml"]);
+    let torn = |text: String| text.replacen("{\"change\"", "{\"chan", 1);
+    break_file("journal.jsonl", &torn, &["status"], &["journal.jsonl, line 1"]);
+}
+
+#[test]
+fn a_damaged_artefact_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = session_with_two_scans(dir.path());
+    let state: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(session.join("session.json")).unwrap()).unwrap();
+    let name = state["steps"][0]["stages"]["scan"]["output"].as_str().unwrap();
+    std::fs::write(session.join("artefacts").join(name), b"rust").unwrap();
+    refused(&session, &["export", "scan/", "--scan", "body"], 1, &["artefact", name, "its content has changed"]);
+}
+
+#[test]
+fn a_second_writer_is_refused_and_readers_are_not() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = session_with_two_scans(dir.path());
+    let scan = dir.path().join("body.ply").display().to_string();
+    let held = File::options().read(true).write(true).open(session.join("lock")).unwrap();
+    held.lock().unwrap();
+    refused(&session, &["scan", "hat", &scan, "--template", "hat"], 1, &["is being changed by another process"]);
+    overcoat_ok(&session, &["status"]);
+    held.unlock().unwrap();
+    overcoat_ok(&session, &["scan", "hat", &scan, "--template", "hat"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_file_where_a_folder_should_be_is_no_place_to_write() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = session_with_two_scans(dir.path());
+    let file = dir.path().join("file");
+    std::fs::write(&file, b"").unwrap();
+    let below = file.join("new");
+    refused(dir.path(), &["new", below.to_str().unwrap()], 1, &["cannot be written"]);
+    refused(&session, &["export", file.join("x/").to_str().unwrap(), "--scan", "body"], 1, &["cannot be written"]);
+}

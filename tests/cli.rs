@@ -1,0 +1,118 @@
+//! The built program as a person or a script meets it.
+
+mod common;
+
+use common::{fingerprint, mean_body, overcoat, overcoat_ok, session_with_two_scans, write_mesh};
+use serde_json::Value;
+
+#[test]
+fn help_names_every_command_and_succeeds() {
+    let dir = tempfile::tempdir().unwrap();
+    let help = overcoat_ok(dir.path(), &["--help"]).stdout;
+    for command in ["demo", "new", "scan", "build", "mask", "status", "export", "view", "measure", "templates"] {
+        assert!(help.contains(&format!("\n  {command} ")), "{command} is not in\n{help}");
+        let own = overcoat_ok(dir.path(), &[command, "--help"]).stdout;
+        assert!(own.contains("Usage: overcoat"), "{own}");
+    }
+}
+
+#[test]
+fn a_wrong_command_exits_with_2_and_a_hint_in_both_forms() {
+    let dir = tempfile::tempdir().unwrap();
+    for args in [vec![], vec!["bild"], vec!["scan", "body"], vec!["status", "--fast"], vec!["new"]] {
+        let plain = overcoat(dir.path(), &args);
+        assert_eq!(plain.code, 2, "{args:?}: {plain:?}");
+        assert_eq!(plain.stdout, "");
+        let lines: Vec<&str> = plain.stderr.lines().collect();
+        assert_eq!(lines.len(), 2, "one sentence, one hint: {plain:?}");
+        assert!(lines[0].starts_with("error: ") && lines[1].starts_with("hint: "), "{plain:?}");
+
+        let as_json = overcoat(dir.path(), &[args.as_slice(), &["--json"]].concat());
+        assert_eq!(as_json.code, 2);
+        let error = &as_json.json()["error"];
+        assert_eq!(format!("error: {}", error["message"].as_str().unwrap()), lines[0]);
+        assert_eq!(format!("hint: {}", error["hint"].as_str().unwrap()), lines[1]);
+    }
+}
+
+#[test]
+fn a_session_is_begun_scanned_and_told_about() {
+    let dir = tempfile::tempdir().unwrap();
+    let scan = write_mesh(dir.path().join("body.ply"), &mean_body(|p| p));
+    let begun = overcoat_ok(dir.path(), &["new", "alice", "--json"]).json();
+    assert_eq!(begun["body_model"], "embedded");
+    let session = dir.path().join("alice");
+    assert!(session.join("recipe.toml").is_file());
+
+    let said = overcoat_ok(&session, &["scan", "body", scan.to_str().unwrap()]);
+    assert!(said.stdout.contains("scanned body from") && said.stdout.contains("\nnext: overcoat build"), "{said:?}");
+    let status = overcoat_ok(dir.path(), &["-C", "alice", "status", "--json"]).json();
+    assert_eq!(status["up_to_date"], false);
+    let step = &status["steps"][0];
+    assert_eq!((&step["name"], &step["standing"][0]["stage"]), (&Value::from("body"), &Value::from("scan")));
+    assert_eq!(step["stale"], serde_json::json!(["fit", "register", "figure"]));
+    let recipe = std::fs::read_to_string(session.join("recipe.toml")).unwrap();
+    assert!(recipe.contains("file = \"../body.ply\""), "{recipe}");
+    assert_eq!(overcoat_ok(&session, &["status", "-q"]).stdout, "");
+}
+
+#[test]
+fn a_mask_is_taken_up_once_and_makes_the_garment_stale() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = session_with_two_scans(dir.path());
+    // On the chest, in the frame of the file.
+    let front = mean_body(|p| p).points.into_iter().filter(|p| (1.2..1.3).contains(&p[1]) && p[0].abs() < 0.05);
+    let chest = front.max_by(|a, b| a[2].total_cmp(&b[2])).unwrap();
+    let stroke = format!(r#"{{"layer":"shirt","op":"erase","radius":0.03,"points":[{chest:?}]}}"#);
+    std::fs::write(dir.path().join("dab.jsonl"), stroke).unwrap();
+    let said = overcoat_ok(&session, &["mask", "shirt", "../dab.jsonl", "--json"]).json();
+    assert!(said["erased_vertices"].as_u64().unwrap() > 3, "{said}");
+    assert_eq!(said["added_vertices"], 0);
+    let status = overcoat_ok(&session, &["status", "--json"]).json();
+    assert_eq!(status["steps"][1]["masks"], 1);
+}
+
+#[test]
+fn a_recipe_edited_by_hand_counts_and_keeps_its_comments() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = session_with_two_scans(dir.path());
+    let path = session.join("recipe.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let edited = text.replace("template = \"tshirt\"", "template = \"tshirt\" # too long\nuntil = \"hip\"");
+    assert_ne!(edited, text);
+    std::fs::write(&path, &edited).unwrap();
+    let status = overcoat_ok(&session, &["status", "--json"]).json();
+    assert_eq!(status["steps"][1]["name"], "shirt");
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), edited);
+}
+
+#[test]
+fn a_writer_killed_between_journal_and_files_is_completed_by_the_next() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = dir.path().join("session");
+    let scan = write_mesh(dir.path().join("body.ply"), &mean_body(|p| p));
+    overcoat_ok(dir.path(), &["new", "session"]);
+    let before: Vec<Vec<u8>> =
+        ["recipe.toml", "session.json"].iter().map(|f| std::fs::read(session.join(f)).unwrap()).collect();
+    overcoat_ok(&session, &["scan", "body", scan.to_str().unwrap()]);
+    let after = fingerprint(&session);
+    // The journal's line was written, the files were not, and a temporary file lies about.
+    std::fs::write(session.join("recipe.toml"), &before[0]).unwrap();
+    std::fs::write(session.join("session.json"), &before[1]).unwrap();
+    std::fs::write(session.join("artefacts/.unfinished-x"), b"half").unwrap();
+    let status = overcoat_ok(&session, &["status", "--json"]).json();
+    assert_eq!(status["steps"][0]["name"], "body", "readers see the change already");
+    let again = overcoat(&session, &["scan", "body", scan.to_str().unwrap()]);
+    assert_eq!(again.code, 2, "the step is there: {again:?}");
+    assert_eq!(fingerprint(&session), after);
+}
+
+#[test]
+fn the_kinds_of_garment_are_listed_and_shown() {
+    let dir = tempfile::tempdir().unwrap();
+    let list = overcoat_ok(dir.path(), &["templates", "list", "--json"]).json();
+    assert!(list["templates"].as_array().unwrap().len() >= 12);
+    let shown = overcoat_ok(dir.path(), &["templates", "show", "tshirt", "--json"]).json();
+    assert_eq!(shown["template"]["hems"].as_array().unwrap().len(), 4, "neck, two sleeves, waist: {shown}");
+    assert_eq!(overcoat(dir.path(), &["templates", "show", "tshrt"]).code, 2);
+}
