@@ -2,6 +2,7 @@
 
 use super::console::{print_aside, print_line};
 use crate::session::SessionError;
+use clap::error::ErrorKind;
 use serde_json::json;
 use std::process::ExitCode;
 
@@ -21,23 +22,29 @@ pub(super) fn report(error: &anyhow::Error, json: bool) -> ExitCode {
 /// The same for arguments that cannot be parsed; help and version are no failure.
 pub(super) fn report_usage(error: &clap::Error, json: bool) -> ExitCode {
     if !error.use_stderr() {
-        // As above: a closed pipe is no failure.
+        // A closed pipe is no failure.
         let _ = error.print();
         return ExitCode::SUCCESS;
     }
-    let text = error.render().to_string();
-    let message = text.lines().next().unwrap_or_default().trim_start_matches("error: ").to_string();
-    // Arguments that are missing stand in lines of their own.
-    let missing: Vec<&str> =
-        text.lines().skip(1).take_while(|l| l.starts_with("  ")).map(str::trim).filter(|l| !l.is_empty()).collect();
-    let message = if missing.is_empty() { message } else { format!("{message} {}", missing.join(" ")) };
-    let tip = text.lines().find_map(|l| l.trim().strip_prefix("tip: ").map(str::to_string));
-    let usage = text.lines().find_map(|l| l.strip_prefix("Usage: ").map(|u| format!("usage: {u}")));
-    let hint = tip.or(usage).unwrap_or_else(|| "`overcoat --help` shows the commands".into());
-    let message =
-        if message.is_empty() || text.starts_with("Scans of") { "no command was given".into() } else { message };
+    let (message, hint) = match error.kind() {
+        ErrorKind::MissingSubcommand | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            ("no command was given".into(), "`overcoat --help` shows the commands".into())
+        }
+        _ => sentence_and_hint(&error.render().to_string()),
+    };
     say(&message, Some(&hint), json);
     ExitCode::from(WRONG_COMMAND)
+}
+
+/// The parser's message in one line, and its tip or the usage.
+fn sentence_and_hint(text: &str) -> (String, String) {
+    let first = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
+    // Arguments that are missing stand in lines of their own.
+    let more = text.lines().skip(1).take_while(|l| l.starts_with("  ")).map(str::trim).filter(|l| !l.is_empty());
+    let message = std::iter::once(first).chain(more).collect::<Vec<_>>().join(" ");
+    let tip = text.lines().find_map(|l| l.trim().strip_prefix("tip: ").map(str::to_string));
+    let usage = text.lines().find_map(|l| l.strip_prefix("Usage: ").map(|u| format!("usage: {u}")));
+    (message, tip.or(usage).unwrap_or_else(|| "`overcoat --help` shows the commands".into()))
 }
 
 fn say(message: &str, hint: Option<&str>, json: bool) {
