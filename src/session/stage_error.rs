@@ -9,6 +9,7 @@ use crate::geometry::MeshError;
 use crate::rig::RigError;
 use crate::scan::ScanError;
 use crate::segment::SegmentError;
+use crate::stack::StackError;
 use crate::studio::MetricsError;
 
 /// What a room says when it gives no result.
@@ -38,6 +39,9 @@ pub enum StageError {
     /// No weights.
     #[error(transparent)]
     Rig(#[from] RigError),
+    /// Not clear of what lies inside.
+    #[error(transparent)]
+    Stack(#[from] StackError),
     /// No file.
     #[error(transparent)]
     Export(#[from] ExportError),
@@ -61,6 +65,7 @@ impl StageError {
             Self::Segment(e) => e.hint(),
             Self::Cut(e) => e.hint(),
             Self::Rig(e) => e.hint(),
+            Self::Stack(e) => e.hint(),
             Self::Export(e) => e.hint(),
             Self::View(e) => e.hint(),
             Self::Metrics(e) => e.hint(),
