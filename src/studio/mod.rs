@@ -3,11 +3,15 @@
 //! The measures know no stage: surfaces, joints and labels go in as plain meshes, see [`measure`].
 
 mod camera;
+mod drape;
 mod fuse;
 pub mod mannequin;
 mod metrics;
+mod pattern;
 mod rng;
 mod scanner;
+mod session;
+mod subject;
 mod volume;
 
 pub use metrics::{
@@ -16,4 +20,6 @@ pub use metrics::{
     garment_iou, hem_loops, hem_roughness, hidden_body, inside_percent, joint_mean_mm, layer_pairs, measure,
     outside_scan, surface_distance,
 };
+pub use pattern::GarmentKind;
 pub use scanner::simulate_scan;
+pub use session::{InventedSession, InventedStep, StudioParams, invent};

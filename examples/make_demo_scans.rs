@@ -1,0 +1,72 @@
+//! Invents the demo: `make_demo_scans DIR [--seed N] [--garments tshirt,skirt] [--faces N]` writes the scans
+//! `0-body.ply`, `1-tshirt.ply`, … and below `truth/` what was really there.
+
+use anyhow::{Context, Result, bail};
+use overcoat::body::embedded_model;
+use overcoat::formats::{PlyOptions, RawMesh, write_ply};
+use overcoat::geometry::{PerVertex, TriMesh};
+use overcoat::studio::{GarmentKind, InventedSession, StudioParams, TruthNaming, invent};
+use std::fs::{File, create_dir_all};
+use std::path::{Path, PathBuf};
+
+/// Chosen by eye among ten: a woman of middle height.
+const DEMO_SEED: u64 = 7;
+
+fn main() -> Result<()> {
+    let mut dir: Option<PathBuf> = None;
+    let mut params =
+        StudioParams { seed: DEMO_SEED, garments: vec![GarmentKind::Tshirt, GarmentKind::Skirt], scan_faces: 60_000 };
+    let mut args = std::env::args().skip(1);
+    while let Some(arg) = args.next() {
+        let mut value = || args.next().with_context(|| format!("{arg} needs a value"));
+        match arg.as_str() {
+            "--seed" => params.seed = value()?.parse()?,
+            "--faces" => params.scan_faces = value()?.parse()?,
+            "--garments" => {
+                params.garments = value()?
+                    .split(',')
+                    .map(|name| GarmentKind::from_name(name).with_context(|| format!("no garment is called '{name}'")))
+                    .collect::<Result<_>>()?;
+            }
+            _ if dir.is_none() => dir = Some(arg.into()),
+            _ => bail!("'{arg}' is one argument too many"),
+        }
+    }
+    let dir = dir.context("where to? give a folder")?;
+    write_session(&invent(&embedded_model()?, &params), &dir)
+}
+
+fn write_session(session: &InventedSession, dir: &Path) -> Result<()> {
+    let truth = dir.join("truth");
+    create_dir_all(&truth)?;
+    for (k, step) in session.steps.iter().enumerate() {
+        write_mesh(&dir.join(format!("{k}-{}.ply", step.name)), &step.scan, Some(&step.colors))?;
+        write_mesh(&truth.join(TruthNaming::step_body(k)), &step.truth.body, None)?;
+        for (j, layer) in step.truth.layers.iter().enumerate() {
+            write_mesh(&truth.join(TruthNaming::step_layer(k, j + 1)), layer, None)?;
+        }
+    }
+    write_mesh(&truth.join(TruthNaming::bind_body()), &session.bind.body, None)?;
+    for (j, layer) in session.bind.layers.iter().enumerate() {
+        write_mesh(&truth.join(TruthNaming::bind_layer(j + 1)), layer, None)?;
+    }
+    let joints = serde_json::json!({
+        "source": "invented by Overcoat's studio",
+        "names": session.steps.iter().map(|s| &s.name).collect::<Vec<_>>(),
+        "steps": session.steps.iter().map(|s| serde_json::json!({ "joints": &s.truth.joints })).collect::<Vec<_>>(),
+    });
+    std::fs::write(truth.join(TruthNaming::JOINTS), serde_json::to_string(&joints)?)?;
+    Ok(())
+}
+
+fn write_mesh(path: &Path, mesh: &TriMesh, colors: Option<&PerVertex<[u8; 3]>>) -> Result<()> {
+    let raw = RawMesh {
+        points: mesh.points().iter().map(|p| [p.x, p.y, p.z]).collect(),
+        faces: mesh.faces().iter().map(|f| f.map(|v| v.0)).collect(),
+        colors: colors.map(|c| c.0.clone()),
+        ..RawMesh::default()
+    };
+    let file = File::create(path).with_context(|| format!("cannot write {}", path.display()))?;
+    write_ply(&raw, &PlyOptions::default(), file)?;
+    Ok(())
+}

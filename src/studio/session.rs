@@ -1,0 +1,126 @@
+//! A whole invented session: someone scanned naked, then with one garment more each time, and the truth of it all.
+
+use super::drape::{Obstacle, drape};
+use super::metrics::{JointPositions, TruthBind, TruthStep};
+use super::pattern::{GarmentKind, Pattern, sew, sewing_pose};
+use super::scanner::simulate_scan;
+use super::subject::{Stance, Subject};
+use crate::body::{BodyModel, skin, unskin};
+use crate::geometry::{PerVertex, SurfaceIndex, TriMesh};
+
+/// What is invented.
+#[derive(Clone, Debug)]
+pub struct StudioParams {
+    /// Who, how they stand, how cloth falls, which noise.
+    pub seed: u64,
+    /// What they put on, in this order.
+    pub garments: Vec<GarmentKind>,
+    /// Triangles a scan is decimated to; 60 000 keep edges of 8 mm.
+    pub scan_faces: usize,
+}
+
+/// One step of an invented session, in the frame of the scan's file.
+#[derive(Clone, Debug)]
+pub struct InventedStep {
+    /// `body`, or the garment kind.
+    pub name: String,
+    /// What the scanner hands out.
+    pub scan: TriMesh,
+    /// Its colours.
+    pub colors: PerVertex<[u8; 3]>,
+    /// What was really there.
+    pub truth: TruthStep,
+}
+
+/// A session with its truth.
+#[derive(Clone, Debug)]
+pub struct InventedSession {
+    /// Naked first.
+    pub steps: Vec<InventedStep>,
+    /// Everything worn, in the model's own bind pose.
+    pub bind: TruthBind,
+}
+
+/// Metres between skin and the innermost cloth; includes the cloth's own millimetre.
+const SKIN_GAP: f64 = 2.5e-3;
+/// Metres from cloth to cloth.
+const CLOTH_GAP: f64 = 1.5e-3;
+/// Frames of settling, 1.5 s: longer changes folds by less than a millimetre.
+const SETTLING: usize = 90;
+
+/// Invents a session.
+///
+/// **Frame and units** each step in its own scan's frame: metres, Y up, feet near y = 0, facing about +Z.
+///
+/// **Guarantees** the same parameters give the same bytes with any number of threads.
+pub fn invent(model: &BodyModel, params: &StudioParams) -> InventedSession {
+    let subject = Subject::invent(model, params.seed);
+    let patterns: Vec<Pattern> = params.garments.iter().map(|&kind| sew(kind, &subject, params.seed)).collect();
+    let steps = (0..=patterns.len())
+        .map(|step| {
+            let mut stance = subject.stance(params.seed, step);
+            stand_on_floor(&subject, &mut stance);
+            let worn = &patterns[..step];
+            let name = worn.last().map_or("body", |p| p.kind.name()).to_owned();
+            let (body, layers) = dressed(&subject, &stance, worn);
+            let placed = |mesh: &TriMesh| mesh.map_points(|p| stance.placed * p);
+            let truth = TruthStep {
+                body: placed(&body),
+                layers: layers.iter().map(placed).collect(),
+                joints: joints(&subject, &stance),
+            };
+            let mut surfaces = vec![(&truth.body, &subject.colors)];
+            surfaces.extend(truth.layers.iter().zip(worn).map(|(mesh, pattern)| (mesh, &pattern.colors)));
+            let (scan, colors) = simulate_scan(&surfaces, params.scan_faces, params.seed.wrapping_add(step as u64));
+            InventedStep { name, scan, colors, truth }
+        })
+        .collect();
+    let (body, layers) = dressed(&subject, &subject.at_rest(), &patterns);
+    InventedSession { steps, bind: TruthBind { body, layers } }
+}
+
+/// Soles on y = 0.
+fn stand_on_floor(subject: &Subject, stance: &mut Stance) {
+    if let Some(bounds) = subject.posed(stance).bounds() {
+        stance.placed.translation.y -= bounds.min.y;
+    }
+}
+
+fn joints(subject: &Subject, stance: &Stance) -> JointPositions {
+    let at = subject.skeleton.joints_in_world(&stance.pose);
+    subject.skeleton.names.iter().cloned().zip(at.into_iter().map(|p| stance.placed * p)).collect()
+}
+
+/// The body and what it wears, before it is placed on the turntable. What is held at the waist goes over what hung
+/// there, and presses it.
+fn dressed(subject: &Subject, stance: &Stance, worn: &[Pattern]) -> (TriMesh, Vec<TriMesh>) {
+    let body = subject.posed(stance);
+    let body_index = SurfaceIndex::prepare(&body);
+    let sewing = sewing_pose(subject);
+    let start = |pattern: &Pattern| {
+        let in_bind = unskin(pattern.sewn.points(), &pattern.weights, &subject.skeleton, &sewing);
+        skin(&in_bind, &pattern.weights, &subject.skeleton, &stance.pose)
+    };
+    let mut layers: Vec<TriMesh> = Vec::new();
+    for (j, pattern) in worn.iter().enumerate() {
+        let inner: Vec<SurfaceIndex> = layers.iter().map(SurfaceIndex::prepare).collect();
+        let room = SKIN_GAP + CLOTH_GAP * j as f64;
+        let mut obstacles = vec![Obstacle { surface: &body_index, gap: room, inside: false }];
+        if !pattern.kind.holds_the_waist() {
+            obstacles.extend(inner.iter().map(|surface| Obstacle { surface, gap: CLOTH_GAP, inside: false }));
+        }
+        layers.push(drape(&pattern.cloth, &start(pattern), &obstacles, SETTLING));
+        if pattern.kind.holds_the_waist() {
+            let pressing = SurfaceIndex::prepare(&layers[j]);
+            for (i, below) in worn[..j].iter().enumerate() {
+                let obstacles = [
+                    Obstacle { surface: &pressing, gap: CLOTH_GAP, inside: true },
+                    Obstacle { surface: &body_index, gap: SKIN_GAP, inside: false },
+                ];
+                let from = layers[i].points().clone();
+                layers[i] = drape(&below.cloth, &from, &obstacles, SETTLING / 3);
+            }
+        }
+    }
+    (body, layers)
+}
