@@ -2,7 +2,7 @@
 //! `0-body.ply`, `1-tshirt.ply`, … and below `truth/` what was really there.
 
 use anyhow::{Context, Result, bail};
-use overcoat::body::embedded_model;
+use overcoat::body::read_model;
 use overcoat::formats::{PlyOptions, RawMesh, write_ply};
 use overcoat::geometry::{PerVertex, TriMesh};
 use overcoat::studio::{GarmentKind, InventedSession, StudioParams, TruthNaming, invent};
@@ -20,6 +20,7 @@ fn main() -> Result<()> {
     while let Some(arg) = args.next() {
         let mut value = || args.next().with_context(|| format!("{arg} needs a value"));
         match arg.as_str() {
+            "--truth-only" => params.scan_faces = 0,
             "--seed" => params.seed = value()?.parse()?,
             "--faces" => params.scan_faces = value()?.parse()?,
             "--garments" => {
@@ -33,7 +34,23 @@ fn main() -> Result<()> {
         }
     }
     let dir = dir.context("where to? give a folder")?;
-    write_session(&invent(&embedded_model()?, &params), &dir)
+    let session = invent(&read_model(File::open("templates/body/adult.npz")?)?, &params);
+    for (k, step) in session.steps.iter().enumerate() {
+        let layers: Vec<(String, &TriMesh)> = std::iter::once(("body".to_owned(), &step.truth.body))
+            .chain(step.truth.layers.iter().enumerate().map(|(j, m)| (format!("layer{}", j + 1), m)))
+            .collect();
+        let named: Vec<(&str, &TriMesh)> = layers.iter().map(|(n, m)| (n.as_str(), *m)).collect();
+        eprintln!("step {k}: {:?}", overcoat::studio::layer_pairs(&named));
+        for (n, m) in &named[1..] {
+            eprintln!("  {n}: {} vertices, {} loops", m.vertex_count(), overcoat::studio::hem_loops(m));
+        }
+        eprintln!(
+            "  scan {} v {:?}",
+            step.scan.vertex_count(),
+            overcoat::studio::hidden_body(&step.truth.body, &step.truth.body, &step.truth.layers)
+        );
+    }
+    write_session(&session, &dir)
 }
 
 fn write_session(session: &InventedSession, dir: &Path) -> Result<()> {

@@ -63,6 +63,12 @@ impl View {
         )
     }
 
+    /// The point of the camera's frame that is seen in a pixel at that depth.
+    pub(super) fn point(&self, x: f64, y: f64, depth: f64) -> Point {
+        let centered = |at: f64, size: usize| at - 0.5 * size as f64 + 0.5;
+        Point::new(centered(x, self.width) / self.focal * depth, centered(y, self.height) / self.focal * depth, depth)
+    }
+
     /// The image of a stage with all the camera's faults: Nguyen's axial noise 1.2 + 1.9 (z − 0.4)² mm, lateral
     /// noise, drop-outs at grazing angles, whole millimetres.
     pub(super) fn shoot(&self, stage: &Stage, rng: &mut Rng) -> DepthImage {
@@ -85,11 +91,7 @@ impl View {
                 }
                 let face = faces[from];
                 let normal = self.camera_from_world * stage.mesh.face_normal(crate::geometry::FaceId(face));
-                let ray = Vec3::new(
-                    (x as f64 - 0.5 * self.width as f64) / self.focal,
-                    (y as f64 - 0.5 * self.height as f64) / self.focal,
-                    1.0,
-                );
+                let ray = self.point(x as f64, y as f64, 1.0).coords;
                 let cosine = (normal.dot(&ray) / ray.norm()).abs();
                 if lost < LOST || cosine < GRAZING.cos() * (0.6 + 0.8 * lost) {
                     continue;

@@ -2,8 +2,7 @@
 
 use super::camera::DepthImage;
 use super::volume::Volume;
-use crate::geometry::{Aabb, PerVertex, Point, TriMesh};
-use nalgebra::Point3;
+use crate::geometry::{Aabb, PerVertex, Point, TriMesh, Vec3};
 use rayon::prelude::*;
 
 /// Metres between voxels: what handheld scanners of this class use; finger gaps close, as they do there.
@@ -28,23 +27,25 @@ pub(super) fn fuse(images: &[DepthImage], bounds: &Aabb, face_count: usize) -> (
 
 fn integrate(volume: &mut Volume, images: &[DepthImage]) {
     let [nx, ny, _] = volume.size;
-    let origin = volume.node(0, 0, 0);
-    let spacing = volume.spacing;
+    let (origin, spacing) = (volume.node(0, 0, 0), volume.spacing);
+    let near = Blocks::near_surfaces(volume, images);
     volume.distance.par_chunks_mut(nx * ny).enumerate().for_each(|(z, slab)| {
         let mut weight = vec![0.0f32; slab.len()];
         let mut sum = vec![0.0f32; slab.len()];
         for image in images {
-            let step = (image.view.camera_from_world.rotation * crate::geometry::Vec3::x()) * spacing;
+            let step = (image.view.camera_from_world.rotation * Vec3::x()) * spacing;
             for y in 0..ny {
-                let row = origin + crate::geometry::Vec3::new(0.0, y as f64, z as f64) * spacing;
-                let mut at = image.view.camera_from_world * row;
-                for x in 0..nx {
-                    if let Some((distance, w)) = observed(image, &at) {
-                        let i = y * nx + x;
-                        sum[i] += w * distance;
-                        weight[i] += w;
+                for block in (0..nx.div_ceil(BLOCK)).filter(|&bx| near.contains(bx, y / BLOCK, z / BLOCK)) {
+                    let first = block * BLOCK;
+                    let row = origin + Vec3::new(first as f64, y as f64, z as f64) * spacing;
+                    let mut at = image.view.camera_from_world * row;
+                    for x in first..(first + BLOCK).min(nx) {
+                        if let Some(distance) = observed(image, &at) {
+                            sum[y * nx + x] += distance;
+                            weight[y * nx + x] += 1.0;
+                        }
+                        at += step;
                     }
-                    at += step;
                 }
             }
         }
@@ -54,8 +55,53 @@ fn integrate(volume: &mut Volume, images: &[DepthImage]) {
     });
 }
 
-/// Truncated distance along the view, and its weight; `None` behind what the view saw.
-fn observed(image: &DepthImage, at: &Point3<f64>) -> Option<(f32, f32)> {
+/// Voxels a block along each axis: a block is 36 mm, wider than the truncation.
+const BLOCK: usize = 8;
+
+/// Which blocks of voxels have something in or beside them: nine tenths of the room are empty.
+struct Blocks {
+    size: [usize; 3],
+    near: Vec<bool>,
+}
+
+impl Blocks {
+    fn near_surfaces(volume: &Volume, images: &[DepthImage]) -> Self {
+        let size = volume.size.map(|n| n.div_ceil(BLOCK));
+        let mut blocks = Self { size, near: vec![false; size[0] * size[1] * size[2]] };
+        let mut seen = blocks.near.clone();
+        let origin = volume.node(0, 0, 0);
+        for image in images {
+            let world_from_camera = image.view.camera_from_world.inverse();
+            for (i, &depth) in image.depth.iter().enumerate().filter(|(_, d)| **d > 0.0) {
+                let (x, y) = ((i % image.view.width) as f64, (i / image.view.width) as f64);
+                let at = (world_from_camera * image.view.point(x, y, f64::from(depth)) - origin)
+                    / (volume.spacing * BLOCK as f64);
+                if (0..3).all(|k| at[k] >= 0.0 && (at[k] as usize) < size[k]) {
+                    seen[at.x as usize + size[0] * (at.y as usize + size[1] * at.z as usize)] = true;
+                }
+            }
+        }
+        for (i, _) in seen.iter().enumerate().filter(|(_, s)| **s) {
+            let at = [i % size[0], i / size[0] % size[1], i / (size[0] * size[1])];
+            let around = |k: usize| at[k].saturating_sub(1)..(at[k] + 2).min(size[k]);
+            for z in around(2) {
+                for y in around(1) {
+                    for x in around(0) {
+                        blocks.near[x + size[0] * (y + size[1] * z)] = true;
+                    }
+                }
+            }
+        }
+        blocks
+    }
+
+    fn contains(&self, x: usize, y: usize, z: usize) -> bool {
+        self.near[x + self.size[0] * (y + self.size[1] * z)]
+    }
+}
+
+/// Truncated distance along the view; `None` behind what the view saw.
+fn observed(image: &DepthImage, at: &Point) -> Option<f32> {
     let pixel = image.view.pixel(at);
     let (x, y) = (pixel.x.round(), pixel.y.round());
     if x < 0.0 || y < 0.0 || x >= image.view.width as f64 || y >= image.view.height as f64 {
@@ -67,7 +113,7 @@ fn observed(image: &DepthImage, at: &Point3<f64>) -> Option<(f32, f32)> {
         return None;
     }
     let distance = depth - at.z;
-    (distance > -TRUNCATION).then(|| (distance.min(TRUNCATION) as f32, 1.0))
+    (distance > -TRUNCATION).then(|| distance.min(TRUNCATION) as f32)
 }
 
 /// The pieces with at least a hundredth of all faces: flying pixels make crumbs.

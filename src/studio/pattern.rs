@@ -5,7 +5,9 @@ use super::rng::Rng;
 use super::subject::Subject;
 use super::volume::Volume;
 use crate::body::{BonePosition, JointId, Pose, SkinWeights, bone_positions};
-use crate::geometry::{Aabb, Adjacency, NearestVertex, PerFace, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
+use crate::geometry::{
+    Aabb, Adjacency, NearestVertex, PerFace, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId,
+};
 use nalgebra::UnitQuaternion;
 
 /// A garment kind that the studio can sew.
@@ -58,11 +60,25 @@ pub(super) struct Pattern {
 
 /// Metres between the vertices of cloth: folds of 5 cm need four of them.
 const WEAVE: f64 = 0.015;
-/// A straight cut: vertices of `parts` stay where `normal · (p − point) ≥ 0`.
+/// A cut: vertices of `parts` stay where `normal · (p − point) ≥ 0`.
 struct Hem {
     parts: &'static [&'static str],
     point: Point,
     normal: Vec3,
+    /// Also what is farther than this from the vertical through `point` stays: a round neck, metres.
+    round: Option<f64>,
+}
+
+impl Hem {
+    /// How far on the side that stays, and the direction in which that grows.
+    fn height(&self, p: &Point) -> (f64, Vec3) {
+        let plane = (p - self.point).dot(&self.normal);
+        let across = Vec3::new(p.x - self.point.x, 0.0, p.z - self.point.z);
+        match self.round {
+            Some(radius) if across.norm() - radius > plane => (across.norm() - radius, across.normalize()),
+            _ => (plane, self.normal),
+        }
+    }
 }
 
 const TRUNK: [&str; 8] =
@@ -70,13 +86,14 @@ const TRUNK: [&str; 8] =
 const THROAT: [&str; 5] = ["neck", "head", "upperChest", "leftShoulder", "rightShoulder"];
 const ARMS: [[&str; 3]; 2] =
     [["leftUpperArm", "leftLowerArm", "leftHand"], ["rightUpperArm", "rightLowerArm", "rightHand"]];
-const LEGS: [[&str; 3]; 2] =
-    [["leftLowerLeg", "leftFoot", "leftToes"], ["rightLowerLeg", "rightFoot", "rightToes"]];
+const LEGS: [[&str; 3]; 2] = [["leftLowerLeg", "leftFoot", "leftToes"], ["rightLowerLeg", "rightFoot", "rightToes"]];
 
 /// Arms 15° further from the body than in the bind pose, legs 3°: sleeves and legs are sewn on so, and fold when worn.
 pub(super) fn sewing_pose(subject: &Subject) -> Pose {
     let mut pose = Pose::bind(subject.skeleton.len());
-    for (name, degrees) in [("leftUpperArm", 15.0f64), ("rightUpperArm", -15.0), ("leftUpperLeg", 3.0), ("rightUpperLeg", -3.0)] {
+    for (name, degrees) in
+        [("leftUpperArm", 15.0f64), ("rightUpperArm", -15.0), ("leftUpperLeg", 3.0), ("rightUpperLeg", -3.0)]
+    {
         if let Some(j) = subject.skeleton.find(name) {
             pose.rotations[j.index()] = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), degrees.to_radians());
         }
@@ -128,7 +145,9 @@ pub(super) fn sew(kind: GarmentKind, subject: &Subject, seed: u64) -> Pattern {
     };
     let held = held(kind, &sewn);
     // Nothing is sewn perfectly: two millimetres of unevenness decide which way a fold falls.
-    let sewn = sewn.map_points(|p| p + Vec3::new(rng.normal(), 0.0, rng.normal()) * 0.001);
+    let uneven: Vec<Point> =
+        sewn.points().iter().map(|p| p + Vec3::new(rng.normal(), 0.0, rng.normal()) * 0.001).collect();
+    let sewn = sewn.with_points(uneven);
     let (width, height) = surplus(kind);
     let rest = sewn.map_points(|p| Point::new(p.x * width, p.y * height, p.z * width));
     let colors = sewn.points().iter().map(|p| color(kind, p)).collect();
@@ -184,12 +203,13 @@ fn ease(kind: GarmentKind, part: &str, along: f64) -> f64 {
 fn hems(kind: GarmentKind, dummy: &Dummy) -> Vec<Hem> {
     let across = |parts: &'static [&'static str], from: &str, to: &str, along: f64| {
         let (a, b) = (dummy.joint(from), dummy.joint(to));
-        Hem { parts, point: a + (b - a) * along, normal: (a - b).normalize() }
+        Hem { parts, point: a + (b - a) * along, normal: (a - b).normalize(), round: None }
     };
     let level = |parts: &'static [&'static str], y: f64, up: f64| Hem {
         parts,
         point: Point::new(0.0, y, 0.0),
         normal: Vec3::new(0.0, up, 0.0),
+        round: None,
     };
     match kind {
         GarmentKind::Tshirt | GarmentKind::Pullover => {
@@ -198,7 +218,12 @@ fn hems(kind: GarmentKind, dummy: &Dummy) -> Vec<Hem> {
             let neck = dummy.joint("neck");
             let mut hems = vec![
                 // Back of the neck to the notch of the collar bones.
-                Hem { parts: &THROAT, point: neck - Vec3::new(0.0, 0.028, 0.0), normal: Vec3::new(0.0, -1.0, -0.45).normalize() },
+                Hem {
+                    parts: &THROAT,
+                    point: neck - Vec3::new(0.0, 0.028, 0.0),
+                    normal: Vec3::new(0.0, -1.0, -0.6).normalize(),
+                    round: Some(0.085),
+                },
                 level(&TRUNK, dummy.joint("leftUpperLeg").y - 0.01, 1.0),
             ];
             for (side, parts) in ["left", "right"].into_iter().zip(&ARMS) {
@@ -219,11 +244,21 @@ fn hems(kind: GarmentKind, dummy: &Dummy) -> Vec<Hem> {
 /// A garment that follows the body at a distance: the level set of a smoothed distance field, cut along its hems.
 fn fitted(kind: GarmentKind, dummy: &Dummy) -> TriMesh {
     let upper = matches!(kind, GarmentKind::Tshirt | GarmentKind::Pullover);
-    let bounds = Aabb::around(dummy.body.points().enumerate().filter(|(v, _)| {
-        let part = dummy.part(*v);
-        !(part == "head" || part.contains("Hand") || (upper && part.contains("LowerLeg")) || (!upper && part.contains("Arm")))
-            && !(upper && (part.contains("Foot") || part.contains("Toes")))
-    }).map(|(_, p)| p));
+    let bounds = Aabb::around(
+        dummy
+            .body
+            .points()
+            .enumerate()
+            .filter(|(v, _)| {
+                let part = dummy.part(*v);
+                !(part == "head"
+                    || part.contains("Hand")
+                    || (upper && part.contains("LowerLeg"))
+                    || (!upper && part.contains("Arm")))
+                    && !(upper && (part.contains("Foot") || part.contains("Toes")))
+            })
+            .map(|(_, p)| p),
+    );
     let Some(bounds) = bounds else { return dummy.body.clone() };
     let index = SurfaceIndex::prepare(&dummy.body);
     let mut field = Volume::covering(&bounds, 0.06, WEAVE);
@@ -249,9 +284,9 @@ fn cut_along(mesh: &TriMesh, hems: &[Hem], dummy: &Dummy) -> TriMesh {
     for (v, p) in points.iter_mut().enumerate() {
         let part = dummy.part(dummy.at(p)).to_owned();
         for hem in hems.iter().filter(|h| h.parts.contains(&part.as_str())) {
-            let mut above = (*p - hem.point).dot(&hem.normal);
+            let (mut above, upward) = hem.height(p);
             if above.abs() < SNAP * WEAVE {
-                *p -= hem.normal * above;
+                *p -= upward * above;
                 above = 0.0;
             }
             height[v] = height[v].min(above);
@@ -392,5 +427,7 @@ fn weights(kind: GarmentKind, sewn: &TriMesh, dummy: &Dummy) -> SkinWeights {
             })
             .collect();
     }
-    SkinWeights::from_rows(rows.into_iter().map(|row| row.into_iter().enumerate().map(|(j, w)| (JointId(j as u16), w)).collect()))
+    SkinWeights::from_rows(
+        rows.into_iter().map(|row| row.into_iter().enumerate().map(|(j, w)| (JointId(j as u16), w)).collect()),
+    )
 }

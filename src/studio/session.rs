@@ -71,6 +71,9 @@ pub fn invent(model: &BodyModel, params: &StudioParams) -> InventedSession {
             };
             let mut surfaces = vec![(&truth.body, &subject.colors)];
             surfaces.extend(truth.layers.iter().zip(worn).map(|(mesh, pattern)| (mesh, &pattern.colors)));
+            if params.scan_faces == 0 {
+                return InventedStep { name, scan: truth.body.clone(), colors: subject.colors.clone(), truth };
+            }
             let (scan, colors) = simulate_scan(&surfaces, params.scan_faces, params.seed.wrapping_add(step as u64));
             InventedStep { name, scan, colors, truth }
         })
@@ -111,16 +114,28 @@ fn dressed(subject: &Subject, stance: &Stance, worn: &[Pattern]) -> (TriMesh, Ve
         }
         layers.push(drape(&pattern.cloth, &start(pattern), &obstacles, SETTLING));
         if pattern.kind.holds_the_waist() {
-            let pressing = SurfaceIndex::prepare(&layers[j]);
-            for (i, below) in worn[..j].iter().enumerate() {
-                let obstacles = [
-                    Obstacle { surface: &pressing, gap: CLOTH_GAP, inside: true },
-                    Obstacle { surface: &body_index, gap: SKIN_GAP, inside: false },
-                ];
-                let from = layers[i].points().clone();
-                layers[i] = drape(&below.cloth, &from, &obstacles, SETTLING / 3);
-            }
+            press(&body_index, &mut layers, worn);
         }
     }
     (body, layers)
+}
+
+/// The newest layer presses the others to the body, and then rests on what does not give.
+fn press(body: &SurfaceIndex, layers: &mut [TriMesh], worn: &[Pattern]) {
+    let Some((outer, inner)) = layers.split_last_mut() else { return };
+    for _ in 0..2 {
+        let pressing = SurfaceIndex::prepare(outer);
+        for (layer, pattern) in inner.iter_mut().zip(worn) {
+            let obstacles = [
+                Obstacle { surface: &pressing, gap: 2.0 * CLOTH_GAP, inside: true },
+                Obstacle { surface: body, gap: SKIN_GAP, inside: false },
+            ];
+            *layer = drape(&pattern.cloth, &layer.points().clone(), &obstacles, SETTLING / 4);
+        }
+        let below: Vec<SurfaceIndex> = inner.iter().map(SurfaceIndex::prepare).collect();
+        let mut obstacles =
+            vec![Obstacle { surface: body, gap: SKIN_GAP + CLOTH_GAP * inner.len() as f64, inside: false }];
+        obstacles.extend(below.iter().map(|surface| Obstacle { surface, gap: CLOTH_GAP, inside: false }));
+        *outer = drape(&worn[inner.len()].cloth, &outer.points().clone(), &obstacles, SETTLING / 8);
+    }
 }

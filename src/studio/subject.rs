@@ -1,7 +1,7 @@
 //! An invented person: a body of the model's own family, and on it what the model cannot express.
 
 use super::rng::Rng;
-use crate::body::{BodyModel, Pose, Shape, SkinWeights, Skeleton, bone_positions, skin};
+use crate::body::{BodyModel, Pose, Shape, Skeleton, SkinWeights, bone_positions, skin};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
 use nalgebra::{Isometry3, UnitQuaternion};
 
@@ -109,7 +109,7 @@ impl Subject {
             .map(|v| {
                 let d = (points[v] - center).component_div(&half);
                 // A slanted plane: high over the forehead, down to the nape.
-                if of_head(v) { smoothstep(0.25, 0.5, 0.75 * d.y - 0.6 * d.z) } else { 0.0 }
+                if of_head(v) { smoothstep(0.1, 0.45, 0.8 * d.y - 0.55 * d.z) } else { 0.0 }
             })
             .collect()
     }
@@ -136,7 +136,8 @@ impl Subject {
     }
 
     fn breathing_part(&self) -> Vec<(f64, Vec3)> {
-        let center = self.skeleton.find("upperChest").map_or(Point::origin(), |j| self.skeleton.joints_in_bind[j.index()]);
+        let center =
+            self.skeleton.find("upperChest").map_or(Point::origin(), |j| self.skeleton.joints_in_bind[j.index()]);
         let arms = self.part_mask(|name| name.contains("Arm") || name.contains("Hand"));
         let normals = self.surface.vertex_normals();
         self.surface
@@ -167,8 +168,14 @@ impl Subject {
         let mut rng = Rng::new(seed.wrapping_mul(31).wrapping_add(step as u64 + 1));
         let mut pose = Pose::bind(self.skeleton.len());
         for (j, rotation) in pose.rotations.iter_mut().enumerate() {
-            let stiff = if j == 0 || self.skeleton.names[j].contains("Foot") || self.skeleton.names[j].contains("Toes") { 0.15 } else { 1.0 };
-            let trunk = if ["spine", "chest", "upperChest"].contains(&self.skeleton.names[j].as_str()) { 0.5 } else { 1.0 };
+            let stiff = if j == 0 || self.skeleton.names[j].contains("Foot") || self.skeleton.names[j].contains("Toes")
+            {
+                0.15
+            } else {
+                1.0
+            };
+            let trunk =
+                if ["spine", "chest", "upperChest"].contains(&self.skeleton.names[j].as_str()) { 0.5 } else { 1.0 };
             let axis = Vec3::new(rng.normal(), rng.normal(), rng.normal()) * (SWAY * stiff * trunk);
             *rotation = UnitQuaternion::from_scaled_axis(axis);
         }
