@@ -1,6 +1,7 @@
 //! Cloth that settles: springs, gravity, contact.
 
-use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
+use super::solid::Solid;
+use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3, VertexId};
 use rayon::prelude::*;
 
 /// A garment as sewn: lengths at rest, and what is held.
@@ -15,7 +16,7 @@ pub(super) struct Cloth {
 
 /// What the cloth may not enter.
 pub(super) struct Obstacle<'a> {
-    pub(super) surface: &'a SurfaceIndex,
+    pub(super) surface: &'a Solid,
     /// Metres that the cloth keeps from it.
     pub(super) gap: f64,
     /// Stay inside it instead of outside.
@@ -140,8 +141,8 @@ fn find_contacts(at: &[Point], obstacles: &[Obstacle]) -> Vec<Vec<Contact>> {
             obstacles
                 .iter()
                 .filter_map(|o| {
-                    let near = o.surface.closest_within(p, if o.inside { INSIDE_REACH } else { CONTACT_REACH })?;
-                    let outward = o.surface.pseudonormal(&near);
+                    let reach = if o.inside { INSIDE_REACH } else { CONTACT_REACH };
+                    let (near, outward) = o.surface.closest(p, reach)?;
                     let normal = if o.inside { -outward } else { outward };
                     Some(Contact { point: near.point, normal, gap: o.gap })
                 })

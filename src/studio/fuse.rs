@@ -1,12 +1,11 @@
 //! Depth images into one coloured mesh, as a scanner's own software would.
 
 use super::camera::DepthImage;
+use super::tetrahedra::march;
 use super::volume::Volume;
 use crate::geometry::{Aabb, PerVertex, Point, TriMesh, Vec3};
 use rayon::prelude::*;
 
-/// Metres between voxels: what handheld scanners of this class use; finger gaps close, as they do there.
-const VOXEL: f64 = 4.5e-3;
 /// Truncation of the signed distance, metres: three standard deviations of the noise at 2 m.
 const TRUNCATION: f64 = 0.02;
 /// Voxels seen by fewer views are unknown.
@@ -16,11 +15,15 @@ const SAME_SURFACE: f64 = 0.015;
 
 /// Weighted average of projective signed distances (Curless & Levoy 1996), its zero surface, and colours from the
 /// images.
-pub(super) fn fuse(images: &[DepthImage], bounds: &Aabb, face_count: usize) -> (TriMesh, PerVertex<[u8; 3]>) {
-    let mut volume = Volume::covering(bounds, 0.03, VOXEL);
+pub(super) fn fuse(
+    images: &[DepthImage],
+    bounds: &Aabb,
+    voxel: f64,
+    face_count: usize,
+) -> (TriMesh, PerVertex<[u8; 3]>) {
+    let mut volume = Volume::covering(bounds, 0.03, voxel);
     integrate(&mut volume, images);
-    let mesh = without_crumbs(&volume.zero_surface());
-    let mesh = decimated(&mesh, face_count);
+    let mesh = decimated(&without_crumbs(&march(&volume)), face_count);
     let colors = mesh.points().0.par_iter().map(|p| color_at(p, images)).collect::<Vec<_>>();
     (mesh, colors.into())
 }
@@ -55,7 +58,7 @@ fn integrate(volume: &mut Volume, images: &[DepthImage]) {
     });
 }
 
-/// Voxels a block along each axis: a block is 36 mm, wider than the truncation.
+/// Voxels a block along each axis: at 4.5 mm a block is 36 mm, wider than the truncation.
 const BLOCK: usize = 8;
 
 /// Which blocks of voxels have something in or beside them: nine tenths of the room are empty.

@@ -11,7 +11,9 @@ mod pattern;
 mod rng;
 mod scanner;
 mod session;
+mod solid;
 mod subject;
+mod tetrahedra;
 mod volume;
 
 pub use metrics::{
@@ -21,5 +23,5 @@ pub use metrics::{
     outside_scan, surface_distance,
 };
 pub use pattern::GarmentKind;
-pub use scanner::simulate_scan;
+pub use scanner::{ScannerParams, simulate_scan};
 pub use session::{InventedSession, InventedStep, StudioParams, invent};

@@ -2,12 +2,11 @@
 
 use super::drape::Cloth;
 use super::rng::Rng;
+use super::solid::Solid;
 use super::subject::Subject;
 use super::volume::Volume;
 use crate::body::{BonePosition, JointId, Pose, SkinWeights, bone_positions};
-use crate::geometry::{
-    Aabb, Adjacency, NearestVertex, PerFace, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId,
-};
+use crate::geometry::{Aabb, Adjacency, NearestVertex, PerFace, PerVertex, Point, TriMesh, Vec3, VertexId};
 use nalgebra::UnitQuaternion;
 
 /// A garment kind that the studio can sew.
@@ -55,7 +54,13 @@ pub(super) struct Pattern {
     /// Where it starts, around the subject in [`sewing_pose`].
     pub(super) sewn: TriMesh,
     pub(super) weights: SkinWeights,
-    pub(super) colors: PerVertex<[u8; 3]>,
+}
+
+impl Pattern {
+    /// The colours of a garment laid out as sewn.
+    pub(super) fn painted(&self, sewn: &TriMesh) -> PerVertex<[u8; 3]> {
+        sewn.points().iter().map(|p| color(self.kind, p)).collect()
+    }
 }
 
 /// Metres between the vertices of cloth: folds of 5 cm need four of them.
@@ -150,10 +155,9 @@ pub(super) fn sew(kind: GarmentKind, subject: &Subject, seed: u64) -> Pattern {
     let sewn = sewn.with_points(uneven);
     let (width, height) = surplus(kind);
     let rest = sewn.map_points(|p| Point::new(p.x * width, p.y * height, p.z * width));
-    let colors = sewn.points().iter().map(|p| color(kind, p)).collect();
     let weights = weights(kind, &sewn, &dummy);
     let bending = if kind == GarmentKind::Trousers { 0.3 } else { 0.08 };
-    Pattern { kind, cloth: Cloth { rest, held, bending }, sewn, weights, colors }
+    Pattern { kind, cloth: Cloth { rest, held, bending }, sewn, weights }
 }
 
 /// Cloth over what the sewn shape needs, across and along: what folds are made of.
@@ -260,11 +264,12 @@ fn fitted(kind: GarmentKind, dummy: &Dummy) -> TriMesh {
             .map(|(_, p)| p),
     );
     let Some(bounds) = bounds else { return dummy.body.clone() };
-    let index = SurfaceIndex::prepare(&dummy.body);
+    let solid = Solid::prepare(&dummy.body);
     let mut field = Volume::covering(&bounds, 0.06, WEAVE);
     field.fill(|p| {
-        let (near, side) = index.closest_signed(p);
-        let corner = near.nearest_corner(index.mesh());
+        let Some((near, outward)) = solid.closest(p, f64::INFINITY) else { return f32::NAN };
+        let corner = near.nearest_corner(solid.mesh());
+        let side = (p - near.point).dot(&outward).signum();
         (side * near.distance - ease(kind, dummy.part(corner), dummy.positions[corner].along)) as f32
     });
     // Cloth spans hollows: the small of the back, between breasts and buttocks.

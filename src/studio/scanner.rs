@@ -6,32 +6,47 @@ use super::rng::Rng;
 use crate::geometry::{PerVertex, Point, TriMesh, VertexId};
 use rayon::prelude::*;
 
-/// Views a turn, as in the foreign recordings: every 5°.
-const VIEWS: usize = 72;
+/// How finely a simulated scanner works.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ScannerParams {
+    /// Views a turn: 72 are one every 5°, as in the foreign recordings.
+    pub views: usize,
+    /// Metres between voxels: 4.5 mm is what scanners of this class use; finger gaps close, as they do there.
+    pub voxel: f64,
+    /// Triangles to decimate to; 60 000 leave a person edges of 8 mm.
+    pub faces: usize,
+}
+
+impl Default for ScannerParams {
+    fn default() -> Self {
+        Self { views: 72, voxel: 4.5e-3, faces: 60_000 }
+    }
+}
+
 /// Metres from the axis to the camera: the whole person fits into a portrait image.
 const DISTANCE: f64 = 2.0;
 /// Metres from the floor to the camera: table height, so crown, shoulders and crotch are seen at a graze or not at all.
 const EYE_HEIGHT: f64 = 1.0;
 
 /// What a Kinect-like scanner makes of coloured surfaces (several layers, any of which may hide others): noise, holes
-/// and blurred colours included. `face_count` is what it decimates to.
+/// and blurred colours included.
 ///
 /// **Guarantees** the same seed gives the same bytes with any number of threads.
 pub fn simulate_scan(
     surfaces: &[(&TriMesh, &PerVertex<[u8; 3]>)],
-    face_count: usize,
+    params: &ScannerParams,
     seed: u64,
 ) -> (TriMesh, PerVertex<[u8; 3]>) {
     let stage = together(surfaces);
     let Some(bounds) = stage.mesh.bounds() else { return (stage.mesh, PerVertex::default()) };
     let middle = bounds.center();
     let axis = Point::new(middle.x, bounds.min.y + EYE_HEIGHT, middle.z);
-    let images: Vec<_> = View::ring(&axis, DISTANCE, VIEWS)
+    let images: Vec<_> = View::ring(&axis, DISTANCE, params.views)
         .par_iter()
         .enumerate()
         .map(|(i, view)| view.shoot(&stage, &mut Rng::new(seed.wrapping_mul(1009).wrapping_add(i as u64))))
         .collect();
-    fuse(&images, &bounds, face_count)
+    fuse(&images, &bounds, params.voxel, params.faces)
 }
 
 fn together(surfaces: &[(&TriMesh, &PerVertex<[u8; 3]>)]) -> Stage {

@@ -3,10 +3,11 @@
 use super::drape::{Obstacle, drape};
 use super::metrics::{JointPositions, TruthBind, TruthStep};
 use super::pattern::{GarmentKind, Pattern, sew, sewing_pose};
-use super::scanner::simulate_scan;
+use super::scanner::{ScannerParams, simulate_scan};
+use super::solid::Solid;
 use super::subject::{Stance, Subject};
 use crate::body::{BodyModel, skin, unskin};
-use crate::geometry::{PerVertex, SurfaceIndex, TriMesh};
+use crate::geometry::{PerVertex, TriMesh};
 
 /// What is invented.
 #[derive(Clone, Debug)]
@@ -15,8 +16,8 @@ pub struct StudioParams {
     pub seed: u64,
     /// What they put on, in this order.
     pub garments: Vec<GarmentKind>,
-    /// Triangles a scan is decimated to; 60 000 keep edges of 8 mm.
-    pub scan_faces: usize,
+    /// How they are scanned.
+    pub scanner: ScannerParams,
 }
 
 /// One step of an invented session, in the frame of the scan's file.
@@ -69,17 +70,48 @@ pub fn invent(model: &BodyModel, params: &StudioParams) -> InventedSession {
                 layers: layers.iter().map(placed).collect(),
                 joints: joints(&subject, &stance),
             };
-            let mut surfaces = vec![(&truth.body, &subject.colors)];
-            surfaces.extend(truth.layers.iter().zip(worn).map(|(mesh, pattern)| (mesh, &pattern.colors)));
-            if params.scan_faces == 0 {
-                return InventedStep { name, scan: truth.body.clone(), colors: subject.colors.clone(), truth };
-            }
-            let (scan, colors) = simulate_scan(&surfaces, params.scan_faces, params.seed.wrapping_add(step as u64));
+            let (scan, colors) = photographed(&subject, &truth, worn, params, step);
             InventedStep { name, scan, colors, truth }
         })
         .collect();
     let (body, layers) = dressed(&subject, &subject.at_rest(), &patterns);
     InventedSession { steps, bind: TruthBind { body, layers } }
+}
+
+/// What the scanner makes of the step; cloth in finer triangles, so that stripes have edges.
+fn photographed(
+    subject: &Subject,
+    truth: &TruthStep,
+    worn: &[Pattern],
+    params: &StudioParams,
+    step: usize,
+) -> (TriMesh, PerVertex<[u8; 3]>) {
+    let cloth: Vec<(TriMesh, PerVertex<[u8; 3]>)> = truth
+        .layers
+        .iter()
+        .zip(worn)
+        .map(|(mesh, pattern)| (halved(mesh), pattern.painted(&halved(&pattern.sewn))))
+        .collect();
+    let mut surfaces = vec![(&truth.body, &subject.colors)];
+    surfaces.extend(cloth.iter().map(|(mesh, colors)| (mesh, colors)));
+    simulate_scan(&surfaces, &params.scanner, params.seed.wrapping_add(step as u64))
+}
+
+/// Every triangle in four, by the middles of its edges.
+fn halved(mesh: &TriMesh) -> TriMesh {
+    let mut points = mesh.points().0.clone();
+    let mut middle = std::collections::BTreeMap::new();
+    let mut faces = Vec::with_capacity(4 * mesh.face_count());
+    for [a, b, c] in mesh.faces().iter().map(|f| f.map(|v| v.0)) {
+        let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(p, q)| {
+            *middle.entry((p.min(q), p.max(q))).or_insert_with(|| {
+                points.push(nalgebra::center(&points[p as usize], &points[q as usize]));
+                (points.len() - 1) as u32
+            })
+        });
+        faces.extend([[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]);
+    }
+    TriMesh::try_from_indices(points, &faces).expect("middles of finite points")
 }
 
 /// Soles on y = 0.
@@ -98,7 +130,7 @@ fn joints(subject: &Subject, stance: &Stance) -> JointPositions {
 /// there, and presses it.
 fn dressed(subject: &Subject, stance: &Stance, worn: &[Pattern]) -> (TriMesh, Vec<TriMesh>) {
     let body = subject.posed(stance);
-    let body_index = SurfaceIndex::prepare(&body);
+    let body_index = Solid::prepare(&body);
     let sewing = sewing_pose(subject);
     let start = |pattern: &Pattern| {
         let in_bind = unskin(pattern.sewn.points(), &pattern.weights, &subject.skeleton, &sewing);
@@ -106,7 +138,7 @@ fn dressed(subject: &Subject, stance: &Stance, worn: &[Pattern]) -> (TriMesh, Ve
     };
     let mut layers: Vec<TriMesh> = Vec::new();
     for (j, pattern) in worn.iter().enumerate() {
-        let inner: Vec<SurfaceIndex> = layers.iter().map(SurfaceIndex::prepare).collect();
+        let inner: Vec<Solid> = layers.iter().map(Solid::prepare).collect();
         let room = SKIN_GAP + CLOTH_GAP * j as f64;
         let mut obstacles = vec![Obstacle { surface: &body_index, gap: room, inside: false }];
         if !pattern.kind.holds_the_waist() {
@@ -121,10 +153,10 @@ fn dressed(subject: &Subject, stance: &Stance, worn: &[Pattern]) -> (TriMesh, Ve
 }
 
 /// The newest layer presses the others to the body, and then rests on what does not give.
-fn press(body: &SurfaceIndex, layers: &mut [TriMesh], worn: &[Pattern]) {
+fn press(body: &Solid, layers: &mut [TriMesh], worn: &[Pattern]) {
     let Some((outer, inner)) = layers.split_last_mut() else { return };
     for _ in 0..2 {
-        let pressing = SurfaceIndex::prepare(outer);
+        let pressing = Solid::prepare(outer);
         for (layer, pattern) in inner.iter_mut().zip(worn) {
             let obstacles = [
                 Obstacle { surface: &pressing, gap: 2.0 * CLOTH_GAP, inside: true },
@@ -132,7 +164,7 @@ fn press(body: &SurfaceIndex, layers: &mut [TriMesh], worn: &[Pattern]) {
             ];
             *layer = drape(&pattern.cloth, &layer.points().clone(), &obstacles, SETTLING / 4);
         }
-        let below: Vec<SurfaceIndex> = inner.iter().map(SurfaceIndex::prepare).collect();
+        let below: Vec<Solid> = inner.iter().map(Solid::prepare).collect();
         let mut obstacles =
             vec![Obstacle { surface: body, gap: SKIN_GAP + CLOTH_GAP * inner.len() as f64, inside: false }];
         obstacles.extend(below.iter().map(|surface| Obstacle { surface, gap: CLOTH_GAP, inside: false }));

@@ -1,6 +1,7 @@
 //! An invented person: a body of the model's own family, and on it what the model cannot express.
 
 use super::rng::Rng;
+use super::solid::calm_normals;
 use crate::body::{BodyModel, Pose, Shape, Skeleton, SkinWeights, bone_positions, skin};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
 use nalgebra::{Isometry3, UnitQuaternion};
@@ -63,7 +64,7 @@ impl Subject {
     }
 
     fn displace(&mut self, height: impl Fn(usize, &Point) -> f64) {
-        let normals = self.surface.vertex_normals();
+        let normals = calm_normals(&self.surface);
         let points: Vec<Point> = self
             .surface
             .points()
@@ -139,7 +140,7 @@ impl Subject {
         let center =
             self.skeleton.find("upperChest").map_or(Point::origin(), |j| self.skeleton.joints_in_bind[j.index()]);
         let arms = self.part_mask(|name| name.contains("Arm") || name.contains("Hand"));
-        let normals = self.surface.vertex_normals();
+        let normals = calm_normals(&self.surface);
         self.surface
             .points()
             .enumerate()
