@@ -1,8 +1,8 @@
-//! Invents the demo: `make_demo_scans DIR [--seed N] [--garments tshirt,skirt] [--faces N]` writes the scans
+//! Invents the demo: `make_demo_scans DIR [--seed N] [--garments tshirt,skirt] [--fast]` writes the scans
 //! `0-body.ply`, `1-tshirt.ply`, … and below `truth/` what was really there.
 
 use anyhow::{Context, Result, bail};
-use overcoat::body::read_model;
+use overcoat::body::embedded_model;
 use overcoat::formats::{PlyOptions, RawMesh, write_ply};
 use overcoat::geometry::{PerVertex, TriMesh};
 use overcoat::studio::{GarmentKind, InventedSession, ScannerParams, StudioParams, TruthNaming, invent};
@@ -14,18 +14,13 @@ const DEMO_SEED: u64 = 6;
 
 fn main() -> Result<()> {
     let mut dir: Option<PathBuf> = None;
-    let mut params = StudioParams {
-        seed: DEMO_SEED,
-        garments: vec![GarmentKind::Tshirt, GarmentKind::Skirt],
-        scanner: ScannerParams::default(),
-    };
+    let mut params = StudioParams { seed: DEMO_SEED, ..StudioParams::default() };
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
         let mut value = || args.next().with_context(|| format!("{arg} needs a value"));
         match arg.as_str() {
             "--fast" => params.scanner = ScannerParams { views: 24, voxel: 0.01, faces: 20_000 },
             "--seed" => params.seed = value()?.parse()?,
-            "--faces" => params.scanner.faces = value()?.parse()?,
             "--garments" => {
                 params.garments = value()?
                     .split(',')
@@ -37,21 +32,9 @@ fn main() -> Result<()> {
         }
     }
     let dir = dir.context("where to? give a folder")?;
-    let session = invent(&read_model(File::open("templates/body/adult.npz")?)?, &params);
+    let session = invent(&embedded_model()?, &params);
     for (k, step) in session.steps.iter().enumerate() {
-        let layers: Vec<(String, &TriMesh)> = std::iter::once(("body".to_owned(), &step.truth.body))
-            .chain(step.truth.layers.iter().enumerate().map(|(j, m)| (format!("layer{}", j + 1), m)))
-            .collect();
-        let named: Vec<(&str, &TriMesh)> = layers.iter().map(|(n, m)| (n.as_str(), *m)).collect();
-        eprintln!("step {k}: {:?}", overcoat::studio::layer_pairs(&named));
-        for (n, m) in &named[1..] {
-            eprintln!("  {n}: {} vertices, {} loops", m.vertex_count(), overcoat::studio::hem_loops(m));
-        }
-        eprintln!(
-            "  scan {} v {:?}",
-            step.scan.vertex_count(),
-            overcoat::studio::hidden_body(&step.truth.body, &step.truth.body, &step.truth.layers)
-        );
+        println!("{k}-{}: {} vertices, {} triangles", step.name, step.scan.vertex_count(), step.scan.face_count());
     }
     write_session(&session, &dir)
 }

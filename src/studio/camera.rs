@@ -162,3 +162,47 @@ impl View {
         (depth, seen)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A wall through the axis, turned about the vertical, 1 m wide.
+    fn wall(turned: f64) -> Stage {
+        let (s, c) = (0.5 * turned.sin(), 0.5 * turned.cos());
+        let points =
+            vec![Point::new(-c, -0.5, s), Point::new(c, -0.5, -s), Point::new(c, 0.5, -s), Point::new(-c, 0.5, s)];
+        let mesh = TriMesh::try_from_indices(points, &[[0, 1, 2], [0, 2, 3]]).unwrap();
+        Stage { mesh, colors: vec![[200, 100, 50]; 4] }
+    }
+
+    fn shot(turned: f64) -> Vec<(usize, f64)> {
+        let view = &View::ring(&Point::origin(), 2.0, 1)[0];
+        let image = view.shoot(&wall(turned), &mut Rng::new(1));
+        image.depth.iter().enumerate().filter(|(_, d)| **d > 0.0).map(|(i, &d)| (i, f64::from(d))).collect()
+    }
+
+    #[test]
+    fn a_wall_two_metres_away_is_seen_there_with_the_noise_of_the_model() {
+        let seen = shot(0.0);
+        let expected = (366.0f64 / 2.0).powi(2);
+        assert!((seen.len() as f64 / expected - 1.0).abs() < 0.05, "{} of {expected} pixels", seen.len());
+        let mean = seen.iter().map(|s| s.1).sum::<f64>() / seen.len() as f64;
+        let deviation = (seen.iter().map(|s| (s.1 - mean).powi(2)).sum::<f64>() / seen.len() as f64).sqrt();
+        assert!((mean - 2.0).abs() < 5e-4, "{mean}");
+        assert!((deviation * 1e3 - (1.2 + 1.9 * 1.6f64.powi(2))).abs() < 0.3, "{deviation}");
+        let view = &View::ring(&Point::origin(), 2.0, 1)[0];
+        let (x, y) = (seen[0].0 % view.width, seen[0].0 / view.width);
+        let corner = view.camera_from_world.inverse() * view.point(x as f64, y as f64, 2.0);
+        assert!((corner.y - 0.5).abs() < 0.03 && corner.z.abs() < 1e-9, "the first row is the top: {corner}");
+        let left = view.pixel(&(view.camera_from_world * Point::new(-0.5, 0.0, 0.0)));
+        assert!(left.x < 0.5 * view.width as f64, "seen from the front, −x is left");
+    }
+
+    #[test]
+    fn a_grazed_wall_is_lost() {
+        let share = |turned: f64| shot(turned).len() as f64 / (shot(0.0).len() as f64 * turned.cos());
+        assert!(share(0.8) > 0.9);
+        assert!(share(1.48) < 0.1);
+    }
+}

@@ -54,8 +54,11 @@ struct Contact {
     gap: f64,
 }
 
-/// Where the cloth comes to rest after `frames`, from `start`.
-pub(super) fn drape(cloth: &Cloth, start: &PerVertex<Point>, obstacles: &[Obstacle], frames: usize) -> TriMesh {
+/// Where the cloth is after `secs` of settling, from `start`.
+///
+/// **Source** springs as position constraints, small steps (Müller 2007; Macklin 2019).
+pub(super) fn drape(cloth: &Cloth, start: &PerVertex<Point>, obstacles: &[Obstacle], secs: f64) -> TriMesh {
+    let frames = (secs / FRAME_SECS).round() as usize;
     let springs = springs_of(cloth);
     let mut at = start.0.clone();
     let mut velocity = vec![Vec3::zeros(); at.len()];
@@ -149,4 +152,67 @@ fn find_contacts(at: &[Point], obstacles: &[Obstacle]) -> Vec<Vec<Contact>> {
                 .collect()
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::studio::volume::Volume;
+
+    /// A square cloth of `n × n` vertices, 2 cm apart, at height `y`.
+    fn square(n: usize, y: f64) -> TriMesh {
+        let at = |i: usize| 0.02 * (i as f64 - 0.5 * (n - 1) as f64);
+        let points = (0..n * n).map(|i| Point::new(at(i % n), y, at(i / n))).collect();
+        let mut faces = Vec::new();
+        for j in 0..n - 1 {
+            for i in 0..n - 1 {
+                let [a, b, c, d] = [i + n * j, i + 1 + n * j, i + n * (j + 1), i + 1 + n * (j + 1)].map(|k| k as u32);
+                faces.extend([[a, c, b], [b, c, d]]);
+            }
+        }
+        TriMesh::try_from_indices(points, &faces).unwrap()
+    }
+
+    /// A ball of radius 0.15 m.
+    fn ball() -> TriMesh {
+        let mut volume = Volume::covering(
+            &crate::geometry::Aabb { min: Point::new(-0.15, -0.15, -0.15), max: Point::new(0.15, 0.15, 0.15) },
+            0.03,
+            0.02,
+        );
+        volume.fill(|p| (p.coords.norm() - 0.15) as f32);
+        volume.zero_surface()
+    }
+
+    #[test]
+    fn a_cloth_over_a_ball_hangs_down_keeps_its_lengths_and_stays_outside() {
+        let rest = square(24, 0.16);
+        let cloth = Cloth { held: PerVertex::filled(false, rest.vertex_count()), bending: 0.1, rest };
+        let solid = Solid::prepare(&ball());
+        let obstacles = [Obstacle { surface: &solid, gap: 0.003, inside: false }];
+        let fallen = drape(&cloth, cloth.rest.points(), &obstacles, 0.7);
+        assert!(fallen.points().iter().all(|p| p.coords.norm() > 0.148), "outside");
+        assert!(fallen.points().0[0].y < 0.05, "corners hang");
+        assert!(fallen.points().iter().any(|p| p.y > 0.14), "and the middle lies on top");
+        let stretch = fallen.mean_edge_length() / cloth.rest.mean_edge_length();
+        assert!((0.93..1.04).contains(&stretch), "{stretch}");
+        assert_eq!(fallen, drape(&cloth, cloth.rest.points(), &obstacles, 0.7), "twice the same");
+        let free = drape(&cloth, cloth.rest.points(), &[], 0.7);
+        assert!(free.points().iter().all(|p| p.y < -0.2), "without the ball it falls");
+    }
+
+    #[test]
+    fn what_is_held_stays_and_what_is_pressed_stays_inside() {
+        let rest = square(10, 0.0);
+        let held: PerVertex<bool> = (0..rest.vertex_count()).map(|v| v < 10).collect();
+        let cloth = Cloth { held, bending: 0.1, rest };
+        let hung = drape(&cloth, cloth.rest.points(), &[], 0.5);
+        assert_eq!(hung.points().0[..10], cloth.rest.points().0[..10]);
+        assert!(hung.points().0[95].y < -0.1);
+        let ceiling = Solid::prepare(&square(20, 0.01).flipped());
+        let below = [Obstacle { surface: &ceiling, gap: 0.002, inside: false }];
+        let raised = cloth.rest.map_points(|p| p + Vec3::new(0.0, 0.015, 0.0));
+        let pressed = drape(&cloth, raised.points(), &below, 0.1);
+        assert!(pressed.points().0[10..].iter().all(|p| p.y < 0.0085));
+    }
 }

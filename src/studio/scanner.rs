@@ -61,3 +61,30 @@ fn together(surfaces: &[(&TriMesh, &PerVertex<[u8; 3]>)]) -> Stage {
     let mesh = TriMesh::try_new(points, faces).expect("parts of valid meshes, indices shifted");
     Stage { mesh, colors }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Aabb, Adjacency, SurfaceIndex};
+    use crate::studio::volume::Volume;
+
+    #[test]
+    fn a_pillar_is_scanned_near_its_truth_open_at_its_ends_and_the_same_with_one_thread() {
+        let bounds = Aabb { min: Point::new(-0.2, 0.0, -0.2), max: Point::new(0.2, 1.4, 0.2) };
+        let mut volume = Volume::covering(&bounds, 0.1, 0.04);
+        volume.fill(|p| ((p.x.hypot(p.z) - 0.2).max(-p.y).max(p.y - 1.4)) as f32);
+        let pillar = volume.zero_surface();
+        let paint = pillar.points().iter().map(|p| if p.y > 0.7 { [220, 40, 40] } else { [40, 40, 220] }).collect();
+        let params = ScannerParams { views: 16, voxel: 0.012, faces: 6_000 };
+        let (scan, colors) = simulate_scan(&[(&pillar, &paint)], &params, 5);
+        assert!(scan.face_count() <= 6_000 && scan.face_count() > 3_000);
+        let index = SurfaceIndex::prepare(&pillar);
+        let off = scan.points().iter().map(|p| index.closest(p).distance).sum::<f64>() / scan.vertex_count() as f64;
+        assert!((2e-4..4e-3).contains(&off), "noisy, but near: {off}");
+        assert!(!Adjacency::prepare(&scan).boundary_loops().is_empty(), "the camera never sees the ends");
+        let red = scan.points().iter().zip(colors.iter()).filter(|(p, c)| (p.y > 0.7) == (c[0] > c[2])).count();
+        assert!(red as f64 > 0.97 * scan.vertex_count() as f64);
+        let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        assert_eq!((scan, colors), alone.install(|| simulate_scan(&[(&pillar, &paint)], &params, 5)));
+    }
+}

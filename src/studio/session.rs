@@ -18,6 +18,19 @@ pub struct StudioParams {
     pub garments: Vec<GarmentKind>,
     /// How they are scanned.
     pub scanner: ScannerParams,
+    /// How long cloth settles, seconds: beyond 1.5 folds move by less than a millimetre.
+    pub settling_secs: f64,
+}
+
+impl Default for StudioParams {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            garments: vec![GarmentKind::Tshirt, GarmentKind::Skirt],
+            scanner: ScannerParams::default(),
+            settling_secs: 1.5,
+        }
+    }
 }
 
 /// One step of an invented session, in the frame of the scan's file.
@@ -46,8 +59,6 @@ pub struct InventedSession {
 const SKIN_GAP: f64 = 2.5e-3;
 /// Metres from cloth to cloth.
 const CLOTH_GAP: f64 = 1.5e-3;
-/// Frames of settling, 1.5 s: longer changes folds by less than a millimetre.
-const SETTLING: usize = 90;
 
 /// Invents a session.
 ///
@@ -63,7 +74,7 @@ pub fn invent(model: &BodyModel, params: &StudioParams) -> InventedSession {
             stand_on_floor(&subject, &mut stance);
             let worn = &patterns[..step];
             let name = worn.last().map_or("body", |p| p.kind.name()).to_owned();
-            let (body, layers) = dressed(&subject, &stance, worn);
+            let (body, layers) = dressed(&subject, &stance, worn, params.settling_secs);
             let placed = |mesh: &TriMesh| mesh.map_points(|p| stance.placed * p);
             let truth = TruthStep {
                 body: placed(&body),
@@ -74,7 +85,7 @@ pub fn invent(model: &BodyModel, params: &StudioParams) -> InventedSession {
             InventedStep { name, scan, colors, truth }
         })
         .collect();
-    let (body, layers) = dressed(&subject, &subject.at_rest(), &patterns);
+    let (body, layers) = dressed(&subject, &subject.at_rest(), &patterns, params.settling_secs);
     InventedSession { steps, bind: TruthBind { body, layers } }
 }
 
@@ -128,9 +139,9 @@ fn joints(subject: &Subject, stance: &Stance) -> JointPositions {
 
 /// The body and what it wears, before it is placed on the turntable. What is held at the waist goes over what hung
 /// there, and presses it.
-fn dressed(subject: &Subject, stance: &Stance, worn: &[Pattern]) -> (TriMesh, Vec<TriMesh>) {
+fn dressed(subject: &Subject, stance: &Stance, worn: &[Pattern], secs: f64) -> (TriMesh, Vec<TriMesh>) {
     let body = subject.posed(stance);
-    let body_index = Solid::prepare(&body);
+    let body_solid = Solid::prepare(&body);
     let sewing = sewing_pose(subject);
     let start = |pattern: &Pattern| {
         let in_bind = unskin(pattern.sewn.points(), &pattern.weights, &subject.skeleton, &sewing);
@@ -140,20 +151,20 @@ fn dressed(subject: &Subject, stance: &Stance, worn: &[Pattern]) -> (TriMesh, Ve
     for (j, pattern) in worn.iter().enumerate() {
         let inner: Vec<Solid> = layers.iter().map(Solid::prepare).collect();
         let room = SKIN_GAP + CLOTH_GAP * j as f64;
-        let mut obstacles = vec![Obstacle { surface: &body_index, gap: room, inside: false }];
+        let mut obstacles = vec![Obstacle { surface: &body_solid, gap: room, inside: false }];
         if !pattern.kind.holds_the_waist() {
             obstacles.extend(inner.iter().map(|surface| Obstacle { surface, gap: CLOTH_GAP, inside: false }));
         }
-        layers.push(drape(&pattern.cloth, &start(pattern), &obstacles, SETTLING));
+        layers.push(drape(&pattern.cloth, &start(pattern), &obstacles, secs));
         if pattern.kind.holds_the_waist() {
-            press(&body_index, &mut layers, worn);
+            press(&body_solid, &mut layers, worn, secs / 4.0);
         }
     }
     (body, layers)
 }
 
 /// The newest layer presses the others to the body, and then rests on what does not give.
-fn press(body: &Solid, layers: &mut [TriMesh], worn: &[Pattern]) {
+fn press(body: &Solid, layers: &mut [TriMesh], worn: &[Pattern], secs: f64) {
     let Some((outer, inner)) = layers.split_last_mut() else { return };
     for _ in 0..2 {
         let pressing = Solid::prepare(outer);
@@ -162,12 +173,54 @@ fn press(body: &Solid, layers: &mut [TriMesh], worn: &[Pattern]) {
                 Obstacle { surface: &pressing, gap: 2.0 * CLOTH_GAP, inside: true },
                 Obstacle { surface: body, gap: SKIN_GAP, inside: false },
             ];
-            *layer = drape(&pattern.cloth, &layer.points().clone(), &obstacles, SETTLING / 4);
+            *layer = drape(&pattern.cloth, &layer.points().clone(), &obstacles, secs);
         }
         let below: Vec<Solid> = inner.iter().map(Solid::prepare).collect();
         let mut obstacles =
             vec![Obstacle { surface: body, gap: SKIN_GAP + CLOTH_GAP * inner.len() as f64, inside: false }];
         obstacles.extend(below.iter().map(|surface| Obstacle { surface, gap: CLOTH_GAP, inside: false }));
-        *outer = drape(&worn[inner.len()].cloth, &outer.points().clone(), &obstacles, SETTLING / 8);
+        *outer = drape(&worn[inner.len()].cloth, &outer.points().clone(), &obstacles, secs / 2.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::studio::{hem_loops, hidden_body, surface_distance};
+
+    fn coarse(garments: Vec<GarmentKind>) -> InventedSession {
+        let scanner = ScannerParams { views: 8, voxel: 0.02, faces: 4_000 };
+        invent(
+            &crate::body::embedded_model().unwrap(),
+            &StudioParams { seed: 11, garments, scanner, settling_secs: 0.25 },
+        )
+    }
+
+    #[test]
+    fn a_session_has_its_truth_hems_where_they_belong_and_skin_under_cloth() {
+        let session = coarse(vec![GarmentKind::Skirt]);
+        assert_eq!(session.steps.iter().map(|s| s.name.as_str()).collect::<Vec<_>>(), ["body", "skirt"]);
+        let [naked, dressed] = &session.steps[..] else { panic!("two steps") };
+        assert!(naked.truth.layers.is_empty());
+        assert_eq!(hem_loops(&dressed.truth.layers[0]), 2);
+        assert_eq!(naked.truth.joints.len(), 22);
+        let worn = hidden_body(&dressed.truth.body, &dressed.truth.body, &dressed.truth.layers);
+        assert!(worn.hidden_percent > 10.0 && worn.outside_truth_percent == 0.0, "{worn:?}");
+        let moved = surface_distance(&naked.truth.body, &dressed.truth.body).surface_mean_mm;
+        assert!((2.0..80.0).contains(&moved), "nobody stands twice the same: {moved}");
+        let lowest = naked.truth.body.bounds().unwrap().min.y;
+        assert!(lowest.abs() < 1e-9, "soles on the floor: {lowest}");
+        assert!(session.bind.layers[0].points().iter().all(|p| p.coords.norm() < 2.0));
+    }
+
+    #[test]
+    fn tops_have_four_hems_and_trousers_three() {
+        let model = crate::body::embedded_model().unwrap();
+        let subject = Subject::invent(&model, 12);
+        for (kind, hems) in [(GarmentKind::Tshirt, 4), (GarmentKind::Pullover, 4), (GarmentKind::Trousers, 3)] {
+            let pattern = sew(kind, &subject, 12);
+            assert_eq!(hem_loops(&pattern.sewn), hems, "{}", kind.name());
+            assert!((1_500..9_000).contains(&pattern.sewn.vertex_count()));
+        }
     }
 }
