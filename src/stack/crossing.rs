@@ -9,6 +9,8 @@ use crate::numerics::NumericsError;
 
 /// Beyond the depth of a crossing a garment's triangle is lifted by this much, in metres, more with each round.
 const MARGIN: f64 = 1e-4;
+/// Length in metres over which lifts are spread where no smoothing length is given: about an edge.
+const LIFT_LENGTH: f64 = 3e-3;
 /// The most by which one round lifts a corner, in metres: the depth of a crossing is a guess, and rounds are cheap.
 const GREATEST_LIFT: f64 = 3e-3;
 
@@ -18,7 +20,7 @@ pub(super) fn part(
     mesh: TriMesh,
     limbs: &PerVertex<[f64; 5]>,
     obstacles: &[Obstacle],
-    smoother: &mut Smoother,
+    smoother: &Smoother,
     params: &StackParams,
 ) -> Result<(TriMesh, usize), NumericsError> {
     let mut mesh = mesh;
@@ -41,7 +43,8 @@ pub(super) fn part(
         }
         // Smooth at first, so that whole places rise; at last the corners alone, which always arrive.
         mesh = if round < params.iterations / 2 {
-            let risen = smoother.moved(&mesh, &lack, smoother.last_level())?;
+            let length = params.smoothing_lengths.last().copied().unwrap_or(LIFT_LENGTH);
+            let risen = moved_by(&mesh, &smoother.region(&lack, length)?.smoothed(&lack));
             moved_by(&risen, smoother.lack(&risen).moves())
         } else {
             moved_by(&mesh, lack.moves())

@@ -4,6 +4,7 @@ mod crossing;
 mod displacement;
 mod obstacle;
 mod push;
+mod region;
 mod smooth;
 #[cfg(test)]
 mod tests;
@@ -154,9 +155,9 @@ pub fn stack(
     let (stacked, rounds) = match params.method {
         StackMethod::Push => (push::push(mesh, &limbs, &obstacles, params), 0),
         StackMethod::Smooth => {
-            let mut solver = smooth::Smoother::prepare(mesh, &limbs, &obstacles, params)?;
+            let solver = smooth::Smoother::prepare(mesh, &limbs, &obstacles, params);
             let pushed = solver.push_clear(mesh)?;
-            crossing::part(pushed, &limbs, &obstacles, &mut solver, params)?
+            crossing::part(pushed, &limbs, &obstacles, &solver, params)?
         }
     };
     let after = measure(&stacked, &obstacles);

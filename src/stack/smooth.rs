@@ -3,10 +3,11 @@
 use super::StackParams;
 use super::displacement::Lack;
 use super::obstacle::{Contact, Obstacle, concerns};
+use super::region::Region;
 use crate::geometry::{
     Adjacency, Laplacian, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId, cotangent_laplacian,
 };
-use crate::numerics::{NumericsError, SparseCholesky};
+use crate::numerics::NumericsError;
 use rayon::prelude::*;
 
 /// Share of the clearance that cloth far inside comes to; cloth at the clearance keeps it, and what lies between keeps
@@ -33,9 +34,8 @@ pub(super) struct Smoother<'a> {
     obstacles: &'a [Obstacle],
     params: &'a StackParams,
     laplacian: Laplacian,
-    mass: Vec<f64>,
-    /// One for each smoothing length that was needed so far.
-    factors: Vec<SparseCholesky>,
+    adjacency: Adjacency,
+    mean_edge_length: f64,
     on_boundary: PerVertex<bool>,
     /// For each obstacle the vertices that are or may come near, and the height that each must reach.
     owed: Vec<Vec<(VertexId, f64)>>,
@@ -49,7 +49,7 @@ impl<'a> Smoother<'a> {
         limbs: &'a PerVertex<[f64; 5]>,
         obstacles: &'a [Obstacle],
         params: &'a StackParams,
-    ) -> Result<Self, NumericsError> {
+    ) -> Self {
         let laplacian = cotangent_laplacian(mesh);
         let normals = mesh.vertex_normals();
         let garment = SurfaceIndex::prepare(mesh);
@@ -80,32 +80,36 @@ impl<'a> Smoother<'a> {
                 select(o.index.mesh().points(), near)
             })
             .collect();
-        Ok(Self {
+        let adjacency = Adjacency::prepare(mesh);
+        Self {
             limbs,
             obstacles,
             params,
-            mass: laplacian.safe_mass(),
             laplacian,
-            factors: Vec::new(),
-            on_boundary: Adjacency::prepare(mesh).boundary_vertices(),
+            on_boundary: adjacency.boundary_vertices(),
+            mean_edge_length: mesh.mean_edge_length(),
+            adjacency,
             owed,
             inner,
-        })
+        }
     }
 
     /// Moves the garment until all its vertices, and those of the inner layers under it, are on their side.
-    pub(super) fn push_clear(&mut self, mesh: &TriMesh) -> Result<TriMesh, NumericsError> {
+    pub(super) fn push_clear(&self, mesh: &TriMesh) -> Result<TriMesh, NumericsError> {
         let mut mesh = mesh.clone();
-        for level in 0..self.params.smoothing_lengths.len() {
-            for round in 0..ROUNDS_PER_LENGTH {
-                let mut lack = self.lack(&mesh);
-                if lack.is_none() || round == 0 {
-                    self.ask_for_inner_vertices(&mesh, &mut lack);
-                }
+        for &length in &self.params.smoothing_lengths {
+            let mut lack = self.lack(&mesh);
+            self.ask_for_inner_vertices(&mesh, &mut lack);
+            if lack.is_none() {
+                return Ok(mesh);
+            }
+            let region = self.region(&lack, length)?;
+            for _ in 0..ROUNDS_PER_LENGTH {
+                mesh = moved_by(&mesh, &region.smoothed(&lack));
+                lack = self.lack(&mesh);
                 if lack.is_none() {
-                    return Ok(mesh);
+                    break;
                 }
-                mesh = self.moved(&mesh, &lack, level)?;
             }
         }
         let lack = self.lack(&mesh);
@@ -165,21 +169,9 @@ impl<'a> Smoother<'a> {
         }
     }
 
-    /// The garment after the smooth displacement closest to what it lacks, at one of the smoothing lengths.
-    pub(super) fn moved(&mut self, mesh: &TriMesh, lack: &Lack, level: usize) -> Result<TriMesh, NumericsError> {
-        while self.factors.len() <= level && self.factors.len() < self.params.smoothing_lengths.len() {
-            let length = self.params.smoothing_lengths[self.factors.len()];
-            let matrix = self.laplacian.screened(&vec![1.0; self.mass.len()], 0.0, length.powi(4));
-            self.factors.push(SparseCholesky::prepare(self.mass.len(), &matrix)?);
-        }
-        let Some(factor) = self.factors.get(level) else { return Ok(moved_by(mesh, lack.moves())) };
-        let right: Vec<Vec3> = lack.moves().iter().zip(&self.mass).map(|(u, m)| u * *m).collect();
-        Ok(moved_by(mesh, &factor.solve_vectors(&right).into()))
-    }
-
-    /// The narrowest smoothing.
-    pub(super) fn last_level(&self) -> usize {
-        self.params.smoothing_lengths.len().saturating_sub(1)
+    /// Where the garment may move for what it lacks, smoothly over that length.
+    pub(super) fn region(&self, lack: &Lack, length: f64) -> Result<Region, NumericsError> {
+        Region::around(lack, length, &self.laplacian, &self.adjacency, self.mean_edge_length)
     }
 }
 

@@ -1,0 +1,71 @@
+//! The part of a garment around the vertices that must move, and its smoothing operator.
+
+use super::displacement::Lack;
+use crate::geometry::{Adjacency, Laplacian, PerVertex, Vec3, VertexId};
+use crate::numerics::{NumericsError, SparseCholesky};
+
+/// How many smoothing lengths around what must move the displacement may reach. The response to one vertex falls to
+/// 2 % there; beyond, nothing moves at all.
+const REACH_PER_LENGTH: f64 = 4.0;
+
+/// `diag(M) + ℓ⁴ L M⁻¹ L` over some vertices, the others held where they are.
+pub(super) struct Region {
+    vertices: Vec<VertexId>,
+    mass: Vec<f64>,
+    factor: SparseCholesky,
+}
+
+impl Region {
+    /// All vertices within reach of those that lack something.
+    pub(super) fn around(
+        lack: &Lack,
+        length: f64,
+        laplacian: &Laplacian,
+        adjacency: &Adjacency,
+        mean_edge_length: f64,
+    ) -> Result<Self, NumericsError> {
+        let count = lack.moves().len();
+        let rings = (REACH_PER_LENGTH * length / mean_edge_length.max(1e-6)).ceil() as usize;
+        let mut belongs: PerVertex<bool> = lack.moves().iter().map(|u| *u != Vec3::zeros()).collect();
+        let mut front: Vec<VertexId> = (0..count).map(VertexId::from_index).filter(|&v| belongs[v]).collect();
+        for _ in 0..rings {
+            let mut next = Vec::new();
+            for v in front {
+                for &w in adjacency.neighbours_of(v) {
+                    if !belongs[w] {
+                        belongs[w] = true;
+                        next.push(w);
+                    }
+                }
+            }
+            front = next;
+        }
+        let vertices: Vec<VertexId> = (0..count).map(VertexId::from_index).filter(|&v| belongs[v]).collect();
+        let mut local = vec![usize::MAX; count];
+        for (i, v) in vertices.iter().enumerate() {
+            local[v.index()] = i;
+        }
+        let matrix: Vec<(usize, usize, f64)> = laplacian
+            .screened(&vec![1.0; count], 0.0, length.powi(4))
+            .into_iter()
+            .map(|(i, j, value)| (local[i], local[j], value))
+            .filter(|&(i, j, _)| i != usize::MAX && j != usize::MAX)
+            .collect();
+        let mass = laplacian.safe_mass();
+        Ok(Self {
+            factor: SparseCholesky::prepare(vertices.len(), &matrix)?,
+            mass: vertices.iter().map(|v| mass[v.index()]).collect(),
+            vertices,
+        })
+    }
+
+    /// The smooth displacement closest to what is lacking; zero outside of the region, whatever lacks there.
+    pub(super) fn smoothed(&self, lack: &Lack) -> PerVertex<Vec3> {
+        let right: Vec<Vec3> = self.vertices.iter().zip(&self.mass).map(|(&v, m)| lack.moves()[v] * *m).collect();
+        let mut moves = PerVertex::filled(Vec3::zeros(), lack.moves().len());
+        for (&v, u) in self.vertices.iter().zip(self.factor.solve_vectors(&right)) {
+            moves[v] = u;
+        }
+        moves
+    }
+}
