@@ -25,15 +25,22 @@ pub fn self_intersecting_pairs(mesh: &TriMesh) -> Vec<(FaceId, FaceId)> {
     pairs_with(mesh, &tree, |f, g| f < g && apart(f, g))
 }
 
-pub(super) fn pairs_with(
+fn pairs_with(a: &TriMesh, tree: &FaceTree, wanted: impl Fn(FaceId, FaceId) -> bool + Sync) -> Vec<(FaceId, FaceId)> {
+    let faces: Vec<FaceId> = a.face_ids().collect();
+    pairs_of_faces(a, &faces, tree, wanted)
+}
+
+/// Those of the pairs that have one of `faces` of `a`.
+pub(super) fn pairs_of_faces(
     a: &TriMesh,
+    faces: &[FaceId],
     tree: &FaceTree,
     wanted: impl Fn(FaceId, FaceId) -> bool + Sync,
 ) -> Vec<(FaceId, FaceId)> {
-    let mut pairs: Vec<(FaceId, FaceId)> = (0..a.face_count())
-        .into_par_iter()
-        .flat_map_iter(|index| {
-            let (f, wanted) = (FaceId::from_index(index), &wanted);
+    let mut pairs: Vec<(FaceId, FaceId)> = faces
+        .par_iter()
+        .flat_map_iter(|&f| {
+            let wanted = &wanted;
             let corners = a.triangle(f);
             let [p, q, r] = &corners;
             let region = Aabb { min: p.inf(q).inf(r), max: p.sup(q).sup(r) };

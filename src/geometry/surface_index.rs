@@ -119,10 +119,10 @@ impl SurfaceIndex {
         Some(RayHit { face, distance, barycentric })
     }
 
-    /// All pairs (face of `other`, face of this mesh) that cross, in ascending order: as
+    /// All pairs (one of `faces` of `other`, face of this mesh) that cross, in ascending order: as
     /// [`intersecting_pairs`](super::intersecting_pairs), without building the hierarchy again.
-    pub fn crossing_pairs(&self, other: &TriMesh) -> Vec<(FaceId, FaceId)> {
-        super::intersection::pairs_with(other, &self.tree, |_, _| true)
+    pub fn crossing_pairs(&self, other: &TriMesh, faces: &[FaceId]) -> Vec<(FaceId, FaceId)> {
+        super::intersection::pairs_of_faces(other, faces, &self.tree, |_, _| true)
     }
 
     /// All faces no farther than `radius`, in ascending order.

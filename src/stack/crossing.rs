@@ -25,12 +25,15 @@ pub(super) fn part(
 ) -> Result<(TriMesh, usize), NumericsError> {
     let mut mesh = mesh;
     let mut best: Option<(usize, TriMesh, usize)> = None;
+    let mut moved: Vec<FaceId> = mesh.face_ids().collect();
+    let mut pairs: Vec<(usize, FaceId, FaceId)> = Vec::new();
     for round in 0..=params.iterations {
-        let pairs: Vec<(usize, FaceId, FaceId)> = obstacles
-            .iter()
-            .enumerate()
-            .flat_map(|(o, obstacle)| obstacle.pairs_with(&mesh).into_iter().map(move |(g, f)| (o, g, f)))
-            .collect();
+        // Where nothing moved, nothing changed.
+        pairs.retain(|(_, g, _)| moved.binary_search(g).is_err());
+        for (o, obstacle) in obstacles.iter().enumerate() {
+            pairs.extend(obstacle.pairs_with(&mesh, &moved).into_iter().map(|(g, f)| (o, g, f)));
+        }
+        pairs.sort_unstable();
         if best.as_ref().is_none_or(|b| pairs.len() < b.0) {
             best = Some((pairs.len(), mesh.clone(), round));
         }
@@ -42,13 +45,19 @@ pub(super) fn part(
             lift(&mesh, g, &obstacles[o], f, limbs, MARGIN * (1 + round) as f64, &mut lack);
         }
         // Smooth at first, so that whole places rise; at last the corners alone, which always arrive.
-        mesh = if round < params.iterations / 2 {
+        let next = if round < params.iterations / 2 {
             let length = params.smoothing_lengths.last().copied().unwrap_or(LIFT_LENGTH);
-            let risen = moved_by(&mesh, &smoother.region(&lack, length)?.smoothed(&lack));
-            moved_by(&risen, smoother.lack(&risen).moves())
+            let region = smoother.region(&lack, length)?;
+            let risen = moved_by(&mesh, &region.smoothed(&lack));
+            moved_by(&risen, smoother.lack(&risen, Some(&region)).moves())
         } else {
             moved_by(&mesh, lack.moves())
         };
+        moved = (mesh.faces().enumerate())
+            .filter(|(_, corners)| corners.iter().any(|&v| mesh.points()[v] != next.points()[v]))
+            .map(|(g, _)| g)
+            .collect();
+        mesh = next;
     }
     Ok(best.map_or((mesh, 0), |(_, mesh, rounds)| (mesh, rounds)))
 }

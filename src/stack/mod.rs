@@ -189,7 +189,8 @@ pub fn stack(
 
 /// Vertices inside each obstacle, and crossing pairs.
 fn measure(mesh: &TriMesh, obstacles: &[Obstacle]) -> Vec<(usize, usize)> {
-    obstacles.iter().map(|o| (o.count_inside(mesh), o.pairs_with(mesh).len())).collect()
+    let faces: Vec<_> = mesh.face_ids().collect();
+    obstacles.iter().map(|o| (o.count_inside(mesh), o.pairs_with(mesh, &faces).len())).collect()
 }
 
 fn clear_vertices(

@@ -98,9 +98,9 @@ impl Obstacle {
         mesh.points().0.par_iter().filter(|p| is_inside(p)).count()
     }
 
-    /// (Face of the garment, face of this layer) that cross, in ascending order.
-    pub(super) fn pairs_with(&self, garment: &TriMesh) -> Vec<(FaceId, FaceId)> {
-        self.index.crossing_pairs(garment)
+    /// (One of `faces` of the garment, face of this layer) that cross, in ascending order.
+    pub(super) fn pairs_with(&self, garment: &TriMesh, faces: &[FaceId]) -> Vec<(FaceId, FaceId)> {
+        self.index.crossing_pairs(garment, faces)
     }
 
     fn is_on_boundary(&self, at: &SurfacePoint) -> bool {

@@ -10,6 +10,7 @@ const REACH_PER_LENGTH: f64 = 4.0;
 
 /// `diag(M) + ℓ⁴ L M⁻¹ L` over some vertices, the others held where they are.
 pub(super) struct Region {
+    belongs: PerVertex<bool>,
     vertices: Vec<VertexId>,
     mass: Vec<f64>,
     factor: SparseCholesky,
@@ -41,22 +42,33 @@ impl Region {
             front = next;
         }
         let vertices: Vec<VertexId> = (0..count).map(VertexId::from_index).filter(|&v| belongs[v]).collect();
+        // One ring more, for bending at the rim; its rows come last and are dropped.
+        let rim: Vec<VertexId> = front_around(&belongs, &vertices, adjacency);
         let mut local = vec![usize::MAX; count];
-        for (i, v) in vertices.iter().enumerate() {
+        for (i, v) in vertices.iter().chain(&rim).enumerate() {
             local[v.index()] = i;
         }
-        let matrix: Vec<(usize, usize, f64)> = laplacian
-            .screened(&vec![1.0; count], 0.0, length.powi(4))
-            .into_iter()
-            .map(|(i, j, value)| (local[i], local[j], value))
-            .filter(|&(i, j, _)| i != usize::MAX && j != usize::MAX)
-            .collect();
-        let mass = laplacian.safe_mass();
+        let safe_mass = laplacian.safe_mass();
+        let part = Laplacian {
+            triplets: (laplacian.triplets.iter())
+                .map(|&(i, j, value)| (local[i], local[j], value))
+                .filter(|&(i, j, _)| i != usize::MAX && j != usize::MAX)
+                .collect(),
+            mass: vertices.iter().chain(&rim).map(|v| safe_mass[v.index()]).collect(),
+        };
+        let mut matrix = part.screened(&vec![1.0; part.mass.len()], 0.0, length.powi(4));
+        matrix.retain(|&(i, j, _)| i < vertices.len() && j < vertices.len());
         Ok(Self {
             factor: SparseCholesky::prepare(vertices.len(), &matrix)?,
-            mass: vertices.iter().map(|v| mass[v.index()]).collect(),
+            mass: vertices.iter().map(|v| safe_mass[v.index()]).collect(),
             vertices,
+            belongs,
         })
+    }
+
+    /// Whether the vertex may move.
+    pub(super) fn has(&self, v: VertexId) -> bool {
+        self.belongs[v]
     }
 
     /// The smooth displacement closest to what is lacking; zero outside of the region, whatever lacks there.
@@ -68,4 +80,12 @@ impl Region {
         }
         moves
     }
+}
+
+fn front_around(belongs: &PerVertex<bool>, vertices: &[VertexId], adjacency: &Adjacency) -> Vec<VertexId> {
+    let mut around: Vec<VertexId> =
+        vertices.iter().flat_map(|&v| adjacency.neighbours_of(v)).copied().filter(|&w| !belongs[w]).collect();
+    around.sort_unstable();
+    around.dedup();
+    around
 }

@@ -97,33 +97,37 @@ impl<'a> Smoother<'a> {
     /// Moves the garment until all its vertices, and those of the inner layers under it, are on their side.
     pub(super) fn push_clear(&self, mesh: &TriMesh) -> Result<TriMesh, NumericsError> {
         let mut mesh = mesh.clone();
-        for &length in &self.params.smoothing_lengths {
-            let mut lack = self.lack(&mesh);
-            self.ask_for_inner_vertices(&mesh, &mut lack);
+        let mut lack = self.lack(&mesh, None);
+        for (level, &length) in self.params.smoothing_lengths.iter().enumerate() {
+            if level == 0 || level + 1 == self.params.smoothing_lengths.len() {
+                self.ask_for_inner_vertices(&mesh, &mut lack);
+            }
             if lack.is_none() {
                 return Ok(mesh);
             }
             let region = self.region(&lack, length)?;
             for _ in 0..ROUNDS_PER_LENGTH {
                 mesh = moved_by(&mesh, &region.smoothed(&lack));
-                lack = self.lack(&mesh);
+                lack = self.lack(&mesh, Some(&region));
                 if lack.is_none() {
                     break;
                 }
             }
         }
-        let lack = self.lack(&mesh);
         Ok(moved_by(&mesh, lack.moves()))
     }
 
-    /// What the garment's vertices still ask for.
-    pub(super) fn lack(&self, mesh: &TriMesh) -> Lack {
+    /// What the garment's vertices, or those of the region that has just moved, still ask for.
+    pub(super) fn lack(&self, mesh: &TriMesh, region: Option<&Region>) -> Lack {
         let mut lack = Lack::none(mesh.vertex_count());
         let normals = mesh.vertex_normals();
         for (obstacle, owed) in self.obstacles.iter().zip(&self.owed) {
             let asked: Vec<Option<Vec3>> = owed
                 .par_iter()
                 .map(|&(v, owed)| {
+                    if region.is_some_and(|r| !r.has(v)) {
+                        return None;
+                    }
                     let contact = obstacle.contact(&mesh.points()[v], &normals[v], &self.limbs[v], owed)?;
                     let Contact { height, normal } = contact;
                     (height < owed * (1.0 - TOLERANCE)).then(|| normal * (owed - height))
