@@ -75,12 +75,13 @@ fn garment(mesh: TriMesh, joint: u16) -> RiggedGarment {
 
 #[test]
 fn noisy_cloth_on_the_skin_comes_clear_without_spikes() {
-    let cloth = shaken(&band(0.151, 40.0, 130.0, 36, 110), 0.0015, 5);
+    // 4 mm inside at the back, 6 mm clear in front.
+    let cloth = shaken(&band(0.151, 40.0, 130.0, 36, 110), 0.0015, 5).map_points(|p| p + Vec3::z() * 0.005);
     let (stacked, report) = stack(&garment(cloth.clone(), 0), &figure(vec![ball()]), &StackParams::default()).unwrap();
     let [body] = report.layers.as_slice() else { panic!("{report:?}") };
     assert!(body.inside_before > 200 && body.intersecting_pairs_before > 500, "{body:?}");
     assert_eq!((body.inside_after, body.intersecting_pairs_after), (0, 0));
-    assert!(report.mean_move_of_clear < 5e-4 && report.max_move < 5e-3, "{report:?}");
+    assert!(report.mean_move_of_clear < 5e-4 && report.max_move < 8e-3, "{report:?}");
     let roughness = |mesh: &TriMesh| {
         let normals = mesh.vertex_normals();
         mesh.face_ids()
