@@ -1,9 +1,9 @@
 //! Fair boundary curves: smoothed along themselves, kept on the scan, the cloth beside them following.
 
 use super::CutParams;
+use super::mend::Mended;
 use super::slice::Slice;
 use crate::geometry::{Adjacency, FaceId, PerFace, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
-use crate::scan::Scan;
 
 /// Taubin's (1995) two factors along the curve: the second undoes the shrinking that the first causes.
 const SHRINK: f64 = 0.5;
@@ -13,6 +13,11 @@ const RINGS: usize = 4;
 /// A boundary moves no farther than this along the scan, in metres: it is tidied, not redrawn.
 const REACH: f64 = 0.03;
 
+/// Cloth beside a boundary follows every so many rounds: often enough that no face turns over.
+const ROUNDS_PER_RELAXATION: usize = 4;
+/// Rounds without the scan at the end: wiggles under 2 cm.
+const LAST_ROUNDS: usize = 12;
+
 /// A garment with fair boundaries.
 pub(super) struct Faired {
     pub(super) mesh: TriMesh,
@@ -20,27 +25,35 @@ pub(super) struct Faired {
     pub(super) on_cut: Vec<bool>,
 }
 
-/// Fairs every boundary loop of `slice` on the surface of the scan.
-pub(super) fn faired(slice: Slice, scan: &Scan, params: &CutParams) -> Faired {
+/// Fairs every boundary loop of `slice` on the surface of the scan, whose adjacency is `around`.
+pub(super) fn faired(slice: Slice, scan: &Mended, around: &Adjacency, params: &CutParams) -> Faired {
     let adjacency = Adjacency::prepare(&slice.mesh);
     let loops = adjacency.boundary_loops();
     let rings = rings_from(&slice.mesh, &adjacency, &loops);
-    let near = near_surface(scan, &slice, &rings);
+    let near = near_surface(scan, around, &slice, &rings);
     let index = near.as_ref().map(|n| SurfaceIndex::prepare(&n.mesh));
     let mut points = slice.mesh.points().clone();
     let mut landed: PerVertex<Option<(FaceId, [f64; 3])>> = PerVertex::filled(None, points.len());
     if let Some(index) = &index {
         let beside: Vec<VertexId> = slice.mesh.vertex_ids().filter(|&v| (1..=RINGS).contains(&rings[v])).collect();
-        for _ in 0..params.fairing_rounds {
+        for round in 1..=params.fairing_rounds {
             for factor in [SHRINK, GROW] {
                 smooth_loops(&mut points, &loops, factor);
             }
             for v in loops.iter().flatten() {
                 project(*v, &mut points, &mut landed, index);
             }
-            relax(&mut points, &adjacency, &beside);
-            for &v in &beside {
-                project(v, &mut points, &mut landed, index);
+            if round % ROUNDS_PER_RELAXATION == 0 {
+                relax(&mut points, &adjacency, &beside);
+                for &v in &beside {
+                    project(v, &mut points, &mut landed, index);
+                }
+            }
+        }
+        // The scan's grain along the curve goes last, off the surface by no more than that grain.
+        for _ in 0..LAST_ROUNDS {
+            for factor in [SHRINK, GROW] {
+                smooth_loops(&mut points, &loops, factor);
             }
         }
     }
@@ -94,14 +107,13 @@ struct NearSurface {
     scan_vertices: PerVertex<VertexId>,
 }
 
-fn near_surface(scan: &Scan, slice: &Slice, rings: &PerVertex<usize>) -> Option<NearSurface> {
-    let adjacency = Adjacency::prepare(&scan.mesh);
+fn near_surface(scan: &Mended, adjacency: &Adjacency, slice: &Slice, rings: &PerVertex<usize>) -> Option<NearSurface> {
     let sources: Vec<(VertexId, f64)> = rings
         .enumerate()
         .filter(|&(_, &ring)| ring <= RINGS)
         .flat_map(|(v, _)| slice.origins[v.index()].map(|(origin, _)| (origin, 0.0)))
         .collect();
-    let distance = crate::geometry::geodesic_distances(&scan.mesh, &adjacency, &sources, REACH);
+    let distance = crate::geometry::geodesic_distances(&scan.mesh, adjacency, &sources, REACH);
     let keep: PerFace<bool> = scan.mesh.faces().iter().map(|f| f.iter().any(|&v| distance[v].is_finite())).collect();
     let (mesh, scan_vertices) = scan.mesh.part(&keep);
     (mesh.face_count() > 0).then_some(NearSurface { mesh, scan_vertices })

@@ -5,6 +5,7 @@ mod brush;
 mod color;
 mod evidence;
 mod extent;
+mod lips;
 mod max_flow;
 mod refine;
 mod region;

@@ -3,6 +3,7 @@
 use super::brush::Marks;
 use super::color::squared_difference;
 use super::evidence::{Evidence, Inner};
+use super::lips::without_lips;
 use super::max_flow::min_cut;
 use super::region::Placement;
 use super::transfer::Labels;
@@ -105,7 +106,8 @@ pub fn refine(scan: &Scan, inner: &[Inner<'_>], placement: &Placement, marks: &M
             .collect();
         labels = cut;
     }
-    without_specks(mesh, &adjacency, labels, marks)
+    let labels = without_specks(mesh, &adjacency, labels, marks);
+    without_lips(mesh, &adjacency, labels, marks)
 }
 
 /// How deep inside the template's limits each vertex of the scan lies, by the closest point of the body.

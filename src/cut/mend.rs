@@ -1,0 +1,216 @@
+//! Small holes of the scan filled before the cut, so that a hem runs across them.
+
+use super::patch::Patch;
+use super::{CutError, CutParams};
+use crate::geometry::{Adjacency, NearestVertex, PerVertex, Point, TriMesh, Vec3, VertexId};
+use crate::numerics::SparseCholesky;
+use crate::scan::Scan;
+use crate::segment::Labels;
+use std::collections::BTreeSet;
+
+/// A scan without its small holes near the garment. The scan's own vertices come first, unmoved.
+pub(super) struct Mended {
+    pub(super) mesh: TriMesh,
+    pub(super) colors: Option<PerVertex<[u8; 3]>>,
+    pub(super) labels: Labels,
+}
+
+/// Fills every hole that touches the garment and is small enough.
+pub(super) fn mended(
+    scan: &Scan,
+    labels: &Labels,
+    params: &CutParams,
+    findings: &mut Vec<String>,
+) -> Result<Mended, CutError> {
+    let adjacency = Adjacency::prepare(&scan.mesh);
+    let mut points = scan.mesh.points().0.clone();
+    let mut faces = scan.mesh.faces().0.clone();
+    let mut labels = labels.clone();
+    let mut colors = scan.colors.clone();
+    let (mut filled, mut area) = (0usize, 0.0);
+    for ring in adjacency.boundary_loops().into_iter().flat_map(simple_rings) {
+        if ring.len() < 3 || !ring.iter().any(|&v| labels.0[v]) {
+            continue;
+        }
+        let around: Vec<Point> = ring.iter().map(|&v| points[v.index()]).collect();
+        let hole = area_within(&around);
+        let length: f64 = (0..around.len()).map(|i| (around[(i + 1) % around.len()] - around[i]).norm()).sum();
+        // A ragged hole is longer than round; one so long that it only folds over itself is no small hole.
+        if hole > params.greatest_filled_hole || length > LENGTH_PER_ROUND * round_length(params.greatest_filled_hole) {
+            continue;
+        }
+        let taken = |i: usize, j: usize| {
+            let apart = i.abs_diff(j);
+            apart > 1 && apart < ring.len() - 1 && adjacency.neighbours_of(ring[i]).contains(&ring[j])
+        };
+        let Some(patch) = Patch::over(&around, taken) else { continue };
+        let inner = faired(&scan.mesh, &adjacency, &ring, &patch)?;
+        let base = points.len() as u32;
+        let id = |i: usize| if i < ring.len() { ring[i] } else { VertexId(base + (i - ring.len()) as u32) };
+        faces.extend(patch.faces.iter().map(|f| f.map(id)));
+        let nearest = NearestVertex::prepare(&around);
+        for p in &inner {
+            let close = nearest.nearest(p).map_or(ring[0], |(v, _)| ring[v.index()]);
+            labels.0.0.push(labels.0[close]);
+            if let Some(colors) = &mut colors {
+                colors.0.push(blended(colors, &ring, &around, p));
+            }
+        }
+        points.extend(inner);
+        filled += 1;
+        area += hole;
+    }
+    if filled > 0 {
+        let holes = if filled == 1 { "hole" } else { "holes" };
+        findings.push(format!("{filled} small {holes} of the scan filled, {:.1} cm² in all", area * 1e4));
+    }
+    // Every index is of an old vertex or a pushed one; a coordinate fails only where a system was singular.
+    match TriMesh::try_new(points, faces) {
+        Ok(mesh) => Ok(Mended { mesh, colors, labels }),
+        Err(error) => Err(CutError::Mesh(error)),
+    }
+}
+
+/// A hole may be so many times longer round than a circle of the greatest area that is filled.
+const LENGTH_PER_ROUND: f64 = 2.5;
+
+fn round_length(area: f64) -> f64 {
+    2.0 * (std::f64::consts::PI * area).sqrt()
+}
+
+fn area_within(ring: &[Point]) -> f64 {
+    let next = |i: usize| ring[(i + 1) % ring.len()];
+    let sum: Vec3 = (0..ring.len()).map(|i| (ring[i] - ring[0]).cross(&(next(i) - ring[0]))).sum();
+    0.5 * sum.norm()
+}
+
+/// A ring that passes a vertex twice, taken apart there.
+fn simple_rings(ring: Vec<VertexId>) -> Vec<Vec<VertexId>> {
+    let mut rings = Vec::new();
+    let mut path: Vec<VertexId> = Vec::new();
+    for v in ring {
+        if let Some(at) = path.iter().position(|&w| w == v) {
+            rings.push(path.split_off(at));
+        }
+        path.push(v);
+    }
+    rings.push(path);
+    rings
+}
+
+/// The new points of a patch, continuing the surface around it: the thin plate, `min Σ |x − mean of neighbours|²` over
+/// the patch and its ring.
+fn faired(mesh: &TriMesh, adjacency: &Adjacency, ring: &[VertexId], patch: &Patch) -> Result<Vec<Point>, CutError> {
+    let (count, new) = (ring.len(), patch.points.len() - ring.len());
+    if new == 0 {
+        return Ok(Vec::new());
+    }
+    let mut joined: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); patch.points.len()];
+    for face in &patch.faces {
+        for k in 0..3 {
+            joined[face[k]].insert(face[(k + 1) % 3]);
+            joined[face[(k + 1) % 3]].insert(face[k]);
+        }
+    }
+    let mut triplets = Vec::new();
+    let mut right = vec![Vec3::zeros(); new];
+    for i in 0..patch.points.len() {
+        // The row: x_i − mean of its neighbours; what is known goes to the right-hand side.
+        let outside: Vec<VertexId> = match ring.get(i) {
+            Some(&v) => adjacency.neighbours_of(v).iter().copied().filter(|w| !ring.contains(w)).collect(),
+            None => Vec::new(),
+        };
+        let degree = (joined[i].len() + outside.len()).max(1) as f64;
+        let mut known: Vec3 = outside.iter().map(|&w| mesh.points()[w].coords / -degree).sum();
+        let mut row: Vec<(usize, f64)> = Vec::new();
+        for (j, factor) in joined[i].iter().map(|&j| (j, -1.0 / degree)).chain([(i, 1.0)]) {
+            match j.checked_sub(count) {
+                Some(unknown) => row.push((unknown, factor)),
+                None => known += patch.points[j].coords * factor,
+            }
+        }
+        for &(a, fa) in &row {
+            right[a] -= known * fa;
+            triplets.extend(row.iter().map(|&(b, fb)| (a, b, fa * fb)));
+        }
+    }
+    let solved = SparseCholesky::prepare(new, &triplets)?.solve_vectors(&right);
+    Ok(solved.into_iter().map(Point::from).collect())
+}
+
+/// The ring's colours, each the stronger the nearer it is.
+fn blended(colors: &PerVertex<[u8; 3]>, ring: &[VertexId], around: &[Point], p: &Point) -> [u8; 3] {
+    let (mut sum, mut total) = ([0.0; 3], 0.0);
+    for (&v, q) in ring.iter().zip(around) {
+        let weight = 1.0 / (p - q).norm_squared().max(1e-10);
+        total += weight;
+        for (s, c) in sum.iter_mut().zip(colors[v]) {
+            *s += weight * f64::from(c);
+        }
+    }
+    sum.map(|s| (s / total).round().clamp(0.0, 255.0) as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sphere of radius 10 cm with a hole of about 3 cm across, all labelled.
+    fn pierced() -> (Scan, Labels) {
+        let (rings, sectors) = (40u32, 60u32);
+        let mut points = Vec::new();
+        for i in 0..=rings {
+            // From 9° off the pole down to the equator.
+            let polar = 0.157 + (std::f64::consts::FRAC_PI_2 - 0.157) * f64::from(i) / f64::from(rings);
+            for j in 0..sectors {
+                let turn = std::f64::consts::TAU * f64::from(j) / f64::from(sectors);
+                points.push(Point::new(
+                    0.1 * polar.sin() * turn.cos(),
+                    0.1 * polar.cos(),
+                    0.1 * polar.sin() * turn.sin(),
+                ));
+            }
+        }
+        let mut faces = Vec::new();
+        for i in 0..rings {
+            for j in 0..sectors {
+                let [a, b] = [i * sectors + j, i * sectors + (j + 1) % sectors];
+                let [c, d] = [a + sectors, b + sectors];
+                faces.extend([[a, b, d], [a, d, c]]);
+            }
+        }
+        let scan = Scan::from_clean_mesh(TriMesh::try_from_indices(points, &faces).unwrap(), None);
+        let labels = Labels(PerVertex::filled(true, scan.mesh.vertex_count()));
+        (scan, labels)
+    }
+
+    #[test]
+    fn a_hole_is_filled_fair_and_the_large_rim_is_not() {
+        let (scan, labels) = pierced();
+        let params = CutParams { greatest_filled_hole: 25e-4, ..CutParams::default() };
+        let mended = mended(&scan, &labels, &params, &mut Vec::new()).unwrap();
+        assert_eq!(Adjacency::prepare(&mended.mesh).boundary_loops().len(), 1);
+        assert_eq!(mended.labels.0.len(), mended.mesh.vertex_count());
+        let new = &mended.mesh.points().0[scan.mesh.vertex_count()..];
+        assert!(new.len() > 20);
+        // The thin plate continues the sphere: within 0.5 mm of it.
+        for p in new {
+            assert!((p.coords.norm() - 0.1).abs() < 5e-4, "{}", p.coords.norm());
+        }
+        let outward = mended.mesh.face_ids().filter(|&f| {
+            let [a, b, c] = mended.mesh.triangle(f).map(|p| p.coords);
+            mended.mesh.area_vector(f).dot(&(a + b + c)) > 0.0
+        });
+        let first = scan.mesh.area_vector(crate::geometry::FaceId(0)).dot(&scan.mesh.points().0[0].coords) > 0.0;
+        let count = outward.count();
+        assert_eq!(count, if first { mended.mesh.face_count() } else { 0 }, "the patch is oriented like the rest");
+    }
+
+    #[test]
+    fn a_hole_off_the_garment_stays() {
+        let (scan, labels) = pierced();
+        let none = Labels(PerVertex::filled(false, labels.0.len()));
+        let mended = mended(&scan, &none, &CutParams::default(), &mut Vec::new()).unwrap();
+        assert_eq!(mended.mesh, scan.mesh);
+    }
+}

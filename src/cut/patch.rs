@@ -1,0 +1,194 @@
+//! A triangulated patch over a closed ring of points.
+
+use crate::geometry::Point;
+use std::collections::BTreeMap;
+
+/// Rings with more points are left open: time grows with the cube of their number (250: some 10 ms).
+const GREATEST_RING: usize = 250;
+/// Rounds of splitting and flipping; each makes edges at most √3 shorter, so six span a factor of 20.
+const ROUNDS: usize = 6;
+
+/// Faces over ring points (the first `ring` ids) and new points (the ids after them).
+pub(super) struct Patch {
+    pub(super) points: Vec<Point>,
+    pub(super) faces: Vec<[usize; 3]>,
+}
+
+impl Patch {
+    /// Spans a ring, with triangles about as large as its edges. The ring runs as the faces at it do, so the patch runs
+    /// against it. `taken(i, j)` says that ring points `i` and `j` are joined already.
+    ///
+    /// `None` when the ring is too long or cannot be spanned without a join that is taken.
+    ///
+    /// **Source** Liepa 2003, with least area alone.
+    pub(super) fn over(ring: &[Point], taken: impl Fn(usize, usize) -> bool) -> Option<Self> {
+        if !(3..=GREATEST_RING).contains(&ring.len()) {
+            return None;
+        }
+        let faces = least_area(ring, &taken)?;
+        let mut patch = Self { points: ring.to_vec(), faces };
+        let count = ring.len();
+        let length = |i: usize| (ring[(i + 1) % count] - ring[i]).norm();
+        let mut sizes: Vec<f64> = (0..count).map(|i| 0.5 * (length((i + count - 1) % count) + length(i))).collect();
+        for _ in 0..ROUNDS {
+            let split = patch.split_large(&mut sizes);
+            patch.flip_to_delaunay(&taken, count);
+            if !split {
+                break;
+            }
+        }
+        Some(patch)
+    }
+
+    /// Puts a point in each face that is large for the sizes at its corners; whether there was one.
+    fn split_large(&mut self, sizes: &mut Vec<f64>) -> bool {
+        let before = self.faces.len();
+        for f in 0..before {
+            let [a, b, c] = self.faces[f];
+            let center = Point::from((self.points[a].coords + self.points[b].coords + self.points[c].coords) / 3.0);
+            let size = (sizes[a] + sizes[b] + sizes[c]) / 3.0;
+            let far = |v: usize| {
+                let gap = std::f64::consts::SQRT_2 * (center - self.points[v]).norm();
+                gap > size && gap > sizes[v]
+            };
+            if [a, b, c].into_iter().all(far) {
+                let new = self.points.len();
+                self.points.push(center);
+                sizes.push(size);
+                self.faces[f] = [a, b, new];
+                self.faces.extend([[b, c, new], [c, a, new]]);
+            }
+        }
+        self.faces.len() > before
+    }
+
+    fn flip_to_delaunay(&mut self, taken: &impl Fn(usize, usize) -> bool, ring: usize) {
+        /// Flips settle within a few passes; more would be a circle of equal choices.
+        const PASSES: usize = 10;
+        for _ in 0..PASSES {
+            let mut at_edge: BTreeMap<(usize, usize), Vec<(usize, usize)>> = BTreeMap::new();
+            for (f, face) in self.faces.iter().enumerate() {
+                for k in 0..3 {
+                    let (a, b) = (face[k], face[(k + 1) % 3]);
+                    at_edge.entry((a.min(b), a.max(b))).or_default().push((f, face[(k + 2) % 3]));
+                }
+            }
+            let mut touched = vec![false; self.faces.len()];
+            let mut made: Vec<(usize, usize)> = Vec::new();
+            for (&(a, b), sides) in &at_edge {
+                let &[(f, p), (g, q)] = sides.as_slice() else { continue };
+                let joined = (p.min(q), p.max(q));
+                let barred = p == q
+                    || at_edge.contains_key(&joined)
+                    || made.contains(&joined)
+                    || (p < ring && q < ring && taken(p, q));
+                if touched[f] || touched[g] || barred || self.angle(p, a, b) + self.angle(q, a, b) <= FLAT_ENOUGH {
+                    continue;
+                }
+                // Face f runs a → b or b → a; keep its sense.
+                let runs = (0..3).any(|k| self.faces[f][k] == a && self.faces[f][(k + 1) % 3] == b);
+                let (from, to) = if runs { (a, b) } else { (b, a) };
+                self.faces[f] = [p, from, q];
+                self.faces[g] = [q, to, p];
+                (touched[f], touched[g]) = (true, true);
+                made.push(joined);
+            }
+            if made.is_empty() {
+                break;
+            }
+        }
+    }
+
+    /// The angle at `p` in the triangle with `a` and `b`.
+    fn angle(&self, p: usize, a: usize, b: usize) -> f64 {
+        (self.points[a] - self.points[p]).angle(&(self.points[b] - self.points[p]))
+    }
+}
+
+/// Opposite angles summing to more than this call for a flip: π, and a hair against flipping to and fro.
+const FLAT_ENOUGH: f64 = std::f64::consts::PI + 1e-9;
+
+/// The triangulation of a ring with the least area, by dynamic programming.
+fn least_area(ring: &[Point], taken: &impl Fn(usize, usize) -> bool) -> Option<Vec<[usize; 3]>> {
+    let n = ring.len();
+    let mut cost = vec![0.0; n * n];
+    let mut middle = vec![usize::MAX; n * n];
+    for span in 2..n {
+        for i in 0..n - span {
+            let j = i + span;
+            let whole = i == 0 && j == n - 1;
+            let mut best = (f64::INFINITY, usize::MAX);
+            if whole || !taken(i, j) {
+                for k in i + 1..j {
+                    let area = 0.5 * (ring[k] - ring[i]).cross(&(ring[j] - ring[i])).norm();
+                    let total = cost[i * n + k] + cost[k * n + j] + area;
+                    if total < best.0 {
+                        best = (total, k);
+                    }
+                }
+            }
+            (cost[i * n + j], middle[i * n + j]) = best;
+        }
+    }
+    if !cost[n - 1].is_finite() {
+        return None;
+    }
+    let mut faces = Vec::with_capacity(n - 2);
+    let mut open = vec![(0, n - 1)];
+    while let Some((i, j)) = open.pop() {
+        if j - i < 2 {
+            continue;
+        }
+        let k = middle[i * n + j];
+        faces.push([j, k, i]);
+        open.extend([(i, k), (k, j)]);
+    }
+    Some(faces)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn circle(count: usize) -> Vec<Point> {
+        (0..count)
+            .map(|i| {
+                let a = std::f64::consts::TAU * i as f64 / count as f64;
+                Point::new(a.cos(), a.sin(), 0.0)
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_flat_ring_is_spanned_once_and_against_its_sense() {
+        let ring = circle(40);
+        let patch = Patch::over(&ring, |_, _| false).unwrap();
+        assert!(patch.points.len() > 60, "{} points", patch.points.len());
+        let areas: Vec<f64> = patch
+            .faces
+            .iter()
+            .map(|&[a, b, c]| 0.5 * (patch.points[b] - patch.points[a]).cross(&(patch.points[c] - patch.points[a])).z)
+            .collect();
+        assert!(areas.iter().all(|&a| a < 0.0), "a ring seen counter-clockwise is filled clockwise");
+        let polygon = 0.5 * 40.0 * (std::f64::consts::TAU / 40.0).sin();
+        assert!((areas.iter().sum::<f64>() + polygon).abs() < 1e-9);
+        // Euler: a disk.
+        let mut edges: Vec<(usize, usize)> = patch
+            .faces
+            .iter()
+            .flat_map(|f| (0..3).map(|k| (f[k].min(f[(k + 1) % 3]), f[k].max(f[(k + 1) % 3]))))
+            .collect();
+        edges.sort_unstable();
+        edges.dedup();
+        assert_eq!(patch.points.len() as i64 - edges.len() as i64 + patch.faces.len() as i64, 1);
+    }
+
+    #[test]
+    fn joins_that_are_taken_are_not_made_again() {
+        let ring = circle(6);
+        let patch = Patch::over(&ring, |i, j| (i.min(j), i.max(j)) == (0, 2)).unwrap();
+        assert!(!patch.faces.iter().any(|f| f.contains(&0) && f.contains(&2)));
+        assert!(Patch::over(&circle(4), |_, _| true).is_none());
+        assert!(Patch::over(&circle(GREATEST_RING + 1), |_, _| false).is_none());
+    }
+}
