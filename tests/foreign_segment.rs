@@ -100,15 +100,20 @@ fn foreign_garments_are_told_apart() {
         let gray: Vec<Inner<'_>> = step.inner.iter().map(|(mesh, _)| Inner { mesh, colors: None }).collect();
         let marks = Marks::none(step.scan.mesh.vertex_count());
         let colorless = refine(&step.scan, &gray, &placement, &marks, &RefineParams::default());
+        let (body_off, inner_off) = step.displaced(0.01);
+        let off: Vec<Inner<'_>> = inner_off.iter().zip(&step.inner).map(|(mesh, (_, colors))| Inner { mesh, colors: Some(colors) }).collect();
+        assert_eq!(body_off.vertex_count(), step.body.mesh.vertex_count());
+        let displaced = refine(&step.scan, &off, &placement, &marks, &RefineParams::default());
         let began_refine = Instant::now();
         let labels = refine(&step.scan, &inner, &placement, &marks, &RefineParams::default());
         println!(
-            "{} {}: refined IoU {:.3} ({:.2} s), without colours {:.3}",
+            "{} {}: refined IoU {:.3} ({:.2} s), without colours {:.3}, fitted 1 cm off {:.3}",
             step.person,
             step.name,
             iou(&step, &labels.0),
             began_refine.elapsed().as_secs_f64(),
-            iou(&step, &colorless.0)
+            iou(&step, &colorless.0),
+            iou(&step, &displaced.0)
         );
         let secs = began.elapsed().as_secs_f64();
         let began = Instant::now();

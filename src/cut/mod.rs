@@ -7,6 +7,8 @@ mod patch;
 mod pieces;
 mod rims;
 mod slice;
+#[cfg(test)]
+mod tests;
 
 use crate::geometry::{Adjacency, PerVertex, TriMesh, VertexId};
 use crate::scan::Scan;
@@ -42,14 +44,14 @@ pub struct CutParams {
     /// Islands with less than this share of the garment's area are dropped. 3 %: less than one sleeve of a child's
     /// shirt, more than any speck.
     pub least_island_share: f64,
-    /// Holes of the scan with less area are filled, in m². 60 cm²: the top of a jacket's shoulder, which a level camera
-    /// does not see, had 42; half of an adult's neck.
+    /// Holes of the scan with less area are filled, in m². 90 cm²: the tops of a coat's shoulders, which a level camera
+    /// does not see, had 42 to 81; an adult's neck has 110 or more.
     pub greatest_filled_hole: f64,
 }
 
 impl Default for CutParams {
     fn default() -> Self {
-        Self { smoothing_radius: 0.01, fairing_rounds: 32, least_island_share: 0.03, greatest_filled_hole: 60e-4 }
+        Self { smoothing_radius: 0.01, fairing_rounds: 32, least_island_share: 0.03, greatest_filled_hole: 90e-4 }
     }
 }
 
@@ -114,7 +116,7 @@ pub fn cut(
     let whole = mend::mended(scan, labels, params, &mut findings)?;
     let adjacency = Adjacency::prepare(&whole.mesh);
     let field = field::signed_field(&whole.mesh, &adjacency, &whole.labels, params.smoothing_radius)?;
-    let sliced = slice::slice(&whole.mesh, &field);
+    let sliced = slice::slice(&whole.mesh, &field).with_hems_only(&whole.beside_hole);
     let sliced = pieces::without_islands(sliced, params.least_island_share, &mut findings);
     let sliced = pieces::with_bow_ties_split(sliced);
     if sliced.mesh.face_count() == 0 {

@@ -18,6 +18,14 @@ pub(super) struct Slice {
 }
 
 impl Slice {
+    /// The same, with what was cut beside a hole of the scan counted as that hole's rim.
+    pub(super) fn with_hems_only(mut self, beside_hole: &PerVertex<bool>) -> Self {
+        for (on_cut, origin) in self.on_cut.iter_mut().zip(&self.origins) {
+            *on_cut &= !origin.iter().any(|&(v, _)| beside_hole[v]);
+        }
+        self
+    }
+
     /// The faces marked in `keep`, with their vertices.
     pub(super) fn part(&self, keep: &crate::geometry::PerFace<bool>) -> Self {
         let (mesh, whole_from_part) = self.mesh.part(keep);

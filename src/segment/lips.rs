@@ -17,7 +17,7 @@ pub(super) fn without_lips(mesh: &TriMesh, adjacency: &Adjacency, labels: Labels
     let boundary: Vec<(VertexId, f64)> =
         mesh.vertex_ids().filter(|&v| labels.0[v] && other(v)).map(|v| (v, 0.0)).collect();
     let distance = geodesic_distances(mesh, adjacency, &boundary, INSIDE);
-    let normals = mesh.vertex_normals();
+    let normals = cloth_normals(mesh, &labels);
     let mut near: Vec<VertexId> = mesh.vertex_ids().filter(|&v| labels.0[v] && distance[v].is_finite()).collect();
     near.sort_by(|&a, &b| distance[b].total_cmp(&distance[a]).then(a.cmp(&b)));
     // From inside to the boundary each vertex hears from those farther in how the cloth lies there.
@@ -42,6 +42,17 @@ pub(super) fn without_lips(mesh: &TriMesh, adjacency: &Adjacency, labels: Labels
         }
     }
     kept
+}
+
+/// Normals by the faces of the garment alone, larger faces counting more: at a boundary those beyond it would mislead.
+fn cloth_normals(mesh: &TriMesh, labels: &Labels) -> PerVertex<Vec3> {
+    let mut normals = PerVertex::filled(Vec3::zeros(), mesh.vertex_count());
+    for f in mesh.face_ids().filter(|&f| mesh.faces()[f].iter().all(|&v| labels.0[v])) {
+        for v in mesh.faces()[f] {
+            normals[v] += mesh.area_vector(f);
+        }
+    }
+    normals.iter().map(|n| n.try_normalize(1e-30).unwrap_or_else(Vec3::zeros)).collect()
 }
 
 /// The mean normal of a vertex and its neighbours in the garment.

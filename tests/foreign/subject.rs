@@ -2,7 +2,7 @@
 
 use overcoat::body::{JOINT_NAMES, JointId, Layer, Skeleton, SkinWeights};
 use overcoat::formats::read_ply;
-use overcoat::geometry::{NearestVertex, PerVertex, Point, SurfaceIndex, TriMesh};
+use overcoat::geometry::{NearestVertex, PerVertex, Point, SurfaceIndex, TriMesh, Vec3};
 use overcoat::scan::Scan;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -23,6 +23,20 @@ pub struct Step {
 
 const STEPS: [(&str, [&str; 4]); 2] =
     [("man", ["body", "trousers", "pullover", "jacket"]), ("woman", ["body", "blouse", "skirt", "coat"])];
+
+impl Step {
+    /// The body and all inner surfaces as a fit would have them that is off by up to `size` metres, each differently.
+    pub fn displaced(&self, size: f64) -> (TriMesh, Vec<TriMesh>) {
+        let off = |mesh: &TriMesh, phase: f64| {
+            mesh.map_points(|p| {
+                let wave = |a: f64, b: f64, c: f64| size * (20.0 * (a * p.x + b * p.y + c * p.z) + phase).sin();
+                p + Vec3::new(wave(0.2, 1.0, 0.1), wave(1.0, 0.1, 0.5), wave(0.3, 0.7, 0.6))
+            })
+        };
+        let inner = self.inner.iter().zip(0..).map(|((mesh, _), i)| off(mesh, f64::from(i))).collect();
+        (off(&self.body.mesh, 0.0), inner)
+    }
+}
 
 fn mesh(path: &Path) -> (TriMesh, Option<PerVertex<[u8; 3]>>) {
     let raw = read_ply(File::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))).unwrap();

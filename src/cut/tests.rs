@@ -1,0 +1,130 @@
+//! Laws of the cut, on a tube with a ragged label boundary.
+
+use super::{CutError, CutParams, cut};
+use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, VertexId};
+use crate::scan::Scan;
+use crate::segment::Labels;
+
+const SECTORS: u32 = 120;
+const RINGS: u32 = 100;
+
+/// A tube 20 cm across and 50 cm high, its lower end open, its upper end closed by a cone, coloured by height.
+fn tube() -> Scan {
+    let mut points = Vec::new();
+    for i in 0..=RINGS {
+        let height = 0.5 * f64::from(i) / f64::from(RINGS);
+        for j in 0..SECTORS {
+            let turn = std::f64::consts::TAU * f64::from(j) / f64::from(SECTORS);
+            points.push(Point::new(0.1 * turn.cos(), height, -0.1 * turn.sin()));
+        }
+    }
+    points.push(Point::new(0.0, 0.55, 0.0));
+    let mut faces = Vec::new();
+    for i in 0..RINGS {
+        for j in 0..SECTORS {
+            let [a, b] = [i * SECTORS + j, i * SECTORS + (j + 1) % SECTORS];
+            faces.extend([[a, b, b + SECTORS], [a, b + SECTORS, a + SECTORS]]);
+        }
+    }
+    let (top, apex) = (RINGS * SECTORS, (RINGS + 1) * SECTORS);
+    faces.extend((0..SECTORS).map(|j| [top + j, top + (j + 1) % SECTORS, apex]));
+    let colors = points.iter().map(|p: &Point| [(p.y * 400.0) as u8, 0, 9]).collect();
+    Scan::from_clean_mesh(TriMesh::try_from_indices(points, &faces).unwrap(), Some(colors))
+}
+
+/// Everything above 20 cm, but for ±8 mm of noise from vertex to vertex.
+fn ragged(scan: &Scan) -> Labels {
+    let mut state = 3u64;
+    let labels = scan.mesh.points().iter().map(|p| {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        p.y > 0.2 + 0.016 * ((state >> 33) as f64 / f64::from(u32::MAX >> 1) - 0.5)
+    });
+    Labels(labels.collect())
+}
+
+fn degrees_per_cm(mesh: &TriMesh, ring: &[VertexId]) -> f64 {
+    let at = |i: usize| mesh.points()[ring[i % ring.len()]];
+    let (mut turn, mut length) = (0.0, 0.0);
+    for i in 0..ring.len() {
+        let (u, v) = (at(i + 1) - at(i), at(i + 2) - at(i + 1));
+        turn += u.angle(&v).to_degrees();
+        length += u.norm();
+    }
+    turn / (100.0 * length)
+}
+
+#[test]
+fn a_ragged_boundary_becomes_one_fair_hem_in_the_right_place() {
+    let scan = tube();
+    let garment = cut(&scan, &ragged(&scan), 1..=1, &CutParams::default()).unwrap();
+    assert_eq!(garment.hem_loops.len(), 1, "{:?}", garment.findings);
+    let ring = &garment.hem_loops[0];
+    for &v in ring {
+        assert!((garment.mesh.points()[v].y - 0.2).abs() < 0.004, "{}", garment.mesh.points()[v]);
+    }
+    // A circle of this size turns by 5.7° a centimetre.
+    let roughness = degrees_per_cm(&garment.mesh, ring);
+    assert!(roughness < 7.5, "{roughness}° a centimetre");
+    assert_eq!(garment.colors.as_ref().unwrap().len(), garment.mesh.vertex_count());
+    for (p, c) in garment.mesh.points().iter().zip(garment.colors.as_ref().unwrap().iter()) {
+        assert!((f64::from(c[0]) - (p.y * 400.0).min(220.0)).abs() < 4.0 || p.y > 0.49, "{p} {c:?}");
+    }
+}
+
+#[test]
+fn the_garment_is_manifold_oriented_and_the_same_each_time() {
+    let scan = tube();
+    let labels = ragged(&scan);
+    let garment = cut(&scan, &labels, 1..=1, &CutParams::default()).unwrap();
+    let mut directed: Vec<(u32, u32)> =
+        garment.mesh.faces().iter().flat_map(|f| (0..3).map(|k| (f[k].0, f[(k + 1) % 3].0))).collect();
+    let count = directed.len();
+    directed.sort_unstable();
+    directed.dedup();
+    assert_eq!(directed.len(), count, "no edge is run twice in the same sense");
+    for f in garment.mesh.face_ids().filter(|&f| garment.mesh.triangle(f).iter().all(|p| p.y < 0.49)) {
+        let [a, b, c] = garment.mesh.triangle(f).map(|p| p.coords);
+        let middle = (a + b + c) / 3.0;
+        assert!(garment.mesh.area_vector(f).dot(&crate::geometry::Vec3::new(middle.x, 0.0, middle.z)) > 0.0);
+    }
+    assert_eq!(Adjacency::prepare(&garment.mesh).face_components().1, 1);
+    assert_eq!(cut(&scan, &labels, 1..=1, &CutParams::default()).unwrap(), garment);
+}
+
+#[test]
+fn islands_go_and_are_told_pinholes_close() {
+    let scan = tube();
+    let mut labels = Labels(scan.mesh.points().iter().map(|p| p.y > 0.2).collect());
+    let spot = |center: Point, radius: f64, value: bool, labels: &mut Labels| {
+        for (v, p) in scan.mesh.points().enumerate() {
+            if (p - center).norm() < radius {
+                labels.0[v] = value;
+            }
+        }
+    };
+    spot(Point::new(0.1, 0.08, 0.0), 0.02, true, &mut labels);
+    spot(Point::new(0.1, 0.4, 0.0), 0.006, false, &mut labels);
+    let garment = cut(&scan, &labels, 1..=1, &CutParams::default()).unwrap();
+    assert_eq!(garment.hem_loops.len(), 1);
+    assert_eq!(Adjacency::prepare(&garment.mesh).boundary_loops().len(), 1);
+    assert!(garment.findings.iter().any(|f| f.contains("1 island")), "{:?}", garment.findings);
+}
+
+#[test]
+fn hems_that_were_not_expected_are_told() {
+    let scan = tube();
+    let labels = Labels(scan.mesh.points().iter().map(|p| (0.2..0.4).contains(&p.y)).collect());
+    let garment = cut(&scan, &labels, 1..=1, &CutParams::default()).unwrap();
+    assert_eq!(garment.hem_loops.len(), 2);
+    assert!(garment.findings.iter().any(|f| f.contains("2 hems found, 1 expected")), "{:?}", garment.findings);
+}
+
+#[test]
+fn labels_for_another_scan_and_none_at_all_are_refused() {
+    let scan = tube();
+    let few = Labels(PerVertex::filled(true, 7));
+    assert!(matches!(cut(&scan, &few, 1..=1, &CutParams::default()), Err(CutError::LabelCount { labels: 7, .. })));
+    let none = Labels(PerVertex::filled(false, scan.mesh.vertex_count()));
+    let error = cut(&scan, &none, 1..=1, &CutParams::default()).unwrap_err();
+    assert!(matches!(error, CutError::NothingLabelled { labelled: 0, .. }) && error.hint().is_some());
+}
