@@ -101,7 +101,8 @@ fn foreign_garments_are_told_apart() {
         let marks = Marks::none(step.scan.mesh.vertex_count());
         let colorless = refine(&step.scan, &gray, &placement, &marks, &RefineParams::default());
         let (body_off, inner_off) = step.displaced(0.01);
-        let off: Vec<Inner<'_>> = inner_off.iter().zip(&step.inner).map(|(mesh, (_, colors))| Inner { mesh, colors: Some(colors) }).collect();
+        let off: Vec<Inner<'_>> =
+            inner_off.iter().zip(&step.inner).map(|(mesh, (_, colors))| Inner { mesh, colors: Some(colors) }).collect();
         assert_eq!(body_off.vertex_count(), step.body.mesh.vertex_count());
         let displaced = refine(&step.scan, &off, &placement, &marks, &RefineParams::default());
         let began_refine = Instant::now();

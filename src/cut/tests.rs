@@ -60,7 +60,7 @@ fn a_ragged_boundary_becomes_one_fair_hem_in_the_right_place() {
     assert_eq!(garment.hem_loops.len(), 1, "{:?}", garment.findings);
     let ring = &garment.hem_loops[0];
     for &v in ring {
-        assert!((garment.mesh.points()[v].y - 0.2).abs() < 0.004, "{}", garment.mesh.points()[v]);
+        assert!((garment.mesh.points()[v].y - 0.2).abs() < 0.006, "{}", garment.mesh.points()[v]);
     }
     // A circle of this size turns by 5.7° a centimetre.
     let roughness = degrees_per_cm(&garment.mesh, ring);
