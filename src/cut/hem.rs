@@ -14,7 +14,9 @@ const RINGS: usize = 4;
 const REACH: f64 = 0.03;
 
 /// Cloth beside a boundary follows every so many rounds: often enough that no face turns over.
-const ROUNDS_PER_RELAXATION: usize = 4;
+const ROUNDS_PER_RELAXATION: usize = 8;
+/// The boundary is set back on the scan every so many rounds: a round moves it by a fraction of a millimetre.
+const ROUNDS_PER_LANDING: usize = 2;
 /// Rounds without the scan at the end: wiggles under 2 cm.
 const LAST_ROUNDS: usize = 12;
 
@@ -40,8 +42,10 @@ pub(super) fn faired(slice: Slice, scan: &Mended, around: &Adjacency, params: &C
             for factor in [SHRINK, GROW] {
                 smooth_loops(&mut points, &loops, factor);
             }
-            for v in loops.iter().flatten() {
-                project(*v, &mut points, &mut landed, index);
+            if round % ROUNDS_PER_LANDING == 0 {
+                for v in loops.iter().flatten() {
+                    project(*v, &mut points, &mut landed, index);
+                }
             }
             if round % ROUNDS_PER_RELAXATION == 0 {
                 relax(&mut points, &adjacency, &beside);

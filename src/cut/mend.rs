@@ -1,6 +1,7 @@
 //! Small holes of the scan filled before the cut, so that a hem runs across them.
 
 use super::patch::Patch;
+use super::slice::Slice;
 use super::{CutError, CutParams};
 use crate::geometry::{Adjacency, NearestVertex, PerVertex, Point, TriMesh, Vec3, VertexId};
 use crate::numerics::SparseCholesky;
@@ -41,29 +42,23 @@ pub(super) fn mended(
         // A ragged hole is longer than round; one so long that it only folds over itself is no small hole.
         let small = hole <= params.greatest_filled_hole
             && length <= LENGTH_PER_ROUND * round_length(params.greatest_filled_hole);
-        let taken = |i: usize, j: usize| {
-            let apart = i.abs_diff(j);
-            apart > 1 && apart < ring.len() - 1 && adjacency.neighbours_of(ring[i]).contains(&ring[j])
-        };
-        let Some(patch) = small.then(|| Patch::over(&around, taken)).flatten() else {
+        let patch = if small { spanned(&scan.mesh, &adjacency, &ring)? } else { None };
+        let Some(patch) = patch else {
             rims.extend(ring);
             continue;
         };
         // A gap that the garment only borders on lies between it and something else: it is no cloth.
         let cloth = 2 * ring.iter().filter(|&&v| labels.0[v]).count() >= ring.len();
-        let inner = faired(&scan.mesh, &adjacency, &ring, &patch)?;
-        let base = points.len() as u32;
-        let id = |i: usize| if i < ring.len() { ring[i] } else { VertexId(base + (i - ring.len()) as u32) };
-        faces.extend(patch.faces.iter().map(|f| f.map(id)));
+        faces.extend(patch.faces_from(&ring, points.len()));
         let nearest = NearestVertex::prepare(&around);
-        for p in &inner {
+        for p in &patch.inner {
             let close = nearest.nearest(p).map_or(ring[0], |(v, _)| ring[v.index()]);
             labels.0.0.push(cloth && labels.0[close]);
             if let Some(colors) = &mut colors {
                 colors.0.push(blended(colors, &ring, &around, p));
             }
         }
-        points.extend(inner);
+        points.extend(patch.inner);
         filled += 1;
         area += hole;
     }
@@ -85,6 +80,59 @@ pub(super) fn mended(
         }
     }
     Ok(Mended { mesh, colors, labels, beside_hole })
+}
+
+/// Closes what loops the cut itself left that are smaller than any hem.
+pub(super) fn without_pores(slice: Slice) -> Result<Slice, CutError> {
+    let adjacency = Adjacency::prepare(&slice.mesh);
+    let mut points = slice.mesh.points().0.clone();
+    let mut faces = slice.mesh.faces().0.clone();
+    let (mut origins, mut on_cut) = (slice.origins, slice.on_cut);
+    for ring in adjacency.boundary_loops().into_iter().flat_map(simple_rings) {
+        let around: Vec<Point> = ring.iter().map(|&v| points[v.index()]).collect();
+        if ring.len() < 3 || area_within(&around) > GREATEST_PORE {
+            continue;
+        }
+        let Some(patch) = spanned(&slice.mesh, &adjacency, &ring)? else { continue };
+        faces.extend(patch.faces_from(&ring, points.len()));
+        let nearest = NearestVertex::prepare(&around);
+        for p in &patch.inner {
+            let close = nearest.nearest(p).map_or(ring[0], |(v, _)| ring[v.index()]);
+            origins.push(origins[close.index()]);
+            on_cut.push(false);
+        }
+        points.extend(patch.inner);
+    }
+    Ok(Slice { mesh: TriMesh::try_new(points, faces)?, origins, on_cut })
+}
+
+/// Loops round less area are no hems, in m². 6 cm²: half of a small child's wrist.
+const GREATEST_PORE: f64 = 6e-4;
+
+/// New points within a ring, and faces over the ring (the first ids) and them.
+struct Spanned {
+    inner: Vec<Point>,
+    faces: Vec<[usize; 3]>,
+}
+
+impl Spanned {
+    /// The faces as those of a mesh in which the new points begin at `base`.
+    fn faces_from(&self, ring: &[VertexId], base: usize) -> Vec<[VertexId; 3]> {
+        let id = |i: usize| ring.get(i).copied().unwrap_or_else(|| VertexId::from_index(base + i - ring.len()));
+        self.faces.iter().map(|f| f.map(id)).collect()
+    }
+}
+
+/// A fair patch over a ring; `None` where there can be none.
+fn spanned(mesh: &TriMesh, adjacency: &Adjacency, ring: &[VertexId]) -> Result<Option<Spanned>, CutError> {
+    let around: Vec<Point> = ring.iter().map(|&v| mesh.points()[v]).collect();
+    let taken = |i: usize, j: usize| {
+        let apart = i.abs_diff(j);
+        apart > 1 && apart < ring.len() - 1 && adjacency.neighbours_of(ring[i]).contains(&ring[j])
+    };
+    let Some(patch) = Patch::over(&around, taken) else { return Ok(None) };
+    let inner = faired(mesh, adjacency, ring, &patch)?;
+    Ok(Some(Spanned { inner, faces: patch.faces }))
 }
 
 /// Less than this of what is not the garment, enclosed by it, is the garment too, in m². 2 cm²: a button.

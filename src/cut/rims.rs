@@ -64,7 +64,8 @@ impl Rims {
         let holes: Vec<Rim> = holes.collect();
         if !holes.is_empty() {
             let largest = holes.iter().map(|h| h.area).fold(0.0, f64::max);
-            findings.push(format!("{} holes of the scan left, the largest {:.0} cm²", holes.len(), largest * 1e4));
+            let plural = if holes.len() == 1 { "hole" } else { "holes" };
+            findings.push(format!("{} {plural} of the scan left, the largest {:.0} cm²", holes.len(), largest * 1e4));
         }
         if !expected.contains(&hems.len()) {
             let (least, most) = (expected.start(), expected.end());
