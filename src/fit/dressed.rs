@@ -1,9 +1,10 @@
 //! The figure dressed so far as one articulated surface, with what is expected of each of its vertices.
 
 use super::Cover;
+use super::inside::UNSURE;
 use super::articulated::Articulated;
 use crate::body::{Figure, SkinWeights};
-use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
+use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId, geodesic_distances};
 use rayon::prelude::*;
 
 /// All layers of a figure in one mesh, the body's vertices first.
@@ -14,6 +15,9 @@ pub(crate) struct Dressed {
     pub(crate) cover: PerVertex<Cover>,
     /// Whether a layer further out already hides the vertex.
     pub(crate) hidden: PerVertex<bool>,
+    /// For body vertices that must stay inside: distance along the body from the nearest that need not, in metres, no
+    /// more than [`UNSURE`].
+    pub(crate) under_cover: PerVertex<f64>,
     pub(crate) body_count: usize,
 }
 
@@ -45,13 +49,23 @@ impl Dressed {
         let body_count = mesh_in_bind.vertex_count();
         // Indices were checked layer by layer, and an offset keeps them in range.
         let mesh_in_bind = TriMesh::try_new(points, faces).unwrap_or(mesh_in_bind);
-        Self {
+        let mut dressed = Self {
             mesh_in_bind,
             weights: SkinWeights::from_rows(rows),
             cover: cover.into(),
             hidden: hidden.into(),
+            under_cover: PerVertex::default(),
             body_count,
-        }
+        };
+        dressed.under_cover = dressed.depth_under_cover(&figure.body().mesh);
+        dressed
+    }
+
+    fn depth_under_cover(&self, body: &TriMesh) -> PerVertex<f64> {
+        let open: Vec<(VertexId, f64)> =
+            body.vertex_ids().filter(|&v| !self.must_stay_inside(v)).map(|v| (v, 0.0)).collect();
+        let distances = geodesic_distances(body, &Adjacency::prepare(body), &open, UNSURE);
+        distances.iter().map(|d| d.min(UNSURE)).collect()
     }
 
     pub(crate) fn articulated<'a>(&'a self, figure: &Figure) -> Articulated<'a> {

@@ -29,6 +29,9 @@ pub struct InsideParams {
     pub iterations: usize,
     /// Least distance of hidden body from the observed scan, in metres: about twice the noise that fusion leaves.
     pub margin: f64,
+    /// How much of the margin a pose may lack where the offset can make up for it, in metres: noise and a collar's rim
+    /// must not move a whole torso.
+    pub give: f64,
     /// Greatest inward offset where pose alone cannot satisfy the margin, in metres: breathing moves a chest by less.
     pub greatest_offset: f64,
     /// Whether Eq. 6 is held; off only for comparison.
@@ -45,6 +48,7 @@ impl Default for InsideParams {
             samples: 4000,
             iterations: 24,
             margin: 0.002,
+            give: 0.003,
             greatest_offset: 0.006,
             constrained: true,
             pose_prior: 60.0,
@@ -56,6 +60,9 @@ impl Default for InsideParams {
 /// Mean distance of shown surface at which a start is good enough not to try headings. Metres: steps of a turntable
 /// session differ by a few degrees, which is 20 mm at the hands.
 const GOOD_START: f64 = 0.03;
+/// Distance along the body from where skin may show, in metres, within which a template's limit is not trusted: collars
+/// and cuffs differ by as much from shirt to shirt.
+pub(crate) const UNSURE: f64 = 0.04;
 /// Headings tried where the start is not good.
 const HEADINGS: usize = 12;
 
@@ -263,7 +270,7 @@ impl Solver<'_> {
             .filter_map(|(i, side)| side.filter(|s| s.clearance < NEAR).map(|s| (VertexId::from_index(i), s)))
             .map(|(v, side)| QpRow {
                 coefficients: self.body.gradient(posed, &Residual::on_vertex(v, side.normal, 0.0, 1.0)),
-                bound: side.clearance - self.params.margin,
+                bound: side.clearance - self.margin_at(v) + self.params.give,
                 slack_weight: Some(SLACK_WEIGHT),
             })
             .collect();
@@ -302,7 +309,19 @@ impl Solver<'_> {
 
     /// How far each constrained vertex must still be drawn in; negative where it is clear.
     fn needed_offsets(&self, posed: &Posed) -> PerVertex<Option<f64>> {
-        self.sides(posed).into_iter().map(|s| s.map(|s| self.params.margin - s.clearance)).collect()
+        self.sides(posed)
+            .into_iter()
+            .enumerate()
+            .map(|(i, s)| s.map(|s| self.margin_at(VertexId::from_index(i)) - s.clearance))
+            .collect()
+    }
+
+    /// The margin, less near places where skin may show: there the scan is the skin itself, noise and all.
+    fn margin_at(&self, v: VertexId) -> f64 {
+        /// Noise of the scan plus the error of the registered surface, where both are the same skin. Metres.
+        const TOLERANCE: f64 = 0.006;
+        let depth = (self.dressed.under_cover[v] / UNSURE).min(1.0);
+        self.params.margin - TOLERANCE * (1.0 - depth)
     }
 
     fn normals(&self, posed: &Posed) -> PerVertex<Vec3> {
