@@ -1,8 +1,8 @@
 //! The figure dressed so far as one articulated surface, with what is expected of each of its vertices.
 
 use super::Cover;
-use super::inside::UNSURE;
 use super::articulated::Articulated;
+use super::inside::UNSURE;
 use crate::body::{Figure, SkinWeights};
 use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId, geodesic_distances};
 use rayon::prelude::*;
@@ -18,6 +18,8 @@ pub(crate) struct Dressed {
     /// For body vertices that must stay inside: distance along the body from the nearest that need not, in metres, no
     /// more than [`UNSURE`].
     pub(crate) under_cover: PerVertex<f64>,
+    /// How much of the vertex moves with an arm, 0–1.
+    pub(crate) on_arm: PerVertex<f64>,
     pub(crate) body_count: usize,
 }
 
@@ -49,9 +51,18 @@ impl Dressed {
         let body_count = mesh_in_bind.vertex_count();
         // Indices were checked layer by layer, and an offset keeps them in range.
         let mesh_in_bind = TriMesh::try_new(points, faces).unwrap_or(mesh_in_bind);
+        let is_arm: Vec<bool> =
+            figure.skeleton.names.iter().map(|n| n.contains("UpperArm") || n.contains("LowerArm")).collect();
+        let weights = SkinWeights::from_rows(rows);
+        let on_arm = weights
+            .rows()
+            .iter()
+            .map(|row| row.iter().filter(|(j, _)| is_arm[j.index()]).map(|r| r.1).sum::<f64>())
+            .collect();
         let mut dressed = Self {
             mesh_in_bind,
-            weights: SkinWeights::from_rows(rows),
+            on_arm,
+            weights,
             cover: cover.into(),
             hidden: hidden.into(),
             under_cover: PerVertex::default(),

@@ -328,12 +328,11 @@ impl Solver<'_> {
         self.dressed.mesh_in_bind.with_points(posed.points.clone()).vertex_normals()
     }
 
-    /// Vertices that take part as data: shown ones, and those under cloth that lies close.
+    /// Vertices that take part as data: all that no layer worn before hides.
     fn samples(&self, count: usize) -> Vec<(VertexId, f64)> {
         let mut areas = self.dressed.mesh_in_bind.vertex_areas();
         for (i, a) in areas.0.iter_mut().enumerate() {
-            let v = VertexId::from_index(i);
-            if self.dressed.hidden[v] || self.dressed.cover[v] == Cover::Loose {
+            if self.dressed.hidden[VertexId::from_index(i)] {
                 *a = 0.0;
             }
         }
@@ -351,6 +350,10 @@ impl Solver<'_> {
         const CLOSE_CLOTH: f64 = 0.008;
         /// Weight of close cloth against skin that shows.
         const TIGHT_WEIGHT: f64 = 0.1;
+        /// Loose cloth rests on what faces up (shoulders, the tops of the arms), so there it is close. Cosine to +Y.
+        const CARRIES: f64 = 0.5;
+        /// Loose cloth around an arm pulls evenly from all sides, so weakly that a sleeve only centres it.
+        const SLEEVE_WEIGHT: f64 = 0.03;
         let normals = self.normals(posed);
         samples
             .par_iter()
@@ -364,10 +367,14 @@ impl Solver<'_> {
                 let weight = robust(area, hit.distance, reach);
                 match self.dressed.cover[v] {
                     Cover::Bare => Some(Residual::on_vertex(v, hit.normal, gap, weight)),
-                    _ if gap > CLOSE_CLOTH => {
-                        Some(Residual::on_vertex(v, hit.normal, gap - CLOSE_CLOTH, weight * TIGHT_WEIGHT))
+                    cover => {
+                        let share = match cover {
+                            Cover::Loose if normals[v].y < CARRIES => SLEEVE_WEIGHT * self.dressed.on_arm[v],
+                            _ => TIGHT_WEIGHT,
+                        };
+                        (gap > CLOSE_CLOTH && share > 0.0)
+                            .then(|| Residual::on_vertex(v, hit.normal, gap - CLOSE_CLOTH, weight * share))
                     }
-                    _ => None,
                 }
             })
             .collect()
