@@ -112,8 +112,8 @@ impl Anatomy {
     pub fn build(m: &Measures, tuning: Tuning) -> Self {
         let scale = m.stature / 1.70;
         // Hip joint: level with the tip of the greater trochanter; 0.36 of the inter-spinous width from the midline
-        // (Bell 1990), that width about 0.96 of the bicristal breadth.
-        let hip_height = m.trochanterion_height + 0.008;
+        // (Bell 1990), that width about that of the iliac crests; animators' rigs put it 1 cm further out still.
+        let hip_height = m.trochanterion_height;
         let knee_height = m.tibial_height + 0.022;
         let ankle_height = m.lateral_malleolus_height + 0.004;
         let out = LEG_OUT_DEG.to_radians();
@@ -141,9 +141,9 @@ impl Anatomy {
             crotch: down(m.crotch_height.min(hip - 0.03)),
         };
 
-        let upper_leg = Vec3::new(0.345 * m.bicristal_breadth.max(0.25), down(hip_height), -0.012);
+        let upper_leg = Vec3::new(0.372 * m.bicristal_breadth.max(0.25), down(hip_height), -0.027);
         let leg_length = hip_height - ankle_height;
-        let back_lean = 0.016 * scale;
+        let back_lean = 0.001 * scale;
         let along = Vec3::new(out.sin(), -out.cos(), -back_lean / leg_length).normalize();
         let foot = upper_leg + along * leg_length;
         // The knee centre sits a little in front of the straight line from hip to ankle.
@@ -159,7 +159,7 @@ impl Anatomy {
         toes.y = 0.022 * scale;
 
         // Glenohumeral centre: 4.5 cm below the acromion (Dempster: 5 cm to the skin's mark), a little inside of it.
-        let upper_arm = Vec3::new(0.5 * m.biacromial_breadth - 0.020, levels.acromion - 0.042 * scale, -0.018 * scale);
+        let upper_arm = Vec3::new(0.5 * m.biacromial_breadth - 0.017, levels.acromion - 0.042 * scale, -0.008 * scale);
         let (dip, forward) = (ARM_DOWN_DEG.to_radians(), ARM_FORWARD_DEG.to_radians());
         let arm_axis = Vec3::new(dip.cos() * forward.cos(), -dip.sin(), dip.cos() * forward.sin());
         let arm_v = (ahead - arm_axis * ahead.dot(&arm_axis)).normalize();
@@ -176,7 +176,7 @@ impl Anatomy {
             chest: Vec3::new(0.0, levels.natural_waist + 0.05 * scale, -0.045),
             upper_chest: Vec3::new(0.0, levels.chest + 0.03 * scale, -0.055),
             neck: Vec3::new(0.0, levels.cervical - 0.010 * scale, -0.042 * scale),
-            head: Vec3::new(0.0, levels.vertex - m.tragion_top_of_head - 0.018 * head_size, 0.0),
+            head: Vec3::new(0.0, levels.vertex - m.tragion_top_of_head - 0.016 * head_size, -0.006 * head_size),
             shoulder: Vec3::new(0.022, levels.suprasternal - 0.012 * scale, 0.0),
             upper_arm,
             lower_arm,

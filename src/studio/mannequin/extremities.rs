@@ -32,17 +32,33 @@ pub(super) fn add_arm(body: &mut Anatomy) {
         at(0.38 * elbow, biceps, [0.0, 0.0], [1.03, 0.97, 1.05, 1.10]),
         at(0.60 * elbow, biceps, [0.0, -0.002], [0.90, 0.90, 1.06, 1.06]),
         at(0.84 * elbow, 0.5 * (biceps + forearm), [0.0, -0.005], [0.86, 0.88, 0.90, 0.90]),
-        at(elbow, forearm, [0.0, -0.006], [0.98, 0.98, 0.84, 0.96]),
-        at(elbow + 0.20 * lower, forearm, [0.0, -0.003], [0.97, 1.00, 1.02, 1.00]),
-        at(elbow + 0.48 * lower, forearm, [0.0, 0.0], [0.82, 0.88, 0.92, 0.92]),
+        at(elbow, forearm, [0.0, -0.005], [0.98, 0.98, 0.92, 0.94]),
+        at(elbow + 0.20 * lower, forearm, [0.0, -0.006], [0.98, 1.02, 1.00, 1.00]),
+        at(elbow + 0.48 * lower, forearm, [0.0, -0.003], [0.83, 0.89, 0.92, 0.92]),
         at(elbow + 0.78 * lower, wrist, [0.0, 0.0], [0.93, 0.97, 1.18, 1.16]),
         at(length - 0.006, wrist, [0.0, 0.0], [0.80, 0.85, 1.14, 1.14]),
     ];
     let arm = Loft::new(body.joints.upper_arm, body.arm, &stations, [0.8 * deltoid, 0.02]);
     push(body, Form::Loft(arm), 0.028, BODY_EDGE * 0.92, Region::Arm);
+    add_armpit_folds(body);
     // Olecranon.
     let tip = body.joints.lower_arm - body.arm[2] * (0.9 * forearm);
     body.field.bumps.push(Bump { center: tip, spread: Vec3::repeat(0.014), height: 0.004 });
+}
+
+/// The folds that bound the armpit: pectoral in front, the back's broad muscle behind.
+fn add_armpit_folds(body: &mut Anatomy) {
+    let (l, s) = (body.levels, body.scale());
+    let [along, _, ahead] = body.arm;
+    let from = body.joints.upper_arm;
+    let reach = from.x - 0.055 * s;
+    let chest = Vec3::new(reach, mix(l.axilla, l.suprasternal, 0.22), from.z + 0.052 * s);
+    let blade = Vec3::new(reach, mix(l.axilla, l.suprasternal, 0.02), from.z - 0.056 * s);
+    for (a, side, radius) in [(chest, 0.012, 0.031), (blade, -0.014, 0.032)] {
+        let b = from + along * (0.055 * s) + ahead * (side * s);
+        let form = Form::Cone { a, b, radii: [radius * s, 0.85 * radius * s] };
+        push(body, form, 0.045, BODY_EDGE, Region::ArmpitFold);
+    }
 }
 
 pub(super) fn add_hand(body: &mut Anatomy) {
@@ -130,23 +146,23 @@ pub(super) fn add_leg(body: &mut Anatomy) {
     let inner = (hip.x + top * 0.16 - 0.004).min(thigh);
     let hip_out = 0.5 * m.hip_breadth * k.hip - hip.x - 0.003;
     let stations = [
-        at(-0.055, 1.0, [0.0, 0.0], [0.90 * hip_out, 0.8 * inner, 0.78 * thigh, 0.74 * thigh]),
-        at(0.0, 1.0, [0.0, 0.0], [hip_out, 0.9 * inner, 0.92 * thigh, 0.92 * thigh]),
-        at(top + 0.010, 1.0, [0.0, -0.002], [0.93 * thigh, inner, 1.00 * thigh, 1.04 * thigh]),
-        at(mix(top, knee, 0.35), 1.0, [0.004, -0.006], [0.87 * thigh, 0.88 * thigh, 0.93 * thigh, 0.90 * thigh]),
-        at(mix(top, knee, 0.62), 0.45 * thigh + 0.55 * above, [0.002, -0.003], [0.93, 0.94, 1.00, 0.95]),
-        at(knee - 0.075, above, [0.0, -0.002], [0.93, 0.97, 1.03, 0.98]),
+        at(-0.055, 1.0, [0.0, 0.013], [0.90 * hip_out, 0.8 * inner, 0.78 * thigh, 0.74 * thigh]),
+        at(0.0, 1.0, [0.0, 0.013], [hip_out, 0.9 * inner, 0.92 * thigh, 0.92 * thigh]),
+        at(top + 0.010, 1.0, [0.0, 0.012], [0.93 * thigh, inner, 1.00 * thigh, 1.04 * thigh]),
+        at(mix(top, knee, 0.35), 1.0, [0.004, 0.013], [0.87 * thigh, 0.88 * thigh, 0.93 * thigh, 0.90 * thigh]),
+        at(mix(top, knee, 0.62), 0.45 * thigh + 0.55 * above, [0.003, 0.012], [0.93, 0.94, 1.00, 0.95]),
+        at(knee - 0.075, above, [0.0, 0.005], [0.93, 0.97, 1.03, 0.98]),
         at(knee, 0.5 * (above + calf), [0.0, 0.0], [0.90, 0.92, 0.98, 0.94]),
-        at(knee + 0.10 * shank, calf, [0.0, -0.002], [0.90, 0.88, 0.90, 0.98]),
-        at(knee + 0.27 * shank, calf, [0.002, -0.008], [0.93, 0.95, 0.84, 1.16]),
-        at(knee + 0.48 * shank, calf, [0.001, -0.006], [0.80, 0.82, 0.80, 0.96]),
-        at(knee + 0.70 * shank, 0.5 * (ankle + 0.72 * calf), [0.0, -0.004], [0.90, 0.92, 0.95, 1.02]),
-        at(knee + 0.88 * shank, ankle, [0.0, -0.004], [0.88, 0.90, 1.08, 1.16]),
+        at(knee + 0.10 * shank, calf, [0.0, -0.006], [0.90, 0.88, 0.90, 0.99]),
+        at(knee + 0.27 * shank, calf, [0.001, -0.016], [0.93, 0.95, 0.84, 1.16]),
+        at(knee + 0.48 * shank, calf, [0.000, -0.014], [0.80, 0.82, 0.80, 0.96]),
+        at(knee + 0.70 * shank, 0.5 * (ankle + 0.72 * calf), [0.0, -0.009], [0.90, 0.92, 0.95, 1.02]),
+        at(knee + 0.88 * shank, ankle, [0.0, -0.004], [0.90, 0.92, 1.06, 1.12]),
         at(
             length,
             1.0,
             [0.0, -0.002],
-            [0.47 * m.bimalleolar_breadth, 0.50 * m.bimalleolar_breadth, 1.25 * ankle, 1.25 * ankle],
+            [0.47 * m.bimalleolar_breadth, 0.50 * m.bimalleolar_breadth, 1.22 * ankle, 1.08 * ankle],
         ),
     ];
     let leg = Loft::new(hip, body.leg, &stations, [0.05, 0.03]);

@@ -22,6 +22,7 @@ pub(super) enum Form {
 pub(super) enum Region {
     Torso,
     Yoke,
+    ArmpitFold,
     Neck,
     Head,
     Arm,

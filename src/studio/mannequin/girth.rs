@@ -135,10 +135,12 @@ pub(super) fn girths(body: &Anatomy) -> Vec<Girth> {
         .collect()
 }
 
-/// The body without its arms: a tape at the chest passes under them.
+/// The body without arms and head: a tape at the chest passes under the arms, one at the neck below the jaw.
 fn trunk_of(field: &Field) -> Field {
     let mut trunk = field.clone();
-    trunk.primitives.retain(|part| !matches!(part.region, Region::Arm | Region::Hand));
+    trunk
+        .primitives
+        .retain(|part| !matches!(part.region, Region::Arm | Region::Hand | Region::ArmpitFold | Region::Head));
     trunk
 }
 

@@ -22,6 +22,8 @@ mod mesh;
 mod regressor;
 mod remesh;
 mod skin;
+#[cfg(test)]
+mod tests;
 mod torso;
 
 use crate::geometry::Vec3;

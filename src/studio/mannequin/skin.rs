@@ -143,6 +143,11 @@ fn bones(body: &Anatomy, region: Region, p: &Vec3, t: f64) -> Vec<(usize, f64)> 
             vec![(joint::NECK, 1.0 - part), (joint::HEAD, part)]
         }
         Region::Head => at(joint::HEAD),
+        Region::ArmpitFold => {
+            let t = (p - j.upper_arm).dot(&body.arm[0]);
+            let both = bones(body, Region::Yoke, p, t).into_iter().chain(bones(body, Region::Arm, p, t));
+            both.map(|(bone, w)| (bone, 0.5 * w)).collect()
+        }
         Region::Arm => {
             let elbow = (j.lower_arm - j.upper_arm).dot(&body.arm[0]);
             let wrist = (j.hand - j.upper_arm).dot(&body.arm[0]);

@@ -18,9 +18,9 @@ pub(super) fn add_torso(body: &mut Anatomy) {
     let (m, l, t, s) = (body.measures, body.levels, body.tuning, body.scale());
     // Depth to the back grows little with fat, depth to the front much.
     let back = |base: f64, depth: f64, share: f64| -(base * s + share * depth);
-    let waist_back = back(0.064, m.waist_depth, 0.17);
-    let chest_back = back(0.055, m.chest_depth, 0.23);
-    let rib_depth = body.by_sex(0.83, 0.98) * m.chest_depth;
+    let waist_back = back(0.060, m.waist_depth, 0.17);
+    let chest_back = back(0.057, m.chest_depth, 0.23);
+    let rib_depth = body.by_sex(0.855, 0.98) * m.chest_depth;
     let (kc, ku, kw, kh) = (t.chest, t.under_chest, t.waist, t.hip);
     let hip_half = 0.5 * m.hip_breadth * kh;
     let waist_half = 0.5 * m.waist_breadth * kw;
@@ -33,12 +33,12 @@ pub(super) fn add_torso(body: &mut Anatomy) {
     let stations = [
         // Below the hip joint the trunk narrows like a pair of briefs: the thighs make the outline there.
         level(l.crotch + 0.014, 0.045 * s, [0.046 * s, 0.0, -0.055 * s], [2.0, 2.0]),
-        level(mix(l.crotch, joint, 0.45), 0.44 * hip_half, [0.80 * hip_front, 0.0, 0.62 * hip_back], [2.1, 2.1]),
-        level(joint, 0.83 * hip_half, [0.97 * hip_front, -0.005, 0.82 * hip_back], [2.2, 2.2]),
+        level(mix(l.crotch, joint, 0.45), 0.44 * hip_half, [0.70 * hip_front, 0.0, 0.62 * hip_back], [2.1, 2.1]),
+        level(joint, 0.83 * hip_half, [0.90 * hip_front, -0.005, 0.82 * hip_back], [2.2, 2.2]),
         level(
             mix(joint, l.waist, 0.28),
             0.97 * mix(hip_half, waist_half, 0.20),
-            [mix(hip_front, waist_front, 0.35), -0.005, 0.97 * mix(hip_back, waist_back, 0.30)],
+            [mix(hip_front, waist_front, 0.28), -0.005, 0.97 * mix(hip_back, waist_back, 0.30)],
             [2.3, 2.2],
         ),
         level(
@@ -69,13 +69,13 @@ pub(super) fn add_torso(body: &mut Anatomy) {
         level(
             l.axilla,
             body.by_sex(0.83, 0.87) * shoulder_half * mix(1.0, kc, 0.3),
-            [(rib_depth + chest_back) * body.by_sex(0.80, 0.95), -0.018, chest_back * 0.985],
+            [(rib_depth + chest_back) * body.by_sex(0.88, 0.95), -0.018, chest_back * 0.985],
             [2.3, 2.3],
         ),
         level(
             mix(l.axilla, l.suprasternal, 0.55),
             0.72 * shoulder_half,
-            [(rib_depth + chest_back) * body.by_sex(0.60, 0.74), -0.022, chest_back * 0.93],
+            [(rib_depth + chest_back) * body.by_sex(0.67, 0.74), -0.022, chest_back * 0.93],
             [2.2, 2.2],
         ),
         level(l.suprasternal + 0.005, 0.40 * shoulder_half, [0.030 * s, -0.025, -0.078 * s], [2.0, 2.0]),
@@ -84,7 +84,7 @@ pub(super) fn add_torso(body: &mut Anatomy) {
     push(body, Form::Loft(trunk), 0.02, BODY_EDGE, Region::Torso);
     // The pubic mound fills the corner between belly and thighs.
     let mound = Form::Ellipsoid {
-        center: Vec3::new(0.0, l.crotch + 0.044 * s, 0.26 * hip_front),
+        center: Vec3::new(0.0, l.crotch + 0.044 * s, 0.17 * hip_front),
         axes: [Vec3::x(), Vec3::y(), Vec3::z()],
         semi: [0.045 * s, 0.060 * s, 0.044 * s],
     };
@@ -98,7 +98,7 @@ pub(super) fn add_torso(body: &mut Anatomy) {
 
 fn add_buttocks(body: &mut Anatomy, hip_back: f64, hip_half: f64) {
     let l = body.levels;
-    let (x, r) = (0.45 * hip_half, 0.50 * hip_half);
+    let (x, r) = (0.44 * hip_half, 0.49 * hip_half);
     let form = Form::Ellipsoid {
         center: Vec3::new(x, l.hip + 0.010, hip_back + 0.84 * r - 0.004),
         axes: [Vec3::x(), Vec3::y(), Vec3::z()],
@@ -114,7 +114,7 @@ fn add_chest(body: &mut Anatomy, chest_back: f64, rib_depth: f64) {
     let point_x = 0.5 * (0.037 + 0.162 * m.chest_circumference);
     let front = rib_depth + chest_back;
     let tip = m.chest_depth + chest_back;
-    let r = body.by_sex(0.054, 0.056) * (m.chest_circumference / 0.947).powf(0.7);
+    let r = body.by_sex(0.052, 0.056) * (m.chest_circumference / 0.947).powf(0.7);
     // A breast is nearly a half-sphere, a pectoral a broad flat cushion higher up.
     let deep = body.by_sex(0.88, 0.40);
     let rise = body.by_sex(-0.004, 0.004);
@@ -145,11 +145,11 @@ fn add_yoke(body: &mut Anatomy) {
         exponent: [2.2, 2.2],
     };
     let stations = [
-        at(0.0, l.cervical + 0.004, l.suprasternal - 0.02, -0.034 * s, 0.058 * s, 0.058 * s, 0.08 * s),
-        at(neck * 0.95, l.cervical + 0.001, l.suprasternal - 0.02, -0.032 * s, 0.058 * s, 0.064 * s, 0.08 * s),
+        at(0.0, l.cervical - 0.008, l.suprasternal - 0.02, -0.034 * s, 0.056 * s, 0.054 * s, 0.08 * s),
+        at(neck * 0.95, l.cervical - 0.009, l.suprasternal - 0.02, -0.032 * s, 0.058 * s, 0.064 * s, 0.08 * s),
         at(
             neck + 0.30 * (half - neck),
-            top + 0.50 * rise,
+            top + 0.44 * rise,
             l.suprasternal - 0.024,
             -0.030 * s,
             0.052 * s,
@@ -187,7 +187,7 @@ fn add_neck(body: &mut Anatomy) {
         exponent: [2.0, 2.1],
     };
     let stations =
-        [at(0.0, 1.15, 1.10, 1.1), at(0.45, 1.0, 1.0, 1.02), at(0.75, 0.98, 1.0, 1.0), at(1.0, 0.98, 1.0, 1.02)];
+        [at(0.0, 1.06, 1.04, 1.04), at(0.45, 1.0, 1.0, 1.02), at(0.75, 0.98, 1.0, 1.0), at(1.0, 0.98, 1.0, 1.02)];
     let neck = Loft::new(base, [axis, Vec3::x(), v], &stations, [0.02, 0.02]);
     push(body, Form::Loft(neck), 0.030, 0.016, Region::Neck);
 }
@@ -202,7 +202,7 @@ fn add_furrows(body: &mut Anatomy, waist_back: f64, chest_back: f64, hip_back: f
     bump([0.0, l.waist + 0.03, waist_back], [0.014, 0.05, 0.03], -0.007);
     bump([0.0, mid + 0.02, 0.5 * (waist_back + chest_back)], [0.014, 0.05, 0.03], -0.006);
     bump([0.0, l.chest + 0.03, chest_back], [0.016, 0.06, 0.03], -0.006);
-    bump([0.0, l.hip - 0.010, hip_back], [0.013, 0.055, 0.045], -0.026);
+    bump([0.0, l.hip - 0.010, hip_back], [0.013, 0.055, 0.045], -0.017);
     // Erectors to both sides of the small of the back.
     bump([0.038, l.waist + 0.06, waist_back], [0.020, 0.06, 0.03], 0.004);
     // Shoulder blade.
