@@ -34,13 +34,14 @@ pub(super) fn part(
             pairs.extend(obstacle.pairs_with(&mesh, &moved).into_iter().map(|(g, f)| (o, g, f)));
         }
         pairs.sort_unstable();
-        if best.as_ref().is_none_or(|b| pairs.len() < b.0) {
-            best = Some((pairs.len(), mesh.clone(), round));
+        let mut lack = smoother.lack_of_those_inside(&mesh);
+        let left = pairs.len() + lack.count();
+        if best.as_ref().is_none_or(|b| left < b.0) {
+            best = Some((left, mesh.clone(), round));
         }
-        if pairs.is_empty() || round == params.iterations {
+        if left == 0 || round == params.iterations {
             break;
         }
-        let mut lack = Lack::none(mesh.vertex_count());
         for &(o, g, f) in &pairs {
             lift(&mesh, g, &obstacles[o], f, limbs, MARGIN * (1 + round) as f64, &mut lack);
         }

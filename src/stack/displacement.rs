@@ -25,6 +25,11 @@ impl Lack {
         }
     }
 
+    /// How many vertices are asked.
+    pub(super) fn count(&self) -> usize {
+        self.moves.iter().filter(|m| **m != Vec3::zeros()).count()
+    }
+
     pub(super) fn is_none(&self) -> bool {
         self.moves.iter().all(|m| *m == Vec3::zeros())
     }

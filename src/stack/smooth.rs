@@ -119,6 +119,15 @@ impl<'a> Smoother<'a> {
 
     /// What the garment's vertices, or those of the region that has just moved, still ask for.
     pub(super) fn lack(&self, mesh: &TriMesh, region: Option<&Region>) -> Lack {
+        self.lack_below(mesh, region, f64::INFINITY)
+    }
+
+    /// The same for those only that are inside some layer.
+    pub(super) fn lack_of_those_inside(&self, mesh: &TriMesh) -> Lack {
+        self.lack_below(mesh, None, 0.0)
+    }
+
+    fn lack_below(&self, mesh: &TriMesh, region: Option<&Region>, greatest_height: f64) -> Lack {
         let mut lack = Lack::none(mesh.vertex_count());
         let normals = mesh.vertex_normals();
         for (obstacle, owed) in self.obstacles.iter().zip(&self.owed) {
@@ -128,7 +137,8 @@ impl<'a> Smoother<'a> {
                     if region.is_some_and(|r| !r.has(v)) {
                         return None;
                     }
-                    let contact = obstacle.contact(&mesh.points()[v], &normals[v], &self.limbs[v], owed)?;
+                    let reach = owed.min(greatest_height);
+                    let contact = obstacle.contact(&mesh.points()[v], &normals[v], &self.limbs[v], reach)?;
                     let Contact { height, normal } = contact;
                     (height < owed * (1.0 - TOLERANCE)).then(|| normal * (owed - height))
                 })
