@@ -44,6 +44,7 @@ pub(super) fn run(args: BuildArgs, context: &Context) -> anyhow::Result<Done> {
         "session": context.session.display().to_string(),
         "ran": ran,
         "stages": reports,
+        "peak_mib": peak_mib(),
         "secs": began.elapsed().as_secs_f64(),
     });
     let mut done = Done::new("build", json);
@@ -61,4 +62,11 @@ pub(super) fn run(args: BuildArgs, context: &Context) -> anyhow::Result<Done> {
         .next(context.overcoat("export character.glb"))
         .next(context.overcoat("view --sheet sheet.png"))
         .next(context.overcoat("status")))
+}
+
+/// The greatest memory of this process so far, where the system tells.
+fn peak_mib() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
+    line.trim().trim_end_matches("kB").trim().parse::<f64>().ok().map(|kib| kib / 1024.0)
 }

@@ -92,7 +92,10 @@ fn notes(reports: &[StageReport], step: &str) -> Vec<String> {
     of_step
         .flat_map(|r| r.measures.iter().map(move |(name, value)| (r.stage, name, value)))
         .filter(|(_, name, _)| NOTED.contains(&name.as_str()))
-        .map(|(stage, name, value)| format!("{stage} {}\t{value:.2}", name.replace('_', " ")))
+        .map(|(stage, name, value)| match value.fract() {
+            0.0 => format!("{stage} {}\t{value:.0}", name.replace('_', " ")),
+            _ => format!("{stage} {}\t{value:.2}", name.replace('_', " ")),
+        })
         .collect()
 }
 

@@ -1,0 +1,200 @@
+//! The whole job on the shipped scans, by the built program, against what is known of their subject.
+
+mod common;
+
+use common::{overcoat, overcoat_ok};
+use overcoat::formats::{RawMesh, read_ply};
+use overcoat::geometry::{Point, SurfaceIndex, TriMesh};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+/// One demo that all tests look at; none changes it.
+struct Demo {
+    dir: tempfile::TempDir,
+    report: Value,
+}
+
+impl Demo {
+    fn session(&self) -> PathBuf {
+        self.dir.path().join("kept/session")
+    }
+}
+
+fn demo() -> &'static Demo {
+    static DEMO: OnceLock<Demo> = OnceLock::new();
+    DEMO.get_or_init(|| {
+        let dir = tempfile::tempdir().unwrap();
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let kept = dir.path().join("kept").display().to_string();
+        let report = overcoat_ok(root, &["demo", "--keep", &kept, "--json"]).json();
+        Demo { dir, report }
+    })
+}
+
+fn mesh_of(raw: &RawMesh) -> TriMesh {
+    TriMesh::try_from_indices(raw.points.iter().map(|&p| Point::from(p)).collect(), &raw.faces).unwrap()
+}
+
+fn read(path: &Path) -> RawMesh {
+    let file = std::fs::File::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    read_ply(std::io::BufReader::new(file)).unwrap()
+}
+
+/// Mean distance from the points of `from` to the nearest of `surfaces`.
+fn mean_distance(from: &RawMesh, surfaces: &[TriMesh]) -> f64 {
+    let indices: Vec<SurfaceIndex> = surfaces.iter().map(SurfaceIndex::prepare).collect();
+    let nearest = |p: &Point| indices.iter().map(|i| i.closest(p).distance).fold(f64::INFINITY, f64::min);
+    from.points.iter().map(|&p| nearest(&Point::from(p))).sum::<f64>() / from.points.len() as f64
+}
+
+fn copy_folder(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let path = entry.unwrap().path();
+        let target = to.join(path.file_name().unwrap());
+        if path.is_dir() {
+            copy_folder(&path, &target);
+        } else {
+            std::fs::copy(&path, target).unwrap();
+        }
+    }
+}
+
+#[test]
+fn the_demo_meets_the_first_targets() {
+    let report = &demo().report;
+    let targets = report["truth"]["targets"].as_array().unwrap();
+    assert!(targets.len() >= 10, "{targets:?}");
+    let missed: Vec<String> = targets
+        .iter()
+        .filter(|t| t["meets_first"] == false)
+        .map(|t| format!("{} {}: {} against {}", t["row"], t["metric"], t["value"], t["first"]))
+        .collect();
+    assert!(missed.is_empty(), "{missed:#?}");
+    for file in report["files"].as_array().unwrap() {
+        assert!(Path::new(file.as_str().unwrap()).exists(), "{file}");
+    }
+    let glb = std::fs::read(demo().dir.path().join("kept/character.glb")).unwrap();
+    assert_eq!(&glb[..4], b"glTF");
+}
+
+#[test]
+fn a_second_build_finds_nothing_to_do() {
+    let again = overcoat_ok(&demo().session(), &["build", "--json"]).json();
+    assert_eq!(again["ran"], 0);
+    assert!(overcoat_ok(&demo().session(), &["status", "--json"]).json()["up_to_date"] == true);
+}
+
+#[test]
+fn one_thread_gives_the_same_bytes() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let kept = demo().dir.path().join("one_thread");
+    let output = Command::new(env!("CARGO_BIN_EXE_overcoat"))
+        .args(["demo", "-q", "--keep", kept.to_str().unwrap()])
+        .env("RAYON_NUM_THREADS", "1")
+        .current_dir(root)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{output:?}");
+    for file in ["session/session.json", "session/recipe.toml", "session/journal.jsonl", "character.glb", "sheet.png"] {
+        let (many, one) = (demo().dir.path().join("kept").join(file), kept.join(file));
+        assert!(std::fs::read(many).unwrap() == std::fs::read(one).unwrap(), "{file} differs");
+    }
+}
+
+#[test]
+fn a_step_is_exported_as_it_stood_in_the_file_of_its_scan() {
+    let out = demo().dir.path().join("at");
+    let scans = Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo");
+    for (step, file, worn) in [
+        ("body", "0-body.ply", vec![]),
+        ("tshirt", "1-tshirt.ply", vec!["tshirt"]),
+        ("skirt", "2-skirt.ply", vec!["tshirt", "skirt"]),
+    ] {
+        let folder = out.join(step);
+        let target = format!("{}/", folder.display());
+        overcoat_ok(&demo().session(), &["export", &target, "--at", step, "--scan", step]);
+        let names: Vec<&str> = std::iter::once("body").chain(worn.iter().copied()).collect();
+        let layers: Vec<TriMesh> = names.iter().map(|n| mesh_of(&read(&folder.join(format!("{n}.ply"))))).collect();
+        let apart = mean_distance(&read(&scans.join(file)), &layers);
+        assert!(apart < 0.006, "{step}: the file is {apart} m from what was made of it");
+        let cleaned = read(&folder.join("scan.ply"));
+        let moved = mean_distance(&cleaned, &[mesh_of(&read(&scans.join(file)))]);
+        assert!(moved < 0.002, "{step}: cleaning moved the scan by {moved} m");
+        let joints: BTreeMap<String, [f64; 3]> =
+            serde_json::from_slice(&std::fs::read(folder.join("joints.json")).unwrap()).unwrap();
+        assert_eq!(joints.len(), 22);
+        assert!(joints["head"][1] > joints["hips"][1]);
+        let Some(newest) = worn.last() else { continue };
+        let labelled = read(&folder.join(format!("labels/{newest}.ply")));
+        assert_eq!(labelled.points.len(), cleaned.points.len());
+        let label = &labelled.scalars["label"];
+        assert_eq!(label, &labelled.scalars["quality"]);
+        assert!(labelled.colors.is_some());
+        let share = label.iter().sum::<f32>() / label.len() as f32;
+        assert!((0.1..0.6).contains(&share) && label.iter().all(|&l| l == 0.0 || l == 1.0), "{step}: {share}");
+    }
+}
+
+#[test]
+fn the_body_before_registration_is_another_and_coarser() {
+    let out = demo().dir.path().join("fit");
+    let scans = Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo");
+    let folder = |name: &str| format!("{}/{name}/", out.display());
+    overcoat_ok(&demo().session(), &["export", &folder("before"), "--stage", "fit"]);
+    overcoat_ok(&demo().session(), &["export", &folder("after"), "--at", "body"]);
+    let scan = read(&scans.join("0-body.ply"));
+    let apart = |name: &str| mean_distance(&scan, &[mesh_of(&read(&out.join(name).join("body.ply")))]);
+    let (before, after) = (apart("before"), apart("after"));
+    assert!(after < before && before < 0.008, "before {before}, after {after}");
+}
+
+#[test]
+fn a_stroke_changes_its_garment_and_rebuilds_no_more_than_it_must() {
+    let copy = demo().dir.path().join("corrected");
+    copy_folder(&demo().session(), &copy);
+    let labelled = demo().dir.path().join("to_paint");
+    overcoat_ok(&copy, &["export", &format!("{}/", labelled.display()), "--at", "skirt"]);
+    let skirt = read(&labelled.join("labels/skirt.ply"));
+    let lowest = (0..skirt.points.len()).filter(|&i| skirt.scalars["label"][i] == 1.0);
+    let lowest = lowest.min_by(|&a, &b| skirt.points[a][1].total_cmp(&skirt.points[b][1])).unwrap();
+    let dab = format!(r#"{{"layer":"skirt","op":"erase","radius":0.04,"points":[{:?}]}}"#, skirt.points[lowest]);
+    std::fs::write(copy.join("dab.jsonl"), dab).unwrap();
+    overcoat_ok(&copy, &["mask", "skirt", "dab.jsonl"]);
+    let built = overcoat_ok(&copy, &["build", "--json"]).json();
+    let ran: Vec<String> = built["stages"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|s| s["ran"] == true)
+        .map(|s| format!("{}/{}", s["step"].as_str().unwrap(), s["stage"].as_str().unwrap()))
+        .collect();
+    assert_eq!(ran, ["skirt/segment", "skirt/cut", "skirt/rig", "skirt/stack", "skirt/figure"]);
+    let painted = demo().dir.path().join("painted");
+    overcoat_ok(&copy, &["export", &format!("{}/", painted.display()), "--at", "skirt"]);
+    let after = read(&painted.join("labels/skirt.ply"));
+    assert_eq!(after.scalars["label"][lowest], 0.0);
+    let changed = after.scalars["label"].iter().zip(&skirt.scalars["label"]).filter(|(a, b)| a != b).count();
+    assert!(changed > 5 && changed < skirt.points.len() / 20, "{changed} labels changed");
+}
+
+#[test]
+fn a_mask_that_erases_the_whole_garment_is_a_clear_failure() {
+    let copy = demo().dir.path().join("erased");
+    copy_folder(&demo().session(), &copy);
+    let labelled = demo().dir.path().join("to_erase");
+    overcoat_ok(&copy, &["export", &format!("{}/", labelled.display()), "--at", "skirt"]);
+    let count = read(&labelled.join("labels/skirt.ply")).points.len();
+    let none = overcoat::formats::NpyArray::vector(vec![0.0_f64; count]);
+    overcoat::formats::write_npy(&none, std::fs::File::create(copy.join("none.npy")).unwrap()).unwrap();
+    overcoat_ok(&copy, &["mask", "skirt", "none.npy"]);
+    let answer = overcoat(&copy, &["build", "-q"]);
+    assert_eq!(answer.code, 1, "{answer:?}");
+    assert!(
+        answer.stderr.starts_with("error: step 'skirt', cut: no part of the scan belongs to the garment"),
+        "{answer:?}"
+    );
+}
