@@ -6,6 +6,7 @@ mod console;
 mod demo;
 mod export;
 mod failure;
+mod fault;
 mod mask;
 mod measure;
 mod new;
@@ -16,7 +17,7 @@ mod templates;
 mod view;
 
 use clap::{Parser, Subcommand};
-use console::{Console, Verbosity};
+use console::{Console, Done, Verbosity};
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -90,24 +91,27 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         session: parsed.session.unwrap_or_else(|| PathBuf::from(".")),
         console: Console::new(parsed.json, verbosity),
     };
-    let outcome = match parsed.command {
-        Command::Demo(args) => demo::run(args, &context),
-        Command::New(args) => new::run(args, &context),
-        Command::Scan(args) => scan::run(args, &context),
-        Command::Build(args) => build::run(args, &context),
-        Command::Mask(args) => mask::run(args, &context),
-        Command::Status(args) => status::run(args, &context),
-        Command::Export(args) => export::run(args, &context),
-        Command::View(args) => view::run(args, &context),
-        Command::Measure(args) => measure::run(args, &context),
-        Command::Templates(args) => templates::run(args, &context),
-    };
-    match outcome {
+    match fault::caught(parsed.verbose, || run(parsed.command, &context)) {
         Ok(done) => {
             context.console.done(&done);
             ExitCode::SUCCESS
         }
         Err(e) => failure::report(&e, parsed.json),
+    }
+}
+
+fn run(command: Command, context: &Context) -> anyhow::Result<Done> {
+    match command {
+        Command::Demo(args) => demo::run(args, context),
+        Command::New(args) => new::run(args, context),
+        Command::Scan(args) => scan::run(args, context),
+        Command::Build(args) => build::run(args, context),
+        Command::Mask(args) => mask::run(args, context),
+        Command::Status(args) => status::run(args, context),
+        Command::Export(args) => export::run(args, context),
+        Command::View(args) => view::run(args, context),
+        Command::Measure(args) => measure::run(args, context),
+        Command::Templates(args) => templates::run(args, context),
     }
 }
 

@@ -27,10 +27,11 @@ pub(super) fn run(_: StatusArgs, context: &Context) -> anyhow::Result<Done> {
         "secs": began.elapsed().as_secs_f64(),
     });
     let mut done = Done::new("status", json).line(format!(
-        "session {}: {} step{}, body model: {body}",
+        "session {}: {} step{}, body model: {body} (looked through in {})",
         context.session.display(),
         steps.len(),
-        if steps.len() == 1 { "" } else { "s" }
+        if steps.len() == 1 { "" } else { "s" },
+        secs(began.elapsed())
     ));
     for step in &steps {
         done = done.lines(lines_of(step));

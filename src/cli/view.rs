@@ -42,6 +42,7 @@ pub(super) fn run(args: ViewArgs, context: &Context) -> anyhow::Result<Done> {
         "sheet": args.sheet.map(|p| p.display().to_string()),
         "secs": began.elapsed().as_secs_f64(),
     });
+    next.push(context.overcoat("export character.glb"));
     let mut done = Done::new("view", json);
     done.next = next;
     Ok(done.line(format!("{}, in {}", done_lines.join(" and "), secs(began.elapsed()))))

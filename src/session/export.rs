@@ -50,8 +50,8 @@ impl Session {
         let steps = self.worn_steps(request.at.as_deref())?;
         let Some(last) = steps.last() else { return Ok(Vec::new()) };
         let name = self.dir().canonicalize().ok().and_then(|d| Some(d.file_name()?.to_string_lossy().into_owned()));
-        let options =
-            GlbOptions { name, pose: request.at.as_ref().map(|_| last.pose.clone()), ..GlbOptions::default() };
+        let pose = request.at.as_ref().map(|_| last.pose.clone());
+        let options = GlbOptions { name, pose, provenance: steps.iter().map(origin).collect() };
         let path = request.target.clone();
         write(&path, |out| write_glb(&last.figure, &options, out))?;
         Ok(vec![path])
@@ -87,6 +87,14 @@ impl Session {
         }
         Ok(files)
     }
+}
+
+/// A step and the scan that it was made from; without its folder, which is nobody's business.
+fn origin(worn: &WornStep) -> (String, String) {
+    let scan = &worn.step.scan;
+    let file = Path::new(&scan.file).file_name().map(|f| f.to_string_lossy().into_owned()).unwrap_or_default();
+    let hash = scan.hash.map(|h| format!(", BLAKE3 {h}")).unwrap_or_default();
+    (format!("scan of {}", worn.step.name), format!("{file}{hash}"))
 }
 
 struct Folder<'a> {
