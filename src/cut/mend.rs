@@ -208,14 +208,14 @@ fn faired(mesh: &TriMesh, adjacency: &Adjacency, ring: &[VertexId], patch: &Patc
     }
     let mut triplets = Vec::new();
     let mut right = vec![Vec3::zeros(); new];
-    for i in 0..patch.points.len() {
+    for (i, at) in patch.points.iter().enumerate() {
         // The row: x_i − mean of its neighbours; what is known goes to the right-hand side.
         let outside: Vec<VertexId> = match ring.get(i) {
             Some(&v) => adjacency.neighbours_of(v).iter().copied().filter(|w| !ring.contains(w)).collect(),
             None => Vec::new(),
         };
         // Weights by 1 / length: where edges are longer to one side, a slope is still no bend.
-        let weight = |p: &Point| 1.0 / (p - patch.points[i]).norm().max(1e-6);
+        let weight = |p: &Point| 1.0 / (p - at).norm().max(1e-6);
         let over: Vec<(usize, f64)> = joined[i].iter().map(|&j| (j, weight(&patch.points[j]))).collect();
         let beyond: Vec<(Point, f64)> = outside.iter().map(|&w| mesh.points()[w]).map(|p| (p, weight(&p))).collect();
         let total: f64 = over.iter().map(|n| n.1).chain(beyond.iter().map(|n| n.1)).sum();

@@ -267,7 +267,7 @@ mod tests {
             let mut count = 0;
             for (v, mark) in marks.0.enumerate() {
                 let p = scan.mesh.points()[v];
-                assert_eq!(mark.is_none() || (p.z > 0.01) == front, true, "{p}");
+                assert!(mark.is_none() || (p.z > 0.01) == front, "{p}");
                 let gap = (p - Point::new(p.x.clamp(0.3, 0.7), 0.5, p.z)).norm();
                 if (p.z > 0.01) == front {
                     assert!(mark.is_some() || gap > 0.09, "{p} is under the brush");

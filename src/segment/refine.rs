@@ -189,3 +189,89 @@ fn without_specks(mesh: &TriMesh, adjacency: &Adjacency, labels: Labels, marks: 
     }
     labels
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Point;
+
+    const SKIN: [u8; 3] = [205, 160, 135];
+    const BLUE: [u8; 3] = [40, 60, 140];
+
+    /// A tube 50 cm high; what is above `hem` is blue, the rest skin.
+    fn tube(radius: f64, hem: f64) -> (TriMesh, PerVertex<[u8; 3]>) {
+        let (rings, sectors) = (60u32, 70u32);
+        let (mut points, mut faces) = (Vec::new(), Vec::new());
+        for i in 0..=rings {
+            for j in 0..sectors {
+                let turn = std::f64::consts::TAU * f64::from(j) / f64::from(sectors);
+                let height = 0.5 * f64::from(i) / f64::from(rings);
+                points.push(Point::new(radius * turn.cos(), height, -radius * turn.sin()));
+                if i > 0 {
+                    let [a, b] = [(i - 1) * sectors + j, (i - 1) * sectors + (j + 1) % sectors];
+                    faces.extend([[a, b, b + sectors], [a, b + sectors, a + sectors]]);
+                }
+            }
+        }
+        let colors = points.iter().map(|p: &Point| if p.y > hem { BLUE } else { SKIN }).collect();
+        (TriMesh::try_from_indices(points, &faces).unwrap(), colors)
+    }
+
+    /// A body, a scan of it with cloth 3 mm thick above 25 cm, and a template that thinks the hem at `believed`.
+    fn dressed(believed: f64) -> (Scan, TriMesh, PerVertex<[u8; 3]>, Placement) {
+        let (body, skin) = tube(0.1, 1.0);
+        let (scan, colors) = tube(0.103, 0.25);
+        let depth: PerVertex<f64> = body.points().iter().map(|p| p.y - believed).collect();
+        let placement = Placement { prior: depth.iter().map(|&d| d > 0.0).collect(), depth, given: false };
+        (Scan::from_clean_mesh(scan, Some(colors)), body, skin, placement)
+    }
+
+    fn lowest(scan: &Scan, labels: &Labels) -> f64 {
+        scan.mesh.points().enumerate().filter(|(v, _)| labels.0[*v]).map(|(_, p)| p.y).fold(1.0, f64::min)
+    }
+
+    #[test]
+    fn a_hem_that_the_template_has_10_cm_off_is_found_by_colour() {
+        for believed in [0.15, 0.25, 0.35] {
+            let (scan, body, skin, placement) = dressed(believed);
+            let inner = [Inner { mesh: &body, colors: Some(&skin) }];
+            let none = Marks::none(scan.mesh.vertex_count());
+            let labels = refine(&scan, &inner, &placement, &none, &RefineParams::default());
+            // Two rings of the tube: colours are evened out over the neighbours.
+            assert!((lowest(&scan, &labels) - 0.25).abs() < 0.018, "{believed}: {}", lowest(&scan, &labels));
+            let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+            let alone = one_thread.install(|| refine(&scan, &inner, &placement, &none, &RefineParams::default()));
+            assert_eq!(alone, labels);
+        }
+    }
+
+    #[test]
+    fn without_colours_the_template_is_believed() {
+        let (mut scan, body, _, placement) = dressed(0.3);
+        scan.colors = None;
+        let none = Marks::none(scan.mesh.vertex_count());
+        let labels = refine(&scan, &[Inner { mesh: &body, colors: None }], &placement, &none, &RefineParams::default());
+        // Thin cloth speaks a little against itself, so the hem may rise.
+        assert!((0.28..0.34).contains(&lowest(&scan, &labels)), "{}", lowest(&scan, &labels));
+    }
+
+    #[test]
+    fn marks_are_kept_against_all_evidence() {
+        let (scan, body, skin, placement) = dressed(0.25);
+        let mut marks = Marks::none(scan.mesh.vertex_count());
+        for (v, p) in scan.mesh.points().enumerate() {
+            if p.x > 0.09 && (0.05..0.1).contains(&p.y) {
+                marks.0[v] = Some(true);
+            }
+            if p.x < -0.09 && (0.4..0.45).contains(&p.y) {
+                marks.0[v] = Some(false);
+            }
+        }
+        let inner = [Inner { mesh: &body, colors: Some(&skin) }];
+        let labels = refine(&scan, &inner, &placement, &marks, &RefineParams::default());
+        for (mark, label) in marks.0.iter().zip(labels.0.iter()) {
+            assert!(mark.is_none_or(|m| m == *label));
+        }
+        assert!(marks.0.iter().flatten().count() > 40);
+    }
+}
