@@ -113,8 +113,9 @@ impl Anatomy {
         let scale = m.stature / 1.70;
         // Hip joint: level with the tip of the greater trochanter; 0.36 of the inter-spinous width from the midline
         // (Bell 1990), that width about that of the iliac crests; animators' rigs put it 1 cm further out still.
-        let hip_height = m.trochanterion_height;
-        let knee_height = m.tibial_height + 0.022;
+        // An unlucky draw may put it at the crotch or the waist, where the trunk's sections would change places.
+        let hip_height = m.trochanterion_height.max(m.crotch_height + 0.045).min(m.waist_height_omphalion - 0.095);
+        let knee_height = m.tibial_height + 0.028;
         let ankle_height = m.lateral_malleolus_height + 0.004;
         let out = LEG_OUT_DEG.to_radians();
         let drop = (hip_height - ankle_height) * (1.0 - out.cos());
@@ -124,8 +125,8 @@ impl Anatomy {
         let axilla = m.axilla_height.min(suprasternal - 0.06);
         let chest = m.chest_height.min(axilla - 0.035);
         let under_chest = chest - 0.055;
-        let natural_waist = m.tenth_rib_height.max(m.waist_height_omphalion + 0.045).min(under_chest - 0.035);
-        let waist = m.waist_height_omphalion.min(natural_waist - 0.035);
+        let natural_waist = m.tenth_rib_height.max(m.waist_height_omphalion + 0.045).min(under_chest - 0.05);
+        let waist = m.waist_height_omphalion.min(natural_waist - 0.04);
         let hip = m.buttock_height.max(m.crotch_height + 0.035).min(waist - 0.09);
         let levels = Levels {
             vertex: down(m.stature),
@@ -138,12 +139,12 @@ impl Anatomy {
             natural_waist: down(natural_waist),
             waist: down(waist),
             hip: down(hip),
-            crotch: down(m.crotch_height.min(hip - 0.03)),
+            crotch: down(m.crotch_height.min(hip - 0.03).min(hip_height - 0.04)),
         };
 
-        let upper_leg = Vec3::new(0.372 * m.bicristal_breadth.max(0.25), down(hip_height), -0.027);
+        let upper_leg = Vec3::new(0.382 * m.bicristal_breadth.max(0.25), down(hip_height), -0.032);
         let leg_length = hip_height - ankle_height;
-        let back_lean = 0.001 * scale;
+        let back_lean = -0.004 * scale;
         let along = Vec3::new(out.sin(), -out.cos(), -back_lean / leg_length).normalize();
         let foot = upper_leg + along * leg_length;
         // The knee centre sits a little in front of the straight line from hip to ankle.
@@ -159,7 +160,7 @@ impl Anatomy {
         toes.y = 0.022 * scale;
 
         // Glenohumeral centre: 4.5 cm below the acromion (Dempster: 5 cm to the skin's mark), a little inside of it.
-        let upper_arm = Vec3::new(0.5 * m.biacromial_breadth - 0.017, levels.acromion - 0.042 * scale, -0.008 * scale);
+        let upper_arm = Vec3::new(0.5 * m.biacromial_breadth - 0.014, levels.acromion - 0.042 * scale, -0.003 * scale);
         let (dip, forward) = (ARM_DOWN_DEG.to_radians(), ARM_FORWARD_DEG.to_radians());
         let arm_axis = Vec3::new(dip.cos() * forward.cos(), -dip.sin(), dip.cos() * forward.sin());
         let arm_v = (ahead - arm_axis * ahead.dot(&arm_axis)).normalize();

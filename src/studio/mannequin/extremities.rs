@@ -146,10 +146,10 @@ pub(super) fn add_leg(body: &mut Anatomy) {
     let inner = (hip.x + top * 0.16 - 0.004).min(thigh);
     let hip_out = 0.5 * m.hip_breadth * k.hip - hip.x - 0.003;
     let stations = [
-        at(-0.055, 1.0, [0.0, 0.013], [0.90 * hip_out, 0.8 * inner, 0.78 * thigh, 0.74 * thigh]),
-        at(0.0, 1.0, [0.0, 0.013], [hip_out, 0.9 * inner, 0.92 * thigh, 0.92 * thigh]),
-        at(top + 0.010, 1.0, [0.0, 0.012], [0.93 * thigh, inner, 1.00 * thigh, 1.04 * thigh]),
-        at(mix(top, knee, 0.35), 1.0, [0.004, 0.013], [0.87 * thigh, 0.88 * thigh, 0.93 * thigh, 0.90 * thigh]),
+        at(-0.055, 1.0, [-0.002, 0.018], [0.90 * hip_out, 0.8 * inner, 0.78 * thigh, 0.74 * thigh]),
+        at(0.0, 1.0, [-0.002, 0.018], [hip_out, 0.9 * inner, 0.92 * thigh, 0.92 * thigh]),
+        at(top + 0.010, 1.0, [-0.001, 0.016], [0.93 * thigh, inner, 1.00 * thigh, 1.04 * thigh]),
+        at(mix(top, knee, 0.35), 1.0, [0.003, 0.015], [0.87 * thigh, 0.88 * thigh, 0.93 * thigh, 0.90 * thigh]),
         at(mix(top, knee, 0.62), 0.45 * thigh + 0.55 * above, [0.003, 0.012], [0.93, 0.94, 1.00, 0.95]),
         at(knee - 0.075, above, [0.0, 0.005], [0.93, 0.97, 1.03, 0.98]),
         at(knee, 0.5 * (above + calf), [0.0, 0.0], [0.90, 0.92, 0.98, 0.94]),

@@ -166,7 +166,7 @@ pub(super) fn calibrate(m: &Measures) -> Anatomy {
         ];
         for (factor, girth) in factors.into_iter().zip(list) {
             // Sections that other parts reach into answer less than in proportion, hence the bounds.
-            *factor = (*factor * girth.asked / girth.measured).clamp(0.72, 1.35);
+            *factor = (*factor * girth.asked / girth.measured).clamp(0.80, 1.30);
         }
         body = Anatomy::build(m, t);
     }

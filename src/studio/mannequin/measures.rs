@@ -3,6 +3,7 @@
 //! **Source** ANSUR II (2012), `templates/body/ansur2012.json`; civilians spread wider than soldiers, see
 //! [`CIVILIAN_SPREAD`].
 
+use crate::studio::rng::Rng;
 use serde::Deserialize;
 
 /// Names every measurement once: the struct's fields and the table's columns are the same words.
@@ -90,7 +91,7 @@ measures!(
 
 /// Factor on the deviations of girths, breadths, depths and weight: CAESAR's civilians vary 1.2–1.5 times as much as
 /// ANSUR's soldiers in them (hip 11.3 to 7.6 cm, waist 12.9 to 10.0, weight 16.5 to 11.0 kg), and no more in lengths.
-const CIVILIAN_SPREAD: f64 = 1.25;
+const CIVILIAN_SPREAD: f64 = 1.3;
 
 #[derive(Deserialize)]
 struct Table {
@@ -138,12 +139,12 @@ impl Survey {
     /// `pairs` women and their opposites (the same draw with its sign turned), then as many men: the sample's means
     /// are the published ones exactly.
     pub fn draw(&self, pairs: usize, seed: u64) -> Vec<Measures> {
-        let mut random = Normal { state: seed, spare: None };
+        let mut random = Rng::new(seed);
         let mut all = Vec::with_capacity(4 * pairs);
         for draws in [&self.women, &self.men] {
             for _ in 0..pairs {
                 // Beyond 2.5 σ in one independent direction the body would be rarer than one in eighty.
-                let z: Vec<f64> = draws.means.iter().map(|_| random.next().clamp(-2.5, 2.5)).collect();
+                let z: Vec<f64> = draws.means.iter().map(|_| random.normal().clamp(-2.5, 2.5)).collect();
                 all.push(draws.at(&z));
                 all.push(draws.at(&z.iter().map(|x| -x).collect::<Vec<_>>()));
             }
@@ -201,32 +202,5 @@ impl Draws {
             })
             .collect();
         Measures::from_values(&values, self.male)
-    }
-}
-
-/// Standard normal numbers: SplitMix64 (Steele 2014) and Box–Muller.
-struct Normal {
-    state: u64,
-    spare: Option<f64>,
-}
-
-impl Normal {
-    fn uniform(&mut self) -> f64 {
-        self.state = self.state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^= z >> 31;
-        ((z >> 11) as f64 + 0.5) / (1u64 << 53) as f64
-    }
-
-    fn next(&mut self) -> f64 {
-        if let Some(spare) = self.spare.take() {
-            return spare;
-        }
-        let (a, b) = (self.uniform(), self.uniform());
-        let r = (-2.0 * a.ln()).sqrt();
-        self.spare = Some(r * (std::f64::consts::TAU * b).sin());
-        r * (std::f64::consts::TAU * b).cos()
     }
 }

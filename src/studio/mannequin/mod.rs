@@ -50,7 +50,7 @@ pub struct MannequinParams {
 
 impl Default for MannequinParams {
     fn default() -> Self {
-        Self { pairs: 50, seed: 2012, components: 15, cell: 0.004 }
+        Self { pairs: 75, seed: 2012, components: 15, cell: 0.004 }
     }
 }
 

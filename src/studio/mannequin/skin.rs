@@ -107,9 +107,9 @@ fn prune(row: &mut Row, on_plane: bool) {
         let whole = keep.clone();
         keep.retain(|j| whole.contains(&joint::mirrored(*j)));
     }
-    for j in 0..JOINTS {
+    for (j, weight) in row.iter_mut().enumerate() {
         if !keep.contains(&j) {
-            row[j] = 0.0;
+            *weight = 0.0;
         }
     }
     let sum: f64 = row.iter().sum();

@@ -145,7 +145,7 @@ fn add_yoke(body: &mut Anatomy) {
         exponent: [2.2, 2.2],
     };
     let stations = [
-        at(0.0, l.cervical - 0.008, l.suprasternal - 0.02, -0.034 * s, 0.056 * s, 0.054 * s, 0.08 * s),
+        at(0.0, l.cervical - 0.008, l.suprasternal - 0.02, -0.034 * s, 0.056 * s, 0.059 * s, 0.08 * s),
         at(neck * 0.95, l.cervical - 0.009, l.suprasternal - 0.02, -0.032 * s, 0.058 * s, 0.064 * s, 0.08 * s),
         at(
             neck + 0.30 * (half - neck),
