@@ -53,7 +53,7 @@ fn a_session_is_begun_scanned_and_told_about() {
     assert_eq!((&step["name"], &step["standing"][0]["stage"]), (&Value::from("body"), &Value::from("scan")));
     assert_eq!(step["stale"], serde_json::json!(["fit", "register", "figure"]));
     let recipe = std::fs::read_to_string(session.join("recipe.toml")).unwrap();
-    assert!(recipe.contains("file = \"../body.ply\""), "{recipe}");
+    assert!(recipe.contains("scan = \"../body.ply\""), "{recipe}");
     assert_eq!(overcoat_ok(&session, &["status", "-q"]).stdout, "");
 }
 

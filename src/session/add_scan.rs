@@ -38,7 +38,8 @@ impl Writer {
         check_extent(new)?;
         let mut step = StepRecipe {
             name: new.name.clone(),
-            scan: super::SourceFile { file: String::new(), hash: None },
+            scan: String::new(),
+            hash: None,
             template: new.template.clone(),
             unit: new.unit,
             up: new.up,
@@ -52,7 +53,8 @@ impl Writer {
             garment_kind::of_step(&step)?;
         }
         let bytes = source::read(&new.file)?;
-        step.scan = source::named(self.session.dir(), &new.file, &bytes)?;
+        let named = source::named(self.session.dir(), &new.file, &bytes)?;
+        (step.scan, step.hash) = (named.file, named.hash);
         self.session.recipe.put_step(step.clone(), new.replace)?;
         let (change, forced) = (format!("scan {}", new.name), Forced::Nothing);
         let mut walk = Walk::make(self, &change, &forced, on_event);

@@ -86,11 +86,11 @@ impl Session {
             StepStatus {
                 name: step.name.clone(),
                 template: step.template.clone(),
-                scan: step.scan.file.clone(),
+                scan: step.scan.clone(),
                 masks: step.masks.len(),
                 standing,
                 stale,
-                scan_changed: !self.source_is_as_it_was(&step.scan),
+                scan_changed: !self.source_is_as_it_was(&step.source()),
             }
         });
         Ok(status.collect())

@@ -91,9 +91,8 @@ impl Session {
 
 /// A step and the scan that it was made from; without its folder, which is nobody's business.
 fn origin(worn: &WornStep) -> (String, String) {
-    let scan = &worn.step.scan;
-    let file = Path::new(&scan.file).file_name().map(|f| f.to_string_lossy().into_owned()).unwrap_or_default();
-    let hash = scan.hash.map(|h| format!(", BLAKE3 {h}")).unwrap_or_default();
+    let file = Path::new(&worn.step.scan).file_name().map(|f| f.to_string_lossy().into_owned()).unwrap_or_default();
+    let hash = worn.step.hash.map(|h| format!(", BLAKE3 {h}")).unwrap_or_default();
     (format!("scan of {}", worn.step.name), format!("{file}{hash}"))
 }
 

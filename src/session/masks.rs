@@ -116,7 +116,7 @@ fn paint(session: &Session, step: &StepRecipe, scan: &Scan, path: &Path, mask: &
             Marks::paint(scan, strokes).map_err(|e| SessionError::bad_source(path, e))
         }
         Mask::Labels(numbers) => {
-            let file_vertices = vertices_of_file(session, &step.scan);
+            let file_vertices = vertices_of_file(session, &step.source());
             let labels =
                 Labels::from_numbers(numbers, scan, file_vertices).map_err(|e| SessionError::bad_source(path, e))?;
             Ok(Marks(labels.0.iter().map(|&label| Some(label)).collect::<PerVertex<_>>()))

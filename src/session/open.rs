@@ -142,6 +142,8 @@ impl Writer {
         Session::open(dir)?;
         let lock = Lock::take(dir)?;
         let session = Session::open(dir)?;
+        // A recipe may come alone.
+        session.store.create()?;
         session.store.sweep();
         sweep(dir);
         let writer = Self { session, _lock: lock };

@@ -48,8 +48,11 @@ pub struct SourceFile {
 pub struct StepRecipe {
     /// `body`, or the garment's name.
     pub name: String,
-    /// The scan.
-    pub scan: SourceFile,
+    /// The scan's file, as in [`SourceFile::file`].
+    pub scan: String,
+    /// What was in it, as in [`SourceFile::hash`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hash: Option<ContentHash>,
     /// The garment kind; absent for the body.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub template: Option<String>,
@@ -71,6 +74,13 @@ pub struct StepRecipe {
     /// Brush strokes, applied in this order.
     #[serde(default, rename = "mask", skip_serializing_if = "Vec::is_empty")]
     pub masks: Vec<SourceFile>,
+}
+
+impl StepRecipe {
+    /// The scan as a file that was given.
+    pub fn source(&self) -> SourceFile {
+        SourceFile { file: self.scan.clone(), hash: self.hash }
+    }
 }
 
 impl Recipe {
@@ -189,7 +199,8 @@ mod tests {
     fn step(name: &str, template: Option<&str>) -> StepRecipe {
         StepRecipe {
             name: name.into(),
-            scan: SourceFile { file: "../a.ply".into(), hash: Some(ContentHash::of(b"a")) },
+            scan: "../a.ply".into(),
+            hash: Some(ContentHash::of(b"a")),
             template: template.map(String::from),
             unit: None,
             up: Some(Up::MinusZ),
@@ -230,7 +241,7 @@ mod tests {
 
     #[test]
     fn a_broken_line_is_named() {
-        let text = "version = 1\n\n[[step]]\nname = \"body\"\nscan = { file = \"a.ply\" }\ncolour = 3\n";
+        let text = "version = 1\n\n[[step]]\nname = \"body\"\nscan = \"a.ply\"\ncolour = 3\n";
         match Recipe::parse(text, Path::new("recipe.toml")) {
             Err(SessionError::BadFile { line: Some(line), reason, .. }) => {
                 assert_eq!(line, 6);

@@ -54,13 +54,20 @@ impl Session {
 /// Fills in the hashes that a recipe written by hand leaves out, and keeps the copies that the session lacks.
 pub(super) fn keep_missing(session: &mut Session) -> Result<(), SessionError> {
     let mut recipe = session.recipe.clone();
-    let steps = recipe.steps.iter_mut().flat_map(|s| std::iter::once(&mut s.scan).chain(s.masks.iter_mut()));
-    for source in recipe.body.iter_mut().chain(steps) {
+    let keep = |source: SourceFile| -> Result<Option<ContentHash>, SessionError> {
         if source.hash.is_some_and(|hash| session.store.has(hash)) {
-            continue;
+            return Ok(source.hash);
         }
-        let bytes = session.source_bytes(source)?;
-        source.hash = Some(session.store.keep_bytes(&bytes)?);
+        Ok(Some(session.store.keep_bytes(&session.source_bytes(&source)?)?))
+    };
+    if let Some(body) = &mut recipe.body {
+        body.hash = keep(body.clone())?;
+    }
+    for step in &mut recipe.steps {
+        step.hash = keep(step.source())?;
+        for mask in &mut step.masks {
+            mask.hash = keep(mask.clone())?;
+        }
     }
     session.recipe = recipe;
     Ok(())

@@ -12,11 +12,11 @@ use std::path::Path;
 
 pub(super) fn scan(walk: &mut Walk, step: &StepRecipe) -> Result<Kept<Scan>, SessionError> {
     let params = params_of(step);
-    let kind = Path::new(&step.scan.file).extension().map(|e| e.to_string_lossy().to_lowercase());
-    let inputs = json!({ "file": step.scan.hash, "kind": kind, "params": params });
+    let kind = Path::new(&step.scan).extension().map(|e| e.to_string_lossy().to_lowercase());
+    let inputs = json!({ "file": step.hash, "kind": kind, "params": params });
     walk.stage(&step.name, Stage::Scan, inputs, |session, tell| {
-        let path = session.resolve(&step.scan.file);
-        let bytes = session.source_bytes(&step.scan)?;
+        let path = session.resolve(&step.scan);
+        let bytes = session.source_bytes(&step.source())?;
         let scan = read(&path, &bytes, &params, tell).map_err(|e| SessionError::bad_source(&path, e))?;
         // A copy is kept once the file is known to be good.
         session.store.keep_bytes(&bytes)?;
