@@ -36,7 +36,7 @@ pub(super) fn run(args: BuildArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     let forced = forced(args.force)?;
     let mut writer = Writer::open(&context.session)?;
-    let mut progress = Progress::new(&context.console);
+    let mut progress = Progress::of_stages(&context.console, writer.session().stage_count());
     let reports = writer.build(&forced, &mut |event| progress.show(event))?;
     progress.end();
     let ran = reports.iter().filter(|r| r.ran).count();

@@ -51,12 +51,14 @@ pub(super) fn run(args: DemoArgs, context: &Context) -> anyhow::Result<Done> {
     say(format!("demo in {}", dir.display()));
     create(&session_dir, &NewSession::default())?;
 
-    let mut progress = Progress::new(&context.console);
+    let mut progress = Progress::of_stages(&context.console, scans.len());
     let mut writer = Writer::open(&session_dir)?;
     for scan in &scans {
         let (name, template, file) = (scan.name.clone(), scan.template.clone(), scan.file.clone());
         writer.add_scan(&NewScan { name, template, file, ..NewScan::default() }, &mut |event| progress.show(event))?;
     }
+    progress.end();
+    let mut progress = Progress::of_stages(&context.console, writer.session().stage_count());
     let stages = writer.build(&Forced::Nothing, &mut |event| progress.show(event))?;
     drop(writer);
     progress.end();

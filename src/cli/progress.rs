@@ -18,38 +18,34 @@ pub(super) struct Progress {
 const TICK: Duration = Duration::from_millis(120);
 
 impl Progress {
-    /// For a command whose own line says all of it: only the bar.
-    pub fn quiet_bar(console: &Console) -> Self {
-        let mut progress = Self::new(console);
-        progress.plain = console.verbosity == Verbosity::Verbose;
-        progress
+    /// For a command of one stage, whose own line says all of it.
+    pub fn of_one_stage(console: &Console) -> Self {
+        Self {
+            bar: shown_bar(console, None),
+            plain: console.verbosity == Verbosity::Verbose,
+            verbosity: console.verbosity,
+        }
     }
 
-    pub fn new(console: &Console) -> Self {
-        let wanted = console.verbosity > Verbosity::Quiet && std::io::stderr().is_terminal();
-        let bar = wanted.then(|| {
-            let bar = ProgressBar::new_spinner();
-            if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed:>4} {wide_msg}") {
-                bar.set_style(style);
-            }
-            bar.enable_steady_tick(TICK);
-            bar
-        });
-        Self { bar, plain: true, verbosity: console.verbosity }
+    /// For a command of so many stages, with a line for each that runs.
+    pub fn of_stages(console: &Console, count: usize) -> Self {
+        Self { bar: shown_bar(console, Some(count)), plain: true, verbosity: console.verbosity }
     }
 
     pub fn show(&mut self, event: &Event) {
+        if let (Some(bar), Event::Ran(_) | Event::Stood(_)) = (&self.bar, event) {
+            bar.inc(1);
+        }
         match (&self.bar, event) {
-            (_, Event::Ran(_)) if !self.plain => {}
             _ if self.verbosity == Verbosity::Quiet => {}
             (Some(bar), Event::Started { step, stage }) => bar.set_message(format!("{step}: {stage}")),
             (Some(bar), Event::Progress { step, stage, text }) => bar.set_message(format!("{step}: {stage}, {text}")),
-            (Some(bar), Event::Ran(report)) => bar.suspend(|| print_aside(&ran(report))),
-            (None, Event::Ran(report)) => print_aside(&ran(report)),
+            (Some(bar), Event::Ran(report)) if self.plain => bar.suspend(|| print_aside(&ran(report))),
+            (None, Event::Ran(report)) if self.plain => print_aside(&ran(report)),
             (None, Event::Progress { step, stage, text }) if self.verbosity == Verbosity::Verbose => {
                 print_aside(&format!("{step}: {stage}, {text}"));
             }
-            (None, _) => {}
+            _ => {}
         }
     }
 
@@ -64,6 +60,21 @@ impl Drop for Progress {
     fn drop(&mut self) {
         self.end();
     }
+}
+
+fn shown_bar(console: &Console, stages: Option<usize>) -> Option<ProgressBar> {
+    if console.verbosity == Verbosity::Quiet || !std::io::stderr().is_terminal() {
+        return None;
+    }
+    let (bar, template) = match stages {
+        Some(count) => (ProgressBar::new(count as u64), "{bar:24} {pos}/{len} {elapsed:>4} {wide_msg}"),
+        None => (ProgressBar::new_spinner(), "{spinner} {elapsed:>4} {wide_msg}"),
+    };
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(TICK);
+    Some(bar)
 }
 
 fn ran(report: &StageReport) -> String {

@@ -52,7 +52,7 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
         replace: args.replace,
     };
     let mut writer = Writer::open(&context.session)?;
-    let mut progress = Progress::quiet_bar(&context.console);
+    let mut progress = Progress::of_one_stage(&context.console);
     let report = writer.add_scan(&new, &mut |event| progress.show(event))?;
     progress.end();
     let measure = |name: &str| report.measures.get(name).copied().unwrap_or(0.0);

@@ -4,7 +4,7 @@ use super::durable::{sweep, write_whole};
 use super::journal::{self, Change};
 use super::lock::Lock;
 use super::recipe::Recipe;
-use super::state::State;
+use super::state::{Stage, State};
 use super::timings::Timings;
 use super::{ContentHash, SessionError, Store};
 use std::path::{Path, PathBuf};
@@ -88,6 +88,11 @@ impl Session {
     /// What was asked for.
     pub fn recipe(&self) -> &Recipe {
         &self.recipe
+    }
+
+    /// How many stages a build walks through.
+    pub fn stage_count(&self) -> usize {
+        self.recipe.steps.iter().map(|s| Stage::of_step(s.template.is_none()).len()).sum()
     }
 
     /// What stands.

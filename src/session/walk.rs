@@ -29,6 +29,8 @@ pub enum Event<'a> {
     },
     /// A stage has run, and its result is on disk.
     Ran(&'a StageReport),
+    /// The result of a stage stood already.
+    Stood(&'a StageReport),
 }
 
 /// A stage after a walk.
@@ -155,8 +157,10 @@ impl<'a> Walk<'a> {
                 Ok(Kept::named(record.output))
             }
             (Self::Look { .. }, None) => Err(SessionError::NotBuilt { step: step.into(), stage }),
-            (Self::Make { writer, forced, reports, .. }, Some(record)) if !forced.holds(step, stage) => {
-                reports.push(report(&writer.session, step, stage, &record, false));
+            (Self::Make { writer, forced, on_event, reports, .. }, Some(record)) if !forced.holds(step, stage) => {
+                let old = report(&writer.session, step, stage, &record, false);
+                on_event(&Event::Stood(&old));
+                reports.push(old);
                 Ok(Kept::named(record.output))
             }
             (Self::Make { writer, change, on_event, reports, .. }, _) => {
