@@ -5,7 +5,7 @@ use anyhow::{Context, Result, bail};
 use overcoat::body::embedded_model;
 use overcoat::formats::{PlyOptions, RawMesh, write_ply};
 use overcoat::geometry::{PerVertex, TriMesh};
-use overcoat::studio::{GarmentKind, InventedSession, ScannerParams, StudioParams, TruthNaming, invent};
+use overcoat::studio::{GarmentKind, InventedSession, ScannerParams, StudioParams, TruthNaming, invent, layer_pairs};
 use std::fs::{File, create_dir_all};
 use std::path::{Path, PathBuf};
 
@@ -34,7 +34,11 @@ fn main() -> Result<()> {
     let dir = dir.context("where to? give a folder")?;
     let session = invent(&embedded_model()?, &params);
     for (k, step) in session.steps.iter().enumerate() {
-        println!("{k}-{}: {} vertices, {} triangles", step.name, step.scan.vertex_count(), step.scan.face_count());
+        let names = session.steps.iter().map(|s| s.name.as_str());
+        let worn: Vec<(&str, &TriMesh)> =
+            names.zip(std::iter::once(&step.truth.body).chain(&step.truth.layers)).collect();
+        let crossing: usize = layer_pairs(&worn).iter().map(|pair| pair.intersecting_pairs).sum();
+        println!("{k}-{}: {} triangles scanned; {crossing} pairs cross in truth", step.name, step.scan.face_count());
     }
     write_session(&session, &dir)
 }

@@ -19,7 +19,7 @@ pub struct ScannerParams {
 
 impl Default for ScannerParams {
     fn default() -> Self {
-        Self { views: 72, voxel: 4.5e-3, faces: 60_000 }
+        Self { views: 72, voxel: 4.5e-3, faces: 70_000 }
     }
 }
 

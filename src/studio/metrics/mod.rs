@@ -184,6 +184,8 @@ impl MetricsError {
 
 /// Measures a session against its truth; see the head of this file for what goes in.
 ///
+/// `truth_bind` is compared only for subjects of our own model: another rig's bind pose is another pose.
+///
 /// **Errors** when session and truth do not belong together.
 pub fn measure(
     results: &[ResultStep],
@@ -195,6 +197,7 @@ pub fn measure(
     if results.len() > truths.len() {
         return Err(MetricsError::MoreStepsThanTruth { steps: results.len(), truth_steps: truths.len() });
     }
+    let truth_bind = truth_bind.filter(|_| kind == SubjectKind::Invented);
     let steps = results
         .iter()
         .zip(truths)

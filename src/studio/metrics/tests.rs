@@ -277,7 +277,12 @@ fn a_perfect_session_meets_every_target_and_a_damaged_one_fails_its_own() {
     let mut damaged = results.clone();
     damaged[1].body = shifted(&damaged[1].body, Vec3::new(0.0, 0.0, 0.03));
     damaged[1].labels = damaged[1].labels.as_ref().map(|l| PerVertex::filled(false, l.len()));
-    let damaged = measure(&damaged, &bind, &truths, None, SubjectKind::Foreign).unwrap();
+    let damaged = measure(&damaged, &bind, &truths, Some(&truth_bind), SubjectKind::Foreign).unwrap();
+    assert_eq!(
+        damaged.steps[1].garment.as_ref().unwrap().garment_surface_bind_mean_mm,
+        None,
+        "another rig's bind pose"
+    );
     let failed: Vec<&str> = damaged.targets.iter().filter(|t| !t.meets_first).map(|t| t.metric.as_str()).collect();
     for metric in ["outside_scan", "outside_truth_percent", "outside_truth_p999_mm", "garment_iou, mean"] {
         assert!(failed.contains(&metric), "{metric} must fail: {failed:?}");
