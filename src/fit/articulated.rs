@@ -301,3 +301,73 @@ pub(crate) fn standing(skeleton: &Skeleton, heading: f64, hips_at: Point) -> Pos
     debug_assert!(Translation3::from(pose.translation).vector.iter().all(|x| x.is_finite()));
     pose
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::embedded_model;
+
+    /// A pose with every joint turned, so that no term of the Jacobian vanishes.
+    fn turned(joints: usize) -> Pose {
+        let mut pose = Pose::bind(joints);
+        pose.translation = Vec3::new(0.1, -0.2, 0.3);
+        for (j, r) in pose.rotations.iter_mut().enumerate() {
+            let t = j as f64;
+            *r = UnitQuaternion::from_scaled_axis(Vec3::new((t * 0.7).sin(), (t * 1.3).cos(), (t * 0.4).sin()) * 0.3);
+        }
+        pose
+    }
+
+    #[test]
+    fn the_jacobian_is_that_of_finite_differences() {
+        let model = embedded_model().unwrap();
+        let body = Articulated::of_model(&model);
+        let pose = turned(body.joint_count());
+        let shape = Shape((0..body.component_count()).map(|k| 0.5 - 0.1 * k as f64).collect());
+        let posed = body.posed(&pose, &shape);
+        let normal = Vec3::new(0.48, -0.6, 0.64);
+        let step = 1e-6;
+        for v in (0..model.template.vertex_count()).step_by(997).map(VertexId::from_index) {
+            let mut analytic = vec![0.0; body.unknown_count()];
+            for (column, value) in body.gradient(&posed, &Residual::on_vertex(v, normal, 0.0, 1.0)) {
+                analytic[column] += value;
+            }
+            for (column, expected) in analytic.iter().enumerate() {
+                let height = |sign: f64| {
+                    let mut delta = DVector::zeros(body.unknown_count());
+                    delta[column] = sign * step;
+                    let (p, s) = body.stepped(&posed, &pose, &shape, &delta);
+                    normal.dot(&body.posed(&p, &s).points[v].coords)
+                };
+                let numeric = (height(1.0) - height(-1.0)) / (2.0 * step);
+                assert!(
+                    (numeric - expected).abs() < 1e-5,
+                    "vertex {v:?}, unknown {column}: {numeric} against {expected}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn summing_does_not_depend_on_the_number_of_threads() {
+        let model = embedded_model().unwrap();
+        let body = Articulated::of_model(&model);
+        let posed = body.posed(&turned(body.joint_count()), &model.mean_shape());
+        let residuals: Vec<Residual> = (0..3000)
+            .map(|i| {
+                Residual::on_vertex(
+                    VertexId(i),
+                    Vec3::new(0.0, 0.6, 0.8),
+                    1e-3 * f64::from(i % 7),
+                    1.0 / f64::from(1 + i % 5),
+                )
+            })
+            .collect();
+        let with = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| body.normal_equations(&posed, &residuals))
+        };
+        let (one, four) = (with(1), with(4));
+        assert!(one.h == four.h && one.g == four.g, "the same bits");
+    }
+}

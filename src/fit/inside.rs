@@ -309,14 +309,11 @@ impl Solver<'_> {
 
     /// How far each constrained vertex must still be drawn in; negative where it is clear.
     fn needed_offsets(&self, posed: &Posed) -> PerVertex<Option<f64>> {
-        self.sides(posed)
-            .into_iter()
-            .enumerate()
-            .map(|(i, s)| s.map(|s| self.margin_at(VertexId::from_index(i)) - s.clearance))
-            .collect()
+        self.sides(posed).into_iter().map(|s| s.map(|s| self.params.margin - s.clearance)).collect()
     }
 
-    /// The margin, less near places where skin may show: there the scan is the skin itself, noise and all.
+    /// What a pose must keep: the margin, less near places where skin may show. There the scan may be the skin itself,
+    /// noise and all, and only the bounded offset holds the whole margin.
     fn margin_at(&self, v: VertexId) -> f64 {
         /// Noise of the scan plus the error of the registered surface, where both are the same skin. Metres.
         const TOLERANCE: f64 = 0.006;
