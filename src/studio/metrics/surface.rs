@@ -36,8 +36,9 @@ pub fn joint_mean_mm(result: &JointPositions, truth: &JointPositions) -> Option<
 /// Share (0–1) of covered skin that lies outside the scan by more than `margin` metres, of all covered skin that the
 /// scan saw well.
 ///
-/// Seen well: the closest point of the scan lies in a face without a boundary vertex. Where the scan has a hole nothing
-/// can be certified.
+/// Seen well: the closest point of the scan lies in a face without a boundary vertex that faces the way the skin does.
+/// Where the scan has a hole nothing can be certified; and a face turned away from the skin (a membrane that fusion left
+/// between an open front and what is worn below) is no observation of what lies over it.
 pub fn outside_scan(body: &TriMesh, covered: &PerVertex<bool>, scan: &TriMesh, margin: f64) -> f64 {
     let index = SurfaceIndex::prepare(scan);
     let on_boundary = crate::geometry::Adjacency::prepare(scan).boundary_vertices();
@@ -46,7 +47,9 @@ pub fn outside_scan(body: &TriMesh, covered: &PerVertex<bool>, scan: &TriMesh, m
         .filter(|s| body.faces()[s.face].iter().all(|&v| covered[v]))
         .map(|s| {
             let (closest, side) = index.closest_signed(&s.point);
-            let seen_well = closest.distance.is_finite() && !scan.faces()[closest.face].iter().any(|&v| on_boundary[v]);
+            let seen_well = closest.distance.is_finite()
+                && !scan.faces()[closest.face].iter().any(|&v| on_boundary[v])
+                && scan.face_normal(closest.face).dot(&body.face_normal(s.face)) > 0.0;
             seen_well.then_some(side > 0.0 && closest.distance > margin)
         })
         .collect();

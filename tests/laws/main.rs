@@ -1,0 +1,5 @@
+//! Laws that hold whatever the input: invariance, null spaces, fast against naive, one thread against many.
+
+mod fitting;
+mod meshes;
+mod skinning;
