@@ -86,7 +86,9 @@ fn ran(report: &StageReport) -> String {
 
 /// Measures as `name value` in one line.
 pub(super) fn measures_text(report: &StageReport) -> String {
-    report.measures.iter().map(|(name, value)| format!("{name} {}", number(*value))).collect::<Vec<_>>().join(", ")
+    // That a fit converged is what one expects; that it did not is said.
+    let told = report.measures.iter().filter(|(name, value)| *name != "converged" || **value == 0.0);
+    told.map(|(name, value)| format!("{name} {}", number(*value))).collect::<Vec<_>>().join(", ")
 }
 
 fn number(value: f64) -> String {

@@ -68,6 +68,7 @@ impl Session {
             (Some(change), (Some(recipe), Some(state))) if ContentHash::of(state.as_bytes()) == change.state => {
                 (recipe, Some(state))
             }
+            (Some(change), (Some(recipe), None)) => (recipe, Some(snapshot(&store, change.state)?)),
             // Whoever wrote the journal's last line did not come to write the files: the journal is right.
             (Some(change), _) => (snapshot(&store, change.recipe)?, Some(snapshot(&store, change.state)?)),
         };
@@ -192,11 +193,14 @@ impl Writer {
     fn complete_last_change(&self) -> Result<(), SessionError> {
         let session = &self.session;
         let Some(last) = &session.last else { return Ok(()) };
-        let there = read_text(&state_path(&session.dir))?;
-        if there.is_some_and(|text| ContentHash::of(text.as_bytes()) == last.state) {
+        let (recipe_path, state_path) = (recipe_path(&session.dir), state_path(&session.dir));
+        let there = read_text(&state_path)?;
+        if there.as_ref().is_some_and(|text| ContentHash::of(text.as_bytes()) == last.state) {
             return Ok(());
         }
-        write_whole(&recipe_path(&session.dir), snapshot(&session.store, last.recipe)?.as_bytes())?;
-        write_whole(&state_path(&session.dir), snapshot(&session.store, last.state)?.as_bytes())
+        if there.is_some() || !recipe_path.exists() {
+            write_whole(&recipe_path, snapshot(&session.store, last.recipe)?.as_bytes())?;
+        }
+        write_whole(&state_path, snapshot(&session.store, last.state)?.as_bytes())
     }
 }
