@@ -82,8 +82,10 @@ fn a_recipe_edited_by_hand_counts_and_keeps_its_comments() {
     let edited = text.replace("template = \"tshirt\"", "template = \"tshirt\" # too long\nuntil = \"hip\"");
     assert_ne!(edited, text);
     std::fs::write(&path, &edited).unwrap();
+    std::fs::remove_file(session.join("session.json")).unwrap();
     let status = overcoat_ok(&session, &["status", "--json"]).json();
     assert_eq!(status["steps"][1]["name"], "shirt");
+    assert_eq!(status["steps"][1]["standing"][0]["stage"], "scan", "what was made still counts");
     assert_eq!(std::fs::read_to_string(&path).unwrap(), edited);
 }
 

@@ -50,7 +50,10 @@ pub(super) fn lines_of(report: &TruthReport) -> Vec<String> {
         };
         lines.push(format!("step {} {}", step.step, step.name));
         lines.extend(
-            measures.iter().filter_map(|(name, value)| Some(format!("  {name:<32} {:>10.3}", value.as_f64()?))),
+            measures
+                .iter()
+                .filter(|(name, _)| *name != "step")
+                .filter_map(|(name, value)| Some(format!("  {name:<32} {:>10.3}", value.as_f64()?))),
         );
     }
     lines.push("targets (first / goal)".into());
