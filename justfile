@@ -22,7 +22,7 @@ pictures:
     cd target/pictures/layers && ../../release/examples/render_mesh body.ply tshirt.ply skirt.ply --views three-quarter --size 300x520 -o ../../../.pictures/layers.png
     cd target/pictures/layers && ../../release/examples/render_mesh body.ply tshirt.ply skirt.ply --paint rgb --views three-quarter --size 300x520 -o ../../../.pictures/character.png
 
-# The embedded body model, from measured populations; about a minute
+# The embedded body model, from measured populations
 body-model:
     cargo run --release --no-default-features --example build_body_model -- templates/body/adult.npz
 
