@@ -18,8 +18,8 @@ pub(crate) struct Dressed {
     /// For body vertices that must stay inside: distance along the body from the nearest that need not, in metres, no
     /// more than [`UNSURE`].
     pub(crate) under_cover: PerVertex<f64>,
-    /// How much of the vertex moves with an arm, 0–1.
-    pub(crate) on_arm: PerVertex<f64>,
+    /// How many garments lie over a body vertex, the new one included.
+    pub(crate) layers_over: PerVertex<f64>,
     pub(crate) body_count: usize,
 }
 
@@ -51,17 +51,16 @@ impl Dressed {
         let body_count = mesh_in_bind.vertex_count();
         // Indices were checked layer by layer, and an offset keeps them in range.
         let mesh_in_bind = TriMesh::try_new(points, faces).unwrap_or(mesh_in_bind);
-        let is_arm: Vec<bool> =
-            figure.skeleton.names.iter().map(|n| n.contains("UpperArm") || n.contains("LowerArm")).collect();
         let weights = SkinWeights::from_rows(rows);
-        let on_arm = weights
-            .rows()
+        let worn = layers_worn_over(&figure.body().mesh, &outer);
+        let layers_over = body_cover
             .iter()
-            .map(|row| row.iter().filter(|(j, _)| is_arm[j.index()]).map(|r| r.1).sum::<f64>())
+            .zip(worn)
+            .map(|(cover, worn)| worn + if *cover == Cover::Bare { 0.0 } else { 1.0 })
             .collect();
         let mut dressed = Self {
             mesh_in_bind,
-            on_arm,
+            layers_over,
             weights,
             cover: cover.into(),
             hidden: hidden.into(),
@@ -97,6 +96,17 @@ impl Dressed {
     pub(crate) fn must_stay_inside(&self, v: VertexId) -> bool {
         v.index() < self.body_count && (self.hidden[v] || self.cover[v] != Cover::Bare)
     }
+}
+
+/// How many of the layers lie over each vertex.
+fn layers_worn_over(mesh: &TriMesh, layers: &[SurfaceIndex]) -> Vec<f64> {
+    let mut count = vec![0.0; mesh.vertex_count()];
+    for layer in layers {
+        for (sum, hidden) in count.iter_mut().zip(hidden_by(mesh, std::slice::from_ref(layer))) {
+            *sum += f64::from(u8::from(hidden));
+        }
+    }
+    count
 }
 
 fn hidden_by(mesh: &TriMesh, outer: &[SurfaceIndex]) -> Vec<bool> {

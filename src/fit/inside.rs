@@ -29,6 +29,8 @@ pub struct InsideParams {
     pub iterations: usize,
     /// Least distance of hidden body from the observed scan, in metres: about twice the noise that fusion leaves.
     pub margin: f64,
+    /// Added to the margin for each garment over the place, in metres: what is observed is the outer face of the cloth.
+    pub thickness: f64,
     /// How much of the margin a pose may lack where the offset can make up for it, in metres: noise and a collar's rim
     /// must not move a whole torso.
     pub give: f64,
@@ -48,6 +50,7 @@ impl Default for InsideParams {
             samples: 4000,
             iterations: 24,
             margin: 0.002,
+            thickness: 0.0012,
             give: 0.003,
             greatest_offset: 0.006,
             constrained: true,
@@ -312,24 +315,32 @@ impl Solver<'_> {
         self.sides(posed).into_iter().map(|s| s.map(|s| self.params.margin - s.clearance)).collect()
     }
 
+    /// The margin where a vertex lies under inner layers too: each is cloth between the skin and what is observed.
+    fn margin_under(&self, v: VertexId) -> f64 {
+        self.params.margin + self.params.thickness * self.dressed.layers_over[v]
+    }
+
     /// What a pose must keep: the margin, less near places where skin may show. There the scan may be the skin itself,
     /// noise and all, and only the bounded offset holds the whole margin.
     fn margin_at(&self, v: VertexId) -> f64 {
         /// Noise of the scan plus the error of the registered surface, where both are the same skin. Metres.
         const TOLERANCE: f64 = 0.006;
         let depth = (self.dressed.under_cover[v] / UNSURE).min(1.0);
-        self.params.margin - TOLERANCE * (1.0 - depth)
+        self.margin_under(v) - TOLERANCE * (1.0 - depth)
     }
 
     fn normals(&self, posed: &Posed) -> PerVertex<Vec3> {
         self.dressed.mesh_in_bind.with_points(posed.points.clone()).vertex_normals()
     }
 
-    /// Vertices that take part as data: all that no layer worn before hides.
+    /// Vertices that take part as data: shown ones, and those under cloth that lies close. Loose cloth is a wall, no
+    /// data: pulls toward it (evenly around arms, or where it should rest on shoulders) were tried on a coat and moved the
+    /// arms away from their truth.
     fn samples(&self, count: usize) -> Vec<(VertexId, f64)> {
         let mut areas = self.dressed.mesh_in_bind.vertex_areas();
         for (i, a) in areas.0.iter_mut().enumerate() {
-            if self.dressed.hidden[VertexId::from_index(i)] {
+            let v = VertexId::from_index(i);
+            if self.dressed.hidden[v] || self.dressed.cover[v] == Cover::Loose {
                 *a = 0.0;
             }
         }
@@ -347,10 +358,6 @@ impl Solver<'_> {
         const CLOSE_CLOTH: f64 = 0.008;
         /// Weight of close cloth against skin that shows.
         const TIGHT_WEIGHT: f64 = 0.1;
-        /// Loose cloth rests on what faces up (shoulders, the tops of the arms), so there it is close. Cosine to +Y.
-        const CARRIES: f64 = 0.5;
-        /// Loose cloth around an arm pulls evenly from all sides, so weakly that a sleeve only centres it.
-        const SLEEVE_WEIGHT: f64 = 0.03;
         let normals = self.normals(posed);
         samples
             .par_iter()
@@ -364,14 +371,8 @@ impl Solver<'_> {
                 let weight = robust(area, hit.distance, reach);
                 match self.dressed.cover[v] {
                     Cover::Bare => Some(Residual::on_vertex(v, hit.normal, gap, weight)),
-                    cover => {
-                        let share = match cover {
-                            Cover::Loose if normals[v].y < CARRIES => SLEEVE_WEIGHT * self.dressed.on_arm[v],
-                            _ => TIGHT_WEIGHT,
-                        };
-                        (gap > CLOSE_CLOTH && share > 0.0)
-                            .then(|| Residual::on_vertex(v, hit.normal, gap - CLOSE_CLOTH, weight * share))
-                    }
+                    _ => (gap > CLOSE_CLOTH)
+                        .then(|| Residual::on_vertex(v, hit.normal, gap - CLOSE_CLOTH, weight * TIGHT_WEIGHT)),
                 }
             })
             .collect()
