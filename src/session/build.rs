@@ -74,7 +74,7 @@ impl Session {
         }
         looked.or_else(not_built_is_fine)?;
         let mut reports = walk.into_reports();
-        reports.sort_by_key(|r| r.stage);
+        reports.sort_by(|a, b| (a.stage, &a.step).cmp(&(b.stage, &b.step)));
         reports.dedup_by(|a, b| a.step == b.step && a.stage == b.stage);
         let status = self.recipe.steps.iter().map(|step| {
             let standing: Vec<StageReport> = reports.iter().filter(|r| r.step == step.name).cloned().collect();
