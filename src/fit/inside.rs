@@ -9,7 +9,7 @@ use super::dressed::Dressed;
 use super::naked::robust;
 use super::offset::bounded_offsets;
 use super::prior::{limbs_only, pose_stiffness};
-use super::surface::{ScanSurface, spread};
+use super::surface::{ScanHit, ScanSurface, spread};
 use super::{Cover, FitError, FitReport, PoseInside, Step};
 use crate::body::{Figure, JointLimits, Pose, Shape};
 use crate::geometry::{PerVertex, Point, SurfaceIndex, Vec3, VertexId};
@@ -143,6 +143,14 @@ struct Solver<'a> {
 struct Side {
     normal: Vec3,
     clearance: f64,
+    /// Cosine between `normal` and the vertex's own: a move along the latter gains this share of clearance.
+    cosine: f64,
+}
+
+impl Side {
+    fn of(hit: &ScanHit, p: &Point, n: &Vec3) -> Self {
+        Self { normal: hit.normal, clearance: hit.normal.dot(&(hit.point - p)), cosine: hit.normal.dot(n) }
+    }
 }
 
 impl Solver<'_> {
@@ -312,7 +320,11 @@ impl Solver<'_> {
 
     /// How far each constrained vertex must still be drawn in; negative where it is clear.
     fn needed_offsets(&self, posed: &Posed) -> PerVertex<Option<f64>> {
-        self.sides(posed).into_iter().map(|s| s.map(|s| self.params.margin - s.clearance)).collect()
+        self.sides(posed)
+            .into_iter()
+            .enumerate()
+            .map(|(i, side)| side.map(|s| (self.margin_under(VertexId::from_index(i)) - s.clearance) / s.cosine))
+            .collect()
     }
 
     /// The margin where a vertex lies under inner layers too: each is cloth between the skin and what is observed.
@@ -453,7 +465,7 @@ fn side_of(surface: &ScanSurface, p: &Point, n: &Vec3) -> Option<Side> {
             return None;
         }
         if hit.normal.dot(n) > LEAST_COSINE {
-            return Some(Side { normal: hit.normal, clearance: hit.normal.dot(&(hit.point - p)) });
+            return Some(Side::of(&hit, p, n));
         }
     }
     let facing = |direction: Vec3, max: f64| {
@@ -467,5 +479,5 @@ fn side_of(surface: &ScanSurface, p: &Point, n: &Vec3) -> Option<Side> {
         (None, Some(b)) => b,
         (None, None) => return None,
     };
-    Some(Side { normal: hit.normal, clearance: hit.normal.dot(&(hit.point - p)) })
+    Some(Side::of(&hit, p, n))
 }

@@ -54,8 +54,8 @@ fn one_thread_and_many_fit_the_same_bits() {
     assert!(with(1) == with(3));
 }
 
-/// A body and itself grown by `ease` along its normals: cloth everywhere, as even as can be.
-fn dressed(model: &BodyModel, ease: f64) -> (Figure, Pose, Scan) {
+/// A body, and itself grown by `ease` along its normals where it is covered: cloth as even as can be.
+fn dressed(model: &BodyModel, ease: f64, cover: &PerVertex<Cover>) -> (Figure, Pose, Scan) {
     let (mesh, skeleton) = model.shaped(&model.mean_shape());
     let figure = Figure {
         skeleton: skeleton.clone(),
@@ -71,7 +71,13 @@ fn dressed(model: &BodyModel, ease: f64) -> (Figure, Pose, Scan) {
         }],
     };
     let normals = mesh.vertex_normals();
-    let grown: PerVertex<Point> = mesh.points().iter().zip(normals.iter()).map(|(p, n)| p + n * ease).collect();
+    let grown: PerVertex<Point> = mesh
+        .points()
+        .iter()
+        .zip(normals.iter())
+        .zip(cover.iter())
+        .map(|((p, n), c)| if *c == Cover::Bare { *p } else { p + n * ease })
+        .collect();
     (figure, Pose::bind(skeleton.len()), Scan::from_clean_mesh(mesh.with_points(grown), None))
 }
 
@@ -90,7 +96,7 @@ fn under_cloth_the_body_is_inside_and_a_scan_smaller_than_it_is_told() {
     let model = embedded_model().unwrap();
     let cover = tight_everywhere_but_head_and_hands(&model);
     let run = |ease: f64| {
-        let (figure, start, scan) = dressed(&model, ease);
+        let (figure, start, scan) = dressed(&model, ease, &cover);
         fit_inside(&scan, &figure, &start, &cover, &model.limits, &InsideParams::default(), &mut |_| {})
             .expect("a pose")
     };
