@@ -3,7 +3,7 @@
 use super::Context;
 use super::console::{Done, secs};
 use super::progress::{Progress, measures_text};
-use crate::session::{Forced, SessionError, Stage, Writer};
+use crate::session::{Forced, SessionError, Stage};
 use serde_json::json;
 use std::time::Instant;
 
@@ -35,7 +35,7 @@ fn forced(typed: Option<Vec<String>>) -> Result<Forced, SessionError> {
 pub(super) fn run(args: BuildArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     let forced = forced(args.force)?;
-    let mut writer = Writer::open(&context.session)?;
+    let mut writer = context.writer()?;
     let mut progress = Progress::of_stages(&context.console, writer.session().stage_count());
     let reports = writer.build(&forced, &mut |event| progress.show(event))?;
     progress.end();

@@ -1,6 +1,7 @@
 //! What a command says: sentences for people, or one JSON object.
 
 use serde_json::{Map, Value};
+use std::cell::RefCell;
 use std::io::Write;
 use std::time::Duration;
 
@@ -25,6 +26,7 @@ pub(super) struct Done {
 pub(super) struct Console {
     json: bool,
     pub verbosity: Verbosity,
+    notices: RefCell<Vec<String>>,
 }
 
 impl Done {
@@ -56,7 +58,15 @@ impl Done {
 
 impl Console {
     pub fn new(json: bool, verbosity: Verbosity) -> Self {
-        Self { json, verbosity }
+        Self { json, verbosity, notices: RefCell::default() }
+    }
+
+    /// What a person should know although the command goes on: at once on stderr, and in the object for programs.
+    pub fn notices(&self, notices: &[String]) {
+        if !self.json {
+            notices.iter().for_each(|notice| print_aside(&format!("note: {notice}")));
+        }
+        self.notices.borrow_mut().extend_from_slice(notices);
     }
 
     /// Tells what was done.
@@ -64,6 +74,9 @@ impl Console {
         if self.json {
             let mut object = done.json.clone();
             object.insert("next".into(), done.next.clone().into());
+            if !self.notices.borrow().is_empty() {
+                object.insert("notices".into(), self.notices.borrow().clone().into());
+            }
             print_line(&Value::Object(object).to_string());
         } else if self.verbosity > Verbosity::Quiet {
             for line in &done.lines {

@@ -2,7 +2,7 @@
 
 use super::Context;
 use super::console::{Done, secs};
-use crate::session::{ExportRequest, Session};
+use crate::session::ExportRequest;
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -26,7 +26,7 @@ pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     let request =
         ExportRequest { target: args.target, at: args.at, scan: args.scan, before_registration: args.stage.is_some() };
-    let files = Session::open(&context.session)?.export(&request)?;
+    let files = context.reader()?.export(&request)?;
     let shown: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
     let json = json!({
         "session": context.session.display().to_string(),

@@ -2,7 +2,6 @@
 
 use super::Context;
 use super::console::{Done, secs};
-use crate::session::Writer;
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -18,7 +17,7 @@ pub(super) struct MaskArgs {
 pub(super) fn run(args: MaskArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     let file = context.input(args.file);
-    let report = Writer::open(&context.session)?.add_mask(&args.layer, &file)?;
+    let report = context.writer()?.add_mask(&args.layer, &file)?;
     let json = json!({
         "session": context.session.display().to_string(),
         "layer": args.layer,

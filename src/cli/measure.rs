@@ -2,7 +2,7 @@
 
 use super::Context;
 use super::console::{Done, secs};
-use crate::session::{Session, Subject, TruthReport};
+use crate::session::{Subject, TruthReport};
 use anyhow::Context as _;
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -22,7 +22,7 @@ pub(super) fn run(args: MeasureArgs, context: &Context) -> anyhow::Result<Done> 
     let began = Instant::now();
     let subject = if args.invented { Subject::Invented } else { Subject::Foreign };
     let truth = context.input(args.truth);
-    let report = Session::open(&context.session)?.measure(&truth, subject)?;
+    let report = context.reader()?.measure(&truth, subject)?;
     let mut json = json!({
         "session": context.session.display().to_string(),
         "truth": truth.display().to_string(),

@@ -1,21 +1,26 @@
 //! The command line: arguments as typed, arguments as validated, run. One file a command; what a command did goes to
 //! stdout, how it is going to stderr.
 
+mod branch;
 mod build;
 mod console;
 mod demo;
 mod export;
 mod failure;
 mod fault;
+mod log;
 mod mask;
 mod measure;
 mod new;
 mod progress;
+mod redo;
 mod scan;
 mod status;
 mod templates;
+mod undo;
 mod view;
 
+use crate::session::{Session, SessionError, Writer};
 use clap::{Parser, Subcommand};
 use console::{Console, Done, Verbosity};
 use std::ffi::OsString;
@@ -56,6 +61,14 @@ enum Command {
     Mask(mask::MaskArgs),
     /// What stands, what is stale, what each step measured
     Status(status::StatusArgs),
+    /// Take the last change back: a scan, a mask, a parameter
+    Undo(undo::UndoArgs),
+    /// Do again what was undone
+    Redo(redo::RedoArgs),
+    /// What was done and undone
+    Log(log::LogArgs),
+    /// Try something else without losing what is there
+    Branch(branch::BranchArgs),
     /// Write the figure, or a step, as files
     Export(export::ExportArgs),
     /// Write a recording for the Rerun viewer, or a picture of every step
@@ -108,6 +121,10 @@ fn run(command: Command, context: &Context) -> anyhow::Result<Done> {
         Command::Build(args) => build::run(args, context),
         Command::Mask(args) => mask::run(args, context),
         Command::Status(args) => status::run(args, context),
+        Command::Undo(args) => undo::run(args, context),
+        Command::Redo(args) => redo::run(args, context),
+        Command::Log(args) => log::run(args, context),
+        Command::Branch(args) => branch::run(args, context),
         Command::Export(args) => export::run(args, context),
         Command::View(args) => view::run(args, context),
         Command::Measure(args) => measure::run(args, context),
@@ -116,6 +133,20 @@ fn run(command: Command, context: &Context) -> anyhow::Result<Done> {
 }
 
 impl Context {
+    /// The session, to be looked at.
+    fn reader(&self) -> Result<Session, SessionError> {
+        let session = Session::open(&self.session)?;
+        self.console.notices(session.notices());
+        Ok(session)
+    }
+
+    /// The session, to be changed.
+    fn writer(&self) -> Result<Writer, SessionError> {
+        let writer = Writer::open(&self.session)?;
+        self.console.notices(writer.session().notices());
+        Ok(writer)
+    }
+
     /// An input as seen from the current folder, or else from the session's.
     fn input(&self, path: PathBuf) -> PathBuf {
         let from_session = self.session.join(&path);

@@ -4,7 +4,7 @@ use super::Context;
 use super::console::{Done, secs};
 use super::progress::Progress;
 use crate::scan::{Unit, Up};
-use crate::session::{NewScan, Writer};
+use crate::session::NewScan;
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -51,7 +51,7 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
         sleeve: args.sleeve,
         replace: args.replace,
     };
-    let mut writer = Writer::open(&context.session)?;
+    let mut writer = context.writer()?;
     let mut progress = Progress::of_one_stage(&context.console);
     let report = writer.add_scan(&new, &mut |event| progress.show(event))?;
     progress.end();

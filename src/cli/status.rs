@@ -3,7 +3,7 @@
 use super::Context;
 use super::console::{Done, secs};
 use super::progress::measures_text;
-use crate::session::{BodyModelSource, Session, Stage, StepStatus};
+use crate::session::{BodyModelSource, Stage, StepStatus};
 use serde_json::json;
 use std::time::{Duration, Instant};
 
@@ -12,7 +12,7 @@ pub(super) struct StatusArgs {}
 
 pub(super) fn run(_: StatusArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
-    let session = Session::open(&context.session)?;
+    let session = context.reader()?;
     let steps = session.status()?;
     let body = match session.body_model_source() {
         BodyModelSource::Embedded => "embedded".to_string(),
@@ -22,6 +22,7 @@ pub(super) fn run(_: StatusArgs, context: &Context) -> anyhow::Result<Done> {
     let json = json!({
         "session": context.session.display().to_string(),
         "body_model": body,
+        "branch": session.history().current().name,
         "up_to_date": stale == 0 && !steps.is_empty(),
         "steps": steps,
         "secs": began.elapsed().as_secs_f64(),

@@ -2,7 +2,7 @@
 
 use super::Context;
 use super::console::{Done, secs};
-use crate::session::{Session, SessionError};
+use crate::session::SessionError;
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -24,7 +24,7 @@ pub(super) fn run(args: ViewArgs, context: &Context) -> anyhow::Result<Done> {
         let hint = "--save OUT.rrd for the Rerun viewer, --sheet OUT.png for a picture of every step".into();
         return Err(SessionError::BadRequest { what, hint }.into());
     }
-    let session = Session::open(&context.session)?;
+    let session = context.reader()?;
     let mut done_lines = Vec::new();
     let mut next = Vec::new();
     if let Some(path) = &args.sheet {

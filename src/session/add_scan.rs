@@ -56,7 +56,7 @@ impl Writer {
         let named = source::named(self.session.dir(), &new.file, &bytes)?;
         (step.scan, step.hash) = (named.file, named.hash);
         self.session.recipe.put_step(step.clone(), new.replace)?;
-        let (change, forced) = (format!("scan {}", new.name), Forced::Nothing);
+        let (change, forced) = (said_of(new), Forced::Nothing);
         let mut walk = Walk::make(self, &change, &forced, on_event);
         stage_scan::scan(&mut walk, &step)?;
         let report = walk.into_reports().pop();
@@ -64,6 +64,13 @@ impl Writer {
         self.save(&change)?;
         report.ok_or(SessionError::NotBuilt { step: new.name.clone(), stage: Stage::Scan })
     }
+}
+
+/// The change as a person would say it.
+fn said_of(new: &NewScan) -> String {
+    let file = new.file.file_name().unwrap_or_default().to_string_lossy();
+    let replaced = if new.replace { ", replaced" } else { "" };
+    format!("scan {} {file}{replaced}", new.name)
 }
 
 fn check_extent(new: &NewScan) -> Result<(), SessionError> {

@@ -37,8 +37,11 @@ pub(super) fn append_line(path: &Path, line: &str) -> Result<(), SessionError> {
     };
     let mut file = File::options().create(true).append(true).open(path).map_err(io)?;
     file.set_len(whole as u64).map_err(io)?;
-    file.write_all(format!("{line}\n").as_bytes()).map_err(io)?;
-    file.sync_all().map_err(io)?;
+    if let Err(e) = file.write_all(format!("{line}\n").as_bytes()).and_then(|()| file.sync_all()) {
+        // On a full disk half a line may stand there; whoever reads it would be told of a damage that is none.
+        let _ = file.set_len(whole as u64);
+        return Err(io(e));
+    }
     sync_folder(&folder_of(path)).map_err(io)
 }
 

@@ -146,6 +146,28 @@ pub enum SessionError {
     /// Strokes for a step without labels.
     #[error("the body has no labels to paint")]
     MaskOnBody,
+    /// Fewer changes than are to be undone.
+    #[error("{}", too_few("undo", "changes", *asked, *there_are))]
+    NothingToUndo {
+        /// How many were to be undone.
+        asked: usize,
+        /// How many can be.
+        there_are: usize,
+    },
+    /// Fewer undone changes than are to be done again.
+    #[error("{}", too_few("redo", "undone changes", *asked, *there_are))]
+    NothingToRedo {
+        /// How many were to be done again.
+        asked: usize,
+        /// How many can be.
+        there_are: usize,
+    },
+    /// A name that no branch can have.
+    #[error("'{name}' cannot be the name of a branch")]
+    BadBranchName {
+        /// The name.
+        name: String,
+    },
     /// A step is needed that is not built.
     #[error("the step '{step}' is not built, or is not up to date (its stage {stage} is missing)")]
     NotBuilt {
@@ -208,6 +230,13 @@ pub enum SessionError {
     },
 }
 
+fn too_few(verb: &str, things: &str, asked: usize, there_are: usize) -> String {
+    match there_are {
+        0 => format!("there is nothing to {verb} on this branch"),
+        _ => format!("there are only {there_are} {things} to {verb} on this branch, not {asked}"),
+    }
+}
+
 fn list(known: &[String]) -> String {
     match known {
         [] => "the session has none yet".into(),
@@ -252,6 +281,9 @@ impl SessionError {
             | Self::BodyWithTemplate
             | Self::BodyWithExtent { .. }
             | Self::MaskOnBody
+            | Self::NothingToUndo { .. }
+            | Self::NothingToRedo { .. }
+            | Self::BadBranchName { .. }
             | Self::UnknownTarget { .. }
             | Self::BadRequest { .. } => true,
             Self::BadSource { source, .. } | Self::WrongKind { source, .. } | Self::Stage { source, .. } => {
@@ -288,6 +320,8 @@ impl SessionError {
             Self::BodyWithTemplate => "give the garment a name of its own, or leave --template out".into(),
             Self::BodyWithExtent { option } => format!("leave {option} out"),
             Self::MaskOnBody => "name a garment".into(),
+            Self::NothingToUndo { .. } | Self::NothingToRedo { .. } => "`overcoat log` shows what was done and undone".into(),
+            Self::BadBranchName { .. } => "use letters, digits, and - _ . / between them, at most 64 bytes".into(),
             Self::NotBuilt { .. } => "run `overcoat build` first".into(),
             Self::NoScans { .. } => "start with the bare body: `overcoat scan body FILE`".into(),
             Self::SourceChanged { .. } => "put the file back as it was, or scan the step again with `--replace`".into(),

@@ -14,33 +14,85 @@ pub struct Change {
     pub recipe: ContentHash,
     /// The text of `session.json` afterwards.
     pub state: ContentHash,
+    /// Set where the line leads to what was there before.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub moves: Option<Move>,
+}
+
+/// A line that makes nothing new.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Move {
+    /// To before the branch's last change.
+    Undo,
+    /// To after the change that was undone last.
+    Redo,
+    /// To the branch of that name, which begins here where it is new.
+    Branch(String),
+}
+
+/// The file as it is.
+pub(super) struct Journal {
+    /// All changes that can be read, oldest first, up to the first line that cannot.
+    pub changes: Vec<Change>,
+    /// That line.
+    pub broken: Option<BrokenLine>,
+}
+
+/// A line in which no change can be read.
+pub(super) struct BrokenLine {
+    /// Counted from 1.
+    pub line: usize,
+    /// Why not.
+    pub reason: String,
+    /// It is the last, and has no end: whoever wrote it was stopped, or the file was cut off.
+    pub cut_off: bool,
 }
 
 pub(super) fn path_in(dir: &Path) -> PathBuf {
     dir.join("journal.jsonl")
 }
 
-/// All changes, oldest first. A last line that was not finished never happened.
-pub(super) fn read(dir: &Path) -> Result<Vec<Change>, SessionError> {
+/// Reads what can be read. **Errors** where the system will not let the file be read.
+pub(super) fn read(dir: &Path) -> Result<Journal, SessionError> {
     let path = path_in(dir);
-    let text = match std::fs::read_to_string(&path) {
-        Ok(text) => text,
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
+    let bytes = match std::fs::read(&path) {
+        Ok(bytes) => bytes,
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Vec::new(),
         Err(e) => return Err(SessionError::reading(&path, e)),
     };
-    let whole = text.rfind('\n').map_or("", |end| &text[..end]);
-    whole
-        .lines()
-        .enumerate()
-        .map(|(i, line)| {
-            serde_json::from_str(line).map_err(|e| SessionError::BadFile {
-                path: path.clone(),
-                line: Some(i + 1),
-                reason: format!("no change can be read there ({e})"),
-                hint: "the journal was edited or damaged; take that line out, or delete journal.jsonl to forget the history".into(),
-            })
-        })
-        .collect()
+    let mut changes = Vec::new();
+    for line in bytes.split_inclusive(|&b| b == b'\n') {
+        let broken = |reason: String, cut_off| Some(BrokenLine { line: changes.len() + 1, reason, cut_off });
+        let Some(whole) = line.strip_suffix(b"\n") else {
+            return Ok(Journal { broken: broken("the line is cut off".into(), true), changes });
+        };
+        match serde_json::from_slice(whole) {
+            Ok(change) => changes.push(change),
+            Err(e) => {
+                return Ok(Journal { broken: broken(format!("no change can be read there ({e})"), false), changes });
+            }
+        }
+    }
+    Ok(Journal { changes, broken: None })
+}
+
+impl BrokenLine {
+    /// The line as an error.
+    pub fn error(&self, dir: &Path) -> SessionError {
+        bad_line(dir, self.line, self.reason.clone())
+    }
+}
+
+/// A line that cannot stand where it stands.
+pub(super) fn bad_line(dir: &Path, line: usize, reason: String) -> SessionError {
+    SessionError::BadFile {
+        path: path_in(dir),
+        line: Some(line),
+        reason,
+        hint: "the journal was edited or damaged; `overcoat fsck` puts aside what follows that line, and goes on from the state before it"
+            .into(),
+    }
 }
 
 pub(super) fn append(dir: &Path, change: &Change) -> Result<(), SessionError> {

@@ -1,7 +1,8 @@
 //! A session's folder: found, read, changed.
 
 use super::durable::{sweep, write_whole};
-use super::journal::{self, Change};
+use super::history::History;
+use super::journal::{self, BrokenLine, Change, Move};
 use super::lock::Lock;
 use super::recipe::Recipe;
 use super::state::{Stage, State};
@@ -17,8 +18,21 @@ pub struct Session {
     pub(super) state: State,
     pub(super) timings: Timings,
     /// The recipe's text with a person's own comments and order.
-    recipe_text: String,
-    last: Option<Change>,
+    pub(super) recipe_text: String,
+    pub(super) history: History,
+    pub(super) last: Option<Change>,
+    pub(super) lines: usize,
+    /// What the session is according to `recipe.toml`, where that says something else than the journal's last line.
+    pub(super) edited: Option<Snapshot>,
+    /// What stands in `recipe.toml` although the journal says that something else should, and was never kept.
+    overruled: Option<String>,
+    notices: Vec<String>,
+}
+
+/// The texts of a recipe and of its state.
+pub(super) struct Snapshot {
+    pub recipe: String,
+    pub state: String,
 }
 
 /// A session that this process alone may change.
@@ -30,11 +44,11 @@ pub struct Writer {
     _lock: Lock,
 }
 
-fn recipe_path(dir: &Path) -> PathBuf {
+pub(super) fn recipe_path(dir: &Path) -> PathBuf {
     dir.join("recipe.toml")
 }
 
-fn state_path(dir: &Path) -> PathBuf {
+pub(super) fn state_path(dir: &Path) -> PathBuf {
     dir.join("session.json")
 }
 
@@ -56,29 +70,63 @@ fn read_text(path: &Path) -> Result<Option<String>, SessionError> {
 
 impl Session {
     /// Reads the session in `dir`. Takes no lock and writes nothing.
+    ///
+    /// A journal whose last line is cut off is read up to there, and [`Session::notices`] says so.
     pub fn open(dir: &Path) -> Result<Self, SessionError> {
-        let (recipe_path, state_path) = (recipe_path(dir), state_path(dir));
-        let changes = journal::read(dir)?;
-        let on_disk = (read_text(&recipe_path)?, read_text(&state_path)?);
-        let store = Store::in_session(dir);
-        let last = changes.into_iter().next_back();
-        let (recipe_text, state_text) = match (&last, on_disk) {
-            (None, (None, _)) => return Err(SessionError::NotASession { dir: dir.to_path_buf() }),
-            (None, (Some(recipe), state)) => (recipe, state),
-            (Some(change), (Some(recipe), Some(state))) if ContentHash::of(state.as_bytes()) == change.state => {
-                (recipe, Some(state))
+        let journal = journal::read(dir)?;
+        let mut notices = Vec::new();
+        if let Some(broken) = &journal.broken {
+            if !broken.cut_off {
+                return Err(broken.error(dir));
             }
-            (Some(change), (Some(recipe), None)) => (recipe, Some(snapshot(&store, change.state)?)),
-            // Whoever wrote the journal's last line did not come to write the files: the journal is right.
-            (Some(change), _) => (snapshot(&store, change.recipe)?, Some(snapshot(&store, change.state)?)),
-        };
-        let recipe = Recipe::parse(&recipe_text, &recipe_path)?;
-        let mut state = match state_text {
-            Some(text) => State::parse(&text, &state_path)?,
-            None => State::new(ContentHash::of(recipe_text.as_bytes())),
+            notices.push(cut_off_notice(dir, broken, journal.changes.last()));
+        }
+        let history = History::of(&journal.changes).map_err(|(at, why)| journal::bad_line(dir, at + 1, why.into()))?;
+        let files = Files::read(dir, &Store::in_session(dir), &journal.changes)?;
+        let recipe = Recipe::parse(&files.recipe, &recipe_path(dir))?;
+        let mut state = match &files.state {
+            Some(text) => State::parse(text, &state_path(dir))?,
+            None => State::new(recipe.meaning()),
         };
         state.follow(&recipe.steps.iter().map(|s| s.name.as_str()).collect::<Vec<_>>());
-        Ok(Self { dir: dir.to_path_buf(), store, recipe, state, timings: Timings::read(dir), recipe_text, last })
+        let last = journal.changes.last().cloned();
+        let as_recorded = last.as_ref().is_some_and(|last| ContentHash::of(files.recipe.as_bytes()) == last.recipe);
+        let edited = match as_recorded {
+            true => None,
+            false => {
+                state.recipe = recipe.meaning();
+                Some(Snapshot { recipe: files.recipe.clone(), state: state.to_text()? })
+            }
+        };
+        Ok(Self {
+            dir: dir.to_path_buf(),
+            store: Store::in_session(dir),
+            recipe,
+            state,
+            timings: Timings::read(dir),
+            recipe_text: files.recipe,
+            history,
+            last,
+            lines: journal.changes.len(),
+            edited,
+            overruled: files.overruled,
+            notices,
+        })
+    }
+
+    /// What a person should know of the session's files, in sentences; nothing of it keeps the session from being used.
+    pub fn notices(&self) -> &[String] {
+        &self.notices
+    }
+
+    /// Whether `recipe.toml` was edited since the last change; the next change takes it up as one of its own.
+    pub fn is_edited_by_hand(&self) -> bool {
+        self.edited.is_some() && self.last.is_some()
+    }
+
+    /// What was done, undone, and tried apart.
+    pub fn history(&self) -> &History {
+        &self.history
     }
 
     /// The session's folder.
@@ -112,9 +160,49 @@ impl Session {
     }
 }
 
-fn snapshot(store: &Store, hash: ContentHash) -> Result<String, SessionError> {
-    let bytes = store.bytes(hash)?;
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
+fn cut_off_notice(dir: &Path, broken: &BrokenLine, before: Option<&Change>) -> String {
+    let stands = match before {
+        Some(change) => format!("the session stands as it was before it, after '{}'", change.change),
+        None => "no line before it is left, so the session stands as its other files say".into(),
+    };
+    format!("{}, line {}: {}; {stands}", journal::path_in(dir).display(), broken.line, broken.reason)
+}
+
+/// Recipe and state: from their files, or from the journal where it knows better.
+struct Files {
+    recipe: String,
+    state: Option<String>,
+    overruled: Option<String>,
+}
+
+impl Files {
+    fn read(dir: &Path, store: &Store, changes: &[Change]) -> Result<Self, SessionError> {
+        let (recipe, state) = (read_text(&recipe_path(dir))?, read_text(&state_path(dir))?);
+        let Some(last) = changes.last() else {
+            return match recipe {
+                Some(recipe) => Ok(Self { recipe, state, overruled: None }),
+                None => Err(SessionError::NotASession { dir: dir.to_path_buf() }),
+            };
+        };
+        let hash = |text: &String| ContentHash::of(text.as_bytes());
+        let recipe_hash = recipe.as_ref().map(hash);
+        // A change of nothing but the recipe's text leaves the state as it was.
+        let only_recipe = changes.iter().rev().nth(1).filter(|before| before.state == last.state).map(|b| b.recipe);
+        let unwritten = state.as_ref().is_some_and(|s| hash(s) != last.state)
+            || (recipe_hash.is_some() && recipe_hash == only_recipe && only_recipe != Some(last.recipe));
+        match (recipe, state) {
+            (Some(recipe), Some(state)) if !unwritten => Ok(Self { recipe, state: Some(state), overruled: None }),
+            (Some(recipe), None) if !unwritten => {
+                Ok(Self { recipe, state: Some(store.text(last.state)?), overruled: None })
+            }
+            // Whoever wrote the journal's last line did not come to write the files: the journal is right.
+            (recipe, _) => Ok(Self {
+                recipe: store.text(last.recipe)?,
+                state: Some(store.text(last.state)?),
+                overruled: recipe.filter(|_| !changes.iter().any(|c| Some(c.recipe) == recipe_hash)),
+            }),
+        }
+    }
 }
 
 impl Writer {
@@ -133,11 +221,24 @@ impl Writer {
         let lock = Lock::take(dir)?;
         let store = Store::in_session(dir);
         store.create()?;
-        let state = State::new(ContentHash::of(b""));
+        let state = State::new(recipe.meaning());
         let dir = dir.to_path_buf();
         let recipe_text = String::new();
         Ok(Self {
-            session: Session { dir, store, recipe, state, timings: Timings::default(), recipe_text, last: None },
+            session: Session {
+                dir,
+                store,
+                recipe,
+                state,
+                timings: Timings::default(),
+                recipe_text,
+                history: History::default(),
+                last: None,
+                lines: 0,
+                edited: None,
+                overruled: None,
+                notices: Vec::new(),
+            },
             _lock: lock,
         })
     }
@@ -152,7 +253,7 @@ impl Writer {
         session.store.create()?;
         session.store.sweep();
         sweep(dir);
-        let writer = Self { session, _lock: lock };
+        let mut writer = Self { session, _lock: lock };
         writer.complete_last_change()?;
         Ok(writer)
     }
@@ -164,24 +265,43 @@ impl Writer {
 
     /// Makes the change durable: artefacts, journal line, recipe, state, in this order. Without a difference: nothing.
     pub(super) fn commit(&mut self, change: &str) -> Result<(), SessionError> {
+        self.record_hand_edit()?;
         let session = &mut self.session;
         let unedited = Recipe::parse(&session.recipe_text, &recipe_path(&session.dir));
         if !unedited.is_ok_and(|written| written == session.recipe) {
             session.recipe_text = session.recipe.to_text()?;
         }
-        let recipe = session.store.keep_bytes(session.recipe_text.as_bytes())?;
-        session.state.recipe = recipe;
+        session.state.recipe = session.recipe.meaning();
         session.state.follow(&session.recipe.steps.iter().map(|s| s.name.as_str()).collect::<Vec<_>>());
-        let state_text = session.state.to_text()?;
-        let state = session.store.keep_bytes(state_text.as_bytes())?;
-        if session.last.as_ref().is_some_and(|last| last.recipe == recipe && last.state == state) {
+        let texts = Snapshot { recipe: session.recipe_text.clone(), state: session.state.to_text()? };
+        self.record(change, None, &texts)
+    }
+
+    /// A recipe that was edited by hand is a change of its own, so that it can be undone as such.
+    pub(super) fn record_hand_edit(&mut self) -> Result<(), SessionError> {
+        match self.session.edited.take() {
+            Some(texts) => self.record("recipe.toml by hand", None, &texts),
+            None => Ok(()),
+        }
+    }
+
+    /// One line more. Nothing, where it would lead to where the session stands.
+    pub(super) fn record(&mut self, change: &str, moves: Option<Move>, texts: &Snapshot) -> Result<(), SessionError> {
+        let session = &mut self.session;
+        let recipe = session.store.keep_bytes(texts.recipe.as_bytes())?;
+        let state = session.store.keep_bytes(texts.state.as_bytes())?;
+        let stands = session.last.as_ref().is_some_and(|last| last.recipe == recipe && last.state == state);
+        if stands && moves.is_none() {
             return Ok(());
         }
-        let change = Change { change: change.into(), recipe, state };
+        let change = Change { change: change.into(), recipe, state, moves };
         journal::append(&session.dir, &change)?;
+        session.lines += 1;
+        let followed = session.history.follow(session.lines, &change);
+        debug_assert_eq!(followed, Ok(()), "a line of ours leads to where it says");
         session.last = Some(change);
-        write_whole(&recipe_path(&session.dir), session.recipe_text.as_bytes())?;
-        write_whole(&state_path(&session.dir), state_text.as_bytes())
+        write_whole(&recipe_path(&session.dir), texts.recipe.as_bytes())?;
+        write_whole(&state_path(&session.dir), texts.state.as_bytes())
     }
 
     /// Makes the change durable, and notes the times apart.
@@ -190,17 +310,25 @@ impl Writer {
         self.session.timings.write(self.session.dir())
     }
 
-    fn complete_last_change(&self) -> Result<(), SessionError> {
-        let session = &self.session;
-        let Some(last) = &session.last else { return Ok(()) };
+    fn complete_last_change(&mut self) -> Result<(), SessionError> {
+        let session = &mut self.session;
         let (recipe_path, state_path) = (recipe_path(&session.dir), state_path(&session.dir));
-        let there = read_text(&state_path)?;
-        if there.as_ref().is_some_and(|text| ContentHash::of(text.as_bytes()) == last.state) {
-            return Ok(());
+        if let Some(found) = session.overruled.take() {
+            let kept = session.dir.join("recipe.found.toml");
+            write_whole(&kept, found.as_bytes())?;
+            session.notices.push(format!(
+                "recipe.toml did not say what the journal says; what it said is kept in {}",
+                kept.display()
+            ));
         }
-        if there.is_some() || !recipe_path.exists() {
-            write_whole(&recipe_path, snapshot(&session.store, last.recipe)?.as_bytes())?;
+        let Some(last) = &session.last else { return Ok(()) };
+        let there = |path: &Path, text: &str| Ok(read_text(path)?.is_some_and(|t| t == text));
+        if session.edited.is_none() && !there(&recipe_path, &session.recipe_text)? {
+            write_whole(&recipe_path, session.recipe_text.as_bytes())?;
         }
-        write_whole(&state_path, snapshot(&session.store, last.state)?.as_bytes())
+        if !read_text(&state_path)?.is_some_and(|text| ContentHash::of(text.as_bytes()) == last.state) {
+            write_whole(&state_path, session.store.text(last.state)?.as_bytes())?;
+        }
+        Ok(())
     }
 }

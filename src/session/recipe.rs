@@ -121,6 +121,22 @@ impl Recipe {
         Ok(recipe)
     }
 
+    /// The hash over what is asked for, wherever its files lie: paths count by their last name only.
+    pub(super) fn meaning(&self) -> ContentHash {
+        let name_of = |path: &str| path.rsplit('/').next().unwrap_or_default().to_string();
+        let mut bare = self.clone();
+        if let Some(body) = &mut bare.body {
+            body.file = name_of(&body.file);
+        }
+        for step in &mut bare.steps {
+            step.scan = name_of(&step.scan);
+            for mask in &mut step.masks {
+                mask.file = name_of(&mask.file);
+            }
+        }
+        ContentHash::of_json(&serde_json::json!(bare))
+    }
+
     /// The step of that name.
     pub fn step(&self, name: &str) -> Result<&StepRecipe, SessionError> {
         self.steps.iter().find(|s| s.name == name).ok_or_else(|| self.unknown_step(name))

@@ -118,7 +118,7 @@ pub struct StepRecord {
 pub struct State {
     /// Layout of this file and of the artefacts.
     pub schema: u32,
-    /// The recipe that this is the state of.
+    /// What the recipe asks for that this is the state of, wherever its files lie.
     pub recipe: ContentHash,
     /// In the order of the recipe.
     pub steps: Vec<StepRecord>,

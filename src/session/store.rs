@@ -77,6 +77,12 @@ impl Store {
         Ok(bytes)
     }
 
+    /// The text of that name: a recipe or a state.
+    pub(super) fn text(&self, hash: ContentHash) -> Result<String, SessionError> {
+        // What has the right hash was written by us, as text.
+        Ok(String::from_utf8_lossy(&self.bytes(hash)?).into_owned())
+    }
+
     /// Keeps a value in postcard's layout.
     pub fn keep<T: Serialize>(&self, value: &T) -> Result<Kept<T>, SessionError> {
         let bytes = postcard::to_stdvec(value).map_err(|e| SessionError::Encoding { reason: e.to_string() })?;
