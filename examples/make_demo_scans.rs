@@ -19,20 +19,20 @@ fn main() -> Result<()> {
     while let Some(arg) = args.next() {
         let mut value = || args.next().with_context(|| format!("{arg} needs a value"));
         match arg.as_str() {
-            "--fast" => params.scanner = ScannerParams { views: 24, voxel: 0.01, faces: 20_000 },
+            "--fast" => {
+                params.turntable.views = 24;
+                params.scanner = ScannerParams { voxel: 0.01, faces: 20_000 };
+            }
             "--seed" => params.seed = value()?.parse()?,
             "--garments" => {
-                params.garments = value()?
-                    .split(',')
-                    .map(|name| GarmentKind::from_name(name).with_context(|| format!("no garment is called '{name}'")))
-                    .collect::<Result<_>>()?;
+                params.garments = GarmentKind::list(&value()?)?;
             }
             _ if dir.is_none() => dir = Some(arg.into()),
             _ => bail!("'{arg}' is one argument too many"),
         }
     }
     let dir = dir.context("where to? give a folder")?;
-    let session = invent(&embedded_model()?, &params);
+    let session = invent(&embedded_model()?, &params)?;
     for (k, step) in session.steps.iter().enumerate() {
         let names = session.steps.iter().map(|s| s.name.as_str());
         let worn: Vec<(&str, &TriMesh)> =

@@ -16,6 +16,7 @@ mod progress;
 mod redo;
 mod scan;
 mod status;
+mod studio;
 mod templates;
 mod undo;
 mod view;
@@ -75,6 +76,8 @@ enum Command {
     View(view::ViewArgs),
     /// Compare the session with known truth
     Measure(measure::MeasureArgs),
+    /// Invent someone to scan, with known truth
+    Studio(studio::StudioArgs),
     /// The kinds of garment
     Templates(templates::TemplatesArgs),
 }
@@ -128,6 +131,7 @@ fn run(command: Command, context: &Context) -> anyhow::Result<Done> {
         Command::Export(args) => export::run(args, context),
         Command::View(args) => view::run(args, context),
         Command::Measure(args) => measure::run(args, context),
+        Command::Studio(args) => studio::run(args, context),
         Command::Templates(args) => templates::run(args, context),
     }
 }

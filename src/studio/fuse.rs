@@ -79,7 +79,7 @@ impl Blocks {
         for image in images {
             let world_from_camera = image.view.camera_from_world.inverse();
             for (i, &depth) in image.depth.iter().enumerate().filter(|(_, d)| **d > 0.0) {
-                let (x, y) = ((i % image.view.width) as f64, (i / image.view.width) as f64);
+                let (x, y) = ((i % image.view.lens.width) as f64, (i / image.view.lens.width) as f64);
                 let at = (world_from_camera * image.view.point(x, y, f64::from(depth)) - origin)
                     / (volume.spacing * BLOCK as f64);
                 if (0..3).all(|k| at[k] >= 0.0 && (at[k] as usize) < size[k]) {
@@ -111,10 +111,10 @@ impl Blocks {
 fn observed(image: &DepthImage, at: &Point) -> Option<f32> {
     let pixel = image.view.pixel(at);
     let (x, y) = (pixel.x.round(), pixel.y.round());
-    if x < 0.0 || y < 0.0 || x >= image.view.width as f64 || y >= image.view.height as f64 {
+    if x < 0.0 || y < 0.0 || x >= image.view.lens.width as f64 || y >= image.view.lens.height as f64 {
         return None;
     }
-    let i = y as usize * image.view.width + x as usize;
+    let i = y as usize * image.view.lens.width + x as usize;
     let depth = f64::from(image.depth[i]);
     if depth <= 0.0 {
         return None;
@@ -168,10 +168,10 @@ fn color_at(p: &Point, images: &[DepthImage]) -> [u8; 3] {
         let at = image.view.camera_from_world * p;
         let pixel = image.view.pixel(&at);
         let (x, y) = (pixel.x.round(), pixel.y.round());
-        if x < 0.0 || y < 0.0 || x >= image.view.width as f64 || y >= image.view.height as f64 {
+        if x < 0.0 || y < 0.0 || x >= image.view.lens.width as f64 || y >= image.view.lens.height as f64 {
             continue;
         }
-        let i = y as usize * image.view.width + x as usize;
+        let i = y as usize * image.view.lens.width + x as usize;
         if (f64::from(image.depth[i]) - at.z).abs() > SAME_SURFACE {
             continue;
         }

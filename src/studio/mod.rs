@@ -4,24 +4,32 @@
 
 mod camera;
 mod drape;
+mod error;
 mod fuse;
 pub mod mannequin;
 mod metrics;
+mod noise;
 mod pattern;
 mod rng;
+mod room;
 mod scanner;
 mod session;
 mod solid;
 mod subject;
 mod tetrahedra;
+mod turntable;
 mod volume;
 
+pub use camera::Lens;
+pub use error::StudioError;
 pub use metrics::{
     GarmentMeasures, HiddenBody, JointPositions, LayerPair, Measures, MetricsError, ResultBind, ResultStep,
     STRICT_JOINTS, StepMeasures, SubjectKind, SurfaceDistance, TruthBind, TruthJoints, TruthNaming, TruthStep, Verdict,
     garment_iou, hem_loops, hem_roughness, hidden_body, inside_percent, joint_mean_mm, layer_pairs, measure,
     outside_scan, surface_distance,
 };
+pub use noise::DepthNoise;
 pub use pattern::GarmentKind;
 pub use scanner::{ScannerParams, simulate_scan};
-pub use session::{InventedSession, InventedStep, StudioParams, invent};
+pub use session::{InventedSession, InventedStep, StudioParams, invent, invent_each};
+pub use turntable::{RgbdFrame, RgbdRecording, TurntableParams, Worn, record_turn};

@@ -1,6 +1,7 @@
 //! Garments as sewn: a cut with real hems around a body that holds its arms a little away, with ease by region.
 
 use super::drape::Cloth;
+use super::error::StudioError;
 use super::rng::Rng;
 use super::solid::Solid;
 use super::subject::Subject;
@@ -36,9 +37,44 @@ impl GarmentKind {
         }
     }
 
+    /// The segmentation template that fits it.
+    pub fn template(self) -> &'static str {
+        self.name()
+    }
+
+    /// In a few words.
+    pub fn about(self) -> &'static str {
+        match self {
+            Self::Tshirt => "short sleeves, round neck, striped",
+            Self::Pullover => "long sleeves, wider",
+            Self::Trousers => "to the ankles, held at the waist",
+            Self::Skirt => "flared, to the knee, held at the waist",
+        }
+    }
+
     /// The kind of that name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|kind| kind.name() == name)
+    pub fn from_name(name: &str) -> Result<Self, StudioError> {
+        let found = Self::ALL.into_iter().find(|kind| kind.name() == name.trim());
+        let known = || Self::ALL.iter().map(|kind| kind.name()).collect();
+        found.ok_or_else(|| StudioError::UnknownGarment { name: name.trim().into(), known: known() })
+    }
+
+    /// The kinds of these names, separated by commas; none for an empty text.
+    pub fn list(names: &str) -> Result<Vec<Self>, StudioError> {
+        names.split(',').filter(|_| !names.trim().is_empty()).map(Self::from_name).collect()
+    }
+
+    /// Whether garments can be put on in this order.
+    pub fn check_order(kinds: &[Self]) -> Result<(), StudioError> {
+        for (k, &kind) in kinds.iter().enumerate() {
+            if kinds[..k].contains(&kind) {
+                return Err(StudioError::WornTwice { name: kind.name() });
+            }
+            if kind == Self::Tshirt && kinds[..k].contains(&Self::Pullover) {
+                return Err(StudioError::ImpossibleOrder { outer: Self::Pullover.name(), inner: kind.name() });
+            }
+        }
+        Ok(())
     }
 
     /// Whether it is held at the waist, over whatever hangs there already.

@@ -1,13 +1,16 @@
 //! A whole invented session: someone scanned naked, then with one garment more each time, and the truth of it all.
 
+use super::camera::Stage;
 use super::drape::{Obstacle, drape};
+use super::error::StudioError;
 use super::metrics::{JointPositions, TruthBind, TruthStep};
 use super::pattern::{GarmentKind, Pattern, sew, sewing_pose};
-use super::scanner::{ScannerParams, simulate_scan};
+use super::scanner::{ScannerParams, scanned};
 use super::solid::Solid;
 use super::subject::{Stance, Subject};
-use crate::body::{BodyModel, skin, unskin};
-use crate::geometry::{PerVertex, TriMesh};
+use super::turntable::{RgbdRecording, TurntableParams, Worn, axis_of, recording, together, turn};
+use crate::body::{BodyModel, SkinWeights, skin, unskin};
+use crate::geometry::{Aabb, PerVertex, TriMesh};
 
 /// What is invented.
 #[derive(Clone, Debug)]
@@ -16,8 +19,12 @@ pub struct StudioParams {
     pub seed: u64,
     /// What they put on, in this order.
     pub garments: Vec<GarmentKind>,
-    /// How they are scanned.
+    /// How they are recorded.
+    pub turntable: TurntableParams,
+    /// How the recordings are fused.
     pub scanner: ScannerParams,
+    /// Metres by which the head wanders within a turn, arms sinking with it; 0 for someone who stands like a post.
+    pub sway: f64,
     /// How long cloth settles, seconds: beyond 1.5 folds move by less than a millimetre.
     pub settling_secs: f64,
 }
@@ -27,9 +34,33 @@ impl Default for StudioParams {
         Self {
             seed: 1,
             garments: vec![GarmentKind::Tshirt, GarmentKind::Skirt],
+            turntable: TurntableParams::default(),
             scanner: ScannerParams::default(),
+            sway: 0.0,
             settling_secs: 1.5,
         }
+    }
+}
+
+impl StudioParams {
+    /// Whether this can be invented at all.
+    ///
+    /// **Errors** the first thing that cannot be.
+    pub fn check(&self) -> Result<(), StudioError> {
+        /// Fewer views than this leave a body in stripes.
+        const LEAST_VIEWS: usize = 8;
+        GarmentKind::check_order(&self.garments)?;
+        let (width, height) = (self.turntable.lens.width, self.turntable.lens.height);
+        if self.turntable.views < LEAST_VIEWS {
+            return Err(StudioError::TooFewViews { views: self.turntable.views });
+        }
+        if width.min(height) < 64 || width.max(height) > 4096 {
+            return Err(StudioError::BadSize { width, height });
+        }
+        if !(0.0..=0.05).contains(&self.sway) {
+            return Err(StudioError::BadSway { sway_mm: 1e3 * self.sway });
+        }
+        Ok(())
     }
 }
 
@@ -38,6 +69,8 @@ impl Default for StudioParams {
 pub struct InventedStep {
     /// `body`, or the garment kind.
     pub name: String,
+    /// What the camera recorded.
+    pub recording: RgbdRecording,
     /// What the scanner hands out.
     pub scan: TriMesh,
     /// Its colours.
@@ -64,48 +97,103 @@ const CLOTH_GAP: f64 = 1.5e-3;
 ///
 /// **Frame and units** each step in its own scan's frame: metres, Y up, feet near y = 0, facing about +Z.
 ///
+/// **Errors** see [`StudioParams::check`].
+///
 /// **Guarantees** the same parameters give the same bytes with any number of threads.
-pub fn invent(model: &BodyModel, params: &StudioParams) -> InventedSession {
-    let subject = Subject::invent(model, params.seed);
-    let patterns: Vec<Pattern> = params.garments.iter().map(|&kind| sew(kind, &subject, params.seed)).collect();
-    let steps = (0..=patterns.len())
-        .map(|step| {
-            let mut stance = subject.stance(params.seed, step);
-            stand_on_floor(&subject, &mut stance);
-            let worn = &patterns[..step];
-            let name = worn.last().map_or("body", |p| p.kind.name()).to_owned();
-            let (body, layers) = dressed(&subject, &stance, worn, params.settling_secs);
-            let placed = |mesh: &TriMesh| mesh.map_points(|p| stance.placed * p);
-            let truth = TruthStep {
-                body: placed(&body),
-                layers: layers.iter().map(placed).collect(),
-                joints: joints(&subject, &stance),
-            };
-            let (scan, colors) = photographed(&subject, &truth, worn, params, step);
-            InventedStep { name, scan, colors, truth }
-        })
-        .collect();
-    let (body, layers) = dressed(&subject, &subject.at_rest(), &patterns, params.settling_secs);
-    InventedSession { steps, bind: TruthBind { body, layers } }
+pub fn invent(model: &BodyModel, params: &StudioParams) -> Result<InventedSession, StudioError> {
+    let mut steps = Vec::new();
+    let bind = invent_each(model, params, &mut |_, step| steps.push(step))?;
+    Ok(InventedSession { steps, bind })
 }
 
-/// What the scanner makes of the step; cloth in finer triangles, so that stripes have edges.
-fn photographed(
-    subject: &Subject,
-    truth: &TruthStep,
-    worn: &[Pattern],
+/// The same, step by step, so that no more than one recording need be kept.
+pub fn invent_each(
+    model: &BodyModel,
     params: &StudioParams,
-    step: usize,
-) -> (TriMesh, PerVertex<[u8; 3]>) {
-    let cloth: Vec<(TriMesh, PerVertex<[u8; 3]>)> = truth
-        .layers
-        .iter()
-        .zip(worn)
-        .map(|(mesh, pattern)| (halved(mesh), pattern.painted(&halved(&pattern.sewn))))
-        .collect();
-    let mut surfaces = vec![(&truth.body, &subject.colors)];
-    surfaces.extend(cloth.iter().map(|(mesh, colors)| (mesh, colors)));
-    simulate_scan(&surfaces, &params.scanner, params.seed.wrapping_add(step as u64))
+    on_step: &mut dyn FnMut(usize, InventedStep),
+) -> Result<TruthBind, StudioError> {
+    params.check()?;
+    let subject = Subject::invent(model, params.seed);
+    let patterns: Vec<Pattern> = params.garments.iter().map(|&kind| sew(kind, &subject, params.seed)).collect();
+    for step in 0..=patterns.len() {
+        let mut stance = subject.stance(params.seed, step);
+        stand_on_floor(&subject, &mut stance);
+        let worn = &patterns[..step];
+        let name = worn.last().map_or("body", |p| p.kind.name()).to_owned();
+        let dressed = dressed(&subject, &stance, worn, params.settling_secs);
+        let placed = |mesh: &TriMesh| mesh.map_points(|p| stance.placed * p);
+        let truth = TruthStep {
+            body: placed(&dressed.0),
+            layers: dressed.1.iter().map(placed).collect(),
+            joints: joints(&subject, &stance),
+        };
+        let photographed = Photographed { subject: &subject, stance: &stance, dressed, worn };
+        let (recording, scan, colors) = photographed.taken(&truth, params, params.seed.wrapping_add(step as u64));
+        on_step(step, InventedStep { name, recording, scan, colors, truth });
+    }
+    let (body, layers) = dressed(&subject, &subject.at_rest(), &patterns, params.settling_secs);
+    Ok(TruthBind { body, layers })
+}
+
+/// What stands before the camera in one step.
+struct Photographed<'a> {
+    subject: &'a Subject,
+    stance: &'a Stance,
+    /// Body and layers, not yet on the turntable.
+    dressed: (TriMesh, Vec<TriMesh>),
+    worn: &'a [Pattern],
+}
+
+impl Photographed<'_> {
+    fn taken(
+        &self,
+        truth: &TruthStep,
+        params: &StudioParams,
+        seed: u64,
+    ) -> (RgbdRecording, TriMesh, PerVertex<[u8; 3]>) {
+        let still = self.stage(&truth.body, &truth.layers);
+        let everything = std::iter::once(&truth.body).chain(&truth.layers).flat_map(|m| m.points().iter());
+        let Some(bounds) = Aabb::around(everything) else { unreachable!("a body has vertices") };
+        let axis = axis_of(&params.turntable, &bounds.center(), 0.0);
+        let views = params.turntable.views;
+        let scene = |frame: usize| match params.sway {
+            0.0 => still.clone(),
+            sway => self.swayed(sway, (frame as f64 + 0.5) / views as f64 - 0.5, seed),
+        };
+        let images = turn(&params.turntable, &axis, seed, &scene);
+        let recording = recording(&params.turntable, &images);
+        let (scan, colors) = scanned(images, &bounds, &params.scanner);
+        (recording, scan, colors)
+    }
+
+    /// Cloth in finer triangles, so that stripes have edges.
+    fn stage(&self, body: &TriMesh, layers: &[TriMesh]) -> Stage {
+        let cloth: Vec<(TriMesh, PerVertex<[u8; 3]>)> = layers
+            .iter()
+            .zip(self.worn)
+            .map(|(mesh, pattern)| (halved(mesh), pattern.painted(&halved(&pattern.sewn))))
+            .collect();
+        let mut surfaces = vec![Worn { mesh: body, colors: &self.subject.colors, label: 1 }];
+        surfaces.extend(cloth.iter().enumerate().map(|(k, (mesh, colors))| Worn { mesh, colors, label: k as u8 + 2 }));
+        together(&surfaces)
+    }
+
+    /// The scene at `time`, −½ to ½ within the turn; the truth is the middle of the sway.
+    fn swayed(&self, sway: f64, time: f64, seed: u64) -> Stage {
+        let pose = self.subject.sunk(&self.stance.pose, sway, time);
+        let lean = self.subject.lean(sway, time, seed);
+        let moved = |mesh: &TriMesh, weights: &SkinWeights| {
+            let in_bind = unskin(mesh.points(), weights, &self.subject.skeleton, &self.stance.pose);
+            let there = mesh.with_points(skin(&in_bind, weights, &self.subject.skeleton, &pose));
+            there.map_points(|p| {
+                let on_table = self.stance.placed * p;
+                on_table + lean * on_table.y
+            })
+        };
+        let layers: Vec<TriMesh> =
+            self.dressed.1.iter().zip(self.worn).map(|(mesh, pattern)| moved(mesh, &pattern.weights)).collect();
+        self.stage(&moved(&self.dressed.0, &self.subject.weights), &layers)
+    }
 }
 
 /// Every triangle in four, by the middles of its edges.
@@ -189,11 +277,15 @@ mod tests {
     use crate::studio::{hem_loops, hidden_body, surface_distance};
 
     fn coarse(garments: Vec<GarmentKind>) -> InventedSession {
-        let scanner = ScannerParams { views: 8, voxel: 0.02, faces: 4_000 };
-        invent(
-            &crate::body::embedded_model().unwrap(),
-            &StudioParams { seed: 11, garments, scanner, settling_secs: 0.25 },
-        )
+        let params = StudioParams {
+            seed: 11,
+            garments,
+            turntable: TurntableParams { views: 8, ..TurntableParams::default() },
+            scanner: ScannerParams { voxel: 0.02, faces: 4_000 },
+            sway: 0.0,
+            settling_secs: 0.25,
+        };
+        invent(&crate::body::embedded_model().unwrap(), &params).unwrap()
     }
 
     #[test]

@@ -194,6 +194,32 @@ impl Subject {
         Stance { pose, breath: BREATH * rng.between(-1.0, 1.0), placed: Isometry3::from_parts(at.into(), heading) }
     }
 
+    /// `pose` at `time` (−½ to ½) of a turn in which arms tire: they sink by 2.5° a centimetre of sway.
+    pub(super) fn sunk(&self, pose: &Pose, sway: f64, time: f64) -> Pose {
+        let mut sunk = pose.clone();
+        let angle = 2.5f64.to_radians() * (sway / 0.01) * time;
+        for (name, side) in [("leftUpperArm", -1.0), ("rightUpperArm", 1.0)] {
+            if let Some(j) = self.skeleton.find(name) {
+                let turned = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), side * angle);
+                sunk.rotations[j.index()] = turned * sunk.rotations[j.index()];
+            }
+        }
+        sunk
+    }
+
+    /// How far someone leans at `time` of a turn: metres sideways a metre of height, no more than `sway` at the crown.
+    pub(super) fn lean(&self, sway: f64, time: f64, seed: u64) -> Vec3 {
+        let mut rng = Rng::new(seed ^ 0x5EA5);
+        let stature = self.surface.bounds().map_or(1.7, |b| b.extent().y);
+        let mut wave = || {
+            let (slow, quick) = (rng.unit(), rng.unit());
+            // A drift of under one turn, and a quicker swing on top: two thirds and one third of it.
+            move |t: f64| 0.67 * ((t + slow) * 5.0).sin() + 0.33 * ((t + quick) * 17.0).sin()
+        };
+        let (x, z) = (wave(), wave());
+        Vec3::new(x(time), 0.0, z(time)) * (sway / stature / std::f64::consts::SQRT_2)
+    }
+
     /// The bind pose itself, breathing quietly.
     pub(super) fn at_rest(&self) -> Stance {
         Stance { pose: Pose::bind(self.skeleton.len()), breath: 0.0, placed: Isometry3::identity() }

@@ -1,0 +1,109 @@
+//! `overcoat studio make`: invent someone to scan, with known truth.
+
+use super::Context;
+use super::console::{Done, Verbosity, print_aside, secs};
+use crate::session::{InventedGarments, MakeRequest, SubjectParams, make_subject};
+use serde_json::json;
+use std::path::PathBuf;
+use std::time::Instant;
+
+#[derive(clap::Args)]
+pub(super) struct StudioArgs {
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(clap::Subcommand)]
+enum Action {
+    /// A whole session: recordings, fused scans, and what was really there
+    Make(MakeArgs),
+    /// The garments that the studio can sew
+    Garments,
+}
+
+#[derive(clap::Args)]
+struct MakeArgs {
+    /// Who, how they stand, how cloth falls, which noise: the same seed makes the same bytes
+    #[arg(long, value_name = "N")]
+    seed: u64,
+    /// What they put on, from the inside out: `tshirt,jeans,coat`
+    #[arg(long, value_name = "A,B,…")]
+    garments: String,
+    /// Folder to write, which must not exist or be empty
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Frames a step
+    #[arg(long, value_name = "N")]
+    views: Option<usize>,
+    /// Turns of the table a step
+    #[arg(long, value_name = "N")]
+    turns: Option<f64>,
+    /// Pixels of a frame; the field of view stays
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    size: Option<[usize; 2]>,
+    /// How far the head wanders within a turn, millimetres
+    #[arg(long, value_name = "MM")]
+    sway: Option<f64>,
+    /// A camera without faults
+    #[arg(long)]
+    no_noise: bool,
+    /// Only the fused scans and the truth, no frames
+    #[arg(long)]
+    no_frames: bool,
+}
+
+pub(super) fn run(args: StudioArgs, context: &Context) -> anyhow::Result<Done> {
+    match args.action {
+        Action::Make(args) => make(args, context),
+        Action::Garments => Ok(garments()),
+    }
+}
+
+fn make(args: MakeArgs, context: &Context) -> anyhow::Result<Done> {
+    let began = Instant::now();
+    let request = MakeRequest {
+        subject: SubjectParams {
+            seed: args.seed,
+            garments: args.garments.clone(),
+            views: args.views,
+            turns: args.turns,
+            size: args.size,
+            sway_mm: args.sway,
+            noise: !args.no_noise,
+        },
+        frames: !args.no_frames,
+    };
+    let made = make_subject(&args.out, &request, &mut |step| {
+        if context.console.verbosity > Verbosity::Quiet {
+            let at = secs(began.elapsed());
+            print_aside(&format!("{:<12} {} triangles scanned, after {at}", step.name, step.faces));
+        }
+    })?;
+    let json = json!({
+        "out": args.out.display().to_string(),
+        "seed": args.seed,
+        "steps": made,
+        "secs": began.elapsed().as_secs_f64(),
+    });
+    let truth = args.out.join("truth");
+    Ok(Done::new("studio make", json)
+        .line(format!(
+            "invented a person and {} garments in {}, in {}",
+            made.len() - 1,
+            args.out.display(),
+            secs(began.elapsed())
+        ))
+        .next(format!("overcoat new DIR, then scan each of {}", args.out.join("*.ply").display()))
+        .next(format!("overcoat -C DIR measure --truth {} --invented", truth.display())))
+}
+
+fn garments() -> Done {
+    let known = InventedGarments::all();
+    let json = json!({ "garments": known.iter().map(|g| json!({ "name": g.name, "template": g.template, "about": g.about })).collect::<Vec<_>>() });
+    Done::new("studio garments", json).lines(known.iter().map(|g| format!("{:<12} {}", g.name, g.about)))
+}
+
+fn size(text: &str) -> Result<[usize; 2], String> {
+    let numbers = text.split_once('x').and_then(|(w, h)| Some([w.trim().parse().ok()?, h.trim().parse().ok()?]));
+    numbers.ok_or_else(|| "expected width and height in pixels, such as 424x512".into())
+}
