@@ -7,22 +7,23 @@ use overcoat::studio::mannequin::{MannequinParams, build};
 fn main() -> anyhow::Result<()> {
     let path = std::env::args().nth(1).unwrap_or_else(|| "templates/body/adult.npz".to_owned());
     let start = std::time::Instant::now();
-    let model = build(&MannequinParams::default(), &mut |step| {
+    let made = build(&MannequinParams::default(), &mut |step| {
         eprintln!("{:6.1} s  {} {}/{}", start.elapsed().as_secs_f64(), step.doing, step.done, step.total);
     })?;
+    let model = &made.model;
     let mut bytes = Vec::new();
     write_npz(&model.to_npz()?, NpzCompression::Deflated, &mut bytes)?;
     std::fs::write(&path, &bytes)?;
     println!(
         "{path}: {} vertices, {} faces, {} components ({:.1} % of the variance), {:.2} MB, {:.0} s",
-        model.v_template.len(),
-        model.faces.len(),
-        model.sigma.len(),
-        100.0 * model.explained,
+        model.template.vertex_count(),
+        model.template.face_count(),
+        model.component_count(),
+        100.0 * made.explained,
         bytes.len() as f64 / 1e6,
         start.elapsed().as_secs_f64()
     );
-    for (name, mean, most) in &model.girth_errors {
+    for (name, mean, most) in &made.girth_errors {
         println!("  {name:12} asked against built: mean {:5.1} mm, most {:5.1} mm", 1e3 * mean, 1e3 * most);
     }
     Ok(())

@@ -30,4 +30,5 @@ pub mod segment;
 pub mod session;
 pub mod stack;
 pub mod studio;
+pub mod train;
 pub mod view;

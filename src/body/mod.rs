@@ -1,20 +1,29 @@
 //! The statistical body, its skeleton and skinning, and the [`Figure`]: a skeleton with its skinned surfaces.
 
+mod alias;
 mod embedded;
 mod figure;
 mod model;
 mod model_file;
+mod model_write;
 mod part;
+mod pose_dirs;
 mod skeleton;
 mod skin;
+mod stance;
+mod uv;
 
+pub use alias::joint_by_any_name;
 pub use embedded::{EMBEDDED_MODEL_FILE, embedded_model};
 pub use figure::{Figure, Layer};
 pub use model::{BodyModel, Shape};
 pub use model_file::read_model;
 pub use part::{BonePosition, bone_positions};
-pub use skeleton::{JOINT_NAMES, JointId, JointLimits, Pose, Skeleton};
+pub use pose_dirs::PoseDirs;
+pub use skeleton::{JOINT_NAMES, JOINT_PARENTS, JointId, JointLimits, Pose, Skeleton};
 pub use skin::{SkinWeights, skin, unskin};
+pub use stance::Stance;
+pub use uv::UvMap;
 
 /// What makes a file no body model.
 #[derive(Debug, thiserror::Error)]
@@ -52,6 +61,9 @@ pub enum BodyError {
         /// The parent named.
         parent: i64,
     },
+    /// A Python pickle instead of arrays.
+    #[error("this is a Python pickle, not an .npz: opening it would run whatever code it holds")]
+    Pickle,
     /// A value that cannot be used.
     #[error("the body model's '{name}' is unusable: {reason}")]
     BadValue {
@@ -75,6 +87,9 @@ impl BodyError {
     pub fn hint(&self) -> Option<String> {
         Some(match self {
             Self::Format(e) => return e.hint(),
+            Self::Pickle => {
+                "convert it once, where you trust it: python -c \"import pickle, numpy as n; d = pickle.load(open('model.pkl', 'rb'), encoding='latin1'); n.savez('model.npz', **{k: n.asarray(d[k].todense() if hasattr(d[k], 'todense') else d[k]) for k in ('v_template', 'shapedirs', 'posedirs', 'J_regressor', 'kintree_table', 'weights', 'f')})\"".into()
+            }
             Self::MissingArray { .. } | Self::UnknownJoints { .. } => {
                 "give an .npz in the SMPL layout: v_template, shapedirs, J_regressor, kintree_table, weights, f (and joint_names)".into()
             }

@@ -1,6 +1,6 @@
 //! The statistical body model.
 
-use super::{JointLimits, Skeleton, SkinWeights};
+use super::{JointLimits, Pose, PoseDirs, Skeleton, SkinWeights, UvMap, skin};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3, VertexId};
 use serde::{Deserialize, Serialize};
 
@@ -34,9 +34,11 @@ pub struct BodyModel {
     /// Bounds of each joint's rotation vector.
     pub limits: Vec<JointLimits>,
     /// Texture coordinates.
-    pub uvs: Option<PerVertex<[f64; 2]>>,
+    pub uvs: Option<UvMap>,
     /// The vertex that each becomes when left and right are exchanged.
     pub mirror: Option<PerVertex<VertexId>>,
+    /// How the surface gives way to bent joints, where the model knows.
+    pub pose_dirs: Option<PoseDirs>,
 }
 
 impl BodyModel {
@@ -66,6 +68,14 @@ impl BodyModel {
             }
         }
         (self.template.with_points(points), skeleton)
+    }
+
+    /// A surface with this model's vertices, skinned into `pose`: Eq. 3, with the corrective offsets of the model.
+    pub fn posed(&self, points_in_bind: &PerVertex<Point>, skeleton: &Skeleton, pose: &Pose) -> PerVertex<Point> {
+        match &self.pose_dirs {
+            None => skin(points_in_bind, &self.weights, skeleton, pose),
+            Some(dirs) => skin(&dirs.corrected(points_in_bind, pose), &self.weights, skeleton, pose),
+        }
     }
 
     /// The skeleton inside any surface with this model's vertices, in the bind pose: Eq. 1.

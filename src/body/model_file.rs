@@ -1,10 +1,10 @@
 //! Body models in the SMPL layout (`.npz`).
 
 use super::skeleton::JOINT_NAMES;
-use super::{BodyError, BodyModel, JointId, JointLimits, Skeleton, SkinWeights};
-use crate::formats::{Npz, read_npz};
+use super::{BodyError, BodyModel, JointId, JointLimits, PoseDirs, Skeleton, SkinWeights, UvMap};
+use crate::formats::{Format, FormatError, Npz, read_npz};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3, VertexId};
-use std::io::{Read, Seek};
+use std::io::{Read, Seek, SeekFrom};
 
 /// Shape components used of a larger file: Hu 2017, §5.1, uses 15.
 const MOST_COMPONENTS: usize = 15;
@@ -38,10 +38,12 @@ const SMPL_ORDER: [&str; 22] = [
 /// Reads a model in the SMPL layout, with Overcoat's extra arrays where it has them.
 ///
 /// **Shapes** `v_template (V,3)`, `shapedirs (V,3,K)`, `J_regressor (J,V)`, `kintree_table (2,J)`, `weights (V,J)`,
-/// `f (F,3)`; optional `sigma (K)`, `joint_names (J)`, `joint_limits (J,3,2)`, `uv (V,2)`, `mirror (V)`.
+/// `f (F,3)`; optional `posedirs (V,3,P)`, `sigma (K)`, `joint_names (J)`, `joint_limits (J,3,2)`, `vt (T,2)`
+/// with `ft (F,3)` or `uv (V,2)`, `mirror (V)`. So the files of SMPL, SMPL+H, SMPL-X and STAR are read as they are.
 ///
-/// **Errors** the first array that is missing or disagrees, with its shape.
-pub fn read_model(input: impl Read + Seek) -> Result<BodyModel, BodyError> {
+/// **Errors** the first array that is missing or disagrees, with its shape; a Python pickle is named as such.
+pub fn read_model(mut input: impl Read + Seek) -> Result<BodyModel, BodyError> {
+    refuse_pickle(&mut input)?;
     let npz = read_npz(input)?;
     for name in ["v_template", "shapedirs", "J_regressor", "kintree_table", "weights", "f"] {
         if !npz.contains(name) {
@@ -52,7 +54,7 @@ pub fn read_model(input: impl Read + Seek) -> Result<BodyModel, BodyError> {
     let template = read_template(&npz)?;
     let parents = read_parents(&npz, j)?;
     let names = read_names(&npz, j)?;
-    let shape_dirs = read_shape_dirs(&npz, v)?;
+    let mut shape_dirs = read_shape_dirs(&npz, v, j)?;
     let joint_regressor = read_regressor(&npz, v, j)?;
     let weights = read_weights(&npz, j)?;
 
@@ -61,21 +63,30 @@ pub fn read_model(input: impl Read + Seek) -> Result<BodyModel, BodyError> {
     };
     let joints_in_bind = joints_of(&|i| template.points()[i].coords).into_iter().map(Point::from).collect();
     let joint_dirs = shape_dirs.iter().map(|dirs| joints_of(&|i| dirs[i])).collect();
+    let pose_dirs = read_pose_dirs(&npz, v, j, &mut shape_dirs)?;
     Ok(BodyModel {
         skeleton: Skeleton { names, parents, joints_in_bind },
         limits: read_limits(&npz, j)?,
-        uvs: if npz.contains("uv") {
-            Some(npz.f64_rows::<2>("uv")?.into()).filter(|u: &PerVertex<_>| u.len() == v)
-        } else {
-            None
-        },
+        uvs: read_uvs(&npz, &template)?,
         mirror: read_mirror(&npz, v)?,
         template,
         shape_dirs,
         joint_regressor,
         joint_dirs,
         weights,
+        pose_dirs,
     })
+}
+
+/// A pickle runs code when it is opened, and needs Python; ours is no place for it.
+fn refuse_pickle(input: &mut (impl Read + Seek)) -> Result<(), BodyError> {
+    let io = |source| BodyError::Format(FormatError::Io { format: Format::Npz, source });
+    let mut head = [0; 2];
+    let read = input.read(&mut head).map_err(io)?;
+    input.seek(SeekFrom::Start(0)).map_err(io)?;
+    // Protocols 2 and up begin with the byte 0x80 and their number; older ones with an opening mark and a dictionary.
+    let is_pickle = read == 2 && (head[0] == 0x80 && (2..=5).contains(&head[1]) || matches!(&head, b"(d" | b"cc"));
+    if is_pickle { Err(BodyError::Pickle) } else { Ok(()) }
 }
 
 fn check_shapes(npz: &Npz) -> Result<(usize, usize), BodyError> {
@@ -162,15 +173,54 @@ fn read_names(npz: &Npz, joints: usize) -> Result<Vec<String>, BodyError> {
     Ok((0..joints).map(|j| SMPL_ORDER.get(j).map_or_else(|| format!("joint{j}"), |n| (*n).to_string())).collect())
 }
 
-fn read_shape_dirs(npz: &Npz, vertices: usize) -> Result<Vec<PerVertex<Vec3>>, BodyError> {
+/// Directions of shape. SMPL-X has those of the face's expression behind them: 10 of 20, or 100 of 400.
+fn read_shape_dirs(npz: &Npz, vertices: usize, joints: usize) -> Result<Vec<PerVertex<Vec3>>, BodyError> {
     let components = npz.shape("shapedirs")?[2];
+    let of_shape = if joints == 55 && components == 20 { 10 } else { components };
     let values = npz.f64("shapedirs")?;
     finite("shapedirs", &values)?;
     let sigma = if npz.contains("sigma") { npz.f64("sigma")? } else { vec![1.0; components] };
     finite("sigma", &sigma)?;
-    Ok((0..components.min(MOST_COMPONENTS))
+    Ok((0..of_shape.min(MOST_COMPONENTS))
         .map(|k| (0..vertices).map(|v| Vec3::from_fn(|c, _| values[(v * 3 + c) * components + k] * sigma[k])).collect())
         .collect())
+}
+
+/// Corrective offsets. STAR has one more than its joints' features, times the second shape coordinate: it becomes part
+/// of that shape direction, which it is.
+fn read_pose_dirs(
+    npz: &Npz,
+    vertices: usize,
+    joints: usize,
+    shape_dirs: &mut [PerVertex<Vec3>],
+) -> Result<Option<PoseDirs>, BodyError> {
+    if !npz.contains("posedirs") {
+        return Ok(None);
+    }
+    let shape = npz.shape("posedirs")?;
+    let turning = joints.saturating_sub(1);
+    let known = [9 * turning, 4 * turning, 4 * turning + 1];
+    let count = match shape {
+        [v, 3, p] if *v == vertices && known.contains(p) => *p,
+        _ => {
+            return Err(BodyError::ShapeMismatch {
+                name: "posedirs",
+                found: shape.iter().map(|&n| n as u64).collect(),
+                expected: format!("({vertices}, 3, {}), ({vertices}, 3, {}) or ({vertices}, 3, {})", known[0], known[1], known[2]),
+                reference: "v_template and kintree_table",
+            });
+        }
+    };
+    let values = npz.f64("posedirs")?;
+    finite("posedirs", &values)?;
+    let by_mass = usize::from(count == 4 * turning + 1);
+    let features = count - by_mass;
+    let at = |v: usize, f: usize| Vec3::from_fn(|c, _| values[(v * 3 + c) * count + f]);
+    if let (1, Some(dirs)) = (by_mass, shape_dirs.get_mut(1)) {
+        dirs.0.iter_mut().enumerate().for_each(|(v, d)| *d += at(v, count - 1));
+    }
+    let offsets = (0..vertices).flat_map(|v| (0..features).map(move |f| at(v, f))).collect();
+    Ok(PoseDirs::try_new(offsets, vertices, joints))
 }
 
 fn read_regressor(npz: &Npz, vertices: usize, joints: usize) -> Result<Vec<Vec<(VertexId, f64)>>, BodyError> {
@@ -216,6 +266,23 @@ fn read_limits(npz: &Npz, joints: usize) -> Result<Vec<JointLimits>, BodyError> 
             JointLimits { min: Vec3::from_fn(|c, _| at(c, 0)), max: Vec3::from_fn(|c, _| at(c, 1)) }
         })
         .collect())
+}
+
+/// `vt` and `ft` as the SMPL family has them, or `uv` with one row a vertex. Coordinates for another mesh are left out.
+fn read_uvs(npz: &Npz, template: &TriMesh) -> Result<Option<UvMap>, BodyError> {
+    let uvs = if npz.contains("vt") && npz.contains("ft") {
+        UvMap { coords: npz.f64_rows::<2>("vt")?, corners: npz.u32_rows::<3>("ft")?.into() }
+    } else if npz.contains("uv") {
+        let coords = npz.f64_rows::<2>("uv")?;
+        if coords.len() != template.vertex_count() {
+            return Ok(None);
+        }
+        UvMap::per_vertex(template, coords.into())
+    } else {
+        return Ok(None);
+    };
+    finite("vt", uvs.coords.as_flattened())?;
+    Ok(Some(uvs).filter(|u| u.fits(template)))
 }
 
 fn read_mirror(npz: &Npz, vertices: usize) -> Result<Option<PerVertex<VertexId>>, BodyError> {

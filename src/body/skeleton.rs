@@ -42,6 +42,37 @@ pub const JOINT_NAMES: [&str; 22] = [
     "rightToes",
 ];
 
+/// The parent of each of [`JOINT_NAMES`], by its place there.
+pub const JOINT_PARENTS: [Option<JointId>; 22] = {
+    const fn below(parent: u16) -> Option<JointId> {
+        Some(JointId(parent))
+    }
+    [
+        None,
+        below(0),
+        below(1),
+        below(2),
+        below(3),
+        below(4),
+        below(3),
+        below(6),
+        below(7),
+        below(8),
+        below(3),
+        below(10),
+        below(11),
+        below(12),
+        below(0),
+        below(14),
+        below(15),
+        below(16),
+        below(0),
+        below(18),
+        below(19),
+        below(20),
+    ]
+};
+
 /// Bounds of a joint's rotation vector, relative to the bind pose, in radians.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointLimits {

@@ -2,6 +2,7 @@
 //! stdout, how it is going to stderr.
 
 mod branch;
+mod body;
 mod build;
 mod console;
 mod demo;
@@ -78,6 +79,8 @@ enum Command {
     Measure(measure::MeasureArgs),
     /// Invent someone to scan, with known truth
     Studio(studio::StudioArgs),
+    /// Body models: look at one, measure a body, build or import one
+    Body(body::BodyArgs),
     /// The kinds of garment
     Templates(templates::TemplatesArgs),
 }
@@ -132,6 +135,7 @@ fn run(command: Command, context: &Context) -> anyhow::Result<Done> {
         Command::View(args) => view::run(args, context),
         Command::Measure(args) => measure::run(args, context),
         Command::Studio(args) => studio::run(args, context),
+        Command::Body(args) => body::run(args, context),
         Command::Templates(args) => templates::run(args, context),
     }
 }

@@ -49,6 +49,15 @@ impl Progress {
         }
     }
 
+    /// For work that is no stage of a session: what is being done, in words.
+    pub fn tell(&mut self, text: String) {
+        match &self.bar {
+            Some(bar) => bar.set_message(text),
+            None if self.verbosity == Verbosity::Verbose => print_aside(&text),
+            None => {}
+        }
+    }
+
     pub fn end(&mut self) {
         if let Some(bar) = self.bar.take() {
             bar.finish_and_clear();

@@ -284,7 +284,7 @@ impl Landmarks {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::{JOINT_NAMES, SkinWeights};
+    use crate::body::{JOINT_NAMES, JOINT_PARENTS, SkinWeights};
 
     /// A person of dots: five on each bone, weighted to it alone.
     fn dotted_person() -> (Layer, Skeleton) {
@@ -296,23 +296,7 @@ mod tests {
         for side in [1.0, -1.0] {
             joints.extend([at(0.1 * side, 0.9), at(0.1 * side, 0.5), at(0.1 * side, 0.1), at(0.12 * side, 0.02)]);
         }
-        let parents = [None, Some(0), Some(1), Some(2), Some(3), Some(4), Some(3), Some(6), Some(7), Some(8), Some(3)]
-            .into_iter()
-            .chain([
-                Some(10),
-                Some(11),
-                Some(12),
-                Some(0),
-                Some(14),
-                Some(15),
-                Some(16),
-                Some(0),
-                Some(18),
-                Some(19),
-                Some(20),
-            ])
-            .map(|p| p.map(JointId))
-            .collect();
+        let parents = JOINT_PARENTS.to_vec();
         let skeleton = Skeleton { names: JOINT_NAMES.map(String::from).to_vec(), parents, joints_in_bind: joints };
         let (mut points, mut rows) = (Vec::new(), Vec::new());
         for j in skeleton.ids() {

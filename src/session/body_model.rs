@@ -1,7 +1,7 @@
 //! The body model that a session is built with.
 
 use super::open::Session;
-use super::{ContentHash, SessionError};
+use super::{ContentHash, SessionError, source};
 use crate::body::{BodyModel, EMBEDDED_MODEL_FILE, embedded_model, read_model};
 use serde_json::{Value, json};
 use std::io::Cursor;
@@ -36,7 +36,7 @@ impl Session {
     /// Loads the body model.
     pub(super) fn body_model(&self) -> Result<BodyModel, SessionError> {
         match &self.recipe.body {
-            None => embedded_model().map_err(|e| SessionError::bad_source(Path::new("the embedded body model"), e)),
+            None => read_body_model(None),
             Some(file) => read(&self.resolve(&file.file), &self.source_bytes(file)?),
         }
     }
@@ -45,6 +45,14 @@ impl Session {
 /// Checks that bytes are a body model.
 pub(super) fn check_body_model(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
     read(path, bytes).map(drop)
+}
+
+/// The model of a file, or the embedded one.
+pub(super) fn read_body_model(path: Option<&Path>) -> Result<BodyModel, SessionError> {
+    match path {
+        None => embedded_model().map_err(|e| SessionError::bad_source(Path::new("the embedded body model"), e)),
+        Some(path) => read(path, &source::read(path)?),
+    }
 }
 
 fn read(path: &Path, bytes: &[u8]) -> Result<BodyModel, SessionError> {

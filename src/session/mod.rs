@@ -7,7 +7,9 @@
 //! the state that it names are artefacts too, so that every earlier state can be had again.
 
 mod add_scan;
+mod body_build;
 mod body_model;
+mod body_show;
 mod build;
 mod durable;
 mod error;
@@ -44,7 +46,9 @@ mod walk;
 mod worn;
 
 pub use add_scan::NewScan;
+pub use body_build::{BuildBody, BuiltBody, build_body};
 pub use body_model::BodyModelSource;
+pub use body_show::{ShowBody, ShownBody, show_body};
 pub use build::StepStatus;
 pub use error::SessionError;
 pub use export::ExportRequest;

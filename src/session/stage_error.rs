@@ -11,6 +11,7 @@ use crate::scan::ScanError;
 use crate::segment::SegmentError;
 use crate::stack::StackError;
 use crate::studio::MetricsError;
+use crate::train::TrainError;
 
 /// What a room says when it gives no result.
 #[derive(Debug, thiserror::Error)]
@@ -51,6 +52,9 @@ pub enum StageError {
     /// No measures.
     #[error(transparent)]
     Metrics(#[from] MetricsError),
+    /// No model out of many bodies.
+    #[error(transparent)]
+    Train(#[from] TrainError),
 }
 
 impl StageError {
@@ -69,6 +73,7 @@ impl StageError {
             Self::Export(e) => e.hint(),
             Self::View(e) => e.hint(),
             Self::Metrics(e) => e.hint(),
+            Self::Train(e) => e.hint(),
         }
     }
 

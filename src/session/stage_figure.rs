@@ -26,7 +26,7 @@ pub(super) fn bare(
             mesh: registered.surface,
             weights: model.weights,
             colors: registered.colors,
-            uvs: model.uvs,
+            uvs: None,
             physics: None,
             fabric: None,
         };

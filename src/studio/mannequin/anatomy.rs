@@ -124,7 +124,8 @@ impl Anatomy {
         let suprasternal = m.suprasternal_height;
         let axilla = m.axilla_height.min(suprasternal - 0.06);
         let chest = m.chest_height.min(axilla - 0.035);
-        let under_chest = chest - 0.055;
+        // A woman's is just below the breasts, wherever they end; a man's 5.5 cm below the nipples.
+        let under_chest = chest - (0.055 + (1.0 - m.male) * (1.13 * breast_radius(m) - 0.055)).max(0.050);
         let natural_waist = m.tenth_rib_height.max(m.waist_height_omphalion + 0.045).min(under_chest - 0.05);
         let waist = m.waist_height_omphalion.min(natural_waist - 0.04);
         let hip = m.buttock_height.max(m.crotch_height + 0.035).min(waist - 0.09);
@@ -211,6 +212,11 @@ impl Anatomy {
         self.measures.stature / 1.70
     }
 
+    /// Half the height of a breast, or of the pectoral muscle.
+    pub fn breast_radius(&self) -> f64 {
+        breast_radius(&self.measures)
+    }
+
     /// The back of the heel, on the ground.
     pub fn heel(&self) -> Vec3 {
         heel_of(&self.joints.foot, &self.foot[0], &self.measures)
@@ -220,6 +226,11 @@ impl Anatomy {
     pub fn by_sex(&self, woman: f64, man: f64) -> f64 {
         woman + self.measures.male * (man - woman)
     }
+}
+
+/// Grows with the girth, less than in proportion.
+fn breast_radius(m: &Measures) -> f64 {
+    (0.052 + 0.004 * m.male) * (m.chest_circumference / 0.947).powf(0.7)
 }
 
 /// The ankle centre stands over 0.235 of the foot's length.

@@ -8,7 +8,7 @@ use crate::geometry::Vec3;
 use std::f64::consts::TAU;
 
 /// Edge lengths of the mesh on fingers, palm and foot.
-const FINGER_EDGE: f64 = 0.0060;
+const FINGER_EDGE: f64 = 0.0057;
 const PALM_EDGE: f64 = 0.0090;
 const FOOT_EDGE: f64 = 0.0115;
 
@@ -39,7 +39,7 @@ pub(super) fn add_arm(body: &mut Anatomy) {
         at(length - 0.006, wrist, [0.0, 0.0], [0.80, 0.85, 1.14, 1.14]),
     ];
     let arm = Loft::new(body.joints.upper_arm, body.arm, &stations, [0.8 * deltoid, 0.02]);
-    push(body, Form::Loft(arm), 0.028, BODY_EDGE * 0.92, Region::Arm);
+    push(body, Form::Loft(arm), 0.040, BODY_EDGE * 0.92, Region::Arm);
     add_armpit_folds(body);
     // Olecranon.
     let tip = body.joints.lower_arm - body.arm[2] * (0.9 * forearm);
@@ -148,8 +148,8 @@ pub(super) fn add_leg(body: &mut Anatomy) {
     let stations = [
         at(-0.055, 1.0, [-0.002, 0.018], [0.90 * hip_out, 0.8 * inner, 0.78 * thigh, 0.74 * thigh]),
         at(0.0, 1.0, [-0.002, 0.018], [hip_out, 0.9 * inner, 0.92 * thigh, 0.92 * thigh]),
-        at(top + 0.010, 1.0, [-0.001, 0.016], [0.93 * thigh, inner, 1.00 * thigh, 1.04 * thigh]),
-        at(mix(top, knee, 0.35), 1.0, [0.003, 0.015], [0.87 * thigh, 0.88 * thigh, 0.93 * thigh, 0.90 * thigh]),
+        at(top + 0.010, 1.0, [-0.001, 0.016], [0.89 * thigh, inner, 1.00 * thigh, 1.06 * thigh]),
+        at(mix(top, knee, 0.35), 1.0, [0.003, 0.015], [0.83 * thigh, 0.90 * thigh, 0.93 * thigh, 0.92 * thigh]),
         at(mix(top, knee, 0.62), 0.45 * thigh + 0.55 * above, [0.003, 0.012], [0.93, 0.94, 1.00, 0.95]),
         at(knee - 0.075, above, [0.0, 0.005], [0.93, 0.97, 1.03, 0.98]),
         at(knee, 0.5 * (above + calf), [0.0, 0.0], [0.90, 0.92, 0.98, 0.94]),
@@ -166,7 +166,7 @@ pub(super) fn add_leg(body: &mut Anatomy) {
         ),
     ];
     let leg = Loft::new(hip, body.leg, &stations, [0.05, 0.03]);
-    push(body, Form::Loft(leg), 0.030, BODY_EDGE, Region::Leg);
+    push(body, Form::Loft(leg), 0.036, BODY_EDGE, Region::Leg);
     let s = body.scale();
     let mut bump = |center: Vec3, spread: f64, height: f64| {
         body.field.bumps.push(Bump { center, spread: Vec3::repeat(spread * s), height: height * s });

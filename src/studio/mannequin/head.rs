@@ -8,8 +8,8 @@ use crate::geometry::Vec3;
 
 /// Edge lengths of the mesh on skull and face.
 const SKULL_EDGE: f64 = 0.0135;
-const FACE_EDGE: f64 = 0.0050;
-const EAR_EDGE: f64 = 0.0070;
+const FACE_EDGE: f64 = 0.0042;
+const EAR_EDGE: f64 = 0.0055;
 
 pub(super) fn add_head(body: &mut Anatomy) {
     let m = body.measures;
@@ -46,7 +46,7 @@ pub(super) fn add_head(body: &mut Anatomy) {
     push(body, Form::Loft(Loft::new(Vec3::zeros(), axes, &stations, [0.006, crown])), 0.016, SKULL_EDGE, Region::Head);
 
     let spot = |x: f64, h: f64, z: f64| Vec3::new(x * kj, y(h), z * kz);
-    for (center, reach) in [(spot(0.0, -0.066, 0.085), 0.042), (spot(0.020, -0.020, 0.085), 0.040)] {
+    for (center, reach) in [(spot(0.0, -0.066, 0.085), 0.042), (spot(0.024, -0.018, 0.085), 0.040)] {
         body.field.foci.push(Focus { center, reach, edge: FACE_EDGE });
     }
     let nose = body.by_sex(1.0, 1.08);
@@ -74,26 +74,30 @@ pub(super) fn add_head(body: &mut Anatomy) {
     };
     push(body, auricle, 0.006, EAR_EDGE, Region::Head);
     let eye_x = 0.5 * m.interpupillary_breadth / kj;
-    let eye = Form::Ellipsoid { center: spot(eye_x, -0.011, 0.0685), axes: diagonal(), semi: [0.0125; 3] };
+    let eye = Form::Ellipsoid { center: spot(eye_x, -0.0115, 0.0705), axes: diagonal(), semi: [0.0132, 0.0118, 0.0125] };
     push(body, eye, 0.005, FACE_EDGE, Region::Head);
 
     let mut bump = |center: Vec3, spread: [f64; 3], height: f64| {
         body.field.bumps.push(Bump { center, spread: Vec3::from(spread), height });
     };
     // Eye sockets, brows, cheek bones, the hollow under them.
-    bump(spot(eye_x * 0.98, -0.010, 0.087), [0.0145, 0.0095, 0.014], -0.0105);
+    bump(spot(eye_x * 0.98, -0.0095, 0.087), [0.0150, 0.0095, 0.014], -0.0085);
     bump(spot(0.012, -0.004, 0.092), [0.006, 0.010, 0.010], -0.003);
-    bump(spot(0.026, 0.010, 0.090), [0.020, 0.006, 0.014], 0.0035);
+    bump(spot(0.027, 0.011, 0.088), [0.020, 0.008, 0.014], 0.0022);
+    // The slit between the lids.
+    bump(spot(eye_x, -0.0155, 0.084), [0.0105, 0.0016, 0.008], -0.0022);
     bump(spot(0.043, -0.032, 0.068), [0.014, 0.012, 0.016], 0.0040);
     bump(spot(0.046, -0.066, 0.050), [0.012, 0.016, 0.020], -0.0018);
     // Temples.
     bump(spot(0.062, 0.010, 0.050), [0.012, 0.022, 0.022], -0.0030);
     // Lips, the line between them, the dip above the chin, the chin.
-    bump(spot(0.0, -0.0640, 0.0905), [0.0165, 0.0052, 0.012], 0.0058);
-    bump(spot(0.0, -0.0765, 0.0900), [0.0145, 0.0052, 0.012], 0.0060);
-    bump(spot(0.0, -0.0703, 0.0930), [0.0190, 0.0026, 0.012], -0.0034);
+    bump(spot(0.0, -0.0648, 0.0905), [0.0125, 0.0046, 0.012], 0.0046);
+    bump(spot(0.0, -0.0765, 0.0900), [0.0115, 0.0050, 0.012], 0.0052);
+    bump(spot(0.0, -0.0705, 0.0930), [0.0160, 0.0024, 0.012], -0.0034);
+    // The broad swell of the teeth under both lips.
+    bump(spot(0.0, -0.0700, 0.0880), [0.0200, 0.0130, 0.014], 0.0024);
     bump(spot(0.0, -0.0890, 0.0885), [0.0170, 0.0060, 0.012], -0.0030);
-    bump(spot(0.0, -0.1030, 0.0850), [0.0140, 0.0095, 0.012], 0.0060);
+    bump(spot(0.0, -0.1030, 0.0850), [0.0150, 0.0100, 0.012], 0.0075);
 }
 
 fn diagonal() -> [Vec3; 3] {

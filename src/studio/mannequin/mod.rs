@@ -8,32 +8,32 @@
 //! The left half is modelled and mirrored, so the model is exactly symmetric.
 
 mod anatomy;
-mod arrays;
 mod carry;
-mod components;
 mod extract;
 mod extremities;
 mod field;
+mod flatten;
 mod girth;
 mod head;
+mod joints;
 mod loft;
 mod measures;
 mod mesh;
-mod regressor;
 mod remesh;
 mod skin;
 #[cfg(test)]
 mod tests;
 mod torso;
+mod unwrap;
 
-use crate::geometry::Vec3;
+use crate::body::{BodyModel, JOINT_NAMES, JOINT_PARENTS, JointId, JointLimits, SkinWeights};
+use crate::geometry::{PerVertex, Point, TriMesh, Vec3, VertexId};
+use crate::train::{Rig, Subjects, TrainError, TrainParams, train};
 use anatomy::Anatomy;
-pub use arrays::BodyArrays;
 use carry::Ownership;
 use measures::{Measures, Survey};
 use mesh::HalfMesh;
 use rayon::prelude::*;
-use skin::JOINTS;
 
 /// What the generator is asked for.
 #[derive(Clone, Debug)]
@@ -71,26 +71,21 @@ pub enum MannequinError {
     /// The embedded survey table cannot be read.
     #[error("the embedded survey 'ansur2012.json' does not hold the measurements that the mannequin needs")]
     Survey,
-    /// More components than subjects can give.
-    #[error("{components} components cannot come from {subjects} subjects")]
-    TooFewSubjects {
-        /// Components asked for.
-        components: usize,
-        /// Subjects drawn.
-        subjects: usize,
-    },
     /// The mesh is not one closed surface without holes: two parts touch that should not.
     #[error("the mannequin's mesh has Euler characteristic {euler} where a closed body has 2")]
     Handles {
         /// Vertices − edges + faces.
         euler: i64,
     },
-    /// The eigenvalue decomposition did not converge.
-    #[error("the principal components of {subjects} subjects did not converge")]
-    NoComponents {
-        /// Subjects drawn.
-        subjects: usize,
+    /// The mesh is none.
+    #[error("the mannequin's mesh is unsound: {reason}")]
+    Mesh {
+        /// Why.
+        reason: String,
     },
+    /// The bodies teach nothing.
+    #[error(transparent)]
+    Train(#[from] TrainError),
 }
 
 impl MannequinError {
@@ -98,23 +93,31 @@ impl MannequinError {
     pub fn hint(&self) -> Option<String> {
         match self {
             Self::Survey => Some("restore templates/body/ansur2012.json".to_owned()),
-            Self::TooFewSubjects { components, .. } => Some(format!("ask for {} pairs or more", components / 4 + 1)),
             Self::Handles { .. } => Some("use a smaller cell for the first mesh".to_owned()),
-            Self::NoComponents { .. } => None,
+            Self::Mesh { .. } => None,
+            Self::Train(e) => e.hint(),
         }
     }
+}
+
+/// The model and how well the subjects' girths are those asked for.
+#[derive(Clone, Debug)]
+pub struct Mannequin {
+    /// The model.
+    pub model: BodyModel,
+    /// Share of the subjects' variance that the components hold.
+    pub explained: f64,
+    /// A girth's name, and over all subjects the mean and the greatest miss from what was asked, metres.
+    pub girth_errors: Vec<(&'static str, f64, f64)>,
 }
 
 /// Builds the model: the same bytes for the same parameters, on one thread or many.
 ///
 /// # Errors
 /// See [`MannequinError`].
-pub fn build(params: &MannequinParams, progress: &mut dyn FnMut(MannequinStep)) -> Result<BodyArrays, MannequinError> {
+pub fn build(params: &MannequinParams, progress: &mut dyn FnMut(MannequinStep)) -> Result<Mannequin, MannequinError> {
     let survey = Survey::embedded().ok_or(MannequinError::Survey)?;
     let subjects = survey.draw(params.pairs, params.seed);
-    if subjects.len() <= params.components {
-        return Err(MannequinError::TooFewSubjects { components: params.components, subjects: subjects.len() });
-    }
     let [woman, man] = survey.means();
     let template = girth::calibrate(&woman.between(&man, 0.5));
     let mesh = mesh_of(&template, params.cell, progress);
@@ -125,38 +128,45 @@ pub fn build(params: &MannequinParams, progress: &mut dyn FnMut(MannequinStep)) 
     let owners = Ownership::prepare(&template, &mesh);
 
     let bodies = carry_all(&subjects, &template, &mesh, &owners, progress);
-    let whole: Vec<Vec<Vec3>> = bodies.iter().map(|(half, _)| mesh.whole_points(half)).collect();
-    progress(MannequinStep { doing: "principal components", done: 0, total: 1 });
-    let components = components::principal_components(&whole, params.components)
-        .ok_or(MannequinError::NoComponents { subjects: subjects.len() })?;
-
-    // Joints, weights and limits are those of the mean body: its anatomy is the template's.
-    let faces = mesh.whole_faces();
-    let template_points = mesh.whole_points(&mesh.points);
-    let joint_regressor: Vec<Vec<f64>> = regressor::joint_centers(&template)
-        .iter()
-        .map(|x| regressor::mean_value_coordinates(x, &template_points, &faces))
-        .collect();
-    let weights = skin::weights(&template, &mesh, &owners);
-    let part = weights
-        .iter()
-        .map(|row| (0..JOINTS).fold(0, |best, j| if row[j] > row[best] { j } else { best }) as u32)
-        .collect();
-    let plain = |points: &[Vec3]| points.iter().map(|p| [p.x, p.y, p.z]).collect();
-    Ok(BodyArrays {
-        v_template: plain(&components.mean),
-        directions: components.directions.iter().map(|d| plain(d)).collect(),
-        sigma: components.sigma,
-        faces,
-        joint_regressor,
-        parents: regressor::PARENTS.to_vec(),
-        joint_names: crate::body::JOINT_NAMES.to_vec(),
-        weights,
-        part,
-        joint_limits: regressor::limits(&template).map(|j| j.map(|r| r.map(f64::to_radians))).to_vec(),
-        mirror: mesh.mirror(),
-        explained: components.explained,
+    let rig = rig_of(&template, &mesh, &owners)?;
+    let subjects = Subjects {
+        template: rig.mesh.clone(),
+        bodies: bodies.iter().map(|(half, _)| mesh.whole_points(half).into_iter().map(Point::from).collect()).collect(),
+        joints: None,
+    };
+    // Every body stands in the same pose already.
+    let params = TrainParams { components: params.components, leave_out: 0, unpose: false };
+    let trained = train(&subjects, &rig, &params, &mut |step| {
+        progress(MannequinStep { doing: step.doing, done: step.done, total: step.total });
+    })?;
+    Ok(Mannequin {
+        explained: trained.explained.last().copied().unwrap_or(0.0),
+        model: trained.model,
         girth_errors: girth_errors(&bodies),
+    })
+}
+
+/// Joints, weights and limits are those of the body on which the mesh was made.
+fn rig_of(template: &Anatomy, mesh: &HalfMesh, owners: &Ownership) -> Result<Rig, MannequinError> {
+    let points = mesh.whole_points(&mesh.points).into_iter().map(Point::from).collect();
+    let whole = TriMesh::try_from_indices(points, &mesh.whole_faces())
+        .map_err(|e| MannequinError::Mesh { reason: e.to_string() })?;
+    let weights = skin::weights(template, mesh, owners);
+    let row = |row: &[f64]| (0..).map(JointId).zip(row.iter().copied()).collect();
+    let limits = joints::limits(template).map(|bounds| JointLimits {
+        min: Vec3::from_fn(|c, _| bounds[c][0].to_radians()),
+        max: Vec3::from_fn(|c, _| bounds[c][1].to_radians()),
+    });
+    Ok(Rig {
+        names: JOINT_NAMES.map(String::from).to_vec(),
+        parents: JOINT_PARENTS.to_vec(),
+        joints: joints::centers(template).map(Point::from).to_vec(),
+        weights: SkinWeights::from_rows(weights.iter().map(|w| row(w))),
+        limits: limits.to_vec(),
+        uvs: unwrap::uvs(template, mesh, owners, &whole),
+
+        mirror: Some(mesh.mirror().into_iter().map(VertexId).collect::<PerVertex<_>>()),
+        mesh: whole,
     })
 }
 

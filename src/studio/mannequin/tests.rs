@@ -4,9 +4,9 @@ use super::field::{Field, Form, Primitive, Region};
 use super::loft::{Loft, Station};
 use super::measures::Survey;
 use super::mesh::HalfMesh;
-use super::{MannequinParams, build, extract, girth, regressor, remesh};
+use super::{MannequinParams, build, extract, flatten, girth, remesh};
 use crate::formats::{Npz, NpzCompression, read_npz, write_npz};
-use crate::geometry::{Adjacency, Point, TriMesh, Vec3};
+use crate::geometry::{Adjacency, FaceId, Point, TriMesh, Vec3};
 use std::io::Cursor;
 
 const SHIPPED: &[u8] = include_bytes!("../../../templates/body/adult.npz");
@@ -60,22 +60,6 @@ fn remeshed_half_and_mirror_image_close_one_surface() {
 }
 
 #[test]
-fn mean_value_coordinates_reproduce_any_linear_function() {
-    let points: Vec<Vec3> = (0..8)
-        .map(|c| Vec3::new(f64::from(c & 1), f64::from(c >> 1 & 1), f64::from(c >> 2 & 1)).map(|x| 2.0 * x - 1.0))
-        .collect();
-    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let faces: Vec<[u32; 3]> = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
-    for x in [Vec3::new(0.1, -0.3, 0.5), Vec3::new(-0.8, 0.7, 0.2)] {
-        let weights = regressor::mean_value_coordinates(&x, &points, &faces);
-        assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
-        assert!(weights.iter().all(|w| *w > 0.0), "a convex cage gives positive weights inside");
-        let again: Vec3 = points.iter().zip(&weights).map(|(p, w)| p * *w).sum();
-        assert!((again - x).norm() < 1e-9, "{again} for {x}");
-    }
-}
-
-#[test]
 fn drawn_adults_average_to_the_published_means() {
     let survey = Survey::embedded().unwrap();
     let [woman, man] = survey.means();
@@ -91,7 +75,10 @@ fn drawn_adults_average_to_the_published_means() {
 #[test]
 fn girths_are_those_asked_for() {
     let survey = Survey::embedded().unwrap();
-    for m in survey.means().iter().chain(&survey.draw(1, 5)) {
+    // Of the shipped file's subjects those that are hardest to build: large busts over narrow waists, wide hips.
+    let shipped = survey.draw(MannequinParams::default().pairs, MannequinParams::default().seed);
+    let hard = [29, 109, 183].map(|k| shipped[k]);
+    for m in survey.means().iter().chain(&survey.draw(1, 5)).chain(&hard) {
         for g in girth::girths(&girth::calibrate(m)) {
             assert!((g.measured - g.asked).abs() < 0.01, "{}: {} for {}", g.name, g.measured, g.asked);
         }
@@ -112,13 +99,28 @@ fn shipped_body_is_closed_symmetric_and_stands_on_the_ground() {
         let ([x, y, z], q) = (points[v], points[w as usize]);
         assert_eq!([-x, y, z], q, "vertex {v} and its twin {w}");
     }
-    assert!((5000..=8000).contains(&points.len()));
+    assert!((7000..=10_000).contains(&points.len()));
     let low = points.iter().map(|p| p[1]).fold(f64::INFINITY, f64::min);
     assert!(low.abs() < 0.005, "soles at {low}");
     let mesh = TriMesh::try_from_indices(points.into_iter().map(Point::from).collect(), &faces).unwrap();
     assert!(Adjacency::prepare(&mesh).boundary_edges().is_empty());
     assert_eq!(mesh.vertex_count() as i64 - mesh.face_count() as i64 / 2, 2, "one closed surface without handles");
     assert!((0.06..0.08).contains(&mesh.signed_volume()), "litres of the mean adult: {}", mesh.signed_volume());
+}
+
+#[test]
+fn shipped_texture_coordinates_lie_in_the_picture_and_no_face_is_turned_over() {
+    let model = crate::body::embedded_model().unwrap();
+    let uvs = model.uvs.unwrap();
+    assert!(uvs.coords.as_flattened().iter().all(|x| (0.0..=1.0).contains(x)));
+    let areas: Vec<f64> = (0..uvs.corners.len()).map(|f| flatten::signed_area(uvs.triangle(f))).collect();
+    assert!(areas.iter().all(|a| *a > 0.0), "{} faces are turned over", areas.iter().filter(|a| **a <= 0.0).count());
+    // Angles are kept, so no place is squeezed to nothing: a face has at least a twentieth of its share.
+    let (on_picture, on_body) = (areas.iter().sum::<f64>(), model.template.area());
+    assert!(on_picture > 0.4, "the picture is used to {on_picture}");
+    let share = |f: usize| (areas[f] / on_picture) / (model.template.face_area(FaceId::from_index(f)) / on_body);
+    let squeezed = (0..areas.len()).filter(|f| share(*f) < 0.05).count();
+    assert!(squeezed * 100 < areas.len(), "{squeezed} faces");
 }
 
 #[test]
@@ -141,7 +143,10 @@ fn shipped_weights_and_regressor_sum_to_one() {
 #[ignore = "builds the whole model"]
 fn generator_reproduces_the_shipped_file() {
     let model = build(&MannequinParams::default(), &mut |_| ()).unwrap();
+    for (name, _, most) in &model.girth_errors {
+        assert!(*most < 0.01, "{name} misses what was asked by {most} m");
+    }
     let mut bytes = Vec::new();
-    write_npz(&model.to_npz().unwrap(), NpzCompression::Deflated, &mut bytes).unwrap();
+    write_npz(&model.model.to_npz().unwrap(), NpzCompression::Deflated, &mut bytes).unwrap();
     assert!(bytes == SHIPPED, "run the example build_body_model and commit templates/body/adult.npz");
 }

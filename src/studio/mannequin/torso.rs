@@ -6,7 +6,7 @@ use super::loft::{Loft, Station};
 use crate::geometry::Vec3;
 
 /// Edge length of the mesh on trunk and limbs.
-pub(super) const BODY_EDGE: f64 = 0.0198;
+pub(super) const BODY_EDGE: f64 = 0.0188;
 
 /// A horizontal section given by its half-breadth and the z of its front, widest place and back.
 fn level(y: f64, half: f64, [front, wide, back]: [f64; 3], exponent: [f64; 2]) -> Station {
@@ -34,7 +34,7 @@ pub(super) fn add_torso(body: &mut Anatomy) {
         // Below the hip joint the trunk narrows like a pair of briefs: the thighs make the outline there.
         level(l.crotch + 0.014, 0.045 * s, [0.046 * s, 0.0, -0.055 * s], [2.0, 2.0]),
         level(mix(l.crotch, joint, 0.45), 0.44 * hip_half, [0.70 * hip_front, 0.0, 0.62 * hip_back], [2.1, 2.1]),
-        level(joint, 0.83 * hip_half, [0.90 * hip_front, -0.005, 0.82 * hip_back], [2.2, 2.2]),
+        level(joint, 0.84 * hip_half, [0.90 * hip_front, -0.005, 0.82 * hip_back], [2.2, 2.2]),
         level(
             mix(joint, l.waist, 0.28),
             0.97 * mix(hip_half, waist_half, 0.20),
@@ -114,7 +114,7 @@ fn add_chest(body: &mut Anatomy, chest_back: f64, rib_depth: f64) {
     let point_x = 0.5 * (0.037 + 0.162 * m.chest_circumference);
     let front = rib_depth + chest_back;
     let tip = m.chest_depth + chest_back;
-    let r = body.by_sex(0.052, 0.056) * (m.chest_circumference / 0.947).powf(0.7);
+    let r = body.breast_radius();
     // A breast is nearly a half-sphere, a pectoral a broad flat cushion higher up.
     let deep = body.by_sex(0.88, 0.40);
     let rise = body.by_sex(-0.004, 0.004);
@@ -212,8 +212,8 @@ fn add_furrows(body: &mut Anatomy, waist_back: f64, chest_back: f64, hip_back: f
     // Navel.
     bump([0.0, l.waist, 0.12], [0.007, 0.008, 0.03], -0.004);
     // Collar bones and the pit between them.
-    bump([0.075, l.suprasternal + 0.012, 0.030], [0.040, 0.007, 0.03], 0.004);
-    bump([0.0, l.suprasternal, 0.030], [0.014, 0.014, 0.02], -0.005);
+    bump([0.080, l.suprasternal + 0.014, 0.030], [0.045, 0.014, 0.03], 0.0025);
+    bump([0.0, l.suprasternal + 0.004, 0.030], [0.018, 0.018, 0.02], -0.005);
 }
 
 pub(super) fn push(body: &mut Anatomy, form: Form, blend: f64, edge: f64, region: Region) {

@@ -1,11 +1,11 @@
-//! Joints as weighted sums of the vertices, by mean value coordinates; and how far each joint turns.
+//! Where the joints are, and how far each turns.
 
 use super::anatomy::Anatomy;
 use super::skin::{JOINTS, joint};
 use crate::geometry::Vec3;
 
 /// Joint centres of both sides in the model's order.
-pub(super) fn joint_centers(body: &Anatomy) -> [Vec3; JOINTS] {
+pub(super) fn centers(body: &Anatomy) -> [Vec3; JOINTS] {
     let j = &body.joints;
     let mut all = [Vec3::zeros(); JOINTS];
     let list = [
@@ -32,66 +32,6 @@ pub(super) fn joint_centers(body: &Anatomy) -> [Vec3; JOINTS] {
         }
     }
     all
-}
-
-/// Each joint's parent; the root has none.
-pub(super) const PARENTS: [Option<usize>; JOINTS] = [
-    None,
-    Some(0),
-    Some(1),
-    Some(2),
-    Some(3),
-    Some(4),
-    Some(3),
-    Some(6),
-    Some(7),
-    Some(8),
-    Some(3),
-    Some(10),
-    Some(11),
-    Some(12),
-    Some(0),
-    Some(14),
-    Some(15),
-    Some(16),
-    Some(0),
-    Some(18),
-    Some(19),
-    Some(20),
-];
-
-/// Mean value coordinates of `x` in a closed triangle mesh: weights of the vertices, summing to one, whose weighted
-/// sum is `x`.
-///
-/// **Requires** `x` off the surface. **Source** Ju, Schaefer, Warren 2005, the robust form of its Fig. 4.
-pub(super) fn mean_value_coordinates(x: &Vec3, points: &[Vec3], faces: &[[u32; 3]]) -> Vec<f64> {
-    let distance: Vec<f64> = points.iter().map(|p| (p - x).norm()).collect();
-    let unit: Vec<Vec3> = points.iter().zip(&distance).map(|(p, d)| (p - x) / *d).collect();
-    let mut weights = vec![0.0; points.len()];
-    for face in faces {
-        let u = face.map(|v| unit[v as usize]);
-        let theta: [f64; 3] =
-            std::array::from_fn(|i| 2.0 * (0.5 * (u[(i + 1) % 3] - u[(i + 2) % 3]).norm()).clamp(0.0, 1.0).asin());
-        let h = 0.5 * theta.iter().sum::<f64>();
-        let sign = u[0].dot(&u[1].cross(&u[2])).signum();
-        let c: [f64; 3] = std::array::from_fn(|i| {
-            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            2.0 * h.sin() * (h - theta[i]).sin() / (theta[j].sin() * theta[k].sin()) - 1.0
-        });
-        let s = c.map(|c| sign * (1.0 - (c * c).min(1.0)).sqrt());
-        // A face seen edge-on adds nothing.
-        if s.iter().any(|s| s.abs() < 1e-9) {
-            continue;
-        }
-        for i in 0..3 {
-            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            let w =
-                (theta[i] - c[j] * theta[k] - c[k] * theta[j]) / (distance[face[i] as usize] * theta[j].sin() * s[k]);
-            weights[face[i] as usize] += w;
-        }
-    }
-    let sum: f64 = weights.iter().sum();
-    weights.iter().map(|w| w / sum).collect()
 }
 
 /// Bounds of each joint's rotation vector (degrees), x, y, z, from the bind pose; the left side's, right mirrored.

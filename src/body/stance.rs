@@ -1,0 +1,189 @@
+//! Poses by name, for looking at a model: what a body does while it is dressed and after.
+
+use super::{JointId, Pose, Skeleton};
+use crate::geometry::Vec3;
+use nalgebra::UnitQuaternion;
+
+/// A pose that every humanoid skeleton can take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stance {
+    /// As the model is bound.
+    Bind,
+    /// Arms level, to the sides.
+    TPose,
+    /// Both arms overhead.
+    ArmsUp,
+    /// Both arms level, to the front.
+    ArmsForward,
+    /// A deep squat, arms out for balance.
+    Squat,
+    /// The head turned to the left.
+    HeadTurned,
+    /// A long step.
+    Stride,
+}
+
+impl Stance {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Bind,
+        Self::TPose,
+        Self::ArmsUp,
+        Self::ArmsForward,
+        Self::Squat,
+        Self::HeadTurned,
+        Self::Stride,
+    ];
+
+    /// The name by which it is asked for.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Bind => "bind",
+            Self::TPose => "t-pose",
+            Self::ArmsUp => "arms-up",
+            Self::ArmsForward => "arms-forward",
+            Self::Squat => "squat",
+            Self::HeadTurned => "head-turned",
+            Self::Stride => "stride",
+        }
+    }
+
+    /// The pose, whatever the skeleton's bind pose is: bones are aimed, each by the smallest turn.
+    ///
+    /// **Requires** joints by VRM names; a joint that is missing is not turned.
+    pub fn pose(self, skeleton: &Skeleton) -> Pose {
+        let mut figure = Aimed { skeleton, pose: Pose::bind(skeleton.len()) };
+        match self {
+            Self::Bind => {}
+            Self::TPose => figure.both_arms([1.0, 0.0, 0.0], [1.0, 0.0, 0.0], 8.0),
+            // A third of an arm's rise above the level is the collar bone's (Inman's rhythm).
+            Self::ArmsUp => figure.both_arms([0.22, 1.0, 0.0], [0.05, 1.0, 0.05], 32.0),
+            Self::ArmsForward => {
+                for (side, sign) in SIDES {
+                    figure.turn(&format!("{side}Shoulder"), [0.0, -14.0 * sign, 0.0]);
+                }
+                figure.both_arms([0.12, 0.0, 1.0], [0.0, 0.0, 1.0], 6.0);
+            }
+            Self::Squat => {
+                figure.turn("hips", [28.0, 0.0, 0.0]);
+                figure.turn("spine", [12.0, 0.0, 0.0]);
+                figure.turn("chest", [6.0, 0.0, 0.0]);
+                figure.turn("neck", [-18.0, 0.0, 0.0]);
+                figure.both_arms([0.35, 0.0, 1.0], [0.15, 0.05, 1.0], 6.0);
+                figure.both("UpperLeg", [0.32, 0.05, 1.0]);
+                figure.both("LowerLeg", [0.04, -1.0, -0.42]);
+                figure.level_feet();
+            }
+            Self::HeadTurned => {
+                figure.turn("neck", [0.0, 32.0, 0.0]);
+                figure.turn("head", [0.0, 36.0, 0.0]);
+            }
+            Self::Stride => {
+                figure.turn("chest", [3.0, 8.0, 0.0]);
+                for (side, sign) in SIDES {
+                    let at = |x: f64, y: f64, z: f64| Vec3::new(x * sign, y, z * sign);
+                    figure.aim(&format!("{side}UpperArm"), at(0.22, -1.0, -0.35));
+                    figure.aim(&format!("{side}LowerArm"), at(0.10, -1.0, -0.05 + 0.3 * sign));
+                    figure.aim(&format!("{side}UpperLeg"), at(0.08, -1.0, 0.50));
+                }
+                figure.aim("leftLowerLeg", Vec3::new(0.02, -1.0, 0.28));
+                figure.aim("rightLowerLeg", Vec3::new(-0.02, -1.0, -0.95));
+            }
+        }
+        figure.pose
+    }
+}
+
+const SIDES: [(&str, f64); 2] = [("left", 1.0), ("right", -1.0)];
+
+struct Aimed<'a> {
+    skeleton: &'a Skeleton,
+    pose: Pose,
+}
+
+impl Aimed<'_> {
+    /// Turns a joint by a rotation vector in degrees, in the axes of the bind pose.
+    fn turn(&mut self, joint: &str, degrees: [f64; 3]) {
+        if let Some(j) = self.skeleton.find(joint) {
+            let vector = Vec3::from(degrees.map(f64::to_radians));
+            self.pose.rotations[j.index()] = UnitQuaternion::from_scaled_axis(vector);
+        }
+    }
+
+    /// Turns a joint so that its bone points along `direction` in the world.
+    fn aim(&mut self, joint: &str, direction: Vec3) {
+        let Some(j) = self.skeleton.find(joint) else { return };
+        let Some(end) = self.skeleton.bone_end(j) else { return };
+        let bone = self.skeleton.joints_in_bind[end.index()] - self.skeleton.joints_in_bind[j.index()];
+        let wanted = self.above(j).inverse() * direction;
+        // Bones exactly opposed have no smallest turn; none of the stances asks for one.
+        self.pose.rotations[j.index()] =
+            UnitQuaternion::rotation_between(&bone, &wanted).unwrap_or_else(UnitQuaternion::identity);
+    }
+
+    /// The rotation of the frame in which a joint turns.
+    fn above(&self, joint: JointId) -> UnitQuaternion<f64> {
+        let mut rotation = UnitQuaternion::identity();
+        let mut at = self.skeleton.parents[joint.index()];
+        while let Some(j) = at {
+            rotation = self.pose.rotations[j.index()] * rotation;
+            at = self.skeleton.parents[j.index()];
+        }
+        rotation
+    }
+
+    fn both(&mut self, bone: &str, [x, y, z]: [f64; 3]) {
+        for (side, sign) in SIDES {
+            self.aim(&format!("{side}{bone}"), Vec3::new(x * sign, y, z));
+        }
+    }
+
+    /// Aims both arms, the collar bones raised by so many degrees.
+    fn both_arms(&mut self, upper: [f64; 3], lower: [f64; 3], raised_deg: f64) {
+        for (side, sign) in SIDES {
+            let shoulder = format!("{side}Shoulder");
+            if let Some(j) = self.skeleton.find(&shoulder) {
+                let raise = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), (raised_deg * sign).to_radians());
+                self.pose.rotations[j.index()] = raise * self.pose.rotations[j.index()];
+            }
+        }
+        self.both("UpperArm", upper);
+        self.both("LowerArm", lower);
+    }
+
+    /// Turns the feet back to where they point in the bind pose.
+    fn level_feet(&mut self) {
+        for (side, _) in SIDES {
+            if let Some(foot) = self.skeleton.find(&format!("{side}Foot")) {
+                self.pose.rotations[foot.index()] = self.above(foot).inverse();
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::embedded_model;
+
+    #[test]
+    fn bones_point_where_the_stance_says() {
+        let skeleton = embedded_model().unwrap().skeleton;
+        let bone = |stance: Stance, from: &str, to: &str| {
+            let joints = skeleton.joints_in_world(&stance.pose(&skeleton));
+            let at = |name: &str| joints[skeleton.find(name).unwrap().index()];
+            (at(to) - at(from)).normalize()
+        };
+        for (side, sign) in SIDES {
+            let (upper, lower) = (format!("{side}UpperArm"), format!("{side}LowerArm"));
+            assert!((bone(Stance::TPose, &upper, &lower) - Vec3::x() * sign).norm() < 1e-9);
+            assert!(bone(Stance::ArmsUp, &upper, &lower).y > 0.95);
+            let leg = bone(Stance::Squat, &format!("{side}UpperLeg"), &format!("{side}LowerLeg"));
+            assert!(leg.z > 0.9, "{leg}");
+        }
+        let left_ahead = bone(Stance::Stride, "leftUpperLeg", "leftLowerLeg").z;
+        assert!(left_ahead > 0.3 && bone(Stance::Stride, "rightUpperLeg", "rightLowerLeg").z < -0.3);
+        let same = Stance::Bind.pose(&skeleton);
+        assert_eq!(same, Pose::bind(skeleton.len()));
+    }
+}

@@ -1,0 +1,196 @@
+//! `overcoat body`: body models and what they span.
+
+use super::Context;
+use super::console::{Done, secs};
+use super::progress::Progress;
+use crate::scan::{Unit, Up};
+use crate::session::{BuildBody, SessionError, ShowBody, build_body, show_body};
+use crate::train::TrainParams;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+#[derive(clap::Args)]
+pub(super) struct BodyArgs {
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(clap::Subcommand)]
+enum Action {
+    /// Look at a model: its shapes and how it bends
+    Show(ShowArgs),
+    /// Learn a model from many bodies
+    Build(BuildArgs),
+}
+
+#[derive(clap::Args)]
+struct ShowArgs {
+    /// A model of your own: .npz in the SMPL layout, instead of the embedded one
+    #[arg(long, value_name = "FILE.npz")]
+    model: Option<PathBuf>,
+    /// Shape coordinates in standard deviations: 1.5,-2
+    #[arg(long, value_name = "B,B,…", value_delimiter = ',', allow_hyphen_values = true)]
+    beta: Vec<f64>,
+    /// A stance (bind, t-pose, arms-up, arms-forward, squat, head-turned, stride), or JOINT=X,Y,Z in degrees
+    #[arg(long, value_name = "POSE")]
+    pose: Vec<String>,
+    /// Draw it; without --beta and --pose, all that the model spans
+    #[arg(long, value_name = "OUT.png")]
+    sheet: Option<PathBuf>,
+    /// Write a recording for the Rerun viewer
+    #[arg(long, value_name = "OUT.rrd")]
+    save: Option<PathBuf>,
+    /// Write that body as a mesh
+    #[arg(long, value_name = "OUT.ply")]
+    mesh: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
+struct BuildArgs {
+    /// Meshes of one topology, folders of them, or .npz files with vertices (N,V,3) and faces (F,3)
+    #[arg(required = true, value_name = "INPUT")]
+    inputs: Vec<PathBuf>,
+    /// Where the model goes
+    #[arg(long, value_name = "MODEL.npz")]
+    out: PathBuf,
+    /// Take every mesh for a scan: the template is moved onto each
+    #[arg(long)]
+    register: bool,
+    /// The model that lends joints and weights, and that is moved onto scans, instead of the embedded one
+    #[arg(long, value_name = "FILE.npz")]
+    template: Option<PathBuf>,
+    /// Components kept
+    #[arg(long, value_name = "K")]
+    components: Option<usize>,
+    /// Keep so many bodies from the training and measure the model on them
+    #[arg(long, value_name = "N")]
+    leave_out: Option<usize>,
+    /// The bodies' unit: m, cm, mm, in
+    #[arg(long, value_name = "UNIT")]
+    unit: Option<Unit>,
+    /// Their upward axis: x, y, z, -x, -y, -z
+    #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
+    up: Option<Up>,
+}
+
+pub(super) fn run(args: BodyArgs, context: &Context) -> anyhow::Result<Done> {
+    match args.action {
+        Action::Show(args) => show(args),
+        Action::Build(args) => build(args, context),
+    }
+}
+
+fn show(args: ShowArgs) -> anyhow::Result<Done> {
+    let began = Instant::now();
+    if args.sheet.is_none() && args.save.is_none() && args.mesh.is_none() {
+        let what = "body show needs to know what to write".into();
+        let hint = "--sheet OUT.png for a picture, --save OUT.rrd for the Rerun viewer, --mesh OUT.ply".into();
+        return Err(SessionError::BadRequest { what, hint }.into());
+    }
+    let shown = show_body(&ShowBody { model: args.model, shape: args.beta, pose: args.pose })?;
+    let mut lines = Vec::new();
+    let mut next = Vec::new();
+    if let Some(path) = &args.sheet {
+        shown.write_sheet(path)?;
+        lines.push(format!("drew {}", path.display()));
+    }
+    if let Some(path) = &args.mesh {
+        shown.write_mesh(path)?;
+        lines.push(format!("wrote {}", path.display()));
+    }
+    if let Some(path) = &args.save {
+        shown.write_recording(path)?;
+        lines.push(format!("recorded {}", path.display()));
+        next.push(format!("rerun {}", path.display()));
+    }
+    let [vertices, faces, joints, components] = shown.counts();
+    let json = json!({
+        "vertices": vertices,
+        "faces": faces,
+        "joints": joints,
+        "components": components,
+        "sheet": as_text(args.sheet.as_deref()),
+        "mesh": as_text(args.mesh.as_deref()),
+        "recording": as_text(args.save.as_deref()),
+        "secs": began.elapsed().as_secs_f64(),
+    });
+    let mut done = Done::new("body show", json);
+    done.next = next;
+    Ok(done
+        .line(format!("{vertices} vertices, {faces} faces, {joints} joints, {components} components"))
+        .line(format!("{}, in {}", lines.join(" and "), secs(began.elapsed()))))
+}
+
+fn build(args: BuildArgs, context: &Context) -> anyhow::Result<Done> {
+    let began = Instant::now();
+    let defaults = TrainParams::default();
+    let asked = BuildBody {
+        inputs: args.inputs,
+        template: args.template,
+        register: args.register,
+        unit: args.unit,
+        up: args.up,
+        params: TrainParams {
+            components: args.components.unwrap_or(defaults.components),
+            leave_out: args.leave_out.unwrap_or(defaults.leave_out),
+            ..defaults
+        },
+    };
+    let mut progress = Progress::of_one_stage(&context.console);
+    let built = build_body(&asked, &mut |step| {
+        progress.tell(format!("{} {} of {}", step.doing, step.done, step.total));
+    })?;
+    progress.end();
+    built.write(&args.out)?;
+    let (trained, model) = (&built.trained, &built.trained.model);
+    let held = trained.explained.last().copied().unwrap_or(0.0);
+    let left = trained.left_out.as_ref();
+    let json = json!({
+        "model": args.out.display().to_string(),
+        "vertices": model.template.vertex_count(),
+        "joints": model.skeleton.len(),
+        "components": model.component_count(),
+        "bodies": trained.bodies,
+        "explained": trained.explained,
+        "left_out": left.map(|l| json!({
+            "bodies": l.bodies,
+            "vertex_mean_mm": 1e3 * l.vertex_mean,
+            "vertex_worst_body_mm": 1e3 * l.vertex_worst,
+            "joint_mean_mm": 1e3 * l.joint_mean,
+            "joint_worst_mm": 1e3 * l.joint_worst,
+            "joints_given": l.joints_given,
+        })),
+        "findings": built.findings,
+        "secs": began.elapsed().as_secs_f64(),
+    });
+    let measured = match left {
+        None => "no body was left out to measure on; --leave-out N does so".to_string(),
+        Some(l) => format!(
+            "{} bodies left out: vertices {:.1} mm off on average, {:.1} mm in the worst body; joints {:.1} mm, the worst {:.1} mm ({})",
+            l.bodies,
+            1e3 * l.vertex_mean,
+            1e3 * l.vertex_worst,
+            1e3 * l.joint_mean,
+            1e3 * l.joint_worst,
+            if l.joints_given { "against those given" } else { "against those in their own vertices" }
+        ),
+    };
+    Ok(Done::new("body build", json)
+        .lines(built.findings.iter().map(|f| format!("  {f}")))
+        .line(format!(
+            "{} components of {} bodies hold {:.1} % of the variance (the first alone {:.1} %)",
+            model.component_count(),
+            trained.bodies,
+            100.0 * held,
+            100.0 * trained.explained.first().copied().unwrap_or(0.0)
+        ))
+        .line(measured)
+        .line(format!("wrote {}, in {}", args.out.display(), secs(began.elapsed())))
+        .next(format!("overcoat body show --model {} --sheet body.png", args.out.display()))
+        .next(format!("overcoat new DIR --body {}", args.out.display())))
+}
+
+fn as_text(path: Option<&Path>) -> Option<String> {
+    path.map(|p| p.display().to_string())
+}

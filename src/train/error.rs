@@ -1,0 +1,120 @@
+//! Why no model came out.
+
+/// Why no model came out of the bodies given.
+#[derive(Debug, thiserror::Error)]
+pub enum TrainError {
+    /// Not enough bodies to learn from.
+    #[error(
+        "{components} components need at least {} bodies to learn from, but there are {bodies}", components + 1
+    )]
+    TooFewBodies {
+        /// Components asked for.
+        components: usize,
+        /// Bodies to learn from.
+        bodies: usize,
+    },
+    /// Another number of vertices or faces.
+    #[error(
+        "the bodies are not of one topology: {name} has {found:?} vertices and faces, but {reference} has {expected:?}"
+    )]
+    AnotherTopology {
+        /// The body at fault.
+        name: String,
+        /// Its vertices and faces.
+        found: [usize; 2],
+        /// The first body.
+        reference: String,
+        /// Its vertices and faces.
+        expected: [usize; 2],
+    },
+    /// As many faces, but others.
+    #[error("the faces of {name} are not those of {reference}: face {face} is {found:?} instead of {expected:?}")]
+    AnotherOrderOfFaces {
+        /// The body at fault.
+        name: String,
+        /// The first body.
+        reference: String,
+        /// The first face that differs.
+        face: usize,
+        /// Its corners.
+        found: [u32; 3],
+        /// What they are in the first body.
+        expected: [u32; 3],
+    },
+    /// The same faces over shuffled vertices.
+    #[error(
+        "the vertices of {name} are in another order than those of {reference}: its edges are {ratio:.1} times as long"
+    )]
+    AnotherOrderOfVertices {
+        /// The body at fault.
+        name: String,
+        /// The first body.
+        reference: String,
+        /// Its total edge length over that of the first body, per unit of height.
+        ratio: f64,
+    },
+    /// Joints by mean value coordinates need a closed surface.
+    #[error("the template is open: {edges} of its edges have a face on one side only")]
+    OpenTemplate {
+        /// How many edges.
+        edges: usize,
+    },
+    /// Joints that come with the bodies are not as many as these.
+    #[error("the bodies come with joints for {found} of them, but there are {expected}")]
+    JointCount {
+        /// Bodies with joints.
+        found: usize,
+        /// Bodies.
+        expected: usize,
+    },
+    /// The decomposition failed.
+    #[error("the principal components of {bodies} bodies did not converge")]
+    NoComponents {
+        /// Bodies.
+        bodies: usize,
+    },
+    /// Arrays that are no mesh.
+    #[error("{name}: {reason}")]
+    NotAMesh {
+        /// The mesh.
+        name: String,
+        /// Why.
+        reason: String,
+    },
+    /// A mesh cannot be a person.
+    #[error("{name}: {source}")]
+    NotAScan {
+        /// The mesh.
+        name: String,
+        /// Why.
+        source: Box<crate::scan::ScanError>,
+    },
+    /// A mesh to which no body fits.
+    #[error("{name}: {source}")]
+    NotABody {
+        /// The mesh.
+        name: String,
+        /// Why.
+        source: crate::fit::FitError,
+    },
+}
+
+impl TrainError {
+    /// What to do about it.
+    pub fn hint(&self) -> Option<String> {
+        Some(match self {
+            Self::TooFewBodies { bodies, .. } => {
+                format!("give more bodies, or --components {}", bodies.saturating_sub(1).max(1))
+            }
+            Self::AnotherTopology { .. } | Self::AnotherOrderOfFaces { .. } | Self::AnotherOrderOfVertices { .. } => {
+                "--register takes each mesh for a scan and moves one template onto all of them".into()
+            }
+            Self::OpenTemplate { .. } => "close its holes in a mesh editor, in the template and in all bodies alike".into(),
+            Self::JointCount { .. } => "leave the array 'joints' out, or give one row a body".into(),
+            Self::NoComponents { .. } => "look for bodies with coordinates that are far too large".into(),
+            Self::NotAMesh { .. } => "the file is damaged; write it again".into(),
+            Self::NotAScan { source, .. } => return source.hint(),
+            Self::NotABody { source, .. } => return source.hint(),
+        })
+    }
+}
