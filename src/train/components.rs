@@ -7,7 +7,7 @@ use rayon::prelude::*;
 /// Mean, directions and what they hold of the variance.
 pub(super) struct Components {
     pub mean: PerVertex<Point>,
-    /// K unit vectors over all 3V coordinates.
+    /// K unit vectors over all 3V coordinates; zero where no variance is left.
     pub directions: Vec<PerVertex<Vec3>>,
     /// K, metres: deviations along them.
     pub sigma: Vec<f64>,
@@ -33,10 +33,15 @@ pub(super) fn principal_components(bodies: &[&PerVertex<Point>], count: usize) -
     let eigen = gram.self_adjoint_eigen(Side::Lower).ok()?;
     let values: Vec<f64> = (0..n).map(|k| eigen.S()[n - 1 - k].max(0.0)).collect();
     let total: f64 = values.iter().sum();
+    // Below this share of the variance a direction is rounding, and no longer at right angles to the others.
+    const LEAST_SHARE: f64 = 1e-14;
     let directions = (0..count)
         .into_par_iter()
         .map(|k| {
             let mut direction = vec![Vec3::zeros(); mean.len()];
+            if values[k] <= LEAST_SHARE * total {
+                return direction.into();
+            }
             for (i, body) in centered.iter().enumerate() {
                 let w = eigen.U()[(i, n - 1 - k)];
                 direction.iter_mut().zip(body).for_each(|(d, p)| *d += p * w);
@@ -45,7 +50,7 @@ pub(super) fn principal_components(bodies: &[&PerVertex<Point>], count: usize) -
             // Grows upward from the ground where the direction makes the body taller.
             let up: f64 = direction.iter().zip(mean.iter()).map(|(d, m)| d.y * m.y).sum();
             let sign = if up < 0.0 { -1.0 } else { 1.0 };
-            direction.into_iter().map(|d| d * (sign / length)).collect()
+            direction.into_iter().map(|d| d * (sign / length)).collect::<Vec<_>>().into()
         })
         .collect();
     let sigma = values.iter().take(count).map(|value| (value / (n as f64 - 1.0)).sqrt()).collect();

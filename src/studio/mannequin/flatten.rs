@@ -104,7 +104,7 @@ impl Flat {
 
     /// Turns it so that its box is the narrowest of those tried and stands upright, and moves it to the origin.
     pub fn stand(&mut self) {
-        /// A box is within 1 % of the narrowest at steps of 3°.
+        /// Steps of 3°: a chart three times as long as broad is at most 5 % broader than it need be.
         const STEPS: usize = 60;
         let turned = |angle: f64| {
             let (sin, cos) = angle.sin_cos();
@@ -169,7 +169,7 @@ mod tests {
         let mut flat = flatten(&mesh, &mesh.face_ids().collect::<Vec<_>>()).unwrap();
         flat.stand();
         let [width, height] = flat.size();
-        assert!((width / 0.3132 - 1.0).abs() < 0.02 && (height / 0.45 - 1.0).abs() < 0.02, "{width} x {height}");
+        assert!((0.313..0.329).contains(&width) && (0.449..0.470).contains(&height), "{width} x {height}");
         let areas: Vec<f64> = flat.faces.iter().map(|(_, c)| signed_area(c.map(|v| flat.places[&v]))).collect();
         assert!(areas.iter().all(|a| *a > 0.0) || areas.iter().all(|a| *a < 0.0), "no face is turned over");
     }
