@@ -53,7 +53,8 @@ impl Session {
         let pose = request.at.as_ref().map(|_| last.pose.clone());
         let options = GlbOptions { name, pose, provenance: steps.iter().map(origin).collect() };
         let path = request.target.clone();
-        write(&path, |out| write_glb(&last.figure, &options, out))?;
+        let figure = if request.at.is_some() { last.figure_as_worn() } else { last.figure.clone() };
+        write(&path, |out| write_glb(&figure, &options, out))?;
         Ok(vec![path])
     }
 

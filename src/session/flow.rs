@@ -5,6 +5,7 @@ use super::stage_cut::cut;
 use super::stage_figure::{bare, dressed};
 use super::stage_fit::fit;
 use super::stage_pose::pose;
+use super::stage_press::{Worn, press};
 use super::stage_register::register;
 use super::stage_rig::rig;
 use super::stage_scan::scan;
@@ -32,7 +33,7 @@ pub(super) enum StepPose {
     /// The body's step.
     Naked { fitted: Kept<FittedBody>, registered: Kept<RegisteredBody> },
     /// A garment's step.
-    Inside { inside: Kept<PoseInside>, labels: Kept<Labels> },
+    Inside { inside: Kept<PoseInside>, labels: Kept<Labels>, worn: Kept<Worn> },
 }
 
 impl StepPose {
@@ -77,5 +78,6 @@ fn garment(walk: &mut Walk, step: &StepRecipe, inner: &Dressed) -> Result<Dresse
     let rigged = rig(walk, step, garment, inner, inside)?;
     let stacked = stack(walk, step, rigged, inner)?;
     let figure = dressed(walk, step, rigged, stacked, inner.figure)?;
-    Ok(Dressed { scan, pose: StepPose::Inside { inside, labels }, figure })
+    let worn = press(walk, step, garment, figure, inside)?;
+    Ok(Dressed { scan, pose: StepPose::Inside { inside, labels, worn }, figure })
 }

@@ -32,6 +32,7 @@ mod stage_error;
 mod stage_figure;
 mod stage_fit;
 mod stage_pose;
+mod stage_press;
 mod stage_register;
 mod stage_rig;
 mod stage_scan;

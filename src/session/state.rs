@@ -32,14 +32,16 @@ pub enum Stage {
     Stack,
     /// Weighed for physics and put on the figure.
     Figure,
+    /// What is worn below, pressed as it was in this step's scan.
+    Press,
 }
 
 impl Stage {
     /// The stages of the body's step.
     pub const OF_BODY: [Self; 4] = [Self::Scan, Self::Fit, Self::Register, Self::Figure];
     /// The stages of a garment's step.
-    pub const OF_GARMENT: [Self; 7] =
-        [Self::Scan, Self::Pose, Self::Segment, Self::Cut, Self::Rig, Self::Stack, Self::Figure];
+    pub const OF_GARMENT: [Self; 8] =
+        [Self::Scan, Self::Pose, Self::Segment, Self::Cut, Self::Rig, Self::Stack, Self::Figure, Self::Press];
 
     /// The stages of a step.
     pub fn of_step(is_body: bool) -> &'static [Self] {
@@ -63,6 +65,7 @@ impl Stage {
             Self::Rig,
             Self::Stack,
             Self::Figure,
+            Self::Press,
         ]
         .into_iter()
         .find(|s| s.to_string() == name)
@@ -81,6 +84,7 @@ impl fmt::Display for Stage {
             Self::Rig => "rig",
             Self::Stack => "stack",
             Self::Figure => "figure",
+            Self::Press => "press",
         })
     }
 }

@@ -4,8 +4,9 @@ use super::SessionError;
 use super::flow::{Dressed, StepPose, steps};
 use super::open::Session;
 use super::recipe::StepRecipe;
+use super::stage_press::Worn;
 use super::walk::Walk;
-use crate::body::{Figure, Pose};
+use crate::body::{Figure, Pose, unskin};
 use crate::fit::{FittedBody, PoseInside};
 use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::scan::Scan;
@@ -23,6 +24,8 @@ pub(super) struct WornStep {
     /// Of a garment's step.
     pub labels: Option<Labels>,
     offsets: Option<PerVertex<f64>>,
+    /// All garments, innermost first.
+    garments: Worn,
 }
 
 impl Session {
@@ -50,11 +53,12 @@ impl Session {
                 fitted: Some(self.store.load(fitted)?),
                 labels: None,
                 offsets: None,
+                garments: Worn::new(),
             },
-            StepPose::Inside { inside, labels } => {
+            StepPose::Inside { inside, labels, worn } => {
                 let PoseInside { pose, offsets, .. } = self.store.load(inside)?;
-                let labels = Some(self.store.load(labels)?);
-                WornStep { step, scan, figure, pose, fitted: None, labels, offsets: Some(offsets) }
+                let (labels, garments) = (Some(self.store.load(labels)?), self.store.load(worn)?);
+                WornStep { step, scan, figure, pose, fitted: None, labels, offsets: Some(offsets), garments }
             }
         })
     }
@@ -78,10 +82,20 @@ impl WornStep {
         Some(fitted.surface.with_points(points))
     }
 
-    /// What is worn at this step, innermost first.
+    /// What is worn at this step, innermost first: the new garment as observed, the others as it presses them.
     pub fn garments(&self) -> Vec<(String, TriMesh)> {
-        let posed = |layer: &crate::body::Layer| layer.posed(&self.figure.skeleton, &self.pose);
-        self.figure.garments().iter().map(|layer| (layer.name.clone(), posed(layer))).collect()
+        self.figure.garments().iter().zip(&self.garments).map(|(l, mesh)| (l.name.clone(), mesh.clone())).collect()
+    }
+
+    /// The figure whose skinning into this step's pose gives all surfaces as they were worn, offsets and all.
+    pub fn figure_as_worn(&self) -> Figure {
+        let mut figure = self.figure.clone();
+        let surfaces = std::iter::once(self.body()).chain(self.garments().into_iter().map(|(_, mesh)| mesh));
+        for (layer, worn) in figure.layers.iter_mut().zip(surfaces) {
+            let points = unskin(worn.points(), &layer.weights, &figure.skeleton, &self.pose);
+            layer.mesh = layer.mesh.with_points(points);
+        }
+        figure
     }
 
     /// Joint centres, in the order of the skeleton.

@@ -31,7 +31,9 @@ pub(super) fn part(
         // Where nothing moved, nothing changed.
         pairs.retain(|(_, g, _)| moved.binary_search(g).is_err());
         for (o, obstacle) in obstacles.iter().enumerate() {
-            pairs.extend(obstacle.pairs_with(&mesh, &moved).into_iter().map(|(g, f)| (o, g, f)));
+            let crossing = obstacle.pairs_with(&mesh, &moved).into_iter();
+            let pressing = crossing.filter(|&(g, f)| obstacle.faces_along(f, &mesh.face_normal(g)));
+            pairs.extend(pressing.map(|(g, f)| (o, g, f)));
         }
         pairs.sort_unstable();
         let mut lack = smoother.lack_of_those_inside(&mesh);

@@ -3,17 +3,20 @@
 mod crossing;
 mod displacement;
 mod obstacle;
+mod press;
 mod push;
 mod region;
 mod smooth;
 #[cfg(test)]
 mod tests;
 
+pub use press::{PressParams, PressReport, press};
+
 use crate::body::Figure;
 use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::numerics::NumericsError;
 use crate::rig::{Limb, RiggedGarment};
-use obstacle::Obstacle;
+use obstacle::{Obstacle, limbs_of};
 use serde::{Deserialize, Serialize};
 
 /// How a garment is pushed clear.
@@ -145,21 +148,13 @@ pub fn stack(
         return Err(StackError::WrongLength { weights: garment.weights.len(), vertices: mesh.vertex_count() });
     }
     let limb_of_joint = Limb::of_joints(&figure.skeleton);
-    let limbs: PerVertex<[f64; 5]> =
-        garment.weights.rows().iter().map(|row| Limb::shares(row, &limb_of_joint)).collect();
+    let limbs = limbs_of(&garment.weights, &limb_of_joint);
     let obstacles: Vec<Obstacle> =
-        figure.layers.iter().map(|layer| Obstacle::prepare(layer, &limb_of_joint, params)).collect();
+        (figure.layers.iter()).map(|l| Obstacle::prepare(&l.mesh, &l.weights, &limb_of_joint, params)).collect();
 
     let before = measure(mesh, &obstacles);
     let clear = clear_vertices(mesh, &limbs, &obstacles, params.clearance);
-    let (stacked, rounds) = match params.method {
-        StackMethod::Push => (push::push(mesh, &limbs, &obstacles, params), 0),
-        StackMethod::Smooth => {
-            let solver = smooth::Smoother::prepare(mesh, &limbs, &obstacles, params);
-            let pushed = solver.push_clear(mesh)?;
-            crossing::part(pushed, &limbs, &obstacles, &solver, params)?
-        }
-    };
+    let (stacked, rounds) = cleared(mesh, &limbs, &obstacles, params)?;
     let after = measure(&stacked, &obstacles);
 
     let moves: Vec<f64> = stacked.points().iter().zip(mesh.points().iter()).map(|(p, q)| (p - q).norm()).collect();
@@ -185,6 +180,23 @@ pub fn stack(
         rounds,
     };
     Ok((stacked, report))
+}
+
+/// The mesh clear of all obstacles, as far as the rounds allow, and how many rounds of parting it took.
+fn cleared(
+    mesh: &TriMesh,
+    limbs: &PerVertex<[f64; 5]>,
+    obstacles: &[Obstacle],
+    params: &StackParams,
+) -> Result<(TriMesh, usize), NumericsError> {
+    match params.method {
+        StackMethod::Push => Ok((push::push(mesh, limbs, obstacles, params), 0)),
+        StackMethod::Smooth => {
+            let solver = smooth::Smoother::prepare(mesh, limbs, obstacles, params);
+            let pushed = solver.push_clear(mesh)?;
+            crossing::part(pushed, limbs, obstacles, &solver, params)
+        }
+    }
 }
 
 /// Vertices inside each obstacle, and crossing pairs.

@@ -1,7 +1,7 @@
 //! One inner layer, and what a garment's vertex must know of it.
 
 use super::StackParams;
-use crate::body::Layer;
+use crate::body::SkinWeights;
 use crate::geometry::{Adjacency, FaceId, PerVertex, Point, SurfaceIndex, SurfacePoint, TriMesh, Vec3};
 use crate::rig::Limb;
 use rayon::prelude::*;
@@ -28,6 +28,8 @@ pub(super) struct Obstacle {
     on_boundary: PerVertex<bool>,
     is_closed: bool,
     greatest_depth: f64,
+    /// Cosine between the normals of a vertex and of this layer below which the layer does not concern it; −1: always.
+    least_cosine: f64,
 }
 
 /// Where a vertex stands to a layer.
@@ -40,16 +42,28 @@ pub(super) struct Contact {
 }
 
 impl Obstacle {
-    pub(super) fn prepare(layer: &Layer, limb_of_joint: &[Limb], params: &StackParams) -> Self {
-        let adjacency = Adjacency::prepare(&layer.mesh);
+    pub(super) fn prepare(mesh: &TriMesh, weights: &SkinWeights, limb_of_joint: &[Limb], params: &StackParams) -> Self {
+        let adjacency = Adjacency::prepare(mesh);
         Self {
-            index: SurfaceIndex::prepare(&layer.mesh),
-            vertex_normals: layer.mesh.vertex_normals(),
-            limbs: layer.weights.rows().iter().map(|row| Limb::shares(row, limb_of_joint)).collect(),
+            index: SurfaceIndex::prepare(mesh),
+            vertex_normals: mesh.vertex_normals(),
+            limbs: limbs_of(weights, limb_of_joint),
             is_closed: adjacency.boundary_edges().is_empty(),
             on_boundary: adjacency.boundary_vertices(),
             greatest_depth: params.greatest_depth,
+            least_cosine: -1.0,
         }
+    }
+
+    /// The same for vertices that face the way it does: what a scanner leaves inside an open front turns elsewhere, and is
+    /// no cloth that presses.
+    pub(super) fn for_facing(self, least_cosine: f64) -> Self {
+        Self { least_cosine, ..self }
+    }
+
+    /// Whether a surface with that normal is pressed by this layer's face.
+    pub(super) fn faces_along(&self, face: FaceId, normal: &Vec3) -> bool {
+        self.least_cosine <= -1.0 || self.index.mesh().face_normal(face).dot(normal) >= self.least_cosine
     }
 
     /// How a vertex with that normal and those limbs stands to this layer; `None` where the layer does not concern it, or
@@ -60,6 +74,9 @@ impl Obstacle {
             return None;
         }
         let out = self.index.pseudonormal(&at);
+        if out.dot(normal) < self.least_cosine {
+            return None;
+        }
         let height = if (p - at.point).dot(&out) < 0.0 { -at.distance } else { at.distance };
         if height >= reach {
             return None;
@@ -98,6 +115,15 @@ impl Obstacle {
         mesh.points().0.par_iter().filter(|p| is_inside(p)).count()
     }
 
+    /// Vertices of `mesh` inside this layer by the rules of [`Self::contact`].
+    pub(super) fn count_pressed(&self, mesh: &TriMesh, limbs: &PerVertex<[f64; 5]>) -> usize {
+        let normals = mesh.vertex_normals();
+        let is_inside = |(v, p): (usize, &Point)| {
+            self.contact(p, &normals.0[v], &limbs.0[v], 0.0).is_some_and(|contact| contact.height < 0.0)
+        };
+        mesh.points().0.par_iter().enumerate().filter(|&at| is_inside(at)).count()
+    }
+
     /// (One of `faces` of the garment, face of this layer) that cross, in ascending order.
     pub(super) fn pairs_with(&self, garment: &TriMesh, faces: &[FaceId]) -> Vec<(FaceId, FaceId)> {
         self.index.crossing_pairs(garment, faces)
@@ -114,6 +140,11 @@ impl Obstacle {
         let corners = self.index.mesh().faces()[at.face];
         std::array::from_fn(|l| (0..3).map(|k| self.limbs[corners[k]][l] * at.barycentric[k]).sum())
     }
+}
+
+/// The limbs that move each vertex, by share.
+pub(super) fn limbs_of(weights: &SkinWeights, limb_of_joint: &[Limb]) -> PerVertex<[f64; 5]> {
+    weights.rows().iter().map(|row| Limb::shares(row, limb_of_joint)).collect()
 }
 
 /// How much two places have of the same limbs: 0 to 1.

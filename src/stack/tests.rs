@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::body::{JointId, Layer, Skeleton, SkinWeights};
-use crate::geometry::Vec3;
+use crate::geometry::{SurfaceIndex, Vec3};
 use crate::rig::RigReport;
 
 /// Repeatable numbers in −1..1 (xorshift64*).
@@ -112,7 +112,8 @@ fn pushing_is_equation_7() {
     let (stacked, report) = stack(&garment(cloth.clone(), 0), &figure(vec![ball()]), &params).unwrap();
     assert_eq!(report.layers[0].inside_before, cloth.vertex_count());
     assert_eq!(report.layers[0].inside_after, 0);
-    let body = obstacle::Obstacle::prepare(&ball(), &[Limb::Trunk, Limb::LeftArm], &params);
+    let ball = ball();
+    let body = obstacle::Obstacle::prepare(&ball.mesh, &ball.weights, &[Limb::Trunk, Limb::LeftArm], &params);
     for (p, q) in cloth.points().iter().zip(stacked.points().iter()) {
         assert!((body.index.signed_distance(q) - 0.003).abs() < 1e-6, "k above the surface");
         assert!((q - p).cross(&p.coords).norm() < 1e-4, "along the normal");
@@ -147,4 +148,41 @@ fn what_cannot_be_stacked_is_said() {
     let cloth = garment(band(0.16, 60.0, 120.0, 4, 12), 0);
     let bare = RiggedGarment { weights: SkinWeights::from_rows([]), ..cloth };
     assert!(matches!(stack(&bare, &figure(vec![ball()]), &params), Err(StackError::WrongLength { weights: 0, .. })));
+}
+
+#[test]
+fn a_shirt_under_a_jacket_is_pressed_between_it_and_the_body() {
+    let loose = shaken(&band(0.163, 30.0, 150.0, 40, 120), 0.001, 3);
+    let jacket = shaken(&band(0.157, 50.0, 120.0, 24, 110), 0.0005, 8);
+    let figure = figure(vec![ball(), layer("shirt", loose.clone(), 0), layer("jacket", jacket.clone(), 0)]);
+    let surfaces: Vec<TriMesh> = figure.layers.iter().map(|l| l.mesh.clone()).collect();
+    let (worn, reports) = press(&figure, &surfaces, &PressParams::default()).unwrap();
+    assert!(reports[0].outside_before > 1000 && reports[0].outside_after == 0, "{reports:?}");
+    assert_eq!(worn[1], jacket, "there is room: what was observed stays");
+    let jacket = SurfaceIndex::prepare(&jacket);
+    let body = SurfaceIndex::prepare(&surfaces[0]);
+    for (p, pressed) in loose.points().iter().zip(worn[0].points().iter()) {
+        assert!(body.signed_distance(pressed) > 0.0);
+        let polar_deg = (p.y / p.coords.norm()).acos().to_degrees();
+        if (55.0..115.0).contains(&polar_deg) {
+            assert!(jacket.signed_distance(pressed) < 0.0, "under the jacket at {polar_deg}°");
+        }
+        if !(32.0..138.0).contains(&polar_deg) {
+            assert!((pressed - p).norm() < 1e-4, "what the jacket leaves free keeps its shape");
+        }
+    }
+}
+
+#[test]
+fn where_there_is_no_room_the_body_wins_and_the_outermost_yields() {
+    let shirt = band(0.156, 40.0, 140.0, 30, 100);
+    let belt = band(0.1503, 70.0, 110.0, 16, 100);
+    let figure = figure(vec![ball(), layer("shirt", shirt, 0), layer("belt", belt, 0)]);
+    let surfaces: Vec<TriMesh> = figure.layers.iter().map(|l| l.mesh.clone()).collect();
+    let (worn, reports) = press(&figure, &surfaces, &PressParams::default()).unwrap();
+    let body = SurfaceIndex::prepare(&surfaces[0]);
+    assert!(worn.iter().all(|mesh| mesh.points().iter().all(|p| body.signed_distance(p) > 0.0)));
+    assert!(reports[0].max_move > 0.003, "the shirt gives way as far as it can: {reports:?}");
+    assert!((0.0005..0.004).contains(&reports[1].max_move), "0.3 mm hold no shirt: {reports:?}");
+    assert!(worn[1].points().iter().all(|p| p.coords.norm() < 0.155), "not carried out to where the shirt was");
 }

@@ -2,7 +2,7 @@
 
 use super::sample::{SAMPLE_COUNT, area_weighted, distances, mean, percentile};
 use super::{JointPositions, STRICT_JOINTS};
-use crate::geometry::{PerVertex, SurfaceIndex, TriMesh};
+use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, WindingField};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -39,8 +39,12 @@ pub fn joint_mean_mm(result: &JointPositions, truth: &JointPositions) -> Option<
 /// Seen well: the closest point of the scan lies in a face without a boundary vertex that faces the way the skin does.
 /// Where the scan has a hole nothing can be certified; and a face turned away from the skin (a membrane that fusion left
 /// between an open front and what is worn below) is no observation of what lies over it.
+///
+/// Outside: by the side of the closest point *and* by the winding number. Beside the edge of an open front, where thin
+/// cloth folds over, the closest point belongs to the fold's far side and gives the wrong sign on its own.
 pub fn outside_scan(body: &TriMesh, covered: &PerVertex<bool>, scan: &TriMesh, margin: f64) -> f64 {
     let index = SurfaceIndex::prepare(scan);
+    let winding = WindingField::prepare(scan);
     let on_boundary = crate::geometry::Adjacency::prepare(scan).boundary_vertices();
     let verdicts: Vec<Option<bool>> = area_weighted(body, SAMPLE_COUNT)
         .par_iter()
@@ -50,7 +54,7 @@ pub fn outside_scan(body: &TriMesh, covered: &PerVertex<bool>, scan: &TriMesh, m
             let seen_well = closest.distance.is_finite()
                 && !scan.faces()[closest.face].iter().any(|&v| on_boundary[v])
                 && scan.face_normal(closest.face).dot(&body.face_normal(s.face)) > 0.0;
-            seen_well.then_some(side > 0.0 && closest.distance > margin)
+            seen_well.then(|| side > 0.0 && closest.distance > margin && !winding.is_inside(&s.point))
         })
         .collect();
     let seen = verdicts.iter().flatten().count();

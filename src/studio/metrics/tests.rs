@@ -116,6 +116,22 @@ fn covered_skin_outside_the_scan_counts_but_not_in_its_holes() {
 }
 
 #[test]
+fn a_flap_left_behind_the_skin_does_not_put_it_outside() {
+    let (scan, worn) = outer_surface(0.01);
+    // Fusion left a membrane below the skin that faces outward: nearer than the cloth, and the skin lies above it.
+    let flap = band(-0.004);
+    let points: Vec<Point> = scan.points().iter().chain(flap.points().iter()).copied().collect();
+    let first = scan.vertex_count() as u32;
+    let faces: Vec<[u32; 3]> = (scan.faces().iter().map(|f| f.map(|v| v.0)))
+        .chain(flap.faces().iter().map(|f| f.map(|v| v.0 + first)))
+        .collect();
+    let with_flap = TriMesh::try_from_indices(points, &faces).unwrap();
+    assert_eq!(outside_scan(&egg(0.0), &worn, &with_flap, 0.002), 0.0);
+    let poking = shifted(&egg(0.0), Vec3::new(0.0, 0.0, 0.03));
+    assert!(outside_scan(&poking, &worn, &with_flap, 0.002) > 0.2, "what is outside of all is still seen");
+}
+
+#[test]
 fn hidden_body_sees_skin_outside_true_cloth_and_how_deep() {
     let (body, cloth) = (egg(0.0), vec![band(0.01)]);
     let exact = hidden_body(&body, &body, &cloth);
