@@ -7,6 +7,10 @@ use crate::geometry::TriMesh;
 use crate::rig::Limb;
 use serde::{Deserialize, Serialize};
 
+/// Share of the thickness by which the outermost garment keeps off what could not be pressed any further: next to none, or
+/// it would rise everywhere off the cloth that has just been pressed below it.
+const TOUCHING: f64 = 0.1;
+
 /// Lengths are metres.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PressParams {
@@ -87,7 +91,8 @@ pub fn press(
     let below: Vec<Obstacle> =
         (inner.iter().zip(&pressed).map(|(&(layer, _), mesh)| obstacle(mesh, layer))).chain(on_body).collect();
     let limbs = limbs_of(&outer_layer.weights, &limb_of_joint);
-    let yielded = cleared(outer, &limbs, &below, &stack)?.0;
+    let touching = StackParams { clearance: params.thickness * TOUCHING, ..stack.clone() };
+    let yielded = cleared(outer, &limbs, &below, &touching)?.0;
     let left = |m: &TriMesh| below.iter().map(|o| o.count_pressed(m, &limbs)).sum();
     let (outside_before, outside_after) = (left(outer), left(&yielded));
     reports.push(PressReport { outside_before, outside_after, ..report(&outer_layer.name, outer, &yielded) });
