@@ -75,12 +75,15 @@ pub fn press(
     let (mut pressed, mut reports) = (Vec::new(), Vec::new());
     for &(layer, mesh) in inner.iter().rev() {
         let limbs = limbs_of(&layer.weights, &limb_of_joint);
-        let mut moved = cleared(&mesh.flipped(), &limbs, &above, &stack)?.0.flipped();
-        if moved.points() != mesh.points() {
-            moved = cleared(&moved, &limbs, &on_body, &stack)?.0;
-        }
         let outside = |m: &TriMesh| above.iter().map(|o| o.count_pressed(&m.flipped(), &limbs)).sum();
-        let (outside_before, outside_after) = (outside(mesh), outside(&moved));
+        let outside_before: usize = outside(mesh);
+        let moved = if outside_before == 0 {
+            mesh.clone()
+        } else {
+            let below = cleared(&mesh.flipped(), &limbs, &above, &stack)?.0.flipped();
+            cleared(&below, &limbs, &on_body, &stack)?.0
+        };
+        let outside_after = outside(&moved);
         reports.push(PressReport { outside_before, outside_after, ..report(&layer.name, mesh, &moved) });
         above.push(obstacle(&moved.flipped(), layer));
         pressed.push(moved);
@@ -91,10 +94,11 @@ pub fn press(
     let below: Vec<Obstacle> =
         (inner.iter().zip(&pressed).map(|(&(layer, _), mesh)| obstacle(mesh, layer))).chain(on_body).collect();
     let limbs = limbs_of(&outer_layer.weights, &limb_of_joint);
-    let touching = StackParams { clearance: params.thickness * TOUCHING, ..stack.clone() };
-    let yielded = cleared(outer, &limbs, &below, &touching)?.0;
     let left = |m: &TriMesh| below.iter().map(|o| o.count_pressed(m, &limbs)).sum();
-    let (outside_before, outside_after) = (left(outer), left(&yielded));
+    let outside_before: usize = left(outer);
+    let touching = StackParams { clearance: params.thickness * TOUCHING, ..stack.clone() };
+    let yielded = if outside_before == 0 { outer.clone() } else { cleared(outer, &limbs, &below, &touching)?.0 };
+    let outside_after = left(&yielded);
     reports.push(PressReport { outside_before, outside_after, ..report(&outer_layer.name, outer, &yielded) });
     pressed.push(yielded);
     Ok((pressed, reports))
