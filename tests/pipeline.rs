@@ -178,7 +178,7 @@ fn a_stroke_changes_its_garment_and_rebuilds_no_more_than_it_must() {
         .filter(|s| s["ran"] == true)
         .map(|s| format!("{}/{}", s["step"].as_str().unwrap(), s["stage"].as_str().unwrap()))
         .collect();
-    assert_eq!(ran, ["skirt/segment", "skirt/cut", "skirt/rig", "skirt/stack", "skirt/figure"]);
+    assert_eq!(ran, ["skirt/segment", "skirt/cut", "skirt/rig", "skirt/stack", "skirt/figure", "skirt/press"]);
     let painted = demo().dir.path().join("painted");
     overcoat_ok(&copy, &["export", &format!("{}/", painted.display()), "--at", "skirt"]);
     let after = read(&painted.join("labels/skirt.ply"));
