@@ -16,6 +16,7 @@ mod new;
 mod progress;
 mod redo;
 mod scan;
+mod stages;
 mod status;
 mod studio;
 mod templates;
@@ -59,6 +60,14 @@ enum Command {
     Scan(scan::ScanArgs),
     /// Fit, segment, stack, weigh: whatever is not up to date
     Build(build::BuildArgs),
+    /// Only pose: the body model into the bare scan, the figure inside a garment's
+    Fit(stages::StageArgs<{ stages::FIT }>),
+    /// Only up to the garment's labels and outline
+    Segment(stages::StageArgs<{ stages::SEGMENT }>),
+    /// Only up to where the garment is skinned, and clear of what lies inside
+    Stack(stages::StageArgs<{ stages::STACK }>),
+    /// Only up to where it is weighed for physics, and on the figure
+    Weigh(stages::StageArgs<{ stages::WEIGH }>),
     /// Correct a garment's labels by brush strokes or a label file
     Mask(mask::MaskArgs),
     /// What stands, what is stale, what each step measured
@@ -125,6 +134,10 @@ fn run(command: Command, context: &Context) -> anyhow::Result<Done> {
         Command::New(args) => new::run(args, context),
         Command::Scan(args) => scan::run(args, context),
         Command::Build(args) => build::run(args, context),
+        Command::Fit(args) => stages::run(args, context),
+        Command::Segment(args) => stages::run(args, context),
+        Command::Stack(args) => stages::run(args, context),
+        Command::Weigh(args) => stages::run(args, context),
         Command::Mask(args) => mask::run(args, context),
         Command::Status(args) => status::run(args, context),
         Command::Undo(args) => undo::run(args, context),

@@ -1,7 +1,7 @@
 //! How a long command is going: a bar on a terminal, plain lines elsewhere.
 
 use super::console::{Console, Verbosity, print_aside, secs};
-use crate::session::{Event, StageReport};
+use crate::session::{Cause, Event, Reason, StageReport};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::time::Duration;
@@ -90,7 +90,14 @@ fn ran(report: &StageReport) -> String {
     let time = report.secs.map(|s| secs(Duration::from_secs_f64(s))).unwrap_or_default();
     let measures = measures_text(report);
     let separator = if measures.is_empty() { "" } else { ": " };
-    format!("{:<12} {:<9} {time:>8}{separator}{measures}", report.step, report.stage.to_string())
+    let why = why_text(&report.why).map(|why| format!("  [{why}]")).unwrap_or_default();
+    format!("{:<12} {:<9} {time:>8}{separator}{measures}{why}", report.step, report.stage.to_string())
+}
+
+/// Why a stage has to run; nothing for one that never did, which needs no reason.
+pub(super) fn why_text(why: &[Reason]) -> Option<String> {
+    let said: Vec<String> = why.iter().filter(|r| r.cause != Cause::NeverRan).map(Reason::to_string).collect();
+    (!said.is_empty()).then(|| said.join(", "))
 }
 
 /// Measures as `name value` in one line.

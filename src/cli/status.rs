@@ -2,7 +2,7 @@
 
 use super::Context;
 use super::console::{Done, secs};
-use super::progress::measures_text;
+use super::progress::{measures_text, why_text};
 use crate::session::{BodyModelSource, Stage, StepStatus};
 use serde_json::json;
 use std::time::{Duration, Instant};
@@ -57,6 +57,10 @@ fn lines_of(step: &StepStatus) -> Vec<String> {
     }
     if step.masks > 0 {
         lines.push(format!("  {} mask file{}", step.masks, if step.masks == 1 { "" } else { "s" }));
+    }
+    for (stage, why) in &step.why {
+        let why = why_text(why).unwrap_or_else(|| "never ran".into());
+        lines.push(format!("    {:<9} stale: {why}", stage.to_string()));
     }
     for report in &step.standing {
         let time = report.secs.map(|s| secs(Duration::from_secs_f64(s))).unwrap_or_default();

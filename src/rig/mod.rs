@@ -10,7 +10,7 @@ mod physics;
 mod tests;
 
 pub use limb::Limb;
-pub use physics::{PhysicsWeights, physics_weights};
+pub use physics::{PhysicsParams, PhysicsWeights, physics_weights};
 
 use crate::body::{Figure, JointId, Skeleton, SkinWeights, unskin};
 use crate::fit::PoseInside;
@@ -20,6 +20,7 @@ use serde::{Deserialize, Serialize};
 
 /// How skin weights are taken from the naked body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum RigMethod {
     /// Hu 2017, §7: those of the closest triangle, interpolated.
     Closest,

@@ -6,11 +6,21 @@ use crate::numerics::SparseCholesky;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// The most that physics may have in the blend (Hu 2017, Eq. 9).
-const MOST: f64 = 0.5;
-/// Length in metres over which values are smoothed, so that the blend has no edge where the loose part begins: about
-/// a waistband.
-const SMOOTHING_LENGTH: f64 = 0.02;
+/// How cloth physics is weighed against skinning.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PhysicsParams {
+    /// The most that physics may have in the blend: one half (Hu 2017, Eq. 9).
+    pub greatest_share: f64,
+    /// Length in metres over which values are smoothed, so that the blend has no edge where the loose part begins:
+    /// 2 cm, about a waistband.
+    pub smoothing_length: f64,
+}
+
+impl Default for PhysicsParams {
+    fn default() -> Self {
+        Self { greatest_share: 0.5, smoothing_length: 0.02 }
+    }
+}
 
 /// Shares of cloth physics in the blend with skinning, all in 0–0.5.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -39,6 +49,7 @@ pub fn physics_weights(
     garment: &TriMesh,
     naked_body: &TriMesh,
     loose: &PerVertex<bool>,
+    params: &PhysicsParams,
 ) -> Result<PhysicsWeights, RigError> {
     if loose.len() != garment.vertex_count() {
         let (given, expected) = (loose.len(), garment.vertex_count());
@@ -46,18 +57,19 @@ pub fn physics_weights(
     }
     let body = SurfaceIndex::prepare(naked_body);
     let distances: Vec<f64> = garment.points().0.par_iter().map(|p| body.closest(p).distance).collect();
+    let most = params.greatest_share;
     let loose_range = Range::of(&distances, |v| loose.0[v]);
     let fitted_range = Range::of(&distances, |v| !loose.0[v]);
     let raw: Vec<f64> = (0..distances.len())
         .map(|v| {
             let range = if loose.0[v] { &loose_range } else { &fitted_range };
-            range.as_ref().map_or(0.0, |r| r.share(distances[v]))
+            range.as_ref().map_or(0.0, |r| r.share(distances[v], most))
         })
         .collect();
     Ok(PhysicsWeights {
-        loose_part: loose_range.as_ref().map(|r| r.share(r.mean)),
-        fitted_part: fitted_range.as_ref().map(|r| r.share(r.mean)),
-        per_vertex: smoothed(garment, &raw)?,
+        loose_part: loose_range.as_ref().map(|r| r.share(r.mean, most)),
+        fitted_part: fitted_range.as_ref().map(|r| r.share(r.mean, most)),
+        per_vertex: smoothed(garment, &raw, params)?,
     })
 }
 
@@ -75,17 +87,17 @@ impl Range {
         Some(Self { min, max, mean: part.iter().sum::<f64>() / part.len() as f64 })
     }
 
-    fn share(&self, distance: f64) -> f64 {
+    fn share(&self, distance: f64, most: f64) -> f64 {
         let width = self.max - self.min;
-        if width > 0.0 { ((distance - self.min) / width).clamp(0.0, MOST) } else { 0.0 }
+        if width > 0.0 { ((distance - self.min) / width).clamp(0.0, most) } else { 0.0 }
     }
 }
 
-fn smoothed(garment: &TriMesh, values: &[f64]) -> Result<PerVertex<f64>, RigError> {
+fn smoothed(garment: &TriMesh, values: &[f64], params: &PhysicsParams) -> Result<PerVertex<f64>, RigError> {
     let laplacian = cotangent_laplacian(garment);
     let mass = laplacian.safe_mass();
-    let matrix = laplacian.screened(&vec![1.0; values.len()], SMOOTHING_LENGTH.powi(2), 0.0);
+    let matrix = laplacian.screened(&vec![1.0; values.len()], params.smoothing_length.powi(2), 0.0);
     let mut column: Vec<f64> = values.iter().zip(&mass).map(|(v, m)| v * m).collect();
     SparseCholesky::prepare(values.len(), &matrix)?.solve_in_place(&mut column);
-    Ok(column.into_iter().map(|v| v.clamp(0.0, MOST)).collect())
+    Ok(column.into_iter().map(|v| v.clamp(0.0, params.greatest_share)).collect())
 }

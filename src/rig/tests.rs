@@ -232,7 +232,7 @@ fn sheet_over_floor(heights: &[f64]) -> (TriMesh, TriMesh) {
 fn physics_weights_are_equation_9() {
     let (sheet, floor) = sheet_over_floor(&[0.01, 0.02, 0.03, 0.06, 0.04, 0.09, 0.1]);
     let loose: PerVertex<bool> = (0..14).map(|v| v >= 8).collect();
-    let found = physics_weights(&sheet, &floor, &loose).unwrap();
+    let found = physics_weights(&sheet, &floor, &loose, &PhysicsParams::default()).unwrap();
     let mean = (0.01 + 0.02 + 0.03 + 0.06) / 4.0;
     assert!((found.fitted_part.unwrap() - (mean - 0.01) / 0.05).abs() < 1e-9);
     assert_eq!(found.loose_part, Some(0.5), "(0.0767 − 0.04) / 0.06 is above one half");
@@ -244,7 +244,7 @@ fn physics_weights_are_equation_9() {
 #[test]
 fn cloth_everywhere_equally_far_has_no_physics() {
     let (sheet, floor) = sheet_over_floor(&[0.02; 5]);
-    let found = physics_weights(&sheet, &floor, &PerVertex::filled(false, 10)).unwrap();
+    let found = physics_weights(&sheet, &floor, &PerVertex::filled(false, 10), &PhysicsParams::default()).unwrap();
     assert_eq!((found.fitted_part, found.loose_part), (Some(0.0), None));
-    assert!(physics_weights(&sheet, &floor, &PerVertex::filled(false, 3)).is_err());
+    assert!(physics_weights(&sheet, &floor, &PerVertex::filled(false, 3), &PhysicsParams::default()).is_err());
 }

@@ -46,7 +46,7 @@ impl Writer {
             faces: new.faces,
             until: new.until.clone(),
             sleeve: new.sleeve.clone(),
-            masks: Vec::new(),
+            ..StepRecipe::default()
         };
         self.session.recipe.clone().put_step(step.clone(), new.replace)?;
         if step.template.is_some() {

@@ -1,10 +1,12 @@
 //! Everything that is not up to date, made.
 
 use super::open::{Session, Writer};
+use super::recipe::check_stage;
 use super::state::Stage;
 use super::walk::{Event, Forced, StageReport, Walk};
-use super::{SessionError, flow, source, stage_scan};
+use super::{Reason, SessionError, flow, source, stage_scan};
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 impl Writer {
     /// Runs every stage that is stale, in order; each result is durable before the next begins.
@@ -19,24 +21,15 @@ impl Writer {
         if let Forced::Named(named) = forced {
             for (step, stage) in named {
                 let step = self.session.recipe.step(step)?;
-                check_stage(&step.name, step.template.is_none(), *stage)?;
+                if let Some(stage) = stage {
+                    check_stage(&step.name, step.is_body(), *stage)?;
+                }
             }
         }
         source::keep_missing(&mut self.session)?;
         let mut walk = Walk::make(self, "build", forced, on_event);
         flow::steps(&mut walk, None)?;
         Ok(walk.into_reports())
-    }
-}
-
-fn check_stage(step: &str, is_body: bool, stage: Option<Stage>) -> Result<(), SessionError> {
-    let stages = Stage::of_step(is_body);
-    match stage {
-        Some(stage) if !stages.contains(&stage) => Err(SessionError::BadRequest {
-            what: format!("the step '{step}' has no stage '{stage}'"),
-            hint: format!("it has {}", stages.iter().map(Stage::to_string).collect::<Vec<_>>().join(", ")),
-        }),
-        _ => Ok(()),
     }
 }
 
@@ -59,6 +52,9 @@ pub struct StepStatus {
     pub standing: Vec<StageReport>,
     /// The stages that are not, in order.
     pub stale: Vec<Stage>,
+    /// Why not, of those of which it is known already; the others wait for these.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub why: BTreeMap<Stage, Vec<Reason>>,
     /// The file was changed since it was scanned, or is gone. The session has its own copy.
     pub scan_changed: bool,
 }
@@ -73,6 +69,7 @@ impl Session {
             looked = looked.or_else(not_built_is_fine).and_then(|()| stage_scan::scan(&mut walk, step).map(drop));
         }
         looked.or_else(not_built_is_fine)?;
+        let stale_stages = walk.stale().to_vec();
         let mut reports = walk.into_reports();
         reports.sort_by(|a, b| (a.stage, &a.step).cmp(&(b.stage, &b.step)));
         reports.dedup_by(|a, b| a.step == b.step && a.stage == b.stage);
@@ -90,6 +87,7 @@ impl Session {
                 masks: step.masks.len(),
                 standing,
                 stale,
+                why: stale_stages.iter().filter(|s| s.step == step.name).map(|s| (s.stage, s.why.clone())).collect(),
                 scan_changed: !self.source_is_as_it_was(&step.source()),
             }
         });

@@ -79,10 +79,12 @@ pub enum SessionError {
         hint: String,
     },
     /// A newer Overcoat wrote the session.
-    #[error("'{}' has layout {found}, but this program knows layout {known} only", path.display())]
+    #[error("{}{}: layout {found}, but this program knows layout {known} only", path.display(), line.map(|l| format!(", line {l}")).unwrap_or_default())]
     NewerSession {
         /// The file.
         path: PathBuf,
+        /// The line that says so.
+        line: Option<usize>,
         /// Its version.
         found: u32,
         /// Ours.

@@ -1,8 +1,8 @@
 //! The kind of garment that a step asks for, and how far it reaches.
 
-use super::SessionError;
 use super::recipe::StepRecipe;
 use super::stage_error::StageError;
+use super::{ContentHash, SessionError};
 use crate::segment::{Extent, GarmentTemplate};
 use serde_json::{Value, json};
 
@@ -16,7 +16,8 @@ impl GarmentKind {
     /// What stands for the kind among the inputs of a stage.
     pub fn input(&self) -> Value {
         // The text of a built-in template is part of the program; what was read from it is compared.
-        json!({ "template": format!("{:?}", self.template), "extent": self.extent })
+        let read = ContentHash::of(format!("{:?}", self.template).as_bytes());
+        json!({ "template": self.template.name, "read": read, "extent": self.extent })
     }
 }
 

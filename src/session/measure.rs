@@ -66,7 +66,7 @@ fn result_of(worn: &WornStep) -> Result<ResultStep, SessionError> {
         scan: worn.scan.mesh.clone(),
         labels: worn.labels.as_ref().map(|l| l.0.clone()),
         covered,
-        margin: super::stage_pose::margin(),
+        margin: super::stage_pose::margin(&worn.step)?,
         hem_loops_expected: kind.map(|k| *k.template.expected_loops().end()),
     })
 }

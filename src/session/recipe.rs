@@ -1,9 +1,13 @@
 //! `recipe.toml`: what was asked for, in order. The only file of a session that a person need keep.
 
+use super::parameters::{self, Settings};
+use super::single_stage::has_parameters;
+use super::state::Stage;
 use super::{ContentHash, SessionError};
 use crate::scan::{Unit, Up};
 use serde::{Deserialize, Serialize};
 use std::path::{Component, Path, PathBuf};
+use toml::de::DeTable;
 
 /// The version of the layout that this program writes.
 const RECIPE_VERSION: u32 = 1;
@@ -43,7 +47,7 @@ pub struct SourceFile {
 }
 
 /// One scan, and what to make of it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StepRecipe {
     /// `body`, or the garment's name.
@@ -74,9 +78,73 @@ pub struct StepRecipe {
     /// Brush strokes, applied in this order.
     #[serde(default, rename = "mask", skip_serializing_if = "Vec::is_empty")]
     pub masks: Vec<SourceFile>,
+    /// Parameters of the body's fit.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub fit: Settings,
+    /// Of the registration of its surface.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub register: Settings,
+    /// Of the fit inside a garment.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub pose: Settings,
+    /// Of the labels.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub segment: Settings,
+    /// Of the garment's outline.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub cut: Settings,
+    /// Of its skin weights.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub rig: Settings,
+    /// Of the push clear of what lies inside.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub stack: Settings,
+    /// Of its weights for physics.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub figure: Settings,
 }
 
+/// The stages that a recipe may set parameters of, each under its name.
+const WITH_SETTINGS: [Stage; 8] =
+    [Stage::Fit, Stage::Register, Stage::Pose, Stage::Segment, Stage::Cut, Stage::Rig, Stage::Stack, Stage::Figure];
+
 impl StepRecipe {
+    /// Whether this is the bare body.
+    pub fn is_body(&self) -> bool {
+        self.name == BODY_STEP
+    }
+
+    /// What is said of a stage's parameters.
+    pub fn settings(&self, stage: Stage) -> &Settings {
+        static NONE: Settings = Settings::new();
+        match stage {
+            Stage::Fit => &self.fit,
+            Stage::Register => &self.register,
+            Stage::Pose => &self.pose,
+            Stage::Segment => &self.segment,
+            Stage::Cut => &self.cut,
+            Stage::Rig => &self.rig,
+            Stage::Stack => &self.stack,
+            Stage::Figure => &self.figure,
+            _ => &NONE,
+        }
+    }
+
+    /// The same, to be changed; `None` for a stage without parameters.
+    pub(super) fn settings_mut(&mut self, stage: Stage) -> Option<&mut Settings> {
+        match stage {
+            Stage::Fit => Some(&mut self.fit),
+            Stage::Register => Some(&mut self.register),
+            Stage::Pose => Some(&mut self.pose),
+            Stage::Segment => Some(&mut self.segment),
+            Stage::Cut => Some(&mut self.cut),
+            Stage::Rig => Some(&mut self.rig),
+            Stage::Stack => Some(&mut self.stack),
+            Stage::Figure => Some(&mut self.figure),
+            _ => None,
+        }
+    }
+
     /// The scan as a file that was given.
     pub fn source(&self) -> SourceFile {
         SourceFile { file: self.scan.clone(), hash: self.hash }
@@ -111,13 +179,18 @@ impl Recipe {
         if let Ok(Versioned { version }) = toml::from_str::<Versioned>(text)
             && version != RECIPE_VERSION
         {
-            return Err(SessionError::NewerSession { path: path.to_path_buf(), found: version, known: RECIPE_VERSION });
+            return Err(SessionError::NewerSession {
+                path: path.to_path_buf(),
+                line: line_of(text, None, &["version"]),
+                found: version,
+                known: RECIPE_VERSION,
+            });
         }
         let recipe: Self = toml::from_str(text).map_err(|e| {
             let line = e.span().map(|span| text[..span.start.min(text.len())].matches('\n').count() + 1);
             bad(line, e.message().replace('\n', ", "))
         })?;
-        recipe.check().map_err(|e| bad(None, e.to_string()))?;
+        recipe.check().map_err(|fault| bad(line_of(text, Some(fault.step), &fault.key), fault.error.to_string()))?;
         Ok(recipe)
     }
 
@@ -154,26 +227,87 @@ impl Recipe {
             Some(at) => self.steps[at] = step,
             None => self.steps.push(step),
         }
-        self.check()
+        self.check().map_err(|fault| fault.error)
     }
 
     fn unknown_step(&self, name: &str) -> SessionError {
         SessionError::UnknownStep { name: name.into(), known: self.steps.iter().map(|s| s.name.clone()).collect() }
     }
 
-    /// The body comes first and alone has no template; names can be file names, each once.
-    fn check(&self) -> Result<(), SessionError> {
+    /// The body comes first and alone has no template; names can be file names, each once; parameters are those that
+    /// the step's stages have, and what they may be.
+    pub(super) fn check(&self) -> Result<(), Fault> {
         for (i, step) in self.steps.iter().enumerate() {
-            check_name(&step.name, &step.template)?;
+            let at = |key: &[&str], error| Fault { step: i, key: key.iter().map(|k| k.to_string()).collect(), error };
+            check_name(&step.name, &step.template).map_err(|e| at(&["name"], e))?;
             if self.steps[..i].iter().any(|s| s.name == step.name) {
-                return Err(SessionError::DuplicateStep { name: step.name.clone() });
+                return Err(at(&["name"], SessionError::DuplicateStep { name: step.name.clone() }));
             }
             if i == 0 && step.name != BODY_STEP {
-                return Err(SessionError::GarmentBeforeBody { name: step.name.clone() });
+                return Err(at(&["name"], SessionError::GarmentBeforeBody { name: step.name.clone() }));
+            }
+            for stage in WITH_SETTINGS {
+                let section = stage.to_string();
+                for (name, setting) in step.settings(stage) {
+                    let here = |e| at(&[&section, name], e);
+                    check_stage(&step.name, step.is_body(), stage).map_err(here)?;
+                    if !has_parameters(step.is_body(), stage) {
+                        return Err(at(
+                            &[&section, name],
+                            SessionError::BadRequest {
+                                what: "the body has no weights for physics".into(),
+                                hint: "name a garment".into(),
+                            },
+                        ));
+                    }
+                    parameters::check(stage, name, setting).map_err(here)?;
+                }
             }
         }
         Ok(())
     }
+}
+
+/// What is wrong with a recipe, and where.
+pub(super) struct Fault {
+    /// Index of the step.
+    step: usize,
+    /// The way to the key, from the step.
+    key: Vec<String>,
+    pub error: SessionError,
+}
+
+/// Whether a step has a stage; else the error.
+pub(super) fn check_stage(step: &str, is_body: bool, stage: Stage) -> Result<(), SessionError> {
+    let stages = Stage::of_step(is_body);
+    match stages.contains(&stage) {
+        true => Ok(()),
+        false => Err(SessionError::BadRequest {
+            what: format!("the step '{step}' has no stage '{stage}'"),
+            hint: format!("it has {}", stages.iter().map(Stage::to_string).collect::<Vec<_>>().join(", ")),
+        }),
+    }
+}
+
+/// The line, counted from 1, of a key at the top or of a step; of the nearest thing around it that has one.
+fn line_of<K: AsRef<str>>(text: &str, step: Option<usize>, key: &[K]) -> Option<usize> {
+    let table = DeTable::parse(text).ok()?;
+    let mut start = None;
+    let mut within = table.get_ref();
+    if let Some(step) = step {
+        let found = within.get("step")?.get_ref().as_array()?.get(step)?;
+        start = Some(found.span().start);
+        within = found.get_ref().as_table()?;
+    }
+    for key in key {
+        let Some((name, value)) = within.get_key_value(key.as_ref()) else { break };
+        start = Some(name.span().start);
+        match value.get_ref().as_table() {
+            Some(table) => within = table,
+            None => break,
+        }
+    }
+    start.map(|start| text[..start.min(text.len())].matches('\n').count() + 1)
 }
 
 fn check_name(name: &str, template: &Option<String>) -> Result<(), SessionError> {
@@ -211,6 +345,7 @@ pub(super) fn relative_to(dir: &Path, path: &Path) -> Result<String, SessionErro
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::session::parameters::Setting;
 
     fn step(name: &str, template: Option<&str>) -> StepRecipe {
         StepRecipe {
@@ -224,6 +359,7 @@ mod tests {
             until: None,
             sleeve: None,
             masks: vec![SourceFile { file: "m.jsonl".into(), hash: None }],
+            ..StepRecipe::default()
         }
     }
 
@@ -231,7 +367,11 @@ mod tests {
     fn a_recipe_comes_back_as_it_was() {
         let mut recipe = Recipe::new(None);
         recipe.put_step(step("body", None), false).unwrap();
-        recipe.put_step(step("jeans", Some("trousers")), false).unwrap();
+        let mut jeans = step("jeans", Some("trousers"));
+        jeans.stack.insert("clearance".into(), Setting::Real(0.003));
+        jeans.stack.insert("smoothing_lengths".into(), Setting::Reals(vec![0.01]));
+        jeans.pose.insert("constrained".into(), Setting::Flag(false));
+        recipe.put_step(jeans, false).unwrap();
         let text = recipe.to_text().unwrap();
         assert_eq!(Recipe::parse(&text, Path::new("recipe.toml")).unwrap(), recipe);
     }
@@ -265,8 +405,34 @@ mod tests {
             }
             other => panic!("{other:?}"),
         }
-        let newer = Recipe::parse("version = 99\nflavour = 1", Path::new("recipe.toml"));
-        assert!(matches!(newer, Err(SessionError::NewerSession { found: 99, .. })));
+        let newer = Recipe::parse("# mine\nversion = 99\nflavour = 1", Path::new("recipe.toml"));
+        assert!(matches!(newer, Err(SessionError::NewerSession { found: 99, line: Some(2), .. })));
+    }
+
+    #[test]
+    fn what_a_step_cannot_have_is_named_with_its_line() {
+        let head = "version = 1\n[[step]]\nname = \"body\"\nscan = \"a.ply\"\n[[step]]\nname = \"shirt\"\n\
+                    scan = \"b.ply\"\ntemplate = \"shirt\"\n";
+        for (rest, at, says) in [
+            (
+                "[step.stack]\nclearance = 0.001\nclearence = 0.003\n",
+                11,
+                "the stage stack has no parameter 'clearence'",
+            ),
+            ("[step.stack]\niterations = 5\nclearance = -1\n", 11, "clearance of the stage stack cannot be '-1'"),
+            ("[step.fit]\nsamples = 1000\n", 10, "the step 'shirt' has no stage 'fit'"),
+            ("[step.stack]\nmethod = \"pull\"\n", 10, "'pull'"),
+            ("[[step]]\nname = \"shirt\"\nscan = \"b.ply\"\ntemplate = \"shirt\"\n", 10, "a step 'shirt' already"),
+            ("[[step]]\nscan = \"b.ply\"\nname = \"a/b\"\ntemplate = \"shirt\"\n", 11, "'a/b'"),
+        ] {
+            match Recipe::parse(&format!("{head}{rest}"), Path::new("recipe.toml")) {
+                Err(SessionError::BadFile { line, reason, .. }) => {
+                    assert_eq!(line, Some(at), "{reason}");
+                    assert!(reason.contains(says), "{reason}");
+                }
+                other => panic!("{other:?}"),
+            }
+        }
     }
 
     #[test]

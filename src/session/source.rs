@@ -1,7 +1,7 @@
 //! Files that were given: copied among the artefacts under the hash of their bytes, so that a session outlives them.
 
 use super::open::Session;
-use super::recipe::{SourceFile, relative_to};
+use super::recipe::{Recipe, SourceFile, relative_to};
 use super::{ContentHash, SessionError};
 use std::path::Path;
 
@@ -54,6 +54,13 @@ impl Session {
 /// Fills in the hashes that a recipe written by hand leaves out, and keeps the copies that the session lacks.
 pub(super) fn keep_missing(session: &mut Session) -> Result<(), SessionError> {
     let mut recipe = session.recipe.clone();
+    fill_in(&mut recipe, session)?;
+    session.recipe = recipe;
+    Ok(())
+}
+
+/// The same for a recipe that is not the session's yet.
+pub(super) fn fill_in(recipe: &mut Recipe, session: &Session) -> Result<(), SessionError> {
     let keep = |source: SourceFile| -> Result<Option<ContentHash>, SessionError> {
         if source.hash.is_some_and(|hash| session.store.has(hash)) {
             return Ok(source.hash);
@@ -69,6 +76,5 @@ pub(super) fn keep_missing(session: &mut Session) -> Result<(), SessionError> {
             mask.hash = keep(mask.clone())?;
         }
     }
-    session.recipe = recipe;
     Ok(())
 }

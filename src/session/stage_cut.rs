@@ -1,5 +1,6 @@
 //! Cut: the garment as a mesh of its own, with its hems.
 
+use super::parameters::params_of;
 use super::recipe::StepRecipe;
 use super::state::Stage;
 use super::store::Kept;
@@ -16,7 +17,8 @@ pub(super) fn cut(
     scan: Kept<Scan>,
     labels: Kept<Labels>,
 ) -> Result<Kept<Garment>, SessionError> {
-    let (params, loops) = (CutParams::default(), garment_kind::of_step(step)?.template.expected_loops());
+    let params: CutParams = params_of(step, Stage::Cut)?;
+    let loops = garment_kind::of_step(step)?.template.expected_loops();
     let inputs = json!({
         "scan": scan.hash, "labels": labels.hash, "loops": [loops.start(), loops.end()], "params": params
     });

@@ -1,5 +1,6 @@
 //! Figure: the body alone, or a garment weighed and put on the figure dressed so far.
 
+use super::parameters::params_of;
 use super::recipe::{BODY_STEP, StepRecipe};
 use super::state::Stage;
 use super::store::Kept;
@@ -8,7 +9,7 @@ use super::{SessionError, garment_kind};
 use crate::body::{Figure, Layer};
 use crate::fit::RegisteredBody;
 use crate::geometry::TriMesh;
-use crate::rig::{RiggedGarment, physics_weights};
+use crate::rig::{PhysicsParams, RiggedGarment, physics_weights};
 use serde_json::json;
 
 /// The body alone.
@@ -44,13 +45,20 @@ pub(super) fn dressed(
     stacked: Kept<TriMesh>,
     inner: Kept<Figure>,
 ) -> Result<Kept<Figure>, SessionError> {
+    let params: PhysicsParams = params_of(step, Stage::Figure)?;
     let kind = garment_kind::of_step(step)?;
-    let inputs = json!({ "rigged": rigged.hash, "stacked": stacked.hash, "figure": inner.hash, "kind": kind.input() });
+    let inputs = json!({
+        "rigged": rigged.hash,
+        "stacked": stacked.hash,
+        "figure": inner.hash,
+        "kind": kind.input(),
+        "params": params,
+    });
     walk.stage(&step.name, Stage::Figure, inputs, |session, _tell| {
         let (rigged, mesh) = (session.store.load(rigged)?, session.store.load(stacked)?);
         let mut figure = session.store.load(inner)?;
         let loose = kind.template.loose_part(mesh.points(), figure.body(), &figure.skeleton);
-        let physics = physics_weights(&mesh, &figure.body().mesh, &loose)
+        let physics = physics_weights(&mesh, &figure.body().mesh, &loose, &params)
             .map_err(|e| SessionError::stage(&step.name, Stage::Figure, e))?;
         figure.layers.push(Layer {
             name: step.name.clone(),

@@ -1,6 +1,7 @@
 //! Fit: the body model to the naked scan.
 
 use super::SessionError;
+use super::parameters::params_of;
 use super::recipe::StepRecipe;
 use super::state::Stage;
 use super::store::Kept;
@@ -10,7 +11,7 @@ use crate::scan::Scan;
 use serde_json::json;
 
 pub(super) fn fit(walk: &mut Walk, step: &StepRecipe, scan: Kept<Scan>) -> Result<Kept<FittedBody>, SessionError> {
-    let params = NakedParams::default();
+    let params: NakedParams = params_of(step, Stage::Fit)?;
     let inputs = json!({ "scan": scan.hash, "model": walk.session().body_model_input(), "params": params });
     walk.stage(&step.name, Stage::Fit, inputs, |session, tell| {
         let (scan, model) = (session.store.load(scan)?, session.body_model()?);

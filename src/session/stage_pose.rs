@@ -2,6 +2,7 @@
 
 use super::flow::{Dressed, StepPose};
 use super::open::Session;
+use super::parameters::params_of;
 use super::recipe::StepRecipe;
 use super::stage_fit::{progress, with_report};
 use super::state::Stage;
@@ -19,7 +20,8 @@ pub(super) fn pose(
     scan: Kept<Scan>,
     inner: &Dressed,
 ) -> Result<Kept<PoseInside>, SessionError> {
-    let (params, kind) = (InsideParams::default(), garment_kind::of_step(step)?);
+    let params: InsideParams = params_of(step, Stage::Pose)?;
+    let kind = garment_kind::of_step(step)?;
     let inputs = json!({
         "scan": scan.hash,
         "figure": inner.figure.hash,
@@ -52,6 +54,10 @@ fn pose_of(session: &Session, pose: &StepPose) -> Result<Pose, SessionError> {
 }
 
 /// How far skin may lie outside the noisy scan and still count as inside, in metres.
-pub(super) fn margin() -> f64 {
-    InsideParams::default().margin
+pub(super) fn margin(step: &StepRecipe) -> Result<f64, SessionError> {
+    // The body's step has none of its own; what it measures is judged like a garment's.
+    if step.is_body() {
+        return Ok(InsideParams::default().margin);
+    }
+    Ok(params_of::<InsideParams>(step, Stage::Pose)?.margin)
 }

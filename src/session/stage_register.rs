@@ -1,6 +1,7 @@
 //! Register: the model's surface onto the naked scan.
 
 use super::SessionError;
+use super::parameters::params_of;
 use super::recipe::StepRecipe;
 use super::stage_fit::{progress, with_report};
 use super::state::Stage;
@@ -16,7 +17,7 @@ pub(super) fn register(
     scan: Kept<Scan>,
     fitted: Kept<FittedBody>,
 ) -> Result<Kept<RegisteredBody>, SessionError> {
-    let params = RegisterParams::default();
+    let params: RegisterParams = params_of(step, Stage::Register)?;
     let model = walk.session().body_model_input();
     let inputs = json!({ "scan": scan.hash, "fitted": fitted.hash, "model": model, "params": params });
     walk.stage(&step.name, Stage::Register, inputs, |session, tell| {

@@ -2,6 +2,7 @@
 
 use super::SessionError;
 use super::flow::Dressed;
+use super::parameters::params_of;
 use super::recipe::StepRecipe;
 use super::state::Stage;
 use super::store::Kept;
@@ -18,7 +19,7 @@ pub(super) fn rig(
     inner: &Dressed,
     inside: Kept<PoseInside>,
 ) -> Result<Kept<RiggedGarment>, SessionError> {
-    let params = RigParams::default();
+    let params: RigParams = params_of(step, Stage::Rig)?;
     let inputs = json!({
         "garment": garment.hash, "figure": inner.figure.hash, "inside": inside.hash, "params": params
     });

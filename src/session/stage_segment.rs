@@ -1,6 +1,7 @@
 //! Segment: which of the scan is the new garment.
 
 use super::flow::Dressed;
+use super::parameters::params_of;
 use super::recipe::StepRecipe;
 use super::state::Stage;
 use super::store::Kept;
@@ -19,7 +20,7 @@ pub(super) fn segment(
     inside: Kept<PoseInside>,
 ) -> Result<Kept<Labels>, SessionError> {
     let kind = garment_kind::of_step(step)?;
-    let params = RefineParams::default();
+    let params: RefineParams = params_of(step, Stage::Segment)?;
     let mask_files: Vec<_> = step.masks.iter().map(|m| m.hash).collect();
     let inputs = json!({
         "scan": scan.hash,

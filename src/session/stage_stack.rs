@@ -2,6 +2,7 @@
 
 use super::SessionError;
 use super::flow::Dressed;
+use super::parameters::params_of;
 use super::recipe::StepRecipe;
 use super::state::Stage;
 use super::store::Kept;
@@ -17,7 +18,7 @@ pub(super) fn stack(
     rigged: Kept<RiggedGarment>,
     inner: &Dressed,
 ) -> Result<Kept<TriMesh>, SessionError> {
-    let params = StackParams::default();
+    let params: StackParams = params_of(step, Stage::Stack)?;
     let inputs = json!({ "rigged": rigged.hash, "figure": inner.figure.hash, "params": params });
     walk.stage(&step.name, Stage::Stack, inputs, |session, _tell| {
         let (rigged, figure) = (session.store.load(rigged)?, session.store.load(inner.figure)?);

@@ -3,6 +3,7 @@
 
 use super::{ContentHash, SessionError};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
@@ -97,6 +98,12 @@ pub type Measures = BTreeMap<String, f64>;
 pub struct StageRecord {
     /// Hash over everything that the result depends on.
     pub inputs: ContentHash,
+    /// The version of the stage's code.
+    #[serde(default)]
+    pub code: u32,
+    /// All of those inputs by name: what those of a stage that is stale are compared with, to say why it is.
+    #[serde(default, skip_serializing_if = "Value::is_null")]
+    pub from: Value,
     /// The result's name among the artefacts.
     pub output: ContentHash,
     /// What it measured.
@@ -147,7 +154,8 @@ impl State {
         if let Ok(Versioned { schema }) = serde_json::from_str::<Versioned>(text)
             && schema != SCHEMA
         {
-            return Err(SessionError::NewerSession { path: path.to_path_buf(), found: schema, known: SCHEMA });
+            let line = text.lines().position(|l| l.contains("\"schema\"")).map(|at| at + 1);
+            return Err(SessionError::NewerSession { path: path.to_path_buf(), line, found: schema, known: SCHEMA });
         }
         serde_json::from_str(text).map_err(|e| SessionError::BadFile {
             path: path.to_path_buf(),

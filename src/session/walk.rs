@@ -1,6 +1,7 @@
 //! A walk through the stages: made where they are stale, or only looked at.
 
 use super::open::{Session, Writer};
+use super::reason::{Cause, Reason, reasons};
 use super::state::{Measures, SCHEMA, Stage, StageRecord};
 use super::store::Kept;
 use super::{ContentHash, SessionError};
@@ -42,12 +43,23 @@ pub struct StageReport {
     pub stage: Stage,
     /// Whether it ran now; else its result stood already.
     pub ran: bool,
+    /// Why it ran now.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub why: Vec<Reason>,
     /// How long it took when it ran last.
     pub secs: Option<f64>,
     /// What it measured.
     pub measures: Measures,
     /// What it assumed or noticed.
     pub findings: Vec<String>,
+}
+
+/// A stage that is not up to date.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct StaleStage {
+    pub step: String,
+    pub stage: Stage,
+    pub why: Vec<Reason>,
 }
 
 /// Which stages run although they are up to date.
@@ -109,9 +121,12 @@ pub(super) enum Walk<'a> {
         forced: &'a Forced,
         on_event: &'a mut dyn FnMut(&Event),
         reports: Vec<StageReport>,
+        /// The last stage to be made, and whether it has been.
+        until: Option<(String, Stage)>,
+        ended: bool,
     },
     /// Runs nothing: a stale stage is an error.
-    Look { session: &'a Session, reports: Vec<StageReport> },
+    Look { session: &'a Session, reports: Vec<StageReport>, stale: Vec<StaleStage> },
 }
 
 impl<'a> Walk<'a> {
@@ -121,17 +136,33 @@ impl<'a> Walk<'a> {
         forced: &'a Forced,
         on_event: &'a mut dyn FnMut(&Event),
     ) -> Self {
-        Self::Make { writer, change, forced, on_event, reports: Vec::new() }
+        Self::Make { writer, change, forced, on_event, reports: Vec::new(), until: None, ended: false }
+    }
+
+    /// Ends with this stage: those after it count as not built.
+    pub fn until(mut self, step: &str, stage: Stage) -> Self {
+        if let Self::Make { until, .. } = &mut self {
+            *until = Some((step.into(), stage));
+        }
+        self
     }
 
     pub fn look(session: &'a Session) -> Self {
-        Self::Look { session, reports: Vec::new() }
+        Self::Look { session, reports: Vec::new(), stale: Vec::new() }
     }
 
     pub fn session(&self) -> &Session {
         match self {
             Self::Make { writer, .. } => &writer.session,
             Self::Look { session, .. } => session,
+        }
+    }
+
+    /// The stages that were looked at and found stale.
+    pub fn stale(&self) -> &[StaleStage] {
+        match self {
+            Self::Make { .. } => &[],
+            Self::Look { stale, .. } => stale,
         }
     }
 
@@ -149,21 +180,34 @@ impl<'a> Walk<'a> {
         inputs: Value,
         call: impl FnOnce(&Session, Tell) -> Result<Outcome<T>, SessionError>,
     ) -> Result<Kept<T>, SessionError> {
-        let inputs = hash_of_inputs(stage, inputs);
+        let from = inputs;
+        let inputs = hash_of_inputs(stage, &from);
         let standing = standing(self.session(), step, stage, inputs);
+        let not_built = || SessionError::NotBuilt { step: step.into(), stage };
         match (self, standing) {
-            (Self::Look { session, reports }, Some(record)) => {
-                reports.push(report(session, step, stage, &record, false));
+            (Self::Make { ended: true, .. }, _) => Err(not_built()),
+            (Self::Look { session, reports, .. }, Some(record)) => {
+                reports.push(report(session, step, stage, &record, Vec::new()));
                 Ok(Kept::named(record.output))
             }
-            (Self::Look { .. }, None) => Err(SessionError::NotBuilt { step: step.into(), stage }),
-            (Self::Make { writer, forced, on_event, reports, .. }, Some(record)) if !forced.holds(step, stage) => {
-                let old = report(&writer.session, step, stage, &record, false);
+            (Self::Look { session, stale, .. }, None) => {
+                stale.push(StaleStage { step: step.into(), stage, why: why(session, step, stage, inputs, &from) });
+                Err(not_built())
+            }
+            (Self::Make { writer, forced, on_event, reports, until, ended, .. }, Some(record))
+                if !forced.holds(step, stage) =>
+            {
+                let old = report(&writer.session, step, stage, &record, Vec::new());
                 on_event(&Event::Stood(&old));
                 reports.push(old);
+                *ended = is_last(until, step, stage);
                 Ok(Kept::named(record.output))
             }
-            (Self::Make { writer, change, on_event, reports, .. }, _) => {
+            (Self::Make { writer, change, on_event, reports, until, ended, .. }, standing) => {
+                let why = match standing {
+                    Some(_) => vec![Reason::of(Cause::Forced)],
+                    None => why(&writer.session, step, stage, inputs, &from),
+                };
                 on_event(&Event::Started { step, stage });
                 let began = Instant::now();
                 let mut tell = |text: &str| on_event(&Event::Progress { step, stage, text });
@@ -171,19 +215,38 @@ impl<'a> Walk<'a> {
                 let kept = writer.session.store.keep(&outcome.value)?;
                 writer.session.timings.note(step, stage, began.elapsed().as_secs_f64());
                 let Outcome { measures, findings, .. } = outcome;
-                let record = StageRecord { inputs, output: kept.hash, measures, findings };
-                let new = report(&writer.session, step, stage, &record, true);
+                let code = stage.code_version();
+                let record = StageRecord { inputs, code, from, output: kept.hash, measures, findings };
+                let mut new = report(&writer.session, step, stage, &record, why);
+                new.ran = true;
                 writer.session.state.put(step, stage, record);
                 writer.save(change)?;
                 on_event(&Event::Ran(&new));
                 reports.push(new);
+                *ended = is_last(until, step, stage);
                 Ok(kept)
             }
         }
     }
 }
 
-fn hash_of_inputs(stage: Stage, inputs: Value) -> ContentHash {
+fn is_last(until: &Option<(String, Stage)>, step: &str, stage: Stage) -> bool {
+    until.as_ref().is_some_and(|(last, of)| last == step && *of == stage)
+}
+
+/// Why a stage that does not stand does not.
+fn why(session: &Session, step: &str, stage: Stage, inputs: ContentHash, from: &Value) -> Vec<Reason> {
+    let Some(record) = session.state.record(step, stage) else { return vec![Reason::of(Cause::NeverRan)] };
+    if record.inputs == inputs {
+        return vec![Reason::of(Cause::ResultMissing)];
+    }
+    match reasons(record, stage, from) {
+        none if none.is_empty() => vec![Reason::of(Cause::Unknown)],
+        some => some,
+    }
+}
+
+fn hash_of_inputs(stage: Stage, inputs: &Value) -> ContentHash {
     ContentHash::of_json(&json!({ "schema": SCHEMA, "stage": stage, "code": stage.code_version(), "inputs": inputs }))
 }
 
@@ -191,11 +254,12 @@ fn standing(session: &Session, step: &str, stage: Stage, inputs: ContentHash) ->
     session.state.record(step, stage).filter(|r| r.inputs == inputs && session.store.has(r.output)).cloned()
 }
 
-fn report(session: &Session, step: &str, stage: Stage, record: &StageRecord, ran: bool) -> StageReport {
+fn report(session: &Session, step: &str, stage: Stage, record: &StageRecord, why: Vec<Reason>) -> StageReport {
     StageReport {
         step: step.into(),
         stage,
-        ran,
+        ran: false,
+        why,
         secs: session.timings.secs(step, stage),
         measures: record.measures.clone(),
         findings: record.findings.clone(),

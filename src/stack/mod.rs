@@ -21,6 +21,7 @@ use serde::{Deserialize, Serialize};
 
 /// How a garment is pushed clear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum StackMethod {
     /// Hu 2017, Eq. 7: each vertex that is inside moves out along the normal, by itself.
     Push,

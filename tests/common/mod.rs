@@ -88,3 +88,50 @@ pub fn session_with_two_scans(dir: &Path) -> PathBuf {
     overcoat_ok(&session, &["scan", "shirt", scan, "--template", "tshirt"]);
     session
 }
+
+/// The first two of the demo's scans, made coarse and fitted in few steps: every stage runs, in a second or two.
+pub const QUICK_RECIPE: &str = r#"version = 1
+
+[[step]]
+name = "body"
+scan = "SCANS/0-body.ply"
+faces = 4000
+
+[step.fit]
+samples = 300
+iterations = 4
+
+[step.register]
+iterations = 1
+
+[[step]]
+name = "tshirt"
+scan = "SCANS/1-tshirt.ply"
+template = "tshirt"
+faces = 4000
+
+[step.pose]
+samples = 300
+iterations = 4
+"#;
+
+/// A folder with nothing but that recipe.
+pub fn quick_session(dir: &Path, name: &str) -> PathBuf {
+    let scans = Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo");
+    let session = dir.join(name);
+    std::fs::create_dir_all(&session).unwrap();
+    let recipe = QUICK_RECIPE.replace("SCANS", scans.to_str().unwrap());
+    std::fs::write(session.join("recipe.toml"), recipe).unwrap();
+    session
+}
+
+/// What ran, as `step/stage`, and why, of a command's `stages`.
+pub fn ran(done: &serde_json::Value) -> Vec<(String, String)> {
+    let stages = done["stages"].as_array().unwrap().iter().filter(|s| s["ran"] == true);
+    let said = |r: &serde_json::Value| {
+        let text = |key: &str| r.get(key).map(|v| v.to_string().replace('"', "")).unwrap_or_default();
+        [text("cause"), text("name"), text("old"), text("new")].join(" ").trim().to_string()
+    };
+    let why = |s: &serde_json::Value| s["why"].as_array().unwrap().iter().map(said).collect::<Vec<_>>().join("; ");
+    stages.map(|s| (format!("{}/{}", s["step"].as_str().unwrap(), s["stage"].as_str().unwrap()), why(s))).collect()
+}

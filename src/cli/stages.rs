@@ -1,0 +1,139 @@
+//! `overcoat fit`, `segment`, `stack`, `weigh`: single stages, their parameters as flags. The flags are made from the
+//! session's table of parameters, so that there is no second list.
+
+use super::Context;
+use super::console::{Done, secs};
+use super::progress::Progress;
+use crate::session::{Parameter, SessionError, Stage, StageRequest, parameters_of};
+use clap::{Arg, ArgAction, ArgMatches, Command};
+use serde_json::json;
+use std::time::Instant;
+
+/// A command: its stages, and those of them whose flags begin with the stage's name.
+struct StageCommand {
+    name: &'static str,
+    stages: &'static [Stage],
+    prefixed: &'static [Stage],
+}
+
+pub(super) const FIT: usize = 0;
+pub(super) const SEGMENT: usize = 1;
+pub(super) const STACK: usize = 2;
+pub(super) const WEIGH: usize = 3;
+
+const COMMANDS: [StageCommand; 4] = [
+    StageCommand { name: "fit", stages: &[Stage::Fit, Stage::Register, Stage::Pose], prefixed: &[Stage::Register] },
+    StageCommand { name: "segment", stages: &[Stage::Segment, Stage::Cut], prefixed: &[Stage::Cut] },
+    StageCommand { name: "stack", stages: &[Stage::Rig, Stage::Stack], prefixed: &[Stage::Rig] },
+    StageCommand { name: "weigh", stages: &[Stage::Figure], prefixed: &[] },
+];
+
+impl StageCommand {
+    /// All parameters by the flag that sets them; one flag may set the same parameter of the body and of garments.
+    fn flags(&self) -> Vec<(String, Vec<&'static Parameter>)> {
+        let mut flags: Vec<(String, Vec<&'static Parameter>)> = Vec::new();
+        for parameter in self.stages.iter().flat_map(|&stage| parameters_of(stage)) {
+            let prefix = match self.prefixed.contains(&parameter.stage) {
+                true => format!("{}-", parameter.stage),
+                false => String::new(),
+            };
+            let flag = prefix + &parameter.name.replace('_', "-");
+            match flags.iter_mut().find(|(known, _)| *known == flag) {
+                Some((_, same)) => same.push(parameter),
+                None => flags.push((flag, vec![parameter])),
+            }
+        }
+        flags
+    }
+
+    fn parse(&self, matches: &ArgMatches) -> Result<StageRequest, SessionError> {
+        let mut settings = Vec::new();
+        for (flag, parameters) in self.flags() {
+            let Some(text) = matches.get_one::<String>(&flag) else { continue };
+            let stages = parameters.iter().map(|p| p.stage).collect();
+            settings.push((stages, parameters[0].name.to_string(), parameters[0].read(text)?));
+        }
+        Ok(StageRequest {
+            name: self.name.into(),
+            stages: self.stages.to_vec(),
+            step: matches.get_one::<String>("step").cloned(),
+            settings,
+            reset: matches.get_flag("reset"),
+        })
+    }
+}
+
+/// The arguments of the command `COMMANDS[K]`, as typed.
+pub(super) struct StageArgs<const K: usize>(ArgMatches);
+
+impl<const K: usize> clap::FromArgMatches for StageArgs<K> {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        Ok(Self(matches.clone()))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        self.0 = matches.clone();
+        Ok(())
+    }
+}
+
+impl<const K: usize> clap::Args for StageArgs<K> {
+    fn augment_args(command: Command) -> Command {
+        let step = Arg::new("step").value_name("STEP").help("The step; without it every step that has the stage");
+        let reset = Arg::new("reset")
+            .long("reset")
+            .action(ArgAction::SetTrue)
+            .help("Forget what was set before: the defaults again");
+        let flags = COMMANDS[K].flags().into_iter().map(|(flag, parameters)| {
+            let about = parameters[0].about;
+            Arg::new(flag.clone())
+                .long(flag)
+                .value_name("VALUE")
+                .allow_hyphen_values(true)
+                .help(format!("{about} [{}; default: {}]", parameters[0].allowed, defaults(&parameters)))
+                .help_heading("Parameters, remembered in the recipe")
+        });
+        command.arg(step).arg(reset).args(flags)
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+fn defaults(parameters: &[&Parameter]) -> String {
+    let first = parameters[0].default();
+    match parameters.iter().find(|p| p.default() != first) {
+        None => first,
+        Some(other) => format!("{first} for the body, {} for garments", other.default()),
+    }
+}
+
+pub(super) fn run<const K: usize>(args: StageArgs<K>, context: &Context) -> anyhow::Result<Done> {
+    let began = Instant::now();
+    let request = COMMANDS[K].parse(&args.0)?;
+    let mut writer = context.writer()?;
+    let mut progress = Progress::of_stages(&context.console, writer.session().stage_count());
+    let run = writer.run_stages(&request, &mut |event| progress.show(event))?;
+    progress.end();
+    let ran = run.reports.iter().filter(|r| r.ran).count();
+    let json = json!({
+        "session": context.session.display().to_string(),
+        "step": request.step,
+        "set": run.set,
+        "ran": ran,
+        "stages": run.reports,
+        "secs": began.elapsed().as_secs_f64(),
+    });
+    let took = secs(began.elapsed());
+    let said = match ran {
+        0 => format!("{} was up to date, in {took}", request.name),
+        1 => format!("ran 1 stage in {took}"),
+        n => format!("ran {n} stages in {took}"),
+    };
+    let mut done = Done::new(COMMANDS[K].name, json).lines(run.set.iter().map(|set| format!("set {set}"))).line(said);
+    if !run.set.is_empty() {
+        done = done.next(context.overcoat("undo"));
+    }
+    Ok(done.next(context.overcoat("build")).next(context.overcoat("view --sheet sheet.png")))
+}

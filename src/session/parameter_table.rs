@@ -1,0 +1,79 @@
+//! Table: every parameter of every stage, what it may be, and what it does. Lengths are metres. What each default rests
+//! on stands beside it, in the stage's `Params`.
+
+use super::parameters::{Allowed, Parameter};
+use super::state::Stage;
+use Allowed::{Count, Flag, Real, Reals, Word};
+
+/// Weights of one thing against another: from nothing to everything.
+const WEIGHT: Allowed = Real(0.0, 1e6);
+/// Distances on a body, from nothing to a hand's width.
+const SHORT: Allowed = Real(0.0, 0.1);
+/// Lengths that something is divided by: from a tenth of a scanner's noise to a body's height.
+const LENGTH: Allowed = Real(1e-4, 2.0);
+/// Shares.
+const SHARE: Allowed = Real(0.0, 1.0);
+const LENGTHS: Allowed = Reals(1e-4, 2.0);
+const SAMPLES: Allowed = Count(100, 200_000);
+const ROUNDS: Allowed = Count(1, 1000);
+const ANGLE: Allowed = Real(0.0, 180.0);
+
+const fn of(stage: Stage, name: &'static str, allowed: Allowed, about: &'static str) -> Parameter {
+    Parameter { stage, name, allowed, about }
+}
+
+/// All of them, by stage, in the order of its `Params`.
+pub(super) const PARAMETERS: [Parameter; 42] = [
+    of(Stage::Fit, "samples", SAMPLES, "Places on the body model and on the scan that take part"),
+    of(Stage::Fit, "iterations", ROUNDS, "Iterations at most"),
+    of(Stage::Fit, "shape_prior", WEIGHT, "Pull toward the mean shape"),
+    of(Stage::Fit, "pose_prior", WEIGHT, "Pull toward the bind pose"),
+    of(Stage::Fit, "refuse_above", LENGTH, "Mean distance to the scan from which on it is no body"),
+    of(Stage::Register, "smoothing_lengths", LENGTHS, "Lengths over which the surface may move, one a round"),
+    of(Stage::Register, "iterations", ROUNDS, "Iterations a round"),
+    of(Stage::Register, "reach", LENGTH, "Greatest distance of a correspondence in the first round"),
+    of(Stage::Register, "hand_pull", SHARE, "How much of the pull hands and toes keep"),
+    of(Stage::Pose, "samples", SAMPLES, "Places on the figure and on the scan that take part"),
+    of(Stage::Pose, "iterations", ROUNDS, "Iterations at most"),
+    of(Stage::Pose, "margin", SHORT, "Least distance of hidden body from the scan"),
+    of(Stage::Pose, "thickness", SHORT, "Added to the margin for each garment over the place"),
+    of(Stage::Pose, "give", SHORT, "How much of the margin the pose may leave to the offset"),
+    of(Stage::Pose, "greatest_offset", SHORT, "Greatest inward offset of the skin"),
+    of(Stage::Pose, "constrained", Flag, "Whether the body is held inside; off only for comparison"),
+    of(Stage::Pose, "pose_prior", WEIGHT, "Pull toward the pose of the step before"),
+    of(Stage::Pose, "refuse_above", LENGTH, "Mean distance to the scan from which on it is another person"),
+    of(Stage::Segment, "distance_per_nat", LENGTH, "So far from a template's limit it counts one nat against a label"),
+    of(Stage::Segment, "distance_per_nat_given", LENGTH, "The same for a limit given by --until or --sleeve"),
+    of(Stage::Segment, "greatest_prior", Real(0.0, 1000.0), "Greatest weight of the template"),
+    of(Stage::Segment, "color", Real(0.0, 1000.0), "Weight of colour"),
+    of(Stage::Segment, "stand_off", Real(0.0, 1000.0), "Weight of the distance from what lies inside"),
+    of(Stage::Segment, "boundary", Real(0.0, 1000.0), "Cost of a boundary where nothing is to be seen"),
+    of(Stage::Segment, "rounds", Count(1, 50), "Cuts, each with the colours that the last one found"),
+    of(Stage::Cut, "smoothing_radius", LENGTH, "Wiggles of the boundary up to four times this are smoothed away"),
+    of(Stage::Cut, "fairing_rounds", Count(0, 10_000), "Rounds of fairing along the hem"),
+    of(Stage::Cut, "least_island_share", SHARE, "Islands with less of the garment's area are dropped"),
+    of(Stage::Cut, "greatest_filled_hole", Real(0.0, 1.0), "Holes with less area, in square metres, are filled"),
+    of(
+        Stage::Rig,
+        "method",
+        Word(&["closest", "inpaint"]),
+        "Weights of the closest triangle, or inpainted where that is not trusted",
+    ),
+    of(
+        Stage::Rig,
+        "distance_per_diagonal",
+        Real(1e-3, 1.0),
+        "Farther matches, as a share of the body's diagonal, count for nothing",
+    ),
+    of(Stage::Rig, "trusted_angle_deg", ANGLE, "Trust is full up to this angle between cloth and skin"),
+    of(Stage::Rig, "rejected_angle_deg", ANGLE, "And none from this angle on"),
+    of(Stage::Rig, "smoothing_length", LENGTH, "Length over which trusted weights are smoothed"),
+    of(Stage::Rig, "fairing_width", LENGTH, "Wider regions without trust are bridged straight"),
+    of(Stage::Stack, "method", Word(&["push", "smooth"]), "Each vertex by itself, or smoothly together"),
+    of(Stage::Stack, "clearance", SHORT, "Distance to keep from what lies inside"),
+    of(Stage::Stack, "iterations", ROUNDS, "Rounds of pushing at most"),
+    of(Stage::Stack, "smoothing_lengths", LENGTHS, "Lengths over which a push is spread, one solve after the other"),
+    of(Stage::Stack, "greatest_depth", LENGTH, "Deeper cloth is taken for a pocket or the other side of a collar"),
+    of(Stage::Figure, "greatest_share", SHARE, "The most that cloth physics may have in the blend with skinning"),
+    of(Stage::Figure, "smoothing_length", LENGTH, "Length over which physics weights are smoothed"),
+];

@@ -1,0 +1,113 @@
+//! Single stages: a parameter is remembered in the recipe, what hangs on it runs again, and each stage says why.
+
+mod common;
+
+use common::{fingerprint, overcoat, overcoat_ok, quick_session, ran};
+use std::path::Path;
+
+fn recipe(session: &Path) -> String {
+    std::fs::read_to_string(session.join("recipe.toml")).unwrap()
+}
+
+/// What ran in a build, without reasons.
+fn names(of: &[(String, String)]) -> Vec<&str> {
+    of.iter().map(|(stage, _)| stage.as_str()).collect()
+}
+
+#[test]
+fn a_parameter_is_remembered_and_only_what_hangs_on_it_runs_again() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = quick_session(dir.path(), "alice");
+
+    // A stage alone makes what it rests on, and no more.
+    let fitted = overcoat_ok(&session, &["fit", "body", "--json"]).json();
+    assert_eq!(names(&ran(&fitted)), ["body/scan", "body/fit", "body/register"]);
+    let built = overcoat_ok(&session, &["build", "--json"]).json();
+    let rest = [
+        "body/figure",
+        "tshirt/scan",
+        "tshirt/pose",
+        "tshirt/segment",
+        "tshirt/cut",
+        "tshirt/rig",
+        "tshirt/stack",
+        "tshirt/figure",
+    ];
+    let all = ran(&built);
+    assert!(rest.iter().all(|stage| names(&all).contains(stage)), "{all:?}");
+    assert!(all.iter().all(|(_, why)| why == "never_ran"), "{all:?}");
+
+    let set = overcoat_ok(&session, &["stack", "tshirt", "--clearance", "0.004", "--json"]).json();
+    assert_eq!(set["set"][0], "tshirt.stack.clearance 0.002 → 0.004");
+    assert_eq!(ran(&set), [("tshirt/stack".into(), "parameter clearance 0.002 0.004".to_string())]);
+    assert!(recipe(&session).contains("[step.stack]\nclearance = 0.004\n"), "{}", recipe(&session));
+    let status = overcoat_ok(&session, &["status", "--json"]).json();
+    assert_eq!(status["steps"][1]["stale"], serde_json::json!(["figure"]));
+    assert_eq!(status["steps"][1]["why"]["figure"][0]["name"], "stack");
+    let built = ran(&overcoat_ok(&session, &["build", "--json"]).json());
+    assert_eq!(built, [("tshirt/figure".into(), "upstream stack".to_string())]);
+
+    // Undone, and built again, nothing is left to do: what stood then stands.
+    overcoat_ok(&session, &["undo"]);
+    assert!(!recipe(&session).contains("clearance"));
+    assert_eq!(overcoat_ok(&session, &["build", "--json"]).json()["ran"], 0);
+    overcoat_ok(&session, &["redo"]);
+    assert_eq!(overcoat_ok(&session, &["build", "--json"]).json()["ran"], 0);
+    let reset = overcoat_ok(&session, &["stack", "--reset", "--json"]).json();
+    assert_eq!(reset["set"][0], "tshirt.stack.clearance 0.004 → 0.002");
+    let weighed = overcoat_ok(&session, &["weigh", "--greatest-share", "0.25", "--json"]).json();
+    assert_eq!(weighed["set"].as_array().unwrap().len(), 1, "the body is not weighed: {weighed}");
+}
+
+#[test]
+fn a_stage_that_fails_or_a_value_that_cannot_be_changes_nothing() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = quick_session(dir.path(), "alice");
+    overcoat_ok(&session, &["build"]);
+    let before = fingerprint(&session);
+    for (command, code, says) in [
+        ("fit tshirt --refuse-above 0.0001", 1, "cannot be laid into this scan"),
+        ("stack tshirt --clearance -1", 2, "clearance of the stage stack cannot be '-1'"),
+        ("stack tshirt --clearance nan", 2, "cannot be 'nan'"),
+        ("stack tshirt --smoothing-lengths 0.01,", 2, "cannot be '0.01,'"),
+        ("fit body --margin 0.001", 2, "margin is a parameter of garments (pose), not of 'body'"),
+        ("fit tshirt --register-iterations 2", 2, "iterations is a parameter of the body's step (register)"),
+        ("weigh body --greatest-share 0.3", 2, "greatest_share is a parameter of garments"),
+        ("segment body", 2, "the step 'body' has no stage 'segment'"),
+        ("segment coat", 2, "there is no step 'coat'"),
+        ("segment --colour 1", 2, "--colour"),
+    ] {
+        let answer = overcoat(&session, &command.split(' ').collect::<Vec<_>>());
+        assert!(answer.code == code && answer.stderr.contains(says), "{command}: {answer:?}");
+        assert_eq!(answer.stderr.lines().count(), 2, "{answer:?}");
+        let after = fingerprint(&session);
+        assert!(before.iter().all(|(file, hash)| after.get(file) == Some(hash)), "{command} changed the session");
+    }
+}
+
+#[test]
+fn what_changed_in_the_recipe_by_hand_is_named_as_the_reason() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = quick_session(dir.path(), "alice");
+    overcoat_ok(&session, &["build"]);
+    let built = recipe(&session);
+    let edit = |from: &str, to: &str| {
+        assert!(built.contains(from), "{built}");
+        std::fs::write(session.join("recipe.toml"), built.replacen(from, to, 1)).unwrap();
+        ran(&overcoat_ok(&session, &["build", "--json"]).json())
+    };
+    let longer = edit("template = \"tshirt\"\n", "template = \"tshirt\"\nuntil = \"hip\"\n");
+    assert_eq!(longer[0], ("tshirt/pose".into(), "kind until  hip".to_string()));
+    let coarser = edit("faces = 4000\n\n[step.pose]", "faces = 3500\n\n[step.pose]");
+    assert_eq!(coarser[0], ("tshirt/scan".into(), "parameter faces 4000 3500".to_string()));
+    assert!(coarser[1].1.starts_with("kind until hip; upstream scan"), "{coarser:?}");
+    let unknown = overcoat(&session, &["status"]);
+    assert_eq!(unknown.code, 0);
+    std::fs::write(session.join("recipe.toml"), built.replace("samples = 300\niterations", "samples = 300\nspeed"))
+        .unwrap();
+    let unknown = overcoat(&session, &["build"]);
+    assert_eq!(unknown.code, 1);
+    let line = 1 + recipe(&session).lines().position(|l| l.starts_with("speed")).unwrap();
+    assert!(unknown.stderr.contains(&format!("recipe.toml, line {line}: the stage ")), "{unknown:?}");
+    assert!(unknown.stderr.contains("has no parameter 'speed'"), "{unknown:?}");
+}
