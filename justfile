@@ -29,3 +29,11 @@ body-model:
 # The demo's scans and their truth, invented anew from the body model
 demo-scans:
     cargo run --release --no-default-features --example make_demo_scans -- scans/demo
+
+# A session killed 300 times at random moments: each time it opens, and it ends with the bytes of one never killed
+kills:
+    cargo test --release --no-default-features --test durability -- --ignored --nocapture three_hundred_kills
+
+# A disk that is full at every moment of the work; mounts a small one, so it needs root
+disk-full:
+    cargo test --release --no-default-features --test durability -- --ignored --nocapture a_full_disk

@@ -103,8 +103,7 @@ fn what_changed_in_the_recipe_by_hand_is_named_as_the_reason() {
     assert!(coarser[1].1.starts_with("kind until hip; upstream scan"), "{coarser:?}");
     let unknown = overcoat(&session, &["status"]);
     assert_eq!(unknown.code, 0);
-    std::fs::write(session.join("recipe.toml"), built.replace("samples = 300\niterations", "samples = 300\nspeed"))
-        .unwrap();
+    std::fs::write(session.join("recipe.toml"), built.replace("samples = 300", "speed = 300")).unwrap();
     let unknown = overcoat(&session, &["build"]);
     assert_eq!(unknown.code, 1);
     let line = 1 + recipe(&session).lines().position(|l| l.starts_with("speed")).unwrap();

@@ -21,6 +21,8 @@ pub(super) struct Done {
     pub lines: Vec<String>,
     /// The command to type next, or several.
     pub next: Vec<String>,
+    /// What of the work failed although the rest was done: one sentence, and what to do.
+    pub failed: Option<(String, String)>,
 }
 
 pub(super) struct Console {
@@ -37,7 +39,7 @@ impl Done {
         if let Value::Object(rest) = json {
             object.extend(rest);
         }
-        Self { json: object, lines: Vec::new(), next: Vec::new() }
+        Self { json: object, lines: Vec::new(), next: Vec::new(), failed: None }
     }
 
     pub fn line(mut self, line: impl Into<String>) -> Self {
@@ -47,6 +49,11 @@ impl Done {
 
     pub fn lines(mut self, lines: impl IntoIterator<Item = String>) -> Self {
         self.lines.extend(lines);
+        self
+    }
+
+    pub fn failed(mut self, what: impl Into<String>, hint: impl Into<String>) -> Self {
+        self.failed = Some((what.into(), hint.into()));
         self
     }
 
@@ -74,17 +81,26 @@ impl Console {
         if self.json {
             let mut object = done.json.clone();
             object.insert("next".into(), done.next.clone().into());
+            if let Some((message, hint)) = &done.failed {
+                object.insert("error".into(), serde_json::json!({ "message": message, "hint": hint }));
+            }
             if !self.notices.borrow().is_empty() {
                 object.insert("notices".into(), self.notices.borrow().clone().into());
             }
             print_line(&Value::Object(object).to_string());
-        } else if self.verbosity > Verbosity::Quiet {
+            return;
+        }
+        if self.verbosity > Verbosity::Quiet {
             for line in &done.lines {
                 print_line(line);
             }
             for (i, next) in done.next.iter().enumerate() {
                 print_line(&format!("{} {next}", if i == 0 { "next:" } else { "   or" }));
             }
+        }
+        if let Some((message, hint)) = &done.failed {
+            print_aside(&format!("error: {message}"));
+            print_aside(&format!("hint: {hint}"));
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Errors as people and programs see them: one sentence, a hint under it, an exit code.
 
-use super::console::{print_aside, print_line};
+use super::console::{Done, print_aside, print_line};
 use crate::session::SessionError;
 use clap::error::ErrorKind;
 use serde_json::json;
@@ -17,6 +17,11 @@ pub(super) fn report(error: &anyhow::Error, json: bool) -> ExitCode {
     let hint = known.and_then(SessionError::hint);
     say(&one_line(&error.to_string()), hint.as_deref(), json);
     ExitCode::from(if known.is_some_and(SessionError::is_wrong_command) { WRONG_COMMAND } else { FAILED })
+}
+
+/// The exit code of a command that did its work, or the part of it that it could.
+pub(super) fn of_part(done: &Done) -> ExitCode {
+    ExitCode::from(if done.failed.is_some() { FAILED } else { 0 })
 }
 
 /// The same for arguments that cannot be parsed; help and version are no failure.

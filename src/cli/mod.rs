@@ -9,12 +9,14 @@ mod demo;
 mod export;
 mod failure;
 mod fault;
+mod fsck;
 mod log;
 mod mask;
 mod measure;
 mod new;
 mod progress;
 mod redo;
+mod replay;
 mod scan;
 mod stages;
 mod status;
@@ -80,6 +82,10 @@ enum Command {
     Log(log::LogArgs),
     /// Try something else without losing what is there
     Branch(branch::BranchArgs),
+    /// Look at every file of the session, and make again what is damaged or missing
+    Fsck(fsck::FsckArgs),
+    /// Run a recipe in a session of its own, on the same scans or on other people's
+    Replay(replay::ReplayArgs),
     /// Write the figure, or a step, as files
     Export(export::ExportArgs),
     /// Write a recording for the Rerun viewer, or a picture of every step
@@ -122,7 +128,7 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     match fault::caught(parsed.verbose, || run(parsed.command, &context)) {
         Ok(done) => {
             context.console.done(&done);
-            ExitCode::SUCCESS
+            failure::of_part(&done)
         }
         Err(e) => failure::report(&e, parsed.json),
     }
@@ -144,6 +150,8 @@ fn run(command: Command, context: &Context) -> anyhow::Result<Done> {
         Command::Redo(args) => redo::run(args, context),
         Command::Log(args) => log::run(args, context),
         Command::Branch(args) => branch::run(args, context),
+        Command::Fsck(args) => fsck::run(args, context),
+        Command::Replay(args) => replay::run(args, context),
         Command::Export(args) => export::run(args, context),
         Command::View(args) => view::run(args, context),
         Command::Measure(args) => measure::run(args, context),

@@ -1,9 +1,9 @@
-//! `overcoat status`: what stands, what is stale, what each step measured.
+//! `overcoat status`: the session as a picture in text: what stands, what is stale and why, what was measured, what next.
 
 use super::Context;
 use super::console::{Done, secs};
 use super::progress::{measures_text, why_text};
-use crate::session::{BodyModelSource, Stage, StepStatus};
+use crate::session::{BodyModelSource, Judged, Session, Stage, StepStatus, Verdict};
 use serde_json::json;
 use std::time::{Duration, Instant};
 
@@ -23,48 +23,129 @@ pub(super) fn run(_: StatusArgs, context: &Context) -> anyhow::Result<Done> {
         "session": context.session.display().to_string(),
         "body_model": body,
         "branch": session.history().current().name,
+        "stands_at": session.history().current().head(),
+        "edited_by_hand": session.is_edited_by_hand(),
         "up_to_date": stale == 0 && !steps.is_empty(),
         "steps": steps,
         "secs": began.elapsed().as_secs_f64(),
     });
-    let mut done = Done::new("status", json).line(format!(
-        "session {}: {} step{}, body model: {body} (looked through in {})",
-        context.session.display(),
-        steps.len(),
-        if steps.len() == 1 { "" } else { "s" },
-        secs(began.elapsed())
-    ));
+    let mut done = Done::new("status", json).lines(head(&session, context, &body));
     for step in &steps {
-        done = done.lines(lines_of(step));
+        done = done.lines(picture(step, super::Verbosity::Verbose == context.console.verbosity));
     }
-    Ok(match (steps.is_empty(), stale) {
-        (true, _) => done.next(context.overcoat("scan body FILE")),
-        (false, 0) => {
-            done.next(context.overcoat("export character.glb")).next(context.overcoat("scan NAME FILE --template …"))
-        }
-        (false, _) => done.next(context.overcoat("build")),
-    })
+    done = done.line("").line(foot(&steps, began));
+    done.next = next(&steps, context);
+    Ok(done)
 }
 
-fn lines_of(step: &StepStatus) -> Vec<String> {
-    let mark = |stage: &Stage| if step.stale.contains(stage) { format!("[ ] {stage}") } else { format!("[x] {stage}") };
-    let stages: Vec<String> = Stage::of_step(step.template.is_none()).iter().map(mark).collect();
-    let kind = step.template.as_ref().map(|t| format!(" ({t})")).unwrap_or_default();
-    let mut lines =
-        vec![String::new(), format!("{}{kind}  {}", step.name, step.scan), format!("  {}", stages.join("  "))];
+fn head(session: &Session, context: &Context, body: &str) -> Vec<String> {
+    let branch = session.history().current();
+    let at = match branch.head() {
+        Some(entry) => format!("after {}: {}", entry.number, entry.change),
+        None => "nothing recorded yet".into(),
+    };
+    let mut lines = vec![
+        format!("session {}, body model: {body}", context.session.display()),
+        format!("branch {} of {}, {at}", branch.name, session.history().branches().len()),
+    ];
+    if session.is_edited_by_hand() {
+        lines.push("recipe.toml was edited by hand since; the next change or build takes that up".into());
+    }
+    lines
+}
+
+/// How a stage is: it stands, it is stale, or it waits for one that is.
+fn mark(step: &StepStatus, stage: Stage) -> &'static str {
+    match (step.stale.contains(&stage), step.why.contains_key(&stage)) {
+        (false, _) => "■",
+        (true, true) => "□",
+        (true, false) => "·",
+    }
+}
+
+fn picture(step: &StepStatus, verbose: bool) -> Vec<String> {
+    let file = std::path::Path::new(&step.scan).file_name().map(|f| f.to_string_lossy().into_owned());
+    let kind = step.template.as_ref().filter(|t| **t != step.name).map(|t| format!(", {t}")).unwrap_or_default();
+    let masks = match step.masks {
+        0 => String::new(),
+        1 => ", 1 mask".into(),
+        n => format!(", {n} masks"),
+    };
+    let stages = Stage::of_step(step.template.is_none());
+    let chain: Vec<String> = stages.iter().map(|&s| format!("{} {s}", mark(step, s))).collect();
+    let mut lines = vec![
+        String::new(),
+        format!("{}{kind}  ({}{masks})", step.name, file.unwrap_or_default()),
+        format!("  {}", chain.join(" ── ")),
+    ];
     if step.scan_changed {
         lines.push("  the file is gone or was changed since it was scanned; the session uses its own copy".into());
     }
-    if step.masks > 0 {
-        lines.push(format!("  {} mask file{}", step.masks, if step.masks == 1 { "" } else { "s" }));
-    }
     for (stage, why) in &step.why {
         let why = why_text(why).unwrap_or_else(|| "never ran".into());
-        lines.push(format!("    {:<9} stale: {why}", stage.to_string()));
+        lines.push(format!("  □ {stage}: {why}"));
     }
-    for report in &step.standing {
-        let time = report.secs.map(|s| secs(Duration::from_secs_f64(s))).unwrap_or_default();
-        lines.push(format!("    {:<9} {time:>8}  {}", report.stage.to_string(), measures_text(report)));
+    lines.extend(step.judged.iter().map(measure_line));
+    if verbose {
+        for report in &step.standing {
+            let time = report.secs.map(|s| secs(Duration::from_secs_f64(s))).unwrap_or_default();
+            lines.push(format!("    {:<9} {time:>8}  {}", report.stage.to_string(), measures_text(report)));
+        }
     }
     lines
+}
+
+fn measure_line(judged: &Judged) -> String {
+    let verdict = match judged.verdict {
+        Verdict::Goal => "✓",
+        Verdict::First => "~",
+        Verdict::Missed => "✗ missed",
+    };
+    let value =
+        if judged.value.fract() == 0.0 { format!("{:.0}", judged.value) } else { format!("{:.2}", judged.value) };
+    let name = judged.measure.replace('_', " ");
+    format!("    {:<9} {name:<20} {value:>8}   asked: {judged} {verdict}", judged.stage.to_string())
+}
+
+fn foot(steps: &[StepStatus], began: Instant) -> String {
+    let (stale, all) = (
+        steps.iter().map(|s| s.stale.len()).sum::<usize>(),
+        steps.iter().map(|s| s.stale.len() + s.standing.len()).sum::<usize>(),
+    );
+    let took = secs(began.elapsed());
+    let key = "■ stands  □ stale  · waits for one that is";
+    match (steps.is_empty(), stale) {
+        (true, _) => format!("nothing is scanned yet (looked through in {took})"),
+        (false, 0) => format!("all {all} stages stand (looked through in {took})   {key}"),
+        (false, _) => format!("{stale} of {all} stages are to be made (looked through in {took})   {key}"),
+    }
+}
+
+/// What to do next: what is missing, then what is not good enough, then what comes after.
+fn next(steps: &[StepStatus], context: &Context) -> Vec<String> {
+    if steps.is_empty() {
+        return vec![context.overcoat("scan body FILE")];
+    }
+    if steps.iter().any(|s| !s.stale.is_empty()) {
+        return vec![context.overcoat("build")];
+    }
+    let missed = steps.iter().flat_map(|s| s.judged.iter().map(move |j| (s, j)));
+    let missed = missed.filter(|(_, j)| j.verdict == Verdict::Missed);
+    let mut next: Vec<String> = missed.map(|(step, judged)| context.overcoat(&remedy(&step.name, judged))).collect();
+    next.dedup();
+    if !next.is_empty() {
+        next.insert(0, context.overcoat("view --sheet sheet.png"));
+        return next;
+    }
+    vec![context.overcoat("export character.glb"), context.overcoat("scan NAME FILE --template …")]
+}
+
+/// What may help where a measure is not what is asked of it.
+fn remedy(step: &str, judged: &Judged) -> String {
+    match judged.stage {
+        Stage::Fit | Stage::Register => format!("scan {step} FILE --replace"),
+        Stage::Pose => format!("fit {step} --greatest-offset 0.01"),
+        Stage::Stack => format!("stack {step} --clearance 0.003"),
+        _ => format!("mask {step} STROKES.jsonl"),
+    }
 }

@@ -3,6 +3,7 @@
 use super::open::{Session, Writer};
 use super::recipe::check_stage;
 use super::state::Stage;
+use super::target::{self, Judged};
 use super::walk::{Event, Forced, StageReport, Walk};
 use super::{Reason, SessionError, flow, source, stage_scan};
 use serde::Serialize;
@@ -33,7 +34,7 @@ impl Writer {
     }
 }
 
-fn not_built_is_fine(error: SessionError) -> Result<(), SessionError> {
+pub(super) fn not_built_is_fine(error: SessionError) -> Result<(), SessionError> {
     if matches!(error, SessionError::NotBuilt { .. }) { Ok(()) } else { Err(error) }
 }
 
@@ -55,6 +56,8 @@ pub struct StepStatus {
     /// Why not, of those of which it is known already; the others wait for these.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub why: BTreeMap<Stage, Vec<Reason>>,
+    /// What of the standing stages' measures something is asked of, in order.
+    pub judged: Vec<Judged>,
     /// The file was changed since it was scanned, or is gone. The session has its own copy.
     pub scan_changed: bool,
 }
@@ -81,6 +84,7 @@ impl Session {
                 .copied()
                 .collect();
             StepStatus {
+                judged: standing.iter().flat_map(|report| target::judge(step, report)).collect(),
                 name: step.name.clone(),
                 template: step.template.clone(),
                 scan: step.scan.clone(),

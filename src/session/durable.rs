@@ -6,7 +6,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Begins the name of a file that is not finished; whoever holds the lock may delete it.
-const UNFINISHED: &str = ".unfinished-";
+pub(super) const UNFINISHED: &str = ".unfinished-";
 
 /// Writes `bytes` to a temporary name in the same folder, syncs it, renames it to `path` and syncs the folder.
 pub(super) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {

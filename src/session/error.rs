@@ -18,6 +18,12 @@ pub enum SessionError {
         /// The folder.
         dir: PathBuf,
     },
+    /// `replay` into a session of something else.
+    #[error("there is a session of another recipe in '{}'", dir.display())]
+    AnotherRecipe {
+        /// The folder.
+        dir: PathBuf,
+    },
     /// `new` on a folder with something in it.
     #[error("the folder '{}' is not empty", dir.display())]
     FolderNotEmpty {
@@ -272,6 +278,7 @@ impl SessionError {
         match self {
             Self::NotASession { .. }
             | Self::AlreadyASession { .. }
+            | Self::AnotherRecipe { .. }
             | Self::FolderNotEmpty { .. }
             | Self::NoSuchFile { .. }
             | Self::NoSuchFolder { .. }
@@ -300,6 +307,7 @@ impl SessionError {
         Some(match self {
             Self::NotASession { .. } => "make one with `overcoat new DIR`, or name one with `-C DIR`".into(),
             Self::AlreadyASession { dir } => format!("go on in it with `overcoat -C {} scan …`, or name another folder", dir.display()),
+            Self::AnotherRecipe { .. } => "name a folder that is empty or does not exist, or one where this very recipe was begun".into(),
             Self::FolderNotEmpty { .. } => "name a folder that is empty or does not exist".into(),
             Self::Locked { .. } => "wait until it is done, or end it".into(),
             Self::NoSuchFile { .. } | Self::NoSuchFolder { .. } => "check the path; it is taken from the folder that you are in".into(),

@@ -49,9 +49,8 @@ impl Session {
         }
         let steps = self.worn_steps(request.at.as_deref())?;
         let Some(last) = steps.last() else { return Ok(Vec::new()) };
-        let name = self.dir().canonicalize().ok().and_then(|d| Some(d.file_name()?.to_string_lossy().into_owned()));
         let pose = request.at.as_ref().map(|_| last.pose.clone());
-        let options = GlbOptions { name, pose, provenance: steps.iter().map(origin).collect() };
+        let options = GlbOptions { name: None, pose, provenance: steps.iter().map(origin).collect() };
         let path = request.target.clone();
         let figure = if request.at.is_some() { last.figure_as_worn() } else { last.figure.clone() };
         write(&path, |out| write_glb(&figure, &options, out))?;

@@ -61,20 +61,25 @@ pub(super) fn read(dir: &Path) -> Result<Journal, SessionError> {
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Vec::new(),
         Err(e) => return Err(SessionError::reading(&path, e)),
     };
+    Ok(parse(&bytes))
+}
+
+/// The same of a file's bytes.
+pub(super) fn parse(bytes: &[u8]) -> Journal {
     let mut changes = Vec::new();
     for line in bytes.split_inclusive(|&b| b == b'\n') {
         let broken = |reason: String, cut_off| Some(BrokenLine { line: changes.len() + 1, reason, cut_off });
         let Some(whole) = line.strip_suffix(b"\n") else {
-            return Ok(Journal { broken: broken("the line is cut off".into(), true), changes });
+            return Journal { broken: broken("the line is cut off".into(), true), changes };
         };
         match serde_json::from_slice(whole) {
             Ok(change) => changes.push(change),
             Err(e) => {
-                return Ok(Journal { broken: broken(format!("no change can be read there ({e})"), false), changes });
+                return Journal { broken: broken(format!("no change can be read there ({e})"), false), changes };
             }
         }
     }
-    Ok(Journal { changes, broken: None })
+    Journal { changes, broken: None }
 }
 
 impl BrokenLine {

@@ -29,8 +29,8 @@ impl Lock {
             }
             Err(TryLockError::Error(e)) => return Err(io(e)),
         }
-        file.set_len(0).map_err(io)?;
-        write!(file, "process {}", std::process::id()).map_err(io)?;
+        // Who holds it is only a courtesy; on a full disk there is no room for it.
+        let _ = file.set_len(0).and_then(|()| write!(file, "process {}, {}", std::process::id(), command()));
         Ok(Self { file })
     }
 }
@@ -42,6 +42,14 @@ impl Drop for Lock {
         let _ = self.file.rewind();
         let _ = self.file.unlock();
     }
+}
+
+/// What this process was asked for: `overcoat build`.
+fn command() -> String {
+    let word = |text: std::ffi::OsString| text.to_string_lossy().into_owned();
+    let mut args = std::env::args_os().map(word);
+    let program = args.next().map(PathBuf::from).and_then(|p| Some(p.file_name()?.to_string_lossy().into_owned()));
+    program.into_iter().chain(args.take(6)).collect::<Vec<_>>().join(" ")
 }
 
 fn path_in(dir: &Path) -> PathBuf {
@@ -58,7 +66,7 @@ mod tests {
         let first = Lock::take(dir.path()).unwrap();
         match Lock::take(dir.path()) {
             Err(SessionError::Locked { holder, .. }) => {
-                assert_eq!(holder, format!("process {}", std::process::id()));
+                assert!(holder.starts_with(&format!("process {}, ", std::process::id())), "{holder}");
             }
             Err(other) => panic!("{other}"),
             Ok(_) => panic!("two writers"),

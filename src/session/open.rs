@@ -1,6 +1,6 @@
 //! A session's folder: found, read, changed.
 
-use super::durable::{sweep, write_whole};
+use super::durable::{UNFINISHED, sweep, write_whole};
 use super::history::History;
 use super::journal::{self, BrokenLine, Change, Move};
 use super::lock::Lock;
@@ -114,6 +114,24 @@ impl Session {
         })
     }
 
+    /// The session as it was with these texts.
+    pub(super) fn as_of(&self, texts: &Snapshot) -> Result<Self, SessionError> {
+        Ok(Self {
+            dir: self.dir.clone(),
+            store: Store::in_session(&self.dir),
+            recipe: Recipe::parse(&texts.recipe, &recipe_path(&self.dir))?,
+            state: State::parse(&texts.state, &state_path(&self.dir))?,
+            timings: Timings::default(),
+            recipe_text: texts.recipe.clone(),
+            history: History::default(),
+            last: None,
+            lines: 0,
+            edited: None,
+            overruled: None,
+            notices: Vec::new(),
+        })
+    }
+
     /// What a person should know of the session's files, in sentences; nothing of it keeps the session from being used.
     pub fn notices(&self) -> &[String] {
         &self.notices
@@ -158,6 +176,12 @@ impl Session {
     pub(super) fn resolve(&self, file: &str) -> PathBuf {
         self.dir.join(file)
     }
+}
+
+/// What a `new` that was killed may have left in a folder that was empty.
+fn is_leftover(name: &std::ffi::OsStr) -> bool {
+    let name = name.to_string_lossy();
+    ["lock", "artefacts", "timings.json"].contains(&name.as_ref()) || name.starts_with(UNFINISHED)
 }
 
 fn cut_off_notice(dir: &Path, broken: &BrokenLine, before: Option<&Change>) -> String {
@@ -209,9 +233,9 @@ impl Writer {
     /// Makes a session in a folder that does not exist or is empty.
     pub(super) fn create(dir: &Path, recipe: Recipe) -> Result<Self, SessionError> {
         let io = |e| SessionError::writing(dir, e);
-        match std::fs::read_dir(dir).map(|mut entries| entries.next().is_none()) {
+        match std::fs::read_dir(dir).map(|mut entries| entries.all(|e| e.is_ok_and(|e| is_leftover(&e.file_name())))) {
             Ok(true) => {}
-            Ok(false) if recipe_path(dir).exists() => {
+            Ok(false) if recipe_path(dir).exists() || journal::path_in(dir).exists() => {
                 return Err(SessionError::AlreadyASession { dir: dir.to_path_buf() });
             }
             Ok(false) => return Err(SessionError::FolderNotEmpty { dir: dir.to_path_buf() }),

@@ -36,7 +36,7 @@ pub struct Recipe {
 }
 
 /// A file that was given.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SourceFile {
     /// Where it was, relative to the session where that is possible.

@@ -15,6 +15,14 @@ pub struct Store {
     folder: PathBuf,
 }
 
+/// How an artefact is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Health {
+    Sound,
+    Missing,
+    Damaged,
+}
+
 /// An artefact of a known type, not loaded.
 #[derive(Debug)]
 pub struct Kept<T> {
@@ -81,6 +89,32 @@ impl Store {
     pub(super) fn text(&self, hash: ContentHash) -> Result<String, SessionError> {
         // What has the right hash was written by us, as text.
         Ok(String::from_utf8_lossy(&self.bytes(hash)?).into_owned())
+    }
+
+    /// How an artefact is, by its content.
+    pub(super) fn health(&self, hash: ContentHash) -> Health {
+        match std::fs::read(self.path(hash)) {
+            Ok(bytes) if ContentHash::of(&bytes) == hash => Health::Sound,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => Health::Missing,
+            _ => Health::Damaged,
+        }
+    }
+
+    /// Takes an artefact away; one that cannot be is overwritten by whoever makes it again.
+    pub(super) fn remove(&self, hash: ContentHash) {
+        let _ = std::fs::remove_file(self.path(hash));
+    }
+
+    /// All names in the folder, in order.
+    pub(super) fn names(&self) -> Result<Vec<ContentHash>, SessionError> {
+        let entries = match std::fs::read_dir(&self.folder) {
+            Ok(entries) => entries,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
+            Err(e) => return Err(SessionError::reading(&self.folder, e)),
+        };
+        let mut names: Vec<String> = entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        Ok(names.iter().filter_map(|name| ContentHash::parse(name)).collect())
     }
 
     /// Keeps a value in postcard's layout.

@@ -3,10 +3,11 @@
 use super::open::{Session, Writer};
 use super::reason::{Cause, Reason, reasons};
 use super::state::{Measures, SCHEMA, Stage, StageRecord};
-use super::store::Kept;
+use super::store::{Health, Kept};
 use super::{ContentHash, SessionError};
 use serde::Serialize;
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 use std::time::Instant;
 
 /// What happens while stages run, for whoever shows it.
@@ -125,6 +126,8 @@ pub(super) enum Walk<'a> {
         until: Option<(String, Stage)>,
         ended: bool,
     },
+    /// Makes again what is recorded but damaged or missing, and records nothing: the same comes out of the same.
+    Mend { session: &'a Session, mended: &'a mut Mended, on_event: &'a mut dyn FnMut(&Event) },
     /// Runs nothing: a stale stage is an error.
     Look { session: &'a Session, reports: Vec<StageReport>, stale: Vec<StaleStage> },
 }
@@ -147,6 +150,10 @@ impl<'a> Walk<'a> {
         self
     }
 
+    pub fn mend(session: &'a Session, mended: &'a mut Mended, on_event: &'a mut dyn FnMut(&Event)) -> Self {
+        Self::Mend { session, mended, on_event }
+    }
+
     pub fn look(session: &'a Session) -> Self {
         Self::Look { session, reports: Vec::new(), stale: Vec::new() }
     }
@@ -154,14 +161,14 @@ impl<'a> Walk<'a> {
     pub fn session(&self) -> &Session {
         match self {
             Self::Make { writer, .. } => &writer.session,
-            Self::Look { session, .. } => session,
+            Self::Look { session, .. } | Self::Mend { session, .. } => session,
         }
     }
 
     /// The stages that were looked at and found stale.
     pub fn stale(&self) -> &[StaleStage] {
         match self {
-            Self::Make { .. } => &[],
+            Self::Make { .. } | Self::Mend { .. } => &[],
             Self::Look { stale, .. } => stale,
         }
     }
@@ -169,6 +176,7 @@ impl<'a> Walk<'a> {
     pub fn into_reports(self) -> Vec<StageReport> {
         match self {
             Self::Make { reports, .. } | Self::Look { reports, .. } => reports,
+            Self::Mend { .. } => Vec::new(),
         }
     }
 
@@ -182,10 +190,14 @@ impl<'a> Walk<'a> {
     ) -> Result<Kept<T>, SessionError> {
         let from = inputs;
         let inputs = hash_of_inputs(stage, &from);
+        if let Self::Mend { session, mended, on_event } = self {
+            return mended.stage(session, step, stage, inputs, *on_event, call);
+        }
         let standing = standing(self.session(), step, stage, inputs);
         let not_built = || SessionError::NotBuilt { step: step.into(), stage };
         match (self, standing) {
-            (Self::Make { ended: true, .. }, _) => Err(not_built()),
+            // A walk that mends has been handled above.
+            (Self::Make { ended: true, .. } | Self::Mend { .. }, _) => Err(not_built()),
             (Self::Look { session, reports, .. }, Some(record)) => {
                 reports.push(report(session, step, stage, &record, Vec::new()));
                 Ok(Kept::named(record.output))
@@ -227,6 +239,41 @@ impl<'a> Walk<'a> {
                 Ok(kept)
             }
         }
+    }
+}
+
+/// What a walk made again.
+#[derive(Debug, Default)]
+pub(super) struct Mended {
+    /// The names of the artefacts that are sound again.
+    pub made: BTreeSet<String>,
+    /// Why the walk went no further.
+    pub stopped: Option<String>,
+}
+
+impl Mended {
+    fn stage<T: Serialize>(
+        &mut self,
+        session: &Session,
+        step: &str,
+        stage: Stage,
+        inputs: ContentHash,
+        on_event: &mut dyn FnMut(&Event),
+        call: impl FnOnce(&Session, Tell) -> Result<Outcome<T>, SessionError>,
+    ) -> Result<Kept<T>, SessionError> {
+        let recorded = session.state.record(step, stage).filter(|r| r.inputs == inputs);
+        let Some(record) = recorded else { return Err(SessionError::NotBuilt { step: step.into(), stage }) };
+        if session.store.health(record.output) != Health::Sound {
+            on_event(&Event::Started { step, stage });
+            let outcome = call(session, &mut |text| on_event(&Event::Progress { step, stage, text }))?;
+            let made = session.store.keep(&outcome.value)?.hash;
+            if made == record.output {
+                self.made.insert(made.to_string());
+            } else {
+                return Err(SessionError::NotBuilt { step: step.into(), stage });
+            }
+        }
+        Ok(Kept::named(record.output))
     }
 }
 

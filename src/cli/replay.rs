@@ -1,0 +1,164 @@
+//! `overcoat replay`: a recipe in a session of its own, or on many people at once.
+
+use super::Context;
+use super::Verbosity;
+use super::console::{Done, print_aside, secs};
+use super::progress::Progress;
+use crate::session::{Assignment, Batch, Replay, Replayed, SessionError, SubjectRun, replay, replay_all};
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+#[derive(clap::Args)]
+pub(super) struct ReplayArgs {
+    /// A recipe.toml, or the folder of a session
+    recipe: PathBuf,
+    /// The new session's folder; with --subjects the folder of their folders. What was begun there is gone on with
+    #[arg(long, value_name = "DIR")]
+    into: PathBuf,
+    /// Otherwise than in the recipe: STEP=FILE for another scan, STEP.until=PLACE, STEP.STAGE.PARAMETER=VALUE, …
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// A table of people: a first column with their names, and a column for each KEY that differs between them
+    #[arg(long, value_name = "FILE.csv")]
+    subjects: Option<PathBuf>,
+    /// How many people at a time
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "subjects", value_parser = clap::value_parser!(u32).range(1..=64))]
+    jobs: u32,
+}
+
+pub(super) fn run(args: ReplayArgs, context: &Context) -> anyhow::Result<Done> {
+    let set = args.set.iter().map(|text| Assignment::parse(text)).collect::<Result<Vec<_>, SessionError>>()?;
+    match args.subjects {
+        None => one(Replay { recipe: args.recipe, into: args.into, set, set_from: PathBuf::new() }, context),
+        Some(subjects) => many(
+            Batch {
+                recipe: args.recipe,
+                into: args.into,
+                subjects,
+                set,
+                set_from: PathBuf::new(),
+                jobs: args.jobs as usize,
+            },
+            context,
+        ),
+    }
+}
+
+fn one(request: Replay, context: &Context) -> anyhow::Result<Done> {
+    let began = Instant::now();
+    let mut progress = Progress::of_stages(&context.console, 1);
+    let Replayed { reports, left_out } = replay(&request, &mut |event| progress.show(event))?;
+    progress.end();
+    let ran = reports.iter().filter(|r| r.ran).count();
+    let json = json!({
+        "session": request.into.display().to_string(),
+        "recipe": request.recipe.display().to_string(),
+        "ran": ran,
+        "left_out": left_out,
+        "stages": reports,
+        "secs": began.elapsed().as_secs_f64(),
+    });
+    let (recipe, into) = (request.recipe.display(), request.into.display());
+    Ok(Done::new("replay", json)
+        .lines(left_out.iter().map(|what| format!("left out {what}")))
+        .line(format!(
+            "replayed {recipe} into {into}: {ran} of {} stages ran, in {}",
+            reports.len(),
+            secs(began.elapsed())
+        ))
+        .next(format!("overcoat -C {into} status"))
+        .next(format!("overcoat -C {into} export character.glb")))
+}
+
+fn many(batch: Batch, context: &Context) -> anyhow::Result<Done> {
+    let began = Instant::now();
+    let told = context.console.verbosity > Verbosity::Quiet;
+    let runs = replay_all(&batch, &|run| {
+        if told {
+            print_aside(&format!("{:<16} {:>8}  {}", run.name, secs(run.took), result_of(run)));
+        }
+    })?;
+    let failed = runs.iter().filter(|run| run.outcome.is_err()).count();
+    let json = json!({
+        "into": batch.into.display().to_string(),
+        "recipe": batch.recipe.display().to_string(),
+        "subjects": runs.iter().map(as_json).collect::<Vec<_>>(),
+        "failed": failed,
+        "secs": began.elapsed().as_secs_f64(),
+    });
+    let mut done = Done::new("replay", json).lines(table(&runs)).line(format!(
+        "{} of {} people dressed in {}; all measures are in {}",
+        runs.len() - failed,
+        runs.len(),
+        secs(began.elapsed()),
+        batch.into.join("summary.csv").display()
+    ));
+    if let Some(first) = runs.iter().find(|run| run.outcome.is_err()) {
+        let what = format!(
+            "{failed} of {} people could not be dressed; the first: {}: {}",
+            runs.len(),
+            first.name,
+            result_of(first)
+        );
+        done = done.failed(what, "mend what is told, and run the same command again: it goes on with what is missing");
+    }
+    Ok(done)
+}
+
+fn result_of(run: &SubjectRun) -> String {
+    match &run.outcome {
+        Ok(replayed) if replayed.left_out.is_empty() => "ok".into(),
+        Ok(replayed) => format!("ok, left out {}", replayed.left_out.join("; ")),
+        Err(sentence) => sentence.clone(),
+    }
+}
+
+/// What a column shows: its head, the measure of any stage, and which of several values.
+const COLUMNS: [(&str, &str, &str, Pick); 5] = [
+    ("body mm", "register", "residual_mean_mm", Pick::Most),
+    ("outside %", "pose", "outside_percent", Pick::Most),
+    ("hems", "cut", "hem_loops", Pick::Sum),
+    ("inside", "stack", "inside_after", Pick::Sum),
+    ("crossing", "stack", "intersecting_pairs", Pick::Sum),
+];
+
+#[derive(Clone, Copy)]
+enum Pick {
+    Most,
+    Sum,
+}
+
+fn table(runs: &[SubjectRun]) -> Vec<String> {
+    let heads: String = COLUMNS.iter().map(|(head, ..)| format!(" {head:>10}")).collect();
+    let head = format!("{:<16} {:>8}{heads}  result", "subject", "time");
+    std::iter::once(head).chain(runs.iter().map(row)).collect()
+}
+
+fn row(run: &SubjectRun) -> String {
+    let reports = run.outcome.as_ref().map(|r| r.reports.as_slice()).unwrap_or_default();
+    let cell = |(_, stage, measure, pick): &(&str, &str, &str, Pick)| {
+        let of_stage = reports.iter().filter(|r| r.stage.to_string() == *stage);
+        let values: Vec<f64> = of_stage.filter_map(|r| r.measures.get(*measure).copied()).collect();
+        let value = match (values.is_empty(), pick) {
+            (true, _) => return format!(" {:>10}", "-"),
+            (false, Pick::Most) => values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            (false, Pick::Sum) => values.iter().sum(),
+        };
+        if value.fract() == 0.0 { format!(" {value:>10.0}") } else { format!(" {value:>10.2}") }
+    };
+    let cells: String = COLUMNS.iter().map(cell).collect();
+    format!("{:<16} {:>8}{cells}  {}", run.name, secs(run.took), result_of(run))
+}
+
+fn as_json(run: &SubjectRun) -> Value {
+    let secs = |took: Duration| took.as_secs_f64();
+    match &run.outcome {
+        Ok(replayed) => json!({
+            "name": run.name, "ok": true, "secs": secs(run.took),
+            "ran": replayed.reports.iter().filter(|r| r.ran).count(),
+            "left_out": replayed.left_out, "stages": replayed.reports,
+        }),
+        Err(sentence) => json!({ "name": run.name, "ok": false, "secs": secs(run.took), "error": sentence }),
+    }
+}
