@@ -9,7 +9,28 @@ use serde_json::Value;
 fn help_names_every_command_and_succeeds() {
     let dir = tempfile::tempdir().unwrap();
     let help = overcoat_ok(dir.path(), &["--help"]).stdout;
-    for command in ["demo", "new", "scan", "build", "mask", "status", "export", "view", "measure", "templates"] {
+    for command in [
+        "demo",
+        "new",
+        "scan",
+        "build",
+        "mask",
+        "status",
+        "export",
+        "view",
+        "measure",
+        "templates",
+        "fit",
+        "segment",
+        "stack",
+        "weigh",
+        "undo",
+        "redo",
+        "log",
+        "branch",
+        "replay",
+        "fsck",
+    ] {
         assert!(help.contains(&format!("\n  {command} ")), "{command} is not in\n{help}");
         let own = overcoat_ok(dir.path(), &[command, "--help"]).stdout;
         assert!(own.contains("Usage: overcoat"), "{own}");

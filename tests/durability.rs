@@ -79,7 +79,7 @@ fn reference(dir: &Path) -> Reference {
         led_to.push(points(&session)[before..].to_vec());
     }
     let files = results(&session);
-    assert_eq!(files.len(), 2 + 11);
+    assert!(files.len() > 2 + 10, "recipe, state, and what each stage made");
     Reference { took, led_to, files }
 }
 
@@ -220,6 +220,7 @@ fn every_damaged_artefact_is_named_and_made_again() {
     overcoat_ok(&session, &["stack", "tshirt", "--clearance", "0.003"]);
     overcoat_ok(&session, &["build"]);
     let before = fingerprint(&session);
+    let now = results(&session);
     let named: Vec<&PathBuf> = before.keys().filter(|f| f.starts_with("artefacts")).collect();
     for (i, file) in named.iter().enumerate() {
         let path = session.join(file);
@@ -231,7 +232,12 @@ fn every_damaged_artefact_is_named_and_made_again() {
     }
     let check = overcoat(&session, &["fsck", "--check", "--json"]);
     assert_eq!(check.code, 1);
-    assert_eq!(check.json()["damages"].as_array().unwrap().len(), named.len());
+    let told: BTreeSet<PathBuf> =
+        check.json()["damages"].as_array().unwrap().iter().map(|d| d["file"].as_str().unwrap().into()).collect();
+    // Of what only lost texts of the past named, a missing file leaves no trace.
+    let must = now.keys().chain(named.iter().copied().filter(|f| session.join(f).exists()));
+    let untold: Vec<&PathBuf> = must.filter(|f| f.starts_with("artefacts") && !told.contains(*f)).collect();
+    assert!(untold.is_empty(), "{untold:?}");
     let report = overcoat(&session, &["fsck", "--json"]);
     let report_json = report.json();
     // What can be made again: the scans' copies, the texts of now, and every result of now.
@@ -241,8 +247,7 @@ fn every_damaged_artefact_is_named_and_made_again() {
     assert!(not.iter().all(|what| what.contains(" after change ")), "only texts of the past are lost: {not:#?}");
     let status = overcoat_ok(&session, &["status", "--json"]).json();
     assert_eq!(status["up_to_date"], true, "{status}");
-    let after = results(&session);
-    assert!(after.iter().all(|(file, hash)| before[file] == *hash), "the very bytes");
+    assert!(results(&session) == now, "the very bytes");
     let again = overcoat(&session, &["fsck", "--check", "--json"]).json();
     assert!(again["damages"].as_array().unwrap().len() <= not.len(), "{again}");
     overcoat_ok(&session, &["export", "layers/"]);

@@ -7,7 +7,9 @@ use crate::body::{BodyModel, JOINT_NAMES, joint_by_any_name};
 use crate::formats::{FormatError, MeshKind, Npz, NpzCompression, RawMesh, read_mesh, read_npz, write_npz};
 use crate::geometry::{Point, TriMesh};
 use crate::scan::{ScanParams, Unit, Up, clean};
-use crate::train::{GivenJoints, Rig, Step, Subjects, TrainError, TrainParams, Trained, registered_bodies, split, train};
+use crate::train::{
+    GivenJoints, Rig, Step, Subjects, TrainError, TrainParams, Trained, registered_bodies, split, train,
+};
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
@@ -48,9 +50,12 @@ pub fn build_body(asked: &BuildBody, on_step: &mut dyn FnMut(&Step)) -> Result<B
         return Err(no_inputs(&asked.inputs));
     }
     let failed = |e: TrainError| SessionError::bad_source(&common_name(&asked.inputs), e);
-    let (subjects, rig, params, findings) =
-        if asked.register { from_scans(bodies, &template, asked, on_step) } else { from_meshes(bodies, &template, asked) }
-            .map_err(failed)?;
+    let (subjects, rig, params, findings) = if asked.register {
+        from_scans(bodies, &template, asked, on_step)
+    } else {
+        from_meshes(bodies, &template, asked)
+    }
+    .map_err(failed)?;
     let trained = train(&subjects, &rig, &params, on_step).map_err(failed)?;
     Ok(BuiltBody { trained, findings })
 }
@@ -66,7 +71,8 @@ impl BuiltBody {
 pub(super) fn write_model(model: &BodyModel, path: &Path) -> Result<(), SessionError> {
     let npz = model.to_npz().map_err(|e| SessionError::bad_source(path, e))?;
     let mut bytes = Vec::new();
-    write_npz(&npz, NpzCompression::Deflated, &mut Cursor::new(&mut bytes)).map_err(|e| SessionError::bad_source(path, e))?;
+    write_npz(&npz, NpzCompression::Deflated, &mut Cursor::new(&mut bytes))
+        .map_err(|e| SessionError::bad_source(path, e))?;
     write(path, |out| {
         use std::io::Write;
         out.write_all(&bytes).map_err(|source| FormatError::Io { format: crate::formats::Format::Npz, source })
@@ -81,8 +87,7 @@ fn from_meshes(bodies: Bodies, template: &BodyModel, asked: &BuildBody) -> Resul
     let meshes = meshes_of(&bodies.meshes)?;
     let subjects = Subjects::try_new(&meshes, bodies.joints)?;
     let (name, first) = &bodies.meshes[0];
-    let params =
-        ScanParams { unit: asked.unit, up: asked.up, faces: usize::MAX, smoothing_passes: 0 };
+    let params = ScanParams { unit: asked.unit, up: asked.up, faces: usize::MAX, smoothing_passes: 0 };
     let frame = clean(first, &params, &mut |_| {})
         .map_err(|e| TrainError::NotAScan { name: name.clone(), source: Box::new(e) })?;
     findings.extend(frame.findings.iter().cloned());
@@ -210,10 +215,9 @@ impl Bodies {
             .chunks(3 * joints)
             .map(|row| places.iter().map(|j| Point::new(row[3 * j], row[3 * j + 1], row[3 * j + 2])).collect())
             .collect::<Vec<Vec<Point>>>();
-        let given = self.joints.get_or_insert_with(|| GivenJoints {
-            names: JOINT_NAMES.map(String::from).to_vec(),
-            of_body: Vec::new(),
-        });
+        let given = self
+            .joints
+            .get_or_insert_with(|| GivenJoints { names: JOINT_NAMES.map(String::from).to_vec(), of_body: Vec::new() });
         given.of_body.extend(of_body);
         Ok(())
     }

@@ -54,15 +54,18 @@ pub fn show_body(asked: &ShowBody) -> Result<ShownBody, SessionError> {
     for word in &asked.pose {
         apply(word, &model, &mut pose)?;
     }
-    let name = asked.model.as_ref().and_then(|p| p.file_name()).map_or("the embedded body".into(), |n| {
-        n.to_string_lossy().into_owned()
-    });
+    let name = asked
+        .model
+        .as_ref()
+        .and_then(|p| p.file_name())
+        .map_or("the embedded body".into(), |n| n.to_string_lossy().into_owned());
     Ok(ShownBody { model, shape, pose, name, one: !asked.shape.is_empty() || !asked.pose.is_empty() })
 }
 
 fn apply(word: &str, model: &BodyModel, pose: &mut Pose) -> Result<(), SessionError> {
     if let Some((joint, angles)) = word.split_once('=') {
-        let degrees: Option<Vec<f64>> = angles.split(',').map(|a| a.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
+        let degrees: Option<Vec<f64>> =
+            angles.split(',').map(|a| a.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
         let Some(j) = model.skeleton.find(joint) else {
             return Err(SessionError::BadRequest {
                 what: format!("the model has no joint '{joint}'"),
@@ -178,9 +181,7 @@ impl ShownBody {
             recording.log_body(&Part::solid(&mesh, layer_color(0))).map_err(failed)?;
             let skeleton = self.model.shaped(shape).1;
             let parents: Vec<Option<usize>> = skeleton.parents.iter().map(|p| p.map(|p| p.index())).collect();
-            recording
-                .log_skeleton(&skeleton.joints_in_world(pose), &skeleton.names, &parents)
-                .map_err(failed)?;
+            recording.log_skeleton(&skeleton.joints_in_world(pose), &skeleton.names, &parents).map_err(failed)?;
             recording.log_notes(name).map_err(failed)?;
         }
         write(path, |out| recording.finish(out))
@@ -231,9 +232,10 @@ impl MeshRow {
     }
 
     fn drawn(&self) -> SheetRow<'_> {
-        let cells = self.cells.iter().map(|(caption, mesh, facing)| {
-            Cell::new(caption, &[Part::solid(mesh, layer_color(0))], *facing)
-        });
+        let cells = self
+            .cells
+            .iter()
+            .map(|(caption, mesh, facing)| Cell::new(caption, &[Part::solid(mesh, layer_color(0))], *facing));
         SheetRow { title: self.title.clone(), notes: Vec::new(), cells: cells.collect(), ramp: None }
     }
 }

@@ -96,7 +96,7 @@ pub(super) fn reasons(record: &StageRecord, stage: Stage, inputs: &Value) -> Vec
             "masks" => found.push(Reason::of(Cause::Masks)),
             "model" => found.push(Reason::of(Cause::BodyModel)),
             "loops" => found.push(Reason::named(Cause::Kind, "hems", old, new)),
-            key => found.push(Reason::named(Cause::Upstream, upstream(key), &Value::Null, &Value::Null)),
+            key => found.push(Reason::named(Cause::Upstream, upstream(key, stage), &Value::Null, &Value::Null)),
         }
     }
     found.dedup();
@@ -131,8 +131,9 @@ fn kind(old: &Value, new: &Value) -> Vec<Reason> {
 }
 
 /// The stage that a name among the inputs stands for.
-fn upstream(key: &str) -> &str {
+fn upstream(key: &str, stage: Stage) -> &str {
     match key {
+        "figure" if stage == Stage::Press => "figure",
         "fitted" => "fit",
         "registered" => "register",
         "figure" => "the step before",
