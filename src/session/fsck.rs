@@ -100,8 +100,11 @@ fn take_lock(dir: &Path) -> Result<Lock, SessionError> {
     Lock::take(dir)
 }
 
-/// The changes that can be read and follow from each other, and the first line that cannot, with its reason.
-fn readable(dir: &Path) -> Result<(Vec<Change>, Option<(usize, String)>), SessionError> {
+/// A line of the journal, counted from 1, and what is wrong with it.
+type BadLine = (usize, String);
+
+/// The changes that can be read and follow from each other, and the first line that cannot.
+fn readable(dir: &Path) -> Result<(Vec<Change>, Option<BadLine>), SessionError> {
     let mut journal = journal::read(dir)?;
     let broken = journal.broken.map(|b| (b.line, b.reason));
     match History::of(&journal.changes) {

@@ -73,9 +73,10 @@ fn prepare(replay: &Replay) -> Result<Prepared, SessionError> {
         // Where only the copy is left, its name is all that can be told.
         let file = file.canonicalize().unwrap_or_else(|_| PathBuf::from(file.file_name().unwrap_or_default()));
         let text = file.to_str().ok_or_else(|| SessionError::PathNotText { path: file.clone() })?;
-        let hash = Some(ContentHash::of(&bytes));
+        let mut found = source.clone();
+        (found.file, found.hash) = (text.to_string(), Some(ContentHash::of(&bytes)));
         contents.push(bytes);
-        Ok(SourceFile { file: text.to_string(), hash, ..source.clone() })
+        Ok(found)
     };
     if let Some(body) = &mut recipe.body {
         *body = read(body)?;

@@ -50,13 +50,16 @@ impl fmt::Display for Judged {
     }
 }
 
-const fn at_most(most: f64) -> (f64, f64) {
+/// From and to, both included.
+type Limits = (f64, f64);
+
+const fn at_most(most: f64) -> Limits {
     (0.0, most)
 }
 
 /// Measure, what it must be, what it should be. The limits are those that results are held to where the truth is known,
 /// for people whom our model did not make; the scan, which lies about 1 mm from the truth, stands in for it here.
-const LIMITS: [(Stage, &str, (f64, f64), (f64, f64)); 6] = [
+const LIMITS: [(Stage, &str, Limits, Limits); 6] = [
     // A model of 15 components leaves about 5 mm on a body of another family.
     (Stage::Fit, "residual_mean_mm", at_most(15.0), at_most(8.0)),
     // Depth cameras leave 0.7 to 1.3 mm of noise.
@@ -89,7 +92,7 @@ pub(super) fn judge(step: &StepRecipe, report: &StageReport) -> Vec<Judged> {
     judged.collect()
 }
 
-fn hem_loops(step: &StepRecipe) -> Option<((f64, f64), (f64, f64))> {
+fn hem_loops(step: &StepRecipe) -> Option<(Limits, Limits)> {
     let loops = garment_kind::of_step(step).ok()?.template.expected_loops();
     let expected = (*loops.start() as f64, *loops.end() as f64);
     Some((expected, expected))
