@@ -4,6 +4,7 @@ mod common;
 
 use common::{fingerprint, overcoat, overcoat_ok, quick_session, ran};
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 fn recipe(session: &Path) -> String {
     std::fs::read_to_string(session.join("recipe.toml")).unwrap()
@@ -110,4 +111,29 @@ fn what_changed_in_the_recipe_by_hand_is_named_as_the_reason() {
     let line = 1 + recipe(&session).lines().position(|l| l.starts_with("speed")).unwrap();
     assert!(unknown.stderr.contains(&format!("recipe.toml, line {line}: the stage ")), "{unknown:?}");
     assert!(unknown.stderr.contains("has no parameter 'speed'"), "{unknown:?}");
+}
+
+#[test]
+fn a_build_with_nothing_to_do_takes_no_time() {
+    /// What a person does not notice; a build that loads what it has made takes twenty times as long.
+    const LIMIT: Duration = Duration::from_millis(50);
+    let dir = tempfile::tempdir().unwrap();
+    let session = quick_session(dir.path(), "alice");
+    overcoat_ok(&session, &["build"]);
+    // A history such as a long day leaves.
+    for i in 0..100 {
+        overcoat_ok(&session, &["branch", if i % 2 == 0 { "other" } else { "main" }]);
+    }
+    let time = |args: &[&str]| {
+        let once = |_| {
+            let began = Instant::now();
+            overcoat_ok(&session, args);
+            began.elapsed()
+        };
+        // The least of many: what else the machine does only ever adds.
+        (0..30).map(once).min().unwrap()
+    };
+    let (bare, build) = (time(&["--version"]), time(&["build"]));
+    println!("a build with nothing to do: {build:?}; a program that only starts: {bare:?}");
+    assert!(build < LIMIT, "{build:?}");
 }

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 pub struct Assignment {
     /// `STEP` or `STEP.scan` for its scan, `STEP.until`, `STEP.stack.clearance` …, `body_model`.
     pub key: String,
-    /// As typed. Paths are seen from the folder that [`apply`] is given.
+    /// As typed.
     pub value: String,
 }
 

@@ -316,7 +316,7 @@ impl SessionError {
             Self::PathNotText { .. } => "rename the file or its folder".into(),
             Self::BadFile { hint, .. } => hint.clone(),
             Self::NewerSession { .. } => "use the version of Overcoat that wrote it, or a newer one".into(),
-            Self::DamagedArtefact { .. } => "run `overcoat build --force`: it makes everything again from the scans".into(),
+            Self::DamagedArtefact { .. } => "run `overcoat fsck`: it makes again from the recipe what is damaged or missing".into(),
             Self::Encoding { .. } => return None,
             Self::BadName { .. } => "use letters, digits, - and _, at most 64 bytes; body, joints, labels and weights are taken".into(),
             Self::DuplicateStep { name } => {

@@ -4,7 +4,9 @@
 //! recipe.toml  ->  walk through the stages  ->  artefacts/<hash>, session.json, timings.json
 //! ```
 //! One file a stage: load, call, save. A change is durable as soon as its line is in `journal.jsonl`; the recipe and
-//! the state that it names are artefacts too, so that every earlier state can be had again.
+//! the state that it names are artefacts too, so that every earlier state can be had again: by `undo`, `redo` and
+//! `branch`, which are lines like any other, and read in `history`. `fsck` makes again what was lost; `replay` makes all
+//! of it elsewhere.
 
 mod add_scan;
 mod assignment;

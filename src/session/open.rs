@@ -60,7 +60,7 @@ fn read_text(path: &Path) -> Result<Option<String>, SessionError> {
                 path: path.to_path_buf(),
                 line: Some(line),
                 reason: "it is not text".into(),
-                hint: "the file was overwritten or damaged; put back the one you kept".into(),
+                hint: "the file was overwritten or damaged; put back the one you kept, or delete it: a session knows what stood there last".into(),
             }
         }),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),

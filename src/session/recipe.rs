@@ -165,11 +165,13 @@ impl Recipe {
 
     /// Reads the file's text; `path` is for messages.
     pub(super) fn parse(text: &str, path: &Path) -> Result<Self, SessionError> {
-        let bad = |line, reason: String| SessionError::BadFile {
+        let bad = |line, reason: String| {
+            SessionError::BadFile {
             path: path.to_path_buf(),
             line,
             reason,
-            hint: "mend that line by hand; `overcoat templates` and the README name what may stand there".into(),
+            hint: "mend that line by hand (`overcoat templates`, `overcoat fit --help` and the README name what may stand there), or delete the file: a session knows what stood there last".into(),
+        }
         };
         /// Only the version, so that a newer file is recognised before its keys are not.
         #[derive(Deserialize)]
