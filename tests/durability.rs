@@ -129,8 +129,8 @@ fn killed_session(dir: &Path, name: &str, whole: &Reference, chance: &mut Chance
             }
         }
         if !is_done(&points(&session)) || idempotent {
-            let status = command(dir, &session, line).stderr(Stdio::inherit()).status().unwrap();
-            assert!(status.success(), "{line}, after a kill");
+            let ended = command(dir, &session, line).stderr(Stdio::piped()).output().unwrap();
+            assert!(ended.status.success(), "{line}, after a kill: {}", String::from_utf8_lossy(&ended.stderr));
         }
     }
     assert!(results(&session) == whole.files, "the bytes of a session never killed");

@@ -135,5 +135,6 @@ fn a_build_with_nothing_to_do_takes_no_time() {
     };
     let (bare, build) = (time(&["--version"]), time(&["build"]));
     println!("a build with nothing to do: {build:?}; a program that only starts: {bare:?}");
-    assert!(build < LIMIT, "{build:?}");
+    // Where the machine is so busy that a program takes long to start, this one may too.
+    assert!(build < LIMIT.max(bare * 5), "{build:?}, a bare start {bare:?}");
 }
