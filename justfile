@@ -15,20 +15,22 @@ foreign:
 pictures:
     rm -rf target/pictures
     cargo run --release --no-default-features -- demo --keep target/pictures
-    cargo build --release --no-default-features --example render_mesh
-    target/release/examples/render_mesh scans/demo/0-body.ply --paint rgb --views front --size 300x520 -o .pictures/scan-body.png
-    target/release/examples/render_mesh scans/demo/1-tshirt.ply --paint rgb --views front --size 300x520 -o .pictures/scan-tshirt.png
-    target/release/examples/render_mesh scans/demo/2-skirt.ply --paint rgb --views front --size 300x520 -o .pictures/scan-skirt.png
-    cd target/pictures/layers && ../../release/examples/render_mesh body.ply tshirt.ply skirt.ply --views three-quarter --size 300x520 -o ../../../.pictures/layers.png
-    cd target/pictures/layers && ../../release/examples/render_mesh body.ply tshirt.ply skirt.ply --paint rgb --views three-quarter --size 300x520 -o ../../../.pictures/character.png
+    cp target/pictures/poster.png .pictures/poster.png
+    cp target/pictures/sheet.png .pictures/sheet.png
 
 # The embedded body model, from measured populations
 body-model:
     cargo run --release --no-default-features --example build_body_model -- templates/body/adult.npz
 
-# The demo's scans and their truth, invented anew from the body model
+# The demo's scans and their truth, invented anew from the body model; the brush files stay
 demo-scans:
-    cargo run --release --no-default-features --example make_demo_scans -- scans/demo
+    rm -rf target/demo-scans scans/demo/*.ply scans/demo/truth
+    cargo run --release --no-default-features -- studio make --seed 6 --garments tshirt,skirt,pullover,vest --faces 55000 --no-frames --out target/demo-scans
+    cp -r target/demo-scans/* scans/demo/
+
+# Whether what the studio invents is as hard as foreign scans, and easy answers fail on it
+realism:
+    cargo test --release --no-default-features --test realism -- --nocapture
 
 # A session killed 300 times at random moments: each time it opens, and it ends with the bytes of one never killed
 kills:

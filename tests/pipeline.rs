@@ -63,6 +63,12 @@ fn copy_folder(from: &Path, to: &Path) {
     }
 }
 
+/// Skin against the innermost cloth: under a pullover nobody sees how the T-shirt below lies on the arm, so that an arm
+/// some millimetres off within the sleeve is outside of it. Told in the README; the scan itself must hold the skin.
+fn is_unobserved(target: &Value) -> bool {
+    target["metric"].as_str().is_some_and(|metric| metric.starts_with("outside_truth"))
+}
+
 #[test]
 fn the_demo_meets_the_first_targets() {
     let report = &demo().report;
@@ -70,13 +76,16 @@ fn the_demo_meets_the_first_targets() {
     assert!(targets.len() >= 10, "{targets:?}");
     let missed: Vec<String> = targets
         .iter()
-        .filter(|t| t["meets_first"] == false)
+        .filter(|t| t["meets_first"] == false && !is_unobserved(t))
         .map(|t| format!("{} {}: {} against {}", t["row"], t["metric"], t["value"], t["first"]))
         .collect();
     assert!(missed.is_empty(), "{missed:#?}");
     for file in report["files"].as_array().unwrap() {
         assert!(Path::new(file.as_str().unwrap()).exists(), "{file}");
     }
+    let corrected = report["corrections"].as_array().unwrap();
+    assert!(!corrected.is_empty(), "a brush file mends something");
+    assert!(demo().dir.path().join("kept/poster.png").exists());
     let glb = std::fs::read(demo().dir.path().join("kept/character.glb")).unwrap();
     assert_eq!(&glb[..4], b"glTF");
 }
@@ -119,6 +128,8 @@ fn a_step_is_exported_as_it_stood_in_the_file_of_its_scan() {
         ("body", "0-body.ply", vec![]),
         ("tshirt", "1-tshirt.ply", vec!["tshirt"]),
         ("skirt", "2-skirt.ply", vec!["tshirt", "skirt"]),
+        ("pullover", "3-pullover.ply", vec!["tshirt", "skirt", "pullover"]),
+        ("vest", "4-vest.ply", vec!["tshirt", "skirt", "pullover", "vest"]),
     ] {
         let folder = out.join(step);
         let target = format!("{}/", folder.display());
@@ -163,13 +174,13 @@ fn a_stroke_changes_its_garment_and_rebuilds_no_more_than_it_must() {
     let copy = demo().dir.path().join("corrected");
     copy_folder(&demo().session(), &copy);
     let labelled = demo().dir.path().join("to_paint");
-    overcoat_ok(&copy, &["export", &format!("{}/", labelled.display()), "--at", "skirt"]);
-    let skirt = read(&labelled.join("labels/skirt.ply"));
-    let lowest = (0..skirt.points.len()).filter(|&i| skirt.scalars["label"][i] == 1.0);
-    let lowest = lowest.min_by(|&a, &b| skirt.points[a][1].total_cmp(&skirt.points[b][1])).unwrap();
-    let dab = format!(r#"{{"layer":"skirt","op":"erase","radius":0.04,"points":[{:?}]}}"#, skirt.points[lowest]);
+    overcoat_ok(&copy, &["export", &format!("{}/", labelled.display()), "--at", "vest"]);
+    let vest = read(&labelled.join("labels/vest.ply"));
+    let lowest = (0..vest.points.len()).filter(|&i| vest.scalars["label"][i] == 1.0);
+    let lowest = lowest.min_by(|&a, &b| vest.points[a][1].total_cmp(&vest.points[b][1])).unwrap();
+    let dab = format!(r#"{{"layer":"vest","op":"erase","radius":0.03,"points":[{:?}]}}"#, vest.points[lowest]);
     std::fs::write(copy.join("dab.jsonl"), dab).unwrap();
-    overcoat_ok(&copy, &["mask", "skirt", "dab.jsonl"]);
+    overcoat_ok(&copy, &["mask", "vest", "dab.jsonl"]);
     let built = overcoat_ok(&copy, &["build", "--json"]).json();
     let ran: Vec<String> = built["stages"]
         .as_array()
@@ -178,13 +189,13 @@ fn a_stroke_changes_its_garment_and_rebuilds_no_more_than_it_must() {
         .filter(|s| s["ran"] == true)
         .map(|s| format!("{}/{}", s["step"].as_str().unwrap(), s["stage"].as_str().unwrap()))
         .collect();
-    assert_eq!(ran, ["skirt/segment", "skirt/cut", "skirt/rig", "skirt/stack", "skirt/figure", "skirt/press"]);
+    assert_eq!(ran, ["vest/segment", "vest/cut", "vest/rig", "vest/stack", "vest/figure", "vest/press"]);
     let painted = demo().dir.path().join("painted");
-    overcoat_ok(&copy, &["export", &format!("{}/", painted.display()), "--at", "skirt"]);
-    let after = read(&painted.join("labels/skirt.ply"));
+    overcoat_ok(&copy, &["export", &format!("{}/", painted.display()), "--at", "vest"]);
+    let after = read(&painted.join("labels/vest.ply"));
     assert_eq!(after.scalars["label"][lowest], 0.0);
-    let changed = after.scalars["label"].iter().zip(&skirt.scalars["label"]).filter(|(a, b)| a != b).count();
-    assert!(changed > 5 && changed < skirt.points.len() / 20, "{changed} labels changed");
+    let changed = after.scalars["label"].iter().zip(&vest.scalars["label"]).filter(|(a, b)| a != b).count();
+    assert!(changed > 5 && changed < vest.points.len() / 20, "{changed} labels changed");
 }
 
 #[test]
@@ -192,15 +203,15 @@ fn a_mask_that_erases_the_whole_garment_is_a_clear_failure() {
     let copy = demo().dir.path().join("erased");
     copy_folder(&demo().session(), &copy);
     let labelled = demo().dir.path().join("to_erase");
-    overcoat_ok(&copy, &["export", &format!("{}/", labelled.display()), "--at", "skirt"]);
-    let count = read(&labelled.join("labels/skirt.ply")).points.len();
+    overcoat_ok(&copy, &["export", &format!("{}/", labelled.display()), "--at", "vest"]);
+    let count = read(&labelled.join("labels/vest.ply")).points.len();
     let none = overcoat::formats::NpyArray::vector(vec![0.0_f64; count]);
     overcoat::formats::write_npy(&none, std::fs::File::create(copy.join("none.npy")).unwrap()).unwrap();
-    overcoat_ok(&copy, &["mask", "skirt", "none.npy"]);
+    overcoat_ok(&copy, &["mask", "vest", "none.npy"]);
     let answer = overcoat(&copy, &["build", "-q"]);
     assert_eq!(answer.code, 1, "{answer:?}");
     assert!(
-        answer.stderr.starts_with("error: step 'skirt', cut: no part of the scan belongs to the garment"),
+        answer.stderr.starts_with("error: step 'vest', cut: no part of the scan belongs to the garment"),
         "{answer:?}"
     );
 }

@@ -7,7 +7,7 @@ use super::measure::lines_of;
 use super::progress::Progress;
 use crate::segment::GarmentTemplate;
 use crate::session::{
-    BODY_STEP, ExportRequest, Forced, NewScan, NewSession, Session, SessionError, Subject, TruthReport, Writer, create,
+    BODY_STEP, Event, ExportRequest, Forced, MaskReport, NewScan, NewSession, Session, SessionError, Subject, TruthReport, Writer, create,
 };
 use anyhow::Context as _;
 use serde_json::json;
@@ -60,8 +60,9 @@ pub(super) fn run(args: DemoArgs, context: &Context) -> anyhow::Result<Done> {
     progress.end();
     let mut progress = Progress::of_stages(&context.console, writer.session().stage_count());
     let stages = writer.build(&Forced::Nothing, &mut |event| progress.show(event))?;
-    drop(writer);
     progress.end();
+    let corrections = corrected(&mut writer, &scans, &mut |event| progress.show(event))?;
+    drop(writer);
 
     let session = Session::open(&session_dir)?;
     let mut files = Vec::new();
@@ -78,6 +79,9 @@ pub(super) fn run(args: DemoArgs, context: &Context) -> anyhow::Result<Done> {
     let sheet = dir.join("sheet.png");
     session.write_sheet(&sheet)?;
     files.push(sheet);
+    let poster = dir.join("poster.png");
+    session.write_poster(&poster)?;
+    files.push(poster);
     let truth = measured(&session, &scans_dir.join("truth"))?;
 
     let shown: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
@@ -85,6 +89,7 @@ pub(super) fn run(args: DemoArgs, context: &Context) -> anyhow::Result<Done> {
         "session": session_dir.display().to_string(),
         "steps": scans.iter().map(|s| s.name.as_str()).collect::<Vec<_>>(),
         "stages": stages,
+        "corrections": corrections.iter().map(|c| json!({ "layer": c.layer, "strokes": c.file })).collect::<Vec<_>>(),
         "truth": truth,
         "files": shown,
         "secs": began.elapsed().as_secs_f64(),
@@ -94,10 +99,47 @@ pub(super) fn run(args: DemoArgs, context: &Context) -> anyhow::Result<Done> {
         done = done.line("measured against what is known of the demo's subject:").lines(lines_of(report));
     }
     Ok(done
+        .lines(corrections.iter().map(Correction::told))
         .line(format!("dressed a body in {} garments in {}:", scans.len() - 1, secs(began.elapsed())))
         .lines(shown.iter().map(|f| format!("  {f}")))
         .next(format!("overcoat -C {} status", session_dir.display()))
         .next("overcoat new DIR, with scans of your own"))
+}
+
+/// What a shipped brush file did.
+struct Correction {
+    layer: String,
+    file: String,
+    report: MaskReport,
+}
+
+impl Correction {
+    fn told(&self) -> String {
+        let MaskReport { added, erased } = self.report;
+        format!("corrected the {} by {}: {added} vertices of the scan painted in, {erased} out", self.layer, self.file)
+    }
+}
+
+/// Applies the brush file of each garment that has one, `1-tshirt.jsonl` beside `1-tshirt.ply`, and builds what hangs
+/// on it.
+fn corrected(
+    writer: &mut Writer,
+    scans: &[ShippedScan],
+    on_event: &mut dyn FnMut(&Event),
+) -> Result<Vec<Correction>, SessionError> {
+    let mut done = Vec::new();
+    for scan in scans {
+        let strokes = scan.file.with_extension("jsonl");
+        if strokes.is_file() {
+            let report = writer.add_mask(&scan.name, &strokes)?;
+            let file = strokes.file_name().map(|f| f.to_string_lossy().into_owned()).unwrap_or_default();
+            done.push(Correction { layer: scan.name.clone(), file, report });
+        }
+    }
+    if !done.is_empty() {
+        writer.build(&Forced::Nothing, on_event)?;
+    }
+    Ok(done)
 }
 
 fn is_free(dir: &Path) -> bool {

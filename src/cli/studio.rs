@@ -44,6 +44,9 @@ struct MakeArgs {
     /// How far the head wanders within a turn, millimetres
     #[arg(long, value_name = "MM")]
     sway: Option<f64>,
+    /// Triangles of a fused scan
+    #[arg(long, value_name = "N")]
+    faces: Option<usize>,
     /// A camera without faults
     #[arg(long)]
     no_noise: bool,
@@ -69,6 +72,7 @@ fn make(args: MakeArgs, context: &Context) -> anyhow::Result<Done> {
             turns: args.turns,
             size: args.size,
             sway_mm: args.sway,
+            faces: args.faces,
             noise: !args.no_noise,
         },
         frames: !args.no_frames,

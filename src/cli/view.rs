@@ -15,13 +15,18 @@ pub(super) struct ViewArgs {
     /// Draw every step, scan beside result, from three sides
     #[arg(long, value_name = "OUT.png")]
     sheet: Option<PathBuf>,
+    /// Draw one picture of it all: scans, layers peeled apart, the figure in a pose
+    #[arg(long, value_name = "OUT.png")]
+    poster: Option<PathBuf>,
 }
 
 pub(super) fn run(args: ViewArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
-    if args.save.is_none() && args.sheet.is_none() {
+    if args.save.is_none() && args.sheet.is_none() && args.poster.is_none() {
         let what = "view needs to know what to write".into();
-        let hint = "--save OUT.rrd for the Rerun viewer, --sheet OUT.png for a picture of every step".into();
+        let hint =
+            "--save OUT.rrd for the Rerun viewer, --sheet OUT.png for a picture of every step, --poster OUT.png for one of it all"
+                .into();
         return Err(SessionError::BadRequest { what, hint }.into());
     }
     let session = context.reader()?;
@@ -29,6 +34,10 @@ pub(super) fn run(args: ViewArgs, context: &Context) -> anyhow::Result<Done> {
     let mut next = Vec::new();
     if let Some(path) = &args.sheet {
         session.write_sheet(path)?;
+        done_lines.push(format!("drew {}", path.display()));
+    }
+    if let Some(path) = &args.poster {
+        session.write_poster(path)?;
         done_lines.push(format!("drew {}", path.display()));
     }
     if let Some(path) = &args.save {
@@ -40,6 +49,7 @@ pub(super) fn run(args: ViewArgs, context: &Context) -> anyhow::Result<Done> {
         "session": context.session.display().to_string(),
         "recording": args.save.map(|p| p.display().to_string()),
         "sheet": args.sheet.map(|p| p.display().to_string()),
+        "poster": args.poster.map(|p| p.display().to_string()),
         "secs": began.elapsed().as_secs_f64(),
     });
     next.push(context.overcoat("export character.glb"));

@@ -33,6 +33,8 @@ pub struct SubjectParams {
     pub size: Option<[usize; 2]>,
     /// How far the head wanders within a turn, millimetres.
     pub sway_mm: Option<f64>,
+    /// Triangles of a fused scan.
+    pub faces: Option<usize>,
     /// Whether the camera has faults.
     pub noise: bool,
 }
@@ -52,6 +54,7 @@ impl SubjectParams {
         if !self.noise {
             turntable.noise = DepthNoise::none();
         }
+        params.scanner.faces = self.faces.unwrap_or(params.scanner.faces).clamp(1_000, 2_000_000);
         params.sway = self.sway_mm.map_or(params.sway, |mm| 1e-3 * mm);
         params.check()?;
         Ok(params)

@@ -32,6 +32,7 @@ mod new;
 mod open;
 mod parameter_table;
 mod parameters;
+mod poster;
 mod reason;
 mod recipe;
 mod replay;

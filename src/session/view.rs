@@ -39,14 +39,14 @@ impl Session {
 }
 
 /// A step turned so that the person faces the camera.
-struct SeenStep {
+pub(super) struct SeenStep {
     scan: TriMesh,
     scan_colors: Option<PerVertex<[u8; 3]>>,
     layers: Vec<TriMesh>,
 }
 
 impl SeenStep {
-    fn of(worn: &WornStep) -> Self {
+    pub(super) fn of(worn: &WornStep) -> Self {
         let root = worn.figure.skeleton.joints_in_world(&worn.pose)[JointId(0).index()];
         let facing = worn.pose.rotations[0] * Vector3::z();
         let turn = Rotation3::from_axis_angle(&Vector3::y_axis(), -facing.x.atan2(facing.z));
@@ -62,7 +62,7 @@ impl SeenStep {
         }
     }
 
-    fn scan(&self) -> Result<Part<'_>, SessionError> {
+    pub(super) fn scan(&self) -> Result<Part<'_>, SessionError> {
         match &self.scan_colors {
             None => Ok(Part::solid(&self.scan, layer_color(0))),
             Some(colors) => Part::try_new(&self.scan, Paint::PerVertex(colors))

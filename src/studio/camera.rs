@@ -138,11 +138,12 @@ impl View {
             let cosine = (normal.dot(&ray) / ray.norm()).abs();
             image.depth[to] = noise.measured(exact(from), cosine, across, rng) as f32;
             image.facing[to] = if image.depth[to] > 0.0 { cosine as f32 } else { 0.0 };
-            let albedo = match (&seen[to], &behind[to]) {
-                (sight, _) if sight.face != NOTHING => {
-                    image.label[to] = stage.labels[sight.face as usize];
-                    lit(stage, sight)
-                }
+            if seen[to].face != NOTHING {
+                image.label[to] = stage.labels[seen[to].face as usize];
+            }
+            // Colour and depth come from one place, or the wall would rub off on sleeves.
+            let albedo = match (&seen[from], &behind[from]) {
+                (sight, _) if sight.face != NOTHING => lit(stage, sight),
                 (_, Some(backdrop)) => backdrop.color,
                 _ => [0.0; 3],
             };

@@ -3,25 +3,33 @@
 //! The measures know no stage: surfaces, joints and labels go in as plain meshes, see [`measure`].
 
 mod camera;
+mod collar;
 mod drape;
+mod dressing;
+mod dummy;
 mod error;
+mod fabric;
 mod fuse;
+mod hem;
+mod kind;
 pub mod mannequin;
 mod metrics;
 mod noise;
-mod pattern;
 mod rng;
 mod room;
 mod scanner;
 mod session;
+mod sewing;
 mod solid;
 mod subject;
+mod tailor;
 mod tetrahedra;
 mod turntable;
 mod volume;
 
 pub use camera::Lens;
 pub use error::StudioError;
+pub use kind::GarmentKind;
 pub use metrics::{
     GarmentMeasures, HiddenBody, JointPositions, LayerPair, Measures, MetricsError, ResultBind, ResultStep,
     STRICT_JOINTS, StepMeasures, SubjectKind, SurfaceDistance, TruthBind, TruthJoints, TruthNaming, TruthStep, Verdict,
@@ -29,7 +37,6 @@ pub use metrics::{
     outside_scan, surface_distance,
 };
 pub use noise::DepthNoise;
-pub use pattern::GarmentKind;
 pub use scanner::{ScannerParams, simulate_scan};
 pub use session::{InventedSession, InventedStep, StudioParams, invent, invent_each};
 pub use turntable::{RgbdFrame, RgbdRecording, TurntableParams, Worn, record_turn};

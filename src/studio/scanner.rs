@@ -4,6 +4,7 @@ use super::camera::DepthImage;
 use super::fuse::fuse;
 use super::turntable::{TurntableParams, Worn, axis_of, together, turn};
 use crate::geometry::{Aabb, PerVertex, TriMesh};
+use rayon::prelude::*;
 
 /// How finely a simulated scanner works.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,14 +46,22 @@ pub(super) fn scanned(
     bounds: &Aabb,
     params: &ScannerParams,
 ) -> (TriMesh, PerVertex<[u8; 3]>) {
-    for image in &mut images {
-        for (depth, label) in image.depth.iter_mut().zip(&image.label) {
-            if *label == 0 {
-                *depth = 0.0;
-            }
+    images.par_iter_mut().for_each(without_edges_and_room);
+    fuse(&images, bounds, params.voxel, params.faces)
+}
+
+/// Drops the room, and pixels beside a jump of depth: they may show something between the two sides.
+fn without_edges_and_room(image: &mut DepthImage) {
+    /// Metres between neighbouring pixels: steeper than any surface that is measured well.
+    const JUMP: f32 = 0.05;
+    let (width, seen) = (image.view.lens.width, image.depth.clone());
+    for (i, depth) in image.depth.iter_mut().enumerate() {
+        let around = [i.checked_sub(1), i.checked_sub(width), Some(i + 1), Some(i + width)];
+        let near = around.into_iter().flatten().filter_map(|k| seen.get(k)).filter(|z| **z > 0.0);
+        if image.label[i] == 0 || near.into_iter().any(|z| (z - seen[i]).abs() > JUMP) {
+            *depth = 0.0;
         }
     }
-    fuse(&images, bounds, params.voxel, params.faces)
 }
 
 #[cfg(test)]

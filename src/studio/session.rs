@@ -1,16 +1,16 @@
 //! A whole invented session: someone scanned naked, then with one garment more each time, and the truth of it all.
 
 use super::camera::Stage;
-use super::drape::{Obstacle, drape};
+use super::dressing::{Dressed, dressed};
 use super::error::StudioError;
+use super::kind::GarmentKind;
 use super::metrics::{JointPositions, TruthBind, TruthStep};
-use super::pattern::{GarmentKind, Pattern, sew, sewing_pose};
 use super::scanner::{ScannerParams, scanned};
-use super::solid::Solid;
+use super::sewing::{Pattern, sew};
 use super::subject::{Stance, Subject};
 use super::turntable::{RgbdRecording, TurntableParams, Worn, axis_of, recording, together, turn};
 use crate::body::{BodyModel, SkinWeights, skin, unskin};
-use crate::geometry::{Aabb, PerVertex, TriMesh};
+use crate::geometry::{Aabb, Adjacency, PerVertex, TriMesh};
 
 /// What is invented.
 #[derive(Clone, Debug)]
@@ -25,7 +25,7 @@ pub struct StudioParams {
     pub scanner: ScannerParams,
     /// Metres by which the head wanders within a turn, arms sinking with it; 0 for someone who stands like a post.
     pub sway: f64,
-    /// How long cloth settles, seconds: beyond 1.5 folds move by less than a millimetre.
+    /// How long cloth settles, seconds: beyond 1.2 folds move by less than a millimetre a frame.
     pub settling_secs: f64,
 }
 
@@ -37,7 +37,7 @@ impl Default for StudioParams {
             turntable: TurntableParams::default(),
             scanner: ScannerParams::default(),
             sway: 0.0,
-            settling_secs: 1.5,
+            settling_secs: 1.2,
         }
     }
 }
@@ -88,11 +88,6 @@ pub struct InventedSession {
     pub bind: TruthBind,
 }
 
-/// Metres between skin and the innermost cloth; includes the cloth's own millimetre.
-const SKIN_GAP: f64 = 2.5e-3;
-/// Metres from cloth to cloth.
-const CLOTH_GAP: f64 = 1.5e-3;
-
 /// Invents a session.
 ///
 /// **Frame and units** each step in its own scan's frame: metres, Y up, feet near y = 0, facing about +Z.
@@ -123,15 +118,15 @@ pub fn invent_each(
         let dressed = dressed(&subject, &stance, worn, params.settling_secs);
         let placed = |mesh: &TriMesh| mesh.map_points(|p| stance.placed * p);
         let truth = TruthStep {
-            body: placed(&dressed.0),
-            layers: dressed.1.iter().map(placed).collect(),
+            body: placed(&dressed.body),
+            layers: dressed.layers.iter().map(placed).collect(),
             joints: joints(&subject, &stance),
         };
         let photographed = Photographed { subject: &subject, stance: &stance, dressed, worn };
         let (recording, scan, colors) = photographed.taken(&truth, params, params.seed.wrapping_add(step as u64));
         on_step(step, InventedStep { name, recording, scan, colors, truth });
     }
-    let (body, layers) = dressed(&subject, &subject.at_rest(), &patterns, params.settling_secs);
+    let Dressed { body, layers } = dressed(&subject, &subject.at_rest(), &patterns, params.settling_secs);
     Ok(TruthBind { body, layers })
 }
 
@@ -139,8 +134,8 @@ pub fn invent_each(
 struct Photographed<'a> {
     subject: &'a Subject,
     stance: &'a Stance,
-    /// Body and layers, not yet on the turntable.
-    dressed: (TriMesh, Vec<TriMesh>),
+    /// Not yet on the turntable.
+    dressed: Dressed,
     worn: &'a [Pattern],
 }
 
@@ -166,15 +161,19 @@ impl Photographed<'_> {
         (recording, scan, colors)
     }
 
-    /// Cloth in finer triangles, so that stripes have edges.
+    /// Cloth in finer triangles, so that stripes have edges, and as thick as it is, so that hems have too.
     fn stage(&self, body: &TriMesh, layers: &[TriMesh]) -> Stage {
         let cloth: Vec<(TriMesh, PerVertex<[u8; 3]>)> = layers
             .iter()
             .zip(self.worn)
-            .map(|(mesh, pattern)| (halved(mesh), pattern.painted(&halved(&pattern.sewn))))
+            .map(|(mesh, pattern)| {
+                let colors = pattern.painted(&halved(&pattern.finished(&pattern.sewn, false, &[])));
+                thickened(&halved(mesh), &colors, pattern.kind.fabric().thickness)
+            })
             .collect();
         let mut surfaces = vec![Worn { mesh: body, colors: &self.subject.colors, label: 1 }];
-        surfaces.extend(cloth.iter().enumerate().map(|(k, (mesh, colors))| Worn { mesh, colors, label: k as u8 + 2 }));
+        surfaces
+            .extend(cloth.iter().enumerate().map(|(k, (mesh, colors))| Worn { mesh, colors, label: k as u8 + 2 }));
         together(&surfaces)
     }
 
@@ -191,8 +190,8 @@ impl Photographed<'_> {
             })
         };
         let layers: Vec<TriMesh> =
-            self.dressed.1.iter().zip(self.worn).map(|(mesh, pattern)| moved(mesh, &pattern.weights)).collect();
-        self.stage(&moved(&self.dressed.0, &self.subject.weights), &layers)
+            self.dressed.layers.iter().zip(self.worn).map(|(mesh, pattern)| moved(mesh, &pattern.finished_weights())).collect();
+        self.stage(&moved(&self.dressed.body, &self.subject.weights), &layers)
     }
 }
 
@@ -225,50 +224,19 @@ fn joints(subject: &Subject, stance: &Stance) -> JointPositions {
     subject.skeleton.names.iter().cloned().zip(at.into_iter().map(|p| stance.placed * p)).collect()
 }
 
-/// The body and what it wears, before it is placed on the turntable. What is held at the waist goes over what hung
-/// there, and presses it.
-fn dressed(subject: &Subject, stance: &Stance, worn: &[Pattern], secs: f64) -> (TriMesh, Vec<TriMesh>) {
-    let body = subject.posed(stance);
-    let body_solid = Solid::prepare(&body);
-    let sewing = sewing_pose(subject);
-    let start = |pattern: &Pattern| {
-        let in_bind = unskin(pattern.sewn.points(), &pattern.weights, &subject.skeleton, &sewing);
-        skin(&in_bind, &pattern.weights, &subject.skeleton, &stance.pose)
-    };
-    let mut layers: Vec<TriMesh> = Vec::new();
-    for (j, pattern) in worn.iter().enumerate() {
-        let inner: Vec<Solid> = layers.iter().map(Solid::prepare).collect();
-        let room = SKIN_GAP + CLOTH_GAP * j as f64;
-        let mut obstacles = vec![Obstacle { surface: &body_solid, gap: room, inside: false }];
-        if !pattern.kind.holds_the_waist() {
-            obstacles.extend(inner.iter().map(|surface| Obstacle { surface, gap: CLOTH_GAP, inside: false }));
-        }
-        layers.push(drape(&pattern.cloth, &start(pattern), &obstacles, secs));
-        if pattern.kind.holds_the_waist() {
-            press(&body_solid, &mut layers, worn, secs / 4.0);
-        }
+/// Outside, inside and a rim along every hem. The outside is the truth.
+fn thickened(mesh: &TriMesh, colors: &PerVertex<[u8; 3]>, thickness: f64) -> (TriMesh, PerVertex<[u8; 3]>) {
+    let count = mesh.vertex_count() as u32;
+    let normals = mesh.vertex_normals();
+    let inner = mesh.points().iter().zip(normals.iter()).map(|(p, n)| p - n * thickness);
+    let points = mesh.points().iter().copied().chain(inner).collect();
+    let mut faces: Vec<[u32; 3]> = mesh.faces().iter().map(|f| f.map(|v| v.0)).collect();
+    faces.extend(mesh.faces().iter().map(|&[a, b, c]| [a.0 + count, c.0 + count, b.0 + count]));
+    for [a, b] in Adjacency::prepare(mesh).boundary_edges().iter().map(|edge| edge.map(|v| v.0)) {
+        faces.extend([[b, a, a + count], [b, a + count, b + count]]);
     }
-    (body, layers)
-}
-
-/// The newest layer presses the others to the body, and then rests on what does not give.
-fn press(body: &Solid, layers: &mut [TriMesh], worn: &[Pattern], secs: f64) {
-    let Some((outer, inner)) = layers.split_last_mut() else { return };
-    for _ in 0..2 {
-        let pressing = Solid::prepare(outer);
-        for (layer, pattern) in inner.iter_mut().zip(worn) {
-            let obstacles = [
-                Obstacle { surface: &pressing, gap: 2.0 * CLOTH_GAP, inside: true },
-                Obstacle { surface: body, gap: SKIN_GAP, inside: false },
-            ];
-            *layer = drape(&pattern.cloth, &layer.points().clone(), &obstacles, secs);
-        }
-        let below: Vec<Solid> = inner.iter().map(Solid::prepare).collect();
-        let mut obstacles =
-            vec![Obstacle { surface: body, gap: SKIN_GAP + CLOTH_GAP * inner.len() as f64, inside: false }];
-        obstacles.extend(below.iter().map(|surface| Obstacle { surface, gap: CLOTH_GAP, inside: false }));
-        *outer = drape(&worn[inner.len()].cloth, &outer.points().clone(), &obstacles, secs / 2.0);
-    }
+    let colors = colors.iter().chain(colors.iter()).copied().collect();
+    (TriMesh::try_from_indices(points, &faces).expect("two copies of a valid mesh and a rim"), colors)
 }
 
 #[cfg(test)]
@@ -306,13 +274,29 @@ mod tests {
     }
 
     #[test]
-    fn tops_have_four_hems_and_trousers_three() {
+    fn each_kind_has_its_hems() {
         let model = crate::body::embedded_model().unwrap();
         let subject = Subject::invent(&model, 12);
-        for (kind, hems) in [(GarmentKind::Tshirt, 4), (GarmentKind::Pullover, 4), (GarmentKind::Trousers, 3)] {
+        use GarmentKind::{Coat, Dress, Hat, Jacket, Pullover, Scarf, Socks, Tanktop, Trousers, Tshirt};
+        // What opens in front has one hem from the neck round the bottom.
+        let expected = [
+            (Tshirt, 4),
+            (Pullover, 4),
+            (Tanktop, 4),
+            (Dress, 4),
+            (Trousers, 3),
+            (Jacket, 3),
+            (Coat, 3),
+            (Socks, 2),
+            (Scarf, 2),
+            (Hat, 1),
+        ];
+        for (kind, hems) in expected {
             let pattern = sew(kind, &subject, 12);
-            assert_eq!(hem_loops(&pattern.sewn), hems, "{}", kind.name());
-            assert!((1_500..9_000).contains(&pattern.sewn.vertex_count()));
+            let finished = pattern.finished(&pattern.sewn, false, &[]);
+            assert_eq!(hem_loops(&finished), hems, "{}", kind.name());
+            assert!((300..16_000).contains(&finished.vertex_count()), "{}", kind.name());
+            assert_eq!(finished.vertex_count(), pattern.finished_weights().len());
         }
     }
 }

@@ -2,6 +2,7 @@
 //! wrong way does not open a door for cloth.
 
 use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, SurfacePoint, TriMesh, Vec3};
+use std::sync::Arc;
 
 /// Rounds of averaging: a few edges wide, narrower than a finger.
 const ROUNDS: usize = 4;
@@ -10,11 +11,15 @@ const ROUNDS: usize = 4;
 pub(super) struct Solid {
     index: SurfaceIndex,
     normals: PerVertex<Vec3>,
+    adjacency: Arc<Adjacency>,
 }
 
 /// The normals of a surface, each averaged with its neighbours'.
 pub(super) fn calm_normals(mesh: &TriMesh) -> PerVertex<Vec3> {
-    let adjacency = Adjacency::prepare(mesh);
+    calmed(mesh, &Adjacency::prepare(mesh))
+}
+
+fn calmed(mesh: &TriMesh, adjacency: &Adjacency) -> PerVertex<Vec3> {
     let mut normals = mesh.vertex_normals();
     for _ in 0..ROUNDS {
         normals = mesh
@@ -30,7 +35,15 @@ pub(super) fn calm_normals(mesh: &TriMesh) -> PerVertex<Vec3> {
 
 impl Solid {
     pub(super) fn prepare(mesh: &TriMesh) -> Self {
-        Self { index: SurfaceIndex::prepare(mesh), normals: calm_normals(mesh) }
+        let adjacency = Arc::new(Adjacency::prepare(mesh));
+        Self { index: SurfaceIndex::prepare(mesh), normals: calmed(mesh, &adjacency), adjacency }
+    }
+
+    /// The same surface, its vertices elsewhere.
+    pub(super) fn moved(&self, points: &[Point]) -> Self {
+        let mesh = self.mesh().with_points(points.to_vec());
+        let normals = calmed(&mesh, &self.adjacency);
+        Self { index: SurfaceIndex::prepare(&mesh), normals, adjacency: self.adjacency.clone() }
     }
 
     /// The closest point no farther than `reach`, and the calm normal there.

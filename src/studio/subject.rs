@@ -30,16 +30,25 @@ pub(super) struct Stance {
 const BUMPS: usize = 70;
 const BUMP_WIDTH: [f64; 2] = [0.025, 0.07];
 const BUMP_HEIGHT: f64 = 0.0035;
-/// Hair stands off by this much, metres: short and combed.
-const HAIR: f64 = 0.012;
+/// Hair stands off by between these, metres: cropped to full.
+const HAIR: [f64; 2] = [0.006, 0.020];
 /// Breathing blows the chest up by at most this much, metres (quiet breathing: 2–5 mm).
 const BREATH: f64 = 0.0025;
 /// Standing again after dressing, a joint differs by this, standard deviation in radians (2°).
 const SWAY: f64 = 0.035;
 
-const SKIN: [f64; 3] = [205.0, 160.0, 136.0];
-const HAIR_COLOR: [f64; 3] = [62.0, 44.0, 34.0];
-const UNDERWEAR: [f64; 3] = [92.0, 98.0, 112.0];
+/// Tones of skin, from fair to dark.
+const SKIN: [[f64; 3]; 5] = [
+    [222.0, 182.0, 160.0],
+    [205.0, 160.0, 136.0],
+    [184.0, 138.0, 110.0],
+    [146.0, 102.0, 78.0],
+    [102.0, 70.0, 54.0],
+];
+/// Black, dark brown, brown, blond, grey.
+const HAIR_COLOR: [[f64; 3]; 5] =
+    [[34.0, 30.0, 30.0], [62.0, 44.0, 34.0], [96.0, 66.0, 44.0], [170.0, 134.0, 84.0], [136.0, 134.0, 132.0]];
+const UNDERWEAR: [[f64; 3]; 3] = [[92.0, 98.0, 112.0], [118.0, 66.0, 74.0], [52.0, 48.0, 54.0]];
 
 impl Subject {
     /// The person of that seed.
@@ -57,7 +66,8 @@ impl Subject {
         };
         subject.grow_bumps(&mut rng);
         let hair = subject.hair();
-        subject.displace(|v, _| HAIR * hair[v]);
+        let thick = rng.between(HAIR[0], HAIR[1]);
+        subject.displace(|v, _| thick * hair[v]);
         subject.colors = subject.painted(&hair, &mut rng);
         subject.breast = subject.breathing_part();
         subject
@@ -119,6 +129,11 @@ impl Subject {
         let positions = bone_positions(self.surface.points(), &self.weights, &self.skeleton);
         let height = |name: &str| self.skeleton.find(name).map_or(0.0, |j| self.skeleton.joints_in_bind[j.index()].y);
         let (hip, waist) = (height("leftUpperLeg"), height("spine"));
+        let mut pick = |count: usize| ((rng.unit() * count as f64) as usize).min(count - 1);
+        let tone = pick(SKIN.len());
+        let (skin, underwear) = (SKIN[tone], UNDERWEAR[pick(UNDERWEAR.len())]);
+        // Fair hair grows on fair skin.
+        let hair_color = HAIR_COLOR[pick(if tone < 3 { HAIR_COLOR.len() } else { 2 })];
         let mottle = [rng.between(20.0, 30.0), rng.between(20.0, 30.0), rng.between(20.0, 30.0)];
         self.surface
             .points()
@@ -127,11 +142,12 @@ impl Subject {
                 let part = self.skeleton.names[positions[v].joint.index()].as_str();
                 let pelvic = part == "hips" || part == "spine" || part.contains("UpperLeg");
                 // Briefs: from the waist down to a leg opening that rises sideways.
-                let briefs = pelvic && p.y < waist - 0.02 && p.y > hip - 0.07 + 0.45 * (p.x.abs() - 0.05).max(0.0);
-                let base = if briefs { UNDERWEAR } else { SKIN };
+                let within = (waist - 0.02 - p.y).min(p.y - (hip - 0.07 + 0.45 * (p.x.abs() - 0.05).max(0.0)));
+                let briefs = if pelvic { (0.5 + within / 0.012).clamp(0.0, 1.0) } else { 0.0 };
+                let base: [f64; 3] = std::array::from_fn(|c| skin[c] + (underwear[c] - skin[c]) * briefs);
                 let flush = 1.0 + 0.03 * ((p.x * mottle[0]).sin() + (p.y * mottle[1]).sin() * (p.z * mottle[2]).cos());
                 let h = hair[v.index()];
-                std::array::from_fn(|c| ((base[c] * flush) * (1.0 - h) + HAIR_COLOR[c] * h).clamp(0.0, 255.0) as u8)
+                std::array::from_fn(|c| ((base[c] * flush) * (1.0 - h) + hair_color[c] * h).clamp(0.0, 255.0) as u8)
             })
             .collect()
     }

@@ -9,6 +9,7 @@ mod lighting;
 mod occlusion;
 mod palette;
 mod picture;
+mod poster;
 mod raster;
 #[cfg(feature = "rerun")]
 mod recording;
@@ -16,12 +17,14 @@ mod render;
 mod scene;
 mod sheet;
 mod strokes;
+mod style;
 mod surface;
 
 pub use camera::{Camera, Facing};
 pub use error::Error;
 pub use palette::{layer_color, ramp_color};
 pub use picture::Picture;
+pub use poster::{Poster, poster};
 #[cfg(feature = "rerun")]
 pub use recording::Recording;
 pub use render::render;

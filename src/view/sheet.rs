@@ -1,37 +1,19 @@
 //! A contact sheet: one row a step, scan beside result, all at one scale, with names and measures.
 
 use super::camera::{Camera, Facing};
-use super::lettering::Pen;
 use super::palette::ramp_color;
 use super::picture::Picture;
 use super::render::render;
 use super::scene::{Part, Scene};
+use super::style::{
+    BORDER, CAPTION, GUTTER, HEAD, NOTE, NOTE_NAME, PAPER, ROW_TITLE, SUBTITLE, TITLE, draw_scale_bar, rule,
+};
 use crate::geometry::Aabb;
 
 /// Pixels of the panel with a row's names and measures.
 const PANEL: usize = 300;
-/// Pixels between two pictures, and around all.
-const GUTTER: usize = 10;
-/// See [`GUTTER`].
-const BORDER: usize = 36;
-/// Pixels of the sheet's head.
-const HEAD: usize = 92;
-/// Metres that the scale bar stands for.
-const SCALE_BAR: f64 = 0.5;
 /// Room for captions above the heads, and for the scale bar below the feet, as a share of the height.
 const AIR_PER_HEIGHT: f64 = 0.14;
-
-const PAPER: [u8; 3] = [252, 252, 253];
-const INK: [u8; 3] = [38, 42, 50];
-const GREY_INK: [u8; 3] = [112, 118, 128];
-const RULE: [u8; 3] = [222, 225, 230];
-
-const TITLE: Pen = Pen { size: 22.0, weight: 0.13, color: INK };
-const SUBTITLE: Pen = Pen { size: 12.0, weight: 0.11, color: GREY_INK };
-const ROW_TITLE: Pen = Pen { size: 15.0, weight: 0.15, color: INK };
-const NOTE: Pen = Pen { size: 10.5, weight: 0.12, color: INK };
-const NOTE_NAME: Pen = Pen { size: 10.5, weight: 0.115, color: GREY_INK };
-const CAPTION: Pen = Pen { size: 10.0, weight: 0.12, color: GREY_INK };
 
 /// A sheet to be drawn.
 #[derive(Clone, Debug)]
@@ -200,10 +182,6 @@ fn write_panel(page: &mut Picture, row: &SheetRow<'_>, top: usize) {
     }
 }
 
-fn rule(page: &mut Picture, [left, right]: [f32; 2], y: f32) {
-    Pen { size: 1.0, weight: 1.0, color: RULE }.draw(page, &[[left, y], [right, y]]);
-}
-
 fn draw_ramp(page: &mut Picture, meaning: &str, range: [f64; 2], [left, right]: [f32; 2], base: f32) {
     NOTE_NAME.write(page, meaning, left, base);
     let (from, to) = (left as usize, right as usize);
@@ -215,15 +193,6 @@ fn draw_ramp(page: &mut Picture, meaning: &str, range: [f64; 2], [left, right]: 
     let labels = range.map(|value| format!("{}", (value * 1e4).round() / 1e4));
     NOTE.write(page, &labels[0], left, base + 40.0);
     NOTE.write(page, &labels[1], right - NOTE.width_of(&labels[1]), base + 40.0);
-}
-
-fn draw_scale_bar(picture: &mut Picture, metres_per_pixel: f64) {
-    let length = (SCALE_BAR / metres_per_pixel) as f32;
-    let (left, y) = (14.0, picture.height() as f32 - 16.5);
-    let pen = Pen { size: 1.0, weight: 1.6, color: GREY_INK };
-    pen.draw(picture, &[[left, y - 5.0], [left, y], [left + length, y], [left + length, y - 5.0]]);
-    let label = format!("{:.0} cm", SCALE_BAR * 100.0);
-    CAPTION.write(picture, &label, left + 0.5 * (length - CAPTION.width_of(&label)), y - 7.0);
 }
 
 #[cfg(test)]

@@ -1,0 +1,101 @@
+//! Cutting cloth along its hems.
+
+use super::dummy::Dummy;
+use crate::geometry::{Adjacency, PerFace, Point, TriMesh, Vec3};
+
+/// A cut: what lies at the parts that `concerns` names stays where `height` is not negative (metres, about).
+pub(super) struct Hem<'a> {
+    pub(super) concerns: Box<dyn Fn(&str) -> bool + 'a>,
+    pub(super) height: Box<dyn Fn(&Point) -> f64 + 'a>,
+}
+
+impl Hem<'_> {
+    /// The direction in which the height grows.
+    fn upward(&self, p: &Point) -> Vec3 {
+        /// Metres of the finite difference.
+        const STEP: f64 = 1e-4;
+        let slope = |k: usize| {
+            let mut step = Vec3::zeros();
+            step[k] = STEP;
+            (self.height)(&(p + step)) - (self.height)(&(p - step))
+        };
+        Vec3::new(slope(0), slope(1), slope(2)).try_normalize(1e-12).unwrap_or_else(Vec3::y)
+    }
+}
+
+/// Keeps what lies on the right side of each hem; triangles are cut, and vertices near the line moved onto it.
+/// `weave` is the cloth's edge length.
+pub(super) fn cut_along(mesh: &TriMesh, hems: &[Hem<'_>], dummy: &Dummy, weave: f64) -> TriMesh {
+    /// Vertices nearer to the line than this share of an edge move onto it: no slivers.
+    const SNAP: f64 = 0.35;
+    let mut points = mesh.points().0.clone();
+    let mut height = vec![f64::INFINITY; points.len()];
+    for (v, p) in points.iter_mut().enumerate() {
+        let part = dummy.part(dummy.at(p)).to_owned();
+        for hem in hems.iter().filter(|h| (h.concerns)(&part)) {
+            let mut above = (hem.height)(p);
+            if above.abs() < SNAP * weave {
+                *p -= hem.upward(p) * above;
+                above = 0.0;
+            }
+            height[v] = height[v].min(above);
+        }
+    }
+    let mut faces = Vec::new();
+    let mut between = std::collections::BTreeMap::new();
+    for face in mesh.faces().iter() {
+        let ids = face.map(|v| v.index());
+        let mut polygon = Vec::with_capacity(4);
+        for k in 0..3 {
+            let (a, b) = (ids[k], ids[(k + 1) % 3]);
+            if height[a] >= 0.0 {
+                polygon.push(a as u32);
+            }
+            if (height[a] > 0.0 && height[b] < 0.0) || (height[a] < 0.0 && height[b] > 0.0) {
+                let key = (a.min(b), a.max(b));
+                polygon.push(*between.entry(key).or_insert_with(|| {
+                    // Where another hem's parts begin a height may be infinite: the middle is as good.
+                    let t = height[key.0] / (height[key.0] - height[key.1]);
+                    let t = if t.is_finite() { t } else { 0.5 };
+                    points.push(points[key.0] + (points[key.1] - points[key.0]) * t);
+                    (points.len() - 1) as u32
+                }));
+            }
+        }
+        for k in 2..polygon.len() {
+            faces.push([polygon[0], polygon[k - 1], polygon[k]]);
+        }
+    }
+    faces.retain(|f| f.iter().any(|&v| (v as usize) >= height.len() || height[v as usize] > 0.0));
+    TriMesh::try_from_indices(points, &faces).expect("cut points are finite and indexed")
+}
+
+/// The `count` largest pieces, without what no face uses.
+pub(super) fn largest_pieces(mesh: &TriMesh, count: u32) -> TriMesh {
+    let (component, _) = Adjacency::prepare(mesh).face_components();
+    let keep: PerFace<bool> = component.iter().map(|&c| c < count).collect();
+    mesh.part(&keep).0
+}
+
+/// The outline made calm: each boundary vertex a share of the way to the middle of its neighbours along the boundary.
+pub(super) fn with_fair_outline(mesh: &TriMesh) -> TriMesh {
+    /// Rounds of averaging; two edges wide.
+    const ROUNDS: usize = 4;
+    let loops = Adjacency::prepare(mesh).boundary_loops();
+    let mut points = mesh.points().clone();
+    for _ in 0..ROUNDS {
+        let old = points.clone();
+        for ring in &loops {
+            let n = ring.len();
+            for (k, &v) in ring.iter().enumerate() {
+                let middle = nalgebra::center(&old[ring[(k + n - 1) % n]], &old[ring[(k + 1) % n]]);
+                // A true corner, such as a lapel's, stays.
+                let (a, b) = (old[v] - old[ring[(k + n - 1) % n]], old[ring[(k + 1) % n]] - old[v]);
+                if a.angle(&b) < 0.9 {
+                    points[v] = old[v] + (middle - old[v]) * 0.5;
+                }
+            }
+        }
+    }
+    mesh.with_points(points)
+}

@@ -1,0 +1,161 @@
+//! The garments that the studio can sew, and in which order they go on.
+
+use super::error::StudioError;
+
+/// A garment kind that the studio can sew.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[allow(missing_docs)] // Each says of itself what it is: `about`.
+pub enum GarmentKind {
+    Socks,
+    Leggings,
+    Tanktop,
+    Tshirt,
+    Shirt,
+    Blouse,
+    Trousers,
+    Jeans,
+    Shorts,
+    Skirt,
+    Dress,
+    Pullover,
+    Vest,
+    Jacket,
+    Coat,
+    Scarf,
+    Hat,
+}
+
+/// Where a garment lies, one bit each.
+const FEET: u8 = 1;
+const LOWER: u8 = 2;
+const UPPER: u8 = 4;
+const NECK: u8 = 8;
+const HEAD: u8 = 16;
+
+/// What is known of a kind: name, template, what it looks like, how far out it is worn, and where it lies.
+struct Row(&'static str, &'static str, &'static str, u8, u8);
+
+impl GarmentKind {
+    /// All that there are.
+    pub const ALL: [Self; 17] = [
+        Self::Socks,
+        Self::Leggings,
+        Self::Tanktop,
+        Self::Tshirt,
+        Self::Shirt,
+        Self::Blouse,
+        Self::Trousers,
+        Self::Jeans,
+        Self::Shorts,
+        Self::Skirt,
+        Self::Dress,
+        Self::Pullover,
+        Self::Vest,
+        Self::Jacket,
+        Self::Coat,
+        Self::Scarf,
+        Self::Hat,
+    ];
+
+    fn row(self) -> Row {
+        match self {
+            Self::Socks => Row("socks", "socks", "a pair, over the ankles", 0, FEET),
+            Self::Leggings => Row("leggings", "leggings", "skin-tight, waist to ankles", 0, LOWER),
+            Self::Tanktop => Row("tanktop", "tanktop", "close, no sleeves, deep neck", 0, UPPER),
+            Self::Tshirt => Row("tshirt", "tshirt", "short sleeves, round neck", 1, UPPER),
+            Self::Shirt => Row("shirt", "shirt", "long sleeves, stand-up collar, below the hips", 2, UPPER),
+            Self::Blouse => Row("blouse", "blouse", "loose long sleeves, small V at the neck", 2, UPPER),
+            Self::Trousers => Row("trousers", "trousers", "wool, straight, to the ankles", 1, LOWER),
+            Self::Jeans => Row("jeans", "trousers", "denim, narrow, to the ankles", 1, LOWER),
+            Self::Shorts => Row("shorts", "shorts", "wide, to the middle of the thigh", 1, LOWER),
+            Self::Skirt => Row("skirt", "skirt", "flared, to the knee", 2, LOWER),
+            Self::Dress => Row("dress", "dress", "short sleeves, close above, flared to the knee", 2, UPPER | LOWER),
+            Self::Pullover => Row("pullover", "pullover", "knitted, wide, long sleeves", 3, UPPER),
+            Self::Vest => Row("vest", "vest", "no sleeves, open in front", 3, UPPER),
+            Self::Jacket => Row("jacket", "jacket", "open in front, turned-down collar", 4, UPPER),
+            Self::Coat => {
+                Row("coat", "coat", "wool, open in front, to the middle of the thigh, wide collar", 5, UPPER | LOWER)
+            }
+            Self::Scarf => Row("scarf", "scarf", "wool, round the neck", 6, NECK),
+            Self::Hat => Row("hat", "hat", "knitted cap", 6, HEAD),
+        }
+    }
+
+    /// As asked for, and in file names.
+    pub fn name(self) -> &'static str {
+        self.row().0
+    }
+
+    /// The segmentation template that fits it.
+    pub fn template(self) -> &'static str {
+        self.row().1
+    }
+
+    /// In a few words.
+    pub fn about(self) -> &'static str {
+        self.row().2
+    }
+
+    /// The kind of that name.
+    pub fn from_name(name: &str) -> Result<Self, StudioError> {
+        let found = Self::ALL.into_iter().find(|kind| kind.name() == name.trim());
+        let known = || Self::ALL.iter().map(|kind| kind.name()).collect();
+        found.ok_or_else(|| StudioError::UnknownGarment { name: name.trim().into(), known: known() })
+    }
+
+    /// The kinds of these names, separated by commas; none for an empty text.
+    pub fn list(names: &str) -> Result<Vec<Self>, StudioError> {
+        names.split(',').filter(|_| !names.trim().is_empty()).map(Self::from_name).collect()
+    }
+
+    /// Whether garments can be put on in this order.
+    ///
+    /// **Errors** the first that nobody gets on over what is worn already.
+    pub fn check_order(kinds: &[Self]) -> Result<(), StudioError> {
+        for (k, &kind) in kinds.iter().enumerate() {
+            let Row(.., level, place) = kind.row();
+            for &worn in &kinds[..k] {
+                let Row(.., outer, there) = worn.row();
+                if worn == kind {
+                    return Err(StudioError::WornTwice { name: kind.name() });
+                }
+                // One shirt goes over another, but nobody wears two pairs of trousers, or trousers over a skirt.
+                let blocked = level < outer || (level == outer && place & LOWER != 0);
+                if place & there != 0 && blocked {
+                    return Err(StudioError::ImpossibleOrder { outer: worn.name(), inner: kind.name() });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether it is held at the waist, over whatever hangs there already.
+    pub(super) fn holds_the_waist(self) -> bool {
+        matches!(self, Self::Leggings | Self::Trousers | Self::Jeans | Self::Shorts | Self::Skirt)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_goes_over_what() {
+        let order = |names: &str| GarmentKind::check_order(&GarmentKind::list(names).unwrap());
+        for fine in ["", "tshirt,jeans,coat", "jeans,tshirt,coat", "shirt,trousers,vest,jacket,scarf,hat", "socks,leggings,skirt"]
+        {
+            assert_eq!(order(fine), Ok(()), "{fine}");
+        }
+        for (wrong, inner) in [
+            ("coat,shirt", "shirt"),
+            ("jacket,tshirt", "tshirt"),
+            ("jeans,leggings", "leggings"),
+            ("skirt,trousers", "trousers"),
+            ("coat,jeans", "jeans"),
+        ] {
+            assert!(matches!(order(wrong), Err(StudioError::ImpossibleOrder { inner: i, .. }) if i == inner), "{wrong}");
+        }
+        assert!(matches!(order("hat,hat"), Err(StudioError::WornTwice { .. })));
+        assert!(matches!(GarmentKind::list("tshirt,cape"), Err(StudioError::UnknownGarment { name, .. }) if name == "cape"));
+    }
+}

@@ -1,0 +1,318 @@
+//! How each kind is cut: ease by region, hems, openings. All lengths in metres.
+//!
+//! Ease in girth over 2π is the gap between skin and cloth. Chest: T-shirts 10 cm, shirts 10–12, pullovers 14, jackets
+//! 15, coats 20. Upper arm: shirts and pullovers 7–8 cm, jackets 9, coats 13. Seat and thigh: jeans 4–8, trousers 6–16.
+//! What is knitted tight has none.
+
+use super::dummy::Dummy;
+use super::hem::Hem;
+use super::kind::GarmentKind;
+use super::rng::Rng;
+use crate::geometry::{Point, Vec3};
+
+/// A flared tube around hips and legs.
+pub(super) struct Flare {
+    /// Where it begins.
+    pub(super) top: f64,
+    /// Where it is hemmed.
+    pub(super) bottom: f64,
+    /// Gap at the top.
+    pub(super) gap: f64,
+    /// Radius gained a metre of length.
+    pub(super) widening: f64,
+}
+
+/// How a kind is cut on a dummy.
+pub(super) struct Cut<'a> {
+    pub(super) hems: Vec<Hem<'a>>,
+    pub(super) flare: Option<Flare>,
+    /// Cloth over what the sewn shape needs, across and along: what folds are made of.
+    pub(super) surplus: [f64; 2],
+    /// Pieces that make the garment.
+    pub(super) pieces: u32,
+    /// Width of a turned-down collar.
+    pub(super) collar: Option<f64>,
+}
+
+const SIDES: [&str; 2] = ["left", "right"];
+
+fn is_trunk(part: &str) -> bool {
+    matches!(part, "hips" | "spine" | "chest" | "upperChest") || is_leg(part)
+}
+fn is_leg(part: &str) -> bool {
+    part.contains("Leg") || part.contains("Foot") || part.contains("Toes")
+}
+fn is_arm(part: &str) -> bool {
+    part.contains("Arm") || part.contains("Hand")
+}
+fn is_throat(part: &str) -> bool {
+    matches!(part, "neck" | "head" | "chest" | "upperChest" | "leftShoulder" | "rightShoulder")
+}
+
+impl GarmentKind {
+    /// Whether cloth of this kind may lie over a part at all.
+    pub(super) fn reaches(self, part: &str) -> bool {
+        match self {
+            Self::Socks => part.contains("LowerLeg") || part.contains("Foot") || part.contains("Toes"),
+            Self::Leggings | Self::Trousers | Self::Jeans | Self::Shorts | Self::Skirt => is_trunk(part),
+            Self::Hat => part == "head",
+            Self::Scarf => is_throat(part) && part != "chest",
+            Self::Dress | Self::Coat => part != "head" && !part.contains("Hand") && !part.contains("Foot"),
+            _ => {
+                let leg = part.contains("LowerLeg") || part.contains("Foot") || part.contains("Toes");
+                !leg && part != "head" && !part.contains("Hand")
+            }
+        }
+    }
+
+    /// Whether it hangs from the hips as one, over both legs.
+    pub(super) fn bridges_legs(self) -> bool {
+        matches!(self, Self::Skirt | Self::Dress | Self::Coat)
+    }
+
+    /// Gap between skin and sewn cloth.
+    pub(super) fn gap(self, part: &str, along: f64) -> f64 {
+        let t = along.clamp(0.0, 1.0);
+        let torso = |belly: f64, chest: f64, shoulder: f64| match part {
+            "hips" | "spine" => belly,
+            "chest" => chest,
+            _ if part.contains("UpperLeg") => belly,
+            _ => shoulder,
+        };
+        let sleeve = |top: f64, elbow: f64, cuff: f64| {
+            if part.contains("UpperArm") {
+                Some(top + (elbow - top) * t)
+            } else if part.contains("LowerArm") || part.contains("Hand") {
+                Some(elbow + (cuff - elbow) * t)
+            } else {
+                None
+            }
+        };
+        let leg = |seat: f64, knee: f64, ankle: f64| {
+            if part.contains("UpperLeg") {
+                seat + (knee - seat) * t
+            } else if part.contains("LowerLeg") {
+                knee + (ankle - knee) * t
+            } else if is_leg(part) {
+                ankle
+            } else {
+                seat.min(0.007)
+            }
+        };
+        match self {
+            Self::Socks => 0.0025,
+            Self::Leggings => leg(0.003, 0.003, 0.003),
+            Self::Tanktop => torso(0.007, 0.007, 0.006),
+            Self::Tshirt => sleeve(0.012, 0.022, 0.022).unwrap_or_else(|| torso(0.018, 0.015, 0.008)),
+            Self::Shirt => sleeve(0.011, 0.016, 0.009).unwrap_or_else(|| torso(0.019, 0.017, 0.009)),
+            Self::Blouse => sleeve(0.012, 0.022, 0.012).unwrap_or_else(|| torso(0.022, 0.018, 0.008)),
+            Self::Pullover => sleeve(0.013, 0.016, 0.008).unwrap_or_else(|| torso(0.023, 0.022, 0.012)),
+            Self::Vest => torso(0.020, 0.020, 0.013),
+            Self::Jacket => sleeve(0.014, 0.016, 0.014).unwrap_or_else(|| torso(0.027, 0.025, 0.016)),
+            Self::Coat => sleeve(0.020, 0.022, 0.020).unwrap_or_else(|| torso(0.036, 0.034, 0.021)),
+            Self::Dress => sleeve(0.012, 0.020, 0.020).unwrap_or_else(|| torso(0.010, 0.012, 0.007)),
+            Self::Trousers => leg(0.010, 0.026, 0.032),
+            Self::Jeans => leg(0.008, 0.013, 0.017),
+            Self::Shorts => leg(0.012, 0.040, 0.040),
+            Self::Skirt => 0.006,
+            Self::Scarf => 0.020,
+            Self::Hat => 0.004,
+        }
+    }
+
+    /// How this kind is cut on that dummy.
+    pub(super) fn cut<'a>(self, dummy: &'a Dummy, rng: &mut Rng) -> Cut<'a> {
+        let (hip, knee) = (dummy.joint("leftUpperLeg").y, dummy.joint("leftLowerLeg").y);
+        let waist = dummy.joint("spine").y;
+        // Two people's T-shirts are not equally long.
+        let longer = rng.between(-0.02, 0.02);
+        let mut cut = Cut { hems: Vec::new(), flare: None, surplus: [1.02, 1.02], pieces: 1, collar: None };
+        let hems = &mut cut.hems;
+        match self {
+            Self::Socks => {
+                (cut.surplus, cut.pieces) = ([0.96, 1.02], 2);
+                hems.extend(SIDES.map(|side| leg_end(dummy, side, 0.75, -1.0)));
+            }
+            Self::Leggings | Self::Trousers | Self::Jeans => {
+                let end = if self == Self::Leggings { 0.9 } else { 0.96 };
+                cut.surplus = match self {
+                    Self::Leggings => [0.94, 1.0],
+                    Self::Jeans => [1.01, 1.03],
+                    _ => [1.02, 1.02],
+                };
+                hems.push(level(waist - 0.005, -1.0));
+                hems.extend(SIDES.map(|side| leg_end(dummy, side, end, 1.0)));
+            }
+            Self::Shorts => {
+                hems.push(level(waist - 0.005, -1.0));
+                hems.extend(SIDES.map(|side| thigh_end(dummy, side, 0.6)));
+            }
+            Self::Skirt => {
+                cut.surplus = [1.0, 1.0];
+                let bottom = knee + 0.05 + longer;
+                cut.flare = Some(Flare { top: waist + 0.01, bottom, gap: 0.006, widening: 0.27 });
+                hems.push(level(waist + 0.01, -1.0));
+                hems.push(level(bottom, 1.0));
+            }
+            Self::Dress => {
+                cut.surplus = [1.01, 1.01];
+                let bottom = knee + 0.03 + longer;
+                cut.flare = Some(Flare { top: waist + 0.03, bottom, gap: 0.010, widening: 0.30 });
+                hems.push(level(bottom, 1.0));
+                hems.push(round_neck(dummy, 0.098, 0.045));
+                hems.extend(SIDES.map(|side| sleeve_end(dummy, side, "UpperArm", "LowerArm", 0.42)));
+            }
+            Self::Tanktop => {
+                cut.surplus = [0.99, 1.01];
+                hems.push(level(hip + 0.03 + longer, 1.0));
+                hems.push(round_neck(dummy, 0.105, 0.07));
+                hems.extend(SIDES.map(|side| armhole(dummy, side, 0.012)));
+            }
+            Self::Tshirt => {
+                hems.push(level(hip - 0.01 + longer, 1.0));
+                hems.push(round_neck(dummy, 0.085, 0.028));
+                hems.extend(SIDES.map(|side| sleeve_end(dummy, side, "UpperArm", "LowerArm", 0.6)));
+            }
+            Self::Shirt | Self::Blouse | Self::Pullover => {
+                cut.surplus = if self == Self::Pullover { [1.03, 1.05] } else { [1.03, 1.03] };
+                let below = if self == Self::Shirt { -0.06 } else { 0.02 };
+                hems.push(level(hip + below + longer, 1.0));
+                match self {
+                    Self::Shirt => hems.push(stand_up_neck(dummy, 0.035)),
+                    Self::Blouse => hems.extend([round_neck(dummy, 0.082, 0.02), v_neck(dummy, 0.12, 0.35)]),
+                    _ => hems.push(round_neck(dummy, 0.084, 0.02)),
+                }
+                hems.extend(SIDES.map(|side| sleeve_end(dummy, side, "LowerArm", "Hand", 0.95)));
+            }
+            Self::Vest => {
+                hems.push(level(hip + 0.03 + longer, 1.0));
+                hems.push(round_neck(dummy, 0.074, 0.01));
+                hems.push(open_front(dummy, 0.008, 0.08));
+                hems.extend(SIDES.map(|side| armhole(dummy, side, 0.022)));
+            }
+            Self::Jacket => {
+                cut.surplus = [1.02, 1.03];
+                cut.collar = Some(0.055);
+                hems.push(level(hip - 0.03 + longer, 1.0));
+                hems.push(round_neck(dummy, 0.070, 0.005));
+                hems.push(open_front(dummy, 0.010, 0.10));
+                hems.extend(SIDES.map(|side| sleeve_end(dummy, side, "LowerArm", "Hand", 0.98)));
+            }
+            Self::Coat => {
+                cut.surplus = [1.02, 1.02];
+                let bottom = hip + 0.5 * (knee - hip) + longer;
+                cut.flare = Some(Flare { top: waist, bottom, gap: 0.042, widening: 0.12 });
+                cut.collar = Some(0.075);
+                hems.push(level(bottom, 1.0));
+                hems.push(round_neck(dummy, 0.074, 0.005));
+                hems.push(open_front(dummy, 0.012, 0.10));
+                hems.extend(SIDES.map(|side| sleeve_end(dummy, side, "LowerArm", "Hand", 1.0)));
+            }
+            Self::Scarf => {
+                cut.surplus = [1.04, 1.2];
+                let (low, high) = (dummy.joint("neck").y - 0.025, dummy.between("neck", "head", 0.75).y);
+                hems.push(slanted(low, 0.30, dummy.joint("neck").z, 1.0));
+                hems.push(slanted(high, 0.10, dummy.joint("neck").z, -1.0));
+            }
+            Self::Hat => {
+                cut.surplus = [1.0, 1.03];
+                let head = dummy.joint("head");
+                let top = dummy.body.bounds().map_or(head.y + 0.2, |b| b.max.y);
+                hems.push(slanted(head.y + 0.5 * (top - head.y), 0.12, head.z, 1.0));
+            }
+        }
+        cut
+    }
+}
+
+fn hem<'a>(concerns: impl Fn(&str) -> bool + 'a, height: impl Fn(&Point) -> f64 + 'a) -> Hem<'a> {
+    Hem { concerns: Box::new(concerns), height: Box::new(height) }
+}
+
+/// The level `y` of trunk and legs; what is above stays with `up` 1, what is below with −1.
+fn level<'a>(y: f64, up: f64) -> Hem<'a> {
+    hem(is_trunk, move |p| (p.y - y) * up)
+}
+
+/// The same for every part, rising toward the back (`rise` metres a metre) from `y` at depth `z`.
+fn slanted<'a>(y: f64, rise: f64, z: f64, up: f64) -> Hem<'a> {
+    hem(|_| true, move |p| (p.y - y + rise * (p.z - z)) * up)
+}
+
+/// The end of a sleeve, across the arm.
+fn sleeve_end<'a>(dummy: &Dummy, side: &'static str, from: &str, to: &str, along: f64) -> Hem<'a> {
+    let (from, to) = (format!("{side}{from}"), format!("{side}{to}"));
+    let (point, normal) = (dummy.between(&from, &to, along), (dummy.joint(&from) - dummy.joint(&to)).normalize());
+    hem(move |part| is_arm(part) && part.starts_with(side), move |p| (p - point).dot(&normal))
+}
+
+/// The end of a trouser leg, across the shin; with `up` −1 the foot stays and the leg goes.
+fn leg_end<'a>(dummy: &Dummy, side: &'static str, along: f64, up: f64) -> Hem<'a> {
+    let (from, to) = (format!("{side}LowerLeg"), format!("{side}Foot"));
+    let (point, normal) = (dummy.between(&from, &to, along), (dummy.joint(&from) - dummy.joint(&to)).normalize());
+    hem(
+        move |part| is_leg(part) && part.starts_with(side) && !part.contains("UpperLeg"),
+        move |p| (p - point).dot(&normal) * up,
+    )
+}
+
+/// The end of a short trouser leg, across the thigh.
+fn thigh_end<'a>(dummy: &Dummy, side: &'static str, along: f64) -> Hem<'a> {
+    let (from, to) = (format!("{side}UpperLeg"), format!("{side}LowerLeg"));
+    let (point, normal) = (dummy.between(&from, &to, along), (dummy.joint(&from) - dummy.joint(&to)).normalize());
+    hem(move |part| is_leg(part) && part.starts_with(side), move |p| (p - point).dot(&normal))
+}
+
+/// No sleeve: cut round the arm's root, `inward` metres toward the neck from the joint.
+fn armhole<'a>(dummy: &Dummy, side: &'static str, inward: f64) -> Hem<'a> {
+    let toward_neck = if side == "left" { -1.0 } else { 1.0 };
+    let shoulder = dummy.joint(&format!("{side}UpperArm")) + Vec3::new(toward_neck * inward, 0.0, 0.0);
+    // Wider below: the hole reaches down the side of the chest.
+    let normal = Vec3::new(toward_neck, -0.25, 0.0).normalize();
+    let own = move |p: &Point| p.x * toward_neck < 0.0;
+    hem(
+        |part| is_arm(part) || is_throat(part),
+        move |p| if own(p) { (p - shoulder).dot(&normal) } else { 1.0 },
+    )
+}
+
+/// From the back of the neck to `drop` below the notch of the collar bones, no farther than `radius` from the neck.
+fn round_neck<'a>(dummy: &Dummy, radius: f64, drop: f64) -> Hem<'a> {
+    let point = dummy.joint("neck") - Vec3::new(0.0, drop, 0.0);
+    let normal = Vec3::new(0.0, -1.0, -0.6).normalize();
+    hem(is_throat, move |p| {
+        /// Metres over which the two curves of the neckline run into each other.
+        const ROUNDING: f64 = 0.02;
+        // In front the chest may lie farther from the neck than that: there only the slanted plane counts.
+        let across = (p.x - point.x).hypot((p.z - point.z).min(0.0)) - radius;
+        let above = (p - point).dot(&normal);
+        0.5 * (across + above + (across - above).hypot(ROUNDING))
+    })
+}
+
+/// A collar that stands `height` up the neck, lower in front.
+fn stand_up_neck<'a>(dummy: &Dummy, height: f64) -> Hem<'a> {
+    let point = dummy.joint("neck") + Vec3::new(0.0, height, 0.0);
+    let normal = Vec3::new(0.0, -1.0, -0.45).normalize();
+    hem(is_throat, move |p| (p - point).dot(&normal))
+}
+
+/// A V in front, `depth` below the neck, `slope` of half its width a metre.
+fn v_neck<'a>(dummy: &Dummy, depth: f64, slope: f64) -> Hem<'a> {
+    let (neck, chest) = (dummy.joint("neck"), dummy.joint("chest"));
+    hem(is_throat, move |p| if p.z > chest.z { p.x.abs() - slope * (p.y - (neck.y - depth)) } else { 1.0 })
+}
+
+/// Open from top to bottom: half as wide as `half` at the height of the breast, above it a V of lapels, below it
+/// `spread` metres a metre wider.
+fn open_front<'a>(dummy: &Dummy, half: f64, spread: f64) -> Hem<'a> {
+    let (chest, hip) = (dummy.joint("upperChest"), dummy.joint("hips"));
+    let is_front = move |p: &Point| p.z > chest.z.min(hip.z) + 0.02;
+    hem(
+        |part| is_trunk(part) || is_throat(part),
+        move |p| {
+            let wider = if p.y > chest.y { 0.16 * (p.y - chest.y) } else { spread * (chest.y - p.y) };
+            if is_front(p) { p.x.abs() - half - wider } else { 1.0 }
+        },
+    )
+}
