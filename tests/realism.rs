@@ -128,9 +128,9 @@ fn easy_answers_are_visibly_worse() {
         assert!(hidden.proximity_mean_mm > 5.0, "{name}: skin drawn to the scan: {hidden:?}");
         let right = hidden_body(&step.body, &step.body, &step.layers);
         assert!(right.proximity_mean_mm < 0.01 && right.outside_truth_percent < 0.1, "{name}: the truth: {right:?}");
-        // A template alone, transferred from the true body: right in shape, and its hems 3 cm off, as any kind's are
+        // A template alone, transferred from the true body: right in shape, and its hems 5 cm off, as any kind's are
         // for one very garment.
-        let moved = cloth.map_points(|p| Point::new(p.x, p.y + 0.03, p.z));
+        let moved = cloth.map_points(|p| Point::new(p.x, p.y + 0.05, p.z));
         let (there, here) = (SurfaceIndex::prepare(&moved), SurfaceIndex::prepare(&step.body));
         let by_template: PerVertex<bool> = step
             .scan
@@ -143,7 +143,7 @@ fn easy_answers_are_visibly_worse() {
             .collect();
         let layer = step.layers.len() - 1;
         let iou = garment_iou(&step.scan, &by_template, &step.body, &step.layers, layer);
-        assert!(iou < 0.95, "{name}: a template 3 cm off has an overlap of {iou}");
+        assert!(iou < 0.95, "{name}: a template 5 cm off has an overlap of {iou}");
     }
 }
 

@@ -7,7 +7,8 @@ use super::measure::lines_of;
 use super::progress::Progress;
 use crate::segment::GarmentTemplate;
 use crate::session::{
-    BODY_STEP, Event, ExportRequest, Forced, MaskReport, NewScan, NewSession, Session, SessionError, Subject, TruthReport, Writer, create,
+    BODY_STEP, Event, ExportRequest, Forced, MaskReport, NewScan, NewSession, Session, SessionError, Subject,
+    TruthReport, Writer, create,
 };
 use anyhow::Context as _;
 use serde_json::json;

@@ -86,7 +86,9 @@ impl Collar {
                 .enumerate()
                 .map(|(k, rest)| match *rest {
                     Rest::Beyond { out, up } => {
-                        hanging.points()[self.base[k]] + frames[k].out * (out * height) + frames[k].normal * (up * height)
+                        hanging.points()[self.base[k]]
+                            + frames[k].out * (out * height)
+                            + frames[k].normal * (up * height)
                     }
                     Rest::On { face, barycentric, up } => {
                         let corners = hanging.faces()[face];
@@ -148,11 +150,8 @@ fn frames(mesh: &TriMesh, base: &[VertexId], closed: bool) -> Vec<Frame> {
     let at = |k: usize| mesh.points()[base[k]];
     let raw: Vec<Vec3> = (0..n)
         .map(|k| {
-            let (before, after) = if closed {
-                ((k + n - 1) % n, (k + 1) % n)
-            } else {
-                (k.saturating_sub(1), (k + 1).min(n - 1))
-            };
+            let (before, after) =
+                if closed { ((k + n - 1) % n, (k + 1) % n) } else { (k.saturating_sub(1), (k + 1).min(n - 1)) };
             let along = at(after) - at(before);
             // Faces lie to the left of their directed edges.
             -normals[base[k]].cross(&along).try_normalize(1e-12).unwrap_or_else(Vec3::y)

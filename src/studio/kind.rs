@@ -142,8 +142,13 @@ mod tests {
     #[test]
     fn what_goes_over_what() {
         let order = |names: &str| GarmentKind::check_order(&GarmentKind::list(names).unwrap());
-        for fine in ["", "tshirt,jeans,coat", "jeans,tshirt,coat", "shirt,trousers,vest,jacket,scarf,hat", "socks,leggings,skirt"]
-        {
+        for fine in [
+            "",
+            "tshirt,jeans,coat",
+            "jeans,tshirt,coat",
+            "shirt,trousers,vest,jacket,scarf,hat",
+            "socks,leggings,skirt",
+        ] {
             assert_eq!(order(fine), Ok(()), "{fine}");
         }
         for (wrong, inner) in [
@@ -153,9 +158,14 @@ mod tests {
             ("skirt,trousers", "trousers"),
             ("coat,jeans", "jeans"),
         ] {
-            assert!(matches!(order(wrong), Err(StudioError::ImpossibleOrder { inner: i, .. }) if i == inner), "{wrong}");
+            assert!(
+                matches!(order(wrong), Err(StudioError::ImpossibleOrder { inner: i, .. }) if i == inner),
+                "{wrong}"
+            );
         }
         assert!(matches!(order("hat,hat"), Err(StudioError::WornTwice { .. })));
-        assert!(matches!(GarmentKind::list("tshirt,cape"), Err(StudioError::UnknownGarment { name, .. }) if name == "cape"));
+        assert!(
+            matches!(GarmentKind::list("tshirt,cape"), Err(StudioError::UnknownGarment { name, .. }) if name == "cape")
+        );
     }
 }

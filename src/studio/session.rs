@@ -172,8 +172,7 @@ impl Photographed<'_> {
             })
             .collect();
         let mut surfaces = vec![Worn { mesh: body, colors: &self.subject.colors, label: 1 }];
-        surfaces
-            .extend(cloth.iter().enumerate().map(|(k, (mesh, colors))| Worn { mesh, colors, label: k as u8 + 2 }));
+        surfaces.extend(cloth.iter().enumerate().map(|(k, (mesh, colors))| Worn { mesh, colors, label: k as u8 + 2 }));
         together(&surfaces)
     }
 
@@ -189,8 +188,13 @@ impl Photographed<'_> {
                 on_table + lean * on_table.y
             })
         };
-        let layers: Vec<TriMesh> =
-            self.dressed.layers.iter().zip(self.worn).map(|(mesh, pattern)| moved(mesh, &pattern.finished_weights())).collect();
+        let layers: Vec<TriMesh> = self
+            .dressed
+            .layers
+            .iter()
+            .zip(self.worn)
+            .map(|(mesh, pattern)| moved(mesh, &pattern.finished_weights()))
+            .collect();
         self.stage(&moved(&self.dressed.body, &self.subject.weights), &layers)
     }
 }

@@ -270,10 +270,7 @@ fn armhole<'a>(dummy: &Dummy, side: &'static str, inward: f64) -> Hem<'a> {
     // Wider below: the hole reaches down the side of the chest.
     let normal = Vec3::new(toward_neck, -0.25, 0.0).normalize();
     let own = move |p: &Point| p.x * toward_neck < 0.0;
-    hem(
-        |part| is_arm(part) || is_throat(part),
-        move |p| if own(p) { (p - shoulder).dot(&normal) } else { 1.0 },
-    )
+    hem(|part| is_arm(part) || is_throat(part), move |p| if own(p) { (p - shoulder).dot(&normal) } else { 1.0 })
 }
 
 /// From the back of the neck to `drop` below the notch of the collar bones, no farther than `radius` from the neck.
