@@ -9,6 +9,8 @@ use nalgebra::UnitQuaternion;
 pub enum Stance {
     /// As the model is bound.
     Bind,
+    /// Legs together and arms hanging, as one is measured.
+    Upright,
     /// Arms level, to the sides.
     TPose,
     /// Both arms overhead.
@@ -25,8 +27,9 @@ pub enum Stance {
 
 impl Stance {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Bind,
+        Self::Upright,
         Self::TPose,
         Self::ArmsUp,
         Self::ArmsForward,
@@ -39,6 +42,7 @@ impl Stance {
     pub fn name(self) -> &'static str {
         match self {
             Self::Bind => "bind",
+            Self::Upright => "upright",
             Self::TPose => "t-pose",
             Self::ArmsUp => "arms-up",
             Self::ArmsForward => "arms-forward",
@@ -55,6 +59,12 @@ impl Stance {
         let mut figure = Aimed { skeleton, pose: Pose::bind(skeleton.len()) };
         match self {
             Self::Bind => {}
+            Self::Upright => {
+                figure.both_arms([0.14, -1.0, 0.04], [0.10, -1.0, 0.10], -4.0);
+                figure.both("UpperLeg", [0.0, -1.0, 0.0]);
+                figure.both("LowerLeg", [0.0, -1.0, 0.0]);
+                figure.level_feet();
+            }
             Self::TPose => figure.both_arms([1.0, 0.0, 0.0], [1.0, 0.0, 0.0], 8.0),
             // A third of an arm's rise above the level is the collar bone's (Inman's rhythm).
             Self::ArmsUp => figure.both_arms([0.22, 1.0, 0.0], [0.05, 1.0, 0.05], 32.0),

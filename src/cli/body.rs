@@ -3,9 +3,12 @@
 use super::Context;
 use super::console::{Done, secs};
 use super::progress::Progress;
+use crate::body::BodyMeasure;
 use crate::scan::{Unit, Up};
-use crate::session::{BuildBody, SessionError, ShowBody, build_body, show_body};
-use crate::train::TrainParams;
+use crate::session::{
+    BuildBody, Session, SessionError, ShowBody, build_body, import_body, mesh_measures, model_measures, show_body,
+};
+use crate::train::{MakeHumanParams, TrainParams};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -20,8 +23,12 @@ pub(super) struct BodyArgs {
 enum Action {
     /// Look at a model: its shapes and how it bends
     Show(ShowArgs),
+    /// Stature, girths and lengths: of the session's body, of a model, or of a mesh of a person
+    Measure(MeasureArgs),
     /// Learn a model from many bodies
     Build(BuildArgs),
+    /// Bring a model of another maker into our layout
+    Import(ImportArgs),
 }
 
 #[derive(clap::Args)]
@@ -32,7 +39,7 @@ struct ShowArgs {
     /// Shape coordinates in standard deviations: 1.5,-2
     #[arg(long, value_name = "B,B,…", value_delimiter = ',', allow_hyphen_values = true)]
     beta: Vec<f64>,
-    /// A stance (bind, t-pose, arms-up, arms-forward, squat, head-turned, stride), or JOINT=X,Y,Z in degrees
+    /// A stance (bind, upright, t-pose, arms-up, arms-forward, squat, head-turned, stride), or JOINT=X,Y,Z in degrees
     #[arg(long, value_name = "POSE")]
     pose: Vec<String>,
     /// Draw it; without --beta and --pose, all that the model spans
@@ -44,6 +51,34 @@ struct ShowArgs {
     /// Write that body as a mesh
     #[arg(long, value_name = "OUT.ply")]
     mesh: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
+struct MeasureArgs {
+    /// A mesh of a bare person: ply, obj, glb, stl, off; without it, the session's body
+    mesh: Option<PathBuf>,
+    /// A model of your own: to be measured, or to be laid on the mesh
+    #[arg(long, value_name = "FILE.npz")]
+    model: Option<PathBuf>,
+    /// Measure this body of the model: shape coordinates in standard deviations
+    #[arg(long, value_name = "B,B,…", value_delimiter = ',', allow_hyphen_values = true, conflicts_with = "mesh")]
+    beta: Vec<f64>,
+}
+
+#[derive(clap::Args)]
+struct ImportArgs {
+    /// An .npz of SMPL, SMPL+H, SMPL-X or STAR; or a folder with MakeHuman's base.obj, default.mhskel,
+    /// default_weights.mhw and targets/macrodetails
+    input: PathBuf,
+    /// Where the model goes
+    #[arg(long, value_name = "MODEL.npz")]
+    out: PathBuf,
+    /// Bodies sampled from MakeHuman's space
+    #[arg(long, value_name = "N")]
+    bodies: Option<usize>,
+    /// Components kept of them
+    #[arg(long, value_name = "K")]
+    components: Option<usize>,
 }
 
 #[derive(clap::Args)]
@@ -77,7 +112,9 @@ struct BuildArgs {
 pub(super) fn run(args: BodyArgs, context: &Context) -> anyhow::Result<Done> {
     match args.action {
         Action::Show(args) => show(args),
+        Action::Measure(args) => measure(args, context),
         Action::Build(args) => build(args, context),
+        Action::Import(args) => import(args, context),
     }
 }
 
@@ -120,6 +157,69 @@ fn show(args: ShowArgs) -> anyhow::Result<Done> {
     Ok(done
         .line(format!("{vertices} vertices, {faces} faces, {joints} joints, {components} components"))
         .line(format!("{}, in {}", lines.join(" and "), secs(began.elapsed()))))
+}
+
+fn measure(args: MeasureArgs, context: &Context) -> anyhow::Result<Done> {
+    let began = Instant::now();
+    let (of, measures) = match (args.mesh, &args.model) {
+        (Some(mesh), model) => {
+            let mesh = context.input(mesh);
+            (mesh.display().to_string(), mesh_measures(&mesh, model.as_deref())?)
+        }
+        (None, Some(model)) => (model.display().to_string(), model_measures(Some(model), &args.beta)?),
+        (None, None) if !args.beta.is_empty() => ("the embedded body".into(), model_measures(None, &args.beta)?),
+        (None, None) => {
+            let session = Session::open(&context.session)?;
+            (context.session.display().to_string(), session.body_measures()?)
+        }
+    };
+    let in_cm = |m: &BodyMeasure| (1000.0 * m.metres).round() / 10.0;
+    let json = json!({
+        "of": of,
+        "measures_cm": measures.iter().map(|m| (m.name.clone(), json!(in_cm(m)))).collect::<serde_json::Map<_, _>>(),
+        "secs": began.elapsed().as_secs_f64(),
+    });
+    Ok(Done::new("body measure", json)
+        .lines(measures.iter().map(|m| format!("{:<20} {:>6.1} cm", m.name, in_cm(m))))
+        .line(format!("measured {of} in {}", secs(began.elapsed()))))
+}
+
+fn import(args: ImportArgs, context: &Context) -> anyhow::Result<Done> {
+    let began = Instant::now();
+    let defaults = MakeHumanParams::default();
+    let params = MakeHumanParams {
+        bodies: args.bodies.unwrap_or(defaults.bodies),
+        components: args.components.unwrap_or(defaults.components),
+    };
+    let mut progress = Progress::of_one_stage(&context.console);
+    let imported = import_body(&args.input, &params, &mut |step| {
+        progress.tell(format!("{} {} of {}", step.doing, step.done, step.total));
+    })?;
+    progress.end();
+    imported.write(&args.out)?;
+    let model = &imported.model;
+    let json = json!({
+        "model": args.out.display().to_string(),
+        "maker": imported.maker,
+        "vertices": model.template.vertex_count(),
+        "joints": model.skeleton.len(),
+        "components": model.component_count(),
+        "findings": imported.findings,
+        "secs": began.elapsed().as_secs_f64(),
+    });
+    Ok(Done::new("body import", json)
+        .lines(imported.findings.iter().map(|f| format!("  {f}")))
+        .line(format!(
+            "{}: {} vertices, {} joints, {} components; wrote {}, in {}",
+            imported.maker,
+            model.template.vertex_count(),
+            model.skeleton.len(),
+            model.component_count(),
+            args.out.display(),
+            secs(began.elapsed())
+        ))
+        .next(format!("overcoat body show --model {} --sheet body.png", args.out.display()))
+        .next(format!("overcoat new DIR --body {}", args.out.display())))
 }
 
 fn build(args: BuildArgs, context: &Context) -> anyhow::Result<Done> {

@@ -145,7 +145,7 @@ impl ShownBody {
             }
             rows.push(row);
         }
-        for stances in Stance::ALL[1..].chunks(3) {
+        for stances in Stance::ALL[2..].chunks(3) {
             let mut row = MeshRow::new("stances".into());
             for stance in stances {
                 let mesh = standing(posed(model, &model.mean_shape(), &stance.pose(&model.skeleton)));

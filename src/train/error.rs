@@ -73,6 +73,14 @@ pub enum TrainError {
         /// Bodies.
         bodies: usize,
     },
+    /// One of MakeHuman's files is not what it should be.
+    #[error("{file}: {reason}")]
+    NotMakeHuman {
+        /// The file.
+        file: String,
+        /// Why.
+        reason: String,
+    },
     /// Arrays that are no mesh.
     #[error("{name}: {reason}")]
     NotAMesh {
@@ -112,6 +120,9 @@ impl TrainError {
             Self::OpenTemplate { .. } => "close its holes in a mesh editor, in the template and in all bodies alike".into(),
             Self::JointCount { .. } => "leave the array 'joints' out, or give one row a body".into(),
             Self::NoComponents { .. } => "look for bodies with coordinates that are far too large".into(),
+            Self::NotMakeHuman { .. } => {
+                "give the folder with MakeHuman's base.obj, default.mhskel, default_weights.mhw and targets/macrodetails".into()
+            }
             Self::NotAMesh { .. } => "the file is damaged; write it again".into(),
             Self::NotAScan { source, .. } => return source.hint(),
             Self::NotABody { source, .. } => return source.hint(),

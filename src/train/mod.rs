@@ -6,6 +6,8 @@
 mod components;
 mod error;
 mod leave_out;
+mod makehuman;
+mod makehuman_files;
 mod rig;
 mod scans;
 mod subjects;
@@ -13,6 +15,7 @@ mod unpose;
 
 pub use error::TrainError;
 pub use leave_out::{LeftOut, split};
+pub use makehuman::{MakeHumanFiles, MakeHumanParams, import_makehuman};
 pub use rig::Rig;
 pub use scans::{ScannedBody, registered_bodies};
 pub use subjects::{GivenJoints, Subjects};

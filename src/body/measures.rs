@@ -1,0 +1,263 @@
+//! Stature, girths and lengths of a body, as a tailor takes them.
+
+use super::section::{Section, tape};
+use super::{JointId, Skeleton, SkinWeights, Stance, skin};
+use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
+use serde::{Deserialize, Serialize};
+
+/// One measurement.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BodyMeasure {
+    /// Its name in ISO 8559-1.
+    pub name: String,
+    /// Metres.
+    pub metres: f64,
+}
+
+/// Heights of the levels as shares of stature.
+///
+/// **Source** ANSUR II (2012): tenth rib 0.644, iliac crest 0.608, crotch 0.481, means of women and men. ISO 8559-1
+/// takes the waist midway between lowest rib and iliac crest.
+const WAIST_PER_STATURE: f64 = 0.626;
+/// Where the chest is widest: bust points of women 0.719, of men 0.735 (ANSUR II), ± two deviations, and no higher than
+/// the armpit.
+const CHEST_PER_STATURE: [f64; 2] = [0.690, 0.750];
+/// Where the seat is fullest: 0.509 ± two deviations.
+const HIP_PER_STATURE: [f64; 2] = [0.475, 0.545];
+/// Step between the levels tried, metres: a girth changes by less than a millimetre over it.
+const STEP: f64 = 0.005;
+
+/// Takes the measures of a body in its bind pose; those for which a joint or a part is missing are left out.
+///
+/// Girths are the tape's: hulls of sections, which bridge hollows; without arms, horizontal at the trunk, square to the
+/// bone at limbs. Heights are of the body stood upright, legs together.
+///
+/// **Requires** the skeleton to have joints by VRM names.
+pub fn body_measures(mesh_in_bind: &TriMesh, weights: &SkinWeights, skeleton: &Skeleton) -> Vec<BodyMeasure> {
+    let body = Measured::new(mesh_in_bind, weights, skeleton);
+    let mut taken = Vec::new();
+    let mut put = |name: &str, metres: Option<f64>| {
+        if let Some(metres) = metres.filter(|m| m.is_finite() && *m > 0.0) {
+            taken.push(BodyMeasure { name: name.into(), metres });
+        }
+    };
+    put("stature", Some(body.stature));
+    put("inside leg height", body.crotch().map(|crotch| body.height_of(crotch)));
+    put("head girth", body.head());
+    put("neck girth", body.neck());
+    put("chest girth", body.widest(CHEST_PER_STATURE));
+    put("waist girth", body.trunk(body.level(WAIST_PER_STATURE)));
+    put("hip girth", body.hip());
+    put("thigh girth", body.thigh());
+    put("knee girth", body.limb("leftLowerLeg", "leftFoot", [0.0, 0.0], f64::max));
+    put("calf girth", body.limb("leftLowerLeg", "leftFoot", [0.12, 0.50], f64::max));
+    put("minimum leg girth", body.limb("leftLowerLeg", "leftFoot", [0.70, 0.95], f64::min));
+    put("upper arm girth", body.limb("leftUpperArm", "leftLowerArm", [0.40, 0.75], f64::max));
+    put("elbow girth", body.limb("leftLowerArm", "leftHand", [0.0, 0.0], f64::max));
+    put("wrist girth", body.limb("leftLowerArm", "leftHand", [0.85, 0.98], f64::min));
+    put("arm length", body.chain(&["leftUpperArm", "leftLowerArm", "leftHand"]));
+    put("upper arm length", body.chain(&["leftUpperArm", "leftLowerArm"]));
+    put("shoulder width", body.chain(&["leftUpperArm", "rightUpperArm"]));
+    put("thigh length", body.chain(&["leftUpperLeg", "leftLowerLeg"]));
+    put("foot length", body.foot());
+    taken
+}
+
+struct Measured<'a> {
+    mesh: &'a TriMesh,
+    weights: &'a SkinWeights,
+    skeleton: &'a Skeleton,
+    stature: f64,
+    /// The crown in the bind pose.
+    top: f64,
+    /// For each vertex of the bind pose its height when the body stands upright.
+    upright: PerVertex<f64>,
+    is_trunk: PerVertex<bool>,
+}
+
+impl<'a> Measured<'a> {
+    fn new(mesh: &'a TriMesh, weights: &'a SkinWeights, skeleton: &'a Skeleton) -> Self {
+        let standing = skin(mesh.points(), weights, skeleton, &Stance::Upright.pose(skeleton));
+        let low = standing.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
+        let upright: PerVertex<f64> = standing.iter().map(|p| p.y - low).collect();
+        let stature = upright.iter().copied().fold(0.0, f64::max);
+        let top = mesh.points().iter().map(|p| p.y).fold(f64::NEG_INFINITY, f64::max);
+        let is_arm: Vec<bool> = skeleton.ids().map(|j| below_either(skeleton, j, "UpperArm")).collect();
+        let of_arm = |row: &[(JointId, f64); 4]| row.iter().filter(|e| is_arm[e.0.index()]).map(|e| e.1).sum::<f64>();
+        let is_trunk = weights.rows().iter().map(|row| of_arm(row) < 0.5).collect();
+        Self { mesh, weights, skeleton, stature, top, upright, is_trunk }
+    }
+
+    fn joint(&self, name: &str) -> Option<Point> {
+        self.skeleton.find(name).map(|j| self.skeleton.joints_in_bind[j.index()])
+    }
+
+    /// The bind pose's height of a level of the standing body: trunk and head keep their distance from the crown.
+    fn level(&self, share: f64) -> f64 {
+        self.top - self.stature * (1.0 - share)
+    }
+
+    fn height_of(&self, level: f64) -> f64 {
+        self.stature - (self.top - level)
+    }
+
+    /// The tape around the trunk at a height.
+    fn trunk(&self, y: f64) -> Option<f64> {
+        let section = Section { origin: Point::new(0.0, y, 0.0), axes: [Vec3::x(), Vec3::z()] };
+        tape(self.mesh, &section, |v| self.is_trunk[v])
+    }
+
+    fn levels(&self, shares: [f64; 2]) -> Vec<f64> {
+        let [low, high] = shares.map(|s| self.level(s));
+        let count = ((high - low) / STEP).round() as usize;
+        (0..=count).map(|k| low + STEP * k as f64).collect()
+    }
+
+    fn widest(&self, shares: [f64; 2]) -> Option<f64> {
+        self.levels(shares).into_iter().filter_map(|y| self.trunk(y)).reduce(f64::max)
+    }
+
+    /// At the level at which the seat reaches furthest back.
+    fn hip(&self) -> Option<f64> {
+        let levels = self.levels(HIP_PER_STATURE);
+        let (low, high) = (*levels.first()?, *levels.last()?);
+        let points = self.mesh.points().enumerate().filter(|(v, p)| self.is_trunk[*v] && (low..=high).contains(&p.y));
+        let (_, rearmost) = points.min_by(|a, b| a.1.z.total_cmp(&b.1.z))?;
+        self.trunk(rearmost.y)
+    }
+
+    /// Where the legs part: the lowest place of the midline above the knees.
+    fn crotch(&self) -> Option<f64> {
+        /// Half-width of the strip that is the midline: about an edge of the mesh.
+        const STRIP: f64 = 0.015;
+        let knee = self.joint("leftLowerLeg")?.y;
+        let middle = self.joint("hips")?.x;
+        let strip = self.mesh.points().iter().filter(|p| (p.x - middle).abs() < STRIP && p.y > knee);
+        strip.map(|p| p.y).reduce(f64::min)
+    }
+
+    /// Square to the thigh, 2 cm below where the legs part.
+    fn thigh(&self) -> Option<f64> {
+        let (hip, knee) = (self.joint("leftUpperLeg")?, self.joint("leftLowerLeg")?);
+        let axis = (knee - hip).try_normalize(1e-9)?;
+        // The plane meets the inner thigh, not the bone, at that height.
+        let inner = 0.07 * axis.x.abs();
+        let down = (hip.y - self.crotch()? + 0.02 - inner) / -axis.y;
+        self.around("leftUpperLeg", hip + axis * down, &axis)
+    }
+
+    /// The extreme girth of a limb between two places along a bone.
+    fn limb(&self, from: &str, to: &str, [first, last]: [f64; 2], pick: fn(f64, f64) -> f64) -> Option<f64> {
+        let (a, b) = (self.joint(from)?, self.joint(to)?);
+        let axis = (b - a).try_normalize(1e-9)?;
+        let count = ((last - first) * (b - a).norm() / STEP).round() as usize;
+        let places = (0..=count).map(|k| first + (last - first) * k as f64 / count.max(1) as f64);
+        places.filter_map(|t| self.around(from, a + (b - a) * t, &axis)).reduce(pick)
+    }
+
+    /// The tape around the limb that hangs at the parent of `joint`, square to `axis`.
+    fn around(&self, joint: &str, at: Point, axis: &Vec3) -> Option<f64> {
+        let limb = self.skeleton.find(joint)?;
+        let parent = self.skeleton.parents[limb.index()]?;
+        let is_of = |v: crate::geometry::VertexId| {
+            let row = &self.weights.rows()[v];
+            let share: f64 = row
+                .iter()
+                .filter(|(j, _)| self.skeleton.is_below(*j, limb) || *j == parent && parent.index() > 0)
+                .map(|e| e.1)
+                .sum();
+            share > 0.3
+        };
+        let across = axis.cross(&Vec3::z()).try_normalize(1e-6).unwrap_or_else(Vec3::x);
+        tape(self.mesh, &Section { origin: at, axes: [across, axis.cross(&across)] }, is_of)
+    }
+
+    fn neck(&self) -> Option<f64> {
+        let (a, b) = (self.joint("neck")?, self.joint("head")?);
+        let axis = (b - a).try_normalize(1e-9)?;
+        let section = |t: f64| Section { origin: a + (b - a) * t, axes: [Vec3::x(), axis.cross(&Vec3::x())] };
+        (1..=9).filter_map(|k| tape(self.mesh, &section(0.1 * f64::from(k)), |v| self.is_trunk[v])).reduce(f64::min)
+    }
+
+    /// The largest horizontal girth above the ears, which end a tenth of a metre under the crown.
+    fn head(&self) -> Option<f64> {
+        let levels = (0..=6).map(|k| self.top - 0.095 + 0.005 * f64::from(k));
+        levels.filter_map(|y| self.trunk(y)).reduce(f64::max)
+    }
+
+    fn chain(&self, joints: &[&str]) -> Option<f64> {
+        let places: Option<Vec<Point>> = joints.iter().map(|j| self.joint(j)).collect();
+        Some(places?.windows(2).map(|w| (w[1] - w[0]).norm()).sum())
+    }
+
+    /// From the heel to the longest toe, along the foot.
+    fn foot(&self) -> Option<f64> {
+        let foot = self.skeleton.find("leftFoot")?;
+        let axis = self.joint("leftToes")? - self.joint("leftFoot")?;
+        let axis = Vec3::new(axis.x, 0.0, axis.z).try_normalize(1e-9)?;
+        let points = self.mesh.points().enumerate().filter(|(v, _)| {
+            self.skeleton.is_below(self.weights.rows()[*v][0].0, foot)
+                && self.upright[*v] < 0.5 * (self.joint("leftFoot").map_or(0.0, |j| j.y)).max(0.03)
+        });
+        let along: Vec<f64> = points.map(|(_, p)| p.coords.dot(&axis)).collect();
+        let range = along.iter().fold([f64::MAX, f64::MIN], |[a, b], x| [a.min(*x), b.max(*x)]);
+        Some(range[1] - range[0])
+    }
+}
+
+fn below_either(skeleton: &Skeleton, joint: JointId, part: &str) -> bool {
+    ["left", "right"]
+        .iter()
+        .filter_map(|side| skeleton.find(&format!("{side}{part}")))
+        .any(|ancestor| skeleton.is_below(joint, ancestor))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::embedded_model;
+
+    fn of(measures: &[BodyMeasure], name: &str) -> f64 {
+        measures.iter().find(|m| m.name == name).unwrap().metres
+    }
+
+    #[test]
+    fn the_mean_adult_measures_what_the_survey_says_of_the_mean_adult() {
+        let model = embedded_model().unwrap();
+        let taken = body_measures(&model.template, &model.weights, &model.skeleton);
+        // ANSUR II, the mean of women and men. Girths of the mean body are a little less than the mean of girths;
+        // levels by shares of stature are not each person's own.
+        for (name, survey, tolerance) in [
+            ("stature", 1.692, 0.015),
+            ("chest girth", 1.003, 0.05),
+            ("waist girth", 0.901, 0.05),
+            ("hip girth", 1.020, 0.04),
+            ("thigh girth", 0.620, 0.03),
+            ("calf girth", 0.382, 0.015),
+            ("minimum leg girth", 0.222, 0.015),
+            ("wrist girth", 0.166, 0.01),
+            ("neck girth", 0.364, 0.02),
+            ("head girth", 0.568, 0.025),
+            ("foot length", 0.258, 0.01),
+            ("inside leg height", 0.814, 0.03),
+        ] {
+            let found = of(&taken, name);
+            assert!((found - survey).abs() < tolerance, "{name}: {found:.3} m, the survey says {survey}");
+        }
+    }
+
+    #[test]
+    fn a_body_a_tenth_larger_measures_a_tenth_more() {
+        let model = embedded_model().unwrap();
+        let larger = model.template.map_points(|p| p * 1.1);
+        let skeleton = model.skeleton_inside(larger.points());
+        let (small, large) = (
+            body_measures(&model.template, &model.weights, &model.skeleton),
+            body_measures(&larger, &model.weights, &skeleton),
+        );
+        assert_eq!(small.len(), large.len());
+        for (a, b) in small.iter().zip(&large).filter(|(a, _)| a.name != "head girth") {
+            assert!((b.metres / a.metres - 1.1).abs() < 0.012, "{}: {} and {}", a.name, a.metres, b.metres);
+        }
+    }
+}

@@ -1,0 +1,325 @@
+//! MakeHuman's base mesh with its macro targets, default rig and weights, sampled and made a model of ours.
+//!
+//! A macro target is a displacement of the base mesh for one corner of a space of coordinates (sex, muscle, weight,
+//! race); a body is the base plus every target times the product of its coordinates, as MakeHuman mixes them.
+
+use super::makehuman_files::{BaseMesh, Skel, read_base, read_skel, read_target, read_weights};
+use super::{Rig, Step, Subjects, TrainError, TrainParams, Trained, train};
+use crate::body::{JOINT_NAMES, JOINT_PARENTS, JointId, SkinWeights, UvMap, joint_by_any_name};
+use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
+
+/// The files, as text.
+#[derive(Clone, Debug, Default)]
+pub struct MakeHumanFiles {
+    /// `base.obj`.
+    pub base: String,
+    /// `default.mhskel`.
+    pub skeleton: String,
+    /// `default_weights.mhw`.
+    pub weights: String,
+    /// Each macro target's name (`universal-female-young-maxmuscle-minweight`) and text.
+    pub targets: Vec<(String, String)>,
+}
+
+/// How MakeHuman's space is sampled.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MakeHumanParams {
+    /// Bodies drawn.
+    pub bodies: usize,
+    /// Components kept.
+    pub components: usize,
+}
+
+impl Default for MakeHumanParams {
+    fn default() -> Self {
+        Self { bodies: 160, components: 15 }
+    }
+}
+
+/// Metres in MakeHuman's unit.
+const DECIMETRE: f64 = 0.1;
+/// The targets given have no stature of their own: whole bodies are scaled by this deviation, that of adults of one
+/// sex (ANSUR II: 6.4 of 162.8 cm, 6.9 of 175.6 cm).
+const STATURE_DEVIATION: f64 = 0.039;
+
+/// Reads the files, samples bodies and learns a model from them.
+///
+/// **Errors** a file that is not what it should be, by its name; a rig with a cycle; see [`TrainError`].
+pub fn import_makehuman(
+    files: &MakeHumanFiles,
+    params: &MakeHumanParams,
+    on_step: &mut dyn FnMut(&Step),
+) -> Result<Trained, TrainError> {
+    let base = read_base(&files.base)?;
+    let skel = read_skel(&files.skeleton, base.points.len())?;
+    let targets = read_targets(files, base.points.len())?;
+    let mut bodies = Vec::with_capacity(params.bodies);
+    let mut mean_joints = vec![Vec3::zeros(); JOINT_NAMES.len()];
+    for k in 0..params.bodies {
+        if k % 20 == 0 {
+            on_step(&Step { doing: "sampling bodies", done: k, total: params.bodies });
+        }
+        let whole = body_of(&base, &targets, &Macro::draw(k));
+        for (sum, joint) in mean_joints.iter_mut().zip(joints_in(&skel, &whole)?) {
+            *sum += joint.coords / params.bodies as f64;
+        }
+        bodies.push(base.kept.iter().map(|&v| whole[v as usize]).collect::<PerVertex<Point>>());
+    }
+    let rig = rig_of(files, &base, &skel, &bodies, mean_joints)?;
+    let subjects = Subjects { template: rig.mesh.clone(), bodies, joints: None };
+    let params = TrainParams { components: params.components, leave_out: 0, unpose: false };
+    train(&subjects, &rig, &params, on_step)
+}
+
+fn rig_of(
+    files: &MakeHumanFiles,
+    base: &BaseMesh,
+    skel: &Skel,
+    bodies: &[PerVertex<Point>],
+    joints: Vec<Vec3>,
+) -> Result<Rig, TrainError> {
+    let rows = read_weights(&files.weights, base.points.len(), |bone| our_joint(skel, bone))?;
+    let weights = SkinWeights::from_rows(base.kept.iter().map(|&v| rows[v as usize].clone()));
+    let share = 1.0 / bodies.len().max(1) as f64;
+    let mean: Vec<Point> =
+        (0..base.kept.len()).map(|v| Point::from(bodies.iter().map(|b| b.0[v].coords).sum::<Vec3>() * share)).collect();
+    let mesh = TriMesh::try_from_indices(mean, &base.faces)
+        .map_err(|e| TrainError::NotMakeHuman { file: "base.obj".into(), reason: e.to_string() })?;
+    let uvs = UvMap { coords: base.uvs.clone(), corners: base.uv_faces.clone().into() };
+    Ok(Rig {
+        names: JOINT_NAMES.map(String::from).to_vec(),
+        parents: JOINT_PARENTS.to_vec(),
+        joints: joints.into_iter().map(Point::from).collect(),
+        weights,
+        limits: Vec::new(),
+        uvs: Some(uvs).filter(|u| u.fits(&mesh)),
+        mirror: None,
+        mesh,
+    })
+}
+
+/// The joint of ours that a bone moves with: its own, or that of the nearest bone above it that has one.
+fn our_joint(skel: &Skel, bone: &str) -> Option<JointId> {
+    let mut at = Some(bone);
+    while let Some(name) = at {
+        // All toes bend with the great one.
+        let alias = match name.split_once('-') {
+            Some((toe, rest)) if toe.starts_with("toe") => format!("toe1-1{}", &rest[rest.len().min(1)..]),
+            _ => name.to_string(),
+        };
+        if let Some(ours) = joint_by_any_name(&alias) {
+            return JOINT_NAMES.iter().position(|n| *n == ours).map(|j| JointId(j as u16));
+        }
+        at = skel.parent_of(name);
+    }
+    None
+}
+
+/// Our joints in a body with all of the base mesh's vertices: the head of each bone is the middle of a helper cube.
+fn joints_in(skel: &Skel, whole: &[Point]) -> Result<Vec<Point>, TrainError> {
+    JOINT_NAMES
+        .into_iter()
+        .map(|ours| {
+            let cube = skel.head_of(|bone| joint_by_any_name(bone) == Some(ours));
+            let cube = cube.ok_or_else(|| TrainError::NotMakeHuman {
+                file: "default.mhskel".into(),
+                reason: format!("there is no bone for {ours}"),
+            })?;
+            let sum: Vec3 = cube.iter().map(|&v| whole[v as usize].coords).sum();
+            Ok(Point::from(sum / cube.len() as f64))
+        })
+        .collect()
+}
+
+struct Target {
+    corner: Corner,
+    moves: Vec<(u32, Vec3)>,
+}
+
+/// Where in the macro space a target is whole; what its name does not say is everywhere.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Corner {
+    words: Vec<String>,
+}
+
+fn read_targets(files: &MakeHumanFiles, vertices: usize) -> Result<Vec<Target>, TrainError> {
+    if files.targets.is_empty() {
+        return Err(TrainError::NotMakeHuman {
+            file: "targets/macrodetails".into(),
+            reason: "there is no macro target, so all bodies would be alike".into(),
+        });
+    }
+    files
+        .targets
+        .iter()
+        .map(|(name, text)| {
+            let words = name.split('-').map(String::from).collect();
+            Ok(Target { corner: Corner { words }, moves: read_target(name, text, vertices)? })
+        })
+        .collect()
+}
+
+/// Coordinates of one body, each 0–1.
+struct Macro {
+    male: f64,
+    muscle: f64,
+    weight: f64,
+    /// African, Asian, Caucasian; one in sum.
+    race: [f64; 3],
+    scale: f64,
+}
+
+impl Macro {
+    /// The `k`-th body: coordinates of a Halton sequence, so that any number of bodies fills the space evenly.
+    fn draw(k: usize) -> Self {
+        let at = |base: usize| halton(k + 1, base);
+        // Two even draws in the mean: most bodies are near the middle, as people are.
+        let middling = |a: usize, b: usize| 0.5 * (at(a) + at(b));
+        let raw = [at(13), at(17), at(19)].map(|x| x + 0.05);
+        let sum: f64 = raw.iter().sum();
+        // The sum of three even draws has deviation ½.
+        let stature = 2.0 * (at(23) + at(29) + at(31) - 1.5);
+        Self {
+            male: if k % 2 == 0 { 1.0 - 0.2 * at(2) } else { 0.2 * at(2) },
+            muscle: middling(3, 5),
+            weight: middling(7, 11),
+            race: raw.map(|x| x / sum),
+            scale: 1.0 + STATURE_DEVIATION * stature,
+        }
+    }
+
+    /// How much of a target this body takes: the product over the words of its name.
+    fn share(&self, corner: &Corner) -> f64 {
+        let three = |x: f64, word: &str, of: &str| match word.strip_suffix(of) {
+            Some("min") => (1.0 - 2.0 * x).max(0.0),
+            Some("average") => 1.0 - (2.0 * x - 1.0).abs(),
+            Some("max") => (2.0 * x - 1.0).max(0.0),
+            _ => 1.0,
+        };
+        corner.words.iter().fold(1.0, |share, word| {
+            share
+                * match word.as_str() {
+                    "male" => self.male,
+                    "female" => 1.0 - self.male,
+                    "african" => self.race[0],
+                    "asian" => self.race[1],
+                    "caucasian" => self.race[2],
+                    // Children and the old are no bodies that we fit.
+                    "baby" | "child" | "old" => 0.0,
+                    w if w.ends_with("muscle") => three(self.muscle, w, "muscle"),
+                    w if w.ends_with("weight") => three(self.weight, w, "weight"),
+                    _ => 1.0,
+                }
+        })
+    }
+}
+
+/// Every vertex of the base mesh of one body, metres, soles on y = 0.
+fn body_of(base: &BaseMesh, targets: &[Target], body: &Macro) -> Vec<Point> {
+    let mut points = base.points.clone();
+    for target in targets {
+        let share = body.share(&target.corner);
+        if share > 0.0 {
+            target.moves.iter().for_each(|(v, d)| points[*v as usize] += d * share);
+        }
+    }
+    let soles = base.kept.iter().map(|&v| points[v as usize].y).fold(f64::INFINITY, f64::min);
+    let metres = DECIMETRE * body.scale;
+    points.iter().map(|p| Point::new(p.x * metres, (p.y - soles) * metres, p.z * metres)).collect()
+}
+
+/// The radical inverse of `k`: its digits in `base`, mirrored at the point.
+fn halton(mut k: usize, base: usize) -> f64 {
+    let (mut value, mut digit) = (0.0, 1.0);
+    while k > 0 {
+        digit /= base as f64;
+        value += digit * (k % base) as f64;
+        k /= base;
+    }
+    value
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A closed box body with a helper cube for every joint, and two targets.
+    fn files() -> MakeHumanFiles {
+        let mut base = String::from("g body\n");
+        for y in [0.0, 16.0] {
+            for (x, z) in [(-2.0, -1.0), (2.0, -1.0), (2.0, 1.0), (-2.0, 1.0)] {
+                base += &format!("v {x} {y} {z}\n");
+            }
+        }
+        for j in 0..JOINT_NAMES.len() {
+            base += &format!("v {} {} 0.0\n", 0.01 * j as f64, 1.0 + 0.5 * j as f64);
+        }
+        base += "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n";
+        for q in ["1 2 3 4", "8 7 6 5", "5 6 2 1", "6 7 3 2", "7 8 4 3", "8 5 1 4"] {
+            let corners: Vec<String> = q.split(' ').zip(1..).map(|(v, t)| format!("{v}/{t}")).collect();
+            base += &format!("f {}\n", corners.join(" "));
+        }
+        base += "g helper-skirt\nf 9 10 11\n";
+        let bones = JOINT_NAMES.iter().enumerate().map(|(j, name)| {
+            let parent = JOINT_PARENTS[j].map_or("null".into(), |p| format!("\"{}\"", JOINT_NAMES[p.index()]));
+            format!("\"{name}\": {{\"head\": \"h{j}\", \"parent\": {parent}}}")
+        });
+        let bones: Vec<String> = bones.collect();
+        let joints: Vec<String> = (0..JOINT_NAMES.len()).map(|j| format!("\"h{j}\": [{}]", 8 + j)).collect();
+        let skeleton = format!("{{\"bones\": {{{}}}, \"joints\": {{{}}}}}", bones.join(","), joints.join(","));
+        let weights = "{\"weights\": {\"hips\": [[0, 1.0], [1, 1.0], [2, 1.0], [3, 1.0]], \"head\": [[4, 1.0], [5, 1.0], [6, 1.0], [7, 1.0]]}}".into();
+        let targets = vec![
+            ("universal-male-young-maxmuscle-averageweight".into(), "# comment\n1 0.5 0 0\n2 0.5 0 0\n".into()),
+            ("universal-female-young-averagemuscle-maxweight".into(), "3 0 0 .4\n".into()),
+            ("caucasian-female-young".into(), "6 0 0.3 0\n".into()),
+        ];
+        MakeHumanFiles { base, skeleton, weights, targets }
+    }
+
+    #[test]
+    fn a_small_base_mesh_becomes_a_model_of_its_size() {
+        let params = MakeHumanParams { bodies: 24, components: 3 };
+        let trained = import_makehuman(&files(), &params, &mut |_| {}).unwrap();
+        let model = trained.model;
+        assert_eq!((model.template.vertex_count(), model.template.face_count()), (8, 12));
+        let height = model.template.bounds().unwrap().extent().y;
+        assert!((1.5..1.7).contains(&height), "{height} m");
+        assert_eq!(model.weights.rows().0[4][0], (JointId(5), 1.0));
+        assert!(model.uvs.is_some());
+        // Joint 5 (the head) is a helper at 3.5 dm, over soles at 0.
+        assert!((model.skeleton.joints_in_bind[5].y - 0.35).abs() < 0.02, "{}", model.skeleton.joints_in_bind[5]);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_its_file() {
+        let said = |change: fn(&mut MakeHumanFiles)| {
+            let mut files = files();
+            change(&mut files);
+            let params = MakeHumanParams { bodies: 24, components: 3 };
+            import_makehuman(&files, &params, &mut |_| {}).unwrap_err().to_string()
+        };
+        assert!(said(|f| f.targets.clear()).contains("no macro target"));
+        assert!(said(|f| f.targets[0].1 = "900 0 0 0".into()).contains("vertex 900"));
+        assert!(said(|f| f.base = "v 1 2\n".into()).contains("base.obj"));
+        assert!(said(|f| f.skeleton = f.skeleton.replace("\"parent\": null", "\"parent\": \"spine\"")).contains("cycle"));
+        assert!(said(|f| f.skeleton = f.skeleton.replace("\"leftHand\":", "\"paw\":")).contains("leftHand"));
+        assert!(said(|f| f.weights = "[]".into()).contains("default_weights.mhw"));
+    }
+
+    #[test]
+    fn shares_of_the_corners_sum_to_one() {
+        for k in 0..50 {
+            let body = Macro::draw(k);
+            let mut sum = 0.0;
+            for sex in ["male", "female"] {
+                for muscle in ["minmuscle", "averagemuscle", "maxmuscle"] {
+                    for weight in ["minweight", "averageweight", "maxweight"] {
+                        let words = ["universal", sex, "young", muscle, weight].map(String::from).to_vec();
+                        sum += body.share(&Corner { words });
+                    }
+                }
+            }
+            assert!((sum - 1.0).abs() < 1e-12, "{sum}");
+        }
+    }
+}

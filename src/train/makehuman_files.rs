@@ -1,0 +1,192 @@
+//! MakeHuman's own files as arrays.
+
+use super::TrainError;
+use crate::body::JointId;
+use crate::geometry::{Point, Vec3};
+use serde_json::Value;
+use std::collections::BTreeMap;
+
+/// The base mesh: all of its vertices, and of its faces those of the body.
+pub(super) struct BaseMesh {
+    /// Every vertex, helpers too: decimetres.
+    pub points: Vec<Point>,
+    /// The vertices that the body's faces use, ascending.
+    pub kept: Vec<u32>,
+    /// Faces over `kept`.
+    pub faces: Vec<[u32; 3]>,
+    /// Texture coordinates.
+    pub uvs: Vec<[f64; 2]>,
+    /// Faces over `uvs`; empty where a corner has none.
+    pub uv_faces: Vec<[u32; 3]>,
+}
+
+/// The rig.
+pub(super) struct Skel {
+    /// Parent and head (a name among `joints`) of each bone.
+    bones: BTreeMap<String, (Option<String>, String)>,
+    /// Vertices in whose middle a place is.
+    joints: BTreeMap<String, Vec<u32>>,
+}
+
+fn wrong(file: &str, reason: impl Into<String>) -> TrainError {
+    TrainError::NotMakeHuman { file: file.into(), reason: reason.into() }
+}
+
+/// The faces of the group `body` of an OBJ file, polygons as fans.
+pub(super) fn read_base(text: &str) -> Result<BaseMesh, TrainError> {
+    const FILE: &str = "base.obj";
+    let (mut points, mut uvs, mut polygons) = (Vec::new(), Vec::new(), Vec::new());
+    let mut in_body = false;
+    for (number, line) in text.lines().enumerate() {
+        let mut words = line.split_whitespace();
+        let bad = |what: &str| wrong(FILE, format!("line {}: {what}", number + 1));
+        match words.next() {
+            Some("v") => {
+                let [x, y, z] = numbers(words).ok_or_else(|| bad("a vertex needs three numbers"))?;
+                points.push(Point::new(x, y, z));
+            }
+            Some("vt") => uvs.push(numbers(words.take(2)).ok_or_else(|| bad("vt needs two numbers"))?),
+            Some("g") => in_body = words.next() == Some("body"),
+            Some("f") if in_body => {
+                let corners: Option<Vec<(u32, Option<u32>)>> = words.map(corner).collect();
+                polygons.push(corners.filter(|c| c.len() >= 3).ok_or_else(|| bad("a face needs three corners"))?);
+            }
+            _ => {}
+        }
+    }
+    let mut new = vec![u32::MAX; points.len()];
+    for &(v, t) in polygons.iter().flatten() {
+        let vertex = new.get_mut(v as usize).ok_or_else(|| wrong(FILE, format!("a face names vertex {}", v + 1)))?;
+        *vertex = 0;
+        if t.is_some_and(|t| t as usize >= uvs.len()) {
+            return Err(wrong(FILE, "a face names a texture coordinate that is not there"));
+        }
+    }
+    if polygons.is_empty() {
+        return Err(wrong(FILE, "there is no face in a group called body"));
+    }
+    let kept: Vec<u32> = (0..points.len() as u32).filter(|v| new[*v as usize] == 0).collect();
+    kept.iter().zip(0..).for_each(|(v, k)| new[*v as usize] = k);
+    let (mut faces, mut uv_faces) = (Vec::new(), Vec::new());
+    for polygon in &polygons {
+        for k in 2..polygon.len() {
+            let fan = [polygon[0], polygon[k - 1], polygon[k]];
+            faces.push(fan.map(|(v, _)| new[v as usize]));
+            if let [Some(a), Some(b), Some(c)] = fan.map(|(_, t)| t) {
+                uv_faces.push([a, b, c]);
+            }
+        }
+    }
+    Ok(BaseMesh { points, kept, faces, uvs, uv_faces })
+}
+
+fn numbers<'a, const N: usize>(words: impl Iterator<Item = &'a str>) -> Option<[f64; N]> {
+    let values: Option<Vec<f64>> = words.map(|w| w.parse().ok().filter(|x: &f64| x.is_finite())).collect();
+    values?.try_into().ok()
+}
+
+/// `vertex/texture/normal`, counted from one.
+fn corner(word: &str) -> Option<(u32, Option<u32>)> {
+    let mut parts = word.split('/');
+    let vertex: u32 = parts.next()?.parse().ok()?;
+    let texture: Option<u32> = parts.next().and_then(|t| t.parse().ok());
+    Some((vertex.checked_sub(1)?, texture.and_then(|t| t.checked_sub(1))))
+}
+
+/// A target: `vertex dx dy dz` a line.
+pub(super) fn read_target(name: &str, text: &str, vertices: usize) -> Result<Vec<(u32, Vec3)>, TrainError> {
+    let lines = text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'));
+    lines
+        .map(|(number, line)| {
+            let bad = |what: String| wrong(&format!("{name}.target"), format!("line {}: {what}", number + 1));
+            let mut words = line.split_whitespace();
+            let vertex: Option<u32> = words.next().and_then(|w| w.parse().ok());
+            let (Some(v), Some([x, y, z])) = (vertex, numbers(words)) else {
+                return Err(bad("a vertex and three numbers were expected".into()));
+            };
+            if v as usize >= vertices {
+                return Err(bad(format!("vertex {v} is not among the {vertices} of the base mesh")));
+            }
+            Ok((v, Vec3::new(x, y, z)))
+        })
+        .collect()
+}
+
+/// The rig: bones with parents, and where their heads are.
+///
+/// **Errors** also a bone that hangs below itself.
+pub(super) fn read_skel(text: &str, vertices: usize) -> Result<Skel, TrainError> {
+    const FILE: &str = "default.mhskel";
+    let file: Value = serde_json::from_str(text).map_err(|e| wrong(FILE, e.to_string()))?;
+    let (Some(bones), Some(joints)) = (file["bones"].as_object(), file["joints"].as_object()) else {
+        return Err(wrong(FILE, "it needs the objects `bones` and `joints`"));
+    };
+    let bones: BTreeMap<_, _> = bones
+        .iter()
+        .map(|(name, bone)| {
+            let parent = bone["parent"].as_str().map(String::from);
+            (name.clone(), (parent, bone["head"].as_str().unwrap_or_default().to_string()))
+        })
+        .collect();
+    let mut places = BTreeMap::new();
+    for (name, list) in joints {
+        let list: Option<Vec<u32>> = list.as_array().and_then(|l| {
+            l.iter().map(|v| v.as_u64().filter(|v| (*v as usize) < vertices).map(|v| v as u32)).collect()
+        });
+        let list = list.filter(|l| !l.is_empty());
+        places.insert(
+            name.clone(),
+            list.ok_or_else(|| wrong(FILE, format!("joint {name} is no list of the base mesh's {vertices} vertices")))?,
+        );
+    }
+    let skel = Skel { bones, joints: places };
+    for bone in skel.bones.keys() {
+        let mut at = Some(bone.as_str());
+        for _ in 0..=skel.bones.len() {
+            at = at.and_then(|b| skel.parent_of(b));
+        }
+        if at.is_some() {
+            return Err(wrong(FILE, format!("bone {bone} hangs below itself: the rig has a cycle")));
+        }
+    }
+    Ok(skel)
+}
+
+impl Skel {
+    pub fn parent_of(&self, bone: &str) -> Option<&str> {
+        self.bones.get(bone)?.0.as_deref()
+    }
+
+    /// The vertices around the head of the bone that is asked for.
+    pub fn head_of(&self, is_asked: impl Fn(&str) -> bool) -> Option<&[u32]> {
+        let (_, (_, head)) = self.bones.iter().find(|(name, _)| is_asked(name))?;
+        self.joints.get(head).map(Vec::as_slice)
+    }
+}
+
+/// Rows of weights for all vertices; bones that move with none of our joints are an error.
+pub(super) fn read_weights(
+    text: &str,
+    vertices: usize,
+    joint_of: impl Fn(&str) -> Option<JointId>,
+) -> Result<Vec<Vec<(JointId, f64)>>, TrainError> {
+    const FILE: &str = "default_weights.mhw";
+    let file: Value = serde_json::from_str(text).map_err(|e| wrong(FILE, e.to_string()))?;
+    let bones = file.get("weights").and_then(Value::as_object);
+    let mut rows: Vec<Vec<(JointId, f64)>> = vec![Vec::new(); vertices];
+    for (bone, list) in bones.ok_or_else(|| wrong(FILE, "it needs the object `weights`"))? {
+        let joint = joint_of(bone).ok_or_else(|| wrong(FILE, format!("the rig has no bone {bone}")))?;
+        for entry in list.as_array().into_iter().flatten() {
+            let (v, w) = (entry[0].as_u64(), entry[1].as_f64());
+            let (Some(v), Some(w)) = (v.filter(|v| (*v as usize) < vertices), w) else {
+                return Err(wrong(FILE, format!("bone {bone} has an entry that is no vertex and weight: {entry}")));
+            };
+            let row = &mut rows[v as usize];
+            match row.iter_mut().find(|(j, _)| *j == joint) {
+                Some((_, sum)) => *sum += w,
+                None => row.push((joint, w)),
+            }
+        }
+    }
+    Ok(rows)
+}
