@@ -1,12 +1,12 @@
 //! The figure dressed so far.
 
-use super::{Pose, Skeleton, SkinWeights, skin};
+use super::{Pose, Skeleton, SkinWeights, UvMap, skin};
 use crate::geometry::{PerVertex, TriMesh};
 use serde::{Deserialize, Serialize};
 
 /// One skinned surface of a figure, in the bind pose.
 ///
-/// **Shapes** every attribute has one entry a vertex of `mesh`.
+/// **Shapes** every attribute but `uvs` has one entry a vertex of `mesh`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Layer {
     /// `body`, or the garment's name in the session.
@@ -19,8 +19,8 @@ pub struct Layer {
     pub weights: SkinWeights,
     /// Colours as scanned.
     pub colors: Option<PerVertex<[u8; 3]>>,
-    /// Texture coordinates.
-    pub uvs: Option<PerVertex<[f64; 2]>>,
+    /// Texture coordinates, and the picture where one was baked.
+    pub uvs: Option<UvMap>,
     /// Share of cloth physics in the motion of each vertex, 0–0.5 (Hu 2017, Eq. 9); `None` where nothing is simulated.
     pub physics: Option<PerVertex<f64>>,
     /// Fabric preset.

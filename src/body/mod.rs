@@ -26,7 +26,7 @@ pub use pose_dirs::PoseDirs;
 pub use skeleton::{JOINT_NAMES, JOINT_PARENTS, JointId, JointLimits, Pose, Skeleton};
 pub use skin::{SkinWeights, skin, unskin};
 pub use stance::Stance;
-pub use uv::UvMap;
+pub use uv::{Texture, UvMap};
 
 /// What makes a file no body model.
 #[derive(Debug, thiserror::Error)]

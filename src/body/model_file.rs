@@ -271,7 +271,7 @@ fn read_limits(npz: &Npz, joints: usize) -> Result<Vec<JointLimits>, BodyError> 
 /// `vt` and `ft` as the SMPL family has them, or `uv` with one row a vertex. Coordinates for another mesh are left out.
 fn read_uvs(npz: &Npz, template: &TriMesh) -> Result<Option<UvMap>, BodyError> {
     let uvs = if npz.contains("vt") && npz.contains("ft") {
-        UvMap { coords: npz.f64_rows::<2>("vt")?, corners: npz.u32_rows::<3>("ft")?.into() }
+        UvMap { coords: npz.f64_rows::<2>("vt")?, corners: npz.u32_rows::<3>("ft")?.into(), texture: None }
     } else if npz.contains("uv") {
         let coords = npz.f64_rows::<2>("uv")?;
         if coords.len() != template.vertex_count() {

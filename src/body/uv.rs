@@ -12,12 +12,23 @@ pub struct UvMap {
     pub coords: Vec<[f64; 2]>,
     /// For each face the places of its corners.
     pub corners: PerFace<[u32; 3]>,
+    /// The picture, where there is one.
+    pub texture: Option<Texture>,
+}
+
+/// A picture to be wrapped around a surface.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Texture {
+    /// Pixels along a side.
+    pub side: usize,
+    /// sRGB, rows from the top.
+    pub pixels: Vec<[u8; 3]>,
 }
 
 impl UvMap {
     /// One place a vertex: no seam.
     pub fn per_vertex(mesh: &TriMesh, coords: PerVertex<[f64; 2]>) -> Self {
-        Self { coords: coords.0, corners: mesh.faces().iter().map(|f| f.map(|v| v.0)).collect() }
+        Self { coords: coords.0, corners: mesh.faces().iter().map(|f| f.map(|v| v.0)).collect(), texture: None }
     }
 
     /// Whether it belongs to a mesh of so many faces and every corner has a place.

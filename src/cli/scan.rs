@@ -4,7 +4,7 @@ use super::Context;
 use super::console::{Done, secs};
 use super::progress::Progress;
 use crate::scan::{Unit, Up};
-use crate::session::NewScan;
+use crate::session::{BodySurface, NewScan};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -24,6 +24,9 @@ pub(super) struct ScanArgs {
     /// Axis of the file that points up (+y, -z, …), where it is not to be guessed
     #[arg(long, value_name = "±AXIS", allow_hyphen_values = true)]
     up: Option<Up>,
+    /// What becomes the figure's body: the model's template moved onto the scan, or the scan itself
+    #[arg(long, value_enum)]
+    surface: Option<SurfaceWord>,
     /// Where the garment ends (knee, ankle, hip, …)
     #[arg(long, value_name = "PLACE")]
     until: Option<String>,
@@ -38,6 +41,13 @@ pub(super) struct ScanArgs {
     replace: bool,
 }
 
+/// As typed.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum SurfaceWord {
+    Template,
+    Scan,
+}
+
 pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     let new = NewScan {
@@ -47,6 +57,10 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
         unit: args.unit,
         up: args.up,
         faces: args.faces,
+        surface: args.surface.map(|word| match word {
+            SurfaceWord::Template => BodySurface::Template,
+            SurfaceWord::Scan => BodySurface::Scan,
+        }),
         until: args.until,
         sleeve: args.sleeve,
         replace: args.replace,

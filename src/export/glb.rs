@@ -6,6 +6,7 @@
 
 use super::error::ExportError;
 use super::palette::color_of_rank;
+use super::split::{Split, png_of};
 use crate::body::{Figure, Layer, Pose, Skeleton};
 use crate::formats::{GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, NodeId, SkinId};
 use crate::geometry::PerVertex;
@@ -104,7 +105,6 @@ fn check_layer(layer: &Layer, joint_count: usize) -> Result<(), ExportError> {
     let lengths = [
         ("rows of skin weights", Some(layer.weights.len())),
         ("colours", layer.colors.as_ref().map(PerVertex::len)),
-        ("texture coordinates", layer.uvs.as_ref().map(PerVertex::len)),
         ("physics weights", layer.physics.as_ref().map(PerVertex::len)),
     ];
     for (attribute, found) in lengths {
@@ -112,6 +112,10 @@ fn check_layer(layer: &Layer, joint_count: usize) -> Result<(), ExportError> {
             let (layer, attribute) = (layer.name.clone(), attribute.to_string());
             return Err(ExportError::Length { layer, attribute, found, expected: vertices });
         }
+    }
+    if let Some(uvs) = layer.uvs.as_ref().filter(|uvs| !uvs.fits(&layer.mesh)) {
+        let (layer, attribute) = (layer.name.clone(), "texture coordinates (a triple a face)".to_string());
+        return Err(ExportError::Length { layer, attribute, found: uvs.corners.len(), expected: faces });
     }
     for (vertex, row) in layer.weights.rows().iter().enumerate() {
         if let Some((joint, _)) = row.iter().find(|(j, w)| *w > 0.0 && j.index() >= joint_count) {
@@ -124,22 +128,23 @@ fn check_layer(layer: &Layer, joint_count: usize) -> Result<(), ExportError> {
 
 fn add_layer(glb: &mut GlbWriter, layer: &Layer, rank: usize, skin: SkinId) -> Result<NodeId, ExportError> {
     let mesh = &layer.mesh;
-    let count = mesh.vertex_count();
-    let points: Vec<[f32; 3]> = mesh.points().iter().map(|p| p.coords.map(|c| c as f32).into()).collect();
+    let split = Split::along_seams(layer);
+    let count = split.vertices.len();
+    let points: Vec<[f32; 3]> =
+        split.spread(mesh.points()).map(|p| p.coords.map(|c| c as f32).into()).collect();
     // A vertex without faces has no normal; glTF wants unit length of every one.
-    let normals: Vec<[f32; 3]> = mesh
-        .vertex_normals()
-        .iter()
+    let normals: Vec<[f32; 3]> = split
+        .spread(&mesh.vertex_normals())
         .map(|n| if n.norm_squared() > 0.5 { n.map(|c| c as f32).into() } else { [0.0, 1.0, 0.0] })
         .collect();
     let (joints, weights): (Vec<[u16; 4]>, Vec<[f32; 4]>) =
-        layer.weights.rows().iter().map(|row| gltf_influences(&row.map(|(j, w)| (j.0, w)))).unzip();
+        split.spread(layer.weights.rows()).map(|row| gltf_influences(&row.map(|(j, w)| (j.0, w)))).unzip();
     let physics: Vec<[f32; 1]> = match &layer.physics {
-        Some(physics) => physics.iter().map(|&w| [w as f32]).collect(),
+        Some(physics) => split.spread(physics).map(|&w| [w as f32]).collect(),
         None => vec![[0.0]; count],
     };
 
-    let indices = glb.indices(&mesh.faces().iter().map(|f| f.map(|v| v.0)).collect::<Vec<_>>());
+    let indices = glb.indices(&split.faces);
     let mut attributes = vec![
         ("POSITION", glb.positions(&points)?),
         ("NORMAL", glb.floats("normals", &normals)?),
@@ -148,18 +153,23 @@ fn add_layer(glb: &mut GlbWriter, layer: &Layer, rank: usize, skin: SkinId) -> R
         ("_PHYSW", glb.floats("physics weights", &physics)?),
         ("_LAYER", glb.floats("layer ranks", &vec![[rank as f32]; count])?),
     ];
-    if let Some(uvs) = &layer.uvs {
-        // Ours begin at the lower left, glTF's at the upper left.
-        let uvs: Vec<[f32; 2]> = uvs.iter().map(|&[u, v]| [u as f32, (1.0 - v) as f32]).collect();
-        attributes.push(("TEXCOORD_0", glb.floats("texture coordinates", &uvs)?));
+    if !split.uvs.is_empty() {
+        attributes.push(("TEXCOORD_0", glb.floats("texture coordinates", &split.uvs)?));
     }
-    if let Some(colors) = &layer.colors {
-        attributes.push(("COLOR_0", glb.colors(colors.as_slice())));
+    let texture = match layer.uvs.as_ref().and_then(|uvs| uvs.texture.as_ref()) {
+        Some(texture) => Some(glb.texture(&layer.name, &png_of(texture)?)),
+        None => None,
+    };
+    // Vertex colours are multiplied by the picture, which says the same and more.
+    let colors = layer.colors.as_ref().filter(|_| texture.is_none());
+    if let Some(colors) = colors {
+        attributes.push(("COLOR_0", glb.colors(&split.spread(colors).copied().collect::<Vec<_>>())));
     }
     let material = glb.material(&GlbMaterial {
         name: &layer.name,
-        // Vertex colours are multiplied by the material's.
-        color: if layer.colors.is_some() { [255; 3] } else { color_of_rank(rank) },
+        // Vertex colours and the texture are multiplied by the material's.
+        color: if colors.is_some() || texture.is_some() { [255; 3] } else { color_of_rank(rank) },
+        texture,
         roughness: ROUGHNESS,
         double_sided: rank > 0,
     });

@@ -4,6 +4,7 @@ mod error;
 mod glb;
 mod layers;
 mod palette;
+mod split;
 #[cfg(test)]
 mod tests;
 

@@ -1,7 +1,7 @@
 //! A `.glb` read back by nothing but the standard: skinned from its own arrays, it stands where our figure stands.
 
 use super::{ExportError, GlbOptions, write_glb, write_joints_json, write_layer_ply, write_skin_weights_npy};
-use crate::body::{Figure, JointId, Layer, Pose, Skeleton, SkinWeights};
+use crate::body::{Figure, JointId, Layer, Pose, Skeleton, SkinWeights, Texture, UvMap};
 use crate::formats::{read_gltf, read_npy, read_ply};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
 use nalgebra::{Matrix4, Point3, Quaternion, UnitQuaternion};
@@ -42,7 +42,8 @@ fn figure() -> Figure {
     sleeve.template = Some("tshirt".into());
     sleeve.fabric = Some("cotton".into());
     sleeve.colors = Some((0..count).map(|i| [i as u8, 3, 200]).collect());
-    sleeve.uvs = Some((0..count).map(|i| [i as f64 / 100.0, 0.25]).collect());
+    let coords = (0..count).map(|i| [i as f64 / 100.0, 0.25]).collect();
+    sleeve.uvs = Some(UvMap::per_vertex(&sleeve.mesh, coords));
     sleeve.physics = Some((0..count).map(|i| i as f64 / 100.0).collect());
     Figure { skeleton, layers: vec![layer("body", tube(12, 0.2)), sleeve] }
 }
@@ -211,4 +212,28 @@ fn a_folder_holds_surface_joints_and_weights() {
     for row in weights.to_f64("weights").unwrap().chunks(3) {
         assert!((row.iter().sum::<f64>() - 1.0).abs() < 1e-6);
     }
+}
+
+#[test]
+fn a_seam_doubles_its_vertices_and_the_texture_takes_the_place_of_their_colours() {
+    let mut figure = figure();
+    let sleeve = &mut figure.layers[1];
+    let uvs = sleeve.uvs.as_mut().unwrap();
+    // The first face is cut off from its neighbours on the picture.
+    let first = uvs.corners.0[0].map(|c| uvs.coords[c as usize]);
+    let base = uvs.coords.len() as u32;
+    uvs.coords.extend(first.map(|[u, v]| [u, v + 0.5]));
+    let cut = uvs.corners.0[0];
+    *uvs.corners.0.last_mut().unwrap() = [base, base + 1, base + 2];
+    assert_ne!(cut, *uvs.corners.0.last().unwrap());
+    uvs.texture = Some(Texture { side: 2, pixels: vec![[10, 20, 30]; 4] });
+    let vertices = figure.layers[0].mesh.vertex_count() + figure.layers[1].mesh.vertex_count();
+    let bytes = written(&figure, None);
+    let both = read_gltf(bytes.as_slice()).unwrap();
+    assert_eq!(both.points.len(), vertices + 3, "the last face's corners, once more");
+    let json = Parsed::new(&bytes).json;
+    assert_eq!(json["images"][0]["mimeType"], "image/png");
+    assert_eq!(json["materials"][1]["pbrMetallicRoughness"]["baseColorTexture"]["index"], 0);
+    assert!(json["meshes"][1]["primitives"][0]["attributes"].get("COLOR_0").is_none());
+    assert_eq!(bytes, written(&figure, None));
 }

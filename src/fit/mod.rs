@@ -9,12 +9,15 @@ mod offset;
 mod prior;
 mod register;
 mod surface;
+mod texture;
+mod transfer;
 
 pub use inside::{InsideParams, fit_inside};
 pub use naked::{NakedParams, fit_naked};
 pub use register::{RegisterParams, register};
+pub use transfer::{closest_weights, scan_in_bind};
 
-use crate::body::{Pose, Shape, Skeleton};
+use crate::body::{Pose, Shape, Skeleton, UvMap};
 use crate::geometry::{PerVertex, TriMesh};
 use serde::{Deserialize, Serialize};
 
@@ -74,6 +77,8 @@ pub struct RegisteredBody {
     pub pose: Pose,
     /// Colours taken from the scan.
     pub colors: Option<PerVertex<[u8; 3]>>,
+    /// The model's texture coordinates with the scan's colours baked into a picture, where both have them.
+    pub uvs: Option<UvMap>,
     /// How it went.
     pub report: FitReport,
 }

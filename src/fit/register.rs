@@ -4,8 +4,9 @@
 //! membrane on the displacement whose stiffness is annealed, no pull where the scan has holes.
 
 use super::surface::ScanSurface;
+use super::texture::bake_texture;
 use super::{FitError, FitReport, FittedBody, RegisteredBody, Step};
-use crate::body::{BodyModel, Pose, Skeleton, skin, unskin};
+use crate::body::{BodyModel, Pose, Skeleton, unskin};
 use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3, cotangent_laplacian};
 use crate::numerics::SparseCholesky;
 use crate::scan::Scan;
@@ -45,8 +46,7 @@ pub fn register(
     on_step: &mut dyn FnMut(&Step),
 ) -> Result<RegisteredBody, FitError> {
     let surface = ScanSurface::prepare(&scan.mesh);
-    let start =
-        fitted.surface.with_points(skin(fitted.surface.points(), &model.weights, &fitted.skeleton, &fitted.pose));
+    let start = fitted.surface.with_points(model.posed(fitted.surface.points(), &fitted.skeleton, &fitted.pose));
     let pull = pull_of_parts(model, params.hand_pull);
     let mut displaced = start.clone();
     let rounds = params.smoothing_lengths.len();
@@ -65,12 +65,16 @@ pub fn register(
     }
     let (residual_mean, residual_p95) = residual(&surface, &displaced);
     let colors = scan.colors.as_ref().map(|colors| bake_colors(&surface, colors, &displaced));
+    let uvs = match (&scan.colors, &colors, &model.uvs) {
+        (Some(of_scan), Some(of_body), Some(uvs)) => Some(bake_texture(&surface, of_scan, &displaced, of_body, uvs)),
+        (_, _, uvs) => uvs.clone(),
+    };
     let (points_in_bind, skeleton, pose) = into_bind_pose(model, fitted, displaced.points());
     let seen = targets(&surface, &displaced, &pull, 0.02).iter().filter(|t| t.is_some()).count();
     let log = vec![format!("{seen} of {} vertices lie on the scan", model.template.vertex_count())];
     let report =
         FitReport { converged: true, iterations: iteration, residual_mean, residual_p95, log, ..FitReport::default() };
-    Ok(RegisteredBody { surface: model.template.with_points(points_in_bind), skeleton, pose, colors, report })
+    Ok(RegisteredBody { surface: model.template.with_points(points_in_bind), skeleton, pose, colors, uvs, report })
 }
 
 /// Where a vertex is drawn to, and how strongly (0–1).

@@ -25,7 +25,9 @@ ids!(
     /// A node.
     NodeId,
     /// A skin.
-    SkinId
+    SkinId,
+    /// A picture for a material.
+    TextureId
 );
 
 /// A node before it is one. Rotation is a quaternion x, y, z, w.
@@ -47,13 +49,15 @@ pub struct GlbNode<'a> {
     pub extras: Value,
 }
 
-/// A material of glTF's metallic-roughness model, without textures.
+/// A material of glTF's metallic-roughness model.
 #[derive(Clone, Debug)]
 pub struct GlbMaterial<'a> {
     /// Shown in every program's outline.
     pub name: &'a str,
-    /// sRGB; multiplies vertex colours.
+    /// sRGB; multiplies vertex colours and the texture.
     pub color: [u8; 3],
+    /// The picture that `TEXCOORD_0` maps.
+    pub texture: Option<TextureId>,
     /// 0 mirror, 1 chalk.
     pub roughness: f32,
     /// Whether the back is drawn: cloth is a sheet.
@@ -95,6 +99,8 @@ pub struct GlbWriter {
     views: Vec<Value>,
     accessors: Vec<Value>,
     materials: Vec<Value>,
+    images: Vec<Value>,
+    textures: Vec<Value>,
     meshes: Vec<Value>,
     nodes: Vec<Value>,
     skins: Vec<Value>,
@@ -228,14 +234,28 @@ impl GlbWriter {
         id
     }
 
+    /// Adds a picture, the bytes of a PNG file, as a texture.
+    pub fn texture(&mut self, name: &str, png: &[u8]) -> TextureId {
+        self.views.push(json!({ "buffer": 0, "byteOffset": self.bin.len(), "byteLength": png.len() }));
+        self.bin.extend_from_slice(png);
+        self.bin.resize(self.bin.len().next_multiple_of(4), 0);
+        self.images.push(json!({ "name": name, "mimeType": "image/png", "bufferView": self.views.len() - 1 }));
+        self.textures.push(json!({ "source": self.images.len() - 1 }));
+        TextureId(self.textures.len() - 1)
+    }
+
     /// Adds a material.
     pub fn material(&mut self, material: &GlbMaterial) -> MaterialId {
         let [r, g, b] = material.color.map(linear_of_byte);
+        let mut surface = json!({
+            "baseColorFactor": [r, g, b, 1.0], "metallicFactor": 0.0, "roughnessFactor": material.roughness,
+        });
+        if let Some(texture) = material.texture {
+            surface["baseColorTexture"] = json!({ "index": texture.0 });
+        }
         self.materials.push(json!({
             "name": material.name,
-            "pbrMetallicRoughness": {
-                "baseColorFactor": [r, g, b, 1.0], "metallicFactor": 0.0, "roughnessFactor": material.roughness,
-            },
+            "pbrMetallicRoughness": surface,
             "doubleSided": material.double_sided,
         }));
         MaterialId(self.materials.len() - 1)
@@ -305,6 +325,8 @@ impl GlbWriter {
             ("bufferViews", &mut self.views),
             ("accessors", &mut self.accessors),
             ("materials", &mut self.materials),
+            ("images", &mut self.images),
+            ("textures", &mut self.textures),
             ("meshes", &mut self.meshes),
             ("nodes", &mut self.nodes),
             ("skins", &mut self.skins),

@@ -1,7 +1,7 @@
 //! A scan added to a session: read and cleaned at once, so that a bad file is told before anything is changed.
 
 use super::open::Writer;
-use super::recipe::{BODY_STEP, StepRecipe};
+use super::recipe::{BODY_STEP, BodySurface, StepRecipe};
 use super::stage_scan;
 use super::state::Stage;
 use super::walk::{Event, Forced, StageReport, Walk};
@@ -24,6 +24,8 @@ pub struct NewScan {
     pub up: Option<Up>,
     /// About how many faces the cleaned scan has.
     pub faces: Option<usize>,
+    /// What becomes the figure's body; for the body only.
+    pub surface: Option<BodySurface>,
     /// Where the garment ends.
     pub until: Option<String>,
     /// Where its sleeves end.
@@ -36,6 +38,12 @@ impl Writer {
     /// Adds a scan as the next step. The session is as it was if anything is wrong with it.
     pub fn add_scan(&mut self, new: &NewScan, on_event: &mut dyn FnMut(&Event)) -> Result<StageReport, SessionError> {
         check_extent(new)?;
+        if new.surface.is_some() && new.name != BODY_STEP {
+            return Err(SessionError::BadRequest {
+                what: format!("'{}' is a garment: only the body has a surface to choose", new.name),
+                hint: "leave --surface out".into(),
+            });
+        }
         let mut step = StepRecipe {
             name: new.name.clone(),
             scan: String::new(),
@@ -44,6 +52,7 @@ impl Writer {
             unit: new.unit,
             up: new.up,
             faces: new.faces,
+            surface: new.surface,
             until: new.until.clone(),
             sleeve: new.sleeve.clone(),
             ..StepRecipe::default()

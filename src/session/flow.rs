@@ -66,7 +66,7 @@ fn body(walk: &mut Walk, step: &StepRecipe) -> Result<Dressed, SessionError> {
     let scan = scan(walk, step)?;
     let fitted = fit(walk, step, scan)?;
     let registered = register(walk, step, scan, fitted)?;
-    let figure = bare(walk, step, registered)?;
+    let figure = bare(walk, step, scan, registered)?;
     Ok(Dressed { scan, pose: StepPose::Naked { fitted, registered }, figure })
 }
 

@@ -82,7 +82,7 @@ pub use new::{NewSession, create};
 pub use open::{Session, Writer};
 pub use parameters::{Allowed, Parameter, Setting, Settings, parameters_of};
 pub use reason::{Cause, Reason};
-pub use recipe::{BODY_STEP, Recipe, SourceFile, StepRecipe};
+pub use recipe::{BODY_STEP, BodySurface, Recipe, SourceFile, StepRecipe};
 pub use replay::{Replay, Replayed, replay};
 pub use single_stage::{StageRequest, StageRun};
 pub use stage_error::StageError;

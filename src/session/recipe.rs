@@ -46,6 +46,17 @@ pub struct SourceFile {
     pub hash: Option<ContentHash>,
 }
 
+/// The surface that becomes the figure's body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BodySurface {
+    /// The model's template, moved onto the scan.
+    #[default]
+    Template,
+    /// The scan itself (Hu 2017).
+    Scan,
+}
+
 /// One scan, and what to make of it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -69,6 +80,9 @@ pub struct StepRecipe {
     /// About how many faces the cleaned scan has.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub faces: Option<usize>,
+    /// What becomes the figure's body, where it is not the registered template.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface: Option<BodySurface>,
     /// Where the garment ends at the legs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until: Option<String>,
@@ -358,6 +372,7 @@ mod tests {
             unit: None,
             up: Some(Up::MinusZ),
             faces: Some(30_000),
+            surface: None,
             until: None,
             sleeve: None,
             masks: vec![SourceFile { file: "m.jsonl".into(), hash: None }],

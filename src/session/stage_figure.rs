@@ -1,33 +1,43 @@
 //! Figure: the body alone, or a garment weighed and put on the figure dressed so far.
 
 use super::parameters::params_of;
-use super::recipe::{BODY_STEP, StepRecipe};
+use super::recipe::{BODY_STEP, BodySurface, StepRecipe};
 use super::state::Stage;
 use super::store::Kept;
 use super::walk::{Outcome, Walk};
 use super::{SessionError, garment_kind};
 use crate::body::{Figure, Layer};
-use crate::fit::RegisteredBody;
+use crate::fit::{RegisteredBody, scan_in_bind};
 use crate::geometry::TriMesh;
 use crate::rig::{PhysicsParams, RiggedGarment, physics_weights};
+use crate::scan::Scan;
 use serde_json::json;
 
 /// The body alone.
 pub(super) fn bare(
     walk: &mut Walk,
     step: &StepRecipe,
+    scan: Kept<Scan>,
     registered: Kept<RegisteredBody>,
 ) -> Result<Kept<Figure>, SessionError> {
-    let inputs = json!({ "registered": registered.hash, "model": walk.session().body_model_input() });
+    let mut inputs = json!({ "registered": registered.hash, "model": walk.session().body_model_input() });
+    if step.surface == Some(BodySurface::Scan) {
+        inputs["scan"] = json!(scan.hash);
+    }
     walk.stage(&step.name, Stage::Figure, inputs, |session, _tell| {
-        let (registered, model) = (session.store.load(registered)?, session.body_model()?);
+        let (mut registered, mut model) = (session.store.load(registered)?, session.body_model()?);
+        if step.surface == Some(BodySurface::Scan) {
+            let scan = session.store.load(scan)?;
+            (registered.surface, model.weights) = scan_in_bind(&scan, &registered, &model.weights);
+            (registered.colors, registered.uvs) = (scan.colors, None);
+        }
         let body = Layer {
             name: BODY_STEP.into(),
             template: None,
             mesh: registered.surface,
             weights: model.weights,
             colors: registered.colors,
-            uvs: None,
+            uvs: registered.uvs,
             physics: None,
             fabric: None,
         };

@@ -85,7 +85,7 @@ fn rig_of(
         (0..base.kept.len()).map(|v| Point::from(bodies.iter().map(|b| b.0[v].coords).sum::<Vec3>() * share)).collect();
     let mesh = TriMesh::try_from_indices(mean, &base.faces)
         .map_err(|e| TrainError::NotMakeHuman { file: "base.obj".into(), reason: e.to_string() })?;
-    let uvs = UvMap { coords: base.uvs.clone(), corners: base.uv_faces.clone().into() };
+    let uvs = UvMap { coords: base.uvs.clone(), corners: base.uv_faces.clone().into(), texture: None };
     Ok(Rig {
         names: JOINT_NAMES.map(String::from).to_vec(),
         parents: JOINT_PARENTS.to_vec(),

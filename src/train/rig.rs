@@ -2,8 +2,8 @@
 
 use super::{Regressor, Subjects, TrainError};
 use crate::body::{BodyModel, JointId, JointLimits, Pose, SkinWeights, UvMap, skin};
-use crate::fit::{NakedParams, RegisterParams, fit_naked, register};
-use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId, mean_value_coordinates};
+use crate::fit::{NakedParams, RegisterParams, closest_weights, fit_naked, register};
+use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3, VertexId, mean_value_coordinates};
 use crate::scan::Scan;
 use nalgebra::UnitQuaternion;
 
@@ -69,13 +69,7 @@ impl Rig {
         let registered = register(&scan, model, &fitted, &params, &mut |_| {}).map_err(failed)?;
         let skeleton = &registered.skeleton;
         let points = skin(registered.surface.points(), &model.weights, skeleton, &registered.pose);
-        let surface = SurfaceIndex::prepare(&registered.surface.with_points(points));
-        let faces = registered.surface.faces();
-        let weights = SkinWeights::from_rows(mesh.points().iter().map(|p| {
-            let at = surface.closest(p);
-            let corners = faces[at.face];
-            model.weights.blend(&[0, 1, 2].map(|k| (corners[k], at.barycentric[k])))
-        }));
+        let weights = closest_weights(mesh.points(), &registered.surface.with_points(points), &model.weights);
         let joints = subjects.mean_joints_of(kept).unwrap_or_else(|| skeleton.joints_in_world(&registered.pose));
         let rig = Self {
             mesh,

@@ -183,7 +183,7 @@ fn packed(mut flats: Vec<Flat>, face_count: usize) -> UvMap {
             corners[*face] = vertices.map(|v| index[&v]);
         }
     }
-    UvMap { coords, corners }
+    UvMap { coords, corners, texture: None }
 }
 
 fn shelves(flats: &[Flat], order: &[usize], side: f64) -> Option<Vec<[f64; 2]>> {

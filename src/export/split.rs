@@ -1,0 +1,69 @@
+//! What glTF wants of texture coordinates: one a vertex. So vertices on a seam are doubled.
+
+use super::error::ExportError;
+use crate::body::{Layer, Texture};
+use crate::geometry::{PerVertex, VertexId};
+use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
+use std::collections::BTreeMap;
+
+/// A layer's vertices, those on seams several times.
+pub(super) struct Split {
+    /// Which vertex of the layer each is; the layer's own come first, in their order.
+    pub vertices: Vec<VertexId>,
+    /// Faces over them.
+    pub faces: Vec<[u32; 3]>,
+    /// Texture coordinates of each, from the upper left as glTF has them; empty where there are none.
+    pub uvs: Vec<[f32; 2]>,
+}
+
+impl Split {
+    /// Without texture coordinates nothing is split.
+    pub fn along_seams(layer: &Layer) -> Self {
+        let mesh = &layer.mesh;
+        let mut vertices: Vec<VertexId> = mesh.vertex_ids().collect();
+        let Some(uvs) = &layer.uvs else {
+            return Self { vertices, faces: mesh.faces().iter().map(|f| f.map(|v| v.0)).collect(), uvs: Vec::new() };
+        };
+        let place = |c: u32| {
+            let [u, v] = uvs.coords[c as usize];
+            [u as f32, (1.0 - v) as f32]
+        };
+        let mut coords: Vec<Option<u32>> = vec![None; vertices.len()];
+        let mut doubles: BTreeMap<(VertexId, u32), u32> = BTreeMap::new();
+        let mut faces = Vec::with_capacity(mesh.face_count());
+        for (face, corners) in mesh.faces().iter().zip(uvs.corners.iter()) {
+            faces.push(std::array::from_fn(|k| {
+                let (v, c) = (face[k], corners[k]);
+                match coords[v.index()] {
+                    None => {
+                        coords[v.index()] = Some(c);
+                        v.0
+                    }
+                    Some(own) if own == c => v.0,
+                    Some(_) => *doubles.entry((v, c)).or_insert_with(|| {
+                        vertices.push(v);
+                        coords.push(Some(c));
+                        vertices.len() as u32 - 1
+                    }),
+                }
+            }));
+        }
+        let uvs = coords.into_iter().map(|c| c.map_or([0.0, 0.0], place)).collect();
+        Self { vertices, faces, uvs }
+    }
+
+    /// A value of the layer's vertices for each of these.
+    pub fn spread<'a, T>(&'a self, values: &'a PerVertex<T>) -> impl Iterator<Item = &'a T> {
+        self.vertices.iter().map(|v| &values[*v])
+    }
+}
+
+/// The picture as a PNG file.
+pub(super) fn png_of(texture: &Texture) -> Result<Vec<u8>, ExportError> {
+    let mut bytes = Vec::new();
+    let side = texture.side as u32;
+    PngEncoder::new(&mut bytes)
+        .write_image(texture.pixels.as_flattened(), side, side, ExtendedColorType::Rgb8)
+        .map_err(|e| ExportError::Picture { reason: e.to_string() })?;
+    Ok(bytes)
+}
