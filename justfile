@@ -14,6 +14,7 @@ foreign:
 # The README's pictures, from the demo
 pictures:
     rm -rf target/pictures
+    cargo run --release --no-default-features -- body show --sheet .pictures/body.png
     cargo run --release --no-default-features -- demo --keep target/pictures
     cp target/pictures/poster.png .pictures/poster.png
     cp target/pictures/sheet.png .pictures/sheet.png

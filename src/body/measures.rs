@@ -19,9 +19,9 @@ pub struct BodyMeasure {
 /// **Source** ANSUR II (2012): tenth rib 0.644, iliac crest 0.608, crotch 0.481, means of women and men. ISO 8559-1
 /// takes the waist midway between lowest rib and iliac crest.
 const WAIST_PER_STATURE: f64 = 0.626;
-/// Where the chest is widest: bust points of women 0.719, of men 0.735 (ANSUR II), ± two deviations, and no higher than
-/// the armpit.
-const CHEST_PER_STATURE: [f64; 2] = [0.690, 0.750];
+/// Where the chest is widest: bust points lie at 0.719 of stature in women, 0.735 in men (ANSUR II, deviation 0.014). In
+/// the A-pose shoulder flesh reaches down to 0.73, so the tape goes no higher.
+const CHEST_PER_STATURE: [f64; 2] = [0.690, 0.725];
 /// Where the seat is fullest: 0.509 ± two deviations.
 const HIP_PER_STATURE: [f64; 2] = [0.475, 0.545];
 /// Step between the levels tried, metres: a girth changes by less than a millimetre over it.

@@ -206,7 +206,10 @@ fn read_pose_dirs(
             return Err(BodyError::ShapeMismatch {
                 name: "posedirs",
                 found: shape.iter().map(|&n| n as u64).collect(),
-                expected: format!("({vertices}, 3, {}), ({vertices}, 3, {}) or ({vertices}, 3, {})", known[0], known[1], known[2]),
+                expected: format!(
+                    "({vertices}, 3, {}), ({vertices}, 3, {}) or ({vertices}, 3, {})",
+                    known[0], known[1], known[2]
+                ),
                 reference: "v_template and kintree_table",
             });
         }

@@ -259,6 +259,7 @@ fn build(args: BuildArgs, context: &Context) -> anyhow::Result<Done> {
             "vertex_worst_body_mm": 1e3 * l.vertex_worst,
             "joint_mean_mm": 1e3 * l.joint_mean,
             "joint_worst_mm": 1e3 * l.joint_worst,
+            "worst_joint": l.worst_joint,
             "joints_given": l.joints_given,
         })),
         "findings": built.findings,
@@ -267,11 +268,12 @@ fn build(args: BuildArgs, context: &Context) -> anyhow::Result<Done> {
     let measured = match left {
         None => "no body was left out to measure on; --leave-out N does so".to_string(),
         Some(l) => format!(
-            "{} bodies left out: vertices {:.1} mm off on average, {:.1} mm in the worst body; joints {:.1} mm, the worst {:.1} mm ({})",
+            "{} bodies left out: vertices {:.1} mm off on average, {:.1} mm in the worst body; joints {:.1} mm, the worst ({}) {:.1} mm, {}",
             l.bodies,
             1e3 * l.vertex_mean,
             1e3 * l.vertex_worst,
             1e3 * l.joint_mean,
+            l.worst_joint,
             1e3 * l.joint_worst,
             if l.joints_given { "against those given" } else { "against those in their own vertices" }
         ),

@@ -17,8 +17,8 @@ pub(super) struct ExportArgs {
     /// The cleaned scan of this step, in the frame and unit of its file
     #[arg(long, value_name = "STEP")]
     scan: Option<String>,
-    /// `fit`: the body before registration
-    #[arg(long, value_name = "STAGE", value_parser = ["fit"], conflicts_with_all = ["at", "scan"])]
+    /// `fit`: the body before registration; `--at body` may be said with it
+    #[arg(long, value_name = "STAGE", value_parser = ["fit"], conflicts_with = "scan")]
     stage: Option<String>,
 }
 

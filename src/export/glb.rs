@@ -130,8 +130,7 @@ fn add_layer(glb: &mut GlbWriter, layer: &Layer, rank: usize, skin: SkinId) -> R
     let mesh = &layer.mesh;
     let split = Split::along_seams(layer);
     let count = split.vertices.len();
-    let points: Vec<[f32; 3]> =
-        split.spread(mesh.points()).map(|p| p.coords.map(|c| c as f32).into()).collect();
+    let points: Vec<[f32; 3]> = split.spread(mesh.points()).map(|p| p.coords.map(|c| c as f32).into()).collect();
     // A vertex without faces has no normal; glTF wants unit length of every one.
     let normals: Vec<[f32; 3]> = split
         .spread(&mesh.vertex_normals())

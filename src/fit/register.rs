@@ -23,13 +23,21 @@ pub struct RegisterParams {
     pub iterations: usize,
     /// Greatest distance of a correspondence in the first round, in metres; it falls to a third in the last.
     pub reach: f64,
-    /// How much of the pull hands and toes keep: a scanner's fingers are mittens, the model's are fingers.
+    /// How much of the pull hands keep: a scanner's fingers are mittens, the model's are fingers.
     pub hand_pull: f64,
+    /// How much of it toes keep: they melt together as fingers do, but the foot's outline is seen.
+    pub toe_pull: f64,
 }
 
 impl Default for RegisterParams {
     fn default() -> Self {
-        Self { smoothing_lengths: vec![0.06, 0.035, 0.02, 0.012], iterations: 3, reach: 0.05, hand_pull: 0.1 }
+        Self {
+            smoothing_lengths: vec![0.06, 0.035, 0.02, 0.012, 0.008],
+            iterations: 3,
+            reach: 0.05,
+            hand_pull: 0.1,
+            toe_pull: 0.5,
+        }
     }
 }
 
@@ -47,7 +55,7 @@ pub fn register(
 ) -> Result<RegisteredBody, FitError> {
     let surface = ScanSurface::prepare(&scan.mesh);
     let start = fitted.surface.with_points(model.posed(fitted.surface.points(), &fitted.skeleton, &fitted.pose));
-    let pull = pull_of_parts(model, params.hand_pull);
+    let pull = pull_of_parts(model, params);
     let mut displaced = start.clone();
     let rounds = params.smoothing_lengths.len();
     let mut iteration = 0;
@@ -80,17 +88,19 @@ pub fn register(
 /// Where a vertex is drawn to, and how strongly (0–1).
 type Target = Option<(Point, f64)>;
 
-fn pull_of_parts(model: &BodyModel, hand_pull: f64) -> PerVertex<f64> {
-    let is_thin: Vec<bool> =
-        model.skeleton.names.iter().map(|n| n.contains("Hand") || n.contains("Toes") || n.contains("Thumb")).collect();
+fn pull_of_parts(model: &BodyModel, params: &RegisterParams) -> PerVertex<f64> {
+    let pull_of_joint = |name: &String| match name.as_str() {
+        n if n.contains("Toes") => params.toe_pull,
+        // The hand, and whatever fingers a model has.
+        n if ["Hand", "Thumb", "Index", "Middle", "Ring", "Little"].iter().any(|f| n.contains(f)) => params.hand_pull,
+        _ => 1.0,
+    };
+    let pulls: Vec<f64> = model.skeleton.names.iter().map(pull_of_joint).collect();
     model
         .weights
         .rows()
         .iter()
-        .map(|row| {
-            let thin: f64 = row.iter().filter(|(j, _)| is_thin.get(j.index()) == Some(&true)).map(|r| r.1).sum();
-            1.0 - thin * (1.0 - hand_pull)
-        })
+        .map(|row| row.iter().map(|(j, w)| w * pulls.get(j.index()).copied().unwrap_or(1.0)).sum())
         .collect()
 }
 

@@ -120,7 +120,8 @@ mod tests {
 
     #[test]
     fn a_painted_plate_comes_back_on_its_picture() {
-        let points: Vec<Point> = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| Point::new(x, y, 0.0)).to_vec();
+        let points: Vec<Point> =
+            [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| Point::new(x, y, 0.0)).to_vec();
         let plate = TriMesh::try_from_indices(points, &[[0, 1, 2], [0, 2, 3]]).unwrap();
         let uvs = UvMap::per_vertex(&plate, vec![[0.1, 0.1], [0.9, 0.1], [0.9, 0.9], [0.1, 0.9]].into());
         let colors = PerVertex(vec![[255, 0, 0], [255, 0, 0], [0, 0, 255], [0, 0, 255]]);

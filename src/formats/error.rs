@@ -171,8 +171,8 @@ impl FormatError {
             | Self::Element { .. }
             | Self::Container { .. }
             | Self::NoArray { .. }
-            | Self::ArrayType { .. }
-            | Self::ArrayShape { .. } => None,
+            | Self::ArrayType { .. } => None,
+            Self::ArrayShape { .. } => Some("write the arrays again, all from the same source".into()),
         }
     }
 }

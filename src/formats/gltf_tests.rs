@@ -27,7 +27,13 @@ fn built() -> Vec<u8> {
         ("COLOR_0", glb.colors(&COLORS)),
         ("_PHYSW", glb.floats("physics weights", &[[0.0f32], [0.25], [0.5], [1.0]]).unwrap()),
     ];
-    let material = glb.material(&GlbMaterial { name: "cloth", color: [255; 3], texture: None, roughness: 0.9, double_sided: true });
+    let material = glb.material(&GlbMaterial {
+        name: "cloth",
+        color: [255; 3],
+        texture: None,
+        roughness: 0.9,
+        double_sided: true,
+    });
     let extras = json!({ "fabric": "denim" });
     let mesh = glb.mesh(&GlbMesh { name: "shirt", indices, attributes: &attributes, material: Some(material), extras });
     let leaf = glb.node(&GlbNode { name: "shirt", mesh: Some(mesh), ..GlbNode::default() });

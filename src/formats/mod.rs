@@ -26,7 +26,9 @@ mod gltf_tests;
 mod ply_tests;
 
 pub use error::{Format, FormatError};
-pub use glb::{AccessorId, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, MaterialId, MeshId, NodeId, SkinId, TextureId};
+pub use glb::{
+    AccessorId, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, MaterialId, MeshId, NodeId, SkinId, TextureId,
+};
 pub use gltf_read::read_gltf;
 pub use npz::{NpyArray, NpyData, Npz};
 pub use npz_io::{NpzCompression, read_npy, read_npz, write_npy, write_npz};

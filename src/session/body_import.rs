@@ -26,10 +26,8 @@ pub fn import_body(
     if !path.is_dir() {
         let model = read_body_model(Some(path))?;
         let corrective = if model.pose_dirs.is_some() { ", corrective offsets by pose" } else { "" };
-        let findings = vec![format!(
-            "{} shape components{corrective}; four weights a vertex are kept",
-            model.component_count()
-        )];
+        let findings =
+            vec![format!("{} shape components{corrective}; four weights a vertex are kept", model.component_count())];
         return Ok(ImportedBody { model, maker: "SMPL family", findings });
     }
     let files = makehuman_files(path)?;
@@ -37,7 +35,10 @@ pub fn import_body(
     let trained = import_makehuman(&files, params, on_step).map_err(|e| SessionError::bad_source(path, e))?;
     let held = 100.0 * trained.explained.last().copied().unwrap_or(0.0);
     let findings = vec![
-        format!("{} bodies sampled from {targets} macro targets; the components hold {held:.1} % of their variance", trained.bodies),
+        format!(
+            "{} bodies sampled from {targets} macro targets; the components hold {held:.1} % of their variance",
+            trained.bodies
+        ),
         "the targets say nothing of stature, so bodies are scaled by 3.9 % (one deviation of adults of one sex)".into(),
         "finger bones move with the hand, twist bones with the bone that they belong to".into(),
     ];

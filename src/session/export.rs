@@ -61,6 +61,12 @@ impl Session {
         let folder = Folder { path: &request.target };
         let mut files = Vec::new();
         if request.before_registration {
+            if let Some(at) = request.at.as_deref().filter(|at| *at != super::BODY_STEP) {
+                return Err(SessionError::BadRequest {
+                    what: format!("'{at}' has no stage fit: only the body is fitted before it is registered"),
+                    hint: "say --at body --stage fit".into(),
+                });
+            }
             let steps = self.worn_steps(Some(super::BODY_STEP))?;
             steps.first().map(|step| folder.fit(step, &mut files)).transpose()?;
             return Ok(files);

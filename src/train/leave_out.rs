@@ -19,6 +19,8 @@ pub struct LeftOut {
     pub joint_mean: f64,
     /// The worst joint's mean over the bodies.
     pub joint_worst: f64,
+    /// Its name.
+    pub worst_joint: String,
     /// Whether the joints were given.
     pub joints_given: bool,
 }
@@ -66,6 +68,9 @@ pub(super) fn measure(
         vertex_worst: vertex_errors.iter().copied().fold(0.0, f64::max),
         joint_mean: mean(&joint_errors),
         joint_worst: joint_errors.iter().copied().fold(0.0, f64::max),
+        worst_joint: (0..joint_errors.len())
+            .reduce(|a, b| if joint_errors[b] > joint_errors[a] { b } else { a })
+            .map_or_else(String::new, |j| rig.names[j].clone()),
         joints_given: joints_given.is_some(),
     }
 }

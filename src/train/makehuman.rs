@@ -301,7 +301,9 @@ mod tests {
         assert!(said(|f| f.targets.clear()).contains("no macro target"));
         assert!(said(|f| f.targets[0].1 = "900 0 0 0".into()).contains("vertex 900"));
         assert!(said(|f| f.base = "v 1 2\n".into()).contains("base.obj"));
-        assert!(said(|f| f.skeleton = f.skeleton.replace("\"parent\": null", "\"parent\": \"spine\"")).contains("cycle"));
+        assert!(
+            said(|f| f.skeleton = f.skeleton.replace("\"parent\": null", "\"parent\": \"spine\"")).contains("cycle")
+        );
         assert!(said(|f| f.skeleton = f.skeleton.replace("\"leftHand\":", "\"paw\":")).contains("leftHand"));
         assert!(said(|f| f.weights = "[]".into()).contains("default_weights.mhw"));
     }

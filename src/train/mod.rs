@@ -91,11 +91,11 @@ pub fn train(
     }
     on_step(&Step { doing: "principal components", done: 0, total: 1 });
     let learnt_from: Vec<&PerVertex<Point>> = kept.iter().map(|&b| &in_bind[b]).collect();
-    let components = principal_components(&learnt_from, params.components)
-        .ok_or(TrainError::NoComponents { bodies: kept.len() })?;
+    let components =
+        principal_components(&learnt_from, params.components).ok_or(TrainError::NoComponents { bodies: kept.len() })?;
     let explained = components.explained.clone();
-    let left_out = (!left.is_empty())
-        .then(|| leave_out::measure(subjects, rig, &regressor, &components, &left, &in_bind, &poses));
+    let left_out =
+        (!left.is_empty()).then(|| leave_out::measure(subjects, rig, &regressor, &components, &left, &in_bind, &poses));
     let model = model_of(&subjects.template, rig, regressor, components);
     on_step(&Step { doing: "principal components", done: 1, total: 1 });
     Ok(Trained { model, explained, bodies: kept.len(), left_out })

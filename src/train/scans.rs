@@ -32,8 +32,7 @@ pub fn registered_bodies(
             .map_err(|e| TrainError::NotAScan { name: name.clone(), source: Box::new(e) })?;
         let failed = |source| TrainError::NotABody { name: name.clone(), source };
         let fitted = fit_naked(&scan, model, &NakedParams::default(), &mut |_| {}).map_err(failed)?;
-        let registered =
-            register(&scan, model, &fitted, &RegisterParams::default(), &mut |_| {}).map_err(failed)?;
+        let registered = register(&scan, model, &fitted, &RegisterParams::default(), &mut |_| {}).map_err(failed)?;
         let residual = registered.report.residual_mean;
         bodies.push((name.clone(), ScannedBody { surface: registered.surface, residual }));
     }

@@ -62,7 +62,8 @@ fn first_charts(body: &Anatomy, half: &HalfMesh, owners: &Ownership, whole: &Tri
                     *shares.entry(part_of(body.field.primitives[k as usize].region)).or_default() += share;
                 }
             }
-            let part = shares.iter().fold((Part::Trunk, 0.0), |best, (p, s)| if *s > best.1 { (*p, *s) } else { best }).0;
+            let part =
+                shares.iter().fold((Part::Trunk, 0.0), |best, (p, s)| if *s > best.1 { (*p, *s) } else { best }).0;
             let mut normal: Vec3 = face.iter().map(|v| normals[*v]).sum();
             if !is_left {
                 normal.x = -normal.x;

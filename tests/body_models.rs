@@ -1,0 +1,227 @@
+//! Body models built, measured and refused, through the same calls that `overcoat body` makes.
+
+use overcoat::body::{BodyModel, Pose, Shape, embedded_model, read_model};
+use overcoat::formats::{NpyArray, Npz, NpzCompression, write_npz};
+use overcoat::geometry::{Point, TriMesh};
+use overcoat::session::{BuildBody, BuiltBody, ShowBody, build_body, model_measures, show_body};
+use overcoat::train::TrainParams;
+use std::path::{Path, PathBuf};
+
+/// The `k`-th invented adult: shape within 1.5 deviations, arms and legs held a little differently each time.
+fn body(model: &BodyModel, k: usize) -> TriMesh {
+    let wave = |f: f64| (f * (k as f64 + 1.0)).sin();
+    let shape = Shape((0..model.component_count()).map(|c| 1.5 * wave(1.3 + 0.7 * c as f64)).collect());
+    let (mesh, skeleton) = model.shaped(&shape);
+    let mut pose = Pose::bind(skeleton.len());
+    for (joint, angle) in
+        [("leftUpperArm", 0.2 * wave(2.1)), ("rightUpperArm", 0.2 * wave(3.7)), ("leftUpperLeg", 0.1 * wave(5.3))]
+    {
+        let j = skeleton.find(joint).unwrap();
+        pose.rotations[j.index()] = nalgebra::UnitQuaternion::from_euler_angles(0.5 * angle, 0.0, angle);
+    }
+    mesh.with_points(model.posed(mesh.points(), &skeleton, &pose))
+}
+
+fn stacked(bodies: &[TriMesh]) -> Npz {
+    let mut npz = Npz::new();
+    let vertices: Vec<f32> =
+        bodies.iter().flat_map(|b| b.points().iter().flat_map(|p| [p.x as f32, p.y as f32, p.z as f32])).collect();
+    npz.insert("vertices", NpyArray::try_new(&[bodies.len(), bodies[0].vertex_count(), 3], vertices).unwrap());
+    let faces: Vec<[u32; 3]> = bodies[0].faces().iter().map(|f| f.map(|v| v.0)).collect();
+    npz.insert("faces", NpyArray::rows(&faces));
+    npz
+}
+
+fn write(folder: &Path, name: &str, npz: &Npz) -> PathBuf {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    write_npz(npz, NpzCompression::Stored, &mut bytes).unwrap();
+    let path = folder.join(name);
+    std::fs::write(&path, bytes.into_inner()).unwrap();
+    path
+}
+
+fn built(
+    inputs: &[PathBuf],
+    components: usize,
+    leave_out: usize,
+) -> Result<BuiltBody, overcoat::session::SessionError> {
+    let params = TrainParams { components, leave_out, ..TrainParams::default() };
+    build_body(&BuildBody { inputs: inputs.to_vec(), params, ..BuildBody::default() }, &mut |_| {})
+}
+
+fn refused(inputs: &[PathBuf], components: usize) -> String {
+    let Err(error) = built(inputs, components, 0) else { panic!("{inputs:?} were taken") };
+    assert!(error.hint().is_some(), "{error}");
+    let text = error.to_string();
+    assert!(!text.contains('\n'), "one sentence: {text}");
+    text
+}
+
+#[test]
+fn a_model_of_posed_bodies_makes_those_left_out() {
+    let model = embedded_model().unwrap();
+    let bodies: Vec<TriMesh> = (0..36).map(|k| body(&model, k)).collect();
+    let folder = tempfile::tempdir().unwrap();
+    let input = write(folder.path(), "bodies.npz", &stacked(&bodies));
+    let built = built(&[input], 15, 6).unwrap();
+    let left = built.trained.left_out.clone().unwrap();
+    assert_eq!((built.trained.bodies, left.bodies), (30, 6));
+    // The family has 15 components; what is left is what posture adds.
+    assert!(left.vertex_mean < 0.003, "{left:?}");
+    assert!(left.joint_mean < 0.008, "{left:?}");
+    assert!(built.trained.explained.is_sorted() && built.trained.explained[14] > 0.98);
+
+    let out = folder.path().join("model.npz");
+    built.write(&out).unwrap();
+    let again = read_model(std::fs::File::open(&out).unwrap()).unwrap();
+    assert_eq!(again.component_count(), 15);
+    assert_eq!(again.skeleton.names, model.skeleton.names);
+    assert!(again.uvs.is_some() && again.mirror.is_some(), "the template's own are kept");
+    let measures = model_measures(Some(&out), &[]).unwrap();
+    let stature = measures.iter().find(|m| m.name == "stature").unwrap().metres;
+    assert!((1.5..1.9).contains(&stature), "{stature}");
+}
+
+#[test]
+fn bodies_that_do_not_belong_together_are_refused_in_one_sentence() {
+    let model = embedded_model().unwrap();
+    let bodies: Vec<TriMesh> = (0..3).map(|k| body(&model, k)).collect();
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let good = write(here, "good.npz", &stacked(&bodies));
+
+    let few = refused(std::slice::from_ref(&good), 15);
+    assert!(few.contains("15 components need at least 16 bodies") && few.contains("there are 3"), "{few}");
+
+    let fewer_vertices = bodies[0].part(&(0..bodies[0].face_count()).map(|f| f > 100).collect()).0;
+    let other = write(here, "other.npz", &stacked(&[fewer_vertices.clone()]));
+    let text = refused(&[good.clone(), other], 2);
+    assert!(text.contains("not of one topology") && text.contains("body 0 of other.npz"), "{text}");
+
+    let turned = write(here, "turned.npz", &stacked(&[bodies[0].flipped()]));
+    let text = refused(&[good.clone(), turned], 2);
+    assert!(text.contains("faces of body 0 of turned.npz are not those"), "{text}");
+
+    let mut points: Vec<Point> = bodies[0].points().0.clone();
+    points.reverse();
+    let shuffled = write(here, "shuffled.npz", &stacked(&[bodies[0].with_points(points)]));
+    let text = refused(&[good.clone(), shuffled], 2);
+    assert!(text.contains("in another order"), "{text}");
+
+    let open: Vec<TriMesh> = bodies.iter().map(|b| b.part(&(0..b.face_count()).map(|f| f > 3).collect()).0).collect();
+    let text = refused(&[write(here, "open.npz", &stacked(&open))], 1);
+    assert!(text.contains("template is open"), "{text}");
+
+    let mut wrong = stacked(&bodies);
+    wrong.insert("joints", NpyArray::try_new(&[2, 1, 3], vec![0f32; 6]).unwrap());
+    wrong.insert("joint_names", NpyArray::vector(vec!["hips".to_string()]));
+    let text = refused(&[write(here, "wrong.npz", &wrong)], 1);
+    assert!(text.contains("'joints'") && text.contains("[2, 1, 3]"), "{text}");
+
+    std::fs::create_dir(here.join("empty")).unwrap();
+    assert!(refused(&[here.join("empty")], 1).contains("no body in"));
+}
+
+#[test]
+fn models_whose_arrays_disagree_are_refused_with_their_shapes() {
+    let npz = embedded_model().unwrap().to_npz().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let said = |change: &dyn Fn(&mut Npz)| {
+        let mut wrong = npz.clone();
+        change(&mut wrong);
+        let path = write(folder.path(), "model.npz", &wrong);
+        let Err(error) = show_body(&ShowBody { model: Some(path), ..ShowBody::default() }) else { panic!("taken") };
+        error.to_string()
+    };
+    let text = said(&|n| n.insert("posedirs", NpyArray::try_new(&[2, 3, 7], vec![0f32; 42]).unwrap()));
+    assert!(text.contains("'posedirs'") && text.contains("[2, 3, 7]") && text.contains("189"), "{text}");
+    let text = said(&|n| n.insert("weights", NpyArray::try_new(&[5, 22], vec![0f32; 110]).unwrap()));
+    assert!(text.contains("'weights'") && text.contains("[5, 22]"), "{text}");
+    let text = said(&|n| {
+        let mut tree: Vec<u32> = std::iter::once(u32::MAX).chain(std::iter::repeat_n(0, 21)).collect();
+        tree[4] = 9;
+        n.insert(
+            "kintree_table",
+            NpyArray::try_new(&[2, 22], tree.into_iter().chain(0..22).collect::<Vec<u32>>()).unwrap(),
+        );
+    });
+    assert!(text.contains("joint 4") && text.contains("cycle"), "{text}");
+
+    let pickle = folder.path().join("model.pkl");
+    std::fs::write(&pickle, b"\x80\x02}q\x00.").unwrap();
+    let Err(error) = show_body(&ShowBody { model: Some(pickle), ..ShowBody::default() }) else { panic!("taken") };
+    assert!(error.to_string().contains("pickle") && error.hint().unwrap().contains("savez"), "{error}");
+}
+
+#[test]
+fn shapes_and_poses_that_the_model_does_not_have_are_refused() {
+    let said = |shape: Vec<f64>, pose: &str| {
+        let pose = if pose.is_empty() { vec![] } else { vec![pose.to_string()] };
+        show_body(&ShowBody { shape, pose, model: None }).err().map(|e| e.to_string()).unwrap_or_default()
+    };
+    assert!(said(vec![0.0; 16], "").contains("16 shape coordinates for a model with 15"));
+    assert!(said(vec![], "handstand").contains("no stance 'handstand'"));
+    assert!(said(vec![], "tail=0,0,1").contains("no joint 'tail'"));
+    assert!(said(vec![], "head=0,0").contains("no turn of head"));
+    assert_eq!(said(vec![1.0, -2.0], "arms-up"), "");
+}
+
+/// A model of 24 joints in SMPL's order and without names: five points above each other a joint, all vertices of joint 0
+/// but the last, which follows joint 16, the left upper arm.
+fn smpl_like(posedirs: usize) -> Npz {
+    let (v, j, k) = (30, 24, 10);
+    let parents: [u32; 24] = [u32::MAX, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21];
+    let mut npz = Npz::new();
+    let points: Vec<[f64; 3]> =
+        (0..v).map(|i| [0.1 * (f64::from(i) * 1.7).sin(), 0.06 * f64::from(i), 0.1 * f64::from(i % 3)]).collect();
+    let v = v as usize;
+    npz.insert("v_template", NpyArray::rows(&points));
+    npz.insert("shapedirs", NpyArray::try_new(&[v, 3, k], vec![0.01f64; v * 3 * k]).unwrap());
+    let regressor: Vec<f64> = (0..j).flat_map(|a| (0..v).map(move |b| if a == b { 1.0 } else { 0.0 })).collect();
+    npz.insert("J_regressor", NpyArray::try_new(&[j, v], regressor).unwrap());
+    npz.insert(
+        "kintree_table",
+        NpyArray::try_new(&[2, j], parents.into_iter().chain(0..24).collect::<Vec<u32>>()).unwrap(),
+    );
+    let weights: Vec<f64> = (0..v)
+        .flat_map(|a| (0..j).map(move |b| if b == if a == v - 1 { 16 } else { 0 } { 1.0 } else { 0.0 }))
+        .collect();
+    npz.insert("weights", NpyArray::try_new(&[v, j], weights).unwrap());
+    npz.insert("f", NpyArray::rows(&(0..28u32).map(|i| [i, i + 1, i + 2]).collect::<Vec<_>>()));
+    let mut dirs = vec![0.0f64; v * 3 * posedirs];
+    // The last feature lifts the last vertex.
+    dirs[((v - 1) * 3 + 1) * posedirs + posedirs - 1] = 0.5;
+    npz.insert("posedirs", NpyArray::try_new(&[v, 3, posedirs], dirs).unwrap());
+    npz
+}
+
+#[test]
+fn smpl_and_star_files_are_read_with_their_corrective_offsets() {
+    let read = |npz: &Npz| {
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        write_npz(npz, NpzCompression::Stored, &mut bytes).unwrap();
+        read_model(std::io::Cursor::new(bytes.into_inner())).unwrap()
+    };
+    let turned = |model: &BodyModel| {
+        // The last joint in SMPL's order: a finger joint that moves no vertex, but the correction.
+        let mut pose = Pose::bind(24);
+        pose.rotations[23] = nalgebra::UnitQuaternion::from_euler_angles(0.0, 0.0, 0.4);
+        let bind = model.posed(model.template.points(), &model.skeleton, &Pose::bind(24));
+        let posed = model.posed(model.template.points(), &model.skeleton, &pose);
+        (posed.0[29] - bind.0[29]).y
+    };
+    let smpl = read(&smpl_like(9 * 23));
+    assert_eq!(smpl.skeleton.names[16], "leftUpperArm");
+    assert_eq!((smpl.component_count(), smpl.weights.rows().0[29][0].0.index()), (10, 16));
+    // Feature 206 is R(2, 2) − 1 of joint 23, which a turn about z leaves at 0; about x it is cos − 1.
+    assert!(turned(&smpl).abs() < 1e-12);
+    let star = read(&smpl_like(4 * 23));
+    assert!((turned(&star) - 0.5 * (0.2f64.cos() - 1.0)).abs() < 1e-9, "w − 1 of the quaternion");
+    // STAR's own files have one feature more, times the second shape coordinate.
+    let by_mass = read(&smpl_like(4 * 23 + 1));
+    let mut shape = by_mass.mean_shape();
+    shape.0[1] = 1.0;
+    let lifted = by_mass.shaped(&shape).0.points().0[29].y - by_mass.template.points().0[29].y;
+    assert!((lifted - 0.51).abs() < 1e-6, "{lifted}");
+    assert!(turned(&by_mass).abs() < 1e-12);
+}
