@@ -1,5 +1,8 @@
 //! Body models built, measured and refused, through the same calls that `overcoat body` makes.
 
+mod common;
+
+use common::{mean_body, overcoat, overcoat_ok, write_mesh};
 use overcoat::body::{BodyModel, Pose, Shape, embedded_model, read_model};
 use overcoat::formats::{NpyArray, Npz, NpzCompression, write_npz};
 use overcoat::geometry::{Point, TriMesh};
@@ -94,7 +97,7 @@ fn bodies_that_do_not_belong_together_are_refused_in_one_sentence() {
     assert!(few.contains("15 components need at least 16 bodies") && few.contains("there are 3"), "{few}");
 
     let fewer_vertices = bodies[0].part(&(0..bodies[0].face_count()).map(|f| f > 100).collect()).0;
-    let other = write(here, "other.npz", &stacked(&[fewer_vertices.clone()]));
+    let other = write(here, "other.npz", &stacked(std::slice::from_ref(&fewer_vertices)));
     let text = refused(&[good.clone(), other], 2);
     assert!(text.contains("not of one topology") && text.contains("body 0 of other.npz"), "{text}");
 
@@ -224,4 +227,36 @@ fn smpl_and_star_files_are_read_with_their_corrective_offsets() {
     let lifted = by_mass.shaped(&shape).0.points().0[29].y - by_mass.template.points().0[29].y;
     assert!((lifted - 0.51).abs() < 1e-6, "{lifted}");
     assert!(turned(&by_mass).abs() < 1e-12);
+}
+
+#[test]
+fn the_body_is_the_template_with_a_texture_or_the_scan_itself() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let mut scan = mean_body(|p| p);
+    scan.colors = Some(scan.points.iter().map(|p| [200, (100.0 * p[1]) as u8, 90]).collect());
+    write_mesh(here.join("body.ply"), &scan);
+    let build = |surface: &str| {
+        let session = here.join(surface);
+        overcoat_ok(here, &["new", surface]);
+        overcoat_ok(&session, &["scan", "body", "../body.ply", "--surface", surface]);
+        overcoat_ok(&session, &["build"]);
+        overcoat_ok(&session, &["export", "figure.glb"]);
+        let glb = std::fs::read(session.join("figure.glb")).unwrap();
+        let json = glb[20..].split(|b| *b == 0).next().unwrap_or_default();
+        let text = String::from_utf8_lossy(json).into_owned();
+        let measured = overcoat_ok(&session, &["body", "measure", "--json"]).json();
+        (text, measured["measures_cm"]["stature"].as_f64().unwrap())
+    };
+    let (template, by_template) = build("template");
+    assert!(template.contains("baseColorTexture") && template.contains("TEXCOORD_0"));
+    let (scanned, by_scan) = build("scan");
+    assert!(!scanned.contains("baseColorTexture") && scanned.contains("COLOR_0"));
+    assert!((by_template - by_scan).abs() < 1.0 && (160.0..180.0).contains(&by_scan), "{by_template} {by_scan}");
+
+    overcoat_ok(&here.join("scan"), &["export", "fit/", "--at", "body", "--stage", "fit"]);
+    assert!(here.join("scan/fit/body.ply").is_file());
+    let answer = overcoat(&here.join("scan"), &["scan", "shirt", "../body.ply", "-t", "shirt", "--surface", "scan"]);
+    assert_eq!(answer.code, 2, "{answer:?}");
+    assert!(answer.stderr.contains("only the body has a surface to choose"), "{answer:?}");
 }

@@ -56,7 +56,7 @@ pub fn import_makehuman(
     let mut bodies = Vec::with_capacity(params.bodies);
     let mut mean_joints = vec![Vec3::zeros(); JOINT_NAMES.len()];
     for k in 0..params.bodies {
-        if k % 20 == 0 {
+        if k.is_multiple_of(20) {
             on_step(&Step { doing: "sampling bodies", done: k, total: params.bodies });
         }
         let whole = body_of(&base, &targets, &Macro::draw(k));
@@ -180,7 +180,7 @@ impl Macro {
         // The sum of three even draws has deviation ½.
         let stature = 2.0 * (at(23) + at(29) + at(31) - 1.5);
         Self {
-            male: if k % 2 == 0 { 1.0 - 0.2 * at(2) } else { 0.2 * at(2) },
+            male: if k.is_multiple_of(2) { 1.0 - 0.2 * at(2) } else { 0.2 * at(2) },
             muscle: middling(3, 5),
             weight: middling(7, 11),
             race: raw.map(|x| x / sum),
