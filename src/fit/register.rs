@@ -7,7 +7,7 @@ use super::surface::ScanSurface;
 use super::texture::bake_texture;
 use super::{FitError, FitReport, FittedBody, RegisteredBody, Step};
 use crate::body::{BodyModel, Pose, Skeleton, unskin};
-use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3, cotangent_laplacian};
+use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3, cotangent_laplacian, self_intersecting_pairs};
 use crate::numerics::SparseCholesky;
 use crate::scan::Scan;
 use rayon::prelude::*;
@@ -79,10 +79,21 @@ pub fn register(
     };
     let (points_in_bind, skeleton, pose) = into_bind_pose(model, fitted, displaced.points());
     let seen = targets(&surface, &displaced, &pull, 0.02).iter().filter(|t| t.is_some()).count();
-    let log = vec![format!("{seen} of {} vertices lie on the scan", model.template.vertex_count())];
+    let log = vec![
+        format!("{seen} of {} vertices lie on the scan", model.template.vertex_count()),
+        soundness(&start, &displaced),
+    ];
     let report =
         FitReport { converged: true, iterations: iteration, residual_mean, residual_p95, log, ..FitReport::default() };
     Ok(RegisteredBody { surface: model.template.with_points(points_in_bind), skeleton, pose, colors, uvs, report })
+}
+
+/// What registration did to the surface's soundness, in words.
+fn soundness(start: &TriMesh, registered: &TriMesh) -> String {
+    let turned = start.face_ids().filter(|&f| start.area_vector(f).dot(&registered.area_vector(f)) < 0.0).count();
+    let crossing = |mesh| self_intersecting_pairs(mesh).len();
+    let (before, after) = (crossing(start), crossing(registered));
+    format!("{turned} faces turned over; {after} pairs of triangles cross, {before} before registration")
 }
 
 /// Where a vertex is drawn to, and how strongly (0–1).

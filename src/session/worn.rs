@@ -21,6 +21,8 @@ pub(super) struct WornStep {
     pub pose: Pose,
     /// Of the body's step.
     pub fitted: Option<FittedBody>,
+    /// Its surface as posed, with the model's own weights: the figure's body may be another surface.
+    surface_of_fit: Option<TriMesh>,
     /// Of a garment's step.
     pub labels: Option<Labels>,
     offsets: Option<PerVertex<f64>>,
@@ -45,20 +47,35 @@ impl Session {
         let (scan, figure) = (self.store.load(dressed.scan)?, self.store.load(dressed.figure)?);
         let step = step.clone();
         Ok(match dressed.pose {
-            StepPose::Naked { fitted, registered } => WornStep {
-                step,
-                scan,
-                figure,
-                pose: self.store.load(registered)?.pose,
-                fitted: Some(self.store.load(fitted)?),
-                labels: None,
-                offsets: None,
-                garments: Worn::new(),
-            },
+            StepPose::Naked { fitted, registered } => {
+                let fitted: FittedBody = self.store.load(fitted)?;
+                let posed = self.body_model()?.posed(fitted.surface.points(), &fitted.skeleton, &fitted.pose);
+                WornStep {
+                    step,
+                    scan,
+                    figure,
+                    pose: self.store.load(registered)?.pose,
+                    surface_of_fit: Some(fitted.surface.with_points(posed)),
+                    fitted: Some(fitted),
+                    labels: None,
+                    offsets: None,
+                    garments: Worn::new(),
+                }
+            }
             StepPose::Inside { inside, labels, worn } => {
                 let PoseInside { pose, offsets, .. } = self.store.load(inside)?;
                 let (labels, garments) = (Some(self.store.load(labels)?), self.store.load(worn)?);
-                WornStep { step, scan, figure, pose, fitted: None, labels, offsets: Some(offsets), garments }
+                WornStep {
+                    step,
+                    scan,
+                    figure,
+                    pose,
+                    fitted: None,
+                    surface_of_fit: None,
+                    labels,
+                    offsets: Some(offsets),
+                    garments,
+                }
             }
         })
     }
@@ -76,10 +93,7 @@ impl WornStep {
 
     /// The body before registration, where the step has one.
     pub fn body_of_fit(&self) -> Option<TriMesh> {
-        let fitted = self.fitted.as_ref()?;
-        let weights = &self.figure.body().weights;
-        let points = crate::body::skin(fitted.surface.points(), weights, &fitted.skeleton, &fitted.pose);
-        Some(fitted.surface.with_points(points))
+        self.surface_of_fit.clone()
     }
 
     /// What is worn at this step, innermost first: the new garment as observed, the others as it presses them.
