@@ -55,7 +55,6 @@ impl BodyModel {
     /// The body of that shape and its skeleton, in the bind pose: Eq. 2 and Eq. 1.
     pub fn shaped(&self, shape: &Shape) -> (TriMesh, Skeleton) {
         let mut points = self.template.points().clone();
-        let mut skeleton = self.skeleton.clone();
         for (k, &beta) in shape.0.iter().enumerate().take(self.component_count()) {
             if beta == 0.0 {
                 continue;
@@ -63,11 +62,19 @@ impl BodyModel {
             for (p, d) in points.0.iter_mut().zip(self.shape_dirs[k].iter()) {
                 *p += d * beta;
             }
-            for (p, d) in skeleton.joints_in_bind.iter_mut().zip(&self.joint_dirs[k]) {
+        }
+        (self.template.with_points(points), self.skeleton_of(shape))
+    }
+
+    /// The skeleton of the body of that shape: Eq. 1.
+    pub fn skeleton_of(&self, shape: &Shape) -> Skeleton {
+        let mut skeleton = self.skeleton.clone();
+        for (dirs, &beta) in self.joint_dirs.iter().zip(&shape.0) {
+            for (p, d) in skeleton.joints_in_bind.iter_mut().zip(dirs) {
                 *p += d * beta;
             }
         }
-        (self.template.with_points(points), skeleton)
+        skeleton
     }
 
     /// A surface with this model's vertices, skinned into `pose`: Eq. 3, with the corrective offsets of the model.

@@ -51,6 +51,20 @@ pub(crate) struct NormalEquations {
     pub(crate) g: DVector<f64>,
 }
 
+impl Posed {
+    /// Normals of the bind pose turned as the points were.
+    pub(crate) fn normals(&self, normals_in_bind: &PerVertex<Vec3>, weights: &SkinWeights) -> PerVertex<Vec3> {
+        normals_in_bind
+            .iter()
+            .zip(weights.rows().iter())
+            .map(|(n, row)| {
+                let turned: Vec3 = row.iter().map(|(j, w)| self.world_from_bind[j.index()].rotation * n * *w).sum();
+                turned.try_normalize(1e-9).unwrap_or(*n)
+            })
+            .collect()
+    }
+}
+
 impl<'a> Articulated<'a> {
     /// A model of mean shape.
     pub(crate) fn of_model(model: &'a BodyModel) -> Self {

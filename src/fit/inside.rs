@@ -6,12 +6,13 @@
 
 use super::articulated::{Articulated, PosePrior, Posed, Residual};
 use super::dressed::Dressed;
-use super::naked::robust;
+use super::lack::Lack;
 use super::offset::bounded_offsets;
-use super::prior::{limbs_only, pose_stiffness};
-use super::surface::{ScanHit, ScanSurface, spread};
+use super::prior::{held_joints, limbs_only, pose_stiffness};
+use super::side::{Side, side_of};
+use super::surface::{ScanSurface, area_centroid, lowest, robust, scan_to_mesh, spread};
 use super::{Cover, FitError, FitReport, PoseInside, Step};
-use crate::body::{Figure, JointLimits, Pose, Shape};
+use crate::body::{Figure, JointLimits, Pose, Shape, Skeleton};
 use crate::geometry::{PerVertex, Point, SurfaceIndex, Vec3, VertexId};
 use crate::numerics::{QpRow, QuadraticProgram};
 use crate::scan::Scan;
@@ -19,10 +20,26 @@ use nalgebra::{DVector, UnitQuaternion};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+/// What is solved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum InsideMethod {
+    /// Eq. 5 where the scan shows the figure or cloth lies close, Eq. 6 with a margin, then the bounded offset.
+    Robust,
+    /// Eqs. 5–6 plain, for comparison: the whole outside of the figure is drawn to the scan, the constraint has no margin,
+    /// and what pose cannot satisfy stays.
+    Paper,
+}
+
 /// How the figure is laid into the next scan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct InsideParams {
+    /// What is solved.
+    pub method: InsideMethod,
+    /// The joints that turn, each with all below it: VRM names, or `arms`, `legs`, `head`, `trunk`; none named: all (the
+    /// chosen joint angles of Hu 2017).
+    pub joints: Vec<String>,
     /// Places on the figure and on the scan that take part in the last iterations.
     pub samples: usize,
     /// Iterations at most.
@@ -47,6 +64,8 @@ pub struct InsideParams {
 impl Default for InsideParams {
     fn default() -> Self {
         Self {
+            method: InsideMethod::Robust,
+            joints: Vec::new(),
             samples: 4000,
             iterations: 24,
             margin: 0.002,
@@ -89,46 +108,58 @@ pub fn fit_inside(
     if scan.mesh.face_count() == 0 {
         return Err(FitError::EmptyScan);
     }
+    let held = held_joints(&figure.skeleton, &params.joints)?;
     let surface = ScanSurface::prepare(&scan.mesh);
     let dressed = Dressed::prepare(figure, cover);
-    let solver = Solver { body: dressed.articulated(figure), dressed: &dressed, surface: &surface, limits, params };
+    let solver =
+        Solver { body: dressed.articulated(figure), dressed: &dressed, surface: &surface, limits, params, held };
     let mut log = Vec::new();
 
+    let previous = start;
     let start = solver.best_start(start, &mut log);
     let (pose, iterations, converged) = solver.refine(start, on_step, &mut log);
 
     let posed = solver.posed(&pose);
-    let (residual_mean, residual_p95) = solver.residual_of_shown(&posed);
+    let (residual_mean, residual_p95) = solver.distances_of_shown(&posed);
     if residual_mean > params.refuse_above {
         return Err(FitError::NotThisPerson { residual_mm: residual_mean * 1e3, limit_mm: params.refuse_above * 1e3 });
     }
     let body_mesh = figure.body().mesh.with_points(PerVertex(posed.points.0[..dressed.body_count].to_vec()));
     let needed = solver.needed_offsets(&posed);
-    let offsets = if params.constrained {
+    let offsets = if params.constrained && params.method == InsideMethod::Robust {
         bounded_offsets(&body_mesh, &needed, params.greatest_offset)
     } else {
         PerVertex::filled(0.0, dressed.body_count)
     };
-    let (outside_share, outside_depth) = outside(&body_mesh.vertex_areas(), &needed, &offsets);
+    let lack = Lack::of(&body_mesh.vertex_areas(), &needed, &offsets);
+    log.extend(lack.told(&figure.skeleton, &figure.body().weights));
     let moved = offsets.iter().filter(|o| **o < 0.0).count();
     log.push(format!("{moved} of {} body vertices are drawn in by the bounded offset", dressed.body_count));
-    let report = FitReport { converged, iterations, residual_mean, residual_p95, outside_share, outside_depth, log };
+    let (explained_share, seen_share) = solver.agreement(&posed);
+    let report = FitReport {
+        converged,
+        iterations,
+        residual_mean,
+        residual_p95,
+        outside_share: lack.share,
+        outside_depth: lack.depth,
+        joint_change: joint_change(&figure.skeleton, previous, &pose),
+        confidence: explained_share * seen_share,
+        explained_share,
+        seen_share,
+        log,
+    };
     Ok(PoseInside { pose, offsets, report })
 }
 
-/// Area share that even with the offset does not keep the margin, and the greatest lack.
-fn outside(areas: &PerVertex<f64>, needed: &PerVertex<Option<f64>>, offsets: &PerVertex<f64>) -> (f64, f64) {
-    let (mut constrained, mut lacking, mut depth) = (0.0, 0.0, 0.0f64);
-    for (v, need) in needed.enumerate() {
-        let Some(need) = need else { continue };
-        constrained += areas[v];
-        let lack = need + offsets[v];
-        if lack > 1e-6 {
-            lacking += areas[v];
-            depth = depth.max(lack);
-        }
-    }
-    (if constrained > 0.0 { lacking / constrained } else { 0.0 }, depth)
+/// Mean move of the joints from one pose to another, as seen from the root: metres.
+fn joint_change(skeleton: &Skeleton, from: &Pose, to: &Pose) -> f64 {
+    let seen_from_root = |pose: &Pose| {
+        let root = skeleton.world_from_bind(pose)[0].inverse();
+        skeleton.joints_in_world(pose).iter().map(|p| root * p).collect::<Vec<Point>>()
+    };
+    let (before, after) = (seen_from_root(from), seen_from_root(to));
+    before.iter().zip(&after).map(|(p, q)| (p - q).norm()).sum::<f64>() / before.len().max(1) as f64
 }
 
 struct Solver<'a> {
@@ -137,20 +168,8 @@ struct Solver<'a> {
     surface: &'a ScanSurface,
     limits: &'a [JointLimits],
     params: &'a InsideParams,
-}
-
-/// The side of the scan on which a vertex lies: `normal · (place − vertex) = clearance`, positive inside.
-struct Side {
-    normal: Vec3,
-    clearance: f64,
-    /// Cosine between `normal` and the vertex's own: a move along the latter gains this share of clearance.
-    cosine: f64,
-}
-
-impl Side {
-    fn of(hit: &ScanHit, p: &Point, n: &Vec3) -> Self {
-        Self { normal: hit.normal, clearance: hit.normal.dot(&(hit.point - p)), cosine: hit.normal.dot(n) }
-    }
+    /// Joints that keep the pose of the start.
+    held: Vec<bool>,
 }
 
 impl Solver<'_> {
@@ -190,14 +209,10 @@ impl Solver<'_> {
         pose.rotations[0] = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), angle) * pose.rotations[0];
         let posed = self.posed(&pose);
         let areas = self.dressed.mesh_in_bind.vertex_areas();
-        let center = |points: &PerVertex<Point>, areas: &PerVertex<f64>| {
-            let total: f64 = areas.iter().sum();
-            points.iter().zip(areas.iter()).map(|(p, a)| p.coords * *a).sum::<Vec3>() / total.max(1e-12)
-        };
-        let floor = |points: &PerVertex<Point>| points.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
         let scan_points = self.surface.mesh().points();
-        let mut shift = center(scan_points, &self.surface.areas) - center(&posed.points, &areas);
-        shift.y = floor(scan_points) - floor(&posed.points);
+        let mut shift = area_centroid(scan_points.iter().zip(self.surface.areas.iter()))
+            - area_centroid(posed.points.iter().zip(areas.iter()));
+        shift.y = lowest(scan_points.iter()) - lowest(posed.points.iter());
         pose.translation += shift;
         pose
     }
@@ -212,7 +227,7 @@ impl Solver<'_> {
             let residuals = self.figure_to_scan(&posed, &samples, reach, 0.3);
             let mut equations = self.body.normal_equations(&posed, &residuals);
             equations.add_pose_prior(&posed, &pose, &self.prior(&pose.clone(), &stiffness));
-            equations.freeze((0..free.len()).filter(|j| !free[*j]).flat_map(|j| 3 + 3 * j..6 + 3 * j));
+            equations.freeze((0..free.len()).filter(|j| !free[*j] || self.held[*j]).flat_map(|j| 3 + 3 * j..6 + 3 * j));
             let Some(delta) = equations.solve(1e-3) else { break };
             pose = self.body.stepped(&posed, &pose, &Shape(Vec::new()), &delta).0;
         }
@@ -243,6 +258,7 @@ impl Solver<'_> {
             for i in 0..equations.h.nrows() {
                 equations.h[(i, i)] = equations.h[(i, i)] * (1.0 + 1e-4) + 1e-6;
             }
+            equations.freeze(self.held_unknowns());
             let delta = if self.params.constrained && iteration >= 2 {
                 self.constrained_step(&posed, equations, log)
             } else {
@@ -260,6 +276,18 @@ impl Solver<'_> {
             }
         }
         (pose, self.params.iterations, still > 0)
+    }
+
+    fn held_unknowns(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.held.len()).filter(|j| self.held[*j]).flat_map(|j| 3 + 3 * j..6 + 3 * j)
+    }
+
+    /// How far inside each hidden vertex must be after a step, before the offset.
+    fn wanted_at(&self, v: VertexId) -> f64 {
+        match self.params.method {
+            InsideMethod::Robust => self.margin_at(v) - self.params.give,
+            InsideMethod::Paper => 0.0,
+        }
     }
 
     /// The Gauss–Newton step that keeps every hidden vertex inside by the margin: Eq. 6.
@@ -280,8 +308,13 @@ impl Solver<'_> {
             .enumerate()
             .filter_map(|(i, side)| side.filter(|s| s.clearance < NEAR).map(|s| (VertexId::from_index(i), s)))
             .map(|(v, side)| QpRow {
-                coefficients: self.body.gradient(posed, &Residual::on_vertex(v, side.normal, 0.0, 1.0)),
-                bound: side.clearance - self.margin_at(v) + self.params.give,
+                coefficients: self
+                    .body
+                    .gradient(posed, &Residual::on_vertex(v, side.normal, 0.0, 1.0))
+                    .into_iter()
+                    .filter(|&(column, _)| column < 3 || !self.held[(column - 3) / 3])
+                    .collect(),
+                bound: side.clearance - self.wanted_at(v),
                 slack_weight: Some(SLACK_WEIGHT),
             })
             .collect();
@@ -352,7 +385,8 @@ impl Solver<'_> {
         let mut areas = self.dressed.mesh_in_bind.vertex_areas();
         for (i, a) in areas.0.iter_mut().enumerate() {
             let v = VertexId::from_index(i);
-            if self.dressed.hidden[v] || self.dressed.cover[v] == Cover::Loose {
+            let is_data = self.params.method == InsideMethod::Paper || self.dressed.cover[v] != Cover::Loose;
+            if self.dressed.hidden[v] || !is_data {
                 *a = 0.0;
             }
         }
@@ -382,6 +416,9 @@ impl Solver<'_> {
                 let gap = hit.normal.dot(&(hit.point - p));
                 let weight = robust(area, hit.distance, reach);
                 match self.dressed.cover[v] {
+                    _ if self.params.method == InsideMethod::Paper => {
+                        Some(Residual::on_vertex(v, hit.normal, gap, weight))
+                    }
                     Cover::Bare => Some(Residual::on_vertex(v, hit.normal, gap, weight)),
                     _ => (gap > CLOSE_CLOTH)
                         .then(|| Residual::on_vertex(v, hit.normal, gap - CLOSE_CLOTH, weight * TIGHT_WEIGHT)),
@@ -399,47 +436,59 @@ impl Solver<'_> {
     ) -> Vec<Residual> {
         let mesh = self.dressed.mesh_in_bind.with_points(posed.points.clone());
         let normals = mesh.vertex_normals();
-        let index = SurfaceIndex::prepare(&mesh);
-        samples
+        let is_plain = self.params.method == InsideMethod::Paper;
+        let takes = |corners: &[VertexId; 3]| {
+            corners.iter().all(|&c| self.dressed.is_shown(c) || (is_plain && !self.dressed.hidden[c]))
+        };
+        scan_to_mesh(self.surface, &mesh, &normals, samples, reach, least_cosine, takes)
+    }
+
+    /// Area shares: of the scan that lies on the figure or as far from it as cloth can be, and of what should show of the
+    /// figure that lies on the scan.
+    fn agreement(&self, posed: &Posed) -> (f64, f64) {
+        /// Cloth stands off by less, metres: a wide skirt's hem.
+        const CLOTH: f64 = 0.15;
+        /// Shown skin and cloth of the last step lie within this of the scan, metres: a collar may shift by as much.
+        const SHOWN: f64 = 0.03;
+        const SAMPLES: usize = 4000;
+        let index = SurfaceIndex::prepare(&self.dressed.mesh_in_bind.with_points(posed.points.clone()));
+        let share = |parts: Vec<(f64, bool)>| {
+            let total: f64 = parts.iter().map(|p| p.0).sum();
+            let good: f64 = parts.iter().filter(|p| p.1).map(|p| p.0).sum();
+            if total > 0.0 { good / total } else { 1.0 }
+        };
+        let places = self.surface.samples(SAMPLES);
+        let of_scan = places
             .par_iter()
-            .filter_map(|&(v, area)| {
-                let q = self.surface.mesh().points()[v];
-                let normal = self.surface.normals[v];
-                let s = index.closest_within(&q, reach)?;
-                let corners = mesh.faces()[s.face];
-                if !corners.iter().all(|&c| self.dressed.is_shown(c)) {
-                    return None;
-                }
-                let on_figure: Vec3 = (0..3).map(|k| normals[corners[k]] * s.barycentric[k]).sum();
-                if on_figure.dot(&normal) < least_cosine {
-                    return None;
-                }
-                let at = std::array::from_fn(|k| (corners[k], s.barycentric[k]));
-                let gap = normal.dot(&(q - s.point));
-                Some(Residual { at, normal, gap, weight: robust(area, s.distance, reach) })
-            })
-            .collect()
+            .map(|&(v, area)| (area, index.closest_within(&self.surface.mesh().points()[v], CLOTH).is_some()));
+        let normals = self.normals(posed);
+        let shown: Vec<(VertexId, f64)> =
+            self.samples(SAMPLES).into_iter().filter(|&(v, _)| self.dressed.is_shown(v)).collect();
+        let of_figure = shown.par_iter().map(|&(v, area)| {
+            let hit = self.surface.nearest(&posed.points[v], SHOWN);
+            (area, hit.is_some_and(|hit| hit.at_rim || hit.normal.dot(&normals[v]) > 0.0))
+        });
+        (share(of_scan.collect()), share(of_figure.collect()))
     }
 
     /// Mean truncated distance of shown surface to the scan.
     fn score(&self, pose: &Pose) -> f64 {
-        self.distances_of_shown(&self.posed(pose), 0.15).0
+        self.distances_of_shown(&self.posed(pose)).0
     }
 
-    fn residual_of_shown(&self, posed: &Posed) -> (f64, f64) {
-        self.distances_of_shown(posed, 0.15)
-    }
-
-    fn distances_of_shown(&self, posed: &Posed, truncate: f64) -> (f64, f64) {
+    /// Mean and 95th percentile of the distance of shown surface to the scan, truncated.
+    fn distances_of_shown(&self, posed: &Posed) -> (f64, f64) {
+        /// An arm that points elsewhere counts as this far. Metres.
+        const TRUNCATE: f64 = 0.15;
         let normals = self.normals(posed);
         let mut distances: Vec<f64> = self
             .samples(self.params.samples / 2)
             .into_par_iter()
             .filter(|&(v, _)| self.dressed.is_shown(v))
-            .filter_map(|(v, _)| match self.surface.nearest(&posed.points[v], truncate) {
+            .filter_map(|(v, _)| match self.surface.nearest(&posed.points[v], TRUNCATE) {
                 Some(hit) if hit.at_rim => None,
                 Some(hit) if hit.normal.dot(&normals[v]) > 0.0 => Some(hit.distance),
-                _ => Some(truncate),
+                _ => Some(TRUNCATE),
             })
             .collect();
         distances.sort_by(f64::total_cmp);
@@ -449,35 +498,4 @@ impl Solver<'_> {
         let mean = distances.iter().sum::<f64>() / distances.len() as f64;
         (mean, distances[(distances.len() * 95 / 100).min(distances.len() - 1)])
     }
-}
-
-/// Where a vertex with normal `n` lies against the scan: by the nearest place that faces the same way, else by the first
-/// one that does along the normal, outward or inward. `None` at holes.
-fn side_of(surface: &ScanSurface, p: &Point, n: &Vec3) -> Option<Side> {
-    /// Beyond this no cloth is expected: a coat's hem stands off by less. Metres.
-    const REACH: f64 = 0.12;
-    /// A body vertex is never deeper outside than this after a sane fit. Metres.
-    const DEEPEST: f64 = 0.03;
-    /// Normals that differ by more (73°) belong to another side of the limb or to another limb.
-    const LEAST_COSINE: f64 = 0.3;
-    if let Some(hit) = surface.nearest(p, REACH) {
-        if hit.at_rim {
-            return None;
-        }
-        if hit.normal.dot(n) > LEAST_COSINE {
-            return Some(Side::of(&hit, p, n));
-        }
-    }
-    let facing = |direction: Vec3, max: f64| {
-        surface.along(p, &direction, max).filter(|h| !h.at_rim && h.normal.dot(n) > LEAST_COSINE)
-    };
-    let outward = facing(*n, REACH);
-    let inward = facing(-n, DEEPEST);
-    let hit = match (outward, inward) {
-        (Some(a), Some(b)) if b.distance < a.distance => b,
-        (Some(a), _) => a,
-        (None, Some(b)) => b,
-        (None, None) => return None,
-    };
-    Some(Side::of(&hit, p, n))
 }

@@ -4,15 +4,21 @@
 mod articulated;
 mod dressed;
 mod inside;
+mod lack;
+mod limbs;
 mod naked;
 mod offset;
 mod prior;
 mod register;
+mod side;
+mod starts;
 mod surface;
 mod texture;
+mod thinned;
 mod transfer;
+mod trust;
 
-pub use inside::{InsideParams, fit_inside};
+pub use inside::{InsideMethod, InsideParams, fit_inside};
 pub use naked::{NakedParams, fit_naked};
 pub use register::{RegisterParams, register};
 pub use transfer::{closest_weights, scan_in_bind};
@@ -47,6 +53,15 @@ pub struct FitReport {
     pub outside_share: f64,
     /// Greatest depth outside the scan over the constrained area.
     pub outside_depth: f64,
+    /// Mean move of the joints from the previous step's pose, as seen from the root; 0 for a naked fit.
+    pub joint_change: f64,
+    /// 0 to 1: the share of the scan that the body explains times the share of the body that the scan shows. For a figure
+    /// inside a scan, both over what should show.
+    pub confidence: f64,
+    /// Area share of the scan that lies on the fitted surface; 0 where it was not looked at.
+    pub explained_share: f64,
+    /// Area share of the fitted surface, as far as it should show, that lies on the scan.
+    pub seen_share: f64,
     /// One line an important turn.
     pub log: Vec<String>,
 }
@@ -119,6 +134,44 @@ pub enum FitError {
         /// The limit.
         limit_mm: f64,
     },
+    /// The scan shows something else besides a body, or a body in a pose that was not found.
+    #[error(
+        "{percent:.0} % of the scan's surface is no part of the body that fits best, most of it at the {near}; {limit_percent:.0} % are allowed"
+    )]
+    Unexplained {
+        /// Share of the scan's area.
+        percent: f64,
+        /// The limit.
+        limit_percent: f64,
+        /// The part of the body beside it.
+        near: String,
+    },
+    /// A part without which nothing can be said of the rest.
+    #[error("the scan shows {seen_percent:.0} % of a body, and nothing of its {region}")]
+    HalfABody {
+        /// What is missing.
+        region: String,
+        /// Share of the body's area that the scan shows.
+        seen_percent: f64,
+    },
+    /// A child to a model of grown-ups.
+    #[error(
+        "the body that fits best lies {deviation:.1} standard deviations from the mean of the body model, over {limit:.1}: the model does not know such people"
+    )]
+    FarFromModel {
+        /// The greatest coefficient.
+        deviation: f64,
+        /// The limit.
+        limit: f64,
+    },
+    /// No such joint.
+    #[error("there is no joint or group of joints named '{name}'")]
+    UnknownJoint {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: Vec<String>,
+    },
     /// The figure and the scan do not belong together.
     #[error(
         "the figure dressed so far cannot be laid into this scan: the best pose leaves {residual_mm:.0} mm on average where skin or inner clothes should show, over {limit_mm:.0} mm"
@@ -146,6 +199,15 @@ impl FitError {
                 "check the unit and the up axis (--unit, --up); one whole person must stand upright, in an A-pose"
                     .into()
             }
+            Self::Unexplained { .. } => {
+                "scan one person alone, with empty hands, standing in an A-pose; or cut away what does not belong".into()
+            }
+            Self::HalfABody { .. } => "scan the whole person; a hand, an arm or the head may be missing".into(),
+            Self::FarFromModel { .. } => {
+                "check the unit (--unit); for a child start the session with a model of children (`overcoat new --body`)"
+                    .into()
+            }
+            Self::UnknownJoint { known, .. } => format!("these are: arms, legs, head, trunk, {}", known.join(", ")),
             Self::NotThisPerson { .. } => {
                 "check that this is the same person, and that no scan between was left out".into()
             }

@@ -1,6 +1,13 @@
 //! The scan as a fit sees it, and correspondences with it.
 
+use super::articulated::Residual;
 use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, SurfacePoint, TriMesh, Vec3, VertexId};
+use rayon::prelude::*;
+
+/// Residual scale: about the noise of a depth camera at 2 m, and what a 15-component model leaves. Metres.
+const SIGMA: f64 = 0.005;
+/// Area that counts as one observation. Square metres.
+const AREA_PER_OBSERVATION: f64 = 4e-4;
 
 /// A scan prepared for queries.
 pub(crate) struct ScanSurface {
@@ -89,4 +96,65 @@ pub(crate) fn spread(areas: &PerVertex<f64>, count: usize) -> Vec<(VertexId, f64
         }
     }
     out
+}
+
+/// Area over the area of one observation, over σ², under a Geman–McClure kernel that ends near `reach`.
+pub(crate) fn robust(area: f64, distance: f64, reach: f64) -> f64 {
+    let scale = 0.4 * reach;
+    let kernel = 1.0 / (1.0 + (distance / scale).powi(2)).powi(2);
+    area / AREA_PER_OBSERVATION / (SIGMA * SIGMA) * kernel
+}
+
+/// Point-to-plane residuals of places of the scan against the nearest place of a posed mesh, where `takes` accepts that
+/// place's corners.
+pub(crate) fn scan_to_mesh(
+    surface: &ScanSurface,
+    mesh: &TriMesh,
+    normals: &PerVertex<Vec3>,
+    samples: &[(VertexId, f64)],
+    reach: f64,
+    least_cosine: f64,
+    takes: impl Fn(&[VertexId; 3]) -> bool + Sync,
+) -> Vec<Residual> {
+    let index = SurfaceIndex::prepare(mesh);
+    samples
+        .par_iter()
+        .filter_map(|&(v, area)| {
+            let q = surface.mesh().points()[v];
+            let normal = surface.normals[v];
+            let s = index.closest_within(&q, reach)?;
+            let corners = mesh.faces()[s.face];
+            let on_mesh: Vec3 = (0..3).map(|k| normals[corners[k]] * s.barycentric[k]).sum();
+            if !takes(&corners) || on_mesh.dot(&normal) < least_cosine {
+                return None;
+            }
+            let at = std::array::from_fn(|k| (corners[k], s.barycentric[k]));
+            let gap = normal.dot(&(q - s.point));
+            Some(Residual { at, normal, gap, weight: robust(area, s.distance, reach) })
+        })
+        .collect()
+}
+
+/// Mean distance from a mesh, by area, each no more than `truncate`.
+pub(crate) fn mean_truncated(to: &SurfaceIndex, from: &TriMesh, areas: &PerVertex<f64>, truncate: f64) -> f64 {
+    /// Enough for a mean to 1 %.
+    const SAMPLES: usize = 1500;
+    let samples = spread(areas, SAMPLES);
+    let distances: Vec<(f64, f64)> = samples
+        .iter()
+        .map(|&(v, a)| (a, to.closest_within(&from.points()[v], truncate).map_or(truncate, |s| s.distance)))
+        .collect();
+    let total: f64 = distances.iter().map(|d| d.0).sum();
+    distances.iter().map(|d| d.0 * d.1).sum::<f64>() / total.max(1e-12)
+}
+
+/// The mean place of points, each weighed by its area.
+pub(crate) fn area_centroid<'p>(places: impl Iterator<Item = (&'p Point, &'p f64)>) -> Vec3 {
+    let (sum, total) = places.fold((Vec3::zeros(), 0.0), |(sum, total), (p, a)| (sum + p.coords * *a, total + a));
+    sum / f64::max(total, 1e-12)
+}
+
+/// The least height.
+pub(crate) fn lowest<'p>(points: impl Iterator<Item = &'p Point>) -> f64 {
+    points.map(|p| p.y).fold(f64::INFINITY, f64::min)
 }

@@ -33,6 +33,7 @@ pub(super) fn with_report<T>(outcome: Outcome<T>, report: &FitReport) -> Outcome
         .measured("residual_mean_mm", report.residual_mean * 1e3)
         .measured("residual_p95_mm", report.residual_p95 * 1e3)
         .measured("iterations", report.iterations as f64)
+        .measured("confidence", report.confidence)
         .measured("converged", if report.converged { 1.0 } else { 0.0 })
         .found(report.log.iter().cloned())
 }

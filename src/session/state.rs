@@ -52,8 +52,8 @@ impl Stage {
     /// Goes up whenever the stage's code gives another result for the same inputs.
     pub(super) fn code_version(self) -> u32 {
         match self {
-            // A texture is baked, and put on the body.
-            Self::Register | Self::Figure => 2,
+            // Fits say how far they can be trusted; a texture is baked, and put on the body.
+            Self::Fit | Self::Register | Self::Pose | Self::Figure => 2,
             _ => 1,
         }
     }

@@ -1,0 +1,44 @@
+//! Where the scan is smaller than the figure: what neither pose nor offset can bring inside.
+
+use super::limbs::spoken;
+use crate::body::{Skeleton, SkinWeights};
+use crate::geometry::{PerVertex, VertexId};
+
+/// What even with the offset does not keep the margin.
+pub(crate) struct Lack {
+    /// Area share of the constrained skin.
+    pub(crate) share: f64,
+    /// Greatest lack, in metres.
+    pub(crate) depth: f64,
+    deepest: Option<VertexId>,
+}
+
+impl Lack {
+    pub(crate) fn of(areas: &PerVertex<f64>, needed: &PerVertex<Option<f64>>, offsets: &PerVertex<f64>) -> Self {
+        let (mut constrained, mut lacking) = (0.0, 0.0);
+        let (mut depth, mut deepest) = (0.0, None);
+        for (v, need) in needed.enumerate() {
+            let Some(need) = need else { continue };
+            constrained += areas[v];
+            let lack = need + offsets[v];
+            if lack > 1e-6 {
+                lacking += areas[v];
+            }
+            if lack > f64::max(depth, 1e-6) {
+                (depth, deepest) = (lack, Some(v));
+            }
+        }
+        Self { share: if constrained > 0.0 { lacking / constrained } else { 0.0 }, depth, deepest }
+    }
+
+    /// A sentence where there is a lack.
+    pub(crate) fn told(&self, skeleton: &Skeleton, weights: &SkinWeights) -> Option<String> {
+        let joint = weights.rows()[self.deepest?][0].0;
+        Some(format!(
+            "{:.2} % of the hidden skin lacks up to {:.1} mm of the margin, most of it at the {}: the scan is smaller there",
+            self.share * 100.0,
+            self.depth * 1e3,
+            spoken(&skeleton.names[joint.index()])
+        ))
+    }
+}

@@ -1,0 +1,107 @@
+//! Limbs that the scan does not show: a missing arm must not be looked for in the trunk.
+
+use super::surface::ScanSurface;
+use crate::body::{JointId, Pose, Skeleton, SkinWeights};
+use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh, VertexId};
+use nalgebra::{UnitQuaternion, Vector3};
+use rayon::prelude::*;
+
+/// Whole limbs first, then their ends.
+const PARTS: [&str; 8] = [
+    "leftUpperArm",
+    "rightUpperArm",
+    "leftUpperLeg",
+    "rightUpperLeg",
+    "leftLowerArm",
+    "rightLowerArm",
+    "leftLowerLeg",
+    "rightLowerLeg",
+];
+/// A vertex belongs to a part that moves it by this much.
+const BELONGS: f64 = 0.8;
+/// Skin this near to the scan, facing the same way, is seen. Metres: six times the residual of a good fit.
+const NEAR: f64 = 0.03;
+/// A part of which less is near the scan is not in it: holes at wrists and armpits take a quarter of a forearm at most.
+const LEAST_SEEN: f64 = 0.4;
+
+/// A joint and all below it, with the vertices that they move.
+pub(crate) struct Part {
+    pub(crate) joint: JointId,
+    pub(crate) vertices: PerVertex<bool>,
+}
+
+/// The limbs of a body.
+pub(crate) fn parts(skeleton: &Skeleton, weights: &SkinWeights) -> Vec<Part> {
+    PARTS
+        .iter()
+        .filter_map(|name| skeleton.find(name))
+        .map(|joint| Part {
+            joint,
+            vertices: weights
+                .rows()
+                .iter()
+                .map(|row| {
+                    let share: f64 = row.iter().filter(|(j, _)| skeleton.is_below(*j, joint)).map(|r| r.1).sum();
+                    share > BELONGS
+                })
+                .collect(),
+        })
+        .collect()
+}
+
+/// The parts of a posed body that the scan does not show; the end of a limb only where the whole is shown.
+///
+/// Skin is shown where the scan is near and its place there is nearest to the same part: an arm that fled into the trunk
+/// for want of its own surface has the trunk's near it, but the trunk lies nearer to that.
+pub(crate) fn unseen(body: &TriMesh, parts: &[Part], skeleton: &Skeleton, surface: &ScanSurface) -> Vec<JointId> {
+    let normals = body.vertex_normals();
+    let areas = body.vertex_areas();
+    let index = SurfaceIndex::prepare(body);
+    let mut unseen: Vec<JointId> = Vec::new();
+    for part in parts {
+        if unseen.iter().any(|&u| skeleton.is_below(part.joint, u)) {
+            continue;
+        }
+        let is_shown = |v: VertexId, p: &Point| {
+            let hit = surface.nearest(p, NEAR).filter(|hit| hit.normal.dot(&normals[v]) > 0.3);
+            hit.is_some_and(|hit| part.vertices[index.closest(&hit.point).nearest_corner(body)])
+        };
+        let of_part: Vec<(VertexId, &Point)> = body.points().enumerate().filter(|(v, _)| part.vertices[*v]).collect();
+        let shown: Vec<bool> = of_part.par_iter().map(|(v, p)| is_shown(*v, p)).collect();
+        let total: f64 = of_part.iter().map(|(v, _)| areas[*v]).sum();
+        let near: f64 = of_part.iter().zip(&shown).filter(|s| *s.1).map(|((v, _), _)| areas[*v]).sum();
+        if total > 0.0 && near < LEAST_SEEN * total {
+            unseen.push(part.joint);
+        }
+    }
+    unseen
+}
+
+/// Gives the joints of a part the pose of the other side, where that is shown, else the bind pose.
+pub(crate) fn pose_like_other_side(pose: &mut Pose, skeleton: &Skeleton, part: JointId, unseen: &[JointId]) {
+    for j in skeleton.ids().filter(|&j| skeleton.is_below(j, part)) {
+        let name = &skeleton.names[j.index()];
+        let other = match name.strip_prefix("left") {
+            Some(rest) => skeleton.find(&format!("right{rest}")),
+            None => name.strip_prefix("right").and_then(|rest| skeleton.find(&format!("left{rest}"))),
+        };
+        let shown = other.filter(|&o| !unseen.iter().any(|&u| skeleton.is_below(o, u)));
+        pose.rotations[j.index()] = shown.map_or(UnitQuaternion::identity(), |o| {
+            // The mirror image of a turn across the plane between left and right.
+            let turn = pose.rotations[o.index()].scaled_axis();
+            UnitQuaternion::from_scaled_axis(Vector3::new(turn.x, -turn.y, -turn.z))
+        });
+    }
+}
+
+/// `rightUpperArm` → "right arm", `leftLowerLeg` → "left lower leg".
+pub(crate) fn spoken(name: &str) -> String {
+    let mut words = String::new();
+    for c in name.chars() {
+        if c.is_uppercase() {
+            words.push(' ');
+        }
+        words.extend(c.to_lowercase());
+    }
+    words.replace("upper ", "")
+}

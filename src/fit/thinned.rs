@@ -1,0 +1,154 @@
+//! A thinned-out model against a thinned-out scan: many starts in the time of one fine fit.
+
+use super::articulated::{Articulated, PosePrior, Posed, Residual};
+use super::naked::{NakedParams, Stage};
+use super::prior::{limbs_only, pose_stiffness};
+use super::surface::{ScanSurface, robust, spread};
+use crate::body::{BodyModel, JointLimits, Pose, Shape, SkinWeights};
+use crate::geometry::{NearestVertex, PerVertex, Point, TriMesh, Vec3, VertexId};
+
+/// Vertices of the model that take part: about one every 4 cm of skin, so that a wrist still has a ring of them.
+const MODEL_POINTS: usize = 1400;
+/// Places of the scan that take part.
+const SCAN_POINTS: usize = 2200;
+/// Distances beyond this count as this far when starts are compared: an arm that points elsewhere. Metres.
+const TRUNCATE: f64 = 0.15;
+
+/// A model with a few of its vertices and no faces.
+pub(crate) struct ThinModel {
+    model: BodyModel,
+    normals_in_bind: PerVertex<Vec3>,
+    areas: Vec<f64>,
+}
+
+impl ThinModel {
+    /// Keeps vertices spread evenly over the surface.
+    pub(crate) fn of(model: &BodyModel) -> Self {
+        let kept = spread(&model.template.vertex_areas(), MODEL_POINTS);
+        let normals = model.template.vertex_normals();
+        let of_kept = |dirs: &PerVertex<Vec3>| kept.iter().map(|&(v, _)| dirs[v]).collect::<PerVertex<Vec3>>();
+        let points: PerVertex<Point> = kept.iter().map(|&(v, _)| model.template.points()[v]).collect();
+        // Without faces, and from a mesh: neither can fail.
+        let template = TriMesh::try_new(points, Vec::new()).unwrap_or_else(|_| model.template.clone());
+        let thin = BodyModel {
+            template,
+            shape_dirs: model.shape_dirs.iter().map(of_kept).collect(),
+            joint_regressor: Vec::new(),
+            skeleton: model.skeleton.clone(),
+            joint_dirs: model.joint_dirs.clone(),
+            weights: SkinWeights::from_rows(kept.iter().map(|&(v, _)| model.weights.rows()[v].to_vec())),
+            limits: model.limits.clone(),
+            uvs: None,
+            mirror: None,
+            pose_dirs: None,
+        };
+        let areas = kept.iter().map(|k| k.1).collect();
+        Self { model: thin, normals_in_bind: of_kept(&normals), areas }
+    }
+}
+
+/// Places of the scan with their normals and areas.
+struct ThinScan {
+    points: Vec<Point>,
+    normals: Vec<Vec3>,
+    areas: Vec<f64>,
+    tree: NearestVertex,
+}
+
+/// Both, ready for fits.
+pub(crate) struct Thinned<'a> {
+    body: Articulated<'a>,
+    thin: &'a ThinModel,
+    scan: ThinScan,
+    stiffness: Vec<f64>,
+    limits: &'a [JointLimits],
+    shape_prior: f64,
+}
+
+impl<'a> Thinned<'a> {
+    pub(crate) fn prepare(thin: &'a ThinModel, surface: &ScanSurface, params: &NakedParams) -> Self {
+        let samples = surface.samples(SCAN_POINTS);
+        let points: Vec<Point> = samples.iter().map(|&(v, _)| surface.mesh().points()[v]).collect();
+        let scan = ThinScan {
+            tree: NearestVertex::prepare(&points),
+            normals: samples.iter().map(|&(v, _)| surface.normals[v]).collect(),
+            areas: samples.iter().map(|s| s.1).collect(),
+            points,
+        };
+        let body = Articulated::of_model(&thin.model);
+        let stiffness = pose_stiffness(&body.skeleton, params.pose_prior);
+        Self { body, thin, scan, stiffness, limits: &thin.model.limits, shape_prior: params.shape_prior }
+    }
+
+    /// Posed points, and the area that each stands for.
+    pub(crate) fn posed(&self, pose: &Pose, shape: &Shape) -> (PerVertex<Point>, &[f64]) {
+        (self.body.posed(pose, shape).points, &self.thin.areas)
+    }
+
+    /// Some Gauss–Newton steps from `pose` and `shape`.
+    pub(crate) fn fit(&self, stage: &Stage, pose: Pose, shape: Shape) -> (Pose, Shape) {
+        let (mut pose, mut shape) = (pose, shape);
+        let center = Pose::bind(self.body.joint_count());
+        let free = limbs_only(&self.body.skeleton);
+        let joint_count = self.body.joint_count();
+        let held = |j: &usize| stage.limbs_only && !free[*j];
+        let frozen: Vec<usize> = (0..joint_count)
+            .filter(held)
+            .flat_map(|j| 3 + 3 * j..6 + 3 * j)
+            .chain((3 + 3 * joint_count..self.body.unknown_count()).filter(|_| !stage.shape))
+            .collect();
+        for _ in 0..stage.iterations {
+            let posed = self.body.posed(&pose, &shape);
+            let mut equations = self.body.normal_equations(&posed, &self.residuals(&posed, stage));
+            let prior =
+                PosePrior { center: &center, stiffness: &self.stiffness, limits: self.limits, limit_stiffness: 2e4 };
+            equations.add_pose_prior(&posed, &pose, &prior);
+            equations.add_shape_prior(&shape, self.shape_prior);
+            equations.freeze(frozen.iter().copied());
+            let Some(delta) = equations.solve(1e-4) else { break };
+            (pose, shape) = self.body.stepped(&posed, &pose, &shape, &delta);
+        }
+        (pose, shape)
+    }
+
+    fn residuals(&self, posed: &Posed, stage: &Stage) -> Vec<Residual> {
+        let normals = posed.normals(&self.thin.normals_in_bind, self.body.weights);
+        let scan = &self.scan;
+        let mut residuals = Vec::with_capacity(posed.points.len() + scan.points.len());
+        for (v, p) in posed.points.enumerate() {
+            let Some((q, distance)) = scan.tree.nearest(p) else { continue };
+            let normal = scan.normals[q.index()];
+            if distance < stage.reach && normal.dot(&normals[v]) >= stage.least_cosine {
+                let weight = robust(self.thin.areas[v.index()], distance, stage.reach);
+                residuals.push(Residual::on_vertex(v, normal, normal.dot(&(scan.points[q.index()] - p)), weight));
+            }
+        }
+        let tree = NearestVertex::prepare(posed.points.as_slice());
+        for ((q, normal), area) in scan.points.iter().zip(&scan.normals).zip(&scan.areas) {
+            let Some((v, distance)) = tree.nearest(q) else { continue };
+            if distance < stage.reach && normal.dot(&normals[v]) >= stage.least_cosine {
+                let gap = normal.dot(&(q - posed.points[v]));
+                residuals.push(Residual::on_vertex(v, *normal, gap, robust(*area, distance, stage.reach)));
+            }
+        }
+        residuals
+    }
+
+    /// Mean truncated distance both ways, in metres: comparable between starts whatever they have matched.
+    pub(crate) fn score(&self, pose: &Pose, shape: &Shape) -> f64 {
+        let points = self.body.posed(pose, shape).points;
+        let tree = NearestVertex::prepare(points.as_slice());
+        let there = mean_truncated(points.iter().zip(&self.thin.areas), &self.scan.tree);
+        let back = mean_truncated(self.scan.points.iter().zip(&self.scan.areas), &tree);
+        0.5 * (there + back)
+    }
+}
+
+fn mean_truncated<'p>(places: impl Iterator<Item = (&'p Point, &'p f64)>, to: &NearestVertex) -> f64 {
+    let (mut sum, mut total) = (0.0, 0.0);
+    for (p, area) in places {
+        sum += area * to.nearest(p).map_or(TRUNCATE, |(_, d): (VertexId, f64)| d.min(TRUNCATE));
+        total += area;
+    }
+    sum / f64::max(total, 1e-12)
+}
