@@ -8,7 +8,7 @@ use super::articulated::{Articulated, PosePrior, Posed, Residual};
 use super::dressed::Dressed;
 use super::lack::Lack;
 use super::offset::bounded_offsets;
-use super::prior::{held_joints, limbs_only, pose_stiffness};
+use super::prior::{JointGroup, held_joints, limbs_only, pose_stiffness};
 use super::side::{Side, side_of};
 use super::surface::{ScanSurface, area_centroid, lowest, robust, scan_to_mesh, spread};
 use super::{Cover, FitError, FitReport, PoseInside, Step};
@@ -37,9 +37,8 @@ pub enum InsideMethod {
 pub struct InsideParams {
     /// What is solved.
     pub method: InsideMethod,
-    /// The joints that turn, each with all below it: VRM names, or `arms`, `legs`, `head`, `trunk`; none named: all (the
-    /// chosen joint angles of Hu 2017).
-    pub joints: Vec<String>,
+    /// The joints that may turn.
+    pub joints: JointGroup,
     /// Places on the figure and on the scan that take part in the last iterations.
     pub samples: usize,
     /// Iterations at most.
@@ -65,7 +64,7 @@ impl Default for InsideParams {
     fn default() -> Self {
         Self {
             method: InsideMethod::Robust,
-            joints: Vec::new(),
+            joints: JointGroup::All,
             samples: 4000,
             iterations: 24,
             margin: 0.002,
@@ -108,7 +107,7 @@ pub fn fit_inside(
     if scan.mesh.face_count() == 0 {
         return Err(FitError::EmptyScan);
     }
-    let held = held_joints(&figure.skeleton, &params.joints)?;
+    let held = held_joints(&figure.skeleton, params.joints);
     let surface = ScanSurface::prepare(&scan.mesh);
     let dressed = Dressed::prepare(figure, cover);
     let solver =

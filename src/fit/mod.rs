@@ -13,6 +13,8 @@ mod register;
 mod side;
 mod starts;
 mod surface;
+#[cfg(test)]
+mod tests;
 mod texture;
 mod thinned;
 mod transfer;
@@ -20,6 +22,7 @@ mod trust;
 
 pub use inside::{InsideMethod, InsideParams, fit_inside};
 pub use naked::{NakedParams, fit_naked};
+pub use prior::JointGroup;
 pub use register::{RegisterParams, register};
 pub use transfer::{closest_weights, scan_in_bind};
 
@@ -164,14 +167,6 @@ pub enum FitError {
         /// The limit.
         limit: f64,
     },
-    /// No such joint.
-    #[error("there is no joint or group of joints named '{name}'")]
-    UnknownJoint {
-        /// What was asked for.
-        name: String,
-        /// What there is.
-        known: Vec<String>,
-    },
     /// The figure and the scan do not belong together.
     #[error(
         "the figure dressed so far cannot be laid into this scan: the best pose leaves {residual_mm:.0} mm on average where skin or inner clothes should show, over {limit_mm:.0} mm"
@@ -207,7 +202,6 @@ impl FitError {
                 "check the unit (--unit); for a child start the session with a model of children (`overcoat new --body`)"
                     .into()
             }
-            Self::UnknownJoint { known, .. } => format!("these are: arms, legs, head, trunk, {}", known.join(", ")),
             Self::NotThisPerson { .. } => {
                 "check that this is the same person, and that no scan between was left out".into()
             }

@@ -1,7 +1,7 @@
 //! What is known of a standing person's joints before a scan is seen.
 
-use super::FitError;
-use crate::body::Skeleton;
+use crate::body::{JointId, Skeleton};
+use serde::{Deserialize, Serialize};
 
 /// Expected turn of each joint away from the centre of the prior, as 1/σ² times `strength`.
 ///
@@ -43,34 +43,59 @@ pub(crate) fn limbs_only(skeleton: &Skeleton) -> Vec<bool> {
         .collect()
 }
 
-/// Which joints keep their pose when only those named may turn, each with all below it; none named: none is held. The root
-/// always moves: the person has stood up anew.
-pub(crate) fn held_joints(skeleton: &Skeleton, turning: &[String]) -> Result<Vec<bool>, FitError> {
-    /// Groups by the joints that start them.
-    const GROUPS: [(&str, &[&str]); 4] = [
-        ("arms", &["leftShoulder", "rightShoulder"]),
-        ("legs", &["leftUpperLeg", "rightUpperLeg"]),
-        ("head", &["neck"]),
-        ("trunk", &["spine", "chest", "upperChest"]),
-    ];
-    let mut held = vec![!turning.is_empty(); skeleton.len()];
-    if let Some(root) = held.first_mut() {
-        *root = false;
-    }
-    for name in turning {
-        let group = GROUPS.iter().find(|g| g.0 == name).map(|g| g.1);
-        let (starts, alone): (Vec<&str>, bool) = match group {
-            Some(names) => (names.to_vec(), name == "trunk"),
-            None => (vec![name.as_str()], false),
+/// Joints that may turn, each with all below it: the chosen joint angles of Hu 2017.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum JointGroup {
+    /// All.
+    All,
+    /// From the collar bones on.
+    Arms,
+    /// From the hips on.
+    Legs,
+    /// Arms and legs.
+    Limbs,
+    /// Neck and head.
+    Head,
+    /// The spine alone.
+    Trunk,
+}
+
+/// Which joints keep their pose where only a group may turn. The root always moves: the person has stood up anew.
+pub(crate) fn held_joints(skeleton: &Skeleton, group: JointGroup) -> Vec<bool> {
+    const ARMS: [&str; 2] = ["leftShoulder", "rightShoulder"];
+    const LEGS: [&str; 2] = ["leftUpperLeg", "rightUpperLeg"];
+    const SPINE: [&str; 3] = ["spine", "chest", "upperChest"];
+    let below = |j: JointId, starts: &[&str]| {
+        starts.iter().filter_map(|name| skeleton.find(name)).any(|start| skeleton.is_below(j, start))
+    };
+    let turns = |j: JointId| match group {
+        JointGroup::All => true,
+        JointGroup::Arms => below(j, &ARMS),
+        JointGroup::Legs => below(j, &LEGS),
+        JointGroup::Limbs => below(j, &ARMS) || below(j, &LEGS),
+        JointGroup::Head => below(j, &["neck"]),
+        JointGroup::Trunk => SPINE.contains(&skeleton.names[j.index()].as_str()),
+    };
+    skeleton.ids().map(|j| j.index() != 0 && !turns(j)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::embedded_model;
+
+    #[test]
+    fn a_group_frees_its_joints_and_the_root() {
+        let skeleton = embedded_model().unwrap().skeleton;
+        let free = |group| -> Vec<String> {
+            let held = held_joints(&skeleton, group);
+            skeleton.ids().filter(|j| !held[j.index()]).map(|j| skeleton.names[j.index()].clone()).collect()
         };
-        for start in starts {
-            let joint = skeleton
-                .find(start)
-                .ok_or_else(|| FitError::UnknownJoint { name: name.clone(), known: skeleton.names.clone() })?;
-            for j in skeleton.ids().filter(|&j| if alone { j == joint } else { skeleton.is_below(j, joint) }) {
-                held[j.index()] = false;
-            }
-        }
+        assert_eq!(free(JointGroup::All).len(), skeleton.len());
+        assert_eq!(free(JointGroup::Trunk), ["hips", "spine", "chest", "upperChest"]);
+        let legs = free(JointGroup::Legs);
+        assert!(legs.contains(&"hips".into()) && legs.contains(&"leftToes".into()) && !legs.contains(&"spine".into()));
+        assert!(free(JointGroup::Limbs).iter().all(|name| name != "head" && name != "chest"));
     }
-    Ok(held)
 }

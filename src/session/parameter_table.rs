@@ -23,17 +23,26 @@ const fn of(stage: Stage, name: &'static str, allowed: Allowed, about: &'static 
 }
 
 /// All of them, by stage, in the order of its `Params`.
-pub(super) const PARAMETERS: [Parameter; 42] = [
+pub(super) const PARAMETERS: [Parameter; 47] = [
     of(Stage::Fit, "samples", SAMPLES, "Places on the body model and on the scan that take part"),
     of(Stage::Fit, "iterations", ROUNDS, "Iterations at most"),
     of(Stage::Fit, "shape_prior", WEIGHT, "Pull toward the mean shape"),
     of(Stage::Fit, "pose_prior", WEIGHT, "Pull toward the bind pose"),
     of(Stage::Fit, "refuse_above", LENGTH, "Mean distance to the scan from which on it is no body"),
+    of(Stage::Fit, "least_explained", SHARE, "Least share of the scan's surface that the body must explain"),
+    of(Stage::Fit, "greatest_deviation", Real(0.5, 100.0), "Greatest shape coefficient, in standard deviations"),
     of(Stage::Register, "smoothing_lengths", LENGTHS, "Lengths over which the surface may move, one a round"),
     of(Stage::Register, "iterations", ROUNDS, "Iterations a round"),
     of(Stage::Register, "reach", LENGTH, "Greatest distance of a correspondence in the first round"),
     of(Stage::Register, "hand_pull", SHARE, "How much of the pull hands keep"),
     of(Stage::Register, "toe_pull", SHARE, "How much of it toes keep"),
+    of(Stage::Pose, "method", Word(&["robust", "paper"]), "What is solved; paper: Eqs. 5 and 6 of Hu 2017 plain"),
+    of(
+        Stage::Pose,
+        "joints",
+        Word(&["all", "arms", "legs", "limbs", "head", "trunk"]),
+        "The joints that may turn; the root always does",
+    ),
     of(Stage::Pose, "samples", SAMPLES, "Places on the figure and on the scan that take part"),
     of(Stage::Pose, "iterations", ROUNDS, "Iterations at most"),
     of(Stage::Pose, "margin", SHORT, "Least distance of hidden body from the scan"),

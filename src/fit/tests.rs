@@ -1,0 +1,158 @@
+//! Naked fits of invented people: in poses far from the bind pose, with limbs missing, and of what is no person.
+
+use super::*;
+use crate::body::{BodyModel, embedded_model, skin};
+use crate::geometry::{Adjacency, Point, Vec3};
+use crate::scan::Scan;
+use nalgebra::UnitQuaternion;
+
+/// Repeatable numbers in −1..1 (xorshift64*).
+fn noise(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+    move || {
+        state ^= state >> 12;
+        state ^= state << 25;
+        state ^= state >> 27;
+        (state.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+}
+
+/// Someone of the model's family with bumps that it cannot express, scanned: vertices lie elsewhere on the surface, with noise.
+struct Invented {
+    scan: TriMesh,
+    joints: Vec<Point>,
+    /// For each vertex the name of the joint that moves it most.
+    moved_by: Vec<String>,
+}
+
+fn invented(model: &BodyModel, seed: u64, turns: &[(&str, Vec3)]) -> Invented {
+    let mut next = noise(seed);
+    let shape = Shape((0..model.component_count()).map(|_| 1.5 * next()).collect());
+    let (mesh, skeleton) = model.shaped(&shape);
+    let mut pose = Pose::bind(skeleton.len());
+    for rotation in pose.rotations.iter_mut().skip(1) {
+        *rotation = UnitQuaternion::from_scaled_axis(Vec3::new(next(), next(), next()) * 0.06);
+    }
+    for (name, turn_deg) in turns {
+        let j = skeleton.find(name).unwrap().index();
+        pose.rotations[j] = UnitQuaternion::from_scaled_axis(turn_deg.map(f64::to_radians)) * pose.rotations[j];
+    }
+    pose.rotations[0] = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), 3.0 * next());
+    let normals = mesh.vertex_normals();
+    let waves = |p: &Point| 0.003 * ((31.0 * p.y).sin() * (23.0 * p.x).cos() + (27.0 * p.z).sin()) * 0.5;
+    let bumpy: Vec<Point> = mesh.points().iter().zip(normals.iter()).map(|(p, n)| p + n * waves(p)).collect();
+    let posed = mesh.with_points(skin(&bumpy.into(), &model.weights, &skeleton, &pose));
+    let (adjacency, normals) = (Adjacency::prepare(&posed), posed.vertex_normals());
+    let scanned: Vec<Point> = posed
+        .points()
+        .enumerate()
+        .map(|(v, p)| {
+            let ring = adjacency.neighbours_of(v);
+            let other = posed.points()[ring[(next().abs() * ring.len() as f64) as usize % ring.len()]];
+            p + (other - p) * (0.4 * next().abs()) + normals[v] * (0.0015 * next())
+        })
+        .collect();
+    let strongest = |row: &[(crate::body::JointId, f64); 4]| skeleton.names[row[0].0.index()].clone();
+    Invented {
+        scan: posed.with_points(scanned),
+        joints: skeleton.joints_in_world(&pose),
+        moved_by: model.weights.rows().iter().map(strongest).collect(),
+    }
+}
+
+impl Invented {
+    fn without(&self, gone: impl Fn(&str) -> bool) -> TriMesh {
+        let keep: Vec<bool> =
+            self.scan.faces().iter().map(|f| !f.iter().any(|v| gone(&self.moved_by[v.index()]))).collect();
+        self.scan.part(&keep.into()).0
+    }
+}
+
+fn fit(model: &BodyModel, scan: TriMesh) -> Result<FittedBody, FitError> {
+    let params = NakedParams { samples: 2500, ..NakedParams::default() };
+    fit_naked(&Scan::from_clean_mesh(scan, None), model, &params, &mut |_| {})
+}
+
+/// Distances of joints from their truth, in metres, of those that `counts`.
+fn off(fitted: &FittedBody, truth: &Invented, counts: impl Fn(&str) -> bool) -> f64 {
+    let found = fitted.skeleton.joints_in_world(&fitted.pose);
+    (found.iter().zip(&truth.joints).zip(&fitted.skeleton.names))
+        .filter(|(_, name)| counts(name))
+        .map(|((p, q), _)| (p - q).norm())
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn poses_far_from_the_bind_pose_are_found() {
+    let model = embedded_model().unwrap();
+    let z = Vec3::z();
+    let poses: [(&str, Vec<(&str, Vec3)>); 4] = [
+        ("T", vec![("leftUpperArm", z * 45.0), ("rightUpperArm", z * -45.0)]),
+        ("arms down", vec![("leftUpperArm", z * -33.0), ("rightUpperArm", z * 33.0)]),
+        ("one arm raised", vec![("leftUpperArm", z * 118.0)]),
+        ("a stride", vec![("leftUpperLeg", Vec3::x() * -28.0), ("rightUpperLeg", Vec3::x() * 24.0)]),
+    ];
+    for (seed, (name, turns)) in poses.iter().enumerate() {
+        let truth = invented(&model, 40 + seed as u64, turns);
+        let fitted = fit(&model, truth.scan.clone()).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let most = off(&fitted, &truth, |_| true);
+        assert!(most < 0.015, "{name}: a joint is {:.0} mm off", most * 1e3);
+        assert!(fitted.report.confidence > 0.95, "{name}: {:?}", fitted.report);
+    }
+}
+
+#[test]
+fn a_missing_arm_is_named_and_spoils_nothing_else() {
+    let model = embedded_model().unwrap();
+    let truth = invented(&model, 7, &[]);
+    let of_arm = |name: &str| ["rightUpperArm", "rightLowerArm", "rightHand"].contains(&name);
+    let fitted = fit(&model, truth.without(of_arm)).unwrap();
+    assert!(fitted.report.log.iter().any(|line| line.contains("does not show the right arm")), "{:?}", fitted.report);
+    let most = off(&fitted, &truth, |name| !of_arm(name) && name != "rightShoulder");
+    assert!(most < 0.015, "{:.0} mm", most * 1e3);
+    assert!(off(&fitted, &truth, of_arm) < 0.12, "the arm hangs as the other one does");
+    assert!((0.8..0.95).contains(&fitted.report.confidence), "{}", fitted.report.confidence);
+    let whole = fit(&model, truth.scan.clone()).unwrap();
+    assert!(!whole.report.log.iter().any(|line| line.contains("does not show")), "{:?}", whole.report.log);
+}
+
+#[test]
+fn what_is_no_whole_grown_up_alone_is_refused_with_a_figure() {
+    let model = embedded_model().unwrap();
+    let truth = invented(&model, 11, &[]);
+    let upper = ["chest", "upperChest", "neck", "head", "Shoulder", "Arm", "LeftHand", "leftHand", "rightHand"];
+    let legs_alone = truth.without(|name| upper.iter().any(|part| name.contains(part)));
+    let error = fit(&model, legs_alone).unwrap_err();
+    assert!(!matches!(error, FitError::EmptyScan | FitError::Singular { .. }), "{error}");
+
+    // A box as large as a suitcase in the left hand.
+    let hand = truth.joints[model.skeleton.find("leftHand").unwrap().index()];
+    let corner = |i: usize| hand + Vec3::new([-0.1, 0.1][i & 1], [-0.55, -0.05][i >> 1 & 1], [-0.3, 0.3][i >> 2 & 1]);
+    let mut points: Vec<Point> = truth.scan.points().0.clone();
+    let mut faces: Vec<[u32; 3]> = truth.scan.faces().iter().map(|f| f.map(|v| v.0)).collect();
+    let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    for [a, b, c, d] in sides {
+        const STEPS: usize = 12;
+        let first = points.len() as u32;
+        for i in 0..=STEPS {
+            for j in 0..=STEPS {
+                let (s, t) = (i as f64 / STEPS as f64, j as f64 / STEPS as f64);
+                points.push(corner(a) + (corner(b) - corner(a)) * s + (corner(d) - corner(a)) * t);
+            }
+        }
+        debug_assert!((corner(c) - corner(b) - (corner(d) - corner(a))).norm() < 1e-9);
+        for i in 0..STEPS as u32 {
+            for j in 0..STEPS as u32 {
+                let at = first + i * (STEPS as u32 + 1) + j;
+                let next = at + STEPS as u32 + 1;
+                faces.extend([[at, next, at + 1], [at + 1, next, next + 1]]);
+            }
+        }
+    }
+    let error = fit(&model, TriMesh::try_from_indices(points, &faces).unwrap()).unwrap_err();
+    assert!(matches!(&error, FitError::Unexplained { percent, .. } if *percent > 10.0), "{error}");
+
+    let child = truth.scan.map_points(|p| Point::from(p.coords * 0.58));
+    let error = fit(&model, child).unwrap_err();
+    assert!(error.hint().is_some_and(|hint| hint.contains("--unit")), "{error}");
+}
