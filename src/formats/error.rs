@@ -19,6 +19,16 @@ pub enum Format {
     Npy,
     /// A zip of NumPy arrays.
     Npz,
+    /// An image in PNG.
+    Png,
+    /// An image in JPEG.
+    Jpeg,
+    /// `camera.json` beside RGB-D frames.
+    Camera,
+    /// The list of frames beside RGB-D images (`associations.txt`, `depth.txt`, `rgb.txt`).
+    FrameList,
+    /// A zip of RGB-D frames.
+    Recording,
 }
 
 impl fmt::Display for Format {
@@ -31,6 +41,11 @@ impl fmt::Display for Format {
             Self::Gltf => "glTF",
             Self::Npy => "NPY",
             Self::Npz => "NPZ",
+            Self::Png => "PNG",
+            Self::Jpeg => "JPEG",
+            Self::Camera => "camera.json",
+            Self::FrameList => "frame list",
+            Self::Recording => "zip of RGB-D frames",
         })
     }
 }
@@ -114,6 +129,30 @@ pub enum FormatError {
         /// What its reader said.
         reason: String,
     },
+    /// An image that should hold depth holds something else.
+    #[error("the depth image has {channels} channel{} of {bits} bits; depth needs 1 channel of 16 bits", if *channels == 1 { "" } else { "s" })]
+    DepthKind {
+        /// Bits a channel.
+        bits: u16,
+        /// Channels a pixel.
+        channels: u8,
+    },
+    /// A folder, or a zip of one, that holds no RGB-D recording.
+    #[error("{what}")]
+    NoRecording {
+        /// One sentence.
+        what: String,
+        /// What to do.
+        hint: String,
+    },
+    /// One file of a recording is at fault.
+    #[error("{name}: {source}")]
+    InRecording {
+        /// The file's name in its folder.
+        name: String,
+        /// What is wrong with it.
+        source: Box<FormatError>,
+    },
     /// An array that is needed is not there.
     #[error("the {format} file has no array '{name}' (it has {})", list(.present))]
     NoArray {
@@ -165,6 +204,15 @@ impl FormatError {
                 "in Python, save it again as a plain array: `d['{name}'].toarray()` where it is sparse, `np.array(…)` otherwise"
             )),
             Self::Unsupported { .. } => Some("export the mesh again as PLY, or as GLB with everything embedded".into()),
+            Self::DepthKind { .. } => {
+                Some("write depth as 16-bit greyscale PNG, in millimetres (`depth_scale` 1000), not as a picture for the eye".into())
+            }
+            Self::NoRecording { hint, .. } => Some(hint.clone()),
+            Self::InRecording { source, .. } => source.hint(),
+            Self::Container { format: Format::Png | Format::Jpeg, .. } => {
+                Some("the image is damaged; copy it again, or delete the frame's files".into())
+            }
+            Self::Line { format: Format::Camera, .. } | Self::Element { format: Format::Camera, .. } => Some(CAMERA_HINT.into()),
             Self::Container { format: Format::Npz, .. } => Some("write it with `numpy.savez`".into()),
             Self::Io { .. }
             | Self::Line { .. }
@@ -176,6 +224,10 @@ impl FormatError {
         }
     }
 }
+
+/// What `camera.json` should look like.
+pub(super) const CAMERA_HINT: &str =
+    r#"it looks like {"width": 424, "height": 512, "fx": 366, "fy": 366, "cx": 211.5, "cy": 255.5, "depth_scale": 1000}, in pixels and depth units a metre"#;
 
 /// Extensions that a mesh may come with, in the order in which people meet them.
 pub(super) const MESH_EXTENSIONS: [&str; 6] = ["ply", "obj", "glb", "gltf", "stl", "off"];

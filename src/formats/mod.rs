@@ -1,6 +1,7 @@
 //! Bytes to plain arrays and back. Knows no person and no garment, opens no path, and claims nothing about frame or
 //! unit: that is for whoever reads.
 
+mod camera_json;
 mod error;
 mod glb;
 mod gltf_accessor;
@@ -9,11 +10,13 @@ mod npz;
 mod npz_io;
 mod obj;
 mod off;
+mod picture;
 mod ply_header;
 mod ply_read;
 mod ply_rows;
 mod ply_write;
 mod raw_mesh;
+mod recording;
 mod srgb;
 mod stl;
 mod text_lines;
@@ -25,6 +28,7 @@ mod gltf_tests;
 #[cfg(test)]
 mod ply_tests;
 
+pub use camera_json::{CameraJson, Intrinsics, read_camera_json};
 pub use error::{Format, FormatError};
 pub use glb::{
     AccessorId, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, MaterialId, MeshId, NodeId, SkinId, TextureId,
@@ -34,7 +38,11 @@ pub use npz::{NpyArray, NpyData, Npz};
 pub use npz_io::{NpzCompression, read_npy, read_npz, write_npy, write_npz};
 pub use obj::{read_obj, write_obj};
 pub use off::read_off;
+pub use picture::{
+    ColorPicture, DepthPicture, read_color_picture, read_depth_png, write_color_jpeg, write_depth_png,
+};
 pub use ply_read::read_ply;
 pub use ply_write::{PlyEncoding, PlyOptions, write_ply};
 pub use raw_mesh::{MeshKind, RawMesh, read_mesh};
+pub use recording::{RecordedFrame, Recording, is_zip, read_recording, recording_files, write_recording};
 pub use stl::read_stl;

@@ -7,6 +7,7 @@ mod frame;
 mod params;
 mod pieces;
 mod profile;
+mod rgbd;
 mod smooth;
 #[cfg(test)]
 mod tests;
@@ -15,6 +16,7 @@ mod upright;
 pub use clean::clean;
 pub use error::ScanError;
 pub use frame::FileFrame;
+pub use rgbd::{FramePose, Fusion, FusionError, FusionParams, FusionReport, FusionStep, RgbdCamera, fuse};
 pub use params::{ScanParams, Unit, Up};
 
 use crate::geometry::{PerVertex, TriMesh};

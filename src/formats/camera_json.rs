@@ -1,0 +1,167 @@
+//! `camera.json`: the camera that took RGB-D frames.
+
+use super::error::{CAMERA_HINT, Format, FormatError};
+use serde_json::Value;
+
+/// A camera as `camera.json` states it. Unknown keys are left alone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraJson {
+    /// The depth camera.
+    pub depth: Intrinsics,
+    /// Depth units a metre.
+    pub depth_scale: f64,
+    /// Metres beyond which nothing is of interest.
+    pub depth_max: Option<f64>,
+    /// The colour camera, where it is another one (`color`).
+    pub color: Option<Intrinsics>,
+    /// Rows of the 3 × 4 matrix that takes points of the depth camera's frame to the colour camera's, metres.
+    pub color_from_depth: Option<[f64; 12]>,
+    /// Turns of the turntable that the frames show (`turntable.turns`).
+    pub turns: Option<f64>,
+}
+
+/// A pinhole with Brown's distortion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Intrinsics {
+    /// Pixels a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Focal lengths and principal point in pixels: fx, fy, cx, cy.
+    pub pinhole: [f64; 4],
+    /// k1, k2, p1, p2, k3.
+    pub distortion: [f64; 5],
+}
+
+/// Reads `camera.json`.
+///
+/// **Errors** what is no JSON, lacks a key, or states what no camera has.
+pub fn read_camera_json(bytes: &[u8]) -> Result<CameraJson, FormatError> {
+    let json: Value = serde_json::from_slice(bytes).map_err(|e| FormatError::Line {
+        format: Format::Camera,
+        line: e.line(),
+        expected: "JSON".into(),
+        found: e.to_string(),
+    })?;
+    let depth = intrinsics(&json, "")?;
+    let depth_scale = match json.get("depth_scale") {
+        Some(_) => positive(&json, "", "depth_scale")?,
+        None => return Err(missing("depth_scale")),
+    };
+    let depth_max = json.get("depth_max").map(|_| positive(&json, "", "depth_max")).transpose()?;
+    let of_color = json.get("color").or_else(|| json.get("rgb")).filter(|c| c.is_object());
+    let color = of_color.map(|c| intrinsics(c, "color.")).transpose()?;
+    let to_color = json.get("color_from_depth").or_else(|| of_color.and_then(|c| c.get("color_from_depth")));
+    let color_from_depth = to_color.map(pose_rows).transpose()?;
+    let turns = json.get("turntable").and_then(|t| t.get("turns")).and_then(Value::as_f64);
+    Ok(CameraJson { depth, depth_scale, depth_max, color, color_from_depth, turns })
+}
+
+fn missing(key: &str) -> FormatError {
+    FormatError::NoRecording { what: format!("camera.json has no '{key}'"), hint: CAMERA_HINT.into() }
+}
+
+fn wrong(key: &str, expected: &str, found: &Value) -> FormatError {
+    FormatError::NoRecording {
+        what: format!("camera.json: '{key}' should be {expected}, but is {found}"),
+        hint: CAMERA_HINT.into(),
+    }
+}
+
+fn number(json: &Value, prefix: &str, key: &str) -> Result<f64, FormatError> {
+    let name = format!("{prefix}{key}");
+    let value = json.get(key).ok_or_else(|| missing(&name))?;
+    value.as_f64().ok_or_else(|| wrong(&name, "a number", value))
+}
+
+fn positive(json: &Value, prefix: &str, key: &str) -> Result<f64, FormatError> {
+    let value = number(json, prefix, key)?;
+    if value > 0.0 { Ok(value) } else { Err(wrong(&format!("{prefix}{key}"), "above 0", &json[key])) }
+}
+
+fn pixels(json: &Value, prefix: &str, key: &str) -> Result<usize, FormatError> {
+    let value = number(json, prefix, key)?;
+    let known = value.fract() == 0.0 && (16.0..=8192.0).contains(&value);
+    if known { Ok(value as usize) } else { Err(wrong(&format!("{prefix}{key}"), "16 to 8192 pixels", &json[key])) }
+}
+
+fn intrinsics(json: &Value, prefix: &str) -> Result<Intrinsics, FormatError> {
+    let [width, height] = [pixels(json, prefix, "width")?, pixels(json, prefix, "height")?];
+    let pinhole = [
+        positive(json, prefix, "fx")?,
+        positive(json, prefix, "fy")?,
+        number(json, prefix, "cx")?,
+        number(json, prefix, "cy")?,
+    ];
+    for (key, value, end) in [("cx", pinhole[2], width), ("cy", pinhole[3], height)] {
+        if !(0.0..=end as f64).contains(&value) {
+            return Err(wrong(&format!("{prefix}{key}"), &format!("inside the image (0 to {end})"), &json[key]));
+        }
+    }
+    Ok(Intrinsics { width, height, pinhole, distortion: distortion(json, prefix)? })
+}
+
+/// `distortion` as an array in OpenCV's order, or `k1` … `p2` each under its name.
+fn distortion(json: &Value, prefix: &str) -> Result<[f64; 5], FormatError> {
+    let mut terms = [0.0; 5];
+    if let Some(given) = json.get("distortion").filter(|v| !v.is_null()) {
+        let name = format!("{prefix}distortion");
+        let expected = "up to five numbers: k1, k2, p1, p2, k3";
+        let values = given.as_array().ok_or_else(|| wrong(&name, expected, given))?;
+        if values.iter().skip(5).any(|v| v.as_f64() != Some(0.0)) {
+            return Err(wrong(&name, expected, given));
+        }
+        for (term, value) in terms.iter_mut().zip(values) {
+            *term = value.as_f64().ok_or_else(|| wrong(&name, expected, given))?;
+        }
+    }
+    for (term, key) in terms.iter_mut().zip(["k1", "k2", "p1", "p2", "k3"]) {
+        if json.get(key).is_some() {
+            *term = number(json, prefix, key)?;
+        }
+    }
+    Ok(terms)
+}
+
+/// Three or four rows of four numbers, nested or not.
+fn pose_rows(given: &Value) -> Result<[f64; 12], FormatError> {
+    let flat: Vec<f64> = match given.as_array() {
+        Some(rows) => rows
+            .iter()
+            .flat_map(|r| r.as_array().cloned().unwrap_or_else(|| vec![r.clone()]))
+            .filter_map(|v| v.as_f64())
+            .collect(),
+        None => Vec::new(),
+    };
+    let known = flat.len() == 12 || flat.len() == 16;
+    let rows: Option<[f64; 12]> = flat.get(..12).and_then(|rows| rows.try_into().ok()).filter(|_| known);
+    rows.ok_or_else(|| wrong("color_from_depth", "three or four rows of four numbers", given))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(text: &str) -> String {
+        read_camera_json(text.as_bytes()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_camera_is_read_and_each_fault_is_named() {
+        let good = r#"{"width": 424, "height": 512, "fx": 366, "fy": 365.5, "cx": 211.5, "cy": 255.5,
+            "depth_scale": 1000, "depth_max": 3, "k1": 0.09, "distortion": [0.1, -0.2], "turntable": {"turns": 1},
+            "color": {"width": 1920, "height": 1080, "fx": 1060, "fy": 1060, "cx": 960, "cy": 540},
+            "color_from_depth": [[1, 0, 0, 0.05], [0, 1, 0, 0], [0, 0, 1, 0]], "maker": "unknown"}"#;
+        let camera = read_camera_json(good.as_bytes()).unwrap();
+        assert_eq!(camera.depth.pinhole, [366.0, 365.5, 211.5, 255.5]);
+        assert_eq!(camera.depth.distortion, [0.09, -0.2, 0.0, 0.0, 0.0]);
+        assert_eq!((camera.depth_max, camera.turns), (Some(3.0), Some(1.0)));
+        assert_eq!(camera.color.as_ref().unwrap().width, 1920);
+        assert_eq!(camera.color_from_depth.unwrap()[3], 0.05);
+        assert!(told("{").starts_with("camera.json, line 1: expected JSON"));
+        assert_eq!(told("{}"), "camera.json has no 'width'");
+        assert_eq!(told(&good.replace("1000", "0")), "camera.json: 'depth_scale' should be above 0, but is 0");
+        assert_eq!(told(&good.replace(r#""fx": 366"#, r#""fx": "wide""#)), "camera.json: 'fx' should be a number, but is \"wide\"");
+        assert_eq!(told(&good.replace("211.5", "900")), "camera.json: 'cx' should be inside the image (0 to 424), but is 900");
+    }
+}

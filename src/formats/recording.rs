@@ -1,0 +1,326 @@
+//! An RGB-D recording: which files of a folder are its frames, and the whole of it as one zip.
+
+use super::camera_json::{CameraJson, read_camera_json};
+use super::error::{Format, FormatError, quoted};
+use std::io::{Cursor, Read, Write};
+
+/// The camera's file.
+const CAMERA: &str = "camera.json";
+
+/// RGB-D frames of one still camera, images as they came.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    /// The camera.
+    pub camera: CameraJson,
+    /// In the order of time.
+    pub frames: Vec<RecordedFrame>,
+}
+
+/// One frame, not decoded yet.
+#[derive(Clone, Debug)]
+pub struct RecordedFrame {
+    /// The depth image's name in its folder.
+    pub name: String,
+    /// When it was taken; `None` where the recording does not tell.
+    pub secs: Option<f64>,
+    /// The depth image's bytes.
+    pub depth: Vec<u8>,
+    /// The colour image's name and bytes.
+    pub color: Option<(String, Vec<u8>)>,
+}
+
+/// Which files make a frame.
+#[derive(Clone, Debug, PartialEq)]
+struct Listed {
+    secs: Option<f64>,
+    depth: String,
+    color: Option<String>,
+}
+
+/// Which of the files of a folder a recording needs, in the order in which they are packed. `names` are relative to the
+/// folder, with `/` between parts, in any order; `text` gives the content of a text file among them.
+///
+/// Known are TUM's layout (`associations.txt`, or `depth.txt` and `rgb.txt`, or just `depth/` and `rgb/`) and a bare
+/// folder of `*_depth.png` and `*_rgb.png`.
+///
+/// **Errors** a folder that holds no recording.
+pub fn recording_files(
+    names: &[String],
+    text: &mut dyn FnMut(&str) -> Option<Vec<u8>>,
+) -> Result<Vec<String>, FormatError> {
+    let frames = listed(names, text)?;
+    if !names.iter().any(|n| n == CAMERA) {
+        return Err(FormatError::NoRecording {
+            what: format!("there is no camera.json beside the {} depth images", frames.len()),
+            hint: format!("write one: {}", super::error::CAMERA_HINT),
+        });
+    }
+    let lists = ["associations.txt", "depth.txt", "rgb.txt"].map(String::from);
+    let mut needed: Vec<String> = vec![CAMERA.into()];
+    needed.extend(lists.into_iter().filter(|n| names.contains(n)));
+    let there: std::collections::HashSet<&String> = names.iter().collect();
+    for frame in frames {
+        if !there.contains(&frame.depth) {
+            return Err(no_such_image(&frame.depth));
+        }
+        needed.push(frame.depth);
+        // A colour image that is not there is a frame without colour.
+        needed.extend(frame.color.filter(|c| there.contains(c)));
+    }
+    let mut seen = std::collections::HashSet::new();
+    needed.retain(|n| seen.insert(n.clone()));
+    Ok(needed)
+}
+
+fn no_such_image(name: &str) -> FormatError {
+    FormatError::NoRecording {
+        what: format!("the frame list names '{name}', which is not there"),
+        hint: "copy the folder whole, or take the line out of the list".into(),
+    }
+}
+
+/// Packs files into one zip, stored as they are: the same files give the same bytes.
+pub fn write_recording(files: &[(String, Vec<u8>)], out: &mut Vec<u8>) -> Result<(), FormatError> {
+    let damaged = |reason: String| FormatError::Container { format: Format::Recording, reason };
+    let mut zip = zip::ZipWriter::new(Cursor::new(out));
+    let options = zip::write::SimpleFileOptions::default()
+        .compression_method(zip::CompressionMethod::Stored)
+        .last_modified_time(zip::DateTime::default());
+    for (name, bytes) in files {
+        zip.start_file(name.as_str(), options).map_err(|e| damaged(e.to_string()))?;
+        zip.write_all(bytes).map_err(|e| damaged(e.to_string()))?;
+    }
+    zip.finish().map_err(|e| damaged(e.to_string()))?;
+    Ok(())
+}
+
+/// Reads a zip of a recording's folder (also one in which the folder itself is the first part of each name).
+///
+/// **Errors** what is no zip, holds no recording, or a camera that is none. Images are not decoded here.
+pub fn read_recording(bytes: &[u8]) -> Result<Recording, FormatError> {
+    let damaged = |reason: String| FormatError::Container { format: Format::Recording, reason };
+    let mut zip = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|e| damaged(e.to_string()))?;
+    let all: Vec<String> = zip.file_names().filter(|n| !n.ends_with('/')).map(String::from).collect();
+    // The folder of the camera is the recording's.
+    let root = all.iter().find_map(|n| n.strip_suffix(CAMERA)).unwrap_or("").to_string();
+    let names: Vec<String> = all.iter().filter_map(|n| n.strip_prefix(&root)).map(String::from).collect();
+    let mut file = |name: &str| -> Option<Vec<u8>> {
+        let mut bytes = Vec::new();
+        zip.by_name(&format!("{root}{name}")).ok()?.read_to_end(&mut bytes).ok()?;
+        Some(bytes)
+    };
+    let frames = listed(&names, &mut file)?;
+    let camera = file(CAMERA).ok_or_else(|| no_such_image(CAMERA))?;
+    let camera = read_camera_json(&camera)?;
+    let frames = frames
+        .into_iter()
+        .map(|f| {
+            let depth = file(&f.depth).ok_or_else(|| no_such_image(&f.depth))?;
+            let color = f.color.and_then(|name| file(&name).map(|bytes| (name, bytes)));
+            Ok(RecordedFrame { name: f.depth, secs: f.secs, depth, color })
+        })
+        .collect::<Result<_, FormatError>>()?;
+    Ok(Recording { camera, frames })
+}
+
+/// Whether bytes are a zip, as a packed recording is.
+pub fn is_zip(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06")
+}
+
+fn listed(names: &[String], text: &mut dyn FnMut(&str) -> Option<Vec<u8>>) -> Result<Vec<Listed>, FormatError> {
+    let has = |name: &str| names.iter().any(|n| n == name);
+    let mut lines = |name: &str| match text(name) {
+        Some(bytes) => rows(name, &String::from_utf8_lossy(&bytes)),
+        None => Ok(Vec::new()),
+    };
+    let frames = if has("associations.txt") {
+        associated(&lines("associations.txt")?)?
+    } else if has("depth.txt") {
+        let depth = stamped("depth.txt", &lines("depth.txt")?)?;
+        let color = if has("rgb.txt") { stamped("rgb.txt", &lines("rgb.txt")?)? } else { Vec::new() };
+        by_time(depth, &color)
+    } else {
+        by_name(names)
+    };
+    if frames.is_empty() {
+        return Err(FormatError::NoRecording {
+            what: if names.is_empty() { "the folder is empty".into() } else { "the folder holds no depth images".into() },
+            hint: "an RGB-D folder has camera.json, and depth/*.png or *_depth.png, 16 bits a pixel".into(),
+        });
+    }
+    Ok(frames)
+}
+
+/// The words of each line that is neither empty nor a comment, with its number.
+fn rows(_name: &str, text: &str) -> Result<Vec<(usize, Vec<String>)>, FormatError> {
+    let lines = text.lines().enumerate().map(|(i, l)| (i + 1, l.trim()));
+    Ok(lines
+        .filter(|(_, l)| !l.is_empty() && !l.starts_with('#'))
+        .map(|(i, l)| (i, l.split_whitespace().map(String::from).collect()))
+        .collect())
+}
+
+fn bad_line(line: usize, expected: &str, words: &[String]) -> FormatError {
+    FormatError::Line { format: Format::FrameList, line, expected: expected.into(), found: quoted(&words.join(" ")) }
+}
+
+/// `time image time image`: TUM's order is colour, depth; the other way round is known by the names.
+fn associated(rows: &[(usize, Vec<String>)]) -> Result<Vec<Listed>, FormatError> {
+    let mut frames = Vec::new();
+    for (line, words) in rows {
+        let [t0, a, t1, b] = words.as_slice() else {
+            return Err(bad_line(*line, "'time rgb/… time depth/…'", words));
+        };
+        let (first, second) = (seconds(*line, t0, words)?, seconds(*line, t1, words)?);
+        let swapped = a.contains("depth") && !b.contains("depth");
+        let (secs, depth, color) = if swapped { (first, a, b) } else { (second, b, a) };
+        frames.push(Listed { secs: Some(secs), depth: plain(depth), color: Some(plain(color)) });
+    }
+    frames.sort_by(|a, b| a.secs.unwrap_or(0.0).total_cmp(&b.secs.unwrap_or(0.0)));
+    Ok(frames)
+}
+
+fn seconds(line: usize, word: &str, words: &[String]) -> Result<f64, FormatError> {
+    word.parse::<f64>().ok().filter(|t| t.is_finite()).ok_or_else(|| bad_line(line, "a time in seconds", words))
+}
+
+fn plain(name: &str) -> String {
+    name.replace('\\', "/").trim_start_matches("./").to_string()
+}
+
+fn stamped(_name: &str, rows: &[(usize, Vec<String>)]) -> Result<Vec<(f64, String)>, FormatError> {
+    let mut stamped = Vec::new();
+    for (line, words) in rows {
+        let [time, name] = words.as_slice() else { return Err(bad_line(*line, "'time image'", words)) };
+        stamped.push((seconds(*line, time, words)?, plain(name)));
+    }
+    stamped.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(stamped)
+}
+
+/// Each depth image with the colour image nearest in time, within half a frame.
+fn by_time(depth: Vec<(f64, String)>, color: &[(f64, String)]) -> Vec<Listed> {
+    let mut gaps: Vec<f64> = depth.windows(2).map(|w| w[1].0 - w[0].0).collect();
+    gaps.sort_by(f64::total_cmp);
+    let within = gaps.get(gaps.len() / 2).map_or(0.02, |g| 0.51 * g);
+    depth
+        .into_iter()
+        .map(|(secs, depth)| {
+            let near = color.iter().min_by(|a, b| (a.0 - secs).abs().total_cmp(&(b.0 - secs).abs()));
+            let color = near.filter(|c| (c.0 - secs).abs() <= within).map(|c| c.1.clone());
+            Listed { secs: Some(secs), depth, color }
+        })
+        .collect()
+}
+
+/// Without a list: `depth/X.png` with `rgb/X.*`, or `X_depth.png` with `X_rgb.*`, in the order of the numbers in X.
+fn by_name(names: &[String]) -> Vec<Listed> {
+    let mut frames: Vec<(String, Listed)> = Vec::new();
+    for name in names {
+        let lower = name.to_lowercase();
+        let Some(stem) = lower.strip_suffix(".png") else { continue };
+        let key = match (stem.strip_prefix("depth/"), stem.strip_suffix("_depth")) {
+            (Some(stem), _) => stem.to_string(),
+            (None, Some(stem)) if !stem.contains('/') => stem.to_string(),
+            _ => continue,
+        };
+        let color = names.iter().find(|other| {
+            let other = other.to_lowercase();
+            let Some((stem, extension)) = other.rsplit_once('.') else { return false };
+            let is_picture = ["png", "jpg", "jpeg"].contains(&extension);
+            let same = [format!("rgb/{key}"), format!("color/{key}"), format!("{key}_rgb"), format!("{key}_color")];
+            is_picture && same.iter().any(|s| s == stem)
+        });
+        frames.push((key, Listed { secs: None, depth: name.clone(), color: color.cloned() }));
+    }
+    frames.sort_by(|a, b| natural(&a.0).cmp(&natural(&b.0)));
+    frames.into_iter().map(|f| f.1).collect()
+}
+
+/// Words and numbers of a name, so that 10 comes after 9.
+fn natural(name: &str) -> Vec<(String, u128)> {
+    let mut parts = vec![(String::new(), 0u128)];
+    let mut in_number = false;
+    for c in name.chars() {
+        match c.to_digit(10) {
+            Some(digit) => {
+                if let Some(part) = parts.last_mut() {
+                    part.1 = part.1.saturating_mul(10).saturating_add(u128::from(digit));
+                }
+                in_number = true;
+            }
+            None => {
+                if in_number {
+                    parts.push((String::new(), 0));
+                    in_number = false;
+                }
+                if let Some(part) = parts.last_mut() {
+                    part.0.push(c);
+                }
+            }
+        }
+    }
+    parts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(list: &[&str]) -> Vec<String> {
+        list.iter().map(|s| s.to_string()).collect()
+    }
+
+    fn files(list: &[&str], texts: &[(&str, &str)]) -> Result<Vec<String>, FormatError> {
+        recording_files(&names(list), &mut |name| {
+            texts.iter().find(|t| t.0 == name).map(|t| t.1.as_bytes().to_vec())
+        })
+    }
+
+    #[test]
+    fn each_layout_is_known() {
+        let all = ["camera.json", "associations.txt", "rgb/a.jpg", "depth/a.png", "depth/b.png", "groundtruth.txt"];
+        let text = [("associations.txt", "# c\n0.1 rgb/b.jpg 0.1 depth/b.png\n0.0 rgb/a.jpg 0.0 depth/a.png\n")];
+        let packed = files(&all, &text).unwrap();
+        assert_eq!(packed, ["camera.json", "associations.txt", "depth/a.png", "rgb/a.jpg", "depth/b.png"]);
+        let text = [("depth.txt", "0 depth/a.png\n1 depth/b.png"), ("rgb.txt", "0.9 rgb/a.jpg\n9 rgb/b.jpg")];
+        let all = ["camera.json", "depth.txt", "rgb.txt", "rgb/a.jpg", "depth/a.png", "depth/b.png"];
+        assert_eq!(files(&all, &text).unwrap()[3..], ["depth/a.png", "depth/b.png", "rgb/a.jpg"]);
+        let all = ["10_depth.png", "9_depth.png", "9_rgb.png", "camera.json", "notes.txt"];
+        assert_eq!(files(&all, &[]).unwrap(), ["camera.json", "9_depth.png", "9_rgb.png", "10_depth.png"]);
+    }
+
+    #[test]
+    fn what_is_no_recording_is_told() {
+        let told = |list: &[&str], texts: &[(&str, &str)]| files(list, texts).unwrap_err().to_string();
+        assert_eq!(told(&[], &[]), "the folder is empty");
+        assert_eq!(told(&["a.ply", "camera.json"], &[]), "the folder holds no depth images");
+        assert_eq!(told(&["depth/1.png"], &[]), "there is no camera.json beside the 1 depth images");
+        let text = [("associations.txt", "0 rgb/a.png 0 depth/a.png")];
+        let list = ["camera.json", "associations.txt"];
+        assert_eq!(told(&list, &text), "the frame list names 'depth/a.png', which is not there");
+        let text = [("associations.txt", "0 rgb/a.png\n")];
+        assert!(told(&list, &text).starts_with("frame list, line 1: expected 'time rgb"));
+    }
+
+    #[test]
+    fn a_packed_recording_comes_back_and_is_the_same_each_time() {
+        let camera = r#"{"width":16,"height":16,"fx":10,"fy":10,"cx":8,"cy":8,"depth_scale":1000}"#;
+        let files: Vec<(String, Vec<u8>)> = vec![
+            ("x/camera.json".into(), camera.into()),
+            ("x/2_depth.png".into(), vec![2]),
+            ("x/11_depth.png".into(), vec![11]),
+            ("x/2_rgb.jpg".into(), vec![3]),
+        ];
+        let (mut once, mut twice) = (Vec::new(), Vec::new());
+        write_recording(&files, &mut once).unwrap();
+        write_recording(&files, &mut twice).unwrap();
+        assert_eq!(once, twice);
+        assert!(is_zip(&once));
+        let back = read_recording(&once).unwrap();
+        assert_eq!(back.frames.iter().map(|f| f.depth[0]).collect::<Vec<_>>(), [2, 11]);
+        assert_eq!(back.frames[0].color.as_ref().unwrap().1, [3]);
+        assert!(read_recording(&once[..once.len() / 2]).is_err());
+    }
+}

@@ -1,0 +1,161 @@
+//! Frames as they come out of a recording: decoded, checked, in metres, without the lens's bend.
+
+use super::camera::RgbdCamera;
+use super::error::FusionError;
+use crate::formats::{Intrinsics, Recording, read_color_picture, read_depth_png};
+use crate::geometry::Point;
+use nalgebra::{Matrix3x4, Vector4};
+
+/// How a recording's frames are read.
+pub(super) struct Frames<'a> {
+    recording: &'a Recording,
+    /// The depth camera, without distortion.
+    pub(super) camera: RgbdCamera,
+    undistorted: Option<Vec<u32>>,
+}
+
+/// A depth image in metres, 0 where nothing is known.
+pub(super) struct DepthFrame {
+    pub(super) depth: Vec<f32>,
+}
+
+/// The colour image of a frame, and where a point of the depth camera's frame is in it.
+pub(super) struct ColorFrame {
+    width: usize,
+    pixels: Vec<[u8; 3]>,
+    camera: RgbdCamera,
+    color_from_depth: Option<Matrix3x4<f64>>,
+}
+
+impl<'a> Frames<'a> {
+    pub(super) fn of(recording: &'a Recording) -> Self {
+        let taken = camera_of(&recording.camera.depth);
+        let undistorted = taken.is_distorted().then(|| taken.undistortion());
+        Self { recording, camera: RgbdCamera { distortion: [0.0; 5], ..taken }, undistorted }
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.recording.frames.len()
+    }
+
+    pub(super) fn name(&self, frame: usize) -> &str {
+        &self.recording.frames[frame].name
+    }
+
+    /// Seconds since some beginning; frames without a time come 1/30 s after each other.
+    pub(super) fn secs(&self, frame: usize) -> f64 {
+        self.recording.frames[frame].secs.unwrap_or(frame as f64 / 30.0)
+    }
+
+    /// Whether a frame's depth image is the very one of the frame before.
+    pub(super) fn is_duplicate(&self, frame: usize) -> bool {
+        frame > 0 && self.recording.frames[frame].depth == self.recording.frames[frame - 1].depth
+    }
+
+    pub(super) fn depth(&self, frame: usize) -> Result<DepthFrame, FusionError> {
+        let file = &self.recording.frames[frame];
+        let picture = read_depth_png(&file.depth)
+            .map_err(|source| FusionError::Image { name: file.name.clone(), source })?;
+        if (picture.width, picture.height) != (self.camera.width, self.camera.height) {
+            return Err(FusionError::WrongSize {
+                name: file.name.clone(),
+                width: picture.width,
+                height: picture.height,
+                expected_width: self.camera.width,
+                expected_height: self.camera.height,
+            });
+        }
+        let metres = (1.0 / self.recording.camera.depth_scale) as f32;
+        let most = self.recording.camera.depth_max.map_or(f32::INFINITY, |m| m as f32);
+        // What lies beyond the depth of interest is still something that is not the person.
+        let read = |raw: u16| if raw == 0 { 0.0 } else { (f32::from(raw) * metres).min(most * 1.001) };
+        let depth = match &self.undistorted {
+            None => picture.depth.iter().map(|&raw| read(raw)).collect(),
+            Some(from) => {
+                from.iter().map(|&i| picture.depth.get(i as usize).map_or(0.0, |&raw| read(raw))).collect()
+            }
+        };
+        Ok(DepthFrame { depth })
+    }
+
+    /// The depth beyond which nothing is of interest.
+    pub(super) fn depth_max(&self) -> f32 {
+        self.recording.camera.depth_max.map_or(f32::INFINITY, |m| m as f32)
+    }
+
+    /// The frame's colours; `None` where it has none, or none that can be laid over the depth.
+    pub(super) fn color(&self, frame: usize) -> Result<Option<ColorFrame>, FusionError> {
+        let file = &self.recording.frames[frame];
+        let Some((name, bytes)) = &file.color else { return Ok(None) };
+        let picture =
+            read_color_picture(bytes).map_err(|source| FusionError::Image { name: name.clone(), source })?;
+        let Some(camera) = self.color_camera(picture.width, picture.height) else { return Ok(None) };
+        let color_from_depth = self.recording.camera.color_from_depth.map(|m| Matrix3x4::from_row_slice(&m));
+        Ok(Some(ColorFrame { width: picture.width, pixels: picture.pixels, camera, color_from_depth }))
+    }
+
+    /// The camera of colour images of a size: that of `camera.json`, else the depth camera if the shape is the same.
+    fn color_camera(&self, width: usize, height: usize) -> Option<RgbdCamera> {
+        let same_shape = |w: usize, h: usize| (w * height).abs_diff(h * width) * 100 <= w * height;
+        match &self.recording.camera.color {
+            Some(color) if same_shape(color.width, color.height) => Some(camera_of(color).resized(width, height)),
+            Some(_) => None,
+            None if same_shape(self.camera.width, self.camera.height) => {
+                Some(camera_of(&self.recording.camera.depth).resized(width, height))
+            }
+            None => None,
+        }
+    }
+
+    /// What keeps the colours from being used, in one sentence; `None` if nothing does.
+    pub(super) fn color_trouble(&self) -> Result<Option<String>, FusionError> {
+        let with_color = self.recording.frames.iter().filter(|f| f.color.is_some()).count();
+        if with_color == 0 {
+            return Ok(Some("the frames have no colour; neither has the scan".into()));
+        }
+        let Some((name, bytes)) = self.recording.frames.iter().find_map(|f| f.color.as_ref()) else { return Ok(None) };
+        let picture =
+            read_color_picture(bytes).map_err(|source| FusionError::Image { name: name.clone(), source })?;
+        if self.color_camera(picture.width, picture.height).is_none() {
+            return Ok(Some(format!(
+                "the colour images ({} × {}) cannot be laid over the depth images ({} × {}): camera.json needs a 'color' camera of that shape; they are left out",
+                picture.width, picture.height, self.camera.width, self.camera.height
+            )));
+        }
+        if with_color < self.recording.frames.len() {
+            let without = self.recording.frames.len() - with_color;
+            return Ok(Some(format!("{without} of {} frames have no colour", self.recording.frames.len())));
+        }
+        Ok(None)
+    }
+}
+
+impl ColorFrame {
+    /// The colour of a point of the depth camera's frame.
+    pub(super) fn at(&self, p: &Point) -> Option<[u8; 3]> {
+        let p = match &self.color_from_depth {
+            Some(m) => Point::from(m * Vector4::new(p.x, p.y, p.z, 1.0)),
+            None => *p,
+        };
+        if p.z <= 0.0 {
+            return None;
+        }
+        let [x, y] = self.camera.pixel(&p);
+        let [x, y] = if self.camera.is_distorted() { self.camera.distorted(x, y) } else { [x, y] }.map(f64::round);
+        let inside = x >= 0.0 && y >= 0.0 && x < self.camera.width as f64 && y < self.camera.height as f64;
+        inside.then(|| self.pixels[y as usize * self.width + x as usize])
+    }
+}
+
+fn camera_of(intrinsics: &Intrinsics) -> RgbdCamera {
+    let [fx, fy, cx, cy] = intrinsics.pinhole;
+    RgbdCamera {
+        width: intrinsics.width,
+        height: intrinsics.height,
+        fx,
+        fy,
+        cx,
+        cy,
+        distortion: intrinsics.distortion,
+    }
+}

@@ -1,0 +1,233 @@
+//! The verb of this room's RGB-D part: frames in, a coloured mesh out.
+
+use super::axis::{Axis, Unsteadiness};
+use super::error::FusionError;
+use super::frame::Frames;
+use super::loop_closure::{Closure, close_loops, loop_residual};
+use super::marching_cubes::Surface;
+use super::person::cut_out;
+use super::report::{FramePose, Fusion, FusionReport, FusionStep};
+use super::settle::{integrated, settle};
+use super::survey::Survey;
+use super::track::{Cut, Placed, Track, track};
+use super::volume::Volume;
+use super::{FusionParams, mend};
+use crate::formats::Recording;
+use crate::geometry::Point;
+use nalgebra::Isometry3;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// Fewer frames cannot go around a person with overlap: 24 of 15° each would; half a turn is enough for half a scan.
+const LEAST_FRAMES: usize = 8;
+/// More lost frames than this share, and the rest is no scan either.
+const MOST_LOST: f64 = 0.34;
+/// Less turn than this over all frames is none: radians (20°).
+const LEAST_TURN: f64 = 0.35;
+/// Poses that moved by less are left as they are: share of a voxel.
+const SETTLED_PER_VOXEL: f64 = 0.05;
+
+/// Fuses frames of a person who turns before a still camera. Poses are not given: they are found.
+///
+/// **Frame and units** of the mesh: metres, Y up along the axis of the turn, the lowest point (or the floor) at 0, +Z toward
+/// the camera of the first frame.
+///
+/// **Errors** frames that cannot be read, or that show no turning person; see [`FusionError`].
+///
+/// **Guarantees** the same bytes with any number of threads.
+///
+/// **Source** Newcombe et al. 2011 (KinectFusion), with the background cut away, the loop closed by a pose graph, and all
+/// frames settled on their common surface.
+pub fn fuse(
+    recording: &Recording,
+    params: &FusionParams,
+    on_step: &mut dyn FnMut(&FusionStep),
+) -> Result<Fusion, FusionError> {
+    let frames = Frames::of(recording);
+    if frames.count() < LEAST_FRAMES {
+        return Err(FusionError::TooFewFrames { count: frames.count(), least: LEAST_FRAMES });
+    }
+    let survey = Survey::of(&frames)?;
+    on_step(&FusionStep::Surveyed);
+    let mut findings = survey.findings.clone();
+    let cuts = cut_all(&frames, &survey, &mut findings)?;
+    on_step(&FusionStep::CutOut { frames: cuts.len() });
+
+    let [coarse, truncation] = params.tracking();
+    let mut volume = Volume::new(coarse, truncation);
+    let Track { mut placed, lost } =
+        track(&cuts, &survey.axis, &survey.model_from_camera, &mut volume, &mut |k, pose, residual| {
+            on_step(&FusionStep::Tracked { frame: k, of: cuts.len(), pose: *pose, residual });
+        });
+    refuse_if_lost(&frames, &cuts, &placed, &lost)?;
+    let axis = survey.axis.fitted(&poses(&placed)).unwrap_or(survey.axis);
+    refuse_if_still(&axis, &placed)?;
+
+    let drift = close_loops(&cuts, &mut placed, &axis, coarse, truncation);
+    on_step(&FusionStep::Closed { loops: drift.loops });
+    for round in 0..params.settling_rounds {
+        volume = integrated(&cuts, &placed, coarse, truncation);
+        let most = settle(&cuts, &mut placed, &volume);
+        on_step(&FusionStep::Settled { round, of: params.settling_rounds, most });
+        if most < SETTLED_PER_VOXEL * params.voxel {
+            break;
+        }
+    }
+    let axis = axis.fitted(&poses(&placed)).unwrap_or(axis);
+    upright(&mut placed, &axis, &survey);
+    let axis = survey.axis.fitted(&poses(&placed)).unwrap_or(survey.axis);
+    let loops = loop_residual(&cuts, &placed, &axis, coarse, truncation);
+    volume = integrated(&cuts, &placed, params.voxel, params.truncation);
+    let surface = volume.surface(params.least_evidence);
+    if surface.faces.is_empty() {
+        return Err(FusionError::NoSurface { count: placed.len() });
+    }
+    on_step(&FusionStep::Extracted { faces: surface.faces.len() });
+    let unsteadiness = axis.unsteadiness(&poses(&placed), &Point::new(0.0, 1.0, 0.0));
+    let report = report(&frames, &cuts, &placed, &lost, &axis, drift, loops, unsteadiness);
+    say(&report, &mut findings);
+    let has_color = cuts.iter().any(|c| !c.view.colors.is_empty());
+    let surface: Surface = mend::mended(surface, params, &mut findings);
+    Ok(Fusion::of(surface, has_color, report, findings))
+}
+
+/// All frames with somebody in them, cut out; a frame that comes twice, once.
+fn cut_all(frames: &Frames, survey: &Survey, findings: &mut Vec<String>) -> Result<Vec<Cut>, FusionError> {
+    let trouble = frames.color_trouble()?;
+    let cuts: Vec<Option<Cut>> = (0..frames.count())
+        .into_par_iter()
+        .map(|frame| {
+            if frames.is_duplicate(frame) {
+                return Ok(None);
+            }
+            let depth = frames.depth(frame)?;
+            let color = frames.color(frame)?;
+            let view = cut_out(survey, &depth.depth, color.as_ref());
+            Ok(view.map(|view| Cut { frame, secs: frames.secs(frame), view }))
+        })
+        .collect::<Result<_, FusionError>>()?;
+    let twice = (0..frames.count()).filter(|&k| frames.is_duplicate(k)).count();
+    let cuts: Vec<Cut> = cuts.into_iter().flatten().collect();
+    let empty = frames.count() - cuts.len() - twice;
+    findings.extend(trouble);
+    if twice > 0 {
+        findings.push(format!("{twice} frames are the same as the one before and were left out"));
+    }
+    if empty > 0 {
+        findings.push(format!("{empty} frames show nobody and were left out"));
+    }
+    if cuts.len() < LEAST_FRAMES {
+        return Err(FusionError::NobodyInView { name: frames.name(0).into() });
+    }
+    Ok(cuts)
+}
+
+fn poses(placed: &[Placed]) -> Vec<Isometry3<f64>> {
+    placed.iter().map(|p| p.pose).collect()
+}
+
+fn refuse_if_lost(frames: &Frames, cuts: &[Cut], placed: &[Placed], lost: &[usize]) -> Result<(), FusionError> {
+    let Some(&first) = lost.first() else { return Ok(()) };
+    if lost.len() as f64 > MOST_LOST * cuts.len() as f64 || placed.len() < LEAST_FRAMES {
+        let name = frames.name(cuts[first].frame).into();
+        return Err(FusionError::NoOverlap { name, lost: lost.len(), count: cuts.len() });
+    }
+    Ok(())
+}
+
+fn refuse_if_still(axis: &Axis, placed: &[Placed]) -> Result<(), FusionError> {
+    let headings = axis.headings(&poses(placed));
+    let (low, high) = headings.iter().fold((0.0f64, 0.0f64), |(l, h), &a| (l.min(a), h.max(a)));
+    if high - low < LEAST_TURN {
+        return Err(FusionError::NoTurn { count: placed.len(), turned_deg: (high - low).to_degrees() });
+    }
+    Ok(())
+}
+
+/// Moves the model so that the axis is +Y again, through the origin.
+fn upright(placed: &mut [Placed], axis: &Axis, survey: &Survey) {
+    let rotation = nalgebra::UnitQuaternion::rotation_between(&axis.direction, &survey.axis.direction)
+        .unwrap_or_else(nalgebra::UnitQuaternion::identity);
+    // At the height at which the axis is known best.
+    let at = axis.point + axis.direction.into_inner() * ((1.0 - axis.point.y) / axis.direction.y);
+    let shift = Point::new(0.0, at.y, 0.0) - rotation * at;
+    let motion = Isometry3::from_parts(shift.into(), rotation);
+    for p in placed {
+        p.pose = motion * p.pose;
+    }
+}
+
+#[allow(clippy::too_many_arguments)]
+fn report(
+    frames: &Frames,
+    cuts: &[Cut],
+    placed: &[Placed],
+    lost: &[usize],
+    axis: &Axis,
+    drift: Closure,
+    loops: Closure,
+    unsteadiness: Unsteadiness,
+) -> FusionReport {
+    let headings = axis.headings(&poses(placed));
+    let (low, high) = headings.iter().fold((0.0f64, 0.0f64), |(l, h), &a| (l.min(a), h.max(a)));
+    let mut residuals: Vec<f64> = placed.iter().map(|p| p.residual).collect();
+    residuals.sort_by(f64::total_cmp);
+    // Seen from n places evenly spread, a turn is one step longer than from the first to the last.
+    let step = (high - low) / (placed.len() - 1).max(1) as f64;
+    FusionReport {
+        frames: frames.count(),
+        lost: lost.iter().map(|&k| frames.name(cuts[k].frame).to_string()).collect(),
+        poses: placed
+            .iter()
+            .map(|p| FramePose { frame: cuts[p.cut].frame, secs: cuts[p.cut].secs, model_from_camera: p.pose })
+            .collect(),
+        turns: (high - low + step) / TAU,
+        residual_mm: 1e3 * residuals[residuals.len() / 2],
+        drift_mm: 1e3 * drift.shift,
+        drift_deg: drift.turn.to_degrees(),
+        loops: loops.loops,
+        loop_mm: 1e3 * loops.shift,
+        loop_deg: loops.turn.to_degrees(),
+        sway_mm: 1e3 * unsteadiness.shift,
+        sway_deg: unsteadiness.tilt.to_degrees(),
+    }
+}
+
+/// The report in sentences.
+fn say(report: &FusionReport, findings: &mut Vec<String>) {
+    /// Unsteadiness above this is a person's, not the sensor's, millimetres.
+    const SWAY: f64 = 3.0;
+    findings.push(format!(
+        "{} of {} frames over {:.2} turns, {:.1} mm from the surface they make",
+        report.poses.len(),
+        report.frames,
+        report.turns,
+        report.residual_mm
+    ));
+    if !report.lost.is_empty() {
+        findings.push(format!(
+            "{} frames found no place and were skipped, the first is {}",
+            report.lost.len(),
+            report.lost[0]
+        ));
+    }
+    if report.loops > 0 {
+        findings.push(format!(
+            "the loop closes within {:.1} mm and {:.2}° (tracking had drifted by {:.1} mm and {:.2}°)",
+            report.loop_mm, report.loop_deg, report.drift_mm, report.drift_deg
+        ));
+    }
+    if report.turns < 0.9 {
+        findings.push(format!(
+            "this is a partial scan: the person turned by {:.0}° only, and the far side was not seen",
+            360.0 * report.turns
+        ));
+    }
+    if report.sway_mm > SWAY {
+        findings.push(format!(
+            "the person swayed by {:.0} mm and {:.1}° (root mean square) about the axis; what moved within them is averaged",
+            report.sway_mm, report.sway_deg
+        ));
+    }
+}
+

@@ -1,0 +1,29 @@
+//! RGB-D frames of a person on a turntable, fused to one surface.
+
+mod align;
+mod axis;
+mod camera;
+mod error;
+mod frame;
+mod fuse;
+mod integrate;
+mod loop_closure;
+mod marching_cubes;
+mod mend;
+mod params;
+mod person;
+mod pieces;
+mod planes;
+mod raycast;
+mod report;
+mod settle;
+mod survey;
+mod track;
+mod view;
+mod volume;
+
+pub use camera::RgbdCamera;
+pub use error::FusionError;
+pub use fuse::fuse;
+pub use params::FusionParams;
+pub use report::{FramePose, Fusion, FusionReport, FusionStep};

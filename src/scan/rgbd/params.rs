@@ -1,0 +1,47 @@
+//! How frames become a surface.
+
+use serde::{Deserialize, Serialize};
+
+/// How frames become a surface.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct FusionParams {
+    /// Metres between voxels. 4 mm is finer than a pixel of such a camera at 2 m (5.5 mm).
+    pub voxel: f64,
+    /// Metres before and behind the surface over which distances are averaged: four standard deviations of the noise at
+    /// 2 m, and less than half a wrist.
+    pub truncation: f64,
+    /// Metres between the voxels of the model that frames are tracked against, at least `voxel`: a body's shape needs no
+    /// finer one, and it takes an eighth of the time.
+    pub tracking_voxel: f64,
+    /// Evidence below which a voxel is unknown, in views that look straight at it.
+    pub least_evidence: f64,
+    /// How often all frames are put anew on the surface that they make together.
+    pub settling_rounds: usize,
+    /// Holes up to this area are closed, in metres squared: 4 cm², a gap between fingers or under an ear.
+    pub hole_area: f64,
+    /// Rounds of bilateral smoothing of the normals; 0 leaves the surface as averaged.
+    pub denoise_rounds: usize,
+}
+
+impl FusionParams {
+    /// Voxel and truncation of the model for tracking: room for two voxels on either side, and for the noise.
+    pub(super) fn tracking(&self) -> [f64; 2] {
+        let voxel = self.tracking_voxel.max(self.voxel);
+        [voxel, (3.0 * voxel).max(self.truncation)]
+    }
+}
+
+impl Default for FusionParams {
+    fn default() -> Self {
+        Self {
+            voxel: 0.004,
+            truncation: 0.02,
+            tracking_voxel: 0.008,
+            least_evidence: 1.5,
+            settling_rounds: 2,
+            hole_area: 4e-4,
+            denoise_rounds: 3,
+        }
+    }
+}

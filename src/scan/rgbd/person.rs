@@ -1,0 +1,90 @@
+//! The person cut out of a frame.
+
+use super::camera::RgbdCamera;
+use super::frame::ColorFrame;
+use super::pieces::pieces;
+use super::survey::{FURNITURE, Survey, is_still};
+use super::view::{BEYOND, View};
+
+/// Smaller pieces are specks, in pixels: flying ones between a hand and the wall.
+const LEAST_PIECE: usize = 40;
+/// Fewer pixels of a person are nobody.
+const LEAST_PERSON: usize = 800;
+/// Pixels around the person, so that what is beside them is known to be empty.
+const MARGIN: usize = 6;
+
+/// Cuts the person out of a frame; `None` if nobody is there.
+pub(super) fn cut_out(survey: &Survey, depth: &[f32], color: Option<&ColorFrame>) -> Option<View> {
+    let camera = &survey.camera;
+    let mut person = survey.foreground(depth);
+    for (i, z) in person.iter_mut().enumerate().filter(|(_, z)| **z > 0.0) {
+        let p = survey.model_from_camera * point(camera, i, *z);
+        let inside = p.x.hypot(p.z) < survey.radius && p.y > survey.heights[0] && p.y < survey.heights[1];
+        if !inside {
+            *z = 0.0;
+        }
+    }
+    let found = pieces(camera, &person);
+    let (mut pixels, mut still) = (vec![0usize; found.count], vec![0usize; found.count]);
+    for (i, &piece) in found.of_pixel.iter().enumerate().filter(|(_, p)| **p != u32::MAX) {
+        pixels[piece as usize] += 1;
+        still[piece as usize] += usize::from(is_still(survey.still[i], person[i]));
+    }
+    let largest = (0..found.count).max_by_key(|&k| (pixels[k], usize::MAX - k))?;
+    let stays: Vec<bool> = (0..found.count)
+        .map(|k| k == largest || pixels[k] >= LEAST_PIECE && (still[k] as f64) < FURNITURE * pixels[k] as f64)
+        .collect();
+    let is_person = |i: usize| found.of_pixel[i] != u32::MAX && stays[found.of_pixel[i] as usize];
+    let (mut low, mut high, mut count) = ([usize::MAX; 2], [0usize; 2], 0);
+    for i in (0..person.len()).filter(|&i| is_person(i)) {
+        let at = [i % camera.width, i / camera.width];
+        for k in 0..2 {
+            low[k] = low[k].min(at[k]);
+            high[k] = high[k].max(at[k]);
+        }
+        count += 1;
+    }
+    if count < LEAST_PERSON {
+        return None;
+    }
+    let size = [camera.width, camera.height];
+    let low: [usize; 2] = std::array::from_fn(|k| low[k].saturating_sub(MARGIN));
+    let high: [usize; 2] = std::array::from_fn(|k| (high[k] + MARGIN + 1).min(size[k]));
+    // Whole pixels also at a quarter of the size.
+    let [width, height] = std::array::from_fn(|k| (high[k] - low[k]) / 4 * 4);
+    let cropped = RgbdCamera {
+        width,
+        height,
+        cx: camera.cx - low[0] as f64,
+        cy: camera.cy - low[1] as f64,
+        ..camera.clone()
+    };
+    let mut cut = Vec::with_capacity(width * height);
+    let mut colors = Vec::new();
+    for row in low[1]..low[1] + height {
+        for column in low[0]..low[0] + width {
+            let i = row * camera.width + column;
+            cut.push(if is_person(i) { depth[i] } else { beside(survey, i, depth[i]) });
+            if let Some(color) = color {
+                let seen = if is_person(i) { color.at(&point(camera, i, depth[i])) } else { None };
+                colors.push(seen.unwrap_or([0; 3]));
+            }
+        }
+    }
+    Some(View::prepare(cropped, cut, colors))
+}
+
+/// What a pixel beside the person says: that its ray is free, or nothing.
+fn beside(survey: &Survey, pixel: usize, z: f32) -> f32 {
+    if z <= 0.0 {
+        return 0.0;
+    }
+    let p = survey.model_from_camera * point(&survey.camera, pixel, z);
+    // Near the feet, floor and sole cannot be told apart; a speck within reach may be a finger.
+    let near = p.x.hypot(p.z) < survey.radius && p.y < survey.heights[1];
+    if near { 0.0 } else { BEYOND }
+}
+
+fn point(camera: &RgbdCamera, pixel: usize, z: f32) -> crate::geometry::Point {
+    camera.point((pixel % camera.width) as f64, (pixel / camera.width) as f64, f64::from(z))
+}

@@ -1,0 +1,116 @@
+//! What fusion hands back and tells on the way.
+
+use super::marching_cubes::Surface;
+use crate::formats::RawMesh;
+use nalgebra::Isometry3;
+use serde::Serialize;
+
+/// A fused surface and how it came about.
+#[derive(Clone, Debug)]
+pub struct Fusion {
+    /// The surface, coloured where the frames are; its scalar `confidence` (0 to 1) says how well each vertex was seen.
+    pub mesh: RawMesh,
+    /// Measures.
+    pub report: FusionReport,
+    /// What was assumed and noticed, a sentence each.
+    pub findings: Vec<String>,
+}
+
+/// A frame's place.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FramePose {
+    /// Which frame of the recording.
+    pub frame: usize,
+    /// When it was taken.
+    pub secs: f64,
+    /// From the camera's frame (x right, y down, z forward) to the mesh's.
+    pub model_from_camera: Isometry3<f64>,
+}
+
+/// What fusion measured.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FusionReport {
+    /// Frames that the recording has.
+    pub frames: usize,
+    /// Frames that found no place.
+    pub lost: Vec<String>,
+    /// The others.
+    pub poses: Vec<FramePose>,
+    /// Turns of the person that the frames show.
+    pub turns: f64,
+    /// Median over the frames: how far their smoothed points lie from the surface (robust standard deviation).
+    pub residual_mm: f64,
+    /// Disagreement of frames a turn apart after tracking.
+    pub drift_mm: f64,
+    /// The same as a rotation.
+    pub drift_deg: f64,
+    /// Pairs of frames a turn apart that were compared.
+    pub loops: usize,
+    /// Their disagreement at the end.
+    pub loop_mm: f64,
+    /// The same as a rotation.
+    pub loop_deg: f64,
+    /// How far the person's middle left a pure turn, root mean square.
+    pub sway_mm: f64,
+    /// The same as a rotation.
+    pub sway_deg: f64,
+}
+
+/// Progress of fusion.
+#[derive(Clone, Debug)]
+pub enum FusionStep {
+    /// Floor, walls and the person are known.
+    Surveyed,
+    /// The person is cut out of all frames.
+    CutOut {
+        /// Frames with somebody in them.
+        frames: usize,
+    },
+    /// A frame was tracked, or lost.
+    Tracked {
+        /// Which, from 0.
+        frame: usize,
+        /// Of how many.
+        of: usize,
+        /// Where it is believed to be.
+        pose: Isometry3<f64>,
+        /// Metres from the surface; `None` if it found no place.
+        residual: Option<f64>,
+    },
+    /// Loops were closed.
+    Closed {
+        /// Pairs of frames that were compared.
+        loops: usize,
+    },
+    /// All frames were put on their common surface.
+    Settled {
+        /// Which round, from 0.
+        round: usize,
+        /// Of how many at most.
+        of: usize,
+        /// The largest move, metres.
+        most: f64,
+    },
+    /// The surface is there.
+    Extracted {
+        /// Its faces.
+        faces: usize,
+    },
+}
+
+/// Evidence, in views, with which a vertex is as sure as it gets.
+const FULLY_SEEN: f32 = 8.0;
+
+impl Fusion {
+    pub(super) fn of(surface: Surface, has_color: bool, report: FusionReport, findings: Vec<String>) -> Self {
+        let confidence = surface.evidence.iter().map(|e| (e / FULLY_SEEN).min(1.0)).collect();
+        let mesh = RawMesh {
+            points: surface.points.iter().map(|p| [p.x, p.y, p.z]).collect(),
+            faces: surface.faces,
+            colors: has_color.then_some(surface.colors),
+            scalars: [("confidence".to_string(), confidence)].into(),
+            ..RawMesh::default()
+        };
+        Self { mesh, report, findings }
+    }
+}

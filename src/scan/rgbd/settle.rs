@@ -1,0 +1,36 @@
+//! All frames put anew on the surface that they make together.
+
+use super::align::{SETTLING, align};
+use super::track::{Cut, Placed, predicted};
+use super::volume::Volume;
+use rayon::prelude::*;
+
+/// The volume of all placed frames, one after the other.
+pub(super) fn integrated(cuts: &[Cut], placed: &[Placed], voxel: f64, truncation: f64) -> Volume {
+    let mut volume = Volume::new(voxel, truncation);
+    for p in placed {
+        volume.integrate(&cuts[p.cut].view, &p.pose);
+    }
+    volume
+}
+
+/// Puts each frame on the surface of the volume, all against the same one; the largest move, in metres at the person.
+///
+/// The first frame moves like all others; the caller holds the frame of reference.
+pub(super) fn settle(cuts: &[Cut], placed: &mut [Placed], volume: &Volume) -> f64 {
+    let found: Vec<_> = placed
+        .par_iter()
+        .map(|p| {
+            let view = &cuts[p.cut].view;
+            align(view, &predicted(view, volume, &p.pose), &p.pose, &SETTLING)
+        })
+        .collect();
+    let mut most: f64 = 0.0;
+    for (p, found) in placed.iter_mut().zip(found).filter(|(_, f)| f.overlap > 0.0) {
+        let moved = (found.model_from_camera * p.pose.inverse()) * found.center - found.center;
+        most = most.max(moved.norm());
+        p.pose = found.model_from_camera;
+        p.residual = found.residual;
+    }
+    most
+}

@@ -1,0 +1,350 @@
+//! A look at some of the frames before the work: what stands still, where the floor is, and who turns before it.
+
+use super::axis::Axis;
+use super::camera::RgbdCamera;
+use super::error::FusionError;
+use super::frame::Frames;
+use super::pieces::{Pieces, pieces};
+use super::planes::{Plane, large_planes};
+use crate::geometry::{Point, Vec3};
+use nalgebra::{Isometry3, Matrix3, Rotation3, Unit, UnitQuaternion};
+use rayon::prelude::*;
+
+/// What is known of the place before any frame is tracked.
+pub(super) struct Survey {
+    pub(super) camera: RgbdCamera,
+    pub(super) planes: Vec<Plane>,
+    /// Whose index among the planes the floor has.
+    pub(super) floor: Option<usize>,
+    /// Depth of what stands still, a pixel; 0 where something moves or nothing is known.
+    pub(super) still: Vec<f32>,
+    pub(super) depth_max: f32,
+    /// The upright frame: Y up along the axis, the camera on the side of +Z, the floor (or the lowest point) at 0.
+    pub(super) model_from_camera: Isometry3<f64>,
+    /// A first guess at the axis, in the model's frame.
+    pub(super) axis: Axis,
+    /// Metres from the axis within which the person stays.
+    pub(super) radius: f64,
+    /// Heights between which the person is.
+    pub(super) heights: [f64; 2],
+    pub(super) findings: Vec<String>,
+}
+
+/// Frames that are looked at: enough to see each side of a person twice.
+const LOOKED_AT: usize = 12;
+/// A pixel whose depth changes by less than this share stands still.
+const STILL: f32 = 0.02;
+/// A piece of which so much stands still is furniture.
+pub(super) const FURNITURE: f64 = 0.7;
+/// Metres that a person has from end to end, at least (a child who crouches) and at most (arms spread).
+const SIZE: [f64; 2] = [0.4, 2.6];
+/// Metres squared that are seen of a person, at least.
+const LEAST_AREA: f64 = 0.04;
+/// Metres from the axis to the tip of a hand, at most, and a bit.
+const REACH: f64 = 1.2;
+/// Share of background that lies deeper than before, from which on the camera must have moved.
+const MOVED: f64 = 0.15;
+
+/// A frame as the survey sees it.
+struct Seen {
+    frame: usize,
+    depth: Vec<f32>,
+}
+
+impl Survey {
+    /// Looks at frames spread over the recording.
+    pub(super) fn of(frames: &Frames) -> Result<Self, FusionError> {
+        let camera = frames.camera.clone();
+        let seen = look(frames)?;
+        let planes = large_planes(&camera, &seen[0].depth);
+        refuse_moved_camera(frames, &camera, &planes, &seen)?;
+        let mut survey = Self {
+            still: still(&seen),
+            camera,
+            planes,
+            floor: None,
+            depth_max: frames.depth_max(),
+            model_from_camera: Isometry3::identity(),
+            axis: Axis { point: Point::origin(), direction: Vec3::y_axis() },
+            radius: REACH,
+            heights: [f64::NEG_INFINITY, f64::INFINITY],
+            findings: Vec::new(),
+        };
+        let bodies: Vec<Vec<Point>> = seen.par_iter().map(|s| survey.body(&s.depth)).collect();
+        if let Some(k) = bodies.iter().position(|b| b.is_empty()) {
+            // One frame without anybody may be an accident; half of them are not.
+            if bodies.iter().filter(|b| b.is_empty()).count() * 2 >= bodies.len() {
+                return Err(FusionError::NobodyInView { name: frames.name(seen[k].frame).into() });
+            }
+        }
+        let bodies: Vec<Vec<Point>> = bodies.into_iter().filter(|b| !b.is_empty()).collect();
+        survey.stand_upright(&bodies);
+        survey.measure(&bodies);
+        survey.find_platform(&seen);
+        Ok(survey)
+    }
+
+    /// The points that belong to whoever turns, in the camera's frame: the largest piece of a person's size, and what
+    /// floats about it.
+    fn body(&self, depth: &[f32]) -> Vec<Point> {
+        let found = pieces(&self.camera, &self.foreground(depth));
+        let sizes = self.sizes(&found, depth);
+        let main = sizes.iter().filter(|s| s.is_person()).max_by(|a, b| a.area.total_cmp(&b.area));
+        let Some(main) = main else { return Vec::new() };
+        let near = |s: &&Size| s.still < FURNITURE && s.pixels > 50 && (s.middle - main.middle).norm() < REACH;
+        let kept: std::collections::BTreeSet<u32> =
+            sizes.iter().filter(near).map(|s| s.piece).chain([main.piece]).collect();
+        (0..depth.len())
+            .filter(|&i| kept.contains(&found.of_pixel[i]))
+            .map(|i| self.point(i, depth[i]))
+            .collect()
+    }
+
+    fn point(&self, pixel: usize, z: f32) -> Point {
+        self.camera.point((pixel % self.camera.width) as f64, (pixel / self.camera.width) as f64, f64::from(z))
+    }
+
+    /// Depths of what is neither floor nor wall nor too far; 0 elsewhere.
+    pub(super) fn foreground(&self, depth: &[f32]) -> Vec<f32> {
+        let keeps = |i: usize, z: f32| {
+            let p = self.point(i, z);
+            let off_planes = self.planes.iter().enumerate().all(|(k, plane)| {
+                let height = plane.height(&p);
+                if self.floor == Some(k) { height > plane.band } else { height.abs() > plane.band.max(0.01 * p.z) }
+            });
+            z > 0.0 && z <= self.depth_max && off_planes
+        };
+        depth.iter().enumerate().map(|(i, &z)| if keeps(i, z) { z } else { 0.0 }).collect()
+    }
+
+    fn sizes(&self, found: &Pieces, depth: &[f32]) -> Vec<Size> {
+        let mut sizes: Vec<Size> = (0..found.count as u32).map(Size::nothing).collect();
+        let pixel_area = 1.0 / (self.camera.fx * self.camera.fy);
+        for (i, &piece) in found.of_pixel.iter().enumerate() {
+            if let Some(size) = sizes.get_mut(piece as usize) {
+                let p = self.point(i, depth[i]);
+                size.pixels += 1;
+                size.area += p.z * p.z * pixel_area;
+                size.middle += p.coords;
+                size.low = size.low.inf(&p.coords);
+                size.high = size.high.sup(&p.coords);
+                size.still += f64::from(u8::from(is_still(self.still[i], depth[i])));
+            }
+        }
+        for size in &mut sizes {
+            size.middle /= size.pixels.max(1) as f64;
+            size.still /= size.pixels.max(1) as f64;
+        }
+        sizes
+    }
+
+    /// Up and the floor, and the axis through the person's middle.
+    fn stand_upright(&mut self, bodies: &[Vec<Point>]) {
+        let middles: Vec<Vec3> =
+            bodies.iter().map(|b| b.iter().map(|p| p.coords).sum::<Vec3>() / b.len() as f64).collect();
+        let middle = middles.iter().sum::<Vec3>() / middles.len() as f64;
+        let long = longest_direction(bodies, &middles);
+        // The floor is what the person stands on: across their length, below all of them.
+        self.floor = (0..self.planes.len())
+            .filter(|&k| self.planes[k].normal.dot(&long).abs() > 0.8)
+            .max_by(|&a, &b| self.planes[a].normal.dot(&long).abs().total_cmp(&self.planes[b].normal.dot(&long).abs()));
+        let up = match self.floor {
+            Some(k) => self.planes[k].normal,
+            None => {
+                // An image's top is up, or one of its sides; which way a person's head is, is looked at later.
+                if long.y.abs() > 0.5 { -long * long.y.signum() } else { -long * long.x.signum() }
+            }
+        };
+        let toward_camera = -(middle - up * up.dot(&middle));
+        let back = toward_camera.try_normalize(1e-6).unwrap_or_else(|| -Vec3::z());
+        let rotation = Matrix3::from_rows(&[up.cross(&back).transpose(), up.transpose(), back.transpose()]);
+        let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation));
+        let lowest = match self.floor {
+            Some(k) => -self.planes[k].offset,
+            None => percentile(bodies.iter().flatten().map(|p| up.dot(&p.coords)).collect(), 0.002),
+        };
+        let origin = middle + up * (lowest - up.dot(&middle));
+        self.model_from_camera = Isometry3::from_parts((-(rotation * origin)).into(), rotation);
+        self.axis = Axis { point: Point::origin(), direction: Unit::new_unchecked(Vec3::y()) };
+        self.findings.push(match self.floor {
+            Some(k) => format!(
+                "the floor was found {:.2} m below the camera and {} taken away",
+                self.planes[k].offset,
+                if self.planes.len() > 1 { "with the walls" } else { "was" }
+            ),
+            None => "no floor was found: up is the person's own length".into(),
+        });
+    }
+
+    fn measure(&mut self, bodies: &[Vec<Point>]) {
+        let in_model = |p: &Point| self.model_from_camera * p;
+        let far: Vec<f64> = bodies.iter().flatten().map(|p| in_model(p)).map(|p| p.x.hypot(p.z)).collect();
+        let heights: Vec<f64> = bodies.iter().flatten().map(|p| in_model(p).y).collect();
+        self.radius = (percentile(far, 0.998) + 0.12).clamp(0.3, REACH + 0.1);
+        self.heights = [percentile(heights.clone(), 0.0005) - 0.03, percentile(heights, 0.9995) + 0.05];
+        if self.floor.is_some() {
+            self.heights[0] = self.heights[0].max(0.0);
+        }
+    }
+
+    /// A turntable's top is level, low, and larger than feet: what lies at its height or below is cut off.
+    fn find_platform(&mut self, seen: &[Seen]) {
+        /// Metres squared in a layer of 2 cm: feet have a tenth of it.
+        const LEAST_TOP: f64 = 0.07;
+        const LAYER: f64 = 0.01;
+        /// Metres above the lowest point in which it is looked for.
+        const LOW: f64 = 0.4;
+        let base = self.heights[0];
+        let mut area = vec![0.0; (LOW / LAYER) as usize];
+        let up = self.model_from_camera.rotation.inverse() * Vec3::y();
+        for s in seen {
+            for (i, &z) in self.foreground(&s.depth).iter().enumerate().filter(|(_, z)| **z > 0.0) {
+                let p = self.point(i, z);
+                let at = self.model_from_camera * p;
+                let layer = (at.y - base) / LAYER;
+                if at.x.hypot(at.z) < self.radius && layer >= 0.0 && (layer as usize) < area.len() {
+                    // A level surface of that many pixels; upright ones count too much, but have few.
+                    let slope = up.dot(&p.coords).abs() / p.coords.norm();
+                    let pixel = p.coords.norm_squared() / (self.camera.fx * self.camera.fy);
+                    area[layer as usize] += pixel / slope.max(0.2) / seen.len() as f64;
+                }
+            }
+        }
+        let top = (0..area.len() - 1).rev().find(|&k| area[k] + area[k + 1] > LEAST_TOP);
+        let Some(k) = top else { return };
+        let (below, above) = (area[k], area[k + 1]);
+        let height = base + LAYER * (k as f64 + 0.5 + above / (below + above));
+        self.heights[0] = height + 0.01;
+        self.findings.push(format!("a turntable's top {:.0} cm above was taken away", 100.0 * height.max(0.0)));
+        let lift = Isometry3::translation(0.0, -height, 0.0);
+        self.model_from_camera = lift * self.model_from_camera;
+        self.heights = self.heights.map(|h| h - height);
+    }
+}
+
+/// Whether a depth is that of what stands still at its pixel.
+pub(super) fn is_still(still: f32, z: f32) -> bool {
+    still > 0.0 && (z - still).abs() < STILL * still
+}
+
+/// What a piece is like.
+struct Size {
+    piece: u32,
+    pixels: usize,
+    area: f64,
+    middle: Vec3,
+    low: Vec3,
+    high: Vec3,
+    /// Share of pixels that do not change from frame to frame.
+    still: f64,
+}
+
+impl Size {
+    fn nothing(piece: u32) -> Self {
+        let [low, high] = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
+        Self { piece, pixels: 0, area: 0.0, middle: Vec3::zeros(), low, high, still: 0.0 }
+    }
+
+    fn is_person(&self) -> bool {
+        let longest = (self.high - self.low).amax();
+        self.area > LEAST_AREA && (SIZE[0]..SIZE[1]).contains(&longest) && self.still < FURNITURE
+    }
+}
+
+/// The frames that are looked at, decoded.
+fn look(frames: &Frames) -> Result<Vec<Seen>, FusionError> {
+    let count = frames.count();
+    let chosen: Vec<usize> = (0..count.min(LOOKED_AT)).map(|i| i * count / count.min(LOOKED_AT)).collect();
+    let seen: Vec<Seen> = chosen
+        .par_iter()
+        .map(|&frame| Ok(Seen { frame, depth: frames.depth(frame)?.depth }))
+        .collect::<Result<_, FusionError>>()?;
+    let empty: Vec<&Seen> = seen.iter().filter(|s| s.depth.iter().all(|&z| z == 0.0)).collect();
+    if let Some(first) = empty.first().filter(|_| 2 * empty.len() >= seen.len()) {
+        let name = frames.name(first.frame).into();
+        return Err(FusionError::NoDepth { name, count: empty.len(), of: seen.len() });
+    }
+    let with_depth: Vec<Seen> = seen.into_iter().filter(|s| s.depth.iter().any(|&z| z > 0.0)).collect();
+    let known: Vec<f64> = with_depth[0].depth.iter().filter(|z| **z > 0.0).map(|&z| f64::from(z)).collect();
+    let (nearest, farthest) = (percentile(known.clone(), 0.01), percentile(known, 0.99));
+    if farthest < 0.3 || nearest > 8.0 {
+        return Err(FusionError::WrongScale { name: frames.name(with_depth[0].frame).into(), nearest, farthest });
+    }
+    Ok(with_depth)
+}
+
+/// Depth a pixel where it is the same in nearly all frames.
+fn still(seen: &[Seen]) -> Vec<f32> {
+    let pixels = seen[0].depth.len();
+    (0..pixels)
+        .into_par_iter()
+        .with_min_len(4096)
+        .map(|i| {
+            let mut known: Vec<f32> = seen.iter().map(|s| s.depth[i]).filter(|&z| z > 0.0).collect();
+            if known.len() < 3 || 2 * known.len() < seen.len() {
+                return 0.0;
+            }
+            known.sort_by(f32::total_cmp);
+            // What stands behind somebody who passes is the deeper half.
+            let (middle, deep) = (known[known.len() / 2], known[known.len() * 9 / 10]);
+            if deep - middle < STILL * middle { middle } else { 0.0 }
+        })
+        .collect()
+}
+
+/// A still camera never sees deeper than the background that it saw before.
+fn refuse_moved_camera(
+    frames: &Frames,
+    camera: &RgbdCamera,
+    planes: &[Plane],
+    seen: &[Seen],
+) -> Result<(), FusionError> {
+    let first = &seen[0];
+    let background: Vec<usize> = (0..first.depth.len())
+        .step_by(3)
+        .filter(|&i| {
+            let z = f64::from(first.depth[i]);
+            let p = camera.point((i % camera.width) as f64, (i / camera.width) as f64, z);
+            z > 0.0 && planes.iter().any(|plane| plane.height(&p).abs() < plane.band)
+        })
+        .collect();
+    // Where the background was cut away, nothing can be said, and nothing is wrong.
+    if background.len() * 3 < first.depth.len() / 10 {
+        return Ok(());
+    }
+    for later in &seen[1..] {
+        let known: Vec<usize> = background.iter().copied().filter(|&i| later.depth[i] > 0.0).collect();
+        let deeper = known.iter().filter(|&&i| later.depth[i] > 1.06 * first.depth[i]).count();
+        let nearer = known.iter().filter(|&&i| later.depth[i] < 0.94 * first.depth[i]).count();
+        let share = |count: usize| count as f64 / known.len().max(1) as f64;
+        if share(deeper) > MOVED || share(nearer) > 0.7 {
+            return Err(FusionError::CameraMoved {
+                first: frames.name(first.frame).into(),
+                name: frames.name(later.frame).into(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The direction in which the person is longest, over all frames looked at.
+fn longest_direction(bodies: &[Vec<Point>], middles: &[Vec3]) -> Vec3 {
+    let mut spread = Matrix3::zeros();
+    for (body, middle) in bodies.iter().zip(middles) {
+        for p in body.iter().step_by(7) {
+            let d = p.coords - middle;
+            spread += d * d.transpose();
+        }
+    }
+    let eigen = spread.symmetric_eigen();
+    eigen.eigenvectors.column(eigen.eigenvalues.imax()).into_owned()
+}
+
+/// The value below which a share of all values lies; 0 of none.
+pub(super) fn percentile(mut values: Vec<f64>, share: f64) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let at = ((values.len() - 1) as f64 * share).round() as usize;
+    *values.select_nth_unstable_by(at, f64::total_cmp).1
+}

@@ -1,0 +1,262 @@
+//! One frame cut down to the person, with what tracking needs of it: smoothed points and normals at two sizes.
+
+use super::camera::{RgbdCamera, depth_noise};
+use nalgebra::{Point3, Vector3};
+
+/// A pixel that looks past the person at something behind: nothing is there up to the wall.
+pub(super) const BEYOND: f32 = f32::INFINITY;
+/// Neighbouring pixels farther apart than this belong to different surfaces, in metres: a forearm before the trunk is
+/// 10 cm off, noise at 3 m is 14 mm.
+pub(super) const JUMP: f32 = 0.04;
+/// Pixels to either side that the smoothing looks at.
+const SMOOTH_REACH: usize = 2;
+/// Pixels to either side over which a normal is taken, at half size: 2 cm at 2 m.
+const NORMAL_REACH: usize = 2;
+
+/// A frame cut down to the person.
+pub(super) struct View {
+    /// The camera of the cut-out.
+    pub(super) camera: RgbdCamera,
+    /// Metres along the camera's z; 0 where nothing is known, [`BEYOND`] where the person is not. Row by row.
+    pub(super) depth: Vec<f32>,
+    /// Evidence of each pixel, 0 to 1: less at a graze, none beside an edge.
+    pub(super) evidence: Vec<f32>,
+    /// A colour a pixel; empty where the frame has none.
+    pub(super) colors: Vec<[u8; 3]>,
+    /// Half and quarter size.
+    pub(super) levels: [Level; 2],
+}
+
+/// Points of a frame at a lesser size, in the camera's frame.
+pub(super) struct Level {
+    /// The camera at that size.
+    pub(super) camera: RgbdCamera,
+    pub(super) points: Vec<Point3<f32>>,
+    pub(super) normals: Vec<Vector3<f32>>,
+    /// Least and greatest depth in and around each tile of [`TILE`]² pixels; empty ranges where nobody is near.
+    tiles: Vec<[f32; 2]>,
+}
+
+/// Pixels along a tile's side: 4 of half size are 5 cm at 2 m, about as far as a guess may be off.
+const TILE: usize = 4;
+/// Metres before and behind what a tile shows in which the model is looked for.
+const SLACK: f32 = 0.12;
+
+/// A depth image of a size.
+struct Map {
+    width: usize,
+    height: usize,
+    depth: Vec<f32>,
+}
+
+impl View {
+    /// Smooths, takes normals and weighs. `depth` holds 0 and [`BEYOND`] beside depths in metres.
+    pub(super) fn prepare(camera: RgbdCamera, depth: Vec<f32>, colors: Vec<[u8; 3]>) -> Self {
+        let map = Map { width: camera.width, height: camera.height, depth };
+        let smooth = map.smoothed();
+        let normals = smooth.normals(&camera, NORMAL_REACH);
+        let evidence = evidence(&camera, &map, &normals);
+        let half = smooth.halved();
+        let half_camera = camera.resized(half.width, half.height);
+        let quarter = half.halved();
+        let quarter_camera = camera.resized(quarter.width, quarter.height);
+        let levels = [half.level(half_camera), quarter.level(quarter_camera)];
+        Self { camera, depth: map.depth, evidence, colors, levels }
+    }
+}
+
+impl Level {
+    /// Between which depths a surface may lie that this pixel, or one near it, shows; `None` if nobody is near.
+    pub(super) fn range(&self, column: usize, row: usize) -> Option<[f32; 2]> {
+        let across = self.camera.width.div_ceil(TILE);
+        let [near, far] = self.tiles[row / TILE * across + column / TILE];
+        (near <= far).then(|| [(near - SLACK).max(0.05), far + SLACK])
+    }
+}
+
+fn is_depth(z: f32) -> bool {
+    z > 0.0 && z < BEYOND
+}
+
+impl Map {
+    /// Bilateral smoothing with rational weights (no exponentials: an eighth of the time, and as good here).
+    fn smoothed(&self) -> Self {
+        let (w, h) = (self.width, self.height);
+        let mut out = vec![0.0f32; w * h];
+        let reach = SMOOTH_REACH as isize;
+        for y in 0..h {
+            for x in 0..w {
+                let z = self.depth[y * w + x];
+                if !is_depth(z) {
+                    continue;
+                }
+                let inverse = 1.0 / (3.0 * depth_noise(f64::from(z)) as f32).powi(2);
+                let (mut sum, mut total) = (0.0, 0.0);
+                for dy in -reach..=reach {
+                    let row = y as isize + dy;
+                    if row < 0 || row >= h as isize {
+                        continue;
+                    }
+                    for dx in -reach..=reach {
+                        let column = x as isize + dx;
+                        if column < 0 || column >= w as isize {
+                            continue;
+                        }
+                        let d = self.depth[row as usize * w + column as usize] - z;
+                        // Nothing and beyond are far off as well.
+                        if d.abs() < JUMP {
+                            let far = d * d * inverse;
+                            let weight = 1.0 / ((1.0 + far * far) * (2.0 + (dx * dx + dy * dy) as f32));
+                            sum += weight * d;
+                            total += weight;
+                        }
+                    }
+                }
+                out[y * w + x] = z + sum / total;
+            }
+        }
+        Self { width: w, height: h, depth: out }
+    }
+
+    /// Each pixel the mean of those of its four that lie on the nearest surface.
+    fn halved(&self) -> Self {
+        let (w, h) = (self.width / 2, self.height / 2);
+        let mut out = vec![0.0f32; w * h];
+        for y in 0..h {
+            for x in 0..w {
+                let four = [(0, 0), (1, 0), (0, 1), (1, 1)]
+                    .map(|(dx, dy)| self.depth[(2 * y + dy) * self.width + 2 * x + dx]);
+                let nearest = four.into_iter().filter(|&z| is_depth(z)).fold(BEYOND, f32::min);
+                let (mut sum, mut count) = (0.0, 0);
+                for z in four.into_iter().filter(|&z| is_depth(z) && z < nearest + JUMP) {
+                    sum += z;
+                    count += 1;
+                }
+                // Half a surface is an edge.
+                if count >= 3 {
+                    out[y * w + x] = sum / count as f32;
+                }
+            }
+        }
+        Self { width: w, height: h, depth: out }
+    }
+
+    /// Normals toward the camera from differences over `reach` pixels to either side; zero where there is an edge.
+    fn normals(&self, camera: &RgbdCamera, reach: usize) -> Vec<Vector3<f32>> {
+        let (w, h) = (self.width, self.height);
+        let (fx, fy, cx, cy) = (camera.fx as f32, camera.fy as f32, camera.cx as f32, camera.cy as f32);
+        let at = |x: usize, y: usize| {
+            let z = self.depth[y * w + x];
+            Vector3::new((x as f32 - cx) / fx * z, (y as f32 - cy) / fy * z, z)
+        };
+        let mut normals = vec![Vector3::zeros(); w * h];
+        for y in reach..h.saturating_sub(reach) {
+            for x in reach..w.saturating_sub(reach) {
+                let z = self.depth[y * w + x];
+                let arms = [(x - reach, y), (x + reach, y), (x, y - reach), (x, y + reach)];
+                let near = |&(x, y): &(usize, usize)| (self.depth[y * w + x] - z).abs() < JUMP * reach as f32;
+                if !is_depth(z) || !arms.iter().all(near) {
+                    continue;
+                }
+                let [left, right, above, below] = arms.map(|(x, y)| at(x, y));
+                let normal = (below - above).cross(&(right - left));
+                normals[y * w + x] = normal.try_normalize(1e-12).unwrap_or_else(Vector3::zeros);
+            }
+        }
+        normals
+    }
+
+    fn level(&self, camera: RgbdCamera) -> Level {
+        let normals_at = self.normals(&camera, 1);
+        let (mut points, mut normals) = (Vec::new(), Vec::new());
+        for (i, n) in normals_at.iter().enumerate().filter(|(_, n)| n.norm_squared() > 0.5) {
+            let p = camera.point((i % self.width) as f64, (i / self.width) as f64, f64::from(self.depth[i]));
+            points.push(p.cast());
+            normals.push(*n);
+        }
+        let tiles = self.tiles();
+        Level { camera, points, normals, tiles }
+    }
+
+    /// Ranges of depth a tile, each with those of the eight tiles around it.
+    fn tiles(&self) -> Vec<[f32; 2]> {
+        let (across, down) = (self.width.div_ceil(TILE), self.height.div_ceil(TILE));
+        let mut tiles = vec![[f32::INFINITY, 0.0f32]; across * down];
+        for (i, &z) in self.depth.iter().enumerate().filter(|(_, z)| is_depth(**z)) {
+            let (x, y) = (i % self.width / TILE, i / self.width / TILE);
+            for row in y.saturating_sub(1)..(y + 2).min(down) {
+                for column in x.saturating_sub(1)..(x + 2).min(across) {
+                    let [near, far] = &mut tiles[row * across + column];
+                    (*near, *far) = (near.min(z), far.max(z));
+                }
+            }
+        }
+        tiles
+    }
+}
+
+/// How much a pixel says: the cosine to the surface, for across a slope the camera's sideways noise becomes depth; and
+/// nothing beside an edge, where it shows a mixture or the neighbour.
+fn evidence(camera: &RgbdCamera, map: &Map, normals: &[Vector3<f32>]) -> Vec<f32> {
+    /// Where no normal can be taken: as at 75°.
+    const UNKNOWN_SLOPE: f32 = 0.25;
+    let (w, h) = (map.width, map.height);
+    let mut evidence = vec![0.0; w * h];
+    for y in 0..h {
+        for x in 0..w {
+            let i = y * w + x;
+            let z = map.depth[i];
+            if !is_depth(z) {
+                continue;
+            }
+            let beside_edge = (y.saturating_sub(1)..(y + 2).min(h)).any(|row| {
+                (x.saturating_sub(1)..(x + 2).min(w)).any(|column| {
+                    let other = map.depth[row * w + column];
+                    other > 0.0 && (other - z).abs() > JUMP
+                })
+            });
+            if beside_edge {
+                continue;
+            }
+            let ray = camera.point(x as f64, y as f64, 1.0).coords.cast::<f32>();
+            let cosine = -normals[i].dot(&ray) / ray.norm();
+            evidence[i] = if cosine > 0.0 { cosine } else { UNKNOWN_SLOPE };
+        }
+    }
+    evidence
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn camera(width: usize, height: usize) -> RgbdCamera {
+        let (cx, cy) = (0.5 * width as f64 - 0.5, 0.5 * height as f64 - 0.5);
+        RgbdCamera { width, height, fx: 366.0, fy: 366.0, cx, cy, distortion: [0.0; 5] }
+    }
+
+    #[test]
+    fn a_slanted_wall_keeps_its_place_and_normal_at_each_size_and_its_edge_says_nothing() {
+        let camera = camera(120, 80);
+        // z = 2 + 0.5 x: the normal is (0.5, 0, −1), normalised.
+        let depth: Vec<f32> = (0..120 * 80)
+            .map(|i| {
+                let slope = ((i % 120) as f64 - camera.cx) / camera.fx;
+                let z = 2.0 / (1.0 - 0.5 * slope);
+                if i % 120 < 60 { z as f32 } else { BEYOND }
+            })
+            .collect();
+        let view = View::prepare(camera, depth, Vec::new());
+        let normal = Vector3::new(0.5f32, 0.0, -1.0).normalize();
+        for level in &view.levels {
+            assert!(level.points.len() > 100);
+            for (p, n) in level.points.iter().zip(&level.normals) {
+                assert!((n - normal).norm() < 0.05, "{n}");
+                assert!((p.z - 2.0 - 0.5 * p.x).abs() < 2e-3, "{p}");
+            }
+        }
+        assert_eq!(view.evidence[40 * 120 + 59], 0.0);
+        assert_eq!(view.evidence[40 * 120 + 70], 0.0);
+        assert!((view.evidence[40 * 120 + 30] - 0.87).abs() < 0.03, "{}", view.evidence[40 * 120 + 30]);
+    }
+}
