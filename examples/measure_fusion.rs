@@ -1,6 +1,7 @@
 //! Fuses an RGB-D folder and holds the result against what is known: `measure_fusion FOLDER [--truth BODY.ply …]
-//! [--every N] [--voxel M] [-o OUT.ply] [--clean OUT.ply]`. Several `--truth` are one surface. `groundtruth.txt` in the
-//! folder is read for the camera's path; nothing of it goes into the fusion.
+//! [--every N] [--voxel M]
+//! [-o OUT.ply] [--clean OUT.ply]`, or `--mesh FILE.ply --truth …` for a mesh that is there. Several `--truth` are one surface.
+//! `groundtruth.txt` in the folder is read for the camera's path; nothing of it goes into the fusion.
 
 use anyhow::{Context, Result, bail};
 use nalgebra::{Isometry3, Matrix3, Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
@@ -10,8 +11,9 @@ use overcoat::scan::{FusionParams, FusionReport, ScanParams, clean, fuse};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-pub fn main() -> Result<()> {
+fn main() -> Result<()> {
     let (mut folder, mut truth, mut out, mut cleaned) = (None, Vec::new(), None, None);
+    let mut given = None;
     let (mut every, mut params) = (1, FusionParams::default());
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
@@ -22,12 +24,19 @@ pub fn main() -> Result<()> {
             "--voxel" => params.voxel = value()?.parse()?,
             "--truncation" => params.truncation = value()?.parse()?,
             "--evidence" => params.least_evidence = value()?.parse()?,
+            "--tracking" => params.tracking_voxel = value()?.parse()?,
             "--rounds" => params.settling_rounds = value()?.parse()?,
+            "--mesh" => given = Some(PathBuf::from(value()?)),
             "-o" => out = Some(PathBuf::from(value()?)),
             "--clean" => cleaned = Some(PathBuf::from(value()?)),
             _ if folder.is_none() => folder = Some(PathBuf::from(arg)),
             _ => bail!("'{arg}' is one argument too many"),
         }
+    }
+    if let Some(file) = given {
+        // Some other program's mesh, in the truth's frame.
+        measure_surface(&file.display().to_string(), &joined(std::slice::from_ref(&file))?, &joined(&truth)?, &Isometry3::identity());
+        return Ok(());
     }
     let folder = folder.context("which folder?")?;
     let mut recording = read_recording(&packed(&folder)?)?;
@@ -152,7 +161,7 @@ fn measure_path(report: &FusionReport, truth: &[(f64, Isometry3<f64>)]) -> Isome
     let sign = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, (u * v).determinant().signum()));
     let rotation = UnitQuaternion::from_matrix(&(u * sign * v));
     let truth_from_model = Isometry3::from_parts((b - rotation * a).into(), rotation);
-    let (mut shift, mut turn, mut most) = (0.0, 0.0, 0.0f64);
+    let (mut shift, mut turn, mut most) = (0.0f64, 0.0f64, 0.0f64);
     for (ours, theirs) in &pairs {
         let mapped = truth_from_model * ours;
         let off = (mapped.translation.vector - theirs.translation.vector).norm();

@@ -13,7 +13,8 @@ use std::time::Instant;
 pub(super) struct ScanArgs {
     /// `body`, or a name for the new garment
     name: String,
-    /// The scan: .ply, .obj, .glb, .stl or .off
+    /// The scan: .ply, .obj, .glb, .stl or .off; or a folder of RGB-D frames with its camera.json
+    #[arg(value_name = "FILE|FOLDER")]
     file: PathBuf,
     /// The garment kind, as in `overcoat templates list`
     #[arg(short, long)]
@@ -36,6 +37,9 @@ pub(super) struct ScanArgs {
     /// About how many faces the cleaned scan keeps
     #[arg(long, value_name = "N")]
     faces: Option<usize>,
+    /// Millimetres between the voxels in which RGB-D frames are fused
+    #[arg(long, value_name = "MM")]
+    voxel: Option<f64>,
     /// Put the scan in the place of the step of that name
     #[arg(long)]
     replace: bool,
@@ -61,6 +65,7 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
             SurfaceWord::Template => BodySurface::Template,
             SurfaceWord::Scan => BodySurface::Scan,
         }),
+        voxel_mm: args.voxel,
         until: args.until,
         sleeve: args.sleeve,
         replace: args.replace,

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 pub struct NewScan {
     /// `body`, or the garment's name.
     pub name: String,
-    /// The file.
+    /// The file, or the folder of RGB-D frames.
     pub file: PathBuf,
     /// The garment kind.
     pub template: Option<String>,
@@ -26,6 +26,8 @@ pub struct NewScan {
     pub faces: Option<usize>,
     /// What becomes the figure's body; for the body only.
     pub surface: Option<BodySurface>,
+    /// Millimetres between the voxels in which RGB-D frames are fused.
+    pub voxel_mm: Option<f64>,
     /// Where the garment ends.
     pub until: Option<String>,
     /// Where its sleeves end.
@@ -44,6 +46,7 @@ impl Writer {
                 hint: "leave --surface out".into(),
             });
         }
+        check_voxel(new)?;
         let mut step = StepRecipe {
             name: new.name.clone(),
             scan: String::new(),
@@ -53,6 +56,7 @@ impl Writer {
             up: new.up,
             faces: new.faces,
             surface: new.surface,
+            voxel_mm: new.voxel_mm,
             until: new.until.clone(),
             sleeve: new.sleeve.clone(),
             ..StepRecipe::default()
@@ -80,6 +84,17 @@ fn said_of(new: &NewScan) -> String {
     let file = new.file.file_name().unwrap_or_default().to_string_lossy();
     let replaced = if new.replace { ", replaced" } else { "" };
     format!("scan {} {file}{replaced}", new.name)
+}
+
+/// Finer voxels than 1 mm fill no memory with anything but noise; coarser ones than 2 cm lose arms.
+fn check_voxel(new: &NewScan) -> Result<(), SessionError> {
+    match new.voxel_mm {
+        Some(mm) if !(1.0..=20.0).contains(&mm) => Err(SessionError::BadRequest {
+            what: format!("voxels of {mm} mm are too {}", if mm < 1.0 { "fine" } else { "coarse" }),
+            hint: "give --voxel between 1 and 20 millimetres; 4 is the default".into(),
+        }),
+        _ => Ok(()),
+    }
 }
 
 fn check_extent(new: &NewScan) -> Result<(), SessionError> {

@@ -83,6 +83,9 @@ pub struct StepRecipe {
     /// What becomes the figure's body, where it is not the registered template.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<BodySurface>,
+    /// Millimetres between the voxels in which RGB-D frames are fused.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub voxel_mm: Option<f64>,
     /// Where the garment ends at the legs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until: Option<String>,

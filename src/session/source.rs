@@ -3,17 +3,50 @@
 use super::open::Session;
 use super::recipe::{Recipe, SourceFile, relative_to};
 use super::{ContentHash, SessionError};
+use crate::formats::{recording_files, write_recording};
 use std::path::Path;
 
-/// Reads a file; nothing is kept yet.
+/// Reads a file, or a folder of RGB-D frames as one zip; nothing is kept yet.
 pub(super) fn read(path: &Path) -> Result<Vec<u8>, SessionError> {
     if path.is_dir() {
-        return Err(SessionError::BadRequest {
-            what: format!("'{}' is a folder", path.display()),
-            hint: "name one file; folders of RGB-D frames cannot be read yet".into(),
-        });
+        return packed(path);
     }
     std::fs::read(path).map_err(|e| SessionError::reading(path, e))
+}
+
+/// The files of an RGB-D recording in one zip: camera, lists of frames, images. The same files give the same bytes, and
+/// whatever else lies in the folder does not matter.
+fn packed(dir: &Path) -> Result<Vec<u8>, SessionError> {
+    let names = names_in(dir)?;
+    let mut text = |name: &str| std::fs::read(dir.join(name)).ok();
+    let needed = recording_files(&names, &mut text).map_err(|e| SessionError::bad_source(dir, e))?;
+    let mut files = Vec::with_capacity(needed.len());
+    for name in needed {
+        let path = dir.join(&name);
+        let bytes = std::fs::read(&path).map_err(|e| SessionError::reading(&path, e))?;
+        files.push((name, bytes));
+    }
+    let mut zip = Vec::new();
+    write_recording(&files, &mut zip).map_err(|e| SessionError::bad_source(dir, e))?;
+    Ok(zip)
+}
+
+/// Names of the files in a folder and in the folders directly in it, sorted.
+fn names_in(dir: &Path) -> Result<Vec<String>, SessionError> {
+    let mut names = Vec::new();
+    let entries = |dir: &Path| std::fs::read_dir(dir).map_err(|e| SessionError::reading(dir, e));
+    for entry in entries(dir)? {
+        let entry = entry.map_err(|e| SessionError::reading(dir, e))?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if entry.path().is_dir() {
+            let inside = entries(&entry.path())?.flatten().filter(|e| e.path().is_file());
+            names.extend(inside.map(|e| format!("{name}/{}", e.file_name().to_string_lossy())));
+        } else {
+            names.push(name);
+        }
+    }
+    names.sort();
+    Ok(names)
 }
 
 /// What a recipe says of bytes that were read from `path`; nothing is kept yet.
@@ -43,7 +76,7 @@ impl Session {
 impl Session {
     /// Whether the file that was given still holds what it held.
     pub(super) fn source_is_as_it_was(&self, source: &SourceFile) -> bool {
-        match (source.hash, std::fs::read(self.resolve(&source.file))) {
+        match (source.hash, read(&self.resolve(&source.file))) {
             (Some(hash), Ok(bytes)) => ContentHash::of(&bytes) == hash,
             (None, Ok(_)) => true,
             (_, Err(_)) => false,

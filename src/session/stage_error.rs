@@ -7,7 +7,7 @@ use crate::fit::FitError;
 use crate::formats::FormatError;
 use crate::geometry::MeshError;
 use crate::rig::RigError;
-use crate::scan::ScanError;
+use crate::scan::{FusionError, ScanError};
 use crate::segment::SegmentError;
 use crate::stack::StackError;
 use crate::studio::MetricsError;
@@ -22,6 +22,9 @@ pub enum StageError {
     /// No scan of a person.
     #[error(transparent)]
     Scan(#[from] ScanError),
+    /// Frames that make no scan.
+    #[error(transparent)]
+    Fusion(#[from] FusionError),
     /// Arrays that are no mesh.
     #[error(transparent)]
     Mesh(#[from] MeshError),
@@ -63,6 +66,7 @@ impl StageError {
         match self {
             Self::Format(e) => e.hint(),
             Self::Scan(e) => e.hint(),
+            Self::Fusion(e) => e.hint(),
             Self::Mesh(_) => Some("the file is damaged; write it again".into()),
             Self::Body(e) => e.hint(),
             Self::Fit(e) => e.hint(),

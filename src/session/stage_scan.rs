@@ -1,29 +1,49 @@
-//! Scan: the file's bytes to a cleaned scan.
+//! Scan: the file's bytes, or a recording's frames, to a cleaned scan.
 
 use super::recipe::StepRecipe;
 use super::state::Stage;
 use super::store::Kept;
 use super::walk::{Outcome, Tell, Walk};
 use super::{SessionError, StageError};
-use crate::formats::{MeshKind, RawMesh, read_mesh};
-use crate::scan::{Scan, ScanParams, clean};
+use crate::formats::{MeshKind, RawMesh, is_zip, read_mesh, read_recording};
+use crate::scan::{FusionParams, FusionReport, FusionStep, Scan, ScanParams, clean, fuse};
 use serde_json::json;
 use std::path::Path;
+use std::time::Instant;
 
 pub(super) fn scan(walk: &mut Walk, step: &StepRecipe) -> Result<Kept<Scan>, SessionError> {
     let params = params_of(step);
+    let fusion = fusion_params_of(step);
     let kind = Path::new(&step.scan).extension().map(|e| e.to_string_lossy().to_lowercase());
-    let inputs = json!({ "file": step.hash, "kind": kind, "params": params });
+    let inputs = json!({ "file": step.hash, "kind": kind, "params": params, "fusion": fusion });
     walk.stage(&step.name, Stage::Scan, inputs, |session, tell| {
         let path = session.resolve(&step.scan);
         let bytes = session.source_bytes(&step.source())?;
-        let scan = read(&path, &bytes, &params, tell).map_err(|e| SessionError::bad_source(&path, e))?;
+        let (scan, report) =
+            read(&path, &bytes, &params, &fusion, tell).map_err(|e| SessionError::bad_source(&path, e))?;
         // A copy is kept once the file is known to be good.
         session.store.keep_bytes(&bytes)?;
         let (vertices, faces) = (scan.mesh.vertex_count(), scan.mesh.face_count());
         let findings = scan.findings.clone();
-        Ok(Outcome::of(scan).measured("vertices", vertices as f64).measured("faces", faces as f64).found(findings))
+        let outcome = Outcome::of(scan).measured("vertices", vertices as f64).measured("faces", faces as f64);
+        Ok(match report {
+            Some(report) => measured(outcome, &report),
+            None => outcome,
+        }
+        .found(findings))
     })
+}
+
+fn measured<T>(outcome: Outcome<T>, report: &FusionReport) -> Outcome<T> {
+    let outcome = outcome
+        .measured("frames", report.poses.len() as f64)
+        .measured("turns", report.turns)
+        .measured("residual_mm", report.residual_mm)
+        .measured("sway_mm", report.sway_mm);
+    if report.loops == 0 {
+        return outcome;
+    }
+    outcome.measured("loop_mm", report.loop_mm).measured("loop_deg", report.loop_deg)
 }
 
 fn params_of(step: &StepRecipe) -> ScanParams {
@@ -31,9 +51,45 @@ fn params_of(step: &StepRecipe) -> ScanParams {
     ScanParams { unit: step.unit, up: step.up, faces: step.faces.unwrap_or(defaults.faces), ..defaults }
 }
 
-fn read(path: &Path, bytes: &[u8], params: &ScanParams, tell: Tell) -> Result<Scan, StageError> {
-    let raw = raw_mesh(path, bytes)?;
-    Ok(clean(&raw, params, &mut |s| tell(&format!("{} ({} faces)", s.name, s.faces)))?)
+fn fusion_params_of(step: &StepRecipe) -> FusionParams {
+    let defaults = FusionParams::default();
+    FusionParams { voxel: step.voxel_mm.map_or(defaults.voxel, |mm| 1e-3 * mm), ..defaults }
+}
+
+fn read(
+    path: &Path,
+    bytes: &[u8],
+    params: &ScanParams,
+    fusion: &FusionParams,
+    tell: Tell,
+) -> Result<(Scan, Option<FusionReport>), StageError> {
+    let cleaned = |raw: &RawMesh, tell: Tell| clean(raw, params, &mut |s| tell(&format!("{} ({} faces)", s.name, s.faces)));
+    if !is_zip(bytes) {
+        return Ok((cleaned(&raw_mesh(path, bytes)?, tell)?, None));
+    }
+    let began = Instant::now();
+    let fused = fuse(&read_recording(bytes)?, fusion, &mut |step| tell(&told(step, &began)))?;
+    let mut scan = cleaned(&fused.mesh, tell)?;
+    scan.findings = fused.findings.into_iter().chain(scan.findings).collect();
+    Ok((scan, Some(fused.report)))
+}
+
+/// A step of the fusion in words.
+fn told(step: &FusionStep, began: &Instant) -> String {
+    match step {
+        FusionStep::Surveyed => "floor and walls found".into(),
+        FusionStep::CutOut { frames } => format!("the person cut out of {frames} frames"),
+        FusionStep::Tracked { frame, of, residual, .. } => {
+            let rate = (frame + 1) as f64 / began.elapsed().as_secs_f64().max(1e-3);
+            let found = residual.map_or("lost".into(), |r| format!("{:.1} mm", 1e3 * r));
+            format!("frame {} of {of} ({found}, {rate:.0} frames/s)", frame + 1)
+        }
+        FusionStep::Closed { loops } => format!("loop closed at {loops} places"),
+        FusionStep::Settled { round, of, most } => {
+            format!("round {} of {of}: frames moved by up to {:.1} mm", round + 1, 1e3 * most)
+        }
+        FusionStep::Extracted { faces } => format!("surface of {faces} faces"),
+    }
 }
 
 /// What the file holds.

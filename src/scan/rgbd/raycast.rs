@@ -15,9 +15,6 @@ pub(super) struct Prediction {
     pub(super) normals: Vec<Vector3<f32>>,
 }
 
-/// Voxels to either side over which a normal is taken: the noise of a single step is half gone.
-const NORMAL_REACH: f32 = 1.5;
-
 impl Volume {
     /// Marches a ray through each pixel of a view's level, near the depths that it shows, to the first crossing from outside
     /// in.
@@ -119,7 +116,7 @@ impl Volume {
             }
         }
         let p = origin + direction * t;
-        let normal = reader.normal(&p, NORMAL_REACH)?;
+        let normal = reader.normal(&p)?;
         (normal.dot(direction) < 0.0).then(|| (p * self.voxel, normal))
     }
 

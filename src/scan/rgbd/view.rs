@@ -19,7 +19,7 @@ pub(super) struct View {
     pub(super) camera: RgbdCamera,
     /// Metres along the camera's z; 0 where nothing is known, [`BEYOND`] where the person is not. Row by row.
     pub(super) depth: Vec<f32>,
-    /// Evidence of each pixel, 0 to 1: less at a graze, none beside an edge.
+    /// Evidence of each pixel, 0 to 1: less at a graze, little beside an edge.
     pub(super) evidence: Vec<f32>,
     /// A colour a pixel; empty where the frame has none.
     pub(super) colors: Vec<[u8; 3]>,
@@ -200,6 +200,9 @@ impl Map {
 fn evidence(camera: &RgbdCamera, map: &Map, normals: &[Vector3<f32>]) -> Vec<f32> {
     /// Where no normal can be taken: as at 75°.
     const UNKNOWN_SLOPE: f32 = 0.25;
+    /// Beside an edge: counts only where nothing else is seen. With more, arms and crown grow by the sideways noise
+    /// (0.6 mm to truth without, 0.8 with 0.1); with none, shoulders and crown are holes.
+    const BESIDE_EDGE: f32 = 0.05;
     let (w, h) = (map.width, map.height);
     let mut evidence = vec![0.0; w * h];
     for y in 0..h {
@@ -215,12 +218,10 @@ fn evidence(camera: &RgbdCamera, map: &Map, normals: &[Vector3<f32>]) -> Vec<f32
                     other > 0.0 && (other - z).abs() > JUMP
                 })
             });
-            if beside_edge {
-                continue;
-            }
             let ray = camera.point(x as f64, y as f64, 1.0).coords.cast::<f32>();
             let cosine = -normals[i].dot(&ray) / ray.norm();
-            evidence[i] = if cosine > 0.0 { cosine } else { UNKNOWN_SLOPE };
+            let straight = if cosine > 0.0 { cosine } else { UNKNOWN_SLOPE };
+            evidence[i] = if beside_edge { BESIDE_EDGE * straight } else { straight };
         }
     }
     evidence
@@ -236,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slanted_wall_keeps_its_place_and_normal_at_each_size_and_its_edge_says_nothing() {
+    fn a_slanted_wall_keeps_its_place_and_normal_at_each_size_and_its_edge_says_little() {
         let camera = camera(120, 80);
         // z = 2 + 0.5 x: the normal is (0.5, 0, −1), normalised.
         let depth: Vec<f32> = (0..120 * 80)
@@ -255,7 +256,7 @@ mod tests {
                 assert!((p.z - 2.0 - 0.5 * p.x).abs() < 2e-3, "{p}");
             }
         }
-        assert_eq!(view.evidence[40 * 120 + 59], 0.0);
+        assert!(view.evidence[40 * 120 + 59] < 0.1);
         assert_eq!(view.evidence[40 * 120 + 70], 0.0);
         assert!((view.evidence[40 * 120 + 30] - 0.87).abs() < 0.03, "{}", view.evidence[40 * 120 + 30]);
     }

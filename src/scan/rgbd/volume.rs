@@ -175,13 +175,20 @@ impl<'a> Reader<'a> {
         Some(sum)
     }
 
-    /// Outward unit normal at a point in voxels, from differences over `reach` voxels to either side.
-    pub(super) fn normal(&mut self, p: &Point3<f32>, reach: f32) -> Option<Vector3<f32>> {
+    /// Outward unit normal at a point of the surface, in voxels: differences over one voxel to either side, or to one side
+    /// where the other is unknown.
+    pub(super) fn normal(&mut self, p: &Point3<f32>) -> Option<Vector3<f32>> {
+        let here = self.sample(p)?;
         let mut gradient = Vector3::zeros();
         for axis in 0..3 {
             let mut step = Vector3::zeros();
-            step[axis] = reach;
-            gradient[axis] = self.sample(&(p + step))? - self.sample(&(p - step))?;
+            step[axis] = 1.0;
+            gradient[axis] = match (self.sample(&(p + step)), self.sample(&(p - step))) {
+                (Some(ahead), Some(behind)) => ahead - behind,
+                (Some(ahead), None) => 2.0 * (ahead - here),
+                (None, Some(behind)) => 2.0 * (here - behind),
+                (None, None) => return None,
+            };
         }
         gradient.try_normalize(1e-9)
     }
@@ -220,7 +227,7 @@ mod tests {
             assert!((value - 0.01 * x).abs() < 1e-3, "{x}: {value}");
         }
         assert!(reader.sample(&Point3::new(-8.5, 3.0, 3.0)).is_none());
-        let normal = reader.normal(&Point3::new(2.0, 3.5, 3.5), 1.0).unwrap();
+        let normal = reader.normal(&Point3::new(2.0, 3.5, 3.5)).unwrap();
         assert!((normal - Vector3::x()).norm() < 1e-3);
     }
 }
