@@ -5,7 +5,9 @@
 
 use anyhow::{Context, Result, bail};
 use nalgebra::{Isometry3, Matrix3, Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
-use overcoat::formats::{MeshKind, PlyOptions, RawMesh, read_mesh, read_recording, recording_files, write_ply, write_recording};
+use overcoat::formats::{
+    MeshKind, PlyOptions, RawMesh, read_mesh, read_recording, recording_files, write_ply, write_recording,
+};
 use overcoat::geometry::{Point, SurfaceIndex, TriMesh};
 use overcoat::scan::{FusionParams, FusionReport, ScanParams, clean, fuse};
 use std::path::{Path, PathBuf};
@@ -35,7 +37,12 @@ fn main() -> Result<()> {
     }
     if let Some(file) = given {
         // Some other program's mesh, in the truth's frame.
-        measure_surface(&file.display().to_string(), &joined(std::slice::from_ref(&file))?, &joined(&truth)?, &Isometry3::identity());
+        measure_surface(
+            &file.display().to_string(),
+            &joined(std::slice::from_ref(&file))?,
+            &joined(&truth)?,
+            &Isometry3::identity(),
+        );
         return Ok(());
     }
     let folder = folder.context("which folder?")?;
@@ -149,13 +156,10 @@ fn measure_path(report: &FusionReport, truth: &[(f64, Isometry3<f64>)]) -> Isome
         .filter_map(|p| truth.iter().find(|t| (t.0 - p.secs).abs() < 1e-3).map(|t| (p.model_from_camera, t.1)))
         .collect();
     let n = pairs.len() as f64;
-    let mean = |which: fn(&(Isometry3<f64>, Isometry3<f64>)) -> Vector3<f64>| pairs.iter().map(which).sum::<Vector3<f64>>() / n;
-    let (a, b) = (mean(|p| p.0.translation.vector), mean(|p| p.1.translation.vector));
-    // Directions too, as points a metre before the camera: a circle alone leaves nothing to chance, but this is steadier.
-    let spread: Matrix3<f64> = pairs
-        .iter()
-        .map(|p| (p.1.translation.vector - b) * (p.0.translation.vector - a).transpose())
-        .sum();
+    let a = pairs.iter().map(|p| p.0.translation.vector).sum::<Vector3<f64>>() / n;
+    let b = pairs.iter().map(|p| p.1.translation.vector).sum::<Vector3<f64>>() / n;
+    let spread: Matrix3<f64> =
+        pairs.iter().map(|p| (p.1.translation.vector - b) * (p.0.translation.vector - a).transpose()).sum();
     let svd = spread.svd(true, true);
     let (u, v) = (svd.u.unwrap_or_else(Matrix3::identity), svd.v_t.unwrap_or_else(Matrix3::identity));
     let sign = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, (u * v).determinant().signum()));

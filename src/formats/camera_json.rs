@@ -161,7 +161,13 @@ mod tests {
         assert!(told("{").starts_with("camera.json, line 1: expected JSON"));
         assert_eq!(told("{}"), "camera.json has no 'width'");
         assert_eq!(told(&good.replace("1000", "0")), "camera.json: 'depth_scale' should be above 0, but is 0");
-        assert_eq!(told(&good.replace(r#""fx": 366"#, r#""fx": "wide""#)), "camera.json: 'fx' should be a number, but is \"wide\"");
-        assert_eq!(told(&good.replace("211.5", "900")), "camera.json: 'cx' should be inside the image (0 to 424), but is 900");
+        assert_eq!(
+            told(&good.replace(r#""fx": 366"#, r#""fx": "wide""#)),
+            "camera.json: 'fx' should be a number, but is \"wide\""
+        );
+        assert_eq!(
+            told(&good.replace("211.5", "900")),
+            "camera.json: 'cx' should be inside the image (0 to 424), but is 900"
+        );
     }
 }

@@ -226,8 +226,7 @@ impl FormatError {
 }
 
 /// What `camera.json` should look like.
-pub(super) const CAMERA_HINT: &str =
-    r#"it looks like {"width": 424, "height": 512, "fx": 366, "fy": 366, "cx": 211.5, "cy": 255.5, "depth_scale": 1000}, in pixels and depth units a metre"#;
+pub(super) const CAMERA_HINT: &str = r#"it looks like {"width": 424, "height": 512, "fx": 366, "fy": 366, "cx": 211.5, "cy": 255.5, "depth_scale": 1000}, in pixels and depth units a metre"#;
 
 /// Extensions that a mesh may come with, in the order in which people meet them.
 pub(super) const MESH_EXTENSIONS: [&str; 6] = ["ply", "obj", "glb", "gltf", "stl", "off"];

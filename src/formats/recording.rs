@@ -131,21 +131,25 @@ pub fn is_zip(bytes: &[u8]) -> bool {
 fn listed(names: &[String], text: &mut dyn FnMut(&str) -> Option<Vec<u8>>) -> Result<Vec<Listed>, FormatError> {
     let has = |name: &str| names.iter().any(|n| n == name);
     let mut lines = |name: &str| match text(name) {
-        Some(bytes) => rows(name, &String::from_utf8_lossy(&bytes)),
-        None => Ok(Vec::new()),
+        Some(bytes) => rows(&String::from_utf8_lossy(&bytes)),
+        None => Vec::new(),
     };
     let frames = if has("associations.txt") {
-        associated(&lines("associations.txt")?)?
+        associated(&lines("associations.txt"))?
     } else if has("depth.txt") {
-        let depth = stamped("depth.txt", &lines("depth.txt")?)?;
-        let color = if has("rgb.txt") { stamped("rgb.txt", &lines("rgb.txt")?)? } else { Vec::new() };
+        let depth = stamped(&lines("depth.txt"))?;
+        let color = if has("rgb.txt") { stamped(&lines("rgb.txt"))? } else { Vec::new() };
         by_time(depth, &color)
     } else {
         by_name(names)
     };
     if frames.is_empty() {
         return Err(FormatError::NoRecording {
-            what: if names.is_empty() { "the folder is empty".into() } else { "the folder holds no depth images".into() },
+            what: if names.is_empty() {
+                "the folder is empty".into()
+            } else {
+                "the folder holds no depth images".into()
+            },
             hint: "an RGB-D folder has camera.json, and depth/*.png or *_depth.png, 16 bits a pixel".into(),
         });
     }
@@ -153,12 +157,12 @@ fn listed(names: &[String], text: &mut dyn FnMut(&str) -> Option<Vec<u8>>) -> Re
 }
 
 /// The words of each line that is neither empty nor a comment, with its number.
-fn rows(_name: &str, text: &str) -> Result<Vec<(usize, Vec<String>)>, FormatError> {
+fn rows(text: &str) -> Vec<(usize, Vec<String>)> {
     let lines = text.lines().enumerate().map(|(i, l)| (i + 1, l.trim()));
-    Ok(lines
+    lines
         .filter(|(_, l)| !l.is_empty() && !l.starts_with('#'))
         .map(|(i, l)| (i, l.split_whitespace().map(String::from).collect()))
-        .collect())
+        .collect()
 }
 
 fn bad_line(line: usize, expected: &str, words: &[String]) -> FormatError {
@@ -189,7 +193,7 @@ fn plain(name: &str) -> String {
     name.replace('\\', "/").trim_start_matches("./").to_string()
 }
 
-fn stamped(_name: &str, rows: &[(usize, Vec<String>)]) -> Result<Vec<(f64, String)>, FormatError> {
+fn stamped(rows: &[(usize, Vec<String>)]) -> Result<Vec<(f64, String)>, FormatError> {
     let mut stamped = Vec::new();
     for (line, words) in rows {
         let [time, name] = words.as_slice() else { return Err(bad_line(*line, "'time image'", words)) };
@@ -234,7 +238,7 @@ fn by_name(names: &[String]) -> Vec<Listed> {
         });
         frames.push((key, Listed { secs: None, depth: name.clone(), color: color.cloned() }));
     }
-    frames.sort_by(|a, b| natural(&a.0).cmp(&natural(&b.0)));
+    frames.sort_by_key(|f| natural(&f.0));
     frames.into_iter().map(|f| f.1).collect()
 }
 
@@ -273,9 +277,7 @@ mod tests {
     }
 
     fn files(list: &[&str], texts: &[(&str, &str)]) -> Result<Vec<String>, FormatError> {
-        recording_files(&names(list), &mut |name| {
-            texts.iter().find(|t| t.0 == name).map(|t| t.1.as_bytes().to_vec())
-        })
+        recording_files(&names(list), &mut |name| texts.iter().find(|t| t.0 == name).map(|t| t.1.as_bytes().to_vec()))
     }
 
     #[test]

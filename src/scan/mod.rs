@@ -16,8 +16,8 @@ mod upright;
 pub use clean::clean;
 pub use error::ScanError;
 pub use frame::FileFrame;
-pub use rgbd::{FramePose, Fusion, FusionError, FusionParams, FusionReport, FusionStep, RgbdCamera, fuse};
 pub use params::{ScanParams, Unit, Up};
+pub use rgbd::{FramePose, Fusion, FusionError, FusionParams, FusionReport, FusionStep, RgbdCamera, fuse};
 
 use crate::geometry::{PerVertex, TriMesh};
 use serde::{Deserialize, Serialize};

@@ -376,6 +376,7 @@ mod tests {
             up: Some(Up::MinusZ),
             faces: Some(30_000),
             surface: None,
+            voxel_mm: Some(5.0),
             until: None,
             sleeve: None,
             masks: vec![SourceFile { file: "m.jsonl".into(), hash: None }],

@@ -63,7 +63,8 @@ fn read(
     fusion: &FusionParams,
     tell: Tell,
 ) -> Result<(Scan, Option<FusionReport>), StageError> {
-    let cleaned = |raw: &RawMesh, tell: Tell| clean(raw, params, &mut |s| tell(&format!("{} ({} faces)", s.name, s.faces)));
+    let cleaned =
+        |raw: &RawMesh, tell: Tell| clean(raw, params, &mut |s| tell(&format!("{} ({} faces)", s.name, s.faces)));
     if !is_zip(bytes) {
         return Ok((cleaned(&raw_mesh(path, bytes)?, tell)?, None));
     }

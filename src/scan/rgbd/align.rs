@@ -40,9 +40,7 @@ pub(super) struct Alignment {
     pub(super) residual: f64,
     /// Share of the frame's points that found a partner and agree with it.
     pub(super) overlap: f64,
-    /// The normal matrix (rotation about `center`, then translation, in the model's frame) over the residual's
-    /// variance: how certain the pose is.
-    pub(super) information: Matrix6<f64>,
+    /// The middle of its points, in the model's frame.
     pub(super) center: Point3<f64>,
 }
 
@@ -54,20 +52,10 @@ struct Sums {
 }
 
 /// Finds the pose that puts a view's points on the predicted surface, from a guess.
-pub(super) fn align(
-    view: &View,
-    prediction: &Prediction,
-    guess: &Isometry3<f64>,
-    stages: &[Stage],
-) -> Alignment {
+pub(super) fn align(view: &View, prediction: &Prediction, guess: &Isometry3<f64>, stages: &[Stage]) -> Alignment {
     let mut pose = *guess;
-    let mut result = Alignment {
-        model_from_camera: pose,
-        residual: f64::INFINITY,
-        overlap: 0.0,
-        information: Matrix6::zeros(),
-        center: Point3::origin(),
-    };
+    let mut result =
+        Alignment { model_from_camera: pose, residual: f64::INFINITY, overlap: 0.0, center: Point3::origin() };
     for stage in stages {
         let level = &view.levels[stage.level];
         if level.points.is_empty() {
@@ -88,7 +76,6 @@ pub(super) fn align(
                 model_from_camera: pose,
                 residual: scale,
                 overlap: sums.agreeing as f64 / level.points.len() as f64,
-                information: sums.matrix / (scale * scale),
                 center,
             };
             if iteration == stage.iterations {

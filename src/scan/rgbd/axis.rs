@@ -105,10 +105,8 @@ mod tests {
 
     #[test]
     fn the_axis_of_a_turn_is_found_and_a_lean_is_told() {
-        let axis = Axis {
-            point: Point::new(0.1, 0.0, -0.05),
-            direction: Unit::new_normalize(Vec3::new(0.02, 1.0, -0.03)),
-        };
+        let axis =
+            Axis { point: Point::new(0.1, 0.0, -0.05), direction: Unit::new_normalize(Vec3::new(0.02, 1.0, -0.03)) };
         let start = Isometry3::new(Vec3::new(0.0, 0.9, 2.0), Vec3::new(3.0, 0.1, 0.0));
         let poses: Vec<_> = (0..72).map(|k| axis.turn(-(k as f64) * TAU / 72.0) * start).collect();
         let guess = Axis { point: Point::origin(), direction: Vec3::y_axis() };

@@ -46,7 +46,9 @@ pub enum FusionError {
         of: usize,
     },
     /// Depths that are no person's distance.
-    #[error("in frame {name} everything is {nearest:.2} to {farthest:.2} m away: a person stands 0.3 to 8 m from the camera")]
+    #[error(
+        "in frame {name} everything is {nearest:.2} to {farthest:.2} m away: a person stands 0.3 to 8 m from the camera"
+    )]
     WrongScale {
         /// The frame.
         name: String,
@@ -101,9 +103,13 @@ impl FusionError {
         let hint = match self {
             Self::TooFewFrames { .. } => "record a whole turn, with a frame at least every 15°",
             Self::Image { source, .. } => return source.hint(),
-            Self::WrongSize { .. } => "give the width and height of the depth images, and the camera's other values at that size",
+            Self::WrongSize { .. } => {
+                "give the width and height of the depth images, and the camera's other values at that size"
+            }
             Self::NoDepth { .. } => "was the camera covered, or colour stored in place of depth? Leave such frames out",
-            Self::WrongScale { .. } => "check depth_scale in camera.json: units a metre, 1000 where depths are millimetres",
+            Self::WrongScale { .. } => {
+                "check depth_scale in camera.json: units a metre, 1000 where depths are millimetres"
+            }
             Self::NobodyInView { .. } => {
                 "the person stands alone on the turntable, from head to feet in the image, 1 to 3 m from the camera; depth_max in camera.json cuts off what lies behind"
             }
@@ -111,7 +117,9 @@ impl FusionError {
                 "keep the camera still and turn the person; if the camera went around, cut the background out of the depth images (set it to 0)"
             }
             Self::NoTurn { .. } => "the person, on a turntable, turns before a still camera; give those frames",
-            Self::NoOverlap { .. } => "record more slowly, a frame at least every 15°, and keep other things out of the way",
+            Self::NoOverlap { .. } => {
+                "record more slowly, a frame at least every 15°, and keep other things out of the way"
+            }
             Self::NoSurface { .. } => "check that the frames show one person who holds still",
         };
         Some(hint.into())

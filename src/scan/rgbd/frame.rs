@@ -54,8 +54,8 @@ impl<'a> Frames<'a> {
 
     pub(super) fn depth(&self, frame: usize) -> Result<DepthFrame, FusionError> {
         let file = &self.recording.frames[frame];
-        let picture = read_depth_png(&file.depth)
-            .map_err(|source| FusionError::Image { name: file.name.clone(), source })?;
+        let picture =
+            read_depth_png(&file.depth).map_err(|source| FusionError::Image { name: file.name.clone(), source })?;
         if (picture.width, picture.height) != (self.camera.width, self.camera.height) {
             return Err(FusionError::WrongSize {
                 name: file.name.clone(),
@@ -71,9 +71,7 @@ impl<'a> Frames<'a> {
         let read = |raw: u16| if raw == 0 { 0.0 } else { (f32::from(raw) * metres).min(most * 1.001) };
         let depth = match &self.undistorted {
             None => picture.depth.iter().map(|&raw| read(raw)).collect(),
-            Some(from) => {
-                from.iter().map(|&i| picture.depth.get(i as usize).map_or(0.0, |&raw| read(raw))).collect()
-            }
+            Some(from) => from.iter().map(|&i| picture.depth.get(i as usize).map_or(0.0, |&raw| read(raw))).collect(),
         };
         Ok(DepthFrame { depth })
     }
@@ -87,8 +85,7 @@ impl<'a> Frames<'a> {
     pub(super) fn color(&self, frame: usize) -> Result<Option<ColorFrame>, FusionError> {
         let file = &self.recording.frames[frame];
         let Some((name, bytes)) = &file.color else { return Ok(None) };
-        let picture =
-            read_color_picture(bytes).map_err(|source| FusionError::Image { name: name.clone(), source })?;
+        let picture = read_color_picture(bytes).map_err(|source| FusionError::Image { name: name.clone(), source })?;
         let Some(camera) = self.color_camera(picture.width, picture.height) else { return Ok(None) };
         let color_from_depth = self.recording.camera.color_from_depth.map(|m| Matrix3x4::from_row_slice(&m));
         Ok(Some(ColorFrame { width: picture.width, pixels: picture.pixels, camera, color_from_depth }))
@@ -114,8 +111,7 @@ impl<'a> Frames<'a> {
             return Ok(Some("the frames have no colour; neither has the scan".into()));
         }
         let Some((name, bytes)) = self.recording.frames.iter().find_map(|f| f.color.as_ref()) else { return Ok(None) };
-        let picture =
-            read_color_picture(bytes).map_err(|source| FusionError::Image { name: name.clone(), source })?;
+        let picture = read_color_picture(bytes).map_err(|source| FusionError::Image { name: name.clone(), source })?;
         if self.color_camera(picture.width, picture.height).is_none() {
             return Ok(Some(format!(
                 "the colour images ({} × {}) cannot be laid over the depth images ({} × {}): camera.json needs a 'color' camera of that shape; they are left out",
@@ -149,13 +145,5 @@ impl ColorFrame {
 
 fn camera_of(intrinsics: &Intrinsics) -> RgbdCamera {
     let [fx, fy, cx, cy] = intrinsics.pinhole;
-    RgbdCamera {
-        width: intrinsics.width,
-        height: intrinsics.height,
-        fx,
-        fy,
-        cx,
-        cy,
-        distortion: intrinsics.distortion,
-    }
+    RgbdCamera { width: intrinsics.width, height: intrinsics.height, fx, fy, cx, cy, distortion: intrinsics.distortion }
 }

@@ -230,4 +230,3 @@ fn say(report: &FusionReport, findings: &mut Vec<String>) {
         ));
     }
 }
-

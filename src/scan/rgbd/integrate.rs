@@ -1,6 +1,6 @@
 //! A view's depths averaged into the volume.
 
-use super::view::{BEYOND, View};
+use super::view::{BEYOND, UNCOLORED, View};
 use super::volume::{Block, FULL, SIDE, Volume, WEIGHT_UNIT};
 use nalgebra::{Isometry3, Point3, Vector3};
 use rayon::prelude::*;
@@ -100,7 +100,7 @@ fn average(block: &mut Block, view: &View, camera_from_model: &Isometry3<f32>, v
                 }
                 blend(block, at, distance.min(1.0), evidence);
                 if distance.abs() < COLORED
-                    && let Some(color) = view.colors.get(pixel)
+                    && let Some(color) = view.colors.get(pixel).filter(|c| **c != UNCOLORED)
                 {
                     tint(block, at, *color, evidence * evidence);
                 }
@@ -137,7 +137,8 @@ mod tests {
 
     #[test]
     fn a_wall_is_averaged_to_where_it_is_and_the_same_with_one_thread() {
-        let camera = RgbdCamera { width: 64, height: 64, fx: 100.0, fy: 100.0, cx: 31.5, cy: 31.5, distortion: [0.0; 5] };
+        let camera =
+            RgbdCamera { width: 64, height: 64, fx: 100.0, fy: 100.0, cx: 31.5, cy: 31.5, distortion: [0.0; 5] };
         let wall = |z: f32| View::prepare(camera.clone(), vec![z; 64 * 64], vec![[200, 100, 0]; 64 * 64]);
         let made = || {
             let mut volume = Volume::new(0.005, 0.02);

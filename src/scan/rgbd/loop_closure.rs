@@ -191,7 +191,8 @@ mod tests {
         let start = Isometry3::new(Vec3::new(0.0, 0.0, 2.0), Vec3::new(0.0, PI, 0.0));
         let truth = |k: usize| axis.turn(k as f64 * TAU / 36.0) * start;
         // Each step turns a tenth of a degree too far and rises by half a millimetre.
-        let drifted = |k: usize| Isometry3::translation(0.0, 5e-4 * k as f64, 0.0) * axis.turn(k as f64 * 1.75e-3) * truth(k);
+        let drifted =
+            |k: usize| Isometry3::translation(0.0, 5e-4 * k as f64, 0.0) * axis.turn(k as f64 * 1.75e-3) * truth(k);
         let mut placed: Vec<Placed> = (0..37).map(|k| Placed { cut: k, pose: drifted(k), residual: 0.0 }).collect();
         let edge = Edge { from: 0, to: 36, from_camera_to: truth(0).inverse() * truth(36), weight: 1e4 };
         let before = disagreement(std::slice::from_ref(&edge), &placed);

@@ -22,8 +22,7 @@ const EDGES_A_BLOCK: usize = 3 * VOXELS;
 type Corners = [f32; 8];
 
 /// Faces of a cell by their corners, counter-clockwise seen from outside.
-const SIDES: [[usize; 4]; 6] =
-    [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+const SIDES: [[usize; 4]; 6] = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
 
 /// A block and those around it that its cells reach into.
 struct Around<'a> {

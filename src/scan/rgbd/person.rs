@@ -4,7 +4,7 @@ use super::camera::RgbdCamera;
 use super::frame::ColorFrame;
 use super::pieces::pieces;
 use super::survey::{FURNITURE, Survey, is_still};
-use super::view::{BEYOND, View};
+use super::view::{BEYOND, UNCOLORED, View};
 
 /// Smaller pieces are specks, in pixels: flying ones between a hand and the wall.
 const LEAST_PIECE: usize = 40;
@@ -52,13 +52,8 @@ pub(super) fn cut_out(survey: &Survey, depth: &[f32], color: Option<&ColorFrame>
     let high: [usize; 2] = std::array::from_fn(|k| (high[k] + MARGIN + 1).min(size[k]));
     // Whole pixels also at a quarter of the size.
     let [width, height] = std::array::from_fn(|k| (high[k] - low[k]) / 4 * 4);
-    let cropped = RgbdCamera {
-        width,
-        height,
-        cx: camera.cx - low[0] as f64,
-        cy: camera.cy - low[1] as f64,
-        ..camera.clone()
-    };
+    let cropped =
+        RgbdCamera { width, height, cx: camera.cx - low[0] as f64, cy: camera.cy - low[1] as f64, ..camera.clone() };
     let mut cut = Vec::with_capacity(width * height);
     let mut colors = Vec::new();
     for row in low[1]..low[1] + height {
@@ -67,7 +62,7 @@ pub(super) fn cut_out(survey: &Survey, depth: &[f32], color: Option<&ColorFrame>
             cut.push(if is_person(i) { depth[i] } else { beside(survey, i, depth[i]) });
             if let Some(color) = color {
                 let seen = if is_person(i) { color.at(&point(camera, i, depth[i])) } else { None };
-                colors.push(seen.unwrap_or([0; 3]));
+                colors.push(seen.unwrap_or(UNCOLORED));
             }
         }
     }

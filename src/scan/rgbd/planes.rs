@@ -53,7 +53,8 @@ pub(super) fn large_planes(camera: &RgbdCamera, depth: &[f32]) -> Vec<Plane> {
     let mut planes = Vec::new();
     while planes.len() < MOST && points.len() > least {
         let count = |plane: &Plane| points.iter().filter(|p| plane.height(p).abs() < tolerance(p.z)).count();
-        let Some((_, guess)) = guesses.iter().map(|g| (count(g), g)).reduce(|a, b| if b.0 > a.0 { b } else { a }) else {
+        let Some((_, guess)) = guesses.iter().map(|g| (count(g), g)).reduce(|a, b| if b.0 > a.0 { b } else { a })
+        else {
             break;
         };
         let Some(plane) = refined(guess, &points) else { break };

@@ -20,11 +20,7 @@ impl Volume {
     /// in.
     ///
     /// **Source** Newcombe et al. 2011 §3.4; absent blocks are skipped.
-    pub(super) fn predict(
-        &self,
-        level: &Level,
-        model_from_camera: &Isometry3<f64>,
-    ) -> Prediction {
+    pub(super) fn predict(&self, level: &Level, model_from_camera: &Isometry3<f64>) -> Prediction {
         let camera = &level.camera;
         let pose = model_from_camera.cast::<f32>();
         let hits: Vec<(Point3<f32>, Vector3<f32>)> = (0..camera.height)
@@ -110,7 +106,11 @@ impl Volume {
         for _ in 0..3 {
             t = a + (b - a) * da / (da - db);
             let d = reader.sample(&(origin + direction * t))?;
-            if d > 0.0 { (a, da) = (t, d) } else { (b, db) = (t, d) }
+            if d > 0.0 {
+                (a, da) = (t, d)
+            } else {
+                (b, db) = (t, d)
+            }
             if d.abs() < 1e-3 {
                 break;
             }

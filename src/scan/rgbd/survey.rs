@@ -94,10 +94,7 @@ impl Survey {
         let near = |s: &&Size| s.still < FURNITURE && s.pixels > 50 && (s.middle - main.middle).norm() < REACH;
         let kept: std::collections::BTreeSet<u32> =
             sizes.iter().filter(near).map(|s| s.piece).chain([main.piece]).collect();
-        (0..depth.len())
-            .filter(|&i| kept.contains(&found.of_pixel[i]))
-            .map(|i| self.point(i, depth[i]))
-            .collect()
+        (0..depth.len()).filter(|&i| kept.contains(&found.of_pixel[i])).map(|i| self.point(i, depth[i])).collect()
     }
 
     fn point(&self, pixel: usize, z: f32) -> Point {
@@ -178,7 +175,7 @@ impl Survey {
 
     fn measure(&mut self, bodies: &[Vec<Point>]) {
         let in_model = |p: &Point| self.model_from_camera * p;
-        let far: Vec<f64> = bodies.iter().flatten().map(|p| in_model(p)).map(|p| p.x.hypot(p.z)).collect();
+        let far: Vec<f64> = bodies.iter().flatten().map(in_model).map(|p| p.x.hypot(p.z)).collect();
         let heights: Vec<f64> = bodies.iter().flatten().map(|p| in_model(p).y).collect();
         self.radius = (percentile(far, 0.998) + 0.12).clamp(0.3, REACH + 0.1);
         self.heights = [percentile(heights.clone(), 0.0005) - 0.03, percentile(heights, 0.9995) + 0.05];

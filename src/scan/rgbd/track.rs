@@ -31,6 +31,9 @@ pub(super) struct Track {
     pub(super) lost: Vec<usize>,
 }
 
+/// Told of each frame: which, where it is believed to be, and its residual if it found its place.
+pub(super) type OnFrame<'a> = &'a mut dyn FnMut(usize, &Isometry3<f64>, Option<f64>);
+
 /// At least this share of a frame's points must agree with the model: neighbours 15° apart share four fifths of what
 /// they see, and a wrong place shares less than half.
 const LEAST_OVERLAP: f64 = 0.55;
@@ -56,7 +59,7 @@ pub(super) fn track(
     axis: &Axis,
     start: &Isometry3<f64>,
     volume: &mut Volume,
-    on_frame: &mut dyn FnMut(usize, &Isometry3<f64>, Option<f64>),
+    on_frame: OnFrame,
 ) -> Track {
     let mut track = Track { placed: Vec::new(), lost: Vec::new() };
     let Some(first) = cuts.first() else { return track };

@@ -5,6 +5,8 @@ use nalgebra::{Point3, Vector3};
 
 /// A pixel that looks past the person at something behind: nothing is there up to the wall.
 pub(super) const BEYOND: f32 = f32::INFINITY;
+/// A pixel whose colour is not known: beyond the colour image's border.
+pub(super) const UNCOLORED: [u8; 3] = [0; 3];
 /// Neighbouring pixels farther apart than this belong to different surfaces, in metres: a forearm before the trunk is
 /// 10 cm off, noise at 3 m is 14 mm.
 pub(super) const JUMP: f32 = 0.04;
@@ -124,8 +126,8 @@ impl Map {
         let mut out = vec![0.0f32; w * h];
         for y in 0..h {
             for x in 0..w {
-                let four = [(0, 0), (1, 0), (0, 1), (1, 1)]
-                    .map(|(dx, dy)| self.depth[(2 * y + dy) * self.width + 2 * x + dx]);
+                let four =
+                    [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| self.depth[(2 * y + dy) * self.width + 2 * x + dx]);
                 let nearest = four.into_iter().filter(|&z| is_depth(z)).fold(BEYOND, f32::min);
                 let (mut sum, mut count) = (0.0, 0);
                 for z in four.into_iter().filter(|&z| is_depth(z) && z < nearest + JUMP) {
