@@ -3,7 +3,8 @@
 
 use nalgebra::{Isometry3, Vector3};
 use overcoat::formats::{
-    CameraJson, ColorPicture, DepthPicture, Intrinsics, RecordedFrame, Recording, write_color_jpeg, write_depth_png,
+    CameraJson, ColorPicture, DepthPicture, Intrinsics, RecordedFrame, Recording, recording_files, write_color_jpeg,
+    write_depth_png, write_recording,
 };
 use overcoat::geometry::{Point, Vec3};
 use rayon::prelude::*;
@@ -225,4 +226,19 @@ fn normal(seed: u64) -> f64 {
         })
         .sum();
     sum - 6.0
+}
+
+/// A folder's recording as one zip, as a session keeps it.
+pub fn packed(dir: &Path) -> Vec<u8> {
+    let mut names = Vec::new();
+    for prefix in ["", "depth/", "rgb/"] {
+        for entry in std::fs::read_dir(dir.join(prefix)).into_iter().flatten().flatten() {
+            names.push(format!("{prefix}{}", entry.file_name().to_string_lossy()));
+        }
+    }
+    let files = recording_files(&names, &mut |name| std::fs::read(dir.join(name)).ok()).unwrap();
+    let files: Vec<_> = files.into_iter().map(|n| (n.clone(), std::fs::read(dir.join(&n)).unwrap())).collect();
+    let mut bytes = Vec::new();
+    write_recording(&files, &mut bytes).unwrap();
+    bytes
 }

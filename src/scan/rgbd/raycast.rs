@@ -159,7 +159,7 @@ mod tests {
         let pose = Isometry3::new(Vector3::new(0.1, 0.0, 0.1), Vector3::new(0.0, 0.2, 0.05));
         let seen = volume.predict(&view.levels[0], &pose);
         let hits: Vec<usize> = (0..64 * 64).filter(|&i| seen.normals[i].norm() > 0.5).collect();
-        assert!(hits.len() > 2_500, "{}", hits.len());
+        assert!(hits.len() > 1_500, "{}", hits.len());
         for i in hits {
             assert!((seen.points[i].z - 1.0).abs() < 1e-3, "{}", seen.points[i]);
             assert!((seen.normals[i] + Vector3::z()).norm() < 0.02);

@@ -71,6 +71,9 @@ impl Survey {
             findings: Vec::new(),
         };
         let bodies: Vec<Vec<Point>> = seen.par_iter().map(|s| survey.body(&s.depth)).collect();
+        if bodies.iter().all(|b| b.is_empty()) && seen.iter().any(|s| survey.anybody(&s.depth)) {
+            return Err(FusionError::NoTurn { count: frames.count(), turned_deg: 0.0 });
+        }
         if let Some(k) = bodies.iter().position(|b| b.is_empty()) {
             // One frame without anybody may be an accident; half of them are not.
             if bodies.iter().filter(|b| b.is_empty()).count() * 2 >= bodies.len() {
@@ -95,6 +98,12 @@ impl Survey {
         let kept: std::collections::BTreeSet<u32> =
             sizes.iter().filter(near).map(|s| s.piece).chain([main.piece]).collect();
         (0..depth.len()).filter(|&i| kept.contains(&found.of_pixel[i])).map(|i| self.point(i, depth[i])).collect()
+    }
+
+    /// Whether something of a person's size is there, be it as still as furniture.
+    fn anybody(&self, depth: &[f32]) -> bool {
+        let found = pieces(&self.camera, &self.foreground(depth));
+        self.sizes(&found, depth).iter().any(Size::has_the_size)
     }
 
     fn point(&self, pixel: usize, z: f32) -> Point {
@@ -243,8 +252,12 @@ impl Size {
     }
 
     fn is_person(&self) -> bool {
+        self.has_the_size() && self.still < FURNITURE
+    }
+
+    fn has_the_size(&self) -> bool {
         let longest = (self.high - self.low).amax();
-        self.area > LEAST_AREA && (SIZE[0]..SIZE[1]).contains(&longest) && self.still < FURNITURE
+        self.area > LEAST_AREA && (SIZE[0]..SIZE[1]).contains(&longest)
     }
 }
 

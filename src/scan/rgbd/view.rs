@@ -10,6 +10,8 @@ pub(super) const UNCOLORED: [u8; 3] = [0; 3];
 /// Neighbouring pixels farther apart than this belong to different surfaces, in metres: a forearm before the trunk is
 /// 10 cm off, noise at 3 m is 14 mm.
 pub(super) const JUMP: f32 = 0.04;
+/// A person of fewer pixels is tracked at full size: a quarter of it would leave too few points.
+const FEW_PIXELS: usize = 8_000;
 /// Pixels to either side that the smoothing looks at.
 const SMOOTH_REACH: usize = 2;
 /// Pixels to either side over which a normal is taken, at half size: 2 cm at 2 m.
@@ -25,7 +27,7 @@ pub(super) struct View {
     pub(super) evidence: Vec<f32>,
     /// A colour a pixel; empty where the frame has none.
     pub(super) colors: Vec<[u8; 3]>,
-    /// Half and quarter size.
+    /// Half and quarter size; of a small image, whole and half size.
     pub(super) levels: [Level; 2],
 }
 
@@ -58,7 +60,8 @@ impl View {
         let smooth = map.smoothed();
         let normals = smooth.normals(&camera, NORMAL_REACH);
         let evidence = evidence(&camera, &map, &normals);
-        let half = smooth.halved();
+        let seen = map.depth.iter().filter(|z| is_depth(**z)).count();
+        let half = if seen < FEW_PIXELS { smooth } else { smooth.halved() };
         let half_camera = camera.resized(half.width, half.height);
         let quarter = half.halved();
         let quarter_camera = camera.resized(quarter.width, quarter.height);
@@ -253,13 +256,14 @@ mod tests {
         let normal = Vector3::new(0.5f32, 0.0, -1.0).normalize();
         for level in &view.levels {
             assert!(level.points.len() > 100);
-            for (p, n) in level.points.iter().zip(&level.normals) {
-                assert!((n - normal).norm() < 0.05, "{n}");
-                assert!((p.z - 2.0 - 0.5 * p.x).abs() < 2e-3, "{p}");
-            }
+            let right = level.points.iter().zip(&level.normals);
+            let right = right.filter(|(p, n)| (*n - normal).norm() < 0.05 && (p.z - 2.0 - 0.5 * p.x).abs() < 2e-3);
+            // Beside the edge, smoothing has one side only.
+            assert!(right.count() as f64 > 0.85 * level.points.len() as f64);
         }
         assert!(view.evidence[40 * 120 + 59] < 0.1);
         assert_eq!(view.evidence[40 * 120 + 70], 0.0);
-        assert!((view.evidence[40 * 120 + 30] - 0.87).abs() < 0.03, "{}", view.evidence[40 * 120 + 30]);
+        // The cosine to (0.447, 0, −0.894) along the ray (−0.08, 0, 1).
+        assert!((view.evidence[40 * 120 + 30] - 0.927).abs() < 0.01, "{}", view.evidence[40 * 120 + 30]);
     }
 }
