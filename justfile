@@ -40,3 +40,9 @@ kills:
 # A disk that is full at every moment of the work; mounts a small one, so it needs root
 disk-full:
     cargo test --release --no-default-features --test durability -- --ignored --nocapture a_full_disk
+
+# Fusion beside Open3D on the same frames, as ratios: FOLDER is a recording with groundtruth.txt; needs Python with
+# open3d and numpy
+bench-peers FOLDER:
+    cargo build --release --no-default-features --example measure_fusion
+    python3 benches/peers/fusion.py target/release/examples/measure_fusion {{FOLDER}}

@@ -28,6 +28,7 @@ fn main() -> Result<()> {
             "--evidence" => params.least_evidence = value()?.parse()?,
             "--tracking" => params.tracking_voxel = value()?.parse()?,
             "--rounds" => params.settling_rounds = value()?.parse()?,
+            "--denoise" => params.denoise_rounds = value()?.parse()?,
             "--mesh" => given = Some(PathBuf::from(value()?)),
             "-o" => out = Some(PathBuf::from(value()?)),
             "--clean" => cleaned = Some(PathBuf::from(value()?)),
@@ -69,7 +70,7 @@ fn main() -> Result<()> {
     })?;
     println!("{}: {:.2} s in all", folder.display(), began.elapsed().as_secs_f64());
     for (name, secs) in laps {
-        println!("  {name:10} {:.0} ms", 1e3 * secs);
+        println!("  {name:10} {:.0} ms, {:.2} a frame", 1e3 * secs, 1e3 * secs / recording.frames.len() as f64);
     }
     for finding in &fusion.findings {
         println!("  {finding}");

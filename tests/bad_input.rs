@@ -3,6 +3,8 @@
 //! Files of the corpus and their answers are in `bad_input/`; scans of a person gone wrong are made here.
 
 mod common;
+#[path = "rgbd/turntable.rs"]
+mod turntable;
 
 use common::{fingerprint, mean_body, overcoat, overcoat_ok, session_with_two_scans, write_mesh};
 use overcoat::formats::{NpyArray, NpzCompression, RawMesh, read_npz, write_npy, write_npz};
@@ -116,7 +118,7 @@ fn what_cannot_be_meant_is_refused() {
     let scan = dir.path().join("body.ply").display().to_string();
     for (command, code, says) in [
         ("scan hat nowhere.ply --template hat", 2, "there is no file 'nowhere.ply'"),
-        ("scan hat . --template hat", 2, "is a folder"),
+        ("scan hat . --template hat", 1, "holds no depth images"),
         ("scan hat {scan} --template hut", 2, "'hut'"),
         ("scan hat {scan}", 2, "needs a template"),
         ("scan hat {scan} --template hat --until nose", 2, "'nose'"),
@@ -257,4 +259,82 @@ fn a_file_where_a_folder_should_be_is_no_place_to_write() {
     let below = file.join("new");
     refused(dir.path(), &["new", below.to_str().unwrap()], 1, &["cannot be written"]);
     refused(&session, &["export", file.join("x/").to_str().unwrap(), "--scan", "body"], 1, &["cannot be written"]);
+}
+
+/// A recording of somebody who turns, in a folder, changed for the worse.
+fn recording(dir: &Path, turntable: &turntable::Turntable, harm: impl Fn(&Path)) -> String {
+    turntable.write(dir);
+    harm(dir);
+    dir.display().to_string()
+}
+
+#[test]
+fn recordings_that_make_no_scan_are_refused() {
+    use turntable::Turntable;
+    let dir = tempfile::tempdir().unwrap();
+    let session = session_with_two_scans(dir.path());
+    let quick = Turntable { frames: 10, turn_deg: 120.0, ..Turntable::default() };
+    let write = |path: PathBuf, bytes: &[u8]| std::fs::write(path, bytes).unwrap();
+    let edit = |dir: &Path, from: &str, to: &str| {
+        let text = std::fs::read_to_string(dir.join("camera.json")).unwrap();
+        assert!(text.contains(from));
+        write(dir.join("camera.json"), text.replace(from, to).as_bytes());
+    };
+    let eight_bits = || {
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        image::DynamicImage::new_luma8(160, 200).write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+        bytes.into_inner()
+    };
+    let folder = |name: &str| dir.path().join(name);
+    std::fs::create_dir(folder("empty")).unwrap();
+    let cases: Vec<(String, &str)> = vec![
+        (folder("empty").display().to_string(), "the folder is empty"),
+        (
+            recording(&folder("no_camera"), &quick, |d| std::fs::remove_file(d.join("camera.json")).unwrap()),
+            "there is no camera.json beside the 10 depth images",
+        ),
+        (recording(&folder("no_focus"), &quick, |d| edit(d, "\"fx\"", "\"gx\"")), "camera.json has no 'fx'"),
+        (
+            recording(&folder("size"), &quick, |d| edit(d, "160", "200")),
+            "frame 0_depth.png has 160 × 200 pixels, but camera.json says 200 × 200",
+        ),
+        (
+            recording(&folder("bits"), &quick, |d| write(d.join("5_depth.png"), &eight_bits())),
+            "frame 5_depth.png: the depth image has 1 channel of 8 bits",
+        ),
+        (
+            recording(&folder("cut"), &quick, |d| {
+                let whole = std::fs::read(d.join("3_depth.png")).unwrap();
+                write(d.join("3_depth.png"), &whole[..whole.len() / 2]);
+            }),
+            "frame 3_depth.png: the PNG container is damaged",
+        ),
+        (
+            recording(&folder("no_picture"), &quick, |d| write(d.join("4_rgb.jpg"), b"hello")),
+            "frame 4_rgb.jpg: this is not JPEG: it begins with 'hello'",
+        ),
+        (
+            recording(&folder("zero"), &Turntable { empty: true, room: false, ..quick.clone() }, |_| {}),
+            "frame 0_depth.png holds no depth at all",
+        ),
+        (recording(&folder("unit"), &quick, |d| edit(d, "1000", "10")), "a person stands 0.3 to 8 m from the camera"),
+        (
+            recording(&folder("moved"), &Turntable { camera_moves: true, ..quick.clone() }, |_| {}),
+            "the camera moved: the background is not where it was in frame 0_depth.png",
+        ),
+        (recording(&folder("nobody"), &Turntable { empty: true, ..quick.clone() }, |_| {}), "nobody is in view"),
+        (
+            recording(&folder("still"), &Turntable { turn_deg: 3.0, ..quick.clone() }, |_| {}),
+            "the person does not turn",
+        ),
+        (
+            recording(&folder("apart"), &Turntable { turn_deg: 810.0, ..quick.clone() }, |_| {}),
+            "frame 1_depth.png does not overlap with the frames before it",
+        ),
+    ];
+    for (path, says) in cases {
+        refused(&session, &["scan", "hat", &path, "--template", "hat"], 1, &[says]);
+    }
+    let fine = recording(&folder("fine"), &quick, |_| {});
+    refused(&session, &["scan", "hat", &fine, "--template", "hat", "--voxel", "0.2"], 2, &["voxels of 0.2 mm"]);
 }

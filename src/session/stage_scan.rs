@@ -89,6 +89,8 @@ fn told(step: &FusionStep, began: &Instant) -> String {
         FusionStep::Settled { round, of, most } => {
             format!("round {} of {of}: frames moved by up to {:.1} mm", round + 1, 1e3 * most)
         }
+        FusionStep::Placed => "all frames have their place".into(),
+        FusionStep::Integrated => "all frames averaged".into(),
         FusionStep::Extracted { faces } => format!("surface of {faces} faces"),
     }
 }

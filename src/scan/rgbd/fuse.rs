@@ -77,7 +77,9 @@ pub fn fuse(
     upright(&mut placed, &axis, &survey);
     let axis = survey.axis.fitted(&poses(&placed)).unwrap_or(survey.axis);
     let loops = loop_residual(&cuts, &placed, &axis, coarse, truncation);
+    on_step(&FusionStep::Placed);
     volume = integrated(&cuts, &placed, params.voxel, params.truncation);
+    on_step(&FusionStep::Integrated);
     let surface = volume.surface(params.least_evidence);
     if surface.faces.is_empty() {
         return Err(FusionError::NoSurface { count: placed.len() });

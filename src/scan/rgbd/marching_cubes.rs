@@ -149,8 +149,7 @@ impl Volume {
         let all: Vec<(Point, [u8; 3], f32)> = edges.iter().map(|&e| self.vertex(e)).collect();
         let share = 1.0 / all.len() as f64;
         let point = Point::from(all.iter().map(|v| v.0.coords * share).sum::<Vec3>());
-        let color =
-            std::array::from_fn(|c| (all.iter().map(|v| f64::from(v.1[c])).sum::<f64>() * share).round() as u8);
+        let color = std::array::from_fn(|c| (all.iter().map(|v| f64::from(v.1[c])).sum::<f64>() * share).round() as u8);
         (point, color, all.iter().map(|v| v.2).fold(f32::INFINITY, f32::min))
     }
 

@@ -1,6 +1,7 @@
-//! Small holes closed, large ones told.
+//! Specks dropped, noise taken off, small holes closed, large ones told.
 
 use super::FusionParams;
+use super::denoise::denoised;
 use super::marching_cubes::Surface;
 use crate::geometry::{Adjacency, PerFace, Point, TriMesh, Vec3, VertexId};
 
@@ -11,7 +12,7 @@ const LISTED: f64 = 1e-4;
 /// At most so many holes are named.
 const NAMED: usize = 5;
 
-/// The surface without specks and with its small holes closed.
+/// The surface without specks, with less noise, and with its small holes closed.
 pub(super) fn mended(surface: Surface, params: &FusionParams, findings: &mut Vec<String>) -> Surface {
     let Ok(mesh) = TriMesh::try_from_indices(surface.points.clone(), &surface.faces) else { return surface };
     let adjacency = Adjacency::prepare(&mesh);
@@ -23,6 +24,7 @@ pub(super) fn mended(surface: Surface, params: &FusionParams, findings: &mut Vec
     let keep: PerFace<bool> =
         component.iter().map(|&c| sizes[c as usize] as f64 >= SPECK * mesh.face_count() as f64).collect();
     let (mesh, from) = mesh.part(&keep);
+    let mesh = denoised(&mesh, params.denoise_rounds);
     let mut faces: Vec<[u32; 3]> = mesh.faces().iter().map(|f| f.map(|v| v.0)).collect();
     let (mut closed, mut open) = (0, Vec::new());
     for ring in Adjacency::prepare(&mesh).boundary_loops() {

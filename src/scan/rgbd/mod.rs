@@ -3,6 +3,7 @@
 mod align;
 mod axis;
 mod camera;
+mod denoise;
 mod error;
 mod frame;
 mod fuse;

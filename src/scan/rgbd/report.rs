@@ -91,6 +91,10 @@ pub enum FusionStep {
         /// The largest move, metres.
         most: f64,
     },
+    /// All poses are final.
+    Placed,
+    /// All frames are in the volume.
+    Integrated,
     /// The surface is there.
     Extracted {
         /// Its faces.
