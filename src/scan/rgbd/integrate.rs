@@ -131,8 +131,8 @@ fn tint(block: &mut Block, at: usize, color: [u8; 3], evidence: f32) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::camera::RgbdCamera;
-    use super::super::volume::Reader;
+    use crate::scan::rgbd::camera::RgbdCamera;
+    use crate::scan::rgbd::volume::Reader;
     use super::*;
 
     #[test]

@@ -145,7 +145,7 @@ fn to_next_block(p: &Point3<f32>, direction: &Vector3<f32>) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::view::View;
+    use crate::scan::rgbd::view::View;
     use super::*;
 
     #[test]
