@@ -132,6 +132,14 @@ fn what_cannot_be_meant_is_refused() {
         ("mask coat nowhere.jsonl", 2, "there is no step 'coat'"),
         ("mask body nowhere.jsonl", 2, "no labels"),
         ("mask shirt nowhere.jsonl", 2, "there is no file"),
+        ("mask shirt {scan} --template out.ply", 2, "cannot be used with"),
+        ("mask shirt --template out.ply", 1, "not built"),
+        ("mask shirt --template {scan}", 2, "already"),
+        ("mask body --template out.ply", 2, "no labels"),
+        ("mask list coat", 2, "there is no step 'coat'"),
+        ("mask remove shirt 1", 2, "'shirt' has no mask '1'"),
+        ("mask remove shirt --all", 2, "'shirt' has no mask"),
+        ("mask remove coat --all", 2, "there is no step 'coat'"),
         ("export out.glb", 1, "not built"),
         ("export out.fbx", 2, "'out.fbx'"),
         ("export at/ --at coat", 2, "there is no step 'coat'"),
@@ -171,7 +179,28 @@ fn a_mask_for_another_mesh_is_refused() {
     write_npy(&NpyArray::vector(vec![1.0_f64; 17]), File::create(&labels).unwrap()).unwrap();
     refused(&session, &["mask", "shirt", labels.to_str().unwrap()], 1, &["labels.npy", "17 labels"]);
     let bare = write_mesh(dir.path().join("bare.ply"), &mean_body(|p| p));
-    refused(&session, &["mask", "shirt", bare.to_str().unwrap()], 2, &["bare.ply", "no property 'label'"]);
+    refused(&session, &["mask", "shirt", bare.to_str().unwrap()], 1, &["bare.ply", "neither a 'label'"]);
+    let beside = mean_body(|p| Point::new(p.x + 1.0, p.y, p.z));
+    let label = vec![1.0; beside.points.len()];
+    let beside = RawMesh { scalars: [("label".to_string(), label)].into(), ..beside };
+    let beside = write_mesh(dir.path().join("beside.ply"), &beside);
+    let count = mean_body(|p| p).points.len().to_string();
+    refused(&session, &["mask", "shirt", beside.to_str().unwrap()], 1, &["beside.ply", "elsewhere", &count]);
+    let painted = |color| RawMesh { colors: Some(vec![color; count.parse().unwrap()]), ..mean_body(|p| p) };
+    let green = write_mesh(dir.path().join("green.ply"), &painted([20, 200, 20]));
+    refused(&session, &["mask", "shirt", green.to_str().unwrap()], 1, &["green.ply", "neither red"]);
+    let picture = dir.path().join("picture.png");
+    image::save_buffer(&picture, &[255; 12], 2, 2, image::ExtendedColorType::Rgb8).unwrap();
+    refused(&session, &["mask", "shirt", picture.to_str().unwrap()], 1, &["picture.png", "no texture coordinates"]);
+}
+
+#[test]
+fn a_mask_that_leaves_nothing_of_the_garment_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = session_with_two_scans(dir.path());
+    let grey = RawMesh { colors: Some(vec![[150; 3]; mean_body(|p| p).points.len()]), ..mean_body(|p| p) };
+    let grey = write_mesh(dir.path().join("grey.ply"), &grey);
+    refused(&session, &["mask", "shirt", grey.to_str().unwrap()], 1, &["grey.ply", "nothing of the garment 'shirt'"]);
 }
 
 #[test]

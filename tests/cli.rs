@@ -3,6 +3,7 @@
 mod common;
 
 use common::{fingerprint, mean_body, overcoat, overcoat_ok, session_with_two_scans, write_mesh};
+use overcoat::formats::{NpyArray, write_npy, write_obj};
 use serde_json::Value;
 
 #[test]
@@ -92,6 +93,67 @@ fn a_mask_is_taken_up_once_and_makes_the_garment_stale() {
     assert_eq!(said["added_vertices"], 0);
     let status = overcoat_ok(&session, &["status", "--json"]).json();
     assert_eq!(status["steps"][1]["masks"], 1);
+}
+
+#[test]
+fn masks_are_listed_replaced_and_removed() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = session_with_two_scans(dir.path());
+    let body = mean_body(|p| p);
+    let count = body.points.len();
+    // Labels by another program, one a vertex: they get a place in space of their own.
+    let mut labels = vec![-1; count];
+    labels[17] = 1;
+    let npy = |labels: &[i32]| {
+        let out = std::fs::File::create(dir.path().join("labels.npy")).unwrap();
+        write_npy(&NpyArray::vector(labels.to_vec()), out).unwrap();
+    };
+    npy(&labels);
+    let stroke = format!(r#"{{"layer":"shirt","op":"erase","radius":0.03,"points":[{:?}]}}"#, body.points[40]);
+    std::fs::write(dir.path().join("dab.jsonl"), stroke).unwrap();
+    for file in ["../labels.npy", "../dab.jsonl"] {
+        overcoat_ok(&session, &["mask", "shirt", file]);
+    }
+    labels[18] = 0;
+    npy(&labels);
+    let again = overcoat_ok(&session, &["mask", "shirt", "../labels.npy", "--json"]).json();
+    assert_eq!(
+        (&again["replaced"], &again["added_vertices"], &again["erased_vertices"]),
+        (&true.into(), &1.into(), &1.into())
+    );
+    let recipe = std::fs::read_to_string(session.join("recipe.toml")).unwrap();
+    assert!(recipe.contains("from = \"../labels.npy\"") && recipe.contains("file = \"masks/shirt-"), "{recipe}");
+    let listed = overcoat_ok(&session, &["mask", "list", "--json"]).json();
+    let of = |i: usize, key: &str| listed["masks"][i][key].clone();
+    assert_eq!((of(0, "file"), of(0, "added"), of(0, "erased")), ("../labels.npy".into(), 1.into(), 1.into()));
+    assert_eq!((of(1, "file"), of(1, "kind"), of(2, "file")), ("../dab.jsonl".into(), "1 stroke".into(), Value::Null));
+    let said = overcoat_ok(&session, &["mask", "remove", "shirt", "labels.npy"]).stdout;
+    assert!(said.contains("../labels.npy no longer corrects shirt"), "{said}");
+    assert!(overcoat_ok(&session, &["mask", "list", "shirt"]).stdout.contains("shirt        1  ../dab.jsonl"));
+    overcoat_ok(&session, &["mask", "remove", "shirt", "--all"]);
+    assert!(overcoat_ok(&session, &["mask", "list"]).stdout.contains("no masks"));
+}
+
+#[test]
+fn a_picture_lies_on_the_texture_of_the_scan() {
+    let dir = tempfile::tempdir().unwrap();
+    // Texture coordinates by height: v = 0 at the feet.
+    let mut body = mean_body(|p| p);
+    body.uvs = Some(body.points.iter().map(|p| [0.5, (p[1] / 2.0).clamp(0.0, 1.0)]).collect());
+    let scan = dir.path().join("body.obj");
+    write_obj(&body, std::fs::File::create(&scan).unwrap()).unwrap();
+    overcoat_ok(dir.path(), &["new", "session"]);
+    let session = dir.path().join("session");
+    overcoat_ok(&session, &["scan", "body", "../body.obj"]);
+    overcoat_ok(&session, &["scan", "shirt", "../body.obj", "--template", "tshirt"]);
+    // White from 1.2 to 1.4 m, clear elsewhere.
+    let row = |y: usize| if (60..80).contains(&y) { [255u8; 4] } else { [0; 4] };
+    let pixels: Vec<u8> = (0..200).flat_map(row).collect();
+    image::save_buffer(dir.path().join("shirt.png"), &pixels, 1, 200, image::ExtendedColorType::Rgba8).unwrap();
+    let said = overcoat_ok(&session, &["mask", "shirt", "../shirt.png", "--json"]).json();
+    let expected = body.points.iter().filter(|p| (1.2..1.4).contains(&p[1])).count() as u64;
+    let added = said["added_vertices"].as_u64().unwrap();
+    assert!(added.abs_diff(expected) < 20 && added > 500, "{added} against {expected}");
 }
 
 #[test]

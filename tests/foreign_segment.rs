@@ -7,7 +7,7 @@
 mod subject;
 
 use overcoat::cut::{CutParams, Garment, cut};
-use overcoat::geometry::{Aabb, PerVertex, Point, TriMesh, VertexId};
+use overcoat::geometry::{Aabb, Adjacency, PerVertex, Point, TriMesh, VertexId};
 use overcoat::segment::{Extent, GarmentTemplate, Inner, Marks, RefineParams, refine, transfer};
 use overcoat::view::{Camera, Paint, Part, Picture, Scene, render};
 use std::path::PathBuf;
@@ -99,14 +99,14 @@ fn foreign_garments_are_told_apart() {
             step.inner.iter().map(|(mesh, colors)| Inner { mesh, colors: Some(colors) }).collect();
         let gray: Vec<Inner<'_>> = step.inner.iter().map(|(mesh, _)| Inner { mesh, colors: None }).collect();
         let marks = Marks::none(step.scan.mesh.vertex_count());
-        let colorless = refine(&step.scan, &gray, &placement, &marks, &RefineParams::default());
+        let colorless = refine(&step.scan, &gray, &placement, &marks, &RefineParams::default()).labels;
         let (body_off, inner_off) = step.displaced(0.01);
         let off: Vec<Inner<'_>> =
             inner_off.iter().zip(&step.inner).map(|(mesh, (_, colors))| Inner { mesh, colors: Some(colors) }).collect();
         assert_eq!(body_off.vertex_count(), step.body.mesh.vertex_count());
-        let displaced = refine(&step.scan, &off, &placement, &marks, &RefineParams::default());
+        let displaced = refine(&step.scan, &off, &placement, &marks, &RefineParams::default()).labels;
         let began_refine = Instant::now();
-        let labels = refine(&step.scan, &inner, &placement, &marks, &RefineParams::default());
+        let labels = refine(&step.scan, &inner, &placement, &marks, &RefineParams::default()).labels;
         println!(
             "{} {}: refined IoU {:.3} ({:.2} s), without colours {:.3}, fitted 1 cm off {:.3}",
             step.person,
@@ -118,7 +118,14 @@ fn foreign_garments_are_told_apart() {
         );
         let secs = began.elapsed().as_secs_f64();
         let began = Instant::now();
-        let garment = cut(&step.scan, &labels, template.expected_loops(), &CutParams::default()).unwrap();
+        let garment = cut(
+            &step.scan,
+            &Adjacency::prepare(&step.scan.mesh),
+            &labels.clone().into(),
+            template.expected_loops(),
+            &CutParams::default(),
+        )
+        .unwrap();
         let cut_secs = began.elapsed().as_secs_f64();
         let hems: Vec<String> = garment
             .hem_loops

@@ -25,7 +25,7 @@ fn forced(typed: Option<Vec<String>>) -> Result<Forced, SessionError> {
             Some(known) => Ok((step.to_string(), Some(known))),
             None => Err(SessionError::BadRequest {
                 what: format!("there is no stage '{stage}'"),
-                hint: "the stages are scan, fit and register of the body; scan, pose, segment, cut, rig and stack of a garment; and figure of both".into(),
+                hint: "the stages are scan, fit and register of the body; scan, pose, evidence, segment, cut, rig and stack of a garment; and figure of both".into(),
             }),
         },
     });

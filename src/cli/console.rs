@@ -76,6 +76,11 @@ impl Console {
         self.notices.borrow_mut().extend_from_slice(notices);
     }
 
+    /// Whether stdout is for one JSON object.
+    pub fn is_json(&self) -> bool {
+        self.json
+    }
+
     /// Tells what was done.
     pub fn done(&self, done: &Done) {
         if self.json {

@@ -116,7 +116,7 @@ struct Correction {
 
 impl Correction {
     fn told(&self) -> String {
-        let MaskReport { added, erased } = self.report;
+        let MaskReport { added, erased, .. } = self.report;
         format!("corrected the {} by {}: {added} vertices of the scan painted in, {erased} out", self.layer, self.file)
     }
 }

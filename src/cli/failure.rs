@@ -13,9 +13,8 @@ const WRONG_COMMAND: u8 = 2;
 
 /// Tells what went wrong, and gives the exit code for it.
 pub(super) fn report(error: &anyhow::Error, json: bool) -> ExitCode {
+    say(error, json);
     let known = error.downcast_ref::<SessionError>();
-    let hint = known.and_then(SessionError::hint);
-    say(&one_line(&error.to_string()), hint.as_deref(), json);
     ExitCode::from(if known.is_some_and(SessionError::is_wrong_command) { WRONG_COMMAND } else { FAILED })
 }
 
@@ -37,12 +36,12 @@ pub(super) fn report_usage(error: &clap::Error, json: bool) -> ExitCode {
         }
         _ => sentence_and_hint(&error.render().to_string()),
     };
-    say(&message, Some(&hint), json);
+    print(&message, Some(&hint), json);
     ExitCode::from(WRONG_COMMAND)
 }
 
 /// The parser's message in one line, and its tip or the usage.
-fn sentence_and_hint(text: &str) -> (String, String) {
+pub(super) fn sentence_and_hint(text: &str) -> (String, String) {
     let first = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
     // Arguments that are missing stand in lines of their own.
     let more = text.lines().skip(1).take_while(|l| l.starts_with("  ")).map(str::trim).filter(|l| !l.is_empty());
@@ -52,7 +51,13 @@ fn sentence_and_hint(text: &str) -> (String, String) {
     (message, tip.or(usage).unwrap_or_else(|| "`overcoat --help` shows the commands".into()))
 }
 
-fn say(message: &str, hint: Option<&str>, json: bool) {
+/// Tells what went wrong.
+pub(super) fn say(error: &anyhow::Error, json: bool) {
+    let hint = error.downcast_ref::<SessionError>().and_then(SessionError::hint);
+    print(&one_line(&error.to_string()), hint.as_deref(), json);
+}
+
+fn print(message: &str, hint: Option<&str>, json: bool) {
     if json {
         print_line(&json!({ "error": { "message": message, "hint": hint } }).to_string());
         return;
@@ -63,6 +68,6 @@ fn say(message: &str, hint: Option<&str>, json: bool) {
     }
 }
 
-fn one_line(text: &str) -> String {
+pub(super) fn one_line(text: &str) -> String {
     text.split('\n').map(str::trim).filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ")
 }

@@ -2,37 +2,120 @@
 
 use super::Context;
 use super::console::{Done, secs};
+use crate::session::{MaskInfo, SessionError};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
 
 #[derive(clap::Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub(super) struct MaskArgs {
     /// The garment
-    layer: String,
-    /// Brush strokes (.jsonl), or one label a vertex of its scan (.npy, .ply)
-    file: PathBuf,
+    #[arg(required = true)]
+    layer: Option<String>,
+    /// Brush strokes (.jsonl), labels (.npy, .ply as painted in Blender or MeshLab), or a picture over the scan's texture
+    /// coordinates (.png); a file that is a mask of the garment already takes its own place
+    #[arg(required_unless_present = "template")]
+    file: Option<PathBuf>,
+    /// Write the segmented scan, to be painted: .ply (red is the garment), .npy, or an empty .jsonl
+    #[arg(long, value_name = "OUT", conflicts_with = "file")]
+    template: Option<PathBuf>,
+    #[command(subcommand)]
+    command: Option<MaskCommand>,
+}
+
+#[derive(clap::Subcommand)]
+enum MaskCommand {
+    /// The masks that there are
+    List {
+        /// Of this garment only
+        layer: Option<String>,
+    },
+    /// Take a mask off a garment
+    Remove {
+        /// The garment
+        layer: String,
+        /// The mask's file, or its number in the list
+        #[arg(required_unless_present = "all")]
+        mask: Option<String>,
+        /// All masks of the garment
+        #[arg(long, conflicts_with = "mask")]
+        all: bool,
+    },
 }
 
 pub(super) fn run(args: MaskArgs, context: &Context) -> anyhow::Result<Done> {
+    match (args.command, args.layer, args.file, args.template) {
+        (Some(MaskCommand::List { layer }), ..) => list(layer.as_deref(), context),
+        (Some(MaskCommand::Remove { layer, mask, .. }), ..) => remove(&layer, mask.as_deref(), context),
+        (None, Some(layer), Some(file), _) => add(&layer, file, context),
+        (None, Some(layer), None, Some(target)) => template(&layer, target, context),
+        // The parser has asked for what is missing.
+        _ => {
+            Err(SessionError::BadRequest { what: "mask needs a garment and a file".into(), hint: String::new() }.into())
+        }
+    }
+}
+
+fn add(layer: &str, file: PathBuf, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
-    let file = context.input(args.file);
-    let report = context.writer()?.add_mask(&args.layer, &file)?;
+    let file = context.input(file);
+    let report = context.writer()?.add_mask(layer, &file)?;
     let json = json!({
         "session": context.session.display().to_string(),
-        "layer": args.layer,
+        "layer": layer,
         "file": file.display().to_string(),
         "added_vertices": report.added,
         "erased_vertices": report.erased,
+        "replaced": report.replaced,
         "secs": began.elapsed().as_secs_f64(),
     });
     Ok(Done::new("mask", json)
         .line(format!(
-            "marked {} vertices of the scan as {}, {} as not, in {}",
+            "marked {} vertices of the scan as {layer}, {} as not{}, in {}",
             report.added,
-            args.layer,
             report.erased,
+            if report.replaced { ", in place of what the file said before" } else { "" },
             secs(began.elapsed())
         ))
+        .next(context.overcoat("build")))
+}
+
+fn template(layer: &str, target: PathBuf, context: &Context) -> anyhow::Result<Done> {
+    let began = Instant::now();
+    let vertices = context.reader()?.write_mask_template(layer, &target)?;
+    let json = json!({
+        "session": context.session.display().to_string(),
+        "layer": layer,
+        "template": target.display().to_string(),
+        "vertices": vertices,
+        "secs": began.elapsed().as_secs_f64(),
+    });
+    let painted = target.display().to_string();
+    let line = match painted.ends_with(".jsonl") {
+        true => format!("wrote {painted}, for strokes, in {}", secs(began.elapsed())),
+        false => format!("wrote {painted}: the labels of {vertices} vertices, in {}", secs(began.elapsed())),
+    };
+    Ok(Done::new("mask", json).line(line).next(context.overcoat(&format!("mask {layer} {painted}"))))
+}
+
+fn list(layer: Option<&str>, context: &Context) -> anyhow::Result<Done> {
+    let masks = context.reader()?.masks(layer)?;
+    let json = json!({ "session": context.session.display().to_string(), "masks": masks });
+    let line = |m: &MaskInfo| {
+        format!("{:<12} {}  {:<28} {}: {} added, {} erased", m.layer, m.number, m.file, m.kind, m.added, m.erased)
+    };
+    let done = Done::new("mask list", json);
+    Ok(match masks.is_empty() {
+        true => done.line("no masks").next(context.overcoat("mask LAYER FILE")),
+        false => done.lines(masks.iter().map(line)),
+    })
+}
+
+fn remove(layer: &str, mask: Option<&str>, context: &Context) -> anyhow::Result<Done> {
+    let gone = context.writer()?.remove_mask(layer, mask)?;
+    let json = json!({ "session": context.session.display().to_string(), "layer": layer, "removed": gone });
+    Ok(Done::new("mask remove", json)
+        .line(format!("{} no longer corrects {layer}", gone.join(", ")))
         .next(context.overcoat("build")))
 }

@@ -1,8 +1,8 @@
 //! A smooth signed field whose zero line is where the garment ends.
 
-use crate::geometry::{Adjacency, PerVertex, TriMesh, VertexId, cotangent_laplacian, geodesic_distances};
+use super::mend::Mended;
+use crate::geometry::{Adjacency, PerVertex, VertexId, cotangent_laplacian, geodesic_distances};
 use crate::numerics::{NumericsError, SparseCholesky};
-use crate::segment::Labels;
 
 /// Implicit steps of diffusion. Two: one alone keeps a kink at the old boundary.
 const STEPS: usize = 2;
@@ -11,13 +11,14 @@ const BAND_PER_RADIUS: f64 = 5.0;
 /// Mass of a vertex without faces, in m²: keeps the matrix definite.
 const LEAST_MASS: f64 = 1e-12;
 
-/// Labels as ±1, diffused over the surface by `radius`: positive on the garment.
+/// Labels as ±1, diffused over the surface by `radius`: positive on the garment. Labels given by hand stay ±1, so that
+/// they are on their side of the zero line.
 pub(super) fn signed_field(
-    mesh: &TriMesh,
+    whole: &Mended,
     adjacency: &Adjacency,
-    labels: &Labels,
     radius: f64,
 ) -> Result<PerVertex<f64>, NumericsError> {
+    let Mended { mesh, labels, by_hand, .. } = whole;
     let mut field: PerVertex<f64> = labels.0.iter().map(|&l| if l { 1.0 } else { -1.0 }).collect();
     let boundary: Vec<(VertexId, f64)> = mesh
         .vertex_ids()
@@ -28,27 +29,35 @@ pub(super) fn signed_field(
         return Ok(field);
     }
     let near = geodesic_distances(mesh, adjacency, &boundary, BAND_PER_RADIUS * radius);
-    let band: Vec<VertexId> = mesh.vertex_ids().filter(|&v| near[v].is_finite()).collect();
+    let band: Vec<VertexId> = mesh.vertex_ids().filter(|&v| near[v].is_finite() && !by_hand[v]).collect();
     let mut unknown = vec![usize::MAX; mesh.vertex_count()];
     for (i, v) in band.iter().enumerate() {
         unknown[v.index()] = i;
     }
-    let laplacian = cotangent_laplacian(mesh);
+    // Every face at a vertex of the band is there, so its row is that of the whole mesh.
+    let in_band = mesh.faces().iter().map(|f| f.iter().any(|&v| unknown[v.index()] != usize::MAX)).collect();
+    let (part, whole_from_part) = mesh.part(&in_band);
+    let laplacian = cotangent_laplacian(&part);
+    let mut mass = PerVertex::filled(0.0, mesh.vertex_count());
+    for (v, &whole) in whole_from_part.enumerate() {
+        mass[whole] = laplacian.mass[v];
+    }
     // Each step spreads by variance 2t; so that all steps together spread by the radius.
     let t = radius * radius / (2.0 * STEPS as f64);
     let mut triplets = Vec::new();
     let mut from_outside = vec![0.0; band.len()];
     for &(row, column, value) in &laplacian.triplets {
-        let i = unknown[row];
+        let (row, column) = (whole_from_part.0[row], whole_from_part.0[column]);
+        let i = unknown[row.index()];
         if i == usize::MAX {
             continue;
         }
-        match unknown[column] {
-            usize::MAX => from_outside[i] -= t * value * field.0[column],
+        match unknown[column.index()] {
+            usize::MAX => from_outside[i] -= t * value * field[column],
             j => triplets.push((i, j, t * value)),
         }
     }
-    let masses: Vec<f64> = band.iter().map(|&v| laplacian.mass[v].max(LEAST_MASS)).collect();
+    let masses: Vec<f64> = band.iter().map(|&v| mass[v].max(LEAST_MASS)).collect();
     triplets.extend(masses.iter().enumerate().map(|(i, &m)| (i, i, m)));
     let system = SparseCholesky::prepare(band.len(), &triplets)?;
     for _ in 0..STEPS {

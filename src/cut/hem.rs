@@ -4,6 +4,7 @@ use super::CutParams;
 use super::mend::Mended;
 use super::slice::Slice;
 use crate::geometry::{Adjacency, FaceId, PerFace, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
+use rayon::prelude::*;
 
 /// Taubin's (1995) two factors along the curve: the second undoes the shrinking that the first causes.
 const SHRINK: f64 = 0.5;
@@ -23,6 +24,7 @@ const LAST_ROUNDS: usize = 12;
 /// A garment with fair boundaries.
 pub(super) struct Faired {
     pub(super) mesh: TriMesh,
+    pub(super) adjacency: Adjacency,
     pub(super) colors: Option<PerVertex<[u8; 3]>>,
     pub(super) on_cut: Vec<bool>,
 }
@@ -38,20 +40,17 @@ pub(super) fn faired(slice: Slice, scan: &Mended, around: &Adjacency, params: &C
     let mut landed: PerVertex<Option<(FaceId, [f64; 3])>> = PerVertex::filled(None, points.len());
     if let Some(index) = &index {
         let beside: Vec<VertexId> = slice.mesh.vertex_ids().filter(|&v| (1..=RINGS).contains(&rings[v])).collect();
+        let on_loops: Vec<VertexId> = loops.iter().flatten().copied().collect();
         for round in 1..=params.fairing_rounds {
             for factor in [SHRINK, GROW] {
                 smooth_loops(&mut points, &loops, factor);
             }
             if round % ROUNDS_PER_LANDING == 0 {
-                for v in loops.iter().flatten() {
-                    project(*v, &mut points, &mut landed, index);
-                }
+                project(&on_loops, &mut points, &mut landed, index);
             }
             if round % ROUNDS_PER_RELAXATION == 0 {
                 relax(&mut points, &adjacency, &beside);
-                for &v in &beside {
-                    project(v, &mut points, &mut landed, index);
-                }
+                project(&beside, &mut points, &mut landed, index);
             }
         }
         // The scan's grain along the curve goes last, off the surface by no more than that grain.
@@ -85,7 +84,7 @@ pub(super) fn faired(slice: Slice, scan: &Mended, around: &Adjacency, params: &C
             })
             .collect()
     });
-    Faired { mesh: slice.mesh.with_points(points), colors, on_cut: slice.on_cut }
+    Faired { mesh: slice.mesh.with_points(points), adjacency, colors, on_cut: slice.on_cut }
 }
 
 /// For each vertex how many edges it is from a boundary, up to `RINGS` + 1.
@@ -153,14 +152,18 @@ fn relax(points: &mut PerVertex<Point>, adjacency: &Adjacency, beside: &[VertexI
     }
 }
 
+/// Sets vertices back on the surface, where it is within reach.
 fn project(
-    v: VertexId,
+    vertices: &[VertexId],
     points: &mut PerVertex<Point>,
     landed: &mut PerVertex<Option<(FaceId, [f64; 3])>>,
     index: &SurfaceIndex,
 ) {
-    if let Some(found) = index.closest_within(&points[v], REACH) {
-        points[v] = found.point;
-        landed[v] = Some((found.face, found.barycentric));
+    let found: Vec<_> = vertices.par_iter().map(|&v| index.closest_within(&points[v], REACH)).collect();
+    for (&v, found) in vertices.iter().zip(found) {
+        if let Some(found) = found {
+            points[v] = found.point;
+            landed[v] = Some((found.face, found.barycentric));
+        }
     }
 }

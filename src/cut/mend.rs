@@ -6,14 +6,18 @@ use super::{CutError, CutParams};
 use crate::geometry::{Adjacency, NearestVertex, PerVertex, Point, TriMesh, Vec3, VertexId};
 use crate::numerics::SparseCholesky;
 use crate::scan::Scan;
-use crate::segment::Labels;
+use crate::segment::{Labels, Segmentation};
 use std::collections::BTreeSet;
 
 /// A scan without its small holes near the garment. The scan's own vertices come first, unmoved.
 pub(super) struct Mended {
     pub(super) mesh: TriMesh,
+    /// Of the mesh, where it is not the scan's.
+    pub(super) adjacency: Option<Adjacency>,
     pub(super) colors: Option<PerVertex<[u8; 3]>>,
     pub(super) labels: Labels,
+    /// Which vertices have their label by hand.
+    pub(super) by_hand: PerVertex<bool>,
     /// Which vertices lie on or beside a hole that stays.
     pub(super) beside_hole: PerVertex<bool>,
 }
@@ -21,28 +25,28 @@ pub(super) struct Mended {
 /// Fills every hole that touches the garment and is small enough.
 pub(super) fn mended(
     scan: &Scan,
-    labels: &Labels,
+    around: &Adjacency,
+    segmentation: &Segmentation,
     params: &CutParams,
     findings: &mut Vec<String>,
 ) -> Result<Mended, CutError> {
-    let adjacency = Adjacency::prepare(&scan.mesh);
     let mut points = scan.mesh.points().0.clone();
     let mut faces = scan.mesh.faces().0.clone();
-    let mut labels = labels.clone();
+    let Segmentation { mut labels, mut by_hand } = segmentation.clone();
     let mut colors = scan.colors.clone();
     let (mut filled, mut area) = (0usize, 0.0);
     let mut rims: Vec<VertexId> = Vec::new();
-    for ring in adjacency.boundary_loops().into_iter().flat_map(simple_rings) {
+    for ring in around.boundary_loops().into_iter().flat_map(simple_rings) {
         if ring.len() < 3 || !ring.iter().any(|&v| labels.0[v]) {
             continue;
         }
-        let around: Vec<Point> = ring.iter().map(|&v| points[v.index()]).collect();
-        let hole = area_within(&around);
-        let length: f64 = (0..around.len()).map(|i| (around[(i + 1) % around.len()] - around[i]).norm()).sum();
+        let rim: Vec<Point> = ring.iter().map(|&v| points[v.index()]).collect();
+        let hole = area_within(&rim);
+        let length: f64 = (0..rim.len()).map(|i| (rim[(i + 1) % rim.len()] - rim[i]).norm()).sum();
         // A ragged hole is longer than round; one so long that it only folds over itself is no small hole.
         let small = hole <= params.greatest_filled_hole
             && length <= LENGTH_PER_ROUND * round_length(params.greatest_filled_hole);
-        let patch = if small { spanned(&scan.mesh, &adjacency, &ring)? } else { None };
+        let patch = if small { spanned(&scan.mesh, around, &ring)? } else { None };
         let Some(patch) = patch else {
             rims.extend(ring);
             continue;
@@ -50,12 +54,13 @@ pub(super) fn mended(
         // A gap that the garment only borders on lies between it and something else: it is no cloth.
         let cloth = 2 * ring.iter().filter(|&&v| labels.0[v]).count() >= ring.len();
         faces.extend(patch.faces_from(&ring, points.len()));
-        let nearest = NearestVertex::prepare(&around);
+        let nearest = NearestVertex::prepare(&rim);
         for p in &patch.inner {
             let close = nearest.nearest(p).map_or(ring[0], |(v, _)| ring[v.index()]);
             labels.0.0.push(cloth && labels.0[close]);
+            by_hand.0.push(false);
             if let Some(colors) = &mut colors {
-                colors.0.push(blended(colors, &ring, &around, p));
+                colors.0.push(blended(colors, &ring, &rim, p));
             }
         }
         points.extend(patch.inner);
@@ -66,31 +71,39 @@ pub(super) fn mended(
         let holes = if filled == 1 { "hole" } else { "holes" };
         findings.push(format!("{filled} small {holes} of the scan filled, {:.1} cm² in all", area * 1e4));
     }
-    // Every index is of an old vertex or a pushed one; a coordinate fails only where a system was singular.
-    let mesh = TriMesh::try_new(points, faces)?;
-    let adjacency = Adjacency::prepare(&mesh);
-    without_pinholes(&mesh, &adjacency, &mut labels);
+    let (mesh, adjacency) = match filled {
+        0 => (scan.mesh.clone(), None),
+        _ => {
+            // Every index is of an old vertex or a pushed one; a coordinate fails only where a system was singular.
+            let mesh = TriMesh::try_new(points, faces)?;
+            let adjacency = Adjacency::prepare(&mesh);
+            (mesh, Some(adjacency))
+        }
+    };
+    let joined = adjacency.as_ref().unwrap_or(around);
+    without_pinholes(&mesh, joined, &mut labels, &by_hand);
     // Holes that stay have ragged rims; off the garment, they let the smooth cut pass just beside them.
     let mut beside_hole = PerVertex::filled(false, mesh.vertex_count());
     for v in rims {
         labels.0[v] = false;
-        let ring = adjacency.neighbours_of(v).iter();
-        for &w in ring.flat_map(|&w| adjacency.neighbours_of(w)).chain([&v]) {
+        let ring = joined.neighbours_of(v).iter();
+        for &w in ring.flat_map(|&w| joined.neighbours_of(w)).chain([&v]) {
             beside_hole[w] = true;
         }
     }
-    Ok(Mended { mesh, colors, labels, beside_hole })
+    Ok(Mended { mesh, adjacency, colors, labels, by_hand, beside_hole })
 }
 
-/// Closes what loops the cut itself left that are smaller than any hem.
-pub(super) fn without_pores(slice: Slice) -> Result<Slice, CutError> {
+/// Closes what loops the cut itself left that are smaller than any hem and were not painted by hand.
+pub(super) fn without_pores(slice: Slice, whole: &Mended) -> Result<Slice, CutError> {
     let adjacency = Adjacency::prepare(&slice.mesh);
     let mut points = slice.mesh.points().0.clone();
     let mut faces = slice.mesh.faces().0.clone();
     let (mut origins, mut on_cut) = (slice.origins, slice.on_cut);
     for ring in adjacency.boundary_loops().into_iter().flat_map(simple_rings) {
         let around: Vec<Point> = ring.iter().map(|&v| points[v.index()]).collect();
-        if ring.len() < 3 || area_within(&around) > GREATEST_PORE {
+        let painted = |v: VertexId| origins[v.index()].iter().any(|&(origin, _)| whole.by_hand[origin]);
+        if ring.len() < 3 || area_within(&around) > GREATEST_PORE || ring.iter().any(|&v| painted(v)) {
             continue;
         }
         let Some(patch) = spanned(&slice.mesh, &adjacency, &ring)? else { continue };
@@ -138,7 +151,7 @@ fn spanned(mesh: &TriMesh, adjacency: &Adjacency, ring: &[VertexId]) -> Result<O
 /// Less than this of what is not the garment, enclosed by it, is the garment too, in m². 2 cm²: a button.
 const PINHOLE: f64 = 2e-4;
 
-fn without_pinholes(mesh: &TriMesh, adjacency: &Adjacency, labels: &mut Labels) {
+fn without_pinholes(mesh: &TriMesh, adjacency: &Adjacency, labels: &mut Labels, by_hand: &PerVertex<bool>) {
     let areas = mesh.vertex_areas();
     let mut visited = labels.0.clone();
     for seed in mesh.vertex_ids() {
@@ -156,7 +169,7 @@ fn without_pinholes(mesh: &TriMesh, adjacency: &Adjacency, labels: &mut Labels) 
             }
             at += 1;
         }
-        if patch.iter().map(|&v| areas[v]).sum::<f64>() < PINHOLE {
+        if patch.iter().map(|&v| areas[v]).sum::<f64>() < PINHOLE && !patch.iter().any(|&v| by_hand[v]) {
             for v in patch {
                 labels.0[v] = true;
             }
@@ -286,7 +299,7 @@ mod tests {
     fn a_hole_is_filled_fair_and_the_large_rim_is_not() {
         let (scan, labels) = pierced();
         let params = CutParams { greatest_filled_hole: 25e-4, ..CutParams::default() };
-        let mended = mended(&scan, &labels, &params, &mut Vec::new()).unwrap();
+        let mended = mended(&scan, &Adjacency::prepare(&scan.mesh), &labels.into(), &params, &mut Vec::new()).unwrap();
         assert_eq!(Adjacency::prepare(&mended.mesh).boundary_loops().len(), 1);
         assert_eq!(mended.labels.0.len(), mended.mesh.vertex_count());
         let new = &mended.mesh.points().0[scan.mesh.vertex_count()..];
@@ -308,7 +321,9 @@ mod tests {
     fn a_hole_off_the_garment_stays() {
         let (scan, labels) = pierced();
         let none = Labels(PerVertex::filled(false, labels.0.len()));
-        let mended = mended(&scan, &none, &CutParams::default(), &mut Vec::new()).unwrap();
+        let mended =
+            mended(&scan, &Adjacency::prepare(&scan.mesh), &none.into(), &CutParams::default(), &mut Vec::new())
+                .unwrap();
         assert_eq!(mended.mesh, scan.mesh);
     }
 }

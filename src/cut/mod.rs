@@ -12,7 +12,7 @@ mod tests;
 
 use crate::geometry::{Adjacency, PerVertex, TriMesh, VertexId};
 use crate::scan::Scan;
-use crate::segment::Labels;
+use crate::segment::Segmentation;
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 
@@ -41,8 +41,8 @@ pub struct CutParams {
     pub smoothing_radius: f64,
     /// Rounds of fairing along the hem. 64: of wiggles of 5 cm an eighth stays, at 5 mm spacing.
     pub fairing_rounds: usize,
-    /// Islands with less than this share of the garment's area are dropped. 3 %: less than one sleeve of a child's
-    /// shirt, more than any speck.
+    /// Islands with less than this share of the garment's area are dropped, unless they were painted by hand. 3 %: less
+    /// than one sleeve of a child's shirt, more than any speck.
     pub least_island_share: f64,
     /// Holes of the scan with less area are filled, in m². 90 cm²: the tops of a coat's shoulders, which a level camera
     /// does not see, had 42 to 81; an adult's neck has 110 or more.
@@ -101,29 +101,34 @@ impl CutError {
 
 /// Cuts the garment out of the scan.
 ///
+/// `around`: the adjacency of the scan's mesh.
+///
+/// Where labels were given by hand they are cut as they are, however small; elsewhere what is too small is noise.
+///
 /// `expected_loops`: how many hems the garment's template has, fewest and most.
 pub fn cut(
     scan: &Scan,
-    labels: &Labels,
+    around: &Adjacency,
+    segmentation: &Segmentation,
     expected_loops: RangeInclusive<usize>,
     params: &CutParams,
 ) -> Result<Garment, CutError> {
-    let vertices = scan.mesh.vertex_count();
+    let (vertices, labels) = (scan.mesh.vertex_count(), &segmentation.labels);
     if labels.0.len() != vertices {
         return Err(CutError::LabelCount { labels: labels.0.len(), vertices });
     }
     let mut findings = Vec::new();
-    let whole = mend::mended(scan, labels, params, &mut findings)?;
-    let adjacency = Adjacency::prepare(&whole.mesh);
-    let field = field::signed_field(&whole.mesh, &adjacency, &whole.labels, params.smoothing_radius)?;
+    let whole = mend::mended(scan, around, segmentation, params, &mut findings)?;
+    let adjacency = whole.adjacency.as_ref().unwrap_or(around);
+    let field = field::signed_field(&whole, adjacency, params.smoothing_radius)?;
     let sliced = slice::slice(&whole.mesh, &field).with_hems_only(&whole.beside_hole);
-    let sliced = pieces::without_islands(sliced, params.least_island_share, &mut findings);
+    let sliced = pieces::without_islands(sliced, &whole, params.least_island_share, &mut findings);
     let sliced = pieces::with_bow_ties_split(sliced);
     if sliced.mesh.face_count() == 0 {
         return Err(CutError::NothingLabelled { labelled: labels.garment_vertex_count(), vertices });
     }
-    let sliced = mend::without_pores(sliced)?;
-    let faired = hem::faired(sliced, &whole, &adjacency, params);
+    let sliced = mend::without_pores(sliced, &whole)?;
+    let faired = hem::faired(sliced, &whole, adjacency, params);
     let rims = rims::Rims::of(&faired);
     let hem_loops = rims.judged(&expected_loops, params, &mut findings);
     Ok(Garment { mesh: faired.mesh, colors: faired.colors, hem_loops, findings })

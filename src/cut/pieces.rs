@@ -1,10 +1,11 @@
 //! Islands dropped, and fans that touch in one vertex taken apart.
 
+use super::mend::Mended;
 use super::slice::Slice;
 use crate::geometry::{Adjacency, FaceId, PerFace, TriMesh, VertexId};
 
-/// Without the components that have less than `least_share` of the area.
-pub(super) fn without_islands(slice: Slice, least_share: f64, findings: &mut Vec<String>) -> Slice {
+/// Without the components that have less than `least_share` of the area and were not painted by hand.
+pub(super) fn without_islands(slice: Slice, whole: &Mended, least_share: f64, findings: &mut Vec<String>) -> Slice {
     let (component, count) = Adjacency::prepare(&slice.mesh).face_components();
     if count <= 1 {
         return slice;
@@ -14,8 +15,14 @@ pub(super) fn without_islands(slice: Slice, least_share: f64, findings: &mut Vec
         areas[component[f] as usize] += slice.mesh.face_area(f);
     }
     let total: f64 = areas.iter().sum();
-    let keep: PerFace<bool> = component.iter().map(|&c| areas[c as usize] >= least_share * total).collect();
-    let dropped: Vec<f64> = areas.iter().copied().filter(|&a| a < least_share * total).collect();
+    let mut stays: Vec<bool> = areas.iter().map(|&a| a >= least_share * total).collect();
+    for f in slice.mesh.face_ids() {
+        let origins = slice.mesh.faces()[f].iter().flat_map(|v| slice.origins[v.index()]);
+        stays[component[f] as usize] |=
+            origins.into_iter().any(|(v, factor)| factor > 0.0 && whole.by_hand[v] && whole.labels.0[v]);
+    }
+    let keep: PerFace<bool> = component.iter().map(|&c| stays[c as usize]).collect();
+    let dropped: Vec<f64> = (0..count).filter(|&c| !stays[c]).map(|c| areas[c]).collect();
     if dropped.is_empty() {
         return slice;
     }

@@ -2,7 +2,7 @@
 
 use super::CutParams;
 use super::hem::Faired;
-use crate::geometry::{Adjacency, Point, TriMesh, VertexId};
+use crate::geometry::{Point, TriMesh, VertexId};
 use std::ops::RangeInclusive;
 
 /// A boundary loop.
@@ -37,7 +37,8 @@ pub(super) struct Rims(pub(super) Vec<Rim>);
 
 impl Rims {
     pub(super) fn of(garment: &Faired) -> Self {
-        let mut rims: Vec<Rim> = Adjacency::prepare(&garment.mesh)
+        let mut rims: Vec<Rim> = garment
+            .adjacency
             .boundary_loops()
             .into_iter()
             .map(|ring| Rim::of(&garment.mesh, &garment.on_cut, ring))

@@ -1,9 +1,13 @@
 //! Laws of the cut, on a tube with a ragged label boundary.
 
-use super::{CutError, CutParams, cut};
+use super::{CutError, CutParams, Garment};
 use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, VertexId};
 use crate::scan::Scan;
-use crate::segment::Labels;
+use crate::segment::{Labels, Segmentation};
+
+fn cut(scan: &Scan, segmentation: &Segmentation) -> Result<Garment, CutError> {
+    super::cut(scan, &Adjacency::prepare(&scan.mesh), segmentation, 1..=1, &CutParams::default())
+}
 
 const SECTORS: u32 = 120;
 const RINGS: u32 = 100;
@@ -56,7 +60,7 @@ fn degrees_per_cm(mesh: &TriMesh, ring: &[VertexId]) -> f64 {
 #[test]
 fn a_ragged_boundary_becomes_one_fair_hem_in_the_right_place() {
     let scan = tube();
-    let garment = cut(&scan, &ragged(&scan), 1..=1, &CutParams::default()).unwrap();
+    let garment = cut(&scan, &ragged(&scan).into()).unwrap();
     assert_eq!(garment.hem_loops.len(), 1, "{:?}", garment.findings);
     let ring = &garment.hem_loops[0];
     for &v in ring {
@@ -75,7 +79,7 @@ fn a_ragged_boundary_becomes_one_fair_hem_in_the_right_place() {
 fn the_garment_is_manifold_oriented_and_the_same_each_time() {
     let scan = tube();
     let labels = ragged(&scan);
-    let garment = cut(&scan, &labels, 1..=1, &CutParams::default()).unwrap();
+    let garment = cut(&scan, &labels.clone().into()).unwrap();
     let mut directed: Vec<(u32, u32)> =
         garment.mesh.faces().iter().flat_map(|f| (0..3).map(|k| (f[k].0, f[(k + 1) % 3].0))).collect();
     let count = directed.len();
@@ -88,7 +92,7 @@ fn the_garment_is_manifold_oriented_and_the_same_each_time() {
         assert!(garment.mesh.area_vector(f).dot(&crate::geometry::Vec3::new(middle.x, 0.0, middle.z)) > 0.0);
     }
     assert_eq!(Adjacency::prepare(&garment.mesh).face_components().1, 1);
-    assert_eq!(cut(&scan, &labels, 1..=1, &CutParams::default()).unwrap(), garment);
+    assert_eq!(cut(&scan, &labels.clone().into()).unwrap(), garment);
 }
 
 #[test]
@@ -104,17 +108,41 @@ fn islands_go_and_are_told_pinholes_close() {
     };
     spot(Point::new(0.1, 0.08, 0.0), 0.02, true, &mut labels);
     spot(Point::new(0.1, 0.4, 0.0), 0.006, false, &mut labels);
-    let garment = cut(&scan, &labels, 1..=1, &CutParams::default()).unwrap();
+    let garment = cut(&scan, &labels.clone().into()).unwrap();
     assert_eq!(garment.hem_loops.len(), 1);
     assert_eq!(Adjacency::prepare(&garment.mesh).boundary_loops().len(), 1);
     assert!(garment.findings.iter().any(|f| f.contains("1 island")), "{:?}", garment.findings);
 }
 
 #[test]
+fn a_spot_erased_by_hand_stays_open_and_one_added_stays() {
+    let scan = tube();
+    let spot = |center: Point, radius: f64| -> PerVertex<bool> {
+        scan.mesh.points().iter().map(|p| (p - center).norm() < radius).collect()
+    };
+    let plain = Labels(scan.mesh.points().iter().map(|p| p.y > 0.2).collect());
+    // 1.1 cm²: less than a pinhole, and than the least pore.
+    let (erased, added) = (spot(Point::new(0.1, 0.4, 0.0), 0.006), spot(Point::new(0.1, 0.08, 0.0), 0.012));
+    let by_hand: PerVertex<bool> = erased.iter().zip(added.iter()).map(|(&e, &a)| e || a).collect();
+    let labels = Labels(plain.0.enumerate().map(|(v, &l)| (l && !erased[v]) || added[v]).collect());
+    let marked = Segmentation { labels: labels.clone(), by_hand };
+    let garment = cut(&scan, &marked).unwrap();
+    let adjacency = Adjacency::prepare(&garment.mesh);
+    assert_eq!((adjacency.boundary_loops().len(), adjacency.face_components().1), (3, 2), "{:?}", garment.findings);
+    let index = crate::geometry::SurfaceIndex::prepare(&garment.mesh);
+    for (v, p) in scan.mesh.points().enumerate().filter(|&(v, _)| marked.by_hand[v]) {
+        let gap = index.closest(p).distance;
+        assert!((gap < 1e-3) == added[v], "{p} is {gap} m from the garment");
+    }
+    let unmarked = cut(&scan, &labels.into()).unwrap();
+    assert_eq!(Adjacency::prepare(&unmarked.mesh).boundary_loops().len(), 1);
+}
+
+#[test]
 fn hems_that_were_not_expected_are_told() {
     let scan = tube();
     let labels = Labels(scan.mesh.points().iter().map(|p| (0.2..0.4).contains(&p.y)).collect());
-    let garment = cut(&scan, &labels, 1..=1, &CutParams::default()).unwrap();
+    let garment = cut(&scan, &labels.clone().into()).unwrap();
     assert_eq!(garment.hem_loops.len(), 2);
     assert!(garment.findings.iter().any(|f| f.contains("2 hems found, 1 expected")), "{:?}", garment.findings);
 }
@@ -123,8 +151,8 @@ fn hems_that_were_not_expected_are_told() {
 fn labels_for_another_scan_and_none_at_all_are_refused() {
     let scan = tube();
     let few = Labels(PerVertex::filled(true, 7));
-    assert!(matches!(cut(&scan, &few, 1..=1, &CutParams::default()), Err(CutError::LabelCount { labels: 7, .. })));
+    assert!(matches!(cut(&scan, &few.clone().into()), Err(CutError::LabelCount { labels: 7, .. })));
     let none = Labels(PerVertex::filled(false, scan.mesh.vertex_count()));
-    let error = cut(&scan, &none, 1..=1, &CutParams::default()).unwrap_err();
+    let error = cut(&scan, &none.clone().into()).unwrap_err();
     assert!(matches!(error, CutError::NothingLabelled { labelled: 0, .. }) && error.hint().is_some());
 }

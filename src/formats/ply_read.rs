@@ -10,7 +10,9 @@ use std::io::Read;
 /// Reads a PLY mesh or point cloud.
 ///
 /// Colours may be `red/green/blue`, `r/g/b` or `diffuse_…`, as bytes, shorts or floats (0–1, or 0–255 when any is
-/// above 1). Faces are `vertex_indices` or `vertex_index`. Other numbers per vertex come as `scalars`.
+/// above 1). Faces are `vertex_indices` or `vertex_index`. Texture coordinates are of vertices (`s/t`, `u/v`, …) or of the corners
+/// of faces (`texcoord`): where a vertex has several there (a seam), the first stands. Other numbers per vertex come as
+/// `scalars`.
 ///
 /// **Errors** name the line (ascii) or the element and its index (binary).
 pub fn read_ply(input: impl Read) -> Result<RawMesh, FormatError> {
@@ -150,29 +152,31 @@ fn bytes_of_typed_colors(colors: &[[f64; 3]], columns: &[(Sink, &PropertyType)])
 }
 
 fn read_faces(rows: &mut Rows, element: &ElementDef, mesh: &mut RawMesh) -> Result<(), FormatError> {
-    let columns: Vec<(bool, &PropertyType)> = element
-        .properties
-        .values()
-        .map(|p| (matches!(p.name.as_str(), "vertex_indices" | "vertex_index"), &p.data_type))
-        .collect();
+    let columns: Vec<(&str, &PropertyType)> =
+        element.properties.values().map(|p| (p.name.as_str(), &p.data_type)).collect();
     if columns.is_empty() {
         return Ok(());
     }
     let mut items = Vec::new();
-    let mut corners = Vec::new();
+    let (mut corners, mut corner_uvs): (Vec<u32>, Vec<f64>) = (Vec::new(), Vec::new());
+    let mut uv_of: Vec<Option<[f64; 2]>> = Vec::new();
     mesh.faces.reserve(element.count.min(rows.bytes_left()));
     for index in 0..element.count {
         corners.clear();
+        corner_uvs.clear();
         let mut read_row = || {
             rows.begin_row()?;
-            for &(is_corners, kind) in &columns {
+            for &(name, kind) in &columns {
                 match kind {
                     PropertyType::Scalar(kind) => {
                         rows.scalar(kind)?;
                     }
                     PropertyType::List(count, item) => {
                         rows.list(count, item, &mut items)?;
-                        if is_corners {
+                        if name == "texcoord" {
+                            corner_uvs.extend_from_slice(&items);
+                        }
+                        if matches!(name, "vertex_indices" | "vertex_index") {
                             for &v in &items {
                                 if !(v >= 0.0 && v.fract() == 0.0 && v <= f64::from(u32::MAX)) {
                                     return Err(RowError::Bad { expected: "a vertex index", found: v.to_string() });
@@ -187,6 +191,16 @@ fn read_faces(rows: &mut Rows, element: &ElementDef, mesh: &mut RawMesh) -> Resu
         };
         read_row().map_err(|e| row_error(e, rows, element, index))?;
         mesh.push_polygon(&corners);
+        for (&v, &uv) in corners.iter().zip(corner_uvs.as_chunks::<2>().0) {
+            // What the vertices are comes before the faces, or not at all; a corner out of range is told later.
+            uv_of.resize(mesh.points.len(), None);
+            if let Some(slot) = uv_of.get_mut(v as usize) {
+                slot.get_or_insert(uv);
+            }
+        }
+    }
+    if mesh.uvs.is_none() && !uv_of.is_empty() {
+        mesh.uvs = Some(uv_of.into_iter().map(|uv| uv.unwrap_or([0.0; 2])).collect());
     }
     Ok(())
 }

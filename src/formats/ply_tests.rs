@@ -189,3 +189,13 @@ fn arrays_of_different_lengths_are_not_written() {
     let err = write_ply(&mesh, &PlyOptions::default(), Vec::new()).unwrap_err();
     assert!(matches!(&err, FormatError::ArrayShape { name, .. } if name == "colors"), "{err}");
 }
+
+#[test]
+fn texture_coordinates_of_corners_become_those_of_vertices() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 2\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n\
+        0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 6 0 0 .5 0 .5 1\n3 0 2 3 6 .25 0 .75 1 0 1\n";
+    let mesh = read_ply(text.as_bytes()).unwrap();
+    assert_eq!(mesh.uvs.unwrap(), [[0.0, 0.0], [0.5, 0.0], [0.5, 1.0], [0.0, 1.0]]);
+    assert_eq!(mesh.faces, [[0, 1, 2], [0, 2, 3]]);
+}

@@ -2,7 +2,9 @@
 
 use super::SegmentError;
 use super::transfer::Labels;
-use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, Vec3, VertexId, geodesic_distances};
+use crate::geometry::{
+    Aabb, Adjacency, PerFace, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId, geodesic_distances,
+};
 use crate::scan::Scan;
 use serde::{Deserialize, Serialize};
 
@@ -91,6 +93,26 @@ impl Stroke {
         }
         Ok(Self { line, ..stroke })
     }
+
+    /// The vertices under the brush.
+    fn painted(&self, scan: &Scan) -> Result<Vec<VertexId>, SegmentError> {
+        let bad = |reason: String| SegmentError::BadStroke { line: self.line, reason };
+        let frame = &scan.world_from_file;
+        let in_file = self.frame == StrokeFrame::File;
+        let radius = if in_file { self.radius * frame.metres_per_unit } else { self.radius };
+        if radius > GREATEST_RADIUS {
+            return Err(bad(format!(
+                "the radius is {radius:.2} m; more than {GREATEST_RADIUS} m is a mistake in the unit"
+            )));
+        }
+        let place = |&p: &[f64; 3]| if in_file { frame.world_from_file(&Point::from(p)) } else { Point::from(p) };
+        let way: Vec<Point> = self.points.iter().map(place).collect();
+        let toward = self.normal.and_then(|n| {
+            let n = if in_file { frame.direction_in_world(&Vec3::from(n)) } else { Vec3::from(n) };
+            n.try_normalize(1e-12)
+        });
+        Brush::prepare(scan, &way, radius).painted(&way, toward.as_ref()).map_err(bad)
+    }
 }
 
 impl Marks {
@@ -102,16 +124,20 @@ impl Marks {
     /// Paints strokes one after the other; of two on the same place the later counts.
     pub fn paint(scan: &Scan, strokes: &[Stroke]) -> Result<Self, SegmentError> {
         let mut marks = Self::none(scan.mesh.vertex_count());
-        if strokes.is_empty() {
-            return Ok(marks);
-        }
-        let brush = Brush::prepare(scan);
         for stroke in strokes {
-            for v in brush.painted(stroke)? {
+            for v in stroke.painted(scan)? {
                 marks.0[v] = Some(stroke.op == StrokeOp::Add);
             }
         }
         Ok(marks)
+    }
+
+    /// These, and others over them.
+    pub fn then(mut self, over: &Self) -> Self {
+        for (slot, mark) in self.0.0.iter_mut().zip(over.0.iter()) {
+            *slot = mark.or(*slot);
+        }
+        self
     }
 
     /// Puts the marks over labels.
@@ -122,82 +148,73 @@ impl Marks {
     }
 }
 
-/// Paints strokes over labels.
-pub fn apply_strokes(scan: &Scan, labels: &mut Labels, strokes: &[Stroke]) -> Result<(), SegmentError> {
-    Marks::paint(scan, strokes)?.apply(labels);
-    Ok(())
-}
-
+/// The part of a scan that one stroke can touch. What it says of vertices there is what the whole scan would say.
 struct Brush<'a> {
     scan: &'a Scan,
-    adjacency: Adjacency,
+    /// In metres.
+    radius: f64,
+    part: TriMesh,
+    scan_from_part: PerVertex<VertexId>,
     index: SurfaceIndex,
     normals: PerVertex<Vec3>,
 }
 
 impl<'a> Brush<'a> {
-    fn prepare(scan: &'a Scan) -> Self {
-        Self {
-            scan,
-            adjacency: Adjacency::prepare(&scan.mesh),
-            index: SurfaceIndex::prepare(&scan.mesh),
-            normals: scan.mesh.vertex_normals(),
-        }
+    /// All faces with a corner that paint along `way` could reach: so every face round such a corner is there.
+    fn prepare(scan: &'a Scan, way: &[Point], radius: f64) -> Self {
+        let reach = Vec3::repeat((1.0 + HOVER_PER_RADIUS) * radius);
+        let region = Aabb::around(way).map(|b| Aabb { min: b.min - reach, max: b.max + reach });
+        let within = |p: &Point| region.is_some_and(|b| (0..3).all(|k| p[k] >= b.min[k] && p[k] <= b.max[k]));
+        let reached: PerVertex<bool> = scan.mesh.points().iter().map(within).collect();
+        // A face may pass under the brush with all its corners beyond reach.
+        let crosses = |f: &[VertexId; 3]| {
+            f.iter().any(|&v| reached[v])
+                || region.is_some_and(|b| {
+                    let corners = f.map(|v| scan.mesh.points()[v]);
+                    (0..3).all(|k| corners.iter().any(|p| p[k] >= b.min[k]) && corners.iter().any(|p| p[k] <= b.max[k]))
+                })
+        };
+        let keep: PerFace<bool> = scan.mesh.faces().iter().map(crosses).collect();
+        let (part, scan_from_part) = scan.mesh.part(&keep);
+        Self { scan, radius, index: SurfaceIndex::prepare(&part), normals: part.vertex_normals(), part, scan_from_part }
     }
 
-    /// The vertices under a stroke.
-    fn painted(&self, stroke: &Stroke) -> Result<Vec<VertexId>, SegmentError> {
-        let bad = |reason: String| SegmentError::BadStroke { line: stroke.line, reason };
-        let frame = &self.scan.world_from_file;
-        let in_file = stroke.frame == StrokeFrame::File;
-        let radius = if in_file { stroke.radius * frame.metres_per_unit } else { stroke.radius };
-        if radius > GREATEST_RADIUS {
-            return Err(bad(format!(
-                "the radius is {radius:.2} m; more than {GREATEST_RADIUS} m is a mistake in the unit"
-            )));
-        }
-        let way: Vec<Point> = stroke
-            .points
-            .iter()
-            .map(|&p| if in_file { frame.world_from_file(&Point::from(p)) } else { Point::from(p) })
-            .collect();
-        let toward = stroke.normal.and_then(|n| {
-            let n = if in_file { frame.direction_in_world(&Vec3::from(n)) } else { Vec3::from(n) };
-            n.try_normalize(1e-12)
-        });
+    /// The scan's vertices that are painted along `way`.
+    fn painted(&self, way: &[Point], toward: Option<&Vec3>) -> Result<Vec<VertexId>, String> {
         let mut sources = Vec::new();
-        let mut nearest = f64::INFINITY;
-        for p in places(&way, STEP_PER_RADIUS * radius) {
-            nearest = nearest.min(self.set_down(&p, radius, toward.as_ref(), &mut sources));
+        let mut touches = false;
+        for p in places(way, STEP_PER_RADIUS * self.radius) {
+            touches |= self.set_down(&p, toward, &mut sources);
         }
         // The brush starts anew at the surface, so its distances are those along the surface alone.
-        let distance = geodesic_distances(&self.scan.mesh, &self.adjacency, &sources, radius);
-        let faces_brush = |v: VertexId| toward.is_none_or(|n| self.normals[v].dot(&n) > FACING_AWAY);
-        let painted: Vec<VertexId> =
-            self.scan.mesh.vertex_ids().filter(|&v| distance[v].is_finite() && faces_brush(v)).collect();
-        if painted.is_empty() {
-            let side = if toward.is_some() { " on the side that its normal names" } else { "" };
-            return Err(bad(match nearest.is_finite() {
-                true => format!("it touches nothing{side}: the scan is {nearest:.3} m away, the radius {radius:.3} m"),
-                false => format!("it touches nothing{side} within {:.3} m", HOVER_PER_RADIUS * radius),
-            }));
+        let distance = geodesic_distances(&self.part, &Adjacency::prepare(&self.part), &sources, self.radius);
+        let faces_brush = |v: VertexId| toward.is_none_or(|n| self.normals[v].dot(n) > FACING_AWAY);
+        let under = self.part.vertex_ids().filter(|&v| distance[v].is_finite() && faces_brush(v));
+        let painted: Vec<VertexId> = under.map(|v| self.scan_from_part[v]).collect();
+        if !painted.is_empty() {
+            return Ok(painted);
         }
-        Ok(painted)
+        let side = if toward.is_some() { " on the side that its normal names" } else { "" };
+        let whole = SurfaceIndex::prepare(&self.scan.mesh);
+        let nearest = way.iter().map(|p| whole.closest(p).distance).fold(f64::INFINITY, f64::min);
+        Err(match touches || nearest > HOVER_PER_RADIUS * self.radius {
+            true => {
+                format!("it touches nothing{side}: the scan is {nearest:.3} m away, the radius {:.3} m", self.radius)
+            }
+            false => format!("it touches nothing{side} within {:.3} m", HOVER_PER_RADIUS * self.radius),
+        })
     }
 
-    /// Adds the corners of the face under the brush, each with its distance from there; how far the surface is away.
-    fn set_down(&self, p: &Point, radius: f64, toward: Option<&Vec3>, sources: &mut Vec<(VertexId, f64)>) -> f64 {
-        let reach = HOVER_PER_RADIUS * radius;
-        let found = self.index.closest(p);
+    /// Adds the corners of the face under the brush, each with its distance from there; whether there is one.
+    fn set_down(&self, p: &Point, toward: Option<&Vec3>, sources: &mut Vec<(VertexId, f64)>) -> bool {
+        let reach = HOVER_PER_RADIUS * self.radius;
+        let Some(found) = self.index.closest_within(p, reach) else { return false };
         let on_side = |v: VertexId| toward.is_none_or(|n| self.normals[v].dot(n) > 0.0);
-        let mesh = &self.scan.mesh;
-        if found.distance > reach {
-            return found.distance;
-        }
+        let mesh = &self.part;
         let face_of = |f| mesh.faces()[f];
         if face_of(found.face).iter().any(|&v| on_side(v)) {
             sources.extend(face_of(found.face).iter().map(|&v| (v, (mesh.points()[v] - found.point).norm())));
-            return found.distance;
+            return true;
         }
         // The nearest surface faces away: take the nearest of those that do not.
         let candidate =
@@ -205,13 +222,8 @@ impl<'a> Brush<'a> {
                 let gap = |v: VertexId| (mesh.points()[v] - p).norm();
                 gap(a).total_cmp(&gap(b)).then(a.cmp(&b))
             });
-        match candidate {
-            Some(v) => {
-                sources.push((v, 0.0));
-                (mesh.points()[v] - p).norm()
-            }
-            None => f64::INFINITY,
-        }
+        sources.extend(candidate.map(|v| (v, 0.0)));
+        candidate.is_some()
     }
 }
 
@@ -231,7 +243,6 @@ fn places(way: &[Point], step: f64) -> Vec<Point> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::TriMesh;
     use crate::scan::FileFrame;
 
     /// Two square sheets of 41 × 41 vertices, 1 m wide, 2 cm apart, back to back.
@@ -308,7 +319,7 @@ mod tests {
         .unwrap();
         assert_eq!(strokes[1].line, 3);
         let mut labels = Labels(PerVertex::filled(false, scan.mesh.vertex_count()));
-        apply_strokes(&scan, &mut labels, &strokes).unwrap();
+        Marks::paint(&scan, &strokes).unwrap().apply(&mut labels);
         let at = |x: f64| {
             let (v, _) = scan
                 .mesh

@@ -7,15 +7,20 @@ mod evidence;
 mod extent;
 mod lips;
 mod max_flow;
+mod painted;
+mod proposal;
 mod refine;
 mod region;
+mod specks;
 mod template;
 mod transfer;
 
-pub use brush::{Marks, Stroke, StrokeFrame, StrokeOp, apply_strokes};
+pub use brush::{Marks, Stroke, StrokeFrame, StrokeOp};
 pub use evidence::Inner;
 pub use extent::{Extent, Sleeve, Until};
-pub use refine::{RefineParams, refine};
+pub use painted::{LABEL_COLORS, LabelledSurface};
+pub use proposal::{Proposal, Segmentation};
+pub use refine::{RefineParams, propose, refine};
 pub use region::Placement;
 pub use template::{GarmentTemplate, Limit, LimitBone};
 pub use transfer::{Labels, transfer};
@@ -71,14 +76,53 @@ pub enum SegmentError {
         /// Vertices of the scan's file, where known.
         file_vertices: Option<usize>,
     },
-    /// A label that is neither 0 nor 1.
-    #[error("label {index} is {value}; a label is 0 (not the garment) or 1 (the garment)")]
+    /// A label that is none of those there are.
+    #[error("label {index} is {value}; a label is 1 (the garment), 0 (not the garment) or -1 (no word on it)")]
     BadLabel {
         /// Which, from 0.
         index: usize,
         /// What it is.
         value: f64,
     },
+    /// A mesh that says nothing about labels.
+    #[error("its {vertices} vertices have neither a 'label', nor a 'quality', nor colours")]
+    NoLabels {
+        /// How many there are.
+        vertices: usize,
+    },
+    /// Colours that are not those of a label file.
+    #[error("{untold} of its {vertices} vertices are neither red (the garment) nor grey (not the garment)")]
+    NotLabelColors {
+        /// Vertices of another colour.
+        untold: usize,
+        /// How many there are.
+        vertices: usize,
+    },
+    /// A mesh with labels that lies elsewhere than the scan.
+    #[error(
+        "its {labels} vertices lie elsewhere than the scan, which has {vertices} (and its file {}): only {on_scan} of them, and {covered} of the scan's, find the other within {} mm",
+        file_vertices.map_or("another count".into(), |n| n.to_string()), reach * 1e3
+    )]
+    Elsewhere {
+        /// Vertices of the mesh.
+        labels: usize,
+        /// Of them, those that lie on the scan.
+        on_scan: usize,
+        /// Vertices of the cleaned scan.
+        vertices: usize,
+        /// Of them, those that lie on the mesh.
+        covered: usize,
+        /// Vertices of the scan's file, where known.
+        file_vertices: Option<usize>,
+        /// What counts as on, in metres.
+        reach: f64,
+    },
+    /// A picture, but nothing says where it lies on the scan.
+    #[error("the scan has no texture coordinates, so a picture has no place on it")]
+    NoUvs,
+    /// A mask without a mark.
+    #[error("it marks nothing on the scan")]
+    MarksNothing,
 }
 
 impl SegmentError {
@@ -94,8 +138,17 @@ impl SegmentError {
             Self::BadStroke { .. } => Some(
                 "a stroke is {\"layer\":\"tshirt\",\"op\":\"add|erase\",\"radius\":0.02,\"points\":[[x,y,z],…],\"normal\":[x,y,z],\"frame\":\"file|world\"}, in the unit of the scan's file unless the frame is world".into(),
             ),
-            Self::LabelCount { .. } => Some("label the scan as exported with --scan, vertex by vertex in its order".into()),
+            Self::LabelCount { .. } => Some("label the scan as `overcoat mask LAYER --template FILE.npy` writes it, vertex by vertex in its order".into()),
             Self::BadLabel { .. } => None,
+            Self::NoLabels { .. } => Some("paint the file that `overcoat mask LAYER --template FILE.ply` writes".into()),
+            Self::NotLabelColors { .. } => Some(
+                "paint the file that `overcoat mask LAYER --template FILE.ply` writes, red where the garment is and grey where it is not".into(),
+            ),
+            Self::Elsewhere { .. } => Some(
+                "export it in the frame and unit of the scan's file, without turning axes; the file that `overcoat mask LAYER --template FILE.ply` writes is in that frame".into(),
+            ),
+            Self::NoUvs => Some("give strokes as .jsonl, or labels as .ply or .npy".into()),
+            Self::MarksNothing => Some("white is the garment, black is not, transparent is no word on it".into()),
         }
     }
 }

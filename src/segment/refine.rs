@@ -3,11 +3,11 @@
 use super::brush::Marks;
 use super::color::squared_difference;
 use super::evidence::{Evidence, Inner};
-use super::lips::without_lips;
 use super::max_flow::min_cut;
+use super::proposal::{Proposal, Segmentation};
 use super::region::Placement;
 use super::transfer::Labels;
-use crate::geometry::{Adjacency, FaceId, PerVertex, SurfaceIndex, TriMesh, VertexId};
+use crate::geometry::{Adjacency, FaceId, PerVertex, SurfaceIndex, TriMesh};
 use crate::scan::Scan;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -48,29 +48,25 @@ impl Default for RefineParams {
 
 /// Capacities are whole numbers: so many a nat.
 const UNITS_PER_NAT: f64 = 1000.0;
-/// No brush can be outvoted: more than a whole neighbourhood together, in nats.
-const HARD: f64 = 1e6;
 /// So deep inside the template, in metres, a vertex is surely the garment when colours are first learnt.
 const SURE_DEPTH: f64 = 0.06;
 /// A boundary is cheaper along creases; at this angle between faces, in radians, by the factor 1/e.
 const CREASE: f64 = 0.6;
 /// And where colours differ by this many spreads.
 const COLOR_STEP: f64 = 0.7;
-/// Specks of less area, in m², take the label around them. 6 cm²: a button and its shadow.
-const SPECK: f64 = 6e-4;
 
-/// Labels by minimum cut: the template's prior, strong far from its limits and weak near them; the stand-off from the
-/// old surfaces; the colours of old and new; short boundaries, along creases and colour steps. Marks are kept.
+/// Labels by minimum cut, and what they rest on: the template's prior, strong far from its limits and weak near them; the
+/// stand-off from the old surfaces; the colours of old and new; short boundaries, along creases and colour steps.
 ///
 /// `inner`: the posed body first, then what is worn over it.
 ///
-/// **Guarantees** the same labels whatever the number of threads.
+/// **Guarantees** the same whatever the number of threads.
 ///
 /// **Source** Boykov & Jolly 2001; Rother 2004 (GrabCut) for the colours; after Hu 2017, §6.2.
-pub fn refine(scan: &Scan, inner: &[Inner<'_>], placement: &Placement, marks: &Marks, params: &RefineParams) -> Labels {
+pub fn propose(scan: &Scan, inner: &[Inner<'_>], placement: &Placement, params: &RefineParams) -> Proposal {
     let mesh = &scan.mesh;
-    let Some(body) = inner.first() else { return Labels(PerVertex::filled(false, mesh.vertex_count())) };
     let adjacency = Adjacency::prepare(mesh);
+    let Some(body) = inner.first() else { return Proposal::of_nothing(mesh.vertex_count(), adjacency.edges().len()) };
     let depth = depth_on_scan(mesh, body.mesh, &placement.depth);
     let evidence = Evidence::gather(mesh, &adjacency, scan.colors.as_ref(), inner);
     let edges = boundary_costs(mesh, &adjacency, &evidence, params);
@@ -79,19 +75,15 @@ pub fn refine(scan: &Scan, inner: &[Inner<'_>], placement: &Placement, marks: &M
     let per_nat = if placement.given { params.distance_per_nat_given } else { params.distance_per_nat };
     let mut sure: PerVertex<bool> = depth.iter().map(|&d| d > SURE_DEPTH).collect();
     let mut labels = Labels(depth.iter().map(|&d| d > 0.0).collect());
+    let mut unary: Vec<i64> = Vec::new();
     for _ in 0..params.rounds.max(1) {
         let colors = evidence.of_colors(&sure);
-        let unary: Vec<i64> = mesh
+        unary = mesh
             .vertex_ids()
             .map(|v| {
                 let prior = (depth[v] / per_nat).clamp(-params.greatest_prior, params.greatest_prior);
                 let color = colors.as_ref().map_or(0.0, |c| params.color * c[v]);
-                let soft = (prior + color + params.stand_off * evidence.stand_off[v]) * (areas[v] / mean_area);
-                let nats = match marks.0[v] {
-                    Some(true) => HARD,
-                    Some(false) => -HARD,
-                    None => soft,
-                };
+                let nats = (prior + color + params.stand_off * evidence.stand_off[v]) * (areas[v] / mean_area);
                 (nats * UNITS_PER_NAT).round() as i64
             })
             .collect();
@@ -106,8 +98,18 @@ pub fn refine(scan: &Scan, inner: &[Inner<'_>], placement: &Placement, marks: &M
             .collect();
         labels = cut;
     }
-    let labels = without_specks(mesh, &adjacency, labels, marks);
-    without_lips(mesh, &adjacency, labels, marks)
+    Proposal::new(mesh, &adjacency, unary, &edges, labels)
+}
+
+/// The proposal with marks over it, in one go.
+pub fn refine(
+    scan: &Scan,
+    inner: &[Inner<'_>],
+    placement: &Placement,
+    marks: &Marks,
+    params: &RefineParams,
+) -> Segmentation {
+    propose(scan, inner, placement, params).corrected(&scan.mesh, &Adjacency::prepare(&scan.mesh), marks)
 }
 
 /// How deep inside the template's limits each vertex of the scan lies, by the closest point of the body.
@@ -156,40 +158,6 @@ fn boundary_costs(
         .collect()
 }
 
-/// Patches of one label that are mere specks, and bear no mark, take the other.
-fn without_specks(mesh: &TriMesh, adjacency: &Adjacency, labels: Labels, marks: &Marks) -> Labels {
-    let areas = mesh.vertex_areas();
-    let mut labels = labels;
-    let mut visited = PerVertex::filled(false, mesh.vertex_count());
-    for seed in mesh.vertex_ids() {
-        if visited[seed] {
-            continue;
-        }
-        visited[seed] = true;
-        let (mut patch, mut at): (Vec<VertexId>, usize) = (vec![seed], 0);
-        let mut meets_other = false;
-        while at < patch.len() {
-            for &w in adjacency.neighbours_of(patch[at]) {
-                if labels.0[w] != labels.0[seed] {
-                    meets_other = true;
-                } else if !visited[w] {
-                    visited[w] = true;
-                    patch.push(w);
-                }
-            }
-            at += 1;
-        }
-        let area: f64 = patch.iter().map(|&v| areas[v]).sum();
-        if meets_other && area < SPECK && patch.iter().all(|&v| marks.0[v].is_none()) {
-            let other = !labels.0[seed];
-            for v in patch {
-                labels.0[v] = other;
-            }
-        }
-    }
-    labels
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -236,11 +204,12 @@ mod tests {
             let (scan, body, skin, placement) = dressed(believed);
             let inner = [Inner { mesh: &body, colors: Some(&skin) }];
             let none = Marks::none(scan.mesh.vertex_count());
-            let labels = refine(&scan, &inner, &placement, &none, &RefineParams::default());
+            let labels = refine(&scan, &inner, &placement, &none, &RefineParams::default()).labels;
             // Two rings of the tube: colours are evened out over the neighbours.
             assert!((lowest(&scan, &labels) - 0.25).abs() < 0.018, "{believed}: {}", lowest(&scan, &labels));
             let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-            let alone = one_thread.install(|| refine(&scan, &inner, &placement, &none, &RefineParams::default()));
+            let alone =
+                one_thread.install(|| refine(&scan, &inner, &placement, &none, &RefineParams::default()).labels);
             assert_eq!(alone, labels);
         }
     }
@@ -250,7 +219,8 @@ mod tests {
         let (mut scan, body, _, placement) = dressed(0.3);
         scan.colors = None;
         let none = Marks::none(scan.mesh.vertex_count());
-        let labels = refine(&scan, &[Inner { mesh: &body, colors: None }], &placement, &none, &RefineParams::default());
+        let inner = [Inner { mesh: &body, colors: None }];
+        let labels = refine(&scan, &inner, &placement, &none, &RefineParams::default()).labels;
         // Thin cloth speaks a little against itself, so the hem may rise.
         assert!((0.28..0.34).contains(&lowest(&scan, &labels)), "{}", lowest(&scan, &labels));
     }
@@ -268,7 +238,7 @@ mod tests {
             }
         }
         let inner = [Inner { mesh: &body, colors: Some(&skin) }];
-        let labels = refine(&scan, &inner, &placement, &marks, &RefineParams::default());
+        let labels = refine(&scan, &inner, &placement, &marks, &RefineParams::default()).labels;
         for (mark, label) in marks.0.iter().zip(labels.0.iter()) {
             assert!(mark.is_none_or(|m| m == *label));
         }

@@ -1,6 +1,5 @@
 //! The template's labels taken from the body to the scan.
 
-use super::SegmentError;
 use crate::geometry::{NearestVertex, PerVertex, TriMesh};
 use crate::scan::Scan;
 use rayon::prelude::*;
@@ -14,26 +13,6 @@ impl Labels {
     /// How many vertices belong to the garment.
     pub fn garment_vertex_count(&self) -> usize {
         self.0.iter().filter(|&&l| l).count()
-    }
-
-    /// From a label file: one number a vertex, 1 (or 255) the garment, 0 not.
-    ///
-    /// There are either as many as the cleaned scan has vertices or, where `file_vertex_count` is known, as many as the
-    /// scan's file has.
-    pub fn from_numbers(numbers: &[f64], scan: &Scan, file_vertex_count: Option<usize>) -> Result<Self, SegmentError> {
-        let vertices = scan.mesh.vertex_count();
-        if let Some((index, &value)) = numbers.iter().enumerate().find(|(_, n)| ![0.0, 1.0, 255.0].contains(*n)) {
-            return Err(SegmentError::BadLabel { index, value });
-        }
-        let of_file = file_vertex_count == Some(numbers.len()) && numbers.len() != vertices;
-        if numbers.len() != vertices && !of_file {
-            return Err(SegmentError::LabelCount { labels: numbers.len(), vertices, file_vertices: file_vertex_count });
-        }
-        let at = |i: usize| {
-            let i = if of_file { scan.file_vertices.0.get(i).map_or(usize::MAX, |&f| f as usize) } else { i };
-            numbers.get(i).is_some_and(|&n| n > 0.0)
-        };
-        Ok(Self((0..vertices).map(at).collect()))
     }
 }
 
@@ -66,17 +45,5 @@ mod tests {
         assert_eq!(labels.0.0, vec![true, false, true]);
         let shifted = body.map_points(|p| p + crate::geometry::Vec3::new(0.2, 0.0, 0.0));
         assert_eq!(transfer(&scan(), &shifted, &PerVertex(vec![true, false, true])).0.0, vec![true, true, false]);
-    }
-
-    #[test]
-    fn label_files_must_fit_the_scan_or_its_file() {
-        let mut scan = scan();
-        scan.file_vertices = PerVertex(vec![4, 0, 2]);
-        assert_eq!(Labels::from_numbers(&[1.0, 0.0, 1.0], &scan, Some(5)).unwrap().0.0, vec![true, false, true]);
-        let of_file = Labels::from_numbers(&[0.0, 0.0, 1.0, 1.0, 1.0], &scan, Some(5)).unwrap();
-        assert_eq!(of_file.0.0, vec![true, false, true]);
-        let error = Labels::from_numbers(&[0.0; 4], &scan, Some(5)).unwrap_err().to_string();
-        assert!(error.contains('4') && error.contains('3') && error.contains('5'), "{error}");
-        assert!(Labels::from_numbers(&[0.0, 2.0, 0.0], &scan, None).unwrap_err().to_string().contains("label 1 is 2"));
     }
 }

@@ -47,6 +47,8 @@ impl Writer {
             });
         }
         check_voxel(new)?;
+        // Masks are anchored in space: they hold for another mesh of the same.
+        let masks = self.session.recipe.step(&new.name).map(|old| old.masks.clone()).unwrap_or_default();
         let mut step = StepRecipe {
             name: new.name.clone(),
             scan: String::new(),
@@ -59,6 +61,7 @@ impl Writer {
             voxel_mm: new.voxel_mm,
             until: new.until.clone(),
             sleeve: new.sleeve.clone(),
+            masks,
             ..StepRecipe::default()
         };
         self.session.recipe.clone().put_step(step.clone(), new.replace)?;

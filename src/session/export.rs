@@ -8,6 +8,7 @@ use crate::body::Figure;
 use crate::export::{GlbOptions, write_glb, write_joints_json, write_layer_ply};
 use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::scan::FileFrame;
+use crate::segment::LABEL_COLORS;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -24,9 +25,6 @@ pub struct ExportRequest {
     /// The body as the model fits it, before registration.
     pub before_registration: bool,
 }
-
-/// The colour of the new garment in exported labels, and of all else: far apart, so that painting is seen.
-const LABEL_COLORS: [[u8; 3]; 2] = [[150, 150, 150], [230, 80, 60]];
 
 impl Session {
     /// Writes files, each whole or not at all, and tells which.

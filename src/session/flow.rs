@@ -2,6 +2,7 @@
 
 use super::recipe::StepRecipe;
 use super::stage_cut::cut;
+use super::stage_evidence::evidence;
 use super::stage_figure::{bare, dressed};
 use super::stage_fit::fit;
 use super::stage_pose::pose;
@@ -15,9 +16,10 @@ use super::store::Kept;
 use super::walk::Walk;
 use super::{ContentHash, SessionError};
 use crate::body::Figure;
+use crate::cut::Garment;
 use crate::fit::{FittedBody, PoseInside, RegisteredBody};
 use crate::scan::Scan;
-use crate::segment::Labels;
+use crate::segment::Segmentation;
 
 /// What a step came to.
 pub(super) struct Dressed {
@@ -33,7 +35,7 @@ pub(super) enum StepPose {
     /// The body's step.
     Naked { fitted: Kept<FittedBody>, registered: Kept<RegisteredBody> },
     /// A garment's step.
-    Inside { inside: Kept<PoseInside>, labels: Kept<Labels>, worn: Kept<Worn> },
+    Inside { inside: Kept<PoseInside>, segmentation: Kept<Segmentation>, worn: Kept<Worn> },
 }
 
 impl StepPose {
@@ -70,14 +72,41 @@ fn body(walk: &mut Walk, step: &StepRecipe) -> Result<Dressed, SessionError> {
     Ok(Dressed { scan, pose: StepPose::Naked { fitted, registered }, figure })
 }
 
-fn garment(walk: &mut Walk, step: &StepRecipe, inner: &Dressed) -> Result<Dressed, SessionError> {
+/// Walks up to the cut of one garment.
+pub(super) fn cut_of(walk: &mut Walk, layer: &str) -> Result<Kept<Garment>, SessionError> {
+    let recipe = walk.session().recipe.clone();
+    let at = recipe.steps.iter().position(|s| s.name == layer).unwrap_or(0);
+    match recipe.steps[..at].last() {
+        None => Err(SessionError::MaskOnBody),
+        Some(before) => match steps(walk, Some(&before.name))?.last() {
+            None => Err(SessionError::MaskOnBody),
+            Some(inner) => Ok(as_scanned(walk, &recipe.steps[at], inner)?.garment),
+        },
+    }
+}
+
+/// A garment as cut out of its scan, and what it was cut by.
+struct AsScanned {
+    scan: Kept<Scan>,
+    inside: Kept<PoseInside>,
+    segmentation: Kept<Segmentation>,
+    garment: Kept<Garment>,
+}
+
+fn as_scanned(walk: &mut Walk, step: &StepRecipe, inner: &Dressed) -> Result<AsScanned, SessionError> {
     let scan = scan(walk, step)?;
     let inside = pose(walk, step, scan, inner)?;
-    let labels = segment(walk, step, scan, inner, inside)?;
-    let garment = cut(walk, step, scan, labels)?;
+    let proposal = evidence(walk, step, scan, inner, inside)?;
+    let segmentation = segment(walk, step, scan, proposal)?;
+    let garment = cut(walk, step, scan, segmentation)?;
+    Ok(AsScanned { scan, inside, segmentation, garment })
+}
+
+fn garment(walk: &mut Walk, step: &StepRecipe, inner: &Dressed) -> Result<Dressed, SessionError> {
+    let AsScanned { scan, inside, segmentation, garment } = as_scanned(walk, step, inner)?;
     let rigged = rig(walk, step, garment, inner, inside)?;
     let stacked = stack(walk, step, rigged, inner)?;
     let figure = dressed(walk, step, rigged, stacked, inner.figure)?;
     let worn = press(walk, step, garment, figure, inside)?;
-    Ok(Dressed { scan, pose: StepPose::Inside { inside, labels, worn }, figure })
+    Ok(Dressed { scan, pose: StepPose::Inside { inside, segmentation, worn }, figure })
 }

@@ -1,131 +1,341 @@
-//! Labels given by hand: brush strokes or a label a vertex, from files.
+//! Labels given by hand: added, listed, removed, and written out to be painted.
 
+use super::durable::write_whole;
+use super::mask_file::MaskFile;
 use super::open::{Session, Writer};
-use super::recipe::{SourceFile, StepRecipe};
-use super::stage_error::StageError;
+use super::recipe::{SourceFile, StepRecipe, relative_to};
+use super::state::Stage;
+use super::store::Kept;
 use super::walk::Walk;
-use super::{SessionError, source, stage_scan};
-use crate::formats::{read_npy, read_ply};
-use crate::geometry::PerVertex;
+use super::{SessionError, flow, source, stage_scan};
+use crate::formats::{NpyArray, PlyOptions, write_npy, write_ply};
+use crate::geometry::Adjacency;
 use crate::scan::Scan;
-use crate::segment::{Labels, Marks, Stroke};
-use std::path::Path;
+use crate::segment::{LabelledSurface, Labels, Marks, Proposal};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// What a mask does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct MaskReport {
-    /// Vertices of the scan that it makes the garment.
+    /// Vertices of the scan that it marks as the garment.
     pub added: usize,
-    /// Vertices of the scan that it takes from the garment.
+    /// Vertices of the scan that it marks as not the garment.
+    pub erased: usize,
+    /// It was there already, and what it says now takes its place.
+    pub replaced: bool,
+}
+
+/// A mask of a garment.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct MaskInfo {
+    /// The garment.
+    pub layer: String,
+    /// From 1, in the order in which they are applied.
+    pub number: usize,
+    /// The file that a person edits, as the recipe has it.
+    pub file: String,
+    /// What it holds.
+    pub kind: String,
+    /// Vertices of the scan that it marks as the garment.
+    pub added: usize,
+    /// Vertices of the scan that it marks as not the garment.
     pub erased: usize,
 }
 
-/// What a mask file holds.
-enum Mask {
-    Strokes(Vec<Stroke>),
-    /// One number a vertex.
-    Labels(Vec<f64>),
+/// Where masks lie that have no place in space of their own, once they have got one.
+const ANCHORED: &str = "masks";
+
+fn count(marks: &Marks, label: bool) -> usize {
+    marks.0.iter().filter(|m| **m == Some(label)).count()
+}
+
+impl SourceFile {
+    /// The file that a person edits.
+    pub(super) fn edited(&self) -> &str {
+        self.from.as_ref().unwrap_or(&self.file)
+    }
+}
+
+/// A mask that was read and laid on its scan, but is not taken up yet.
+pub(super) struct NewMask {
+    pub step: StepRecipe,
+    bytes: Vec<u8>,
+    mask: MaskFile,
+    kept_scan: Kept<Scan>,
+    scan: Arc<Scan>,
+    marks: Marks,
+    /// As the recipe will have it.
+    path: String,
+    /// Where it is among the masks, if it is one already.
+    at: Option<usize>,
 }
 
 impl Writer {
-    /// Adds a mask to a garment. The session is as it was if anything is wrong with it.
+    /// Adds a mask to a garment, or puts what its file says now in the place of what it said. The session is as it was if
+    /// anything is wrong with it.
     pub fn add_mask(&mut self, layer: &str, file: &Path) -> Result<MaskReport, SessionError> {
-        let step = self.session.recipe.step(layer)?.clone();
-        if step.template.is_none() {
-            return Err(SessionError::MaskOnBody);
+        let new = self.session.read_new_mask(layer, file)?;
+        self.session.refuse_to_erase_all(&new, file)?;
+        self.take_mask(&new, file)
+    }
+
+    /// Puts a mask that was read among those of its garment.
+    pub(super) fn take_mask(&mut self, new: &NewMask, file: &Path) -> Result<MaskReport, SessionError> {
+        let layer = &new.step.name;
+        let named = match new.mask.is_anchored() {
+            true => {
+                self.session.store.keep_bytes(&new.bytes)?;
+                source::named(self.session.dir(), file, &new.bytes)?
+            }
+            false => self.anchored(layer, &new.scan, &new.marks, new.path.clone())?,
+        };
+        let masks = &mut self.session.recipe.step_mut(layer)?.masks;
+        match new.at {
+            Some(at) => masks[at] = named,
+            None => masks.push(named),
         }
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        self.save(&format!("mask {layer} {name}"))?;
+        let count = |label| count(&new.marks, label);
+        Ok(MaskReport { added: count(true), erased: count(false), replaced: new.at.is_some() })
+    }
+
+    /// Gives marks a place in space: a file of their own in the session, with points and labels.
+    fn anchored(&self, layer: &str, scan: &Scan, marks: &Marks, from: String) -> Result<SourceFile, SessionError> {
+        let mesh = LabelledSurface::of_marks(scan, marks).to_mesh();
+        let mut bytes = Vec::new();
+        let folder = self.session.dir().join(ANCHORED);
+        let options = PlyOptions { double: true, ..PlyOptions::default() };
+        write_ply(&mesh, &options, &mut bytes).map_err(|e| SessionError::bad_source(&folder, e))?;
+        let hash = self.session.store.keep_bytes(&bytes)?;
+        // By its content: an older state of the session finds its own still there.
+        let file = format!("{ANCHORED}/{layer}-{}.ply", hash.short());
+        std::fs::create_dir_all(&folder).map_err(|e| SessionError::writing(&folder, e))?;
+        write_whole(&self.session.dir().join(&file), &bytes)?;
+        Ok(SourceFile { file, hash: Some(hash), from: Some(from) })
+    }
+
+    /// Takes masks off a garment: the one of that number or file, or all; tells their files.
+    pub fn remove_mask(&mut self, layer: &str, which: Option<&str>) -> Result<Vec<String>, SessionError> {
+        let mut step = self.session.garment_step(layer)?.clone();
+        let gone: Vec<SourceFile> = match which {
+            None => std::mem::take(&mut step.masks),
+            Some(which) => vec![step.masks.remove(self.session.mask_at(&step, which)?)],
+        };
+        if gone.is_empty() {
+            return Err(no_such_mask(&step, format!("'{layer}' has no mask")));
+        }
+        self.session.recipe.step_mut(layer)?.masks = step.masks;
+        self.save(&format!("mask {layer} {} removed", which.unwrap_or("all")))?;
+        Ok(gone.iter().map(|m| m.edited().to_string()).collect())
+    }
+}
+
+impl Session {
+    /// The masks of a garment, or of all.
+    pub fn masks(&self, layer: Option<&str>) -> Result<Vec<MaskInfo>, SessionError> {
+        if let Some(layer) = layer {
+            self.garment_step(layer)?;
+        }
+        let mut found = Vec::new();
+        let named = self.recipe.steps.iter().filter(|s| layer.is_none_or(|l| l == s.name));
+        for step in named.filter(|s| !s.masks.is_empty()) {
+            let (_, scan) = self.scan_of(step)?;
+            for (i, source) in step.masks.iter().enumerate() {
+                let (mask, marks) = self.read_mask(step, source, &scan)?;
+                found.push(MaskInfo {
+                    layer: step.name.clone(),
+                    number: i + 1,
+                    file: source.edited().to_string(),
+                    kind: mask.kind(),
+                    added: count(&marks, true),
+                    erased: count(&marks, false),
+                });
+            }
+        }
+        Ok(found)
+    }
+
+    /// Every mask file that a person may edit: garment and path.
+    pub fn mask_files(&self) -> Vec<(String, PathBuf)> {
+        let of_step =
+            |s: &StepRecipe| s.masks.iter().map(|m| (s.name.clone(), self.resolve(m.edited()))).collect::<Vec<_>>();
+        self.recipe.steps.iter().flat_map(of_step).collect()
+    }
+
+    /// Writes a file in which a garment can be corrected: its segmented scan as `.ply`, red where the garment is; a
+    /// label a vertex as `.npy`; or a `.jsonl` without a stroke. Tells how many vertices there are.
+    ///
+    /// **Errors** where there is a file already: it may be painted.
+    pub fn write_mask_template(&self, layer: &str, target: &Path) -> Result<usize, SessionError> {
+        self.garment_step(layer)?;
+        if target.exists() {
+            return Err(SessionError::BadRequest {
+                what: format!("there is a file '{}' already", target.display()),
+                hint: "name another, or delete it first: it may be painted".into(),
+            });
+        }
+        let steps = self.worn_steps(Some(layer))?;
+        let Some((worn, labels)) = steps.last().and_then(|worn| Some((worn, worn.labels.as_ref()?))) else {
+            return Err(SessionError::MaskOnBody);
+        };
+        let bad = |e: crate::formats::FormatError| SessionError::bad_source(target, e);
+        let mut bytes = Vec::new();
+        match target.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
+            Some("ply") => {
+                let mesh = LabelledSurface::of_marks(&worn.scan, &Marks::of_labels(labels)).to_template();
+                write_ply(&mesh, &PlyOptions { double: true, ..PlyOptions::default() }, &mut bytes).map_err(bad)?;
+            }
+            Some("npy") => {
+                let numbers: Vec<i32> = labels.0.iter().map(|&l| i32::from(l)).collect();
+                write_npy(&NpyArray::vector(numbers), &mut bytes).map_err(bad)?;
+            }
+            Some("jsonl") => {}
+            _ => {
+                return Err(SessionError::BadRequest {
+                    what: format!("'{}' cannot be a mask to be painted", target.display()),
+                    hint: "end the name with .ply for Blender or MeshLab, .npy for a program, .jsonl for strokes"
+                        .into(),
+                });
+            }
+        }
+        if let Some(folder) = target.parent().filter(|p| !p.as_os_str().is_empty()) {
+            std::fs::create_dir_all(folder).map_err(|e| SessionError::writing(folder, e))?;
+        }
+        write_whole(target, &bytes)?;
+        Ok(labels.0.len())
+    }
+
+    fn garment_step(&self, layer: &str) -> Result<&StepRecipe, SessionError> {
+        let step = self.recipe.step(layer)?;
+        if step.template.is_none() { Err(SessionError::MaskOnBody) } else { Ok(step) }
+    }
+
+    fn scan_of(&self, step: &StepRecipe) -> Result<(Kept<Scan>, Arc<Scan>), SessionError> {
+        let kept = stage_scan::scan(&mut Walk::look(self), step)?;
+        Ok((kept, self.store.load_shared(kept)?))
+    }
+
+    fn read_mask(
+        &self,
+        step: &StepRecipe,
+        source: &SourceFile,
+        scan: &Scan,
+    ) -> Result<(MaskFile, Marks), SessionError> {
+        let path = self.resolve(&source.file);
+        let mask = MaskFile::read(&path, &self.source_bytes(source)?)?;
+        let marks = mask.marks(self, step, scan, &path)?;
+        Ok((mask, marks))
+    }
+
+    /// The place of the mask with that number, path or file name.
+    fn mask_at(&self, step: &StepRecipe, which: &str) -> Result<usize, SessionError> {
+        let path = relative_to(self.dir(), Path::new(which)).ok();
+        let is = |m: &SourceFile| m.edited() == which || Some(m.edited()) == path.as_deref();
+        let ends = |m: &SourceFile| Path::new(m.edited()).file_name().is_some_and(|n| n.to_string_lossy() == which);
+        let number = which.parse().ok().filter(|n| (1..=step.masks.len()).contains(n)).map(|n: usize| n - 1);
+        let by_name = || {
+            let mut places = step.masks.iter().enumerate().filter(|(_, m)| ends(m)).map(|(i, _)| i);
+            places.next().filter(|_| places.next().is_none())
+        };
+        step.masks
+            .iter()
+            .position(is)
+            .or(number)
+            .or_else(by_name)
+            .ok_or_else(|| no_such_mask(step, format!("'{}' has no mask '{which}'", step.name)))
+    }
+
+    /// The evidence for a garment, where it is up to date.
+    pub(super) fn standing_proposal(&self, layer: &str) -> Option<Kept<Proposal>> {
+        let mut walk = Walk::look(self);
+        // A stale stage further on is nothing to stop at.
+        let _ = flow::steps(&mut walk, Some(layer));
+        let stands = walk.into_reports().iter().any(|r| r.step == layer && r.stage == Stage::Evidence);
+        stands.then(|| self.state.record(layer, Stage::Evidence)).flatten().map(|record| Kept::named(record.output))
+    }
+
+    /// Reads a mask and lays it on its scan.
+    pub(super) fn read_new_mask(&self, layer: &str, file: &Path) -> Result<NewMask, SessionError> {
+        let step = self.garment_step(layer)?.clone();
         let bytes = source::read(file)?;
-        let mask = read(file, &bytes)?;
-        let scan = stage_scan::scan(&mut Walk::look(&self.session), &step)?;
-        let scan = self.session.store.load(scan)?;
-        let marks = paint(&self.session, &step, &scan, file, &mask)?;
-        let named = source::named(self.session.dir(), file, &bytes)?;
-        self.session.store.keep_bytes(&bytes)?;
-        self.session.recipe.step_mut(layer)?.masks.push(named);
-        self.save(&format!("mask {layer}"))?;
-        let count = |label: bool| marks.0.iter().filter(|m| **m == Some(label)).count();
-        Ok(MaskReport { added: count(true), erased: count(false) })
+        let mask = MaskFile::read(file, &bytes)?;
+        let (kept_scan, scan) = self.scan_of(&step)?;
+        let marks = mask.marks(self, &step, &scan, file)?;
+        let path = relative_to(self.dir(), file)?;
+        let at = step.masks.iter().position(|m| m.edited() == path);
+        Ok(NewMask { step, bytes, mask, kept_scan, scan, marks, path, at })
+    }
+
+    /// Refuses a mask after which nothing of the garment is left, as far as that can be told before a build.
+    pub(super) fn refuse_to_erase_all(&self, new: &NewMask, file: &Path) -> Result<(), SessionError> {
+        let NewMask { step, scan, at, .. } = new;
+        let before = marks_of_some(self, step, scan, |i| at.is_none_or(|at| i < at))?;
+        let after = marks_of_some(self, step, scan, |i| at.is_some_and(|at| i > at))?;
+        let proposal = self.standing_proposal(&step.name).map(|kept| self.store.load_shared(kept)).transpose()?;
+        let adjacency = self.store.prepared(new.kept_scan.hash, || Adjacency::prepare(&scan.mesh));
+        let left = |marks: &Marks| {
+            let all = before.clone().then(marks).then(&after);
+            match &proposal {
+                Some(proposal) => is_something(scan, &proposal.corrected(&scan.mesh, &adjacency, &all).labels),
+                None => all.0.iter().any(|m| *m != Some(false)),
+            }
+        };
+        if left(&new.marks) {
+            return Ok(());
+        }
+        let line = match &new.mask {
+            MaskFile::Strokes(strokes) => (1..=strokes.len())
+                .find(|&n| Marks::paint(scan, &strokes[..n]).is_ok_and(|marks| !left(&marks)))
+                .map(|n| strokes[n - 1].line),
+            _ => None,
+        };
+        Err(nothing_left(file, line, &step.name))
+    }
+}
+
+pub(super) fn nothing_left(file: &Path, line: Option<usize>, layer: &str) -> SessionError {
+    SessionError::BadFile {
+        path: file.to_path_buf(),
+        line,
+        reason: format!("after this mask nothing of the garment '{layer}' is left"),
+        hint: "erase less of it".into(),
+    }
+}
+
+/// Whether labels make at least one face.
+pub(super) fn is_something(scan: &Scan, labels: &Labels) -> bool {
+    scan.mesh.faces().iter().any(|face| face.iter().all(|&v| labels.0[v]))
+}
+
+fn no_such_mask(step: &StepRecipe, what: String) -> SessionError {
+    let known: Vec<String> = step.masks.iter().enumerate().map(|(i, m)| format!("{} {}", i + 1, m.edited())).collect();
+    SessionError::BadRequest {
+        what,
+        hint: if known.is_empty() {
+            "`overcoat mask list` shows all masks".into()
+        } else {
+            format!("there are {}", known.join(", "))
+        },
     }
 }
 
 /// All masks of a step on its scan; of two on the same place the later counts.
 pub(super) fn marks_of(session: &Session, step: &StepRecipe, scan: &Scan) -> Result<Marks, SessionError> {
+    marks_of_some(session, step, scan, |_| true)
+}
+
+fn marks_of_some(
+    session: &Session,
+    step: &StepRecipe,
+    scan: &Scan,
+    of: impl Fn(usize) -> bool,
+) -> Result<Marks, SessionError> {
     let mut all = Marks::none(scan.mesh.vertex_count());
-    for source in &step.masks {
-        let path = session.resolve(&source.file);
-        let mask = read(&path, &session.source_bytes(source)?)?;
-        let marks = paint(session, step, scan, &path, &mask)?;
-        for (slot, mark) in all.0.0.iter_mut().zip(marks.0.iter()) {
-            *slot = mark.or(*slot);
-        }
+    for (_, source) in step.masks.iter().enumerate().filter(|&(i, _)| of(i)) {
+        all = all.then(&session.read_mask(step, source, scan)?.1);
     }
     Ok(all)
-}
-
-fn read(path: &Path, bytes: &[u8]) -> Result<Mask, SessionError> {
-    let bad = |e: StageError| SessionError::BadSource { path: path.to_path_buf(), source: Box::new(e) };
-    match path.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
-        Some("npy") => {
-            let array = read_npy(bytes).map_err(|e| bad(e.into()))?;
-            Ok(Mask::Labels(array.to_f64("labels").map_err(|e| bad(e.into()))?))
-        }
-        Some("ply") => {
-            let raw = read_ply(bytes).map_err(|e| bad(e.into()))?;
-            match raw.scalars.get("label").or_else(|| raw.scalars.get("quality")) {
-                Some(values) => Ok(Mask::Labels(values.iter().map(|&v| f64::from(v)).collect())),
-                None => Err(SessionError::BadRequest {
-                    what: format!("'{}' has no property 'label' or 'quality' on its vertices", path.display()),
-                    hint: "label the file that `overcoat export DIR/ --at STEP` writes to DIR/labels".into(),
-                }),
-            }
-        }
-        Some("jsonl" | "json") | None => {
-            let text = std::str::from_utf8(bytes).map_err(|_| SessionError::BadRequest {
-                what: format!("'{}' is not text, so it holds no brush strokes", path.display()),
-                hint: MASK_KINDS.into(),
-            })?;
-            let strokes = Stroke::read_lines(text).map_err(|e| bad(e.into()))?;
-            if strokes.is_empty() {
-                return Err(SessionError::BadRequest {
-                    what: format!("'{}' holds no brush stroke", path.display()),
-                    hint: MASK_KINDS.into(),
-                });
-            }
-            Ok(Mask::Strokes(strokes))
-        }
-        Some(other) => Err(SessionError::BadRequest {
-            what: format!("'{}' is no mask: the extension '{other}' is not known", path.display()),
-            hint: MASK_KINDS.into(),
-        }),
-    }
-}
-
-const MASK_KINDS: &str = "a mask is a .jsonl file with one brush stroke a line, or one label a vertex as .npy or .ply";
-
-fn paint(session: &Session, step: &StepRecipe, scan: &Scan, path: &Path, mask: &Mask) -> Result<Marks, SessionError> {
-    match mask {
-        Mask::Strokes(strokes) => {
-            if let Some(other) = strokes.iter().find(|s| s.layer != step.name) {
-                return Err(SessionError::BadFile {
-                    path: path.to_path_buf(),
-                    line: Some(other.line),
-                    reason: format!("the stroke is for the layer '{}', not for '{}'", other.layer, step.name),
-                    hint: format!("name that layer in the command, or write \"layer\":\"{}\"", step.name),
-                });
-            }
-            Marks::paint(scan, strokes).map_err(|e| SessionError::bad_source(path, e))
-        }
-        Mask::Labels(numbers) => {
-            let file_vertices = vertices_of_file(session, &step.source());
-            let labels =
-                Labels::from_numbers(numbers, scan, file_vertices).map_err(|e| SessionError::bad_source(path, e))?;
-            Ok(Marks(labels.0.iter().map(|&label| Some(label)).collect::<PerVertex<_>>()))
-        }
-    }
-}
-
-/// How many vertices the scan's file has, if it can still be told.
-fn vertices_of_file(session: &Session, source: &SourceFile) -> Option<usize> {
-    let bytes = session.source_bytes(source).ok()?;
-    stage_scan::raw_mesh(&session.resolve(&source.file), &bytes).ok().map(|raw| raw.points.len())
 }

@@ -176,6 +176,6 @@ mod tests {
         assert_eq!(said, ["until Hip → Knee", "the result of segment", "the masks", "color 1.0 → 0.5"]);
         assert_eq!(reasons(&record, Stage::Segment, &old), []);
         let older = StageRecord { code: 9, ..record };
-        assert_eq!(reasons(&older, Stage::Segment, &old)[0].to_string(), "the stage's code: version 9 → 1");
+        assert_eq!(reasons(&older, Stage::Segment, &old)[0].to_string(), "the stage's code: version 9 → 2");
     }
 }

@@ -44,6 +44,9 @@ pub struct SourceFile {
     /// What was in it; the session keeps a copy under this name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hash: Option<ContentHash>,
+    /// The file that this one was made from, where a person edits that one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<String>,
 }
 
 /// The surface that becomes the figure's body.
@@ -164,7 +167,7 @@ impl StepRecipe {
 
     /// The scan as a file that was given.
     pub fn source(&self) -> SourceFile {
-        SourceFile { file: self.scan.clone(), hash: self.hash }
+        SourceFile { file: self.scan.clone(), hash: self.hash, from: None }
     }
 }
 
@@ -224,6 +227,7 @@ impl Recipe {
             step.scan = name_of(&step.scan);
             for mask in &mut step.masks {
                 mask.file = name_of(&mask.file);
+                mask.from = mask.from.as_deref().map(name_of);
             }
         }
         ContentHash::of_json(&serde_json::json!(bare))
@@ -237,6 +241,15 @@ impl Recipe {
     pub(super) fn step_mut(&mut self, name: &str) -> Result<&mut StepRecipe, SessionError> {
         let unknown = self.unknown_step(name);
         self.steps.iter_mut().find(|s| s.name == name).ok_or(unknown)
+    }
+
+    /// Whether a garment of that name can be added.
+    pub fn check_new_garment(&self, name: &str) -> Result<(), SessionError> {
+        check_name(name, &Some(String::new()))?;
+        match self.steps.iter().any(|s| s.name == name) {
+            true => Err(SessionError::DuplicateStep { name: name.into() }),
+            false => Ok(()),
+        }
     }
 
     /// Puts a step at the end, or in the place of the one of its name.
@@ -379,7 +392,7 @@ mod tests {
             voxel_mm: Some(5.0),
             until: None,
             sleeve: None,
-            masks: vec![SourceFile { file: "m.jsonl".into(), hash: None }],
+            masks: vec![SourceFile { file: "m.jsonl".into(), hash: None, from: None }],
             ..StepRecipe::default()
         }
     }

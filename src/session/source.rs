@@ -51,7 +51,7 @@ fn names_in(dir: &Path) -> Result<Vec<String>, SessionError> {
 
 /// What a recipe says of bytes that were read from `path`; nothing is kept yet.
 pub(super) fn named(dir: &Path, path: &Path, bytes: &[u8]) -> Result<SourceFile, SessionError> {
-    Ok(SourceFile { file: relative_to(dir, path)?, hash: Some(ContentHash::of(bytes)) })
+    Ok(SourceFile { file: relative_to(dir, path)?, hash: Some(ContentHash::of(bytes)), from: None })
 }
 
 impl Session {

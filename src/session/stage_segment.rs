@@ -1,48 +1,38 @@
-//! Segment: which of the scan is the new garment.
+//! Segment: which of the scan is the new garment, masks included.
 
-use super::flow::Dressed;
-use super::parameters::params_of;
 use super::recipe::StepRecipe;
 use super::state::Stage;
 use super::store::Kept;
 use super::walk::{Outcome, Walk};
-use super::{SessionError, garment_kind, masks, worn};
-use crate::fit::PoseInside;
+use super::{SessionError, masks};
+use crate::geometry::Adjacency;
 use crate::scan::Scan;
-use crate::segment::{Inner, Labels, RefineParams, refine};
+use crate::segment::{Proposal, Segmentation};
 use serde_json::json;
 
 pub(super) fn segment(
     walk: &mut Walk,
     step: &StepRecipe,
     scan: Kept<Scan>,
-    inner: &Dressed,
-    inside: Kept<PoseInside>,
-) -> Result<Kept<Labels>, SessionError> {
-    let kind = garment_kind::of_step(step)?;
-    let params: RefineParams = params_of(step, Stage::Segment)?;
+    proposal: Kept<Proposal>,
+) -> Result<Kept<Segmentation>, SessionError> {
     let mask_files: Vec<_> = step.masks.iter().map(|m| m.hash).collect();
-    let inputs = json!({
-        "scan": scan.hash,
-        "figure": inner.figure.hash,
-        "inside": inside.hash,
-        "kind": kind.input(),
-        "masks": mask_files,
-        "params": params,
-    });
+    let inputs = json!({ "scan": scan.hash, "evidence": proposal.hash, "masks": mask_files });
     walk.stage(&step.name, Stage::Segment, inputs, |session, _tell| {
-        let (scan, figure) = (session.store.load(scan)?, session.store.load(inner.figure)?);
-        let inside = session.store.load(inside)?;
-        let placement = kind.template.place(figure.body(), &figure.skeleton, &kind.extent);
+        let adjacency_of = scan.hash;
+        let (scan, proposal) = (session.store.load_shared(scan)?, session.store.load_shared(proposal)?);
+        let adjacency = session.store.prepared(adjacency_of, || Adjacency::prepare(&scan.mesh));
         let marks = masks::marks_of(session, step, &scan)?;
-        let surfaces = worn::surfaces_inside(&figure, &inside);
-        let layers: Vec<Inner> = surfaces
-            .iter()
-            .zip(&figure.layers)
-            .map(|(mesh, layer)| Inner { mesh, colors: layer.colors.as_ref() })
-            .collect();
-        let labels = refine(&scan, &layers, &placement, &marks, &params);
-        let count = labels.garment_vertex_count();
-        Ok(Outcome::of(labels).measured("garment_vertices", count as f64))
+        let segmentation = proposal.corrected(&scan.mesh, &adjacency, &marks);
+        if let Some(last) = step.masks.last()
+            && !masks::is_something(&scan, &segmentation.labels)
+            && masks::is_something(&scan, proposal.labels())
+        {
+            return Err(masks::nothing_left(&session.resolve(&last.file), None, &step.name));
+        }
+        let count = segmentation.labels.garment_vertex_count();
+        let by_hand = segmentation.by_hand.iter().filter(|&&h| h).count();
+        let outcome = Outcome::of(segmentation).measured("garment_vertices", count as f64);
+        Ok(if step.masks.is_empty() { outcome } else { outcome.measured("by_hand_vertices", by_hand as f64) })
     })
 }

@@ -23,6 +23,8 @@ pub enum Stage {
     Register,
     /// The figure dressed so far inside the scan.
     Pose,
+    /// What the scan shows of the new garment, before any mask.
+    Evidence,
     /// Which of the scan is the new garment.
     Segment,
     /// The garment as a mesh of its own, with its hems.
@@ -41,8 +43,17 @@ impl Stage {
     /// The stages of the body's step.
     pub const OF_BODY: [Self; 4] = [Self::Scan, Self::Fit, Self::Register, Self::Figure];
     /// The stages of a garment's step.
-    pub const OF_GARMENT: [Self; 8] =
-        [Self::Scan, Self::Pose, Self::Segment, Self::Cut, Self::Rig, Self::Stack, Self::Figure, Self::Press];
+    pub const OF_GARMENT: [Self; 9] = [
+        Self::Scan,
+        Self::Pose,
+        Self::Evidence,
+        Self::Segment,
+        Self::Cut,
+        Self::Rig,
+        Self::Stack,
+        Self::Figure,
+        Self::Press,
+    ];
 
     /// The stages of a step.
     pub fn of_step(is_body: bool) -> &'static [Self] {
@@ -54,6 +65,8 @@ impl Stage {
         match self {
             // Fits say how far they can be trusted; a texture is baked, and put on the body.
             Self::Fit | Self::Register | Self::Pose | Self::Figure => 2,
+            // A mask moves the boundary near it alone; the cut keeps what was painted.
+            Self::Segment | Self::Cut => 2,
             _ => 1,
         }
     }
@@ -65,6 +78,7 @@ impl Stage {
             Self::Fit,
             Self::Register,
             Self::Pose,
+            Self::Evidence,
             Self::Segment,
             Self::Cut,
             Self::Rig,
@@ -84,6 +98,7 @@ impl fmt::Display for Stage {
             Self::Fit => "fit",
             Self::Register => "register",
             Self::Pose => "pose",
+            Self::Evidence => "evidence",
             Self::Segment => "segment",
             Self::Cut => "cut",
             Self::Rig => "rig",

@@ -1,11 +1,13 @@
 //! Artefacts by the hash of their content.
 
 use super::durable::{sweep, write_whole};
+use super::memory::Memory;
 use super::{ContentHash, SessionError};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// The folder `artefacts` of a session.
 ///
@@ -13,6 +15,7 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug)]
 pub struct Store {
     folder: PathBuf,
+    memory: Option<Memory>,
 }
 
 /// How an artefact is.
@@ -47,7 +50,7 @@ impl<T> Kept<T> {
 
 impl Store {
     pub(super) fn in_session(dir: &Path) -> Self {
-        Self { folder: dir.join("artefacts") }
+        Self { folder: dir.join("artefacts"), memory: None }
     }
 
     pub(super) fn create(&self) -> Result<(), SessionError> {
@@ -130,6 +133,32 @@ impl Store {
             path: self.path(kept.hash),
             reason: "another version of Overcoat wrote it",
         })
+    }
+
+    /// Has at hand from now on what `memory` holds, and what is loaded.
+    pub(super) fn remember(&mut self, memory: &Memory) {
+        self.memory = Some(memory.clone());
+    }
+
+    /// Loads a value, or gives the one at hand.
+    pub(super) fn load_shared<T: DeserializeOwned + Send + Sync + 'static>(
+        &self,
+        kept: Kept<T>,
+    ) -> Result<Arc<T>, SessionError> {
+        match &self.memory {
+            Some(memory) => memory.have(kept.hash, || self.load(kept)),
+            None => self.load(kept).map(Arc::new),
+        }
+    }
+
+    /// What is prepared from the artefact of that name: made, or at hand.
+    pub(super) fn prepared<T: Send + Sync + 'static>(&self, of: ContentHash, prepare: impl FnOnce() -> T) -> Arc<T> {
+        match &self.memory {
+            Some(memory) => {
+                memory.have(of, || Ok::<T, std::convert::Infallible>(prepare())).unwrap_or_else(|e| match e {})
+            }
+            None => Arc::new(prepare()),
+        }
     }
 
     /// Whether there is a file of that name; its content is checked when it is read.

@@ -62,9 +62,9 @@ impl Session {
                     garments: Worn::new(),
                 }
             }
-            StepPose::Inside { inside, labels, worn } => {
+            StepPose::Inside { inside, segmentation, worn } => {
                 let PoseInside { pose, offsets, .. } = self.store.load(inside)?;
-                let (labels, garments) = (Some(self.store.load(labels)?), self.store.load(worn)?);
+                let (labels, garments) = (Some(self.store.load(segmentation)?.labels), self.store.load(worn)?);
                 WornStep {
                     step,
                     scan,

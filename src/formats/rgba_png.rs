@@ -1,0 +1,72 @@
+//! A picture with transparency, from PNG.
+
+use super::error::{Format, FormatError, quoted};
+use super::raw_mesh::read_all;
+use std::io::Read;
+
+/// sRGB with opacity, eight bits a channel, rows from the top.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RgbaPicture {
+    width: usize,
+    height: usize,
+    pixels: Vec<[u8; 4]>,
+}
+
+impl RgbaPicture {
+    /// A picture of these pixels, row by row from the top.
+    ///
+    /// **Errors** when there are not just as many as it has.
+    pub fn try_new(width: usize, height: usize, pixels: Vec<[u8; 4]>) -> Result<Self, FormatError> {
+        if width.checked_mul(height) != Some(pixels.len()) {
+            let expected = format!("{width} × {height} pixels");
+            return Err(FormatError::ArrayShape { name: "pixels".into(), expected, found: vec![pixels.len()] });
+        }
+        Ok(Self { width, height, pixels })
+    }
+
+    /// The pixel at `x` and `y`, shares of width and height from the upper left, clamped; `None` in an empty picture or
+    /// where a share is no number.
+    pub fn nearest(&self, x: f64, y: f64) -> Option<[u8; 4]> {
+        if !(x.is_finite() && y.is_finite()) {
+            return None;
+        }
+        // `as` saturates.
+        let at = |share: f64, count: usize| ((share * count as f64) as usize).min(count.saturating_sub(1));
+        self.pixels.get(at(y, self.height) * self.width + at(x, self.width)).copied()
+    }
+}
+
+/// Reads a PNG of any colour type.
+///
+/// **Errors** when it is none, or damaged.
+pub fn read_rgba_png(input: impl Read) -> Result<RgbaPicture, FormatError> {
+    let bytes = read_all(Format::Png, input)?;
+    if !bytes.starts_with(b"\x89PNG") {
+        let head = String::from_utf8_lossy(&bytes[..bytes.len().min(16)]).into_owned();
+        return Err(FormatError::NotThisFormat { format: Format::Png, found: format!("'{}'", quoted(&head)) });
+    }
+    let decoded = image::load_from_memory_with_format(&bytes, image::ImageFormat::Png)
+        .map_err(|e| FormatError::Container { format: Format::Png, reason: e.to_string() })?
+        .to_rgba8();
+    let (width, height) = (decoded.width() as usize, decoded.height() as usize);
+    RgbaPicture::try_new(width, height, decoded.pixels().map(|p| p.0).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pixels_are_found_and_damage_is_told() {
+        let mut bytes = Vec::new();
+        let pixels = [[255u8, 0, 0, 255], [0, 255, 0, 0]];
+        let encoder = image::codecs::png::PngEncoder::new(&mut bytes);
+        image::ImageEncoder::write_image(encoder, pixels.as_flattened(), 2, 1, image::ExtendedColorType::Rgba8)
+            .unwrap();
+        let picture = read_rgba_png(bytes.as_slice()).unwrap();
+        assert_eq!([0.0, 0.49, 0.5, 1.0].map(|x| picture.nearest(x, 0.7).unwrap()[0]), [255, 255, 0, 0]);
+        assert_eq!(picture.nearest(f64::NAN, 0.0), None);
+        assert!(read_rgba_png(&bytes[..40]).unwrap_err().to_string().contains("PNG container is damaged"));
+        assert!(read_rgba_png(&b"ply"[..]).unwrap_err().to_string().contains("this is not PNG"));
+    }
+}

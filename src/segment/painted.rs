@@ -1,0 +1,351 @@
+//! Labels given by another program: a number a vertex, a painted mesh, a picture over texture coordinates. What has places
+//! of its own in space is anchored there, and holds for any other mesh of the same surface.
+
+use super::SegmentError;
+use super::brush::Marks;
+use super::transfer::Labels;
+use crate::formats::{RawMesh, RgbaPicture};
+use crate::geometry::{Point, SurfaceIndex, TriMesh};
+use crate::scan::Scan;
+use rayon::prelude::*;
+
+/// The colours of what is not the garment, and of the garment, in a label file that is to be painted: far apart, so that
+/// painting is seen.
+pub const LABEL_COLORS: [[u8; 3]; 2] = [[150, 150, 150], [230, 80, 60]];
+/// A colour is red where red is above the mean of green and blue by this much: half of what it is in the garment's.
+const RED: i32 = 80;
+/// A colour is grey where its channels differ by no more than this: a soft brush and a lossy display profile are allowed.
+const GREY: i32 = 40;
+/// Colours of which a lesser share is red or grey were never those of a label file: a scan's own, say.
+const TOLD_SHARE: f64 = 0.9;
+/// A vertex takes its label from a labelled surface no farther than this, in metres: what smoothing and decimation move a
+/// surface by, and less than a layer of cloth beside it.
+const REACH: f64 = 0.01;
+/// One of two surfaces finds the other with at least this share of its vertices, or they are not the same: a file may
+/// show only a part of the scan, or the scan only a part of the file.
+const LEAST_SHARE: f64 = 0.5;
+
+/// A surface with a label a vertex, in the frame and unit of the scan's file; `None` where it has no word on it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LabelledSurface {
+    points: Vec<Point>,
+    faces: Vec<[u32; 3]>,
+    labels: Vec<Option<bool>>,
+}
+
+/// 1 (or 255) the garment, 0 not, −1 no word.
+fn label_of(index: usize, value: f64) -> Result<Option<bool>, SegmentError> {
+    match value {
+        -1.0 => Ok(None),
+        0.0 => Ok(Some(false)),
+        1.0 | 255.0 => Ok(Some(true)),
+        _ => Err(SegmentError::BadLabel { index, value }),
+    }
+}
+
+fn is_red(color: [u8; 3]) -> bool {
+    let [r, g, b] = color.map(i32::from);
+    2 * r - g - b >= 2 * RED
+}
+
+fn is_grey(color: [u8; 3]) -> bool {
+    let [r, g, b] = color.map(i32::from);
+    r.max(g).max(b) - r.min(g).min(b) <= GREY
+}
+
+impl LabelledSurface {
+    /// Reads the labels of a mesh file: from `label`, from `quality`, or from its colours, red the garment and any other not.
+    ///
+    /// Programs keep what they know and paint one of the three, so where they differ the odd one out counts; of two, colours
+    /// before `quality`, `label` before both.
+    pub fn read(raw: &RawMesh) -> Result<Self, SegmentError> {
+        let numbers = |name: &str| -> Result<Option<Vec<Option<bool>>>, SegmentError> {
+            let Some(values) = raw.scalars.get(name) else { return Ok(None) };
+            let label = |(i, &v): (usize, &f32)| match name {
+                // A brush for quality may be soft.
+                "quality" if (0.0..=1.0).contains(&v) => Ok(Some(v >= 0.5)),
+                _ => label_of(i, f64::from(v)),
+            };
+            values.iter().enumerate().map(label).collect::<Result<_, _>>().map(Some)
+        };
+        let colors = || -> Result<Option<Vec<Option<bool>>>, SegmentError> {
+            let Some(colors) = &raw.colors else { return Ok(None) };
+            let untold = colors.iter().filter(|&&c| !is_red(c) && !is_grey(c)).count();
+            if (untold as f64) > (1.0 - TOLD_SHARE) * colors.len() as f64 {
+                return Err(SegmentError::NotLabelColors { untold, vertices: colors.len() });
+            }
+            Ok(Some(colors.iter().map(|&c| Some(is_red(c))).collect()))
+        };
+        let label = numbers("label")?;
+        // Colours beside labels may be the scan's own, and quality may be anything: then they have no say.
+        let (quality, colors) = match &label {
+            Some(_) => (numbers("quality").unwrap_or(None), colors().unwrap_or(None)),
+            None => match (numbers("quality"), colors()) {
+                (quality, Ok(Some(colors))) => (quality.unwrap_or(None), Some(colors)),
+                (quality, Ok(None)) => (quality?, None),
+                (Ok(Some(quality)), Err(_)) => (Some(quality), None),
+                (_, Err(e)) => return Err(e),
+            },
+        };
+        let labels = match (label, quality, colors) {
+            // The file says three times the same, but for what was painted.
+            (Some(label), Some(quality), Some(colors)) => {
+                let told = |l: &Vec<Option<bool>>| l.iter().map(|l| *l == Some(true)).collect::<Vec<_>>();
+                let (l, q, c) = (told(&label), told(&quality), told(&colors));
+                match (l == q, l == c) {
+                    (true, false) => colors,
+                    (false, true) => quality,
+                    _ => label,
+                }
+            }
+            (Some(label), _, _) => label,
+            (None, _, Some(colors)) => colors,
+            (None, Some(quality), None) => quality,
+            (None, None, None) => return Err(SegmentError::NoLabels { vertices: raw.points.len() }),
+        };
+        Ok(Self { points: raw.points.iter().map(|&p| Point::from(p)).collect(), faces: raw.faces.clone(), labels })
+    }
+
+    /// Marks, anchored where the scan is.
+    pub fn of_marks(scan: &Scan, marks: &Marks) -> Self {
+        Self {
+            points: scan.mesh.points().iter().map(|p| scan.world_from_file.file_from_world(p)).collect(),
+            faces: scan.mesh.faces().iter().map(|f| f.map(|v| v.0)).collect(),
+            labels: marks.0.0.clone(),
+        }
+    }
+
+    /// As a mesh with `label` alone.
+    pub fn to_mesh(&self) -> RawMesh {
+        let label = |l: &Option<bool>| l.map_or(-1.0, |l| f32::from(u8::from(l)));
+        RawMesh {
+            points: self.points.iter().map(|p| p.coords.into()).collect(),
+            faces: self.faces.clone(),
+            scalars: [("label".to_string(), self.labels.iter().map(label).collect())].into(),
+            ..RawMesh::default()
+        }
+    }
+
+    /// As a mesh to be painted, with the labels as colours, as `quality` and as `label`.
+    pub fn to_template(&self) -> RawMesh {
+        let mut mesh = self.to_mesh();
+        mesh.colors = Some(self.labels.iter().map(|&l| LABEL_COLORS[usize::from(l == Some(true))]).collect());
+        let quality = mesh.scalars.get("label").cloned().unwrap_or_default();
+        mesh.scalars.insert("quality".into(), quality);
+        mesh
+    }
+
+    /// What the surface says of a scan: each vertex takes the label of the nearest corner where the surface is closest.
+    ///
+    /// **Errors** where most of the two surfaces lie apart; `file_vertices`, the count of the scan's file, is asked for the message.
+    pub fn marks_on(&self, scan: &Scan, file_vertices: impl Fn() -> Option<usize>) -> Result<Marks, SegmentError> {
+        let points: Vec<Point> = self.points.iter().map(|p| scan.world_from_file.world_from_file(p)).collect();
+        if self.is_of(scan, &points) {
+            return Ok(Marks(self.labels.clone().into()));
+        }
+        let faces = if self.faces.is_empty() { vertices_as_faces(points.len()) } else { self.faces.clone() };
+        // A reader checks the indices; a coordinate that is no number lies nowhere.
+        let elsewhere = |on_scan: usize, covered: usize| SegmentError::Elsewhere {
+            labels: points.len(),
+            on_scan,
+            vertices: scan.mesh.vertex_count(),
+            covered,
+            file_vertices: file_vertices(),
+            reach: REACH,
+        };
+        let surface = TriMesh::try_from_indices(points.clone(), &faces).map_err(|_| elsewhere(0, 0))?;
+        let index = SurfaceIndex::prepare(&surface);
+        let nearest = |p: &Point| index.closest_within(p, REACH).map(|found| found.nearest_corner(&surface));
+        let found: Vec<_> = scan.mesh.points().0.par_iter().map(nearest).collect();
+        let covered = found.iter().flatten().count();
+        if (covered as f64) < LEAST_SHARE * found.len() as f64 {
+            let index = SurfaceIndex::prepare(&scan.mesh);
+            let near: Vec<bool> = points.par_iter().map(|p| index.closest_within(p, REACH).is_some()).collect();
+            let on_scan = near.iter().filter(|&&n| n).count();
+            if (on_scan as f64) < LEAST_SHARE * points.len() as f64 {
+                return Err(elsewhere(on_scan, covered));
+            }
+        }
+        let label = |v: &Option<crate::geometry::VertexId>| v.and_then(|v| self.labels[v.index()]);
+        Ok(Marks(found.iter().map(label).collect()))
+    }
+
+    /// Whether these are the scan's own vertices, one by one, but for the rounding of a file.
+    fn is_of(&self, scan: &Scan, points: &[Point]) -> bool {
+        /// Metres: of a file in `f32`, at a person's size, some 0.1 µm.
+        const ROUNDING: f64 = 1e-6;
+        points.len() == scan.mesh.vertex_count()
+            && points.iter().zip(scan.mesh.points().iter()).all(|(a, b)| (a - b).amax() <= ROUNDING)
+    }
+}
+
+/// Points alone, as faces without area.
+fn vertices_as_faces(count: usize) -> Vec<[u32; 3]> {
+    (0..count as u32).map(|v| [v; 3]).collect()
+}
+
+impl Marks {
+    /// From a number a vertex: 1 (or 255) the garment, 0 not, −1 no word on it.
+    ///
+    /// There are either as many as the cleaned scan has vertices or, where `file_vertices` knows it, as many as the scan's
+    /// file has.
+    pub fn from_numbers(
+        numbers: &[f64],
+        scan: &Scan,
+        file_vertices: impl Fn() -> Option<usize>,
+    ) -> Result<Self, SegmentError> {
+        let vertices = scan.mesh.vertex_count();
+        let labels = numbers.iter().enumerate().map(|(i, &n)| label_of(i, n)).collect::<Result<Vec<_>, _>>()?;
+        if labels.len() == vertices {
+            return Ok(Self(labels.into()));
+        }
+        let file_vertices = file_vertices();
+        if file_vertices != Some(labels.len()) {
+            return Err(SegmentError::LabelCount { labels: labels.len(), vertices, file_vertices });
+        }
+        Ok(Self(scan.file_vertices.iter().map(|&f| labels.get(f as usize).copied().flatten()).collect()))
+    }
+
+    /// From a picture over texture coordinates, one a vertex of the scan's file: white the garment, black not, transparent
+    /// no word on it.
+    pub fn from_picture(
+        picture: &RgbaPicture,
+        uvs_of_file: Option<&[[f64; 2]]>,
+        scan: &Scan,
+    ) -> Result<Self, SegmentError> {
+        let uvs = uvs_of_file.ok_or(SegmentError::NoUvs)?;
+        let at = |&f: &u32| {
+            let [u, v] = *uvs.get(f as usize)?;
+            // Textures repeat; v runs from the lower edge.
+            let [r, g, b, opaque] = picture.nearest(u.rem_euclid(1.0), 1.0 - v.rem_euclid(1.0))?;
+            let lightness = u32::from(r) + u32::from(g) + u32::from(b);
+            (opaque >= 128).then_some(lightness >= 3 * 128)
+        };
+        let marks = Self(scan.file_vertices.iter().map(at).collect());
+        match marks.0.iter().any(Option::is_some) {
+            true => Ok(marks),
+            false => Err(SegmentError::MarksNothing),
+        }
+    }
+
+    /// Marks everywhere, by labels.
+    pub fn of_labels(labels: &Labels) -> Self {
+        Self(labels.0.iter().map(|&l| Some(l)).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::PerVertex;
+    use crate::scan::FileFrame;
+
+    /// A square sheet of n × n vertices, 0.4 m wide, whose left half is labelled.
+    fn sheet(n: u32) -> Scan {
+        let at = |i: u32| 0.4 * f64::from(i) / f64::from(n - 1);
+        let points = (0..n * n).map(|k| Point::new(at(k / n), at(k % n), 0.0)).collect();
+        let mut faces = Vec::new();
+        for i in 0..n - 1 {
+            for j in 0..n - 1 {
+                let [a, b, c, d] = [i * n + j, (i + 1) * n + j, (i + 1) * n + j + 1, i * n + j + 1];
+                faces.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+        let mut scan = Scan::from_clean_mesh(TriMesh::try_from_indices(points, &faces).unwrap(), None);
+        let rotation = nalgebra::UnitQuaternion::from_euler_angles(1.5, 0.0, 0.0);
+        scan.world_from_file = FileFrame { metres_per_unit: 1e-3, rotation };
+        scan
+    }
+
+    fn left_half(scan: &Scan) -> Marks {
+        let left = |p: &Point| if p.y > 0.3 { None } else { Some(p.x < 0.2) };
+        Marks(scan.mesh.points().iter().map(left).collect())
+    }
+
+    #[test]
+    fn labels_are_anchored_in_space_and_hold_on_another_mesh() {
+        let scan = sheet(61);
+        let surface = LabelledSurface::of_marks(&scan, &left_half(&scan));
+        assert_eq!(surface.marks_on(&scan, || None).unwrap(), left_half(&scan));
+        // 61 into 47: hardly a vertex in common, and 4 mm above.
+        let mut other = sheet(47);
+        other.mesh = other.mesh.map_points(|p| Point::new(p.x, p.y, 0.004));
+        let marks = surface.marks_on(&other, || None).unwrap();
+        let expected = left_half(&other);
+        for (v, p) in other.mesh.points().enumerate() {
+            let near_a_limit = (p.x - 0.2).abs() < 0.007 || (p.y - 0.3).abs() < 0.007;
+            assert!(near_a_limit || marks.0[v] == expected.0[v], "{p}: {:?}", marks.0[v]);
+        }
+        let points_alone = LabelledSurface { faces: Vec::new(), ..surface.clone() };
+        let agree = |a: &Marks, b: &Marks| a.0.iter().zip(b.0.iter()).filter(|(a, b)| a == b).count();
+        assert!(agree(&points_alone.marks_on(&other, || None).unwrap(), &marks) > 47 * 44);
+        other.mesh = other.mesh.map_points(|p| Point::new(p.x, p.y, p.z + 0.5));
+        let error = surface.marks_on(&other, || Some(9999)).unwrap_err().to_string();
+        assert!(error.contains("3721") && error.contains("2209") && error.contains("9999"), "{error}");
+    }
+
+    #[test]
+    fn of_label_quality_and_colour_the_painted_one_counts() {
+        let scan = sheet(11);
+        let raw =
+            LabelledSurface::of_marks(&scan, &Marks::of_labels(&Labels(PerVertex::filled(false, 121)))).to_template();
+        let garment = |raw: &RawMesh| {
+            LabelledSurface::read(raw).map(|s| s.labels.iter().map(|l| u8::from(*l == Some(true))).collect::<Vec<_>>())
+        };
+        let only = |at: usize| (0..121).map(|i| u8::from(i == at)).collect::<Vec<_>>();
+        assert_eq!(garment(&raw).unwrap(), vec![0; 121]);
+        for painted in ["label", "quality", "colour"] {
+            for kept in [vec!["label", "quality", "colour"], vec!["quality", "colour"], vec!["label"], vec!["colour"]] {
+                // Without the third, colours go before quality.
+                if !kept.contains(&painted) || (kept.len() == 2 && painted == "quality") {
+                    continue;
+                }
+                let mut raw = raw.clone();
+                match painted {
+                    "colour" => raw.colors.as_mut().unwrap()[7] = [250, 60, 40],
+                    name => raw.scalars.get_mut(name).unwrap()[7] = 1.0,
+                }
+                raw.scalars.retain(|name, _| kept.contains(&name.as_str()));
+                raw.colors = raw.colors.filter(|_| kept.contains(&"colour"));
+                assert_eq!(garment(&raw).unwrap(), only(7), "{painted} painted, {kept:?} kept");
+            }
+        }
+        let skin = RawMesh { colors: Some(vec![[205, 160, 135]; 121]), scalars: [].into(), ..raw.clone() };
+        assert!(garment(&skin).unwrap_err().to_string().starts_with("121 of its 121"));
+        let bare = RawMesh { colors: None, scalars: [].into(), ..raw.clone() };
+        assert!(matches!(garment(&bare), Err(SegmentError::NoLabels { vertices: 121 })));
+        let mut odd = raw;
+        odd.scalars.get_mut("label").unwrap()[3] = 2.0;
+        assert!(garment(&odd).unwrap_err().to_string().contains("label 3 is 2"));
+    }
+
+    #[test]
+    fn numbers_must_fit_the_scan_or_its_file() {
+        let mut scan = sheet(2);
+        scan.file_vertices = PerVertex(vec![4, 0, 2, 1]);
+        let marks = Marks::from_numbers(&[1.0, 0.0, -1.0, 255.0], &scan, || Some(6)).unwrap();
+        assert_eq!(marks.0.0, [Some(true), Some(false), None, Some(true)]);
+        let of_file = Marks::from_numbers(&[0.0, -1.0, 1.0, 0.0, 1.0, 0.0], &scan, || Some(6)).unwrap();
+        assert_eq!(of_file.0.0, [Some(true), Some(false), Some(true), None]);
+        let error = Marks::from_numbers(&[0.0; 5], &scan, || Some(6)).unwrap_err().to_string();
+        assert!(error.contains('5') && error.contains('4') && error.contains('6'), "{error}");
+        assert!(
+            Marks::from_numbers(&[0.0, 2.0, 0.0], &scan, || None).unwrap_err().to_string().contains("label 1 is 2")
+        );
+    }
+
+    #[test]
+    fn a_picture_lies_on_its_texture_coordinates() {
+        let mut scan = sheet(2);
+        scan.file_vertices = PerVertex(vec![1, 2, 3, 0]);
+        let (white, black, clear) = ([255; 4], [0, 0, 0, 255], [255, 255, 255, 0]);
+        // Rows from the top.
+        let picture = RgbaPicture::try_new(2, 2, vec![white, black, black, clear]).unwrap();
+        let uvs = [[0.9, 0.1], [0.1, 0.9], [0.9, 1.9], [0.2, 0.2]];
+        let marks = Marks::from_picture(&picture, Some(&uvs), &scan).unwrap();
+        assert_eq!(marks.0.0, [Some(true), Some(false), Some(false), None]);
+        assert!(matches!(Marks::from_picture(&picture, None, &scan), Err(SegmentError::NoUvs)));
+        let empty = RgbaPicture::try_new(1, 1, vec![clear]).unwrap();
+        assert!(matches!(Marks::from_picture(&empty, Some(&uvs), &scan), Err(SegmentError::MarksNothing)));
+    }
+}

@@ -1,0 +1,172 @@
+//! What a scan shows of a garment before any brush, kept so that a brush only costs what is near it.
+
+use super::brush::Marks;
+use super::lips::without_lips;
+use super::max_flow::min_cut;
+use super::specks::without_specks;
+use super::transfer::Labels;
+use crate::geometry::{Adjacency, PerVertex, TriMesh, VertexId, geodesic_distances};
+use serde::{Deserialize, Serialize};
+
+/// A brush that contradicts the proposal lets the boundary move within this distance along the surface, in metres: as far
+/// as a hem that the template has wrong is looked for. Beyond it everything stays as proposed.
+const REACH: f64 = 0.1;
+
+/// Labels without any brush, and the graph whose minimum cut they are.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Proposal {
+    /// What it costs to leave each vertex to the rest (positive) or to the garment (negative).
+    unary: Vec<i64>,
+    /// What a boundary across each edge costs, in the order of [`Adjacency::edges`].
+    costs: Vec<i64>,
+    /// The cut as it is.
+    cut: Labels,
+    /// The cut without specks and lips.
+    labels: Labels,
+}
+
+/// Labels, and where they are a person's word against the program's.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Segmentation {
+    /// Which vertices are the garment.
+    pub labels: Labels,
+    /// Vertices whose label a mark has changed; what is done to labels later keeps these.
+    pub by_hand: PerVertex<bool>,
+}
+
+impl From<Labels> for Segmentation {
+    fn from(labels: Labels) -> Self {
+        Self { by_hand: PerVertex::filled(false, labels.0.len()), labels }
+    }
+}
+
+impl Proposal {
+    /// Of a cut and its graph; `edges` are those of `adjacency`, in its order.
+    pub(super) fn new(
+        mesh: &TriMesh,
+        adjacency: &Adjacency,
+        unary: Vec<i64>,
+        edges: &[(u32, u32, i64)],
+        cut: Labels,
+    ) -> Self {
+        let none = Marks::none(mesh.vertex_count());
+        let labels = without_specks(mesh, adjacency, cut.clone(), &none);
+        let labels = without_lips(mesh, adjacency, labels, &none);
+        Self { unary, costs: edges.iter().map(|e| e.2).collect(), cut, labels }
+    }
+
+    /// No garment anywhere.
+    pub(super) fn of_nothing(vertex_count: usize, edge_count: usize) -> Self {
+        let none = Labels(PerVertex::filled(false, vertex_count));
+        Self { unary: vec![0; vertex_count], costs: vec![0; edge_count], cut: none.clone(), labels: none }
+    }
+
+    /// The labels as proposed.
+    pub fn labels(&self) -> &Labels {
+        &self.labels
+    }
+
+    /// The labels with marks over them: what is marked is as marked; near marks that contradict the proposal the
+    /// boundary is found anew.
+    ///
+    /// **Requires** the mesh that the proposal is of, and its adjacency.
+    pub fn corrected(&self, mesh: &TriMesh, adjacency: &Adjacency, marks: &Marks) -> Segmentation {
+        let contradicts = |v: VertexId| marks.0[v].is_some_and(|mark| mark != self.cut.0[v]);
+        let sources: Vec<(VertexId, f64)> = mesh.vertex_ids().filter(|&v| contradicts(v)).map(|v| (v, 0.0)).collect();
+        let labels = if marks.0.iter().all(Option::is_none) {
+            self.labels.clone()
+        } else {
+            let near = geodesic_distances(mesh, adjacency, &sources, REACH);
+            let cut = self.cut_anew(adjacency, marks, |v| near[v].is_finite());
+            let labels = without_specks(mesh, adjacency, cut, marks);
+            without_lips(mesh, adjacency, labels, marks)
+        };
+        let changed = |v: VertexId| marks.0[v].is_some_and(|mark| mark != self.labels.0[v]);
+        Segmentation { by_hand: mesh.vertex_ids().map(changed).collect(), labels }
+    }
+
+    /// The minimum cut over what is `near` and not marked, all else as marked or as it was.
+    fn cut_anew(&self, adjacency: &Adjacency, marks: &Marks, near: impl Fn(VertexId) -> bool) -> Labels {
+        let mut labels: PerVertex<bool> =
+            marks.0.iter().zip(self.cut.0.iter()).map(|(mark, &old)| mark.unwrap_or(old)).collect();
+        const FIXED: u32 = u32::MAX;
+        let mut node = PerVertex::filled(FIXED, labels.len());
+        let mut free: Vec<VertexId> = Vec::new();
+        for (v, _) in marks.0.enumerate().filter(|&(v, mark)| mark.is_none() && near(v)) {
+            node[v] = free.len() as u32;
+            free.push(v);
+        }
+        let mut unary: Vec<i64> = free.iter().map(|v| self.unary[v.index()]).collect();
+        let mut edges: Vec<(u32, u32, i64)> = Vec::new();
+        for (([i, j], _), &cost) in adjacency.edges().iter().zip(&self.costs) {
+            match (node[*i], node[*j]) {
+                (FIXED, FIXED) => {}
+                (FIXED, at) => unary[at as usize] += if labels[*i] { cost } else { -cost },
+                (at, FIXED) => unary[at as usize] += if labels[*j] { cost } else { -cost },
+                (a, b) => edges.push((a, b, cost)),
+            }
+        }
+        for (v, side) in free.into_iter().zip(min_cut(&unary, &edges)) {
+            labels[v] = side;
+        }
+        Labels(labels)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Point;
+
+    /// A sheet of 41 × 41 vertices, 40 cm wide, whose left half is the garment for sure; boundaries are free at x = 0.3.
+    fn sheet() -> (TriMesh, Adjacency, Proposal) {
+        let (mut points, mut faces) = (Vec::new(), Vec::new());
+        for i in 0..41u32 {
+            for j in 0..41u32 {
+                points.push(Point::new(f64::from(i) / 100.0, f64::from(j) / 100.0, 0.0));
+                if i < 40 && j < 40 {
+                    let [a, b, c, d] = [0, 41, 42, 1].map(|k| i * 41 + j + k);
+                    faces.extend([[a, b, c], [a, c, d]]);
+                }
+            }
+        }
+        let mesh = TriMesh::try_from_indices(points, &faces).unwrap();
+        let adjacency = Adjacency::prepare(&mesh);
+        let unary: Vec<i64> = mesh.points().iter().map(|p| if p.x < 0.195 { 100 } else { -100 }).collect();
+        let free = |v: VertexId| (mesh.points()[v].x - 0.3).abs() < 0.006;
+        let cost = |i: VertexId, j: VertexId| if free(i) != free(j) { 1 } else { 2000 };
+        let edges: Vec<(u32, u32, i64)> = adjacency.edges().iter().map(|&([i, j], _)| (i.0, j.0, cost(i, j))).collect();
+        let labels = Labels(min_cut(&unary, &edges).into());
+        let proposal = Proposal::new(&mesh, &adjacency, unary, &edges, labels);
+        (mesh, adjacency, proposal)
+    }
+
+    #[test]
+    fn without_a_mark_nothing_changes_and_far_from_one_neither() {
+        let (mesh, adjacency, proposal) = sheet();
+        let mut marks = Marks::none(mesh.vertex_count());
+        let plain = proposal.corrected(&mesh, &adjacency, &marks);
+        assert_eq!(&plain.labels, proposal.labels());
+        assert!(!plain.by_hand.iter().any(|&h| h));
+        for (v, p) in mesh.points().enumerate() {
+            if (p - Point::new(0.0, 0.0, 0.0)).norm() < 0.06 {
+                marks.0[v] = Some(false);
+            }
+        }
+        let marked = proposal.corrected(&mesh, &adjacency, &marks);
+        for (v, p) in mesh.points().enumerate() {
+            assert!(marks.0[v].is_none_or(|m| m == marked.labels.0[v]));
+            let corner = (p - Point::origin()).norm();
+            assert!(corner < 0.17 || marked.labels.0[v] == plain.labels.0[v], "{p}");
+        }
+        assert_eq!(marked.by_hand.iter().filter(|&&h| h).count(), marks.0.iter().flatten().count());
+    }
+
+    #[test]
+    fn a_label_file_of_what_stands_changes_nothing() {
+        let (mesh, adjacency, proposal) = sheet();
+        let marks = Marks(proposal.labels().0.iter().map(|&l| Some(l)).collect());
+        let again = proposal.corrected(&mesh, &adjacency, &marks);
+        assert_eq!(again, Segmentation::from(proposal.labels().clone()));
+    }
+}
