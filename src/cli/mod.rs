@@ -24,6 +24,7 @@ mod studio;
 mod templates;
 mod undo;
 mod view;
+mod watch;
 
 use crate::session::{Session, SessionError, Writer};
 use clap::{Parser, Subcommand};
@@ -72,6 +73,8 @@ enum Command {
     Weigh(stages::StageArgs<{ stages::WEIGH }>),
     /// Correct a garment's labels by brush strokes or a label file
     Mask(mask::MaskArgs),
+    /// Cut and rebuild whenever a mask file is saved
+    Watch(watch::WatchArgs),
     /// What stands, what is stale, what each step measured
     Status(status::StatusArgs),
     /// Take the last change back: a scan, a mask, a parameter
@@ -145,6 +148,7 @@ fn run(command: Command, context: &Context) -> anyhow::Result<Done> {
         Command::Stack(args) => stages::run(args, context),
         Command::Weigh(args) => stages::run(args, context),
         Command::Mask(args) => mask::run(args, context),
+        Command::Watch(args) => watch::run(args, context),
         Command::Status(args) => status::run(args, context),
         Command::Undo(args) => undo::run(args, context),
         Command::Redo(args) => redo::run(args, context),

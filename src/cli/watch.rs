@@ -1,0 +1,255 @@
+//! `overcoat watch`: a mask file is saved, its garment is cut anew, what hangs on it is rebuilt.
+
+use super::Context;
+use super::console::{Done, Verbosity, print_aside, print_line, secs};
+use super::failure;
+use super::progress::measures_text;
+use crate::session::{Forced, Memory, Recut, Session, SessionError, Writer};
+use serde_json::{Value, json};
+use signal_hook::consts::{SIGINT, SIGTERM};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant, SystemTime};
+
+#[derive(clap::Args)]
+pub(super) struct WatchArgs {
+    /// A garment, with FILE: its mask from now on
+    #[arg(requires = "file")]
+    layer: Option<String>,
+    /// A mask file that is no mask yet, or that is not there yet
+    file: Option<PathBuf>,
+    /// Draw the garment as cut, in the scan's pose, each time
+    #[arg(long, value_name = "OUT.png")]
+    picture: Option<PathBuf>,
+    /// Draw the contact sheet after each rebuild
+    #[arg(long, value_name = "OUT.png")]
+    sheet: Option<PathBuf>,
+    /// Write the recording for the Rerun viewer after each rebuild
+    #[arg(long, value_name = "OUT.rrd")]
+    save: Option<PathBuf>,
+    /// Only cut anew; what hangs on the cut is left to `build`
+    #[arg(long)]
+    cut_only: bool,
+    /// End after so many changes
+    #[arg(long, value_name = "N")]
+    changes: Option<usize>,
+}
+
+/// Often enough that nobody waits for it, and looking at a few files costs nothing.
+const POLL: Duration = Duration::from_millis(20);
+
+/// A file that is watched.
+struct Watched {
+    layer: String,
+    path: PathBuf,
+    /// As it was when it was taken up last; `None` for one that was not there.
+    seen: Option<Look>,
+    /// As it was a moment ago: one that still changes is still being written.
+    last: Option<Look>,
+}
+
+/// What tells a saved file from the one before.
+#[derive(Clone, PartialEq)]
+struct Look {
+    modified: SystemTime,
+    len: u64,
+}
+
+impl Look {
+    fn at(path: &Path) -> Option<Self> {
+        let meta = std::fs::metadata(path).ok().filter(|m| m.is_file())?;
+        Some(Self { modified: meta.modified().ok()?, len: meta.len() })
+    }
+}
+
+impl Watched {
+    fn new(layer: String, path: PathBuf) -> Self {
+        let look = Look::at(&path);
+        Self { layer, path, seen: look.clone(), last: look }
+    }
+
+    /// When the file was saved, if that is new and it has come to rest.
+    fn saved(&mut self) -> Option<SystemTime> {
+        let look = Look::at(&self.path);
+        let rests = look == self.last;
+        self.last.clone_from(&look);
+        let new = look.filter(|look| rests && self.seen.as_ref() != Some(look))?;
+        let modified = new.modified;
+        self.seen = Some(new);
+        Some(modified)
+    }
+}
+
+pub(super) fn run(args: WatchArgs, context: &Context) -> anyhow::Result<Done> {
+    let ended = ended_by_signal()?;
+    let mut watch = Watch::begin(&args, context)?;
+    while !ended.load(Ordering::Relaxed) && args.changes.is_none_or(|n| watch.taken < n) {
+        watch.look();
+        std::thread::sleep(POLL);
+    }
+    let json = json!({ "session": context.session.display().to_string(), "changes": watch.log });
+    Ok(Done::new("watch", json).line(format!("watched {}", changes_of(watch.taken))))
+}
+
+fn changes_of(count: usize) -> String {
+    match count {
+        1 => "1 change".into(),
+        n => format!("{n} changes"),
+    }
+}
+
+/// Set once Ctrl-C was pressed, or the process was asked to end.
+fn ended_by_signal() -> anyhow::Result<Arc<AtomicBool>> {
+    let ended = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&ended))?;
+    }
+    Ok(ended)
+}
+
+struct Watch<'a> {
+    args: &'a WatchArgs,
+    context: &'a Context,
+    files: Vec<Watched>,
+    /// What was loaded and prepared stays at hand from one change to the next.
+    memory: Memory,
+    taken: usize,
+    log: Vec<Value>,
+}
+
+impl<'a> Watch<'a> {
+    fn begin(args: &'a WatchArgs, context: &'a Context) -> anyhow::Result<Self> {
+        let session = Session::open(&context.session)?;
+        let mut files: Vec<Watched> =
+            session.mask_files().into_iter().map(|(layer, path)| Watched::new(layer, path)).collect();
+        if let (Some(layer), Some(file)) = (&args.layer, &args.file) {
+            session.masks(Some(layer))?;
+            let file = context.input(file.clone());
+            let same = |w: &Watched| w.path.canonicalize().ok().is_some_and(|p| Some(p) == file.canonicalize().ok());
+            if !files.iter().any(same) {
+                // What is in it already is taken up at once.
+                let layer = layer.clone();
+                files.push(Watched { layer, last: Look::at(&file), seen: None, path: file });
+            }
+        }
+        if files.is_empty() {
+            return Err(SessionError::BadRequest {
+                what: "there is no mask file to watch".into(),
+                hint: "name a garment and a file: `overcoat watch LAYER FILE`".into(),
+            }
+            .into());
+        }
+        let mut watch = Self { args, context, files, memory: Memory::default(), taken: 0, log: Vec::new() };
+        watch.warm()?;
+        let paths: Vec<String> = watch.files.iter().map(|w| w.path.display().to_string()).collect();
+        watch.say(&format!("watching {}; Ctrl-C ends", paths.join(", ")));
+        Ok(watch)
+    }
+
+    /// Builds what is stale before the first change, and has at hand what a recut needs.
+    fn warm(&mut self) -> anyhow::Result<()> {
+        let mut writer = Writer::open(&self.context.session)?;
+        writer.remember(&self.memory);
+        writer.build(&Forced::Nothing, &mut |_| {})?;
+        for layer in self.files.iter().map(|w| w.layer.clone()).collect::<std::collections::BTreeSet<_>>() {
+            writer.recut(&layer, &mut |_| {})?;
+        }
+        Ok(())
+    }
+
+    /// Takes up what was saved since the last look.
+    fn look(&mut self) {
+        for i in 0..self.files.len() {
+            let Some(saved) = self.files[i].saved() else { continue };
+            let (layer, path) = (self.files[i].layer.clone(), self.files[i].path.clone());
+            let taken = self.take_up(&layer, &path, saved);
+            if taken.as_ref().is_err_and(|e| matches!(e.downcast_ref(), Some(SessionError::Locked { .. }))) {
+                // Another command is at work; the file waits its turn.
+                self.files[i].seen = None;
+                continue;
+            }
+            self.taken += 1;
+            // A file that is wrong is said, and the session stands as it was: the next save may mend it.
+            if let Err(e) = taken {
+                self.log.push(json!({ "layer": layer, "file": path.display().to_string(), "error": e.to_string() }));
+                if self.context.console.verbosity > Verbosity::Quiet {
+                    print_aside(&format!("error: {}", failure::one_line(&e.to_string())));
+                }
+            }
+        }
+    }
+
+    fn take_up(&mut self, layer: &str, path: &Path, saved: SystemTime) -> anyhow::Result<()> {
+        let mut writer = Writer::open(&self.context.session)?;
+        writer.remember(&self.memory);
+        let recut = writer.recut_with(layer, path, &mut |_| {})?;
+        let waited = saved.elapsed().unwrap_or_default();
+        if let Some(picture) = &self.args.picture {
+            writer.session().draw_garment(&recut.garment, layer, picture)?;
+        }
+        self.say(&told(layer, path, waited, &recut));
+        let began = Instant::now();
+        let rebuilt = match self.args.cut_only {
+            true => 0,
+            false => writer.build(&Forced::Nothing, &mut |_| {})?.iter().filter(|r| r.ran).count(),
+        };
+        drop(writer);
+        self.show(rebuilt, began)?;
+        self.log.push(json!({
+            "layer": layer,
+            "file": path.display().to_string(),
+            "saved_to_recut_secs": waited.as_secs_f64(),
+            "vertices": recut.garment.mesh.vertex_count(),
+            "hem_loops": recut.garment.hem_loops.len(),
+            "rebuilt_stages": rebuilt,
+            "rebuild_secs": began.elapsed().as_secs_f64(),
+        }));
+        Ok(())
+    }
+
+    /// What is to be looked at, after what hangs on the cut was rebuilt.
+    fn show(&self, rebuilt: usize, began: Instant) -> anyhow::Result<()> {
+        if rebuilt > 0 {
+            self.say(&format!("  rebuilt what hangs on it, {rebuilt} stages, in {}", secs(began.elapsed())));
+        }
+        if self.args.sheet.is_none() && self.args.save.is_none() {
+            return Ok(());
+        }
+        let session = Session::open(&self.context.session)?;
+        if let Some(path) = &self.args.sheet {
+            session.write_sheet(path)?;
+            self.say(&format!("  drew {}", path.display()));
+        }
+        if let Some(path) = &self.args.save {
+            session.write_recording(path)?;
+            self.say(&format!("  recorded {}", path.display()));
+        }
+        Ok(())
+    }
+
+    fn say(&self, line: &str) {
+        if self.context.console.verbosity == Verbosity::Quiet {
+            return;
+        }
+        // With --json, stdout is for the one object at the end.
+        if self.context.console.is_json() { print_aside(line) } else { print_line(line) }
+    }
+}
+
+fn told(layer: &str, path: &Path, waited: Duration, recut: &Recut) -> String {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let measures: Vec<String> = recut
+        .reports
+        .iter()
+        .filter(|r| r.ran && r.step == layer)
+        .map(measures_text)
+        .filter(|t| !t.is_empty())
+        .collect();
+    let findings = recut.garment.findings.iter().map(|f| format!("\n  {f}")).collect::<String>();
+    format!(
+        "{name} saved; {layer} cut anew {:.0} ms later: {}{findings}",
+        1e3 * waited.as_secs_f64(),
+        if measures.is_empty() { "nothing is different".into() } else { measures.join(", ") }
+    )
+}
