@@ -16,6 +16,8 @@ fn help_names_every_command_and_succeeds() {
         "scan",
         "build",
         "mask",
+        "watch",
+        "record",
         "status",
         "export",
         "view",

@@ -15,6 +15,7 @@ mod mask;
 mod measure;
 mod new;
 mod progress;
+mod record;
 mod redo;
 mod replay;
 mod scan;
@@ -75,6 +76,8 @@ enum Command {
     Mask(mask::MaskArgs),
     /// Cut and rebuild whenever a mask file is saved
     Watch(watch::WatchArgs),
+    /// A guided prompt through a dressing session
+    Record(record::RecordArgs),
     /// What stands, what is stale, what each step measured
     Status(status::StatusArgs),
     /// Take the last change back: a scan, a mask, a parameter
@@ -149,6 +152,7 @@ fn run(command: Command, context: &Context) -> anyhow::Result<Done> {
         Command::Weigh(args) => stages::run(args, context),
         Command::Mask(args) => mask::run(args, context),
         Command::Watch(args) => watch::run(args, context),
+        Command::Record(args) => record::run(args, context),
         Command::Status(args) => status::run(args, context),
         Command::Undo(args) => undo::run(args, context),
         Command::Redo(args) => redo::run(args, context),

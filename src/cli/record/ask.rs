@@ -1,0 +1,132 @@
+//! Answers: from a person at a terminal, with history and completion, or line by line from a pipe.
+
+use crate::cli::console::print_line;
+use rustyline::completion::{Completer, FilenameCompleter, Pair};
+use rustyline::error::ReadlineError;
+use rustyline::highlight::Highlighter;
+use rustyline::hint::Hinter;
+use rustyline::history::FileHistory;
+use rustyline::validate::Validator;
+use rustyline::{Editor, Helper};
+use std::io::{BufRead, IsTerminal};
+use std::path::{Path, PathBuf};
+
+/// What an answer may begin with, and the layers that there are.
+#[derive(Default)]
+pub(super) struct Hints {
+    /// Commands, and garment kinds where one is asked for.
+    pub words: Vec<String>,
+    /// Layers of the session.
+    pub layers: Vec<String>,
+}
+
+/// Where answers come from.
+pub(super) enum Ask {
+    /// A person; the history is kept in the session.
+    Person { editor: Box<Editor<Completion, FileHistory>>, history: PathBuf },
+    /// A pipe; what is read is shown, so that the transcript is whole.
+    Pipe { silent: bool },
+}
+
+impl Ask {
+    pub(super) fn open(dir: &Path, silent: bool) -> anyhow::Result<Self> {
+        if !std::io::stdin().is_terminal() {
+            return Ok(Self::Pipe { silent });
+        }
+        let mut editor = Editor::new()?;
+        editor.set_helper(Some(Completion { hints: Hints::default(), files: FilenameCompleter::new() }));
+        let history = dir.join("record.history");
+        // The first time there is none.
+        let _ = editor.load_history(&history);
+        Ok(Self::Person { editor: Box::new(editor), history })
+    }
+
+    /// One answer; `None` when there are no more.
+    pub(super) fn ask(&mut self, prompt: &str, hints: Hints) -> anyhow::Result<Option<String>> {
+        match self {
+            Self::Pipe { silent } => {
+                let mut line = String::new();
+                if std::io::stdin().lock().read_line(&mut line)? == 0 {
+                    return Ok(None);
+                }
+                if !*silent {
+                    print_line(&format!("{prompt}{}", line.trim_end()));
+                }
+                Ok(Some(line))
+            }
+            Self::Person { editor, history } => {
+                if let Some(helper) = editor.helper_mut() {
+                    helper.hints = hints;
+                }
+                match editor.readline(prompt) {
+                    Ok(line) => {
+                        // A history that cannot be kept is no reason to stop.
+                        let _ = editor.add_history_entry(line.as_str());
+                        let _ = editor.save_history(history);
+                        Ok(Some(line))
+                    }
+                    Err(ReadlineError::Eof | ReadlineError::Interrupted) => Ok(None),
+                    Err(e) => Err(e.into()),
+                }
+            }
+        }
+    }
+}
+
+/// Completes words and layers where one begins, and paths everywhere.
+pub(super) struct Completion {
+    hints: Hints,
+    files: FilenameCompleter,
+}
+
+impl Completer for Completion {
+    type Candidate = Pair;
+
+    fn complete(&self, line: &str, pos: usize, _: &rustyline::Context<'_>) -> rustyline::Result<(usize, Vec<Pair>)> {
+        let start = line[..pos].rfind(' ').map_or(0, |at| at + 1);
+        let begun = &line[start..pos];
+        let of_place = if start == 0 { &self.hints.words } else { &self.hints.layers };
+        let mut found: Vec<Pair> = of_place
+            .iter()
+            .filter(|word| word.starts_with(begun))
+            .map(|word| Pair { display: word.clone(), replacement: format!("{word} ") })
+            .collect();
+        let (from, files) = self.files.complete_path(line, pos)?;
+        // A path may be completed from its last part on; then words have no place beside it.
+        if from == start {
+            found.extend(files);
+        } else if found.is_empty() {
+            return Ok((from, files));
+        }
+        Ok((start, found))
+    }
+}
+
+impl Hinter for Completion {
+    type Hint = String;
+}
+impl Highlighter for Completion {}
+impl Validator for Completion {}
+impl Helper for Completion {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_complete_at_the_start_layers_after_it_and_paths_everywhere() {
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::write(dir.path().join("skirt.ply"), b"").unwrap();
+        let hints = Hints { words: vec!["skip".into(), "skirt".into(), "mask".into()], layers: vec!["tshirt".into()] };
+        let completion = Completion { hints, files: FilenameCompleter::new() };
+        let history = FileHistory::default();
+        let context = rustyline::Context::new(&history);
+        let complete = |line: &str| -> Vec<String> {
+            completion.complete(line, line.len(), &context).unwrap().1.into_iter().map(|p| p.replacement).collect()
+        };
+        assert_eq!(complete("sk"), ["skip ", "skirt "]);
+        assert_eq!(complete("mask ts"), ["tshirt "]);
+        let path = complete(&format!("mask {}/sk", dir.path().display()));
+        assert!(path.len() == 1 && path[0].ends_with("skirt.ply"), "{path:?}");
+    }
+}

@@ -1,0 +1,407 @@
+//! `overcoat record`: a prompt that walks a person through a dressing session, with the very commands of the tool. What is
+//! asked next follows from the session on disk alone, so it can be left, or killed, and taken up at any point.
+
+mod ask;
+mod measured;
+
+use super::console::{Console, Done, Verbosity, print_line};
+use super::{Args, Context, failure};
+use crate::segment::GarmentTemplate;
+use crate::session::{BODY_STEP, Draft, NewSession, Session, SessionError, StepRecipe, create};
+use ask::{Ask, Hints};
+use clap::{CommandFactory, Parser};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+#[derive(clap::Args)]
+pub(super) struct RecordArgs {
+    /// The session's folder; it is made where there is none
+    dir: Option<PathBuf>,
+}
+
+const HELP: &str = "Answer the question, or type one of these:
+  back               take back the last answer, or the last change
+  again              scan the last step anew
+  skip               leave the garment that is being asked for
+  mask [LAYER] FILE  correct a garment (the last one): strokes, a painted .ply, labels
+  mask --template F  write the last garment's scan, to be painted
+  view [FILE]        draw every step as a picture (.png), or record it (.rrd)
+  status, log, undo, export FILE, …: any command of overcoat
+  quit               leave; `overcoat record` goes on from here";
+
+/// What is asked.
+enum Question {
+    Body,
+    Name,
+    Kind { name: String },
+    Scan { name: String, kind: Vec<String> },
+    Again { name: String },
+}
+
+/// What comes after an answer.
+enum Then {
+    Ask,
+    Quit,
+}
+
+pub(super) fn run(args: RecordArgs, context: &Context) -> anyhow::Result<Done> {
+    let dir = args.dir.unwrap_or_else(|| context.session.clone());
+    let mut record = Record::open(&dir, context)?;
+    record.say_where();
+    record.catch_up();
+    let mut ask = Ask::open(&dir, record.console.is_json() || record.console.verbosity == Verbosity::Quiet)?;
+    loop {
+        let question = record.question()?;
+        record.say_task(&question);
+        let Some(line) = ask.ask(&record.prompt(&question), record.hints(&question)?)? else { break };
+        match record.answer(question, line.trim()) {
+            Ok(Then::Ask) => {}
+            Ok(Then::Quit) => break,
+            Err(e) => failure::say(&e, false),
+        }
+    }
+    record.done()
+}
+
+struct Record {
+    context: Context,
+    /// What the commands typed say, if anything.
+    console: Console,
+    /// The step that is to be scanned anew.
+    again: Option<String>,
+    /// What was told last of the steps, so that it is told once.
+    told: usize,
+}
+
+impl Record {
+    fn open(dir: &Path, context: &Context) -> anyhow::Result<Self> {
+        let console = Console::new(context.console.is_json(), context.console.verbosity);
+        match Session::open(dir) {
+            Ok(_) => {}
+            Err(SessionError::NotASession { .. }) => {
+                create(dir, &NewSession::default())?;
+            }
+            Err(e) => return Err(e.into()),
+        }
+        let quiet =
+            Console::new(false, if context.console.is_json() { Verbosity::Quiet } else { context.console.verbosity });
+        let context = Context { session: dir.to_path_buf(), session_given: true, console: quiet };
+        Ok(Self { context, console, again: None, told: 0 })
+    }
+
+    fn session(&self) -> Result<Session, SessionError> {
+        Session::open(&self.context.session)
+    }
+
+    fn say(&self, line: &str) {
+        if !self.console.is_json() && self.console.verbosity > Verbosity::Quiet {
+            print_line(line);
+        }
+    }
+
+    fn say_where(&self) {
+        let steps = self.session().map(|s| s.recipe().steps.len()).unwrap_or(0);
+        let dir = self.context.session.display();
+        match steps {
+            0 => self.say(&format!("Recording {dir}: a new session. `help` says what else can be typed.")),
+            n => self.say(&format!("Recording {dir}: {n} scan{} so far.", if n == 1 { "" } else { "s" })),
+        }
+    }
+
+    fn question(&self) -> Result<Question, SessionError> {
+        let session = self.session()?;
+        Ok(match (&self.again, session.recipe().steps.is_empty(), session.draft()) {
+            (Some(name), ..) => Question::Again { name: name.clone() },
+            (None, true, _) => Question::Body,
+            (None, false, None) => Question::Name,
+            (None, false, Some(Draft { name, kind: None })) => Question::Kind { name },
+            (None, false, Some(Draft { name, kind: Some(kind) })) => Question::Scan { name, kind },
+        })
+    }
+
+    fn say_task(&self, question: &Question) {
+        match question {
+            Question::Body => {
+                self.say("Scan the bare body, arms held away from it. Which file?");
+            }
+            Question::Name => {
+                self.say("Put on the next garment, from the inside out. What is it called? (`quit` when dressed)")
+            }
+            Question::Kind { name } => {
+                let kinds = GarmentTemplate::names().collect::<Vec<_>>().join(", ");
+                self.say(&format!(
+                    "What kind of garment is {name}? One of {kinds}; with --until PLACE or --sleeve LENGTH where it ends elsewhere."
+                ));
+            }
+            Question::Scan { name, .. } => self.say(&format!("Scan the person with {name} on. Which file?")),
+            Question::Again { name } => self.say(&format!("Scan {name} anew. Which file?")),
+        }
+    }
+
+    fn prompt(&self, question: &Question) -> String {
+        match question {
+            Question::Body => "scan of the body> ".into(),
+            Question::Name => "garment> ".into(),
+            Question::Kind { name } => match own_kind(name) {
+                Some(kind) => format!("kind [{kind}]> "),
+                None => "kind> ".into(),
+            },
+            Question::Scan { name, .. } | Question::Again { name } => format!("scan of {name}> "),
+        }
+    }
+
+    fn hints(&self, question: &Question) -> Result<Hints, SessionError> {
+        let mut words: Vec<String> = ["back", "again", "skip", "help", "quit"].into_iter().map(String::from).collect();
+        words.extend(Args::command().get_subcommands().map(|c| c.get_name().to_string()));
+        if matches!(question, Question::Kind { .. } | Question::Name) {
+            words.extend(GarmentTemplate::names().map(String::from));
+        }
+        let session = self.session()?;
+        let layers = session.recipe().steps.iter().map(|s| s.name.clone()).collect();
+        Ok(Hints { words, layers })
+    }
+
+    fn answer(&mut self, question: Question, line: &str) -> anyhow::Result<Then> {
+        let words = words_of(line)?;
+        let first = words.first().map_or("", String::as_str);
+        match first {
+            "quit" | "exit" => return Ok(Then::Quit),
+            "help" | "?" => self.say(HELP),
+            "back" => self.back(&question)?,
+            "again" => self.ask_again()?,
+            "skip" => self.skip(&question)?,
+            "view" => self.view(&words[1..])?,
+            "mask" => self.mask(&words[1..])?,
+            "new" | "record" | "watch" | "demo" => {
+                return Err(bad(format!("`{first}` cannot be typed here"), "leave with `quit` first".into()));
+            }
+            _ if Args::command().find_subcommand(first).is_some() => {
+                self.command(&words)?;
+                self.catch_up();
+            }
+            _ => self.take(question, words)?,
+        }
+        Ok(Then::Ask)
+    }
+
+    /// The answer to the question itself.
+    fn take(&mut self, question: Question, words: Vec<String>) -> anyhow::Result<()> {
+        let session = self.session()?;
+        match question {
+            Question::Kind { name } => {
+                let kind = match (words.is_empty(), own_kind(&name)) {
+                    (true, Some(kind)) => vec![kind.to_string()],
+                    _ => words,
+                };
+                if let Some(named) = kind.first() {
+                    GarmentTemplate::built_in(named).map_err(|e| bad(e.to_string(), e.hint().unwrap_or_default()))?;
+                    session.keep_draft(Some(&Draft { name, kind: Some(kind) }))?;
+                }
+            }
+            _ if words.is_empty() => {}
+            Question::Name => {
+                session.recipe().check_new_garment(&words[0])?;
+                if words.len() > 1 {
+                    return Err(bad(
+                        format!("'{}' is more than a name", words.join(" ")),
+                        "one word, such as tshirt".into(),
+                    ));
+                }
+                session.keep_draft(Some(&Draft { name: words[0].clone(), kind: None }))?;
+            }
+            Question::Body => self.scan(BODY_STEP, words, Vec::new())?,
+            Question::Scan { name, kind } => {
+                let options = [vec!["--template".to_string()], kind].concat();
+                self.scan(&name, words, options)?;
+                self.session()?.keep_draft(None)?;
+            }
+            Question::Again { name } => {
+                let options = options_of(session.recipe().step(&name)?);
+                self.scan(&name, words, options)?;
+                self.again = None;
+            }
+        }
+        Ok(())
+    }
+
+    fn scan(&mut self, name: &str, words: Vec<String>, options: Vec<String>) -> anyhow::Result<()> {
+        let scan = ["scan".to_string(), name.to_string()];
+        self.command(&[scan.as_slice(), &words, &options].concat())?;
+        self.catch_up();
+        Ok(())
+    }
+
+    /// A command of the tool, as typed, in this session.
+    fn command(&self, words: &[String]) -> anyhow::Result<()> {
+        let typed = std::iter::once("overcoat".to_string()).chain(words.iter().cloned());
+        let parsed = match Args::try_parse_from(typed) {
+            Ok(parsed) => parsed,
+            Err(e) if !e.use_stderr() => {
+                self.say(e.render().to_string().trim_end());
+                return Ok(());
+            }
+            Err(e) => {
+                let (what, hint) = failure::sentence_and_hint(&e.render().to_string());
+                return Err(bad(what, hint));
+            }
+        };
+        let done = super::run(parsed.command, &self.context)?;
+        // What to do next is asked here.
+        done.lines.iter().for_each(|line| self.say(line));
+        Ok(())
+    }
+
+    /// Builds what is stale, and tells what was measured. A failure is told; a person then decides.
+    fn catch_up(&mut self) {
+        if let Err(e) = self.try_catch_up() {
+            failure::say(&e, false);
+            self.say("Look at it with `status`; take it back with `back`, scan it `again`, or correct it with `mask`.");
+        }
+    }
+
+    fn try_catch_up(&mut self) -> anyhow::Result<()> {
+        let session = self.session()?;
+        if session.recipe().steps.is_empty() {
+            return Ok(());
+        }
+        let status = session.status()?;
+        if status.iter().any(|s| !s.stale.is_empty()) {
+            self.command(&["build".to_string()])?;
+            self.told = 0;
+        }
+        if self.told != status.len() {
+            let status = self.session()?.status()?;
+            if let Some(last) = status.last() {
+                measured::lines(last).iter().for_each(|line| self.say(line));
+            }
+            self.told = status.len();
+        }
+        Ok(())
+    }
+
+    /// Takes back the last answer that is not in the session yet, or else the session's last change.
+    fn back(&mut self, question: &Question) -> anyhow::Result<()> {
+        let session = self.session()?;
+        match question {
+            Question::Again { .. } => self.again = None,
+            Question::Kind { .. } => session.keep_draft(None)?,
+            Question::Scan { name, .. } => {
+                session.keep_draft(Some(&Draft { name: name.clone(), kind: None }))?;
+            }
+            Question::Body | Question::Name => {
+                self.command(&["undo".to_string()])?;
+                self.told = 0;
+                self.catch_up();
+            }
+        }
+        Ok(())
+    }
+
+    fn ask_again(&mut self) -> anyhow::Result<()> {
+        let session = self.session()?;
+        match session.recipe().steps.last() {
+            None => Err(bad("nothing is scanned yet".into(), "name the file of the body's scan".into())),
+            Some(step) => {
+                session.keep_draft(None)?;
+                self.again = Some(step.name.clone());
+                Ok(())
+            }
+        }
+    }
+
+    fn skip(&mut self, question: &Question) -> anyhow::Result<()> {
+        match question {
+            Question::Body => Err(bad(
+                "the body cannot be skipped: every garment is seen against it".into(),
+                "name the file of its scan, or `quit`".into(),
+            )),
+            Question::Name => Err(bad("no garment is being asked for".into(), "name one, or `quit`".into())),
+            Question::Again { .. } => {
+                self.again = None;
+                Ok(())
+            }
+            Question::Kind { name } | Question::Scan { name, .. } => {
+                self.session()?.keep_draft(None)?;
+                self.say(&format!("{name} is skipped."));
+                Ok(())
+            }
+        }
+    }
+
+    fn view(&self, words: &[String]) -> anyhow::Result<()> {
+        let sheet = self.context.session.join("sheet.png").display().to_string();
+        let typed: Vec<&str> = match words {
+            [] => vec!["view", "--sheet", &sheet],
+            [file] if file.ends_with(".png") => vec!["view", "--sheet", file],
+            [file] if file.ends_with(".rrd") => vec!["view", "--save", file],
+            other => std::iter::once("view").chain(other.iter().map(String::as_str)).collect(),
+        };
+        self.command(&typed.into_iter().map(String::from).collect::<Vec<_>>())
+    }
+
+    /// `mask`, of the last garment where none is named.
+    fn mask(&mut self, words: &[String]) -> anyhow::Result<()> {
+        let session = self.session()?;
+        let last = session.recipe().steps.last().filter(|s| s.template.is_some()).map(|s| s.name.clone());
+        let mut typed = vec!["mask".to_string()];
+        let names_none = match words {
+            [only] => only != "list" && session.recipe().step(only).is_err(),
+            [option, _] => option == "--template",
+            _ => false,
+        };
+        if let Some(last) = last.filter(|_| names_none) {
+            typed.push(last);
+        }
+        typed.extend_from_slice(words);
+        self.command(&typed)?;
+        self.told = 0;
+        self.catch_up();
+        Ok(())
+    }
+
+    fn done(&self) -> anyhow::Result<Done> {
+        let status = self.session()?.status()?;
+        let stale: usize = status.iter().map(|s| s.stale.len()).sum();
+        let names: Vec<&str> = status.iter().map(|s| s.name.as_str()).collect();
+        let json = json!({
+            "session": self.context.session.display().to_string(),
+            "steps": names,
+            "up_to_date": stale == 0 && !names.is_empty(),
+        });
+        let done = Done::new("record", json).line(match names.as_slice() {
+            [] => "nothing is recorded yet".to_string(),
+            names => format!("recorded {}", names.join(", ")),
+        });
+        let done = done.next(format!("overcoat record {}", self.context.session.display()));
+        Ok(if names.len() > 1 { done.next(self.context.overcoat("export character.glb")) } else { done })
+    }
+}
+
+fn bad(what: String, hint: String) -> anyhow::Error {
+    SessionError::BadRequest { what, hint }.into()
+}
+
+/// The garment kind of the same name.
+fn own_kind(name: &str) -> Option<&'static str> {
+    GarmentTemplate::names().find(|kind| *kind == name)
+}
+
+/// The options with which a step was scanned.
+fn options_of(step: &StepRecipe) -> Vec<String> {
+    let mut options = vec!["--replace".to_string()];
+    let given = [("--template", &step.template), ("--until", &step.until), ("--sleeve", &step.sleeve)];
+    for (option, value) in given {
+        options.extend(value.iter().flat_map(|v| [option.to_string(), v.clone()]));
+    }
+    options.extend(step.faces.iter().flat_map(|n| ["--faces".to_string(), n.to_string()]));
+    options
+}
+
+/// A line as words; a line that is a file's name is one, spaces and all.
+fn words_of(line: &str) -> anyhow::Result<Vec<String>> {
+    if !line.is_empty() && Path::new(line).exists() {
+        return Ok(vec![line.to_string()]);
+    }
+    let words: Option<Vec<String>> = shlex::split(line);
+    words.ok_or_else(|| bad("a quotation mark is not closed".into(), "write it before and after the name".into()))
+}
