@@ -1,8 +1,8 @@
 //! The command line: arguments as typed, arguments as validated, run. One file a command; what a command did goes to
 //! stdout, how it is going to stderr.
 
-mod branch;
 mod body;
+mod branch;
 mod build;
 mod console;
 mod demo;

@@ -41,7 +41,7 @@ impl Default for DepthNoise {
 }
 
 /// From here on incidence adds to the axial noise: radians (60°).
-const OBLIQUE: f64 = 1.0472;
+const OBLIQUE: f64 = std::f64::consts::FRAC_PI_3;
 /// The angular term is not followed closer to a right angle than this, radians: its pole is no measurement.
 const NEAR_RIGHT_ANGLE: f64 = 0.06;
 

@@ -131,9 +131,9 @@ fn tint(block: &mut Block, at: usize, color: [u8; 3], evidence: f32) {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
     use crate::scan::rgbd::camera::RgbdCamera;
     use crate::scan::rgbd::volume::Reader;
-    use super::*;
 
     #[test]
     fn a_wall_is_averaged_to_where_it_is_and_the_same_with_one_thread() {

@@ -145,8 +145,8 @@ fn to_next_block(p: &Point3<f32>, direction: &Vector3<f32>) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use crate::scan::rgbd::view::View;
     use super::*;
+    use crate::scan::rgbd::view::View;
 
     #[test]
     fn a_wall_that_was_integrated_is_predicted_from_elsewhere() {

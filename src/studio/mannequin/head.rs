@@ -74,7 +74,8 @@ pub(super) fn add_head(body: &mut Anatomy) {
     };
     push(body, auricle, 0.006, EAR_EDGE, Region::Head);
     let eye_x = 0.5 * m.interpupillary_breadth / kj;
-    let eye = Form::Ellipsoid { center: spot(eye_x, -0.0115, 0.0705), axes: diagonal(), semi: [0.0132, 0.0118, 0.0125] };
+    let eye =
+        Form::Ellipsoid { center: spot(eye_x, -0.0115, 0.0705), axes: diagonal(), semi: [0.0132, 0.0118, 0.0125] };
     push(body, eye, 0.005, FACE_EDGE, Region::Head);
 
     let mut bump = |center: Vec3, spread: [f64; 3], height: f64| {
