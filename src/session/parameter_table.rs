@@ -23,7 +23,7 @@ const fn of(stage: Stage, name: &'static str, allowed: Allowed, about: &'static 
 }
 
 /// All of them, by stage, in the order of its `Params`.
-pub(super) const PARAMETERS: [Parameter; 42] = [
+pub(super) const PARAMETERS: [Parameter; 43] = [
     of(Stage::Fit, "samples", SAMPLES, "Places on the body model and on the scan that take part"),
     of(Stage::Fit, "iterations", ROUNDS, "Iterations at most"),
     of(Stage::Fit, "shape_prior", WEIGHT, "Pull toward the mean shape"),
