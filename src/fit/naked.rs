@@ -121,7 +121,9 @@ fn refuse_what_is_no_body(
     agreement: &Agreement,
     found: &Found,
 ) -> Result<(), FitError> {
-    if residual > params.refuse_above {
+    // What shows a body besides other things is told of by their share: an average over both says nothing of either.
+    const MOSTLY_A_BODY: f64 = 0.5;
+    if residual > params.refuse_above && !(MOSTLY_A_BODY..params.least_explained).contains(&agreement.explained) {
         return Err(FitError::NotABody { residual_mm: residual * 1e3, limit_mm: params.refuse_above * 1e3 });
     }
     if agreement.explained < params.least_explained {
