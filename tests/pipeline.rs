@@ -301,7 +301,8 @@ fn mask_holds_on_another_mesh(mask: &str) {
     surface.scalars = [("label".to_string(), labels)].into();
     let out = std::fs::File::create(copy.join("labels.ply")).unwrap();
     overcoat::formats::write_ply(&surface, &Default::default(), out).unwrap();
-    let stroke = format!(r#"{{"layer":"vest","op":"erase","radius":0.05,"points":[{center:?}]}}"#);
+    // A brush runs along the cloth, and the way through a fold is longer than it looks from the front.
+    let stroke = format!(r#"{{"layer":"vest","op":"erase","radius":0.07,"points":[{center:?}]}}"#);
     std::fs::write(copy.join("labels.jsonl"), stroke).unwrap();
     overcoat_ok(&copy, &["mask", "vest", mask]);
     let recipe = std::fs::read_to_string(copy.join("recipe.toml")).unwrap();
@@ -313,7 +314,7 @@ fn mask_holds_on_another_mesh(mask: &str) {
     assert!(after.points.len() < found.points.len() / 2, "{mask}: {}", after.points.len());
     let front = || after.points.iter().zip(&after.scalars["label"]).filter(|(p, _)| p[2] > 0.0);
     let still = front().filter(|(p, l)| gap(p) < 0.035 && **l == 1.0).count();
-    let kept = front().filter(|(p, l)| (0.07..0.1).contains(&gap(p)) && **l == 1.0).count();
+    let kept = front().filter(|(p, l)| (0.08..0.12).contains(&gap(p)) && **l == 1.0).count();
     let all = front().filter(|(p, _)| gap(p) < 0.035).count();
     assert!(still == 0 && all > 20 && kept > 40, "{mask}: {still} of {all} in the spot, {kept} beside it");
 }
