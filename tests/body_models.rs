@@ -1,6 +1,7 @@
 //! Body models built, measured and refused, through the same calls that `overcoat body` makes.
 
 mod common;
+mod smpl_family;
 
 use common::{mean_body, overcoat, overcoat_ok, write_mesh};
 use overcoat::body::{BodyModel, Pose, Shape, embedded_model, read_model};
@@ -167,66 +168,6 @@ fn shapes_and_poses_that_the_model_does_not_have_are_refused() {
     assert!(said(vec![], "tail=0,0,1").contains("no joint 'tail'"));
     assert!(said(vec![], "head=0,0").contains("no turn of head"));
     assert_eq!(said(vec![1.0, -2.0], "arms-up"), "");
-}
-
-/// A model of 24 joints in SMPL's order and without names: five points above each other a joint, all vertices of joint 0
-/// but the last, which follows joint 16, the left upper arm.
-fn smpl_like(posedirs: usize) -> Npz {
-    let (v, j, k) = (30, 24, 10);
-    let parents: [u32; 24] = [u32::MAX, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21];
-    let mut npz = Npz::new();
-    let points: Vec<[f64; 3]> =
-        (0..v).map(|i| [0.1 * (f64::from(i) * 1.7).sin(), 0.06 * f64::from(i), 0.1 * f64::from(i % 3)]).collect();
-    let v = v as usize;
-    npz.insert("v_template", NpyArray::rows(&points));
-    npz.insert("shapedirs", NpyArray::try_new(&[v, 3, k], vec![0.01f64; v * 3 * k]).unwrap());
-    let regressor: Vec<f64> = (0..j).flat_map(|a| (0..v).map(move |b| if a == b { 1.0 } else { 0.0 })).collect();
-    npz.insert("J_regressor", NpyArray::try_new(&[j, v], regressor).unwrap());
-    npz.insert(
-        "kintree_table",
-        NpyArray::try_new(&[2, j], parents.into_iter().chain(0..24).collect::<Vec<u32>>()).unwrap(),
-    );
-    let weights: Vec<f64> = (0..v)
-        .flat_map(|a| (0..j).map(move |b| if b == if a == v - 1 { 16 } else { 0 } { 1.0 } else { 0.0 }))
-        .collect();
-    npz.insert("weights", NpyArray::try_new(&[v, j], weights).unwrap());
-    npz.insert("f", NpyArray::rows(&(0..28u32).map(|i| [i, i + 1, i + 2]).collect::<Vec<_>>()));
-    let mut dirs = vec![0.0f64; v * 3 * posedirs];
-    // The last feature lifts the last vertex.
-    dirs[((v - 1) * 3 + 1) * posedirs + posedirs - 1] = 0.5;
-    npz.insert("posedirs", NpyArray::try_new(&[v, 3, posedirs], dirs).unwrap());
-    npz
-}
-
-#[test]
-fn smpl_and_star_files_are_read_with_their_corrective_offsets() {
-    let read = |npz: &Npz| {
-        let mut bytes = std::io::Cursor::new(Vec::new());
-        write_npz(npz, NpzCompression::Stored, &mut bytes).unwrap();
-        read_model(std::io::Cursor::new(bytes.into_inner())).unwrap()
-    };
-    let turned = |model: &BodyModel| {
-        // The last joint in SMPL's order: a finger joint that moves no vertex, but the correction.
-        let mut pose = Pose::bind(24);
-        pose.rotations[23] = nalgebra::UnitQuaternion::from_euler_angles(0.0, 0.0, 0.4);
-        let bind = model.posed(model.template.points(), &model.skeleton, &Pose::bind(24));
-        let posed = model.posed(model.template.points(), &model.skeleton, &pose);
-        (posed.0[29] - bind.0[29]).y
-    };
-    let smpl = read(&smpl_like(9 * 23));
-    assert_eq!(smpl.skeleton.names[16], "leftUpperArm");
-    assert_eq!((smpl.component_count(), smpl.weights.rows().0[29][0].0.index()), (10, 16));
-    // Feature 206 is R(2, 2) − 1 of joint 23, which a turn about z leaves at 0; about x it is cos − 1.
-    assert!(turned(&smpl).abs() < 1e-12);
-    let star = read(&smpl_like(4 * 23));
-    assert!((turned(&star) - 0.5 * (0.2f64.cos() - 1.0)).abs() < 1e-9, "w − 1 of the quaternion");
-    // STAR's own files have one feature more, times the second shape coordinate.
-    let by_mass = read(&smpl_like(4 * 23 + 1));
-    let mut shape = by_mass.mean_shape();
-    shape.0[1] = 1.0;
-    let lifted = by_mass.shaped(&shape).0.points().0[29].y - by_mass.template.points().0[29].y;
-    assert!((lifted - 0.51).abs() < 1e-6, "{lifted}");
-    assert!(turned(&by_mass).abs() < 1e-12);
 }
 
 #[test]

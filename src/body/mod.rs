@@ -24,6 +24,7 @@ pub use model_file::read_model;
 pub use part::{BonePosition, bone_positions};
 pub use pose_dirs::PoseDirs;
 pub use skeleton::{JOINT_NAMES, JOINT_PARENTS, JointId, JointLimits, Pose, Skeleton};
+pub(crate) use skin::skin_rigidly;
 pub use skin::{SkinWeights, skin, unskin};
 pub use stance::Stance;
 pub use uv::{Texture, UvMap};

@@ -1,6 +1,6 @@
 //! The statistical body model.
 
-use super::{JointLimits, Pose, PoseDirs, Skeleton, SkinWeights, UvMap, skin};
+use super::{JointLimits, Pose, Skeleton, SkinWeights, UvMap, skin};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3, VertexId};
 use serde::{Deserialize, Serialize};
 
@@ -29,7 +29,7 @@ pub struct BodyModel {
     pub skeleton: Skeleton,
     /// K × J: how each joint moves with each component.
     pub joint_dirs: Vec<Vec<Vec3>>,
-    /// Skin weights.
+    /// Skin weights, and with them how the surface gives way to bent joints, where the model knows.
     pub weights: SkinWeights,
     /// Bounds of each joint's rotation vector.
     pub limits: Vec<JointLimits>,
@@ -37,8 +37,6 @@ pub struct BodyModel {
     pub uvs: Option<UvMap>,
     /// The vertex that each becomes when left and right are exchanged.
     pub mirror: Option<PerVertex<VertexId>>,
-    /// How the surface gives way to bent joints, where the model knows.
-    pub pose_dirs: Option<PoseDirs>,
 }
 
 impl BodyModel {
@@ -79,10 +77,7 @@ impl BodyModel {
 
     /// A surface with this model's vertices, skinned into `pose`: Eq. 3, with the corrective offsets of the model.
     pub fn posed(&self, points_in_bind: &PerVertex<Point>, skeleton: &Skeleton, pose: &Pose) -> PerVertex<Point> {
-        match &self.pose_dirs {
-            None => skin(points_in_bind, &self.weights, skeleton, pose),
-            Some(dirs) => skin(&dirs.corrected(points_in_bind, pose), &self.weights, skeleton, pose),
-        }
+        skin(points_in_bind, &self.weights, skeleton, pose)
     }
 
     /// The skeleton inside any surface with this model's vertices, in the bind pose: Eq. 1.

@@ -2,9 +2,10 @@
 
 use super::skeleton::JOINT_NAMES;
 use super::{BodyError, BodyModel, JointId, JointLimits, PoseDirs, Skeleton, SkinWeights, UvMap};
-use crate::formats::{Format, FormatError, Npz, read_npz};
+use crate::formats::{Format, FormatError, NpyData, Npz, read_npz};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3, VertexId};
 use std::io::{Read, Seek, SeekFrom};
+use std::sync::Arc;
 
 /// Shape components used of a larger file: Hu 2017, §5.1, uses 15.
 const MOST_COMPONENTS: usize = 15;
@@ -50,20 +51,23 @@ pub fn read_model(mut input: impl Read + Seek) -> Result<BodyModel, BodyError> {
             return Err(BodyError::MissingArray { name });
         }
     }
+    refuse_objects(&npz)?;
     let (v, j) = check_shapes(&npz)?;
     let template = read_template(&npz)?;
     let parents = read_parents(&npz, j)?;
     let names = read_names(&npz, j)?;
     let mut shape_dirs = read_shape_dirs(&npz, v, j)?;
     let joint_regressor = read_regressor(&npz, v, j)?;
-    let weights = read_weights(&npz, j)?;
+    let mut weights = read_weights(&npz, j)?;
 
     let joints_of = |value: &dyn Fn(VertexId) -> Vec3| -> Vec<Vec3> {
         joint_regressor.iter().map(|row| row.iter().map(|&(i, m)| value(i) * m).sum()).collect()
     };
     let joints_in_bind = joints_of(&|i| template.points()[i].coords).into_iter().map(Point::from).collect();
     let joint_dirs = shape_dirs.iter().map(|dirs| joints_of(&|i| dirs[i])).collect();
-    let pose_dirs = read_pose_dirs(&npz, v, j, &mut shape_dirs)?;
+    if let Some(dirs) = read_pose_dirs(&npz, v, j, &mut shape_dirs)? {
+        weights = weights.with_pose_dirs(Arc::new(dirs));
+    }
     Ok(BodyModel {
         skeleton: Skeleton { names, parents, joints_in_bind },
         limits: read_limits(&npz, j)?,
@@ -74,7 +78,6 @@ pub fn read_model(mut input: impl Read + Seek) -> Result<BodyModel, BodyError> {
         joint_regressor,
         joint_dirs,
         weights,
-        pose_dirs,
     })
 }
 
@@ -87,6 +90,18 @@ fn refuse_pickle(input: &mut (impl Read + Seek)) -> Result<(), BodyError> {
     // Protocols 2 and up begin with the byte 0x80 and their number; older ones with an opening mark and a dictionary.
     let is_pickle = read == 2 && (head[0] == 0x80 && (2..=5).contains(&head[1]) || matches!(&head, b"(d" | b"cc"));
     if is_pickle { Err(BodyError::Pickle) } else { Ok(()) }
+}
+
+/// A sparse matrix of SciPy, say, is a pickle within the `.npz`.
+fn refuse_objects(npz: &Npz) -> Result<(), BodyError> {
+    for name in ["v_template", "shapedirs", "posedirs", "J_regressor", "kintree_table", "weights", "f"] {
+        if npz.contains(name) && matches!(npz.get(name)?.data(), NpyData::Opaque { .. }) {
+            let reason =
+                "it holds a Python object instead of numbers; a sparse matrix is made dense by .toarray()".into();
+            return Err(BodyError::BadValue { name, reason });
+        }
+    }
+    Ok(())
 }
 
 fn check_shapes(npz: &Npz) -> Result<(usize, usize), BodyError> {
@@ -170,7 +185,28 @@ fn read_names(npz: &Npz, joints: usize) -> Result<Vec<String>, BodyError> {
     if !matches!(joints, 22 | 24 | 52 | 55) {
         return Err(BodyError::UnknownJoints { joints });
     }
-    Ok((0..joints).map(|j| SMPL_ORDER.get(j).map_or_else(|| format!("joint{j}"), |n| (*n).to_string())).collect())
+    Ok((0..joints).map(|j| smpl_joint(j, joints)).collect())
+}
+
+/// Our name for a joint of the family: behind the 22 of the body SMPL-X has jaw and eyes, and it and SMPL+H the fingers.
+fn smpl_joint(j: usize, joints: usize) -> String {
+    const FACE: [&str; 3] = ["jaw", "leftEye", "rightEye"];
+    const FINGERS: [&str; 5] = ["Index", "Middle", "Little", "Ring", "Thumb"];
+    const OF_FINGER: [&str; 3] = ["Proximal", "Intermediate", "Distal"];
+    const OF_THUMB: [&str; 3] = ["Metacarpal", "Proximal", "Distal"];
+    if let Some(name) = SMPL_ORDER.get(j) {
+        return (*name).into();
+    }
+    let behind = j - SMPL_ORDER.len();
+    let finger = match joints {
+        52 => behind,
+        55 if behind < FACE.len() => return FACE[behind].into(),
+        55 => behind - FACE.len(),
+        _ => return format!("joint{j}"),
+    };
+    let side = if finger < 15 { "left" } else { "right" };
+    let (name, of) = (FINGERS[finger % 15 / 3], finger % 3);
+    format!("{side}{name}{}", if name == "Thumb" { OF_THUMB[of] } else { OF_FINGER[of] })
 }
 
 /// Directions of shape. SMPL-X has those of the face's expression behind them: 10 of 20, or 100 of 400.

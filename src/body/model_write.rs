@@ -53,7 +53,7 @@ impl BodyModel {
         if let Some(mirror) = &self.mirror {
             npz.insert("mirror", NpyArray::vector(mirror.iter().map(|v| v.0).collect::<Vec<u32>>()));
         }
-        if let Some(dirs) = &self.pose_dirs {
+        if let Some(dirs) = self.weights.pose_dirs() {
             let n = dirs.feature_count();
             let mut values = Vec::with_capacity(v * 3 * n);
             for row in dirs.offsets().chunks(n) {

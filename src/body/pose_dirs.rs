@@ -1,8 +1,10 @@
 //! Corrective offsets by pose, as the SMPL family has them.
 
 use super::Pose;
-use crate::geometry::{PerVertex, Point, Vec3};
+use crate::geometry::{PerVertex, Vec3, VertexId};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// How far the bind pose's surface gives way, linear in what the joints' rotations are.
 ///
@@ -51,16 +53,20 @@ impl PoseDirs {
         &self.offsets
     }
 
-    /// Points of the bind pose, given way to `pose`.
-    pub fn corrected(&self, points_in_bind: &PerVertex<Point>, pose: &Pose) -> PerVertex<Point> {
+    /// How far each vertex of the model gives way in `pose`, in the bind pose's axes.
+    pub fn in_pose(&self, pose: &Pose) -> PerVertex<Vec3> {
         let features = self.features_of(pose);
-        points_in_bind
-            .0
-            .par_iter()
-            .zip(self.offsets.par_chunks(self.features))
-            .map(|(p, row)| p + row.iter().zip(&features).map(|(offset, f)| offset * *f).sum::<Vec3>())
+        self.offsets
+            .par_chunks(self.features)
+            .map(|row| row.iter().zip(&features).map(|(offset, f)| offset * *f).sum::<Vec3>())
             .collect::<Vec<_>>()
             .into()
+    }
+
+    /// The same for some of the model's vertices only.
+    pub(crate) fn of_vertices(&self, kept: &[VertexId]) -> Self {
+        let row = |v: &VertexId| self.offsets[v.index() * self.features..(v.index() + 1) * self.features].to_vec();
+        Self { offsets: kept.iter().flat_map(row).collect(), ..*self }
     }
 
     fn features_of(&self, pose: &Pose) -> Vec<f64> {
@@ -83,9 +89,68 @@ impl PoseDirs {
     }
 }
 
+/// How a surface gives way with a model: offsets of the model's vertices, taken up by the surface's own.
+///
+/// The offsets are the model's and large; a file of a figure holds only which of them each vertex takes, and whoever
+/// reads it hands them in again ([`super::Figure::give_way_with`]).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct GivingWay {
+    #[serde(skip)]
+    dirs: Option<Arc<PoseDirs>>,
+    /// For each vertex those of the model that it goes along with, and how far; `None` for the model's own surface.
+    places: Option<PerVertex<Vec<(VertexId, f64)>>>,
+}
+
+impl GivingWay {
+    /// The model's own surface.
+    pub fn of_model(dirs: Arc<PoseDirs>) -> Self {
+        Self { dirs: Some(dirs), places: None }
+    }
+
+    /// Another surface, each vertex at some places of this one.
+    pub fn followed(&self, places: impl Iterator<Item = Vec<(VertexId, f64)>>) -> Self {
+        let on_model = |(v, share): (VertexId, f64)| match &self.places {
+            None => vec![(v, share)],
+            Some(own) => own[v].iter().map(|&(u, s)| (u, s * share)).collect(),
+        };
+        let places = places.map(|at| at.into_iter().flat_map(on_model).collect()).collect();
+        Self { dirs: self.dirs.clone(), places: Some(places) }
+    }
+
+    /// Several surfaces one after another, each with its count of vertices; `None` where none of them gives way.
+    pub fn joined<'a>(parts: impl Iterator<Item = (Option<&'a Self>, usize)> + Clone) -> Option<Self> {
+        let dirs = parts.clone().find_map(|(part, _)| part)?.dirs.clone();
+        let places = parts.flat_map(|(part, count)| {
+            (0..count).map(move |v| match part {
+                None => Vec::new(),
+                Some(Self { places: None, .. }) => vec![(VertexId::from_index(v), 1.0)],
+                Some(Self { places: Some(own), .. }) => own.0[v].clone(),
+            })
+        });
+        Some(Self { places: Some(places.collect()), dirs })
+    }
+
+    pub fn dirs(&self) -> Option<&Arc<PoseDirs>> {
+        self.dirs.as_ref()
+    }
+
+    pub fn set_dirs(&mut self, dirs: &Arc<PoseDirs>) {
+        self.dirs = Some(Arc::clone(dirs));
+    }
+
+    /// How far each vertex of the surface gives way.
+    pub fn in_pose(&self, pose: &Pose) -> Option<PerVertex<Vec3>> {
+        let of_model = self.dirs.as_ref()?.in_pose(pose);
+        let Some(places) = &self.places else { return Some(of_model) };
+        let at = |row: &Vec<(VertexId, f64)>| row.iter().map(|&(v, share)| of_model[v] * share).sum();
+        Some(places.iter().map(at).collect())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Point;
     use nalgebra::UnitQuaternion;
 
     #[test]
@@ -95,14 +160,20 @@ mod tests {
             let mut offsets = vec![Vec3::zeros(); 2 * features];
             offsets[features + feature] = Vec3::new(0.0, 0.0, 0.5);
             let dirs = PoseDirs::try_new(offsets, 2, 2).unwrap();
-            assert_eq!(dirs.corrected(&points, &Pose::bind(2)), points);
+            assert!(dirs.in_pose(&Pose::bind(2)).iter().all(|d| d.norm() == 0.0));
             let mut pose = Pose::bind(2);
             pose.rotations[1] = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), 0.3);
-            let moved = dirs.corrected(&points, &pose);
+            let moved: PerVertex<Point> = points.iter().zip(dirs.in_pose(&pose).iter()).map(|(p, d)| p + d).collect();
             // Entry (0, 1) of the matrix is −sin 0.3; z of the quaternion is sin 0.15.
             let expected = if features == 9 { -0.3f64.sin() } else { 0.15f64.sin() };
             assert!((moved.0[1].z - 0.5 * expected).abs() < 1e-12);
             assert_eq!(moved.0[0], points.0[0]);
+            // Halfway between both vertices, and of that half again: a quarter of what the model's own gives way.
+            let whole = GivingWay::of_model(Arc::new(dirs));
+            let half = |v| vec![(VertexId(v), 0.5)];
+            let cloth = whole.followed([half(0), half(1)].into_iter()).followed(std::iter::once(half(1)));
+            let moved = cloth.in_pose(&pose).unwrap();
+            assert!(moved.len() == 1 && (moved.0[0].z - 0.125 * expected).abs() < 1e-12);
         }
         assert!(PoseDirs::try_new(vec![Vec3::zeros(); 10], 2, 2).is_none());
     }

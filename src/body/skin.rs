@@ -1,23 +1,85 @@
 //! Linear blend skinning.
 
-use super::{JointId, Pose, Skeleton};
-use crate::geometry::{PerVertex, Point, Vec3};
+use super::pose_dirs::GivingWay;
+use super::{JointId, Pose, PoseDirs, Skeleton};
+use crate::geometry::{PerVertex, Point, Vec3, VertexId};
 use nalgebra::{Isometry3, Matrix3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
-/// How strongly each joint moves each vertex: at most four a vertex.
+/// How strongly each joint moves each vertex: at most four a vertex; and, with a model that has corrective offsets, how
+/// the surface gives way to bent joints before they move it.
 ///
 /// **Guarantees** weights are ≥ 0, sum to 1 (±1e-9), fall in each row; unused slots are joint 0 with weight 0.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SkinWeights {
     rows: PerVertex<[(JointId, f64); 4]>,
+    giving_way: Option<GivingWay>,
 }
 
 impl SkinWeights {
     /// Keeps the four largest of each row and scales them to a sum of 1. A row without weight follows the root.
     pub fn from_rows(rows: impl IntoIterator<Item = Vec<(JointId, f64)>>) -> Self {
-        Self { rows: rows.into_iter().map(prune).collect() }
+        Self { rows: rows.into_iter().map(prune).collect(), giving_way: None }
+    }
+
+    /// The same for the model's own surface, which gives way by `dirs`.
+    pub fn with_pose_dirs(self, dirs: Arc<PoseDirs>) -> Self {
+        Self { giving_way: Some(GivingWay::of_model(dirs)), ..self }
+    }
+
+    /// The same for a surface whose vertices lie at `places` of a surface with the weights `body`, and give way as those
+    /// do: vertices and shares, which sum to 1, or to less where the surface only hangs loosely on the body.
+    ///
+    /// **Requires** one entry of `places` a row.
+    pub fn following(self, body: &Self, places: impl IntoIterator<Item = Vec<(VertexId, f64)>>) -> Self {
+        let giving_way = body.giving_way.as_ref().map(|own| own.followed(places.into_iter()));
+        Self { giving_way, ..self }
+    }
+
+    /// The rows of several surfaces one after another.
+    pub fn joined<'a>(parts: impl Iterator<Item = &'a Self> + Clone) -> Self {
+        let rows = parts.clone().flat_map(|part| part.rows.iter().copied()).collect();
+        let giving_way = GivingWay::joined(parts.map(|part| (part.giving_way.as_ref(), part.len())));
+        Self { rows, giving_way }
+    }
+
+    /// The corrective offsets of the model, where it has them.
+    pub fn pose_dirs(&self) -> Option<&Arc<PoseDirs>> {
+        self.giving_way.as_ref().and_then(GivingWay::dirs)
+    }
+
+    /// Hands in the model's offsets again, where this surface gives way: they are not kept with it.
+    pub fn give_way_with(&mut self, dirs: &Arc<PoseDirs>) {
+        if let Some(own) = &mut self.giving_way {
+            own.set_dirs(dirs);
+        }
+    }
+
+    /// The same for a surface that does not give way.
+    pub fn rigid(self) -> Self {
+        Self { giving_way: None, ..self }
+    }
+
+    /// Whether the surface gives way to bent joints.
+    pub fn gives_way(&self) -> bool {
+        self.giving_way.is_some()
+    }
+
+    /// How far each vertex gives way in `pose`, in the bind pose's axes; `None` where it does not.
+    pub fn offsets_in(&self, pose: &Pose) -> Option<PerVertex<Vec3>> {
+        let giving_way = self.giving_way.as_ref()?;
+        debug_assert!(giving_way.dirs().is_some(), "the model's offsets were not handed in");
+        giving_way.in_pose(pose)
+    }
+
+    /// Points of the bind pose, given way to `pose`.
+    pub fn given_way(&self, points_in_bind: &PerVertex<Point>, pose: &Pose) -> PerVertex<Point> {
+        match self.offsets_in(pose) {
+            None => points_in_bind.clone(),
+            Some(offsets) => points_in_bind.iter().zip(offsets.iter()).map(|(p, d)| p + d).collect(),
+        }
     }
 
     /// One row a vertex.
@@ -79,8 +141,19 @@ fn blended(row: &[(JointId, f64); 4], world_from_bind: &[Isometry3<f64>]) -> (Ma
     (linear, offset)
 }
 
-/// Moves points from the bind pose into `pose`: Hu 2017, Eq. 3, `Σ_j w_j R_j v`.
+/// Moves points from the bind pose into `pose`: Hu 2017, Eq. 3, `Σ_j w_j R_j (v + c(pose))`, where `c` are the corrective
+/// offsets of models that have them.
 pub fn skin(
+    points_in_bind: &PerVertex<Point>,
+    weights: &SkinWeights,
+    skeleton: &Skeleton,
+    pose: &Pose,
+) -> PerVertex<Point> {
+    skin_rigidly(&weights.given_way(points_in_bind, pose), weights, skeleton, pose)
+}
+
+/// The blend alone, of points that have given way already.
+pub(crate) fn skin_rigidly(
     points_in_bind: &PerVertex<Point>,
     weights: &SkinWeights,
     skeleton: &Skeleton,
@@ -99,7 +172,7 @@ pub fn skin(
     moved.into()
 }
 
-/// Moves points from `pose` back into the bind pose: each blended matrix inverted.
+/// Moves points from `pose` back into the bind pose: each blended matrix inverted, and what gave way given back.
 ///
 /// A blend of rotations far apart is close to singular; there the strongest joint's own transform is inverted.
 pub fn unskin(
@@ -123,7 +196,10 @@ pub fn unskin(
             }
         })
         .collect::<Vec<_>>();
-    moved.into()
+    match weights.offsets_in(pose) {
+        None => moved.into(),
+        Some(offsets) => moved.iter().zip(offsets.iter()).map(|(p, d)| p - d).collect(),
+    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Texture coordinates with seams.
 
 use crate::geometry::{PerFace, PerVertex, TriMesh};
+use image::{ExtendedColorType, ImageEncoder, ImageError, ImageFormat, codecs::png::PngEncoder};
 use serde::{Deserialize, Serialize};
 
 /// A texture coordinate for each corner of each face; neighbours share one, but across a seam.
@@ -16,13 +17,52 @@ pub struct UvMap {
     pub texture: Option<Texture>,
 }
 
-/// A picture to be wrapped around a surface.
+/// A picture to be wrapped around a surface; a PNG where it is kept, a third of its size.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "KeptTexture", into = "KeptTexture")]
 pub struct Texture {
     /// Pixels along a side.
     pub side: usize,
     /// sRGB, rows from the top.
     pub pixels: Vec<[u8; 3]>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct KeptTexture {
+    png: Vec<u8>,
+}
+
+impl From<Texture> for KeptTexture {
+    fn from(texture: Texture) -> Self {
+        // Only a picture whose pixels are not `side × side` has no PNG; it comes back as none.
+        Self { png: texture.to_png().unwrap_or_default() }
+    }
+}
+
+impl TryFrom<KeptTexture> for Texture {
+    type Error = ImageError;
+
+    fn try_from(kept: KeptTexture) -> Result<Self, ImageError> {
+        let picture = image::load_from_memory_with_format(&kept.png, ImageFormat::Png)?.into_rgb8();
+        Ok(Self { side: picture.width() as usize, pixels: picture.pixels().map(|p| p.0).collect() })
+    }
+}
+
+impl Texture {
+    /// The picture as a PNG file.
+    ///
+    /// **Errors** if the pixels are not `side × side`.
+    pub fn to_png(&self) -> Result<Vec<u8>, ImageError> {
+        let mut bytes = Vec::new();
+        let side = self.side as u32;
+        if self.pixels.len() != self.side * self.side {
+            return Err(ImageError::Parameter(image::error::ParameterError::from_kind(
+                image::error::ParameterErrorKind::DimensionMismatch,
+            )));
+        }
+        PngEncoder::new(&mut bytes).write_image(self.pixels.as_flattened(), side, side, ExtendedColorType::Rgb8)?;
+        Ok(bytes)
+    }
 }
 
 impl UvMap {
@@ -40,5 +80,22 @@ impl UvMap {
     /// The corners of a face on the picture.
     pub fn triangle(&self, face: usize) -> [[f64; 2]; 3] {
         self.corners.0[face].map(|c| self.coords[c as usize])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_kept_texture_comes_back_pixel_for_pixel_and_is_smaller() {
+        let side = 256;
+        let pixel = |i: usize| [(i % side) as u8, (i / side) as u8, 120];
+        let texture = Texture { side, pixels: (0..side * side).map(pixel).collect() };
+        let kept = postcard::to_stdvec(&texture).unwrap();
+        assert!(kept.len() < side * side, "{} bytes", kept.len());
+        assert_eq!(postcard::from_bytes::<Texture>(&kept).unwrap(), texture);
+        assert!(postcard::from_bytes::<Texture>(&kept[..200]).is_err());
+        assert!(Texture { side: 3, pixels: vec![[0; 3]; 4] }.to_png().is_err());
     }
 }

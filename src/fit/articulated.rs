@@ -6,7 +6,7 @@
 //! **Source** Hu 2017, Eqs. 3–6; the Jacobian of a skinned point is that of Tagliasacchi 2015, §4, with the joints'
 //! own dependence on β kept.
 
-use crate::body::{BodyModel, JointLimits, Pose, Shape, Skeleton, SkinWeights, skin};
+use crate::body::{BodyModel, JointLimits, Pose, Shape, Skeleton, SkinWeights, skin_rigidly};
 use crate::geometry::{PerVertex, Point, Vec3, VertexId};
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Translation3, UnitQuaternion};
 use rayon::prelude::*;
@@ -100,7 +100,9 @@ impl<'a> Articulated<'a> {
         let world_from_bind = skeleton.world_from_bind(pose);
         let joints_in_world: Vec<Point> =
             world_from_bind.iter().zip(&skeleton.joints_in_bind).map(|(t, p)| t * p).collect();
-        let points = skin(&points_in_bind, self.weights, &skeleton, pose);
+        // Steps take corrective offsets for constant: a radian moves them by centimetres, and the skin by decimetres.
+        let points_in_bind = self.weights.given_way(&points_in_bind, pose);
+        let points = skin_rigidly(&points_in_bind, self.weights, &skeleton, pose);
         let translation_dirs = self.translation_dirs(&skeleton, &world_from_bind);
         Posed { points, skeleton, joints_in_world, points_in_bind, world_from_bind, translation_dirs }
     }

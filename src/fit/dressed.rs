@@ -27,7 +27,6 @@ impl Dressed {
     pub(crate) fn prepare(figure: &Figure, body_cover: &PerVertex<Cover>) -> Self {
         let mut points: Vec<Point> = Vec::new();
         let mut faces: Vec<[VertexId; 3]> = Vec::new();
-        let mut rows = Vec::new();
         let mut cover: Vec<Cover> = Vec::new();
         let mut hidden: Vec<bool> = Vec::new();
         let on_body = SurfaceIndex::prepare(&figure.body().mesh);
@@ -36,7 +35,6 @@ impl Dressed {
             let first = points.len() as u32;
             points.extend(layer.mesh.points().iter());
             faces.extend(layer.mesh.faces().iter().map(|f| f.map(|v| VertexId(v.0 + first))));
-            rows.extend(layer.weights.rows().iter().map(|r| r.to_vec()));
             if k == 0 {
                 cover.extend(body_cover.iter());
             } else {
@@ -51,7 +49,7 @@ impl Dressed {
         let body_count = mesh_in_bind.vertex_count();
         // Indices were checked layer by layer, and an offset keeps them in range.
         let mesh_in_bind = TriMesh::try_new(points, faces).unwrap_or(mesh_in_bind);
-        let weights = SkinWeights::from_rows(rows);
+        let weights = SkinWeights::joined(figure.layers.iter().map(|l| &l.weights));
         let worn = layers_worn_over(&figure.body().mesh, &outer);
         let layers_over = body_cover
             .iter()

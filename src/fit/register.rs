@@ -6,7 +6,7 @@
 use super::surface::ScanSurface;
 use super::texture::bake_texture;
 use super::{FitError, FitReport, FittedBody, RegisteredBody, Step};
-use crate::body::{BodyModel, Pose, Skeleton, unskin};
+use crate::body::{BodyModel, JointId, Pose, Skeleton, unskin};
 use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3, cotangent_laplacian, self_intersecting_pairs};
 use crate::numerics::SparseCholesky;
 use crate::scan::Scan;
@@ -56,6 +56,7 @@ pub fn register(
     let surface = ScanSurface::prepare(&scan.mesh);
     let start = fitted.surface.with_points(model.posed(fitted.surface.points(), &fitted.skeleton, &fitted.pose));
     let pull = pull_of_parts(model, params);
+    let ground = Ground::under(scan, model);
     let mut displaced = start.clone();
     let rounds = params.smoothing_lengths.len();
     let mut iteration = 0;
@@ -63,7 +64,8 @@ pub fn register(
         let t = if rounds > 1 { round as f64 / (rounds - 1) as f64 } else { 1.0 };
         let reach = params.reach * (1.0 - t * 2.0 / 3.0);
         for _ in 0..params.iterations {
-            let targets = targets(&surface, &displaced, &pull, reach);
+            let mut targets = targets(&surface, &displaced, &pull, reach);
+            ground.hold_soles(&displaced, &mut targets);
             let next = solve(&start, &targets, length)?;
             let moved = greatest_move(&displaced, &next);
             displaced = next;
@@ -96,17 +98,56 @@ fn soundness(start: &TriMesh, registered: &TriMesh) -> String {
     format!("{turned} faces turned over; {after} pairs of triangles cross, {before} before registration")
 }
 
+/// What a standing person stands on: soles are what no scanner sees.
+struct Ground {
+    height: f64,
+    is_foot: PerVertex<bool>,
+}
+
+impl Ground {
+    fn under(scan: &Scan, model: &BodyModel) -> Self {
+        /// Share of the scan's vertices that are stray points below its lowest surface: the flying pixels of a depth
+        /// camera, of which cleaning leaves a few.
+        const STRAY: f64 = 1e-3;
+        let mut heights: Vec<f64> = scan.mesh.points().iter().map(|p| p.y).collect();
+        let at = (STRAY * heights.len() as f64) as usize;
+        let height = if heights.is_empty() { 0.0 } else { *heights.select_nth_unstable_by(at, f64::total_cmp).1 };
+        let skeleton = &model.skeleton;
+        let feet = ["leftFoot", "rightFoot"].map(|name| skeleton.find(name));
+        let is_foot = |j: JointId| feet.iter().flatten().any(|&foot| skeleton.is_below(j, foot));
+        let of_foot = model.weights.rows().iter().map(|row| is_foot(row[0].0)).collect();
+        Self { height, is_foot: of_foot }
+    }
+
+    /// Draws soles that have sunk below the ground and match nothing up to it.
+    fn hold_soles(&self, mesh: &TriMesh, targets: &mut [Target]) {
+        /// Soles further down belong to feet that the scan cuts off: nothing is known of their ground. Metres.
+        const DEEPEST: f64 = 0.03;
+        for (v, p) in mesh.points().enumerate() {
+            let depth = self.height - p.y;
+            if self.is_foot[v] && (0.0..DEEPEST).contains(&depth) {
+                let on_ground = Point::new(p.x, self.height, p.z);
+                targets[v.index()].get_or_insert((on_ground, 1.0));
+            }
+        }
+    }
+}
+
 /// Where a vertex is drawn to, and how strongly (0–1).
 type Target = Option<(Point, f64)>;
 
 fn pull_of_parts(model: &BodyModel, params: &RegisterParams) -> PerVertex<f64> {
-    let pull_of_joint = |name: &String| match name.as_str() {
-        n if n.contains("Toes") => params.toe_pull,
+    let skeleton = &model.skeleton;
+    let part = |joint: &str| ["left", "right"].map(|side| skeleton.find(&format!("{side}{joint}")));
+    let (hands, toes) = (part("Hand"), part("Toes"));
+    let below = |j: JointId, part: &[Option<JointId>; 2]| part.iter().flatten().any(|&p| skeleton.is_below(j, p));
+    let pull_of_joint = |j: JointId| match j {
+        j if below(j, &toes) => params.toe_pull,
         // The hand, and whatever fingers a model has.
-        n if ["Hand", "Thumb", "Index", "Middle", "Ring", "Little"].iter().any(|f| n.contains(f)) => params.hand_pull,
+        j if below(j, &hands) => params.hand_pull,
         _ => 1.0,
     };
-    let pulls: Vec<f64> = model.skeleton.names.iter().map(pull_of_joint).collect();
+    let pulls: Vec<f64> = skeleton.ids().map(pull_of_joint).collect();
     model
         .weights
         .rows()

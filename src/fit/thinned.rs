@@ -6,6 +6,7 @@ use super::prior::{limbs_only, pose_stiffness};
 use super::surface::{ScanSurface, robust, spread};
 use crate::body::{BodyModel, JointLimits, Pose, Shape, SkinWeights};
 use crate::geometry::{NearestVertex, PerVertex, Point, TriMesh, Vec3, VertexId};
+use std::sync::Arc;
 
 /// Vertices of the model that take part: about one every 4 cm of skin, so that a wrist still has a ring of them.
 const MODEL_POINTS: usize = 1400;
@@ -28,6 +29,12 @@ impl ThinModel {
         let normals = model.template.vertex_normals();
         let of_kept = |dirs: &PerVertex<Vec3>| kept.iter().map(|&(v, _)| dirs[v]).collect::<PerVertex<Vec3>>();
         let points: PerVertex<Point> = kept.iter().map(|&(v, _)| model.template.points()[v]).collect();
+        let rows = kept.iter().map(|&(v, _)| model.weights.rows()[v].to_vec());
+        let mut weights = SkinWeights::from_rows(rows);
+        if let Some(dirs) = model.weights.pose_dirs() {
+            let vertices: Vec<VertexId> = kept.iter().map(|k| k.0).collect();
+            weights = weights.with_pose_dirs(Arc::new(dirs.of_vertices(&vertices)));
+        }
         // Without faces, and from a mesh: neither can fail.
         let template = TriMesh::try_new(points, Vec::new()).unwrap_or_else(|_| model.template.clone());
         let thin = BodyModel {
@@ -36,11 +43,10 @@ impl ThinModel {
             joint_regressor: Vec::new(),
             skeleton: model.skeleton.clone(),
             joint_dirs: model.joint_dirs.clone(),
-            weights: SkinWeights::from_rows(kept.iter().map(|&(v, _)| model.weights.rows()[v].to_vec())),
+            weights,
             limits: model.limits.clone(),
             uvs: None,
             mirror: None,
-            pose_dirs: None,
         };
         let areas = kept.iter().map(|k| k.1).collect();
         Self { model: thin, normals_in_bind: of_kept(&normals), areas }

@@ -2,7 +2,7 @@
 
 use super::RegisteredBody;
 use crate::body::{SkinWeights, skin, unskin};
-use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh};
+use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh, VertexId};
 use crate::scan::Scan;
 use rayon::prelude::*;
 
@@ -13,16 +13,17 @@ use rayon::prelude::*;
 /// **Source** Hu 2017, §5.1: the closest triangle, by its barycentric coordinates.
 pub fn closest_weights(points: &PerVertex<Point>, surface: &TriMesh, weights: &SkinWeights) -> SkinWeights {
     let index = SurfaceIndex::prepare(surface);
-    let rows: Vec<_> = points
+    let places: Vec<[(VertexId, f64); 3]> = points
         .0
         .par_iter()
         .map(|p| {
             let at = index.closest(p);
             let corners = surface.faces()[at.face];
-            weights.blend(&[0, 1, 2].map(|k| (corners[k], at.barycentric[k])))
+            [0, 1, 2].map(|k| (corners[k], at.barycentric[k]))
         })
         .collect();
-    SkinWeights::from_rows(rows)
+    let rows = places.iter().map(|at| weights.blend(at));
+    SkinWeights::from_rows(rows).following(weights, places.iter().map(|at| at.to_vec()))
 }
 
 /// The scan itself in the bind pose, with its skin weights: Hu's body, instead of the registered surface.

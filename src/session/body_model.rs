@@ -1,8 +1,9 @@
 //! The body model that a session is built with.
 
 use super::open::Session;
+use super::store::Kept;
 use super::{ContentHash, SessionError, source};
-use crate::body::{BodyModel, EMBEDDED_MODEL_FILE, embedded_model, read_model};
+use crate::body::{BodyModel, EMBEDDED_MODEL_FILE, Figure, embedded_model, read_model};
 use serde_json::{Value, json};
 use std::io::Cursor;
 use std::path::Path;
@@ -39,6 +40,18 @@ impl Session {
             None => read_body_model(None),
             Some(file) => read(&self.resolve(&file.file), &self.source_bytes(file)?),
         }
+    }
+
+    /// Loads a figure, with the corrective offsets of the body model where it gives way by them: an artefact of a figure
+    /// does without, for they are many times as large as all the rest of it.
+    pub(super) fn figure(&self, kept: Kept<Figure>) -> Result<Figure, SessionError> {
+        let mut figure = self.store.load(kept)?;
+        if figure.gives_way()
+            && let Some(dirs) = self.body_model()?.weights.pose_dirs()
+        {
+            figure.give_way_with(dirs);
+        }
+        Ok(figure)
     }
 }
 

@@ -47,6 +47,12 @@ pub fn show_body(asked: &ShowBody) -> Result<ShownBody, SessionError> {
             hint: "give as many as the model has components, or fewer".into(),
         });
     }
+    if let Some(odd) = asked.shape.iter().find(|b| !b.is_finite()) {
+        return Err(SessionError::BadRequest {
+            what: format!("{odd} is no shape coordinate"),
+            hint: "give standard deviations, such as 1.5,-2".into(),
+        });
+    }
     let mut shape = model.mean_shape();
     shape.0[..asked.shape.len()].copy_from_slice(&asked.shape);
     let skeleton = model.shaped(&shape).1;

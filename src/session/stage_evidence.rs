@@ -29,7 +29,7 @@ pub(super) fn evidence(
         "params": params,
     });
     walk.stage(&step.name, Stage::Evidence, inputs, |session, _tell| {
-        let (scan, figure) = (session.store.load(scan)?, session.store.load(inner.figure)?);
+        let (scan, figure) = (session.store.load(scan)?, session.figure(inner.figure)?);
         let inside = session.store.load(inside)?;
         let placement = kind.template.place(figure.body(), &figure.skeleton, &kind.extent);
         let surfaces = worn::surfaces_inside(&figure, &inside);

@@ -66,7 +66,7 @@ pub(super) fn dressed(
     });
     walk.stage(&step.name, Stage::Figure, inputs, |session, _tell| {
         let (rigged, mesh) = (session.store.load(rigged)?, session.store.load(stacked)?);
-        let mut figure = session.store.load(inner)?;
+        let mut figure = session.figure(inner)?;
         let loose = kind.template.loose_part(mesh.points(), figure.body(), &figure.skeleton);
         let physics = physics_weights(&mesh, &figure.body().mesh, &loose, &params)
             .map_err(|e| SessionError::stage(&step.name, Stage::Figure, e))?;

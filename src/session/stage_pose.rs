@@ -31,7 +31,7 @@ pub(super) fn pose(
         "params": params,
     });
     walk.stage(&step.name, Stage::Pose, inputs, |session, tell| {
-        let (scan, figure) = (session.store.load(scan)?, session.store.load(inner.figure)?);
+        let (scan, figure) = (session.store.load(scan)?, session.figure(inner.figure)?);
         let (start, model) = (pose_of(session, &inner.pose)?, session.body_model()?);
         let cover = kind.template.cover(figure.body(), &figure.skeleton, &kind.extent);
         let inside = fit_inside(&scan, &figure, &start, &cover, &model.limits, &params, &mut |s| tell(&progress(s)))

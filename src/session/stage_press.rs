@@ -26,7 +26,7 @@ pub(super) fn press(
     let params = PressParams::default();
     let inputs = json!({ "garment": garment.hash, "figure": figure.hash, "inside": inside.hash, "params": params });
     walk.stage(&step.name, Stage::Press, inputs, |session, _tell| {
-        let (figure, inside) = (session.store.load(figure)?, session.store.load(inside)?);
+        let (figure, inside) = (session.figure(figure)?, session.store.load(inside)?);
         let mut surfaces = surfaces_inside(&figure, &inside);
         if let Some(outermost) = surfaces.last_mut() {
             *outermost = session.store.load(garment)?.mesh;

@@ -24,7 +24,7 @@ pub(super) fn rig(
         "garment": garment.hash, "figure": inner.figure.hash, "inside": inside.hash, "params": params
     });
     walk.stage(&step.name, Stage::Rig, inputs, |session, _tell| {
-        let (garment, figure) = (session.store.load(garment)?, session.store.load(inner.figure)?);
+        let (garment, figure) = (session.store.load(garment)?, session.figure(inner.figure)?);
         let inside = session.store.load(inside)?;
         let rigged = rig_garment(&garment.mesh, garment.colors.as_ref(), &figure, &inside, &params)
             .map_err(|e| SessionError::stage(&step.name, Stage::Rig, e))?;

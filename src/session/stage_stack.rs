@@ -21,7 +21,7 @@ pub(super) fn stack(
     let params: StackParams = params_of(step, Stage::Stack)?;
     let inputs = json!({ "rigged": rigged.hash, "figure": inner.figure.hash, "params": params });
     walk.stage(&step.name, Stage::Stack, inputs, |session, _tell| {
-        let (rigged, figure) = (session.store.load(rigged)?, session.store.load(inner.figure)?);
+        let (rigged, figure) = (session.store.load(rigged)?, session.figure(inner.figure)?);
         let (mesh, report) =
             stack_garment(&rigged, &figure, &params).map_err(|e| SessionError::stage(&step.name, Stage::Stack, e))?;
         let left = report.layers.iter().filter(|l| l.inside_after + l.intersecting_pairs_after > 0).map(|l| {

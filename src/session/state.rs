@@ -63,8 +63,9 @@ impl Stage {
     /// Goes up whenever the stage's code gives another result for the same inputs.
     pub(super) fn code_version(self) -> u32 {
         match self {
-            // Fits say how far they can be trusted; a texture is baked, and put on the body.
-            Self::Fit | Self::Register | Self::Pose | Self::Figure => 2,
+            // Surfaces give way by a model's corrective offsets; a baked texture is kept as a PNG.
+            Self::Fit | Self::Register | Self::Pose | Self::Figure => 3,
+            Self::Rig | Self::Press => 2,
             // A mask moves the boundary near it alone; the cut keeps what was painted.
             Self::Segment | Self::Cut => 2,
             _ => 1,

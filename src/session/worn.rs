@@ -44,7 +44,7 @@ impl Session {
     }
 
     fn worn(&self, step: &StepRecipe, dressed: &Dressed) -> Result<WornStep, SessionError> {
-        let (scan, figure) = (self.store.load(dressed.scan)?, self.store.load(dressed.figure)?);
+        let (scan, figure) = (self.store.load(dressed.scan)?, self.figure(dressed.figure)?);
         let step = step.clone();
         Ok(match dressed.pose {
             StepPose::Naked { fitted, registered } => {

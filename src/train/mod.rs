@@ -43,6 +43,22 @@ impl Default for TrainParams {
     }
 }
 
+impl TrainParams {
+    /// Checks that so many bodies are enough: before any work is done on them.
+    ///
+    /// **Errors** [`TrainError::NoComponentAsked`], [`TrainError::TooFewBodies`].
+    pub fn check(&self, bodies: usize) -> Result<(), TrainError> {
+        if self.components == 0 {
+            return Err(TrainError::NoComponentAsked);
+        }
+        let kept = bodies.saturating_sub(self.leave_out);
+        if kept <= self.components {
+            return Err(TrainError::TooFewBodies { components: self.components, bodies: kept });
+        }
+        Ok(())
+    }
+}
+
 /// How far the training is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Step {
@@ -78,10 +94,8 @@ pub fn train(
     params: &TrainParams,
     on_step: &mut dyn FnMut(&Step),
 ) -> Result<Trained, TrainError> {
+    params.check(subjects.bodies.len())?;
     let (kept, left) = leave_out::split(subjects.bodies.len(), params.leave_out);
-    if kept.len() <= params.components || params.components == 0 {
-        return Err(TrainError::TooFewBodies { components: params.components, bodies: kept.len() });
-    }
     let regressor = rig.joint_regressor()?;
     let mut poses = Vec::new();
     let mut in_bind = subjects.bodies.clone();
@@ -126,7 +140,6 @@ fn model_of(template: &TriMesh, rig: &Rig, joint_regressor: Regressor, component
         limits: rig.limits.clone(),
         uvs: rig.uvs.clone(),
         mirror: rig.mirror.clone(),
-        pose_dirs: None,
     };
     model.skeleton = model.skeleton_inside(model.template.points());
     model

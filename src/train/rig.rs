@@ -70,6 +70,8 @@ impl Rig {
         let skeleton = &registered.skeleton;
         let points = skin(registered.surface.points(), &model.weights, skeleton, &registered.pose);
         let weights = closest_weights(mesh.points(), &registered.surface.with_points(points), &model.weights);
+        // Corrective offsets count from the template's bind pose, which is not that of these bodies.
+        let weights = weights.rigid();
         let joints = subjects.mean_joints_of(kept).unwrap_or_else(|| skeleton.joints_in_world(&registered.pose));
         let rig = Self {
             mesh,

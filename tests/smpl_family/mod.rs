@@ -1,0 +1,174 @@
+//! Files of the SMPL family, made up in the layouts that are published, read and used through the whole flow.
+
+mod layout;
+
+use crate::common::{overcoat_ok, write_mesh};
+use layout::{Kin, smpl_like, smpl_of};
+use overcoat::body::{BodyModel, JOINT_NAMES, Pose, Shape, embedded_model, read_model};
+use overcoat::fit::{NakedParams, fit_naked};
+use overcoat::formats::{MeshKind, NpyArray, Npz, NpzCompression, RawMesh, read_mesh, write_npz};
+use overcoat::geometry::{PerVertex, Point, TriMesh};
+use overcoat::scan::Scan;
+use std::path::Path;
+
+fn bytes_of(npz: &Npz) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    write_npz(npz, NpzCompression::Stored, &mut bytes).unwrap();
+    bytes.into_inner()
+}
+
+fn read(npz: &Npz) -> BodyModel {
+    read_model(std::io::Cursor::new(bytes_of(npz))).unwrap()
+}
+
+#[test]
+fn smpl_and_star_files_are_read_with_their_corrective_offsets() {
+    let turned = |model: &BodyModel| {
+        // The last joint in SMPL's order: a finger joint that moves no vertex, but the correction.
+        let mut pose = Pose::bind(24);
+        pose.rotations[23] = nalgebra::UnitQuaternion::from_euler_angles(0.0, 0.0, 0.4);
+        let bind = model.posed(model.template.points(), &model.skeleton, &Pose::bind(24));
+        let posed = model.posed(model.template.points(), &model.skeleton, &pose);
+        (posed.0[29] - bind.0[29]).y
+    };
+    let smpl = read(&smpl_like(9 * 23));
+    assert_eq!(smpl.skeleton.names[16], "leftUpperArm");
+    assert_eq!((smpl.component_count(), smpl.weights.rows().0[29][0].0.index()), (10, 16));
+    // Feature 206 is R(2, 2) − 1 of joint 23, which a turn about z leaves at 0; about x it is cos − 1.
+    assert!(turned(&smpl).abs() < 1e-12);
+    let star = read(&smpl_like(4 * 23));
+    assert!((turned(&star) - 0.5 * (0.2f64.cos() - 1.0)).abs() < 1e-9, "w − 1 of the quaternion");
+    // STAR's own files have one feature more, times the second shape coordinate.
+    let by_mass = read(&smpl_like(4 * 23 + 1));
+    let mut shape = by_mass.mean_shape();
+    shape.0[1] = 1.0;
+    let lifted = by_mass.shaped(&shape).0.points().0[29].y - by_mass.template.points().0[29].y;
+    assert!((lifted - 0.51).abs() < 1e-6, "{lifted}");
+    assert!(turned(&by_mass).abs() < 1e-12);
+}
+
+#[test]
+fn each_kind_is_read_with_its_own_joints_components_and_offsets() {
+    for kin in [Kin::SMPL, Kin::SMPL_H, Kin::SMPL_X, Kin::SMPL_X_OLD, Kin::STAR] {
+        let model = read(&kin.published(60));
+        let names = &model.skeleton.names;
+        assert_eq!(model.skeleton.len(), kin.joints, "{kin:?}");
+        assert!(JOINT_NAMES.iter().all(|n| names.iter().any(|m| m == n)), "{kin:?}: {names:?}");
+        assert_eq!(model.component_count(), kin.shape_dirs.min(15).min(if kin.shape_dirs == 20 { 10 } else { 15 }));
+        let per_joint = if kin == Kin::STAR { 4 } else { 9 };
+        let dirs = model.weights.pose_dirs().unwrap();
+        assert_eq!(dirs.feature_count(), per_joint * (kin.joints - 1), "{kin:?}");
+        assert_eq!(model.uvs.is_some(), kin.joints == 55, "SMPL-X alone has texture coordinates");
+        if kin.joints > 24 {
+            let tip = model.skeleton.find("rightThumbDistal").unwrap();
+            let hand = model.skeleton.find("rightHand").unwrap();
+            assert_eq!(tip.index(), kin.joints - 1);
+            assert!(model.skeleton.is_below(tip, hand) && !model.skeleton.is_below(hand, tip));
+        }
+    }
+}
+
+fn turned(model: &BodyModel, turns: &[(&str, [f64; 3])]) -> Pose {
+    let mut pose = Pose::bind(model.skeleton.len());
+    for (joint, [x, y, z]) in turns {
+        let j = model.skeleton.find(joint).unwrap();
+        pose.rotations[j.index()] = nalgebra::UnitQuaternion::from_scaled_axis(
+            nalgebra::Vector3::new(*x, *y, *z) * std::f64::consts::PI / 180.0,
+        );
+    }
+    pose
+}
+
+/// Mean distance, in metres, of vertices near the shoulders: where the offsets of the made-up model are largest.
+fn off_at_the_shoulders(model: &BodyModel, found: &PerVertex<Point>, truth: &PerVertex<Point>) -> f64 {
+    let joints = &model.skeleton;
+    let at = |name: &str| joints.joints_in_bind[joints.find(name).unwrap().index()];
+    let near = |p: &Point| ["leftUpperArm", "rightUpperArm"].iter().any(|n| (at(n) - p).norm() < 0.10);
+    let of: Vec<f64> = model
+        .template
+        .points()
+        .enumerate()
+        .filter(|(_, p)| near(p))
+        .map(|(v, _)| (found[v] - truth[v]).norm())
+        .collect();
+    of.iter().sum::<f64>() / of.len() as f64
+}
+
+fn as_file(mesh: &TriMesh) -> RawMesh {
+    RawMesh {
+        points: mesh.points().iter().map(|p| p.coords.into()).collect(),
+        faces: mesh.faces().iter().map(|f| f.map(|v| v.0)).collect(),
+        ..RawMesh::default()
+    }
+}
+
+fn read_ply(path: &Path) -> PerVertex<Point> {
+    let raw = read_mesh(MeshKind::Ply, std::io::Cursor::new(std::fs::read(path).unwrap())).unwrap();
+    raw.points.iter().copied().map(Point::from).collect()
+}
+
+/// Somebody made by a T-posed model of 24 joints whose shoulders swell as the arms sink; a bare scan, and one with a
+/// shirt and the arms held otherwise.
+#[test]
+fn corrective_offsets_are_honoured_from_the_naked_fit_to_the_dressed_figure() {
+    let file = smpl_of(&embedded_model().unwrap());
+    let model = read(&file);
+    let shape = Shape((0..model.component_count()).map(|k| if k < 4 { 0.6 - 0.3 * k as f64 } else { 0.0 }).collect());
+    let (mesh, skeleton) = model.shaped(&shape);
+    let posed = |sink: f64| {
+        let pose = turned(
+            &model,
+            &[
+                ("leftUpperArm", [0.0, 0.0, -sink]),
+                ("rightUpperArm", [0.0, 0.0, sink]),
+                ("leftLowerArm", [0.0, -15.0, 0.0]),
+                ("rightLowerArm", [0.0, 15.0, 0.0]),
+            ],
+        );
+        (mesh.with_points(model.posed(mesh.points(), &skeleton, &pose)), pose)
+    };
+    let (naked, _) = posed(55.0);
+    let (below, dressed_pose) = posed(25.0);
+    let cloth = layout::shirt_over(&model, &below, &skeleton.joints_in_world(&dressed_pose));
+
+    // The same file without its offsets explains the same scan worse, just where they are.
+    let scan = Scan::from_clean_mesh(naked.clone(), None);
+    let fitted_off = |model: &BodyModel| {
+        let fitted = fit_naked(&scan, model, &NakedParams::default(), &mut |_| {}).unwrap();
+        let posed = model.posed(fitted.surface.points(), &fitted.skeleton, &fitted.pose);
+        off_at_the_shoulders(model, &posed, naked.points())
+    };
+    let mut rigid = Npz::new();
+    for name in file.names().filter(|n| *n != "posedirs") {
+        rigid.insert(name, file.get(name).unwrap().clone());
+    }
+    let (with, without) = (fitted_off(&model), fitted_off(&read(&rigid)));
+    assert!(with < 0.003 && with < 0.5 * without, "{with:.4} m with, {without:.4} m without");
+
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    std::fs::write(here.join("smpl.npz"), bytes_of(&file)).unwrap();
+    write_mesh(here.join("0.ply"), &as_file(&naked));
+    write_mesh(here.join("1.ply"), &as_file(&cloth));
+    overcoat_ok(here, &["new", "s", "--body", "smpl.npz"]);
+    let session = here.join("s");
+    overcoat_ok(&session, &["scan", "body", "../0.ply"]);
+    overcoat_ok(&session, &["scan", "tshirt", "../1.ply", "--template", "tshirt"]);
+    overcoat_ok(&session, &["build"]);
+    let exported = |args: &[&str], file: &str| {
+        overcoat_ok(&session, &[&["export", "out/"], args].concat());
+        let points = read_ply(&session.join("out").join(file));
+        std::fs::remove_dir_all(session.join("out")).unwrap();
+        points
+    };
+    let fit = off_at_the_shoulders(&model, &exported(&["--at", "body", "--stage", "fit"], "body.ply"), naked.points());
+    assert!((fit - with).abs() < 1e-3, "{fit:.4} m exported, {with:.4} m fitted");
+    let registered = off_at_the_shoulders(&model, &exported(&["--at", "body"], "body.ply"), naked.points());
+    assert!(registered < 0.002, "{registered:.4} m");
+    // Under the shirt's sleeves the arms are 30° higher, and the shoulders swell half as much; without the offsets they
+    // would be as thick as in the naked scan.
+    let worn = off_at_the_shoulders(&model, &exported(&["--at", "tshirt"], "body.ply"), below.points());
+    println!("WORN {worn} fit {fit} with {with} without {without} reg {registered}");
+    assert!(worn < 0.006, "{worn:.4} m");
+    overcoat_ok(&session, &["export", "figure.glb"]);
+}
