@@ -29,6 +29,11 @@ demo-scans:
     cargo run --release --no-default-features -- studio make --seed 6 --garments tshirt,skirt,pullover,vest --faces 55000 --no-frames --out target/demo-scans
     cp -r target/demo-scans/* scans/demo/
 
+# Registration of the body model to bare bodies: distance, faces turned over or crossing, processor time. FILES are scans
+# (SCAN.ply=TRUTH.ply where the truth is known) or an .npz with vertices (N,V,3) and faces (F,3)
+registration +FILES:
+    cargo run --release --no-default-features --example measure_registration -- {{FILES}}
+
 # Whether what the studio invents is as hard as foreign scans, and easy answers fail on it
 realism:
     cargo test --release --no-default-features --test realism -- --nocapture

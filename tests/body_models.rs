@@ -126,6 +126,61 @@ fn bodies_that_do_not_belong_together_are_refused_in_one_sentence() {
     assert!(refused(&[here.join("empty")], 1).contains("no body in"));
 }
 
+/// Raw scans: meshes that share nothing, turned, shifted, in other units, with holes; one has landmarks.
+#[test]
+fn a_model_is_learnt_from_raw_scans_with_holes_and_a_landmark() {
+    let model = embedded_model().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    for k in 0..3 {
+        let whole = body(&model, k);
+        // The soles, and a patch of the back, are not seen.
+        let floor = whole.bounds().unwrap().min.y;
+        let is_seen = |p: &Point| p.y > floor + 0.004 && (p - Point::new(0.0, floor + 1.2, -0.1)).norm() > 0.05;
+        let keep = whole.faces().iter().map(|f| f.iter().all(|&v| is_seen(&whole.points()[v])));
+        let open = whole.part(&keep.collect()).0;
+        let turn = nalgebra::UnitQuaternion::from_euler_angles(0.0, 1.1 * k as f64, 0.0);
+        let unit = if k == 1 { 1000.0 } else { 1.0 };
+        let placed = |p: &Point| (turn * p + nalgebra::Vector3::new(0.3, 0.0, -0.2)) * unit;
+        let raw = overcoat::formats::RawMesh {
+            points: open.points().iter().map(|p| placed(p).coords.into()).collect(),
+            faces: open.faces().iter().map(|f| f.map(|v| v.0)).collect(),
+            ..Default::default()
+        };
+        write_mesh(here.join(format!("{k}.ply")), &raw);
+        if k == 2 {
+            let nose = placed(&whole.points().0[100]);
+            std::fs::write(here.join("2.landmarks.json"), format!("{{\"100\": [{}, {}, {}]}}", nose.x, nose.y, nose.z))
+                .unwrap();
+        }
+    }
+    let build = |components| {
+        let params = TrainParams { components, ..TrainParams::default() };
+        let asked = BuildBody { inputs: vec![here.to_path_buf()], register: true, params, ..BuildBody::default() };
+        build_body(&asked, &mut |_| {})
+    };
+    let built = build(2).unwrap();
+    assert!(built.findings[2].contains("by 1 landmark"), "{:?}", built.findings);
+    let made = &built.trained.model;
+    assert_eq!(made.template.faces(), model.template.faces());
+    let mean_stature = (0..3)
+        .map(|k| {
+            let wave = |f: f64| (f * (k as f64 + 1.0)).sin();
+            let shape = Shape((0..15).map(|c| 1.5 * wave(1.3 + 0.7 * c as f64)).collect());
+            model.shaped(&shape).0.bounds().unwrap().extent().y / 3.0
+        })
+        .sum::<f64>();
+    let stature = made.template.bounds().unwrap().extent().y;
+    assert!((stature - mean_stature).abs() < 0.01, "{stature} m, the scans' mean is {mean_stature} m");
+
+    assert!(build(3).err().unwrap().to_string().contains("at least 4 bodies"));
+    assert!(build(0).err().unwrap().to_string().contains("0 components"));
+    std::fs::write(here.join("2.landmarks.json"), "{\"9999\": [0, 0, 0]}").unwrap();
+    assert!(build(2).err().unwrap().to_string().contains("names vertex 9999, but the template has"));
+    std::fs::write(here.join("2.landmarks.json"), "{\"nose\": [0, 0, 0]}").unwrap();
+    assert!(build(2).err().unwrap().to_string().contains("'nose' is no vertex"));
+}
+
 #[test]
 fn models_whose_arrays_disagree_are_refused_with_their_shapes() {
     let npz = embedded_model().unwrap().to_npz().unwrap();

@@ -89,7 +89,8 @@ struct BuildArgs {
     /// Where the model goes
     #[arg(long, value_name = "MODEL.npz")]
     out: PathBuf,
-    /// Take every mesh for a scan: the template is moved onto each
+    /// Take every mesh for a scan: the template is moved onto each. Beside NAME.ply there may be NAME.landmarks.json,
+    /// {"VERTEX": [x, y, z], …}: vertices of the template and where they lie in that scan
     #[arg(long)]
     register: bool,
     /// The model that lends joints and weights, and that is moved onto scans, instead of the embedded one

@@ -23,7 +23,7 @@ mod trust;
 pub use inside::{InsideMethod, InsideParams, fit_inside};
 pub use naked::{NakedParams, fit_naked};
 pub use prior::JointGroup;
-pub use register::{RegisterParams, register};
+pub use register::{RegisterParams, register, register_by_landmarks};
 pub use transfer::{closest_weights, scan_in_bind};
 
 use crate::body::{Pose, Shape, Skeleton, UvMap};

@@ -3,11 +3,13 @@
 //! **Source** the surface of Hu 2017, §5.1 (Yamazaki 2013) in the manner of Amberg 2007: point-to-plane targets, a
 //! membrane on the displacement whose stiffness is annealed, no pull where the scan has holes.
 
-use super::surface::ScanSurface;
+use super::surface::{ScanHit, ScanSurface};
 use super::texture::bake_texture;
 use super::{FitError, FitReport, FittedBody, RegisteredBody, Step};
 use crate::body::{BodyModel, JointId, Pose, Skeleton, unskin};
-use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3, cotangent_laplacian, self_intersecting_pairs};
+use crate::geometry::{
+    Adjacency, PerVertex, Point, TriMesh, Vec3, VertexId, cotangent_laplacian, self_intersecting_pairs,
+};
 use crate::numerics::SparseCholesky;
 use crate::scan::Scan;
 use rayon::prelude::*;
@@ -53,6 +55,22 @@ pub fn register(
     params: &RegisterParams,
     on_step: &mut dyn FnMut(&Step),
 ) -> Result<RegisteredBody, FitError> {
+    register_by_landmarks(scan, model, fitted, &[], params, on_step)
+}
+
+/// The same, where it is known of some of the model's vertices at which places of the scan, in its frame, they lie.
+///
+/// **Requires** vertices of the model.
+pub fn register_by_landmarks(
+    scan: &Scan,
+    model: &BodyModel,
+    fitted: &FittedBody,
+    landmarks: &[(VertexId, Point)],
+    params: &RegisterParams,
+    on_step: &mut dyn FnMut(&Step),
+) -> Result<RegisteredBody, FitError> {
+    /// A landmark counts for as many vertices: it must carry along those around it, within the length of smoothing.
+    const PULL: f64 = 30.0;
     let surface = ScanSurface::prepare(&scan.mesh);
     let start = fitted.surface.with_points(model.posed(fitted.surface.points(), &fitted.skeleton, &fitted.pose));
     let pull = pull_of_parts(model, params);
@@ -64,8 +82,9 @@ pub fn register(
         let t = if rounds > 1 { round as f64 / (rounds - 1) as f64 } else { 1.0 };
         let reach = params.reach * (1.0 - t * 2.0 / 3.0);
         for _ in 0..params.iterations {
-            let mut targets = targets(&surface, &displaced, &pull, reach);
+            let mut targets = targets(&surface, &displaced, &pull, &ground.is_foot, reach);
             ground.hold_soles(&displaced, &mut targets);
+            landmarks.iter().for_each(|&(v, place)| targets[v.index()] = Some((place, PULL)));
             let next = solve(&start, &targets, length)?;
             let moved = greatest_move(&displaced, &next);
             displaced = next;
@@ -80,7 +99,7 @@ pub fn register(
         (_, _, uvs) => uvs.clone(),
     };
     let (points_in_bind, skeleton, pose) = into_bind_pose(model, fitted, displaced.points());
-    let seen = targets(&surface, &displaced, &pull, 0.02).iter().filter(|t| t.is_some()).count();
+    let seen = targets(&surface, &displaced, &pull, &ground.is_foot, 0.02).iter().filter(|t| t.is_some()).count();
     let log = vec![
         format!("{seen} of {} vertices lie on the scan", model.template.vertex_count()),
         soundness(&start, &displaced),
@@ -106,12 +125,8 @@ struct Ground {
 
 impl Ground {
     fn under(scan: &Scan, model: &BodyModel) -> Self {
-        /// Share of the scan's vertices that are stray points below its lowest surface: the flying pixels of a depth
-        /// camera, of which cleaning leaves a few.
-        const STRAY: f64 = 1e-3;
-        let mut heights: Vec<f64> = scan.mesh.points().iter().map(|p| p.y).collect();
-        let at = (STRAY * heights.len() as f64) as usize;
-        let height = if heights.is_empty() { 0.0 } else { *heights.select_nth_unstable_by(at, f64::total_cmp).1 };
+        // The lowest that was seen: at most a few millimetres of a sole's edge too high. A stray point below it holds less.
+        let height = scan.mesh.bounds().map_or(0.0, |b| b.min.y);
         let skeleton = &model.skeleton;
         let feet = ["leftFoot", "rightFoot"].map(|name| skeleton.find(name));
         let is_foot = |j: JointId| feet.iter().flatten().any(|&foot| skeleton.is_below(j, foot));
@@ -156,7 +171,15 @@ fn pull_of_parts(model: &BodyModel, params: &RegisterParams) -> PerVertex<f64> {
         .collect()
 }
 
-fn targets(surface: &ScanSurface, mesh: &TriMesh, pull: &PerVertex<f64>, reach: f64) -> Vec<Target> {
+/// The nearest place of the scan, if it faces the same way. For the tips of toes that lie behind or before the scan's, the
+/// nearest place is the top of its foot, which does not: they look along their normals, forward and back.
+fn targets(
+    surface: &ScanSurface,
+    mesh: &TriMesh,
+    pull: &PerVertex<f64>,
+    is_foot: &PerVertex<bool>,
+    reach: f64,
+) -> Vec<Target> {
     /// Normals further apart than this belong to another side of the body (the arm's against the flank's).
     const LEAST_COSINE: f64 = 0.5;
     let normals = mesh.vertex_normals();
@@ -164,10 +187,10 @@ fn targets(surface: &ScanSurface, mesh: &TriMesh, pull: &PerVertex<f64>, reach: 
         .into_par_iter()
         .map(|i| {
             let (p, n) = (mesh.points().0[i], normals.0[i]);
-            let hit = surface.nearest(&p, reach)?;
-            if hit.at_rim || hit.normal.dot(&n) < LEAST_COSINE {
-                return None;
-            }
+            let agrees = |hit: &ScanHit| !hit.at_rim && hit.normal.dot(&n) >= LEAST_COSINE;
+            let ahead = || [n, -n].iter().filter_map(|way| surface.along(&p, way, reach)).find(agrees);
+            let hit = surface.nearest(&p, reach).filter(agrees);
+            let hit = hit.or_else(|| if is_foot.0[i] { ahead() } else { None })?;
             let on_plane = p + hit.normal * hit.normal.dot(&(hit.point - p));
             let kernel = 1.0 / (1.0 + (hit.distance / (0.5 * reach)).powi(2)).powi(2);
             Some((on_plane, kernel * pull.0[i]))

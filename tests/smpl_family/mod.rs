@@ -6,7 +6,7 @@ use crate::common::{overcoat_ok, write_mesh};
 use layout::{Kin, smpl_like, smpl_of};
 use overcoat::body::{BodyModel, JOINT_NAMES, Pose, Shape, embedded_model, read_model};
 use overcoat::fit::{NakedParams, fit_naked};
-use overcoat::formats::{MeshKind, NpyArray, Npz, NpzCompression, RawMesh, read_mesh, write_npz};
+use overcoat::formats::{MeshKind, Npz, NpzCompression, RawMesh, read_mesh, write_npz};
 use overcoat::geometry::{PerVertex, Point, TriMesh};
 use overcoat::scan::Scan;
 use std::path::Path;
