@@ -66,7 +66,7 @@ pub fn fuse(
     let drift = close_loops(&cuts, &mut placed, &axis, coarse, truncation);
     on_step(&FusionStep::Closed { loops: drift.loops });
     for round in 0..params.settling_rounds {
-        volume = integrated(&cuts, &placed, coarse, truncation);
+        volume = integrated(&cuts, &placed, Volume::new(coarse, truncation));
         let most = settle(&cuts, &mut placed, &volume);
         on_step(&FusionStep::Settled { round, of: params.settling_rounds, most });
         if most < SETTLED_PER_VOXEL * params.voxel {
@@ -78,7 +78,8 @@ pub fn fuse(
     let axis = survey.axis.fitted(&poses(&placed)).unwrap_or(survey.axis);
     let loops = loop_residual(&cuts, &placed, &axis, coarse, truncation);
     on_step(&FusionStep::Placed);
-    volume = integrated(&cuts, &placed, params.voxel, params.truncation);
+    drop(volume);
+    let volume = integrated(&cuts, &placed, Volume::colored(params.voxel, params.truncation));
     on_step(&FusionStep::Integrated);
     let surface = volume.surface(params.least_evidence);
     if surface.faces.is_empty() {

@@ -1,7 +1,7 @@
 //! A view's depths averaged into the volume.
 
 use super::view::{BEYOND, UNCOLORED, View};
-use super::volume::{Block, FULL, SIDE, Volume, WEIGHT_UNIT};
+use super::volume::{Block, FULL, SIDE, Tint, Volume, Voxel, WEIGHT_UNIT, floor};
 use nalgebra::{Isometry3, Point3, Vector3};
 use rayon::prelude::*;
 
@@ -26,9 +26,14 @@ impl Volume {
         self.open_blocks(view, model_from_camera);
         let camera_from_model = model_from_camera.inverse().cast::<f32>();
         let (stamp, voxel, truncation) = (self.stamp, self.voxel, self.truncation);
-        self.blocks.par_iter_mut().with_min_len(64).filter(|b| b.stamp == stamp).for_each(|block| {
-            average(block, view, &camera_from_model, voxel, truncation);
-        });
+        let averaging = Averaging::new(view, camera_from_model, voxel, truncation);
+        let blocks = self.blocks.par_iter_mut().with_min_len(64);
+        if self.tints.is_empty() {
+            blocks.filter(|b| b.stamp == stamp).for_each(|block| averaging.average(block, None));
+        } else {
+            let both = blocks.zip(self.tints.par_iter_mut()).filter(|(b, _)| b.stamp == stamp);
+            both.for_each(|(block, tint)| averaging.average(block, Some(tint)));
+        }
     }
 
     /// Makes or stamps every block that the view says something about.
@@ -52,7 +57,7 @@ impl Volume {
                 let reach = pose.rotation * ray.normalize() * self.truncation;
                 for k in 0..=steps {
                     let p = origin + seen + reach * (2.0 * k as f32 / steps as f32 - 1.0);
-                    let at = [p.x, p.y, p.z].map(|c| (c * inverse).floor() as i32);
+                    let at = [p.x, p.y, p.z].map(|c| floor(c * inverse));
                     if at != last {
                         let index = self.block_or_new(at);
                         self.blocks[index as usize].stamp = self.stamp;
@@ -64,69 +69,111 @@ impl Volume {
     }
 }
 
-fn average(block: &mut Block, view: &View, camera_from_model: &Isometry3<f32>, voxel: f32, truncation: f32) {
-    let (w, h) = (view.camera.width as f32, view.camera.height as f32);
-    let (fx, fy) = (view.camera.fx as f32, view.camera.fy as f32);
-    let (cx, cy) = (view.camera.cx as f32 + 0.5, view.camera.cy as f32 + 0.5);
-    let corner = Point3::from(Vector3::from(block.at.map(|c| (c * SIDE as i32) as f32 * voxel)));
-    let first = camera_from_model * corner;
-    let along = [Vector3::x(), Vector3::y(), Vector3::z()].map(|e| camera_from_model.rotation * e * voxel);
-    let inverse = 1.0 / truncation;
-    for k in 0..SIDE {
-        for j in 0..SIDE {
-            let row = first + along[1] * j as f32 + along[2] * k as f32;
-            for i in 0..SIDE {
-                let p = row + along[0] * i as f32;
-                let (u, v) = (fx * p.x / p.z + cx, fy * p.y / p.z + cy);
-                // Negated, so that NaN falls out too.
-                if !(u >= 0.0 && v >= 0.0 && u < w && v < h && p.z > 0.0) {
-                    continue;
-                }
-                let pixel = v as usize * view.camera.width + u as usize;
-                let z = view.depth[pixel];
-                let at = i + SIDE * (j + SIDE * k);
+/// A view seen from a block, ready to be averaged.
+struct Averaging<'a> {
+    view: &'a View,
+    camera_from_model: Isometry3<f32>,
+    voxel: f32,
+    /// One over the truncation.
+    inverse: f32,
+    /// Steps from voxel to voxel along x, y, z, in the camera's frame.
+    along: [Vector3<f32>; 3],
+}
+
+/// Where a row of voxels is seen: reckoned for all of them at once, which the processor does four at a time.
+struct Row {
+    /// [`OUTSIDE`] where the camera does not look.
+    pixel: [u32; SIDE],
+    /// Metres along the camera's z.
+    z: [f32; SIDE],
+    /// Length of the ray a metre of z.
+    stretch: [f32; SIDE],
+}
+
+const OUTSIDE: u32 = u32::MAX;
+
+impl<'a> Averaging<'a> {
+    fn new(view: &'a View, camera_from_model: Isometry3<f32>, voxel: f32, truncation: f32) -> Self {
+        let along = [Vector3::x(), Vector3::y(), Vector3::z()].map(|e| camera_from_model.rotation * e * voxel);
+        Self { view, camera_from_model, voxel, inverse: 1.0 / truncation, along }
+    }
+
+    fn average(&self, block: &mut Block, mut tint: Option<&mut Tint>) {
+        let corner = Point3::from(Vector3::from(block.at.map(|c| (c * SIDE as i32) as f32 * self.voxel)));
+        let first = self.camera_from_model * corner;
+        for (row, voxels) in block.voxels.chunks_exact_mut(SIDE).enumerate() {
+            let start = first + self.along[1] * (row % SIDE) as f32 + self.along[2] * (row / SIDE) as f32;
+            let seen = self.row(&start);
+            for (i, voxel) in voxels.iter_mut().enumerate() {
+                let Some(&z) = self.view.depth.get(seen.pixel[i] as usize) else { continue };
                 if z == BEYOND {
-                    blend(block, at, 1.0, CLEARING);
+                    blend(voxel, 1.0, CLEARING);
                     continue;
                 }
-                let evidence = view.evidence[pixel];
-                if evidence <= 0.0 {
-                    continue;
-                }
+                let pixel = seen.pixel[i] as usize;
+                let evidence = self.view.evidence[pixel];
                 // Along the ray, not along z: the same truncation in the middle and at the border of the image.
-                let distance = (z - p.z) * (p.coords.norm() / p.z) * inverse;
-                if distance < -1.0 {
+                let distance = (z - seen.z[i]) * seen.stretch[i] * self.inverse;
+                if evidence <= 0.0 || distance < -1.0 {
                     continue;
                 }
-                blend(block, at, distance.min(1.0), evidence);
-                if distance.abs() < COLORED
-                    && let Some(color) = view.colors.get(pixel).filter(|c| **c != UNCOLORED)
+                blend(voxel, distance.min(1.0), evidence);
+                if let Some(tint) = tint.as_deref_mut()
+                    && distance.abs() < COLORED
+                    && let Some(color) = self.view.colors.get(pixel).filter(|c| **c != UNCOLORED)
                 {
-                    tint(block, at, *color, evidence * evidence);
+                    color_in(tint, row * SIDE + i, *color, evidence * evidence);
                 }
             }
         }
     }
+
+    fn row(&self, start: &Point3<f32>) -> Row {
+        let camera = &self.view.camera;
+        let (w, h) = (camera.width as f32, camera.height as f32);
+        let (fx, fy) = (camera.fx as f32, camera.fy as f32);
+        let (cx, cy) = (camera.cx as f32 + 0.5, camera.cy as f32 + 0.5);
+        let step = self.along[0];
+        let mut row = Row { pixel: [OUTSIDE; SIDE], z: [0.0; SIDE], stretch: [0.0; SIDE] };
+        for i in 0..SIDE {
+            let t = i as f32;
+            let (x, y, z) = (start.x + step.x * t, start.y + step.y * t, start.z + step.z * t);
+            let near = 1.0 / z;
+            let (u, v) = (fx * x * near + cx, fy * y * near + cy);
+            // Single ands, no early way out; NaN is no number of any side.
+            let inside = (u >= 0.0) & (v >= 0.0) & (u < w) & (v < h) & (z > 0.0);
+            let pixel = v as i32 * camera.width as i32 + u as i32;
+            row.pixel[i] = if inside { pixel as u32 } else { OUTSIDE };
+            row.z[i] = z;
+            row.stretch[i] = (x * x + y * y + z * z).sqrt() * near;
+        }
+        row
+    }
 }
 
-fn blend(block: &mut Block, at: usize, distance: f32, evidence: f32) {
-    let (old, new) = (f32::from(block.weight[at]), evidence * WEIGHT_UNIT);
+/// The nearest whole number of what is not negative and fits.
+fn nearest(value: f32) -> u16 {
+    (value + 0.5) as u16
+}
+
+fn blend(voxel: &mut Voxel, distance: f32, evidence: f32) {
+    let (old, new) = (f32::from(voxel.weight), evidence * WEIGHT_UNIT);
     let total = old + new;
-    let mean = (f32::from(block.distance[at]) * old + distance * FULL * new) / total;
-    block.distance[at] = mean.round() as i16;
-    block.weight[at] = total.min(MOST_VIEWS * WEIGHT_UNIT).round() as u16;
+    let mean = (f32::from(voxel.distance) * old + distance * FULL * new) / total;
+    voxel.distance = (mean + 0.5f32.copysign(mean)) as i16;
+    voxel.weight = nearest(total.min(MOST_VIEWS * WEIGHT_UNIT));
 }
 
-fn tint(block: &mut Block, at: usize, color: [u8; 3], evidence: f32) {
-    let (old, new) = (f32::from(block.color_weight[at]), evidence * WEIGHT_UNIT);
+fn color_in(tint: &mut Tint, at: usize, color: [u8; 3], evidence: f32) {
+    let (old, new) = (f32::from(tint.weight[at]), evidence * WEIGHT_UNIT);
     let total = old + new;
     if total < 0.5 {
         return;
     }
-    for (channel, value) in block.color.iter_mut().zip(color) {
-        channel[at] = ((f32::from(channel[at]) * old + f32::from(value) * 256.0 * new) / total).round() as u16;
+    for (channel, value) in tint.color[at].iter_mut().zip(color) {
+        *channel = nearest((f32::from(*channel) * old + f32::from(value) * 256.0 * new) / total);
     }
-    block.color_weight[at] = total.min(MOST_VIEWS * WEIGHT_UNIT).round() as u16;
+    tint.weight[at] = nearest(total.min(MOST_VIEWS * WEIGHT_UNIT));
 }
 
 #[cfg(test)]
@@ -141,7 +188,7 @@ mod tests {
             RgbdCamera { width: 64, height: 64, fx: 100.0, fy: 100.0, cx: 31.5, cy: 31.5, distortion: [0.0; 5] };
         let wall = |z: f32| View::prepare(camera.clone(), vec![z; 64 * 64], vec![[200, 100, 0]; 64 * 64]);
         let made = || {
-            let mut volume = Volume::new(0.005, 0.02);
+            let mut volume = Volume::colored(0.005, 0.02);
             for (z, turn) in [(1.0, 0.0f64), (1.01, 0.0), (0.99, 0.0)] {
                 volume.integrate(&wall(z), &Isometry3::rotation(Vector3::z() * turn));
             }
@@ -150,10 +197,11 @@ mod tests {
         let volume = made();
         let value = Reader::new(&volume).sample(&Point3::new(0.0, 0.0, 0.996 / 0.005)).unwrap();
         assert!((value - 0.2).abs() < 0.01, "4 mm of 20 before the wall: {value}");
-        let (block, i) = Reader::new(&volume).find([0, 0, 200]).unwrap();
-        assert_eq!(block.color.map(|c| c[i] / 256), [200, 100, 0]);
+        let block = volume.block_at([0, 0, 25]) as usize;
+        assert_eq!(volume.tints[block].color[0].map(|c| c / 256), [200, 100, 0]);
         let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(made);
         assert_eq!(volume.blocks.len(), alone.blocks.len());
-        assert!(volume.blocks.iter().zip(&alone.blocks).all(|(a, b)| a.distance == b.distance && a.color == b.color));
+        assert!(volume.blocks.iter().zip(&alone.blocks).all(|(a, b)| a.at == b.at && a.voxels == b.voxels));
+        assert_eq!(volume.tints, alone.tints);
     }
 }

@@ -56,19 +56,27 @@ impl<'a> Around<'a> {
         (self.blocks[which] != NONE).then(|| (self.blocks[which], x + SIDE * (y + SIDE * z)))
     }
 
-    fn corners(&self, cell: [usize; 3], least: u16) -> Option<Corners> {
-        let mut corners = [0.0; 8];
-        for (k, value) in corners.iter_mut().enumerate() {
-            let (block, i) = self.find([cell[0] + (k & 1), cell[1] + (k >> 1 & 1), cell[2] + (k >> 2)])?;
-            let block = &self.volume.blocks[block as usize];
-            if block.weight[i] < least {
-                return None;
+    /// Distances at 9³ voxels, in truncations; NaN where fewer than `least` saw them. `None` where no surface can be.
+    fn grid(&self, least: u16) -> Option<Box<Grid>> {
+        let mut grid = Box::new([f32::NAN; ACROSS * ACROSS * ACROSS]);
+        let mut below = false;
+        for (i, value) in grid.iter_mut().enumerate() {
+            let Some((block, j)) = self.find([i % ACROSS, i / ACROSS % ACROSS, i / (ACROSS * ACROSS)]) else {
+                continue;
+            };
+            let voxel = self.volume.blocks[block as usize].voxels[j];
+            if voxel.weight >= least {
+                *value = f32::from(voxel.distance) / FULL;
+                below |= is_inside(*value);
             }
-            *value = f32::from(block.distance[i]) / FULL;
         }
-        Some(corners)
+        below.then_some(grid)
     }
 }
+
+/// Voxels along a block's side and the first of the next.
+const ACROSS: usize = SIDE + 1;
+type Grid = [f32; ACROSS * ACROSS * ACROSS];
 
 fn is_inside(distance: f32) -> bool {
     distance < 0.0
@@ -125,13 +133,20 @@ impl Volume {
     fn block_triangles(&self, block: &Block, least: u16) -> Patch {
         let around = Around::of(self, block);
         let mut patch = Patch::default();
+        let Some(grid) = around.grid(least) else { return patch };
         for z in 0..SIDE {
             for y in 0..SIDE {
                 for x in 0..SIDE {
-                    let Some(corners) = around.corners([x, y, z], least) else { continue };
+                    let corners: Corners = std::array::from_fn(|k| {
+                        grid[x + (k & 1) + ACROSS * (y + (k >> 1 & 1) + ACROSS * (z + (k >> 2)))]
+                    });
                     let inside = corners.iter().filter(|&&d| is_inside(d)).count();
                     // What is cut off at the truncation on both sides is no surface but the border of two views.
-                    if inside == 0 || inside == 8 || corners.iter().all(|d| d.abs() > 0.95) {
+                    if inside == 0
+                        || inside == 8
+                        || corners.iter().any(|d| d.is_nan())
+                        || corners.iter().all(|d| d.abs() > 0.95)
+                    {
                         continue;
                     }
                     cell_triangles(&corners, &mut |[a, b]| around.edge_key([x, y, z], a, b), &mut patch);
@@ -154,26 +169,36 @@ impl Volume {
     }
 
     fn vertex(&self, edge: u64) -> (Point, [u8; 3], f32) {
-        let (block, rest) = ((edge as usize) / EDGES_A_BLOCK, (edge as usize) % EDGES_A_BLOCK);
-        let (voxel, axis) = (rest / 3, rest % 3);
-        let block = &self.blocks[block];
-        let at = [voxel % SIDE, voxel / SIDE % SIDE, voxel / (SIDE * SIDE)];
-        let mut next = at;
-        next[axis] += 1;
-        let around = Around::of(self, block);
-        // The cell was whole when the edge was named.
-        let (other, j) = around.find(next).map_or((block, voxel), |(b, j)| (&self.blocks[b as usize], j));
-        let (da, db) = (f64::from(block.distance[voxel]), f64::from(other.distance[j]));
+        let (here, rest) = ((edge as usize) / EDGES_A_BLOCK, (edge as usize) % EDGES_A_BLOCK);
+        let (i, axis) = (rest / 3, rest % 3);
+        let block = &self.blocks[here];
+        let at = [i % SIDE, i / SIDE % SIDE, i / (SIDE * SIDE)];
+        let stride = [1, SIDE, SIDE * SIDE][axis];
+        // The cell was whole when the edge was named, so the next block is there.
+        let (there, j) = if at[axis] + 1 < SIDE {
+            (here, i + stride)
+        } else {
+            let mut next = block.at;
+            next[axis] += 1;
+            match self.block_at(next) {
+                NONE => (here, i),
+                there => (there as usize, i + stride - SIDE * stride),
+            }
+        };
+        let (a, b) = (block.voxels[i], self.blocks[there].voxels[j]);
+        let (da, db) = (f64::from(a.distance), f64::from(b.distance));
         let share = if da == db { 0.5 } else { da / (da - db) };
         let mut p = [0, 1, 2].map(|k| f64::from(block.at[k] * SIDE as i32) + at[k] as f64);
         p[axis] += share;
-        let color = std::array::from_fn(|c| {
-            let (wa, wb) = (f64::from(block.color_weight[voxel]), f64::from(other.color_weight[j]));
-            let (wa, wb) = ((1.0 - share) * wa, share * wb);
-            let sum = wa * f64::from(block.color[c][voxel]) + wb * f64::from(other.color[c][j]);
-            if wa + wb > 0.0 { (sum / (wa + wb) / 256.0).round() as u8 } else { 128 }
-        });
-        let evidence = f32::from(block.weight[voxel].min(other.weight[j])) / WEIGHT_UNIT;
+        let color = match (self.tints.get(here), self.tints.get(there)) {
+            (Some(here), Some(there)) => std::array::from_fn(|c| {
+                let (wa, wb) = ((1.0 - share) * f64::from(here.weight[i]), share * f64::from(there.weight[j]));
+                let sum = wa * f64::from(here.color[i][c]) + wb * f64::from(there.color[j][c]);
+                if wa + wb > 0.0 { (sum / (wa + wb) / 256.0).round() as u8 } else { 128 }
+            }),
+            _ => [128; 3],
+        };
+        let evidence = f32::from(a.weight.min(b.weight)) / WEIGHT_UNIT;
         (Point::from(p.map(|c| c * f64::from(self.voxel))), color, evidence)
     }
 }
@@ -279,6 +304,7 @@ fn fill(corners: &Corners, ring: &[[usize; 2]], key: &mut dyn FnMut([usize; 2]) 
 mod tests {
     use super::*;
     use crate::geometry::{Adjacency, TriMesh};
+    use crate::scan::rgbd::volume::Voxel;
 
     /// A volume whose voxels are a function of their place in voxels.
     fn volume_of(extent: i32, distance: impl Fn([f64; 3]) -> f64) -> Volume {
@@ -290,8 +316,8 @@ mod tests {
                     for i in 0..VOXELS {
                         let at = [i % 8, i / 8 % 8, i / 64];
                         let p: [f64; 3] = std::array::from_fn(|k| f64::from([x, y, z][k] * 8) + at[k] as f64);
-                        volume.blocks[b].distance[i] = (distance(p).clamp(-0.9, 0.9) * f64::from(FULL)) as i16;
-                        volume.blocks[b].weight[i] = 64;
+                        let distance = (distance(p).clamp(-0.9, 0.9) * f64::from(FULL)) as i16;
+                        volume.blocks[b].voxels[i] = Voxel { distance, weight: 64 };
                     }
                 }
             }
@@ -344,7 +370,7 @@ mod tests {
     fn what_was_not_seen_is_a_hole() {
         let mut ball = volume_of(2, |p| 0.2 * (p.iter().map(|c| c * c).sum::<f64>().sqrt() - 9.3));
         for block in ball.blocks.iter_mut().filter(|b| b.at[1] == 1) {
-            block.weight = [0; VOXELS];
+            block.voxels = [Voxel::default(); VOXELS];
         }
         let mesh = mesh_of(&ball.surface(1.0));
         assert_eq!(Adjacency::prepare(&mesh).boundary_loops().len(), 1);

@@ -5,9 +5,8 @@ use super::track::{Cut, Placed, predicted};
 use super::volume::Volume;
 use rayon::prelude::*;
 
-/// The volume of all placed frames, one after the other.
-pub(super) fn integrated(cuts: &[Cut], placed: &[Placed], voxel: f64, truncation: f64) -> Volume {
-    let mut volume = Volume::new(voxel, truncation);
+/// All placed frames averaged into an empty volume, one after the other.
+pub(super) fn integrated(cuts: &[Cut], placed: &[Placed], mut volume: Volume) -> Volume {
     for p in placed {
         volume.integrate(&cuts[p.cut].view, &p.pose);
     }

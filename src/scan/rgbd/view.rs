@@ -42,7 +42,7 @@ pub(super) struct Level {
 }
 
 /// Pixels along a tile's side: 4 of half size are 5 cm at 2 m, about as far as a guess may be off.
-const TILE: usize = 4;
+pub(super) const TILE: usize = 4;
 /// Metres before and behind what a tile shows in which the model is looked for.
 const SLACK: f32 = 0.12;
 

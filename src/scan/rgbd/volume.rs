@@ -11,20 +11,31 @@ pub(super) const FULL: f32 = 32_000.0;
 /// Weights are kept in 1/64: a view at a graze counts, and 1 000 views fit in 16 bits.
 pub(super) const WEIGHT_UNIT: f32 = 64.0;
 
+/// What is known at one place: four bytes, so that a march along a ray touches little memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Voxel {
+    /// Signed distance, positive outside, in 1/[`FULL`] of the truncation.
+    pub(super) distance: i16,
+    /// Evidence, in 1/[`WEIGHT_UNIT`] of a view; 0 where nothing is known.
+    pub(super) weight: u16,
+}
+
 /// 8³ voxels; x runs fastest.
 pub(super) struct Block {
     /// Position in blocks.
     pub(super) at: [i32; 3],
-    /// Signed distance, positive outside, in 1/[`FULL`] of the truncation.
-    pub(super) distance: [i16; VOXELS],
-    /// Evidence, in 1/[`WEIGHT_UNIT`] of a view; 0 where nothing is known.
-    pub(super) weight: [u16; VOXELS],
-    /// Mean colour in 1/256 of a grey level, red, green, blue.
-    pub(super) color: [[u16; VOXELS]; 3],
-    /// Evidence for the colour, like `weight`.
-    pub(super) color_weight: [u16; VOXELS],
+    pub(super) voxels: [Voxel; VOXELS],
     /// The last integration that touched it.
     pub(super) stamp: u32,
+}
+
+/// The colours of a block.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Tint {
+    /// Mean colour in 1/256 of a grey level, red, green, blue.
+    pub(super) color: [[u16; 3]; VOXELS],
+    /// Evidence for the colour, like that of a voxel.
+    pub(super) weight: [u16; VOXELS],
 }
 
 /// Sparse blocks of voxels, found by their position.
@@ -38,6 +49,9 @@ pub(super) struct Volume {
     /// Truncation in metres.
     pub(super) truncation: f32,
     pub(super) blocks: Vec<Block>,
+    /// One a block, or none at all: what frames are tracked against needs no colours.
+    pub(super) tints: Vec<Tint>,
+    is_colored: bool,
     table: Table,
     pub(super) stamp: u32,
 }
@@ -89,14 +103,21 @@ impl Table {
 }
 
 impl Volume {
+    /// Without colours.
     pub(super) fn new(voxel: f64, truncation: f64) -> Self {
         Self {
             voxel: voxel as f32,
             truncation: truncation as f32,
             blocks: Vec::new(),
-            table: Table::with_room_for(16_384),
+            tints: Vec::new(),
+            is_colored: false,
+            table: Table::with_room_for(4_096),
             stamp: 0,
         }
+    }
+
+    pub(super) fn colored(voxel: f64, truncation: f64) -> Self {
+        Self { is_colored: true, ..Self::new(voxel, truncation) }
     }
 
     /// Metres along a block's side.
@@ -118,80 +139,103 @@ impl Volume {
         }
         let index = self.blocks.len() as u32;
         self.table.insert(key, index);
-        self.blocks.push(Block {
-            at,
-            distance: [0; VOXELS],
-            weight: [0; VOXELS],
-            color: [[0; VOXELS]; 3],
-            color_weight: [0; VOXELS],
-            stamp: 0,
-        });
+        self.blocks.push(Block { at, voxels: [Voxel::default(); VOXELS], stamp: 0 });
+        if self.is_colored {
+            self.tints.push(Tint { color: [[0; 3]; VOXELS], weight: [0; VOXELS] });
+        }
         index
     }
 }
 
-/// Reads voxels; remembers the last block, for neighbours mostly lie in the same one.
+/// Reads voxels; remembers the last blocks, for neighbours mostly lie in the same few.
 pub(super) struct Reader<'a> {
     volume: &'a Volume,
-    at: [i32; 3],
-    block: u32,
+    /// By the parity of the position along x, y, z: eight blocks around a corner never share one.
+    recent: [([i32; 3], u32); 8],
+}
+
+/// The whole number at or below; exact for all that fits in 32 bits. (`f32::floor` is a call where the processor's
+/// oldest instructions must do.)
+pub(super) fn floor(c: f32) -> i32 {
+    let cut = c as i32;
+    cut - i32::from((cut as f32) > c)
 }
 
 impl<'a> Reader<'a> {
     pub(super) fn new(volume: &'a Volume) -> Self {
-        Self { volume, at: [i32::MAX; 3], block: NONE }
+        Self { volume, recent: [([i32::MAX; 3], NONE); 8] }
     }
 
-    /// The block that holds a voxel, and the voxel's index in it.
-    pub(super) fn find(&mut self, voxel: [i32; 3]) -> Option<(&'a Block, usize)> {
-        let at = voxel.map(|c| c >> 3);
-        if at != self.at {
-            (self.at, self.block) = (at, self.volume.block_at(at));
+    fn block(&mut self, at: [i32; 3]) -> Option<&'a Block> {
+        let slot = &mut self.recent[(at[0] & 1 | (at[1] & 1) << 1 | (at[2] & 1) << 2) as usize];
+        if slot.0 != at {
+            *slot = (at, self.volume.block_at(at));
         }
-        if self.block == NONE {
-            return None;
-        }
-        let [x, y, z] = voxel.map(|c| (c & 7) as usize);
-        Some((&self.volume.blocks[self.block as usize], x + SIDE * (y + SIDE * z)))
+        self.volume.blocks.get(slot.1 as usize)
+    }
+
+    /// What is known at a voxel; `None` where there is no block.
+    pub(super) fn find(&mut self, voxel: [i32; 3]) -> Option<Voxel> {
+        let block = self.block(voxel.map(|c| c >> 3))?;
+        Some(block.voxels[index_of(voxel)])
     }
 
     /// Signed distance at a voxel in truncations (−1 to 1), where it is known.
-    pub(super) fn at(&mut self, voxel: [i32; 3]) -> Option<f32> {
-        let (block, i) = self.find(voxel)?;
-        (block.weight[i] > 0).then(|| f32::from(block.distance[i]) / FULL)
+    fn at(&mut self, voxel: [i32; 3]) -> Option<f32> {
+        self.find(voxel).filter(|v| v.weight > 0).map(|v| f32::from(v.distance))
     }
 
     /// Trilinear distance, in truncations, at a point in voxels; `None` where one of the eight is unknown.
     pub(super) fn sample(&mut self, p: &Point3<f32>) -> Option<f32> {
-        let low = p.coords.map(f32::floor);
-        let [x, y, z] = [low.x as i32, low.y as i32, low.z as i32];
-        let f = p.coords - low;
-        let mut sum = 0.0;
-        for k in 0..8 {
-            let [dx, dy, dz] = [k & 1, k >> 1 & 1, k >> 2];
-            let pick = |d: i32, f: f32| if d == 1 { f } else { 1.0 - f };
-            sum += self.at([x + dx, y + dy, z + dz])? * pick(dx, f.x) * pick(dy, f.y) * pick(dz, f.z);
-        }
-        Some(sum)
+        let low = [floor(p.x), floor(p.y), floor(p.z)];
+        let inner = low.iter().all(|c| c & 7 != 7);
+        let corners: [f32; 8] = if inner {
+            // All eight in one block.
+            let block = self.block(low.map(|c| c >> 3))?;
+            let first = index_of(low);
+            let eight: [Voxel; 8] = std::array::from_fn(|k| {
+                block.voxels[(first + (k & 1) + (k >> 1 & 1) * SIDE + (k >> 2) * SIDE * SIDE) % VOXELS]
+            });
+            if eight.iter().any(|v| v.weight == 0) {
+                return None;
+            }
+            eight.map(|v| f32::from(v.distance))
+        } else {
+            let mut corners = [0.0; 8];
+            for (k, corner) in corners.iter_mut().enumerate() {
+                let k = k as i32;
+                *corner = self.at([low[0] + (k & 1), low[1] + (k >> 1 & 1), low[2] + (k >> 2)])?;
+            }
+            corners
+        };
+        let [x, y, z] = [0, 1, 2].map(|k| p[k] - low[k] as f32);
+        let along = |a: f32, b: f32, t: f32| a + (b - a) * t;
+        let [a, b, c, d] = [0, 2, 4, 6].map(|k| along(corners[k], corners[k + 1], x));
+        Some(along(along(a, b, y), along(c, d, y), z) / FULL)
     }
 
     /// Outward unit normal at a point of the surface, in voxels: differences over one voxel to either side, or to one side
     /// where the other is unknown.
     pub(super) fn normal(&mut self, p: &Point3<f32>) -> Option<Vector3<f32>> {
-        let here = self.sample(p)?;
         let mut gradient = Vector3::zeros();
         for axis in 0..3 {
             let mut step = Vector3::zeros();
             step[axis] = 1.0;
             gradient[axis] = match (self.sample(&(p + step)), self.sample(&(p - step))) {
                 (Some(ahead), Some(behind)) => ahead - behind,
-                (Some(ahead), None) => 2.0 * (ahead - here),
-                (None, Some(behind)) => 2.0 * (here - behind),
+                (Some(ahead), None) => 2.0 * (ahead - self.sample(p)?),
+                (None, Some(behind)) => 2.0 * (self.sample(p)? - behind),
                 (None, None) => return None,
             };
         }
         gradient.try_normalize(1e-9)
     }
+}
+
+/// Where a voxel stands in its block.
+fn index_of(voxel: [i32; 3]) -> usize {
+    let [x, y, z] = voxel.map(|c| (c & 7) as usize);
+    x + SIDE * (y + SIDE * z)
 }
 
 #[cfg(test)]
@@ -217,8 +261,7 @@ mod tests {
             let block = &mut volume.blocks[b];
             for i in 0..VOXELS {
                 let at = (x * 8 + (i % 8) as i32) as f32;
-                block.distance[i] = (at * 0.01 * FULL) as i16;
-                block.weight[i] = 64;
+                block.voxels[i] = Voxel { distance: (at * 0.01 * FULL) as i16, weight: 64 };
             }
         }
         let mut reader = Reader::new(&volume);
