@@ -366,4 +366,13 @@ fn recordings_that_make_no_scan_are_refused() {
     }
     let fine = recording(&folder("fine"), &quick, |_| {});
     refused(&session, &["scan", "hat", &fine, "--template", "hat", "--voxel", "0.2"], 2, &["voxels of 0.2 mm"]);
+    let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo/0-body.ply").display().to_string();
+    refused(&session, &["scan", "hat", &mesh, "--template", "hat", "--view"], 2, &["there is nothing to watch"]);
+    let watched = ["scan", "hat", &fine, "--template", "hat", "--view=fine.rrd"];
+    if cfg!(feature = "rerun") {
+        overcoat_ok(&session, &watched);
+        assert!(std::fs::read(session.join("fine.rrd")).unwrap().starts_with(b"RRF2"));
+    } else {
+        refused(&session, &watched, 2, &["built without the viewer"]);
+    }
 }

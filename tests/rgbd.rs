@@ -230,15 +230,14 @@ fn the_shipped_turn_is_fused_and_its_path_found() {
     assert!(path < 0.6, "{path}°: what the person sways within the turn is in it");
 }
 
-/// Kept in sight: with nothing behind the person, so that no ray clears what lies beside them, one of these two failed
-/// when it was last run, and which is not known yet.
+/// Rays past the person end nowhere. Taken as unknown, they would let the outlines grow: the person came out 5 mm too
+/// stout, and half the turn 10 mm off.
 #[test]
-#[ignore = "not met yet: a person cut out already, before no floor and no wall"]
 fn no_room_behind_is_no_trouble() {
     let bare = Turntable { room: false, ..Turntable::default() };
     let shots = bare.shots();
     let fusion = fused(&bare.recording_of(&shots));
-    assert!(says(&fusion, "no floor was found"), "{:?}", fusion.findings);
+    assert!(says(&fusion, "no floor was found") && says(&fusion, "nothing was seen behind"), "{:?}", fusion.findings);
     let off = off_mm(&fusion, &shots);
     assert!(off < NEAR, "{off}");
 }

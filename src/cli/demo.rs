@@ -22,7 +22,7 @@ pub(super) struct DemoArgs {
     keep: Option<PathBuf>,
 }
 
-/// One of the shipped scans: `1-skirt.ply` is the step `skirt`, of the kind `skirt`.
+/// One of the shipped scans: `1-skirt.ply` is the step `skirt`, of the kind `skirt`; `0-body` is a folder of frames.
 struct ShippedScan {
     name: String,
     template: Option<String>,
@@ -164,11 +164,15 @@ fn scans_dir() -> Result<PathBuf, SessionError> {
 fn shipped_scans(dir: &Path) -> anyhow::Result<Vec<ShippedScan>> {
     let entries = std::fs::read_dir(dir).with_context(|| format!("'{}' cannot be read", dir.display()))?;
     let mut files: Vec<PathBuf> = entries.flatten().map(|e| e.path()).collect();
-    files.retain(|f| f.extension().is_some_and(|e| e == "ply"));
+    // Where a scan is there as frames, too, these are where the work begins.
+    files.retain(|f| match f.extension() {
+        Some(extension) => extension == "ply" && !f.with_extension("").join("camera.json").is_file(),
+        None => f.join("camera.json").is_file(),
+    });
     files.sort();
     let scans: Vec<ShippedScan> = files.into_iter().filter_map(shipped_scan).collect();
     if scans.first().is_none_or(|s| s.name != BODY_STEP) {
-        let what = format!("'{}' has no scan of the bare body, 0-body.ply", dir.display());
+        let what = format!("'{}' has no scan of the bare body, neither 0-body.ply nor 0-body", dir.display());
         return Err(SessionError::BadRequest { what, hint: "get the source code again".into() }.into());
     }
     Ok(scans)

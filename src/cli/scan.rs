@@ -40,6 +40,11 @@ pub(super) struct ScanArgs {
     /// Millimetres between the voxels in which RGB-D frames are fused
     #[arg(long, value_name = "MM")]
     voxel: Option<f64>,
+    /// Record how RGB-D frames are fused, for the Rerun viewer: camera path, residual, growing surface [default:
+    /// NAME.rrd in the session]
+    #[arg(long, value_name = "OUT.rrd", num_args = 0..=1, require_equals = true)]
+    #[allow(clippy::option_option)]
+    view: Option<Option<PathBuf>>,
     /// Put the scan in the place of the step of that name
     #[arg(long)]
     replace: bool,
@@ -54,8 +59,10 @@ enum SurfaceWord {
 
 pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
+    let view = args.view.map(|file| file.unwrap_or_else(|| context.session.join(format!("{}.rrd", args.name))));
     let new = NewScan {
         name: args.name,
+        view,
         file: context.input(args.file),
         template: args.template,
         unit: args.unit,
@@ -81,10 +88,12 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
         "template": new.template,
         "file": new.file.display().to_string(),
         "measures": report.measures,
+        "recording": new.view.as_ref().map(|path| path.display().to_string()),
         "findings": report.findings,
         "secs": began.elapsed().as_secs_f64(),
     });
-    Ok(Done::new("scan", json)
+    let watched = new.view.map(|path| format!("rerun {}", path.display()));
+    let mut done = Done::new("scan", json)
         .line(format!(
             "scanned {} from {}: {:.0} vertices, {:.0} faces, in {}",
             new.name,
@@ -95,5 +104,7 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
         ))
         .lines(report.findings.iter().map(|f| format!("  {f}")))
         .next(context.overcoat("build"))
-        .next(context.overcoat("scan NAME FILE --template …")))
+        .next(context.overcoat("scan NAME FILE --template …"));
+    done.next.extend(watched);
+    Ok(done)
 }

@@ -17,7 +17,9 @@ pub use clean::clean;
 pub use error::ScanError;
 pub use frame::FileFrame;
 pub use params::{ScanParams, Unit, Up};
-pub use rgbd::{FramePose, Fusion, FusionError, FusionParams, FusionReport, FusionStep, RgbdCamera, fuse};
+pub use rgbd::{
+    FramePose, Fusion, FusionError, FusionParams, FusionReport, FusionStep, RgbdCamera, SurfaceSoFar, fuse,
+};
 
 use crate::geometry::{PerVertex, TriMesh};
 use serde::{Deserialize, Serialize};

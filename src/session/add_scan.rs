@@ -1,7 +1,11 @@
 //! A scan added to a session: read and cleaned at once, so that a bad file is told before anything is changed.
 
+#[cfg(not(feature = "rerun"))]
+use super::no_recording::ScanRecording;
 use super::open::Writer;
 use super::recipe::{BODY_STEP, BodySurface, StepRecipe};
+#[cfg(feature = "rerun")]
+use super::scan_recording::ScanRecording;
 use super::stage_scan;
 use super::state::Stage;
 use super::walk::{Event, Forced, StageReport, Walk};
@@ -32,6 +36,8 @@ pub struct NewScan {
     pub until: Option<String>,
     /// Where its sleeves end.
     pub sleeve: Option<String>,
+    /// Records how RGB-D frames are fused, for the Rerun viewer, in this file.
+    pub view: Option<PathBuf>,
     /// Put in the place of the step of that name.
     pub replace: bool,
 }
@@ -47,6 +53,7 @@ impl Writer {
             });
         }
         check_voxel(new)?;
+        let mut recording = recording_of(new)?;
         // Masks are anchored in space: they hold for another mesh of the same.
         let masks = self.session.recipe.step(&new.name).map(|old| old.masks.clone()).unwrap_or_default();
         let mut step = StepRecipe {
@@ -72,13 +79,40 @@ impl Writer {
         let named = source::named(self.session.dir(), &new.file, &bytes)?;
         (step.scan, step.hash) = (named.file, named.hash);
         self.session.recipe.put_step(step.clone(), new.replace)?;
-        let (change, forced) = (said_of(new), Forced::Nothing);
+        let (change, forced) = (said_of(new), forced_by(new));
         let mut walk = Walk::make(self, &change, &forced, on_event);
-        stage_scan::scan(&mut walk, &step)?;
+        stage_scan::watched_scan(&mut walk, &step, &mut |fusion| {
+            if let Some(recording) = &mut recording {
+                recording.see(fusion);
+            }
+        })?;
         let report = walk.into_reports().pop();
         // Where the very scan was there already, only the recipe is new.
         self.save(&change)?;
+        if let Some(recording) = recording {
+            recording.finish(report.as_ref().map_or(&[], |r| r.findings.as_slice()))?;
+        }
         report.ok_or(SessionError::NotBuilt { step: new.name.clone(), stage: Stage::Scan })
+    }
+}
+
+/// The recording that is asked for; of a mesh there is nothing to see.
+fn recording_of(new: &NewScan) -> Result<Option<ScanRecording>, SessionError> {
+    let Some(path) = &new.view else { return Ok(None) };
+    if !new.file.is_dir() {
+        return Err(SessionError::BadRequest {
+            what: format!("'{}' is no folder of RGB-D frames: there is nothing to watch", new.file.display()),
+            hint: "leave --view out; `overcoat view --save OUT.rrd` records what was made of a scan".into(),
+        });
+    }
+    ScanRecording::try_new(&new.name, path).map(Some)
+}
+
+/// What is to be watched has to be done, though it was done before.
+fn forced_by(new: &NewScan) -> Forced {
+    match new.view {
+        Some(_) => Forced::Named(vec![(new.name.clone(), Some(Stage::Scan))]),
+        None => Forced::Nothing,
     }
 }
 

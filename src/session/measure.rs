@@ -1,6 +1,7 @@
 //! A session against known truth.
 
 use super::open::Session;
+use super::state::Stage;
 use super::worn::WornStep;
 use super::{SessionError, garment_kind};
 use crate::formats::read_ply;
@@ -8,7 +9,7 @@ use crate::geometry::{Point, TriMesh};
 use crate::scan::FileFrame;
 use crate::studio::{
     JointPositions, Measures as TruthMeasures, ResultBind, ResultStep, SubjectKind, TruthBind, TruthJoints,
-    TruthNaming, TruthStep, measure,
+    TruthNaming, TruthStep, measure, scan_from_truth,
 };
 use std::fs::File;
 use std::io::BufReader;
@@ -28,7 +29,8 @@ pub enum Subject {
 
 impl Session {
     /// Measures all steps against the truth in `folder`: `K_body.ply`, `K_layerJ.ply`, `joints.json` and, where it is
-    /// there, `bind_*.ply`, in the frame and unit of the scans' files.
+    /// there, `bind_*.ply`, in the frame and unit of the scans' files. What was fused from frames has a frame of its own:
+    /// its truth, Y up and in metres, is laid on the scan first.
     pub fn measure(&self, folder: &Path, subject: Subject) -> Result<TruthReport, SessionError> {
         if !folder.is_dir() {
             return Err(SessionError::NoSuchFolder { path: folder.to_path_buf() });
@@ -41,8 +43,11 @@ impl Session {
         let truths = steps
             .iter()
             .enumerate()
-            .map(|(k, worn)| truth_of(folder, k, &joints, &worn.scan.world_from_file))
-            .collect::<Result<Vec<_>, _>>()?;
+            .map(|(k, worn)| match self.is_recorded(worn) {
+                true => Ok(laid_on(&worn.scan.mesh, truth_of(folder, k, &joints, &FileFrame::identity())?)),
+                false => truth_of(folder, k, &joints, &worn.scan.world_from_file),
+            })
+            .collect::<Result<Vec<_>, SessionError>>()?;
         let bind = ResultBind { layers: bind_layers(&steps) };
         let truth_bind = bind_truth(folder, steps.len().saturating_sub(1))?;
         let kind = match subject {
@@ -50,6 +55,22 @@ impl Session {
             Subject::Foreign => SubjectKind::Foreign,
         };
         measure(&results, &bind, &truths, truth_bind.as_ref(), kind).map_err(|e| SessionError::bad_source(folder, e))
+    }
+
+    /// Whether a step's scan was fused from RGB-D frames.
+    fn is_recorded(&self, worn: &WornStep) -> bool {
+        self.state.record(&worn.step.name, Stage::Scan).is_some_and(|record| record.measures.contains_key("frames"))
+    }
+}
+
+fn laid_on(scan: &TriMesh, truth: TruthStep) -> TruthStep {
+    let all: Vec<&TriMesh> = std::iter::once(&truth.body).chain(&truth.layers).collect();
+    let motion = scan_from_truth(scan, &all);
+    let laid = |mesh: &TriMesh| mesh.map_points(|p| motion * p);
+    TruthStep {
+        body: laid(&truth.body),
+        layers: truth.layers.iter().map(laid).collect(),
+        joints: truth.joints.into_iter().map(|(name, p)| (name, motion * p)).collect(),
     }
 }
 

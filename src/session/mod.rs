@@ -35,6 +35,8 @@ mod masks;
 mod measure;
 mod memory;
 mod new;
+#[cfg(not(feature = "rerun"))]
+mod no_recording;
 mod open;
 mod parameter_table;
 mod parameters;
@@ -43,6 +45,8 @@ mod reason;
 mod recipe;
 mod recut;
 mod replay;
+#[cfg(feature = "rerun")]
+mod scan_recording;
 mod single_stage;
 mod source;
 mod stage_cut;

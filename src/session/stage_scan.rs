@@ -12,6 +12,15 @@ use std::path::Path;
 use std::time::Instant;
 
 pub(super) fn scan(walk: &mut Walk, step: &StepRecipe) -> Result<Kept<Scan>, SessionError> {
+    watched_scan(walk, step, &mut |_| {})
+}
+
+/// The same, watched while frames are fused.
+pub(super) fn watched_scan(
+    walk: &mut Walk,
+    step: &StepRecipe,
+    on_fusion: &mut dyn FnMut(&FusionStep),
+) -> Result<Kept<Scan>, SessionError> {
     let params = params_of(step);
     let fusion = fusion_params_of(step);
     let kind = Path::new(&step.scan).extension().map(|e| e.to_string_lossy().to_lowercase());
@@ -20,7 +29,7 @@ pub(super) fn scan(walk: &mut Walk, step: &StepRecipe) -> Result<Kept<Scan>, Ses
         let path = session.resolve(&step.scan);
         let bytes = session.source_bytes(&step.source())?;
         let (scan, report) =
-            read(&path, &bytes, &params, &fusion, tell).map_err(|e| SessionError::bad_source(&path, e))?;
+            read(&path, &bytes, &params, &fusion, tell, on_fusion).map_err(|e| SessionError::bad_source(&path, e))?;
         // A copy is kept once the file is known to be good.
         session.store.keep_bytes(&bytes)?;
         let (vertices, faces) = (scan.mesh.vertex_count(), scan.mesh.face_count());
@@ -62,6 +71,7 @@ fn read(
     params: &ScanParams,
     fusion: &FusionParams,
     tell: Tell,
+    on_fusion: &mut dyn FnMut(&FusionStep),
 ) -> Result<(Scan, Option<FusionReport>), StageError> {
     let cleaned =
         |raw: &RawMesh, tell: Tell| clean(raw, params, &mut |s| tell(&format!("{} ({} faces)", s.name, s.faces)));
@@ -69,7 +79,10 @@ fn read(
         return Ok((cleaned(&raw_mesh(path, bytes)?, tell)?, None));
     }
     let began = Instant::now();
-    let fused = fuse(&read_recording(bytes)?, fusion, &mut |step| tell(&told(step, &began)))?;
+    let fused = fuse(&read_recording(bytes)?, fusion, &mut |step| {
+        tell(&told(step, &began));
+        on_fusion(step);
+    })?;
     let mut scan = cleaned(&fused.mesh, tell)?;
     scan.findings = fused.findings.into_iter().chain(scan.findings).collect();
     Ok((scan, Some(fused.report)))
@@ -89,8 +102,8 @@ fn told(step: &FusionStep, began: &Instant) -> String {
         FusionStep::Settled { round, of, most } => {
             format!("round {} of {of}: frames moved by up to {:.1} mm", round + 1, 1e3 * most)
         }
-        FusionStep::Placed => "all frames have their place".into(),
-        FusionStep::Integrated => "all frames averaged".into(),
+        FusionStep::Placed { .. } => "all frames have their place".into(),
+        FusionStep::Integrated { .. } => "all frames averaged".into(),
         FusionStep::Extracted { faces } => format!("surface of {faces} faces"),
     }
 }

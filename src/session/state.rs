@@ -68,6 +68,8 @@ impl Stage {
             Self::Rig | Self::Press => 2,
             // A mask moves the boundary near it alone; the cut keeps what was painted.
             Self::Segment | Self::Cut => 2,
+            // Rays and voxels of the fusion are reckoned otherwise; a person before nothing is cut out by it.
+            Self::Scan => 2,
             _ => 1,
         }
     }

@@ -143,10 +143,6 @@ fn notes_in_markdown(reports: &[StageReport], step: &str) -> String {
 impl Session {
     /// Writes every built step as a Rerun recording; this program was built without the viewer.
     pub fn write_recording(&self, _path: &Path) -> Result<(), SessionError> {
-        Err(SessionError::BadRequest {
-            what: "this program was built without the viewer, so it writes no recording".into(),
-            hint: "build it with `cargo build --release`, or draw a picture with `overcoat view --sheet sheet.png`"
-                .into(),
-        })
+        Err(super::no_recording::without_viewer())
     }
 }

@@ -34,7 +34,7 @@ pub use metrics::{
     GarmentMeasures, HiddenBody, JointPositions, LayerPair, Measures, MetricsError, ResultBind, ResultStep,
     STRICT_JOINTS, StepMeasures, SubjectKind, SurfaceDistance, TruthBind, TruthJoints, TruthNaming, TruthStep, Verdict,
     garment_iou, hem_loops, hem_roughness, hidden_body, inside_percent, joint_mean_mm, layer_pairs, measure,
-    outside_scan, surface_distance,
+    outside_scan, scan_from_truth, surface_distance,
 };
 pub use noise::DepthNoise;
 pub use scanner::{ScannerParams, simulate_scan};

@@ -1,11 +1,12 @@
 //! The session as a Rerun recording: what was scanned and made at each step, to be turned and looked at.
 //!
-//! Entities: `world/scan`, `world/body`, `world/garments/NAME`, `world/skeleton/{joints,bones}`, `measures/NAME`,
+//! Entities: `world/camera/{path,now}` (of a fusion), `world/scan`, `world/body`, `world/garments/NAME`, `world/skeleton/{joints,bones}`, `measures/NAME`,
 //! `notes`. Timelines: `step` (which scan) and `frame` (of a clip). An entity stays as it was logged until it is logged anew.
 
 use super::Error;
 use super::scene::Part;
 use crate::geometry::Point;
+use nalgebra::Isometry3;
 use rerun::blueprint::{
     Blueprint, ContainerLike, Horizontal, Spatial3DView, TextDocumentView, TimeSeriesView, Vertical,
 };
@@ -19,6 +20,10 @@ use std::io::Write;
 /// Metres; a joint is drawn as a ball of this radius, and bones half as thick.
 const JOINT_RADIUS: f32 = 0.009;
 const JOINT_COLOR: [u8; 3] = [235, 110, 60];
+/// Metres; the camera's path is thinner than a bone.
+const PATH_RADIUS: f32 = 0.003;
+/// Metres in front of the camera that its gaze is drawn.
+const GAZE: f64 = 0.2;
 
 /// A recording under way. It is kept in memory until [`Recording::finish`].
 pub struct Recording {
@@ -31,10 +36,21 @@ impl Recording {
     ///
     /// **Errors** when the viewer's library cannot start its threads.
     pub fn try_new(name: &str) -> Result<Self, Error> {
+        Self::laid_out(name, layout())
+    }
+
+    /// Begins a recording of how the frames of `name` are fused.
+    ///
+    /// **Errors** as above.
+    pub fn of_fusion(name: &str) -> Result<Self, Error> {
+        Self::laid_out(name, layout_of_fusion())
+    }
+
+    fn laid_out(name: &str, layout: Blueprint) -> Result<Self, Error> {
         let stream = RecordingStreamBuilder::new("overcoat")
             .recording_name(name)
             .enabled(true)
-            .with_default_blueprint(layout())
+            .with_default_blueprint(layout)
             .buffered()
             .map_err(failed)?;
         // Wall-clock time says nothing about a session and would come up as a third timeline.
@@ -91,6 +107,20 @@ impl Recording {
         self.stream.log(path_of(&["world", "skeleton", "bones"]), &bones).map_err(failed)
     }
 
+    /// Where the camera has been so far, seen from the person, and where it looks now. Poses lead from its frame (x right, y
+    /// down, z forward) to the world.
+    pub fn log_cameras(&self, world_from_camera: &[Isometry3<f64>]) -> Result<(), Error> {
+        let at = |p: Point| [p.x as f32, p.y as f32, p.z as f32];
+        let path = LineStrips3D::new([world_from_camera.iter().map(|pose| at(pose * Point::origin()))])
+            .with_radii([PATH_RADIUS])
+            .with_colors([JOINT_COLOR]);
+        self.stream.log(path_of(&["world", "camera", "path"]), &path).map_err(failed)?;
+        let Some(last) = world_from_camera.last() else { return Ok(()) };
+        let gaze = [Point::origin(), Point::new(0.0, 0.0, GAZE)].map(|p| at(last * p));
+        let now = LineStrips3D::new([gaze]).with_radii([2.0 * PATH_RADIUS]).with_colors([JOINT_COLOR]);
+        self.stream.log(path_of(&["world", "camera", "now"]), &now).map_err(failed)
+    }
+
     /// A number of this step, drawn as a curve over the steps.
     pub fn log_measure(&self, name: &str, value: f64) -> Result<(), Error> {
         self.stream.log(path_of(&["measures", name]), &Scalars::single(value)).map_err(failed)
@@ -134,6 +164,16 @@ fn layout() -> Blueprint {
     Blueprint::new(all.with_row_shares(vec![3.0, 1.0]))
 }
 
+/// The surface and the camera around it, residuals and notes below.
+fn layout_of_fusion() -> Blueprint {
+    let all = Spatial3DView::new("Scan").with_origin("world").with_contents(["world/**"]);
+    let measures = TimeSeriesView::new("Residual").with_origin("measures");
+    let notes = TextDocumentView::new("Notes").with_origin("notes");
+    let below = Horizontal::new([ContainerLike::from(measures), ContainerLike::from(notes)]);
+    let all = Vertical::new([ContainerLike::from(all), ContainerLike::from(below)]);
+    Blueprint::new(all.with_row_shares(vec![3.0, 1.0]))
+}
+
 /// Each part as it is, whatever signs a garment's name has.
 fn path_of(parts: &[&str]) -> EntityPath {
     parts.iter().map(|part| EntityPathPart::from(*part)).collect()
@@ -161,6 +201,8 @@ mod tests {
             recording.log_measure("scan to body, mm", 1.5).unwrap();
         }
         recording.log_skeleton(&corners, &["a".into(), "b".into(), "c".into()], &[None, Some(0), Some(9)]).unwrap();
+        recording.log_cameras(&[]).unwrap();
+        recording.log_cameras(&[Isometry3::identity(), Isometry3::translation(0.0, 0.0, 1.0)]).unwrap();
         recording.log_notes("# Coat").unwrap();
         let mut bytes = Vec::new();
         recording.finish(&mut bytes).unwrap();

@@ -6,7 +6,7 @@ use super::frame::Frames;
 use super::loop_closure::{Closure, close_loops, loop_residual};
 use super::marching_cubes::Surface;
 use super::person::cut_out;
-use super::report::{FramePose, Fusion, FusionReport, FusionStep};
+use super::report::{FramePose, Fusion, FusionReport, FusionStep, SurfaceSoFar};
 use super::settle::{integrated, settle};
 use super::survey::Survey;
 use super::track::{Cut, Placed, Track, track};
@@ -56,8 +56,9 @@ pub fn fuse(
     let [coarse, truncation] = params.tracking();
     let mut volume = Volume::new(coarse, truncation);
     let Track { mut placed, lost } =
-        track(&cuts, &survey.axis, &survey.model_from_camera, &mut volume, &mut |k, pose, residual| {
-            on_step(&FusionStep::Tracked { frame: k, of: cuts.len(), pose: *pose, residual });
+        track(&cuts, &survey.axis, &survey.model_from_camera, &mut volume, &mut |frame, pose, residual, model| {
+            let so_far = SurfaceSoFar::of(model);
+            on_step(&FusionStep::Tracked { frame, of: cuts.len(), pose: *pose, residual, so_far });
         });
     refuse_if_lost(&frames, &cuts, &placed, &lost)?;
     let axis = survey.axis.fitted(&poses(&placed)).unwrap_or(survey.axis);
@@ -77,10 +78,10 @@ pub fn fuse(
     upright(&mut placed, &axis, &survey);
     let axis = survey.axis.fitted(&poses(&placed)).unwrap_or(survey.axis);
     let loops = loop_residual(&cuts, &placed, &axis, coarse, truncation);
-    on_step(&FusionStep::Placed);
+    on_step(&FusionStep::Placed { poses: poses(&placed) });
     drop(volume);
     let volume = integrated(&cuts, &placed, Volume::colored(params.voxel, params.truncation));
-    on_step(&FusionStep::Integrated);
+    on_step(&FusionStep::Integrated { so_far: SurfaceSoFar::of(&volume) });
     let surface = volume.surface(params.least_evidence);
     if surface.faces.is_empty() {
         return Err(FusionError::NoSurface { count: placed.len() });

@@ -27,4 +27,4 @@ pub use camera::RgbdCamera;
 pub use error::FusionError;
 pub use fuse::fuse;
 pub use params::FusionParams;
-pub use report::{FramePose, Fusion, FusionReport, FusionStep};
+pub use report::{FramePose, Fusion, FusionReport, FusionStep, SurfaceSoFar};

@@ -54,12 +54,17 @@ pub(super) fn cut_out(survey: &Survey, depth: &[f32], color: Option<&ColorFrame>
     let [width, height] = std::array::from_fn(|k| (high[k] - low[k]) / 4 * 4);
     let cropped =
         RgbdCamera { width, height, cx: camera.cx - low[0] as f64, cy: camera.cy - low[1] as f64, ..camera.clone() };
+    let free = if survey.nothing_behind { around(camera, depth) } else { Vec::new() };
     let mut cut = Vec::with_capacity(width * height);
     let mut colors = Vec::new();
     for row in low[1]..low[1] + height {
         for column in low[0]..low[0] + width {
             let i = row * camera.width + column;
-            cut.push(if is_person(i) { depth[i] } else { beside(survey, i, depth[i]) });
+            cut.push(match free.get(i) {
+                _ if is_person(i) => depth[i],
+                Some(true) => BEYOND,
+                _ => beside(survey, i, depth[i]),
+            });
             if let Some(color) = color {
                 let seen = if is_person(i) { color.at(&point(camera, i, depth[i])) } else { None };
                 colors.push(seen.unwrap_or(UNCOLORED));
@@ -67,6 +72,31 @@ pub(super) fn cut_out(survey: &Survey, depth: &[f32], color: Option<&ColorFrame>
         }
     }
     Some(View::prepare(cropped, cut, colors))
+}
+
+/// The pixels without depth that lie around all that has some: from the image's border inward. A gap within the person
+/// is not among them: hair and black cloth give no depth either.
+fn around(camera: &RgbdCamera, depth: &[f32]) -> Vec<bool> {
+    let (w, h) = (camera.width, camera.height);
+    let mut free = vec![false; depth.len()];
+    let on_border = |i: usize| i % w == 0 || i % w == w - 1 || i < w || i >= w * (h - 1);
+    let mut stack: Vec<usize> = (0..depth.len()).filter(|&i| on_border(i) && depth[i] <= 0.0).collect();
+    stack.iter().for_each(|&i| free[i] = true);
+    while let Some(i) = stack.pop() {
+        let next = [
+            (i % w > 0, i.wrapping_sub(1)),
+            (i % w + 1 < w, i + 1),
+            (i >= w, i.wrapping_sub(w)),
+            (i + w < w * h, i + w),
+        ];
+        for (_, j) in next.into_iter().filter(|n| n.0) {
+            if !free[j] && depth[j] <= 0.0 {
+                free[j] = true;
+                stack.push(j);
+            }
+        }
+    }
+    free
 }
 
 /// What a pixel beside the person says: that its ray is free, or nothing.

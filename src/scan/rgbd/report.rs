@@ -1,6 +1,7 @@
 //! What fusion hands back and tells on the way.
 
 use super::marching_cubes::Surface;
+use super::volume::Volume;
 use crate::formats::RawMesh;
 use nalgebra::Isometry3;
 use serde::Serialize;
@@ -58,7 +59,7 @@ pub struct FusionReport {
 
 /// Progress of fusion.
 #[derive(Clone, Debug)]
-pub enum FusionStep {
+pub enum FusionStep<'a> {
     /// Floor, walls and the person are known.
     Surveyed,
     /// The person is cut out of all frames.
@@ -76,6 +77,8 @@ pub enum FusionStep {
         pose: Isometry3<f64>,
         /// Metres from the surface; `None` if it found no place.
         residual: Option<f64>,
+        /// The surface that it was held against, and is in.
+        so_far: SurfaceSoFar<'a>,
     },
     /// Loops were closed.
     Closed {
@@ -92,9 +95,15 @@ pub enum FusionStep {
         most: f64,
     },
     /// All poses are final.
-    Placed,
+    Placed {
+        /// From the camera's frame to the mesh's, in the order of time.
+        poses: Vec<Isometry3<f64>>,
+    },
     /// All frames are in the volume.
-    Integrated,
+    Integrated {
+        /// The surface, not yet mended.
+        so_far: SurfaceSoFar<'a>,
+    },
     /// The surface is there.
     Extracted {
         /// Its faces.
@@ -102,6 +111,35 @@ pub enum FusionStep {
     },
 }
 
+/// The surface at some moment of the fusion, made only if somebody asks for it.
+#[derive(Clone, Copy)]
+pub struct SurfaceSoFar<'a>(&'a Volume);
+
+impl<'a> SurfaceSoFar<'a> {
+    pub(super) fn of(volume: &'a Volume) -> Self {
+        Self(volume)
+    }
+
+    /// The surface where one frame at least saw it straight, coloured where its voxels are.
+    pub fn mesh(&self) -> RawMesh {
+        let surface = self.0.surface(SEEN_ONCE);
+        RawMesh {
+            points: surface.points.iter().map(|p| [p.x, p.y, p.z]).collect(),
+            faces: surface.faces,
+            colors: (!self.0.tints.is_empty()).then_some(surface.colors),
+            ..RawMesh::default()
+        }
+    }
+}
+
+impl std::fmt::Debug for SurfaceSoFar<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "SurfaceSoFar({} blocks)", self.0.blocks.len())
+    }
+}
+
+/// Evidence, in views, from which on a surface is shown while it grows: one look at 45°.
+const SEEN_ONCE: f64 = 0.7;
 /// Evidence, in views, with which a vertex is as sure as it gets.
 const FULLY_SEEN: f32 = 8.0;
 

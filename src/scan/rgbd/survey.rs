@@ -16,6 +16,8 @@ pub(super) struct Survey {
     pub(super) planes: Vec<Plane>,
     /// Whose index among the planes the floor has.
     pub(super) floor: Option<usize>,
+    /// Nothing was seen behind the person: what gave no depth around them is free.
+    pub(super) nothing_behind: bool,
     /// Depth of what stands still, a pixel; 0 where something moves or nothing is known.
     pub(super) still: Vec<f32>,
     pub(super) depth_max: f32,
@@ -45,6 +47,11 @@ const REACH: f64 = 1.2;
 /// Share of background that lies deeper than before, from which on the camera must have moved.
 const MOVED: f64 = 0.15;
 
+/// Metres behind the person from which on something is background.
+const BEHIND: f32 = 0.3;
+/// Background of less than this share of the person's pixels is none, but specks.
+const NO_BACKGROUND: f64 = 0.01;
+
 /// A frame as the survey sees it.
 struct Seen {
     frame: usize,
@@ -63,6 +70,7 @@ impl Survey {
             camera,
             planes,
             floor: None,
+            nothing_behind: false,
             depth_max: frames.depth_max(),
             model_from_camera: Isometry3::identity(),
             axis: Axis { point: Point::origin(), direction: Vec3::y_axis() },
@@ -80,6 +88,8 @@ impl Survey {
                 return Err(FusionError::NobodyInView { name: frames.name(seen[k].frame).into() });
             }
         }
+        survey.nothing_behind =
+            survey.planes.is_empty() && seen.iter().zip(&bodies).all(|(s, b)| has_no_background(s, b));
         let bodies: Vec<Vec<Point>> = bodies.into_iter().filter(|b| !b.is_empty()).collect();
         survey.stand_upright(&bodies);
         survey.measure(&bodies);
@@ -180,6 +190,10 @@ impl Survey {
             ),
             None => "no floor was found: up is the person's own length".into(),
         });
+        if self.nothing_behind {
+            self.findings
+                .push("nothing was seen behind the person: what gave no depth around them was taken as free".into());
+        }
     }
 
     fn measure(&mut self, bodies: &[Vec<Point>]) {
@@ -300,6 +314,14 @@ fn still(seen: &[Seen]) -> Vec<f32> {
             if deep - middle < STILL * middle { middle } else { 0.0 }
         })
         .collect()
+}
+
+/// Whether a frame shows nothing behind the person: they were cut out already, or stand before what is too far for the
+/// camera.
+fn has_no_background(seen: &Seen, body: &[Point]) -> bool {
+    let farthest = body.iter().map(|p| p.z as f32).fold(0.0, f32::max);
+    let behind = seen.depth.iter().filter(|z| **z > farthest + BEHIND).count();
+    behind as f64 <= NO_BACKGROUND * body.len() as f64
 }
 
 /// A still camera never sees deeper than the background that it saw before.

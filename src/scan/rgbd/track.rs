@@ -31,8 +31,8 @@ pub(super) struct Track {
     pub(super) lost: Vec<usize>,
 }
 
-/// Told of each frame: which, where it is believed to be, and its residual if it found its place.
-pub(super) type OnFrame<'a> = &'a mut dyn FnMut(usize, &Isometry3<f64>, Option<f64>);
+/// Told of each frame: which, where it is believed to be, its residual if it found its place, and the model so far.
+pub(super) type OnFrame<'a> = &'a mut dyn FnMut(usize, &Isometry3<f64>, Option<f64>, &Volume);
 
 /// At least this share of a frame's points must agree with the model: neighbours 15° apart share four fifths of what
 /// they see, and a wrong place shares less than half.
@@ -65,7 +65,7 @@ pub(super) fn track(
     let Some(first) = cuts.first() else { return track };
     volume.integrate(&first.view, start);
     track.placed.push(Placed { cut: 0, pose: *start, residual: 0.0 });
-    on_frame(0, start, Some(0.0));
+    on_frame(0, start, Some(0.0), volume);
     let mut rate = 0.0;
     for (k, cut) in cuts.iter().enumerate().skip(1) {
         let last = &track.placed[track.placed.len() - 1];
@@ -85,12 +85,12 @@ pub(super) fn track(
                     rate = turned / elapsed;
                 }
                 volume.integrate(&cut.view, &alignment.model_from_camera);
-                on_frame(k, &alignment.model_from_camera, Some(alignment.residual));
+                on_frame(k, &alignment.model_from_camera, Some(alignment.residual), volume);
                 let (pose, residual) = (alignment.model_from_camera, alignment.residual);
                 track.placed.push(Placed { cut: k, pose, residual });
             }
             None => {
-                on_frame(k, &guess, None);
+                on_frame(k, &guess, None, volume);
                 track.lost.push(k);
             }
         }

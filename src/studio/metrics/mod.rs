@@ -19,6 +19,7 @@
 mod crossings;
 mod garment;
 mod hidden;
+mod laid;
 mod sample;
 mod surface;
 mod targets;
@@ -28,6 +29,7 @@ mod truth;
 
 pub use garment::{LayerPair, garment_iou, hem_loops, hem_roughness, inside_percent, layer_pairs};
 pub use hidden::{HiddenBody, hidden_body};
+pub use laid::scan_from_truth;
 pub use surface::{SurfaceDistance, joint_mean_mm, outside_scan, surface_distance};
 pub use targets::{SubjectKind, Verdict};
 pub use truth::{JointPositions, STRICT_JOINTS, TruthBind, TruthJoints, TruthNaming, TruthStep};
