@@ -47,7 +47,7 @@ disk-full:
     cargo test --release --no-default-features --test durability -- --ignored --nocapture a_full_disk
 
 # Fusion beside Open3D on the same frames, as ratios: FOLDER is a recording with groundtruth.txt; needs Python with
-# open3d and numpy
+# open3d and numpy, and says so where they are not; Open3D runs on the very frames, given their true poses
 bench-peers FOLDER:
     cargo build --release --no-default-features --example measure_fusion
     python3 benches/peers/fusion.py target/release/examples/measure_fusion {{FOLDER}}

@@ -53,15 +53,16 @@ fn main() -> Result<()> {
         k += 1;
         (k - 1) % every == 0
     });
-    let began = Instant::now();
-    let mut last = began;
-    let mut laps: Vec<(String, f64)> = Vec::new();
+    let (began, at_first) = (Instant::now(), processor_secs());
+    let mut last = (began, at_first);
+    let mut laps: Vec<(String, [f64; 2])> = Vec::new();
     let fusion = fuse(&recording, &params, &mut |step| {
         let name = format!("{step:?}").split([' ', '{']).next().unwrap_or_default().to_string();
-        let secs = last.elapsed().as_secs_f64();
-        last = Instant::now();
+        let now = (Instant::now(), processor_secs());
+        let secs = [(now.0 - last.0).as_secs_f64(), now.1 - last.1];
+        last = now;
         match laps.last_mut().filter(|l| l.0 == name) {
-            Some(lap) => lap.1 += secs,
+            Some((_, lap)) => *lap = [lap[0] + secs[0], lap[1] + secs[1]],
             None => laps.push((name, secs)),
         }
         if let overcoat::scan::FusionStep::Tracked { frame, residual: None, .. } = step {
@@ -69,8 +70,14 @@ fn main() -> Result<()> {
         }
     })?;
     println!("{}: {:.2} s in all", folder.display(), began.elapsed().as_secs_f64());
-    for (name, secs) in laps {
-        println!("  {name:10} {:.0} ms, {:.2} a frame", 1e3 * secs, 1e3 * secs / recording.frames.len() as f64);
+    for (name, [wall, processor]) in laps {
+        let a_frame = 1e3 / recording.frames.len() as f64;
+        println!(
+            "  {name:10} {:.0} ms, {:.2} a frame, {:.2} of processor time",
+            1e3 * wall,
+            a_frame * wall,
+            a_frame * processor
+        );
     }
     for finding in &fusion.findings {
         println!("  {finding}");
@@ -93,7 +100,12 @@ fn main() -> Result<()> {
         };
         write_ply(&raw, &PlyOptions::default(), std::fs::File::create(&path)?)?;
     }
-    println!("  whole with cleaning {:.2} s; peak {} MiB", began.elapsed().as_secs_f64(), peak_mib());
+    println!(
+        "  whole with cleaning {:.2} s, {:.2} of processor time; peak {} MiB",
+        began.elapsed().as_secs_f64(),
+        processor_secs() - at_first,
+        peak_mib()
+    );
     if !truth.is_empty() {
         let truth = joined(&truth)?;
         let guess = truth_from_model.unwrap_or_else(Isometry3::identity);
@@ -116,6 +128,15 @@ fn packed(folder: &Path) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     write_recording(&files, &mut bytes)?;
     Ok(bytes)
+}
+
+/// Processor time of all threads so far, to 10 ms; 0 where the system does not tell.
+fn processor_secs() -> f64 {
+    let status = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    // After the program's name, which may hold anything, user and system time are the 12th and 13th.
+    let after_name = status.rsplit(')').next().unwrap_or_default();
+    let ticks = after_name.split_whitespace().skip(11).take(2).filter_map(|n| n.parse::<f64>().ok());
+    ticks.sum::<f64>() / 100.0
 }
 
 fn peak_mib() -> u64 {

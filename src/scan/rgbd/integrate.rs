@@ -80,14 +80,14 @@ struct Averaging<'a> {
     along: [Vector3<f32>; 3],
 }
 
-/// Where a row of voxels is seen: reckoned for all of them at once, which the processor does four at a time.
+/// What a view says of a row of voxels: reckoned for all of them at once, which the processor does four at a time.
 struct Row {
     /// [`OUTSIDE`] where the camera does not look.
     pixel: [u32; SIDE],
-    /// Metres along the camera's z.
-    z: [f32; SIDE],
-    /// Length of the ray a metre of z.
-    stretch: [f32; SIDE],
+    /// From the surface, in truncations, at most 1.
+    distance: [f32; SIDE],
+    /// Of what the pixel shows; 0 for nothing.
+    evidence: [f32; SIDE],
 }
 
 const OUTSIDE: u32 = u32::MAX;
@@ -101,26 +101,15 @@ impl<'a> Averaging<'a> {
     fn average(&self, block: &mut Block, mut tint: Option<&mut Tint>) {
         let corner = Point3::from(Vector3::from(block.at.map(|c| (c * SIDE as i32) as f32 * self.voxel)));
         let first = self.camera_from_model * corner;
-        for (row, voxels) in block.voxels.chunks_exact_mut(SIDE).enumerate() {
+        for (row, voxels) in block.voxels.as_chunks_mut::<SIDE>().0.iter_mut().enumerate() {
             let start = first + self.along[1] * (row % SIDE) as f32 + self.along[2] * (row / SIDE) as f32;
             let seen = self.row(&start);
-            for (i, voxel) in voxels.iter_mut().enumerate() {
-                let Some(&z) = self.view.depth.get(seen.pixel[i] as usize) else { continue };
-                if z == BEYOND {
-                    blend(voxel, 1.0, CLEARING);
-                    continue;
-                }
-                let pixel = seen.pixel[i] as usize;
-                let evidence = self.view.evidence[pixel];
-                // Along the ray, not along z: the same truncation in the middle and at the border of the image.
-                let distance = (z - seen.z[i]) * seen.stretch[i] * self.inverse;
-                if evidence <= 0.0 || distance < -1.0 {
-                    continue;
-                }
-                blend(voxel, distance.min(1.0), evidence);
-                if let Some(tint) = tint.as_deref_mut()
-                    && distance.abs() < COLORED
-                    && let Some(color) = self.view.colors.get(pixel).filter(|c| **c != UNCOLORED)
+            let evidence = blend(voxels, &seen);
+            let Some(tint) = tint.as_deref_mut() else { continue };
+            for (i, &evidence) in evidence.iter().enumerate() {
+                if evidence > 0.0
+                    && seen.distance[i].abs() < COLORED
+                    && let Some(color) = self.view.colors.get(seen.pixel[i] as usize).filter(|c| **c != UNCOLORED)
                 {
                     color_in(tint, row * SIDE + i, *color, evidence * evidence);
                 }
@@ -134,7 +123,7 @@ impl<'a> Averaging<'a> {
         let (fx, fy) = (camera.fx as f32, camera.fy as f32);
         let (cx, cy) = (camera.cx as f32 + 0.5, camera.cy as f32 + 0.5);
         let step = self.along[0];
-        let mut row = Row { pixel: [OUTSIDE; SIDE], z: [0.0; SIDE], stretch: [0.0; SIDE] };
+        let (mut pixels, mut depths, mut stretch) = ([OUTSIDE; SIDE], [0.0f32; SIDE], [0.0f32; SIDE]);
         for i in 0..SIDE {
             let t = i as f32;
             let (x, y, z) = (start.x + step.x * t, start.y + step.y * t, start.z + step.z * t);
@@ -142,10 +131,21 @@ impl<'a> Averaging<'a> {
             let (u, v) = (fx * x * near + cx, fy * y * near + cy);
             // Single ands, no early way out; NaN is no number of any side.
             let inside = (u >= 0.0) & (v >= 0.0) & (u < w) & (v < h) & (z > 0.0);
-            let pixel = v as i32 * camera.width as i32 + u as i32;
-            row.pixel[i] = if inside { pixel as u32 } else { OUTSIDE };
-            row.z[i] = z;
-            row.stretch[i] = (x * x + y * y + z * z).sqrt() * near;
+            let pixel = (v as i32).wrapping_mul(camera.width as i32).wrapping_add(u as i32);
+            pixels[i] = if inside { pixel as u32 } else { OUTSIDE };
+            depths[i] = z;
+            // Along the ray, not along z: the same truncation in the middle and at the border of the image.
+            stretch[i] = (x * x + y * y + z * z).sqrt() * near * self.inverse;
+        }
+        let mut row = Row { pixel: pixels, distance: [0.0; SIDE], evidence: [0.0; SIDE] };
+        for i in 0..SIDE {
+            if let Some(&z) = self.view.depth.get(pixels[i] as usize) {
+                row.distance[i] = z;
+                row.evidence[i] = if z == BEYOND { CLEARING } else { self.view.evidence[pixels[i] as usize] };
+            }
+        }
+        for i in 0..SIDE {
+            row.distance[i] = ((row.distance[i] - depths[i]) * stretch[i]).min(1.0);
         }
         row
     }
@@ -153,15 +153,23 @@ impl<'a> Averaging<'a> {
 
 /// The nearest whole number of what is not negative and fits.
 fn nearest(value: f32) -> u16 {
-    (value + 0.5) as u16
+    (value + 0.5) as i32 as u16
 }
 
-fn blend(voxel: &mut Voxel, distance: f32, evidence: f32) {
-    let (old, new) = (f32::from(voxel.weight), evidence * WEIGHT_UNIT);
-    let total = old + new;
-    let mean = (f32::from(voxel.distance) * old + distance * FULL * new) / total;
-    voxel.distance = (mean + 0.5f32.copysign(mean)) as i16;
-    voxel.weight = nearest(total.min(MOST_VIEWS * WEIGHT_UNIT));
+/// Averages a row; what is behind the surface, or not seen, stays as it is. The evidence that went in.
+fn blend(voxels: &mut [Voxel; SIDE], seen: &Row) -> [f32; SIDE] {
+    let mut evidence = [0.0; SIDE];
+    for (i, voxel) in voxels.iter_mut().enumerate() {
+        // No branches: nothing new leaves mean and weight as they are, to the last bit.
+        let distance = seen.distance[i];
+        evidence[i] = if distance >= -1.0 { seen.evidence[i] } else { 0.0 };
+        let (old, new) = (f32::from(voxel.weight), evidence[i] * WEIGHT_UNIT);
+        let total = old + new;
+        let mean = (f32::from(voxel.distance) * old + distance.max(-1.0) * FULL * new) / total.max(1e-6);
+        voxel.distance = (mean + 0.5f32.copysign(mean)) as i32 as i16;
+        voxel.weight = nearest(total.min(MOST_VIEWS * WEIGHT_UNIT));
+    }
+    evidence
 }
 
 fn color_in(tint: &mut Tint, at: usize, color: [u8; 3], evidence: f32) {
