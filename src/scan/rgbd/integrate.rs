@@ -138,10 +138,10 @@ impl<'a> Averaging<'a> {
             stretch[i] = (x * x + y * y + z * z).sqrt() * near * self.inverse;
         }
         let mut row = Row { pixel: pixels, distance: [0.0; SIDE], evidence: [0.0; SIDE] };
-        for i in 0..SIDE {
-            if let Some(&z) = self.view.depth.get(pixels[i] as usize) {
+        for (i, &pixel) in pixels.iter().enumerate() {
+            if let Some(&z) = self.view.depth.get(pixel as usize) {
                 row.distance[i] = z;
-                row.evidence[i] = if z == BEYOND { CLEARING } else { self.view.evidence[pixels[i] as usize] };
+                row.evidence[i] = if z == BEYOND { CLEARING } else { self.view.evidence[pixel as usize] };
             }
         }
         for i in 0..SIDE {

@@ -4,7 +4,7 @@ use super::camera::RgbdCamera;
 use super::frame::ColorFrame;
 use super::pieces::pieces;
 use super::survey::{FURNITURE, Survey, is_still};
-use super::view::{BEYOND, UNCOLORED, View};
+use super::view::{BEYOND, OUTLINE, UNCOLORED, View};
 
 /// Smaller pieces are specks, in pixels: flying ones between a hand and the wall.
 const LEAST_PIECE: usize = 40;
@@ -12,6 +12,11 @@ const LEAST_PIECE: usize = 40;
 const LEAST_PERSON: usize = 800;
 /// Pixels around the person, so that what is beside them is known to be empty.
 const MARGIN: usize = 6;
+
+/// Metres across a pixel, from which on the pixels next to a person show mostly what is beside them: of a leg, 8 cm thick to
+/// either side, 3 mm are steeper than 75°, where cameras see nothing. Seen at 5.5 mm, half of these pixels are the
+/// person's.
+const RIM: f64 = 0.008;
 
 /// Cuts the person out of a frame; `None` if nobody is there.
 pub(super) fn cut_out(survey: &Survey, depth: &[f32], color: Option<&ColorFrame>) -> Option<View> {
@@ -55,6 +60,9 @@ pub(super) fn cut_out(survey: &Survey, depth: &[f32], color: Option<&ColorFrame>
     let cropped =
         RgbdCamera { width, height, cx: camera.cx - low[0] as f64, cy: camera.cy - low[1] as f64, ..camera.clone() };
     let free = if survey.nothing_behind { around(camera, depth) } else { Vec::new() };
+    // Half of the narrow pixels next to a person are theirs, and gave no depth for their slope.
+    let distance = survey.model_from_camera.translation.vector.xz().norm();
+    let narrow = distance / camera.fx < RIM;
     let mut cut = Vec::with_capacity(width * height);
     let mut colors = Vec::new();
     for row in low[1]..low[1] + height {
@@ -62,6 +70,7 @@ pub(super) fn cut_out(survey: &Survey, depth: &[f32], color: Option<&ColorFrame>
             let i = row * camera.width + column;
             cut.push(match free.get(i) {
                 _ if is_person(i) => depth[i],
+                Some(true) if narrow && touches(camera, i, &is_person) => OUTLINE,
                 Some(true) => BEYOND,
                 _ => beside(survey, i, depth[i]),
             });
@@ -79,7 +88,7 @@ pub(super) fn cut_out(survey: &Survey, depth: &[f32], color: Option<&ColorFrame>
 fn around(camera: &RgbdCamera, depth: &[f32]) -> Vec<bool> {
     let (w, h) = (camera.width, camera.height);
     let mut free = vec![false; depth.len()];
-    let on_border = |i: usize| i % w == 0 || i % w == w - 1 || i < w || i >= w * (h - 1);
+    let on_border = |i: usize| i.is_multiple_of(w) || i % w == w - 1 || i < w || i >= w * (h - 1);
     let mut stack: Vec<usize> = (0..depth.len()).filter(|&i| on_border(i) && depth[i] <= 0.0).collect();
     stack.iter().for_each(|&i| free[i] = true);
     while let Some(i) = stack.pop() {
@@ -97,6 +106,13 @@ fn around(camera: &RgbdCamera, depth: &[f32]) -> Vec<bool> {
         }
     }
     free
+}
+
+/// Whether one of the eight pixels around is of a kind.
+fn touches(camera: &RgbdCamera, pixel: usize, is: &dyn Fn(usize) -> bool) -> bool {
+    let (x, y) = (pixel % camera.width, pixel / camera.width);
+    (y.saturating_sub(1)..(y + 2).min(camera.height))
+        .any(|row| (x.saturating_sub(1)..(x + 2).min(camera.width)).any(|column| is(row * camera.width + column)))
 }
 
 /// What a pixel beside the person says: that its ray is free, or nothing.

@@ -5,6 +5,8 @@ use nalgebra::{Point3, Vector3};
 
 /// A pixel that looks past the person at something behind: nothing is there up to the wall.
 pub(super) const BEYOND: f32 = f32::INFINITY;
+/// A pixel of which nothing is known but that the person's outline runs by.
+pub(super) const OUTLINE: f32 = -1.0;
 /// A pixel whose colour is not known: beyond the colour image's border.
 pub(super) const UNCOLORED: [u8; 3] = [0; 3];
 /// Neighbouring pixels farther apart than this belong to different surfaces, in metres: a forearm before the trunk is
@@ -21,7 +23,8 @@ const NORMAL_REACH: usize = 2;
 pub(super) struct View {
     /// The camera of the cut-out.
     pub(super) camera: RgbdCamera,
-    /// Metres along the camera's z; 0 where nothing is known, [`BEYOND`] where the person is not. Row by row.
+    /// Metres along the camera's z; 0 where nothing is known, [`OUTLINE`] where little is, [`BEYOND`] where the person is
+    /// not. Row by row.
     pub(super) depth: Vec<f32>,
     /// Evidence of each pixel, 0 to 1: less at a graze, little beside an edge.
     pub(super) evidence: Vec<f32>,
@@ -54,7 +57,7 @@ struct Map {
 }
 
 impl View {
-    /// Smooths, takes normals and weighs. `depth` holds 0 and [`BEYOND`] beside depths in metres.
+    /// Smooths, takes normals and weighs. `depth` holds 0, [`OUTLINE`] and [`BEYOND`] beside depths in metres.
     pub(super) fn prepare(camera: RgbdCamera, depth: Vec<f32>, colors: Vec<[u8; 3]>) -> Self {
         let map = Map { width: camera.width, height: camera.height, depth };
         let smooth = map.smoothed();
@@ -220,7 +223,7 @@ fn evidence(camera: &RgbdCamera, map: &Map, normals: &[Vector3<f32>]) -> Vec<f32
             let beside_edge = (y.saturating_sub(1)..(y + 2).min(h)).any(|row| {
                 (x.saturating_sub(1)..(x + 2).min(w)).any(|column| {
                     let other = map.depth[row * w + column];
-                    other > 0.0 && (other - z).abs() > JUMP
+                    other != 0.0 && (other - z).abs() > JUMP
                 })
             });
             let ray = camera.point(x as f64, y as f64, 1.0).coords.cast::<f32>();
