@@ -44,37 +44,59 @@ impl Adjacency {
             let face = &mesh.faces().as_slice()[h / 3];
             [face[h % 3], face[(h % 3 + 1) % 3]]
         };
-        let mut by_ends: Vec<(u64, u32)> = (0..mesh.face_count() * 3)
-            .map(|h| {
-                let [a, b] = half_edge(h);
-                (u64::from(a.0.min(b.0)) << 32 | u64::from(a.0.max(b.0)), h as u32)
-            })
-            .collect();
-        by_ends.sort_unstable();
-        // An undirected edge is known by its first half-edge, and comes in the order in which faces come.
-        let mut first_and_second: Vec<(u32, Option<u32>)> = Vec::with_capacity(mesh.face_count() * 2);
-        let mut first_of = vec![0u32; mesh.face_count() * 3];
-        for group in by_ends.chunk_by(|x, y| x.0 == y.0) {
-            first_and_second.push((group[0].1, group.get(1).map(|second| second.1)));
-            group.iter().for_each(|&(_, h)| first_of[h as usize] = group[0].1);
+        let half_edge_count = mesh.face_count() * 3;
+        // In buckets by the lower end, each in the order of faces; a bucket is a handful.
+        let mut bucket_start = vec![0u32; vertex_count + 1];
+        let lower_and_upper = |h: usize| {
+            let [a, b] = half_edge(h);
+            (a.min(b), a.max(b))
+        };
+        for h in 0..half_edge_count {
+            bucket_start[lower_and_upper(h).0.index() + 1] += 1;
         }
-        first_and_second.sort_unstable();
+        for i in 0..vertex_count {
+            bucket_start[i + 1] += bucket_start[i];
+        }
+        let mut cursor = bucket_start.clone();
+        let mut by_lower = vec![(VertexId(0), 0u32); half_edge_count];
+        for h in 0..half_edge_count {
+            let (lower, upper) = lower_and_upper(h);
+            by_lower[cursor[lower.index()] as usize] = (upper, h as u32);
+            cursor[lower.index()] += 1;
+        }
+        // An undirected edge is known by its first half-edge, and comes in the order in which faces come.
+        const NONE: u32 = u32::MAX;
+        let mut first_of = vec![0u32; half_edge_count];
+        let mut second_of_first = vec![NONE; half_edge_count];
+        for v in 0..vertex_count {
+            let bucket = &mut by_lower[bucket_start[v] as usize..bucket_start[v + 1] as usize];
+            bucket.sort_unstable();
+            for group in bucket.chunk_by(|x, y| x.0 == y.0) {
+                let first = group[0].1;
+                group.iter().for_each(|&(_, h)| first_of[h as usize] = first);
+                if let Some(second) = group.get(1) {
+                    second_of_first[first as usize] = second.1;
+                }
+            }
+        }
         let face_at = |h: u32| FaceId(h / 3);
-        let mut second_of_first = vec![None; mesh.face_count() * 3];
-        let mut edges: Vec<([VertexId; 2], [Option<FaceId>; 2])> = Vec::with_capacity(first_and_second.len());
-        let mut directed_of_first: Vec<[VertexId; 2]> = Vec::with_capacity(first_and_second.len());
-        for &(first, second) in &first_and_second {
+        let second_face = |first: u32| match second_of_first[first as usize] {
+            NONE => None,
+            second => Some(face_at(second)),
+        };
+        let mut edges: Vec<([VertexId; 2], [Option<FaceId>; 2])> = Vec::with_capacity(half_edge_count * 2 / 3);
+        let mut directed_of_first: Vec<[VertexId; 2]> = Vec::with_capacity(half_edge_count * 2 / 3);
+        for first in (0..half_edge_count as u32).filter(|&h| first_of[h as usize] == h) {
             let [a, b] = half_edge(first as usize);
-            edges.push(([a.min(b), a.max(b)], [Some(face_at(first)), second.map(face_at)]));
+            edges.push(([a.min(b), a.max(b)], [Some(face_at(first)), second_face(first)]));
             directed_of_first.push([a, b]);
-            second_of_first[first as usize] = second.map(face_at);
         }
         let face_neighbours = mesh
             .face_ids()
             .map(|f| {
                 std::array::from_fn(|k| {
                     let first = first_of[f.index() * 3 + k];
-                    if face_at(first) == f { second_of_first[first as usize] } else { Some(face_at(first)) }
+                    if face_at(first) == f { second_face(first) } else { Some(face_at(first)) }
                 })
             })
             .collect();
