@@ -1,5 +1,6 @@
 //! Labels in, a [`Garment`] out: cut through the triangles of the scan along a smooth line, in the scan's pose.
 
+mod beyond;
 mod field;
 mod hem;
 mod mend;
@@ -103,7 +104,8 @@ impl CutError {
 ///
 /// `around`: the adjacency of the scan's mesh.
 ///
-/// Where labels were given by hand they are cut as they are, however small; elsewhere what is too small is noise.
+/// Where labels were given by hand they are cut as they are, however small; elsewhere what is too small is noise. A hole
+/// that was erased in the midst of the cloth stays open, and is told; it is no hem, unless a hem is missing.
 ///
 /// `expected_loops`: how many hems the garment's template has, fewest and most.
 pub fn cut(
@@ -128,8 +130,9 @@ pub fn cut(
         return Err(CutError::NothingLabelled { labelled: labels.garment_vertex_count(), vertices });
     }
     let sliced = mend::without_pores(sliced, &whole)?;
+    let beyond = beyond::Beyond::of(&sliced, &whole, adjacency);
     let faired = hem::faired(sliced, &whole, adjacency, params);
-    let rims = rims::Rims::of(&faired);
+    let rims = rims::Rims::of(&faired, &beyond);
     let hem_loops = rims.judged(&expected_loops, params, &mut findings);
     Ok(Garment { mesh: faired.mesh, colors: faired.colors, hem_loops, findings })
 }

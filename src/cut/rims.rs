@@ -1,6 +1,7 @@
-//! Boundary loops judged: hem, or hole of the scan.
+//! Boundary loops judged: hem, hole of the scan, or hole that a person erased.
 
 use super::CutParams;
+use super::beyond::Beyond;
 use super::hem::Faired;
 use crate::geometry::{Point, TriMesh, VertexId};
 use std::ops::RangeInclusive;
@@ -12,6 +13,8 @@ pub(super) struct Rim {
     pub(super) area: f64,
     /// Share of its vertices that were made by the cut; the others were a boundary of the scan already.
     pub(super) cut_share: f64,
+    /// A person erased what is within.
+    pub(super) erased: bool,
 }
 
 impl Rim {
@@ -23,7 +26,13 @@ impl Rim {
         let area_vector: crate::geometry::Vec3 =
             (0..points.len()).map(|i| (points[i] - points[0]).cross(&(next(i) - points[0]))).sum();
         let cut = ring.iter().filter(|v| on_cut[v.index()]).count();
-        Self { length, area: 0.5 * area_vector.norm(), cut_share: cut as f64 / ring.len().max(1) as f64, ring }
+        Self {
+            length,
+            area: 0.5 * area_vector.norm(),
+            cut_share: cut as f64 / ring.len().max(1) as f64,
+            erased: false,
+            ring,
+        }
     }
 
     /// Whether it was a boundary of the scan. A tenth: two loops may share a vertex or two.
@@ -36,13 +45,18 @@ impl Rim {
 pub(super) struct Rims(pub(super) Vec<Rim>);
 
 impl Rims {
-    pub(super) fn of(garment: &Faired) -> Self {
+    pub(super) fn of(garment: &Faired, beyond: &Beyond) -> Self {
         let mut rims: Vec<Rim> = garment
             .adjacency
             .boundary_loops()
             .into_iter()
             .map(|ring| Rim::of(&garment.mesh, &garment.on_cut, ring))
             .collect();
+        // A band that was erased all round a sleeve has two rims, which are hems; a hole has one.
+        let within: Vec<Option<u32>> = rims.iter().map(|rim| beyond.erased_within(&rim.ring)).collect();
+        for (i, rim) in rims.iter_mut().enumerate() {
+            rim.erased = within[i].is_some() && within.iter().filter(|&&other| other == within[i]).count() == 1;
+        }
         rims.sort_by(|a, b| b.length.total_cmp(&a.length).then(a.ring[0].cmp(&b.ring[0])));
         Self(rims)
     }
@@ -54,19 +68,23 @@ impl Rims {
         params: &CutParams,
         findings: &mut Vec<String>,
     ) -> Vec<Vec<VertexId>> {
-        let (mut hems, holes): (Vec<Rim>, Vec<Rim>) = self.0.into_iter().partition(|rim| !rim.is_of_scan());
+        let (mut hems, holes): (Vec<Rim>, Vec<Rim>) =
+            self.0.into_iter().partition(|rim| !rim.is_of_scan() && !rim.erased);
         let mut holes = holes.into_iter().peekable();
-        // A garment may end where the scan ends; so what is missing of the hems is taken from the largest holes.
+        // A garment may end where the scan ends, or where a person says; so what is missing of the hems is taken from the
+        // largest holes.
         while hems.len() < *expected.start()
             && let Some(hole) = holes.next_if(|hole| hole.area > params.greatest_filled_hole)
         {
             hems.push(hole);
         }
-        let holes: Vec<Rim> = holes.collect();
-        if !holes.is_empty() {
-            let largest = holes.iter().map(|h| h.area).fold(0.0, f64::max);
-            let plural = if holes.len() == 1 { "hole" } else { "holes" };
-            findings.push(format!("{} {plural} of the scan left, the largest {:.0} cm²", holes.len(), largest * 1e4));
+        let (erased, of_scan): (Vec<Rim>, Vec<Rim>) = holes.partition(|rim| rim.erased);
+        for (holes, which) in [(of_scan, "of the scan left"), (erased, "made by hand")] {
+            if !holes.is_empty() {
+                let largest = holes.iter().map(|h| h.area).fold(0.0, f64::max);
+                let plural = if holes.len() == 1 { "hole" } else { "holes" };
+                findings.push(format!("{} {plural} {which}, the largest {:.0} cm²", holes.len(), largest * 1e4));
+            }
         }
         if !expected.contains(&hems.len()) {
             let (least, most) = (expected.start(), expected.end());

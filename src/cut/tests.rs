@@ -138,6 +138,46 @@ fn a_spot_erased_by_hand_stays_open_and_one_added_stays() {
     assert_eq!(Adjacency::prepare(&unmarked.mesh).boundary_loops().len(), 1);
 }
 
+/// The tube from 20 cm up, with what `erased` says taken off by hand.
+fn erased_by_hand(scan: &Scan, erased: impl Fn(&Point) -> bool) -> Segmentation {
+    let cloth = |p: &Point| p.y > 0.2;
+    let by_hand = scan.mesh.points().iter().map(|p| cloth(p) && erased(p)).collect();
+    Segmentation { labels: Labels(scan.mesh.points().iter().map(|p| cloth(p) && !erased(p)).collect()), by_hand }
+}
+
+#[test]
+fn a_hole_made_by_hand_is_no_hem_and_one_at_a_hem_or_all_round_is() {
+    let scan = tube();
+    let near = |center: Point, radius: f64| move |p: &Point| (p - center).norm() < radius;
+    let cut = |erased: &dyn Fn(&Point) -> bool| cut(&scan, &erased_by_hand(&scan, erased)).unwrap();
+    let hole = cut(&near(Point::new(0.1, 0.4, 0.0), 0.03));
+    assert_eq!((hole.hem_loops.len(), Adjacency::prepare(&hole.mesh).boundary_loops().len()), (1, 2));
+    // 28 cm² were painted; the cut runs within an edge outside of it.
+    assert!(hole.findings.iter().any(|f| f.starts_with("1 hole made by hand, the largest 3")), "{:?}", hole.findings);
+    assert!(!hole.findings.iter().any(|f| f.contains("hems")), "{:?}", hole.findings);
+    // A notch in the hem makes it longer; it is still the one.
+    let notch = cut(&near(Point::new(0.1, 0.2, 0.0), 0.03));
+    assert_eq!((notch.hem_loops.len(), Adjacency::prepare(&notch.mesh).boundary_loops().len()), (1, 1));
+    assert!(!notch.findings.iter().any(|f| f.contains("hand")), "{:?}", notch.findings);
+    // A band all round leaves two parts: three hems.
+    let band = cut(&|p: &Point| (0.3..0.34).contains(&p.y));
+    assert_eq!(band.hem_loops.len(), 3, "{:?}", band.findings);
+}
+
+#[test]
+fn a_hole_made_by_hand_where_a_hem_is_missing_is_that_hem() {
+    let scan = tube();
+    // The whole tube down to its open end, which is the scan's; its second hem is made at the side.
+    let center = Point::new(0.1, 0.3, 0.0);
+    let erased = |p: &Point| (p - center).norm() < 0.07;
+    let by_hand: PerVertex<bool> = scan.mesh.points().iter().map(erased).collect();
+    let labels = Labels(by_hand.iter().map(|&e| !e).collect());
+    let around = Adjacency::prepare(&scan.mesh);
+    let garment = super::cut(&scan, &around, &Segmentation { labels, by_hand }, 2..=2, &CutParams::default()).unwrap();
+    assert_eq!(garment.hem_loops.len(), 2, "{:?}", garment.findings);
+    assert!(!garment.findings.iter().any(|f| f.contains("hole")), "{:?}", garment.findings);
+}
+
 #[test]
 fn hems_that_were_not_expected_are_told() {
     let scan = tube();

@@ -67,7 +67,9 @@ impl Stage {
             Self::Fit | Self::Register | Self::Pose | Self::Figure => 3,
             Self::Rig | Self::Press => 2,
             // A mask moves the boundary near it alone; the cut keeps what was painted.
-            Self::Segment | Self::Cut => 2,
+            Self::Segment => 2,
+            // A hole made by hand is no hem.
+            Self::Cut => 3,
             // Rays and voxels of the fusion are reckoned otherwise; a person before nothing is cut out by it.
             Self::Scan => 2,
             _ => 1,
