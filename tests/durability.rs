@@ -254,6 +254,25 @@ fn every_damaged_artefact_is_named_and_made_again() {
 }
 
 #[test]
+fn a_result_that_later_states_name_as_stale_is_made_again_by_the_one_in_which_it_stood() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = quick_session(dir.path(), "alice");
+    overcoat_ok(&session, &["build"]);
+    let first = results(&session);
+    // The figure is stale after the stack alone ran: that state still names the old one.
+    overcoat_ok(&session, &["stack", "tshirt", "--clearance", "0.003"]);
+    overcoat_ok(&session, &["build"]);
+    let now = results(&session);
+    let gone: Vec<&PathBuf> = first.keys().filter(|f| !now.contains_key(*f)).collect();
+    assert!(gone.len() >= 2, "{gone:?}");
+    gone.iter().for_each(|file| std::fs::write(session.join(file), b"rust").unwrap());
+    let report = overcoat_ok(&session, &["fsck", "--json"]).json();
+    assert_eq!((report["sound"].as_bool(), report["damages"].as_array().unwrap().len()), (Some(true), gone.len()));
+    overcoat_ok(&session, &["undo"]);
+    assert!(results(&session) == first);
+}
+
+#[test]
 fn results_of_the_past_and_of_other_branches_are_made_again_too() {
     let dir = tempfile::tempdir().unwrap();
     let session = quick_session(dir.path(), "alice");

@@ -1,7 +1,10 @@
 //! Label files that were painted in other programs: the fixtures in `painted/` come from Blender 3.4.1 and MeshLab 2020.09
 //! themselves, by `painted/make.sh`.
 
-use overcoat::formats::{PlyOptions, RawMesh, read_ply, write_ply};
+mod common;
+
+use common::{overcoat, overcoat_ok, quick_session};
+use overcoat::formats::{PlyOptions, RawMesh, read_ply, read_rgba_png, write_ply};
 use overcoat::geometry::{Point, TriMesh};
 use overcoat::scan::{FileFrame, Scan};
 use overcoat::segment::{LabelledSurface, Labels, Marks};
@@ -101,4 +104,70 @@ fn painted_files_hold_on_another_mesh_of_the_same_surface() {
             check(&fixture(name), &scan(rings, sectors), 0.013, name);
         }
     }
+}
+
+/// A session whose T-shirt has texture coordinates: each vertex of its file in a cell of its own.
+fn session_with_coordinates(dir: &Path) -> (std::path::PathBuf, RawMesh) {
+    let scan = Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo/1-tshirt.ply");
+    let mut file = read_ply(std::fs::File::open(&scan).unwrap()).unwrap();
+    let side = (file.points.len() as f64).sqrt().ceil() as usize;
+    let cell = |k: usize| (k as f64 + 0.5) / side as f64;
+    file.uvs = Some((0..file.points.len()).map(|k| [cell(k % side), cell(k / side)]).collect());
+    let out = std::fs::File::create(dir.join("atlas.ply")).unwrap();
+    write_ply(&file, &PlyOptions::default(), out).unwrap();
+    let session = quick_session(dir, "alice");
+    let recipe = std::fs::read_to_string(session.join("recipe.toml")).unwrap();
+    let atlas = dir.join("atlas.ply").display().to_string();
+    std::fs::write(session.join("recipe.toml"), recipe.replace(&scan.display().to_string(), &atlas)).unwrap();
+    overcoat_ok(&session, &["build"]);
+    (session, file)
+}
+
+#[test]
+fn a_picture_over_texture_coordinates_is_written_painted_and_read() {
+    let dir = tempfile::tempdir().unwrap();
+    let (session, file) = session_with_coordinates(dir.path());
+    let measures = || {
+        let status = overcoat_ok(&session, &["status", "--json"]).json();
+        let stages = status["steps"][1]["standing"].as_array().unwrap().clone();
+        let of = |name: &str| stages.iter().find(|s| s["stage"] == "segment").unwrap()["measures"][name].as_f64();
+        (of("garment_vertices").unwrap(), of("by_hand_vertices"))
+    };
+    let before = measures().0;
+    overcoat_ok(&session, &["mask", "tshirt", "--template", "found.png"]);
+    // As it was written, it says what stands.
+    overcoat_ok(&session, &["mask", "tshirt", "found.png"]);
+    overcoat_ok(&session, &["build"]);
+    assert_eq!(measures(), (before, Some(0.0)));
+
+    // Black over a spot of 7 cm on the chest: the mesh is coarse.
+    let uvs = file.uvs.as_ref().unwrap();
+    let front = file.points.iter().filter(|p| (1.2..1.3).contains(&p[1]) && p[0].abs() < 0.05);
+    let chest = *front.max_by(|a, b| a[2].total_cmp(&b[2])).unwrap();
+    let bytes = std::fs::read(session.join("found.png")).unwrap();
+    let mut picture = read_rgba_png(bytes.as_slice()).unwrap();
+    for (p, uv) in file.points.iter().zip(uvs) {
+        if (Point::from(*p) - Point::from(chest)).norm() < 0.07 {
+            picture.set_nearest(uv[0], 1.0 - uv[1], [0, 0, 0, 255]);
+        }
+    }
+    picture.write_png(std::fs::File::create(session.join("found.png")).unwrap()).unwrap();
+    overcoat_ok(&session, &["mask", "tshirt", "found.png"]);
+    overcoat_ok(&session, &["build"]);
+    let (after, by_hand) = measures();
+    assert!(by_hand > Some(5.0) && after < before - 4.0, "{before} {after} {by_hand:?}");
+    let status = overcoat_ok(&session, &["status", "--json"]).stdout;
+    assert!(status.contains("1 hole made by hand"), "{status}");
+}
+
+#[test]
+fn a_picture_for_a_scan_without_texture_coordinates_is_refused_and_not_written() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = quick_session(dir.path(), "alice");
+    overcoat_ok(&session, &["build"]);
+    let answer = overcoat(&session, &["mask", "tshirt", "--template", "found.png"]);
+    assert_eq!(answer.code, 1, "{answer:?}");
+    let says = "1-tshirt.ply': the scan has no texture coordinates, so a picture has no place on it";
+    assert!(answer.stderr.contains(says) && answer.stderr.lines().count() == 2, "{answer:?}");
+    assert!(!session.join("found.png").exists());
 }

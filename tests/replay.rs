@@ -78,6 +78,65 @@ fn what_is_set_otherwise_is_otherwise_and_masks_of_another_scan_stay_behind() {
 }
 
 #[test]
+fn a_mask_is_set_for_another_person_and_belongs_to_the_recipe_from_then_on() {
+    let dir = tempfile::tempdir().unwrap();
+    let alice = quick_session(dir.path(), "alice");
+    overcoat_ok(&alice, &["build"]);
+    let stroke = |layer: &str, z: f64| {
+        format!("{{\"layer\":\"{layer}\",\"op\":\"erase\",\"radius\":0.03,\"points\":[[-0.22,1.262,{z}]]}}\n")
+    };
+    let write = |name: &str, text: String| std::fs::write(dir.path().join(name), text).unwrap();
+    write("dab.jsonl", stroke("tshirt", -0.008));
+    write("air.jsonl", stroke("tshirt", 5.0));
+    write("coat.jsonl", stroke("coat", -0.008));
+    let into = |name: &str, set: &[&str]| {
+        let set: Vec<&str> = set.iter().flat_map(|s| ["--set", s]).collect();
+        overcoat(dir.path(), &[&["replay", "alice", "--into", name, "--json"], &set[..]].concat())
+    };
+    let measures = |of: &str| {
+        let status = overcoat_ok(&dir.path().join(of), &["status", "--json"]).json();
+        let stages = status["steps"][1]["standing"].as_array().unwrap().clone();
+        stages.iter().find(|s| s["stage"] == "segment").unwrap()["measures"].clone()
+    };
+    let recipe = |of: &str| std::fs::read_to_string(dir.path().join(of).join("recipe.toml")).unwrap();
+
+    let bob = into("bob", &["tshirt.mask=dab.jsonl"]);
+    assert_eq!(bob.code, 0, "{bob:?}");
+    assert!(recipe("bob").contains("file = \"../dab.jsonl\"") && !recipe("alice").contains("dab"), "{}", recipe("bob"));
+    let (plain, erased) = (measures("alice"), measures("bob"));
+    assert!(erased["by_hand_vertices"].as_f64().unwrap() > 5.0, "{erased}");
+    assert!(erased["garment_vertices"].as_f64() < plain["garment_vertices"].as_f64(), "{plain} {erased}");
+    // With its own scan, which is the same: the mask that is given is no other scan's.
+    let scan = Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo/1-tshirt.ply");
+    let carol = into("carol", &[&format!("tshirt={}", text(&scan)), "tshirt.mask=dab.jsonl"]);
+    assert_eq!((carol.code, carol.json()["left_out"].as_array().map(Vec::len)), (0, Some(0)), "{carol:?}");
+    assert_eq!(measures("carol"), erased);
+    // And from there a mask is taken off by saying nothing.
+    let args = ["replay", "bob", "--into", "dave", "--set", "tshirt.mask="];
+    overcoat_ok(dir.path(), &args);
+    assert!(results(&dir.path().join("dave")) == results(&alice));
+
+    for (set, code, says) in [
+        ("tshirt.mask=nowhere.jsonl", 2, "there is no file 'nowhere.jsonl'"),
+        ("tshirt.mask=coat.jsonl", 1, "coat.jsonl, line 1: the stroke is for the layer 'coat'"),
+        ("body.mask=dab.jsonl", 2, "garment"),
+    ] {
+        let answer = into("erin", &[set]);
+        assert!(answer.code == code && answer.stdout.contains(says), "{set}: {answer:?}");
+    }
+    // From the wrong ones nothing stays that keeps the right one out.
+    assert!(!dir.path().join("erin").exists());
+    assert_eq!(into("erin", &["tshirt.mask=dab.jsonl"]).code, 0);
+    assert!(results(&dir.path().join("erin")) == results(&dir.path().join("bob")));
+    // Only on the cleaned scan it shows that a stroke touches nothing.
+    let air = into("frank", &["tshirt.mask=air.jsonl"]);
+    assert!(
+        air.code == 1 && air.stdout.contains("air.jsonl': line 1 of the brush mask: it touches nothing"),
+        "{air:?}"
+    );
+}
+
+#[test]
 fn a_table_of_people_gives_each_a_session_and_one_summary() {
     let dir = tempfile::tempdir().unwrap();
     let alice = quick_session(dir.path(), "alice");

@@ -62,6 +62,44 @@ fn a_parameter_is_remembered_and_only_what_hangs_on_it_runs_again() {
 }
 
 #[test]
+fn what_presses_and_how_a_scan_is_read_can_be_set_too() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = quick_session(dir.path(), "alice");
+    overcoat_ok(&session, &["build"]);
+    let set = overcoat_ok(&session, &["weigh", "tshirt", "--press-clearance", "0.002", "--json"]).json();
+    assert_eq!(set["set"][0], "tshirt.press.clearance 0.0012 → 0.002");
+    assert_eq!(ran(&set), [("tshirt/press".into(), "parameter clearance 0.0012 0.002".to_string())]);
+    assert!(recipe(&session).contains("[step.press]\nclearance = 0.002\n"), "{}", recipe(&session));
+
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo/1-tshirt.ply");
+    let scan = |flags: &[&str]| {
+        let again = ["scan", "tshirt", file.to_str().unwrap(), "--template", "tshirt", "--replace", "--faces", "4000"];
+        overcoat(&session, &[&again[..], flags].concat())
+    };
+    for (flags, says) in [
+        (["--smoothing-passes", "-1"], "smoothing_passes of the stage scan cannot be '-1'"),
+        (["--truncation", "9"], "truncation of the stage scan cannot be '9'"),
+    ] {
+        let answer = scan(&flags);
+        assert!(answer.code == 2 && answer.stderr.contains(says), "{answer:?}");
+    }
+    assert!(recipe(&session).contains("[step.press]"), "what was refused changed nothing: {}", recipe(&session));
+    assert_eq!(scan(&["--smoothing-passes", "9"]).code, 0);
+    assert!(recipe(&session).contains("[step.reading]\nsmoothing_passes = 9\n"), "{}", recipe(&session));
+    let by_hand = recipe(&session).replace("smoothing_passes = 9", "smoothing_passes = 0\ndenoise_rounds = 2");
+    std::fs::write(session.join("recipe.toml"), &by_hand).unwrap();
+    let built = ran(&overcoat_ok(&session, &["build", "--json"]).json());
+    let why = &built[0].1;
+    assert!(built[0].0 == "tshirt/scan" && why.contains("smoothing_passes 9 0"), "{built:?}");
+    assert!(why.contains("parameter denoise_rounds ") && why.contains(" 2"), "{built:?}");
+    std::fs::write(session.join("recipe.toml"), by_hand.replace("denoise_rounds", "denoise_turns")).unwrap();
+    let unknown = overcoat(&session, &["build"]);
+    let line = 1 + recipe(&session).lines().position(|l| l.starts_with("denoise")).unwrap();
+    let says = format!("recipe.toml, line {line}: the stage scan has no parameter 'denoise_turns'");
+    assert!(unknown.code == 1 && unknown.stderr.contains(&says), "{unknown:?}");
+}
+
+#[test]
 fn a_stage_that_fails_or_a_value_that_cannot_be_changes_nothing() {
     let dir = tempfile::tempdir().unwrap();
     let session = quick_session(dir.path(), "alice");

@@ -17,7 +17,8 @@ pub(super) struct MaskArgs {
     /// coordinates (.png); a file that is a mask of the garment already takes its own place
     #[arg(required_unless_present = "template")]
     file: Option<PathBuf>,
-    /// Write the segmented scan, to be painted: .ply (red is the garment), .npy, or an empty .jsonl
+    /// Write the segmented scan, to be painted: .ply (red is the garment), .png over its texture coordinates (white is the
+    /// garment), .npy, or an empty .jsonl
     #[arg(long, value_name = "OUT", conflicts_with = "file")]
     template: Option<PathBuf>,
     #[command(subcommand)]

@@ -3,6 +3,7 @@
 use super::Context;
 use super::console::{Done, secs};
 use super::progress::Progress;
+use super::stages::ReadingArgs;
 use crate::scan::{Unit, Up};
 use crate::session::{BodySurface, NewScan};
 use serde_json::json;
@@ -45,6 +46,8 @@ pub(super) struct ScanArgs {
     #[arg(long, value_name = "OUT.rrd", num_args = 0..=1, require_equals = true)]
     #[allow(clippy::option_option)]
     view: Option<Option<PathBuf>>,
+    #[command(flatten)]
+    reading: ReadingArgs,
     /// Put the scan in the place of the step of that name
     #[arg(long)]
     replace: bool,
@@ -73,6 +76,7 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
             SurfaceWord::Scan => BodySurface::Scan,
         }),
         voxel_mm: args.voxel,
+        reading: args.reading.settings()?,
         until: args.until,
         sleeve: args.sleeve,
         replace: args.replace,

@@ -4,7 +4,7 @@
 use super::Context;
 use super::console::{Done, secs};
 use super::progress::Progress;
-use crate::session::{Parameter, SessionError, Stage, StageRequest, parameters_of};
+use crate::session::{Parameter, SessionError, Settings, Stage, StageRequest, parameters_of};
 use clap::{Arg, ArgAction, ArgMatches, Command};
 use serde_json::json;
 use std::time::Instant;
@@ -25,7 +25,7 @@ const COMMANDS: [StageCommand; 4] = [
     StageCommand { name: "fit", stages: &[Stage::Fit, Stage::Register, Stage::Pose], prefixed: &[Stage::Register] },
     StageCommand { name: "segment", stages: &[Stage::Segment, Stage::Cut], prefixed: &[Stage::Cut] },
     StageCommand { name: "stack", stages: &[Stage::Rig, Stage::Stack], prefixed: &[Stage::Rig] },
-    StageCommand { name: "weigh", stages: &[Stage::Figure], prefixed: &[] },
+    StageCommand { name: "weigh", stages: &[Stage::Figure, Stage::Press], prefixed: &[Stage::Press] },
 ];
 
 impl StageCommand {
@@ -37,7 +37,7 @@ impl StageCommand {
                 true => format!("{}-", parameter.stage),
                 false => String::new(),
             };
-            let flag = prefix + &parameter.name.replace('_', "-");
+            let flag = prefix + &flag_of(parameter);
             match flags.iter_mut().find(|(known, _)| *known == flag) {
                 Some((_, same)) => same.push(parameter),
                 None => flags.push((flag, vec![parameter])),
@@ -63,6 +63,53 @@ impl StageCommand {
     }
 }
 
+/// The flags of a scan's own parameters, as typed.
+#[derive(Default)]
+pub(super) struct ReadingArgs(Vec<(&'static Parameter, String)>);
+
+impl ReadingArgs {
+    /// What they set.
+    pub(super) fn settings(&self) -> Result<Settings, SessionError> {
+        self.0.iter().map(|(parameter, text)| Ok((parameter.name.to_string(), parameter.read(text)?))).collect()
+    }
+}
+
+impl clap::FromArgMatches for ReadingArgs {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let typed = |p: &'static Parameter| Some((p, matches.get_one::<String>(&flag_of(p))?.clone()));
+        Ok(Self(parameters_of(Stage::Scan).filter_map(typed).collect()))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+impl clap::Args for ReadingArgs {
+    fn augment_args(command: Command) -> Command {
+        command.args(parameters_of(Stage::Scan).map(|p| arg_of(flag_of(p), &[p])))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+fn flag_of(parameter: &Parameter) -> String {
+    parameter.name.replace('_', "-")
+}
+
+fn arg_of(flag: String, parameters: &[&Parameter]) -> Arg {
+    let about = parameters[0].about;
+    Arg::new(flag.clone())
+        .long(flag)
+        .value_name("VALUE")
+        .allow_hyphen_values(true)
+        .help(format!("{about} [{}; default: {}]", parameters[0].allowed, defaults(parameters)))
+        .help_heading("Parameters, remembered in the recipe")
+}
+
 /// The arguments of the command `COMMANDS[K]`, as typed.
 pub(super) struct StageArgs<const K: usize>(ArgMatches);
 
@@ -84,15 +131,7 @@ impl<const K: usize> clap::Args for StageArgs<K> {
             .long("reset")
             .action(ArgAction::SetTrue)
             .help("Forget what was set before: the defaults again");
-        let flags = COMMANDS[K].flags().into_iter().map(|(flag, parameters)| {
-            let about = parameters[0].about;
-            Arg::new(flag.clone())
-                .long(flag)
-                .value_name("VALUE")
-                .allow_hyphen_values(true)
-                .help(format!("{about} [{}; default: {}]", parameters[0].allowed, defaults(&parameters)))
-                .help_heading("Parameters, remembered in the recipe")
-        });
+        let flags = COMMANDS[K].flags().into_iter().map(|(flag, parameters)| arg_of(flag, &parameters));
         command.arg(step).arg(reset).args(flags)
     }
 

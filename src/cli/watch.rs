@@ -4,7 +4,7 @@ use super::Context;
 use super::console::{Done, Verbosity, print_aside, print_line, secs};
 use super::failure;
 use super::progress::measures_text;
-use crate::session::{Forced, Memory, Recut, Session, SessionError, Writer};
+use crate::session::{Forced, LiveView, Memory, Recut, Session, SessionError, Writer};
 use serde_json::{Value, json};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use std::path::{Path, PathBuf};
@@ -19,6 +19,10 @@ pub(super) struct WatchArgs {
     layer: Option<String>,
     /// A mask file that is no mask yet, or that is not there yet
     file: Option<PathBuf>,
+    /// Show the garment as cut, then all that is rebuilt, in the Rerun viewer: the one at URL, or the one that runs on this
+    /// machine, or one that is started
+    #[arg(long, value_name = "URL", num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    view: Option<String>,
     /// Draw the garment as cut, in the scan's pose, each time
     #[arg(long, value_name = "OUT.png")]
     picture: Option<PathBuf>,
@@ -69,6 +73,12 @@ impl Watched {
         Self { layer, path, seen: look.clone(), last: look }
     }
 
+    /// The file, the same however its path is written; also where it is not there yet.
+    fn place(path: &Path) -> Option<PathBuf> {
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        path.canonicalize().ok().or_else(|| Some(folder.canonicalize().ok()?.join(path.file_name()?)))
+    }
+
     /// When the file was saved, if that is new and it has come to rest.
     fn saved(&mut self) -> Option<SystemTime> {
         let look = Look::at(&self.path);
@@ -112,6 +122,7 @@ struct Watch<'a> {
     args: &'a WatchArgs,
     context: &'a Context,
     files: Vec<Watched>,
+    viewer: Option<LiveView>,
     /// What was loaded and prepared stays at hand from one change to the next.
     memory: Memory,
     taken: usize,
@@ -126,7 +137,8 @@ impl<'a> Watch<'a> {
         if let (Some(layer), Some(file)) = (&args.layer, &args.file) {
             session.masks(Some(layer))?;
             let file = context.input(file.clone());
-            let same = |w: &Watched| w.path.canonicalize().ok().is_some_and(|p| Some(p) == file.canonicalize().ok());
+            let place = Watched::place(&file);
+            let same = |w: &Watched| w.layer == *layer && Watched::place(&w.path) == place;
             if !files.iter().any(same) {
                 // What is in it already is taken up at once.
                 let layer = layer.clone();
@@ -140,8 +152,13 @@ impl<'a> Watch<'a> {
             }
             .into());
         }
-        let mut watch = Self { args, context, files, memory: Memory::default(), taken: 0, log: Vec::new() };
+        let memory = Memory::default();
+        let mut watch = Self { args, context, files, viewer: None, memory, taken: 0, log: Vec::new() };
         watch.warm()?;
+        if let Some(url) = &args.view {
+            let url = Some(url.as_str()).filter(|url| !url.is_empty());
+            watch.viewer = Some(LiveView::open(&Session::open(&context.session)?, url)?);
+        }
         let paths: Vec<String> = watch.files.iter().map(|w| w.path.display().to_string()).collect();
         watch.say(&format!("watching {}; Ctrl-C ends", paths.join(", ")));
         Ok(watch)
@@ -184,7 +201,9 @@ impl<'a> Watch<'a> {
         let mut writer = Writer::open(&self.context.session)?;
         writer.remember(&self.memory);
         let recut = writer.recut_with(layer, path, &mut |_| {})?;
+        let shown = self.viewer.as_mut().map(|viewer| viewer.show_cut(layer, &recut.garment));
         let waited = saved.elapsed().unwrap_or_default();
+        self.unless_closed(shown);
         if let Some(picture) = &self.args.picture {
             writer.session().draw_garment(&recut.garment, layer, picture)?;
         }
@@ -196,10 +215,12 @@ impl<'a> Watch<'a> {
         };
         drop(writer);
         self.show(rebuilt, began)?;
+        let seen = self.viewer.is_some();
         self.log.push(json!({
             "layer": layer,
             "file": path.display().to_string(),
             "saved_to_recut_secs": waited.as_secs_f64(),
+            "in_viewer": seen,
             "vertices": recut.garment.mesh.vertex_count(),
             "hem_loops": recut.garment.hem_loops.len(),
             "rebuilt_stages": rebuilt,
@@ -209,14 +230,19 @@ impl<'a> Watch<'a> {
     }
 
     /// What is to be looked at, after what hangs on the cut was rebuilt.
-    fn show(&self, rebuilt: usize, began: Instant) -> anyhow::Result<()> {
+    fn show(&mut self, rebuilt: usize, began: Instant) -> anyhow::Result<()> {
         if rebuilt > 0 {
             self.say(&format!("  rebuilt what hangs on it, {rebuilt} stages, in {}", secs(began.elapsed())));
         }
-        if self.args.sheet.is_none() && self.args.save.is_none() {
+        let in_viewer = self.viewer.is_some() && rebuilt > 0;
+        if self.args.sheet.is_none() && self.args.save.is_none() && !in_viewer {
             return Ok(());
         }
         let session = Session::open(&self.context.session)?;
+        if in_viewer {
+            let shown = self.viewer.as_mut().map(|viewer| viewer.show_all(&session));
+            self.unless_closed(shown);
+        }
         if let Some(path) = &self.args.sheet {
             session.write_sheet(path)?;
             self.say(&format!("  drew {}", path.display()));
@@ -226,6 +252,16 @@ impl<'a> Watch<'a> {
             self.say(&format!("  recorded {}", path.display()));
         }
         Ok(())
+    }
+
+    /// Watching goes on where the viewer was closed.
+    fn unless_closed(&mut self, shown: Option<Result<(), SessionError>>) {
+        if let Some(Err(e)) = shown {
+            self.viewer = None;
+            if self.context.console.verbosity > Verbosity::Quiet {
+                print_aside(&format!("error: {}; nothing more is shown", failure::one_line(&e.to_string())));
+            }
+        }
     }
 
     fn say(&self, line: &str) {

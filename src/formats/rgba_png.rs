@@ -2,7 +2,7 @@
 
 use super::error::{Format, FormatError, quoted};
 use super::raw_mesh::read_all;
-use std::io::Read;
+use std::io::{Read, Write};
 
 /// sRGB with opacity, eight bits a channel, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -24,15 +24,46 @@ impl RgbaPicture {
         Ok(Self { width, height, pixels })
     }
 
+    /// A picture of one colour.
+    pub fn blank(width: usize, height: usize, color: [u8; 4]) -> Self {
+        Self { width, height, pixels: vec![color; width * height] }
+    }
+
     /// The pixel at `x` and `y`, shares of width and height from the upper left, clamped; `None` in an empty picture or
     /// where a share is no number.
     pub fn nearest(&self, x: f64, y: f64) -> Option<[u8; 4]> {
         if !(x.is_finite() && y.is_finite()) {
             return None;
         }
+        self.pixels.get(self.index(x, y)).copied()
+    }
+
+    /// Gives the pixel that [`RgbaPicture::nearest`] finds there a colour.
+    pub fn set_nearest(&mut self, x: f64, y: f64, color: [u8; 4]) {
+        let index = self.index(x, y);
+        if let Some(pixel) = self.pixels.get_mut(index) {
+            *pixel = color;
+        }
+    }
+
+    /// Columns and rows.
+    pub fn size(&self) -> [usize; 2] {
+        [self.width, self.height]
+    }
+
+    fn index(&self, x: f64, y: f64) -> usize {
         // `as` saturates.
         let at = |share: f64, count: usize| ((share * count as f64) as usize).min(count.saturating_sub(1));
-        self.pixels.get(at(y, self.height) * self.width + at(x, self.width)).copied()
+        at(y, self.height) * self.width + at(x, self.width)
+    }
+
+    /// Writes the picture as PNG.
+    pub fn write_png(&self, to: impl Write) -> Result<(), FormatError> {
+        let encoder = image::codecs::png::PngEncoder::new(to);
+        let (width, height) = (self.width as u32, self.height as u32);
+        let pixels = self.pixels.as_flattened();
+        image::ImageEncoder::write_image(encoder, pixels, width, height, image::ExtendedColorType::Rgba8)
+            .map_err(|e| FormatError::Container { format: Format::Png, reason: e.to_string() })
     }
 }
 
@@ -59,11 +90,11 @@ mod tests {
     #[test]
     fn pixels_are_found_and_damage_is_told() {
         let mut bytes = Vec::new();
-        let pixels = [[255u8, 0, 0, 255], [0, 255, 0, 0]];
-        let encoder = image::codecs::png::PngEncoder::new(&mut bytes);
-        image::ImageEncoder::write_image(encoder, pixels.as_flattened(), 2, 1, image::ExtendedColorType::Rgba8)
-            .unwrap();
+        let mut written = RgbaPicture::try_new(2, 1, vec![[255, 0, 0, 255], [7; 4]]).unwrap();
+        written.set_nearest(0.6, 0.2, [0, 255, 0, 0]);
+        written.write_png(&mut bytes).unwrap();
         let picture = read_rgba_png(bytes.as_slice()).unwrap();
+        assert_eq!((&picture, picture.size()), (&written, [2, 1]));
         assert_eq!([0.0, 0.49, 0.5, 1.0].map(|x| picture.nearest(x, 0.7).unwrap()[0]), [255, 255, 0, 0]);
         assert_eq!(picture.nearest(f64::NAN, 0.0), None);
         assert!(read_rgba_png(&bytes[..40]).unwrap_err().to_string().contains("PNG container is damaged"));

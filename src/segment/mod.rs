@@ -8,6 +8,7 @@ mod extent;
 mod lips;
 mod max_flow;
 mod painted;
+mod picture;
 mod proposal;
 mod refine;
 mod region;

@@ -1,10 +1,10 @@
-//! Labels given by another program: a number a vertex, a painted mesh, a picture over texture coordinates. What has places
-//! of its own in space is anchored there, and holds for any other mesh of the same surface.
+//! Labels given by another program: a number a vertex, a painted mesh. What has places of its own in space is
+//! anchored there, and holds for any other mesh of the same surface.
 
 use super::SegmentError;
 use super::brush::Marks;
 use super::transfer::Labels;
-use crate::formats::{RawMesh, RgbaPicture};
+use crate::formats::RawMesh;
 use crate::geometry::{Point, SurfaceIndex, TriMesh};
 use crate::scan::Scan;
 use rayon::prelude::*;
@@ -206,28 +206,6 @@ impl Marks {
         Ok(Self(scan.file_vertices.iter().map(|&f| labels.get(f as usize).copied().flatten()).collect()))
     }
 
-    /// From a picture over texture coordinates, one a vertex of the scan's file: white the garment, black not, transparent
-    /// no word on it.
-    pub fn from_picture(
-        picture: &RgbaPicture,
-        uvs_of_file: Option<&[[f64; 2]]>,
-        scan: &Scan,
-    ) -> Result<Self, SegmentError> {
-        let uvs = uvs_of_file.ok_or(SegmentError::NoUvs)?;
-        let at = |&f: &u32| {
-            let [u, v] = *uvs.get(f as usize)?;
-            // Textures repeat; v runs from the lower edge.
-            let [r, g, b, opaque] = picture.nearest(u.rem_euclid(1.0), 1.0 - v.rem_euclid(1.0))?;
-            let lightness = u32::from(r) + u32::from(g) + u32::from(b);
-            (opaque >= 128).then_some(lightness >= 3 * 128)
-        };
-        let marks = Self(scan.file_vertices.iter().map(at).collect());
-        match marks.0.iter().any(Option::is_some) {
-            true => Ok(marks),
-            false => Err(SegmentError::MarksNothing),
-        }
-    }
-
     /// Marks everywhere, by labels.
     pub fn of_labels(labels: &Labels) -> Self {
         Self(labels.0.iter().map(|&l| Some(l)).collect())
@@ -332,20 +310,5 @@ mod tests {
         assert!(
             Marks::from_numbers(&[0.0, 2.0, 0.0], &scan, || None).unwrap_err().to_string().contains("label 1 is 2")
         );
-    }
-
-    #[test]
-    fn a_picture_lies_on_its_texture_coordinates() {
-        let mut scan = sheet(2);
-        scan.file_vertices = PerVertex(vec![1, 2, 3, 0]);
-        let (white, black, clear) = ([255; 4], [0, 0, 0, 255], [255, 255, 255, 0]);
-        // Rows from the top.
-        let picture = RgbaPicture::try_new(2, 2, vec![white, black, black, clear]).unwrap();
-        let uvs = [[0.9, 0.1], [0.1, 0.9], [0.9, 1.9], [0.2, 0.2]];
-        let marks = Marks::from_picture(&picture, Some(&uvs), &scan).unwrap();
-        assert_eq!(marks.0.0, [Some(true), Some(false), Some(false), None]);
-        assert!(matches!(Marks::from_picture(&picture, None, &scan), Err(SegmentError::NoUvs)));
-        let empty = RgbaPicture::try_new(1, 1, vec![clear]).unwrap();
-        assert!(matches!(Marks::from_picture(&empty, Some(&uvs), &scan), Err(SegmentError::MarksNothing)));
     }
 }

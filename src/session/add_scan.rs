@@ -3,6 +3,7 @@
 #[cfg(not(feature = "rerun"))]
 use super::no_recording::ScanRecording;
 use super::open::Writer;
+use super::parameters::Settings;
 use super::recipe::{BODY_STEP, BodySurface, StepRecipe};
 #[cfg(feature = "rerun")]
 use super::scan_recording::ScanRecording;
@@ -32,6 +33,8 @@ pub struct NewScan {
     pub surface: Option<BodySurface>,
     /// Millimetres between the voxels in which RGB-D frames are fused.
     pub voxel_mm: Option<f64>,
+    /// Parameters of how the scan is read, where they are not the defaults.
+    pub reading: Settings,
     /// Where the garment ends.
     pub until: Option<String>,
     /// Where its sleeves end.
@@ -66,6 +69,7 @@ impl Writer {
             faces: new.faces,
             surface: new.surface,
             voxel_mm: new.voxel_mm,
+            reading: new.reading.clone(),
             until: new.until.clone(),
             sleeve: new.sleeve.clone(),
             masks,

@@ -60,6 +60,9 @@ pub(super) fn apply(recipe: &mut Recipe, set: &[Assignment], from: &Path) -> Res
             });
         };
         if what == "mask" {
+            if step.is_body() {
+                return Err(SessionError::MaskOnBody);
+            }
             if !masks_given.contains(&step.name) {
                 step.masks.clear();
                 masks_given.push(step.name.clone());
@@ -101,7 +104,8 @@ fn set_in_step(step: &mut StepRecipe, what: &str, value: &str, key: &str, from: 
         "faces" => step.faces = Some(value.parse().map_err(|_| cannot("a number of faces".into()))?),
         _ => {
             let (stage, name) = what.split_once('.').ok_or_else(no_such)?;
-            let stage = Stage::parse(stage).ok_or_else(no_such)?;
+            // In a recipe the scan's own parameters are under `reading`.
+            let stage = Stage::parse(if stage == "reading" { "scan" } else { stage }).ok_or_else(no_such)?;
             let setting = parameters::parameter(stage, name)?.read(value)?;
             step.settings_mut(stage).ok_or_else(no_such)?.insert(name.into(), setting);
         }

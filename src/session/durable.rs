@@ -18,21 +18,38 @@ pub(super) fn write_whole_with(
     path: &Path,
     write: impl FnOnce(&mut File) -> Result<(), SessionError>,
 ) -> Result<(), SessionError> {
+    place(path, write)?;
+    sync_folder(&folder_of(path))
+}
+
+/// As [`write_whole`], but the folder is left to be synced: once for many files. Until then the name may be lost with the
+/// power, never the content of a name that is there.
+pub(super) fn place_whole(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
+    place(path, |file| file.write_all(bytes).map_err(|e| SessionError::writing(path, e)))
+}
+
+/// As [`write_whole`], but nothing is synced: for what nobody misses if the power fails.
+pub(super) fn write_lightly(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
     let io = |e| SessionError::writing(path, e);
-    let folder = folder_of(path);
-    let mut file = new_file(&folder).map_err(io)?;
+    let mut file = new_file(&folder_of(path)).map_err(io)?;
+    file.write_all(bytes).map_err(io)?;
+    file.persist(path).map(drop).map_err(|e| io(e.error))
+}
+
+fn place(path: &Path, write: impl FnOnce(&mut File) -> Result<(), SessionError>) -> Result<(), SessionError> {
+    let io = |e| SessionError::writing(path, e);
+    let mut file = new_file(&folder_of(path)).map_err(io)?;
     write(file.as_file_mut())?;
     file.as_file().sync_all().map_err(io)?;
-    file.persist(path).map_err(|e| io(e.error))?;
-    sync_folder(&folder).map_err(io)
+    file.persist(path).map(drop).map_err(|e| io(e.error))
 }
 
 /// Adds one line to the end of `path`, and syncs. What follows the last line break is cut off first: it was never finished.
 pub(super) fn append_line(path: &Path, line: &str) -> Result<(), SessionError> {
     let io = |e| SessionError::writing(path, e);
-    let whole = match fs::read(path) {
-        Ok(bytes) => bytes.iter().rposition(|&b| b == b'\n').map_or(0, |at| at + 1),
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => 0,
+    let (whole, is_new) = match fs::read(path) {
+        Ok(bytes) => (bytes.iter().rposition(|&b| b == b'\n').map_or(0, |at| at + 1), false),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => (0, true),
         Err(e) => return Err(io(e)),
     };
     let mut file = File::options().create(true).append(true).open(path).map_err(io)?;
@@ -42,7 +59,7 @@ pub(super) fn append_line(path: &Path, line: &str) -> Result<(), SessionError> {
         let _ = file.set_len(whole as u64);
         return Err(io(e));
     }
-    sync_folder(&folder_of(path)).map_err(io)
+    if is_new { sync_folder(&folder_of(path)) } else { Ok(()) }
 }
 
 /// Deletes what a killed writer left unfinished in `folder`.
@@ -76,13 +93,12 @@ fn new_file(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
     builder.tempfile_in(folder)
 }
 
-#[cfg(unix)]
-fn sync_folder(folder: &Path) -> std::io::Result<()> {
-    File::open(folder)?.sync_all()
-}
-
-#[cfg(not(unix))]
-fn sync_folder(_: &Path) -> std::io::Result<()> {
+/// Makes the names in a folder durable.
+pub(super) fn sync_folder(folder: &Path) -> Result<(), SessionError> {
+    // Elsewhere a folder cannot be opened as a file, and its names are durable with their files.
+    if cfg!(unix) {
+        File::open(folder).and_then(|f| f.sync_all()).map_err(|e| SessionError::writing(folder, e))?;
+    }
     Ok(())
 }
 

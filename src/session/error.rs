@@ -236,6 +236,9 @@ pub enum SessionError {
         /// What its room says.
         source: Box<StageError>,
     },
+    /// The viewer does not show the session.
+    #[error(transparent)]
+    Viewer(Box<crate::view::Error>),
 }
 
 fn too_few(verb: &str, things: &str, asked: usize, there_are: usize) -> String {
@@ -263,6 +266,11 @@ impl SessionError {
 
     pub(super) fn writing(path: &Path, source: std::io::Error) -> Self {
         Self::Writing { path: path.to_path_buf(), source }
+    }
+
+    #[cfg(feature = "rerun")]
+    pub(super) fn viewer(source: crate::view::Error) -> Self {
+        Self::Viewer(Box::new(source))
     }
 
     pub(super) fn bad_source(path: &Path, source: impl Into<StageError>) -> Self {
@@ -337,6 +345,7 @@ impl SessionError {
             Self::SourceChanged { .. } => "put the file back as it was, or scan the step again with `--replace`".into(),
             Self::UnknownTarget { .. } => "end the name with .glb for one file, or with / for a folder of .ply files".into(),
             Self::BadRequest { hint, .. } => hint.clone(),
+            Self::Viewer(source) => return source.hint(),
             Self::BadSource { source, .. } | Self::WrongKind { source, .. } | Self::Stage { source, .. } => return source.hint(),
         })
     }

@@ -86,10 +86,15 @@ pub fn fsck(dir: &Path, repair: bool, on_event: &mut dyn FnMut(&Event)) -> Resul
     for (texts, when) in &texts {
         check.sources(&session.as_of(texts)?, when)?;
     }
-    for (texts, when) in &texts {
-        check.results(&session.as_of(texts)?, when, on_event)?;
-    }
+    let sessions: Vec<(Session, String)> = texts
+        .into_iter()
+        .map(|(texts, when)| Ok((session.as_of(&texts)?, when)))
+        .collect::<Result<_, SessionError>>()?;
+    check.results(&sessions, on_event)?;
     check.strays()?;
+    if repair {
+        check.store.settle()?;
+    }
     Ok(check.report)
 }
 
@@ -245,25 +250,36 @@ impl Check<'_> {
         })
     }
 
-    /// What the stages made.
-    fn results(&mut self, session: &Session, when: &str, on_event: &mut dyn FnMut(&Event)) -> Result<(), SessionError> {
+    /// What the stages made, in any of the sessions. A state may name results that were stale in it already: each is made
+    /// again by the state in which it was not.
+    fn results(
+        &mut self,
+        sessions: &[(Session, String)],
+        on_event: &mut dyn FnMut(&Event),
+    ) -> Result<(), SessionError> {
         let mut bad: Vec<(ContentHash, String, &'static str)> = Vec::new();
-        for step in &session.state.steps {
-            for (stage, record) in &step.stages {
-                if let Some(problem) = self.look(record.output) {
-                    bad.push((record.output, format!("the result of {}, {stage} ({when})", step.name), problem));
+        for (session, when) in sessions {
+            for step in &session.state.steps {
+                for (stage, record) in &step.stages {
+                    if let Some(problem) = self.look(record.output) {
+                        bad.push((record.output, format!("the result of {}, {stage} ({when})", step.name), problem));
+                    }
                 }
             }
         }
-        if bad.is_empty() {
-            return Ok(());
-        }
         let mut mended = Mended::default();
-        if self.repair {
+        for (session, _) in sessions.iter().filter(|_| self.repair) {
+            let names = |hash: &ContentHash| {
+                session.state.steps.iter().any(|s| s.stages.values().any(|record| record.output == *hash))
+            };
+            if !bad.iter().any(|(hash, ..)| !mended.made.contains(&hash.to_string()) && names(hash)) {
+                continue;
+            }
             let mut walk = Walk::mend(session, &mut mended, on_event);
             // Where a stage fails, what comes after it stays as it is; each is told for itself.
             let ended = flow::steps(&mut walk, None).map(drop);
-            mended.stopped = ended.or_else(not_built_is_fine).err().map(|e| e.to_string());
+            let stopped = ended.or_else(not_built_is_fine).err().map(|e| e.to_string());
+            mended.stopped = mended.stopped.take().or(stopped);
         }
         for (hash, what, problem) in bad {
             let repair = match (self.repair, mended.made.contains(&hash.to_string()), &mended.stopped) {

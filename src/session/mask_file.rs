@@ -70,6 +70,20 @@ impl MaskFile {
         matches!(self, Self::Strokes(_) | Self::Surface(_))
     }
 
+    /// Whether all of it is for that layer.
+    pub fn check_layer(&self, layer: &str, path: &Path) -> Result<(), SessionError> {
+        let Self::Strokes(strokes) = self else { return Ok(()) };
+        match strokes.iter().find(|s| s.layer != layer) {
+            None => Ok(()),
+            Some(other) => Err(SessionError::BadFile {
+                path: path.to_path_buf(),
+                line: Some(other.line),
+                reason: format!("the stroke is for the layer '{}', not for '{layer}'", other.layer),
+                hint: format!("name that layer in the command, or write \"layer\":\"{layer}\""),
+            }),
+        }
+    }
+
     /// The marks on the step's scan; `path` is for messages.
     pub fn marks(&self, session: &Session, step: &StepRecipe, scan: &Scan, path: &Path) -> Result<Marks, SessionError> {
         let raw = || {
@@ -80,7 +94,7 @@ impl MaskFile {
         let file_vertices = || raw().map(|raw| raw.points.len());
         let marks = match self {
             Self::Strokes(strokes) => {
-                check_layers(strokes, &step.name, path)?;
+                self.check_layer(&step.name, path)?;
                 Marks::paint(scan, strokes)
             }
             Self::Surface(surface) => surface.marks_on(scan, file_vertices),
@@ -92,17 +106,5 @@ impl MaskFile {
             true => Ok(marks),
             false => Err(SessionError::bad_source(path, SegmentError::MarksNothing)),
         }
-    }
-}
-
-fn check_layers(strokes: &[Stroke], layer: &str, path: &Path) -> Result<(), SessionError> {
-    match strokes.iter().find(|s| s.layer != layer) {
-        None => Ok(()),
-        Some(other) => Err(SessionError::BadFile {
-            path: path.to_path_buf(),
-            line: Some(other.line),
-            reason: format!("the stroke is for the layer '{}', not for '{layer}'", other.layer),
-            hint: format!("name that layer in the command, or write \"layer\":\"{layer}\""),
-        }),
     }
 }

@@ -8,7 +8,7 @@ use super::state::Stage;
 use super::store::Kept;
 use super::walk::Walk;
 use super::{SessionError, flow, source, stage_scan};
-use crate::formats::{NpyArray, PlyOptions, write_npy, write_ply};
+use crate::formats::{NpyArray, PlyOptions, RawMesh, is_zip, write_npy, write_ply};
 use crate::geometry::Adjacency;
 use crate::scan::Scan;
 use crate::segment::{LabelledSurface, Labels, Marks, Proposal};
@@ -78,11 +78,14 @@ impl Writer {
     pub fn add_mask(&mut self, layer: &str, file: &Path) -> Result<MaskReport, SessionError> {
         let new = self.session.read_new_mask(layer, file)?;
         self.session.refuse_to_erase_all(&new, file)?;
-        self.take_mask(&new, file)
+        let change = self.put_mask(&new, file)?;
+        self.save(&change)?;
+        let count = |label| count(&new.marks, label);
+        Ok(MaskReport { added: count(true), erased: count(false), replaced: new.at.is_some() })
     }
 
-    /// Puts a mask that was read among those of its garment.
-    pub(super) fn take_mask(&mut self, new: &NewMask, file: &Path) -> Result<MaskReport, SessionError> {
+    /// Puts a mask that was read among those of its garment, and names the change, which is yet to be saved.
+    pub(super) fn put_mask(&mut self, new: &NewMask, file: &Path) -> Result<String, SessionError> {
         let layer = &new.step.name;
         let named = match new.mask.is_anchored() {
             true => {
@@ -97,9 +100,7 @@ impl Writer {
             None => masks.push(named),
         }
         let name = file.file_name().unwrap_or_default().to_string_lossy();
-        self.save(&format!("mask {layer} {name}"))?;
-        let count = |label| count(&new.marks, label);
-        Ok(MaskReport { added: count(true), erased: count(false), replaced: new.at.is_some() })
+        Ok(format!("mask {layer} {name}"))
     }
 
     /// Gives marks a place in space: a file of their own in the session, with points and labels.
@@ -166,7 +167,8 @@ impl Session {
     }
 
     /// Writes a file in which a garment can be corrected: its segmented scan as `.ply`, red where the garment is; a
-    /// label a vertex as `.npy`; or a `.jsonl` without a stroke. Tells how many vertices there are.
+    /// label a vertex as `.npy`; a picture over the scan's texture coordinates as `.png`, white where the garment is; or a
+    /// `.jsonl` without a stroke. Tells how many vertices there are.
     ///
     /// **Errors** where there is a file already: it may be painted.
     pub fn write_mask_template(&self, layer: &str, target: &Path) -> Result<usize, SessionError> {
@@ -192,11 +194,24 @@ impl Session {
                 let numbers: Vec<i32> = labels.0.iter().map(|&l| i32::from(l)).collect();
                 write_npy(&NpyArray::vector(numbers), &mut bytes).map_err(bad)?;
             }
+            Some("png") => {
+                let source = worn.step.source();
+                let path = self.resolve(&source.file);
+                let bad_scan = |e| SessionError::BadSource { path: path.clone(), source: Box::new(e) };
+                let given = self.source_bytes(&source)?;
+                // A recording of frames is no file with texture coordinates.
+                let file = stage_scan::raw_mesh(&path, &given).or_else(|e| match is_zip(&given) {
+                    true => Ok(RawMesh::default()),
+                    false => Err(bad_scan(e)),
+                })?;
+                let picture = labels.to_picture(&worn.scan, &file).map_err(|e| bad_scan(e.into()))?;
+                picture.write_png(&mut bytes).map_err(bad)?;
+            }
             Some("jsonl") => {}
             _ => {
                 return Err(SessionError::BadRequest {
                     what: format!("'{}' cannot be a mask to be painted", target.display()),
-                    hint: "end the name with .ply for Blender or MeshLab, .npy for a program, .jsonl for strokes"
+                    hint: "end the name with .ply for Blender or MeshLab, .png for a picture over the scan's texture coordinates, .npy for a program, .jsonl for strokes"
                         .into(),
                 });
             }

@@ -29,6 +29,8 @@ mod hash;
 mod history;
 mod invent;
 mod journal;
+#[cfg(feature = "rerun")]
+mod live_view;
 mod lock;
 mod mask_file;
 mod masks;
@@ -37,6 +39,8 @@ mod memory;
 mod new;
 #[cfg(not(feature = "rerun"))]
 mod no_recording;
+#[cfg(not(feature = "rerun"))]
+mod no_viewer;
 mod open;
 mod parameter_table;
 mod parameters;
@@ -47,6 +51,7 @@ mod recut;
 mod replay;
 #[cfg(feature = "rerun")]
 mod scan_recording;
+mod sections;
 mod single_stage;
 mod source;
 mod stage_cut;
@@ -87,10 +92,14 @@ pub use hash::ContentHash;
 pub use history::{Branch, Entry, History, MAIN_BRANCH};
 pub use invent::{InventedGarments, MadeStep, MakeRequest, SubjectParams, make_subject};
 pub use journal::{Change, Move};
+#[cfg(feature = "rerun")]
+pub use live_view::LiveView;
 pub use masks::{MaskInfo, MaskReport};
 pub use measure::{Subject, TruthReport};
 pub use memory::Memory;
 pub use new::{NewSession, create};
+#[cfg(not(feature = "rerun"))]
+pub use no_viewer::LiveView;
 pub use open::{Session, Writer};
 pub use parameters::{Allowed, Parameter, Setting, Settings, parameters_of};
 pub use reason::{Cause, Reason};

@@ -22,7 +22,7 @@ impl ScanRecording {
 
 pub(super) fn without_viewer() -> SessionError {
     SessionError::BadRequest {
-        what: "this program was built without the viewer, so it writes no recording".into(),
+        what: "this program was built without the viewer, so it shows and records nothing".into(),
         hint: "build it with `cargo build --release`, or draw a picture with `overcoat view --sheet sheet.png`".into(),
     }
 }

@@ -1,6 +1,6 @@
 //! A session's folder: found, read, changed.
 
-use super::durable::{UNFINISHED, sweep, write_whole};
+use super::durable::{UNFINISHED, place_whole, sweep, sync_folder, write_whole};
 use super::history::History;
 use super::journal::{self, BrokenLine, Change, Move};
 use super::lock::Lock;
@@ -318,14 +318,20 @@ impl Writer {
         if stands && moves.is_none() {
             return Ok(());
         }
+        session.store.settle()?;
         let change = Change { change: change.into(), recipe, state, moves };
         journal::append(&session.dir, &change)?;
         session.lines += 1;
         let followed = session.history.follow(session.lines, &change);
         debug_assert_eq!(followed, Ok(()), "a line of ours leads to where it says");
         session.last = Some(change);
-        write_whole(&recipe_path(&session.dir), texts.recipe.as_bytes())?;
-        write_whole(&state_path(&session.dir), texts.state.as_bytes())
+        let recipe_path = recipe_path(&session.dir);
+        // What a build makes leaves the recipe as it is.
+        if !std::fs::read(&recipe_path).is_ok_and(|there| there == texts.recipe.as_bytes()) {
+            place_whole(&recipe_path, texts.recipe.as_bytes())?;
+        }
+        place_whole(&state_path(&session.dir), texts.state.as_bytes())?;
+        sync_folder(&session.dir)
     }
 
     /// Makes the change durable, and notes the times apart.

@@ -23,7 +23,19 @@ const fn of(stage: Stage, name: &'static str, allowed: Allowed, about: &'static 
 }
 
 /// All of them, by stage, in the order of its `Params`.
-pub(super) const PARAMETERS: [Parameter; 47] = [
+pub(super) const PARAMETERS: [Parameter; 60] = [
+    of(Stage::Scan, "smoothing_passes", Count(0, 100), "Taubin passes over the cleaned surface"),
+    of(Stage::Scan, "truncation", Real(0.001, 0.2), "RGB-D: distance before and behind the surface that is averaged"),
+    of(
+        Stage::Scan,
+        "tracking_voxel",
+        Real(0.001, 0.05),
+        "RGB-D: between voxels of the model that frames are tracked to",
+    ),
+    of(Stage::Scan, "least_evidence", Real(0.0, 100.0), "RGB-D: views below which a voxel is unknown"),
+    of(Stage::Scan, "settling_rounds", Count(0, 20), "RGB-D: how often all frames are put anew on their surface"),
+    of(Stage::Scan, "hole_area", Real(0.0, 0.1), "RGB-D: holes up to this area, in square metres, are closed"),
+    of(Stage::Scan, "denoise_rounds", Count(0, 100), "RGB-D: rounds of smoothing of the normals"),
     of(Stage::Fit, "samples", SAMPLES, "Places on the body model and on the scan that take part"),
     of(Stage::Fit, "iterations", ROUNDS, "Iterations at most"),
     of(Stage::Fit, "shape_prior", WEIGHT, "Pull toward the mean shape"),
@@ -86,4 +98,10 @@ pub(super) const PARAMETERS: [Parameter; 47] = [
     of(Stage::Stack, "greatest_depth", LENGTH, "Deeper cloth is taken for a pocket or the other side of a collar"),
     of(Stage::Figure, "greatest_share", SHARE, "The most that cloth physics may have in the blend with skinning"),
     of(Stage::Figure, "smoothing_length", LENGTH, "Length over which physics weights are smoothed"),
+    of(Stage::Press, "least_cosine", Real(-1.0, 1.0), "Layers that face apart more than this do not press each other"),
+    of(Stage::Press, "method", Word(&["push", "smooth"]), "Each vertex by itself, or smoothly together"),
+    of(Stage::Press, "clearance", SHORT, "Distance of inner cloth below the outer, and above the body"),
+    of(Stage::Press, "iterations", ROUNDS, "Rounds of pressing at most"),
+    of(Stage::Press, "smoothing_lengths", LENGTHS, "Lengths over which a move is spread, one solve after the other"),
+    of(Stage::Press, "greatest_depth", LENGTH, "Deeper cloth is taken for a pocket or the other side of a collar"),
 ];

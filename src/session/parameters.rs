@@ -172,17 +172,26 @@ pub(super) fn params_of<P: Serialize + DeserializeOwned + Default>(
     step: &StepRecipe,
     stage: Stage,
 ) -> Result<P, SessionError> {
+    params_over(P::default(), step, stage)
+}
+
+/// The same over other defaults. What the recipe says of fields that they do not have is for another type of the stage.
+pub(super) fn params_over<P: Serialize + DeserializeOwned>(
+    defaults: P,
+    step: &StepRecipe,
+    stage: Stage,
+) -> Result<P, SessionError> {
     let unfit = |e: serde_json::Error| SessionError::BadRequest {
         what: format!("the parameters of the stage {stage} of '{}' do not fit it: {e}", step.name),
         hint: "take them out of the recipe".into(),
     };
     let settings = step.settings(stage);
     if settings.is_empty() {
-        return Ok(P::default());
+        return Ok(defaults);
     }
-    let mut value = serde_json::to_value(P::default()).map_err(unfit)?;
+    let mut value = serde_json::to_value(defaults).map_err(unfit)?;
     if let Value::Object(fields) = &mut value {
-        for (name, setting) in settings {
+        for (name, setting) in settings.iter().filter(|(name, _)| fields.contains_key(*name)).collect::<Vec<_>>() {
             fields.insert(name.clone(), as_json(stage, name, setting));
         }
     }
@@ -204,6 +213,7 @@ pub(super) fn defaults(stage: Stage) -> Value {
         serde_json::to_value(P::default()).unwrap_or_default()
     }
     match stage {
+        Stage::Scan => super::stage_scan::defaults(),
         Stage::Fit => of::<crate::fit::NakedParams>(),
         Stage::Register => of::<crate::fit::RegisterParams>(),
         Stage::Pose => of::<crate::fit::InsideParams>(),
@@ -212,7 +222,8 @@ pub(super) fn defaults(stage: Stage) -> Value {
         Stage::Rig => of::<crate::rig::RigParams>(),
         Stage::Stack => of::<crate::stack::StackParams>(),
         Stage::Figure => of::<crate::rig::PhysicsParams>(),
-        _ => Value::Null,
+        Stage::Press => of::<crate::stack::PressParams>(),
+        Stage::Evidence => Value::Null,
     }
 }
 
@@ -220,14 +231,12 @@ pub(super) fn defaults(stage: Stage) -> Value {
 mod tests {
     use super::*;
     use crate::session::parameter_table::PARAMETERS;
+    use crate::session::sections::WITH_SETTINGS;
     use crate::stack::StackParams;
-
-    const STAGES: [Stage; 8] =
-        [Stage::Fit, Stage::Register, Stage::Pose, Stage::Segment, Stage::Cut, Stage::Rig, Stage::Stack, Stage::Figure];
 
     #[test]
     fn every_field_of_every_params_is_in_the_table_and_its_default_is_allowed() {
-        for stage in STAGES {
+        for stage in WITH_SETTINGS {
             let Value::Object(fields) = defaults(stage) else { panic!("{stage} has no parameters") };
             for (name, value) in &fields {
                 let known = parameters_of(stage).find(|p| p.name == name);
@@ -239,7 +248,7 @@ mod tests {
                 assert!(fields.contains_key(parameter.name), "{stage} has no {}", parameter.name);
             }
         }
-        assert!(PARAMETERS.iter().all(|p| STAGES.contains(&p.stage)));
+        assert!(PARAMETERS.iter().all(|p| WITH_SETTINGS.contains(&p.stage)));
     }
 
     #[test]

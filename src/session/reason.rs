@@ -90,7 +90,7 @@ pub(super) fn reasons(record: &StageRecord, stage: Stage, inputs: &Value) -> Vec
     }
     for (key, old, new) in differing(&record.from, inputs) {
         match key.as_str() {
-            "params" => found.extend(inner(Cause::Parameter, old, new)),
+            "params" | "fusion" => found.extend(inner(Cause::Parameter, old, new)),
             "kind" if new.is_object() => found.extend(kind(old, new)),
             "kind" | "file" => found.push(Reason::of(Cause::File)),
             "masks" => found.push(Reason::of(Cause::Masks)),

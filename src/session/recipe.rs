@@ -1,6 +1,7 @@
 //! `recipe.toml`: what was asked for, in order. The only file of a session that a person need keep.
 
 use super::parameters::{self, Settings};
+use super::sections::{WITH_SETTINGS, section_of};
 use super::single_stage::has_parameters;
 use super::state::Stage;
 use super::{ContentHash, SessionError};
@@ -98,7 +99,10 @@ pub struct StepRecipe {
     /// Brush strokes, applied in this order.
     #[serde(default, rename = "mask", skip_serializing_if = "Vec::is_empty")]
     pub masks: Vec<SourceFile>,
-    /// Parameters of the body's fit.
+    /// Parameters of how the scan is read: cleaned, and fused from RGB-D frames.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub reading: Settings,
+    /// Of the body's fit.
     #[serde(default, skip_serializing_if = "Settings::is_empty")]
     pub fit: Settings,
     /// Of the registration of its surface.
@@ -122,47 +126,15 @@ pub struct StepRecipe {
     /// Of its weights for physics.
     #[serde(default, skip_serializing_if = "Settings::is_empty")]
     pub figure: Settings,
+    /// Of how what is worn below gives way in this scan.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub press: Settings,
 }
-
-/// The stages that a recipe may set parameters of, each under its name.
-const WITH_SETTINGS: [Stage; 8] =
-    [Stage::Fit, Stage::Register, Stage::Pose, Stage::Segment, Stage::Cut, Stage::Rig, Stage::Stack, Stage::Figure];
 
 impl StepRecipe {
     /// Whether this is the bare body.
     pub fn is_body(&self) -> bool {
         self.name == BODY_STEP
-    }
-
-    /// What is said of a stage's parameters.
-    pub fn settings(&self, stage: Stage) -> &Settings {
-        static NONE: Settings = Settings::new();
-        match stage {
-            Stage::Fit => &self.fit,
-            Stage::Register => &self.register,
-            Stage::Pose => &self.pose,
-            Stage::Segment => &self.segment,
-            Stage::Cut => &self.cut,
-            Stage::Rig => &self.rig,
-            Stage::Stack => &self.stack,
-            Stage::Figure => &self.figure,
-            _ => &NONE,
-        }
-    }
-
-    /// The same, to be changed; `None` for a stage without parameters.
-    pub(super) fn settings_mut(&mut self, stage: Stage) -> Option<&mut Settings> {
-        match stage {
-            Stage::Fit => Some(&mut self.fit),
-            Stage::Register => Some(&mut self.register),
-            Stage::Pose => Some(&mut self.pose),
-            Stage::Segment => Some(&mut self.segment),
-            Stage::Cut => Some(&mut self.cut),
-            Stage::Rig => Some(&mut self.rig),
-            Stage::Stack => Some(&mut self.stack),
-            Stage::Figure => Some(&mut self.figure),
-            _ => None,
-        }
     }
 
     /// The scan as a file that was given.
@@ -278,8 +250,11 @@ impl Recipe {
             if i == 0 && step.name != BODY_STEP {
                 return Err(at(&["name"], SessionError::GarmentBeforeBody { name: step.name.clone() }));
             }
+            if step.is_body() && !step.masks.is_empty() {
+                return Err(at(&["mask"], SessionError::MaskOnBody));
+            }
             for stage in WITH_SETTINGS {
-                let section = stage.to_string();
+                let section = section_of(stage);
                 for (name, setting) in step.settings(stage) {
                     let here = |e| at(&[&section, name], e);
                     check_stage(&step.name, step.is_body(), stage).map_err(here)?;
@@ -392,7 +367,7 @@ mod tests {
             voxel_mm: Some(5.0),
             until: None,
             sleeve: None,
-            masks: vec![SourceFile { file: "m.jsonl".into(), hash: None, from: None }],
+            masks: template.iter().map(|_| SourceFile { file: "m.jsonl".into(), hash: None, from: None }).collect(),
             ..StepRecipe::default()
         }
     }

@@ -25,14 +25,10 @@ impl Writer {
     pub fn recut(&mut self, layer: &str, on_event: &mut dyn FnMut(&Event)) -> Result<Recut, SessionError> {
         self.session.recipe.step(layer)?;
         source::keep_missing(&mut self.session)?;
-        let forced = Forced::Nothing;
-        let mut walk = Walk::make(self, "build", &forced, on_event);
-        let kept = flow::cut_of(&mut walk, layer)?;
-        let reports = walk.into_reports();
-        Ok(Recut { garment: self.session.store.load(kept)?, reports })
+        cut_in(Walk::make(self, "build", &Forced::Nothing, on_event), layer)
     }
 
-    /// Takes a mask file up and cuts its garment anew. If either fails, the session is as it was.
+    /// Takes a mask file up and cuts its garment anew, as one change. If either fails, the session is as it was.
     pub fn recut_with(
         &mut self,
         layer: &str,
@@ -40,13 +36,25 @@ impl Writer {
         on_event: &mut dyn FnMut(&Event),
     ) -> Result<Recut, SessionError> {
         let new = self.session.read_new_mask(layer, file)?;
-        self.take_mask(&new, file)?;
-        let recut = self.recut(layer, on_event);
-        if recut.is_err() {
-            self.session.recipe.step_mut(layer)?.masks = new.step.masks.clone();
-            self.save(&format!("mask {layer} withdrawn"))?;
-            self.session.refuse_to_erase_all(&new, file)?;
+        let (recipe, state) = (self.session.recipe.clone(), self.session.state.clone());
+        let change = self.put_mask(&new, file)?;
+        source::keep_missing(&mut self.session)?;
+        match cut_in(Walk::make(self, &change, &Forced::Nothing, on_event).at_once(), layer) {
+            Ok(recut) => {
+                self.save(&change)?;
+                Ok(recut)
+            }
+            Err(e) => {
+                (self.session.recipe, self.session.state) = (recipe, state);
+                self.session.refuse_to_erase_all(&new, file)?;
+                Err(e)
+            }
         }
-        recut
     }
+}
+
+fn cut_in(mut walk: Walk, layer: &str) -> Result<Recut, SessionError> {
+    let kept = flow::cut_of(&mut walk, layer)?;
+    let garment = walk.session().store.load(kept)?;
+    Ok(Recut { garment, reports: walk.into_reports() })
 }

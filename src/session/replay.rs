@@ -2,6 +2,7 @@
 
 use super::assignment::{self, Assignment, LeftOut};
 use super::body_model::check_body_model;
+use super::mask_file::MaskFile;
 use super::open::{Session, Writer};
 use super::recipe::{Recipe, SourceFile, relative_to};
 use super::walk::{Event, Forced, StageReport};
@@ -67,8 +68,12 @@ fn prepare(replay: &Replay) -> Result<Prepared, SessionError> {
     let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
     let store = Store::in_session(&folder);
     let mut contents = Vec::new();
-    let mut read = |source: &SourceFile| -> Result<SourceFile, SessionError> {
+    let mut read = |source: &SourceFile, layer: Option<&str>| -> Result<SourceFile, SessionError> {
         let bytes = bytes_of(&store, &folder, source)?;
+        if let Some(layer) = layer {
+            let path = folder.join(&source.file);
+            MaskFile::read(&path, &bytes)?.check_layer(layer, &path)?;
+        }
         let file = folder.join(&source.file);
         // Where only the copy is left, its name is all that can be told.
         let file = file.canonicalize().unwrap_or_else(|_| PathBuf::from(file.file_name().unwrap_or_default()));
@@ -79,13 +84,13 @@ fn prepare(replay: &Replay) -> Result<Prepared, SessionError> {
         Ok(found)
     };
     if let Some(body) = &mut recipe.body {
-        *body = read(body)?;
+        *body = read(body, None)?;
     }
     for step in &mut recipe.steps {
-        let scan = read(&step.source())?;
+        let scan = read(&step.source(), None)?;
         (step.scan, step.hash) = (scan.file, scan.hash);
         for mask in &mut step.masks {
-            *mask = read(mask)?;
+            *mask = read(mask, Some(&step.name))?;
         }
     }
     if let Some(body) = &recipe.body {

@@ -1,6 +1,7 @@
 //! Press: what is worn below, as the garment over it pressed it in this step's scan.
 
 use super::SessionError;
+use super::parameters::params_of;
 use super::recipe::StepRecipe;
 use super::state::Stage;
 use super::store::Kept;
@@ -23,7 +24,7 @@ pub(super) fn press(
     figure: Kept<Figure>,
     inside: Kept<PoseInside>,
 ) -> Result<Kept<Worn>, SessionError> {
-    let params = PressParams::default();
+    let params: PressParams = params_of(step, Stage::Press)?;
     let inputs = json!({ "garment": garment.hash, "figure": figure.hash, "inside": inside.hash, "params": params });
     walk.stage(&step.name, Stage::Press, inputs, |session, _tell| {
         let (figure, inside) = (session.figure(figure)?, session.store.load(inside)?);

@@ -1,5 +1,6 @@
 //! Scan: the file's bytes, or a recording's frames, to a cleaned scan.
 
+use super::parameters::params_over;
 use super::recipe::StepRecipe;
 use super::state::Stage;
 use super::store::Kept;
@@ -7,7 +8,7 @@ use super::walk::{Outcome, Tell, Walk};
 use super::{SessionError, StageError};
 use crate::formats::{MeshKind, RawMesh, is_zip, read_mesh, read_recording};
 use crate::scan::{FusionParams, FusionReport, FusionStep, Scan, ScanParams, clean, fuse};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::Path;
 use std::time::Instant;
 
@@ -21,8 +22,8 @@ pub(super) fn watched_scan(
     step: &StepRecipe,
     on_fusion: &mut dyn FnMut(&FusionStep),
 ) -> Result<Kept<Scan>, SessionError> {
-    let params = params_of(step);
-    let fusion = fusion_params_of(step);
+    let params = params_of(step)?;
+    let fusion = fusion_params_of(step)?;
     let kind = Path::new(&step.scan).extension().map(|e| e.to_string_lossy().to_lowercase());
     let inputs = json!({ "file": step.hash, "kind": kind, "params": params, "fusion": fusion });
     walk.stage(&step.name, Stage::Scan, inputs, |session, tell| {
@@ -55,14 +56,30 @@ fn measured<T>(outcome: Outcome<T>, report: &FusionReport) -> Outcome<T> {
     outcome.measured("loop_mm", report.loop_mm).measured("loop_deg", report.loop_deg)
 }
 
-fn params_of(step: &StepRecipe) -> ScanParams {
+fn params_of(step: &StepRecipe) -> Result<ScanParams, SessionError> {
     let defaults = ScanParams::default();
-    ScanParams { unit: step.unit, up: step.up, faces: step.faces.unwrap_or(defaults.faces), ..defaults }
+    let said = ScanParams { unit: step.unit, up: step.up, faces: step.faces.unwrap_or(defaults.faces), ..defaults };
+    params_over(said, step, Stage::Scan)
 }
 
-fn fusion_params_of(step: &StepRecipe) -> FusionParams {
+fn fusion_params_of(step: &StepRecipe) -> Result<FusionParams, SessionError> {
     let defaults = FusionParams::default();
-    FusionParams { voxel: step.voxel_mm.map_or(defaults.voxel, |mm| 1e-3 * mm), ..defaults }
+    let said = FusionParams { voxel: step.voxel_mm.map_or(defaults.voxel, |mm| 1e-3 * mm), ..defaults };
+    params_over(said, step, Stage::Scan)
+}
+
+/// The defaults of both by name, but for what a step has keys of its own for.
+pub(super) fn defaults() -> Value {
+    let mut all = serde_json::Map::new();
+    for params in [serde_json::to_value(ScanParams::default()), serde_json::to_value(FusionParams::default())] {
+        if let Ok(Value::Object(fields)) = params {
+            all.extend(fields);
+        }
+    }
+    for own in ["unit", "up", "faces", "voxel"] {
+        all.remove(own);
+    }
+    Value::Object(all)
 }
 
 fn read(

@@ -1,6 +1,6 @@
 //! Artefacts by the hash of their content.
 
-use super::durable::{sweep, write_whole};
+use super::durable::{place_whole, sweep, sync_folder};
 use super::memory::Memory;
 use super::{ContentHash, SessionError};
 use serde::Serialize;
@@ -61,7 +61,8 @@ impl Store {
         sweep(&self.folder);
     }
 
-    /// Keeps bytes as they are.
+    /// Keeps bytes as they are. They are durable after [`Store::settle`], which every change of the session does before it
+    /// names them.
     pub fn keep_bytes(&self, bytes: &[u8]) -> Result<ContentHash, SessionError> {
         let hash = ContentHash::of(bytes);
         let path = self.path(hash);
@@ -69,8 +70,13 @@ impl Store {
         if std::fs::read(&path).is_ok_and(|there| ContentHash::of(&there) == hash) {
             return Ok(hash);
         }
-        write_whole(&path, bytes)?;
+        place_whole(&path, bytes)?;
         Ok(hash)
+    }
+
+    /// Makes durable what was kept.
+    pub(super) fn settle(&self) -> Result<(), SessionError> {
+        sync_folder(&self.folder)
     }
 
     /// The bytes of that name.

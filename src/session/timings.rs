@@ -1,6 +1,6 @@
 //! `timings.json`: how long each stage took when it last ran. Apart from the state, which must not depend on time.
 
-use super::durable::write_whole;
+use super::durable::write_lightly;
 use super::{SessionError, Stage};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -25,7 +25,7 @@ impl Timings {
 
     pub(super) fn write(&self, dir: &Path) -> Result<(), SessionError> {
         let text = serde_json::to_string_pretty(self).map_err(|e| SessionError::Encoding { reason: e.to_string() })?;
-        write_whole(&path_in(dir), (text + "\n").as_bytes())
+        write_lightly(&path_in(dir), (text + "\n").as_bytes())
     }
 
     pub(super) fn note(&mut self, step: &str, stage: Stage, secs: f64) {

@@ -1,4 +1,4 @@
-//! The session as pictures: a contact sheet of every step, and a recording for the viewer.
+//! The session as a picture: a contact sheet of every step.
 
 use super::export::write;
 use super::open::Session;
@@ -38,6 +38,31 @@ impl Session {
     }
 }
 
+/// Turns a step's person to face the camera, and sets them on the floor.
+#[derive(Clone, Copy)]
+pub(super) struct Turned {
+    turn: Rotation3<f64>,
+    floor: Point,
+}
+
+impl Turned {
+    pub(super) fn of(worn: &WornStep) -> Self {
+        let root = worn.joints()[JointId(0).index()];
+        let facing = worn.pose.rotations[0] * Vector3::z();
+        let turn = Rotation3::from_axis_angle(&Vector3::y_axis(), -facing.x.atan2(facing.z));
+        let feet = worn.scan.mesh.bounds().map_or(0.0, |b| b.min.y);
+        Self { turn, floor: Point::new(root.x, feet, root.z) }
+    }
+
+    pub(super) fn point(&self, p: &Point) -> Point {
+        Point::from(self.turn * (p - self.floor))
+    }
+
+    pub(super) fn mesh(&self, mesh: &TriMesh) -> TriMesh {
+        mesh.map_points(|p| self.point(p))
+    }
+}
+
 /// A step turned so that the person faces the camera.
 pub(super) struct SeenStep {
     scan: TriMesh,
@@ -47,18 +72,13 @@ pub(super) struct SeenStep {
 
 impl SeenStep {
     pub(super) fn of(worn: &WornStep) -> Self {
-        let root = worn.figure.skeleton.joints_in_world(&worn.pose)[JointId(0).index()];
-        let facing = worn.pose.rotations[0] * Vector3::z();
-        let turn = Rotation3::from_axis_angle(&Vector3::y_axis(), -facing.x.atan2(facing.z));
-        let feet = worn.scan.mesh.bounds().map_or(0.0, |b| b.min.y);
-        let floor = Point::new(root.x, feet, root.z);
-        let seen = |mesh: &TriMesh| mesh.map_points(|p| Point::from(turn * (p - floor)));
+        let turned = Turned::of(worn);
         let garments = worn.garments();
         let layers = std::iter::once(worn.body()).chain(garments.into_iter().map(|(_, mesh)| mesh));
         Self {
-            scan: seen(&worn.scan.mesh),
+            scan: turned.mesh(&worn.scan.mesh),
             scan_colors: worn.scan.colors.clone(),
-            layers: layers.map(|mesh| seen(&mesh)).collect(),
+            layers: layers.map(|mesh| turned.mesh(&mesh)).collect(),
         }
     }
 
@@ -70,7 +90,7 @@ impl SeenStep {
         }
     }
 
-    fn layers(&self) -> Vec<Part<'_>> {
+    pub(super) fn layers(&self) -> Vec<Part<'_>> {
         self.layers.iter().enumerate().map(|(i, mesh)| Part::solid(mesh, layer_color(i))).collect()
     }
 }
@@ -97,52 +117,4 @@ fn notes(reports: &[StageReport], step: &str) -> Vec<String> {
             _ => format!("{stage} {}\t{value:.2}", name.replace('_', " ")),
         })
         .collect()
-}
-
-#[cfg(feature = "rerun")]
-impl Session {
-    /// Writes every built step as a Rerun recording.
-    pub fn write_recording(&self, path: &Path) -> Result<(), SessionError> {
-        let steps = self.worn_steps(None)?;
-        let reports: Vec<StageReport> = self.status()?.into_iter().flat_map(|s| s.standing).collect();
-        let seen: Vec<SeenStep> = steps.iter().map(SeenStep::of).collect();
-        let failed = |e| SessionError::bad_source(path, e);
-        let recording = crate::view::Recording::try_new(&self.dir().display().to_string()).map_err(failed)?;
-        for (k, (worn, seen)) in steps.iter().zip(&seen).enumerate() {
-            recording.set_step(k);
-            recording.log_scan(&seen.scan()?).map_err(failed)?;
-            for (layer, (part, of)) in seen.layers().iter().zip(&worn.figure.layers).enumerate() {
-                match layer {
-                    0 => recording.log_body(part).map_err(failed)?,
-                    _ => recording.log_garment(&of.name, part).map_err(failed)?,
-                }
-            }
-            recording.log_notes(&notes_in_markdown(&reports, &worn.step.name)).map_err(failed)?;
-            for report in reports.iter().filter(|r| r.step == worn.step.name) {
-                for (name, value) in &report.measures {
-                    recording.log_measure(&format!("{}_{name}", report.stage), *value).map_err(failed)?;
-                }
-            }
-        }
-        write(path, |out| recording.finish(out))
-    }
-}
-
-#[cfg(feature = "rerun")]
-fn notes_in_markdown(reports: &[StageReport], step: &str) -> String {
-    let mut text = format!("# {step}\n");
-    for report in reports.iter().filter(|r| r.step == step) {
-        text += &format!("\n**{}**\n", report.stage);
-        text.extend(report.measures.iter().map(|(name, value)| format!("- {name}: {value:.3}\n")));
-        text.extend(report.findings.iter().map(|finding| format!("- {finding}\n")));
-    }
-    text
-}
-
-#[cfg(not(feature = "rerun"))]
-impl Session {
-    /// Writes every built step as a Rerun recording; this program was built without the viewer.
-    pub fn write_recording(&self, _path: &Path) -> Result<(), SessionError> {
-        Err(super::no_recording::without_viewer())
-    }
 }

@@ -125,6 +125,8 @@ pub(super) enum Walk<'a> {
         /// The last stage to be made, and whether it has been.
         until: Option<(String, Stage)>,
         ended: bool,
+        /// Whether the caller makes all of it durable at once, as one change.
+        at_once: bool,
     },
     /// Makes again what is recorded but damaged or missing, and records nothing: the same comes out of the same.
     Mend { session: &'a Session, mended: &'a mut Mended, on_event: &'a mut dyn FnMut(&Event) },
@@ -139,13 +141,21 @@ impl<'a> Walk<'a> {
         forced: &'a Forced,
         on_event: &'a mut dyn FnMut(&Event),
     ) -> Self {
-        Self::Make { writer, change, forced, on_event, reports: Vec::new(), until: None, ended: false }
+        Self::Make { writer, change, forced, on_event, reports: Vec::new(), until: None, ended: false, at_once: false }
     }
 
     /// Ends with this stage: those after it count as not built.
     pub fn until(mut self, step: &str, stage: Stage) -> Self {
         if let Self::Make { until, .. } = &mut self {
             *until = Some((step.into(), stage));
+        }
+        self
+    }
+
+    /// Leaves it to the caller to make the results durable: together, as part of one change.
+    pub fn at_once(mut self) -> Self {
+        if let Self::Make { at_once, .. } = &mut self {
+            *at_once = true;
         }
         self
     }
@@ -215,7 +225,7 @@ impl<'a> Walk<'a> {
                 *ended = is_last(until, step, stage);
                 Ok(Kept::named(record.output))
             }
-            (Self::Make { writer, change, on_event, reports, until, ended, .. }, standing) => {
+            (Self::Make { writer, change, on_event, reports, until, ended, at_once, .. }, standing) => {
                 let why = match standing {
                     Some(_) => vec![Reason::of(Cause::Forced)],
                     None => why(&writer.session, step, stage, inputs, &from),
@@ -232,7 +242,9 @@ impl<'a> Walk<'a> {
                 let mut new = report(&writer.session, step, stage, &record, why);
                 new.ran = true;
                 writer.session.state.put(step, stage, record);
-                writer.save(change)?;
+                if !*at_once {
+                    writer.save(change)?;
+                }
                 on_event(&Event::Ran(&new));
                 reports.push(new);
                 *ended = is_last(until, step, stage);

@@ -7,27 +7,27 @@ use crate::geometry::TriMesh;
 use crate::rig::Limb;
 use serde::{Deserialize, Serialize};
 
-/// Share of the thickness by which the outermost garment keeps off what could not be pressed any further: next to none, or
+/// Share of the clearance by which the outermost garment keeps off what could not be pressed any further: next to none, or
 /// it would rise everywhere off the cloth that has just been pressed below it.
 const TOUCHING: f64 = 0.1;
 
 /// Lengths are metres.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PressParams {
-    /// Least distance of inner cloth below the outer surface, and above the body: the thickness of a shirt. The margin of
-    /// the fit leaves room for both.
-    pub thickness: f64,
     /// Cosine between the normals of two layers below which the one does not press the other: 60°, more than wrinkles
     /// have, less than the lips that fusion leaves at a coat's open front.
     pub least_cosine: f64,
-    /// How cloth gives way; its clearance is not used. Fewer rounds than for the bind pose, which is what is shipped.
+    /// How cloth gives way. Its clearance is the least distance of inner cloth below the outer surface, and above the body:
+    /// 1.2 mm, the thickness of a shirt; the margin of the fit leaves room for both. Fewer rounds than for the bind pose,
+    /// which is what is shipped.
+    #[serde(flatten)]
     pub stack: StackParams,
 }
 
 impl Default for PressParams {
     fn default() -> Self {
-        let stack = StackParams { iterations: 8, ..StackParams::default() };
-        Self { thickness: 0.0012, least_cosine: 0.5, stack }
+        let stack = StackParams { clearance: 0.0012, iterations: 8, ..StackParams::default() };
+        Self { least_cosine: 0.5, stack }
     }
 }
 
@@ -62,9 +62,9 @@ pub fn press(
     params: &PressParams,
 ) -> Result<(Vec<TriMesh>, Vec<PressReport>), StackError> {
     let limb_of_joint = Limb::of_joints(&figure.skeleton);
-    let stack = StackParams { clearance: params.thickness, ..params.stack.clone() };
+    let stack = &params.stack;
     let obstacle = |mesh: &TriMesh, layer: &Layer| {
-        Obstacle::prepare(mesh, &layer.weights, &limb_of_joint, &stack).for_facing(params.least_cosine)
+        Obstacle::prepare(mesh, &layer.weights, &limb_of_joint, stack).for_facing(params.least_cosine)
     };
     let worn: Vec<(&Layer, &TriMesh)> = figure.layers.iter().zip(surfaces).collect();
     let Some((&(body_layer, body), garments)) = worn.split_first() else { return Ok(Default::default()) };
@@ -80,8 +80,8 @@ pub fn press(
         let moved = if outside_before == 0 {
             mesh.clone()
         } else {
-            let below = cleared(&mesh.flipped(), &limbs, &above, &stack)?.0.flipped();
-            cleared(&below, &limbs, &on_body, &stack)?.0
+            let below = cleared(&mesh.flipped(), &limbs, &above, stack)?.0.flipped();
+            cleared(&below, &limbs, &on_body, stack)?.0
         };
         let outside_after = outside(&moved);
         reports.push(PressReport { outside_before, outside_after, ..report(&layer.name, mesh, &moved) });
@@ -96,7 +96,7 @@ pub fn press(
     let limbs = limbs_of(&outer_layer.weights, &limb_of_joint);
     let left = |m: &TriMesh| below.iter().map(|o| o.count_pressed(m, &limbs)).sum();
     let outside_before: usize = left(outer);
-    let touching = StackParams { clearance: params.thickness * TOUCHING, ..stack.clone() };
+    let touching = StackParams { clearance: stack.clearance * TOUCHING, ..stack.clone() };
     let yielded = if outside_before == 0 { outer.clone() } else { cleared(outer, &limbs, &below, &touching)?.0 };
     let outside_after = left(&yielded);
     reports.push(PressReport { outside_before, outside_after, ..report(&outer_layer.name, outer, &yielded) });

@@ -17,6 +17,9 @@ pub enum Error {
     /// The viewer's library could not make the recording.
     #[error("the recording could not be made: {0}")]
     Recording(String),
+    /// No viewer shows the recording.
+    #[error("no Rerun viewer shows it: {0}")]
+    NoViewer(String),
     /// The recording could not be written.
     #[error("the recording could not be written: {0}")]
     Write(#[from] std::io::Error),
@@ -28,6 +31,10 @@ impl Error {
         match self {
             Self::PaintCount { .. } => Some("give one value for each vertex, in the order of the mesh".into()),
             Self::Recording(_) => None,
+            Self::NoViewer(_) => Some(
+                "start one (`rerun`, from `pip install rerun-sdk` or `cargo binstall rerun-cli`), or name one that runs: --view=rerun+http://127.0.0.1:9876/proxy"
+                    .into(),
+            ),
             Self::Png(_) | Self::Write(_) => Some("is the disk full, or the folder read-only?".into()),
         }
     }

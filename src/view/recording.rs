@@ -1,7 +1,8 @@
 //! The session as a Rerun recording: what was scanned and made at each step, to be turned and looked at.
 //!
-//! Entities: `world/camera/{path,now}` (of a fusion), `world/scan`, `world/body`, `world/garments/NAME`, `world/skeleton/{joints,bones}`, `measures/NAME`,
-//! `notes`. Timelines: `step` (which scan) and `frame` (of a clip). An entity stays as it was logged until it is logged anew.
+//! Entities: `world/camera/{path,now}` (of a fusion), `world/scan`, `world/body`, `world/garments/NAME`,
+//! `world/skeleton/{joints,bones}`, `measures/NAME`, `notes`. Timelines: `step` (which scan), `frame` (of a clip) and
+//! `change` (while somebody watches). An entity stays as it was logged until it is logged anew.
 
 use super::Error;
 use super::scene::Part;
@@ -12,10 +13,11 @@ use rerun::blueprint::{
 };
 use rerun::sink::BinaryStreamStorage;
 use rerun::{
-    Clear, EntityPath, EntityPathPart, LineStrips3D, Mesh3D, Points3D, RecordingStream, RecordingStreamBuilder,
-    RecordingStreamError, Scalars, TextDocument, ViewCoordinates,
+    EntityPath, EntityPathPart, LineStrips3D, Mesh3D, Points3D, RecordingStream, RecordingStreamBuilder,
+    RecordingStreamError, Scalars, SpawnOptions, TextDocument, ViewCoordinates,
 };
 use std::io::Write;
+use std::time::Duration;
 
 /// Metres; a joint is drawn as a ball of this radius, and bones half as thick.
 const JOINT_RADIUS: f32 = 0.009;
@@ -25,10 +27,13 @@ const PATH_RADIUS: f32 = 0.003;
 /// Metres in front of the camera that its gaze is drawn.
 const GAZE: f64 = 0.2;
 
-/// A recording under way. It is kept in memory until [`Recording::finish`].
+/// How long a viewer may take to answer: one that has just been started has to open its window.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// A recording under way: kept in memory until [`Recording::finish`], or sent to a viewer as it grows.
 pub struct Recording {
     stream: RecordingStream,
-    storage: BinaryStreamStorage,
+    storage: Option<BinaryStreamStorage>,
 }
 
 impl Recording {
@@ -36,28 +41,59 @@ impl Recording {
     ///
     /// **Errors** when the viewer's library cannot start its threads.
     pub fn try_new(name: &str) -> Result<Self, Error> {
-        Self::laid_out(name, layout())
+        Self::in_memory(builder(name, layout()))
     }
 
     /// Begins a recording of how the frames of `name` are fused.
     ///
     /// **Errors** as above.
     pub fn of_fusion(name: &str) -> Result<Self, Error> {
-        Self::laid_out(name, layout_of_fusion())
+        Self::in_memory(builder(name, layout_of_fusion()))
     }
 
-    fn laid_out(name: &str, layout: Blueprint) -> Result<Self, Error> {
-        let stream = RecordingStreamBuilder::new("overcoat")
-            .recording_name(name)
-            .enabled(true)
-            .with_default_blueprint(layout)
-            .buffered()
-            .map_err(failed)?;
-        // Wall-clock time says nothing about a session and would come up as a third timeline.
-        stream.set_log_time_enabled(false);
-        let storage = stream.binary_stream();
-        stream.log_static("world", &ViewCoordinates::RIGHT_HAND_Y_UP()).map_err(failed)?;
-        Ok(Self { stream, storage })
+    fn in_memory(builder: RecordingStreamBuilder) -> Result<Self, Error> {
+        let stream = builder.buffered().map_err(failed)?;
+        let storage = Some(stream.binary_stream());
+        Self { stream, storage }.begun()
+    }
+
+    /// Begins a recording that a viewer shows as it grows: the one at `url` (`rerun+http://HOST:PORT/proxy`), or the one
+    /// that runs on this machine, or one that is started now.
+    ///
+    /// **Errors** when `url` is none, and when no viewer can be started.
+    pub fn in_viewer(name: &str, url: Option<&str>) -> Result<Self, Error> {
+        let stream = match url {
+            Some(url) => builder(name, layout()).connect_grpc_opts(url),
+            None => builder(name, layout()).spawn_opts(&SpawnOptions {
+                wait_for_bind: true,
+                hide_welcome_screen: true,
+                ..SpawnOptions::default()
+            }),
+        };
+        let stream = stream.map_err(|why| match why {
+            RecordingStreamError::SpawnViewer(_) => Error::NoViewer("none runs, and none could be started".into()),
+            why => Error::NoViewer(why.to_string()),
+        })?;
+        Self { stream, storage: None }.begun()
+    }
+
+    fn begun(self) -> Result<Self, Error> {
+        // Wall-clock time says nothing about a session and would come up as a timeline more.
+        self.stream.set_log_time_enabled(false);
+        self.stream.log_static("world", &ViewCoordinates::RIGHT_HAND_Y_UP()).map_err(failed)?;
+        Ok(self)
+    }
+
+    /// Waits until the viewer has all that was logged.
+    ///
+    /// **Errors** when it does not answer.
+    pub fn sent(&self) -> Result<(), Error> {
+        self.stream.flush_with_timeout(PATIENCE).map_err(|why| Error::NoViewer(why.to_string()))
+    }
+
+    /// What follows was made after so many changes of the session, counted while somebody watches.
+    pub fn set_change(&self, change: usize) {
+        self.stream.set_time_sequence("change", change as i64);
     }
 
     /// What follows belongs to this step, counted as in the session.
@@ -83,11 +119,6 @@ impl Recording {
     /// A garment, under its name in the session.
     pub fn log_garment(&self, name: &str, part: &Part<'_>) -> Result<(), Error> {
         self.log_mesh(path_of(&["world", "garments", name]), part)
-    }
-
-    /// Takes a garment away from here on: it is not worn at this step.
-    pub fn hide_garment(&self, name: &str) -> Result<(), Error> {
-        self.stream.log(path_of(&["world", "garments", name]), &Clear::flat()).map_err(failed)
     }
 
     /// Joints with their names, and a bone from each to its parent.
@@ -136,7 +167,8 @@ impl Recording {
     /// **Errors** when `to` cannot be written, or when nothing was recorded.
     pub fn finish(self, mut to: impl Write) -> Result<(), Error> {
         self.stream.flush_blocking().map_err(|why| Error::Recording(why.to_string()))?;
-        let bytes = self.storage.read().ok_or_else(|| Error::Recording("nothing was recorded".into()))?;
+        let bytes =
+            self.storage.and_then(|s| s.read()).ok_or_else(|| Error::Recording("nothing was recorded".into()))?;
         to.write_all(&bytes)?;
         to.flush()?;
         Ok(())
@@ -150,6 +182,10 @@ impl Recording {
             .with_vertex_colors(part.colors());
         self.stream.log(path, &mesh).map_err(failed)
     }
+}
+
+fn builder(name: &str, layout: Blueprint) -> RecordingStreamBuilder {
+    RecordingStreamBuilder::new("overcoat").recording_name(name).enabled(true).with_default_blueprint(layout)
 }
 
 /// Scan and result side by side, measures and notes below.
@@ -187,6 +223,17 @@ fn failed(why: RecordingStreamError) -> Error {
 mod tests {
     use super::*;
     use crate::geometry::TriMesh;
+
+    #[test]
+    fn a_viewer_that_does_not_answer_and_one_that_is_none_are_told() {
+        // Nobody listens on a port that was free a moment ago.
+        let free = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+        let recording = Recording::in_viewer("alice", Some(&format!("rerun+http://{free}/proxy"))).unwrap();
+        assert!(matches!(recording.sent(), Err(Error::NoViewer(_))));
+        for nonsense in ["", "alice", "http://127.0.0.1:9876/nothing"] {
+            assert!(matches!(Recording::in_viewer("alice", Some(nonsense)), Err(Error::NoViewer(_))), "{nonsense}");
+        }
+    }
 
     #[test]
     fn a_recording_has_its_head_its_foot_and_its_entities() {

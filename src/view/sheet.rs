@@ -84,20 +84,6 @@ impl<'a> SheetRow<'a> {
         Self { title: title.into(), notes, cells, ramp: None }
     }
 
-    /// Numbers on surfaces (weights, distances) from three sides; the parts carry them as `Paint::Scalar`.
-    pub fn scalar(
-        title: impl Into<String>,
-        notes: Vec<String>,
-        meaning: impl Into<String>,
-        range: [f64; 2],
-        parts: &[Part<'a>],
-    ) -> Self {
-        let views = [("front", Facing::Front), ("side", Facing::Side), ("back", Facing::Back)];
-        let mut cells: Vec<_> = views.iter().map(|(name, facing)| Cell::new(name, parts, *facing)).collect();
-        cells.push(Cell::new("three-quarter", parts, Facing::ThreeQuarter));
-        Self { title: title.into(), notes, cells, ramp: Some((meaning.into(), range)) }
-    }
-
     fn bounds(&self) -> Option<Aabb> {
         let boxes = self.cells.iter().filter_map(|cell| Scene::new(cell.parts.iter().copied()).bounds());
         boxes.reduce(|a, b| Aabb { min: a.min.inf(&b.min), max: a.max.sup(&b.max) })
