@@ -205,13 +205,17 @@ fn push_out(p: &mut Point, before: &Point, contact: &Contact) {
 /// What layer `k` meets: the body, which is hard, the layers below and the layers above.
 fn contacts_of(at: &[Point], k: usize, body: &Solid, solids: &[Solid], fabrics: &[Fabric]) -> Vec<Vec<Contact>> {
     at.par_iter()
-        .map(|p| {
+        .enumerate()
+        .map(|(v, p)| {
             let mut contacts = Vec::new();
             for (j, solid) in solids.iter().enumerate().filter(|(j, _)| *j != k) {
                 let outer = j > k;
                 let gap = AIR[1] + fabrics[j.max(k)].thickness;
                 let reach = if outer { INSIDE_REACH } else { CONTACT_REACH };
-                contacts.extend(contact(p, solid, reach, outer, gap, LAYER_PUSH * yields(&fabrics[k], &fabrics[j])));
+                let found = contact(p, solid, reach, outer, gap, LAYER_PUSH * yields(&fabrics[k], &fabrics[j]));
+                // What lies under another cloth faces the way that it does; the sleeve beside a vest does not.
+                let own = solids[k].normal(VertexId(v as u32));
+                contacts.extend(found.filter(|c| !outer || own.dot(&c.normal) < 0.0));
             }
             // The last word is the body's.
             contacts.extend(contact(p, body, CONTACT_REACH, false, AIR[0] + fabrics[k].thickness, 1.0));
@@ -228,7 +232,9 @@ fn yields(own: &Fabric, other: &Fabric) -> f64 {
 fn contact(p: &Point, surface: &Solid, reach: f64, inside: bool, gap: f64, push: f64) -> Option<Contact> {
     let (near, outward) = surface.closest(p, reach)?;
     let way = p - near.point;
-    if near.distance > 2.0 * gap && way.dot(&outward).abs() < BESIDE * near.distance {
+    // Through an armhole the way is along the normal of its rim, and yet the sleeve is not under the vest.
+    let beside = way.dot(&outward).abs() < BESIDE * near.distance || surface.ends_at(&near);
+    if near.distance > 2.0 * gap && beside {
         return None;
     }
     let normal = if inside { -outward } else { outward };

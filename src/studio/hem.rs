@@ -10,8 +10,8 @@ pub(super) struct Hem<'a> {
 }
 
 impl Hem<'_> {
-    /// The direction in which the height grows.
-    fn upward(&self, p: &Point) -> Vec3 {
+    /// How the height grows along cloth of that normal, a metre of way.
+    fn slope_along(&self, p: &Point, normal: &Vec3) -> Vec3 {
         /// Metres of the finite difference.
         const STEP: f64 = 1e-4;
         let slope = |k: usize| {
@@ -19,7 +19,8 @@ impl Hem<'_> {
             step[k] = STEP;
             (self.height)(&(p + step)) - (self.height)(&(p - step))
         };
-        Vec3::new(slope(0), slope(1), slope(2)).try_normalize(1e-12).unwrap_or_else(Vec3::y)
+        let gradient = Vec3::new(slope(0), slope(1), slope(2)) / (2.0 * STEP);
+        gradient - normal * gradient.dot(normal)
     }
 }
 
@@ -28,14 +29,19 @@ impl Hem<'_> {
 pub(super) fn cut_along(mesh: &TriMesh, hems: &[Hem<'_>], dummy: &Dummy, weave: f64) -> TriMesh {
     /// Vertices nearer to the line than this share of an edge move onto it: no slivers.
     const SNAP: f64 = 0.35;
+    /// A cut that runs flatter to the cloth than this is taken for one that does not: sine of the angle.
+    const FLATTEST: f64 = 0.2;
     let mut points = mesh.points().0.clone();
+    let normals = mesh.vertex_normals();
     let mut height = vec![f64::INFINITY; points.len()];
     for (v, p) in points.iter_mut().enumerate() {
         let part = dummy.part(dummy.at(p)).to_owned();
         for hem in hems.iter().filter(|h| (h.concerns)(&part)) {
             let mut above = (hem.height)(p);
-            if above.abs() < SNAP * weave {
-                *p -= hem.upward(p) * above;
+            let slope = hem.slope_along(p, &normals.0[v]);
+            let steepness = slope.norm().max(FLATTEST);
+            if above.abs() < SNAP * weave * steepness {
+                *p -= slope * (above / (steepness * steepness));
                 above = 0.0;
             }
             height[v] = height[v].min(above);

@@ -1,7 +1,7 @@
 //! A surface with a calm idea of outside: its normals averaged with their neighbours', so that a sliver folded the
 //! wrong way does not open a door for cloth.
 
-use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, SurfacePoint, TriMesh, Vec3};
+use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, SurfacePoint, TriMesh, Vec3, VertexId};
 use std::sync::Arc;
 
 /// Rounds of averaging: a few edges wide, narrower than a finger.
@@ -12,6 +12,7 @@ pub(super) struct Solid {
     index: SurfaceIndex,
     normals: PerVertex<Vec3>,
     adjacency: Arc<Adjacency>,
+    on_rim: Arc<PerVertex<bool>>,
 }
 
 /// The normals of a surface, each averaged with its neighbours'.
@@ -36,14 +37,16 @@ fn calmed(mesh: &TriMesh, adjacency: &Adjacency) -> PerVertex<Vec3> {
 impl Solid {
     pub(super) fn prepare(mesh: &TriMesh) -> Self {
         let adjacency = Arc::new(Adjacency::prepare(mesh));
-        Self { index: SurfaceIndex::prepare(mesh), normals: calmed(mesh, &adjacency), adjacency }
+        let on_rim = Arc::new(adjacency.boundary_vertices());
+        Self { index: SurfaceIndex::prepare(mesh), normals: calmed(mesh, &adjacency), adjacency, on_rim }
     }
 
     /// The same surface, its vertices elsewhere.
     pub(super) fn moved(&self, points: &[Point]) -> Self {
         let mesh = self.mesh().with_points(points.to_vec());
         let normals = calmed(&mesh, &self.adjacency);
-        Self { index: SurfaceIndex::prepare(&mesh), normals, adjacency: self.adjacency.clone() }
+        let (adjacency, on_rim) = (self.adjacency.clone(), self.on_rim.clone());
+        Self { index: SurfaceIndex::prepare(&mesh), normals, adjacency, on_rim }
     }
 
     /// The closest point no farther than `reach`, and the calm normal there.
@@ -52,6 +55,17 @@ impl Solid {
         let corners = self.index.mesh().faces()[near.face];
         let normal: Vec3 = corners.iter().zip(near.barycentric).map(|(&v, w)| self.normals[v] * w).sum();
         Some((near, normal.try_normalize(1e-9)?))
+    }
+
+    /// The calm normal at a vertex.
+    pub(super) fn normal(&self, v: VertexId) -> Vec3 {
+        self.normals[v]
+    }
+
+    /// Whether a point of the surface lies on its rim, where it ends.
+    pub(super) fn ends_at(&self, near: &SurfacePoint) -> bool {
+        let corners = self.mesh().faces()[near.face];
+        corners.iter().zip(near.barycentric).all(|(&v, w)| w < 1e-3 || self.on_rim[v])
     }
 
     /// The surface itself.

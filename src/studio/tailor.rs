@@ -267,8 +267,8 @@ fn thigh_end<'a>(dummy: &Dummy, side: &'static str, along: f64) -> Hem<'a> {
 fn armhole<'a>(dummy: &Dummy, side: &'static str, inward: f64) -> Hem<'a> {
     let toward_neck = if side == "left" { -1.0 } else { 1.0 };
     let shoulder = dummy.joint(&format!("{side}UpperArm")) + Vec3::new(toward_neck * inward, 0.0, 0.0);
-    // Wider below: the hole reaches down the side of the chest.
-    let normal = Vec3::new(toward_neck, -0.25, 0.0).normalize();
+    // A little farther out below, where the chest is wider than the shoulder's root.
+    let normal = Vec3::new(toward_neck, -0.1, 0.0).normalize();
     let own = move |p: &Point| p.x * toward_neck < 0.0;
     hem(|part| is_arm(part) || is_throat(part), move |p| if own(p) { (p - shoulder).dot(&normal) } else { 1.0 })
 }
