@@ -8,6 +8,8 @@ pub(super) struct Collar {
     /// Vertices of the garment's outline from which it grows, in order, and whether they close a ring.
     base: Vec<VertexId>,
     closed: bool,
+    /// How far open each vertex of the base is from an open end, 0 there to 1: a collar rolls off along the lapel.
+    opening: Vec<f64>,
     /// Where each vertex of each row rests.
     rows: Vec<Vec<Rest>>,
 }
@@ -27,6 +29,12 @@ const STAND: [(f64, f64); 3] = [(-0.008, 0.002), (-0.013, 0.006), (-0.009, 0.011
 const FALL: [(f64, f64); 4] = [(0.15, 0.012), (0.42, 0.009), (0.72, 0.0065), (1.0, 0.005)];
 /// Under another layer it lies as flat as this share.
 const PRESSED: f64 = 0.3;
+/// Share of its height above the garment that it keeps where it rolls off.
+const LEAST_HEIGHT: f64 = 0.5;
+/// Share of its length over which a collar opens from either end.
+const ROLL: f64 = 0.3;
+/// Vertices to either side over which the way out of the garment is averaged: 6 cm.
+const CALM: usize = 5;
 /// The outline belongs to the neck within this far from it, metres across and down.
 const NECK_REACH: [f64; 2] = [0.115, 0.10];
 
@@ -35,8 +43,8 @@ impl Collar {
     pub(super) fn cut(sewn: &TriMesh, neck: &Point, width: f64) -> Option<Self> {
         let near = |v: VertexId| {
             let p = sewn.points()[v];
-            // Behind and beside the neck: in front lapels fall as they like.
-            (p.x - neck.x).hypot(p.z - neck.z) < NECK_REACH[0] && p.y > neck.y - NECK_REACH[1] && p.z < neck.z + 0.02
+            // Behind the neck: on the shoulders the outline turns, and in front lapels fall as they like.
+            (p.x - neck.x).hypot(p.z - neck.z) < NECK_REACH[0] && p.y > neck.y - NECK_REACH[1] && p.z < neck.z - 0.005
         };
         let loops = Adjacency::prepare(sewn).boundary_loops();
         let ring = loops.into_iter().max_by_key(|ring| ring.iter().filter(|&&v| near(v)).count())?;
@@ -47,14 +55,12 @@ impl Collar {
         }
         let index = SurfaceIndex::prepare(sewn);
         let frames = frames(sewn, &base, closed);
+        let opening: Vec<f64> = (0..base.len()).map(|k| if closed { 1.0 } else { opening(k, base.len()) }).collect();
         let mut rows: Vec<Vec<Rest>> =
             STAND.iter().map(|&(s, up)| vec![Rest::Beyond { out: -s, up }; base.len()]).collect();
         for (share, up) in FALL {
-            let n = base.len() as f64;
             let on = base.iter().zip(&frames).enumerate().map(|(k, (&v, frame))| {
-                // Open ends are rounded: over a quarter of the length the collar gains its width.
-                let from_end = (k as f64 + 0.5).min(n - k as f64 - 0.5) / n;
-                let share = if closed { share } else { share * (from_end * 4.0).min(1.0).sqrt().max(0.25) };
+                let share = share * opening[k];
                 // March along the surface: the way in bends with it.
                 let mut p = sewn.points()[v];
                 let mut inward = -frame.out;
@@ -68,7 +74,7 @@ impl Collar {
             });
             rows.push(on.collect());
         }
-        Some(Self { base, closed, rows })
+        Some(Self { base, closed, opening, rows })
     }
 
     /// The garment as it hangs, with its collar.
@@ -86,6 +92,7 @@ impl Collar {
                 .enumerate()
                 .map(|(k, rest)| match *rest {
                     Rest::Beyond { out, up } => {
+                        let height = height * self.opening[k];
                         hanging.points()[self.base[k]]
                             + frames[k].out * (out * height)
                             + frames[k].normal * (up * height)
@@ -94,7 +101,7 @@ impl Collar {
                         let corners = hanging.faces()[face];
                         let at: Vec3 = (0..3).map(|c| hanging.points()[corners[c]].coords * barycentric[c]).sum();
                         let normal: Vec3 = (0..3).map(|c| normals[corners[c]] * barycentric[c]).sum();
-                        Point::from(at + normal * (up * height))
+                        Point::from(at + normal * (up * height * self.opening[k].max(LEAST_HEIGHT)))
                     }
                 })
                 .collect();
@@ -159,10 +166,17 @@ fn frames(mesh: &TriMesh, base: &[VertexId], closed: bool) -> Vec<Frame> {
         .collect();
     (0..n)
         .map(|k| {
-            let around = (k.saturating_sub(3)..(k + 4).min(n)).map(|j| raw[j]).sum::<Vec3>();
+            let around = (k.saturating_sub(CALM)..(k + CALM + 1).min(n)).map(|j| raw[j]).sum::<Vec3>();
             Frame { out: around.try_normalize(1e-9).unwrap_or(raw[k]), normal: normals[base[k]] }
         })
         .collect()
+}
+
+/// How far open a collar is at vertex `k` of `n` along its base: a smooth step from a rolled end.
+fn opening(k: usize, n: usize) -> f64 {
+    let from_end = (k as f64 + 0.5).min(n as f64 - k as f64 - 0.5) / n as f64;
+    let t = (from_end / ROLL).min(1.0);
+    t * t * (3.0 - 2.0 * t)
 }
 
 /// The longest run of a ring whose vertices are wanted.

@@ -277,13 +277,16 @@ fn armhole<'a>(dummy: &Dummy, side: &'static str, inward: f64) -> Hem<'a> {
 fn round_neck<'a>(dummy: &Dummy, radius: f64, drop: f64) -> Hem<'a> {
     let point = dummy.joint("neck") - Vec3::new(0.0, drop, 0.0);
     let normal = Vec3::new(0.0, -1.0, -0.6).normalize();
+    let top = dummy.joint("neck").y + 0.015;
     hem(is_throat, move |p| {
         /// Metres over which the two curves of the neckline run into each other.
         const ROUNDING: f64 = 0.02;
         // In front the chest may lie farther from the neck than that: there only the slanted plane counts.
         let across = (p.x - point.x).hypot((p.z - point.z).min(0.0)) - radius;
         let above = (p - point).dot(&normal);
-        0.5 * (across + above + (across - above).hypot(ROUNDING))
+        let stays = 0.5 * (across + above + (across - above).hypot(ROUNDING));
+        // A thick neck fills the curve: there the hem goes round it.
+        stays.min(top - p.y)
     })
 }
 
