@@ -116,7 +116,7 @@ pub fn fit_inside(
 
     let previous = start;
     let start = solver.best_start(start, &mut log);
-    let (pose, iterations, converged) = solver.refine(start, on_step, &mut log);
+    let (pose, iterations, converged) = solver.refine(start, previous, on_step, &mut log);
 
     let posed = solver.posed(&pose);
     let (residual_mean, residual_p95) = solver.distances_of_shown(&posed);
@@ -191,7 +191,7 @@ impl Solver<'_> {
                 } else {
                     self.turned(given, i as f64 * std::f64::consts::TAU / HEADINGS as f64)
                 };
-                let pose = self.coarse(start);
+                let pose = self.coarse(start, given);
                 (self.score(&pose), i, pose)
             })
             .collect();
@@ -216,7 +216,7 @@ impl Solver<'_> {
         pose
     }
 
-    fn coarse(&self, start: Pose) -> Pose {
+    fn coarse(&self, start: Pose, previous: &Pose) -> Pose {
         let mut pose = start;
         let free = limbs_only(&self.body.skeleton);
         let samples = self.samples(self.params.samples / 5);
@@ -225,7 +225,7 @@ impl Solver<'_> {
             let posed = self.posed(&pose);
             let residuals = self.figure_to_scan(&posed, &samples, reach, 0.3);
             let mut equations = self.body.normal_equations(&posed, &residuals);
-            equations.add_pose_prior(&posed, &pose, &self.prior(&pose.clone(), &stiffness));
+            equations.add_pose_prior(&posed, &pose, &self.prior(previous, &stiffness));
             equations.freeze((0..free.len()).filter(|j| !free[*j] || self.held[*j]).flat_map(|j| 3 + 3 * j..6 + 3 * j));
             let Some(delta) = equations.solve(1e-3) else { break };
             pose = self.body.stepped(&posed, &pose, &Shape(Vec::new()), &delta).0;
@@ -237,10 +237,15 @@ impl Solver<'_> {
         PosePrior { center, stiffness, limits: self.limits, limit_stiffness: 2e4 }
     }
 
-    fn refine(&self, start: Pose, on_step: &mut dyn FnMut(&Step), log: &mut Vec<String>) -> (Pose, usize, bool) {
+    fn refine(
+        &self,
+        start: Pose,
+        previous: &Pose,
+        on_step: &mut dyn FnMut(&Step),
+        log: &mut Vec<String>,
+    ) -> (Pose, usize, bool) {
         /// A joint moved less than this in a step, in metres.
         const STILL: f64 = 3e-4;
-        let center = start.clone();
         let mut pose = start;
         let stiffness = pose_stiffness(&self.body.skeleton, self.params.pose_prior);
         let figure_samples = self.samples(self.params.samples);
@@ -253,7 +258,7 @@ impl Solver<'_> {
             let mut residuals = self.figure_to_scan(&posed, &figure_samples, reach, 0.3 + 0.3 * t);
             residuals.extend(self.scan_to_figure(&posed, &scan_samples, reach, 0.3 + 0.3 * t));
             let mut equations = self.body.normal_equations(&posed, &residuals);
-            equations.add_pose_prior(&posed, &pose, &self.prior(&center, &stiffness));
+            equations.add_pose_prior(&posed, &pose, &self.prior(previous, &stiffness));
             for i in 0..equations.h.nrows() {
                 equations.h[(i, i)] = equations.h[(i, i)] * (1.0 + 1e-4) + 1e-6;
             }
@@ -385,11 +390,13 @@ impl Solver<'_> {
         for (i, a) in areas.0.iter_mut().enumerate() {
             let v = VertexId::from_index(i);
             let is_data = self.params.method == InsideMethod::Paper || self.dressed.cover[v] != Cover::Loose;
-            if self.dressed.hidden[v] || !is_data {
-                *a = 0.0;
-            }
+            *a *= if self.dressed.hidden[v] || !is_data { 0.0 } else { self.trust(v) };
         }
         spread(&areas, count)
+    }
+
+    fn trust(&self, v: VertexId) -> f64 {
+        if self.params.method == InsideMethod::Paper { 1.0 } else { self.dressed.trust[v] }
     }
 
     fn figure_to_scan(
@@ -437,7 +444,9 @@ impl Solver<'_> {
         let normals = mesh.vertex_normals();
         let is_plain = self.params.method == InsideMethod::Paper;
         let takes = |corners: &[VertexId; 3]| {
-            corners.iter().all(|&c| self.dressed.is_shown(c) || (is_plain && !self.dressed.hidden[c]))
+            // Where cloth hangs the scan's nearest place on it is as good as any other.
+            let is_telling = |c: VertexId| self.dressed.is_shown(c) && self.trust(c) > 0.5;
+            corners.iter().all(|&c| is_telling(c) || (is_plain && !self.dressed.hidden[c]))
         };
         scan_to_mesh(self.surface, &mesh, &normals, samples, reach, least_cosine, takes)
     }

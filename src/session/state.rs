@@ -64,7 +64,9 @@ impl Stage {
     pub(super) fn code_version(self) -> u32 {
         match self {
             // Surfaces give way by a model's corrective offsets; a baked texture is kept as a PNG.
-            Self::Fit | Self::Register | Self::Pose | Self::Figure => 3,
+            Self::Fit | Self::Register | Self::Figure => 3,
+            // The prior is the step before, and cloth that hangs says little.
+            Self::Pose => 4,
             Self::Rig | Self::Press => 2,
             // A mask moves the boundary near it alone; the cut keeps what was painted.
             Self::Segment => 2,
