@@ -3,8 +3,10 @@
 use super::Cover;
 use super::articulated::Articulated;
 use super::inside::UNSURE;
-use crate::body::{Figure, SkinWeights};
-use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId, geodesic_distances};
+use crate::body::{Figure, Layer, SkinWeights};
+use crate::geometry::{
+    Adjacency, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId, WindingField, geodesic_distances,
+};
 use rayon::prelude::*;
 
 /// All layers of a figure in one mesh, the body's vertices first.
@@ -40,7 +42,7 @@ impl Dressed {
             faces.extend(layer.mesh.faces().iter().map(|f| f.map(|v| VertexId(v.0 + first))));
             if k == 0 {
                 cover.extend(body_cover.iter());
-                trust.resize(points.len(), 1.0);
+                trust = untold_within(&layer.mesh, figure.garments());
             } else {
                 for p in layer.mesh.points().iter() {
                     let at = on_body.closest(p);
@@ -110,6 +112,16 @@ fn trust_at(gap: f64) -> f64 {
     /// Beyond it, the stand-off at which a quarter is left.
     const WIDE: f64 = 0.015;
     1.0 / (1.0 + ((gap - CLOSE).max(0.0) / WIDE).powi(2)).powi(2)
+}
+
+/// 1 for each vertex of the body that may be seen, 0 for those within a garment, however far its cloth: in a flared skirt
+/// the inner sides of the thighs face each other, and cloth is nowhere near.
+fn untold_within(body: &TriMesh, garments: &[Layer]) -> Vec<f64> {
+    /// At the middle of a hem's opening the winding number is a half.
+    const WITHIN: f64 = 0.6;
+    let around: Vec<WindingField> = garments.iter().map(|layer| WindingField::prepare(&layer.mesh)).collect();
+    let may_be_seen = |p: &Point| around.iter().all(|field| field.winding(p) < WITHIN);
+    body.points().0.par_iter().map(|p| f64::from(u8::from(may_be_seen(p)))).collect()
 }
 
 /// How many of the layers lie over each vertex.
