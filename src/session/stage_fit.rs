@@ -18,7 +18,7 @@ pub(super) fn fit(walk: &mut Walk, step: &StepRecipe, scan: Kept<Scan>) -> Resul
         let fitted = fit_naked(&scan, &model, &params, &mut |s| tell(&progress(s)))
             .map_err(|e| SessionError::stage(&step.name, Stage::Fit, e))?;
         let report = fitted.report.clone();
-        Ok(with_report(Outcome::of(fitted), &report))
+        Ok(with_report(Outcome::of(fitted), &report).measured("confidence", report.confidence))
     })
 }
 
@@ -33,7 +33,6 @@ pub(super) fn with_report<T>(outcome: Outcome<T>, report: &FitReport) -> Outcome
         .measured("residual_mean_mm", report.residual_mean * 1e3)
         .measured("residual_p95_mm", report.residual_p95 * 1e3)
         .measured("iterations", report.iterations as f64)
-        .measured("confidence", report.confidence)
         .measured("converged", if report.converged { 1.0 } else { 0.0 })
         .found(report.log.iter().cloned())
 }

@@ -39,6 +39,7 @@ pub(super) fn pose(
         let report = inside.report.clone();
         let deepest = inside.offsets.iter().fold(0.0_f64, |most, d| most.max(d.abs()));
         Ok(with_report(Outcome::of(inside), &report)
+            .measured("confidence", report.confidence)
             .measured("joint_change_mm", report.joint_change * 1e3)
             .measured("outside_percent", report.outside_share * 100.0)
             .measured("outside_depth_mm", report.outside_depth * 1e3)

@@ -82,6 +82,38 @@ fn is_inside(distance: f32) -> bool {
     distance < 0.0
 }
 
+/// Where it is, its colour where any view gave one, and the evidence for it.
+type Vertex = (Point, Option<[u8; 3]>, f32);
+
+fn mean_color(colors: impl Iterator<Item = [u8; 3]>) -> Option<[u8; 3]> {
+    let (sum, count) = colors
+        .fold(([0u32; 3], 0), |(sum, count), color| (std::array::from_fn(|c| sum[c] + u32::from(color[c])), count + 1));
+    (count > 0).then(|| sum.map(|s| ((s + count / 2) / count) as u8))
+}
+
+/// What no view coloured, such as the rim of the crown, takes the colour of what is beside it.
+fn spread_colors(mut colors: Vec<Option<[u8; 3]>>, faces: &[[u32; 3]]) -> Vec<[u8; 3]> {
+    /// Vertices from the nearest that has a colour: farther in, it would be a guess.
+    const REACH: usize = 12;
+    /// Where nothing is known: grey.
+    const UNKNOWN: [u8; 3] = [128; 3];
+    let is_bare = |colors: &[Option<[u8; 3]>], face: &[u32; 3]| face.iter().any(|&v| colors[v as usize].is_none());
+    let mut open: Vec<[u32; 3]> = faces.iter().filter(|f| is_bare(&colors, f)).copied().collect();
+    for _ in 0..REACH {
+        let mut beside: std::collections::BTreeMap<u32, Vec<[u8; 3]>> = std::collections::BTreeMap::new();
+        for face in &open {
+            for &v in face.iter().filter(|&&v| colors[v as usize].is_none()) {
+                beside.entry(v).or_default().extend(face.iter().filter_map(|&n| colors[n as usize]));
+            }
+        }
+        for (v, found) in beside {
+            colors[v as usize] = mean_color(found.into_iter());
+        }
+        open.retain(|f| is_bare(&colors, f));
+    }
+    colors.into_iter().map(|color| color.unwrap_or(UNKNOWN)).collect()
+}
+
 impl Volume {
     /// Marching cubes over all cells whose eight voxels were seen by at least `least_evidence` views.
     ///
@@ -120,13 +152,15 @@ impl Volume {
             }
         }
         drop(vertex_of);
-        let vertices: Vec<(Point, [u8; 3], f32)> = used.par_iter().map(|edges| self.mean_vertex(edges)).collect();
+        let vertices: Vec<Vertex> = used.par_iter().map(|edges| self.mean_vertex(edges)).collect();
         let mut surface = Surface { points: Vec::new(), faces, colors: Vec::new(), evidence: Vec::new() };
+        let mut colors = Vec::with_capacity(vertices.len());
         for (point, color, evidence) in vertices {
             surface.points.push(point);
-            surface.colors.push(color);
+            colors.push(color);
             surface.evidence.push(evidence);
         }
+        surface.colors = spread_colors(colors, &surface.faces);
         surface
     }
 
@@ -157,18 +191,18 @@ impl Volume {
     }
 
     /// The middle of vertices on some edges; most often there is one.
-    fn mean_vertex(&self, edges: &[u64]) -> (Point, [u8; 3], f32) {
+    fn mean_vertex(&self, edges: &[u64]) -> Vertex {
         if let [edge] = edges {
             return self.vertex(*edge);
         }
-        let all: Vec<(Point, [u8; 3], f32)> = edges.iter().map(|&e| self.vertex(e)).collect();
+        let all: Vec<Vertex> = edges.iter().map(|&e| self.vertex(e)).collect();
         let share = 1.0 / all.len() as f64;
         let point = Point::from(all.iter().map(|v| v.0.coords * share).sum::<Vec3>());
-        let color = std::array::from_fn(|c| (all.iter().map(|v| f64::from(v.1[c])).sum::<f64>() * share).round() as u8);
+        let color = mean_color(all.iter().filter_map(|v| v.1));
         (point, color, all.iter().map(|v| v.2).fold(f32::INFINITY, f32::min))
     }
 
-    fn vertex(&self, edge: u64) -> (Point, [u8; 3], f32) {
+    fn vertex(&self, edge: u64) -> Vertex {
         let (here, rest) = ((edge as usize) / EDGES_A_BLOCK, (edge as usize) % EDGES_A_BLOCK);
         let (i, axis) = (rest / 3, rest % 3);
         let block = &self.blocks[here];
@@ -191,12 +225,12 @@ impl Volume {
         let mut p = [0, 1, 2].map(|k| f64::from(block.at[k] * SIDE as i32) + at[k] as f64);
         p[axis] += share;
         let color = match (self.tints.get(here), self.tints.get(there)) {
-            (Some(here), Some(there)) => std::array::from_fn(|c| {
+            (Some(here), Some(there)) => {
                 let (wa, wb) = ((1.0 - share) * f64::from(here.weight[i]), share * f64::from(there.weight[j]));
-                let sum = wa * f64::from(here.color[i][c]) + wb * f64::from(there.color[j][c]);
-                if wa + wb > 0.0 { (sum / (wa + wb) / 256.0).round() as u8 } else { 128 }
-            }),
-            _ => [128; 3],
+                let sum = |c: usize| wa * f64::from(here.color[i][c]) + wb * f64::from(there.color[j][c]);
+                (wa + wb > 0.0).then(|| std::array::from_fn(|c| (sum(c) / (wa + wb) / 256.0).round() as u8))
+            }
+            _ => None,
         };
         let evidence = f32::from(a.weight.min(b.weight)) / WEIGHT_UNIT;
         (Point::from(p.map(|c| c * f64::from(self.voxel))), color, evidence)
