@@ -4,6 +4,7 @@
 mod articulated;
 mod dressed;
 mod inside;
+mod inside_params;
 mod lack;
 mod limbs;
 mod naked;
@@ -20,7 +21,8 @@ mod thinned;
 mod transfer;
 mod trust;
 
-pub use inside::{InsideMethod, InsideParams, fit_inside};
+pub use inside::fit_inside;
+pub use inside_params::{InsideMethod, InsideParams};
 pub use naked::{NakedParams, fit_naked};
 pub use prior::JointGroup;
 pub use register::{RegisterParams, register, register_by_landmarks};

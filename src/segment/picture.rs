@@ -50,7 +50,7 @@ impl Marks {
 
 impl Labels {
     /// The labels of a scan as a picture to be painted, over the texture coordinates of `file`, the scan's own. Read again
-    /// as it is, it says of each vertex what these labels say, but where two share a pixel.
+    /// as it is, it says of each vertex what these labels say, and nothing where two that differ share a pixel.
     ///
     /// **Errors** when the file has no texture coordinates.
     pub fn to_picture(&self, scan: &Scan, file: &RawMesh) -> Result<RgbaPicture, SegmentError> {
@@ -79,6 +79,15 @@ impl Labels {
             if let Some(&uv) = uvs.get(f as usize) {
                 let [x, y] = place(uv);
                 picture.set_nearest(x, y, color(l));
+            }
+        }
+        // Where charts overlap, or vertices share a pixel, the picture cannot say both.
+        for (&f, &l) in scan.file_vertices.iter().zip(self.0.iter()) {
+            if let Some(&uv) = uvs.get(f as usize) {
+                let [x, y] = place(uv);
+                if picture.nearest(x, y) != Some(color(l)) {
+                    picture.set_nearest(x, y, NO_WORD);
+                }
             }
         }
         Ok(picture)
@@ -154,6 +163,19 @@ mod tests {
         assert_eq!(picture.nearest(0.5, 1.0 - 0.35), Some(GARMENT));
         assert_eq!(picture.nearest(0.15, 1.0 - 0.8123), Some(REST));
         assert_eq!(picture.nearest(0.95, 0.5), Some(NO_WORD));
+    }
+
+    #[test]
+    fn where_charts_overlap_nothing_is_said() {
+        let (scan, mut file) = sheet(150);
+        let labels = disk(&scan);
+        // The sheet folded along its middle: the left half lies on the right one.
+        for uv in file.uvs.as_mut().unwrap() {
+            uv[0] = 0.5 - (uv[0] - 0.5).abs();
+        }
+        let picture = labels.to_picture(&scan, &file).unwrap();
+        let marks = Marks::from_picture(&picture, file.uvs.as_deref(), &scan).unwrap();
+        assert!(marks.0.iter().zip(labels.0.iter()).all(|(m, l)| m.is_none_or(|m| m == *l)));
     }
 
     #[test]

@@ -98,7 +98,7 @@ pub fn fuse(
 /// All frames with somebody in them, cut out; a frame that comes twice, once.
 fn cut_all(frames: &Frames, survey: &Survey, findings: &mut Vec<String>) -> Result<Vec<Cut>, FusionError> {
     let trouble = frames.color_trouble()?;
-    let cuts: Vec<Option<Cut>> = (0..frames.count())
+    let cuts: Vec<Result<Option<Cut>, FusionError>> = (0..frames.count())
         .into_par_iter()
         .map(|frame| {
             if frames.is_duplicate(frame) {
@@ -109,7 +109,9 @@ fn cut_all(frames: &Frames, survey: &Survey, findings: &mut Vec<String>) -> Resu
             let view = cut_out(survey, &depth.depth, color.as_ref());
             Ok(view.map(|view| Cut { frame, secs: frames.secs(frame), view }))
         })
-        .collect::<Result<_, FusionError>>()?;
+        .collect();
+    // The first bad frame is named, not the one that happened to be read first.
+    let cuts: Vec<Option<Cut>> = cuts.into_iter().collect::<Result<_, FusionError>>()?;
     let twice = (0..frames.count()).filter(|&k| frames.is_duplicate(k)).count();
     let cuts: Vec<Cut> = cuts.into_iter().flatten().collect();
     let empty = frames.count() - cuts.len() - twice;

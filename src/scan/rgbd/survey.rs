@@ -279,10 +279,10 @@ impl Size {
 fn look(frames: &Frames) -> Result<Vec<Seen>, FusionError> {
     let count = frames.count();
     let chosen: Vec<usize> = (0..count.min(LOOKED_AT)).map(|i| i * count / count.min(LOOKED_AT)).collect();
-    let seen: Vec<Seen> = chosen
-        .par_iter()
-        .map(|&frame| Ok(Seen { frame, depth: frames.depth(frame)?.depth }))
-        .collect::<Result<_, FusionError>>()?;
+    let seen: Vec<Result<Seen, FusionError>> =
+        chosen.par_iter().map(|&frame| Ok(Seen { frame, depth: frames.depth(frame)?.depth })).collect();
+    // The first bad frame is named, not the one that happened to be read first.
+    let seen: Vec<Seen> = seen.into_iter().collect::<Result<_, FusionError>>()?;
     let empty: Vec<&Seen> = seen.iter().filter(|s| s.depth.iter().all(|&z| z == 0.0)).collect();
     if let Some(first) = empty.first().filter(|_| 2 * empty.len() >= seen.len()) {
         let name = frames.name(first.frame).into();
