@@ -61,7 +61,7 @@ impl Store {
         sweep(&self.folder);
     }
 
-    /// Keeps bytes as they are. They are durable after [`Store::settle`], which every change of the session does before it
+    /// Keeps bytes as they are. They are durable after the store is settled, which every change of the session does before it
     /// names them.
     pub fn keep_bytes(&self, bytes: &[u8]) -> Result<ContentHash, SessionError> {
         let hash = ContentHash::of(bytes);
