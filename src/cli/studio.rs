@@ -23,7 +23,8 @@ enum Action {
 
 #[derive(clap::Args)]
 struct MakeArgs {
-    /// Who, how they stand, how cloth falls, which noise: the same seed makes the same bytes
+    /// Who, how they stand, how cloth falls, which noise: the same seed makes the same bytes. Below 1000 for tuning and
+    /// tests, from 1000 on for judging: nothing was tuned on those
     #[arg(long, value_name = "N")]
     seed: u64,
     /// What they put on, from the inside out: `tshirt,jeans,coat`

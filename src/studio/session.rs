@@ -12,10 +12,14 @@ use super::turntable::{RgbdRecording, TurntableParams, Worn, axis_of, recording,
 use crate::body::{BodyModel, SkinWeights, skin, unskin};
 use crate::geometry::{Aabb, Adjacency, PerVertex, TriMesh};
 
+/// Seeds from here on are for judging: nothing in this program was tuned on them, and nothing shall be. Those below are
+/// for tuning and for tests.
+pub const JUDGING_SEEDS: std::ops::RangeFrom<u64> = 1000..;
+
 /// What is invented.
 #[derive(Clone, Debug)]
 pub struct StudioParams {
-    /// Who, how they stand, how cloth falls, which noise.
+    /// Who, how they stand, how cloth falls, which noise. See [`JUDGING_SEEDS`].
     pub seed: u64,
     /// What they put on, in this order.
     pub garments: Vec<GarmentKind>,
