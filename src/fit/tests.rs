@@ -2,20 +2,9 @@
 
 use super::*;
 use crate::body::{BodyModel, embedded_model, skin};
-use crate::geometry::{Adjacency, Point, Vec3};
+use crate::geometry::{Adjacency, Point, Vec3, noise};
 use crate::scan::Scan;
 use nalgebra::UnitQuaternion;
-
-/// Repeatable numbers in −1..1 (xorshift64*).
-fn noise(seed: u64) -> impl FnMut() -> f64 {
-    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
-    move || {
-        state ^= state >> 12;
-        state ^= state << 25;
-        state ^= state >> 27;
-        (state.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-}
 
 /// Someone of the model's family with bumps that it cannot express, scanned: vertices lie elsewhere on the surface, with noise.
 struct Invented {

@@ -12,6 +12,8 @@ mod mesh;
 mod nearest_vertex;
 #[cfg(test)]
 mod shapes_for_tests;
+#[cfg(test)]
+pub(crate) use shapes_for_tests::noise;
 mod surface_index;
 mod triangle;
 mod winding;

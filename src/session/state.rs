@@ -80,21 +80,7 @@ impl Stage {
 
     /// The stage of that name.
     pub fn parse(name: &str) -> Option<Self> {
-        [
-            Self::Scan,
-            Self::Fit,
-            Self::Register,
-            Self::Pose,
-            Self::Evidence,
-            Self::Segment,
-            Self::Cut,
-            Self::Rig,
-            Self::Stack,
-            Self::Figure,
-            Self::Press,
-        ]
-        .into_iter()
-        .find(|s| s.to_string() == name)
+        Self::OF_BODY.into_iter().chain(Self::OF_GARMENT).find(|s| s.to_string() == name)
     }
 }
 

@@ -2,19 +2,8 @@
 
 use super::*;
 use crate::body::{JointId, Layer, Skeleton, SkinWeights};
-use crate::geometry::{SurfaceIndex, Vec3};
+use crate::geometry::{SurfaceIndex, Vec3, noise};
 use crate::rig::RigReport;
-
-/// Repeatable numbers in −1..1 (xorshift64*).
-fn noise(seed: u64) -> impl FnMut() -> f64 {
-    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
-    move || {
-        state ^= state >> 12;
-        state ^= state << 25;
-        state ^= state >> 27;
-        (state.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-}
 
 /// Part of a sphere between two latitudes (degrees from the pole), outward; closed with 0 and 180.
 fn band(radius: f64, from_deg: f64, to_deg: f64, rings: usize, sectors: usize) -> TriMesh {
