@@ -38,5 +38,5 @@ pub use metrics::{
 };
 pub use noise::DepthNoise;
 pub use scanner::{ScannerParams, simulate_scan};
-pub use session::{InventedSession, InventedStep, JUDGING_SEEDS, StudioParams, invent, invent_each};
+pub use session::{InventedSession, InventedStep, JUDGING_SEEDS, StudioParams, invent, invent_each, invent_step};
 pub use turntable::{RgbdFrame, RgbdRecording, TurntableParams, Worn, record_turn};

@@ -31,6 +31,8 @@ pub struct StudioParams {
     pub sway: f64,
     /// How long cloth settles, seconds: beyond 1.2 folds move by less than a millimetre a frame.
     pub settling_secs: f64,
+    /// Radians by which both arms are held above the A-pose; below it where negative.
+    pub arms_raised: f64,
 }
 
 impl Default for StudioParams {
@@ -42,6 +44,7 @@ impl Default for StudioParams {
             scanner: ScannerParams::default(),
             sway: 0.0,
             settling_secs: 1.2,
+            arms_raised: 0.0,
         }
     }
 }
@@ -115,23 +118,40 @@ pub fn invent_each(
     let subject = Subject::invent(model, params.seed);
     let patterns: Vec<Pattern> = params.garments.iter().map(|&kind| sew(kind, &subject, params.seed)).collect();
     for step in 0..=patterns.len() {
-        let mut stance = subject.stance(params.seed, step);
-        stand_on_floor(&subject, &mut stance);
-        let worn = &patterns[..step];
-        let name = worn.last().map_or("body", |p| p.kind.name()).to_owned();
-        let dressed = dressed(&subject, &stance, worn, params.settling_secs);
-        let placed = |mesh: &TriMesh| mesh.map_points(|p| stance.placed * p);
-        let truth = TruthStep {
-            body: placed(&dressed.body),
-            layers: dressed.layers.iter().map(placed).collect(),
-            joints: joints(&subject, &stance),
-        };
-        let photographed = Photographed { subject: &subject, stance: &stance, dressed, worn };
-        let (recording, scan, colors) = photographed.taken(&truth, params, params.seed.wrapping_add(step as u64));
-        on_step(step, InventedStep { name, recording, scan, colors, truth });
+        on_step(step, stood(&subject, &patterns[..step], step, params));
     }
     let Dressed { body, layers } = dressed(&subject, &subject.at_rest(), &patterns, params.settling_secs);
     Ok(TruthBind { body, layers })
+}
+
+/// One step alone: someone in all of `params.garments` at once, as they stand in step `step`.
+///
+/// **Guarantees** where `step` is the number of garments, it is the last step of [`invent`], byte for byte.
+///
+/// **Errors** see [`StudioParams::check`].
+pub fn invent_step(model: &BodyModel, params: &StudioParams, step: usize) -> Result<InventedStep, StudioError> {
+    params.check()?;
+    let subject = Subject::invent(model, params.seed);
+    let patterns: Vec<Pattern> = params.garments.iter().map(|&kind| sew(kind, &subject, params.seed)).collect();
+    Ok(stood(&subject, &patterns, step, params))
+}
+
+/// Someone in these clothes on the turntable, in the stance of step `step`.
+fn stood(subject: &Subject, worn: &[Pattern], step: usize, params: &StudioParams) -> InventedStep {
+    let mut stance = subject.stance(params.seed, step);
+    stance.pose = subject.with_arms_raised(&stance.pose, params.arms_raised);
+    stand_on_floor(subject, &mut stance);
+    let name = worn.last().map_or("body", |p| p.kind.name()).to_owned();
+    let dressed = dressed(subject, &stance, worn, params.settling_secs);
+    let placed = |mesh: &TriMesh| mesh.map_points(|p| stance.placed * p);
+    let truth = TruthStep {
+        body: placed(&dressed.body),
+        layers: dressed.layers.iter().map(placed).collect(),
+        joints: joints(subject, &stance),
+    };
+    let photographed = Photographed { subject, stance: &stance, dressed, worn };
+    let (recording, scan, colors) = photographed.taken(&truth, params, params.seed.wrapping_add(step as u64));
+    InventedStep { name, recording, scan, colors, truth }
 }
 
 /// What stands before the camera in one step.
@@ -252,16 +272,34 @@ mod tests {
     use super::*;
     use crate::studio::{hem_loops, hidden_body, surface_distance};
 
-    fn coarse(garments: Vec<GarmentKind>) -> InventedSession {
-        let params = StudioParams {
+    fn coarse_params(garments: Vec<GarmentKind>) -> StudioParams {
+        StudioParams {
             seed: 11,
             garments,
             turntable: TurntableParams { views: 8, ..TurntableParams::default() },
             scanner: ScannerParams { voxel: 0.02, faces: 4_000 },
             sway: 0.0,
             settling_secs: 0.25,
-        };
-        invent(&crate::body::embedded_model().unwrap(), &params).unwrap()
+            arms_raised: 0.0,
+        }
+    }
+
+    fn coarse(garments: Vec<GarmentKind>) -> InventedSession {
+        invent(&crate::body::embedded_model().unwrap(), &coarse_params(garments)).unwrap()
+    }
+
+    #[test]
+    fn a_step_alone_is_that_of_its_session_and_arms_are_held_as_asked() {
+        let session = coarse(vec![GarmentKind::Skirt]);
+        let model = crate::body::embedded_model().unwrap();
+        let alone = invent_step(&model, &coarse_params(vec![GarmentKind::Skirt]), 1).unwrap();
+        assert_eq!(alone.scan, session.steps[1].scan);
+        assert_eq!(alone.truth.joints, session.steps[1].truth.joints);
+        let raised = StudioParams { arms_raised: 30f64.to_radians(), ..coarse_params(Vec::new()) };
+        let raised = invent_step(&model, &raised, 0).unwrap();
+        let forearm = |step: &InventedStep| step.truth.joints["leftHand"] - step.truth.joints["leftUpperArm"];
+        let turned = forearm(&raised).angle(&forearm(&session.steps[0])).to_degrees();
+        assert!((29.0..31.0).contains(&turned) && forearm(&raised).y > forearm(&session.steps[0]).y, "{turned}");
     }
 
     #[test]

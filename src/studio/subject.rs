@@ -207,15 +207,19 @@ impl Subject {
 
     /// `pose` at `time` (−½ to ½) of a turn in which arms tire: they sink by 2.5° a centimetre of sway.
     pub(super) fn sunk(&self, pose: &Pose, sway: f64, time: f64) -> Pose {
-        let mut sunk = pose.clone();
-        let angle = 2.5f64.to_radians() * (sway / 0.01) * time;
-        for (name, side) in [("leftUpperArm", -1.0), ("rightUpperArm", 1.0)] {
+        self.with_arms_raised(pose, -2.5f64.to_radians() * (sway / 0.01) * time)
+    }
+
+    /// `pose` with both arms held higher by an angle, in radians.
+    pub(super) fn with_arms_raised(&self, pose: &Pose, angle: f64) -> Pose {
+        let mut raised = pose.clone();
+        for (name, side) in [("leftUpperArm", 1.0), ("rightUpperArm", -1.0)] {
             if let Some(j) = self.skeleton.find(name) {
                 let turned = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), side * angle);
-                sunk.rotations[j.index()] = turned * sunk.rotations[j.index()];
+                raised.rotations[j.index()] = turned * raised.rotations[j.index()];
             }
         }
-        sunk
+        raised
     }
 
     /// How far someone leans at `time` of a turn: metres sideways a metre of height, no more than `sway` at the crown.

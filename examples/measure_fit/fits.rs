@@ -1,0 +1,187 @@
+//! The fits, and their distance from the truth.
+
+use crate::subjects::{Subject, write};
+use crate::table::{Group, Metric, Row, State, Table, Way};
+use anyhow::Result;
+use overcoat::body::{BodyModel, Figure, Layer, Pose};
+use overcoat::fit::{
+    FitError, InsideMethod, InsideParams, NakedParams, PoseInside, RegisterParams, fit_inside, fit_naked, register,
+};
+use overcoat::geometry::{PerVertex, Point, TriMesh, Vec3};
+use overcoat::scan::{Scan, ScanParams, clean};
+use overcoat::segment::{Extent, GarmentTemplate};
+use overcoat::studio::{JointPositions, TruthStep, hidden_body, joint_mean_mm, outside_scan, surface_distance};
+use std::path::PathBuf;
+
+#[path = "../shared/processor.rs"]
+mod processor;
+use processor::processor_secs;
+
+/// A figure shrunk by as much along its normals has left nothing outside, and is wrong. Metres.
+const SHRUNK: f64 = 0.008;
+/// A figure moved sideways by as much, metres.
+const SHIFTED: f64 = 0.015;
+
+pub struct Judge<'a> {
+    pub model: &'a BodyModel,
+    /// Where what was fitted is written.
+    pub keep: Option<PathBuf>,
+}
+
+/// The registered body and the pose of its scan.
+pub struct Registered {
+    figure: Figure,
+    pose: Pose,
+}
+
+impl Judge<'_> {
+    /// Fits and registers a naked scan; `None` where it is refused.
+    pub fn naked(&self, group: Group, subject: &Subject, table: &mut Table) -> Result<Option<Registered>> {
+        let (scan, truth) = cleaned(subject)?;
+        let began = processor_secs();
+        let fitted = match fit_naked(&scan, self.model, &NakedParams::default(), &mut |_| {}) {
+            Ok(fitted) => fitted,
+            Err(error) => {
+                table.add(refused(group, Way::Robust, subject, &error));
+                return Ok(None);
+            }
+        };
+        let secs = processor_secs() - began;
+        let by_model = self.model.posed(fitted.surface.points(), &fitted.skeleton, &fitted.pose);
+        let by_model = surface_distance(&fitted.surface.with_points(by_model), &truth.body).surface_mean_mm;
+        let found = register(&scan, self.model, &fitted, &RegisterParams::default(), &mut |_| {})?;
+        let figure = bare_figure(self.model, found.surface, found.skeleton);
+        let body = figure.body().posed(&figure.skeleton, &found.pose);
+        self.kept(subject, Way::Robust, &body)?;
+        let measured = vec![
+            (Metric::Model, Some(by_model)),
+            (Metric::Registered, Some(surface_distance(&body, &truth.body).surface_mean_mm)),
+            (Metric::JointsNaked, joint_mean_mm(&joints(&figure, &found.pose), &truth.joints)),
+        ];
+        let state = if fitted.report.converged { State::Converged } else { State::Running };
+        table.add(Row { group, way: Way::Robust, name: subject.name.clone(), measured, state, secs });
+        Ok(Some(Registered { figure, pose: found.pose }))
+    }
+
+    /// Lays a registered body into a dressed scan in all ways.
+    pub fn dressed(&self, group: Group, body: &Registered, subject: &Subject, table: &mut Table) -> Result<()> {
+        let Some(kind) = subject.kind else { return Ok(()) };
+        let (scan, truth) = cleaned(subject)?;
+        let template = GarmentTemplate::built_in(kind.template())?;
+        let (layer, skeleton) = (body.figure.body(), &body.figure.skeleton);
+        let cover = template.cover(layer, skeleton, &Extent::default());
+        let covered = template.prior(layer, skeleton, &Extent::default());
+        for way in [Way::Robust, Way::Paper, Way::Free] {
+            let params = params_of(way);
+            let began = processor_secs();
+            let limits = &self.model.limits;
+            let found = match fit_inside(&scan, &body.figure, &body.pose, &cover, limits, &params, &mut |_| {}) {
+                Ok(found) => found,
+                Err(error) => {
+                    table.add(refused(group, way, subject, &error));
+                    continue;
+                }
+            };
+            let secs = processor_secs() - began;
+            let state = if found.report.converged { State::Converged } else { State::Running };
+            let (fitted, joints) = (as_worn(&body.figure, &found), joints(&body.figure, &found.pose));
+            let judged = |way: Way, mesh: TriMesh, joints: &JointPositions, secs: f64| -> Result<Row> {
+                self.kept(subject, way, &mesh)?;
+                let measured = under_cloth(&mesh, joints, &covered, &scan, &truth);
+                Ok(Row { group, way, name: subject.name.clone(), measured, state: state.clone(), secs })
+            };
+            if way == Way::Robust {
+                // Wrong on purpose: a judge that does not see it is none.
+                let shrunk = along_normals(&fitted, |_| -SHRUNK);
+                table.add(judged(Way::Shrunk, shrunk, &joints, 0.0)?);
+                let aside = Vec3::new(SHIFTED, 0.0, 0.0);
+                let moved = joints.iter().map(|(name, p)| (name.clone(), p + aside)).collect();
+                table.add(judged(Way::Shifted, fitted.map_points(|p| p + aside), &moved, 0.0)?);
+            }
+            table.add(judged(way, fitted, &joints, secs)?);
+        }
+        Ok(())
+    }
+
+    fn kept(&self, subject: &Subject, way: Way, mesh: &TriMesh) -> Result<()> {
+        let Some(dir) = &self.keep else { return Ok(()) };
+        std::fs::create_dir_all(dir)?;
+        write(&dir.join(format!("{}-{}.ply", subject.name, way.word())), mesh)
+    }
+}
+
+/// The scan as a session reads it, and the truth in its frame.
+fn cleaned(subject: &Subject) -> Result<(Scan, TruthStep)> {
+    let scan = clean(&subject.scan, &ScanParams::default(), &mut |_| {})?;
+    let frame = scan.world_from_file;
+    let there = |mesh: &TriMesh| mesh.map_points(|p| frame.world_from_file(p));
+    let truth = TruthStep {
+        body: there(&subject.truth.body),
+        layers: subject.truth.layers.iter().map(there).collect(),
+        joints: subject.truth.joints.iter().map(|(name, p)| (name.clone(), frame.world_from_file(p))).collect(),
+    };
+    Ok((scan, truth))
+}
+
+fn params_of(way: Way) -> InsideParams {
+    let defaults = InsideParams::default();
+    match way {
+        Way::Paper => InsideParams { method: InsideMethod::Paper, ..defaults },
+        Way::Free => InsideParams { constrained: false, ..defaults },
+        _ => defaults,
+    }
+}
+
+fn under_cloth(
+    body: &TriMesh,
+    joints: &JointPositions,
+    covered: &PerVertex<bool>,
+    scan: &Scan,
+    truth: &TruthStep,
+) -> Vec<(Metric, Option<f64>)> {
+    let hidden = hidden_body(body, &truth.body, &truth.layers);
+    let margin = InsideParams::default().margin;
+    vec![
+        (Metric::JointsDressed, joint_mean_mm(joints, &truth.joints)),
+        (Metric::OutsideScan, Some(100.0 * outside_scan(body, covered, &scan.mesh, margin))),
+        (Metric::OutsideTruth, Some(hidden.outside_truth_percent)),
+        (Metric::Depth, Some(hidden.outside_truth_p999_mm)),
+        (Metric::Tight, hidden.proximity_tight_mean_mm),
+        (Metric::Loose, hidden.proximity_loose_mean_mm),
+    ]
+}
+
+fn refused(group: Group, way: Way, subject: &Subject, error: &FitError) -> Row {
+    let state = State::Refused(error.to_string());
+    Row { group, way, name: subject.name.clone(), measured: Vec::new(), state, secs: 0.0 }
+}
+
+fn bare_figure(model: &BodyModel, mesh: TriMesh, skeleton: overcoat::body::Skeleton) -> Figure {
+    let body = Layer {
+        name: "body".into(),
+        template: None,
+        mesh,
+        weights: model.weights.clone(),
+        colors: None,
+        uvs: None,
+        physics: None,
+        fabric: None,
+    };
+    Figure { skeleton, layers: vec![body] }
+}
+
+fn joints(figure: &Figure, pose: &Pose) -> JointPositions {
+    figure.skeleton.names.iter().cloned().zip(figure.skeleton.joints_in_world(pose)).collect()
+}
+
+/// The body inside the scan, with its offsets.
+fn as_worn(figure: &Figure, found: &PoseInside) -> TriMesh {
+    let posed = figure.body().posed(&figure.skeleton, &found.pose);
+    along_normals(&posed, |v| found.offsets.0[v])
+}
+
+fn along_normals(mesh: &TriMesh, by: impl Fn(usize) -> f64) -> TriMesh {
+    let normals = mesh.vertex_normals();
+    let moved = mesh.points().iter().zip(normals.iter()).enumerate().map(|(v, (p, n))| p + n * by(v));
+    mesh.with_points(moved.collect::<PerVertex<Point>>())
+}

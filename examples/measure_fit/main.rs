@@ -1,0 +1,94 @@
+//! Judges the fits on invented people whom nothing was tuned on: `measure_fit CACHE [--subjects N] [--first SEED]
+//! [--parts naked,tight,loose,arms] [--keep DIR]`.
+//!
+//! Each subject is scanned naked, in something close, in something wide, and naked with the arms 30° above and below the
+//! A-pose and turned to any heading. `CACHE` keeps the scans, so that a second run only fits; `--keep` writes what was
+//! fitted, to be looked at. All parameters are the defaults. Under cloth the figure is the one registered to the subject's
+//! own naked scan, as in a session, and five rows stand side by side: the fit, Hu's Eqs. 4–6 plain, the fit without its
+//! constraint, and two wrong figures that must score worse: the fit shrunk along its normals, and the fit moved sideways.
+//!
+//! The figures are the same in each run; only the seconds (processor time) are not.
+
+mod fits;
+mod subjects;
+mod table;
+
+use anyhow::{Context, Result, bail};
+use overcoat::body::embedded_model;
+use overcoat::studio::{GarmentKind, JUDGING_SEEDS};
+use std::path::PathBuf;
+use subjects::{Cache, Wanted};
+use table::{Group, Table};
+
+/// What lies close, by turns.
+const TIGHT: [GarmentKind; 5] =
+    [GarmentKind::Tshirt, GarmentKind::Jeans, GarmentKind::Pullover, GarmentKind::Leggings, GarmentKind::Shirt];
+/// What hangs, by turns.
+const LOOSE: [GarmentKind; 5] =
+    [GarmentKind::Coat, GarmentKind::Dress, GarmentKind::Skirt, GarmentKind::Jacket, GarmentKind::Blouse];
+/// Wrong spread of the arms, degrees.
+const SPREAD_DEG: f64 = 30.0;
+/// From one subject to the next the heading turns by the golden angle, which leaves none out.
+const HEADING_STEP_DEG: f64 = 137.507_764;
+
+struct Options {
+    cache: PathBuf,
+    first: u64,
+    subjects: u64,
+    parts: Vec<String>,
+    keep: Option<PathBuf>,
+}
+
+fn options() -> Result<Options> {
+    let mut o = Options {
+        cache: PathBuf::new(),
+        first: JUDGING_SEEDS.start,
+        subjects: 20,
+        parts: ["naked", "tight", "loose", "arms"].map(String::from).into(),
+        keep: None,
+    };
+    let mut args = std::env::args().skip(1);
+    while let Some(arg) = args.next() {
+        let mut value = || args.next().with_context(|| format!("{arg} needs a value"));
+        match arg.as_str() {
+            "--first" => o.first = value()?.parse()?,
+            "--subjects" => o.subjects = value()?.parse()?,
+            "--parts" => o.parts = value()?.split(',').map(String::from).collect(),
+            "--keep" => o.keep = Some(value()?.into()),
+            _ if o.cache.as_os_str().is_empty() => o.cache = arg.into(),
+            _ => bail!("'{arg}' is one argument too many"),
+        }
+    }
+    if o.cache.as_os_str().is_empty() {
+        bail!("in which folder are the scans, or shall they be kept?");
+    }
+    Ok(o)
+}
+
+fn main() -> Result<()> {
+    let o = options()?;
+    let model = embedded_model()?;
+    let cache = Cache::at(o.cache.clone(), &model)?;
+    let judge = fits::Judge { model: &model, keep: o.keep.clone() };
+    let wants = |part: &str| o.parts.iter().any(|p| p == part);
+    let mut table = Table::default();
+    for i in 0..o.subjects {
+        let seed = o.first + i;
+        if wants("naked") || wants("tight") || wants("loose") {
+            let naked = cache.subject(&Wanted::naked(seed))?;
+            let Some(figure) = judge.naked(Group::Naked, &naked, &mut table)? else { continue };
+            let worn = [(Group::Tight, TIGHT, 1, "tight"), (Group::Loose, LOOSE, 2, "loose")];
+            for (group, kinds, step, _) in worn.into_iter().filter(|w| wants(w.3)) {
+                let kind = kinds[i as usize % kinds.len()];
+                judge.dressed(group, &figure, &cache.subject(&Wanted::wearing(seed, kind, step))?, &mut table)?;
+            }
+        }
+        for (k, sign) in [1.0, -1.0].into_iter().enumerate().filter(|_| wants("arms")) {
+            let heading = (2 * i + k as u64) as f64 * HEADING_STEP_DEG;
+            let turned = cache.subject(&Wanted::arms(seed, sign * SPREAD_DEG))?.turned(heading);
+            judge.naked(Group::Arms, &turned, &mut table)?;
+        }
+    }
+    print!("\n{table}");
+    Ok(())
+}

@@ -1,0 +1,130 @@
+//! Who is fitted: invented, or read again from the cache.
+
+use anyhow::{Context, Result};
+use nalgebra::UnitQuaternion;
+use overcoat::body::BodyModel;
+use overcoat::formats::{PlyOptions, RawMesh, read_ply, write_ply};
+use overcoat::geometry::{Point, TriMesh, Vec3};
+use overcoat::studio::{GarmentKind, InventedStep, StudioParams, TruthJoints, TruthStep, invent_step};
+use serde_json::json;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+/// What is asked of the studio.
+pub struct Wanted {
+    seed: u64,
+    kind: Option<GarmentKind>,
+    /// Nobody stands twice the same.
+    step: usize,
+    arms_deg: f64,
+}
+
+impl Wanted {
+    pub fn naked(seed: u64) -> Self {
+        Self { seed, kind: None, step: 0, arms_deg: 0.0 }
+    }
+
+    pub fn wearing(seed: u64, kind: GarmentKind, step: usize) -> Self {
+        Self { seed, kind: Some(kind), step, arms_deg: 0.0 }
+    }
+
+    pub fn arms(seed: u64, arms_deg: f64) -> Self {
+        Self { seed, kind: None, step: 0, arms_deg }
+    }
+
+    fn name(&self) -> String {
+        let (kind, arms) = (self.kind.map_or("naked", GarmentKind::name), self.arms_deg);
+        let arms = if arms == 0.0 { String::new() } else { format!("-arms{arms:+.0}") };
+        format!("{}-{kind}{arms}", self.seed)
+    }
+
+    fn invented(&self, model: &BodyModel) -> Result<InventedStep> {
+        let params = StudioParams {
+            seed: self.seed,
+            garments: self.kind.into_iter().collect(),
+            arms_raised: self.arms_deg.to_radians(),
+            ..StudioParams::default()
+        };
+        Ok(invent_step(model, &params, self.step)?)
+    }
+}
+
+/// One scan and its truth, in one frame: metres, Y up.
+pub struct Subject {
+    pub name: String,
+    pub kind: Option<GarmentKind>,
+    pub scan: RawMesh,
+    pub truth: TruthStep,
+}
+
+impl Subject {
+    /// The same, facing elsewhere.
+    pub fn turned(mut self, deg: f64) -> Self {
+        let turn = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), deg.to_radians());
+        self.scan.points.iter_mut().for_each(|p| *p = (turn * Point::from(*p)).into());
+        let turned = |mesh: &TriMesh| mesh.map_points(|p| turn * p);
+        self.truth.body = turned(&self.truth.body);
+        self.truth.layers = self.truth.layers.iter().map(turned).collect();
+        self.truth.joints.values_mut().for_each(|p| *p = turn * *p);
+        self.name += &format!(" turned {:.0}°", deg.rem_euclid(360.0));
+        self
+    }
+}
+
+/// A folder of scans with their truth.
+pub struct Cache<'a> {
+    dir: PathBuf,
+    model: &'a BodyModel,
+}
+
+impl<'a> Cache<'a> {
+    pub fn at(dir: PathBuf, model: &'a BodyModel) -> Result<Self> {
+        std::fs::create_dir_all(&dir).with_context(|| dir.display().to_string())?;
+        Ok(Self { dir, model })
+    }
+
+    /// Read from the folder; invented and written there first where it is not. What was written is read, so that both
+    /// runs see the same bytes.
+    pub fn subject(&self, wanted: &Wanted) -> Result<Subject> {
+        let name = wanted.name();
+        let file = |part: &str| self.dir.join(format!("{name}-{part}"));
+        // Written last: it says that all is there.
+        let joints = file("joints.json");
+        if !joints.is_file() {
+            eprintln!("inventing {name}");
+            let step = wanted.invented(self.model)?;
+            write(&file("scan.ply"), &step.scan)?;
+            write(&file("body.ply"), &step.truth.body)?;
+            for (k, layer) in step.truth.layers.iter().enumerate() {
+                write(&file(&format!("layer{}.ply", k + 1)), layer)?;
+            }
+            std::fs::write(&joints, json!({ "steps": [{ "joints": step.truth.joints }] }).to_string())?;
+        }
+        let layers = wanted.kind.iter().map(|_| Ok(mesh(&read(&file("layer1.ply"))?)?)).collect::<Result<_>>()?;
+        let body = mesh(&read(&file("body.ply"))?)?;
+        let joints = TruthJoints::from_json(&std::fs::read_to_string(&joints)?)?.at(0);
+        let scan = read(&file("scan.ply"))?;
+        Ok(Subject { name, kind: wanted.kind, scan, truth: TruthStep { body, layers, joints } })
+    }
+}
+
+fn read(path: &Path) -> Result<RawMesh> {
+    let file = File::open(path).with_context(|| path.display().to_string())?;
+    read_ply(BufReader::new(file)).with_context(|| path.display().to_string())
+}
+
+fn mesh(raw: &RawMesh) -> Result<TriMesh> {
+    Ok(TriMesh::try_from_indices(raw.points.iter().copied().map(Point::from).collect(), &raw.faces)?)
+}
+
+/// Writes a mesh as it is.
+pub fn write(path: &Path, mesh: &TriMesh) -> Result<()> {
+    let raw = RawMesh {
+        points: mesh.points().iter().map(|p| [p.x, p.y, p.z]).collect(),
+        faces: mesh.faces().iter().map(|f| f.map(|v| v.0)).collect(),
+        ..RawMesh::default()
+    };
+    let file = std::io::BufWriter::new(File::create(path).with_context(|| path.display().to_string())?);
+    Ok(write_ply(&raw, &PlyOptions::default(), file)?)
+}
