@@ -34,6 +34,16 @@ demo-scans:
 registration +FILES:
     cargo run --release --no-default-features --example measure_registration -- {{FILES}}
 
+# The fits on 20 invented people whom nothing was tuned on: naked, close, wide, arms held wrong, any heading; beside the
+# paper's way, no constraint, and two wrong figures. FOLDER keeps the scans, so that a second run only fits; about 20
+# minutes on 2 cores the first time. ARGS: --subjects N, --parts naked,tight,loose,arms, --keep DIR
+fit-table FOLDER="target/judged" *ARGS:
+    cargo run --release --no-default-features --example measure_fit -- {{FOLDER}} {{ARGS}}
+
+# Only whether naked fits converge from any heading and from 30 degrees of wrong arm spread
+fit-convergence FOLDER="target/judged":
+    cargo run --release --no-default-features --example measure_fit -- {{FOLDER}} --parts arms
+
 # Whether what the studio invents is as hard as foreign scans, and easy answers fail on it
 realism:
     cargo test --release --no-default-features --test realism -- --nocapture
@@ -51,3 +61,9 @@ disk-full:
 bench-peers FOLDER:
     cargo build --release --no-default-features --example measure_fusion
     python3 benches/peers/fusion.py target/release/examples/measure_fusion {{FOLDER}}
+
+# The naked fit beside PyTorch on the same body and points, as ratios: FOLDER holds body10k.npz and body10k_skin.npz, see
+# the head of the script; needs Python with torch, scipy and numpy, and says so where they are not
+bench-peers-fit FOLDER:
+    cargo build --release --no-default-features --example time_fit
+    python3 benches/peers/fit.py target/release/examples/time_fit {{FOLDER}}

@@ -14,6 +14,10 @@ use overcoat::scan::{ScanParams, clean};
 use std::fs::File;
 use std::path::Path;
 
+#[path = "shared/processor.rs"]
+mod processor;
+use processor::processor_secs;
+
 fn main() -> Result<()> {
     let (mut model, mut bodies) = (None, Vec::new());
     let mut args = std::env::args().skip(1);
@@ -90,16 +94,6 @@ fn measure(model: &BodyModel, raw: &RawMesh, truth: &RawMesh) -> Result<Found> {
         crossing: [&start, &registered, &scan.mesh].map(|mesh| self_intersecting_pairs(mesh).len()),
         secs,
     })
-}
-
-/// What this process has used of all processors.
-fn processor_secs() -> f64 {
-    /// Linux counts in hundredths of a second for all programs.
-    const TICKS_A_SECOND: f64 = 100.0;
-    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let behind_name = stat.rsplit(')').next().unwrap_or_default();
-    let ticks = |k: usize| behind_name.split_whitespace().nth(k).and_then(|t| t.parse::<f64>().ok());
-    (ticks(11).unwrap_or(f64::NAN) + ticks(12).unwrap_or(f64::NAN)) / TICKS_A_SECOND
 }
 
 type Body = (String, RawMesh, RawMesh);

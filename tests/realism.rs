@@ -6,7 +6,7 @@
 //! from simulated recordings.
 
 use overcoat::formats::read_ply;
-use overcoat::geometry::{PerVertex, Point, SurfaceIndex, TriMesh, VertexId};
+use overcoat::geometry::{PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
 use overcoat::studio::{garment_iou, hem_roughness, hidden_body, surface_distance};
 use std::path::{Path, PathBuf};
 
@@ -112,6 +112,29 @@ fn offset_body(step: &Step, cloth: &TriMesh) -> TriMesh {
         let near = body.closest(p);
         near.point + body.pseudonormal(&near) * gap
     })
+}
+
+/// Moved along its own normals, metres.
+fn grown(body: &TriMesh, by: f64) -> TriMesh {
+    let normals = body.vertex_normals();
+    body.with_points(body.points().iter().zip(normals.iter()).map(|(p, n)| p + n * by).collect::<PerVertex<_>>())
+}
+
+#[test]
+fn a_shrunk_figure_and_one_aside_are_seen_by_what_judges_a_fit() {
+    for step in demo().iter().skip(1) {
+        let name = &step.name;
+        let right = hidden_body(&step.body, &step.body, &step.layers);
+        // Nothing of it is outside: only its distance tells.
+        let shrunk = hidden_body(&grown(&step.body, -0.008), &step.body, &step.layers);
+        assert!(shrunk.outside_truth_percent <= right.outside_truth_percent + 0.1, "{name}: {shrunk:?}");
+        assert!(shrunk.proximity_mean_mm > right.proximity_mean_mm + 5.0, "{name}: 8 mm smaller: {shrunk:?}");
+        // Half of it is near, half is outside.
+        let aside = hidden_body(&step.body.map_points(|p| p + Vec3::new(0.015, 0.0, 0.0)), &step.body, &step.layers);
+        assert!(aside.proximity_mean_mm > right.proximity_mean_mm + 4.0, "{name}: 15 mm aside: {aside:?}");
+        assert!(aside.outside_truth_percent > 1.0, "{name}: 15 mm aside: {aside:?}");
+        assert!(aside.outside_truth_p999_mm > 3.0, "{name}: 15 mm aside: {aside:?}");
+    }
 }
 
 #[test]
