@@ -63,9 +63,9 @@ impl Subject {
     pub fn turned(mut self, deg: f64) -> Self {
         let turn = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), deg.to_radians());
         self.scan.points.iter_mut().for_each(|p| *p = (turn * Point::from(*p)).into());
-        let turned = |mesh: &TriMesh| mesh.map_points(|p| turn * p);
-        self.truth.body = turned(&self.truth.body);
-        self.truth.layers = self.truth.layers.iter().map(turned).collect();
+        for mesh in std::iter::once(&mut self.truth.body).chain(&mut self.truth.layers) {
+            *mesh = mesh.map_points(|p| turn * p);
+        }
         self.truth.joints.values_mut().for_each(|p| *p = turn * *p);
         self.name += &format!(" turned {:.0}°", deg.rem_euclid(360.0));
         self
@@ -101,7 +101,7 @@ impl<'a> Cache<'a> {
             }
             std::fs::write(&joints, json!({ "steps": [{ "joints": step.truth.joints }] }).to_string())?;
         }
-        let layers = wanted.kind.iter().map(|_| Ok(mesh(&read(&file("layer1.ply"))?)?)).collect::<Result<_>>()?;
+        let layers = wanted.kind.iter().map(|_| mesh(&read(&file("layer1.ply"))?)).collect::<Result<_>>()?;
         let body = mesh(&read(&file("body.ply"))?)?;
         let joints = TruthJoints::from_json(&std::fs::read_to_string(&joints)?)?.at(0);
         let scan = read(&file("scan.ply"))?;

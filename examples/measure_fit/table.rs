@@ -125,6 +125,14 @@ impl Row {
         self.measured.iter().find(|m| m.0 == metric)?.1
     }
 
+    fn is_refused(&self) -> bool {
+        matches!(self.state, State::Refused(_))
+    }
+
+    fn is_running(&self) -> bool {
+        self.state == State::Running
+    }
+
     fn meets_all(&self) -> bool {
         !self.measured.is_empty() && self.measured.iter().all(|&(m, v)| v.is_none_or(|v| m.is_met(v)))
     }
@@ -185,16 +193,14 @@ fn of_one_group(f: &mut fmt::Formatter<'_>, group: Group, rows: &[&Row]) -> fmt:
         }
         writeln!(f)?;
     }
-    let mut counted = |name: &str, count: &dyn Fn(&Row) -> bool| {
+    for (k, name) in ["all goals met", "refused", "not converged"].into_iter().enumerate() {
         write!(f, "| {name} | |")?;
-        ways.iter().try_for_each(|&way| {
-            write!(f, " {} of {} |", of_way(way).filter(|r| count(r)).count(), of_way(way).count())
-        })?;
-        writeln!(f)
-    };
-    counted("all goals met", &|r| r.meets_all())?;
-    counted("refused", &|r| matches!(r.state, State::Refused(_)))?;
-    counted("not converged", &|r| r.state == State::Running)?;
+        for &way in &ways {
+            let counted = of_way(way).filter(|r| [r.meets_all(), r.is_refused(), r.is_running()][k]);
+            write!(f, " {} of {} |", counted.count(), of_way(way).count())?;
+        }
+        writeln!(f)?;
+    }
     write!(f, "| processor seconds a fit | |")?;
     for &way in &ways {
         let secs: Vec<f64> = of_way(way).filter(|r| r.secs > 0.0).map(|r| r.secs).collect();
