@@ -1,6 +1,7 @@
 //! How a long command is going: a bar on a terminal, plain lines elsewhere.
 
 use super::console::{Console, Verbosity, print_aside, secs};
+use crate::fit::Step;
 use crate::session::{Cause, Event, Reason, StageReport};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
@@ -40,10 +41,16 @@ impl Progress {
             _ if self.verbosity == Verbosity::Quiet => {}
             (Some(bar), Event::Started { step, stage }) => bar.set_message(format!("{step}: {stage}")),
             (Some(bar), Event::Progress { step, stage, text }) => bar.set_message(format!("{step}: {stage}, {text}")),
+            (Some(bar), Event::Iterated { step, stage, at, .. }) => {
+                bar.set_message(format!("{step}: {stage}, {}", iterated(at)));
+            }
             (Some(bar), Event::Ran(report)) if self.plain => bar.suspend(|| print_aside(&ran(report))),
             (None, Event::Ran(report)) if self.plain => print_aside(&ran(report)),
             (None, Event::Progress { step, stage, text }) if self.verbosity == Verbosity::Verbose => {
                 print_aside(&format!("{step}: {stage}, {text}"));
+            }
+            (None, Event::Iterated { step, stage, at, .. }) if self.verbosity == Verbosity::Verbose => {
+                print_aside(&format!("{step}: {stage}, {}", iterated(at)));
             }
             _ => {}
         }
@@ -84,6 +91,10 @@ fn shown_bar(console: &Console, stages: Option<usize>) -> Option<ProgressBar> {
     }
     bar.enable_steady_tick(TICK);
     Some(bar)
+}
+
+fn iterated(at: &Step) -> String {
+    format!("iteration {}: {:.1} mm off, moved {:.1} mm", at.iteration, at.residual * 1e3, at.moved * 1e3)
 }
 
 fn ran(report: &StageReport) -> String {

@@ -3,9 +3,9 @@
 use super::Context;
 use super::console::{Done, secs};
 use super::progress::Progress;
-use super::stages::ReadingArgs;
+use super::stages::{ReadingArgs, file_of};
 use crate::scan::{Unit, Up};
-use crate::session::{BodySurface, NewScan};
+use crate::session::{BodySurface, NewScan, ShowIn};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -41,11 +41,10 @@ pub(super) struct ScanArgs {
     /// Millimetres between the voxels in which RGB-D frames are fused
     #[arg(long, value_name = "MM")]
     voxel: Option<f64>,
-    /// Record how RGB-D frames are fused, for the Rerun viewer: camera path, residual, growing surface [default:
-    /// NAME.rrd in the session]
-    #[arg(long, value_name = "OUT.rrd", num_args = 0..=1, require_equals = true)]
-    #[allow(clippy::option_option)]
-    view: Option<Option<PathBuf>>,
+    /// Show in the Rerun viewer how RGB-D frames are fused (camera path, residual, growing surface): in the one at a URL,
+    /// or the one that runs on this machine, or one that is started; or write it to a file
+    #[arg(long, value_name = "OUT.rrd|URL", num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    view: Option<ShowIn>,
     #[command(flatten)]
     reading: ReadingArgs,
     /// Put the scan in the place of the step of that name
@@ -62,10 +61,9 @@ enum SurfaceWord {
 
 pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
-    let view = args.view.map(|file| file.unwrap_or_else(|| context.session.join(format!("{}.rrd", args.name))));
     let new = NewScan {
         name: args.name,
-        view,
+        view: args.view,
         file: context.input(args.file),
         template: args.template,
         unit: args.unit,
@@ -92,11 +90,11 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
         "template": new.template,
         "file": new.file.display().to_string(),
         "measures": report.measures,
-        "recording": new.view.as_ref().map(|path| path.display().to_string()),
+        "recording": new.view.as_ref().and_then(file_of),
         "findings": report.findings,
         "secs": began.elapsed().as_secs_f64(),
     });
-    let watched = new.view.map(|path| format!("rerun {}", path.display()));
+    let watched = new.view.as_ref().and_then(file_of).map(|path| format!("rerun {path}"));
     let mut done = Done::new("scan", json)
         .line(format!(
             "scanned {} from {}: {:.0} vertices, {:.0} faces, in {}",

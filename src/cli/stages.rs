@@ -4,7 +4,7 @@
 use super::Context;
 use super::console::{Done, secs};
 use super::progress::Progress;
-use crate::session::{Parameter, SessionError, Settings, Stage, StageRequest, parameters_of};
+use crate::session::{Parameter, SessionError, Settings, ShowIn, Stage, StageRequest, parameters_of};
 use clap::{Arg, ArgAction, ArgMatches, Command};
 use serde_json::json;
 use std::time::Instant;
@@ -59,6 +59,7 @@ impl StageCommand {
             step: matches.get_one::<String>("step").cloned(),
             settings,
             reset: matches.get_flag("reset"),
+            view: matches.try_get_one::<ShowIn>("view").ok().flatten().cloned(),
         })
     }
 }
@@ -132,11 +133,31 @@ impl<const K: usize> clap::Args for StageArgs<K> {
             .action(ArgAction::SetTrue)
             .help("Forget what was set before: the defaults again");
         let flags = COMMANDS[K].flags().into_iter().map(|(flag, parameters)| arg_of(flag, &parameters));
-        command.arg(step).arg(reset).args(flags)
+        let view = Arg::new("view")
+            .long("view")
+            .value_name("OUT.rrd|URL")
+            .num_args(0..=1)
+            .require_equals(true)
+            .default_missing_value("")
+            .value_parser(clap::value_parser!(ShowIn))
+            .help(
+                "Show in the Rerun viewer how each fit goes, iteration by iteration: in the one at a URL, or the one \
+                 that runs on this machine, or one that is started; or write it to a file",
+            );
+        let view = (K == FIT).then_some(view);
+        command.arg(step).arg(reset).args(view).args(flags)
     }
 
     fn augment_args_for_update(command: Command) -> Command {
         Self::augment_args(command)
+    }
+}
+
+/// The file into which something is recorded, if it is one.
+pub(super) fn file_of(view: &ShowIn) -> Option<String> {
+    match view {
+        ShowIn::File(path) => Some(path.display().to_string()),
+        ShowIn::Viewer | ShowIn::ViewerAt(_) => None,
     }
 }
 
@@ -162,6 +183,7 @@ pub(super) fn run<const K: usize>(args: StageArgs<K>, context: &Context) -> anyh
         "set": run.set,
         "ran": ran,
         "stages": run.reports,
+        "recording": request.view.as_ref().and_then(file_of),
         "secs": began.elapsed().as_secs_f64(),
     });
     let took = secs(began.elapsed());
@@ -173,6 +195,9 @@ pub(super) fn run<const K: usize>(args: StageArgs<K>, context: &Context) -> anyh
     let mut done = Done::new(COMMANDS[K].name, json).lines(run.set.iter().map(|set| format!("set {set}"))).line(said);
     if !run.set.is_empty() {
         done = done.next(context.overcoat("undo"));
+    }
+    if let Some(path) = request.view.as_ref().and_then(file_of) {
+        done = done.next(format!("rerun {path}"));
     }
     Ok(done.next(context.overcoat("build")).next(context.overcoat("view --sheet sheet.png")))
 }

@@ -6,9 +6,10 @@
 //! **Source** Hu 2017, Eqs. 3–6; the Jacobian of a skinned point is that of Tagliasacchi 2015, §4, with the joints'
 //! own dependence on β kept.
 
-use crate::body::{BodyModel, JointLimits, Pose, Shape, Skeleton, SkinWeights, skin_rigidly};
+use super::normal_equations::{JacobianRow, NormalEquations, Sums, Unknowns, parent_rotation};
+use crate::body::{BodyModel, Pose, Shape, Skeleton, SkinWeights, skin_rigidly};
 use crate::geometry::{PerVertex, Point, Vec3, VertexId};
-use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Translation3, UnitQuaternion};
+use nalgebra::{DVector, Isometry3, Matrix3, Translation3, UnitQuaternion};
 use rayon::prelude::*;
 
 /// What is posed: points in the bind pose with weights, and the shape space where there is one.
@@ -17,6 +18,8 @@ pub(crate) struct Articulated<'a> {
     pub(crate) points_in_bind: PerVertex<Point>,
     pub(crate) weights: &'a SkinWeights,
     pub(crate) model: Option<&'a BodyModel>,
+    /// N × K, a vertex's components side by side; empty without a model.
+    shape_dirs: Vec<Vec3>,
 }
 
 /// The same in one pose, with all that a Jacobian needs.
@@ -25,7 +28,9 @@ pub(crate) struct Posed {
     pub(crate) skeleton: Skeleton,
     pub(crate) joints_in_world: Vec<Point>,
     points_in_bind: PerVertex<Point>,
-    world_from_bind: Vec<Isometry3<f64>>,
+    pub(super) world_from_bind: Vec<Isometry3<f64>>,
+    /// Of the same, as matrices.
+    rotations: Vec<Matrix3<f64>>,
     /// J × K: the translation of each joint's transform by each component.
     translation_dirs: Vec<Vec<Vec3>>,
 }
@@ -43,12 +48,6 @@ impl Residual {
     pub(crate) fn on_vertex(vertex: VertexId, normal: Vec3, gap: f64, weight: f64) -> Self {
         Self { at: [(vertex, 1.0), (vertex, 0.0), (vertex, 0.0)], normal, gap, weight }
     }
-}
-
-/// `½ δᵀHδ − gᵀδ`.
-pub(crate) struct NormalEquations {
-    pub(crate) h: DMatrix<f64>,
-    pub(crate) g: DVector<f64>,
 }
 
 impl Posed {
@@ -73,7 +72,17 @@ impl<'a> Articulated<'a> {
             points_in_bind: model.template.points().clone(),
             weights: &model.weights,
             model: Some(model),
+            shape_dirs: model
+                .template
+                .vertex_ids()
+                .flat_map(|v| model.shape_dirs.iter().map(move |dirs| dirs[v]))
+                .collect(),
         }
+    }
+
+    /// A figure whose shape is given.
+    pub(crate) fn of_points(skeleton: &Skeleton, points_in_bind: PerVertex<Point>, weights: &'a SkinWeights) -> Self {
+        Self { skeleton: skeleton.clone(), points_in_bind, weights, model: None, shape_dirs: Vec::new() }
     }
 
     pub(crate) fn joint_count(&self) -> usize {
@@ -104,7 +113,8 @@ impl<'a> Articulated<'a> {
         let points_in_bind = self.weights.given_way(&points_in_bind, pose);
         let points = skin_rigidly(&points_in_bind, self.weights, &skeleton, pose);
         let translation_dirs = self.translation_dirs(&skeleton, &world_from_bind);
-        Posed { points, skeleton, joints_in_world, points_in_bind, world_from_bind, translation_dirs }
+        let rotations = world_from_bind.iter().map(|t| t.rotation.to_rotation_matrix().into_inner()).collect();
+        Posed { points, skeleton, joints_in_world, points_in_bind, world_from_bind, rotations, translation_dirs }
     }
 
     /// With `J` the joint in the bind pose and `C` in the world, a transform is `v ↦ R(v − J) + C`, so its
@@ -133,87 +143,90 @@ impl<'a> Articulated<'a> {
 
     /// Derivative of `normal · point` by the unknowns, as (column, value).
     pub(crate) fn gradient(&self, posed: &Posed, residual: &Residual) -> Vec<(usize, f64)> {
-        let joint_count = self.joint_count();
+        let mut row = JacobianRow::default();
+        let all = Unknowns { joints: vec![true; self.joint_count()], shape: true };
+        self.differentiate(posed, residual, &all, &mut row);
+        let of = |first: usize, v: &Vec3| [(first, v.x), (first + 1, v.y), (first + 2, v.z)];
+        let turns = row.turns.iter().flat_map(|(j, d)| of(3 + 3 * j, d));
+        let first = 3 + 3 * self.joint_count();
+        let shape = row.shape.iter().enumerate().map(|(m, &x)| (first + m, x));
+        of(0, &row.shift).into_iter().chain(turns).chain(shape).collect()
+    }
+
+    /// The same as a row in its parts, which takes the place of what `row` held.
+    fn differentiate(&self, posed: &Posed, residual: &Residual, unknowns: &Unknowns, row: &mut JacobianRow) {
         let n = residual.normal;
-        let mut row: Vec<(usize, f64)> = (0..3).map(|c| (c, 0.0)).collect();
-        // For each joint above any influence: Σ w (G v) and Σ w over what hangs below it.
-        let mut arms: Vec<(usize, Vec3, f64)> = Vec::with_capacity(12);
-        let mut shape_row = vec![0.0; self.component_count()];
+        row.clear(if unknowns.shape { self.component_count() } else { 0 });
         for &(v, factor) in &residual.at {
             if factor == 0.0 {
                 continue;
             }
-            for c in 0..3 {
-                row[c].1 += factor * n[c];
-            }
+            row.shift += n * factor;
             let mut linear = Matrix3::zeros();
             for &(k, w) in &self.weights.rows()[v] {
                 if w <= 0.0 {
                     continue;
                 }
                 let w = w * factor;
-                let moved = posed.world_from_bind[k.index()] * posed.points_in_bind[v];
-                linear += posed.world_from_bind[k.index()].rotation.to_rotation_matrix().matrix() * w;
+                let turn = &posed.rotations[k.index()];
+                let arm =
+                    (turn * posed.points_in_bind[v].coords + posed.world_from_bind[k.index()].translation.vector) * w;
+                linear += turn * w;
                 let mut at = Some(k);
                 while let Some(j) = at {
-                    match arms.iter_mut().find(|(i, _, _)| *i == j.index()) {
-                        Some((_, arm, total)) => {
-                            *arm += moved.coords * w;
-                            *total += w;
-                        }
-                        None => arms.push((j.index(), moved.coords * w, w)),
+                    if unknowns.joints[j.index()] {
+                        row.hang(j.index(), &arm, w);
                     }
                     at = posed.skeleton.parents[j.index()];
                 }
-                for (m, slot) in shape_row.iter_mut().enumerate() {
-                    *slot += w * n.dot(&posed.translation_dirs[k.index()][m]);
+                for (slot, dir) in row.shape.iter_mut().zip(&posed.translation_dirs[k.index()]) {
+                    *slot += w * n.dot(dir);
                 }
             }
-            if let Some(model) = self.model {
-                let back = linear.transpose() * n;
-                for (slot, dirs) in shape_row.iter_mut().zip(&model.shape_dirs) {
-                    *slot += back.dot(&dirs[v]);
-                }
+            let back = linear.tr_mul(&n);
+            for (slot, dir) in row.shape.iter_mut().zip(self.dirs_of(v)) {
+                *slot += back.dot(dir);
             }
         }
-        for (j, arm, total) in arms {
-            let d = (arm - posed.joints_in_world[j].coords * total).cross(&n);
-            for c in 0..3 {
-                row.push((3 + 3 * j + c, d[c]));
-            }
+        row.arms.sort_unstable_by_key(|arm| arm.0);
+        for &(j, arm, total) in &row.arms {
+            row.turns.push((j, (arm - posed.joints_in_world[j].coords * total).cross(&n)));
         }
-        row.extend(shape_row.into_iter().enumerate().map(|(m, x)| (3 + 3 * joint_count + m, x)));
-        row
     }
 
-    /// Sums all residuals; the order of summation does not depend on the number of threads.
-    pub(crate) fn normal_equations(&self, posed: &Posed, residuals: &[Residual]) -> NormalEquations {
+    /// How each component moves a vertex of the bind pose.
+    fn dirs_of(&self, v: VertexId) -> &[Vec3] {
+        let count = self.component_count();
+        self.shape_dirs.get(v.index() * count..(v.index() + 1) * count).unwrap_or_default()
+    }
+
+    /// Sums all residuals; the order of summation does not depend on the number of threads. What is no unknown has a
+    /// step of zero.
+    pub(crate) fn normal_equations(
+        &self,
+        posed: &Posed,
+        residuals: &[Residual],
+        unknowns: &Unknowns,
+    ) -> NormalEquations {
         /// Residuals a task: large enough to hide a task's own cost.
         const CHUNK: usize = 512;
-        let n = self.unknown_count();
-        let parts: Vec<NormalEquations> = residuals
+        let components = if unknowns.shape { self.component_count() } else { 0 };
+        let zero = || Sums::zero(self.joint_count(), components);
+        let parts: Vec<Sums> = residuals
             .par_chunks(CHUNK)
             .map(|chunk| {
-                let mut sum = NormalEquations { h: DMatrix::zeros(n, n), g: DVector::zeros(n) };
+                let mut row = JacobianRow::default();
+                let mut sums = zero();
                 for residual in chunk {
-                    let row = self.gradient(posed, residual);
-                    for &(a, x) in &row {
-                        let wx = residual.weight * x;
-                        sum.g[a] += wx * residual.gap;
-                        for &(b, y) in &row {
-                            sum.h[(a, b)] += wx * y;
-                        }
-                    }
+                    self.differentiate(posed, residual, unknowns, &mut row);
+                    sums.add(&row, residual.gap, residual.weight);
                 }
-                sum
+                sums
             })
             .collect();
-        let mut total = NormalEquations { h: DMatrix::zeros(n, n), g: DVector::zeros(n) };
-        for part in parts {
-            total.h += part.h;
-            total.g += part.g;
-        }
-        total
+        let mut total = zero();
+        parts.iter().for_each(|part| total.merge(part));
+        total.equations(self.unknown_count())
     }
 
     /// Applies a step.
@@ -234,81 +247,6 @@ impl<'a> Articulated<'a> {
     }
 }
 
-fn parent_rotation(posed: &Posed, joint: usize) -> UnitQuaternion<f64> {
-    match posed.skeleton.parents[joint] {
-        Some(p) => posed.world_from_bind[p.index()].rotation,
-        None => UnitQuaternion::identity(),
-    }
-}
-
-/// How strongly each joint is drawn to where it is expected.
-pub(crate) struct PosePrior<'a> {
-    pub(crate) center: &'a Pose,
-    /// 1/σ² a joint, by radians.
-    pub(crate) stiffness: &'a [f64],
-    pub(crate) limits: &'a [JointLimits],
-    pub(crate) limit_stiffness: f64,
-}
-
-impl NormalEquations {
-    /// Adds the pose prior and the joint limits (one-sided).
-    pub(crate) fn add_pose_prior(&mut self, posed: &Posed, pose: &Pose, prior: &PosePrior<'_>) {
-        for j in 1..pose.rotations.len() {
-            let parent = parent_rotation(posed, j);
-            let frame = parent.to_rotation_matrix().into_inner();
-            let off = (pose.rotations[j] * prior.center.rotations[j].inverse()).scaled_axis();
-            let vector = pose.rotations[j].scaled_axis();
-            let mut stiffness = Vec3::repeat(prior.stiffness[j]);
-            let mut pull = -off * prior.stiffness[j];
-            if let Some(limits) = prior.limits.get(j) {
-                for c in 0..3 {
-                    let beyond = (vector[c] - limits.max[c]).max(0.0) + (vector[c] - limits.min[c]).min(0.0);
-                    if beyond != 0.0 {
-                        stiffness[c] += prior.limit_stiffness;
-                        pull[c] -= prior.limit_stiffness * beyond;
-                    }
-                }
-            }
-            let h = frame * Matrix3::from_diagonal(&stiffness) * frame.transpose();
-            let g = frame * pull;
-            for a in 0..3 {
-                self.g[3 + 3 * j + a] += g[a];
-                for b in 0..3 {
-                    self.h[(3 + 3 * j + a, 3 + 3 * j + b)] += h[(a, b)];
-                }
-            }
-        }
-    }
-
-    /// Adds `stiffness · |β|²` for a component count that ends the unknowns.
-    pub(crate) fn add_shape_prior(&mut self, shape: &Shape, stiffness: f64) {
-        let first = self.g.len() - shape.0.len();
-        for (m, beta) in shape.0.iter().enumerate() {
-            self.h[(first + m, first + m)] += stiffness;
-            self.g[first + m] -= stiffness * beta;
-        }
-    }
-
-    /// Takes unknowns out of the step.
-    pub(crate) fn freeze(&mut self, frozen: impl Iterator<Item = usize>) {
-        for i in frozen {
-            self.h.row_mut(i).fill(0.0);
-            self.h.column_mut(i).fill(0.0);
-            self.h[(i, i)] = 1.0;
-            self.g[i] = 0.0;
-        }
-    }
-
-    /// The minimising step, damped relative to the diagonal; `None` where the system cannot be factored.
-    pub(crate) fn solve(&self, damping: f64) -> Option<DVector<f64>> {
-        let mut h = self.h.clone();
-        for i in 0..h.nrows() {
-            h[(i, i)] = h[(i, i)] * (1.0 + damping) + 1e-9;
-        }
-        h.cholesky().map(|c| c.solve(&self.g)).filter(|d| d.iter().all(|x| x.is_finite()))
-    }
-}
-
 /// A pose that carries the bind pose's root to a heading about +Y and a place.
 pub(crate) fn standing(skeleton: &Skeleton, heading: f64, hips_at: Point) -> Pose {
     let mut pose = Pose::bind(skeleton.len());
@@ -322,6 +260,7 @@ pub(crate) fn standing(skeleton: &Skeleton, heading: f64, hips_at: Point) -> Pos
 mod tests {
     use super::*;
     use crate::body::embedded_model;
+    use nalgebra::DMatrix;
 
     /// A pose with every joint turned, so that no term of the Jacobian vanishes.
     fn turned(joints: usize) -> Pose {
@@ -364,24 +303,60 @@ mod tests {
         }
     }
 
+    fn residuals(count: u32) -> Vec<Residual> {
+        (0..count)
+            .map(|i| Residual {
+                at: [(VertexId(i), 0.5), (VertexId(i + 40), 0.3), (VertexId(i + 90), 0.2)],
+                normal: Vec3::new(0.0, 0.6, 0.8),
+                gap: 1e-3 * f64::from(i % 7),
+                weight: 1.0 / f64::from(1 + i % 5),
+            })
+            .collect()
+    }
+
+    #[test]
+    fn sums_are_those_of_whole_rows_and_what_is_held_stays() {
+        let model = embedded_model().unwrap();
+        let body = Articulated::of_model(&model);
+        let posed = body.posed(&turned(body.joint_count()), &model.mean_shape());
+        let residuals = residuals(700);
+        let columns = body.unknown_count();
+        let (mut h, mut g) = (DMatrix::<f64>::zeros(columns, columns), DVector::<f64>::zeros(columns));
+        for residual in &residuals {
+            let mut row = DVector::zeros(columns);
+            body.gradient(&posed, residual).into_iter().for_each(|(column, x)| row[column] += x);
+            h += residual.weight * &row * row.transpose();
+            g += residual.weight * residual.gap * &row;
+        }
+        let all = Unknowns { joints: vec![true; body.joint_count()], shape: true };
+        let sums = body.normal_equations(&posed, &residuals, &all);
+        assert!((&sums.h - &h).amax() < 1e-9 * h.amax() && (&sums.g - &g).amax() < 1e-9 * g.amax());
+
+        let some = Unknowns { joints: (0..body.joint_count()).map(|j| j % 3 > 0).collect(), shape: false };
+        let mut sums = body.normal_equations(&posed, &residuals, &some);
+        sums.freeze_all_but(&some);
+        let is_free = |c: usize| c < 3 || (c < 3 + 3 * body.joint_count() && some.joints[(c - 3) / 3]);
+        for c in 0..columns {
+            for d in 0..columns {
+                let expected = match (is_free(c) && is_free(d), c == d) {
+                    (true, _) => h[(c, d)],
+                    (false, on_diagonal) => f64::from(u8::from(on_diagonal)),
+                };
+                assert!((sums.h[(c, d)] - expected).abs() < 1e-9 * h.amax());
+            }
+        }
+    }
+
     #[test]
     fn summing_does_not_depend_on_the_number_of_threads() {
         let model = embedded_model().unwrap();
         let body = Articulated::of_model(&model);
         let posed = body.posed(&turned(body.joint_count()), &model.mean_shape());
-        let residuals: Vec<Residual> = (0..3000)
-            .map(|i| {
-                Residual::on_vertex(
-                    VertexId(i),
-                    Vec3::new(0.0, 0.6, 0.8),
-                    1e-3 * f64::from(i % 7),
-                    1.0 / f64::from(1 + i % 5),
-                )
-            })
-            .collect();
+        let residuals = residuals(3000);
+        let all = Unknowns { joints: vec![true; body.joint_count()], shape: true };
         let with = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| body.normal_equations(&posed, &residuals))
+            pool.install(|| body.normal_equations(&posed, &residuals, &all))
         };
         let (one, four) = (with(1), with(4));
         assert!(one.h == four.h && one.g == four.g, "the same bits");

@@ -85,12 +85,7 @@ impl Dressed {
     }
 
     pub(crate) fn articulated<'a>(&'a self, figure: &Figure) -> Articulated<'a> {
-        Articulated {
-            skeleton: figure.skeleton.clone(),
-            points_in_bind: self.mesh_in_bind.points().clone(),
-            weights: &self.weights,
-            model: None,
-        }
+        Articulated::of_points(&figure.skeleton, self.mesh_in_bind.points().clone(), &self.weights)
     }
 
     /// Whether the scan should show this vertex as it is.

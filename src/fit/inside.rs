@@ -4,17 +4,18 @@
 //! constraint: each Gauss–Newton step is a quadratic program with a row `n·(q − v) ≥ margin` for each body vertex that
 //! cloth hides, and an exact L1 slack so that a scan smaller than the figure is an answer and not a failure.
 
-use super::articulated::{Articulated, PosePrior, Posed, Residual};
+use super::articulated::{Articulated, Posed, Residual};
 use super::dressed::Dressed;
 use super::inside_params::{InsideMethod, InsideParams};
 use super::lack::Lack;
+use super::normal_equations::{NormalEquations, PosePrior, Unknowns};
 use super::offset::bounded_offsets;
 use super::prior::{held_joints, limbs_only, pose_stiffness};
 use super::side::{Side, side_of};
-use super::surface::{ScanSurface, area_centroid, lowest, robust, scan_to_mesh, spread};
+use super::surface::{ScanSurface, area_centroid, lowest, mean_gap, robust, scan_to_mesh, spread};
 use super::{Cover, FitError, FitReport, PoseInside, Step};
 use crate::body::{Figure, JointLimits, Pose, Shape, Skeleton};
-use crate::geometry::{PerVertex, Point, SurfaceIndex, Vec3, VertexId};
+use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
 use crate::numerics::{QpRow, QuadraticProgram};
 use crate::scan::Scan;
 use nalgebra::{DVector, UnitQuaternion};
@@ -160,15 +161,17 @@ impl Solver<'_> {
 
     fn coarse(&self, start: Pose, previous: &Pose) -> Pose {
         let mut pose = start;
-        let free = limbs_only(&self.body.skeleton);
+        let limbs = limbs_only(&self.body.skeleton);
+        let joints = limbs.iter().zip(&self.held).map(|(is_limb, held)| *is_limb && !held).collect();
+        let unknowns = Unknowns { joints, shape: false };
         let samples = self.samples(self.params.samples / 5);
         let stiffness = pose_stiffness(&self.body.skeleton, self.params.pose_prior);
         for reach in [0.3, 0.25, 0.2, 0.2, 0.15, 0.15, 0.12, 0.12] {
             let posed = self.posed(&pose);
-            let residuals = self.figure_to_scan(&posed, &samples, reach, 0.3);
-            let mut equations = self.body.normal_equations(&posed, &residuals);
+            let residuals = self.figure_to_scan(&posed, &self.normals(&posed), &samples, reach, 0.3);
+            let mut equations = self.body.normal_equations(&posed, &residuals, &unknowns);
             equations.add_pose_prior(&posed, &pose, &self.prior(previous, &stiffness));
-            equations.freeze((0..free.len()).filter(|j| !free[*j] || self.held[*j]).flat_map(|j| 3 + 3 * j..6 + 3 * j));
+            equations.freeze_all_but(&unknowns);
             let Some(delta) = equations.solve(1e-3) else { break };
             pose = self.body.stepped(&posed, &pose, &Shape(Vec::new()), &delta).0;
         }
@@ -192,21 +195,32 @@ impl Solver<'_> {
         let stiffness = pose_stiffness(&self.body.skeleton, self.params.pose_prior);
         let figure_samples = self.samples(self.params.samples);
         let scan_samples = self.surface.samples(self.params.samples);
+        let unknowns = Unknowns { joints: self.held.iter().map(|held| !held).collect(), shape: false };
+        let mut index: Option<SurfaceIndex> = None;
         let mut still = 0;
         for iteration in 0..self.params.iterations {
             let t = (iteration as f64 / 8.0).min(1.0);
             let reach = 0.12 * (1.0 - t) + 0.03 * t;
             let posed = self.posed(&pose);
-            let mut residuals = self.figure_to_scan(&posed, &figure_samples, reach, 0.3 + 0.3 * t);
-            residuals.extend(self.scan_to_figure(&posed, &scan_samples, reach, 0.3 + 0.3 * t));
-            let mut equations = self.body.normal_equations(&posed, &residuals);
+            let mesh = self.mesh(&posed);
+            let normals = mesh.vertex_normals();
+            let index = match &mut index {
+                Some(index) => {
+                    index.follow(&mesh);
+                    index
+                }
+                none => none.insert(SurfaceIndex::prepare(&mesh)),
+            };
+            let mut residuals = self.figure_to_scan(&posed, &normals, &figure_samples, reach, 0.3 + 0.3 * t);
+            residuals.extend(self.scan_to_figure(index, &normals, &scan_samples, reach, 0.3 + 0.3 * t));
+            let mut equations = self.body.normal_equations(&posed, &residuals, &unknowns);
             equations.add_pose_prior(&posed, &pose, &self.prior(previous, &stiffness));
             for i in 0..equations.h.nrows() {
                 equations.h[(i, i)] = equations.h[(i, i)] * (1.0 + 1e-4) + 1e-6;
             }
-            equations.freeze(self.held_unknowns());
+            equations.freeze_all_but(&unknowns);
             let delta = if self.params.constrained && iteration >= 2 {
-                self.constrained_step(&posed, equations, log)
+                self.constrained_step(&posed, &normals, equations, log)
             } else {
                 equations.solve(0.0)
             };
@@ -215,17 +229,13 @@ impl Solver<'_> {
             let after = posed.skeleton.joints_in_world(&next);
             let moved = posed.joints_in_world.iter().zip(&after).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
             pose = next;
-            on_step(&Step { iteration: iteration + 1, moved });
+            on_step(&Step { iteration: iteration + 1, moved, residual: mean_gap(&residuals), surface: &mesh });
             still = if moved < STILL && t >= 1.0 { still + 1 } else { 0 };
             if still >= 2 {
                 return (pose, iteration + 1, true);
             }
         }
         (pose, self.params.iterations, still > 0)
-    }
-
-    fn held_unknowns(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.held.len()).filter(|j| self.held[*j]).flat_map(|j| 3 + 3 * j..6 + 3 * j)
     }
 
     /// How far inside each hidden vertex must be after a step, before the offset.
@@ -240,7 +250,8 @@ impl Solver<'_> {
     fn constrained_step(
         &self,
         posed: &Posed,
-        equations: super::articulated::NormalEquations,
+        normals: &PerVertex<Vec3>,
+        equations: NormalEquations,
         log: &mut Vec<String>,
     ) -> Option<DVector<f64>> {
         /// Vertices with more clearance than this cannot be carried outside by one step. Metres.
@@ -249,7 +260,7 @@ impl Solver<'_> {
         /// on one observation pulls with 200), so that the slack is used only where nothing else is possible.
         const SLACK_WEIGHT: f64 = 4e3;
         let rows = self
-            .sides(posed)
+            .sides(posed, normals)
             .into_iter()
             .enumerate()
             .filter_map(|(i, side)| side.filter(|s| s.clearance < NEAR).map(|s| (VertexId::from_index(i), s)))
@@ -283,8 +294,7 @@ impl Solver<'_> {
     }
 
     /// For each body vertex that must stay inside and that the scan saw, where it lies.
-    fn sides(&self, posed: &Posed) -> Vec<Option<Side>> {
-        let normals = self.normals(posed);
+    fn sides(&self, posed: &Posed, normals: &PerVertex<Vec3>) -> Vec<Option<Side>> {
         (0..self.dressed.body_count)
             .into_par_iter()
             .map(|i| {
@@ -299,7 +309,7 @@ impl Solver<'_> {
 
     /// How far each constrained vertex must still be drawn in; negative where it is clear.
     fn needed_offsets(&self, posed: &Posed) -> PerVertex<Option<f64>> {
-        self.sides(posed)
+        self.sides(posed, &self.normals(posed))
             .into_iter()
             .enumerate()
             .map(|(i, side)| side.map(|s| (self.margin_under(VertexId::from_index(i)) - s.clearance) / s.cosine))
@@ -320,8 +330,12 @@ impl Solver<'_> {
         self.margin_under(v) - TOLERANCE * (1.0 - depth)
     }
 
+    fn mesh(&self, posed: &Posed) -> TriMesh {
+        self.dressed.mesh_in_bind.with_points(posed.points.clone())
+    }
+
     fn normals(&self, posed: &Posed) -> PerVertex<Vec3> {
-        self.dressed.mesh_in_bind.with_points(posed.points.clone()).vertex_normals()
+        self.mesh(posed).vertex_normals()
     }
 
     /// Vertices that take part as data: shown ones, and those under cloth that lies close. Loose cloth is a wall, no
@@ -344,6 +358,7 @@ impl Solver<'_> {
     fn figure_to_scan(
         &self,
         posed: &Posed,
+        normals: &PerVertex<Vec3>,
         samples: &[(VertexId, f64)],
         reach: f64,
         least_cosine: f64,
@@ -352,7 +367,6 @@ impl Solver<'_> {
         const CLOSE_CLOTH: f64 = 0.008;
         /// Weight of close cloth against skin that shows.
         const TIGHT_WEIGHT: f64 = 0.1;
-        let normals = self.normals(posed);
         samples
             .par_iter()
             .filter_map(|&(v, area)| {
@@ -377,20 +391,19 @@ impl Solver<'_> {
 
     fn scan_to_figure(
         &self,
-        posed: &Posed,
+        posed: &SurfaceIndex,
+        normals: &PerVertex<Vec3>,
         samples: &[(VertexId, f64)],
         reach: f64,
         least_cosine: f64,
     ) -> Vec<Residual> {
-        let mesh = self.dressed.mesh_in_bind.with_points(posed.points.clone());
-        let normals = mesh.vertex_normals();
         let is_plain = self.params.method == InsideMethod::Paper;
         let takes = |corners: &[VertexId; 3]| {
             // Where cloth hangs the scan's nearest place on it is as good as any other.
             let is_telling = |c: VertexId| self.dressed.is_shown(c) && self.trust(c) > 0.5;
             corners.iter().all(|&c| is_telling(c) || (is_plain && !self.dressed.hidden[c]))
         };
-        scan_to_mesh(self.surface, &mesh, &normals, samples, reach, least_cosine, takes)
+        scan_to_mesh(self.surface, posed, normals, samples, reach, least_cosine, takes)
     }
 
     /// Area shares: of the scan that lies on the figure or as far from it as cloth can be, and of what should show of the
@@ -401,7 +414,7 @@ impl Solver<'_> {
         /// Shown skin and cloth of the last step lie within this of the scan, metres: a collar may shift by as much.
         const SHOWN: f64 = 0.03;
         const SAMPLES: usize = 4000;
-        let index = SurfaceIndex::prepare(&self.dressed.mesh_in_bind.with_points(posed.points.clone()));
+        let index = SurfaceIndex::prepare(&self.mesh(posed));
         let share = |parts: Vec<(f64, bool)>| {
             let total: f64 = parts.iter().map(|p| p.0).sum();
             let good: f64 = parts.iter().filter(|p| p.1).map(|p| p.0).sum();

@@ -1,8 +1,8 @@
 //! Limbs that the scan does not show: a missing arm must not be looked for in the trunk.
 
-use super::surface::ScanSurface;
+use super::surface::{ScanSurface, spread};
 use crate::body::{JointId, Pose, Skeleton, SkinWeights};
-use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh, VertexId};
+use crate::geometry::{PerVertex, Point, SurfaceIndex, VertexId};
 use nalgebra::{UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
@@ -53,10 +53,12 @@ pub(crate) fn parts(skeleton: &Skeleton, weights: &SkinWeights) -> Vec<Part> {
 ///
 /// Skin is shown where the scan is near and its place there is nearest to the same part: an arm that fled into the trunk
 /// for want of its own surface has the trunk's near it, but the trunk lies nearer to that.
-pub(crate) fn unseen(body: &TriMesh, parts: &[Part], skeleton: &Skeleton, surface: &ScanSurface) -> Vec<JointId> {
+pub(crate) fn unseen(index: &SurfaceIndex, parts: &[Part], skeleton: &Skeleton, surface: &ScanSurface) -> Vec<JointId> {
+    /// Places of a part: a share of it to 3 %.
+    const SAMPLES: usize = 500;
+    let body = index.mesh();
     let normals = body.vertex_normals();
     let areas = body.vertex_areas();
-    let index = SurfaceIndex::prepare(body);
     let mut unseen: Vec<JointId> = Vec::new();
     for part in parts {
         if unseen.iter().any(|&u| skeleton.is_below(part.joint, u)) {
@@ -66,10 +68,11 @@ pub(crate) fn unseen(body: &TriMesh, parts: &[Part], skeleton: &Skeleton, surfac
             let hit = surface.nearest(p, NEAR).filter(|hit| hit.normal.dot(&normals[v]) > 0.3);
             hit.is_some_and(|hit| part.vertices[index.closest(&hit.point).nearest_corner(body)])
         };
-        let of_part: Vec<(VertexId, &Point)> = body.points().enumerate().filter(|(v, _)| part.vertices[*v]).collect();
-        let shown: Vec<bool> = of_part.par_iter().map(|(v, p)| is_shown(*v, p)).collect();
-        let total: f64 = of_part.iter().map(|(v, _)| areas[*v]).sum();
-        let near: f64 = of_part.iter().zip(&shown).filter(|s| *s.1).map(|((v, _), _)| areas[*v]).sum();
+        let of_part = areas.enumerate().map(|(v, area)| if part.vertices[v] { *area } else { 0.0 }).collect();
+        let places = spread(&of_part, SAMPLES);
+        let shown: Vec<bool> = places.par_iter().map(|&(v, _)| is_shown(v, &body.points()[v])).collect();
+        let total: f64 = places.iter().map(|p| p.1).sum();
+        let near: f64 = places.iter().zip(&shown).filter(|s| *s.1).map(|(p, _)| p.1).sum();
         if total > 0.0 && near < LEAST_SEEN * total {
             unseen.push(part.joint);
         }

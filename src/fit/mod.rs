@@ -8,6 +8,7 @@ mod inside_params;
 mod lack;
 mod limbs;
 mod naked;
+mod normal_equations;
 mod offset;
 mod prior;
 mod register;
@@ -115,12 +116,16 @@ pub struct PoseInside {
 }
 
 /// Progress of a fit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step {
+#[derive(Clone, Copy, Debug)]
+pub struct Step<'a> {
     /// Iterations done.
     pub iteration: usize,
-    /// Greatest move of a joint in the last one, in metres.
+    /// Greatest move of a joint in the last one, in metres; of a vertex, where no joints are fitted.
     pub moved: f64,
+    /// Mean distance, in metres, of what is drawn together, each as it weighs, before that move.
+    pub residual: f64,
+    /// What is fitted, in the scan's frame, before that move: the body, or all layers of the figure one after the other.
+    pub surface: &'a TriMesh,
 }
 
 /// Why a fit gives no result.

@@ -1,15 +1,16 @@
 //! The naked scan: Hu 2017, Eq. 4, by articulated ICP.
 
-use super::articulated::{Articulated, PosePrior, Posed, Residual};
+use super::articulated::{Articulated, Posed, Residual};
 use super::limbs::{self, Part};
+use super::normal_equations::{PosePrior, Unknowns};
 use super::prior::pose_stiffness;
 use super::starts::{Start, starts};
-use super::surface::{ScanSurface, mean_truncated, robust, scan_to_mesh, spread};
+use super::surface::{ScanSurface, mean_gap, mean_truncated, robust, scan_to_mesh, spread};
 use super::thinned::{ThinModel, Thinned};
 use super::trust::{self, Agreement};
 use super::{FitError, FitReport, FittedBody, Step};
 use crate::body::{BodyModel, JointId, Pose, Shape};
-use crate::geometry::{PerVertex, SurfaceIndex, Vec3, VertexId};
+use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, Vec3, VertexId};
 use crate::scan::Scan;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -93,10 +94,9 @@ pub fn fit_naked(
         found = solver.without(&unseen, found, &mut log, on_step);
     }
 
-    let posed = solver.body.posed(&found.pose, &found.shape);
-    let (residual_mean, residual_p95) = solver.residual(&posed);
-    let body = model.template.with_points(posed.points);
-    let agreement = trust::agreement(&body, &surface);
+    let index = solver.index_at(&found);
+    let (residual_mean, residual_p95) = solver.residual(&index);
+    let agreement = trust::agreement(&index, &surface);
     refuse_what_is_no_body(model, params, residual_mean, &agreement, &found)?;
     log.extend(trust::what_is_unexplained(&agreement, &model.weights, &model.skeleton));
     let (mesh, skeleton) = model.shaped(&found.shape);
@@ -126,6 +126,14 @@ fn refuse_what_is_no_body(
     if residual > params.refuse_above && !(MOSTLY_A_BODY..params.least_explained).contains(&agreement.explained) {
         return Err(FitError::NotABody { residual_mm: residual * 1e3, limit_mm: params.refuse_above * 1e3 });
     }
+    // A child is fitted nearly, by a body that is none: what is wrong is the model, not the scan.
+    const NEARLY: f64 = 0.85;
+    let deviation = found.shape.0.iter().fold(0.0_f64, |most, beta| most.max(beta.abs()));
+    let far = (deviation > params.greatest_deviation)
+        .then_some(FitError::FarFromModel { deviation, limit: params.greatest_deviation });
+    if let (Some(far), true) = (&far, agreement.explained > NEARLY) {
+        return Err(far.clone());
+    }
     if agreement.explained < params.least_explained {
         let near = agreement.most_unexplained(&model.weights, &model.skeleton).map(|(part, _)| part);
         return Err(FitError::Unexplained {
@@ -137,11 +145,7 @@ fn refuse_what_is_no_body(
     if let Some(region) = agreement.missing_region(&model.weights, &model.skeleton) {
         return Err(FitError::HalfABody { region: region.into(), seen_percent: agreement.seen * 100.0 });
     }
-    let deviation = found.shape.0.iter().fold(0.0_f64, |most, beta| most.max(beta.abs()));
-    if deviation > params.greatest_deviation {
-        return Err(FitError::FarFromModel { deviation, limit: params.greatest_deviation });
-    }
-    Ok(())
+    far.map_or(Ok(()), Err)
 }
 
 /// What the iterations came to.
@@ -158,6 +162,8 @@ struct Solver<'a> {
     surface: &'a ScanSurface,
     params: &'a NakedParams,
     parts: Vec<Part>,
+    /// The model in the bind pose: a hierarchy of its faces that follows it through poses.
+    index: SurfaceIndex,
     /// Joints that keep their pose, for the scan does not show what they move.
     held: Vec<bool>,
     /// Vertices that take no part, for the same reason.
@@ -172,6 +178,7 @@ impl<'a> Solver<'a> {
         let joints = body.joint_count();
         Self {
             parts: limbs::parts(&model.skeleton, &model.weights),
+            index: SurfaceIndex::prepare(&model.template),
             held: vec![false; joints],
             left_out: PerVertex::filled(false, model.template.vertex_count()),
             center: Pose::bind(joints),
@@ -212,15 +219,25 @@ impl<'a> Solver<'a> {
             },
         ];
         let mut found = Found { pose, shape, iterations: 0, converged: false };
+        let mut index = self.index.clone();
         for stage in &stages {
-            self.run(stage, &mut found, on_step);
+            self.run(stage, &mut found, &mut index, on_step);
         }
         found
     }
 
+    fn index_at(&self, found: &Found) -> SurfaceIndex {
+        let mut index = self.index.clone();
+        index.follow(&self.mesh(&self.body.posed(&found.pose, &found.shape)));
+        index
+    }
+
+    fn mesh(&self, posed: &Posed) -> TriMesh {
+        self.model.template.with_points(posed.points.clone())
+    }
+
     fn unseen_limbs(&self, found: &Found) -> Vec<JointId> {
-        let body = self.model.template.with_points(self.body.posed(&found.pose, &found.shape).points);
-        limbs::unseen(&body, &self.parts, &self.model.skeleton, self.surface)
+        limbs::unseen(&self.index_at(found), &self.parts, &self.model.skeleton, self.surface)
     }
 
     /// The fit again, with some limbs left out of it.
@@ -265,8 +282,8 @@ impl<'a> Solver<'a> {
         found
     }
 
-    /// Runs a stage on what was found so far.
-    fn run(&self, stage: &Stage, found: &mut Found, on_step: &mut dyn FnMut(&Step)) {
+    /// Runs a stage on what was found so far; `index` holds the model in some pose.
+    fn run(&self, stage: &Stage, found: &mut Found, index: &mut SurfaceIndex, on_step: &mut dyn FnMut(&Step)) {
         /// A joint moved less than this in a step, in metres: far below the scan's noise.
         const STILL: f64 = 2e-4;
         let mut areas = self.model.template.vertex_areas();
@@ -276,25 +293,24 @@ impl<'a> Solver<'a> {
         let model_samples = spread(&areas, stage.samples);
         let scan_samples = self.surface.samples(stage.samples);
         let stiffness = pose_stiffness(&self.body.skeleton, self.params.pose_prior);
-        let frozen: Vec<usize> =
-            (0..self.held.len()).filter(|j| self.held[*j]).flat_map(|j| 3 + 3 * j..6 + 3 * j).collect();
+        let unknowns = Unknowns { joints: self.held.iter().map(|held| !held).collect(), shape: stage.shape };
         let mut still = 0;
         for _ in 0..stage.iterations {
             let posed = self.body.posed(&found.pose, &found.shape);
-            let mesh = self.model.template.with_points(posed.points.clone());
-            let normals = mesh.vertex_normals();
+            index.follow(&self.mesh(&posed));
+            let normals = index.mesh().vertex_normals();
             let mut residuals = self.model_to_scan(&posed, &normals, stage, &model_samples);
             let takes = |corners: &[VertexId; 3]| corners.iter().all(|&v| !self.left_out[v]);
             residuals.extend(scan_to_mesh(
                 self.surface,
-                &mesh,
+                index,
                 &normals,
                 &scan_samples,
                 stage.reach,
                 stage.least_cosine,
                 takes,
             ));
-            let mut equations = self.body.normal_equations(&posed, &residuals);
+            let mut equations = self.body.normal_equations(&posed, &residuals, &unknowns);
             let prior = PosePrior {
                 center: &self.center,
                 stiffness: &stiffness,
@@ -303,13 +319,14 @@ impl<'a> Solver<'a> {
             };
             equations.add_pose_prior(&posed, &found.pose, &prior);
             equations.add_shape_prior(&found.shape, self.params.shape_prior);
-            equations.freeze(frozen.iter().copied());
+            equations.freeze_all_but(&unknowns);
             let Some(delta) = equations.solve(1e-4) else { break };
             let (pose, shape) = self.body.stepped(&posed, &found.pose, &found.shape, &delta);
             let moved = self.moved(&posed, &pose, &shape);
             (found.pose, found.shape) = (pose, shape);
             found.iterations += 1;
-            on_step(&Step { iteration: found.iterations, moved });
+            let surface = index.mesh();
+            on_step(&Step { iteration: found.iterations, moved, residual: mean_gap(&residuals), surface });
             still = if moved < STILL { still + 1 } else { 0 };
             if still >= 2 {
                 break;
@@ -348,14 +365,15 @@ impl<'a> Solver<'a> {
     fn score(&self, pose: &Pose, shape: &Shape) -> f64 {
         /// Truncation: an arm that points elsewhere counts as this far. Metres.
         const TRUNCATE: f64 = 0.15;
-        let mesh = self.model.template.with_points(self.body.posed(pose, shape).points);
+        let mesh = self.mesh(&self.body.posed(pose, shape));
         let there = mean_truncated(&self.surface.index, &mesh, &mesh.vertex_areas(), TRUNCATE);
-        let back = mean_truncated(&SurfaceIndex::prepare(&mesh), self.surface.mesh(), &self.surface.areas, TRUNCATE);
+        let mut index = self.index.clone();
+        index.follow(&mesh);
+        let back = mean_truncated(&index, self.surface.mesh(), &self.surface.areas, TRUNCATE);
         0.5 * (there + back)
     }
 
-    fn residual(&self, posed: &Posed) -> (f64, f64) {
-        let index = SurfaceIndex::prepare(&self.model.template.with_points(posed.points.clone()));
+    fn residual(&self, index: &SurfaceIndex) -> (f64, f64) {
         let mut distances: Vec<f64> = self
             .surface
             .samples(self.params.samples)

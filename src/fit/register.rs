@@ -86,10 +86,10 @@ pub fn register_by_landmarks(
             ground.hold_soles(&displaced, &mut targets);
             landmarks.iter().for_each(|&(v, place)| targets[v.index()] = Some((place, PULL)));
             let next = solve(&start, &targets, length)?;
-            let moved = greatest_move(&displaced, &next);
-            displaced = next;
+            let (moved, residual) = (greatest_move(&displaced, &next), mean_distance(&displaced, &targets));
             iteration += 1;
-            on_step(&Step { iteration, moved });
+            on_step(&Step { iteration, moved, residual, surface: &displaced });
+            displaced = next;
         }
     }
     let (residual_mean, residual_p95) = residual(&surface, &displaced);
@@ -220,6 +220,16 @@ fn solve(start: &TriMesh, targets: &[Target], length: f64) -> Result<TriMesh, Fi
         SparseCholesky::prepare(targets.len(), &triplets).map_err(|e| FitError::Singular { reason: e.to_string() })?;
     let displacement = factor.solve_vectors(&right);
     Ok(start.with_points(start.points().iter().zip(&displacement).map(|(p, d)| p + d).collect::<PerVertex<Point>>()))
+}
+
+/// Of the vertices from their targets, each as it is pulled.
+fn mean_distance(mesh: &TriMesh, targets: &[Target]) -> f64 {
+    let (mut sum, mut total) = (0.0, 0.0);
+    for (p, (target, pull)) in mesh.points().iter().zip(targets).filter_map(|(p, t)| Some((p, t.as_ref()?))) {
+        sum += pull * (p - target).norm();
+        total += pull;
+    }
+    sum / f64::max(total, 1e-12)
 }
 
 fn greatest_move(a: &TriMesh, b: &TriMesh) -> f64 {

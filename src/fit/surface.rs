@@ -105,25 +105,31 @@ pub(crate) fn robust(area: f64, distance: f64, reach: f64) -> f64 {
     area / AREA_PER_OBSERVATION / (SIGMA * SIGMA) * kernel
 }
 
-/// Point-to-plane residuals of places of the scan against the nearest place of a posed mesh, where `takes` accepts that
-/// place's corners.
+/// Mean of the gaps, each as it weighs.
+pub(crate) fn mean_gap(residuals: &[Residual]) -> f64 {
+    let (sum, total) =
+        residuals.iter().fold((0.0, 0.0), |(sum, total), r| (sum + r.weight * r.gap.abs(), total + r.weight));
+    sum / f64::max(total, 1e-12)
+}
+
+/// Point-to-plane residuals of places of the scan against the nearest place of a posed mesh with these normals, where
+/// `takes` accepts that place's corners.
 pub(crate) fn scan_to_mesh(
     surface: &ScanSurface,
-    mesh: &TriMesh,
+    posed: &SurfaceIndex,
     normals: &PerVertex<Vec3>,
     samples: &[(VertexId, f64)],
     reach: f64,
     least_cosine: f64,
     takes: impl Fn(&[VertexId; 3]) -> bool + Sync,
 ) -> Vec<Residual> {
-    let index = SurfaceIndex::prepare(mesh);
     samples
         .par_iter()
         .filter_map(|&(v, area)| {
             let q = surface.mesh().points()[v];
             let normal = surface.normals[v];
-            let s = index.closest_within(&q, reach)?;
-            let corners = mesh.faces()[s.face];
+            let s = posed.closest_within(&q, reach)?;
+            let corners = posed.mesh().faces()[s.face];
             let on_mesh: Vec3 = (0..3).map(|k| normals[corners[k]] * s.barycentric[k]).sum();
             if !takes(&corners) || on_mesh.dot(&normal) < least_cosine {
                 return None;

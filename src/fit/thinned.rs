@@ -1,7 +1,8 @@
 //! A thinned-out model against a thinned-out scan: many starts in the time of one fine fit.
 
-use super::articulated::{Articulated, PosePrior, Posed, Residual};
+use super::articulated::{Articulated, Posed, Residual};
 use super::naked::{NakedParams, Stage};
+use super::normal_equations::{PosePrior, Unknowns};
 use super::prior::{limbs_only, pose_stiffness};
 use super::surface::{ScanSurface, robust, spread};
 use crate::body::{BodyModel, JointLimits, Pose, Shape, SkinWeights};
@@ -9,9 +10,9 @@ use crate::geometry::{NearestVertex, PerVertex, Point, TriMesh, Vec3, VertexId};
 use std::sync::Arc;
 
 /// Vertices of the model that take part: about one every 4 cm of skin, so that a wrist still has a ring of them.
-const MODEL_POINTS: usize = 1400;
+const MODEL_POINTS: usize = 1000;
 /// Places of the scan that take part.
-const SCAN_POINTS: usize = 2200;
+const SCAN_POINTS: usize = 1500;
 /// Distances beyond this count as this far when starts are compared: an arm that points elsewhere. Metres.
 const TRUNCATE: f64 = 0.15;
 
@@ -95,22 +96,17 @@ impl<'a> Thinned<'a> {
     pub(crate) fn fit(&self, stage: &Stage, pose: Pose, shape: Shape) -> (Pose, Shape) {
         let (mut pose, mut shape) = (pose, shape);
         let center = Pose::bind(self.body.joint_count());
-        let free = limbs_only(&self.body.skeleton);
-        let joint_count = self.body.joint_count();
-        let held = |j: &usize| stage.limbs_only && !free[*j];
-        let frozen: Vec<usize> = (0..joint_count)
-            .filter(held)
-            .flat_map(|j| 3 + 3 * j..6 + 3 * j)
-            .chain((3 + 3 * joint_count..self.body.unknown_count()).filter(|_| !stage.shape))
-            .collect();
+        let limbs = limbs_only(&self.body.skeleton);
+        let joints = limbs.iter().map(|is_limb| *is_limb || !stage.limbs_only).collect();
+        let unknowns = Unknowns { joints, shape: stage.shape };
         for _ in 0..stage.iterations {
             let posed = self.body.posed(&pose, &shape);
-            let mut equations = self.body.normal_equations(&posed, &self.residuals(&posed, stage));
+            let mut equations = self.body.normal_equations(&posed, &self.residuals(&posed, stage), &unknowns);
             let prior =
                 PosePrior { center: &center, stiffness: &self.stiffness, limits: self.limits, limit_stiffness: 2e4 };
             equations.add_pose_prior(&posed, &pose, &prior);
             equations.add_shape_prior(&shape, self.shape_prior);
-            equations.freeze(frozen.iter().copied());
+            equations.freeze_all_but(&unknowns);
             let Some(delta) = equations.solve(1e-4) else { break };
             (pose, shape) = self.body.stepped(&posed, &pose, &shape, &delta);
         }

@@ -3,7 +3,7 @@
 use super::limbs::spoken;
 use super::surface::{ScanSurface, spread};
 use crate::body::{Skeleton, SkinWeights};
-use crate::geometry::{SurfaceIndex, TriMesh, VertexId};
+use crate::geometry::{SurfaceIndex, VertexId};
 use rayon::prelude::*;
 
 /// Within this distance, and facing the same way, body and scan are one surface. Metres: five times what a 15-component
@@ -38,8 +38,8 @@ pub(crate) struct Agreement {
 }
 
 /// Compares a posed body with a scan.
-pub(crate) fn agreement(body: &TriMesh, surface: &ScanSurface) -> Agreement {
-    let index = SurfaceIndex::prepare(body);
+pub(crate) fn agreement(index: &SurfaceIndex, surface: &ScanSurface) -> Agreement {
+    let body = index.mesh();
     let normals = body.vertex_normals();
     let of_scan: Vec<(f64, Option<VertexId>)> = surface
         .samples(SAMPLES)

@@ -24,15 +24,17 @@ impl FaceTree {
     pub(super) fn prepare(mesh: &TriMesh) -> Self {
         let center = mesh.bounds().map_or_else(Point::origin, |b| b.center());
         let triangles: Vec<_> = mesh.face_ids().map(|f| mesh.triangle(f)).collect();
-        let slack = mesh.bounds().map_or(0.0, |b| b.extent().amax()) * ROUNDING;
-        let boxes: Vec<_> = triangles
-            .iter()
-            .map(|[a, b, c]| {
-                let (min, max) = (a.inf(b).inf(c) - center, a.sup(b).sup(c) - center);
-                parry3d::bounding_volume::Aabb::new(to_f32(&min.add_scalar(-slack)), to_f32(&max.add_scalar(slack)))
-            })
-            .collect();
+        let boxes: Vec<_> = boxes(&triangles, &center).collect();
         Self { bvh: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes), center, triangles }
+    }
+
+    /// The same faces elsewhere: the hierarchy stays, its boxes are made anew.
+    pub(super) fn follow(&mut self, mesh: &TriMesh) {
+        self.triangles = mesh.face_ids().map(|f| mesh.triangle(f)).collect();
+        for (face, aabb) in boxes(&self.triangles, &self.center).enumerate() {
+            self.bvh.update_partially_if_present(aabb, face as u32, 0.0);
+        }
+        self.bvh.refit_without_opt();
     }
 
     pub(super) fn triangle(&self, face: FaceId) -> &[Point; 3] {
@@ -85,6 +87,16 @@ impl FaceTree {
         let (min, max) = (to_f32(&min.add_scalar(-slack)), to_f32(&max.add_scalar(slack)));
         self.bvh.leaves(move |node| node.mins().cmple(max).all() && node.maxs().cmpge(min).all()).map(FaceId)
     }
+}
+
+/// Around `center`, wide enough for the rounding.
+fn boxes(triangles: &[[Point; 3]], center: &Point) -> impl Iterator<Item = parry3d::bounding_volume::Aabb> {
+    let farthest = triangles.iter().flatten().fold(0.0_f64, |most, p| most.max((p - center).amax()));
+    let slack = 2.0 * farthest * ROUNDING;
+    triangles.iter().map(move |[a, b, c]| {
+        let (min, max) = (a.inf(b).inf(c) - center, a.sup(b).sup(c) - center);
+        parry3d::bounding_volume::Aabb::new(to_f32(&min.add_scalar(-slack)), to_f32(&max.add_scalar(slack)))
+    })
 }
 
 fn to_f32(v: &Vec3) -> Vector {

@@ -10,7 +10,7 @@ use super::scan_recording::ScanRecording;
 use super::stage_scan;
 use super::state::Stage;
 use super::walk::{Event, Forced, StageReport, Walk};
-use super::{SessionError, garment_kind, source};
+use super::{SessionError, ShowIn, garment_kind, source};
 use crate::scan::{Unit, Up};
 use std::path::PathBuf;
 
@@ -39,8 +39,8 @@ pub struct NewScan {
     pub until: Option<String>,
     /// Where its sleeves end.
     pub sleeve: Option<String>,
-    /// Records how RGB-D frames are fused, for the Rerun viewer, in this file.
-    pub view: Option<PathBuf>,
+    /// Where it is shown how RGB-D frames are fused.
+    pub view: Option<ShowIn>,
     /// Put in the place of the step of that name.
     pub replace: bool,
 }
@@ -102,14 +102,14 @@ impl Writer {
 
 /// The recording that is asked for; of a mesh there is nothing to see.
 fn recording_of(new: &NewScan) -> Result<Option<ScanRecording>, SessionError> {
-    let Some(path) = &new.view else { return Ok(None) };
+    let Some(to) = &new.view else { return Ok(None) };
     if !new.file.is_dir() {
         return Err(SessionError::BadRequest {
             what: format!("'{}' is no folder of RGB-D frames: there is nothing to watch", new.file.display()),
             hint: "leave --view out; `overcoat view --save OUT.rrd` records what was made of a scan".into(),
         });
     }
-    ScanRecording::try_new(&new.name, path).map(Some)
+    ScanRecording::try_new(&new.name, to).map(Some)
 }
 
 /// What is to be watched has to be done, though it was done before.

@@ -22,6 +22,8 @@ mod draw_garment;
 mod durable;
 mod error;
 mod export;
+#[cfg(feature = "rerun")]
+mod fit_recording;
 mod flow;
 mod fsck;
 mod garment_kind;
@@ -52,6 +54,9 @@ mod replay;
 #[cfg(feature = "rerun")]
 mod scan_recording;
 mod sections;
+mod show_in;
+#[cfg(feature = "rerun")]
+mod shown;
 mod single_stage;
 mod source;
 mod stage_cut;
@@ -106,6 +111,7 @@ pub use reason::{Cause, Reason};
 pub use recipe::{BODY_STEP, BodySurface, Recipe, SourceFile, StepRecipe};
 pub use recut::Recut;
 pub use replay::{Replay, Replayed, replay};
+pub use show_in::ShowIn;
 pub use single_stage::{StageRequest, StageRun};
 pub use stage_error::StageError;
 pub use state::{Measures, Stage, StageRecord, State, StepRecord};

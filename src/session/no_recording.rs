@@ -1,22 +1,46 @@
 //! What is said where recordings are asked for and the program was built without the viewer.
 
-use super::SessionError;
+use super::walk::Event;
+use super::{SessionError, ShowIn};
 use crate::scan::FusionStep;
-use std::path::Path;
 
 /// Stands for the recording of a scan, and is never made.
-pub(super) struct ScanRecording;
+pub(super) enum ScanRecording {}
 
 impl ScanRecording {
     /// Always an error.
-    pub fn try_new(_name: &str, _path: &Path) -> Result<Self, SessionError> {
+    pub fn try_new(_name: &str, _to: &ShowIn) -> Result<Self, SessionError> {
         Err(without_viewer())
     }
 
-    pub fn see(&mut self, _step: &FusionStep) {}
+    /// Never called.
+    pub fn see(&mut self, _step: &FusionStep) {
+        match *self {}
+    }
 
+    /// Never called.
     pub fn finish(self, _findings: &[String]) -> Result<(), SessionError> {
+        match self {}
+    }
+}
+
+/// Stands for the recording of fits, and is never made.
+pub(super) enum FitRecording {}
+
+impl FitRecording {
+    /// Always an error.
+    pub fn try_new(_session: &str, _to: &ShowIn) -> Result<Self, SessionError> {
         Err(without_viewer())
+    }
+
+    /// Never called.
+    pub fn see(&mut self, _event: &Event) {
+        match *self {}
+    }
+
+    /// Never called.
+    pub fn finish(self) -> Result<(), SessionError> {
+        match self {}
     }
 }
 

@@ -1,11 +1,15 @@
 //! A stage run by itself, with parameters of one's own, which the recipe then remembers.
 
+#[cfg(feature = "rerun")]
+use super::fit_recording::FitRecording;
+#[cfg(not(feature = "rerun"))]
+use super::no_recording::FitRecording;
 use super::open::Writer;
 use super::parameters::{self, Setting};
 use super::recipe::check_stage;
 use super::state::Stage;
 use super::walk::{Event, Forced, StageReport, Walk};
-use super::{SessionError, flow, source};
+use super::{SessionError, ShowIn, flow, source};
 
 /// Which stages are to run, and with what.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -21,6 +25,8 @@ pub struct StageRequest {
     pub settings: Vec<(Vec<Stage>, String, Setting)>,
     /// Forget what the recipe said of those stages before.
     pub reset: bool,
+    /// Where it is shown how fits go; what is to be shown is done, though it was done before.
+    pub view: Option<ShowIn>,
 }
 
 /// What came of it.
@@ -39,6 +45,22 @@ impl Writer {
         request: &StageRequest,
         on_event: &mut dyn FnMut(&Event),
     ) -> Result<StageRun, SessionError> {
+        let Some(to) = &request.view else { return self.run_unseen(request, on_event) };
+        let mut recording = FitRecording::try_new(&self.session.dir().display().to_string(), to)?;
+        let run = self.run_unseen(request, &mut |event| {
+            recording.see(event);
+            on_event(event);
+        });
+        // Of a fit that was refused, too, there is something to see.
+        let shown = recording.finish();
+        run.and_then(|run| shown.map(|()| run))
+    }
+
+    fn run_unseen(
+        &mut self,
+        request: &StageRequest,
+        on_event: &mut dyn FnMut(&Event),
+    ) -> Result<StageRun, SessionError> {
         let steps = self.steps_of(request)?;
         self.check_taken(request, &steps)?;
         let mut recipe = self.session.recipe.clone();
@@ -49,13 +71,17 @@ impl Writer {
         recipe.check().map_err(|fault| fault.error)?;
         if !set.is_empty() {
             // What the stages rest on is no part of the change, and stays if they fail.
-            self.make_until(&steps[..1], before(&request.stages), "build", on_event)?;
+            self.make_until(&steps[..1], before(&request.stages), "build", &Forced::Nothing, on_event)?;
             source::fill_in(&mut recipe, &self.session)?;
         }
         let said = said_of(&request.name, &set);
         let (at, recipe_before) = (self.session.lines, self.session.recipe.clone());
         self.session.recipe = recipe;
-        let made = self.make_until(&steps, Some(&request.stages), &said, on_event);
+        let forced = match &request.view {
+            Some(_) => forced_in(&steps, &request.stages),
+            None => Forced::Nothing,
+        };
+        let made = self.make_until(&steps, Some(&request.stages), &said, &forced, on_event);
         match made {
             Ok(reports) => {
                 self.save(&said)?;
@@ -127,6 +153,7 @@ impl Writer {
         steps: &[String],
         stages: Option<&[Stage]>,
         change: &str,
+        forced: &Forced,
         on_event: &mut dyn FnMut(&Event),
     ) -> Result<Vec<StageReport>, SessionError> {
         let (Some(stages), Some(last)) = (stages, steps.last()) else { return Ok(Vec::new()) };
@@ -135,13 +162,18 @@ impl Writer {
             return Ok(Vec::new());
         };
         source::keep_missing(&mut self.session)?;
-        let forced = Forced::Nothing;
-        let mut walk = Walk::make(self, change, &forced, on_event).until(last, *stage);
+        let mut walk = Walk::make(self, change, forced, on_event).until(last, *stage);
         match flow::steps(&mut walk, Some(last)) {
             Err(SessionError::NotBuilt { .. }) | Ok(_) => Ok(walk.into_reports()),
             Err(e) => Err(e),
         }
     }
+}
+
+/// These stages of these steps.
+fn forced_in(steps: &[String], stages: &[Stage]) -> Forced {
+    let of_step = |step: &String| stages.iter().map(|&stage| (step.clone(), Some(stage))).collect::<Vec<_>>();
+    Forced::Named(steps.iter().flat_map(of_step).collect())
 }
 
 /// The stages that come before the first of `stages`.

@@ -5,7 +5,7 @@ use super::parameters::params_of;
 use super::recipe::StepRecipe;
 use super::state::Stage;
 use super::store::Kept;
-use super::walk::{Outcome, Walk};
+use super::walk::{Outcome, Told, Walk};
 use crate::fit::{FitReport, FittedBody, NakedParams, fit_naked};
 use crate::scan::Scan;
 use serde_json::json;
@@ -15,16 +15,11 @@ pub(super) fn fit(walk: &mut Walk, step: &StepRecipe, scan: Kept<Scan>) -> Resul
     let inputs = json!({ "scan": scan.hash, "model": walk.session().body_model_input(), "params": params });
     walk.stage(&step.name, Stage::Fit, inputs, |session, tell| {
         let (scan, model) = (session.store.load(scan)?, session.body_model()?);
-        let fitted = fit_naked(&scan, &model, &params, &mut |s| tell(&progress(s)))
+        let fitted = fit_naked(&scan, &model, &params, &mut |s| tell(Told::Iteration(&scan, s)))
             .map_err(|e| SessionError::stage(&step.name, Stage::Fit, e))?;
         let report = fitted.report.clone();
         Ok(with_report(Outcome::of(fitted), &report).measured("confidence", report.confidence))
     })
-}
-
-/// How far an iterative fit is.
-pub(super) fn progress(step: &crate::fit::Step) -> String {
-    format!("iteration {}, joints moved {:.1} mm", step.iteration, step.moved * 1e3)
 }
 
 /// A fit's report among the measures.

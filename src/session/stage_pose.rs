@@ -4,10 +4,10 @@ use super::flow::{Dressed, StepPose};
 use super::open::Session;
 use super::parameters::params_of;
 use super::recipe::StepRecipe;
-use super::stage_fit::{progress, with_report};
+use super::stage_fit::with_report;
 use super::state::Stage;
 use super::store::Kept;
-use super::walk::{Outcome, Walk};
+use super::walk::{Outcome, Told, Walk};
 use super::{SessionError, garment_kind};
 use crate::body::Pose;
 use crate::fit::{InsideParams, PoseInside, fit_inside};
@@ -34,8 +34,10 @@ pub(super) fn pose(
         let (scan, figure) = (session.store.load(scan)?, session.figure(inner.figure)?);
         let (start, model) = (pose_of(session, &inner.pose)?, session.body_model()?);
         let cover = kind.template.cover(figure.body(), &figure.skeleton, &kind.extent);
-        let inside = fit_inside(&scan, &figure, &start, &cover, &model.limits, &params, &mut |s| tell(&progress(s)))
-            .map_err(|e| SessionError::stage(&step.name, Stage::Pose, e))?;
+        let inside = fit_inside(&scan, &figure, &start, &cover, &model.limits, &params, &mut |s| {
+            tell(Told::Iteration(&scan, s))
+        })
+        .map_err(|e| SessionError::stage(&step.name, Stage::Pose, e))?;
         let report = inside.report.clone();
         let deepest = inside.offsets.iter().fold(0.0_f64, |most, d| most.max(d.abs()));
         Ok(with_report(Outcome::of(inside), &report)

@@ -3,10 +3,10 @@
 use super::SessionError;
 use super::parameters::params_of;
 use super::recipe::StepRecipe;
-use super::stage_fit::{progress, with_report};
+use super::stage_fit::with_report;
 use super::state::Stage;
 use super::store::Kept;
-use super::walk::{Outcome, Walk};
+use super::walk::{Outcome, Told, Walk};
 use crate::fit::{FittedBody, RegisterParams, RegisteredBody, register as register_body};
 use crate::scan::Scan;
 use serde_json::json;
@@ -23,7 +23,7 @@ pub(super) fn register(
     walk.stage(&step.name, Stage::Register, inputs, |session, tell| {
         let (scan, model) = (session.store.load(scan)?, session.body_model()?);
         let fitted = session.store.load(fitted)?;
-        let registered = register_body(&scan, &model, &fitted, &params, &mut |s| tell(&progress(s)))
+        let registered = register_body(&scan, &model, &fitted, &params, &mut |s| tell(Told::Iteration(&scan, s)))
             .map_err(|e| SessionError::stage(&step.name, Stage::Register, e))?;
         let report = registered.report.clone();
         Ok(with_report(Outcome::of(registered), &report))

@@ -4,7 +4,7 @@ use super::parameters::params_over;
 use super::recipe::StepRecipe;
 use super::state::Stage;
 use super::store::Kept;
-use super::walk::{Outcome, Tell, Walk};
+use super::walk::{Outcome, Tell, Told, Walk};
 use super::{SessionError, StageError};
 use crate::formats::{MeshKind, RawMesh, is_zip, read_mesh, read_recording};
 use crate::scan::{FusionParams, FusionReport, FusionStep, Scan, ScanParams, clean, fuse};
@@ -90,14 +90,15 @@ fn read(
     tell: Tell,
     on_fusion: &mut dyn FnMut(&FusionStep),
 ) -> Result<(Scan, Option<FusionReport>), StageError> {
-    let cleaned =
-        |raw: &RawMesh, tell: Tell| clean(raw, params, &mut |s| tell(&format!("{} ({} faces)", s.name, s.faces)));
+    let cleaned = |raw: &RawMesh, tell: Tell| {
+        clean(raw, params, &mut |s| tell(Told::Text(&format!("{} ({} faces)", s.name, s.faces))))
+    };
     if !is_zip(bytes) {
         return Ok((cleaned(&raw_mesh(path, bytes)?, tell)?, None));
     }
     let began = Instant::now();
     let fused = fuse(&read_recording(bytes)?, fusion, &mut |step| {
-        tell(&told(step, &began));
+        tell(Told::Text(&told(step, &began)));
         on_fusion(step);
     })?;
     let mut scan = cleaned(&fused.mesh, tell)?;

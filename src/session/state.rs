@@ -64,9 +64,11 @@ impl Stage {
     pub(super) fn code_version(self) -> u32 {
         match self {
             // Surfaces give way by a model's corrective offsets; a baked texture is kept as a PNG.
-            Self::Fit | Self::Register | Self::Figure => 3,
-            // The prior is the step before, and cloth that hangs says little.
-            Self::Pose => 4,
+            Self::Register | Self::Figure => 3,
+            // Sums are taken in another order; starts are tried on fewer places.
+            Self::Fit => 4,
+            // The prior is the step before, and cloth that hangs says little; sums are taken in another order.
+            Self::Pose => 5,
             Self::Rig | Self::Press => 2,
             // A mask moves the boundary near it alone; the cut keeps what was painted.
             Self::Segment => 2,

@@ -5,6 +5,8 @@ use super::reason::{Cause, Reason, reasons};
 use super::state::{Measures, SCHEMA, Stage, StageRecord};
 use super::store::{Health, Kept};
 use super::{ContentHash, SessionError};
+use crate::fit;
+use crate::scan::Scan;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
@@ -28,6 +30,17 @@ pub enum Event<'a> {
         stage: Stage,
         /// How far, in its own words.
         text: &'a str,
+    },
+    /// A fit goes on.
+    Iterated {
+        /// Its step.
+        step: &'a str,
+        /// The stage.
+        stage: Stage,
+        /// What is fitted to.
+        scan: &'a Scan,
+        /// How far.
+        at: &'a fit::Step<'a>,
     },
     /// A stage has run, and its result is on disk.
     Ran(&'a StageReport),
@@ -111,8 +124,25 @@ impl<T> Outcome<T> {
     }
 }
 
+/// How far a stage is.
+pub(super) enum Told<'a> {
+    /// In words.
+    Text(&'a str),
+    /// An iteration of a fit to this scan.
+    Iteration(&'a Scan, &'a fit::Step<'a>),
+}
+
+impl Told<'_> {
+    fn show(&self, step: &str, stage: Stage, on_event: &mut dyn FnMut(&Event)) {
+        match *self {
+            Self::Text(text) => on_event(&Event::Progress { step, stage, text }),
+            Self::Iteration(scan, at) => on_event(&Event::Iterated { step, stage, scan, at }),
+        }
+    }
+}
+
 /// How a stage tells how far it is.
-pub(super) type Tell<'a> = &'a mut dyn FnMut(&str);
+pub(super) type Tell<'a> = &'a mut dyn FnMut(Told);
 
 pub(super) enum Walk<'a> {
     /// Runs what is stale, and makes each result durable as soon as it is there, under the name of `change`.
@@ -232,7 +262,7 @@ impl<'a> Walk<'a> {
                 };
                 on_event(&Event::Started { step, stage });
                 let began = Instant::now();
-                let mut tell = |text: &str| on_event(&Event::Progress { step, stage, text });
+                let mut tell = |told: Told| told.show(step, stage, *on_event);
                 let outcome = call(&writer.session, &mut tell)?;
                 let kept = writer.session.store.keep(&outcome.value)?;
                 writer.session.timings.note(step, stage, began.elapsed().as_secs_f64());
@@ -277,7 +307,7 @@ impl Mended {
         let Some(record) = recorded else { return Err(SessionError::NotBuilt { step: step.into(), stage }) };
         if session.store.health(record.output) != Health::Sound {
             on_event(&Event::Started { step, stage });
-            let outcome = call(session, &mut |text| on_event(&Event::Progress { step, stage, text }))?;
+            let outcome = call(session, &mut |told| told.show(step, stage, on_event))?;
             let made = session.store.keep(&outcome.value)?.hash;
             if made == record.output {
                 self.made.insert(made.to_string());

@@ -26,7 +26,7 @@ pub use palette::{layer_color, ramp_color};
 pub use picture::Picture;
 pub use poster::{Poster, poster};
 #[cfg(feature = "rerun")]
-pub use recording::Recording;
+pub use recording::{Recording, Sink};
 pub use render::render;
 pub use scene::{Paint, Part, Scene};
 pub use sheet::{Cell, Sheet, SheetRow, contact_sheet};

@@ -1,12 +1,12 @@
 //! The session as a Rerun recording: what was scanned and made at each step, to be turned and looked at.
 //!
-//! Entities: `world/camera/{path,now}` (of a fusion), `world/scan`, `world/body`, `world/garments/NAME`,
-//! `world/skeleton/{joints,bones}`, `measures/NAME`, `notes`. Timelines: `step` (which scan), `frame` (of a clip) and
-//! `change` (while somebody watches). An entity stays as it was logged until it is logged anew.
+//! Entities: `world/camera/{path,now}` (of a fusion), `world/scan`, `world/fitted` (while it is), `world/body`,
+//! `world/garments/NAME`, `world/skeleton/{joints,bones}`, `measures/NAME`, `notes`. Timelines: `step` (which scan),
+//! `iteration` (of its fit), `frame` (of a clip) and `change` (while somebody watches). An entity stays as it was logged until it is logged anew.
 
 use super::Error;
 use super::scene::Part;
-use crate::geometry::Point;
+use crate::geometry::{Point, TriMesh, Vec3};
 use nalgebra::Isometry3;
 use rerun::blueprint::{
     Blueprint, ContainerLike, Horizontal, Spatial3DView, TextDocumentView, TimeSeriesView, Vertical,
@@ -30,6 +30,16 @@ const GAZE: f64 = 0.2;
 /// How long a viewer may take to answer: one that has just been started has to open its window.
 const PATIENCE: Duration = Duration::from_secs(10);
 
+/// Where a recording goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sink<'a> {
+    /// Into memory, to be written by [`Recording::finish`].
+    Memory,
+    /// To a viewer that shows it as it grows: the one at a URL (`rerun+http://HOST:PORT/proxy`), or the one that runs on this
+    /// machine, or one that is started now.
+    Viewer(Option<&'a str>),
+}
+
 /// A recording under way: kept in memory until [`Recording::finish`], or sent to a viewer as it grows.
 pub struct Recording {
     stream: RecordingStream,
@@ -41,30 +51,39 @@ impl Recording {
     ///
     /// **Errors** when the viewer's library cannot start its threads.
     pub fn try_new(name: &str) -> Result<Self, Error> {
-        Self::in_memory(builder(name, layout()))
+        Self::begin(builder(name, layout()), Sink::Memory)
+    }
+
+    /// The same, shown in a viewer as it grows.
+    ///
+    /// **Errors** when `url` is none, and when no viewer can be started.
+    pub fn in_viewer(name: &str, url: Option<&str>) -> Result<Self, Error> {
+        Self::begin(builder(name, layout()), Sink::Viewer(url))
     }
 
     /// Begins a recording of how the frames of `name` are fused.
     ///
     /// **Errors** as above.
-    pub fn of_fusion(name: &str) -> Result<Self, Error> {
-        Self::in_memory(builder(name, layout_of_fusion()))
+    pub fn of_fusion(name: &str, sink: Sink) -> Result<Self, Error> {
+        Self::begin(builder(name, layout_of_fusion()), sink)
     }
 
-    fn in_memory(builder: RecordingStreamBuilder) -> Result<Self, Error> {
-        let stream = builder.buffered().map_err(failed)?;
-        let storage = Some(stream.binary_stream());
-        Self { stream, storage }.begun()
-    }
-
-    /// Begins a recording that a viewer shows as it grows: the one at `url` (`rerun+http://HOST:PORT/proxy`), or the one
-    /// that runs on this machine, or one that is started now.
+    /// Begins a recording of how bodies and figures are fitted to the scans of the session `name`.
     ///
-    /// **Errors** when `url` is none, and when no viewer can be started.
-    pub fn in_viewer(name: &str, url: Option<&str>) -> Result<Self, Error> {
-        let stream = match url {
-            Some(url) => builder(name, layout()).connect_grpc_opts(url),
-            None => builder(name, layout()).spawn_opts(&SpawnOptions {
+    /// **Errors** as above.
+    pub fn of_fits(name: &str, sink: Sink) -> Result<Self, Error> {
+        Self::begin(builder(name, layout_of_fits()), sink)
+    }
+
+    fn begin(builder: RecordingStreamBuilder, sink: Sink) -> Result<Self, Error> {
+        let stream = match sink {
+            Sink::Memory => {
+                let stream = builder.buffered().map_err(failed)?;
+                let storage = Some(stream.binary_stream());
+                return Self { stream, storage }.begun();
+            }
+            Sink::Viewer(Some(url)) => builder.connect_grpc_opts(url),
+            Sink::Viewer(None) => builder.spawn_opts(&SpawnOptions {
                 wait_for_bind: true,
                 hide_welcome_screen: true,
                 ..SpawnOptions::default()
@@ -101,6 +120,11 @@ impl Recording {
         self.stream.set_time_sequence("step", step as i64);
     }
 
+    /// What follows was so after so many iterations of a step's fit.
+    pub fn set_iteration(&self, iteration: usize) {
+        self.stream.set_time_sequence("iteration", iteration as i64);
+    }
+
     /// What follows belongs to this frame of a clip.
     pub fn set_frame(&self, frame: usize) {
         self.stream.set_time_sequence("frame", frame as i64);
@@ -109,6 +133,19 @@ impl Recording {
     /// The scan of this step.
     pub fn log_scan(&self, part: &Part<'_>) -> Result<(), Error> {
         self.log_mesh(path_of(&["world", "scan"]), part)
+    }
+
+    /// What is being fitted to the scan.
+    pub fn log_fitted(&self, part: &Part<'_>) -> Result<(), Error> {
+        self.log_mesh(path_of(&["world", "fitted"]), part)
+    }
+
+    /// The same after it has moved: its faces and colours stay.
+    pub fn log_fitted_moved(&self, mesh: &TriMesh) -> Result<(), Error> {
+        let moved = Mesh3D::update_fields()
+            .with_vertex_positions(mesh.points().iter().map(|p| triple(&p.coords)))
+            .with_vertex_normals(mesh.vertex_normals().iter().map(triple));
+        self.stream.log(path_of(&["world", "fitted"]), &moved).map_err(failed)
     }
 
     /// The body as fitted or posed.
@@ -175,11 +212,11 @@ impl Recording {
     }
 
     fn log_mesh(&self, path: EntityPath, part: &Part<'_>) -> Result<(), Error> {
-        let triple = |v: &nalgebra::Vector3<f64>| [v.x as f32, v.y as f32, v.z as f32];
+        let alpha = (255.0 * part.opacity).round() as u8;
         let mesh = Mesh3D::new(part.mesh.points().iter().map(|p| triple(&p.coords)))
             .with_triangle_indices(part.mesh.faces().iter().map(|face| face.map(|v| v.0)))
             .with_vertex_normals(part.mesh.vertex_normals().iter().map(triple))
-            .with_vertex_colors(part.colors());
+            .with_vertex_colors(part.colors().into_iter().map(|[r, g, b]| [r, g, b, alpha]));
         self.stream.log(path, &mesh).map_err(failed)
     }
 }
@@ -210,6 +247,22 @@ fn layout_of_fusion() -> Blueprint {
     Blueprint::new(all.with_row_shares(vec![3.0, 1.0]))
 }
 
+/// The scan, and what is fitted to it in the same place, by itself and within; how far off it is below.
+fn layout_of_fits() -> Blueprint {
+    let fitted = Spatial3DView::new("Fitted").with_origin("world").with_contents(["world/fitted"]);
+    let both = Spatial3DView::new("In the scan").with_origin("world").with_contents(["world/**"]);
+    let above = Horizontal::new([ContainerLike::from(fitted), ContainerLike::from(both)]);
+    let measures = TimeSeriesView::new("Residual").with_origin("measures");
+    let notes = TextDocumentView::new("Notes").with_origin("notes");
+    let below = Horizontal::new([ContainerLike::from(measures), ContainerLike::from(notes)]);
+    let all = Vertical::new([ContainerLike::from(above), ContainerLike::from(below)]);
+    Blueprint::new(all.with_row_shares(vec![3.0, 1.0]))
+}
+
+fn triple(v: &Vec3) -> [f32; 3] {
+    [v.x as f32, v.y as f32, v.z as f32]
+}
+
 /// Each part as it is, whatever signs a garment's name has.
 fn path_of(parts: &[&str]) -> EntityPath {
     parts.iter().map(|part| EntityPathPart::from(*part)).collect()
@@ -222,7 +275,6 @@ fn failed(why: RecordingStreamError) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::TriMesh;
 
     #[test]
     fn a_viewer_that_does_not_answer_and_one_that_is_none_are_told() {
