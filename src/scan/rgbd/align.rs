@@ -1,7 +1,7 @@
 //! One frame held against the prediction: point-to-plane ICP with projective association.
 
 use super::camera::depth_noise;
-use super::raycast::Prediction;
+use super::raycast::{Prediction, Seen};
 use super::view::{Level, View};
 use nalgebra::{Isometry3, Matrix6, Point3, Translation3, UnitQuaternion, Vector3, Vector6};
 use rayon::prelude::*;
@@ -135,8 +135,8 @@ fn pairs(level: &Level, prediction: &Prediction, pose: &Isometry3<f64>, gate: f3
             return None;
         }
         let at = v as usize * camera.width + u as usize;
-        let normal = prediction.normals[at];
-        let apart = m - prediction.points[at];
+        let Seen { point, normal } = prediction.seen[at];
+        let apart = m - point;
         let same_side = (model_from_camera.rotation * n).dot(&normal) > SAME_SIDE;
         if !same_side || apart.norm_squared() > gate * gate {
             return None;

@@ -1,6 +1,7 @@
 //! The camera that took the frames: a pinhole with a lens.
 
 use crate::geometry::Point;
+use nalgebra::{Isometry3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// A pinhole camera. Its frame: x right, y down, z forward; pixel centres lie at whole numbers.
@@ -76,6 +77,35 @@ impl RgbdCamera {
             cy: (self.cy + 0.5) * sy - 0.5,
             distortion: self.distortion,
         }
+    }
+}
+
+/// The rays through the pixels of a camera that looks from somewhere, in the model's frame, in units of a voxel or a block.
+pub(super) struct Rays {
+    /// The camera's place.
+    pub(super) origin: Point3<f32>,
+    /// The way from depth 0 to depth 1 m through the pixel in the upper left, and how it changes from column to column and
+    /// from row to row.
+    pub(super) first: Vector3<f32>,
+    pub(super) across: Vector3<f32>,
+    pub(super) down: Vector3<f32>,
+}
+
+impl Rays {
+    pub(super) fn new(camera: &RgbdCamera, model_from_camera: &Isometry3<f64>, unit: f32) -> Self {
+        let inverse = 1.0 / f64::from(unit);
+        let axes = model_from_camera.rotation.to_rotation_matrix().into_inner() * inverse;
+        Self {
+            origin: Point3::from((model_from_camera.translation.vector * inverse).cast()),
+            first: (axes * camera.point(0.0, 0.0, 1.0).coords).cast(),
+            across: (axes.column(0) / camera.fx).cast(),
+            down: (axes.column(1) / camera.fy).cast(),
+        }
+    }
+
+    /// The way from depth 0 to depth 1 m through a pixel.
+    pub(super) fn through(&self, column: usize, row: usize) -> Vector3<f32> {
+        self.first + self.across * column as f32 + self.down * row as f32
     }
 }
 

@@ -1,15 +1,10 @@
 //! A view's depths averaged into the volume.
 
-use super::view::{BEYOND, UNCOLORED, View};
-use super::volume::{Block, FULL, SIDE, Tint, Volume, Voxel, WEIGHT_UNIT, floor};
-use nalgebra::{Isometry3, Point3, Vector3};
+use super::view::{UNKNOWN_COLOR, View};
+use super::volume::{Block, FULL, SIDE, Tint, Volume, Voxel, WEIGHT_UNIT, whole};
+use nalgebra::{Isometry3, Matrix3, Vector3};
 use rayon::prelude::*;
 
-/// Every so many pixels a ray opens blocks: a block of 32 mm is 6 pixels at 2 m.
-const STRIDE: usize = 2;
-/// A ray that looks past the person clears what lies on it, but counts less than one that ends on a surface: a swaying
-/// arm must not be rubbed out by its own neighbourhood.
-const CLEARING: f32 = 0.25;
 /// Colours are taken within this share of the truncation around the surface.
 const COLORED: f32 = 0.5;
 /// Evidence beyond which a voxel's mean goes on as a running one, in views.
@@ -20,168 +15,209 @@ impl Volume {
     ///
     /// **Source** Curless & Levoy 1996; Newcombe et al. 2011 §3.3.
     ///
-    /// **Guarantees** the same voxels with any number of threads: each block is one thread's, views come one after
-    /// the other.
+    /// **Guarantees** the same voxels with any number of threads and with any processor's vector instructions: each block
+    /// is one thread's, views come one after the other, and no instruction rounds otherwise than the plain ones.
     pub(super) fn integrate(&mut self, view: &View, model_from_camera: &Isometry3<f64>) {
         self.open_blocks(view, model_from_camera);
-        let camera_from_model = model_from_camera.inverse().cast::<f32>();
-        let (stamp, voxel, truncation) = (self.stamp, self.voxel, self.truncation);
-        let averaging = Averaging::new(view, camera_from_model, voxel, truncation);
-        let blocks = self.blocks.par_iter_mut().with_min_len(64);
+        let averaging = Averaging::new(view, model_from_camera, self.voxel, self.truncation);
+        let (stamp, processor) = (self.stamp, pulp::Arch::new());
+        let blocks = self.blocks.par_iter_mut().zip(&self.stamps).with_min_len(64);
         if self.tints.is_empty() {
-            blocks.filter(|b| b.stamp == stamp).for_each(|block| averaging.average(block, None));
+            let seen = blocks.filter(|(_, s)| **s == stamp);
+            seen.for_each(|(block, _)| processor.dispatch(Average { averaging: &averaging, block, tint: None }));
         } else {
-            let both = blocks.zip(self.tints.par_iter_mut()).filter(|(b, _)| b.stamp == stamp);
-            both.for_each(|(block, tint)| averaging.average(block, Some(tint)));
-        }
-    }
-
-    /// Makes or stamps every block that the view says something about.
-    fn open_blocks(&mut self, view: &View, model_from_camera: &Isometry3<f64>) {
-        self.stamp += 1;
-        let pose = model_from_camera.cast::<f32>();
-        let origin = Point3::from(pose.translation.vector);
-        let inverse = 1.0 / self.block_size();
-        let mut last = [i32::MAX; 3];
-        // Half a block at a step misses no block that matters: a neighbouring ray meets it.
-        let steps = (4.0 * self.truncation * inverse).ceil().max(2.0) as usize;
-        for row in (0..view.camera.height).step_by(STRIDE) {
-            for column in (0..view.camera.width).step_by(STRIDE) {
-                let i = row * view.camera.width + column;
-                let z = view.depth[i];
-                if view.evidence[i] <= 0.0 {
-                    continue;
-                }
-                let ray = view.camera.point(column as f64, row as f64, 1.0).coords.cast::<f32>();
-                let seen = pose.rotation * (ray * z);
-                let reach = pose.rotation * ray.normalize() * self.truncation;
-                for k in 0..=steps {
-                    let p = origin + seen + reach * (2.0 * k as f32 / steps as f32 - 1.0);
-                    let at = [p.x, p.y, p.z].map(|c| floor(c * inverse));
-                    if at != last {
-                        let index = self.block_or_new(at);
-                        self.blocks[index as usize].stamp = self.stamp;
-                        last = at;
-                    }
-                }
-            }
+            let seen = blocks.zip(self.tints.par_iter_mut()).filter(|((_, s), _)| **s == stamp);
+            seen.for_each(|((block, _), tint)| {
+                processor.dispatch(Average { averaging: &averaging, block, tint: Some(tint) });
+            });
         }
     }
 }
 
-/// A view seen from a block, ready to be averaged.
+/// Voxels of a block that are reckoned together: a layer of it, for all steps to be long enough for the processor's vectors.
+const LAYER: usize = SIDE * SIDE;
+
+/// A view ready to be averaged.
 struct Averaging<'a> {
     view: &'a View,
-    camera_from_model: Isometry3<f32>,
+    /// Column and row of a point, each times its depth, and its depth.
+    image_from_model: Matrix3<f32>,
+    image_from_origin: Vector3<f32>,
     voxel: f32,
     /// One over the truncation.
     inverse: f32,
-    /// Steps from voxel to voxel along x, y, z, in the camera's frame.
-    along: [Vector3<f32>; 3],
+    /// From the first voxel of a layer to each of its voxels: columns, rows and depths.
+    offsets: [[f32; LAYER]; 3],
+    /// From layer to layer.
+    deeper: Vector3<f32>,
 }
 
-/// What a view says of a row of voxels: reckoned for all of them at once, which the processor does four at a time.
-struct Row {
-    /// [`OUTSIDE`] where the camera does not look.
-    pixel: [u32; SIDE],
+/// A block to average, for whichever instructions the processor has: `inline(always)` from here on, so that all of it is
+/// compiled for them.
+struct Average<'a, 'b> {
+    averaging: &'b Averaging<'a>,
+    block: &'b mut Block,
+    tint: Option<&'b mut Tint>,
+}
+
+impl pulp::WithSimd for Average<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        self.averaging.average(self.block, self.tint);
+    }
+}
+
+/// What a view says of a layer.
+struct Layer {
+    pixel: [u32; LAYER],
     /// From the surface, in truncations, at most 1.
-    distance: [f32; SIDE],
-    /// Of what the pixel shows; 0 for nothing.
-    evidence: [f32; SIDE],
+    distance: [f32; LAYER],
+    /// 0 behind the surface, and where nothing is seen.
+    evidence: [f32; LAYER],
 }
-
-const OUTSIDE: u32 = u32::MAX;
 
 impl<'a> Averaging<'a> {
-    fn new(view: &'a View, camera_from_model: Isometry3<f32>, voxel: f32, truncation: f32) -> Self {
-        let along = [Vector3::x(), Vector3::y(), Vector3::z()].map(|e| camera_from_model.rotation * e * voxel);
-        Self { view, camera_from_model, voxel, inverse: 1.0 / truncation, along }
+    fn new(view: &'a View, model_from_camera: &Isometry3<f64>, voxel: f32, truncation: f32) -> Self {
+        let camera = &view.camera;
+        let image = Matrix3::new(camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0);
+        let camera_from_model = model_from_camera.inverse();
+        let image_from_model = image * camera_from_model.rotation.to_rotation_matrix().into_inner();
+        let along = image_from_model * f64::from(voxel);
+        let offset =
+            |axis: usize, i: usize| along[(axis, 0)] * (i % SIDE) as f64 + along[(axis, 1)] * (i / SIDE) as f64;
+        Self {
+            view,
+            image_from_model: image_from_model.cast(),
+            image_from_origin: (image * camera_from_model.translation.vector).cast(),
+            voxel,
+            inverse: 1.0 / truncation,
+            offsets: std::array::from_fn(|axis| std::array::from_fn(|i| offset(axis, i) as f32)),
+            deeper: along.column(2).into_owned().cast(),
+        }
     }
 
+    #[inline(always)]
     fn average(&self, block: &mut Block, mut tint: Option<&mut Tint>) {
-        let corner = Point3::from(Vector3::from(block.at.map(|c| (c * SIDE as i32) as f32 * self.voxel)));
-        let first = self.camera_from_model * corner;
-        for (row, voxels) in block.voxels.as_chunks_mut::<SIDE>().0.iter_mut().enumerate() {
-            let start = first + self.along[1] * (row % SIDE) as f32 + self.along[2] * (row / SIDE) as f32;
-            let seen = self.row(&start);
-            let evidence = blend(voxels, &seen);
-            let Some(tint) = tint.as_deref_mut() else { continue };
-            for (i, &evidence) in evidence.iter().enumerate() {
-                if evidence > 0.0
-                    && seen.distance[i].abs() < COLORED
-                    && let Some(color) = self.view.colors.get(seen.pixel[i] as usize).filter(|c| **c != UNCOLORED)
+        let corner = Vector3::from(block.at.map(|c| (c * SIDE as i32) as f32 * self.voxel));
+        let first = self.image_from_model * corner + self.image_from_origin;
+        let per_metre = self.per_metre(&first);
+        for (k, voxels) in block.voxels.as_chunks_mut::<LAYER>().0.iter_mut().enumerate() {
+            let seen = self.layer(&(first + self.deeper * k as f32), per_metre);
+            for (row, voxels) in voxels.as_chunks_mut::<SIDE>().0.iter_mut().enumerate() {
+                let (distance, evidence) =
+                    (&seen.distance.as_chunks::<SIDE>().0[row], &seen.evidence.as_chunks::<SIDE>().0[row]);
+                // None is negative: the bits of all are 0 only if all are 0.
+                if evidence.iter().fold(0, |bits, e| bits | e.to_bits()) == 0 {
+                    continue;
+                }
+                blend(voxels, distance, evidence);
+                if let Some(tint) = tint.as_deref_mut()
+                    && !self.view.colors.is_empty()
                 {
-                    color_in(tint, row * SIDE + i, *color, evidence * evidence);
+                    let pixels = &seen.pixel.as_chunks::<SIDE>().0[row];
+                    self.color_in(&mut tint[k * SIDE + row], pixels, distance, evidence);
                 }
             }
         }
     }
 
-    fn row(&self, start: &Point3<f32>) -> Row {
-        let camera = &self.view.camera;
-        let (w, h) = (camera.width as f32, camera.height as f32);
-        let (fx, fy) = (camera.fx as f32, camera.fy as f32);
-        let (cx, cy) = (camera.cx as f32 + 0.5, camera.cy as f32 + 0.5);
-        let step = self.along[0];
-        let (mut pixels, mut depths, mut stretch) = ([OUTSIDE; SIDE], [0.0f32; SIDE], [0.0f32; SIDE]);
+    /// Averages the colours of a row, near the surface.
+    #[inline(always)]
+    fn color_in(
+        &self,
+        tint: &mut [[u16; SIDE]; 4],
+        pixels: &[u32; SIDE],
+        distance: &[f32; SIDE],
+        evidence: &[f32; SIDE],
+    ) {
+        let mut new = [0.0; SIDE];
         for i in 0..SIDE {
-            let t = i as f32;
-            let (x, y, z) = (start.x + step.x * t, start.y + step.y * t, start.z + step.z * t);
-            let near = 1.0 / z;
-            let (u, v) = (fx * x * near + cx, fy * y * near + cy);
-            // Single ands, no early way out; NaN is no number of any side.
-            let inside = (u >= 0.0) & (v >= 0.0) & (u < w) & (v < h) & (z > 0.0);
-            let pixel = (v as i32).wrapping_mul(camera.width as i32).wrapping_add(u as i32);
-            pixels[i] = if inside { pixel as u32 } else { OUTSIDE };
-            depths[i] = z;
-            // Along the ray, not along z: the same truncation in the middle and at the border of the image.
-            stretch[i] = (x * x + y * y + z * z).sqrt() * near * self.inverse;
+            new[i] = if distance[i].abs() < COLORED { evidence[i] * evidence[i] * WEIGHT_UNIT } else { 0.0 };
         }
-        let mut row = Row { pixel: pixels, distance: [0.0; SIDE], evidence: [0.0; SIDE] };
-        for (i, &pixel) in pixels.iter().enumerate() {
-            if let Some(&z) = self.view.depth.get(pixel as usize) {
-                row.distance[i] = z;
-                row.evidence[i] = if z == BEYOND { CLEARING } else { self.view.evidence[pixel as usize] };
+        if new.iter().fold(0, |bits, e| bits | e.to_bits()) == 0 {
+            return;
+        }
+        let colors = pixels.map(|pixel| self.view.colors[pixel as usize]);
+        let mut share = [0.0; SIDE];
+        for i in 0..SIDE {
+            let old = f32::from(tint[3][i]);
+            let new = if colors[i] != UNKNOWN_COLOR { new[i] } else { 0.0 };
+            let total = old + new;
+            // What does not fit into the weight's bits is nothing.
+            let counts = total >= 0.5;
+            share[i] = if counts { new / total } else { 0.0 };
+            let weight = if total < MOST_VIEWS * WEIGHT_UNIT { total } else { MOST_VIEWS * WEIGHT_UNIT };
+            tint[3][i] = whole(if counts { weight } else { old }) as u16;
+        }
+        for (c, mean) in tint[..3].iter_mut().enumerate() {
+            for i in 0..SIDE {
+                let (old, value) = (f32::from(mean[i]), (colors[i] >> (8 * c) & 0xff) as i32 as f32 * 256.0);
+                mean[i] = whole(old + (value - old) * share[i]) as u16;
             }
         }
-        for i in 0..SIDE {
-            row.distance[i] = ((row.distance[i] - depths[i]) * stretch[i]).min(1.0);
+    }
+
+    /// What a metre of depth is at a block, in truncations along the ray: the same truncation in the middle and at the border
+    /// of the image. Over a block it changes by less than 1 %, and where the surface is it does not matter.
+    #[inline(always)]
+    fn per_metre(&self, first: &Vector3<f32>) -> f32 {
+        let camera = &self.view.camera;
+        let middle = 0.5 * (SIDE - 1) as f32;
+        let across =
+            [0, 1, 2].map(|axis| first[axis] + self.offsets[axis][LAYER - 1] * 0.5 + self.deeper[axis] * middle);
+        let x = (across[0] / across[2] - camera.cx as f32) / camera.fx as f32;
+        let y = (across[1] / across[2] - camera.cy as f32) / camera.fy as f32;
+        (1.0 + x * x + y * y).sqrt() * self.inverse
+    }
+
+    #[inline(always)]
+    fn layer(&self, first: &Vector3<f32>, per_metre: f32) -> Layer {
+        let (width, height) = (self.view.camera.width as u32, self.view.camera.height as u32);
+        let nowhere = width * height;
+        let [columns, rows, depths] = &self.offsets;
+        let mut layer = Layer { pixel: [0; LAYER], distance: [0.0; LAYER], evidence: [0.0; LAYER] };
+        let mut depth = [0.0; LAYER];
+        for i in 0..LAYER {
+            let z = first.z + depths[i];
+            let near = 1.0 / z;
+            let column = whole((first.x + columns[i]) * near) as u32;
+            let row = whole((first.y + rows[i]) * near) as u32;
+            // Single ands, no early way out; what is negative, or no number, is a large one here.
+            let inside = (column < width) & (row < height) & (z > 0.0);
+            let pixel = row.wrapping_mul(width).wrapping_add(column);
+            layer.pixel[i] = if inside { pixel } else { nowhere };
+            depth[i] = z;
         }
-        row
+        for i in 0..LAYER {
+            let pixel = self.view.pixels[layer.pixel[i] as usize];
+            layer.distance[i] = pixel.depth;
+            layer.evidence[i] = pixel.evidence;
+        }
+        for i in 0..LAYER {
+            let distance = (layer.distance[i] - depth[i]) * per_metre;
+            // A mask, for a branch would keep the processor from doing eight at once.
+            let counts = u32::from(distance >= -1.0).wrapping_neg();
+            layer.evidence[i] = f32::from_bits(layer.evidence[i].to_bits() & counts);
+            layer.distance[i] = if distance < 1.0 { distance } else { 1.0 };
+        }
+        layer
     }
 }
 
-/// The nearest whole number of what is not negative and fits.
-fn nearest(value: f32) -> u16 {
-    (value + 0.5) as i32 as u16
-}
-
-/// Averages a row; what is behind the surface, or not seen, stays as it is. The evidence that went in.
-fn blend(voxels: &mut [Voxel; SIDE], seen: &Row) -> [f32; SIDE] {
-    let mut evidence = [0.0; SIDE];
+/// Averages a row; what is behind the surface, or not seen, stays as it is.
+#[inline(always)]
+fn blend(voxels: &mut [Voxel; SIDE], distance: &[f32; SIDE], evidence: &[f32; SIDE]) {
     for (i, voxel) in voxels.iter_mut().enumerate() {
         // No branches: nothing new leaves mean and weight as they are, to the last bit.
-        let distance = seen.distance[i];
-        evidence[i] = if distance >= -1.0 { seen.evidence[i] } else { 0.0 };
-        let (old, new) = (f32::from(voxel.weight), evidence[i] * WEIGHT_UNIT);
+        let (old, new) = ((voxel.0 >> 16) as i32 as f32, evidence[i] * WEIGHT_UNIT);
         let total = old + new;
-        let mean = (f32::from(voxel.distance) * old + distance.max(-1.0) * FULL * new) / total.max(1e-6);
-        voxel.distance = (mean + 0.5f32.copysign(mean)) as i32 as i16;
-        voxel.weight = nearest(total.min(MOST_VIEWS * WEIGHT_UNIT));
+        let divisor = if total > 1e-6 { total } else { 1e-6 };
+        let mean = (((voxel.0 << 16) as i32 >> 16) as f32 * old + distance[i] * FULL * new) / divisor;
+        let weight = if total < MOST_VIEWS * WEIGHT_UNIT { total } else { MOST_VIEWS * WEIGHT_UNIT };
+        voxel.0 = (whole(weight) as u32) << 16 | (whole(mean) as u32 & 0xffff);
     }
-    evidence
-}
-
-fn color_in(tint: &mut Tint, at: usize, color: [u8; 3], evidence: f32) {
-    let (old, new) = (f32::from(tint.weight[at]), evidence * WEIGHT_UNIT);
-    let total = old + new;
-    if total < 0.5 {
-        return;
-    }
-    for (channel, value) in tint.color[at].iter_mut().zip(color) {
-        *channel = nearest((f32::from(*channel) * old + f32::from(value) * 256.0 * new) / total);
-    }
-    tint.weight[at] = nearest(total.min(MOST_VIEWS * WEIGHT_UNIT));
 }
 
 #[cfg(test)]
@@ -189,6 +225,7 @@ mod tests {
     use super::*;
     use crate::scan::rgbd::camera::RgbdCamera;
     use crate::scan::rgbd::volume::Reader;
+    use nalgebra::Point3;
 
     #[test]
     fn a_wall_is_averaged_to_where_it_is_and_the_same_with_one_thread() {
@@ -206,10 +243,35 @@ mod tests {
         let value = Reader::new(&volume).sample(&Point3::new(0.0, 0.0, 0.996 / 0.005)).unwrap();
         assert!((value - 0.2).abs() < 0.01, "4 mm of 20 before the wall: {value}");
         let block = volume.block_at([0, 0, 25]) as usize;
-        assert_eq!(volume.tints[block].color[0].map(|c| c / 256), [200, 100, 0]);
+        assert_eq!([0, 1, 2].map(|c| volume.tints[block][0][c][0] / 256), [200, 100, 0]);
         let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(made);
         assert_eq!(volume.blocks.len(), alone.blocks.len());
         assert!(volume.blocks.iter().zip(&alone.blocks).all(|(a, b)| a.at == b.at && a.voxels == b.voxels));
         assert_eq!(volume.tints, alone.tints);
+    }
+
+    #[test]
+    fn the_processors_vector_instructions_change_no_bit() {
+        let camera =
+            RgbdCamera { width: 64, height: 64, fx: 100.0, fy: 90.0, cx: 31.0, cy: 33.5, distortion: [0.0; 5] };
+        // Bumps with an edge beside them, in many colours, some unknown.
+        let bumps =
+            (0..64 * 64).map(|i| if i % 64 < 50 { 1.0 + 0.03 * (i as f32 * 0.11).sin() } else { f32::INFINITY });
+        let colors = (0..64 * 64).map(|i: usize| if i % 7 == 0 { [0; 3] } else { [i as u8, (i / 3) as u8, 9] });
+        let view = View::prepare(camera, bumps.collect(), colors.collect());
+        let pose = |k: usize| Isometry3::new(Vector3::new(0.01 * k as f64, 0.2, 0.0), Vector3::new(0.1, 0.02, 0.3));
+        let (mut volume, mut plain) = (Volume::colored(0.005, 0.02), Volume::colored(0.005, 0.02));
+        for k in 0..4 {
+            volume.integrate(&view, &pose(k));
+            plain.open_blocks(&view, &pose(k));
+            let averaging = Averaging::new(&view, &pose(k), plain.voxel, plain.truncation);
+            for (i, block) in plain.blocks.iter_mut().enumerate().filter(|(i, _)| plain.stamps[*i] == plain.stamp) {
+                averaging.average(block, Some(&mut plain.tints[i]));
+            }
+        }
+        assert!(volume.blocks.len() > 100 && volume.blocks.len() == plain.blocks.len());
+        assert!(volume.blocks.iter().zip(&plain.blocks).all(|(a, b)| a.at == b.at && a.voxels == b.voxels));
+        assert_eq!(volume.tints, plain.tints);
+        assert!(volume.tints.iter().flatten().flatten().flatten().any(|&c| c > 0));
     }
 }

@@ -2,6 +2,7 @@
 
 use super::align::{Alignment, TRACKING, align, moved};
 use super::axis::Axis;
+use super::raycast::Reach;
 use super::track::{Cut, Placed, predicted};
 use super::volume::Volume;
 use crate::numerics::SparseCholesky;
@@ -94,7 +95,7 @@ fn loop_edges(cuts: &[Cut], placed: &[Placed], axis: &Axis, voxel: f64, truncati
             }
             let view = &cuts[placed[later].cut].view;
             let guess = placed[later].pose;
-            let found: Alignment = align(view, &predicted(view, &local, &guess), &guess, &TRACKING);
+            let found: Alignment = align(view, &predicted(view, &local, &guess, Reach::Far), &guess, &TRACKING);
             let measured = placed[earlier].pose.inverse() * found.model_from_camera;
             (found.overlap > LEAST_OVERLAP).then_some(Edge {
                 from: earlier,

@@ -1,6 +1,6 @@
 //! The zero surface of the volume.
 
-use super::volume::{Block, FULL, NONE, SIDE, VOXELS, Volume, WEIGHT_UNIT};
+use super::volume::{Block, FULL, NONE, SIDE, Tint, VOXELS, Volume, WEIGHT_UNIT};
 use crate::geometry::{Point, Vec3};
 use rayon::prelude::*;
 
@@ -65,8 +65,8 @@ impl<'a> Around<'a> {
                 continue;
             };
             let voxel = self.volume.blocks[block as usize].voxels[j];
-            if voxel.weight >= least {
-                *value = f32::from(voxel.distance) / FULL;
+            if voxel.weight() >= least {
+                *value = f32::from(voxel.distance()) / FULL;
                 below |= is_inside(*value);
             }
         }
@@ -220,19 +220,20 @@ impl Volume {
             }
         };
         let (a, b) = (block.voxels[i], self.blocks[there].voxels[j]);
-        let (da, db) = (f64::from(a.distance), f64::from(b.distance));
+        let (da, db) = (f64::from(a.distance()), f64::from(b.distance()));
         let share = if da == db { 0.5 } else { da / (da - db) };
         let mut p = [0, 1, 2].map(|k| f64::from(block.at[k] * SIDE as i32) + at[k] as f64);
         p[axis] += share;
         let color = match (self.tints.get(here), self.tints.get(there)) {
             (Some(here), Some(there)) => {
-                let (wa, wb) = ((1.0 - share) * f64::from(here.weight[i]), share * f64::from(there.weight[j]));
-                let sum = |c: usize| wa * f64::from(here.color[i][c]) + wb * f64::from(there.color[j][c]);
+                let of = |tint: &Tint, i: usize, c: usize| f64::from(tint[i / SIDE][c][i % SIDE]);
+                let (wa, wb) = ((1.0 - share) * of(here, i, 3), share * of(there, j, 3));
+                let sum = |c: usize| wa * of(here, i, c) + wb * of(there, j, c);
                 (wa + wb > 0.0).then(|| std::array::from_fn(|c| (sum(c) / (wa + wb) / 256.0).round() as u8))
             }
             _ => None,
         };
-        let evidence = f32::from(a.weight.min(b.weight)) / WEIGHT_UNIT;
+        let evidence = f32::from(a.weight().min(b.weight())) / WEIGHT_UNIT;
         (Point::from(p.map(|c| c * f64::from(self.voxel))), color, evidence)
     }
 }
@@ -351,7 +352,7 @@ mod tests {
                         let at = [i % 8, i / 8 % 8, i / 64];
                         let p: [f64; 3] = std::array::from_fn(|k| f64::from([x, y, z][k] * 8) + at[k] as f64);
                         let distance = (distance(p).clamp(-0.9, 0.9) * f64::from(FULL)) as i16;
-                        volume.blocks[b].voxels[i] = Voxel { distance, weight: 64 };
+                        volume.blocks[b].voxels[i] = Voxel::new(distance, 64);
                     }
                 }
             }

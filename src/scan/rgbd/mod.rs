@@ -11,6 +11,7 @@ mod integrate;
 mod loop_closure;
 mod marching_cubes;
 mod mend;
+mod open;
 mod params;
 mod person;
 mod pieces;

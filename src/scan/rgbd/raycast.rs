@@ -1,49 +1,127 @@
 //! What a camera would see of the volume: the prediction that a new frame is held against.
 
-use super::camera::RgbdCamera;
+use super::camera::{Rays, RgbdCamera};
 use super::view::{Level, TILE};
 use super::volume::{FULL, Reader, SIDE, Volume, floor};
 use nalgebra::{Isometry3, Point3, Vector3};
 use rayon::prelude::*;
 
-/// Surface points and normals as seen through each pixel, in the model's frame.
+/// The surface as seen through each pixel.
 pub(super) struct Prediction {
     pub(super) camera: RgbdCamera,
     pub(super) camera_from_model: Isometry3<f64>,
-    /// A zero normal where nothing is seen.
-    pub(super) points: Vec<Point3<f32>>,
-    pub(super) normals: Vec<Vector3<f32>>,
+    pub(super) seen: Vec<Seen>,
 }
 
+/// A point of the surface and its normal toward the camera, in the model's frame; a zero normal where nothing is seen.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Seen {
+    pub(super) point: Point3<f32>,
+    pub(super) normal: Vector3<f32>,
+}
+
+/// How far from what a view shows the model is looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Reach {
+    /// Within [`CLOSE`], and [`BESIDE`]: the guess is nearly right.
+    Near,
+    /// Within [`SLACK`], and in all tiles next to those that show somebody.
+    Far,
+}
+
+/// Metres before and behind what a pixel shows: no prediction of a steady turn is off by more.
+const CLOSE: f32 = 0.03;
+/// Pixels beside the person, for those at the outline to find their partners: 2 cm at 2 m and half size.
+const BESIDE: usize = 2;
+/// Metres before and behind what a tile shows.
+const SLACK: f32 = 0.12;
+/// Share of the truncation to which a surface is found: 0.02 mm.
+const EXACT: f32 = 1e-3;
+
 impl Volume {
-    /// Marches a ray through each pixel of a view's level, near the depths that it shows, to the first crossing from outside
-    /// in.
+    /// Looks along a ray through each pixel of a view's level, near the depths that it shows, for a crossing from outside in.
     ///
     /// **Source** Newcombe et al. 2011 §3.4; rays begin where the first block is seen, as in Prisacariu et al. 2017 (InfiniTAM
-    /// v3 §4.2), and absent blocks are skipped.
-    pub(super) fn predict(&self, level: &Level, model_from_camera: &Isometry3<f64>) -> Prediction {
+    /// v3 §4.2), and absent blocks are skipped. Where the guess is nearly right, a ray begins at the depth that the view
+    /// itself shows, and the distance there, which is one along the ray, leads to the surface in two or three steps.
+    pub(super) fn predict(&self, level: &Level, model_from_camera: &Isometry3<f64>, reach: Reach) -> Prediction {
         let camera = &level.camera;
-        let pose = model_from_camera.cast::<f32>();
         let camera_from_model = model_from_camera.inverse();
-        let (filled, across) = (self.filled_depths(camera, &camera_from_model.cast()), camera.width.div_ceil(TILE));
-        let hits: Vec<(Point3<f32>, Vector3<f32>)> = (0..camera.height)
-            .into_par_iter()
-            .flat_map_iter(|row| {
-                let mut reader = Reader::new(self);
-                (0..camera.width)
-                    .map(|column| {
-                        let [first, last] = filled[row / TILE * across + column / TILE];
-                        let range = level.range(column, row).map(|[near, far]| [near.max(first), far.min(last)]);
-                        let ray = camera.point(column as f64, row as f64, 1.0).coords.cast::<f32>();
-                        range
-                            .and_then(|range| self.march(&mut reader, &pose, &ray, range))
-                            .unwrap_or_else(|| (Point3::origin(), Vector3::zeros()))
-                    })
-                    .collect::<Vec<_>>()
-            })
-            .collect();
-        let (points, normals) = hits.into_iter().unzip();
-        Prediction { camera: camera.clone(), camera_from_model, points, normals }
+        let rays = Rays::new(camera, model_from_camera, self.voxel);
+        let mut depths = vec![0.0f32; camera.width * camera.height];
+        let rows = depths.par_chunks_mut(TILE * camera.width).enumerate();
+        match reach {
+            Reach::Near => rows.for_each(|(down, rows)| self.near_depths(level, &rays, down * TILE, rows)),
+            Reach::Far => {
+                let filled = self.filled_depths(camera, &camera_from_model.cast());
+                rows.for_each(|(down, rows)| self.far_depths(level, &rays, &filled, down * TILE, rows));
+            }
+        }
+        let seen = self.seen(camera, &rays, &depths);
+        Prediction { camera: camera.clone(), camera_from_model, seen }
+    }
+
+    fn near_depths(&self, level: &Level, rays: &Rays, first_row: usize, depths: &mut [f32]) {
+        let mut reader = Reader::new(self);
+        let width = level.camera.width;
+        for (i, depth) in depths.iter_mut().enumerate() {
+            let (column, row) = (i % width, first_row + i / width);
+            let Some(shown) = level.depth_beside(column, row, BESIDE) else { continue };
+            let ray = rays.through(column, row);
+            *depth = self.slide(&mut reader, &rays.origin, &ray, shown).unwrap_or_else(|| {
+                self.march(&mut reader, &rays.origin, &ray, [shown - CLOSE, shown + CLOSE]).unwrap_or(0.0)
+            });
+        }
+    }
+
+    fn far_depths(&self, level: &Level, rays: &Rays, filled: &[[f32; 2]], first_row: usize, depths: &mut [f32]) {
+        let mut reader = Reader::new(self);
+        let width = level.camera.width;
+        let across = width.div_ceil(TILE);
+        for (i, depth) in depths.iter_mut().enumerate() {
+            let (column, row) = (i % width, first_row + i / width);
+            let tile = row / TILE * across + column / TILE;
+            let Some([near, far]) = level.range(tile) else { continue };
+            let [first, last] = filled[tile];
+            let range = [(near - SLACK).max(first).max(0.05), (far + SLACK).min(last)];
+            *depth = self.march(&mut reader, &rays.origin, &rays.through(column, row), range).unwrap_or(0.0);
+        }
+    }
+
+    /// From a depth along a ray to the surface, as the distance there tells; `None` where it does not.
+    fn slide(&self, reader: &mut Reader, origin: &Point3<f32>, ray: &Vector3<f32>, shown: f32) -> Option<f32> {
+        let truncation = self.truncation / (ray.norm() * self.voxel);
+        let mut distance_at = |depth: f32| reader.sample(&(origin + ray * depth)).filter(|d| d.abs() < 1.0);
+        let (mut before, mut d_before) = (shown, distance_at(shown)?);
+        let mut depth = shown + d_before * truncation;
+        for _ in 0..3 {
+            let d = distance_at(depth)?;
+            if d.abs() < EXACT {
+                return Some(depth);
+            }
+            let slope = (d - d_before) / (depth - before);
+            // From outside in, and no flatter than a fourth of what a surface straight ahead has.
+            if slope * truncation > -0.25 {
+                return None;
+            }
+            (before, d_before) = (depth, d);
+            depth -= d / slope;
+        }
+        Some(depth)
+    }
+
+    /// Points and normals at depths.
+    fn seen(&self, camera: &RgbdCamera, rays: &Rays, depths: &[f32]) -> Vec<Seen> {
+        let at = |reader: &mut Reader, (i, &depth): (usize, &f32)| {
+            let ray = rays.through(i % camera.width, i / camera.width);
+            let p = rays.origin + ray * depth;
+            let normal = (depth > 0.0).then(|| reader.normal(&p)).flatten();
+            match normal.filter(|n| n.dot(&ray) < 0.0) {
+                Some(normal) => Seen { point: p * self.voxel, normal },
+                None => Seen::default(),
+            }
+        };
+        depths.par_iter().enumerate().with_min_len(2048).map_init(|| Reader::new(self), at).collect()
     }
 
     /// Between which depths there are blocks, a tile of the image; none where the first is beyond the last.
@@ -82,82 +160,80 @@ impl Volume {
         tiles
     }
 
+    /// The first crossing between two depths.
     fn march(
         &self,
         reader: &mut Reader,
-        pose: &Isometry3<f32>,
+        origin: &Point3<f32>,
         ray: &Vector3<f32>,
         [near, far]: [f32; 2],
-    ) -> Option<(Point3<f32>, Vector3<f32>)> {
-        let origin = Point3::from(pose.translation.vector) / self.voxel;
-        let direction = pose.rotation * ray.normalize();
-        // In voxels from here on.
-        let (mut t, end) = (near * ray.norm() / self.voxel, far * ray.norm() / self.voxel);
-        let truncation = self.truncation / self.voxel;
-        let mut before: Option<(f32, f32)> = None;
-        while t < end {
-            let p = origin + direction * t;
+    ) -> Option<f32> {
+        let voxel = 1.0 / ray.norm();
+        let inverse = ray.map(|c| 1.0 / c);
+        let truncation = self.truncation / self.voxel * voxel;
+        let mut depth = near;
+        let mut before: Option<f32> = None;
+        while depth < far {
+            let p = origin + ray * depth;
             let nearest = [p.x, p.y, p.z].map(|c| floor(c + 0.5));
-            let Some(voxel) = reader.find(nearest) else {
+            let Some(found) = reader.find(nearest) else {
                 before = None;
-                t += to_next_block(&p, &direction);
+                depth += to_next_block(&p, ray, &inverse) + 0.05 * voxel;
                 continue;
             };
-            if voxel.weight == 0 {
+            if found.weight() == 0 {
                 before = None;
-                t += 1.0;
+                depth += voxel;
                 continue;
             }
-            let distance = f32::from(voxel.distance) / FULL;
+            let distance = f32::from(found.distance()) / FULL;
             if distance <= 0.0 {
                 // Entered from nothing: the back of a surface.
-                let (outside, _) = before?;
-                return self.crossing(reader, &origin, &direction, [outside, t]);
+                return self.crossing(reader, origin, ray, [before?, depth], voxel);
             }
-            before = Some((t, distance));
-            t += (0.7 * distance * truncation).max(0.7);
+            before = Some(depth);
+            depth += (0.7 * distance * truncation).max(0.7 * voxel);
         }
         None
     }
 
-    /// The zero between two places of a ray, by the secant through trilinear values.
+    /// The zero between two depths of a ray, by the secant through trilinear values.
     fn crossing(
         &self,
         reader: &mut Reader,
         origin: &Point3<f32>,
-        direction: &Vector3<f32>,
+        ray: &Vector3<f32>,
         [mut a, mut b]: [f32; 2],
-    ) -> Option<(Point3<f32>, Vector3<f32>)> {
-        b += 0.5;
-        let mut da = reader.sample(&(origin + direction * a))?;
-        let mut db = reader.sample(&(origin + direction * b))?;
+        voxel: f32,
+    ) -> Option<f32> {
+        b += 0.5 * voxel;
+        let mut da = reader.sample(&(origin + ray * a))?;
+        let mut db = reader.sample(&(origin + ray * b))?;
         if da <= 0.0 {
-            a -= 1.0;
-            da = reader.sample(&(origin + direction * a))?;
+            a -= voxel;
+            da = reader.sample(&(origin + ray * a))?;
         }
         if db > 0.0 {
-            b += 1.0;
-            db = reader.sample(&(origin + direction * b))?;
+            b += voxel;
+            db = reader.sample(&(origin + ray * b))?;
         }
         if da <= 0.0 || db > 0.0 {
             return None;
         }
-        let mut t = a;
+        let mut depth = a;
         for _ in 0..3 {
-            t = a + (b - a) * da / (da - db);
-            let d = reader.sample(&(origin + direction * t))?;
+            depth = a + (b - a) * da / (da - db);
+            let d = reader.sample(&(origin + ray * depth))?;
             if d > 0.0 {
-                (a, da) = (t, d)
+                (a, da) = (depth, d)
             } else {
-                (b, db) = (t, d)
+                (b, db) = (depth, d)
             }
-            if d.abs() < 1e-3 {
+            if d.abs() < EXACT {
                 break;
             }
         }
-        let p = origin + direction * t;
-        let normal = reader.normal(&p)?;
-        (normal.dot(direction) < 0.0).then(|| (p * self.voxel, normal))
+        Some(depth)
     }
 
     /// Whether there is any block within a block's length of a point: for tests of overlap.
@@ -168,19 +244,18 @@ impl Volume {
     }
 }
 
-/// Voxels along a ray to where it leaves the block that holds a point (with the nearest voxel counting), and a bit.
-fn to_next_block(p: &Point3<f32>, direction: &Vector3<f32>) -> f32 {
+/// Depth along a ray to where it leaves the block that holds a point, with the nearest voxel counting.
+fn to_next_block(p: &Point3<f32>, ray: &Vector3<f32>, inverse: &Vector3<f32>) -> f32 {
     let mut least = f32::INFINITY;
     for axis in 0..3 {
-        let (c, d) = (p[axis] + 0.5, direction[axis]);
-        if d.abs() < 1e-6 {
-            continue;
-        }
+        let c = p[axis] + 0.5;
         let low = (floor(c) & !(SIDE as i32 - 1)) as f32;
-        let wall = if d > 0.0 { low + SIDE as f32 } else { low };
-        least = least.min((wall - c) / d);
+        let wall = if ray[axis] > 0.0 { low + SIDE as f32 } else { low };
+        // Along a wall, the way is infinite, or no number where it is on it.
+        let way = (wall - c) * inverse[axis];
+        least = if way < least { way } else { least };
     }
-    least.max(0.0) + 0.05
+    least.max(0.0)
 }
 
 #[cfg(test)]
@@ -196,13 +271,19 @@ mod tests {
         let view = View::prepare(camera.clone(), vec![1.0; 128 * 128], Vec::new());
         volume.integrate(&view, &Isometry3::identity());
         assert!(volume.is_near(&Point3::new(0.0, 0.0, 1.0)));
-        let pose = Isometry3::new(Vector3::new(0.1, 0.0, 0.1), Vector3::new(0.0, 0.2, 0.05));
-        let seen = volume.predict(&view.levels[0], &pose);
-        let hits: Vec<usize> = (0..64 * 64).filter(|&i| seen.normals[i].norm() > 0.5).collect();
-        assert!(hits.len() > 1_500, "{}", hits.len());
-        for i in hits {
-            assert!((seen.points[i].z - 1.0).abs() < 1e-3, "{}", seen.points[i]);
-            assert!((seen.normals[i] + Vector3::z()).norm() < 0.02);
+        let far_off = Isometry3::new(Vector3::new(0.1, 0.0, 0.1), Vector3::new(0.0, 0.2, 0.05));
+        let nearly_there = Isometry3::new(Vector3::new(0.01, 0.0, 0.012), Vector3::new(0.0, 0.01, 0.02));
+        for (pose, reach) in [(far_off, Reach::Far), (nearly_there, Reach::Far), (nearly_there, Reach::Near)] {
+            let seen = volume.predict(&view.levels[0], &pose, reach).seen;
+            let hits: Vec<&Seen> = seen.iter().filter(|s| s.normal.norm() > 0.5).collect();
+            assert!(hits.len() > 1_500, "{reach:?}: {}", hits.len());
+            for Seen { point, normal } in hits {
+                assert!((point.z - 1.0).abs() < 1e-3, "{reach:?}: {point}");
+                assert!((normal + Vector3::z()).norm() < 0.02);
+            }
         }
+        let too_close = Isometry3::translation(0.0, 0.0, 0.1);
+        let nothing_near = volume.predict(&view.levels[0], &too_close, Reach::Near).seen;
+        assert!(nothing_near.iter().all(|s| s.normal.norm() == 0.0), "10 cm off is not near");
     }
 }

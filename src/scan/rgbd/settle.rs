@@ -1,6 +1,7 @@
 //! All frames put anew on the surface that they make together.
 
 use super::align::{SETTLING, align};
+use super::raycast::Reach;
 use super::track::{Cut, Placed, predicted};
 use super::volume::Volume;
 use rayon::prelude::*;
@@ -21,7 +22,7 @@ pub(super) fn settle(cuts: &[Cut], placed: &mut [Placed], volume: &Volume) -> f6
         .par_iter()
         .map(|p| {
             let view = &cuts[p.cut].view;
-            align(view, &predicted(view, volume, &p.pose), &p.pose, &SETTLING)
+            align(view, &predicted(view, volume, &p.pose, Reach::Near), &p.pose, &SETTLING)
         })
         .collect();
     let mut most: f64 = 0.0;

@@ -2,7 +2,7 @@
 
 use super::align::{Alignment, SETTLING, TRACKING, align, misfit};
 use super::axis::Axis;
-use super::raycast::Prediction;
+use super::raycast::{Prediction, Reach};
 use super::view::View;
 use super::volume::Volume;
 use nalgebra::Isometry3;
@@ -73,7 +73,7 @@ pub(super) fn track(
         let guess = axis.turn(rate * elapsed) * last.pose;
         let lost_in_a_row = k - last.cut - 1;
         let begin = track.placed.len() == 1;
-        let mut found = if begin { None } else { place(&cut.view, volume, &guess) };
+        let mut found = if begin { None } else { place(&cut.view, volume, &guess, Reach::Near) };
         if found.is_none() {
             let whole = lost_in_a_row >= WIDE_AFTER;
             found = search(&cut.view, volume, axis, &guess, &last.pose, whole);
@@ -99,19 +99,19 @@ pub(super) fn track(
 }
 
 /// What the camera of a view would see of the model from a pose.
-pub(super) fn predicted(view: &View, volume: &Volume, pose: &Isometry3<f64>) -> Prediction {
-    volume.predict(&view.levels[0], pose)
+pub(super) fn predicted(view: &View, volume: &Volume, pose: &Isometry3<f64>, reach: Reach) -> Prediction {
+    volume.predict(&view.levels[0], pose, reach)
 }
 
-fn place(view: &View, volume: &Volume, guess: &Isometry3<f64>) -> Option<Alignment> {
-    let mut prediction = predicted(view, volume, guess);
+fn place(view: &View, volume: &Volume, guess: &Isometry3<f64>, reach: Reach) -> Option<Alignment> {
+    let mut prediction = predicted(view, volume, guess, reach);
     let mut found = align(view, &prediction, guess, &TRACKING);
     let moved = found.model_from_camera * guess.inverse();
     let far = moved.rotation.angle() > FAR[0]
         || (found.model_from_camera.translation.vector - guess.translation.vector).norm() > FAR[1];
     if far && found.overlap > 0.0 {
         let guess = found.model_from_camera;
-        prediction = predicted(view, volume, &guess);
+        prediction = predicted(view, volume, &guess, reach);
         found = align(view, &prediction, &guess, &SETTLING);
     }
     let good = found.overlap >= LEAST_OVERLAP
@@ -143,9 +143,9 @@ fn search(
             continue;
         }
         tried.push(*pose);
-        if let Some(found) = place(view, volume, pose) {
+        if let Some(found) = place(view, volume, pose, Reach::Far) {
             let pose = &found.model_from_camera;
-            let cost = misfit(view, &predicted(view, volume, pose), pose, 0.03);
+            let cost = misfit(view, &predicted(view, volume, pose, Reach::Far), pose, 0.03);
             if best.as_ref().is_none_or(|b| cost < b.0) {
                 best = Some((cost, found));
             }
@@ -159,5 +159,5 @@ fn search(
 
 /// The prediction at a quarter of the size, for the search.
 fn coarse(view: &View, volume: &Volume, pose: &Isometry3<f64>) -> Prediction {
-    volume.predict(&view.levels[1], pose)
+    volume.predict(&view.levels[1], pose, Reach::Far)
 }

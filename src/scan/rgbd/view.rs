@@ -3,12 +3,17 @@
 use super::camera::{RgbdCamera, depth_noise};
 use nalgebra::{Point3, Vector3};
 
-/// A pixel that looks past the person at something behind: nothing is there up to the wall.
+/// A depth that looks past the person at something behind: nothing is there up to the wall.
 pub(super) const BEYOND: f32 = f32::INFINITY;
-/// A pixel of which nothing is known but that the person's outline runs by.
+/// A ray that looks past the person clears what lies on it, but counts less than one that ends on a surface: a swaying
+/// arm must not be rubbed out by its own neighbourhood.
+const CLEARING: f32 = 0.25;
+/// The depth of a pixel of which nothing is known but that the person's outline runs by.
 pub(super) const OUTLINE: f32 = -1.0;
 /// A pixel whose colour is not known: beyond the colour image's border.
 pub(super) const UNCOLORED: [u8; 3] = [0; 3];
+/// The same in a view.
+pub(super) const UNKNOWN_COLOR: u32 = 0;
 /// Neighbouring pixels farther apart than this belong to different surfaces, in metres: a forearm before the trunk is
 /// 10 cm off, noise at 3 m is 14 mm.
 pub(super) const JUMP: f32 = 0.04;
@@ -23,15 +28,21 @@ const NORMAL_REACH: usize = 2;
 pub(super) struct View {
     /// The camera of the cut-out.
     pub(super) camera: RgbdCamera,
-    /// Metres along the camera's z; 0 where nothing is known, [`OUTLINE`] where little is, [`BEYOND`] where the person is
-    /// not. Row by row.
-    pub(super) depth: Vec<f32>,
-    /// Evidence of each pixel, 0 to 1: less at a graze, little beside an edge.
-    pub(super) evidence: Vec<f32>,
-    /// A colour a pixel; empty where the frame has none.
-    pub(super) colors: Vec<[u8; 3]>,
+    /// Row by row, and at the end one that says nothing: for what lies outside of the image.
+    pub(super) pixels: Vec<Pixel>,
+    /// A colour a pixel, red in the lowest byte, and at the end one that is not known; empty where the frame has none.
+    pub(super) colors: Vec<u32>,
     /// Half and quarter size; of a small image, whole and half size.
     pub(super) levels: [Level; 2],
+}
+
+/// What a pixel says about the rays through it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pixel {
+    /// Metres along the camera's z to the person; [`BEYOND`] where they are not.
+    pub(super) depth: f32,
+    /// 0 to 1: less at a graze, little beside an edge, [`CLEARING`] beside the person; 0 where nothing is known.
+    pub(super) evidence: f32,
 }
 
 /// Points of a frame at a lesser size, in the camera's frame.
@@ -40,14 +51,14 @@ pub(super) struct Level {
     pub(super) camera: RgbdCamera,
     pub(super) points: Vec<Point3<f32>>,
     pub(super) normals: Vec<Vector3<f32>>,
+    /// Smoothed depth of each pixel, 0 where nobody is.
+    depth: Vec<f32>,
     /// Least and greatest depth in and around each tile of [`TILE`]² pixels; empty ranges where nobody is near.
     tiles: Vec<[f32; 2]>,
 }
 
 /// Pixels along a tile's side: 4 of half size are 5 cm at 2 m, about as far as a guess may be off.
 pub(super) const TILE: usize = 4;
-/// Metres before and behind what a tile shows in which the model is looked for.
-const SLACK: f32 = 0.12;
 
 /// A depth image of a size.
 struct Map {
@@ -62,23 +73,38 @@ impl View {
         let map = Map { width: camera.width, height: camera.height, depth };
         let smooth = map.smoothed();
         let normals = smooth.normals(&camera, NORMAL_REACH);
-        let evidence = evidence(&camera, &map, &normals);
+        let pixels = pixels(&camera, &map, &normals);
         let seen = map.depth.iter().filter(|z| is_depth(**z)).count();
         let half = if seen < FEW_PIXELS { smooth } else { smooth.halved() };
         let half_camera = camera.resized(half.width, half.height);
         let quarter = half.halved();
         let quarter_camera = camera.resized(quarter.width, quarter.height);
         let levels = [half.level(half_camera), quarter.level(quarter_camera)];
-        Self { camera, depth: map.depth, evidence, colors, levels }
+        let packed = |color: [u8; 3]| u32::from_le_bytes([color[0], color[1], color[2], 0]);
+        let colors =
+            if colors.is_empty() { Vec::new() } else { colors.into_iter().chain([UNCOLORED]).map(packed).collect() };
+        Self { camera, pixels, colors, levels }
     }
 }
 
 impl Level {
-    /// Between which depths a surface may lie that this pixel, or one near it, shows; `None` if nobody is near.
-    pub(super) fn range(&self, column: usize, row: usize) -> Option<[f32; 2]> {
-        let across = self.camera.width.div_ceil(TILE);
-        let [near, far] = self.tiles[row / TILE * across + column / TILE];
-        (near <= far).then(|| [(near - SLACK).max(0.05), far + SLACK])
+    /// Between which depths lies what a tile shows, or one next to it; `None` if nobody is near.
+    pub(super) fn range(&self, tile: usize) -> Option<[f32; 2]> {
+        Some(self.tiles[tile]).filter(|[near, far]| near <= far)
+    }
+
+    /// The depth that a pixel shows, or one beside it, so many pixels away; `None` if nobody is there.
+    pub(super) fn depth_beside(&self, column: usize, row: usize, away: usize) -> Option<f32> {
+        let (width, height) = (self.camera.width, self.camera.height);
+        let here = row * width + column;
+        let beside = [
+            (true, 0, 0),
+            (column >= away, 0, away),
+            (column + away < width, away, 0),
+            (row >= away, 0, away * width),
+            (row + away < height, away * width, 0),
+        ];
+        beside.into_iter().filter(|b| b.0).map(|(_, on, back)| self.depth[here + on - back]).find(|&z| z > 0.0)
     }
 }
 
@@ -174,7 +200,7 @@ impl Map {
         normals
     }
 
-    fn level(&self, camera: RgbdCamera) -> Level {
+    fn level(self, camera: RgbdCamera) -> Level {
         let normals_at = self.normals(&camera, 1);
         let (mut points, mut normals) = (Vec::new(), Vec::new());
         for (i, n) in normals_at.iter().enumerate().filter(|(_, n)| n.norm_squared() > 0.5) {
@@ -183,7 +209,7 @@ impl Map {
             normals.push(*n);
         }
         let tiles = self.tiles();
-        Level { camera, points, normals, tiles }
+        Level { camera, points, normals, depth: self.depth, tiles }
     }
 
     /// Ranges of depth a tile, each with those of the eight tiles around it.
@@ -203,21 +229,23 @@ impl Map {
     }
 }
 
-/// How much a pixel says: the cosine to the surface, for across a slope the camera's sideways noise becomes depth; and
-/// nothing beside an edge, where it shows a mixture or the neighbour.
-fn evidence(camera: &RgbdCamera, map: &Map, normals: &[Vector3<f32>]) -> Vec<f32> {
+/// What each pixel says, the more the straighter it looks at the surface: the evidence is the cosine, for across a slope
+/// the camera's sideways noise becomes depth; and nothing beside an edge, where it shows a mixture or the neighbour.
+fn pixels(camera: &RgbdCamera, map: &Map, normals: &[Vector3<f32>]) -> Vec<Pixel> {
     /// Where no normal can be taken: as at 75°.
     const UNKNOWN_SLOPE: f32 = 0.25;
     /// Beside an edge: counts only where nothing else is seen. With more, arms and crown grow by the sideways noise
     /// (0.6 mm to truth without, 0.8 with 0.1); with none, shoulders and crown are holes.
     const BESIDE_EDGE: f32 = 0.05;
     let (w, h) = (map.width, map.height);
-    let mut evidence = vec![0.0; w * h];
+    let mut pixels = Vec::with_capacity(w * h + 1);
     for y in 0..h {
         for x in 0..w {
             let i = y * w + x;
             let z = map.depth[i];
             if !is_depth(z) {
+                let evidence = if z == BEYOND { CLEARING } else { 0.0 };
+                pixels.push(Pixel { depth: z, evidence });
                 continue;
             }
             let beside_edge = (y.saturating_sub(1)..(y + 2).min(h)).any(|row| {
@@ -229,10 +257,11 @@ fn evidence(camera: &RgbdCamera, map: &Map, normals: &[Vector3<f32>]) -> Vec<f32
             let ray = camera.point(x as f64, y as f64, 1.0).coords.cast::<f32>();
             let cosine = -normals[i].dot(&ray) / ray.norm();
             let straight = if cosine > 0.0 { cosine } else { UNKNOWN_SLOPE };
-            evidence[i] = if beside_edge { BESIDE_EDGE * straight } else { straight };
+            pixels.push(Pixel { depth: z, evidence: if beside_edge { BESIDE_EDGE * straight } else { straight } });
         }
     }
-    evidence
+    pixels.push(Pixel { depth: 0.0, evidence: 0.0 });
+    pixels
 }
 
 #[cfg(test)]
@@ -264,9 +293,10 @@ mod tests {
             // Beside the edge, smoothing has one side only.
             assert!(right.count() as f64 > 0.85 * level.points.len() as f64);
         }
-        assert!(view.evidence[40 * 120 + 59] < 0.1);
-        assert_eq!(view.evidence[40 * 120 + 70], 0.0);
+        let evidence = |column: usize| view.pixels[40 * 120 + column].evidence;
+        assert!(evidence(59) < 0.1);
+        assert_eq!(evidence(70), CLEARING);
         // The cosine to (0.447, 0, −0.894) along the ray (−0.08, 0, 1).
-        assert!((view.evidence[40 * 120 + 30] - 0.927).abs() < 0.01, "{}", view.evidence[40 * 120 + 30]);
+        assert!((evidence(30) - 0.927).abs() < 0.01, "{}", evidence(30));
     }
 }

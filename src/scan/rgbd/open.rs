@@ -1,0 +1,87 @@
+//! Blocks of voxels opened where a view shows somebody.
+
+use super::camera::Rays;
+use super::view::{BEYOND, View};
+use super::volume::{Volume, whole};
+use nalgebra::Isometry3;
+
+/// Every so many pixels a ray opens blocks: a block of 32 mm is 6 pixels at 2 m.
+const STRIDE: usize = 2;
+
+impl Volume {
+    /// Makes or stamps every block that the view says something about.
+    pub(super) fn open_blocks(&mut self, view: &View, model_from_camera: &Isometry3<f64>) {
+        self.stamp += 1;
+        let rays = Rays::new(&view.camera, model_from_camera, self.block_size());
+        let reach = self.truncation / self.block_size();
+        // Half a block at a step misses no block that matters: a neighbouring ray meets it.
+        let steps = (4.0 * reach).ceil().max(2.0) as usize;
+        let reaches: Vec<f32> = (0..=steps).map(|k| reach * (2.0 * k as f32 / steps as f32 - 1.0)).collect();
+        let processor = pulp::Arch::new();
+        let mut met = Met::default();
+        // What the ray before met at each step: most often the same.
+        let mut last = vec![[i32::MAX; 3]; reaches.len()];
+        for row in (0..view.camera.height).step_by(STRIDE) {
+            processor.dispatch(MarchRow { view, rays: &rays, reaches: &reaches, row, met: &mut met });
+            for (blocks, last) in met.blocks.chunks_exact(met.depths.len().max(1)).zip(&mut last) {
+                for &at in blocks {
+                    if at != *last {
+                        let index = self.block_or_new(at);
+                        self.stamps[index as usize] = self.stamp;
+                        *last = at;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// What the rays of a row of pixels meet.
+#[derive(Default)]
+struct Met {
+    /// Columns and depths where there is somebody.
+    columns: Vec<f32>,
+    depths: Vec<f32>,
+    /// Blocks, those of all rays at the first step, then those at the second.
+    blocks: Vec<[i32; 3]>,
+}
+
+/// A row of pixels to march through, for whichever instructions the processor has.
+struct MarchRow<'a> {
+    view: &'a View,
+    /// In blocks.
+    rays: &'a Rays,
+    /// Before and behind the surface, in blocks.
+    reaches: &'a [f32],
+    row: usize,
+    met: &'a mut Met,
+}
+
+impl pulp::WithSimd for MarchRow<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Self { view, rays, reaches, row, met } = self;
+        met.columns.clear();
+        met.depths.clear();
+        met.blocks.clear();
+        let pixels = &view.pixels[row * view.camera.width..][..view.camera.width];
+        for (column, pixel) in pixels.iter().enumerate().step_by(STRIDE) {
+            if pixel.evidence > 0.0 && pixel.depth < BEYOND {
+                met.columns.push(column as f32);
+                met.depths.push(pixel.depth);
+            }
+        }
+        let first = rays.first + rays.down * row as f32;
+        for reach in reaches {
+            met.blocks.extend(met.columns.iter().zip(&met.depths).map(|(&column, &depth)| {
+                let [x, y, z] = [0, 1, 2].map(|axis| first[axis] + rays.across[axis] * column);
+                // Of an oblique ray, the truncation is less depth.
+                let at = depth + reach / (x * x + y * y + z * z).sqrt();
+                // The whole number below.
+                [rays.origin.x + x * at, rays.origin.y + y * at, rays.origin.z + z * at].map(|c| whole(c - 0.5))
+            }));
+        }
+    }
+}
