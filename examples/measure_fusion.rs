@@ -1,5 +1,5 @@
 //! Fuses an RGB-D folder and holds the result against what is known: `measure_fusion FOLDER [--truth BODY.ply …]
-//! [--every N] [--voxel M]
+//! [--every N] [--voxel M] [--no-color]
 //! [-o OUT.ply] [--clean OUT.ply]`, or `--mesh FILE.ply --truth …` for a mesh that is there. Several `--truth` are one surface.
 //! `groundtruth.txt` in the folder is read for the camera's path; nothing of it goes into the fusion.
 
@@ -9,14 +9,14 @@ use overcoat::formats::{
     MeshKind, PlyOptions, RawMesh, read_mesh, read_recording, recording_files, write_ply, write_recording,
 };
 use overcoat::geometry::{Point, SurfaceIndex, TriMesh};
-use overcoat::scan::{FusionParams, FusionReport, ScanParams, clean, fuse};
+use overcoat::scan::{FusionParams, FusionReport, FusionStep, ScanParams, clean, fuse};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 fn main() -> Result<()> {
     let (mut folder, mut truth, mut out, mut cleaned) = (None, Vec::new(), None, None);
     let mut given = None;
-    let (mut every, mut params) = (1, FusionParams::default());
+    let (mut every, mut with_color, mut params) = (1, true, FusionParams::default());
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
         let mut value = || args.next().with_context(|| format!("{arg} needs a value"));
@@ -29,6 +29,7 @@ fn main() -> Result<()> {
             "--tracking" => params.tracking_voxel = value()?.parse()?,
             "--rounds" => params.settling_rounds = value()?.parse()?,
             "--denoise" => params.denoise_rounds = value()?.parse()?,
+            "--no-color" => with_color = false,
             "--mesh" => given = Some(PathBuf::from(value()?)),
             "-o" => out = Some(PathBuf::from(value()?)),
             "--clean" => cleaned = Some(PathBuf::from(value()?)),
@@ -53,6 +54,9 @@ fn main() -> Result<()> {
         k += 1;
         (k - 1) % every == 0
     });
+    if !with_color {
+        recording.frames.iter_mut().for_each(|frame| frame.color = None);
+    }
     let (began, at_first) = (Instant::now(), processor_secs());
     let mut last = (began, at_first);
     let mut laps: Vec<(String, [f64; 2])> = Vec::new();
@@ -65,8 +69,10 @@ fn main() -> Result<()> {
             Some((_, lap)) => *lap = [lap[0] + secs[0], lap[1] + secs[1]],
             None => laps.push((name, secs)),
         }
-        if let overcoat::scan::FusionStep::Tracked { frame, residual: None, .. } = step {
-            println!("  lost {frame}");
+        match step {
+            FusionStep::Tracked { frame, residual: None, .. } => println!("  lost {frame}"),
+            FusionStep::Integrated { so_far } => println!("  {so_far:?} of {} mm voxels", 1e3 * params.voxel),
+            _ => {}
         }
     })?;
     println!("{}: {:.2} s in all", folder.display(), began.elapsed().as_secs_f64());

@@ -80,7 +80,9 @@ pub fn fuse(
     let loops = loop_residual(&cuts, &placed, &axis, coarse, truncation);
     on_step(&FusionStep::Placed { poses: poses(&placed) });
     drop(volume);
-    let volume = integrated(&cuts, &placed, Volume::colored(params.voxel, params.truncation));
+    let has_color = cuts.iter().any(|c| !c.view.colors.is_empty());
+    let volume = if has_color { Volume::colored } else { Volume::new }(params.voxel, params.truncation);
+    let volume = integrated(&cuts, &placed, volume);
     on_step(&FusionStep::Integrated { so_far: SurfaceSoFar::of(&volume) });
     let surface = volume.surface(params.least_evidence);
     if surface.faces.is_empty() {
@@ -90,7 +92,6 @@ pub fn fuse(
     let unsteadiness = axis.unsteadiness(&poses(&placed), &Point::new(0.0, 1.0, 0.0));
     let report = report(&frames, &cuts, &placed, &lost, &axis, drift, loops, unsteadiness);
     say(&report, &mut findings);
-    let has_color = cuts.iter().any(|c| !c.view.colors.is_empty());
     let surface: Surface = mend::mended(surface, params, &mut findings);
     Ok(Fusion::of(surface, has_color, report, findings))
 }

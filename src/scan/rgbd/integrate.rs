@@ -179,7 +179,7 @@ impl<'a> Averaging<'a> {
         let [columns, rows, depths] = &self.offsets;
         let mut layer = Layer { pixel: [0; LAYER], distance: [0.0; LAYER], evidence: [0.0; LAYER] };
         let mut depth = [0.0; LAYER];
-        for i in 0..LAYER {
+        for (i, depth) in depth.iter_mut().enumerate() {
             let z = first.z + depths[i];
             let near = 1.0 / z;
             let column = whole((first.x + columns[i]) * near) as u32;
@@ -188,15 +188,15 @@ impl<'a> Averaging<'a> {
             let inside = (column < width) & (row < height) & (z > 0.0);
             let pixel = row.wrapping_mul(width).wrapping_add(column);
             layer.pixel[i] = if inside { pixel } else { nowhere };
-            depth[i] = z;
+            *depth = z;
         }
         for i in 0..LAYER {
             let pixel = self.view.pixels[layer.pixel[i] as usize];
             layer.distance[i] = pixel.depth;
             layer.evidence[i] = pixel.evidence;
         }
-        for i in 0..LAYER {
-            let distance = (layer.distance[i] - depth[i]) * per_metre;
+        for (i, depth) in depth.into_iter().enumerate() {
+            let distance = (layer.distance[i] - depth) * per_metre;
             // A mask, for a branch would keep the processor from doing eight at once.
             let counts = u32::from(distance >= -1.0).wrapping_neg();
             layer.evidence[i] = f32::from_bits(layer.evidence[i].to_bits() & counts);
@@ -257,7 +257,8 @@ mod tests {
         // Bumps with an edge beside them, in many colours, some unknown.
         let bumps =
             (0..64 * 64).map(|i| if i % 64 < 50 { 1.0 + 0.03 * (i as f32 * 0.11).sin() } else { f32::INFINITY });
-        let colors = (0..64 * 64).map(|i: usize| if i % 7 == 0 { [0; 3] } else { [i as u8, (i / 3) as u8, 9] });
+        let colors =
+            (0..64 * 64).map(|i: usize| if i.is_multiple_of(7) { [0; 3] } else { [i as u8, (i / 3) as u8, 9] });
         let view = View::prepare(camera, bumps.collect(), colors.collect());
         let pose = |k: usize| Isometry3::new(Vector3::new(0.01 * k as f64, 0.2, 0.0), Vector3::new(0.1, 0.02, 0.3));
         let (mut volume, mut plain) = (Volume::colored(0.005, 0.02), Volume::colored(0.005, 0.02));
