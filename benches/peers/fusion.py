@@ -72,7 +72,7 @@ def integrate(camera, depths, colors, extrinsics):
     scale, watch, truncation = float(camera["depth_scale"]), Watch(), TRUNCATION / VOXEL
     for i, (depth, extrinsic) in enumerate(zip(depths, extrinsics)):
         image, pose = o3d.t.geometry.Image(o3c.Tensor(depth)), o3c.Tensor(extrinsic)
-        color = o3d.t.geometry.Image(o3c.Tensor(colors[i])).to(o3c.float32) if colors else None
+        color = o3d.t.geometry.Image(o3c.Tensor(colors[i])) if colors else None
         with watch:
             blocks = grid.compute_unique_block_coordinates(image, k, pose, scale, FAR, truncation)
             if colors:

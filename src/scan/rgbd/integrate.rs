@@ -105,19 +105,21 @@ impl<'a> Averaging<'a> {
         let per_metre = self.per_metre(&first);
         for (k, voxels) in block.voxels.as_chunks_mut::<LAYER>().0.iter_mut().enumerate() {
             let seen = self.layer(&(first + self.deeper * k as f32), per_metre);
-            for (row, voxels) in voxels.as_chunks_mut::<SIDE>().0.iter_mut().enumerate() {
-                let (distance, evidence) =
-                    (&seen.distance.as_chunks::<SIDE>().0[row], &seen.evidence.as_chunks::<SIDE>().0[row]);
-                // None is negative: the bits of all are 0 only if all are 0.
-                if evidence.iter().fold(0, |bits, e| bits | e.to_bits()) == 0 {
-                    continue;
-                }
-                blend(voxels, distance, evidence);
-                if let Some(tint) = tint.as_deref_mut()
-                    && !self.view.colors.is_empty()
-                {
-                    let pixels = &seen.pixel.as_chunks::<SIDE>().0[row];
-                    self.color_in(&mut tint[k * SIDE + row], pixels, distance, evidence);
+            let (distances, evidences) = (seen.distance.as_chunks::<SIDE>().0, seen.evidence.as_chunks::<SIDE>().0);
+            let voxels = voxels.as_chunks_mut::<SIDE>().0;
+            let (rows, count) = rows_with(evidences);
+            for row in rows.into_iter().take(count) {
+                blend(&mut voxels[row], &distances[row], &evidences[row]);
+            }
+            if let Some(tint) = tint.as_deref_mut()
+                && !self.view.colors.is_empty()
+            {
+                let (pixels, layer) = (seen.pixel.as_chunks::<SIDE>().0, &mut tint.as_chunks_mut::<SIDE>().0[k]);
+                let evidence = near_surface(&seen);
+                let evidences = evidence.as_chunks::<SIDE>().0;
+                let (rows, count) = rows_with(evidences);
+                for row in rows.into_iter().take(count) {
+                    self.color_in(&mut layer[row], &pixels[row], &evidences[row]);
                 }
             }
         }
@@ -125,37 +127,29 @@ impl<'a> Averaging<'a> {
 
     /// Averages the colours of a row, near the surface.
     #[inline(always)]
-    fn color_in(
-        &self,
-        tint: &mut [[u16; SIDE]; 4],
-        pixels: &[u32; SIDE],
-        distance: &[f32; SIDE],
-        evidence: &[f32; SIDE],
-    ) {
-        let mut new = [0.0; SIDE];
-        for i in 0..SIDE {
-            new[i] = if distance[i].abs() < COLORED { evidence[i] * evidence[i] * WEIGHT_UNIT } else { 0.0 };
-        }
-        if new.iter().fold(0, |bits, e| bits | e.to_bits()) == 0 {
-            return;
-        }
+    fn color_in(&self, tint: &mut [[u16; SIDE]; 4], pixels: &[u32; SIDE], new: &[f32; SIDE]) {
         let colors = pixels.map(|pixel| self.view.colors[pixel as usize]);
-        let mut share = [0.0; SIDE];
+        let [red, green, blue, weight] = tint;
+        let old = weight.map(f32::from);
+        let (mut share, mut total) = ([0.0; SIDE], [0.0; SIDE]);
         for i in 0..SIDE {
-            let old = f32::from(tint[3][i]);
-            let new = if colors[i] != UNKNOWN_COLOR { new[i] } else { 0.0 };
-            let total = old + new;
+            let known = u32::from(colors[i] != UNKNOWN_COLOR).wrapping_neg();
+            let new = f32::from_bits(new[i].to_bits() & known);
+            let sum = old[i] + new;
             // What does not fit into the weight's bits is nothing.
-            let counts = total >= 0.5;
-            share[i] = if counts { new / total } else { 0.0 };
-            let weight = if total < MOST_VIEWS * WEIGHT_UNIT { total } else { MOST_VIEWS * WEIGHT_UNIT };
-            tint[3][i] = whole(if counts { weight } else { old }) as u16;
+            let counts = u32::from(sum >= 0.5).wrapping_neg();
+            share[i] = f32::from_bits((new / sum).to_bits() & counts);
+            let most = if sum < MOST_VIEWS * WEIGHT_UNIT { sum } else { MOST_VIEWS * WEIGHT_UNIT };
+            total[i] = if sum >= 0.5 { most } else { old[i] };
         }
-        for (c, mean) in tint[..3].iter_mut().enumerate() {
+        *weight = total.map(|total| whole(total) as u16);
+        for (c, mean) in [red, green, blue].into_iter().enumerate() {
+            let mut sum = [0.0; SIDE];
             for i in 0..SIDE {
                 let (old, value) = (f32::from(mean[i]), (colors[i] >> (8 * c) & 0xff) as i32 as f32 * 256.0);
-                mean[i] = whole(old + (value - old) * share[i]) as u16;
+                sum[i] = old + (value - old) * share[i];
             }
+            *mean = sum.map(|sum| whole(sum) as u16);
         }
     }
 
@@ -204,6 +198,31 @@ impl<'a> Averaging<'a> {
         }
         layer
     }
+}
+
+/// The rows of a layer that have any evidence, and how many: found first, so that the processor can look ahead from row to
+/// row, for voxels are far away in memory.
+#[inline(always)]
+fn rows_with(evidence: &[[f32; SIDE]]) -> ([usize; SIDE], usize) {
+    let (mut rows, mut count) = ([0; SIDE], 0);
+    for (row, evidence) in evidence.iter().enumerate() {
+        // None is negative: the bits of all are 0 only if all are 0.
+        let any = evidence.iter().fold(0, |bits, e| bits | e.to_bits()) != 0;
+        rows[count % SIDE] = row;
+        count += usize::from(any);
+    }
+    (rows, count)
+}
+
+/// Evidence for the colours of a layer, in weights: none far from the surface.
+#[inline(always)]
+fn near_surface(seen: &Layer) -> [f32; LAYER] {
+    let mut new = [0.0; LAYER];
+    for (i, new) in new.iter_mut().enumerate() {
+        let counts = u32::from(seen.distance[i].abs() < COLORED).wrapping_neg();
+        *new = f32::from_bits((seen.evidence[i] * seen.evidence[i] * WEIGHT_UNIT).to_bits() & counts);
+    }
+    new
 }
 
 /// Averages a row; what is behind the surface, or not seen, stays as it is.
