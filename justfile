@@ -44,6 +44,11 @@ fit-table FOLDER="target/judged" *ARGS:
 fit-convergence FOLDER="target/judged":
     cargo run --release --no-default-features --example measure_fit -- {{FOLDER}} --parts arms
 
+# What is no good scan: hands on hips, arms crossed, seated, parts missing, two people, a child, a box held, another person;
+# naked and dressed. Each must be solved as far as it is seen, or refused
+fit-bad FOLDER="target/judged" *ARGS:
+    cargo run --release --no-default-features --example measure_fit -- {{FOLDER}} --parts bad --subjects 4 {{ARGS}}
+
 # Whether what the studio invents is as hard as foreign scans, and easy answers fail on it
 realism:
     cargo test --release --no-default-features --test realism -- --nocapture

@@ -111,7 +111,7 @@ impl Judge<'_> {
 }
 
 /// The scan as a session reads it, and the truth in its frame.
-fn cleaned(subject: &Subject) -> Result<(Scan, TruthStep)> {
+pub fn cleaned(subject: &Subject) -> Result<(Scan, TruthStep)> {
     let scan = clean(&subject.scan, &ScanParams::default(), &mut |_| {})?;
     let frame = scan.world_from_file;
     let there = |mesh: &TriMesh| mesh.map_points(|p| frame.world_from_file(p));
@@ -156,7 +156,7 @@ fn refused(group: Group, way: Way, subject: &Subject, error: &FitError) -> Row {
     Row { group, way, name: subject.name.clone(), measured: Vec::new(), state, secs: 0.0 }
 }
 
-fn bare_figure(model: &BodyModel, mesh: TriMesh, skeleton: overcoat::body::Skeleton) -> Figure {
+pub fn bare_figure(model: &BodyModel, mesh: TriMesh, skeleton: overcoat::body::Skeleton) -> Figure {
     let body = Layer {
         name: "body".into(),
         template: None,

@@ -1,5 +1,5 @@
 //! Judges the fits on invented people whom nothing was tuned on: `measure_fit CACHE [--subjects N] [--first SEED]
-//! [--parts naked,tight,loose,arms] [--keep DIR]`.
+//! [--parts naked,tight,loose,arms,bad] [--keep DIR]`.
 //!
 //! Each subject is scanned naked, in something close, in something wide, and naked with the arms 30° above and below the
 //! A-pose and turned to any heading. `CACHE` keeps the scans, so that a second run only fits; `--keep` writes what was
@@ -7,8 +7,12 @@
 //! own naked scan, as in a session, and five rows stand side by side: the fit, Hu's Eqs. 4–6 plain, the fit without its
 //! constraint, and two wrong figures that must score worse: the fit shrunk along its normals, and the fit moved sideways.
 //!
+//! With `--parts bad`: what is no good scan, naked and in a shirt or a coat: poses that nobody asked for, parts missing, other
+//! people, children, things held. Each must be solved as far as it is seen, or be refused.
+//!
 //! The figures are the same in each run; only the seconds (processor time) are not.
 
+mod bad;
 mod fits;
 mod subjects;
 mod table;
@@ -17,7 +21,7 @@ use anyhow::{Context, Result, bail};
 use overcoat::body::embedded_model;
 use overcoat::studio::{GarmentKind, JUDGING_SEEDS};
 use std::path::PathBuf;
-use subjects::{Cache, Wanted};
+use subjects::{Cache, Posture, Wanted};
 use table::{Group, Table};
 
 /// What lies close, by turns.
@@ -26,8 +30,11 @@ const TIGHT: [GarmentKind; 5] =
 /// What hangs, by turns.
 const LOOSE: [GarmentKind; 5] =
     [GarmentKind::Coat, GarmentKind::Dress, GarmentKind::Skirt, GarmentKind::Jacket, GarmentKind::Blouse];
-/// Wrong spread of the arms, degrees.
-const SPREAD_DEG: f64 = 30.0;
+/// Wrong spread of the arms: 30° above and below the A-pose.
+const SPREAD: [Posture; 2] = [
+    ("arms+30", &[("leftUpperArm", [0.0, 0.0, 30.0]), ("rightUpperArm", [0.0, 0.0, -30.0])]),
+    ("arms-30", &[("leftUpperArm", [0.0, 0.0, -30.0]), ("rightUpperArm", [0.0, 0.0, 30.0])]),
+];
 /// From one subject to the next the heading turns by the golden angle, which leaves none out.
 const HEADING_STEP_DEG: f64 = 137.507_764;
 
@@ -71,7 +78,7 @@ fn main() -> Result<()> {
     let cache = Cache::at(o.cache.clone(), &model)?;
     let judge = fits::Judge { model: &model, keep: o.keep.clone() };
     let wants = |part: &str| o.parts.iter().any(|p| p == part);
-    let mut table = Table::default();
+    let (mut table, mut outcomes) = (Table::default(), bad::Outcomes::default());
     for i in 0..o.subjects {
         let seed = o.first + i;
         if wants("naked") || wants("tight") || wants("loose") {
@@ -83,12 +90,15 @@ fn main() -> Result<()> {
                 judge.dressed(group, &figure, &cache.subject(&Wanted::wearing(seed, kind, step))?, &mut table)?;
             }
         }
-        for (k, sign) in [1.0, -1.0].into_iter().enumerate().filter(|_| wants("arms")) {
+        for (k, spread) in SPREAD.into_iter().enumerate().filter(|_| wants("arms")) {
             let heading = (2 * i + k as u64) as f64 * HEADING_STEP_DEG;
-            let turned = cache.subject(&Wanted::arms(seed, sign * SPREAD_DEG))?.turned(heading);
+            let turned = cache.subject(&Wanted::naked(seed).standing(spread))?.turned(heading);
             judge.naked(Group::Arms, &turned, &mut table)?;
         }
+        if wants("bad") {
+            bad::try_all(&cache, &model, seed, &mut outcomes)?;
+        }
     }
-    print!("\n{table}");
+    print!("\n{table}{outcomes}");
     Ok(())
 }

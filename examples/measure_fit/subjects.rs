@@ -11,39 +11,43 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
+/// How someone stands who does not stand as asked: a name, and joints turned further, in degrees.
+pub type Posture = (&'static str, &'static [(&'static str, [f64; 3])]);
+
 /// What is asked of the studio.
 pub struct Wanted {
     seed: u64,
     kind: Option<GarmentKind>,
     /// Nobody stands twice the same.
     step: usize,
-    arms_deg: f64,
+    posture: Option<Posture>,
 }
 
 impl Wanted {
     pub fn naked(seed: u64) -> Self {
-        Self { seed, kind: None, step: 0, arms_deg: 0.0 }
+        Self { seed, kind: None, step: 0, posture: None }
     }
 
     pub fn wearing(seed: u64, kind: GarmentKind, step: usize) -> Self {
-        Self { seed, kind: Some(kind), step, arms_deg: 0.0 }
+        Self { seed, kind: Some(kind), step, posture: None }
     }
 
-    pub fn arms(seed: u64, arms_deg: f64) -> Self {
-        Self { seed, kind: None, step: 0, arms_deg }
+    pub fn standing(self, posture: Posture) -> Self {
+        Self { posture: Some(posture), ..self }
     }
 
     fn name(&self) -> String {
-        let (kind, arms) = (self.kind.map_or("naked", GarmentKind::name), self.arms_deg);
-        let arms = if arms == 0.0 { String::new() } else { format!("-arms{arms:+.0}") };
-        format!("{}-{kind}{arms}", self.seed)
+        let kind = self.kind.map_or("naked", GarmentKind::name);
+        let posture = self.posture.map_or(String::new(), |p| format!("-{}", p.0.replace(' ', "-")));
+        format!("{}-{kind}{posture}", self.seed)
     }
 
     fn invented(&self, model: &BodyModel) -> Result<InventedStep> {
+        let turns = self.posture.map_or(&[][..], |p| p.1);
         let params = StudioParams {
             seed: self.seed,
             garments: self.kind.into_iter().collect(),
-            arms_raised: self.arms_deg.to_radians(),
+            turned: turns.iter().map(|&(j, deg)| (j, Vec3::from(deg).map(f64::to_radians))).collect(),
             ..StudioParams::default()
         };
         Ok(invent_step(model, &params, self.step)?)
@@ -51,6 +55,7 @@ impl Wanted {
 }
 
 /// One scan and its truth, in one frame: metres, Y up.
+#[derive(Clone)]
 pub struct Subject {
     pub name: String,
     pub kind: Option<GarmentKind>,

@@ -45,6 +45,12 @@ pub enum StudioError {
         /// As asked for.
         sway_mm: f64,
     },
+    /// A joint that no body has.
+    #[error("the body has no joint called '{name}'")]
+    NoSuchJoint {
+        /// As asked for.
+        name: &'static str,
+    },
 }
 
 impl StudioError {
@@ -59,6 +65,7 @@ impl StudioError {
             Self::TooFewViews { .. } => "give --views 8 or more; 72 are one every 5°".into(),
             Self::BadSize { .. } => "give --size 424x512, or anything from 64x64 to 4096x4096".into(),
             Self::BadSway { .. } => "give --sway 0 to 50, in millimetres".into(),
+            Self::NoSuchJoint { .. } => "joints are called as in VRM: leftUpperArm, rightLowerLeg".into(),
         })
     }
 }

@@ -9,8 +9,8 @@ use super::scanner::{ScannerParams, scanned};
 use super::sewing::{Pattern, sew};
 use super::subject::{Stance, Subject};
 use super::turntable::{RgbdRecording, TurntableParams, Worn, axis_of, recording, together, turn};
-use crate::body::{BodyModel, SkinWeights, skin, unskin};
-use crate::geometry::{Aabb, Adjacency, PerVertex, TriMesh};
+use crate::body::{BodyModel, JOINT_NAMES, SkinWeights, skin, unskin};
+use crate::geometry::{Aabb, Adjacency, PerVertex, TriMesh, Vec3};
 
 /// Seeds from here on are for judging: nothing in this program was tuned on them, and nothing shall be. Those below are
 /// for tuning and for tests.
@@ -31,8 +31,9 @@ pub struct StudioParams {
     pub sway: f64,
     /// How long cloth settles, seconds: beyond 1.2 folds move by less than a millimetre a frame.
     pub settling_secs: f64,
-    /// Radians by which both arms are held above the A-pose; below it where negative.
-    pub arms_raised: f64,
+    /// Joints turned away from how people stand to be scanned: name and rotation vector about the axes of the bind pose, in
+    /// radians.
+    pub turned: Vec<(&'static str, Vec3)>,
 }
 
 impl Default for StudioParams {
@@ -44,7 +45,7 @@ impl Default for StudioParams {
             scanner: ScannerParams::default(),
             sway: 0.0,
             settling_secs: 1.2,
-            arms_raised: 0.0,
+            turned: Vec::new(),
         }
     }
 }
@@ -66,6 +67,9 @@ impl StudioParams {
         }
         if !(0.0..=0.05).contains(&self.sway) {
             return Err(StudioError::BadSway { sway_mm: 1e3 * self.sway });
+        }
+        if let Some(&(name, _)) = self.turned.iter().find(|(name, _)| !JOINT_NAMES.contains(name)) {
+            return Err(StudioError::NoSuchJoint { name });
         }
         Ok(())
     }
@@ -139,7 +143,7 @@ pub fn invent_step(model: &BodyModel, params: &StudioParams, step: usize) -> Res
 /// Someone in these clothes on the turntable, in the stance of step `step`.
 fn stood(subject: &Subject, worn: &[Pattern], step: usize, params: &StudioParams) -> InventedStep {
     let mut stance = subject.stance(params.seed, step);
-    stance.pose = subject.with_arms_raised(&stance.pose, params.arms_raised);
+    stance.pose = subject.turned(&stance.pose, &params.turned);
     stand_on_floor(subject, &mut stance);
     let name = worn.last().map_or("body", |p| p.kind.name()).to_owned();
     let dressed = dressed(subject, &stance, worn, params.settling_secs);
@@ -280,7 +284,7 @@ mod tests {
             scanner: ScannerParams { voxel: 0.02, faces: 4_000 },
             sway: 0.0,
             settling_secs: 0.25,
-            arms_raised: 0.0,
+            turned: Vec::new(),
         }
     }
 
@@ -289,17 +293,20 @@ mod tests {
     }
 
     #[test]
-    fn a_step_alone_is_that_of_its_session_and_arms_are_held_as_asked() {
+    fn a_step_alone_is_that_of_its_session_and_joints_are_turned_as_asked() {
         let session = coarse(vec![GarmentKind::Skirt]);
         let model = crate::body::embedded_model().unwrap();
         let alone = invent_step(&model, &coarse_params(vec![GarmentKind::Skirt]), 1).unwrap();
         assert_eq!(alone.scan, session.steps[1].scan);
         assert_eq!(alone.truth.joints, session.steps[1].truth.joints);
-        let raised = StudioParams { arms_raised: 30f64.to_radians(), ..coarse_params(Vec::new()) };
+        let up = vec![("leftUpperArm", Vec3::z() * 30f64.to_radians())];
+        let raised = StudioParams { turned: up, ..coarse_params(Vec::new()) };
         let raised = invent_step(&model, &raised, 0).unwrap();
         let forearm = |step: &InventedStep| step.truth.joints["leftHand"] - step.truth.joints["leftUpperArm"];
         let turned = forearm(&raised).angle(&forearm(&session.steps[0])).to_degrees();
         assert!((29.0..31.0).contains(&turned) && forearm(&raised).y > forearm(&session.steps[0]).y, "{turned}");
+        let third = StudioParams { turned: vec![("thirdArm", Vec3::z())], ..coarse_params(Vec::new()) };
+        assert_eq!(invent_step(&model, &third, 0).unwrap_err(), StudioError::NoSuchJoint { name: "thirdArm" });
     }
 
     #[test]

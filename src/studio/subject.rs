@@ -207,19 +207,20 @@ impl Subject {
 
     /// `pose` at `time` (−½ to ½) of a turn in which arms tire: they sink by 2.5° a centimetre of sway.
     pub(super) fn sunk(&self, pose: &Pose, sway: f64, time: f64) -> Pose {
-        self.with_arms_raised(pose, -2.5f64.to_radians() * (sway / 0.01) * time)
+        let down = Vec3::z() * (2.5f64.to_radians() * (sway / 0.01) * time);
+        self.turned(pose, &[("leftUpperArm", -down), ("rightUpperArm", down)])
     }
 
-    /// `pose` with both arms held higher by an angle, in radians.
-    pub(super) fn with_arms_raised(&self, pose: &Pose, angle: f64) -> Pose {
-        let mut raised = pose.clone();
-        for (name, side) in [("leftUpperArm", 1.0), ("rightUpperArm", -1.0)] {
+    /// `pose` with joints turned further, about the axes of the bind pose.
+    pub(super) fn turned(&self, pose: &Pose, turns: &[(&str, Vec3)]) -> Pose {
+        let mut turned = pose.clone();
+        for (name, turn) in turns {
             if let Some(j) = self.skeleton.find(name) {
-                let turned = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), side * angle);
-                raised.rotations[j.index()] = turned * raised.rotations[j.index()];
+                let rotation = &mut turned.rotations[j.index()];
+                *rotation = UnitQuaternion::from_scaled_axis(*turn) * *rotation;
             }
         }
-        raised
+        turned
     }
 
     /// How far someone leans at `time` of a turn: metres sideways a metre of height, no more than `sway` at the crown.

@@ -1,0 +1,293 @@
+//! What is no good scan: solved as far as it is seen, or refused; never a wrong body that looks like a right one.
+
+use crate::fits::{bare_figure, cleaned};
+use crate::subjects::{Cache, Posture, Subject, Wanted};
+use anyhow::Result;
+use overcoat::body::{BodyModel, Figure, Pose, Skeleton};
+use overcoat::fit::{FitReport, InsideParams, NakedParams, RegisterParams, fit_inside, fit_naked, register};
+use overcoat::formats::RawMesh;
+use overcoat::geometry::{NearestVertex, Point, Vec3, VertexId};
+use overcoat::segment::{Extent, GarmentTemplate};
+use overcoat::studio::{GarmentKind, JointPositions, STRICT_JOINTS};
+use std::fmt;
+
+/// A joint further off than this is wrong: metres. The worst joint of a good scan's fit lies 15 mm off.
+const WRONG: f64 = 0.03;
+/// A child of four years beside a grown-up.
+const CHILD: f64 = 0.58;
+
+const HANDS_ON_HIPS: Posture = (
+    "hands on hips",
+    &[
+        ("leftUpperArm", [0.0, 10.0, 0.0]),
+        ("rightUpperArm", [0.0, -10.0, 0.0]),
+        ("leftLowerArm", [0.0, -30.0, -95.0]),
+        ("rightLowerArm", [0.0, 30.0, 95.0]),
+    ],
+);
+const ARMS_CROSSED: Posture = (
+    "arms crossed",
+    &[
+        ("leftUpperArm", [-25.0, -25.0, -28.0]),
+        ("rightUpperArm", [-25.0, 25.0, 28.0]),
+        ("leftLowerArm", [-30.0, -100.0, 0.0]),
+        ("rightLowerArm", [-10.0, 105.0, 0.0]),
+    ],
+);
+const SEATED: Posture = (
+    "seated",
+    &[
+        ("leftUpperLeg", [-88.0, 0.0, 0.0]),
+        ("rightUpperLeg", [-88.0, 0.0, 0.0]),
+        ("leftLowerLeg", [88.0, 0.0, 0.0]),
+        ("rightLowerLeg", [88.0, 0.0, 0.0]),
+    ],
+);
+
+/// How one ended.
+struct Outcome {
+    subject: String,
+    case: String,
+    verdict: Verdict,
+}
+
+enum Verdict {
+    Solved,
+    Refused,
+    /// The worst joint in metres and its name, confidence, and whether it converged.
+    Wrong(f64, String, f64, bool),
+    /// Right where it is seen, but not a word of what is not.
+    Untold,
+}
+
+/// All outcomes.
+#[derive(Default)]
+pub struct Outcomes(Vec<Outcome>);
+
+/// A scan with its joints, as far as it shows them.
+struct Case {
+    name: String,
+    subject: Subject,
+    /// What the log must name.
+    lacks: Option<&'static str>,
+}
+
+/// Tries everything on one subject.
+pub fn try_all(cache: &Cache<'_>, model: &BodyModel, seed: u64, outcomes: &mut Outcomes) -> Result<()> {
+    let naked = cache.subject(&Wanted::naked(seed))?;
+    let other = cache.subject(&Wanted::naked(seed + 1))?;
+    let mut cases = damaged(model, &naked);
+    for posture in [HANDS_ON_HIPS, ARMS_CROSSED, SEATED] {
+        cases.push(Case::whole(posture.0, cache.subject(&Wanted::naked(seed).standing(posture))?));
+    }
+    let mut both = naked.clone();
+    both.scan = together(&naked.scan, &moved(&other.scan, Vec3::new(0.55, 0.0, 0.1)));
+    cases.push(Case::whole("two people", both));
+    cases.push(Case::whole("holds a box", holding_a_box(&naked)));
+    for case in &cases {
+        let verdict = naked_verdict(model, case)?;
+        outcomes.add(&naked.name, case, verdict);
+    }
+
+    let figure = registered(model, &naked)?;
+    let kind = if seed.is_multiple_of(2) { GarmentKind::Tshirt } else { GarmentKind::Coat };
+    let dressed = Wanted::wearing(seed, kind, 1);
+    let dressed = cache.subject(&dressed)?;
+    let mut cases = damaged(model, &dressed);
+    for posture in [HANDS_ON_HIPS, ARMS_CROSSED, SEATED] {
+        cases.push(Case::whole(posture.0, cache.subject(&Wanted::wearing(seed, kind, 1).standing(posture))?));
+    }
+    cases.push(Case::whole("holds a box", holding_a_box(&dressed)));
+    cases.push(Case::whole("another person", Subject { kind: Some(kind), ..other }));
+    for case in &cases {
+        let verdict = dressed_verdict(model, &figure, kind, case)?;
+        outcomes.add(&dressed.name, case, verdict);
+    }
+    Ok(())
+}
+
+impl Case {
+    fn whole(name: &str, subject: Subject) -> Self {
+        Self { name: name.into(), subject, lacks: None }
+    }
+}
+
+/// Parts cut away, and a child.
+fn damaged(model: &BodyModel, subject: &Subject) -> Vec<Case> {
+    let joint = |name: &str| subject.truth.joints[name];
+    let waist = joint("spine").y + 0.05;
+    let middle = joint("hips");
+    let gone = [
+        ("without right arm", "rightUpperArm", Some("right arm")),
+        ("without left leg", "leftUpperLeg", Some("left leg")),
+        ("without head", "neck", Some("head")),
+    ];
+    let mut cases: Vec<Case> = gone
+        .into_iter()
+        .map(|(name, from, lacks)| {
+            let is_gone = |j: &str| below(&model.skeleton, j, from);
+            let mut cut = subject.clone();
+            cut.scan = kept(&subject.scan, &moved_by(model, subject), |j, _| !is_gone(j));
+            cut.truth.joints.retain(|j, _| !is_gone(j));
+            Case { name: name.into(), subject: cut, lacks }
+        })
+        .collect();
+    type Side = (&'static str, fn(&Point, &Point, f64) -> bool);
+    let sides: [Side; 4] = [
+        ("left half", |p, middle, _| p.x > middle.x),
+        ("front half", |p, middle, _| p.z > middle.z),
+        ("upper half", |p, _, waist| p.y > waist),
+        ("legs alone", |p, _, waist| p.y < waist),
+    ];
+    for (name, is_kept) in sides {
+        let mut cut = subject.clone();
+        cut.scan = kept(&subject.scan, &moved_by(model, subject), |_, p| is_kept(p, &middle, waist));
+        // What is seen from the front shows all joints.
+        cut.truth.joints.retain(|_, p| name == "front half" || is_kept(p, &middle, waist));
+        cases.push(Case::whole(name, cut));
+    }
+    let mut child = subject.clone();
+    child.scan.points.iter_mut().for_each(|p| *p = p.map(|c| c * CHILD));
+    child.truth.joints.values_mut().for_each(|p| *p = Point::from(p.coords * CHILD));
+    cases.push(Case::whole("child", child));
+    cases
+}
+
+fn below(skeleton: &Skeleton, joint: &str, ancestor: &str) -> bool {
+    skeleton.find(joint).zip(skeleton.find(ancestor)).is_some_and(|(j, a)| skeleton.is_below(j, a))
+}
+
+/// For each point of the scan the joint that moves the skin next to it most.
+fn moved_by<'m>(model: &'m BodyModel, subject: &Subject) -> Vec<&'m str> {
+    let skin = NearestVertex::prepare(subject.truth.body.points().as_slice());
+    let strongest = |p: &[f64; 3]| {
+        let nearest = skin.nearest(&Point::from(*p)).map_or(VertexId(0), |found| found.0);
+        model.skeleton.names[model.weights.rows()[nearest][0].0.index()].as_str()
+    };
+    subject.scan.points.iter().map(strongest).collect()
+}
+
+fn kept(scan: &RawMesh, moved_by: &[&str], keep: impl Fn(&str, &Point) -> bool) -> RawMesh {
+    let stays: Vec<bool> = scan.points.iter().zip(moved_by).map(|(p, j)| keep(j, &Point::from(*p))).collect();
+    let faces = scan.faces.iter().copied().filter(|f| f.iter().all(|&v| stays[v as usize])).collect();
+    RawMesh { points: scan.points.clone(), faces, ..RawMesh::default() }
+}
+
+fn moved(scan: &RawMesh, by: Vec3) -> RawMesh {
+    let points = scan.points.iter().map(|p| (Point::from(*p) + by).into()).collect();
+    RawMesh { points, faces: scan.faces.clone(), ..RawMesh::default() }
+}
+
+fn together(a: &RawMesh, b: &RawMesh) -> RawMesh {
+    let first = a.points.len() as u32;
+    let points = a.points.iter().chain(&b.points).copied().collect();
+    let faces = a.faces.iter().copied().chain(b.faces.iter().map(|f| f.map(|v| v + first))).collect();
+    RawMesh { points, faces, ..RawMesh::default() }
+}
+
+/// A carton before the chest that takes the forearms in.
+fn holding_a_box(subject: &Subject) -> Subject {
+    const EDGE: usize = 14;
+    let at = subject.truth.joints["upperChest"];
+    let corner = |s: [f64; 3]| at + Vec3::new(-0.25 + 0.5 * s[0], -0.3 + 0.3 * s[1], 0.08 + 0.35 * s[2]);
+    let (mut points, mut faces) = (Vec::new(), Vec::new());
+    for (axis, side) in (0..3).flat_map(|axis| [(axis, 0.0), (axis, 1.0)]) {
+        let first = points.len() as u32;
+        for (i, j) in (0..=EDGE).flat_map(|i| (0..=EDGE).map(move |j| (i, j))) {
+            let mut s = [0.0; 3];
+            s[axis] = side;
+            s[(axis + 1) % 3] = i as f64 / EDGE as f64;
+            s[(axis + 2) % 3] = j as f64 / EDGE as f64;
+            points.push(corner(s).into());
+        }
+        let row = EDGE as u32 + 1;
+        for (i, j) in (0..EDGE as u32).flat_map(|i| (0..EDGE as u32).map(move |j| (i, j))) {
+            let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| first + i * row + j);
+            faces.extend(if side > 0.5 { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] });
+        }
+    }
+    let carton = RawMesh { points, faces, ..RawMesh::default() };
+    Subject { scan: together(&subject.scan, &carton), ..subject.clone() }
+}
+
+fn registered(model: &BodyModel, naked: &Subject) -> Result<(Figure, Pose)> {
+    let (scan, _) = cleaned(naked)?;
+    let fitted = fit_naked(&scan, model, &NakedParams::default(), &mut |_| {})?;
+    let found = register(&scan, model, &fitted, &RegisterParams::default(), &mut |_| {})?;
+    Ok((bare_figure(model, found.surface, found.skeleton), found.pose))
+}
+
+fn naked_verdict(model: &BodyModel, case: &Case) -> Result<Verdict> {
+    let Ok((scan, truth)) = cleaned(&case.subject) else { return Ok(Verdict::Refused) };
+    Ok(match fit_naked(&scan, model, &NakedParams::default(), &mut |_| {}) {
+        Err(_) => Verdict::Refused,
+        Ok(found) => verdict(&found.skeleton, &found.pose, &found.report, &truth.joints, case),
+    })
+}
+
+fn dressed_verdict(model: &BodyModel, body: &(Figure, Pose), kind: GarmentKind, case: &Case) -> Result<Verdict> {
+    let Ok((scan, truth)) = cleaned(&case.subject) else { return Ok(Verdict::Refused) };
+    let (figure, pose) = body;
+    let template = GarmentTemplate::built_in(kind.template())?;
+    let cover = template.cover(figure.body(), &figure.skeleton, &Extent::default());
+    let params = InsideParams::default();
+    Ok(match fit_inside(&scan, figure, pose, &cover, &model.limits, &params, &mut |_| {}) {
+        Err(_) => Verdict::Refused,
+        Ok(found) => verdict(&figure.skeleton, &found.pose, &found.report, &truth.joints, case),
+    })
+}
+
+fn verdict(skeleton: &Skeleton, pose: &Pose, report: &FitReport, truth: &JointPositions, case: &Case) -> Verdict {
+    let found: JointPositions = skeleton.names.iter().cloned().zip(skeleton.joints_in_world(pose)).collect();
+    let off = STRICT_JOINTS.iter().filter_map(|&j| Some(((found.get(j)? - truth.get(j)?).norm(), j)));
+    let Some((most, joint)) = off.max_by(|a, b| a.0.total_cmp(&b.0)) else { return Verdict::Solved };
+    if most > WRONG {
+        return Verdict::Wrong(most, joint.into(), report.confidence, report.converged);
+    }
+    match case.lacks {
+        Some(part) if !report.log.iter().any(|l| l.contains("does not show") && l.contains(part)) => Verdict::Untold,
+        _ => Verdict::Solved,
+    }
+}
+
+impl Outcomes {
+    fn add(&mut self, subject: &str, case: &Case, verdict: Verdict) {
+        let outcome = Outcome { subject: subject.into(), case: case.name.clone(), verdict };
+        println!("{outcome}");
+        self.0.push(outcome);
+    }
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:16} {:18} ", self.subject, self.case)?;
+        match &self.verdict {
+            Verdict::Solved => write!(f, "solved"),
+            Verdict::Refused => write!(f, "refused"),
+            Verdict::Untold => write!(f, "solved, but what is missing is not told"),
+            Verdict::Wrong(off, joint, confidence, converged) => {
+                let converged = if *converged { "converged" } else { "not converged" };
+                write!(f, "WRONG: {joint} {:.0} mm off, confidence {confidence:.2}, {converged}", 1e3 * off)
+            }
+        }
+    }
+}
+
+impl fmt::Display for Outcomes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.is_empty() {
+            return Ok(());
+        }
+        let count = |of: fn(&Verdict) -> bool| self.0.iter().filter(|o| of(&o.verdict)).count();
+        writeln!(
+            f,
+            "### Bad input: {} scans, {} solved, {} refused, {} solved without a word of what is missing, {} wrong\n",
+            self.0.len(),
+            count(|v| matches!(v, Verdict::Solved)),
+            count(|v| matches!(v, Verdict::Refused)),
+            count(|v| matches!(v, Verdict::Untold)),
+            count(|v| matches!(v, Verdict::Wrong(..)))
+        )?;
+        self.0.iter().filter(|o| matches!(o.verdict, Verdict::Wrong(..))).try_for_each(|o| writeln!(f, "{o}"))
+    }
+}
