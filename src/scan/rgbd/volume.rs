@@ -186,9 +186,10 @@ impl<'a> Reader<'a> {
         Self { volume, recent: [([i32::MAX; 3], NONE); 8] }
     }
 
+    #[inline(always)]
     fn block(&mut self, at: [i32; 3]) -> Option<&'a Block> {
         let slot = &mut self.recent[(at[0] & 1 | (at[1] & 1) << 1 | (at[2] & 1) << 2) as usize];
-        if slot.0 != at {
+        if (slot.0[0] ^ at[0]) | (slot.0[1] ^ at[1]) | (slot.0[2] ^ at[2]) != 0 {
             *slot = (at, self.volume.block_at(at));
         }
         self.volume.blocks.get(slot.1 as usize)
@@ -200,34 +201,30 @@ impl<'a> Reader<'a> {
         Some(block.voxels[index_of(voxel)])
     }
 
-    /// Signed distance at a voxel in truncations (−1 to 1), where it is known.
-    fn at(&mut self, voxel: [i32; 3]) -> Option<f32> {
-        self.find(voxel).filter(|v| v.weight() > 0).map(|v| f32::from(v.distance()))
-    }
-
     /// Trilinear distance, in truncations, at a point in voxels; `None` where one of the eight is unknown.
     pub(super) fn sample(&mut self, p: &Point3<f32>) -> Option<f32> {
         let low = [floor(p.x), floor(p.y), floor(p.z)];
-        let inner = low.iter().all(|c| c & 7 != 7);
-        let corners: [f32; 8] = if inner {
-            // All eight in one block.
-            let block = self.block(low.map(|c| c >> 3))?;
-            let first = index_of(low);
-            let eight: [Voxel; 8] = std::array::from_fn(|k| {
-                block.voxels[(first + (k & 1) + (k >> 1 & 1) * SIDE + (k >> 2) * SIDE * SIDE) % VOXELS]
-            });
-            if eight.iter().any(|v| v.weight() == 0) {
-                return None;
-            }
-            eight.map(|v| f32::from(v.distance()))
+        // Along which axes the eight reach into the next block: bits of x, y, z, as those of the corners.
+        let across = (0..3).fold(0, |bits, axis| bits | usize::from(low[axis] & 7 == 7) << axis);
+        let first = low.map(|c| c >> 3);
+        let eight: [Voxel; 8] = if across == 0 {
+            let (block, at) = (self.block(first)?, index_of(low));
+            std::array::from_fn(|k| {
+                block.voxels[(at + (k & 1) + (k >> 1 & 1) * SIDE + (k >> 2) * SIDE * SIDE) % VOXELS]
+            })
         } else {
-            let mut corners = [0.0; 8];
-            for (k, corner) in corners.iter_mut().enumerate() {
-                let k = k as i32;
-                *corner = self.at([low[0] + (k & 1), low[1] + (k >> 1 & 1), low[2] + (k >> 2)])?;
+            let mut blocks: [Option<&Block>; 8] = [None; 8];
+            for (k, block) in blocks.iter_mut().enumerate().filter(|(k, _)| k & !across == 0) {
+                let [x, y, z] = [0, 1, 2].map(|axis| (k >> axis & 1) as i32);
+                *block = Some(self.block([first[0] + x, first[1] + y, first[2] + z])?);
             }
-            corners
+            let at = |k: usize| index_of([0, 1, 2].map(|axis| low[axis] + (k >> axis & 1) as i32));
+            std::array::from_fn(|k| blocks[k & across].map_or(Voxel::default(), |block| block.voxels[at(k)]))
         };
+        if eight.iter().any(|v| v.weight() == 0) {
+            return None;
+        }
+        let corners = eight.map(|v| f32::from(v.distance()));
         let [x, y, z] = [0, 1, 2].map(|k| p[k] - low[k] as f32);
         let along = |a: f32, b: f32, t: f32| a + (b - a) * t;
         let [a, b, c, d] = [0, 2, 4, 6].map(|k| along(corners[k], corners[k + 1], x));
