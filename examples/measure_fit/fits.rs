@@ -59,7 +59,8 @@ impl Judge<'_> {
             (Metric::JointsNaked, joint_mean_mm(&joints(&figure, &found.pose), &truth.joints)),
         ];
         let state = if fitted.report.converged { State::Converged } else { State::Running };
-        table.add(Row { group, way: Way::Robust, name: subject.name.clone(), measured, state, secs });
+        let (name, confidence) = (subject.name.clone(), fitted.report.confidence);
+        table.add(Row { group, way: Way::Robust, name, measured, state, confidence, secs });
         Ok(Some(Registered { figure, pose: found.pose }))
     }
 
@@ -88,7 +89,8 @@ impl Judge<'_> {
             let judged = |way: Way, mesh: TriMesh, joints: &JointPositions, secs: f64| -> Result<Row> {
                 self.kept(subject, way, &mesh)?;
                 let measured = under_cloth(&mesh, joints, &covered, &scan, &truth);
-                Ok(Row { group, way, name: subject.name.clone(), measured, state: state.clone(), secs })
+                let (name, confidence) = (subject.name.clone(), found.report.confidence);
+                Ok(Row { group, way, name, measured, state: state.clone(), confidence, secs })
             };
             if way == Way::Robust {
                 // Wrong on purpose: a judge that does not see it is none.
@@ -153,7 +155,7 @@ fn under_cloth(
 
 fn refused(group: Group, way: Way, subject: &Subject, error: &FitError) -> Row {
     let state = State::Refused(error.to_string());
-    Row { group, way, name: subject.name.clone(), measured: Vec::new(), state, secs: 0.0 }
+    Row { group, way, name: subject.name.clone(), measured: Vec::new(), state, confidence: 0.0, secs: 0.0 }
 }
 
 pub fn bare_figure(model: &BodyModel, mesh: TriMesh, skeleton: overcoat::body::Skeleton) -> Figure {

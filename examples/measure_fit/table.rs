@@ -116,6 +116,8 @@ pub struct Row {
     pub name: String,
     pub measured: Vec<(Metric, Option<f64>)>,
     pub state: State,
+    /// What the fit says of itself, 0 to 1.
+    pub confidence: f64,
     /// Processor time.
     pub secs: f64,
 }
@@ -201,7 +203,11 @@ fn of_one_group(f: &mut fmt::Formatter<'_>, group: Group, rows: &[&Row]) -> fmt:
         }
         writeln!(f)?;
     }
-    write!(f, "| processor seconds a fit | |")?;
+    write!(f, "| confidence, least | |")?;
+    for &way in &ways {
+        write!(f, " {:.2} |", of_way(way).map(|r| r.confidence).fold(1.0, f64::min))?;
+    }
+    write!(f, "\n| processor seconds a fit | |")?;
     for &way in &ways {
         let secs: Vec<f64> = of_way(way).filter(|r| r.secs > 0.0).map(|r| r.secs).collect();
         let mean = secs.iter().sum::<f64>() / secs.len() as f64;
