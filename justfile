@@ -35,8 +35,8 @@ registration +FILES:
     cargo run --release --no-default-features --example measure_registration -- {{FILES}}
 
 # The fits on 20 invented people whom nothing was tuned on: naked, close, wide, arms held wrong, any heading; beside the
-# paper's way, no constraint, and two wrong figures. FOLDER keeps the scans, so that a second run only fits; about 20
-# minutes on 2 cores the first time. ARGS: --subjects N, --parts naked,tight,loose,arms, --keep DIR
+# paper's way, no constraint, and two wrong figures. FOLDER keeps the scans, so that a second run only fits, in 4 minutes instead of 20
+# on 2 cores. ARGS: --subjects N, --parts naked,tight,loose,arms, --keep DIR
 fit-table FOLDER="target/judged" *ARGS:
     cargo run --release --no-default-features --example measure_fit -- {{FOLDER}} {{ARGS}}
 
