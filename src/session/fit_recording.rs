@@ -14,8 +14,6 @@ pub(super) struct FitRecording {
     shown: Shown,
     /// The step and the stage that are being fitted.
     now: Option<(String, Stage)>,
-    /// Steps begun, and iterations of this one.
-    steps: usize,
     iterations: usize,
 }
 
@@ -23,7 +21,7 @@ impl FitRecording {
     /// Begins a recording.
     pub fn try_new(session: &str, to: &ShowIn) -> Result<Self, SessionError> {
         let shown = Shown::begin(to, |sink| Recording::of_fits(session, sink))?;
-        Ok(Self { shown, now: None, steps: 0, iterations: 0 })
+        Ok(Self { shown, now: None, iterations: 0 })
     }
 
     /// Notes an iteration, and how a fit ended.
@@ -43,17 +41,12 @@ impl FitRecording {
     fn iterated(&mut self, step: &str, stage: Stage, scan: &Scan, at: &Step) {
         let is_new_step = self.now.as_ref().is_none_or(|(name, _)| name != step);
         let is_new_stage = is_new_step || self.now.as_ref().is_some_and(|(_, s)| *s != stage);
-        if is_new_step {
-            self.steps += 1;
-            self.iterations = 0;
-        }
         if is_new_stage {
             self.now = Some((step.into(), stage));
         }
         self.iterations += 1;
-        let (steps, iterations) = (self.steps, self.iterations);
+        let iterations = self.iterations;
         self.shown.note(|recording| {
-            recording.set_step(steps - 1);
             recording.set_iteration(iterations);
             if is_new_step {
                 recording.log_scan(&scanned(scan)?)?;

@@ -11,7 +11,7 @@ impl Session {
     /// Writes every built step as a Rerun recording.
     pub fn write_recording(&self, path: &Path) -> Result<(), SessionError> {
         let failed = |e| SessionError::bad_source(path, e);
-        let recording = Recording::try_new(&self.dir().display().to_string()).map_err(failed)?;
+        let recording = Recording::try_new(&self.name()).map_err(failed)?;
         self.log_steps(&recording, failed)?;
         super::export::write(path, |out| recording.finish(out))
     }
@@ -62,7 +62,7 @@ pub struct LiveView {
 impl LiveView {
     /// Shows all that is built in the viewer at `url`, or in the one that runs on this machine or is started now.
     pub fn open(session: &Session, url: Option<&str>) -> Result<Self, SessionError> {
-        let name = session.dir().display().to_string();
+        let name = session.name();
         let recording = Recording::in_viewer(&name, url).map_err(SessionError::viewer)?;
         let mut live = Self { recording, placed: Vec::new(), change: 0 };
         live.show_all(session)?;

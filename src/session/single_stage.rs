@@ -46,7 +46,7 @@ impl Writer {
         on_event: &mut dyn FnMut(&Event),
     ) -> Result<StageRun, SessionError> {
         let Some(to) = &request.view else { return self.run_unseen(request, on_event) };
-        let mut recording = FitRecording::try_new(&self.session.dir().display().to_string(), to)?;
+        let mut recording = FitRecording::try_new(&self.session.name(), to)?;
         let run = self.run_unseen(request, &mut |event| {
             recording.see(event);
             on_event(event);

@@ -11,6 +11,12 @@ use nalgebra::{Rotation3, Vector3};
 use std::path::Path;
 
 impl Session {
+    /// The name of its folder.
+    pub(super) fn name(&self) -> String {
+        let name = self.dir().canonicalize().ok().and_then(|d| Some(d.file_name()?.to_string_lossy().into_owned()));
+        name.unwrap_or_else(|| "session".into())
+    }
+
     /// Draws every built step, scan beside result, and the layers in the bind pose, and writes a PNG.
     pub fn write_sheet(&self, path: &Path) -> Result<(), SessionError> {
         let steps = self.worn_steps(None)?;
@@ -31,9 +37,8 @@ impl Session {
                 layers.map(|(i, layer)| (layer.name.clone(), Part::solid(&layer.mesh, layer_color(i)))).collect();
             rows.push(SheetRow::layers("layers", vec!["in the bind pose".into()], &parts));
         }
-        let title = self.dir().canonicalize().ok().and_then(|d| Some(d.file_name()?.to_string_lossy().into_owned()));
         let names: Vec<&str> = steps.iter().map(|s| s.step.name.as_str()).collect();
-        let sheet = Sheet::new(title.unwrap_or_else(|| "session".into()), names.join(", "), rows);
+        let sheet = Sheet::new(self.name(), names.join(", "), rows);
         write(path, |out| contact_sheet(&sheet).write_png(out))
     }
 }

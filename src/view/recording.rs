@@ -2,7 +2,7 @@
 //!
 //! Entities: `world/camera/{path,now}` (of a fusion), `world/scan`, `world/fitted` (while it is), `world/body`,
 //! `world/garments/NAME`, `world/skeleton/{joints,bones}`, `measures/NAME`, `notes`. Timelines: `step` (which scan),
-//! `iteration` (of its fit), `frame` (of a clip) and `change` (while somebody watches). An entity stays as it was logged until it is logged anew.
+//! `iteration` (of fits), `frame` (of a clip) and `change` (while somebody watches). An entity stays as it was logged until it is logged anew.
 
 use super::Error;
 use super::scene::Part;
@@ -120,7 +120,7 @@ impl Recording {
         self.stream.set_time_sequence("step", step as i64);
     }
 
-    /// What follows was so after so many iterations of a step's fit.
+    /// What follows was so after so many iterations, counted over all fits.
     pub fn set_iteration(&self, iteration: usize) {
         self.stream.set_time_sequence("iteration", iteration as i64);
     }
@@ -216,7 +216,8 @@ impl Recording {
         let mesh = Mesh3D::new(part.mesh.points().iter().map(|p| triple(&p.coords)))
             .with_triangle_indices(part.mesh.faces().iter().map(|face| face.map(|v| v.0)))
             .with_vertex_normals(part.mesh.vertex_normals().iter().map(triple))
-            .with_vertex_colors(part.colors().into_iter().map(|[r, g, b]| [r, g, b, alpha]));
+            .with_vertex_colors(part.colors())
+            .with_albedo_factor([255, 255, 255, alpha]);
         self.stream.log(path, &mesh).map_err(failed)
     }
 }
