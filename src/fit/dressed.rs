@@ -9,6 +9,9 @@ use crate::geometry::{
 };
 use rayon::prelude::*;
 
+/// Hems reach beyond a template's limit by up to this along the body, in metres: a dress's was seen 5 cm below the knee.
+pub(crate) const MAY_REACH: f64 = 0.06;
+
 /// All layers of a figure in one mesh, the body's vertices first.
 pub(crate) struct Dressed {
     pub(crate) mesh_in_bind: TriMesh,
@@ -22,6 +25,9 @@ pub(crate) struct Dressed {
     /// For body vertices that must stay inside: distance along the body from the nearest that need not, in metres, no
     /// more than [`UNSURE`].
     pub(crate) under_cover: PerVertex<f64>,
+    /// For vertices that the new garment need not cover: distance along the body from where it does, in metres, no more
+    /// than [`MAY_REACH`].
+    pub(crate) beyond_cover: PerVertex<f64>,
     /// How many garments lie over a body vertex, the new one included.
     pub(crate) layers_over: PerVertex<f64>,
     pub(crate) body_count: usize,
@@ -71,9 +77,14 @@ impl Dressed {
             trust: trust.into(),
             hidden: hidden.into(),
             under_cover: PerVertex::default(),
+            beyond_cover: PerVertex::default(),
             body_count,
         };
         dressed.under_cover = dressed.depth_under_cover(&figure.body().mesh);
+        let beyond = beyond_cover(&figure.body().mesh, body_cover);
+        let of_garments = figure.garments().iter().flat_map(|layer| layer.mesh.points().iter());
+        let nearest = of_garments.map(|p| beyond[on_body.closest(p).nearest_corner(on_body.mesh())]);
+        dressed.beyond_cover = beyond.iter().copied().chain(nearest).collect();
         dressed
     }
 
@@ -93,10 +104,23 @@ impl Dressed {
         !self.hidden[v] && self.cover[v] == Cover::Bare
     }
 
+    /// Body vertices at which there may be cloth, though the template says nothing of it.
+    pub(crate) fn may_be_covered(&self, v: VertexId) -> bool {
+        v.index() < self.body_count && !self.must_stay_inside(v) && self.beyond_cover[v] < MAY_REACH
+    }
+
     /// Body vertices that must stay inside: under the new garment, or under one worn before.
     pub(crate) fn must_stay_inside(&self, v: VertexId) -> bool {
         v.index() < self.body_count && (self.hidden[v] || self.cover[v] != Cover::Bare)
     }
+}
+
+/// Distance of each vertex along the body from where the new garment covers it.
+fn beyond_cover(body: &TriMesh, cover: &PerVertex<Cover>) -> PerVertex<f64> {
+    let covered: Vec<(VertexId, f64)> =
+        body.vertex_ids().filter(|&v| cover[v] != Cover::Bare).map(|v| (v, 0.0)).collect();
+    let distances = geodesic_distances(body, &Adjacency::prepare(body), &covered, MAY_REACH);
+    distances.iter().map(|d| d.min(MAY_REACH)).collect()
 }
 
 /// How much cloth that stands off by `gap` metres says of the pose below it. A flared skirt hangs as it likes: taken for

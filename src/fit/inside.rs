@@ -5,7 +5,7 @@
 //! cloth hides, and an exact L1 slack so that a scan smaller than the figure is an answer and not a failure.
 
 use super::articulated::{Articulated, Posed, Residual};
-use super::dressed::Dressed;
+use super::dressed::{Dressed, MAY_REACH};
 use super::inside_params::{InsideMethod, InsideParams};
 use super::lack::Lack;
 use super::normal_equations::{NormalEquations, PosePrior, Unknowns};
@@ -14,7 +14,7 @@ use super::prior::{held_joints, limbs_only, pose_stiffness};
 use super::side::{Side, side_of};
 use super::surface::{ScanSurface, area_centroid, lowest, mean_gap, robust, scan_to_mesh, spread};
 use super::{Cover, FitError, FitReport, PoseInside, Step};
-use crate::body::{Figure, JointLimits, Pose, Shape, Skeleton};
+use crate::body::{Figure, JointId, JointLimits, Pose, Shape, Skeleton};
 use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
 use crate::numerics::{QpRow, QuadraticProgram};
 use crate::scan::Scan;
@@ -50,23 +50,23 @@ pub fn fit_inside(
     if scan.mesh.face_count() == 0 {
         return Err(FitError::EmptyScan);
     }
-    let held = held_joints(&figure.skeleton, params.joints);
     let surface = ScanSurface::prepare(&scan.mesh);
     let dressed = Dressed::prepare(figure, cover);
-    let solver =
-        Solver { body: dressed.articulated(figure), dressed: &dressed, surface: &surface, limits, params, held };
+    let mut solver = Solver::new(figure, &dressed, &surface, limits, params);
     let mut log = Vec::new();
 
     let previous = start;
     let start = solver.best_start(start, &mut log);
-    let (pose, iterations, converged) = solver.refine(start, previous, on_step, &mut log);
-
-    let posed = solver.posed(&pose);
-    let (residual_mean, residual_p95) = solver.distances_of_shown(&posed);
-    if residual_mean > params.refuse_above {
-        return Err(FitError::NotThisPerson { residual_mm: residual_mean * 1e3, limit_mm: params.refuse_above * 1e3 });
+    let mut found = solver.refine(start.clone(), previous, on_step, &mut log);
+    let unseen = solver.unseen_limbs(previous, &found.pose);
+    if !unseen.is_empty() {
+        solver.leave_out(&unseen, &mut log);
+        found = solver.refine(with_limbs_of(start, previous, &figure.skeleton, &unseen), previous, on_step, &mut log);
     }
-    let body_mesh = figure.body().mesh.with_points(PerVertex(posed.points.0[..dressed.body_count].to_vec()));
+
+    let posed = solver.posed(&found.pose);
+    let (residual_mean, residual_p95) = solver.distances_of_shown(&posed);
+    let body_mesh = solver.body_mesh(&posed);
     let needed = solver.needed_offsets(&posed);
     let offsets = if params.constrained && params.method == InsideMethod::Robust {
         bounded_offsets(&body_mesh, &needed, params.greatest_offset)
@@ -74,48 +74,87 @@ pub fn fit_inside(
         PerVertex::filled(0.0, dressed.body_count)
     };
     let lack = Lack::of(&body_mesh.vertex_areas(), &needed, &offsets);
+    let agreement = solver.agreement(&posed);
+    solver.refuse_what_is_not_this_figure(residual_mean, &lack, &agreement, &unseen, &posed)?;
     log.extend(lack.told(&figure.skeleton, &figure.body().weights));
+    log.extend(agreement.told());
+    if !found.converged {
+        log.push(format!("not converged after {} iterations: look at the result", found.iterations));
+    }
     let moved = offsets.iter().filter(|o| **o < 0.0).count();
     log.push(format!("{moved} of {} body vertices are drawn in by the bounded offset", dressed.body_count));
-    let (explained_share, seen_share) = solver.agreement(&posed);
     let report = FitReport {
-        converged,
-        iterations,
+        converged: found.converged,
+        iterations: found.iterations,
         residual_mean,
         residual_p95,
         outside_share: lack.share,
         outside_depth: lack.depth,
-        joint_change: joint_change(&figure.skeleton, previous, &pose),
-        confidence: explained_share * seen_share,
-        explained_share,
-        seen_share,
+        joint_change: joint_change(&figure.skeleton, previous, &found.pose),
+        confidence: agreement.explained * agreement.seen,
+        explained_share: agreement.explained,
+        seen_share: agreement.seen,
         log,
     };
-    Ok(PoseInside { pose, offsets, report })
+    Ok(PoseInside { pose: found.pose, offsets, report })
+}
+
+/// A pose whose limbs, from these joints on, are as in another, seen from where they hang.
+fn with_limbs_of(mut pose: Pose, other: &Pose, skeleton: &Skeleton, limbs: &[JointId]) -> Pose {
+    for j in skeleton.ids().filter(|&j| limbs.iter().any(|&limb| skeleton.is_below(j, limb))) {
+        pose.rotations[j.index()] = other.rotations[j.index()];
+    }
+    pose
+}
+
+/// What the iterations came to.
+struct Found {
+    pose: Pose,
+    iterations: usize,
+    converged: bool,
 }
 
 /// Mean move of the joints from one pose to another, as seen from the root: metres.
 fn joint_change(skeleton: &Skeleton, from: &Pose, to: &Pose) -> f64 {
-    let seen_from_root = |pose: &Pose| {
-        let root = skeleton.world_from_bind(pose)[0].inverse();
-        skeleton.joints_in_world(pose).iter().map(|p| root * p).collect::<Vec<Point>>()
-    };
-    let (before, after) = (seen_from_root(from), seen_from_root(to));
+    let (before, after) = (seen_from_root(skeleton, from), seen_from_root(skeleton, to));
     before.iter().zip(&after).map(|(p, q)| (p - q).norm()).sum::<f64>() / before.len().max(1) as f64
 }
 
-struct Solver<'a> {
-    body: Articulated<'a>,
-    dressed: &'a Dressed,
-    surface: &'a ScanSurface,
-    limits: &'a [JointLimits],
-    params: &'a InsideParams,
-    /// Joints that keep the pose of the start.
-    held: Vec<bool>,
+/// The joints in the root's frame.
+pub(super) fn seen_from_root(skeleton: &Skeleton, pose: &Pose) -> Vec<Point> {
+    let root = skeleton.world_from_bind(pose)[0].inverse();
+    skeleton.joints_in_world(pose).iter().map(|p| root * p).collect()
 }
 
-impl Solver<'_> {
-    fn posed(&self, pose: &Pose) -> Posed {
+pub(super) struct Solver<'a> {
+    pub(super) body: Articulated<'a>,
+    /// The body's surface in the bind pose.
+    pub(super) bare: &'a TriMesh,
+    pub(super) dressed: &'a Dressed,
+    pub(super) surface: &'a ScanSurface,
+    limits: &'a [JointLimits],
+    pub(super) params: &'a InsideParams,
+    /// Joints that keep the pose of the start.
+    pub(super) held: Vec<bool>,
+    /// Vertices that take no part, for the scan does not show them.
+    pub(super) left_out: PerVertex<bool>,
+}
+
+impl<'a> Solver<'a> {
+    fn new(
+        figure: &'a Figure,
+        dressed: &'a Dressed,
+        surface: &'a ScanSurface,
+        limits: &'a [JointLimits],
+        params: &'a InsideParams,
+    ) -> Self {
+        let held = held_joints(&figure.skeleton, params.joints);
+        let bare = &figure.body().mesh;
+        let left_out = PerVertex::filled(false, dressed.mesh_in_bind.vertex_count());
+        Self { body: dressed.articulated(figure), bare, dressed, surface, limits, params, held, left_out }
+    }
+
+    pub(super) fn posed(&self, pose: &Pose) -> Posed {
         self.body.posed(pose, &Shape(Vec::new()))
     }
 
@@ -182,13 +221,7 @@ impl Solver<'_> {
         PosePrior { center, stiffness, limits: self.limits, limit_stiffness: 2e4 }
     }
 
-    fn refine(
-        &self,
-        start: Pose,
-        previous: &Pose,
-        on_step: &mut dyn FnMut(&Step),
-        log: &mut Vec<String>,
-    ) -> (Pose, usize, bool) {
+    fn refine(&self, start: Pose, previous: &Pose, on_step: &mut dyn FnMut(&Step), log: &mut Vec<String>) -> Found {
         /// A joint moved less than this in a step, in metres.
         const STILL: f64 = 3e-4;
         let mut pose = start;
@@ -232,10 +265,10 @@ impl Solver<'_> {
             on_step(&Step { iteration: iteration + 1, moved, residual: mean_gap(&residuals), surface: &mesh });
             still = if moved < STILL && t >= 1.0 { still + 1 } else { 0 };
             if still >= 2 {
-                return (pose, iteration + 1, true);
+                return Found { pose, iterations: iteration + 1, converged: true };
             }
         }
-        (pose, self.params.iterations, still > 0)
+        Found { pose, iterations: self.params.iterations, converged: still > 0 }
     }
 
     /// How far inside each hidden vertex must be after a step, before the offset.
@@ -299,7 +332,7 @@ impl Solver<'_> {
             .into_par_iter()
             .map(|i| {
                 let v = VertexId::from_index(i);
-                if !self.dressed.must_stay_inside(v) {
+                if self.left_out[v] || !(self.dressed.must_stay_inside(v) || self.dressed.may_be_covered(v)) {
                     return None;
                 }
                 side_of(self.surface, &posed.points[v], &normals[v])
@@ -318,6 +351,9 @@ impl Solver<'_> {
 
     /// The margin where a vertex lies under inner layers too: each is cloth between the skin and what is observed.
     fn margin_under(&self, v: VertexId) -> f64 {
+        if self.dressed.may_be_covered(v) {
+            return 0.0;
+        }
         self.params.margin + self.params.thickness * self.dressed.layers_over[v]
     }
 
@@ -326,32 +362,35 @@ impl Solver<'_> {
     fn margin_at(&self, v: VertexId) -> f64 {
         /// Noise of the scan plus the error of the registered surface, where both are the same skin. Metres.
         const TOLERANCE: f64 = 0.006;
-        let depth = (self.dressed.under_cover[v] / UNSURE).min(1.0);
+        let depth = match self.dressed.may_be_covered(v) {
+            true => 0.0,
+            false => (self.dressed.under_cover[v] / UNSURE).min(1.0),
+        };
         self.margin_under(v) - TOLERANCE * (1.0 - depth)
     }
 
-    fn mesh(&self, posed: &Posed) -> TriMesh {
+    pub(super) fn mesh(&self, posed: &Posed) -> TriMesh {
         self.dressed.mesh_in_bind.with_points(posed.points.clone())
     }
 
-    fn normals(&self, posed: &Posed) -> PerVertex<Vec3> {
+    pub(super) fn normals(&self, posed: &Posed) -> PerVertex<Vec3> {
         self.mesh(posed).vertex_normals()
     }
 
     /// Vertices that take part as data: shown ones, and those under cloth that lies close. Loose cloth is a wall, no
     /// data: pulls toward it (evenly around arms, or where it should rest on shoulders) were tried on a coat and moved the
     /// arms away from their truth.
-    fn samples(&self, count: usize) -> Vec<(VertexId, f64)> {
+    pub(super) fn samples(&self, count: usize) -> Vec<(VertexId, f64)> {
         let mut areas = self.dressed.mesh_in_bind.vertex_areas();
         for (i, a) in areas.0.iter_mut().enumerate() {
             let v = VertexId::from_index(i);
             let is_data = self.params.method == InsideMethod::Paper || self.dressed.cover[v] != Cover::Loose;
-            *a *= if self.dressed.hidden[v] || !is_data { 0.0 } else { self.trust(v) };
+            *a *= if self.dressed.hidden[v] || self.left_out[v] || !is_data { 0.0 } else { self.trust(v) };
         }
         spread(&areas, count)
     }
 
-    fn trust(&self, v: VertexId) -> f64 {
+    pub(super) fn trust(&self, v: VertexId) -> f64 {
         if self.params.method == InsideMethod::Paper { 1.0 } else { self.dressed.trust[v] }
     }
 
@@ -381,6 +420,11 @@ impl Solver<'_> {
                     _ if self.params.method == InsideMethod::Paper => {
                         Some(Residual::on_vertex(v, hit.normal, gap, weight))
                     }
+                    // Beside the cloth the scan may be skin or a hem: it is sure only that it is not further in.
+                    Cover::Bare if gap > 0.0 => {
+                        let sure = TIGHT_WEIGHT + (1.0 - TIGHT_WEIGHT) * self.dressed.beyond_cover[v] / MAY_REACH;
+                        Some(Residual::on_vertex(v, hit.normal, gap, weight * sure))
+                    }
                     Cover::Bare => Some(Residual::on_vertex(v, hit.normal, gap, weight)),
                     _ => (gap > CLOSE_CLOTH)
                         .then(|| Residual::on_vertex(v, hit.normal, gap - CLOSE_CLOTH, weight * TIGHT_WEIGHT)),
@@ -401,37 +445,9 @@ impl Solver<'_> {
         let takes = |corners: &[VertexId; 3]| {
             // Where cloth hangs the scan's nearest place on it is as good as any other.
             let is_telling = |c: VertexId| self.dressed.is_shown(c) && self.trust(c) > 0.5;
-            corners.iter().all(|&c| is_telling(c) || (is_plain && !self.dressed.hidden[c]))
+            corners.iter().all(|&c| !self.left_out[c] && (is_telling(c) || (is_plain && !self.dressed.hidden[c])))
         };
         scan_to_mesh(self.surface, posed, normals, samples, reach, least_cosine, takes)
-    }
-
-    /// Area shares: of the scan that lies on the figure or as far from it as cloth can be, and of what should show of the
-    /// figure that lies on the scan.
-    fn agreement(&self, posed: &Posed) -> (f64, f64) {
-        /// Cloth stands off by less, metres: a wide skirt's hem.
-        const CLOTH: f64 = 0.15;
-        /// Shown skin and cloth of the last step lie within this of the scan, metres: a collar may shift by as much.
-        const SHOWN: f64 = 0.03;
-        const SAMPLES: usize = 4000;
-        let index = SurfaceIndex::prepare(&self.mesh(posed));
-        let share = |parts: Vec<(f64, bool)>| {
-            let total: f64 = parts.iter().map(|p| p.0).sum();
-            let good: f64 = parts.iter().filter(|p| p.1).map(|p| p.0).sum();
-            if total > 0.0 { good / total } else { 1.0 }
-        };
-        let places = self.surface.samples(SAMPLES);
-        let of_scan = places
-            .par_iter()
-            .map(|&(v, area)| (area, index.closest_within(&self.surface.mesh().points()[v], CLOTH).is_some()));
-        let normals = self.normals(posed);
-        let shown: Vec<(VertexId, f64)> =
-            self.samples(SAMPLES).into_iter().filter(|&(v, _)| self.dressed.is_shown(v)).collect();
-        let of_figure = shown.par_iter().map(|&(v, area)| {
-            let hit = self.surface.nearest(&posed.points[v], SHOWN);
-            (area, hit.is_some_and(|hit| hit.at_rim || hit.normal.dot(&normals[v]) > 0.0))
-        });
-        (share(of_scan.collect()), share(of_figure.collect()))
     }
 
     /// Mean truncated distance of shown surface to the scan.

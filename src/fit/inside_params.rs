@@ -41,6 +41,14 @@ pub struct InsideParams {
     pub pose_prior: f64,
     /// Greatest mean distance of shown surface from the scan, in metres, at which the two belong together.
     pub refuse_above: f64,
+    /// Greatest depth of hidden skin outside the scan, in metres, with which the result is given out: fits of the right
+    /// person leave 2 mm, hands on the hips 90.
+    pub refuse_outside: f64,
+    /// Least share of the scan's surface that lies on the figure, or as far from it as its cloth may: a bag or a chair is a
+    /// tenth of it.
+    pub least_explained: f64,
+    /// Whether a limb that is not seen is taken for missing though nothing in the scan says so.
+    pub missing_limbs: bool,
 }
 
 impl Default for InsideParams {
@@ -57,6 +65,9 @@ impl Default for InsideParams {
             constrained: true,
             pose_prior: 60.0,
             refuse_above: 0.04,
+            refuse_outside: 0.02,
+            least_explained: 0.9,
+            missing_limbs: false,
         }
     }
 }

@@ -10,35 +10,54 @@ pub(crate) struct Lack {
     pub(crate) share: f64,
     /// Greatest lack, in metres.
     pub(crate) depth: f64,
+    /// Lack beyond which lies [`A_SPOT`] of the constrained skin, in metres.
+    pub(crate) depth_of_spot: f64,
     deepest: Option<VertexId>,
 }
+
+/// A share of the skin that no membrane or stray vertex makes: 15 cm² of a grown-up.
+const A_SPOT: f64 = 0.001;
 
 impl Lack {
     pub(crate) fn of(areas: &PerVertex<f64>, needed: &PerVertex<Option<f64>>, offsets: &PerVertex<f64>) -> Self {
         let (mut constrained, mut lacking) = (0.0, 0.0);
         let (mut depth, mut deepest) = (0.0, None);
+        let mut lacks: Vec<(f64, f64)> = Vec::new();
         for (v, need) in needed.enumerate() {
             let Some(need) = need else { continue };
             constrained += areas[v];
             let lack = need + offsets[v];
             if lack > 1e-6 {
                 lacking += areas[v];
+                lacks.push((lack, areas[v]));
             }
             if lack > f64::max(depth, 1e-6) {
                 (depth, deepest) = (lack, Some(v));
             }
         }
-        Self { share: if constrained > 0.0 { lacking / constrained } else { 0.0 }, depth, deepest }
+        lacks.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut left = A_SPOT * constrained;
+        let spot = lacks.iter().find(|(_, area)| {
+            left -= area;
+            left < 0.0
+        });
+        let depth_of_spot = spot.map_or(0.0, |s| s.0);
+        Self { share: if constrained > 0.0 { lacking / constrained } else { 0.0 }, depth, depth_of_spot, deepest }
+    }
+
+    /// Where most of it is.
+    pub(crate) fn near(&self, skeleton: &Skeleton, weights: &SkinWeights) -> Option<String> {
+        let joint = weights.rows()[self.deepest?][0].0;
+        Some(spoken(&skeleton.names[joint.index()]))
     }
 
     /// A sentence where there is a lack.
     pub(crate) fn told(&self, skeleton: &Skeleton, weights: &SkinWeights) -> Option<String> {
-        let joint = weights.rows()[self.deepest?][0].0;
+        let near = self.near(skeleton, weights)?;
         Some(format!(
-            "{:.2} % of the hidden skin lacks up to {:.1} mm of the margin, most of it at the {}: the scan is smaller there",
+            "{:.2} % of the hidden skin lacks up to {:.1} mm of the margin, most of it at the {near}: the scan is smaller there",
             self.share * 100.0,
             self.depth * 1e3,
-            spoken(&skeleton.names[joint.index()])
         ))
     }
 }

@@ -2,7 +2,7 @@
 
 use super::surface::{ScanSurface, spread};
 use crate::body::{JointId, Pose, Skeleton, SkinWeights};
-use crate::geometry::{PerVertex, Point, SurfaceIndex, VertexId};
+use crate::geometry::{PerVertex, Point, SurfaceIndex, Vec3, VertexId};
 use nalgebra::{UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
@@ -30,9 +30,14 @@ pub(crate) struct Part {
     pub(crate) vertices: PerVertex<bool>,
 }
 
-/// The limbs of a body.
+/// The limbs of a body, and their ends.
 pub(crate) fn parts(skeleton: &Skeleton, weights: &SkinWeights) -> Vec<Part> {
-    PARTS
+    parts_named(&PARTS, skeleton, weights)
+}
+
+/// What joints of these names move.
+pub(crate) fn parts_named(names: &[&str], skeleton: &Skeleton, weights: &SkinWeights) -> Vec<Part> {
+    names
         .iter()
         .filter_map(|name| skeleton.find(name))
         .map(|joint| Part {
@@ -54,26 +59,47 @@ pub(crate) fn parts(skeleton: &Skeleton, weights: &SkinWeights) -> Vec<Part> {
 /// Skin is shown where the scan is near and its place there is nearest to the same part: an arm that fled into the trunk
 /// for want of its own surface has the trunk's near it, but the trunk lies nearer to that.
 pub(crate) fn unseen(index: &SurfaceIndex, parts: &[Part], skeleton: &Skeleton, surface: &ScanSurface) -> Vec<JointId> {
+    let body = index.mesh();
+    let normals = body.vertex_normals();
+    let shares = seen_shares(index, parts, |v, p| shown_at(surface, p, &normals[v]));
+    too_little(parts, &shares, skeleton)
+}
+
+/// Where the scan shows skin with this normal.
+pub(crate) fn shown_at(surface: &ScanSurface, p: &Point, normal: &Vec3) -> Option<Point> {
+    surface.nearest(p, NEAR).filter(|hit| hit.normal.dot(normal) > 0.3).map(|hit| hit.point)
+}
+
+/// Of each part the share that has a place on the scan which is nearest to the same part.
+pub(crate) fn seen_shares(
+    index: &SurfaceIndex,
+    parts: &[Part],
+    place_of: impl Fn(VertexId, &Point) -> Option<Point> + Sync,
+) -> Vec<f64> {
     /// Places of a part: a share of it to 3 %.
     const SAMPLES: usize = 500;
     let body = index.mesh();
-    let normals = body.vertex_normals();
     let areas = body.vertex_areas();
-    let mut unseen: Vec<JointId> = Vec::new();
-    for part in parts {
-        if unseen.iter().any(|&u| skeleton.is_below(part.joint, u)) {
-            continue;
-        }
-        let is_shown = |v: VertexId, p: &Point| {
-            let hit = surface.nearest(p, NEAR).filter(|hit| hit.normal.dot(&normals[v]) > 0.3);
-            hit.is_some_and(|hit| part.vertices[index.closest(&hit.point).nearest_corner(body)])
-        };
+    let share_of = |part: &Part| {
         let of_part = areas.enumerate().map(|(v, area)| if part.vertices[v] { *area } else { 0.0 }).collect();
         let places = spread(&of_part, SAMPLES);
-        let shown: Vec<bool> = places.par_iter().map(|&(v, _)| is_shown(v, &body.points()[v])).collect();
+        let is_seen = |v: VertexId| {
+            let place = place_of(v, &body.points()[v]);
+            place.is_some_and(|place| part.vertices[index.closest(&place).nearest_corner(body)])
+        };
+        let seen: Vec<bool> = places.par_iter().map(|p| is_seen(p.0)).collect();
         let total: f64 = places.iter().map(|p| p.1).sum();
-        let near: f64 = places.iter().zip(&shown).filter(|s| *s.1).map(|(p, _)| p.1).sum();
-        if total > 0.0 && near < LEAST_SEEN * total {
+        let of_seen: f64 = places.iter().zip(&seen).filter(|s| *s.1).map(|(p, _)| p.1).sum();
+        if total > 0.0 { of_seen / total } else { 1.0 }
+    };
+    parts.iter().map(share_of).collect()
+}
+
+/// The parts of which too little is seen; the end of a limb only where the whole is seen.
+pub(crate) fn too_little(parts: &[Part], shares: &[f64], skeleton: &Skeleton) -> Vec<JointId> {
+    let mut unseen: Vec<JointId> = Vec::new();
+    for (part, share) in parts.iter().zip(shares) {
+        if *share < LEAST_SEEN && !unseen.iter().any(|&u| skeleton.is_below(part.joint, u)) {
             unseen.push(part.joint);
         }
     }

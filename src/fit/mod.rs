@@ -5,6 +5,7 @@ mod articulated;
 mod dressed;
 mod inside;
 mod inside_params;
+mod inside_trust;
 mod lack;
 mod limbs;
 mod naked;
@@ -184,6 +185,30 @@ pub enum FitError {
         /// The limit.
         limit_mm: f64,
     },
+    /// A limb is neither where it was looked for nor missing.
+    #[error(
+        "the {limb} was not found: nothing of it shows where the fit puts it, {what}; its pose is too far from the one before, or from an A-pose"
+    )]
+    LimbNotFound {
+        /// The limb.
+        limb: String,
+        /// What speaks against its being missing.
+        what: String,
+    },
+    /// The scan is far too small for the figure somewhere.
+    #[error(
+        "the figure dressed so far does not go into this scan: {percent:.1} % of the skin below the cloth stays outside it, by up to {depth_mm:.0} mm at the {near}; {limit_mm:.0} mm are allowed"
+    )]
+    Outside {
+        /// Share of the hidden skin.
+        percent: f64,
+        /// How deep it lies outside, but for stray vertices.
+        depth_mm: f64,
+        /// The limit.
+        limit_mm: f64,
+        /// Where.
+        near: String,
+    },
     /// A linear system could not be solved.
     #[error("the registration's linear system could not be factored: {reason}")]
     Singular {
@@ -211,6 +236,14 @@ impl FitError {
             }
             Self::NotThisPerson { .. } => {
                 "check that this is the same person, and that no scan between was left out".into()
+            }
+            Self::LimbNotFound { .. } => {
+                "scan again in an A-pose, hands away from the body; where the limb is really not there, `overcoat fit STEP --missing-limbs true` takes it for missing"
+                    .into()
+            }
+            Self::Outside { .. } => {
+                "check that this is the same person in nearly the pose of the step before, and that no scan between was left out"
+                    .into()
             }
             Self::Singular { .. } => {
                 "the body model's mesh may be broken; leave --body out to use the embedded one".into()

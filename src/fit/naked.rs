@@ -97,8 +97,12 @@ pub fn fit_naked(
     let index = solver.index_at(&found);
     let (residual_mean, residual_p95) = solver.residual(&index);
     let agreement = trust::agreement(&index, &surface);
-    refuse_what_is_no_body(model, params, residual_mean, &agreement, &found)?;
+    refuse_what_is_no_body(model, params, residual_mean, &agreement, &found, &unseen)?;
     log.extend(trust::what_is_unexplained(&agreement, &model.weights, &model.skeleton));
+    log.extend(solver.unseen_head(&index));
+    if !found.converged {
+        log.push(format!("not converged after {} iterations: look at the result", found.iterations));
+    }
     let (mesh, skeleton) = model.shaped(&found.shape);
     let report = FitReport {
         converged: found.converged,
@@ -120,6 +124,7 @@ fn refuse_what_is_no_body(
     residual: f64,
     agreement: &Agreement,
     found: &Found,
+    unseen: &[JointId],
 ) -> Result<(), FitError> {
     // What shows a body besides other things is told of by their share: an average over both says nothing of either.
     const MOSTLY_A_BODY: f64 = 0.5;
@@ -140,6 +145,17 @@ fn refuse_what_is_no_body(
             percent: (1.0 - agreement.explained) * 100.0,
             limit_percent: (1.0 - params.least_explained) * 100.0,
             near: near.unwrap_or_else(|| "body".into()),
+        });
+    }
+    // What is left of the scan where a limb was not found is that limb, in a pose that was not.
+    const LIMB: f64 = 0.03;
+    if let (Some(limb), true) = (unseen.first(), 1.0 - agreement.explained > LIMB) {
+        return Err(FitError::LimbNotFound {
+            limb: limbs::spoken(&model.skeleton.names[limb.index()]),
+            what: format!(
+                "and {:.0} % of the scan's surface is no part of the body",
+                (1.0 - agreement.explained) * 100.0
+            ),
         });
     }
     if let Some(region) = agreement.missing_region(&model.weights, &model.skeleton) {
@@ -238,6 +254,14 @@ impl<'a> Solver<'a> {
 
     fn unseen_limbs(&self, found: &Found) -> Vec<JointId> {
         limbs::unseen(&self.index_at(found), &self.parts, &self.model.skeleton, self.surface)
+    }
+
+    /// A sentence where the scan lacks the head, without which all the rest is fitted as well.
+    fn unseen_head(&self, index: &SurfaceIndex) -> Option<String> {
+        let (skeleton, weights) = (&self.model.skeleton, &self.model.weights);
+        let head = limbs::parts_named(&["head"], skeleton, weights);
+        let unseen = limbs::unseen(index, &head, skeleton, self.surface);
+        (!unseen.is_empty()).then(|| "the scan does not show the head; it is the model's".into())
     }
 
     /// The fit again, with some limbs left out of it.

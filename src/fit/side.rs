@@ -5,6 +5,8 @@ use crate::geometry::{Point, Vec3};
 
 /// The side of the scan on which a vertex lies: `normal · (place − vertex) = clearance`, positive inside.
 pub(crate) struct Side {
+    /// The place of the scan.
+    pub(crate) place: Point,
     pub(crate) normal: Vec3,
     pub(crate) clearance: f64,
     /// Cosine between `normal` and the vertex's own: a move along the latter gains this share of clearance.
@@ -13,7 +15,12 @@ pub(crate) struct Side {
 
 impl Side {
     fn of(hit: &ScanHit, p: &Point, n: &Vec3) -> Self {
-        Self { normal: hit.normal, clearance: hit.normal.dot(&(hit.point - p)), cosine: hit.normal.dot(n) }
+        Self {
+            place: hit.point,
+            normal: hit.normal,
+            clearance: hit.normal.dot(&(hit.point - p)),
+            cosine: hit.normal.dot(n),
+        }
     }
 }
 

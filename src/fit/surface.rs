@@ -41,6 +41,12 @@ impl ScanSurface {
         self.index.mesh()
     }
 
+    /// Length of the rims of holes within `radius` of a place; each of their vertices stands for the root of its area.
+    pub(crate) fn rim_near(&self, place: &Point, radius: f64) -> f64 {
+        let is_near = |v: VertexId| self.on_boundary[v] && (self.mesh().points()[v] - place).norm() < radius;
+        self.mesh().vertex_ids().filter(|&v| is_near(v)).map(|v| self.areas[v].sqrt()).sum()
+    }
+
     /// The nearest place within `max_distance`.
     pub(crate) fn nearest(&self, p: &Point, max_distance: f64) -> Option<ScanHit> {
         self.index.closest_within(p, max_distance).map(|s| self.hit(&s))

@@ -1,8 +1,8 @@
 //! Naked fits of invented people: in poses far from the bind pose, with limbs missing, and of what is no person.
 
 use super::*;
-use crate::body::{BodyModel, embedded_model, skin};
-use crate::geometry::{Adjacency, Point, Vec3, noise};
+use crate::body::{BodyModel, Figure, Layer, Pose, Shape, embedded_model, skin};
+use crate::geometry::{Adjacency, PerVertex, Point, Vec3, VertexId, noise};
 use crate::scan::Scan;
 use nalgebra::UnitQuaternion;
 
@@ -10,11 +10,19 @@ use nalgebra::UnitQuaternion;
 struct Invented {
     scan: TriMesh,
     joints: Vec<Point>,
+    /// As they are, in the bind pose, and how they stand.
+    figure: Figure,
+    pose: Pose,
     /// For each vertex the name of the joint that moves it most.
     moved_by: Vec<String>,
 }
 
 fn invented(model: &BodyModel, seed: u64, turns: &[(&str, Vec3)]) -> Invented {
+    invented_in(model, seed, turns, 0.0)
+}
+
+/// The same, with something over the trunk that is `ease` metres thick.
+fn invented_in(model: &BodyModel, seed: u64, turns: &[(&str, Vec3)], ease: f64) -> Invented {
     let mut next = noise(seed);
     let shape = Shape((0..model.component_count()).map(|_| 1.5 * next()).collect());
     let (mesh, skeleton) = model.shaped(&shape);
@@ -30,7 +38,12 @@ fn invented(model: &BodyModel, seed: u64, turns: &[(&str, Vec3)]) -> Invented {
     let normals = mesh.vertex_normals();
     let waves = |p: &Point| 0.003 * ((31.0 * p.y).sin() * (23.0 * p.x).cos() + (27.0 * p.z).sin()) * 0.5;
     let bumpy: Vec<Point> = mesh.points().iter().zip(normals.iter()).map(|(p, n)| p + n * waves(p)).collect();
-    let posed = mesh.with_points(skin(&bumpy.into(), &model.weights, &skeleton, &pose));
+    let strongest = |row: &[(crate::body::JointId, f64); 4]| skeleton.names[row[0].0.index()].clone();
+    let moved_by: Vec<String> = model.weights.rows().iter().map(strongest).collect();
+    let body = mesh.with_points(PerVertex(bumpy));
+    let worn = |(v, p): (VertexId, &Point)| if is_trunk(&moved_by[v.index()]) { p + normals[v] * ease } else { *p };
+    let dressed: PerVertex<Point> = body.points().enumerate().map(worn).collect();
+    let posed = mesh.with_points(skin(&dressed, &model.weights, &skeleton, &pose));
     let (adjacency, normals) = (Adjacency::prepare(&posed), posed.vertex_normals());
     let scanned: Vec<Point> = posed
         .points()
@@ -41,12 +54,27 @@ fn invented(model: &BodyModel, seed: u64, turns: &[(&str, Vec3)]) -> Invented {
             p + (other - p) * (0.4 * next().abs()) + normals[v] * (0.0015 * next())
         })
         .collect();
-    let strongest = |row: &[(crate::body::JointId, f64); 4]| skeleton.names[row[0].0.index()].clone();
+    let layer = Layer {
+        name: "body".into(),
+        template: None,
+        mesh: body,
+        weights: model.weights.clone(),
+        colors: None,
+        uvs: None,
+        physics: None,
+        fabric: None,
+    };
     Invented {
         scan: posed.with_points(scanned),
         joints: skeleton.joints_in_world(&pose),
-        moved_by: model.weights.rows().iter().map(strongest).collect(),
+        figure: Figure { skeleton, layers: vec![layer] },
+        pose,
+        moved_by,
     }
+}
+
+fn is_trunk(name: &str) -> bool {
+    ["hips", "spine", "chest", "upperChest"].contains(&name)
 }
 
 impl Invented {
@@ -144,4 +172,62 @@ fn what_is_no_whole_grown_up_alone_is_refused_with_a_figure() {
     let child = truth.scan.map_points(|p| Point::from(p.coords * 0.58));
     let error = fit(&model, child).unwrap_err();
     assert!(error.hint().is_some_and(|hint| hint.contains("--unit")), "{error}");
+}
+
+/// The figure as it stands in one scan, laid into another of the same person.
+fn fit_figure(model: &BodyModel, from: &Invented, scan: TriMesh) -> Result<PoseInside, FitError> {
+    let cover = from.moved_by.iter().map(|name| if is_trunk(name) { Cover::Tight } else { Cover::Bare }).collect();
+    let params = InsideParams { samples: 2500, ..InsideParams::default() };
+    let scan = Scan::from_clean_mesh(scan, None);
+    fit_inside(&scan, &from.figure, &from.pose, &cover, &model.limits, &params, &mut |_| {})
+}
+
+/// How far its joints are from where they are, of those that `counts`.
+fn figure_off(inside: &PoseInside, truth: &Invented, counts: impl Fn(&str) -> bool) -> f64 {
+    let skeleton = &truth.figure.skeleton;
+    let found = skeleton.joints_in_world(&inside.pose);
+    (found.iter().zip(&truth.joints).zip(&skeleton.names))
+        .filter(|(_, name)| counts(name))
+        .map(|((p, q), _)| (p - q).norm())
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn a_figure_is_laid_into_its_next_scan_and_a_missing_arm_hangs_as_before() {
+    let model = embedded_model().unwrap();
+    let before = invented(&model, 21, &[]);
+    // The same seed is the same person.
+    let next = invented_in(&model, 21, &[("leftUpperArm", Vec3::z() * -8.0)], 0.012);
+    let whole = fit_figure(&model, &before, next.scan.clone()).unwrap();
+    let most = figure_off(&whole, &next, |_| true);
+    assert!(most < 0.012 && whole.report.converged, "{:.0} mm: {:?}", most * 1e3, whole.report);
+    assert!(whole.report.outside_share == 0.0 && whole.report.confidence > 0.95, "{:?}", whole.report);
+    assert!(!whole.report.log.iter().any(|line| line.contains("does not show")), "{:?}", whole.report.log);
+
+    let of_arm = |name: &str| ["rightUpperArm", "rightLowerArm", "rightHand"].contains(&name);
+    let cut = fit_figure(&model, &before, next.without(of_arm)).unwrap();
+    assert!(cut.report.log.iter().any(|line| line.contains("does not show the right arm")), "{:?}", cut.report.log);
+    let rest = figure_off(&cut, &next, |name| !of_arm(name) && name != "rightShoulder");
+    assert!(rest < 0.012 && figure_off(&cut, &next, of_arm) < 0.05, "{:.0} mm", rest * 1e3);
+}
+
+#[test]
+fn a_figure_is_not_laid_wrongly_into_what_it_does_not_fit() {
+    let model = embedded_model().unwrap();
+    let before = invented(&model, 22, &[]);
+    let across = [("leftUpperArm", Vec3::new(0.0, -95.0, -20.0)), ("leftLowerArm", Vec3::new(0.0, -70.0, 0.0))];
+    let crossed = invented_in(&model, 22, &across, 0.012);
+    match fit_figure(&model, &before, crossed.scan.clone()) {
+        Err(FitError::LimbNotFound { limb, .. }) => assert!(limb.contains("left"), "{limb}"),
+        Err(other) => panic!("{other}"),
+        Ok(inside) => assert!(figure_off(&inside, &crossed, |_| true) < 0.03, "{:?}", inside.report),
+    }
+    // A trunk that is a little too small is told of; one far too small is another person's.
+    let slim = invented_in(&model, 22, &[], -0.009);
+    let told = fit_figure(&model, &before, slim.scan).unwrap();
+    assert!(told.report.outside_depth > 0.001 && told.report.outside_share > 0.01, "{:?}", told.report);
+    assert!(told.report.log.iter().any(|line| line.contains("the scan is smaller there")), "{:?}", told.report.log);
+    let thin = invented_in(&model, 22, &[], -0.04);
+    let refused = fit_figure(&model, &before, thin.scan).map(|inside| inside.report).unwrap_err();
+    assert!(matches!(refused, FitError::Outside { .. } | FitError::NotThisPerson { .. }), "{refused}");
 }

@@ -23,7 +23,7 @@ const fn of(stage: Stage, name: &'static str, allowed: Allowed, about: &'static 
 }
 
 /// All of them, by stage, in the order of its `Params`.
-pub(super) const PARAMETERS: [Parameter; 60] = [
+pub(super) const PARAMETERS: [Parameter; 63] = [
     of(Stage::Scan, "smoothing_passes", Count(0, 100), "Taubin passes over the cleaned surface"),
     of(Stage::Scan, "truncation", Real(0.001, 0.2), "RGB-D: distance before and behind the surface that is averaged"),
     of(
@@ -64,6 +64,14 @@ pub(super) const PARAMETERS: [Parameter; 60] = [
     of(Stage::Pose, "constrained", Flag, "Whether the body is held inside; off only for comparison"),
     of(Stage::Pose, "pose_prior", WEIGHT, "Pull toward the pose of the step before"),
     of(Stage::Pose, "refuse_above", LENGTH, "Mean distance to the scan from which on it is another person"),
+    of(
+        Stage::Pose,
+        "refuse_outside",
+        LENGTH,
+        "Depth of hidden skin outside the scan from which on it is another person",
+    ),
+    of(Stage::Pose, "least_explained", SHARE, "Least share of the scan's surface that figure and cloth must explain"),
+    of(Stage::Pose, "missing_limbs", Flag, "Whether a limb that is not seen is taken for missing, not for elsewhere"),
     of(Stage::Segment, "distance_per_nat", LENGTH, "So far from a template's limit it counts one nat against a label"),
     of(Stage::Segment, "distance_per_nat_given", LENGTH, "The same for a limit given by --until or --sleeve"),
     of(Stage::Segment, "greatest_prior", Real(0.0, 1000.0), "Greatest weight of the template"),
