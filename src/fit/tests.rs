@@ -219,6 +219,7 @@ fn a_figure_is_not_laid_wrongly_into_what_it_does_not_fit() {
     let crossed = invented_in(&model, 22, &across, 0.012);
     match fit_figure(&model, &before, crossed.scan.clone()) {
         Err(FitError::LimbNotFound { limb, .. }) => assert!(limb.contains("left"), "{limb}"),
+        Err(FitError::Outside { near, .. }) => assert!(!near.contains("leg"), "{near}"),
         Err(other) => panic!("{other}"),
         Ok(inside) => assert!(figure_off(&inside, &crossed, |_| true) < 0.03, "{:?}", inside.report),
     }
