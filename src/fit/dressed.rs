@@ -3,13 +3,14 @@
 use super::Cover;
 use super::articulated::Articulated;
 use super::inside::UNSURE;
-use crate::body::{Figure, Layer, SkinWeights};
+use crate::body::{Figure, JointId, Layer, SkinWeights};
 use crate::geometry::{
     Adjacency, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId, WindingField, geodesic_distances,
 };
 use rayon::prelude::*;
 
-/// Hems reach beyond a template's limit by up to this along the body, in metres: a dress's was seen 5 cm below the knee.
+/// Close cloth reaches beyond a template's limit by up to this along the body, in metres, and wide cloth by twice that:
+/// hems of dresses were seen 10 cm below the knee.
 pub(crate) const MAY_REACH: f64 = 0.06;
 
 /// All layers of a figure in one mesh, the body's vertices first.
@@ -81,7 +82,7 @@ impl Dressed {
             body_count,
         };
         dressed.under_cover = dressed.depth_under_cover(&figure.body().mesh);
-        let beyond = beyond_cover(&figure.body().mesh, body_cover);
+        let beyond = beyond_cover(figure, body_cover);
         let of_garments = figure.garments().iter().flat_map(|layer| layer.mesh.points().iter());
         let nearest = of_garments.map(|p| beyond[on_body.closest(p).nearest_corner(on_body.mesh())]);
         dressed.beyond_cover = beyond.iter().copied().chain(nearest).collect();
@@ -115,12 +116,23 @@ impl Dressed {
     }
 }
 
-/// Distance of each vertex along the body from where the new garment covers it.
-fn beyond_cover(body: &TriMesh, cover: &PerVertex<Cover>) -> PerVertex<f64> {
-    let covered: Vec<(VertexId, f64)> =
-        body.vertex_ids().filter(|&v| cover[v] != Cover::Bare).map(|v| (v, 0.0)).collect();
-    let distances = geodesic_distances(body, &Adjacency::prepare(body), &covered, MAY_REACH);
-    distances.iter().map(|d| d.min(MAY_REACH)).collect()
+/// Distance of each vertex along the body from where the new garment covers it; half of it counts on legs below wide cloth,
+/// whose hems hang freely, while a hand ends what a sleeve may reach.
+fn beyond_cover(figure: &Figure, cover: &PerVertex<Cover>) -> PerVertex<f64> {
+    let (body, skeleton) = (&figure.body().mesh, &figure.skeleton);
+    let legs = ["leftUpperLeg", "rightUpperLeg"].map(|name| skeleton.find(name));
+    let is_leg = |j: JointId| legs.iter().flatten().any(|&leg| skeleton.is_below(j, leg));
+    let adjacency = Adjacency::prepare(body);
+    let beyond = |kind: Cover, reach: f64| {
+        let of_kind = body.vertex_ids().filter(|&v| cover[v] == kind);
+        geodesic_distances(body, &adjacency, &of_kind.map(|v| (v, 0.0)).collect::<Vec<_>>(), reach)
+    };
+    let (close, wide) = (beyond(Cover::Tight, MAY_REACH), beyond(Cover::Loose, 2.0 * MAY_REACH));
+    let of_vertex = |v: VertexId| {
+        let hangs = is_leg(figure.body().weights.rows()[v][0].0);
+        close[v].min(if hangs { 0.5 * wide[v] } else { wide[v] }).min(MAY_REACH)
+    };
+    body.vertex_ids().map(of_vertex).collect()
 }
 
 /// How much cloth that stands off by `gap` metres says of the pose below it. A flared skirt hangs as it likes: taken for

@@ -352,7 +352,7 @@ impl<'a> Solver<'a> {
     /// The margin where a vertex lies under inner layers too: each is cloth between the skin and what is observed.
     fn margin_under(&self, v: VertexId) -> f64 {
         if self.dressed.may_be_covered(v) {
-            return 0.0;
+            return self.params.margin;
         }
         self.params.margin + self.params.thickness * self.dressed.layers_over[v]
     }
