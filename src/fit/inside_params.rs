@@ -42,7 +42,7 @@ pub struct InsideParams {
     /// Greatest mean distance of shown surface from the scan, in metres, at which the two belong together.
     pub refuse_above: f64,
     /// Greatest depth of hidden skin outside the scan, in metres, with which the result is given out: fits of the right
-    /// person leave 2 mm, a trunk that is 9 mm too thick all around 24, hands on the hips 75 and more.
+    /// person leave 2 mm, a body that is 12 mm too thick all around 35, hands on the hips 75 and more.
     pub refuse_outside: f64,
     /// Least share of the scan's surface that lies on the figure, or as far from it as its cloth may: a bag or a chair is a
     /// tenth of it.
@@ -65,7 +65,7 @@ impl Default for InsideParams {
             constrained: true,
             pose_prior: 60.0,
             refuse_above: 0.04,
-            refuse_outside: 0.03,
+            refuse_outside: 0.05,
             least_explained: 0.9,
             missing_limbs: false,
         }
