@@ -9,7 +9,7 @@ use super::limbs::{self, spoken};
 use super::side::side_of;
 use super::{Cover, FitError};
 use crate::body::{JointId, Pose};
-use crate::geometry::{NearestVertex, PerVertex, Point, SurfaceIndex, TriMesh, VertexId};
+use crate::geometry::{NearestVertex, PerFace, PerVertex, Point, SurfaceIndex, TriMesh, VertexId};
 use rayon::prelude::*;
 
 /// How much figure and scan have in common.
@@ -103,7 +103,11 @@ impl Solver<'_> {
         /// from where it was.
         const CLOTH: [f64; 3] = [0.15, 0.06, 0.1];
         const SAMPLES: usize = 4000;
-        let index = SurfaceIndex::prepare(&self.mesh(posed));
+        // A limb that was left out explains nothing: scan beside it is that limb, elsewhere.
+        let mesh = self.mesh(posed);
+        let takes_part: PerFace<bool> = mesh.faces().iter().map(|f| !f.iter().any(|&v| self.left_out[v])).collect();
+        let (part, whole_from_part) = mesh.part(&takes_part);
+        let index = SurfaceIndex::prepare(&part);
         let is_worn = |v: VertexId| v.index() >= self.dressed.body_count;
         let around = [
             self.places(posed, |v| self.dressed.cover[v] == Cover::Loose),
@@ -117,7 +121,7 @@ impl Solver<'_> {
                 let p = &self.surface.mesh().points()[v];
                 let at = index.closest(p);
                 let is_cloth = || around.iter().zip(CLOTH).any(|(on, far)| on.nearest(p).is_some_and(|n| n.1 < far));
-                (area, (at.distance > SKIN && !is_cloth()).then(|| at.nearest_corner(index.mesh())))
+                (area, (at.distance > SKIN && !is_cloth()).then(|| whole_from_part[at.nearest_corner(index.mesh())]))
             })
             .collect();
         let normals = self.normals(posed);
@@ -144,7 +148,8 @@ impl Solver<'_> {
 
     /// Where vertices are, of those that `count`.
     fn places(&self, posed: &Posed, count: impl Fn(VertexId) -> bool) -> NearestVertex {
-        let places: Vec<Point> = posed.points.enumerate().filter(|(v, _)| count(*v)).map(|(_, p)| *p).collect();
+        let places: Vec<Point> =
+            posed.points.enumerate().filter(|(v, _)| count(*v) && !self.left_out[*v]).map(|(_, p)| *p).collect();
         NearestVertex::prepare(&places)
     }
 
