@@ -231,21 +231,13 @@ fn layout() -> Blueprint {
     let scan = Spatial3DView::new("Scan").with_origin("world").with_contents(["world/scan"]);
     let result = Spatial3DView::new("Result").with_origin("world").with_contents(["world/**", "- world/scan"]);
     let above = Horizontal::new([ContainerLike::from(scan), ContainerLike::from(result)]);
-    let measures = TimeSeriesView::new("Measures").with_origin("measures");
-    let notes = TextDocumentView::new("Notes").with_origin("notes");
-    let below = Horizontal::new([ContainerLike::from(measures), ContainerLike::from(notes)]);
-    let all = Vertical::new([ContainerLike::from(above), ContainerLike::from(below)]);
-    Blueprint::new(all.with_row_shares(vec![3.0, 1.0]))
+    above_measures(above.into(), "Measures")
 }
 
 /// The surface and the camera around it, residuals and notes below.
 fn layout_of_fusion() -> Blueprint {
-    let all = Spatial3DView::new("Scan").with_origin("world").with_contents(["world/**"]);
-    let measures = TimeSeriesView::new("Residual").with_origin("measures");
-    let notes = TextDocumentView::new("Notes").with_origin("notes");
-    let below = Horizontal::new([ContainerLike::from(measures), ContainerLike::from(notes)]);
-    let all = Vertical::new([ContainerLike::from(all), ContainerLike::from(below)]);
-    Blueprint::new(all.with_row_shares(vec![3.0, 1.0]))
+    let scan = Spatial3DView::new("Scan").with_origin("world").with_contents(["world/**"]);
+    above_measures(scan.into(), "Residual")
 }
 
 /// The scan, and what is fitted to it in the same place, by itself and within; how far off it is below.
@@ -253,11 +245,15 @@ fn layout_of_fits() -> Blueprint {
     let fitted = Spatial3DView::new("Fitted").with_origin("world").with_contents(["world/fitted"]);
     let both = Spatial3DView::new("In the scan").with_origin("world").with_contents(["world/**"]);
     let above = Horizontal::new([ContainerLike::from(fitted), ContainerLike::from(both)]);
-    let measures = TimeSeriesView::new("Residual").with_origin("measures");
+    above_measures(above.into(), "Residual")
+}
+
+/// What is to be seen in space, over the curves of the measures, under this name, and the notes.
+fn above_measures(space: ContainerLike, measures: &str) -> Blueprint {
+    let measures = TimeSeriesView::new(measures).with_origin("measures");
     let notes = TextDocumentView::new("Notes").with_origin("notes");
     let below = Horizontal::new([ContainerLike::from(measures), ContainerLike::from(notes)]);
-    let all = Vertical::new([ContainerLike::from(above), ContainerLike::from(below)]);
-    Blueprint::new(all.with_row_shares(vec![3.0, 1.0]))
+    Blueprint::new(Vertical::new([space, ContainerLike::from(below)]).with_row_shares(vec![3.0, 1.0]))
 }
 
 fn triple(v: &Vec3) -> [f32; 3] {
