@@ -35,6 +35,8 @@ pub struct NakedParams {
     pub least_explained: f64,
     /// Greatest distance of a shape coefficient from the model's mean, in standard deviations: grown-ups stay below 3.5.
     pub greatest_deviation: f64,
+    /// Whether a limb that is not seen is taken for missing though something in the scan may be it.
+    pub missing_limbs: bool,
 }
 
 impl Default for NakedParams {
@@ -47,6 +49,7 @@ impl Default for NakedParams {
             refuse_above: 0.035,
             least_explained: 0.93,
             greatest_deviation: 5.0,
+            missing_limbs: false,
         }
     }
 }
@@ -149,7 +152,8 @@ fn refuse_what_is_no_body(
     }
     // What is left of the scan where a limb was not found is that limb, in a pose that was not.
     const LIMB: f64 = 0.03;
-    if let (Some(limb), true) = (unseen.first(), 1.0 - agreement.explained > LIMB) {
+    let is_elsewhere = !params.missing_limbs && 1.0 - agreement.explained > LIMB;
+    if let (Some(limb), true) = (unseen.first(), is_elsewhere) {
         return Err(FitError::LimbNotFound {
             limb: limbs::spoken(&model.skeleton.names[limb.index()]),
             what: format!(

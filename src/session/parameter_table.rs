@@ -22,8 +22,10 @@ const fn of(stage: Stage, name: &'static str, allowed: Allowed, about: &'static 
     Parameter { stage, name, allowed, about }
 }
 
+const MISSING_LIMBS: &str = "Whether a limb that is not seen is taken for missing, not for elsewhere";
+
 /// All of them, by stage, in the order of its `Params`.
-pub(super) const PARAMETERS: [Parameter; 63] = [
+pub(super) const PARAMETERS: [Parameter; 64] = [
     of(Stage::Scan, "smoothing_passes", Count(0, 100), "Taubin passes over the cleaned surface"),
     of(Stage::Scan, "truncation", Real(0.001, 0.2), "RGB-D: distance before and behind the surface that is averaged"),
     of(
@@ -43,6 +45,7 @@ pub(super) const PARAMETERS: [Parameter; 63] = [
     of(Stage::Fit, "refuse_above", LENGTH, "Mean distance to the scan from which on it is no body"),
     of(Stage::Fit, "least_explained", SHARE, "Least share of the scan's surface that the body must explain"),
     of(Stage::Fit, "greatest_deviation", Real(0.5, 100.0), "Greatest shape coefficient, in standard deviations"),
+    of(Stage::Fit, "missing_limbs", Flag, MISSING_LIMBS),
     of(Stage::Register, "smoothing_lengths", LENGTHS, "Lengths over which the surface may move, one a round"),
     of(Stage::Register, "iterations", ROUNDS, "Iterations a round"),
     of(Stage::Register, "reach", LENGTH, "Greatest distance of a correspondence in the first round"),
@@ -71,7 +74,7 @@ pub(super) const PARAMETERS: [Parameter; 63] = [
         "Depth of hidden skin outside the scan from which on it is another person",
     ),
     of(Stage::Pose, "least_explained", SHARE, "Least share of the scan's surface that figure and cloth must explain"),
-    of(Stage::Pose, "missing_limbs", Flag, "Whether a limb that is not seen is taken for missing, not for elsewhere"),
+    of(Stage::Pose, "missing_limbs", Flag, MISSING_LIMBS),
     of(Stage::Segment, "distance_per_nat", LENGTH, "So far from a template's limit it counts one nat against a label"),
     of(Stage::Segment, "distance_per_nat_given", LENGTH, "The same for a limit given by --until or --sleeve"),
     of(Stage::Segment, "greatest_prior", Real(0.0, 1000.0), "Greatest weight of the template"),
