@@ -35,9 +35,12 @@ const HEADINGS: usize = 12;
 /// **Frame** `start` is any pose, usually the previous step's; the result's is in this scan's world frame.
 ///
 /// **Guarantees** every hidden body vertex that the scan saw is inside by the margin after pose and offset, unless
-/// `report.outside_share` says how much is not.
+/// `report.outside_share` says how much is not. Limbs that the scan does not show are named in the report and keep the pose
+/// of `start`.
 ///
-/// **Errors** [`FitError::NotThisPerson`] where what should show is not there.
+/// **Errors** [`FitError::NotThisPerson`] where what should show is not there, [`FitError::LimbNotFound`] where a limb is
+/// elsewhere, [`FitError::Outside`] where the scan is far too small, [`FitError::Unexplained`] where it shows more than the
+/// figure.
 pub fn fit_inside(
     scan: &Scan,
     figure: &Figure,
@@ -78,6 +81,7 @@ pub fn fit_inside(
     solver.refuse_what_is_not_this_figure(residual_mean, &lack, &agreement, &unseen, &posed)?;
     log.extend(lack.told(&figure.skeleton, &figure.body().weights));
     log.extend(agreement.told());
+    log.extend(solver.unseen_head(&posed).map(String::from));
     if !found.converged {
         log.push(format!("not converged after {} iterations: look at the result", found.iterations));
     }
@@ -380,17 +384,24 @@ impl<'a> Solver<'a> {
     /// Vertices that take part as data: shown ones, and those under cloth that lies close. Loose cloth is a wall, no
     /// data: pulls toward it (evenly around arms, or where it should rest on shoulders) were tried on a coat and moved the
     /// arms away from their truth.
-    pub(super) fn samples(&self, count: usize) -> Vec<(VertexId, f64)> {
+    fn samples(&self, count: usize) -> Vec<(VertexId, f64)> {
+        let mut areas = self.telling_areas();
+        areas.0.iter_mut().zip(self.left_out.iter()).filter(|(_, out)| **out).for_each(|(a, _)| *a = 0.0);
+        spread(&areas, count)
+    }
+
+    /// The area of each vertex, as far as it says anything of the pose where the scan shows it.
+    pub(super) fn telling_areas(&self) -> PerVertex<f64> {
         let mut areas = self.dressed.mesh_in_bind.vertex_areas();
         for (i, a) in areas.0.iter_mut().enumerate() {
             let v = VertexId::from_index(i);
             let is_data = self.params.method == InsideMethod::Paper || self.dressed.cover[v] != Cover::Loose;
-            *a *= if self.dressed.hidden[v] || self.left_out[v] || !is_data { 0.0 } else { self.trust(v) };
+            *a *= if self.dressed.hidden[v] || !is_data { 0.0 } else { self.trust(v) };
         }
-        spread(&areas, count)
+        areas
     }
 
-    pub(super) fn trust(&self, v: VertexId) -> f64 {
+    fn trust(&self, v: VertexId) -> f64 {
         if self.params.method == InsideMethod::Paper { 1.0 } else { self.dressed.trust[v] }
     }
 

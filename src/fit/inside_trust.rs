@@ -5,8 +5,9 @@ use super::articulated::Posed;
 use super::inside::{Solver, seen_from_root};
 use super::inside_params::InsideMethod;
 use super::lack::Lack;
-use super::limbs::{self, spoken};
+use super::limbs::{self, Part, spoken};
 use super::side::side_of;
+use super::surface::spread;
 use super::{Cover, FitError};
 use crate::body::{JointId, Pose};
 use crate::geometry::{NearestVertex, PerFace, PerVertex, Point, SurfaceIndex, TriMesh, VertexId};
@@ -49,15 +50,8 @@ impl Solver<'_> {
             return Vec::new();
         }
         let skeleton = &self.body.skeleton;
-        let posed = self.posed(pose);
-        let normals = self.normals(&posed);
-        let index = SurfaceIndex::prepare(&self.body_mesh(&posed));
-        let place_of = |v: VertexId, p: &Point| match self.dressed.is_shown(v) {
-            true => limbs::shown_at(self.surface, p, &normals[v]),
-            false => side_of(self.surface, p, &normals[v]).map(|side| side.place),
-        };
         let parts = limbs::parts(skeleton, self.body.weights);
-        let shares = limbs::seen_shares(&index, &parts, place_of);
+        let shares = self.seen_shares(&parts, &self.posed(pose));
         let mut unseen = limbs::too_little(&parts, &shares, skeleton);
 
         for (part, share) in parts.iter().zip(&shares) {
@@ -67,6 +61,23 @@ impl Solver<'_> {
             }
         }
         unseen
+    }
+
+    /// A sentence where the scan lacks the head, without which all the rest is fitted as well.
+    pub(super) fn unseen_head(&self, posed: &Posed) -> Option<&'static str> {
+        let head = limbs::parts_named(&["head"], &self.body.skeleton, self.body.weights);
+        let unseen = limbs::too_little(&head, &self.seen_shares(&head, posed), &self.body.skeleton);
+        (!unseen.is_empty()).then_some("the scan does not show the head")
+    }
+
+    /// Of each part the share of which the scan shows skin, or cloth around it.
+    fn seen_shares(&self, parts: &[Part], posed: &Posed) -> Vec<f64> {
+        let normals = self.normals(posed);
+        let index = SurfaceIndex::prepare(&self.body_mesh(posed));
+        limbs::seen_shares(&index, parts, |v, p| match self.dressed.is_shown(v) {
+            true => limbs::shown_at(self.surface, p, &normals[v]),
+            false => side_of(self.surface, p, &normals[v]).map(|side| side.place),
+        })
     }
 
     /// How far the joints from `limb` on have moved, at most, as seen from the root: metres.
@@ -125,8 +136,9 @@ impl Solver<'_> {
             })
             .collect();
         let normals = self.normals(posed);
+        // A limb that was left out should show, too.
         let shown: Vec<(VertexId, f64)> =
-            self.samples(SAMPLES).into_iter().filter(|&(v, _)| self.dressed.is_shown(v)).collect();
+            spread(&self.telling_areas(), SAMPLES).into_iter().filter(|&(v, _)| self.dressed.is_shown(v)).collect();
         let of_figure: Vec<(f64, bool)> = shown
             .par_iter()
             .map(|&(v, area)| {

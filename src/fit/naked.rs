@@ -74,7 +74,7 @@ pub(crate) struct Stage {
 /// **Guarantees** limbs that the scan does not show are named in the report and take the pose of the other side; the
 /// report's confidence is the share of the scan that the body explains times the share of the body that the scan shows.
 ///
-/// **Errors** [`FitError::NotABody`], [`FitError::Unexplained`],
+/// **Errors** [`FitError::NotABody`], [`FitError::Unexplained`], [`FitError::LimbNotFound`],
 /// [`FitError::HalfABody`] and [`FitError::FarFromModel`] where no start leads to a
 /// body that explains the scan.
 pub fn fit_naked(

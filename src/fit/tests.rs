@@ -207,6 +207,7 @@ fn a_figure_is_laid_into_its_next_scan_and_a_missing_arm_hangs_as_before() {
     let of_arm = |name: &str| ["rightUpperArm", "rightLowerArm", "rightHand"].contains(&name);
     let cut = fit_figure(&model, &before, next.without(of_arm)).unwrap();
     assert!(cut.report.log.iter().any(|line| line.contains("does not show the right arm")), "{:?}", cut.report.log);
+    assert!((0.75..0.95).contains(&cut.report.confidence), "an arm less is less sure: {}", cut.report.confidence);
     let rest = figure_off(&cut, &next, |name| !of_arm(name) && name != "rightShoulder");
     assert!(rest < 0.012 && figure_off(&cut, &next, of_arm) < 0.05, "{:.0} mm", rest * 1e3);
 }
