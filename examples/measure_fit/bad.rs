@@ -153,12 +153,12 @@ fn damaged(model: &BodyModel, subject: &Subject) -> Vec<Case> {
     cases
 }
 
-fn below(skeleton: &Skeleton, joint: &str, ancestor: &str) -> bool {
+pub fn below(skeleton: &Skeleton, joint: &str, ancestor: &str) -> bool {
     skeleton.find(joint).zip(skeleton.find(ancestor)).is_some_and(|(j, a)| skeleton.is_below(j, a))
 }
 
 /// For each point of the scan the joint that moves the skin next to it most.
-fn moved_by<'m>(model: &'m BodyModel, subject: &Subject) -> Vec<&'m str> {
+pub fn moved_by<'m>(model: &'m BodyModel, subject: &Subject) -> Vec<&'m str> {
     let skin = NearestVertex::prepare(subject.truth.body.points().as_slice());
     let strongest = |p: &[f64; 3]| {
         let nearest = skin.nearest(&Point::from(*p)).map_or(VertexId(0), |found| found.0);
@@ -167,7 +167,7 @@ fn moved_by<'m>(model: &'m BodyModel, subject: &Subject) -> Vec<&'m str> {
     subject.scan.points.iter().map(strongest).collect()
 }
 
-fn kept(scan: &RawMesh, moved_by: &[&str], keep: impl Fn(&str, &Point) -> bool) -> RawMesh {
+pub fn kept(scan: &RawMesh, moved_by: &[&str], keep: impl Fn(&str, &Point) -> bool) -> RawMesh {
     let stays: Vec<bool> = scan.points.iter().zip(moved_by).map(|(p, j)| keep(j, &Point::from(*p))).collect();
     let faces = scan.faces.iter().copied().filter(|f| f.iter().all(|&v| stays[v as usize])).collect();
     RawMesh { points: scan.points.clone(), faces, ..RawMesh::default() }

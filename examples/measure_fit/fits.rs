@@ -153,7 +153,7 @@ fn under_cloth(
     ]
 }
 
-fn refused(group: Group, way: Way, subject: &Subject, error: &FitError) -> Row {
+pub fn refused(group: Group, way: Way, subject: &Subject, error: &FitError) -> Row {
     let state = State::Refused(error.to_string());
     Row { group, way, name: subject.name.clone(), measured: Vec::new(), state, confidence: 0.0, secs: 0.0 }
 }
@@ -172,7 +172,7 @@ pub fn bare_figure(model: &BodyModel, mesh: TriMesh, skeleton: overcoat::body::S
     Figure { skeleton, layers: vec![body] }
 }
 
-fn joints(figure: &Figure, pose: &Pose) -> JointPositions {
+pub fn joints(figure: &Figure, pose: &Pose) -> JointPositions {
     figure.skeleton.names.iter().cloned().zip(figure.skeleton.joints_in_world(pose)).collect()
 }
 

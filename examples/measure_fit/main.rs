@@ -1,11 +1,14 @@
 //! Judges the fits on invented people whom nothing was tuned on: `measure_fit CACHE [--subjects N] [--first SEED]
-//! [--parts naked,tight,loose,arms,bad] [--keep DIR]`.
+//! [--parts naked,tight,loose,arms,shape,bad] [--keep DIR]`.
 //!
 //! Each subject is scanned naked, in something close, in something wide, and naked with the arms 30° above and below the
 //! A-pose and turned to any heading. `CACHE` keeps the scans, so that a second run only fits; `--keep` writes what was
 //! fitted, to be looked at. All parameters are the defaults. Under cloth the figure is the one registered to the subject's
 //! own naked scan, as in a session, and five rows stand side by side: the fit, Hu's Eqs. 4–6 plain, the fit without its
 //! constraint, and two wrong figures that must score worse: the fit shrunk along its normals, and the fit moved sideways.
+//!
+//! With `--parts shape`: the shape by the naked scan alone beside one refined from all three, also where the naked scan lacks
+//! an arm or has holes.
 //!
 //! With `--parts bad`: what is no good scan, naked and in a shirt or a coat: poses that nobody asked for, parts missing, other
 //! people, children, things held. Each must be solved as far as it is seen, or be refused.
@@ -14,6 +17,7 @@
 
 mod bad;
 mod fits;
+mod shape;
 mod subjects;
 mod table;
 
@@ -94,6 +98,11 @@ fn main() -> Result<()> {
             let heading = (2 * i + k as u64) as f64 * HEADING_STEP_DEG;
             let turned = cache.subject(&Wanted::naked(seed).standing(spread))?.turned(heading);
             judge.naked(Group::Arms, &turned, &mut table)?;
+        }
+        if wants("shape") {
+            let wearing = |kinds: &[GarmentKind; 5], step| Wanted::wearing(seed, kinds[i as usize % kinds.len()], step);
+            let others = [cache.subject(&wearing(&TIGHT, 1))?, cache.subject(&wearing(&LOOSE, 2))?];
+            judge.shapes(&cache.subject(&Wanted::naked(seed))?, others.into(), &mut table)?;
         }
         if wants("bad") {
             bad::try_all(&cache, &model, seed, &mut outcomes)?;

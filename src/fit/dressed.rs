@@ -105,6 +105,13 @@ impl Dressed {
         !self.hidden[v] && self.cover[v] == Cover::Bare
     }
 
+    /// Skin that shows, further from any cloth than a hem may lie from where its template says.
+    pub(crate) fn is_sure_skin(&self, v: VertexId) -> bool {
+        /// Distances along the body are cut off at the last.
+        const FAR: f64 = MAY_REACH - 1e-6;
+        self.is_shown(v) && self.beyond_cover[v] >= FAR
+    }
+
     /// Body vertices at which there may be cloth, though the template says nothing of it.
     pub(crate) fn may_be_covered(&self, v: VertexId) -> bool {
         v.index() < self.body_count && !self.must_stay_inside(v) && self.beyond_cover[v] < MAY_REACH

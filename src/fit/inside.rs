@@ -145,7 +145,7 @@ pub(super) struct Solver<'a> {
 }
 
 impl<'a> Solver<'a> {
-    fn new(
+    pub(super) fn new(
         figure: &'a Figure,
         dressed: &'a Dressed,
         surface: &'a ScanSurface,
@@ -276,7 +276,7 @@ impl<'a> Solver<'a> {
     }
 
     /// How far inside each hidden vertex must be after a step, before the offset.
-    fn wanted_at(&self, v: VertexId) -> f64 {
+    pub(super) fn wanted_at(&self, v: VertexId) -> f64 {
         match self.params.method {
             InsideMethod::Robust => self.margin_at(v) - self.params.give,
             InsideMethod::Paper => 0.0,
@@ -331,7 +331,7 @@ impl<'a> Solver<'a> {
     }
 
     /// For each body vertex that must stay inside and that the scan saw, where it lies.
-    fn sides(&self, posed: &Posed, normals: &PerVertex<Vec3>) -> Vec<Option<Side>> {
+    pub(super) fn sides(&self, posed: &Posed, normals: &PerVertex<Vec3>) -> Vec<Option<Side>> {
         (0..self.dressed.body_count)
             .into_par_iter()
             .map(|i| {
@@ -405,7 +405,7 @@ impl<'a> Solver<'a> {
         if self.params.method == InsideMethod::Paper { 1.0 } else { self.dressed.trust[v] }
     }
 
-    fn figure_to_scan(
+    pub(super) fn figure_to_scan(
         &self,
         posed: &Posed,
         normals: &PerVertex<Vec3>,

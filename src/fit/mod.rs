@@ -3,6 +3,7 @@
 
 mod articulated;
 mod dressed;
+mod elsewhere;
 mod inside;
 mod inside_params;
 mod inside_trust;
@@ -20,17 +21,20 @@ mod surface;
 mod tests;
 mod texture;
 mod thinned;
+mod together;
 mod transfer;
 mod trust;
 
+pub use elsewhere::SeenElsewhere;
 pub use inside::fit_inside;
 pub use inside_params::{InsideMethod, InsideParams};
 pub use naked::{NakedParams, fit_naked};
 pub use prior::JointGroup;
-pub use register::{RegisterParams, register, register_by_landmarks};
+pub use register::{Known, RegisterParams, register, register_knowing};
+pub use together::{OtherScan, ShapeFrom, fit_together};
 pub use transfer::{closest_weights, scan_in_bind};
 
-use crate::body::{Pose, Shape, Skeleton, UvMap};
+use crate::body::{JointId, Pose, Shape, Skeleton, UvMap};
 use crate::geometry::{PerVertex, TriMesh};
 use serde::{Deserialize, Serialize};
 
@@ -84,6 +88,11 @@ pub struct FittedBody {
     pub surface: TriMesh,
     /// Its skeleton.
     pub skeleton: Skeleton,
+    /// Limbs that the scan does not show, each by the joint at which it begins.
+    pub unseen: Vec<JointId>,
+    /// Where all scans of a session made the shape: how the person stands in each of the others, in their order and in their
+    /// frames; `None` for those that took no part.
+    pub elsewhere: Vec<Option<Pose>>,
     /// How it went.
     pub report: FitReport,
 }

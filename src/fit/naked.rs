@@ -2,13 +2,13 @@
 
 use super::articulated::{Articulated, Posed, Residual};
 use super::limbs::{self, Part};
-use super::normal_equations::{PosePrior, Unknowns};
+use super::normal_equations::{NormalEquations, PosePrior, Unknowns};
 use super::prior::pose_stiffness;
 use super::starts::{Start, starts};
 use super::surface::{ScanSurface, mean_gap, mean_truncated, robust, scan_to_mesh, spread};
 use super::thinned::{ThinModel, Thinned};
 use super::trust::{self, Agreement};
-use super::{FitError, FitReport, FittedBody, Step};
+use super::{FitError, FitReport, FittedBody, ShapeFrom, Step};
 use crate::body::{BodyModel, JointId, Pose, Shape};
 use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, Vec3, VertexId};
 use crate::scan::Scan;
@@ -37,6 +37,8 @@ pub struct NakedParams {
     pub greatest_deviation: f64,
     /// Whether a limb that is not seen is taken for missing though something in the scan may be it.
     pub missing_limbs: bool,
+    /// Which scans make the shape.
+    pub shape_from: ShapeFrom,
 }
 
 impl Default for NakedParams {
@@ -50,6 +52,7 @@ impl Default for NakedParams {
             least_explained: 0.93,
             greatest_deviation: 5.0,
             missing_limbs: false,
+            shape_from: ShapeFrom::Naked,
         }
     }
 }
@@ -66,6 +69,10 @@ pub(crate) struct Stage {
     pub(crate) limbs_only: bool,
     pub(crate) shape: bool,
 }
+
+/// The gates of the last iterations, at correspondences that are nearly all right.
+pub(super) const FINEST: Stage =
+    Stage { iterations: 30, samples: 6000, reach: 0.035, least_cosine: 0.6, limbs_only: false, shape: true };
 
 /// Fits shape and pose to a scan of the naked body, whatever its heading and wherever its arms are.
 ///
@@ -97,28 +104,7 @@ pub fn fit_naked(
         found = solver.without(&unseen, found, &mut log, on_step);
     }
 
-    let index = solver.index_at(&found);
-    let (residual_mean, residual_p95) = solver.residual(&index);
-    let agreement = trust::agreement(&index, &surface);
-    refuse_what_is_no_body(model, params, residual_mean, &agreement, &found, &unseen)?;
-    log.extend(trust::what_is_unexplained(&agreement, &model.weights, &model.skeleton));
-    log.extend(solver.unseen_head(&index));
-    if !found.converged {
-        log.push(format!("not converged after {} iterations: look at the result", found.iterations));
-    }
-    let (mesh, skeleton) = model.shaped(&found.shape);
-    let report = FitReport {
-        converged: found.converged,
-        iterations: found.iterations,
-        residual_mean,
-        residual_p95,
-        confidence: agreement.confidence(),
-        explained_share: agreement.explained,
-        seen_share: agreement.seen,
-        log,
-        ..FitReport::default()
-    };
-    Ok(FittedBody { shape: found.shape, pose: found.pose, surface: mesh, skeleton, report })
+    solver.conclude(found, unseen, log)
 }
 
 fn refuse_what_is_no_body(
@@ -169,21 +155,39 @@ fn refuse_what_is_no_body(
 }
 
 /// What the iterations came to.
-struct Found {
-    pose: Pose,
-    shape: Shape,
-    iterations: usize,
-    converged: bool,
+pub(super) struct Found {
+    pub(super) pose: Pose,
+    pub(super) shape: Shape,
+    pub(super) iterations: usize,
+    pub(super) converged: bool,
 }
 
-struct Solver<'a> {
-    body: Articulated<'a>,
+impl Found {
+    /// What an earlier fit came to.
+    pub(super) fn at(fitted: &FittedBody) -> Self {
+        let FittedBody { pose, shape, report, .. } = fitted;
+        let (pose, shape) = (pose.clone(), shape.clone());
+        Self { pose, shape, iterations: report.iterations, converged: report.converged }
+    }
+}
+
+/// A joint moved less than this in a step, in metres: far below the scan's noise.
+pub(super) const STILL: f64 = 2e-4;
+
+/// Places that take part in an iteration, each with the area that it stands for.
+pub(super) struct Places {
+    model: Vec<(VertexId, f64)>,
+    scan: Vec<(VertexId, f64)>,
+}
+
+pub(super) struct Solver<'a> {
+    pub(super) body: Articulated<'a>,
     model: &'a BodyModel,
     surface: &'a ScanSurface,
     params: &'a NakedParams,
     parts: Vec<Part>,
     /// The model in the bind pose: a hierarchy of its faces that follows it through poses.
-    index: SurfaceIndex,
+    pub(super) index: SurfaceIndex,
     /// Joints that keep their pose, for the scan does not show what they move.
     held: Vec<bool>,
     /// Vertices that take no part, for the same reason.
@@ -193,7 +197,7 @@ struct Solver<'a> {
 }
 
 impl<'a> Solver<'a> {
-    fn prepare(model: &'a BodyModel, surface: &'a ScanSurface, params: &'a NakedParams) -> Self {
+    pub(super) fn prepare(model: &'a BodyModel, surface: &'a ScanSurface, params: &'a NakedParams) -> Self {
         let body = Articulated::of_model(model);
         let joints = body.joint_count();
         Self {
@@ -229,14 +233,7 @@ impl<'a> Solver<'a> {
         let stages = [
             Stage { iterations: 5, samples: n / 3, reach: 0.10, least_cosine: 0.4, limbs_only: false, shape: true },
             Stage { iterations: 5, samples: n / 2, reach: 0.06, least_cosine: 0.5, limbs_only: false, shape: true },
-            Stage {
-                iterations: self.params.iterations,
-                samples: n,
-                reach: 0.035,
-                least_cosine: 0.6,
-                limbs_only: false,
-                shape: true,
-            },
+            Stage { iterations: self.params.iterations, samples: n, ..FINEST },
         ];
         let mut found = Found { pose, shape, iterations: 0, converged: false };
         let mut index = self.index.clone();
@@ -246,18 +243,51 @@ impl<'a> Solver<'a> {
         found
     }
 
-    fn index_at(&self, found: &Found) -> SurfaceIndex {
+    /// What was found, with its report, or why it is no body.
+    pub(super) fn conclude(
+        &self,
+        found: Found,
+        unseen: Vec<JointId>,
+        mut log: Vec<String>,
+    ) -> Result<FittedBody, FitError> {
+        let model = self.model;
+        let index = self.index_at(&found.pose, &found.shape);
+        let (residual_mean, residual_p95) = self.residual(&index);
+        let agreement = trust::agreement(&index, self.surface);
+        refuse_what_is_no_body(model, self.params, residual_mean, &agreement, &found, &unseen)?;
+        log.extend(trust::what_is_unexplained(&agreement, &model.weights, &model.skeleton));
+        log.extend(self.unseen_head(&index));
+        if !found.converged {
+            log.push(format!("not converged after {} iterations: look at the result", found.iterations));
+        }
+        let (surface, skeleton) = model.shaped(&found.shape);
+        let report = FitReport {
+            converged: found.converged,
+            iterations: found.iterations,
+            residual_mean,
+            residual_p95,
+            confidence: agreement.confidence(),
+            explained_share: agreement.explained,
+            seen_share: agreement.seen,
+            log,
+            ..FitReport::default()
+        };
+        let Found { shape, pose, .. } = found;
+        Ok(FittedBody { shape, pose, surface, skeleton, unseen, elsewhere: Vec::new(), report })
+    }
+
+    fn index_at(&self, pose: &Pose, shape: &Shape) -> SurfaceIndex {
         let mut index = self.index.clone();
-        index.follow(&self.mesh(&self.body.posed(&found.pose, &found.shape)));
+        index.follow(&self.mesh(&self.body.posed(pose, shape)));
         index
     }
 
-    fn mesh(&self, posed: &Posed) -> TriMesh {
+    pub(super) fn mesh(&self, posed: &Posed) -> TriMesh {
         self.model.template.with_points(posed.points.clone())
     }
 
     fn unseen_limbs(&self, found: &Found) -> Vec<JointId> {
-        limbs::unseen(&self.index_at(found), &self.parts, &self.model.skeleton, self.surface)
+        limbs::unseen(&self.index_at(&found.pose, &found.shape), &self.parts, &self.model.skeleton, self.surface)
     }
 
     /// A sentence where the scan lacks the head, without which all the rest is fitted as well.
@@ -266,6 +296,21 @@ impl<'a> Solver<'a> {
         let head = limbs::parts_named(&["head"], skeleton, weights);
         let unseen = limbs::unseen(index, &head, skeleton, self.surface);
         (!unseen.is_empty()).then(|| "the scan does not show the head; it is the model's".into())
+    }
+
+    /// Takes limbs out of the fit.
+    pub(super) fn leave_out(&mut self, unseen: &[JointId]) {
+        let skeleton = &self.model.skeleton;
+        for &joint in unseen {
+            for (held, j) in self.held.iter_mut().zip(skeleton.ids()) {
+                *held |= skeleton.is_below(j, joint);
+            }
+            if let Some(part) = self.parts.iter().find(|p| p.joint == joint) {
+                for (out, belongs) in self.left_out.0.iter_mut().zip(part.vertices.iter()) {
+                    *out |= belongs;
+                }
+            }
+        }
     }
 
     /// The fit again, with some limbs left out of it.
@@ -282,15 +327,8 @@ impl<'a> Solver<'a> {
                 "the scan does not show the {}; it takes the pose of the other side",
                 limbs::spoken(&skeleton.names[joint.index()])
             ));
-            for (held, j) in self.held.iter_mut().zip(skeleton.ids()) {
-                *held |= skeleton.is_below(j, joint);
-            }
-            if let Some(part) = self.parts.iter().find(|p| p.joint == joint) {
-                for (out, belongs) in self.left_out.0.iter_mut().zip(part.vertices.iter()) {
-                    *out |= belongs;
-                }
-            }
         }
+        self.leave_out(unseen);
         // The trunk gave way to the limb that was pulled into it: back to the expected pose, and on from there.
         let mut pose = found.pose;
         for (rotation, name) in pose.rotations.iter_mut().zip(&skeleton.names).skip(1) {
@@ -312,49 +350,20 @@ impl<'a> Solver<'a> {
 
     /// Runs a stage on what was found so far; `index` holds the model in some pose.
     fn run(&self, stage: &Stage, found: &mut Found, index: &mut SurfaceIndex, on_step: &mut dyn FnMut(&Step)) {
-        /// A joint moved less than this in a step, in metres: far below the scan's noise.
-        const STILL: f64 = 2e-4;
-        let mut areas = self.model.template.vertex_areas();
-        for (area, out) in areas.0.iter_mut().zip(self.left_out.iter()) {
-            *area = if *out { 0.0 } else { *area };
-        }
-        let model_samples = spread(&areas, stage.samples);
-        let scan_samples = self.surface.samples(stage.samples);
-        let stiffness = pose_stiffness(&self.body.skeleton, self.params.pose_prior);
-        let unknowns = Unknowns { joints: self.held.iter().map(|held| !held).collect(), shape: stage.shape };
+        let places = self.places(stage.samples);
         let mut still = 0;
         for _ in 0..stage.iterations {
             let posed = self.body.posed(&found.pose, &found.shape);
             index.follow(&self.mesh(&posed));
-            let normals = index.mesh().vertex_normals();
-            let mut residuals = self.model_to_scan(&posed, &normals, stage, &model_samples);
-            let takes = |corners: &[VertexId; 3]| corners.iter().all(|&v| !self.left_out[v]);
-            residuals.extend(scan_to_mesh(
-                self.surface,
-                index,
-                &normals,
-                &scan_samples,
-                stage.reach,
-                stage.least_cosine,
-                takes,
-            ));
-            let mut equations = self.body.normal_equations(&posed, &residuals, &unknowns);
-            let prior = PosePrior {
-                center: &self.center,
-                stiffness: &stiffness,
-                limits: &self.model.limits,
-                limit_stiffness: 2e4,
-            };
-            equations.add_pose_prior(&posed, &found.pose, &prior);
+            let (mut equations, residual) = self.equations(stage, &places, &posed, &found.pose, index);
             equations.add_shape_prior(&found.shape, self.params.shape_prior);
-            equations.freeze_all_but(&unknowns);
+            equations.freeze_all_but(&self.unknowns(stage.shape));
             let Some(delta) = equations.solve(1e-4) else { break };
             let (pose, shape) = self.body.stepped(&posed, &found.pose, &found.shape, &delta);
             let moved = self.moved(&posed, &pose, &shape);
             (found.pose, found.shape) = (pose, shape);
             found.iterations += 1;
-            let surface = index.mesh();
-            on_step(&Step { iteration: found.iterations, moved, residual: mean_gap(&residuals), surface });
+            on_step(&Step { iteration: found.iterations, moved, residual, surface: index.mesh() });
             still = if moved < STILL { still + 1 } else { 0 };
             if still >= 2 {
                 break;
@@ -363,7 +372,42 @@ impl<'a> Solver<'a> {
         found.converged = still > 0;
     }
 
-    fn moved(&self, posed: &Posed, pose: &Pose, shape: &Shape) -> f64 {
+    pub(super) fn unknowns(&self, shape: bool) -> Unknowns {
+        Unknowns { joints: self.held.iter().map(|held| !held).collect(), shape }
+    }
+
+    /// About `count` places on the model, as far as it takes part, and on the scan.
+    pub(super) fn places(&self, count: usize) -> Places {
+        let mut areas = self.model.template.vertex_areas();
+        for (area, out) in areas.0.iter_mut().zip(self.left_out.iter()) {
+            *area = if *out { 0.0 } else { *area };
+        }
+        Places { model: spread(&areas, count), scan: self.surface.samples(count) }
+    }
+
+    /// What a step solves but for the shape prior, with the mean distance of what is drawn together. `index` holds `posed`.
+    pub(super) fn equations(
+        &self,
+        stage: &Stage,
+        places: &Places,
+        posed: &Posed,
+        pose: &Pose,
+        index: &SurfaceIndex,
+    ) -> (NormalEquations, f64) {
+        let normals = index.mesh().vertex_normals();
+        let mut residuals = self.model_to_scan(posed, &normals, stage, &places.model);
+        let takes = |corners: &[VertexId; 3]| corners.iter().all(|&v| !self.left_out[v]);
+        let (reach, least_cosine) = (stage.reach, stage.least_cosine);
+        residuals.extend(scan_to_mesh(self.surface, index, &normals, &places.scan, reach, least_cosine, takes));
+        let mut equations = self.body.normal_equations(posed, &residuals, &self.unknowns(stage.shape));
+        let stiffness = pose_stiffness(&self.body.skeleton, self.params.pose_prior);
+        let prior =
+            PosePrior { center: &self.center, stiffness: &stiffness, limits: &self.model.limits, limit_stiffness: 2e4 };
+        equations.add_pose_prior(posed, pose, &prior);
+        (equations, mean_gap(&residuals))
+    }
+
+    pub(super) fn moved(&self, posed: &Posed, pose: &Pose, shape: &Shape) -> f64 {
         let after = self.model.skeleton_of(shape).joints_in_world(pose);
         posed.joints_in_world.iter().zip(&after).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
     }
@@ -399,6 +443,11 @@ impl<'a> Solver<'a> {
         index.follow(&mesh);
         let back = mean_truncated(&index, self.surface.mesh(), &self.surface.areas, TRUNCATE);
         0.5 * (there + back)
+    }
+
+    /// Mean distance of the scan from the model.
+    pub(super) fn residual_of(&self, pose: &Pose, shape: &Shape) -> f64 {
+        self.residual(&self.index_at(pose, shape)).0
     }
 
     fn residual(&self, index: &SurfaceIndex) -> (f64, f64) {

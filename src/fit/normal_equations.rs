@@ -216,9 +216,93 @@ impl NormalEquations {
     }
 }
 
+/// The steps of several bodies that share one shape, each with its own pose: the shape's system is what is left of all when
+/// their poses are eliminated (Schur complement). `shape` and `stiffness` are the shape prior, which counts once.
+///
+/// **Requires** equations of as many joints and as many components, whose shape is free. `None` where a system cannot be factored.
+pub(crate) fn solve_together(
+    parts: &[NormalEquations],
+    shape: &Shape,
+    stiffness: f64,
+    damping: f64,
+) -> Option<Vec<DVector<f64>>> {
+    let components = shape.0.len();
+    let mut left = DMatrix::from_diagonal_element(components, components, stiffness);
+    let mut right = DVector::from_iterator(components, shape.0.iter().map(|beta| -stiffness * beta));
+    let mut poses = Vec::with_capacity(parts.len());
+    for NormalEquations { h, g } in parts {
+        let pose = h.nrows() - components;
+        let mut of_pose = h.view((0, 0), (pose, pose)).into_owned();
+        for i in 0..pose {
+            of_pose[(i, i)] = of_pose[(i, i)] * (1.0 + damping) + 1e-9;
+        }
+        let factor = of_pose.cholesky()?;
+        let by_shape = h.view((0, pose), (pose, components)).into_owned();
+        let (turned, alone) = (factor.solve(&by_shape), factor.solve(&g.rows(0, pose).into_owned()));
+        left += h.view((pose, pose), (components, components)) - by_shape.transpose() * &turned;
+        right += g.rows(pose, components) - by_shape.transpose() * &alone;
+        poses.push((alone, turned));
+    }
+    for i in 0..components {
+        left[(i, i)] = left[(i, i)] * (1.0 + damping) + 1e-9;
+    }
+    let of_shape = left.cholesky()?.solve(&right);
+    let whole = |(alone, turned): (DVector<f64>, DMatrix<f64>)| {
+        let of_pose = alone - turned * &of_shape;
+        DVector::from_iterator(of_pose.len() + components, of_pose.iter().chain(of_shape.iter()).copied())
+    };
+    let steps: Vec<DVector<f64>> = poses.into_iter().map(whole).collect();
+    steps.iter().flatten().all(|x| x.is_finite()).then_some(steps)
+}
+
 pub(super) fn parent_rotation(posed: &Posed, joint: usize) -> UnitQuaternion<f64> {
     match posed.skeleton.parents[joint] {
         Some(p) => posed.world_from_bind[p.index()].rotation,
         None => UnitQuaternion::identity(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::noise;
+
+    #[test]
+    fn steps_of_one_shape_are_those_of_the_whole_system() {
+        const POSE: usize = 9;
+        const SHAPE: usize = 4;
+        const STIFFNESS: f64 = 3.0;
+        let mut next = noise(5);
+        let parts: Vec<NormalEquations> = (0..3)
+            .map(|_| {
+                let rows = DMatrix::from_fn(40, POSE + SHAPE, |_, _| next());
+                let gaps = DVector::from_fn(40, |_, _| next());
+                NormalEquations { h: rows.transpose() * &rows, g: rows.transpose() * gaps }
+            })
+            .collect();
+        let shape = Shape(vec![0.3, -1.0, 0.0, 2.0]);
+        let found = solve_together(&parts, &shape, STIFFNESS, 0.0).unwrap();
+
+        let count = parts.len() * POSE + SHAPE;
+        let (mut h, mut g) = (DMatrix::zeros(count, count), DVector::zeros(count));
+        let last = count - SHAPE;
+        for (k, part) in parts.iter().enumerate() {
+            let place = |i: usize| if i < POSE { k * POSE + i } else { last + i - POSE };
+            for i in 0..POSE + SHAPE {
+                g[place(i)] += part.g[i];
+                for j in 0..POSE + SHAPE {
+                    h[(place(i), place(j))] += part.h[(i, j)];
+                }
+            }
+        }
+        for (m, beta) in shape.0.iter().enumerate() {
+            h[(last + m, last + m)] += STIFFNESS;
+            g[last + m] -= STIFFNESS * beta;
+        }
+        let whole = h.cholesky().unwrap().solve(&g);
+        for (k, step) in found.iter().enumerate() {
+            assert!((step.rows(0, POSE) - whole.rows(k * POSE, POSE)).amax() < 1e-7);
+            assert!((step.rows(POSE, SHAPE) - whole.rows(last, SHAPE)).amax() < 1e-7);
+        }
     }
 }

@@ -3,6 +3,7 @@
 //! **Source** the surface of Hu 2017, §5.1 (Yamazaki 2013) in the manner of Amberg 2007: point-to-plane targets, a
 //! membrane on the displacement whose stiffness is annealed, no pull where the scan has holes.
 
+use super::elsewhere::{Elsewhere, SeenElsewhere, fill_colors, fill_targets};
 use super::surface::{ScanHit, ScanSurface};
 use super::texture::bake_texture;
 use super::{FitError, FitReport, FittedBody, RegisteredBody, Step};
@@ -43,6 +44,15 @@ impl Default for RegisterParams {
     }
 }
 
+/// What is known besides the scan.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Known<'a> {
+    /// At which places of the scan, in its frame, some of the model's vertices lie.
+    pub landmarks: &'a [(VertexId, Point)],
+    /// Other scans of the same person: they say where skin lies that this one does not show.
+    pub elsewhere: &'a [SeenElsewhere<'a>],
+}
+
 /// Registers the model's surface to the scan and carries it back into the bind pose.
 ///
 /// **Guarantees** the result has the model's vertices and faces; skinned with its pose it is the registered surface.
@@ -55,23 +65,25 @@ pub fn register(
     params: &RegisterParams,
     on_step: &mut dyn FnMut(&Step),
 ) -> Result<RegisteredBody, FitError> {
-    register_by_landmarks(scan, model, fitted, &[], params, on_step)
+    register_knowing(scan, model, fitted, &Known::default(), params, on_step)
 }
 
-/// The same, where it is known of some of the model's vertices at which places of the scan, in its frame, they lie.
+/// The same, where more is known than the scan shows.
 ///
-/// **Requires** vertices of the model.
-pub fn register_by_landmarks(
+/// **Requires** landmarks of vertices of the model, and `shown` of as many.
+pub fn register_knowing(
     scan: &Scan,
     model: &BodyModel,
     fitted: &FittedBody,
-    landmarks: &[(VertexId, Point)],
+    known: &Known<'_>,
     params: &RegisterParams,
     on_step: &mut dyn FnMut(&Step),
 ) -> Result<RegisteredBody, FitError> {
     /// A landmark counts for as many vertices: it must carry along those around it, within the length of smoothing.
     const PULL: f64 = 30.0;
     let surface = ScanSurface::prepare(&scan.mesh);
+    let bare = fitted.figure(model);
+    let others: Vec<Elsewhere> = known.elsewhere.iter().map(|seen| Elsewhere::prepare(seen, &bare)).collect();
     let start = fitted.surface.with_points(model.posed(fitted.surface.points(), &fitted.skeleton, &fitted.pose));
     let pull = pull_of_parts(model, params);
     let ground = Ground::under(scan, model);
@@ -82,9 +94,13 @@ pub fn register_by_landmarks(
         let t = if rounds > 1 { round as f64 / (rounds - 1) as f64 } else { 1.0 };
         let reach = params.reach * (1.0 - t * 2.0 / 3.0);
         for _ in 0..params.iterations {
-            let mut targets = targets(&surface, &displaced, &pull, &ground.is_foot, reach);
+            let mut targets = targets(&surface, &displaced, &ground.is_foot, reach);
+            fill_targets(&mut targets, &others, &displaced, model, fitted, reach);
+            targets.iter_mut().zip(pull.iter()).for_each(|(target, share)| {
+                *target = target.map(|(place, pull)| (place, pull * share));
+            });
             ground.hold_soles(&displaced, &mut targets);
-            landmarks.iter().for_each(|&(v, place)| targets[v.index()] = Some((place, PULL)));
+            known.landmarks.iter().for_each(|&(v, place)| targets[v.index()] = Some((place, PULL)));
             let next = solve(&start, &targets, length)?;
             let (moved, residual) = (greatest_move(&displaced, &next), mean_distance(&displaced, &targets));
             iteration += 1;
@@ -93,15 +109,26 @@ pub fn register_by_landmarks(
         }
     }
     let (residual_mean, residual_p95) = residual(&surface, &displaced);
-    let colors = scan.colors.as_ref().map(|colors| bake_colors(&surface, colors, &displaced));
+    let colors = scan.colors.as_ref().map(|colors| {
+        let mut own = colors_of(&surface, colors, &displaced);
+        fill_colors(&mut own, &others, &displaced, model, fitted);
+        flowed_in(own, &displaced)
+    });
     let uvs = match (&scan.colors, &colors, &model.uvs) {
         (Some(of_scan), Some(of_body), Some(uvs)) => Some(bake_texture(&surface, of_scan, &displaced, of_body, uvs)),
         (_, _, uvs) => uvs.clone(),
     };
     let (points_in_bind, skeleton, pose) = into_bind_pose(model, fitted, displaced.points());
-    let seen = targets(&surface, &displaced, &pull, &ground.is_foot, 0.02).iter().filter(|t| t.is_some()).count();
+    let mut seen = targets(&surface, &displaced, &ground.is_foot, 0.02);
+    let count = |targets: &[Target]| targets.iter().filter(|t| t.is_some()).count();
+    let own = count(&seen);
+    fill_targets(&mut seen, &others, &displaced, model, fitted, 0.02);
+    let elsewhere = match count(&seen) - own {
+        0 => String::new(),
+        more => format!(", {more} more on other scans"),
+    };
     let log = vec![
-        format!("{seen} of {} vertices lie on the scan", model.template.vertex_count()),
+        format!("{own} of {} vertices lie on the scan{elsewhere}", model.template.vertex_count()),
         soundness(&start, &displaced),
     ];
     let report =
@@ -149,7 +176,7 @@ impl Ground {
 }
 
 /// Where a vertex is drawn to, and how strongly (0–1).
-type Target = Option<(Point, f64)>;
+pub(super) type Target = Option<(Point, f64)>;
 
 fn pull_of_parts(model: &BodyModel, params: &RegisterParams) -> PerVertex<f64> {
     let skeleton = &model.skeleton;
@@ -173,29 +200,35 @@ fn pull_of_parts(model: &BodyModel, params: &RegisterParams) -> PerVertex<f64> {
 
 /// The nearest place of the scan, if it faces the same way. For the tips of toes that lie behind or before the scan's, the
 /// nearest place is the top of its foot, which does not: they look along their normals, forward and back.
-fn targets(
-    surface: &ScanSurface,
-    mesh: &TriMesh,
-    pull: &PerVertex<f64>,
-    is_foot: &PerVertex<bool>,
-    reach: f64,
-) -> Vec<Target> {
-    /// Normals further apart than this belong to another side of the body (the arm's against the flank's).
-    const LEAST_COSINE: f64 = 0.5;
+fn targets(surface: &ScanSurface, mesh: &TriMesh, is_foot: &PerVertex<bool>, reach: f64) -> Vec<Target> {
     let normals = mesh.vertex_normals();
     (0..mesh.vertex_count())
         .into_par_iter()
         .map(|i| {
-            let (p, n) = (mesh.points().0[i], normals.0[i]);
-            let agrees = |hit: &ScanHit| !hit.at_rim && hit.normal.dot(&n) >= LEAST_COSINE;
-            let ahead = || [n, -n].iter().filter_map(|way| surface.along(&p, way, reach)).find(agrees);
-            let hit = surface.nearest(&p, reach).filter(agrees);
-            let hit = hit.or_else(|| if is_foot.0[i] { ahead() } else { None })?;
-            let on_plane = p + hit.normal * hit.normal.dot(&(hit.point - p));
-            let kernel = 1.0 / (1.0 + (hit.distance / (0.5 * reach)).powi(2)).powi(2);
-            Some((on_plane, kernel * pull.0[i]))
+            let (p, n) = (&mesh.points().0[i], &normals.0[i]);
+            let ahead = || {
+                let hits = [*n, -n].into_iter().filter_map(|way| surface.along(p, &way, reach));
+                hits.filter(|hit| agrees(hit, n)).map(|hit| on_plane(&hit, p, reach)).next()
+            };
+            pulled_to(surface, p, n, reach).or_else(|| if is_foot.0[i] { ahead() } else { None })
         })
         .collect()
+}
+
+/// Where the nearest place of a scan draws a vertex, if it faces the same way.
+pub(super) fn pulled_to(surface: &ScanSurface, p: &Point, n: &Vec3, reach: f64) -> Target {
+    surface.nearest(p, reach).filter(|hit| agrees(hit, n)).map(|hit| on_plane(&hit, p, reach))
+}
+
+fn agrees(hit: &ScanHit, normal: &Vec3) -> bool {
+    /// Normals further apart than this belong to another side of the body (the arm's against the flank's).
+    const LEAST_COSINE: f64 = 0.5;
+    !hit.at_rim && hit.normal.dot(normal) >= LEAST_COSINE
+}
+
+fn on_plane(hit: &ScanHit, p: &Point, reach: f64) -> (Point, f64) {
+    let place = p + hit.normal * hit.normal.dot(&(hit.point - p));
+    (place, 1.0 / (1.0 + (hit.distance / (0.5 * reach)).powi(2)).powi(2))
 }
 
 /// Minimises `Σ area · pull |x + d − target|² + length² dᵀLd` over the displacement `d` from `start`.
@@ -248,21 +281,26 @@ fn residual(surface: &ScanSurface, mesh: &TriMesh) -> (f64, f64) {
     (distances.iter().sum::<f64>() / count as f64, distances.get(count * 95 / 100).copied().unwrap_or(0.0))
 }
 
-/// Colours of the nearest places of the scan; where the scan has a hole the colours around it flow in.
-fn bake_colors(surface: &ScanSurface, colors: &PerVertex<[u8; 3]>, mesh: &TriMesh) -> PerVertex<[u8; 3]> {
+/// Colours of the nearest places of the scan.
+fn colors_of(surface: &ScanSurface, colors: &PerVertex<[u8; 3]>, mesh: &TriMesh) -> Vec<Option<Vec3>> {
+    let normals = mesh.vertex_normals();
+    let at = |i: usize| color_at(surface, colors, &mesh.points().0[i], &normals.0[i]);
+    (0..mesh.vertex_count()).into_par_iter().map(at).collect()
+}
+
+/// The colour of the nearest place of a scan, if that faces nearly the same way.
+pub(super) fn color_at(surface: &ScanSurface, colors: &PerVertex<[u8; 3]>, p: &Point, n: &Vec3) -> Option<Vec3> {
     /// Beyond this distance a colour belongs to something else. Metres.
     const REACH: f64 = 0.02;
-    let normals = mesh.vertex_normals();
-    let mut baked: Vec<Option<Vec3>> = (0..mesh.vertex_count())
-        .into_par_iter()
-        .map(|i| {
-            let s = surface.index.closest_within(&mesh.points().0[i], REACH)?;
-            let corners = surface.mesh().faces()[s.face];
-            let normal: Vec3 = (0..3).map(|k| surface.normals[corners[k]] * s.barycentric[k]).sum();
-            (normal.dot(&normals.0[i]) > 0.3)
-                .then(|| (0..3).map(|k| Vec3::from(colors[corners[k]].map(f64::from)) * s.barycentric[k]).sum())
-        })
-        .collect();
+    let s = surface.index.closest_within(p, REACH)?;
+    let corners = surface.mesh().faces()[s.face];
+    let normal: Vec3 = (0..3).map(|k| surface.normals[corners[k]] * s.barycentric[k]).sum();
+    (normal.dot(n) > 0.3)
+        .then(|| (0..3).map(|k| Vec3::from(colors[corners[k]].map(f64::from)) * s.barycentric[k]).sum())
+}
+
+/// Where no colour is known those around it flow in.
+fn flowed_in(mut baked: Vec<Option<Vec3>>, mesh: &TriMesh) -> PerVertex<[u8; 3]> {
     let adjacency = Adjacency::prepare(mesh);
     // Each pass reaches one ring further into what was not seen.
     while baked.iter().any(Option::is_none) {

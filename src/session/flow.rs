@@ -1,5 +1,6 @@
 //! The way of the data through a session: the body, then each garment on the figure dressed so far.
 
+use super::other_steps::other_steps;
 use super::recipe::StepRecipe;
 use super::stage_cut::cut;
 use super::stage_evidence::evidence;
@@ -66,8 +67,9 @@ pub(super) fn steps(walk: &mut Walk, last: Option<&str>) -> Result<Vec<Dressed>,
 
 fn body(walk: &mut Walk, step: &StepRecipe) -> Result<Dressed, SessionError> {
     let scan = scan(walk, step)?;
-    let fitted = fit(walk, step, scan)?;
-    let registered = register(walk, step, scan, fitted)?;
+    let others = other_steps(walk, step)?;
+    let fitted = fit(walk, step, scan, &others)?;
+    let registered = register(walk, step, scan, fitted, &others)?;
     let figure = bare(walk, step, scan, registered)?;
     Ok(Dressed { scan, pose: StepPose::Naked { fitted, registered }, figure })
 }

@@ -44,6 +44,7 @@ mod no_recording;
 #[cfg(not(feature = "rerun"))]
 mod no_viewer;
 mod open;
+mod other_steps;
 mod parameter_table;
 mod parameters;
 mod poster;

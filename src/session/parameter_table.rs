@@ -25,7 +25,7 @@ const fn of(stage: Stage, name: &'static str, allowed: Allowed, about: &'static 
 const MISSING_LIMBS: &str = "Whether a limb that is not seen is taken for missing, not for elsewhere";
 
 /// All of them, by stage, in the order of its `Params`.
-pub(super) const PARAMETERS: [Parameter; 64] = [
+pub(super) const PARAMETERS: [Parameter; 65] = [
     of(Stage::Scan, "smoothing_passes", Count(0, 100), "Taubin passes over the cleaned surface"),
     of(Stage::Scan, "truncation", Real(0.001, 0.2), "RGB-D: distance before and behind the surface that is averaged"),
     of(
@@ -46,6 +46,12 @@ pub(super) const PARAMETERS: [Parameter; 64] = [
     of(Stage::Fit, "least_explained", SHARE, "Least share of the scan's surface that the body must explain"),
     of(Stage::Fit, "greatest_deviation", Real(0.5, 100.0), "Greatest shape coefficient, in standard deviations"),
     of(Stage::Fit, "missing_limbs", Flag, MISSING_LIMBS),
+    of(
+        Stage::Fit,
+        "shape_from",
+        Word(&["naked", "all"]),
+        "Which scans make the shape and fill in skin that is not seen; all: with every new scan all is built again",
+    ),
     of(Stage::Register, "smoothing_lengths", LENGTHS, "Lengths over which the surface may move, one a round"),
     of(Stage::Register, "iterations", ROUNDS, "Iterations a round"),
     of(Stage::Register, "reach", LENGTH, "Greatest distance of a correspondence in the first round"),

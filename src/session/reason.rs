@@ -136,6 +136,7 @@ fn upstream(key: &str, stage: Stage) -> &str {
         "figure" if stage == Stage::Press => "figure",
         "fitted" => "fit",
         "registered" => "register",
+        "others" => "the other scans",
         "figure" => "the step before",
         "start" => "the pose of the step before",
         "inside" => "pose",

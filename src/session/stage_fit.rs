@@ -1,24 +1,43 @@
 //! Fit: the body model to the naked scan.
 
 use super::SessionError;
+use super::other_steps::{self, OtherStep};
 use super::parameters::params_of;
 use super::recipe::StepRecipe;
 use super::state::Stage;
 use super::store::Kept;
 use super::walk::{Outcome, Told, Walk};
-use crate::fit::{FitReport, FittedBody, NakedParams, fit_naked};
+use crate::fit::{self, FitReport, FittedBody, NakedParams, OtherScan, fit_naked, fit_together};
 use crate::scan::Scan;
 use serde_json::json;
 
-pub(super) fn fit(walk: &mut Walk, step: &StepRecipe, scan: Kept<Scan>) -> Result<Kept<FittedBody>, SessionError> {
+pub(super) fn fit(
+    walk: &mut Walk,
+    step: &StepRecipe,
+    scan: Kept<Scan>,
+    others: &[OtherStep],
+) -> Result<Kept<FittedBody>, SessionError> {
     let params: NakedParams = params_of(step, Stage::Fit)?;
-    let inputs = json!({ "scan": scan.hash, "model": walk.session().body_model_input(), "params": params });
+    let mut inputs = json!({ "scan": scan.hash, "model": walk.session().body_model_input(), "params": params });
+    if !others.is_empty() {
+        inputs["others"] = other_steps::input(others);
+    }
     walk.stage(&step.name, Stage::Fit, inputs, |session, tell| {
         let (scan, model) = (session.store.load(scan)?, session.body_model()?);
-        let fitted = fit_naked(&scan, &model, &params, &mut |s| tell(Told::Iteration(&scan, s)))
-            .map_err(|e| SessionError::stage(&step.name, Stage::Fit, e))?;
-        let report = fitted.report.clone();
-        Ok(with_report(Outcome::of(fitted), &report).measured("confidence", report.confidence))
+        let mut on_step = |s: &fit::Step| tell(Told::Iteration(&scan, s));
+        let failed = |e| SessionError::stage(&step.name, Stage::Fit, e);
+        let mut fitted = fit_naked(&scan, &model, &params, &mut on_step).map_err(failed)?;
+        if !others.is_empty() {
+            let scans = others.iter().map(|other| session.store.load(other.scan)).collect::<Result<Vec<_>, _>>()?;
+            let covers = other_steps::covers(others, &fitted.figure(&model));
+            let others: Vec<OtherScan> = (others.iter().zip(&scans).zip(covers))
+                .map(|((of, scan), cover)| OtherScan { name: &of.name, scan, cover, params: of.params.clone() })
+                .collect();
+            fitted = fit_together(&scan, &fitted, &others, &model, &params, &mut on_step).map_err(failed)?;
+        }
+        let (report, scans) = (fitted.report.clone(), 1 + fitted.elsewhere.iter().flatten().count());
+        let outcome = with_report(Outcome::of(fitted), &report).measured("confidence", report.confidence);
+        Ok(if others.is_empty() { outcome } else { outcome.measured("scans_in_shape", scans as f64) })
     })
 }
 

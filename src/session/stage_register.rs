@@ -1,13 +1,14 @@
 //! Register: the model's surface onto the naked scan.
 
 use super::SessionError;
+use super::other_steps::{self, OtherStep};
 use super::parameters::params_of;
 use super::recipe::StepRecipe;
 use super::stage_fit::with_report;
 use super::state::Stage;
 use super::store::Kept;
 use super::walk::{Outcome, Told, Walk};
-use crate::fit::{FittedBody, RegisterParams, RegisteredBody, register as register_body};
+use crate::fit::{FittedBody, Known, RegisterParams, RegisteredBody, SeenElsewhere, Step, register_knowing};
 use crate::scan::Scan;
 use serde_json::json;
 
@@ -16,14 +17,25 @@ pub(super) fn register(
     step: &StepRecipe,
     scan: Kept<Scan>,
     fitted: Kept<FittedBody>,
+    others: &[OtherStep],
 ) -> Result<Kept<RegisteredBody>, SessionError> {
     let params: RegisterParams = params_of(step, Stage::Register)?;
     let model = walk.session().body_model_input();
-    let inputs = json!({ "scan": scan.hash, "fitted": fitted.hash, "model": model, "params": params });
+    let mut inputs = json!({ "scan": scan.hash, "fitted": fitted.hash, "model": model, "params": params });
+    if !others.is_empty() {
+        inputs["others"] = other_steps::input(others);
+    }
     walk.stage(&step.name, Stage::Register, inputs, |session, tell| {
         let (scan, model) = (session.store.load(scan)?, session.body_model()?);
         let fitted = session.store.load(fitted)?;
-        let registered = register_body(&scan, &model, &fitted, &params, &mut |s| tell(Told::Iteration(&scan, s)))
+        let scans = others.iter().map(|other| session.store.load(other.scan)).collect::<Result<Vec<_>, _>>()?;
+        let covers = other_steps::covers(others, &fitted.figure(&model));
+        let elsewhere: Vec<SeenElsewhere> = (scans.iter().zip(&fitted.elsewhere).zip(covers))
+            .filter_map(|((scan, pose), cover)| Some(SeenElsewhere { scan, pose: pose.as_ref()?, cover }))
+            .collect();
+        let known = Known { elsewhere: &elsewhere, ..Known::default() };
+        let mut on_step = |s: &Step| tell(Told::Iteration(&scan, s));
+        let registered = register_knowing(&scan, &model, &fitted, &known, &params, &mut on_step)
             .map_err(|e| SessionError::stage(&step.name, Stage::Register, e))?;
         let report = registered.report.clone();
         Ok(with_report(Outcome::of(registered), &report))

@@ -65,8 +65,8 @@ impl Stage {
         match self {
             // Surfaces give way by a model's corrective offsets; a baked texture is kept as a PNG.
             Self::Register | Self::Figure => 3,
-            // Sums are taken in another order; starts are tried on fewer places.
-            Self::Fit => 4,
+            // Limbs that are not seen and poses in other scans are kept.
+            Self::Fit => 5,
             // The prior is the step before, and cloth that hangs says little; sums are taken in another order.
             Self::Pose => 5,
             Self::Rig | Self::Press => 2,
