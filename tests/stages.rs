@@ -100,6 +100,35 @@ fn what_presses_and_how_a_scan_is_read_can_be_set_too() {
 }
 
 #[test]
+fn a_shape_from_all_scans_waits_for_all_and_changes_with_each() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = quick_session(dir.path(), "alice");
+    overcoat_ok(&session, &["build"]);
+    let set = overcoat_ok(&session, &["fit", "body", "--shape-from", "all", "--json"]).json();
+    let expected = [("body/fit", "parameter shape_from naked all"), ("body/register", "upstream fit")];
+    assert_eq!(ran(&set), expected.map(|(stage, why)| (stage.into(), why.to_string())));
+    let built = ran(&overcoat_ok(&session, &["build", "--json"]).json());
+    assert!(names(&built).contains(&"tshirt/pose"), "what is laid on the body is laid on it again: {built:?}");
+    let status = overcoat_ok(&session, &["status", "--json"]).json();
+    let fit = status["steps"][0]["standing"].as_array().unwrap().iter().find(|s| s["stage"] == "fit").unwrap();
+    assert_eq!(fit["measures"]["scans_in_shape"], 2.0, "{fit}");
+    let said = fit["findings"].as_array().unwrap().iter().filter_map(|line| line.as_str());
+    assert!(said.clone().any(|line| line.starts_with("one shape from 2 scans: ")), "{fit}");
+
+    // A garment's scan is now a reason for the body; where the naked scan alone makes the shape, it is none.
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo/1-tshirt.ply");
+    let again = ["scan", "tshirt", file.to_str().unwrap(), "--template", "tshirt", "--replace", "--faces", "5000"];
+    overcoat_ok(&session, &again);
+    let built = ran(&overcoat_ok(&session, &["build", "--json"]).json());
+    assert!(built.contains(&("body/fit".into(), "upstream the other scans".into())), "{built:?}");
+    overcoat_ok(&session, &["fit", "body", "--shape-from", "naked"]);
+    overcoat_ok(&session, &["build"]);
+    overcoat_ok(&session, &[&again[..again.len() - 1], &["4000"]].concat());
+    let built = ran(&overcoat_ok(&session, &["build", "--json"]).json());
+    assert!(names(&built).iter().all(|stage| !stage.starts_with("body/")), "{built:?}");
+}
+
+#[test]
 fn a_stage_that_fails_or_a_value_that_cannot_be_changes_nothing() {
     let dir = tempfile::tempdir().unwrap();
     let session = quick_session(dir.path(), "alice");

@@ -76,7 +76,7 @@ pub fn fit_inside(
     } else {
         PerVertex::filled(0.0, dressed.body_count)
     };
-    let lack = Lack::of(&body_mesh.vertex_areas(), &needed, &offsets);
+    let lack = Lack::of(&solver.hidden_areas(&body_mesh), &needed, &offsets);
     let agreement = solver.agreement(&posed);
     solver.refuse_what_is_not_this_figure(residual_mean, &lack, &agreement, &unseen, &posed)?;
     log.extend(lack.told(&figure.skeleton, &figure.body().weights));
@@ -342,6 +342,15 @@ impl<'a> Solver<'a> {
                 side_of(self.surface, &posed.points[v], &normals[v])
             })
             .collect()
+    }
+
+    /// The area of each body vertex that must stay inside; of others none: where cloth may be, the scan may be the skin.
+    fn hidden_areas(&self, body: &TriMesh) -> PerVertex<f64> {
+        let mut areas = body.vertex_areas();
+        areas.0.iter_mut().enumerate().for_each(|(i, area)| {
+            *area = if self.dressed.must_stay_inside(VertexId::from_index(i)) { *area } else { 0.0 };
+        });
+        areas
     }
 
     /// How far each constrained vertex must still be drawn in; negative where it is clear.

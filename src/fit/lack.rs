@@ -19,11 +19,12 @@ pub(crate) struct Lack {
 const A_SPOT: f64 = 0.001;
 
 impl Lack {
+    /// Of vertices with an area.
     pub(crate) fn of(areas: &PerVertex<f64>, needed: &PerVertex<Option<f64>>, offsets: &PerVertex<f64>) -> Self {
         let (mut constrained, mut lacking) = (0.0, 0.0);
         let (mut depth, mut deepest) = (0.0, None);
         let mut lacks: Vec<(f64, f64)> = Vec::new();
-        for (v, need) in needed.enumerate() {
+        for (v, need) in needed.enumerate().filter(|(v, _)| areas[*v] > 0.0) {
             let Some(need) = need else { continue };
             constrained += areas[v];
             let lack = need + offsets[v];

@@ -23,6 +23,11 @@ fn invented(model: &BodyModel, seed: u64, turns: &[(&str, Vec3)]) -> Invented {
 
 /// The same, with something over the trunk that is `ease` metres thick.
 fn invented_in(model: &BodyModel, seed: u64, turns: &[(&str, Vec3)], ease: f64) -> Invented {
+    strong_armed_in(model, seed, turns, ease, 0.0)
+}
+
+/// The same, of someone whose right arm is thicker than the model knows arms, by `swollen` metres all around.
+fn strong_armed_in(model: &BodyModel, seed: u64, turns: &[(&str, Vec3)], ease: f64, swollen: f64) -> Invented {
     let mut next = noise(seed);
     let shape = Shape((0..model.component_count()).map(|_| 1.5 * next()).collect());
     let (mesh, skeleton) = model.shaped(&shape);
@@ -37,9 +42,10 @@ fn invented_in(model: &BodyModel, seed: u64, turns: &[(&str, Vec3)], ease: f64) 
     pose.rotations[0] = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), 3.0 * next());
     let normals = mesh.vertex_normals();
     let waves = |p: &Point| 0.003 * ((31.0 * p.y).sin() * (23.0 * p.x).cos() + (27.0 * p.z).sin()) * 0.5;
-    let bumpy: Vec<Point> = mesh.points().iter().zip(normals.iter()).map(|(p, n)| p + n * waves(p)).collect();
     let strongest = |row: &[(crate::body::JointId, f64); 4]| skeleton.names[row[0].0.index()].clone();
     let moved_by: Vec<String> = model.weights.rows().iter().map(strongest).collect();
+    let more = |v: VertexId| if of_right_arm(&moved_by[v.index()]) { swollen } else { 0.0 };
+    let bumpy: Vec<Point> = mesh.points().enumerate().map(|(v, p)| p + normals[v] * (waves(p) + more(v))).collect();
     let body = mesh.with_points(PerVertex(bumpy));
     let worn = |(v, p): (VertexId, &Point)| if is_trunk(&moved_by[v.index()]) { p + normals[v] * ease } else { *p };
     let dressed: PerVertex<Point> = body.points().enumerate().map(worn).collect();
@@ -71,6 +77,10 @@ fn invented_in(model: &BodyModel, seed: u64, turns: &[(&str, Vec3)], ease: f64) 
         pose,
         moved_by,
     }
+}
+
+fn of_right_arm(name: &str) -> bool {
+    ["rightUpperArm", "rightLowerArm"].contains(&name)
 }
 
 fn is_trunk(name: &str) -> bool {
@@ -232,4 +242,90 @@ fn a_figure_is_not_laid_wrongly_into_what_it_does_not_fit() {
     let thin = invented_in(&model, 22, &[], -0.04);
     let refused = fit_figure(&model, &before, thin.scan).map(|inside| inside.report).unwrap_err();
     assert!(matches!(refused, FitError::Outside { .. } | FitError::NotThisPerson { .. }), "{refused}");
+}
+
+/// Of all that `invented_in` makes someone wear: close cloth over the trunk.
+fn shirt(truth: &Invented) -> PerVertex<Cover> {
+    truth.moved_by.iter().map(|name| if is_trunk(name) { Cover::Tight } else { Cover::Bare }).collect()
+}
+
+/// The body by a naked scan and by others, registered to the naked one; and what the fit says.
+fn together(model: &BodyModel, naked: TriMesh, worn: &[&Invented]) -> (RegisteredBody, FittedBody) {
+    let params = NakedParams { samples: 2500, ..NakedParams::default() };
+    let scans: Vec<Scan> = worn.iter().map(|w| Scan::from_clean_mesh(w.scan.clone(), None)).collect();
+    let naked = Scan::from_clean_mesh(naked, None);
+    let mut fitted = fit_naked(&naked, model, &params, &mut |_| {}).unwrap();
+    let inside = InsideParams { samples: 2500, ..InsideParams::default() };
+    let others: Vec<OtherScan> = (scans.iter().zip(worn))
+        .map(|(scan, worn)| OtherScan { name: "shirt", scan, cover: shirt(worn), params: inside.clone() })
+        .collect();
+    if !others.is_empty() {
+        fitted = fit_together(&naked, &fitted, &others, model, &params, &mut |_| {}).unwrap();
+    }
+    let elsewhere: Vec<SeenElsewhere> = (others.into_iter().zip(&fitted.elsewhere))
+        .filter_map(|(other, pose)| Some(SeenElsewhere { scan: other.scan, pose: pose.as_ref()?, cover: other.cover }))
+        .collect();
+    let known = Known { elsewhere: &elsewhere, ..Known::default() };
+    let registered = register_knowing(&naked, model, &fitted, &known, &RegisterParams::default(), &mut |_| {}).unwrap();
+    (registered, fitted)
+}
+
+/// Mean distance, in metres, of vertices that joints with these names move, from the true surface, both in the true pose.
+fn astray(found: &RegisteredBody, truth: &Invented, counts: impl Fn(&str) -> bool) -> f64 {
+    let weights = &truth.figure.body().weights;
+    let posed = skin(found.surface.points(), weights, &found.skeleton, &truth.pose);
+    let mine = found.skeleton.joints_in_world(&truth.pose);
+    let there = TriMesh::try_new(
+        truth.figure.body().posed(&truth.figure.skeleton, &truth.pose).points().0.clone(),
+        found.surface.faces().0.clone(),
+    );
+    let surface = crate::geometry::SurfaceIndex::prepare(&there.unwrap());
+    // Joints that were found elsewhere turn the same limb about another place: what is compared hangs from the same joint.
+    let distances: Vec<f64> = (posed.iter().zip(&truth.moved_by))
+        .filter(|(_, name)| counts(name))
+        .map(|(p, name)| {
+            let j = truth.figure.skeleton.find(name).unwrap().index();
+            surface.closest(&(p + (truth.joints[j] - mine[j]))).distance
+        })
+        .collect();
+    distances.iter().sum::<f64>() / distances.len() as f64
+}
+
+#[test]
+fn other_scans_say_where_the_arm_lies_that_the_naked_one_lacks() {
+    let model = embedded_model().unwrap();
+    const SWOLLEN: f64 = 0.008;
+    let truth = strong_armed_in(&model, 31, &[], 0.0, SWOLLEN);
+    // The same seed is the same person.
+    let worn = [
+        strong_armed_in(&model, 31, &[("rightUpperArm", Vec3::z() * 8.0)], 0.012, SWOLLEN),
+        strong_armed_in(&model, 31, &[("rightUpperArm", Vec3::new(0.0, 6.0, -5.0))], 0.02, SWOLLEN),
+    ];
+    let naked = truth.without(|name| of_right_arm(name) || name == "rightHand");
+    let (alone, before) = together(&model, naked.clone(), &[]);
+    let (all, after) = together(&model, naked, &[&worn[0], &worn[1]]);
+    let (off_alone, off_all) = (astray(&alone, &truth, of_right_arm), astray(&all, &truth, of_right_arm));
+    assert!(off_all < 0.4 * off_alone, "{:.2} mm of {:.2}", off_all * 1e3, off_alone * 1e3);
+    assert!(all.report.log.iter().any(|line| line.contains("more on other scans")), "{:?}", all.report.log);
+    let rest = |name: &str| !name.starts_with("right");
+    let (rest_alone, rest_all) = (astray(&alone, &truth, rest), astray(&all, &truth, rest));
+    assert!(rest_all < rest_alone + 2e-4, "{:.2} mm, {:.2} alone", rest_all * 1e3, rest_alone * 1e3);
+    assert!(after.elsewhere.iter().all(Option::is_some) && before.elsewhere.is_empty());
+
+    let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let naked = truth.without(|name| of_right_arm(name) || name == "rightHand");
+    let again = one_thread.install(|| together(&model, naked, &[&worn[0], &worn[1]]));
+    assert!(again.0 == all && again.1 == after, "the same bits");
+}
+
+#[test]
+fn a_scan_of_someone_else_spoils_no_shape() {
+    let model = embedded_model().unwrap();
+    let truth = invented(&model, 32, &[]);
+    let stranger = invented_in(&model, 35, &[], 0.01);
+    let (_, alone) = together(&model, truth.scan.clone(), &[]);
+    let (_, both) = together(&model, truth.scan.clone(), &[&stranger]);
+    assert!(both.report.residual_mean < alone.report.residual_mean + 2.5e-4, "{:?}", both.report);
+    let told = ["takes no part", "contradict", "no other scan", "one shape from"];
+    assert!(both.report.log.iter().any(|line| told.iter().any(|words| line.contains(words))), "{:?}", both.report.log);
 }

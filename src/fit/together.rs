@@ -42,7 +42,7 @@ pub struct OtherScan<'a> {
 }
 
 /// Iterations at most: poses and shape are nearly right from the start.
-const ITERATIONS: usize = 15;
+const ITERATIONS: usize = 20;
 
 /// Refines the shape of a body fitted to its naked scan by other scans of the same person.
 ///
@@ -168,7 +168,7 @@ fn change(before: &TriMesh, after: &TriMesh) -> String {
     format!("the body changed by {:.1} mm on average, {:.1} mm at most", mean * 1e3, most * 1e3)
 }
 
-/// Gauss–Newton steps until no joint of any scan moves.
+/// Gauss–Newton steps until no joint of the naked scan moves.
 fn iterate(
     naked: &naked::Solver,
     views: &mut [View],
@@ -190,11 +190,11 @@ fn iterate(
         let Some(steps) = solve_together(&parts, &found.shape, params.shape_prior, 1e-4) else { break };
 
         let (pose, shape) = naked.body.stepped(&posed, &found.pose, &found.shape, &steps[0]);
-        let mut moved = naked.moved(&posed, &pose, &shape);
         for ((view, posed), step) in views.iter_mut().zip(&seen).zip(&steps[1..]) {
             view.pose = view.solver.body.stepped(posed, &view.pose, &found.shape, step).0;
-            moved = moved.max(naked.moved(posed, &view.pose, &shape));
         }
+        // Limbs that cloth hides may wander in their scans without any weight in the shape.
+        let moved = naked.moved(&posed, &pose, &shape);
         (found.pose, found.shape) = (pose, shape);
         found.iterations += 1;
         on_step(&Step { iteration: found.iterations, moved, residual, surface: index.mesh() });

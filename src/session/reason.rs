@@ -95,6 +95,8 @@ pub(super) fn reasons(record: &StageRecord, stage: Stage, inputs: &Value) -> Vec
             "kind" | "file" => found.push(Reason::of(Cause::File)),
             "masks" => found.push(Reason::of(Cause::Masks)),
             "model" => found.push(Reason::of(Cause::BodyModel)),
+            // They are asked for, or no more, by a parameter.
+            "others" if old.is_null() || new.is_null() => {}
             "loops" => found.push(Reason::named(Cause::Kind, "hems", old, new)),
             key => found.push(Reason::named(Cause::Upstream, upstream(key, stage), &Value::Null, &Value::Null)),
         }
