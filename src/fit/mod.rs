@@ -125,6 +125,19 @@ pub struct PoseInside {
     pub report: FitReport,
 }
 
+impl PoseInside {
+    /// Draws skin in at least as far as an earlier step did: what lay inside a garment then still lies inside it now, though
+    /// the scan shows another one.
+    pub fn drawn_in_as(mut self, before: &Self) -> Self {
+        self.offsets
+            .0
+            .iter_mut()
+            .zip(before.offsets.iter())
+            .for_each(|(offset, earlier)| *offset = offset.min(*earlier));
+        self
+    }
+}
+
 /// Progress of a fit.
 #[derive(Clone, Copy, Debug)]
 pub struct Step<'a> {

@@ -38,6 +38,10 @@ pub(super) fn pose(
             tell(Told::Iteration(&scan, s))
         })
         .map_err(|e| SessionError::stage(&step.name, Stage::Pose, e))?;
+        let inside = match inner.pose {
+            StepPose::Naked { .. } => inside,
+            StepPose::Inside { inside: before, .. } => inside.drawn_in_as(&session.store.load(before)?),
+        };
         let report = inside.report.clone();
         let deepest = inside.offsets.iter().fold(0.0_f64, |most, d| most.max(d.abs()));
         Ok(with_report(Outcome::of(inside), &report)

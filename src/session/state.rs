@@ -67,8 +67,8 @@ impl Stage {
             Self::Register | Self::Figure => 3,
             // Limbs that are not seen and poses in other scans are kept.
             Self::Fit => 5,
-            // The prior is the step before, and cloth that hangs says little; sums are taken in another order.
-            Self::Pose => 5,
+            // Cloth that hangs says little; skin stays as far in as the step before drew it.
+            Self::Pose => 6,
             Self::Rig | Self::Press => 2,
             // A mask moves the boundary near it alone; the cut keeps what was painted.
             Self::Segment => 2,
