@@ -70,7 +70,7 @@ pub fn fit_inside(
     let posed = solver.posed(&found.pose);
     let (residual_mean, residual_p95) = solver.distances_of_shown(&posed);
     let body_mesh = solver.body_mesh(&posed);
-    let needed = solver.needed_offsets(&posed);
+    let needed = solver.needed_offsets(&posed, &body_mesh);
     let offsets = if params.constrained && params.method == InsideMethod::Robust {
         bounded_offsets(&body_mesh, &needed, params.greatest_offset)
     } else {
@@ -344,26 +344,8 @@ impl<'a> Solver<'a> {
             .collect()
     }
 
-    /// The area of each body vertex that must stay inside; of others none: where cloth may be, the scan may be the skin.
-    fn hidden_areas(&self, body: &TriMesh) -> PerVertex<f64> {
-        let mut areas = body.vertex_areas();
-        areas.0.iter_mut().enumerate().for_each(|(i, area)| {
-            *area = if self.dressed.must_stay_inside(VertexId::from_index(i)) { *area } else { 0.0 };
-        });
-        areas
-    }
-
-    /// How far each constrained vertex must still be drawn in; negative where it is clear.
-    fn needed_offsets(&self, posed: &Posed) -> PerVertex<Option<f64>> {
-        self.sides(posed, &self.normals(posed))
-            .into_iter()
-            .enumerate()
-            .map(|(i, side)| side.map(|s| (self.margin_under(VertexId::from_index(i)) - s.clearance) / s.cosine))
-            .collect()
-    }
-
     /// The margin where a vertex lies under inner layers too: each is cloth between the skin and what is observed.
-    fn margin_under(&self, v: VertexId) -> f64 {
+    pub(super) fn margin_under(&self, v: VertexId) -> f64 {
         if self.dressed.may_be_covered(v) {
             return self.params.margin;
         }

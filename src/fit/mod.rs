@@ -10,6 +10,7 @@ mod inside_trust;
 mod lack;
 mod limbs;
 mod naked;
+mod needs;
 mod normal_equations;
 mod offset;
 mod prior;

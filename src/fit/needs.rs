@@ -1,0 +1,58 @@
+//! What pose has left to the bounded offset: how far skin must still be drawn in.
+
+use super::articulated::Posed;
+use super::inside::Solver;
+use super::side::side_of;
+use crate::geometry::{PerVertex, TriMesh, Vec3, VertexId};
+use rayon::prelude::*;
+
+impl Solver<'_> {
+    /// The area of each body vertex that must stay inside; of others none: where cloth may be, the scan may be the skin.
+    pub(super) fn hidden_areas(&self, body: &TriMesh) -> PerVertex<f64> {
+        let mut areas = body.vertex_areas();
+        areas.0.iter_mut().enumerate().for_each(|(i, area)| {
+            *area = if self.dressed.must_stay_inside(VertexId::from_index(i)) { *area } else { 0.0 };
+        });
+        areas
+    }
+
+    /// How far each constrained vertex must still be drawn in; negative where it is clear. A vertex is clear where the
+    /// middles of its hidden faces are, too: between two vertices of a shin there is room for the edge of a scan.
+    pub(super) fn needed_offsets(&self, posed: &Posed, body: &TriMesh) -> PerVertex<Option<f64>> {
+        let normals = self.normals(posed);
+        let mut needed: PerVertex<Option<f64>> = self
+            .sides(posed, &normals)
+            .into_iter()
+            .enumerate()
+            .map(|(i, side)| side.map(|s| (self.margin_under(VertexId::from_index(i)) - s.clearance) / s.cosine))
+            .collect();
+        let of_faces: Vec<Option<f64>> =
+            body.faces().0.par_iter().map(|corners| self.needed_amid(posed, &normals, &needed, *corners)).collect();
+        for (corners, need) in body.faces().iter().zip(of_faces) {
+            let Some(need) = need else { continue };
+            for &v in corners {
+                needed[v] = needed[v].map(|own| own.max(need));
+            }
+        }
+        needed
+    }
+
+    /// The same of the middle of a face all of whose corners are hidden and seen.
+    fn needed_amid(
+        &self,
+        posed: &Posed,
+        normals: &PerVertex<Vec3>,
+        needed: &PerVertex<Option<f64>>,
+        corners: [VertexId; 3],
+    ) -> Option<f64> {
+        let is_wanted = |v: VertexId| needed[v].is_some() && self.dressed.must_stay_inside(v);
+        if !corners.iter().all(|&v| is_wanted(v)) {
+            return None;
+        }
+        let [a, b, c] = corners.map(|v| posed.points[v].coords);
+        let normal = corners.iter().map(|&v| normals[v]).sum::<Vec3>().try_normalize(1e-9)?;
+        let side = side_of(self.surface, &((a + b + c) / 3.0).into(), &normal)?;
+        let margin = corners.iter().map(|&v| self.margin_under(v)).fold(f64::INFINITY, f64::min);
+        Some((margin - side.clearance) / side.cosine)
+    }
+}
