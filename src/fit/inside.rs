@@ -35,8 +35,8 @@ const HEADINGS: usize = 12;
 /// **Frame** `start` is any pose, usually the previous step's; the result's is in this scan's world frame.
 ///
 /// **Guarantees** every hidden body vertex that the scan saw is inside by the margin after pose and offset, unless
-/// `report.outside_share` says how much is not. Limbs that the scan does not show are named in the report and keep the pose
-/// of `start`.
+/// the report's log says how much of that is lacking, and `outside_share` what lies outside altogether. Limbs that the scan
+/// does not show are named in the report and keep the pose of `start`.
 ///
 /// **Errors** [`FitError::NotThisPerson`] where what should show is not there, [`FitError::LimbNotFound`] where a limb is
 /// elsewhere, [`FitError::Outside`] where the scan is far too small, [`FitError::Unexplained`] where it shows more than the
@@ -76,7 +76,7 @@ pub fn fit_inside(
     } else {
         PerVertex::filled(0.0, dressed.body_count)
     };
-    let lack = Lack::of(&solver.hidden_areas(&body_mesh), &needed, &offsets);
+    let lack = Lack::of(&solver.hidden_areas(&body_mesh), &needed, &offsets, |v| solver.margin_under(v));
     let agreement = solver.agreement(&posed);
     solver.refuse_what_is_not_this_figure(residual_mean, &lack, &agreement, &unseen, &posed)?;
     log.extend(lack.told(&figure.skeleton, &figure.body().weights));
@@ -92,8 +92,8 @@ pub fn fit_inside(
         iterations: found.iterations,
         residual_mean,
         residual_p95,
-        outside_share: lack.share,
-        outside_depth: lack.depth,
+        outside_share: lack.outside_share,
+        outside_depth: lack.outside_depth,
         joint_change: joint_change(&figure.skeleton, previous, &found.pose),
         confidence: agreement.explained * agreement.seen,
         explained_share: agreement.explained,

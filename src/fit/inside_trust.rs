@@ -185,7 +185,7 @@ impl Solver<'_> {
         }
         if lack.depth_of_spot > params.refuse_outside {
             return Err(FitError::Outside {
-                percent: lack.share * 100.0,
+                percent: lack.outside_share * 100.0,
                 depth_mm: lack.depth_of_spot * 1e3,
                 limit_mm: params.refuse_outside * 1e3,
                 near: lack.near(&self.body.skeleton, self.body.weights).unwrap_or_else(|| "body".into()),

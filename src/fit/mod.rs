@@ -61,7 +61,7 @@ pub struct FitReport {
     pub residual_mean: f64,
     /// 95th percentile of the same.
     pub residual_p95: f64,
-    /// Share of the constrained area that lies outside the scan beyond the margin; 0 for a naked fit.
+    /// Share of the constrained area that lies outside the scan; 0 for a naked fit.
     pub outside_share: f64,
     /// Greatest depth outside the scan over the constrained area.
     pub outside_depth: f64,

@@ -11,6 +11,10 @@ use crate::fit::{self, FitReport, FittedBody, NakedParams, OtherScan, fit_naked,
 use crate::scan::Scan;
 use serde_json::json;
 
+/// What helps where the naked scan lacks a limb.
+const FILLED_IN: &str =
+    "what this scan lacks the next may show: with `overcoat fit body --shape-from all` it is taken from all of them";
+
 pub(super) fn fit(
     walk: &mut Walk,
     step: &StepRecipe,
@@ -35,8 +39,11 @@ pub(super) fn fit(
                 .collect();
             fitted = fit_together(&scan, &fitted, &others, &model, &params, &mut on_step).map_err(failed)?;
         }
-        let (report, scans) = (fitted.report.clone(), 1 + fitted.elsewhere.iter().flatten().count());
+        let (report, unseen) = (fitted.report.clone(), fitted.unseen.clone());
+        let scans = 1 + fitted.elsewhere.iter().flatten().count();
         let outcome = with_report(Outcome::of(fitted), &report).measured("confidence", report.confidence);
+        let lacks_limbs = !unseen.is_empty() && others.is_empty();
+        let outcome = outcome.found(lacks_limbs.then(|| FILLED_IN.into()));
         Ok(if others.is_empty() { outcome } else { outcome.measured("scans_in_shape", scans as f64) })
     })
 }
