@@ -6,7 +6,7 @@
 //! **Source** Hu 2017, Eqs. 3–6; the Jacobian of a skinned point is that of Tagliasacchi 2015, §4, with the joints'
 //! own dependence on β kept.
 
-use super::normal_equations::{JacobianRow, NormalEquations, Sums, Unknowns, parent_rotation};
+use super::normal_equations::{JacobianRow, NormalEquations, Sums, Unknowns, Wrench, parent_rotation};
 use crate::body::{BodyModel, Pose, Shape, Skeleton, SkinWeights, skin_rigidly};
 use crate::geometry::{PerVertex, Point, Vec3, VertexId};
 use nalgebra::{DVector, Isometry3, Matrix3, Translation3, UnitQuaternion};
@@ -209,24 +209,59 @@ impl<'a> Articulated<'a> {
         unknowns: &Unknowns,
     ) -> NormalEquations {
         /// Residuals a task: large enough to hide a task's own cost.
-        const CHUNK: usize = 512;
+        const CHUNK: usize = 1024;
         let components = if unknowns.shape { self.component_count() } else { 0 };
         let zero = || Sums::zero(self.joint_count(), components);
         let parts: Vec<Sums> = residuals
             .par_chunks(CHUNK)
             .map(|chunk| {
-                let mut row = JacobianRow::default();
+                let (mut wrenches, mut shape) = (Vec::new(), vec![0.0; components]);
                 let mut sums = zero();
                 for residual in chunk {
-                    self.differentiate(posed, residual, unknowns, &mut row);
-                    sums.add(&row, residual.gap, residual.weight);
+                    self.wrenches(posed, residual, &mut wrenches, &mut shape);
+                    sums.add(&wrenches, &shape, residual.gap, residual.weight);
                 }
                 sums
             })
             .collect();
-        let mut total = zero();
-        parts.iter().for_each(|part| total.merge(part));
-        total.equations(self.unknown_count())
+        let mut parts = parts.into_iter();
+        let mut total = parts.next().unwrap_or_else(zero);
+        parts.for_each(|part| total.merge(&part));
+        total.equations(posed, unknowns, self.unknown_count())
+    }
+
+    /// How `normal · point` changes with each bone that moves the point, and with the shape, where that has room.
+    fn wrenches(&self, posed: &Posed, residual: &Residual, wrenches: &mut Vec<Wrench>, shape: &mut [f64]) {
+        let n = residual.normal;
+        wrenches.clear();
+        shape.fill(0.0);
+        for &(v, factor) in residual.at.iter().filter(|at| at.1 != 0.0) {
+            let in_bind = posed.points_in_bind[v].coords;
+            let mut back = Vec3::zeros();
+            for &(k, w) in self.weights.rows()[v].iter().filter(|row| row.1 > 0.0) {
+                let (k, w) = (k.index(), w * factor);
+                let turn = &posed.rotations[k];
+                let place = turn * in_bind + posed.world_from_bind[k].translation.vector;
+                let (moment, force) = (place.cross(&n) * w, n * w);
+                if !shape.is_empty() {
+                    back += turn.tr_mul(&force);
+                }
+                let values = [moment.x, moment.y, moment.z, force.x, force.y, force.z];
+                match wrenches.iter_mut().find(|wrench| wrench.bone == k) {
+                    Some(wrench) => wrench.values.iter_mut().zip(&values).for_each(|(sum, x)| *sum += x),
+                    None => wrenches.push(Wrench { bone: k, values }),
+                }
+            }
+            for (slot, dir) in shape.iter_mut().zip(self.dirs_of(v)) {
+                *slot += back.dot(dir);
+            }
+        }
+        for wrench in wrenches.iter() {
+            let force = Vec3::new(wrench.values[3], wrench.values[4], wrench.values[5]);
+            for (slot, dir) in shape.iter_mut().zip(&posed.translation_dirs[wrench.bone]) {
+                *slot += force.dot(dir);
+            }
+        }
     }
 
     /// Applies a step.

@@ -2,6 +2,7 @@
 //! next scan (Eqs. 5–6).
 
 mod articulated;
+mod bent_arms;
 mod dressed;
 mod elsewhere;
 mod inside;

@@ -1,5 +1,4 @@
-//! The normal equations of a Gauss–Newton step, summed by the parts that a residual touches: its chain of joints and the
-//! shape, a seventh of the whole.
+//! The normal equations of a Gauss–Newton step, summed by the bones that a residual touches.
 
 use super::articulated::Posed;
 use crate::body::{JointLimits, Pose, Shape};
@@ -65,86 +64,170 @@ impl JacobianRow {
     }
 }
 
-/// The upper half of `H`, in blocks: block 0 is the translation, block `1 + j` the turn of joint `j`.
-pub(super) struct Sums {
-    joints: usize,
-    components: usize,
-    /// (1 + J)² blocks; those below the diagonal stay zero.
-    turns: Vec<Matrix3<f64>>,
-    /// (1 + J) × 3 × K.
-    turns_by_shape: Vec<f64>,
-    /// K × K, a row after the other; upper half.
-    shape: Vec<f64>,
-    g: DVector<f64>,
+/// How a residual turns one bone: Σ w (x × n) and Σ w n over what the bone moves of it.
+pub(super) struct Wrench {
+    pub(super) bone: usize,
+    pub(super) values: [f64; 6],
 }
 
+/// Sums over residuals, by the bones that they touch: a joint turns all bones below it about its centre, so that all of `H`
+/// follows from these few. A chain of ten joints over a residual costs as much as the two bones at its end.
+pub(super) struct Sums {
+    bones: usize,
+    components: usize,
+    /// For bones a ≤ b, a · bones + b, where their block is, or `NONE`.
+    place_of: Vec<u32>,
+    /// (a, b) and Σ w wₐ wᵦᵀ, a row after the other.
+    blocks: Vec<(usize, usize, [f64; 36])>,
+    /// Bones × 6 × K.
+    by_shape: Vec<f64>,
+    by_gap: Vec<[f64; 6]>,
+    /// K × K, a row after the other; upper half.
+    shape: Vec<f64>,
+    shape_by_gap: Vec<f64>,
+}
+
+const NONE: u32 = u32::MAX;
+
 impl Sums {
-    pub(super) fn zero(joints: usize, components: usize) -> Self {
-        let blocks = 1 + joints;
+    pub(super) fn zero(bones: usize, components: usize) -> Self {
         Self {
-            joints,
+            bones,
             components,
-            turns: vec![Matrix3::zeros(); blocks * blocks],
-            turns_by_shape: vec![0.0; blocks * 3 * components],
+            place_of: vec![NONE; bones * bones],
+            blocks: Vec::new(),
+            by_shape: vec![0.0; bones * 6 * components],
+            by_gap: vec![[0.0; 6]; bones],
             shape: vec![0.0; components * components],
-            g: DVector::zeros(3 * blocks + components),
+            shape_by_gap: vec![0.0; components],
         }
     }
 
-    pub(super) fn add(&mut self, row: &JacobianRow, gap: f64, weight: f64) {
-        let (blocks, components) = (1 + self.joints, self.components);
-        let parts = || std::iter::once((0, row.shift)).chain(row.turns.iter().map(|&(j, d)| (1 + j, d)));
-        for (k, (a, x)) in parts().enumerate() {
-            let wx = x * weight;
-            for (b, y) in parts().skip(k) {
-                self.turns[a * blocks + b] += wx * y.transpose();
+    fn block(&mut self, a: usize, b: usize) -> &mut [f64; 36] {
+        let place = &mut self.place_of[a * self.bones + b];
+        if *place == NONE {
+            *place = self.blocks.len() as u32;
+            self.blocks.push((a, b, [0.0; 36]));
+        }
+        &mut self.blocks[*place as usize].2
+    }
+
+    /// Adds a residual; `wrenches` are of different bones.
+    pub(super) fn add(&mut self, wrenches: &[Wrench], shape: &[f64], gap: f64, weight: f64) {
+        let components = self.components;
+        for (k, one) in wrenches.iter().enumerate() {
+            let weighed = one.values.map(|x| x * weight);
+            for other in &wrenches[k..] {
+                let is_in_order = one.bone <= other.bone;
+                let (a, b) = if is_in_order { (one.bone, other.bone) } else { (other.bone, one.bone) };
+                let (rows, columns) = if is_in_order { (&weighed, &other.values) } else { (&other.values, &weighed) };
+                for (slots, r) in self.block(a, b).chunks_exact_mut(6).zip(rows) {
+                    slots.iter_mut().zip(columns).for_each(|(slot, c)| *slot += r * c);
+                }
             }
-            for c in 0..3 {
-                self.g[3 * a + c] += wx[c] * gap;
-                let first = (3 * a + c) * components;
-                for (slot, s) in self.turns_by_shape[first..first + components].iter_mut().zip(&row.shape) {
-                    *slot += wx[c] * s;
+            self.by_gap[one.bone].iter_mut().zip(&weighed).for_each(|(slot, x)| *slot += x * gap);
+            if components > 0 {
+                let first = one.bone * 6 * components;
+                let rows = self.by_shape[first..first + 6 * components].chunks_exact_mut(components);
+                for (slots, x) in rows.zip(&weighed) {
+                    slots.iter_mut().zip(shape).for_each(|(slot, s)| *slot += x * s);
                 }
             }
         }
-        for (m, &x) in row.shape.iter().enumerate() {
+        for (m, &x) in shape.iter().enumerate() {
             let wx = weight * x;
-            self.g[3 * blocks + m] += wx * gap;
-            for (slot, y) in self.shape[m * components + m..(m + 1) * components].iter_mut().zip(&row.shape[m..]) {
+            self.shape_by_gap[m] += wx * gap;
+            for (slot, y) in self.shape[m * components + m..(m + 1) * components].iter_mut().zip(&shape[m..]) {
                 *slot += wx * y;
             }
         }
     }
 
     pub(super) fn merge(&mut self, other: &Self) {
-        self.turns.iter_mut().zip(&other.turns).for_each(|(a, b)| *a += b);
-        self.turns_by_shape.iter_mut().zip(&other.turns_by_shape).for_each(|(a, b)| *a += b);
-        self.shape.iter_mut().zip(&other.shape).for_each(|(a, b)| *a += b);
-        self.g += &other.g;
+        fn add(to: &mut [f64], from: &[f64]) {
+            to.iter_mut().zip(from).for_each(|(a, b)| *a += b);
+        }
+        for (a, b, block) in &other.blocks {
+            add(self.block(*a, *b), block);
+        }
+        add(&mut self.by_shape, &other.by_shape);
+        self.by_gap.iter_mut().zip(&other.by_gap).for_each(|(a, b)| add(a, b));
+        add(&mut self.shape, &other.shape);
+        add(&mut self.shape_by_gap, &other.shape_by_gap);
     }
 
-    /// The whole of `H` and `g`, for so many columns: those of a shape that was held are zero.
-    pub(super) fn equations(self, columns: usize) -> NormalEquations {
-        let (blocks, components) = (1 + self.joints, self.components);
-        let first = 3 * blocks;
-        let mut h = DMatrix::zeros(columns, columns);
-        for a in 0..blocks {
-            for b in a..blocks {
-                h.fixed_view_mut::<3, 3>(3 * a, 3 * b).copy_from(&self.turns[a * blocks + b]);
+    /// The whole of `H` and `g`, for so many columns: those of what is held are zero.
+    pub(super) fn equations(self, posed: &Posed, unknowns: &Unknowns, columns: usize) -> NormalEquations {
+        let (bones, components) = (self.bones, self.components);
+        let parents = &posed.skeleton.parents;
+        // Row and column 0 are all bones together, row `1 + j` what hangs below joint `j`.
+        let size = bones + 1;
+        let mut all = vec![[0.0; 36]; size * size];
+        for (a, b, block) in &self.blocks {
+            all[(1 + a) * size + 1 + b] = *block;
+            if a != b {
+                all[(1 + b) * size + 1 + a] = std::array::from_fn(|i| block[i % 6 * 6 + i / 6]);
             }
         }
-        for r in 0..first {
-            for m in 0..components {
-                h[(r, first + m)] = self.turns_by_shape[r * components + m];
+        let mut by_shape = vec![0.0; size * 6 * components];
+        by_shape[6 * components..].copy_from_slice(&self.by_shape);
+        let mut by_gap = vec![[0.0; 6]; size];
+        by_gap[1..].copy_from_slice(&self.by_gap);
+        // A parent comes before its children.
+        for j in (0..bones).rev() {
+            let (from, to) = (1 + j, parents[j].map_or(0, |p| 1 + p.index()));
+            for b in 0..size {
+                let block = all[from * size + b];
+                all[to * size + b].iter_mut().zip(&block).for_each(|(x, y)| *x += y);
             }
+            let (head, tail) = by_shape.split_at_mut(from * 6 * components);
+            head[to * 6 * components..(to + 1) * 6 * components].iter_mut().zip(tail).for_each(|(x, y)| *x += *y);
+            let gap = by_gap[from];
+            by_gap[to].iter_mut().zip(&gap).for_each(|(x, y)| *x += y);
+        }
+        for j in (0..bones).rev() {
+            let (from, to) = (1 + j, parents[j].map_or(0, |p| 1 + p.index()));
+            for a in 0..size {
+                let block = all[a * size + from];
+                all[a * size + to].iter_mut().zip(&block).for_each(|(x, y)| *x += y);
+            }
+        }
+        let is_free = |a: usize| a == 0 || unknowns.joints[a - 1];
+        // A translation moves by the force alone, a turn about `c` by the moment less `c` × force.
+        let moved = |a: usize, wrench: &[f64; 6]| -> Vec3 {
+            let (moment, force) =
+                (Vec3::new(wrench[0], wrench[1], wrench[2]), Vec3::new(wrench[3], wrench[4], wrench[5]));
+            if a == 0 { force } else { moment - posed.joints_in_world[a - 1].coords.cross(&force) }
+        };
+        let first = 3 * size;
+        let mut h = DMatrix::zeros(columns, columns);
+        let mut g = DVector::zeros(columns);
+        for a in (0..size).filter(|&a| is_free(a)) {
+            for b in (a..size).filter(|&b| is_free(b)) {
+                let block = &all[a * size + b];
+                let by_column: [Vec3; 6] =
+                    std::array::from_fn(|c| moved(a, &std::array::from_fn(|r| block[6 * r + c])));
+                for r in 0..3 {
+                    let row = moved(b, &by_column.map(|column| column[r]));
+                    (0..3).for_each(|c| h[(3 * a + r, 3 * b + c)] = row[c]);
+                }
+            }
+            for m in 0..components {
+                let column = std::array::from_fn(|r| by_shape[(a * 6 + r) * components + m]);
+                let by_component = moved(a, &column);
+                (0..3).for_each(|r| h[(3 * a + r, first + m)] = by_component[r]);
+            }
+            let pull = moved(a, &by_gap[a]);
+            (0..3).for_each(|r| g[3 * a + r] = pull[r]);
         }
         for m in 0..components {
             for k in m..components {
                 h[(first + m, first + k)] = self.shape[m * components + k];
             }
+            g[first + m] = self.shape_by_gap[m];
         }
         h.fill_lower_triangle_with_upper_triangle();
-        NormalEquations { h, g: self.g.resize_vertically(columns, 0.0) }
+        NormalEquations { h, g }
     }
 }
 

@@ -30,9 +30,12 @@ pub(crate) struct Start {
     pub(crate) name: String,
 }
 
-/// The best starts, one a heading, best first.
-pub(crate) fn starts(model: &BodyModel, surface: &ScanSurface, thinned: &Thinned) -> Vec<Start> {
-    let limbs = Stage { iterations: 6, samples: 0, reach: 0.25, least_cosine: 0.3, limbs_only: true, shape: false };
+/// Lays the limbs into the scan's.
+const LIMBS: Stage =
+    Stage { iterations: 6, samples: 0, reach: 0.25, least_cosine: 0.3, limbs_only: true, shape: false };
+
+/// The best headings, best first.
+pub(crate) fn headings(model: &BodyModel, surface: &ScanSurface, thinned: &Thinned) -> Vec<Start> {
     let tries: Vec<(usize, Shape)> = shapes_of_height(model, surface)
         .into_iter()
         .flat_map(|shape| (0..HEADINGS).map(move |i| (i, shape.clone())))
@@ -42,7 +45,7 @@ pub(crate) fn starts(model: &BodyModel, surface: &ScanSurface, thinned: &Thinned
         .map(|(i, shape)| {
             let heading_deg = i as f64 * 360.0 / HEADINGS as f64;
             let pose = placed(model, surface, thinned, &shape, heading_deg.to_radians());
-            (i, fitted(thinned, &limbs, pose, shape, format!("heading {heading_deg:.0}°")))
+            (i, fitted(thinned, &LIMBS, pose, shape, format!("heading {heading_deg:.0}°")))
         })
         .collect();
     found.sort_by(|a, b| a.1.score.total_cmp(&b.1.score));
@@ -52,17 +55,25 @@ pub(crate) fn starts(model: &BodyModel, surface: &ScanSurface, thinned: &Thinned
             kept.push((i, start));
         }
     }
-    let mut best: Vec<Start> = kept
+    kept.into_iter().map(|k| k.1).collect()
+}
+
+/// Each fitted on, all joints and the shape.
+pub(crate) fn with_arms_as_they_are(thinned: &Thinned, headings: &[Start]) -> Vec<Start> {
+    headings.par_iter().map(|start| fitted_longer(thinned, start.clone())).collect()
+}
+
+/// The same from the best of other arms.
+pub(crate) fn with_other_arms(model: &BodyModel, thinned: &Thinned, headings: Vec<Start>) -> Vec<Start> {
+    headings
         .into_par_iter()
-        .map(|(_, start)| {
-            let start = with_best_arms(model, thinned, &limbs, start);
-            let longer =
-                Stage { iterations: 8, samples: 0, reach: 0.15, least_cosine: 0.3, limbs_only: false, shape: true };
-            fitted(thinned, &longer, start.pose, start.shape, start.name)
-        })
-        .collect();
-    best.sort_by(|a, b| a.score.total_cmp(&b.score));
-    best
+        .map(|start| fitted_longer(thinned, with_best_arms(model, thinned, &LIMBS, start)))
+        .collect()
+}
+
+fn fitted_longer(thinned: &Thinned, start: Start) -> Start {
+    let longer = Stage { iterations: 8, samples: 0, reach: 0.15, least_cosine: 0.3, limbs_only: false, shape: true };
+    fitted(thinned, &longer, start.pose, start.shape, start.name)
 }
 
 fn fitted(thinned: &Thinned, stage: &Stage, pose: Pose, shape: Shape, name: String) -> Start {
