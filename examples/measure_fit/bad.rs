@@ -44,6 +44,40 @@ const SEATED: Posture = (
     ],
 );
 
+/// Poses of a naked person beyond those above: what people do with their arms when nobody tells them.
+const OTHER_POSTURES: [Posture; 6] = [
+    (
+        "hands behind",
+        &[
+            ("leftUpperArm", [25.0, 25.0, -30.0]),
+            ("rightUpperArm", [25.0, -25.0, 30.0]),
+            ("leftLowerArm", [20.0, 60.0, -20.0]),
+            ("rightLowerArm", [20.0, -60.0, 20.0]),
+        ],
+    ),
+    (
+        "hands clasped",
+        &[
+            ("leftUpperArm", [-15.0, -20.0, -28.0]),
+            ("rightUpperArm", [-15.0, 20.0, 28.0]),
+            ("leftLowerArm", [-20.0, -45.0, -25.0]),
+            ("rightLowerArm", [-20.0, 45.0, 25.0]),
+        ],
+    ),
+    ("one hand on hip", &[("leftUpperArm", [0.0, 15.0, -5.0]), ("leftLowerArm", [0.0, -25.0, -90.0])]),
+    (
+        "hands at head",
+        &[
+            ("leftUpperArm", [0.0, 0.0, 55.0]),
+            ("rightUpperArm", [0.0, 0.0, -55.0]),
+            ("leftLowerArm", [0.0, -20.0, 115.0]),
+            ("rightLowerArm", [0.0, 20.0, -115.0]),
+        ],
+    ),
+    ("arms forward", &[("leftUpperArm", [0.0, -85.0, 30.0]), ("rightUpperArm", [0.0, 85.0, -30.0])]),
+    ("one arm across", &[("leftUpperArm", [-20.0, -30.0, -28.0]), ("leftLowerArm", [-25.0, -95.0, 0.0])]),
+];
+
 /// How one ended.
 struct Outcome {
     subject: String,
@@ -102,6 +136,17 @@ pub fn try_all(cache: &Cache<'_>, model: &BodyModel, seed: u64, outcomes: &mut O
     for case in &cases {
         let verdict = dressed_verdict(model, &figure, kind, case)?;
         outcomes.add(&dressed.name, case, verdict);
+    }
+    Ok(())
+}
+
+/// Naked people in poses that nobody asked for.
+pub fn try_postures(cache: &Cache<'_>, model: &BodyModel, seed: u64, outcomes: &mut Outcomes) -> Result<()> {
+    for posture in [HANDS_ON_HIPS, ARMS_CROSSED, SEATED].into_iter().chain(OTHER_POSTURES) {
+        let subject = cache.subject(&Wanted::naked(seed).standing(posture))?;
+        let case = Case::whole(posture.0, subject);
+        let verdict = naked_verdict(model, &case)?;
+        outcomes.add(&case.subject.name, &case, verdict);
     }
     Ok(())
 }

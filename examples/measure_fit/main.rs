@@ -1,5 +1,5 @@
 //! Judges the fits on invented people whom nothing was tuned on: `measure_fit CACHE [--subjects N] [--first SEED]
-//! [--parts naked,tight,loose,arms,shape,bad] [--keep DIR]`.
+//! [--parts naked,tight,loose,arms,shape,postures,bad] [--keep DIR]`.
 //!
 //! Each subject is scanned naked, in something close, in something wide, and naked with the arms 30° above and below the
 //! A-pose and turned to any heading. `CACHE` keeps the scans, so that a second run only fits; `--keep` writes what was
@@ -12,6 +12,8 @@
 //!
 //! With `--parts bad`: what is no good scan, naked and in a shirt or a coat: poses that nobody asked for, parts missing, other
 //! people, children, things held. Each must be solved as far as it is seen, or be refused.
+//!
+//! With `--parts postures`: naked people with their arms in poses that nobody asked for, judged likewise.
 //!
 //! The figures are the same in each run; only the seconds (processor time) are not.
 
@@ -103,6 +105,9 @@ fn main() -> Result<()> {
             let wearing = |kinds: &[GarmentKind; 5], step| Wanted::wearing(seed, kinds[i as usize % kinds.len()], step);
             let others = [cache.subject(&wearing(&TIGHT, 1))?, cache.subject(&wearing(&LOOSE, 2))?];
             judge.shapes(&cache.subject(&Wanted::naked(seed))?, others.into(), &mut table)?;
+        }
+        if wants("postures") {
+            bad::try_postures(&cache, &model, seed, &mut outcomes)?;
         }
         if wants("bad") {
             bad::try_all(&cache, &model, seed, &mut outcomes)?;

@@ -50,6 +50,24 @@ impl Residual {
     }
 }
 
+/// Residuals to sum up, for whichever instructions the processor has: `inline(always)` from here on, so that all of it is
+/// compiled for them.
+struct SumUp<'a, 'b> {
+    body: &'b Articulated<'a>,
+    posed: &'b Posed,
+    residuals: &'b [Residual],
+    sums: &'b mut Sums,
+}
+
+impl pulp::WithSimd for SumUp<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        self.body.sum_up(self.posed, self.residuals, self.sums);
+    }
+}
+
 impl Posed {
     /// Normals of the bind pose turned as the points were.
     pub(crate) fn normals(&self, normals_in_bind: &PerVertex<Vec3>, weights: &SkinWeights) -> PerVertex<Vec3> {
@@ -100,10 +118,7 @@ impl<'a> Articulated<'a> {
 
     pub(crate) fn posed(&self, pose: &Pose, shape: &Shape) -> Posed {
         let (points_in_bind, skeleton) = match self.model {
-            Some(model) => {
-                let (mesh, skeleton) = model.shaped(shape);
-                (mesh.points().clone(), skeleton)
-            }
+            Some(model) => (self.shaped(shape), model.skeleton_of(shape)),
             None => (self.points_in_bind.clone(), self.skeleton.clone()),
         };
         let world_from_bind = skeleton.world_from_bind(pose);
@@ -115,6 +130,15 @@ impl<'a> Articulated<'a> {
         let translation_dirs = self.translation_dirs(&skeleton, &world_from_bind);
         let rotations = world_from_bind.iter().map(|t| t.rotation.to_rotation_matrix().into_inner()).collect();
         Posed { points, skeleton, joints_in_world, points_in_bind, world_from_bind, rotations, translation_dirs }
+    }
+
+    fn shaped(&self, shape: &Shape) -> PerVertex<Point> {
+        let count = self.component_count().max(1);
+        let moved = |(p, dirs): (&Point, &[Vec3])| dirs.iter().zip(&shape.0).fold(*p, |p, (dir, beta)| p + dir * *beta);
+        if self.shape_dirs.is_empty() {
+            return self.points_in_bind.clone();
+        }
+        self.points_in_bind.0.par_iter().zip(self.shape_dirs.par_chunks(count)).map(moved).collect::<Vec<_>>().into()
     }
 
     /// With `J` the joint in the bind pose and `C` in the world, a transform is `v ↦ R(v − J) + C`, so its
@@ -212,15 +236,12 @@ impl<'a> Articulated<'a> {
         const CHUNK: usize = 1024;
         let components = if unknowns.shape { self.component_count() } else { 0 };
         let zero = || Sums::zero(self.joint_count(), components);
+        let processor = pulp::Arch::new();
         let parts: Vec<Sums> = residuals
             .par_chunks(CHUNK)
             .map(|chunk| {
-                let (mut wrenches, mut shape) = (Vec::new(), vec![0.0; components]);
                 let mut sums = zero();
-                for residual in chunk {
-                    self.wrenches(posed, residual, &mut wrenches, &mut shape);
-                    sums.add(&wrenches, &shape, residual.gap, residual.weight);
-                }
+                processor.dispatch(SumUp { body: self, posed, residuals: chunk, sums: &mut sums });
                 sums
             })
             .collect();
@@ -230,7 +251,17 @@ impl<'a> Articulated<'a> {
         total.equations(posed, unknowns, self.unknown_count())
     }
 
+    #[inline(always)]
+    fn sum_up(&self, posed: &Posed, residuals: &[Residual], sums: &mut Sums) {
+        let (mut wrenches, mut shape) = (Vec::new(), vec![0.0; sums.shape_width()]);
+        for residual in residuals {
+            self.wrenches(posed, residual, &mut wrenches, &mut shape);
+            sums.add(&wrenches, &shape, residual.gap, residual.weight);
+        }
+    }
+
     /// How `normal · point` changes with each bone that moves the point, and with the shape, where that has room.
+    #[inline(always)]
     fn wrenches(&self, posed: &Posed, residual: &Residual, wrenches: &mut Vec<Wrench>, shape: &mut [f64]) {
         let n = residual.normal;
         wrenches.clear();

@@ -76,8 +76,8 @@ pub(crate) fn seen_shares(
     parts: &[Part],
     place_of: impl Fn(VertexId, &Point) -> Option<Point> + Sync,
 ) -> Vec<f64> {
-    /// Places of a part: a share of it to 3 %.
-    const SAMPLES: usize = 500;
+    /// Places of a part: a share of it to 4 %.
+    const SAMPLES: usize = 300;
     let body = index.mesh();
     let areas = body.vertex_areas();
     let share_of = |part: &Part| {

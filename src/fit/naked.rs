@@ -6,7 +6,9 @@ use super::limbs::{self, Part};
 use super::normal_equations::{NormalEquations, PosePrior, Unknowns};
 use super::prior::pose_stiffness;
 use super::starts::{Start, headings, with_arms_as_they_are, with_other_arms};
-use super::surface::{ScanSurface, mean_gap, mean_truncated, normals_by_area, robust, scan_to_mesh, spread};
+use super::surface::{
+    LastFaces, ScanSurface, mean_gap, mean_truncated, normals_by_area, robust, scan_to_mesh_from, spread,
+};
 use super::thinned::{ThinModel, Thinned};
 use super::trust::{self, Agreement};
 use super::{FitError, FitReport, FittedBody, ShapeFrom, Step};
@@ -94,11 +96,10 @@ pub fn fit_naked(
     if scan.mesh.face_count() == 0 {
         return Err(FitError::EmptyScan);
     }
-    let surface = ScanSurface::prepare(&scan.mesh);
+    let (surface, thin) = rayon::join(|| ScanSurface::prepare(&scan.mesh), || ThinModel::of(model));
     let mut solver = Solver::prepare(model, &surface, params);
     let mut log = Vec::new();
 
-    let thin = ThinModel::of(model);
     let thinned = Thinned::prepare(&thin, &surface, params);
     let start = solver.best_start(&thinned, &mut log);
     let mut found = solver.refine(start.pose, start.shape, on_step);
@@ -190,6 +191,8 @@ pub(super) const STILL: f64 = 2e-4;
 pub(super) struct Places {
     model: Vec<(VertexId, f64)>,
     scan: Vec<(VertexId, f64)>,
+    near_model: LastFaces,
+    near_scan: LastFaces,
 }
 
 pub(super) struct Solver<'a> {
@@ -393,7 +396,9 @@ impl<'a> Solver<'a> {
         for (area, out) in areas.0.iter_mut().zip(self.left_out.iter()) {
             *area = if *out { 0.0 } else { *area };
         }
-        Places { model: spread(&areas, count), scan: self.surface.samples(count) }
+        let (model, scan) = (spread(&areas, count), self.surface.samples(count));
+        let (near_model, near_scan) = (LastFaces::none(model.len()), LastFaces::none(scan.len()));
+        Places { model, scan, near_model, near_scan }
     }
 
     /// What a step solves but for the shape prior, with the mean distance of what is drawn together. `index` holds `posed`.
@@ -406,10 +411,11 @@ impl<'a> Solver<'a> {
         index: &SurfaceIndex,
     ) -> (NormalEquations, f64) {
         let normals = normals_by_area(index.mesh());
-        let mut residuals = self.model_to_scan(posed, &normals, stage, &places.model);
+        let mut residuals = self.model_to_scan(posed, &normals, stage, places);
         let takes = |corners: &[VertexId; 3]| corners.iter().all(|&v| !self.left_out[v]);
         let (reach, least_cosine) = (stage.reach, stage.least_cosine);
-        residuals.extend(scan_to_mesh(self.surface, index, &normals, &places.scan, reach, least_cosine, takes));
+        let of_scan = (places.scan.as_slice(), &places.near_scan);
+        residuals.extend(scan_to_mesh_from(self.surface, index, &normals, of_scan, reach, least_cosine, takes));
         let mut equations = self.body.normal_equations(posed, &residuals, &self.unknowns(stage.shape));
         let stiffness = pose_stiffness(&self.body.skeleton, self.params.pose_prior);
         let prior =
@@ -423,18 +429,14 @@ impl<'a> Solver<'a> {
         posed.joints_in_world.iter().zip(&after).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
     }
 
-    fn model_to_scan(
-        &self,
-        posed: &Posed,
-        normals: &PerVertex<Vec3>,
-        stage: &Stage,
-        samples: &[(VertexId, f64)],
-    ) -> Vec<Residual> {
-        samples
+    fn model_to_scan(&self, posed: &Posed, normals: &PerVertex<Vec3>, stage: &Stage, places: &Places) -> Vec<Residual> {
+        places
+            .model
             .par_iter()
-            .filter_map(|&(v, area)| {
+            .enumerate()
+            .filter_map(|(k, &(v, area))| {
                 let p = posed.points[v];
-                let hit = self.surface.nearest(&p, stage.reach)?;
+                let hit = self.surface.nearest_from(&p, stage.reach, &places.near_model, k)?;
                 if hit.at_rim || hit.normal.dot(&normals[v]) < stage.least_cosine {
                     return None;
                 }
@@ -462,9 +464,11 @@ impl<'a> Solver<'a> {
     }
 
     fn residual(&self, index: &SurfaceIndex) -> (f64, f64) {
+        /// Enough for a mean and a percentile to 1 %.
+        const SAMPLES: usize = 3000;
         let mut distances: Vec<f64> = self
             .surface
-            .samples(self.params.samples)
+            .samples(SAMPLES)
             .par_iter()
             .map(|&(v, _)| index.closest(&self.surface.mesh().points()[v]).distance)
             .collect();

@@ -79,12 +79,30 @@ pub(super) struct Sums {
     place_of: Vec<u32>,
     /// (a, b) and Σ w wₐ wᵦᵀ, a row after the other.
     blocks: Vec<(usize, usize, [f64; 36])>,
-    /// Bones × 6 × K.
+    /// Bones × 6 × `padded(K)`.
     by_shape: Vec<f64>,
     by_gap: Vec<[f64; 6]>,
-    /// K × K, a row after the other; upper half.
+    /// K × `padded(K)`, a row after the other.
     shape: Vec<f64>,
     shape_by_gap: Vec<f64>,
+}
+
+/// Numbers that a processor multiplies at once.
+const LANES: usize = 4;
+
+/// So many that whole lanes are filled.
+fn padded(components: usize) -> usize {
+    components.next_multiple_of(LANES)
+}
+
+/// Adds `factor · from`.
+#[inline(always)]
+fn add_scaled(to: &mut [f64], from: &[f64], factor: f64) {
+    for (to, from) in to.as_chunks_mut::<LANES>().0.iter_mut().zip(from.as_chunks::<LANES>().0) {
+        for k in 0..LANES {
+            to[k] += factor * from[k];
+        }
+    }
 }
 
 const NONE: u32 = u32::MAX;
@@ -96,13 +114,19 @@ impl Sums {
             components,
             place_of: vec![NONE; bones * bones],
             blocks: Vec::new(),
-            by_shape: vec![0.0; bones * 6 * components],
+            by_shape: vec![0.0; bones * 6 * padded(components)],
             by_gap: vec![[0.0; 6]; bones],
-            shape: vec![0.0; components * components],
+            shape: vec![0.0; components * padded(components)],
             shape_by_gap: vec![0.0; components],
         }
     }
 
+    /// Numbers of a padded shape.
+    pub(super) fn shape_width(&self) -> usize {
+        padded(self.components)
+    }
+
+    #[inline(always)]
     fn block(&mut self, a: usize, b: usize) -> &mut [f64; 36] {
         let place = &mut self.place_of[a * self.bones + b];
         if *place == NONE {
@@ -112,34 +136,42 @@ impl Sums {
         &mut self.blocks[*place as usize].2
     }
 
-    /// Adds a residual; `wrenches` are of different bones.
+    /// Adds a residual; `wrenches` are of different bones, `shape` is padded.
+    #[inline(always)]
     pub(super) fn add(&mut self, wrenches: &[Wrench], shape: &[f64], gap: f64, weight: f64) {
-        let components = self.components;
+        let width = padded(self.components);
         for (k, one) in wrenches.iter().enumerate() {
             let weighed = one.values.map(|x| x * weight);
             for other in &wrenches[k..] {
                 let is_in_order = one.bone <= other.bone;
                 let (a, b) = if is_in_order { (one.bone, other.bone) } else { (other.bone, one.bone) };
                 let (rows, columns) = if is_in_order { (&weighed, &other.values) } else { (&other.values, &weighed) };
-                for (slots, r) in self.block(a, b).chunks_exact_mut(6).zip(rows) {
-                    slots.iter_mut().zip(columns).for_each(|(slot, c)| *slot += r * c);
+                let block = self.block(a, b);
+                for r in 0..6 {
+                    for c in 0..6 {
+                        block[6 * r + c] += rows[r] * columns[c];
+                    }
                 }
             }
-            self.by_gap[one.bone].iter_mut().zip(&weighed).for_each(|(slot, x)| *slot += x * gap);
-            if components > 0 {
-                let first = one.bone * 6 * components;
-                let rows = self.by_shape[first..first + 6 * components].chunks_exact_mut(components);
+            for (slot, x) in self.by_gap[one.bone].iter_mut().zip(&weighed) {
+                *slot += x * gap;
+            }
+            if width > 0 {
+                let first = one.bone * 6 * width;
+                let rows = self.by_shape[first..first + 6 * width].chunks_exact_mut(width);
                 for (slots, x) in rows.zip(&weighed) {
-                    slots.iter_mut().zip(shape).for_each(|(slot, s)| *slot += x * s);
+                    add_scaled(slots, shape, *x);
                 }
             }
         }
-        for (m, &x) in shape.iter().enumerate() {
-            let wx = weight * x;
+        if width == 0 {
+            return;
+        }
+        for (m, slots) in self.shape.chunks_exact_mut(width).enumerate() {
+            let wx = weight * shape[m];
             self.shape_by_gap[m] += wx * gap;
-            for (slot, y) in self.shape[m * components + m..(m + 1) * components].iter_mut().zip(&shape[m..]) {
-                *slot += wx * y;
-            }
+            let first = m / LANES * LANES;
+            add_scaled(&mut slots[first..], &shape[first..], wx);
         }
     }
 
@@ -159,6 +191,7 @@ impl Sums {
     /// The whole of `H` and `g`, for so many columns: those of what is held are zero.
     pub(super) fn equations(self, posed: &Posed, unknowns: &Unknowns, columns: usize) -> NormalEquations {
         let (bones, components) = (self.bones, self.components);
+        let width = padded(components);
         let parents = &posed.skeleton.parents;
         // Row and column 0 are all bones together, row `1 + j` what hangs below joint `j`.
         let size = bones + 1;
@@ -169,8 +202,8 @@ impl Sums {
                 all[(1 + b) * size + 1 + a] = std::array::from_fn(|i| block[i % 6 * 6 + i / 6]);
             }
         }
-        let mut by_shape = vec![0.0; size * 6 * components];
-        by_shape[6 * components..].copy_from_slice(&self.by_shape);
+        let mut by_shape = vec![0.0; size * 6 * width];
+        by_shape[6 * width..].copy_from_slice(&self.by_shape);
         let mut by_gap = vec![[0.0; 6]; size];
         by_gap[1..].copy_from_slice(&self.by_gap);
         // A parent comes before its children.
@@ -180,8 +213,8 @@ impl Sums {
                 let block = all[from * size + b];
                 all[to * size + b].iter_mut().zip(&block).for_each(|(x, y)| *x += y);
             }
-            let (head, tail) = by_shape.split_at_mut(from * 6 * components);
-            head[to * 6 * components..(to + 1) * 6 * components].iter_mut().zip(tail).for_each(|(x, y)| *x += *y);
+            let (head, tail) = by_shape.split_at_mut(from * 6 * width);
+            head[to * 6 * width..(to + 1) * 6 * width].iter_mut().zip(tail).for_each(|(x, y)| *x += *y);
             let gap = by_gap[from];
             by_gap[to].iter_mut().zip(&gap).for_each(|(x, y)| *x += y);
         }
@@ -213,7 +246,7 @@ impl Sums {
                 }
             }
             for m in 0..components {
-                let column = std::array::from_fn(|r| by_shape[(a * 6 + r) * components + m]);
+                let column = std::array::from_fn(|r| by_shape[(a * 6 + r) * width + m]);
                 let by_component = moved(a, &column);
                 (0..3).for_each(|r| h[(3 * a + r, first + m)] = by_component[r]);
             }
@@ -222,7 +255,7 @@ impl Sums {
         }
         for m in 0..components {
             for k in m..components {
-                h[(first + m, first + k)] = self.shape[m * components + k];
+                h[(first + m, first + k)] = self.shape[m * width + k];
             }
             g[first + m] = self.shape_by_gap[m];
         }

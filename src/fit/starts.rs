@@ -36,6 +36,8 @@ const LIMBS: Stage =
 
 /// The best headings, best first.
 pub(crate) fn headings(model: &BodyModel, surface: &ScanSurface, thinned: &Thinned) -> Vec<Start> {
+    // A heading is seen from fewer places than a wrist.
+    let rough = Stage { samples: 500, ..LIMBS };
     let tries: Vec<(usize, Shape)> = shapes_of_height(model, surface)
         .into_iter()
         .flat_map(|shape| (0..HEADINGS).map(move |i| (i, shape.clone())))
@@ -45,7 +47,7 @@ pub(crate) fn headings(model: &BodyModel, surface: &ScanSurface, thinned: &Thinn
         .map(|(i, shape)| {
             let heading_deg = i as f64 * 360.0 / HEADINGS as f64;
             let pose = placed(model, surface, thinned, &shape, heading_deg.to_radians());
-            (i, fitted(thinned, &LIMBS, pose, shape, format!("heading {heading_deg:.0}°")))
+            (i, fitted(thinned, &rough, pose, shape, format!("heading {heading_deg:.0}°")))
         })
         .collect();
     found.sort_by(|a, b| a.1.score.total_cmp(&b.1.score));

@@ -1,8 +1,9 @@
 //! The scan as a fit sees it, and correspondences with it.
 
 use super::articulated::Residual;
-use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, SurfacePoint, TriMesh, Vec3, VertexId};
+use crate::geometry::{Adjacency, FaceId, PerVertex, Point, SurfaceIndex, SurfacePoint, TriMesh, Vec3, VertexId};
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// Residual scale: about the noise of a depth camera at 2 m, and what a 15-component model leaves. Metres.
 const SIGMA: f64 = 0.005;
@@ -15,6 +16,25 @@ pub(crate) struct ScanSurface {
     pub(crate) normals: PerVertex<Vec3>,
     pub(crate) areas: PerVertex<f64>,
     on_boundary: PerVertex<bool>,
+}
+
+/// For each place that is asked for again and again the face that was nearest the last time.
+pub(crate) struct LastFaces(Vec<AtomicU32>);
+
+impl LastFaces {
+    pub(crate) fn none(count: usize) -> Self {
+        Self((0..count).map(|_| AtomicU32::new(u32::MAX)).collect())
+    }
+
+    fn of(&self, k: usize) -> Option<FaceId> {
+        let face = self.0[k].load(Relaxed);
+        (face != u32::MAX).then_some(FaceId(face))
+    }
+
+    // Each place is asked for by one task at a time, so that the order of tasks does not matter.
+    fn remember(&self, k: usize, face: FaceId) {
+        self.0[k].store(face.0, Relaxed);
+    }
 }
 
 /// A place on the scan with its smooth normal.
@@ -47,6 +67,13 @@ impl ScanSurface {
     /// The nearest place within `max_distance`.
     pub(crate) fn nearest(&self, p: &Point, max_distance: f64) -> Option<ScanHit> {
         self.index.closest_within(p, max_distance).map(|s| self.hit(&s))
+    }
+
+    /// The same, from the face that was nearest to place `k` the last time.
+    pub(crate) fn nearest_from(&self, p: &Point, max_distance: f64, last: &LastFaces, k: usize) -> Option<ScanHit> {
+        let found = self.index.closest_within_from(p, max_distance, last.of(k))?;
+        last.remember(k, found.face);
+        Some(self.hit(&found))
     }
 
     /// The first place met along a ray.
@@ -137,12 +164,28 @@ pub(crate) fn scan_to_mesh(
     least_cosine: f64,
     takes: impl Fn(&[VertexId; 3]) -> bool + Sync,
 ) -> Vec<Residual> {
+    let anew = LastFaces::none(samples.len());
+    scan_to_mesh_from(surface, posed, normals, (samples, &anew), reach, least_cosine, takes)
+}
+
+/// The same, each from the face that was nearest the last time.
+pub(crate) fn scan_to_mesh_from(
+    surface: &ScanSurface,
+    posed: &SurfaceIndex,
+    normals: &PerVertex<Vec3>,
+    (samples, last): (&[(VertexId, f64)], &LastFaces),
+    reach: f64,
+    least_cosine: f64,
+    takes: impl Fn(&[VertexId; 3]) -> bool + Sync,
+) -> Vec<Residual> {
     samples
         .par_iter()
-        .filter_map(|&(v, area)| {
+        .enumerate()
+        .filter_map(|(k, &(v, area))| {
             let q = surface.mesh().points()[v];
             let normal = surface.normals[v];
-            let s = posed.closest_within(&q, reach)?;
+            let s = posed.closest_within_from(&q, reach, last.of(k))?;
+            last.remember(k, s.face);
             let corners = posed.mesh().faces()[s.face];
             let on_mesh: Vec3 = (0..3).map(|k| normals[corners[k]] * s.barycentric[k]).sum();
             if !takes(&corners) || on_mesh.dot(&normal) < least_cosine {

@@ -129,6 +129,37 @@ fn poses_far_from_the_bind_pose_are_found() {
 }
 
 #[test]
+fn arms_in_poses_that_nobody_asked_for_are_found_or_the_scan_is_refused() {
+    let model = embedded_model().unwrap();
+    let across = |side: f64| [Vec3::new(-18.0, -30.0 * side, -28.0 * side), Vec3::new(-25.0, -95.0 * side, 0.0)];
+    let hip = |side: f64| [Vec3::new(0.0, 25.0 * side, 12.0 * side), Vec3::new(0.0, -30.0 * side, -62.0 * side)];
+    let poses: [(&str, [[Vec3; 2]; 2], bool); 3] = [
+        ("one arm across", [across(1.0), [Vec3::zeros(); 2]], true),
+        ("hands near the hips", [hip(1.0), hip(-1.0)], true),
+        // A hand that the pose puts into the trunk shows nowhere.
+        ("hands in the trunk", [[Vec3::zeros(), Vec3::new(0.0, -40.0, -105.0)], [Vec3::zeros(); 2]], false),
+    ];
+    for (seed, (name, [left, right], must_be_found)) in poses.iter().enumerate() {
+        let turns = [
+            ("leftUpperArm", left[0]),
+            ("leftLowerArm", left[1]),
+            ("rightUpperArm", right[0]),
+            ("rightLowerArm", right[1]),
+        ];
+        let truth = invented(&model, 60 + seed as u64, &turns);
+        match fit(&model, truth.scan.clone()) {
+            Ok(fitted) => {
+                let most = off(&fitted, &truth, |_| true);
+                assert!(most < 0.03, "{name}: a joint is {:.0} mm off: {:?}", most * 1e3, fitted.report);
+            }
+            Err(error) => {
+                assert!(!must_be_found && matches!(error, FitError::LimbNotFound { .. }), "{name}: {error}");
+            }
+        }
+    }
+}
+
+#[test]
 fn a_missing_arm_is_named_and_spoils_nothing_else() {
     let model = embedded_model().unwrap();
     let truth = invented(&model, 7, &[]);

@@ -117,7 +117,9 @@ impl<'a> Thinned<'a> {
         let normals = posed.normals(&self.thin.normals_in_bind, self.body.weights);
         let scan = &self.scan;
         let mut residuals = Vec::with_capacity(posed.points.len() + scan.points.len());
-        for (v, p) in posed.points.enumerate() {
+        // Every one, or every second and so on.
+        let step = |count: usize| count.checked_div(stage.samples).unwrap_or(1).max(1);
+        for (v, p) in posed.points.enumerate().step_by(step(posed.points.len())) {
             let Some((q, distance)) = scan.tree.nearest(p) else { continue };
             let normal = scan.normals[q.index()];
             if distance < stage.reach && normal.dot(&normals[v]) >= stage.least_cosine {
@@ -126,7 +128,8 @@ impl<'a> Thinned<'a> {
             }
         }
         let tree = NearestVertex::prepare(posed.points.as_slice());
-        for ((q, normal), area) in scan.points.iter().zip(&scan.normals).zip(&scan.areas) {
+        let places = scan.points.iter().zip(&scan.normals).zip(&scan.areas);
+        for ((q, normal), area) in places.step_by(step(scan.points.len())) {
             let Some((v, distance)) = tree.nearest(q) else { continue };
             if distance < stage.reach && normal.dot(&normals[v]) >= stage.least_cosine {
                 let gap = normal.dot(&(q - posed.points[v]));

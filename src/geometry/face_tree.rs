@@ -41,8 +41,24 @@ impl FaceTree {
         &self.triangles[face.index()]
     }
 
-    /// Closest face no farther than `max_distance`, with barycentrics and point.
-    pub(super) fn closest(&self, p: &Point, max_distance: f64) -> Option<(FaceId, [f64; 3], Point)> {
+    /// Closest face no farther than `max_distance`, with barycentrics and point. A `guess` that is close to it spares most of
+    /// the search.
+    pub(super) fn closest(
+        &self,
+        p: &Point,
+        max_distance: f64,
+        guess: Option<FaceId>,
+    ) -> Option<(FaceId, [f64; 3], Point)> {
+        let guessed = guess.and_then(|face| {
+            let (barycentric, point) = closest_on_triangle(p, self.triangles.get(face.index())?);
+            let distance = (p - point).norm();
+            (distance <= max_distance).then_some((distance, (face, barycentric, point)))
+        });
+        let max_distance = guessed.map_or(max_distance, |found| found.0);
+        self.closest_in_boxes(p, max_distance).or(guessed.map(|found| found.1))
+    }
+
+    fn closest_in_boxes(&self, p: &Point, max_distance: f64) -> Option<(FaceId, [f64; 3], Point)> {
         let offset = p - self.center;
         let (query, slack) = (to_f32(&offset), (offset.amax() * ROUNDING) as f32);
         let limit = (max_distance * max_distance * (1.0 + ROUNDING)) as f32;
