@@ -95,6 +95,7 @@ pub fn fit_inside(
         outside_share: lack.outside_share,
         outside_depth: lack.outside_depth,
         joint_change: joint_change(&figure.skeleton, previous, &found.pose),
+        proximity: solver.proximity(previous, &found.pose, &offsets),
         confidence: agreement.explained * agreement.seen,
         explained_share: agreement.explained,
         seen_share: agreement.seen,

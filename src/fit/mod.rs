@@ -68,6 +68,9 @@ pub struct FitReport {
     pub outside_depth: f64,
     /// Mean move of the joints from the previous step's pose, as seen from the root; 0 for a naked fit.
     pub joint_change: f64,
+    /// Mean distance of the body's skin, with its offsets, from where the previous step's pose has it, as seen from the root; 0
+    /// for a naked fit.
+    pub proximity: f64,
     /// 0 to 1: the share of the scan that the body explains times the share of the body that the scan shows. For a figure
     /// inside a scan, both over what should show.
     pub confidence: f64,

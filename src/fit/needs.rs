@@ -1,9 +1,10 @@
-//! What pose has left to the bounded offset: how far skin must still be drawn in.
+//! What pose has left to the bounded offset: how far skin must still be drawn in; and how far it moved in all.
 
 use super::articulated::Posed;
 use super::inside::Solver;
 use super::side::side_of;
-use crate::geometry::{PerVertex, TriMesh, Vec3, VertexId};
+use crate::body::Pose;
+use crate::geometry::{PerVertex, Point, TriMesh, Vec3, VertexId};
 use rayon::prelude::*;
 
 impl Solver<'_> {
@@ -37,7 +38,21 @@ impl Solver<'_> {
         needed
     }
 
-    /// The same of the middle of a face all of whose corners are hidden and seen.
+    /// Mean distance of the skin in one pose from the same in another, with offsets, as seen from the root.
+    pub(super) fn proximity(&self, before: &Pose, after: &Pose, offsets: &PerVertex<f64>) -> f64 {
+        let seen_from_root = |pose: &Pose, offsets: Option<&PerVertex<f64>>| -> Vec<Point> {
+            let mesh = self.body_mesh(&self.posed(pose));
+            let (normals, root) = (mesh.vertex_normals(), self.body.skeleton.world_from_bind(pose)[0].inverse());
+            let by = |v: VertexId| offsets.map_or(Vec3::zeros(), |offsets| normals[v] * offsets[v]);
+            mesh.points().enumerate().map(|(v, p)| root * (p + by(v))).collect()
+        };
+        let areas = self.bare.vertex_areas();
+        let moved = seen_from_root(before, None).into_iter().zip(seen_from_root(after, Some(offsets)));
+        let sum: f64 = moved.zip(areas.iter()).map(|((p, q), area)| (p - q).norm() * area).sum();
+        sum / areas.iter().sum::<f64>().max(1e-12)
+    }
+
+    /// How far the middle of a face must be drawn in, all of whose corners are hidden and seen.
     fn needed_amid(
         &self,
         posed: &Posed,

@@ -11,7 +11,7 @@ use super::inside::{self, fit_inside};
 use super::naked::{self, FINEST, Found, NakedParams};
 use super::normal_equations::{NormalEquations, PosePrior, Unknowns, solve_together};
 use super::prior::pose_stiffness;
-use super::surface::{ScanSurface, robust, scan_to_mesh, spread};
+use super::surface::{LastFaces, ScanSurface, robust, scan_to_mesh_from, spread};
 use super::{Cover, FitError, FittedBody, InsideParams, Step};
 use crate::body::{BodyModel, Figure, Layer, Pose, Shape};
 use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, VertexId};
@@ -219,6 +219,7 @@ struct View<'a> {
     /// Places of skin that no cloth reaches, with their areas.
     skin: Vec<(VertexId, f64)>,
     scan: Vec<(VertexId, f64)>,
+    near: LastFaces,
     areas: PerVertex<f64>,
 }
 
@@ -245,15 +246,16 @@ impl<'a> View<'a> {
         of_skin.0.iter_mut().enumerate().for_each(|(i, area)| {
             *area = if solver.is_sure_skin(VertexId::from_index(i)) { *area } else { 0.0 };
         });
-        let samples = other.params.samples;
+        let scan = surface.samples(other.params.samples);
         Self {
             place,
             model,
             center: pose.clone(),
             pose,
             index: SurfaceIndex::prepare(&model.template),
-            skin: spread(&of_skin, samples),
-            scan: surface.samples(samples),
+            skin: spread(&of_skin, other.params.samples),
+            near: LastFaces::none(scan.len()),
+            scan,
             areas,
             solver,
         }
@@ -272,7 +274,15 @@ impl<'a> View<'a> {
         let (reach, least_cosine) = (Self::REACH, Self::LEAST_COSINE);
         let mut residuals = solver.figure_to_scan(posed, &normals, &self.skin, reach, least_cosine);
         let takes = |corners: &[VertexId; 3]| corners.iter().all(|&v| solver.is_sure_skin(v));
-        residuals.extend(scan_to_mesh(solver.surface, &self.index, &normals, &self.scan, reach, least_cosine, takes));
+        residuals.extend(scan_to_mesh_from(
+            solver.surface,
+            &self.index,
+            &normals,
+            (&self.scan, &self.near),
+            reach,
+            least_cosine,
+            takes,
+        ));
         let sides = solver.sides(posed, &normals);
         residuals.extend(sides.into_iter().enumerate().filter_map(|(i, side)| {
             let (v, side) = (VertexId::from_index(i), side?);

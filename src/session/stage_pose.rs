@@ -47,6 +47,7 @@ pub(super) fn pose(
         Ok(with_report(Outcome::of(inside), &report)
             .measured("confidence", report.confidence)
             .measured("joint_change_mm", report.joint_change * 1e3)
+            .measured("proximity_mm", report.proximity * 1e3)
             .measured("outside_percent", report.outside_share * 100.0)
             .measured("outside_depth_mm", report.outside_depth * 1e3)
             .measured("greatest_offset_mm", deepest * 1e3))
