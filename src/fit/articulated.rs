@@ -277,7 +277,7 @@ impl<'a> Articulated<'a> {
                 if !shape.is_empty() {
                     back += turn.tr_mul(&force);
                 }
-                let values = [moment.x, moment.y, moment.z, force.x, force.y, force.z];
+                let values = [moment.x, moment.y, moment.z, force.x, force.y, force.z, 0.0, 0.0];
                 match wrenches.iter_mut().find(|wrench| wrench.bone == k) {
                     Some(wrench) => wrench.values.iter_mut().zip(&values).for_each(|(sum, x)| *sum += x),
                     None => wrenches.push(Wrench { bone: k, values }),

@@ -64,11 +64,14 @@ impl JacobianRow {
     }
 }
 
-/// How a residual turns one bone: Σ w (x × n) and Σ w n over what the bone moves of it.
+/// How a residual turns one bone: Σ w (x × n) and Σ w n over what the bone moves of it, and two zeros that fill the lanes.
 pub(super) struct Wrench {
     pub(super) bone: usize,
-    pub(super) values: [f64; 6],
+    pub(super) values: [f64; WRENCH],
 }
+
+/// Numbers of a wrench with its padding.
+const WRENCH: usize = 8;
 
 /// Sums over residuals, by the bones that they touch: a joint turns all bones below it about its centre, so that all of `H`
 /// follows from these few. A chain of ten joints over a residual costs as much as the two bones at its end.
@@ -78,7 +81,7 @@ pub(super) struct Sums {
     /// For bones a ≤ b, a · bones + b, where their block is, or `NONE`.
     place_of: Vec<u32>,
     /// (a, b) and Σ w wₐ wᵦᵀ, a row after the other.
-    blocks: Vec<(usize, usize, [f64; 36])>,
+    blocks: Vec<(usize, usize, [[f64; WRENCH]; 6])>,
     /// Bones × 6 × `padded(K)`.
     by_shape: Vec<f64>,
     by_gap: Vec<[f64; 6]>,
@@ -99,9 +102,8 @@ fn padded(components: usize) -> usize {
 #[inline(always)]
 fn add_scaled(to: &mut [f64], from: &[f64], factor: f64) {
     for (to, from) in to.as_chunks_mut::<LANES>().0.iter_mut().zip(from.as_chunks::<LANES>().0) {
-        for k in 0..LANES {
-            to[k] += factor * from[k];
-        }
+        // All are read before any is written: the compiler then takes them together.
+        *to = std::array::from_fn(|k| to[k] + factor * from[k]);
     }
 }
 
@@ -127,11 +129,11 @@ impl Sums {
     }
 
     #[inline(always)]
-    fn block(&mut self, a: usize, b: usize) -> &mut [f64; 36] {
+    fn block(&mut self, a: usize, b: usize) -> &mut [[f64; WRENCH]; 6] {
         let place = &mut self.place_of[a * self.bones + b];
         if *place == NONE {
             *place = self.blocks.len() as u32;
-            self.blocks.push((a, b, [0.0; 36]));
+            self.blocks.push((a, b, [[0.0; WRENCH]; 6]));
         }
         &mut self.blocks[*place as usize].2
     }
@@ -145,12 +147,9 @@ impl Sums {
             for other in &wrenches[k..] {
                 let is_in_order = one.bone <= other.bone;
                 let (a, b) = if is_in_order { (one.bone, other.bone) } else { (other.bone, one.bone) };
-                let (rows, columns) = if is_in_order { (&weighed, &other.values) } else { (&other.values, &weighed) };
-                let block = self.block(a, b);
-                for r in 0..6 {
-                    for c in 0..6 {
-                        block[6 * r + c] += rows[r] * columns[c];
-                    }
+                let (rows, columns) = if is_in_order { (weighed, other.values) } else { (other.values, weighed) };
+                for (slots, row) in self.block(a, b).iter_mut().zip(rows) {
+                    add_scaled(slots, &columns, row);
                 }
             }
             for (slot, x) in self.by_gap[one.bone].iter_mut().zip(&weighed) {
@@ -180,7 +179,7 @@ impl Sums {
             to.iter_mut().zip(from).for_each(|(a, b)| *a += b);
         }
         for (a, b, block) in &other.blocks {
-            add(self.block(*a, *b), block);
+            add(self.block(*a, *b).as_flattened_mut(), block.as_flattened());
         }
         add(&mut self.by_shape, &other.by_shape);
         self.by_gap.iter_mut().zip(&other.by_gap).for_each(|(a, b)| add(a, b));
@@ -197,9 +196,9 @@ impl Sums {
         let size = bones + 1;
         let mut all = vec![[0.0; 36]; size * size];
         for (a, b, block) in &self.blocks {
-            all[(1 + a) * size + 1 + b] = *block;
+            all[(1 + a) * size + 1 + b] = std::array::from_fn(|i| block[i / 6][i % 6]);
             if a != b {
-                all[(1 + b) * size + 1 + a] = std::array::from_fn(|i| block[i % 6 * 6 + i / 6]);
+                all[(1 + b) * size + 1 + a] = std::array::from_fn(|i| block[i % 6][i / 6]);
             }
         }
         let mut by_shape = vec![0.0; size * 6 * width];

@@ -34,10 +34,9 @@ pub(crate) struct Start {
 const LIMBS: Stage =
     Stage { iterations: 6, samples: 0, reach: 0.25, least_cosine: 0.3, limbs_only: true, shape: false };
 
-/// The best headings, best first.
-pub(crate) fn headings(model: &BodyModel, surface: &ScanSurface, thinned: &Thinned) -> Vec<Start> {
-    // A heading is seen from fewer places than a wrist.
-    let rough = Stage { samples: 500, ..LIMBS };
+/// The best headings, best first. Rough ones are of half of the places, which do where there is nothing but a person.
+pub(crate) fn headings(model: &BodyModel, surface: &ScanSurface, thinned: &Thinned, is_rough: bool) -> Vec<Start> {
+    let limbs = Stage { samples: if is_rough { 500 } else { 0 }, ..LIMBS };
     let tries: Vec<(usize, Shape)> = shapes_of_height(model, surface)
         .into_iter()
         .flat_map(|shape| (0..HEADINGS).map(move |i| (i, shape.clone())))
@@ -47,7 +46,7 @@ pub(crate) fn headings(model: &BodyModel, surface: &ScanSurface, thinned: &Thinn
         .map(|(i, shape)| {
             let heading_deg = i as f64 * 360.0 / HEADINGS as f64;
             let pose = placed(model, surface, thinned, &shape, heading_deg.to_radians());
-            (i, fitted(thinned, &rough, pose, shape, format!("heading {heading_deg:.0}°")))
+            (i, fitted(thinned, &limbs, pose, shape, format!("heading {heading_deg:.0}°")))
         })
         .collect();
     found.sort_by(|a, b| a.1.score.total_cmp(&b.1.score));
