@@ -100,6 +100,17 @@ impl Dressed {
         Articulated::of_points(&figure.skeleton, self.mesh_in_bind.points().clone(), &self.weights)
     }
 
+    /// Of the skin that each joint moves most, the share that lies below wide cloth.
+    pub(crate) fn loose_shares(&self, body: &TriMesh, joints: usize) -> Vec<f64> {
+        let mut of_joint = vec![(0.0, 0.0); joints];
+        for (v, area) in body.vertex_areas().enumerate() {
+            let (all, loose) = &mut of_joint[self.weights.rows()[v][0].0.index()];
+            *all += area;
+            *loose += if self.cover[v] == Cover::Loose { *area } else { 0.0 };
+        }
+        of_joint.into_iter().map(|(all, loose)| if all > 0.0 { loose / all } else { 0.0 }).collect()
+    }
+
     /// Whether the scan should show this vertex as it is.
     pub(crate) fn is_shown(&self, v: VertexId) -> bool {
         !self.hidden[v] && self.cover[v] == Cover::Bare

@@ -209,7 +209,7 @@ impl<'a> Solver<'a> {
         let joints = limbs.iter().zip(&self.held).map(|(is_limb, held)| *is_limb && !held).collect();
         let unknowns = Unknowns { joints, shape: false };
         let samples = self.samples(self.params.samples / 5);
-        let stiffness = pose_stiffness(&self.body.skeleton, self.params.pose_prior);
+        let stiffness = self.stiffness();
         for reach in [0.3, 0.25, 0.2, 0.2, 0.15, 0.15, 0.12, 0.12] {
             let posed = self.posed(&pose);
             let residuals = self.figure_to_scan(&posed, &self.normals(&posed), &samples, reach, 0.3);
@@ -222,6 +222,20 @@ impl<'a> Solver<'a> {
         pose
     }
 
+    /// How strongly each joint is drawn to the step before: more where wide cloth hides what it moves, for then nothing but
+    /// the ends of a limb says where its middle is.
+    fn stiffness(&self) -> Vec<f64> {
+        /// In a wide sleeve an elbow was moved by 9 mm that had moved by none, for 4 mm of error at the hand. So many times
+        /// the pull halved that; on 20 invented people in wide clothes joints lay as near to the truth as before.
+        const HIDDEN: f64 = 4.0;
+        let of_skeleton = pose_stiffness(&self.body.skeleton, self.params.pose_prior);
+        if self.params.method == InsideMethod::Paper {
+            return of_skeleton;
+        }
+        let hidden = self.dressed.loose_shares(self.bare, self.body.joint_count());
+        of_skeleton.into_iter().zip(hidden).map(|(s, share)| s * (1.0 + (HIDDEN - 1.0) * share)).collect()
+    }
+
     fn prior<'b>(&'b self, center: &'b Pose, stiffness: &'b [f64]) -> PosePrior<'b> {
         PosePrior { center, stiffness, limits: self.limits, limit_stiffness: 2e4 }
     }
@@ -230,7 +244,7 @@ impl<'a> Solver<'a> {
         /// A joint moved less than this in a step, in metres.
         const STILL: f64 = 3e-4;
         let mut pose = start;
-        let stiffness = pose_stiffness(&self.body.skeleton, self.params.pose_prior);
+        let stiffness = self.stiffness();
         let figure_samples = self.samples(self.params.samples);
         let scan_samples = self.surface.samples(self.params.samples);
         let unknowns = Unknowns { joints: self.held.iter().map(|held| !held).collect(), shape: false };
