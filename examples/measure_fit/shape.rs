@@ -108,7 +108,7 @@ impl Judge<'_> {
                     params: InsideParams::default(),
                 })
                 .collect();
-            fitted = fit_together(scan, &fitted, &others, model, &params, &mut |_| {})?;
+            fitted = fit_together(scan, &fitted, &others, model, &params, &mut |_| {});
             elsewhere = (others.into_iter().zip(&fitted.elsewhere))
                 .filter_map(|(o, pose)| Some(SeenElsewhere { scan: o.scan, pose: pose.as_ref()?, cover: o.cover }))
                 .collect();

@@ -291,7 +291,7 @@ fn together(model: &BodyModel, naked: TriMesh, worn: &[&Invented]) -> (Registere
         .map(|(scan, worn)| OtherScan { name: "shirt", scan, cover: shirt(worn), params: inside.clone() })
         .collect();
     if !others.is_empty() {
-        fitted = fit_together(&naked, &fitted, &others, model, &params, &mut |_| {}).unwrap();
+        fitted = fit_together(&naked, &fitted, &others, model, &params, &mut |_| {});
     }
     let elsewhere: Vec<SeenElsewhere> = (others.into_iter().zip(&fitted.elsewhere))
         .filter_map(|(other, pose)| Some(SeenElsewhere { scan: other.scan, pose: pose.as_ref()?, cover: other.cover }))

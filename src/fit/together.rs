@@ -12,7 +12,7 @@ use super::naked::{self, FINEST, Found, NakedParams};
 use super::normal_equations::{NormalEquations, PosePrior, Unknowns, solve_together};
 use super::prior::pose_stiffness;
 use super::surface::{LastFaces, ScanSurface, robust, scan_to_mesh_from, spread};
-use super::{Cover, FitError, FittedBody, InsideParams, Step};
+use super::{Cover, FitReport, FittedBody, InsideParams, Step};
 use crate::body::{BodyModel, Figure, Layer, Pose, Shape};
 use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, VertexId};
 use crate::scan::Scan;
@@ -49,9 +49,8 @@ const ITERATIONS: usize = 20;
 /// **Frame** `elsewhere` of the result holds poses in each scan's world frame.
 ///
 /// **Guarantees** a scan into which the body cannot be laid takes no part, and the report says why. Where the others
-/// contradict the naked scan, so that the body would lie further from it, it keeps its shape, and the report says that.
-///
-/// **Errors** those of the naked fit.
+/// contradict the naked scan, so that the body would lie further from it or be none, it keeps its shape, and the report says
+/// that.
 pub fn fit_together(
     scan: &Scan,
     fitted: &FittedBody,
@@ -59,7 +58,7 @@ pub fn fit_together(
     model: &BodyModel,
     params: &NakedParams,
     on_step: &mut dyn FnMut(&Step),
-) -> Result<FittedBody, FitError> {
+) -> FittedBody {
     let surface = ScanSurface::prepare(&scan.mesh);
     let mut naked = naked::Solver::prepare(model, &surface, params);
     naked.leave_out(&fitted.unseen);
@@ -78,38 +77,38 @@ pub fn fit_together(
         .collect();
     if views.is_empty() {
         log.push("no other scan takes part in the shape".into());
-        return Ok(FittedBody { elsewhere: laid, report: with_log(fitted, log), ..fitted.clone() });
+        return FittedBody { elsewhere: laid, report: with_log(fitted, log), ..fitted.clone() };
     }
 
     let before = naked.residual_of(&fitted.pose, &fitted.shape);
     let mut found = Found { iterations: fitted.report.iterations, ..Found::at(fitted) };
     iterate(&naked, &mut views, &mut found, params, on_step);
     let after = naked.residual_of(&found.pose, &found.shape);
+    let scans = views.len() + 1;
+    let told = format!("one shape from {scans} scans: {}", change(&fitted.surface, &model.shaped(&found.shape).0));
+    let refined = naked.conclude(found, fitted.unseen.clone(), log.iter().cloned().chain([told]).collect());
     /// The others may cost the naked scan this much of its fit, in metres: a tenth of its noise.
     const COST: f64 = 2e-4;
-    if after > before + COST {
-        log.push(format!(
-            "the other scans contradict the naked one: with all, the body lies {:.1} mm from it on average, {:.1} mm alone; it keeps its shape",
-            after * 1e3,
-            before * 1e3
-        ));
-        return Ok(FittedBody { report: with_log(fitted, log), ..fitted.clone() });
-    }
-    log.push(format!(
-        "one shape from {} scans: {}",
-        views.len() + 1,
-        change(&fitted.surface, &model.shaped(&found.shape).0)
-    ));
-    let mut elsewhere = vec![None; others.len()];
-    for view in views {
-        elsewhere[view.place] = Some(view.pose);
-    }
-    let refined = naked.conclude(found, fitted.unseen.clone(), log)?;
-    Ok(FittedBody { elsewhere, ..refined })
+    let contradicted = (after > before + COST).then(|| {
+        format!("with all, the body lies {:.1} mm from it on average, {:.1} mm alone", after * 1e3, before * 1e3)
+    });
+    let why = match (contradicted, refined) {
+        (None, Ok(refined)) => {
+            let mut elsewhere = vec![None; others.len()];
+            for view in views {
+                elsewhere[view.place] = Some(view.pose);
+            }
+            return FittedBody { elsewhere, ..refined };
+        }
+        (Some(why), _) => why,
+        (None, Err(error)) => error.to_string(),
+    };
+    log.push(format!("the other scans contradict the naked one: {why}; the body keeps its shape"));
+    FittedBody { report: with_log(fitted, log), ..fitted.clone() }
 }
 
-fn with_log(fitted: &FittedBody, log: Vec<String>) -> super::FitReport {
-    super::FitReport { log, ..fitted.report.clone() }
+fn with_log(fitted: &FittedBody, log: Vec<String>) -> FitReport {
+    FitReport { log, ..fitted.report.clone() }
 }
 
 impl FittedBody {

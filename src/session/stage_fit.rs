@@ -37,7 +37,7 @@ pub(super) fn fit(
             let others: Vec<OtherScan> = (others.iter().zip(&scans).zip(covers))
                 .map(|((of, scan), cover)| OtherScan { name: &of.name, scan, cover, params: of.params.clone() })
                 .collect();
-            fitted = fit_together(&scan, &fitted, &others, &model, &params, &mut on_step).map_err(failed)?;
+            fitted = fit_together(&scan, &fitted, &others, &model, &params, &mut on_step);
         }
         let (report, unseen) = (fitted.report.clone(), fitted.unseen.clone());
         let scans = 1 + fitted.elsewhere.iter().flatten().count();
