@@ -44,6 +44,10 @@ fit-table FOLDER="target/judged" *ARGS:
 fit-convergence FOLDER="target/judged":
     cargo run --release --no-default-features --example measure_fit -- {{FOLDER}} --parts arms
 
+# The body by its naked scan alone beside one shape from three scans, also where the naked scan lacks an arm or has holes
+fit-shape FOLDER="target/judged" *ARGS:
+    cargo run --release --no-default-features --example measure_fit -- {{FOLDER}} --parts shape {{ARGS}}
+
 # What is no good scan: hands on hips, arms crossed, seated, parts missing, two people, a child, a box held, another person;
 # naked and dressed. Each must be solved as far as it is seen, or refused
 fit-bad FOLDER="target/judged" *ARGS:
