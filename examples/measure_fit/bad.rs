@@ -1,6 +1,6 @@
 //! What is no good scan: solved as far as it is seen, or refused; never a wrong body that looks like a right one.
 
-use crate::fits::{bare_figure, cleaned};
+use crate::fits::cleaned;
 use crate::subjects::{Cache, Posture, Subject, Wanted};
 use anyhow::Result;
 use overcoat::body::{BodyModel, Figure, Pose, Skeleton};
@@ -86,12 +86,13 @@ struct Outcome {
 }
 
 enum Verdict {
-    Solved,
-    Refused,
-    /// The worst joint in metres and its name, confidence, and whether it converged.
-    Wrong(f64, String, f64, bool),
+    Solved(FitReport),
+    /// Why.
+    Refused(String),
+    /// The worst joint in metres and its name.
+    Wrong(f64, String, FitReport),
     /// Right where it is seen, but not a word of what is not.
-    Untold,
+    Untold(FitReport),
 }
 
 /// All outcomes.
@@ -259,25 +260,25 @@ fn registered(model: &BodyModel, naked: &Subject) -> Result<(Figure, Pose)> {
     let (scan, _) = cleaned(naked)?;
     let fitted = fit_naked(&scan, model, &NakedParams::default(), &mut |_| {})?;
     let found = register(&scan, model, &fitted, &RegisterParams::default(), &mut |_| {})?;
-    Ok((bare_figure(model, found.surface, found.skeleton), found.pose))
+    Ok((Figure::bare(found.skeleton, found.surface, model.weights.clone()), found.pose))
 }
 
 fn naked_verdict(model: &BodyModel, case: &Case) -> Result<Verdict> {
-    let Ok((scan, truth)) = cleaned(&case.subject) else { return Ok(Verdict::Refused) };
+    let Ok((scan, truth)) = cleaned(&case.subject) else { return Ok(Verdict::Refused("no surface".into())) };
     Ok(match fit_naked(&scan, model, &NakedParams::default(), &mut |_| {}) {
-        Err(_) => Verdict::Refused,
+        Err(e) => Verdict::Refused(e.to_string()),
         Ok(found) => verdict(&found.skeleton, &found.pose, &found.report, &truth.joints, case),
     })
 }
 
 fn dressed_verdict(model: &BodyModel, body: &(Figure, Pose), kind: GarmentKind, case: &Case) -> Result<Verdict> {
-    let Ok((scan, truth)) = cleaned(&case.subject) else { return Ok(Verdict::Refused) };
+    let Ok((scan, truth)) = cleaned(&case.subject) else { return Ok(Verdict::Refused("no surface".into())) };
     let (figure, pose) = body;
     let template = GarmentTemplate::built_in(kind.template())?;
     let cover = template.cover(figure.body(), &figure.skeleton, &Extent::default());
     let params = InsideParams::default();
     Ok(match fit_inside(&scan, figure, pose, &cover, &model.limits, &params, &mut |_| {}) {
-        Err(_) => Verdict::Refused,
+        Err(e) => Verdict::Refused(e.to_string()),
         Ok(found) => verdict(&figure.skeleton, &found.pose, &found.report, &truth.joints, case),
     })
 }
@@ -285,13 +286,17 @@ fn dressed_verdict(model: &BodyModel, body: &(Figure, Pose), kind: GarmentKind, 
 fn verdict(skeleton: &Skeleton, pose: &Pose, report: &FitReport, truth: &JointPositions, case: &Case) -> Verdict {
     let found: JointPositions = skeleton.names.iter().cloned().zip(skeleton.joints_in_world(pose)).collect();
     let off = STRICT_JOINTS.iter().filter_map(|&j| Some(((found.get(j)? - truth.get(j)?).norm(), j)));
-    let Some((most, joint)) = off.max_by(|a, b| a.0.total_cmp(&b.0)) else { return Verdict::Solved };
+    let Some((most, joint)) = off.max_by(|a, b| a.0.total_cmp(&b.0)) else {
+        return Verdict::Solved(report.clone());
+    };
     if most > WRONG {
-        return Verdict::Wrong(most, joint.into(), report.confidence, report.converged);
+        return Verdict::Wrong(most, joint.into(), report.clone());
     }
     match case.lacks {
-        Some(part) if !report.log.iter().any(|l| l.contains("does not show") && l.contains(part)) => Verdict::Untold,
-        _ => Verdict::Solved,
+        Some(part) if !report.log.iter().any(|l| l.contains("does not show") && l.contains(part)) => {
+            Verdict::Untold(report.clone())
+        }
+        _ => Verdict::Solved(report.clone()),
     }
 }
 
@@ -307,15 +312,26 @@ impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{:16} {:18} ", self.subject, self.case)?;
         match &self.verdict {
-            Verdict::Solved => write!(f, "solved"),
-            Verdict::Refused => write!(f, "refused"),
-            Verdict::Untold => write!(f, "solved, but what is missing is not told"),
-            Verdict::Wrong(off, joint, confidence, converged) => {
-                let converged = if *converged { "converged" } else { "not converged" };
-                write!(f, "WRONG: {joint} {:.0} mm off, confidence {confidence:.2}, {converged}", 1e3 * off)
+            Verdict::Solved(report) => write!(f, "solved, {}", told(report)),
+            Verdict::Refused(why) => write!(f, "refused: {why}"),
+            Verdict::Untold(report) => write!(f, "solved, but what is missing is not told, {}", told(report)),
+            Verdict::Wrong(off, joint, report) => {
+                write!(f, "WRONG: {joint} {:.0} mm off, {}", 1e3 * off, told(report))
             }
         }
     }
+}
+
+/// What a report says of how far it can be trusted.
+fn told(report: &FitReport) -> String {
+    format!(
+        "confidence {:.2}, {}, residual {:.1} mm, outside {:.1} % by {:.0} mm",
+        report.confidence,
+        if report.converged { "converged" } else { "not converged" },
+        1e3 * report.residual_mean,
+        100.0 * report.outside_share,
+        1e3 * report.outside_depth,
+    )
 }
 
 impl fmt::Display for Outcomes {
@@ -328,9 +344,9 @@ impl fmt::Display for Outcomes {
             f,
             "### Bad input: {} scans, {} solved, {} refused, {} solved without a word of what is missing, {} wrong\n",
             self.0.len(),
-            count(|v| matches!(v, Verdict::Solved)),
-            count(|v| matches!(v, Verdict::Refused)),
-            count(|v| matches!(v, Verdict::Untold)),
+            count(|v| matches!(v, Verdict::Solved(_))),
+            count(|v| matches!(v, Verdict::Refused(_))),
+            count(|v| matches!(v, Verdict::Untold(_))),
             count(|v| matches!(v, Verdict::Wrong(..)))
         )?;
         self.0.iter().filter(|o| matches!(o.verdict, Verdict::Wrong(..))).try_for_each(|o| writeln!(f, "{o}"))

@@ -3,7 +3,7 @@
 use crate::subjects::{Subject, write};
 use crate::table::{Group, Metric, Row, State, Table, Way};
 use anyhow::Result;
-use overcoat::body::{BodyModel, Figure, Layer, Pose};
+use overcoat::body::{BodyModel, Figure, Pose};
 use overcoat::fit::{
     FitError, InsideMethod, InsideParams, NakedParams, PoseInside, RegisterParams, fit_inside, fit_naked, register,
 };
@@ -50,7 +50,7 @@ impl Judge<'_> {
         let by_model = self.model.posed(fitted.surface.points(), &fitted.skeleton, &fitted.pose);
         let by_model = surface_distance(&fitted.surface.with_points(by_model), &truth.body).surface_mean_mm;
         let found = register(&scan, self.model, &fitted, &RegisterParams::default(), &mut |_| {})?;
-        let figure = bare_figure(self.model, found.surface, found.skeleton);
+        let figure = Figure::bare(found.skeleton, found.surface, self.model.weights.clone());
         let body = figure.body().posed(&figure.skeleton, &found.pose);
         self.kept(subject, Way::Robust, &body)?;
         let measured = vec![
@@ -156,20 +156,6 @@ fn under_cloth(
 pub fn refused(group: Group, way: Way, subject: &Subject, error: &FitError) -> Row {
     let state = State::Refused(error.to_string());
     Row { group, way, name: subject.name.clone(), measured: Vec::new(), state, confidence: 0.0, secs: 0.0 }
-}
-
-pub fn bare_figure(model: &BodyModel, mesh: TriMesh, skeleton: overcoat::body::Skeleton) -> Figure {
-    let body = Layer {
-        name: "body".into(),
-        template: None,
-        mesh,
-        weights: model.weights.clone(),
-        colors: None,
-        uvs: None,
-        physics: None,
-        fabric: None,
-    };
-    Figure { skeleton, layers: vec![body] }
 }
 
 pub fn joints(figure: &Figure, pose: &Pose) -> JointPositions {

@@ -54,7 +54,7 @@ impl Judge<'_> {
         for way in [Way::Robust, Way::Together] {
             let row = match self.made(way, &scan, worn) {
                 Ok((by_model, found, report)) => {
-                    let figure = crate::fits::bare_figure(self.model, found.surface, found.skeleton);
+                    let figure = Figure::bare(found.skeleton, found.surface, self.model.weights.clone());
                     let body = figure.body().posed(&figure.skeleton, &found.pose);
                     let registered = surface_distance(&body, &truth.body).surface_mean_mm;
                     let mut measured = vec![

@@ -38,6 +38,11 @@ pub struct Figure {
 }
 
 impl Figure {
+    /// A body that wears nothing.
+    pub fn bare(skeleton: Skeleton, mesh: TriMesh, weights: SkinWeights) -> Self {
+        Self { skeleton, layers: vec![Layer::plain("body", mesh, weights)] }
+    }
+
     /// The innermost surface.
     pub fn body(&self) -> &Layer {
         &self.layers[0]
@@ -67,6 +72,11 @@ impl Figure {
 }
 
 impl Layer {
+    /// A surface of one colour and of no kind.
+    pub fn plain(name: &str, mesh: TriMesh, weights: SkinWeights) -> Self {
+        Self { name: name.into(), template: None, mesh, weights, colors: None, uvs: None, physics: None, fabric: None }
+    }
+
     /// This surface skinned into `pose`.
     pub fn posed(&self, skeleton: &Skeleton, pose: &Pose) -> TriMesh {
         self.mesh.with_points(skin(self.mesh.points(), &self.weights, skeleton, pose))

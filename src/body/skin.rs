@@ -38,6 +38,13 @@ impl SkinWeights {
         Self { giving_way, ..self }
     }
 
+    /// The same for some of the vertices, in their order.
+    pub fn of_vertices(&self, kept: &PerVertex<VertexId>) -> Self {
+        let rows = kept.iter().map(|&v| self.rows[v]).collect();
+        let giving_way = self.giving_way.as_ref().map(|own| own.followed(kept.iter().map(|&v| vec![(v, 1.0)])));
+        Self { rows, giving_way }
+    }
+
     /// The rows of several surfaces one after another.
     pub fn joined<'a>(parts: impl Iterator<Item = &'a Self> + Clone) -> Self {
         let rows = parts.clone().flat_map(|part| part.rows.iter().copied()).collect();
@@ -128,14 +135,19 @@ fn prune(mut row: Vec<(JointId, f64)>) -> [(JointId, f64); 4] {
     out
 }
 
-fn blended(row: &[(JointId, f64); 4], world_from_bind: &[Isometry3<f64>]) -> (Matrix3<f64>, Vec3) {
+/// Rotation and translation of each joint.
+fn as_matrices(transforms: &[Isometry3<f64>]) -> Vec<(Matrix3<f64>, Vec3)> {
+    transforms.iter().map(|t| (t.rotation.to_rotation_matrix().into_inner(), t.translation.vector)).collect()
+}
+
+fn blended(row: &[(JointId, f64); 4], world_from_bind: &[(Matrix3<f64>, Vec3)]) -> (Matrix3<f64>, Vec3) {
     let mut linear = Matrix3::zeros();
     let mut offset = Vec3::zeros();
     for &(j, w) in row {
         if w > 0.0 {
-            let t = &world_from_bind[j.index()];
-            linear += t.rotation.to_rotation_matrix().matrix() * w;
-            offset += t.translation.vector * w;
+            let (rotation, translation) = &world_from_bind[j.index()];
+            linear += rotation * w;
+            offset += translation * w;
         }
     }
     (linear, offset)
@@ -159,7 +171,7 @@ pub(crate) fn skin_rigidly(
     skeleton: &Skeleton,
     pose: &Pose,
 ) -> PerVertex<Point> {
-    let transforms = skeleton.world_from_bind(pose);
+    let transforms = as_matrices(&skeleton.world_from_bind(pose));
     let moved = points_in_bind
         .0
         .par_iter()
@@ -184,12 +196,13 @@ pub fn unskin(
     /// Below this determinant a blended matrix has lost half of its volume: two rotations over about 100° apart.
     const LEAST_DETERMINANT: f64 = 0.4;
     let transforms = skeleton.world_from_bind(pose);
+    let matrices = as_matrices(&transforms);
     let moved = points_in_world
         .0
         .par_iter()
         .zip(weights.rows.0.par_iter())
         .map(|(p, row)| {
-            let (linear, offset) = blended(row, &transforms);
+            let (linear, offset) = blended(row, &matrices);
             match linear.try_inverse() {
                 Some(inverse) if linear.determinant() > LEAST_DETERMINANT => Point::from(inverse * (p.coords - offset)),
                 _ => transforms[row[0].0.index()].inverse_transform_point(p),

@@ -28,7 +28,7 @@ fn layer(name: &str, mesh: TriMesh) -> Layer {
             .iter()
             .map(|p| (0..3).map(|j| (JointId(j), (1.0 - (p.x - f64::from(j)).abs()).max(0.0).powi(2))).collect()),
     );
-    Layer { name: name.into(), template: None, mesh, weights, colors: None, uvs: None, physics: None, fabric: None }
+    Layer::plain(name, mesh, weights)
 }
 
 fn figure() -> Figure {

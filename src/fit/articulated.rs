@@ -6,8 +6,8 @@
 //! **Source** Hu 2017, Eqs. 3–6; the Jacobian of a skinned point is that of Tagliasacchi 2015, §4, with the joints'
 //! own dependence on β kept.
 
-use super::normal_equations::{JacobianRow, NormalEquations, Sums, Unknowns, Wrench, parent_rotation};
-use crate::body::{BodyModel, Pose, Shape, Skeleton, SkinWeights, skin_rigidly};
+use super::normal_equations::{NormalEquations, Sums, Unknowns, Wrench, parent_rotation};
+use crate::body::{BodyModel, JointId, Pose, Shape, Skeleton, SkinWeights, skin_rigidly};
 use crate::geometry::{PerVertex, Point, Vec3, VertexId};
 use nalgebra::{DVector, Isometry3, Matrix3, Translation3, UnitQuaternion};
 use rayon::prelude::*;
@@ -167,55 +167,32 @@ impl<'a> Articulated<'a> {
 
     /// Derivative of `normal · point` by the unknowns, as (column, value).
     pub(crate) fn gradient(&self, posed: &Posed, residual: &Residual) -> Vec<(usize, f64)> {
-        let mut row = JacobianRow::default();
-        let all = Unknowns { joints: vec![true; self.joint_count()], shape: true };
-        self.differentiate(posed, residual, &all, &mut row);
+        let (mut wrenches, mut shape) = (Vec::new(), vec![0.0; self.component_count()]);
+        self.wrenches(posed, residual, &mut wrenches, &mut shape);
+        // A joint turns all that hangs below it.
+        let mut below: Vec<(usize, Vec3, Vec3)> = Vec::with_capacity(16);
+        let mut shift = Vec3::zeros();
+        for wrench in &wrenches {
+            let (moment, force) = wrench.moment_and_force();
+            shift += force;
+            let mut at = Some(wrench.bone);
+            while let Some(j) = at {
+                match below.iter_mut().find(|sum| sum.0 == j) {
+                    Some((_, moments, forces)) => (*moments, *forces) = (*moments + moment, *forces + force),
+                    None => below.push((j, moment, force)),
+                }
+                at = posed.skeleton.parents[j].map(JointId::index);
+            }
+        }
+        below.sort_unstable_by_key(|sum| sum.0);
         let of = |first: usize, v: &Vec3| [(first, v.x), (first + 1, v.y), (first + 2, v.z)];
-        let turns = row.turns.iter().flat_map(|(j, d)| of(3 + 3 * j, d));
+        let turns = below.iter().flat_map(|(j, moment, force)| {
+            let center = posed.joints_in_world[*j].coords;
+            of(3 + 3 * j, &(moment - center.cross(force)))
+        });
         let first = 3 + 3 * self.joint_count();
-        let shape = row.shape.iter().enumerate().map(|(m, &x)| (first + m, x));
-        of(0, &row.shift).into_iter().chain(turns).chain(shape).collect()
-    }
-
-    /// The same as a row in its parts, which takes the place of what `row` held.
-    fn differentiate(&self, posed: &Posed, residual: &Residual, unknowns: &Unknowns, row: &mut JacobianRow) {
-        let n = residual.normal;
-        row.clear(if unknowns.shape { self.component_count() } else { 0 });
-        for &(v, factor) in &residual.at {
-            if factor == 0.0 {
-                continue;
-            }
-            row.shift += n * factor;
-            let mut linear = Matrix3::zeros();
-            for &(k, w) in &self.weights.rows()[v] {
-                if w <= 0.0 {
-                    continue;
-                }
-                let w = w * factor;
-                let turn = &posed.rotations[k.index()];
-                let arm =
-                    (turn * posed.points_in_bind[v].coords + posed.world_from_bind[k.index()].translation.vector) * w;
-                linear += turn * w;
-                let mut at = Some(k);
-                while let Some(j) = at {
-                    if unknowns.joints[j.index()] {
-                        row.hang(j.index(), &arm, w);
-                    }
-                    at = posed.skeleton.parents[j.index()];
-                }
-                for (slot, dir) in row.shape.iter_mut().zip(&posed.translation_dirs[k.index()]) {
-                    *slot += w * n.dot(dir);
-                }
-            }
-            let back = linear.tr_mul(&n);
-            for (slot, dir) in row.shape.iter_mut().zip(self.dirs_of(v)) {
-                *slot += back.dot(dir);
-            }
-        }
-        row.arms.sort_unstable_by_key(|arm| arm.0);
-        for &(j, arm, total) in &row.arms {
-            row.turns.push((j, (arm - posed.joints_in_world[j].coords * total).cross(&n)));
-        }
+        let shape = shape.iter().enumerate().map(|(m, &x)| (first + m, x));
+        of(0, &shift).into_iter().chain(turns).chain(shape).collect()
     }
 
     /// How each component moves a vertex of the bind pose.
@@ -288,7 +265,7 @@ impl<'a> Articulated<'a> {
             }
         }
         for wrench in wrenches.iter() {
-            let force = Vec3::new(wrench.values[3], wrench.values[4], wrench.values[5]);
+            let (_, force) = wrench.moment_and_force();
             for (slot, dir) in shape.iter_mut().zip(&posed.translation_dirs[wrench.bone]) {
                 *slot += force.dot(dir);
             }

@@ -10,26 +10,20 @@ use super::inside_params::{InsideMethod, InsideParams};
 use super::lack::Lack;
 use super::normal_equations::{NormalEquations, PosePrior, Unknowns};
 use super::offset::bounded_offsets;
-use super::prior::{held_joints, limbs_only, pose_stiffness};
+use super::prior::{held_joints, pose_stiffness};
 use super::side::{Side, side_of};
-use super::surface::{ScanSurface, area_centroid, lowest, mean_gap, robust, scan_to_mesh, spread};
+use super::surface::{ScanSurface, mean_gap, robust, scan_to_mesh, spread};
 use super::{Cover, FitError, FitReport, PoseInside, Step};
 use crate::body::{Figure, JointId, JointLimits, Pose, Shape, Skeleton};
 use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
 use crate::numerics::{QpRow, QuadraticProgram};
 use crate::scan::Scan;
-use nalgebra::{DVector, UnitQuaternion};
+use nalgebra::DVector;
 use rayon::prelude::*;
 
-/// Mean distance of shown surface at which a start is good enough not to try headings. Metres: steps of a turntable
-/// session differ by a few degrees, which is 20 mm at the hands.
-const GOOD_START: f64 = 0.03;
 /// Distance along the body from where skin may show, in metres, within which a template's limit is not trusted: collars
 /// and cuffs differ by as much from shirt to shirt.
 pub(crate) const UNSURE: f64 = 0.04;
-/// Headings tried where the start is not good.
-const HEADINGS: usize = 12;
-
 /// Poses the figure inside the scan.
 ///
 /// **Frame** `start` is any pose, usually the previous step's; the result's is in this scan's world frame.
@@ -53,8 +47,7 @@ pub fn fit_inside(
     if scan.mesh.face_count() == 0 {
         return Err(FitError::EmptyScan);
     }
-    let surface = ScanSurface::prepare(&scan.mesh);
-    let dressed = Dressed::prepare(figure, cover);
+    let (surface, dressed) = rayon::join(|| ScanSurface::prepare(&scan.mesh), || Dressed::prepare(figure, cover));
     let mut solver = Solver::new(figure, &dressed, &surface, limits, params);
     let mut log = Vec::new();
 
@@ -72,7 +65,8 @@ pub fn fit_inside(
     let body_mesh = solver.body_mesh(&posed);
     let needed = solver.needed_offsets(&posed, &body_mesh);
     let offsets = if params.constrained && params.method == InsideMethod::Robust {
-        bounded_offsets(&body_mesh, &needed, params.greatest_offset)
+        let along_normals = needed.iter().map(|need| need.map(|need| need.along_normal)).collect();
+        bounded_offsets(&body_mesh, &along_normals, params.greatest_offset)
     } else {
         PerVertex::filled(0.0, dressed.body_count)
     };
@@ -163,68 +157,9 @@ impl<'a> Solver<'a> {
         self.body.posed(pose, &Shape(Vec::new()))
     }
 
-    /// The given pose, or the best of several headings from which a short fit was made.
-    fn best_start(&self, given: &Pose, log: &mut Vec<String>) -> Pose {
-        let score = self.score(given);
-        if score < GOOD_START {
-            log.push(format!("started from the previous pose: {:.1} mm", score * 1e3));
-            return given.clone();
-        }
-        let mut starts: Vec<(f64, usize, Pose)> = (0..=HEADINGS)
-            .into_par_iter()
-            .map(|i| {
-                let start = if i == HEADINGS {
-                    given.clone()
-                } else {
-                    self.turned(given, i as f64 * std::f64::consts::TAU / HEADINGS as f64)
-                };
-                let pose = self.coarse(start, given);
-                (self.score(&pose), i, pose)
-            })
-            .collect();
-        starts.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        for (score, i, _) in starts.iter().take(3) {
-            log.push(format!("start {i} of {HEADINGS} headings: {:.1} mm", score * 1e3));
-        }
-        starts.swap_remove(0).2
-    }
-
-    /// The pose turned about the vertical, standing where the scan stands.
-    fn turned(&self, given: &Pose, angle: f64) -> Pose {
-        let mut pose = given.clone();
-        pose.rotations[0] = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), angle) * pose.rotations[0];
-        let posed = self.posed(&pose);
-        let areas = self.dressed.mesh_in_bind.vertex_areas();
-        let scan_points = self.surface.mesh().points();
-        let mut shift = area_centroid(scan_points.iter().zip(self.surface.areas.iter()))
-            - area_centroid(posed.points.iter().zip(areas.iter()));
-        shift.y = lowest(scan_points.iter()) - lowest(posed.points.iter());
-        pose.translation += shift;
-        pose
-    }
-
-    fn coarse(&self, start: Pose, previous: &Pose) -> Pose {
-        let mut pose = start;
-        let limbs = limbs_only(&self.body.skeleton);
-        let joints = limbs.iter().zip(&self.held).map(|(is_limb, held)| *is_limb && !held).collect();
-        let unknowns = Unknowns { joints, shape: false };
-        let samples = self.samples(self.params.samples / 5);
-        let stiffness = self.stiffness();
-        for reach in [0.3, 0.25, 0.2, 0.2, 0.15, 0.15, 0.12, 0.12] {
-            let posed = self.posed(&pose);
-            let residuals = self.figure_to_scan(&posed, &self.normals(&posed), &samples, reach, 0.3);
-            let mut equations = self.body.normal_equations(&posed, &residuals, &unknowns);
-            equations.add_pose_prior(&posed, &pose, &self.prior(previous, &stiffness));
-            equations.freeze_all_but(&unknowns);
-            let Some(delta) = equations.solve(1e-3) else { break };
-            pose = self.body.stepped(&posed, &pose, &Shape(Vec::new()), &delta).0;
-        }
-        pose
-    }
-
     /// How strongly each joint is drawn to the step before: more where wide cloth hides what it moves, for then nothing but
     /// the ends of a limb says where its middle is.
-    fn stiffness(&self) -> Vec<f64> {
+    pub(super) fn stiffness(&self) -> Vec<f64> {
         /// In a wide sleeve an elbow was moved by 9 mm that had moved by none, for 4 mm of error at the hand. So many times
         /// the pull halved that; on 20 invented people in wide clothes joints lay as near to the truth as before.
         const HIDDEN: f64 = 4.0;
@@ -236,14 +171,19 @@ impl<'a> Solver<'a> {
         of_skeleton.into_iter().zip(hidden).map(|(s, share)| s * (1.0 + (HIDDEN - 1.0) * share)).collect()
     }
 
-    fn prior<'b>(&'b self, center: &'b Pose, stiffness: &'b [f64]) -> PosePrior<'b> {
+    pub(super) fn prior<'b>(&'b self, center: &'b Pose, stiffness: &'b [f64]) -> PosePrior<'b> {
         PosePrior { center, stiffness, limits: self.limits, limit_stiffness: 2e4 }
     }
 
     fn refine(&self, start: Pose, previous: &Pose, on_step: &mut dyn FnMut(&Step), log: &mut Vec<String>) -> Found {
         /// A joint moved less than this in a step, in metres.
         const STILL: f64 = 3e-4;
+        /// Cosine between two steps one of which takes the other back, and the move of a joint, in metres, below which that is
+        /// chatter: 0.7 mm to and fro were seen where a slit showed the skin below a skirt.
+        const AGAINST: f64 = -0.5;
+        const CHATTER: f64 = 2e-3;
         let mut pose = start;
+        let (mut last_delta, mut share, mut moved) = (DVector::zeros(self.body.unknown_count()), 1.0, f64::INFINITY);
         let stiffness = self.stiffness();
         let figure_samples = self.samples(self.params.samples);
         let scan_samples = self.surface.samples(self.params.samples);
@@ -276,10 +216,15 @@ impl<'a> Solver<'a> {
             } else {
                 equations.solve(0.0)
             };
-            let Some(delta) = delta else { break };
+            let Some(mut delta) = delta else { break };
+            // Where skin is as near to one side of the scan as to another, steps go to and fro: less and less far, then.
+            let turned_back = delta.dot(&last_delta) < AGAINST * delta.norm() * last_delta.norm();
+            share = if turned_back && moved < CHATTER { 0.5 * share } else { share };
+            last_delta.copy_from(&delta);
+            delta *= share;
             let next = self.body.stepped(&posed, &pose, &Shape(Vec::new()), &delta).0;
             let after = posed.skeleton.joints_in_world(&next);
-            let moved = posed.joints_in_world.iter().zip(&after).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+            moved = posed.joints_in_world.iter().zip(&after).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
             pose = next;
             on_step(&Step { iteration: iteration + 1, moved, residual: mean_gap(&residuals), surface: &mesh });
             still = if moved < STILL && t >= 1.0 { still + 1 } else { 0 };
@@ -390,7 +335,7 @@ impl<'a> Solver<'a> {
     /// Vertices that take part as data: shown ones, and those under cloth that lies close. Loose cloth is a wall, no
     /// data: pulls toward it (evenly around arms, or where it should rest on shoulders) were tried on a coat and moved the
     /// arms away from their truth.
-    fn samples(&self, count: usize) -> Vec<(VertexId, f64)> {
+    pub(super) fn samples(&self, count: usize) -> Vec<(VertexId, f64)> {
         let mut areas = self.telling_areas();
         areas.0.iter_mut().zip(self.left_out.iter()).filter(|(_, out)| **out).for_each(|(a, _)| *a = 0.0);
         spread(&areas, count)
@@ -468,7 +413,7 @@ impl<'a> Solver<'a> {
     }
 
     /// Mean truncated distance of shown surface to the scan.
-    fn score(&self, pose: &Pose) -> f64 {
+    pub(super) fn score(&self, pose: &Pose) -> f64 {
         self.distances_of_shown(&self.posed(pose)).0
     }
 

@@ -13,6 +13,9 @@ use crate::body::{JointId, Pose};
 use crate::geometry::{NearestVertex, PerFace, PerVertex, Point, SurfaceIndex, TriMesh, VertexId};
 use rayon::prelude::*;
 
+/// The hips.
+const ROOT: JointId = JointId(0);
+
 /// How much figure and scan have in common.
 pub(super) struct Agreement {
     /// Area share of the scan that lies on the figure, or as far from it as cloth may.
@@ -110,9 +113,9 @@ impl Solver<'_> {
         const SHOWN: f64 = 0.03;
         /// What a registered body, the bend of a joint, and hair leave. Metres.
         const SKIN: f64 = 0.04;
-        /// Cloth may stand off by this, in metres: wide cloth from what it covers (a skirt's hem), close cloth, and worn cloth
-        /// from where it was.
-        const CLOTH: [f64; 3] = [0.15, 0.06, 0.1];
+        /// Cloth may stand off by this, in metres: wide cloth that hangs from hips and legs (a skirt's hem) and wide cloth
+        /// elsewhere, close cloth, and worn cloth from where it was. Elbows of hands on hips are 0.15 from the trunk.
+        const CLOTH: [f64; 4] = [0.15, 0.08, 0.06, 0.1];
         const SAMPLES: usize = 4000;
         // A limb that was left out explains nothing: scan beside it is that limb, elsewhere.
         let mesh = self.mesh(posed);
@@ -120,8 +123,16 @@ impl Solver<'_> {
         let (part, whole_from_part) = mesh.part(&takes_part);
         let index = SurfaceIndex::prepare(&part);
         let is_worn = |v: VertexId| v.index() >= self.dressed.body_count;
+        let skeleton = &self.body.skeleton;
+        let legs = ["leftUpperLeg", "rightUpperLeg"].map(|name| skeleton.find(name));
+        let hangs = |v: VertexId| {
+            let joint = self.body.weights.rows()[v][0].0;
+            joint == ROOT || legs.iter().flatten().any(|&leg| skeleton.is_below(joint, leg))
+        };
+        let is_loose = |v: VertexId| self.dressed.cover[v] == Cover::Loose;
         let around = [
-            self.places(posed, |v| self.dressed.cover[v] == Cover::Loose),
+            self.places(posed, |v| is_loose(v) && hangs(v)),
+            self.places(posed, |v| is_loose(v) && !hangs(v)),
             self.places(posed, |v| self.dressed.cover[v] == Cover::Tight),
             self.places(posed, |v| is_worn(v) && self.dressed.cover[v] == Cover::Bare),
         ];
@@ -180,9 +191,7 @@ impl Solver<'_> {
         if params.method == InsideMethod::Paper || !params.constrained {
             return Ok(());
         }
-        if !params.missing_limbs {
-            self.refuse_limbs_elsewhere(unseen, agreement, posed)?;
-        }
+        // Limbs that are not seen do not count here: where the rest is far outside, it is not they that are wrong.
         if lack.depth_of_spot > params.refuse_outside {
             return Err(FitError::Outside {
                 percent: lack.outside_share * 100.0,
@@ -190,6 +199,9 @@ impl Solver<'_> {
                 limit_mm: params.refuse_outside * 1e3,
                 near: lack.near(&self.body.skeleton, self.body.weights).unwrap_or_else(|| "body".into()),
             });
+        }
+        if !params.missing_limbs {
+            self.refuse_limbs_elsewhere(unseen, agreement, posed)?;
         }
         if agreement.explained < params.least_explained {
             return Err(FitError::Unexplained {

@@ -1,6 +1,7 @@
 //! Where the scan is smaller than the figure: what neither pose nor offset can bring inside.
 
 use super::limbs::spoken;
+use super::needs::Need;
 use crate::body::{Skeleton, SkinWeights};
 use crate::geometry::{PerVertex, VertexId};
 
@@ -13,7 +14,8 @@ pub(crate) struct Lack {
     /// Area share of the constrained skin that does not keep the margin, and its greatest lack in metres.
     share: f64,
     depth: f64,
-    /// Lack beyond which lies [`A_SPOT`] of the constrained skin, in metres.
+    /// How far skin would still have to go in along its normal, which the scan may face askew: the way beyond which lies
+    /// [`A_SPOT`] of the constrained skin, in metres. Limbs that lie elsewhere have long ways and little depth.
     pub(crate) depth_of_spot: f64,
     deepest: Option<VertexId>,
 }
@@ -25,21 +27,21 @@ impl Lack {
     /// Of vertices with an area.
     pub(crate) fn of(
         areas: &PerVertex<f64>,
-        needed: &PerVertex<Option<f64>>,
+        needed: &PerVertex<Option<Need>>,
         offsets: &PerVertex<f64>,
         margin: impl Fn(VertexId) -> f64,
     ) -> Self {
         let (mut constrained, mut lacking, mut outside) = (0.0, 0.0, 0.0);
         let (mut depth, mut deepest) = (0.0, None);
         let mut outside_depth = 0.0_f64;
-        let mut lacks: Vec<(f64, f64)> = Vec::new();
+        let mut ways: Vec<(f64, f64)> = Vec::new();
         for (v, need) in needed.enumerate().filter(|(v, _)| areas[*v] > 0.0) {
             let Some(need) = need else { continue };
             constrained += areas[v];
-            let lack = need + offsets[v];
+            let lack = need.lack(offsets[v]);
             if lack > 1e-6 {
                 lacking += areas[v];
-                lacks.push((lack, areas[v]));
+                ways.push((need.along_normal + offsets[v], areas[v]));
             }
             let beyond = lack - margin(v);
             if beyond > 0.0 {
@@ -50,9 +52,9 @@ impl Lack {
                 (depth, deepest) = (lack, Some(v));
             }
         }
-        lacks.sort_by(|a, b| b.0.total_cmp(&a.0));
+        ways.sort_by(|a, b| b.0.total_cmp(&a.0));
         let mut left = A_SPOT * constrained;
-        let spot = lacks.iter().find(|(_, area)| {
+        let spot = ways.iter().find(|(_, area)| {
             left -= area;
             left < 0.0
         });

@@ -7,6 +7,7 @@ mod dressed;
 mod elsewhere;
 mod inside;
 mod inside_params;
+mod inside_starts;
 mod inside_trust;
 mod lack;
 mod limbs;

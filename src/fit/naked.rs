@@ -6,9 +6,7 @@ use super::limbs::{self, Part};
 use super::normal_equations::{NormalEquations, PosePrior, Unknowns};
 use super::prior::pose_stiffness;
 use super::starts::{Start, headings, with_arms_as_they_are, with_other_arms};
-use super::surface::{
-    LastFaces, ScanSurface, mean_gap, mean_truncated, normals_by_area, robust, scan_to_mesh_from, spread,
-};
+use super::surface::{LastFaces, ScanSurface, mean_gap, mean_truncated, robust, scan_to_mesh_from, spread};
 use super::thinned::{ThinModel, Thinned};
 use super::trust::{self, Agreement};
 use super::{FitError, FitReport, FittedBody, ShapeFrom, Step};
@@ -188,7 +186,9 @@ impl Found {
 const GOOD_START: f64 = 0.006;
 
 /// A joint moved less than this in a step, in metres: far below the scan's noise.
-pub(super) const STILL: f64 = 2e-4;
+pub(super) const STILL: f64 = 3e-4;
+/// The same where finer gates follow, which move joints by 2 mm anew.
+const NEARLY_STILL: f64 = 1e-3;
 
 /// Places that take part in an iteration, each with the area that it stands for.
 pub(super) struct Places {
@@ -369,6 +369,7 @@ impl<'a> Solver<'a> {
     /// Runs a stage on what was found so far; `index` holds the model in some pose.
     fn run(&self, stage: &Stage, found: &mut Found, index: &mut SurfaceIndex, on_step: &mut dyn FnMut(&Step)) {
         let places = self.places(stage.samples);
+        let (is_still, rounds) = if stage.reach > FINEST.reach { (NEARLY_STILL, 1) } else { (STILL, 2) };
         let mut still = 0;
         for _ in 0..stage.iterations {
             let posed = self.body.posed(&found.pose, &found.shape);
@@ -382,8 +383,8 @@ impl<'a> Solver<'a> {
             (found.pose, found.shape) = (pose, shape);
             found.iterations += 1;
             on_step(&Step { iteration: found.iterations, moved, residual, surface: index.mesh() });
-            still = if moved < STILL { still + 1 } else { 0 };
-            if still >= 2 {
+            still = if moved < is_still { still + 1 } else { 0 };
+            if still >= rounds {
                 break;
             }
         }
@@ -414,7 +415,7 @@ impl<'a> Solver<'a> {
         pose: &Pose,
         index: &SurfaceIndex,
     ) -> (NormalEquations, f64) {
-        let normals = normals_by_area(index.mesh());
+        let normals = index.mesh().vertex_normals_by_area();
         let mut residuals = self.model_to_scan(posed, &normals, stage, places);
         let takes = |corners: &[VertexId; 3]| corners.iter().all(|&v| !self.left_out[v]);
         let (reach, least_cosine) = (stage.reach, stage.least_cosine);

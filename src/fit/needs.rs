@@ -2,10 +2,30 @@
 
 use super::articulated::Posed;
 use super::inside::Solver;
-use super::side::side_of;
+use super::side::{Side, side_of};
 use crate::body::Pose;
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3, VertexId};
 use rayon::prelude::*;
+
+/// How far a place must still be drawn in.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Need {
+    /// Along the body's normal, in metres; negative where it is clear.
+    pub(super) along_normal: f64,
+    /// How much of such a way is clearance from the scan, which may face another way: at a hem it faces down.
+    pub(super) gain: f64,
+}
+
+impl Need {
+    fn of(margin: f64, side: &Side) -> Self {
+        Self { along_normal: (margin - side.clearance) / side.cosine, gain: side.cosine }
+    }
+
+    /// What is lacking of the margin, in metres, where skin is moved by `offset` along its normal.
+    pub(super) fn lack(&self, offset: f64) -> f64 {
+        (self.along_normal + offset) * self.gain
+    }
+}
 
 impl Solver<'_> {
     /// The area of each body vertex that must stay inside; of others none: where cloth may be, the scan may be the skin.
@@ -17,22 +37,22 @@ impl Solver<'_> {
         areas
     }
 
-    /// How far each constrained vertex must still be drawn in; negative where it is clear. A vertex is clear where the
-    /// middles of its hidden faces are, too: between two vertices of a shin there is room for the edge of a scan.
-    pub(super) fn needed_offsets(&self, posed: &Posed, body: &TriMesh) -> PerVertex<Option<f64>> {
+    /// How far each constrained vertex must still be drawn in. A vertex is clear where the middles of its hidden faces
+    /// are, too: between two vertices of a shin there is room for the edge of a scan.
+    pub(super) fn needed_offsets(&self, posed: &Posed, body: &TriMesh) -> PerVertex<Option<Need>> {
         let normals = self.normals(posed);
-        let mut needed: PerVertex<Option<f64>> = self
+        let mut needed: PerVertex<Option<Need>> = self
             .sides(posed, &normals)
             .into_iter()
             .enumerate()
-            .map(|(i, side)| side.map(|s| (self.margin_under(VertexId::from_index(i)) - s.clearance) / s.cosine))
+            .map(|(i, side)| side.map(|s| Need::of(self.margin_under(VertexId::from_index(i)), &s)))
             .collect();
-        let of_faces: Vec<Option<f64>> =
+        let of_faces: Vec<Option<Need>> =
             body.faces().0.par_iter().map(|corners| self.needed_amid(posed, &normals, &needed, *corners)).collect();
         for (corners, need) in body.faces().iter().zip(of_faces) {
             let Some(need) = need else { continue };
             for &v in corners {
-                needed[v] = needed[v].map(|own| own.max(need));
+                needed[v] = needed[v].map(|own| if need.along_normal > own.along_normal { need } else { own });
             }
         }
         needed
@@ -57,9 +77,9 @@ impl Solver<'_> {
         &self,
         posed: &Posed,
         normals: &PerVertex<Vec3>,
-        needed: &PerVertex<Option<f64>>,
+        needed: &PerVertex<Option<Need>>,
         corners: [VertexId; 3],
-    ) -> Option<f64> {
+    ) -> Option<Need> {
         let is_wanted = |v: VertexId| needed[v].is_some() && self.dressed.must_stay_inside(v);
         if !corners.iter().all(|&v| is_wanted(v)) {
             return None;
@@ -68,6 +88,6 @@ impl Solver<'_> {
         let normal = corners.iter().map(|&v| normals[v]).sum::<Vec3>().try_normalize(1e-9)?;
         let side = side_of(self.surface, &((a + b + c) / 3.0).into(), &normal)?;
         let margin = corners.iter().map(|&v| self.margin_under(v)).fold(f64::INFINITY, f64::min);
-        Some((margin - side.clearance) / side.cosine)
+        Some(Need::of(margin, &side))
     }
 }

@@ -29,45 +29,18 @@ pub(crate) struct NormalEquations {
     pub(crate) g: DVector<f64>,
 }
 
-/// The derivative of one residual.
-#[derive(Default)]
-pub(super) struct JacobianRow {
-    /// By the translation.
-    pub(super) shift: Vec3,
-    /// By the turn of each joint above it, in ascending order.
-    pub(super) turns: Vec<(usize, Vec3)>,
-    /// By the shape.
-    pub(super) shape: Vec<f64>,
-    /// For each of these joints Σ w (G v) and Σ w over what hangs below it.
-    pub(super) arms: Vec<(usize, Vec3, f64)>,
-}
-
-impl JacobianRow {
-    /// Back to nothing, for so many components.
-    pub(super) fn clear(&mut self, components: usize) {
-        self.shift = Vec3::zeros();
-        self.turns.clear();
-        self.arms.clear();
-        self.shape.clear();
-        self.shape.resize(components, 0.0);
-    }
-
-    /// What moves with a joint.
-    pub(super) fn hang(&mut self, joint: usize, arm: &Vec3, weight: f64) {
-        match self.arms.iter_mut().find(|(j, _, _)| *j == joint) {
-            Some((_, sum, total)) => {
-                *sum += arm;
-                *total += weight;
-            }
-            None => self.arms.push((joint, *arm, weight)),
-        }
-    }
-}
-
 /// How a residual turns one bone: Σ w (x × n) and Σ w n over what the bone moves of it, and two zeros that fill the lanes.
 pub(super) struct Wrench {
     pub(super) bone: usize,
     pub(super) values: [f64; WRENCH],
+}
+
+impl Wrench {
+    #[inline(always)]
+    pub(super) fn moment_and_force(&self) -> (Vec3, Vec3) {
+        let [a, b, c, x, y, z, ..] = self.values;
+        (Vec3::new(a, b, c), Vec3::new(x, y, z))
+    }
 }
 
 /// Numbers of a wrench with its padding.

@@ -49,7 +49,8 @@ pub(crate) struct ScanHit {
 
 impl ScanSurface {
     pub(crate) fn prepare(mesh: &TriMesh) -> Self {
-        let small = || (mesh.vertex_normals(), mesh.vertex_areas(), Adjacency::prepare(mesh).boundary_vertices());
+        let small =
+            || (mesh.vertex_normals_by_area(), mesh.vertex_areas(), Adjacency::prepare(mesh).boundary_vertices());
         let (index, (normals, areas, on_boundary)) = rayon::join(|| SurfaceIndex::prepare(mesh), small);
         Self { index, normals, areas, on_boundary }
     }
@@ -133,17 +134,6 @@ pub(crate) fn robust(area: f64, distance: f64, reach: f64) -> f64 {
     let scale = 0.4 * reach;
     let kernel = 1.0 / (1.0 + (distance / scale).powi(2)).powi(2);
     area / AREA_PER_OBSERVATION / (SIGMA * SIGMA) * kernel
-}
-
-/// Unit vertex normals, weighted by area: a third of the work of those by angle, which a moving mesh needs each iteration.
-pub(crate) fn normals_by_area(mesh: &TriMesh) -> PerVertex<Vec3> {
-    let mut normals = PerVertex::filled(Vec3::zeros(), mesh.vertex_count());
-    for (f, corners) in mesh.faces().enumerate() {
-        let area = mesh.area_vector(f);
-        corners.iter().for_each(|&v| normals[v] += area);
-    }
-    normals.0.iter_mut().for_each(|n| *n = n.try_normalize(1e-12).unwrap_or_else(Vec3::zeros));
-    normals
 }
 
 /// Mean of the gaps, each as it weighs.

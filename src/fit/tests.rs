@@ -1,7 +1,7 @@
 //! Naked fits of invented people: in poses far from the bind pose, with limbs missing, and of what is no person.
 
 use super::*;
-use crate::body::{BodyModel, Figure, Layer, Pose, Shape, embedded_model, skin};
+use crate::body::{BodyModel, Figure, Pose, Shape, embedded_model, skin};
 use crate::geometry::{Adjacency, PerVertex, Point, Vec3, VertexId, noise};
 use crate::scan::Scan;
 use nalgebra::UnitQuaternion;
@@ -60,20 +60,10 @@ fn strong_armed_in(model: &BodyModel, seed: u64, turns: &[(&str, Vec3)], ease: f
             p + (other - p) * (0.4 * next().abs()) + normals[v] * (0.0015 * next())
         })
         .collect();
-    let layer = Layer {
-        name: "body".into(),
-        template: None,
-        mesh: body,
-        weights: model.weights.clone(),
-        colors: None,
-        uvs: None,
-        physics: None,
-        fabric: None,
-    };
     Invented {
         scan: posed.with_points(scanned),
         joints: skeleton.joints_in_world(&pose),
-        figure: Figure { skeleton, layers: vec![layer] },
+        figure: Figure::bare(skeleton, body, model.weights.clone()),
         pose,
         moved_by,
     }

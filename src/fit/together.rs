@@ -13,7 +13,7 @@ use super::normal_equations::{NormalEquations, PosePrior, Unknowns, solve_togeth
 use super::prior::pose_stiffness;
 use super::surface::{LastFaces, ScanSurface, robust, scan_to_mesh_from, spread};
 use super::{Cover, FitReport, FittedBody, InsideParams, Step};
-use crate::body::{BodyModel, Figure, Layer, Pose, Shape};
+use crate::body::{BodyModel, Figure, Pose, Shape};
 use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, VertexId};
 use crate::scan::Scan;
 use serde::{Deserialize, Serialize};
@@ -114,17 +114,7 @@ fn with_log(fitted: &FittedBody, log: Vec<String>) -> FitReport {
 impl FittedBody {
     /// The body alone, as it was fitted; `model` is what was fitted.
     pub fn figure(&self, model: &BodyModel) -> Figure {
-        let body = Layer {
-            name: "body".into(),
-            template: None,
-            mesh: self.surface.clone(),
-            weights: model.weights.clone(),
-            colors: None,
-            uvs: None,
-            physics: None,
-            fabric: None,
-        };
-        Figure { skeleton: self.skeleton.clone(), layers: vec![body] }
+        Figure::bare(self.skeleton.clone(), self.surface.clone(), model.weights.clone())
     }
 }
 

@@ -313,6 +313,18 @@ impl TriMesh {
         normals
     }
 
+    /// Unit vertex normals, weighted by area: a third of the work of those by angle, for meshes of even faces that move each
+    /// iteration. Zero where no face with area meets the vertex.
+    pub fn vertex_normals_by_area(&self) -> PerVertex<Vec3> {
+        let mut normals = PerVertex::filled(Vec3::zeros(), self.vertex_count());
+        for (f, corners) in self.faces.enumerate() {
+            let area = self.area_vector(f);
+            corners.iter().for_each(|&v| normals[v] += area);
+        }
+        normals.0.iter_mut().for_each(|n| *n = n.try_normalize(1e-12).unwrap_or_else(Vec3::zeros));
+        normals
+    }
+
     /// The box around all points; `None` when there are none.
     pub fn bounds(&self) -> Option<Aabb> {
         Aabb::around(self.points.iter())

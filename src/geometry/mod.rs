@@ -15,6 +15,7 @@ mod shapes_for_tests;
 #[cfg(test)]
 pub(crate) use shapes_for_tests::noise;
 mod surface_index;
+mod thin;
 mod triangle;
 mod winding;
 
@@ -26,4 +27,5 @@ pub use mean_value::mean_value_coordinates;
 pub use mesh::{Aabb, FaceId, MeshError, PerFace, PerVertex, Point, TriMesh, Vec3, VertexId};
 pub use nearest_vertex::NearestVertex;
 pub use surface_index::{RayHit, SurfaceIndex, SurfacePoint};
+pub use thin::thinned;
 pub use winding::WindingField;

@@ -1,7 +1,7 @@
 //! A doll of tubes (trunk, two legs, one arm beside the trunk) and what it wears.
 
 use super::*;
-use crate::body::{Layer, Pose, skin};
+use crate::body::{Pose, skin};
 use crate::geometry::{FaceId, Vec3};
 use nalgebra::UnitQuaternion;
 
@@ -95,17 +95,7 @@ fn doll() -> Figure {
         .collect::<Vec<_>>();
     let mesh = joined(&parts);
     let weights = SkinWeights::from_rows(rows);
-    let body = Layer {
-        name: "body".into(),
-        template: None,
-        mesh,
-        weights,
-        colors: None,
-        uvs: None,
-        physics: None,
-        fabric: None,
-    };
-    Figure { skeleton, layers: vec![body] }
+    Figure::bare(skeleton, mesh, weights)
 }
 
 fn in_bind(figure: &Figure) -> PoseInside {

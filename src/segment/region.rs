@@ -313,17 +313,7 @@ mod tests {
         points.push(at(0.0, 0.0));
         rows.push(vec![(JointId(17), 1.0)]);
         let mesh = TriMesh::try_from_indices(points, &[]).unwrap();
-        let body = Layer {
-            name: "body".into(),
-            template: None,
-            mesh,
-            weights: SkinWeights::from_rows(rows),
-            colors: None,
-            uvs: None,
-            physics: None,
-            fabric: None,
-        };
-        (body, skeleton)
+        (Layer::plain("body", mesh, SkinWeights::from_rows(rows)), skeleton)
     }
 
     fn covered(kind: &str, until: Option<&str>, sleeve: Option<&str>) -> Vec<Point> {

@@ -31,16 +31,8 @@ pub(super) fn bare(
             (registered.surface, model.weights) = scan_in_bind(&scan, &registered, &model.weights);
             (registered.colors, registered.uvs) = (scan.colors, None);
         }
-        let body = Layer {
-            name: BODY_STEP.into(),
-            template: None,
-            mesh: registered.surface,
-            weights: model.weights,
-            colors: registered.colors,
-            uvs: registered.uvs,
-            physics: None,
-            fabric: None,
-        };
+        let body = Layer::plain(BODY_STEP, registered.surface, model.weights);
+        let body = Layer { colors: registered.colors, uvs: registered.uvs, ..body };
         let vertices = body.mesh.vertex_count();
         let figure = Figure { skeleton: registered.skeleton, layers: vec![body] };
         Ok(Outcome::of(figure).measured("layers", 1.0).measured("vertices", vertices as f64))

@@ -65,10 +65,10 @@ impl Stage {
         match self {
             // Surfaces give way by a model's corrective offsets; a baked texture is kept as a PNG.
             Self::Register | Self::Figure => 3,
-            // Limbs that are not seen and poses in other scans are kept.
-            Self::Fit => 5,
-            // Cloth that hangs says little; skin stays as far in as the step before drew it.
-            Self::Pose => 6,
+            // Rounds end where joints are still.
+            Self::Fit => 6,
+            // Garments are thinned out; steps that go to and fro are shortened.
+            Self::Pose => 7,
             Self::Rig | Self::Press => 2,
             // A mask moves the boundary near it alone; the cut keeps what was painted.
             Self::Segment => 2,

@@ -41,7 +41,7 @@ fn shaken(mesh: &TriMesh, amplitude: f64, seed: u64) -> TriMesh {
 
 fn layer(name: &str, mesh: TriMesh, joint: u16) -> Layer {
     let weights = SkinWeights::from_rows(mesh.vertex_ids().map(|_| vec![(JointId(joint), 1.0)]));
-    Layer { name: name.into(), template: None, mesh, weights, colors: None, uvs: None, physics: None, fabric: None }
+    Layer::plain(name, mesh, weights)
 }
 
 fn figure(layers: Vec<Layer>) -> Figure {
