@@ -89,8 +89,10 @@ enum Verdict {
     Solved(FitReport),
     /// Why.
     Refused(String),
-    /// The worst joint in metres and its name.
+    /// The worst joint in metres and its name, though the report is confident.
     Wrong(f64, String, FitReport),
+    /// The same of a report that says that it is not.
+    Doubted(f64, String, FitReport),
     /// Right where it is seen, but not a word of what is not.
     Untold(FitReport),
 }
@@ -290,7 +292,8 @@ fn verdict(skeleton: &Skeleton, pose: &Pose, report: &FitReport, truth: &JointPo
         return Verdict::Solved(report.clone());
     };
     if most > WRONG {
-        return Verdict::Wrong(most, joint.into(), report.clone());
+        let wrong = if report.is_confident() { Verdict::Wrong } else { Verdict::Doubted };
+        return wrong(most, joint.into(), report.clone());
     }
     match case.lacks {
         Some(part) if !report.log.iter().any(|l| l.contains("does not show") && l.contains(part)) => {
@@ -318,6 +321,9 @@ impl fmt::Display for Outcome {
             Verdict::Wrong(off, joint, report) => {
                 write!(f, "WRONG: {joint} {:.0} mm off, {}", 1e3 * off, told(report))
             }
+            Verdict::Doubted(off, joint, report) => {
+                write!(f, "{joint} {:.0} mm off, and doubted: {}", 1e3 * off, told(report))
+            }
         }
     }
 }
@@ -342,13 +348,17 @@ impl fmt::Display for Outcomes {
         let count = |of: fn(&Verdict) -> bool| self.0.iter().filter(|o| of(&o.verdict)).count();
         writeln!(
             f,
-            "### Bad input: {} scans, {} solved, {} refused, {} solved without a word of what is missing, {} wrong\n",
+            "### Bad input: {} scans, {} solved, {} refused, {} solved without a word of what is missing, {} off and doubted, {} wrong\n",
             self.0.len(),
             count(|v| matches!(v, Verdict::Solved(_))),
             count(|v| matches!(v, Verdict::Refused(_))),
             count(|v| matches!(v, Verdict::Untold(_))),
+            count(|v| matches!(v, Verdict::Doubted(..))),
             count(|v| matches!(v, Verdict::Wrong(..)))
         )?;
-        self.0.iter().filter(|o| matches!(o.verdict, Verdict::Wrong(..))).try_for_each(|o| writeln!(f, "{o}"))
+        self.0
+            .iter()
+            .filter(|o| matches!(o.verdict, Verdict::Wrong(..) | Verdict::Doubted(..)))
+            .try_for_each(|o| writeln!(f, "{o}"))
     }
 }

@@ -73,7 +73,7 @@ pub struct FitReport {
     /// for a naked fit.
     pub proximity: f64,
     /// 0 to 1: the share of the scan that the body explains times the share of the body that the scan shows. For a figure
-    /// inside a scan, both over what should show.
+    /// inside a scan, both over what should show, times the share of the hidden skin that is inside.
     pub confidence: f64,
     /// Area share of the scan that lies on the fitted surface; 0 where it was not looked at.
     pub explained_share: f64,
@@ -81,6 +81,31 @@ pub struct FitReport {
     pub seen_share: f64,
     /// One line an important turn.
     pub log: Vec<String>,
+}
+
+impl FitReport {
+    /// From here on a body is given out without a word: whole scans come to 0.87 and more, half a person to 0.5.
+    pub const CONFIDENT: f64 = 0.75;
+
+    /// Whether the scan bears out the fit; a report that is not confident says why in its log.
+    pub fn is_confident(&self) -> bool {
+        self.confidence >= Self::CONFIDENT
+    }
+
+    /// The same with a sentence of what makes it doubtful, where it is.
+    fn doubted(mut self) -> Self {
+        if !self.is_confident() {
+            let percent = |share: f64| 100.0 * share;
+            let [explained, seen, outside] = [self.explained_share, self.seen_share, self.outside_share].map(percent);
+            let outside =
+                if outside > 0.5 { format!(", {outside:.0} % of the hidden skin outside it") } else { String::new() };
+            self.log.push(format!(
+                "doubtful (confidence {:.2}): {explained:.0} % of the scan is the figure, {seen:.0} % of what should show of the figure is in the scan{outside}; look at hands and feet",
+                self.confidence,
+            ));
+        }
+        self
+    }
 }
 
 /// A model fitted to a naked scan.

@@ -296,7 +296,8 @@ impl<'a> Solver<'a> {
             seen_share: agreement.seen,
             log,
             ..FitReport::default()
-        };
+        }
+        .doubted();
         let Found { shape, pose, .. } = found;
         Ok(FittedBody { shape, pose, surface, skeleton, unseen, elsewhere: Vec::new(), report })
     }

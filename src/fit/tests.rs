@@ -257,7 +257,9 @@ fn a_figure_is_not_laid_wrongly_into_what_it_does_not_fit() {
     }
     // A trunk that is a little too small is told of; one far too small is another person's.
     let slim = invented_in(&model, 22, &[], -0.009);
-    let told = fit_figure(&model, &before, slim.scan).unwrap();
+    let told = fit_figure(&model, &before, slim.scan.clone()).unwrap();
+    assert!(figure_off(&told, &slim, |_| true) < 0.015, "what is too thick turns no limb: {:?}", told.report);
+    assert!(told.report.converged && !told.report.is_confident(), "{:?}", told.report);
     assert!(told.report.outside_depth > 0.001 && told.report.outside_share > 0.01, "{:?}", told.report);
     assert!(told.report.log.iter().any(|line| line.contains("the scan is smaller there")), "{:?}", told.report.log);
     let thin = invented_in(&model, 22, &[], -0.04);
