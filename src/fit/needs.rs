@@ -48,12 +48,12 @@ impl Solver<'_> {
             .map(|(i, side)| side.map(|s| Need::of(self.margin_under(VertexId::from_index(i)), &s)))
             .collect();
         let of_faces: Vec<Option<Need>> =
-            body.faces().0.par_iter().map(|corners| self.needed_amid(posed, &normals, &needed, *corners)).collect();
+            body.faces().0.par_iter().map(|corners| self.needed_amid(posed, &normals, *corners)).collect();
         for (corners, need) in body.faces().iter().zip(of_faces) {
+            // A corner that was not seen, beside a hole, goes in with the rest of its face.
             let Some(need) = need else { continue };
-            for &v in corners {
-                needed[v] = needed[v].map(|own| if need.along_normal > own.along_normal { need } else { own });
-            }
+            let is_more = |own: Option<Need>| need.along_normal > own.map_or(0.0, |own| own.along_normal);
+            corners.iter().for_each(|&v| needed[v] = if is_more(needed[v]) { Some(need) } else { needed[v] });
         }
         needed
     }
@@ -72,16 +72,9 @@ impl Solver<'_> {
         sum / areas.iter().sum::<f64>().max(1e-12)
     }
 
-    /// How far the middle of a face must be drawn in, all of whose corners are hidden and seen.
-    fn needed_amid(
-        &self,
-        posed: &Posed,
-        normals: &PerVertex<Vec3>,
-        needed: &PerVertex<Option<Need>>,
-        corners: [VertexId; 3],
-    ) -> Option<Need> {
-        let is_wanted = |v: VertexId| needed[v].is_some() && self.dressed.must_stay_inside(v);
-        if !corners.iter().all(|&v| is_wanted(v)) {
+    /// How far the middle of a face must be drawn in, all of whose corners are hidden.
+    fn needed_amid(&self, posed: &Posed, normals: &PerVertex<Vec3>, corners: [VertexId; 3]) -> Option<Need> {
+        if !corners.iter().all(|&v| self.dressed.must_stay_inside(v) && !self.left_out[v]) {
             return None;
         }
         let [a, b, c] = corners.map(|v| posed.points[v].coords);
