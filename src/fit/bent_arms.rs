@@ -51,13 +51,12 @@ pub(super) fn forearms_are_seen(solver: &Solver<'_>, start: &Start) -> bool {
 }
 
 /// The upper arms of arms that may be elsewhere.
-pub(super) fn doubtful_arms(solver: &Solver<'_>, found: &Found) -> Vec<JointId> {
-    let index = solver.index_at(&found.pose, &found.shape);
+pub(super) fn doubtful_arms(solver: &Solver<'_>, index: &SurfaceIndex) -> Vec<JointId> {
     ["left", "right"]
         .iter()
         .filter_map(|side| {
             let names = ["UpperArm", "LowerArm", "Hand"].map(|part| format!("{side}{part}"));
-            let shares = shown(solver, &index, &names.each_ref().map(String::as_str)).1;
+            let shares = shown(solver, index, &names.each_ref().map(String::as_str)).1;
             let is_doubtful = shares.iter().any(|share| *share < DOUBTFUL);
             is_doubtful.then(|| solver.model.skeleton.find(&names[0]))?
         })

@@ -84,8 +84,10 @@ pub(crate) fn seen_shares(
         let of_part = areas.enumerate().map(|(v, area)| if part.vertices[v] { *area } else { 0.0 }).collect();
         let places = spread(&of_part, SAMPLES);
         let is_seen = |v: VertexId| {
-            let place = place_of(v, &body.points()[v]);
-            place.is_some_and(|place| part.vertices[index.closest(&place).nearest_corner(body)])
+            let Some(place) = place_of(v, &body.points()[v]) else { return false };
+            // The vertex itself is that near; a little more, for rounding.
+            let near = (place - body.points()[v]).norm() * (1.0 + 1e-6) + 1e-9;
+            index.closest_within(&place, near).is_some_and(|at| part.vertices[at.nearest_corner(body)])
         };
         let seen: Vec<bool> = places.par_iter().map(|p| is_seen(p.0)).collect();
         let total: f64 = places.iter().map(|p| p.1).sum();

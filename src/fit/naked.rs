@@ -101,16 +101,19 @@ pub fn fit_naked(
     let thinned = Thinned::prepare(&thin, &surface, params);
     let start = solver.best_start(&thinned, &mut log);
     let mut found = solver.refine(start.pose, start.shape, on_step);
-    let doubtful = doubtful_arms(&solver, &found);
+    let mut index = solver.index_at(&found.pose, &found.shape);
+    let doubtful = doubtful_arms(&solver, &index);
     if !doubtful.is_empty() {
         found = with_bent_arms(&solver, &thinned, &found, &doubtful, &mut log).unwrap_or(found);
+        index = solver.index_at(&found.pose, &found.shape);
     }
-    let unseen = solver.unseen_limbs(&found);
+    let unseen = limbs::unseen(&index, &solver.parts, &model.skeleton, &surface);
     if !unseen.is_empty() {
         found = solver.without(&unseen, found, &mut log, on_step);
+        index = solver.index_at(&found.pose, &found.shape);
     }
 
-    solver.conclude(found, unseen, log)
+    solver.conclude(found, &index, unseen, log)
 }
 
 fn refuse_what_is_no_body(
@@ -267,21 +270,21 @@ impl<'a> Solver<'a> {
         found
     }
 
-    /// What was found, with its report, or why it is no body.
+    /// What was found, which `index` holds, with its report, or why it is no body.
     pub(super) fn conclude(
         &self,
         found: Found,
+        index: &SurfaceIndex,
         unseen: Vec<JointId>,
         mut log: Vec<String>,
     ) -> Result<FittedBody, FitError> {
         let model = self.model;
-        let index = self.index_at(&found.pose, &found.shape);
-        let (residual_mean, residual_p95) = self.residual(&index);
-        let agreement = trust::agreement(&index, self.surface);
-        let buried = buried_hand(self, &index, &unseen);
+        let agreement = trust::agreement(index, self.surface);
+        let (residual_mean, residual_p95) = agreement.residual;
+        let buried = buried_hand(self, index, &unseen);
         refuse_what_is_no_body(model, self.params, residual_mean, &agreement, &found, &unseen, buried)?;
         log.extend(trust::what_is_unexplained(&agreement, &model.weights, &model.skeleton));
-        log.extend(self.unseen_head(&index));
+        log.extend(self.unseen_head(index));
         if !found.converged {
             log.push(format!("not converged after {} iterations: look at the result", found.iterations));
         }
@@ -310,10 +313,6 @@ impl<'a> Solver<'a> {
 
     pub(super) fn mesh(&self, posed: &Posed) -> TriMesh {
         self.model.template.with_points(posed.points.clone())
-    }
-
-    fn unseen_limbs(&self, found: &Found) -> Vec<JointId> {
-        limbs::unseen(&self.index_at(&found.pose, &found.shape), &self.parts, &self.model.skeleton, self.surface)
     }
 
     /// A sentence where the scan lacks the head, without which all the rest is fitted as well.
@@ -466,21 +465,6 @@ impl<'a> Solver<'a> {
 
     /// Mean distance of the scan from the model.
     pub(super) fn residual_of(&self, pose: &Pose, shape: &Shape) -> f64 {
-        self.residual(&self.index_at(pose, shape)).0
-    }
-
-    fn residual(&self, index: &SurfaceIndex) -> (f64, f64) {
-        /// Enough for a mean and a percentile to 1 %.
-        const SAMPLES: usize = 3000;
-        let mut distances: Vec<f64> = self
-            .surface
-            .samples(SAMPLES)
-            .par_iter()
-            .map(|&(v, _)| index.closest(&self.surface.mesh().points()[v]).distance)
-            .collect();
-        distances.sort_by(f64::total_cmp);
-        let count = distances.len().max(1);
-        let p95 = distances.get(count * 95 / 100).copied().unwrap_or(0.0);
-        (distances.iter().sum::<f64>() / count as f64, p95)
+        trust::agreement(&self.index_at(pose, shape), self.surface).residual.0
     }
 }

@@ -83,10 +83,11 @@ pub fn fit_together(
     let before = naked.residual_of(&fitted.pose, &fitted.shape);
     let mut found = Found { iterations: fitted.report.iterations, ..Found::at(fitted) };
     iterate(&naked, &mut views, &mut found, params, on_step);
+    let index = naked.index_at(&found.pose, &found.shape);
     let after = naked.residual_of(&found.pose, &found.shape);
     let scans = views.len() + 1;
     let told = format!("one shape from {scans} scans: {}", change(&fitted.surface, &model.shaped(&found.shape).0));
-    let refined = naked.conclude(found, fitted.unseen.clone(), log.iter().cloned().chain([told]).collect());
+    let refined = naked.conclude(found, &index, fitted.unseen.clone(), log.iter().cloned().chain([told]).collect());
     /// The others may cost the naked scan this much of its fit, in metres: a tenth of its noise.
     const COST: f64 = 2e-4;
     let contradicted = (after > before + COST).then(|| {

@@ -31,6 +31,8 @@ pub(crate) struct Agreement {
     pub(crate) explained: f64,
     /// Area share of the body that lies on the scan.
     pub(crate) seen: f64,
+    /// Mean distance of the scan from the body, and its 95th percentile, in metres.
+    pub(crate) residual: (f64, f64),
     /// (Nearest vertex, area, whether it lies on the scan) of places of the body.
     of_body: Vec<(VertexId, f64, bool)>,
     /// Of the scan's area that is not explained: by the body's nearest vertex.
@@ -41,13 +43,13 @@ pub(crate) struct Agreement {
 pub(crate) fn agreement(index: &SurfaceIndex, surface: &ScanSurface) -> Agreement {
     let body = index.mesh();
     let normals = body.vertex_normals();
-    let of_scan: Vec<(f64, Option<VertexId>)> = surface
+    let of_scan: Vec<(f64, f64, Option<VertexId>)> = surface
         .samples(SAMPLES)
         .par_iter()
         .map(|&(v, area)| {
             let at = index.closest(&surface.mesh().points()[v]);
             let same = at.distance < ONE_SURFACE && body.face_normal(at.face).dot(&surface.normals[v]) > LEAST_COSINE;
-            (area, (!same).then(|| at.nearest_corner(body)))
+            (area, at.distance, (!same).then(|| at.nearest_corner(body)))
         })
         .collect();
     let of_body: Vec<(VertexId, f64, bool)> = spread(&body.vertex_areas(), SAMPLES)
@@ -59,10 +61,15 @@ pub(crate) fn agreement(index: &SurfaceIndex, surface: &ScanSurface) -> Agreemen
         .collect();
     let scan_area: f64 = of_scan.iter().map(|s| s.0).sum();
     let body_area: f64 = of_body.iter().map(|s| s.1).sum();
-    let unexplained: Vec<(VertexId, f64)> = of_scan.iter().filter_map(|&(a, v)| Some((v?, a / scan_area))).collect();
+    let unexplained: Vec<(VertexId, f64)> = of_scan.iter().filter_map(|&(a, _, v)| Some((v?, a / scan_area))).collect();
+    let mut distances: Vec<f64> = of_scan.iter().map(|s| s.1).collect();
+    distances.sort_by(f64::total_cmp);
+    let count = distances.len().max(1);
+    let p95 = distances.get(count * 95 / 100).copied().unwrap_or(0.0);
     Agreement {
         explained: 1.0 - unexplained.iter().map(|u| u.1).sum::<f64>(),
         seen: of_body.iter().filter(|s| s.2).map(|s| s.1).sum::<f64>() / f64::max(body_area, 1e-12),
+        residual: (distances.iter().sum::<f64>() / count as f64, p95),
         of_body,
         unexplained,
     }
