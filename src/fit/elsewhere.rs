@@ -31,7 +31,7 @@ impl<'a> Elsewhere<'a> {
     pub(super) fn prepare(seen: &'a SeenElsewhere<'a>, bare: &Figure) -> Self {
         let dressed = Dressed::prepare(bare, &seen.cover);
         let shown = bare.body().mesh.vertex_ids().map(|v| dressed.is_sure_skin(v)).collect();
-        Self { surface: ScanSurface::prepare(&seen.scan.mesh), seen, shown }
+        Self { surface: ScanSurface::prepare(seen.scan), seen, shown }
     }
 
     fn posed(&self, body: &TriMesh, bind: &PerVertex<Point>, model: &BodyModel, fitted: &FittedBody) -> TriMesh {

@@ -47,7 +47,7 @@ pub fn fit_inside(
     if scan.mesh.face_count() == 0 {
         return Err(FitError::EmptyScan);
     }
-    let (surface, dressed) = rayon::join(|| ScanSurface::prepare(&scan.mesh), || Dressed::prepare(figure, cover));
+    let (surface, dressed) = rayon::join(|| ScanSurface::prepare(scan), || Dressed::prepare(figure, cover));
     let mut solver = Solver::new(figure, &dressed, &surface, limits, params);
     let mut log = Vec::new();
 
@@ -187,7 +187,7 @@ impl<'a> Solver<'a> {
         let (mut last_delta, mut share, mut moved) = (DVector::zeros(self.body.unknown_count()), 1.0, f64::INFINITY);
         let stiffness = self.stiffness();
         let figure_samples = self.samples(self.params.samples);
-        let scan_samples = self.surface.samples(self.params.samples);
+        let scan_samples = self.surface.trusted_samples(self.params.samples);
         let unknowns = Unknowns { joints: self.held.iter().map(|held| !held).collect(), shape: false };
         let mut index: Option<SurfaceIndex> = None;
         let mut still = 0;
@@ -389,7 +389,7 @@ impl<'a> Solver<'a> {
                     return None;
                 }
                 let gap = hit.normal.dot(&(hit.point - p));
-                let weight = robust(area, hit.distance, reach);
+                let weight = hit.trust * robust(area, hit.distance, reach);
                 match self.dressed.cover[v] {
                     _ if self.params.method == InsideMethod::Paper => {
                         Some(Residual::on_vertex(v, hit.normal, gap, weight))

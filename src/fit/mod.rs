@@ -84,17 +84,17 @@ pub struct FitReport {
 }
 
 impl FitReport {
-    /// From here on a body is given out without a word: whole scans come to 0.87 and more, half a person to 0.5.
+    /// A converged fit is given out without a word from here on: whole scans come to 0.87 and more, half a person to 0.5.
     pub const CONFIDENT: f64 = 0.75;
 
-    /// Whether the scan bears out the fit; a report that is not confident says why in its log.
+    /// Whether the fit came to rest and the scan bears it out; a report that is not confident says why in its log.
     pub fn is_confident(&self) -> bool {
-        self.confidence >= Self::CONFIDENT
+        self.converged && self.confidence >= Self::CONFIDENT
     }
 
     /// The same with a sentence of what makes it doubtful, where it is.
     fn doubted(mut self) -> Self {
-        if !self.is_confident() {
+        if self.confidence < Self::CONFIDENT {
             let percent = |share: f64| 100.0 * share;
             let [explained, seen, outside] = [self.explained_share, self.seen_share, self.outside_share].map(percent);
             let outside =

@@ -94,7 +94,7 @@ pub fn fit_naked(
     if scan.mesh.face_count() == 0 {
         return Err(FitError::EmptyScan);
     }
-    let (surface, thin) = rayon::join(|| ScanSurface::prepare(&scan.mesh), || ThinModel::of(model));
+    let (surface, thin) = rayon::join(|| ScanSurface::prepare(scan), || ThinModel::of(model));
     let mut solver = Solver::prepare(model, &surface, params);
     let mut log = Vec::new();
 
@@ -401,7 +401,7 @@ impl<'a> Solver<'a> {
         for (area, out) in areas.0.iter_mut().zip(self.left_out.iter()) {
             *area = if *out { 0.0 } else { *area };
         }
-        let (model, scan) = (spread(&areas, count), self.surface.samples(count));
+        let (model, scan) = (spread(&areas, count), self.surface.trusted_samples(count));
         let (near_model, near_scan) = (LastFaces::none(model.len()), LastFaces::none(scan.len()));
         Places { model, scan, near_model, near_scan }
     }
@@ -446,7 +446,8 @@ impl<'a> Solver<'a> {
                     return None;
                 }
                 let gap = hit.normal.dot(&(hit.point - p));
-                Some(Residual::on_vertex(v, hit.normal, gap, robust(area, hit.distance, stage.reach)))
+                let weight = hit.trust * robust(area, hit.distance, stage.reach);
+                Some(Residual::on_vertex(v, hit.normal, gap, weight))
             })
             .collect()
     }

@@ -81,7 +81,7 @@ pub fn register_knowing(
 ) -> Result<RegisteredBody, FitError> {
     /// A landmark counts for as many vertices: it must carry along those around it, within the length of smoothing.
     const PULL: f64 = 30.0;
-    let surface = ScanSurface::prepare(&scan.mesh);
+    let surface = ScanSurface::prepare(scan);
     let bare = fitted.figure(model);
     let others: Vec<Elsewhere> = known.elsewhere.iter().map(|seen| Elsewhere::prepare(seen, &bare)).collect();
     let start = fitted.surface.with_points(model.posed(fitted.surface.points(), &fitted.skeleton, &fitted.pose));
@@ -228,6 +228,7 @@ fn agrees(hit: &ScanHit, normal: &Vec3) -> bool {
 
 fn on_plane(hit: &ScanHit, p: &Point, reach: f64) -> (Point, f64) {
     let place = p + hit.normal * hit.normal.dot(&(hit.point - p));
+    // How well a place was seen does not count here: what was seen badly is noisy, but all that shows a finger.
     (place, 1.0 / (1.0 + (hit.distance / (0.5 * reach)).powi(2)).powi(2))
 }
 

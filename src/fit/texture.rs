@@ -117,6 +117,7 @@ fn bled(pixels: &[Option<[u8; 3]>]) -> Vec<Option<[u8; 3]>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scan::Scan;
 
     #[test]
     fn a_painted_plate_comes_back_on_its_picture() {
@@ -126,7 +127,11 @@ mod tests {
         let uvs = UvMap::per_vertex(&plate, vec![[0.1, 0.1], [0.9, 0.1], [0.9, 0.9], [0.1, 0.9]].into());
         let colors = PerVertex(vec![[255, 0, 0], [255, 0, 0], [0, 0, 255], [0, 0, 255]]);
         let plain = PerVertex(vec![[0, 255, 0]; 4]);
-        let scan = ScanSurface::prepare(&plate.map_points(|p| p + Vec3::new(0.0, 0.0, 0.004)));
+        let off_by = |z: f64| {
+            let moved = plate.map_points(|p| p + Vec3::new(0.0, 0.0, z));
+            ScanSurface::prepare(&Scan::from_clean_mesh(moved, None))
+        };
+        let scan = off_by(0.004);
         let near = bake_texture(&scan, &colors, &plate, &plain, &uvs).texture.unwrap();
         let at = |t: &Texture, u: f64, v: f64| {
             t.pixels[((1.0 - v) * SIDE as f64) as usize * SIDE + (u * SIDE as f64) as usize]
@@ -134,7 +139,7 @@ mod tests {
         // Red below, blue above, as on the scan.
         assert!(at(&near, 0.5, 0.12)[0] > 240 && at(&near, 0.5, 0.88)[2] > 240);
         assert_eq!(at(&near, 0.02, 0.02), GROUND);
-        let far = ScanSurface::prepare(&plate.map_points(|p| p + Vec3::new(0.0, 0.0, 0.1)));
+        let far = off_by(0.1);
         let unseen = bake_texture(&far, &colors, &plate, &plain, &uvs).texture.unwrap();
         assert_eq!(at(&unseen, 0.5, 0.5), [0, 255, 0], "the body's own colours where the scan is not");
     }

@@ -59,7 +59,7 @@ pub fn fit_together(
     params: &NakedParams,
     on_step: &mut dyn FnMut(&Step),
 ) -> FittedBody {
-    let surface = ScanSurface::prepare(&scan.mesh);
+    let surface = ScanSurface::prepare(scan);
     let mut naked = naked::Solver::prepare(model, &surface, params);
     naked.leave_out(&fitted.unseen);
     let figure = fitted.figure(model);
@@ -68,7 +68,7 @@ pub fn fit_together(
     let laid = laid_into_each(&figure, fitted, others, model, &mut log);
     let prepared: Vec<(ScanSurface, Dressed)> = others
         .iter()
-        .map(|other| (ScanSurface::prepare(&other.scan.mesh), Dressed::prepare(&figure, &other.cover)))
+        .map(|other| (ScanSurface::prepare(other.scan), Dressed::prepare(&figure, &other.cover)))
         .collect();
     let mut views: Vec<View> = (others.iter().zip(&prepared).zip(&laid).enumerate())
         .filter_map(|(place, ((other, prepared), pose))| {
@@ -236,7 +236,7 @@ impl<'a> View<'a> {
         of_skin.0.iter_mut().enumerate().for_each(|(i, area)| {
             *area = if solver.is_sure_skin(VertexId::from_index(i)) { *area } else { 0.0 };
         });
-        let scan = surface.samples(other.params.samples);
+        let scan = surface.trusted_samples(other.params.samples);
         Self {
             place,
             model,
