@@ -178,7 +178,8 @@ pub struct Step<'a> {
     pub moved: f64,
     /// Mean distance, in metres, of what is drawn together, each as it weighs, before that move.
     pub residual: f64,
-    /// What is fitted, in the scan's frame, before that move: the body, or all layers of the figure one after the other.
+    /// What is fitted, in the scan's frame, before that move: the body, or all layers of the figure one after the other, the
+    /// garments with as many of their vertices as the fit looks at.
     pub surface: &'a TriMesh,
 }
 
