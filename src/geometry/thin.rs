@@ -118,4 +118,14 @@ mod tests {
         }
         assert!((thin.area() - mesh.area()).abs() < 0.02 * mesh.area(), "{} of {}", thin.area(), mesh.area());
     }
+
+    #[test]
+    fn what_is_smaller_than_the_spacing_may_be_lost_and_nothing_breaks() {
+        for (count, faces) in [(0, vec![]), (3, vec![]), (3, vec![[0, 1, 2]]), (4, vec![[0, 1, 2], [2, 1, 3]])] {
+            let points = (0..count).map(|i| Point::new(f64::from(i % 2), f64::from(i / 2), 0.0)).collect();
+            let mesh = TriMesh::try_from_indices(points, &faces).unwrap();
+            assert_eq!(thinned(&mesh, 9.0).0.face_count(), 0);
+            assert_eq!(thinned(&mesh, 0.0).0.face_count(), faces.len());
+        }
+    }
 }
