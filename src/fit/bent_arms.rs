@@ -38,7 +38,7 @@ const BURIED: f64 = 0.3;
 
 /// Shares of parts that the scan shows.
 fn shown(solver: &Solver<'_>, index: &SurfaceIndex, names: &[&str]) -> (Vec<Part>, Vec<f64>) {
-    let normals = index.mesh().vertex_normals();
+    let normals = index.mesh().vertex_normals_by_area();
     let parts = limbs::parts_named(names, &solver.model.skeleton, &solver.model.weights);
     let shares = limbs::seen_shares(index, &parts, |v, p| limbs::shown_at(solver.surface, p, &normals[v]));
     (parts, shares)

@@ -60,7 +60,7 @@ pub(crate) fn parts_named(names: &[&str], skeleton: &Skeleton, weights: &SkinWei
 /// for want of its own surface has the trunk's near it, but the trunk lies nearer to that.
 pub(crate) fn unseen(index: &SurfaceIndex, parts: &[Part], skeleton: &Skeleton, surface: &ScanSurface) -> Vec<JointId> {
     let body = index.mesh();
-    let normals = body.vertex_normals();
+    let normals = body.vertex_normals_by_area();
     let shares = seen_shares(index, parts, |v, p| shown_at(surface, p, &normals[v]));
     too_little(parts, &shares, skeleton)
 }

@@ -94,8 +94,9 @@ pub fn fit_naked(
     if scan.mesh.face_count() == 0 {
         return Err(FitError::EmptyScan);
     }
-    let (surface, thin) = rayon::join(|| ScanSurface::prepare(scan), || ThinModel::of(model));
-    let mut solver = Solver::prepare(model, &surface, params);
+    let of_model = || (ThinModel::of(model), SurfaceIndex::prepare(&model.template));
+    let (surface, (thin, index)) = rayon::join(|| ScanSurface::prepare(scan), of_model);
+    let mut solver = Solver::prepare(model, index, &surface, params);
     let mut log = Vec::new();
 
     let thinned = Thinned::prepare(&thin, &surface, params);
@@ -218,12 +219,18 @@ pub(super) struct Solver<'a> {
 }
 
 impl<'a> Solver<'a> {
-    pub(super) fn prepare(model: &'a BodyModel, surface: &'a ScanSurface, params: &'a NakedParams) -> Self {
+    /// `index` holds the model in the bind pose.
+    pub(super) fn prepare(
+        model: &'a BodyModel,
+        index: SurfaceIndex,
+        surface: &'a ScanSurface,
+        params: &'a NakedParams,
+    ) -> Self {
         let body = Articulated::of_model(model);
         let joints = body.joint_count();
         Self {
             parts: limbs::parts(&model.skeleton, &model.weights),
-            index: SurfaceIndex::prepare(&model.template),
+            index,
             held: vec![false; joints],
             left_out: PerVertex::filled(false, model.template.vertex_count()),
             center: Pose::bind(joints),
@@ -457,10 +464,13 @@ impl<'a> Solver<'a> {
         /// Truncation: an arm that points elsewhere counts as this far. Metres.
         const TRUNCATE: f64 = 0.15;
         let mesh = self.mesh(&self.body.posed(pose, shape));
-        let there = mean_truncated(&self.surface.index, &mesh, &mesh.vertex_areas(), TRUNCATE);
-        let mut index = self.index.clone();
-        index.follow(&mesh);
-        let back = mean_truncated(&index, self.surface.mesh(), &self.surface.areas, TRUNCATE);
+        let there = || mean_truncated(&self.surface.index, &mesh, &mesh.vertex_areas(), TRUNCATE);
+        let back = || {
+            let mut index = self.index.clone();
+            index.follow(&mesh);
+            mean_truncated(&index, self.surface.mesh(), &self.surface.areas, TRUNCATE)
+        };
+        let (there, back) = rayon::join(there, back);
         0.5 * (there + back)
     }
 

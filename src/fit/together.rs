@@ -60,7 +60,7 @@ pub fn fit_together(
     on_step: &mut dyn FnMut(&Step),
 ) -> FittedBody {
     let surface = ScanSurface::prepare(scan);
-    let mut naked = naked::Solver::prepare(model, &surface, params);
+    let mut naked = naked::Solver::prepare(model, SurfaceIndex::prepare(&model.template), &surface, params);
     naked.leave_out(&fitted.unseen);
     let figure = fitted.figure(model);
     let mut log = fitted.report.log.clone();

@@ -42,12 +42,13 @@ pub(crate) struct Agreement {
 /// Compares a posed body with a scan.
 pub(crate) fn agreement(index: &SurfaceIndex, surface: &ScanSurface) -> Agreement {
     let body = index.mesh();
-    let normals = body.vertex_normals();
+    let normals = body.vertex_normals_by_area();
     let of_scan: Vec<(f64, f64, Option<VertexId>)> = surface
         .samples(SAMPLES)
         .par_iter()
         .map(|&(v, area)| {
-            let at = index.closest(&surface.mesh().points()[v]);
+            let p = &surface.mesh().points()[v];
+            let at = index.closest_within(p, ONE_SURFACE).unwrap_or_else(|| index.closest(p));
             let same = at.distance < ONE_SURFACE && body.face_normal(at.face).dot(&surface.normals[v]) > LEAST_COSINE;
             (area, at.distance, (!same).then(|| at.nearest_corner(body)))
         })
