@@ -3,7 +3,8 @@
 use super::Cover;
 use super::articulated::Articulated;
 use super::inside::UNSURE;
-use crate::body::{Figure, JointId, Layer, SkinWeights};
+use super::limbs::of_legs;
+use crate::body::{Figure, Layer, SkinWeights};
 use crate::geometry::{
     Adjacency, PerVertex, Point, SurfaceIndex, SurfacePoint, TriMesh, Vec3, VertexId, WindingField, geodesic_distances,
     thinned,
@@ -152,9 +153,7 @@ fn lightened(garment: &Layer) -> (TriMesh, SkinWeights) {
 /// Distance of each vertex along the body from where the new garment covers it; half of it counts on legs below wide cloth,
 /// whose hems hang freely, while a hand ends what a sleeve may reach.
 fn beyond_cover(figure: &Figure, cover: &PerVertex<Cover>) -> PerVertex<f64> {
-    let (body, skeleton) = (&figure.body().mesh, &figure.skeleton);
-    let legs = ["leftUpperLeg", "rightUpperLeg"].map(|name| skeleton.find(name));
-    let is_leg = |j: JointId| legs.iter().flatten().any(|&leg| skeleton.is_below(j, leg));
+    let (body, is_leg) = (&figure.body().mesh, of_legs(&figure.skeleton));
     let adjacency = Adjacency::prepare(body);
     let beyond = |kind: Cover, reach: f64| {
         let of_kind = body.vertex_ids().filter(|&v| cover[v] == kind);

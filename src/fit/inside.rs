@@ -24,6 +24,7 @@ use rayon::prelude::*;
 /// Distance along the body from where skin may show, in metres, within which a template's limit is not trusted: collars
 /// and cuffs differ by as much from shirt to shirt.
 pub(crate) const UNSURE: f64 = 0.04;
+
 /// Poses the figure inside the scan.
 ///
 /// **Frame** `start` is any pose, usually the previous step's; the result's is in this scan's world frame.

@@ -13,8 +13,8 @@ use crate::body::{JointId, Pose};
 use crate::geometry::{NearestVertex, PerFace, PerVertex, Point, SurfaceIndex, TriMesh, VertexId};
 use rayon::prelude::*;
 
-/// The hips.
-const ROOT: JointId = JointId(0);
+/// The root of every skeleton.
+const HIPS: JointId = JointId(0);
 
 /// How much figure and scan have in common.
 pub(super) struct Agreement {
@@ -123,11 +123,10 @@ impl Solver<'_> {
         let (part, whole_from_part) = mesh.part(&takes_part);
         let index = SurfaceIndex::prepare(&part);
         let is_worn = |v: VertexId| v.index() >= self.dressed.body_count;
-        let skeleton = &self.body.skeleton;
-        let legs = ["leftUpperLeg", "rightUpperLeg"].map(|name| skeleton.find(name));
+        let is_leg = limbs::of_legs(&self.body.skeleton);
         let hangs = |v: VertexId| {
             let joint = self.body.weights.rows()[v][0].0;
-            joint == ROOT || legs.iter().flatten().any(|&leg| skeleton.is_below(joint, leg))
+            joint == HIPS || is_leg(joint)
         };
         let is_loose = |v: VertexId| self.dressed.cover[v] == Cover::Loose;
         let around = [

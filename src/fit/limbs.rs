@@ -35,6 +35,12 @@ pub(crate) fn parts(skeleton: &Skeleton, weights: &SkinWeights) -> Vec<Part> {
     parts_named(&PARTS, skeleton, weights)
 }
 
+/// Whether a joint is a leg's.
+pub(crate) fn of_legs(skeleton: &Skeleton) -> impl Fn(JointId) -> bool + '_ {
+    let legs = ["leftUpperLeg", "rightUpperLeg"].map(|name| skeleton.find(name));
+    move |joint| legs.iter().flatten().any(|&leg| skeleton.is_below(joint, leg))
+}
+
 /// What joints of these names move.
 pub(crate) fn parts_named(names: &[&str], skeleton: &Skeleton, weights: &SkinWeights) -> Vec<Part> {
     names

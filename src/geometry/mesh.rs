@@ -313,8 +313,8 @@ impl TriMesh {
         normals
     }
 
-    /// Unit vertex normals, weighted by area: a third of the work of those by angle, for meshes of even faces that move each
-    /// iteration. Zero where no face with area meets the vertex.
+    /// Unit vertex normals, weighted by area: a third of the work of those by angle, for meshes whose faces are of about one
+    /// size, as bodies and scans are. Zero where no face with area meets the vertex.
     pub fn vertex_normals_by_area(&self) -> PerVertex<Vec3> {
         let mut normals = PerVertex::filled(Vec3::zeros(), self.vertex_count());
         for (f, corners) in self.faces.enumerate() {
