@@ -1,4 +1,4 @@
-//! Just enough of Rust's grammar to read paths: words and signs, without comments and literals.
+//! Enough of the grammar of Rust to read paths: words and signs, without comments and literals.
 
 /// A word, or one sign (`::` is one).
 #[derive(Clone, Debug, PartialEq)]

@@ -1,0 +1,75 @@
+//! The module table: which module of `src` may import which, and which module owns which crate.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+/// What every stage may import.
+const BASE: &[&str] = &["numerics", "geometry", "formats"];
+/// The stages on the main path, in the order of the data: each may import all before it.
+const PATH: &[&str] = &["body", "scan", "fit", "segment", "cut", "rig", "stack"];
+/// The stages beside that path.
+const BRANCHES: &[&str] = &["train", "motion", "cloth", "tryon", "drive"];
+/// Modules that no stage may import.
+const OUTER: &[&str] = &["mannequin", "measure", "export", "view", "studio"];
+
+/// For each module the others that it may import; its own files are always allowed.
+pub fn may_import() -> BTreeMap<&'static str, BTreeSet<&'static str>> {
+    let set = |lists: &[&[&'static str]]| lists.iter().flat_map(|list| list.iter().copied()).collect::<BTreeSet<_>>();
+    let stages = set(&[BASE, PATH, BRANCHES]);
+    let mut table = BTreeMap::from([
+        ("numerics", set(&[])),
+        ("geometry", set(&[&["numerics"]])),
+        ("formats", set(&[])),
+        ("body", set(&[BASE])),
+        ("scan", set(&[BASE])),
+        ("train", set(&[BASE, &PATH[..3]])),
+        ("mannequin", set(&[BASE, &["body"]])),
+        ("motion", set(&[BASE, &["body"]])),
+        ("cloth", set(&[BASE, PATH, &["motion"]])),
+        ("tryon", set(&[BASE, PATH, &["motion", "cloth"]])),
+        ("drive", set(&[BASE, PATH, &["motion"]])),
+        ("measure", stages.clone()),
+        ("export", stages.clone()),
+        ("view", stages.clone()),
+        ("studio", stages),
+        ("cli", set(&[BASE, PATH, BRANCHES, &["session"]])),
+        ("session", set(&[BASE, PATH, BRANCHES, OUTER])),
+    ]);
+    for k in 2..PATH.len() {
+        table.insert(PATH[k], set(&[BASE, &PATH[..k]]));
+    }
+    table
+}
+
+/// Crates that any module may use: arithmetic, threads, serialization and errors, which have no domain of their own.
+pub const GENERAL_CRATES: &[&str] = &["bytemuck", "nalgebra", "rayon", "serde", "serde_json", "thiserror"];
+
+/// Crates that are only listed in `Cargo.toml` to switch on features of other crates' dependencies.
+pub const UNNAMED_CRATES: &[&str] = &["getrandom", "regex_syntax"];
+
+/// Every other crate, as the source names it, and the modules that may use it.
+pub const CRATE_OWNERS: &[(&str, &[&str])] = &[
+    ("anyhow", &["cli"]),
+    ("blake3", &["session"]),
+    ("clap", &["cli"]),
+    ("clarabel", &["numerics"]),
+    ("csv", &["session"]),
+    ("faer", &["numerics", "train"]),
+    ("flate2", &["session"]),
+    ("gltf", &["formats"]),
+    ("image", &["formats"]),
+    ("indicatif", &["cli"]),
+    ("kiddo", &["geometry"]),
+    ("meshopt", &["scan", "studio"]),
+    ("npyz", &["formats"]),
+    ("parry3d", &["geometry"]),
+    ("ply_rs", &["formats"]),
+    ("postcard", &["session"]),
+    ("pulp", &["fit", "scan"]),
+    ("rerun", &["view"]),
+    ("rustyline", &["cli"]),
+    ("shlex", &["cli"]),
+    ("signal_hook", &["cli"]),
+    ("tempfile", &["cli", "session"]),
+    ("toml", &["segment", "session"]),
+    ("zip", &["formats"]),
+];
