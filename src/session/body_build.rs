@@ -1,12 +1,12 @@
 //! A body model from many bodies: meshes of one topology, or scans. Needs no session.
 
-use super::body_model::read_body_model;
-use super::export::write;
-use super::{SessionError, source};
+use super::error::SessionError;
 use crate::body::{BodyModel, JOINT_NAMES, joint_by_any_name};
 use crate::formats::{FormatError, MeshKind, Npz, NpzCompression, RawMesh, read_mesh, read_npz, write_npz};
 use crate::geometry::{Point, TriMesh, VertexId};
 use crate::scan::{ScanParams, Unit, Up, clean};
+use crate::session::open::{read_body_model, source};
+use crate::session::results::write;
 use crate::train::{
     GivenJoints, Rig, ScanToRegister, Step, Subjects, TrainError, TrainParams, Trained, registered_bodies, split, train,
 };
@@ -71,7 +71,7 @@ impl BuiltBody {
 }
 
 /// Writes a model as an `.npz` in the SMPL layout.
-pub(super) fn write_model(model: &BodyModel, path: &Path) -> Result<(), SessionError> {
+pub(in crate::session) fn write_model(model: &BodyModel, path: &Path) -> Result<(), SessionError> {
     let npz = model.to_npz().map_err(|e| SessionError::bad_source(path, e))?;
     let mut bytes = Vec::new();
     write_npz(&npz, NpzCompression::Deflated, &mut Cursor::new(&mut bytes))

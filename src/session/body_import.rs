@@ -1,9 +1,9 @@
 //! Body models of other makers, brought into our layout. Needs no session.
 
 use super::body_build::write_model;
-use super::body_model::read_body_model;
-use super::{SessionError, source};
+use super::error::SessionError;
 use crate::body::BodyModel;
+use crate::session::open::{read_body_model, source};
 use crate::train::{MakeHumanFiles, MakeHumanParams, Step, import_makehuman};
 use flate2::read::GzDecoder;
 use std::io::Read;

@@ -1,11 +1,11 @@
 //! A body model to be looked at: what it spans and how it bends. Needs no session.
 
-use super::SessionError;
-use super::body_model::read_body_model;
-use super::export::write;
+use super::error::SessionError;
 use crate::body::{BodyModel, Pose, Shape, Stance};
 use crate::export::write_layer_ply;
 use crate::geometry::{PerVertex, TriMesh, Vec3};
+use crate::session::open::read_body_model;
+use crate::session::results::write;
 use crate::view::{Cell, Facing, Part, Sheet, SheetRow, contact_sheet, layer_color};
 use nalgebra::UnitQuaternion;
 use std::path::{Path, PathBuf};

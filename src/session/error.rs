@@ -1,6 +1,7 @@
 //! What can be wrong with a session, or with what is asked of it.
 
-use super::{Stage, StageError};
+use super::stage_error::StageError;
+use crate::session::stage::Stage;
 use std::path::{Path, PathBuf};
 
 /// What can be wrong with a session, or with what is asked of it.
@@ -256,7 +257,7 @@ fn list(known: &[String]) -> String {
 }
 
 impl SessionError {
-    pub(super) fn reading(path: &Path, source: std::io::Error) -> Self {
+    pub(in crate::session) fn reading(path: &Path, source: std::io::Error) -> Self {
         let path = path.to_path_buf();
         match source.kind() {
             std::io::ErrorKind::NotFound => Self::NoSuchFile { path },
@@ -264,20 +265,20 @@ impl SessionError {
         }
     }
 
-    pub(super) fn writing(path: &Path, source: std::io::Error) -> Self {
+    pub(in crate::session) fn writing(path: &Path, source: std::io::Error) -> Self {
         Self::Writing { path: path.to_path_buf(), source }
     }
 
     #[cfg(feature = "rerun")]
-    pub(super) fn viewer(source: crate::view::Error) -> Self {
+    pub(in crate::session) fn viewer(source: crate::view::Error) -> Self {
         Self::Viewer(Box::new(source))
     }
 
-    pub(super) fn bad_source(path: &Path, source: impl Into<StageError>) -> Self {
+    pub(in crate::session) fn bad_source(path: &Path, source: impl Into<StageError>) -> Self {
         Self::BadSource { path: path.to_path_buf(), source: Box::new(source.into()) }
     }
 
-    pub(super) fn stage(step: &str, stage: Stage, source: impl Into<StageError>) -> Self {
+    pub(in crate::session) fn stage(step: &str, stage: Stage, source: impl Into<StageError>) -> Self {
         Self::Stage { step: step.into(), stage, source: Box::new(source.into()) }
     }
 

@@ -1,11 +1,11 @@
 //! An invented session written to disk: recordings, fused scans and their truth, in the layout that `measure --truth`
 //! reads.
 
-use super::SessionError;
-use super::durable::write_whole;
+use super::error::SessionError;
 use crate::body::embedded_model;
 use crate::formats::{PlyOptions, RawMesh, write_ply};
 use crate::geometry::{PerVertex, TriMesh};
+use crate::session::store::write_whole;
 use crate::studio::{
     DepthNoise, GarmentKind, InventedStep, Lens, RgbdFrame, RgbdRecording, StudioError, StudioParams, TruthNaming,
     invent_each,

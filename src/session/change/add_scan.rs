@@ -1,0 +1,144 @@
+//! A scan added to a session: read and cleaned at once, so that a bad file is told before anything is changed.
+
+use crate::scan::{Unit, Up};
+use crate::session::error::SessionError;
+use crate::session::open::{Writer, source};
+use crate::session::recipe::{BODY_STEP, BodySurface, Settings, StepRecipe, garment_kind};
+use crate::session::results::ScanRecording;
+use crate::session::results::ShowIn;
+use crate::session::stage::Stage;
+use crate::session::stages::{Event, Forced, StageReport, Walk, scan};
+use std::path::PathBuf;
+
+/// A scan to be added.
+#[derive(Clone, Debug, Default)]
+pub struct NewScan {
+    /// `body`, or the garment's name.
+    pub name: String,
+    /// The file, or the folder of RGB-D frames.
+    pub file: PathBuf,
+    /// The garment kind.
+    pub template: Option<String>,
+    /// Unit of the file, where it is not to be guessed.
+    pub unit: Option<Unit>,
+    /// Up-axis of the file, where it is not to be guessed.
+    pub up: Option<Up>,
+    /// About how many faces the cleaned scan has.
+    pub faces: Option<usize>,
+    /// What becomes the figure's body; for the body only.
+    pub surface: Option<BodySurface>,
+    /// Millimetres between the voxels in which RGB-D frames are fused.
+    pub voxel_mm: Option<f64>,
+    /// Parameters of how the scan is read, where they are not the defaults.
+    pub reading: Settings,
+    /// Where the garment ends.
+    pub until: Option<String>,
+    /// Where its sleeves end.
+    pub sleeve: Option<String>,
+    /// Where it is shown how RGB-D frames are fused.
+    pub view: Option<ShowIn>,
+    /// Put in the place of the step of that name.
+    pub replace: bool,
+}
+
+impl Writer {
+    /// Adds a scan as the next step. The session is as it was if anything is wrong with it.
+    pub fn add_scan(&mut self, new: &NewScan, on_event: &mut dyn FnMut(&Event)) -> Result<StageReport, SessionError> {
+        check_extent(new)?;
+        if new.surface.is_some() && new.name != BODY_STEP {
+            return Err(SessionError::BadRequest {
+                what: format!("'{}' is a garment: only the body has a surface to choose", new.name),
+                hint: "leave --surface out".into(),
+            });
+        }
+        check_voxel(new)?;
+        let mut recording = recording_of(new)?;
+        // Masks are anchored in space: they hold for another mesh of the same.
+        let masks = self.session.recipe.step(&new.name).map(|old| old.masks.clone()).unwrap_or_default();
+        let mut step = StepRecipe {
+            name: new.name.clone(),
+            scan: String::new(),
+            hash: None,
+            template: new.template.clone(),
+            unit: new.unit,
+            up: new.up,
+            faces: new.faces,
+            surface: new.surface,
+            voxel_mm: new.voxel_mm,
+            reading: new.reading.clone(),
+            until: new.until.clone(),
+            sleeve: new.sleeve.clone(),
+            masks,
+            ..StepRecipe::default()
+        };
+        self.session.recipe.clone().put_step(step.clone(), new.replace)?;
+        if step.template.is_some() {
+            garment_kind::of_step(&step)?;
+        }
+        let bytes = source::read(&new.file)?;
+        let named = source::named(self.session.dir(), &new.file, &bytes)?;
+        (step.scan, step.hash) = (named.file, named.hash);
+        self.session.recipe.put_step(step.clone(), new.replace)?;
+        let (change, forced) = (said_of(new), forced_by(new));
+        let mut walk = Walk::make(self, &change, &forced, on_event);
+        scan::watched_scan(&mut walk, &step, &mut |fusion| {
+            if let Some(recording) = &mut recording {
+                recording.see(fusion);
+            }
+        })?;
+        let report = walk.into_reports().pop();
+        // Where the very scan was there already, only the recipe is new.
+        self.save(&change)?;
+        if let Some(recording) = recording {
+            recording.finish(report.as_ref().map_or(&[], |r| r.findings.as_slice()))?;
+        }
+        report.ok_or(SessionError::NotBuilt { step: new.name.clone(), stage: Stage::Scan })
+    }
+}
+
+/// The recording that is asked for; of a mesh there is nothing to see.
+fn recording_of(new: &NewScan) -> Result<Option<ScanRecording>, SessionError> {
+    let Some(to) = &new.view else { return Ok(None) };
+    if !new.file.is_dir() {
+        return Err(SessionError::BadRequest {
+            what: format!("'{}' is no folder of RGB-D frames: there is nothing to watch", new.file.display()),
+            hint: "leave --view out; `overcoat view --save OUT.rrd` records what was made of a scan".into(),
+        });
+    }
+    ScanRecording::try_new(&new.name, to).map(Some)
+}
+
+/// What is to be watched has to be done, though it was done before.
+fn forced_by(new: &NewScan) -> Forced {
+    match new.view {
+        Some(_) => Forced::Named(vec![(new.name.clone(), Some(Stage::Scan))]),
+        None => Forced::Nothing,
+    }
+}
+
+/// The change as a person would say it.
+fn said_of(new: &NewScan) -> String {
+    let file = new.file.file_name().unwrap_or_default().to_string_lossy();
+    let replaced = if new.replace { ", replaced" } else { "" };
+    format!("scan {} {file}{replaced}", new.name)
+}
+
+/// Finer voxels than 1 mm fill no memory with anything but noise; coarser ones than 2 cm lose arms.
+fn check_voxel(new: &NewScan) -> Result<(), SessionError> {
+    match new.voxel_mm {
+        Some(mm) if !(1.0..=20.0).contains(&mm) => Err(SessionError::BadRequest {
+            what: format!("voxels of {mm} mm are too {}", if mm < 1.0 { "fine" } else { "coarse" }),
+            hint: "give --voxel between 1 and 20 millimetres; 4 is the default".into(),
+        }),
+        _ => Ok(()),
+    }
+}
+
+fn check_extent(new: &NewScan) -> Result<(), SessionError> {
+    for (option, value) in [("--until", &new.until), ("--sleeve", &new.sleeve)] {
+        if new.name == BODY_STEP && value.is_some() {
+            return Err(SessionError::BodyWithExtent { option });
+        }
+    }
+    Ok(())
+}

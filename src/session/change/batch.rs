@@ -1,0 +1,205 @@
+//! One recipe on many people: a table of subjects, a session each, several at a time.
+
+use super::replay::{Replay, Replayed, read_recipe, replay};
+use crate::session::error::SessionError;
+use crate::session::recipe::{Assignment, assignment};
+use crate::session::stages::StageReport;
+use crate::session::store::durable;
+use std::collections::{BTreeMap, BTreeSet};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+/// Which subjects are to be run through a recipe.
+#[derive(Clone, Debug, Default)]
+pub struct Batch {
+    /// A recipe, or the folder of a session.
+    pub recipe: PathBuf,
+    /// The folder in which each subject gets its session, and `summary.csv` stands in the end.
+    pub into: PathBuf,
+    /// A table: the first column names the subject, the others are keys of [`Assignment`]; an empty cell sets nothing.
+    /// Paths are seen from its folder.
+    pub subjects: PathBuf,
+    /// What is to be otherwise for all of them.
+    pub set: Vec<Assignment>,
+    /// The folder from which paths in `set` are seen.
+    pub set_from: PathBuf,
+    /// How many at a time.
+    pub jobs: usize,
+}
+
+/// What came of one subject.
+#[derive(Clone, Debug)]
+pub struct SubjectRun {
+    /// Its name, which is its folder's, too.
+    pub name: String,
+    /// What ran and stood, or in one sentence why it did not work out.
+    pub outcome: Result<Replayed, String>,
+    /// How long it took.
+    pub took: Duration,
+}
+
+struct Row {
+    name: String,
+    set: Vec<Assignment>,
+}
+
+/// Runs all subjects, in the order of the table as far as `jobs` allows; one that fails keeps no other from running.
+///
+/// **Errors** where the table cannot be meant: then nothing is run.
+/// **Guarantees** the same bytes for any number of jobs.
+pub fn replay_all(batch: &Batch, on_done: &(dyn Fn(&SubjectRun) + Sync)) -> Result<Vec<SubjectRun>, SessionError> {
+    let rows = read_rows(batch)?;
+    std::fs::create_dir_all(&batch.into).map_err(|e| SessionError::writing(&batch.into, e))?;
+    let (next, runs) = (AtomicUsize::new(0), Mutex::new(BTreeMap::new()));
+    let work = || {
+        while let Some((at, row)) = take(&next, &rows) {
+            let run = run_one(batch, row);
+            on_done(&run);
+            if let Ok(mut runs) = runs.lock() {
+                runs.insert(at, run);
+            }
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..batch.jobs.clamp(1, rows.len().max(1)) {
+            scope.spawn(work);
+        }
+    });
+    let runs: Vec<SubjectRun> = runs.into_inner().unwrap_or_default().into_values().collect();
+    let summary = batch.into.join("summary.csv");
+    durable::write_whole(&summary, summary_csv(&runs)?.as_bytes())?;
+    Ok(runs)
+}
+
+fn take<'a>(next: &AtomicUsize, rows: &'a [Row]) -> Option<(usize, &'a Row)> {
+    let at = next.fetch_add(1, Ordering::Relaxed);
+    rows.get(at).map(|row| (at, row))
+}
+
+fn run_one(batch: &Batch, row: &Row) -> SubjectRun {
+    let began = Instant::now();
+    let one = Replay {
+        recipe: batch.recipe.clone(),
+        into: batch.into.join(&row.name),
+        set: row.set.clone(),
+        set_from: PathBuf::new(),
+    };
+    // A fault of ours in one subject must not end the others; its session is on disk, whole.
+    let outcome = match catch_unwind(AssertUnwindSafe(|| replay(&one, &mut |_| {}))) {
+        Ok(Ok(replayed)) => Ok(replayed),
+        Ok(Err(e)) => Err(e.to_string()),
+        Err(_) => Err("this is a fault of Overcoat, not of your data, please report it".into()),
+    };
+    SubjectRun { name: row.name.clone(), outcome, took: began.elapsed() }
+}
+
+fn read_rows(batch: &Batch) -> Result<Vec<Row>, SessionError> {
+    let (recipe, _) = read_recipe(&batch.recipe)?;
+    let path = &batch.subjects;
+    let bad = |line: u64, reason: String| {
+        SessionError::BadFile {
+        path: path.clone(),
+        line: usize::try_from(line).ok(),
+        reason,
+        hint: "the first line names the columns: subject, then keys as for --set (body, shirt, shirt.until, …); each other line is a subject".into(),
+    }
+    };
+    let text = std::fs::read(path).map_err(|e| SessionError::reading(path, e))?;
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_slice());
+    let of_csv = |e: csv::Error| bad(e.position().map_or(1, |p| p.line()), said_of(&e));
+    let header = reader.headers().map_err(of_csv)?.clone();
+    if header.is_empty() || header.iter().skip(1).any(str::is_empty) {
+        return Err(bad(1, "a column has no name".into()));
+    }
+    let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
+    let mut rows: Vec<Row> = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(of_csv)?;
+        let line = record.position().map_or(1, |p| p.line());
+        let name = record.get(0).unwrap_or_default().to_string();
+        if !is_folder_name(&name) {
+            return Err(bad(line, format!("'{name}' cannot be the name of a subject's folder")));
+        }
+        if rows.iter().any(|row| row.name == name) {
+            return Err(bad(line, format!("there is a subject '{name}' already")));
+        }
+        let cells = header.iter().zip(&record).skip(1).filter(|(_, value)| !value.is_empty());
+        let own = cells.map(|(key, value)| seen_from(&folder, key, value, &recipe));
+        let common = batch.set.iter().map(|a| seen_from(&batch.set_from, &a.key, &a.value, &recipe));
+        let set: Vec<Assignment> = common.chain(own).collect();
+        match assignment::apply(&mut recipe.clone(), &set, Path::new("")) {
+            // A file that is not there is that subject's trouble alone.
+            Ok(_) | Err(SessionError::NoSuchFile { .. } | SessionError::Reading { .. }) => {}
+            Err(e) => return Err(bad(line, e.to_string())),
+        }
+        rows.push(Row { name, set });
+    }
+    match rows.is_empty() {
+        true => Err(bad(1, "there is no subject in it".into())),
+        false => Ok(rows),
+    }
+}
+
+fn said_of(error: &csv::Error) -> String {
+    match error.kind() {
+        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+            format!("the line has {len} cells, the first line {expected_len}")
+        }
+        csv::ErrorKind::Utf8 { .. } => "it is not text".into(),
+        _ => error.to_string(),
+    }
+}
+
+/// An assignment whose path, where it is one, no longer depends on a folder.
+fn seen_from(folder: &Path, key: &str, value: &str, recipe: &crate::session::recipe::Recipe) -> Assignment {
+    let is_path = key == "body_model"
+        || key.ends_with(".mask")
+        || key.ends_with(".scan")
+        || recipe.steps.iter().any(|step| step.name == key);
+    let value = match is_path && !value.is_empty() {
+        true => folder.join(value).to_string_lossy().into_owned(),
+        false => value.to_string(),
+    };
+    Assignment { key: key.into(), value }
+}
+
+fn is_folder_name(name: &str) -> bool {
+    /// Bytes that a folder's name may have on every system in use.
+    const LONGEST_NAME: usize = 64;
+    let plain = |c: char| c.is_alphanumeric() || c == '-' || c == '_' || c == '.';
+    !name.is_empty() && name.len() <= LONGEST_NAME && name.chars().all(plain) && !name.starts_with(['.', '-'])
+}
+
+/// All measures of all subjects, and no times: the same bytes each time.
+fn summary_csv(runs: &[SubjectRun]) -> Result<String, SessionError> {
+    let named = |report: &StageReport, measure: &str| format!("{}.{}.{measure}", report.step, report.stage);
+    let mut columns = BTreeSet::new();
+    for report in runs.iter().filter_map(|run| run.outcome.as_ref().ok()).flat_map(|r| &r.reports) {
+        columns.extend(report.measures.keys().map(|measure| named(report, measure)));
+    }
+    let mut out = csv::Writer::from_writer(Vec::new());
+    let failed = |e: csv::Error| SessionError::Encoding { reason: e.to_string() };
+    let head = ["subject".to_string(), "result".into()];
+    out.write_record(head.iter().chain(&columns)).map_err(failed)?;
+    for run in runs {
+        let mut cells = vec![run.name.clone()];
+        let mut measured = BTreeMap::new();
+        match &run.outcome {
+            Ok(replayed) => {
+                cells.push("ok".into());
+                for report in &replayed.reports {
+                    measured
+                        .extend(report.measures.iter().map(|(name, value)| (named(report, name), value.to_string())));
+                }
+            }
+            Err(sentence) => cells.push(sentence.clone()),
+        }
+        cells.extend(columns.iter().map(|column| measured.remove(column).unwrap_or_default()));
+        out.write_record(&cells).map_err(failed)?;
+    }
+    let bytes = out.into_inner().map_err(|e| SessionError::Encoding { reason: e.to_string() })?;
+    String::from_utf8(bytes).map_err(|e| SessionError::Encoding { reason: e.to_string() })
+}

@@ -1,0 +1,306 @@
+//! Fsck: every artefact that a session names is looked at, and what is damaged or missing is made again from the recipe.
+
+use super::build::not_built_is_fine;
+use crate::session::error::SessionError;
+use crate::session::open::{Session, Snapshot, state_path};
+use crate::session::recipe::SourceFile;
+use crate::session::stages::{Event, Mended, Walk, flow};
+use crate::session::store::{Change, ContentHash, Health, History, Lock, Store, journal, sweep, write_whole};
+use serde::Serialize;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+/// What can be done about a damage.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case", tag = "outcome", content = "why")]
+pub enum Repair {
+    /// It was only looked for.
+    NotTried,
+    /// It is as it was, byte by byte.
+    Mended,
+    /// It is not, and why.
+    Not(String),
+}
+
+/// Something that is not as the session says.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Damage {
+    /// The file, seen from the session's folder.
+    pub file: String,
+    /// What it is to the session: `the result of shirt, segment`.
+    pub what: String,
+    /// What is wrong with it.
+    pub problem: String,
+    /// What was done about it.
+    #[serde(flatten)]
+    pub repair: Repair,
+}
+
+/// How a session was found, and left.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct FsckReport {
+    /// Artefacts that are named and were looked at.
+    pub checked: usize,
+    /// Everything that was wrong, the journal first.
+    pub damages: Vec<Damage>,
+}
+
+impl FsckReport {
+    /// Nothing was wrong, or nothing is any more.
+    pub fn is_sound(&self) -> bool {
+        self.damages.iter().all(|d| d.repair == Repair::Mended)
+    }
+}
+
+/// Looks at everything that the session in `dir` names, in its present, its past and its branches. With `repair`, sources
+/// are copied anew, stages are run anew, and a journal that cannot be read is mended.
+pub fn fsck(dir: &Path, repair: bool, on_event: &mut dyn FnMut(&Event)) -> Result<FsckReport, SessionError> {
+    let _lock = if repair { Some(take_lock(dir)?) } else { None };
+    let mut report = FsckReport::default();
+    check_journal(dir, repair, &mut report)?;
+    let (changes, _) = readable(dir)?;
+    let mut check = Check { dir, store: Store::in_session(dir), repair, seen: BTreeMap::new(), report };
+    if repair {
+        check.store.create()?;
+        check.store.sweep();
+        sweep(dir);
+    }
+    check.snapshots(&changes)?;
+    check.state_file(changes.last())?;
+    let session = Session::open(dir)?;
+    let now = (Snapshot { recipe: session.recipe_text.clone(), state: session.state.to_text()? }, "now".to_string());
+    let mut past: BTreeSet<(String, String)> = BTreeSet::new();
+    let mut texts = vec![now];
+    for (i, change) in changes.iter().enumerate().rev() {
+        if past.insert((change.recipe.to_string(), change.state.to_string())) {
+            // What cannot be read was told of already.
+            if let (Ok(recipe), Ok(state)) = (check.store.text(change.recipe), check.store.text(change.state)) {
+                texts.push((Snapshot { recipe, state }, format!("after change {}, {}", i + 1, change.change)));
+            }
+        }
+    }
+    for (texts, when) in &texts {
+        check.sources(&session.as_of(texts)?, when)?;
+    }
+    let sessions: Vec<(Session, String)> = texts
+        .into_iter()
+        .map(|(texts, when)| Ok((session.as_of(&texts)?, when)))
+        .collect::<Result<_, SessionError>>()?;
+    check.results(&sessions, on_event)?;
+    check.strays()?;
+    if repair {
+        check.store.settle()?;
+    }
+    Ok(check.report)
+}
+
+fn take_lock(dir: &Path) -> Result<Lock, SessionError> {
+    if !crate::session::open::recipe_path(dir).exists() && !journal::path_in(dir).exists() {
+        return Err(SessionError::NotASession { dir: dir.to_path_buf() });
+    }
+    Lock::take(dir)
+}
+
+/// A line of the journal, counted from 1, and what is wrong with it.
+type BadLine = (usize, String);
+
+/// The changes that can be read and follow from each other, and the first line that cannot.
+fn readable(dir: &Path) -> Result<(Vec<Change>, Option<BadLine>), SessionError> {
+    let mut journal = journal::read(dir)?;
+    let broken = journal.broken.map(|b| (b.line, b.reason));
+    match History::of(&journal.changes) {
+        Ok(_) => Ok((journal.changes, broken)),
+        Err((at, why)) => {
+            journal.changes.truncate(at);
+            Ok((journal.changes, Some((at + 1, why.into()))))
+        }
+    }
+}
+
+/// A journal with a line that cannot be read: that line is taken out where the others make sense without it; else it ends
+/// before that line. What is taken out is kept in `journal.broken.jsonl`.
+fn check_journal(dir: &Path, repair: bool, report: &mut FsckReport) -> Result<(), SessionError> {
+    let (_, Some((line, reason))) = readable(dir)? else { return Ok(()) };
+    let mut damage = Damage {
+        file: "journal.jsonl".into(),
+        what: format!("the journal, line {line}"),
+        problem: reason,
+        repair: Repair::NotTried,
+    };
+    if repair {
+        let path = journal::path_in(dir);
+        let bytes = std::fs::read(&path).map_err(|e| SessionError::reading(&path, e))?;
+        let lines: Vec<&[u8]> = bytes.split_inclusive(|&b| b == b'\n').collect();
+        let (before, rest) = lines.split_at(line - 1);
+        let without: Vec<&[u8]> = before.iter().chain(rest.iter().skip(1)).copied().collect();
+        let makes_sense = journal::parse(&without.concat());
+        let whole = makes_sense.broken.is_none() && History::of(&makes_sense.changes).is_ok();
+        let (kept, put_aside) = if whole { (without, &rest[..1]) } else { (before.to_vec(), rest) };
+        write_whole(&dir.join("journal.broken.jsonl"), &put_aside.concat())?;
+        write_whole(&path, &kept.concat())?;
+        damage.repair = Repair::Mended;
+    }
+    report.damages.push(damage);
+    Ok(())
+}
+
+struct Check<'a> {
+    dir: &'a Path,
+    store: Store,
+    repair: bool,
+    /// What was looked at, and whether it is sound now.
+    seen: BTreeMap<String, bool>,
+    report: FsckReport,
+}
+
+impl Check<'_> {
+    /// Whether the artefact was not looked at yet and is not sound; then what is wrong with it.
+    fn look(&mut self, hash: ContentHash) -> Option<&'static str> {
+        let name = hash.to_string();
+        if self.seen.contains_key(&name) {
+            return None;
+        }
+        self.report.checked += 1;
+        let problem = match self.store.health(hash) {
+            Health::Sound => None,
+            Health::Missing => Some("it is missing"),
+            Health::Damaged => Some("its content has changed"),
+        };
+        self.seen.insert(name, problem.is_none());
+        problem
+    }
+
+    fn note(&mut self, hash: ContentHash, what: String, problem: &str, repair: Repair) {
+        if repair == Repair::Mended {
+            self.seen.insert(hash.to_string(), true);
+        } else if self.repair && self.store.health(hash) == Health::Damaged {
+            // A name that lies is worse than none: without it the next build sees that something is missing.
+            self.store.remove(hash);
+        }
+        self.report.damages.push(Damage { file: format!("artefacts/{hash}"), what, problem: problem.into(), repair });
+    }
+
+    /// The texts of recipes and states that the journal names; those of now are in files of their own, too.
+    fn snapshots(&mut self, changes: &[Change]) -> Result<(), SessionError> {
+        let on_disk =
+            ["recipe.toml", "session.json"].map(|file| std::fs::read(self.dir.join(file)).unwrap_or_default());
+        for (i, change) in changes.iter().enumerate() {
+            for (kind, hash) in [("recipe", change.recipe), ("state", change.state)] {
+                let Some(problem) = self.look(hash) else { continue };
+                let repair = match on_disk.iter().find(|bytes| ContentHash::of(bytes) == hash) {
+                    _ if !self.repair => Repair::NotTried,
+                    Some(bytes) => self.store.keep_bytes(bytes).map(|_| Repair::Mended)?,
+                    None => Repair::Not("the session cannot be led back to there".into()),
+                };
+                self.note(hash, format!("the {kind} after change {}, {}", i + 1, change.change), problem, repair);
+            }
+        }
+        Ok(())
+    }
+
+    /// The file of the state, which readers replace by its snapshot as long as it is not right.
+    fn state_file(&mut self, last: Option<&Change>) -> Result<(), SessionError> {
+        let (path, Some(last)) = (state_path(self.dir), last) else { return Ok(()) };
+        if std::fs::read(&path).is_ok_and(|bytes| ContentHash::of(&bytes) == last.state) {
+            return Ok(());
+        }
+        let repair = match self.store.bytes(last.state) {
+            _ if !self.repair => Repair::NotTried,
+            Ok(bytes) => write_whole(&path, &bytes).map(|()| Repair::Mended)?,
+            Err(e) => Repair::Not(e.to_string()),
+        };
+        self.report.damages.push(Damage {
+            file: "session.json".into(),
+            what: "the state".into(),
+            problem: "it is missing, or not what the journal's last line says".into(),
+            repair,
+        });
+        Ok(())
+    }
+
+    /// The session's copies of the files that were given.
+    fn sources(&mut self, session: &Session, when: &str) -> Result<(), SessionError> {
+        let recipe = &session.recipe;
+        let steps = recipe.steps.iter();
+        let given = steps.flat_map(|step| std::iter::once(step.source()).chain(step.masks.iter().cloned()));
+        for source in recipe.body.iter().cloned().chain(given) {
+            let Some(hash) = source.hash else { continue };
+            let Some(problem) = self.look(hash) else { continue };
+            let repair = if self.repair { self.copy_again(session, &source, hash)? } else { Repair::NotTried };
+            self.note(hash, format!("the copy of '{}' ({when})", source.file), problem, repair);
+        }
+        Ok(())
+    }
+
+    fn copy_again(&self, session: &Session, source: &SourceFile, hash: ContentHash) -> Result<Repair, SessionError> {
+        let path = session.resolve(&source.file);
+        Ok(match std::fs::read(&path) {
+            Ok(bytes) if ContentHash::of(&bytes) == hash => {
+                self.store.keep_bytes(&bytes)?;
+                Repair::Mended
+            }
+            Ok(_) => {
+                Repair::Not(format!("'{}' has another content now; put back the one that was given", path.display()))
+            }
+            Err(_) => Repair::Not(format!("'{}' is gone; put it back where it was", path.display())),
+        })
+    }
+
+    /// What the stages made, in any of the sessions. A state may name results that were stale in it already: each is made
+    /// again by the state in which it was not.
+    fn results(
+        &mut self,
+        sessions: &[(Session, String)],
+        on_event: &mut dyn FnMut(&Event),
+    ) -> Result<(), SessionError> {
+        let mut bad: Vec<(ContentHash, String, &'static str)> = Vec::new();
+        for (session, when) in sessions {
+            for step in &session.state.steps {
+                for (stage, record) in &step.stages {
+                    if let Some(problem) = self.look(record.output) {
+                        bad.push((record.output, format!("the result of {}, {stage} ({when})", step.name), problem));
+                    }
+                }
+            }
+        }
+        let mut mended = Mended::default();
+        for (session, _) in sessions.iter().filter(|_| self.repair) {
+            let names = |hash: &ContentHash| {
+                session.state.steps.iter().any(|s| s.stages.values().any(|record| record.output == *hash))
+            };
+            if !bad.iter().any(|(hash, ..)| !mended.made.contains(&hash.to_string()) && names(hash)) {
+                continue;
+            }
+            let mut walk = Walk::mend(session, &mut mended, on_event);
+            // Where a stage fails, what comes after it stays as it is; each is told for itself.
+            let ended = flow::steps(&mut walk, None).map(drop);
+            let stopped = ended.or_else(not_built_is_fine).err().map(|e| e.to_string());
+            mended.stopped = mended.stopped.take().or(stopped);
+        }
+        for (hash, what, problem) in bad {
+            let repair = match (self.repair, mended.made.contains(&hash.to_string()), &mended.stopped) {
+                (false, ..) => Repair::NotTried,
+                (true, true, _) => Repair::Mended,
+                (true, false, Some(why)) => Repair::Not(why.clone()),
+                (true, false, None) => Repair::Not("this version of Overcoat makes something else of it".into()),
+            };
+            self.note(hash, what, problem, repair);
+        }
+        Ok(())
+    }
+
+    /// Artefacts whose content is not what their name says, and which nothing names.
+    fn strays(&mut self) -> Result<(), SessionError> {
+        for hash in self.store.names()? {
+            if !self.seen.contains_key(&hash.to_string()) && self.store.health(hash) == Health::Damaged {
+                if self.repair {
+                    self.store.remove(hash);
+                }
+                let repair = if self.repair { Repair::Mended } else { Repair::NotTried };
+                let what = "an artefact that nothing names".to_string();
+                self.note(hash, what, "its content has changed", repair);
+            }
+        }
+        Ok(())
+    }
+}

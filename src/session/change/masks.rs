@@ -1,0 +1,311 @@
+//! Labels given by hand: added, listed, removed, and written out to be painted.
+
+use crate::formats::{NpyArray, PlyOptions, RawMesh, is_zip, write_npy, write_ply};
+use crate::geometry::Adjacency;
+use crate::scan::Scan;
+use crate::segment::{LabelledSurface, Marks, Proposal};
+use crate::session::error::SessionError;
+use crate::session::open::{Session, Writer, source};
+use crate::session::recipe::{MaskFile, SourceFile, StepRecipe, relative_to};
+use crate::session::stage::Stage;
+use crate::session::stages::marks::{is_something, marks_of_some, nothing_left};
+use crate::session::stages::{Walk, flow, scan};
+use crate::session::store::{Kept, write_whole};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// What a mask does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct MaskReport {
+    /// Vertices of the scan that it marks as the garment.
+    pub added: usize,
+    /// Vertices of the scan that it marks as not the garment.
+    pub erased: usize,
+    /// It was there already, and what it says now takes its place.
+    pub replaced: bool,
+}
+
+/// A mask of a garment.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct MaskInfo {
+    /// The garment.
+    pub layer: String,
+    /// From 1, in the order in which they are applied.
+    pub number: usize,
+    /// The file that a person edits, as the recipe has it.
+    pub file: String,
+    /// What it holds.
+    pub kind: String,
+    /// Vertices of the scan that it marks as the garment.
+    pub added: usize,
+    /// Vertices of the scan that it marks as not the garment.
+    pub erased: usize,
+}
+
+/// Where masks lie that have no place in space of their own, once they have got one.
+const ANCHORED: &str = "masks";
+
+fn count(marks: &Marks, label: bool) -> usize {
+    marks.0.iter().filter(|m| **m == Some(label)).count()
+}
+
+impl SourceFile {
+    /// The file that a person edits.
+    pub(in crate::session) fn edited(&self) -> &str {
+        self.from.as_ref().unwrap_or(&self.file)
+    }
+}
+
+/// A mask that was read and laid on its scan, but is not taken up yet.
+pub(in crate::session) struct NewMask {
+    pub step: StepRecipe,
+    bytes: Vec<u8>,
+    mask: MaskFile,
+    kept_scan: Kept<Scan>,
+    scan: Arc<Scan>,
+    marks: Marks,
+    /// As the recipe will have it.
+    path: String,
+    /// Where it is among the masks, if it is one already.
+    at: Option<usize>,
+}
+
+impl Writer {
+    /// Adds a mask to a garment, or puts what its file says now in the place of what it said. The session is as it was if
+    /// anything is wrong with it.
+    pub fn add_mask(&mut self, layer: &str, file: &Path) -> Result<MaskReport, SessionError> {
+        let new = self.session.read_new_mask(layer, file)?;
+        self.session.refuse_to_erase_all(&new, file)?;
+        let change = self.put_mask(&new, file)?;
+        self.save(&change)?;
+        let count = |label| count(&new.marks, label);
+        Ok(MaskReport { added: count(true), erased: count(false), replaced: new.at.is_some() })
+    }
+
+    /// Puts a mask that was read among those of its garment, and names the change, which is yet to be saved.
+    pub(in crate::session) fn put_mask(&mut self, new: &NewMask, file: &Path) -> Result<String, SessionError> {
+        let layer = &new.step.name;
+        let named = match new.mask.is_anchored() {
+            true => {
+                self.session.store.keep_bytes(&new.bytes)?;
+                source::named(self.session.dir(), file, &new.bytes)?
+            }
+            false => self.anchored(layer, &new.scan, &new.marks, new.path.clone())?,
+        };
+        let masks = &mut self.session.recipe.step_mut(layer)?.masks;
+        match new.at {
+            Some(at) => masks[at] = named,
+            None => masks.push(named),
+        }
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        Ok(format!("mask {layer} {name}"))
+    }
+
+    /// Gives marks a place in space: a file of their own in the session, with points and labels.
+    fn anchored(&self, layer: &str, scan: &Scan, marks: &Marks, from: String) -> Result<SourceFile, SessionError> {
+        let mesh = LabelledSurface::of_marks(scan, marks).to_mesh();
+        let mut bytes = Vec::new();
+        let folder = self.session.dir().join(ANCHORED);
+        let options = PlyOptions { double: true, ..PlyOptions::default() };
+        write_ply(&mesh, &options, &mut bytes).map_err(|e| SessionError::bad_source(&folder, e))?;
+        let hash = self.session.store.keep_bytes(&bytes)?;
+        // By its content: an older state of the session finds its own still there.
+        let file = format!("{ANCHORED}/{layer}-{}.ply", hash.short());
+        std::fs::create_dir_all(&folder).map_err(|e| SessionError::writing(&folder, e))?;
+        write_whole(&self.session.dir().join(&file), &bytes)?;
+        Ok(SourceFile { file, hash: Some(hash), from: Some(from) })
+    }
+
+    /// Takes masks off a garment: the one of that number or file, or all; tells their files.
+    pub fn remove_mask(&mut self, layer: &str, which: Option<&str>) -> Result<Vec<String>, SessionError> {
+        let mut step = self.session.garment_step(layer)?.clone();
+        let gone: Vec<SourceFile> = match which {
+            None => std::mem::take(&mut step.masks),
+            Some(which) => vec![step.masks.remove(self.session.mask_at(&step, which)?)],
+        };
+        if gone.is_empty() {
+            return Err(no_such_mask(&step, format!("'{layer}' has no mask")));
+        }
+        self.session.recipe.step_mut(layer)?.masks = step.masks;
+        self.save(&format!("mask {layer} {} removed", which.unwrap_or("all")))?;
+        Ok(gone.iter().map(|m| m.edited().to_string()).collect())
+    }
+}
+
+impl Session {
+    /// The masks of a garment, or of all.
+    pub fn masks(&self, layer: Option<&str>) -> Result<Vec<MaskInfo>, SessionError> {
+        if let Some(layer) = layer {
+            self.garment_step(layer)?;
+        }
+        let mut found = Vec::new();
+        let named = self.recipe.steps.iter().filter(|s| layer.is_none_or(|l| l == s.name));
+        for step in named.filter(|s| !s.masks.is_empty()) {
+            let (_, scan) = self.scan_of(step)?;
+            for (i, source) in step.masks.iter().enumerate() {
+                let (mask, marks) = self.read_mask(step, source, &scan)?;
+                found.push(MaskInfo {
+                    layer: step.name.clone(),
+                    number: i + 1,
+                    file: source.edited().to_string(),
+                    kind: mask.kind(),
+                    added: count(&marks, true),
+                    erased: count(&marks, false),
+                });
+            }
+        }
+        Ok(found)
+    }
+
+    /// Every mask file that a person may edit: garment and path.
+    pub fn mask_files(&self) -> Vec<(String, PathBuf)> {
+        let of_step =
+            |s: &StepRecipe| s.masks.iter().map(|m| (s.name.clone(), self.resolve(m.edited()))).collect::<Vec<_>>();
+        self.recipe.steps.iter().flat_map(of_step).collect()
+    }
+
+    /// Writes a file in which a garment can be corrected: its segmented scan as `.ply`, red where the garment is; a
+    /// label a vertex as `.npy`; a picture over the scan's texture coordinates as `.png`, white where the garment is; or a
+    /// `.jsonl` without a stroke. Tells how many vertices there are.
+    ///
+    /// **Errors** where there is a file already: it may be painted.
+    pub fn write_mask_template(&self, layer: &str, target: &Path) -> Result<usize, SessionError> {
+        self.garment_step(layer)?;
+        if target.exists() {
+            return Err(SessionError::BadRequest {
+                what: format!("there is a file '{}' already", target.display()),
+                hint: "name another, or delete it first: it may be painted".into(),
+            });
+        }
+        let steps = self.worn_steps(Some(layer))?;
+        let Some((worn, labels)) = steps.last().and_then(|worn| Some((worn, worn.labels.as_ref()?))) else {
+            return Err(SessionError::MaskOnBody);
+        };
+        let bad = |e: crate::formats::FormatError| SessionError::bad_source(target, e);
+        let mut bytes = Vec::new();
+        match target.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
+            Some("ply") => {
+                let mesh = LabelledSurface::of_marks(&worn.scan, &Marks::of_labels(labels)).to_template();
+                write_ply(&mesh, &PlyOptions { double: true, ..PlyOptions::default() }, &mut bytes).map_err(bad)?;
+            }
+            Some("npy") => {
+                let numbers: Vec<i32> = labels.0.iter().map(|&l| i32::from(l)).collect();
+                write_npy(&NpyArray::vector(numbers), &mut bytes).map_err(bad)?;
+            }
+            Some("png") => {
+                let source = worn.step.source();
+                let path = self.resolve(&source.file);
+                let bad_scan = |e| SessionError::BadSource { path: path.clone(), source: Box::new(e) };
+                let given = self.source_bytes(&source)?;
+                // A recording of frames is no file with texture coordinates.
+                let file = scan::raw_mesh(&path, &given).or_else(|e| match is_zip(&given) {
+                    true => Ok(RawMesh::default()),
+                    false => Err(bad_scan(e)),
+                })?;
+                let picture = labels.to_picture(&worn.scan, &file).map_err(|e| bad_scan(e.into()))?;
+                picture.write_png(&mut bytes).map_err(bad)?;
+            }
+            Some("jsonl") => {}
+            _ => {
+                return Err(SessionError::BadRequest {
+                    what: format!("'{}' cannot be a mask to be painted", target.display()),
+                    hint: "end the name with .ply for Blender or MeshLab, .png for a picture over the scan's texture coordinates, .npy for a program, .jsonl for strokes"
+                        .into(),
+                });
+            }
+        }
+        if let Some(folder) = target.parent().filter(|p| !p.as_os_str().is_empty()) {
+            std::fs::create_dir_all(folder).map_err(|e| SessionError::writing(folder, e))?;
+        }
+        write_whole(target, &bytes)?;
+        Ok(labels.0.len())
+    }
+
+    fn garment_step(&self, layer: &str) -> Result<&StepRecipe, SessionError> {
+        let step = self.recipe.step(layer)?;
+        if step.template.is_none() { Err(SessionError::MaskOnBody) } else { Ok(step) }
+    }
+
+    fn scan_of(&self, step: &StepRecipe) -> Result<(Kept<Scan>, Arc<Scan>), SessionError> {
+        let kept = scan::scan(&mut Walk::look(self), step)?;
+        Ok((kept, self.store.load_shared(kept)?))
+    }
+
+    /// The place of the mask with that number, path or file name.
+    fn mask_at(&self, step: &StepRecipe, which: &str) -> Result<usize, SessionError> {
+        let path = relative_to(self.dir(), Path::new(which)).ok();
+        let is = |m: &SourceFile| m.edited() == which || Some(m.edited()) == path.as_deref();
+        let ends = |m: &SourceFile| Path::new(m.edited()).file_name().is_some_and(|n| n.to_string_lossy() == which);
+        let number = which.parse().ok().filter(|n| (1..=step.masks.len()).contains(n)).map(|n: usize| n - 1);
+        let by_name = || {
+            let mut places = step.masks.iter().enumerate().filter(|(_, m)| ends(m)).map(|(i, _)| i);
+            places.next().filter(|_| places.next().is_none())
+        };
+        step.masks
+            .iter()
+            .position(is)
+            .or(number)
+            .or_else(by_name)
+            .ok_or_else(|| no_such_mask(step, format!("'{}' has no mask '{which}'", step.name)))
+    }
+
+    /// The evidence for a garment, where it is up to date.
+    pub(in crate::session) fn standing_proposal(&self, layer: &str) -> Option<Kept<Proposal>> {
+        let mut walk = Walk::look(self);
+        // A stale stage further on is nothing to stop at.
+        let _ = flow::steps(&mut walk, Some(layer));
+        let stands = walk.into_reports().iter().any(|r| r.step == layer && r.stage == Stage::Evidence);
+        stands.then(|| self.state.record(layer, Stage::Evidence)).flatten().map(|record| Kept::named(record.output))
+    }
+
+    /// Reads a mask and lays it on its scan.
+    pub(in crate::session) fn read_new_mask(&self, layer: &str, file: &Path) -> Result<NewMask, SessionError> {
+        let step = self.garment_step(layer)?.clone();
+        let bytes = source::read(file)?;
+        let mask = MaskFile::read(file, &bytes)?;
+        let (kept_scan, scan) = self.scan_of(&step)?;
+        let marks = mask.marks(self, &step, &scan, file)?;
+        let path = relative_to(self.dir(), file)?;
+        let at = step.masks.iter().position(|m| m.edited() == path);
+        Ok(NewMask { step, bytes, mask, kept_scan, scan, marks, path, at })
+    }
+
+    /// Refuses a mask after which nothing of the garment is left, as far as that can be told before a build.
+    pub(in crate::session) fn refuse_to_erase_all(&self, new: &NewMask, file: &Path) -> Result<(), SessionError> {
+        let NewMask { step, scan, at, .. } = new;
+        let before = marks_of_some(self, step, scan, |i| at.is_none_or(|at| i < at))?;
+        let after = marks_of_some(self, step, scan, |i| at.is_some_and(|at| i > at))?;
+        let proposal = self.standing_proposal(&step.name).map(|kept| self.store.load_shared(kept)).transpose()?;
+        let adjacency = self.store.prepared(new.kept_scan.hash, || Adjacency::prepare(&scan.mesh));
+        let left = |marks: &Marks| {
+            let all = before.clone().then(marks).then(&after);
+            match &proposal {
+                Some(proposal) => is_something(scan, &proposal.corrected(&scan.mesh, &adjacency, &all).labels),
+                None => all.0.iter().any(|m| *m != Some(false)),
+            }
+        };
+        if left(&new.marks) {
+            return Ok(());
+        }
+        let line = match &new.mask {
+            MaskFile::Strokes(strokes) => (1..=strokes.len())
+                .find(|&n| Marks::paint(scan, &strokes[..n]).is_ok_and(|marks| !left(&marks)))
+                .map(|n| strokes[n - 1].line),
+            _ => None,
+        };
+        Err(nothing_left(file, line, &step.name))
+    }
+}
+
+fn no_such_mask(step: &StepRecipe, what: String) -> SessionError {
+    let known: Vec<String> = step.masks.iter().enumerate().map(|(i, m)| format!("{} {}", i + 1, m.edited())).collect();
+    SessionError::BadRequest {
+        what,
+        hint: if known.is_empty() {
+            "`overcoat mask list` shows all masks".into()
+        } else {
+            format!("there are {}", known.join(", "))
+        },
+    }
+}

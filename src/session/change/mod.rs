@@ -1,0 +1,19 @@
+//! What changes a session: scans, masks, parameters, builds, replays, repairs.
+
+mod add_scan;
+mod batch;
+mod build;
+mod fsck;
+mod masks;
+mod recut;
+mod replay;
+mod single_stage;
+
+pub use add_scan::NewScan;
+pub use batch::{Batch, SubjectRun, replay_all};
+pub use build::StepStatus;
+pub use fsck::{Damage, FsckReport, Repair, fsck};
+pub use masks::{MaskInfo, MaskReport};
+pub use recut::Recut;
+pub use replay::{Replay, Replayed, replay};
+pub use single_stage::{StageRequest, StageRun};

@@ -1,0 +1,60 @@
+//! A garment cut anew after a mask has changed: as far as a person wants to see it at once, in the scan's pose.
+
+use crate::cut::Garment;
+use crate::session::error::SessionError;
+use crate::session::open::{Writer, source};
+use crate::session::stages::{Event, Forced, StageReport, Walk, flow};
+use crate::session::store::Memory;
+use std::path::Path;
+
+/// A garment as it was cut last, in the pose and the world frame of its scan.
+pub struct Recut {
+    /// The garment.
+    pub garment: Garment,
+    /// The stages that were walked through, the cut last.
+    pub reports: Vec<StageReport>,
+}
+
+impl Writer {
+    /// Has what it loads at hand from now on, in `memory`.
+    pub fn remember(&mut self, memory: &Memory) {
+        self.session.store.remember(memory);
+    }
+
+    /// Runs what is stale up to the cut of one garment; what comes after it stays stale. Each result is durable.
+    pub fn recut(&mut self, layer: &str, on_event: &mut dyn FnMut(&Event)) -> Result<Recut, SessionError> {
+        self.session.recipe.step(layer)?;
+        source::keep_missing(&mut self.session)?;
+        cut_in(Walk::make(self, "build", &Forced::Nothing, on_event), layer)
+    }
+
+    /// Takes a mask file up and cuts its garment anew, as one change. If either fails, the session is as it was.
+    pub fn recut_with(
+        &mut self,
+        layer: &str,
+        file: &Path,
+        on_event: &mut dyn FnMut(&Event),
+    ) -> Result<Recut, SessionError> {
+        let new = self.session.read_new_mask(layer, file)?;
+        let (recipe, state) = (self.session.recipe.clone(), self.session.state.clone());
+        let change = self.put_mask(&new, file)?;
+        source::keep_missing(&mut self.session)?;
+        match cut_in(Walk::make(self, &change, &Forced::Nothing, on_event).at_once(), layer) {
+            Ok(recut) => {
+                self.save(&change)?;
+                Ok(recut)
+            }
+            Err(e) => {
+                (self.session.recipe, self.session.state) = (recipe, state);
+                self.session.refuse_to_erase_all(&new, file)?;
+                Err(e)
+            }
+        }
+    }
+}
+
+fn cut_in(mut walk: Walk, layer: &str) -> Result<Recut, SessionError> {
+    let kept = flow::cut_of(&mut walk, layer)?;
+    let garment = walk.session().store.load(kept)?;
+    Ok(Recut { garment, reports: walk.into_reports() })
+}

@@ -1,0 +1,158 @@
+//! Replay: a recipe run in a session of its own, headless, on the same scans or on others.
+
+use crate::session::error::SessionError;
+use crate::session::open::{Session, Writer, check_body_model, source};
+use crate::session::recipe::{Assignment, LeftOut, MaskFile, Recipe, SourceFile, assignment, relative_to};
+use crate::session::stages::{Event, Forced, StageReport};
+use crate::session::store::{ContentHash, Store};
+use std::path::{Path, PathBuf};
+
+/// What is to be replayed.
+#[derive(Clone, Debug, Default)]
+pub struct Replay {
+    /// A recipe, or the folder of a session.
+    pub recipe: PathBuf,
+    /// The folder of the new session. One with the same recipe in it is gone on with.
+    pub into: PathBuf,
+    /// What is to be otherwise than in the recipe.
+    pub set: Vec<Assignment>,
+    /// The folder from which paths in `set` are seen.
+    pub set_from: PathBuf,
+}
+
+/// What came of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Replayed {
+    /// What ran, and what stood.
+    pub reports: Vec<StageReport>,
+    /// What was not taken over, and why.
+    pub left_out: Vec<String>,
+}
+
+/// A recipe with all that it names, ready to become a session.
+struct Prepared {
+    recipe: Recipe,
+    /// The content of every file that it names.
+    contents: Vec<Vec<u8>>,
+    left_out: LeftOut,
+}
+
+/// Reads a recipe; `path` may be the folder of a session. Gives the file's path, too.
+pub(in crate::session) fn read_recipe(path: &Path) -> Result<(Recipe, PathBuf), SessionError> {
+    let path = if path.is_dir() { path.join("recipe.toml") } else { path.to_path_buf() };
+    let bytes = std::fs::read(&path).map_err(|e| SessionError::reading(&path, e))?;
+    let text = String::from_utf8(bytes).map_err(|_| SessionError::BadRequest {
+        what: format!("'{}' is not text, so it is no recipe", path.display()),
+        hint: "name the recipe.toml of a session, or the session's folder".into(),
+    })?;
+    Ok((Recipe::parse(&text, &path)?, path))
+}
+
+/// Runs the recipe. Nothing is made before all that it names has been read; a session that was begun and killed is
+/// gone on with.
+pub fn replay(replay: &Replay, on_event: &mut dyn FnMut(&Event)) -> Result<Replayed, SessionError> {
+    let prepared = prepare(replay)?;
+    let mut writer = open_or_create(&replay.into, &prepared)?;
+    let reports = writer.build(&Forced::Nothing, on_event)?;
+    Ok(Replayed { reports, left_out: prepared.left_out })
+}
+
+fn prepare(replay: &Replay) -> Result<Prepared, SessionError> {
+    let (mut recipe, path) = read_recipe(&replay.recipe)?;
+    let left_out = assignment::apply(&mut recipe, &replay.set, &replay.set_from)?;
+    if recipe.steps.is_empty() {
+        return Err(SessionError::NoScans { dir: path });
+    }
+    let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
+    let store = Store::in_session(&folder);
+    let mut contents = Vec::new();
+    let mut read = |source: &SourceFile, layer: Option<&str>| -> Result<SourceFile, SessionError> {
+        let bytes = bytes_of(&store, &folder, source)?;
+        if let Some(layer) = layer {
+            let path = folder.join(&source.file);
+            MaskFile::read(&path, &bytes)?.check_layer(layer, &path)?;
+        }
+        let file = folder.join(&source.file);
+        // Where only the copy is left, its name is all that can be told.
+        let file = file.canonicalize().unwrap_or_else(|_| PathBuf::from(file.file_name().unwrap_or_default()));
+        let text = file.to_str().ok_or_else(|| SessionError::PathNotText { path: file.clone() })?;
+        let mut found = source.clone();
+        (found.file, found.hash) = (text.to_string(), Some(ContentHash::of(&bytes)));
+        contents.push(bytes);
+        Ok(found)
+    };
+    if let Some(body) = &mut recipe.body {
+        *body = read(body, None)?;
+    }
+    for step in &mut recipe.steps {
+        let scan = read(&step.source(), None)?;
+        (step.scan, step.hash) = (scan.file, scan.hash);
+        for mask in &mut step.masks {
+            *mask = read(mask, Some(&step.name))?;
+        }
+    }
+    if let Some(body) = &recipe.body {
+        check_body_model(Path::new(&body.file), &contents[0])?;
+    }
+    Ok(Prepared { recipe, contents, left_out })
+}
+
+/// The copy beside the recipe, or the file, where it still is what it was.
+fn bytes_of(store: &Store, folder: &Path, source: &SourceFile) -> Result<Vec<u8>, SessionError> {
+    if let Some(bytes) = source.hash.and_then(|hash| store.bytes(hash).ok()) {
+        return Ok(bytes);
+    }
+    let path = folder.join(&source.file);
+    let bytes = source::read(&path)?;
+    match source.hash {
+        Some(hash) if ContentHash::of(&bytes) != hash => Err(SessionError::SourceChanged { path }),
+        _ => Ok(bytes),
+    }
+}
+
+fn open_or_create(into: &Path, prepared: &Prepared) -> Result<Writer, SessionError> {
+    let asked = prepared.recipe.meaning();
+    match Session::open(into) {
+        Ok(there) if there.recipe.meaning() == asked => {
+            let mut writer = Writer::open(into)?;
+            keep(&mut writer, prepared)?;
+            return Ok(writer);
+        }
+        // `new` was killed before the recipe was there.
+        Ok(there) if there.recipe.steps.is_empty() && there.history().branches().len() == 1 => {
+            let mut writer = Writer::open(into)?;
+            begin(&mut writer, into, prepared)?;
+            return Ok(writer);
+        }
+        Ok(_) => return Err(SessionError::AnotherRecipe { dir: into.to_path_buf() }),
+        Err(SessionError::NotASession { .. }) => {}
+        Err(e) => return Err(e),
+    }
+    let mut writer = Writer::create(into, Recipe::new(None))?;
+    begin(&mut writer, into, prepared)?;
+    Ok(writer)
+}
+
+fn keep(writer: &mut Writer, prepared: &Prepared) -> Result<(), SessionError> {
+    prepared.contents.iter().try_for_each(|bytes| writer.session.store.keep_bytes(bytes).map(drop))
+}
+
+fn begin(writer: &mut Writer, into: &Path, prepared: &Prepared) -> Result<(), SessionError> {
+    keep(writer, prepared)?;
+    let seen_from_there = |file: &str| match Path::new(file).is_absolute() {
+        true => relative_to(into, Path::new(file)),
+        false => Ok(file.to_string()),
+    };
+    let mut recipe = prepared.recipe.clone();
+    if let Some(body) = &mut recipe.body {
+        body.file = seen_from_there(&body.file)?;
+    }
+    for step in &mut recipe.steps {
+        step.scan = seen_from_there(&step.scan)?;
+        for mask in &mut step.masks {
+            mask.file = seen_from_there(&mask.file)?;
+        }
+    }
+    writer.session.recipe = recipe;
+    writer.commit("replay")
+}

@@ -1,0 +1,217 @@
+//! A stage run by itself, with parameters of one's own, which the recipe then remembers.
+
+use crate::session::error::SessionError;
+use crate::session::open::{Writer, source};
+use crate::session::recipe::{Setting, Settings, check_stage, has_parameters, parameters};
+use crate::session::results::FitRecording;
+use crate::session::results::ShowIn;
+use crate::session::stage::Stage;
+use crate::session::stages::{Event, Forced, StageReport, Walk, flow};
+
+/// Which stages are to run, and with what.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StageRequest {
+    /// For people: `segment`.
+    pub name: String,
+    /// The stages whose parameters may be set; in each step the last of them that it has is run, with all that it
+    /// rests on.
+    pub stages: Vec<Stage>,
+    /// The step; `None` for all that have such a stage.
+    pub step: Option<String>,
+    /// Parameters: their stages, of which a step may have one only, name and value.
+    pub settings: Vec<(Vec<Stage>, String, Setting)>,
+    /// Forget what the recipe said of those stages before.
+    pub reset: bool,
+    /// Where it is shown how fits go; what is to be shown is done, though it was done before.
+    pub view: Option<ShowIn>,
+}
+
+/// What came of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StageRun {
+    /// What was set, step by step: `shirt.segment.color 1 → 0.5`.
+    pub set: Vec<String>,
+    /// What ran, and what stood.
+    pub reports: Vec<StageReport>,
+}
+
+impl Writer {
+    /// Sets parameters, runs the stages. Where one fails the session is as it was, but for stages before them.
+    pub fn run_stages(
+        &mut self,
+        request: &StageRequest,
+        on_event: &mut dyn FnMut(&Event),
+    ) -> Result<StageRun, SessionError> {
+        let Some(to) = &request.view else { return self.run_unseen(request, on_event) };
+        let mut recording = FitRecording::try_new(&self.session.name(), to)?;
+        let run = self.run_unseen(request, &mut |event| {
+            recording.see(event);
+            on_event(event);
+        });
+        // Of a fit that was refused, too, there is something to see.
+        let shown = recording.finish();
+        run.and_then(|run| shown.map(|()| run))
+    }
+
+    fn run_unseen(
+        &mut self,
+        request: &StageRequest,
+        on_event: &mut dyn FnMut(&Event),
+    ) -> Result<StageRun, SessionError> {
+        let steps = self.steps_of(request)?;
+        self.check_taken(request, &steps)?;
+        let mut recipe = self.session.recipe.clone();
+        let mut set = Vec::new();
+        for name in &steps {
+            set.extend(change_settings(recipe.step_mut(name)?, request)?);
+        }
+        recipe.check().map_err(|fault| fault.error)?;
+        if !set.is_empty() {
+            // What the stages rest on is no part of the change, and stays if they fail.
+            self.make_until(&steps[..1], before(&request.stages), "build", &Forced::Nothing, on_event)?;
+            source::fill_in(&mut recipe, &self.session)?;
+        }
+        let said = said_of(&request.name, &set);
+        let (at, recipe_before) = (self.session.lines, self.session.recipe.clone());
+        self.session.recipe = recipe;
+        let forced = match &request.view {
+            Some(_) => forced_in(&steps, &request.stages),
+            None => Forced::Nothing,
+        };
+        let made = self.make_until(&steps, Some(&request.stages), &said, &forced, on_event);
+        match made {
+            Ok(reports) => {
+                self.save(&said)?;
+                Ok(StageRun { set, reports })
+            }
+            Err(e) => {
+                if !set.is_empty() && self.session.lines > at {
+                    self.undo(1)?;
+                } else {
+                    self.session.recipe = recipe_before;
+                }
+                Err(e)
+            }
+        }
+    }
+
+    /// The steps that the request is for, in order.
+    fn steps_of(&self, request: &StageRequest) -> Result<Vec<String>, SessionError> {
+        let recipe = &self.session.recipe;
+        if let Some(name) = &request.step {
+            let step = recipe.step(name)?;
+            let of_step = Stage::of_step(step.is_body());
+            return match request.stages.iter().any(|s| of_step.contains(s)) {
+                true => Ok(vec![name.clone()]),
+                false => check_stage(name, step.is_body(), request.stages[0]).map(|()| Vec::new()),
+            };
+        }
+        if recipe.steps.is_empty() {
+            return Err(SessionError::NoScans { dir: self.session.dir().to_path_buf() });
+        }
+        let has = |is_body| request.stages.iter().any(|s| Stage::of_step(is_body).contains(s));
+        let names: Vec<String> = recipe.steps.iter().filter(|s| has(s.is_body())).map(|s| s.name.clone()).collect();
+        match names.is_empty() {
+            false => Ok(names),
+            true => Err(SessionError::BadRequest {
+                what: format!("no step has a stage for {}: it is for garments, and none is scanned", request.name),
+                hint: "scan one: `overcoat scan NAME FILE --template …`".into(),
+            }),
+        }
+    }
+
+    /// A parameter that none of the steps has would be forgotten in silence.
+    fn check_taken(&self, request: &StageRequest, steps: &[String]) -> Result<(), SessionError> {
+        for (stages, name, _) in &request.settings {
+            let mut taken = false;
+            for step in steps {
+                let is_body = self.session.recipe.step(step)?.is_body();
+                let of_step = Stage::of_step(is_body);
+                taken |= stages.iter().any(|s| of_step.contains(s) && has_parameters(is_body, *s));
+            }
+            if !taken {
+                let whose = if Stage::OF_BODY.contains(&stages[0]) && stages[0] != Stage::Figure {
+                    "the body's step"
+                } else {
+                    "garments"
+                };
+                return Err(SessionError::BadRequest {
+                    what: format!("{name} is a parameter of {whose} ({}), not of '{}'", stages[0], steps.join("', '")),
+                    hint: format!("`overcoat {} --help` shows what can be set", request.name),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Runs all that is stale up to the last of `stages` in the last of `steps`; with `None` nothing.
+    fn make_until(
+        &mut self,
+        steps: &[String],
+        stages: Option<&[Stage]>,
+        change: &str,
+        forced: &Forced,
+        on_event: &mut dyn FnMut(&Event),
+    ) -> Result<Vec<StageReport>, SessionError> {
+        let (Some(stages), Some(last)) = (stages, steps.last()) else { return Ok(Vec::new()) };
+        let is_body = self.session.recipe.step(last)?.is_body();
+        let Some(stage) = Stage::of_step(is_body).iter().rev().find(|s| stages.contains(s)) else {
+            return Ok(Vec::new());
+        };
+        source::keep_missing(&mut self.session)?;
+        let mut walk = Walk::make(self, change, forced, on_event).until(last, *stage);
+        match flow::steps(&mut walk, Some(last)) {
+            Err(SessionError::NotBuilt { .. }) | Ok(_) => Ok(walk.into_reports()),
+            Err(e) => Err(e),
+        }
+    }
+}
+
+/// These stages of these steps.
+fn forced_in(steps: &[String], stages: &[Stage]) -> Forced {
+    let of_step = |step: &String| stages.iter().map(|&stage| (step.clone(), Some(stage))).collect::<Vec<_>>();
+    Forced::Named(steps.iter().flat_map(of_step).collect())
+}
+
+/// The stages that come before the first of `stages`.
+fn before(stages: &[Stage]) -> Option<&'static [Stage]> {
+    const ALL: [Stage; 3] = [Stage::Pose, Stage::Cut, Stage::Stack];
+    match stages.iter().min() {
+        Some(Stage::Segment) => Some(&ALL[..1]),
+        Some(Stage::Rig) => Some(&ALL[1..2]),
+        Some(Stage::Figure) => Some(&ALL[2..]),
+        _ => None,
+    }
+}
+
+fn change_settings(
+    step: &mut crate::session::recipe::StepRecipe,
+    request: &StageRequest,
+) -> Result<Vec<String>, SessionError> {
+    let of_step = Stage::of_step(step.is_body());
+    let (step_name, is_body) = (step.name.clone(), step.is_body());
+    let mut said = Vec::new();
+    for &stage in request.stages.iter().filter(|s| of_step.contains(s) && has_parameters(is_body, **s)) {
+        let defaults = parameters::defaults(stage);
+        let old = step.settings(stage).clone();
+        let Some(settings) = step.settings_mut(stage) else { continue };
+        if request.reset {
+            settings.clear();
+        }
+        for (_, name, setting) in request.settings.iter().filter(|(of, ..)| of.contains(&stage)) {
+            settings.insert(name.clone(), setting.clone());
+        }
+        let names: std::collections::BTreeSet<&String> = old.keys().chain(settings.keys()).collect();
+        let shown = |of: &Settings, name: &String| {
+            of.get(name).map_or_else(|| parameters::shown(&defaults[name.as_str()]), Setting::to_string)
+        };
+        for name in names.into_iter().filter(|name| old.get(*name) != settings.get(*name)) {
+            said.push(format!("{step_name}.{stage}.{name} {} → {}", shown(&old, name), shown(settings, name)));
+        }
+    }
+    Ok(said)
+}
+
+fn said_of(command: &str, set: &[String]) -> String {
+    if set.is_empty() { command.into() } else { format!("set {}", set.join(", ")) }
+}

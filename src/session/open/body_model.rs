@@ -1,0 +1,74 @@
+//! The body model that a session is built with.
+
+use super::session::Session;
+use super::source;
+use crate::body::{BodyModel, EMBEDDED_MODEL_FILE, Figure, embedded_model, read_model};
+use crate::session::error::SessionError;
+use crate::session::store::{ContentHash, Kept};
+use serde_json::{Value, json};
+use std::io::Cursor;
+use std::path::Path;
+
+/// Where the body model comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum BodyModelSource {
+    /// It is part of the program.
+    Embedded,
+    /// A file, by its path in the recipe.
+    File(String),
+}
+
+impl Session {
+    /// Where this session's body model comes from.
+    pub fn body_model_source(&self) -> BodyModelSource {
+        match &self.recipe.body {
+            None => BodyModelSource::Embedded,
+            Some(file) => BodyModelSource::File(file.file.clone()),
+        }
+    }
+
+    /// What stands for the body model among the inputs of a stage.
+    pub(in crate::session) fn body_model_input(&self) -> Value {
+        match &self.recipe.body {
+            None => json!({ "embedded": ContentHash::of(EMBEDDED_MODEL_FILE) }),
+            Some(file) => json!({ "file": file.hash }),
+        }
+    }
+
+    /// Loads the body model.
+    pub(in crate::session) fn body_model(&self) -> Result<BodyModel, SessionError> {
+        match &self.recipe.body {
+            None => read_body_model(None),
+            Some(file) => read(&self.resolve(&file.file), &self.source_bytes(file)?),
+        }
+    }
+
+    /// Loads a figure, with the corrective offsets of the body model where it gives way by them: an artefact of a figure
+    /// does without, for they are many times as large as all the rest of it.
+    pub(in crate::session) fn figure(&self, kept: Kept<Figure>) -> Result<Figure, SessionError> {
+        let mut figure = self.store.load(kept)?;
+        if figure.gives_way()
+            && let Some(dirs) = self.body_model()?.weights.pose_dirs()
+        {
+            figure.give_way_with(dirs);
+        }
+        Ok(figure)
+    }
+}
+
+/// Checks that bytes are a body model.
+pub(in crate::session) fn check_body_model(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
+    read(path, bytes).map(drop)
+}
+
+/// The model of a file, or the embedded one.
+pub(in crate::session) fn read_body_model(path: Option<&Path>) -> Result<BodyModel, SessionError> {
+    match path {
+        None => embedded_model().map_err(|e| SessionError::bad_source(Path::new("the embedded body model"), e)),
+        Some(path) => read(path, &source::read(path)?),
+    }
+}
+
+fn read(path: &Path, bytes: &[u8]) -> Result<BodyModel, SessionError> {
+    read_model(Cursor::new(bytes)).map_err(|e| SessionError::bad_source(path, e))
+}

@@ -1,0 +1,46 @@
+//! A garment that is being asked for and is not scanned yet: what `record` has been told of it, so that it can be left and
+//! taken up at any point. No part of the session's state; losing it costs two answers.
+
+use super::session::Session;
+use crate::session::error::SessionError;
+use crate::session::store::write_whole;
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// What was answered so far.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Draft {
+    /// The garment's name.
+    pub name: String,
+    /// Its kind, and options of `scan` as typed.
+    #[serde(default)]
+    pub kind: Option<Vec<String>>,
+}
+
+impl Session {
+    fn draft_path(&self) -> PathBuf {
+        self.dir().join("record.json")
+    }
+
+    /// What there is; a file that cannot be read says nothing, and one about a step that was scanned since is past.
+    pub fn draft(&self) -> Option<Draft> {
+        let draft: Draft = serde_json::from_slice(&std::fs::read(self.draft_path()).ok()?).ok()?;
+        self.recipe.step(&draft.name).is_err().then_some(draft)
+    }
+
+    /// Keeps it, or forgets it.
+    pub fn keep_draft(&self, draft: Option<&Draft>) -> Result<(), SessionError> {
+        let path = self.draft_path();
+        match draft {
+            Some(draft) => {
+                let text =
+                    serde_json::to_string(draft).map_err(|e| SessionError::Encoding { reason: e.to_string() })?;
+                write_whole(&path, (text + "\n").as_bytes())
+            }
+            None => match std::fs::remove_file(&path) {
+                Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(SessionError::writing(&path, e)),
+                _ => Ok(()),
+            },
+        }
+    }
+}

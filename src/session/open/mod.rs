@@ -1,0 +1,15 @@
+//! A session's folder: opened, created, changed durably, undone; and the files and the body model that its recipe names.
+
+mod body_model;
+mod draft;
+mod new;
+mod session;
+pub(in crate::session) mod source;
+mod undo;
+
+pub use body_model::BodyModelSource;
+pub(in crate::session) use body_model::{check_body_model, read_body_model};
+pub use draft::Draft;
+pub use new::{NewSession, create};
+pub use session::{Session, Writer};
+pub(in crate::session) use session::{Snapshot, recipe_path, state_path};

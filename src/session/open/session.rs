@@ -1,0 +1,368 @@
+//! A session's folder: found, read, changed.
+
+use crate::session::error::SessionError;
+use crate::session::recipe::Recipe;
+use crate::session::stage::Stage;
+use crate::session::store::{
+    BrokenLine, Change, ContentHash, History, Lock, Move, State, Store, Timings, UNFINISHED, journal, place_whole,
+    sweep, sync_folder, write_whole,
+};
+use std::path::{Path, PathBuf};
+
+/// A session as it stands on disk, for reading.
+pub struct Session {
+    dir: PathBuf,
+    pub(in crate::session) store: Store,
+    pub(in crate::session) recipe: Recipe,
+    pub(in crate::session) state: State,
+    pub(in crate::session) timings: Timings,
+    /// The recipe's text with a person's own comments and order.
+    pub(in crate::session) recipe_text: String,
+    pub(in crate::session) history: History,
+    pub(in crate::session) last: Option<Change>,
+    pub(in crate::session) lines: usize,
+    /// What the session is according to `recipe.toml`, where that says something else than the journal's last line.
+    pub(in crate::session) edited: Option<Snapshot>,
+    /// What stands in `recipe.toml` although the journal says that something else should, and was never kept.
+    overruled: Option<String>,
+    notices: Vec<String>,
+}
+
+/// The texts of a recipe and of its state.
+pub(in crate::session) struct Snapshot {
+    pub recipe: String,
+    pub state: String,
+}
+
+/// A session that this process alone may change.
+///
+/// **Guarantees** a change is in the journal before any other file shows it; what was killed in between is completed
+/// by the next writer, so a session is always before or after a change, never within.
+pub struct Writer {
+    pub(in crate::session) session: Session,
+    _lock: Lock,
+}
+
+pub(in crate::session) fn recipe_path(dir: &Path) -> PathBuf {
+    dir.join("recipe.toml")
+}
+
+pub(in crate::session) fn state_path(dir: &Path) -> PathBuf {
+    dir.join("session.json")
+}
+
+fn read_text(path: &Path) -> Result<Option<String>, SessionError> {
+    match std::fs::read(path) {
+        Ok(bytes) => String::from_utf8(bytes).map(Some).map_err(|e| {
+            let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count() + 1;
+            SessionError::BadFile {
+                path: path.to_path_buf(),
+                line: Some(line),
+                reason: "it is not text".into(),
+                hint: "the file was overwritten or damaged; put back the one you kept, or delete it: a session knows what stood there last".into(),
+            }
+        }),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(e) => Err(SessionError::reading(path, e)),
+    }
+}
+
+impl Session {
+    /// Reads the session in `dir`. Takes no lock and writes nothing.
+    ///
+    /// A journal whose last line is cut off is read up to there, and [`Session::notices`] says so.
+    pub fn open(dir: &Path) -> Result<Self, SessionError> {
+        let journal = journal::read(dir)?;
+        let mut notices = Vec::new();
+        if let Some(broken) = &journal.broken {
+            if !broken.cut_off {
+                return Err(broken.error(dir));
+            }
+            notices.push(cut_off_notice(dir, broken, journal.changes.last()));
+        }
+        let history = History::of(&journal.changes).map_err(|(at, why)| journal::bad_line(dir, at + 1, why.into()))?;
+        let files = Files::read(dir, &Store::in_session(dir), &journal.changes)?;
+        let recipe = Recipe::parse(&files.recipe, &recipe_path(dir))?;
+        let mut state = match &files.state {
+            Some(text) => State::parse(text, &state_path(dir))?,
+            None => State::new(recipe.meaning()),
+        };
+        state.follow(&recipe.steps.iter().map(|s| s.name.as_str()).collect::<Vec<_>>());
+        let last = journal.changes.last().cloned();
+        let as_recorded = last.as_ref().is_some_and(|last| ContentHash::of(files.recipe.as_bytes()) == last.recipe);
+        let edited = match as_recorded {
+            true => None,
+            false => {
+                state.recipe = recipe.meaning();
+                Some(Snapshot { recipe: files.recipe.clone(), state: state.to_text()? })
+            }
+        };
+        Ok(Self {
+            dir: dir.to_path_buf(),
+            store: Store::in_session(dir),
+            recipe,
+            state,
+            timings: Timings::read(dir),
+            recipe_text: files.recipe,
+            history,
+            last,
+            lines: journal.changes.len(),
+            edited,
+            overruled: files.overruled,
+            notices,
+        })
+    }
+
+    /// The session as it was with these texts.
+    pub(in crate::session) fn as_of(&self, texts: &Snapshot) -> Result<Self, SessionError> {
+        Ok(Self {
+            dir: self.dir.clone(),
+            store: Store::in_session(&self.dir),
+            recipe: Recipe::parse(&texts.recipe, &recipe_path(&self.dir))?,
+            state: State::parse(&texts.state, &state_path(&self.dir))?,
+            timings: Timings::default(),
+            recipe_text: texts.recipe.clone(),
+            history: History::default(),
+            last: None,
+            lines: 0,
+            edited: None,
+            overruled: None,
+            notices: Vec::new(),
+        })
+    }
+
+    /// What a person should know of the session's files, in sentences; nothing of it keeps the session from being used.
+    pub fn notices(&self) -> &[String] {
+        &self.notices
+    }
+
+    /// Whether `recipe.toml` was edited since the last change; the next change takes it up as one of its own.
+    pub fn is_edited_by_hand(&self) -> bool {
+        self.edited.is_some() && self.last.is_some()
+    }
+
+    /// What was done, undone, and tried apart.
+    pub fn history(&self) -> &History {
+        &self.history
+    }
+
+    /// The session's folder.
+    pub fn dir(&self) -> &Path {
+        &self.dir
+    }
+
+    /// What was asked for.
+    pub fn recipe(&self) -> &Recipe {
+        &self.recipe
+    }
+
+    /// How many stages a build walks through.
+    pub fn stage_count(&self) -> usize {
+        self.recipe.steps.iter().map(|s| Stage::of_step(s.template.is_none()).len()).sum()
+    }
+
+    /// What stands.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// How long the stages took when they last ran.
+    pub fn timings(&self) -> &Timings {
+        &self.timings
+    }
+
+    /// A path of the recipe, as seen from here.
+    pub(in crate::session) fn resolve(&self, file: &str) -> PathBuf {
+        self.dir.join(file)
+    }
+}
+
+/// What a `new` that was killed may have left in a folder that was empty.
+fn is_leftover(name: &std::ffi::OsStr) -> bool {
+    let name = name.to_string_lossy();
+    ["lock", "artefacts", "timings.json"].contains(&name.as_ref()) || name.starts_with(UNFINISHED)
+}
+
+fn cut_off_notice(dir: &Path, broken: &BrokenLine, before: Option<&Change>) -> String {
+    let stands = match before {
+        Some(change) => format!("the session stands as it was before it, after '{}'", change.change),
+        None => "no line before it is left, so the session stands as its other files say".into(),
+    };
+    format!("{}, line {}: {}; {stands}", journal::path_in(dir).display(), broken.line, broken.reason)
+}
+
+/// Recipe and state: from their files, or from the journal where it knows better.
+struct Files {
+    recipe: String,
+    state: Option<String>,
+    overruled: Option<String>,
+}
+
+impl Files {
+    fn read(dir: &Path, store: &Store, changes: &[Change]) -> Result<Self, SessionError> {
+        let (recipe, state) = (read_text(&recipe_path(dir))?, read_text(&state_path(dir))?);
+        let Some(last) = changes.last() else {
+            return match recipe {
+                Some(recipe) => Ok(Self { recipe, state, overruled: None }),
+                None => Err(SessionError::NotASession { dir: dir.to_path_buf() }),
+            };
+        };
+        let hash = |text: &String| ContentHash::of(text.as_bytes());
+        let recipe_hash = recipe.as_ref().map(hash);
+        // A change of nothing but the recipe's text leaves the state as it was.
+        let only_recipe = changes.iter().rev().nth(1).filter(|before| before.state == last.state).map(|b| b.recipe);
+        let unwritten = state.as_ref().is_some_and(|s| hash(s) != last.state)
+            || (recipe_hash.is_some() && recipe_hash == only_recipe && only_recipe != Some(last.recipe));
+        match (recipe, state) {
+            (Some(recipe), Some(state)) if !unwritten => Ok(Self { recipe, state: Some(state), overruled: None }),
+            (Some(recipe), None) if !unwritten => {
+                Ok(Self { recipe, state: Some(store.text(last.state)?), overruled: None })
+            }
+            // Whoever wrote the journal's last line did not come to write the files: the journal is right.
+            (recipe, _) => Ok(Self {
+                recipe: store.text(last.recipe)?,
+                state: Some(store.text(last.state)?),
+                overruled: recipe.filter(|_| !changes.iter().any(|c| Some(c.recipe) == recipe_hash)),
+            }),
+        }
+    }
+}
+
+impl Writer {
+    /// Makes a session in a folder that does not exist or is empty.
+    pub(in crate::session) fn create(dir: &Path, recipe: Recipe) -> Result<Self, SessionError> {
+        let io = |e| SessionError::writing(dir, e);
+        match std::fs::read_dir(dir).map(|mut entries| entries.all(|e| e.is_ok_and(|e| is_leftover(&e.file_name())))) {
+            Ok(true) => {}
+            Ok(false) if recipe_path(dir).exists() || journal::path_in(dir).exists() => {
+                return Err(SessionError::AlreadyASession { dir: dir.to_path_buf() });
+            }
+            Ok(false) => return Err(SessionError::FolderNotEmpty { dir: dir.to_path_buf() }),
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => std::fs::create_dir_all(dir).map_err(io)?,
+            Err(e) => return Err(io(e)),
+        }
+        let lock = Lock::take(dir)?;
+        let store = Store::in_session(dir);
+        store.create()?;
+        let state = State::new(recipe.meaning());
+        let dir = dir.to_path_buf();
+        let recipe_text = String::new();
+        Ok(Self {
+            session: Session {
+                dir,
+                store,
+                recipe,
+                state,
+                timings: Timings::default(),
+                recipe_text,
+                history: History::default(),
+                last: None,
+                lines: 0,
+                edited: None,
+                overruled: None,
+                notices: Vec::new(),
+            },
+            _lock: lock,
+        })
+    }
+
+    /// Opens the session in `dir` for changes.
+    pub fn open(dir: &Path) -> Result<Self, SessionError> {
+        // A folder that is no session is told so before a lock file is made in it.
+        Session::open(dir)?;
+        let lock = Lock::take(dir)?;
+        let session = Session::open(dir)?;
+        // A recipe may come alone.
+        session.store.create()?;
+        session.store.sweep();
+        sweep(dir);
+        let mut writer = Self { session, _lock: lock };
+        writer.complete_last_change()?;
+        Ok(writer)
+    }
+
+    /// The session as it stands.
+    pub fn session(&self) -> &Session {
+        &self.session
+    }
+
+    /// Makes the change durable: artefacts, journal line, recipe, state, in this order. Without a difference: nothing.
+    pub(in crate::session) fn commit(&mut self, change: &str) -> Result<(), SessionError> {
+        self.record_hand_edit()?;
+        let session = &mut self.session;
+        let unedited = Recipe::parse(&session.recipe_text, &recipe_path(&session.dir));
+        if !unedited.is_ok_and(|written| written == session.recipe) {
+            session.recipe_text = session.recipe.to_text()?;
+        }
+        session.state.recipe = session.recipe.meaning();
+        session.state.follow(&session.recipe.steps.iter().map(|s| s.name.as_str()).collect::<Vec<_>>());
+        let texts = Snapshot { recipe: session.recipe_text.clone(), state: session.state.to_text()? };
+        self.record(change, None, &texts)
+    }
+
+    /// A recipe that was edited by hand is a change of its own, so that it can be undone as such.
+    pub(in crate::session) fn record_hand_edit(&mut self) -> Result<(), SessionError> {
+        match self.session.edited.take() {
+            Some(texts) => self.record("recipe.toml by hand", None, &texts),
+            None => Ok(()),
+        }
+    }
+
+    /// One line more. Nothing, where it would lead to where the session stands.
+    pub(in crate::session) fn record(
+        &mut self,
+        change: &str,
+        moves: Option<Move>,
+        texts: &Snapshot,
+    ) -> Result<(), SessionError> {
+        let session = &mut self.session;
+        let recipe = session.store.keep_bytes(texts.recipe.as_bytes())?;
+        let state = session.store.keep_bytes(texts.state.as_bytes())?;
+        let stands = session.last.as_ref().is_some_and(|last| last.recipe == recipe && last.state == state);
+        if stands && moves.is_none() {
+            return Ok(());
+        }
+        session.store.settle()?;
+        let change = Change { change: change.into(), recipe, state, moves };
+        journal::append(&session.dir, &change)?;
+        session.lines += 1;
+        let followed = session.history.follow(session.lines, &change);
+        debug_assert_eq!(followed, Ok(()), "a line of ours leads to where it says");
+        session.last = Some(change);
+        let recipe_path = recipe_path(&session.dir);
+        // What a build makes leaves the recipe as it is.
+        if !std::fs::read(&recipe_path).is_ok_and(|there| there == texts.recipe.as_bytes()) {
+            place_whole(&recipe_path, texts.recipe.as_bytes())?;
+        }
+        place_whole(&state_path(&session.dir), texts.state.as_bytes())?;
+        sync_folder(&session.dir)
+    }
+
+    /// Makes the change durable, and notes the times apart.
+    pub(in crate::session) fn save(&mut self, change: &str) -> Result<(), SessionError> {
+        self.commit(change)?;
+        self.session.timings.write(self.session.dir())
+    }
+
+    fn complete_last_change(&mut self) -> Result<(), SessionError> {
+        let session = &mut self.session;
+        let (recipe_path, state_path) = (recipe_path(&session.dir), state_path(&session.dir));
+        if let Some(found) = session.overruled.take() {
+            let kept = session.dir.join("recipe.found.toml");
+            write_whole(&kept, found.as_bytes())?;
+            session.notices.push(format!(
+                "recipe.toml did not say what the journal says; what it said is kept in {}",
+                kept.display()
+            ));
+        }
+        let Some(last) = &session.last else { return Ok(()) };
+        let there = |path: &Path, text: &str| Ok(read_text(path)?.is_some_and(|t| t == text));
+        if session.edited.is_none() && !there(&recipe_path, &session.recipe_text)? {
+            write_whole(&recipe_path, session.recipe_text.as_bytes())?;
+        }
+        if !read_text(&state_path)?.is_some_and(|text| ContentHash::of(text.as_bytes()) == last.state) {
+            write_whole(&state_path, session.store.text(last.state)?.as_bytes())?;
+        }
+        Ok(())
+    }
+}

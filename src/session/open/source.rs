@@ -1,0 +1,114 @@
+//! Files that were given: copied among the artefacts under the hash of their bytes, so that a session outlives them.
+
+use super::session::Session;
+use crate::formats::{recording_files, write_recording};
+use crate::session::error::SessionError;
+use crate::session::recipe::{Recipe, SourceFile, relative_to};
+use crate::session::store::ContentHash;
+use std::path::Path;
+
+/// Reads a file, or a folder of RGB-D frames as one zip; nothing is kept yet.
+pub(in crate::session) fn read(path: &Path) -> Result<Vec<u8>, SessionError> {
+    if path.is_dir() {
+        return packed(path);
+    }
+    std::fs::read(path).map_err(|e| SessionError::reading(path, e))
+}
+
+/// The files of an RGB-D recording in one zip: camera, lists of frames, images. The same files give the same bytes, and
+/// whatever else lies in the folder does not matter.
+fn packed(dir: &Path) -> Result<Vec<u8>, SessionError> {
+    let names = names_in(dir)?;
+    let mut text = |name: &str| std::fs::read(dir.join(name)).ok();
+    let needed = recording_files(&names, &mut text).map_err(|e| SessionError::bad_source(dir, e))?;
+    let mut files = Vec::with_capacity(needed.len());
+    for name in needed {
+        let path = dir.join(&name);
+        let bytes = std::fs::read(&path).map_err(|e| SessionError::reading(&path, e))?;
+        files.push((name, bytes));
+    }
+    let mut zip = Vec::new();
+    write_recording(&files, &mut zip).map_err(|e| SessionError::bad_source(dir, e))?;
+    Ok(zip)
+}
+
+/// Names of the files in a folder and in the folders directly in it, sorted.
+fn names_in(dir: &Path) -> Result<Vec<String>, SessionError> {
+    let mut names = Vec::new();
+    let entries = |dir: &Path| std::fs::read_dir(dir).map_err(|e| SessionError::reading(dir, e));
+    for entry in entries(dir)? {
+        let entry = entry.map_err(|e| SessionError::reading(dir, e))?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if entry.path().is_dir() {
+            let inside = entries(&entry.path())?.flatten().filter(|e| e.path().is_file());
+            names.extend(inside.map(|e| format!("{name}/{}", e.file_name().to_string_lossy())));
+        } else {
+            names.push(name);
+        }
+    }
+    names.sort();
+    Ok(names)
+}
+
+/// What a recipe says of bytes that were read from `path`; nothing is kept yet.
+pub(in crate::session) fn named(dir: &Path, path: &Path, bytes: &[u8]) -> Result<SourceFile, SessionError> {
+    Ok(SourceFile { file: relative_to(dir, path)?, hash: Some(ContentHash::of(bytes)), from: None })
+}
+
+impl Session {
+    /// The bytes of a file of the recipe: the session's copy, or the file itself where a recipe was written by hand.
+    pub(in crate::session) fn source_bytes(&self, source: &SourceFile) -> Result<Vec<u8>, SessionError> {
+        let Some(hash) = source.hash else { return read(&self.resolve(&source.file)) };
+        let copy = self.store.bytes(hash);
+        let path = self.resolve(&source.file);
+        let no_copy = match copy {
+            Ok(bytes) => return Ok(bytes),
+            Err(e) => e,
+        };
+        match read(&path) {
+            Ok(bytes) if ContentHash::of(&bytes) == hash => Ok(bytes),
+            Ok(_) => Err(SessionError::SourceChanged { path }),
+            Err(_) if self.store.has(hash) => Err(no_copy),
+            Err(no_file) => Err(no_file),
+        }
+    }
+}
+
+impl Session {
+    /// Whether the file that was given still holds what it held.
+    pub(in crate::session) fn source_is_as_it_was(&self, source: &SourceFile) -> bool {
+        match (source.hash, read(&self.resolve(&source.file))) {
+            (Some(hash), Ok(bytes)) => ContentHash::of(&bytes) == hash,
+            (None, Ok(_)) => true,
+            (_, Err(_)) => false,
+        }
+    }
+}
+
+/// Fills in the hashes that a recipe written by hand leaves out, and keeps the copies that the session lacks.
+pub(in crate::session) fn keep_missing(session: &mut Session) -> Result<(), SessionError> {
+    let mut recipe = session.recipe.clone();
+    fill_in(&mut recipe, session)?;
+    session.recipe = recipe;
+    Ok(())
+}
+
+/// The same for a recipe that is not the session's yet.
+pub(in crate::session) fn fill_in(recipe: &mut Recipe, session: &Session) -> Result<(), SessionError> {
+    let keep = |source: SourceFile| -> Result<Option<ContentHash>, SessionError> {
+        if source.hash.is_some_and(|hash| session.store.has(hash)) {
+            return Ok(source.hash);
+        }
+        Ok(Some(session.store.keep_bytes(&session.source_bytes(&source)?)?))
+    };
+    if let Some(body) = &mut recipe.body {
+        body.hash = keep(body.clone())?;
+    }
+    for step in &mut recipe.steps {
+        step.hash = keep(step.source())?;
+        for mask in &mut step.masks {
+            mask.hash = keep(mask.clone())?;
+        }
+    }
+    Ok(())
+}

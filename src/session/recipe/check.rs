@@ -1,0 +1,108 @@
+//! What a recipe must keep to.
+
+use super::parameters;
+use super::sections::{WITH_SETTINGS, section_of};
+use super::steps::{BODY_STEP, Recipe, StepRecipe};
+use crate::session::error::SessionError;
+use crate::session::stage::Stage;
+
+/// Names that export uses for files and folders of its own.
+const RESERVED_NAMES: [&str; 4] = ["body", "joints", "labels", "weights"];
+
+impl Recipe {
+    /// Whether a garment of that name can be added.
+    pub fn check_new_garment(&self, name: &str) -> Result<(), SessionError> {
+        check_name(name, &Some(String::new()))?;
+        match self.steps.iter().any(|s| s.name == name) {
+            true => Err(SessionError::DuplicateStep { name: name.into() }),
+            false => Ok(()),
+        }
+    }
+
+    /// Puts a step at the end, or in the place of the one of its name.
+    pub(in crate::session) fn put_step(&mut self, step: StepRecipe, replace: bool) -> Result<(), SessionError> {
+        match self.steps.iter().position(|s| s.name == step.name) {
+            Some(_) if !replace => return Err(SessionError::DuplicateStep { name: step.name }),
+            Some(at) => self.steps[at] = step,
+            None => self.steps.push(step),
+        }
+        self.check().map_err(|fault| fault.error)
+    }
+
+    /// The body comes first and alone has no template; names can be file names, each once; parameters are those that
+    /// the step's stages have, and what they may be.
+    pub(in crate::session) fn check(&self) -> Result<(), Fault> {
+        for (i, step) in self.steps.iter().enumerate() {
+            let at = |key: &[&str], error| Fault { step: i, key: key.iter().map(|k| k.to_string()).collect(), error };
+            check_name(&step.name, &step.template).map_err(|e| at(&["name"], e))?;
+            if self.steps[..i].iter().any(|s| s.name == step.name) {
+                return Err(at(&["name"], SessionError::DuplicateStep { name: step.name.clone() }));
+            }
+            if i == 0 && step.name != BODY_STEP {
+                return Err(at(&["name"], SessionError::GarmentBeforeBody { name: step.name.clone() }));
+            }
+            if step.is_body() && !step.masks.is_empty() {
+                return Err(at(&["mask"], SessionError::MaskOnBody));
+            }
+            for stage in WITH_SETTINGS {
+                let section = section_of(stage);
+                for (name, setting) in step.settings(stage) {
+                    let here = |e| at(&[&section, name], e);
+                    check_stage(&step.name, step.is_body(), stage).map_err(here)?;
+                    if !has_parameters(step.is_body(), stage) {
+                        return Err(at(
+                            &[&section, name],
+                            SessionError::BadRequest {
+                                what: "the body has no weights for physics".into(),
+                                hint: "name a garment".into(),
+                            },
+                        ));
+                    }
+                    parameters::check(stage, name, setting).map_err(here)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What is wrong with a recipe, and where.
+pub(in crate::session) struct Fault {
+    /// Index of the step.
+    pub(super) step: usize,
+    /// The way to the key, from the step.
+    pub(super) key: Vec<String>,
+    pub error: SessionError,
+}
+
+/// Whether a step has a stage; else the error.
+pub(in crate::session) fn check_stage(step: &str, is_body: bool, stage: Stage) -> Result<(), SessionError> {
+    let stages = Stage::of_step(is_body);
+    match stages.contains(&stage) {
+        true => Ok(()),
+        false => Err(SessionError::BadRequest {
+            what: format!("the step '{step}' has no stage '{stage}'"),
+            hint: format!("it has {}", stages.iter().map(Stage::to_string).collect::<Vec<_>>().join(", ")),
+        }),
+    }
+}
+
+/// The body is put on the figure like a garment, but not weighed.
+pub(in crate::session) fn has_parameters(is_body: bool, stage: Stage) -> bool {
+    !(is_body && stage == Stage::Figure)
+}
+
+fn check_name(name: &str, template: &Option<String>) -> Result<(), SessionError> {
+    /// Bytes that a file name may have on every system in use, with room for an ending.
+    const LONGEST_NAME: usize = 64;
+    let plain = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
+    if name.is_empty() || name.len() > LONGEST_NAME || !name.chars().all(plain) || name.starts_with('-') {
+        return Err(SessionError::BadName { name: name.into() });
+    }
+    match (name == BODY_STEP, template) {
+        (true, Some(_)) => Err(SessionError::BodyWithTemplate),
+        (false, None) => Err(SessionError::GarmentWithoutTemplate { name: name.into() }),
+        (false, Some(_)) if RESERVED_NAMES.contains(&name) => Err(SessionError::BadName { name: name.into() }),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,35 @@
+//! The kind of garment that a step asks for, and how far it reaches.
+
+use super::steps::StepRecipe;
+use crate::segment::{Extent, GarmentTemplate};
+use crate::session::error::SessionError;
+use crate::session::stage_error::StageError;
+use crate::session::store::ContentHash;
+use serde_json::{Value, json};
+
+/// A template with the limits of one garment.
+pub(in crate::session) struct GarmentKind {
+    pub template: GarmentTemplate,
+    pub extent: Extent,
+}
+
+impl GarmentKind {
+    /// What stands for the kind among the inputs of a stage.
+    pub fn input(&self) -> Value {
+        // The text of a built-in template is part of the program; what was read from it is compared.
+        let read = ContentHash::of(format!("{:?}", self.template).as_bytes());
+        json!({ "template": self.template.name, "read": read, "extent": self.extent })
+    }
+}
+
+/// The kind that a step asks for.
+pub(in crate::session) fn of_step(step: &StepRecipe) -> Result<GarmentKind, SessionError> {
+    let Some(name) = &step.template else {
+        return Err(SessionError::GarmentWithoutTemplate { name: step.name.clone() });
+    };
+    let wrong = |e| SessionError::WrongKind { step: step.name.clone(), source: Box::new(StageError::Segment(e)) };
+    let template = GarmentTemplate::built_in(name).map_err(wrong)?;
+    let until = step.until.as_deref().map(str::parse).transpose().map_err(wrong)?;
+    let sleeve = step.sleeve.as_deref().map(str::parse).transpose().map_err(wrong)?;
+    Ok(GarmentKind { template, extent: Extent { until, sleeve } })
+}

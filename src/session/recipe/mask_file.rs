@@ -1,0 +1,83 @@
+//! A mask's file: read by its extension, and laid on a scan.
+
+use crate::formats::{RgbaPicture, read_npy, read_ply, read_rgba_png};
+use crate::segment::{LabelledSurface, Stroke};
+use crate::session::error::SessionError;
+use crate::session::stage_error::StageError;
+use std::path::Path;
+
+/// What a mask file holds.
+pub(in crate::session) enum MaskFile {
+    /// Strokes, anchored at their points.
+    Strokes(Vec<Stroke>),
+    /// Labels, anchored at the vertices of their own surface.
+    Surface(LabelledSurface),
+    /// One number a vertex of the scan, or of its file.
+    Numbers(Vec<f64>),
+    /// A picture over the texture coordinates of the scan's file.
+    Picture(RgbaPicture),
+}
+
+const MASK_KINDS: &str = "a mask is a .jsonl file with one brush stroke a line, labels a vertex as .npy or .ply, or a .png over the scan's texture coordinates";
+
+impl MaskFile {
+    /// Reads the bytes of the file at `path`.
+    pub fn read(path: &Path, bytes: &[u8]) -> Result<Self, SessionError> {
+        let bad = |e: StageError| SessionError::BadSource { path: path.to_path_buf(), source: Box::new(e) };
+        let no_mask = |why: String| SessionError::BadRequest {
+            what: format!("'{}' {why}", path.display()),
+            hint: MASK_KINDS.into(),
+        };
+        match path.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
+            Some("npy") => {
+                let array = read_npy(bytes).map_err(|e| bad(e.into()))?;
+                Ok(Self::Numbers(array.to_f64("labels").map_err(|e| bad(e.into()))?))
+            }
+            Some("ply") => {
+                let raw = read_ply(bytes).map_err(|e| bad(e.into()))?;
+                Ok(Self::Surface(LabelledSurface::read(&raw).map_err(|e| bad(e.into()))?))
+            }
+            Some("png") => Ok(Self::Picture(read_rgba_png(bytes).map_err(|e| bad(e.into()))?)),
+            Some("jsonl" | "json") | None => {
+                let text = std::str::from_utf8(bytes)
+                    .map_err(|_| no_mask("is not text, so it holds no brush strokes".into()))?;
+                let strokes = Stroke::read_lines(text).map_err(|e| bad(e.into()))?;
+                match strokes.is_empty() {
+                    true => Err(no_mask("holds no brush stroke".into())),
+                    false => Ok(Self::Strokes(strokes)),
+                }
+            }
+            Some(other) => Err(no_mask(format!("is no mask: the extension '{other}' is not known"))),
+        }
+    }
+
+    /// What it is, for people.
+    pub fn kind(&self) -> String {
+        match self {
+            Self::Strokes(strokes) if strokes.len() == 1 => "1 stroke".into(),
+            Self::Strokes(strokes) => format!("{} strokes", strokes.len()),
+            Self::Surface(_) => "labels in space".into(),
+            Self::Numbers(_) => "labels a vertex".into(),
+            Self::Picture(_) => "picture".into(),
+        }
+    }
+
+    /// Whether its marks have places of their own in space, whatever mesh the scan is.
+    pub fn is_anchored(&self) -> bool {
+        matches!(self, Self::Strokes(_) | Self::Surface(_))
+    }
+
+    /// Whether all of it is for that layer.
+    pub fn check_layer(&self, layer: &str, path: &Path) -> Result<(), SessionError> {
+        let Self::Strokes(strokes) = self else { return Ok(()) };
+        match strokes.iter().find(|s| s.layer != layer) {
+            None => Ok(()),
+            Some(other) => Err(SessionError::BadFile {
+                path: path.to_path_buf(),
+                line: Some(other.line),
+                reason: format!("the stroke is for the layer '{}', not for '{layer}'", other.layer),
+                hint: format!("name that layer in the command, or write \"layer\":\"{layer}\""),
+            }),
+        }
+    }
+}

@@ -1,0 +1,26 @@
+//! What the user requested: steps, their masks, and the parameters of stages.
+
+pub(in crate::session) mod assignment;
+mod check;
+mod file;
+pub(in crate::session) mod garment_kind;
+mod mask_file;
+mod parameter_table;
+pub(in crate::session) mod parameters;
+mod params_of_step;
+mod paths;
+mod sections;
+mod setting;
+mod steps;
+
+pub use assignment::Assignment;
+pub(in crate::session) use assignment::LeftOut;
+pub(in crate::session) use check::{check_stage, has_parameters};
+pub(in crate::session) use garment_kind::GarmentKind;
+pub(in crate::session) use mask_file::MaskFile;
+pub use parameters::parameters_of;
+pub(in crate::session) use parameters::shown;
+pub(in crate::session) use params_of_step::{params_of, params_over};
+pub(in crate::session) use paths::relative_to;
+pub use setting::{Allowed, Parameter, Setting, Settings};
+pub use steps::{BODY_STEP, BodySurface, Recipe, SourceFile, StepRecipe};

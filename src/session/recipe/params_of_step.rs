@@ -1,0 +1,40 @@
+//! A stage's `Params` for a step: the defaults, and over them what the recipe says.
+
+use super::parameters::as_json;
+use super::steps::StepRecipe;
+use crate::session::error::SessionError;
+use crate::session::stage::Stage;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+/// The `Params` of a stage of a step: the defaults, and over them what the recipe says.
+pub(in crate::session) fn params_of<P: Serialize + DeserializeOwned + Default>(
+    step: &StepRecipe,
+    stage: Stage,
+) -> Result<P, SessionError> {
+    params_over(P::default(), step, stage)
+}
+
+/// The same over other defaults. What the recipe says of fields that they do not have is for another type of the stage.
+pub(in crate::session) fn params_over<P: Serialize + DeserializeOwned>(
+    defaults: P,
+    step: &StepRecipe,
+    stage: Stage,
+) -> Result<P, SessionError> {
+    let unfit = |e: serde_json::Error| SessionError::BadRequest {
+        what: format!("the parameters of the stage {stage} of '{}' do not fit it: {e}", step.name),
+        hint: "take them out of the recipe".into(),
+    };
+    let settings = step.settings(stage);
+    if settings.is_empty() {
+        return Ok(defaults);
+    }
+    let mut value = serde_json::to_value(defaults).map_err(unfit)?;
+    if let Value::Object(fields) = &mut value {
+        for (name, setting) in settings.iter().filter(|(name, _)| fields.contains_key(*name)).collect::<Vec<_>>() {
+            fields.insert(name.clone(), as_json(stage, name, setting));
+        }
+    }
+    serde_json::from_value(value).map_err(unfit)
+}

@@ -1,0 +1,208 @@
+//! What was asked for, in order: a recipe is the only file of a session that a person need keep.
+
+use super::setting::Settings;
+use crate::scan::{Unit, Up};
+use crate::session::error::SessionError;
+use crate::session::stage::Stage;
+use crate::session::store::ContentHash;
+use serde::{Deserialize, Serialize};
+
+/// The version of the layout that this program writes.
+pub(super) const RECIPE_VERSION: u32 = 1;
+
+/// The name of the step that scans the bare body.
+pub const BODY_STEP: &str = "body";
+
+/// What was asked for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Recipe {
+    /// Layout of this file.
+    pub version: u32,
+    /// The body model, where it is not the embedded one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub body: Option<SourceFile>,
+    /// The body, then the garments from the inside out.
+    #[serde(default, rename = "step", skip_serializing_if = "Vec::is_empty")]
+    pub steps: Vec<StepRecipe>,
+}
+
+/// A file that was given.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SourceFile {
+    /// Where it was, relative to the session where that is possible.
+    pub file: String,
+    /// What was in it; the session keeps a copy under this name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hash: Option<ContentHash>,
+    /// The file that this one was made from, where a person edits that one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<String>,
+}
+
+/// The surface that becomes the figure's body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BodySurface {
+    /// The model's template, moved onto the scan.
+    #[default]
+    Template,
+    /// The scan itself (Hu 2017).
+    Scan,
+}
+
+/// One scan, and what to make of it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StepRecipe {
+    /// `body`, or the garment's name.
+    pub name: String,
+    /// The scan's file, as in [`SourceFile::file`].
+    pub scan: String,
+    /// What was in it, as in [`SourceFile::hash`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hash: Option<ContentHash>,
+    /// The garment kind; absent for the body.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub template: Option<String>,
+    /// Unit of the scan's coordinates, where it is not to be guessed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<Unit>,
+    /// Up-axis of the scan, where it is not to be guessed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub up: Option<Up>,
+    /// About how many faces the cleaned scan has.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub faces: Option<usize>,
+    /// What becomes the figure's body, where it is not the registered template.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface: Option<BodySurface>,
+    /// Millimetres between the voxels in which RGB-D frames are fused.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub voxel_mm: Option<f64>,
+    /// Where the garment ends at the legs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until: Option<String>,
+    /// Where its sleeves end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sleeve: Option<String>,
+    /// Brush strokes, applied in this order.
+    #[serde(default, rename = "mask", skip_serializing_if = "Vec::is_empty")]
+    pub masks: Vec<SourceFile>,
+    /// Parameters of how the scan is read: cleaned, and fused from RGB-D frames.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub reading: Settings,
+    /// Of the body's fit.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub fit: Settings,
+    /// Of the registration of its surface.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub register: Settings,
+    /// Of the fit inside a garment.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub pose: Settings,
+    /// Of the labels.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub segment: Settings,
+    /// Of the garment's outline.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub cut: Settings,
+    /// Of its skin weights.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub rig: Settings,
+    /// Of the push clear of what lies inside.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub stack: Settings,
+    /// Of its weights for physics.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub figure: Settings,
+    /// Of how what is worn below gives way in this scan.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub press: Settings,
+}
+
+impl StepRecipe {
+    /// Whether this is the bare body.
+    pub fn is_body(&self) -> bool {
+        self.name == BODY_STEP
+    }
+
+    /// What is said of a stage's parameters.
+    pub fn settings(&self, stage: Stage) -> &Settings {
+        static NONE: Settings = Settings::new();
+        match stage {
+            Stage::Scan => &self.reading,
+            Stage::Fit => &self.fit,
+            Stage::Register => &self.register,
+            Stage::Pose => &self.pose,
+            Stage::Segment => &self.segment,
+            Stage::Cut => &self.cut,
+            Stage::Rig => &self.rig,
+            Stage::Stack => &self.stack,
+            Stage::Figure => &self.figure,
+            Stage::Press => &self.press,
+            Stage::Evidence => &NONE,
+        }
+    }
+
+    /// The same, to be changed; `None` for a stage without parameters.
+    pub(in crate::session) fn settings_mut(&mut self, stage: Stage) -> Option<&mut Settings> {
+        match stage {
+            Stage::Scan => Some(&mut self.reading),
+            Stage::Fit => Some(&mut self.fit),
+            Stage::Register => Some(&mut self.register),
+            Stage::Pose => Some(&mut self.pose),
+            Stage::Segment => Some(&mut self.segment),
+            Stage::Cut => Some(&mut self.cut),
+            Stage::Rig => Some(&mut self.rig),
+            Stage::Stack => Some(&mut self.stack),
+            Stage::Figure => Some(&mut self.figure),
+            Stage::Press => Some(&mut self.press),
+            Stage::Evidence => None,
+        }
+    }
+
+    /// The scan as a file that was given.
+    pub fn source(&self) -> SourceFile {
+        SourceFile { file: self.scan.clone(), hash: self.hash, from: None }
+    }
+}
+
+impl Recipe {
+    /// Nothing asked for yet.
+    pub fn new(body: Option<SourceFile>) -> Self {
+        Self { version: RECIPE_VERSION, body, steps: Vec::new() }
+    }
+
+    /// The hash over what is asked for, wherever its files lie: paths count by their last name only.
+    pub(in crate::session) fn meaning(&self) -> ContentHash {
+        let name_of = |path: &str| path.rsplit('/').next().unwrap_or_default().to_string();
+        let mut bare = self.clone();
+        if let Some(body) = &mut bare.body {
+            body.file = name_of(&body.file);
+        }
+        for step in &mut bare.steps {
+            step.scan = name_of(&step.scan);
+            for mask in &mut step.masks {
+                mask.file = name_of(&mask.file);
+                mask.from = mask.from.as_deref().map(name_of);
+            }
+        }
+        ContentHash::of_json(&serde_json::json!(bare))
+    }
+
+    /// The step of that name.
+    pub fn step(&self, name: &str) -> Result<&StepRecipe, SessionError> {
+        self.steps.iter().find(|s| s.name == name).ok_or_else(|| self.unknown_step(name))
+    }
+
+    pub(in crate::session) fn step_mut(&mut self, name: &str) -> Result<&mut StepRecipe, SessionError> {
+        let unknown = self.unknown_step(name);
+        self.steps.iter_mut().find(|s| s.name == name).ok_or(unknown)
+    }
+
+    fn unknown_step(&self, name: &str) -> SessionError {
+        SessionError::UnknownStep { name: name.into(), known: self.steps.iter().map(|s| s.name.clone()).collect() }
+    }
+}

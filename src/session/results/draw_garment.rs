@@ -1,0 +1,44 @@
+//! A garment as it was cut, drawn in the pose of its scan.
+
+use super::export::write;
+use crate::cut::Garment;
+use crate::fit::PoseInside;
+use crate::session::error::SessionError;
+use crate::session::open::Session;
+use crate::session::stage::Stage;
+use crate::session::store::Kept;
+use crate::view::{Camera, Paint, Part, Picture, Scene, layer_color, render};
+use nalgebra::Vector3;
+use std::path::Path;
+
+/// Pixels of one view.
+const SIZE: [usize; 2] = [480, 600];
+
+impl Session {
+    /// Draws a garment in its own colours from the front, the left and the back of the person, and writes a PNG.
+    pub fn draw_garment(&self, garment: &Garment, layer: &str, path: &Path) -> Result<(), SessionError> {
+        let Some(bounds) = garment.mesh.bounds() else { return Ok(()) };
+        let heading = match self.state.record(layer, Stage::Pose) {
+            None => 0.0,
+            Some(record) => {
+                let inside = self.store.load(Kept::<PoseInside>::named(record.output))?;
+                let facing = inside.pose.rotations[0] * Vector3::z();
+                facing.x.atan2(facing.z)
+            }
+        };
+        let part = match &garment.colors {
+            None => Part::solid(&garment.mesh, layer_color(1)),
+            Some(colors) => {
+                Part::try_new(&garment.mesh, Paint::PerVertex(colors)).map_err(|e| SessionError::bad_source(path, e))?
+            }
+        };
+        let [width, height] = SIZE;
+        let mut picture = Picture::filled([255; 3], 3 * width, height);
+        let quarter = std::f64::consts::FRAC_PI_2;
+        for (i, turn) in [0.0, quarter, 2.0 * quarter].into_iter().enumerate() {
+            let camera = Camera::around(&bounds, heading + turn, 0.1);
+            picture.paste(&render(&Scene::new([part]), &camera, width, height), i * width, 0);
+        }
+        write(path, |out| picture.write_png(out))
+    }
+}

@@ -1,0 +1,192 @@
+//! The figure, or a step of the session, as files.
+
+use super::posed_step::WornStep;
+use crate::body::Figure;
+use crate::export::{GlbOptions, write_glb, write_joints_json, write_layer_ply};
+use crate::geometry::{PerVertex, Point, TriMesh};
+use crate::scan::FileFrame;
+use crate::segment::LABEL_COLORS;
+use crate::session::error::SessionError;
+use crate::session::open::Session;
+use crate::session::stage_error::StageError;
+use crate::session::store::write_whole_with;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// What is to be exported.
+#[derive(Clone, Debug, Default)]
+pub struct ExportRequest {
+    /// A file ending in `.glb`, or a folder.
+    pub target: PathBuf,
+    /// As posed in the scan of this step, in the frame and unit of the file given; else the bind pose.
+    pub at: Option<String>,
+    /// The cleaned scan of this step, in the frame and unit of the file given.
+    pub scan: Option<String>,
+    /// The body as the model fits it, before registration.
+    pub before_registration: bool,
+}
+
+impl Session {
+    /// Writes files, each whole or not at all, and tells which.
+    pub fn export(&self, request: &ExportRequest) -> Result<Vec<PathBuf>, SessionError> {
+        match request.target.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
+            Some("glb") if !request.target.is_dir() => self.export_glb(request),
+            Some(_) if !request.target.is_dir() && !ends_with_slash(&request.target) => {
+                Err(SessionError::UnknownTarget { path: request.target.clone() })
+            }
+            _ => self.export_folder(request),
+        }
+    }
+
+    fn export_glb(&self, request: &ExportRequest) -> Result<Vec<PathBuf>, SessionError> {
+        if request.scan.is_some() || request.before_registration {
+            return Err(SessionError::BadRequest {
+                what: "a .glb holds the figure; it has no place for a scan or for the body before registration".into(),
+                hint: "name a folder instead: `overcoat export DIR/ …`".into(),
+            });
+        }
+        let steps = self.worn_steps(request.at.as_deref())?;
+        let Some(last) = steps.last() else { return Ok(Vec::new()) };
+        let pose = request.at.as_ref().map(|_| last.pose.clone());
+        let options = GlbOptions { name: None, pose, provenance: steps.iter().map(origin).collect() };
+        let path = request.target.clone();
+        let figure = if request.at.is_some() { last.figure_as_worn() } else { last.figure.clone() };
+        write(&path, |out| write_glb(&figure, &options, out))?;
+        Ok(vec![path])
+    }
+
+    fn export_folder(&self, request: &ExportRequest) -> Result<Vec<PathBuf>, SessionError> {
+        let folder = Folder { path: &request.target };
+        let mut files = Vec::new();
+        if request.before_registration {
+            if let Some(at) = request.at.as_deref().filter(|at| *at != crate::session::recipe::BODY_STEP) {
+                return Err(SessionError::BadRequest {
+                    what: format!("'{at}' has no stage fit: only the body is fitted before it is registered"),
+                    hint: "say --at body --stage fit".into(),
+                });
+            }
+            let steps = self.worn_steps(Some(crate::session::recipe::BODY_STEP))?;
+            steps.first().map(|step| folder.fit(step, &mut files)).transpose()?;
+            return Ok(files);
+        }
+        if let Some(name) = &request.scan {
+            // A scan can be had before anything is built.
+            let step = self.recipe.step(name)?.clone();
+            let scan = crate::session::stages::scan::scan(&mut crate::session::stages::Walk::look(self), &step)?;
+            let scan = self.store.load(scan)?;
+            folder.ply(
+                "scan.ply",
+                &in_file(&scan.mesh, &scan.world_from_file),
+                scan.colors.as_ref(),
+                &[],
+                &mut files,
+            )?;
+        }
+        if let Some(name) = &request.at {
+            let steps = self.worn_steps(Some(name))?;
+            steps.last().map(|step| folder.step(step, &mut files)).transpose()?;
+        } else if request.scan.is_none() {
+            let steps = self.worn_steps(None)?;
+            steps.last().map(|step| folder.bind(&step.figure, &mut files)).transpose()?;
+        }
+        Ok(files)
+    }
+}
+
+/// A step and the scan that it was made from; without its folder, which is nobody's business.
+fn origin(worn: &WornStep) -> (String, String) {
+    let file = Path::new(&worn.step.scan).file_name().map(|f| f.to_string_lossy().into_owned()).unwrap_or_default();
+    let hash = worn.step.hash.map(|h| format!(", BLAKE3 {h}")).unwrap_or_default();
+    (format!("scan of {}", worn.step.name), format!("{file}{hash}"))
+}
+
+struct Folder<'a> {
+    path: &'a Path,
+}
+
+impl Folder<'_> {
+    fn bind(&self, figure: &Figure, files: &mut Vec<PathBuf>) -> Result<(), SessionError> {
+        for layer in &figure.layers {
+            self.ply(&format!("{}.ply", layer.name), &layer.mesh, layer.colors.as_ref(), &[], files)?;
+        }
+        self.joints(&figure.skeleton, &figure.skeleton.joints_in_bind, files)
+    }
+
+    fn step(&self, worn: &WornStep, files: &mut Vec<PathBuf>) -> Result<(), SessionError> {
+        let frame = &worn.scan.world_from_file;
+        let figure = &worn.figure;
+        self.ply("body.ply", &in_file(&worn.body(), frame), figure.body().colors.as_ref(), &[], files)?;
+        for ((name, mesh), layer) in worn.garments().iter().zip(figure.garments()) {
+            self.ply(&format!("{name}.ply"), &in_file(mesh, frame), layer.colors.as_ref(), &[], files)?;
+        }
+        let joints: Vec<Point> = worn.joints().iter().map(|p| frame.file_from_world(p)).collect();
+        self.joints(&figure.skeleton, &joints, files)?;
+        if let Some(labels) = &worn.labels {
+            let label: Vec<f32> = labels.0.iter().map(|&l| f32::from(u8::from(l))).collect();
+            let colors: PerVertex<[u8; 3]> = labels.0.iter().map(|&l| LABEL_COLORS[usize::from(l)]).collect();
+            let scan = in_file(&worn.scan.mesh, frame);
+            let name = format!("labels/{}.ply", worn.step.name);
+            self.ply(&name, &scan, Some(&colors), &[("label", &label), ("quality", &label)], files)?;
+        }
+        Ok(())
+    }
+
+    fn fit(&self, worn: &WornStep, files: &mut Vec<PathBuf>) -> Result<(), SessionError> {
+        let (Some(fitted), Some(body)) = (&worn.fitted, worn.body_of_fit()) else { return Ok(()) };
+        let frame = &worn.scan.world_from_file;
+        self.ply("body.ply", &in_file(&body, frame), None, &[], files)?;
+        let joints = fitted.skeleton.joints_in_world(&fitted.pose);
+        let joints: Vec<Point> = joints.iter().map(|p| frame.file_from_world(p)).collect();
+        self.joints(&fitted.skeleton, &joints, files)
+    }
+
+    fn ply(
+        &self,
+        name: &str,
+        mesh: &TriMesh,
+        colors: Option<&PerVertex<[u8; 3]>>,
+        scalars: &[(&str, &[f32])],
+        files: &mut Vec<PathBuf>,
+    ) -> Result<(), SessionError> {
+        let path = self.path.join(name);
+        write(&path, |out| write_layer_ply(mesh, colors, scalars, out))?;
+        files.push(path);
+        Ok(())
+    }
+
+    fn joints(
+        &self,
+        skeleton: &crate::body::Skeleton,
+        joints: &[Point],
+        files: &mut Vec<PathBuf>,
+    ) -> Result<(), SessionError> {
+        let path = self.path.join("joints.json");
+        write(&path, |out| write_joints_json(skeleton, joints, out))?;
+        files.push(path);
+        Ok(())
+    }
+}
+
+fn in_file(mesh: &TriMesh, frame: &FileFrame) -> TriMesh {
+    mesh.map_points(|p| frame.file_from_world(p))
+}
+
+fn ends_with_slash(path: &Path) -> bool {
+    path.as_os_str().to_string_lossy().ends_with(['/', std::path::MAIN_SEPARATOR])
+}
+
+/// Writes a file whole, in a folder that is made if need be.
+pub(in crate::session) fn write<E: Into<StageError>>(
+    path: &Path,
+    content: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), E>,
+) -> Result<(), SessionError> {
+    if let Some(folder) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
+        std::fs::create_dir_all(folder).map_err(|e| SessionError::writing(folder, e))?;
+    }
+    write_whole_with(path, |file| {
+        let mut out = BufWriter::new(file);
+        content(&mut out).map_err(|e| SessionError::bad_source(path, e))?;
+        out.flush().map_err(|e| SessionError::writing(path, e))
+    })
+}

@@ -1,0 +1,78 @@
+//! How bodies and figures are fitted, as a Rerun recording: the scan of each step, what is fitted to it at each iteration,
+//! and how far off it is.
+
+use super::recording::Shown;
+use super::show_in::ShowIn;
+use crate::fit::Step;
+use crate::scan::Scan;
+use crate::session::error::SessionError;
+use crate::session::stage::Stage;
+use crate::session::stages::Event;
+use crate::view::{Error, Paint, Part, Recording, layer_color};
+
+/// A recording under way.
+pub(in crate::session) struct FitRecording {
+    shown: Shown,
+    /// The step and the stage that are being fitted.
+    now: Option<(String, Stage)>,
+    iterations: usize,
+}
+
+impl FitRecording {
+    /// Begins a recording.
+    pub fn try_new(session: &str, to: &ShowIn) -> Result<Self, SessionError> {
+        let shown = Shown::begin(to, |sink| Recording::of_fits(session, sink))?;
+        Ok(Self { shown, now: None, iterations: 0 })
+    }
+
+    /// Notes an iteration, and how a fit ended.
+    pub fn see(&mut self, event: &Event) {
+        match event {
+            Event::Iterated { step, stage, scan, at } => self.iterated(step, *stage, scan, at),
+            Event::Ran(report) if [Stage::Fit, Stage::Register, Stage::Pose].contains(&report.stage) => {
+                let mut notes = format!("# {}, {}\n", report.step, report.stage);
+                notes.extend(report.measures.iter().map(|(name, value)| format!("- {name}: {value:.3}\n")));
+                notes.extend(report.findings.iter().map(|finding| format!("- {finding}\n")));
+                self.shown.note(|recording| recording.log_notes(&notes));
+            }
+            _ => {}
+        }
+    }
+
+    fn iterated(&mut self, step: &str, stage: Stage, scan: &Scan, at: &Step) {
+        let is_new_step = self.now.as_ref().is_none_or(|(name, _)| name != step);
+        let is_new_stage = is_new_step || self.now.as_ref().is_some_and(|(_, s)| *s != stage);
+        if is_new_stage {
+            self.now = Some((step.into(), stage));
+        }
+        self.iterations += 1;
+        let iterations = self.iterations;
+        self.shown.note(|recording| {
+            recording.set_iteration(iterations);
+            if is_new_step {
+                recording.log_scan(&scanned(scan)?)?;
+            }
+            match is_new_stage {
+                true => recording.log_fitted(&Part::solid(at.surface, layer_color(0)))?,
+                false => recording.log_fitted_moved(at.surface)?,
+            }
+            recording.log_measure("residual_mm", 1e3 * at.residual)?;
+            recording.log_measure("moved_mm", 1e3 * at.moved)
+        });
+    }
+
+    /// Ends it.
+    pub fn finish(self) -> Result<(), SessionError> {
+        self.shown.finish()
+    }
+}
+
+/// Seen through, so that what is fitted inside shows.
+fn scanned(scan: &Scan) -> Result<Part<'_>, Error> {
+    const OPACITY: f64 = 0.35;
+    let part = match &scan.colors {
+        Some(colors) => Part::try_new(&scan.mesh, Paint::PerVertex(colors))?,
+        None => Part::solid(&scan.mesh, [170, 170, 170]),
+    };
+    Ok(part.with_opacity(OPACITY))
+}

@@ -1,0 +1,101 @@
+//! The session in the Rerun viewer: as a file, and live while somebody works on it.
+
+use super::sheet::{SeenStep, Turned};
+use crate::cut::Garment;
+use crate::session::error::SessionError;
+use crate::session::open::Session;
+use crate::session::stages::StageReport;
+use crate::view::{Error, Part, Recording, layer_color};
+use std::path::Path;
+
+impl Session {
+    /// Writes every built step as a Rerun recording.
+    pub fn write_recording(&self, path: &Path) -> Result<(), SessionError> {
+        let failed = |e| SessionError::bad_source(path, e);
+        let recording = Recording::try_new(&self.name()).map_err(failed)?;
+        self.log_steps(&recording, failed)?;
+        super::export::write(path, |out| recording.finish(out))
+    }
+
+    /// Logs every step, and tells where each was put.
+    fn log_steps(
+        &self,
+        recording: &Recording,
+        failed: impl Fn(Error) -> SessionError + Copy,
+    ) -> Result<Vec<(String, Turned)>, SessionError> {
+        let steps = self.worn_steps(None)?;
+        let reports: Vec<StageReport> = self.status()?.into_iter().flat_map(|s| s.standing).collect();
+        let mut placed = Vec::new();
+        for (k, worn) in steps.iter().enumerate() {
+            let (seen, turned) = (SeenStep::of(worn), Turned::of(worn));
+            recording.set_step(k);
+            recording.log_scan(&seen.scan()?).map_err(failed)?;
+            for (layer, (part, of)) in seen.layers().iter().zip(&worn.figure.layers).enumerate() {
+                match layer {
+                    0 => recording.log_body(part).map_err(failed)?,
+                    _ => recording.log_garment(&of.name, part).map_err(failed)?,
+                }
+            }
+            let skeleton = &worn.figure.skeleton;
+            let joints: Vec<_> = worn.joints().iter().map(|p| turned.point(p)).collect();
+            let parents: Vec<Option<usize>> = skeleton.parents.iter().map(|p| p.map(|p| p.index())).collect();
+            recording.log_skeleton(&joints, &skeleton.names, &parents).map_err(failed)?;
+            recording.log_notes(&notes_in_markdown(&reports, &worn.step.name)).map_err(failed)?;
+            for report in reports.iter().filter(|r| r.step == worn.step.name) {
+                for (name, value) in &report.measures {
+                    recording.log_measure(&format!("{}_{name}", report.stage), *value).map_err(failed)?;
+                }
+            }
+            placed.push((worn.step.name.clone(), turned));
+        }
+        Ok(placed)
+    }
+}
+
+/// A viewer in which a session is seen while it changes. What is shown goes along the timelines `step` and `change`.
+pub struct LiveView {
+    recording: Recording,
+    /// The steps in their order, and where each was put.
+    placed: Vec<(String, Turned)>,
+    change: usize,
+}
+
+impl LiveView {
+    /// Shows all that is built in the viewer at `url`, or in the one that runs on this machine or is started now.
+    pub fn open(session: &Session, url: Option<&str>) -> Result<Self, SessionError> {
+        let name = session.name();
+        let recording = Recording::in_viewer(&name, url).map_err(SessionError::viewer)?;
+        let mut live = Self { recording, placed: Vec::new(), change: 0 };
+        live.show_all(session)?;
+        live.recording.sent().map_err(SessionError::viewer)?;
+        Ok(live)
+    }
+
+    /// Shows all that is built, as it is now.
+    pub fn show_all(&mut self, session: &Session) -> Result<(), SessionError> {
+        self.recording.set_change(self.change);
+        self.placed = session.log_steps(&self.recording, SessionError::viewer)?;
+        Ok(())
+    }
+
+    /// Shows a garment as it was just cut, in its scan's pose, before anything that hangs on it is made anew.
+    pub fn show_cut(&mut self, layer: &str, garment: &Garment) -> Result<(), SessionError> {
+        self.change += 1;
+        let Some(k) = self.placed.iter().position(|(name, _)| name == layer) else { return Ok(()) };
+        self.recording.set_change(self.change);
+        self.recording.set_step(k);
+        let mesh = self.placed[k].1.mesh(&garment.mesh);
+        self.recording.log_garment(layer, &Part::solid(&mesh, layer_color(k))).map_err(SessionError::viewer)?;
+        self.recording.sent().map_err(SessionError::viewer)
+    }
+}
+
+fn notes_in_markdown(reports: &[StageReport], step: &str) -> String {
+    let mut text = format!("# {step}\n");
+    for report in reports.iter().filter(|r| r.step == step) {
+        text += &format!("\n**{}**\n", report.stage);
+        text.extend(report.measures.iter().map(|(name, value)| format!("- {name}: {value:.3}\n")));
+        text.extend(report.findings.iter().map(|finding| format!("- {finding}\n")));
+    }
+    text
+}

@@ -1,0 +1,131 @@
+//! A session against known truth.
+
+use super::posed_step::WornStep;
+use crate::formats::read_ply;
+use crate::geometry::{Point, TriMesh};
+use crate::scan::FileFrame;
+use crate::session::error::SessionError;
+use crate::session::open::Session;
+use crate::session::recipe::garment_kind;
+use crate::session::stage::Stage;
+use crate::studio::{
+    JointPositions, Measures as TruthMeasures, ResultBind, ResultStep, SubjectKind, TruthBind, TruthJoints,
+    TruthNaming, TruthStep, measure, scan_from_truth,
+};
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+/// How a session compares with its truth.
+pub type TruthReport = TruthMeasures;
+
+/// Whose body was scanned: a model fits its own family better than another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Subject {
+    /// Made from our own body model.
+    Invented,
+    /// Anyone else.
+    Foreign,
+}
+
+impl Session {
+    /// Measures all steps against the truth in `folder`: `K_body.ply`, `K_layerJ.ply`, `joints.json` and, where it is
+    /// there, `bind_*.ply`, in the frame and unit of the scans' files. What was fused from frames has a frame of its own:
+    /// its truth, Y up and in metres, is laid on the scan first.
+    pub fn measure(&self, folder: &Path, subject: Subject) -> Result<TruthReport, SessionError> {
+        if !folder.is_dir() {
+            return Err(SessionError::NoSuchFolder { path: folder.to_path_buf() });
+        }
+        let steps = self.worn_steps(None)?;
+        let joints_path = folder.join(TruthNaming::JOINTS);
+        let text = std::fs::read_to_string(&joints_path).map_err(|e| SessionError::reading(&joints_path, e))?;
+        let joints = TruthJoints::from_json(&text).map_err(|e| SessionError::bad_source(&joints_path, e))?;
+        let results = steps.iter().map(result_of).collect::<Result<Vec<_>, _>>()?;
+        let truths = steps
+            .iter()
+            .enumerate()
+            .map(|(k, worn)| match self.is_recorded(worn) {
+                true => Ok(laid_on(&worn.scan.mesh, truth_of(folder, k, &joints, &FileFrame::identity())?)),
+                false => truth_of(folder, k, &joints, &worn.scan.world_from_file),
+            })
+            .collect::<Result<Vec<_>, SessionError>>()?;
+        let bind = ResultBind { layers: bind_layers(&steps) };
+        let truth_bind = bind_truth(folder, steps.len().saturating_sub(1))?;
+        let kind = match subject {
+            Subject::Invented => SubjectKind::Invented,
+            Subject::Foreign => SubjectKind::Foreign,
+        };
+        measure(&results, &bind, &truths, truth_bind.as_ref(), kind).map_err(|e| SessionError::bad_source(folder, e))
+    }
+
+    /// Whether a step's scan was fused from RGB-D frames.
+    fn is_recorded(&self, worn: &WornStep) -> bool {
+        self.state.record(&worn.step.name, Stage::Scan).is_some_and(|record| record.measures.contains_key("frames"))
+    }
+}
+
+fn laid_on(scan: &TriMesh, truth: TruthStep) -> TruthStep {
+    let all: Vec<&TriMesh> = std::iter::once(&truth.body).chain(&truth.layers).collect();
+    let motion = scan_from_truth(scan, &all);
+    let laid = |mesh: &TriMesh| mesh.map_points(|p| motion * p);
+    TruthStep {
+        body: laid(&truth.body),
+        layers: truth.layers.iter().map(laid).collect(),
+        joints: truth.joints.into_iter().map(|(name, p)| (name, motion * p)).collect(),
+    }
+}
+
+fn result_of(worn: &WornStep) -> Result<ResultStep, SessionError> {
+    let kind = worn.step.template.as_ref().map(|_| garment_kind::of_step(&worn.step)).transpose()?;
+    let covered = kind.as_ref().map(|k| k.template.prior(worn.figure.body(), &worn.figure.skeleton, &k.extent));
+    let names = worn.figure.skeleton.names.iter().cloned();
+    Ok(ResultStep {
+        name: worn.step.name.clone(),
+        body: worn.body(),
+        fitted: worn.body_of_fit(),
+        garments: worn.garments(),
+        joints: names.zip(worn.joints()).collect(),
+        scan: worn.scan.mesh.clone(),
+        labels: worn.labels.as_ref().map(|l| l.0.clone()),
+        covered,
+        margin: crate::session::stages::margin(&worn.step)?,
+        hem_loops_expected: kind.map(|k| *k.template.expected_loops().end()),
+    })
+}
+
+fn bind_layers(steps: &[WornStep]) -> Vec<(String, TriMesh)> {
+    let last = steps.last().map(|worn| worn.figure.layers.as_slice()).unwrap_or_default();
+    last.iter().map(|layer| (layer.name.clone(), layer.mesh.clone())).collect()
+}
+
+fn truth_of(folder: &Path, step: usize, joints: &TruthJoints, frame: &FileFrame) -> Result<TruthStep, SessionError> {
+    let in_world = |mesh: TriMesh| mesh.map_points(|p| frame.world_from_file(p));
+    let body = in_world(read_mesh(&folder.join(TruthNaming::step_body(step)))?);
+    let layers = (1..=step)
+        .map(|layer| read_mesh(&folder.join(TruthNaming::step_layer(step, layer))).map(in_world))
+        .collect::<Result<Vec<_>, _>>()?;
+    let joints: JointPositions =
+        joints.at(step).into_iter().map(|(name, p): (String, Point)| (name, frame.world_from_file(&p))).collect();
+    Ok(TruthStep { body, layers, joints })
+}
+
+/// The truth in the bind pose, where there is any.
+fn bind_truth(folder: &Path, layers: usize) -> Result<Option<TruthBind>, SessionError> {
+    let body = folder.join(TruthNaming::bind_body());
+    if !body.is_file() {
+        return Ok(None);
+    }
+    let layers = (1..=layers)
+        .map(|layer| folder.join(TruthNaming::bind_layer(layer)))
+        .take_while(|path| path.is_file())
+        .map(|path| read_mesh(&path))
+        .collect::<Result<Vec<_>, _>>()?;
+    Ok(Some(TruthBind { body: read_mesh(&body)?, layers }))
+}
+
+fn read_mesh(path: &Path) -> Result<TriMesh, SessionError> {
+    let file = File::open(path).map_err(|e| SessionError::reading(path, e))?;
+    let raw = read_ply(BufReader::new(file)).map_err(|e| SessionError::bad_source(path, e))?;
+    let points = raw.points.into_iter().map(Point::from).collect();
+    TriMesh::try_from_indices(points, &raw.faces).map_err(|e| SessionError::bad_source(path, e))
+}

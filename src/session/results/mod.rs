@@ -1,0 +1,40 @@
+//! What a built session can be asked for: posed steps, exports, measures, pictures, recordings.
+
+mod body_measures;
+mod draw_garment;
+mod export;
+#[cfg(feature = "rerun")]
+mod fit_recording;
+#[cfg(feature = "rerun")]
+mod live_view;
+mod measure;
+#[cfg(not(feature = "rerun"))]
+mod no_recording;
+#[cfg(not(feature = "rerun"))]
+mod no_viewer;
+mod posed_step;
+mod poster;
+#[cfg(feature = "rerun")]
+mod recording;
+#[cfg(feature = "rerun")]
+mod scan_recording;
+mod sheet;
+mod show_in;
+pub(in crate::session) mod target;
+
+pub use body_measures::{mesh_measures, model_measures};
+pub use export::ExportRequest;
+pub(in crate::session) use export::write;
+#[cfg(feature = "rerun")]
+pub(in crate::session) use fit_recording::FitRecording;
+#[cfg(feature = "rerun")]
+pub use live_view::LiveView;
+pub use measure::{Subject, TruthReport};
+#[cfg(not(feature = "rerun"))]
+pub(in crate::session) use no_recording::{FitRecording, ScanRecording};
+#[cfg(not(feature = "rerun"))]
+pub use no_viewer::LiveView;
+#[cfg(feature = "rerun")]
+pub(in crate::session) use scan_recording::ScanRecording;
+pub use show_in::ShowIn;
+pub use target::{Judged, Verdict};

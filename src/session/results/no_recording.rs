@@ -1,0 +1,53 @@
+//! What is said where recordings are asked for and the program was built without the viewer.
+
+use super::show_in::ShowIn;
+use crate::scan::FusionStep;
+use crate::session::error::SessionError;
+use crate::session::stages::Event;
+
+/// Stands for the recording of a scan, and is never made.
+pub(in crate::session) enum ScanRecording {}
+
+impl ScanRecording {
+    /// Always an error.
+    pub fn try_new(_name: &str, _to: &ShowIn) -> Result<Self, SessionError> {
+        Err(without_viewer())
+    }
+
+    /// Never called.
+    pub fn see(&mut self, _step: &FusionStep) {
+        match *self {}
+    }
+
+    /// Never called.
+    pub fn finish(self, _findings: &[String]) -> Result<(), SessionError> {
+        match self {}
+    }
+}
+
+/// Stands for the recording of fits, and is never made.
+pub(in crate::session) enum FitRecording {}
+
+impl FitRecording {
+    /// Always an error.
+    pub fn try_new(_session: &str, _to: &ShowIn) -> Result<Self, SessionError> {
+        Err(without_viewer())
+    }
+
+    /// Never called.
+    pub fn see(&mut self, _event: &Event) {
+        match *self {}
+    }
+
+    /// Never called.
+    pub fn finish(self) -> Result<(), SessionError> {
+        match self {}
+    }
+}
+
+pub(in crate::session) fn without_viewer() -> SessionError {
+    SessionError::BadRequest {
+        what: "this program was built without the viewer, so it shows and records nothing".into(),
+        hint: "build it with `cargo build --release`, or draw a picture with `overcoat view --sheet sheet.png`".into(),
+    }
+}

@@ -1,0 +1,34 @@
+//! In place of `live_view`, where the program was built without the viewer.
+
+use super::no_recording::without_viewer;
+use crate::cut::Garment;
+use crate::session::error::SessionError;
+use crate::session::open::Session;
+use std::path::Path;
+
+impl Session {
+    /// Writes every built step as a Rerun recording; this program was built without the viewer.
+    pub fn write_recording(&self, _path: &Path) -> Result<(), SessionError> {
+        Err(without_viewer())
+    }
+}
+
+/// A viewer in which a session is seen while it changes; this program was built without, so there is none.
+pub enum LiveView {}
+
+impl LiveView {
+    /// **Errors** always.
+    pub fn open(_session: &Session, _url: Option<&str>) -> Result<Self, SessionError> {
+        Err(without_viewer())
+    }
+
+    /// Never called.
+    pub fn show_all(&mut self, _session: &Session) -> Result<(), SessionError> {
+        match *self {}
+    }
+
+    /// Never called.
+    pub fn show_cut(&mut self, _layer: &str, _garment: &Garment) -> Result<(), SessionError> {
+        match *self {}
+    }
+}

@@ -1,0 +1,76 @@
+//! The session in one picture.
+
+use super::export::write;
+use super::sheet::SeenStep;
+use crate::body::{Pose, Skeleton};
+use crate::geometry::{TriMesh, Vec3};
+use crate::session::error::SessionError;
+use crate::session::open::Session;
+use crate::view::{Paint, Part, Poster, layer_color, poster};
+use nalgebra::UnitQuaternion;
+use std::path::Path;
+
+/// A step forward with a raised hand: degrees about x (leg forward is negative), y and z, as seen in the bind pose.
+const POSE: [(&str, [f64; 3]); 14] = [
+    ("spine", [1.0, 4.0, 0.0]),
+    ("chest", [0.0, 5.0, 1.0]),
+    ("neck", [0.0, 6.0, 0.0]),
+    ("head", [-2.0, 10.0, -3.0]),
+    ("leftUpperArm", [0.0, 0.0, 18.0]),
+    ("leftLowerArm", [-12.0, 0.0, 34.0]),
+    ("rightUpperArm", [6.0, 0.0, 22.0]),
+    ("rightLowerArm", [-14.0, -12.0, 0.0]),
+    ("leftUpperLeg", [-5.0, 0.0, -2.0]),
+    ("leftLowerLeg", [5.0, 0.0, 0.0]),
+    ("leftFoot", [0.0, 0.0, 0.0]),
+    ("rightUpperLeg", [4.0, 0.0, 2.0]),
+    ("rightLowerLeg", [2.0, 0.0, 0.0]),
+    ("rightFoot", [-6.0, 0.0, 0.0]),
+];
+
+impl Session {
+    /// Draws the scans, the layers peeled apart and the figure in a pose of its own, and writes a PNG.
+    pub fn write_poster(&self, path: &Path) -> Result<(), SessionError> {
+        let steps = self.worn_steps(None)?;
+        let Some(last) = steps.last() else { return Ok(()) };
+        let seen: Vec<SeenStep> = steps.iter().map(SeenStep::of).collect();
+        let mut scans = Vec::new();
+        for (k, (worn, seen)) in steps.iter().zip(&seen).enumerate() {
+            let plus = if k == 0 { "" } else { "+ " };
+            scans.push((format!("{plus}{}", worn.step.name), seen.scan()?));
+        }
+        let figure = &last.figure;
+        let painted = |mesh, k: usize| match &figure.layers[k].colors {
+            Some(colors) => Part::try_new(mesh, Paint::PerVertex(colors)).unwrap_or(Part::solid(mesh, layer_color(k))),
+            None => Part::solid(mesh, layer_color(k)),
+        };
+        let layers = figure.layers.iter().enumerate().map(|(k, layer)| (layer.name.clone(), painted(&layer.mesh, k)));
+        let posed: Vec<TriMesh> = figure.posed(&striding(&figure.skeleton));
+        let drawn = poster(&Poster {
+            title: "Scanned while dressing; peeled apart; ready to move".into(),
+            subtitle: format!(
+                "{} scans in, one more garment each; out come {} surfaces that do not cut each other, on one skeleton",
+                steps.len(),
+                figure.layers.len()
+            ),
+            scans,
+            layers: layers.collect(),
+            figure: posed.iter().enumerate().map(|(k, mesh)| painted(mesh, k)).collect(),
+            figure_caption: "all layers, posed by their weights".into(),
+        });
+        write(path, |out| drawn.write_png(out))
+    }
+}
+
+fn striding(skeleton: &Skeleton) -> Pose {
+    let mut pose = Pose::bind(skeleton.len());
+    for (name, degrees) in POSE {
+        if let Some(joint) = skeleton.find(name) {
+            let [x, y, z] = degrees.map(f64::to_radians);
+            let about = |axis: nalgebra::Unit<Vec3>, angle| UnitQuaternion::from_axis_angle(&axis, angle);
+            pose.rotations[joint.index()] =
+                about(Vec3::y_axis(), y) * about(Vec3::x_axis(), x) * about(Vec3::z_axis(), z);
+        }
+    }
+    pose
+}

@@ -1,0 +1,56 @@
+//! A Rerun recording under way, wherever it goes.
+
+use super::show_in::ShowIn;
+use crate::session::error::SessionError;
+use crate::view::{Error, Recording, Sink};
+
+/// A recording, and the first thing that went wrong with it: what is recorded goes on.
+pub(in crate::session) struct Shown {
+    to: ShowIn,
+    recording: Recording,
+    failed: Option<Error>,
+}
+
+impl Shown {
+    /// Begins a recording.
+    pub fn begin(to: &ShowIn, of: impl FnOnce(Sink) -> Result<Recording, Error>) -> Result<Self, SessionError> {
+        let sink = match to {
+            ShowIn::Viewer => Sink::Viewer(None),
+            ShowIn::ViewerAt(url) => Sink::Viewer(Some(url)),
+            ShowIn::File(_) => Sink::Memory,
+        };
+        let recording = of(sink).map_err(|e| told(to, e))?;
+        let shown = Self { to: to.clone(), recording, failed: None };
+        if *to != ShowIn::Viewer && !matches!(to, ShowIn::File(_)) {
+            // One that does not answer is told of before the work, not after.
+            shown.recording.sent().map_err(|e| told(to, e))?;
+        }
+        Ok(shown)
+    }
+
+    /// Records something, unless something went wrong before.
+    pub fn note(&mut self, log: impl FnOnce(&Recording) -> Result<(), Error>) {
+        if self.failed.is_none() {
+            self.failed = log(&self.recording).err();
+        }
+    }
+
+    /// Writes it, or waits until the viewer has it.
+    pub fn finish(self) -> Result<(), SessionError> {
+        let Self { to, recording, failed } = self;
+        if let Some(e) = failed {
+            return Err(told(&to, e));
+        }
+        match &to {
+            ShowIn::File(path) => super::export::write(path, |out| recording.finish(out)),
+            _ => recording.sent().map_err(|e| told(&to, e)),
+        }
+    }
+}
+
+fn told(to: &ShowIn, e: Error) -> SessionError {
+    match to {
+        ShowIn::File(path) => SessionError::bad_source(path, e),
+        _ => SessionError::viewer(e),
+    }
+}

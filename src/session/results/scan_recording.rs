@@ -1,0 +1,73 @@
+//! How frames become a scan, as a Rerun recording: the camera's path around the person, how far each frame lay from the
+//! surface, and the surface as it grows.
+
+use super::recording::Shown;
+use super::show_in::ShowIn;
+use crate::formats::RawMesh;
+use crate::geometry::{PerVertex, Point, TriMesh};
+use crate::scan::FusionStep;
+use crate::session::error::SessionError;
+use crate::view::{Error, Paint, Part, Recording, layer_color};
+use nalgebra::Isometry3;
+
+/// The growing surface is recorded so often over all frames: each is a few megabytes.
+const SURFACES: usize = 12;
+
+/// A recording under way.
+pub(in crate::session) struct ScanRecording {
+    shown: Shown,
+    cameras: Vec<Isometry3<f64>>,
+}
+
+impl ScanRecording {
+    /// Begins a recording.
+    pub fn try_new(name: &str, to: &ShowIn) -> Result<Self, SessionError> {
+        Ok(Self { shown: Shown::begin(to, |sink| Recording::of_fusion(name, sink))?, cameras: Vec::new() })
+    }
+
+    /// Notes a step of the fusion.
+    pub fn see(&mut self, step: &FusionStep) {
+        let cameras = &mut self.cameras;
+        self.shown.note(|recording| match step {
+            FusionStep::Tracked { frame, of, pose, residual, so_far } => {
+                recording.set_frame(*frame);
+                if let Some(residual) = residual {
+                    cameras.push(*pose);
+                    recording.log_measure("residual_mm", 1e3 * residual)?;
+                }
+                recording.log_cameras(cameras)?;
+                match frame % of.div_ceil(SURFACES).max(1) {
+                    0 => log_surface(recording, &so_far.mesh()),
+                    _ => Ok(()),
+                }
+            }
+            FusionStep::Settled { most, .. } => recording.log_notes(&format!("frames moved by {:.2} mm", 1e3 * most)),
+            FusionStep::Placed { poses } => {
+                cameras.clone_from(poses);
+                recording.log_cameras(poses)
+            }
+            FusionStep::Integrated { so_far } => log_surface(recording, &so_far.mesh()),
+            _ => Ok(()),
+        });
+    }
+
+    /// Ends it, with what there is to say of the scan.
+    pub fn finish(mut self, findings: &[String]) -> Result<(), SessionError> {
+        let notes: String = findings.iter().map(|f| format!("- {f}\n")).collect();
+        self.shown.note(|recording| recording.log_notes(&notes));
+        self.shown.finish()
+    }
+}
+
+fn log_surface(recording: &Recording, raw: &RawMesh) -> Result<(), Error> {
+    let points = raw.points.iter().map(|&p| Point::from(p)).collect();
+    // Before the first frames are in, there may be none.
+    let Ok(mesh) = TriMesh::try_from_indices(points, &raw.faces) else { return Ok(()) };
+    match &raw.colors {
+        None => recording.log_scan(&Part::solid(&mesh, layer_color(0))),
+        Some(colors) => {
+            let colors: PerVertex<[u8; 3]> = colors.iter().copied().collect();
+            recording.log_scan(&Part::try_new(&mesh, Paint::PerVertex(&colors))?)
+        }
+    }
+}

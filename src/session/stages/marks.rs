@@ -1,0 +1,87 @@
+//! Masks laid on the scan of their step.
+
+use super::scan::raw_mesh;
+use crate::scan::Scan;
+use crate::segment::{Labels, Marks, SegmentError};
+use crate::session::error::SessionError;
+use crate::session::open::Session;
+use crate::session::recipe::{MaskFile, SourceFile, StepRecipe};
+use std::path::Path;
+
+/// All masks of a step on its scan; of two on the same place the later counts.
+pub(in crate::session) fn marks_of(session: &Session, step: &StepRecipe, scan: &Scan) -> Result<Marks, SessionError> {
+    marks_of_some(session, step, scan, |_| true)
+}
+
+pub(in crate::session) fn marks_of_some(
+    session: &Session,
+    step: &StepRecipe,
+    scan: &Scan,
+    of: impl Fn(usize) -> bool,
+) -> Result<Marks, SessionError> {
+    let mut all = Marks::none(scan.mesh.vertex_count());
+    for (_, source) in step.masks.iter().enumerate().filter(|&(i, _)| of(i)) {
+        all = all.then(&session.read_mask(step, source, scan)?.1);
+    }
+    Ok(all)
+}
+
+pub(in crate::session) fn nothing_left(file: &Path, line: Option<usize>, layer: &str) -> SessionError {
+    SessionError::BadFile {
+        path: file.to_path_buf(),
+        line,
+        reason: format!("after this mask nothing of the garment '{layer}' is left"),
+        hint: "erase less of it".into(),
+    }
+}
+
+/// Whether labels make at least one face.
+pub(in crate::session) fn is_something(scan: &Scan, labels: &Labels) -> bool {
+    scan.mesh.faces().iter().any(|face| face.iter().all(|&v| labels.0[v]))
+}
+
+impl Session {
+    pub(in crate::session) fn read_mask(
+        &self,
+        step: &StepRecipe,
+        source: &SourceFile,
+        scan: &Scan,
+    ) -> Result<(MaskFile, Marks), SessionError> {
+        let path = self.resolve(&source.file);
+        let mask = MaskFile::read(&path, &self.source_bytes(source)?)?;
+        let marks = mask.marks(self, step, scan, &path)?;
+        Ok((mask, marks))
+    }
+}
+
+impl MaskFile {
+    /// The marks on the step's scan; `path` is for messages.
+    pub(in crate::session) fn marks(
+        &self,
+        session: &Session,
+        step: &StepRecipe,
+        scan: &Scan,
+        path: &Path,
+    ) -> Result<Marks, SessionError> {
+        let raw = || {
+            let source = step.source();
+            let bytes = session.source_bytes(&source).ok()?;
+            raw_mesh(&session.resolve(&source.file), &bytes).ok()
+        };
+        let file_vertices = || raw().map(|raw| raw.points.len());
+        let marks = match self {
+            Self::Strokes(strokes) => {
+                self.check_layer(&step.name, path)?;
+                Marks::paint(scan, strokes)
+            }
+            Self::Surface(surface) => surface.marks_on(scan, file_vertices),
+            Self::Numbers(numbers) => Marks::from_numbers(numbers, scan, file_vertices),
+            Self::Picture(picture) => Marks::from_picture(picture, raw().and_then(|raw| raw.uvs).as_deref(), scan),
+        };
+        let marks = marks.map_err(|e| SessionError::bad_source(path, e))?;
+        match marks.0.iter().any(Option::is_some) {
+            true => Ok(marks),
+            false => Err(SessionError::bad_source(path, SegmentError::MarksNothing)),
+        }
+    }
+}

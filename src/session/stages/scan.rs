@@ -1,0 +1,119 @@
+//! Scan: the file's bytes, or a recording's frames, to a cleaned scan.
+
+use super::walk::{Outcome, Tell, Told, Walk};
+use crate::formats::{MeshKind, RawMesh, is_zip, read_mesh, read_recording};
+use crate::scan::{FusionParams, FusionReport, FusionStep, Scan, ScanParams, clean, fuse};
+use crate::session::error::SessionError;
+use crate::session::recipe::{StepRecipe, params_over};
+use crate::session::stage::Stage;
+use crate::session::stage_error::StageError;
+use crate::session::store::Kept;
+use serde_json::json;
+use std::path::Path;
+use std::time::Instant;
+
+pub(in crate::session) fn scan(walk: &mut Walk, step: &StepRecipe) -> Result<Kept<Scan>, SessionError> {
+    watched_scan(walk, step, &mut |_| {})
+}
+
+/// The same, watched while frames are fused.
+pub(in crate::session) fn watched_scan(
+    walk: &mut Walk,
+    step: &StepRecipe,
+    on_fusion: &mut dyn FnMut(&FusionStep),
+) -> Result<Kept<Scan>, SessionError> {
+    let params = params_of(step)?;
+    let fusion = fusion_params_of(step)?;
+    let kind = Path::new(&step.scan).extension().map(|e| e.to_string_lossy().to_lowercase());
+    let inputs = json!({ "file": step.hash, "kind": kind, "params": params, "fusion": fusion });
+    walk.stage(&step.name, Stage::Scan, inputs, |session, tell| {
+        let path = session.resolve(&step.scan);
+        let bytes = session.source_bytes(&step.source())?;
+        let (scan, report) =
+            read(&path, &bytes, &params, &fusion, tell, on_fusion).map_err(|e| SessionError::bad_source(&path, e))?;
+        // A copy is kept once the file is known to be good.
+        session.store.keep_bytes(&bytes)?;
+        let (vertices, faces) = (scan.mesh.vertex_count(), scan.mesh.face_count());
+        let findings = scan.findings.clone();
+        let outcome = Outcome::of(scan).measured("vertices", vertices as f64).measured("faces", faces as f64);
+        Ok(match report {
+            Some(report) => measured(outcome, &report),
+            None => outcome,
+        }
+        .found(findings))
+    })
+}
+
+fn measured<T>(outcome: Outcome<T>, report: &FusionReport) -> Outcome<T> {
+    let outcome = outcome
+        .measured("frames", report.poses.len() as f64)
+        .measured("turns", report.turns)
+        .measured("residual_mm", report.residual_mm)
+        .measured("sway_mm", report.sway_mm);
+    if report.loops == 0 {
+        return outcome;
+    }
+    outcome.measured("loop_mm", report.loop_mm).measured("loop_deg", report.loop_deg)
+}
+
+fn params_of(step: &StepRecipe) -> Result<ScanParams, SessionError> {
+    let defaults = ScanParams::default();
+    let said = ScanParams { unit: step.unit, up: step.up, faces: step.faces.unwrap_or(defaults.faces), ..defaults };
+    params_over(said, step, Stage::Scan)
+}
+
+fn fusion_params_of(step: &StepRecipe) -> Result<FusionParams, SessionError> {
+    let defaults = FusionParams::default();
+    let said = FusionParams { voxel: step.voxel_mm.map_or(defaults.voxel, |mm| 1e-3 * mm), ..defaults };
+    params_over(said, step, Stage::Scan)
+}
+
+fn read(
+    path: &Path,
+    bytes: &[u8],
+    params: &ScanParams,
+    fusion: &FusionParams,
+    tell: Tell,
+    on_fusion: &mut dyn FnMut(&FusionStep),
+) -> Result<(Scan, Option<FusionReport>), StageError> {
+    let cleaned = |raw: &RawMesh, tell: Tell| {
+        clean(raw, params, &mut |s| tell(Told::Text(&format!("{} ({} faces)", s.name, s.faces))))
+    };
+    if !is_zip(bytes) {
+        return Ok((cleaned(&raw_mesh(path, bytes)?, tell)?, None));
+    }
+    let began = Instant::now();
+    let fused = fuse(&read_recording(bytes)?, fusion, &mut |step| {
+        tell(Told::Text(&told(step, &began)));
+        on_fusion(step);
+    })?;
+    let mut scan = cleaned(&fused.mesh, tell)?;
+    scan.findings = fused.findings.into_iter().chain(scan.findings).collect();
+    Ok((scan, Some(fused.report)))
+}
+
+/// A step of the fusion in words.
+fn told(step: &FusionStep, began: &Instant) -> String {
+    match step {
+        FusionStep::Surveyed => "floor and walls found".into(),
+        FusionStep::CutOut { frames } => format!("the person cut out of {frames} frames"),
+        FusionStep::Tracked { frame, of, residual, .. } => {
+            let rate = (frame + 1) as f64 / began.elapsed().as_secs_f64().max(1e-3);
+            let found = residual.map_or("lost".into(), |r| format!("{:.1} mm", 1e3 * r));
+            format!("frame {} of {of} ({found}, {rate:.0} frames/s)", frame + 1)
+        }
+        FusionStep::Closed { loops } => format!("loop closed at {loops} places"),
+        FusionStep::Settled { round, of, most } => {
+            format!("round {} of {of}: frames moved by up to {:.1} mm", round + 1, 1e3 * most)
+        }
+        FusionStep::Placed { .. } => "all frames have their place".into(),
+        FusionStep::Integrated { .. } => "all frames averaged".into(),
+        FusionStep::Extracted { faces } => format!("surface of {faces} faces"),
+    }
+}
+
+/// What the file holds.
+pub(in crate::session) fn raw_mesh(path: &Path, bytes: &[u8]) -> Result<RawMesh, StageError> {
+    let extension = path.extension().map(|e| e.to_string_lossy().into_owned()).unwrap_or_default();
+    Ok(read_mesh(MeshKind::from_extension(&extension)?, bytes)?)
+}

@@ -1,0 +1,217 @@
+//! Artefacts by the hash of their content.
+
+use super::durable::{place_whole, sweep, sync_folder};
+use super::hash::ContentHash;
+use super::memory::Memory;
+use crate::session::error::SessionError;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::marker::PhantomData;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// The folder `artefacts` of a session.
+///
+/// **Guarantees** a name is the hash of its content, checked on every read; a file is whole or absent.
+#[derive(Clone, Debug)]
+pub struct Store {
+    folder: PathBuf,
+    memory: Option<Memory>,
+}
+
+/// How an artefact is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::session) enum Health {
+    Sound,
+    Missing,
+    Damaged,
+}
+
+/// An artefact of a known type, not loaded.
+#[derive(Debug)]
+pub struct Kept<T> {
+    /// Its name in the store.
+    pub hash: ContentHash,
+    of_type: PhantomData<fn() -> T>,
+}
+
+impl<T> Clone for Kept<T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+impl<T> Copy for Kept<T> {}
+
+impl<T> Kept<T> {
+    /// Trusts that the artefact of that name is a `T`: the hash of a stage's inputs says so.
+    pub(in crate::session) fn named(hash: ContentHash) -> Self {
+        Self { hash, of_type: PhantomData }
+    }
+}
+
+impl Store {
+    pub(in crate::session) fn in_session(dir: &Path) -> Self {
+        Self { folder: dir.join("artefacts"), memory: None }
+    }
+
+    pub(in crate::session) fn create(&self) -> Result<(), SessionError> {
+        std::fs::create_dir_all(&self.folder).map_err(|e| SessionError::writing(&self.folder, e))
+    }
+
+    pub(in crate::session) fn sweep(&self) {
+        sweep(&self.folder);
+    }
+
+    /// Keeps bytes as they are. They are durable after the store is settled, which every change of the session does before it
+    /// names them.
+    pub fn keep_bytes(&self, bytes: &[u8]) -> Result<ContentHash, SessionError> {
+        let hash = ContentHash::of(bytes);
+        let path = self.path(hash);
+        // An artefact that is there and right need not be written; one that is damaged is mended by writing it again.
+        if std::fs::read(&path).is_ok_and(|there| ContentHash::of(&there) == hash) {
+            return Ok(hash);
+        }
+        place_whole(&path, bytes)?;
+        Ok(hash)
+    }
+
+    /// Makes durable what was kept.
+    pub(in crate::session) fn settle(&self) -> Result<(), SessionError> {
+        sync_folder(&self.folder)
+    }
+
+    /// The bytes of that name.
+    pub fn bytes(&self, hash: ContentHash) -> Result<Vec<u8>, SessionError> {
+        let path = self.path(hash);
+        let bytes = std::fs::read(&path).map_err(|e| match e.kind() {
+            std::io::ErrorKind::NotFound => {
+                SessionError::DamagedArtefact { path: path.clone(), reason: "it is missing" }
+            }
+            _ => SessionError::reading(&path, e),
+        })?;
+        if ContentHash::of(&bytes) != hash {
+            return Err(SessionError::DamagedArtefact { path, reason: "its content has changed" });
+        }
+        Ok(bytes)
+    }
+
+    /// The text of that name: a recipe or a state.
+    pub(in crate::session) fn text(&self, hash: ContentHash) -> Result<String, SessionError> {
+        // What has the right hash was written by us, as text.
+        Ok(String::from_utf8_lossy(&self.bytes(hash)?).into_owned())
+    }
+
+    /// How an artefact is, by its content.
+    pub(in crate::session) fn health(&self, hash: ContentHash) -> Health {
+        match std::fs::read(self.path(hash)) {
+            Ok(bytes) if ContentHash::of(&bytes) == hash => Health::Sound,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => Health::Missing,
+            _ => Health::Damaged,
+        }
+    }
+
+    /// Takes an artefact away; one that cannot be is overwritten by whoever makes it again.
+    pub(in crate::session) fn remove(&self, hash: ContentHash) {
+        let _ = std::fs::remove_file(self.path(hash));
+    }
+
+    /// All names in the folder, in order.
+    pub(in crate::session) fn names(&self) -> Result<Vec<ContentHash>, SessionError> {
+        let entries = match std::fs::read_dir(&self.folder) {
+            Ok(entries) => entries,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
+            Err(e) => return Err(SessionError::reading(&self.folder, e)),
+        };
+        let mut names: Vec<String> = entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        Ok(names.iter().filter_map(|name| ContentHash::parse(name)).collect())
+    }
+
+    /// Keeps a value in postcard's layout.
+    pub fn keep<T: Serialize>(&self, value: &T) -> Result<Kept<T>, SessionError> {
+        let bytes = postcard::to_stdvec(value).map_err(|e| SessionError::Encoding { reason: e.to_string() })?;
+        Ok(Kept::named(self.keep_bytes(&bytes)?))
+    }
+
+    /// Loads a value.
+    pub fn load<T: DeserializeOwned>(&self, kept: Kept<T>) -> Result<T, SessionError> {
+        let bytes = self.bytes(kept.hash)?;
+        postcard::from_bytes(&bytes).map_err(|_| SessionError::DamagedArtefact {
+            path: self.path(kept.hash),
+            reason: "another version of Overcoat wrote it",
+        })
+    }
+
+    /// Has at hand from now on what `memory` holds, and what is loaded.
+    pub(in crate::session) fn remember(&mut self, memory: &Memory) {
+        self.memory = Some(memory.clone());
+    }
+
+    /// Loads a value, or gives the one at hand.
+    pub(in crate::session) fn load_shared<T: DeserializeOwned + Send + Sync + 'static>(
+        &self,
+        kept: Kept<T>,
+    ) -> Result<Arc<T>, SessionError> {
+        match &self.memory {
+            Some(memory) => memory.have(kept.hash, || self.load(kept)),
+            None => self.load(kept).map(Arc::new),
+        }
+    }
+
+    /// What is prepared from the artefact of that name: made, or at hand.
+    pub(in crate::session) fn prepared<T: Send + Sync + 'static>(
+        &self,
+        of: ContentHash,
+        prepare: impl FnOnce() -> T,
+    ) -> Arc<T> {
+        match &self.memory {
+            Some(memory) => {
+                memory.have(of, || Ok::<T, std::convert::Infallible>(prepare())).unwrap_or_else(|e| match e {})
+            }
+            None => Arc::new(prepare()),
+        }
+    }
+
+    /// Whether there is a file of that name; its content is checked when it is read.
+    pub fn has(&self, hash: ContentHash) -> bool {
+        self.path(hash).is_file()
+    }
+
+    fn path(&self, hash: ContentHash) -> PathBuf {
+        self.folder.join(hash.to_string())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn store() -> (tempfile::TempDir, Store) {
+        let dir = tempfile::tempdir().unwrap();
+        let store = Store::in_session(dir.path());
+        store.create().unwrap();
+        (dir, store)
+    }
+
+    #[test]
+    fn what_is_kept_comes_back_under_the_same_name() {
+        let (_dir, store) = store();
+        let value = vec![1.5f64, -0.0, 1e-300];
+        let kept = store.keep(&value).unwrap();
+        assert_eq!(store.load(kept).unwrap(), value);
+        assert_eq!(store.keep(&value).unwrap().hash, kept.hash);
+    }
+
+    #[test]
+    fn damage_is_seen_and_mended_by_keeping_again() {
+        let (dir, store) = store();
+        let kept = store.keep(&vec![7u32, 8]).unwrap();
+        let path = dir.path().join("artefacts").join(kept.hash.to_string());
+        std::fs::write(&path, b"nonsense").unwrap();
+        assert!(matches!(store.load(kept), Err(SessionError::DamagedArtefact { .. })));
+        store.keep(&vec![7u32, 8]).unwrap();
+        assert_eq!(store.load(kept).unwrap(), vec![7, 8]);
+        std::fs::remove_file(&path).unwrap();
+        assert!(matches!(store.load(kept), Err(SessionError::DamagedArtefact { reason: "it is missing", .. })));
+    }
+}

@@ -1,0 +1,132 @@
+//! Files that are there whole or not at all.
+
+use crate::session::error::SessionError;
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Begins the name of a file that is not finished; whoever holds the lock may delete it.
+pub(in crate::session) const UNFINISHED: &str = ".unfinished-";
+
+/// Writes `bytes` to a temporary name in the same folder, syncs it, renames it to `path` and syncs the folder.
+pub(in crate::session) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
+    write_whole_with(path, |file| file.write_all(bytes).map_err(|e| SessionError::writing(path, e)))
+}
+
+/// The same for content that is streamed; nothing appears at `path` if `write` fails.
+pub(in crate::session) fn write_whole_with(
+    path: &Path,
+    write: impl FnOnce(&mut File) -> Result<(), SessionError>,
+) -> Result<(), SessionError> {
+    place(path, write)?;
+    sync_folder(&folder_of(path))
+}
+
+/// As [`write_whole`], but the folder is left to be synced: once for many files. Until then the name may be lost with the
+/// power, never the content of a name that is there.
+pub(in crate::session) fn place_whole(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
+    place(path, |file| file.write_all(bytes).map_err(|e| SessionError::writing(path, e)))
+}
+
+/// As [`write_whole`], but nothing is synced: for what nobody misses if the power fails.
+pub(in crate::session) fn write_lightly(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
+    let io = |e| SessionError::writing(path, e);
+    let mut file = new_file(&folder_of(path)).map_err(io)?;
+    file.write_all(bytes).map_err(io)?;
+    file.persist(path).map(drop).map_err(|e| io(e.error))
+}
+
+fn place(path: &Path, write: impl FnOnce(&mut File) -> Result<(), SessionError>) -> Result<(), SessionError> {
+    let io = |e| SessionError::writing(path, e);
+    let mut file = new_file(&folder_of(path)).map_err(io)?;
+    write(file.as_file_mut())?;
+    file.as_file().sync_all().map_err(io)?;
+    file.persist(path).map(drop).map_err(|e| io(e.error))
+}
+
+/// Adds one line to the end of `path`, and syncs. What follows the last line break is cut off first: it was never finished.
+pub(in crate::session) fn append_line(path: &Path, line: &str) -> Result<(), SessionError> {
+    let io = |e| SessionError::writing(path, e);
+    let (whole, is_new) = match fs::read(path) {
+        Ok(bytes) => (bytes.iter().rposition(|&b| b == b'\n').map_or(0, |at| at + 1), false),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => (0, true),
+        Err(e) => return Err(io(e)),
+    };
+    let mut file = File::options().create(true).append(true).open(path).map_err(io)?;
+    file.set_len(whole as u64).map_err(io)?;
+    if let Err(e) = file.write_all(format!("{line}\n").as_bytes()).and_then(|()| file.sync_all()) {
+        // On a full disk half a line may stand there; whoever reads it would be told of a damage that is none.
+        let _ = file.set_len(whole as u64);
+        return Err(io(e));
+    }
+    if is_new { sync_folder(&folder_of(path)) } else { Ok(()) }
+}
+
+/// Deletes what a killed writer left unfinished in `folder`.
+pub(in crate::session) fn sweep(folder: &Path) {
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    for entry in entries.flatten() {
+        if entry.file_name().to_string_lossy().starts_with(UNFINISHED) {
+            // A file that cannot be deleted is in nobody's way.
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+fn folder_of(path: &Path) -> PathBuf {
+    match path.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p.to_path_buf(),
+        _ => PathBuf::from("."),
+    }
+}
+
+fn new_file(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(UNFINISHED);
+    #[cfg(unix)]
+    let mode = {
+        use std::os::unix::fs::PermissionsExt;
+        fs::Permissions::from_mode(0o666)
+    };
+    #[cfg(unix)]
+    builder.permissions(mode);
+    builder.tempfile_in(folder)
+}
+
+/// Makes the names in a folder durable.
+pub(in crate::session) fn sync_folder(folder: &Path) -> Result<(), SessionError> {
+    // Elsewhere a folder cannot be opened as a file, and its names are durable with their files.
+    if cfg!(unix) {
+        File::open(folder).and_then(|f| f.sync_all()).map_err(|e| SessionError::writing(folder, e))?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_write_that_fails_leaves_what_was_there() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a");
+        write_whole(&path, b"before").unwrap();
+        let failed = write_whole_with(&path, |file| {
+            file.write_all(b"half").unwrap();
+            Err(SessionError::NotASession { dir: "x".into() })
+        });
+        assert!(failed.is_err());
+        assert_eq!(fs::read(&path).unwrap(), b"before");
+        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1, "no temporary file stays");
+    }
+
+    #[test]
+    fn a_line_cut_short_is_dropped_by_the_next() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("lines");
+        append_line(&path, "one").unwrap();
+        fs::write(&path, "one\ntw").unwrap();
+        append_line(&path, "three").unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "one\nthree\n");
+    }
+}

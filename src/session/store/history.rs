@@ -1,0 +1,185 @@
+//! Where a session stands among its changes: what `undo` and `redo` walk over, branch by branch.
+//!
+//! The journal is only ever appended to. `undo`, `redo` and `branch` are lines too, which name the recipe and the state
+//! that they lead to; read from the first line to the last, the lines say what can be undone and redone now.
+
+use super::hash::ContentHash;
+use super::journal::{Change, Move};
+use serde::Serialize;
+
+/// The branch of a new session.
+pub const MAIN_BRANCH: &str = "main";
+
+/// What was asked for, as a person would undo it: all lines with the same recipe. What a build makes of a recipe belongs
+/// to it, and comes and goes with it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Entry {
+    /// Counted from 1 over the whole session; the journal's line that first had this recipe.
+    pub number: usize,
+    /// What was done.
+    pub change: String,
+    /// The recipe's text.
+    pub recipe: ContentHash,
+    /// The latest state of that recipe.
+    pub state: ContentHash,
+}
+
+/// A line of changes of its own.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Branch {
+    /// Its name.
+    pub name: String,
+    /// What was done and not undone, oldest first; the last is where the branch stands.
+    pub done: Vec<Entry>,
+    /// What was undone and can be done again, the next one last.
+    pub undone: Vec<Entry>,
+}
+
+/// All branches of a session.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct History {
+    branches: Vec<Branch>,
+    current: usize,
+}
+
+impl Default for History {
+    fn default() -> Self {
+        let main = Branch { name: MAIN_BRANCH.into(), done: Vec::new(), undone: Vec::new() };
+        Self { branches: vec![main], current: 0 }
+    }
+}
+
+impl History {
+    /// Reads the lines; an error is the index of one that cannot follow those before it, and why.
+    pub(in crate::session) fn of(changes: &[Change]) -> Result<Self, (usize, &'static str)> {
+        let mut history = Self::default();
+        for (i, change) in changes.iter().enumerate() {
+            history.follow(i + 1, change).map_err(|why| (i, why))?;
+        }
+        Ok(history)
+    }
+
+    /// One line more.
+    pub(in crate::session) fn follow(&mut self, number: usize, change: &Change) -> Result<(), &'static str> {
+        let branch = &mut self.branches[self.current];
+        match &change.moves {
+            None => match branch.done.last_mut() {
+                Some(top) if top.recipe == change.recipe => top.state = change.state,
+                _ => {
+                    let Change { change, recipe, state, .. } = change.clone();
+                    branch.done.push(Entry { number, change, recipe, state });
+                    branch.undone.clear();
+                }
+            },
+            Some(Move::Undo) => {
+                let undone = branch.done.pop().ok_or("it undoes what was never done")?;
+                branch.undone.push(undone);
+            }
+            Some(Move::Redo) => {
+                let redone = branch.undone.pop().ok_or("it redoes what was never undone")?;
+                branch.done.push(redone);
+            }
+            Some(Move::Branch(name)) => self.switch(name),
+        }
+        match self.current().done.last() {
+            Some(top) if (top.recipe, top.state) == (change.recipe, change.state) => Ok(()),
+            _ => Err("it names another recipe or state than the lines before it lead to"),
+        }
+    }
+
+    fn switch(&mut self, name: &str) {
+        self.current = match self.branches.iter().position(|b| b.name == name) {
+            Some(at) => at,
+            None => {
+                let done = self.current().done.clone();
+                self.branches.push(Branch { name: name.into(), done, undone: Vec::new() });
+                self.branches.len() - 1
+            }
+        };
+    }
+
+    /// All branches, in the order in which they were made.
+    pub fn branches(&self) -> &[Branch] {
+        &self.branches
+    }
+
+    /// The branch that changes go to.
+    pub fn current(&self) -> &Branch {
+        &self.branches[self.current]
+    }
+
+    /// The branch of that name.
+    pub fn branch(&self, name: &str) -> Option<&Branch> {
+        self.branches.iter().find(|b| b.name == name)
+    }
+}
+
+impl Branch {
+    /// Where the branch stands.
+    pub fn head(&self) -> Option<&Entry> {
+        self.done.last()
+    }
+
+    /// What `undo` would lead back to: the first change of a session cannot be undone, for nothing was before it.
+    pub fn before(&self) -> Option<&Entry> {
+        self.done.len().checked_sub(2).map(|at| &self.done[at])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(change: &str, recipe: &str, state: &str, moves: Option<Move>) -> Change {
+        let hash = |text: &str| ContentHash::of(text.as_bytes());
+        Change { change: change.into(), recipe: hash(recipe), state: hash(state), moves }
+    }
+
+    fn names(entries: &[Entry]) -> Vec<&str> {
+        entries.iter().map(|e| e.change.as_str()).collect()
+    }
+
+    #[test]
+    fn a_build_belongs_to_what_was_asked_and_is_undone_with_it() {
+        let lines = [
+            line("new", "r0", "s0", None),
+            line("scan body", "r1", "s1", None),
+            line("build", "r1", "s2", None),
+            line("mask shirt", "r2", "s2", None),
+            line("build", "r2", "s3", None),
+            line("undo", "r1", "s2", Some(Move::Undo)),
+            line("build", "r1", "s4", None),
+        ];
+        let history = History::of(&lines).unwrap();
+        assert_eq!(names(&history.current().done), ["new", "scan body"]);
+        assert_eq!(names(&history.current().undone), ["mask shirt"], "a build is no reason to forget what was undone");
+        assert_eq!(history.current().head().unwrap().state, ContentHash::of(b"s4"));
+        assert_eq!(history.current().undone[0].state, ContentHash::of(b"s3"));
+    }
+
+    #[test]
+    fn a_new_change_forgets_what_was_undone_on_its_branch_only() {
+        let lines = [
+            line("new", "r0", "s0", None),
+            line("a", "r1", "s1", None),
+            line("branch b", "r1", "s1", Some(Move::Branch("b".into()))),
+            line("undo", "r0", "s0", Some(Move::Undo)),
+            line("branch main", "r1", "s1", Some(Move::Branch("main".into()))),
+            line("c", "r3", "s3", None),
+            line("branch b", "r0", "s0", Some(Move::Branch("b".into()))),
+        ];
+        let history = History::of(&lines).unwrap();
+        assert_eq!(history.current().name, "b");
+        assert_eq!(names(&history.current().undone), ["a"]);
+        assert_eq!(names(&history.branch("main").unwrap().done), ["new", "a", "c"]);
+    }
+
+    #[test]
+    fn lines_that_contradict_those_before_them_are_named() {
+        let new = line("new", "r0", "s0", None);
+        let undo = line("undo", "r9", "s9", Some(Move::Undo));
+        assert_eq!(History::of(&[new.clone(), undo]).unwrap_err().0, 1);
+        let redo = line("redo", "r0", "s0", Some(Move::Redo));
+        assert_eq!(History::of(&[new, redo]).unwrap_err(), (1, "it redoes what was never undone"));
+    }
+}

@@ -1,0 +1,107 @@
+//! One line a change: what was done, and the names of the recipe and the state that it led to.
+
+use super::durable::append_line;
+use super::hash::ContentHash;
+use crate::session::error::SessionError;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// One change of a session. Recipe and state are artefacts, so every earlier state can be had again.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Change {
+    /// What was done, as a person would say it.
+    pub change: String,
+    /// The text of `recipe.toml` afterwards.
+    pub recipe: ContentHash,
+    /// The text of `session.json` afterwards.
+    pub state: ContentHash,
+    /// Set where the line leads to what was there before.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub moves: Option<Move>,
+}
+
+/// A line that makes nothing new.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Move {
+    /// To before the branch's last change.
+    Undo,
+    /// To after the change that was undone last.
+    Redo,
+    /// To the branch of that name, which begins here where it is new.
+    Branch(String),
+}
+
+/// The file as it is.
+pub(in crate::session) struct Journal {
+    /// All changes that can be read, oldest first, up to the first line that cannot.
+    pub changes: Vec<Change>,
+    /// That line.
+    pub broken: Option<BrokenLine>,
+}
+
+/// A line in which no change can be read.
+pub(in crate::session) struct BrokenLine {
+    /// Counted from 1.
+    pub line: usize,
+    /// Why not.
+    pub reason: String,
+    /// It is the last, and has no end: whoever wrote it was stopped, or the file was cut off.
+    pub cut_off: bool,
+}
+
+pub(in crate::session) fn path_in(dir: &Path) -> PathBuf {
+    dir.join("journal.jsonl")
+}
+
+/// Reads what can be read. **Errors** where the system will not let the file be read.
+pub(in crate::session) fn read(dir: &Path) -> Result<Journal, SessionError> {
+    let path = path_in(dir);
+    let bytes = match std::fs::read(&path) {
+        Ok(bytes) => bytes,
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Vec::new(),
+        Err(e) => return Err(SessionError::reading(&path, e)),
+    };
+    Ok(parse(&bytes))
+}
+
+/// The same of a file's bytes.
+pub(in crate::session) fn parse(bytes: &[u8]) -> Journal {
+    let mut changes = Vec::new();
+    for line in bytes.split_inclusive(|&b| b == b'\n') {
+        let broken = |reason: String, cut_off| Some(BrokenLine { line: changes.len() + 1, reason, cut_off });
+        let Some(whole) = line.strip_suffix(b"\n") else {
+            return Journal { broken: broken("the line is cut off".into(), true), changes };
+        };
+        match serde_json::from_slice(whole) {
+            Ok(change) => changes.push(change),
+            Err(e) => {
+                return Journal { broken: broken(format!("no change can be read there ({e})"), false), changes };
+            }
+        }
+    }
+    Journal { changes, broken: None }
+}
+
+impl BrokenLine {
+    /// The line as an error.
+    pub fn error(&self, dir: &Path) -> SessionError {
+        bad_line(dir, self.line, self.reason.clone())
+    }
+}
+
+/// A line that cannot stand where it stands.
+pub(in crate::session) fn bad_line(dir: &Path, line: usize, reason: String) -> SessionError {
+    SessionError::BadFile {
+        path: path_in(dir),
+        line: Some(line),
+        reason,
+        hint: "the journal was edited or damaged; `overcoat fsck` puts aside what follows that line, and goes on from the state before it"
+            .into(),
+    }
+}
+
+pub(in crate::session) fn append(dir: &Path, change: &Change) -> Result<(), SessionError> {
+    let line = serde_json::to_string(change).map_err(|e| SessionError::Encoding { reason: e.to_string() })?;
+    append_line(&path_in(dir), &line)
+}

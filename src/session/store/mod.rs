@@ -1,0 +1,25 @@
+//! What is on disk: artefacts by the hash of their content, durable writes, the lock, the journal and the history that it
+//! tells. Knows no stage but by name.
+
+mod artefacts;
+pub(in crate::session) mod durable;
+mod hash;
+mod history;
+pub(in crate::session) mod journal;
+mod lock;
+mod memory;
+mod state;
+mod timings;
+
+pub(in crate::session) use artefacts::Health;
+pub use artefacts::{Kept, Store};
+pub(in crate::session) use durable::{UNFINISHED, place_whole, sweep, sync_folder, write_whole, write_whole_with};
+pub use hash::ContentHash;
+pub use history::{Branch, Entry, History, MAIN_BRANCH};
+pub(in crate::session) use journal::BrokenLine;
+pub use journal::{Change, Move};
+pub(in crate::session) use lock::Lock;
+pub use memory::Memory;
+pub(in crate::session) use state::SCHEMA;
+pub use state::{Measures, StageRecord, State, StepRecord};
+pub use timings::Timings;

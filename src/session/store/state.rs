@@ -1,0 +1,111 @@
+//! `session.json`: which stages stand, on what inputs, and what they measured. Times are in `timings.json`, so that the
+//! same recipe gives the same bytes.
+
+use super::hash::ContentHash;
+use crate::session::error::SessionError;
+use crate::session::stage::Stage;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// The version of the layout of `session.json` and of all artefacts.
+pub(in crate::session) const SCHEMA: u32 = 1;
+
+/// What a stage measured, by name; units are in the names.
+pub type Measures = BTreeMap<String, f64>;
+
+/// A stage that has run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StageRecord {
+    /// Hash over everything that the result depends on.
+    pub inputs: ContentHash,
+    /// The version of the stage's code.
+    #[serde(default)]
+    pub code: u32,
+    /// All of those inputs by name: what those of a stage that is stale are compared with, to say why it is.
+    #[serde(default, skip_serializing_if = "Value::is_null")]
+    pub from: Value,
+    /// The result's name among the artefacts.
+    pub output: ContentHash,
+    /// What it measured.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub measures: Measures,
+    /// What it assumed or noticed, for people.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub findings: Vec<String>,
+}
+
+/// The stages of one step that have run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StepRecord {
+    /// The step's name.
+    pub name: String,
+    /// By stage.
+    #[serde(default)]
+    pub stages: BTreeMap<Stage, StageRecord>,
+}
+
+/// The content of `session.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// Layout of this file and of the artefacts.
+    pub schema: u32,
+    /// What the recipe asks for that this is the state of, wherever its files lie.
+    pub recipe: ContentHash,
+    /// In the order of the recipe.
+    pub steps: Vec<StepRecord>,
+}
+
+impl State {
+    pub(in crate::session) fn new(recipe: ContentHash) -> Self {
+        Self { schema: SCHEMA, recipe, steps: Vec::new() }
+    }
+
+    pub(in crate::session) fn to_text(&self) -> Result<String, SessionError> {
+        let text = serde_json::to_string_pretty(self).map_err(|e| SessionError::Encoding { reason: e.to_string() })?;
+        Ok(text + "\n")
+    }
+
+    pub(in crate::session) fn parse(text: &str, path: &Path) -> Result<Self, SessionError> {
+        /// Only the version, so that a newer file is recognised before its keys are not.
+        #[derive(Deserialize)]
+        struct Versioned {
+            schema: u32,
+        }
+        if let Ok(Versioned { schema }) = serde_json::from_str::<Versioned>(text)
+            && schema != SCHEMA
+        {
+            let line = text.lines().position(|l| l.contains("\"schema\"")).map(|at| at + 1);
+            return Err(SessionError::NewerSession { path: path.to_path_buf(), line, found: schema, known: SCHEMA });
+        }
+        serde_json::from_str(text).map_err(|e| SessionError::BadFile {
+            path: path.to_path_buf(),
+            line: Some(e.line()),
+            reason: e.to_string(),
+            hint: "the file was edited or damaged; delete it, and `overcoat build` makes everything again from recipe.toml".into(),
+        })
+    }
+
+    /// The record of a stage, if it has run.
+    pub fn record(&self, step: &str, stage: Stage) -> Option<&StageRecord> {
+        self.steps.iter().find(|s| s.name == step)?.stages.get(&stage)
+    }
+
+    pub(in crate::session) fn put(&mut self, step: &str, stage: Stage, record: StageRecord) {
+        let at = match self.steps.iter().position(|s| s.name == step) {
+            Some(at) => at,
+            None => {
+                self.steps.push(StepRecord { name: step.into(), stages: BTreeMap::new() });
+                self.steps.len() - 1
+            }
+        };
+        self.steps[at].stages.insert(stage, record);
+    }
+
+    /// Drops steps that the recipe no longer has, and puts the rest in its order.
+    pub(in crate::session) fn follow(&mut self, names: &[&str]) {
+        self.steps.retain(|s| names.contains(&s.name.as_str()));
+        self.steps.sort_by_key(|s| names.iter().position(|n| *n == s.name));
+    }
+}
