@@ -20,7 +20,7 @@ fn body(model: &BodyModel, k: usize) -> TriMesh {
     for (joint, angle) in
         [("leftUpperArm", 0.2 * wave(2.1)), ("rightUpperArm", 0.2 * wave(3.7)), ("leftUpperLeg", 0.1 * wave(5.3))]
     {
-        let j = skeleton.find(joint).unwrap();
+        let j = skeleton.find_name(joint).unwrap();
         pose.rotations[j.index()] = nalgebra::UnitQuaternion::from_euler_angles(0.5 * angle, 0.0, angle);
     }
     mesh.with_points(model.posed(mesh.points(), &skeleton, &pose))

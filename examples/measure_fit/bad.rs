@@ -202,7 +202,7 @@ fn damaged(model: &BodyModel, subject: &Subject) -> Vec<Case> {
 }
 
 pub fn below(skeleton: &Skeleton, joint: &str, ancestor: &str) -> bool {
-    skeleton.find(joint).zip(skeleton.find(ancestor)).is_some_and(|(j, a)| skeleton.is_below(j, a))
+    skeleton.find_name(joint).zip(skeleton.find_name(ancestor)).is_some_and(|(j, a)| skeleton.is_below(j, a))
 }
 
 /// For each point of the scan the joint that moves the skin next to it most.

@@ -1,39 +1,45 @@
-//! Other rigs' names for our joints.
+//! Other rigs' names for the human joints.
 
-use super::JOINT_NAMES;
+use super::human_joint::{HumanJoint, Side};
 
-/// MakeHuman's default rig: the bone whose head is the joint, in the order of [`JOINT_NAMES`].
-const MAKEHUMAN: [&str; 22] = [
-    "root",
-    "spine05",
-    "spine03",
-    "spine01",
-    "neck01",
-    "head",
-    "clavicle.L",
-    "upperarm01.L",
-    "lowerarm01.L",
-    "wrist.L",
-    "clavicle.R",
-    "upperarm01.R",
-    "lowerarm01.R",
-    "wrist.R",
-    "upperleg01.L",
-    "lowerleg01.L",
-    "foot.L",
-    "toe1-1.L",
-    "upperleg01.R",
-    "lowerleg01.R",
-    "foot.R",
-    "toe1-1.R",
-];
+impl HumanJoint {
+    /// The bone of MakeHuman's default rig whose head is this joint.
+    pub fn makehuman_bone(self) -> &'static str {
+        use HumanJoint::{
+            Chest, Foot, Hand, Head, Hips, LowerArm, LowerLeg, Neck, Shoulder, Spine, Toes, UpperArm, UpperChest,
+            UpperLeg,
+        };
+        use Side::{Left, Right};
+        match self {
+            Hips => "root",
+            Spine => "spine05",
+            Chest => "spine03",
+            UpperChest => "spine01",
+            Neck => "neck01",
+            Head => "head",
+            Shoulder(Left) => "clavicle.L",
+            Shoulder(Right) => "clavicle.R",
+            UpperArm(Left) => "upperarm01.L",
+            UpperArm(Right) => "upperarm01.R",
+            LowerArm(Left) => "lowerarm01.L",
+            LowerArm(Right) => "lowerarm01.R",
+            Hand(Left) => "wrist.L",
+            Hand(Right) => "wrist.R",
+            UpperLeg(Left) => "upperleg01.L",
+            UpperLeg(Right) => "upperleg01.R",
+            LowerLeg(Left) => "lowerleg01.L",
+            LowerLeg(Right) => "lowerleg01.R",
+            Foot(Left) => "foot.L",
+            Foot(Right) => "foot.R",
+            Toes(Left) => "toe1-1.L",
+            Toes(Right) => "toe1-1.R",
+        }
+    }
 
-/// Our name for a joint that is called so in our own files or in MakeHuman's default rig.
-pub fn joint_by_any_name(name: &str) -> Option<&'static str> {
-    JOINT_NAMES
-        .into_iter()
-        .find(|n| *n == name)
-        .or_else(|| MAKEHUMAN.iter().position(|n| *n == name).map(|k| JOINT_NAMES[k]))
+    /// The joint with this VRM name, or with this name in MakeHuman's default rig.
+    pub fn from_any_name(name: &str) -> Option<Self> {
+        Self::from_name(name).or_else(|| Self::BODY.into_iter().find(|joint| joint.makehuman_bone() == name))
+    }
 }
 
 #[cfg(test)]
@@ -42,9 +48,10 @@ mod tests {
 
     #[test]
     fn both_rigs_name_the_same_joint() {
-        assert_eq!(joint_by_any_name("leftHand"), Some("leftHand"));
-        assert_eq!(joint_by_any_name("wrist.L"), Some("leftHand"));
-        assert_eq!(joint_by_any_name("toe1-1.R"), Some("rightToes"));
-        assert_eq!(joint_by_any_name("tail"), None);
+        let hand = HumanJoint::Hand(Side::Left);
+        assert_eq!(HumanJoint::from_any_name("leftHand"), Some(hand));
+        assert_eq!(HumanJoint::from_any_name("wrist.L"), Some(hand));
+        assert_eq!(HumanJoint::from_any_name("toe1-1.R"), Some(HumanJoint::Toes(Side::Right)));
+        assert_eq!(HumanJoint::from_any_name("tail"), None);
     }
 }

@@ -19,12 +19,12 @@ pub fn embedded_model() -> Result<BodyModel, BodyError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::JOINT_NAMES;
+    use crate::body::Skeleton;
 
     #[test]
     fn the_embedded_model_has_our_joints_and_fifteen_components() {
         let model = embedded_model().unwrap();
-        assert_eq!(model.skeleton.names, JOINT_NAMES);
+        assert_eq!(model.skeleton.names, Skeleton::body_names());
         assert_eq!(model.component_count(), 15);
         assert!(model.template.signed_volume() > 0.03, "closed, and seen from outside");
     }

@@ -1,5 +1,9 @@
 //! Stature, girths and lengths of a body, as a tailor takes them.
 
+use super::human_joint::HumanJoint::{
+    self, Foot, Hand, Head, Hips, LowerArm, LowerLeg, Neck, Toes, UpperArm, UpperLeg,
+};
+use super::human_joint::Side::{self, Left, Right};
 use super::section::{Section, tape};
 use super::{JointId, Skeleton, SkinWeights, Stance, skin};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
@@ -49,16 +53,16 @@ pub fn body_measures(mesh_in_bind: &TriMesh, weights: &SkinWeights, skeleton: &S
     put("waist girth", body.trunk(body.level(WAIST_PER_STATURE)));
     put("hip girth", body.hip());
     put("thigh girth", body.thigh());
-    put("knee girth", body.limb("leftLowerLeg", "leftFoot", [0.0, 0.0], f64::max));
-    put("calf girth", body.limb("leftLowerLeg", "leftFoot", [0.12, 0.50], f64::max));
-    put("minimum leg girth", body.limb("leftLowerLeg", "leftFoot", [0.70, 0.95], f64::min));
-    put("upper arm girth", body.limb("leftUpperArm", "leftLowerArm", [0.40, 0.75], f64::max));
-    put("elbow girth", body.limb("leftLowerArm", "leftHand", [0.0, 0.0], f64::max));
-    put("wrist girth", body.limb("leftLowerArm", "leftHand", [0.85, 0.98], f64::min));
-    put("arm length", body.chain(&["leftUpperArm", "leftLowerArm", "leftHand"]));
-    put("upper arm length", body.chain(&["leftUpperArm", "leftLowerArm"]));
-    put("shoulder width", body.chain(&["leftUpperArm", "rightUpperArm"]));
-    put("thigh length", body.chain(&["leftUpperLeg", "leftLowerLeg"]));
+    put("knee girth", body.limb(LowerLeg(Left), Foot(Left), [0.0, 0.0], f64::max));
+    put("calf girth", body.limb(LowerLeg(Left), Foot(Left), [0.12, 0.50], f64::max));
+    put("minimum leg girth", body.limb(LowerLeg(Left), Foot(Left), [0.70, 0.95], f64::min));
+    put("upper arm girth", body.limb(UpperArm(Left), LowerArm(Left), [0.40, 0.75], f64::max));
+    put("elbow girth", body.limb(LowerArm(Left), Hand(Left), [0.0, 0.0], f64::max));
+    put("wrist girth", body.limb(LowerArm(Left), Hand(Left), [0.85, 0.98], f64::min));
+    put("arm length", body.chain(&[UpperArm(Left), LowerArm(Left), Hand(Left)]));
+    put("upper arm length", body.chain(&[UpperArm(Left), LowerArm(Left)]));
+    put("shoulder width", body.chain(&[UpperArm(Left), UpperArm(Right)]));
+    put("thigh length", body.chain(&[UpperLeg(Left), LowerLeg(Left)]));
     put("foot length", body.foot());
     taken
 }
@@ -82,14 +86,15 @@ impl<'a> Measured<'a> {
         let upright: PerVertex<f64> = standing.iter().map(|p| p.y - low).collect();
         let stature = upright.iter().copied().fold(0.0, f64::max);
         let top = mesh.points().iter().map(|p| p.y).fold(f64::NEG_INFINITY, f64::max);
-        let is_arm: Vec<bool> = skeleton.ids().map(|j| below_either(skeleton, j, "UpperArm")).collect();
+        let is_arm: Vec<bool> =
+            skeleton.ids().map(|j| Side::BOTH.iter().any(|&side| skeleton.is_part_of(j, UpperArm(side)))).collect();
         let of_arm = |row: &[(JointId, f64); 4]| row.iter().filter(|e| is_arm[e.0.index()]).map(|e| e.1).sum::<f64>();
         let is_trunk = weights.rows().iter().map(|row| of_arm(row) < 0.5).collect();
         Self { mesh, weights, skeleton, stature, top, upright, is_trunk }
     }
 
-    fn joint(&self, name: &str) -> Option<Point> {
-        self.skeleton.find(name).map(|j| self.skeleton.joints_in_bind[j.index()])
+    fn joint(&self, joint: HumanJoint) -> Option<Point> {
+        self.skeleton.find(joint).map(|j| self.skeleton.joints_in_bind[j.index()])
     }
 
     /// The bind pose's height of a level of the standing body: trunk and head keep their distance from the crown.
@@ -130,24 +135,30 @@ impl<'a> Measured<'a> {
     fn crotch(&self) -> Option<f64> {
         /// Half-width of the strip that is the midline: about an edge of the mesh.
         const STRIP: f64 = 0.015;
-        let knee = self.joint("leftLowerLeg")?.y;
-        let middle = self.joint("hips")?.x;
+        let knee = self.joint(LowerLeg(Left))?.y;
+        let middle = self.joint(Hips)?.x;
         let strip = self.mesh.points().iter().filter(|p| (p.x - middle).abs() < STRIP && p.y > knee);
         strip.map(|p| p.y).reduce(f64::min)
     }
 
     /// Square to the thigh, 2 cm below where the legs part.
     fn thigh(&self) -> Option<f64> {
-        let (hip, knee) = (self.joint("leftUpperLeg")?, self.joint("leftLowerLeg")?);
+        let (hip, knee) = (self.joint(UpperLeg(Left))?, self.joint(LowerLeg(Left))?);
         let axis = (knee - hip).try_normalize(1e-9)?;
         // The plane meets the inner thigh, not the bone, at that height.
         let inner = 0.07 * axis.x.abs();
         let down = (hip.y - self.crotch()? + 0.02 - inner) / -axis.y;
-        self.around("leftUpperLeg", hip + axis * down, &axis)
+        self.around(UpperLeg(Left), hip + axis * down, &axis)
     }
 
     /// The extreme girth of a limb between two places along a bone.
-    fn limb(&self, from: &str, to: &str, [first, last]: [f64; 2], pick: fn(f64, f64) -> f64) -> Option<f64> {
+    fn limb(
+        &self,
+        from: HumanJoint,
+        to: HumanJoint,
+        [first, last]: [f64; 2],
+        pick: fn(f64, f64) -> f64,
+    ) -> Option<f64> {
         let (a, b) = (self.joint(from)?, self.joint(to)?);
         let axis = (b - a).try_normalize(1e-9)?;
         let count = ((last - first) * (b - a).norm() / STEP).round() as usize;
@@ -156,7 +167,7 @@ impl<'a> Measured<'a> {
     }
 
     /// The tape around the limb that hangs at the parent of `joint`, square to `axis`.
-    fn around(&self, joint: &str, at: Point, axis: &Vec3) -> Option<f64> {
+    fn around(&self, joint: HumanJoint, at: Point, axis: &Vec3) -> Option<f64> {
         let limb = self.skeleton.find(joint)?;
         let parent = self.skeleton.parents[limb.index()]?;
         let is_of = |v: crate::geometry::VertexId| {
@@ -173,7 +184,7 @@ impl<'a> Measured<'a> {
     }
 
     fn neck(&self) -> Option<f64> {
-        let (a, b) = (self.joint("neck")?, self.joint("head")?);
+        let (a, b) = (self.joint(Neck)?, self.joint(Head)?);
         let axis = (b - a).try_normalize(1e-9)?;
         let section = |t: f64| Section { origin: a + (b - a) * t, axes: [Vec3::x(), axis.cross(&Vec3::x())] };
         (1..=9).filter_map(|k| tape(self.mesh, &section(0.1 * f64::from(k)), |v| self.is_trunk[v])).reduce(f64::min)
@@ -185,31 +196,24 @@ impl<'a> Measured<'a> {
         levels.filter_map(|y| self.trunk(y)).reduce(f64::max)
     }
 
-    fn chain(&self, joints: &[&str]) -> Option<f64> {
-        let places: Option<Vec<Point>> = joints.iter().map(|j| self.joint(j)).collect();
+    fn chain(&self, joints: &[HumanJoint]) -> Option<f64> {
+        let places: Option<Vec<Point>> = joints.iter().map(|&j| self.joint(j)).collect();
         Some(places?.windows(2).map(|w| (w[1] - w[0]).norm()).sum())
     }
 
     /// From the heel to the longest toe, along the foot.
     fn foot(&self) -> Option<f64> {
-        let foot = self.skeleton.find("leftFoot")?;
-        let axis = self.joint("leftToes")? - self.joint("leftFoot")?;
+        let foot = self.skeleton.find(Foot(Left))?;
+        let axis = self.joint(Toes(Left))? - self.joint(Foot(Left))?;
         let axis = Vec3::new(axis.x, 0.0, axis.z).try_normalize(1e-9)?;
         let points = self.mesh.points().enumerate().filter(|(v, _)| {
             self.skeleton.is_below(self.weights.rows()[*v][0].0, foot)
-                && self.upright[*v] < 0.5 * (self.joint("leftFoot").map_or(0.0, |j| j.y)).max(0.03)
+                && self.upright[*v] < 0.5 * (self.joint(Foot(Left)).map_or(0.0, |j| j.y)).max(0.03)
         });
         let along: Vec<f64> = points.map(|(_, p)| p.coords.dot(&axis)).collect();
         let range = along.iter().fold([f64::MAX, f64::MIN], |[a, b], x| [a.min(*x), b.max(*x)]);
         Some(range[1] - range[0])
     }
-}
-
-fn below_either(skeleton: &Skeleton, joint: JointId, part: &str) -> bool {
-    ["left", "right"]
-        .iter()
-        .filter_map(|side| skeleton.find(&format!("{side}{part}")))
-        .any(|ancestor| skeleton.is_below(joint, ancestor))
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 mod alias;
 mod embedded;
 mod figure;
+mod human_joint;
 mod measures;
 mod model;
 mod model_file;
@@ -15,15 +16,15 @@ mod skin;
 mod stance;
 mod uv;
 
-pub use alias::joint_by_any_name;
 pub use embedded::{EMBEDDED_MODEL_FILE, embedded_model};
 pub use figure::{Figure, Layer};
+pub use human_joint::{HumanJoint, Limb, Side};
 pub use measures::{BodyMeasure, body_measures};
 pub use model::{BodyModel, Shape};
 pub use model_file::read_model;
 pub use part::{BonePosition, bone_positions};
 pub use pose_dirs::PoseDirs;
-pub use skeleton::{JOINT_NAMES, JOINT_PARENTS, JointId, JointLimits, Pose, Skeleton};
+pub use skeleton::{JointId, JointLimits, Pose, Skeleton};
 pub(crate) use skin::skin_rigidly;
 pub use skin::{SkinWeights, skin, unskin};
 pub use stance::Stance;

@@ -1,6 +1,10 @@
 //! Body models in the SMPL layout (`.npz`).
 
-use super::skeleton::JOINT_NAMES;
+use super::human_joint::HumanJoint::{
+    self, Chest, Foot, Hand, Head, Hips, LowerArm, LowerLeg, Neck, Shoulder, Spine, Toes, UpperArm, UpperChest,
+    UpperLeg,
+};
+use super::human_joint::Side::{Left, Right};
 use super::{BodyError, BodyModel, JointId, JointLimits, PoseDirs, Skeleton, SkinWeights, UvMap};
 use crate::formats::{Format, FormatError, NpyData, Npz, read_npz};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3, VertexId};
@@ -10,30 +14,30 @@ use std::sync::Arc;
 /// Shape components used of a larger file: Hu 2017, §5.1, uses 15.
 const MOST_COMPONENTS: usize = 15;
 
-/// SMPL's first 22 joints by our names, in SMPL's order (facts of the SMPL distribution's `joint_names`).
-const SMPL_ORDER: [&str; 22] = [
-    "hips",
-    "leftUpperLeg",
-    "rightUpperLeg",
-    "spine",
-    "leftLowerLeg",
-    "rightLowerLeg",
-    "chest",
-    "leftFoot",
-    "rightFoot",
-    "upperChest",
-    "leftToes",
-    "rightToes",
-    "neck",
-    "leftShoulder",
-    "rightShoulder",
-    "head",
-    "leftUpperArm",
-    "rightUpperArm",
-    "leftLowerArm",
-    "rightLowerArm",
-    "leftHand",
-    "rightHand",
+/// SMPL's first 22 joints, in SMPL's order (facts of the SMPL distribution's `joint_names`).
+const SMPL_ORDER: [HumanJoint; 22] = [
+    Hips,
+    UpperLeg(Left),
+    UpperLeg(Right),
+    Spine,
+    LowerLeg(Left),
+    LowerLeg(Right),
+    Chest,
+    Foot(Left),
+    Foot(Right),
+    UpperChest,
+    Toes(Left),
+    Toes(Right),
+    Neck,
+    Shoulder(Left),
+    Shoulder(Right),
+    Head,
+    UpperArm(Left),
+    UpperArm(Right),
+    LowerArm(Left),
+    LowerArm(Right),
+    Hand(Left),
+    Hand(Right),
 ];
 
 /// Reads a model in the SMPL layout, with Overcoat's extra arrays where it has them.
@@ -171,7 +175,8 @@ fn read_parents(npz: &Npz, joints: usize) -> Result<Vec<Option<JointId>>, BodyEr
 fn read_names(npz: &Npz, joints: usize) -> Result<Vec<String>, BodyError> {
     if npz.contains("joint_names") {
         let names = npz.text("joint_names")?;
-        let missing: Vec<&str> = JOINT_NAMES.into_iter().filter(|n| !names.iter().any(|m| m == n)).collect();
+        let missing: Vec<&str> =
+            HumanJoint::BODY.iter().map(|joint| joint.name()).filter(|n| !names.iter().any(|m| m == n)).collect();
         if missing.is_empty() {
             return Ok(names);
         }
@@ -194,8 +199,8 @@ fn smpl_joint(j: usize, joints: usize) -> String {
     const FINGERS: [&str; 5] = ["Index", "Middle", "Little", "Ring", "Thumb"];
     const OF_FINGER: [&str; 3] = ["Proximal", "Intermediate", "Distal"];
     const OF_THUMB: [&str; 3] = ["Metacarpal", "Proximal", "Distal"];
-    if let Some(name) = SMPL_ORDER.get(j) {
-        return (*name).into();
+    if let Some(joint) = SMPL_ORDER.get(j) {
+        return joint.name().into();
     }
     let behind = j - SMPL_ORDER.len();
     let finger = match joints {

@@ -1,5 +1,6 @@
 //! Joints, their hierarchy, and poses.
 
+use super::human_joint::{HumanJoint, words_of};
 use crate::geometry::{Point, Vec3};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use serde::{Deserialize, Serialize};
@@ -16,63 +17,6 @@ impl JointId {
     }
 }
 
-/// The 22 body joints by their VRM 1.0 names, parents before children.
-pub const JOINT_NAMES: [&str; 22] = [
-    "hips",
-    "spine",
-    "chest",
-    "upperChest",
-    "neck",
-    "head",
-    "leftShoulder",
-    "leftUpperArm",
-    "leftLowerArm",
-    "leftHand",
-    "rightShoulder",
-    "rightUpperArm",
-    "rightLowerArm",
-    "rightHand",
-    "leftUpperLeg",
-    "leftLowerLeg",
-    "leftFoot",
-    "leftToes",
-    "rightUpperLeg",
-    "rightLowerLeg",
-    "rightFoot",
-    "rightToes",
-];
-
-/// The parent of each of [`JOINT_NAMES`], by its place there.
-pub const JOINT_PARENTS: [Option<JointId>; 22] = {
-    const fn below(parent: u16) -> Option<JointId> {
-        Some(JointId(parent))
-    }
-    [
-        None,
-        below(0),
-        below(1),
-        below(2),
-        below(3),
-        below(4),
-        below(3),
-        below(6),
-        below(7),
-        below(8),
-        below(3),
-        below(10),
-        below(11),
-        below(12),
-        below(0),
-        below(14),
-        below(15),
-        below(16),
-        below(0),
-        below(18),
-        below(19),
-        below(20),
-    ]
-};
-
 /// Bounds of a joint's rotation vector, relative to the bind pose, in radians.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointLimits {
@@ -87,7 +31,7 @@ pub struct JointLimits {
 /// **Guarantees** every parent comes before its children; joint 0 is the only root.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Skeleton {
-    /// VRM names where the joint is one of [`JOINT_NAMES`].
+    /// The VRM name of each [`HumanJoint`]; further joints have any other name.
     pub names: Vec<String>,
     /// Parent of each joint; `None` for the root.
     pub parents: Vec<Option<JointId>>,
@@ -127,9 +71,34 @@ impl Skeleton {
     pub fn ids(&self) -> impl Iterator<Item = JointId> + use<> {
         (0..self.parents.len() as u16).map(JointId)
     }
-    /// The joint of that name.
-    pub fn find(&self, name: &str) -> Option<JointId> {
+    /// The names of [`HumanJoint::BODY`], in that order.
+    pub fn body_names() -> Vec<String> {
+        HumanJoint::BODY.iter().map(|joint| joint.name().to_string()).collect()
+    }
+    /// The parent of each of [`HumanJoint::BODY`], in that order.
+    pub fn body_parents() -> Vec<Option<JointId>> {
+        let id = |joint: HumanJoint| HumanJoint::BODY.iter().position(|&j| j == joint).map(|k| JointId(k as u16));
+        HumanJoint::BODY.iter().map(|joint| joint.parent().and_then(id)).collect()
+    }
+    /// Where a human joint is in this skeleton; `None` if it has no such joint.
+    pub fn find(&self, joint: HumanJoint) -> Option<JointId> {
+        self.find_name(joint.name())
+    }
+    /// The joint with this name, human or not.
+    pub fn find_name(&self, name: &str) -> Option<JointId> {
         self.names.iter().position(|n| n == name).map(|i| JointId(i as u16))
+    }
+    /// Which human joint this is; `None` for a further joint, such as that of a finger or an eye.
+    pub fn human_joint(&self, joint: JointId) -> Option<HumanJoint> {
+        HumanJoint::from_name(&self.names[joint.index()])
+    }
+    /// The body part that begins at a joint, in words: `right arm`, `left lower leg`.
+    pub fn part_name(&self, joint: JointId) -> String {
+        words_of(&self.names[joint.index()])
+    }
+    /// Whether `joint` is the human joint `root` or hangs below it; false if the skeleton has no such joint.
+    pub fn is_part_of(&self, joint: JointId, root: HumanJoint) -> bool {
+        self.find(root).is_some_and(|ancestor| self.is_below(joint, ancestor))
     }
     /// Whether `joint` is `ancestor` or hangs below it.
     pub fn is_below(&self, joint: JointId, ancestor: JointId) -> bool {
@@ -148,9 +117,9 @@ impl Skeleton {
         match children.as_slice() {
             [] => None,
             [only] => Some(*only),
-            many => many.iter().copied().find(|c| {
-                let name = self.names[c.index()].as_str();
-                matches!(name, "spine" | "chest" | "upperChest" | "neck" | "head")
+            many => many.iter().copied().find(|&c| {
+                use HumanJoint::{Chest, Head, Neck, Spine, UpperChest};
+                matches!(self.human_joint(c), Some(Spine | Chest | UpperChest | Neck | Head))
             }),
         }
     }

@@ -1,5 +1,9 @@
 //! Poses by name, for looking at a model: what a body does while it is dressed and after.
 
+use super::human_joint::HumanJoint::{
+    self, Chest, Foot, Head, Hips, LowerArm, LowerLeg, Neck, Shoulder, Spine, UpperArm, UpperLeg,
+};
+use super::human_joint::Side::{self, Left, Right};
 use super::{JointId, Pose, Skeleton};
 use crate::geometry::Vec3;
 use nalgebra::UnitQuaternion;
@@ -54,57 +58,56 @@ impl Stance {
 
     /// The pose, whatever the skeleton's bind pose is: bones are aimed, each by the smallest turn.
     ///
-    /// **Requires** joints by VRM names; a joint that is missing is not turned.
+    /// A human joint that the skeleton does not have is not turned.
     pub fn pose(self, skeleton: &Skeleton) -> Pose {
         let mut figure = Aimed { skeleton, pose: Pose::bind(skeleton.len()) };
         match self {
             Self::Bind => {}
             Self::Upright => {
                 figure.both_arms([0.14, -1.0, 0.04], [0.10, -1.0, 0.10], -4.0);
-                figure.both("UpperLeg", [0.0, -1.0, 0.0]);
-                figure.both("LowerLeg", [0.0, -1.0, 0.0]);
+                figure.both(UpperLeg, [0.0, -1.0, 0.0]);
+                figure.both(LowerLeg, [0.0, -1.0, 0.0]);
                 figure.level_feet();
             }
             Self::TPose => figure.both_arms([1.0, 0.0, 0.0], [1.0, 0.0, 0.0], 8.0),
             // A third of an arm's rise above the level is the collar bone's (Inman's rhythm).
             Self::ArmsUp => figure.both_arms([0.22, 1.0, 0.0], [0.05, 1.0, 0.05], 32.0),
             Self::ArmsForward => {
-                for (side, sign) in SIDES {
-                    figure.turn(&format!("{side}Shoulder"), [0.0, -14.0 * sign, 0.0]);
+                for side in Side::BOTH {
+                    figure.turn(Shoulder(side), [0.0, -14.0 * side.sign(), 0.0]);
                 }
                 figure.both_arms([0.12, 0.0, 1.0], [0.0, 0.0, 1.0], 6.0);
             }
             Self::Squat => {
-                figure.turn("hips", [28.0, 0.0, 0.0]);
-                figure.turn("spine", [12.0, 0.0, 0.0]);
-                figure.turn("chest", [6.0, 0.0, 0.0]);
-                figure.turn("neck", [-18.0, 0.0, 0.0]);
+                figure.turn(Hips, [28.0, 0.0, 0.0]);
+                figure.turn(Spine, [12.0, 0.0, 0.0]);
+                figure.turn(Chest, [6.0, 0.0, 0.0]);
+                figure.turn(Neck, [-18.0, 0.0, 0.0]);
                 figure.both_arms([0.35, 0.0, 1.0], [0.15, 0.05, 1.0], 6.0);
-                figure.both("UpperLeg", [0.32, 0.05, 1.0]);
-                figure.both("LowerLeg", [0.04, -1.0, -0.42]);
+                figure.both(UpperLeg, [0.32, 0.05, 1.0]);
+                figure.both(LowerLeg, [0.04, -1.0, -0.42]);
                 figure.level_feet();
             }
             Self::HeadTurned => {
-                figure.turn("neck", [0.0, 32.0, 0.0]);
-                figure.turn("head", [0.0, 36.0, 0.0]);
+                figure.turn(Neck, [0.0, 32.0, 0.0]);
+                figure.turn(Head, [0.0, 36.0, 0.0]);
             }
             Self::Stride => {
-                figure.turn("chest", [3.0, 8.0, 0.0]);
-                for (side, sign) in SIDES {
+                figure.turn(Chest, [3.0, 8.0, 0.0]);
+                for side in Side::BOTH {
+                    let sign = side.sign();
                     let at = |x: f64, y: f64, z: f64| Vec3::new(x * sign, y, z * sign);
-                    figure.aim(&format!("{side}UpperArm"), at(0.22, -1.0, -0.35));
-                    figure.aim(&format!("{side}LowerArm"), at(0.10, -1.0, -0.05 + 0.3 * sign));
-                    figure.aim(&format!("{side}UpperLeg"), at(0.08, -1.0, 0.50));
+                    figure.aim(UpperArm(side), at(0.22, -1.0, -0.35));
+                    figure.aim(LowerArm(side), at(0.10, -1.0, -0.05 + 0.3 * sign));
+                    figure.aim(UpperLeg(side), at(0.08, -1.0, 0.50));
                 }
-                figure.aim("leftLowerLeg", Vec3::new(0.02, -1.0, 0.28));
-                figure.aim("rightLowerLeg", Vec3::new(-0.02, -1.0, -0.95));
+                figure.aim(LowerLeg(Left), Vec3::new(0.02, -1.0, 0.28));
+                figure.aim(LowerLeg(Right), Vec3::new(-0.02, -1.0, -0.95));
             }
         }
         figure.pose
     }
 }
-
-const SIDES: [(&str, f64); 2] = [("left", 1.0), ("right", -1.0)];
 
 struct Aimed<'a> {
     skeleton: &'a Skeleton,
@@ -113,7 +116,7 @@ struct Aimed<'a> {
 
 impl Aimed<'_> {
     /// Turns a joint by a rotation vector in degrees, in the axes of the bind pose.
-    fn turn(&mut self, joint: &str, degrees: [f64; 3]) {
+    fn turn(&mut self, joint: HumanJoint, degrees: [f64; 3]) {
         if let Some(j) = self.skeleton.find(joint) {
             let vector = Vec3::from(degrees.map(f64::to_radians));
             self.pose.rotations[j.index()] = UnitQuaternion::from_scaled_axis(vector);
@@ -121,7 +124,7 @@ impl Aimed<'_> {
     }
 
     /// Turns a joint so that its bone points along `direction` in the world.
-    fn aim(&mut self, joint: &str, direction: Vec3) {
+    fn aim(&mut self, joint: HumanJoint, direction: Vec3) {
         let Some(j) = self.skeleton.find(joint) else { return };
         let Some(end) = self.skeleton.bone_end(j) else { return };
         let bone = self.skeleton.joints_in_bind[end.index()] - self.skeleton.joints_in_bind[j.index()];
@@ -142,29 +145,28 @@ impl Aimed<'_> {
         rotation
     }
 
-    fn both(&mut self, bone: &str, [x, y, z]: [f64; 3]) {
-        for (side, sign) in SIDES {
-            self.aim(&format!("{side}{bone}"), Vec3::new(x * sign, y, z));
+    fn both(&mut self, bone: fn(Side) -> HumanJoint, [x, y, z]: [f64; 3]) {
+        for side in Side::BOTH {
+            self.aim(bone(side), Vec3::new(x * side.sign(), y, z));
         }
     }
 
     /// Aims both arms, the collar bones raised by so many degrees.
     fn both_arms(&mut self, upper: [f64; 3], lower: [f64; 3], raised_deg: f64) {
-        for (side, sign) in SIDES {
-            let shoulder = format!("{side}Shoulder");
-            if let Some(j) = self.skeleton.find(&shoulder) {
-                let raise = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), (raised_deg * sign).to_radians());
+        for side in Side::BOTH {
+            if let Some(j) = self.skeleton.find(Shoulder(side)) {
+                let raise = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), (raised_deg * side.sign()).to_radians());
                 self.pose.rotations[j.index()] = raise * self.pose.rotations[j.index()];
             }
         }
-        self.both("UpperArm", upper);
-        self.both("LowerArm", lower);
+        self.both(UpperArm, upper);
+        self.both(LowerArm, lower);
     }
 
     /// Turns the feet back to where they point in the bind pose.
     fn level_feet(&mut self) {
-        for (side, _) in SIDES {
-            if let Some(foot) = self.skeleton.find(&format!("{side}Foot")) {
+        for side in Side::BOTH {
+            if let Some(foot) = self.skeleton.find(Foot(side)) {
                 self.pose.rotations[foot.index()] = self.above(foot).inverse();
             }
         }
@@ -179,20 +181,20 @@ mod tests {
     #[test]
     fn bones_point_where_the_stance_says() {
         let skeleton = embedded_model().unwrap().skeleton;
-        let bone = |stance: Stance, from: &str, to: &str| {
+        let bone = |stance: Stance, from: HumanJoint, to: HumanJoint| {
             let joints = skeleton.joints_in_world(&stance.pose(&skeleton));
-            let at = |name: &str| joints[skeleton.find(name).unwrap().index()];
+            let at = |joint| joints[skeleton.find(joint).unwrap().index()];
             (at(to) - at(from)).normalize()
         };
-        for (side, sign) in SIDES {
-            let (upper, lower) = (format!("{side}UpperArm"), format!("{side}LowerArm"));
-            assert!((bone(Stance::TPose, &upper, &lower) - Vec3::x() * sign).norm() < 1e-9);
-            assert!(bone(Stance::ArmsUp, &upper, &lower).y > 0.95);
-            let leg = bone(Stance::Squat, &format!("{side}UpperLeg"), &format!("{side}LowerLeg"));
+        for side in Side::BOTH {
+            let (upper, lower) = (UpperArm(side), LowerArm(side));
+            assert!((bone(Stance::TPose, upper, lower) - Vec3::x() * side.sign()).norm() < 1e-9);
+            assert!(bone(Stance::ArmsUp, upper, lower).y > 0.95);
+            let leg = bone(Stance::Squat, UpperLeg(side), LowerLeg(side));
             assert!(leg.z > 0.9, "{leg}");
         }
-        let left_ahead = bone(Stance::Stride, "leftUpperLeg", "leftLowerLeg").z;
-        assert!(left_ahead > 0.3 && bone(Stance::Stride, "rightUpperLeg", "rightLowerLeg").z < -0.3);
+        let left_ahead = bone(Stance::Stride, UpperLeg(Left), LowerLeg(Left)).z;
+        assert!(left_ahead > 0.3 && bone(Stance::Stride, UpperLeg(Right), LowerLeg(Right)).z < -0.3);
         let same = Stance::Bind.pose(&skeleton);
         assert_eq!(same, Pose::bind(skeleton.len()));
     }

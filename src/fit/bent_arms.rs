@@ -58,7 +58,7 @@ pub(super) fn doubtful_arms(solver: &Solver<'_>, index: &SurfaceIndex) -> Vec<Jo
             let names = ["UpperArm", "LowerArm", "Hand"].map(|part| format!("{side}{part}"));
             let shares = shown(solver, index, &names.each_ref().map(String::as_str)).1;
             let is_doubtful = shares.iter().any(|share| *share < DOUBTFUL);
-            is_doubtful.then(|| solver.model.skeleton.find(&names[0]))?
+            is_doubtful.then(|| solver.model.skeleton.find_name(&names[0]))?
         })
         .collect()
 }

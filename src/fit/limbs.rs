@@ -37,7 +37,7 @@ pub(crate) fn parts(skeleton: &Skeleton, weights: &SkinWeights) -> Vec<Part> {
 
 /// Whether a joint is a leg's.
 pub(crate) fn of_legs(skeleton: &Skeleton) -> impl Fn(JointId) -> bool + '_ {
-    let legs = ["leftUpperLeg", "rightUpperLeg"].map(|name| skeleton.find(name));
+    let legs = ["leftUpperLeg", "rightUpperLeg"].map(|name| skeleton.find_name(name));
     move |joint| legs.iter().flatten().any(|&leg| skeleton.is_below(joint, leg))
 }
 
@@ -45,7 +45,7 @@ pub(crate) fn of_legs(skeleton: &Skeleton) -> impl Fn(JointId) -> bool + '_ {
 pub(crate) fn parts_named(names: &[&str], skeleton: &Skeleton, weights: &SkinWeights) -> Vec<Part> {
     names
         .iter()
-        .filter_map(|name| skeleton.find(name))
+        .filter_map(|name| skeleton.find_name(name))
         .map(|joint| Part {
             joint,
             vertices: weights
@@ -119,8 +119,8 @@ pub(crate) fn pose_like_other_side(pose: &mut Pose, skeleton: &Skeleton, part: J
     for j in skeleton.ids().filter(|&j| skeleton.is_below(j, part)) {
         let name = &skeleton.names[j.index()];
         let other = match name.strip_prefix("left") {
-            Some(rest) => skeleton.find(&format!("right{rest}")),
-            None => name.strip_prefix("right").and_then(|rest| skeleton.find(&format!("left{rest}"))),
+            Some(rest) => skeleton.find_name(&format!("right{rest}")),
+            None => name.strip_prefix("right").and_then(|rest| skeleton.find_name(&format!("left{rest}"))),
         };
         let shown = other.filter(|&o| !unseen.iter().any(|&u| skeleton.is_below(o, u)));
         pose.rotations[j.index()] = shown.map_or(UnitQuaternion::identity(), |o| {

@@ -67,7 +67,7 @@ pub(crate) fn held_joints(skeleton: &Skeleton, group: JointGroup) -> Vec<bool> {
     const LEGS: [&str; 2] = ["leftUpperLeg", "rightUpperLeg"];
     const SPINE: [&str; 3] = ["spine", "chest", "upperChest"];
     let below = |j: JointId, starts: &[&str]| {
-        starts.iter().filter_map(|name| skeleton.find(name)).any(|start| skeleton.is_below(j, start))
+        starts.iter().filter_map(|name| skeleton.find_name(name)).any(|start| skeleton.is_below(j, start))
     };
     let turns = |j: JointId| match group {
         JointGroup::All => true,

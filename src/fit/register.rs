@@ -155,7 +155,7 @@ impl Ground {
         // The lowest that was seen: at most a few millimetres of a sole's edge too high. A stray point below it holds less.
         let height = scan.mesh.bounds().map_or(0.0, |b| b.min.y);
         let skeleton = &model.skeleton;
-        let feet = ["leftFoot", "rightFoot"].map(|name| skeleton.find(name));
+        let feet = ["leftFoot", "rightFoot"].map(|name| skeleton.find_name(name));
         let is_foot = |j: JointId| feet.iter().flatten().any(|&foot| skeleton.is_below(j, foot));
         let of_foot = model.weights.rows().iter().map(|row| is_foot(row[0].0)).collect();
         Self { height, is_foot: of_foot }
@@ -180,7 +180,7 @@ pub(super) type Target = Option<(Point, f64)>;
 
 fn pull_of_parts(model: &BodyModel, params: &RegisterParams) -> PerVertex<f64> {
     let skeleton = &model.skeleton;
-    let part = |joint: &str| ["left", "right"].map(|side| skeleton.find(&format!("{side}{joint}")));
+    let part = |joint: &str| ["left", "right"].map(|side| skeleton.find_name(&format!("{side}{joint}")));
     let (hands, toes) = (part("Hand"), part("Toes"));
     let below = |j: JointId, part: &[Option<JointId>; 2]| part.iter().flatten().any(|&p| skeleton.is_below(j, p));
     let pull_of_joint = |j: JointId| match j {

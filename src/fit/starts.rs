@@ -86,7 +86,7 @@ fn fitted(thinned: &Thinned, stage: &Stage, pose: Pose, shape: Shape, name: Stri
 fn with_best_arms(model: &BodyModel, thinned: &Thinned, stage: &Stage, start: Start) -> Start {
     let mut best = start.clone();
     for (side, sign) in [("left", 1.0), ("right", -1.0)] {
-        let Some(arm) = model.skeleton.find(&format!("{side}UpperArm")) else { continue };
+        let Some(arm) = model.skeleton.find_name(&format!("{side}UpperArm")) else { continue };
         let tries: Vec<Start> = ARM_TURNS_DEG
             .par_iter()
             .map(|deg| {

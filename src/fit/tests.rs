@@ -36,7 +36,7 @@ fn strong_armed_in(model: &BodyModel, seed: u64, turns: &[(&str, Vec3)], ease: f
         *rotation = UnitQuaternion::from_scaled_axis(Vec3::new(next(), next(), next()) * 0.06);
     }
     for (name, turn_deg) in turns {
-        let j = skeleton.find(name).unwrap().index();
+        let j = skeleton.find_name(name).unwrap().index();
         pose.rotations[j] = UnitQuaternion::from_scaled_axis(turn_deg.map(f64::to_radians)) * pose.rotations[j];
     }
     pose.rotations[0] = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), 3.0 * next());
@@ -174,7 +174,7 @@ fn what_is_no_whole_grown_up_alone_is_refused_with_a_figure() {
     assert!(!matches!(error, FitError::EmptyScan | FitError::Singular { .. }), "{error}");
 
     // A box as large as a suitcase in the left hand.
-    let hand = truth.joints[model.skeleton.find("leftHand").unwrap().index()];
+    let hand = truth.joints[model.skeleton.find_name("leftHand").unwrap().index()];
     let corner = |i: usize| hand + Vec3::new([-0.1, 0.1][i & 1], [-0.55, -0.05][i >> 1 & 1], [-0.3, 0.3][i >> 2 & 1]);
     let mut points: Vec<Point> = truth.scan.points().0.clone();
     let mut faces: Vec<[u32; 3]> = truth.scan.faces().iter().map(|f| f.map(|v| v.0)).collect();
@@ -337,7 +337,7 @@ fn astray(found: &RegisteredBody, truth: &Invented, counts: impl Fn(&str) -> boo
     let distances: Vec<f64> = (posed.iter().zip(&truth.moved_by))
         .filter(|(_, name)| counts(name))
         .map(|(p, name)| {
-            let j = truth.figure.skeleton.find(name).unwrap().index();
+            let j = truth.figure.skeleton.find_name(name).unwrap().index();
             surface.closest(&(p + (truth.joints[j] - mine[j]))).distance
         })
         .collect();

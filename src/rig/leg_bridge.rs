@@ -3,8 +3,7 @@
 //! Each place of a skirt's front lies nearer to one leg than to the other, but moves with both. Trouser legs do not.
 
 use super::confidence::Matches;
-use super::limb::Limb;
-use crate::body::{JointId, Skeleton};
+use crate::body::{HumanJoint, Limb, Side, Skeleton};
 use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh, Vec3};
 
 /// Heights along each bone that are tested: every 2 to 3 cm of an adult's leg.
@@ -38,9 +37,11 @@ pub(super) fn find(garment: &TriMesh, body: &SurfaceIndex, skeleton: &Skeleton, 
 }
 
 fn leg_centers(skeleton: &Skeleton, joints: &[Point]) -> Option<Vec<[Point; 2]>> {
-    let at = |name: &str| skeleton.find(name).map(|j: JointId| joints[j.index()]);
-    let left = [at("leftUpperLeg")?, at("leftLowerLeg")?, at("leftFoot")?];
-    let right = [at("rightUpperLeg")?, at("rightLowerLeg")?, at("rightFoot")?];
+    let at = |joint| skeleton.find(joint).map(|j| joints[j.index()]);
+    let leg = |side| -> Option<[Point; 3]> {
+        Some([at(HumanJoint::UpperLeg(side))?, at(HumanJoint::LowerLeg(side))?, at(HumanJoint::Foot(side))?])
+    };
+    let (left, right) = (leg(Side::Left)?, leg(Side::Right)?);
     let along = |leg: &[Point; 3], i: usize| {
         let (bone, t) = (i / LEVELS_PER_BONE, (i % LEVELS_PER_BONE) as f64 / LEVELS_PER_BONE as f64);
         leg[bone] + (leg[bone + 1] - leg[bone]) * t
@@ -101,7 +102,7 @@ pub(super) fn trust_only_the_flanks(
     let mut count = 0;
     for (v, p) in garment.points().enumerate() {
         let shares = Limb::shares(&matches.rows[v], &bridge.limb_of_joint);
-        let (left, right) = (shares[Limb::LeftLeg as usize], shares[Limb::RightLeg as usize]);
+        let (left, right) = (shares[Limb::Leg(Side::Left).index()], shares[Limb::Leg(Side::Right).index()]);
         if left + right <= 0.5 || !bridge.spanned[bridge.level_of(p)] {
             continue;
         }

@@ -4,12 +4,10 @@
 mod confidence;
 mod inpaint;
 mod leg_bridge;
-mod limb;
 mod physics;
 #[cfg(test)]
 mod tests;
 
-pub use limb::Limb;
 pub use physics::{PhysicsParams, PhysicsWeights, physics_weights};
 
 use crate::body::{Figure, JointId, Skeleton, SkinWeights, unskin};

@@ -1,7 +1,7 @@
 //! A doll of tubes (trunk, two legs, one arm beside the trunk) and what it wears.
 
 use super::*;
-use crate::body::{Pose, skin};
+use crate::body::{HumanJoint, Pose, Side, skin};
 use crate::geometry::{FaceId, Vec3};
 use nalgebra::UnitQuaternion;
 
@@ -47,19 +47,21 @@ const RIGHT_LEG: usize = 4;
 const LEFT_ARM: usize = 7;
 
 fn doll() -> Figure {
-    let names = [
-        "hips",
-        "leftUpperLeg",
-        "leftLowerLeg",
-        "leftFoot",
-        "rightUpperLeg",
-        "rightLowerLeg",
-        "rightFoot",
-        "leftUpperArm",
+    use HumanJoint::{Foot, Hips, LowerLeg, UpperArm, UpperLeg};
+    use Side::{Left, Right};
+    let joints = [
+        Hips,
+        UpperLeg(Left),
+        LowerLeg(Left),
+        Foot(Left),
+        UpperLeg(Right),
+        LowerLeg(Right),
+        Foot(Right),
+        UpperArm(Left),
     ];
     let p = Point::new;
     let skeleton = Skeleton {
-        names: names.map(String::from).to_vec(),
+        names: joints.map(|joint| joint.name().to_string()).to_vec(),
         parents: [None, Some(0), Some(1), Some(2), Some(0), Some(4), Some(5), Some(0)].map(|j| j.map(JointId)).to_vec(),
         joints_in_bind: vec![
             p(0.0, 0.9, 0.0),

@@ -2,7 +2,7 @@
 
 use super::extent::{Extent, Height};
 use super::template::{GarmentTemplate, Limit, LimitBone, MovedEnd, Span};
-use crate::body::{BonePosition, JointId, Layer, Skeleton, bone_positions};
+use crate::body::{BonePosition, HumanJoint, JointId, Layer, Side, Skeleton, bone_positions};
 use crate::fit::Cover;
 use crate::geometry::{Adjacency, NearestVertex, PerVertex, Point, TriMesh, Vec3, geodesic_distances};
 
@@ -21,8 +21,10 @@ impl GarmentTemplate {
         let prior = self.prior(body, skeleton, extent);
         let mut depth = signed_depth(&body.mesh, &prior);
         if self.opens_in_front {
-            let middle =
-                skeleton.find("neck").or(skeleton.find("hips")).map_or(0.0, |j| skeleton.joints_in_bind[j.index()].x);
+            let middle = skeleton
+                .find(HumanJoint::Neck)
+                .or(skeleton.find(HumanJoint::Hips))
+                .map_or(0.0, |j| skeleton.joints_in_bind[j.index()].x);
             for ((d, p), n) in depth.0.iter_mut().zip(body.mesh.points().iter()).zip(body.mesh.vertex_normals().iter())
             {
                 // Legs and flanks are no front; a front may stand open by a hand's breadth to either side.
@@ -206,10 +208,10 @@ struct Landmarks {
 impl Landmarks {
     fn of(body: &Layer, skeleton: &Skeleton) -> Self {
         let (floor, crown) = body.mesh.bounds().map_or((0.0, 1.0), |b| (b.min.y, b.max.y));
-        let pair = |name: &str, share: f64| {
-            let heights: Vec<f64> = ["left", "right"]
+        let pair = |joint: fn(Side) -> HumanJoint, share: f64| {
+            let heights: Vec<f64> = Side::BOTH
                 .iter()
-                .filter_map(|side| skeleton.find(&format!("{side}{name}")))
+                .filter_map(|&side| skeleton.find(joint(side)))
                 .map(|j| skeleton.joints_in_bind[j.index()].y)
                 .collect();
             if heights.is_empty() {
@@ -218,18 +220,18 @@ impl Landmarks {
                 heights.iter().sum::<f64>() / heights.len() as f64
             }
         };
-        let single = |name: &str, share: f64| match skeleton.find(name) {
+        let single = |joint, share: f64| match skeleton.find(joint) {
             Some(j) => skeleton.joints_in_bind[j.index()],
             None => Point::new(0.0, floor + share * (crown - floor), 0.0),
         };
         // Shares of stature for a skeleton without that joint: ANSUR II means, women and men together.
         Self {
             floor,
-            ankle: pair("Foot", 0.045),
-            knee: pair("LowerLeg", 0.28),
-            hip: pair("UpperLeg", 0.52),
-            neck: single("neck", 0.855),
-            head: single("head", 0.91),
+            ankle: pair(HumanJoint::Foot, 0.045),
+            knee: pair(HumanJoint::LowerLeg, 0.28),
+            hip: pair(HumanJoint::UpperLeg, 0.52),
+            neck: single(HumanJoint::Neck, 0.855),
+            head: single(HumanJoint::Head, 0.91),
             crown,
         }
     }
@@ -256,9 +258,8 @@ impl Landmarks {
     }
 
     fn places(&self, body: &Layer, skeleton: &Skeleton) -> PerVertex<Place> {
-        let arm_joints: Vec<[Option<JointId>; 3]> = ["left", "right"]
-            .map(|side| ["UpperArm", "LowerArm", "Hand"].map(|bone| skeleton.find(&format!("{side}{bone}"))))
-            .to_vec();
+        let arm = |side| [HumanJoint::UpperArm(side), HumanJoint::LowerArm(side), HumanJoint::Hand(side)];
+        let arm_joints: [[Option<JointId>; 3]; 2] = Side::BOTH.map(|side| arm(side).map(|joint| skeleton.find(joint)));
         // For each joint where its bone begins along the arm, and whether fractions of it count.
         let along_arm: Vec<Option<(f64, bool)>> = skeleton
             .ids()
@@ -284,7 +285,7 @@ impl Landmarks {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::{JOINT_NAMES, JOINT_PARENTS, SkinWeights};
+    use crate::body::SkinWeights;
 
     /// A person of dots: five on each bone, weighted to it alone.
     fn dotted_person() -> (Layer, Skeleton) {
@@ -296,8 +297,8 @@ mod tests {
         for side in [1.0, -1.0] {
             joints.extend([at(0.1 * side, 0.9), at(0.1 * side, 0.5), at(0.1 * side, 0.1), at(0.12 * side, 0.02)]);
         }
-        let parents = JOINT_PARENTS.to_vec();
-        let skeleton = Skeleton { names: JOINT_NAMES.map(String::from).to_vec(), parents, joints_in_bind: joints };
+        let skeleton =
+            Skeleton { names: Skeleton::body_names(), parents: Skeleton::body_parents(), joints_in_bind: joints };
         let (mut points, mut rows) = (Vec::new(), Vec::new());
         for j in skeleton.ids() {
             let start = skeleton.joints_in_bind[j.index()];

@@ -1,7 +1,7 @@
 //! A body model from many bodies: meshes of one topology, or scans. Needs no session.
 
 use super::error::SessionError;
-use crate::body::{BodyModel, JOINT_NAMES, joint_by_any_name};
+use crate::body::{BodyModel, HumanJoint, Skeleton};
 use crate::formats::{FormatError, MeshKind, Npz, NpzCompression, RawMesh, read_mesh, read_npz, write_npz};
 use crate::geometry::{Point, TriMesh, VertexId};
 use crate::scan::{ScanParams, Unit, Up, clean};
@@ -227,11 +227,12 @@ impl Bodies {
                 found: vec![rows, joints, three],
             });
         }
-        let ours: Vec<Option<&str>> = names.iter().map(|n| joint_by_any_name(n)).collect();
-        let place = |name: &str| ours.iter().position(|n| *n == Some(name));
-        let places: Vec<usize> = JOINT_NAMES.into_iter().filter_map(place).collect();
-        if places.len() < JOINT_NAMES.len() {
-            let missing: Vec<&str> = JOINT_NAMES.into_iter().filter(|n| place(n).is_none()).collect();
+        let ours: Vec<Option<HumanJoint>> = names.iter().map(|n| HumanJoint::from_any_name(n)).collect();
+        let place = |joint: HumanJoint| ours.iter().position(|&o| o == Some(joint));
+        let body = HumanJoint::BODY;
+        let places: Vec<usize> = body.into_iter().filter_map(place).collect();
+        if places.len() < body.len() {
+            let missing: Vec<&str> = body.into_iter().filter(|&j| place(j).is_none()).map(HumanJoint::name).collect();
             self.findings.push(format!("the joints given are not used: there is none for {}", missing.join(", ")));
             return Ok(());
         }
@@ -240,9 +241,8 @@ impl Bodies {
             .chunks(3 * joints)
             .map(|row| places.iter().map(|j| Point::new(row[3 * j], row[3 * j + 1], row[3 * j + 2])).collect())
             .collect::<Vec<Vec<Point>>>();
-        let given = self
-            .joints
-            .get_or_insert_with(|| GivenJoints { names: JOINT_NAMES.map(String::from).to_vec(), of_body: Vec::new() });
+        let given =
+            self.joints.get_or_insert_with(|| GivenJoints { names: Skeleton::body_names(), of_body: Vec::new() });
         given.of_body.extend(of_body);
         Ok(())
     }

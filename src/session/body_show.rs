@@ -72,7 +72,7 @@ fn apply(word: &str, model: &BodyModel, pose: &mut Pose) -> Result<(), SessionEr
     if let Some((joint, angles)) = word.split_once('=') {
         let degrees: Option<Vec<f64>> =
             angles.split(',').map(|a| a.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
-        let Some(j) = model.skeleton.find(joint) else {
+        let Some(j) = model.skeleton.find_name(joint) else {
             return Err(SessionError::BadRequest {
                 what: format!("the model has no joint '{joint}'"),
                 hint: format!("its joints are {}", model.skeleton.names.join(", ")),

@@ -12,10 +12,10 @@ mod tests;
 
 pub use press::{PressParams, PressReport, press};
 
-use crate::body::Figure;
+use crate::body::{Figure, Limb};
 use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::numerics::NumericsError;
-use crate::rig::{Limb, RiggedGarment};
+use crate::rig::RiggedGarment;
 use obstacle::{Obstacle, limbs_of};
 use serde::{Deserialize, Serialize};
 

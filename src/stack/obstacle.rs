@@ -1,9 +1,8 @@
 //! One inner layer, and what a garment's vertex must know of it.
 
 use super::StackParams;
-use crate::body::SkinWeights;
+use crate::body::{Limb, SkinWeights};
 use crate::geometry::{Adjacency, FaceId, PerVertex, Point, SurfaceIndex, SurfacePoint, TriMesh, Vec3};
-use crate::rig::Limb;
 use rayon::prelude::*;
 
 /// Shares of limbs that vertex and surface must have in common for one to push the other. Below, they only happen to be

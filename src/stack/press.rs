@@ -2,9 +2,8 @@
 
 use super::obstacle::{Obstacle, limbs_of};
 use super::{StackError, StackParams, cleared};
-use crate::body::{Figure, Layer};
+use crate::body::{Figure, Layer, Limb};
 use crate::geometry::TriMesh;
-use crate::rig::Limb;
 use serde::{Deserialize, Serialize};
 
 /// Share of the clearance by which the outermost garment keeps off what could not be pressed any further: next to none, or

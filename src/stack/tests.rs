@@ -1,7 +1,7 @@
 //! A ball as body, and bands of noisy cloth around it.
 
 use super::*;
-use crate::body::{JointId, Layer, Skeleton, SkinWeights};
+use crate::body::{HumanJoint, JointId, Layer, Side, Skeleton, SkinWeights};
 use crate::geometry::{SurfaceIndex, Vec3, noise};
 use crate::rig::RigReport;
 
@@ -46,7 +46,7 @@ fn layer(name: &str, mesh: TriMesh, joint: u16) -> Layer {
 
 fn figure(layers: Vec<Layer>) -> Figure {
     let skeleton = Skeleton {
-        names: ["hips", "leftUpperArm"].map(String::from).to_vec(),
+        names: [HumanJoint::Hips, HumanJoint::UpperArm(Side::Left)].map(|joint| joint.name().to_string()).to_vec(),
         parents: vec![None, Some(JointId(0))],
         joints_in_bind: vec![Point::origin(), Point::new(0.1, 0.0, 0.0)],
     };
@@ -102,7 +102,7 @@ fn pushing_is_equation_7() {
     assert_eq!(report.layers[0].inside_before, cloth.vertex_count());
     assert_eq!(report.layers[0].inside_after, 0);
     let ball = ball();
-    let body = obstacle::Obstacle::prepare(&ball.mesh, &ball.weights, &[Limb::Trunk, Limb::LeftArm], &params);
+    let body = obstacle::Obstacle::prepare(&ball.mesh, &ball.weights, &[Limb::Trunk, Limb::Arm(Side::Left)], &params);
     for (p, q) in cloth.points().iter().zip(stacked.points().iter()) {
         assert!((body.index.signed_distance(q) - 0.003).abs() < 1e-6, "k above the surface");
         assert!((q - p).cross(&p.coords).norm() < 1e-4, "along the normal");

@@ -11,7 +11,7 @@ pub(super) fn sewing_pose(subject: &Subject) -> Pose {
     for (name, degrees) in
         [("leftUpperArm", 15.0f64), ("rightUpperArm", -15.0), ("leftUpperLeg", 3.0), ("rightUpperLeg", -3.0)]
     {
-        if let Some(j) = subject.skeleton.find(name) {
+        if let Some(j) = subject.skeleton.find_name(name) {
             pose.rotations[j.index()] = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), degrees.to_radians());
         }
     }
@@ -43,7 +43,7 @@ impl<'a> Dummy<'a> {
 
     /// A joint by its name.
     pub(super) fn joint(&self, name: &str) -> Point {
-        self.subject.skeleton.find(name).map_or(Point::origin(), |j| self.joints[j.index()])
+        self.subject.skeleton.find_name(name).map_or(Point::origin(), |j| self.joints[j.index()])
     }
 
     /// A point between two joints.

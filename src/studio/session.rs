@@ -9,7 +9,7 @@ use super::scanner::{ScannerParams, scanned};
 use super::sewing::{Pattern, sew};
 use super::subject::{Stance, Subject};
 use super::turntable::{RgbdRecording, TurntableParams, Worn, axis_of, recording, together, turn};
-use crate::body::{BodyModel, JOINT_NAMES, SkinWeights, skin, unskin};
+use crate::body::{BodyModel, HumanJoint, SkinWeights, skin, unskin};
 use crate::geometry::{Aabb, Adjacency, PerVertex, TriMesh, Vec3};
 
 /// Seeds from here on are for judging: nothing in this program was tuned on them, and nothing shall be. Those below are
@@ -68,7 +68,7 @@ impl StudioParams {
         if !(0.0..=0.05).contains(&self.sway) {
             return Err(StudioError::BadSway { sway_mm: 1e3 * self.sway });
         }
-        if let Some(&(name, _)) = self.turned.iter().find(|(name, _)| !JOINT_NAMES.contains(name)) {
+        if let Some(&(name, _)) = self.turned.iter().find(|(name, _)| HumanJoint::from_name(name).is_none()) {
             return Err(StudioError::NoSuchJoint { name });
         }
         Ok(())

@@ -105,7 +105,7 @@ impl Subject {
 
     /// 1 where hair grows, 0 on skin, smooth between.
     fn hair(&self) -> Vec<f64> {
-        let Some(head) = self.skeleton.find("head") else { return vec![0.0; self.surface.vertex_count()] };
+        let Some(head) = self.skeleton.find_name("head") else { return vec![0.0; self.surface.vertex_count()] };
         let of_head = |v: usize| self.weights.rows().0[v].iter().any(|&(j, w)| j == head && w > 0.6);
         let points = &self.surface.points().0;
         let skull: Vec<&Point> = (0..points.len()).filter(|&v| of_head(v)).map(|v| &points[v]).collect();
@@ -122,7 +122,8 @@ impl Subject {
 
     fn painted(&self, hair: &[f64], rng: &mut Rng) -> PerVertex<[u8; 3]> {
         let positions = bone_positions(self.surface.points(), &self.weights, &self.skeleton);
-        let height = |name: &str| self.skeleton.find(name).map_or(0.0, |j| self.skeleton.joints_in_bind[j.index()].y);
+        let height =
+            |name: &str| self.skeleton.find_name(name).map_or(0.0, |j| self.skeleton.joints_in_bind[j.index()].y);
         let (hip, waist) = (height("leftUpperLeg"), height("spine"));
         let mut pick = |count: usize| ((rng.unit() * count as f64) as usize).min(count - 1);
         let tone = pick(SKIN.len());
@@ -149,7 +150,7 @@ impl Subject {
 
     fn breathing_part(&self) -> Vec<(f64, Vec3)> {
         let center =
-            self.skeleton.find("upperChest").map_or(Point::origin(), |j| self.skeleton.joints_in_bind[j.index()]);
+            self.skeleton.find_name("upperChest").map_or(Point::origin(), |j| self.skeleton.joints_in_bind[j.index()]);
         let arms = self.part_mask(|name| name.contains("Arm") || name.contains("Hand"));
         let normals = calm_normals(&self.surface);
         self.surface
@@ -194,7 +195,7 @@ impl Subject {
         // Legs both at once, or the feet would leave the ground.
         for name in ["LowerLeg", "UpperLeg"] {
             for side in ["left", "right"] {
-                if let Some(j) = self.skeleton.find(&format!("{side}{name}")) {
+                if let Some(j) = self.skeleton.find_name(&format!("{side}{name}")) {
                     let r = &mut pose.rotations[j.index()];
                     *r = UnitQuaternion::identity().slerp(r, 0.4);
                 }
@@ -215,7 +216,7 @@ impl Subject {
     pub(super) fn turned(&self, pose: &Pose, turns: &[(&str, Vec3)]) -> Pose {
         let mut turned = pose.clone();
         for (name, turn) in turns {
-            if let Some(j) = self.skeleton.find(name) {
+            if let Some(j) = self.skeleton.find_name(name) {
                 let rotation = &mut turned.rotations[j.index()];
                 *rotation = UnitQuaternion::from_scaled_axis(*turn) * *rotation;
             }

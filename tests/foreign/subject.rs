@@ -1,6 +1,6 @@
 //! A foreign subject's step: its scan, its true body as a layer, what was worn beneath, and the true labels.
 
-use overcoat::body::{JOINT_NAMES, JointId, Layer, Skeleton, SkinWeights};
+use overcoat::body::{HumanJoint, JointId, Layer, Skeleton, SkinWeights};
 use overcoat::formats::read_ply;
 use overcoat::geometry::{NearestVertex, PerVertex, Point, SurfaceIndex, TriMesh, Vec3};
 use overcoat::scan::Scan;
@@ -54,11 +54,11 @@ fn rig(root: &Path, joints: &BTreeMap<String, Point>, vertex_count: usize) -> (S
     let theirs = |ours: &str| map["makehuman_from_ours"][ours].as_str().unwrap().to_string();
     let parents = [-1i32, 0, 1, 2, 3, 4, 3, 6, 7, 8, 3, 10, 11, 12, 0, 14, 15, 16, 0, 18, 19, 20];
     let skeleton = Skeleton {
-        names: JOINT_NAMES.map(String::from).to_vec(),
+        names: Skeleton::body_names(),
         parents: parents.iter().map(|&p| u16::try_from(p).ok().map(JointId)).collect(),
-        joints_in_bind: JOINT_NAMES.iter().map(|n| joints[&theirs(n)]).collect(),
+        joints_in_bind: HumanJoint::BODY.iter().map(|j| joints[&theirs(j.name())]).collect(),
     };
-    let ours: BTreeMap<String, u16> = JOINT_NAMES.iter().zip(0..).map(|(n, i)| (theirs(n), i)).collect();
+    let ours: BTreeMap<String, u16> = HumanJoint::BODY.iter().zip(0..).map(|(j, i)| (theirs(j.name()), i)).collect();
     let bones = json(&root.join("makehuman/default.mhskel"));
     let mut rows: Vec<Vec<(JointId, f64)>> = vec![Vec::new(); vertex_count];
     for (bone, weights) in json(&root.join("makehuman/default_weights.mhw"))["weights"].as_object().unwrap() {

@@ -13,7 +13,7 @@ fn posed(model: &BodyModel, heading: f64, arms: f64) -> (TriMesh, Vec<Point>) {
     pose.translation = Vec3::new(0.4, 0.02, -0.3);
     pose.rotations[0] = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), heading);
     for (name, sign) in [("leftUpperArm", 1.0), ("rightUpperArm", -1.0)] {
-        let j = skeleton.find(name).expect("a humanoid");
+        let j = skeleton.find_name(name).expect("a humanoid");
         pose.rotations[j.index()] = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), sign * arms);
     }
     let points = skin(mesh.points(), &model.weights, &skeleton, &pose);

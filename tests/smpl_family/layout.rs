@@ -160,7 +160,7 @@ pub fn smpl_of(ours: &BodyModel) -> Npz {
         })
         .collect();
     let of_ours: Vec<usize> =
-        ORDER.iter().chain(&["leftHand", "rightHand"]).map(|n| ours.skeleton.find(n).unwrap().index()).collect();
+        ORDER.iter().chain(&["leftHand", "rightHand"]).map(|n| ours.skeleton.find_name(n).unwrap().index()).collect();
     let j = of_ours.len();
     let mut npz = Npz::new();
     npz.insert("v_template", NpyArray::rows(&mean.points().iter().map(|p| [p.x, p.y, p.z]).collect::<Vec<_>>()));
@@ -191,7 +191,7 @@ fn swelling_shoulders(mean: &TriMesh, ours: &BodyModel, pose: &overcoat::body::P
     let joints = ours.skeleton.joints_in_world(pose);
     let mut dirs = vec![0.0f32; mean.vertex_count() * 3 * FEATURES];
     for (joint, sign) in [(16, 1.0), (17, -1.0)] {
-        let center = joints[ours.skeleton.find(ORDER[joint]).unwrap().index()];
+        let center = joints[ours.skeleton.find_name(ORDER[joint]).unwrap().index()];
         // Entry (0, 1) of the rotation, −sin of the turn about z: positive as the left arm sinks.
         let feature = 9 * (joint - 1) + 1;
         for (v, p) in mean.points().enumerate() {
@@ -204,10 +204,10 @@ fn swelling_shoulders(mean: &TriMesh, ours: &BodyModel, pose: &overcoat::body::P
 
 /// The body with a shirt on: 14 mm of cloth over trunk and upper arms, of the same mesh.
 pub fn shirt_over(model: &BodyModel, body: &TriMesh, joints: &[Point]) -> TriMesh {
-    let at = |name: &str| joints[model.skeleton.find(name).unwrap().index()];
+    let at = |name: &str| joints[model.skeleton.find_name(name).unwrap().index()];
     let (waist, neck) = (at("hips").y - 0.02, at("neck").y);
     let normals = body.vertex_normals();
-    let arm = |name: &str| model.skeleton.find(name).unwrap();
+    let arm = |name: &str| model.skeleton.find_name(name).unwrap();
     let below_elbow = ["leftLowerArm", "rightLowerArm"].map(arm);
     let is_covered = |v: overcoat::geometry::VertexId, p: &Point| {
         let row = &model.weights.rows()[v];

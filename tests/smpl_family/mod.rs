@@ -4,7 +4,7 @@ mod layout;
 
 use crate::common::{overcoat_ok, write_mesh};
 use layout::{Kin, smpl_like, smpl_of};
-use overcoat::body::{BodyModel, JOINT_NAMES, Pose, Shape, embedded_model, read_model, skin, unskin};
+use overcoat::body::{BodyModel, HumanJoint, Pose, Shape, embedded_model, read_model, skin, unskin};
 use overcoat::fit::{NakedParams, fit_naked};
 use overcoat::formats::{MeshKind, Npz, NpzCompression, RawMesh, read_mesh, write_npz};
 use overcoat::geometry::{PerVertex, Point, TriMesh};
@@ -53,15 +53,15 @@ fn each_kind_is_read_with_its_own_joints_components_and_offsets() {
         let model = read(&kin.published(60));
         let names = &model.skeleton.names;
         assert_eq!(model.skeleton.len(), kin.joints, "{kin:?}");
-        assert!(JOINT_NAMES.iter().all(|n| names.iter().any(|m| m == n)), "{kin:?}: {names:?}");
+        assert!(HumanJoint::BODY.iter().all(|j| names.iter().any(|m| m == j.name())), "{kin:?}: {names:?}");
         assert_eq!(model.component_count(), kin.shape_dirs.min(15).min(if kin.shape_dirs == 20 { 10 } else { 15 }));
         let per_joint = if kin == Kin::STAR { 4 } else { 9 };
         let dirs = model.weights.pose_dirs().unwrap();
         assert_eq!(dirs.feature_count(), per_joint * (kin.joints - 1), "{kin:?}");
         assert_eq!(model.uvs.is_some(), kin.joints == 55, "SMPL-X alone has texture coordinates");
         if kin.joints > 24 {
-            let tip = model.skeleton.find("rightThumbDistal").unwrap();
-            let hand = model.skeleton.find("rightHand").unwrap();
+            let tip = model.skeleton.find_name("rightThumbDistal").unwrap();
+            let hand = model.skeleton.find_name("rightHand").unwrap();
             assert_eq!(tip.index(), kin.joints - 1);
             assert!(model.skeleton.is_below(tip, hand) && !model.skeleton.is_below(hand, tip));
         }
@@ -71,7 +71,7 @@ fn each_kind_is_read_with_its_own_joints_components_and_offsets() {
 fn turned(model: &BodyModel, turns: &[(&str, [f64; 3])]) -> Pose {
     let mut pose = Pose::bind(model.skeleton.len());
     for (joint, [x, y, z]) in turns {
-        let j = model.skeleton.find(joint).unwrap();
+        let j = model.skeleton.find_name(joint).unwrap();
         pose.rotations[j.index()] = nalgebra::UnitQuaternion::from_scaled_axis(
             nalgebra::Vector3::new(*x, *y, *z) * std::f64::consts::PI / 180.0,
         );
@@ -82,7 +82,7 @@ fn turned(model: &BodyModel, turns: &[(&str, [f64; 3])]) -> Pose {
 /// Mean distance, in metres, of vertices near the shoulders: where the offsets of the made-up model are largest.
 fn off_at_the_shoulders(model: &BodyModel, found: &PerVertex<Point>, truth: &PerVertex<Point>) -> f64 {
     let joints = &model.skeleton;
-    let at = |name: &str| joints.joints_in_bind[joints.find(name).unwrap().index()];
+    let at = |name: &str| joints.joints_in_bind[joints.find_name(name).unwrap().index()];
     let near = |p: &Point| ["leftUpperArm", "rightUpperArm"].iter().any(|n| (at(n) - p).norm() < 0.10);
     let of: Vec<f64> = model
         .template
@@ -99,7 +99,7 @@ fn thickness(model: &BodyModel, points: &PerVertex<Point>, joints: [Point; 2]) -
     let skeleton = &model.skeleton;
     let mut distances = Vec::new();
     for (name, joint) in ["leftUpperArm", "rightUpperArm"].into_iter().zip(joints) {
-        let in_bind = skeleton.joints_in_bind[skeleton.find(name).unwrap().index()];
+        let in_bind = skeleton.joints_in_bind[skeleton.find_name(name).unwrap().index()];
         let near = model.template.points().enumerate().filter(|(_, p)| (in_bind - *p).norm() < 0.08);
         distances.extend(near.map(|(v, _)| (points[v] - joint).norm()));
     }
@@ -189,7 +189,7 @@ fn corrective_offsets_are_honoured_from_the_naked_fit_to_the_dressed_figure() {
     let at = |name: &str| Point::from([0, 1, 2].map(|c| joints[name][c].as_f64().unwrap()));
     let girth = thickness(&model, &worn, [at("leftUpperArm"), at("rightUpperArm")]);
     let in_truth = skeleton.joints_in_world(&dressed_pose);
-    let of_truth = ["leftUpperArm", "rightUpperArm"].map(|n| in_truth[skeleton.find(n).unwrap().index()]);
+    let of_truth = ["leftUpperArm", "rightUpperArm"].map(|n| in_truth[skeleton.find_name(n).unwrap().index()]);
     let (truth, stiff) = (thickness(&model, below.points(), of_truth), thickness(&model, &stiff, of_truth));
     assert!(
         (girth - truth).abs() < 0.4 * (stiff - truth),

@@ -65,7 +65,7 @@ impl Session {
 fn striding(skeleton: &Skeleton) -> Pose {
     let mut pose = Pose::bind(skeleton.len());
     for (name, degrees) in POSE {
-        if let Some(joint) = skeleton.find(name) {
+        if let Some(joint) = skeleton.find_name(name) {
             let [x, y, z] = degrees.map(f64::to_radians);
             let about = |axis: nalgebra::Unit<Vec3>, angle| UnitQuaternion::from_axis_angle(&axis, angle);
             pose.rotations[joint.index()] =

@@ -26,7 +26,7 @@ mod tests;
 mod torso;
 mod unwrap;
 
-use crate::body::{BodyModel, JOINT_NAMES, JOINT_PARENTS, JointId, JointLimits, SkinWeights};
+use crate::body::{BodyModel, JointId, JointLimits, Skeleton, SkinWeights};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3, VertexId};
 use crate::train::{Rig, Subjects, TrainError, TrainParams, train};
 use anatomy::Anatomy;
@@ -158,8 +158,8 @@ fn rig_of(template: &Anatomy, mesh: &HalfMesh, owners: &Ownership) -> Result<Rig
         max: Vec3::from_fn(|c, _| bounds[c][1].to_radians()),
     });
     Ok(Rig {
-        names: JOINT_NAMES.map(String::from).to_vec(),
-        parents: JOINT_PARENTS.to_vec(),
+        names: Skeleton::body_names(),
+        parents: Skeleton::body_parents(),
         joints: joints::centers(template).map(Point::from).to_vec(),
         weights: SkinWeights::from_rows(weights.iter().map(|w| row(w))),
         limits: limits.to_vec(),

@@ -14,7 +14,7 @@ const INFLUENCES: usize = 4;
 /// Diffusion rounds over the mesh, about ±√n edges wide.
 const ROUNDS: usize = 14;
 
-/// Joints by number, in the order of [`crate::body::JOINT_NAMES`].
+/// Joints by number, in the order of [`crate::body::HumanJoint::BODY`].
 pub(super) mod joint {
     pub const HIPS: usize = 0;
     pub const SPINE: usize = 1;

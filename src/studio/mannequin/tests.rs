@@ -5,6 +5,7 @@ use super::loft::{Loft, Station};
 use super::measures::Survey;
 use super::mesh::HalfMesh;
 use super::{MannequinParams, build, extract, flatten, girth, remesh};
+use crate::body::{HumanJoint, Skeleton};
 use crate::formats::{Npz, NpzCompression, read_npz, write_npz};
 use crate::geometry::{Adjacency, FaceId, Point, TriMesh, Vec3};
 use std::io::Cursor;
@@ -127,8 +128,8 @@ fn shipped_texture_coordinates_lie_in_the_picture_and_no_face_is_turned_over() {
 fn shipped_weights_and_regressor_sum_to_one() {
     let npz = shipped();
     let [v, j] = npz.shape_of::<2>("weights").unwrap();
-    assert_eq!(j, crate::body::JOINT_NAMES.len());
-    assert_eq!(npz.text("joint_names").unwrap(), crate::body::JOINT_NAMES);
+    assert_eq!(j, HumanJoint::BODY.len());
+    assert_eq!(npz.text("joint_names").unwrap(), Skeleton::body_names());
     for row in npz.f64("weights").unwrap().chunks(j) {
         assert!((row.iter().sum::<f64>() - 1.0).abs() < 1e-6);
         assert!(row.iter().filter(|w| **w > 0.0).count() <= 4);

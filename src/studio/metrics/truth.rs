@@ -1,6 +1,7 @@
 //! What is known of a subject, and where a truth folder keeps it.
 
 use super::MetricsError;
+use crate::body::HumanJoint;
 use crate::geometry::{Point, TriMesh};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -130,9 +131,10 @@ impl TruthJoints {
 }
 
 fn by_our_names(named: &BTreeMap<String, [f64; 3]>) -> JointPositions {
-    crate::body::JOINT_NAMES
+    HumanJoint::BODY
         .iter()
-        .filter_map(|&ours| {
+        .filter_map(|joint| {
+            let ours = joint.name();
             let at = named.get(ours).or_else(|| named.get(&makehuman_bone(ours)?))?;
             Some((ours.to_owned(), Point::from(*at)))
         })
