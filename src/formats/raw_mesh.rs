@@ -26,48 +26,6 @@ pub struct RawMesh {
     pub scalars: BTreeMap<String, Vec<f32>>,
 }
 
-/// The mesh formats.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum MeshKind {
-    /// Stanford polygon file.
-    Ply,
-    /// Wavefront OBJ.
-    Obj,
-    /// Stereolithography.
-    Stl,
-    /// Geomview's object file format.
-    Off,
-    /// glTF, `.glb` or `.gltf`.
-    Gltf,
-}
-
-impl MeshKind {
-    /// The kind that an extension (without its dot, in any case) stands for.
-    ///
-    /// **Errors** [`FormatError::UnknownExtension`].
-    pub fn from_extension(extension: &str) -> Result<Self, FormatError> {
-        match extension.to_ascii_lowercase().as_str() {
-            "ply" => Ok(Self::Ply),
-            "obj" => Ok(Self::Obj),
-            "stl" => Ok(Self::Stl),
-            "off" => Ok(Self::Off),
-            "glb" | "gltf" => Ok(Self::Gltf),
-            _ => Err(FormatError::UnknownExtension { extension: extension.to_string() }),
-        }
-    }
-}
-
-/// Reads a mesh of a known kind.
-pub fn read_mesh(kind: MeshKind, input: impl Read) -> Result<RawMesh, FormatError> {
-    match kind {
-        MeshKind::Ply => super::read_ply(input),
-        MeshKind::Obj => super::read_obj(input),
-        MeshKind::Stl => super::read_stl(input),
-        MeshKind::Off => super::read_off(input),
-        MeshKind::Gltf => super::read_gltf(input),
-    }
-}
-
 impl RawMesh {
     /// The mesh itself once every face is known to refer to vertices that are there.
     pub(super) fn with_indices_checked(self, format: Format) -> Result<Self, FormatError> {
@@ -111,15 +69,6 @@ pub(super) fn bytes_of_colors(colors: &[[f64; 3]]) -> Vec<[u8; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn extensions_are_known_in_any_case() {
-        for extension in ["ply", "obj", "glb", "gltf", "stl", "off"] {
-            assert!(MeshKind::from_extension(&extension.to_uppercase()).is_ok());
-        }
-        let err = MeshKind::from_extension("fbx").unwrap_err();
-        assert_eq!(err.hint().unwrap(), "known are ply, obj, glb, gltf, stl, off");
-    }
 
     #[test]
     fn a_polygon_becomes_a_fan() {
