@@ -149,9 +149,8 @@ fn colour_of_another_size_is_laid_over_or_left_out_and_said() {
     let mut resize = |change: &dyn Fn(usize, usize, &overcoat::formats::ColorPicture) -> [u8; 3], width, height| {
         for (frame, shot) in recording.frames.iter_mut().zip(&shots) {
             let small = read_color_picture(&turntable.jpeg(shot)).unwrap();
-            let pixels = (0..width * height).map(|i| change(i % width, i / width, &small)).collect();
-            let picture = overcoat::formats::ColorPicture { width, height, pixels };
-            frame.color = Some(("rgb".into(), write_color_jpeg(&picture, 92).unwrap()));
+            let pixels: Vec<_> = (0..width * height).map(|i| change(i % width, i / width, &small)).collect();
+            frame.color = Some(("rgb".into(), write_color_jpeg([width, height], &pixels, 92).unwrap()));
         }
         fused(&recording)
     };

@@ -1,8 +1,8 @@
 //! Texture coordinates with seams.
 
+use crate::formats::{FormatError, read_color_picture, write_color_png};
 use crate::geometry::{PerFace, PerVertex, TriMesh};
-use image::{ExtendedColorType, ImageEncoder, ImageError, ImageFormat, codecs::png::PngEncoder};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer, ser};
 
 /// A texture coordinate for each corner of each face; neighbours share one, but across a seam.
 ///
@@ -18,8 +18,8 @@ pub struct UvMap {
 }
 
 /// A picture to be wrapped around a surface; a PNG where it is kept, a third of its size.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "KeptTexture", into = "KeptTexture")]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "KeptTexture")]
 pub struct Texture {
     /// Pixels along a side.
     pub side: usize,
@@ -32,19 +32,18 @@ struct KeptTexture {
     png: Vec<u8>,
 }
 
-impl From<Texture> for KeptTexture {
-    fn from(texture: Texture) -> Self {
-        // Only a picture whose pixels are not `side × side` has no PNG; it comes back as none.
-        Self { png: texture.to_png().unwrap_or_default() }
+impl Serialize for Texture {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        KeptTexture { png: self.to_png().map_err(ser::Error::custom)? }.serialize(serializer)
     }
 }
 
 impl TryFrom<KeptTexture> for Texture {
-    type Error = ImageError;
+    type Error = FormatError;
 
-    fn try_from(kept: KeptTexture) -> Result<Self, ImageError> {
-        let picture = image::load_from_memory_with_format(&kept.png, ImageFormat::Png)?.into_rgb8();
-        Ok(Self { side: picture.width() as usize, pixels: picture.pixels().map(|p| p.0).collect() })
+    fn try_from(kept: KeptTexture) -> Result<Self, FormatError> {
+        let picture = read_color_picture(&kept.png)?;
+        Ok(Self { side: picture.width, pixels: picture.pixels })
     }
 }
 
@@ -52,16 +51,8 @@ impl Texture {
     /// The picture as a PNG file.
     ///
     /// **Errors** if the pixels are not `side × side`.
-    pub fn to_png(&self) -> Result<Vec<u8>, ImageError> {
-        let mut bytes = Vec::new();
-        let side = self.side as u32;
-        if self.pixels.len() != self.side * self.side {
-            return Err(ImageError::Parameter(image::error::ParameterError::from_kind(
-                image::error::ParameterErrorKind::DimensionMismatch,
-            )));
-        }
-        PngEncoder::new(&mut bytes).write_image(self.pixels.as_flattened(), side, side, ExtendedColorType::Rgb8)?;
-        Ok(bytes)
+    pub fn to_png(&self) -> Result<Vec<u8>, FormatError> {
+        write_color_png([self.side; 2], &self.pixels)
     }
 }
 

@@ -14,12 +14,6 @@ pub enum ExportError {
         /// What the system said.
         source: std::io::Error,
     },
-    /// A texture could not be made a file.
-    #[error("the texture could not be written as PNG: {reason}")]
-    Picture {
-        /// What the encoder said.
-        reason: String,
-    },
     /// A layer has nothing to draw.
     #[error("layer '{layer}' has {vertices} vertices and {faces} faces: there is nothing to write")]
     EmptyLayer {
@@ -83,7 +77,6 @@ impl ExportError {
                 Some(format!("look at the labels of '{layer}': its garment was not found in the scan"))
             }
             Self::Io { .. }
-            | Self::Picture { .. }
             | Self::Length { .. }
             | Self::NoSuchJoint { .. }
             | Self::Skeleton { .. }

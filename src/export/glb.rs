@@ -6,7 +6,7 @@
 
 use super::error::ExportError;
 use super::palette::color_of_rank;
-use super::split::{Split, png_of};
+use super::split::Split;
 use crate::body::{Figure, Layer, Pose, Skeleton};
 use crate::formats::{GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, NodeId, SkinId};
 use crate::geometry::PerVertex;
@@ -156,7 +156,7 @@ fn add_layer(glb: &mut GlbWriter, layer: &Layer, rank: usize, skin: SkinId) -> R
         attributes.push(("TEXCOORD_0", glb.floats("texture coordinates", &split.uvs)?));
     }
     let texture = match layer.uvs.as_ref().and_then(|uvs| uvs.texture.as_ref()) {
-        Some(texture) => Some(glb.texture(&layer.name, &png_of(texture)?)),
+        Some(texture) => Some(glb.texture(&layer.name, &texture.to_png()?)),
         None => None,
     };
     // Vertex colours are multiplied by the picture, which says the same and more.

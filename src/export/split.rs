@@ -1,7 +1,6 @@
 //! What glTF wants of texture coordinates: one a vertex. So vertices on a seam are doubled.
 
-use super::error::ExportError;
-use crate::body::{Layer, Texture};
+use crate::body::Layer;
 use crate::geometry::{PerVertex, VertexId};
 use std::collections::BTreeMap;
 
@@ -55,9 +54,4 @@ impl Split {
     pub fn spread<'a, T>(&'a self, values: &'a PerVertex<T>) -> impl Iterator<Item = &'a T> {
         self.vertices.iter().map(|v| &values[*v])
     }
-}
-
-/// The picture as a PNG file.
-pub(super) fn png_of(texture: &Texture) -> Result<Vec<u8>, ExportError> {
-    texture.to_png().map_err(|e| ExportError::Picture { reason: e.to_string() })
 }

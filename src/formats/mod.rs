@@ -40,7 +40,10 @@ pub use npz::{NpyArray, NpyData, Npz};
 pub use npz_io::{NpzCompression, read_npy, read_npz, write_npy, write_npz};
 pub use obj::{read_obj, write_obj};
 pub use off::read_off;
-pub use picture::{ColorPicture, DepthPicture, read_color_picture, read_depth_png, write_color_jpeg, write_depth_png};
+pub use picture::{
+    ColorPicture, DepthPicture, read_color_picture, read_depth_png, write_color_jpeg, write_color_png, write_depth_png,
+    write_gray_png,
+};
 pub use ply_read::read_ply;
 pub use ply_write::{PlyEncoding, PlyOptions, write_ply};
 pub use raw_mesh::RawMesh;

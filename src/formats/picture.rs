@@ -1,37 +1,39 @@
 //! Depth and colour images: PNG and JPEG.
 
 use super::error::{Format, FormatError};
-use image::{DynamicImage, ImageDecoder, ImageReader};
+use image::codecs::jpeg::JpegEncoder;
+use image::codecs::png::PngEncoder;
+use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageFormat, ImageReader};
 use std::io::Cursor;
 
 /// A depth image as the file states it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DepthPicture {
-    /// Pixels a row.
+    /// Pixels per row.
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// In the camera's depth unit; 0 where nothing came back. Row by row.
+    /// Height × width, row by row, in the camera's depth unit; 0 where the camera measured nothing.
     pub depth: Vec<u16>,
 }
 
 /// A colour image.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ColorPicture {
-    /// Pixels a row.
+    /// Pixels per row.
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// sRGB. Row by row.
+    /// Height × width × 3, sRGB, row by row.
     pub pixels: Vec<[u8; 3]>,
 }
 
-/// More pixels than this in one image are no camera's but a damaged header: 64 megapixels.
-const MOST_PIXELS: u64 = 1 << 26;
+/// An image that claims more pixels than this has a damaged header: 64 megapixels, twice a large camera's.
+const MAX_PIXELS: u64 = 1 << 26;
 
 /// Reads a depth image: PNG, one channel of 16 bits.
 ///
-/// **Errors** what is no PNG, does not decode, or has another kind of pixel.
+/// **Errors** if it is not a PNG, does not decode, or has another kind of pixel.
 pub fn read_depth_png(bytes: &[u8]) -> Result<DepthPicture, FormatError> {
     if !bytes.starts_with(b"\x89PNG") {
         return Err(not_this(Format::Png, bytes));
@@ -54,7 +56,7 @@ pub fn read_depth_png(bytes: &[u8]) -> Result<DepthPicture, FormatError> {
 
 /// Reads a colour image: PNG or JPEG, whatever its kind of pixel.
 ///
-/// **Errors** what is neither, or does not decode.
+/// **Errors** if it is neither, or does not decode.
 pub fn read_color_picture(bytes: &[u8]) -> Result<ColorPicture, FormatError> {
     let format = match bytes {
         [0xff, 0xd8, ..] => Format::Jpeg,
@@ -77,41 +79,82 @@ fn not_this(format: Format, bytes: &[u8]) -> FormatError {
 
 fn decoded(format: Format, bytes: &[u8]) -> Result<DynamicImage, FormatError> {
     let damaged = |e: image::ImageError| FormatError::Container { format, reason: e.to_string() };
-    let kind = if format == Format::Jpeg { image::ImageFormat::Jpeg } else { image::ImageFormat::Png };
+    let kind = if format == Format::Jpeg { ImageFormat::Jpeg } else { ImageFormat::Png };
     let decoder = ImageReader::with_format(Cursor::new(bytes), kind).into_decoder().map_err(damaged)?;
     let (width, height) = decoder.dimensions();
-    if width == 0 || height == 0 || u64::from(width) * u64::from(height) > MOST_PIXELS {
+    if width == 0 || height == 0 || u64::from(width) * u64::from(height) > MAX_PIXELS {
         return Err(FormatError::Container { format, reason: format!("it claims {width} × {height} pixels") });
     }
     DynamicImage::from_decoder(decoder).map_err(damaged)
 }
 
-/// Writes a depth image as PNG of 16 bits.
+/// Encodes a depth image as PNG of 16 bits.
 ///
-/// # Panics
-/// If `depth` is not `width × height`.
-pub fn write_depth_png(picture: &DepthPicture) -> Result<Vec<u8>, FormatError> {
-    let (width, height) = (picture.width as u32, picture.height as u32);
-    let buffer = image::ImageBuffer::<image::Luma<u16>, _>::from_raw(width, height, picture.depth.clone());
+/// **Shapes** `size` is width and height, `depth` height × width, row by row.
+///
+/// **Errors** [`FormatError::ArrayShape`] if the two disagree.
+pub fn write_depth_png(size: [usize; 2], depth: &[u16]) -> Result<Vec<u8>, FormatError> {
+    // The encoder takes the samples in the machine's byte order.
+    write_png(size, bytemuck::cast_slice(depth), ExtendedColorType::L16)
+}
+
+/// Encodes a grey image (labels, for example) as PNG of 8 bits.
+///
+/// **Shapes** `size` is width and height, `values` height × width, row by row.
+///
+/// **Errors** [`FormatError::ArrayShape`] if the two disagree.
+pub fn write_gray_png(size: [usize; 2], values: &[u8]) -> Result<Vec<u8>, FormatError> {
+    write_png(size, values, ExtendedColorType::L8)
+}
+
+/// Encodes a colour image as PNG.
+///
+/// **Shapes** `size` is width and height, `pixels` height × width × 3, sRGB, row by row.
+///
+/// **Errors** [`FormatError::ArrayShape`] if the two disagree.
+pub fn write_color_png(size: [usize; 2], pixels: &[[u8; 3]]) -> Result<Vec<u8>, FormatError> {
+    write_png(size, pixels.as_flattened(), ExtendedColorType::Rgb8)
+}
+
+/// Encodes a colour image as JPEG of a quality from 1 to 100.
+///
+/// **Shapes** `size` is width and height, `pixels` height × width × 3, sRGB, row by row.
+///
+/// **Errors** [`FormatError::ArrayShape`] if the two disagree.
+pub fn write_color_jpeg(size: [usize; 2], pixels: &[[u8; 3]], quality: u8) -> Result<Vec<u8>, FormatError> {
     let mut bytes = Vec::new();
-    DynamicImage::ImageLuma16(buffer.expect("the size is that of the pixels"))
-        .write_to(&mut Cursor::new(&mut bytes), image::ImageFormat::Png)
-        .map_err(|e| FormatError::Container { format: Format::Png, reason: e.to_string() })?;
+    let encoder = JpegEncoder::new_with_quality(&mut bytes, quality);
+    encode(Format::Jpeg, encoder, size, pixels.as_flattened(), ExtendedColorType::Rgb8)?;
     Ok(bytes)
 }
 
-/// Writes a colour image as JPEG of a quality from 1 to 100.
-///
-/// # Panics
-/// If `pixels` are not `width × height`.
-pub fn write_color_jpeg(picture: &ColorPicture, quality: u8) -> Result<Vec<u8>, FormatError> {
-    let raw: Vec<u8> = picture.pixels.iter().flatten().copied().collect();
-    let buffer = image::RgbImage::from_raw(picture.width as u32, picture.height as u32, raw);
+pub(super) fn write_png(size: [usize; 2], samples: &[u8], kind: ExtendedColorType) -> Result<Vec<u8>, FormatError> {
     let mut bytes = Vec::new();
-    image::codecs::jpeg::JpegEncoder::new_with_quality(&mut bytes, quality)
-        .encode_image(&buffer.expect("the size is that of the pixels"))
-        .map_err(|e| FormatError::Container { format: Format::Jpeg, reason: e.to_string() })?;
+    encode(Format::Png, PngEncoder::new(&mut bytes), size, samples, kind)?;
     Ok(bytes)
+}
+
+fn encode(
+    format: Format,
+    encoder: impl ImageEncoder,
+    [width, height]: [usize; 2],
+    samples: &[u8],
+    kind: ExtendedColorType,
+) -> Result<(), FormatError> {
+    let bytes_per_pixel = usize::from(kind.bits_per_pixel() / 8);
+    let (Ok(columns), Ok(rows)) = (u32::try_from(width), u32::try_from(height)) else {
+        return Err(FormatError::Unsupported { format, what: format!("an image of {width} × {height} pixels") });
+    };
+    if width.checked_mul(height).and_then(|n| n.checked_mul(bytes_per_pixel)) != Some(samples.len()) {
+        return Err(FormatError::ArrayShape {
+            name: "pixels".into(),
+            expected: format!("{width} × {height} pixels"),
+            found: vec![samples.len() / bytes_per_pixel],
+        });
+    }
+    encoder
+        .write_image(samples, columns, rows, kind)
+        .map_err(|e| FormatError::Container { format, reason: e.to_string() })
 }
 
 #[cfg(test)]
@@ -121,18 +164,31 @@ mod tests {
     #[test]
     fn pictures_come_back_and_other_kinds_are_told() {
         let depth = DepthPicture { width: 3, height: 2, depth: vec![0, 1, 1000, 65_535, 7, 8] };
-        let bytes = write_depth_png(&depth).unwrap();
+        let bytes = write_depth_png([3, 2], &depth.depth).unwrap();
         assert_eq!(read_depth_png(&bytes).unwrap(), depth);
         let color = ColorPicture { width: 16, height: 8, pixels: vec![[200, 100, 50]; 128] };
-        let jpeg = write_color_jpeg(&color, 90).unwrap();
+        let jpeg = write_color_jpeg([16, 8], &color.pixels, 90).unwrap();
         let back = read_color_picture(&jpeg).unwrap();
         assert!(back.pixels[60].iter().zip([200, 100, 50]).all(|(&a, b): (&u8, u8)| a.abs_diff(b) < 6));
         assert!(matches!(read_depth_png(&jpeg), Err(FormatError::NotThisFormat { format: Format::Png, .. })));
         assert!(matches!(read_depth_png(&bytes[..bytes.len() / 2]), Err(FormatError::Container { .. })));
         assert!(matches!(read_color_picture(b""), Err(FormatError::NotThisFormat { .. })));
-        let mut grey = Vec::new();
-        DynamicImage::new_luma8(4, 4).write_to(&mut Cursor::new(&mut grey), image::ImageFormat::Png).unwrap();
-        let told = read_depth_png(&grey).unwrap_err().to_string();
+        assert_eq!(read_color_picture(&write_color_png([16, 8], &color.pixels).unwrap()).unwrap(), color);
+        let gray = write_gray_png([4, 4], &[9; 16]).unwrap();
+        let told = read_depth_png(&gray).unwrap_err().to_string();
         assert_eq!(told, "the depth image has 1 channel of 8 bits; depth needs 1 channel of 16 bits");
+    }
+
+    #[test]
+    fn pixels_that_do_not_fill_the_size_are_refused() {
+        let short = [
+            write_depth_png([3, 2], &[0; 5]).unwrap_err(),
+            write_gray_png([3, 2], &[0; 5]).unwrap_err(),
+            write_color_png([3, 2], &[[0; 3]; 5]).unwrap_err(),
+            write_color_jpeg([3, 2], &[[0; 3]; 5], 90).unwrap_err(),
+        ];
+        for err in short {
+            assert_eq!(err.to_string(), "array 'pixels' has shape [5], expected 3 × 2 pixels");
+        }
     }
 }

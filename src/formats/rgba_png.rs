@@ -1,7 +1,9 @@
 //! A picture with transparency, from PNG.
 
 use super::error::{Format, FormatError, quoted};
+use super::picture::write_png;
 use super::raw_mesh::read_all;
+use image::ExtendedColorType;
 use std::io::{Read, Write};
 
 /// sRGB with opacity, eight bits a channel, rows from the top.
@@ -58,12 +60,9 @@ impl RgbaPicture {
     }
 
     /// Writes the picture as PNG.
-    pub fn write_png(&self, to: impl Write) -> Result<(), FormatError> {
-        let encoder = image::codecs::png::PngEncoder::new(to);
-        let (width, height) = (self.width as u32, self.height as u32);
-        let pixels = self.pixels.as_flattened();
-        image::ImageEncoder::write_image(encoder, pixels, width, height, image::ExtendedColorType::Rgba8)
-            .map_err(|e| FormatError::Container { format: Format::Png, reason: e.to_string() })
+    pub fn write_png(&self, mut to: impl Write) -> Result<(), FormatError> {
+        let bytes = write_png(self.size(), self.pixels.as_flattened(), ExtendedColorType::Rgba8)?;
+        to.write_all(&bytes).map_err(|source| FormatError::Io { format: Format::Png, source })
     }
 }
 

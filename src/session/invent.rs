@@ -3,16 +3,13 @@
 
 use super::error::SessionError;
 use crate::body::embedded_model;
-use crate::formats::{PlyOptions, RawMesh, write_ply};
+use crate::formats::{FormatError, PlyOptions, RawMesh, write_color_jpeg, write_depth_png, write_gray_png, write_ply};
 use crate::geometry::{PerVertex, TriMesh};
 use crate::session::store::write_whole;
 use crate::studio::{
     DepthNoise, GarmentKind, InventedStep, Lens, RgbdFrame, RgbdRecording, StudioError, StudioParams, TruthNaming,
     invent_each,
 };
-use image::codecs::jpeg::JpegEncoder;
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ExtendedColorType, ImageEncoder};
 use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::json;
@@ -175,20 +172,10 @@ fn write_recording(dir: &Path, recording: &RgbdRecording) -> Result<(), SessionE
     let (rgb, depth) = (dir.join("rgb"), dir.join("depth"));
     make_dir(&rgb)?;
     make_dir(&depth)?;
-    let size = (recording.lens.width as u32, recording.lens.height as u32);
+    let size = [recording.lens.width, recording.lens.height];
     recording.frames.par_iter().enumerate().try_for_each(|(i, frame)| {
-        let colors: &[u8] = bytemuck::cast_slice(&frame.color);
-        write_image(&rgb.join(format!("{i:04}.jpg")), |out| {
-            JpegEncoder::new_with_quality(out, JPEG_QUALITY).write_image(
-                colors,
-                size.0,
-                size.1,
-                ExtendedColorType::Rgb8,
-            )
-        })?;
-        // The encoder takes the samples as the machine has them.
-        let millimetres: &[u8] = bytemuck::cast_slice(&frame.depth_mm);
-        write_png(&depth.join(format!("{i:04}.png")), millimetres, size, ExtendedColorType::L16)
+        write_image(&rgb.join(format!("{i:04}.jpg")), write_color_jpeg(size, &frame.color, JPEG_QUALITY))?;
+        write_image(&depth.join(format!("{i:04}.png")), write_depth_png(size, &frame.depth_mm))
     })?;
     let (mut pairs, mut poses) =
         (String::new(), String::from("# timestamp tx ty tz qx qy qz qw: camera in the person's frame\n"));
@@ -217,26 +204,16 @@ fn pose_line(at: f64, frame: &RgbdFrame) -> String {
 /// The true label of every pixel.
 fn write_labels(dir: &Path, recording: &RgbdRecording) -> Result<(), SessionError> {
     make_dir(dir)?;
-    let size = (recording.lens.width as u32, recording.lens.height as u32);
-    recording.frames.par_iter().enumerate().try_for_each(|(i, frame)| {
-        write_png(&dir.join(format!("{i:04}.png")), &frame.labels, size, ExtendedColorType::L8)
-    })
+    let size = [recording.lens.width, recording.lens.height];
+    recording
+        .frames
+        .par_iter()
+        .enumerate()
+        .try_for_each(|(i, frame)| write_image(&dir.join(format!("{i:04}.png")), write_gray_png(size, &frame.labels)))
 }
 
-fn write_png(path: &Path, samples: &[u8], size: (u32, u32), kind: ExtendedColorType) -> Result<(), SessionError> {
-    write_image(path, |out| {
-        PngEncoder::new_with_quality(out, CompressionType::Fast, FilterType::Adaptive)
-            .write_image(samples, size.0, size.1, kind)
-    })
-}
-
-fn write_image(
-    path: &Path,
-    encode: impl FnOnce(&mut Vec<u8>) -> Result<(), image::ImageError>,
-) -> Result<(), SessionError> {
-    let mut bytes = Vec::new();
-    encode(&mut bytes).map_err(|e| SessionError::Encoding { reason: e.to_string() })?;
-    write_bytes(path, &bytes)
+fn write_image(path: &Path, encoded: Result<Vec<u8>, FormatError>) -> Result<(), SessionError> {
+    write_bytes(path, &encoded.map_err(|e| SessionError::Encoding { reason: e.to_string() })?)
 }
 
 fn write_mesh(path: &Path, mesh: &TriMesh, colors: Option<&PerVertex<[u8; 3]>>) -> Result<(), SessionError> {

@@ -1,5 +1,7 @@
 //! What can go wrong with a picture.
 
+use crate::formats::FormatError;
+
 /// Why there is no picture.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -11,9 +13,9 @@ pub enum Error {
         /// Vertices to be painted.
         vertices: usize,
     },
-    /// The picture could not be encoded or written.
-    #[error("the picture could not be written: {0}")]
-    Png(#[from] image::ImageError),
+    /// The picture could not be encoded.
+    #[error("the picture could not be encoded: {0}")]
+    Png(#[from] FormatError),
     /// The viewer's library could not make the recording.
     #[error("the recording could not be made: {0}")]
     Recording(String),

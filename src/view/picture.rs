@@ -1,7 +1,7 @@
 //! The finished picture.
 
 use super::Error;
-use image::ImageEncoder;
+use crate::formats::write_color_png;
 use std::io::Write;
 
 /// An sRGB picture, eight bits a channel, rows from the top.
@@ -54,14 +54,8 @@ impl Picture {
     /// Writes PNG.
     ///
     /// **Errors** when `to` cannot be written.
-    pub fn write_png(&self, to: impl Write) -> Result<(), Error> {
-        let bytes: &[u8] = bytemuck::cast_slice(&self.pixels);
-        image::codecs::png::PngEncoder::new(to).write_image(
-            bytes,
-            self.width as u32,
-            self.height as u32,
-            image::ExtendedColorType::Rgb8,
-        )?;
+    pub fn write_png(&self, mut to: impl Write) -> Result<(), Error> {
+        to.write_all(&write_color_png([self.width, self.height], &self.pixels)?)?;
         Ok(())
     }
 }
@@ -69,6 +63,7 @@ impl Picture {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::formats::read_color_picture;
 
     #[test]
     fn a_pasted_picture_is_cut_at_the_edge() {
@@ -86,7 +81,7 @@ mod tests {
         picture.pixels_mut()[6] = [1, 2, 3];
         let mut bytes = Vec::new();
         picture.write_png(&mut bytes).unwrap();
-        let back = image::load_from_memory(&bytes).unwrap().to_rgb8();
-        assert_eq!(back.as_raw().as_slice(), bytemuck::cast_slice::<_, u8>(picture.pixels()));
+        let back = read_color_picture(&bytes).unwrap();
+        assert_eq!((back.width, back.height, back.pixels.as_slice()), (5, 4, picture.pixels()));
     }
 }

@@ -3,8 +3,8 @@
 
 use nalgebra::{Isometry3, Vector3};
 use overcoat::formats::{
-    CameraJson, ColorPicture, DepthPicture, Intrinsics, RecordedFrame, Recording, recording_files, write_color_jpeg,
-    write_depth_png, write_recording,
+    CameraJson, Intrinsics, RecordedFrame, Recording, recording_files, write_color_jpeg, write_depth_png,
+    write_recording,
 };
 use overcoat::geometry::{Point, Vec3};
 use rayon::prelude::*;
@@ -192,13 +192,11 @@ impl Turntable {
     }
 
     pub fn depth_png(&self, shot: &Shot) -> Vec<u8> {
-        let (width, height) = (self.width, self.height);
-        write_depth_png(&DepthPicture { width, height, depth: shot.depth.clone() }).unwrap()
+        write_depth_png([self.width, self.height], &shot.depth).unwrap()
     }
 
     pub fn jpeg(&self, shot: &Shot) -> Vec<u8> {
-        let (width, height) = (self.width, self.height);
-        write_color_jpeg(&ColorPicture { width, height, pixels: shot.color.clone() }, 92).unwrap()
+        write_color_jpeg([self.width, self.height], &shot.color, 92).unwrap()
     }
 
     /// Writes a bare folder of `*_depth.png` and `*_rgb.jpg` with its `camera.json`.
