@@ -8,7 +8,7 @@ use super::error::ExportError;
 use super::palette::color_of_rank;
 use super::split::Split;
 use crate::body::{Figure, Layer, Pose, Skeleton};
-use crate::formats::{GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, NodeId, SkinId};
+use crate::formats::{GlbAttribute, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, NodeId, SkinId};
 use crate::geometry::PerVertex;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
@@ -145,15 +145,15 @@ fn add_layer(glb: &mut GlbWriter, layer: &Layer, rank: usize, skin: SkinId) -> R
 
     let indices = glb.indices(&split.faces);
     let mut attributes = vec![
-        ("POSITION", glb.positions(&points)?),
-        ("NORMAL", glb.floats("normals", &normals)?),
-        ("JOINTS_0", glb.joints(&joints)),
-        ("WEIGHTS_0", glb.floats("skin weights", &weights)?),
-        ("_PHYSW", glb.floats("physics weights", &physics)?),
-        ("_LAYER", glb.floats("layer ranks", &vec![[rank as f32]; count])?),
+        (GlbAttribute::Positions, glb.positions(&points)?),
+        (GlbAttribute::Normals, glb.floats("normals", &normals)?),
+        (GlbAttribute::Joints(0), glb.joints(&joints)),
+        (GlbAttribute::Weights(0), glb.floats("skin weights", &weights)?),
+        (GlbAttribute::Extras("PHYSW".into()), glb.floats("physics weights", &physics)?),
+        (GlbAttribute::Extras("LAYER".into()), glb.floats("layer ranks", &vec![[rank as f32]; count])?),
     ];
     if !split.uvs.is_empty() {
-        attributes.push(("TEXCOORD_0", glb.floats("texture coordinates", &split.uvs)?));
+        attributes.push((GlbAttribute::TexCoords(0), glb.floats("texture coordinates", &split.uvs)?));
     }
     let texture = match layer.uvs.as_ref().and_then(|uvs| uvs.texture.as_ref()) {
         Some(texture) => Some(glb.texture(&layer.name, &texture.to_png()?)),
@@ -162,7 +162,7 @@ fn add_layer(glb: &mut GlbWriter, layer: &Layer, rank: usize, skin: SkinId) -> R
     // Vertex colours are multiplied by the picture, which says the same and more.
     let colors = layer.colors.as_ref().filter(|_| texture.is_none());
     if let Some(colors) = colors {
-        attributes.push(("COLOR_0", glb.colors(&split.spread(colors).copied().collect::<Vec<_>>())));
+        attributes.push((GlbAttribute::Colors(0), glb.colors(&split.spread(colors).copied().collect::<Vec<_>>())));
     }
     let material = glb.material(&GlbMaterial {
         name: &layer.name,
@@ -178,8 +178,8 @@ fn add_layer(glb: &mut GlbWriter, layer: &Layer, rank: usize, skin: SkinId) -> R
             extras[key] = json!(value);
         }
     }
-    let mesh =
-        glb.mesh(&GlbMesh { name: &layer.name, indices, attributes: &attributes, material: Some(material), extras });
+    let name = &layer.name;
+    let mesh = glb.mesh(&GlbMesh { name, indices, attributes: &attributes, material: Some(material), extras })?;
     Ok(glb.node(&GlbNode { name: &layer.name, mesh: Some(mesh), skin: Some(skin), ..GlbNode::default() }))
 }
 

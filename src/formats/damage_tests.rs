@@ -1,8 +1,8 @@
 //! Every reader against files with a few bytes changed: whatever it answers, it answers.
 
 use super::{
-    GlbMesh, GlbNode, GlbScene, GlbWriter, MeshKind, NpyArray, Npz, NpzCompression, PlyEncoding, PlyOptions, RawMesh,
-    read_mesh, read_npz, write_npz, write_obj, write_ply,
+    GlbAttribute, GlbMesh, GlbNode, GlbScene, GlbWriter, MeshKind, NpyArray, Npz, NpzCompression, PlyEncoding,
+    PlyOptions, RawMesh, read_mesh, read_npz, write_npz, write_obj, write_ply,
 };
 use proptest::prelude::*;
 use serde_json::Value;
@@ -22,9 +22,12 @@ fn glb() -> Vec<u8> {
     let mut glb = GlbWriter::new();
     let indices = glb.indices(&mesh.faces);
     let points: Vec<[f32; 3]> = mesh.points.iter().map(|p| p.map(|c| c as f32)).collect();
-    let attributes = [("POSITION", glb.positions(&points).unwrap()), ("COLOR_0", glb.colors(&[[1, 2, 3]; 4]))];
+    let attributes = [
+        (GlbAttribute::Positions, glb.positions(&points).unwrap()),
+        (GlbAttribute::Colors(0), glb.colors(&[[1, 2, 3]; 4])),
+    ];
     let mesh = GlbMesh { name: "m", indices, attributes: &attributes, material: None, extras: Value::Null };
-    let mesh = glb.mesh(&mesh);
+    let mesh = glb.mesh(&mesh).unwrap();
     let node = glb.node(&GlbNode { name: "n", mesh: Some(mesh), ..GlbNode::default() });
     let mut bytes = Vec::new();
     glb.write(&GlbScene { generator: "test", name: "s", roots: &[node], extras: Value::Null }, &mut bytes).unwrap();

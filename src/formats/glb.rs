@@ -1,125 +1,104 @@
-//! A `.glb` built piece by piece: arrays become accessors, accessors meshes, meshes nodes.
+//! Writes a `.glb` piece by piece: arrays become accessors, accessors meshes, meshes nodes.
 //!
-//! One buffer view an accessor, all aligned to 4 bytes; bounds on positions; JSON keys sorted. What it means (layers,
-//! joints, weights) its caller knows.
+//! Every accessor has its own buffer view, aligned to 4 bytes; positions have bounds; JSON keys are sorted. The meaning
+//! of the pieces (layers, joints, weights) is the caller's. Types and JSON come from `gltf-json`.
 
 use super::error::{Format, FormatError};
 use super::srgb::linear_of_byte;
-use serde_json::{Map, Value, json};
+use gltf::binary::{Glb, Header};
+use gltf::json::accessor::{Accessor, ComponentType, GenericComponentType, Type};
+use gltf::json::buffer::{Buffer, Target, View};
+use gltf::json::extras::RawValue;
+use gltf::json::image::MimeType;
+use gltf::json::material::{EmissiveFactor, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor};
+use gltf::json::mesh::{Mode, Primitive};
+use gltf::json::scene::UnitQuaternion;
+use gltf::json::validation::{Checked, USize64};
+use gltf::json::{Asset, Extras, Image, Index, Material, Mesh, Node, Root, Scene, Skin, Texture, serialize};
+use serde_json::{Value, json};
+use std::borrow::Cow;
 use std::io::Write;
 
-macro_rules! ids {
-    ($($(#[$doc:meta])* $name:ident),*) => {$(
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub struct $name(usize);
-    )*};
-}
-ids!(
-    /// An array in the file.
-    AccessorId,
-    /// A material.
-    MaterialId,
-    /// A mesh.
-    MeshId,
-    /// A node.
-    NodeId,
-    /// A skin.
-    SkinId,
-    /// A picture for a material.
-    TextureId
-);
+pub use gltf::Semantic as GlbAttribute;
 
-/// A node before it is one. Rotation is a quaternion x, y, z, w.
+/// An array in the file.
+pub type AccessorId = Index<Accessor>;
+/// A material.
+pub type MaterialId = Index<Material>;
+/// A mesh.
+pub type MeshId = Index<Mesh>;
+/// A node.
+pub type NodeId = Index<Node>;
+/// A skin.
+pub type SkinId = Index<Skin>;
+/// A picture for a material.
+pub type TextureId = Index<Texture>;
+
+/// What a node holds. Rotation is a quaternion x, y, z, w.
 #[derive(Clone, Debug, Default)]
 pub struct GlbNode<'a> {
-    /// Shown in every program's outline.
+    /// The name that other programs list.
     pub name: &'a str,
-    /// Relative to the parent; `None` for none.
+    /// Relative to the parent, in metres; `None` for none.
     pub translation: Option<[f32; 3]>,
     /// Relative to the parent; `None` for none.
     pub rotation: Option<[f32; 4]>,
-    /// Nodes made earlier.
+    /// Nodes added earlier.
     pub children: &'a [NodeId],
-    /// What is drawn here.
+    /// The mesh at this node.
     pub mesh: Option<MeshId>,
-    /// What moves it.
+    /// The skin that deforms the mesh.
     pub skin: Option<SkinId>,
-    /// Application data, an object or null.
-    pub extras: Value,
 }
 
 /// A material of glTF's metallic-roughness model.
 #[derive(Clone, Debug)]
 pub struct GlbMaterial<'a> {
-    /// Shown in every program's outline.
+    /// The name that other programs list.
     pub name: &'a str,
     /// sRGB; multiplies vertex colours and the texture.
     pub color: [u8; 3],
     /// The picture that `TEXCOORD_0` maps.
     pub texture: Option<TextureId>,
-    /// 0 mirror, 1 chalk.
+    /// From 0 (mirror) to 1 (matt).
     pub roughness: f32,
-    /// Whether the back is drawn: cloth is a sheet.
+    /// Whether the back is drawn, as for a sheet of cloth.
     pub double_sided: bool,
 }
 
 /// One mesh of one primitive of triangles.
 #[derive(Clone, Debug)]
 pub struct GlbMesh<'a> {
-    /// Shown in every program's outline.
+    /// The name that other programs list.
     pub name: &'a str,
     /// From [`GlbWriter::indices`].
     pub indices: AccessorId,
-    /// By glTF name: `POSITION`, `NORMAL`, `COLOR_0`, `JOINTS_0`, `_ANYTHING`, …
-    pub attributes: &'a [(&'a str, AccessorId)],
-    /// How it looks.
+    /// All of one length; `GlbAttribute::Extras("NAME")` is `_NAME` in the file.
+    pub attributes: &'a [(GlbAttribute, AccessorId)],
+    /// `None` for glTF's default material.
     pub material: Option<MaterialId>,
     /// Application data, an object or null.
     pub extras: Value,
 }
 
-/// What is shown when the file is opened, and who made it.
+/// The scene that a program shows when it opens the file, and the file's origin.
 #[derive(Clone, Debug)]
 pub struct GlbScene<'a> {
     /// Program and version.
     pub generator: &'a str,
-    /// Shown in every program's outline.
+    /// The name that other programs list.
     pub name: &'a str,
-    /// Nodes without parents.
+    /// The nodes without parents.
     pub roots: &'a [NodeId],
     /// Application data for the whole file, an object or null.
     pub extras: Value,
 }
 
-/// A `.glb` in the making.
+/// A `.glb` that is being built.
 #[derive(Debug, Default)]
 pub struct GlbWriter {
     bin: Vec<u8>,
-    views: Vec<Value>,
-    accessors: Vec<Value>,
-    materials: Vec<Value>,
-    images: Vec<Value>,
-    textures: Vec<Value>,
-    meshes: Vec<Value>,
-    nodes: Vec<Value>,
-    skins: Vec<Value>,
-}
-
-/// glTF's numbers for component types.
-#[derive(Clone, Copy)]
-enum Component {
-    U8 = 5121,
-    U16 = 5123,
-    U32 = 5125,
-    F32 = 5126,
-}
-
-/// glTF's numbers for what a buffer view is for.
-#[derive(Clone, Copy)]
-enum Target {
-    Vertices = 34962,
-    Indices = 34963,
+    root: Root,
 }
 
 impl GlbWriter {
@@ -128,42 +107,67 @@ impl GlbWriter {
         Self::default()
     }
 
+    /// Appends bytes to the binary chunk.
+    fn view(&mut self, target: Option<Target>, bytes: &[u8]) -> Index<View> {
+        let offset = self.bin.len();
+        self.bin.extend_from_slice(bytes);
+        self.bin.resize(self.bin.len().next_multiple_of(4), 0);
+        self.root.push(View {
+            buffer: Index::new(0),
+            byte_length: bytes.len().into(),
+            byte_offset: Some(offset.into()),
+            byte_stride: None,
+            name: None,
+            target: target.map(Checked::Valid),
+            extensions: None,
+            extras: None,
+        })
+    }
+
     fn accessor(
         &mut self,
         count: usize,
-        kind: &str,
-        component: Component,
+        kind: Type,
+        component: ComponentType,
         target: Option<Target>,
         bytes: &[u8],
     ) -> AccessorId {
-        let mut view = json!({ "buffer": 0, "byteOffset": self.bin.len(), "byteLength": bytes.len() });
-        if let Some(target) = target {
-            view["target"] = json!(target as u32);
-        }
-        self.bin.extend_from_slice(bytes);
-        self.bin.resize(self.bin.len().next_multiple_of(4), 0);
-        self.views.push(view);
-        self.accessors.push(json!({
-            "bufferView": self.views.len() - 1, "componentType": component as u32, "count": count, "type": kind,
-        }));
-        AccessorId(self.accessors.len() - 1)
+        let view = self.view(target, bytes);
+        self.root.push(Accessor {
+            buffer_view: Some(view),
+            byte_offset: None,
+            count: count.into(),
+            component_type: Checked::Valid(GenericComponentType(component)),
+            extensions: None,
+            extras: None,
+            type_: Checked::Valid(kind),
+            min: None,
+            max: None,
+            name: None,
+            normalized: false,
+            sparse: None,
+        })
     }
 
     /// The corners of triangles, in 16 bits where they fit.
+    ///
+    /// **Shapes** `faces` F × 3.
     pub fn indices(&mut self, faces: &[[u32; 3]]) -> AccessorId {
         let corners = faces.as_flattened();
-        // The greatest value of a type restarts a primitive, so it is no index.
+        // The greatest value of a type restarts a primitive, so it is not an index.
         let narrow = corners.iter().all(|&v| v < u32::from(u16::MAX));
         let bytes: Vec<u8> = if narrow {
             corners.iter().flat_map(|&v| (v as u16).to_le_bytes()).collect()
         } else {
             corners.iter().flat_map(|v| v.to_le_bytes()).collect()
         };
-        let component = if narrow { Component::U16 } else { Component::U32 };
-        self.accessor(corners.len(), "SCALAR", component, Some(Target::Indices), &bytes)
+        let component = if narrow { ComponentType::U16 } else { ComponentType::U32 };
+        self.accessor(corners.len(), Type::Scalar, component, Some(Target::ElementArrayBuffer), &bytes)
     }
 
-    /// Positions, with the bounds that the standard wants of them.
+    /// Positions, with the bounds that the standard requires.
+    ///
+    /// **Shapes** `points` V × 3.
     ///
     /// **Errors** when one is not finite, as in [`GlbWriter::floats`].
     pub fn positions(&mut self, points: &[[f32; 3]]) -> Result<AccessorId, FormatError> {
@@ -172,42 +176,45 @@ impl GlbWriter {
             points.iter().fold([start; 3], |m, p| [f(m[0], p[0]), f(m[1], p[1]), f(m[2], p[2])])
         };
         if !points.is_empty() {
-            self.accessors[id.0]["min"] = json!(fold(f32::INFINITY, f32::min));
-            self.accessors[id.0]["max"] = json!(fold(f32::NEG_INFINITY, f32::max));
+            let accessor = &mut self.root.accessors[id.value()];
+            accessor.min = Some(json!(fold(f32::INFINITY, f32::min)));
+            accessor.max = Some(json!(fold(f32::NEG_INFINITY, f32::max)));
         }
         Ok(id)
     }
 
-    /// Any attribute of 1 to 4 floats a vertex.
+    /// Any attribute of 1 to 4 floats per vertex.
     ///
-    /// **Errors** when one is not finite: `what` and the first such row are named.
+    /// **Shapes** `rows` V × N.
+    ///
+    /// **Errors** when one is not finite: names `what` and the first such row.
     pub fn floats<const N: usize>(&mut self, what: &str, rows: &[[f32; N]]) -> Result<AccessorId, FormatError> {
         let kind = const {
             match N {
-                1 => "SCALAR",
-                2 => "VEC2",
-                3 => "VEC3",
-                4 => "VEC4",
+                1 => Type::Scalar,
+                2 => Type::Vec2,
+                3 => Type::Vec3,
+                4 => Type::Vec4,
                 _ => panic!("glTF has vectors of 2, 3 and 4"),
             }
         };
         check_finite(what, rows)?;
-        Ok(self.accessor(
-            rows.len(),
-            kind,
-            Component::F32,
-            Some(Target::Vertices),
-            bytemuck::cast_slice(rows.as_flattened()),
-        ))
+        let bytes = bytemuck::cast_slice(rows.as_flattened());
+        Ok(self.accessor(rows.len(), kind, ComponentType::F32, Some(Target::ArrayBuffer), bytes))
     }
 
     /// 4 × 4 matrices by column, for a skin.
+    ///
+    /// **Shapes** `matrices` J × 16.
     pub fn matrices(&mut self, what: &str, matrices: &[[f32; 16]]) -> Result<AccessorId, FormatError> {
         check_finite(what, matrices)?;
-        Ok(self.accessor(matrices.len(), "MAT4", Component::F32, None, bytemuck::cast_slice(matrices.as_flattened())))
+        let bytes = bytemuck::cast_slice(matrices.as_flattened());
+        Ok(self.accessor(matrices.len(), Type::Mat4, ComponentType::F32, None, bytes))
     }
 
-    /// Four joints a vertex, by their place in the skin; in 8 bits where they fit.
+    /// Four joints per vertex, as places in the skin's list; in 8 bits where they fit.
+    ///
+    /// **Shapes** `joints` V × 4.
     pub fn joints(&mut self, joints: &[[u16; 4]]) -> AccessorId {
         let narrow = joints.as_flattened().iter().all(|&j| j <= u16::from(u8::MAX));
         let bytes: Vec<u8> = if narrow {
@@ -215,11 +222,13 @@ impl GlbWriter {
         } else {
             joints.as_flattened().iter().flat_map(|j| j.to_le_bytes()).collect()
         };
-        let component = if narrow { Component::U8 } else { Component::U16 };
-        self.accessor(joints.len(), "VEC4", component, Some(Target::Vertices), &bytes)
+        let component = if narrow { ComponentType::U8 } else { ComponentType::U16 };
+        self.accessor(joints.len(), Type::Vec4, component, Some(Target::ArrayBuffer), &bytes)
     }
 
     /// Opaque colours, given as sRGB, stored as linear light in 16 bits.
+    ///
+    /// **Shapes** `srgb` V × 3.
     pub fn colors(&mut self, srgb: &[[u8; 3]]) -> AccessorId {
         let bytes: Vec<u8> = srgb
             .iter()
@@ -229,134 +238,122 @@ impl GlbWriter {
             })
             .flat_map(u16::to_le_bytes)
             .collect();
-        let id = self.accessor(srgb.len(), "VEC4", Component::U16, Some(Target::Vertices), &bytes);
-        self.accessors[id.0]["normalized"] = json!(true);
+        let id = self.accessor(srgb.len(), Type::Vec4, ComponentType::U16, Some(Target::ArrayBuffer), &bytes);
+        self.root.accessors[id.value()].normalized = true;
         id
     }
 
     /// Adds a picture, the bytes of a PNG file, as a texture.
     pub fn texture(&mut self, name: &str, png: &[u8]) -> TextureId {
-        self.views.push(json!({ "buffer": 0, "byteOffset": self.bin.len(), "byteLength": png.len() }));
-        self.bin.extend_from_slice(png);
-        self.bin.resize(self.bin.len().next_multiple_of(4), 0);
-        self.images.push(json!({ "name": name, "mimeType": "image/png", "bufferView": self.views.len() - 1 }));
-        self.textures.push(json!({ "source": self.images.len() - 1 }));
-        TextureId(self.textures.len() - 1)
+        let view = self.view(None, png);
+        let source = self.root.push(Image {
+            buffer_view: Some(view),
+            mime_type: Some(MimeType("image/png".into())),
+            name: Some(name.into()),
+            uri: None,
+            extensions: None,
+            extras: None,
+        });
+        self.root.push(Texture { name: None, sampler: None, source, extensions: None, extras: None })
     }
 
     /// Adds a material.
     pub fn material(&mut self, material: &GlbMaterial) -> MaterialId {
-        let [r, g, b] = material.color.map(linear_of_byte);
-        let mut surface = json!({
-            "baseColorFactor": [r, g, b, 1.0], "metallicFactor": 0.0, "roughnessFactor": material.roughness,
+        let [r, g, b] = material.color.map(|byte| linear_of_byte(byte) as f32);
+        let texture = material.texture.map(|index| gltf::json::texture::Info {
+            index,
+            tex_coord: 0,
+            extensions: None,
+            extras: None,
         });
-        if let Some(texture) = material.texture {
-            surface["baseColorTexture"] = json!({ "index": texture.0 });
-        }
-        self.materials.push(json!({
-            "name": material.name,
-            "pbrMetallicRoughness": surface,
-            "doubleSided": material.double_sided,
-        }));
-        MaterialId(self.materials.len() - 1)
+        self.root.push(Material {
+            name: Some(material.name.into()),
+            double_sided: material.double_sided,
+            emissive_factor: EmissiveFactor([0.0; 3]),
+            pbr_metallic_roughness: PbrMetallicRoughness {
+                base_color_factor: PbrBaseColorFactor([r, g, b, 1.0]),
+                base_color_texture: texture,
+                metallic_factor: StrengthFactor(0.0),
+                roughness_factor: StrengthFactor(material.roughness),
+                ..PbrMetallicRoughness::default()
+            },
+            ..Material::default()
+        })
     }
 
     /// Adds a mesh.
-    pub fn mesh(&mut self, mesh: &GlbMesh) -> MeshId {
-        let attributes: Map<String, Value> =
-            mesh.attributes.iter().map(|&(name, id)| (name.to_string(), json!(id.0))).collect();
-        let mut primitive = json!({ "attributes": attributes, "indices": mesh.indices.0 });
-        if let Some(material) = mesh.material {
-            primitive["material"] = json!(material.0);
-        }
-        let mut value = json!({ "name": mesh.name, "primitives": [primitive] });
-        set_extras(&mut value, &mesh.extras);
-        self.meshes.push(value);
-        MeshId(self.meshes.len() - 1)
+    ///
+    /// **Errors** if the extras are not JSON that glTF can hold.
+    pub fn mesh(&mut self, mesh: &GlbMesh) -> Result<MeshId, FormatError> {
+        let primitive = Primitive {
+            attributes: mesh.attributes.iter().map(|(name, id)| (Checked::Valid(name.clone()), *id)).collect(),
+            extensions: None,
+            extras: None,
+            indices: Some(mesh.indices),
+            material: mesh.material,
+            mode: Checked::Valid(Mode::Triangles),
+            targets: None,
+        };
+        let (name, extras) = (Some(mesh.name.into()), raw_extras(&mesh.extras)?);
+        Ok(self.root.push(Mesh { extensions: None, extras, name, primitives: vec![primitive], weights: None }))
     }
 
     /// Adds a node; its children come first.
     pub fn node(&mut self, node: &GlbNode) -> NodeId {
-        let mut value = json!({ "name": node.name });
-        if let Some(translation) = node.translation {
-            value["translation"] = json!(translation);
-        }
-        if let Some(rotation) = node.rotation {
-            value["rotation"] = json!(rotation);
-        }
-        if !node.children.is_empty() {
-            value["children"] = node.children.iter().map(|c| json!(c.0)).collect();
-        }
-        if let Some(mesh) = node.mesh {
-            value["mesh"] = json!(mesh.0);
-        }
-        if let Some(skin) = node.skin {
-            value["skin"] = json!(skin.0);
-        }
-        set_extras(&mut value, &node.extras);
-        self.nodes.push(value);
-        NodeId(self.nodes.len() - 1)
+        self.root.push(Node {
+            children: (!node.children.is_empty()).then(|| node.children.to_vec()),
+            mesh: node.mesh,
+            name: Some(node.name.into()),
+            rotation: node.rotation.map(UnitQuaternion),
+            translation: node.translation,
+            skin: node.skin,
+            ..Node::default()
+        })
     }
 
     /// Adds a skin: joints, and the matrices that take bind-pose points into each joint's own frame.
+    ///
+    /// **Shapes** `joints` J; `inverse_bind` J matrices, in the order of `joints`.
     pub fn skin(&mut self, name: &str, root: NodeId, joints: &[NodeId], inverse_bind: AccessorId) -> SkinId {
-        let joints: Vec<usize> = joints.iter().map(|j| j.0).collect();
-        self.skins.push(json!({
-            "name": name, "skeleton": root.0, "joints": joints, "inverseBindMatrices": inverse_bind.0,
-        }));
-        SkinId(self.skins.len() - 1)
+        self.root.push(Skin {
+            extensions: None,
+            extras: None,
+            inverse_bind_matrices: Some(inverse_bind),
+            joints: joints.to_vec(),
+            name: Some(name.into()),
+            skeleton: Some(root),
+        })
     }
 
-    /// Puts everything together.
+    /// Writes the file.
     ///
-    /// **Errors** when the file would be longer than glTF can say (4 GiB).
+    /// **Errors** when the file would be longer than a `.glb` can be (4 GiB), or `out` cannot be written.
     pub fn write(mut self, scene: &GlbScene, mut out: impl Write) -> Result<(), FormatError> {
-        let roots: Vec<usize> = scene.roots.iter().map(|r| r.0).collect();
-        let mut root = json!({
-            "asset": { "version": "2.0", "generator": scene.generator },
-            "scene": 0,
-            "scenes": [{ "name": scene.name, "nodes": roots }],
-        });
-        set_extras(&mut root["asset"], &scene.extras);
+        self.root.asset =
+            Asset { generator: Some(scene.generator.into()), extras: raw_extras(&scene.extras)?, ..Asset::default() };
+        let (name, nodes) = (Some(scene.name.into()), scene.roots.to_vec());
+        self.root.scene = Some(self.root.push(Scene { extensions: None, extras: None, name, nodes }));
         if !self.bin.is_empty() {
-            root["buffers"] = json!([{ "byteLength": self.bin.len() }]);
+            let byte_length = USize64::from(self.bin.len());
+            self.root.push(Buffer { byte_length, name: None, uri: None, extensions: None, extras: None });
         }
-        let lists = [
-            ("bufferViews", &mut self.views),
-            ("accessors", &mut self.accessors),
-            ("materials", &mut self.materials),
-            ("images", &mut self.images),
-            ("textures", &mut self.textures),
-            ("meshes", &mut self.meshes),
-            ("nodes", &mut self.nodes),
-            ("skins", &mut self.skins),
-        ];
-        for (name, list) in lists.into_iter().filter(|(_, list)| !list.is_empty()) {
-            root[name] = Value::Array(std::mem::take(list));
-        }
-        let mut text = root.to_string().into_bytes();
-        text.resize(text.len().next_multiple_of(4), b' ');
-
-        let mut bytes = Vec::with_capacity(28 + text.len() + self.bin.len());
-        let bin_bytes = if self.bin.is_empty() { 0 } else { 8 + self.bin.len() };
-        let length = u32::try_from(12 + 8 + text.len() + bin_bytes).map_err(|_| FormatError::Unsupported {
-            format: Format::Gltf,
-            what: format!("a file of {} bytes", text.len() + self.bin.len()),
+        // Through a value, whose keys are sorted: the bytes do not depend on the order of the crate's fields.
+        let json = serialize::to_value(&self.root).map_err(not_json)?.to_string().into_bytes();
+        let chunk = |bytes: usize| 8 + bytes.next_multiple_of(4);
+        let total = 12 + chunk(json.len()) + if self.bin.is_empty() { 0 } else { chunk(self.bin.len()) };
+        let length = u32::try_from(total)
+            .map_err(|_| FormatError::Unsupported { format: Format::Gltf, what: format!("a file of {total} bytes") })?;
+        let glb = Glb {
+            header: Header { magic: *b"glTF", version: 2, length },
+            json: Cow::Owned(json),
+            bin: (!self.bin.is_empty()).then_some(Cow::Owned(self.bin)),
+        };
+        let io = |source| FormatError::Io { format: Format::Gltf, source };
+        glb.to_writer(&mut out).map_err(|e| match e {
+            gltf::Error::Io(source) => io(source),
+            other => FormatError::Container { format: Format::Gltf, reason: other.to_string() },
         })?;
-        bytes.extend(b"glTF");
-        bytes.extend(2u32.to_le_bytes());
-        bytes.extend(length.to_le_bytes());
-        bytes.extend((text.len() as u32).to_le_bytes());
-        bytes.extend(b"JSON");
-        bytes.extend(text);
-        if !self.bin.is_empty() {
-            bytes.extend((self.bin.len() as u32).to_le_bytes());
-            bytes.extend(b"BIN\0");
-            bytes.extend(&self.bin);
-        }
-        out.write_all(&bytes)
-            .and_then(|()| out.flush())
-            .map_err(|source| FormatError::Io { format: Format::Gltf, source })
+        out.flush().map_err(io)
     }
 }
 
@@ -373,8 +370,14 @@ fn check_finite<const N: usize>(what: &str, rows: &[[f32; N]]) -> Result<(), For
     }
 }
 
-fn set_extras(value: &mut Value, extras: &Value) {
-    if !extras.is_null() {
-        value["extras"] = extras.clone();
+/// Application data as the JSON text that `gltf-json` keeps; null is no data.
+fn raw_extras(extras: &Value) -> Result<Extras, FormatError> {
+    if extras.is_null() {
+        return Ok(None);
     }
+    RawValue::from_string(extras.to_string()).map(Some).map_err(not_json)
+}
+
+fn not_json(error: gltf::json::Error) -> FormatError {
+    FormatError::Container { format: Format::Gltf, reason: error.to_string() }
 }

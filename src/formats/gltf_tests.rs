@@ -1,7 +1,7 @@
 //! glTF: what is built comes back, transforms count, and damage is answered.
 
 use super::error::FormatError;
-use super::glb::{GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, NodeId};
+use super::glb::{GlbAttribute, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, NodeId};
 use super::gltf_read::read_gltf;
 use serde_json::json;
 
@@ -21,11 +21,14 @@ fn built() -> Vec<u8> {
     let mut glb = GlbWriter::new();
     let indices = glb.indices(&FACES);
     let attributes = [
-        ("POSITION", glb.positions(&POINTS).unwrap()),
-        ("NORMAL", glb.floats("normals", &[[1.0f32, 0.0, 0.0]; 4]).unwrap()),
-        ("TEXCOORD_0", glb.floats("uvs", &[[0.25f32, 0.75]; 4]).unwrap()),
-        ("COLOR_0", glb.colors(&COLORS)),
-        ("_PHYSW", glb.floats("physics weights", &[[0.0f32], [0.25], [0.5], [1.0]]).unwrap()),
+        (GlbAttribute::Positions, glb.positions(&POINTS).unwrap()),
+        (GlbAttribute::Normals, glb.floats("normals", &[[1.0f32, 0.0, 0.0]; 4]).unwrap()),
+        (GlbAttribute::TexCoords(0), glb.floats("uvs", &[[0.25f32, 0.75]; 4]).unwrap()),
+        (GlbAttribute::Colors(0), glb.colors(&COLORS)),
+        (
+            GlbAttribute::Extras("PHYSW".into()),
+            glb.floats("physics weights", &[[0.0f32], [0.25], [0.5], [1.0]]).unwrap(),
+        ),
     ];
     let material = glb.material(&GlbMaterial {
         name: "cloth",
@@ -35,7 +38,9 @@ fn built() -> Vec<u8> {
         double_sided: true,
     });
     let extras = json!({ "fabric": "denim" });
-    let mesh = glb.mesh(&GlbMesh { name: "shirt", indices, attributes: &attributes, material: Some(material), extras });
+    let mesh = glb
+        .mesh(&GlbMesh { name: "shirt", indices, attributes: &attributes, material: Some(material), extras })
+        .unwrap();
     let leaf = glb.node(&GlbNode { name: "shirt", mesh: Some(mesh), ..GlbNode::default() });
     let half = std::f32::consts::FRAC_1_SQRT_2;
     let root = glb.node(&GlbNode {
@@ -115,8 +120,10 @@ fn a_json_that_claims_more_than_there_is_never_panics() {
 fn an_index_beyond_the_vertices_is_named() {
     let mut glb = GlbWriter::new();
     let indices = glb.indices(&[[0, 1, 4]]);
-    let attributes = [("POSITION", glb.positions(&POINTS).unwrap())];
-    let mesh = glb.mesh(&GlbMesh { name: "m", indices, attributes: &attributes, material: None, extras: json!(null) });
+    let attributes = [(GlbAttribute::Positions, glb.positions(&POINTS).unwrap())];
+    let mesh = glb
+        .mesh(&GlbMesh { name: "m", indices, attributes: &attributes, material: None, extras: json!(null) })
+        .unwrap();
     let node = glb.node(&GlbNode { name: "n", mesh: Some(mesh), ..GlbNode::default() });
     let err = read_gltf(written(glb, node).as_slice()).unwrap_err();
     assert_eq!(err.to_string(), "glTF, index 2: expected vertices below 4, found vertex 4");

@@ -33,7 +33,8 @@ mod ply_tests;
 pub use camera_json::{CameraJson, Intrinsics, read_camera_json};
 pub use error::{Format, FormatError};
 pub use glb::{
-    AccessorId, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, MaterialId, MeshId, NodeId, SkinId, TextureId,
+    AccessorId, GlbAttribute, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, MaterialId, MeshId, NodeId, SkinId,
+    TextureId,
 };
 pub use gltf_read::read_gltf;
 pub use npz::{NpyArray, NpyData, Npz};
