@@ -16,7 +16,6 @@ mod recording;
 mod render;
 mod scene;
 mod sheet;
-mod strokes;
 mod style;
 mod surface;
 

@@ -145,7 +145,7 @@ fn common_scale(sheet: &Sheet<'_>, [width, height]: [usize; 2]) -> f64 {
 fn write_panel(page: &mut Picture, row: &SheetRow<'_>, top: usize) {
     let (left, right) = (BORDER as f32, (BORDER + PANEL - 28) as f32);
     let mut base = top as f32 + 24.0;
-    rule(page, [left, right], top as f32 + 0.5);
+    rule(page, [BORDER, BORDER + PANEL - 28], top);
     for line in ROW_TITLE.lines_of(&row.title, right - left) {
         base += 4.0;
         ROW_TITLE.write(page, &line, left, base);

@@ -48,6 +48,7 @@ pub const UNNAMED_CRATES: &[&str] = &["getrandom", "regex_syntax"];
 
 /// Every other crate, as the source names it, and the modules that may use it.
 pub const CRATE_OWNERS: &[(&str, &[&str])] = &[
+    ("ab_glyph", &["view"]),
     ("anyhow", &["cli"]),
     ("blake3", &["session"]),
     ("clap", &["cli"]),
