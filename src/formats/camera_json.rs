@@ -3,39 +3,39 @@
 use super::error::{CAMERA_HINT, Format, FormatError};
 use serde_json::Value;
 
-/// A camera as `camera.json` states it. Unknown keys are left alone.
+/// The content of `camera.json`. Unknown keys are ignored.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraJson {
     /// The depth camera.
     pub depth: Intrinsics,
-    /// Depth units a metre.
+    /// Depth units per metre.
     pub depth_scale: f64,
-    /// Metres beyond which nothing is of interest.
+    /// Depth in metres beyond which pixels are ignored.
     pub depth_max: Option<f64>,
-    /// The colour camera, where it is another one (`color`).
+    /// The colour camera, if it is not the depth camera (`color`).
     pub color: Option<Intrinsics>,
-    /// Rows of the 3 × 4 matrix that takes points of the depth camera's frame to the colour camera's, metres.
+    /// 3 × 4 matrix by rows, from the depth camera's frame to the colour camera's, in metres.
     pub color_from_depth: Option<[f64; 12]>,
-    /// Turns of the turntable that the frames show (`turntable.turns`).
+    /// Turns of the turntable in the recording (`turntable.turns`).
     pub turns: Option<f64>,
 }
 
-/// A pinhole with Brown's distortion.
+/// A pinhole camera with Brown's distortion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Intrinsics {
-    /// Pixels a row.
+    /// Pixels per row.
     pub width: usize,
     /// Rows.
     pub height: usize,
     /// Focal lengths and principal point in pixels: fx, fy, cx, cy.
     pub pinhole: [f64; 4],
-    /// k1, k2, p1, p2, k3.
+    /// Coefficients k1, k2, p1, p2, k3.
     pub distortion: [f64; 5],
 }
 
 /// Reads `camera.json`.
 ///
-/// **Errors** what is no JSON, lacks a key, or states what no camera has.
+/// **Errors** if it is not JSON, if a required key is missing, or if a value is impossible for a camera.
 pub fn read_camera_json(bytes: &[u8]) -> Result<CameraJson, FormatError> {
     let json: Value = serde_json::from_slice(bytes).map_err(|e| FormatError::Line {
         format: Format::Camera,
@@ -101,7 +101,7 @@ fn intrinsics(json: &Value, prefix: &str) -> Result<Intrinsics, FormatError> {
     Ok(Intrinsics { width, height, pinhole, distortion: distortion(json, prefix)? })
 }
 
-/// `distortion` as an array in OpenCV's order, or `k1` … `p2` each under its name.
+/// `distortion` as an array in OpenCV's order, or `k1` … `k3` as separate keys.
 fn distortion(json: &Value, prefix: &str) -> Result<[f64; 5], FormatError> {
     let mut terms = [0.0; 5];
     if let Some(given) = json.get("distortion").filter(|v| !v.is_null()) {
@@ -142,7 +142,7 @@ fn pose_rows(given: &Value) -> Result<[f64; 12], FormatError> {
 mod tests {
     use super::*;
 
-    fn told(text: &str) -> String {
+    fn message(text: &str) -> String {
         read_camera_json(text.as_bytes()).unwrap_err().to_string()
     }
 
@@ -158,15 +158,15 @@ mod tests {
         assert_eq!((camera.depth_max, camera.turns), (Some(3.0), Some(1.0)));
         assert_eq!(camera.color.as_ref().unwrap().width, 1920);
         assert_eq!(camera.color_from_depth.unwrap()[3], 0.05);
-        assert!(told("{").starts_with("camera.json, line 1: expected JSON"));
-        assert_eq!(told("{}"), "camera.json has no 'width'");
-        assert_eq!(told(&good.replace("1000", "0")), "camera.json: 'depth_scale' should be above 0, but is 0");
+        assert!(message("{").starts_with("camera.json, line 1: expected JSON"));
+        assert_eq!(message("{}"), "camera.json has no 'width'");
+        assert_eq!(message(&good.replace("1000", "0")), "camera.json: 'depth_scale' should be above 0, but is 0");
         assert_eq!(
-            told(&good.replace(r#""fx": 366"#, r#""fx": "wide""#)),
+            message(&good.replace(r#""fx": 366"#, r#""fx": "wide""#)),
             "camera.json: 'fx' should be a number, but is \"wide\""
         );
         assert_eq!(
-            told(&good.replace("211.5", "900")),
+            message(&good.replace("211.5", "900")),
             "camera.json: 'cx' should be inside the image (0 to 424), but is 900"
         );
     }

@@ -1,4 +1,4 @@
-//! Every reader against files with a few bytes changed: whatever it answers, it answers.
+//! No reader panics on a file with a few bytes changed, and every mesh that it returns is consistent.
 
 use super::{
     GlbAttribute, GlbMesh, GlbNode, GlbScene, GlbWriter, MeshKind, NpyArray, Npz, NpzCompression, PlyEncoding,

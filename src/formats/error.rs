@@ -1,8 +1,8 @@
-//! What can be wrong with bytes.
+//! What can be wrong with the bytes of a file.
 
 use std::fmt;
 
-/// A file format that this room reads or writes; `Display` gives the name that people know it by.
+/// A file format that this module reads or writes; `Display` gives its usual name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Format {
     /// Stanford polygon file.
@@ -23,9 +23,9 @@ pub enum Format {
     Png,
     /// An image in JPEG.
     Jpeg,
-    /// `camera.json` beside RGB-D frames.
+    /// `camera.json` of an RGB-D recording.
     Camera,
-    /// The list of frames beside RGB-D images (`associations.txt`, `depth.txt`, `rgb.txt`).
+    /// The list of frames of an RGB-D recording (`associations.txt`, `depth.txt`, `rgb.txt`).
     FrameList,
     /// A zip of RGB-D frames.
     Recording,
@@ -50,33 +50,33 @@ impl fmt::Display for Format {
     }
 }
 
-/// Why bytes could not be turned into arrays, or arrays into bytes.
+/// Why bytes could not be converted to arrays, or arrays to bytes.
 #[derive(Debug, thiserror::Error)]
 pub enum FormatError {
-    /// The stream itself failed.
+    /// Reading or writing the stream failed.
     #[error("the {format} stream could not be read or written: {source}")]
     Io {
-        /// Of the stream.
+        /// The format that was read or written.
         format: Format,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// The extension is none that we read a mesh from.
+    /// The extension is not that of a mesh format that we read.
     #[error("'{extension}' is not the extension of a mesh format")]
     UnknownExtension {
-        /// As given.
+        /// As given, without its dot.
         extension: String,
     },
     /// The first bytes are those of another format.
     #[error("this is not {format}: it begins with {found}")]
     NotThisFormat {
-        /// What was expected.
+        /// The expected format.
         format: Format,
-        /// The beginning, made printable.
+        /// The first bytes, made printable.
         found: String,
     },
-    /// The bytes end before the header's promise is kept.
-    #[error("the {format} data end too early: {element} {index} of {count} is the first that is not whole")]
+    /// The bytes end before all elements that the header states.
+    #[error("the {format} data end too early: {element} {index} of {count} is the first that is missing or cut")]
     Truncated {
         /// Of the file.
         format: Format,
@@ -84,22 +84,22 @@ pub enum FormatError {
         element: String,
         /// The first one that is missing or cut, counted from 0.
         index: usize,
-        /// How many were promised.
+        /// How many the header states.
         count: usize,
     },
-    /// A line of a text, or of a header, cannot be understood.
+    /// A line of a text file or of a header is not valid.
     #[error("{format}, line {line}: expected {expected}, found '{found}'")]
     Line {
         /// Of the file.
         format: Format,
         /// Counted from 1.
         line: usize,
-        /// What should stand there.
+        /// What is valid there.
         expected: String,
-        /// What does, shortened.
+        /// What the file has there, shortened.
         found: String,
     },
-    /// One element holds what it may not.
+    /// One element is not valid.
     #[error("{format}, {element} {index}: expected {expected}, found {found}")]
     Element {
         /// Of the file.
@@ -108,17 +108,17 @@ pub enum FormatError {
         element: String,
         /// Which, counted from 0.
         index: usize,
-        /// What was expected of it.
+        /// What is valid for it.
         expected: String,
-        /// What it says.
+        /// What the file has.
         found: String,
     },
-    /// The format allows it, we do not read it.
-    #[error("{format}: {what} cannot be read here")]
+    /// A feature of the format that we do not support.
+    #[error("{format}: {what} is not supported")]
     Unsupported {
         /// Of the file.
         format: Format,
-        /// The feature, with its place.
+        /// The feature and where it is.
         what: String,
     },
     /// The structure around the data (zip directory, JSON) is damaged.
@@ -126,49 +126,49 @@ pub enum FormatError {
     Container {
         /// Of the file.
         format: Format,
-        /// What its reader said.
+        /// The message of the container's reader.
         reason: String,
     },
-    /// An image that should hold depth holds something else.
+    /// An image that should hold depth has another kind of pixel.
     #[error("the depth image has {channels} channel{} of {bits} bits; depth needs 1 channel of 16 bits", if *channels == 1 { "" } else { "s" })]
     DepthKind {
-        /// Bits a channel.
+        /// Bits per channel.
         bits: u16,
-        /// Channels a pixel.
+        /// Channels per pixel.
         channels: u8,
     },
-    /// A folder, or a zip of one, that holds no RGB-D recording.
+    /// A folder, or a zip of one, holds no usable RGB-D recording.
     #[error("{what}")]
     NoRecording {
-        /// One sentence.
+        /// The reason, as one sentence.
         what: String,
         /// What to do.
         hint: String,
     },
-    /// One file of a recording is at fault.
+    /// One file of a recording cannot be used.
     #[error("{name}: {source}")]
     InRecording {
-        /// The file's name in its folder.
+        /// The file's name in the recording's folder.
         name: String,
-        /// What is wrong with it.
+        /// The error in that file.
         source: Box<FormatError>,
     },
-    /// An array that is needed is not there.
+    /// A required array is missing.
     #[error("the {format} file has no array '{name}' (it has {})", list(.present))]
     NoArray {
         /// Of the file.
         format: Format,
-        /// The one asked for.
+        /// The missing array.
         name: String,
-        /// Those that are there.
+        /// The arrays that the file has.
         present: Vec<String>,
     },
-    /// An array holds another type than asked for.
+    /// An array has another type than the caller needs.
     #[error("array '{name}' holds {found}, expected {expected}")]
     ArrayType {
         /// The array.
         name: String,
-        /// What is wanted of it.
+        /// The type that the caller needs.
         expected: String,
         /// Its type as the file states it.
         found: String,
@@ -181,31 +181,31 @@ pub enum FormatError {
         /// Its type as the file states it.
         dtype: String,
     },
-    /// An array has another shape than asked for.
+    /// An array has another shape than the caller needs.
     #[error("array '{name}' has shape {found:?}, expected {expected}")]
     ArrayShape {
         /// The array.
         name: String,
-        /// In words or symbols.
+        /// The shape that the caller needs.
         expected: String,
-        /// As it is.
+        /// Its shape in the file.
         found: Vec<usize>,
     },
 }
 
 impl FormatError {
-    /// What to do about it, where there is something to be done.
+    /// What the user can do about it; `None` where the message says all.
     pub fn hint(&self) -> Option<String> {
         match self {
-            Self::Truncated { .. } => Some("the file was not written or copied whole; copy or export it again".into()),
-            Self::UnknownExtension { .. } => Some(format!("known are {}", MESH_EXTENSIONS.join(", "))),
-            Self::NotThisFormat { .. } => Some("check that the file's extension fits what is in it".into()),
+            Self::Truncated { .. } => Some("the file was not completely written or copied; copy or export it again".into()),
+            Self::UnknownExtension { .. } => Some(format!("the known extensions are {}", MESH_EXTENSIONS.join(", "))),
+            Self::NotThisFormat { .. } => Some("check that the file's extension matches its content".into()),
             Self::Pickled { name, .. } => Some(format!(
                 "in Python, save it again as a plain array: `d['{name}'].toarray()` where it is sparse, `np.array(…)` otherwise"
             )),
             Self::Unsupported { .. } => Some("export the mesh again as PLY, or as GLB with everything embedded".into()),
             Self::DepthKind { .. } => {
-                Some("write depth as 16-bit greyscale PNG, in millimetres (`depth_scale` 1000), not as a picture for the eye".into())
+                Some("write depth as 16-bit greyscale PNG, in millimetres (`depth_scale` 1000), not as a coloured or 8-bit picture".into())
             }
             Self::NoRecording { hint, .. } => Some(hint.clone()),
             Self::InRecording { source, .. } => source.hint(),
@@ -226,15 +226,15 @@ impl FormatError {
 }
 
 /// What `camera.json` should look like.
-pub(super) const CAMERA_HINT: &str = r#"it looks like {"width": 424, "height": 512, "fx": 366, "fy": 366, "cx": 211.5, "cy": 255.5, "depth_scale": 1000}, in pixels and depth units a metre"#;
+pub(super) const CAMERA_HINT: &str = r#"it looks like {"width": 424, "height": 512, "fx": 366, "fy": 366, "cx": 211.5, "cy": 255.5, "depth_scale": 1000}, in pixels and depth units per metre"#;
 
-/// Extensions that a mesh may come with, in the order in which people meet them.
+/// Extensions of mesh files, the most common first.
 pub(super) const MESH_EXTENSIONS: [&str; 6] = ["ply", "obj", "glb", "gltf", "stl", "off"];
 
-/// Longest piece of a user's file that is quoted in a message, in characters: half a terminal line.
+/// Most characters of a user's file that a message quotes: half a terminal line.
 const QUOTE_LENGTH: usize = 40;
 
-/// The beginning of `text`, printable and short.
+/// The beginning of `text`, made printable and cut to [`QUOTE_LENGTH`].
 pub(super) fn quoted(text: &str) -> String {
     let text = text.trim();
     let mut short: String = text.chars().take(QUOTE_LENGTH).map(|c| if c.is_control() { '·' } else { c }).collect();

@@ -1,4 +1,4 @@
-//! glTF: what is built comes back, transforms count, and damage is answered.
+//! glTF: round trips, node transforms, and messages for damaged files.
 
 use super::error::FormatError;
 use super::glb::{GlbAttribute, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, NodeId};
@@ -65,7 +65,7 @@ fn with_json(edit: impl Fn(String) -> String) -> Vec<u8> {
 }
 
 #[test]
-fn what_is_built_comes_back_where_its_nodes_put_it() {
+fn a_written_mesh_is_read_back_in_world_coordinates() {
     let mesh = read_gltf(built().as_slice()).unwrap();
     assert_eq!(mesh.faces, FACES);
     // +X goes to -Z, +Z to +X.
@@ -83,7 +83,7 @@ fn what_is_built_comes_back_where_its_nodes_put_it() {
 }
 
 #[test]
-fn a_mirrored_node_turns_the_faces_over() {
+fn a_mirrored_node_flips_the_faces() {
     let bytes = with_json(|t| t.replace("\"translation\":[0.0,10.0,0.0]", "\"scale\":[-1.0,1.0,1.0]"));
     assert_eq!(read_gltf(bytes.as_slice()).unwrap().faces, FACES.map(|[a, b, c]| [a, c, b]));
 }
@@ -104,7 +104,7 @@ fn a_json_that_claims_more_than_there_is_never_panics() {
         ("\"byteOffset\":24", "\"byteOffset\":18446744073709551000", "beyond"),
         ("\"count\":4,\"max\"", "\"count\":400000000,\"max\"", "beyond"),
         ("\"type\":\"VEC3\"", "\"type\":\"VEC2\"", "positions of 3 numbers"),
-        ("\"buffers\":[{", "\"buffers\":[{\"uri\":\"a.bin\",", "the buffer in another file, 'a.bin', cannot be read"),
+        ("\"buffers\":[{", "\"buffers\":[{\"uri\":\"a.bin\",", "the buffer in another file, 'a.bin', is not supported"),
         ("\"buffers\":[{", "\"buffers\":[{\"uri\":\"data:x;base64,AAAA\",", "byte of buffer 0, 3 of"),
         ("\"POSITION\":1", "\"POSITION\":7", "mesh 0: expected accessors below 6, found accessor 7"),
         ("\"children\":[0]", "\"children\":[1]", "node 1 is reached twice"),
@@ -130,7 +130,7 @@ fn an_index_beyond_the_vertices_is_named() {
 }
 
 #[test]
-fn what_is_not_finite_is_not_written() {
+fn numbers_that_are_not_finite_are_refused() {
     let err = GlbWriter::new().positions(&[[0.0; 3], [0.0, f32::NAN, 0.0]]).unwrap_err();
     assert!(matches!(err, FormatError::Element { index: 1, .. }), "{err}");
 }

@@ -1,5 +1,5 @@
-//! Bytes to plain arrays and back. Knows no person and no garment, opens no path, and claims nothing about frame or
-//! unit: that is for whoever reads.
+//! Converts bytes to plain arrays and back. Contains no person or garment code, opens no path, and assumes no frame or
+//! unit: the caller knows them.
 
 mod camera_json;
 mod error;

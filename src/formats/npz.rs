@@ -1,9 +1,9 @@
-//! NumPy arrays: typed, shaped, and asked for by name.
+//! NumPy arrays with type and shape, and sets of them by name.
 
 use super::error::{Format, FormatError};
 use std::collections::BTreeMap;
 
-/// The numbers of an array, in C order (last index fastest).
+/// The values of an array, in C order (last index fastest).
 #[derive(Clone, Debug, PartialEq)]
 pub enum NpyData {
     /// `f4`.
@@ -18,9 +18,9 @@ pub enum NpyData {
     I64(Vec<i64>),
     /// `U…` or `S…`.
     Text(Vec<String>),
-    /// A type that we do not read; it is an error only when the array is asked for.
+    /// A type that we do not read; an error only when the values are requested.
     Opaque {
-        /// As the file states it.
+        /// The type as the file states it.
         dtype: String,
         /// Whether only Python's pickle can open it.
         pickled: bool,
@@ -74,7 +74,7 @@ impl NpyData {
 impl NpyArray {
     /// An array of `shape`, last index fastest.
     ///
-    /// **Errors** when `shape` does not hold just as many values.
+    /// **Errors** when `shape` has another number of values.
     pub fn try_new(shape: &[usize], data: impl Into<NpyData>) -> Result<Self, FormatError> {
         let data = data.into();
         match data.len() {
@@ -134,7 +134,7 @@ impl NpyArray {
         }
     }
 
-    /// The integers as `i64`. Floats do when every one is whole, as MATLAB and some SMPL files have them.
+    /// The integers as `i64`. Floats are accepted when all are whole: MATLAB and some SMPL files store integers so.
     pub fn to_i64(&self, name: &str) -> Result<Vec<i64>, FormatError> {
         let whole = |x: f64| (x.fract() == 0.0 && x.abs() < 9.0e15).then_some(x as i64);
         let from_floats = |values: Option<Vec<i64>>| values.ok_or_else(|| self.wrong_type(name, "whole numbers"));
@@ -150,7 +150,7 @@ impl NpyArray {
 
     /// The integers as `u32`.
     ///
-    /// **Errors** also when one is negative or too great: the first is named.
+    /// **Errors** also when one is negative or too large; the message names the first.
     pub fn to_u32(&self, name: &str) -> Result<Vec<u32>, FormatError> {
         let narrow = |(index, x): (usize, i64)| {
             u32::try_from(x).map_err(|_| FormatError::Element {
@@ -195,14 +195,14 @@ impl Npz {
         self.arrays.keys().map(String::as_str)
     }
 
-    /// Whether there is such an array, readable or not.
+    /// Whether the array exists, readable or not.
     pub fn contains(&self, name: &str) -> bool {
         self.arrays.contains_key(name)
     }
 
     /// An array.
     ///
-    /// **Errors** [`FormatError::NoArray`], with the names that there are.
+    /// **Errors** [`FormatError::NoArray`], with the names of the arrays that exist.
     pub fn get(&self, name: &str) -> Result<&NpyArray, FormatError> {
         self.arrays.get(name).ok_or_else(|| FormatError::NoArray {
             format: Format::Npz,
@@ -216,7 +216,7 @@ impl Npz {
         self.get(name).map(NpyArray::shape)
     }
 
-    /// Extents of an array that is to have `N` of them.
+    /// Extents of an array that must have `N` of them.
     pub fn shape_of<const N: usize>(&self, name: &str) -> Result<[usize; N], FormatError> {
         let shape = self.shape(name)?;
         shape.try_into().map_err(|_| FormatError::ArrayShape {

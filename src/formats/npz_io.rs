@@ -1,4 +1,4 @@
-//! `.npy` and `.npz` in and out.
+//! Reads and writes `.npy` and `.npz`.
 
 use super::error::{Format, FormatError};
 use super::npz::{NpyArray, NpyData, Npz};
@@ -40,7 +40,7 @@ pub fn write_npy(array: &NpyArray, mut out: impl Write) -> Result<(), FormatErro
 /// Whether the arrays of an `.npz` are compressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum NpzCompression {
-    /// As they are: fastest, as `numpy.savez`.
+    /// Uncompressed, as `numpy.savez`: fastest.
     Stored,
     /// Deflated, as `numpy.savez_compressed`.
     #[default]
@@ -49,7 +49,7 @@ pub enum NpzCompression {
 
 /// Writes an `.npz`.
 ///
-/// **Guarantees** the same arrays give the same bytes: sorted by name, dated 1 January 1980.
+/// **Guarantees** equal arrays give equal bytes: sorted by name, dated 1 January 1980.
 pub fn write_npz(npz: &Npz, compression: NpzCompression, mut out: impl Write) -> Result<(), FormatError> {
     let io = |source| FormatError::Io { format: Format::Npz, source };
     let container = |e: zip::result::ZipError| FormatError::Container { format: Format::Npz, reason: e.to_string() };
@@ -82,7 +82,7 @@ fn array_from_bytes(bytes: &[u8], format: Format, name: &str) -> Result<NpyArray
     if header.uses_pickled_array() {
         return Ok(NpyArray { shape, data: opaque(true) });
     }
-    // Ahead of any allocation of the promised size.
+    // Before anything of the stated size is allocated.
     let count = shape.iter().try_fold(1usize, |product, &n| product.checked_mul(n)).unwrap_or(usize::MAX);
     let item_bytes = kind.num_bytes().unwrap_or(1);
     if item_bytes == 0 && count > 0 {
@@ -105,7 +105,7 @@ fn array_from_bytes(bytes: &[u8], format: Format, name: &str) -> Result<NpyArray
         (TypeChar::Uint, Some(1)) => widened::<u8>(file),
         (TypeChar::Uint, Some(2)) => widened::<u16>(file),
         (TypeChar::Uint, Some(4)) => file.into_vec().map(NpyData::U32),
-        // Beyond i64 there is no index that anyone has.
+        // No index is beyond i64.
         (TypeChar::Uint, Some(8)) => file
             .into_vec::<u64>()
             .map(|values| NpyData::I64(values.into_iter().map(|v| i64::try_from(v).unwrap_or(i64::MAX)).collect())),
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_comes_back_and_is_the_same_bytes_each_time() {
+    fn written_arrays_are_read_back_and_equal_arrays_give_equal_bytes() {
         for compression in [NpzCompression::Stored, NpzCompression::Deflated] {
             let bytes = written(&every_type(), compression);
             assert_eq!(read_npz(Cursor::new(&bytes)).unwrap(), every_type());
@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn fortran_order_and_big_endian_are_read_as_what_they_mean() {
+    fn fortran_order_and_big_endian_are_converted() {
         let data: Vec<u8> = [1i16, 4, 2, 5, 3, 6].iter().flat_map(|v| v.to_be_bytes()).collect();
         let array = read_npy(npy("{'descr': '>i2', 'fortran_order': True, 'shape': (2, 3), }", &data).as_slice());
         assert_eq!(array.unwrap(), NpyArray::rows(&[[1, 2, 3], [4, 5, 6]]));
@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_name_type_and_shape_are_told() {
+    fn wrong_name_type_and_shape_are_named() {
         let npz = every_type();
         assert!(npz.f64("g8").unwrap_err().to_string().contains("no array 'g8' (it has f4, f8, i4"));
         assert!(npz.u32("i4").unwrap_err().to_string().contains("value 0: expected a number from 0"));

@@ -24,7 +24,7 @@ pub fn read_off(input: impl Read) -> Result<RawMesh, FormatError> {
             what: format!("the variant '{}'", quoted(&first)),
         });
     }
-    // The counts stand on the first line or on the next.
+    // The counts are on the first line or on the next.
     let counts = if words.peek().is_some() {
         words.collect::<Vec<_>>().join(" ")
     } else {
@@ -105,7 +105,7 @@ mod tests {
             ("3 1 2 4", "3 1 2 7", "expected vertices below 5, found vertex 7"),
             ("3 1 2 4", "3 1 2 -4", "line 10: expected a vertex index, found '-4'"),
             ("COFF", "BUFF", "this is not OFF: it begins with 'BUFF'"),
-            ("COFF", "4OFF", "the variant '4OFF' cannot be read"),
+            ("COFF", "4OFF", "the variant '4OFF' is not supported"),
         ] {
             let err = read_off(PYRAMID.replacen(from, to, 1).as_bytes()).unwrap_err();
             assert!(err.to_string().contains(says), "{err}\nshould say: {says}");

@@ -162,7 +162,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pictures_come_back_and_other_kinds_are_told() {
+    fn pictures_are_read_back_and_other_kinds_are_refused() {
         let depth = DepthPicture { width: 3, height: 2, depth: vec![0, 1, 1000, 65_535, 7, 8] };
         let bytes = write_depth_png([3, 2], &depth.depth).unwrap();
         assert_eq!(read_depth_png(&bytes).unwrap(), depth);
@@ -175,8 +175,8 @@ mod tests {
         assert!(matches!(read_color_picture(b""), Err(FormatError::NotThisFormat { .. })));
         assert_eq!(read_color_picture(&write_color_png([16, 8], &color.pixels).unwrap()).unwrap(), color);
         let gray = write_gray_png([4, 4], &[9; 16]).unwrap();
-        let told = read_depth_png(&gray).unwrap_err().to_string();
-        assert_eq!(told, "the depth image has 1 channel of 8 bits; depth needs 1 channel of 16 bits");
+        let message = read_depth_png(&gray).unwrap_err().to_string();
+        assert_eq!(message, "the depth image has 1 channel of 8 bits; depth needs 1 channel of 16 bits");
     }
 
     #[test]

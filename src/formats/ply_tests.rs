@@ -1,4 +1,4 @@
-//! PLY: round trips in all encodings, what other programs write, and what is answered to damage.
+//! PLY: round trips in all encodings, files of other programs, and messages for damaged files.
 
 use super::error::FormatError;
 use super::ply_read::read_ply;
@@ -35,7 +35,7 @@ prop_compose! {
 
 proptest! {
     #[test]
-    fn what_is_written_comes_back(mesh in any_mesh()) {
+    fn a_written_mesh_is_read_back_exactly(mesh in any_mesh()) {
         for encoding in ENCODINGS {
             prop_assert_eq!(&read_ply(written(&mesh, encoding).as_slice()).unwrap(), &mesh);
         }
@@ -54,7 +54,7 @@ proptest! {
     }
 }
 
-/// A strip of `2 n` vertices with everything that a vertex can have.
+/// A strip of `2 n` vertices with colours, normals and a scalar.
 fn strip(n: u32) -> RawMesh {
     let points: Vec<_> = (0..2 * n).map(|i| [f64::from(i / 2) * 0.1, f64::from(i % 2), 0.25]).collect();
     let count = points.len();
@@ -90,11 +90,11 @@ fn the_first_missing_element_is_named() {
     let whole = written(&strip(60), PlyEncoding::LittleEndian);
     let one_face = 1 + 3 * 4;
     let err = read_ply(&whole[..whole.len() - 2 * one_face + 1]).unwrap_err();
-    assert_eq!(err.to_string(), "the PLY data end too early: face 116 of 118 is the first that is not whole");
+    assert_eq!(err.to_string(), "the PLY data end too early: face 116 of 118 is the first that is missing or cut");
 }
 
 #[test]
-fn nan_is_handed_on() {
+fn nan_is_kept() {
     let mut mesh = strip(2);
     mesh.points[1][2] = f64::NAN;
     for encoding in ENCODINGS {

@@ -1,4 +1,4 @@
-//! A mesh as a file states it: plain arrays, no claim beyond indices being in range.
+//! The arrays of a mesh file; the only check is that indices are in range.
 
 use super::error::{Format, FormatError};
 use std::collections::BTreeMap;
@@ -6,10 +6,10 @@ use std::io::Read;
 
 /// The arrays of a mesh file, in the file's own frame, unit and vertex order.
 ///
-/// **Shapes** everything a vertex has, has the length of `points`.
+/// **Shapes** all arrays per vertex have the length V of `points`.
 ///
-/// **Guarantees** (when it comes from a reader) face indices are in range; polygons are fans of triangles. A mesh
-/// without faces, or with coordinates that are NaN, is handed on as it is: whether that is an error, the caller knows.
+/// **Guarantees** (of every reader) face indices are in range; polygons are split into fans of triangles. A mesh
+/// without faces or with NaN coordinates is returned unchanged: the caller decides whether it is an error.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RawMesh {
     /// V × 3.
@@ -18,16 +18,16 @@ pub struct RawMesh {
     pub faces: Vec<[u32; 3]>,
     /// sRGB, V × 3.
     pub colors: Option<Vec<[u8; 3]>>,
-    /// V × 3, as stated, not normalised.
+    /// V × 3, as in the file, not normalised.
     pub normals: Option<Vec<[f64; 3]>>,
-    /// V × 2, from the lower left of the picture.
+    /// V × 2, texture coordinates from the lower left of the picture.
     pub uvs: Option<Vec<[f64; 2]>>,
-    /// Every other number that the file gives per vertex (`label`, `quality`, …), by its name in the file.
+    /// All other numbers per vertex (`label`, `quality`, …), by their names in the file; each V.
     pub scalars: BTreeMap<String, Vec<f32>>,
 }
 
 impl RawMesh {
-    /// The mesh itself once every face is known to refer to vertices that are there.
+    /// The mesh, if every face refers to existing vertices.
     pub(super) fn with_indices_checked(self, format: Format) -> Result<Self, FormatError> {
         let vertex_count = self.points.len();
         for (index, face) in self.faces.iter().enumerate() {
@@ -44,7 +44,7 @@ impl RawMesh {
         Ok(self)
     }
 
-    /// Adds a polygon as a fan around its first corner; fewer than three corners add nothing.
+    /// Adds a polygon as a fan around its first corner; a polygon of fewer than three corners adds nothing.
     pub(super) fn push_polygon(&mut self, corners: &[u32]) {
         for k in 2..corners.len() {
             self.faces.push([corners[0], corners[k - 1], corners[k]]);

@@ -61,6 +61,6 @@ mod tests {
             assert!(MeshKind::from_extension(&extension.to_uppercase()).is_ok());
         }
         let err = MeshKind::from_extension("fbx").unwrap_err();
-        assert_eq!(err.hint().unwrap(), "known are ply, obj, glb, gltf, stl, off");
+        assert_eq!(err.hint().unwrap(), "the known extensions are ply, obj, glb, gltf, stl, off");
     }
 }

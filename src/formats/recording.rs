@@ -1,4 +1,4 @@
-//! An RGB-D recording: which files of a folder are its frames, and the whole of it as one zip.
+//! An RGB-D recording: finds its frames among the files of a folder, and packs them into one zip.
 
 use super::camera_json::{CameraJson, read_camera_json};
 use super::error::{Format, FormatError, quoted};
@@ -7,12 +7,12 @@ use std::io::{Cursor, Read, Write};
 /// The camera's file.
 const CAMERA: &str = "camera.json";
 
-/// RGB-D frames of one still camera, images as they came.
+/// RGB-D frames of one fixed camera, with the images still encoded.
 #[derive(Clone, Debug)]
 pub struct Recording {
     /// The camera.
     pub camera: CameraJson,
-    /// In the order of time.
+    /// The frames in order of time.
     pub frames: Vec<RecordedFrame>,
 }
 
@@ -21,7 +21,7 @@ pub struct Recording {
 pub struct RecordedFrame {
     /// The depth image's name in its folder.
     pub name: String,
-    /// When it was taken; `None` where the recording does not tell.
+    /// Time stamp; `None` where the recording has none.
     pub secs: Option<f64>,
     /// The depth image's bytes.
     pub depth: Vec<u8>,
@@ -37,13 +37,13 @@ struct Listed {
     color: Option<String>,
 }
 
-/// Which of the files of a folder a recording needs, in the order in which they are packed. `names` are relative to the
-/// folder, with `/` between parts, in any order; `text` gives the content of a text file among them.
+/// The files of a folder that a recording needs, in the order in which they are packed. `names` are relative to the
+/// folder, with `/` between parts, in any order; `text` returns the content of one of them that is text.
 ///
-/// Known are TUM's layout (`associations.txt`, or `depth.txt` and `rgb.txt`, or just `depth/` and `rgb/`) and a bare
+/// The known layouts are TUM's (`associations.txt`, or `depth.txt` and `rgb.txt`, or just `depth/` and `rgb/`) and a bare
 /// folder of `*_depth.png` and `*_rgb.png`.
 ///
-/// **Errors** a folder that holds no recording.
+/// **Errors** if the folder holds no recording.
 pub fn recording_files(
     names: &[String],
     text: &mut dyn FnMut(&str) -> Option<Vec<u8>>,
@@ -79,7 +79,9 @@ fn no_such_image(name: &str) -> FormatError {
     }
 }
 
-/// Packs files into one zip, stored as they are: the same files give the same bytes.
+/// Packs files into one zip, uncompressed.
+///
+/// **Guarantees** equal files give equal bytes.
 pub fn write_recording(files: &[(String, Vec<u8>)], out: &mut Vec<u8>) -> Result<(), FormatError> {
     let damaged = |reason: String| FormatError::Container { format: Format::Recording, reason };
     let mut zip = zip::ZipWriter::new(Cursor::new(out));
@@ -96,12 +98,12 @@ pub fn write_recording(files: &[(String, Vec<u8>)], out: &mut Vec<u8>) -> Result
 
 /// Reads a zip of a recording's folder (also one in which the folder itself is the first part of each name).
 ///
-/// **Errors** what is no zip, holds no recording, or a camera that is none. Images are not decoded here.
+/// **Errors** if it is not a zip, holds no recording, or its camera is not valid. Images are not decoded here.
 pub fn read_recording(bytes: &[u8]) -> Result<Recording, FormatError> {
     let damaged = |reason: String| FormatError::Container { format: Format::Recording, reason };
     let mut zip = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|e| damaged(e.to_string()))?;
     let all: Vec<String> = zip.file_names().filter(|n| !n.ends_with('/')).map(String::from).collect();
-    // The folder of the camera is the recording's.
+    // The recording is the folder that holds the camera.
     let root = all.iter().find_map(|n| n.strip_suffix(CAMERA)).unwrap_or("").to_string();
     let names: Vec<String> = all.iter().filter_map(|n| n.strip_prefix(&root)).map(String::from).collect();
     let mut file = |name: &str| -> Option<Vec<u8>> {
@@ -169,7 +171,7 @@ fn bad_line(line: usize, expected: &str, words: &[String]) -> FormatError {
     FormatError::Line { format: Format::FrameList, line, expected: expected.into(), found: quoted(&words.join(" ")) }
 }
 
-/// `time image time image`: TUM's order is colour, depth; the other way round is known by the names.
+/// `time image time image`: TUM's order is colour, depth; the reverse order is recognised by the names.
 fn associated(rows: &[(usize, Vec<String>)]) -> Result<Vec<Listed>, FormatError> {
     let mut frames = Vec::new();
     for (line, words) in rows {

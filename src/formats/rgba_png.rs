@@ -1,4 +1,4 @@
-//! A picture with transparency, from PNG.
+//! A picture with transparency, read from and written to PNG.
 
 use super::error::{Format, FormatError, quoted};
 use super::picture::write_png;
@@ -6,7 +6,7 @@ use super::raw_mesh::read_all;
 use image::ExtendedColorType;
 use std::io::{Read, Write};
 
-/// sRGB with opacity, eight bits a channel, rows from the top.
+/// sRGB with opacity, 8 bits per channel, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RgbaPicture {
     width: usize,
@@ -15,9 +15,11 @@ pub struct RgbaPicture {
 }
 
 impl RgbaPicture {
-    /// A picture of these pixels, row by row from the top.
+    /// A picture of these pixels.
     ///
-    /// **Errors** when there are not just as many as it has.
+    /// **Shapes** `pixels` height × width × 4, row by row from the top.
+    ///
+    /// **Errors** when their number is another.
     pub fn try_new(width: usize, height: usize, pixels: Vec<[u8; 4]>) -> Result<Self, FormatError> {
         if width.checked_mul(height) != Some(pixels.len()) {
             let expected = format!("{width} × {height} pixels");
@@ -31,8 +33,8 @@ impl RgbaPicture {
         Self { width, height, pixels: vec![color; width * height] }
     }
 
-    /// The pixel at `x` and `y`, shares of width and height from the upper left, clamped; `None` in an empty picture or
-    /// where a share is no number.
+    /// The pixel at `x` and `y`, fractions of width and height from the upper left, clamped; `None` in an empty picture or
+    /// where a fraction is not finite.
     pub fn nearest(&self, x: f64, y: f64) -> Option<[u8; 4]> {
         if !(x.is_finite() && y.is_finite()) {
             return None;
@@ -40,7 +42,7 @@ impl RgbaPicture {
         self.pixels.get(self.index(x, y)).copied()
     }
 
-    /// Gives the pixel that [`RgbaPicture::nearest`] finds there a colour.
+    /// Sets the pixel that [`RgbaPicture::nearest`] returns there.
     pub fn set_nearest(&mut self, x: f64, y: f64, color: [u8; 4]) {
         let index = self.index(x, y);
         if let Some(pixel) = self.pixels.get_mut(index) {
@@ -68,7 +70,7 @@ impl RgbaPicture {
 
 /// Reads a PNG of any colour type.
 ///
-/// **Errors** when it is none, or damaged.
+/// **Errors** if it is not a PNG, or damaged.
 pub fn read_rgba_png(input: impl Read) -> Result<RgbaPicture, FormatError> {
     let bytes = read_all(Format::Png, input)?;
     if !bytes.starts_with(b"\x89PNG") {
@@ -87,7 +89,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pixels_are_found_and_damage_is_told() {
+    fn pixels_are_found_and_damage_is_named() {
         let mut bytes = Vec::new();
         let mut written = RgbaPicture::try_new(2, 1, vec![[255, 0, 0, 255], [7; 4]]).unwrap();
         written.set_nearest(0.6, 0.2, [0, 255, 0, 0]);

@@ -1,4 +1,4 @@
-//! sRGB, in which scans are coloured, and linear light, in which glTF is (IEC 61966-2-1).
+//! Converts between sRGB, the colours of scans, and linear light, the colours of glTF (IEC 61966-2-1).
 
 /// The linear value, 0–1, of an sRGB byte.
 pub(super) fn linear_of_byte(byte: u8) -> f64 {

@@ -1,10 +1,10 @@
-//! Lines and numbers of the text formats, with the place of everything that goes wrong.
+//! Lines and numbers of the text formats; every error names its line.
 
 use super::error::{Format, FormatError, quoted};
 use std::borrow::Cow;
 use std::str::SplitAsciiWhitespace;
 
-/// The lines that say something: numbered from 1, trimmed, neither blank nor comments (`#` to the line's end).
+/// The lines with content, numbered from 1: trimmed, without blank lines and comments (`#` to the end of the line).
 pub(super) fn lines(bytes: &[u8]) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
     bytes
         .split(|&b| b == b'\n')
