@@ -18,11 +18,14 @@
 
 pub mod body;
 pub mod cli;
+pub mod cloth;
 pub mod cut;
 pub mod export;
 pub mod fit;
 pub mod formats;
 pub mod geometry;
+pub mod mannequin;
+pub mod measure;
 pub mod numerics;
 pub mod rig;
 pub mod scan;

@@ -26,8 +26,6 @@ const KNOWN_CYCLES: &[(&str, usize)] = &[
     ("session", 32),
     ("stack", 5),
     ("studio", 2),
-    ("studio/mannequin", 4),
-    ("studio/metrics", 2),
     ("train", 4),
 ];
 

@@ -1,6 +1,8 @@
 //! Body models built, measured and refused, through the same calls that `overcoat body` makes.
 
 mod common;
+#[path = "../examples/shared/embedded_body.rs"]
+mod embedded_body;
 mod smpl_family;
 
 use common::{mean_body, overcoat, overcoat_ok, write_mesh};
@@ -255,4 +257,18 @@ fn the_body_is_the_template_with_a_texture_or_the_scan_itself() {
     let answer = overcoat(&here.join("scan"), &["scan", "shirt", "../body.ply", "-t", "shirt", "--surface", "scan"]);
     assert_eq!(answer.code, 2, "{answer:?}");
     assert!(answer.stderr.contains("only the body has a surface to choose"), "{answer:?}");
+}
+
+/// Takes about half a minute in release; run it after any change of the mannequin or of the training.
+#[test]
+#[ignore = "builds the whole model"]
+fn generator_reproduces_the_shipped_file() {
+    let (trained, adults) = embedded_body::embedded_body(&mut |_, _, _| ()).unwrap();
+    for (name, _, most) in &adults.girth_errors {
+        assert!(*most < 0.01, "{name} misses what was asked by {most} m");
+    }
+    let mut bytes = Vec::new();
+    write_npz(&trained.model.to_npz().unwrap(), NpzCompression::Deflated, &mut bytes).unwrap();
+    let shipped = include_bytes!("../templates/body/adult.npz");
+    assert!(bytes == shipped, "run the example build_body_model and commit templates/body/adult.npz");
 }

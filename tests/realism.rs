@@ -7,7 +7,7 @@
 
 use overcoat::formats::read_ply;
 use overcoat::geometry::{PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
-use overcoat::studio::{garment_iou, hem_roughness, hidden_body, surface_distance};
+use overcoat::measure::{garment_iou, hem_roughness, hidden_body, surface_distance};
 use std::path::{Path, PathBuf};
 
 fn read(path: &Path) -> TriMesh {

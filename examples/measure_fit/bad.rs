@@ -7,8 +7,9 @@ use overcoat::body::{BodyModel, Figure, Pose, Skeleton};
 use overcoat::fit::{FitReport, InsideParams, NakedParams, RegisterParams, fit_inside, fit_naked, register};
 use overcoat::formats::RawMesh;
 use overcoat::geometry::{NearestVertex, Point, Vec3, VertexId};
+use overcoat::measure::{JointPositions, STRICT_JOINTS};
 use overcoat::segment::{Extent, GarmentTemplate};
-use overcoat::studio::{GarmentKind, JointPositions, STRICT_JOINTS};
+use overcoat::studio::GarmentKind;
 use std::fmt;
 
 /// A joint further off than this is wrong: metres. The worst joint of a good scan's fit lies 15 mm off.

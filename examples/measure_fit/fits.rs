@@ -8,9 +8,9 @@ use overcoat::fit::{
     FitError, InsideMethod, InsideParams, NakedParams, PoseInside, RegisterParams, fit_inside, fit_naked, register,
 };
 use overcoat::geometry::{PerVertex, Point, TriMesh, Vec3};
+use overcoat::measure::{JointPositions, TruthStep, hidden_body, joint_mean_mm, outside_scan, surface_distance};
 use overcoat::scan::{Scan, ScanParams, clean};
 use overcoat::segment::{Extent, GarmentTemplate};
-use overcoat::studio::{JointPositions, TruthStep, hidden_body, joint_mean_mm, outside_scan, surface_distance};
 use std::path::PathBuf;
 
 #[path = "../shared/processor.rs"]

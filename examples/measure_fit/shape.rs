@@ -12,9 +12,9 @@ use overcoat::fit::{
     fit_inside, fit_naked, fit_together, register_knowing,
 };
 use overcoat::geometry::{PerVertex, Point};
+use overcoat::measure::{TruthStep, joint_mean_mm, surface_distance};
 use overcoat::scan::Scan;
 use overcoat::segment::{Extent, GarmentTemplate};
-use overcoat::studio::{TruthStep, joint_mean_mm, surface_distance};
 
 /// Half the length of the hole, metres: a scanner's blind spot beside the trunk.
 const HOLE: f64 = 0.12;

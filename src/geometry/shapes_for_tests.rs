@@ -34,7 +34,7 @@ pub(super) fn cube() -> TriMesh {
 }
 
 /// The unit sphere by rings of latitude, outward, poles on the Y axis.
-pub(super) fn sphere(rings: usize, sectors: usize) -> TriMesh {
+pub(crate) fn sphere(rings: usize, sectors: usize) -> TriMesh {
     let mut points = vec![Point::new(0.0, 1.0, 0.0)];
     for i in 1..rings {
         let polar = std::f64::consts::PI * i as f64 / rings as f64;

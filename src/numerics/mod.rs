@@ -2,9 +2,11 @@
 
 mod cholesky;
 mod quadratic_program;
+mod random;
 
 pub use cholesky::SparseCholesky;
 pub use quadratic_program::{QpOutcome, QpRow, QpStatus, QuadraticProgram};
+pub use random::Rng;
 
 /// What cannot be solved.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

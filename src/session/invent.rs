@@ -5,10 +5,10 @@ use super::error::SessionError;
 use crate::body::embedded_model;
 use crate::formats::{FormatError, PlyOptions, RawMesh, write_color_jpeg, write_depth_png, write_gray_png, write_ply};
 use crate::geometry::{PerVertex, TriMesh};
+use crate::measure::TruthNaming;
 use crate::session::store::write_whole;
 use crate::studio::{
-    DepthNoise, GarmentKind, InventedStep, Lens, RgbdFrame, RgbdRecording, StudioError, StudioParams, TruthNaming,
-    invent_each,
+    DepthNoise, GarmentKind, InventedStep, Lens, RgbdFrame, RgbdRecording, StudioError, StudioParams, invent_each,
 };
 use rayon::prelude::*;
 use serde::Serialize;

@@ -6,11 +6,11 @@ use crate::export::ExportError;
 use crate::fit::FitError;
 use crate::formats::FormatError;
 use crate::geometry::MeshError;
+use crate::measure::MeasureError;
 use crate::rig::RigError;
 use crate::scan::{FusionError, ScanError};
 use crate::segment::SegmentError;
 use crate::stack::StackError;
-use crate::studio::MetricsError;
 use crate::train::TrainError;
 
 /// What a room says when it gives no result.
@@ -54,7 +54,7 @@ pub enum StageError {
     View(#[from] crate::view::Error),
     /// No measures.
     #[error(transparent)]
-    Metrics(#[from] MetricsError),
+    Metrics(#[from] MeasureError),
     /// No model out of many bodies.
     #[error(transparent)]
     Train(#[from] TrainError),

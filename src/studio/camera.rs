@@ -1,9 +1,9 @@
 //! A depth camera on a ring around the person: what it sees, and how wrongly.
 
 use super::noise::DepthNoise;
-use super::rng::Rng;
 use super::room::{Backdrop, Room};
 use crate::geometry::{FaceId, Point, TriMesh, Vec3};
+use crate::numerics::Rng;
 use nalgebra::{Isometry3, Point2, UnitQuaternion};
 
 /// A pinhole lens before a sensor.

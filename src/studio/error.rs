@@ -1,5 +1,7 @@
 //! What cannot be invented.
 
+use crate::cloth::ClothError;
+
 /// What cannot be invented.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum StudioError {
@@ -45,6 +47,9 @@ pub enum StudioError {
         /// As asked for.
         sway_mm: f64,
     },
+    /// The garments cannot be draped.
+    #[error(transparent)]
+    Cloth(#[from] ClothError),
     /// A joint that no body has.
     #[error("the body has no joint called '{name}'")]
     NoSuchJoint {
@@ -57,6 +62,7 @@ impl StudioError {
     /// What to do about it.
     pub fn hint(&self) -> Option<String> {
         Some(match self {
+            Self::Cloth(e) => return e.hint(),
             Self::UnknownGarment { known, .. } => format!("there are {}", known.join(", ")),
             Self::ImpossibleOrder { outer, inner } => {
                 format!("name the garments from the inside out: {inner},{outer}")

@@ -1,45 +1,21 @@
 //! What garments are made of, and how they are coloured.
 
 use super::kind::GarmentKind;
-use super::rng::Rng;
+use crate::cloth::Fabric;
 use crate::geometry::Point;
-
-/// A cloth.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Fabric {
-    /// Kilograms a square metre.
-    pub(super) density: f64,
-    /// Metres.
-    pub(super) thickness: f64,
-    /// Resistance to stretch, newtons a metre.
-    pub(super) stretch: f64,
-    /// Resistance to bending, newton metres.
-    pub(super) bending: f64,
-}
-
-/// Densities, thicknesses and stiffnesses of apparel cloth, between the published ranges of each: jersey 160–220 g/m²,
-/// shirting 100–170, denim and coat wool 320–450; bending of apparel 1–100 µN·m, denim the stiffest. Stretch of weaves
-/// is far beyond what folds can tell and is kept at 1500 N/m.
-const JERSEY: Fabric = Fabric { density: 0.19, thickness: 0.6e-3, stretch: 80.0, bending: 5e-6 };
-const KNIT: Fabric = Fabric { density: 0.34, thickness: 2.2e-3, stretch: 90.0, bending: 25e-6 };
-const SHIRTING: Fabric = Fabric { density: 0.12, thickness: 0.3e-3, stretch: 1500.0, bending: 12e-6 };
-const SILK: Fabric = Fabric { density: 0.08, thickness: 0.2e-3, stretch: 800.0, bending: 5e-6 };
-const SUITING: Fabric = Fabric { density: 0.25, thickness: 0.5e-3, stretch: 1500.0, bending: 25e-6 };
-const DENIM: Fabric = Fabric { density: 0.40, thickness: 0.7e-3, stretch: 1500.0, bending: 100e-6 };
-const TAILORED: Fabric = Fabric { density: 0.40, thickness: 1.5e-3, stretch: 1500.0, bending: 90e-6 };
-const COATING: Fabric = Fabric { density: 0.45, thickness: 2.5e-3, stretch: 1500.0, bending: 100e-6 };
+use crate::numerics::Rng;
 
 impl GarmentKind {
     pub(super) fn fabric(self) -> Fabric {
         match self {
-            Self::Socks | Self::Leggings | Self::Tanktop | Self::Tshirt => JERSEY,
-            Self::Pullover | Self::Hat | Self::Scarf => KNIT,
-            Self::Shirt => SHIRTING,
-            Self::Blouse | Self::Dress => SILK,
-            Self::Trousers | Self::Skirt | Self::Vest => SUITING,
-            Self::Jeans | Self::Shorts => DENIM,
-            Self::Jacket => TAILORED,
-            Self::Coat => COATING,
+            Self::Socks | Self::Leggings | Self::Tanktop | Self::Tshirt => Fabric::JERSEY,
+            Self::Pullover | Self::Hat | Self::Scarf => Fabric::KNIT,
+            Self::Shirt => Fabric::SHIRTING,
+            Self::Blouse | Self::Dress => Fabric::SILK,
+            Self::Trousers | Self::Skirt | Self::Vest => Fabric::SUITING,
+            Self::Jeans | Self::Shorts => Fabric::DENIM,
+            Self::Jacket => Fabric::TAILORED,
+            Self::Coat => Fabric::COATING,
         }
     }
 }

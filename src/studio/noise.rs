@@ -1,6 +1,6 @@
 //! How wrongly a depth camera measures.
 
-use super::rng::Rng;
+use crate::numerics::Rng;
 
 /// The faults of a depth camera.
 ///

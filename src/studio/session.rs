@@ -4,13 +4,13 @@ use super::camera::Stage;
 use super::dressing::{Dressed, dressed};
 use super::error::StudioError;
 use super::kind::GarmentKind;
-use super::metrics::{JointPositions, TruthBind, TruthStep};
 use super::scanner::{ScannerParams, scanned};
 use super::sewing::{Pattern, sew};
 use super::subject::{Stance, Subject};
 use super::turntable::{RgbdRecording, TurntableParams, Worn, axis_of, recording, together, turn};
 use crate::body::{BodyModel, HumanJoint, SkinWeights, skin, unskin};
 use crate::geometry::{Aabb, Adjacency, PerVertex, TriMesh, Vec3};
+use crate::measure::{JointPositions, TruthBind, TruthStep};
 
 /// Seeds from here on are for judging: nothing in this program was tuned on them, and nothing shall be. Those below are
 /// for tuning and for tests.
@@ -122,9 +122,9 @@ pub fn invent_each(
     let subject = Subject::invent(model, params.seed);
     let patterns: Vec<Pattern> = params.garments.iter().map(|&kind| sew(kind, &subject, params.seed)).collect();
     for step in 0..=patterns.len() {
-        on_step(step, stood(&subject, &patterns[..step], step, params));
+        on_step(step, stood(&subject, &patterns[..step], step, params)?);
     }
-    let Dressed { body, layers } = dressed(&subject, &subject.at_rest(), &patterns, params.settling_secs);
+    let Dressed { body, layers } = dressed(&subject, &subject.at_rest(), &patterns, params.settling_secs)?;
     Ok(TruthBind { body, layers })
 }
 
@@ -137,16 +137,16 @@ pub fn invent_step(model: &BodyModel, params: &StudioParams, step: usize) -> Res
     params.check()?;
     let subject = Subject::invent(model, params.seed);
     let patterns: Vec<Pattern> = params.garments.iter().map(|&kind| sew(kind, &subject, params.seed)).collect();
-    Ok(stood(&subject, &patterns, step, params))
+    stood(&subject, &patterns, step, params)
 }
 
 /// Someone in these clothes on the turntable, in the stance of step `step`.
-fn stood(subject: &Subject, worn: &[Pattern], step: usize, params: &StudioParams) -> InventedStep {
+fn stood(subject: &Subject, worn: &[Pattern], step: usize, params: &StudioParams) -> Result<InventedStep, StudioError> {
     let mut stance = subject.stance(params.seed, step);
     stance.pose = subject.turned(&stance.pose, &params.turned);
     stand_on_floor(subject, &mut stance);
     let name = worn.last().map_or("body", |p| p.kind.name()).to_owned();
-    let dressed = dressed(subject, &stance, worn, params.settling_secs);
+    let dressed = dressed(subject, &stance, worn, params.settling_secs)?;
     let placed = |mesh: &TriMesh| mesh.map_points(|p| stance.placed * p);
     let truth = TruthStep {
         body: placed(&dressed.body),
@@ -155,7 +155,7 @@ fn stood(subject: &Subject, worn: &[Pattern], step: usize, params: &StudioParams
     };
     let photographed = Photographed { subject, stance: &stance, dressed, worn };
     let (recording, scan, colors) = photographed.taken(&truth, params, params.seed.wrapping_add(step as u64));
-    InventedStep { name, recording, scan, colors, truth }
+    Ok(InventedStep { name, recording, scan, colors, truth })
 }
 
 /// What stands before the camera in one step.
@@ -274,7 +274,7 @@ fn thickened(mesh: &TriMesh, colors: &PerVertex<[u8; 3]>, thickness: f64) -> (Tr
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::studio::{hem_loops, hidden_body, surface_distance};
+    use crate::measure::{hem_loops, hidden_body, surface_distance};
 
     fn coarse_params(garments: Vec<GarmentKind>) -> StudioParams {
         StudioParams {

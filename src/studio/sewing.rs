@@ -1,23 +1,22 @@
 //! Garments as sewn: a cut with real hems around a body that holds its arms a little away, with ease by region.
 
 use super::collar::Collar;
-use super::drape::{Cloth, clear_of};
 use super::dummy::Dummy;
 use super::fabric::Dye;
 use super::hem::{cut_along, largest_pieces, with_fair_outline};
 use super::kind::GarmentKind;
-use super::rng::Rng;
-use super::solid::Solid;
 use super::subject::Subject;
 use super::tailor::{Cut, Flare};
 use super::volume::Volume;
 use crate::body::{JointId, SkinWeights};
+use crate::cloth::{ClothLayer, Collider, clear_of};
 use crate::geometry::{Aabb, Adjacency, PerVertex, Point, TriMesh, Vec3};
+use crate::numerics::Rng;
 
 /// A garment ready to be put on.
 pub(super) struct Pattern {
     pub(super) kind: GarmentKind,
-    pub(super) cloth: Cloth,
+    pub(super) cloth: ClothLayer,
     /// Where it starts, around the subject in the [`sewing_pose`](super::dummy::sewing_pose).
     pub(super) sewn: TriMesh,
     pub(super) weights: SkinWeights,
@@ -34,7 +33,7 @@ impl Pattern {
     }
 
     /// The whole garment as it hangs, collar and all; `pressed` by another layer over it, and clear of `below`.
-    pub(super) fn finished(&self, hanging: &TriMesh, pressed: bool, below: &[&Solid]) -> TriMesh {
+    pub(super) fn finished(&self, hanging: &TriMesh, pressed: bool, below: &[&Collider]) -> TriMesh {
         let thickness = self.kind.fabric().thickness;
         let clear = |p: &Point| clear_of(p, below, thickness);
         self.collar.as_ref().map_or_else(|| hanging.clone(), |collar| collar.sewn_on(hanging, pressed, &clear))
@@ -68,7 +67,7 @@ pub(super) fn sew(kind: GarmentKind, subject: &Subject, seed: u64) -> Pattern {
     let sewn = sewn.with_points(uneven);
     let weights = weights(kind, &sewn, &dummy);
     let collar = cut.collar.and_then(|width| Collar::cut(&sewn, &dummy.joint("neck"), width));
-    let cloth = Cloth { rest, held, fabric: kind.fabric() };
+    let cloth = ClothLayer { rest, pinned: held, fabric: kind.fabric() };
     Pattern { kind, cloth, sewn, weights, collar, dye: Dye::of(kind, seed) }
 }
 
@@ -82,7 +81,7 @@ fn around(kind: GarmentKind, cut: &Cut<'_>, dummy: &Dummy) -> TriMesh {
         // Room for the flare before, behind and beside.
         bounds = Aabb { min: bounds.min - Vec3::new(0.05, 0.0, 0.2), max: bounds.max + Vec3::new(0.05, 0.0, 0.2) };
     }
-    let solid = Solid::prepare(&dummy.body);
+    let solid = Collider::prepare(&dummy.body);
     let flared = cut.flare.as_ref().map(|flare| Tube::around(flare, dummy));
     let mut field = Volume::covering(&bounds, 0.06, WEAVE);
     field.fill(|p| {

@@ -1,9 +1,8 @@
 //! An invented person: a body of the model's own family, and on it what the model cannot express.
 
-use super::rng::Rng;
-use super::solid::calm_normals;
 use crate::body::{BodyModel, Pose, Shape, Skeleton, SkinWeights, bone_positions, skin};
-use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
+use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3, smoothed_normals};
+use crate::numerics::Rng;
 use nalgebra::{Isometry3, UnitQuaternion};
 
 /// Someone to be scanned, in the bind pose.
@@ -25,6 +24,8 @@ pub(super) struct Stance {
     pub(super) placed: Isometry3<f64>,
 }
 
+/// Rounds of averaging the normals: a few edges wide, narrower than a finger.
+const NORMAL_ROUNDS: usize = 4;
 /// How many bumps of muscle and fat, their widths (metres) and heights (metres): what separates two people of the same
 /// fifteen coefficients, about the residual of such a model on a stranger.
 const BUMPS: usize = 70;
@@ -69,7 +70,7 @@ impl Subject {
     }
 
     fn displace(&mut self, height: impl Fn(usize, &Point) -> f64) {
-        let normals = calm_normals(&self.surface);
+        let normals = smoothed_normals(&self.surface, &Adjacency::prepare(&self.surface), NORMAL_ROUNDS);
         let points: Vec<Point> = self
             .surface
             .points()
@@ -152,7 +153,7 @@ impl Subject {
         let center =
             self.skeleton.find_name("upperChest").map_or(Point::origin(), |j| self.skeleton.joints_in_bind[j.index()]);
         let arms = self.part_mask(|name| name.contains("Arm") || name.contains("Hand"));
-        let normals = calm_normals(&self.surface);
+        let normals = smoothed_normals(&self.surface, &Adjacency::prepare(&self.surface), NORMAL_ROUNDS);
         self.surface
             .points()
             .enumerate()

@@ -7,8 +7,8 @@
 use super::dummy::Dummy;
 use super::hem::Hem;
 use super::kind::GarmentKind;
-use super::rng::Rng;
 use crate::geometry::{Point, Vec3};
+use crate::numerics::Rng;
 
 /// A flared tube around hips and legs.
 pub(super) struct Flare {

@@ -2,9 +2,9 @@
 
 use super::camera::{DepthImage, Lens, Stage, View};
 use super::noise::DepthNoise;
-use super::rng::Rng;
 use super::room::Room;
 use crate::geometry::{PerVertex, Point, TriMesh, VertexId};
+use crate::numerics::Rng;
 use nalgebra::Isometry3;
 use rayon::prelude::*;
 

@@ -30,7 +30,7 @@ pub fn may_import() -> BTreeMap<&'static str, BTreeSet<&'static str>> {
         ("measure", stages.clone()),
         ("export", stages.clone()),
         ("view", stages.clone()),
-        ("studio", stages),
+        ("studio", &stages | &set(&[&["measure"]])),
         ("cli", set(&[BASE, PATH, BRANCHES, &["session"]])),
         ("session", set(&[BASE, PATH, BRANCHES, OUTER])),
     ]);

@@ -3,15 +3,15 @@
 use super::posed_step::WornStep;
 use crate::formats::read_ply;
 use crate::geometry::{Point, TriMesh};
+use crate::measure::{
+    JointPositions, Measures as TruthMeasures, ResultBind, ResultStep, SubjectKind, TruthBind, TruthJoints,
+    TruthNaming, TruthStep, measure, scan_from_truth,
+};
 use crate::scan::FileFrame;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::recipe::garment_kind;
 use crate::session::stage::Stage;
-use crate::studio::{
-    JointPositions, Measures as TruthMeasures, ResultBind, ResultStep, SubjectKind, TruthBind, TruthJoints,
-    TruthNaming, TruthStep, measure, scan_from_truth,
-};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;

@@ -1,6 +1,7 @@
 //! Girths measured on the implicit surface, and the sections scaled until they are those asked for.
 
 use super::anatomy::{Anatomy, Tuning};
+use super::assemble::assemble;
 use super::field::{Field, Region};
 use super::measures::Measures;
 use crate::geometry::Vec3;
@@ -146,7 +147,7 @@ fn trunk_of(field: &Field) -> Field {
 
 /// The body of those measurements whose girths are those asked for.
 pub(super) fn calibrate(m: &Measures) -> Anatomy {
-    let mut body = Anatomy::build(m, Tuning::default());
+    let mut body = assemble(m, Tuning::default());
     for _ in 0..ROUNDS {
         let mut t = body.tuning;
         let list = girths(&body);
@@ -168,7 +169,7 @@ pub(super) fn calibrate(m: &Measures) -> Anatomy {
             // Sections that other parts reach into answer less than in proportion, hence the bounds.
             *factor = (*factor * girth.asked / girth.measured).clamp(0.70, 1.40);
         }
-        body = Anatomy::build(m, t);
+        body = assemble(m, t);
     }
     body
 }

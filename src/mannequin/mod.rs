@@ -3,11 +3,12 @@
 //! A subject's measurements are drawn from the means, deviations and correlations of a survey; an implicit surface
 //! (lofts along bones, a few ellipsoids and capsules, smooth unions) is built around its joints and scaled until its
 //! girths are the measured ones; one mesh, made on the body half-way between the average woman and the average man, is
-//! carried to every subject; principal components of all of them make the shape space. Nothing but figures goes in.
+//! carried to every subject. [`train`](crate::train) makes the shape space from all of them. Nothing but figures goes in.
 //!
 //! The left half is modelled and mirrored, so the model is exactly symmetric.
 
 mod anatomy;
+mod assemble;
 mod carry;
 mod extract;
 mod extremities;
@@ -26,9 +27,8 @@ mod tests;
 mod torso;
 mod unwrap;
 
-use crate::body::{BodyModel, JointId, JointLimits, Skeleton, SkinWeights};
+use crate::body::{JointId, JointLimits, SkinWeights, UvMap};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3, VertexId};
-use crate::train::{Rig, Subjects, TrainError, TrainParams, train};
 use anatomy::Anatomy;
 use carry::Ownership;
 use measures::{Measures, Survey};
@@ -42,15 +42,13 @@ pub struct MannequinParams {
     pub pairs: usize,
     /// Seed of the draws.
     pub seed: u64,
-    /// Components kept, Hu's k.
-    pub components: usize,
     /// Cell of the first mesh, metres: under the gap between two fingers.
     pub cell: f64,
 }
 
 impl Default for MannequinParams {
     fn default() -> Self {
-        Self { pairs: 75, seed: 2012, components: 15, cell: 0.004 }
+        Self { pairs: 75, seed: 2012, cell: 0.004 }
     }
 }
 
@@ -83,9 +81,6 @@ pub enum MannequinError {
         /// Why.
         reason: String,
     },
-    /// The bodies teach nothing.
-    #[error(transparent)]
-    Train(#[from] TrainError),
 }
 
 impl MannequinError {
@@ -95,27 +90,41 @@ impl MannequinError {
             Self::Survey => Some("restore templates/body/ansur2012.json".to_owned()),
             Self::Handles { .. } => Some("use a smaller cell for the first mesh".to_owned()),
             Self::Mesh { .. } => None,
-            Self::Train(e) => e.hint(),
         }
     }
 }
 
-/// The model and how well the subjects' girths are those asked for.
+/// Synthetic adults of one mesh topology, and the rig of the body on which that mesh was made.
+///
+/// **Shapes** V vertices, J joints in the order of [`HumanJoint::BODY`](crate::body::HumanJoint::BODY), N adults.
 #[derive(Clone, Debug)]
-pub struct Mannequin {
-    /// The model.
-    pub model: BodyModel,
-    /// Share of the subjects' variance that the components hold.
-    pub explained: f64,
-    /// A girth's name, and over all subjects the mean and the greatest miss from what was asked, metres.
+pub struct Mannequins {
+    /// The body half-way between the average woman and the average man; V vertices, closed.
+    pub mesh: TriMesh,
+    /// The adults: N × V × 3, metres, all in the pose of `mesh`.
+    pub bodies: Vec<PerVertex<Point>>,
+    /// Joint centres of `mesh`: J × 3, metres.
+    pub joints: Vec<Point>,
+    /// Skin weights: V rows, each of at most four joints.
+    pub weights: SkinWeights,
+    /// J bounds of the joints' rotations.
+    pub limits: Vec<JointLimits>,
+    /// Texture coordinates; `None` if a chart cannot be flattened.
+    pub uvs: Option<UvMap>,
+    /// V entries: the vertex that each becomes when left and right are exchanged.
+    pub mirror: PerVertex<VertexId>,
+    /// A girth's name, and over all adults the mean and the greatest error of the built against the drawn girth, metres.
     pub girth_errors: Vec<(&'static str, f64, f64)>,
 }
 
-/// Builds the model: the same bytes for the same parameters, on one thread or many.
+/// Generates the adults: the same bytes for the same parameters, on one thread or many.
 ///
 /// # Errors
 /// See [`MannequinError`].
-pub fn build(params: &MannequinParams, progress: &mut dyn FnMut(MannequinStep)) -> Result<Mannequin, MannequinError> {
+pub fn generate(
+    params: &MannequinParams,
+    progress: &mut dyn FnMut(MannequinStep),
+) -> Result<Mannequins, MannequinError> {
     let survey = Survey::embedded().ok_or(MannequinError::Survey)?;
     let subjects = survey.draw(params.pairs, params.seed);
     let [woman, man] = survey.means();
@@ -126,46 +135,25 @@ pub fn build(params: &MannequinParams, progress: &mut dyn FnMut(MannequinStep)) 
         return Err(MannequinError::Handles { euler });
     }
     let owners = Ownership::prepare(&template, &mesh);
-
     let bodies = carry_all(&subjects, &template, &mesh, &owners, progress);
-    let rig = rig_of(&template, &mesh, &owners)?;
-    let subjects = Subjects {
-        template: rig.mesh.clone(),
-        bodies: bodies.iter().map(|(half, _)| mesh.whole_points(half).into_iter().map(Point::from).collect()).collect(),
-        joints: None,
-    };
-    // Every body stands in the same pose already.
-    let params = TrainParams { components: params.components, leave_out: 0, unpose: false };
-    let trained = train(&subjects, &rig, &params, &mut |step| {
-        progress(MannequinStep { doing: step.doing, done: step.done, total: step.total });
-    })?;
-    Ok(Mannequin {
-        explained: trained.explained.last().copied().unwrap_or(0.0),
-        model: trained.model,
-        girth_errors: girth_errors(&bodies),
-    })
-}
 
-/// Joints, weights and limits are those of the body on which the mesh was made.
-fn rig_of(template: &Anatomy, mesh: &HalfMesh, owners: &Ownership) -> Result<Rig, MannequinError> {
     let points = mesh.whole_points(&mesh.points).into_iter().map(Point::from).collect();
     let whole = TriMesh::try_from_indices(points, &mesh.whole_faces())
         .map_err(|e| MannequinError::Mesh { reason: e.to_string() })?;
-    let weights = skin::weights(template, mesh, owners);
+    let weights = skin::weights(&template, &mesh, &owners);
     let row = |row: &[f64]| (0..).map(JointId).zip(row.iter().copied()).collect();
-    let limits = joints::limits(template).map(|bounds| JointLimits {
+    let limits = joints::limits(&template).map(|bounds| JointLimits {
         min: Vec3::from_fn(|c, _| bounds[c][0].to_radians()),
         max: Vec3::from_fn(|c, _| bounds[c][1].to_radians()),
     });
-    Ok(Rig {
-        names: Skeleton::body_names(),
-        parents: Skeleton::body_parents(),
-        joints: joints::centers(template).map(Point::from).to_vec(),
+    Ok(Mannequins {
+        bodies: bodies.iter().map(|(half, _)| mesh.whole_points(half).into_iter().map(Point::from).collect()).collect(),
+        joints: joints::centers(&template).map(Point::from).to_vec(),
         weights: SkinWeights::from_rows(weights.iter().map(|w| row(w))),
         limits: limits.to_vec(),
-        uvs: unwrap::uvs(template, mesh, owners, &whole),
-
-        mirror: Some(mesh.mirror().into_iter().map(VertexId).collect::<PerVertex<_>>()),
+        uvs: unwrap::uvs(&template, &mesh, &owners, &whole),
+        mirror: mesh.mirror().into_iter().map(VertexId).collect(),
+        girth_errors: girth_errors(&bodies),
         mesh: whole,
     })
 }

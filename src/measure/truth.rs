@@ -1,6 +1,6 @@
 //! What is known of a subject, and where a truth folder keeps it.
 
-use super::MetricsError;
+use super::error::MeasureError;
 use crate::body::HumanJoint;
 use crate::geometry::{Point, TriMesh};
 use serde::Deserialize;
@@ -112,9 +112,9 @@ struct JointsOfStep {
 
 impl TruthJoints {
     /// Reads `{"names": […], "steps": [{"joints": {name: [x, y, z]}}, …]}`; joints by our names or by MakeHuman's bones.
-    pub fn from_json(text: &str) -> Result<Self, MetricsError> {
+    pub fn from_json(text: &str) -> Result<Self, MeasureError> {
         let file: JointsFile =
-            serde_json::from_str(text).map_err(|e| MetricsError::BadJoints { reason: e.to_string() })?;
+            serde_json::from_str(text).map_err(|e| MeasureError::BadJoints { reason: e.to_string() })?;
         let steps = file.steps.into_iter().map(|step| by_our_names(&step.joints)).collect();
         Ok(Self { names: file.names, steps })
     }

@@ -1,7 +1,7 @@
 //! Points spread evenly over a surface, and distances between surfaces.
 
 use crate::geometry::{FaceId, Point, SurfaceIndex, TriMesh, Vec3};
-use crate::studio::rng::Rng;
+use crate::numerics::Rng;
 use rayon::prelude::*;
 
 /// Samples a surface: 20 000 put one on every 1 cm² of a person, and leave the mean of a distance repeatable to 1 %.

@@ -1,7 +1,7 @@
 //! How far two surfaces, and two sets of joints, are apart.
 
 use super::sample::{SAMPLE_COUNT, area_weighted, distances, mean, percentile};
-use super::{JointPositions, STRICT_JOINTS};
+use super::truth::{JointPositions, STRICT_JOINTS};
 use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, WindingField};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

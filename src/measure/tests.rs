@@ -1,7 +1,8 @@
 //! Each measure is good on the truth itself, and visibly worse on a damaged input.
 
+use super::crossings::crossing_pairs;
 use super::*;
-use crate::geometry::{Point, Vec3};
+use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
 
 const RINGS: usize = 40;
 const SECTORS: usize = 60;
@@ -226,10 +227,10 @@ fn crossing_triangles_are_counted_once_a_pair() {
     let flat = triangle([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     let through = triangle([[0.2, 0.2, -1.0], [0.2, 0.2, 1.0], [3.0, 0.2, 0.0]]);
     let above = triangle([[0.2, 0.2, 0.1], [0.2, 0.2, 1.0], [3.0, 0.2, 0.5]]);
-    assert_eq!(super::crossings::crossing_pairs(&flat, &through), 1);
-    assert_eq!(super::crossings::crossing_pairs(&through, &flat), 1);
-    assert_eq!(super::crossings::crossing_pairs(&flat, &above), 0);
-    assert_eq!(super::crossings::crossing_pairs(&flat, &flat), 0, "lying in one plane is no crossing");
+    assert_eq!(crossing_pairs(&flat, &through), 1);
+    assert_eq!(crossing_pairs(&through, &flat), 1);
+    assert_eq!(crossing_pairs(&flat, &above), 0);
+    assert_eq!(crossing_pairs(&flat, &flat), 0, "lying in one plane is no crossing");
 }
 
 #[test]
@@ -314,11 +315,11 @@ fn a_perfect_session_meets_every_target_and_a_damaged_one_fails_its_own() {
 fn session_and_truth_that_do_not_belong_together_are_named() {
     let (results, bind, truths) = perfect_session();
     let err = measure(&results, &bind, &truths[..1], None, SubjectKind::Foreign).unwrap_err();
-    assert!(matches!(err, MetricsError::MoreStepsThanTruth { steps: 2, truth_steps: 1 }));
+    assert!(matches!(err, MeasureError::MoreStepsThanTruth { steps: 2, truth_steps: 1 }));
     let bare = vec![truths[0].clone(), truths[0].clone()];
     assert!(matches!(
         measure(&results, &bind, &bare, None, SubjectKind::Foreign),
-        Err(MetricsError::LayerMissing { step: 1, garment: 1, layers: 0, .. })
+        Err(MeasureError::LayerMissing { step: 1, garment: 1, layers: 0, .. })
     ));
     let mut wrong = results.clone();
     wrong[1].labels = Some(PerVertex(vec![true; 3]));

@@ -1,6 +1,7 @@
 //! The targets: what is asked of each measure, and whether it is met.
 
-use super::{LayerPair, StepMeasures};
+use super::garment::LayerPair;
+use super::report::StepMeasures;
 use serde::{Deserialize, Serialize};
 
 /// Whose body was measured: a model fits its own family better than another.

@@ -3,7 +3,7 @@
 //! **Source** ANSUR II (2012), `templates/body/ansur2012.json`; civilians spread wider than soldiers, see
 //! [`CIVILIAN_SPREAD`].
 
-use crate::studio::rng::Rng;
+use crate::numerics::Rng;
 use serde::Deserialize;
 
 /// Names every measurement once: the struct's fields and the table's columns are the same words.
@@ -123,7 +123,7 @@ struct Draws {
 impl Survey {
     /// Reads the embedded table; `None` if its columns or matrices are not what this file expects.
     pub fn embedded() -> Option<Self> {
-        let table: Table = serde_json::from_str(include_str!("../../../templates/body/ansur2012.json")).ok()?;
+        let table: Table = serde_json::from_str(include_str!("../../templates/body/ansur2012.json")).ok()?;
         if table.names != Measures::NAMES {
             return None;
         }

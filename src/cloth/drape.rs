@@ -1,0 +1,178 @@
+//! Draping: all layers settle at once, each pressing on the others.
+
+use super::collider::Collider;
+use super::contact::{Contact, contacts_of, push_out};
+use super::error::ClothError;
+use super::fabric::Fabric;
+use super::layer::ClothLayer;
+use super::separation::{final_outside, initial_outside};
+use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3, VertexId};
+use rayon::prelude::*;
+
+/// Seconds per frame: contacts are searched once in each; what falls freely for a second moves 30 cm in it, what settles
+/// a millimetre.
+const FRAME_SECS: f64 = 1.0 / 30.0;
+/// Steps per frame; small steps converge better than many iterations (Macklin 2019).
+const SUBSTEPS: usize = 20;
+/// Share of velocity lost per step: only the rest position matters, not the swing.
+const DAMPING: f64 = 0.02;
+/// Gravity, m/s².
+const GRAVITY: f64 = 9.81;
+
+/// A distance constraint between two vertices.
+struct Spring {
+    ends: [u32; 2],
+    length: f64,
+    /// Compliance over the square of the step, 1/kg.
+    softness: f64,
+}
+
+/// One layer in motion.
+struct Sheet<'a> {
+    layer: &'a ClothLayer,
+    springs: Vec<Spring>,
+    /// 1/kg; 0 where it is pinned.
+    inverse_mass: Vec<f64>,
+    at: Vec<Point>,
+    velocity: Vec<Vec3>,
+}
+
+/// The layers after `secs` of settling from their initial positions, on a body that does not move.
+///
+/// The outer layers press on the inner ones and rest on them.
+///
+/// **Shapes** `layers` and `initial` have one entry per layer, the innermost first; `initial[k]` one point per vertex of
+/// `layers[k].rest`, and so has the result.
+///
+/// **Frame and units** metres, Y up.
+///
+/// **Errors** arrays that do not belong together, a fabric or duration that does not exist; see [`ClothError`].
+///
+/// **Guarantees** the result does not depend on the number of threads; no layer is left inside the body or an inner
+/// layer.
+///
+/// **Source** compliant distance constraints, one iteration per small step (XPBD; Macklin 2016, 2019).
+pub fn drape(
+    layers: &[&ClothLayer],
+    initial: &[PerVertex<Point>],
+    body: &Collider,
+    secs: f64,
+) -> Result<Vec<TriMesh>, ClothError> {
+    check(layers, initial, secs)?;
+    let initial = initial_outside(layers, initial);
+    let mut sheets: Vec<Sheet<'_>> =
+        layers.iter().zip(&initial).map(|(layer, start)| Sheet::new(layer, start)).collect();
+    let collider = |sheet: &Sheet<'_>| Collider::prepare(&sheet.mesh());
+    let mut colliders: Vec<Collider> =
+        if sheets.len() > 1 { sheets.par_iter().map(collider).collect() } else { Vec::new() };
+    let fabrics: Vec<Fabric> = layers.iter().map(|layer| layer.fabric).collect();
+    for _ in 0..(secs / FRAME_SECS).round() as usize {
+        sheets.par_iter_mut().enumerate().for_each(|(k, sheet)| {
+            let contacts = contacts_of(&sheet.at, k, body, &colliders, &fabrics);
+            sheet.step(&contacts);
+        });
+        colliders = colliders.par_iter().zip(&sheets).map(|(collider, sheet)| collider.moved(&sheet.at)).collect();
+    }
+    Ok(final_outside(sheets.into_iter().map(|s| (s.layer, s.at)).collect(), body))
+}
+
+fn check(layers: &[&ClothLayer], initial: &[PerVertex<Point>], secs: f64) -> Result<(), ClothError> {
+    let same = |what, found, expected| {
+        if found == expected { Ok(()) } else { Err(ClothError::CountMismatch { what, found, expected }) }
+    };
+    same("initial positions of layers", initial.len(), layers.len())?;
+    for (k, (layer, start)) in layers.iter().zip(initial).enumerate() {
+        let vertices = layer.rest.vertex_count();
+        same("initial vertex positions", start.len(), vertices)?;
+        same("pinned flags", layer.pinned.len(), vertices)?;
+        if !layer.fabric.is_valid() {
+            return Err(ClothError::BadFabric { layer: k, fabric: layer.fabric });
+        }
+    }
+    if !secs.is_finite() || secs < 0.0 {
+        return Err(ClothError::BadDuration { secs });
+    }
+    Ok(())
+}
+
+impl<'a> Sheet<'a> {
+    fn new(layer: &'a ClothLayer, start: &PerVertex<Point>) -> Self {
+        let areas = layer.rest.vertex_areas();
+        let mass = |v: usize| (areas.0[v] * layer.fabric.density).max(1e-6);
+        let inverse_mass = (0..start.len()).map(|v| if layer.pinned.0[v] { 0.0 } else { 1.0 / mass(v) }).collect();
+        Self {
+            layer,
+            springs: springs_of(layer),
+            inverse_mass,
+            at: start.0.clone(),
+            velocity: vec![Vec3::zeros(); start.len()],
+        }
+    }
+
+    fn mesh(&self) -> TriMesh {
+        self.layer.rest.with_points(self.at.clone())
+    }
+
+    /// One frame.
+    fn step(&mut self, contacts: &[Vec<Contact>]) {
+        let h = FRAME_SECS / SUBSTEPS as f64;
+        for _ in 0..SUBSTEPS {
+            let before = self.at.clone();
+            for (v, p) in self.at.iter_mut().enumerate() {
+                if self.inverse_mass[v] > 0.0 {
+                    self.velocity[v].y -= GRAVITY * h;
+                    *p += self.velocity[v] * h;
+                }
+            }
+            for spring in &self.springs {
+                satisfy(spring, &mut self.at, &self.inverse_mass);
+            }
+            for (v, p) in self.at.iter_mut().enumerate() {
+                if self.inverse_mass[v] > 0.0 {
+                    contacts[v].iter().for_each(|c| push_out(p, &before[v], c));
+                }
+            }
+            for (v, p) in self.at.iter().enumerate() {
+                self.velocity[v] = (p - before[v]) / h * (1.0 - DAMPING);
+            }
+        }
+    }
+}
+
+/// A spring per edge against stretch, and one across each inner edge against bending.
+fn springs_of(layer: &ClothLayer) -> Vec<Spring> {
+    /// Springs across an edge resist bending by their lever arm; with equal triangles of side `l` the spring of rigidity
+    /// `B` has `12 B / l²`.
+    const LEVER: f64 = 12.0;
+    let adjacency = Adjacency::prepare(&layer.rest);
+    let points = layer.rest.points();
+    let h = FRAME_SECS / SUBSTEPS as f64;
+    let side = layer.rest.mean_edge_length().max(1e-4);
+    let spring = |a: VertexId, b: VertexId, stiffness: f64| Spring {
+        ends: [a.0, b.0],
+        length: (points[a] - points[b]).norm(),
+        softness: 1.0 / (stiffness * h * h),
+    };
+    let bending = LEVER * layer.fabric.bending / (side * side);
+    let along = adjacency.edges().iter().map(|&([a, b], _)| spring(a, b, layer.fabric.stretch));
+    let across = adjacency.edges().iter().filter_map(|&(edge, faces)| {
+        let [Some(f), Some(g)] = faces else { return None };
+        let opposite = |f| layer.rest.faces()[f].into_iter().find(|v| !edge.contains(v));
+        Some(spring(opposite(f)?, opposite(g)?, bending))
+    });
+    along.chain(across).collect()
+}
+
+/// Moves the two ends towards the rest length, the lighter by more.
+fn satisfy(spring: &Spring, at: &mut [Point], inverse_mass: &[f64]) {
+    let [a, b] = spring.ends.map(|v| v as usize);
+    let both = inverse_mass[a] + inverse_mass[b];
+    let d = at[b] - at[a];
+    let length = d.norm();
+    if both == 0.0 || length < 1e-9 {
+        return;
+    }
+    let correction = d * ((length - spring.length) / (length * (both + spring.softness)));
+    at[a] += correction * inverse_mass[a];
+    at[b] -= correction * inverse_mass[b];
+}

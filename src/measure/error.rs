@@ -1,0 +1,61 @@
+//! What keeps a session from being measured.
+
+/// What keeps a session from being measured.
+#[derive(Debug, thiserror::Error)]
+pub enum MeasureError {
+    /// More steps than truth.
+    #[error("the session has {steps} steps, but the truth only {truth_steps}")]
+    MoreStepsThanTruth {
+        /// The session's.
+        steps: usize,
+        /// The truth's.
+        truth_steps: usize,
+    },
+    /// Truth lacks the layer that a step brought.
+    #[error("step {step} ('{name}') brought garment {garment}, but its truth has {layers} layers")]
+    LayerMissing {
+        /// The step.
+        step: usize,
+        /// Its name.
+        name: String,
+        /// Which garment, from 1.
+        garment: usize,
+        /// How many the truth has.
+        layers: usize,
+    },
+    /// An attribute of another mesh.
+    #[error("step {step} ('{name}') has {found} values of '{what}' for {expected} vertices")]
+    CountMismatch {
+        /// The step.
+        step: usize,
+        /// Its name.
+        name: String,
+        /// `labels` or `covered`.
+        what: &'static str,
+        /// Values.
+        found: usize,
+        /// Vertices.
+        expected: usize,
+    },
+    /// `joints.json` cannot be read.
+    #[error("the truth's joints.json cannot be read: {reason}")]
+    BadJoints {
+        /// Line, column and cause.
+        reason: String,
+    },
+}
+
+impl MeasureError {
+    /// What to do about it.
+    pub fn hint(&self) -> Option<String> {
+        Some(match self {
+            Self::MoreStepsThanTruth { .. } | Self::LayerMissing { .. } => {
+                "the truth folder must be that of this very session: K_body.ply and K_layer1.ply … K_layerK.ply for each step K".into()
+            }
+            Self::CountMismatch { .. } => "this is a fault of the program, not of your data; please report it".into(),
+            Self::BadJoints { .. } => {
+                r#"expected {"names": […], "steps": [{"joints": {"hips": [x, y, z], …}}, …]}, metres"#.into()
+            }
+        })
+    }
+}

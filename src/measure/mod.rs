@@ -1,0 +1,43 @@
+//! The measures: one definition each, and the targets beside them.
+//!
+//! # How the data flows in
+//! The caller opens files and poses figures; [`measure`] only compares meshes. **All meshes and joints of one step are
+//! in one common frame, metres**: either all in the frame of the scan's file, or all in ours (the truth files are in
+//! the frame of the scan's file, so map them by the scan's `world_from_file`).
+//!
+//! ```text
+//! truth folder  --TruthNaming::{joints, step_body, step_layer, bind_body, bind_layer} say which files-->
+//!    TruthJoints::from_json(&text)       names and joints of all steps, MakeHuman's bone names or ours
+//!    TruthStep { body, layers, joints }  step k has k layers, innermost first: joints = truth_joints.at(k)
+//! session       --for step k: Figure::posed(&pose of step k), with the step's offsets-->
+//!    ResultStep { body, garments, joints, scan, .. }   step k has k garments, in the order in which they came
+//!    ResultBind { layers: [("body", mesh), ("tshirt", mesh), ..] }           innermost first
+//! measure(&result_steps, &bind, &truth_steps, truth_bind, kind) -> Measures  (serde: the JSON of `measure --json`)
+//! ```
+//! The garment that step k brought is `garments[k - 1]`, and is judged against `layers[k - 1]`, whatever it is called.
+
+mod alignment;
+mod crossings;
+mod error;
+mod garment;
+mod hidden;
+mod report;
+mod result;
+mod sample;
+mod session;
+mod surface;
+mod targets;
+#[cfg(test)]
+mod tests;
+mod truth;
+
+pub use alignment::scan_from_truth;
+pub use error::MeasureError;
+pub use garment::{LayerPair, garment_iou, hem_loops, hem_roughness, inside_percent, layer_pairs};
+pub use hidden::{HiddenBody, hidden_body};
+pub use report::{GarmentMeasures, StepMeasures};
+pub use result::{ResultBind, ResultStep};
+pub use session::{Measures, measure};
+pub use surface::{SurfaceDistance, joint_mean_mm, outside_scan, surface_distance};
+pub use targets::{SubjectKind, Verdict};
+pub use truth::{JointPositions, STRICT_JOINTS, TruthBind, TruthJoints, TruthNaming, TruthStep};

@@ -1,0 +1,49 @@
+//! The measures of one step.
+
+use super::hidden::HiddenBody;
+use super::surface::SurfaceDistance;
+use serde::{Deserialize, Serialize};
+
+/// The measures of one step. What does not apply is absent.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StepMeasures {
+    /// 0 is the naked body.
+    pub step: usize,
+    /// `body`, or the garment.
+    pub name: String,
+    /// The naked body as registered.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub surface: Option<SurfaceDistance>,
+    /// The naked body by model alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub model_only: Option<SurfaceDistance>,
+    /// Mean over the strict joints.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub joint_mean_mm: Option<f64>,
+    /// Area share (0–1) of well seen covered skin outside the scan.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub outside_scan: Option<f64>,
+    /// The body under cloth.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub hidden: Option<HiddenBody>,
+    /// The new garment.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub garment: Option<GarmentMeasures>,
+}
+
+/// The garment that a step brought.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GarmentMeasures {
+    /// Area-weighted, against truth labels.
+    pub garment_iou: f64,
+    /// Against the true garment, at this step: both directions, the larger.
+    pub garment_surface_mean_mm: f64,
+    /// The same in the bind pose, where the truth's bind pose is the result's own (subjects of our own model).
+    pub garment_surface_bind_mean_mm: Option<f64>,
+    /// Boundary loops found.
+    pub hem_loops: usize,
+    /// Boundary loops that the template expects.
+    pub hem_loops_expected: Option<usize>,
+    /// Degrees of turning per centimetre of hem.
+    pub hem_roughness: f64,
+}

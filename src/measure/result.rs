@@ -1,0 +1,36 @@
+//! What a session produced, as the measures need it.
+
+use super::truth::JointPositions;
+use crate::geometry::{PerVertex, TriMesh};
+
+/// What a session made of one step.
+#[derive(Clone, Debug)]
+pub struct ResultStep {
+    /// `body`, or the name of the garment that this step brought.
+    pub name: String,
+    /// The body, posed, with the step's offsets.
+    pub body: TriMesh,
+    /// For the naked step: the model's surface of β and θ alone, posed, before registration.
+    pub fitted: Option<TriMesh>,
+    /// The garments so far, posed, in the order in which they came.
+    pub garments: Vec<(String, TriMesh)>,
+    /// Joint centres, posed.
+    pub joints: JointPositions,
+    /// The cleaned scan.
+    pub scan: TriMesh,
+    /// The new garment's label of each vertex of `scan`; `None` for the naked step.
+    pub labels: Option<PerVertex<bool>>,
+    /// Which vertices of `body` the new garment's template covers; `None` for the naked step.
+    pub covered: Option<PerVertex<bool>>,
+    /// How far skin may lie outside the noisy scan and still count as inside: metres, as the fit states it.
+    pub margin: f64,
+    /// How many hems the template expects.
+    pub hem_loops_expected: Option<usize>,
+}
+
+/// What a session made, in the bind pose.
+#[derive(Clone, Debug)]
+pub struct ResultBind {
+    /// Name and surface, innermost first; the body is the first.
+    pub layers: Vec<(String, TriMesh)>,
+}

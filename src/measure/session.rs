@@ -1,0 +1,120 @@
+//! All measures of a session.
+
+use super::error::MeasureError;
+use super::garment::{LayerPair, garment_iou, hem_loops, hem_roughness, layer_pairs};
+use super::hidden::hidden_body;
+use super::report::{GarmentMeasures, StepMeasures};
+use super::result::{ResultBind, ResultStep};
+use super::surface::{joint_mean_mm, outside_scan, surface_distance};
+use super::targets::{SubjectKind, Verdict, judge};
+use super::truth::{TruthBind, TruthStep};
+use crate::geometry::{PerVertex, TriMesh};
+use serde::{Deserialize, Serialize};
+
+/// All measures of a session.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Measures {
+    /// One a step.
+    pub steps: Vec<StepMeasures>,
+    /// All pairs of layers in the bind pose.
+    pub pairs: Vec<LayerPair>,
+    /// The targets, T2–T10, as far as this session can be judged by them.
+    pub targets: Vec<Verdict>,
+}
+
+/// Measures a session against its truth; the documentation of [`measure`](crate::measure) says what goes in.
+///
+/// `truth_bind` is compared only for subjects of our own model: another rig's bind pose is another pose.
+///
+/// **Errors** when session and truth do not belong together.
+pub fn measure(
+    results: &[ResultStep],
+    bind: &ResultBind,
+    truths: &[TruthStep],
+    truth_bind: Option<&TruthBind>,
+    kind: SubjectKind,
+) -> Result<Measures, MeasureError> {
+    if results.len() > truths.len() {
+        return Err(MeasureError::MoreStepsThanTruth { steps: results.len(), truth_steps: truths.len() });
+    }
+    let truth_bind = truth_bind.filter(|_| kind == SubjectKind::Invented);
+    let steps = results
+        .iter()
+        .zip(truths)
+        .enumerate()
+        .map(|(step, (result, truth))| measure_step(step, result, truth, bind, truth_bind))
+        .collect::<Result<Vec<_>, _>>()?;
+    let layers: Vec<(&str, &TriMesh)> = bind.layers.iter().map(|(name, mesh)| (name.as_str(), mesh)).collect();
+    let pairs = layer_pairs(&layers);
+    let targets = judge(&steps, &pairs, kind);
+    Ok(Measures { steps, pairs, targets })
+}
+
+fn measure_step(
+    step: usize,
+    result: &ResultStep,
+    truth: &TruthStep,
+    bind: &ResultBind,
+    truth_bind: Option<&TruthBind>,
+) -> Result<StepMeasures, MeasureError> {
+    check_counts(step, result)?;
+    let naked = result.garments.is_empty();
+    let outside_scan = match (&result.covered, naked) {
+        (Some(covered), false) => Some(outside_scan(&result.body, covered, &result.scan, result.margin)),
+        _ => None,
+    };
+    let garment = match result.garments.last() {
+        Some(newest) => Some(measure_garment(step, newest, result, truth, bind, truth_bind)?),
+        None => None,
+    };
+    Ok(StepMeasures {
+        step,
+        name: result.name.clone(),
+        surface: naked.then(|| surface_distance(&result.body, &truth.body)),
+        model_only: result.fitted.as_ref().map(|fitted| surface_distance(fitted, &truth.body)),
+        joint_mean_mm: joint_mean_mm(&result.joints, &truth.joints),
+        outside_scan,
+        hidden: (!naked).then(|| hidden_body(&result.body, &truth.body, &truth.layers)),
+        garment,
+    })
+}
+
+fn measure_garment(
+    step: usize,
+    (name, mesh): &(String, TriMesh),
+    result: &ResultStep,
+    truth: &TruthStep,
+    bind: &ResultBind,
+    truth_bind: Option<&TruthBind>,
+) -> Result<GarmentMeasures, MeasureError> {
+    let garment = result.garments.len() - 1;
+    let Some(true_garment) = truth.layers.get(garment) else {
+        let layers = truth.layers.len();
+        return Err(MeasureError::LayerMissing { step, name: result.name.clone(), garment: garment + 1, layers });
+    };
+    let unlabelled = PerVertex::filled(false, result.scan.vertex_count());
+    let labels = result.labels.as_ref().unwrap_or(&unlabelled);
+    let in_bind = bind.layers.iter().find(|(n, _)| n == name).map(|(_, m)| m);
+    let true_in_bind = truth_bind.and_then(|b| b.layers.get(garment));
+    Ok(GarmentMeasures {
+        garment_iou: garment_iou(&result.scan, labels, &truth.body, &truth.layers, garment),
+        garment_surface_mean_mm: surface_distance(mesh, true_garment).surface_mean_mm,
+        garment_surface_bind_mean_mm: in_bind.zip(true_in_bind).map(|(m, t)| surface_distance(m, t).surface_mean_mm),
+        hem_loops: hem_loops(mesh),
+        hem_loops_expected: result.hem_loops_expected,
+        hem_roughness: hem_roughness(mesh),
+    })
+}
+
+fn check_counts(step: usize, result: &ResultStep) -> Result<(), MeasureError> {
+    let sizes = [
+        ("labels", result.labels.as_ref().map(PerVertex::len), result.scan.vertex_count()),
+        ("covered", result.covered.as_ref().map(PerVertex::len), result.body.vertex_count()),
+    ];
+    for (what, found, expected) in sizes {
+        if let Some(found) = found.filter(|&n| n != expected) {
+            return Err(MeasureError::CountMismatch { step, name: result.name.clone(), what, found, expected });
+        }
+    }
+    Ok(())
+}
