@@ -1,80 +1,80 @@
-//! What can keep a figure from becoming a file.
+//! Errors of exports.
 
 use crate::formats::FormatError;
 
 /// Why a figure could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
-    /// The bytes could not be made or written.
+    /// The bytes could not be produced or written.
     #[error(transparent)]
     Format(#[from] FormatError),
-    /// The stream failed.
+    /// Writing the stream failed.
     #[error("the joints could not be written: {source}")]
     Io {
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// A layer has nothing to draw.
+    /// A layer has no vertices or no faces.
     #[error("layer '{layer}' has {vertices} vertices and {faces} faces: there is nothing to write")]
     EmptyLayer {
-        /// Its name.
+        /// The layer's name.
         layer: String,
-        /// Of its mesh.
+        /// Vertices of its mesh.
         vertices: usize,
-        /// Of its mesh.
+        /// Faces of its mesh.
         faces: usize,
     },
     /// An attribute of a layer has another length than its mesh.
     #[error("layer '{layer}' has {found} {attribute}, but {expected} vertices")]
     Length {
-        /// Its name.
+        /// The layer's name.
         layer: String,
-        /// What is too long or short.
+        /// The attribute of the wrong length.
         attribute: String,
-        /// How many there are.
+        /// Its length.
         found: usize,
         /// Vertices of its mesh.
         expected: usize,
     },
-    /// A vertex follows a joint that the skeleton does not have.
-    #[error("layer '{layer}', vertex {vertex} follows joint {joint}, but the skeleton has {joints} joints")]
+    /// A vertex has a skin weight for a joint that the skeleton does not have.
+    #[error("layer '{layer}', vertex {vertex} has a weight for joint {joint}, but the skeleton has {joints} joints")]
     NoSuchJoint {
-        /// Its name.
+        /// The layer's name.
         layer: String,
         /// The first such vertex.
         vertex: usize,
-        /// The joint that it names.
+        /// The missing joint.
         joint: usize,
-        /// How many there are.
+        /// Joints of the skeleton.
         joints: usize,
     },
     /// The skeleton has no joint, or its lists disagree.
     #[error("the skeleton has {joints} joints with {names} names and {parents} parents")]
     Skeleton {
-        /// Joint centres.
+        /// Number of joint centres.
         joints: usize,
-        /// Names.
+        /// Number of names.
         names: usize,
-        /// Parents.
+        /// Number of parents.
         parents: usize,
     },
-    /// A pose is that of another skeleton.
+    /// A pose belongs to another skeleton.
     #[error("the pose has {found} rotations, but the skeleton has {expected} joints")]
     PoseLength {
-        /// Rotations.
+        /// Rotations of the pose.
         found: usize,
-        /// Joints.
+        /// Joints of the skeleton.
         expected: usize,
     },
 }
 
 impl ExportError {
-    /// What to do about it.
+    /// What the user can do about it.
     pub fn hint(&self) -> Option<String> {
         match self {
             Self::Format(error) => error.hint(),
             Self::EmptyLayer { layer, .. } => {
-                Some(format!("look at the labels of '{layer}': its garment was not found in the scan"))
+                Some(format!("check the labels of '{layer}': its garment was not found in the scan"))
             }
             Self::Io { .. }
             | Self::Length { .. }

@@ -1,8 +1,8 @@
-//! The figure as a `.glb`: one skin, one node and mesh a layer.
+//! Writes the figure as a `.glb`: one skin, one node and mesh per layer.
 //!
 //! Joints are nodes by their VRM names. Attributes of every mesh: `POSITION`, `NORMAL`, `JOINTS_0`, `WEIGHTS_0`,
 //! `COLOR_0` and `TEXCOORD_0` where the layer has them, `_PHYSW` (share of cloth physics, 0 where nothing is
-//! simulated) and `_LAYER` (rank, 0 the body), so that they outlive a program that drops extras or merges meshes.
+//! simulated) and `_LAYER` (rank, 0 for the body). As attributes, these survive programs that drop extras or merge meshes.
 
 use super::error::ExportError;
 use super::palette::color_of_rank;
@@ -14,14 +14,14 @@ use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::io::Write;
 
-/// What a `.glb` is to hold besides the figure.
+/// What a `.glb` contains besides the figure.
 #[derive(Clone, Debug, Default)]
 pub struct GlbOptions {
     /// The scene's name; `None` for `figure`.
     pub name: Option<String>,
-    /// The pose in which the nodes stand; `None` for the bind pose. Surfaces are in the bind pose either way.
+    /// The pose of the nodes; `None` for the bind pose. Surfaces are always in the bind pose.
     pub pose: Option<Pose>,
-    /// Where it comes from, written into the asset's extras.
+    /// The figure's origin, as keys and values in the asset's extras.
     pub provenance: BTreeMap<String, String>,
 }
 
@@ -29,7 +29,7 @@ pub struct GlbOptions {
 ///
 /// **Frame and units** glTF's, which are ours: metres, Y up, facing +Z in the bind pose.
 ///
-/// **Guarantees** the same figure gives the same bytes; the Khronos validator finds no error and no warning.
+/// **Guarantees** equal figures give equal bytes; the Khronos validator reports no error and no warning.
 pub fn write_glb(figure: &Figure, options: &GlbOptions, out: impl Write) -> Result<(), ExportError> {
     let mut glb = GlbWriter::new();
     let (root, skin) = add_skeleton(&mut glb, &figure.skeleton, options.pose.as_ref())?;
@@ -68,7 +68,7 @@ fn add_skeleton(
             .filter(|c| skeleton.parents[c.index()] == Some(j))
             .filter_map(|c| nodes[c.index()])
             .collect();
-        // A rotation about a joint, in the bind pose's axes, is the node's own: nodes are not turned in the bind pose.
+        // Nodes have no rotation in the bind pose, so a joint's rotation is the node's.
         let here = skeleton.joints_in_bind[j.index()];
         let offset = match skeleton.parents[j.index()] {
             Some(parent) => here - skeleton.joints_in_bind[parent.index()],
@@ -131,7 +131,7 @@ fn add_layer(glb: &mut GlbWriter, layer: &Layer, rank: usize, skin: SkinId) -> R
     let split = Split::along_seams(layer);
     let count = split.vertices.len();
     let points: Vec<[f32; 3]> = split.spread(mesh.points()).map(|p| p.coords.map(|c| c as f32).into()).collect();
-    // A vertex without faces has no normal; glTF wants unit length of every one.
+    // A vertex without faces has no normal, but glTF requires unit length.
     let normals: Vec<[f32; 3]> = split
         .spread(&mesh.vertex_normals())
         .map(|n| if n.norm_squared() > 0.5 { n.map(|c| c as f32).into() } else { [0.0, 1.0, 0.0] })
@@ -159,7 +159,7 @@ fn add_layer(glb: &mut GlbWriter, layer: &Layer, rank: usize, skin: SkinId) -> R
         Some(texture) => Some(glb.texture(&layer.name, &texture.to_png()?)),
         None => None,
     };
-    // Vertex colours are multiplied by the picture, which says the same and more.
+    // Programs multiply vertex colours by the texture, which already contains them.
     let colors = layer.colors.as_ref().filter(|_| texture.is_none());
     if let Some(colors) = colors {
         attributes.push((GlbAttribute::Colors(0), glb.colors(&split.spread(colors).copied().collect::<Vec<_>>())));
@@ -183,11 +183,11 @@ fn add_layer(glb: &mut GlbWriter, layer: &Layer, rank: usize, skin: SkinId) -> R
     Ok(glb.node(&GlbNode { name: &layer.name, mesh: Some(mesh), skin: Some(skin), ..GlbNode::default() }))
 }
 
-/// Of skin and cloth alike, 0–1: neither shines. Scanned colours hold their own shading.
+/// Roughness of skin and cloth, 0–1: neither shines, and scanned colours contain shading.
 const ROUGHNESS: f32 = 0.9;
 
-/// Four influences as glTF wants them: no joint twice, falling, unused slots joint 0 with weight 0, and a sum that is
-/// 1 in `f32` (the validator allows 2e-7 a weight).
+/// Four influences in glTF's form: no joint twice, in falling order, unused slots joint 0 with weight 0, and a sum of 1
+/// in `f32` (the validator allows 2e-7 per weight).
 fn gltf_influences(row: &[(u16, f64); 4]) -> ([u16; 4], [f32; 4]) {
     let mut merged: Vec<(u16, f64)> = Vec::with_capacity(4);
     for &(joint, weight) in row.iter().filter(|(_, w)| (*w as f32) > 0.0) {
@@ -203,9 +203,9 @@ fn gltf_influences(row: &[(u16, f64); 4]) -> ([u16; 4], [f32; 4]) {
         joints[k] = joint;
         weights[k] = (weight / sum) as f32;
     }
-    // What rounding left over goes to the strongest; a vertex without any follows the root.
+    // The rounding error goes to the strongest; a vertex without weights follows the root.
     weights[0] = (1.0 - weights[1..].iter().map(|&w| f64::from(w)).sum::<f64>()) as f32;
-    // A division may have made a weight vanish.
+    // The division may have rounded a weight to zero.
     for k in 1..4 {
         if weights[k] == 0.0 {
             joints[k] = 0;

@@ -1,4 +1,4 @@
-//! A figure as a folder of plain files: surfaces as PLY, joints as JSON, skin weights as NPY.
+//! Writes a figure as separate files: surfaces as PLY, joints as JSON, skin weights as NPY.
 
 use super::error::ExportError;
 use crate::body::{Layer, Skeleton};
@@ -9,9 +9,11 @@ use std::io::Write;
 
 /// Writes one surface as binary PLY: coordinates as `double`, colours, and any further numbers per vertex.
 ///
-/// `mesh` is the surface in whatever pose and frame is wanted; `scalars` go by their names (`label`, `quality`).
+/// `mesh` is the surface in the requested pose and frame; `scalars` have names (`label`, `quality`).
 ///
-/// **Errors** [`ExportError::Format`] when colours or scalars are not one a vertex.
+/// **Shapes** `colors` V × 3; each of `scalars` V.
+///
+/// **Errors** [`ExportError::Format`] when the number of colours or scalars is not V.
 pub fn write_layer_ply(
     mesh: &TriMesh,
     colors: Option<&PerVertex<[u8; 3]>>,
@@ -30,7 +32,9 @@ pub fn write_layer_ply(
 
 /// Writes joint centres as JSON: name to `[x, y, z]`.
 ///
-/// `joints` are those of `skeleton`, posed and in whatever frame is wanted ([`Skeleton::joints_in_world`]).
+/// `joints` are those of `skeleton` in the requested pose and frame ([`Skeleton::joints_in_world`]).
+///
+/// **Shapes** `joints` J × 3.
 pub fn write_joints_json(skeleton: &Skeleton, joints: &[Point], mut out: impl Write) -> Result<(), ExportError> {
     if joints.len() != skeleton.len() {
         return Err(ExportError::PoseLength { found: joints.len(), expected: skeleton.len() });

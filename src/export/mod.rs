@@ -1,4 +1,4 @@
-//! A figure laid out as the files of the trade; `formats` makes the bytes.
+//! Arranges a figure as industry file formats; `formats` produces the bytes.
 
 mod error;
 mod glb;

@@ -1,13 +1,13 @@
-//! Colours for layers that have none of their own.
+//! Colours for layers without colours of their own.
 
-/// sRGB of the body: the grey-beige of a tailor's mannequin.
+/// sRGB of the body: the beige of a tailor's mannequin.
 const BODY: [u8; 3] = [205, 180, 160];
 
-/// sRGB of garments by rank, easily told apart, also by people who are red-green blind (Okabe & Ito 2008).
+/// sRGB of garments by rank, distinguishable also with red-green blindness (Okabe & Ito 2008).
 const GARMENTS: [[u8; 3]; 6] =
     [[0, 114, 178], [230, 159, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [213, 94, 0]];
 
-/// The colour of the layer of that rank; 0 is the body.
+/// The colour of the layer with this rank; 0 is the body.
 pub(super) fn color_of_rank(rank: usize) -> [u8; 3] {
     match rank {
         0 => BODY,

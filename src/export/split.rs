@@ -1,21 +1,21 @@
-//! What glTF wants of texture coordinates: one a vertex. So vertices on a seam are doubled.
+//! Duplicates the vertices on texture seams: glTF has one texture coordinate per vertex.
 
 use crate::body::Layer;
 use crate::geometry::{PerVertex, VertexId};
 use std::collections::BTreeMap;
 
-/// A layer's vertices, those on seams several times.
+/// A layer's vertices, with those on seams duplicated.
 pub(super) struct Split {
-    /// Which vertex of the layer each is; the layer's own come first, in their order.
+    /// The layer's vertex of each; the originals come first, in their order.
     pub vertices: Vec<VertexId>,
-    /// Faces over them.
+    /// F × 3, into `vertices`.
     pub faces: Vec<[u32; 3]>,
-    /// Texture coordinates of each, from the upper left as glTF has them; empty where there are none.
+    /// Texture coordinates of each, from the upper left as in glTF; empty if the layer has none.
     pub uvs: Vec<[f32; 2]>,
 }
 
 impl Split {
-    /// Without texture coordinates nothing is split.
+    /// Without texture coordinates nothing is duplicated.
     pub fn along_seams(layer: &Layer) -> Self {
         let mesh = &layer.mesh;
         let mut vertices: Vec<VertexId> = mesh.vertex_ids().collect();
@@ -50,7 +50,7 @@ impl Split {
         Self { vertices, faces, uvs }
     }
 
-    /// A value of the layer's vertices for each of these.
+    /// The layer's value of each vertex.
     pub fn spread<'a, T>(&'a self, values: &'a PerVertex<T>) -> impl Iterator<Item = &'a T> {
         self.vertices.iter().map(|v| &values[*v])
     }

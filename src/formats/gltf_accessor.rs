@@ -1,10 +1,10 @@
-//! The numbers behind a glTF accessor, with every bound checked: a file's JSON may claim anything.
+//! Reads the numbers of a glTF accessor. Every bound is checked, because a file's JSON may state any offset.
 
 use super::error::{Format, FormatError};
 use gltf::accessor::DataType;
 use gltf::{Accessor, Document, buffer};
 
-/// The buffers of a file, whole.
+/// The buffers of a file.
 ///
 /// **Errors** [`FormatError::Unsupported`] for a buffer in another file, [`FormatError::Truncated`] for a short one.
 pub(super) fn read_buffers(document: &Document, mut blob: Option<Vec<u8>>) -> Result<Vec<Vec<u8>>, FormatError> {
@@ -28,7 +28,7 @@ pub(super) fn read_buffers(document: &Document, mut blob: Option<Vec<u8>>) -> Re
     Ok(buffers)
 }
 
-/// The rows of an accessor, with 1 to 16 numbers each; normalised integers as the fractions that they stand for.
+/// The rows of an accessor, count × N; normalised integers become fractions.
 pub(super) fn rows<const N: usize>(
     accessor: &Accessor,
     buffers: &[Vec<u8>],
@@ -50,7 +50,7 @@ pub(super) fn rows<const N: usize>(
     let view = accessor.view().ok_or_else(|| bad(format!("{what} with data"), "no buffer view".into()))?;
     let (count, row_bytes) = (accessor.count(), accessor.size());
     let stride = view.stride().unwrap_or(row_bytes);
-    // Offsets come from the file: only checked sums of them are believed.
+    // Offsets come from the file, so their sums are checked.
     let data = (|| {
         let buffer = buffers.get(view.buffer().index())?;
         let view_end = view.offset().checked_add(view.length())?;
@@ -102,7 +102,7 @@ pub(super) fn container(reason: &str) -> FormatError {
     FormatError::Container { format: Format::Gltf, reason: reason.into() }
 }
 
-/// RFC 4648, padded or not.
+/// Base64 of RFC 4648, padded or not.
 fn decode_base64(text: &str) -> Option<Vec<u8>> {
     let mut bytes = Vec::with_capacity(text.len() / 4 * 3);
     let (mut bits, mut bit_count) = (0u32, 0);
@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn base64_as_the_rfc_has_it() {
+    fn base64_of_the_rfc() {
         for (text, bytes) in [("", ""), ("Zg==", "f"), ("Zm8=", "fo"), ("Zm9v", "foo"), ("Zm9vYmFy", "foobar")] {
             assert_eq!(decode_base64(text).unwrap(), bytes.as_bytes());
         }

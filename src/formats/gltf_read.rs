@@ -1,4 +1,4 @@
-//! glTF in: every mesh of the scene, where its nodes put it, as one.
+//! Reads glTF: all meshes of the scene, transformed by their nodes, as one mesh.
 
 use super::error::{Format, FormatError, quoted};
 use super::gltf_accessor::{container, read_buffers, rows, unsupported};
@@ -13,11 +13,11 @@ use std::io::Read;
 /// Reads a `.glb`, or a `.gltf` with its buffers embedded.
 ///
 /// All primitives of triangles or points in the default scene become one mesh, transformed by their nodes. A skinned
-/// mesh comes in its bind pose, and its node's transform does not count, as the standard says. Colours (`COLOR_0`,
-/// linear in the file) come as sRGB; where only some primitives have them, the others are white. Float attributes
-/// of one number (`_NAME`) come as scalars. Textures are not read.
+/// mesh is in its bind pose, and its node's transform is ignored, as the standard requires. Colours (`COLOR_0`,
+/// linear in the file) become sRGB; where only some primitives have them, the others are white. Float attributes
+/// of one number (`_NAME`) become scalars. Textures are not read.
 ///
-/// **Errors** also for what a Draco-like extension hides, and for buffers in other files.
+/// **Errors** also for compressed meshes (Draco and similar extensions) and for buffers in other files.
 pub fn read_gltf(input: impl Read) -> Result<RawMesh, FormatError> {
     let bytes = read_all(Format::Gltf, input)?;
     check_length(&bytes)?;
@@ -59,7 +59,7 @@ pub fn read_gltf(input: impl Read) -> Result<RawMesh, FormatError> {
 fn parse(bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), FormatError> {
     let file = Gltf::from_slice_without_validation(bytes).map_err(|e| container(&e.to_string()))?;
     let root = file.document.into_json();
-    // The validation itself indexes by these, unchecked (gltf-json 1.4.1).
+    // The crate's validation indexes by these unchecked (gltf-json 1.4.1).
     let accessor_count = root.accessors.len();
     for (index, mesh) in root.meshes.iter().enumerate() {
         for primitive in &mesh.primitives {
@@ -84,7 +84,7 @@ fn parse(bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), FormatError> {
     Ok((document, file.blob))
 }
 
-/// Refuses what is not glTF, or shorter than its header says.
+/// Refuses bytes that are not glTF, or shorter than the header states.
 fn check_length(bytes: &[u8]) -> Result<(), FormatError> {
     if let Some(rest) = bytes.strip_prefix(b"glTF") {
         let stated =
@@ -94,7 +94,7 @@ fn check_length(bytes: &[u8]) -> Result<(), FormatError> {
             let element = "byte".to_string();
             return Err(FormatError::Truncated { format: Format::Gltf, element, index: bytes.len(), count });
         }
-        // Its reader subtracts the header's 12 bytes unasked.
+        // The crate subtracts the header's 12 bytes unchecked.
         return if stated < 12 { Err(container("its header gives a length below its own")) } else { Ok(()) };
     }
     if bytes.trim_ascii_start().starts_with(b"{") {
@@ -104,12 +104,12 @@ fn check_length(bytes: &[u8]) -> Result<(), FormatError> {
     Err(FormatError::NotThisFormat { format: Format::Gltf, found: format!("'{}'", quoted(&head)) })
 }
 
-/// The meshes so far. Arrays that a primitive lacks are filled up, so that lengths agree.
+/// The meshes read so far. Attributes that a primitive does not have are padded, so that lengths agree.
 #[derive(Default)]
 struct Parts {
     buffers: Vec<Vec<u8>>,
     mesh: RawMesh,
-    lacks_normals: bool,
+    misses_normals: bool,
 }
 
 impl Parts {
@@ -134,9 +134,9 @@ impl Parts {
                 let turned =
                     normals.iter().map(|&n| (turn * Vector3::from(n)).try_normalize(1e-30).unwrap_or_default());
                 mesh.normals.get_or_insert_default().extend(turned.map(<[f64; 3]>::from));
-                self.lacks_normals |= mesh.normals.as_ref().is_some_and(|n| n.len() != end);
+                self.misses_normals |= mesh.normals.as_ref().is_some_and(|n| n.len() != end);
             }
-            _ => self.lacks_normals = true,
+            _ => self.misses_normals = true,
         }
         if let Some(accessor) = primitive.get(&Semantic::Colors(0)) {
             let colors = match accessor.dimensions().multiplicity() {
@@ -151,7 +151,7 @@ impl Parts {
             let uvs = rows::<2>(&accessor, &self.buffers, "texture coordinates")?;
             let into = mesh.uvs.get_or_insert_default();
             into.resize(first, [0.0; 2]);
-            // glTF's begin at the upper left.
+            // glTF counts from the upper left.
             into.extend(uvs.iter().map(|&[u, v]| [u, 1.0 - v]));
         }
         for (semantic, accessor) in primitive.attributes() {
@@ -162,7 +162,7 @@ impl Parts {
                 into.extend(values.iter().map(|v| v[0] as f32));
             }
         }
-        // An attribute of another length than its positions is cut or filled like one that is not there.
+        // An attribute of another length than the positions is cut or padded like a missing one.
         self.fill(end);
 
         let corners: Vec<u32> = match primitive.indices() {
@@ -205,7 +205,7 @@ impl Parts {
         }
         let faces: Vec<[u32; 3]> = match mode {
             Mode::Triangles => corners.as_chunks::<3>().0.to_vec(),
-            // Every other triangle of a strip is the other way round.
+            // Every other triangle of a strip has the opposite orientation.
             Mode::TriangleStrip => corners
                 .windows(3)
                 .enumerate()
@@ -220,7 +220,7 @@ impl Parts {
     }
 
     fn into_mesh(mut self) -> Result<RawMesh, FormatError> {
-        if self.lacks_normals {
+        if self.misses_normals {
             self.mesh.normals = None;
         }
         self.mesh.with_indices_checked(Format::Gltf)

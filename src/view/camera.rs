@@ -1,13 +1,13 @@
-//! From where a scene is seen. All cameras are orthographic, so that lengths can be read off the picture.
+//! Cameras. All are orthographic, so that lengths can be measured in the picture.
 
 use crate::geometry::{Aabb, Point, Vec3};
 
-/// Room left around the subject, of its size: the soft shadow of the feet needs some.
+/// Margin around the subject, relative to its size: the soft shadow of the feet needs it.
 const MARGIN_PER_EXTENT: f64 = 0.06;
-/// Radians above the horizon: heights are shortened by 0.4 %, and the floor shows as a narrow ellipse instead of a
-/// line, so that a figure is seen to stand.
+/// Elevation in radians: heights are shortened by 0.4 %, and the floor's shadow is a narrow ellipse instead of a line,
+/// so that the figure visibly stands on it.
 const EYE_LEVEL: f64 = 0.09;
-/// Radians above the horizon and off the front for the oblique view.
+/// Elevation and azimuth of the oblique view, in radians.
 const OBLIQUE: [f64; 2] = [0.16, 0.62];
 
 /// The side of the person that is turned to the camera.
@@ -20,26 +20,25 @@ pub enum Facing {
     Side,
     /// The back.
     Back,
-    /// The face and some of the left side, from a little above.
+    /// The face and part of the left side, from slightly above.
     ThreeQuarter,
 }
 
 /// An orthographic camera.
 #[derive(Clone, Debug)]
 pub struct Camera {
-    /// World point in the middle of the picture.
+    /// World point at the centre of the picture.
     target: Point,
     /// Unit axes of the picture in the world: right, up, and toward the camera.
     pub(super) axes: [Vec3; 3],
-    /// Metres to be seen on either side of the middle: across, and up and down.
+    /// Visible metres on each side of the centre: horizontally and vertically.
     half_extent: [f64; 2],
-    /// The scale asked for, whatever fits.
+    /// A fixed scale; `None` for the finest that fits.
     metres_per_pixel: Option<f64>,
 }
 
 impl Camera {
-    /// Looks at a box from `azimuth` (0 is the front, a right angle the person's left) and `elevation` above the
-    /// horizon, both in radians. The whole box is in the picture.
+    /// A camera that shows a whole box from `azimuth` (0 is the front, π/2 the person's left) and `elevation`, in radians.
     pub fn around(bounds: &Aabb, azimuth: f64, elevation: f64) -> Self {
         let toward = Vec3::new(azimuth.sin() * elevation.cos(), elevation.sin(), azimuth.cos() * elevation.cos());
         let right = Vec3::new(azimuth.cos(), 0.0, -azimuth.sin());
@@ -54,7 +53,7 @@ impl Camera {
         }
     }
 
-    /// One of the usual views of a box.
+    /// One of the standard views of a box.
     pub fn facing(facing: Facing, bounds: &Aabb) -> Self {
         let quarter = std::f64::consts::FRAC_PI_2;
         match facing {
@@ -77,17 +76,17 @@ impl Camera {
     pub fn back(bounds: &Aabb) -> Self {
         Self::facing(Facing::Back, bounds)
     }
-    /// Obliquely from the front.
+    /// The oblique front view.
     pub fn three_quarter(bounds: &Aabb) -> Self {
         Self::facing(Facing::ThreeQuarter, bounds)
     }
 
-    /// The same direction, with `radius` metres around `target` in the picture.
+    /// Keeps the direction and shows `radius` metres around `target`.
     pub fn closer(self, target: Point, radius: f64) -> Self {
         Self { target, half_extent: [radius.max(1e-6); 2], ..self }
     }
 
-    /// The same direction at a fixed scale, so that pictures can be compared.
+    /// Keeps the direction and fixes the scale, so that pictures can be compared.
     pub fn with_metres_per_pixel(self, metres_per_pixel: f64) -> Self {
         Self { metres_per_pixel: Some(metres_per_pixel), ..self }
     }
@@ -100,7 +99,7 @@ impl Camera {
         })
     }
 
-    /// The coarsest scale that these points need in a picture of this size, the usual margin included.
+    /// The finest scale at which a picture of this size shows all these points, including the margin.
     pub(super) fn metres_per_pixel_for<'p>(
         &self,
         points: impl Iterator<Item = &'p Point>,
@@ -115,13 +114,13 @@ impl Camera {
         2.0 * (1.0 + MARGIN_PER_EXTENT) * scale
     }
 
-    /// World point in the frame of the picture: metres to the right, up, and toward the camera, from its middle.
+    /// A world point in the frame of the picture: metres to the right, up, and toward the camera, from its centre.
     pub(super) fn view_from_world(&self, p: &Point) -> [f64; 3] {
         let offset = p - self.target;
         self.axes.map(|axis| axis.dot(&offset))
     }
 
-    /// The way back.
+    /// The inverse of [`Camera::view_from_world`].
     pub(super) fn world_from_view(&self, view: [f64; 3]) -> Point {
         self.target + self.axes[0] * view[0] + self.axes[1] * view[1] + self.axes[2] * view[2]
     }

@@ -1,26 +1,26 @@
-//! What can go wrong with a picture.
+//! Errors of pictures and recordings.
 
 use crate::formats::FormatError;
 
-/// Why there is no picture.
+/// Why a picture or a recording could not be made.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// A paint with a value for each vertex has another count than the mesh.
+    /// A paint per vertex has another number of values than the mesh has vertices.
     #[error("the paint has {values} values, but the mesh has {vertices} vertices")]
     PaintCount {
-        /// Values given.
+        /// Values of the paint.
         values: usize,
-        /// Vertices to be painted.
+        /// Vertices of the mesh.
         vertices: usize,
     },
     /// The picture could not be encoded.
     #[error("the picture could not be encoded: {0}")]
     Png(#[from] FormatError),
-    /// The viewer's library could not make the recording.
+    /// The Rerun library could not make the recording.
     #[error("the recording could not be made: {0}")]
     Recording(String),
-    /// No viewer shows the recording.
-    #[error("no Rerun viewer shows it: {0}")]
+    /// No viewer could be reached.
+    #[error("no Rerun viewer could be reached: {0}")]
     NoViewer(String),
     /// The recording could not be written.
     #[error("the recording could not be written: {0}")]
@@ -28,13 +28,13 @@ pub enum Error {
 }
 
 impl Error {
-    /// What the user may do about it.
+    /// What the user can do about it.
     pub fn hint(&self) -> Option<String> {
         match self {
-            Self::PaintCount { .. } => Some("give one value for each vertex, in the order of the mesh".into()),
+            Self::PaintCount { .. } => Some("give one value per vertex, in the order of the mesh".into()),
             Self::Recording(_) => None,
             Self::NoViewer(_) => Some(
-                "start one (`rerun`, from `pip install rerun-sdk` or `cargo binstall rerun-cli`), or name one that runs: --view=rerun+http://127.0.0.1:9876/proxy"
+                "start one (`rerun`, from `pip install rerun-sdk` or `cargo binstall rerun-cli`), or give the address of a running one: --view=rerun+http://127.0.0.1:9876/proxy"
                     .into(),
             ),
             Self::Png(_) | Self::Write(_) => Some("is the disk full, or the folder read-only?".into()),

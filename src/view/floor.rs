@@ -4,17 +4,17 @@ use super::raster::{Grid, NOTHING, Visibility};
 use super::surface::Triple;
 use crate::geometry::Aabb;
 
-/// Samples across the floor.
+/// Samples along each side of the floor.
 const SIZE: usize = 320;
 /// Metres of floor around the subject.
 const BORDER: f32 = 0.45;
-/// For a height above the floor in metres: how far its shadow has spread, and how dark it still is. The sole of a
-/// shoe draws a sharp dark line, a skirt a wide haze.
+/// Upper height of a slab above the floor in metres, the blur of its shadow in metres, and its darkness, 0–1: the sole
+/// of a shoe leaves a sharp dark line, a skirt a wide haze.
 const LEVELS: [[f32; 3]; 4] = [[0.04, 0.014, 0.60], [0.15, 0.04, 0.40], [0.6, 0.10, 0.34], [2.5, 0.20, 0.40]];
 
-/// How dark the floor is, prepared for one scene.
+/// The darkness of the floor, prepared for one scene.
 pub(super) struct Floor {
-    /// World height.
+    /// Height in the world, in metres.
     pub(super) height: f64,
     middle: [f32; 2],
     grid: Grid,
@@ -22,7 +22,9 @@ pub(super) struct Floor {
 }
 
 impl Floor {
-    /// Looks at the scene from below; the floor is at the lower side of `bounds`.
+    /// Draws the scene as seen from below; the floor is at the lower side of `bounds`.
+    ///
+    /// **Shapes** `world` V × 3, `faces` F × 3.
     pub(super) fn prepare(world: &[[f32; 3]], faces: &[[u32; 3]], bounds: &Aabb) -> Self {
         let (middle, extent) = (bounds.center(), bounds.extent());
         let middle = [middle.x as f32, middle.z as f32];
@@ -54,7 +56,7 @@ impl Floor {
         Self { height: bounds.min.y, middle, grid, darkness }
     }
 
-    /// Share of light taken from the floor at a point of the world.
+    /// Fraction of light that the scene takes from the floor at a world point.
     pub(super) fn darkness_at(&self, x: f64, z: f64) -> f32 {
         let [column, row] = self.grid.cell_of(x as f32 - self.middle[0], z as f32 - self.middle[1]);
         let (column, row) = (column - 0.5, row - 0.5);
@@ -69,7 +71,7 @@ impl Floor {
     }
 }
 
-/// A running mean along each row, then turned over: twice is a blur of both, three times nearly a Gaussian.
+/// A running mean along each row, transposed: two calls blur both axes, three such pairs are nearly a Gaussian.
 fn blurred(grid: &[f32], radius: f32) -> Vec<f32> {
     let radius = (radius.round() as usize).clamp(1, SIZE / 2 - 1);
     let mut out = vec![0.0; SIZE * SIZE];
@@ -96,7 +98,7 @@ mod tests {
     use crate::geometry::Point;
 
     #[test]
-    fn a_low_plate_throws_a_darker_shadow_than_a_high_one() {
+    fn a_low_plate_casts_a_darker_shadow_than_a_high_one() {
         let shadow = |height: f32| {
             let world =
                 [[-0.2, height, -0.2], [0.2, height, -0.2], [0.2, height, 0.2], [-0.2, height, 0.2], [0.0, 0.0, 0.0]];

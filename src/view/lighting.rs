@@ -1,61 +1,61 @@
-//! The studio: a soft key light with its shadow, a cooler fill from the other side, light from the sky and the
-//! floor, and what a matt surface makes of them.
+//! Shading: a soft key light with shadows, a cooler fill light from the other side, light from sky and floor, on a matt
+//! surface.
 
 use super::occlusion::radical_inverse;
 use super::raster::{Grid, NOTHING, Visibility};
 use super::surface::{Surface, Triple};
 
-/// Where the key light stands, as seen by the camera: upper left, before the subject. It goes with the camera, so
-/// that front, side and back are lit alike and can be compared.
+/// Direction to the key light in the frame of the picture: upper left, in front of the subject. It moves with the
+/// camera, so that front, side and back have equal lighting and can be compared.
 const KEY: [f32; 3] = [-0.58, 0.62, 0.53];
-/// Where the fill light stands.
+/// Direction to the fill light in the frame of the picture.
 const FILL: [f32; 3] = [0.80, 0.10, 0.59];
-/// Light of the key: a little warm. With the others a white surface that faces the camera comes to 0.85.
+/// Colour of the key light, slightly warm. With all lights, a white surface that faces the camera reflects 0.85.
 const KEY_LIGHT: [f32; 3] = [1.02, 0.98, 0.92];
-/// Light of the fill: a little cool.
+/// Colour of the fill light, slightly cool.
 const FILL_LIGHT: [f32; 3] = [0.13, 0.15, 0.18];
-/// Light from above and from the floor.
+/// Colour of the light from above.
 const SKY_LIGHT: [f32; 3] = [0.36, 0.37, 0.39];
-/// See [`SKY_LIGHT`].
+/// Colour of the light from below.
 const FLOOR_LIGHT: [f32; 3] = [0.19, 0.18, 0.17];
-/// How far light reaches round the terminator, as a share of the half sphere: a big lamp, not a spark.
+/// How far the key and fill lights reach past the terminator (wrapped diffuse), as those of a large lamp do.
 const WRAP: f32 = 0.12;
-/// Light lost at grazing angles: it draws the outline of an arm before a chest of the same colour.
+/// Light lost at grazing angles: it separates an arm from a chest of the same colour behind it.
 const EDGE_LOSS: f32 = 0.34;
-/// Strength and exponent of the highlight: cloth and skin, hardly any.
+/// Strength and exponent of the highlight; cloth and skin have hardly any.
 const SHEEN: [f32; 2] = [0.045, 18.0];
 
-/// The back of a surface keeps this share of its colour,
+/// The back of a surface keeps this fraction of its colour,
 const BACK_KEEPS: f32 = 0.22;
-/// and takes on this one: a hole or a cloth turned inside out is told at once from a shadow.
+/// and adds this tint, so that a hole or an inverted surface is not mistaken for a shadow.
 const BACK_TINT: [f32; 3] = [0.05, 0.03, 0.085];
 
-/// A back shows this share of its tint even where no light comes: inside a collar it was black.
+/// A back emits this fraction of its tint: without it the inside of a collar was black.
 const BACK_GLOW: f32 = 0.5;
 
-/// Samples across the map of the key light's shadow: 2 mm on a person.
+/// Samples along each side of the key light's shadow map: 2 mm on a person.
 const MAP_SIZE: usize = 1024;
-/// Metres over which the edge of a shadow fades.
+/// Width in metres over which the edge of a shadow fades.
 const PENUMBRA: f32 = 0.016;
-/// Metres between a surface and what shades it at which the shadow is at its weakest, and what is left of it there:
-/// the shadow of a hand on the thigh looked like a hole.
+/// Distance in metres between occluder and surface at which the shadow is weakest: at full strength, the shadow of a hand
+/// on the thigh looked like a hole.
 const FADED: f32 = 0.35;
-/// See [`FADED`].
+/// Strength of the shadow at that distance.
 const FAR_SHADOW: f32 = 0.15;
-/// Metres by which a point is lifted off its surface before it is looked up: noise of a scan casts no shadow.
+/// Distance in metres that a point is moved off its surface before the lookup, so that scan noise casts no shadow.
 const LIFT: f32 = 0.007;
 
-/// Key light, shadow map and taps, prepared for one scene and one camera.
+/// Lights, shadow map and its sample offsets, prepared for one scene and one camera.
 pub(super) struct Lighting {
     key: Triple,
     fill: Triple,
-    /// World's up as the camera sees it.
+    /// The world's up in the frame of the picture.
     up: Triple,
-    /// Picture's frame to the lamp's: its rows are right, up, toward the lamp.
+    /// From the picture's frame to the lamp's; the rows are right, up, toward the lamp.
     lamp_from_view: [Triple; 3],
     lamp_middle: Triple,
     map: Visibility,
-    /// Where to look into the map, in metres, for each sample of a pixel.
+    /// Offsets into the shadow map in metres, one list per sample of a pixel.
     taps: Vec<Vec<[f32; 2]>>,
 }
 
@@ -94,7 +94,7 @@ impl Lighting {
         }
     }
 
-    /// Share of the key light that reaches a point, 1 in the open.
+    /// Fraction of the key light that reaches a point, 1 where nothing occludes it.
     pub(super) fn key_visible(&self, point: &Triple, normal: &Triple, sample: usize) -> f32 {
         let lifted = point + (normal + self.key) * (0.5 * LIFT) - self.lamp_middle;
         let [x, y, z] = self.lamp_from_view.map(|axis| axis.dot(&lifted));
@@ -108,7 +108,7 @@ impl Lighting {
         1.0 - taken.sum::<f32>() / taps.len() as f32
     }
 
-    /// Light sent to the camera. `normal` looks to the seen side, `is_back` says whether that is the inside.
+    /// Light reflected to the camera. `normal` points to the visible side; `is_back` says whether that is the inside.
     pub(super) fn reflected(
         &self,
         albedo: &Triple,

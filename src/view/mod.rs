@@ -1,5 +1,5 @@
-//! Pictures of meshes, without a screen and without a GPU: shaded views and contact sheets. The only room that
-//! knows how a thing is shown; it changes nothing that it shows.
+//! Draws pictures of meshes without a screen or GPU: shaded views, contact sheets and posters; and sends recordings to
+//! the Rerun viewer.
 
 mod camera;
 mod error;

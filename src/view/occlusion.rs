@@ -1,30 +1,31 @@
-//! Which of the light from all around reaches a point, judged from the depths in the picture alone
-//! (Mittring 2007; the half sphere of directions after Filion & McNaughton 2008).
+//! Screen-space ambient occlusion: the fraction of the surrounding light that reaches a point, estimated from the depths
+//! in the picture (Mittring 2007; directions in the half sphere after Filion & McNaughton 2008).
 
 use super::raster::{NOTHING, Visibility};
 use super::surface::Triple;
 
-/// Metres within which a surface darkens another: an arm beside the chest does, a hand before the belly does not.
+/// Distance in metres within which surfaces occlude each other: an arm next to the chest does, a hand in front of the
+/// belly does not.
 const REACH: f32 = 0.14;
-/// Metres of depth that are no obstacle: the noise of a scan, and triangles in profile.
+/// Depth difference in metres that does not occlude: scan noise, and triangles seen edge-on.
 const BIAS: f32 = 0.004;
-/// Share of the darkness found that is shown; 1 looked sooty in the folds of scans.
+/// Strength of the effect; 1 made the folds of scans too dark.
 const STRENGTH: f32 = 0.85;
 
-/// The probes of one pixel, divided among its samples, so that each sample pays for a few and all are averaged.
+/// The probes of one pixel, distributed over its samples, whose results are averaged.
 pub(super) struct Probes {
-    /// One list a sample of a pixel; offsets in metres over a surface that faces +z.
+    /// One list per sample of a pixel; offsets in metres over a surface that faces +z.
     of_sample: Vec<Vec<Triple>>,
 }
 
 impl Probes {
-    /// `each` probes for every one of `samples` samples.
+    /// `each` probes for each of `samples` samples.
     pub(super) fn prepare(samples: usize, each: usize) -> Self {
         let count = samples * each;
         let mut of_sample = vec![Vec::with_capacity(each); samples];
         for i in 0..count {
-            // Cosine-weighted directions on a golden spiral; distances dense near the point, and shuffled against the
-            // directions by the digits of i in base 2, so that near and far probes point everywhere.
+            // Cosine-weighted directions on a golden spiral. Distances are denser near the point and decorrelated from the
+            // directions by the van der Corput sequence, so that near and far probes cover all directions.
             let u = (i as f32 + 0.5) / count as f32;
             let turn = i as f32 * 2.399_963;
             let distance = 0.006 + (REACH - 0.006) * radical_inverse(i as u32).powi(2);
@@ -35,7 +36,8 @@ impl Probes {
         Self { of_sample }
     }
 
-    /// From 1 (open) down, at a point with a unit normal; `sample` counts within the pixel.
+    /// Fraction of the surrounding light at a point with a unit normal, 1 where nothing occludes it; `sample` counts
+    /// within the pixel.
     pub(super) fn openness(&self, seen: &Visibility, point: &Triple, normal: &Triple, sample: usize) -> f32 {
         let [tangent, cotangent] = frame_around(normal);
         let probes = &self.of_sample[sample];
@@ -45,7 +47,7 @@ impl Probes {
             let Some(hit) = seen.under(at.x, at.y) else { continue };
             let over = hit.nearness - at.z;
             if hit.face != NOTHING && over > BIAS {
-                // What is far in front has its own place in space and darkens less and less.
+                // An occluder far in front is another object: its effect falls off.
                 hidden += 1.0 - ((over - REACH) / (2.0 * REACH)).clamp(0.0, 1.0);
             }
         }
@@ -53,12 +55,12 @@ impl Probes {
     }
 }
 
-/// The binary digits of `i`, mirrored at the point: 0, 1/2, 1/4, 3/4, 1/8 … (van der Corput 1935).
+/// The van der Corput sequence in base 2: 0, 1/2, 1/4, 3/4, 1/8 …
 pub(super) fn radical_inverse(i: u32) -> f32 {
     i.reverse_bits() as f32 / 4_294_967_296.0
 }
 
-/// Two unit vectors across a unit vector (Duff et al. 2017).
+/// Two unit vectors orthogonal to a unit vector and each other (Duff et al. 2017).
 fn frame_around(n: &Triple) -> [Triple; 2] {
     let sign = 1.0_f32.copysign(n.z);
     let a = -1.0 / (sign + n.z);
@@ -84,7 +86,7 @@ mod tests {
 
     #[test]
     fn a_corner_is_darker_than_a_plain() {
-        // A floor seen from above, and a wall that stands on it to the right.
+        // A floor seen from above, and a block on it to the right.
         let grid = Grid { columns: 200, rows: 200, step: 0.005 };
         let corner = |x: f32, y: f32, z: f32| Triple::new(x, y, z);
         let positions = [

@@ -1,4 +1,4 @@
-//! Colours: layers told apart, scalars on a perceptual ramp, and the step between sRGB and light.
+//! Colours: distinct ones for layers, a perceptual ramp for scalars, and conversion between sRGB and linear light.
 
 /// Viridis (van der Walt & Smith 2015) at nine even stops: even steps of the value look like even steps of colour,
 /// also in grey and to the colour-blind.

@@ -4,7 +4,7 @@ use super::Error;
 use crate::formats::write_color_png;
 use std::io::Write;
 
-/// An sRGB picture, eight bits a channel, rows from the top.
+/// An sRGB picture, 8 bits per channel, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
     width: usize,
@@ -13,21 +13,21 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// One colour all over. A side of 0 becomes 1.
+    /// A picture of one colour. A side of 0 becomes 1.
     pub fn filled(color: [u8; 3], width: usize, height: usize) -> Self {
         let (width, height) = (width.max(1), height.max(1));
         Self { width, height, pixels: vec![color; width * height] }
     }
 
-    /// Pixels across.
+    /// Width in pixels.
     pub fn width(&self) -> usize {
         self.width
     }
-    /// Pixels down.
+    /// Height in pixels.
     pub fn height(&self) -> usize {
         self.height
     }
-    /// All pixels, row by row from the top.
+    /// All pixels, height × width × 3, row by row from the top.
     pub fn pixels(&self) -> &[[u8; 3]] {
         &self.pixels
     }
@@ -35,12 +35,12 @@ impl Picture {
     pub(super) fn rows_mut(&mut self) -> std::slice::ChunksExactMut<'_, [u8; 3]> {
         self.pixels.chunks_exact_mut(self.width)
     }
-    /// All pixels, to be painted.
+    /// All pixels, to be changed.
     pub(super) fn pixels_mut(&mut self) -> &mut [[u8; 3]] {
         &mut self.pixels
     }
 
-    /// Lays `other` over this picture with its upper left corner at `(left, top)`; what juts out is cut off.
+    /// Copies `other` onto this picture with its upper left corner at `(left, top)`, clipped at the edges.
     pub fn paste(&mut self, other: &Picture, left: usize, top: usize) {
         let columns = other.width.min(self.width.saturating_sub(left));
         let from_row = other.pixels.chunks_exact(other.width);
@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn png_comes_back_as_it_went() {
+    fn a_png_is_read_back_exactly() {
         let mut picture = Picture::filled([200, 30, 7], 5, 4);
         picture.pixels_mut()[6] = [1, 2, 3];
         let mut bytes = Vec::new();

@@ -1,4 +1,4 @@
-//! One picture that says what the program does: scans on top, layers peeled apart below, the figure in a pose beside.
+//! One picture of a whole session: scans on top, the separated layers below, the posed figure beside them.
 
 use super::camera::{Camera, Facing};
 use super::picture::Picture;
@@ -7,35 +7,35 @@ use super::scene::{Part, Scene};
 use super::style::{BORDER, CAPTION, GUTTER, HEAD, PAPER, SUBTITLE, TITLE, draw_scale_bar};
 use crate::geometry::Aabb;
 
-/// A poster to be drawn. All figures stand on their lowest point.
+/// The content of a poster. All figures stand on their lowest point.
 #[derive(Clone, Debug)]
 pub struct Poster<'a> {
-    /// In large letters on top.
+    /// The heading.
     pub title: String,
-    /// Below it, in small ones.
+    /// The line below the heading.
     pub subtitle: String,
-    /// What was scanned, with what it shows.
+    /// The scans with their captions.
     pub scans: Vec<(String, Part<'a>)>,
-    /// What was found, each alone, innermost first.
+    /// The layers with their captions, innermost first.
     pub layers: Vec<(String, Part<'a>)>,
-    /// All layers, in a pose that nobody was scanned in.
+    /// All layers, in a pose other than the scans'.
     pub figure: Vec<Part<'a>>,
-    /// Below the figure.
+    /// The caption of the figure.
     pub figure_caption: String,
 }
 
-/// Pixels of one of the small pictures.
+/// Width and height of a small picture in pixels.
 const CELL: [usize; 2] = [262, 430];
 /// The figure is this much larger than the scans.
 const FIGURE_SCALE: f64 = 2.05;
-/// Pixels across of the figure's picture.
+/// Width of the figure's picture in pixels.
 const FIGURE_WIDTH: usize = 640;
-/// Room above heads and below feet, as a share of the height.
+/// Free space above heads and below feet, as a fraction of the height.
 const AIR_PER_HEIGHT: f64 = 0.13;
 
 /// Draws a poster. Scans and layers have one scale.
 ///
-/// **Guarantees** the same bytes with one thread or many.
+/// **Guarantees** equal bytes with any number of threads.
 pub fn poster(poster: &Poster<'_>) -> Picture {
     let columns = poster.scans.len().max(poster.layers.len());
     let strip = columns * (CELL[0] + GUTTER);
@@ -46,7 +46,7 @@ pub fn poster(poster: &Poster<'_>) -> Picture {
     let every = poster.scans.iter().chain(&poster.layers).map(|(_, part)| *part);
     let Some(scale) = scale_of(every, Facing::Front) else { return page };
     for (row, cells) in [&poster.scans, &poster.layers].into_iter().enumerate() {
-        // A layer alone hangs where it is worn: the row has one floor.
+        // A single layer stays at its height on the body: all pictures of the row share one floor.
         let Some(bounds) = Scene::new(cells.iter().map(|(_, part)| *part)).bounds() else { continue };
         for (column, (caption, part)) in cells.iter().enumerate() {
             let camera = Camera::facing(Facing::Front, &bounds).with_metres_per_pixel(scale);
@@ -75,7 +75,7 @@ pub fn poster(poster: &Poster<'_>) -> Picture {
     page
 }
 
-/// The finest scale at which each of the small pictures shows all of its part.
+/// The finest scale at which every small picture shows its whole part.
 fn scale_of<'a>(parts: impl Iterator<Item = Part<'a>> + Clone, facing: Facing) -> Option<f64> {
     let bounds: Aabb = Scene::new(parts.clone()).bounds()?;
     let camera = Camera::facing(facing, &bounds);

@@ -1,4 +1,4 @@
-//! Which triangle is seen at each sample of a grid: a z-buffer with the triangle's number instead of its colour.
+//! Finds the visible triangle at each sample of a grid: a z-buffer of face indices.
 //!
 //! Corners are snapped to 1/256 of a sample and the edge functions are exact integers with the top-left rule, so
 //! that neighbouring triangles leave neither gap nor double cover between them (Pineda 1988; Giesen 2013).
@@ -8,20 +8,20 @@ use rayon::prelude::*;
 
 /// Steps of a corner's coordinate within one sample.
 const SUBSAMPLE: i64 = 256;
-/// Rows that one task draws: small enough to share out, large enough that few triangles are visited twice.
+/// Rows per parallel task: small enough to balance, large enough that few triangles are visited twice.
 const ROWS_PER_BAND: usize = 48;
-/// Corners farther out than this many samples are not drawn: products of two coordinates must fit 64 bits.
+/// Triangles with a corner farther out than this many samples are not drawn: products of two coordinates must fit 64 bits.
 const FARTHEST: f32 = 4.0e6;
 
 /// No triangle here.
 pub(super) const NOTHING: u32 = u32::MAX;
 
-/// What one sample sees.
+/// The visible triangle at one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Hit {
     /// The triangle, or [`NOTHING`].
     pub(super) face: u32,
-    /// Metres toward the camera; the greatest wins.
+    /// Metres toward the camera; the greatest is visible.
     pub(super) nearness: f32,
 }
 
@@ -30,7 +30,7 @@ pub(super) struct Hit {
 pub(super) struct Grid {
     pub(super) columns: usize,
     pub(super) rows: usize,
-    /// Metres from one sample to the next.
+    /// Metres between samples.
     pub(super) step: f32,
 }
 
@@ -40,7 +40,7 @@ impl Grid {
         [x / self.step + 0.5 * self.columns as f32, 0.5 * self.rows as f32 - y / self.step]
     }
 
-    /// Where the middle of a sample lies on the picture's plane.
+    /// The centre of a sample on the picture's plane.
     pub(super) fn view_of(&self, column: usize, row: usize) -> [f32; 2] {
         [
             (column as f32 + 0.5 - 0.5 * self.columns as f32) * self.step,
@@ -49,14 +49,16 @@ impl Grid {
     }
 }
 
-/// What all samples of a grid see.
+/// The visible triangles at all samples of a grid.
 pub(super) struct Visibility {
     pub(super) grid: Grid,
     hits: Vec<Hit>,
 }
 
 impl Visibility {
-    /// Draws all triangles, either side; of two at the same depth the first stays.
+    /// Draws both sides of all triangles; of two at equal depth the first is visible.
+    ///
+    /// **Shapes** `positions` V, `faces` F × 3.
     pub(super) fn draw(positions: &[Triple], faces: &[[u32; 3]], grid: Grid) -> Self {
         let corners: Vec<Corner> = positions.par_iter().map(|p| Corner::snapped(p, &grid)).collect();
         let mut bands = vec![Vec::new(); grid.rows.div_ceil(ROWS_PER_BAND)];
@@ -79,12 +81,12 @@ impl Visibility {
         Self { grid, hits }
     }
 
-    /// What one sample sees.
+    /// The visible triangle at one sample.
     pub(super) fn at(&self, column: usize, row: usize) -> Hit {
         self.hits[row * self.grid.columns + column]
     }
 
-    /// What the sample under a point of the picture's plane sees; `None` outside the picture.
+    /// The visible triangle at a point of the picture's plane; `None` outside the picture.
     pub(super) fn under(&self, x: f32, y: f32) -> Option<Hit> {
         let [column, row] = self.grid.cell_of(x, y);
         let inside = column >= 0.0 && row >= 0.0 && column < self.grid.columns as f32 && row < self.grid.rows as f32;
@@ -110,7 +112,7 @@ impl Corner {
     }
 }
 
-/// First and last sample whose middle is between two coordinates, within `count`.
+/// First and last sample whose centre is between two coordinates, within `count`.
 fn samples_between(low: i64, high: i64, count: usize) -> Option<[usize; 2]> {
     let first = (low - SUBSAMPLE / 2 + SUBSAMPLE - 1).div_euclid(SUBSAMPLE).max(0);
     let last = (high - SUBSAMPLE / 2).div_euclid(SUBSAMPLE).min(count as i64 - 1);

@@ -1,8 +1,9 @@
-//! The session as a Rerun recording: what was scanned and made at each step, to be turned and looked at.
+//! A session as a Rerun recording: the scan and the results of each step, in 3D.
 //!
 //! Entities: `world/camera/{path,now}` (of a fusion), `world/scan`, `world/fitted` (while it is), `world/body`,
 //! `world/garments/NAME`, `world/skeleton/{joints,bones}`, `measures/NAME`, `notes`. Timelines: `step` (which scan),
-//! `iteration` (of fits), `frame` (of a clip) and `change` (while somebody watches). An entity stays as it was logged until it is logged anew.
+//! `iteration` (of fits), `frame` (of a clip) and `change` (of a watched session). An entity is visible until it is logged
+//! again.
 
 use super::Error;
 use super::scene::Part;
@@ -19,28 +20,28 @@ use rerun::{
 use std::io::Write;
 use std::time::Duration;
 
-/// Metres; a joint is drawn as a ball of this radius, and bones half as thick.
+/// Radius of a joint in metres; bones are half as thick.
 const JOINT_RADIUS: f32 = 0.009;
 const JOINT_COLOR: [u8; 3] = [235, 110, 60];
-/// Metres; the camera's path is thinner than a bone.
+/// Radius of the camera's path in metres.
 const PATH_RADIUS: f32 = 0.003;
-/// Metres in front of the camera that its gaze is drawn.
+/// Length of the camera's viewing direction in metres.
 const GAZE: f64 = 0.2;
 
-/// How long a viewer may take to answer: one that has just been started has to open its window.
+/// How long a viewer may take to answer: a new one has to open its window first.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Where a recording goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sink<'a> {
-    /// Into memory, to be written by [`Recording::finish`].
+    /// Memory; [`Recording::finish`] writes it.
     Memory,
-    /// To a viewer that shows it as it grows: the one at a URL (`rerun+http://HOST:PORT/proxy`), or the one that runs on this
-    /// machine, or one that is started now.
+    /// A viewer, live: the one at a URL (`rerun+http://HOST:PORT/proxy`); for `None` the one that runs on this machine, or a
+    /// new one.
     Viewer(Option<&'a str>),
 }
 
-/// A recording under way: kept in memory until [`Recording::finish`], or sent to a viewer as it grows.
+/// A recording in progress: kept in memory until [`Recording::finish`], or sent to a viewer live.
 pub struct Recording {
     stream: RecordingStream,
     storage: Option<BinaryStreamStorage>,
@@ -54,23 +55,23 @@ impl Recording {
         Self::begin(builder(name, layout()), Sink::Memory)
     }
 
-    /// The same, shown in a viewer as it grows.
+    /// Begins a recording of the session `name` that a viewer shows live.
     ///
-    /// **Errors** when `url` is none, and when no viewer can be started.
+    /// **Errors** when `url` is not valid, and when no viewer can be started.
     pub fn in_viewer(name: &str, url: Option<&str>) -> Result<Self, Error> {
         Self::begin(builder(name, layout()), Sink::Viewer(url))
     }
 
     /// Begins a recording of how the frames of `name` are fused.
     ///
-    /// **Errors** as above.
+    /// **Errors** as [`Recording::try_new`] and [`Recording::in_viewer`].
     pub fn of_fusion(name: &str, sink: Sink) -> Result<Self, Error> {
         Self::begin(builder(name, layout_of_fusion()), sink)
     }
 
     /// Begins a recording of how bodies and figures are fitted to the scans of the session `name`.
     ///
-    /// **Errors** as above.
+    /// **Errors** as [`Recording::try_new`] and [`Recording::in_viewer`].
     pub fn of_fits(name: &str, sink: Sink) -> Result<Self, Error> {
         Self::begin(builder(name, layout_of_fits()), sink)
     }
@@ -97,35 +98,35 @@ impl Recording {
     }
 
     fn begun(self) -> Result<Self, Error> {
-        // Wall-clock time says nothing about a session and would come up as a timeline more.
+        // Wall-clock time has no meaning in a session and would be one more timeline.
         self.stream.set_log_time_enabled(false);
         self.stream.log_static("world", &ViewCoordinates::RIGHT_HAND_Y_UP()).map_err(failed)?;
         Ok(self)
     }
 
-    /// Waits until the viewer has all that was logged.
+    /// Waits until the viewer has received everything.
     ///
     /// **Errors** when it does not answer.
     pub fn sent(&self) -> Result<(), Error> {
         self.stream.flush_with_timeout(PATIENCE).map_err(|why| Error::NoViewer(why.to_string()))
     }
 
-    /// What follows was made after so many changes of the session, counted while somebody watches.
+    /// Sets the number of changes of the watched session for all that is logged next.
     pub fn set_change(&self, change: usize) {
         self.stream.set_time_sequence("change", change as i64);
     }
 
-    /// What follows belongs to this step, counted as in the session.
+    /// Sets the step, counted as in the session, for all that is logged next.
     pub fn set_step(&self, step: usize) {
         self.stream.set_time_sequence("step", step as i64);
     }
 
-    /// What follows was so after so many iterations, counted over all fits.
+    /// Sets the number of iterations, counted over all fits, for all that is logged next.
     pub fn set_iteration(&self, iteration: usize) {
         self.stream.set_time_sequence("iteration", iteration as i64);
     }
 
-    /// What follows belongs to this frame of a clip.
+    /// Sets the frame of a clip for all that is logged next.
     pub fn set_frame(&self, frame: usize) {
         self.stream.set_time_sequence("frame", frame as i64);
     }
@@ -135,12 +136,12 @@ impl Recording {
         self.log_mesh(path_of(&["world", "scan"]), part)
     }
 
-    /// What is being fitted to the scan.
+    /// The surface that is being fitted to the scan.
     pub fn log_fitted(&self, part: &Part<'_>) -> Result<(), Error> {
         self.log_mesh(path_of(&["world", "fitted"]), part)
     }
 
-    /// The same after it has moved: its faces and colours stay.
+    /// Moves the fitted surface: its faces and colours stay.
     pub fn log_fitted_moved(&self, mesh: &TriMesh) -> Result<(), Error> {
         let moved = Mesh3D::update_fields()
             .with_vertex_positions(mesh.points().iter().map(|p| triple(&p.coords)))
@@ -160,7 +161,7 @@ impl Recording {
 
     /// Joints with their names, and a bone from each to its parent.
     ///
-    /// **Requires** as many names and parents as joints; a parent that is not there draws no bone.
+    /// **Shapes** J joints, names and parents; a joint without a parent has no bone.
     pub fn log_skeleton(&self, joints: &[Point], names: &[String], parents: &[Option<usize>]) -> Result<(), Error> {
         let at = |p: &Point| [p.x as f32, p.y as f32, p.z as f32];
         let points = Points3D::new(joints.iter().map(at))
@@ -175,8 +176,8 @@ impl Recording {
         self.stream.log(path_of(&["world", "skeleton", "bones"]), &bones).map_err(failed)
     }
 
-    /// Where the camera has been so far, seen from the person, and where it looks now. Poses lead from its frame (x right, y
-    /// down, z forward) to the world.
+    /// The camera's path so far, relative to the person, and its current viewing direction. Poses map the camera's frame
+    /// (x right, y down, z forward) to the world.
     pub fn log_cameras(&self, world_from_camera: &[Isometry3<f64>]) -> Result<(), Error> {
         let at = |p: Point| [p.x as f32, p.y as f32, p.z as f32];
         let path = LineStrips3D::new([world_from_camera.iter().map(|pose| at(pose * Point::origin()))])
@@ -189,12 +190,12 @@ impl Recording {
         self.stream.log(path_of(&["world", "camera", "now"]), &now).map_err(failed)
     }
 
-    /// A number of this step, drawn as a curve over the steps.
+    /// A measurement of this step, drawn as a curve over the steps.
     pub fn log_measure(&self, name: &str, value: f64) -> Result<(), Error> {
         self.stream.log(path_of(&["measures", name]), &Scalars::single(value)).map_err(failed)
     }
 
-    /// What there is to say of this step, in Markdown.
+    /// Notes on this step, in Markdown.
     pub fn log_notes(&self, markdown: &str) -> Result<(), Error> {
         self.stream.log(path_of(&["notes"]), &TextDocument::from_markdown(markdown)).map_err(failed)
     }
@@ -226,7 +227,7 @@ fn builder(name: &str, layout: Blueprint) -> RecordingStreamBuilder {
     RecordingStreamBuilder::new("overcoat").recording_name(name).enabled(true).with_default_blueprint(layout)
 }
 
-/// Scan and result side by side, measures and notes below.
+/// Scan and result side by side, measurements and notes below.
 fn layout() -> Blueprint {
     let scan = Spatial3DView::new("Scan").with_origin("world").with_contents(["world/scan"]);
     let result = Spatial3DView::new("Result").with_origin("world").with_contents(["world/**", "- world/scan"]);
@@ -240,7 +241,7 @@ fn layout_of_fusion() -> Blueprint {
     above_measures(scan.into(), "Residual")
 }
 
-/// The scan, and what is fitted to it in the same place, by itself and within; how far off it is below.
+/// The fitted surface alone and inside the scan, side by side; the residual below.
 fn layout_of_fits() -> Blueprint {
     let fitted = Spatial3DView::new("Fitted").with_origin("world").with_contents(["world/fitted"]);
     let both = Spatial3DView::new("In the scan").with_origin("world").with_contents(["world/**"]);
@@ -248,7 +249,7 @@ fn layout_of_fits() -> Blueprint {
     above_measures(above.into(), "Residual")
 }
 
-/// What is to be seen in space, over the curves of the measures, under this name, and the notes.
+/// A 3D view above the curves of the measurements, under the given name, and the notes.
 fn above_measures(space: ContainerLike, measures: &str) -> Blueprint {
     let measures = TimeSeriesView::new(measures).with_origin("measures");
     let notes = TextDocumentView::new("Notes").with_origin("notes");

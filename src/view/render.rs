@@ -1,4 +1,4 @@
-//! The verb: a scene and a camera in, a picture out.
+//! Draws a scene as seen by a camera.
 
 use super::camera::Camera;
 use super::floor::Floor;
@@ -11,24 +11,23 @@ use super::scene::{Part, Scene};
 use super::surface::{Surface, Triple};
 use rayon::prelude::*;
 
-/// Samples across a pixel, and down: nine in all, ten steps along an edge.
+/// Samples along each side of a pixel: nine in all, so ten levels along an edge.
 const SAMPLES_ACROSS: usize = 3;
-/// Samples of a pixel.
+/// Samples per pixel.
 const SAMPLES: usize = SAMPLES_ACROSS * SAMPLES_ACROSS;
-/// Probes into the surroundings for each sample, 36 a pixel.
+/// Occlusion probes per sample, 36 per pixel.
 const PROBES: usize = 4;
-/// Looks at the shadow map for each sample, 36 a pixel.
+/// Lookups in the shadow map per sample, 36 per pixel.
 const TAPS: usize = 4;
-/// Linear light of the background at the upper and at the lower edge: paper.
+/// Linear light of the background at the upper and lower edge.
 const BACKGROUND: [[f32; 3]; 2] = [[0.93, 0.935, 0.945], [0.80, 0.81, 0.825]];
 
 /// Draws a scene.
 ///
-/// Smooth shading by vertex normals, antialiased, a key light with soft shadows, a fill light, darkened corners and
-/// a shadow on the floor. Backs of surfaces are drawn in a dark tint. An empty scene is an
-/// empty background.
+/// Smooth shading by vertex normals, antialiased, with a key light and its soft shadows, a fill light, ambient occlusion
+/// and a shadow on the floor. Backs of surfaces have a dark tint. An empty scene gives an empty background.
 ///
-/// **Guarantees** the same bytes with one thread or many.
+/// **Guarantees** equal bytes with any number of threads.
 pub fn render(scene: &Scene<'_>, camera: &Camera, width: usize, height: usize) -> Picture {
     let mut picture = Picture::filled([255; 3], width, height);
     let (width, height) = (picture.width(), picture.height());
@@ -57,13 +56,13 @@ pub fn render(scene: &Scene<'_>, camera: &Camera, width: usize, height: usize) -
     picture
 }
 
-/// Parts of one opacity and what is seen of them.
+/// Parts of one opacity and their visible triangles.
 struct Layer {
     surface: Surface,
     seen: Visibility,
 }
 
-/// First all opaque parts as one, then each translucent part.
+/// All opaque parts as one layer, then a layer per translucent part.
 fn layers_of(scene: &Scene<'_>, camera: &Camera, grid: Grid) -> Vec<Layer> {
     let (opaque, translucent): (Vec<Part<'_>>, Vec<Part<'_>>) = scene.parts.iter().partition(|p| p.opacity >= 1.0);
     let groups = std::iter::once(opaque.as_slice()).chain(translucent.chunks(1));
@@ -88,7 +87,7 @@ fn floor_under(scene: &Scene<'_>) -> Option<Floor> {
     Some(Floor::prepare(&world, &faces, &bounds))
 }
 
-/// Everything that a pixel's colour depends on.
+/// All inputs of a pixel's colour.
 struct Studio<'a> {
     lighting: Lighting,
     probes: Probes,
@@ -111,7 +110,7 @@ impl Studio<'_> {
         sum / SAMPLES as f32
     }
 
-    /// Light of one sample: the nearest opaque surface, and over it, far to near, what is translucent before it.
+    /// Light of one sample: the nearest opaque surface, blended from far to near with the translucent surfaces in front.
     fn sample(&self, [column, row]: [usize; 2], sample: usize, background: Triple) -> Triple {
         let hit = self.layers[0].seen.at(column, row);
         let mut light =
@@ -153,7 +152,7 @@ impl Studio<'_> {
         self.lighting.reflected(&mix(&surface.albedo), &normal, is_back, openness, key_visible)
     }
 
-    /// Paper, with the shadow on the floor.
+    /// The background with the shadow on the floor.
     fn background(&self, column: usize, row: usize) -> Triple {
         let middle = SAMPLES_ACROSS / 2;
         let [x, y] = self.grid.view_of(column * SAMPLES_ACROSS + middle, row * SAMPLES_ACROSS + middle);
@@ -167,7 +166,7 @@ impl Studio<'_> {
     }
 }
 
-/// Weights of a triangle's corners at a point of the picture's plane; inside the triangle even where it is a sliver.
+/// Barycentric coordinates of a point of the picture's plane, clamped to the triangle, also for slivers.
 fn barycentric([a, b, c]: [Triple; 3], x: f32, y: f32) -> [f32; 3] {
     let cross = |p: &Triple, q: &Triple| (q.x - p.x) * (y - p.y) - (q.y - p.y) * (x - p.x);
     let weights = [cross(&b, &c), cross(&c, &a), cross(&a, &b)];

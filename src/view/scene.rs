@@ -1,4 +1,4 @@
-//! What is to be seen: meshes and their paint.
+//! The content of a picture: meshes and their colours.
 
 use super::Error;
 use super::palette::ramp_color;
@@ -9,11 +9,11 @@ use crate::geometry::{Aabb, PerVertex, TriMesh};
 pub enum Paint<'a> {
     /// One sRGB colour.
     Solid([u8; 3]),
-    /// An sRGB colour a vertex.
+    /// An sRGB colour per vertex.
     PerVertex(&'a PerVertex<[u8; 3]>),
-    /// A number a vertex on the perceptual ramp.
+    /// A number per vertex on the perceptual ramp.
     Scalar {
-        /// The numbers; NaN is drawn grey.
+        /// V numbers; NaN is drawn grey.
         values: &'a PerVertex<f64>,
         /// The values at the two ends of the ramp.
         range: [f64; 2],
@@ -36,7 +36,7 @@ impl<'a> Part<'a> {
 
     /// A mesh in any paint.
     ///
-    /// **Errors** when a paint for each vertex has another count than the mesh.
+    /// **Errors** when a paint per vertex has another number of values than the mesh has vertices.
     pub fn try_new(mesh: &'a TriMesh, paint: Paint<'a>) -> Result<Self, Error> {
         let values = match paint {
             Paint::Solid(_) => mesh.vertex_count(),
@@ -58,7 +58,7 @@ impl<'a> Part<'a> {
         }
     }
 
-    /// The same, seen through: of a translucent part only the nearest surface is drawn, without shadows.
+    /// Makes the part translucent: only its nearest surface is drawn, without shadows.
     pub fn with_opacity(self, opacity: f64) -> Self {
         Self { opacity: opacity.clamp(0.0, 1.0) as f32, ..self }
     }
@@ -69,7 +69,7 @@ impl<'a> Part<'a> {
 pub struct Scene<'a> {
     /// The parts, in any order.
     pub parts: Vec<Part<'a>>,
-    /// Height of the floor that catches the shadow; `None` is under the lowest point.
+    /// Height of the floor with the shadow, in metres; `None` for the lowest point of all parts.
     pub floor: Option<f64>,
 }
 

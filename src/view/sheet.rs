@@ -1,4 +1,4 @@
-//! A contact sheet: one row a step, scan beside result, all at one scale, with names and measures.
+//! A contact sheet: one row per step, scan beside result, all at one scale, with names and measurements.
 
 use super::camera::{Camera, Facing};
 use super::palette::ramp_color;
@@ -10,45 +10,45 @@ use super::style::{
 };
 use crate::geometry::Aabb;
 
-/// Pixels of the panel with a row's names and measures.
+/// Width in pixels of the panel with a row's name and measurements.
 const PANEL: usize = 300;
-/// Room for captions above the heads, and for the scale bar below the feet, as a share of the height.
+/// Free space for captions above the heads and the scale bar below the feet, as a fraction of the height.
 const AIR_PER_HEIGHT: f64 = 0.14;
 
-/// A sheet to be drawn.
+/// The content of a sheet.
 #[derive(Clone, Debug)]
 pub struct Sheet<'a> {
-    /// In large letters on top.
+    /// The heading.
     pub title: String,
-    /// Below it, in small ones.
+    /// The line below the heading.
     pub subtitle: String,
-    /// From the top.
+    /// The rows, from the top.
     pub rows: Vec<SheetRow<'a>>,
     /// Width and height of one picture in pixels.
     pub cell: [usize; 2],
 }
 
-/// A row of pictures of one thing.
+/// A row of pictures of one subject.
 #[derive(Clone, Debug)]
 pub struct SheetRow<'a> {
     /// The name of the step.
     pub title: String,
-    /// Measures, one a line. A tab parts a name from a value, which is set flush right.
+    /// Measurements, one per line. A tab separates a name from its value, which is right-aligned.
     pub notes: Vec<String>,
-    /// The pictures from the left.
+    /// The pictures, from the left.
     pub cells: Vec<Cell<'a>>,
-    /// What the colour ramp means and the values at its ends, where it is used.
+    /// The quantity on the colour ramp and the values at its ends, where the row uses one.
     pub ramp: Option<(String, [f64; 2])>,
 }
 
 /// One picture of a sheet.
 #[derive(Clone, Debug)]
 pub struct Cell<'a> {
-    /// Above the picture.
+    /// The text above the picture.
     pub caption: String,
-    /// What is seen; may be empty.
+    /// The drawn parts; may be empty.
     pub parts: Vec<Part<'a>>,
-    /// From where.
+    /// The side that the picture shows.
     pub facing: Facing,
 }
 
@@ -60,14 +60,14 @@ impl<'a> Cell<'a> {
 }
 
 impl<'a> Sheet<'a> {
-    /// A sheet with pictures of the usual size.
+    /// A sheet with pictures of the default size.
     pub fn new(title: impl Into<String>, subtitle: impl Into<String>, rows: Vec<SheetRow<'a>>) -> Self {
         Self { title: title.into(), subtitle: subtitle.into(), rows, cell: [320, 470] }
     }
 }
 
 impl<'a> SheetRow<'a> {
-    /// A step: the scan, and what was made of it from three sides.
+    /// A step: the scan, and its result from three sides.
     pub fn step(title: impl Into<String>, notes: Vec<String>, scan: &[Part<'a>], result: &[Part<'a>]) -> Self {
         let cells = vec![
             Cell::new("scan, front", scan, Facing::Front),
@@ -78,7 +78,7 @@ impl<'a> SheetRow<'a> {
         Self { title: title.into(), notes, cells, ramp: None }
     }
 
-    /// Layers side by side, each alone and where it is worn, innermost first.
+    /// Layers side by side, each alone at its place on the body, innermost first.
     pub fn layers(title: impl Into<String>, notes: Vec<String>, layers: &[(String, Part<'a>)]) -> Self {
         let cells = layers.iter().map(|(name, part)| Cell::new(name, &[*part], Facing::ThreeQuarter)).collect();
         Self { title: title.into(), notes, cells, ramp: None }
@@ -90,10 +90,10 @@ impl<'a> SheetRow<'a> {
     }
 }
 
-/// Draws a sheet. All pictures have one scale, so that steps can be compared; each row stands on one floor. Without
-/// titles and notes it is a plain strip of pictures.
+/// Draws a sheet. All pictures have one scale, so that steps can be compared; each row has one floor. Without titles and
+/// notes it is a strip of pictures.
 ///
-/// **Guarantees** the same bytes with one thread or many.
+/// **Guarantees** equal bytes with any number of threads.
 pub fn contact_sheet(sheet: &Sheet<'_>) -> Picture {
     let columns = sheet.rows.iter().map(|row| row.cells.len()).max().unwrap_or(0);
     let [cell_width, cell_height] = sheet.cell.map(|side| side.max(64));
@@ -127,7 +127,7 @@ pub fn contact_sheet(sheet: &Sheet<'_>) -> Picture {
     page
 }
 
-/// The finest scale at which every picture of the sheet shows all of its row.
+/// The finest scale at which every picture of the sheet shows its whole content.
 fn common_scale(sheet: &Sheet<'_>, [width, height]: [usize; 2]) -> f64 {
     let usable = (height as f64 * (1.0 - AIR_PER_HEIGHT)) as usize;
     let needed = sheet.rows.iter().flat_map(|row| {
@@ -141,7 +141,7 @@ fn common_scale(sheet: &Sheet<'_>, [width, height]: [usize; 2]) -> f64 {
     needed.fold(0.0, f64::max).max(1e-6)
 }
 
-/// Name, measures and the meaning of the ramp.
+/// Writes a row's name, measurements and colour ramp.
 fn write_panel(page: &mut Picture, row: &SheetRow<'_>, top: usize) {
     let (left, right) = (BORDER as f32, (BORDER + PANEL - 28) as f32);
     let mut base = top as f32 + 24.0;

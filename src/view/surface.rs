@@ -1,31 +1,31 @@
 //! All parts of a scene as one list of triangles, in the frame of the picture.
 //!
-//! From here on numbers are `f32`: this is the side of the picture, where a millionth of a metre is invisible.
+//! Numbers are `f32` from here on: a micrometre is invisible in a picture.
 
 use super::camera::Camera;
 use super::palette::linear_from_srgb;
 use super::scene::Part;
 use rayon::prelude::*;
 
-/// Metres, or a direction, or light: three numbers for one vertex.
+/// Three numbers per vertex: metres, a direction, or linear light.
 pub(super) type Triple = nalgebra::Vector3<f32>;
 
 /// Triangles ready to be drawn.
 pub(super) struct Surface {
     /// Right, up, toward the camera; metres from the middle of the picture.
     pub(super) positions: Vec<Triple>,
-    /// Unit normals in the same frame; zero where there is none.
+    /// Unit normals in the frame of the picture; zero where a vertex has none.
     pub(super) normals: Vec<Triple>,
     /// Linear light reflected, red, green and blue.
     pub(super) albedo: Vec<Triple>,
     /// Corners, counter-clockwise seen from outside.
     pub(super) faces: Vec<[u32; 3]>,
-    /// What hides what is behind it: 1, or less for translucent parts.
+    /// 1 for opaque parts, less for translucent ones.
     pub(super) opacity: f32,
 }
 
 impl Surface {
-    /// Gathers parts of one opacity.
+    /// Joins parts of one opacity.
     pub(super) fn gather<'a>(parts: &[Part<'a>], camera: &Camera, opacity: f32) -> Self {
         let mut all =
             Self { positions: Vec::new(), normals: Vec::new(), albedo: Vec::new(), faces: Vec::new(), opacity };
