@@ -2,11 +2,8 @@
 //!
 //! Files of the corpus and their answers are in `bad_input/`; scans of a person gone wrong are made here.
 
-mod common;
-#[path = "rgbd/turntable.rs"]
-mod turntable;
-
-use common::{fingerprint, mean_body, overcoat, overcoat_ok, session_with_two_scans, write_mesh};
+use crate::common::{fingerprint, mean_body, overcoat, overcoat_ok, session_with_two_scans, write_mesh};
+use crate::rgbd::turntable::Turntable;
 use overcoat::formats::{NpyArray, NpzCompression, RawMesh, read_npz, write_npy, write_npz};
 use overcoat::geometry::Point;
 use serde::Deserialize;
@@ -291,7 +288,7 @@ fn a_file_where_a_folder_should_be_is_no_place_to_write() {
 }
 
 /// A recording of somebody who turns, in a folder, changed for the worse.
-fn recording(dir: &Path, turntable: &turntable::Turntable, harm: impl Fn(&Path)) -> String {
+fn recording(dir: &Path, turntable: &Turntable, harm: impl Fn(&Path)) -> String {
     turntable.write(dir);
     harm(dir);
     dir.display().to_string()
@@ -299,7 +296,6 @@ fn recording(dir: &Path, turntable: &turntable::Turntable, harm: impl Fn(&Path))
 
 #[test]
 fn recordings_that_make_no_scan_are_refused() {
-    use turntable::Turntable;
     let dir = tempfile::tempdir().unwrap();
     let session = session_with_two_scans(dir.path());
     let quick = Turntable { frames: 10, turn_deg: 120.0, ..Turntable::default() };

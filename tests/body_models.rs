@@ -1,11 +1,9 @@
 //! Body models built, measured and refused, through the same calls that `overcoat body` makes.
 
-mod common;
 #[path = "../examples/shared/embedded_body.rs"]
 mod embedded_body;
-mod smpl_family;
 
-use common::{mean_body, overcoat, overcoat_ok, write_mesh};
+use crate::common::{mean_body, overcoat, overcoat_ok, write_mesh};
 use overcoat::body::{BodyModel, Pose, Shape, embedded_model, read_model};
 use overcoat::formats::{NpyArray, Npz, NpzCompression, write_npz};
 use overcoat::geometry::{Point, TriMesh};

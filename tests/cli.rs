@@ -1,8 +1,6 @@
 //! The built program as a person or a script meets it.
 
-mod common;
-
-use common::{fingerprint, mean_body, overcoat, overcoat_ok, session_with_two_scans, write_mesh};
+use crate::common::{fingerprint, mean_body, overcoat, overcoat_ok, session_with_two_scans, write_mesh};
 use overcoat::formats::{NpyArray, write_npy, write_obj};
 use serde_json::Value;
 

@@ -1,8 +1,6 @@
 //! Nothing is lost: kills at any moment, full disks, folders that may not be written, two writers, damaged files.
 
-mod common;
-
-use common::{fingerprint, overcoat, overcoat_ok, quick_session, session_with_two_scans};
+use crate::common::{built_quick_session, fingerprint, overcoat, overcoat_ok, quick_session, session_with_two_scans};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -215,8 +213,7 @@ fn a_journal_cut_anywhere_leaves_the_state_of_its_last_whole_line() {
 #[test]
 fn every_damaged_artefact_is_named_and_made_again() {
     let dir = tempfile::tempdir().unwrap();
-    let session = quick_session(dir.path(), "alice");
-    overcoat_ok(&session, &["build"]);
+    let session = built_quick_session(dir.path(), "alice");
     overcoat_ok(&session, &["stack", "tshirt", "--clearance", "0.003"]);
     overcoat_ok(&session, &["build"]);
     let before = fingerprint(&session);
@@ -256,8 +253,7 @@ fn every_damaged_artefact_is_named_and_made_again() {
 #[test]
 fn a_result_that_later_states_name_as_stale_is_made_again_by_the_one_in_which_it_stood() {
     let dir = tempfile::tempdir().unwrap();
-    let session = quick_session(dir.path(), "alice");
-    overcoat_ok(&session, &["build"]);
+    let session = built_quick_session(dir.path(), "alice");
     let first = results(&session);
     // The figure is stale after the stack alone ran: that state still names the old one.
     overcoat_ok(&session, &["stack", "tshirt", "--clearance", "0.003"]);
@@ -275,8 +271,7 @@ fn a_result_that_later_states_name_as_stale_is_made_again_by_the_one_in_which_it
 #[test]
 fn results_of_the_past_and_of_other_branches_are_made_again_too() {
     let dir = tempfile::tempdir().unwrap();
-    let session = quick_session(dir.path(), "alice");
-    overcoat_ok(&session, &["build"]);
+    let session = built_quick_session(dir.path(), "alice");
     overcoat_ok(&session, &["branch", "other"]);
     overcoat_ok(&session, &["stack", "tshirt", "--clearance", "0.003"]);
     overcoat_ok(&session, &["build"]);
@@ -333,7 +328,7 @@ mod unix {
     }
 
     /// Runs the program as someone whom permissions hold back: root as nobody.
-    fn held_back(dir: &Path, session: &Path, args: &[&str]) -> common::Answer {
+    fn held_back(dir: &Path, session: &Path, args: &[&str]) -> crate::common::Answer {
         let program = dir.join("overcoat");
         if !program.exists() {
             // Where the program was built, nobody may not look.
@@ -345,7 +340,7 @@ mod unix {
             command.uid(65534).gid(65534);
         }
         let output = command.output().unwrap();
-        common::Answer {
+        crate::common::Answer {
             code: output.status.code().unwrap_or(-1),
             stdout: String::from_utf8(output.stdout).unwrap(),
             stderr: String::from_utf8(output.stderr).unwrap(),
@@ -403,8 +398,7 @@ mod unix {
     #[ignore = "mounts a small disk, which only root can: `just disk-full`"]
     fn a_full_disk_is_told_of_and_nothing_is_lost() {
         let dir = tempfile::tempdir().unwrap();
-        let whole = quick_session(dir.path(), "whole");
-        overcoat_ok(&whole, &["build"]);
+        let whole = built_quick_session(dir.path(), "whole");
         let disk = SmallDisk::mount(&dir.path().join("disk"), 64);
         let session = disk.0.join("alice");
         std::fs::create_dir(&session).unwrap();

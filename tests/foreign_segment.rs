@@ -3,16 +3,13 @@
 //! true posed body stands in for the fitted one, so that only segmentation and cut are judged. With
 //! `OVERCOAT_PICTURES=DIR` every garment is drawn there.
 
-#[path = "foreign/subject.rs"]
-mod subject;
-
+use crate::foreign::Step;
 use overcoat::cut::{CutParams, Garment, cut};
 use overcoat::geometry::{Aabb, Adjacency, PerVertex, Point, TriMesh, VertexId};
 use overcoat::segment::{Extent, GarmentTemplate, Inner, Marks, RefineParams, refine, transfer};
 use overcoat::view::{Camera, Paint, Part, Picture, Scene, render};
 use std::path::PathBuf;
 use std::time::Instant;
-use subject::Step;
 
 fn iou(step: &Step, labels: &PerVertex<bool>) -> f64 {
     let areas = step.scan.mesh.vertex_areas();
@@ -90,7 +87,7 @@ fn draw(step: &Step, labels: &PerVertex<bool>, garment: &Garment) {
 #[ignore = "needs foreign scans, see above"]
 fn foreign_garments_are_told_apart() {
     let mut all = Vec::new();
-    for step in subject::steps() {
+    for step in crate::foreign::steps() {
         let template = GarmentTemplate::built_in(&step.name).unwrap();
         let placement = template.place(&step.body, &step.skeleton, &Extent::default());
         let began = Instant::now();

@@ -1,8 +1,6 @@
 //! Undo, redo and branches: whatever was done, its states come back, byte by byte.
 
-mod common;
-
-use common::{fingerprint, overcoat, overcoat_ok, session_with_two_scans};
+use crate::common::{fingerprint, overcoat, overcoat_ok, session_with_two_scans};
 use overcoat::session::{NewScan, Session, Writer};
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,9 +1,7 @@
 //! Label files that were painted in other programs: the fixtures in `painted/` come from Blender 3.4.1 and MeshLab 2020.09
 //! themselves, by `painted/make.sh`.
 
-mod common;
-
-use common::{overcoat, overcoat_ok, quick_session};
+use crate::common::{built_quick_session, overcoat, overcoat_ok, quick_session};
 use overcoat::formats::{PlyOptions, RawMesh, read_ply, read_rgba_png, write_ply};
 use overcoat::geometry::{Point, TriMesh};
 use overcoat::scan::{FileFrame, Scan};
@@ -163,8 +161,7 @@ fn a_picture_over_texture_coordinates_is_written_painted_and_read() {
 #[test]
 fn a_picture_for_a_scan_without_texture_coordinates_is_refused_and_not_written() {
     let dir = tempfile::tempdir().unwrap();
-    let session = quick_session(dir.path(), "alice");
-    overcoat_ok(&session, &["build"]);
+    let session = built_quick_session(dir.path(), "alice");
     let answer = overcoat(&session, &["mask", "tshirt", "--template", "found.png"]);
     assert_eq!(answer.code, 1, "{answer:?}");
     let says = "1-tshirt.ply': the scan has no texture coordinates, so a picture has no place on it";

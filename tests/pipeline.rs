@@ -1,38 +1,12 @@
-//! The whole job on the shipped scans, by the built program, against what is known of their subject.
+//! The whole pipeline on the shipped scans, by the built program.
 
-mod common;
-
-use common::{overcoat, overcoat_ok};
+use crate::common::{copy_folder, demo, overcoat, overcoat_ok};
 use overcoat::formats::{RawMesh, read_ply};
 use overcoat::geometry::{Point, SurfaceIndex, TriMesh};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::OnceLock;
-
-/// One demo that all tests look at; none changes it.
-struct Demo {
-    dir: tempfile::TempDir,
-    report: Value,
-}
-
-impl Demo {
-    fn session(&self) -> PathBuf {
-        self.dir.path().join("kept/session")
-    }
-}
-
-fn demo() -> &'static Demo {
-    static DEMO: OnceLock<Demo> = OnceLock::new();
-    DEMO.get_or_init(|| {
-        let dir = tempfile::tempdir().unwrap();
-        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-        let kept = dir.path().join("kept").display().to_string();
-        let report = overcoat_ok(root, &["demo", "--keep", &kept, "--json"]).json();
-        Demo { dir, report }
-    })
-}
 
 fn mesh_of(raw: &RawMesh) -> TriMesh {
     TriMesh::try_from_indices(raw.points.iter().map(|&p| Point::from(p)).collect(), &raw.faces).unwrap()
@@ -50,35 +24,14 @@ fn mean_distance(from: &RawMesh, surfaces: &[TriMesh]) -> f64 {
     from.points.iter().map(|&p| nearest(&Point::from(p))).sum::<f64>() / from.points.len() as f64
 }
 
-fn copy_folder(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).unwrap();
-    for entry in std::fs::read_dir(from).unwrap() {
-        let path = entry.unwrap().path();
-        let target = to.join(path.file_name().unwrap());
-        if path.is_dir() {
-            copy_folder(&path, &target);
-        } else {
-            std::fs::copy(&path, target).unwrap();
-        }
-    }
-}
-
 #[test]
-fn the_demo_meets_the_first_targets() {
+fn the_demo_writes_what_it_lists_and_corrects_a_garment() {
     let report = &demo().report;
-    let targets = report["truth"]["targets"].as_array().unwrap();
-    assert!(targets.len() >= 10, "{targets:?}");
-    let missed: Vec<String> = targets
-        .iter()
-        .filter(|t| t["meets_first"] == false)
-        .map(|t| format!("{} {}: {} against {}", t["row"], t["metric"], t["value"], t["first"]))
-        .collect();
-    assert!(missed.is_empty(), "{missed:#?}");
     for file in report["files"].as_array().unwrap() {
         assert!(Path::new(file.as_str().unwrap()).exists(), "{file}");
     }
     let corrected = report["corrections"].as_array().unwrap();
-    assert!(!corrected.is_empty(), "a brush file mends something");
+    assert!(!corrected.is_empty(), "a brush file corrects something");
     assert!(demo().dir.path().join("kept/poster.png").exists());
     let glb = std::fs::read(demo().dir.path().join("kept/character.glb")).unwrap();
     assert_eq!(&glb[..4], b"glTF");
@@ -86,16 +39,16 @@ fn the_demo_meets_the_first_targets() {
 
 #[test]
 fn a_second_build_finds_nothing_to_do() {
-    let again = overcoat_ok(&demo().session(), &["build", "--json"]).json();
+    let again = overcoat_ok(&demo().session, &["build", "--json"]).json();
     assert_eq!(again["ran"], 0);
-    assert!(overcoat_ok(&demo().session(), &["status", "--json"]).json()["up_to_date"] == true);
+    assert!(overcoat_ok(&demo().session, &["status", "--json"]).json()["up_to_date"] == true);
 }
 
 #[test]
 fn the_recipe_alone_gives_the_same_bytes_with_one_thread() {
     let again = demo().dir.path().join("again/session");
     std::fs::create_dir_all(&again).unwrap();
-    std::fs::copy(demo().session().join("recipe.toml"), again.join("recipe.toml")).unwrap();
+    std::fs::copy(demo().session.join("recipe.toml"), again.join("recipe.toml")).unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_overcoat"))
         .args(["build", "-q"])
         .env("RAYON_NUM_THREADS", "1")
@@ -105,7 +58,7 @@ fn the_recipe_alone_gives_the_same_bytes_with_one_thread() {
     assert!(output.status.success(), "{output:?}");
     for file in ["session.json", "recipe.toml"] {
         assert!(
-            std::fs::read(demo().session().join(file)).unwrap() == std::fs::read(again.join(file)).unwrap(),
+            std::fs::read(demo().session.join(file)).unwrap() == std::fs::read(again.join(file)).unwrap(),
             "{file}"
         );
     }
@@ -127,7 +80,7 @@ fn a_step_is_exported_as_it_stood_in_the_file_of_its_scan() {
     ] {
         let folder = out.join(step);
         let target = format!("{}/", folder.display());
-        overcoat_ok(&demo().session(), &["export", &target, "--at", step, "--scan", step]);
+        overcoat_ok(&demo().session, &["export", &target, "--at", step, "--scan", step]);
         let names: Vec<&str> = std::iter::once("body").chain(worn.iter().copied()).collect();
         let layers: Vec<TriMesh> = names.iter().map(|n| mesh_of(&read(&folder.join(format!("{n}.ply"))))).collect();
         let cleaned = read(&folder.join("scan.ply"));
@@ -156,8 +109,8 @@ fn a_step_is_exported_as_it_stood_in_the_file_of_its_scan() {
 fn the_body_before_registration_is_another_and_coarser() {
     let out = demo().dir.path().join("fit");
     let folder = |name: &str| format!("{}/{name}/", out.display());
-    overcoat_ok(&demo().session(), &["export", &folder("before"), "--stage", "fit"]);
-    overcoat_ok(&demo().session(), &["export", &folder("after"), "--at", "body", "--scan", "body"]);
+    overcoat_ok(&demo().session, &["export", &folder("before"), "--stage", "fit"]);
+    overcoat_ok(&demo().session, &["export", &folder("after"), "--at", "body", "--scan", "body"]);
     let scan = read(&out.join("after/scan.ply"));
     let apart = |name: &str| mean_distance(&scan, &[mesh_of(&read(&out.join(name).join("body.ply")))]);
     let (before, after) = (apart("before"), apart("after"));
@@ -167,7 +120,7 @@ fn the_body_before_registration_is_another_and_coarser() {
 #[test]
 fn a_stroke_changes_its_garment_and_rebuilds_no_more_than_it_must() {
     let copy = demo().dir.path().join("corrected");
-    copy_folder(&demo().session(), &copy);
+    copy_folder(&demo().session, &copy);
     let labelled = demo().dir.path().join("to_paint");
     overcoat_ok(&copy, &["export", &format!("{}/", labelled.display()), "--at", "vest"]);
     let vest = read(&labelled.join("labels/vest.ply"));
@@ -196,7 +149,7 @@ fn a_stroke_changes_its_garment_and_rebuilds_no_more_than_it_must() {
 /// A copy of the demo's session, and the labels of a garment's scan as they stand, in the frame of its file.
 fn to_correct(name: &str, layer: &str) -> (PathBuf, RawMesh) {
     let copy = demo().dir.path().join(name);
-    copy_folder(&demo().session(), &copy);
+    copy_folder(&demo().session, &copy);
     overcoat_ok(&copy, &["mask", layer, "--template", "found.ply"]);
     let found = read(&copy.join("found.ply"));
     (copy, found)
@@ -225,8 +178,9 @@ fn a_mask_that_erases_the_whole_garment_is_refused_by_its_line() {
     let low = low_in_front(&found);
     std::fs::write(copy.join("all.jsonl"), dab(low, 0.02) + &dab(low, 1.0) + &dab(low, 0.02)).unwrap();
     // The lock file names its last holder, or whoever held it when the session was copied.
-    let files =
-        || common::fingerprint(&copy).into_iter().filter(|(path, _)| path != Path::new("lock")).collect::<Vec<_>>();
+    let files = || {
+        crate::common::fingerprint(&copy).into_iter().filter(|(path, _)| path != Path::new("lock")).collect::<Vec<_>>()
+    };
     let before = files();
     let answer = overcoat(&copy, &["mask", "vest", "all.jsonl"]);
     assert_eq!(answer.code, 1, "{answer:?}");

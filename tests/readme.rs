@@ -2,6 +2,7 @@
 //! shell, in a folder that has `scans/demo` and nothing else. What is not an `overcoat` command is named below.
 #![cfg(unix)]
 
+use crate::common::copy_folder;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -34,19 +35,6 @@ fn commands(readme: &str) -> Vec<String> {
     }
     assert!(begun.is_empty(), "'{begun}' goes on nowhere");
     found
-}
-
-fn copy_folder(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).unwrap();
-    for entry in std::fs::read_dir(from).unwrap_or_else(|e| panic!("{}: {e}", from.display())) {
-        let path = entry.unwrap().path();
-        let target = to.join(path.file_name().unwrap());
-        if path.is_dir() {
-            copy_folder(&path, &target);
-        } else {
-            std::fs::copy(&path, target).unwrap();
-        }
-    }
 }
 
 /// Runs a script whose `overcoat` is the built program.

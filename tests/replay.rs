@@ -1,8 +1,6 @@
 //! A recipe replayed: the same bytes elsewhere, with one thread, and for a table of people; otherwise where it is set so.
 
-mod common;
-
-use common::{fingerprint, overcoat, overcoat_ok, quick_session, ran};
+use crate::common::{built_quick_session, fingerprint, overcoat, overcoat_ok, quick_session, ran};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -29,8 +27,7 @@ fn text(path: &Path) -> &str {
 #[test]
 fn a_recipe_gives_the_same_bytes_on_another_path_with_another_number_of_threads() {
     let dir = tempfile::tempdir().unwrap();
-    let alice = quick_session(dir.path(), "alice");
-    overcoat_ok(&alice, &["build"]);
+    let alice = built_quick_session(dir.path(), "alice");
     let first = results(&alice);
     assert!(first.len() > 1 + 10, "the state, and what each stage made");
     for (into, threads) in [("deep/er/bob", "1"), ("carol", "3")] {
@@ -60,8 +57,7 @@ fn a_recipe_gives_the_same_bytes_on_another_path_with_another_number_of_threads(
 #[test]
 fn what_is_set_otherwise_is_otherwise_and_masks_of_another_scan_stay_behind() {
     let dir = tempfile::tempdir().unwrap();
-    let alice = quick_session(dir.path(), "alice");
-    overcoat_ok(&alice, &["build"]);
+    let alice = built_quick_session(dir.path(), "alice");
     let dab = r#"{"layer":"tshirt","op":"erase","radius":0.02,"points":[[-0.22,1.262,-0.008]]}"#;
     std::fs::write(dir.path().join("dab.jsonl"), dab).unwrap();
     overcoat_ok(&alice, &["mask", "tshirt", "../dab.jsonl"]);
@@ -80,8 +76,7 @@ fn what_is_set_otherwise_is_otherwise_and_masks_of_another_scan_stay_behind() {
 #[test]
 fn a_mask_is_set_for_another_person_and_belongs_to_the_recipe_from_then_on() {
     let dir = tempfile::tempdir().unwrap();
-    let alice = quick_session(dir.path(), "alice");
-    overcoat_ok(&alice, &["build"]);
+    let alice = built_quick_session(dir.path(), "alice");
     let stroke = |layer: &str, z: f64| {
         format!("{{\"layer\":\"{layer}\",\"op\":\"erase\",\"radius\":0.03,\"points\":[[-0.22,1.262,{z}]]}}\n")
     };
@@ -139,8 +134,7 @@ fn a_mask_is_set_for_another_person_and_belongs_to_the_recipe_from_then_on() {
 #[test]
 fn a_table_of_people_gives_each_a_session_and_one_summary() {
     let dir = tempfile::tempdir().unwrap();
-    let alice = quick_session(dir.path(), "alice");
-    overcoat_ok(&alice, &["build"]);
+    let alice = built_quick_session(dir.path(), "alice");
     let scans = Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo");
     for file in ["0-body.ply", "1-tshirt.ply"] {
         std::fs::copy(scans.join(file), dir.path().join(file)).unwrap();

@@ -1,7 +1,6 @@
 //! Frames of somebody who turns, to a surface: whatever the camera, the turn and the gaps, it is where it was.
 
-#[path = "rgbd/turntable.rs"]
-mod turntable;
+pub mod turntable;
 
 use nalgebra::{Isometry3, Matrix3, Matrix6, Point3, UnitQuaternion, Vector3, Vector6};
 use overcoat::formats::{Recording, read_color_picture, write_color_jpeg};

@@ -1,5 +1,8 @@
 //! Running the built program, and scans small enough to run it on.
-#![allow(dead_code, reason = "each test binary uses its own part")]
+
+mod sessions;
+
+pub use sessions::{Built, built_quick_session, demo, outfit_a, synthetic_outfit};
 
 use overcoat::body::embedded_model;
 use overcoat::formats::{PlyOptions, RawMesh, write_ply};
@@ -8,7 +11,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What the program answered.
+/// The exit code and output of a command.
 #[derive(Debug)]
 pub struct Answer {
     pub code: i32,
@@ -17,7 +20,7 @@ pub struct Answer {
 }
 
 impl Answer {
-    /// The one JSON object that stdout must be.
+    /// The JSON object on stdout, which must contain nothing else.
     pub fn json(&self) -> serde_json::Value {
         let mut lines = self.stdout.lines();
         let object = serde_json::from_str(lines.next().unwrap_or_default())
@@ -37,7 +40,7 @@ pub fn overcoat(dir: &Path, args: &[&str]) -> Answer {
     }
 }
 
-/// Runs the program and insists that it succeeds.
+/// Runs the program, which must succeed.
 pub fn overcoat_ok(dir: &Path, args: &[&str]) -> Answer {
     let answer = overcoat(dir, args);
     assert_eq!(answer.code, 0, "{args:?}: {answer:?}");
@@ -55,7 +58,7 @@ pub fn mean_body(map: impl Fn(Point) -> Point) -> RawMesh {
     }
 }
 
-/// Writes a mesh as PLY, and gives its path.
+/// Writes a mesh as PLY and returns its path.
 pub fn write_mesh(path: PathBuf, mesh: &RawMesh) -> PathBuf {
     write_ply(mesh, &PlyOptions::default(), std::fs::File::create(&path).unwrap()).unwrap();
     path
@@ -78,7 +81,21 @@ pub fn fingerprint(dir: &Path) -> BTreeMap<PathBuf, blake3::Hash> {
     found
 }
 
-/// A session in `dir/session` with the mean body scanned, and a shirt that is the same scan.
+/// Copies a folder with everything below it.
+pub fn copy_folder(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap_or_else(|e| panic!("{}: {e}", from.display())) {
+        let path = entry.unwrap().path();
+        let target = to.join(path.file_name().unwrap());
+        if path.is_dir() {
+            copy_folder(&path, &target);
+        } else {
+            std::fs::copy(&path, target).unwrap();
+        }
+    }
+}
+
+/// A session in `dir/session` with the mean body scanned, and the same scan again as a shirt.
 pub fn session_with_two_scans(dir: &Path) -> PathBuf {
     let session = dir.join("session");
     let scan = write_mesh(dir.join("body.ply"), &mean_body(|p| p));
@@ -89,7 +106,7 @@ pub fn session_with_two_scans(dir: &Path) -> PathBuf {
     session
 }
 
-/// The first two of the demo's scans, made coarse and fitted in few steps: every stage runs, in a second or two.
+/// The first two of the demo's scans, decimated and fitted in few iterations: every stage runs, in a second or two.
 pub const QUICK_RECIPE: &str = r#"version = 1
 
 [[step]]
@@ -115,7 +132,7 @@ samples = 300
 iterations = 4
 "#;
 
-/// A folder with nothing but that recipe.
+/// A folder that contains only that recipe.
 pub fn quick_session(dir: &Path, name: &str) -> PathBuf {
     let scans = Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo");
     let session = dir.join(name);
@@ -125,7 +142,7 @@ pub fn quick_session(dir: &Path, name: &str) -> PathBuf {
     session
 }
 
-/// What ran, as `step/stage`, and why, of a command's `stages`.
+/// The stages that a command ran, as `step/stage`, each with the reason.
 pub fn ran(done: &serde_json::Value) -> Vec<(String, String)> {
     let stages = done["stages"].as_array().unwrap().iter().filter(|s| s["ran"] == true);
     let said = |r: &serde_json::Value| {

@@ -1,0 +1,66 @@
+//! Sessions that are slow to build: each is built once per run and shared. No test changes them; a test that changes
+//! something works on a copy.
+
+use super::{copy_folder, overcoat_ok, quick_session};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+/// A built session and what the program reported about it.
+pub struct Built {
+    /// Holds the session and what else was made.
+    pub dir: tempfile::TempDir,
+    /// The session's folder.
+    pub session: PathBuf,
+    /// The demo's report, or that of `measure`.
+    pub report: Value,
+}
+
+/// `overcoat demo`, with `kept` for its folder.
+pub fn demo() -> &'static Built {
+    static DEMO: OnceLock<Built> = OnceLock::new();
+    DEMO.get_or_init(|| {
+        let dir = tempfile::tempdir().unwrap();
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let kept = dir.path().join("kept");
+        let report = overcoat_ok(root, &["demo", "--keep", kept.to_str().unwrap(), "--json"]).json();
+        Built { session: kept.join("session"), dir, report }
+    })
+}
+
+/// A synthetic woman in T-shirt, jeans and jacket, from mesh scans.
+pub fn outfit_a() -> &'static Built {
+    static OUTFIT: OnceLock<Built> = OnceLock::new();
+    OUTFIT.get_or_init(|| synthetic_outfit(21, &["tshirt", "jeans", "jacket"]))
+}
+
+/// Makes the scans of a synthetic person, builds their session and compares it with the truth.
+pub fn synthetic_outfit(seed: u64, garments: &[&str]) -> Built {
+    let dir = tempfile::tempdir().unwrap();
+    let seed = seed.to_string();
+    let names = garments.join(",");
+    let make = ["studio", "make", "--seed", &seed, "--garments", &names, "--no-frames", "--views", "36"];
+    overcoat_ok(dir.path(), &[&make[..], &["--faces", "40000", "--out", "scans"]].concat());
+    overcoat_ok(dir.path(), &["new", "session"]);
+    let session = dir.path().join("session");
+    overcoat_ok(&session, &["scan", "body", "../scans/0-body.ply"]);
+    for (k, name) in (1..).zip(garments) {
+        overcoat_ok(&session, &["scan", name, &format!("../scans/{k}-{name}.ply"), "--template", name]);
+    }
+    overcoat_ok(&session, &["build", "-q"]);
+    let report = overcoat_ok(&session, &["measure", "--truth", "../scans/truth", "--invented", "--json"]).json();
+    Built { dir, session, report }
+}
+
+/// A built copy of the coarse session [`quick_session`], in `dir/name`.
+pub fn built_quick_session(dir: &Path, name: &str) -> PathBuf {
+    static QUICK: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
+    let (_, built) = QUICK.get_or_init(|| {
+        let dir = tempfile::tempdir().unwrap();
+        let session = quick_session(dir.path(), "quick");
+        overcoat_ok(&session, &["build"]);
+        (dir, session)
+    });
+    copy_folder(built, &dir.join(name));
+    dir.join(name)
+}

@@ -1,0 +1,21 @@
+//! All integration tests in one program: it links once, and its tests share the sessions that are slow to build.
+//! `cargo test --release readme::` runs one file's tests.
+
+mod bad_input;
+mod body_models;
+mod cli;
+mod common;
+mod durability;
+mod foreign;
+mod foreign_segment;
+mod history;
+mod laws;
+mod painted_masks;
+mod pipeline;
+mod readme;
+mod realism;
+mod record_and_watch;
+mod replay;
+mod rgbd;
+mod smpl_family;
+mod stages;
