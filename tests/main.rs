@@ -8,6 +8,7 @@ mod common;
 mod durability;
 mod foreign;
 mod foreign_segment;
+mod frozen;
 mod history;
 mod laws;
 mod painted_masks;
