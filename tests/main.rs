@@ -1,6 +1,7 @@
 //! All integration tests in one program: it links once, and its tests share the sessions that are slow to build.
 //! `cargo test --release readme::` runs one file's tests.
 
+mod accuracy;
 mod bad_input;
 mod body_models;
 mod cli;
