@@ -16,7 +16,7 @@ const ORPHAN: u32 = u32::MAX - 2;
 ///
 /// **Source** Boykov & Kolmogorov 2004: two search trees that are kept from one augmentation to the next, with their
 /// time stamps and distances.
-pub(super) fn min_cut(unary: &[i64], edges: &[(u32, u32, i64)]) -> Vec<bool> {
+pub fn min_cut(unary: &[i64], edges: &[(u32, u32, i64)]) -> Vec<bool> {
     let mut graph = Graph::new(unary, edges);
     graph.solve();
     (0..unary.len()).map(|i| graph.parent[i] != FREE && !graph.in_sink[i]).collect()

@@ -19,6 +19,7 @@ mod transfer;
 pub use brush::{Marks, Stroke, StrokeFrame, StrokeOp};
 pub use evidence::Inner;
 pub use extent::{Extent, Sleeve, Until};
+pub use max_flow::min_cut;
 pub use painted::{LABEL_COLORS, LabelledSurface};
 pub use proposal::{Proposal, Segmentation};
 pub use refine::{RefineParams, propose, refine};
