@@ -1,22 +1,22 @@
-//! What the README tells a reader to type is typed here, in its order, as one reader would: every `sh` block, by a
-//! shell, in a folder that has `scans/demo` and nothing else. What is not an `overcoat` command is named below.
+//! The commands of the README and of `docs/guide.md` are run here in their order, as one reader would run them: every `sh`
+//! block, by a shell, in a folder that contains `scans/demo` and nothing else. Lines that are not run are listed below.
 #![cfg(unix)]
 
 use crate::common::copy_folder;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// Lines that are not run, each with its reason; any other line is.
+/// Lines that are not run, each with its reason. All other lines are run.
 const NOT_RUN: [(&str, &str); 3] = [
     ("cargo ", "builds the program, or runs these tests"),
     ("git ", "fetches the source code"),
-    ("overcoat demo", "tests/pipeline.rs runs it and looks at what it made"),
+    ("overcoat demo", "tests/pipeline.rs runs it and checks the results"),
 ];
 
-/// Needs the viewer, which an edit loop builds without.
+/// Needs the viewer; the edit loop builds without it.
 const NEEDS_VIEWER: &str = " view --save ";
 
-/// The lines of all `sh` blocks, comments and continuation lines joined away.
+/// The lines of all `sh` blocks, without comments, continuation lines joined.
 fn commands(readme: &str) -> Vec<String> {
     let mut found = Vec::new();
     let mut in_block = false;
@@ -33,7 +33,7 @@ fn commands(readme: &str) -> Vec<String> {
             }
         }
     }
-    assert!(begun.is_empty(), "'{begun}' goes on nowhere");
+    assert!(begun.is_empty(), "'{begun}' has no next line");
     found
 }
 
@@ -44,22 +44,29 @@ fn shell(script: &str, dir: &Path) -> Output {
     Command::new("sh").args(["-euc", script]).env("PATH", path).current_dir(dir).output().unwrap()
 }
 
+const PAGES: [&str; 6] =
+    ["README.md", "docs/guide.md", "docs/formats.md", "docs/methods.md", "docs/evaluation.md", "docs/glossary.md"];
+
+fn page(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
+    std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
 #[test]
-fn every_command_of_the_readme_works() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let readme = std::fs::read_to_string(root.join("README.md")).unwrap();
-    let mut lines = commands(&readme);
+fn every_command_of_the_readme_and_the_guide_works() {
+    let mut lines = [commands(&page("README.md")), commands(&page("docs/guide.md"))].concat();
     lines.retain(|line| !NOT_RUN.iter().any(|(start, _)| line.starts_with(start)));
     for command in ["new", "scan", "build", "status", "view --sheet", "view --save", "export", "mask", "measure"] {
         let named = |line: &String| line.contains("overcoat ") && line.contains(&format!(" {command} "));
-        assert!(lines.iter().any(|l| named(&format!("{l} "))), "the README does not show '{command}': {lines:#?}");
+        assert!(lines.iter().any(|l| named(&format!("{l} "))), "'{command}' is not shown: {lines:#?}");
     }
 
     let dir = tempfile::tempdir().unwrap();
-    copy_folder(&root.join("scans/demo"), &dir.path().join("scans/demo"));
+    let scans = Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo");
+    copy_folder(&scans, &dir.path().join("scans/demo"));
     let mut here = String::from("true");
     for line in &lines {
-        // Each line by itself, so that a failure names it; a `cd` holds for those after it.
+        // One shell per line, so that a failure names it; a `cd` applies to the lines after it.
         let output = shell(&format!("{here}\n{line}"), dir.path());
         let said = String::from_utf8_lossy(&output.stderr);
         if line.contains(NEEDS_VIEWER) && cfg!(not(feature = "rerun")) {
@@ -74,20 +81,28 @@ fn every_command_of_the_readme_works() {
 }
 
 #[test]
-fn every_file_that_the_readme_points_to_is_there() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let readme = std::fs::read_to_string(root.join("README.md")).unwrap();
-    let mut linked: Vec<&str> = readme.split("](").skip(1).filter_map(|rest| rest.split(')').next()).collect();
-    linked.extend(readme.split("src=\"").skip(1).filter_map(|rest| rest.split('"').next()));
-    linked.retain(|target| !target.starts_with("http"));
-    assert!(linked.len() >= 5, "{linked:?}");
-    for target in linked {
-        assert!(root.join(target).exists(), "the README points to '{target}', which is not there");
+fn every_linked_file_exists() {
+    for name in PAGES {
+        let text = page(name);
+        let mut linked: Vec<&str> = text.split("](").skip(1).filter_map(|rest| rest.split(')').next()).collect();
+        linked.extend(text.split("src=\"").skip(1).filter_map(|rest| rest.split('"').next()));
+        linked.retain(|target| !target.starts_with("http"));
+        assert!(name != "README.md" || linked.len() >= 5, "{linked:?}");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
+        for target in linked {
+            assert!(folder.parent().unwrap().join(target).exists(), "{name} links to '{target}', which does not exist");
+        }
     }
 }
 
 #[test]
-fn blocks_are_read_as_a_shell_reads_them() {
+fn the_readme_is_short() {
+    let words = page("README.md").split_whitespace().count();
+    assert!(words <= 900, "the README has {words} words, at most 900: move the rest to docs/");
+}
+
+#[test]
+fn continuation_lines_and_comments_are_read_as_in_a_shell() {
     let text = "x\n```sh\n# first\na b # why\nc \\\n  d\n```\n```text\nno\n```\n```sh\ne\n```\n";
     assert_eq!(commands(text), ["a b", "c d", "e"]);
 }
