@@ -1,6 +1,6 @@
-//! Bad input gets one sentence (what, where), a hint, exit code 1 or 2, and leaves the session as it was, byte by byte.
+//! Bad input gets one sentence (what, where), a hint, exit code 1 or 2, and leaves the session unchanged, byte by byte.
 //!
-//! Files of the corpus and their answers are in `bad_input/`; scans of a person gone wrong are made here.
+//! The files of the corpus and the expected responses are in `bad_input/`; defective scans of a person are made here.
 
 use crate::common::{fingerprint, mean_body, overcoat, overcoat_ok, session_with_two_scans, write_mesh};
 use crate::rgbd::turntable::Turntable;
@@ -42,7 +42,7 @@ struct Expected {
 }
 
 #[test]
-fn every_file_of_the_corpus_gets_its_answer() {
+fn every_file_of_the_corpus_gets_the_expected_response() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/bad_input");
     let corpus: Corpus = toml::from_str(&std::fs::read_to_string(folder.join("answers.toml")).unwrap()).unwrap();
     let dir = tempfile::tempdir().unwrap();
@@ -68,7 +68,7 @@ fn with_a_second(mesh: &RawMesh, map: impl Fn(Point) -> Point) -> RawMesh {
 }
 
 #[test]
-fn scans_that_are_no_person_are_refused() {
+fn scans_that_do_not_show_a_person_are_refused() {
     let dir = tempfile::tempdir().unwrap();
     let session = session_with_two_scans(dir.path());
     let two_people = with_a_second(&mean_body(|p| p), |p| Point::new(p.x + 1.8, p.y, p.z));
@@ -92,7 +92,7 @@ fn scans_that_are_no_person_are_refused() {
 }
 
 #[test]
-fn scans_in_another_unit_or_frame_are_understood_and_say_so() {
+fn scans_in_another_unit_or_frame_are_converted_and_reported() {
     let dir = tempfile::tempdir().unwrap();
     let cases = [
         ("millimetres.ply", mean_body(|p| p * 1000.0), "in mm"),
@@ -109,7 +109,7 @@ fn scans_in_another_unit_or_frame_are_understood_and_say_so() {
 }
 
 #[test]
-fn what_cannot_be_meant_is_refused() {
+fn impossible_arguments_are_refused() {
     let dir = tempfile::tempdir().unwrap();
     let session = session_with_two_scans(dir.path());
     let scan = dir.path().join("body.ply").display().to_string();
@@ -277,7 +277,7 @@ fn a_second_writer_is_refused_and_readers_are_not() {
 
 #[cfg(unix)]
 #[test]
-fn a_file_where_a_folder_should_be_is_no_place_to_write() {
+fn a_file_in_place_of_a_folder_cannot_be_written_to() {
     let dir = tempfile::tempdir().unwrap();
     let session = session_with_two_scans(dir.path());
     let file = dir.path().join("file");
@@ -295,7 +295,7 @@ fn recording(dir: &Path, turntable: &Turntable, harm: impl Fn(&Path)) -> String 
 }
 
 #[test]
-fn recordings_that_make_no_scan_are_refused() {
+fn unusable_recordings_are_refused() {
     let dir = tempfile::tempdir().unwrap();
     let session = session_with_two_scans(dir.path());
     let quick = Turntable { frames: 10, turn_deg: 120.0, ..Turntable::default() };

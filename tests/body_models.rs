@@ -1,4 +1,4 @@
-//! Body models built, measured and refused, through the same calls that `overcoat body` makes.
+//! Building, measuring and refusing body models, through the calls that `overcoat body` makes.
 
 #[path = "../examples/shared/embedded_body.rs"]
 mod embedded_body;
@@ -11,7 +11,7 @@ use overcoat::session::{BuildBody, BuiltBody, ShowBody, build_body, model_measur
 use overcoat::train::TrainParams;
 use std::path::{Path, PathBuf};
 
-/// The `k`-th invented adult: shape within 1.5 deviations, arms and legs held a little differently each time.
+/// The `k`-th synthetic adult: shape within 1.5 standard deviations, arms and legs in a slightly different pose each time.
 fn body(model: &BodyModel, k: usize) -> TriMesh {
     let wave = |f: f64| (f * (k as f64 + 1.0)).sin();
     let shape = Shape((0..model.component_count()).map(|c| 1.5 * wave(1.3 + 0.7 * c as f64)).collect());
@@ -62,7 +62,7 @@ fn refused(inputs: &[PathBuf], components: usize) -> String {
 }
 
 #[test]
-fn a_model_of_posed_bodies_makes_those_left_out() {
+fn a_model_trained_on_posed_bodies_reproduces_the_held_out_ones() {
     let model = embedded_model().unwrap();
     let bodies: Vec<TriMesh> = (0..36).map(|k| body(&model, k)).collect();
     let folder = tempfile::tempdir().unwrap();
@@ -87,7 +87,7 @@ fn a_model_of_posed_bodies_makes_those_left_out() {
 }
 
 #[test]
-fn bodies_that_do_not_belong_together_are_refused_in_one_sentence() {
+fn bodies_of_different_topology_are_refused_in_one_sentence() {
     let model = embedded_model().unwrap();
     let bodies: Vec<TriMesh> = (0..3).map(|k| body(&model, k)).collect();
     let folder = tempfile::tempdir().unwrap();
@@ -128,7 +128,7 @@ fn bodies_that_do_not_belong_together_are_refused_in_one_sentence() {
 
 /// Raw scans: meshes that share nothing, turned, shifted, in other units, with holes; one has landmarks.
 #[test]
-fn a_model_is_learnt_from_raw_scans_with_holes_and_a_landmark() {
+fn a_model_is_trained_on_raw_scans_with_holes_and_a_landmark() {
     let model = embedded_model().unwrap();
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();

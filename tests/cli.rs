@@ -1,4 +1,4 @@
-//! The built program as a person or a script meets it.
+//! The command line, as a person or a script uses it.
 
 use crate::common::{fingerprint, mean_body, overcoat, overcoat_ok, session_with_two_scans, write_mesh};
 use overcoat::formats::{NpyArray, write_npy, write_obj};
@@ -59,7 +59,7 @@ fn a_wrong_command_exits_with_2_and_a_hint_in_both_forms() {
 }
 
 #[test]
-fn a_session_is_begun_scanned_and_told_about() {
+fn a_session_is_created_scanned_and_reported() {
     let dir = tempfile::tempdir().unwrap();
     let scan = write_mesh(dir.path().join("body.ply"), &mean_body(|p| p));
     let begun = overcoat_ok(dir.path(), &["new", "alice", "--json"]).json();
@@ -80,7 +80,7 @@ fn a_session_is_begun_scanned_and_told_about() {
 }
 
 #[test]
-fn a_mask_is_taken_up_once_and_makes_the_garment_stale() {
+fn a_mask_is_added_once_and_makes_the_garment_out_of_date() {
     let dir = tempfile::tempdir().unwrap();
     let session = session_with_two_scans(dir.path());
     // On the chest, in the frame of the file.
@@ -101,7 +101,7 @@ fn masks_are_listed_replaced_and_removed() {
     let session = session_with_two_scans(dir.path());
     let body = mean_body(|p| p);
     let count = body.points.len();
-    // Labels by another program, one a vertex: they get a place in space of their own.
+    // Labels from another program, one per vertex: they are anchored in space.
     let mut labels = vec![-1; count];
     labels[17] = 1;
     let npy = |labels: &[i32]| {
@@ -157,7 +157,7 @@ fn a_picture_lies_on_the_texture_of_the_scan() {
 }
 
 #[test]
-fn a_recipe_edited_by_hand_counts_and_keeps_its_comments() {
+fn a_recipe_edited_by_hand_applies_and_keeps_its_comments() {
     let dir = tempfile::tempdir().unwrap();
     let session = session_with_two_scans(dir.path());
     let path = session.join("recipe.toml");

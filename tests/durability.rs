@@ -1,4 +1,4 @@
-//! Nothing is lost: kills at any moment, full disks, folders that may not be written, two writers, damaged files.
+//! Nothing is lost: kills at any moment, full disks, read-only folders, two writers, damaged files.
 
 use crate::common::{built_quick_session, fingerprint, overcoat, overcoat_ok, quick_session, session_with_two_scans};
 use std::collections::{BTreeMap, BTreeSet};
@@ -165,7 +165,7 @@ fn three_hundred_kills() {
 }
 
 #[test]
-fn of_two_writers_one_waits_its_turn_and_a_killed_one_holds_nothing() {
+fn of_two_writers_one_waits_and_a_killed_one_holds_no_lock() {
     let dir = tempfile::tempdir().unwrap();
     let session = quick_session(dir.path(), "alice");
     let mut first = command(dir.path(), &session, "build").spawn().unwrap();
@@ -211,7 +211,7 @@ fn a_journal_cut_anywhere_leaves_the_state_of_its_last_whole_line() {
 }
 
 #[test]
-fn every_damaged_artefact_is_named_and_made_again() {
+fn every_damaged_artefact_is_named_and_rebuilt() {
     let dir = tempfile::tempdir().unwrap();
     let session = built_quick_session(dir.path(), "alice");
     overcoat_ok(&session, &["stack", "tshirt", "--clearance", "0.003"]);
@@ -251,7 +251,7 @@ fn every_damaged_artefact_is_named_and_made_again() {
 }
 
 #[test]
-fn a_result_that_later_states_name_as_stale_is_made_again_by_the_one_in_which_it_stood() {
+fn an_old_result_is_rebuilt_by_the_state_in_which_it_was_current() {
     let dir = tempfile::tempdir().unwrap();
     let session = built_quick_session(dir.path(), "alice");
     let first = results(&session);
@@ -269,7 +269,7 @@ fn a_result_that_later_states_name_as_stale_is_made_again_by_the_one_in_which_it
 }
 
 #[test]
-fn results_of_the_past_and_of_other_branches_are_made_again_too() {
+fn results_of_the_past_and_of_other_branches_are_rebuilt_too() {
     let dir = tempfile::tempdir().unwrap();
     let session = built_quick_session(dir.path(), "alice");
     overcoat_ok(&session, &["branch", "other"]);
@@ -289,7 +289,7 @@ fn results_of_the_past_and_of_other_branches_are_made_again_too() {
 }
 
 #[test]
-fn a_journal_broken_in_the_middle_is_refused_with_its_line_and_mended_by_fsck() {
+fn a_journal_broken_in_the_middle_is_refused_with_its_line_and_repaired_by_fsck() {
     let dir = tempfile::tempdir().unwrap();
     let session = session_with_two_scans(dir.path());
     let journal = session.join("journal.jsonl");
@@ -348,7 +348,7 @@ mod unix {
     }
 
     #[test]
-    fn a_folder_that_may_not_be_written_is_read_and_told_of() {
+    fn a_read_only_folder_is_read_and_reported() {
         let dir = tempfile::tempdir().unwrap();
         allow(dir.path(), 0o755);
         let session = session_with_two_scans(dir.path());
@@ -396,7 +396,7 @@ mod unix {
 
     #[test]
     #[ignore = "mounts a small disk, which only root can: `just disk-full`"]
-    fn a_full_disk_is_told_of_and_nothing_is_lost() {
+    fn a_full_disk_is_reported_and_nothing_is_lost() {
         let dir = tempfile::tempdir().unwrap();
         let whole = built_quick_session(dir.path(), "whole");
         let disk = SmallDisk::mount(&dir.path().join("disk"), 64);

@@ -1,7 +1,6 @@
-//! Garments told apart and cut out on scans that our own model did not make. Opt-in: `OVERCOAT_FOREIGN=DIR cargo test
-//! --release --test foreign_segment -- --ignored --nocapture`, where DIR holds `man` and `woman` with their truth. The
-//! true posed body stands in for the fitted one, so that only segmentation and cut are judged. With
-//! `OVERCOAT_PICTURES=DIR` every garment is drawn there.
+//! Segmentation and cut on scans that our own model did not make. Opt-in: `OVERCOAT_FOREIGN=DIR just foreign`, where DIR
+//! contains `man` and `woman` with their truth. The true posed body replaces the fitted one, so that only segmentation and
+//! cut are tested. With `OVERCOAT_PICTURES=DIR` every garment is drawn there.
 
 use crate::foreign::Step;
 use overcoat::cut::{CutParams, Garment, cut};
@@ -85,7 +84,7 @@ fn draw(step: &Step, labels: &PerVertex<bool>, garment: &Garment) {
 
 #[test]
 #[ignore = "needs foreign scans, see above"]
-fn foreign_garments_are_told_apart() {
+fn foreign_garments_are_segmented() {
     let mut all = Vec::new();
     for step in crate::foreign::steps() {
         let template = GarmentTemplate::built_in(&step.name).unwrap();

@@ -1,4 +1,4 @@
-//! Undo, redo and branches: whatever was done, its states come back, byte by byte.
+//! Undo, redo and branches restore every state, byte by byte.
 
 use crate::common::{fingerprint, overcoat, overcoat_ok, session_with_two_scans};
 use overcoat::session::{NewScan, Session, Writer};
@@ -68,7 +68,7 @@ fn depth(session: &Path) -> usize {
 }
 
 #[test]
-fn fifty_random_changes_are_undone_and_done_again_to_the_same_bytes() {
+fn fifty_random_changes_are_undone_and_redone_to_the_same_bytes() {
     let dir = tempfile::tempdir().unwrap();
     let session = session_with_two_scans(dir.path());
     let mut chance = Chance(0x5eed);
@@ -121,7 +121,7 @@ fn what_cannot_be_undone_is_refused_and_changes_nothing() {
 }
 
 #[test]
-fn a_branch_is_left_and_found_again_as_it_was() {
+fn a_branch_keeps_its_state() {
     let dir = tempfile::tempdir().unwrap();
     let session = session_with_two_scans(dir.path());
     let scan = dir.path().join("body.ply").display().to_string();
@@ -164,7 +164,7 @@ fn an_edit_by_hand_is_undone_as_such() {
 }
 
 #[test]
-fn a_journal_cut_in_half_is_told_and_leaves_the_state_before_the_cut() {
+fn a_truncated_journal_is_reported_and_leaves_the_state_before_the_cut() {
     let dir = tempfile::tempdir().unwrap();
     let session = session_with_two_scans(dir.path());
     overcoat_ok(&session, &["undo"]);
@@ -181,7 +181,7 @@ fn a_journal_cut_in_half_is_told_and_leaves_the_state_before_the_cut() {
     let status = overcoat_ok(&session, &["status", "--json"]).json();
     assert_eq!(status["steps"].as_array().unwrap().len(), 1);
     assert!(status["notices"][0].as_str().unwrap().ends_with(says), "{status}");
-    // The next change goes on from there.
+    // The next change starts from there.
     let scan = dir.path().join("body.ply").display().to_string();
     overcoat_ok(&session, &["scan", "hat", &scan, "--template", "hat"]);
     assert_eq!(overcoat_ok(&session, &["status"]).stderr, "");
@@ -190,7 +190,7 @@ fn a_journal_cut_in_half_is_told_and_leaves_the_state_before_the_cut() {
 }
 
 #[test]
-fn a_recipe_that_the_journal_overrules_is_kept_aside() {
+fn a_recipe_overruled_by_the_journal_is_kept_as_a_copy() {
     let dir = tempfile::tempdir().unwrap();
     let session = session_with_two_scans(dir.path());
     let (recipe, _) = bytes_of(&session);

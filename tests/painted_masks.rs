@@ -95,7 +95,7 @@ fn what_blender_and_meshlab_wrote_is_read_as_it_was_painted() {
 }
 
 #[test]
-fn painted_files_hold_on_another_mesh_of_the_same_surface() {
+fn painted_files_apply_to_another_mesh_of_the_same_surface() {
     for name in ["blender.ply", "meshlab.ply"] {
         for (rings, sectors) in [(21, 27), (50, 61)] {
             // An edge of the painted mesh is 16 mm.
@@ -133,7 +133,7 @@ fn a_picture_over_texture_coordinates_is_written_painted_and_read() {
     };
     let before = measures().0;
     overcoat_ok(&session, &["mask", "tshirt", "--template", "found.png"]);
-    // As it was written, it says what stands.
+    // Unpainted, it contains the current labels.
     overcoat_ok(&session, &["mask", "tshirt", "found.png"]);
     overcoat_ok(&session, &["build"]);
     assert_eq!(measures(), (before, Some(0.0)));

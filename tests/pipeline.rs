@@ -68,7 +68,7 @@ fn the_recipe_alone_gives_the_same_bytes_with_one_thread() {
 }
 
 #[test]
-fn a_step_is_exported_as_it_stood_in_the_file_of_its_scan() {
+fn a_step_is_exported_in_the_frame_of_its_scan_file() {
     let out = demo().dir.path().join("at");
     let scans = Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo");
     for (step, file, worn) in [
@@ -106,7 +106,7 @@ fn a_step_is_exported_as_it_stood_in_the_file_of_its_scan() {
 }
 
 #[test]
-fn the_body_before_registration_is_another_and_coarser() {
+fn the_body_before_registration_differs_and_is_coarser() {
     let out = demo().dir.path().join("fit");
     let folder = |name: &str| format!("{}/{name}/", out.display());
     overcoat_ok(&demo().session, &["export", &folder("before"), "--stage", "fit"]);
@@ -170,7 +170,7 @@ fn low_in_front(found: &RawMesh) -> [f64; 3] {
 }
 
 #[test]
-fn a_mask_that_erases_the_whole_garment_is_refused_by_its_line() {
+fn a_mask_that_erases_the_whole_garment_is_refused_with_its_line() {
     let (copy, found) = to_correct("erased", "vest");
     let dab = |p: [f64; 3], radius: f64| {
         format!("{{\"layer\":\"vest\",\"op\":\"erase\",\"radius\":{radius},\"points\":[{p:?}]}}\n")
@@ -190,7 +190,7 @@ fn a_mask_that_erases_the_whole_garment_is_refused_by_its_line() {
 }
 
 #[test]
-fn a_template_given_back_unpainted_changes_nothing_and_a_painted_one_what_was_painted() {
+fn an_unpainted_template_changes_nothing_and_a_painted_one_only_what_was_painted() {
     let (copy, found) = to_correct("painted_over", "vest");
     overcoat_ok(&copy, &["mask", "vest", "found.ply"]);
     let built = overcoat_ok(&copy, &["build", "--json"]).json();
@@ -226,7 +226,7 @@ fn a_template_given_back_unpainted_changes_nothing_and_a_painted_one_what_was_pa
 }
 
 #[test]
-fn masks_hold_on_another_mesh_of_the_scan() {
+fn masks_apply_to_another_mesh_of_the_scan() {
     for mask in ["labels.npy", "labels.ply", "labels.jsonl"] {
         mask_holds_on_another_mesh(mask);
     }

@@ -1,5 +1,5 @@
-//! Whether what the studio invents is as hard as what it did not make: gaps between skin and cloth, hems, noise and
-//! holes of the shipped scans against those of foreign ones; and whether easy answers fail on it.
+//! Whether synthetic scans are as hard as foreign ones: gaps between skin and cloth, hems, noise and holes of the shipped
+//! scans against those of foreign ones; and whether trivial methods fail on them.
 //!
 //! The foreign figures below are those that this test prints when `OVERCOAT_FOREIGN` names the folder of the foreign
 //! scans: MakeHuman bodies (CC0) in trousers, pullover, jacket, and in blouse, skirt, coat, fused by another program
@@ -121,7 +121,7 @@ fn grown(body: &TriMesh, by: f64) -> TriMesh {
 }
 
 #[test]
-fn a_shrunk_figure_and_one_aside_are_seen_by_what_judges_a_fit() {
+fn the_measures_detect_a_shrunk_and_a_shifted_figure() {
     for step in demo().iter().skip(1) {
         let name = &step.name;
         let right = hidden_body(&step.body, &step.body, &step.layers);
@@ -138,7 +138,7 @@ fn a_shrunk_figure_and_one_aside_are_seen_by_what_judges_a_fit() {
 }
 
 #[test]
-fn easy_answers_are_visibly_worse() {
+fn trivial_methods_are_measurably_worse() {
     for step in demo().iter().skip(1) {
         let (name, cloth) = (&step.name, step.layers.last().unwrap());
         // A constant offset, given the right hems and the right gap for nothing.

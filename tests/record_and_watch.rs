@@ -1,5 +1,5 @@
-//! `record` with its answers from a pipe, left, killed and taken up again; `watch` while mask files are saved. On the
-//! shipped scans, by the built program.
+//! `record` with its answers from a pipe, left, killed and continued; `watch` while mask files are saved. On the shipped
+//! scans.
 #![cfg(unix)]
 
 use crate::common::{copy_folder, fingerprint, overcoat_ok};
@@ -90,7 +90,7 @@ fn stroke(op: &str, radius: f64, p: [f64; 3]) -> String {
 }
 
 #[test]
-fn a_session_is_recorded_answer_by_answer_and_wrong_ones_are_asked_again() {
+fn record_asks_again_after_a_wrong_answer() {
     let (out, err) = &recorded().first;
     says(
         out,
@@ -122,7 +122,7 @@ fn a_session_is_recorded_answer_by_answer_and_wrong_ones_are_asked_again() {
 }
 
 #[test]
-fn what_was_killed_goes_on_where_it_was() {
+fn a_killed_recording_continues_where_it_was() {
     let (out, _) = &recorded().last;
     says(out, &["2 scans so far", "tshirt: ", "hems: 4", "Put on the next garment", "recorded body, tshirt"]);
     let status = overcoat_ok(&recorded().dir.path().join("alice"), &["status", "--json"]).json();
@@ -131,7 +131,7 @@ fn what_was_killed_goes_on_where_it_was() {
 }
 
 #[test]
-fn a_garment_is_corrected_looked_at_and_taken_back() {
+fn a_garment_is_corrected_viewed_and_removed() {
     let (dir, chest) = copied("corrected");
     let recipe = || std::fs::read_to_string(dir.join("alice/recipe.toml")).unwrap();
     let before = recipe();
@@ -165,7 +165,7 @@ fn a_garment_is_corrected_looked_at_and_taken_back() {
 }
 
 #[test]
-fn with_json_record_says_one_object() {
+fn record_with_json_prints_one_object() {
     let (dir, _) = copied("json");
     let mut child = spawn(&dir, &["record", "alice", "--json"]);
     child.stdin.take().unwrap().write_all(b"status\n").unwrap();
@@ -189,7 +189,7 @@ fn line_with(lines: &mut std::io::Lines<BufReader<ChildStdout>>, part: &str) -> 
 }
 
 #[test]
-fn a_saved_mask_is_cut_at_once_and_a_bad_one_is_said_and_passed_over() {
+fn a_saved_mask_is_cut_at_once_and_a_bad_one_is_reported_and_skipped() {
     let (dir, chest) = copied("watched");
     let session = dir.join("alice");
     let mut child = spawn(&session, &["watch", "tshirt", "../fix.jsonl", "--changes", "4", "--picture", "cut.png"]);
@@ -223,7 +223,7 @@ fn a_saved_mask_is_cut_at_once_and_a_bad_one_is_said_and_passed_over() {
     );
     assert!(child.wait().unwrap().success());
     assert!(session.join("cut.png").exists());
-    // What stands is what a build from nothing makes of the same files.
+    // The result equals a build from scratch of the same files.
     let artefacts = fingerprint(&session.join("artefacts"));
     let again = overcoat_ok(&session, &["build", "--json"]).json();
     assert_eq!(again["ran"], 0);

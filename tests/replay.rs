@@ -1,4 +1,4 @@
-//! A recipe replayed: the same bytes elsewhere, with one thread, and for a table of people; otherwise where it is set so.
+//! Replaying a recipe: the same bytes in another folder, with one thread, and for a table of people; other values where set.
 
 use crate::common::{built_quick_session, fingerprint, overcoat, overcoat_ok, quick_session, ran};
 use std::collections::BTreeMap;
@@ -50,12 +50,12 @@ fn a_recipe_gives_the_same_bytes_on_another_path_with_another_number_of_threads(
     std::fs::write(alice.join("recipe.toml"), recipe.replace(text(&scans), "/gone")).unwrap();
     overcoat_ok(dir.path(), &["replay", "alice", "--into", "dave"]);
     assert!(results(&dir.path().join("dave")) == first);
-    // Replayed into the same place again, nothing is left to do.
+    // Replayed into the same place again, nothing remains to be done.
     assert_eq!(overcoat_ok(dir.path(), &["replay", "alice", "--into", "dave", "--json"]).json()["ran"], 0);
 }
 
 #[test]
-fn what_is_set_otherwise_is_otherwise_and_masks_of_another_scan_stay_behind() {
+fn settings_replace_those_of_the_recipe_and_masks_of_another_scan_are_left_out() {
     let dir = tempfile::tempdir().unwrap();
     let alice = built_quick_session(dir.path(), "alice");
     let dab = r#"{"layer":"tshirt","op":"erase","radius":0.02,"points":[[-0.22,1.262,-0.008]]}"#;
@@ -101,7 +101,7 @@ fn a_mask_is_set_for_another_person_and_belongs_to_the_recipe_from_then_on() {
     let (plain, erased) = (measures("alice"), measures("bob"));
     assert!(erased["by_hand_vertices"].as_f64().unwrap() > 5.0, "{erased}");
     assert!(erased["garment_vertices"].as_f64() < plain["garment_vertices"].as_f64(), "{plain} {erased}");
-    // With its own scan, which is the same: the mask that is given is no other scan's.
+    // With its own, identical scan: the mask belongs to it.
     let scan = Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo/1-tshirt.ply");
     let carol = into("carol", &[&format!("tshirt={}", text(&scan)), "tshirt.mask=dab.jsonl"]);
     assert_eq!((carol.code, carol.json()["left_out"].as_array().map(Vec::len)), (0, Some(0)), "{carol:?}");
@@ -164,7 +164,7 @@ fn a_table_of_people_gives_each_a_session_and_one_summary() {
     assert!(summary("one").starts_with("subject,result,body.figure.layers,"), "{}", summary("one"));
     assert!(!dir.path().join("one/dave").exists());
 
-    // Mended and run again, it goes on with what is missing.
+    // Repaired and run again, it continues with what is missing.
     std::fs::write(dir.path().join("people.csv"), table.replace("nobody", "0-body")).unwrap();
     let json = overcoat_ok(dir.path(), &[&args[..], &["--into", "two", "--jobs", "2", "--json"]].concat()).json();
     let ran: Vec<u64> = json["subjects"].as_array().unwrap().iter().map(|s| s["ran"].as_u64().unwrap()).collect();
@@ -172,7 +172,7 @@ fn a_table_of_people_gives_each_a_session_and_one_summary() {
 }
 
 #[test]
-fn what_cannot_be_replayed_is_told_and_nothing_is_made() {
+fn what_cannot_be_replayed_is_reported_and_creates_nothing() {
     let dir = tempfile::tempdir().unwrap();
     let alice = quick_session(dir.path(), "alice");
     overcoat_ok(&alice, &["fit", "body"]);

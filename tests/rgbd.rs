@@ -1,4 +1,4 @@
-//! Frames of somebody who turns, to a surface: whatever the camera, the turn and the gaps, it is where it was.
+//! Fusion of RGB-D frames of a turning person: the surface is right for any camera, turn and gaps.
 
 pub mod turntable;
 
@@ -64,7 +64,7 @@ fn says(fusion: &Fusion, words: &str) -> bool {
 }
 
 #[test]
-fn a_turn_is_fused_where_it_was_closed_and_coloured_and_the_same_with_one_thread() {
+fn a_turn_is_fused_closed_and_coloured_with_the_same_bytes_on_one_thread() {
     let turntable = Turntable::default();
     let shots = turntable.shots();
     let recording = turntable.recording_of(&shots);
@@ -87,7 +87,7 @@ fn a_turn_is_fused_where_it_was_closed_and_coloured_and_the_same_with_one_thread
 }
 
 #[test]
-fn half_a_turn_is_a_partial_scan_and_says_so() {
+fn half_a_turn_is_a_partial_scan_with_a_warning() {
     let turntable = Turntable { frames: 20, turn_deg: 180.0, ..Turntable::default() };
     let shots = turntable.shots();
     let fusion = fused(&turntable.recording_of(&shots));
@@ -119,7 +119,7 @@ fn a_camera_on_its_side_either_way_or_upside_down_makes_no_difference() {
 }
 
 #[test]
-fn dropped_and_double_frames_and_missing_colours_are_borne() {
+fn dropped_and_duplicate_frames_and_missing_colours_are_tolerated() {
     let turntable = Turntable::default();
     let shots = turntable.shots();
     let mut recording = turntable.recording_of(&shots);
@@ -141,7 +141,7 @@ fn dropped_and_double_frames_and_missing_colours_are_borne() {
 }
 
 #[test]
-fn colour_of_another_size_is_laid_over_or_left_out_and_said() {
+fn colour_of_another_size_is_aligned_or_dropped_with_a_message() {
     let turntable = Turntable { frames: 24, turn_deg: 345.0, ..Turntable::default() };
     let shots = turntable.shots();
     let mut recording = turntable.recording_of(&shots);
@@ -162,7 +162,7 @@ fn colour_of_another_size_is_laid_over_or_left_out_and_said() {
 }
 
 #[test]
-fn a_board_underfoot_is_taken_away() {
+fn a_board_under_the_feet_is_removed() {
     let turntable = Turntable { board: Some(0.35), ..Turntable::default() };
     let shots = turntable.shots();
     let fusion = fused(&turntable.recording_of(&shots));
@@ -172,7 +172,7 @@ fn a_board_underfoot_is_taken_away() {
 }
 
 #[test]
-fn who_leans_to_and_fro_is_told_so() {
+fn swaying_is_reported() {
     let turntable = Turntable { lean: 0.012, ..Turntable::default() };
     let shots = turntable.shots();
     let fusion = fused(&turntable.recording_of(&shots));
@@ -181,7 +181,7 @@ fn who_leans_to_and_fro_is_told_so() {
 }
 
 #[test]
-fn what_is_no_turning_person_is_refused_by_name() {
+fn recordings_without_a_turning_person_are_refused_with_the_reason() {
     let refused = |recording: &Recording| fuse(recording, &params(), &mut |_| {}).unwrap_err();
     let quick = Turntable { frames: 14, ..Turntable::default() };
     assert!(matches!(
@@ -204,7 +204,7 @@ fn what_is_no_turning_person_is_refused_by_name() {
 /// The sequence that comes with the program: a woman who sways a little, 36 frames. Its `groundtruth.txt` goes nowhere
 /// but here.
 #[test]
-fn the_shipped_turn_is_fused_and_its_path_found() {
+fn the_shipped_recording_is_fused_and_its_camera_path_found() {
     let dir = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo/0-body");
     let recording = overcoat::formats::read_recording(&turntable::packed(&dir)).unwrap();
     let fusion = fuse(&recording, &FusionParams::default(), &mut |_| {}).unwrap();
@@ -231,7 +231,7 @@ fn the_shipped_turn_is_fused_and_its_path_found() {
 /// Rays past the person end nowhere. Taken as unknown, they would let the outlines grow: the person came out 5 mm too
 /// stout, and half the turn 10 mm off.
 #[test]
-fn no_room_behind_is_no_trouble() {
+fn a_recording_without_background_is_accepted() {
     let bare = Turntable { room: false, ..Turntable::default() };
     let shots = bare.shots();
     let fusion = fused(&bare.recording_of(&shots));

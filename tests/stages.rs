@@ -1,4 +1,4 @@
-//! Single stages: a parameter is remembered in the recipe, what hangs on it runs again, and each stage says why.
+//! Single stages: the recipe remembers a parameter, dependent stages run again, and each reports the reason.
 
 use crate::common::{built_quick_session, fingerprint, overcoat, overcoat_ok, quick_session, ran};
 use std::path::Path;
@@ -13,11 +13,11 @@ fn names(of: &[(String, String)]) -> Vec<&str> {
 }
 
 #[test]
-fn a_parameter_is_remembered_and_only_what_hangs_on_it_runs_again() {
+fn a_parameter_is_remembered_and_only_dependent_stages_run_again() {
     let dir = tempfile::tempdir().unwrap();
     let session = quick_session(dir.path(), "alice");
 
-    // A stage alone makes what it rests on, and no more.
+    // A single stage builds what it depends on, and no more.
     let fitted = overcoat_ok(&session, &["fit", "body", "--json"]).json();
     assert_eq!(names(&ran(&fitted)), ["body/scan", "body/fit", "body/register"]);
     let built = overcoat_ok(&session, &["build", "--json"]).json();
@@ -46,7 +46,7 @@ fn a_parameter_is_remembered_and_only_what_hangs_on_it_runs_again() {
     assert_eq!(built[0], ("tshirt/figure".into(), "upstream stack".to_string()));
     assert!(names(&built).iter().all(|stage| !stage.starts_with("body/") && *stage != "tshirt/stack"), "{built:?}");
 
-    // Undone, and built again, nothing is left to do: what stood then stands.
+    // Undone and built again, nothing remains to be done: the earlier results are current.
     overcoat_ok(&session, &["undo"]);
     assert!(!recipe(&session).contains("clearance"));
     assert_eq!(overcoat_ok(&session, &["build", "--json"]).json()["ran"], 0);
@@ -59,7 +59,7 @@ fn a_parameter_is_remembered_and_only_what_hangs_on_it_runs_again() {
 }
 
 #[test]
-fn what_presses_and_how_a_scan_is_read_can_be_set_too() {
+fn parameters_of_pressing_and_of_reading_a_scan_can_be_set_too() {
     let dir = tempfile::tempdir().unwrap();
     let session = built_quick_session(dir.path(), "alice");
     let set = overcoat_ok(&session, &["weigh", "tshirt", "--press-clearance", "0.002", "--json"]).json();
@@ -96,7 +96,7 @@ fn what_presses_and_how_a_scan_is_read_can_be_set_too() {
 }
 
 #[test]
-fn a_shape_from_all_scans_waits_for_all_and_changes_with_each() {
+fn a_shape_from_all_scans_depends_on_every_scan() {
     let dir = tempfile::tempdir().unwrap();
     let session = built_quick_session(dir.path(), "alice");
     let set = overcoat_ok(&session, &["fit", "body", "--shape-from", "all", "--json"]).json();
@@ -124,7 +124,7 @@ fn a_shape_from_all_scans_waits_for_all_and_changes_with_each() {
 }
 
 #[test]
-fn a_stage_that_fails_or_a_value_that_cannot_be_changes_nothing() {
+fn a_failed_stage_or_an_impossible_value_changes_nothing() {
     let dir = tempfile::tempdir().unwrap();
     let session = built_quick_session(dir.path(), "alice");
     let before = fingerprint(&session);
@@ -149,7 +149,7 @@ fn a_stage_that_fails_or_a_value_that_cannot_be_changes_nothing() {
 }
 
 #[test]
-fn what_changed_in_the_recipe_by_hand_is_named_as_the_reason() {
+fn a_change_of_the_recipe_by_hand_is_named_as_the_reason() {
     let dir = tempfile::tempdir().unwrap();
     let session = built_quick_session(dir.path(), "alice");
     let built = recipe(&session);

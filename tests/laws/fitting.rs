@@ -1,4 +1,4 @@
-//! Fitting: what a model made, it finds again, from any heading and with any number of threads.
+//! Fitting: a body made by the model is found again, from any heading and with any number of threads.
 
 use nalgebra::UnitQuaternion;
 use overcoat::body::{BodyModel, Figure, Layer, Pose, Shape, embedded_model, skin};
@@ -92,7 +92,7 @@ fn tight_everywhere_but_head_and_hands(model: &BodyModel) -> PerVertex<Cover> {
 }
 
 #[test]
-fn under_cloth_the_body_is_inside_and_a_scan_smaller_than_it_is_told() {
+fn under_cloth_the_body_is_inside_and_a_scan_that_is_too_small_is_reported() {
     let model = embedded_model().unwrap();
     let cover = tight_everywhere_but_head_and_hands(&model);
     let run = |ease: f64| {

@@ -1,4 +1,4 @@
-//! Geometry: answers move with the question, operators have the null spaces that they should.
+//! Geometry: queries are invariant under rigid motion, operators have the right null spaces.
 
 use nalgebra::{Isometry3, UnitQuaternion};
 use overcoat::geometry::{
@@ -48,7 +48,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn closest_points_and_winding_move_with_the_mesh(seed in 0u32..50, m in motion(), p in place()) {
+    fn closest_points_and_winding_numbers_move_with_the_mesh(seed in 0u32..50, m in motion(), p in place()) {
         let mesh = lump(seed, 10, 16);
         let moved = mesh.map_points(|q| m * q);
         let (here, there) = (SurfaceIndex::prepare(&mesh), SurfaceIndex::prepare(&moved));
@@ -59,7 +59,7 @@ proptest! {
     }
 
     #[test]
-    fn the_index_finds_what_a_walk_over_all_faces_finds(seed in 0u32..50, p in place()) {
+    fn the_index_agrees_with_a_search_over_all_faces(seed in 0u32..50, p in place()) {
         let mesh = lump(seed, 8, 12);
         let found = SurfaceIndex::prepare(&mesh).closest(&p).distance;
         // No sample of any face is closer, and some sample is nearly as close.
@@ -90,7 +90,7 @@ proptest! {
     }
 
     #[test]
-    fn the_laplacian_knows_no_constant_and_is_never_negative(seed in 0u32..50, k in 1.0..9.0f64) {
+    fn the_laplacian_annihilates_constants_and_is_positive_semidefinite(seed in 0u32..50, k in 1.0..9.0f64) {
         let mesh = lump(seed, 10, 16);
         let laplacian = cotangent_laplacian(&mesh);
         let flat = laplacian.apply(&vec![k; mesh.vertex_count()]);
@@ -101,7 +101,7 @@ proptest! {
     }
 
     #[test]
-    fn crossing_does_not_depend_on_the_order_or_the_place(seed in 0u32..50, m in motion(), shift in -0.6..0.6f64) {
+    fn triangle_intersection_does_not_depend_on_order_or_place(seed in 0u32..50, m in motion(), shift in -0.6..0.6f64) {
         let a = lump(seed, 6, 9);
         let b = lump(seed + 7, 6, 9).map_points(|p| p + Vec3::new(0.9, shift, 0.1));
         let mut pairs = intersecting_pairs(&a, &b);
@@ -117,7 +117,7 @@ proptest! {
 }
 
 #[test]
-fn far_apart_nothing_crosses() {
+fn distant_triangles_do_not_intersect() {
     let a = lump(1, 6, 9);
     assert!(intersecting_pairs(&a, &a.map_points(|p| p + Vec3::new(5.0, 0.0, 0.0))).is_empty());
 }

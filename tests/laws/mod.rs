@@ -1,4 +1,4 @@
-//! Laws that hold whatever the input: invariance, null spaces, fast against naive, one thread against many.
+//! Laws for any input: invariance, null spaces, fast against naive, one thread against many.
 
 mod fitting;
 mod meshes;

@@ -1,4 +1,4 @@
-//! The embedded model, and the moves that skinning must not change.
+//! The embedded model, and invariances of skinning.
 
 use nalgebra::UnitQuaternion;
 use overcoat::body::{Pose, Shape, bone_positions, embedded_model, skin, unskin};
@@ -23,7 +23,7 @@ fn weights_sum_to_one_and_name_joints_that_exist() {
 }
 
 #[test]
-fn turning_the_root_turns_everything() {
+fn rotating_the_root_rotates_everything() {
     let model = embedded_model().unwrap();
     let (mesh, skeleton) = model.shaped(&Shape(vec![1.0, -1.0, 0.5]));
     let pose = bent(skeleton.len(), 0.2);

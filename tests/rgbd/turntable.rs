@@ -24,7 +24,7 @@ pub struct Turntable {
     pub room: bool,
     /// A round board of that radius under the feet, metres.
     pub board: Option<f64>,
-    /// Nobody stands there.
+    /// There is no person.
     pub empty: bool,
     /// Metres by which the person leans to and fro.
     pub lean: f64,
@@ -214,7 +214,7 @@ impl Turntable {
     }
 }
 
-/// A normal number that is the same each time: twelve even ones.
+/// A repeatable normal number: the sum of twelve uniform ones.
 fn normal(seed: u64) -> f64 {
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x1234_5678_9abc_def1;
     let sum: f64 = (0..12)

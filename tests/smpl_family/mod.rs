@@ -1,4 +1,4 @@
-//! Files of the SMPL family, made up in the layouts that are published, read and used through the whole flow.
+//! Synthetic files of the SMPL family in the published layouts, read and used in the whole pipeline.
 
 mod layout;
 
