@@ -25,6 +25,11 @@ foreign:
     : "${OVERCOAT_FOREIGN:?must name the folder of the foreign scans}"
     cargo test --release --no-default-features --test integration -- foreign --ignored --nocapture
 
+# The hashes that tests/integration/stage_versions.rs compares each stage's outputs with; refuses where a version must be
+# bumped first
+stage-hashes:
+    OVERCOAT_REFRESH_STAGE_HASHES=1 cargo test --release --no-default-features --test integration -- stage_versions --nocapture
+
 # The pictures of the README, from the demo
 pictures:
     rm -rf target/pictures

@@ -1,7 +1,7 @@
 //! `overcoat body`: body models and what they span.
 
-use super::Context;
 use super::console::{Done, secs};
+use super::context::Context;
 use super::progress::Progress;
 use crate::body::BodyMeasure;
 use crate::scan::{Unit, Up};

@@ -1,7 +1,7 @@
 //! `overcoat branch`: try something else without losing what is there.
 
-use super::Context;
 use super::console::{Done, secs};
+use super::context::Context;
 use serde_json::json;
 use std::time::Instant;
 

@@ -1,7 +1,7 @@
 //! `overcoat build`: whatever is not up to date.
 
-use super::Context;
-use super::console::{Done, secs};
+use super::console::{Done, Verbosity, secs};
+use super::context::Context;
 use super::progress::{Progress, measures_text};
 use crate::session::{Forced, SessionError, Stage};
 use serde_json::json;
@@ -52,7 +52,7 @@ pub(super) fn run(args: BuildArgs, context: &Context) -> anyhow::Result<Done> {
         0 => done.line(format!("everything was up to date ({} stages), in {}", reports.len(), secs(began.elapsed()))),
         _ => done.line(format!("built {ran} of {} stages in {}", reports.len(), secs(began.elapsed()))),
     };
-    if context.console.verbosity == super::Verbosity::Verbose {
+    if context.console.verbosity == Verbosity::Verbose {
         for report in &reports {
             done = done.line(format!("{} {}: {}", report.step, report.stage, measures_text(report)));
             done = done.lines(report.findings.iter().map(|f| format!("  {f}")));

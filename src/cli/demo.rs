@@ -1,8 +1,7 @@
 //! `overcoat demo`: the whole job on the scans that come with the program.
 
-use super::Context;
-use super::Verbosity;
-use super::console::{Done, print_aside, secs};
+use super::console::{Done, Verbosity, print_aside, secs};
+use super::context::Context;
 use super::measure::lines_of;
 use super::progress::Progress;
 use crate::segment::GarmentTemplate;

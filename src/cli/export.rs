@@ -1,7 +1,7 @@
 //! `overcoat export`: the figure, or a step, as files.
 
-use super::Context;
 use super::console::{Done, secs};
+use super::context::Context;
 use crate::session::ExportRequest;
 use serde_json::json;
 use std::path::PathBuf;

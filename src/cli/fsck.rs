@@ -1,7 +1,7 @@
 //! `overcoat fsck`: what is damaged is named, and made again.
 
-use super::Context;
 use super::console::{Done, secs};
+use super::context::Context;
 use super::progress::Progress;
 use crate::session::{Damage, Repair, fsck};
 use serde_json::json;
@@ -27,7 +27,7 @@ pub(super) fn run(args: FsckArgs, context: &Context) -> anyhow::Result<Done> {
         "secs": began.elapsed().as_secs_f64(),
     });
     let took = secs(began.elapsed());
-    let left: Vec<&Damage> = report.damages.iter().filter(|d| d.repair != Repair::Mended).collect();
+    let left: Vec<&Damage> = report.damages.iter().filter(|d| d.repair != Repair::Repaired).collect();
     let said = match (report.damages.len(), left.len()) {
         (0, _) => format!("all {} artefacts are sound, in {took}", report.checked),
         (n, 0) => format!("mended all {n} damages among {} artefacts, in {took}", report.checked),
@@ -49,7 +49,7 @@ pub(super) fn run(args: FsckArgs, context: &Context) -> anyhow::Result<Done> {
 fn line_of(damage: &Damage) -> String {
     let repair = match &damage.repair {
         Repair::NotTried => String::new(),
-        Repair::Mended => "; mended".into(),
+        Repair::Repaired => "; mended".into(),
         Repair::Not(why) => format!("; not mended: {why}"),
     };
     format!("{}: {}: {}{repair}", damage.file, damage.what, damage.problem)

@@ -1,7 +1,7 @@
 //! `overcoat log`: what was done, what was undone, what is tried on other branches.
 
-use super::Context;
 use super::console::Done;
+use super::context::Context;
 use crate::session::Branch;
 use serde_json::{Value, json};
 

@@ -1,7 +1,7 @@
 //! `overcoat mask`: correct a garment's labels.
 
-use super::Context;
 use super::console::{Done, secs};
+use super::context::Context;
 use crate::session::{MaskInfo, SessionError};
 use serde_json::json;
 use std::path::PathBuf;

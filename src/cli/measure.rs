@@ -1,7 +1,7 @@
 //! `overcoat measure`: the session against known truth.
 
-use super::Context;
 use super::console::{Done, secs};
+use super::context::Context;
 use crate::session::{Subject, TruthReport};
 use anyhow::Context as _;
 use serde_json::{Value, json};

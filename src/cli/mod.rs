@@ -5,6 +5,7 @@ mod body;
 mod branch;
 mod build;
 mod console;
+mod context;
 mod demo;
 mod export;
 mod failure;
@@ -27,9 +28,10 @@ mod undo;
 mod view;
 mod watch;
 
-use crate::session::{Session, SessionError, Writer};
-use clap::{Parser, Subcommand};
+use crate::session::SessionError;
+use clap::{CommandFactory, Parser, Subcommand};
 use console::{Console, Done, Verbosity};
+use context::{Commands, Context};
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -106,13 +108,6 @@ enum Command {
     Templates(templates::TemplatesArgs),
 }
 
-/// Where a command works.
-struct Context {
-    session: PathBuf,
-    session_given: bool,
-    console: Console,
-}
-
 /// Runs the program and tells its exit code: 0 done, 1 the work failed, 2 the command was wrong.
 pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     let args: Vec<OsString> = args.into_iter().collect();
@@ -140,6 +135,28 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     }
 }
 
+/// The commands as `record` runs them.
+const COMMANDS: Commands = Commands { names: command_names, run: run_typed };
+
+fn command_names() -> Vec<String> {
+    Args::command().get_subcommands().map(|c| c.get_name().to_string()).collect()
+}
+
+/// Runs a command as typed, without the program's name.
+fn run_typed(words: &[String], context: &Context) -> anyhow::Result<Done> {
+    let typed = std::iter::once("overcoat".to_string()).chain(words.iter().cloned());
+    match Args::try_parse_from(typed) {
+        Ok(parsed) => run(parsed.command, context),
+        Err(e) if !e.use_stderr() => {
+            Ok(Done::new("help", serde_json::json!({})).line(e.render().to_string().trim_end()))
+        }
+        Err(e) => {
+            let (what, hint) = failure::sentence_and_hint(&e.render().to_string());
+            Err(SessionError::BadRequest { what, hint }.into())
+        }
+    }
+}
+
 fn run(command: Command, context: &Context) -> anyhow::Result<Done> {
     match command {
         Command::Demo(args) => demo::run(args, context),
@@ -152,7 +169,7 @@ fn run(command: Command, context: &Context) -> anyhow::Result<Done> {
         Command::Weigh(args) => stages::run(args, context),
         Command::Mask(args) => mask::run(args, context),
         Command::Watch(args) => watch::run(args, context),
-        Command::Record(args) => record::run(args, context),
+        Command::Record(args) => record::run(args, context, COMMANDS),
         Command::Status(args) => status::run(args, context),
         Command::Undo(args) => undo::run(args, context),
         Command::Redo(args) => redo::run(args, context),
@@ -169,40 +186,9 @@ fn run(command: Command, context: &Context) -> anyhow::Result<Done> {
     }
 }
 
-impl Context {
-    /// The session, to be looked at.
-    fn reader(&self) -> Result<Session, SessionError> {
-        let session = Session::open(&self.session)?;
-        self.console.notices(session.notices());
-        Ok(session)
-    }
-
-    /// The session, to be changed.
-    fn writer(&self) -> Result<Writer, SessionError> {
-        let writer = Writer::open(&self.session)?;
-        self.console.notices(writer.session().notices());
-        Ok(writer)
-    }
-
-    /// An input as seen from the current folder, or else from the session's.
-    fn input(&self, path: PathBuf) -> PathBuf {
-        let from_session = self.session.join(&path);
-        if !path.exists() && from_session.exists() { from_session } else { path }
-    }
-
-    /// `overcoat` with the `-C` that a person would have to type again.
-    fn overcoat(&self, rest: &str) -> String {
-        match self.session_given {
-            true => format!("overcoat -C {} {rest}", self.session.display()),
-            false => format!("overcoat {rest}"),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_commands_are_well_formed() {

@@ -1,7 +1,7 @@
 //! `overcoat new`: start a session.
 
-use super::Context;
 use super::console::{Done, secs};
+use super::context::Context;
 use crate::session::{BodyModelSource, NewSession, SessionError, create};
 use serde_json::json;
 use std::path::PathBuf;

@@ -34,7 +34,7 @@ impl Progress {
     }
 
     pub fn show(&mut self, event: &Event) {
-        if let (Some(bar), Event::Ran(_) | Event::Stood(_)) = (&self.bar, event) {
+        if let (Some(bar), Event::Ran(_) | Event::UpToDate(_)) = (&self.bar, event) {
             bar.inc(1);
         }
         match (&self.bar, event) {

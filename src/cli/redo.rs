@@ -1,7 +1,7 @@
 //! `overcoat redo`: do again what was undone.
 
-use super::Context;
 use super::console::Done;
+use super::context::Context;
 use super::undo::{moved, stands};
 use std::time::Instant;
 

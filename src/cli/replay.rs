@@ -1,8 +1,7 @@
 //! `overcoat replay`: a recipe in a session of its own, or on many people at once.
 
-use super::Context;
-use super::Verbosity;
-use super::console::{Done, print_aside, secs};
+use super::console::{Done, Verbosity, print_aside, secs};
+use super::context::Context;
 use super::progress::Progress;
 use crate::session::{Assignment, Batch, Replay, Replayed, SessionError, SubjectRun, replay, replay_all};
 use serde_json::{Value, json};

@@ -1,7 +1,7 @@
 //! `overcoat scan`: add a scan.
 
-use super::Context;
 use super::console::{Done, secs};
+use super::context::Context;
 use super::progress::Progress;
 use super::stages::{ReadingArgs, file_of};
 use crate::scan::{Unit, Up};

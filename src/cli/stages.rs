@@ -1,8 +1,8 @@
 //! `overcoat fit`, `segment`, `stack`, `weigh`: single stages, their parameters as flags. The flags are made from the
 //! session's table of parameters, so that there is no second list.
 
-use super::Context;
 use super::console::{Done, secs};
+use super::context::Context;
 use super::progress::Progress;
 use crate::session::{Parameter, SessionError, Settings, ShowIn, Stage, StageRequest, parameters_of};
 use clap::{Arg, ArgAction, ArgMatches, Command};

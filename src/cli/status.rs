@@ -1,7 +1,7 @@
 //! `overcoat status`: the session as a picture in text: what stands, what is stale and why, what was measured, what next.
 
-use super::Context;
-use super::console::{Done, secs};
+use super::console::{Done, Verbosity, secs};
+use super::context::Context;
 use super::progress::{measures_text, why_text};
 use crate::session::{BodyModelSource, Judged, Session, Stage, StepStatus, Verdict};
 use serde_json::json;
@@ -31,7 +31,7 @@ pub(super) fn run(_: StatusArgs, context: &Context) -> anyhow::Result<Done> {
     });
     let mut done = Done::new("status", json).lines(head(&session, context, &body));
     for step in &steps {
-        done = done.lines(picture(step, super::Verbosity::Verbose == context.console.verbosity));
+        done = done.lines(picture(step, Verbosity::Verbose == context.console.verbosity));
     }
     done = done.line("").line(foot(&steps, began));
     done.next = next(&steps, context);

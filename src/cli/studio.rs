@@ -1,7 +1,7 @@
 //! `overcoat studio make`: invent someone to scan, with known truth.
 
-use super::Context;
 use super::console::{Done, Verbosity, print_aside, secs};
+use super::context::Context;
 use crate::session::{InventedGarments, MakeRequest, SubjectParams, make_subject};
 use serde_json::json;
 use std::path::PathBuf;

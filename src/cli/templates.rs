@@ -1,7 +1,7 @@
 //! `overcoat templates`: the kinds of garment.
 
-use super::Context;
 use super::console::Done;
+use super::context::Context;
 use crate::segment::GarmentTemplate;
 use crate::session::SessionError;
 use serde_json::{Value, json};

@@ -1,7 +1,7 @@
 //! `overcoat undo`: take the last changes back.
 
-use super::Context;
 use super::console::{Done, secs};
+use super::context::Context;
 use crate::session::{Entry, Writer};
 use serde_json::json;
 use std::time::Instant;

@@ -1,7 +1,7 @@
 //! `overcoat view`: the session as a Rerun recording and as a contact sheet.
 
-use super::Context;
 use super::console::{Done, secs};
+use super::context::Context;
 use crate::session::SessionError;
 use serde_json::json;
 use std::path::PathBuf;

@@ -1,7 +1,7 @@
 //! `overcoat watch`: a mask file is saved, its garment is cut anew, what hangs on it is rebuilt.
 
-use super::Context;
 use super::console::{Done, Verbosity, print_aside, print_line, secs};
+use super::context::Context;
 use super::failure;
 use super::progress::measures_text;
 use crate::session::{Forced, LiveView, Memory, Recut, Session, SessionError, Writer};

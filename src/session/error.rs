@@ -237,6 +237,12 @@ pub enum SessionError {
         /// What its room says.
         source: Box<StageError>,
     },
+    /// Something that cannot be unless Overcoat has a fault.
+    #[error("this is a fault of Overcoat, not of your data, please report it: {what}")]
+    Internal {
+        /// What was found.
+        what: String,
+    },
     /// The viewer does not show the session.
     #[error(transparent)]
     Viewer(Box<crate::view::Error>),
@@ -326,7 +332,7 @@ impl SessionError {
             Self::BadFile { hint, .. } => hint.clone(),
             Self::NewerSession { .. } => "use the version of Overcoat that wrote it, or a newer one".into(),
             Self::DamagedArtefact { .. } => "run `overcoat fsck`: it makes again from the recipe what is damaged or missing".into(),
-            Self::Encoding { .. } => return None,
+            Self::Encoding { .. } | Self::Internal { .. } => return None,
             Self::BadName { .. } => "use letters, digits, - and _, at most 64 bytes; body, joints, labels and weights are taken".into(),
             Self::DuplicateStep { name } => {
                 format!("choose another name, or put the new scan in its place with `overcoat scan {name} FILE --replace`")

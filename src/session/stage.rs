@@ -1,97 +1,97 @@
-//! The names of the stages, in the order in which they run.
+//! The registry of the stages: one line per stage, in the order in which they run.
+//!
+//! Everything else about a stage is in its file in `stages/`. The enum [`Stage`], the sections of a step in `recipe.toml`,
+//! the table of parameters and the pipeline are made from these lines.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// A stage of a step, in the order in which they run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Stage {
-    /// File to cleaned scan.
-    Scan,
-    /// Body model to naked scan.
-    Fit,
-    /// The model's surface onto the naked scan.
-    Register,
-    /// The figure dressed so far inside the scan.
-    Pose,
-    /// What the scan shows of the new garment, before any mask.
-    Evidence,
-    /// Which of the scan is the new garment.
-    Segment,
-    /// The garment as a mesh of its own, with its hems.
-    Cut,
-    /// Its skin weights and its shape in the bind pose.
-    Rig,
-    /// Pushed clear of what lies inside.
-    Stack,
-    /// Weighed for physics and put on the figure.
-    Figure,
-    /// What is worn below, pressed as it was in this step's scan.
-    Press,
+/// Passes the registry to the macro `$callback`. A line holds the variant, the name of the stage's file and of the stage
+/// itself, the section of a step in `recipe.toml` that sets its parameters (if any), and for the steps that have the stage
+/// the types of those parameters.
+macro_rules! for_each_stage {
+    ($callback:ident) => {
+        $callback! {
+            /// File to cleaned scan.
+            Scan scan [reading]
+                body (crate::scan::ScanParams, crate::scan::FusionParams)
+                garment (crate::scan::ScanParams, crate::scan::FusionParams);
+            /// Body model to naked scan.
+            Fit fit [fit] body (crate::fit::NakedParams);
+            /// The model's surface onto the naked scan.
+            Register register [register] body (crate::fit::RegisterParams);
+            /// The figure dressed so far inside the scan.
+            Pose pose [pose] garment (crate::fit::InsideParams);
+            /// What the scan shows of the new garment, before any mask.
+            Evidence evidence [] garment ();
+            /// Which part of the scan is the new garment.
+            Segment segment [segment] garment (crate::segment::RefineParams);
+            /// The garment as a mesh of its own, with its hems.
+            Cut cut [cut] garment (crate::cut::CutParams);
+            /// The garment's skin weights and its shape in the bind pose.
+            Rig rig [rig] garment (crate::rig::RigParams);
+            /// The garment pushed clear of what lies inside.
+            Stack stack [stack] garment (crate::stack::StackParams);
+            /// The figure with the new layer and its physics weights.
+            Figure figure [figure] body () garment (crate::rig::PhysicsParams);
+            /// The inner garments as the new one presses them in this step's scan.
+            Press press [press] garment (crate::stack::PressParams);
+        }
+    };
 }
+pub(in crate::session) use for_each_stage;
+
+macro_rules! stages {
+    ($($(#[$about:meta])* $stage:ident $name:ident [$($section:ident)?] $(body $body:tt)? $(garment $garment:tt)?;)*) => {
+        /// A stage of a step, in the order in which they run.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+        #[serde(rename_all = "lowercase")]
+        pub enum Stage {
+            $($(#[$about])* $stage,)*
+        }
+
+        impl Stage {
+            /// All stages.
+            pub const ALL: &[Self] = &[$(Self::$stage),*];
+            /// The stages of the body's step.
+            pub const OF_BODY: &[Self] = &[$($(stages!(@first (Self::$stage) $body),)?)*];
+            /// The stages of a garment's step.
+            pub const OF_GARMENT: &[Self] = &[$($(stages!(@first (Self::$stage) $garment),)?)*];
+
+            /// The name on the screen, in the recipe and in files.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$stage => stringify!($name),)*
+                }
+            }
+
+            /// The section of a step in `recipe.toml` that sets the stage's parameters; `None` without any.
+            pub fn section(self) -> Option<&'static str> {
+                match self {
+                    $(Self::$stage => [$(Some(stringify!($section)),)? None][0],)*
+                }
+            }
+        }
+    };
+    (@first ($first:expr) $second:tt) => { $first };
+}
+for_each_stage!(stages);
 
 impl Stage {
-    /// The stages of the body's step.
-    pub const OF_BODY: [Self; 4] = [Self::Scan, Self::Fit, Self::Register, Self::Figure];
-    /// The stages of a garment's step.
-    pub const OF_GARMENT: [Self; 9] = [
-        Self::Scan,
-        Self::Pose,
-        Self::Evidence,
-        Self::Segment,
-        Self::Cut,
-        Self::Rig,
-        Self::Stack,
-        Self::Figure,
-        Self::Press,
-    ];
-
     /// The stages of a step.
     pub fn of_step(is_body: bool) -> &'static [Self] {
-        if is_body { &Self::OF_BODY } else { &Self::OF_GARMENT }
-    }
-
-    /// Goes up whenever the stage's code gives another result for the same inputs.
-    pub(in crate::session) fn code_version(self) -> u32 {
-        match self {
-            // Surfaces give way by a model's corrective offsets; a baked texture is kept as a PNG.
-            Self::Register | Self::Figure => 3,
-            // Rounds end where joints are still.
-            Self::Fit => 6,
-            // Garments are thinned out; steps that go to and fro are shortened.
-            Self::Pose => 7,
-            Self::Rig | Self::Press => 2,
-            // A mask moves the boundary near it alone; the cut keeps what was painted.
-            Self::Segment => 2,
-            // A hole made by hand is no hem.
-            Self::Cut => 3,
-            // Rays and voxels of the fusion are reckoned otherwise, and again for speed; a person before nothing is cut out by it.
-            Self::Scan => 3,
-            _ => 1,
-        }
+        if is_body { Self::OF_BODY } else { Self::OF_GARMENT }
     }
 
     /// The stage of that name.
     pub fn parse(name: &str) -> Option<Self> {
-        Self::OF_BODY.into_iter().chain(Self::OF_GARMENT).find(|s| s.to_string() == name)
+        Self::ALL.iter().copied().find(|stage| stage.name() == name)
     }
 }
 
 impl fmt::Display for Stage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Scan => "scan",
-            Self::Fit => "fit",
-            Self::Register => "register",
-            Self::Pose => "pose",
-            Self::Evidence => "evidence",
-            Self::Segment => "segment",
-            Self::Cut => "cut",
-            Self::Rig => "rig",
-            Self::Stack => "stack",
-            Self::Figure => "figure",
-            Self::Press => "press",
-        })
+        // Padding is respected: names stand in columns.
+        f.pad(self.name())
     }
 }

@@ -5,11 +5,11 @@ mod ask;
 mod measured;
 
 use super::console::{Console, Done, Verbosity, print_line};
-use super::{Args, Context, failure};
+use super::context::{Commands, Context};
+use super::failure;
 use crate::segment::GarmentTemplate;
 use crate::session::{BODY_STEP, Draft, NewSession, Session, SessionError, StepRecipe, create};
 use ask::{Ask, Hints};
-use clap::{CommandFactory, Parser};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -44,9 +44,9 @@ enum Then {
     Quit,
 }
 
-pub(super) fn run(args: RecordArgs, context: &Context) -> anyhow::Result<Done> {
+pub(super) fn run(args: RecordArgs, context: &Context, commands: Commands) -> anyhow::Result<Done> {
     let dir = args.dir.unwrap_or_else(|| context.session.clone());
-    let mut record = Record::open(&dir, context)?;
+    let mut record = Record::open(&dir, context, commands)?;
     record.say_where();
     record.catch_up();
     let mut ask = Ask::open(&dir, record.console.is_json() || record.console.verbosity == Verbosity::Quiet)?;
@@ -65,6 +65,7 @@ pub(super) fn run(args: RecordArgs, context: &Context) -> anyhow::Result<Done> {
 
 struct Record {
     context: Context,
+    commands: Commands,
     /// What the commands typed say, if anything.
     console: Console,
     /// The step that is to be scanned anew.
@@ -74,7 +75,7 @@ struct Record {
 }
 
 impl Record {
-    fn open(dir: &Path, context: &Context) -> anyhow::Result<Self> {
+    fn open(dir: &Path, context: &Context, commands: Commands) -> anyhow::Result<Self> {
         let console = Console::new(context.console.is_json(), context.console.verbosity);
         match Session::open(dir) {
             Ok(_) => {}
@@ -86,7 +87,7 @@ impl Record {
         let quiet =
             Console::new(false, if context.console.is_json() { Verbosity::Quiet } else { context.console.verbosity });
         let context = Context { session: dir.to_path_buf(), session_given: true, console: quiet };
-        Ok(Self { context, console, again: None, told: 0 })
+        Ok(Self { context, commands, console, again: None, told: 0 })
     }
 
     fn session(&self) -> Result<Session, SessionError> {
@@ -152,7 +153,7 @@ impl Record {
 
     fn hints(&self, question: &Question) -> Result<Hints, SessionError> {
         let mut words: Vec<String> = ["back", "again", "skip", "help", "quit"].into_iter().map(String::from).collect();
-        words.extend(Args::command().get_subcommands().map(|c| c.get_name().to_string()));
+        words.extend((self.commands.names)());
         if matches!(question, Question::Kind { .. } | Question::Name) {
             words.extend(GarmentTemplate::names().map(String::from));
         }
@@ -175,7 +176,7 @@ impl Record {
             "new" | "record" | "watch" | "demo" => {
                 return Err(bad(format!("`{first}` cannot be typed here"), "leave with `quit` first".into()));
             }
-            _ if Args::command().find_subcommand(first).is_some() => {
+            _ if (self.commands.names)().iter().any(|name| name == first) => {
                 self.command(&words)?;
                 self.catch_up();
             }
@@ -233,19 +234,7 @@ impl Record {
 
     /// A command of the tool, as typed, in this session.
     fn command(&self, words: &[String]) -> anyhow::Result<()> {
-        let typed = std::iter::once("overcoat".to_string()).chain(words.iter().cloned());
-        let parsed = match Args::try_parse_from(typed) {
-            Ok(parsed) => parsed,
-            Err(e) if !e.use_stderr() => {
-                self.say(e.render().to_string().trim_end());
-                return Ok(());
-            }
-            Err(e) => {
-                let (what, hint) = failure::sentence_and_hint(&e.render().to_string());
-                return Err(bad(what, hint));
-            }
-        };
-        let done = super::run(parsed.command, &self.context)?;
+        let done = (self.commands.run)(words, &self.context)?;
         // What to do next is asked here.
         done.lines.iter().for_each(|line| self.say(line));
         Ok(())

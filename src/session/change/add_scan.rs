@@ -7,7 +7,7 @@ use crate::session::recipe::{BODY_STEP, BodySurface, Settings, StepRecipe, garme
 use crate::session::results::ScanRecording;
 use crate::session::results::ShowIn;
 use crate::session::stage::Stage;
-use crate::session::stages::{Event, Forced, StageReport, Walk, scan};
+use crate::session::stages::{Event, Forced, StageReport, Walk, scan_of};
 use std::path::PathBuf;
 
 /// A scan to be added.
@@ -80,12 +80,14 @@ impl Writer {
         (step.scan, step.hash) = (named.file, named.hash);
         self.session.recipe.put_step(step.clone(), new.replace)?;
         let (change, forced) = (said_of(new), forced_by(new));
-        let mut walk = Walk::make(self, &change, &forced, on_event);
-        scan::watched_scan(&mut walk, &step, &mut |fusion| {
-            if let Some(recording) = &mut recording {
-                recording.see(fusion);
+        let mut watched = |event: &Event| {
+            if let (Some(recording), Event::Fused { at, .. }) = (&mut recording, event) {
+                recording.see(at);
             }
-        })?;
+            on_event(event);
+        };
+        let mut walk = Walk::make(self, &change, &forced, &mut watched);
+        scan_of(&mut walk, &step)?;
         let report = walk.into_reports().pop();
         // Where the very scan was there already, only the recipe is new.
         self.save(&change)?;

@@ -5,7 +5,7 @@ use crate::session::open::{Session, Writer, source};
 use crate::session::recipe::check_stage;
 use crate::session::results::{Judged, target};
 use crate::session::stage::Stage;
-use crate::session::stages::{Event, Forced, Reason, StageReport, Walk, flow, scan};
+use crate::session::stages::{Event, Forced, Reason, StageReport, Walk, pipeline, scan_of};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -29,7 +29,7 @@ impl Writer {
         }
         source::keep_missing(&mut self.session)?;
         let mut walk = Walk::make(self, "build", forced, on_event);
-        flow::steps(&mut walk, None)?;
+        pipeline::steps(&mut walk, None)?;
         Ok(walk.into_reports())
     }
 }
@@ -66,10 +66,10 @@ impl Session {
     /// What stands of every step. Runs nothing.
     pub fn status(&self) -> Result<Vec<StepStatus>, SessionError> {
         let mut walk = Walk::look(self);
-        let mut looked = flow::steps(&mut walk, None).map(drop);
+        let mut looked = pipeline::steps(&mut walk, None).map(drop);
         // A walk ends at the first stale stage; the scans after it stand for themselves.
         for step in &self.recipe.steps {
-            looked = looked.or_else(not_built_is_fine).and_then(|()| scan::scan(&mut walk, step).map(drop));
+            looked = looked.or_else(not_built_is_fine).and_then(|()| scan_of(&mut walk, step).map(drop));
         }
         looked.or_else(not_built_is_fine)?;
         let stale_stages = walk.stale().to_vec();

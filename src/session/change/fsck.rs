@@ -4,7 +4,7 @@ use super::build::not_built_is_fine;
 use crate::session::error::SessionError;
 use crate::session::open::{Session, Snapshot, state_path};
 use crate::session::recipe::SourceFile;
-use crate::session::stages::{Event, Mended, Walk, flow};
+use crate::session::stages::{Event, Repaired, Walk, pipeline};
 use crate::session::store::{Change, ContentHash, Health, History, Lock, Store, journal, sweep, write_whole};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -17,7 +17,8 @@ pub enum Repair {
     /// It was only looked for.
     NotTried,
     /// It is as it was, byte by byte.
-    Mended,
+    #[serde(rename = "mended")]
+    Repaired,
     /// It is not, and why.
     Not(String),
 }
@@ -48,12 +49,12 @@ pub struct FsckReport {
 impl FsckReport {
     /// Nothing was wrong, or nothing is any more.
     pub fn is_sound(&self) -> bool {
-        self.damages.iter().all(|d| d.repair == Repair::Mended)
+        self.damages.iter().all(|d| d.repair == Repair::Repaired)
     }
 }
 
 /// Looks at everything that the session in `dir` names, in its present, its past and its branches. With `repair`, sources
-/// are copied anew, stages are run anew, and a journal that cannot be read is mended.
+/// are copied anew, stages are run anew, and a journal that cannot be read is repaired.
 pub fn fsck(dir: &Path, repair: bool, on_event: &mut dyn FnMut(&Event)) -> Result<FsckReport, SessionError> {
     let _lock = if repair { Some(take_lock(dir)?) } else { None };
     let mut report = FsckReport::default();
@@ -138,7 +139,7 @@ fn check_journal(dir: &Path, repair: bool, report: &mut FsckReport) -> Result<()
         let (kept, put_aside) = if whole { (without, &rest[..1]) } else { (before.to_vec(), rest) };
         write_whole(&dir.join("journal.broken.jsonl"), &put_aside.concat())?;
         write_whole(&path, &kept.concat())?;
-        damage.repair = Repair::Mended;
+        damage.repair = Repair::Repaired;
     }
     report.damages.push(damage);
     Ok(())
@@ -171,7 +172,7 @@ impl Check<'_> {
     }
 
     fn note(&mut self, hash: ContentHash, what: String, problem: &str, repair: Repair) {
-        if repair == Repair::Mended {
+        if repair == Repair::Repaired {
             self.seen.insert(hash.to_string(), true);
         } else if self.repair && self.store.health(hash) == Health::Damaged {
             // A name that lies is worse than none: without it the next build sees that something is missing.
@@ -189,7 +190,7 @@ impl Check<'_> {
                 let Some(problem) = self.look(hash) else { continue };
                 let repair = match on_disk.iter().find(|bytes| ContentHash::of(bytes) == hash) {
                     _ if !self.repair => Repair::NotTried,
-                    Some(bytes) => self.store.keep_bytes(bytes).map(|_| Repair::Mended)?,
+                    Some(bytes) => self.store.keep_bytes(bytes).map(|_| Repair::Repaired)?,
                     None => Repair::Not("the session cannot be led back to there".into()),
                 };
                 self.note(hash, format!("the {kind} after change {}, {}", i + 1, change.change), problem, repair);
@@ -206,7 +207,7 @@ impl Check<'_> {
         }
         let repair = match self.store.bytes(last.state) {
             _ if !self.repair => Repair::NotTried,
-            Ok(bytes) => write_whole(&path, &bytes).map(|()| Repair::Mended)?,
+            Ok(bytes) => write_whole(&path, &bytes).map(|()| Repair::Repaired)?,
             Err(e) => Repair::Not(e.to_string()),
         };
         self.report.damages.push(Damage {
@@ -237,7 +238,7 @@ impl Check<'_> {
         Ok(match std::fs::read(&path) {
             Ok(bytes) if ContentHash::of(&bytes) == hash => {
                 self.store.keep_bytes(&bytes)?;
-                Repair::Mended
+                Repair::Repaired
             }
             Ok(_) => {
                 Repair::Not(format!("'{}' has another content now; put back the one that was given", path.display()))
@@ -263,24 +264,24 @@ impl Check<'_> {
                 }
             }
         }
-        let mut mended = Mended::default();
+        let mut repaired = Repaired::default();
         for (session, _) in sessions.iter().filter(|_| self.repair) {
             let names = |hash: &ContentHash| {
                 session.state.steps.iter().any(|s| s.stages.values().any(|record| record.output == *hash))
             };
-            if !bad.iter().any(|(hash, ..)| !mended.made.contains(&hash.to_string()) && names(hash)) {
+            if !bad.iter().any(|(hash, ..)| !repaired.made.contains(&hash.to_string()) && names(hash)) {
                 continue;
             }
-            let mut walk = Walk::mend(session, &mut mended, on_event);
+            let mut walk = Walk::repair(session, &mut repaired, on_event);
             // Where a stage fails, what comes after it stays as it is; each is told for itself.
-            let ended = flow::steps(&mut walk, None).map(drop);
+            let ended = pipeline::steps(&mut walk, None).map(drop);
             let stopped = ended.or_else(not_built_is_fine).err().map(|e| e.to_string());
-            mended.stopped = mended.stopped.take().or(stopped);
+            repaired.stopped = repaired.stopped.take().or(stopped);
         }
         for (hash, what, problem) in bad {
-            let repair = match (self.repair, mended.made.contains(&hash.to_string()), &mended.stopped) {
+            let repair = match (self.repair, repaired.made.contains(&hash.to_string()), &repaired.stopped) {
                 (false, ..) => Repair::NotTried,
-                (true, true, _) => Repair::Mended,
+                (true, true, _) => Repair::Repaired,
                 (true, false, Some(why)) => Repair::Not(why.clone()),
                 (true, false, None) => Repair::Not("this version of Overcoat makes something else of it".into()),
             };
@@ -296,7 +297,7 @@ impl Check<'_> {
                 if self.repair {
                     self.store.remove(hash);
                 }
-                let repair = if self.repair { Repair::Mended } else { Repair::NotTried };
+                let repair = if self.repair { Repair::Repaired } else { Repair::NotTried };
                 let what = "an artefact that nothing names".to_string();
                 self.note(hash, what, "its content has changed", repair);
             }

@@ -9,7 +9,7 @@ use crate::session::open::{Session, Writer, source};
 use crate::session::recipe::{MaskFile, SourceFile, StepRecipe, relative_to};
 use crate::session::stage::Stage;
 use crate::session::stages::marks::{is_something, marks_of_some, nothing_left};
-use crate::session::stages::{Walk, flow, scan};
+use crate::session::stages::{Walk, pipeline, raw_mesh, scan_of};
 use crate::session::store::{Kept, write_whole};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -178,7 +178,7 @@ impl Session {
                 hint: "name another, or delete it first: it may be painted".into(),
             });
         }
-        let steps = self.worn_steps(Some(layer))?;
+        let steps = self.posed_steps(Some(layer))?;
         let Some((worn, labels)) = steps.last().and_then(|worn| Some((worn, worn.labels.as_ref()?))) else {
             return Err(SessionError::MaskOnBody);
         };
@@ -199,7 +199,7 @@ impl Session {
                 let bad_scan = |e| SessionError::BadSource { path: path.clone(), source: Box::new(e) };
                 let given = self.source_bytes(&source)?;
                 // A recording of frames is no file with texture coordinates.
-                let file = scan::raw_mesh(&path, &given).or_else(|e| match is_zip(&given) {
+                let file = raw_mesh(&path, &given).or_else(|e| match is_zip(&given) {
                     true => Ok(RawMesh::default()),
                     false => Err(bad_scan(e)),
                 })?;
@@ -228,7 +228,7 @@ impl Session {
     }
 
     fn scan_of(&self, step: &StepRecipe) -> Result<(Kept<Scan>, Arc<Scan>), SessionError> {
-        let kept = scan::scan(&mut Walk::look(self), step)?;
+        let kept = scan_of(&mut Walk::look(self), step)?;
         Ok((kept, self.store.load_shared(kept)?))
     }
 
@@ -254,7 +254,7 @@ impl Session {
     pub(in crate::session) fn standing_proposal(&self, layer: &str) -> Option<Kept<Proposal>> {
         let mut walk = Walk::look(self);
         // A stale stage further on is nothing to stop at.
-        let _ = flow::steps(&mut walk, Some(layer));
+        let _ = pipeline::steps(&mut walk, Some(layer));
         let stands = walk.into_reports().iter().any(|r| r.step == layer && r.stage == Stage::Evidence);
         stands.then(|| self.state.record(layer, Stage::Evidence)).flatten().map(|record| Kept::named(record.output))
     }

@@ -3,7 +3,7 @@
 use crate::cut::Garment;
 use crate::session::error::SessionError;
 use crate::session::open::{Writer, source};
-use crate::session::stages::{Event, Forced, StageReport, Walk, flow};
+use crate::session::stages::{Event, Forced, StageReport, Walk, pipeline};
 use crate::session::store::Memory;
 use std::path::Path;
 
@@ -54,7 +54,7 @@ impl Writer {
 }
 
 fn cut_in(mut walk: Walk, layer: &str) -> Result<Recut, SessionError> {
-    let kept = flow::cut_of(&mut walk, layer)?;
+    let kept = pipeline::cut_of(&mut walk, layer)?;
     let garment = walk.session().store.load(kept)?;
     Ok(Recut { garment, reports: walk.into_reports() })
 }

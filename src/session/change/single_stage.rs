@@ -6,7 +6,7 @@ use crate::session::recipe::{Setting, Settings, check_stage, has_parameters, par
 use crate::session::results::FitRecording;
 use crate::session::results::ShowIn;
 use crate::session::stage::Stage;
-use crate::session::stages::{Event, Forced, StageReport, Walk, flow};
+use crate::session::stages::{Event, Forced, StageReport, Walk, pipeline};
 
 /// Which stages are to run, and with what.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -160,7 +160,7 @@ impl Writer {
         };
         source::keep_missing(&mut self.session)?;
         let mut walk = Walk::make(self, change, forced, on_event).until(last, *stage);
-        match flow::steps(&mut walk, Some(last)) {
+        match pipeline::steps(&mut walk, Some(last)) {
             Err(SessionError::NotBuilt { .. }) | Ok(_) => Ok(walk.into_reports()),
             Err(e) => Err(e),
         }

@@ -1,7 +1,6 @@
 //! What a recipe must keep to.
 
 use super::parameters;
-use super::sections::{WITH_SETTINGS, section_of};
 use super::steps::{BODY_STEP, Recipe, StepRecipe};
 use crate::session::error::SessionError;
 use crate::session::stage::Stage;
@@ -44,14 +43,14 @@ impl Recipe {
             if step.is_body() && !step.masks.is_empty() {
                 return Err(at(&["mask"], SessionError::MaskOnBody));
             }
-            for stage in WITH_SETTINGS {
-                let section = section_of(stage);
+            for &stage in Stage::ALL {
+                let Some(section) = stage.section() else { continue };
                 for (name, setting) in step.settings(stage) {
-                    let here = |e| at(&[&section, name], e);
+                    let here = |e| at(&[section, name], e);
                     check_stage(&step.name, step.is_body(), stage).map_err(here)?;
                     if !has_parameters(step.is_body(), stage) {
                         return Err(at(
-                            &[&section, name],
+                            &[section, name],
                             SessionError::BadRequest {
                                 what: "the body has no weights for physics".into(),
                                 hint: "name a garment".into(),

@@ -9,7 +9,6 @@ mod parameter_table;
 pub(in crate::session) mod parameters;
 mod params_of_step;
 mod paths;
-mod sections;
 mod setting;
 mod steps;
 

@@ -3,7 +3,7 @@
 use super::setting::Settings;
 use crate::scan::{Unit, Up};
 use crate::session::error::SessionError;
-use crate::session::stage::Stage;
+use crate::session::stage::{Stage, for_each_stage};
 use crate::session::store::ContentHash;
 use serde::{Deserialize, Serialize};
 
@@ -52,115 +52,77 @@ pub enum BodySurface {
     Scan,
 }
 
-/// One scan, and what to make of it.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct StepRecipe {
-    /// `body`, or the garment's name.
-    pub name: String,
-    /// The scan's file, as in [`SourceFile::file`].
-    pub scan: String,
-    /// What was in it, as in [`SourceFile::hash`].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub hash: Option<ContentHash>,
-    /// The garment kind; absent for the body.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub template: Option<String>,
-    /// Unit of the scan's coordinates, where it is not to be guessed.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub unit: Option<Unit>,
-    /// Up-axis of the scan, where it is not to be guessed.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub up: Option<Up>,
-    /// About how many faces the cleaned scan has.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub faces: Option<usize>,
-    /// What becomes the figure's body, where it is not the registered template.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub surface: Option<BodySurface>,
-    /// Millimetres between the voxels in which RGB-D frames are fused.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub voxel_mm: Option<f64>,
-    /// Where the garment ends at the legs.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub until: Option<String>,
-    /// Where its sleeves end.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sleeve: Option<String>,
-    /// Brush strokes, applied in this order.
-    #[serde(default, rename = "mask", skip_serializing_if = "Vec::is_empty")]
-    pub masks: Vec<SourceFile>,
-    /// Parameters of how the scan is read: cleaned, and fused from RGB-D frames.
-    #[serde(default, skip_serializing_if = "Settings::is_empty")]
-    pub reading: Settings,
-    /// Of the body's fit.
-    #[serde(default, skip_serializing_if = "Settings::is_empty")]
-    pub fit: Settings,
-    /// Of the registration of its surface.
-    #[serde(default, skip_serializing_if = "Settings::is_empty")]
-    pub register: Settings,
-    /// Of the fit inside a garment.
-    #[serde(default, skip_serializing_if = "Settings::is_empty")]
-    pub pose: Settings,
-    /// Of the labels.
-    #[serde(default, skip_serializing_if = "Settings::is_empty")]
-    pub segment: Settings,
-    /// Of the garment's outline.
-    #[serde(default, skip_serializing_if = "Settings::is_empty")]
-    pub cut: Settings,
-    /// Of its skin weights.
-    #[serde(default, skip_serializing_if = "Settings::is_empty")]
-    pub rig: Settings,
-    /// Of the push clear of what lies inside.
-    #[serde(default, skip_serializing_if = "Settings::is_empty")]
-    pub stack: Settings,
-    /// Of its weights for physics.
-    #[serde(default, skip_serializing_if = "Settings::is_empty")]
-    pub figure: Settings,
-    /// Of how what is worn below gives way in this scan.
-    #[serde(default, skip_serializing_if = "Settings::is_empty")]
-    pub press: Settings,
+macro_rules! step_recipe {
+    ($($(#[$about:meta])* $stage:ident $name:ident [$($section:ident)?] $(body $body:tt)? $(garment $garment:tt)?;)*) => {
+        /// One scan, and what to make of it.
+        #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct StepRecipe {
+            /// `body`, or the garment's name.
+            pub name: String,
+            /// The scan's file, as in [`SourceFile::file`].
+            pub scan: String,
+            /// What was in it, as in [`SourceFile::hash`].
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub hash: Option<ContentHash>,
+            /// The garment kind; absent for the body.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub template: Option<String>,
+            /// Unit of the scan's coordinates, where it is not to be guessed.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub unit: Option<Unit>,
+            /// Up-axis of the scan, where it is not to be guessed.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub up: Option<Up>,
+            /// About how many faces the cleaned scan has.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub faces: Option<usize>,
+            /// What becomes the figure's body, where it is not the registered template.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub surface: Option<BodySurface>,
+            /// Millimetres between the voxels in which RGB-D frames are fused.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub voxel_mm: Option<f64>,
+            /// Where the garment ends at the legs.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub until: Option<String>,
+            /// Where its sleeves end.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub sleeve: Option<String>,
+            /// Brush strokes, applied in this order.
+            #[serde(default, rename = "mask", skip_serializing_if = "Vec::is_empty")]
+            pub masks: Vec<SourceFile>,
+            $($(
+                #[doc = concat!("Parameters of the stage `", stringify!($name), "`, where they differ from the defaults.")]
+                #[serde(default, skip_serializing_if = "Settings::is_empty")]
+                pub $section: Settings,
+            )?)*
+        }
+
+        impl StepRecipe {
+            /// What the recipe sets of a stage's parameters.
+            pub fn settings(&self, stage: Stage) -> &Settings {
+                static NONE: Settings = Settings::new();
+                match stage {
+                    $(Stage::$stage => [$(&self.$section,)? &NONE][0],)*
+                }
+            }
+
+            /// The parameters that the recipe sets of a stage, for changes; `None` for a stage without a section.
+            pub(in crate::session) fn settings_mut(&mut self, stage: Stage) -> Option<&mut Settings> {
+                match stage {
+                    $(Stage::$stage => [$(Some(&mut self.$section),)? None].into_iter().flatten().next(),)*
+                }
+            }
+        }
+    };
 }
+for_each_stage!(step_recipe);
 
 impl StepRecipe {
     /// Whether this is the bare body.
     pub fn is_body(&self) -> bool {
         self.name == BODY_STEP
-    }
-
-    /// What is said of a stage's parameters.
-    pub fn settings(&self, stage: Stage) -> &Settings {
-        static NONE: Settings = Settings::new();
-        match stage {
-            Stage::Scan => &self.reading,
-            Stage::Fit => &self.fit,
-            Stage::Register => &self.register,
-            Stage::Pose => &self.pose,
-            Stage::Segment => &self.segment,
-            Stage::Cut => &self.cut,
-            Stage::Rig => &self.rig,
-            Stage::Stack => &self.stack,
-            Stage::Figure => &self.figure,
-            Stage::Press => &self.press,
-            Stage::Evidence => &NONE,
-        }
-    }
-
-    /// The same, to be changed; `None` for a stage without parameters.
-    pub(in crate::session) fn settings_mut(&mut self, stage: Stage) -> Option<&mut Settings> {
-        match stage {
-            Stage::Scan => Some(&mut self.reading),
-            Stage::Fit => Some(&mut self.fit),
-            Stage::Register => Some(&mut self.register),
-            Stage::Pose => Some(&mut self.pose),
-            Stage::Segment => Some(&mut self.segment),
-            Stage::Cut => Some(&mut self.cut),
-            Stage::Rig => Some(&mut self.rig),
-            Stage::Stack => Some(&mut self.stack),
-            Stage::Figure => Some(&mut self.figure),
-            Stage::Press => Some(&mut self.press),
-            Stage::Evidence => None,
-        }
     }
 
     /// The scan as a file that was given.

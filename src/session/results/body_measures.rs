@@ -15,7 +15,7 @@ impl Session {
     ///
     /// **Errors** where the body is not built.
     pub fn body_measures(&self) -> Result<Vec<BodyMeasure>, SessionError> {
-        let steps = self.worn_steps(Some(BODY_STEP))?;
+        let steps = self.posed_steps(Some(BODY_STEP))?;
         Ok(steps.first().map_or_else(Vec::new, |worn| {
             let body = worn.figure.body();
             body_measures(&body.mesh, &body.weights, &worn.figure.skeleton)

@@ -1,6 +1,6 @@
 //! The figure, or a step of the session, as files.
 
-use super::posed_step::WornStep;
+use super::posed_step::PosedStep;
 use crate::body::Figure;
 use crate::export::{GlbOptions, write_glb, write_joints_json, write_layer_ply};
 use crate::geometry::{PerVertex, Point, TriMesh};
@@ -9,6 +9,7 @@ use crate::segment::LABEL_COLORS;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::stage_error::StageError;
+use crate::session::stages::{Walk, scan_of};
 use crate::session::store::write_whole_with;
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -46,12 +47,12 @@ impl Session {
                 hint: "name a folder instead: `overcoat export DIR/ …`".into(),
             });
         }
-        let steps = self.worn_steps(request.at.as_deref())?;
+        let steps = self.posed_steps(request.at.as_deref())?;
         let Some(last) = steps.last() else { return Ok(Vec::new()) };
         let pose = request.at.as_ref().map(|_| last.pose.clone());
         let options = GlbOptions { name: None, pose, provenance: steps.iter().map(origin).collect() };
         let path = request.target.clone();
-        let figure = if request.at.is_some() { last.figure_as_worn() } else { last.figure.clone() };
+        let figure = if request.at.is_some() { last.figure_for_pose() } else { last.figure.clone() };
         write(&path, |out| write_glb(&figure, &options, out))?;
         Ok(vec![path])
     }
@@ -66,14 +67,14 @@ impl Session {
                     hint: "say --at body --stage fit".into(),
                 });
             }
-            let steps = self.worn_steps(Some(crate::session::recipe::BODY_STEP))?;
+            let steps = self.posed_steps(Some(crate::session::recipe::BODY_STEP))?;
             steps.first().map(|step| folder.fit(step, &mut files)).transpose()?;
             return Ok(files);
         }
         if let Some(name) = &request.scan {
             // A scan can be had before anything is built.
             let step = self.recipe.step(name)?.clone();
-            let scan = crate::session::stages::scan::scan(&mut crate::session::stages::Walk::look(self), &step)?;
+            let scan = scan_of(&mut Walk::look(self), &step)?;
             let scan = self.store.load(scan)?;
             folder.ply(
                 "scan.ply",
@@ -84,10 +85,10 @@ impl Session {
             )?;
         }
         if let Some(name) = &request.at {
-            let steps = self.worn_steps(Some(name))?;
+            let steps = self.posed_steps(Some(name))?;
             steps.last().map(|step| folder.step(step, &mut files)).transpose()?;
         } else if request.scan.is_none() {
-            let steps = self.worn_steps(None)?;
+            let steps = self.posed_steps(None)?;
             steps.last().map(|step| folder.bind(&step.figure, &mut files)).transpose()?;
         }
         Ok(files)
@@ -95,7 +96,7 @@ impl Session {
 }
 
 /// A step and the scan that it was made from; without its folder, which is nobody's business.
-fn origin(worn: &WornStep) -> (String, String) {
+fn origin(worn: &PosedStep) -> (String, String) {
     let file = Path::new(&worn.step.scan).file_name().map(|f| f.to_string_lossy().into_owned()).unwrap_or_default();
     let hash = worn.step.hash.map(|h| format!(", BLAKE3 {h}")).unwrap_or_default();
     (format!("scan of {}", worn.step.name), format!("{file}{hash}"))
@@ -113,7 +114,7 @@ impl Folder<'_> {
         self.joints(&figure.skeleton, &figure.skeleton.joints_in_bind, files)
     }
 
-    fn step(&self, worn: &WornStep, files: &mut Vec<PathBuf>) -> Result<(), SessionError> {
+    fn step(&self, worn: &PosedStep, files: &mut Vec<PathBuf>) -> Result<(), SessionError> {
         let frame = &worn.scan.world_from_file;
         let figure = &worn.figure;
         self.ply("body.ply", &in_file(&worn.body(), frame), figure.body().colors.as_ref(), &[], files)?;
@@ -132,7 +133,7 @@ impl Folder<'_> {
         Ok(())
     }
 
-    fn fit(&self, worn: &WornStep, files: &mut Vec<PathBuf>) -> Result<(), SessionError> {
+    fn fit(&self, worn: &PosedStep, files: &mut Vec<PathBuf>) -> Result<(), SessionError> {
         let (Some(fitted), Some(body)) = (&worn.fitted, worn.body_of_fit()) else { return Ok(()) };
         let frame = &worn.scan.world_from_file;
         self.ply("body.ply", &in_file(&body, frame), None, &[], files)?;

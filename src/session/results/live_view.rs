@@ -23,7 +23,7 @@ impl Session {
         recording: &Recording,
         failed: impl Fn(Error) -> SessionError + Copy,
     ) -> Result<Vec<(String, Turned)>, SessionError> {
-        let steps = self.worn_steps(None)?;
+        let steps = self.posed_steps(None)?;
         let reports: Vec<StageReport> = self.status()?.into_iter().flat_map(|s| s.standing).collect();
         let mut placed = Vec::new();
         for (k, worn) in steps.iter().enumerate() {

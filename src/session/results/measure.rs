@@ -1,6 +1,6 @@
 //! A session against known truth.
 
-use super::posed_step::WornStep;
+use super::posed_step::PosedStep;
 use crate::formats::read_ply;
 use crate::geometry::{Point, TriMesh};
 use crate::measure::{
@@ -36,7 +36,7 @@ impl Session {
         if !folder.is_dir() {
             return Err(SessionError::NoSuchFolder { path: folder.to_path_buf() });
         }
-        let steps = self.worn_steps(None)?;
+        let steps = self.posed_steps(None)?;
         let joints_path = folder.join(TruthNaming::JOINTS);
         let text = std::fs::read_to_string(&joints_path).map_err(|e| SessionError::reading(&joints_path, e))?;
         let joints = TruthJoints::from_json(&text).map_err(|e| SessionError::bad_source(&joints_path, e))?;
@@ -59,7 +59,7 @@ impl Session {
     }
 
     /// Whether a step's scan was fused from RGB-D frames.
-    fn is_recorded(&self, worn: &WornStep) -> bool {
+    fn is_recorded(&self, worn: &PosedStep) -> bool {
         self.state.record(&worn.step.name, Stage::Scan).is_some_and(|record| record.measures.contains_key("frames"))
     }
 }
@@ -75,7 +75,7 @@ fn laid_on(scan: &TriMesh, truth: TruthStep) -> TruthStep {
     }
 }
 
-fn result_of(worn: &WornStep) -> Result<ResultStep, SessionError> {
+fn result_of(worn: &PosedStep) -> Result<ResultStep, SessionError> {
     let kind = worn.step.template.as_ref().map(|_| garment_kind::of_step(&worn.step)).transpose()?;
     let covered = kind.as_ref().map(|k| k.template.prior(worn.figure.body(), &worn.figure.skeleton, &k.extent));
     let names = worn.figure.skeleton.names.iter().cloned();
@@ -93,7 +93,7 @@ fn result_of(worn: &WornStep) -> Result<ResultStep, SessionError> {
     })
 }
 
-fn bind_layers(steps: &[WornStep]) -> Vec<(String, TriMesh)> {
+fn bind_layers(steps: &[PosedStep]) -> Vec<(String, TriMesh)> {
     let last = steps.last().map(|worn| worn.figure.layers.as_slice()).unwrap_or_default();
     last.iter().map(|layer| (layer.name.clone(), layer.mesh.clone())).collect()
 }

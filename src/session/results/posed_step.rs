@@ -2,16 +2,16 @@
 
 use crate::body::{Figure, Pose, unskin};
 use crate::fit::{FittedBody, PoseInside};
-use crate::geometry::{PerVertex, Point, TriMesh};
+use crate::geometry::{Point, TriMesh};
 use crate::scan::Scan;
 use crate::segment::Labels;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::recipe::StepRecipe;
-use crate::session::stages::{Dressed, StepPose, Walk, Worn, along_normals, steps};
+use crate::session::stages::{self, PosedGarments, StepPose, StepResults, Walk, along_normals, pipeline};
 
 /// A built step, loaded. Everything is in the frame of the cleaned scan: metres, Y up.
-pub(in crate::session) struct WornStep {
+pub(in crate::session) struct PosedStep {
     pub step: StepRecipe,
     pub scan: Scan,
     /// With what the step brought.
@@ -19,74 +19,70 @@ pub(in crate::session) struct WornStep {
     pub pose: Pose,
     /// Of the body's step.
     pub fitted: Option<FittedBody>,
-    /// Its surface as posed, with the model's own weights: the figure's body may be another surface.
+    /// The fitted surface in its pose, with the model's own weights: the figure's body may be another surface.
     surface_of_fit: Option<TriMesh>,
     /// Of a garment's step.
     pub labels: Option<Labels>,
-    offsets: Option<PerVertex<f64>>,
+    body: TriMesh,
     /// All garments, innermost first.
-    garments: Worn,
+    garments: PosedGarments,
 }
 
 impl Session {
     /// All steps, or those up to the one named. Runs nothing.
-    pub(in crate::session) fn worn_steps(&self, last: Option<&str>) -> Result<Vec<WornStep>, SessionError> {
+    pub(in crate::session) fn posed_steps(&self, last: Option<&str>) -> Result<Vec<PosedStep>, SessionError> {
         if let Some(name) = last {
             self.recipe.step(name)?;
         }
         if self.recipe.steps.is_empty() {
             return Err(SessionError::NoScans { dir: self.dir().to_path_buf() });
         }
-        let dressed = steps(&mut Walk::look(self), last)?;
-        self.recipe.steps.iter().zip(&dressed).map(|(step, dressed)| self.worn(step, dressed)).collect()
+        let results = pipeline::steps(&mut Walk::look(self), last)?;
+        self.recipe.steps.iter().zip(&results).map(|(step, results)| self.posed_step(step, results)).collect()
     }
 
-    fn worn(&self, step: &StepRecipe, dressed: &Dressed) -> Result<WornStep, SessionError> {
-        let (scan, figure) = (self.store.load(dressed.scan)?, self.figure(dressed.figure)?);
-        let step = step.clone();
-        Ok(match dressed.pose {
-            StepPose::Naked { fitted, registered } => {
-                let fitted: FittedBody = self.store.load(fitted)?;
+    fn posed_step(&self, step: &StepRecipe, results: &StepResults) -> Result<PosedStep, SessionError> {
+        let scan = self.store.load(results.result::<stages::Scan>()?)?;
+        let (step, figure) = (step.clone(), self.figure(results.figure()?)?);
+        match results.pose()? {
+            StepPose::Naked(registered) => {
+                let fitted: FittedBody = self.store.load(results.result::<stages::Fit>()?)?;
                 let posed = self.body_model()?.posed(fitted.surface.points(), &fitted.skeleton, &fitted.pose);
-                WornStep {
+                let pose = self.store.load(registered)?.pose;
+                Ok(PosedStep {
                     step,
                     scan,
+                    body: figure.body().posed(&figure.skeleton, &pose),
                     figure,
-                    pose: self.store.load(registered)?.pose,
+                    pose,
                     surface_of_fit: Some(fitted.surface.with_points(posed)),
                     fitted: Some(fitted),
                     labels: None,
-                    offsets: None,
-                    garments: Worn::new(),
-                }
+                    garments: PosedGarments::new(),
+                })
             }
-            StepPose::Inside { inside, segmentation, worn } => {
+            StepPose::Inside(inside) => {
                 let PoseInside { pose, offsets, .. } = self.store.load(inside)?;
-                let (labels, garments) = (Some(self.store.load(segmentation)?.labels), self.store.load(worn)?);
-                WornStep {
+                Ok(PosedStep {
                     step,
                     scan,
+                    body: along_normals(&figure.body().posed(&figure.skeleton, &pose), &offsets)?,
                     figure,
                     pose,
                     fitted: None,
                     surface_of_fit: None,
-                    labels,
-                    offsets: Some(offsets),
-                    garments,
-                }
+                    labels: Some(self.store.load(results.result::<stages::Segment>()?)?.labels),
+                    garments: self.store.load(results.result::<stages::Press>()?)?,
+                })
             }
-        })
+        }
     }
 }
 
-impl WornStep {
+impl PosedStep {
     /// The body, with the step's offsets.
     pub fn body(&self) -> TriMesh {
-        let posed = self.figure.body().posed(&self.figure.skeleton, &self.pose);
-        match &self.offsets {
-            Some(offsets) => along_normals(&posed, offsets),
-            None => posed,
-        }
+        self.body.clone()
     }
 
     /// The body before registration, where the step has one.
@@ -100,7 +96,7 @@ impl WornStep {
     }
 
     /// The figure whose skinning into this step's pose gives all surfaces as they were worn, offsets and all.
-    pub fn figure_as_worn(&self) -> Figure {
+    pub fn figure_for_pose(&self) -> Figure {
         let mut figure = self.figure.clone();
         let surfaces = std::iter::once(self.body()).chain(self.garments().into_iter().map(|(_, mesh)| mesh));
         for (layer, worn) in figure.layers.iter_mut().zip(surfaces) {

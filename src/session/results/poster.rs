@@ -31,7 +31,7 @@ const POSE: [(&str, [f64; 3]); 14] = [
 impl Session {
     /// Draws the scans, the layers peeled apart and the figure in a pose of its own, and writes a PNG.
     pub fn write_poster(&self, path: &Path) -> Result<(), SessionError> {
-        let steps = self.worn_steps(None)?;
+        let steps = self.posed_steps(None)?;
         let Some(last) = steps.last() else { return Ok(()) };
         let seen: Vec<SeenStep> = steps.iter().map(SeenStep::of).collect();
         let mut scans = Vec::new();

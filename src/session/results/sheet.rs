@@ -1,7 +1,7 @@
 //! The session as a picture: a contact sheet of every step.
 
 use super::export::write;
-use super::posed_step::WornStep;
+use super::posed_step::PosedStep;
 use crate::body::JointId;
 use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::session::error::SessionError;
@@ -20,7 +20,7 @@ impl Session {
 
     /// Draws every built step, scan beside result, and the layers in the bind pose, and writes a PNG.
     pub fn write_sheet(&self, path: &Path) -> Result<(), SessionError> {
-        let steps = self.worn_steps(None)?;
+        let steps = self.posed_steps(None)?;
         let reports: Vec<StageReport> = self.status()?.into_iter().flat_map(|s| s.standing).collect();
         let seen: Vec<SeenStep> = steps.iter().map(SeenStep::of).collect();
         let mut rows = Vec::new();
@@ -52,7 +52,7 @@ pub(in crate::session) struct Turned {
 }
 
 impl Turned {
-    pub(in crate::session) fn of(worn: &WornStep) -> Self {
+    pub(in crate::session) fn of(worn: &PosedStep) -> Self {
         let root = worn.joints()[JointId(0).index()];
         let facing = worn.pose.rotations[0] * Vector3::z();
         let turn = Rotation3::from_axis_angle(&Vector3::y_axis(), -facing.x.atan2(facing.z));
@@ -77,7 +77,7 @@ pub(in crate::session) struct SeenStep {
 }
 
 impl SeenStep {
-    pub(in crate::session) fn of(worn: &WornStep) -> Self {
+    pub(in crate::session) fn of(worn: &PosedStep) -> Self {
         let turned = Turned::of(worn);
         let garments = worn.garments();
         let layers = std::iter::once(worn.body()).chain(garments.into_iter().map(|(_, mesh)| mesh));

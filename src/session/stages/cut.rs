@@ -1,32 +1,58 @@
 //! Cut: the garment as a mesh of its own, with its hems.
 
-use super::walk::{Outcome, Walk};
-use crate::cut::{CutParams, Garment, cut as cut_out};
+use super::event::{OnProgress, Outcome};
+use super::pipeline_stage::{PipelineStage, StepContext};
+use super::scan::Scan;
+use super::segment::Segment;
+use crate::cut::{CutParams, Garment, cut};
 use crate::geometry::Adjacency;
-use crate::scan::Scan;
+use crate::scan;
 use crate::segment::Segmentation;
 use crate::session::error::SessionError;
+use crate::session::open::Session;
 use crate::session::recipe::{StepRecipe, garment_kind, params_of};
 use crate::session::stage::Stage;
 use crate::session::store::Kept;
-use serde_json::json;
+use serde_json::{Value, json};
+use std::ops::RangeInclusive;
 
-pub(in crate::session) fn cut(
-    walk: &mut Walk,
-    step: &StepRecipe,
-    scan: Kept<Scan>,
+pub(in crate::session) struct Cut;
+
+pub(in crate::session) struct Inputs {
+    scan: Kept<scan::Scan>,
     segmentation: Kept<Segmentation>,
-) -> Result<Kept<Garment>, SessionError> {
-    let params: CutParams = params_of(step, Stage::Cut)?;
-    let loops = garment_kind::of_step(step)?.template.expected_loops();
-    let inputs = json!({
-        "scan": scan.hash, "labels": segmentation.hash, "loops": [loops.start(), loops.end()], "params": params
-    });
-    walk.stage(&step.name, Stage::Cut, inputs, |session, _tell| {
-        let adjacency_of = scan.hash;
-        let (scan, segmentation) = (session.store.load_shared(scan)?, session.store.load_shared(segmentation)?);
-        let adjacency = session.store.prepared(adjacency_of, || Adjacency::prepare(&scan.mesh));
-        let garment = cut_out(&scan, &adjacency, &segmentation, loops, &params)
+    expected_loops: RangeInclusive<usize>,
+    params: CutParams,
+}
+
+impl PipelineStage for Cut {
+    const STAGE: Stage = Stage::Cut;
+    const VERSION: u32 = 3;
+    type Inputs = Inputs;
+    type Output = Garment;
+
+    fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
+        let params: CutParams = params_of(context.step, Stage::Cut)?;
+        let expected_loops = garment_kind::of_step(context.step)?.template.expected_loops();
+        let (scan, segmentation) = (context.results.result::<Scan>()?, context.results.result::<Segment>()?);
+        let values = json!({
+            "scan": scan.hash,
+            "labels": segmentation.hash,
+            "loops": [expected_loops.start(), expected_loops.end()],
+            "params": params,
+        });
+        Ok((Inputs { scan, segmentation, expected_loops, params }, values))
+    }
+
+    fn run(
+        Inputs { scan: kept_scan, segmentation, expected_loops, params }: Inputs,
+        step: &StepRecipe,
+        session: &Session,
+        _on_progress: OnProgress,
+    ) -> Result<Outcome<Garment>, SessionError> {
+        let (scan, segmentation) = (session.store.load_shared(kept_scan)?, session.store.load_shared(segmentation)?);
+        let adjacency = session.store.prepared(kept_scan.hash, || Adjacency::prepare(&scan.mesh));
+        let garment = cut(&scan, &adjacency, &segmentation, expected_loops, &params)
             .map_err(|e| SessionError::stage(&step.name, Stage::Cut, e))?;
         let (vertices, hems) = (garment.mesh.vertex_count(), garment.hem_loops.len());
         let findings = garment.findings.clone();
@@ -34,5 +60,5 @@ pub(in crate::session) fn cut(
             .measured("vertices", vertices as f64)
             .measured("hem_loops", hems as f64)
             .found(findings))
-    })
+    }
 }

@@ -1,42 +1,67 @@
-//! Evidence: what the scan shows of the new garment. Masks do not touch it, so that one costs only what is near it.
+//! Evidence: what the scan shows of the new garment. It does not depend on masks, so that one costs only what is near it.
 
-use super::dressed::{Dressed, surfaces_inside};
-use super::walk::{Outcome, Walk};
+use super::event::{OnProgress, Outcome};
+use super::pipeline_stage::{PipelineStage, StepContext};
+use super::pose::Pose;
+use super::posed::surfaces_inside;
+use super::scan::Scan;
+use crate::body::Figure;
 use crate::fit::PoseInside;
-use crate::scan::Scan;
+use crate::scan;
 use crate::segment::{Inner, Proposal, RefineParams, propose};
 use crate::session::error::SessionError;
-use crate::session::recipe::{StepRecipe, garment_kind, params_of};
+use crate::session::open::Session;
+use crate::session::recipe::{GarmentKind, StepRecipe, garment_kind, params_of};
 use crate::session::stage::Stage;
 use crate::session::store::Kept;
-use serde_json::json;
+use serde_json::{Value, json};
 
-pub(in crate::session) fn evidence(
-    walk: &mut Walk,
-    step: &StepRecipe,
-    scan: Kept<Scan>,
-    inner: &Dressed,
+pub(in crate::session) struct Evidence;
+
+pub(in crate::session) struct Inputs {
+    scan: Kept<scan::Scan>,
+    figure: Kept<Figure>,
     inside: Kept<PoseInside>,
-) -> Result<Kept<Proposal>, SessionError> {
-    let kind = garment_kind::of_step(step)?;
-    let params: RefineParams = params_of(step, Stage::Segment)?;
-    let inputs = json!({
-        "scan": scan.hash,
-        "figure": inner.figure.hash,
-        "inside": inside.hash,
-        "kind": kind.input(),
-        "params": params,
-    });
-    walk.stage(&step.name, Stage::Evidence, inputs, |session, _tell| {
-        let (scan, figure) = (session.store.load(scan)?, session.figure(inner.figure)?);
+    kind: GarmentKind,
+    params: RefineParams,
+}
+
+impl PipelineStage for Evidence {
+    const STAGE: Stage = Stage::Evidence;
+    const VERSION: u32 = 1;
+    type Inputs = Inputs;
+    type Output = Proposal;
+
+    fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
+        let kind = garment_kind::of_step(context.step)?;
+        let params: RefineParams = params_of(context.step, Stage::Segment)?;
+        let (scan, inside) = (context.results.result::<Scan>()?, context.results.result::<Pose>()?);
+        let figure = context.inner()?.figure()?;
+        let values = json!({
+            "scan": scan.hash,
+            "figure": figure.hash,
+            "inside": inside.hash,
+            "kind": kind.input(),
+            "params": params,
+        });
+        Ok((Inputs { scan, figure, inside, kind, params }, values))
+    }
+
+    fn run(
+        Inputs { scan, figure, inside, kind, params }: Inputs,
+        _step: &StepRecipe,
+        session: &Session,
+        _on_progress: OnProgress,
+    ) -> Result<Outcome<Proposal>, SessionError> {
+        let (scan, figure) = (session.store.load(scan)?, session.figure(figure)?);
         let inside = session.store.load(inside)?;
         let placement = kind.template.place(figure.body(), &figure.skeleton, &kind.extent);
-        let surfaces = surfaces_inside(&figure, &inside);
+        let surfaces = surfaces_inside(&figure, &inside)?;
         let layers: Vec<Inner> = surfaces
             .iter()
             .zip(&figure.layers)
             .map(|(mesh, layer)| Inner { mesh, colors: layer.colors.as_ref() })
             .collect();
         Ok(Outcome::of(propose(&scan, &layers, &placement, &params)))
-    })
+    }
 }

@@ -1,26 +1,33 @@
 //! The stages, one file each, and the walk that runs those that are out of date.
 
 mod cut;
-mod dressed;
+mod event;
 mod evidence;
 mod figure;
 mod fit;
-pub(in crate::session) mod flow;
+mod later_scans;
 pub(in crate::session) mod marks;
-mod other_steps;
+pub(in crate::session) mod pipeline;
+mod pipeline_stage;
 mod pose;
+mod posed;
 mod press;
 mod reason;
 mod register;
 mod rig;
-pub(in crate::session) mod scan;
+mod scan;
 mod segment;
 mod stack;
 mod walk;
 
-pub(in crate::session) use dressed::{Dressed, StepPose, Worn, along_normals};
-pub(in crate::session) use flow::steps;
+pub use event::{Event, Forced, StageReport};
+pub(in crate::session) use fit::Fit;
+pub(in crate::session) use pipeline::scan_of;
+pub(in crate::session) use pipeline_stage::{StepPose, StepResults};
 pub(in crate::session) use pose::margin;
+pub(in crate::session) use posed::along_normals;
+pub(in crate::session) use press::{PosedGarments, Press};
 pub use reason::{Cause, Reason};
-pub use walk::{Event, Forced, StageReport};
-pub(in crate::session) use walk::{Mended, Walk};
+pub(in crate::session) use scan::{Scan, raw_mesh};
+pub(in crate::session) use segment::Segment;
+pub(in crate::session) use walk::{Repaired, Walk};

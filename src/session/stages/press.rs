@@ -1,42 +1,69 @@
-//! Press: what is worn below, as the garment over it pressed it in this step's scan.
+//! Press: the inner garments, as the new one presses them in this step's scan.
 
-use super::dressed::{Worn, surfaces_inside};
-use super::walk::{Outcome, Walk};
+use super::cut::Cut;
+use super::event::{OnProgress, Outcome};
+use super::pipeline_stage::{PipelineStage, StepContext};
+use super::pose::Pose;
+use super::posed::surfaces_inside;
 use crate::body::Figure;
 use crate::cut::Garment;
 use crate::fit::PoseInside;
+use crate::geometry::TriMesh;
 use crate::session::error::SessionError;
+use crate::session::open::Session;
 use crate::session::recipe::{StepRecipe, params_of};
 use crate::session::stage::Stage;
 use crate::session::store::Kept;
-use crate::stack::{PressParams, press as press_layers};
-use serde_json::json;
+use crate::stack::{PressParams, press};
+use serde_json::{Value, json};
 
-pub(in crate::session) fn press(
-    walk: &mut Walk,
-    step: &StepRecipe,
+pub(in crate::session) struct Press;
+
+pub(in crate::session) struct Inputs {
     garment: Kept<Garment>,
     figure: Kept<Figure>,
     inside: Kept<PoseInside>,
-) -> Result<Kept<Worn>, SessionError> {
-    let params: PressParams = params_of(step, Stage::Press)?;
-    let inputs = json!({ "garment": garment.hash, "figure": figure.hash, "inside": inside.hash, "params": params });
-    walk.stage(&step.name, Stage::Press, inputs, |session, _tell| {
+    params: PressParams,
+}
+
+/// The surface of each garment in the pose of the step, innermost first, in the frame of the scan.
+pub(in crate::session) type PosedGarments = Vec<TriMesh>;
+
+impl PipelineStage for Press {
+    const STAGE: Stage = Stage::Press;
+    const VERSION: u32 = 2;
+    type Inputs = Inputs;
+    type Output = PosedGarments;
+
+    fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
+        let params: PressParams = params_of(context.step, Stage::Press)?;
+        let (garment, inside) = (context.results.result::<Cut>()?, context.results.result::<Pose>()?);
+        let figure = context.results.figure()?;
+        let values = json!({ "garment": garment.hash, "figure": figure.hash, "inside": inside.hash, "params": params });
+        Ok((Inputs { garment, figure, inside, params }, values))
+    }
+
+    fn run(
+        Inputs { garment, figure, inside, params }: Inputs,
+        step: &StepRecipe,
+        session: &Session,
+        _on_progress: OnProgress,
+    ) -> Result<Outcome<PosedGarments>, SessionError> {
         let (figure, inside) = (session.figure(figure)?, session.store.load(inside)?);
-        let mut surfaces = surfaces_inside(&figure, &inside);
+        let mut surfaces = surfaces_inside(&figure, &inside)?;
         if let Some(outermost) = surfaces.last_mut() {
             *outermost = session.store.load(garment)?.mesh;
         }
-        let (worn, reports) =
-            press_layers(&figure, &surfaces, &params).map_err(|e| SessionError::stage(&step.name, Stage::Press, e))?;
+        let (garments, reports) =
+            press(&figure, &surfaces, &params).map_err(|e| SessionError::stage(&step.name, Stage::Press, e))?;
         let most = reports.iter().map(|r| r.max_move).fold(0.0, f64::max);
         let left = reports.iter().filter(|r| r.outside_after > 0).map(|r| {
-            format!("{} vertices of '{}' find no room between what is worn over and under it", r.outside_after, r.layer)
+            format!("{} vertices of '{}' find no room between the layers over and under it", r.outside_after, r.layer)
         });
-        Ok(Outcome::of(worn)
+        Ok(Outcome::of(garments)
             .measured("outside_before", reports.iter().map(|r| r.outside_before).sum::<usize>() as f64)
             .measured("outside_after", reports.iter().map(|r| r.outside_after).sum::<usize>() as f64)
             .measured("max_move_mm", most * 1e3)
             .found(left))
-    })
+    }
 }

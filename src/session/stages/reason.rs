@@ -80,14 +80,12 @@ impl fmt::Display for Reason {
     }
 }
 
-/// What differs between what the record was made from and `inputs` now. Empty where nothing does.
-pub(in crate::session) fn reasons(record: &StageRecord, stage: Stage, inputs: &Value) -> Vec<Reason> {
+/// What differs between what the record was made from and the `version` of the code and the `inputs` now. Empty where
+/// nothing does.
+pub(super) fn reasons(record: &StageRecord, stage: Stage, version: u32, inputs: &Value) -> Vec<Reason> {
     let mut found = Vec::new();
-    if record.code != 0 && record.code != stage.code_version() {
-        found.push(Reason {
-            name: None,
-            ..Reason::named(Cause::Code, "", &Value::from(record.code), &Value::from(stage.code_version()))
-        });
+    if record.code != 0 && record.code != version {
+        found.push(Reason { old: record.code.into(), new: version.into(), ..Reason::of(Cause::Code) });
     }
     for (key, old, new) in differing(&record.from, inputs) {
         match key.as_str() {
@@ -177,10 +175,10 @@ mod tests {
             measures: Measures::new(),
             findings: vec![],
         };
-        let said: Vec<String> = reasons(&record, Stage::Segment, &new).iter().map(Reason::to_string).collect();
+        let said: Vec<String> = reasons(&record, Stage::Segment, 2, &new).iter().map(Reason::to_string).collect();
         assert_eq!(said, ["until Hip → Knee", "the result of segment", "the masks", "color 1.0 → 0.5"]);
-        assert_eq!(reasons(&record, Stage::Segment, &old), []);
+        assert_eq!(reasons(&record, Stage::Segment, 2, &old), []);
         let older = StageRecord { code: 9, ..record };
-        assert_eq!(reasons(&older, Stage::Segment, &old)[0].to_string(), "the stage's code: version 9 → 2");
+        assert_eq!(reasons(&older, Stage::Segment, 2, &old)[0].to_string(), "the stage's code: version 9 → 2");
     }
 }

@@ -1,43 +1,65 @@
 //! Register: the model's surface onto the naked scan.
 
-use super::fit::with_report;
-use super::other_steps;
-use super::other_steps::OtherStep;
-use super::walk::{Outcome, Told, Walk};
+use super::event::{OnProgress, Outcome, Progress};
+use super::fit::{Fit, with_report};
+use super::later_scans::{self, later_scans};
+use super::pipeline_stage::{LaterScan, PipelineStage, StepContext};
+use super::scan::Scan;
 use crate::fit::{FittedBody, Known, RegisterParams, RegisteredBody, SeenElsewhere, Step, register_knowing};
-use crate::scan::Scan;
+use crate::scan;
 use crate::session::error::SessionError;
+use crate::session::open::Session;
 use crate::session::recipe::{StepRecipe, params_of};
 use crate::session::stage::Stage;
 use crate::session::store::Kept;
-use serde_json::json;
+use serde_json::{Value, json};
+use std::rc::Rc;
 
-pub(in crate::session) fn register(
-    walk: &mut Walk,
-    step: &StepRecipe,
-    scan: Kept<Scan>,
+pub(in crate::session) struct Register;
+
+pub(in crate::session) struct Inputs {
+    scan: Kept<scan::Scan>,
     fitted: Kept<FittedBody>,
-    others: &[OtherStep],
-) -> Result<Kept<RegisteredBody>, SessionError> {
-    let params: RegisterParams = params_of(step, Stage::Register)?;
-    let model = walk.session().body_model_input();
-    let mut inputs = json!({ "scan": scan.hash, "fitted": fitted.hash, "model": model, "params": params });
-    if !others.is_empty() {
-        inputs["others"] = other_steps::input(others);
+    later: Rc<[LaterScan]>,
+    params: RegisterParams,
+}
+
+impl PipelineStage for Register {
+    const STAGE: Stage = Stage::Register;
+    const VERSION: u32 = 3;
+    type Inputs = Inputs;
+    type Output = RegisteredBody;
+
+    fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
+        let params: RegisterParams = params_of(context.step, Stage::Register)?;
+        let (scan, fitted) = (context.results.result::<Scan>()?, context.results.result::<Fit>()?);
+        let later = later_scans(context)?;
+        let model = context.walk.session().body_model_input();
+        let mut values = json!({ "scan": scan.hash, "fitted": fitted.hash, "model": model, "params": params });
+        if !later.is_empty() {
+            values["others"] = later_scans::input(&later);
+        }
+        Ok((Inputs { scan, fitted, later, params }, values))
     }
-    walk.stage(&step.name, Stage::Register, inputs, |session, tell| {
+
+    fn run(
+        Inputs { scan, fitted, later, params }: Inputs,
+        step: &StepRecipe,
+        session: &Session,
+        on_progress: OnProgress,
+    ) -> Result<Outcome<RegisteredBody>, SessionError> {
         let (scan, model) = (session.store.load(scan)?, session.body_model()?);
         let fitted = session.store.load(fitted)?;
-        let scans = others.iter().map(|other| session.store.load(other.scan)).collect::<Result<Vec<_>, _>>()?;
-        let covers = other_steps::covers(others, &fitted.figure(&model));
+        let scans = later.iter().map(|other| session.store.load(other.scan)).collect::<Result<Vec<_>, _>>()?;
+        let covers = later_scans::covers(&later, &fitted.figure(&model));
         let elsewhere: Vec<SeenElsewhere> = (scans.iter().zip(&fitted.elsewhere).zip(covers))
             .filter_map(|((scan, pose), cover)| Some(SeenElsewhere { scan, pose: pose.as_ref()?, cover }))
             .collect();
         let known = Known { elsewhere: &elsewhere, ..Known::default() };
-        let mut on_step = |s: &Step| tell(Told::Iteration(&scan, s));
+        let mut on_step = |s: &Step| on_progress(Progress::Iteration(&scan, s));
         let registered = register_knowing(&scan, &model, &fitted, &known, &params, &mut on_step)
             .map_err(|e| SessionError::stage(&step.name, Stage::Register, e))?;
         let report = registered.report.clone();
         Ok(with_report(Outcome::of(registered), &report))
-    })
+    }
 }

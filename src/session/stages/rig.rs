@@ -1,36 +1,57 @@
 //! Rig: the garment's skin weights, and its shape in the bind pose.
 
-use super::dressed::Dressed;
-use super::walk::{Outcome, Walk};
+use super::cut::Cut;
+use super::event::{OnProgress, Outcome};
+use super::pipeline_stage::{PipelineStage, StepContext};
+use super::pose::Pose;
+use crate::body::Figure;
 use crate::cut::Garment;
 use crate::fit::PoseInside;
-use crate::rig::{RigParams, RiggedGarment, rig as rig_garment};
+use crate::rig::{RigParams, RiggedGarment, rig};
 use crate::session::error::SessionError;
+use crate::session::open::Session;
 use crate::session::recipe::{StepRecipe, params_of};
 use crate::session::stage::Stage;
 use crate::session::store::Kept;
-use serde_json::json;
+use serde_json::{Value, json};
 
-pub(in crate::session) fn rig(
-    walk: &mut Walk,
-    step: &StepRecipe,
+pub(in crate::session) struct Rig;
+
+pub(in crate::session) struct Inputs {
     garment: Kept<Garment>,
-    inner: &Dressed,
+    figure: Kept<Figure>,
     inside: Kept<PoseInside>,
-) -> Result<Kept<RiggedGarment>, SessionError> {
-    let params: RigParams = params_of(step, Stage::Rig)?;
-    let inputs = json!({
-        "garment": garment.hash, "figure": inner.figure.hash, "inside": inside.hash, "params": params
-    });
-    walk.stage(&step.name, Stage::Rig, inputs, |session, _tell| {
-        let (garment, figure) = (session.store.load(garment)?, session.figure(inner.figure)?);
+    params: RigParams,
+}
+
+impl PipelineStage for Rig {
+    const STAGE: Stage = Stage::Rig;
+    const VERSION: u32 = 2;
+    type Inputs = Inputs;
+    type Output = RiggedGarment;
+
+    fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
+        let params: RigParams = params_of(context.step, Stage::Rig)?;
+        let (garment, inside) = (context.results.result::<Cut>()?, context.results.result::<Pose>()?);
+        let figure = context.inner()?.figure()?;
+        let values = json!({ "garment": garment.hash, "figure": figure.hash, "inside": inside.hash, "params": params });
+        Ok((Inputs { garment, figure, inside, params }, values))
+    }
+
+    fn run(
+        Inputs { garment, figure, inside, params }: Inputs,
+        step: &StepRecipe,
+        session: &Session,
+        _on_progress: OnProgress,
+    ) -> Result<Outcome<RiggedGarment>, SessionError> {
+        let (garment, figure) = (session.store.load(garment)?, session.figure(figure)?);
         let inside = session.store.load(inside)?;
-        let rigged = rig_garment(&garment.mesh, garment.colors.as_ref(), &figure, &inside, &params)
+        let rigged = rig(&garment.mesh, garment.colors.as_ref(), &figure, &inside, &params)
             .map_err(|e| SessionError::stage(&step.name, Stage::Rig, e))?;
         let report = rigged.report.clone();
         Ok(Outcome::of(rigged)
             .measured("trusted_percent", report.trusted_share * 100.0)
             .measured("stretch_p99", report.stretch_p99)
             .measured("pruned_max", report.pruned_max))
-    })
+    }
 }

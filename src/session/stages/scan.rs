@@ -1,36 +1,49 @@
 //! Scan: the file's bytes, or a recording's frames, to a cleaned scan.
 
-use super::walk::{Outcome, Tell, Told, Walk};
+use super::event::{OnProgress, Outcome, Progress};
+use super::pipeline_stage::{PipelineStage, StepContext};
 use crate::formats::{MeshKind, RawMesh, is_zip, read_mesh, read_recording};
-use crate::scan::{FusionParams, FusionReport, FusionStep, Scan, ScanParams, clean, fuse};
+use crate::scan::{self, FusionParams, FusionReport, FusionStep, ScanParams, clean, fuse};
 use crate::session::error::SessionError;
+use crate::session::open::Session;
 use crate::session::recipe::{StepRecipe, params_over};
 use crate::session::stage::Stage;
 use crate::session::stage_error::StageError;
-use crate::session::store::Kept;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::Path;
 use std::time::Instant;
 
-pub(in crate::session) fn scan(walk: &mut Walk, step: &StepRecipe) -> Result<Kept<Scan>, SessionError> {
-    watched_scan(walk, step, &mut |_| {})
+pub(in crate::session) struct Scan;
+
+pub(in crate::session) struct Inputs {
+    params: ScanParams,
+    fusion: FusionParams,
 }
 
-/// The same, watched while frames are fused.
-pub(in crate::session) fn watched_scan(
-    walk: &mut Walk,
-    step: &StepRecipe,
-    on_fusion: &mut dyn FnMut(&FusionStep),
-) -> Result<Kept<Scan>, SessionError> {
-    let params = params_of(step)?;
-    let fusion = fusion_params_of(step)?;
-    let kind = Path::new(&step.scan).extension().map(|e| e.to_string_lossy().to_lowercase());
-    let inputs = json!({ "file": step.hash, "kind": kind, "params": params, "fusion": fusion });
-    walk.stage(&step.name, Stage::Scan, inputs, |session, tell| {
+impl PipelineStage for Scan {
+    const STAGE: Stage = Stage::Scan;
+    const VERSION: u32 = 3;
+    type Inputs = Inputs;
+    type Output = scan::Scan;
+
+    fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
+        let step = context.step;
+        let (params, fusion) = (scan_params_of(step)?, fusion_params_of(step)?);
+        let kind = Path::new(&step.scan).extension().map(|e| e.to_string_lossy().to_lowercase());
+        let values = json!({ "file": step.hash, "kind": kind, "params": params, "fusion": fusion });
+        Ok((Inputs { params, fusion }, values))
+    }
+
+    fn run(
+        inputs: Inputs,
+        step: &StepRecipe,
+        session: &Session,
+        on_progress: OnProgress,
+    ) -> Result<Outcome<scan::Scan>, SessionError> {
         let path = session.resolve(&step.scan);
         let bytes = session.source_bytes(&step.source())?;
         let (scan, report) =
-            read(&path, &bytes, &params, &fusion, tell, on_fusion).map_err(|e| SessionError::bad_source(&path, e))?;
+            read(&path, &bytes, &inputs, on_progress).map_err(|e| SessionError::bad_source(&path, e))?;
         // A copy is kept once the file is known to be good.
         session.store.keep_bytes(&bytes)?;
         let (vertices, faces) = (scan.mesh.vertex_count(), scan.mesh.face_count());
@@ -41,7 +54,7 @@ pub(in crate::session) fn watched_scan(
             None => outcome,
         }
         .found(findings))
-    })
+    }
 }
 
 fn measured<T>(outcome: Outcome<T>, report: &FusionReport) -> Outcome<T> {
@@ -56,7 +69,7 @@ fn measured<T>(outcome: Outcome<T>, report: &FusionReport) -> Outcome<T> {
     outcome.measured("loop_mm", report.loop_mm).measured("loop_deg", report.loop_deg)
 }
 
-fn params_of(step: &StepRecipe) -> Result<ScanParams, SessionError> {
+fn scan_params_of(step: &StepRecipe) -> Result<ScanParams, SessionError> {
     let defaults = ScanParams::default();
     let said = ScanParams { unit: step.unit, up: step.up, faces: step.faces.unwrap_or(defaults.faces), ..defaults };
     params_over(said, step, Stage::Scan)
@@ -71,29 +84,29 @@ fn fusion_params_of(step: &StepRecipe) -> Result<FusionParams, SessionError> {
 fn read(
     path: &Path,
     bytes: &[u8],
-    params: &ScanParams,
-    fusion: &FusionParams,
-    tell: Tell,
-    on_fusion: &mut dyn FnMut(&FusionStep),
-) -> Result<(Scan, Option<FusionReport>), StageError> {
-    let cleaned = |raw: &RawMesh, tell: Tell| {
-        clean(raw, params, &mut |s| tell(Told::Text(&format!("{} ({} faces)", s.name, s.faces))))
+    inputs: &Inputs,
+    on_progress: OnProgress,
+) -> Result<(scan::Scan, Option<FusionReport>), StageError> {
+    let cleaned = |raw: &RawMesh, on_progress: OnProgress| {
+        clean(raw, &inputs.params, &mut |s| {
+            on_progress(Progress::Text(&format!("{} ({} faces)", s.name, s.faces)));
+        })
     };
     if !is_zip(bytes) {
-        return Ok((cleaned(&raw_mesh(path, bytes)?, tell)?, None));
+        return Ok((cleaned(&raw_mesh(path, bytes)?, on_progress)?, None));
     }
     let began = Instant::now();
-    let fused = fuse(&read_recording(bytes)?, fusion, &mut |step| {
-        tell(Told::Text(&told(step, &began)));
-        on_fusion(step);
+    let fused = fuse(&read_recording(bytes)?, &inputs.fusion, &mut |step| {
+        on_progress(Progress::Text(&in_words(step, &began)));
+        on_progress(Progress::Fusion(step));
     })?;
-    let mut scan = cleaned(&fused.mesh, tell)?;
+    let mut scan = cleaned(&fused.mesh, on_progress)?;
     scan.findings = fused.findings.into_iter().chain(scan.findings).collect();
     Ok((scan, Some(fused.report)))
 }
 
 /// A step of the fusion in words.
-fn told(step: &FusionStep, began: &Instant) -> String {
+fn in_words(step: &FusionStep, began: &Instant) -> String {
     match step {
         FusionStep::Surveyed => "floor and walls found".into(),
         FusionStep::CutOut { frames } => format!("the person cut out of {frames} frames"),

@@ -1,28 +1,48 @@
-//! Segment: which of the scan is the new garment, masks included.
+//! Segment: which part of the scan is the new garment, masks included.
 
+use super::event::{OnProgress, Outcome};
+use super::evidence::Evidence;
 use super::marks;
-use super::walk::{Outcome, Walk};
+use super::pipeline_stage::{PipelineStage, StepContext};
+use super::scan::Scan;
 use crate::geometry::Adjacency;
-use crate::scan::Scan;
+use crate::scan;
 use crate::segment::{Proposal, Segmentation};
 use crate::session::error::SessionError;
+use crate::session::open::Session;
 use crate::session::recipe::StepRecipe;
 use crate::session::stage::Stage;
 use crate::session::store::Kept;
-use serde_json::json;
+use serde_json::{Value, json};
 
-pub(in crate::session) fn segment(
-    walk: &mut Walk,
-    step: &StepRecipe,
-    scan: Kept<Scan>,
+pub(in crate::session) struct Segment;
+
+pub(in crate::session) struct Inputs {
+    scan: Kept<scan::Scan>,
     proposal: Kept<Proposal>,
-) -> Result<Kept<Segmentation>, SessionError> {
-    let mask_files: Vec<_> = step.masks.iter().map(|m| m.hash).collect();
-    let inputs = json!({ "scan": scan.hash, "evidence": proposal.hash, "masks": mask_files });
-    walk.stage(&step.name, Stage::Segment, inputs, |session, _tell| {
-        let adjacency_of = scan.hash;
-        let (scan, proposal) = (session.store.load_shared(scan)?, session.store.load_shared(proposal)?);
-        let adjacency = session.store.prepared(adjacency_of, || Adjacency::prepare(&scan.mesh));
+}
+
+impl PipelineStage for Segment {
+    const STAGE: Stage = Stage::Segment;
+    const VERSION: u32 = 2;
+    type Inputs = Inputs;
+    type Output = Segmentation;
+
+    fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
+        let (scan, proposal) = (context.results.result::<Scan>()?, context.results.result::<Evidence>()?);
+        let masks: Vec<_> = context.step.masks.iter().map(|m| m.hash).collect();
+        let values = json!({ "scan": scan.hash, "evidence": proposal.hash, "masks": masks });
+        Ok((Inputs { scan, proposal }, values))
+    }
+
+    fn run(
+        Inputs { scan: kept_scan, proposal }: Inputs,
+        step: &StepRecipe,
+        session: &Session,
+        _on_progress: OnProgress,
+    ) -> Result<Outcome<Segmentation>, SessionError> {
+        let (scan, proposal) = (session.store.load_shared(kept_scan)?, session.store.load_shared(proposal)?);
+        let adjacency = session.store.prepared(kept_scan.hash, || Adjacency::prepare(&scan.mesh));
         let marks = marks::marks_of(session, step, &scan)?;
         let segmentation = proposal.corrected(&scan.mesh, &adjacency, &marks);
         if let Some(last) = step.masks.last()
@@ -35,5 +55,5 @@ pub(in crate::session) fn segment(
         let by_hand = segmentation.by_hand.iter().filter(|&&h| h).count();
         let outcome = Outcome::of(segmentation).measured("garment_vertices", count as f64);
         Ok(if step.masks.is_empty() { outcome } else { outcome.measured("by_hand_vertices", by_hand as f64) })
-    })
+    }
 }

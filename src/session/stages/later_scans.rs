@@ -1,0 +1,67 @@
+//! The scans of later steps, where all scans of a session share in the body's shape.
+
+use super::pipeline_stage::{LaterScan, StepContext};
+use super::scan::Scan;
+use crate::body::Figure;
+use crate::fit::{Cover, NakedParams, ShapeFrom};
+use crate::geometry::PerVertex;
+use crate::session::error::SessionError;
+use crate::session::recipe::{StepRecipe, garment_kind, params_of};
+use crate::session::stage::Stage;
+use serde_json::{Value, json};
+use std::rc::Rc;
+
+/// The scans of all later steps where the body's step asks for them, else none.
+pub(super) fn later_scans(context: &mut StepContext) -> Result<Rc<[LaterScan]>, SessionError> {
+    if let Some(known) = &context.later_scans {
+        return Ok(known.clone());
+    }
+    let found: Rc<[LaterScan]> = match params_of::<NakedParams>(context.step, Stage::Fit)?.shape_from {
+        ShapeFrom::Naked => Rc::new([]),
+        _ => garments_scanned(context)?.into(),
+    };
+    context.later_scans = Some(found.clone());
+    Ok(found)
+}
+
+fn garments_scanned(context: &mut StepContext) -> Result<Vec<LaterScan>, SessionError> {
+    let steps = context.walk.session().recipe.steps.iter();
+    let garments: Vec<StepRecipe> = steps.filter(|step| !step.is_body()).cloned().collect();
+    let scanned = garments.iter().map(|step| {
+        let (kind, params) = (garment_kind::of_step(step)?, params_of(step, Stage::Pose)?);
+        let mut of_step = StepContext::new(context.walk, step, None);
+        of_step.perform::<Scan>()?;
+        Ok(LaterScan { name: step.name.clone(), scan: of_step.results.result::<Scan>()?, kind, params })
+    });
+    scanned.collect()
+}
+
+/// The scans among the inputs of a stage.
+pub(super) fn input(scans: &[LaterScan]) -> Value {
+    let one =
+        |later: &LaterScan| json!({ "scan": later.scan.hash, "kind": later.kind.input(), "params": later.params });
+    scans.iter().map(one).collect()
+}
+
+/// What covers each vertex of the body in each of the scans: the garments of the steps before are worn there too.
+///
+/// **Shapes** one entry per scan, with V values.
+pub(super) fn covers(scans: &[LaterScan], bare: &Figure) -> Vec<PerVertex<Cover>> {
+    let mut covered = PerVertex::filled(Cover::Bare, bare.body().mesh.vertex_count());
+    scans
+        .iter()
+        .map(|later| {
+            let new = later.kind.template.cover(bare.body(), &bare.skeleton, &later.kind.extent);
+            covered = covered.iter().zip(new.iter()).map(|(a, b)| looser(*a, *b)).collect();
+            covered.clone()
+        })
+        .collect()
+}
+
+fn looser(a: Cover, b: Cover) -> Cover {
+    match (a, b) {
+        (Cover::Loose, _) | (_, Cover::Loose) => Cover::Loose,
+        (Cover::Tight, _) | (_, Cover::Tight) => Cover::Tight,
+        _ => Cover::Bare,
+    }
+}

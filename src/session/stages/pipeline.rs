@@ -1,0 +1,62 @@
+//! The data flow of a session: the stages of the body, then those of each garment on the figure dressed so far.
+
+use super::pipeline_stage::{StepContext, StepResults};
+use super::walk::Walk;
+use super::{cut, evidence, figure, fit, pose, press, register, rig, scan, segment, stack};
+use crate::cut::Garment;
+use crate::scan::Scan;
+use crate::session::error::SessionError;
+use crate::session::recipe::StepRecipe;
+use crate::session::stage::{Stage, for_each_stage};
+use crate::session::store::Kept;
+
+macro_rules! dispatch {
+    ($($(#[$about:meta])* $stage:ident $name:ident [$($section:ident)?] $(body $body:tt)? $(garment $garment:tt)?;)*) => {
+        fn perform(stage: Stage, context: &mut StepContext) -> Result<(), SessionError> {
+            match stage {
+                $(Stage::$stage => context.perform::<$name::$stage>(),)*
+            }
+        }
+    };
+}
+for_each_stage!(dispatch);
+
+/// Walks through all steps, or up to the one named.
+pub(in crate::session) fn steps(walk: &mut Walk, last: Option<&str>) -> Result<Vec<StepResults>, SessionError> {
+    let recipe = walk.session().recipe.clone();
+    let mut all: Vec<StepResults> = Vec::new();
+    for step in &recipe.steps {
+        let mut context = StepContext::new(walk, step, all.last());
+        for &stage in Stage::of_step(step.is_body()) {
+            perform(stage, &mut context)?;
+        }
+        let results = context.results;
+        all.push(results);
+        if last == Some(step.name.as_str()) {
+            break;
+        }
+    }
+    Ok(all)
+}
+
+/// Walks up to the cut of one garment.
+pub(in crate::session) fn cut_of(walk: &mut Walk, layer: &str) -> Result<Kept<Garment>, SessionError> {
+    let recipe = walk.session().recipe.clone();
+    let step = recipe.step(layer)?;
+    let Some(before) = recipe.steps.iter().take_while(|s| s.name != layer).last() else {
+        return Err(SessionError::MaskOnBody);
+    };
+    let all = steps(walk, Some(&before.name))?;
+    let mut context = StepContext::new(walk, step, all.last());
+    for &stage in Stage::OF_GARMENT.iter().take_while(|stage| **stage <= Stage::Cut) {
+        perform(stage, &mut context)?;
+    }
+    context.results.result::<cut::Cut>()
+}
+
+/// The scan of a step, whatever comes before it.
+pub(in crate::session) fn scan_of(walk: &mut Walk, step: &StepRecipe) -> Result<Kept<Scan>, SessionError> {
+    let mut context = StepContext::new(walk, step, None);
+    context.perform::<scan::Scan>()?;
+    context.results.result::<scan::Scan>()
+}
