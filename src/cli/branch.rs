@@ -1,4 +1,4 @@
-//! `overcoat branch`: try something else without losing what is there.
+//! `overcoat branch`: tries something else without losing the current state.
 
 use super::console::{Done, secs};
 use super::context::Context;
@@ -7,7 +7,7 @@ use std::time::Instant;
 
 #[derive(clap::Args)]
 pub(super) struct BranchArgs {
-    /// Go to this branch; a new one begins where the session stands. Without a name: all branches
+    /// Switch to this branch; a new one starts at the current state. Without a name: list all branches
     name: Option<String>,
 }
 
@@ -35,9 +35,9 @@ fn switch(name: &str, context: &Context) -> anyhow::Result<Done> {
     });
     let took = secs(began.elapsed());
     let said = match (is_new, was == name) {
-        (true, _) => format!("began the branch {name} after {at}, in {took}; {was} stays as it is"),
-        (false, true) => format!("on the branch {name} already, after {at}"),
-        (false, false) => format!("went from {was} to the branch {name}, which stands after {at}, in {took}"),
+        (true, _) => format!("created the branch {name} after {at}, in {took}; {was} is unchanged"),
+        (false, true) => format!("already on the branch {name}, after {at}"),
+        (false, false) => format!("switched from {was} to the branch {name}, after {at}, in {took}"),
     };
     let mut done = Done::new("branch", json).line(said).next(context.overcoat("build"));
     if was != name {

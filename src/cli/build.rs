@@ -1,4 +1,4 @@
-//! `overcoat build`: whatever is not up to date.
+//! `overcoat build`: runs every stage that is out of date.
 
 use super::console::{Done, Verbosity, secs};
 use super::context::Context;
@@ -9,7 +9,7 @@ use std::time::Instant;
 
 #[derive(clap::Args)]
 pub(super) struct BuildArgs {
-    /// Run again although up to date: everything, or the steps or single stages named
+    /// Run stages again that are up to date: all, or those of the named steps, or the named stages
     #[arg(long, value_name = "STEP[/STAGE]", num_args = 0..)]
     force: Option<Vec<String>>,
 }

@@ -1,4 +1,4 @@
-//! `overcoat demo`: the whole job on the scans that come with the program.
+//! `overcoat demo`: builds a character from the scans that come with the program.
 
 use super::console::{Done, Verbosity, print_aside, secs};
 use super::context::Context;
@@ -96,10 +96,10 @@ pub(super) fn run(args: DemoArgs, context: &Context) -> anyhow::Result<Done> {
     });
     let mut done = Done::new("demo", json);
     if let Some(report) = &truth {
-        done = done.line("measured against what is known of the demo's subject:").lines(lines_of(report));
+        done = done.line("compared with the ground truth of the demo:").lines(lines_of(report));
     }
     Ok(done
-        .lines(corrections.iter().map(Correction::told))
+        .lines(corrections.iter().map(Correction::line))
         .line(format!("dressed a body in {} garments in {}:", scans.len() - 1, secs(began.elapsed())))
         .lines(shown.iter().map(|f| format!("  {f}")))
         .next(format!("overcoat -C {} status", session_dir.display()))
@@ -114,13 +114,13 @@ struct Correction {
 }
 
 impl Correction {
-    fn told(&self) -> String {
+    fn line(&self) -> String {
         let MaskReport { added, erased, .. } = self.report;
-        format!("corrected the {} by {}: {added} vertices of the scan painted in, {erased} out", self.layer, self.file)
+        format!("corrected {} with {}: {added} vertices of the scan added, {erased} removed", self.layer, self.file)
     }
 }
 
-/// Applies the brush file of each garment that has one, `1-tshirt.jsonl` beside `1-tshirt.ply`, and builds what hangs
+/// Applies the brush file of each garment that has one, `1-tshirt.jsonl` beside `1-tshirt.ply`, and builds what depends
 /// on it.
 fn corrected(
     writer: &mut Writer,
@@ -155,8 +155,8 @@ fn scans_dir() -> Result<PathBuf, SessionError> {
     let roots = [PathBuf::from("."), PathBuf::from(env!("CARGO_MANIFEST_DIR"))];
     let mut places = roots.iter().map(|root| root.join("scans").join("demo"));
     places.find(|place| place.is_dir()).ok_or_else(|| SessionError::BadRequest {
-        what: "the demo's scans are not here".into(),
-        hint: "run it in the folder of the source code, which has them in scans/demo".into(),
+        what: "the scans of the demo are not here".into(),
+        hint: "run `overcoat demo` in the folder of the source code, which has them in scans/demo".into(),
     })
 }
 

@@ -1,4 +1,4 @@
-//! Our own faults: a panic still ends in one sentence, an exit code, and a session as it was.
+//! Faults of Overcoat: a panic ends in one sentence and an exit code, and the session is unchanged.
 
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook};
 use std::sync::{Arc, Mutex};

@@ -1,4 +1,4 @@
-//! `overcoat fsck`: what is damaged is named, and made again.
+//! `overcoat fsck`: finds damaged files and rebuilds them.
 
 use super::console::{Done, secs};
 use super::context::Context;
@@ -9,7 +9,7 @@ use std::time::Instant;
 
 #[derive(clap::Args)]
 pub(super) struct FsckArgs {
-    /// Only look: change nothing
+    /// Check only; change nothing
     #[arg(long)]
     check: bool,
 }
@@ -30,17 +30,17 @@ pub(super) fn run(args: FsckArgs, context: &Context) -> anyhow::Result<Done> {
     let left: Vec<&Damage> = report.damages.iter().filter(|d| d.repair != Repair::Repaired).collect();
     let said = match (report.damages.len(), left.len()) {
         (0, _) => format!("all {} artefacts are sound, in {took}", report.checked),
-        (n, 0) => format!("mended all {n} damages among {} artefacts, in {took}", report.checked),
-        (n, left) => format!("{left} of {n} damages among {} artefacts are left, in {took}", report.checked),
+        (n, 0) => format!("repaired all {n} damaged files among {} artefacts, in {took}", report.checked),
+        (n, left) => {
+            format!("{left} of {n} damaged files among {} artefacts could not be repaired, in {took}", report.checked)
+        }
     };
     let mut done = Done::new("fsck", json).lines(report.damages.iter().map(line_of)).line(said);
     if let Some(first) = left.first() {
         let what = format!("{} is damaged: {}: {}", first.file, first.what, first.problem);
         done = match args.check {
-            true => done.failed(what, format!("`{}` makes it again", context.overcoat("fsck"))),
-            false => {
-                done.failed(what, format!("`{}` makes anew what the session needs now", context.overcoat("build")))
-            }
+            true => done.failed(what, format!("`{}` rebuilds it", context.overcoat("fsck"))),
+            false => done.failed(what, format!("`{}` rebuilds what the session needs now", context.overcoat("build"))),
         };
     }
     Ok(done.next(context.overcoat("status")))
@@ -49,8 +49,8 @@ pub(super) fn run(args: FsckArgs, context: &Context) -> anyhow::Result<Done> {
 fn line_of(damage: &Damage) -> String {
     let repair = match &damage.repair {
         Repair::NotTried => String::new(),
-        Repair::Repaired => "; mended".into(),
-        Repair::Not(why) => format!("; not mended: {why}"),
+        Repair::Repaired => "; repaired".into(),
+        Repair::Not(why) => format!("; not repaired: {why}"),
     };
     format!("{}: {}: {}{repair}", damage.file, damage.what, damage.problem)
 }

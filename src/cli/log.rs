@@ -1,4 +1,4 @@
-//! `overcoat log`: what was done, what was undone, what is tried on other branches.
+//! `overcoat log`: the changes of a session, done and undone, on each branch.
 
 use super::console::Done;
 use super::context::Context;
@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 #[derive(clap::Args)]
 pub(super) struct LogArgs {
-    /// Every branch, not the current one alone
+    /// List every branch, not only the current one
     #[arg(long)]
     all: bool,
 }
@@ -28,7 +28,7 @@ pub(super) fn run(args: LogArgs, context: &Context) -> anyhow::Result<Done> {
     });
     let mut done = Done::new("log", json);
     if session.is_edited_by_hand() {
-        done = done.line("      recipe.toml by hand (not taken up yet: the next change, or `build`, does)");
+        done = done.line("      recipe.toml by hand (the next change or `build` records it)");
     }
     for branch in shown {
         done = done.lines(lines_of(branch, branch.name == current.name));
@@ -36,9 +36,9 @@ pub(super) fn run(args: LogArgs, context: &Context) -> anyhow::Result<Done> {
     Ok(done.next(context.overcoat("undo")).next(context.overcoat("status")))
 }
 
-/// The newest first, as one looks for what to undo.
+/// Newest first, the order in which changes are undone.
 fn lines_of(branch: &Branch, is_current: bool) -> Vec<String> {
-    let mark = if is_current { "" } else { ", elsewhere" };
+    let mark = if is_current { "" } else { " (not current)" };
     let undone = branch.undone.iter().map(|e| format!("  ~ {:>4}  {}  (undone)", e.number, e.change));
     let done = branch.done.iter().enumerate().rev().map(|(i, e)| {
         let here = if i + 1 == branch.done.len() { '*' } else { ' ' };

@@ -14,10 +14,10 @@ pub(super) struct MaskArgs {
     #[arg(required = true)]
     layer: Option<String>,
     /// Brush strokes (.jsonl), labels (.npy, .ply as painted in Blender or MeshLab), or a picture over the scan's texture
-    /// coordinates (.png); a file that is a mask of the garment already takes its own place
+    /// coordinates (.png); a file that is already a mask of the garment replaces itself
     #[arg(required_unless_present = "template")]
     file: Option<PathBuf>,
-    /// Write the segmented scan, to be painted: .ply (red is the garment), .png over its texture coordinates (white is the
+    /// Write the segmented scan for painting: .ply (red is the garment), .png over its texture coordinates (white is the
     /// garment), .npy, or an empty .jsonl
     #[arg(long, value_name = "OUT", conflicts_with = "file")]
     template: Option<PathBuf>,
@@ -27,12 +27,12 @@ pub(super) struct MaskArgs {
 
 #[derive(clap::Subcommand)]
 enum MaskCommand {
-    /// The masks that there are
+    /// List the masks
     List {
-        /// Of this garment only
+        /// Those of this garment only
         layer: Option<String>,
     },
-    /// Take a mask off a garment
+    /// Remove a mask from a garment
     Remove {
         /// The garment
         layer: String,
@@ -73,10 +73,10 @@ fn add(layer: &str, file: PathBuf, context: &Context) -> anyhow::Result<Done> {
     });
     Ok(Done::new("mask", json)
         .line(format!(
-            "marked {} vertices of the scan as {layer}, {} as not{}, in {}",
+            "marked {} vertices of the scan as {layer} and {} as not {layer}{}, in {}",
             report.added,
             report.erased,
-            if report.replaced { ", in place of what the file said before" } else { "" },
+            if report.replaced { ", replacing what the file marked before" } else { "" },
             secs(began.elapsed())
         ))
         .next(context.overcoat("build")))

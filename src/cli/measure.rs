@@ -1,4 +1,4 @@
-//! `overcoat measure`: the session against known truth.
+//! `overcoat measure`: the session against ground truth.
 
 use super::console::{Done, secs};
 use super::context::Context;
@@ -10,10 +10,10 @@ use std::time::Instant;
 
 #[derive(clap::Args)]
 pub(super) struct MeasureArgs {
-    /// Folder with K_body.ply, K_layerJ.ply, joints.json and bind_*.ply, in the frame of the scans' files
+    /// Folder with K_body.ply, K_layerJ.ply, joints.json and bind_*.ply, in the frame of the scan files
     #[arg(long, value_name = "DIR")]
     truth: PathBuf,
-    /// The body was made from Overcoat's own model, which is judged more strictly
+    /// The subject was generated from Overcoat's own body model: stricter limits apply
     #[arg(long)]
     invented: bool,
 }
@@ -40,7 +40,7 @@ pub(super) fn run(args: MeasureArgs, context: &Context) -> anyhow::Result<Done> 
     )))
 }
 
-/// The steps' measures, then the targets.
+/// The measures of each step, then those with a limit.
 pub(super) fn lines_of(report: &TruthReport) -> Vec<String> {
     let mut lines = Vec::new();
     for step in &report.steps {
@@ -56,17 +56,17 @@ pub(super) fn lines_of(report: &TruthReport) -> Vec<String> {
                 .filter_map(|(name, value)| Some(format!("  {name:<32} {:>10.3}", value.as_f64()?))),
         );
     }
-    lines.push("targets (first / goal)".into());
+    lines.push("measures with a limit".into());
     for target in &report.targets {
         let verdict = match (target.meets_goal, target.meets_first) {
-            (true, _) => "goal",
-            (false, true) => "first",
-            (false, false) => "missed",
+            (true, _) => "✓",
+            (false, true) => "acceptable",
+            (false, false) => "✗ missed",
         };
-        let first = target.first.map_or("-".to_string(), |v| v.to_string());
+        let acceptable = target.first.map_or(String::new(), |v| format!(", acceptable {v}"));
         lines.push(format!(
-            "  {:<4} {:<36} {:>10.3}  {first:>6} / {:<6} {verdict}",
-            target.row, target.metric, target.value, target.goal
+            "  {:<36} {:>10.3}   goal {}{acceptable}: {verdict}",
+            target.metric, target.value, target.goal
         ));
     }
     lines

@@ -1,5 +1,5 @@
-//! The command line: arguments as typed, arguments as validated, run. One file a command; what a command did goes to
-//! stdout, how it is going to stderr.
+//! The command line: arguments as typed, arguments as validated, run. One file per command. What a command did
+//! goes to stdout, its progress to stderr.
 
 mod body;
 mod branch;
@@ -43,13 +43,13 @@ struct Args {
     /// The session's folder, instead of the current one
     #[arg(short = 'C', global = true, value_name = "DIR")]
     session: Option<PathBuf>,
-    /// One JSON object on stdout, nothing else there
+    /// Print one JSON object on stdout and nothing else
     #[arg(long, global = true)]
     json: bool,
-    /// Say nothing but errors
+    /// Print errors only
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     quiet: bool,
-    /// Say more
+    /// Print more: every measure, with its unit
     #[arg(short, long, global = true)]
     verbose: bool,
     #[command(subcommand)]
@@ -58,57 +58,58 @@ struct Args {
 
 #[derive(Subcommand)]
 enum Command {
-    /// The whole job on the scans that come with the program
+    /// Build a character from the scans that come with the program
     Demo(demo::DemoArgs),
     /// Start a session
     New(new::NewArgs),
     /// Add a scan: the bare body first, then each garment, from the inside out
     Scan(scan::ScanArgs),
-    /// Fit, segment, stack, weigh: whatever is not up to date
+    /// Run every stage that is out of date
     Build(build::BuildArgs),
-    /// Only pose: the body model into the bare scan, the figure inside a garment's
+    /// Run the fit only: the body model to the bare scan, the figure inside a garment's scan
     Fit(stages::StageArgs<{ stages::FIT }>),
-    /// Only up to the garment's labels and outline
+    /// Run up to the garment's labels and outline
     Segment(stages::StageArgs<{ stages::SEGMENT }>),
-    /// Only up to where the garment is skinned, and clear of what lies inside
+    /// Run up to the garment's bind-pose shape, clear of the layers inside
     Stack(stages::StageArgs<{ stages::STACK }>),
-    /// Only up to where it is weighed for physics, and on the figure
-    Weigh(stages::StageArgs<{ stages::WEIGH }>),
+    /// Run up to the skin and physics weights of the garment on the figure
+    #[command(alias = "weigh")]
+    Weights(stages::StageArgs<{ stages::WEIGHTS }>),
     /// Correct a garment's labels by brush strokes or a label file
     Mask(mask::MaskArgs),
-    /// Cut and rebuild whenever a mask file is saved
+    /// Cut and rebuild a garment whenever its mask file is saved
     Watch(watch::WatchArgs),
     /// A guided prompt through a dressing session
     Record(record::RecordArgs),
-    /// What stands, what is stale, what each step measured
+    /// Show what is up to date, what is out of date, and what each step measured
     Status(status::StatusArgs),
-    /// Take the last change back: a scan, a mask, a parameter
+    /// Undo the last change: a scan, a mask, a parameter
     Undo(undo::UndoArgs),
-    /// Do again what was undone
+    /// Redo what was undone
     Redo(redo::RedoArgs),
-    /// What was done and undone
+    /// List the changes, done and undone
     Log(log::LogArgs),
-    /// Try something else without losing what is there
+    /// Try something else without losing the current state
     Branch(branch::BranchArgs),
-    /// Look at every file of the session, and make again what is damaged or missing
+    /// Check every file of the session and rebuild what is damaged or missing
     Fsck(fsck::FsckArgs),
-    /// Run a recipe in a session of its own, on the same scans or on other people's
+    /// Run a recipe in a new session, on the same scans or on those of other people
     Replay(replay::ReplayArgs),
     /// Write the figure, or a step, as files
     Export(export::ExportArgs),
     /// Write a recording for the Rerun viewer, or a picture of every step
     View(view::ViewArgs),
-    /// Compare the session with known truth
+    /// Compare the session with ground truth
     Measure(measure::MeasureArgs),
-    /// Invent someone to scan, with known truth
+    /// Generate a synthetic subject and its scans, with ground truth
     Studio(studio::StudioArgs),
     /// Body models: look at one, measure a body, build or import one
     Body(body::BodyArgs),
-    /// The kinds of garment
+    /// List the kinds of garment
     Templates(templates::TemplatesArgs),
 }
 
-/// Runs the program and tells its exit code: 0 done, 1 the work failed, 2 the command was wrong.
+/// Runs the program and returns its exit code: 0 done, 1 the work failed, 2 the command was wrong.
 pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     let args: Vec<OsString> = args.into_iter().collect();
     let json = args.iter().any(|a| a == "--json");
@@ -139,7 +140,10 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
 const COMMANDS: Commands = Commands { names: command_names, run: run_typed };
 
 fn command_names() -> Vec<String> {
-    Args::command().get_subcommands().map(|c| c.get_name().to_string()).collect()
+    let names = |c: &clap::Command| {
+        std::iter::once(c.get_name()).chain(c.get_all_aliases()).map(String::from).collect::<Vec<_>>()
+    };
+    Args::command().get_subcommands().flat_map(names).collect()
 }
 
 /// Runs a command as typed, without the program's name.
@@ -166,7 +170,7 @@ fn run(command: Command, context: &Context) -> anyhow::Result<Done> {
         Command::Fit(args) => stages::run(args, context),
         Command::Segment(args) => stages::run(args, context),
         Command::Stack(args) => stages::run(args, context),
-        Command::Weigh(args) => stages::run(args, context),
+        Command::Weights(args) => stages::run(args, context),
         Command::Mask(args) => mask::run(args, context),
         Command::Watch(args) => watch::run(args, context),
         Command::Record(args) => record::run(args, context, COMMANDS),

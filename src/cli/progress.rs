@@ -1,4 +1,4 @@
-//! How a long command is going: a bar on a terminal, plain lines elsewhere.
+//! Progress of a long command: a bar on a terminal, plain lines elsewhere.
 
 use super::console::{Console, Verbosity, print_aside, secs};
 use crate::fit::Step;
@@ -15,11 +15,11 @@ pub(super) struct Progress {
     verbosity: Verbosity,
 }
 
-/// How often the spinner moves: often enough to be seen alive.
+/// How often the spinner moves: often enough to show that the program works.
 const TICK: Duration = Duration::from_millis(120);
 
 impl Progress {
-    /// For a command of one stage, whose own line says all of it.
+    /// For a command of one stage, whose own line reports everything.
     pub fn of_one_stage(console: &Console) -> Self {
         Self {
             bar: shown_bar(console, None),
@@ -28,7 +28,7 @@ impl Progress {
         }
     }
 
-    /// For a command of so many stages, with a line for each that runs.
+    /// For a command of `count` stages, with a line for each that runs.
     pub fn of_stages(console: &Console, count: usize) -> Self {
         Self { bar: shown_bar(console, Some(count)), plain: true, verbosity: console.verbosity }
     }
@@ -56,8 +56,8 @@ impl Progress {
         }
     }
 
-    /// For work that is no stage of a session: what is being done, in words.
-    pub fn tell(&mut self, text: String) {
+    /// Describes work that is not a stage of a session.
+    pub fn describe(&mut self, text: String) {
         match &self.bar {
             Some(bar) => bar.set_message(text),
             None if self.verbosity == Verbosity::Verbose => print_aside(&text),
@@ -105,7 +105,7 @@ fn ran(report: &StageReport) -> String {
     format!("{:<12} {:<9} {time:>8}{separator}{measures}{why}", report.step, report.stage.to_string())
 }
 
-/// Why a stage has to run; nothing for one that never did, which needs no reason.
+/// Why a stage is out of date; nothing for one that never ran, which needs no reason.
 pub(super) fn why_text(why: &[Reason]) -> Option<String> {
     let said: Vec<String> = why.iter().filter(|r| r.cause != Cause::NeverRan).map(Reason::to_string).collect();
     (!said.is_empty()).then(|| said.join(", "))

@@ -1,14 +1,14 @@
-//! `overcoat redo`: do again what was undone.
+//! `overcoat redo`: redo what was undone.
 
 use super::console::Done;
 use super::context::Context;
-use super::undo::{moved, stands};
+use super::undo::{at_least_one, moved, now_after};
 use std::time::Instant;
 
 #[derive(clap::Args)]
 pub(super) struct RedoArgs {
-    /// How many changes
-    #[arg(default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    /// Number of changes
+    #[arg(default_value_t = 1, value_name = "N", value_parser = at_least_one)]
     count: u32,
 }
 
@@ -18,8 +18,8 @@ pub(super) fn run(args: RedoArgs, context: &Context) -> anyhow::Result<Done> {
     let redone = writer.redo(args.count as usize)?;
     let json = moved(context, &writer, "redone", &redone, began);
     Ok(Done::new("redo", json)
-        .lines(redone.iter().map(|entry| format!("did again {}: {}", entry.number, entry.change)))
-        .line(stands(&writer, began))
+        .lines(redone.iter().map(|entry| format!("redid {}: {}", entry.number, entry.change)))
+        .line(now_after(&writer, began))
         .next(context.overcoat("build"))
         .next(context.overcoat("status")))
 }

@@ -1,4 +1,4 @@
-//! `overcoat replay`: a recipe in a session of its own, or on many people at once.
+//! `overcoat replay`: runs a recipe in a new session, or for many people.
 
 use super::console::{Done, Verbosity, print_aside, secs};
 use super::context::Context;
@@ -12,16 +12,16 @@ use std::time::{Duration, Instant};
 pub(super) struct ReplayArgs {
     /// A recipe.toml, or the folder of a session
     recipe: PathBuf,
-    /// The new session's folder; with --subjects the folder of their folders. What was begun there is gone on with
+    /// Folder of the new session; with --subjects, of all their sessions. A replay that was interrupted there continues
     #[arg(long, value_name = "DIR")]
     into: PathBuf,
-    /// Otherwise than in the recipe: STEP=FILE for another scan, STEP.until=PLACE, STEP.STAGE.PARAMETER=VALUE, …
+    /// Differences from the recipe: STEP=FILE for another scan, STEP.until=PLACE, STEP.STAGE.PARAMETER=VALUE, …
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// A table of people: a first column with their names, and a column for each KEY that differs between them
+    /// A table of people: the first column has their names, each other column is a KEY that differs between them
     #[arg(long, value_name = "FILE.csv")]
     subjects: Option<PathBuf>,
-    /// How many people at a time
+    /// Number of people at a time
     #[arg(long, value_name = "N", default_value_t = 1, requires = "subjects", value_parser = clap::value_parser!(u32).range(1..=64))]
     jobs: u32,
 }
@@ -72,9 +72,9 @@ fn one(request: Replay, context: &Context) -> anyhow::Result<Done> {
 
 fn many(batch: Batch, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
-    let told = context.console.verbosity > Verbosity::Quiet;
+    let is_reported = context.console.verbosity > Verbosity::Quiet;
     let runs = replay_all(&batch, &|run| {
-        if told {
+        if is_reported {
             print_aside(&format!("{:<16} {:>8}  {}", run.name, secs(run.took), result_of(run)));
         }
     })?;
@@ -100,7 +100,8 @@ fn many(batch: Batch, context: &Context) -> anyhow::Result<Done> {
             first.name,
             result_of(first)
         );
-        done = done.failed(what, "mend what is told, and run the same command again: it goes on with what is missing");
+        done = done
+            .failed(what, "correct what is reported and run the same command again: it continues with what is missing");
     }
     Ok(done)
 }

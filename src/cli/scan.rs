@@ -20,34 +20,34 @@ pub(super) struct ScanArgs {
     /// The garment kind, as in `overcoat templates list`
     #[arg(short, long)]
     template: Option<String>,
-    /// Unit of the file (m, cm, mm, in), where it is not to be guessed
+    /// Unit of the file (m, cm, mm, in); guessed by default
     #[arg(long)]
     unit: Option<Unit>,
-    /// Axis of the file that points up (+y, -z, …), where it is not to be guessed
+    /// Axis of the file that points up (+y, -z, …); guessed by default
     #[arg(long, value_name = "±AXIS", allow_hyphen_values = true)]
     up: Option<Up>,
-    /// What becomes the figure's body: the model's template moved onto the scan, or the scan itself
+    /// The figure's body: the model's template registered to the scan, or the scan itself
     #[arg(long, value_enum)]
     surface: Option<SurfaceWord>,
     /// Where the garment ends (knee, ankle, hip, …)
     #[arg(long, value_name = "PLACE")]
     until: Option<String>,
-    /// How long its sleeves are (none, short, elbow, wrist, …)
+    /// Length of its sleeves (none, short, elbow, wrist, …)
     #[arg(long, value_name = "LENGTH")]
     sleeve: Option<String>,
-    /// About how many faces the cleaned scan keeps
+    /// Approximate number of faces of the cleaned scan
     #[arg(long, value_name = "N")]
     faces: Option<usize>,
-    /// Millimetres between the voxels in which RGB-D frames are fused
+    /// Voxel size of the fusion of RGB-D frames, in millimetres
     #[arg(long, value_name = "MM")]
     voxel: Option<f64>,
-    /// Show in the Rerun viewer how RGB-D frames are fused (camera path, residual, growing surface): in the one at a URL,
-    /// or the one that runs on this machine, or one that is started; or write it to a file
+    /// Show the fusion of RGB-D frames (camera path, residual, growing surface) in the Rerun viewer at a URL; without a
+    /// URL, in the one that runs on this machine or is started; with a file name, write a recording
     #[arg(long, value_name = "OUT.rrd|URL", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     view: Option<ShowIn>,
     #[command(flatten)]
     reading: ReadingArgs,
-    /// Put the scan in the place of the step of that name
+    /// Replace the scan of the step of that name
     #[arg(long)]
     replace: bool,
 }

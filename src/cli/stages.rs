@@ -1,5 +1,5 @@
-//! `overcoat fit`, `segment`, `stack`, `weigh`: single stages, their parameters as flags. The flags are made from the
-//! session's table of parameters, so that there is no second list.
+//! `overcoat fit`, `segment`, `stack`, `weights`: single stages, their parameters as flags. The flags are made from the
+//! declarations of the parameters, so that there is no second list.
 
 use super::console::{Done, secs};
 use super::context::Context;
@@ -19,13 +19,13 @@ struct StageCommand {
 pub(super) const FIT: usize = 0;
 pub(super) const SEGMENT: usize = 1;
 pub(super) const STACK: usize = 2;
-pub(super) const WEIGH: usize = 3;
+pub(super) const WEIGHTS: usize = 3;
 
 const COMMANDS: [StageCommand; 4] = [
     StageCommand { name: "fit", stages: &[Stage::Fit, Stage::Register, Stage::Pose], prefixed: &[Stage::Register] },
     StageCommand { name: "segment", stages: &[Stage::Segment, Stage::Cut], prefixed: &[Stage::Cut] },
     StageCommand { name: "stack", stages: &[Stage::Rig, Stage::Stack], prefixed: &[Stage::Rig] },
-    StageCommand { name: "weigh", stages: &[Stage::Figure, Stage::Press], prefixed: &[Stage::Press] },
+    StageCommand { name: "weights", stages: &[Stage::Figure, Stage::Press], prefixed: &[Stage::Press] },
 ];
 
 impl StageCommand {
@@ -127,11 +127,11 @@ impl<const K: usize> clap::FromArgMatches for StageArgs<K> {
 
 impl<const K: usize> clap::Args for StageArgs<K> {
     fn augment_args(command: Command) -> Command {
-        let step = Arg::new("step").value_name("STEP").help("The step; without it every step that has the stage");
+        let step = Arg::new("step").value_name("STEP").help("The step; by default every step that has the stage");
         let reset = Arg::new("reset")
             .long("reset")
             .action(ArgAction::SetTrue)
-            .help("Forget what was set before: the defaults again");
+            .help("Forget the parameters that were set before");
         let flags = COMMANDS[K].flags().into_iter().map(|(flag, parameters)| arg_of(flag, &parameters));
         let view = Arg::new("view")
             .long("view")
@@ -141,8 +141,8 @@ impl<const K: usize> clap::Args for StageArgs<K> {
             .default_missing_value("")
             .value_parser(clap::value_parser!(ShowIn))
             .help(
-                "Show in the Rerun viewer how each fit goes, iteration by iteration: in the one at a URL, or the one \
-                 that runs on this machine, or one that is started; or write it to a file",
+                "Show each iteration of the fits in the Rerun viewer at a URL; without a URL, in the one that runs on this \
+                 machine or is started; with a file name, write a recording",
             );
         let view = (K == FIT).then_some(view);
         command.arg(step).arg(reset).args(view).args(flags)

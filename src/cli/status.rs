@@ -1,4 +1,4 @@
-//! `overcoat status`: the session as a picture in text: what stands, what is stale and why, what was measured, what next.
+//! `overcoat status`: the session in text: what is up to date, what is out of date and why, what was measured, what to do next.
 
 use super::console::{Done, Verbosity, secs};
 use super::context::Context;
@@ -42,19 +42,19 @@ fn head(session: &Session, context: &Context, body: &str) -> Vec<String> {
     let branch = session.history().current();
     let at = match branch.head() {
         Some(entry) => format!("after {}: {}", entry.number, entry.change),
-        None => "nothing recorded yet".into(),
+        None => "no change yet".into(),
     };
     let mut lines = vec![
         format!("session {}, body model: {body}", context.session.display()),
         format!("branch {} of {}, {at}", branch.name, session.history().branches().len()),
     ];
     if session.is_edited_by_hand() {
-        lines.push("recipe.toml was edited by hand since; the next change or build takes that up".into());
+        lines.push("recipe.toml was edited by hand; the next change or build records that".into());
     }
     lines
 }
 
-/// How a stage is: it stands, it is stale, or it waits for one that is.
+/// Whether a stage is up to date, out of date, or waits for one that is.
 fn mark(step: &StepStatus, stage: Stage) -> &'static str {
     match (step.stale.contains(&stage), step.why.contains_key(&stage)) {
         (false, _) => "■",
@@ -79,7 +79,7 @@ fn picture(step: &StepStatus, verbose: bool) -> Vec<String> {
         format!("  {}", chain.join(" ── ")),
     ];
     if step.scan_changed {
-        lines.push("  the file is gone or was changed since it was scanned; the session uses its own copy".into());
+        lines.push("  the file is missing or was changed after the scan; the session uses its own copy".into());
     }
     for (stage, why) in &step.why {
         let why = why_text(why).unwrap_or_else(|| "never ran".into());
@@ -113,11 +113,11 @@ fn foot(steps: &[StepStatus], began: Instant) -> String {
         steps.iter().map(|s| s.stale.len() + s.standing.len()).sum::<usize>(),
     );
     let took = secs(began.elapsed());
-    let key = "■ stands  □ stale  · waits for one that is";
+    let key = "■ up to date  □ out of date  · waits for an earlier stage";
     match (steps.is_empty(), stale) {
-        (true, _) => format!("nothing is scanned yet (looked through in {took})"),
-        (false, 0) => format!("all {all} stages stand (looked through in {took})   {key}"),
-        (false, _) => format!("{stale} of {all} stages are to be made (looked through in {took})   {key}"),
+        (true, _) => format!("nothing is scanned yet (checked in {took})"),
+        (false, 0) => format!("all {all} stages are up to date (checked in {took})   {key}"),
+        (false, _) => format!("{stale} of {all} stages are out of date (checked in {took})   {key}"),
     }
 }
 

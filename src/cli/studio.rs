@@ -1,4 +1,4 @@
-//! `overcoat studio make`: invent someone to scan, with known truth.
+//! `overcoat studio make`: generates a synthetic subject and its scans, with ground truth.
 
 use super::console::{Done, Verbosity, print_aside, secs};
 use super::context::Context;
@@ -15,43 +15,43 @@ pub(super) struct StudioArgs {
 
 #[derive(clap::Subcommand)]
 enum Action {
-    /// A whole session: recordings, fused scans, and what was really there
+    /// Generate a whole session: recordings, fused scans, and the ground truth
     Make(MakeArgs),
-    /// The garments that the studio can sew
+    /// List the garments that can be generated
     Garments,
 }
 
 #[derive(clap::Args)]
 struct MakeArgs {
-    /// Who, how they stand, how cloth falls, which noise: the same seed makes the same bytes. Below 1000 for tuning and
-    /// tests, from 1000 on for judging: nothing was tuned on those
+    /// Seed of the subject, the poses, the cloth and the noise: equal seeds give equal bytes. Seeds below 1000 are for
+    /// tuning and tests, those from 1000 on for evaluation
     #[arg(long, value_name = "N")]
     seed: u64,
-    /// What they put on, from the inside out: `tshirt,jeans,coat`
+    /// The garments, from the inside out: `tshirt,jeans,coat`
     #[arg(long, value_name = "A,B,…")]
     garments: String,
     /// Folder to write, which must not exist or be empty
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Frames a step
+    /// Frames per step
     #[arg(long, value_name = "N")]
     views: Option<usize>,
-    /// Turns of the table a step
+    /// Turns of the turntable per step
     #[arg(long, value_name = "N")]
     turns: Option<f64>,
-    /// Pixels of a frame; the field of view stays
+    /// Pixels of a frame; the field of view stays the same
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<[usize; 2]>,
-    /// How far the head wanders within a turn, millimetres
+    /// Sway of the head within a turn, in millimetres
     #[arg(long, value_name = "MM")]
     sway: Option<f64>,
     /// Triangles of a fused scan
     #[arg(long, value_name = "N")]
     faces: Option<usize>,
-    /// A camera without faults
+    /// Simulate a camera without noise
     #[arg(long)]
     no_noise: bool,
-    /// Only the fused scans and the truth, no frames
+    /// Write the fused scans and the ground truth, but no frames
     #[arg(long)]
     no_frames: bool,
 }
@@ -93,7 +93,7 @@ fn make(args: MakeArgs, context: &Context) -> anyhow::Result<Done> {
     let truth = args.out.join("truth");
     Ok(Done::new("studio make", json)
         .line(format!(
-            "invented a person and {} garments in {}, in {}",
+            "generated a person and {} garments in {}, in {}",
             made.len() - 1,
             args.out.display(),
             secs(began.elapsed())

@@ -1,4 +1,4 @@
-//! `overcoat undo`: take the last changes back.
+//! `overcoat undo`: undo the last changes.
 
 use super::console::{Done, secs};
 use super::context::Context;
@@ -8,8 +8,8 @@ use std::time::Instant;
 
 #[derive(clap::Args)]
 pub(super) struct UndoArgs {
-    /// How many changes
-    #[arg(default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    /// Number of changes
+    #[arg(default_value_t = 1, value_name = "N", value_parser = at_least_one)]
     count: u32,
 }
 
@@ -20,12 +20,12 @@ pub(super) fn run(args: UndoArgs, context: &Context) -> anyhow::Result<Done> {
     let json = moved(context, &writer, "undone", &undone, began);
     Ok(Done::new("undo", json)
         .lines(undone.iter().map(|entry| format!("undid {}: {}", entry.number, entry.change)))
-        .line(stands(&writer, began))
+        .line(now_after(&writer, began))
         .next(context.overcoat("redo"))
         .next(context.overcoat("status")))
 }
 
-/// What `undo` and `redo` tell programs.
+/// The JSON output of `undo` and `redo`.
 pub(super) fn moved(
     context: &Context,
     writer: &Writer,
@@ -44,8 +44,13 @@ pub(super) fn moved(
 }
 
 /// Where the session is now, in a sentence.
-pub(super) fn stands(writer: &Writer, began: Instant) -> String {
+pub(super) fn now_after(writer: &Writer, began: Instant) -> String {
     let branch = writer.session().history().current();
     let at = branch.head().map(|e| format!("{}: {}", e.number, e.change)).unwrap_or_default();
-    format!("the session stands after {at} (branch {}), in {}", branch.name, secs(began.elapsed()))
+    format!("now after change {at} (branch {}), in {}", branch.name, secs(began.elapsed()))
+}
+
+/// A number of changes.
+pub(super) fn at_least_one(text: &str) -> Result<u32, String> {
+    text.parse().ok().filter(|&count| count > 0).ok_or_else(|| "give 1 or more".into())
 }

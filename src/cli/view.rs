@@ -15,7 +15,7 @@ pub(super) struct ViewArgs {
     /// Draw every step, scan beside result, from three sides
     #[arg(long, value_name = "OUT.png")]
     sheet: Option<PathBuf>,
-    /// Draw one picture of it all: scans, layers peeled apart, the figure in a pose
+    /// Draw one picture of everything: scans, layers peeled apart, the posed figure
     #[arg(long, value_name = "OUT.png")]
     poster: Option<PathBuf>,
 }
@@ -23,9 +23,9 @@ pub(super) struct ViewArgs {
 pub(super) fn run(args: ViewArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     if args.save.is_none() && args.sheet.is_none() && args.poster.is_none() {
-        let what = "view needs to know what to write".into();
+        let what = "nothing to write: `view` needs --save, --sheet or --poster".into();
         let hint =
-            "--save OUT.rrd for the Rerun viewer, --sheet OUT.png for a picture of every step, --poster OUT.png for one of it all"
+            "--save OUT.rrd writes a recording for the Rerun viewer, --sheet OUT.png draws every step, --poster OUT.png one picture of all"
                 .into();
         return Err(SessionError::BadRequest { what, hint }.into());
     }

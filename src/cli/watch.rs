@@ -1,4 +1,4 @@
-//! `overcoat watch`: a mask file is saved, its garment is cut anew, what hangs on it is rebuilt.
+//! `overcoat watch`: when a mask file is saved, its garment is cut again and what depends on it is rebuilt.
 
 use super::console::{Done, Verbosity, print_aside, print_line, secs};
 use super::context::Context;
@@ -14,16 +14,16 @@ use std::time::{Duration, Instant, SystemTime};
 
 #[derive(clap::Args)]
 pub(super) struct WatchArgs {
-    /// A garment, with FILE: its mask from now on
+    /// A garment; FILE becomes its mask
     #[arg(requires = "file")]
     layer: Option<String>,
-    /// A mask file that is no mask yet, or that is not there yet
+    /// A mask file that is not yet a mask of the garment; it may not exist yet
     file: Option<PathBuf>,
-    /// Show the garment as cut, then all that is rebuilt, in the Rerun viewer: the one at URL, or the one that runs on this
-    /// machine, or one that is started
+    /// Show the garment as cut, then everything that is rebuilt, in the Rerun viewer at URL; without URL, in the one that
+    /// runs on this machine or is started
     #[arg(long, value_name = "URL", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     view: Option<String>,
-    /// Draw the garment as cut, in the scan's pose, each time
+    /// Draw the garment as cut, in the scan's pose, after each change
     #[arg(long, value_name = "OUT.png")]
     picture: Option<PathBuf>,
     /// Draw the contact sheet after each rebuild
@@ -32,28 +32,28 @@ pub(super) struct WatchArgs {
     /// Write the recording for the Rerun viewer after each rebuild
     #[arg(long, value_name = "OUT.rrd")]
     save: Option<PathBuf>,
-    /// Only cut anew; what hangs on the cut is left to `build`
+    /// Only cut; leave what depends on the cut to `build`
     #[arg(long)]
     cut_only: bool,
-    /// End after so many changes
+    /// Stop after N changes
     #[arg(long, value_name = "N")]
     changes: Option<usize>,
 }
 
-/// Often enough that nobody waits for it, and looking at a few files costs nothing.
+/// Often enough that nobody waits for it; checking a few files costs nothing.
 const POLL: Duration = Duration::from_millis(20);
 
 /// A file that is watched.
 struct Watched {
     layer: String,
     path: PathBuf,
-    /// As it was when it was taken up last; `None` for one that was not there.
+    /// Its state when it was last applied; `None` if it did not exist.
     seen: Option<Look>,
-    /// As it was a moment ago: one that still changes is still being written.
+    /// Its state a moment ago: a file that still changes is still being written.
     last: Option<Look>,
 }
 
-/// What tells a saved file from the one before.
+/// What distinguishes a saved file from the one before.
 #[derive(Clone, PartialEq)]
 struct Look {
     modified: SystemTime,
@@ -73,13 +73,13 @@ impl Watched {
         Self { layer, path, seen: look.clone(), last: look }
     }
 
-    /// The file, the same however its path is written; also where it is not there yet.
+    /// The canonical path of a file, even before it exists.
     fn place(path: &Path) -> Option<PathBuf> {
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         path.canonicalize().ok().or_else(|| Some(folder.canonicalize().ok()?.join(path.file_name()?)))
     }
 
-    /// When the file was saved, if that is new and it has come to rest.
+    /// When the file was saved, if that is new and the file no longer changes.
     fn saved(&mut self) -> Option<SystemTime> {
         let look = Look::at(&self.path);
         let rests = look == self.last;
@@ -109,7 +109,7 @@ fn changes_of(count: usize) -> String {
     }
 }
 
-/// Set once Ctrl-C was pressed, or the process was asked to end.
+/// Set when Ctrl-C was pressed or the process was asked to end.
 fn ended_by_signal() -> anyhow::Result<Arc<AtomicBool>> {
     let ended = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
@@ -123,7 +123,7 @@ struct Watch<'a> {
     context: &'a Context,
     files: Vec<Watched>,
     viewer: Option<LiveView>,
-    /// What was loaded and prepared stays at hand from one change to the next.
+    /// Keeps what was loaded and prepared from one change to the next.
     memory: Memory,
     taken: usize,
     log: Vec<Value>,
@@ -140,7 +140,7 @@ impl<'a> Watch<'a> {
             let place = Watched::place(&file);
             let same = |w: &Watched| w.layer == *layer && Watched::place(&w.path) == place;
             if !files.iter().any(same) {
-                // What is in it already is taken up at once.
+                // Its present content is applied at once.
                 let layer = layer.clone();
                 files.push(Watched { layer, last: Look::at(&file), seen: None, path: file });
             }
@@ -160,11 +160,11 @@ impl<'a> Watch<'a> {
             watch.viewer = Some(LiveView::open(&Session::open(&context.session)?, url)?);
         }
         let paths: Vec<String> = watch.files.iter().map(|w| w.path.display().to_string()).collect();
-        watch.say(&format!("watching {}; Ctrl-C ends", paths.join(", ")));
+        watch.say(&format!("watching {}; stop with Ctrl-C", paths.join(", ")));
         Ok(watch)
     }
 
-    /// Builds what is stale before the first change, and has at hand what a recut needs.
+    /// Builds what is out of date before the first change, and loads what a recut needs.
     fn warm(&mut self) -> anyhow::Result<()> {
         let mut writer = Writer::open(&self.context.session)?;
         writer.remember(&self.memory);
@@ -175,19 +175,19 @@ impl<'a> Watch<'a> {
         Ok(())
     }
 
-    /// Takes up what was saved since the last look.
+    /// Applies what was saved since the last check.
     fn look(&mut self) {
         for i in 0..self.files.len() {
             let Some(saved) = self.files[i].saved() else { continue };
             let (layer, path) = (self.files[i].layer.clone(), self.files[i].path.clone());
             let taken = self.take_up(&layer, &path, saved);
             if taken.as_ref().is_err_and(|e| matches!(e.downcast_ref(), Some(SessionError::Locked { .. }))) {
-                // Another command is at work; the file waits its turn.
+                // Another command changes the session; the file waits.
                 self.files[i].seen = None;
                 continue;
             }
             self.taken += 1;
-            // A file that is wrong is said, and the session stands as it was: the next save may mend it.
+            // A wrong file is reported and leaves the session unchanged; the next save may correct it.
             if let Err(e) = taken {
                 self.log.push(json!({ "layer": layer, "file": path.display().to_string(), "error": e.to_string() }));
                 if self.context.console.verbosity > Verbosity::Quiet {
@@ -207,7 +207,7 @@ impl<'a> Watch<'a> {
         if let Some(picture) = &self.args.picture {
             writer.session().draw_garment(&recut.garment, layer, picture)?;
         }
-        self.say(&told(layer, path, waited, &recut));
+        self.say(&summary(layer, path, waited, &recut));
         let began = Instant::now();
         let rebuilt = match self.args.cut_only {
             true => 0,
@@ -229,10 +229,10 @@ impl<'a> Watch<'a> {
         Ok(())
     }
 
-    /// What is to be looked at, after what hangs on the cut was rebuilt.
+    /// Writes and shows what was asked for, after what depends on the cut was rebuilt.
     fn show(&mut self, rebuilt: usize, began: Instant) -> anyhow::Result<()> {
         if rebuilt > 0 {
-            self.say(&format!("  rebuilt what hangs on it, {rebuilt} stages, in {}", secs(began.elapsed())));
+            self.say(&format!("  rebuilt {rebuilt} stages that depend on it in {}", secs(began.elapsed())));
         }
         let in_viewer = self.viewer.is_some() && rebuilt > 0;
         if self.args.sheet.is_none() && self.args.save.is_none() && !in_viewer {
@@ -254,12 +254,12 @@ impl<'a> Watch<'a> {
         Ok(())
     }
 
-    /// Watching goes on where the viewer was closed.
+    /// Watching continues if the viewer was closed.
     fn unless_closed(&mut self, shown: Option<Result<(), SessionError>>) {
         if let Some(Err(e)) = shown {
             self.viewer = None;
             if self.context.console.verbosity > Verbosity::Quiet {
-                print_aside(&format!("error: {}; nothing more is shown", failure::one_line(&e.to_string())));
+                print_aside(&format!("error: {}; the viewer is no longer updated", failure::one_line(&e.to_string())));
             }
         }
     }
@@ -273,7 +273,7 @@ impl<'a> Watch<'a> {
     }
 }
 
-fn told(layer: &str, path: &Path, waited: Duration, recut: &Recut) -> String {
+fn summary(layer: &str, path: &Path, waited: Duration, recut: &Recut) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let measures: Vec<String> = recut
         .reports
@@ -284,8 +284,8 @@ fn told(layer: &str, path: &Path, waited: Duration, recut: &Recut) -> String {
         .collect();
     let findings = recut.garment.findings.iter().map(|f| format!("\n  {f}")).collect::<String>();
     format!(
-        "{name} saved; {layer} cut anew {:.0} ms later: {}{findings}",
+        "{name} saved; {layer} cut again {:.0} ms later: {}{findings}",
         1e3 * waited.as_secs_f64(),
-        if measures.is_empty() { "nothing is different".into() } else { measures.join(", ") }
+        if measures.is_empty() { "no difference".into() } else { measures.join(", ") }
     )
 }

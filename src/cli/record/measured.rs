@@ -1,4 +1,4 @@
-//! What a step measured, in the words of a person who wants to know whether to scan it again.
+//! What a step measured, for a user who decides whether to scan it again.
 
 use crate::session::{Stage, StepStatus};
 
@@ -7,35 +7,35 @@ pub(super) fn lines(step: &StepStatus) -> Vec<String> {
     let value = |stage: Stage, name: &str| {
         step.standing.iter().find(|r| r.stage == stage).and_then(|r| r.measures.get(name)).copied()
     };
-    let mut told = Vec::new();
-    let mut tell = |what: &str, value: Option<f64>, unit: &str| {
-        told.extend(value.map(|v| match v.fract() {
+    let mut parts = Vec::new();
+    let mut add = |what: &str, value: Option<f64>, unit: &str| {
+        parts.extend(value.map(|v| match v.fract() {
             0.0 => format!("{what} {v:.0}{unit}"),
             _ => format!("{what} {v:.1}{unit}"),
         }));
     };
     match step.template {
         None => {
-            tell("the body lies", value(Stage::Register, "residual_mean_mm"), " mm from the scan on the mean");
-            tell("95 % of it within", value(Stage::Register, "residual_p95_mm"), " mm");
+            add("mean distance from body to scan:", value(Stage::Register, "residual_mean_mm"), " mm");
+            add("95 % of the body within", value(Stage::Register, "residual_p95_mm"), " mm");
         }
         Some(_) => {
-            tell("skin seen outside the scan:", value(Stage::Pose, "outside_percent"), " %");
-            tell("hems:", value(Stage::Cut, "hem_loops"), "");
-            tell("triangles that cross:", value(Stage::Stack, "intersecting_pairs"), "");
-            tell("by hand:", value(Stage::Segment, "by_hand_vertices"), " vertices");
+            add("skin pokes through the scan:", value(Stage::Pose, "outside_percent"), " %");
+            add("hem loops:", value(Stage::Cut, "hem_loops"), "");
+            add("crossing triangle pairs:", value(Stage::Stack, "intersecting_pairs"), "");
+            add("corrected by hand:", value(Stage::Segment, "by_hand_vertices"), " vertices");
         }
     }
-    // What was assumed of the file, and what is odd about the cut; how a fit went on its way is for `status`.
+    // What was assumed about the file and what is unusual about the cut; `status` reports the progress of fits.
     let read_first = |stage: Stage| matches!(stage, Stage::Scan | Stage::Cut);
     let findings: Vec<&String> =
         step.standing.iter().filter(|r| read_first(r.stage)).flat_map(|r| &r.findings).collect();
-    let mut lines = vec![format!("{}: {}.", step.name, told.join("; "))];
+    let mut lines = vec![format!("{}: {}.", step.name, parts.join("; "))];
     lines.extend(findings.iter().map(|f| format!("  {f}")));
     lines.push(match step.template {
-        None => "Look at it: `view`. Is it the whole body, is every limb in place? If not: `again`.".into(),
+        None => "Check it with `view`: is the whole body there, and every limb in place? If not, type `again`.".into(),
         Some(_) => format!(
-            "Look at it: `view`. Where {0} is cut wrongly: `mask --template {0}.ply`, paint it, `mask {0}.ply`. Or `again`.",
+            "Check it with `view`. If {0} is cut wrongly: `mask --template {0}.ply`, paint that file, `mask {0}.ply`. Or `again`.",
             step.name
         ),
     });
