@@ -24,7 +24,7 @@ fn help_names_every_command_and_succeeds() {
         "fit",
         "segment",
         "stack",
-        "weigh",
+        "weights",
         "undo",
         "redo",
         "log",

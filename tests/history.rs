@@ -143,7 +143,7 @@ fn a_branch_keeps_its_state() {
     overcoat_ok(&session, &["redo", "2"]);
     assert!(bytes_of(&session) == long);
     let all = overcoat_ok(&session, &["log", "--all"]).stdout;
-    assert!(all.contains("branch main, elsewhere\n") && all.contains("branch long\n"), "{all}");
+    assert!(all.contains("branch main (not current)\n") && all.contains("branch long\n"), "{all}");
 }
 
 #[test]

@@ -210,7 +210,7 @@ fn a_saved_mask_is_cut_at_once_and_a_bad_one_is_reported_and_skipped() {
     };
     save(&stroke("erase", 0.02, chest));
     let one = line_with(&mut lines, "fix.jsonl saved; tshirt cut anew");
-    line_with(&mut lines, "rebuilt what hangs on it");
+    line_with(&mut lines, "stages that depend on it");
     save(&(stroke("erase", 0.02, chest) + &stroke("erase", 0.05, chest)));
     let two = line_with(&mut lines, "fix.jsonl saved; tshirt cut anew");
     assert!(vertices(&two) < vertices(&one) - 20.0, "{one}\n{two}");
