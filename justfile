@@ -25,7 +25,7 @@ foreign:
     : "${OVERCOAT_FOREIGN:?must name the folder of the foreign scans}"
     cargo test --release --no-default-features --test integration -- foreign --ignored --nocapture
 
-# The hashes that tests/integration/stage_versions.rs compares each stage's outputs with; refuses where a version must be
+# The hashes that tests/stage_versions.rs compares each stage's outputs with; refuses where a version must be
 # bumped first
 stage-hashes:
     OVERCOAT_REFRESH_STAGE_HASHES=1 cargo test --release --no-default-features --test integration -- stage_versions --nocapture

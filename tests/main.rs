@@ -20,4 +20,5 @@ mod record_and_watch;
 mod replay;
 mod rgbd;
 mod smpl_family;
+mod stage_versions;
 mod stages;

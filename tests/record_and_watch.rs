@@ -209,10 +209,10 @@ fn a_saved_mask_is_cut_at_once_and_a_bad_one_is_reported_and_skipped() {
         line[at + 17..].split([',', ' ']).next().unwrap().parse().unwrap()
     };
     save(&stroke("erase", 0.02, chest));
-    let one = line_with(&mut lines, "fix.jsonl saved; tshirt cut anew");
+    let one = line_with(&mut lines, "fix.jsonl saved; tshirt cut again");
     line_with(&mut lines, "stages that depend on it");
     save(&(stroke("erase", 0.02, chest) + &stroke("erase", 0.05, chest)));
-    let two = line_with(&mut lines, "fix.jsonl saved; tshirt cut anew");
+    let two = line_with(&mut lines, "fix.jsonl saved; tshirt cut again");
     assert!(vertices(&two) < vertices(&one) - 20.0, "{one}\n{two}");
     save(&stroke("erase", 0.9, chest));
     line_with(&mut lines, "watched 4 changes");
@@ -239,7 +239,7 @@ fn watching_ends_cleanly_with_ctrl_c() {
     let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
     line_with(&mut lines, "watching ../fix.jsonl");
     // A file that is there already is taken up at once.
-    line_with(&mut lines, "fix.jsonl saved; tshirt cut anew");
+    line_with(&mut lines, "fix.jsonl saved; tshirt cut again");
     let interrupted = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(interrupted.success());
     line_with(&mut lines, "watched 1 change");
