@@ -22,7 +22,7 @@ pub(in crate::session) struct Figure;
 
 pub(in crate::session) enum Inputs {
     Body(BodyInputs),
-    Garment(GarmentInputs),
+    Garment(Box<GarmentInputs>),
 }
 
 pub(in crate::session) struct BodyInputs {
@@ -48,7 +48,7 @@ impl PipelineStage for Figure {
     fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
         match context.step.is_body() {
             true => inputs_of_body(context).map(|(inputs, values)| (Inputs::Body(inputs), values)),
-            false => inputs_of_garment(context).map(|(inputs, values)| (Inputs::Garment(inputs), values)),
+            false => inputs_of_garment(context).map(|(inputs, values)| (Inputs::Garment(Box::new(inputs)), values)),
         }
     }
 
@@ -60,7 +60,7 @@ impl PipelineStage for Figure {
     ) -> Result<Outcome<body::Figure>, SessionError> {
         match inputs {
             Inputs::Body(inputs) => body_alone(inputs, session),
-            Inputs::Garment(inputs) => with_garment(inputs, step, session),
+            Inputs::Garment(inputs) => with_garment(*inputs, step, session),
         }
     }
 }
