@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::body::{BodyModel, Figure, Pose, Shape, embedded_model, skin};
-use crate::geometry::{Adjacency, PerVertex, Point, Vec3, VertexId, noise};
+use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3, VertexId, noise};
 use crate::scan::Scan;
 use nalgebra::UnitQuaternion;
 

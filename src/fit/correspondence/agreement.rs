@@ -1,0 +1,26 @@
+//! What the judgements of both fits measure alike.
+
+use crate::body::{JointId, SkinWeights};
+use crate::geometry::VertexId;
+
+/// Mean and 95th percentile; 0 of nothing.
+pub(crate) fn mean_and_p95(mut distances: Vec<f64>) -> (f64, f64) {
+    distances.sort_by(f64::total_cmp);
+    let count = distances.len().max(1);
+    let p95 = distances.get(count * 95 / 100).copied().unwrap_or(0.0);
+    (distances.iter().sum::<f64>() / count as f64, p95)
+}
+
+/// The joint that moves the greatest area of these vertices, each by the joint that moves it most.
+pub(crate) fn dominant_joint(
+    areas: impl Iterator<Item = (VertexId, f64)>,
+    weights: &SkinWeights,
+    joint_count: usize,
+) -> Option<JointId> {
+    let mut of_joint = vec![0.0; joint_count];
+    for (v, area) in areas {
+        of_joint[weights.rows()[v][0].0.index()] += area;
+    }
+    let most = of_joint.iter().enumerate().filter(|of| *of.1 > 0.0).max_by(|a, b| a.1.total_cmp(b.1))?;
+    Some(JointId(most.0 as u16))
+}

@@ -1,0 +1,22 @@
+//! Which place of a scan belongs to which place of a body: the scan's surface, closest points in both directions, sides,
+//! agreement, limbs that the scan shows, and downsampled copies.
+
+mod agreement;
+mod closest;
+mod downsampled;
+mod limbs;
+mod placement;
+mod sampling;
+mod scan_surface;
+mod side;
+
+pub(crate) use agreement::{dominant_joint, mean_and_p95};
+pub(crate) use closest::{mean_truncated, scan_to_mesh, scan_to_mesh_from};
+pub(crate) use downsampled::{Downsampled, DownsampledModel};
+pub(crate) use limbs::{
+    Part, of_legs, parts, parts_named, pose_like_other_side, seen_shares, shown_at, spoken, too_little, unseen,
+};
+pub(crate) use placement::shift_onto;
+pub(crate) use sampling::spread;
+pub(crate) use scan_surface::{LastFaces, ScanHit, ScanSurface};
+pub(crate) use side::{Side, side_of};

@@ -1,0 +1,107 @@
+//! How much a figure and a scan have in common.
+
+use super::cover::Cover;
+use super::problem::InsideProblem;
+use crate::body::JointId;
+use crate::fit::correspondence::{dominant_joint, of_legs, spoken, spread};
+use crate::fit::solver::Posed;
+use crate::geometry::{NearestVertex, PerFace, Point, SurfaceIndex, VertexId};
+use rayon::prelude::*;
+
+/// The root of every skeleton.
+const HIPS: JointId = JointId(0);
+
+/// How much figure and scan have in common.
+pub(crate) struct Agreement {
+    /// Area share of the scan that lies on the figure, or as far from it as cloth may.
+    pub(crate) explained: f64,
+    /// Area share of what should show of the figure that lies on the scan.
+    pub(crate) seen: f64,
+    /// The part beside which most of the rest is.
+    pub(super) near: Option<String>,
+}
+
+impl Agreement {
+    /// A sentence where the scan shows more than the figure.
+    pub(crate) fn told(&self) -> Option<String> {
+        /// A share of the scan that is worth a word.
+        const WORTH_SAYING: f64 = 0.02;
+        let rest = 1.0 - self.explained;
+        let near = self.near.as_ref().filter(|_| rest > WORTH_SAYING)?;
+        Some(format!("{:.0} % of the scan's surface is far from the figure, most of it at the {near}", rest * 100.0))
+    }
+}
+
+impl InsideProblem<'_> {
+    /// How much figure and scan have in common.
+    pub(crate) fn agreement(&self, posed: &Posed) -> Agreement {
+        /// Shown skin and cloth of the last step lie within this of the scan, metres: a collar may shift by as much.
+        const SHOWN: f64 = 0.03;
+        /// What a registered body, the bend of a joint, and hair leave. Metres.
+        const SKIN: f64 = 0.04;
+        /// Cloth may stand off by this, in metres: wide cloth that hangs from hips and legs (a skirt's hem) and wide cloth
+        /// elsewhere, close cloth, and worn cloth from where it was. Elbows of hands on hips are 0.15 from the trunk.
+        const CLOTH: [f64; 4] = [0.15, 0.08, 0.06, 0.1];
+        const SAMPLES: usize = 4000;
+        // A limb that was left out explains nothing: scan beside it is that limb, elsewhere.
+        let mesh = self.mesh(posed);
+        let takes_part: PerFace<bool> = mesh.faces().iter().map(|f| !f.iter().any(|&v| self.left_out[v])).collect();
+        let (part, whole_from_part) = mesh.part(&takes_part);
+        let index = SurfaceIndex::prepare(&part);
+        let is_worn = |v: VertexId| v.index() >= self.dressed.body_count;
+        let is_leg = of_legs(&self.body.skeleton);
+        let hangs = |v: VertexId| {
+            let joint = self.body.weights.rows()[v][0].0;
+            joint == HIPS || is_leg(joint)
+        };
+        let is_loose = |v: VertexId| self.dressed.cover[v] == Cover::Loose;
+        let around = [
+            self.places(posed, |v| is_loose(v) && hangs(v)),
+            self.places(posed, |v| is_loose(v) && !hangs(v)),
+            self.places(posed, |v| self.dressed.cover[v] == Cover::Tight),
+            self.places(posed, |v| is_worn(v) && self.dressed.cover[v] == Cover::Bare),
+        ];
+        let places = self.surface.samples(SAMPLES);
+        let of_scan: Vec<(f64, Option<VertexId>)> = places
+            .par_iter()
+            .map(|&(v, area)| {
+                let p = &self.surface.mesh().points()[v];
+                let at = index.closest(p);
+                let is_cloth = || around.iter().zip(CLOTH).any(|(on, far)| on.nearest(p).is_some_and(|n| n.1 < far));
+                (area, (at.distance > SKIN && !is_cloth()).then(|| whole_from_part[at.nearest_corner(index.mesh())]))
+            })
+            .collect();
+        let normals = self.normals(posed);
+        // A limb that was left out should show, too.
+        let shown: Vec<(VertexId, f64)> =
+            spread(&self.telling_areas(), SAMPLES).into_iter().filter(|&(v, _)| self.dressed.is_shown(v)).collect();
+        let of_figure: Vec<(f64, bool)> = shown
+            .par_iter()
+            .map(|&(v, area)| {
+                let hit = self.surface.nearest(&posed.points[v], SHOWN);
+                (area, hit.is_some_and(|hit| hit.at_rim || hit.normal.dot(&normals[v]) > 0.0))
+            })
+            .collect();
+        let beside = of_scan.iter().filter_map(|&(area, v)| Some((v?, area)));
+        let most = dominant_joint(beside, self.body.weights, self.body.skeleton.len());
+        Agreement {
+            explained: share(of_scan.iter().map(|s| (s.0, s.1.is_none()))),
+            seen: share(of_figure.into_iter()),
+            near: most.map(|joint| spoken(&self.body.skeleton.names[joint.index()])),
+        }
+    }
+
+    /// Where vertices are, of those that `count`.
+    fn places(&self, posed: &Posed, count: impl Fn(VertexId) -> bool) -> NearestVertex {
+        let places: Vec<Point> =
+            posed.points.enumerate().filter(|(v, _)| count(*v) && !self.left_out[*v]).map(|(_, p)| *p).collect();
+        NearestVertex::prepare(&places)
+    }
+}
+
+/// Of the areas the share for which something holds.
+fn share(parts: impl Iterator<Item = (f64, bool)>) -> f64 {
+    let (good, total) =
+        parts.fold((0.0, 0.0), |(good, total), (area, holds)| (good + if holds { area } else { 0.0 }, total + area));
+    if total > 0.0 { good / total } else { 1.0 }
+}

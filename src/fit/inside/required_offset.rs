@@ -1,0 +1,86 @@
+//! What pose has left to the bounded offset: how far skin must still be drawn in; and how far it moved in all.
+
+use super::problem::InsideProblem;
+use crate::body::Pose;
+use crate::fit::correspondence::{Side, side_of};
+use crate::fit::solver::Posed;
+use crate::geometry::{PerVertex, Point, TriMesh, Vec3, VertexId};
+use rayon::prelude::*;
+
+/// How far a place must still be drawn in.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Need {
+    /// Along the body's normal, in metres; negative where it is clear.
+    pub(crate) along_normal: f64,
+    /// How much of such a way is clearance from the scan, which may face another way: at a hem it faces down.
+    pub(crate) gain: f64,
+}
+
+impl Need {
+    pub(crate) fn of(margin: f64, side: &Side) -> Self {
+        Self { along_normal: (margin - side.clearance) / side.cosine, gain: side.cosine }
+    }
+
+    /// What is lacking of the margin, in metres, where skin is moved by `offset` along its normal.
+    pub(crate) fn lack(&self, offset: f64) -> f64 {
+        (self.along_normal + offset) * self.gain
+    }
+}
+
+impl InsideProblem<'_> {
+    /// The area of each body vertex that must stay inside; of others none: where cloth may be, the scan may be the skin.
+    pub(crate) fn hidden_areas(&self, body: &TriMesh) -> PerVertex<f64> {
+        let mut areas = body.vertex_areas();
+        areas.0.iter_mut().enumerate().for_each(|(i, area)| {
+            *area = if self.dressed.must_stay_inside(VertexId::from_index(i)) { *area } else { 0.0 };
+        });
+        areas
+    }
+
+    /// How far each constrained vertex must still be drawn in. A vertex is clear where the middles of its hidden faces
+    /// are, too: between two vertices of a shin there is room for the edge of a scan.
+    pub(crate) fn needed_offsets(&self, posed: &Posed, body: &TriMesh) -> PerVertex<Option<Need>> {
+        let normals = self.normals(posed);
+        let mut needed: PerVertex<Option<Need>> = self
+            .sides(posed, &normals)
+            .into_iter()
+            .enumerate()
+            .map(|(i, side)| side.map(|s| Need::of(self.margin_under(VertexId::from_index(i)), &s)))
+            .collect();
+        let of_faces: Vec<Option<Need>> =
+            body.faces().0.par_iter().map(|corners| self.needed_amid(posed, &normals, *corners)).collect();
+        for (corners, need) in body.faces().iter().zip(of_faces) {
+            // A corner that was not seen, beside a hole, goes in with the rest of its face.
+            let Some(need) = need else { continue };
+            let is_more = |own: Option<Need>| need.along_normal > own.map_or(0.0, |own| own.along_normal);
+            corners.iter().for_each(|&v| needed[v] = if is_more(needed[v]) { Some(need) } else { needed[v] });
+        }
+        needed
+    }
+
+    /// Mean distance of the skin in one pose from the same in another, with offsets, as seen from the root.
+    pub(crate) fn proximity(&self, before: &Pose, after: &Pose, offsets: &PerVertex<f64>) -> f64 {
+        let seen_from_root = |pose: &Pose, offsets: Option<&PerVertex<f64>>| -> Vec<Point> {
+            let mesh = self.body_mesh(&self.posed(pose));
+            let (normals, root) = (mesh.vertex_normals(), self.body.skeleton.world_from_bind(pose)[0].inverse());
+            let by = |v: VertexId| offsets.map_or(Vec3::zeros(), |offsets| normals[v] * offsets[v]);
+            mesh.points().enumerate().map(|(v, p)| root * (p + by(v))).collect()
+        };
+        let areas = self.bare.vertex_areas();
+        let moved = seen_from_root(before, None).into_iter().zip(seen_from_root(after, Some(offsets)));
+        let sum: f64 = moved.zip(areas.iter()).map(|((p, q), area)| (p - q).norm() * area).sum();
+        sum / areas.iter().sum::<f64>().max(1e-12)
+    }
+
+    /// How far the middle of a face must be drawn in, all of whose corners are hidden.
+    fn needed_amid(&self, posed: &Posed, normals: &PerVertex<Vec3>, corners: [VertexId; 3]) -> Option<Need> {
+        if !corners.iter().all(|&v| self.dressed.must_stay_inside(v) && !self.left_out[v]) {
+            return None;
+        }
+        let [a, b, c] = corners.map(|v| posed.points[v].coords);
+        let normal = corners.iter().map(|&v| normals[v]).sum::<Vec3>().try_normalize(1e-9)?;
+        let side = side_of(self.surface, &((a + b + c) / 3.0).into(), &normal)?;
+        let margin = corners.iter().map(|&v| self.margin_under(v)).fold(f64::INFINITY, f64::min);
+        Some(Need::of(margin, &side))
+    }
+}

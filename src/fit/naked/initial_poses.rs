@@ -1,0 +1,178 @@
+//! Where a naked fit starts: several headings, statures and arms are tried, and scored.
+
+use super::bent_arms::forearms_are_seen;
+use super::coarse_fit::CoarseFit;
+use super::problem::NakedProblem;
+use crate::body::{BodyModel, JointId, Pose, Shape, Skeleton};
+use crate::fit::correspondence::{ScanSurface, shift_onto};
+use crate::fit::solver::Phase;
+use crate::geometry::{Point, Vec3, VertexId};
+use nalgebra::{Translation3, UnitQuaternion};
+use rayon::prelude::*;
+
+/// Headings tried: a quarter of the basin of convergence seen on invented subjects (about ±50°).
+const HEADINGS: usize = 8;
+
+/// Headings that go on to the next round: front, back, and one more.
+const KEPT: usize = 3;
+
+/// Turns of an upper arm away from the bind pose, about the axis to the front, in degrees: hanging down, T-pose, and raised
+/// in two steps. In between lies the basin of convergence (about 35°).
+const ARM_TURNS_DEG: [f64; 4] = [-38.0, 42.0, 85.0, 125.0];
+
+/// A stature further from the mean than this many deviations may be a raised arm or a seated person: the mean is tried too.
+const USUAL_STATURE: f64 = 1.8;
+
+/// And beyond this it is not believed.
+const GREATEST_STATURE: f64 = 3.0;
+
+/// A start that leaves more is looked for further: right ones leave 2 to 4 mm, wrong ones 10 and more. Metres.
+const GOOD_START: f64 = 0.006;
+
+/// A pose and a shape, with the score of how well they explain the scan, in metres: smaller is better.
+#[derive(Clone)]
+pub(crate) struct Start {
+    pub(crate) pose: Pose,
+    pub(crate) shape: Shape,
+    pub(crate) score: f64,
+    pub(crate) name: String,
+}
+
+/// Lays the limbs into the scan's.
+const LIMBS: Phase =
+    Phase { iterations: 6, samples: 0, reach: 0.25, least_cosine: 0.3, limbs_only: true, shape: false };
+
+impl NakedProblem<'_> {
+    /// The best of several headings and arms: front from back shows only in feet and face, so whole surfaces decide.
+    pub(super) fn best_start(&self, coarse: &CoarseFit<'_>, log: &mut Vec<String>) -> Start {
+        let scored = |starts: Vec<Start>| -> Vec<Start> {
+            starts.into_par_iter().map(|s| Start { score: self.score(&s.pose, &s.shape), ..s }).collect()
+        };
+        let best_first = |a: &Start, b: &Start| a.score.total_cmp(&b.score);
+        let rough = headings(self.model, self.surface, coarse, true);
+        let mut finals = scored(with_arms_as_they_are(coarse, &rough));
+        finals.sort_by(best_first);
+        // Who stands as asked is found by now; other arms are tried where it does not look so.
+        if finals[0].score > GOOD_START || !forearms_are_seen(self, &finals[0].pose, &finals[0].shape) {
+            let fine = headings(self.model, self.surface, coarse, false);
+            finals.extend(scored(with_other_arms(self.model, coarse, fine)));
+            finals.sort_by(best_first);
+        }
+        for s in &finals {
+            log.push(format!("start at {}: score {:.1} mm", s.name, s.score * 1e3));
+        }
+        finals.swap_remove(0)
+    }
+}
+
+/// The best headings, best first. Rough ones are of half of the places, which do where there is nothing but a person.
+pub(crate) fn headings(model: &BodyModel, surface: &ScanSurface, coarse: &CoarseFit, is_rough: bool) -> Vec<Start> {
+    let limbs = Phase { samples: if is_rough { 500 } else { 0 }, ..LIMBS };
+    let tries: Vec<(usize, Shape)> = shapes_of_height(model, surface)
+        .into_iter()
+        .flat_map(|shape| (0..HEADINGS).map(move |i| (i, shape.clone())))
+        .collect();
+    let mut found: Vec<(usize, Start)> = tries
+        .into_par_iter()
+        .map(|(i, shape)| {
+            let heading_deg = i as f64 * 360.0 / HEADINGS as f64;
+            let pose = placed(model, surface, coarse, &shape, heading_deg.to_radians());
+            (i, fitted(coarse, &limbs, pose, shape, format!("heading {heading_deg:.0}°")))
+        })
+        .collect();
+    found.sort_by(|a, b| a.1.score.total_cmp(&b.1.score));
+    let mut kept: Vec<(usize, Start)> = Vec::new();
+    for (i, start) in found {
+        if kept.len() < KEPT && kept.iter().all(|k| k.0 != i) {
+            kept.push((i, start));
+        }
+    }
+    kept.into_iter().map(|k| k.1).collect()
+}
+
+/// Each fitted on, all joints and the shape.
+pub(crate) fn with_arms_as_they_are(coarse: &CoarseFit, headings: &[Start]) -> Vec<Start> {
+    headings.par_iter().map(|start| fitted_longer(coarse, start.clone())).collect()
+}
+
+/// The same from the best of other arms.
+pub(crate) fn with_other_arms(model: &BodyModel, coarse: &CoarseFit, headings: Vec<Start>) -> Vec<Start> {
+    headings.into_par_iter().map(|start| fitted_longer(coarse, with_best_arms(model, coarse, &LIMBS, start))).collect()
+}
+
+fn fitted_longer(coarse: &CoarseFit, start: Start) -> Start {
+    let longer = Phase { iterations: 8, samples: 0, reach: 0.15, least_cosine: 0.3, limbs_only: false, shape: true };
+    fitted(coarse, &longer, start.pose, start.shape, start.name)
+}
+
+fn fitted(coarse: &CoarseFit, phase: &Phase, pose: Pose, shape: Shape, name: String) -> Start {
+    let (pose, shape) = coarse.fit(phase, pose, shape);
+    Start { score: coarse.score(&pose, &shape), pose, shape, name }
+}
+
+/// Each arm is tried by itself; what is better on either side is put together.
+fn with_best_arms(model: &BodyModel, coarse: &CoarseFit, phase: &Phase, start: Start) -> Start {
+    let mut best = start.clone();
+    for (side, sign) in [("left", 1.0), ("right", -1.0)] {
+        let Some(arm) = model.skeleton.find_name(&format!("{side}UpperArm")) else { continue };
+        let tries: Vec<Start> = ARM_TURNS_DEG
+            .par_iter()
+            .map(|deg| {
+                let mut pose = best.pose.clone();
+                for j in model.skeleton.ids().filter(|&j| model.skeleton.is_below(j, arm)) {
+                    pose.rotations[j.index()] = UnitQuaternion::identity();
+                }
+                pose.rotations[arm.index()] = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), sign * deg.to_radians());
+                let name = format!("{}, {side} arm {deg:+.0}°", best.name);
+                fitted(coarse, phase, pose, best.shape.clone(), name)
+            })
+            .collect();
+        for tried in tries {
+            if tried.score < best.score {
+                best = tried;
+            }
+        }
+    }
+    best
+}
+
+/// Standing upright with that heading, where the scan stands.
+fn placed(model: &BodyModel, surface: &ScanSurface, coarse: &CoarseFit, shape: &Shape, heading: f64) -> Pose {
+    let skeleton = model.shaped(shape).1;
+    let mut pose = standing(&skeleton, heading, skeleton.joints_in_bind[JointId(0).index()]);
+    let (points, areas) = coarse.downsampled.posed(&pose, shape);
+    pose.translation += shift_onto(surface, points.iter().zip(areas));
+    pose
+}
+
+/// A pose that carries the bind pose's root to a heading about +Y and a place.
+pub(crate) fn standing(skeleton: &Skeleton, heading: f64, hips_at: Point) -> Pose {
+    let mut pose = Pose::bind(skeleton.len());
+    pose.rotations[0] = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), heading);
+    pose.translation = hips_at - skeleton.joints_in_bind[0];
+    debug_assert!(Translation3::from(pose.translation).vector.iter().all(|x| x.is_finite()));
+    pose
+}
+
+/// The least unusual shape with the scan's stature, and the mean shape where that stature is unusual.
+fn shapes_of_height(model: &BodyModel, surface: &ScanSurface) -> Vec<Shape> {
+    let points = model.template.points();
+    let by_height = |a: &(VertexId, &Point), b: &(VertexId, &Point)| a.1.y.total_cmp(&b.1.y);
+    let (Some((top, p_top)), Some((bottom, p_bottom)), Some(bounds)) =
+        (points.enumerate().max_by(by_height), points.enumerate().min_by(by_height), surface.mesh().bounds())
+    else {
+        return vec![model.mean_shape()];
+    };
+    let dirs: Vec<f64> = model.shape_dirs.iter().map(|d| d[top].y - d[bottom].y).collect();
+    let deviation = dirs.iter().map(|d| d * d).sum::<f64>().sqrt();
+    if deviation < 1e-6 {
+        return vec![model.mean_shape()];
+    }
+    let unusual = (bounds.extent().y - (p_top.y - p_bottom.y)) / deviation;
+    let believed = unusual.clamp(-GREATEST_STATURE, GREATEST_STATURE);
+    let mut shapes = vec![Shape(dirs.iter().map(|d| believed * d / deviation).collect())];
+    if unusual.abs() > USUAL_STATURE {
+        shapes.push(model.mean_shape());
+    }
+    shapes
+}

@@ -1,0 +1,21 @@
+//! The naked scan: Hu 2017, Eq. 4, by articulated ICP.
+
+mod acceptance;
+mod agreement;
+mod bent_arms;
+mod coarse_fit;
+mod fit_naked;
+mod fitted_body;
+mod initial_poses;
+mod params;
+mod problem;
+mod refine;
+
+pub use fit_naked::fit_naked;
+pub use fitted_body::FittedBody;
+pub use params::{NakedParams, ShapeFrom};
+
+pub(crate) use acceptance::conclude;
+pub(crate) use agreement::agreement;
+pub(crate) use problem::{FINEST, NakedProblem, STILL};
+pub(crate) use refine::Found;

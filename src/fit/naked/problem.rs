@@ -1,0 +1,166 @@
+//! The least-squares problem of a naked fit: the body model, the scan, and what draws one to the other.
+
+use super::params::NakedParams;
+use crate::body::{BodyModel, JointId, Pose, Shape};
+use crate::fit::correspondence::{LastFaces, Part, ScanSurface, mean_truncated, parts, scan_to_mesh_from, spread};
+use crate::fit::solver::{
+    Articulated, NormalEquations, Phase, PosePrior, Posed, Residual, Unknowns, greatest_joint_move, mean_gap,
+    pose_stiffness, robust,
+};
+use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, Vec3, VertexId};
+use rayon::prelude::*;
+
+/// The gates of the last iterations, at correspondences that are nearly all right.
+pub(crate) const FINEST: Phase =
+    Phase { iterations: 30, samples: 6000, reach: 0.035, least_cosine: 0.6, limbs_only: false, shape: true };
+
+/// A joint moved less than this in a step, in metres: far below the scan's noise.
+pub(crate) const STILL: f64 = 3e-4;
+
+/// Places that take part in an iteration, each with the area that it stands for.
+pub(crate) struct Places {
+    model: Vec<(VertexId, f64)>,
+    scan: Vec<(VertexId, f64)>,
+    near_model: LastFaces,
+    near_scan: LastFaces,
+}
+
+pub(crate) struct NakedProblem<'a> {
+    pub(crate) body: Articulated<'a>,
+    pub(crate) model: &'a BodyModel,
+    pub(crate) surface: &'a ScanSurface,
+    pub(super) params: &'a NakedParams,
+    pub(super) parts: Vec<Part>,
+    /// The model in the bind pose: a hierarchy of its faces that follows it through poses.
+    pub(crate) index: SurfaceIndex,
+    /// Joints that keep their pose, for the scan does not show what they move.
+    held: Vec<bool>,
+    /// Vertices that take no part, for the same reason.
+    left_out: PerVertex<bool>,
+    /// Where the pose prior draws.
+    center: Pose,
+}
+
+impl<'a> NakedProblem<'a> {
+    /// `index` holds the model in the bind pose.
+    pub(crate) fn prepare(
+        model: &'a BodyModel,
+        index: SurfaceIndex,
+        surface: &'a ScanSurface,
+        params: &'a NakedParams,
+    ) -> Self {
+        let body = Articulated::of_model(model);
+        let joints = body.joint_count();
+        Self {
+            parts: parts(&model.skeleton, &model.weights),
+            index,
+            held: vec![false; joints],
+            left_out: PerVertex::filled(false, model.template.vertex_count()),
+            center: Pose::bind(joints),
+            body,
+            model,
+            surface,
+            params,
+        }
+    }
+
+    pub(crate) fn index_at(&self, pose: &Pose, shape: &Shape) -> SurfaceIndex {
+        let mut index = self.index.clone();
+        index.follow(&self.mesh(&self.body.posed(pose, shape)));
+        index
+    }
+
+    pub(crate) fn mesh(&self, posed: &Posed) -> TriMesh {
+        self.model.template.with_points(posed.points.clone())
+    }
+
+    /// Takes limbs out of the fit.
+    pub(crate) fn leave_out(&mut self, unseen: &[JointId]) {
+        let skeleton = &self.model.skeleton;
+        for &joint in unseen {
+            for (held, j) in self.held.iter_mut().zip(skeleton.ids()) {
+                *held |= skeleton.is_below(j, joint);
+            }
+            if let Some(part) = self.parts.iter().find(|p| p.joint == joint) {
+                for (out, belongs) in self.left_out.0.iter_mut().zip(part.vertices.iter()) {
+                    *out |= belongs;
+                }
+            }
+        }
+    }
+
+    pub(crate) fn unknowns(&self, shape: bool) -> Unknowns {
+        Unknowns { joints: self.held.iter().map(|held| !held).collect(), shape }
+    }
+
+    /// About `count` places on the model, as far as it takes part, and on the scan.
+    pub(crate) fn places(&self, count: usize) -> Places {
+        let mut areas = self.model.template.vertex_areas();
+        for (area, out) in areas.0.iter_mut().zip(self.left_out.iter()) {
+            *area = if *out { 0.0 } else { *area };
+        }
+        let (model, scan) = (spread(&areas, count), self.surface.trusted_samples(count));
+        let (near_model, near_scan) = (LastFaces::none(model.len()), LastFaces::none(scan.len()));
+        Places { model, scan, near_model, near_scan }
+    }
+
+    /// What a step solves but for the shape prior, with the mean distance of what is drawn together. `index` holds `posed`.
+    pub(crate) fn equations(
+        &self,
+        phase: &Phase,
+        places: &Places,
+        posed: &Posed,
+        pose: &Pose,
+        index: &SurfaceIndex,
+    ) -> (NormalEquations, f64) {
+        let normals = index.mesh().vertex_normals_by_area();
+        let mut residuals = self.model_to_scan(posed, &normals, phase, places);
+        let takes = |corners: &[VertexId; 3]| corners.iter().all(|&v| !self.left_out[v]);
+        let (reach, least_cosine) = (phase.reach, phase.least_cosine);
+        let of_scan = (places.scan.as_slice(), &places.near_scan);
+        residuals.extend(scan_to_mesh_from(self.surface, index, &normals, of_scan, reach, least_cosine, takes));
+        let mut equations = self.body.normal_equations(posed, &residuals, &self.unknowns(phase.shape));
+        let stiffness = pose_stiffness(&self.body.skeleton, self.params.pose_prior);
+        let prior = PosePrior { center: &self.center, stiffness: &stiffness, limits: &self.model.limits };
+        equations.add_pose_prior(posed, pose, &prior);
+        (equations, mean_gap(&residuals))
+    }
+
+    pub(crate) fn moved(&self, posed: &Posed, pose: &Pose, shape: &Shape) -> f64 {
+        let after = self.model.skeleton_of(shape).joints_in_world(pose);
+        greatest_joint_move(posed, &after)
+    }
+
+    fn model_to_scan(&self, posed: &Posed, normals: &PerVertex<Vec3>, phase: &Phase, places: &Places) -> Vec<Residual> {
+        places
+            .model
+            .par_iter()
+            .enumerate()
+            .filter_map(|(k, &(v, area))| {
+                let p = posed.points[v];
+                let hit = self.surface.nearest_from(&p, phase.reach, &places.near_model, k)?;
+                if hit.at_rim || hit.normal.dot(&normals[v]) < phase.least_cosine {
+                    return None;
+                }
+                let gap = hit.normal.dot(&(hit.point - p));
+                let weight = hit.trust * robust(area, hit.distance, phase.reach);
+                Some(Residual::on_vertex(v, hit.normal, gap, weight))
+            })
+            .collect()
+    }
+
+    /// Mean truncated distance both ways: comparable between starts whatever they have matched.
+    pub(crate) fn score(&self, pose: &Pose, shape: &Shape) -> f64 {
+        /// Truncation: an arm that points elsewhere counts as this far. Metres.
+        const TRUNCATE: f64 = 0.15;
+        let mesh = self.mesh(&self.body.posed(pose, shape));
+        let there = || mean_truncated(&self.surface.index, &mesh, &mesh.vertex_areas(), TRUNCATE);
+        let back = || {
+            let mut index = self.index.clone();
+            index.follow(&mesh);
+            mean_truncated(&index, self.surface.mesh(), &self.surface.areas, TRUNCATE)
+        };
+        let (there, back) = rayon::join(there, back);
+        0.5 * (there + back)
+    }
+}

@@ -1,0 +1,44 @@
+//! The smooth displacement of a surface toward targets.
+
+use super::targets::Target;
+use crate::fit::error::FitError;
+use crate::geometry::{PerVertex, Point, TriMesh, Vec3, cotangent_laplacian};
+use crate::numerics::SparseCholesky;
+
+/// Minimises `Σ area · pull |x + d − target|² + length² dᵀLd` over the displacement `d` from `start`.
+pub(crate) fn solve(start: &TriMesh, targets: &[Target], length: f64) -> Result<TriMesh, FitError> {
+    /// Pull of an unseen vertex toward no displacement, against 1 for a seen one: only keeps islands determined.
+    const UNSEEN_PULL: f64 = 2e-3;
+    let laplacian = cotangent_laplacian(start);
+    let mut triplets: Vec<(usize, usize, f64)> =
+        laplacian.triplets.iter().map(|&(r, c, v)| (r, c, v * length * length)).collect();
+    let mut right = vec![Vec3::zeros(); targets.len()];
+    for (i, target) in targets.iter().enumerate() {
+        let area = laplacian.mass.0[i].max(1e-9);
+        match target {
+            Some((point, pull)) => {
+                triplets.push((i, i, area * (pull + UNSEEN_PULL)));
+                right[i] = (point - start.points().0[i]) * (area * pull);
+            }
+            None => triplets.push((i, i, area * UNSEEN_PULL)),
+        }
+    }
+    let factor =
+        SparseCholesky::prepare(targets.len(), &triplets).map_err(|e| FitError::Singular { reason: e.to_string() })?;
+    let displacement = factor.solve_vectors(&right);
+    Ok(start.with_points(start.points().iter().zip(&displacement).map(|(p, d)| p + d).collect::<PerVertex<Point>>()))
+}
+
+/// Of the vertices from their targets, each as it is pulled.
+pub(crate) fn mean_distance(mesh: &TriMesh, targets: &[Target]) -> f64 {
+    let (mut sum, mut total) = (0.0, 0.0);
+    for (p, (target, pull)) in mesh.points().iter().zip(targets).filter_map(|(p, t)| Some((p, t.as_ref()?))) {
+        sum += pull * (p - target).norm();
+        total += pull;
+    }
+    sum / f64::max(total, 1e-12)
+}
+
+pub(crate) fn greatest_move(a: &TriMesh, b: &TriMesh) -> f64 {
+    a.points().iter().zip(b.points().iter()).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max)
+}

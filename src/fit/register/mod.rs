@@ -1,0 +1,22 @@
+//! The template moved onto the naked scan, non-rigidly.
+//!
+//! **Source** the surface of Hu 2017, §5.1 (Yamazaki 2013) in the manner of Amberg 2007: point-to-plane targets, a
+//! membrane on the displacement whose stiffness is annealed, no pull where the scan has holes.
+
+mod bind_pose;
+mod colors;
+mod displacement;
+mod ground;
+mod multi_view;
+mod params;
+mod registered_body;
+mod registration;
+mod targets;
+mod texture;
+mod transfer;
+
+pub use multi_view::SeenElsewhere;
+pub use params::RegisterParams;
+pub use registered_body::RegisteredBody;
+pub use registration::{Known, register, register_knowing};
+pub use transfer::{closest_weights, scan_in_bind};

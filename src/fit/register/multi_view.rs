@@ -1,0 +1,116 @@
+//! Skin that the naked scan does not show, where another scan of the same person does.
+
+use super::colors::color_at;
+use super::targets::{Target, pulled_to};
+use crate::body::{BodyModel, Figure, Pose, skin, unskin};
+use crate::fit::correspondence::ScanSurface;
+use crate::fit::inside::{Cover, FigureSurface};
+use crate::fit::naked::FittedBody;
+use crate::geometry::{PerVertex, Point, TriMesh, Vec3, VertexId};
+use crate::scan::Scan;
+
+/// Another scan of the same person, with the body laid into it.
+#[derive(Clone, Debug)]
+pub struct SeenElsewhere<'a> {
+    /// The scan.
+    pub scan: &'a Scan,
+    /// How the body stands in it, in its frame.
+    pub pose: &'a Pose,
+    /// What all that is worn in it does over the body.
+    pub cover: PerVertex<Cover>,
+}
+
+/// The same, prepared for queries.
+pub(crate) struct Elsewhere<'a> {
+    surface: ScanSurface,
+    seen: &'a SeenElsewhere<'a>,
+    /// Which of the model's vertices show bare.
+    shown: PerVertex<bool>,
+}
+
+impl<'a> Elsewhere<'a> {
+    pub(crate) fn prepare(seen: &'a SeenElsewhere<'a>, bare: &Figure) -> Self {
+        let dressed = FigureSurface::prepare(bare, &seen.cover);
+        let shown = bare.body().mesh.vertex_ids().map(|v| dressed.is_sure_skin(v)).collect();
+        Self { surface: ScanSurface::prepare(seen.scan), seen, shown }
+    }
+
+    pub(crate) fn posed(
+        &self,
+        body: &TriMesh,
+        bind: &PerVertex<Point>,
+        model: &BodyModel,
+        fitted: &FittedBody,
+    ) -> TriMesh {
+        body.with_points(skin(bind, &model.weights, &fitted.skeleton, self.seen.pose))
+    }
+}
+
+/// Gives targets to vertices of `body`, a surface in the naked scan, that have none: the mean of those in the other scans,
+/// carried back through the bind pose.
+pub(crate) fn fill_targets(
+    targets: &mut [Target],
+    others: &[Elsewhere<'_>],
+    body: &TriMesh,
+    model: &BodyModel,
+    fitted: &FittedBody,
+    reach: f64,
+) {
+    if others.is_empty() {
+        return;
+    }
+    let (weights, skeleton) = (&model.weights, &fitted.skeleton);
+    let bind = unskin(body.points(), weights, skeleton, &fitted.pose);
+    let mut moves = vec![Vec3::zeros(); bind.len()];
+    let mut total = vec![0.0; bind.len()];
+    for other in others {
+        let posed = other.posed(body, &bind, model, fitted);
+        let normals = posed.vertex_normals();
+        let found: PerVertex<Target> = posed
+            .points()
+            .enumerate()
+            .map(|(v, p)| {
+                let is_wanted = targets[v.index()].is_none() && other.shown[v];
+                if is_wanted { pulled_to(&other.surface, p, &normals[v], reach) } else { None }
+            })
+            .collect();
+        let there: PerVertex<Point> =
+            posed.points().iter().zip(found.iter()).map(|(p, t)| t.map_or(*p, |(place, _)| place)).collect();
+        let back = unskin(&there, weights, skeleton, other.seen.pose);
+        for (i, (_, pull)) in found.iter().enumerate().filter_map(|(i, t)| Some((i, (*t)?))) {
+            moves[i] += (back.0[i] - bind.0[i]) * pull;
+            total[i] += pull;
+        }
+    }
+    let moved: PerVertex<Point> = bind
+        .iter()
+        .zip(moves.iter().zip(&total))
+        .map(|(p, (sum, total))| if *total > 0.0 { p + sum / *total } else { *p })
+        .collect();
+    let moved = skin(&moved, weights, skeleton, &fitted.pose);
+    for (i, target) in targets.iter_mut().enumerate().filter(|(i, _)| total[*i] > 0.0) {
+        *target = Some((moved.0[i], f64::min(total[i], 1.0)));
+    }
+}
+
+/// Gives colours to vertices that have none, from the first of the other scans that shows them.
+pub(crate) fn fill_colors(
+    colors: &mut [Option<Vec3>],
+    others: &[Elsewhere<'_>],
+    body: &TriMesh,
+    model: &BodyModel,
+    fitted: &FittedBody,
+) {
+    let bind = unskin(body.points(), &model.weights, &fitted.skeleton, &fitted.pose);
+    for other in others {
+        let Some(of_scan) = &other.seen.scan.colors else { continue };
+        let posed = other.posed(body, &bind, model, fitted);
+        let normals = posed.vertex_normals();
+        for (i, color) in colors.iter_mut().enumerate().filter(|(_, color)| color.is_none()) {
+            let v = VertexId::from_index(i);
+            if other.shown[v] {
+                *color = color_at(&other.surface, of_scan, &posed.points()[v], &normals[v]);
+            }
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! Where vertices are drawn to.
+
+use super::params::RegisterParams;
+use crate::body::{BodyModel, JointId};
+use crate::fit::correspondence::{ScanHit, ScanSurface};
+use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
+use rayon::prelude::*;
+
+/// Where a vertex is drawn to, and how strongly (0–1).
+pub(crate) type Target = Option<(Point, f64)>;
+
+pub(crate) fn pull_of_parts(model: &BodyModel, params: &RegisterParams) -> PerVertex<f64> {
+    let skeleton = &model.skeleton;
+    let part = |joint: &str| ["left", "right"].map(|side| skeleton.find_name(&format!("{side}{joint}")));
+    let (hands, toes) = (part("Hand"), part("Toes"));
+    let below = |j: JointId, part: &[Option<JointId>; 2]| part.iter().flatten().any(|&p| skeleton.is_below(j, p));
+    let pull_of_joint = |j: JointId| match j {
+        j if below(j, &toes) => params.toe_pull,
+        // The hand, and whatever fingers a model has.
+        j if below(j, &hands) => params.hand_pull,
+        _ => 1.0,
+    };
+    let pulls: Vec<f64> = skeleton.ids().map(pull_of_joint).collect();
+    model
+        .weights
+        .rows()
+        .iter()
+        .map(|row| row.iter().map(|(j, w)| w * pulls.get(j.index()).copied().unwrap_or(1.0)).sum())
+        .collect()
+}
+
+/// The nearest place of the scan, if it faces the same way. For the tips of toes that lie behind or before the scan's, the
+/// nearest place is the top of its foot, which does not: they look along their normals, forward and back.
+pub(crate) fn targets(surface: &ScanSurface, mesh: &TriMesh, is_foot: &PerVertex<bool>, reach: f64) -> Vec<Target> {
+    let normals = mesh.vertex_normals();
+    (0..mesh.vertex_count())
+        .into_par_iter()
+        .map(|i| {
+            let (p, n) = (&mesh.points().0[i], &normals.0[i]);
+            let ahead = || {
+                let hits = [*n, -n].into_iter().filter_map(|way| surface.along(p, &way, reach));
+                hits.filter(|hit| agrees(hit, n)).map(|hit| on_plane(&hit, p, reach)).next()
+            };
+            pulled_to(surface, p, n, reach).or_else(|| if is_foot.0[i] { ahead() } else { None })
+        })
+        .collect()
+}
+
+/// Where the nearest place of a scan draws a vertex, if it faces the same way.
+pub(crate) fn pulled_to(surface: &ScanSurface, p: &Point, n: &Vec3, reach: f64) -> Target {
+    surface.nearest(p, reach).filter(|hit| agrees(hit, n)).map(|hit| on_plane(&hit, p, reach))
+}
+
+fn agrees(hit: &ScanHit, normal: &Vec3) -> bool {
+    /// Normals further apart than this belong to another side of the body (the arm's against the flank's).
+    const LEAST_COSINE: f64 = 0.5;
+    !hit.at_rim && hit.normal.dot(normal) >= LEAST_COSINE
+}
+
+fn on_plane(hit: &ScanHit, p: &Point, reach: f64) -> (Point, f64) {
+    let place = p + hit.normal * hit.normal.dot(&(hit.point - p));
+    // How well a place was seen does not count here: what was seen badly is noisy, but all that shows a finger.
+    (place, 1.0 / (1.0 + (hit.distance / (0.5 * reach)).powi(2)).powi(2))
+}

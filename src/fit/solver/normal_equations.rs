@@ -1,0 +1,191 @@
+//! The normal equations of a Gauss–Newton step, priors and joint limits among them.
+
+use super::posed::{Posed, parent_rotation};
+use crate::body::{JointLimits, Pose, Shape};
+use crate::geometry::Vec3;
+use nalgebra::{DMatrix, DVector, Matrix3};
+
+/// What a step may change besides the translation.
+#[derive(Clone, Debug)]
+pub(crate) struct Unknowns {
+    /// Joints that may turn.
+    pub(crate) joints: Vec<bool>,
+    /// Whether the shape may change.
+    pub(crate) shape: bool,
+}
+
+impl Unknowns {
+    /// Columns that a step leaves as they are.
+    fn held(&self, columns: usize) -> impl Iterator<Item = usize> + '_ {
+        let first = 3 + 3 * self.joints.len();
+        let joints = (0..self.joints.len()).filter(|j| !self.joints[*j]).flat_map(|j| 3 + 3 * j..6 + 3 * j);
+        joints.chain((first..columns).filter(|_| !self.shape))
+    }
+}
+
+/// `½ δᵀHδ − gᵀδ`.
+pub(crate) struct NormalEquations {
+    pub(crate) h: DMatrix<f64>,
+    pub(crate) g: DVector<f64>,
+}
+
+/// How strongly each joint is drawn to where it is expected.
+pub(crate) struct PosePrior<'a> {
+    pub(crate) center: &'a Pose,
+    /// 1/σ² a joint, by radians.
+    pub(crate) stiffness: &'a [f64],
+    pub(crate) limits: &'a [JointLimits],
+}
+
+/// Stiffness of a joint that turns beyond its limit: 1/σ² of 0.4°, on the scale of the pose prior.
+const LIMIT_STIFFNESS: f64 = 2e4;
+
+/// Damping of a step relative to the diagonal: joints that no data determines stay where they are.
+pub(crate) const DAMPING: f64 = 1e-4;
+
+/// A step's system cannot be factored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Singular;
+
+impl NormalEquations {
+    /// Adds the pose prior and the joint limits (one-sided).
+    pub(crate) fn add_pose_prior(&mut self, posed: &Posed, pose: &Pose, prior: &PosePrior<'_>) {
+        for j in 1..pose.rotations.len() {
+            let parent = parent_rotation(posed, j);
+            let frame = parent.to_rotation_matrix().into_inner();
+            let off = (pose.rotations[j] * prior.center.rotations[j].inverse()).scaled_axis();
+            let vector = pose.rotations[j].scaled_axis();
+            let mut stiffness = Vec3::repeat(prior.stiffness[j]);
+            let mut pull = -off * prior.stiffness[j];
+            if let Some(limits) = prior.limits.get(j) {
+                for c in 0..3 {
+                    let beyond = (vector[c] - limits.max[c]).max(0.0) + (vector[c] - limits.min[c]).min(0.0);
+                    if beyond != 0.0 {
+                        stiffness[c] += LIMIT_STIFFNESS;
+                        pull[c] -= LIMIT_STIFFNESS * beyond;
+                    }
+                }
+            }
+            let h = frame * Matrix3::from_diagonal(&stiffness) * frame.transpose();
+            let g = frame * pull;
+            for a in 0..3 {
+                self.g[3 + 3 * j + a] += g[a];
+                for b in 0..3 {
+                    self.h[(3 + 3 * j + a, 3 + 3 * j + b)] += h[(a, b)];
+                }
+            }
+        }
+    }
+
+    /// Adds `stiffness · |β|²` for a component count that ends the unknowns.
+    pub(crate) fn add_shape_prior(&mut self, shape: &Shape, stiffness: f64) {
+        let first = self.g.len() - shape.0.len();
+        for (m, beta) in shape.0.iter().enumerate() {
+            self.h[(first + m, first + m)] += stiffness;
+            self.g[first + m] -= stiffness * beta;
+        }
+    }
+
+    /// Takes all but the unknowns out of the step.
+    pub(crate) fn freeze_all_but(&mut self, unknowns: &Unknowns) {
+        for i in unknowns.held(self.g.len()) {
+            self.h.row_mut(i).fill(0.0);
+            self.h.column_mut(i).fill(0.0);
+            self.h[(i, i)] = 1.0;
+            self.g[i] = 0.0;
+        }
+    }
+
+    /// The minimising step, damped relative to the diagonal.
+    pub(crate) fn solve(&self, damping: f64) -> Result<DVector<f64>, Singular> {
+        let mut h = self.h.clone();
+        for i in 0..h.nrows() {
+            h[(i, i)] = h[(i, i)] * (1.0 + damping) + 1e-9;
+        }
+        h.cholesky().map(|c| c.solve(&self.g)).filter(|d| d.iter().all(|x| x.is_finite())).ok_or(Singular)
+    }
+}
+
+/// The steps of several bodies that share one shape, each with its own pose: the shape's system is what is left of all when
+/// their poses are eliminated (Schur complement). `shape` and `stiffness` are the shape prior, which counts once.
+///
+/// **Requires** equations of as many joints and as many components, whose shape is free.
+pub(crate) fn solve_together(
+    parts: &[NormalEquations],
+    shape: &Shape,
+    stiffness: f64,
+    damping: f64,
+) -> Result<Vec<DVector<f64>>, Singular> {
+    let components = shape.0.len();
+    let mut left = DMatrix::from_diagonal_element(components, components, stiffness);
+    let mut right = DVector::from_iterator(components, shape.0.iter().map(|beta| -stiffness * beta));
+    let mut poses = Vec::with_capacity(parts.len());
+    for NormalEquations { h, g } in parts {
+        let pose = h.nrows() - components;
+        let mut of_pose = h.view((0, 0), (pose, pose)).into_owned();
+        for i in 0..pose {
+            of_pose[(i, i)] = of_pose[(i, i)] * (1.0 + damping) + 1e-9;
+        }
+        let factor = of_pose.cholesky().ok_or(Singular)?;
+        let by_shape = h.view((0, pose), (pose, components)).into_owned();
+        let (turned, alone) = (factor.solve(&by_shape), factor.solve(&g.rows(0, pose).into_owned()));
+        left += h.view((pose, pose), (components, components)) - by_shape.transpose() * &turned;
+        right += g.rows(pose, components) - by_shape.transpose() * &alone;
+        poses.push((alone, turned));
+    }
+    for i in 0..components {
+        left[(i, i)] = left[(i, i)] * (1.0 + damping) + 1e-9;
+    }
+    let of_shape = left.cholesky().ok_or(Singular)?.solve(&right);
+    let whole = |(alone, turned): (DVector<f64>, DMatrix<f64>)| {
+        let of_pose = alone - turned * &of_shape;
+        DVector::from_iterator(of_pose.len() + components, of_pose.iter().chain(of_shape.iter()).copied())
+    };
+    let steps: Vec<DVector<f64>> = poses.into_iter().map(whole).collect();
+    steps.iter().flatten().all(|x| x.is_finite()).then_some(steps).ok_or(Singular)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::noise;
+
+    #[test]
+    fn steps_of_one_shape_are_those_of_the_whole_system() {
+        const POSE: usize = 9;
+        const SHAPE: usize = 4;
+        const STIFFNESS: f64 = 3.0;
+        let mut next = noise(5);
+        let parts: Vec<NormalEquations> = (0..3)
+            .map(|_| {
+                let rows = DMatrix::from_fn(40, POSE + SHAPE, |_, _| next());
+                let gaps = DVector::from_fn(40, |_, _| next());
+                NormalEquations { h: rows.transpose() * &rows, g: rows.transpose() * gaps }
+            })
+            .collect();
+        let shape = Shape(vec![0.3, -1.0, 0.0, 2.0]);
+        let found = solve_together(&parts, &shape, STIFFNESS, 0.0).unwrap();
+
+        let count = parts.len() * POSE + SHAPE;
+        let (mut h, mut g) = (DMatrix::zeros(count, count), DVector::zeros(count));
+        let last = count - SHAPE;
+        for (k, part) in parts.iter().enumerate() {
+            let place = |i: usize| if i < POSE { k * POSE + i } else { last + i - POSE };
+            for i in 0..POSE + SHAPE {
+                g[place(i)] += part.g[i];
+                for j in 0..POSE + SHAPE {
+                    h[(place(i), place(j))] += part.h[(i, j)];
+                }
+            }
+        }
+        for (m, beta) in shape.0.iter().enumerate() {
+            h[(last + m, last + m)] += STIFFNESS;
+            g[last + m] -= STIFFNESS * beta;
+        }
+        let whole = h.cholesky().unwrap().solve(&g);
+        for (k, step) in found.iter().enumerate() {
+            assert!((step.rows(0, POSE) - whole.rows(k * POSE, POSE)).amax() < 1e-7);
+            assert!((step.rows(POSE, SHAPE) - whole.rows(last, SHAPE)).amax() < 1e-7);
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! An articulated surface in one pose, and the residuals on it.
+
+use crate::body::{Skeleton, SkinWeights};
+use crate::geometry::{PerVertex, Point, Vec3, VertexId};
+use nalgebra::{Isometry3, Matrix3, UnitQuaternion};
+
+/// The same in one pose, with all that a Jacobian needs.
+pub(crate) struct Posed {
+    pub(crate) points: PerVertex<Point>,
+    pub(crate) skeleton: Skeleton,
+    pub(crate) joints_in_world: Vec<Point>,
+    pub(super) points_in_bind: PerVertex<Point>,
+    pub(crate) world_from_bind: Vec<Isometry3<f64>>,
+    /// Of the same, as matrices.
+    pub(super) rotations: Vec<Matrix3<f64>>,
+    /// J × K: the translation of each joint's transform by each component.
+    pub(super) translation_dirs: Vec<Vec<Vec3>>,
+}
+
+impl Posed {
+    /// Normals of the bind pose turned as the points were.
+    pub(crate) fn normals(&self, normals_in_bind: &PerVertex<Vec3>, weights: &SkinWeights) -> PerVertex<Vec3> {
+        normals_in_bind
+            .iter()
+            .zip(weights.rows().iter())
+            .map(|(n, row)| {
+                let turned: Vec3 = row.iter().map(|(j, w)| self.world_from_bind[j.index()].rotation * n * *w).sum();
+                turned.try_normalize(1e-9).unwrap_or(*n)
+            })
+            .collect()
+    }
+}
+
+/// The greatest move of a joint from a pose to where its joints are after a step, in metres.
+pub(crate) fn greatest_joint_move(posed: &Posed, joints_after: &[Point]) -> f64 {
+    posed.joints_in_world.iter().zip(joints_after).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+}
+
+/// `normal · (Σ factor · vertex) → normal · (…) + gap`, squared and weighed.
+#[derive(Clone, Debug)]
+pub(crate) struct Residual {
+    pub(crate) at: [(VertexId, f64); 3],
+    pub(crate) normal: Vec3,
+    pub(crate) gap: f64,
+    pub(crate) weight: f64,
+}
+
+impl Residual {
+    pub(crate) fn on_vertex(vertex: VertexId, normal: Vec3, gap: f64, weight: f64) -> Self {
+        Self { at: [(vertex, 1.0), (vertex, 0.0), (vertex, 0.0)], normal, gap, weight }
+    }
+}
+
+pub(crate) fn parent_rotation(posed: &Posed, joint: usize) -> UnitQuaternion<f64> {
+    match posed.skeleton.parents[joint] {
+        Some(p) => posed.world_from_bind[p.index()].rotation,
+        None => UnitQuaternion::identity(),
+    }
+}

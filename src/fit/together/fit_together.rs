@@ -1,0 +1,159 @@
+//! One shape of all scans, and whether the naked one bears it out.
+
+use super::other_scan::OtherScan;
+use super::view::View;
+use crate::body::{BodyModel, Figure, Pose};
+use crate::fit::correspondence::ScanSurface;
+use crate::fit::inside::{FigureSurface, fit_inside};
+use crate::fit::naked::{FINEST, FittedBody, Found, NakedParams, NakedProblem, STILL, agreement, conclude};
+use crate::fit::report::FitReport;
+use crate::fit::solver::{DAMPING, Posed, Singular, Step, StoppingRule, iterate, solve_together};
+use crate::geometry::{SurfaceIndex, TriMesh};
+use crate::scan::Scan;
+
+/// Iterations at most: poses and shape are nearly right from the start.
+const ITERATIONS: usize = 20;
+
+/// Refines the shape of a body fitted to its naked scan by other scans of the same person.
+///
+/// **Frame** `elsewhere` of the result holds poses in each scan's world frame.
+///
+/// **Guarantees** a scan into which the body cannot be laid takes no part, and the report says why. Where the others
+/// contradict the naked scan, so that the body would lie further from it or be none, it keeps its shape, and the report says
+/// that.
+pub fn fit_together(
+    scan: &Scan,
+    fitted: &FittedBody,
+    others: &[OtherScan<'_>],
+    model: &BodyModel,
+    params: &NakedParams,
+    on_step: &mut dyn FnMut(&Step),
+) -> FittedBody {
+    let surface = ScanSurface::prepare(scan);
+    let mut naked = NakedProblem::prepare(model, SurfaceIndex::prepare(&model.template), &surface, params);
+    naked.leave_out(&fitted.unseen);
+    let figure = fitted.figure(model);
+    let mut log = fitted.report.log.clone();
+
+    let laid = laid_into_each(&figure, fitted, others, model, &mut log);
+    let prepared: Vec<(ScanSurface, FigureSurface)> = others
+        .iter()
+        .map(|other| (ScanSurface::prepare(other.scan), FigureSurface::prepare(&figure, &other.cover)))
+        .collect();
+    let mut views: Vec<View> = (others.iter().zip(&prepared).zip(&laid).enumerate())
+        .filter_map(|(place, ((other, prepared), pose))| {
+            Some(View::new(place, &figure, model, other, prepared, &fitted.pose, pose.clone()?))
+        })
+        .collect();
+    if views.is_empty() {
+        log.push("no other scan takes part in the shape".into());
+        return FittedBody { elsewhere: laid, report: with_log(fitted, log), ..fitted.clone() };
+    }
+
+    let before = fitted.report.residual_mean;
+    let mut found = Found { iterations: fitted.report.iterations, ..Found::at(fitted) };
+    refine_together(&naked, &mut views, &mut found, params, on_step);
+    let index = naked.index_at(&found.pose, &found.shape);
+    let agreement = agreement(&index, naked.surface);
+    let after = agreement.residual.0;
+    let scans = views.len() + 1;
+    let told = format!("one shape from {scans} scans: {}", change(&fitted.surface, &model.shaped(&found.shape).0));
+    let refined =
+        conclude(&naked, found, &index, agreement, fitted.unseen.clone(), log.iter().cloned().chain([told]).collect());
+    /// The others may cost the naked scan this much of its fit, in metres: a tenth of its noise.
+    const COST: f64 = 2e-4;
+    let contradicted = (after > before + COST).then(|| {
+        format!("with all, the body lies {:.1} mm from it on average, {:.1} mm alone", after * 1e3, before * 1e3)
+    });
+    let why = match (contradicted, refined) {
+        (None, Ok(refined)) => {
+            let mut elsewhere = vec![None; others.len()];
+            for view in views {
+                elsewhere[view.place] = Some(view.pose);
+            }
+            return FittedBody { elsewhere, ..refined };
+        }
+        (Some(why), _) => why,
+        (None, Err(error)) => error.to_string(),
+    };
+    log.push(format!("the other scans contradict the naked one: {why}; the body keeps its shape"));
+    FittedBody { report: with_log(fitted, log), ..fitted.clone() }
+}
+
+fn with_log(fitted: &FittedBody, log: Vec<String>) -> FitReport {
+    FitReport { log, ..fitted.report.clone() }
+}
+
+/// How the body stands in each of the scans, each from where it stood in the last.
+fn laid_into_each(
+    figure: &Figure,
+    fitted: &FittedBody,
+    others: &[OtherScan<'_>],
+    model: &BodyModel,
+    log: &mut Vec<String>,
+) -> Vec<Option<Pose>> {
+    let mut last = fitted.pose.clone();
+    let mut lay = |other: &OtherScan<'_>| match fit_inside(
+        other.scan,
+        figure,
+        &last,
+        &other.cover,
+        &model.limits,
+        &other.params,
+        &mut |_| {},
+    ) {
+        Ok(inside) => {
+            last = inside.pose.clone();
+            Some(inside.pose)
+        }
+        Err(error) => {
+            log.push(format!("the scan '{}' takes no part in the shape: {error}", other.name));
+            None
+        }
+    };
+    others.iter().map(&mut lay).collect()
+}
+
+/// In words, how far a surface moved.
+fn change(before: &TriMesh, after: &TriMesh) -> String {
+    let areas = before.vertex_areas();
+    let moves = || before.points().iter().zip(after.points().iter()).map(|(p, q)| (p - q).norm());
+    let mean = moves().zip(areas.iter()).map(|(d, a)| d * a).sum::<f64>() / areas.iter().sum::<f64>().max(1e-12);
+    let most = moves().fold(0.0, f64::max);
+    format!("the body changed by {:.1} mm on average, {:.1} mm at most", mean * 1e3, most * 1e3)
+}
+
+/// Gauss–Newton steps until no joint of the naked scan moves.
+fn refine_together(
+    naked: &NakedProblem,
+    views: &mut [View],
+    found: &mut Found,
+    params: &NakedParams,
+    on_step: &mut dyn FnMut(&Step),
+) {
+    let places = naked.places(params.samples);
+    let mut index = naked.index.clone();
+    let rule = StoppingRule { steps: ITERATIONS, still: STILL, still_steps: 2, first_still: 0 };
+    let settled = iterate(&rule, |_| {
+        let posed = naked.body.posed(&found.pose, &found.shape);
+        index.follow(&naked.mesh(&posed));
+        let (mut equations, residual) = naked.equations(&FINEST, &places, &posed, &found.pose, &index);
+        equations.freeze_all_but(&naked.unknowns(true));
+        let mut parts = vec![equations];
+        let seen: Vec<Posed> = views.iter_mut().map(|view| view.posed(&found.shape)).collect();
+        parts.extend(views.iter().zip(&seen).map(|(view, posed)| view.equations(posed)));
+        let steps = solve_together(&parts, &found.shape, params.shape_prior, DAMPING)?;
+
+        let (pose, shape) = naked.body.stepped(&posed, &found.pose, &found.shape, &steps[0]);
+        for ((view, posed), step) in views.iter_mut().zip(&seen).zip(&steps[1..]) {
+            view.pose = view.solver.body.stepped(posed, &view.pose, &found.shape, step).0;
+        }
+        // Limbs that cloth hides may wander in their scans without any weight in the shape.
+        let moved = naked.moved(&posed, &pose, &shape);
+        (found.pose, found.shape) = (pose, shape);
+        found.iterations += 1;
+        on_step(&Step { iteration: found.iterations, moved, residual, surface: index.mesh() });
+        Ok::<_, Singular>(moved)
+    });
+    found.converged = settled.converged;
+}
