@@ -8,8 +8,8 @@ use crate::table::{Group, Metric, Row, State, Table, Way};
 use anyhow::Result;
 use overcoat::body::Figure;
 use overcoat::fit::{
-    Cover, FitError, InsideParams, Known, NakedParams, OtherScan, RegisterParams, RegisteredBody, SeenElsewhere,
-    fit_inside, fit_naked, fit_together, register_knowing,
+    Cover, FillInView, FitError, InsideParams, NakedParams, OtherScan, RegisterHints, RegisterParams, RegisteredBody,
+    fit_inside, fit_naked, fit_together, register_with_hints,
 };
 use overcoat::geometry::{PerVertex, Point};
 use overcoat::measure::{TruthStep, joint_mean_mm, surface_distance};
@@ -98,7 +98,7 @@ impl Judge<'_> {
         let (model, params) = (self.model, NakedParams::default());
         let mut fitted = fit_naked(scan, model, &params, &mut |_| {})?;
         let covers: Vec<PerVertex<Cover>> = worn.iter().map(|w| cover_of(&fitted.figure(model), &w.subject)).collect();
-        let mut elsewhere = Vec::new();
+        let mut fill_in = Vec::new();
         if way == Way::Together {
             let others: Vec<OtherScan> = (worn.iter().zip(&covers))
                 .map(|(w, cover)| OtherScan {
@@ -109,13 +109,13 @@ impl Judge<'_> {
                 })
                 .collect();
             fitted = fit_together(scan, &fitted, &others, model, &params, &mut |_| {});
-            elsewhere = (others.into_iter().zip(&fitted.elsewhere))
-                .filter_map(|(o, pose)| Some(SeenElsewhere { scan: o.scan, pose: pose.as_ref()?, cover: o.cover }))
+            fill_in = (others.into_iter().zip(&fitted.poses_in_others))
+                .filter_map(|(o, pose)| Some(FillInView { scan: o.scan, pose: pose.as_ref()?, cover: o.cover }))
                 .collect();
         }
         let by_model = fitted.surface.with_points(model.posed(fitted.surface.points(), &fitted.skeleton, &fitted.pose));
-        let known = Known { elsewhere: &elsewhere, ..Known::default() };
-        let found = register_knowing(scan, model, &fitted, &known, &RegisterParams::default(), &mut |_| {})?;
+        let hints = RegisterHints { fill_in: &fill_in, ..RegisterHints::default() };
+        let found = register_with_hints(scan, model, &fitted, &hints, &RegisterParams::default(), &mut |_| {})?;
         Ok((by_model, found, fitted.report))
     }
 

@@ -1,7 +1,7 @@
 //! Progress of a long command: a bar on a terminal, plain lines elsewhere.
 
 use super::console::{Console, Verbosity, print_aside, secs};
-use crate::fit::Step;
+use crate::fit::FitIteration;
 use crate::session::{Cause, Event, Reason, StageReport};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
@@ -93,7 +93,7 @@ fn shown_bar(console: &Console, stages: Option<usize>) -> Option<ProgressBar> {
     Some(bar)
 }
 
-fn iterated(at: &Step) -> String {
+fn iterated(at: &FitIteration) -> String {
     format!("iteration {}: {:.1} mm off, moved {:.1} mm", at.iteration, at.residual * 1e3, at.moved * 1e3)
 }
 

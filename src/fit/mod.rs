@@ -16,8 +16,9 @@ pub use error::FitError;
 pub use inside::{Cover, InsideMethod, InsideParams, PoseInside, fit_inside};
 pub use naked::{FittedBody, NakedParams, ShapeFrom, fit_naked};
 pub use register::{
-    Known, RegisterParams, RegisteredBody, SeenElsewhere, closest_weights, register, register_knowing, scan_in_bind,
+    FillInView, RegisterHints, RegisterParams, RegisteredBody, closest_weights, register, register_with_hints,
+    scan_in_bind,
 };
 pub use report::FitReport;
-pub use solver::{JointGroup, Step};
+pub use solver::{FitIteration, JointGroup};
 pub use together::{OtherScan, fit_together};

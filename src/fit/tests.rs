@@ -48,8 +48,8 @@ fn strong_armed_in(model: &BodyModel, seed: u64, turns: &[(&str, Vec3)], ease: f
     let bumpy: Vec<Point> = mesh.points().enumerate().map(|(v, p)| p + normals[v] * (waves(p) + more(v))).collect();
     let body = mesh.with_points(PerVertex(bumpy));
     let worn = |(v, p): (VertexId, &Point)| if is_trunk(&moved_by[v.index()]) { p + normals[v] * ease } else { *p };
-    let dressed: PerVertex<Point> = body.points().enumerate().map(worn).collect();
-    let posed = mesh.with_points(skin(&dressed, &model.weights, &skeleton, &pose));
+    let figure_surface: PerVertex<Point> = body.points().enumerate().map(worn).collect();
+    let posed = mesh.with_points(skin(&figure_surface, &model.weights, &skeleton, &pose));
     let (adjacency, normals) = (Adjacency::prepare(&posed), posed.vertex_normals());
     let scanned: Vec<Point> = posed
         .points()
@@ -315,11 +315,12 @@ fn together(model: &BodyModel, naked: TriMesh, worn: &[&Invented]) -> (Registere
     if !others.is_empty() {
         fitted = fit_together(&naked, &fitted, &others, model, &params, &mut |_| {});
     }
-    let elsewhere: Vec<SeenElsewhere> = (others.into_iter().zip(&fitted.elsewhere))
-        .filter_map(|(other, pose)| Some(SeenElsewhere { scan: other.scan, pose: pose.as_ref()?, cover: other.cover }))
+    let fill_in: Vec<FillInView> = (others.into_iter().zip(&fitted.poses_in_others))
+        .filter_map(|(other, pose)| Some(FillInView { scan: other.scan, pose: pose.as_ref()?, cover: other.cover }))
         .collect();
-    let known = Known { elsewhere: &elsewhere, ..Known::default() };
-    let registered = register_knowing(&naked, model, &fitted, &known, &RegisterParams::default(), &mut |_| {}).unwrap();
+    let hints = RegisterHints { fill_in: &fill_in, ..RegisterHints::default() };
+    let registered =
+        register_with_hints(&naked, model, &fitted, &hints, &RegisterParams::default(), &mut |_| {}).unwrap();
     (registered, fitted)
 }
 
@@ -363,7 +364,7 @@ fn other_scans_say_where_the_arm_lies_that_the_naked_one_lacks() {
     let rest = |name: &str| !name.starts_with("right");
     let (rest_alone, rest_all) = (astray(&alone, &truth, rest), astray(&all, &truth, rest));
     assert!(rest_all < rest_alone + 2e-4, "{:.2} mm, {:.2} alone", rest_all * 1e3, rest_alone * 1e3);
-    assert!(after.elsewhere.iter().all(Option::is_some) && before.elsewhere.is_empty());
+    assert!(after.poses_in_others.iter().all(Option::is_some) && before.poses_in_others.is_empty());
 
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let naked = truth.without(|name| of_right_arm(name) || name == "rightHand");

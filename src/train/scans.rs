@@ -2,7 +2,7 @@
 
 use super::{Step, TrainError};
 use crate::body::BodyModel;
-use crate::fit::{Known, NakedParams, RegisterParams, fit_naked, register_knowing};
+use crate::fit::{NakedParams, RegisterHints, RegisterParams, fit_naked, register_with_hints};
 use crate::formats::RawMesh;
 use crate::geometry::{Point, TriMesh, VertexId, self_intersecting_pairs};
 use crate::scan::{ScanParams, clean};
@@ -54,8 +54,8 @@ pub fn registered_bodies(
         let landmarks: Vec<(VertexId, Point)> =
             landmarks.iter().map(|(v, p)| (*v, scan.world_from_file.world_from_file(p))).collect();
         let params = RegisterParams::default();
-        let known = Known { landmarks: &landmarks, ..Known::default() };
-        let registered = register_knowing(&scan, model, &fitted, &known, &params, &mut |_| {}).map_err(failed)?;
+        let hints = RegisterHints { landmarks: &landmarks, ..RegisterHints::default() };
+        let registered = register_with_hints(&scan, model, &fitted, &hints, &params, &mut |_| {}).map_err(failed)?;
         let residual = registered.report.residual_mean;
         let crossing = self_intersecting_pairs(&registered.surface).len();
         bodies.push((name.clone(), ScannedBody { surface: registered.surface, residual, crossing }));

@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// Vertices of the model that take part: about one every 4 cm of skin, so that a wrist still has a ring of them.
 const MODEL_POINTS: usize = 1000;
 
-/// Places of the scan that take part.
+/// SamplePlaces of the scan that take part.
 const SCAN_POINTS: usize = 1500;
 
 /// Distances beyond this count as this far when starts are compared: an arm that points elsewhere. Metres.
@@ -54,7 +54,7 @@ impl DownsampledModel {
     }
 }
 
-/// Places of the scan with their normals and areas.
+/// SamplePlaces of the scan with their normals and areas.
 struct DownsampledScan {
     points: Vec<Point>,
     normals: Vec<Vec3>,

@@ -71,22 +71,22 @@ pub(crate) fn parts_named(names: &[&str], skeleton: &Skeleton, weights: &SkinWei
 pub(crate) fn unseen(index: &SurfaceIndex, parts: &[Part], skeleton: &Skeleton, surface: &ScanSurface) -> Vec<JointId> {
     let body = index.mesh();
     let normals = body.vertex_normals_by_area();
-    let shares = seen_shares(index, parts, |v, p| shown_at(surface, p, &normals[v]));
-    too_little(parts, &shares, skeleton)
+    let shares = visible_shares(index, parts, |v, p| visible_at(surface, p, &normals[v]));
+    unseen_parts(parts, &shares, skeleton)
 }
 
 /// Where the scan shows skin with this normal.
-pub(crate) fn shown_at(surface: &ScanSurface, p: &Point, normal: &Vec3) -> Option<Point> {
+pub(crate) fn visible_at(surface: &ScanSurface, p: &Point, normal: &Vec3) -> Option<Point> {
     surface.nearest(p, NEAR).filter(|hit| hit.normal.dot(normal) > 0.3).map(|hit| hit.point)
 }
 
 /// Of each part the share that has a place on the scan which is nearest to the same part.
-pub(crate) fn seen_shares(
+pub(crate) fn visible_shares(
     index: &SurfaceIndex,
     parts: &[Part],
     place_of: impl Fn(VertexId, &Point) -> Option<Point> + Sync,
 ) -> Vec<f64> {
-    /// Places of a part: a share of it to 4 %.
+    /// SamplePlaces of a part: a share of it to 4 %.
     const SAMPLES: usize = 300;
     let body = index.mesh();
     let areas = body.vertex_areas();
@@ -108,7 +108,7 @@ pub(crate) fn seen_shares(
 }
 
 /// The parts of which too little is seen; the end of a limb only where the whole is seen.
-pub(crate) fn too_little(parts: &[Part], shares: &[f64], skeleton: &Skeleton) -> Vec<JointId> {
+pub(crate) fn unseen_parts(parts: &[Part], shares: &[f64], skeleton: &Skeleton) -> Vec<JointId> {
     let mut unseen: Vec<JointId> = Vec::new();
     for (part, share) in parts.iter().zip(shares) {
         if *share < LEAST_SEEN && !unseen.iter().any(|&u| skeleton.is_below(part.joint, u)) {
@@ -136,7 +136,7 @@ pub(crate) fn pose_like_other_side(pose: &mut Pose, skeleton: &Skeleton, part: J
 }
 
 /// `rightUpperArm` → "right arm", `leftLowerLeg` → "left lower leg".
-pub(crate) fn spoken(name: &str) -> String {
+pub(crate) fn display_name(name: &str) -> String {
     let mut words = String::new();
     for c in name.chars() {
         if c.is_uppercase() {

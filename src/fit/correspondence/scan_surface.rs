@@ -11,7 +11,7 @@ pub(crate) struct ScanSurface {
     pub(crate) normals: PerVertex<Vec3>,
     pub(crate) areas: PerVertex<f64>,
     /// How much each vertex counts as data, 0 to 1: how well a fusion saw it; 1 where nothing says so.
-    trust: PerVertex<f64>,
+    confidence: PerVertex<f64>,
     on_boundary: PerVertex<bool>,
 }
 
@@ -43,22 +43,22 @@ pub(crate) struct ScanHit {
     /// Whether the nearest place is the rim of a hole: nothing is known beyond it.
     pub(crate) at_rim: bool,
     /// How much the place counts as data, 0 to 1.
-    pub(crate) trust: f64,
+    pub(crate) confidence: f64,
 }
 
 impl ScanSurface {
     pub(crate) fn prepare(scan: &Scan) -> Self {
         /// What was seen least still counts a little: it may be all that there is of a hand.
-        const LEAST_TRUST: f64 = 0.05;
+        const LEAST_CONFIDENCE: f64 = 0.05;
         let mesh = &scan.mesh;
-        let trust = match &scan.confidence {
-            Some(confidence) => confidence.iter().map(|c| f64::from(*c).clamp(LEAST_TRUST, 1.0)).collect(),
+        let confidence = match &scan.confidence {
+            Some(confidence) => confidence.iter().map(|c| f64::from(*c).clamp(LEAST_CONFIDENCE, 1.0)).collect(),
             None => PerVertex::filled(1.0, mesh.vertex_count()),
         };
         let small =
             || (mesh.vertex_normals_by_area(), mesh.vertex_areas(), Adjacency::prepare(mesh).boundary_vertices());
         let (index, (normals, areas, on_boundary)) = rayon::join(|| SurfaceIndex::prepare(mesh), small);
-        Self { index, normals, areas, trust, on_boundary }
+        Self { index, normals, areas, confidence, on_boundary }
     }
 
     pub(crate) fn mesh(&self) -> &TriMesh {
@@ -93,10 +93,10 @@ impl ScanSurface {
     fn hit(&self, s: &SurfacePoint) -> ScanHit {
         let corners = self.mesh().faces()[s.face];
         let mut normal = Vec3::zeros();
-        let (mut rim, mut trust) = (0.0, 0.0);
+        let (mut rim, mut confidence) = (0.0, 0.0);
         for (&v, &b) in corners.iter().zip(&s.barycentric) {
             normal += self.normals[v] * b;
-            trust += self.trust[v] * b;
+            confidence += self.confidence[v] * b;
             if self.on_boundary[v] {
                 rim += b;
             }
@@ -106,7 +106,7 @@ impl ScanSurface {
             normal: normal.try_normalize(1e-9).unwrap_or_else(|| self.mesh().face_normal(s.face)),
             distance: s.distance,
             at_rim: rim > 0.5,
-            trust,
+            confidence,
         }
     }
 
@@ -116,7 +116,7 @@ impl ScanSurface {
     }
 
     /// The same as data: what was seen badly stands for less.
-    pub(crate) fn trusted_samples(&self, count: usize) -> Vec<(VertexId, f64)> {
-        self.samples(count).into_iter().map(|(v, area)| (v, area * self.trust[v])).collect()
+    pub(crate) fn confidence_weighted_samples(&self, count: usize) -> Vec<(VertexId, f64)> {
+        self.samples(count).into_iter().map(|(v, area)| (v, area * self.confidence[v])).collect()
     }
 }

@@ -3,7 +3,7 @@
 use super::cover::Cover;
 use super::problem::InsideProblem;
 use crate::body::JointId;
-use crate::fit::correspondence::{dominant_joint, of_legs, spoken, spread};
+use crate::fit::correspondence::{display_name, dominant_joint, of_legs, spread};
 use crate::fit::solver::Posed;
 use crate::geometry::{NearestVertex, PerFace, Point, SurfaceIndex, VertexId};
 use rayon::prelude::*;
@@ -23,7 +23,7 @@ pub(crate) struct Agreement {
 
 impl Agreement {
     /// A sentence where the scan shows more than the figure.
-    pub(crate) fn told(&self) -> Option<String> {
+    pub(crate) fn summary(&self) -> Option<String> {
         /// A share of the scan that is worth a word.
         const WORTH_SAYING: f64 = 0.02;
         let rest = 1.0 - self.explained;
@@ -48,18 +48,18 @@ impl InsideProblem<'_> {
         let takes_part: PerFace<bool> = mesh.faces().iter().map(|f| !f.iter().any(|&v| self.left_out[v])).collect();
         let (part, whole_from_part) = mesh.part(&takes_part);
         let index = SurfaceIndex::prepare(&part);
-        let is_worn = |v: VertexId| v.index() >= self.dressed.body_count;
+        let is_garment = |v: VertexId| v.index() >= self.figure_surface.body_count;
         let is_leg = of_legs(&self.body.skeleton);
         let hangs = |v: VertexId| {
             let joint = self.body.weights.rows()[v][0].0;
             joint == HIPS || is_leg(joint)
         };
-        let is_loose = |v: VertexId| self.dressed.cover[v] == Cover::Loose;
+        let is_loose = |v: VertexId| self.figure_surface.cover[v] == Cover::Loose;
         let around = [
             self.places(posed, |v| is_loose(v) && hangs(v)),
             self.places(posed, |v| is_loose(v) && !hangs(v)),
-            self.places(posed, |v| self.dressed.cover[v] == Cover::Tight),
-            self.places(posed, |v| is_worn(v) && self.dressed.cover[v] == Cover::Bare),
+            self.places(posed, |v| self.figure_surface.cover[v] == Cover::Tight),
+            self.places(posed, |v| is_garment(v) && self.figure_surface.cover[v] == Cover::Bare),
         ];
         let places = self.surface.samples(SAMPLES);
         let of_scan: Vec<(f64, Option<VertexId>)> = places
@@ -73,8 +73,10 @@ impl InsideProblem<'_> {
             .collect();
         let normals = self.normals(posed);
         // A limb that was left out should show, too.
-        let shown: Vec<(VertexId, f64)> =
-            spread(&self.telling_areas(), SAMPLES).into_iter().filter(|&(v, _)| self.dressed.is_shown(v)).collect();
+        let shown: Vec<(VertexId, f64)> = spread(&self.data_areas(), SAMPLES)
+            .into_iter()
+            .filter(|&(v, _)| self.figure_surface.is_visible(v))
+            .collect();
         let of_figure: Vec<(f64, bool)> = shown
             .par_iter()
             .map(|&(v, area)| {
@@ -87,7 +89,7 @@ impl InsideProblem<'_> {
         Agreement {
             explained: share(of_scan.iter().map(|s| (s.0, s.1.is_none()))),
             seen: share(of_figure.into_iter()),
-            near: most.map(|joint| spoken(&self.body.skeleton.names[joint.index()])),
+            near: most.map(|joint| display_name(&self.body.skeleton.names[joint.index()])),
         }
     }
 

@@ -23,7 +23,7 @@ impl InsideProblem<'_> {
         /// on one observation pulls with 200), so that the slack is used only where nothing else is possible.
         const SLACK_WEIGHT: f64 = 4e3;
         let sides = self.sides(posed, normals);
-        let slack_weight = Some(SLACK_WEIGHT * self.trust_in_constraint(&sides));
+        let slack_weight = Some(SLACK_WEIGHT * self.constraint_weight(&sides));
         let is_free = |column: usize| column < 3 || !self.held[(column - 3) / 3];
         let rows = sides
             .into_iter()
@@ -32,7 +32,7 @@ impl InsideProblem<'_> {
             .map(|(v, side)| {
                 let row = self.body.gradient(posed, &Residual::on_vertex(v, side.normal, 0.0, 1.0));
                 let coefficients = row.into_iter().filter(|&(column, _)| is_free(column)).collect();
-                QpRow { coefficients, bound: side.clearance - self.wanted_at(v), slack_weight }
+                QpRow { coefficients, bound: side.clearance - self.pose_margin(v), slack_weight }
             })
             .collect();
         let fallback = equations.solve(0.0);
@@ -55,13 +55,13 @@ impl InsideProblem<'_> {
 
     /// 1 where few hidden vertices lie too far outside for the offset; less the more do. A trunk that is too thick all around
     /// has no pose that takes it in, and all of its vertices together would turn legs away from their data.
-    fn trust_in_constraint(&self, sides: &[Option<Side>]) -> f64 {
+    fn constraint_weight(&self, sides: &[Option<Side>]) -> f64 {
         /// Share of the vertices. Scans of the right person come to 0.1 % at the end.
         const FEW: f64 = 0.02;
         if self.params.method == InsideMethod::Paper {
             return 1.0;
         }
-        let lacks = |(v, side): (usize, &Side)| self.wanted_at(VertexId::from_index(v)) - side.clearance;
+        let lacks = |(v, side): (usize, &Side)| self.pose_margin(VertexId::from_index(v)) - side.clearance;
         let seen = || sides.iter().enumerate().filter_map(|(v, side)| Some((v, side.as_ref()?)));
         let outside = seen().filter(|at| lacks(*at) > self.params.greatest_offset).count() as f64;
         (FEW * seen().count() as f64 / outside.max(1.0)).min(1.0)

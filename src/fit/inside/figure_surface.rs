@@ -25,15 +25,15 @@ pub(crate) struct FigureSurface {
     /// What the new garment does over the vertex.
     pub(crate) cover: PerVertex<Cover>,
     /// How much a vertex says of the pose, 0 to 1: skin and close cloth all, cloth that hangs the less the wider.
-    pub(crate) trust: PerVertex<f64>,
+    pub(crate) inlier_weight: PerVertex<f64>,
     /// Whether a layer further out already hides the vertex.
     pub(crate) hidden: PerVertex<bool>,
     /// For body vertices that must stay inside: distance along the body from the nearest that need not, in metres, no
     /// more than [`UNSURE`].
-    pub(crate) under_cover: PerVertex<f64>,
+    pub(crate) depth_under_cover: PerVertex<f64>,
     /// For vertices that the new garment need not cover: distance along the body from where it does, in metres, no more
     /// than [`MAY_REACH`].
-    pub(crate) beyond_cover: PerVertex<f64>,
+    pub(crate) distance_from_cover: PerVertex<f64>,
     /// How many garments lie over a body vertex, the new one included.
     pub(crate) layers_over: PerVertex<f64>,
     pub(crate) body_count: usize,
@@ -45,10 +45,10 @@ impl FigureSurface {
         let mut faces: Vec<[VertexId; 3]> = Vec::new();
         let mut cover: Vec<Cover> = Vec::new();
         let mut hidden: Vec<bool> = Vec::new();
-        let mut trust: Vec<f64> = Vec::new();
+        let mut inlier_weight: Vec<f64> = Vec::new();
         let on_body = SurfaceIndex::prepare(&figure.body().mesh);
         let outer: Vec<SurfaceIndex> = figure.garments().par_iter().map(|l| SurfaceIndex::prepare(&l.mesh)).collect();
-        let light: Vec<(TriMesh, SkinWeights)> = figure.garments().par_iter().map(lightened).collect();
+        let light: Vec<(TriMesh, SkinWeights)> = figure.garments().par_iter().map(downsampled_layer).collect();
         let body = (figure.body().mesh.clone(), figure.body().weights.clone());
         let layers: Vec<(TriMesh, SkinWeights)> = std::iter::once(body).chain(light).collect();
         let mut on_body_of_garments = Vec::new();
@@ -58,13 +58,13 @@ impl FigureSurface {
             faces.extend(mesh.faces().iter().map(|f| f.map(|v| VertexId(v.0 + first))));
             if k == 0 {
                 cover.extend(body_cover.iter());
-                trust = untold_within(mesh, figure.garments());
+                inlier_weight = outside_weights(mesh, figure.garments());
             } else {
                 let below: Vec<SurfacePoint> = mesh.points().0.par_iter().map(|p| on_body.closest(p)).collect();
                 for at in below {
                     let corner = at.nearest_corner(on_body.mesh());
                     cover.push(body_cover[corner]);
-                    trust.push(trust_at(at.distance));
+                    inlier_weight.push(standoff_weight(at.distance));
                     on_body_of_garments.push(corner);
                 }
             }
@@ -75,31 +75,31 @@ impl FigureSurface {
         // Indices were checked layer by layer, and an offset keeps them in range.
         let mesh_in_bind = TriMesh::try_new(points, faces).unwrap_or(mesh_in_bind);
         let weights = SkinWeights::joined(layers.iter().map(|layer| &layer.1));
-        let worn = layers_worn_over(&figure.body().mesh, &outer);
+        let worn = layer_counts(&figure.body().mesh, &outer);
         let layers_over = body_cover
             .iter()
             .zip(worn)
             .map(|(cover, worn)| worn + if *cover == Cover::Bare { 0.0 } else { 1.0 })
             .collect();
-        let mut dressed = Self {
+        let mut figure_surface = Self {
             mesh_in_bind,
             layers_over,
             weights,
             cover: cover.into(),
-            trust: trust.into(),
+            inlier_weight: inlier_weight.into(),
             hidden: hidden.into(),
-            under_cover: PerVertex::default(),
-            beyond_cover: PerVertex::default(),
+            depth_under_cover: PerVertex::default(),
+            distance_from_cover: PerVertex::default(),
             body_count,
         };
-        dressed.under_cover = dressed.depth_under_cover(&figure.body().mesh);
-        let beyond = beyond_cover(figure, body_cover);
+        figure_surface.depth_under_cover = figure_surface.geodesic_depth_under_cover(&figure.body().mesh);
+        let beyond = distance_from_cover(figure, body_cover);
         let nearest = on_body_of_garments.into_iter().map(|v| beyond[v]);
-        dressed.beyond_cover = beyond.iter().copied().chain(nearest).collect();
-        dressed
+        figure_surface.distance_from_cover = beyond.iter().copied().chain(nearest).collect();
+        figure_surface
     }
 
-    fn depth_under_cover(&self, body: &TriMesh) -> PerVertex<f64> {
+    fn geodesic_depth_under_cover(&self, body: &TriMesh) -> PerVertex<f64> {
         let open: Vec<(VertexId, f64)> =
             body.vertex_ids().filter(|&v| !self.must_stay_inside(v)).map(|v| (v, 0.0)).collect();
         let distances = geodesic_distances(body, &Adjacency::prepare(body), &open, UNSURE);
@@ -122,20 +122,20 @@ impl FigureSurface {
     }
 
     /// Whether the scan should show this vertex as it is.
-    pub(crate) fn is_shown(&self, v: VertexId) -> bool {
+    pub(crate) fn is_visible(&self, v: VertexId) -> bool {
         !self.hidden[v] && self.cover[v] == Cover::Bare
     }
 
     /// Skin that shows, further from any cloth than a hem may lie from where its template says.
-    pub(crate) fn is_sure_skin(&self, v: VertexId) -> bool {
+    pub(crate) fn is_certainly_skin(&self, v: VertexId) -> bool {
         /// Distances along the body are cut off at the last.
         const FAR: f64 = MAY_REACH - 1e-6;
-        self.is_shown(v) && self.beyond_cover[v] >= FAR
+        self.is_visible(v) && self.distance_from_cover[v] >= FAR
     }
 
     /// Body vertices at which there may be cloth, though the template says nothing of it.
     pub(crate) fn may_be_covered(&self, v: VertexId) -> bool {
-        v.index() < self.body_count && !self.must_stay_inside(v) && self.beyond_cover[v] < MAY_REACH
+        v.index() < self.body_count && !self.must_stay_inside(v) && self.distance_from_cover[v] < MAY_REACH
     }
 
     /// Body vertices that must stay inside: under the new garment, or under one worn before.
@@ -145,7 +145,7 @@ impl FigureSurface {
 }
 
 /// A garment with no more vertices than a fit has use for: one every 6 mm says no more of a pose than one every 13 mm.
-fn lightened(garment: &Layer) -> (TriMesh, SkinWeights) {
+fn downsampled_layer(garment: &Layer) -> (TriMesh, SkinWeights) {
     /// Least distance between vertices, in metres: the places that a fit asks for are 15 mm apart, the body's vertices 18.
     const SPACING: f64 = 0.01;
     let (mesh, kept) = thinned(&garment.mesh, SPACING);
@@ -155,7 +155,7 @@ fn lightened(garment: &Layer) -> (TriMesh, SkinWeights) {
 
 /// Distance of each vertex along the body from where the new garment covers it; half of it counts on legs below wide cloth,
 /// whose hems hang freely, while a hand ends what a sleeve may reach.
-fn beyond_cover(figure: &Figure, cover: &PerVertex<Cover>) -> PerVertex<f64> {
+fn distance_from_cover(figure: &Figure, cover: &PerVertex<Cover>) -> PerVertex<f64> {
     let (body, is_leg) = (&figure.body().mesh, of_legs(&figure.skeleton));
     let adjacency = Adjacency::prepare(body);
     let beyond = |kind: Cover, reach: f64| {
@@ -172,7 +172,7 @@ fn beyond_cover(figure: &Figure, cover: &PerVertex<Cover>) -> PerVertex<f64> {
 
 /// How much cloth that stands off by `gap` metres says of the pose below it. A flared skirt hangs as it likes: taken for
 /// a part of the thighs it turned one of them by 28 mm about its axis when the person had moved their feet.
-fn trust_at(gap: f64) -> f64 {
+fn standoff_weight(gap: f64) -> f64 {
     /// Ease of fitted clothes: 10 cm of girth.
     const CLOSE: f64 = 0.016;
     /// Beyond it, the stand-off at which a quarter is left.
@@ -182,7 +182,7 @@ fn trust_at(gap: f64) -> f64 {
 
 /// 1 for each vertex of the body that may be seen, 0 for those within a garment, however far its cloth: in a flared skirt
 /// the inner sides of the thighs face each other, and cloth is nowhere near.
-fn untold_within(body: &TriMesh, garments: &[Layer]) -> Vec<f64> {
+fn outside_weights(body: &TriMesh, garments: &[Layer]) -> Vec<f64> {
     /// At the middle of a hem's opening the winding number is a half.
     const WITHIN: f64 = 0.6;
     let around: Vec<WindingField> = garments.iter().map(|layer| WindingField::prepare(&layer.mesh)).collect();
@@ -191,7 +191,7 @@ fn untold_within(body: &TriMesh, garments: &[Layer]) -> Vec<f64> {
 }
 
 /// How many of the layers lie over each vertex.
-fn layers_worn_over(mesh: &TriMesh, layers: &[SurfaceIndex]) -> Vec<f64> {
+fn layer_counts(mesh: &TriMesh, layers: &[SurfaceIndex]) -> Vec<f64> {
     let mut count = vec![0.0; mesh.vertex_count()];
     for layer in layers {
         for (sum, hidden) in count.iter_mut().zip(hidden_by(mesh, std::slice::from_ref(layer))) {

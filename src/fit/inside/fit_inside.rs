@@ -11,12 +11,12 @@ use super::params::{InsideMethod, InsideParams};
 use super::pose_inside::PoseInside;
 use super::problem::InsideProblem;
 use super::unseen_limbs::{joint_change, with_limbs_of};
-use super::violation::Lack;
+use super::violation::ConstraintViolation;
 use crate::body::{Figure, JointLimits, Pose};
 use crate::fit::correspondence::ScanSurface;
 use crate::fit::error::FitError;
 use crate::fit::report::FitReport;
-use crate::fit::solver::Step;
+use crate::fit::solver::FitIteration;
 use crate::geometry::PerVertex;
 use crate::scan::Scan;
 
@@ -38,55 +38,57 @@ pub fn fit_inside(
     cover: &PerVertex<Cover>,
     limits: &[JointLimits],
     params: &InsideParams,
-    on_step: &mut dyn FnMut(&Step),
+    on_step: &mut dyn FnMut(&FitIteration),
 ) -> Result<PoseInside, FitError> {
     if scan.mesh.face_count() == 0 {
         return Err(FitError::EmptyScan);
     }
-    let (surface, dressed) = rayon::join(|| ScanSurface::prepare(scan), || FigureSurface::prepare(figure, cover));
-    let mut solver = InsideProblem::new(figure, &dressed, &surface, limits, params);
+    let (surface, figure_surface) =
+        rayon::join(|| ScanSurface::prepare(scan), || FigureSurface::prepare(figure, cover));
+    let mut problem = InsideProblem::new(figure, &figure_surface, &surface, limits, params);
     let mut log = Vec::new();
 
     let previous = start;
-    let start = solver.best_start(start, &mut log);
-    let mut found = solver.refine(start.clone(), previous, on_step, &mut log);
-    let unseen = solver.unseen_limbs(previous, &found.pose);
+    let start = problem.best_start(start, &mut log);
+    let mut found = problem.refine(start.clone(), previous, on_step, &mut log);
+    let unseen = problem.unseen_limbs(previous, &found.pose);
     if !unseen.is_empty() {
-        solver.leave_out(&unseen, &mut log);
-        found = solver.refine(with_limbs_of(start, previous, &figure.skeleton, &unseen), previous, on_step, &mut log);
+        problem.leave_out(&unseen, &mut log);
+        found = problem.refine(with_limbs_of(start, previous, &figure.skeleton, &unseen), previous, on_step, &mut log);
     }
 
-    let posed = solver.posed(&found.pose);
-    let (residual_mean, residual_p95) = solver.distances_of_shown(&posed);
-    let body_mesh = solver.body_mesh(&posed);
-    let needed = solver.needed_offsets(&posed, &body_mesh);
+    let posed = problem.posed(&found.pose);
+    let (residual_mean, residual_p95) = problem.visible_distances(&posed);
+    let body_mesh = problem.body_mesh(&posed);
+    let required = problem.required_offsets(&posed, &body_mesh);
     let offsets = if params.constrained && params.method == InsideMethod::Robust {
-        let along_normals = needed.iter().map(|need| need.map(|need| need.along_normal)).collect();
+        let along_normals = required.iter().map(|required| required.map(|r| r.along_normal)).collect();
         bounded_offsets(&body_mesh, &along_normals, params.greatest_offset)
     } else {
-        PerVertex::filled(0.0, dressed.body_count)
+        PerVertex::filled(0.0, figure_surface.body_count)
     };
-    let lack = Lack::of(&solver.hidden_areas(&body_mesh), &needed, &offsets, |v| solver.margin_under(v));
-    let agreement = solver.agreement(&posed);
-    solver.refuse_what_is_not_this_figure(residual_mean, &lack, &agreement, &unseen, &posed)?;
-    log.extend(lack.told(&figure.skeleton, &figure.body().weights));
-    log.extend(agreement.told());
-    log.extend(solver.unseen_head(&posed).map(String::from));
+    let violation =
+        ConstraintViolation::of(&problem.hidden_areas(&body_mesh), &required, &offsets, |v| problem.full_margin(v));
+    let agreement = problem.agreement(&posed);
+    problem.check_same_person(residual_mean, &violation, &agreement, &unseen, &posed)?;
+    log.extend(violation.summary(&figure.skeleton, &figure.body().weights));
+    log.extend(agreement.summary());
+    log.extend(problem.unseen_head(&posed).map(String::from));
     if !found.converged {
         log.push(format!("not converged after {} iterations: look at the result", found.iterations));
     }
     let moved = offsets.iter().filter(|o| **o < 0.0).count();
-    log.push(format!("{moved} of {} body vertices are drawn in by the bounded offset", dressed.body_count));
+    log.push(format!("{moved} of {} body vertices are drawn in by the bounded offset", figure_surface.body_count));
     let report = FitReport {
         converged: found.converged,
         iterations: found.iterations,
         residual_mean,
         residual_p95,
-        outside_share: lack.outside_share,
-        outside_depth: lack.outside_depth,
+        outside_share: violation.outside_share,
+        outside_depth: violation.outside_depth,
         joint_change: joint_change(&figure.skeleton, previous, &found.pose),
-        proximity: solver.proximity(previous, &found.pose, &offsets),
-        confidence: agreement.explained * agreement.seen * (1.0 - lack.outside_share),
+        proximity: problem.proximity(previous, &found.pose, &offsets),
+        confidence: agreement.explained * agreement.seen * (1.0 - violation.outside_share),
         explained_share: agreement.explained,
         seen_share: agreement.seen,
         log,

@@ -47,7 +47,7 @@ impl InsideProblem<'_> {
         let mut pose = given.clone();
         pose.rotations[0] = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), angle) * pose.rotations[0];
         let posed = self.posed(&pose);
-        let areas = self.dressed.mesh_in_bind.vertex_areas();
+        let areas = self.figure_surface.mesh_in_bind.vertex_areas();
         pose.translation += shift_onto(self.surface, posed.points.iter().zip(areas.iter()));
         pose
     }

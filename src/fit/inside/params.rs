@@ -22,7 +22,7 @@ pub struct InsideParams {
     pub method: InsideMethod,
     /// The joints that may turn.
     pub joints: JointGroup,
-    /// Places on the figure and on the scan that take part in the last iterations.
+    /// SamplePlaces on the figure and on the scan that take part in the last iterations.
     pub samples: usize,
     /// Iterations at most.
     pub iterations: usize,

@@ -19,7 +19,7 @@ pub struct PoseInside {
 impl PoseInside {
     /// Draws skin in at least as far as an earlier step did: what lay inside a garment then still lies inside it now, though
     /// the scan shows another one.
-    pub fn drawn_in_as(mut self, before: &Self) -> Self {
+    pub fn offset_inward_as(mut self, before: &Self) -> Self {
         self.offsets
             .0
             .iter_mut()

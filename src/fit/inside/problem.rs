@@ -13,7 +13,7 @@ pub(crate) struct InsideProblem<'a> {
     pub(crate) body: Articulated<'a>,
     /// The body's surface in the bind pose.
     pub(crate) bare: &'a TriMesh,
-    pub(crate) dressed: &'a FigureSurface,
+    pub(crate) figure_surface: &'a FigureSurface,
     pub(crate) surface: &'a ScanSurface,
     limits: &'a [JointLimits],
     pub(crate) params: &'a InsideParams,
@@ -26,15 +26,15 @@ pub(crate) struct InsideProblem<'a> {
 impl<'a> InsideProblem<'a> {
     pub(crate) fn new(
         figure: &'a Figure,
-        dressed: &'a FigureSurface,
+        figure_surface: &'a FigureSurface,
         surface: &'a ScanSurface,
         limits: &'a [JointLimits],
         params: &'a InsideParams,
     ) -> Self {
         let held = held_joints(&figure.skeleton, params.joints);
         let bare = &figure.body().mesh;
-        let left_out = PerVertex::filled(false, dressed.mesh_in_bind.vertex_count());
-        Self { body: dressed.articulated(figure), bare, dressed, surface, limits, params, held, left_out }
+        let left_out = PerVertex::filled(false, figure_surface.mesh_in_bind.vertex_count());
+        Self { body: figure_surface.articulated(figure), bare, figure_surface, surface, limits, params, held, left_out }
     }
 
     pub(crate) fn posed(&self, pose: &Pose) -> Posed {
@@ -51,7 +51,7 @@ impl<'a> InsideProblem<'a> {
         if self.params.method == InsideMethod::Paper {
             return of_skeleton;
         }
-        let hidden = self.dressed.loose_shares(self.bare, self.body.joint_count());
+        let hidden = self.figure_surface.loose_shares(self.bare, self.body.joint_count());
         of_skeleton.into_iter().zip(hidden).map(|(s, share)| s * (1.0 + (HIDDEN - 1.0) * share)).collect()
     }
 
@@ -60,20 +60,22 @@ impl<'a> InsideProblem<'a> {
     }
 
     /// How far inside each hidden vertex must be after a step, before the offset.
-    pub(crate) fn wanted_at(&self, v: VertexId) -> f64 {
+    pub(crate) fn pose_margin(&self, v: VertexId) -> f64 {
         match self.params.method {
-            InsideMethod::Robust => self.margin_at(v) - self.params.give,
+            InsideMethod::Robust => self.margin_for_pose(v) - self.params.give,
             InsideMethod::Paper => 0.0,
         }
     }
 
     /// For each body vertex that must stay inside and that the scan saw, where it lies.
     pub(crate) fn sides(&self, posed: &Posed, normals: &PerVertex<Vec3>) -> Vec<Option<Side>> {
-        (0..self.dressed.body_count)
+        (0..self.figure_surface.body_count)
             .into_par_iter()
             .map(|i| {
                 let v = VertexId::from_index(i);
-                if self.left_out[v] || !(self.dressed.must_stay_inside(v) || self.dressed.may_be_covered(v)) {
+                if self.left_out[v]
+                    || !(self.figure_surface.must_stay_inside(v) || self.figure_surface.may_be_covered(v))
+                {
                     return None;
                 }
                 side_of(self.surface, &posed.points[v], &normals[v])
@@ -82,27 +84,27 @@ impl<'a> InsideProblem<'a> {
     }
 
     /// The margin where a vertex lies under inner layers too: each is cloth between the skin and what is observed.
-    pub(crate) fn margin_under(&self, v: VertexId) -> f64 {
-        if self.dressed.may_be_covered(v) {
+    pub(crate) fn full_margin(&self, v: VertexId) -> f64 {
+        if self.figure_surface.may_be_covered(v) {
             return self.params.margin;
         }
-        self.params.margin + self.params.thickness * self.dressed.layers_over[v]
+        self.params.margin + self.params.thickness * self.figure_surface.layers_over[v]
     }
 
     /// What a pose must keep: the margin, less near places where skin may show. There the scan may be the skin itself,
     /// noise and all, and only the bounded offset holds the whole margin.
-    fn margin_at(&self, v: VertexId) -> f64 {
+    fn margin_for_pose(&self, v: VertexId) -> f64 {
         /// Noise of the scan plus the error of the registered surface, where both are the same skin. Metres.
         const TOLERANCE: f64 = 0.006;
-        let depth = match self.dressed.may_be_covered(v) {
+        let depth = match self.figure_surface.may_be_covered(v) {
             true => 0.0,
-            false => (self.dressed.under_cover[v] / UNSURE).min(1.0),
+            false => (self.figure_surface.depth_under_cover[v] / UNSURE).min(1.0),
         };
-        self.margin_under(v) - TOLERANCE * (1.0 - depth)
+        self.full_margin(v) - TOLERANCE * (1.0 - depth)
     }
 
     pub(crate) fn mesh(&self, posed: &Posed) -> TriMesh {
-        self.dressed.mesh_in_bind.with_points(posed.points.clone())
+        self.figure_surface.mesh_in_bind.with_points(posed.points.clone())
     }
 
     pub(crate) fn normals(&self, posed: &Posed) -> PerVertex<Vec3> {
@@ -111,31 +113,31 @@ impl<'a> InsideProblem<'a> {
 
     /// The body's surface.
     pub(crate) fn body_mesh(&self, posed: &Posed) -> TriMesh {
-        self.bare.with_points(PerVertex(posed.points.0[..self.dressed.body_count].to_vec()))
+        self.bare.with_points(PerVertex(posed.points.0[..self.figure_surface.body_count].to_vec()))
     }
 
     /// Vertices that take part as data: shown ones, and those under cloth that lies close. Loose cloth is a wall, no
     /// data: pulls toward it (evenly around arms, or where it should rest on shoulders) were tried on a coat and moved the
     /// arms away from their truth.
     pub(crate) fn samples(&self, count: usize) -> Vec<(VertexId, f64)> {
-        let mut areas = self.telling_areas();
+        let mut areas = self.data_areas();
         areas.0.iter_mut().zip(self.left_out.iter()).filter(|(_, out)| **out).for_each(|(a, _)| *a = 0.0);
         spread(&areas, count)
     }
 
     /// The area of each vertex, as far as it says anything of the pose where the scan shows it.
-    pub(crate) fn telling_areas(&self) -> PerVertex<f64> {
-        let mut areas = self.dressed.mesh_in_bind.vertex_areas();
+    pub(crate) fn data_areas(&self) -> PerVertex<f64> {
+        let mut areas = self.figure_surface.mesh_in_bind.vertex_areas();
         for (i, a) in areas.0.iter_mut().enumerate() {
             let v = VertexId::from_index(i);
-            let is_data = self.params.method == InsideMethod::Paper || self.dressed.cover[v] != Cover::Loose;
-            *a *= if self.dressed.hidden[v] || !is_data { 0.0 } else { self.trust(v) };
+            let is_data = self.params.method == InsideMethod::Paper || self.figure_surface.cover[v] != Cover::Loose;
+            *a *= if self.figure_surface.hidden[v] || !is_data { 0.0 } else { self.inlier_weight(v) };
         }
         areas
     }
 
-    fn trust(&self, v: VertexId) -> f64 {
-        if self.params.method == InsideMethod::Paper { 1.0 } else { self.dressed.trust[v] }
+    fn inlier_weight(&self, v: VertexId) -> f64 {
+        if self.params.method == InsideMethod::Paper { 1.0 } else { self.figure_surface.inlier_weight[v] }
     }
 
     pub(crate) fn figure_to_scan(
@@ -159,14 +161,15 @@ impl<'a> InsideProblem<'a> {
                     return None;
                 }
                 let gap = hit.normal.dot(&(hit.point - p));
-                let weight = hit.trust * robust(area, hit.distance, reach);
-                match self.dressed.cover[v] {
+                let weight = hit.confidence * robust(area, hit.distance, reach);
+                match self.figure_surface.cover[v] {
                     _ if self.params.method == InsideMethod::Paper => {
                         Some(Residual::on_vertex(v, hit.normal, gap, weight))
                     }
                     // Beside the cloth the scan may be skin or a hem: it is sure only that it is not further in.
                     Cover::Bare if gap > 0.0 => {
-                        let sure = TIGHT_WEIGHT + (1.0 - TIGHT_WEIGHT) * self.dressed.beyond_cover[v] / MAY_REACH;
+                        let sure = TIGHT_WEIGHT
+                            + (1.0 - TIGHT_WEIGHT) * self.figure_surface.distance_from_cover[v] / MAY_REACH;
                         Some(Residual::on_vertex(v, hit.normal, gap, weight * sure))
                     }
                     Cover::Bare => Some(Residual::on_vertex(v, hit.normal, gap, weight)),
@@ -188,26 +191,28 @@ impl<'a> InsideProblem<'a> {
         let is_plain = self.params.method == InsideMethod::Paper;
         let takes = |corners: &[VertexId; 3]| {
             // Where cloth hangs the scan's nearest place on it is as good as any other.
-            let is_telling = |c: VertexId| self.dressed.is_shown(c) && self.trust(c) > 0.5;
-            corners.iter().all(|&c| !self.left_out[c] && (is_telling(c) || (is_plain && !self.dressed.hidden[c])))
+            let is_telling = |c: VertexId| self.figure_surface.is_visible(c) && self.inlier_weight(c) > 0.5;
+            corners
+                .iter()
+                .all(|&c| !self.left_out[c] && (is_telling(c) || (is_plain && !self.figure_surface.hidden[c])))
         };
         scan_to_mesh(self.surface, posed, normals, samples, reach, least_cosine, takes)
     }
 
     /// Mean truncated distance of shown surface to the scan.
     pub(crate) fn score(&self, pose: &Pose) -> f64 {
-        self.distances_of_shown(&self.posed(pose)).0
+        self.visible_distances(&self.posed(pose)).0
     }
 
     /// Mean and 95th percentile of the distance of shown surface to the scan, truncated.
-    pub(crate) fn distances_of_shown(&self, posed: &Posed) -> (f64, f64) {
+    pub(crate) fn visible_distances(&self, posed: &Posed) -> (f64, f64) {
         /// An arm that points elsewhere counts as this far. Metres.
         const TRUNCATE: f64 = 0.15;
         let normals = self.normals(posed);
         let distances: Vec<f64> = self
             .samples(self.params.samples / 2)
             .into_par_iter()
-            .filter(|&(v, _)| self.dressed.is_shown(v))
+            .filter(|&(v, _)| self.figure_surface.is_visible(v))
             .filter_map(|(v, _)| match self.surface.nearest(&posed.points[v], TRUNCATE) {
                 Some(hit) if hit.at_rim => None,
                 Some(hit) if hit.normal.dot(&normals[v]) > 0.0 => Some(hit.distance),

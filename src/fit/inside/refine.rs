@@ -2,12 +2,12 @@
 
 use super::problem::InsideProblem;
 use crate::body::{Pose, Shape};
-use crate::fit::solver::{Singular, Step, StoppingRule, Unknowns, greatest_joint_move, iterate, mean_gap};
+use crate::fit::solver::{FitIteration, Singular, StoppingRule, Unknowns, greatest_joint_move, iterate, mean_residual};
 use crate::geometry::SurfaceIndex;
 use nalgebra::DVector;
 
 /// What the iterations came to.
-struct Found {
+pub(crate) struct PoseEstimate {
     pub(crate) pose: Pose,
     pub(crate) iterations: usize,
     pub(crate) converged: bool,
@@ -18,9 +18,9 @@ impl InsideProblem<'_> {
         &self,
         start: Pose,
         previous: &Pose,
-        on_step: &mut dyn FnMut(&Step),
+        on_step: &mut dyn FnMut(&FitIteration),
         log: &mut Vec<String>,
-    ) -> Found {
+    ) -> PoseEstimate {
         /// A joint moved less than this in a step, in metres.
         const STILL: f64 = 3e-4;
         /// Cosine between two steps one of which takes the other back, and the move of a joint, in metres, below which that is
@@ -31,7 +31,7 @@ impl InsideProblem<'_> {
         let (mut last_delta, mut share, mut moved) = (DVector::zeros(self.body.unknown_count()), 1.0, f64::INFINITY);
         let stiffness = self.stiffness();
         let figure_samples = self.samples(self.params.samples);
-        let scan_samples = self.surface.trusted_samples(self.params.samples);
+        let scan_samples = self.surface.confidence_weighted_samples(self.params.samples);
         let unknowns = Unknowns { joints: self.held.iter().map(|held| !held).collect(), shape: false };
         let mut index: Option<SurfaceIndex> = None;
         // The gates are narrow from this iteration on.
@@ -73,9 +73,14 @@ impl InsideProblem<'_> {
             let after = posed.skeleton.joints_in_world(&next);
             moved = greatest_joint_move(&posed, &after);
             pose = next;
-            on_step(&Step { iteration: iteration + 1, moved, residual: mean_gap(&residuals), surface: &mesh });
+            on_step(&FitIteration {
+                iteration: iteration + 1,
+                moved,
+                residual: mean_residual(&residuals),
+                surface: &mesh,
+            });
             Ok::<_, Singular>(moved)
         });
-        Found { pose, iterations: settled.steps, converged: settled.converged }
+        PoseEstimate { pose, iterations: settled.steps, converged: settled.converged }
     }
 }

@@ -9,20 +9,20 @@ use rayon::prelude::*;
 
 /// How far a place must still be drawn in.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Need {
+pub(crate) struct RequiredOffset {
     /// Along the body's normal, in metres; negative where it is clear.
     pub(crate) along_normal: f64,
     /// How much of such a way is clearance from the scan, which may face another way: at a hem it faces down.
     pub(crate) gain: f64,
 }
 
-impl Need {
+impl RequiredOffset {
     pub(crate) fn of(margin: f64, side: &Side) -> Self {
         Self { along_normal: (margin - side.clearance) / side.cosine, gain: side.cosine }
     }
 
-    /// What is lacking of the margin, in metres, where skin is moved by `offset` along its normal.
-    pub(crate) fn lack(&self, offset: f64) -> f64 {
+    /// Violation of the margin in metres after skin has moved by `offset` along its normal.
+    pub(crate) fn violation(&self, offset: f64) -> f64 {
         (self.along_normal + offset) * self.gain
     }
 }
@@ -32,27 +32,27 @@ impl InsideProblem<'_> {
     pub(crate) fn hidden_areas(&self, body: &TriMesh) -> PerVertex<f64> {
         let mut areas = body.vertex_areas();
         areas.0.iter_mut().enumerate().for_each(|(i, area)| {
-            *area = if self.dressed.must_stay_inside(VertexId::from_index(i)) { *area } else { 0.0 };
+            *area = if self.figure_surface.must_stay_inside(VertexId::from_index(i)) { *area } else { 0.0 };
         });
         areas
     }
 
     /// How far each constrained vertex must still be drawn in. A vertex is clear where the middles of its hidden faces
     /// are, too: between two vertices of a shin there is room for the edge of a scan.
-    pub(crate) fn needed_offsets(&self, posed: &Posed, body: &TriMesh) -> PerVertex<Option<Need>> {
+    pub(crate) fn required_offsets(&self, posed: &Posed, body: &TriMesh) -> PerVertex<Option<RequiredOffset>> {
         let normals = self.normals(posed);
-        let mut needed: PerVertex<Option<Need>> = self
+        let mut needed: PerVertex<Option<RequiredOffset>> = self
             .sides(posed, &normals)
             .into_iter()
             .enumerate()
-            .map(|(i, side)| side.map(|s| Need::of(self.margin_under(VertexId::from_index(i)), &s)))
+            .map(|(i, side)| side.map(|s| RequiredOffset::of(self.full_margin(VertexId::from_index(i)), &s)))
             .collect();
-        let of_faces: Vec<Option<Need>> =
-            body.faces().0.par_iter().map(|corners| self.needed_amid(posed, &normals, *corners)).collect();
+        let of_faces: Vec<Option<RequiredOffset>> =
+            body.faces().0.par_iter().map(|corners| self.required_offset_of_face(posed, &normals, *corners)).collect();
         for (corners, need) in body.faces().iter().zip(of_faces) {
             // A corner that was not seen, beside a hole, goes in with the rest of its face.
             let Some(need) = need else { continue };
-            let is_more = |own: Option<Need>| need.along_normal > own.map_or(0.0, |own| own.along_normal);
+            let is_more = |own: Option<RequiredOffset>| need.along_normal > own.map_or(0.0, |own| own.along_normal);
             corners.iter().for_each(|&v| needed[v] = if is_more(needed[v]) { Some(need) } else { needed[v] });
         }
         needed
@@ -73,14 +73,19 @@ impl InsideProblem<'_> {
     }
 
     /// How far the middle of a face must be drawn in, all of whose corners are hidden.
-    fn needed_amid(&self, posed: &Posed, normals: &PerVertex<Vec3>, corners: [VertexId; 3]) -> Option<Need> {
-        if !corners.iter().all(|&v| self.dressed.must_stay_inside(v) && !self.left_out[v]) {
+    fn required_offset_of_face(
+        &self,
+        posed: &Posed,
+        normals: &PerVertex<Vec3>,
+        corners: [VertexId; 3],
+    ) -> Option<RequiredOffset> {
+        if !corners.iter().all(|&v| self.figure_surface.must_stay_inside(v) && !self.left_out[v]) {
             return None;
         }
         let [a, b, c] = corners.map(|v| posed.points[v].coords);
         let normal = corners.iter().map(|&v| normals[v]).sum::<Vec3>().try_normalize(1e-9)?;
         let side = side_of(self.surface, &((a + b + c) / 3.0).into(), &normal)?;
-        let margin = corners.iter().map(|&v| self.margin_under(v)).fold(f64::INFINITY, f64::min);
-        Some(Need::of(margin, &side))
+        let margin = corners.iter().map(|&v| self.full_margin(v)).fold(f64::INFINITY, f64::min);
+        Some(RequiredOffset::of(margin, &side))
     }
 }

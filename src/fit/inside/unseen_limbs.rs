@@ -3,7 +3,9 @@
 use super::params::InsideMethod;
 use super::problem::InsideProblem;
 use crate::body::{JointId, Pose, Skeleton};
-use crate::fit::correspondence::{Part, parts, parts_named, seen_shares, shown_at, side_of, spoken, too_little};
+use crate::fit::correspondence::{
+    Part, display_name, parts, parts_named, side_of, unseen_parts, visible_at, visible_shares,
+};
 use crate::fit::solver::Posed;
 use crate::geometry::{Point, SurfaceIndex};
 
@@ -19,8 +21,8 @@ impl InsideProblem<'_> {
         }
         let skeleton = &self.body.skeleton;
         let parts = parts(skeleton, self.body.weights);
-        let shares = self.seen_shares(&parts, &self.posed(pose));
-        let mut unseen = too_little(&parts, &shares, skeleton);
+        let shares = self.visible_shares(&parts, &self.posed(pose));
+        let mut unseen = unseen_parts(&parts, &shares, skeleton);
 
         for (part, share) in parts.iter().zip(&shares) {
             let is_new = !unseen.iter().any(|&u| skeleton.is_below(part.joint, u));
@@ -34,16 +36,16 @@ impl InsideProblem<'_> {
     /// A sentence where the scan lacks the head, without which all the rest is fitted as well.
     pub(crate) fn unseen_head(&self, posed: &Posed) -> Option<&'static str> {
         let head = parts_named(&["head"], &self.body.skeleton, self.body.weights);
-        let unseen = too_little(&head, &self.seen_shares(&head, posed), &self.body.skeleton);
+        let unseen = unseen_parts(&head, &self.visible_shares(&head, posed), &self.body.skeleton);
         (!unseen.is_empty()).then_some("the scan does not show the head")
     }
 
     /// Of each part the share of which the scan shows skin, or cloth around it.
-    fn seen_shares(&self, parts: &[Part], posed: &Posed) -> Vec<f64> {
+    fn visible_shares(&self, parts: &[Part], posed: &Posed) -> Vec<f64> {
         let normals = self.normals(posed);
         let index = SurfaceIndex::prepare(&self.body_mesh(posed));
-        seen_shares(&index, parts, |v, p| match self.dressed.is_shown(v) {
-            true => shown_at(self.surface, p, &normals[v]),
+        visible_shares(&index, parts, |v, p| match self.figure_surface.is_visible(v) {
+            true => visible_at(self.surface, p, &normals[v]),
             false => side_of(self.surface, p, &normals[v]).map(|side| side.place),
         })
     }
@@ -60,7 +62,7 @@ impl InsideProblem<'_> {
     pub(crate) fn leave_out(&mut self, limbs: &[JointId], log: &mut Vec<String>) {
         let skeleton = &self.body.skeleton;
         for &limb in limbs {
-            let name = spoken(&skeleton.names[limb.index()]);
+            let name = display_name(&skeleton.names[limb.index()]);
             log.push(format!("the scan does not show the {name}; it keeps the pose of the step before"));
             for (held, j) in self.held.iter_mut().zip(skeleton.ids()) {
                 *held |= skeleton.is_below(j, limb);

@@ -1,13 +1,13 @@
 //! Whether what a naked fit found is the body of the scan; if so, with its report.
 
-use super::agreement::{Agreement, what_is_unexplained};
+use super::agreement::{Agreement, unexplained_summary};
 use super::bent_arms::buried_hand;
 use super::fitted_body::FittedBody;
 use super::params::NakedParams;
 use super::problem::NakedProblem;
-use super::refine::Found;
+use super::refine::ModelEstimate;
 use crate::body::{BodyModel, JointId};
-use crate::fit::correspondence::{parts_named, spoken, unseen};
+use crate::fit::correspondence::{display_name, parts_named, unseen};
 use crate::fit::error::FitError;
 use crate::fit::report::FitReport;
 use crate::geometry::SurfaceIndex;
@@ -15,7 +15,7 @@ use crate::geometry::SurfaceIndex;
 /// What was found, which `index` holds, with its report, or why it is no body.
 pub(crate) fn conclude(
     problem: &NakedProblem<'_>,
-    found: Found,
+    found: ModelEstimate,
     index: &SurfaceIndex,
     agreement: Agreement,
     unseen: Vec<JointId>,
@@ -24,8 +24,8 @@ pub(crate) fn conclude(
     let model = problem.model;
     let (residual_mean, residual_p95) = agreement.residual;
     let buried = buried_hand(problem, index, &unseen);
-    refuse_what_is_no_body(model, problem.params, residual_mean, &agreement, &found, &unseen, buried)?;
-    log.extend(what_is_unexplained(&agreement, &model.weights, &model.skeleton));
+    check_is_body(model, problem.params, residual_mean, &agreement, &found, &unseen, buried)?;
+    log.extend(unexplained_summary(&agreement, &model.weights, &model.skeleton));
     log.extend(unseen_head(problem, index));
     if !found.converged {
         log.push(format!("not converged after {} iterations: look at the result", found.iterations));
@@ -43,8 +43,8 @@ pub(crate) fn conclude(
         ..FitReport::default()
     }
     .doubted();
-    let Found { shape, pose, .. } = found;
-    Ok(FittedBody { shape, pose, surface, skeleton, unseen, elsewhere: Vec::new(), report })
+    let ModelEstimate { shape, pose, .. } = found;
+    Ok(FittedBody { shape, pose, surface, skeleton, unseen, poses_in_others: Vec::new(), report })
 }
 
 /// A sentence where the scan lacks the head, without which all the rest is fitted as well.
@@ -55,12 +55,12 @@ fn unseen_head(problem: &NakedProblem<'_>, index: &SurfaceIndex) -> Option<Strin
     (!unseen.is_empty()).then(|| "the scan does not show the head; it is the model's".into())
 }
 
-fn refuse_what_is_no_body(
+fn check_is_body(
     model: &BodyModel,
     params: &NakedParams,
     residual: f64,
     agreement: &Agreement,
-    found: &Found,
+    found: &ModelEstimate,
     unseen: &[JointId],
     buried: Option<&str>,
 ) -> Result<(), FitError> {
@@ -78,7 +78,7 @@ fn refuse_what_is_no_body(
         return Err(far.clone());
     }
     if agreement.explained < params.least_explained {
-        let near = agreement.most_unexplained(&model.weights, &model.skeleton);
+        let near = agreement.least_explained_part(&model.weights, &model.skeleton);
         return Err(FitError::Unexplained {
             percent: (1.0 - agreement.explained) * 100.0,
             limit_percent: (1.0 - params.least_explained) * 100.0,
@@ -88,10 +88,10 @@ fn refuse_what_is_no_body(
     // What is left of the scan where a limb was not found is that limb, in a pose that was not.
     // Missing limbs left 0.1 % on invented people, crossed arms 2 to 2.5 %.
     const LIMB: f64 = 0.015;
-    let is_elsewhere = !params.missing_limbs && 1.0 - agreement.explained > LIMB;
-    if let (Some(limb), true) = (unseen.first(), is_elsewhere) {
+    let is_in_another_pose = !params.missing_limbs && 1.0 - agreement.explained > LIMB;
+    if let (Some(limb), true) = (unseen.first(), is_in_another_pose) {
         return Err(FitError::LimbNotFound {
-            limb: spoken(&model.skeleton.names[limb.index()]),
+            limb: display_name(&model.skeleton.names[limb.index()]),
             what: format!(
                 "and {:.0} % of the scan's surface is no part of the body",
                 (1.0 - agreement.explained) * 100.0
@@ -99,7 +99,7 @@ fn refuse_what_is_no_body(
         });
     }
     if let (Some(hand), false) = (buried, params.missing_limbs) {
-        return Err(FitError::LimbNotFound { limb: spoken(hand), what: "inside the body".into() });
+        return Err(FitError::LimbNotFound { limb: display_name(hand), what: "inside the body".into() });
     }
     if let Some(region) = agreement.missing_region(&model.weights, &model.skeleton) {
         return Err(FitError::HalfABody { region: region.into(), seen_percent: agreement.seen * 100.0 });

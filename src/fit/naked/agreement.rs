@@ -1,7 +1,7 @@
 //! How far a fit can be trusted: what of the scan the body explains, and what of the body the scan shows.
 
 use crate::body::{Skeleton, SkinWeights};
-use crate::fit::correspondence::{ScanSurface, dominant_joint, mean_and_p95, spoken, spread};
+use crate::fit::correspondence::{ScanSurface, display_name, dominant_joint, mean_and_p95, spread};
 use crate::geometry::{SurfaceIndex, VertexId};
 use rayon::prelude::*;
 
@@ -12,7 +12,7 @@ const ONE_SURFACE: f64 = 0.025;
 /// Cosine between normals of one surface: 73°, for hands that a scanner melted into mittens.
 const LEAST_COSINE: f64 = 0.3;
 
-/// Places of either surface: 1 % of its area is then fifty of them.
+/// SamplePlaces of either surface: 1 % of its area is then fifty of them.
 const SAMPLES: usize = 5000;
 
 /// A share of the scan that is worth a word.
@@ -98,15 +98,15 @@ impl Agreement {
     }
 
     /// The part of the body beside which most of the scan is unexplained.
-    pub(crate) fn most_unexplained(&self, weights: &SkinWeights, skeleton: &Skeleton) -> Option<String> {
+    pub(crate) fn least_explained_part(&self, weights: &SkinWeights, skeleton: &Skeleton) -> Option<String> {
         let joint = dominant_joint(self.unexplained.iter().copied(), weights, skeleton.len())?;
-        Some(spoken(&skeleton.names[joint.index()]))
+        Some(display_name(&skeleton.names[joint.index()]))
     }
 }
 
 /// A sentence where the scan shows more than a body.
-pub(crate) fn what_is_unexplained(agreement: &Agreement, weights: &SkinWeights, skeleton: &Skeleton) -> Option<String> {
-    let part = agreement.most_unexplained(weights, skeleton)?;
+pub(crate) fn unexplained_summary(agreement: &Agreement, weights: &SkinWeights, skeleton: &Skeleton) -> Option<String> {
+    let part = agreement.least_explained_part(weights, skeleton)?;
     let share = 1.0 - agreement.explained;
     (share > WORTH_SAYING).then(|| {
         format!("{:.0} % of the scan's surface is no part of the fitted body, most of it at the {part}", share * 100.0)

@@ -2,9 +2,9 @@
 
 use super::coarse_fit::CoarseFit;
 use super::problem::NakedProblem;
-use super::refine::Found;
+use super::refine::ModelEstimate;
 use crate::body::{JointId, Pose, Shape};
-use crate::fit::correspondence::{Part, parts_named, seen_shares, shown_at, spoken};
+use crate::fit::correspondence::{Part, display_name, parts_named, visible_at, visible_shares};
 use crate::fit::solver::Phase;
 use crate::geometry::{SurfaceIndex, Vec3, VertexId, WindingField};
 use nalgebra::UnitQuaternion;
@@ -31,7 +31,7 @@ const BENT: [[[f64; 3]; 2]; 8] = [
     [[0.0, 0.0, 50.0], [0.0, -20.0, 110.0]],
 ];
 
-/// An arm, forearm or hand of which the scan shows less may be elsewhere: of scans that were fitted rightly 0.77 of a hand
+/// An arm, forearm or hand of which the scan shows less may be poses_in_others: of scans that were fitted rightly 0.77 of a hand
 /// and 0.89 of an arm are shown at least.
 const DOUBTFUL: f64 = 0.65;
 
@@ -39,36 +39,36 @@ const DOUBTFUL: f64 = 0.65;
 const BURIED: f64 = 0.3;
 
 /// Shares of parts that the scan shows.
-fn shown(solver: &NakedProblem<'_>, index: &SurfaceIndex, names: &[&str]) -> (Vec<Part>, Vec<f64>) {
+fn shown(problem: &NakedProblem<'_>, index: &SurfaceIndex, names: &[&str]) -> (Vec<Part>, Vec<f64>) {
     let normals = index.mesh().vertex_normals_by_area();
-    let parts = parts_named(names, &solver.model.skeleton, &solver.model.weights);
-    let shares = seen_shares(index, &parts, |v, p| shown_at(solver.surface, p, &normals[v]));
+    let parts = parts_named(names, &problem.model.skeleton, &problem.model.weights);
+    let shares = visible_shares(index, &parts, |v, p| visible_at(problem.surface, p, &normals[v]));
     (parts, shares)
 }
 
 /// Whether a start has both forearms in the scan's.
-pub(crate) fn forearms_are_seen(solver: &NakedProblem<'_>, pose: &Pose, shape: &Shape) -> bool {
-    let index = solver.index_at(pose, shape);
-    shown(solver, &index, &["leftLowerArm", "rightLowerArm"]).1.iter().all(|share| *share >= DOUBTFUL)
+pub(crate) fn forearms_are_visible(problem: &NakedProblem<'_>, pose: &Pose, shape: &Shape) -> bool {
+    let index = problem.index_at(pose, shape);
+    shown(problem, &index, &["leftLowerArm", "rightLowerArm"]).1.iter().all(|share| *share >= DOUBTFUL)
 }
 
-/// The upper arms of arms that may be elsewhere.
-pub(crate) fn doubtful_arms(solver: &NakedProblem<'_>, index: &SurfaceIndex) -> Vec<JointId> {
+/// The upper arms of arms that may be poses_in_others.
+pub(crate) fn uncertain_arms(problem: &NakedProblem<'_>, index: &SurfaceIndex) -> Vec<JointId> {
     ["left", "right"]
         .iter()
         .filter_map(|side| {
             let names = ["UpperArm", "LowerArm", "Hand"].map(|part| format!("{side}{part}"));
-            let shares = shown(solver, index, &names.each_ref().map(String::as_str)).1;
+            let shares = shown(problem, index, &names.each_ref().map(String::as_str)).1;
             let is_doubtful = shares.iter().any(|share| *share < DOUBTFUL);
-            is_doubtful.then(|| solver.model.skeleton.find_name(&names[0]))?
+            is_doubtful.then(|| problem.model.skeleton.find_name(&names[0]))?
         })
         .collect()
 }
 
 /// A hand that was drawn into the rest of the body, for the scan does not show it where it was looked for.
-pub(crate) fn buried_hand<'a>(solver: &NakedProblem<'a>, index: &SurfaceIndex, unseen: &[JointId]) -> Option<&'a str> {
-    let (model, body) = (solver.model, index.mesh());
-    let (hands, shares) = shown(solver, index, &["leftHand", "rightHand"]);
+pub(crate) fn buried_hand<'a>(problem: &NakedProblem<'a>, index: &SurfaceIndex, unseen: &[JointId]) -> Option<&'a str> {
+    let (model, body) = (problem.model, index.mesh());
+    let (hands, shares) = shown(problem, index, &["leftHand", "rightHand"]);
     let of_missing = |hand: &Part| unseen.iter().any(|&u| model.skeleton.is_below(hand.joint, u));
     let doubtful: Vec<&Part> = hands
         .iter()
@@ -92,24 +92,24 @@ pub(crate) fn buried_hand<'a>(solver: &NakedProblem<'a>, index: &SurfaceIndex, u
 }
 
 /// The fit again from other poses of these arms, one arm after the other; `None` where none is better.
-pub(crate) fn with_bent_arms(
-    solver: &NakedProblem<'_>,
+pub(crate) fn refit_with_bent_arms(
+    problem: &NakedProblem<'_>,
     coarse: &CoarseFit,
-    found: &Found,
+    found: &ModelEstimate,
     arms: &[JointId],
     log: &mut Vec<String>,
-) -> Option<Found> {
-    let skeleton = &solver.model.skeleton;
+) -> Option<ModelEstimate> {
+    let skeleton = &problem.model.skeleton;
     let limbs_turn =
         Phase { iterations: 8, samples: 0, reach: 0.15, least_cosine: 0.3, limbs_only: true, shape: false };
-    let mut pose = with_trunk_straight(solver, &found.pose);
+    let mut pose = with_trunk_straight(problem, &found.pose);
     for &arm in arms {
         let tries: Vec<(f64, Pose)> = BENT
             .par_iter()
             .map(|turns| {
-                let pose = with_arm(solver, &pose, arm, turns);
+                let pose = with_arm(problem, &pose, arm, turns);
                 let (pose, shape) = coarse.fit(&limbs_turn, pose, found.shape.clone());
-                (solver.score(&pose, &shape), pose)
+                (problem.score(&pose, &shape), pose)
             })
             .collect();
         // The pose so far has had all of its iterations, these only a few: the best of them is tried to the end below.
@@ -117,9 +117,9 @@ pub(crate) fn with_bent_arms(
     }
     let all_turn = Phase { iterations: 8, limbs_only: false, shape: true, ..limbs_turn };
     let (pose, shape) = coarse.fit(&all_turn, pose, found.shape.clone());
-    let other = solver.refine(pose, shape, &mut |_| {});
-    let (before, after) = (solver.score(&found.pose, &found.shape), solver.score(&other.pose, &other.shape));
-    let names: Vec<String> = arms.iter().map(|a| spoken(&skeleton.names[a.index()])).collect();
+    let other = problem.refine(pose, shape, &mut |_| {});
+    let (before, after) = (problem.score(&found.pose, &found.shape), problem.score(&other.pose, &other.shape));
+    let names: Vec<String> = arms.iter().map(|a| display_name(&skeleton.names[a.index()])).collect();
     log.push(format!(
         "tried other poses of the {}: score {:.1} mm, {:.1} mm before",
         names.join(" and the "),
@@ -129,8 +129,8 @@ pub(crate) fn with_bent_arms(
     (after < before).then_some(other)
 }
 
-fn with_arm(solver: &NakedProblem<'_>, pose: &Pose, arm: JointId, turns: &[[f64; 3]; 2]) -> Pose {
-    let skeleton = &solver.model.skeleton;
+fn with_arm(problem: &NakedProblem<'_>, pose: &Pose, arm: JointId, turns: &[[f64; 3]; 2]) -> Pose {
+    let skeleton = &problem.model.skeleton;
     let is_left = skeleton.names[arm.index()].starts_with("left");
     let turn = |deg: &[f64; 3]| {
         let [x, y, z] = deg.map(f64::to_radians);
@@ -148,9 +148,9 @@ fn with_arm(solver: &NakedProblem<'_>, pose: &Pose, arm: JointId, turns: &[[f64;
 }
 
 /// What gave way to an arm that was drawn into it goes back to where it is expected.
-pub(crate) fn with_trunk_straight(solver: &NakedProblem<'_>, pose: &Pose) -> Pose {
+pub(crate) fn with_trunk_straight(problem: &NakedProblem<'_>, pose: &Pose) -> Pose {
     let mut pose = pose.clone();
-    for (rotation, name) in pose.rotations.iter_mut().zip(&solver.model.skeleton.names).skip(1) {
+    for (rotation, name) in pose.rotations.iter_mut().zip(&problem.model.skeleton.names).skip(1) {
         if TRUNK.contains(&name.as_str()) {
             *rotation = UnitQuaternion::identity();
         }

@@ -1,7 +1,7 @@
 //! Fits of downsampled copies: many initial poses in the time of one fine fit.
 
 use super::params::NakedParams;
-use crate::body::{JointLimits, Pose, Shape};
+use crate::body::{Pose, Shape};
 use crate::fit::correspondence::{Downsampled, DownsampledModel, ScanSurface};
 use crate::fit::solver::{
     DAMPING, Phase, PosePrior, Singular, StoppingRule, Unknowns, iterate, limbs_only, pose_stiffness,

@@ -2,16 +2,16 @@
 
 use super::acceptance::conclude;
 use super::agreement::agreement;
-use super::bent_arms::{doubtful_arms, with_bent_arms, with_trunk_straight};
+use super::bent_arms::{refit_with_bent_arms, uncertain_arms, with_trunk_straight};
 use super::coarse_fit::CoarseFit;
 use super::fitted_body::FittedBody;
 use super::params::NakedParams;
 use super::problem::NakedProblem;
-use super::refine::Found;
+use super::refine::ModelEstimate;
 use crate::body::{BodyModel, JointId};
-use crate::fit::correspondence::{DownsampledModel, ScanSurface, pose_like_other_side, spoken, unseen};
+use crate::fit::correspondence::{DownsampledModel, ScanSurface, display_name, pose_like_other_side, unseen};
 use crate::fit::error::FitError;
-use crate::fit::solver::Step;
+use crate::fit::solver::FitIteration;
 use crate::geometry::SurfaceIndex;
 use crate::scan::Scan;
 
@@ -29,33 +29,33 @@ pub fn fit_naked(
     scan: &Scan,
     model: &BodyModel,
     params: &NakedParams,
-    on_step: &mut dyn FnMut(&Step),
+    on_step: &mut dyn FnMut(&FitIteration),
 ) -> Result<FittedBody, FitError> {
     if scan.mesh.face_count() == 0 {
         return Err(FitError::EmptyScan);
     }
     let of_model = || (DownsampledModel::of(model), SurfaceIndex::prepare(&model.template));
     let (surface, (thin, index)) = rayon::join(|| ScanSurface::prepare(scan), of_model);
-    let mut solver = NakedProblem::prepare(model, index, &surface, params);
+    let mut problem = NakedProblem::prepare(model, index, &surface, params);
     let mut log = Vec::new();
 
     let coarse = CoarseFit::prepare(&thin, &surface, params);
-    let start = solver.best_start(&coarse, &mut log);
-    let mut found = solver.refine(start.pose, start.shape, on_step);
-    let mut index = solver.index_at(&found.pose, &found.shape);
-    let doubtful = doubtful_arms(&solver, &index);
+    let start = problem.best_start(&coarse, &mut log);
+    let mut found = problem.refine(start.pose, start.shape, on_step);
+    let mut index = problem.index_at(&found.pose, &found.shape);
+    let doubtful = uncertain_arms(&problem, &index);
     if !doubtful.is_empty() {
-        found = with_bent_arms(&solver, &coarse, &found, &doubtful, &mut log).unwrap_or(found);
-        index = solver.index_at(&found.pose, &found.shape);
+        found = refit_with_bent_arms(&problem, &coarse, &found, &doubtful, &mut log).unwrap_or(found);
+        index = problem.index_at(&found.pose, &found.shape);
     }
-    let unseen = unseen(&index, &solver.parts, &model.skeleton, &surface);
+    let unseen = unseen(&index, &problem.parts, &model.skeleton, &surface);
     if !unseen.is_empty() {
-        found = solver.without(&unseen, found, &mut log, on_step);
-        index = solver.index_at(&found.pose, &found.shape);
+        found = problem.without(&unseen, found, &mut log, on_step);
+        index = problem.index_at(&found.pose, &found.shape);
     }
 
     let agreement = agreement(&index, &surface);
-    conclude(&solver, found, &index, agreement, unseen, log)
+    conclude(&problem, found, &index, agreement, unseen, log)
 }
 
 impl NakedProblem<'_> {
@@ -63,15 +63,15 @@ impl NakedProblem<'_> {
     fn without(
         &mut self,
         unseen: &[JointId],
-        found: Found,
+        found: ModelEstimate,
         log: &mut Vec<String>,
-        on_step: &mut dyn FnMut(&Step),
-    ) -> Found {
+        on_step: &mut dyn FnMut(&FitIteration),
+    ) -> ModelEstimate {
         let skeleton = &self.model.skeleton;
         for &joint in unseen {
             log.push(format!(
                 "the scan does not show the {}; it takes the pose of the other side",
-                spoken(&skeleton.names[joint.index()])
+                display_name(&skeleton.names[joint.index()])
             ));
         }
         self.leave_out(unseen);

@@ -20,7 +20,7 @@ pub struct FittedBody {
     pub unseen: Vec<JointId>,
     /// Where all scans of a session made the shape: how the person stands in each of the others, in their order and in their
     /// frames; `None` for those that took no part.
-    pub elsewhere: Vec<Option<Pose>>,
+    pub poses_in_others: Vec<Option<Pose>>,
     /// How it went.
     pub report: FitReport,
 }

@@ -1,6 +1,6 @@
 //! Where a naked fit starts: several headings, statures and arms are tried, and scored.
 
-use super::bent_arms::forearms_are_seen;
+use super::bent_arms::forearms_are_visible;
 use super::coarse_fit::CoarseFit;
 use super::problem::NakedProblem;
 use crate::body::{BodyModel, JointId, Pose, Shape, Skeleton};
@@ -31,7 +31,7 @@ const GOOD_START: f64 = 0.006;
 
 /// A pose and a shape, with the score of how well they explain the scan, in metres: smaller is better.
 #[derive(Clone)]
-pub(crate) struct Start {
+pub(crate) struct InitialPose {
     pub(crate) pose: Pose,
     pub(crate) shape: Shape,
     pub(crate) score: f64,
@@ -44,16 +44,16 @@ const LIMBS: Phase =
 
 impl NakedProblem<'_> {
     /// The best of several headings and arms: front from back shows only in feet and face, so whole surfaces decide.
-    pub(super) fn best_start(&self, coarse: &CoarseFit<'_>, log: &mut Vec<String>) -> Start {
-        let scored = |starts: Vec<Start>| -> Vec<Start> {
-            starts.into_par_iter().map(|s| Start { score: self.score(&s.pose, &s.shape), ..s }).collect()
+    pub(super) fn best_start(&self, coarse: &CoarseFit<'_>, log: &mut Vec<String>) -> InitialPose {
+        let scored = |starts: Vec<InitialPose>| -> Vec<InitialPose> {
+            starts.into_par_iter().map(|s| InitialPose { score: self.score(&s.pose, &s.shape), ..s }).collect()
         };
-        let best_first = |a: &Start, b: &Start| a.score.total_cmp(&b.score);
+        let best_first = |a: &InitialPose, b: &InitialPose| a.score.total_cmp(&b.score);
         let rough = headings(self.model, self.surface, coarse, true);
         let mut finals = scored(with_arms_as_they_are(coarse, &rough));
         finals.sort_by(best_first);
         // Who stands as asked is found by now; other arms are tried where it does not look so.
-        if finals[0].score > GOOD_START || !forearms_are_seen(self, &finals[0].pose, &finals[0].shape) {
+        if finals[0].score > GOOD_START || !forearms_are_visible(self, &finals[0].pose, &finals[0].shape) {
             let fine = headings(self.model, self.surface, coarse, false);
             finals.extend(scored(with_other_arms(self.model, coarse, fine)));
             finals.sort_by(best_first);
@@ -66,13 +66,18 @@ impl NakedProblem<'_> {
 }
 
 /// The best headings, best first. Rough ones are of half of the places, which do where there is nothing but a person.
-pub(crate) fn headings(model: &BodyModel, surface: &ScanSurface, coarse: &CoarseFit, is_rough: bool) -> Vec<Start> {
+pub(crate) fn headings(
+    model: &BodyModel,
+    surface: &ScanSurface,
+    coarse: &CoarseFit,
+    is_rough: bool,
+) -> Vec<InitialPose> {
     let limbs = Phase { samples: if is_rough { 500 } else { 0 }, ..LIMBS };
     let tries: Vec<(usize, Shape)> = shapes_of_height(model, surface)
         .into_iter()
         .flat_map(|shape| (0..HEADINGS).map(move |i| (i, shape.clone())))
         .collect();
-    let mut found: Vec<(usize, Start)> = tries
+    let mut found: Vec<(usize, InitialPose)> = tries
         .into_par_iter()
         .map(|(i, shape)| {
             let heading_deg = i as f64 * 360.0 / HEADINGS as f64;
@@ -81,7 +86,7 @@ pub(crate) fn headings(model: &BodyModel, surface: &ScanSurface, coarse: &Coarse
         })
         .collect();
     found.sort_by(|a, b| a.1.score.total_cmp(&b.1.score));
-    let mut kept: Vec<(usize, Start)> = Vec::new();
+    let mut kept: Vec<(usize, InitialPose)> = Vec::new();
     for (i, start) in found {
         if kept.len() < KEPT && kept.iter().all(|k| k.0 != i) {
             kept.push((i, start));
@@ -91,31 +96,31 @@ pub(crate) fn headings(model: &BodyModel, surface: &ScanSurface, coarse: &Coarse
 }
 
 /// Each fitted on, all joints and the shape.
-pub(crate) fn with_arms_as_they_are(coarse: &CoarseFit, headings: &[Start]) -> Vec<Start> {
+pub(crate) fn with_arms_as_they_are(coarse: &CoarseFit, headings: &[InitialPose]) -> Vec<InitialPose> {
     headings.par_iter().map(|start| fitted_longer(coarse, start.clone())).collect()
 }
 
 /// The same from the best of other arms.
-pub(crate) fn with_other_arms(model: &BodyModel, coarse: &CoarseFit, headings: Vec<Start>) -> Vec<Start> {
+pub(crate) fn with_other_arms(model: &BodyModel, coarse: &CoarseFit, headings: Vec<InitialPose>) -> Vec<InitialPose> {
     headings.into_par_iter().map(|start| fitted_longer(coarse, with_best_arms(model, coarse, &LIMBS, start))).collect()
 }
 
-fn fitted_longer(coarse: &CoarseFit, start: Start) -> Start {
+fn fitted_longer(coarse: &CoarseFit, start: InitialPose) -> InitialPose {
     let longer = Phase { iterations: 8, samples: 0, reach: 0.15, least_cosine: 0.3, limbs_only: false, shape: true };
     fitted(coarse, &longer, start.pose, start.shape, start.name)
 }
 
-fn fitted(coarse: &CoarseFit, phase: &Phase, pose: Pose, shape: Shape, name: String) -> Start {
+fn fitted(coarse: &CoarseFit, phase: &Phase, pose: Pose, shape: Shape, name: String) -> InitialPose {
     let (pose, shape) = coarse.fit(phase, pose, shape);
-    Start { score: coarse.score(&pose, &shape), pose, shape, name }
+    InitialPose { score: coarse.score(&pose, &shape), pose, shape, name }
 }
 
 /// Each arm is tried by itself; what is better on either side is put together.
-fn with_best_arms(model: &BodyModel, coarse: &CoarseFit, phase: &Phase, start: Start) -> Start {
+fn with_best_arms(model: &BodyModel, coarse: &CoarseFit, phase: &Phase, start: InitialPose) -> InitialPose {
     let mut best = start.clone();
     for (side, sign) in [("left", 1.0), ("right", -1.0)] {
         let Some(arm) = model.skeleton.find_name(&format!("{side}UpperArm")) else { continue };
-        let tries: Vec<Start> = ARM_TURNS_DEG
+        let tries: Vec<InitialPose> = ARM_TURNS_DEG
             .par_iter()
             .map(|deg| {
                 let mut pose = best.pose.clone();

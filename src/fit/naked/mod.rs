@@ -18,4 +18,4 @@ pub use params::{NakedParams, ShapeFrom};
 pub(crate) use acceptance::conclude;
 pub(crate) use agreement::agreement;
 pub(crate) use problem::{FINEST, NakedProblem, STILL};
-pub(crate) use refine::Found;
+pub(crate) use refine::ModelEstimate;

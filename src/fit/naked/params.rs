@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct NakedParams {
-    /// Places on the model and on the scan that take part in the last, finest iterations.
+    /// SamplePlaces on the model and on the scan that take part in the last, finest iterations.
     pub samples: usize,
     /// Iterations of the finest stage at most.
     pub iterations: usize,
@@ -48,7 +48,7 @@ impl Default for NakedParams {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ShapeFrom {
-    /// The naked scan alone: what is dressed later changes nothing of the body.
+    /// The naked scan alone: what is worn later changes nothing of the body.
     Naked,
     /// All scans of the session together.
     All,

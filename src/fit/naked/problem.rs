@@ -4,7 +4,7 @@ use super::params::NakedParams;
 use crate::body::{BodyModel, JointId, Pose, Shape};
 use crate::fit::correspondence::{LastFaces, Part, ScanSurface, mean_truncated, parts, scan_to_mesh_from, spread};
 use crate::fit::solver::{
-    Articulated, NormalEquations, Phase, PosePrior, Posed, Residual, Unknowns, greatest_joint_move, mean_gap,
+    Articulated, NormalEquations, Phase, PosePrior, Posed, Residual, Unknowns, greatest_joint_move, mean_residual,
     pose_stiffness, robust,
 };
 use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, Vec3, VertexId};
@@ -17,8 +17,8 @@ pub(crate) const FINEST: Phase =
 /// A joint moved less than this in a step, in metres: far below the scan's noise.
 pub(crate) const STILL: f64 = 3e-4;
 
-/// Places that take part in an iteration, each with the area that it stands for.
-pub(crate) struct Places {
+/// SamplePlaces that take part in an iteration, each with the area that it stands for.
+pub(crate) struct SamplePlaces {
     model: Vec<(VertexId, f64)>,
     scan: Vec<(VertexId, f64)>,
     near_model: LastFaces,
@@ -94,21 +94,21 @@ impl<'a> NakedProblem<'a> {
     }
 
     /// About `count` places on the model, as far as it takes part, and on the scan.
-    pub(crate) fn places(&self, count: usize) -> Places {
+    pub(crate) fn places(&self, count: usize) -> SamplePlaces {
         let mut areas = self.model.template.vertex_areas();
         for (area, out) in areas.0.iter_mut().zip(self.left_out.iter()) {
             *area = if *out { 0.0 } else { *area };
         }
-        let (model, scan) = (spread(&areas, count), self.surface.trusted_samples(count));
+        let (model, scan) = (spread(&areas, count), self.surface.confidence_weighted_samples(count));
         let (near_model, near_scan) = (LastFaces::none(model.len()), LastFaces::none(scan.len()));
-        Places { model, scan, near_model, near_scan }
+        SamplePlaces { model, scan, near_model, near_scan }
     }
 
     /// What a step solves but for the shape prior, with the mean distance of what is drawn together. `index` holds `posed`.
     pub(crate) fn equations(
         &self,
         phase: &Phase,
-        places: &Places,
+        places: &SamplePlaces,
         posed: &Posed,
         pose: &Pose,
         index: &SurfaceIndex,
@@ -123,7 +123,7 @@ impl<'a> NakedProblem<'a> {
         let stiffness = pose_stiffness(&self.body.skeleton, self.params.pose_prior);
         let prior = PosePrior { center: &self.center, stiffness: &stiffness, limits: &self.model.limits };
         equations.add_pose_prior(posed, pose, &prior);
-        (equations, mean_gap(&residuals))
+        (equations, mean_residual(&residuals))
     }
 
     pub(crate) fn moved(&self, posed: &Posed, pose: &Pose, shape: &Shape) -> f64 {
@@ -131,7 +131,13 @@ impl<'a> NakedProblem<'a> {
         greatest_joint_move(posed, &after)
     }
 
-    fn model_to_scan(&self, posed: &Posed, normals: &PerVertex<Vec3>, phase: &Phase, places: &Places) -> Vec<Residual> {
+    fn model_to_scan(
+        &self,
+        posed: &Posed,
+        normals: &PerVertex<Vec3>,
+        phase: &Phase,
+        places: &SamplePlaces,
+    ) -> Vec<Residual> {
         places
             .model
             .par_iter()
@@ -143,7 +149,7 @@ impl<'a> NakedProblem<'a> {
                     return None;
                 }
                 let gap = hit.normal.dot(&(hit.point - p));
-                let weight = hit.trust * robust(area, hit.distance, phase.reach);
+                let weight = hit.confidence * robust(area, hit.distance, phase.reach);
                 Some(Residual::on_vertex(v, hit.normal, gap, weight))
             })
             .collect()
@@ -151,7 +157,7 @@ impl<'a> NakedProblem<'a> {
 
     /// Mean truncated distance both ways: comparable between starts whatever they have matched.
     pub(crate) fn score(&self, pose: &Pose, shape: &Shape) -> f64 {
-        /// Truncation: an arm that points elsewhere counts as this far. Metres.
+        /// Truncation: an arm that points poses_in_others counts as this far. Metres.
         const TRUNCATE: f64 = 0.15;
         let mesh = self.mesh(&self.body.posed(pose, shape));
         let there = || mean_truncated(&self.surface.index, &mesh, &mesh.vertex_areas(), TRUNCATE);

@@ -3,18 +3,18 @@
 use super::fitted_body::FittedBody;
 use super::problem::{FINEST, NakedProblem, STILL};
 use crate::body::{Pose, Shape};
-use crate::fit::solver::{DAMPING, Phase, Singular, Step, StoppingRule, iterate};
+use crate::fit::solver::{DAMPING, FitIteration, Phase, Singular, StoppingRule, iterate};
 use crate::geometry::SurfaceIndex;
 
 /// What the iterations came to.
-pub(crate) struct Found {
+pub(crate) struct ModelEstimate {
     pub(crate) pose: Pose,
     pub(crate) shape: Shape,
     pub(crate) iterations: usize,
     pub(crate) converged: bool,
 }
 
-impl Found {
+impl ModelEstimate {
     /// What an earlier fit came to.
     pub(crate) fn at(fitted: &FittedBody) -> Self {
         let FittedBody { pose, shape, report, .. } = fitted;
@@ -27,14 +27,14 @@ impl Found {
 const NEARLY_STILL: f64 = 1e-3;
 
 impl NakedProblem<'_> {
-    pub(crate) fn refine(&self, pose: Pose, shape: Shape, on_step: &mut dyn FnMut(&Step)) -> Found {
+    pub(crate) fn refine(&self, pose: Pose, shape: Shape, on_step: &mut dyn FnMut(&FitIteration)) -> ModelEstimate {
         let n = self.params.samples;
         let phases = [
             Phase { iterations: 5, samples: n / 3, reach: 0.10, least_cosine: 0.4, limbs_only: false, shape: true },
             Phase { iterations: 5, samples: n / 2, reach: 0.06, least_cosine: 0.5, limbs_only: false, shape: true },
             Phase { iterations: self.params.iterations, samples: n, ..FINEST },
         ];
-        let mut found = Found { pose, shape, iterations: 0, converged: false };
+        let mut found = ModelEstimate { pose, shape, iterations: 0, converged: false };
         let mut index = self.index.clone();
         for phase in &phases {
             self.run(phase, &mut found, &mut index, on_step);
@@ -43,7 +43,13 @@ impl NakedProblem<'_> {
     }
 
     /// Runs a phase on what was found so far; `index` holds the model in some pose.
-    fn run(&self, phase: &Phase, found: &mut Found, index: &mut SurfaceIndex, on_step: &mut dyn FnMut(&Step)) {
+    fn run(
+        &self,
+        phase: &Phase,
+        found: &mut ModelEstimate,
+        index: &mut SurfaceIndex,
+        on_step: &mut dyn FnMut(&FitIteration),
+    ) {
         let places = self.places(phase.samples);
         let (is_still, rounds) = if phase.reach > FINEST.reach { (NEARLY_STILL, 1) } else { (STILL, 2) };
         let rule = StoppingRule { steps: phase.iterations, still: is_still, still_steps: rounds, first_still: 0 };
@@ -58,7 +64,7 @@ impl NakedProblem<'_> {
             let moved = self.moved(&posed, &pose, &shape);
             (found.pose, found.shape) = (pose, shape);
             found.iterations += 1;
-            on_step(&Step { iteration: found.iterations, moved, residual, surface: index.mesh() });
+            on_step(&FitIteration { iteration: found.iterations, moved, residual, surface: index.mesh() });
             Ok::<_, Singular>(moved)
         });
         found.converged = settled.converged;

@@ -6,8 +6,8 @@
 mod bind_pose;
 mod colors;
 mod displacement;
+mod fill_in;
 mod ground;
-mod multi_view;
 mod params;
 mod registered_body;
 mod registration;
@@ -15,8 +15,8 @@ mod targets;
 mod texture;
 mod transfer;
 
-pub use multi_view::SeenElsewhere;
+pub use fill_in::FillInView;
 pub use params::RegisterParams;
 pub use registered_body::RegisteredBody;
-pub use registration::{Known, register, register_knowing};
+pub use registration::{RegisterHints, register, register_with_hints};
 pub use transfer::{closest_weights, scan_in_bind};

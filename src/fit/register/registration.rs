@@ -3,29 +3,29 @@
 use super::bind_pose::into_bind_pose;
 use super::colors::{colors_of, flowed_in};
 use super::displacement::{greatest_move, mean_distance, solve};
+use super::fill_in::{FillInView, PreparedView, fill_colors, fill_targets};
 use super::ground::Ground;
-use super::multi_view::{Elsewhere, SeenElsewhere, fill_colors, fill_targets};
 use super::params::RegisterParams;
 use super::registered_body::RegisteredBody;
-use super::targets::{Target, pull_of_parts, targets};
+use super::targets::{Target, target_weights, targets};
 use super::texture::bake_texture;
 use crate::body::BodyModel;
 use crate::fit::correspondence::{ScanSurface, mean_and_p95};
 use crate::fit::error::FitError;
 use crate::fit::naked::FittedBody;
 use crate::fit::report::FitReport;
-use crate::fit::solver::{Step, StoppingRule, iterate};
+use crate::fit::solver::{FitIteration, StoppingRule, iterate};
 use crate::geometry::{Point, TriMesh, VertexId, self_intersecting_pairs};
 use crate::scan::Scan;
 use rayon::prelude::*;
 
 /// What is known besides the scan.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Known<'a> {
+pub struct RegisterHints<'a> {
     /// At which places of the scan, in its frame, some of the model's vertices lie.
     pub landmarks: &'a [(VertexId, Point)],
     /// Other scans of the same person: they say where skin lies that this one does not show.
-    pub elsewhere: &'a [SeenElsewhere<'a>],
+    pub fill_in: &'a [FillInView<'a>],
 }
 
 /// Registers the model's surface to the scan and carries it back into the bind pose.
@@ -38,29 +38,29 @@ pub fn register(
     model: &BodyModel,
     fitted: &FittedBody,
     params: &RegisterParams,
-    on_step: &mut dyn FnMut(&Step),
+    on_step: &mut dyn FnMut(&FitIteration),
 ) -> Result<RegisteredBody, FitError> {
-    register_knowing(scan, model, fitted, &Known::default(), params, on_step)
+    register_with_hints(scan, model, fitted, &RegisterHints::default(), params, on_step)
 }
 
 /// The same, where more is known than the scan shows.
 ///
 /// **Requires** landmarks of vertices of the model, and `shown` of as many.
-pub fn register_knowing(
+pub fn register_with_hints(
     scan: &Scan,
     model: &BodyModel,
     fitted: &FittedBody,
-    known: &Known<'_>,
+    hints: &RegisterHints<'_>,
     params: &RegisterParams,
-    on_step: &mut dyn FnMut(&Step),
+    on_step: &mut dyn FnMut(&FitIteration),
 ) -> Result<RegisteredBody, FitError> {
     /// A landmark counts for as many vertices: it must carry along those around it, within the length of smoothing.
     const PULL: f64 = 30.0;
     let surface = ScanSurface::prepare(scan);
     let bare = fitted.figure(model);
-    let others: Vec<Elsewhere> = known.elsewhere.iter().map(|seen| Elsewhere::prepare(seen, &bare)).collect();
+    let others: Vec<PreparedView> = hints.fill_in.iter().map(|seen| PreparedView::prepare(seen, &bare)).collect();
     let start = fitted.surface.with_points(model.posed(fitted.surface.points(), &fitted.skeleton, &fitted.pose));
-    let pull = pull_of_parts(model, params);
+    let pull = target_weights(model, params);
     let ground = Ground::under(scan, model);
     let mut displaced = start.clone();
     let rounds = params.smoothing_lengths.len();
@@ -75,10 +75,10 @@ pub fn register_knowing(
             *target = target.map(|(place, pull)| (place, pull * share));
         });
         ground.hold_soles(&displaced, &mut targets);
-        known.landmarks.iter().for_each(|&(v, place)| targets[v.index()] = Some((place, PULL)));
+        hints.landmarks.iter().for_each(|&(v, place)| targets[v.index()] = Some((place, PULL)));
         let next = solve(&start, &targets, length)?;
         let (moved, residual) = (greatest_move(&displaced, &next), mean_distance(&displaced, &targets));
-        on_step(&Step { iteration: number + 1, moved, residual, surface: &displaced });
+        on_step(&FitIteration { iteration: number + 1, moved, residual, surface: &displaced });
         displaced = next;
         Ok::<_, FitError>(moved)
     });
@@ -100,12 +100,12 @@ pub fn register_knowing(
     let count = |targets: &[Target]| targets.iter().filter(|t| t.is_some()).count();
     let own = count(&seen);
     fill_targets(&mut seen, &others, &displaced, model, fitted, 0.02);
-    let elsewhere = match count(&seen) - own {
+    let fill_in = match count(&seen) - own {
         0 => String::new(),
         more => format!(", {more} more on other scans"),
     };
     let log = vec![
-        format!("{own} of {} vertices lie on the scan{elsewhere}", model.template.vertex_count()),
+        format!("{own} of {} vertices lie on the scan{fill_in}", model.template.vertex_count()),
         soundness(&start, &displaced),
     ];
     let report = FitReport {

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 /// Where a vertex is drawn to, and how strongly (0–1).
 pub(crate) type Target = Option<(Point, f64)>;
 
-pub(crate) fn pull_of_parts(model: &BodyModel, params: &RegisterParams) -> PerVertex<f64> {
+pub(crate) fn target_weights(model: &BodyModel, params: &RegisterParams) -> PerVertex<f64> {
     let skeleton = &model.skeleton;
     let part = |joint: &str| ["left", "right"].map(|side| skeleton.find_name(&format!("{side}{joint}")));
     let (hands, toes) = (part("Hand"), part("Toes"));
@@ -41,13 +41,13 @@ pub(crate) fn targets(surface: &ScanSurface, mesh: &TriMesh, is_foot: &PerVertex
                 let hits = [*n, -n].into_iter().filter_map(|way| surface.along(p, &way, reach));
                 hits.filter(|hit| agrees(hit, n)).map(|hit| on_plane(&hit, p, reach)).next()
             };
-            pulled_to(surface, p, n, reach).or_else(|| if is_foot.0[i] { ahead() } else { None })
+            target_on(surface, p, n, reach).or_else(|| if is_foot.0[i] { ahead() } else { None })
         })
         .collect()
 }
 
 /// Where the nearest place of a scan draws a vertex, if it faces the same way.
-pub(crate) fn pulled_to(surface: &ScanSurface, p: &Point, n: &Vec3, reach: f64) -> Target {
+pub(crate) fn target_on(surface: &ScanSurface, p: &Point, n: &Vec3, reach: f64) -> Target {
     surface.nearest(p, reach).filter(|hit| agrees(hit, n)).map(|hit| on_plane(&hit, p, reach))
 }
 

@@ -4,7 +4,7 @@ use crate::geometry::TriMesh;
 
 /// Progress of a fit.
 #[derive(Clone, Copy, Debug)]
-pub struct Step<'a> {
+pub struct FitIteration<'a> {
     /// Iterations done.
     pub iteration: usize,
     /// Greatest move of a joint in the last one, in metres; of a vertex, where no joints are fitted.

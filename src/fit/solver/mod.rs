@@ -10,7 +10,7 @@ mod prior;
 mod robust;
 mod schedule;
 
-pub use iteration::Step;
+pub use iteration::FitIteration;
 pub use prior::JointGroup;
 
 pub(crate) use articulated::Articulated;
@@ -18,5 +18,5 @@ pub(crate) use iteration::{StoppingRule, iterate};
 pub(crate) use normal_equations::{DAMPING, NormalEquations, PosePrior, Singular, Unknowns, solve_together};
 pub(crate) use posed::{Posed, Residual, greatest_joint_move};
 pub(crate) use prior::{held_joints, limbs_only, pose_stiffness};
-pub(crate) use robust::{mean_gap, robust};
+pub(crate) use robust::{mean_residual, robust};
 pub(crate) use schedule::Phase;

@@ -16,7 +16,7 @@ pub(crate) fn robust(area: f64, distance: f64, reach: f64) -> f64 {
 }
 
 /// Mean of the gaps, each as it weighs.
-pub(crate) fn mean_gap(residuals: &[Residual]) -> f64 {
+pub(crate) fn mean_residual(residuals: &[Residual]) -> f64 {
     let (sum, total) =
         residuals.iter().fold((0.0, 0.0), |(sum, total), r| (sum + r.weight * r.gap.abs(), total + r.weight));
     sum / f64::max(total, 1e-12)

@@ -1,13 +1,13 @@
 //! One shape of all scans, and whether the naked one bears it out.
 
+use super::clothed_view::ClothedView;
 use super::other_scan::OtherScan;
-use super::view::View;
 use crate::body::{BodyModel, Figure, Pose};
 use crate::fit::correspondence::ScanSurface;
 use crate::fit::inside::{FigureSurface, fit_inside};
-use crate::fit::naked::{FINEST, FittedBody, Found, NakedParams, NakedProblem, STILL, agreement, conclude};
+use crate::fit::naked::{FINEST, FittedBody, ModelEstimate, NakedParams, NakedProblem, STILL, agreement, conclude};
 use crate::fit::report::FitReport;
-use crate::fit::solver::{DAMPING, Posed, Singular, Step, StoppingRule, iterate, solve_together};
+use crate::fit::solver::{DAMPING, FitIteration, Posed, Singular, StoppingRule, iterate, solve_together};
 use crate::geometry::{SurfaceIndex, TriMesh};
 use crate::scan::Scan;
 
@@ -27,7 +27,7 @@ pub fn fit_together(
     others: &[OtherScan<'_>],
     model: &BodyModel,
     params: &NakedParams,
-    on_step: &mut dyn FnMut(&Step),
+    on_step: &mut dyn FnMut(&FitIteration),
 ) -> FittedBody {
     let surface = ScanSurface::prepare(scan);
     let mut naked = NakedProblem::prepare(model, SurfaceIndex::prepare(&model.template), &surface, params);
@@ -35,23 +35,23 @@ pub fn fit_together(
     let figure = fitted.figure(model);
     let mut log = fitted.report.log.clone();
 
-    let laid = laid_into_each(&figure, fitted, others, model, &mut log);
+    let laid = pose_in_each(&figure, fitted, others, model, &mut log);
     let prepared: Vec<(ScanSurface, FigureSurface)> = others
         .iter()
         .map(|other| (ScanSurface::prepare(other.scan), FigureSurface::prepare(&figure, &other.cover)))
         .collect();
-    let mut views: Vec<View> = (others.iter().zip(&prepared).zip(&laid).enumerate())
+    let mut views: Vec<ClothedView> = (others.iter().zip(&prepared).zip(&laid).enumerate())
         .filter_map(|(place, ((other, prepared), pose))| {
-            Some(View::new(place, &figure, model, other, prepared, &fitted.pose, pose.clone()?))
+            Some(ClothedView::new(place, &figure, model, other, prepared, &fitted.pose, pose.clone()?))
         })
         .collect();
     if views.is_empty() {
         log.push("no other scan takes part in the shape".into());
-        return FittedBody { elsewhere: laid, report: with_log(fitted, log), ..fitted.clone() };
+        return FittedBody { poses_in_others: laid, report: with_log(fitted, log), ..fitted.clone() };
     }
 
     let before = fitted.report.residual_mean;
-    let mut found = Found { iterations: fitted.report.iterations, ..Found::at(fitted) };
+    let mut found = ModelEstimate { iterations: fitted.report.iterations, ..ModelEstimate::at(fitted) };
     refine_together(&naked, &mut views, &mut found, params, on_step);
     let index = naked.index_at(&found.pose, &found.shape);
     let agreement = agreement(&index, naked.surface);
@@ -67,11 +67,11 @@ pub fn fit_together(
     });
     let why = match (contradicted, refined) {
         (None, Ok(refined)) => {
-            let mut elsewhere = vec![None; others.len()];
+            let mut poses_in_others = vec![None; others.len()];
             for view in views {
-                elsewhere[view.place] = Some(view.pose);
+                poses_in_others[view.place] = Some(view.pose);
             }
-            return FittedBody { elsewhere, ..refined };
+            return FittedBody { poses_in_others, ..refined };
         }
         (Some(why), _) => why,
         (None, Err(error)) => error.to_string(),
@@ -85,7 +85,7 @@ fn with_log(fitted: &FittedBody, log: Vec<String>) -> FitReport {
 }
 
 /// How the body stands in each of the scans, each from where it stood in the last.
-fn laid_into_each(
+fn pose_in_each(
     figure: &Figure,
     fitted: &FittedBody,
     others: &[OtherScan<'_>],
@@ -126,10 +126,10 @@ fn change(before: &TriMesh, after: &TriMesh) -> String {
 /// Gauss–Newton steps until no joint of the naked scan moves.
 fn refine_together(
     naked: &NakedProblem,
-    views: &mut [View],
-    found: &mut Found,
+    views: &mut [ClothedView],
+    found: &mut ModelEstimate,
     params: &NakedParams,
-    on_step: &mut dyn FnMut(&Step),
+    on_step: &mut dyn FnMut(&FitIteration),
 ) {
     let places = naked.places(params.samples);
     let mut index = naked.index.clone();
@@ -146,13 +146,13 @@ fn refine_together(
 
         let (pose, shape) = naked.body.stepped(&posed, &found.pose, &found.shape, &steps[0]);
         for ((view, posed), step) in views.iter_mut().zip(&seen).zip(&steps[1..]) {
-            view.pose = view.solver.body.stepped(posed, &view.pose, &found.shape, step).0;
+            view.pose = view.problem.body.stepped(posed, &view.pose, &found.shape, step).0;
         }
         // Limbs that cloth hides may wander in their scans without any weight in the shape.
         let moved = naked.moved(&posed, &pose, &shape);
         (found.pose, found.shape) = (pose, shape);
         found.iterations += 1;
-        on_step(&Step { iteration: found.iterations, moved, residual, surface: index.mesh() });
+        on_step(&FitIteration { iteration: found.iterations, moved, residual, surface: index.mesh() });
         Ok::<_, Singular>(moved)
     });
     found.converged = settled.converged;

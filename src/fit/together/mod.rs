@@ -5,9 +5,9 @@
 //! Eq. 5 over bare skin, and Eq. 6 one-sided over covered skin. The poses are eliminated, so that a step costs as many
 //! small systems as there are scans.
 
+mod clothed_view;
 mod fit_together;
 mod other_scan;
-mod view;
 
 pub use fit_together::fit_together;
 pub use other_scan::OtherScan;

@@ -3,7 +3,7 @@
 
 use super::recording::Shown;
 use super::show_in::ShowIn;
-use crate::fit::Step;
+use crate::fit::FitIteration;
 use crate::scan::Scan;
 use crate::session::error::SessionError;
 use crate::session::stage::Stage;
@@ -39,7 +39,7 @@ impl FitRecording {
         }
     }
 
-    fn iterated(&mut self, step: &str, stage: Stage, scan: &Scan, at: &Step) {
+    fn iterated(&mut self, step: &str, stage: Stage, scan: &Scan, at: &FitIteration) {
         let is_new_step = self.now.as_ref().is_none_or(|(name, _)| name != step);
         let is_new_stage = is_new_step || self.now.as_ref().is_some_and(|(_, s)| *s != stage);
         if is_new_stage {

@@ -35,7 +35,7 @@ pub enum Event<'a> {
         /// What is fitted to.
         scan: &'a Scan,
         /// The iteration.
-        at: &'a fit::Step<'a>,
+        at: &'a fit::FitIteration<'a>,
     },
     /// The fusion of RGB-D frames has made progress.
     Fused {
@@ -123,7 +123,7 @@ pub(in crate::session) enum Progress<'a> {
     /// In words.
     Text(&'a str),
     /// An iteration of a fit to this scan.
-    Iteration(&'a Scan, &'a fit::Step<'a>),
+    Iteration(&'a Scan, &'a fit::FitIteration<'a>),
     /// A part of the fusion of frames.
     Fusion(&'a FusionStep<'a>),
 }

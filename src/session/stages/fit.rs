@@ -51,7 +51,7 @@ impl PipelineStage for Fit {
         on_progress: OnProgress,
     ) -> Result<Outcome<FittedBody>, SessionError> {
         let (scan, model) = (session.store.load(scan)?, session.body_model()?);
-        let mut on_step = |s: &fit::Step| on_progress(Progress::Iteration(&scan, s));
+        let mut on_step = |s: &fit::FitIteration| on_progress(Progress::Iteration(&scan, s));
         let failed = |e| SessionError::stage(&step.name, Stage::Fit, e);
         let mut fitted = fit_naked(&scan, &model, &params, &mut on_step).map_err(failed)?;
         if !later.is_empty() {
@@ -63,7 +63,7 @@ impl PipelineStage for Fit {
             fitted = fit_together(&scan, &fitted, &others, &model, &params, &mut on_step);
         }
         let (report, unseen) = (fitted.report.clone(), fitted.unseen.clone());
-        let scans = 1 + fitted.elsewhere.iter().flatten().count();
+        let scans = 1 + fitted.poses_in_others.iter().flatten().count();
         let outcome = with_report(Outcome::of(fitted), &report).measured("confidence", report.confidence);
         let lacks_limbs = !unseen.is_empty() && later.is_empty();
         let outcome = outcome.found(lacks_limbs.then(|| USE_ALL_SCANS.into()));

@@ -68,7 +68,7 @@ impl PipelineStage for Pose {
         .map_err(|e| SessionError::stage(&step.name, Stage::Pose, e))?;
         let inside = match before {
             None => inside,
-            Some(before) => inside.drawn_in_as(&before),
+            Some(before) => inside.offset_inward_as(&before),
         };
         let report = inside.report.clone();
         let deepest = inside.offsets.iter().fold(0.0_f64, |most, d| most.max(d.abs()));

@@ -5,7 +5,9 @@ use super::fit::{Fit, with_report};
 use super::later_scans::{self, later_scans};
 use super::pipeline_stage::{LaterScan, PipelineStage, StepContext};
 use super::scan::Scan;
-use crate::fit::{FittedBody, Known, RegisterParams, RegisteredBody, SeenElsewhere, Step, register_knowing};
+use crate::fit::{
+    FillInView, FitIteration, FittedBody, RegisterHints, RegisterParams, RegisteredBody, register_with_hints,
+};
 use crate::scan;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
@@ -52,12 +54,12 @@ impl PipelineStage for Register {
         let fitted = session.store.load(fitted)?;
         let scans = later.iter().map(|other| session.store.load(other.scan)).collect::<Result<Vec<_>, _>>()?;
         let covers = later_scans::covers(&later, &fitted.figure(&model));
-        let elsewhere: Vec<SeenElsewhere> = (scans.iter().zip(&fitted.elsewhere).zip(covers))
-            .filter_map(|((scan, pose), cover)| Some(SeenElsewhere { scan, pose: pose.as_ref()?, cover }))
+        let fill_in: Vec<FillInView> = (scans.iter().zip(&fitted.poses_in_others).zip(covers))
+            .filter_map(|((scan, pose), cover)| Some(FillInView { scan, pose: pose.as_ref()?, cover }))
             .collect();
-        let known = Known { elsewhere: &elsewhere, ..Known::default() };
-        let mut on_step = |s: &Step| on_progress(Progress::Iteration(&scan, s));
-        let registered = register_knowing(&scan, &model, &fitted, &known, &params, &mut on_step)
+        let hints = RegisterHints { fill_in: &fill_in, ..RegisterHints::default() };
+        let mut on_step = |s: &FitIteration| on_progress(Progress::Iteration(&scan, s));
+        let registered = register_with_hints(&scan, &model, &fitted, &hints, &params, &mut on_step)
             .map_err(|e| SessionError::stage(&step.name, Stage::Register, e))?;
         let report = registered.report.clone();
         Ok(with_report(Outcome::of(registered), &report))

@@ -8,23 +8,23 @@ use crate::fit::solver::{Articulated, NormalEquations, PosePrior, Posed, Residua
 use crate::geometry::{PerVertex, SurfaceIndex, VertexId};
 
 /// Another scan, with the model laid into it.
-pub(crate) struct View<'a> {
+pub(crate) struct ClothedView<'a> {
     /// Among the others.
     pub(crate) place: usize,
-    pub(crate) solver: InsideProblem<'a>,
+    pub(crate) problem: InsideProblem<'a>,
     model: &'a BodyModel,
     pub(crate) pose: Pose,
     /// Where the body lay at first: what cloth hides stays near it.
     center: Pose,
     index: SurfaceIndex,
-    /// Places of skin that no cloth reaches, with their areas.
+    /// SamplePlaces of skin that no cloth reaches, with their areas.
     skin: Vec<(VertexId, f64)>,
     scan: Vec<(VertexId, f64)>,
     near: LastFaces,
     areas: PerVertex<f64>,
 }
 
-impl<'a> View<'a> {
+impl<'a> ClothedView<'a> {
     /// Distance within which skin and scan are drawn together, metres.
     const REACH: f64 = 0.03;
     const LEAST_COSINE: f64 = 0.6;
@@ -34,20 +34,20 @@ impl<'a> View<'a> {
         figure: &'a Figure,
         model: &'a BodyModel,
         other: &'a OtherScan<'_>,
-        (surface, dressed): &'a (ScanSurface, FigureSurface),
+        (surface, figure_surface): &'a (ScanSurface, FigureSurface),
         before: &Pose,
         pose: Pose,
     ) -> Self {
-        let mut solver = InsideProblem::new(figure, dressed, surface, &model.limits, &other.params);
-        let unseen = solver.unseen_limbs(before, &pose);
-        solver.leave_out(&unseen, &mut Vec::new());
-        solver.body = Articulated::of_model(model);
+        let mut problem = InsideProblem::new(figure, figure_surface, surface, &model.limits, &other.params);
+        let unseen = problem.unseen_limbs(before, &pose);
+        problem.leave_out(&unseen, &mut Vec::new());
+        problem.body = Articulated::of_model(model);
         let areas = model.template.vertex_areas();
         let mut of_skin = areas.clone();
         of_skin.0.iter_mut().enumerate().for_each(|(i, area)| {
-            *area = if solver.is_sure_skin(VertexId::from_index(i)) { *area } else { 0.0 };
+            *area = if problem.is_certainly_skin(VertexId::from_index(i)) { *area } else { 0.0 };
         });
-        let scan = surface.trusted_samples(other.params.samples);
+        let scan = surface.confidence_weighted_samples(other.params.samples);
         Self {
             place,
             model,
@@ -58,25 +58,25 @@ impl<'a> View<'a> {
             near: LastFaces::none(scan.len()),
             scan,
             areas,
-            solver,
+            problem,
         }
     }
 
     /// Poses the model, and lets the index follow it.
     pub(crate) fn posed(&mut self, shape: &Shape) -> Posed {
-        let posed = self.solver.body.posed(&self.pose, shape);
+        let posed = self.problem.body.posed(&self.pose, shape);
         self.index.follow(&self.model.template.with_points(posed.points.clone()));
         posed
     }
 
     pub(crate) fn equations(&self, posed: &Posed) -> NormalEquations {
-        let solver = &self.solver;
+        let problem = &self.problem;
         let normals = self.index.mesh().vertex_normals();
         let (reach, least_cosine) = (Self::REACH, Self::LEAST_COSINE);
-        let mut residuals = solver.figure_to_scan(posed, &normals, &self.skin, reach, least_cosine);
-        let takes = |corners: &[VertexId; 3]| corners.iter().all(|&v| solver.is_sure_skin(v));
+        let mut residuals = problem.figure_to_scan(posed, &normals, &self.skin, reach, least_cosine);
+        let takes = |corners: &[VertexId; 3]| corners.iter().all(|&v| problem.is_certainly_skin(v));
         residuals.extend(scan_to_mesh_from(
-            solver.surface,
+            problem.surface,
             &self.index,
             &normals,
             (&self.scan, &self.near),
@@ -84,15 +84,15 @@ impl<'a> View<'a> {
             least_cosine,
             takes,
         ));
-        let sides = solver.sides(posed, &normals);
+        let sides = problem.sides(posed, &normals);
         residuals.extend(sides.into_iter().enumerate().filter_map(|(i, side)| {
             let (v, side) = (VertexId::from_index(i), side?);
-            let lack = side.clearance - solver.wanted_at(v);
-            (lack < 0.0).then(|| Residual::on_vertex(v, side.normal, lack, robust(self.areas[v], -lack, reach)))
+            let gap = side.clearance - problem.pose_margin(v);
+            (gap < 0.0).then(|| Residual::on_vertex(v, side.normal, gap, robust(self.areas[v], -gap, reach)))
         }));
-        let unknowns = Unknowns { joints: solver.held.iter().map(|held| !held).collect(), shape: true };
-        let mut equations = solver.body.normal_equations(posed, &residuals, &unknowns);
-        let stiffness = pose_stiffness(&solver.body.skeleton, solver.params.pose_prior);
+        let unknowns = Unknowns { joints: problem.held.iter().map(|held| !held).collect(), shape: true };
+        let mut equations = problem.body.normal_equations(posed, &residuals, &unknowns);
+        let stiffness = pose_stiffness(&problem.body.skeleton, problem.params.pose_prior);
         let prior = PosePrior { center: &self.center, stiffness: &stiffness, limits: &self.model.limits };
         equations.add_pose_prior(posed, &self.pose, &prior);
         equations.freeze_all_but(&unknowns);
@@ -101,7 +101,7 @@ impl<'a> View<'a> {
 }
 
 impl InsideProblem<'_> {
-    fn is_sure_skin(&self, v: VertexId) -> bool {
-        self.dressed.is_sure_skin(v) && !self.left_out[v]
+    fn is_certainly_skin(&self, v: VertexId) -> bool {
+        self.figure_surface.is_certainly_skin(v) && !self.left_out[v]
     }
 }

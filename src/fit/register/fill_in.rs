@@ -1,7 +1,7 @@
 //! Skin that the naked scan does not show, where another scan of the same person does.
 
 use super::colors::color_at;
-use super::targets::{Target, pulled_to};
+use super::targets::{Target, target_on};
 use crate::body::{BodyModel, Figure, Pose, skin, unskin};
 use crate::fit::correspondence::ScanSurface;
 use crate::fit::inside::{Cover, FigureSurface};
@@ -11,7 +11,7 @@ use crate::scan::Scan;
 
 /// Another scan of the same person, with the body laid into it.
 #[derive(Clone, Debug)]
-pub struct SeenElsewhere<'a> {
+pub struct FillInView<'a> {
     /// The scan.
     pub scan: &'a Scan,
     /// How the body stands in it, in its frame.
@@ -21,17 +21,17 @@ pub struct SeenElsewhere<'a> {
 }
 
 /// The same, prepared for queries.
-pub(crate) struct Elsewhere<'a> {
+pub(crate) struct PreparedView<'a> {
     surface: ScanSurface,
-    seen: &'a SeenElsewhere<'a>,
+    seen: &'a FillInView<'a>,
     /// Which of the model's vertices show bare.
     shown: PerVertex<bool>,
 }
 
-impl<'a> Elsewhere<'a> {
-    pub(crate) fn prepare(seen: &'a SeenElsewhere<'a>, bare: &Figure) -> Self {
-        let dressed = FigureSurface::prepare(bare, &seen.cover);
-        let shown = bare.body().mesh.vertex_ids().map(|v| dressed.is_sure_skin(v)).collect();
+impl<'a> PreparedView<'a> {
+    pub(crate) fn prepare(seen: &'a FillInView<'a>, bare: &Figure) -> Self {
+        let figure_surface = FigureSurface::prepare(bare, &seen.cover);
+        let shown = bare.body().mesh.vertex_ids().map(|v| figure_surface.is_certainly_skin(v)).collect();
         Self { surface: ScanSurface::prepare(seen.scan), seen, shown }
     }
 
@@ -50,7 +50,7 @@ impl<'a> Elsewhere<'a> {
 /// carried back through the bind pose.
 pub(crate) fn fill_targets(
     targets: &mut [Target],
-    others: &[Elsewhere<'_>],
+    others: &[PreparedView<'_>],
     body: &TriMesh,
     model: &BodyModel,
     fitted: &FittedBody,
@@ -71,7 +71,7 @@ pub(crate) fn fill_targets(
             .enumerate()
             .map(|(v, p)| {
                 let is_wanted = targets[v.index()].is_none() && other.shown[v];
-                if is_wanted { pulled_to(&other.surface, p, &normals[v], reach) } else { None }
+                if is_wanted { target_on(&other.surface, p, &normals[v], reach) } else { None }
             })
             .collect();
         let there: PerVertex<Point> =
@@ -96,7 +96,7 @@ pub(crate) fn fill_targets(
 /// Gives colours to vertices that have none, from the first of the other scans that shows them.
 pub(crate) fn fill_colors(
     colors: &mut [Option<Vec3>],
-    others: &[Elsewhere<'_>],
+    others: &[PreparedView<'_>],
     body: &TriMesh,
     model: &BodyModel,
     fitted: &FittedBody,
