@@ -1,4 +1,4 @@
-//! The header of a PLY file: what is promised, and where the data begin.
+//! Reads the header of a PLY file: its elements, and where the data begin.
 //!
 //! The grammar is `ply-rs`'s. Its payload parser is not used for reading: it knows no NaN, no `.5` and no `1.` in
 //! ascii, wants UTF-8 in comments, and its element constructor cannot know which further properties a file has.
@@ -8,10 +8,10 @@ use ply_rs::parser::{Parser, Reader};
 use ply_rs::ply::{DefaultElement, Header};
 use std::io::Cursor;
 
-/// Header bytes beyond which a file is no PLY: 1 MiB, thousands of comment lines.
+/// Longest header that is accepted: 1 MiB, thousands of comment lines.
 const MAX_HEADER_BYTES: usize = 1 << 20;
 
-/// The header, and where the data are.
+/// The header and the position of the data.
 pub(super) struct PlyHeader {
     pub header: Header,
     /// Offset of the first byte of data.
@@ -28,7 +28,7 @@ pub(super) fn read_header(bytes: &[u8]) -> Result<PlyHeader, FormatError> {
         let found = format!("'{}'", quoted(&String::from_utf8_lossy(&head[..head.len().min(32)])));
         return Err(FormatError::NotThisFormat { format: Format::Ply, found });
     }
-    // The terminator of the first line is that of all: a binary body may begin with either byte.
+    // All lines end as the first one does: a binary body may begin with either byte.
     let terminator: &[u8] = match (head.get(first_end), head.get(first_end + 1)) {
         (Some(b'\r'), Some(b'\n')) => b"\r\n",
         (Some(b'\r'), _) => b"\r",
@@ -40,7 +40,7 @@ pub(super) fn read_header(bytes: &[u8]) -> Result<PlyHeader, FormatError> {
         let rest = &head[at..];
         let Some(len) = rest.windows(terminator.len()).position(|w| w == terminator) else {
             let found = if rest.is_empty() { "the end of the file".into() } else { String::from_utf8_lossy(rest) };
-            return Err(line_error(lines.len() + 1, "a header that closes with 'end_header'", &found));
+            return Err(line_error(lines.len() + 1, "a header that ends with 'end_header'", &found));
         };
         lines.push(String::from_utf8_lossy(&rest[..len]).trim().to_string());
         at += len + terminator.len();

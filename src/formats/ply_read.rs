@@ -1,4 +1,4 @@
-//! PLY in: ascii or binary of either byte order, properties in any order, what is unknown skipped.
+//! Reads PLY: ascii or binary of either byte order, properties in any order; unknown elements are skipped.
 
 use super::error::{Format, FormatError, quoted};
 use super::ply_header::{line_error, read_header};
@@ -11,8 +11,7 @@ use std::io::Read;
 ///
 /// Colours may be `red/green/blue`, `r/g/b` or `diffuse_…`, as bytes, shorts or floats (0–1, or 0–255 when any is
 /// above 1). Faces are `vertex_indices` or `vertex_index`. Texture coordinates are of vertices (`s/t`, `u/v`, …) or of the corners
-/// of faces (`texcoord`): where a vertex has several there (a seam), the first stands. Other numbers per vertex come as
-/// `scalars`.
+/// of faces (`texcoord`): of several at one vertex (a seam), the first is used. Other numbers per vertex become `scalars`.
 ///
 /// **Errors** name the line (ascii) or the element and its index (binary).
 pub fn read_ply(input: impl Read) -> Result<RawMesh, FormatError> {
@@ -37,7 +36,7 @@ pub fn read_ply(input: impl Read) -> Result<RawMesh, FormatError> {
     mesh.with_indices_checked(Format::Ply)
 }
 
-/// Where a property of a vertex goes.
+/// The array that a property of a vertex belongs to.
 #[derive(Clone, Copy)]
 enum Sink {
     Point(usize),
@@ -138,7 +137,7 @@ fn read_vertices(
     Ok(())
 }
 
-/// Colours as bytes, by what their type says.
+/// Colours as bytes, scaled by their type.
 fn bytes_of_typed_colors(colors: &[[f64; 3]], columns: &[(Sink, &PropertyType)]) -> Vec<[u8; 3]> {
     let kind = columns.iter().find_map(|&(sink, kind)| match (sink, kind) {
         (Sink::Color(_), PropertyType::Scalar(kind)) => Some(kind),
@@ -192,7 +191,7 @@ fn read_faces(rows: &mut Rows, element: &ElementDef, mesh: &mut RawMesh) -> Resu
         read_row().map_err(|e| row_error(e, rows, element, index))?;
         mesh.push_polygon(&corners);
         for (&v, &uv) in corners.iter().zip(corner_uvs.as_chunks::<2>().0) {
-            // What the vertices are comes before the faces, or not at all; a corner out of range is told later.
+            // The vertices precede the faces, or there are none; a corner out of range is reported later.
             uv_of.resize(mesh.points.len(), None);
             if let Some(slot) = uv_of.get_mut(v as usize) {
                 slot.get_or_insert(uv);

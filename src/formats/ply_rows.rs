@@ -1,14 +1,14 @@
-//! The data of a PLY file, one number at a time, whatever its encoding.
+//! Reads the data of a PLY file number by number, in any encoding.
 
 use ply_rs::ply::{Encoding, ScalarType};
 
-/// Why a row could not be read. Its caller knows which row it is.
+/// Why a row could not be read; the caller adds which row it is.
 pub(super) enum RowError {
-    /// The bytes end within it, or before it.
+    /// The bytes end within or before the row.
     Ended,
-    /// This is no such number.
+    /// A value is not of the expected kind.
     Bad { expected: &'static str, found: String },
-    /// An ascii line has another count of numbers than its element.
+    /// An ascii line has another number of values than its element.
     Count { found: String },
 }
 
@@ -35,14 +35,14 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// How many bytes are left: no row is shorter than one.
+    /// The number of bytes left, an upper bound of the rows left.
     pub(super) fn bytes_left(&self) -> usize {
         match self {
             Self::Ascii { rest, .. } | Self::Binary { rest, .. } => rest.len(),
         }
     }
 
-    /// Goes to the next row; in ascii the next line that is not blank.
+    /// Moves to the next row; in ascii to the next line that is not blank.
     pub(super) fn begin_row(&mut self) -> Result<(), RowError> {
         let Self::Ascii { rest, row, line } = self else { return Ok(()) };
         loop {
@@ -60,7 +60,7 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// Checks that nothing is left over of the row.
+    /// Checks that the row has no further values.
     pub(super) fn end_row(&self) -> Result<(), RowError> {
         match self {
             Self::Ascii { row, .. } if !row.is_empty() => {
@@ -78,7 +78,7 @@ impl<'a> Rows<'a> {
                 let (token, left) = row.split_at(end);
                 *row = left.trim_ascii_start();
                 if token.is_empty() {
-                    // A last line that is cut is not a line with too few numbers.
+                    // A cut last line is a truncated file, not a line with too few values.
                     return Err(if rest.is_empty() {
                         RowError::Ended
                     } else {
@@ -109,7 +109,7 @@ fn parse_number(token: &[u8]) -> Result<f64, RowError> {
     let text = String::from_utf8_lossy(token);
     match text.parse() {
         Ok(value) => Ok(value),
-        // What old C libraries print: 1.#QNAN, -1.#IND, 1.#INF.
+        // Old C libraries print 1.#QNAN, -1.#IND, 1.#INF.
         Err(_) if text.contains('#') => Ok(f64::NAN),
         Err(_) => Err(RowError::Bad { expected: "a number", found: text.into_owned() }),
     }

@@ -1,4 +1,4 @@
-//! PLY out.
+//! Writes PLY, through `ply-rs`.
 
 use super::error::{Format, FormatError};
 use super::raw_mesh::RawMesh;
@@ -6,33 +6,33 @@ use ply_rs::ply::{Addable, ElementDef, Encoding, Header, PropertyAccess, Propert
 use ply_rs::writer::Writer;
 use std::io::{BufWriter, Write};
 
-/// How the numbers of a PLY file are laid down.
+/// The encoding of the numbers of a PLY file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum PlyEncoding {
-    /// As text, one element a line.
+    /// Text, one element per line.
     Ascii,
-    /// Binary, least byte first.
+    /// Binary, little-endian.
     #[default]
     LittleEndian,
-    /// Binary, greatest byte first.
+    /// Binary, big-endian.
     BigEndian,
 }
 
-/// What a PLY file is to look like.
+/// Options of a PLY file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlyOptions {
     /// Text or binary.
     pub encoding: PlyEncoding,
-    /// Coordinates and normals as `double`, so that they come back bit by bit. `false`, the default, is what every
-    /// other program expects: `float`, 0.1 µm on a person.
+    /// Coordinates and normals as `double`, which keeps every bit. The default, `false`, writes `float` (0.1 µm on a
+    /// person), which every other program expects.
     pub double: bool,
     /// Lines of text in the header.
     pub comments: Vec<String>,
 }
 
-/// Writes a mesh, with all that it has: normals, `s`/`t`, colours as bytes, scalars as floats.
+/// Writes a mesh with all its arrays: normals, `s`/`t`, colours as bytes, scalars as floats.
 ///
-/// **Guarantees** the same mesh gives the same bytes.
+/// **Guarantees** equal meshes give equal bytes.
 pub fn write_ply(mesh: &RawMesh, options: &PlyOptions, out: impl Write) -> Result<(), FormatError> {
     check_lengths(mesh)?;
     let header = header_of(mesh, options);
@@ -66,7 +66,7 @@ fn check_lengths(mesh: &RawMesh) -> Result<(), FormatError> {
         if len != vertex_count {
             return Err(FormatError::ArrayShape {
                 name: name.into(),
-                expected: format!("one a vertex, {vertex_count}"),
+                expected: format!("one per vertex, {vertex_count}"),
                 found: vec![len],
             });
         }
@@ -84,7 +84,7 @@ fn check_lengths(mesh: &RawMesh) -> Result<(), FormatError> {
     }
 }
 
-/// The names that a scalar may not have, because the mesh's own arrays go by them.
+/// Names that a scalar may not have, because the mesh's own arrays have them.
 const STANDARD_NAMES: [&str; 11] = ["x", "y", "z", "nx", "ny", "nz", "s", "t", "red", "green", "blue"];
 
 fn header_of(mesh: &RawMesh, options: &PlyOptions) -> Header {
