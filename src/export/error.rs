@@ -58,6 +58,12 @@ pub enum ExportError {
         /// Number of parents.
         parents: usize,
     },
+    /// A joint precedes its parent in the skeleton's lists.
+    #[error("joint {parent} of the skeleton comes after one of its children")]
+    JointOrder {
+        /// The parent.
+        parent: usize,
+    },
     /// A pose belongs to another skeleton.
     #[error("the pose has {found} rotations, but the skeleton has {expected} joints")]
     PoseLength {
@@ -80,6 +86,7 @@ impl ExportError {
             | Self::Length { .. }
             | Self::NoSuchJoint { .. }
             | Self::Skeleton { .. }
+            | Self::JointOrder { .. }
             | Self::PoseLength { .. } => None,
         }
     }

@@ -63,11 +63,9 @@ fn add_skeleton(
     }
     let mut nodes: Vec<Option<NodeId>> = vec![None; skeleton.len()];
     for j in skeleton.ids().collect::<Vec<_>>().into_iter().rev() {
-        let children: Vec<NodeId> = skeleton
-            .ids()
-            .filter(|c| skeleton.parents[c.index()] == Some(j))
-            .filter_map(|c| nodes[c.index()])
-            .collect();
+        let children: Option<Vec<NodeId>> =
+            skeleton.ids().filter(|c| skeleton.parents[c.index()] == Some(j)).map(|c| nodes[c.index()]).collect();
+        let children = children.ok_or(ExportError::JointOrder { parent: j.index() })?;
         // Nodes have no rotation in the bind pose, so a joint's rotation is the node's.
         let here = skeleton.joints_in_bind[j.index()];
         let offset = match skeleton.parents[j.index()] {

@@ -125,17 +125,12 @@ fn distortion(json: &Value, prefix: &str) -> Result<[f64; 5], FormatError> {
 
 /// Three or four rows of four numbers, nested or not.
 fn pose_rows(given: &Value) -> Result<[f64; 12], FormatError> {
-    let flat: Vec<f64> = match given.as_array() {
-        Some(rows) => rows
-            .iter()
-            .flat_map(|r| r.as_array().cloned().unwrap_or_else(|| vec![r.clone()]))
-            .filter_map(|v| v.as_f64())
-            .collect(),
-        None => Vec::new(),
-    };
-    let known = flat.len() == 12 || flat.len() == 16;
-    let rows: Option<[f64; 12]> = flat.get(..12).and_then(|rows| rows.try_into().ok()).filter(|_| known);
-    rows.ok_or_else(|| wrong("color_from_depth", "three or four rows of four numbers", given))
+    let values = |row: &Value| row.as_array().cloned().unwrap_or_else(|| vec![row.clone()]);
+    let flat: Option<Vec<f64>> =
+        given.as_array().and_then(|rows| rows.iter().flat_map(values).map(|v| v.as_f64()).collect());
+    let flat = flat.filter(|flat| matches!(flat.len(), 12 | 16));
+    flat.and_then(|flat| flat.first_chunk().copied())
+        .ok_or_else(|| wrong("color_from_depth", "three or four rows of four numbers", given))
 }
 
 #[cfg(test)]
@@ -158,6 +153,8 @@ mod tests {
         assert_eq!((camera.depth_max, camera.turns), (Some(3.0), Some(1.0)));
         assert_eq!(camera.color.as_ref().unwrap().width, 1920);
         assert_eq!(camera.color_from_depth.unwrap()[3], 0.05);
+        let words = good.replace("[0, 0, 1, 0]]", "[0, 0, 1, 0, \"m\"]]");
+        assert!(message(&words).contains("'color_from_depth' should be three or four rows"));
         assert!(message("{").starts_with("camera.json, line 1: expected JSON"));
         assert_eq!(message("{}"), "camera.json has no 'width'");
         assert_eq!(message(&good.replace("1000", "0")), "camera.json: 'depth_scale' should be above 0, but is 0");

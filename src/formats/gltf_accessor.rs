@@ -65,32 +65,40 @@ pub(super) fn rows<const N: usize>(
     };
     let number = reader(accessor.data_type(), accessor.normalized());
     let size = accessor.data_type().size();
-    Ok((0..count)
+    let rows: Option<Vec<[f64; N]>> = (0..count)
         .map(|row| {
             let mut values = [0.0; N];
             for (k, value) in values.iter_mut().enumerate() {
-                *value = number(&data[row * stride + k * size..]);
+                *value = number(&data[row * stride + k * size..])?;
             }
-            values
+            Some(values)
         })
-        .collect())
+        .collect();
+    rows.ok_or_else(|| bad(format!("{count} rows of {what} within its buffer"), "it reaches beyond".into()))
 }
 
-fn reader(kind: DataType, normalized: bool) -> fn(&[u8]) -> f64 {
-    fn first<const N: usize>(bytes: &[u8]) -> [u8; N] {
-        bytes.first_chunk().copied().unwrap_or([0; N])
+/// Reads one number at the beginning of some bytes; `None` if they are too few.
+fn reader(kind: DataType, normalized: bool) -> fn(&[u8]) -> Option<f64> {
+    macro_rules! number {
+        ($type:ty) => {
+            |b| Some(f64::from(<$type>::from_le_bytes(*b.first_chunk()?)))
+        };
+        // Normalized integers: the most negative value counts as -1.
+        ($type:ty, normalized) => {
+            |b| Some((f64::from(<$type>::from_le_bytes(*b.first_chunk()?)) / f64::from(<$type>::MAX)).max(-1.0))
+        };
     }
     match (kind, normalized) {
-        (DataType::F32, _) => |b| f64::from(f32::from_le_bytes(first(b))),
-        (DataType::U32, _) => |b| f64::from(u32::from_le_bytes(first(b))),
-        (DataType::U16, false) => |b| f64::from(u16::from_le_bytes(first(b))),
-        (DataType::U16, true) => |b| f64::from(u16::from_le_bytes(first(b))) / f64::from(u16::MAX),
-        (DataType::I16, false) => |b| f64::from(i16::from_le_bytes(first(b))),
-        (DataType::I16, true) => |b| (f64::from(i16::from_le_bytes(first(b))) / f64::from(i16::MAX)).max(-1.0),
-        (DataType::U8, false) => |b| f64::from(b[0]),
-        (DataType::U8, true) => |b| f64::from(b[0]) / f64::from(u8::MAX),
-        (DataType::I8, false) => |b| f64::from(i8::from_le_bytes(first(b))),
-        (DataType::I8, true) => |b| (f64::from(i8::from_le_bytes(first(b))) / f64::from(i8::MAX)).max(-1.0),
+        (DataType::F32, _) => number!(f32),
+        (DataType::U32, _) => number!(u32),
+        (DataType::U16, false) => number!(u16),
+        (DataType::U16, true) => number!(u16, normalized),
+        (DataType::I16, false) => number!(i16),
+        (DataType::I16, true) => number!(i16, normalized),
+        (DataType::U8, false) => number!(u8),
+        (DataType::U8, true) => number!(u8, normalized),
+        (DataType::I8, false) => number!(i8),
+        (DataType::I8, true) => number!(i8, normalized),
     }
 }
 

@@ -105,10 +105,11 @@ fn array_from_bytes(bytes: &[u8], format: Format, name: &str) -> Result<NpyArray
         (TypeChar::Uint, Some(1)) => widened::<u8>(file),
         (TypeChar::Uint, Some(2)) => widened::<u16>(file),
         (TypeChar::Uint, Some(4)) => file.into_vec().map(NpyData::U32),
-        // No index is beyond i64.
-        (TypeChar::Uint, Some(8)) => file
-            .into_vec::<u64>()
-            .map(|values| NpyData::I64(values.into_iter().map(|v| i64::try_from(v).unwrap_or(i64::MAX)).collect())),
+        // An array with a number beyond i64 has no indices that we could use.
+        (TypeChar::Uint, Some(8)) => file.into_vec::<u64>().map(|values| {
+            let integers: Result<Vec<i64>, _> = values.into_iter().map(i64::try_from).collect();
+            integers.map_or_else(|_| opaque(false), NpyData::I64)
+        }),
         (TypeChar::UnicodeStr | TypeChar::ByteStr, _) => file.into_vec().map(NpyData::Text),
         _ => Ok(opaque(false)),
     }
@@ -258,6 +259,17 @@ mod tests {
         assert!(err.to_string().contains("'J_regressor' is a pickled Python object"), "{err}");
         assert!(err.hint().unwrap().contains("J_regressor"));
         assert!(write_npz(&npz, NpzCompression::Stored, Vec::new()).is_err());
+    }
+
+    #[test]
+    fn unsigned_integers_beyond_i64_are_not_clamped() {
+        let header = "{'descr': '<u8', 'fortran_order': False, 'shape': (2,), }";
+        let bytes = |values: [u64; 2]| npy(header, &values.map(u64::to_le_bytes).concat());
+        let mut npz = Npz::new();
+        npz.insert("small", read_npy(bytes([1, i64::MAX as u64]).as_slice()).unwrap());
+        npz.insert("large", read_npy(bytes([1, u64::MAX]).as_slice()).unwrap());
+        assert_eq!(npz.i64("small").unwrap(), [1, i64::MAX]);
+        assert!(npz.i64("large").unwrap_err().to_string().contains("'large' holds"));
     }
 
     #[test]

@@ -10,11 +10,11 @@ use std::io::{BufWriter, Read, Write};
 
 /// Reads an OBJ: all groups as one mesh, polygons as fans, `v x y z r g b` as colours.
 ///
-/// Where a vertex has several texture coordinates or normals (a seam), the first that a face names stands. Lines,
+/// Of several texture coordinates or normals at a vertex (a seam), the first that a face names is used. Lines,
 /// materials, curves and surfaces are skipped.
 ///
-/// **Errors** name the line. OBJ states no counts: a file cut between two lines cannot be told from a whole one,
-/// unless a face then lacks its vertices.
+/// **Errors** name the line. OBJ states no counts, so a file that is cut between two lines is only noticed if a face
+/// misses its vertices.
 pub fn read_obj(input: impl Read) -> Result<RawMesh, FormatError> {
     let bytes = read_all(Format::Obj, input)?;
     let mut parts = Parts::default();
@@ -24,7 +24,7 @@ pub fn read_obj(input: impl Read) -> Result<RawMesh, FormatError> {
             Some("v") => {
                 parts.mesh.points.push(numbers(Format::Obj, line, &mut tokens)?);
                 let rest: Vec<&str> = tokens.collect();
-                // Four numbers are a weight; six are a colour, seven one with its alpha.
+                // A fourth number is a weight; three more are a colour, four more a colour with alpha.
                 if let [r, g, b] | [r, g, b, _] = rest[..] {
                     let mut color = [0.0; 3];
                     for (value, token) in color.iter_mut().zip([r, g, b]) {
@@ -48,14 +48,14 @@ pub fn read_obj(input: impl Read) -> Result<RawMesh, FormatError> {
     parts.into_mesh()
 }
 
-/// What the lines have given so far.
+/// The arrays read so far.
 #[derive(Default)]
 struct Parts {
     mesh: RawMesh,
     colors: Vec<[f64; 3]>,
     uvs: Vec<[f64; 2]>,
     normals: Vec<[f64; 3]>,
-    /// (vertex, texture coordinate, normal) of each corner, the latter two where stated.
+    /// (vertex, texture coordinate, normal) of each corner, the latter two if the file has them.
     corners: Vec<(u32, Option<u32>, Option<u32>)>,
 }
 
@@ -72,12 +72,15 @@ impl Parts {
                 if field.is_empty() {
                     return Ok(None);
                 }
-                let stated: i64 = field.parse().unwrap_or(0);
-                // From 1, or back from the last one read.
-                let index = if stated < 0 { count as i64 + stated } else { stated - 1 };
-                match u32::try_from(index) {
-                    Ok(index) if stated != 0 => Ok(Some(index)),
-                    _ => Err(line_error(Format::Obj, line, format!("the index of a {what}"), token)),
+                // Counted from 1, or backwards from the last one read.
+                let index = match field.parse::<i64>() {
+                    Ok(stated) if stated < 0 => Some(count as i64 + stated),
+                    Ok(stated) if stated > 0 => Some(stated - 1),
+                    _ => None,
+                };
+                match index.and_then(|index| u32::try_from(index).ok()) {
+                    Some(index) => Ok(Some(index)),
+                    None => Err(line_error(Format::Obj, line, format!("the index of a {what}"), token)),
                 }
             };
             let vertex = index(self.mesh.points.len(), "vertex")?
@@ -103,7 +106,7 @@ impl Parts {
     }
 }
 
-/// The first value that a corner gives each vertex; zero where none does, `None` where none does anywhere.
+/// The first value that a corner assigns to each vertex, zero for vertices without one; `None` if no corner has a value.
 fn gathered<const N: usize>(
     vertex_count: usize,
     values: &[[f64; N]],
@@ -127,9 +130,9 @@ fn gathered<const N: usize>(
     Ok(any.then(|| per_vertex.into_iter().map(|v| v.unwrap_or([0.0; N])).collect()))
 }
 
-/// Writes an OBJ with what it can hold: colours after the coordinates, `vt`, `vn`; scalars are lost.
+/// Writes an OBJ: colours after the coordinates, `vt`, `vn`; scalars are not written.
 ///
-/// **Guarantees** numbers come back bit by bit.
+/// **Guarantees** coordinates are read back with every bit.
 pub fn write_obj(mesh: &RawMesh, out: impl Write) -> Result<(), FormatError> {
     let mut out = BufWriter::new(out);
     write_lines(mesh, &mut out).map_err(|source| FormatError::Io { format: Format::Obj, source })
@@ -182,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_comes_back() {
+    fn a_written_mesh_is_read_back_exactly() {
         let mut mesh = read_obj(QUAD.as_bytes()).unwrap();
         mesh.points[4] = [0.1 + 0.2, -1e-7, 1e7 / 3.0];
         for drop in 0..4 {

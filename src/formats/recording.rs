@@ -152,7 +152,7 @@ fn listed(names: &[String], text: &mut dyn FnMut(&str) -> Option<Vec<u8>>) -> Re
             } else {
                 "the folder holds no depth images".into()
             },
-            hint: "an RGB-D folder has camera.json, and depth/*.png or *_depth.png, 16 bits a pixel".into(),
+            hint: "an RGB-D folder has camera.json, and depth/*.png or *_depth.png, 16 bits per pixel".into(),
         });
     }
     Ok(frames)
@@ -181,10 +181,10 @@ fn associated(rows: &[(usize, Vec<String>)]) -> Result<Vec<Listed>, FormatError>
         let (first, second) = (seconds(*line, t0, words)?, seconds(*line, t1, words)?);
         let swapped = a.contains("depth") && !b.contains("depth");
         let (secs, depth, color) = if swapped { (first, a, b) } else { (second, b, a) };
-        frames.push(Listed { secs: Some(secs), depth: plain(depth), color: Some(plain(color)) });
+        frames.push((secs, Listed { secs: Some(secs), depth: plain(depth), color: Some(plain(color)) }));
     }
-    frames.sort_by(|a, b| a.secs.unwrap_or(0.0).total_cmp(&b.secs.unwrap_or(0.0)));
-    Ok(frames)
+    frames.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(frames.into_iter().map(|(_, frame)| frame).collect())
 }
 
 fn seconds(line: usize, word: &str, words: &[String]) -> Result<f64, FormatError> {

@@ -6,19 +6,19 @@ use super::text_lines::{line_error, lines, numbers};
 use std::collections::HashMap;
 use std::io::Read;
 
-/// Reads an STL, ascii or binary. Corners at the very same place become one vertex, in order of appearance.
+/// Reads an STL, ascii or binary. Corners with equal coordinates become one vertex, in order of appearance.
 ///
 /// **Errors** name the line (ascii) or the first facet that is missing (binary).
 pub fn read_stl(input: impl Read) -> Result<RawMesh, FormatError> {
     let bytes = read_all(Format::Stl, input)?;
     let stated = stated_facets(&bytes);
-    // Binary files, too, may begin with "solid"; then the length tells, or a zero byte that no text has.
+    // Binary files may also begin with "solid"; their length, or a zero byte, distinguishes them.
     let fits_binary = stated.is_some_and(|count| bytes.len() == HEADER_BYTES + count * FACET_BYTES);
     let is_text = bytes.trim_ascii_start().starts_with(b"solid") && !bytes[..bytes.len().min(512)].contains(&0);
     if is_text && !fits_binary { read_ascii(&bytes) } else { read_binary(&bytes, stated) }
 }
 
-/// 80 bytes of anything, then the count.
+/// A title of 80 bytes, then the count.
 const HEADER_BYTES: usize = 84;
 /// A normal and three corners of three floats, and two bytes of attributes.
 const FACET_BYTES: usize = 50;
@@ -33,16 +33,17 @@ fn read_binary(bytes: &[u8], stated: Option<usize>) -> Result<RawMesh, FormatErr
         let found = format!("'{}', {} bytes in all", quoted(&String::from_utf8_lossy(bytes)), bytes.len());
         return Err(FormatError::NotThisFormat { format: Format::Stl, found });
     };
-    let facets = bytes[HEADER_BYTES..].chunks_exact(FACET_BYTES);
+    let facets = bytes[HEADER_BYTES..].as_chunks::<FACET_BYTES>().0;
     if facets.len() < count {
         let index = facets.len();
         return Err(FormatError::Truncated { format: Format::Stl, element: "facet".into(), index, count });
     }
     let mut welder = Welder::default();
-    for facet in facets.take(count) {
-        let mut numbers = facet.as_chunks::<4>().0.iter().map(|&b| f64::from(f32::from_le_bytes(b))).skip(3);
-        let mut corner = || [(); 3].map(|()| numbers.next().unwrap_or(f64::NAN));
-        welder.push([corner(), corner(), corner()]);
+    for facet in &facets[..count] {
+        // Three numbers of the normal, then nine of the corners.
+        let numbers = facet.as_chunks::<4>().0;
+        let corner = |k: usize| [3 * k, 3 * k + 1, 3 * k + 2].map(|i| f64::from(f32::from_le_bytes(numbers[i])));
+        welder.push([corner(1), corner(2), corner(3)]);
     }
     Ok(welder.mesh)
 }
@@ -76,7 +77,7 @@ fn read_ascii(bytes: &[u8]) -> Result<RawMesh, FormatError> {
     Ok(welder.mesh)
 }
 
-/// Makes vertices of corners.
+/// Merges corners with equal coordinates into vertices.
 #[derive(Default)]
 struct Welder {
     mesh: RawMesh,
