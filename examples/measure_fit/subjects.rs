@@ -6,7 +6,7 @@ use overcoat::body::BodyModel;
 use overcoat::formats::{PlyOptions, RawMesh, read_ply, write_ply};
 use overcoat::geometry::{Point, TriMesh, Vec3};
 use overcoat::measure::{TruthJoints, TruthStep};
-use overcoat::studio::{GarmentKind, InventedStep, StudioParams, invent_step};
+use overcoat::studio::{GarmentKind, StudioParams, SyntheticStep, generate_step};
 use serde_json::json;
 use std::fs::File;
 use std::io::BufReader;
@@ -43,7 +43,7 @@ impl Wanted {
         format!("{}-{kind}{posture}", self.seed)
     }
 
-    fn invented(&self, model: &BodyModel) -> Result<InventedStep> {
+    fn invented(&self, model: &BodyModel) -> Result<SyntheticStep> {
         let turns = self.posture.map_or(&[][..], |p| p.1);
         let params = StudioParams {
             seed: self.seed,
@@ -51,7 +51,7 @@ impl Wanted {
             turned: turns.iter().map(|&(j, deg)| (j, Vec3::from(deg).map(f64::to_radians))).collect(),
             ..StudioParams::default()
         };
-        Ok(invent_step(model, &params, self.step)?)
+        Ok(generate_step(model, &params, self.step)?)
     }
 }
 

@@ -1,16 +1,17 @@
-//! Repeatable chance: the same numbers on every machine and with any number of threads.
+//! Repeatable random numbers: equal on every machine and with any number of threads.
 
-/// A counter-based generator (SplitMix64, Steele 2014): tiny, and good enough for invented noise.
+/// A pseudo-random generator (SplitMix64, Steele 2014). It is not cryptographic.
 #[derive(Clone, Debug)]
 pub struct Rng(u64);
 
 impl Rng {
-    /// One stream a seed.
+    /// The stream of a seed.
     pub fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0xD1B5_4A32_D192_ED03)
     }
 
-    fn next(&mut self) -> u64 {
+    /// 64 uniform bits.
+    pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -18,12 +19,12 @@ impl Rng {
         z ^ (z >> 31)
     }
 
-    /// Even in 0..1.
+    /// Uniform in 0..1.
     pub fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 53) as f64
+        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Even in `low..high`.
+    /// Uniform in `low..high`.
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }

@@ -8,7 +8,8 @@ use crate::geometry::{PerVertex, TriMesh};
 use crate::measure::TruthNaming;
 use crate::session::store::write_whole;
 use crate::studio::{
-    DepthNoise, GarmentKind, InventedStep, Lens, RgbdFrame, RgbdRecording, StudioError, StudioParams, invent_each,
+    DepthNoise, GarmentKind, Lens, RgbdFrame, RgbdRecording, StudioError, StudioParams, SyntheticStep,
+    generate_each_step,
 };
 use rayon::prelude::*;
 use serde::Serialize;
@@ -120,7 +121,7 @@ pub fn make_subject(
     let truth = dir.join("truth");
     make_dir(&truth)?;
     let (mut made, mut joints, mut failure) = (Vec::new(), Vec::new(), None);
-    let bind = invent_each(&model, &params, &mut |k, step| {
+    let bind = generate_each_step(&model, &params, &mut |k, step| {
         if failure.is_some() {
             return;
         }
@@ -150,7 +151,7 @@ fn refused(error: StudioError) -> SessionError {
     SessionError::BadRequest { what: error.to_string(), hint: error.hint().unwrap_or_default() }
 }
 
-fn write_step(dir: &Path, k: usize, step: &InventedStep, frames: bool) -> Result<MadeStep, SessionError> {
+fn write_step(dir: &Path, k: usize, step: &SyntheticStep, frames: bool) -> Result<MadeStep, SessionError> {
     let truth = dir.join("truth");
     let scan = dir.join(format!("{k}-{}.ply", step.name));
     write_mesh(&scan, &step.scan, Some(&step.colors))?;

@@ -1,39 +1,39 @@
-//! What cannot be invented.
+//! What the studio cannot generate.
 
 use crate::cloth::ClothError;
 
-/// What cannot be invented.
+/// What the studio cannot generate.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum StudioError {
     /// No such garment.
     #[error("the studio has no garment called '{name}'")]
     UnknownGarment {
-        /// As asked for.
+        /// The name given.
         name: String,
-        /// All that there are.
+        /// All names.
         known: Vec<&'static str>,
     },
-    /// A garment that nobody gets on over what is worn already.
+    /// A garment that cannot be put on over one that is worn already.
     #[error("a {inner} does not go over a {outer}")]
     ImpossibleOrder {
-        /// Worn already.
+        /// The garment worn already.
         outer: &'static str,
-        /// Put on after it.
+        /// The garment to be put on after it.
         inner: &'static str,
     },
-    /// The same garment twice.
+    /// A garment that is named twice.
     #[error("'{name}' is worn twice")]
     WornTwice {
         /// Its name.
         name: &'static str,
     },
-    /// A recording without frames, or too few to close a surface.
+    /// A recording without frames, or with too few for a closed surface.
     #[error("{views} views see no person from all sides")]
     TooFewViews {
-        /// As asked for.
+        /// The number given.
         views: usize,
     },
-    /// A sensor that cannot be.
+    /// An image size that is too small or too large.
     #[error("a picture of {width} × {height} pixels is too {}", if *width < 64 || *height < 64 { "small to show a person" } else { "large" })]
     BadSize {
         /// Pixels across.
@@ -41,20 +41,37 @@ pub enum StudioError {
         /// Pixels down.
         height: usize,
     },
-    /// More sway than anyone who stands.
+    /// More sway than that of a standing person.
     #[error("nobody who stands for a scan sways by {sway_mm} mm")]
     BadSway {
-        /// As asked for.
+        /// The sway given.
         sway_mm: f64,
     },
     /// The garments cannot be draped.
     #[error(transparent)]
     Cloth(#[from] ClothError),
-    /// A joint that no body has.
+    /// A joint that the body does not have.
     #[error("the body has no joint called '{name}'")]
     NoSuchJoint {
-        /// As asked for.
+        /// The name given.
         name: &'static str,
+    },
+    /// A scene without vertices.
+    #[error("there is nothing before the camera")]
+    EmptyScene,
+    /// A surface without one colour per vertex.
+    #[error("a surface has {found} colours for {expected} vertices")]
+    ColorCount {
+        /// Colours.
+        found: usize,
+        /// Vertices.
+        expected: usize,
+    },
+    /// A text that is not the hash of a commit.
+    #[error("'{text}' is not the hash of a commit")]
+    BadCommitHash {
+        /// The text given.
+        text: String,
     },
 }
 
@@ -63,15 +80,17 @@ impl StudioError {
     pub fn hint(&self) -> Option<String> {
         Some(match self {
             Self::Cloth(e) => return e.hint(),
+            Self::EmptyScene | Self::ColorCount { .. } => return None,
             Self::UnknownGarment { known, .. } => format!("there are {}", known.join(", ")),
             Self::ImpossibleOrder { outer, inner } => {
                 format!("name the garments from the inside out: {inner},{outer}")
             }
             Self::WornTwice { .. } => "name each garment once".into(),
-            Self::TooFewViews { .. } => "give --views 8 or more; 72 are one every 5°".into(),
+            Self::TooFewViews { .. } => "give --views 8 or more; 72 are one per 5°".into(),
             Self::BadSize { .. } => "give --size 424x512, or anything from 64x64 to 4096x4096".into(),
             Self::BadSway { .. } => "give --sway 0 to 50, in millimetres".into(),
             Self::NoSuchJoint { .. } => "joints are called as in VRM: leftUpperArm, rightLowerLeg".into(),
+            Self::BadCommitHash { .. } => "give all 40 hexadecimal digits, as `git rev-parse HEAD` prints them".into(),
         })
     }
 }

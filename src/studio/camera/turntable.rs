@@ -1,28 +1,30 @@
-//! One turn of the turntable: someone turns, the camera and the room stay, and frames come in.
+//! A recording of someone who turns on a turntable before a camera that does not move.
 
-use super::camera::{DepthImage, Lens, Stage, View};
+use super::backdrop::Room;
 use super::noise::DepthNoise;
-use super::room::Room;
+use super::pinhole::{Lens, View};
+use super::render::{DepthImage, Scene};
 use crate::geometry::{PerVertex, Point, TriMesh, VertexId};
 use crate::numerics::Rng;
+use crate::studio::error::StudioError;
 use nalgebra::Isometry3;
 use rayon::prelude::*;
 
-/// How someone is recorded.
+/// The camera, its noise and its place, and the number of frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TurntableParams {
-    /// The camera's lens and sensor.
+    /// Intrinsics of the camera.
     pub lens: Lens,
-    /// Its faults.
+    /// Its noise.
     pub noise: DepthNoise,
-    /// Frames in all: 72 a turn are one every 5°, as in the foreign recordings.
+    /// Frames in all: 72 per turn are one per 5°, as in the foreign recordings.
     pub views: usize,
     /// Turns of the table.
     pub turns: f64,
     /// Metres from the axis to the camera: at 2 m the whole person fits into a portrait image.
     pub distance: f64,
-    /// Metres from the floor to the camera: at table height crown, shoulders and crotch are seen at a graze or not at
-    /// all.
+    /// Metres from the floor to the camera: from table height it sees crown, shoulders and crotch at grazing angles or
+    /// not at all.
     pub eye_height: f64,
     /// Metres from the axis to the wall behind.
     pub wall: f64,
@@ -42,23 +44,43 @@ impl Default for TurntableParams {
     }
 }
 
+impl TurntableParams {
+    /// Whether a person can be recorded with these parameters.
+    ///
+    /// **Errors** too few views, an image too small or too large.
+    pub fn check(&self) -> Result<(), StudioError> {
+        /// Fewer views than this leave a body in stripes.
+        const LEAST_VIEWS: usize = 8;
+        /// Pixels: below the least side a person is not visible, above the largest the images do not fit in memory.
+        const SIDES: [usize; 2] = [64, 4096];
+        let (width, height) = (self.lens.width, self.lens.height);
+        if self.views < LEAST_VIEWS {
+            return Err(StudioError::TooFewViews { views: self.views });
+        }
+        if width.min(height) < SIDES[0] || width.max(height) > SIDES[1] {
+            return Err(StudioError::BadSize { width, height });
+        }
+        Ok(())
+    }
+}
+
 /// One frame of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RgbdFrame {
-    /// Millimetres along the view's z, row by row from the top; 0 where nothing came back.
+    /// Millimetres along the view's z, row by row from the top: `height × width`; 0 where nothing was measured.
     pub depth_mm: Vec<u16>,
-    /// sRGB.
+    /// sRGB, `height × width × 3`.
     pub color: Vec<[u8; 3]>,
-    /// What is really seen: 0 the room, 1 the body, then the garments from the inside.
+    /// True labels, `height × width`: 0 the room, 1 the body, then the garments from the inside.
     pub labels: Vec<u8>,
     /// The true pose: the camera (x right, y down, z forward) in the frame of the person's step.
     pub person_from_camera: Isometry3<f64>,
 }
 
-/// A recording as such a camera would give it, and its truth.
+/// A recording with its true labels and poses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RgbdRecording {
-    /// Lens and sensor.
+    /// Intrinsics of the camera.
     pub lens: Lens,
     /// Turns of the table.
     pub turns: f64,
@@ -66,43 +88,48 @@ pub struct RgbdRecording {
     pub frames: Vec<RgbdFrame>,
 }
 
-/// A coloured surface of the scene.
-pub struct Worn<'a> {
-    /// Its shape.
+/// A coloured surface of a scene.
+///
+/// **Shapes** `colors` has one entry per vertex of `mesh`.
+pub struct SceneSurface<'a> {
+    /// Its shape, metres, Y up.
     pub mesh: &'a TriMesh,
-    /// Its colours.
+    /// sRGB.
     pub colors: &'a PerVertex<[u8; 3]>,
     /// 1 the body, then the garments from the inside.
     pub label: u8,
 }
 
-/// Frames of a turn. `scene` says what stands on the table in frame `i`; nobody stands quite still.
+/// The images of a turn. `scene` gives what is on the turntable in frame `i`.
 ///
-/// **Guarantees** the same seed gives the same bytes with any number of threads.
-pub(super) fn turn(
+/// **Errors** those of `scene`.
+///
+/// **Guarantees** a seed gives the same bytes with any number of threads.
+pub fn record(
     params: &TurntableParams,
     axis: &Point,
     seed: u64,
-    scene: &(dyn Fn(usize) -> Stage + Sync),
-) -> Vec<DepthImage> {
+    scene: &(dyn Fn(usize) -> Result<Scene, StudioError> + Sync),
+) -> Result<Vec<DepthImage>, StudioError> {
     let room = Room { wall: params.distance + params.wall, floor: params.eye_height };
     View::ring(axis, params.distance, params.views, params.turns, &params.lens)
         .par_iter()
         .enumerate()
         .map(|(i, view)| {
             let mut rng = Rng::new(seed.wrapping_mul(1009).wrapping_add(i as u64));
-            view.shoot(&scene(i), Some(&room), &params.noise, &mut rng)
+            Ok(view.render(&scene(i)?, Some(&room), &params.noise, &mut rng))
         })
         .collect()
 }
 
-/// The axis of the table under a person whose feet stand at `floor`, at the camera's height.
-pub(super) fn axis_of(params: &TurntableParams, middle: &Point, floor: f64) -> Point {
+/// The point of the turntable's axis at the height of the camera, for a person with the centre `middle` whose soles are
+/// at the height `floor`.
+pub fn axis_of(params: &TurntableParams, middle: &Point, floor: f64) -> Point {
     Point::new(middle.x, floor + params.eye_height, middle.z)
 }
 
-/// Frames as a file would hold them.
-pub(super) fn recording(params: &TurntableParams, images: &[DepthImage]) -> RgbdRecording {
+/// The images in the units of a recording.
+pub fn recording(params: &TurntableParams, images: &[DepthImage]) -> RgbdRecording {
     let frames = images.iter().map(|image| RgbdFrame {
         depth_mm: image.depth.iter().map(|z| (f64::from(*z) * 1e3).round().min(65_535.0) as u16).collect(),
         color: image.color.clone(),
@@ -112,31 +139,42 @@ pub(super) fn recording(params: &TurntableParams, images: &[DepthImage]) -> Rgbd
     RgbdRecording { lens: params.lens, turns: params.turns, frames: frames.collect() }
 }
 
-/// Records someone who stands still. For sway see [`invent`](super::invent).
+/// Records a scene that does not move on the turntable. For sway see
+/// [`generate_session`](crate::studio::generate_session).
 ///
 /// **Frame and units** `surfaces` in metres, Y up, feet on y = 0; so are the true poses.
-pub fn record_turn(surfaces: &[Worn<'_>], params: &TurntableParams, seed: u64) -> RgbdRecording {
-    let stage = together(surfaces);
-    let Some(bounds) = stage.mesh.bounds() else {
-        return RgbdRecording { lens: params.lens, turns: params.turns, frames: Vec::new() };
-    };
+///
+/// **Errors** see [`TurntableParams::check`]; surfaces without vertices, or without one colour per vertex.
+pub fn record_turn(
+    surfaces: &[SceneSurface<'_>],
+    params: &TurntableParams,
+    seed: u64,
+) -> Result<RgbdRecording, StudioError> {
+    params.check()?;
+    let scene = merged(surfaces)?;
+    let bounds = scene.mesh.bounds().ok_or(StudioError::EmptyScene)?;
     let axis = axis_of(params, &bounds.center(), bounds.min.y);
-    recording(params, &turn(params, &axis, seed, &|_| stage.clone()))
+    Ok(recording(params, &record(params, &axis, seed, &|_| Ok(scene.clone()))?))
 }
 
-/// All surfaces as one.
-pub(super) fn together(surfaces: &[Worn<'_>]) -> Stage {
+/// All surfaces as one mesh.
+///
+/// **Errors** a surface without one colour per vertex.
+pub fn merged(surfaces: &[SceneSurface<'_>]) -> Result<Scene, StudioError> {
     let (mut points, mut faces, mut colors, mut labels) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for worn in surfaces {
+    for surface in surfaces {
+        let (vertices, found) = (surface.mesh.vertex_count(), surface.colors.len());
+        if found != vertices {
+            return Err(StudioError::ColorCount { found, expected: vertices });
+        }
         let offset = points.len() as u32;
-        points.extend(worn.mesh.points().iter().copied());
-        faces.extend(worn.mesh.faces().iter().map(|f| f.map(|v| VertexId(v.0 + offset))));
-        colors.extend(worn.colors.iter().copied());
-        colors.resize(points.len(), [128; 3]);
-        labels.resize(faces.len(), worn.label);
+        points.extend(surface.mesh.points().iter().copied());
+        faces.extend(surface.mesh.faces().iter().map(|f| f.map(|v| VertexId(v.0 + offset))));
+        colors.extend(surface.colors.iter().copied());
+        labels.resize(faces.len(), surface.label);
     }
     let mesh = TriMesh::try_new(points, faces).expect("parts of valid meshes, indices shifted");
-    Stage { mesh, colors, labels }
+    Ok(Scene { mesh, colors, labels })
 }
 
 #[cfg(test)]
@@ -155,7 +193,7 @@ mod tests {
     fn poses_put_the_pixels_of_every_frame_onto_the_board_and_the_room_stays_where_it_is() {
         let (mesh, colors) = board();
         let params = TurntableParams { views: 8, noise: DepthNoise::none(), ..TurntableParams::default() };
-        let recorded = record_turn(&[Worn { mesh: &mesh, colors: &colors, label: 1 }], &params, 4);
+        let recorded = record_turn(&[SceneSurface { mesh: &mesh, colors: &colors, label: 1 }], &params, 4).unwrap();
         assert_eq!(recorded.frames.len(), 8);
         let [cx, cy] = recorded.lens.center();
         let lens = recorded.lens;
@@ -175,5 +213,18 @@ mod tests {
         let both = (0..lens.width * lens.height).filter_map(|i| Some((room(0, i)?, room(3, i)?)));
         let (same, all) = both.fold((0, 0), |(same, all), (a, b)| (same + usize::from(a == b), all + 1));
         assert!(same == all && all > 100_000, "{same} of {all}");
+    }
+
+    #[test]
+    fn impossible_recordings_are_refused() {
+        let (mesh, colors) = board();
+        let surface = [SceneSurface { mesh: &mesh, colors: &colors, label: 1 }];
+        let params = TurntableParams { views: 7, ..TurntableParams::default() };
+        assert_eq!(record_turn(&surface, &params, 1).unwrap_err(), StudioError::TooFewViews { views: 7 });
+        assert_eq!(record_turn(&[], &TurntableParams::default(), 1).unwrap_err(), StudioError::EmptyScene);
+        let few = PerVertex::filled([0; 3], 3);
+        let bare = [SceneSurface { mesh: &mesh, colors: &few, label: 1 }];
+        let refused = record_turn(&bare, &TurntableParams::default(), 1).unwrap_err();
+        assert_eq!(refused, StudioError::ColorCount { found: 3, expected: 4 });
     }
 }

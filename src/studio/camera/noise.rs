@@ -1,14 +1,14 @@
-//! How wrongly a depth camera measures.
+//! The noise model of a depth camera.
 
 use crate::numerics::Rng;
 
-/// The faults of a depth camera.
+/// The noise of a depth camera.
 ///
-/// **Source** Nguyen, Izadi & Lovell 2012, for the axial and lateral terms: a first Kinect's, and so harder than a
-/// second one's beyond 1.5 m.
+/// **Source** Nguyen, Izadi & Lovell 2012, for the axial and lateral terms. They are those of a first-generation Kinect,
+/// whose noise is larger than that of a second-generation one beyond 1.5 m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DepthNoise {
-    /// `[a, b, c]` of the standard deviation along the ray, `a + b (z − c)²`: millimetres, millimetres a square metre,
+    /// `[a, b, c]` of the standard deviation along the ray, `a + b (z − c)²`: millimetres, millimetres per square metre,
     /// metres.
     pub axial_mm: [f64; 3],
     /// Factor of what is added to it beyond 60° of incidence, `z^−½ θ² / (π/2 − θ)²`, millimetres.
@@ -16,11 +16,11 @@ pub struct DepthNoise {
     /// Standard deviation across the ray, pixels: half of what Nguyen found at edges, for inside a surface
     /// neighbouring pixels do not trade places; with 0.8 fused scans are 1.6 times as noisy as foreign recordings.
     pub lateral_px: f64,
-    /// Drop-outs begin at this angle of incidence: radians (75°, as for time of flight on cloth).
+    /// Pixels drop out from this angle of incidence: radians (75°, as for time of flight on cloth).
     pub grazing: f64,
     /// Share of pixels lost anywhere: dark hair and multipath.
     pub lost: f64,
-    /// Share of the pixels along an edge of depth that show something between its two sides.
+    /// Share of flying pixels along a depth edge: their depth is between that of its two sides.
     pub flying: f64,
     /// Depths are multiples of this, metres: whole millimetres in a 16-bit image.
     pub quantum: f64,
@@ -40,13 +40,13 @@ impl Default for DepthNoise {
     }
 }
 
-/// From here on incidence adds to the axial noise: radians (60°).
+/// Incidence adds to the axial noise from this angle: radians (60°).
 const OBLIQUE: f64 = std::f64::consts::FRAC_PI_3;
-/// The angular term is not followed closer to a right angle than this, radians: its pole is no measurement.
+/// The angular term is limited at this distance from a right angle, radians: its pole is not measured.
 const NEAR_RIGHT_ANGLE: f64 = 0.06;
 
 impl DepthNoise {
-    /// A camera without faults, but for whole millimetres.
+    /// No noise; depths are still rounded to millimetres.
     pub fn none() -> Self {
         Self {
             axial_mm: [0.0; 3],
@@ -71,8 +71,8 @@ impl DepthNoise {
         1e-3 * (a + b * (z - c).powi(2) + oblique)
     }
 
-    /// What is measured where the truth is `z`; 0 where nothing comes back. `across` are the least and the greatest
-    /// true depth of the pixel and its neighbours.
+    /// The measured depth where the true depth is `z`, metres; 0 where nothing is measured. `across` are the least and
+    /// the greatest true depth of the pixel and its neighbours.
     pub(super) fn measured(&self, z: f64, cosine: f64, across: [f64; 2], rng: &mut Rng) -> f64 {
         let (noise, lost, flies) = (rng.normal(), rng.unit(), rng.unit());
         if z <= 0.0 || lost < self.lost || cosine < self.grazing.cos() * (0.6 + 0.8 * lost) {
@@ -81,7 +81,7 @@ impl DepthNoise {
         /// Neighbours farther apart than this are two surfaces, metres.
         const EDGE: f64 = 0.05;
         let z = if across[1] - across[0] > EDGE && flies < self.flying {
-            // What is left of the draw is even in 0..1 again.
+            // Given that the pixel flies, the draw over the share is uniform in 0..1.
             across[0] + (across[1] - across[0]) * flies / self.flying
         } else {
             z

@@ -1,36 +1,25 @@
-//! How each kind is cut: ease by region, hems, openings. All lengths in metres.
+//! The sewing pattern of each kind: ease by region, hems, openings. All lengths are in metres.
 //!
 //! Ease in girth over 2π is the gap between skin and cloth. Chest: T-shirts 10 cm, shirts 10–12, pullovers 14, jackets
 //! 15, coats 20. Upper arm: shirts and pullovers 7–8 cm, jackets 9, coats 13. Seat and thigh: jeans 4–8, trousers 6–16.
-//! What is knitted tight has none.
+//! Tight knits have none.
 
-use super::dummy::Dummy;
+use super::dress_form::DressForm;
+use super::flare::Flare;
 use super::hem::Hem;
 use super::kind::GarmentKind;
 use crate::geometry::{Point, Vec3};
 use crate::numerics::Rng;
 
-/// A flared tube around hips and legs.
-pub(super) struct Flare {
-    /// Where it begins.
-    pub(super) top: f64,
-    /// Where it is hemmed.
-    pub(super) bottom: f64,
-    /// Gap at the top.
-    pub(super) gap: f64,
-    /// Radius gained a metre of length.
-    pub(super) widening: f64,
-}
-
-/// How a kind is cut on a dummy.
-pub(super) struct Cut<'a> {
+/// A sewing pattern on a dress form.
+pub(super) struct Pattern<'a> {
     pub(super) hems: Vec<Hem<'a>>,
     pub(super) flare: Option<Flare>,
-    /// Cloth over what the sewn shape needs, across and along: what folds are made of.
+    /// Rest lengths over those of the sewn shape, across and along: the surplus becomes folds.
     pub(super) surplus: [f64; 2],
-    /// Pieces that make the garment.
+    /// Connected components of the garment.
     pub(super) pieces: u32,
-    /// Width of a turned-down collar.
+    /// Width of a turned-down collar, if it has one.
     pub(super) collar: Option<f64>,
 }
 
@@ -50,8 +39,8 @@ fn is_throat(part: &str) -> bool {
 }
 
 impl GarmentKind {
-    /// Whether cloth of this kind may lie over a part at all.
-    pub(super) fn reaches(self, part: &str) -> bool {
+    /// Whether a garment of this kind may cover a part of the body.
+    pub(super) fn covers(self, part: &str) -> bool {
         match self {
             Self::Socks => part.contains("LowerLeg") || part.contains("Foot") || part.contains("Toes"),
             Self::Leggings | Self::Trousers | Self::Jeans | Self::Shorts | Self::Skirt => is_trunk(part),
@@ -65,7 +54,7 @@ impl GarmentKind {
         }
     }
 
-    /// Whether it hangs from the hips as one, over both legs.
+    /// Whether it hangs from the hips as one tube around both legs.
     pub(super) fn bridges_legs(self) -> bool {
         matches!(self, Self::Skirt | Self::Dress | Self::Coat)
     }
@@ -120,108 +109,108 @@ impl GarmentKind {
         }
     }
 
-    /// How this kind is cut on that dummy.
-    pub(super) fn cut<'a>(self, dummy: &'a Dummy, rng: &mut Rng) -> Cut<'a> {
-        let (hip, knee) = (dummy.joint("leftUpperLeg").y, dummy.joint("leftLowerLeg").y);
-        let waist = dummy.joint("spine").y;
-        // Two people's T-shirts are not equally long.
+    /// The pattern of this kind on a dress form.
+    pub(super) fn pattern<'a>(self, form: &'a DressForm, rng: &mut Rng) -> Pattern<'a> {
+        let (hip, knee) = (form.joint("leftUpperLeg").y, form.joint("leftLowerLeg").y);
+        let waist = form.joint("spine").y;
+        // Garments of one kind differ in length.
         let longer = rng.between(-0.02, 0.02);
-        let mut cut = Cut { hems: Vec::new(), flare: None, surplus: [1.02, 1.02], pieces: 1, collar: None };
-        let hems = &mut cut.hems;
+        let mut pattern = Pattern { hems: Vec::new(), flare: None, surplus: [1.02, 1.02], pieces: 1, collar: None };
+        let hems = &mut pattern.hems;
         match self {
             Self::Socks => {
-                (cut.surplus, cut.pieces) = ([0.96, 1.02], 2);
-                hems.extend(SIDES.map(|side| leg_end(dummy, side, 0.75, -1.0)));
+                (pattern.surplus, pattern.pieces) = ([0.96, 1.02], 2);
+                hems.extend(SIDES.map(|side| leg_end(form, side, 0.75, -1.0)));
             }
             Self::Leggings | Self::Trousers | Self::Jeans => {
                 let end = if self == Self::Leggings { 0.9 } else { 0.96 };
-                cut.surplus = match self {
+                pattern.surplus = match self {
                     Self::Leggings => [0.94, 1.0],
                     Self::Jeans => [1.01, 1.03],
                     _ => [1.02, 1.02],
                 };
                 hems.push(level(waist - 0.005, -1.0));
-                hems.extend(SIDES.map(|side| leg_end(dummy, side, end, 1.0)));
+                hems.extend(SIDES.map(|side| leg_end(form, side, end, 1.0)));
             }
             Self::Shorts => {
                 hems.push(level(waist - 0.005, -1.0));
-                hems.extend(SIDES.map(|side| thigh_end(dummy, side, 0.6)));
+                hems.extend(SIDES.map(|side| thigh_end(form, side, 0.6)));
             }
             Self::Skirt => {
-                cut.surplus = [1.0, 1.0];
+                pattern.surplus = [1.0, 1.0];
                 let bottom = knee + 0.05 + longer;
-                cut.flare = Some(Flare { top: waist + 0.01, bottom, gap: 0.006, widening: 0.27 });
+                pattern.flare = Some(Flare { top: waist + 0.01, bottom, gap: 0.006, widening: 0.27 });
                 hems.push(level(waist + 0.01, -1.0));
                 hems.push(level(bottom, 1.0));
             }
             Self::Dress => {
-                cut.surplus = [1.01, 1.01];
+                pattern.surplus = [1.01, 1.01];
                 let bottom = knee + 0.03 + longer;
-                cut.flare = Some(Flare { top: waist + 0.03, bottom, gap: 0.010, widening: 0.30 });
+                pattern.flare = Some(Flare { top: waist + 0.03, bottom, gap: 0.010, widening: 0.30 });
                 hems.push(level(bottom, 1.0));
-                hems.push(round_neck(dummy, 0.098, 0.045));
-                hems.extend(SIDES.map(|side| sleeve_end(dummy, side, "UpperArm", "LowerArm", 0.42)));
+                hems.push(round_neck(form, 0.098, 0.045));
+                hems.extend(SIDES.map(|side| sleeve_end(form, side, "UpperArm", "LowerArm", 0.42)));
             }
             Self::Tanktop => {
-                cut.surplus = [0.99, 1.01];
+                pattern.surplus = [0.99, 1.01];
                 hems.push(level(hip + 0.03 + longer, 1.0));
-                hems.push(round_neck(dummy, 0.105, 0.07));
-                hems.extend(SIDES.map(|side| armhole(dummy, side, 0.012)));
+                hems.push(round_neck(form, 0.105, 0.07));
+                hems.extend(SIDES.map(|side| armhole(form, side, 0.012)));
             }
             Self::Tshirt => {
                 hems.push(level(hip - 0.01 + longer, 1.0));
-                hems.push(round_neck(dummy, 0.085, 0.028));
-                hems.extend(SIDES.map(|side| sleeve_end(dummy, side, "UpperArm", "LowerArm", 0.6)));
+                hems.push(round_neck(form, 0.085, 0.028));
+                hems.extend(SIDES.map(|side| sleeve_end(form, side, "UpperArm", "LowerArm", 0.6)));
             }
             Self::Shirt | Self::Blouse | Self::Pullover => {
-                cut.surplus = if self == Self::Pullover { [1.03, 1.05] } else { [1.03, 1.03] };
+                pattern.surplus = if self == Self::Pullover { [1.03, 1.05] } else { [1.03, 1.03] };
                 let below = if self == Self::Shirt { -0.06 } else { 0.02 };
                 hems.push(level(hip + below + longer, 1.0));
                 match self {
-                    Self::Shirt => hems.push(stand_up_neck(dummy, 0.035)),
-                    Self::Blouse => hems.extend([round_neck(dummy, 0.082, 0.02), v_neck(dummy, 0.12, 0.35)]),
-                    _ => hems.push(round_neck(dummy, 0.084, 0.02)),
+                    Self::Shirt => hems.push(stand_up_neck(form, 0.035)),
+                    Self::Blouse => hems.extend([round_neck(form, 0.082, 0.02), v_neck(form, 0.12, 0.35)]),
+                    _ => hems.push(round_neck(form, 0.084, 0.02)),
                 }
-                hems.extend(SIDES.map(|side| sleeve_end(dummy, side, "LowerArm", "Hand", 0.95)));
+                hems.extend(SIDES.map(|side| sleeve_end(form, side, "LowerArm", "Hand", 0.95)));
             }
             Self::Vest => {
                 hems.push(level(hip + 0.03 + longer, 1.0));
-                hems.push(round_neck(dummy, 0.074, 0.01));
-                hems.push(open_front(dummy, 0.008, 0.08));
-                hems.extend(SIDES.map(|side| armhole(dummy, side, 0.022)));
+                hems.push(round_neck(form, 0.074, 0.01));
+                hems.push(open_front(form, 0.008, 0.08));
+                hems.extend(SIDES.map(|side| armhole(form, side, 0.022)));
             }
             Self::Jacket => {
-                cut.surplus = [1.02, 1.03];
-                cut.collar = Some(0.055);
+                pattern.surplus = [1.02, 1.03];
+                pattern.collar = Some(0.055);
                 hems.push(level(hip - 0.03 + longer, 1.0));
-                hems.push(round_neck(dummy, 0.070, 0.005));
-                hems.push(open_front(dummy, 0.010, 0.10));
-                hems.extend(SIDES.map(|side| sleeve_end(dummy, side, "LowerArm", "Hand", 0.98)));
+                hems.push(round_neck(form, 0.070, 0.005));
+                hems.push(open_front(form, 0.010, 0.10));
+                hems.extend(SIDES.map(|side| sleeve_end(form, side, "LowerArm", "Hand", 0.98)));
             }
             Self::Coat => {
-                cut.surplus = [1.02, 1.02];
+                pattern.surplus = [1.02, 1.02];
                 let bottom = hip + 0.5 * (knee - hip) + longer;
-                cut.flare = Some(Flare { top: waist, bottom, gap: 0.042, widening: 0.12 });
-                cut.collar = Some(0.075);
+                pattern.flare = Some(Flare { top: waist, bottom, gap: 0.042, widening: 0.12 });
+                pattern.collar = Some(0.075);
                 hems.push(level(bottom, 1.0));
-                hems.push(round_neck(dummy, 0.074, 0.005));
-                hems.push(open_front(dummy, 0.012, 0.10));
-                hems.extend(SIDES.map(|side| sleeve_end(dummy, side, "LowerArm", "Hand", 1.0)));
+                hems.push(round_neck(form, 0.074, 0.005));
+                hems.push(open_front(form, 0.012, 0.10));
+                hems.extend(SIDES.map(|side| sleeve_end(form, side, "LowerArm", "Hand", 1.0)));
             }
             Self::Scarf => {
-                cut.surplus = [1.04, 1.2];
-                let (low, high) = (dummy.joint("neck").y - 0.025, dummy.between("neck", "head", 0.75).y);
-                hems.push(slanted(low, 0.30, dummy.joint("neck").z, 1.0));
-                hems.push(slanted(high, 0.10, dummy.joint("neck").z, -1.0));
+                pattern.surplus = [1.04, 1.2];
+                let (low, high) = (form.joint("neck").y - 0.025, form.between("neck", "head", 0.75).y);
+                hems.push(slanted(low, 0.30, form.joint("neck").z, 1.0));
+                hems.push(slanted(high, 0.10, form.joint("neck").z, -1.0));
             }
             Self::Hat => {
-                cut.surplus = [1.0, 1.03];
-                let head = dummy.joint("head");
-                let top = dummy.body.bounds().map_or(head.y + 0.2, |b| b.max.y);
+                pattern.surplus = [1.0, 1.03];
+                let head = form.joint("head");
+                let top = form.body.bounds().map_or(head.y + 0.2, |b| b.max.y);
                 hems.push(slanted(head.y + 0.5 * (top - head.y), 0.12, head.z, 1.0));
             }
         }
-        cut
+        pattern
     }
 }
 
@@ -229,27 +218,27 @@ fn hem<'a>(concerns: impl Fn(&str) -> bool + 'a, height: impl Fn(&Point) -> f64 
     Hem { concerns: Box::new(concerns), height: Box::new(height) }
 }
 
-/// The level `y` of trunk and legs; what is above stays with `up` 1, what is below with −1.
+/// A horizontal hem at `y` on trunk and legs; with `up` 1 the cloth above it stays, with −1 the cloth below.
 fn level<'a>(y: f64, up: f64) -> Hem<'a> {
     hem(is_trunk, move |p| (p.y - y) * up)
 }
 
-/// The same for every part, rising toward the back (`rise` metres a metre) from `y` at depth `z`.
+/// A hem on all parts that rises toward the back (`rise` metres per metre) from `y` at depth `z`.
 fn slanted<'a>(y: f64, rise: f64, z: f64, up: f64) -> Hem<'a> {
     hem(|_| true, move |p| (p.y - y + rise * (p.z - z)) * up)
 }
 
 /// The end of a sleeve, across the arm.
-fn sleeve_end<'a>(dummy: &Dummy, side: &'static str, from: &str, to: &str, along: f64) -> Hem<'a> {
+fn sleeve_end<'a>(form: &DressForm, side: &'static str, from: &str, to: &str, along: f64) -> Hem<'a> {
     let (from, to) = (format!("{side}{from}"), format!("{side}{to}"));
-    let (point, normal) = (dummy.between(&from, &to, along), (dummy.joint(&from) - dummy.joint(&to)).normalize());
+    let (point, normal) = (form.between(&from, &to, along), (form.joint(&from) - form.joint(&to)).normalize());
     hem(move |part| is_arm(part) && part.starts_with(side), move |p| (p - point).dot(&normal))
 }
 
-/// The end of a trouser leg, across the shin; with `up` −1 the foot stays and the leg goes.
-fn leg_end<'a>(dummy: &Dummy, side: &'static str, along: f64, up: f64) -> Hem<'a> {
+/// The end of a trouser leg, across the shin; with `up` −1 the cloth at the foot stays.
+fn leg_end<'a>(form: &DressForm, side: &'static str, along: f64, up: f64) -> Hem<'a> {
     let (from, to) = (format!("{side}LowerLeg"), format!("{side}Foot"));
-    let (point, normal) = (dummy.between(&from, &to, along), (dummy.joint(&from) - dummy.joint(&to)).normalize());
+    let (point, normal) = (form.between(&from, &to, along), (form.joint(&from) - form.joint(&to)).normalize());
     hem(
         move |part| is_leg(part) && part.starts_with(side) && !part.contains("UpperLeg"),
         move |p| (p - point).dot(&normal) * up,
@@ -257,56 +246,56 @@ fn leg_end<'a>(dummy: &Dummy, side: &'static str, along: f64, up: f64) -> Hem<'a
 }
 
 /// The end of a short trouser leg, across the thigh.
-fn thigh_end<'a>(dummy: &Dummy, side: &'static str, along: f64) -> Hem<'a> {
+fn thigh_end<'a>(form: &DressForm, side: &'static str, along: f64) -> Hem<'a> {
     let (from, to) = (format!("{side}UpperLeg"), format!("{side}LowerLeg"));
-    let (point, normal) = (dummy.between(&from, &to, along), (dummy.joint(&from) - dummy.joint(&to)).normalize());
+    let (point, normal) = (form.between(&from, &to, along), (form.joint(&from) - form.joint(&to)).normalize());
     hem(move |part| is_leg(part) && part.starts_with(side), move |p| (p - point).dot(&normal))
 }
 
-/// No sleeve: cut round the arm's root, `inward` metres toward the neck from the joint.
-fn armhole<'a>(dummy: &Dummy, side: &'static str, inward: f64) -> Hem<'a> {
+/// An armhole, around the root of the arm, `inward` metres toward the neck from the joint.
+fn armhole<'a>(form: &DressForm, side: &'static str, inward: f64) -> Hem<'a> {
     let toward_neck = if side == "left" { -1.0 } else { 1.0 };
-    let shoulder = dummy.joint(&format!("{side}UpperArm")) + Vec3::new(toward_neck * inward, 0.0, 0.0);
-    // A little farther out below, where the chest is wider than the shoulder's root.
+    let shoulder = form.joint(&format!("{side}UpperArm")) + Vec3::new(toward_neck * inward, 0.0, 0.0);
+    // Farther out below, where the chest is wider than the shoulder.
     let normal = Vec3::new(toward_neck, -0.1, 0.0).normalize();
     let own = move |p: &Point| p.x * toward_neck < 0.0;
     hem(|part| is_arm(part) || is_throat(part), move |p| if own(p) { (p - shoulder).dot(&normal) } else { 1.0 })
 }
 
-/// From the back of the neck to `drop` below the notch of the collar bones, no farther than `radius` from the neck.
-fn round_neck<'a>(dummy: &Dummy, radius: f64, drop: f64) -> Hem<'a> {
-    let point = dummy.joint("neck") - Vec3::new(0.0, drop, 0.0);
+/// A neckline from the back of the neck to `drop` below the notch of the collar bones, at most `radius` from the neck.
+fn round_neck<'a>(form: &DressForm, radius: f64, drop: f64) -> Hem<'a> {
+    let point = form.joint("neck") - Vec3::new(0.0, drop, 0.0);
     let normal = Vec3::new(0.0, -1.0, -0.6).normalize();
-    let top = dummy.joint("neck").y + 0.015;
+    let top = form.joint("neck").y + 0.015;
     hem(is_throat, move |p| {
-        /// Metres over which the two curves of the neckline run into each other.
+        /// Metres over which the two curves of the neckline blend.
         const ROUNDING: f64 = 0.02;
-        // In front the chest may lie farther from the neck than that: there only the slanted plane counts.
+        // In front the chest may be farther from the neck than that: there only the slanted plane counts.
         let across = (p.x - point.x).hypot((p.z - point.z).min(0.0)) - radius;
         let above = (p - point).dot(&normal);
         let stays = 0.5 * (across + above + (across - above).hypot(ROUNDING));
-        // A thick neck fills the curve: there the hem goes round it.
+        // A thick neck fills the curve: there the hem goes around it.
         stays.min(top - p.y)
     })
 }
 
-/// A collar that stands `height` up the neck, lower in front.
-fn stand_up_neck<'a>(dummy: &Dummy, height: f64) -> Hem<'a> {
-    let point = dummy.joint("neck") + Vec3::new(0.0, height, 0.0);
+/// A stand-up collar of this height, lower in front.
+fn stand_up_neck<'a>(form: &DressForm, height: f64) -> Hem<'a> {
+    let point = form.joint("neck") + Vec3::new(0.0, height, 0.0);
     let normal = Vec3::new(0.0, -1.0, -0.45).normalize();
     hem(is_throat, move |p| (p - point).dot(&normal))
 }
 
-/// A V in front, `depth` below the neck, `slope` of half its width a metre.
-fn v_neck<'a>(dummy: &Dummy, depth: f64, slope: f64) -> Hem<'a> {
-    let (neck, chest) = (dummy.joint("neck"), dummy.joint("chest"));
+/// A V in front to `depth` below the neck; its half width grows by `slope` metres per metre of height.
+fn v_neck<'a>(form: &DressForm, depth: f64, slope: f64) -> Hem<'a> {
+    let (neck, chest) = (form.joint("neck"), form.joint("chest"));
     hem(is_throat, move |p| if p.z > chest.z { p.x.abs() - slope * (p.y - (neck.y - depth)) } else { 1.0 })
 }
 
-/// Open from top to bottom: half as wide as `half` at the height of the breast, above it a V of lapels, below it
-/// `spread` metres a metre wider.
-fn open_front<'a>(dummy: &Dummy, half: f64, spread: f64) -> Hem<'a> {
-    let (chest, hip) = (dummy.joint("upperChest"), dummy.joint("hips"));
+/// An open front: `half` is half its width at the height of the chest, above it is a V of lapels, and below it the width
+/// grows by `spread` metres per metre.
+fn open_front<'a>(form: &DressForm, half: f64, spread: f64) -> Hem<'a> {
+    let (chest, hip) = (form.joint("upperChest"), form.joint("hips"));
     let is_front = move |p: &Point| p.z > chest.z.min(hip.z) + 0.02;
     hem(
         |part| is_trunk(part) || is_throat(part),

@@ -1,18 +1,21 @@
-//! Cutting cloth along its hems.
+//! Cloth cut along its hems.
 
-use super::dummy::Dummy;
+use super::dress_form::DressForm;
 use crate::geometry::{Adjacency, PerFace, Point, TriMesh, Vec3};
 
-/// A cut: what lies at the parts that `concerns` names stays where `height` is not negative (metres, about).
+/// Metres between the vertices of sewn cloth: folds of 4 cm need four of them.
+pub(super) const SPACING: f64 = 0.012;
+
+/// A hem: on the parts that `concerns` selects, the cloth stays where `height` is not negative (about metres).
 pub(super) struct Hem<'a> {
     pub(super) concerns: Box<dyn Fn(&str) -> bool + 'a>,
     pub(super) height: Box<dyn Fn(&Point) -> f64 + 'a>,
 }
 
 impl Hem<'_> {
-    /// How the height grows along cloth of that normal, a metre of way.
+    /// The gradient of the height along cloth with that normal.
     fn slope_along(&self, p: &Point, normal: &Vec3) -> Vec3 {
-        /// Metres of the finite difference.
+        /// Step of the finite difference, metres.
         const STEP: f64 = 1e-4;
         let slope = |k: usize| {
             let mut step = Vec3::zeros();
@@ -24,23 +27,22 @@ impl Hem<'_> {
     }
 }
 
-/// Keeps what lies on the right side of each hem; triangles are cut, and vertices near the line moved onto it.
-/// `weave` is the cloth's edge length.
-pub(super) fn cut_along(mesh: &TriMesh, hems: &[Hem<'_>], dummy: &Dummy, weave: f64) -> TriMesh {
+/// Keeps the cloth on the positive side of each hem. Triangles are cut, and vertices near the hem are moved onto it.
+pub(super) fn cut_along(mesh: &TriMesh, hems: &[Hem<'_>], form: &DressForm) -> TriMesh {
     /// Vertices nearer to the line than this share of an edge move onto it: no slivers.
     const SNAP: f64 = 0.35;
-    /// A cut that runs flatter to the cloth than this is taken for one that does not: sine of the angle.
+    /// Least angle between the hem's level surfaces and the cloth: its sine.
     const FLATTEST: f64 = 0.2;
     let mut points = mesh.points().0.clone();
     let normals = mesh.vertex_normals();
     let mut height = vec![f64::INFINITY; points.len()];
     for (v, p) in points.iter_mut().enumerate() {
-        let part = dummy.part(dummy.at(p)).to_owned();
+        let part = form.part(form.nearest_vertex(p)).to_owned();
         for hem in hems.iter().filter(|h| (h.concerns)(&part)) {
             let mut above = (hem.height)(p);
             let slope = hem.slope_along(p, &normals.0[v]);
             let steepness = slope.norm().max(FLATTEST);
-            if above.abs() < SNAP * weave * steepness {
+            if above.abs() < SNAP * SPACING * steepness {
                 *p -= slope * (above / (steepness * steepness));
                 above = 0.0;
             }
@@ -60,7 +62,7 @@ pub(super) fn cut_along(mesh: &TriMesh, hems: &[Hem<'_>], dummy: &Dummy, weave: 
             if (height[a] > 0.0 && height[b] < 0.0) || (height[a] < 0.0 && height[b] > 0.0) {
                 let key = (a.min(b), a.max(b));
                 polygon.push(*between.entry(key).or_insert_with(|| {
-                    // Where another hem's parts begin a height may be infinite: the middle is as good.
+                    // A height is infinite where no hem applies: there the edge is cut in its middle.
                     let t = height[key.0] / (height[key.0] - height[key.1]);
                     let t = if t.is_finite() { t } else { 0.5 };
                     points.push(points[key.0] + (points[key.1] - points[key.0]) * t);
@@ -76,16 +78,16 @@ pub(super) fn cut_along(mesh: &TriMesh, hems: &[Hem<'_>], dummy: &Dummy, weave: 
     TriMesh::try_from_indices(points, &faces).expect("cut points are finite and indexed")
 }
 
-/// The `count` largest pieces, without what no face uses.
-pub(super) fn largest_pieces(mesh: &TriMesh, count: u32) -> TriMesh {
+/// The `count` largest components, without unused vertices.
+pub(super) fn largest_components(mesh: &TriMesh, count: u32) -> TriMesh {
     let (component, _) = Adjacency::prepare(mesh).face_components();
     let keep: PerFace<bool> = component.iter().map(|&c| c < count).collect();
     mesh.part(&keep).0
 }
 
-/// The outline made calm: each boundary vertex a share of the way to the middle of its neighbours along the boundary.
-pub(super) fn with_fair_outline(mesh: &TriMesh) -> TriMesh {
-    /// Rounds of averaging; two edges wide.
+/// The boundary smoothed: each boundary vertex moves half-way to the middle of its neighbours along the boundary.
+pub(super) fn with_smooth_boundary(mesh: &TriMesh) -> TriMesh {
+    /// Rounds of averaging: about two edges wide.
     const ROUNDS: usize = 4;
     let loops = Adjacency::prepare(mesh).boundary_loops();
     let mut points = mesh.points().clone();

@@ -1,42 +1,59 @@
-//! The garments that the studio can sew, and in which order they go on.
+//! The kinds of garment, and the order in which they can be put on.
 
-use super::error::StudioError;
+use crate::cloth::Fabric;
+use crate::studio::error::StudioError;
 
-/// A garment kind that the studio can sew.
+/// A kind of garment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[allow(missing_docs)] // Each says of itself what it is: `about`.
 pub enum GarmentKind {
+    /// A pair, over the ankles.
     Socks,
+    /// Skin-tight, waist to ankles.
     Leggings,
+    /// Close, no sleeves, deep neck.
     Tanktop,
+    /// Short sleeves, round neck.
     Tshirt,
+    /// Long sleeves, stand-up collar, below the hips.
     Shirt,
+    /// Loose long sleeves, small V at the neck.
     Blouse,
+    /// Wool, straight, to the ankles.
     Trousers,
+    /// Denim, narrow, to the ankles.
     Jeans,
+    /// Wide, to the middle of the thigh.
     Shorts,
+    /// Flared, to the knee.
     Skirt,
+    /// Short sleeves, close above, flared to the knee.
     Dress,
+    /// Knitted, wide, long sleeves.
     Pullover,
+    /// No sleeves, open in front.
     Vest,
+    /// Open in front, turned-down collar.
     Jacket,
+    /// Wool, open in front, to the middle of the thigh, wide collar.
     Coat,
+    /// Wool, around the neck.
     Scarf,
+    /// Knitted cap.
     Hat,
 }
 
-/// Where a garment lies, one bit each.
+/// The parts of the body that a garment covers, one bit each.
 const FEET: u8 = 1;
 const LOWER: u8 = 2;
 const UPPER: u8 = 4;
 const NECK: u8 = 8;
 const HEAD: u8 = 16;
 
-/// What is known of a kind: name, template, what it looks like, how far out it is worn, and where it lies.
+/// A kind: name, segmentation template, description, level (higher is farther out), and the parts that it covers.
 struct Row(&'static str, &'static str, &'static str, u8, u8);
 
 impl GarmentKind {
-    /// All that there are.
+    /// All kinds.
     pub const ALL: [Self; 17] = [
         Self::Socks,
         Self::Leggings,
@@ -81,7 +98,7 @@ impl GarmentKind {
         }
     }
 
-    /// As asked for, and in file names.
+    /// The name in requests and file names.
     pub fn name(self) -> &'static str {
         self.row().0
     }
@@ -91,7 +108,7 @@ impl GarmentKind {
         self.row().1
     }
 
-    /// In a few words.
+    /// A short description.
     pub fn about(self) -> &'static str {
         self.row().2
     }
@@ -103,14 +120,14 @@ impl GarmentKind {
         found.ok_or_else(|| StudioError::UnknownGarment { name: name.trim().into(), known: known() })
     }
 
-    /// The kinds of these names, separated by commas; none for an empty text.
+    /// The kinds with these names, separated by commas; none for an empty text.
     pub fn list(names: &str) -> Result<Vec<Self>, StudioError> {
         names.split(',').filter(|_| !names.trim().is_empty()).map(Self::from_name).collect()
     }
 
     /// Whether garments can be put on in this order.
     ///
-    /// **Errors** the first that nobody gets on over what is worn already.
+    /// **Errors** the first that does not fit over those worn already, or is worn already.
     pub fn check_order(kinds: &[Self]) -> Result<(), StudioError> {
         for (k, &kind) in kinds.iter().enumerate() {
             let Row(.., level, place) = kind.row();
@@ -129,8 +146,22 @@ impl GarmentKind {
         Ok(())
     }
 
-    /// Whether it is held at the waist, over whatever hangs there already.
-    pub(super) fn holds_the_waist(self) -> bool {
+    /// What it is made of.
+    pub fn fabric(self) -> Fabric {
+        match self {
+            Self::Socks | Self::Leggings | Self::Tanktop | Self::Tshirt => Fabric::JERSEY,
+            Self::Pullover | Self::Hat | Self::Scarf => Fabric::KNIT,
+            Self::Shirt => Fabric::SHIRTING,
+            Self::Blouse | Self::Dress => Fabric::SILK,
+            Self::Trousers | Self::Skirt | Self::Vest => Fabric::SUITING,
+            Self::Jeans | Self::Shorts => Fabric::DENIM,
+            Self::Jacket => Fabric::TAILORED,
+            Self::Coat => Fabric::COATING,
+        }
+    }
+
+    /// Whether a waistband holds it, over the layers below.
+    pub(super) fn has_waistband(self) -> bool {
         matches!(self, Self::Leggings | Self::Trousers | Self::Jeans | Self::Shorts | Self::Skirt)
     }
 }

@@ -1,17 +1,18 @@
-//! One scan: surfaces on a turntable before the camera, fused into the mesh that a scanner hands out.
+//! A simulated scanner: its images of the surfaces on the turntable, fused into one mesh.
 
-use super::camera::DepthImage;
-use super::fuse::fuse;
-use super::turntable::{TurntableParams, Worn, axis_of, together, turn};
+use super::fusion::fuse;
+use super::render::DepthImage;
+use super::turntable::{SceneSurface, TurntableParams, axis_of, merged, record};
 use crate::geometry::{Aabb, PerVertex, TriMesh};
+use crate::studio::error::StudioError;
 use rayon::prelude::*;
 
-/// How finely a simulated scanner works.
+/// The resolution of a simulated scanner.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScannerParams {
-    /// Metres between voxels: 4.5 mm is what scanners of this class use; finger gaps close, as they do there.
+    /// Metres between voxels: scanners of this class use 4.5 mm; gaps between fingers close, as they do there.
     pub voxel: f64,
-    /// Triangles to decimate to; 60 000 leave a person edges of 8 mm.
+    /// Triangles after decimation; 60 000 give edges of 8 mm on a person.
     pub faces: usize,
 }
 
@@ -21,38 +22,45 @@ impl Default for ScannerParams {
     }
 }
 
-/// What a Kinect-like scanner makes of coloured surfaces (several layers, any of which may hide others): noise, holes
-/// and blurred colours included.
+/// The scan of coloured surfaces (several layers, any of which may hide others) by a Kinect-like scanner: with noise,
+/// holes and blurred colours.
 ///
-/// **Guarantees** the same seed gives the same bytes with any number of threads.
+/// **Shapes** `surfaces` are meshes with one sRGB colour per vertex; so is the result.
+///
+/// **Frame and units** metres, Y up.
+///
+/// **Errors** see [`TurntableParams::check`]; surfaces without vertices, or without one colour per vertex.
+///
+/// **Guarantees** a seed gives the same bytes with any number of threads.
 pub fn simulate_scan(
     surfaces: &[(&TriMesh, &PerVertex<[u8; 3]>)],
     turntable: &TurntableParams,
     params: &ScannerParams,
     seed: u64,
-) -> (TriMesh, PerVertex<[u8; 3]>) {
-    let worn: Vec<Worn<'_>> =
-        surfaces.iter().enumerate().map(|(k, &(mesh, colors))| Worn { mesh, colors, label: k as u8 + 1 }).collect();
-    let stage = together(&worn);
-    let Some(bounds) = stage.mesh.bounds() else { return (stage.mesh, PerVertex::default()) };
+) -> Result<(TriMesh, PerVertex<[u8; 3]>), StudioError> {
+    turntable.check()?;
+    let labelled: Vec<SceneSurface<'_>> =
+        (1u8..).zip(surfaces).map(|(label, &(mesh, colors))| SceneSurface { mesh, colors, label }).collect();
+    let scene = merged(&labelled)?;
+    let bounds = scene.mesh.bounds().ok_or(StudioError::EmptyScene)?;
     let axis = axis_of(turntable, &bounds.center(), bounds.min.y);
-    let images = turn(turntable, &axis, seed, &|_| stage.clone());
-    scanned(images, &bounds, params)
+    let images = record(turntable, &axis, seed, &|_| Ok(scene.clone()))?;
+    Ok(scan_from_images(images, &bounds, params))
 }
 
-/// The mesh that a scanner's software makes of its frames, given their poses and told what is the room.
-pub(super) fn scanned(
+/// The mesh that a scanner's software makes from its images, given their poses and the pixels that show the room.
+pub fn scan_from_images(
     mut images: Vec<DepthImage>,
     bounds: &Aabb,
     params: &ScannerParams,
 ) -> (TriMesh, PerVertex<[u8; 3]>) {
-    images.par_iter_mut().for_each(without_edges_and_room);
+    images.par_iter_mut().for_each(remove_edges_and_room);
     fuse(&images, bounds, params.voxel, params.faces)
 }
 
-/// Drops the room, and pixels beside a jump of depth: they may show something between the two sides.
-fn without_edges_and_room(image: &mut DepthImage) {
-    /// Metres between neighbouring pixels: steeper than any surface that is measured well.
+/// Removes the room, and pixels beside a depth edge: they may be flying pixels.
+fn remove_edges_and_room(image: &mut DepthImage) {
+    /// Metres between neighbouring pixels: more than on any surface that is measured well.
     const JUMP: f32 = 0.05;
     let (width, seen) = (image.view.lens.width, image.depth.clone());
     for (i, depth) in image.depth.iter_mut().enumerate() {
@@ -68,18 +76,18 @@ fn without_edges_and_room(image: &mut DepthImage) {
 mod tests {
     use super::*;
     use crate::geometry::{Adjacency, Point, SurfaceIndex};
-    use crate::studio::volume::Volume;
+    use crate::studio::level_set::LevelSet;
 
     #[test]
     fn a_pillar_is_scanned_near_its_truth_open_at_its_ends_and_the_same_with_one_thread() {
         let bounds = Aabb { min: Point::new(-0.2, 0.0, -0.2), max: Point::new(0.2, 1.4, 0.2) };
-        let mut volume = Volume::covering(&bounds, 0.1, 0.04);
-        volume.fill(|p| ((p.x.hypot(p.z) - 0.2).max(-p.y).max(p.y - 1.4)) as f32);
-        let pillar = volume.zero_surface();
+        let mut field = LevelSet::covering(&bounds, 0.1, 0.04);
+        field.fill(|p| ((p.x.hypot(p.z) - 0.2).max(-p.y).max(p.y - 1.4)) as f32);
+        let pillar = field.zero_surface();
         let paint = pillar.points().iter().map(|p| if p.y > 0.7 { [220, 40, 40] } else { [40, 40, 220] }).collect();
         let params = ScannerParams { voxel: 0.012, faces: 6_000 };
         let turntable = TurntableParams { views: 16, ..TurntableParams::default() };
-        let (scan, colors) = simulate_scan(&[(&pillar, &paint)], &turntable, &params, 5);
+        let (scan, colors) = simulate_scan(&[(&pillar, &paint)], &turntable, &params, 5).unwrap();
         assert!(scan.face_count() <= 6_000 && scan.face_count() > 3_000);
         let index = SurfaceIndex::prepare(&pillar);
         let off = scan.points().iter().map(|p| index.closest(p).distance).sum::<f64>() / scan.vertex_count() as f64;
@@ -88,6 +96,9 @@ mod tests {
         let red = scan.points().iter().zip(colors.iter()).filter(|(p, c)| (p.y > 0.7) == (c[0] > c[2])).count();
         assert!(red as f64 > 0.97 * scan.vertex_count() as f64);
         let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-        assert_eq!((scan, colors), alone.install(|| simulate_scan(&[(&pillar, &paint)], &turntable, &params, 5)));
+        assert_eq!(
+            (scan, colors),
+            alone.install(|| simulate_scan(&[(&pillar, &paint)], &turntable, &params, 5).unwrap())
+        );
     }
 }

@@ -1,19 +1,19 @@
-//! Depth images into one coloured mesh, as a scanner's own software would.
+//! Depth images with known poses fused into one coloured mesh, as by a scanner's software.
 
-use super::camera::DepthImage;
-use super::tetrahedra::march;
-use super::volume::Volume;
-use crate::geometry::{Aabb, PerVertex, Point, TriMesh, Vec3};
+use super::marching_tetrahedra::zero_surface;
+use super::render::DepthImage;
+use crate::geometry::{Aabb, Adjacency, PerFace, PerVertex, Point, TriMesh, Vec3};
+use crate::studio::level_set::LevelSet;
 use rayon::prelude::*;
 
 /// Truncation of the signed distance, metres: three standard deviations of the noise at 2 m.
 const TRUNCATION: f64 = 0.02;
-/// Voxels seen by fewer views are unknown.
+/// Voxels observed by fewer views are unknown.
 const LEAST_VIEWS: f32 = 3.0;
-/// Rounds of smoothing without shrinking, before triangles are thrown away: a scanner's software does the like, or
-/// each vertex that is left would carry the full noise of its voxel.
+/// Rounds of smoothing without shrinkage before decimation, as in a scanner's software: otherwise each remaining vertex
+/// would have the full noise of its voxel.
 const SMOOTHING: usize = 4;
-/// A vertex takes its colour from views that saw a surface within this depth of it, metres.
+/// A vertex takes its colour from views that measured a surface within this depth of it, metres.
 const SAME_SURFACE: f64 = 0.015;
 
 /// Average of projective signed distances (Curless & Levoy 1996), its zero surface, and colours from the
@@ -24,18 +24,18 @@ pub(super) fn fuse(
     voxel: f64,
     face_count: usize,
 ) -> (TriMesh, PerVertex<[u8; 3]>) {
-    let mut volume = Volume::covering(bounds, 0.03, voxel);
-    integrate(&mut volume, images);
-    let mesh = decimated(&smoothed(&without_crumbs(&march(&volume))), face_count);
+    let mut field = LevelSet::covering(bounds, 0.03, voxel);
+    integrate(&mut field, images);
+    let mesh = decimated(&smoothed(&without_small_components(&zero_surface(&field))), face_count);
     let colors = mesh.points().0.par_iter().map(|p| color_at(p, images)).collect::<Vec<_>>();
     (mesh, colors.into())
 }
 
-fn integrate(volume: &mut Volume, images: &[DepthImage]) {
-    let [nx, ny, _] = volume.size;
-    let (origin, spacing) = (volume.node(0, 0, 0), volume.spacing);
-    let near = Blocks::near_surfaces(volume, images);
-    volume.distance.par_chunks_mut(nx * ny).enumerate().for_each(|(z, slab)| {
+fn integrate(field: &mut LevelSet, images: &[DepthImage]) {
+    let [nx, ny, _] = field.size;
+    let (origin, spacing) = (field.node(0, 0, 0), field.spacing);
+    let near = Blocks::near_surfaces(field, images);
+    field.distance.par_chunks_mut(nx * ny).enumerate().for_each(|(z, slab)| {
         let mut views = vec![0.0f32; slab.len()];
         let mut sum = vec![0.0f32; slab.len()];
         for image in images {
@@ -61,27 +61,27 @@ fn integrate(volume: &mut Volume, images: &[DepthImage]) {
     });
 }
 
-/// Voxels a block along each axis: at 4.5 mm a block is 36 mm, wider than the truncation.
+/// Voxels per block along each axis: at 4.5 mm a block is 36 mm, wider than the truncation.
 const BLOCK: usize = 8;
 
-/// Which blocks of voxels have something in or beside them: nine tenths of the room are empty.
+/// Which blocks of voxels contain or touch a measured point: nine tenths of the volume are empty.
 struct Blocks {
     size: [usize; 3],
     near: Vec<bool>,
 }
 
 impl Blocks {
-    fn near_surfaces(volume: &Volume, images: &[DepthImage]) -> Self {
-        let size = volume.size.map(|n| n.div_ceil(BLOCK));
+    fn near_surfaces(field: &LevelSet, images: &[DepthImage]) -> Self {
+        let size = field.size.map(|n| n.div_ceil(BLOCK));
         let mut blocks = Self { size, near: vec![false; size[0] * size[1] * size[2]] };
         let mut seen = blocks.near.clone();
-        let origin = volume.node(0, 0, 0);
+        let origin = field.node(0, 0, 0);
         for image in images {
             let world_from_camera = image.view.camera_from_world.inverse();
             for (i, &depth) in image.depth.iter().enumerate().filter(|(_, d)| **d > 0.0) {
                 let (x, y) = ((i % image.view.lens.width) as f64, (i / image.view.lens.width) as f64);
                 let at = (world_from_camera * image.view.point(x, y, f64::from(depth)) - origin)
-                    / (volume.spacing * BLOCK as f64);
+                    / (field.spacing * BLOCK as f64);
                 if (0..3).all(|k| at[k] >= 0.0 && (at[k] as usize) < size[k]) {
                     seen[at.x as usize + size[0] * (at.y as usize + size[1] * at.z as usize)] = true;
                 }
@@ -106,8 +106,8 @@ impl Blocks {
     }
 }
 
-/// Truncated distance along the view; all views count alike, for noise along a grazing ray moves the surface least.
-/// `None` behind what the view saw.
+/// Truncated distance along the view, metres. All views have equal weight: noise along a grazing ray moves the surface
+/// least. `None` behind the measured surface.
 fn observed(image: &DepthImage, at: &Point) -> Option<f32> {
     let pixel = image.view.pixel(at);
     let (x, y) = (pixel.x.round(), pixel.y.round());
@@ -123,9 +123,9 @@ fn observed(image: &DepthImage, at: &Point) -> Option<f32> {
     (distance > -TRUNCATION).then(|| distance.min(TRUNCATION) as f32)
 }
 
-/// The pieces with at least a hundredth of all faces: flying pixels make crumbs.
-fn without_crumbs(mesh: &TriMesh) -> TriMesh {
-    let (component, count) = crate::geometry::Adjacency::prepare(mesh).face_components();
+/// The components with at least a hundredth of all faces: flying pixels form small ones.
+fn without_small_components(mesh: &TriMesh) -> TriMesh {
+    let (component, count) = Adjacency::prepare(mesh).face_components();
     let mut sizes = vec![0usize; count];
     for &c in component.iter() {
         sizes[c as usize] += 1;
@@ -136,7 +136,7 @@ fn without_crumbs(mesh: &TriMesh) -> TriMesh {
 
 /// Taubin's smoothing: a step inward, a slightly longer step outward (1995, λ 0.5, μ −0.53).
 fn smoothed(mesh: &TriMesh) -> TriMesh {
-    let adjacency = crate::geometry::Adjacency::prepare(mesh);
+    let adjacency = Adjacency::prepare(mesh);
     let mut points = mesh.points().clone();
     for factor in [0.5, -0.53].repeat(SMOOTHING) {
         points = mesh
@@ -156,10 +156,9 @@ fn decimated(mesh: &TriMesh, face_count: usize) -> TriMesh {
     let indices: Vec<u32> = mesh.faces().iter().flat_map(|f| f.map(|v| v.0)).collect();
     let kept = meshopt::simplify_decoder(&indices, &points, 3 * face_count, 1.0, meshopt::SimplifyOptions::None, None);
     let faces: Vec<[u32; 3]> = kept.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
-    match TriMesh::try_from_indices(mesh.points().0.clone(), &faces) {
-        Ok(fewer) => fewer.part(&crate::geometry::PerFace::filled(true, fewer.face_count())).0,
-        Err(_) => mesh.clone(),
-    }
+    let fewer =
+        TriMesh::try_from_indices(mesh.points().0.clone(), &faces).expect("decimation keeps vertices of the mesh");
+    fewer.part(&PerFace::filled(true, fewer.face_count())).0
 }
 
 fn color_at(p: &Point, images: &[DepthImage]) -> [u8; 3] {

@@ -1,11 +1,12 @@
-//! The tailor's dummy: the subject with arms and legs a little away, and what can be looked up on it.
+//! The dress form: the subject with arms and legs a little away from the body, and lookups on its surface.
 
-use super::subject::Subject;
 use crate::body::{BonePosition, Pose, bone_positions, skin};
 use crate::geometry::{NearestVertex, PerVertex, Point, TriMesh, Vec3, VertexId};
+use crate::studio::subject::Subject;
 use nalgebra::UnitQuaternion;
 
-/// Arms 15° further from the body than in the bind pose, legs 3°: sleeves and legs are sewn on so, and fold when worn.
+/// Arms 15° farther from the body than in the bind pose, legs 3°: garments are sewn in this pose, and their sleeves and
+/// legs fold when they are worn.
 pub(super) fn sewing_pose(subject: &Subject) -> Pose {
     let mut pose = Pose::bind(subject.skeleton.len());
     for (name, degrees) in
@@ -18,8 +19,8 @@ pub(super) fn sewing_pose(subject: &Subject) -> Pose {
     pose
 }
 
-/// The body that a pattern is laid around.
-pub(super) struct Dummy<'a> {
+/// The body around which a garment is sewn.
+pub(super) struct DressForm<'a> {
     pub(super) subject: &'a Subject,
     pub(super) body: TriMesh,
     joints: Vec<Point>,
@@ -27,7 +28,7 @@ pub(super) struct Dummy<'a> {
     nearest: NearestVertex,
 }
 
-impl<'a> Dummy<'a> {
+impl<'a> DressForm<'a> {
     pub(super) fn of(subject: &'a Subject) -> Self {
         let pose = sewing_pose(subject);
         let posed = skin(subject.surface.points(), &subject.weights, &subject.skeleton, &pose);
@@ -41,7 +42,7 @@ impl<'a> Dummy<'a> {
         }
     }
 
-    /// A joint by its name.
+    /// The position of a joint, metres.
     pub(super) fn joint(&self, name: &str) -> Point {
         self.subject.skeleton.find_name(name).map_or(Point::origin(), |j| self.joints[j.index()])
     }
@@ -52,17 +53,17 @@ impl<'a> Dummy<'a> {
         a + (b - a) * along
     }
 
-    /// The skin's nearest vertex.
-    pub(super) fn at(&self, p: &Point) -> VertexId {
+    /// The nearest vertex of the skin.
+    pub(super) fn nearest_vertex(&self, p: &Point) -> VertexId {
         self.nearest.nearest(p).map_or(VertexId(0), |(v, _)| v)
     }
 
-    /// The bone to which a vertex belongs.
+    /// The name of the joint whose bone a vertex belongs to.
     pub(super) fn part(&self, v: VertexId) -> &str {
         &self.subject.skeleton.names[self.positions[v].joint.index()]
     }
 
-    /// How far along that bone.
+    /// The position of a vertex along that bone, 0 to 1.
     pub(super) fn along(&self, v: VertexId) -> f64 {
         self.positions[v].along
     }

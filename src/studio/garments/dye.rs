@@ -1,26 +1,10 @@
-//! What garments are made of, and how they are coloured.
+//! The colours of garments.
 
 use super::kind::GarmentKind;
-use crate::cloth::Fabric;
 use crate::geometry::Point;
 use crate::numerics::Rng;
 
-impl GarmentKind {
-    pub(super) fn fabric(self) -> Fabric {
-        match self {
-            Self::Socks | Self::Leggings | Self::Tanktop | Self::Tshirt => Fabric::JERSEY,
-            Self::Pullover | Self::Hat | Self::Scarf => Fabric::KNIT,
-            Self::Shirt => Fabric::SHIRTING,
-            Self::Blouse | Self::Dress => Fabric::SILK,
-            Self::Trousers | Self::Skirt | Self::Vest => Fabric::SUITING,
-            Self::Jeans | Self::Shorts => Fabric::DENIM,
-            Self::Jacket => Fabric::TAILORED,
-            Self::Coat => Fabric::COATING,
-        }
-    }
-}
-
-/// How a garment is coloured.
+/// The colours of a garment: one or two, in a motif.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Dye {
     base: [f64; 3],
@@ -31,15 +15,15 @@ pub(super) struct Dye {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Motif {
     Plain,
-    /// Bands across, metres.
+    /// Horizontal bands of this width, metres.
     Bands(f64),
-    /// Checks, metres.
+    /// Checks of this width, metres.
     Checks(f64),
-    /// A yoke of the other colour above this share of the garment's height.
+    /// The other colour on the upper third.
     Yoke,
 }
 
-/// Cream and navy, brick, moss, charcoal, plum, ochre, sky, and a beige close to skin: hard for colour to tell.
+/// Cream and navy, brick, moss, charcoal, plum, ochre, sky, and a beige that is hard to distinguish from skin.
 const PALETTE: [[f64; 3]; 9] = [
     [224.0, 219.0, 205.0],
     [38.0, 64.0, 104.0],
@@ -55,7 +39,7 @@ const DENIM_BLUE: [f64; 3] = [62.0, 82.0, 120.0];
 const CAMEL: [f64; 3] = [176.0, 142.0, 104.0];
 
 impl Dye {
-    /// The colours of a garment of that kind for that seed.
+    /// The colours of a kind of garment for a seed.
     pub(super) fn of(kind: GarmentKind, seed: u64) -> Self {
         let mut rng = Rng::new(seed.wrapping_mul(131).wrapping_add(kind as u64 * 977 + 5));
         let mut pick = || PALETTE[((rng.unit() * PALETTE.len() as f64) as usize).min(PALETTE.len() - 1)];
@@ -77,10 +61,10 @@ impl Dye {
 
     /// The colour at a point of the garment as sewn; `height` is 0 at its lowest and 1 at its highest point.
     pub(super) fn at(&self, p: &Point, height: f64) -> [u8; 3] {
-        /// Metres over which one colour runs into the other: what the weave's corners can carry without a comb.
+        /// Metres over which one colour blends into the other: less would show the triangles of the mesh.
         const BLUR: f64 = 0.009;
         let step = |distance: f64| (0.5 + distance / BLUR).clamp(0.0, 1.0);
-        // Distance into the odd bands, about.
+        // Approximate distance into the odd bands.
         let odd = |x: f64, width: f64| {
             let wave = (std::f64::consts::TAU * x / width).sin();
             step(wave.asin() * width / std::f64::consts::TAU)
@@ -91,8 +75,8 @@ impl Dye {
             Motif::Checks(width) => 0.5 * (odd(p.y, width) + odd(p.x, width)),
             Motif::Yoke => step((height - 0.68) * 0.6),
         };
-        // Cloth is never one colour: threads, wear and washing, two or three grey levels.
-        let worn = 1.0 + 0.012 * ((p.x * 61.0).sin() * (p.y * 47.0).cos() + (p.z * 53.0 + p.y * 29.0).sin());
-        std::array::from_fn(|c| ((self.base[c] * (1.0 - share) + self.other[c] * share) * worn).clamp(0.0, 255.0) as u8)
+        // Threads, wear and washing change the colour by two or three grey levels.
+        let wear = 1.0 + 0.012 * ((p.x * 61.0).sin() * (p.y * 47.0).cos() + (p.z * 53.0 + p.y * 29.0).sin());
+        std::array::from_fn(|c| ((self.base[c] * (1.0 - share) + self.other[c] * share) * wear).clamp(0.0, 255.0) as u8)
     }
 }

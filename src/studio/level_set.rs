@@ -1,20 +1,22 @@
-//! A regular grid of signed distances, and the surface where they change sign.
+//! A dense grid of signed distances, and its zero surface.
 
 use crate::geometry::{Aabb, Point, TriMesh, Vec3};
 use rayon::prelude::*;
 
-/// Distances to a surface at the nodes of a grid, positive outside; `NaN` where nothing is known.
-pub(super) struct Volume {
+/// Signed distances to a surface at the nodes of a grid, metres, positive outside; `NaN` where the distance is unknown.
+///
+/// **Shapes** `distance` has `size[0] * size[1] * size[2]` entries; x runs fastest.
+pub(super) struct LevelSet {
     origin: Point,
     /// Metres between nodes.
     pub(super) spacing: f64,
-    /// Nodes along x, y, z; x runs fastest.
+    /// Nodes along x, y, z.
     pub(super) size: [usize; 3],
     pub(super) distance: Vec<f32>,
 }
 
-impl Volume {
-    /// A grid that covers `bounds` and `around` metres more on every side, nothing known.
+impl LevelSet {
+    /// A grid that covers `bounds` and `around` metres more on every side, all distances unknown.
     pub(super) fn covering(bounds: &Aabb, around: f64, spacing: f64) -> Self {
         let origin = bounds.min - Vec3::repeat(around);
         let extent = bounds.extent() + Vec3::repeat(2.0 * around);
@@ -22,12 +24,12 @@ impl Volume {
         Self { origin, spacing, size, distance: vec![f32::NAN; size[0] * size[1] * size[2]] }
     }
 
-    /// Where a node is.
+    /// The position of a node.
     pub(super) fn node(&self, x: usize, y: usize, z: usize) -> Point {
         self.origin + Vec3::new(x as f64, y as f64, z as f64) * self.spacing
     }
 
-    /// Asks `distance` for every node. Each slab of constant z is one parallel task.
+    /// Evaluates `distance` at every node. Each slab of constant z is one parallel task.
     pub(super) fn fill(&mut self, distance: impl Fn(&Point) -> f32 + Sync) {
         let (origin, spacing, [nx, ny, _]) = (self.origin, self.spacing, self.size);
         self.distance.par_chunks_mut(nx * ny).enumerate().for_each(|(z, slab)| {
@@ -37,7 +39,7 @@ impl Volume {
         });
     }
 
-    /// One pass of the binomial kernel (¼, ½, ¼) along each axis: rounds off what is narrower than about two nodes.
+    /// One pass of the binomial kernel (¼, ½, ¼) along each axis: removes features narrower than about two nodes.
     pub(super) fn smooth(&mut self) {
         let [nx, ny, nz] = self.size;
         for (stride, count) in [(1, nx), (nx, ny), (nx * ny, nz)] {
@@ -51,8 +53,8 @@ impl Volume {
         }
     }
 
-    /// The zero surface as seen from outside: one vertex in each cell that it crosses, one quad (two triangles) around
-    /// each grid edge that it crosses. Edges with an unknown end are holes.
+    /// The zero surface, oriented outward: one vertex in each cell that it crosses, one quad (two triangles) around each
+    /// grid edge that it crosses. Edges with an unknown end become holes.
     ///
     /// **Source** naive surface nets (Gibson 1998).
     pub(super) fn zero_surface(&self) -> TriMesh {
@@ -94,7 +96,7 @@ impl Volume {
         TriMesh::try_from_indices(points, &faces).expect("cells lie in the grid and their vertices are finite")
     }
 
-    /// The mean of the places where the surface crosses the cell's edges.
+    /// The mean of the points at which the surface crosses the cell's edges.
     fn cell_vertex(&self, x: usize, y: usize, z: usize) -> Option<Point> {
         let [nx, ny, _] = self.size;
         let mut corners = [0.0f32; 8];
@@ -131,17 +133,17 @@ mod tests {
 
     #[test]
     fn a_ball_comes_back_round_closed_and_outward() {
-        let mut volume =
-            Volume::covering(&Aabb { min: Point::new(-1.0, -1.0, -1.0), max: Point::new(1.0, 1.0, 1.0) }, 0.3, 0.1);
-        volume.fill(|p| (p.coords.norm() - 1.0) as f32);
-        let ball = volume.zero_surface();
+        let mut field =
+            LevelSet::covering(&Aabb { min: Point::new(-1.0, -1.0, -1.0), max: Point::new(1.0, 1.0, 1.0) }, 0.3, 0.1);
+        field.fill(|p| (p.coords.norm() - 1.0) as f32);
+        let ball = field.zero_surface();
         assert!((ball.signed_volume() - 4.19).abs() < 0.1, "{}", ball.signed_volume());
         assert!(ball.points().iter().all(|p| (p.coords.norm() - 1.0).abs() < 0.02));
         assert!(Adjacency::prepare(&ball).boundary_loops().is_empty());
-        volume.fill(|p| if p.y > 0.6 { f32::NAN } else { (p.coords.norm() - 1.0) as f32 });
-        assert_eq!(Adjacency::prepare(&volume.zero_surface()).boundary_loops().len(), 1, "the unknown cap is a hole");
-        volume.fill(|p| (p.coords.norm() - 1.0) as f32);
-        volume.smooth();
-        assert!(volume.zero_surface().signed_volume() < ball.signed_volume());
+        field.fill(|p| if p.y > 0.6 { f32::NAN } else { (p.coords.norm() - 1.0) as f32 });
+        assert_eq!(Adjacency::prepare(&field.zero_surface()).boundary_loops().len(), 1, "the unknown cap is a hole");
+        field.fill(|p| (p.coords.norm() - 1.0) as f32);
+        field.smooth();
+        assert!(field.zero_surface().signed_volume() < ball.signed_volume());
     }
 }

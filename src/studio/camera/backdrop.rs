@@ -1,9 +1,9 @@
-//! What stands still behind the person: a wall and a floor, as seen from a camera that does not move.
+//! The background: a wall and a floor, which keep their place in the frame of the camera.
 
-use super::camera::View;
+use super::pinhole::View;
 use crate::geometry::Vec3;
 
-/// A plain room in the camera's own frame.
+/// A plain room in the camera's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Room {
     /// Metres from the camera to the wall.
@@ -12,7 +12,7 @@ pub(super) struct Room {
     pub(super) floor: f64,
 }
 
-/// What of the room a pixel shows.
+/// The part of the room that a pixel shows.
 pub(super) struct Backdrop {
     /// Metres along the view's z.
     pub(super) depth: f64,
@@ -27,8 +27,8 @@ const DOOR: [f64; 3] = [112.0, 92.0, 74.0];
 const POSTER: [f64; 3] = [72.0, 104.0, 132.0];
 
 impl Room {
-    /// `None` where the ray leaves the room.
-    pub(super) fn seen(&self, view: &View, x: usize, y: usize) -> Option<Backdrop> {
+    /// The wall or floor at a pixel; `None` where the ray leaves the room.
+    pub(super) fn at_pixel(&self, view: &View, x: usize, y: usize) -> Option<Backdrop> {
         let ray = view.point(x as f64, y as f64, 1.0).coords;
         let to_floor = if ray.y > 1e-6 { self.floor / ray.y } else { f64::INFINITY };
         if to_floor < self.wall {
@@ -41,7 +41,7 @@ impl Room {
     }
 }
 
-/// Boards 14 cm wide, no two alike, with dark joints.
+/// Boards 14 cm wide in different shades, with dark joints.
 fn board_color(across: f64, along: f64) -> [f64; 3] {
     let board = (across / 0.14).floor();
     let joint = if (across / 0.14 - board).min(1.0 - (across / 0.14 - board)) < 0.03 { 0.6 } else { 1.0 };
@@ -49,7 +49,7 @@ fn board_color(across: f64, along: f64) -> [f64; 3] {
     BOARDS.map(|c| c * shade)
 }
 
-/// Plaster with a door on one side and a poster on the other: something for a tracker to hold on to, wrongly.
+/// Plaster with a door on one side and a poster on the other: features that mislead a tracker, for they do not move.
 fn wall_color(x: f64, y: f64) -> [f64; 3] {
     let within = |low: [f64; 2], high: [f64; 2]| x > low[0] && x < high[0] && y > low[1] && y < high[1];
     let base = if within([-2.1, -1.1], [-1.2, 1.3]) {

@@ -1,0 +1,112 @@
+//! Garments cut and sewn around a dress form, with real hems and with ease by region.
+
+use super::collar::Collar;
+use super::dress_form::DressForm;
+use super::dye::Dye;
+use super::flare::{FlaredTube, flare_mesh};
+use super::hem::{SPACING, cut_along, largest_components, with_smooth_boundary};
+use super::kind::GarmentKind;
+use super::pattern::Pattern;
+use super::skin_weights::skin_weights;
+use crate::body::SkinWeights;
+use crate::cloth::{ClothLayer, Collider, clear_of};
+use crate::geometry::{Aabb, PerVertex, Point, TriMesh, Vec3};
+use crate::numerics::Rng;
+use crate::studio::level_set::LevelSet;
+use crate::studio::subject::Subject;
+
+/// A garment ready to be put on.
+pub struct SewnGarment {
+    pub kind: GarmentKind,
+    /// Its rest shape, waistband and fabric.
+    pub(super) cloth: ClothLayer,
+    /// Its shape around the subject in the [`sewing_pose`](super::dress_form::sewing_pose).
+    pub sewn: TriMesh,
+    /// Skin weights of `sewn`.
+    pub(super) weights: SkinWeights,
+    pub(super) collar: Option<Collar>,
+    dye: Dye,
+}
+
+impl SewnGarment {
+    /// The colours of the garment in its sewn shape, one per vertex.
+    pub fn painted(&self, sewn: &TriMesh) -> PerVertex<[u8; 3]> {
+        let Some(bounds) = sewn.bounds() else { return PerVertex::default() };
+        let height = bounds.extent().y.max(1e-6);
+        sewn.points().iter().map(|p| self.dye.at(p, (p.y - bounds.min.y) / height)).collect()
+    }
+
+    /// The draped garment with its collar, clear of `below`; the collar lies flat if it is `pressed` by an outer layer.
+    pub fn finished(&self, draped: &TriMesh, pressed: bool, below: &[&Collider]) -> TriMesh {
+        let thickness = self.kind.fabric().thickness;
+        let clear = |p: &Point| clear_of(p, below, thickness);
+        self.collar.as_ref().map_or_else(|| draped.clone(), |collar| collar.sewn_on(draped, pressed, &clear))
+    }
+
+    /// The skin weights of [`Self::finished`].
+    pub fn finished_weights(&self) -> SkinWeights {
+        self.collar.as_ref().map_or_else(|| self.weights.clone(), |collar| collar.weights(&self.weights))
+    }
+}
+
+/// Cuts and sews a garment of a kind for a subject; the seed determines its length, colours and unevenness.
+pub fn sew(kind: GarmentKind, subject: &Subject, seed: u64) -> SewnGarment {
+    let form = DressForm::of(subject);
+    let mut rng = Rng::new(seed.wrapping_add(kind as u64 * 77));
+    let pattern = kind.pattern(&form, &mut rng);
+    let whole = match (&pattern.flare, kind) {
+        (Some(flare), GarmentKind::Skirt) => flare_mesh(flare, &form),
+        _ => around(kind, &pattern, &form),
+    };
+    let sewn = with_smooth_boundary(&largest_components(&cut_along(&whole, &pattern.hems, &form), pattern.pieces));
+    let pinned = waistband(kind, &sewn);
+    // A millimetre of unevenness decides to which side a fold falls.
+    let uneven: Vec<Point> =
+        sewn.points().iter().map(|p| p + Vec3::new(rng.normal(), 0.0, rng.normal()) * 0.001).collect();
+    let [across, along] = pattern.surplus;
+    let rest = sewn.map_points(|p| Point::new(p.x * across, p.y * along, p.z * across));
+    let sewn = sewn.with_points(uneven);
+    let weights = skin_weights(kind, &sewn, &form);
+    let collar = pattern.collar.and_then(|width| Collar::cut(&sewn, &form.joint("neck"), width));
+    let cloth = ClothLayer { rest, pinned, fabric: kind.fabric() };
+    SewnGarment { kind, cloth, sewn, weights, collar, dye: Dye::of(kind, seed) }
+}
+
+/// A garment that follows the body at a distance: the zero surface of a smoothed distance field, joined with the flare.
+fn around(kind: GarmentKind, pattern: &Pattern<'_>, form: &DressForm) -> TriMesh {
+    /// Distances are not evaluated beyond this, metres.
+    const FAR: f64 = 0.12;
+    let covered = form.body.points().enumerate().filter(|(v, _)| kind.covers(form.part(*v)));
+    let Some(mut bounds) = Aabb::around(covered.map(|(_, p)| p)) else { return form.body.clone() };
+    if pattern.flare.is_some() {
+        // Space for the flare on all sides.
+        bounds = Aabb { min: bounds.min - Vec3::new(0.05, 0.0, 0.2), max: bounds.max + Vec3::new(0.05, 0.0, 0.2) };
+    }
+    let collider = Collider::prepare(&form.body);
+    let flared = pattern.flare.as_ref().map(|flare| FlaredTube::around(flare, form));
+    let mut field = LevelSet::covering(&bounds, 0.06, SPACING);
+    field.fill(|p| {
+        let to_body = match collider.closest(p, FAR) {
+            None => FAR,
+            Some((near, outward)) => {
+                let corner = near.nearest_corner(collider.mesh());
+                let side = (p - near.point).dot(&outward).signum();
+                side * near.distance - kind.gap(form.part(corner), form.along(corner))
+            }
+        };
+        let to_tube = flared.as_ref().map_or(f64::INFINITY, |tube| tube.distance(p));
+        to_body.min(to_tube) as f32
+    });
+    // Cloth spans hollows: the small of the back, between breasts and between buttocks. Tight knits do not.
+    let rounds = if matches!(kind, GarmentKind::Socks | GarmentKind::Leggings | GarmentKind::Hat) { 1 } else { 7 };
+    for _ in 0..rounds {
+        field.smooth();
+    }
+    field.zero_surface()
+}
+
+/// The vertices of the waistband: the top two rows.
+fn waistband(kind: GarmentKind, sewn: &TriMesh) -> PerVertex<bool> {
+    let top = sewn.points().iter().map(|p| p.y).fold(f64::NEG_INFINITY, f64::max);
+    sewn.points().iter().map(|p| kind.has_waistband() && p.y > top - 1.4 * SPACING).collect()
+}

@@ -1,0 +1,59 @@
+//! What is generated, and whether it can be.
+
+use super::camera::{ScannerParams, TurntableParams};
+use super::error::StudioError;
+use super::garments::GarmentKind;
+use crate::body::HumanJoint;
+use crate::geometry::Vec3;
+
+/// What is generated.
+#[derive(Clone, Debug)]
+pub struct StudioParams {
+    /// Determines the subject, their stances, the cloth and the noise. See [`seeds_of`](super::seeds_of).
+    pub seed: u64,
+    /// The garments in the order in which they are put on, one per step.
+    pub garments: Vec<GarmentKind>,
+    /// The camera and the turntable.
+    pub turntable: TurntableParams,
+    /// The resolution of the fused scans.
+    pub scanner: ScannerParams,
+    /// Metres by which the head sways within a turn, while the arms sink; 0 for none.
+    pub sway: f64,
+    /// Seconds for which cloth settles: after 1.2 folds move by less than a millimetre per frame.
+    pub settling_secs: f64,
+    /// Joints turned away from the usual stance: name and rotation vector about the axes of the bind pose, radians.
+    pub turned: Vec<(&'static str, Vec3)>,
+}
+
+impl Default for StudioParams {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            garments: vec![GarmentKind::Tshirt, GarmentKind::Skirt],
+            turntable: TurntableParams::default(),
+            scanner: ScannerParams::default(),
+            sway: 0.0,
+            settling_secs: 1.2,
+            turned: Vec::new(),
+        }
+    }
+}
+
+impl StudioParams {
+    /// Whether this can be generated.
+    ///
+    /// **Errors** the first thing that cannot be; see [`StudioError`].
+    pub fn check(&self) -> Result<(), StudioError> {
+        /// Metres: more than anyone who stands.
+        const MOST_SWAY: f64 = 0.05;
+        GarmentKind::check_order(&self.garments)?;
+        self.turntable.check()?;
+        if !(0.0..=MOST_SWAY).contains(&self.sway) {
+            return Err(StudioError::BadSway { sway_mm: 1e3 * self.sway });
+        }
+        if let Some(&(name, _)) = self.turned.iter().find(|(name, _)| HumanJoint::from_name(name).is_none()) {
+            return Err(StudioError::NoSuchJoint { name });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,85 @@
+//! The stances of a subject: how people stand a little differently in each scan, and sway within one.
+
+use super::person::Subject;
+use super::stance::Stance;
+use crate::body::Pose;
+use crate::geometry::Vec3;
+use crate::numerics::Rng;
+use nalgebra::{Isometry3, UnitQuaternion};
+
+/// Breathing expands the chest by at most this, metres (quiet breathing: 2–5 mm).
+const BREATH: f64 = 0.0025;
+/// Standard deviation of a joint between two scans, radians (2°).
+const JOINT_DEVIATION: f64 = 0.035;
+
+impl Subject {
+    /// The stance in step `step` of the session of a seed: arms, trunk and legs differ a little in each.
+    pub fn stance(&self, seed: u64, step: usize) -> Stance {
+        let mut rng = Rng::new(seed.wrapping_mul(31).wrapping_add(step as u64 + 1));
+        let mut pose = Pose::bind(self.skeleton.len());
+        for (j, rotation) in pose.rotations.iter_mut().enumerate() {
+            let stiff = if j == 0 || self.skeleton.names[j].contains("Foot") || self.skeleton.names[j].contains("Toes")
+            {
+                0.15
+            } else {
+                1.0
+            };
+            let trunk =
+                if ["spine", "chest", "upperChest"].contains(&self.skeleton.names[j].as_str()) { 0.5 } else { 1.0 };
+            let axis = Vec3::new(rng.normal(), rng.normal(), rng.normal()) * (JOINT_DEVIATION * stiff * trunk);
+            *rotation = UnitQuaternion::from_scaled_axis(axis);
+        }
+        // Legs move less, or the feet would leave the ground.
+        for name in ["LowerLeg", "UpperLeg"] {
+            for side in ["left", "right"] {
+                if let Some(j) = self.skeleton.find_name(&format!("{side}{name}")) {
+                    let r = &mut pose.rotations[j.index()];
+                    *r = UnitQuaternion::identity().slerp(r, 0.4);
+                }
+            }
+        }
+        let heading = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), rng.between(-0.2, 0.2));
+        let at = Vec3::new(rng.between(-0.03, 0.03), 0.0, rng.between(-0.03, 0.03));
+        Stance {
+            pose,
+            breath: BREATH * rng.between(-1.0, 1.0),
+            file_from_world: Isometry3::from_parts(at.into(), heading),
+        }
+    }
+
+    /// `pose` at `time` (−½ to ½) of a turn in which the arms sink: by 2.5° per centimetre of sway.
+    pub fn with_sinking_arms(&self, pose: &Pose, sway: f64, time: f64) -> Pose {
+        let down = Vec3::z() * (2.5f64.to_radians() * (sway / 0.01) * time);
+        self.turned(pose, &[("leftUpperArm", -down), ("rightUpperArm", down)])
+    }
+
+    /// `pose` with joints turned by rotation vectors (radians) about the axes of the bind pose.
+    pub fn turned(&self, pose: &Pose, turns: &[(&str, Vec3)]) -> Pose {
+        let mut turned = pose.clone();
+        for (name, turn) in turns {
+            if let Some(j) = self.skeleton.find_name(name) {
+                let rotation = &mut turned.rotations[j.index()];
+                *rotation = UnitQuaternion::from_scaled_axis(*turn) * *rotation;
+            }
+        }
+        turned
+    }
+
+    /// The lean at `time` of a turn: metres sideways per metre of height, at most `sway` metres at the crown.
+    pub fn lean(&self, sway: f64, time: f64, seed: u64) -> Vec3 {
+        let mut rng = Rng::new(seed ^ 0x5EA5);
+        let stature = self.surface.bounds().map_or(1.7, |b| b.extent().y);
+        let mut wave = || {
+            let (slow, quick) = (rng.unit(), rng.unit());
+            // A drift of under one period, and a quicker swing: two thirds and one third.
+            move |t: f64| 0.67 * ((t + slow) * 5.0).sin() + 0.33 * ((t + quick) * 17.0).sin()
+        };
+        let (x, z) = (wave(), wave());
+        Vec3::new(x(time), 0.0, z(time)) * (sway / stature / std::f64::consts::SQRT_2)
+    }
+
+    /// The bind pose, without breath, in its own frame.
+    pub fn at_rest(&self) -> Stance {
+        Stance { pose: Pose::bind(self.skeleton.len()), breath: 0.0, file_from_world: Isometry3::identity() }
+    }
+}
