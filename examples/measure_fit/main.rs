@@ -1,5 +1,8 @@
-//! Judges the fits on invented people whom nothing was tuned on: `measure_fit CACHE [--subjects N] [--first SEED]
+//! Evaluates the fits on synthetic people: `measure_fit CACHE [--subjects N] [--seeds-from HASH | --first SEED]
 //! [--parts naked,tight,loose,arms,shape,postures,bad] [--keep DIR]`.
+//!
+//! `--seeds-from` takes the seeds from the hash of a commit, so that nobody chooses them: use it for figures that are
+//! published. Without it the seeds start at 1000. Those are spent (`docs/evaluation.md`): they only show changes.
 //!
 //! Each subject is scanned naked, in something close, in something wide, and naked with the arms 30° above and below the
 //! A-pose and turned to any heading. `CACHE` keeps the scans, so that a second run only fits; `--keep` writes what was
@@ -25,7 +28,7 @@ mod table;
 
 use anyhow::{Context, Result, bail};
 use overcoat::body::embedded_model;
-use overcoat::studio::{GarmentKind, JUDGING_SEEDS};
+use overcoat::studio::{GarmentKind, seeds_of};
 use std::path::PathBuf;
 use subjects::{Cache, Posture, Wanted};
 use table::{Group, Table};
@@ -41,12 +44,15 @@ const SPREAD: [Posture; 2] = [
     ("arms+30", &[("leftUpperArm", [0.0, 0.0, 30.0]), ("rightUpperArm", [0.0, 0.0, -30.0])]),
     ("arms-30", &[("leftUpperArm", [0.0, 0.0, -30.0]), ("rightUpperArm", [0.0, 0.0, 30.0])]),
 ];
+/// The first of the seeds without `--seeds-from`.
+const FIRST_SEED: u64 = 1000;
 /// From one subject to the next the heading turns by the golden angle, which leaves none out.
 const HEADING_STEP_DEG: f64 = 137.507_764;
 
 struct Options {
     cache: PathBuf,
     first: u64,
+    seeds_from: Option<String>,
     subjects: u64,
     parts: Vec<String>,
     keep: Option<PathBuf>,
@@ -55,7 +61,8 @@ struct Options {
 fn options() -> Result<Options> {
     let mut o = Options {
         cache: PathBuf::new(),
-        first: JUDGING_SEEDS.start,
+        first: FIRST_SEED,
+        seeds_from: None,
         subjects: 20,
         parts: ["naked", "tight", "loose", "arms"].map(String::from).into(),
         keep: None,
@@ -65,6 +72,7 @@ fn options() -> Result<Options> {
         let mut value = || args.next().with_context(|| format!("{arg} needs a value"));
         match arg.as_str() {
             "--first" => o.first = value()?.parse()?,
+            "--seeds-from" => o.seeds_from = Some(value()?),
             "--subjects" => o.subjects = value()?.parse()?,
             "--parts" => o.parts = value()?.split(',').map(String::from).collect(),
             "--keep" => o.keep = Some(value()?.into()),
@@ -78,6 +86,15 @@ fn options() -> Result<Options> {
     Ok(o)
 }
 
+impl Options {
+    fn seeds(&self) -> Result<Vec<u64>> {
+        match &self.seeds_from {
+            Some(hash) => Ok(seeds_of(hash, self.subjects as usize)?),
+            None => Ok((self.first..).take(self.subjects as usize).collect()),
+        }
+    }
+}
+
 fn main() -> Result<()> {
     let o = options()?;
     let model = embedded_model()?;
@@ -85,8 +102,7 @@ fn main() -> Result<()> {
     let judge = fits::Judge { model: &model, keep: o.keep.clone() };
     let wants = |part: &str| o.parts.iter().any(|p| p == part);
     let (mut table, mut outcomes) = (Table::default(), bad::Outcomes::default());
-    for i in 0..o.subjects {
-        let seed = o.first + i;
+    for (i, seed) in (0..).zip(o.seeds()?) {
         if wants("naked") || wants("tight") || wants("loose") {
             let naked = cache.subject(&Wanted::naked(seed))?;
             let Some(figure) = judge.naked(Group::Naked, &naked, &mut table)? else { continue };

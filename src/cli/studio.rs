@@ -23,8 +23,8 @@ enum Action {
 
 #[derive(clap::Args)]
 struct MakeArgs {
-    /// Seed of the subject, the poses, the cloth and the noise: equal seeds give equal bytes. Seeds below 1000 are for
-    /// tuning and tests, those from 1000 on for evaluation
+    /// Seed of the subject, the poses, the cloth and the noise: equal seeds give equal bytes.
+    /// docs/evaluation.md lists the spent seeds
     #[arg(long, value_name = "N")]
     seed: u64,
     /// The garments, from the inside out: `tshirt,jeans,coat`
