@@ -288,7 +288,10 @@ fn dressed_verdict(model: &BodyModel, body: &(Figure, Pose), kind: GarmentKind, 
 
 fn verdict(skeleton: &Skeleton, pose: &Pose, report: &FitReport, truth: &JointPositions, case: &Case) -> Verdict {
     let found: JointPositions = skeleton.names.iter().cloned().zip(skeleton.joints_in_world(pose)).collect();
-    let off = STRICT_JOINTS.iter().filter_map(|&j| Some(((found.get(j)? - truth.get(j)?).norm(), j)));
+    let off = STRICT_JOINTS
+        .iter()
+        .map(|joint| joint.name())
+        .filter_map(|j| Some(((found.get(j)? - truth.get(j)?).norm(), j)));
     let Some((most, joint)) = off.max_by(|a, b| a.0.total_cmp(&b.0)) else {
         return Verdict::Solved(report.clone());
     };

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result};
 use nalgebra::UnitQuaternion;
-use overcoat::body::BodyModel;
+use overcoat::body::{BodyModel, HumanJoint};
 use overcoat::formats::{PlyOptions, RawMesh, read_ply, write_ply};
 use overcoat::geometry::{Point, TriMesh, Vec3};
 use overcoat::measure::{TruthJoints, TruthStep};
@@ -44,11 +44,14 @@ impl Wanted {
     }
 
     fn invented(&self, model: &BodyModel) -> Result<SyntheticStep> {
-        let turns = self.posture.map_or(&[][..], |p| p.1);
+        let turns = self.posture.map_or(&[][..], |p| p.1).iter().map(|&(name, deg)| {
+            let joint = HumanJoint::from_name(name).with_context(|| format!("no joint is called {name}"))?;
+            Ok((joint, Vec3::from(deg).map(f64::to_radians)))
+        });
         let params = StudioParams {
             seed: self.seed,
             garments: self.kind.into_iter().collect(),
-            turned: turns.iter().map(|&(j, deg)| (j, Vec3::from(deg).map(f64::to_radians))).collect(),
+            turned: turns.collect::<Result<_>>()?,
             ..StudioParams::default()
         };
         Ok(generate_step(model, &params, self.step)?)

@@ -28,8 +28,10 @@ pub fn surface_distance(result: &TriMesh, truth: &TriMesh) -> SurfaceDistance {
 /// Mean distance over [`STRICT_JOINTS`], in millimetres; joints that either side lacks are left out, and `None` means
 /// that no joint was common.
 pub fn joint_mean_mm(result: &JointPositions, truth: &JointPositions) -> Option<f64> {
-    let apart: Vec<f64> =
-        STRICT_JOINTS.iter().filter_map(|&name| Some((result.get(name)? - truth.get(name)?).norm())).collect();
+    let apart: Vec<f64> = STRICT_JOINTS
+        .iter()
+        .filter_map(|joint| Some((result.get(joint.name())? - truth.get(joint.name())?).norm()))
+        .collect();
     (!apart.is_empty()).then(|| 1e3 * mean(&apart))
 }
 

@@ -56,7 +56,11 @@ fn shifted(mesh: &TriMesh, by: Vec3) -> TriMesh {
 }
 
 fn joints() -> JointPositions {
-    STRICT_JOINTS.iter().enumerate().map(|(i, n)| ((*n).to_owned(), Point::new(0.1 * i as f64, 1.0, 0.0))).collect()
+    STRICT_JOINTS
+        .iter()
+        .enumerate()
+        .map(|(i, joint)| (joint.name().to_owned(), Point::new(0.1 * i as f64, 1.0, 0.0)))
+        .collect()
 }
 
 fn outer_surface(gap: f64) -> (TriMesh, PerVertex<bool>) {

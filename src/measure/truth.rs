@@ -1,7 +1,7 @@
 //! What is known of a subject, and where a truth folder keeps it.
 
 use super::error::MeasureError;
-use crate::body::HumanJoint;
+use crate::body::{HumanJoint, Side};
 use crate::geometry::{Point, TriMesh};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -30,40 +30,47 @@ pub struct TruthBind {
 }
 
 /// The joints that every rig has in the same place; spine and toes differ by centimetres between rigs.
-pub const STRICT_JOINTS: [&str; 14] = [
-    "leftUpperArm",
-    "leftLowerArm",
-    "leftHand",
-    "leftUpperLeg",
-    "leftLowerLeg",
-    "leftFoot",
-    "rightUpperArm",
-    "rightLowerArm",
-    "rightHand",
-    "rightUpperLeg",
-    "rightLowerLeg",
-    "rightFoot",
-    "neck",
-    "head",
+pub const STRICT_JOINTS: [HumanJoint; 14] = [
+    HumanJoint::UpperArm(Side::Left),
+    HumanJoint::LowerArm(Side::Left),
+    HumanJoint::Hand(Side::Left),
+    HumanJoint::UpperLeg(Side::Left),
+    HumanJoint::LowerLeg(Side::Left),
+    HumanJoint::Foot(Side::Left),
+    HumanJoint::UpperArm(Side::Right),
+    HumanJoint::LowerArm(Side::Right),
+    HumanJoint::Hand(Side::Right),
+    HumanJoint::UpperLeg(Side::Right),
+    HumanJoint::LowerLeg(Side::Right),
+    HumanJoint::Foot(Side::Right),
+    HumanJoint::Neck,
+    HumanJoint::Head,
 ];
 
-/// The bone of MakeHuman's default rig whose head is our joint; `left…` only, `.L` becomes `.R` for `right…`.
-const MAKEHUMAN_BONES: [(&str, &str); 14] = [
-    ("hips", "root"),
-    ("spine", "spine05"),
-    ("chest", "spine03"),
-    ("upperChest", "spine01"),
-    ("neck", "neck01"),
-    ("head", "head"),
-    ("leftShoulder", "clavicle.L"),
-    ("leftUpperArm", "upperarm01.L"),
-    ("leftLowerArm", "lowerarm01.L"),
-    ("leftHand", "wrist.L"),
-    ("leftUpperLeg", "upperleg01.L"),
-    ("leftLowerLeg", "lowerleg01.L"),
-    ("leftFoot", "foot.L"),
-    ("leftToes", "toe1-1.L"),
-];
+/// The bone of MakeHuman's default rig whose head is this joint.
+fn makehuman_bone(joint: HumanJoint) -> String {
+    let bone = match joint {
+        HumanJoint::Hips => "root",
+        HumanJoint::Spine => "spine05",
+        HumanJoint::Chest => "spine03",
+        HumanJoint::UpperChest => "spine01",
+        HumanJoint::Neck => "neck01",
+        HumanJoint::Head => "head",
+        HumanJoint::Shoulder(_) => "clavicle",
+        HumanJoint::UpperArm(_) => "upperarm01",
+        HumanJoint::LowerArm(_) => "lowerarm01",
+        HumanJoint::Hand(_) => "wrist",
+        HumanJoint::UpperLeg(_) => "upperleg01",
+        HumanJoint::LowerLeg(_) => "lowerleg01",
+        HumanJoint::Foot(_) => "foot",
+        HumanJoint::Toes(_) => "toe1-1",
+    };
+    match joint.side() {
+        None => bone.to_owned(),
+        Some(Side::Left) => format!("{bone}.L"),
+        Some(Side::Right) => format!("{bone}.R"),
+    }
+}
 
 /// Where a truth folder keeps what.
 pub struct TruthNaming;
@@ -132,17 +139,10 @@ impl TruthJoints {
 
 fn by_our_names(named: &BTreeMap<String, [f64; 3]>) -> JointPositions {
     HumanJoint::BODY
-        .iter()
+        .into_iter()
         .filter_map(|joint| {
-            let ours = joint.name();
-            let at = named.get(ours).or_else(|| named.get(&makehuman_bone(ours)?))?;
-            Some((ours.to_owned(), Point::from(*at)))
+            let at = named.get(joint.name()).or_else(|| named.get(&makehuman_bone(joint)))?;
+            Some((joint.name().to_owned(), Point::from(*at)))
         })
         .collect()
-}
-
-fn makehuman_bone(ours: &str) -> Option<String> {
-    let left = ours.replacen("right", "left", 1);
-    let (_, bone) = MAKEHUMAN_BONES.iter().find(|(name, _)| *name == left)?;
-    Some(if left == ours { (*bone).to_owned() } else { bone.replace(".L", ".R") })
 }

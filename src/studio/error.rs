@@ -50,10 +50,10 @@ pub enum StudioError {
     /// The garments cannot be draped.
     #[error(transparent)]
     Cloth(#[from] ClothError),
-    /// A joint that the body does not have.
-    #[error("the body has no joint called '{name}'")]
-    NoSuchJoint {
-        /// The name given.
+    /// A body model without one of the human joints.
+    #[error("the body model has no joint called '{name}'")]
+    MissingJoint {
+        /// Its VRM name.
         name: &'static str,
     },
     /// A scene without vertices.
@@ -89,7 +89,7 @@ impl StudioError {
             Self::TooFewViews { .. } => "give --views 8 or more; 72 are one per 5°".into(),
             Self::BadSize { .. } => "give --size 424x512, or anything from 64x64 to 4096x4096".into(),
             Self::BadSway { .. } => "give --sway 0 to 50, in millimetres".into(),
-            Self::NoSuchJoint { .. } => "joints are called as in VRM: leftUpperArm, rightLowerLeg".into(),
+            Self::MissingJoint { .. } => "give a body model with the 22 body joints of VRM 1.0".into(),
             Self::BadCommitHash { .. } => "give all 40 hexadecimal digits, as `git rev-parse HEAD` prints them".into(),
         })
     }

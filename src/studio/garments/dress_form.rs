@@ -1,6 +1,6 @@
 //! The dress form: the subject with arms and legs a little away from the body, and lookups on its surface.
 
-use crate::body::{BonePosition, Pose, bone_positions, skin};
+use crate::body::{BonePosition, HumanJoint, Pose, Side, bone_positions, skin};
 use crate::geometry::{NearestVertex, PerVertex, Point, TriMesh, Vec3, VertexId};
 use crate::studio::subject::Subject;
 use nalgebra::UnitQuaternion;
@@ -9,12 +9,14 @@ use nalgebra::UnitQuaternion;
 /// legs fold when they are worn.
 pub(super) fn sewing_pose(subject: &Subject) -> Pose {
     let mut pose = Pose::bind(subject.skeleton.len());
-    for (name, degrees) in
-        [("leftUpperArm", 15.0f64), ("rightUpperArm", -15.0), ("leftUpperLeg", 3.0), ("rightUpperLeg", -3.0)]
-    {
-        if let Some(j) = subject.skeleton.find_name(name) {
-            pose.rotations[j.index()] = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), degrees.to_radians());
-        }
+    for (joint, degrees) in [
+        (HumanJoint::UpperArm(Side::Left), 15.0f64),
+        (HumanJoint::UpperArm(Side::Right), -15.0),
+        (HumanJoint::UpperLeg(Side::Left), 3.0),
+        (HumanJoint::UpperLeg(Side::Right), -3.0),
+    ] {
+        let turn = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), degrees.to_radians());
+        pose.rotations[subject.joint(joint).index()] = turn;
     }
     pose
 }
@@ -43,24 +45,25 @@ impl<'a> DressForm<'a> {
     }
 
     /// The position of a joint, metres.
-    pub(super) fn joint(&self, name: &str) -> Point {
-        self.subject.skeleton.find_name(name).map_or(Point::origin(), |j| self.joints[j.index()])
+    pub(super) fn joint(&self, joint: HumanJoint) -> Point {
+        self.joints[self.subject.joint(joint).index()]
     }
 
     /// A point between two joints.
-    pub(super) fn between(&self, from: &str, to: &str, along: f64) -> Point {
+    pub(super) fn between(&self, from: HumanJoint, to: HumanJoint, along: f64) -> Point {
         let (a, b) = (self.joint(from), self.joint(to));
         a + (b - a) * along
     }
 
     /// The nearest vertex of the skin.
     pub(super) fn nearest_vertex(&self, p: &Point) -> VertexId {
-        self.nearest.nearest(p).map_or(VertexId(0), |(v, _)| v)
+        let (vertex, _) = self.nearest.nearest(p).expect("a body has vertices");
+        vertex
     }
 
-    /// The name of the joint whose bone a vertex belongs to.
-    pub(super) fn part(&self, v: VertexId) -> &str {
-        &self.subject.skeleton.names[self.positions[v].joint.index()]
+    /// The joint whose bone a vertex belongs to.
+    pub(super) fn part(&self, v: VertexId) -> HumanJoint {
+        self.subject.part_of(self.positions[v].joint)
     }
 
     /// The position of a vertex along that bone, 0 to 1.

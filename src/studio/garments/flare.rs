@@ -2,6 +2,7 @@
 
 use super::dress_form::DressForm;
 use super::hem::SPACING;
+use crate::body::{HumanJoint, Limb, Side};
 use crate::geometry::{Point, TriMesh};
 
 /// A flare around hips and legs, in the pattern. All lengths are in metres.
@@ -35,9 +36,9 @@ impl FlaredTube {
         // Lower than the hem, which is cut later.
         let bottom = flare.bottom - 2.0 * SPACING;
         let rings = (((flare.top - bottom) / SPACING).round() as usize).max(2);
-        let axis = form.joint("hips");
-        let hips = form.joint("leftUpperLeg").y;
-        let of_arm = |part: &str| part.contains("Arm") || part.contains("Hand");
+        let axis = form.joint(HumanJoint::Hips);
+        let hips = form.joint(HumanJoint::UpperLeg(Side::Left)).y;
+        let of_arm = |part: HumanJoint| matches!(part.limb(), Limb::Arm(_));
         let torso: Vec<&Point> =
             form.body.points().enumerate().filter(|(v, _)| !of_arm(form.part(*v))).map(|(_, p)| p).collect();
         let mut current = vec![0.0f64; AROUND];

@@ -1,6 +1,7 @@
 //! Cloth cut along its hems.
 
 use super::dress_form::DressForm;
+use crate::body::HumanJoint;
 use crate::geometry::{Adjacency, PerFace, Point, TriMesh, Vec3};
 
 /// Metres between the vertices of sewn cloth: folds of 4 cm need four of them.
@@ -8,7 +9,7 @@ pub(super) const SPACING: f64 = 0.012;
 
 /// A hem: on the parts that `concerns` selects, the cloth stays where `height` is not negative (about metres).
 pub(super) struct Hem<'a> {
-    pub(super) concerns: Box<dyn Fn(&str) -> bool + 'a>,
+    pub(super) concerns: Box<dyn Fn(HumanJoint) -> bool + 'a>,
     pub(super) height: Box<dyn Fn(&Point) -> f64 + 'a>,
 }
 
@@ -37,8 +38,8 @@ pub(super) fn cut_along(mesh: &TriMesh, hems: &[Hem<'_>], form: &DressForm) -> T
     let normals = mesh.vertex_normals();
     let mut height = vec![f64::INFINITY; points.len()];
     for (v, p) in points.iter_mut().enumerate() {
-        let part = form.part(form.nearest_vertex(p)).to_owned();
-        for hem in hems.iter().filter(|h| (h.concerns)(&part)) {
+        let part = form.part(form.nearest_vertex(p));
+        for hem in hems.iter().filter(|h| (h.concerns)(part)) {
             let mut above = (hem.height)(p);
             let slope = hem.slope_along(p, &normals.0[v]);
             let steepness = slope.norm().max(FLATTEST);

@@ -8,6 +8,11 @@ use super::dress_form::DressForm;
 use super::flare::Flare;
 use super::hem::Hem;
 use super::kind::GarmentKind;
+use crate::body::HumanJoint;
+use crate::body::HumanJoint::{
+    Chest, Foot, Hand, Head, Hips, LowerArm, LowerLeg, Neck, Shoulder, Spine, Toes, UpperArm, UpperChest, UpperLeg,
+};
+use crate::body::{Limb, Side};
 use crate::geometry::{Point, Vec3};
 use crate::numerics::Rng;
 
@@ -23,34 +28,29 @@ pub(super) struct Pattern<'a> {
     pub(super) collar: Option<f64>,
 }
 
-const SIDES: [&str; 2] = ["left", "right"];
-
-fn is_trunk(part: &str) -> bool {
-    matches!(part, "hips" | "spine" | "chest" | "upperChest") || is_leg(part)
+fn is_trunk(part: HumanJoint) -> bool {
+    matches!(part, Hips | Spine | Chest | UpperChest) || is_leg(part)
 }
-fn is_leg(part: &str) -> bool {
-    part.contains("Leg") || part.contains("Foot") || part.contains("Toes")
+fn is_leg(part: HumanJoint) -> bool {
+    matches!(part.limb(), Limb::Leg(_))
 }
-fn is_arm(part: &str) -> bool {
-    part.contains("Arm") || part.contains("Hand")
+fn is_arm(part: HumanJoint) -> bool {
+    matches!(part.limb(), Limb::Arm(_))
 }
-fn is_throat(part: &str) -> bool {
-    matches!(part, "neck" | "head" | "chest" | "upperChest" | "leftShoulder" | "rightShoulder")
+fn is_throat(part: HumanJoint) -> bool {
+    matches!(part, Neck | Head | Chest | UpperChest | Shoulder(_))
 }
 
 impl GarmentKind {
     /// Whether a garment of this kind may cover a part of the body.
-    pub(super) fn covers(self, part: &str) -> bool {
+    pub(super) fn covers(self, part: HumanJoint) -> bool {
         match self {
-            Self::Socks => part.contains("LowerLeg") || part.contains("Foot") || part.contains("Toes"),
+            Self::Socks => matches!(part, LowerLeg(_) | Foot(_) | Toes(_)),
             Self::Leggings | Self::Trousers | Self::Jeans | Self::Shorts | Self::Skirt => is_trunk(part),
-            Self::Hat => part == "head",
-            Self::Scarf => is_throat(part) && part != "chest",
-            Self::Dress | Self::Coat => part != "head" && !part.contains("Hand") && !part.contains("Foot"),
-            _ => {
-                let leg = part.contains("LowerLeg") || part.contains("Foot") || part.contains("Toes");
-                !leg && part != "head" && !part.contains("Hand")
-            }
+            Self::Hat => part == Head,
+            Self::Scarf => is_throat(part) && part != Chest,
+            Self::Dress | Self::Coat => !matches!(part, Head | Hand(_) | Foot(_)),
+            _ => !matches!(part, LowerLeg(_) | Foot(_) | Toes(_) | Head | Hand(_)),
         }
     }
 
@@ -60,33 +60,23 @@ impl GarmentKind {
     }
 
     /// Gap between skin and sewn cloth.
-    pub(super) fn gap(self, part: &str, along: f64) -> f64 {
+    pub(super) fn gap(self, part: HumanJoint, along: f64) -> f64 {
         let t = along.clamp(0.0, 1.0);
         let torso = |belly: f64, chest: f64, shoulder: f64| match part {
-            "hips" | "spine" => belly,
-            "chest" => chest,
-            _ if part.contains("UpperLeg") => belly,
+            Hips | Spine | UpperLeg(_) => belly,
+            Chest => chest,
             _ => shoulder,
         };
-        let sleeve = |top: f64, elbow: f64, cuff: f64| {
-            if part.contains("UpperArm") {
-                Some(top + (elbow - top) * t)
-            } else if part.contains("LowerArm") || part.contains("Hand") {
-                Some(elbow + (cuff - elbow) * t)
-            } else {
-                None
-            }
+        let sleeve = |top: f64, elbow: f64, cuff: f64| match part {
+            UpperArm(_) => Some(top + (elbow - top) * t),
+            LowerArm(_) | Hand(_) => Some(elbow + (cuff - elbow) * t),
+            _ => None,
         };
-        let leg = |seat: f64, knee: f64, ankle: f64| {
-            if part.contains("UpperLeg") {
-                seat + (knee - seat) * t
-            } else if part.contains("LowerLeg") {
-                knee + (ankle - knee) * t
-            } else if is_leg(part) {
-                ankle
-            } else {
-                seat.min(0.007)
-            }
+        let leg = |seat: f64, knee: f64, ankle: f64| match part {
+            UpperLeg(_) => seat + (knee - seat) * t,
+            LowerLeg(_) => knee + (ankle - knee) * t,
+            Foot(_) | Toes(_) => ankle,
+            _ => seat.min(0.007),
         };
         match self {
             Self::Socks => 0.0025,
@@ -111,8 +101,8 @@ impl GarmentKind {
 
     /// The pattern of this kind on a dress form.
     pub(super) fn pattern<'a>(self, form: &'a DressForm, rng: &mut Rng) -> Pattern<'a> {
-        let (hip, knee) = (form.joint("leftUpperLeg").y, form.joint("leftLowerLeg").y);
-        let waist = form.joint("spine").y;
+        let (hip, knee) = (form.joint(UpperLeg(Side::Left)).y, form.joint(LowerLeg(Side::Left)).y);
+        let waist = form.joint(Spine).y;
         // Garments of one kind differ in length.
         let longer = rng.between(-0.02, 0.02);
         let mut pattern = Pattern { hems: Vec::new(), flare: None, surplus: [1.02, 1.02], pieces: 1, collar: None };
@@ -120,7 +110,7 @@ impl GarmentKind {
         match self {
             Self::Socks => {
                 (pattern.surplus, pattern.pieces) = ([0.96, 1.02], 2);
-                hems.extend(SIDES.map(|side| leg_end(form, side, 0.75, -1.0)));
+                hems.extend(Side::BOTH.map(|side| leg_end(form, side, 0.75, -1.0)));
             }
             Self::Leggings | Self::Trousers | Self::Jeans => {
                 let end = if self == Self::Leggings { 0.9 } else { 0.96 };
@@ -130,11 +120,11 @@ impl GarmentKind {
                     _ => [1.02, 1.02],
                 };
                 hems.push(level(waist - 0.005, -1.0));
-                hems.extend(SIDES.map(|side| leg_end(form, side, end, 1.0)));
+                hems.extend(Side::BOTH.map(|side| leg_end(form, side, end, 1.0)));
             }
             Self::Shorts => {
                 hems.push(level(waist - 0.005, -1.0));
-                hems.extend(SIDES.map(|side| thigh_end(form, side, 0.6)));
+                hems.extend(Side::BOTH.map(|side| thigh_end(form, side, 0.6)));
             }
             Self::Skirt => {
                 pattern.surplus = [1.0, 1.0];
@@ -149,18 +139,18 @@ impl GarmentKind {
                 pattern.flare = Some(Flare { top: waist + 0.03, bottom, gap: 0.010, widening: 0.30 });
                 hems.push(level(bottom, 1.0));
                 hems.push(round_neck(form, 0.098, 0.045));
-                hems.extend(SIDES.map(|side| sleeve_end(form, side, "UpperArm", "LowerArm", 0.42)));
+                hems.extend(Side::BOTH.map(|side| sleeve_end(form, side, UpperArm, LowerArm, 0.42)));
             }
             Self::Tanktop => {
                 pattern.surplus = [0.99, 1.01];
                 hems.push(level(hip + 0.03 + longer, 1.0));
                 hems.push(round_neck(form, 0.105, 0.07));
-                hems.extend(SIDES.map(|side| armhole(form, side, 0.012)));
+                hems.extend(Side::BOTH.map(|side| armhole(form, side, 0.012)));
             }
             Self::Tshirt => {
                 hems.push(level(hip - 0.01 + longer, 1.0));
                 hems.push(round_neck(form, 0.085, 0.028));
-                hems.extend(SIDES.map(|side| sleeve_end(form, side, "UpperArm", "LowerArm", 0.6)));
+                hems.extend(Side::BOTH.map(|side| sleeve_end(form, side, UpperArm, LowerArm, 0.6)));
             }
             Self::Shirt | Self::Blouse | Self::Pullover => {
                 pattern.surplus = if self == Self::Pullover { [1.03, 1.05] } else { [1.03, 1.03] };
@@ -171,13 +161,13 @@ impl GarmentKind {
                     Self::Blouse => hems.extend([round_neck(form, 0.082, 0.02), v_neck(form, 0.12, 0.35)]),
                     _ => hems.push(round_neck(form, 0.084, 0.02)),
                 }
-                hems.extend(SIDES.map(|side| sleeve_end(form, side, "LowerArm", "Hand", 0.95)));
+                hems.extend(Side::BOTH.map(|side| sleeve_end(form, side, LowerArm, Hand, 0.95)));
             }
             Self::Vest => {
                 hems.push(level(hip + 0.03 + longer, 1.0));
                 hems.push(round_neck(form, 0.074, 0.01));
                 hems.push(open_front(form, 0.008, 0.08));
-                hems.extend(SIDES.map(|side| armhole(form, side, 0.022)));
+                hems.extend(Side::BOTH.map(|side| armhole(form, side, 0.022)));
             }
             Self::Jacket => {
                 pattern.surplus = [1.02, 1.03];
@@ -185,7 +175,7 @@ impl GarmentKind {
                 hems.push(level(hip - 0.03 + longer, 1.0));
                 hems.push(round_neck(form, 0.070, 0.005));
                 hems.push(open_front(form, 0.010, 0.10));
-                hems.extend(SIDES.map(|side| sleeve_end(form, side, "LowerArm", "Hand", 0.98)));
+                hems.extend(Side::BOTH.map(|side| sleeve_end(form, side, LowerArm, Hand, 0.98)));
             }
             Self::Coat => {
                 pattern.surplus = [1.02, 1.02];
@@ -195,17 +185,17 @@ impl GarmentKind {
                 hems.push(level(bottom, 1.0));
                 hems.push(round_neck(form, 0.074, 0.005));
                 hems.push(open_front(form, 0.012, 0.10));
-                hems.extend(SIDES.map(|side| sleeve_end(form, side, "LowerArm", "Hand", 1.0)));
+                hems.extend(Side::BOTH.map(|side| sleeve_end(form, side, LowerArm, Hand, 1.0)));
             }
             Self::Scarf => {
                 pattern.surplus = [1.04, 1.2];
-                let (low, high) = (form.joint("neck").y - 0.025, form.between("neck", "head", 0.75).y);
-                hems.push(slanted(low, 0.30, form.joint("neck").z, 1.0));
-                hems.push(slanted(high, 0.10, form.joint("neck").z, -1.0));
+                let (low, high) = (form.joint(Neck).y - 0.025, form.between(Neck, Head, 0.75).y);
+                hems.push(slanted(low, 0.30, form.joint(Neck).z, 1.0));
+                hems.push(slanted(high, 0.10, form.joint(Neck).z, -1.0));
             }
             Self::Hat => {
                 pattern.surplus = [1.0, 1.03];
-                let head = form.joint("head");
+                let head = form.joint(Head);
                 let top = form.body.bounds().map_or(head.y + 0.2, |b| b.max.y);
                 hems.push(slanted(head.y + 0.5 * (top - head.y), 0.12, head.z, 1.0));
             }
@@ -214,7 +204,7 @@ impl GarmentKind {
     }
 }
 
-fn hem<'a>(concerns: impl Fn(&str) -> bool + 'a, height: impl Fn(&Point) -> f64 + 'a) -> Hem<'a> {
+fn hem<'a>(concerns: impl Fn(HumanJoint) -> bool + 'a, height: impl Fn(&Point) -> f64 + 'a) -> Hem<'a> {
     Hem { concerns: Box::new(concerns), height: Box::new(height) }
 }
 
@@ -229,33 +219,36 @@ fn slanted<'a>(y: f64, rise: f64, z: f64, up: f64) -> Hem<'a> {
 }
 
 /// The end of a sleeve, across the arm.
-fn sleeve_end<'a>(form: &DressForm, side: &'static str, from: &str, to: &str, along: f64) -> Hem<'a> {
-    let (from, to) = (format!("{side}{from}"), format!("{side}{to}"));
-    let (point, normal) = (form.between(&from, &to, along), (form.joint(&from) - form.joint(&to)).normalize());
-    hem(move |part| is_arm(part) && part.starts_with(side), move |p| (p - point).dot(&normal))
+fn sleeve_end<'a>(
+    form: &DressForm,
+    side: Side,
+    from: fn(Side) -> HumanJoint,
+    to: fn(Side) -> HumanJoint,
+    along: f64,
+) -> Hem<'a> {
+    let (from, to) = (from(side), to(side));
+    let (point, normal) = (form.between(from, to, along), (form.joint(from) - form.joint(to)).normalize());
+    hem(move |part| part.limb() == Limb::Arm(side), move |p| (p - point).dot(&normal))
 }
 
 /// The end of a trouser leg, across the shin; with `up` −1 the cloth at the foot stays.
-fn leg_end<'a>(form: &DressForm, side: &'static str, along: f64, up: f64) -> Hem<'a> {
-    let (from, to) = (format!("{side}LowerLeg"), format!("{side}Foot"));
-    let (point, normal) = (form.between(&from, &to, along), (form.joint(&from) - form.joint(&to)).normalize());
-    hem(
-        move |part| is_leg(part) && part.starts_with(side) && !part.contains("UpperLeg"),
-        move |p| (p - point).dot(&normal) * up,
-    )
+fn leg_end<'a>(form: &DressForm, side: Side, along: f64, up: f64) -> Hem<'a> {
+    let (from, to) = (LowerLeg(side), Foot(side));
+    let (point, normal) = (form.between(from, to, along), (form.joint(from) - form.joint(to)).normalize());
+    hem(move |part| part.limb() == Limb::Leg(side) && part != UpperLeg(side), move |p| (p - point).dot(&normal) * up)
 }
 
 /// The end of a short trouser leg, across the thigh.
-fn thigh_end<'a>(form: &DressForm, side: &'static str, along: f64) -> Hem<'a> {
-    let (from, to) = (format!("{side}UpperLeg"), format!("{side}LowerLeg"));
-    let (point, normal) = (form.between(&from, &to, along), (form.joint(&from) - form.joint(&to)).normalize());
-    hem(move |part| is_leg(part) && part.starts_with(side), move |p| (p - point).dot(&normal))
+fn thigh_end<'a>(form: &DressForm, side: Side, along: f64) -> Hem<'a> {
+    let (from, to) = (UpperLeg(side), LowerLeg(side));
+    let (point, normal) = (form.between(from, to, along), (form.joint(from) - form.joint(to)).normalize());
+    hem(move |part| part.limb() == Limb::Leg(side), move |p| (p - point).dot(&normal))
 }
 
 /// An armhole, around the root of the arm, `inward` metres toward the neck from the joint.
-fn armhole<'a>(form: &DressForm, side: &'static str, inward: f64) -> Hem<'a> {
-    let toward_neck = if side == "left" { -1.0 } else { 1.0 };
-    let shoulder = form.joint(&format!("{side}UpperArm")) + Vec3::new(toward_neck * inward, 0.0, 0.0);
+fn armhole<'a>(form: &DressForm, side: Side, inward: f64) -> Hem<'a> {
+    let toward_neck = -side.sign();
+    let shoulder = form.joint(UpperArm(side)) + Vec3::new(toward_neck * inward, 0.0, 0.0);
     // Farther out below, where the chest is wider than the shoulder.
     let normal = Vec3::new(toward_neck, -0.1, 0.0).normalize();
     let own = move |p: &Point| p.x * toward_neck < 0.0;
@@ -264,9 +257,9 @@ fn armhole<'a>(form: &DressForm, side: &'static str, inward: f64) -> Hem<'a> {
 
 /// A neckline from the back of the neck to `drop` below the notch of the collar bones, at most `radius` from the neck.
 fn round_neck<'a>(form: &DressForm, radius: f64, drop: f64) -> Hem<'a> {
-    let point = form.joint("neck") - Vec3::new(0.0, drop, 0.0);
+    let point = form.joint(Neck) - Vec3::new(0.0, drop, 0.0);
     let normal = Vec3::new(0.0, -1.0, -0.6).normalize();
-    let top = form.joint("neck").y + 0.015;
+    let top = form.joint(Neck).y + 0.015;
     hem(is_throat, move |p| {
         /// Metres over which the two curves of the neckline blend.
         const ROUNDING: f64 = 0.02;
@@ -281,21 +274,21 @@ fn round_neck<'a>(form: &DressForm, radius: f64, drop: f64) -> Hem<'a> {
 
 /// A stand-up collar of this height, lower in front.
 fn stand_up_neck<'a>(form: &DressForm, height: f64) -> Hem<'a> {
-    let point = form.joint("neck") + Vec3::new(0.0, height, 0.0);
+    let point = form.joint(Neck) + Vec3::new(0.0, height, 0.0);
     let normal = Vec3::new(0.0, -1.0, -0.45).normalize();
     hem(is_throat, move |p| (p - point).dot(&normal))
 }
 
 /// A V in front to `depth` below the neck; its half width grows by `slope` metres per metre of height.
 fn v_neck<'a>(form: &DressForm, depth: f64, slope: f64) -> Hem<'a> {
-    let (neck, chest) = (form.joint("neck"), form.joint("chest"));
+    let (neck, chest) = (form.joint(Neck), form.joint(Chest));
     hem(is_throat, move |p| if p.z > chest.z { p.x.abs() - slope * (p.y - (neck.y - depth)) } else { 1.0 })
 }
 
 /// An open front: `half` is half its width at the height of the chest, above it is a V of lapels, and below it the width
 /// grows by `spread` metres per metre.
 fn open_front<'a>(form: &DressForm, half: f64, spread: f64) -> Hem<'a> {
-    let (chest, hip) = (form.joint("upperChest"), form.joint("hips"));
+    let (chest, hip) = (form.joint(UpperChest), form.joint(Hips));
     let is_front = move |p: &Point| p.z > chest.z.min(hip.z) + 0.02;
     hem(
         |part| is_trunk(part) || is_throat(part),

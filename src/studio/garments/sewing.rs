@@ -8,7 +8,7 @@ use super::hem::{SPACING, cut_along, largest_components, with_smooth_boundary};
 use super::kind::GarmentKind;
 use super::pattern::Pattern;
 use super::skin_weights::skin_weights;
-use crate::body::SkinWeights;
+use crate::body::{HumanJoint, SkinWeights};
 use crate::cloth::{ClothLayer, Collider, clear_of};
 use crate::geometry::{Aabb, PerVertex, Point, TriMesh, Vec3};
 use crate::numerics::Rng;
@@ -67,7 +67,7 @@ pub fn sew(kind: GarmentKind, subject: &Subject, seed: u64) -> SewnGarment {
     let rest = sewn.map_points(|p| Point::new(p.x * across, p.y * along, p.z * across));
     let sewn = sewn.with_points(uneven);
     let weights = skin_weights(kind, &sewn, &form);
-    let collar = pattern.collar.and_then(|width| Collar::cut(&sewn, &form.joint("neck"), width));
+    let collar = pattern.collar.and_then(|width| Collar::cut(&sewn, &form.joint(HumanJoint::Neck), width));
     let cloth = ClothLayer { rest, pinned, fabric: kind.fabric() };
     SewnGarment { kind, cloth, sewn, weights, collar, dye: Dye::of(kind, seed) }
 }

@@ -2,7 +2,7 @@
 
 use super::dress_form::DressForm;
 use super::kind::GarmentKind;
-use crate::body::{JointId, SkinWeights};
+use crate::body::{HumanJoint, JointId, Limb, Side, SkinWeights};
 use crate::geometry::{Adjacency, TriMesh};
 
 /// The weights of the nearest skin, smoothed over the cloth; tubes around both legs follow the hips.
@@ -15,7 +15,7 @@ pub(super) fn skin_weights(kind: GarmentKind, sewn: &TriMesh, form: &DressForm) 
     if kind == GarmentKind::Skirt {
         return SkinWeights::from_rows(sewn.points().iter().map(|_| vec![(JointId(0), 1.0)]));
     }
-    let hips = form.joint("leftUpperLeg").y + 0.03;
+    let hips = form.joint(HumanJoint::UpperLeg(Side::Left)).y + 0.03;
     let mut rows: Vec<Vec<f64>> = sewn
         .points()
         .iter()
@@ -23,7 +23,7 @@ pub(super) fn skin_weights(kind: GarmentKind, sewn: &TriMesh, form: &DressForm) 
             let mut dense = vec![0.0; joint_count];
             let nearest = form.nearest_vertex(p);
             let part = form.part(nearest);
-            if kind.bridges_legs() && p.y < hips && !part.contains("Arm") && !part.contains("Hand") {
+            if kind.bridges_legs() && p.y < hips && !matches!(part.limb(), Limb::Arm(_)) {
                 dense[0] = 1.0;
                 return dense;
             }

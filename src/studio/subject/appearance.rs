@@ -1,6 +1,6 @@
 //! Hair, and the colours of skin, hair and underwear.
 
-use crate::body::{Skeleton, SkinWeights, bone_positions};
+use crate::body::{HumanJoint, JointId, SkinWeights};
 use crate::geometry::{Aabb, PerVertex, Point, TriMesh};
 use crate::numerics::Rng;
 
@@ -14,10 +14,7 @@ const HAIR_COLOR: [[f64; 3]; 5] =
 const UNDERWEAR: [[f64; 3]; 3] = [[92.0, 98.0, 112.0], [118.0, 66.0, 74.0], [52.0, 48.0, 54.0]];
 
 /// 1 where hair grows, 0 on skin, smooth between: one value per vertex.
-///
-/// **Requires** a joint called `head`; without it there is no hair.
-pub(super) fn hair_share(surface: &TriMesh, weights: &SkinWeights, skeleton: &Skeleton) -> Vec<f64> {
-    let Some(head) = skeleton.find_name("head") else { return vec![0.0; surface.vertex_count()] };
+pub(super) fn hair_share(surface: &TriMesh, weights: &SkinWeights, head: JointId) -> Vec<f64> {
     let of_head = |v: usize| weights.rows().0[v].iter().any(|&(j, w)| j == head && w > 0.6);
     let points = &surface.points().0;
     let skull: Vec<&Point> = (0..points.len()).filter(|&v| of_head(v)).map(|v| &points[v]).collect();
@@ -34,17 +31,15 @@ pub(super) fn hair_share(surface: &TriMesh, weights: &SkinWeights, skeleton: &Sk
 
 /// Colours of skin, underwear and hair: one sRGB colour per vertex.
 ///
-/// **Shapes** `hair` one value per vertex, see [`hair_share`].
+/// **Shapes** `parts` the body part of each vertex; `levels` the heights of the hip joints and of the lowest spine joint,
+/// metres; `hair` one value per vertex, see [`hair_share`].
 pub(super) fn skin_colors(
     surface: &TriMesh,
-    weights: &SkinWeights,
-    skeleton: &Skeleton,
+    parts: &PerVertex<HumanJoint>,
+    [hip, waist]: [f64; 2],
     hair: &[f64],
     rng: &mut Rng,
 ) -> PerVertex<[u8; 3]> {
-    let positions = bone_positions(surface.points(), weights, skeleton);
-    let height = |name: &str| skeleton.find_name(name).map_or(0.0, |j| skeleton.joints_in_bind[j.index()].y);
-    let (hip, waist) = (height("leftUpperLeg"), height("spine"));
     let mut pick = |count: usize| ((rng.unit() * count as f64) as usize).min(count - 1);
     let tone = pick(SKIN.len());
     let (skin, underwear) = (SKIN[tone], UNDERWEAR[pick(UNDERWEAR.len())]);
@@ -55,8 +50,7 @@ pub(super) fn skin_colors(
         .points()
         .enumerate()
         .map(|(v, p)| {
-            let part = skeleton.names[positions[v].joint.index()].as_str();
-            let pelvic = part == "hips" || part == "spine" || part.contains("UpperLeg");
+            let pelvic = matches!(parts[v], HumanJoint::Hips | HumanJoint::Spine | HumanJoint::UpperLeg(_));
             // Briefs: from the waist down to a leg opening that rises sideways.
             let within = (waist - 0.02 - p.y).min(p.y - (hip - 0.07 + 0.45 * (p.x.abs() - 0.05).max(0.0)));
             let briefs = if pelvic { (0.5 + within / 0.012).clamp(0.0, 1.0) } else { 0.0 };

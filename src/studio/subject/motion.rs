@@ -2,7 +2,7 @@
 
 use super::person::Subject;
 use super::stance::Stance;
-use crate::body::Pose;
+use crate::body::{HumanJoint, Pose, Side};
 use crate::geometry::Vec3;
 use crate::numerics::Rng;
 use nalgebra::{Isometry3, UnitQuaternion};
@@ -17,25 +17,20 @@ impl Subject {
     pub fn stance(&self, seed: u64, step: usize) -> Stance {
         let mut rng = Rng::new(seed.wrapping_mul(31).wrapping_add(step as u64 + 1));
         let mut pose = Pose::bind(self.skeleton.len());
-        for (j, rotation) in pose.rotations.iter_mut().enumerate() {
-            let stiff = if j == 0 || self.skeleton.names[j].contains("Foot") || self.skeleton.names[j].contains("Toes")
-            {
-                0.15
-            } else {
-                1.0
-            };
-            let trunk =
-                if ["spine", "chest", "upperChest"].contains(&self.skeleton.names[j].as_str()) { 0.5 } else { 1.0 };
+        for (joint, rotation) in self.skeleton.ids().zip(&mut pose.rotations) {
+            let part = self.part_of(joint);
+            let stiff =
+                if matches!(part, HumanJoint::Hips | HumanJoint::Foot(_) | HumanJoint::Toes(_)) { 0.15 } else { 1.0 };
+            let is_trunk = matches!(part, HumanJoint::Spine | HumanJoint::Chest | HumanJoint::UpperChest);
+            let trunk = if is_trunk { 0.5 } else { 1.0 };
             let axis = Vec3::new(rng.normal(), rng.normal(), rng.normal()) * (JOINT_DEVIATION * stiff * trunk);
             *rotation = UnitQuaternion::from_scaled_axis(axis);
         }
         // Legs move less, or the feet would leave the ground.
-        for name in ["LowerLeg", "UpperLeg"] {
-            for side in ["left", "right"] {
-                if let Some(j) = self.skeleton.find_name(&format!("{side}{name}")) {
-                    let r = &mut pose.rotations[j.index()];
-                    *r = UnitQuaternion::identity().slerp(r, 0.4);
-                }
+        for side in Side::BOTH {
+            for joint in [HumanJoint::LowerLeg(side), HumanJoint::UpperLeg(side)] {
+                let rotation = &mut pose.rotations[self.joint(joint).index()];
+                *rotation = UnitQuaternion::identity().slerp(rotation, 0.4);
             }
         }
         let heading = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), rng.between(-0.2, 0.2));
@@ -50,17 +45,15 @@ impl Subject {
     /// `pose` at `time` (−½ to ½) of a turn in which the arms sink: by 2.5° per centimetre of sway.
     pub fn with_sinking_arms(&self, pose: &Pose, sway: f64, time: f64) -> Pose {
         let down = Vec3::z() * (2.5f64.to_radians() * (sway / 0.01) * time);
-        self.turned(pose, &[("leftUpperArm", -down), ("rightUpperArm", down)])
+        self.turned(pose, &[(HumanJoint::UpperArm(Side::Left), -down), (HumanJoint::UpperArm(Side::Right), down)])
     }
 
     /// `pose` with joints turned by rotation vectors (radians) about the axes of the bind pose.
-    pub fn turned(&self, pose: &Pose, turns: &[(&str, Vec3)]) -> Pose {
+    pub fn turned(&self, pose: &Pose, turns: &[(HumanJoint, Vec3)]) -> Pose {
         let mut turned = pose.clone();
-        for (name, turn) in turns {
-            if let Some(j) = self.skeleton.find_name(name) {
-                let rotation = &mut turned.rotations[j.index()];
-                *rotation = UnitQuaternion::from_scaled_axis(*turn) * *rotation;
-            }
+        for &(joint, turn) in turns {
+            let rotation = &mut turned.rotations[self.joint(joint).index()];
+            *rotation = UnitQuaternion::from_scaled_axis(turn) * *rotation;
         }
         turned
     }
