@@ -23,7 +23,7 @@ const FRICTION: f64 = 0.4;
 
 /// A plane that a vertex stays on the outer side of.
 #[derive(Clone, Copy)]
-pub(super) struct Contact {
+pub(super) struct ContactPlane {
     point: Point,
     normal: Vec3,
     gap: f64,
@@ -31,7 +31,7 @@ pub(super) struct Contact {
     push: f64,
 }
 
-impl Contact {
+impl ContactPlane {
     /// How far `p` is below the plane plus the gap; negative above.
     pub(super) fn depth(&self, p: &Point) -> f64 {
         self.gap - (p - self.point).dot(&self.normal)
@@ -39,7 +39,7 @@ impl Contact {
 }
 
 /// Pushes a vertex to the outer side of the contact plane; `before` is where it was before the step.
-pub(super) fn push_out(p: &mut Point, before: &Point, contact: &Contact) {
+pub(super) fn push_out(p: &mut Point, before: &Point, contact: &ContactPlane) {
     let depth = contact.depth(p);
     if depth <= 0.0 {
         return;
@@ -59,7 +59,7 @@ pub(super) fn contacts_of(
     body: &Collider,
     layers: &[Collider],
     fabrics: &[Fabric],
-) -> Vec<Vec<Contact>> {
+) -> Vec<Vec<ContactPlane>> {
     at.par_iter()
         .enumerate()
         .map(|(v, p)| {
@@ -86,7 +86,7 @@ fn yields(own: &Fabric, other: &Fabric) -> f64 {
     (2.0 * other.density / (own.density + other.density)).min(1.0)
 }
 
-fn contact(p: &Point, surface: &Collider, reach: f64, inside: bool, gap: f64, push: f64) -> Option<Contact> {
+fn contact(p: &Point, surface: &Collider, reach: f64, inside: bool, gap: f64, push: f64) -> Option<ContactPlane> {
     let (near, outward) = surface.closest(p, reach)?;
     let way = p - near.point;
     // Through an armhole the way is along the normal of its boundary, and yet the sleeve is not under the vest.
@@ -95,7 +95,7 @@ fn contact(p: &Point, surface: &Collider, reach: f64, inside: bool, gap: f64, pu
         return None;
     }
     let normal = if inside { -outward } else { outward };
-    Some(Contact { point: near.point, normal, gap, push })
+    Some(ContactPlane { point: near.point, normal, gap, push })
 }
 
 /// `p` moved to the outer side of a layer below it, if it is within `reach` metres of that layer.
@@ -113,7 +113,7 @@ fn outside_skin(p: &Point, body: &Collider, thickness: f64) -> Point {
     moved_out(p, contact(p, body, CONTACT_REACH, false, SKIN_GAP + thickness, 1.0))
 }
 
-fn moved_out(p: &Point, contact: Option<Contact>) -> Point {
+fn moved_out(p: &Point, contact: Option<ContactPlane>) -> Point {
     match contact {
         Some(c) => p + c.normal * c.depth(p).max(0.0),
         None => *p,

@@ -1,7 +1,7 @@
 //! Draping: all layers settle at once, each pressing on the others.
 
 use super::collider::Collider;
-use super::contact::{Contact, contacts_of, push_out};
+use super::contact::{ContactPlane, contacts_of, push_out};
 use super::error::ClothError;
 use super::fabric::Fabric;
 use super::layer::ClothLayer;
@@ -114,7 +114,7 @@ impl<'a> Sheet<'a> {
     }
 
     /// One frame.
-    fn step(&mut self, contacts: &[Vec<Contact>]) {
+    fn step(&mut self, contacts: &[Vec<ContactPlane>]) {
         let h = FRAME_SECS / SUBSTEPS as f64;
         for _ in 0..SUBSTEPS {
             let before = self.at.clone();

@@ -4,7 +4,7 @@
 //! shoulder and hip.
 
 use super::field::Field;
-use super::measures::Measures;
+use super::measures::Anthropometry;
 use crate::geometry::Vec3;
 
 /// Joint centres of the left half and the midline.
@@ -81,7 +81,7 @@ pub(super) struct Levels {
 /// A subject: measurements, joints, levels, limb frames and the surface.
 #[derive(Clone, Debug)]
 pub(super) struct Anatomy {
-    pub measures: Measures,
+    pub measures: Anthropometry,
     pub joints: Joints,
     pub levels: Levels,
     /// Limb axes: along, outward (`u`), forward (`v`).
@@ -115,12 +115,12 @@ impl Anatomy {
 }
 
 /// Grows with the girth, less than in proportion.
-pub(super) fn breast_radius(m: &Measures) -> f64 {
+pub(super) fn breast_radius(m: &Anthropometry) -> f64 {
     (0.052 + 0.004 * m.male) * (m.chest_circumference / 0.947).powf(0.7)
 }
 
 /// The ankle centre stands over 0.235 of the foot's length.
-pub(super) fn heel_of(ankle: &Vec3, axis: &Vec3, m: &Measures) -> Vec3 {
+pub(super) fn heel_of(ankle: &Vec3, axis: &Vec3, m: &Anthropometry) -> Vec3 {
     let mut heel = ankle - axis * (0.235 * m.foot_length);
     heel.y = 0.0;
     heel

@@ -7,7 +7,7 @@ use super::anatomy::{Anatomy, Joints, Levels, Tuning, breast_radius, heel_of};
 use super::extremities::{add_arm, add_foot, add_hand, add_leg};
 use super::field::Field;
 use super::head::add_head;
-use super::measures::Measures;
+use super::measures::Anthropometry;
 use super::torso::add_torso;
 use crate::geometry::Vec3;
 
@@ -21,7 +21,7 @@ const LEG_OUT_DEG: f64 = 9.0;
 const FOOT_OUT_DEG: f64 = 7.0;
 
 /// The body of those measurements, its sections scaled by `tuning`.
-pub(super) fn assemble(m: &Measures, tuning: Tuning) -> Anatomy {
+pub(super) fn assemble(m: &Anthropometry, tuning: Tuning) -> Anatomy {
     let scale = m.stature / 1.70;
     // Hip joint: level with the tip of the greater trochanter; 0.36 of the inter-spinous width from the midline
     // (Bell 1990), that width about that of the iliac crests; animators' rigs put it 1 cm further out still.

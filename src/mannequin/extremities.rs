@@ -1,7 +1,7 @@
 //! Arms, hands, legs and feet.
 
 use super::anatomy::Anatomy;
-use super::field::{Bump, Form, Region};
+use super::field::{BodyPart, Bump, Form};
 use super::loft::{Loft, Station};
 use super::torso::{BODY_EDGE, mix, push};
 use crate::geometry::Vec3;
@@ -39,7 +39,7 @@ pub(super) fn add_arm(body: &mut Anatomy) {
         at(length - 0.006, wrist, [0.0, 0.0], [0.80, 0.85, 1.14, 1.14]),
     ];
     let arm = Loft::new(body.joints.upper_arm, body.arm, &stations, [0.8 * deltoid, 0.02]);
-    push(body, Form::Loft(arm), 0.040, BODY_EDGE * 0.92, Region::Arm);
+    push(body, Form::Loft(arm), 0.040, BODY_EDGE * 0.92, BodyPart::Arm);
     add_armpit_folds(body);
     // Olecranon.
     let tip = body.joints.lower_arm - body.arm[2] * (0.9 * forearm);
@@ -57,7 +57,7 @@ fn add_armpit_folds(body: &mut Anatomy) {
     for (a, side, radius) in [(chest, 0.012, 0.031), (blade, -0.014, 0.032)] {
         let b = from + along * (0.055 * s) + ahead * (side * s);
         let form = Form::Cone { a, b, radii: [radius * s, 0.85 * radius * s] };
-        push(body, form, 0.045, BODY_EDGE, Region::ArmpitFold);
+        push(body, form, 0.045, BODY_EDGE, BodyPart::ArmpitFold);
     }
 }
 
@@ -87,7 +87,7 @@ pub(super) fn add_hand(body: &mut Anatomy) {
         Form::Loft(Loft::new(wrist, [along, up, thumbward], &stations, [0.015, 0.010 * kl])),
         0.012,
         PALM_EDGE,
-        Region::Hand,
+        BodyPart::Hand,
     );
     // (base along, across, length, spread in degrees, thickness)
     let fingers = [
@@ -114,7 +114,7 @@ pub(super) fn add_hand(body: &mut Anatomy) {
                 Form::Cone { a: from, b: to, radii: [radii[j], radii[j + 1]] },
                 blend,
                 FINGER_EDGE,
-                Region::Hand,
+                BodyPart::Hand,
             );
             from = to;
         }
@@ -127,7 +127,7 @@ pub(super) fn add_hand(body: &mut Anatomy) {
     ];
     for (j, pair) in thumb.windows(2).enumerate() {
         let form = Form::Cone { a: pair[0].0, b: pair[1].0, radii: [pair[0].1, pair[1].1] };
-        push(body, form, if j == 0 { 0.016 } else { 0.002 }, FINGER_EDGE * 1.1, Region::Hand);
+        push(body, form, if j == 0 { 0.016 } else { 0.002 }, FINGER_EDGE * 1.1, BodyPart::Hand);
     }
 }
 
@@ -166,7 +166,7 @@ pub(super) fn add_leg(body: &mut Anatomy) {
         ),
     ];
     let leg = Loft::new(hip, body.leg, &stations, [0.05, 0.03]);
-    push(body, Form::Loft(leg), 0.036, BODY_EDGE, Region::Leg);
+    push(body, Form::Loft(leg), 0.036, BODY_EDGE, BodyPart::Leg);
     let s = body.scale();
     let mut bump = |center: Vec3, spread: f64, height: f64| {
         body.field.bumps.push(Bump { center, spread: Vec3::repeat(spread * s), height: height * s });
@@ -207,7 +207,7 @@ pub(super) fn add_foot(body: &mut Anatomy) {
         section(0.205, -0.006, 0.040, 0.040, 0.027, 2.8),
     ];
     let form = Form::Loft(Loft::new(heel, [axis, side, up], &stations, [0.022 * kl, 0.020 * kl]));
-    push(body, form, 0.018, FOOT_EDGE, Region::Foot);
+    push(body, form, 0.018, FOOT_EDGE, BodyPart::Foot);
     // Toes: (base across, base along, tip across, tip along, radius); the great toe is on the inner side.
     let toes = [
         (-0.031, 0.192, -0.027, 0.2365, 0.0118),
@@ -220,6 +220,6 @@ pub(super) fn add_foot(body: &mut Anatomy) {
         let r = r * kb;
         let a = heel + axis * (t0 * kl) + side * (x0 * kb) + up * (1.15 * r);
         let b = heel + axis * (t1 * kl) + side * (x1 * kb) + up * (1.02 * r);
-        push(body, Form::Cone { a, b, radii: [1.1 * r, r] }, 0.006, FOOT_EDGE * 0.68, Region::Foot);
+        push(body, Form::Cone { a, b, radii: [1.1 * r, r] }, 0.006, FOOT_EDGE * 0.68, BodyPart::Foot);
     }
 }

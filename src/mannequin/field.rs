@@ -19,7 +19,7 @@ pub(super) enum Form {
 
 /// Parts that skin weights treat alike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Region {
+pub(super) enum BodyPart {
     Torso,
     Yoke,
     ArmpitFold,
@@ -40,12 +40,12 @@ pub(super) struct Primitive {
     /// Wanted edge length of the mesh here, metres.
     pub edge: f64,
     /// Which bones move it, see `weights`.
-    pub region: Region,
+    pub region: BodyPart,
     bounds: [Vec3; 2],
 }
 
 impl Primitive {
-    pub fn new(form: Form, blend: f64, edge: f64, region: Region) -> Self {
+    pub fn new(form: Form, blend: f64, edge: f64, region: BodyPart) -> Self {
         let bounds = match &form {
             Form::Loft(loft) => loft.bounds(),
             Form::Ellipsoid { center, axes, semi } => {

@@ -2,8 +2,8 @@
 
 use super::anatomy::{Anatomy, Tuning};
 use super::assemble::assemble;
-use super::field::{Field, Region};
-use super::measures::Measures;
+use super::field::{BodyPart, Field};
+use super::measures::Anthropometry;
 use crate::geometry::Vec3;
 use std::f64::consts::TAU;
 
@@ -141,12 +141,12 @@ fn trunk_of(field: &Field) -> Field {
     let mut trunk = field.clone();
     trunk
         .primitives
-        .retain(|part| !matches!(part.region, Region::Arm | Region::Hand | Region::ArmpitFold | Region::Head));
+        .retain(|part| !matches!(part.region, BodyPart::Arm | BodyPart::Hand | BodyPart::ArmpitFold | BodyPart::Head));
     trunk
 }
 
 /// The body of those measurements whose girths are those asked for.
-pub(super) fn calibrate(m: &Measures) -> Anatomy {
+pub(super) fn calibrate(m: &Anthropometry) -> Anatomy {
     let mut body = assemble(m, Tuning::default());
     for _ in 0..ROUNDS {
         let mut t = body.tuning;

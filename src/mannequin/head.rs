@@ -1,7 +1,7 @@
 //! Head and a plain face.
 
 use super::anatomy::Anatomy;
-use super::field::{Bump, Focus, Form, Region};
+use super::field::{BodyPart, Bump, Focus, Form};
 use super::loft::{Loft, Station};
 use super::torso::push;
 use crate::geometry::Vec3;
@@ -43,7 +43,13 @@ pub(super) fn add_head(body: &mut Anatomy) {
     ];
     let crown = top - y(0.036);
     let axes = [Vec3::y(), Vec3::x(), Vec3::z()];
-    push(body, Form::Loft(Loft::new(Vec3::zeros(), axes, &stations, [0.006, crown])), 0.016, SKULL_EDGE, Region::Head);
+    push(
+        body,
+        Form::Loft(Loft::new(Vec3::zeros(), axes, &stations, [0.006, crown])),
+        0.016,
+        SKULL_EDGE,
+        BodyPart::Head,
+    );
 
     let spot = |x: f64, h: f64, z: f64| Vec3::new(x * kj, y(h), z * kz);
     for (center, reach) in [(spot(0.0, -0.066, 0.085), 0.042), (spot(0.024, -0.018, 0.085), 0.040)] {
@@ -55,13 +61,13 @@ pub(super) fn add_head(body: &mut Anatomy) {
         b: spot(0.0, -0.0385, 0.0990 + 0.003 * (nose - 1.0)),
         radii: [0.0065 * nose, 0.0098 * nose],
     };
-    push(body, bridge, 0.012, FACE_EDGE, Region::Head);
+    push(body, bridge, 0.012, FACE_EDGE, BodyPart::Head);
     let wing = Form::Ellipsoid {
         center: spot(0.0105, -0.0425, 0.0915),
         axes: diagonal(),
         semi: [0.0072 * nose, 0.0068, 0.0095],
     };
-    push(body, wing, 0.007, FACE_EDGE, Region::Head);
+    push(body, wing, 0.007, FACE_EDGE, BodyPart::Head);
     let lean = f64::to_radians(12.0);
     let auricle = Form::Ellipsoid {
         center: Vec3::new(0.0728 * kx, ear + 0.004 * ky, -0.012 * kz),
@@ -72,11 +78,11 @@ pub(super) fn add_head(body: &mut Anatomy) {
         ],
         semi: [0.0075, 0.0300 * kf, 0.0185],
     };
-    push(body, auricle, 0.006, EAR_EDGE, Region::Head);
+    push(body, auricle, 0.006, EAR_EDGE, BodyPart::Head);
     let eye_x = 0.5 * m.interpupillary_breadth / kj;
     let eye =
         Form::Ellipsoid { center: spot(eye_x, -0.0115, 0.0705), axes: diagonal(), semi: [0.0132, 0.0118, 0.0125] };
-    push(body, eye, 0.005, FACE_EDGE, Region::Head);
+    push(body, eye, 0.005, FACE_EDGE, BodyPart::Head);
 
     let mut bump = |center: Vec3, spread: [f64; 3], height: f64| {
         body.field.bumps.push(Bump { center, spread: Vec3::from(spread), height });

@@ -96,7 +96,7 @@ impl Loft {
         (1.0 - 1.0 / g) * (su * su + sv * sv + axial * axial).sqrt().max(1e-6)
     }
 
-    /// The same place in another body: knots to knots along the axis, reach to reach across it.
+    /// The corresponding point in another body: knots to knots along the axis, reach to reach across it.
     pub fn carry(&self, to: &Loft, p: &Vec3) -> Vec3 {
         let q = p - self.origin;
         let t = q.dot(&self.axis);

@@ -11,11 +11,11 @@ macro_rules! measures {
     ($($name:ident),* $(,)?) => {
         /// One adult's body measurements, metres (and kilograms). The names are ANSUR's.
         #[derive(Clone, Copy, Debug)]
-        pub(super) struct Measures { $(pub $name: f64,)*
+        pub(super) struct Anthropometry { $(pub $name: f64,)*
             /// 0 a woman, 1 a man; between them only for the body that the mesh is made on.
             pub male: f64,
         }
-        impl Measures {
+        impl Anthropometry {
             const NAMES: &'static [&'static str] = &[$(stringify!($name)),*];
             fn from_values(values: &[f64], male: f64) -> Self {
                 let mut at = values.iter().copied();
@@ -108,7 +108,7 @@ struct Population {
 }
 
 /// The published figures, ready to draw from.
-pub(super) struct Survey {
+pub(super) struct AnsurSurvey {
     women: Draws,
     men: Draws,
 }
@@ -120,11 +120,11 @@ struct Draws {
     male: f64,
 }
 
-impl Survey {
+impl AnsurSurvey {
     /// Reads the embedded table; `None` if its columns or matrices are not what this file expects.
     pub fn embedded() -> Option<Self> {
         let table: Table = serde_json::from_str(include_str!("../../templates/body/ansur2012.json")).ok()?;
-        if table.names != Measures::NAMES {
+        if table.names != Anthropometry::NAMES {
             return None;
         }
         let draws = |population: &Population, male| Draws::prepare(&table.names, population, male);
@@ -132,13 +132,13 @@ impl Survey {
     }
 
     /// The average woman and the average man.
-    pub fn means(&self) -> [Measures; 2] {
+    pub fn means(&self) -> [Anthropometry; 2] {
         [&self.women, &self.men].map(|d| d.at(&vec![0.0; d.means.len()]))
     }
 
     /// `pairs` women and their opposites (the same draw with its sign turned), then as many men: the sample's means
     /// are the published ones exactly.
-    pub fn draw(&self, pairs: usize, seed: u64) -> Vec<Measures> {
+    pub fn draw(&self, pairs: usize, seed: u64) -> Vec<Anthropometry> {
         let mut random = Rng::new(seed);
         let mut all = Vec::with_capacity(4 * pairs);
         for draws in [&self.women, &self.men] {
@@ -190,17 +190,17 @@ impl Draws {
         Some(Self { means: population.means.clone(), factor: l, male })
     }
 
-    fn at(&self, z: &[f64]) -> Measures {
+    fn at(&self, z: &[f64]) -> Anthropometry {
         let values: Vec<f64> = self
             .means
             .iter()
             .zip(&self.factor)
-            .zip(Measures::NAMES)
+            .zip(Anthropometry::NAMES)
             .map(|((mean, row), name)| {
                 let value = mean + row.iter().zip(z).map(|(a, b)| a * b).sum::<f64>();
                 if *name == "weight_kg" { value } else { value / 100.0 }
             })
             .collect();
-        Measures::from_values(&values, self.male)
+        Anthropometry::from_values(&values, self.male)
     }
 }

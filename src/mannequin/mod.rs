@@ -31,7 +31,7 @@ use crate::body::{JointId, JointLimits, SkinWeights, UvMap};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3, VertexId};
 use anatomy::Anatomy;
 use carry::Ownership;
-use measures::{Measures, Survey};
+use measures::{AnsurSurvey, Anthropometry};
 use mesh::HalfMesh;
 use rayon::prelude::*;
 
@@ -125,7 +125,7 @@ pub fn generate(
     params: &MannequinParams,
     progress: &mut dyn FnMut(MannequinStep),
 ) -> Result<Mannequins, MannequinError> {
-    let survey = Survey::embedded().ok_or(MannequinError::Survey)?;
+    let survey = AnsurSurvey::embedded().ok_or(MannequinError::Survey)?;
     let subjects = survey.draw(params.pairs, params.seed);
     let [woman, man] = survey.means();
     let template = girth::calibrate(&woman.between(&man, 0.5));
@@ -172,7 +172,7 @@ fn mesh_of(template: &Anatomy, cell: f64, progress: &mut dyn FnMut(MannequinStep
 type Subject = (Vec<Vec3>, Vec<girth::Girth>);
 
 fn carry_all(
-    subjects: &[Measures],
+    subjects: &[Anthropometry],
     template: &Anatomy,
     mesh: &HalfMesh,
     owners: &Ownership,

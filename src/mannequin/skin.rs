@@ -3,7 +3,7 @@
 
 use super::anatomy::{Anatomy, Joints};
 use super::carry::Ownership;
-use super::field::{Form, Region};
+use super::field::{BodyPart, Form};
 use super::mesh::HalfMesh;
 use crate::geometry::Vec3;
 
@@ -30,7 +30,7 @@ pub(super) mod joint {
     pub const LOWER_LEG: usize = 15;
     pub const FOOT: usize = 16;
     pub const TOES: usize = 17;
-    /// The same joint on the right.
+    /// The joint's counterpart on the other side.
     pub fn mirrored(j: usize) -> usize {
         match j {
             6..=9 | 14..=17 => j + 4,
@@ -93,7 +93,7 @@ pub(super) fn weights(body: &Anatomy, mesh: &HalfMesh, owners: &Ownership) -> Ve
     (0..mesh.whole_count()).map(|v| full_row(&half, v)).collect()
 }
 
-/// The same weights on the other side.
+/// The weights of the mirrored vertex.
 fn swapped(row: &Row) -> Row {
     std::array::from_fn(|j| row[joint::mirrored(j)])
 }
@@ -117,12 +117,12 @@ fn prune(row: &mut Row, on_plane: bool) {
 }
 
 /// Which bones move a point of a region, before any smoothing; `t` is the place along the region's own axis.
-fn bones(body: &Anatomy, region: Region, p: &Vec3, t: f64) -> Vec<(usize, f64)> {
+fn bones(body: &Anatomy, region: BodyPart, p: &Vec3, t: f64) -> Vec<(usize, f64)> {
     let j: &Joints = &body.joints;
     let s = body.scale();
     let at = |bone: usize| vec![(bone, 1.0)];
     match region {
-        Region::Torso | Region::Yoke => {
+        BodyPart::Torso | BodyPart::Yoke => {
             let chain = [
                 (joint::HIPS, j.spine.y - 0.02),
                 (joint::SPINE, j.chest.y),
@@ -138,17 +138,17 @@ fn bones(body: &Anatomy, region: Region, p: &Vec3, t: f64) -> Vec<(usize, f64)> 
             all.push((joint::SHOULDER, out));
             all
         }
-        Region::Neck => {
+        BodyPart::Neck => {
             let part = smooth_step(-0.3, 1.1, (p - j.neck).dot(&(j.head - j.neck)) / (j.head - j.neck).norm_squared());
             vec![(joint::NECK, 1.0 - part), (joint::HEAD, part)]
         }
-        Region::Head => at(joint::HEAD),
-        Region::ArmpitFold => {
+        BodyPart::Head => at(joint::HEAD),
+        BodyPart::ArmpitFold => {
             let t = (p - j.upper_arm).dot(&body.arm[0]);
-            let both = bones(body, Region::Yoke, p, t).into_iter().chain(bones(body, Region::Arm, p, t));
+            let both = bones(body, BodyPart::Yoke, p, t).into_iter().chain(bones(body, BodyPart::Arm, p, t));
             both.map(|(bone, w)| (bone, 0.5 * w)).collect()
         }
-        Region::Arm => {
+        BodyPart::Arm => {
             let elbow = (j.lower_arm - j.upper_arm).dot(&body.arm[0]);
             let wrist = (j.hand - j.upper_arm).dot(&body.arm[0]);
             let root = smooth_step(-0.045 * s, 0.035 * s, t);
@@ -161,8 +161,8 @@ fn bones(body: &Anatomy, region: Region, p: &Vec3, t: f64) -> Vec<(usize, f64)> 
                 (joint::HAND, hand),
             ]
         }
-        Region::Hand => at(joint::HAND),
-        Region::Leg => {
+        BodyPart::Hand => at(joint::HAND),
+        BodyPart::Leg => {
             let knee = (j.lower_leg - j.upper_leg).dot(&body.leg[0]);
             let ankle = (j.foot - j.upper_leg).dot(&body.leg[0]);
             // In front of the hip the fold lies higher than behind, under the seat.
@@ -176,7 +176,7 @@ fn bones(body: &Anatomy, region: Region, p: &Vec3, t: f64) -> Vec<(usize, f64)> 
                 (joint::FOOT, foot),
             ]
         }
-        Region::Foot => {
+        BodyPart::Foot => {
             let forward = (p - j.toes).dot(&body.foot[0]);
             let toes = smooth_step(-0.020 * s, 0.022 * s, forward);
             vec![(joint::FOOT, 1.0 - toes), (joint::TOES, toes)]

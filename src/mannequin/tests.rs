@@ -1,8 +1,8 @@
 //! Laws of the generator's parts, and what the shipped file holds.
 
-use super::field::{Field, Form, Primitive, Region};
+use super::field::{BodyPart, Field, Form, Primitive};
 use super::loft::{Loft, Station};
-use super::measures::Survey;
+use super::measures::AnsurSurvey;
 use super::mesh::HalfMesh;
 use super::{MannequinParams, extract, flatten, girth, remesh};
 use crate::body::{HumanJoint, Skeleton};
@@ -45,7 +45,7 @@ fn what_lies_on_a_loft_is_carried_onto_the_other() {
 fn remeshed_half_and_mirror_image_close_one_surface() {
     let semi = [0.12, 0.20, 0.09];
     let form = Form::Ellipsoid { center: Vec3::new(0.0, 1.0, 0.0), axes: [Vec3::x(), Vec3::y(), Vec3::z()], semi };
-    let field = Field { primitives: vec![Primitive::new(form, 0.02, 0.02, Region::Torso)], ..Field::default() };
+    let field = Field { primitives: vec![Primitive::new(form, 0.02, 0.02, BodyPart::Torso)], ..Field::default() };
     let (points, faces) = extract::extract_half(&field, Vec3::new(0.0, 0.75, -0.2), Vec3::new(0.2, 1.25, 0.2), 0.008);
     let (points, faces) = remesh::Remesher::new(&field, points, &faces).run(|_, _| ());
     let half = HalfMesh::new(&points, &faces);
@@ -62,7 +62,7 @@ fn remeshed_half_and_mirror_image_close_one_surface() {
 
 #[test]
 fn drawn_adults_average_to_the_published_means() {
-    let survey = Survey::embedded().unwrap();
+    let survey = AnsurSurvey::embedded().unwrap();
     let [woman, man] = survey.means();
     let drawn = survey.draw(6, 3);
     assert_eq!(drawn.len(), 24);
@@ -75,7 +75,7 @@ fn drawn_adults_average_to_the_published_means() {
 
 #[test]
 fn girths_are_those_asked_for() {
-    let survey = Survey::embedded().unwrap();
+    let survey = AnsurSurvey::embedded().unwrap();
     // Of the shipped file's subjects those that are hardest to build: large busts over narrow waists, wide hips.
     let shipped = survey.draw(MannequinParams::default().pairs, MannequinParams::default().seed);
     let hard = [29, 109, 183].map(|k| shipped[k]);

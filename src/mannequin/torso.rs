@@ -1,7 +1,7 @@
 //! Trunk, shoulders, bust, buttocks and neck.
 
 use super::anatomy::Anatomy;
-use super::field::{Bump, Form, Primitive, Region};
+use super::field::{BodyPart, Bump, Form, Primitive};
 use super::loft::{Loft, Station};
 use crate::geometry::Vec3;
 
@@ -81,14 +81,14 @@ pub(super) fn add_torso(body: &mut Anatomy) {
         level(l.suprasternal + 0.005, 0.40 * shoulder_half, [0.030 * s, -0.025, -0.078 * s], [2.0, 2.0]),
     ];
     let trunk = Loft::new(Vec3::zeros(), axes, &stations, [0.020, 0.02]);
-    push(body, Form::Loft(trunk), 0.02, BODY_EDGE, Region::Torso);
+    push(body, Form::Loft(trunk), 0.02, BODY_EDGE, BodyPart::Torso);
     // The pubic mound fills the corner between belly and thighs.
     let mound = Form::Ellipsoid {
         center: Vec3::new(0.0, l.crotch + 0.044 * s, 0.17 * hip_front),
         axes: [Vec3::x(), Vec3::y(), Vec3::z()],
         semi: [0.045 * s, 0.060 * s, 0.044 * s],
     };
-    push(body, mound, 0.045, BODY_EDGE, Region::Torso);
+    push(body, mound, 0.045, BODY_EDGE, BodyPart::Torso);
     add_buttocks(body, hip_back, hip_half);
     add_chest(body, chest_back, rib_depth);
     add_yoke(body);
@@ -104,7 +104,7 @@ fn add_buttocks(body: &mut Anatomy, hip_back: f64, hip_half: f64) {
         axes: [Vec3::x(), Vec3::y(), Vec3::z()],
         semi: [r * 0.98, r * body.by_sex(1.08, 1.04), 0.84 * r],
     };
-    push(body, form, 0.05, BODY_EDGE, Region::Torso);
+    push(body, form, 0.05, BODY_EDGE, BodyPart::Torso);
 }
 
 /// The bust (women) and the pectoral plane (men).
@@ -123,11 +123,11 @@ fn add_chest(body: &mut Anatomy, chest_back: f64, rib_depth: f64) {
         axes: [Vec3::new(0.96, 0.0, -0.28), Vec3::y(), Vec3::new(0.28, 0.0, 0.96)],
         semi: [r * body.by_sex(1.0, 1.25), r * body.by_sex(1.02, 0.85), r * deep],
     };
-    push(body, form, body.by_sex(0.030, 0.040), BODY_EDGE * 0.85, Region::Torso);
+    push(body, form, body.by_sex(0.030, 0.040), BODY_EDGE * 0.85, BodyPart::Torso);
     // The slope from the collar bone down to it.
     let upper = Vec3::new(point_x * 1.05, l.chest + 0.080 * s, front * 0.84 - body.by_sex(0.032, 0.060));
     let lower = Vec3::new(point_x * 0.98, l.chest + 0.020 * s, mix(front, tip, 0.5) - body.by_sex(0.036, 0.060));
-    push(body, Form::Cone { a: upper, b: lower, radii: [0.028 * s, 0.038 * s] }, 0.05, BODY_EDGE, Region::Torso);
+    push(body, Form::Cone { a: upper, b: lower, radii: [0.028 * s, 0.038 * s] }, 0.05, BODY_EDGE, BodyPart::Torso);
 }
 
 /// Shoulder girdle: from the neck's base over the trapezius to the acromion, sections across x.
@@ -168,7 +168,7 @@ fn add_yoke(body: &mut Anatomy) {
         at(half - 0.014, top - 0.007, l.acromion - 0.042 * s, -0.016 * s, 0.044 * s, 0.048 * s, 0.05 * s),
     ];
     let yoke = Loft::new(Vec3::zeros(), [Vec3::x(), Vec3::y(), Vec3::z()], &stations, [0.02, 0.030 * s]);
-    push(body, Form::Loft(yoke), 0.045, BODY_EDGE, Region::Yoke);
+    push(body, Form::Loft(yoke), 0.045, BODY_EDGE, BodyPart::Yoke);
 }
 
 fn add_neck(body: &mut Anatomy) {
@@ -189,7 +189,7 @@ fn add_neck(body: &mut Anatomy) {
     let stations =
         [at(0.0, 1.06, 1.04, 1.04), at(0.45, 1.0, 1.0, 1.02), at(0.75, 0.98, 1.0, 1.0), at(1.0, 0.98, 1.0, 1.02)];
     let neck = Loft::new(base, [axis, Vec3::x(), v], &stations, [0.02, 0.02]);
-    push(body, Form::Loft(neck), 0.030, 0.016, Region::Neck);
+    push(body, Form::Loft(neck), 0.030, 0.016, BodyPart::Neck);
 }
 
 /// Spine, cleft, navel, collar bones, shoulder blades.
@@ -216,7 +216,7 @@ fn add_furrows(body: &mut Anatomy, waist_back: f64, chest_back: f64, hip_back: f
     bump([0.0, l.suprasternal + 0.004, 0.030], [0.018, 0.018, 0.02], -0.005);
 }
 
-pub(super) fn push(body: &mut Anatomy, form: Form, blend: f64, edge: f64, region: Region) {
+pub(super) fn push(body: &mut Anatomy, form: Form, blend: f64, edge: f64, region: BodyPart) {
     body.field.primitives.push(Primitive::new(form, blend, edge, region));
 }
 

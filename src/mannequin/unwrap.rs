@@ -3,7 +3,7 @@
 
 use super::anatomy::Anatomy;
 use super::carry::Ownership;
-use super::field::Region;
+use super::field::BodyPart;
 use super::flatten::{Flat, flatten};
 use super::mesh::HalfMesh;
 use crate::body::UvMap;
@@ -19,7 +19,7 @@ const SMALLEST: usize = 40;
 
 /// The parts that are flattened apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Part {
+enum ChartPart {
     Trunk,
     Head,
     Arm,
@@ -29,7 +29,7 @@ enum Part {
 }
 
 /// A chart: part, whether it is the left one of two, and whether it faces front (back of the hand, top of the foot).
-type Chart = (Part, bool, bool);
+type Chart = (ChartPart, bool, bool);
 
 /// Coordinates for the whole mesh; `None` if a chart cannot be flattened.
 pub(super) fn uvs(body: &Anatomy, half: &HalfMesh, owners: &Ownership, whole: &TriMesh) -> Option<UvMap> {
@@ -55,7 +55,7 @@ fn first_charts(body: &Anatomy, half: &HalfMesh, owners: &Ownership, whole: &Tri
         .enumerate()
         .map(|(id, face)| {
             let is_left = id.index() < half.faces.len();
-            let mut shares: BTreeMap<Part, f64> = BTreeMap::new();
+            let mut shares: BTreeMap<ChartPart, f64> = BTreeMap::new();
             for v in face {
                 let twin = v.index().min(mirror[v.index()] as usize);
                 for &(k, share) in owners.of(twin) {
@@ -63,32 +63,32 @@ fn first_charts(body: &Anatomy, half: &HalfMesh, owners: &Ownership, whole: &Tri
                 }
             }
             let part =
-                shares.iter().fold((Part::Trunk, 0.0), |best, (p, s)| if *s > best.1 { (*p, *s) } else { best }).0;
+                shares.iter().fold((ChartPart::Trunk, 0.0), |best, (p, s)| if *s > best.1 { (*p, *s) } else { best }).0;
             let mut normal: Vec3 = face.iter().map(|v| normals[*v]).sum();
             if !is_left {
                 normal.x = -normal.x;
             }
             let toward = match part {
-                Part::Trunk | Part::Head => Vec3::z(),
-                Part::Arm => body.arm[2],
-                Part::Hand => body.arm[1],
-                Part::Leg => body.leg[2],
-                Part::Foot => body.foot[2],
+                ChartPart::Trunk | ChartPart::Head => Vec3::z(),
+                ChartPart::Arm => body.arm[2],
+                ChartPart::Hand => body.arm[1],
+                ChartPart::Leg => body.leg[2],
+                ChartPart::Foot => body.foot[2],
             };
-            let is_paired = !matches!(part, Part::Trunk | Part::Head);
+            let is_paired = !matches!(part, ChartPart::Trunk | ChartPart::Head);
             (part, is_paired && is_left, normal.dot(&toward) > 0.0)
         })
         .collect()
 }
 
-fn part_of(region: Region) -> Part {
+fn part_of(region: BodyPart) -> ChartPart {
     match region {
-        Region::Torso | Region::Yoke | Region::ArmpitFold => Part::Trunk,
-        Region::Neck | Region::Head => Part::Head,
-        Region::Arm => Part::Arm,
-        Region::Hand => Part::Hand,
-        Region::Leg => Part::Leg,
-        Region::Foot => Part::Foot,
+        BodyPart::Torso | BodyPart::Yoke | BodyPart::ArmpitFold => ChartPart::Trunk,
+        BodyPart::Neck | BodyPart::Head => ChartPart::Head,
+        BodyPart::Arm => ChartPart::Arm,
+        BodyPart::Hand => ChartPart::Hand,
+        BodyPart::Leg => ChartPart::Leg,
+        BodyPart::Foot => ChartPart::Foot,
     }
 }
 

@@ -1,25 +1,25 @@
-//! Truth laid on a scan whose frame is its own: what is fused from frames knows neither where the person stood nor
-//! which way they faced.
+//! Alignment of the truth with a scan in a frame of its own: a scan fused from frames has neither the place nor the heading
+//! of the truth.
 
-use super::sample::{Sample, area_weighted, mean};
+use super::sample::{SurfaceSample, area_weighted, mean};
 use crate::geometry::{Point, SurfaceIndex, TriMesh, Vec3};
 use nalgebra::{Isometry3, Matrix6, Translation3, UnitQuaternion, Vector6};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Headings that are tried: 15° apart, half of what the first rounds pull in.
+/// Initial headings: 15° apart, half of the range from which the first rounds converge.
 const HEADINGS: usize = 24;
 /// Points of the scan in the first rounds, and in the last.
 const POINTS: [usize; 2] = [800, 6_000];
-/// What is farther from the truth than this is no part of it, metres: in the first rounds a misplaced arm is, in the
-/// last only what the scan has and the truth has not.
+/// Largest distance of a correspondence, metres: in the first rounds it includes a misplaced arm, in the last it excludes
+/// what only the scan has.
 const GATES: [f64; 2] = [0.15, 0.015];
-/// Rounds with each.
+/// Rounds with each of [`GATES`].
 const ROUNDS: [usize; 2] = [8, 25];
 
 /// The rigid motion from the truth's frame to the scan's, such that the scan lies on the truth's outside.
 ///
-/// **Frame and units** both Y up and in metres; heading and place are found.
+/// **Frame and units** both Y up and in metres; their headings and places may differ.
 ///
 /// **Source** point-to-plane ICP (Chen & Medioni 1992) from 24 headings.
 pub fn scan_from_truth(scan: &TriMesh, truth: &[&TriMesh]) -> Isometry3<f64> {
@@ -45,14 +45,14 @@ pub fn scan_from_truth(scan: &TriMesh, truth: &[&TriMesh]) -> Isometry3<f64> {
     settled(best, &area_weighted(scan, POINTS[1]), &indices, GATES[1], ROUNDS[1]).inverse()
 }
 
-/// The nearest place on any of the surfaces, and its normal.
+/// The nearest point on any of the surfaces, and its normal.
 fn nearest(p: &Point, truth: &[SurfaceIndex], gate: f64) -> Option<(Point, Vec3)> {
     let found = truth.iter().filter_map(|index| Some((index, index.closest_within(p, gate)?)));
     let (index, at) = found.min_by(|a, b| a.1.distance.total_cmp(&b.1.distance))?;
     Some((at.point, index.mesh().face_normal(at.face)))
 }
 
-fn misfit(pose: &Isometry3<f64>, samples: &[Sample], truth: &[SurfaceIndex]) -> f64 {
+fn misfit(pose: &Isometry3<f64>, samples: &[SurfaceSample], truth: &[SurfaceIndex]) -> f64 {
     let off: Vec<f64> = samples
         .par_iter()
         .map(|s| pose * s.point)
@@ -63,7 +63,7 @@ fn misfit(pose: &Isometry3<f64>, samples: &[Sample], truth: &[SurfaceIndex]) -> 
 
 fn settled(
     mut pose: Isometry3<f64>,
-    samples: &[Sample],
+    samples: &[SurfaceSample],
     truth: &[SurfaceIndex],
     gate: f64,
     rounds: usize,

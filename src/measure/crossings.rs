@@ -1,11 +1,11 @@
-//! Which triangles of two surfaces cross: the plain definition, pair by pair, so that the measure does not lean on the
-//! code that the stacking itself trusts.
+//! Intersecting triangle pairs of two surfaces. This is the plain definition, pair by pair: the metric must not use the
+//! intersection test of the stage that it evaluates.
 
 use crate::geometry::{FaceId, Point, SurfaceIndex, TriMesh};
 use rayon::prelude::*;
 
-/// How many pairs, one triangle of each mesh, intersect: an edge of one passes through the other. Triangles that only
-/// touch, or lie in one plane, do not count.
+/// The number of pairs, one triangle of each mesh, that intersect: an edge of one passes through the other. Triangles
+/// that only touch, or are in one plane, do not count.
 pub(super) fn crossing_pairs(a: &TriMesh, b: &TriMesh) -> usize {
     let index = SurfaceIndex::prepare(b);
     let faces: Vec<FaceId> = a.face_ids().collect();

@@ -3,7 +3,7 @@
 /// What keeps a session from being measured.
 #[derive(Debug, thiserror::Error)]
 pub enum MeasureError {
-    /// More steps than truth.
+    /// The session has more steps than the truth.
     #[error("the session has {steps} steps, but the truth only {truth_steps}")]
     MoreStepsThanTruth {
         /// The session's.
@@ -11,7 +11,7 @@ pub enum MeasureError {
         /// The truth's.
         truth_steps: usize,
     },
-    /// Truth lacks the layer that a step brought.
+    /// The truth has no layer for the garment of a step.
     #[error("step {step} ('{name}') brought garment {garment}, but its truth has {layers} layers")]
     LayerMissing {
         /// The step.
@@ -23,7 +23,7 @@ pub enum MeasureError {
         /// How many the truth has.
         layers: usize,
     },
-    /// An attribute of another mesh.
+    /// An attribute of a different mesh.
     #[error("step {step} ('{name}') has {found} values of '{what}' for {expected} vertices")]
     CountMismatch {
         /// The step.

@@ -1,4 +1,4 @@
-//! A garment: its label on the scan, its hems, its place among the other layers.
+//! Metrics of a garment: its labels on the scan, its hems, and its intersections with other layers.
 
 use super::crossings::crossing_pairs;
 use super::sample::mean;
@@ -6,14 +6,14 @@ use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh, Vertex
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// How far an outer layer may stand off and still hide what is below: metres, as for skin.
+/// Largest gap at which an outer layer hides the one below: metres, as for skin.
 const REACH: f64 = 0.12;
-/// Hems are walked in steps of this length, metres: half of a scan's edge, so that teeth of one triangle show, while
+/// Hems are resampled in steps of this length, metres: half of a scan's edge, so that teeth of one triangle count, while
 /// the slivers that a cut through triangles leaves do not count as corners.
 const HEM_STEP: f64 = 2e-3;
 /// A vertex counts as inside an inner layer when it is deeper than this: metres, the rounding of an `f32` file.
 const INSIDE_FROM: f64 = 1e-6;
-/// Deeper than this it belongs to the other side of the body: metres.
+/// Deeper than this it belongs to the other side of the body, metres.
 const INSIDE_TO: f64 = 0.05;
 
 /// Two layers in the bind pose.
@@ -25,15 +25,17 @@ pub struct LayerPair {
     pub outer: String,
     /// Triangle pairs, one of each layer, that intersect.
     pub intersecting_pairs: usize,
-    /// Vertices of the outer layer inside the inner one.
+    /// Share of the outer layer's vertices that are inside the inner layer, percent.
     pub inside_percent: f64,
 }
 
 /// Area-weighted intersection over union on the faces of a scan.
 ///
+/// **Shapes** `labels` has one entry per vertex of `scan`; `layers` are innermost first, `garment` is an index of them.
+///
 /// Predicted: at least two of three corners labelled. True: the nearest of the true surfaces at that step is
 /// `layers[garment]`; of each surface only that part counts which no other cloth hides (no cloth within 12 cm along the
-/// outward normal), because with noise the skin right under a shirt is often nearer than the shirt.
+/// outward normal), because with noise the skin directly under a shirt is often nearer than the shirt.
 pub fn garment_iou(
     scan: &TriMesh,
     labels: &PerVertex<bool>,
@@ -41,7 +43,7 @@ pub fn garment_iou(
     layers: &[TriMesh],
     garment: usize,
 ) -> f64 {
-    let shown = shown_surfaces(body, layers);
+    let shown = visible_surfaces(body, layers);
     let truth: Vec<bool> = scan
         .face_ids()
         .collect::<Vec<_>>()
@@ -62,7 +64,7 @@ pub fn garment_iou(
 }
 
 /// Body (0) and layers, each without the faces that other cloth hides.
-fn shown_surfaces(body: &TriMesh, layers: &[TriMesh]) -> Vec<SurfaceIndex> {
+fn visible_surfaces(body: &TriMesh, layers: &[TriMesh]) -> Vec<SurfaceIndex> {
     let cloth: Vec<SurfaceIndex> = layers.iter().map(SurfaceIndex::prepare).collect();
     std::iter::once((body, None))
         .chain(layers.iter().enumerate().map(|(j, m)| (m, Some(j))))
@@ -98,7 +100,7 @@ fn nearest_of(p: &Point, surfaces: &[SurfaceIndex]) -> Option<usize> {
     best.1
 }
 
-/// How many boundary loops a garment has.
+/// The number of boundary loops of a garment.
 pub fn hem_loops(garment: &TriMesh) -> usize {
     Adjacency::prepare(garment).boundary_loops().len()
 }
@@ -118,7 +120,7 @@ pub fn hem_roughness(garment: &TriMesh) -> f64 {
     if length_cm > 0.0 { turned_deg / length_cm } else { 0.0 }
 }
 
-/// The ring in equal steps of about [`HEM_STEP`].
+/// The boundary loop in equal steps of about [`HEM_STEP`].
 fn resampled(mesh: &TriMesh, ring: &[VertexId]) -> Vec<Point> {
     let points: Vec<Point> = ring.iter().chain(ring.first()).map(|&v| mesh.points()[v]).collect();
     let length: f64 = points.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
@@ -139,7 +141,7 @@ fn resampled(mesh: &TriMesh, ring: &[VertexId]) -> Vec<Point> {
     walked
 }
 
-/// Every pair of `layers` (name and surface, innermost first) in the bind pose.
+/// The intersections of every pair of `layers` (name and surface, innermost first) in the bind pose.
 pub fn layer_pairs(layers: &[(&str, &TriMesh)]) -> Vec<LayerPair> {
     let mut pairs = Vec::new();
     for (o, (outer_name, outer)) in layers.iter().enumerate() {
@@ -157,7 +159,7 @@ pub fn layer_pairs(layers: &[(&str, &TriMesh)]) -> Vec<LayerPair> {
 
 /// Share of the garment's vertices that lie inside the inner layer, in percent.
 ///
-/// Inside: behind the closest point of the inner layer, by up to 5 cm, and that point is not on its hem (beyond an open
+/// Inside: behind the closest point of the inner layer, by up to 5 cm, if that point is not on its hem (beyond an open
 /// hem there is no inside).
 pub fn inside_percent(garment: &TriMesh, inner: &TriMesh) -> f64 {
     let index = SurfaceIndex::prepare(inner);

@@ -1,22 +1,22 @@
-//! The body under cloth: is it inside the true cloth, and how near to its truth?
+//! Metrics of the body under cloth: its depth outside the true cloth, and its distance to the true skin.
 
-use super::sample::{SAMPLE_COUNT, Sample, area_weighted, mean, percentile};
+use super::sample::{SAMPLE_COUNT, SurfaceSample, area_weighted, mean, percentile};
 use crate::geometry::{SurfaceIndex, TriMesh, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// How far cloth may stand off and still hide the skin below: metres. Beyond it a ray from one leg meets the other
-/// side of a wide skirt.
+/// Largest gap at which cloth hides the skin below, metres. Beyond it a ray from one leg meets the other side of a wide
+/// skirt.
 const REACH: f64 = 0.12;
-/// Where rays start above their own face: metres, far below any gap that counts.
+/// Height above their face at which rays start, metres: far below any gap that counts.
 const ABOVE_SKIN: f64 = 1e-5;
-/// Outside counts from here on: metres. Below it two touching triangulations of one surface cross each other.
+/// Depth from which skin counts as outside, metres. Below it two triangulations of one surface cross each other.
 const TOLERANCE: f64 = 0.5e-3;
-/// Cloth nearer than this lies close (tight), farther it hangs (loose): metres; the largest ease of a fitted shirt,
-/// 10 cm of girth, is a gap of 16 mm.
+/// Cloth with a smaller gap is tight, with a larger gap loose: metres; the largest ease of a fitted shirt, 10 cm of
+/// girth, is a gap of 16 mm.
 const TIGHT_GAP: f64 = 0.016;
 
-/// The body under cloth against its truth.
+/// The body under cloth compared with its truth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HiddenBody {
     /// Share of the true skin's area that cloth hides, in percent.
@@ -27,15 +27,15 @@ pub struct HiddenBody {
     pub outside_truth_p999_mm: f64,
     /// Mean distance from hidden true skin to the nearest result.
     pub proximity_mean_mm: f64,
-    /// The same where the cloth lies within 16 mm.
+    /// That mean where the gap is at most 16 mm; `None` if there is no such skin.
     pub proximity_tight_mean_mm: Option<f64>,
-    /// The same where it stands off farther.
+    /// That mean where the gap is larger; `None` if there is no such skin.
     pub proximity_loose_mean_mm: Option<f64>,
 }
 
-/// True skin, a sample of it, and the gap to the cloth that hides it.
+/// A sample of hidden true skin and the gap to the cloth that hides it.
 struct HiddenSkin {
-    skin: Sample,
+    skin: SurfaceSample,
     gap: f64,
 }
 
@@ -71,8 +71,8 @@ pub fn hidden_body(result: &TriMesh, true_body: &TriMesh, true_layers: &[TriMesh
     }
 }
 
-/// How far above the skin the cloth is that hides it; `None` for shown skin.
-fn gap_to_cloth(skin: &Sample, body: &SurfaceIndex, layers: &[SurfaceIndex]) -> Option<f64> {
+/// The gap between a sample of skin and the cloth that hides it, metres; `None` for visible skin.
+fn gap_to_cloth(skin: &SurfaceSample, body: &SurfaceIndex, layers: &[SurfaceIndex]) -> Option<f64> {
     let origin = skin.point + skin.normal * ABOVE_SKIN;
     let cloth = layers
         .iter()
@@ -84,8 +84,8 @@ fn gap_to_cloth(skin: &Sample, body: &SurfaceIndex, layers: &[SurfaceIndex]) -> 
     (seen_from_inside && !body_first).then_some(hit.distance + ABOVE_SKIN)
 }
 
-/// Where the result lies along the normal of a sample of true skin, 0 at the skin itself.
-fn along_normal(skin: &Sample, result: &SurfaceIndex) -> f64 {
+/// The position of the result along the normal of a sample of true skin, metres; 0 at the skin.
+fn along_normal(skin: &SurfaceSample, result: &SurfaceIndex) -> f64 {
     let crossings = outward_crossings(skin, &skin.normal, result)
         .into_iter()
         .chain(outward_crossings(skin, &-skin.normal, result).into_iter().map(|s| -s));
@@ -94,9 +94,9 @@ fn along_normal(skin: &Sample, result: &SurfaceIndex) -> f64 {
         .unwrap_or_else(|| (result.closest(&skin.point).point - skin.point).dot(&skin.normal))
 }
 
-/// The first place on the ray where the result faces the way the skin does.
-fn outward_crossings(skin: &Sample, direction: &Vec3, result: &SurfaceIndex) -> Option<f64> {
-    /// A line through the result may meet it from the wrong side a few times, in folds; more is no surface.
+/// The first crossing of the ray with the result where the result faces the way the skin does, metres along the ray.
+fn outward_crossings(skin: &SurfaceSample, direction: &Vec3, result: &SurfaceIndex) -> Option<f64> {
+    /// A line may meet the result from the wrong side a few times, in folds; after so many the search ends.
     const MOST_WRONG_SIDES: usize = 8;
     let mut start = 0.0;
     for _ in 0..MOST_WRONG_SIDES {

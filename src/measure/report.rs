@@ -1,10 +1,10 @@
-//! The measures of one step.
+//! The metrics of one step.
 
 use super::hidden::HiddenBody;
 use super::surface::SurfaceDistance;
 use serde::{Deserialize, Serialize};
 
-/// The measures of one step. What does not apply is absent.
+/// The metrics of one step. Those that do not apply are absent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StepMeasures {
     /// 0 is the naked body.
@@ -31,14 +31,14 @@ pub struct StepMeasures {
     pub garment: Option<GarmentMeasures>,
 }
 
-/// The garment that a step brought.
+/// The garment that a step added.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GarmentMeasures {
     /// Area-weighted, against truth labels.
     pub garment_iou: f64,
     /// Against the true garment, at this step: both directions, the larger.
     pub garment_surface_mean_mm: f64,
-    /// The same in the bind pose, where the truth's bind pose is the result's own (subjects of our own model).
+    /// That distance in the bind pose; only for synthetic subjects, whose bind pose is that of the result.
     pub garment_surface_bind_mean_mm: Option<f64>,
     /// Boundary loops found.
     pub hem_loops: usize,

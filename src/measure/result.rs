@@ -1,18 +1,20 @@
-//! What a session produced, as the measures need it.
+//! The results of a session, as the metrics need them.
 
 use super::truth::JointPositions;
 use crate::geometry::{PerVertex, TriMesh};
 
-/// What a session made of one step.
+/// The result of one step.
+///
+/// **Shapes** `labels` has one entry per vertex of `scan`, `covered` one per vertex of `body`.
 #[derive(Clone, Debug)]
 pub struct ResultStep {
-    /// `body`, or the name of the garment that this step brought.
+    /// `body`, or the name of the garment that this step added.
     pub name: String,
     /// The body, posed, with the step's offsets.
     pub body: TriMesh,
     /// For the naked step: the model's surface of β and θ alone, posed, before registration.
     pub fitted: Option<TriMesh>,
-    /// The garments so far, posed, in the order in which they came.
+    /// The garments so far, posed, in the order in which they were put on.
     pub garments: Vec<(String, TriMesh)>,
     /// Joint centres, posed.
     pub joints: JointPositions,
@@ -22,13 +24,13 @@ pub struct ResultStep {
     pub labels: Option<PerVertex<bool>>,
     /// Which vertices of `body` the new garment's template covers; `None` for the naked step.
     pub covered: Option<PerVertex<bool>>,
-    /// How far skin may lie outside the noisy scan and still count as inside: metres, as the fit states it.
+    /// Distance outside the noisy scan up to which skin counts as inside: metres, as the fit states it.
     pub margin: f64,
     /// How many hems the template expects.
     pub hem_loops_expected: Option<usize>,
 }
 
-/// What a session made, in the bind pose.
+/// The result of a session in the bind pose.
 #[derive(Clone, Debug)]
 pub struct ResultBind {
     /// Name and surface, innermost first; the body is the first.

@@ -1,25 +1,25 @@
-//! Points spread evenly over a surface, and distances between surfaces.
+//! Area-weighted samples of a surface, and statistics of their distances.
 
 use crate::geometry::{FaceId, Point, SurfaceIndex, TriMesh, Vec3};
 use crate::numerics::Rng;
 use rayon::prelude::*;
 
-/// Samples a surface: 20 000 put one on every 1 cm² of a person, and leave the mean of a distance repeatable to 1 %.
+/// Samples per surface: 20 000 are one per cm² of a person and make the mean of a distance repeatable to 1 %.
 pub(super) const SAMPLE_COUNT: usize = 20_000;
 
-/// All metrics draw from this stream, so that two runs agree to the last digit.
+/// All metrics use this stream, so that two runs agree to the last digit.
 const SEED: u64 = 20_170;
 
 /// A point of a surface with the outward normal of its face.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sample {
+pub(super) struct SurfaceSample {
     pub(super) point: Point,
     pub(super) normal: Vec3,
     pub(super) face: FaceId,
 }
 
-/// `count` points, each standing for the same area (systematic sampling with a jittered place in the face).
-pub(super) fn area_weighted(mesh: &TriMesh, count: usize) -> Vec<Sample> {
+/// `count` points, each for an equal area (systematic sampling with a random position in the face).
+pub(super) fn area_weighted(mesh: &TriMesh, count: usize) -> Vec<SurfaceSample> {
     let total = mesh.area();
     if total <= 0.0 || count == 0 {
         return Vec::new();
@@ -39,13 +39,13 @@ pub(super) fn area_weighted(mesh: &TriMesh, count: usize) -> Vec<Sample> {
     samples
 }
 
-fn somewhere_in(mesh: &TriMesh, face: FaceId, rng: &mut Rng) -> Sample {
+fn somewhere_in(mesh: &TriMesh, face: FaceId, rng: &mut Rng) -> SurfaceSample {
     let (mut s, mut t) = (rng.unit(), rng.unit());
     if s + t > 1.0 {
         (s, t) = (1.0 - s, 1.0 - t);
     }
     let [a, b, c] = mesh.triangle(face);
-    Sample { point: a + (b - a) * s + (c - a) * t, normal: mesh.face_normal(face), face }
+    SurfaceSample { point: a + (b - a) * s + (c - a) * t, normal: mesh.face_normal(face), face }
 }
 
 /// Distances from samples of `from` to the nearest point of `to`, in metres, in sample order.
@@ -53,12 +53,12 @@ pub(super) fn distances(from: &TriMesh, to: &SurfaceIndex) -> Vec<f64> {
     area_weighted(from, SAMPLE_COUNT).par_iter().map(|s| to.closest(&s.point).distance).collect()
 }
 
-/// Mean; 0 for nothing.
+/// The mean; 0 of no values.
 pub(super) fn mean(values: &[f64]) -> f64 {
     if values.is_empty() { 0.0 } else { values.iter().sum::<f64>() / values.len() as f64 }
 }
 
-/// The value below which `share` of all values lie (nearest rank); 0 for nothing.
+/// The quantile `share` (nearest rank); 0 of no values.
 pub(super) fn percentile(values: &[f64], share: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);

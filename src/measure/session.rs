@@ -1,4 +1,4 @@
-//! All measures of a session.
+//! All metrics of a session.
 
 use super::error::MeasureError;
 use super::garment::{LayerPair, garment_iou, hem_loops, hem_roughness, layer_pairs};
@@ -6,23 +6,23 @@ use super::hidden::hidden_body;
 use super::report::{GarmentMeasures, StepMeasures};
 use super::result::{ResultBind, ResultStep};
 use super::surface::{joint_mean_mm, outside_scan, surface_distance};
-use super::targets::{SubjectKind, Verdict, judge};
+use super::targets::{SubjectKind, TargetCheck, check_targets};
 use super::truth::{TruthBind, TruthStep};
 use crate::geometry::{PerVertex, TriMesh};
 use serde::{Deserialize, Serialize};
 
-/// All measures of a session.
+/// All metrics of a session.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Measures {
-    /// One a step.
+pub struct SessionMeasures {
+    /// One entry per step.
     pub steps: Vec<StepMeasures>,
     /// All pairs of layers in the bind pose.
     pub pairs: Vec<LayerPair>,
-    /// The targets, T2–T10, as far as this session can be judged by them.
-    pub targets: Vec<Verdict>,
+    /// The targets T2–T10 that apply to this session.
+    pub targets: Vec<TargetCheck>,
 }
 
-/// Measures a session against its truth; the documentation of [`measure`](crate::measure) says what goes in.
+/// Compares a session with its truth; the documentation of [`measure`](crate::measure) says what goes in.
 ///
 /// `truth_bind` is compared only for subjects of our own model: another rig's bind pose is another pose.
 ///
@@ -33,7 +33,7 @@ pub fn measure(
     truths: &[TruthStep],
     truth_bind: Option<&TruthBind>,
     kind: SubjectKind,
-) -> Result<Measures, MeasureError> {
+) -> Result<SessionMeasures, MeasureError> {
     if results.len() > truths.len() {
         return Err(MeasureError::MoreStepsThanTruth { steps: results.len(), truth_steps: truths.len() });
     }
@@ -46,8 +46,8 @@ pub fn measure(
         .collect::<Result<Vec<_>, _>>()?;
     let layers: Vec<(&str, &TriMesh)> = bind.layers.iter().map(|(name, mesh)| (name.as_str(), mesh)).collect();
     let pairs = layer_pairs(&layers);
-    let targets = judge(&steps, &pairs, kind);
-    Ok(Measures { steps, pairs, targets })
+    let targets = check_targets(&steps, &pairs, kind);
+    Ok(SessionMeasures { steps, pairs, targets })
 }
 
 fn measure_step(

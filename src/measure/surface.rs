@@ -1,4 +1,4 @@
-//! How far two surfaces, and two sets of joints, are apart.
+//! Distances between two surfaces and between two sets of joints, and skin outside a scan.
 
 use super::sample::{SAMPLE_COUNT, area_weighted, distances, mean, percentile};
 use super::truth::{JointPositions, STRICT_JOINTS};
@@ -9,13 +9,13 @@ use serde::{Deserialize, Serialize};
 /// Distance between two surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SurfaceDistance {
-    /// Samples of one → nearest point of the other, and back: the larger mean.
+    /// Mean distance from samples of one surface to the nearest point of the other, and the reverse: the larger mean.
     pub surface_mean_mm: f64,
     /// The larger 95th percentile.
     pub surface_p95_mm: f64,
 }
 
-/// Both directions, the larger counts: a result that lacks an arm is as wrong as one that has three.
+/// The distance in both directions, of which the larger counts: a missing arm is as wrong as a third one.
 pub fn surface_distance(result: &TriMesh, truth: &TriMesh) -> SurfaceDistance {
     let there = distances(truth, &SurfaceIndex::prepare(result));
     let back = distances(result, &SurfaceIndex::prepare(truth));
@@ -35,10 +35,12 @@ pub fn joint_mean_mm(result: &JointPositions, truth: &JointPositions) -> Option<
     (!apart.is_empty()).then(|| 1e3 * mean(&apart))
 }
 
-/// Share (0–1) of covered skin that lies outside the scan by more than `margin` metres, of all covered skin that the
-/// scan saw well.
+/// Share (0–1) of covered skin that is outside the scan by more than `margin` metres, of all covered skin that the scan
+/// observed well.
 ///
-/// Seen well: the closest point of the scan lies in a face without a boundary vertex that faces the way the skin does.
+/// **Shapes** `covered` has one entry per vertex of `body`.
+///
+/// Observed well: the closest point of the scan lies in a face without a boundary vertex that faces the way the skin does.
 /// Where the scan has a hole nothing can be certified; and a face turned away from the skin (a membrane that fusion left
 /// between an open front and what is worn below) is no observation of what lies over it.
 ///

@@ -1,31 +1,31 @@
-//! The targets: what is asked of each measure, and whether it is met.
+//! The targets of the metrics, and whether they are met.
 
 use super::garment::LayerPair;
 use super::report::StepMeasures;
 use serde::{Deserialize, Serialize};
 
-/// Whose body was measured: a model fits its own family better than another.
+/// Where the subject comes from: a model fits its own family better than others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SubjectKind {
-    /// Made from our own body model.
+    /// Generated from the embedded body model.
     Invented,
-    /// Anyone else.
+    /// From any other source.
     Foreign,
 }
 
-/// One row of the table of targets.
+/// A metric compared with its targets.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Verdict {
+pub struct TargetCheck {
     /// `T2` … `T10`.
     pub row: String,
-    /// Which measure.
+    /// The metric.
     pub metric: String,
-    /// What was measured, the worst over the steps unless the metric says otherwise.
+    /// Its value: the worst over the steps unless the metric says otherwise.
     pub value: f64,
-    /// What is asked first; `None` where it is only counted.
+    /// The first target; `None` if there is only a goal.
     pub first: Option<f64>,
-    /// What is asked in the end.
+    /// The final target.
     pub goal: f64,
     /// Whether `first` is met.
     pub meets_first: bool,
@@ -33,27 +33,27 @@ pub struct Verdict {
     pub meets_goal: bool,
 }
 
-/// Which side of a limit is good.
+/// Which side of a target is better.
 #[derive(Clone, Copy)]
 enum Better {
     Less,
     More,
 }
 
-fn verdict(
+fn check(
     row: &str,
     metric: &str,
     value: Option<f64>,
     first: Option<f64>,
     goal: f64,
     better: Better,
-) -> Option<Verdict> {
+) -> Option<TargetCheck> {
     let value = value?;
     let meets = |limit: f64| match better {
         Better::Less => value <= limit,
         Better::More => value >= limit,
     };
-    Some(Verdict {
+    Some(TargetCheck {
         row: row.to_owned(),
         metric: metric.to_owned(),
         value,
@@ -64,12 +64,13 @@ fn verdict(
     })
 }
 
-/// The largest of what is there.
+/// The largest value; `None` of no values.
 fn worst(values: impl Iterator<Item = f64>) -> Option<f64> {
     values.fold(None, |most: Option<f64>, v| Some(most.map_or(v, |m| m.max(v))))
 }
 
-pub(super) fn judge(steps: &[StepMeasures], pairs: &[LayerPair], kind: SubjectKind) -> Vec<Verdict> {
+/// The targets that apply, in the order of their rows.
+pub(super) fn check_targets(steps: &[StepMeasures], pairs: &[LayerPair], kind: SubjectKind) -> Vec<TargetCheck> {
     use Better::{Less, More};
     let invented = kind == SubjectKind::Invented;
     let by_kind = |own: f64, other: f64| if invented { own } else { other };
@@ -81,7 +82,7 @@ pub(super) fn judge(steps: &[StepMeasures], pairs: &[LayerPair], kind: SubjectKi
     let iou_worst = worst(garments().map(|g| -g.garment_iou)).map(|v| -v);
     let pairs_total = (!pairs.is_empty()).then(|| pairs.iter().map(|p| p.intersecting_pairs as f64).sum());
     [
-        verdict(
+        check(
             if invented { "T2" } else { "T3" },
             "model_only.surface_mean_mm",
             naked.and_then(|s| s.model_only).map(|s| s.surface_mean_mm),
@@ -89,7 +90,7 @@ pub(super) fn judge(steps: &[StepMeasures], pairs: &[LayerPair], kind: SubjectKi
             by_kind(4.0, 8.0),
             Less,
         ),
-        verdict(
+        check(
             "T4",
             "surface_mean_mm",
             naked.and_then(|s| s.surface).map(|s| s.surface_mean_mm),
@@ -97,11 +98,11 @@ pub(super) fn judge(steps: &[StepMeasures], pairs: &[LayerPair], kind: SubjectKi
             by_kind(1.2, 1.8),
             Less,
         ),
-        verdict("T5", "joint_mean_mm", naked.and_then(|s| s.joint_mean_mm), Some(35.0), by_kind(10.0, 20.0), Less),
-        verdict("T6", "outside_scan", worst(steps.iter().filter_map(|s| s.outside_scan)), Some(0.0), 0.0, Less),
-        verdict("T6", "outside_truth_percent", worst(hidden().map(|h| h.outside_truth_percent)), Some(1.0), 0.1, Less),
-        verdict("T6", "outside_truth_p999_mm", worst(hidden().map(|h| h.outside_truth_p999_mm)), Some(5.0), 1.0, Less),
-        verdict(
+        check("T5", "joint_mean_mm", naked.and_then(|s| s.joint_mean_mm), Some(35.0), by_kind(10.0, 20.0), Less),
+        check("T6", "outside_scan", worst(steps.iter().filter_map(|s| s.outside_scan)), Some(0.0), 0.0, Less),
+        check("T6", "outside_truth_percent", worst(hidden().map(|h| h.outside_truth_percent)), Some(1.0), 0.1, Less),
+        check("T6", "outside_truth_p999_mm", worst(hidden().map(|h| h.outside_truth_p999_mm)), Some(5.0), 1.0, Less),
+        check(
             "T7",
             "proximity_tight_mean_mm",
             worst(hidden().filter_map(|h| h.proximity_tight_mean_mm)),
@@ -109,7 +110,7 @@ pub(super) fn judge(steps: &[StepMeasures], pairs: &[LayerPair], kind: SubjectKi
             5.0,
             Less,
         ),
-        verdict(
+        check(
             "T7",
             "proximity_loose_mean_mm",
             worst(hidden().filter_map(|h| h.proximity_loose_mean_mm)),
@@ -117,9 +118,9 @@ pub(super) fn judge(steps: &[StepMeasures], pairs: &[LayerPair], kind: SubjectKi
             8.0,
             Less,
         ),
-        verdict("T8", "garment_iou, mean", iou_mean, Some(0.85), 0.95, More),
-        verdict("T8", "garment_iou, worst", iou_worst, Some(0.75), 0.90, More),
-        verdict(
+        check("T8", "garment_iou, mean", iou_mean, Some(0.85), 0.95, More),
+        check("T8", "garment_iou, worst", iou_worst, Some(0.75), 0.90, More),
+        check(
             "T9",
             "garment_surface_mean_mm",
             worst(garments().map(|g| g.garment_surface_mean_mm)),
@@ -127,8 +128,8 @@ pub(super) fn judge(steps: &[StepMeasures], pairs: &[LayerPair], kind: SubjectKi
             5.0,
             Less,
         ),
-        verdict("T10", "inside_percent", worst(pairs.iter().map(|p| p.inside_percent)), Some(0.1), 0.0, Less),
-        verdict("T10", "intersecting_pairs, all", pairs_total, None, 0.0, Less),
+        check("T10", "inside_percent", worst(pairs.iter().map(|p| p.inside_percent)), Some(0.1), 0.0, Less),
+        check("T10", "intersecting_pairs, all", pairs_total, None, 0.0, Less),
     ]
     .into_iter()
     .flatten()

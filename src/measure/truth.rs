@@ -1,4 +1,4 @@
-//! What is known of a subject, and where a truth folder keeps it.
+//! The truth of a subject, and the names of its files.
 
 use super::error::MeasureError;
 use crate::body::{HumanJoint, Side};
@@ -14,7 +14,7 @@ pub type JointPositions = BTreeMap<String, Point>;
 pub struct TruthStep {
     /// The body.
     pub body: TriMesh,
-    /// What it wears, innermost first.
+    /// Its garments, innermost first.
     pub layers: Vec<TriMesh>,
     /// Joint centres by our names.
     pub joints: JointPositions,
@@ -25,7 +25,7 @@ pub struct TruthStep {
 pub struct TruthBind {
     /// The body.
     pub body: TriMesh,
-    /// What it wears, innermost first.
+    /// Its garments, innermost first.
     pub layers: Vec<TriMesh>,
 }
 
@@ -72,7 +72,7 @@ fn makehuman_bone(joint: HumanJoint) -> String {
     }
 }
 
-/// Where a truth folder keeps what.
+/// The file names in a truth folder.
 pub struct TruthNaming;
 
 impl TruthNaming {
@@ -126,7 +126,7 @@ impl TruthJoints {
         Ok(Self { names: file.names, steps })
     }
 
-    /// How many steps.
+    /// The number of steps.
     pub fn step_count(&self) -> usize {
         self.steps.len()
     }

@@ -4,8 +4,8 @@ use super::camera::RgbdRecording;
 use super::error::StudioError;
 use super::garments::{DressedSubject, SewnGarment, dress, sew};
 use super::params::StudioParams;
-use super::stage::Stage;
 use super::subject::{Stance, Subject};
+use super::turntable_subject::TurntableSubject;
 use crate::body::BodyModel;
 use crate::geometry::{PerVertex, TriMesh};
 use crate::measure::{JointPositions, TruthBind, TruthStep};
@@ -95,8 +95,8 @@ fn scan_of(
         layers: dressed.layers.iter().map(placed).collect(),
         joints: joints(subject, &stance),
     };
-    let stage = Stage { subject, stance: &stance, dressed, garments };
-    let (recording, scan, colors) = stage.scanned(&truth, params, params.seed.wrapping_add(step as u64))?;
+    let on_table = TurntableSubject { subject, stance: &stance, dressed, garments };
+    let (recording, scan, colors) = on_table.scanned(&truth, params, params.seed.wrapping_add(step as u64))?;
     Ok(SyntheticStep { name, recording, scan, colors, truth })
 }
 

@@ -7,8 +7,8 @@ mod generate;
 mod level_set;
 mod params;
 mod seeds;
-mod stage;
 mod subject;
+mod turntable_subject;
 
 pub use camera::{
     DepthNoise, Lens, RgbdFrame, RgbdRecording, ScannerParams, SceneSurface, TurntableParams, record_turn,

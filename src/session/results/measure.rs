@@ -4,7 +4,7 @@ use super::posed_step::PosedStep;
 use crate::formats::read_ply;
 use crate::geometry::{Point, TriMesh};
 use crate::measure::{
-    JointPositions, Measures as TruthMeasures, ResultBind, ResultStep, SubjectKind, TruthBind, TruthJoints,
+    JointPositions, ResultBind, ResultStep, SessionMeasures as TruthMeasures, SubjectKind, TruthBind, TruthJoints,
     TruthNaming, TruthStep, measure, scan_from_truth,
 };
 use crate::scan::FileFrame;

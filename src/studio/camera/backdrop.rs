@@ -1,6 +1,6 @@
 //! The background: a wall and a floor, which keep their place in the frame of the camera.
 
-use super::pinhole::View;
+use super::pinhole::PosedCamera;
 use crate::geometry::Vec3;
 
 /// A plain room in the camera's frame.
@@ -28,7 +28,7 @@ const POSTER: [f64; 3] = [72.0, 104.0, 132.0];
 
 impl Room {
     /// The wall or floor at a pixel; `None` where the ray leaves the room.
-    pub(super) fn at_pixel(&self, view: &View, x: usize, y: usize) -> Option<Backdrop> {
+    pub(super) fn at_pixel(&self, view: &PosedCamera, x: usize, y: usize) -> Option<Backdrop> {
         let ray = view.point(x as f64, y as f64, 1.0).coords;
         let to_floor = if ray.y > 1e-6 { self.floor / ray.y } else { f64::INFINITY };
         if to_floor < self.wall {

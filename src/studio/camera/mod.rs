@@ -13,7 +13,7 @@ mod turntable;
 
 pub use noise::DepthNoise;
 pub use pinhole::Lens;
-pub use render::Scene;
+pub use render::LabelledScene;
 pub use scanner::{ScannerParams, scan_from_images, simulate_scan};
 pub use turntable::{
     RgbdFrame, RgbdRecording, SceneSurface, TurntableParams, axis_of, merged, record, record_turn, recording,

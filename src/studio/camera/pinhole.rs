@@ -30,12 +30,12 @@ impl Lens {
 
 /// A pinhole camera with its pose. Its frame: x right, y down, z forward.
 #[derive(Clone, Debug)]
-pub struct View {
+pub struct PosedCamera {
     pub(super) camera_from_world: Isometry3<f64>,
     pub(super) lens: Lens,
 }
 
-impl View {
+impl PosedCamera {
     /// `count` level cameras at the height of `center`, `distance` metres from the vertical through it: `turns` turns of
     /// a turntable, in the frame of the person.
     pub(super) fn ring(center: &Point, distance: f64, count: usize, turns: f64, lens: &Lens) -> Vec<Self> {

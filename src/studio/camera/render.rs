@@ -2,7 +2,7 @@
 
 use super::backdrop::{Backdrop, Room};
 use super::noise::DepthNoise;
-use super::pinhole::View;
+use super::pinhole::PosedCamera;
 use crate::geometry::{FaceId, Point, TriMesh, Vec3};
 use crate::numerics::Rng;
 use nalgebra::Point2;
@@ -11,13 +11,13 @@ use nalgebra::Point2;
 ///
 /// **Shapes** all arrays have `lens.width * lens.height` entries, row by row from the top.
 pub struct DepthImage {
-    pub(super) view: View,
+    pub(super) view: PosedCamera,
     /// Metres along the view's z; 0 where nothing was measured.
     pub(super) depth: Vec<f32>,
     pub(super) color: Vec<[u8; 3]>,
     /// Cosine between the surface's normal and the ray; 0 where nothing was measured.
     pub(super) facing: Vec<f32>,
-    /// True label of the pixel, see [`Scene::labels`]; 0 is the room.
+    /// True label of the pixel, see [`LabelledScene::labels`]; 0 is the room.
     pub(super) label: Vec<u8>,
 }
 
@@ -25,7 +25,7 @@ pub struct DepthImage {
 ///
 /// **Shapes** `colors` has one entry per vertex, `labels` one per face.
 #[derive(Clone)]
-pub struct Scene {
+pub struct LabelledScene {
     /// The surfaces, metres.
     pub mesh: TriMesh,
     /// sRGB.
@@ -45,10 +45,16 @@ struct Fragment {
 
 const NOTHING: u32 = u32::MAX;
 
-impl View {
+impl PosedCamera {
     /// The image of a scene, with the camera's noise. Behind the scene is `room`, which keeps its place in the camera's
     /// frame.
-    pub(super) fn render(&self, scene: &Scene, room: Option<&Room>, noise: &DepthNoise, rng: &mut Rng) -> DepthImage {
+    pub(super) fn render(
+        &self,
+        scene: &LabelledScene,
+        room: Option<&Room>,
+        noise: &DepthNoise,
+        rng: &mut Rng,
+    ) -> DepthImage {
         let (width, height) = (self.lens.width, self.lens.height);
         let seen = self.rasterise(&scene.mesh);
         let behind: Vec<Option<Backdrop>> = (0..seen.len())
@@ -144,7 +150,7 @@ impl View {
 }
 
 /// The colour under a broad light from above.
-fn shaded(scene: &Scene, fragment: &Fragment) -> [f64; 3] {
+fn shaded(scene: &LabelledScene, fragment: &Fragment) -> [f64; 3] {
     let face = FaceId(fragment.face);
     let corners = scene.mesh.faces()[face];
     let [a, b] = fragment.weights.map(f64::from);
@@ -161,16 +167,16 @@ mod tests {
     use crate::studio::camera::pinhole::Lens;
 
     /// A wall of 1 m × 1 m through the axis, turned about the vertical.
-    fn wall(turned: f64) -> Scene {
+    fn wall(turned: f64) -> LabelledScene {
         let (s, c) = (0.5 * turned.sin(), 0.5 * turned.cos());
         let points =
             vec![Point::new(-c, -0.5, s), Point::new(c, -0.5, -s), Point::new(c, 0.5, -s), Point::new(-c, 0.5, s)];
         let mesh = TriMesh::try_from_indices(points, &[[0, 1, 2], [0, 2, 3]]).unwrap();
-        Scene { mesh, colors: vec![[200, 100, 50]; 4], labels: vec![1; 2] }
+        LabelledScene { mesh, colors: vec![[200, 100, 50]; 4], labels: vec![1; 2] }
     }
 
     fn measured(turned: f64) -> Vec<(usize, f64)> {
-        let view = &View::ring(&Point::origin(), 2.0, 1, 1.0, &Lens::default())[0];
+        let view = &PosedCamera::ring(&Point::origin(), 2.0, 1, 1.0, &Lens::default())[0];
         let image = view.render(&wall(turned), None, &DepthNoise::default(), &mut Rng::new(1));
         image.depth.iter().enumerate().filter(|(_, d)| **d > 0.0).map(|(i, &d)| (i, f64::from(d))).collect()
     }
@@ -184,7 +190,7 @@ mod tests {
         let deviation = (seen.iter().map(|s| (s.1 - mean).powi(2)).sum::<f64>() / seen.len() as f64).sqrt();
         assert!((mean - 2.0).abs() < 5e-4, "{mean}");
         assert!((deviation * 1e3 - (1.2 + 1.9 * 1.6f64.powi(2))).abs() < 0.3, "{deviation}");
-        let view = &View::ring(&Point::origin(), 2.0, 1, 1.0, &Lens::default())[0];
+        let view = &PosedCamera::ring(&Point::origin(), 2.0, 1, 1.0, &Lens::default())[0];
         let (x, y) = (seen[0].0 % view.lens.width, seen[0].0 / view.lens.width);
         let corner = view.camera_from_world.inverse() * view.point(x as f64, y as f64, 2.0);
         assert!((corner.y - 0.5).abs() < 0.03 && corner.z.abs() < 1e-9, "the first row is the top: {corner}");

@@ -2,8 +2,8 @@
 
 use super::backdrop::Room;
 use super::noise::DepthNoise;
-use super::pinhole::{Lens, View};
-use super::render::{DepthImage, Scene};
+use super::pinhole::{Lens, PosedCamera};
+use super::render::{DepthImage, LabelledScene};
 use crate::geometry::{PerVertex, Point, TriMesh, VertexId};
 use crate::numerics::Rng;
 use crate::studio::error::StudioError;
@@ -109,10 +109,10 @@ pub fn record(
     params: &TurntableParams,
     axis: &Point,
     seed: u64,
-    scene: &(dyn Fn(usize) -> Result<Scene, StudioError> + Sync),
+    scene: &(dyn Fn(usize) -> Result<LabelledScene, StudioError> + Sync),
 ) -> Result<Vec<DepthImage>, StudioError> {
     let room = Room { wall: params.distance + params.wall, floor: params.eye_height };
-    View::ring(axis, params.distance, params.views, params.turns, &params.lens)
+    PosedCamera::ring(axis, params.distance, params.views, params.turns, &params.lens)
         .par_iter()
         .enumerate()
         .map(|(i, view)| {
@@ -160,7 +160,7 @@ pub fn record_turn(
 /// All surfaces as one mesh.
 ///
 /// **Errors** a surface without one colour per vertex.
-pub fn merged(surfaces: &[SceneSurface<'_>]) -> Result<Scene, StudioError> {
+pub fn merged(surfaces: &[SceneSurface<'_>]) -> Result<LabelledScene, StudioError> {
     let (mut points, mut faces, mut colors, mut labels) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for surface in surfaces {
         let (vertices, found) = (surface.mesh.vertex_count(), surface.colors.len());
@@ -174,7 +174,7 @@ pub fn merged(surfaces: &[SceneSurface<'_>]) -> Result<Scene, StudioError> {
         labels.resize(faces.len(), surface.label);
     }
     let mesh = TriMesh::try_new(points, faces).expect("parts of valid meshes, indices shifted");
-    Ok(Scene { mesh, colors, labels })
+    Ok(LabelledScene { mesh, colors, labels })
 }
 
 #[cfg(test)]

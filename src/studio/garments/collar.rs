@@ -145,12 +145,12 @@ impl Collar {
 }
 
 /// The direction out of the garment and its normal at a vertex of the outline.
-struct Frame {
+struct OutlineFrame {
     out: Vec3,
     normal: Vec3,
 }
 
-fn frames(mesh: &TriMesh, base: &[VertexId], closed: bool) -> Vec<Frame> {
+fn frames(mesh: &TriMesh, base: &[VertexId], closed: bool) -> Vec<OutlineFrame> {
     let normals = mesh.vertex_normals();
     let n = base.len();
     let at = |k: usize| mesh.points()[base[k]];
@@ -166,7 +166,7 @@ fn frames(mesh: &TriMesh, base: &[VertexId], closed: bool) -> Vec<Frame> {
     (0..n)
         .map(|k| {
             let around = (k.saturating_sub(AVERAGED)..(k + AVERAGED + 1).min(n)).map(|j| raw[j]).sum::<Vec3>();
-            Frame { out: around.try_normalize(1e-9).unwrap_or(raw[k]), normal: normals[base[k]] }
+            OutlineFrame { out: around.try_normalize(1e-9).unwrap_or(raw[k]), normal: normals[base[k]] }
         })
         .collect()
 }

@@ -50,7 +50,7 @@ const NECK: u8 = 8;
 const HEAD: u8 = 16;
 
 /// A kind: name, segmentation template, description, level (higher is farther out), and the parts that it covers.
-struct Row(&'static str, &'static str, &'static str, u8, u8);
+struct KindRow(&'static str, &'static str, &'static str, u8, u8);
 
 impl GarmentKind {
     /// All kinds.
@@ -74,27 +74,33 @@ impl GarmentKind {
         Self::Hat,
     ];
 
-    fn row(self) -> Row {
+    fn row(self) -> KindRow {
         match self {
-            Self::Socks => Row("socks", "socks", "a pair, over the ankles", 0, FEET),
-            Self::Leggings => Row("leggings", "leggings", "skin-tight, waist to ankles", 0, LOWER),
-            Self::Tanktop => Row("tanktop", "tanktop", "close, no sleeves, deep neck", 0, UPPER),
-            Self::Tshirt => Row("tshirt", "tshirt", "short sleeves, round neck", 1, UPPER),
-            Self::Shirt => Row("shirt", "shirt", "long sleeves, stand-up collar, below the hips", 2, UPPER),
-            Self::Blouse => Row("blouse", "blouse", "loose long sleeves, small V at the neck", 2, UPPER),
-            Self::Trousers => Row("trousers", "trousers", "wool, straight, to the ankles", 1, LOWER),
-            Self::Jeans => Row("jeans", "trousers", "denim, narrow, to the ankles", 1, LOWER),
-            Self::Shorts => Row("shorts", "shorts", "wide, to the middle of the thigh", 1, LOWER),
-            Self::Skirt => Row("skirt", "skirt", "flared, to the knee", 2, LOWER),
-            Self::Dress => Row("dress", "dress", "short sleeves, close above, flared to the knee", 2, UPPER | LOWER),
-            Self::Pullover => Row("pullover", "pullover", "knitted, wide, long sleeves", 3, UPPER),
-            Self::Vest => Row("vest", "vest", "no sleeves, open in front", 3, UPPER),
-            Self::Jacket => Row("jacket", "jacket", "open in front, turned-down collar", 4, UPPER),
-            Self::Coat => {
-                Row("coat", "coat", "wool, open in front, to the middle of the thigh, wide collar", 5, UPPER | LOWER)
+            Self::Socks => KindRow("socks", "socks", "a pair, over the ankles", 0, FEET),
+            Self::Leggings => KindRow("leggings", "leggings", "skin-tight, waist to ankles", 0, LOWER),
+            Self::Tanktop => KindRow("tanktop", "tanktop", "close, no sleeves, deep neck", 0, UPPER),
+            Self::Tshirt => KindRow("tshirt", "tshirt", "short sleeves, round neck", 1, UPPER),
+            Self::Shirt => KindRow("shirt", "shirt", "long sleeves, stand-up collar, below the hips", 2, UPPER),
+            Self::Blouse => KindRow("blouse", "blouse", "loose long sleeves, small V at the neck", 2, UPPER),
+            Self::Trousers => KindRow("trousers", "trousers", "wool, straight, to the ankles", 1, LOWER),
+            Self::Jeans => KindRow("jeans", "trousers", "denim, narrow, to the ankles", 1, LOWER),
+            Self::Shorts => KindRow("shorts", "shorts", "wide, to the middle of the thigh", 1, LOWER),
+            Self::Skirt => KindRow("skirt", "skirt", "flared, to the knee", 2, LOWER),
+            Self::Dress => {
+                KindRow("dress", "dress", "short sleeves, close above, flared to the knee", 2, UPPER | LOWER)
             }
-            Self::Scarf => Row("scarf", "scarf", "wool, round the neck", 6, NECK),
-            Self::Hat => Row("hat", "hat", "knitted cap", 6, HEAD),
+            Self::Pullover => KindRow("pullover", "pullover", "knitted, wide, long sleeves", 3, UPPER),
+            Self::Vest => KindRow("vest", "vest", "no sleeves, open in front", 3, UPPER),
+            Self::Jacket => KindRow("jacket", "jacket", "open in front, turned-down collar", 4, UPPER),
+            Self::Coat => KindRow(
+                "coat",
+                "coat",
+                "wool, open in front, to the middle of the thigh, wide collar",
+                5,
+                UPPER | LOWER,
+            ),
+            Self::Scarf => KindRow("scarf", "scarf", "wool, round the neck", 6, NECK),
+            Self::Hat => KindRow("hat", "hat", "knitted cap", 6, HEAD),
         }
     }
 
@@ -130,9 +136,9 @@ impl GarmentKind {
     /// **Errors** the first that does not fit over those worn already, or is worn already.
     pub fn check_order(kinds: &[Self]) -> Result<(), StudioError> {
         for (k, &kind) in kinds.iter().enumerate() {
-            let Row(.., level, place) = kind.row();
+            let KindRow(.., level, place) = kind.row();
             for &worn in &kinds[..k] {
-                let Row(.., outer, there) = worn.row();
+                let KindRow(.., outer, there) = worn.row();
                 if worn == kind {
                     return Err(StudioError::WornTwice { name: kind.name() });
                 }

@@ -1,6 +1,6 @@
 //! The dressed subject on the turntable: what the camera records, and the scan that is fused from it.
 
-use super::camera::{RgbdRecording, Scene, SceneSurface, axis_of, merged, record, recording, scan_from_images};
+use super::camera::{LabelledScene, RgbdRecording, SceneSurface, axis_of, merged, record, recording, scan_from_images};
 use super::error::StudioError;
 use super::garments::{DressedSubject, SewnGarment};
 use super::params::StudioParams;
@@ -10,7 +10,7 @@ use crate::geometry::{Aabb, Adjacency, PerVertex, TriMesh};
 use crate::measure::TruthStep;
 
 /// The dressed subject before the camera in one step.
-pub(super) struct Stage<'a> {
+pub(super) struct TurntableSubject<'a> {
     pub(super) subject: &'a Subject,
     pub(super) stance: &'a Stance,
     /// In the frame of the subject, not of the turntable.
@@ -18,7 +18,7 @@ pub(super) struct Stage<'a> {
     pub(super) garments: &'a [SewnGarment],
 }
 
-impl Stage<'_> {
+impl TurntableSubject<'_> {
     /// The recording of a turn, and the scan fused from it with its colours.
     pub(super) fn scanned(
         &self,
@@ -43,7 +43,7 @@ impl Stage<'_> {
 
     /// The body and the garments as one scene. Cloth is subdivided, so that the edges of its motif are sharp, and has its
     /// thickness, so that hems have it too.
-    fn scene(&self, body: &TriMesh, layers: &[TriMesh]) -> Result<Scene, StudioError> {
+    fn scene(&self, body: &TriMesh, layers: &[TriMesh]) -> Result<LabelledScene, StudioError> {
         let cloth: Vec<(TriMesh, PerVertex<[u8; 3]>)> = layers
             .iter()
             .zip(self.garments)
@@ -58,7 +58,7 @@ impl Stage<'_> {
     }
 
     /// The scene at `time`, −½ to ½ within the turn; the truth is the middle of the sway.
-    fn swayed(&self, sway: f64, time: f64, seed: u64) -> Result<Scene, StudioError> {
+    fn swayed(&self, sway: f64, time: f64, seed: u64) -> Result<LabelledScene, StudioError> {
         let pose = self.subject.with_sinking_arms(&self.stance.pose, sway, time);
         let lean = self.subject.lean(sway, time, seed);
         let moved = |mesh: &TriMesh, weights: &SkinWeights| {
