@@ -26,7 +26,7 @@ pub(super) struct Joints {
     pub toes: Vec3,
 }
 
-/// Factors that [`super::girth::calibrate`] turns until the girths are those asked for; one each at the start.
+/// Factors on the sections that [`super::girth::calibrate`] adjusts until the girths are the measured ones; initially 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tuning {
     pub neck: f64,
@@ -62,7 +62,7 @@ impl Default for Tuning {
     }
 }
 
-/// Heights of the levels that shape the body, already lowered for the legs apart.
+/// Heights of the levels that shape the body, lowered because the legs are spread.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Levels {
     pub vertex: f64,
@@ -93,7 +93,7 @@ pub(super) struct Anatomy {
 }
 
 impl Anatomy {
-    /// Stature over 1.70 m: for sizes that no measurement gives.
+    /// Stature over 1.70 m: the scale of sizes that no measurement gives.
     pub fn scale(&self) -> f64 {
         self.measures.stature / 1.70
     }
@@ -108,18 +108,18 @@ impl Anatomy {
         heel_of(&self.joints.foot, &self.foot[0], &self.measures)
     }
 
-    /// Between what a woman and what a man has.
+    /// Interpolates between the value for a woman and the value for a man.
     pub fn by_sex(&self, woman: f64, man: f64) -> f64 {
         woman + self.measures.male * (man - woman)
     }
 }
 
-/// Grows with the girth, less than in proportion.
+/// Half the height of a breast, metres: grows with the girth, less than in proportion.
 pub(super) fn breast_radius(m: &Anthropometry) -> f64 {
     (0.052 + 0.004 * m.male) * (m.chest_circumference / 0.947).powf(0.7)
 }
 
-/// The ankle centre stands over 0.235 of the foot's length.
+/// The back of the heel: the ankle centre is 0.235 of the foot's length in front of it.
 pub(super) fn heel_of(ankle: &Vec3, axis: &Vec3, m: &Anthropometry) -> Vec3 {
     let mut heel = ankle - axis * (0.235 * m.foot_length);
     heel.y = 0.0;

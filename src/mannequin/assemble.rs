@@ -13,14 +13,14 @@ use crate::geometry::Vec3;
 
 /// Arms point this far below the horizontal in the bind pose.
 const ARM_DOWN_DEG: f64 = 45.0;
-/// Arms point this far forward of the frontal plane: where they hang by themselves.
+/// Arms point this far forward of the frontal plane: where relaxed arms hang.
 const ARM_FORWARD_DEG: f64 = 7.0;
 /// Legs point this far outward: leaves a clear gap at the crotch for heavy thighs too.
 const LEG_OUT_DEG: f64 = 9.0;
 /// Feet point this far outward.
 const FOOT_OUT_DEG: f64 = 7.0;
 
-/// The body of those measurements, its sections scaled by `tuning`.
+/// The body with these measurements, its sections scaled by `tuning`.
 pub(super) fn assemble(m: &Anthropometry, tuning: Tuning) -> Anatomy {
     let scale = m.stature / 1.70;
     // Hip joint: level with the tip of the greater trochanter; 0.36 of the inter-spinous width from the midline
@@ -32,11 +32,11 @@ pub(super) fn assemble(m: &Anthropometry, tuning: Tuning) -> Anatomy {
     let out = LEG_OUT_DEG.to_radians();
     let drop = (hip_height - ankle_height) * (1.0 - out.cos());
     let down = |h: f64| h - drop;
-    // Drawn heights are nearly in order; where two come too close the lower one gives way downward from the top.
+    // Drawn heights are nearly in order; where two come too close the lower one moves down.
     let suprasternal = m.suprasternal_height;
     let axilla = m.axilla_height.min(suprasternal - 0.06);
     let chest = m.chest_height.min(axilla - 0.035);
-    // A woman's is just below the breasts, wherever they end; a man's 5.5 cm below the nipples.
+    // A woman's is just below the breasts, a man's 5.5 cm below the nipples.
     let under_chest = chest - (0.055 + (1.0 - m.male) * (1.13 * breast_radius(m) - 0.055)).max(0.050);
     let natural_waist = m.tenth_rib_height.max(m.waist_height_omphalion + 0.045).min(under_chest - 0.05);
     let waist = m.waist_height_omphalion.min(natural_waist - 0.04);

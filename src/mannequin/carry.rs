@@ -1,17 +1,18 @@
-//! The template's vertices on another body: by each primitive's own coordinates, then onto that body's surface.
+//! The template's vertices transferred to another body: by the coordinates of each primitive, then projected onto that
+//! body's surface.
 
 use super::anatomy::Anatomy;
 use super::mesh::HalfMesh;
 use crate::geometry::Vec3;
 
-/// Rounds in which displacements are smoothed and vertices projected again: takes out what little slides.
+/// Rounds in which displacements are smoothed and vertices projected again: removes tangential sliding.
 const SETTLE: usize = 3;
 
-/// For each vertex the primitives that own it and their shares, in the template's body.
+/// For each vertex of the template the primitives that it belongs to, and their shares.
 pub(super) struct Ownership(Vec<Vec<(u16, f64)>>);
 
 impl Ownership {
-    /// Shares at the vertices, smoothed over the mesh so that neighbours are carried alike.
+    /// Shares at the vertices, smoothed over the mesh so that neighbours move together.
     pub fn prepare(template: &Anatomy, mesh: &HalfMesh) -> Self {
         /// Mesh-smoothing rounds of the shares: about three edges wide.
         const ROUNDS: usize = 6;

@@ -1,4 +1,4 @@
-//! A first triangle mesh of the left half by marching tetrahedra (Doi 1991; Kuhn's six tetrahedra a cell, so that
+//! A first triangle mesh of the left half by marching tetrahedra (Doi 1991; Kuhn's six tetrahedra per cell, so that
 //! neighbours agree and the mesh is a manifold whose boundary lies exactly on x = 0).
 
 use super::field::Field;

@@ -6,7 +6,7 @@
 use super::loft::Loft;
 use crate::geometry::Vec3;
 
-/// What a primitive is made of.
+/// The shape of a primitive.
 #[derive(Clone, Debug)]
 pub(super) enum Form {
     /// A tube of sections.
@@ -17,7 +17,7 @@ pub(super) enum Form {
     Cone { a: Vec3, b: Vec3, radii: [f64; 2] },
 }
 
-/// Parts that skin weights treat alike.
+/// Parts of the body for the skin weights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum BodyPart {
     Torso,
@@ -37,9 +37,9 @@ pub(super) struct Primitive {
     pub form: Form,
     /// Width of its smooth union with all before it, metres.
     pub blend: f64,
-    /// Wanted edge length of the mesh here, metres.
+    /// Target edge length of the mesh on this primitive, metres.
     pub edge: f64,
-    /// Which bones move it, see `weights`.
+    /// Determines the bones that move it, see `skin`.
     pub region: BodyPart,
     bounds: [Vec3; 2],
 }
@@ -77,7 +77,7 @@ impl Primitive {
         }
     }
 
-    /// Where the same place of this primitive lies in another body.
+    /// The point of `to`, this primitive in another body, that corresponds to `p`.
     pub fn carry(&self, to: &Primitive, p: &Vec3) -> Vec3 {
         match (&self.form, &to.form) {
             (Form::Loft(x), Form::Loft(y)) => x.carry(y, p),
@@ -101,7 +101,7 @@ impl Primitive {
     }
 }
 
-/// A Gaussian raise (`height` > 0) or dent of the surface.
+/// A Gaussian bump (`height` > 0) or dent of the surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bump {
     pub center: Vec3,
@@ -110,12 +110,12 @@ pub(super) struct Bump {
     pub height: f64,
 }
 
-/// A ball in which the mesh is finer than the primitives ask for.
+/// A ball in which the mesh is finer than on the primitives.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Focus {
     pub center: Vec3,
     pub reach: f64,
-    /// Wanted edge length inside, metres.
+    /// Target edge length inside, metres.
     pub edge: f64,
 }
 
@@ -184,7 +184,7 @@ impl Field {
         q
     }
 
-    /// The edge length wanted at a point: what the primitives ask for, each by its share, finer in a focus.
+    /// The target edge length at a point: the mean of the primitives' by their shares, finer in a focus.
     pub fn wanted_edge(&self, p: &Vec3) -> f64 {
         let base: f64 = self.shares(p).iter().zip(&self.primitives).map(|(w, part)| w * part.edge).sum();
         let p = Vec3::new(p.x.abs(), p.y, p.z);
@@ -194,7 +194,7 @@ impl Field {
         })
     }
 
-    /// How much each primitive owns the point: a soft minimum over their values, summing to one.
+    /// The share of each primitive in the point: a soft minimum over their values, summing to one.
     pub fn shares(&self, p: &Vec3) -> Vec<f64> {
         let p = Vec3::new(p.x.abs(), p.y, p.z);
         let values: Vec<f64> = self.primitives.iter().map(|part| part.value(&p)).collect();
@@ -210,7 +210,7 @@ impl Field {
     }
 }
 
-/// The lesser of two values with a rounded crossing of width `k` (quadratic, after Quilez).
+/// The smooth minimum of two values with a blend of width `k` (quadratic, after Quilez).
 fn smooth_min(a: f64, b: f64, k: f64) -> f64 {
     if !a.is_finite() {
         return b;

@@ -1,7 +1,7 @@
-//! A piece of a surface laid flat with least distortion of angles.
+//! A chart of a surface flattened with least distortion of angles.
 //!
-//! **Source** Lévy 2002, least squares conformal maps: for each triangle the complex gradient of the map is to be that
-//! of a similarity; two vertices are held.
+//! **Source** Lévy 2002, least squares conformal maps: for each triangle the complex gradient of the map should be
+//! that of a similarity; two vertices are fixed.
 
 use crate::geometry::{FaceId, Point, TriMesh, VertexId};
 use crate::numerics::SparseCholesky;
@@ -65,7 +65,7 @@ pub(super) fn flatten(mesh: &TriMesh, faces: &[FaceId]) -> Option<Flat> {
     Some(flat)
 }
 
-/// The two equations of a triangle: for each corner the factors of its u and its v.
+/// The two equations of a triangle: for each corner the coefficients of its u and its v.
 fn rows_of([a, b, c]: [Point; 3]) -> [[[f64; 2]; 3]; 2] {
     let x_axis = (b - a).normalize();
     let normal = (b - a).cross(&(c - a));
@@ -92,7 +92,7 @@ fn farthest_pair(points: &[Point]) -> [usize; 2] {
 }
 
 impl Flat {
-    /// Vertices and their places, in the order of the mesh.
+    /// Vertices and their coordinates, in the order of the mesh.
     pub fn vertices(&self) -> impl Iterator<Item = (VertexId, [f64; 2])> + '_ {
         self.places.iter().map(|(v, p)| (*v, *p))
     }
@@ -104,7 +104,7 @@ impl Flat {
 
     /// Turns it so that its box is the narrowest of those tried and stands upright, and moves it to the origin.
     pub fn stand(&mut self) {
-        /// Steps of 3°: a chart three times as long as broad is at most 5 % broader than it need be.
+        /// Steps of 3°: a chart three times as long as broad is at most 5 % broader than necessary.
         const STEPS: usize = 60;
         let turned = |angle: f64| {
             let (sin, cos) = angle.sin_cos();

@@ -1,4 +1,4 @@
-//! Girths measured on the implicit surface, and the sections scaled until they are those asked for.
+//! Girths measured on the implicit surface, and the sections scaled until the girths are the drawn ones.
 
 use super::anatomy::{Anatomy, Tuning};
 use super::assemble::assemble;
@@ -9,12 +9,12 @@ use std::f64::consts::TAU;
 
 /// Rays of a section: a chord error under 0.1 % of the girth.
 const RAYS: usize = 72;
-/// No trunk reaches further from its middle; a ray at the chest's level that runs into the arm stops here.
+/// Longest ray, metres: no trunk is wider; a ray at the level of the chest that enters the arm stops here.
 const FAR: f64 = 0.35;
 /// Fixed-point rounds: most girths are within 3 mm after four; where two sections share their flesh it takes nine.
 const ROUNDS: usize = 9;
 
-/// Where a girth is taken.
+/// The plane section in which a girth is measured.
 struct Section {
     center: Vec3,
     u: Vec3,
@@ -44,7 +44,7 @@ fn tape(field: &Field, section: &Section) -> f64 {
     hull_perimeter(&mut points)
 }
 
-/// How far the surface is along a ray that starts inside; stops at the midline.
+/// The distance to the surface along a ray that starts inside, metres; the ray ends at the midline.
 fn reach(field: &Field, center: &Vec3, direction: &Vec3) -> f64 {
     let stop = if direction.x < -1e-9 { -center.x / direction.x } else { FAR };
     let (mut low, mut high) = (0.0, stop.min(FAR));
@@ -81,14 +81,14 @@ fn hull_perimeter(points: &mut [[f64; 2]]) -> f64 {
     half(&mut points.iter().copied()) + half(&mut points.iter().rev().copied())
 }
 
-/// A girth by name, as it is and as it was asked for.
+/// A girth, as measured on the built body and as drawn.
 pub(super) struct Girth {
     pub name: &'static str,
     pub measured: f64,
     pub asked: f64,
 }
 
-/// All girths that [`calibrate`] turns to their targets, in the order of [`Tuning`]'s fields.
+/// All girths that [`calibrate`] brings to their targets, in the order of [`Tuning`]'s fields.
 pub(super) fn girths(body: &Anatomy) -> Vec<Girth> {
     let (m, l) = (&body.measures, &body.levels);
     let flat = |y: f64, z: f64| Section { center: Vec3::new(0.0, y, z), u: Vec3::x(), v: Vec3::z(), whole: true };
@@ -145,7 +145,7 @@ fn trunk_of(field: &Field) -> Field {
     trunk
 }
 
-/// The body of those measurements whose girths are those asked for.
+/// The body with these measurements, its girths brought to the drawn ones.
 pub(super) fn calibrate(m: &Anthropometry) -> Anatomy {
     let mut body = assemble(m, Tuning::default());
     for _ in 0..ROUNDS {

@@ -1,4 +1,4 @@
-//! Where the joints are, and how far each turns.
+//! Joint centres and limits.
 
 use super::anatomy::Anatomy;
 use super::skin::{JOINTS, joint};
@@ -34,9 +34,9 @@ pub(super) fn centers(body: &Anatomy) -> [Vec3; JOINTS] {
     all
 }
 
-/// Bounds of each joint's rotation vector (degrees), x, y, z, from the bind pose; the left side's, right mirrored.
+/// Bounds of each joint's rotation vector (degrees), x, y, z, from the bind pose; of the left side, the right is mirrored.
 ///
-/// **Source** AAOS ranges with about a tenth added, shared out along the spine and between neck and head, turned from
+/// **Source** AAOS ranges with about a tenth added, distributed along the spine and between neck and head, turned from
 /// the anatomical position into the A-pose.
 pub(super) fn limits(body: &Anatomy) -> [[[f64; 2]; 3]; JOINTS] {
     let mut all = [[[0.0; 2]; 3]; JOINTS];

@@ -5,7 +5,7 @@ use crate::geometry::Vec3;
 /// Channels of a section: centre (2), reach (4), exponents (2).
 const CHANNELS: usize = 8;
 
-/// One cross-section: where its centre lies off the axis and how far the section reaches to four sides.
+/// A cross-section: the offset of its centre from the axis, and its half-widths to four sides.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Station {
     /// Position along the axis.
@@ -32,8 +32,8 @@ pub(super) struct Loft {
 }
 
 impl Loft {
-    /// `axes` are the unit axis, `u` and `v`; `caps` how far the rounded ends reach beyond the first and last
-    /// station. Requires two stations at least, `t` strictly increasing.
+    /// `axes` are the unit axis, `u` and `v`; `caps` the lengths of the rounded ends beyond the first and last
+    /// station. Requires two stations or more, `t` strictly increasing.
     pub fn new(origin: Vec3, axes: [Vec3; 3], stations: &[Station], caps: [f64; 2]) -> Self {
         let [axis, u, v] = axes;
         let knots: Vec<f64> = stations.iter().map(|s| s.t).collect();

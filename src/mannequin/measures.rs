@@ -1,12 +1,12 @@
-//! Invented adults: measurement sets drawn from published means, deviations and correlations.
+//! Synthetic adults: measurement sets drawn from published means, deviations and correlations.
 //!
-//! **Source** ANSUR II (2012), `templates/body/ansur2012.json`; civilians spread wider than soldiers, see
+//! **Source** ANSUR II (2012), `templates/body/ansur2012.json`; civilians vary more than soldiers, see
 //! [`CIVILIAN_SPREAD`].
 
 use crate::numerics::Rng;
 use serde::Deserialize;
 
-/// Names every measurement once: the struct's fields and the table's columns are the same words.
+/// Defines the struct and the names of the table's columns from one list.
 macro_rules! measures {
     ($($name:ident),* $(,)?) => {
         /// One adult's body measurements, metres (and kilograms). The names are ANSUR's.
@@ -136,8 +136,8 @@ impl AnsurSurvey {
         [&self.women, &self.men].map(|d| d.at(&vec![0.0; d.means.len()]))
     }
 
-    /// `pairs` women and their opposites (the same draw with its sign turned), then as many men: the sample's means
-    /// are the published ones exactly.
+    /// `pairs` women and their opposites (the draw negated), then as many men: the means of the sample are exactly the
+    /// published ones.
     pub fn draw(&self, pairs: usize, seed: u64) -> Vec<Anthropometry> {
         let mut random = Rng::new(seed);
         let mut all = Vec::with_capacity(4 * pairs);

@@ -1,9 +1,10 @@
-//! The generator of the embedded body model: adults invented from published anthropometry.
+//! Generator of the synthetic adults from which the embedded body model is trained, from published anthropometry.
 //!
 //! A subject's measurements are drawn from the means, deviations and correlations of a survey; an implicit surface
 //! (lofts along bones, a few ellipsoids and capsules, smooth unions) is built around its joints and scaled until its
 //! girths are the measured ones; one mesh, made on the body half-way between the average woman and the average man, is
-//! carried to every subject. [`train`](crate::train) makes the shape space from all of them. Nothing but figures goes in.
+//! transferred to every subject. [`train`](crate::train) computes the shape space from all of them. The only input is
+//! published figures.
 //!
 //! The left half is modelled and mirrored, so the model is exactly symmetric.
 
@@ -35,10 +36,10 @@ use measures::{AnsurSurvey, Anthropometry};
 use mesh::HalfMesh;
 use rayon::prelude::*;
 
-/// What the generator is asked for.
+/// Parameters of the generator.
 #[derive(Clone, Debug)]
 pub struct MannequinParams {
-    /// Pairs of opposite draws a sex: four subjects each.
+    /// Pairs of opposite draws per sex: each gives four subjects.
     pub pairs: usize,
     /// Seed of the draws.
     pub seed: u64,
@@ -52,18 +53,18 @@ impl Default for MannequinParams {
     }
 }
 
-/// How far the generator is.
+/// Progress of the generator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MannequinStep {
-    /// What is being done.
+    /// The current work.
     pub doing: &'static str,
-    /// Done of `total`.
+    /// Items done.
     pub done: usize,
-    /// Out of how many.
+    /// Items in all.
     pub total: usize,
 }
 
-/// Why no model came out.
+/// Why no adults could be generated.
 #[derive(Debug, thiserror::Error)]
 pub enum MannequinError {
     /// The embedded survey table cannot be read.
@@ -75,10 +76,10 @@ pub enum MannequinError {
         /// Vertices − edges + faces.
         euler: i64,
     },
-    /// The mesh is none.
+    /// The mesh is invalid.
     #[error("the mannequin's mesh is unsound: {reason}")]
     Mesh {
-        /// Why.
+        /// The reason.
         reason: String,
     },
 }

@@ -4,10 +4,10 @@
 use super::field::Field;
 use crate::geometry::Vec3;
 
-/// Rounds of split, collapse, flip and relax: the edge-length histogram stands still after about ten.
+/// Rounds of split, collapse, flip and relax: the edge-length histogram no longer changes after about ten.
 const ROUNDS: usize = 14;
 
-/// The half mesh while it is being changed; dead faces are kept as holes in the array.
+/// The half mesh during remeshing; removed faces remain as holes in the array.
 pub(super) struct Remesher<'a> {
     field: &'a Field,
     points: Vec<Vec3>,
@@ -28,7 +28,7 @@ impl<'a> Remesher<'a> {
         Self { field, points, size, faces: faces.iter().map(|f| Some(*f)).collect(), around }
     }
 
-    /// Vertices and faces once the lengths have settled.
+    /// Vertices and faces after all rounds.
     pub fn run(mut self, mut on_round: impl FnMut(usize, usize)) -> (Vec<Vec3>, Vec<[u32; 3]>) {
         // The first mesh is far too fine: collapse alone, lengths growing, before anything else.
         for part in [0.3, 0.45, 0.6, 0.8] {
@@ -134,7 +134,7 @@ impl<'a> Remesher<'a> {
         }
     }
 
-    /// Collapses edges shorter than `part` of what is wanted; how many.
+    /// Collapses edges shorter than `part` of the target length; returns their number.
     fn collapse(&mut self, part: f64) -> usize {
         let mut done = 0;
         for f in 0..self.faces.len() {

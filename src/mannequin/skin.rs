@@ -1,5 +1,5 @@
-//! Skin weights of the template: each part knows its bones along its own axis, shares blend the parts, and a
-//! diffusion over the mesh makes the whole smooth.
+//! Skin weights of the template: each part is assigned to bones along its axis, the parts are blended by their shares,
+//! and diffusion over the mesh smooths the result.
 
 use super::anatomy::{Anatomy, Joints};
 use super::carry::Ownership;
@@ -7,9 +7,9 @@ use super::field::{BodyPart, Form};
 use super::mesh::HalfMesh;
 use crate::geometry::Vec3;
 
-/// How many joints.
+/// The number of joints.
 pub(super) const JOINTS: usize = 22;
-/// Influences kept a vertex: what glTF's one set of joints holds.
+/// Influences per vertex: one set of joints of glTF.
 const INFLUENCES: usize = 4;
 /// Diffusion rounds over the mesh, about ±√n edges wide.
 const ROUNDS: usize = 14;
@@ -42,7 +42,7 @@ pub(super) mod joint {
 
 type Row = [f64; JOINTS];
 
-/// Weights a vertex of the whole mesh, each row summing to one with at most four entries.
+/// Weights for each vertex of the whole mesh (V × J): each row sums to one and has at most four entries.
 pub(super) fn weights(body: &Anatomy, mesh: &HalfMesh, owners: &Ownership) -> Vec<Row> {
     let mut half: Vec<Row> = mesh
         .points
@@ -116,7 +116,7 @@ fn prune(row: &mut Row, on_plane: bool) {
     row.iter_mut().for_each(|w| *w /= sum);
 }
 
-/// Which bones move a point of a region, before any smoothing; `t` is the place along the region's own axis.
+/// Which bones move a point of a region, before any smoothing; `t` is the position along the axis of the region.
 fn bones(body: &Anatomy, region: BodyPart, p: &Vec3, t: f64) -> Vec<(usize, f64)> {
     let j: &Joints = &body.joints;
     let s = body.scale();

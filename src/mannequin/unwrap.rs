@@ -10,14 +10,14 @@ use crate::body::UvMap;
 use crate::geometry::{Adjacency, FaceId, PerFace, TriMesh, Vec3, VertexId};
 use std::collections::BTreeMap;
 
-/// Room between charts, as a share of the picture: four pixels of 1024, so that colours do not bleed across.
+/// Gap between charts, as a share of the picture: four pixels of 1024, so that colours do not bleed across.
 const GAP: f64 = 0.004;
 /// Majority votes among neighbours that straighten the seams.
 const VOTES: usize = 8;
 /// A chart smaller than this many faces joins its neighbour.
 const SMALLEST: usize = 40;
 
-/// The parts that are flattened apart.
+/// The parts that are flattened separately.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum ChartPart {
     Trunk,
@@ -103,7 +103,7 @@ fn voted(charts: &PerFace<Chart>, adjacency: &Adjacency) -> PerFace<Chart> {
         .collect()
 }
 
-/// Pieces cut off from the main piece of their chart join the chart that they border on most.
+/// Components apart from the main component of their chart join the chart that they border on most.
 fn join_islands(charts: &mut PerFace<Chart>, adjacency: &Adjacency) {
     // A piece may join another piece that has to join in turn; three rounds reach through any ring of the mesh.
     for _ in 0..3 {
@@ -159,7 +159,7 @@ fn pieces_of(charts: &PerFace<Chart>, adjacency: &Adjacency) -> Vec<Vec<FaceId>>
     pieces
 }
 
-/// Charts on shelves, tallest first; the picture's side is the least of those tried on which all fit.
+/// Charts on shelves, tallest first; the side of the picture is the smallest of those tried into which all fit.
 fn packed(mut flats: Vec<Flat>, face_count: usize) -> UvMap {
     flats.iter_mut().for_each(Flat::stand);
     let area: f64 = flats.iter().map(|f| f.size()[0] * f.size()[1]).sum();
