@@ -88,7 +88,7 @@ impl Judge<'_> {
             let (fitted, joints) = (as_worn(&body.figure, &found), joints(&body.figure, &found.pose));
             let judged = |way: Way, mesh: TriMesh, joints: &JointPositions, secs: f64| -> Result<Row> {
                 self.kept(subject, way, &mesh)?;
-                let measured = under_cloth(&mesh, joints, &covered, &scan, &truth);
+                let measured = under_cloth(&mesh, joints, &covered, &scan, &truth)?;
                 let (name, confidence) = (subject.name.clone(), found.report.confidence);
                 Ok(Row { group, way, name, measured, state: state.clone(), confidence, secs })
             };
@@ -140,17 +140,17 @@ fn under_cloth(
     covered: &PerVertex<bool>,
     scan: &Scan,
     truth: &TruthStep,
-) -> Vec<(Metric, Option<f64>)> {
+) -> Result<Vec<(Metric, Option<f64>)>> {
     let hidden = hidden_body(body, &truth.body, &truth.layers);
     let margin = InsideParams::default().margin;
-    vec![
+    Ok(vec![
         (Metric::JointsDressed, joint_mean_mm(joints, &truth.joints)),
-        (Metric::OutsideScan, Some(100.0 * outside_scan(body, covered, &scan.mesh, margin))),
+        (Metric::OutsideScan, outside_scan(body, covered, &scan.mesh, margin)?.map(|share| 100.0 * share)),
         (Metric::OutsideTruth, Some(hidden.outside_truth_percent)),
         (Metric::Depth, Some(hidden.outside_truth_p999_mm)),
         (Metric::Tight, hidden.proximity_tight_mean_mm),
         (Metric::Loose, hidden.proximity_loose_mean_mm),
-    ]
+    ])
 }
 
 pub fn refused(group: Group, way: Way, subject: &Subject, error: &FitError) -> Row {

@@ -1,6 +1,7 @@
 //! Metrics of a garment: its labels on the scan, its hems, and its intersections with other layers.
 
 use super::crossings::crossing_pairs;
+use super::error::MeasureError;
 use super::sample::mean;
 use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh, VertexId};
 use rayon::prelude::*;
@@ -36,13 +37,19 @@ pub struct LayerPair {
 /// Predicted: at least two of three corners labelled. True: the nearest of the true surfaces at that step is
 /// `layers[garment]`; of each surface only that part counts which no other cloth hides (no cloth within 12 cm along the
 /// outward normal), because with noise the skin directly under a shirt is often nearer than the shirt.
+///
+/// **Errors** [`MeasureError::WrongLength`], [`MeasureError::NoSuchLayer`].
 pub fn garment_iou(
     scan: &TriMesh,
     labels: &PerVertex<bool>,
     body: &TriMesh,
     layers: &[TriMesh],
     garment: usize,
-) -> f64 {
+) -> Result<f64, MeasureError> {
+    MeasureError::check_length("labels", labels.len(), scan.vertex_count())?;
+    if garment >= layers.len() {
+        return Err(MeasureError::NoSuchLayer { garment, layers: layers.len() });
+    }
     let shown = visible_surfaces(body, layers);
     let truth: Vec<bool> = scan
         .face_ids()
@@ -60,7 +67,7 @@ pub fn garment_iou(
         both += if predicted && truth[f.index()] { area } else { 0.0 };
         either += if predicted || truth[f.index()] { area } else { 0.0 };
     }
-    if either > 0.0 { both / either } else { 0.0 }
+    Ok(if either > 0.0 { both / either } else { 0.0 })
 }
 
 /// Body (0) and layers, each without the faces that other cloth hides.

@@ -60,7 +60,7 @@ fn measure_step(
     check_counts(step, result)?;
     let naked = result.garments.is_empty();
     let outside_scan = match (&result.covered, naked) {
-        (Some(covered), false) => Some(outside_scan(&result.body, covered, &result.scan, result.margin)),
+        (Some(covered), false) => outside_scan(&result.body, covered, &result.scan, result.margin)?,
         _ => None,
     };
     let garment = match result.garments.last() {
@@ -92,12 +92,13 @@ fn measure_garment(
         let layers = truth.layers.len();
         return Err(MeasureError::LayerMissing { step, name: result.name.clone(), garment: garment + 1, layers });
     };
-    let unlabelled = PerVertex::filled(false, result.scan.vertex_count());
-    let labels = result.labels.as_ref().unwrap_or(&unlabelled);
+    let Some(labels) = &result.labels else {
+        return Err(MeasureError::LabelsMissing { step, name: result.name.clone() });
+    };
     let in_bind = bind.layers.iter().find(|(n, _)| n == name).map(|(_, m)| m);
     let true_in_bind = truth_bind.and_then(|b| b.layers.get(garment));
     Ok(GarmentMeasures {
-        garment_iou: garment_iou(&result.scan, labels, &truth.body, &truth.layers, garment),
+        garment_iou: garment_iou(&result.scan, labels, &truth.body, &truth.layers, garment)?,
         garment_surface_mean_mm: surface_distance(mesh, true_garment).surface_mean_mm,
         garment_surface_bind_mean_mm: in_bind.zip(true_in_bind).map(|(m, t)| surface_distance(m, t).surface_mean_mm),
         hem_loops: hem_loops(mesh),

@@ -1,8 +1,9 @@
 //! Distances between two surfaces and between two sets of joints, and skin outside a scan.
 
+use super::error::MeasureError;
 use super::sample::{SAMPLE_COUNT, area_weighted, distances, mean, percentile};
 use super::truth::{JointPositions, STRICT_JOINTS};
-use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, WindingField};
+use crate::geometry::{Adjacency, PerVertex, SurfaceIndex, TriMesh, WindingField};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -36,7 +37,7 @@ pub fn joint_mean_mm(result: &JointPositions, truth: &JointPositions) -> Option<
 }
 
 /// Share (0–1) of covered skin that is outside the scan by more than `margin` metres, of all covered skin that the scan
-/// observed well.
+/// observed well; `None` if it observed none, for then nothing is certified.
 ///
 /// **Shapes** `covered` has one entry per vertex of `body`.
 ///
@@ -46,22 +47,30 @@ pub fn joint_mean_mm(result: &JointPositions, truth: &JointPositions) -> Option<
 ///
 /// Outside: by the side of the closest point *and* by the winding number. Beside the edge of an open front, where thin
 /// cloth folds over, the closest point belongs to the fold's far side and gives the wrong sign on its own.
-pub fn outside_scan(body: &TriMesh, covered: &PerVertex<bool>, scan: &TriMesh, margin: f64) -> f64 {
+///
+/// **Errors** [`MeasureError::WrongLength`].
+pub fn outside_scan(
+    body: &TriMesh,
+    covered: &PerVertex<bool>,
+    scan: &TriMesh,
+    margin: f64,
+) -> Result<Option<f64>, MeasureError> {
+    MeasureError::check_length("cover flags", covered.len(), body.vertex_count())?;
     let index = SurfaceIndex::prepare(scan);
     let winding = WindingField::prepare(scan);
-    let on_boundary = crate::geometry::Adjacency::prepare(scan).boundary_vertices();
-    let verdicts: Vec<Option<bool>> = area_weighted(body, SAMPLE_COUNT)
+    let on_boundary = Adjacency::prepare(scan).boundary_vertices();
+    let is_outside: Vec<Option<bool>> = area_weighted(body, SAMPLE_COUNT)
         .par_iter()
         .filter(|s| body.faces()[s.face].iter().all(|&v| covered[v]))
         .map(|s| {
             let (closest, side) = index.closest_signed(&s.point);
-            let seen_well = closest.distance.is_finite()
+            let observed_well = closest.distance.is_finite()
                 && !scan.faces()[closest.face].iter().any(|&v| on_boundary[v])
                 && scan.face_normal(closest.face).dot(&body.face_normal(s.face)) > 0.0;
-            seen_well.then(|| side > 0.0 && closest.distance > margin && !winding.is_inside(&s.point))
+            observed_well.then(|| side > 0.0 && closest.distance > margin && !winding.is_inside(&s.point))
         })
         .collect();
-    let seen = verdicts.iter().flatten().count();
-    let outside = verdicts.iter().flatten().filter(|&&o| o).count();
-    if seen == 0 { 0.0 } else { outside as f64 / seen as f64 }
+    let seen = is_outside.iter().flatten().count();
+    let outside = is_outside.iter().flatten().filter(|&&o| o).count();
+    Ok((seen > 0).then(|| outside as f64 / seen as f64))
 }

@@ -109,15 +109,18 @@ fn joints_are_compared_by_name_and_only_where_both_have_them() {
 fn covered_skin_outside_the_scan_counts_but_not_in_its_holes() {
     let (scan, worn) = outer_surface(0.01);
     let body = egg(0.0);
-    assert_eq!(outside_scan(&body, &worn, &scan, 0.002), 0.0);
+    assert_eq!(outside_scan(&body, &worn, &scan, 0.002).unwrap(), Some(0.0));
     let poking = shifted(&body, Vec3::new(0.0, 0.0, 0.03));
-    let share = outside_scan(&poking, &worn, &scan, 0.002);
+    let share = outside_scan(&poking, &worn, &scan, 0.002).unwrap().unwrap();
     assert!((0.2..0.6).contains(&share), "about the front half: {share}");
-    assert_eq!(outside_scan(&poking, &worn, &scan, 0.05), 0.0, "the margin is respected");
+    assert_eq!(outside_scan(&poking, &worn, &scan, 0.05).unwrap(), Some(0.0), "the margin is respected");
     let nothing = PerVertex::filled(false, body.vertex_count());
-    assert_eq!(outside_scan(&poking, &nothing, &scan, 0.002), 0.0);
+    assert_eq!(outside_scan(&poking, &nothing, &scan, 0.002).unwrap(), None);
+    let short = PerVertex::filled(true, 3);
+    assert!(matches!(outside_scan(&poking, &short, &scan, 0.002), Err(MeasureError::WrongLength { found: 3, .. })));
     let back: Vec<bool> = scan.face_ids().map(|f| scan.triangle(f)[0].z < 0.05).collect();
-    assert!(outside_scan(&poking, &worn, &scan.part(&back.into()).0, 0.002) < 0.3 * share, "unseen skin is no witness");
+    let half = outside_scan(&poking, &worn, &scan.part(&back.into()).0, 0.002).unwrap().unwrap();
+    assert!(half < 0.3 * share, "unseen skin is no witness");
 }
 
 #[test]
@@ -131,9 +134,12 @@ fn a_flap_left_behind_the_skin_does_not_put_it_outside() {
         .chain(flap.faces().iter().map(|f| f.map(|v| v.0 + first)))
         .collect();
     let with_flap = TriMesh::try_from_indices(points, &faces).unwrap();
-    assert_eq!(outside_scan(&egg(0.0), &worn, &with_flap, 0.002), 0.0);
+    assert_eq!(outside_scan(&egg(0.0), &worn, &with_flap, 0.002).unwrap(), Some(0.0));
     let poking = shifted(&egg(0.0), Vec3::new(0.0, 0.0, 0.03));
-    assert!(outside_scan(&poking, &worn, &with_flap, 0.002) > 0.2, "what is outside of all is still seen");
+    assert!(
+        outside_scan(&poking, &worn, &with_flap, 0.002).unwrap().unwrap() > 0.2,
+        "what is outside of all is still seen"
+    );
 }
 
 #[test]
@@ -176,14 +182,16 @@ fn the_innermost_cloth_is_the_wall() {
 fn iou_falls_with_every_wrong_face_and_noise_under_the_shirt_does_not_matter() {
     let (scan, labels) = outer_surface(0.01);
     let (body, layers) = (egg(0.0), vec![band(0.01)]);
-    let right = garment_iou(&scan, &labels, &body, &layers, 0);
+    let right = garment_iou(&scan, &labels, &body, &layers, 0).unwrap();
     assert!(right > 0.9, "{right}");
     let half: PerVertex<bool> = scan.points().iter().zip(labels.iter()).map(|(p, &l)| l && p.z > 0.0).collect();
-    assert!((0.35..0.6).contains(&garment_iou(&scan, &half, &body, &layers, 0)));
+    assert!((0.35..0.6).contains(&garment_iou(&scan, &half, &body, &layers, 0).unwrap()));
     let inverted = labels.iter().map(|l| !l).collect();
-    assert!(garment_iou(&scan, &inverted, &body, &layers, 0) < 0.1);
+    assert!(garment_iou(&scan, &inverted, &body, &layers, 0).unwrap() < 0.1);
+    let beyond = garment_iou(&scan, &labels, &body, &layers, layers.len());
+    assert!(matches!(beyond, Err(MeasureError::NoSuchLayer { .. })));
     let pressed = outer_surface(0.004).0;
-    let seen = garment_iou(&pressed, &labels, &body, &layers, 0);
+    let seen = garment_iou(&pressed, &labels, &body, &layers, 0).unwrap();
     assert!(seen > 0.9, "a scan nearer to the hidden skin than to the cloth is still cloth: {seen}");
 }
 
