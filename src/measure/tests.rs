@@ -1,4 +1,4 @@
-//! Each measure is good on the truth itself, and visibly worse on a damaged input.
+//! Each metric is good on the truth itself, and visibly worse on a damaged input.
 
 use super::crossings::crossing_pairs;
 use super::*;
