@@ -1,8 +1,8 @@
 //! Times the fit of a body model to a naked scan: `time_fit SCAN.ply [--model MODEL.npz] [--repeat N] [-o FITTED.ply]`.
 //!
-//! The scan is taken as it is, in metres and upright, without cleaning. All that a fit does counts: headings, arms, shape,
-//! pose, and the judgement of what came out; reading files does not. The median of the repetitions is told. `FITTED.ply`
-//! is the model's surface by shape and pose alone, vertex by vertex.
+//! The scan is used without cleaning, in metres and upright. The time covers the whole fit: headings, arms, shape, pose and
+//! acceptance, but not reading files. The median of the repetitions is printed. `FITTED.ply` is the model's surface by shape
+//! and pose alone, vertex by vertex.
 
 use anyhow::{Context, Result, bail};
 use overcoat::body::{embedded_model, read_model};

@@ -10,11 +10,11 @@ use nalgebra::Vector3;
 
 /// A factorised symmetric positive definite matrix `n × n`: factorise once, solve often.
 ///
-/// **Guarantees** the same bits whatever the number of threads.
+/// **Guarantees** results do not depend on the number of threads.
 pub struct SparseCholesky {
     size: usize,
     triplet_count: usize,
-    /// Those of the given triplets that lie in the lower triangle.
+    /// Indices of the given triplets in the lower triangle.
     lower: Vec<usize>,
     pattern: SymbolicSparseColMat<usize>,
     order: Argsort<usize>,
@@ -23,12 +23,12 @@ pub struct SparseCholesky {
 }
 
 impl SparseCholesky {
-    /// Factorises the matrix of `(row, column, value)`; entries given twice add up.
+    /// Factorises the matrix of `(row, column, value)`; duplicate entries are summed.
     ///
-    /// **Requires** the lower triangle and diagonal; entries above the diagonal are ignored, so a full symmetric matrix
-    /// may be given as it is.
+    /// **Requires** the lower triangle and the diagonal. Entries above the diagonal are ignored, so a full symmetric matrix is
+    /// accepted.
     pub fn prepare(n: usize, triplets: &[(usize, usize, f64)]) -> Result<Self, NumericsError> {
-        // faer's own threads made these solves ten times slower, and sums must not depend on them.
+        // faer's threads made these solves ten times slower, and sums must not depend on the number of threads.
         faer::set_global_parallelism(Par::Seq);
         let lower: Vec<usize> = (0..triplets.len()).filter(|&i| triplets[i].0 >= triplets[i].1).collect();
         let entries: Vec<Pair<usize, usize>> = lower.iter().map(|&i| Pair::new(triplets[i].0, triplets[i].1)).collect();
@@ -44,7 +44,7 @@ impl SparseCholesky {
         Ok(Self { size: n, triplet_count: triplets.len(), lower, pattern, order, symbolic, factor })
     }
 
-    /// Factorises again with other values, one for each triplet that was given, in their order.
+    /// Factorises again with other values. **Shapes** one value per triplet of [`prepare`](Self::prepare), in that order.
     pub fn refactor(&mut self, values: &[f64]) -> Result<(), NumericsError> {
         if values.len() != self.triplet_count {
             return Err(NumericsError::WrongLength {
@@ -57,15 +57,15 @@ impl SparseCholesky {
         Ok(())
     }
 
-    /// How many unknowns.
+    /// Number of unknowns.
     pub fn size(&self) -> usize {
         self.size
     }
 
-    /// Solves for one or more right-hand sides, one after the other in `columns`, which become the solutions.
+    /// Solves for one or more right-hand sides and replaces them by the solutions. **Shapes** `n × k`, column by column.
     ///
     /// # Panics
-    /// If the length is no multiple of [`size`](Self::size).
+    /// If the length is not a multiple of [`size`](Self::size).
     pub fn solve_in_place(&self, columns: &mut [f64]) {
         if self.size == 0 {
             return;
@@ -75,14 +75,14 @@ impl SparseCholesky {
         self.factor.solve_in_place(MatMut::from_column_major_slice_mut(columns, self.size, count));
     }
 
-    /// Solves for one right-hand side.
+    /// Solves for one right-hand side. **Shapes** `n`.
     pub fn solve(&self, right: &[f64]) -> Vec<f64> {
         let mut column = right.to_vec();
         self.solve_in_place(&mut column);
         column
     }
 
-    /// Solves for the three coordinates of vectors.
+    /// Solves for the three coordinates of vectors. **Shapes** `n × 3`.
     pub fn solve_vectors(&self, right: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
         let mut columns: Vec<f64> = (0..3).flat_map(|axis| right.iter().map(move |v| v[axis])).collect();
         self.solve_in_place(&mut columns);

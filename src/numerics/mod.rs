@@ -1,4 +1,4 @@
-//! Sparse factorisation and quadratic programs. Knows no mesh.
+//! Sparse factorisation and quadratic programs; contains no mesh code.
 
 mod cholesky;
 mod quadratic_program;
@@ -8,11 +8,11 @@ pub use cholesky::SparseCholesky;
 pub use quadratic_program::{QpOutcome, QpRow, QpStatus, QuadraticProgram};
 pub use random::Rng;
 
-/// What cannot be solved.
+/// Why a system cannot be solved.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum NumericsError {
-    /// An entry lies outside of the matrix.
-    #[error("entry ({row}, {column}) lies outside of a matrix of {size} rows")]
+    /// An entry is outside the matrix.
+    #[error("entry ({row}, {column}) is outside a matrix with {size} rows")]
     OutOfRange {
         /// Row of the entry.
         row: usize,
@@ -22,7 +22,7 @@ pub enum NumericsError {
         size: usize,
     },
     /// Arrays that belong together differ in length.
-    #[error("{what}: {given} values where {expected} are needed")]
+    #[error("{what}: {given} values, expected {expected}")]
     WrongLength {
         /// Which array.
         what: &'static str,
@@ -39,16 +39,16 @@ pub enum NumericsError {
         /// The first such value.
         index: usize,
     },
-    /// Not positive definite: some unknown is not held by anything.
-    #[error("the matrix of {size} rows is not positive definite (pivot {pivot})")]
+    /// Not positive definite: nothing determines some unknown.
+    #[error("the matrix with {size} rows is not positive definite (pivot {pivot})")]
     NotPositiveDefinite {
         /// Rows and columns of the matrix.
         size: usize,
-        /// Where the factorisation stopped, in its own order.
+        /// Pivot at which the factorisation stopped, in its own order.
         pivot: usize,
     },
-    /// The machine has no memory for the factors.
-    #[error("no memory for the factors of a matrix of {size} rows")]
+    /// There is not enough memory for the factors.
+    #[error("not enough memory for the factors of a matrix with {size} rows")]
     OutOfMemory {
         /// Rows and columns of the matrix.
         size: usize,
@@ -56,11 +56,11 @@ pub enum NumericsError {
 }
 
 impl NumericsError {
-    /// What the caller may do about it.
+    /// What to do about it.
     pub fn hint(&self) -> Option<String> {
         match self {
             Self::NotPositiveDefinite { .. } => {
-                Some("a part of the mesh may hang on nothing: check for vertices without faces".into())
+                Some("part of the mesh may be unconnected: check for vertices without faces".into())
             }
             _ => None,
         }

@@ -5,14 +5,14 @@ use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
 use nalgebra::{DMatrix, DVector};
 
-/// Rows that a round takes up at most. Active sets are about as large as the unknowns are many (100); a few hundred rows
+/// Greatest number of rows added per round. Active sets have about as many rows as there are unknowns (100); a few hundred rows
 /// are solved in milliseconds, ten thousand in a second.
-const ROWS_A_ROUND: usize = 300;
-/// Rounds before all rows are taken at once.
+const ROWS_PER_ROUND: usize = 300;
+/// Rounds before all rows are added at once.
 const ROUNDS: usize = 30;
-/// A row is violated by more than this share of its own size: the accuracy of the inner solver.
+/// A row counts as violated above this share of its own size: the accuracy of the inner solver.
 const TOLERANCE: f64 = 1e-8;
-/// Interior point steps before the solver gives up; it usually takes ten to twenty.
+/// Greatest number of interior point steps; ten to twenty usually suffice.
 const STEPS: u32 = 200;
 
 /// Minimise `½ xᵀPx + qᵀx` subject to rows `aᵀx ≤ bound`.
@@ -20,9 +20,9 @@ const STEPS: u32 = 200;
 /// **Shapes** `P` is `n × n`, symmetric positive semidefinite (the upper triangle is read); `q` is `n`.
 #[derive(Clone, Debug)]
 pub struct QuadraticProgram {
-    /// P.
+    /// `P`. **Shapes** `n × n`.
     pub quadratic: DMatrix<f64>,
-    /// q.
+    /// `q`. **Shapes** `n`.
     pub linear: DVector<f64>,
     /// The bounds.
     pub rows: Vec<QpRow>,
@@ -31,16 +31,16 @@ pub struct QuadraticProgram {
 /// One bound, `aᵀx ≤ bound + slack`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct QpRow {
-    /// The entries of `a` that are not zero: (unknown, value).
+    /// The nonzero entries of `a`: (unknown, value).
     pub coefficients: Vec<(usize, f64)>,
     /// The right-hand side.
     pub bound: f64,
-    /// `None`: the bound holds. `Some(w)`: it may be exceeded at the cost of `w` a unit (exact: with `w` above the row's
-    /// multiplier it is not exceeded where it need not be).
+    /// `None`: the bound is hard. `Some(w)`: exceeding it costs `w` per unit (an exact penalty: with `w` above the row's
+    /// multiplier it is exceeded only if the program is otherwise infeasible).
     pub slack_weight: Option<f64>,
 }
 
-/// How it ended.
+/// How the solver ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum QpStatus {
     /// To full accuracy.
@@ -49,22 +49,22 @@ pub enum QpStatus {
     AlmostSolved,
     /// No point satisfies all rows without slack.
     Infeasible,
-    /// The objective falls without end.
+    /// The objective is unbounded below.
     Unbounded,
-    /// The solver gave up; `x` is where it was.
+    /// The solver did not converge; `x` is its last iterate.
     NotConverged,
 }
 
-/// What came out.
+/// The result of a quadratic program.
 #[derive(Clone, Debug)]
 pub struct QpOutcome {
-    /// The minimiser; of use if [`is_usable`](Self::is_usable).
+    /// The minimiser, valid if [`is_usable`](Self::is_usable).
     pub x: Vec<f64>,
-    /// By how much each row is exceeded; zero for rows that hold.
+    /// By how much each row is exceeded; zero for satisfied rows. **Shapes** one value per row.
     pub slack: Vec<f64>,
-    /// The Lagrange multiplier of each row, zero or positive.
+    /// The Lagrange multiplier of each row, ≥ 0. **Shapes** one value per row.
     pub multipliers: Vec<f64>,
-    /// How it ended.
+    /// How the solver ended.
     pub status: QpStatus,
     /// Interior point steps over all rounds.
     pub steps: usize,
@@ -78,9 +78,9 @@ impl QpOutcome {
 }
 
 impl QuadraticProgram {
-    /// Solves it. Not converging is an outcome; only arrays that do not belong together are an error.
+    /// Solves the program. Non-convergence is an outcome; only inconsistent arrays are an error.
     ///
-    /// Rows are taken up as they are violated: what satisfies all rows and is optimal for some of them is optimal.
+    /// Rows are added when they are violated: a point that satisfies all rows and is optimal for some of them is optimal.
     ///
     /// **Guarantees** deterministic.
     pub fn solve(&self) -> Result<QpOutcome, NumericsError> {
@@ -90,7 +90,7 @@ impl QuadraticProgram {
         let mut steps = 0;
         let mut round = 0;
         loop {
-            if round == ROUNDS || (round == 0 && self.rows.len() <= ROWS_A_ROUND) {
+            if round == ROUNDS || (round == 0 && self.rows.len() <= ROWS_PER_ROUND) {
                 working = (0..self.rows.len()).collect();
             }
             let complete = working.len() == self.rows.len();
@@ -99,9 +99,9 @@ impl QuadraticProgram {
             outcome.steps = steps;
             let violated = match outcome.status {
                 QpStatus::Solved | QpStatus::AlmostSolved => self.most_violated(&outcome.x, &taken),
-                // Some rows that cannot be satisfied are enough.
+                // If some rows cannot be satisfied, all cannot.
                 QpStatus::Infeasible => Vec::new(),
-                // Other rows may hold it.
+                // Other rows may bound the objective.
                 QpStatus::Unbounded | QpStatus::NotConverged => (0..self.rows.len()).filter(|&i| !taken[i]).collect(),
             };
             if complete || violated.is_empty() {
@@ -139,7 +139,7 @@ impl QuadraticProgram {
         Ok(())
     }
 
-    /// The rows not yet taken that `x` violates most, each by its own scale.
+    /// The rows not yet added that `x` violates most, each on its own scale.
     fn most_violated(&self, x: &[f64], taken: &[bool]) -> Vec<usize> {
         let mut violated: Vec<(f64, usize)> = (0..self.rows.len())
             .filter(|&i| !taken[i])
@@ -147,11 +147,11 @@ impl QuadraticProgram {
             .filter(|&(excess, _)| excess > TOLERANCE)
             .collect();
         violated.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        violated.truncate(ROWS_A_ROUND);
+        violated.truncate(ROWS_PER_ROUND);
         violated.into_iter().map(|(_, i)| i).collect()
     }
 
-    /// The program with some of its rows, by clarabel.
+    /// Solves the program with some of its rows by clarabel.
     fn solve_rows(&self, working: &[usize]) -> QpOutcome {
         let n = self.linear.len();
         let soft: Vec<(usize, f64)> = working
