@@ -54,7 +54,7 @@ registration +FILES:
     cargo run --release --no-default-features --example measure_registration -- {{FILES}}
 
 # The fits on 20 synthetic people: naked, tight, wide, wrong arms, any heading;
-# beside the paper's method and a fit without constraint. FOLDER keeps the scans, so a second run takes 4 minutes instead of 20
+# beside the paper's methods and three ablations. FOLDER keeps the scans, so a second run takes 4 minutes instead of 20
 # on 2 cores. ARGS: --seeds-from HASH for fresh people (without it their seeds are spent, see
 # docs/evaluation.md), --subjects N, --parts naked,tight,loose,arms, --keep DIR
 fit-table FOLDER="target/judged" *ARGS:

@@ -5,7 +5,8 @@ use crate::table::{Group, Metric, Row, State, Table, Way};
 use anyhow::Result;
 use overcoat::body::{BodyModel, Figure, Pose};
 use overcoat::fit::{
-    FitError, InsideMethod, InsideParams, NakedParams, PoseInside, RegisterParams, fit_inside, fit_naked, register,
+    FitError, InsideMethod, InsideParams, NakedMethod, NakedParams, PoseInside, RegisterParams, fit_inside, fit_naked,
+    register,
 };
 use overcoat::geometry::{PerVertex, Point, TriMesh, Vec3};
 use overcoat::measure::{JointPositions, TruthStep, hidden_body, joint_mean_mm, outside_scan, surface_distance};
@@ -17,14 +18,14 @@ use std::path::PathBuf;
 mod processor;
 use processor::processor_secs;
 
-/// A figure shrunk by as much along its normals has left nothing outside, and is wrong. Metres.
+/// A figure shrunk by this along its normals has nothing outside, and is wrong. Metres.
 const SHRUNK: f64 = 0.008;
-/// A figure moved sideways by as much, metres.
+/// A figure moved sideways by this, in metres.
 const SHIFTED: f64 = 0.015;
 
 pub struct Judge<'a> {
     pub model: &'a BodyModel,
-    /// Where what was fitted is written.
+    /// Folder for the fitted surfaces.
     pub keep: Option<PathBuf>,
 }
 
@@ -35,7 +36,7 @@ pub struct Registered {
 }
 
 impl Judge<'_> {
-    /// Fits and registers a naked scan; `None` where it is refused.
+    /// Fits and registers a naked scan; `None` if it is refused.
     pub fn naked(&self, group: Group, subject: &Subject, table: &mut Table) -> Result<Option<Registered>> {
         let (scan, truth) = cleaned(subject)?;
         let began = processor_secs();
@@ -61,10 +62,33 @@ impl Judge<'_> {
         let state = if fitted.report.converged { State::Converged } else { State::Running };
         let (name, confidence) = (subject.name.clone(), fitted.report.confidence);
         table.add(Row { group, way: Way::Robust, name, measured, state, confidence, secs });
+        if group == Group::Naked {
+            self.naked_by_paper(subject, &scan, &truth, table)?;
+        }
         Ok(Some(Registered { figure, pose: found.pose }))
     }
 
-    /// Lays a registered body into a dressed scan in all ways.
+    /// Eq. 4 as printed, by the model alone: the paper's body is the scan itself, so nothing is registered.
+    fn naked_by_paper(&self, subject: &Subject, scan: &Scan, truth: &TruthStep, table: &mut Table) -> Result<()> {
+        let params = NakedParams { method: NakedMethod::Paper, ..NakedParams::default() };
+        let began = processor_secs();
+        let fitted = fit_naked(scan, self.model, &params, &mut |_| {})?;
+        let secs = processor_secs() - began;
+        let posed = self.model.posed(fitted.surface.points(), &fitted.skeleton, &fitted.pose);
+        let mesh = fitted.surface.with_points(posed);
+        self.kept(subject, Way::Paper, &mesh)?;
+        let figure = fitted.figure(self.model);
+        let measured = vec![
+            (Metric::Model, Some(surface_distance(&mesh, &truth.body).surface_mean_mm)),
+            (Metric::JointsNaked, joint_mean_mm(&joints(&figure, &fitted.pose), &truth.joints)),
+        ];
+        let state = if fitted.report.converged { State::Converged } else { State::Running };
+        let (name, confidence) = (subject.name.clone(), fitted.report.confidence);
+        table.add(Row { group: Group::Naked, way: Way::Paper, name, measured, state, confidence, secs });
+        Ok(())
+    }
+
+    /// Fits a registered body inside a clothed scan with all methods.
     pub fn dressed(&self, group: Group, body: &Registered, subject: &Subject, table: &mut Table) -> Result<()> {
         let Some(kind) = subject.kind else { return Ok(()) };
         let (scan, truth) = cleaned(subject)?;
@@ -72,7 +96,7 @@ impl Judge<'_> {
         let (layer, skeleton) = (body.figure.body(), &body.figure.skeleton);
         let cover = template.cover(layer, skeleton, &Extent::default());
         let covered = template.prior(layer, skeleton, &Extent::default());
-        for way in [Way::Robust, Way::Paper, Way::Free] {
+        for way in [Way::Robust, Way::Paper, Way::Hybrid, Way::Unweighted, Way::Unconstrained] {
             let params = params_of(way);
             let began = processor_secs();
             let limits = &self.model.limits;
@@ -93,7 +117,7 @@ impl Judge<'_> {
                 Ok(Row { group, way, name, measured, state: state.clone(), confidence, secs })
             };
             if way == Way::Robust {
-                // Wrong on purpose: a judge that does not see it is none.
+                // Wrong on purpose: the metrics must detect it.
                 let shrunk = along_normals(&fitted, |_| -SHRUNK);
                 table.add(judged(Way::Shrunk, shrunk, &joints, 0.0)?);
                 let aside = Vec3::new(SHIFTED, 0.0, 0.0);
@@ -129,7 +153,9 @@ fn params_of(way: Way) -> InsideParams {
     let defaults = InsideParams::default();
     match way {
         Way::Paper => InsideParams { method: InsideMethod::Paper, ..defaults },
-        Way::Free => InsideParams { constrained: false, ..defaults },
+        Way::Hybrid => InsideParams { method: InsideMethod::Hybrid, ..defaults },
+        Way::Unweighted => InsideParams { method: InsideMethod::Unweighted, ..defaults },
+        Way::Unconstrained => InsideParams { method: InsideMethod::Unconstrained, ..defaults },
         _ => defaults,
     }
 }

@@ -5,20 +5,21 @@
 //! published. Without it the seeds start at 1000. Those are spent (`docs/evaluation.md`): they only show changes.
 //!
 //! Each subject is scanned naked, in something close, in something wide, and naked with the arms 30° above and below the
-//! A-pose and turned to any heading. `CACHE` keeps the scans, so that a second run only fits; `--keep` writes what was
-//! fitted, to be looked at. All parameters are the defaults. Under cloth the figure is the one registered to the subject's
-//! own naked scan, as in a session, and five rows stand side by side: the fit, Hu's Eqs. 4–6 plain, the fit without its
-//! constraint, and two wrong figures that must score worse: the fit shrunk along its normals, and the fit moved sideways.
+//! A-pose and rotated to any heading. `CACHE` keeps the scans, so that a second run only fits; `--keep` writes the fitted
+//! surfaces. All parameters are the defaults. Under cloth the figure is the one registered to the subject's
+//! own naked scan, as in a session, and the methods are compared: the fit, Hu's Eqs. 5–6 as printed, the ablations `hybrid`,
+//! `unweighted` and `unconstrained`, and two wrong figures that must score worse: the fit shrunk along its normals, and the
+//! fit moved sideways. The naked fit is compared with Hu's Eq. 4 as printed.
 //!
 //! With `--parts shape`: the shape by the naked scan alone beside one refined from all three, also where the naked scan lacks
 //! an arm or has holes.
 //!
-//! With `--parts bad`: what is no good scan, naked and in a shirt or a coat: poses that nobody asked for, parts missing, other
-//! people, children, things held. Each must be solved as far as it is seen, or be refused.
+//! With `--parts bad`: unusable scans, naked and in a shirt or a coat: unexpected poses, missing parts, other people,
+//! children, things held. Each must be solved as far as the scan shows it, or be refused.
 //!
-//! With `--parts postures`: naked people with their arms in poses that nobody asked for, judged likewise.
+//! With `--parts postures`: naked people with their arms in unexpected poses, evaluated in the same way.
 //!
-//! The figures are the same in each run; only the seconds (processor time) are not.
+//! All figures but the seconds (processor time) are the same in each run.
 
 mod bad;
 mod fits;
@@ -33,10 +34,10 @@ use std::path::PathBuf;
 use subjects::{Cache, Posture, Wanted};
 use table::{Group, Table};
 
-/// What lies close, by turns.
+/// Close-fitting garments, in turn.
 const TIGHT: [GarmentKind; 5] =
     [GarmentKind::Tshirt, GarmentKind::Jeans, GarmentKind::Pullover, GarmentKind::Leggings, GarmentKind::Shirt];
-/// What hangs, by turns.
+/// Wide garments, in turn.
 const LOOSE: [GarmentKind; 5] =
     [GarmentKind::Coat, GarmentKind::Dress, GarmentKind::Skirt, GarmentKind::Jacket, GarmentKind::Blouse];
 /// Wrong spread of the arms: 30° above and below the A-pose.
@@ -46,7 +47,7 @@ const SPREAD: [Posture; 2] = [
 ];
 /// The first of the seeds without `--seeds-from`.
 const FIRST_SEED: u64 = 1000;
-/// From one subject to the next the heading turns by the golden angle, which leaves none out.
+/// The heading changes by the golden angle from one subject to the next, which covers all headings.
 const HEADING_STEP_DEG: f64 = 137.507_764;
 
 struct Options {
@@ -77,11 +78,11 @@ fn options() -> Result<Options> {
             "--parts" => o.parts = value()?.split(',').map(String::from).collect(),
             "--keep" => o.keep = Some(value()?.into()),
             _ if o.cache.as_os_str().is_empty() => o.cache = arg.into(),
-            _ => bail!("'{arg}' is one argument too many"),
+            _ => bail!("'{arg}' is an unexpected argument"),
         }
     }
     if o.cache.as_os_str().is_empty() {
-        bail!("in which folder are the scans, or shall they be kept?");
+        bail!("name the folder for the scans");
     }
     Ok(o)
 }

@@ -108,7 +108,7 @@ impl Judge<'_> {
                     params: InsideParams::default(),
                 })
                 .collect();
-            fitted = fit_together(scan, &fitted, &others, model, &params, &mut |_| {});
+            fitted = fit_together(scan, &fitted, &others, model, &params, &mut |_| {})?;
             fill_in = (others.into_iter().zip(&fitted.poses_in_others))
                 .filter_map(|(o, pose)| Some(FillInView { scan: o.scan, pose: pose.as_ref()?, cover: o.cover }))
                 .collect();

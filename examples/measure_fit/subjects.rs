@@ -1,4 +1,4 @@
-//! Who is fitted: invented, or read again from the cache.
+//! The subjects: synthesised, or read from the cache.
 
 use anyhow::{Context, Result};
 use nalgebra::UnitQuaternion;
@@ -12,14 +12,14 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-/// How someone stands who does not stand as asked: a name, and joints turned further, in degrees.
+/// A posture other than the A-pose: a name, and additional joint rotations in degrees.
 pub type Posture = (&'static str, &'static [(&'static str, [f64; 3])]);
 
-/// What is asked of the studio.
+/// A subject to synthesise.
 pub struct Wanted {
     seed: u64,
     kind: Option<GarmentKind>,
-    /// Nobody stands twice the same.
+    /// The step of the session, which varies the pose.
     step: usize,
     posture: Option<Posture>,
 }
@@ -68,7 +68,7 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// The same, facing elsewhere.
+    /// This subject with another heading.
     pub fn turned(mut self, deg: f64) -> Self {
         let turn = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), deg.to_radians());
         self.scan.points.iter_mut().for_each(|p| *p = (turn * Point::from(*p)).into());
@@ -93,15 +93,15 @@ impl<'a> Cache<'a> {
         Ok(Self { dir, model })
     }
 
-    /// Read from the folder; invented and written there first where it is not. What was written is read, so that both
-    /// runs see the same bytes.
+    /// Reads a subject from the folder; synthesises and writes it first if it is missing. It is read in either case, so that
+    /// all runs see the same bytes.
     pub fn subject(&self, wanted: &Wanted) -> Result<Subject> {
         let name = wanted.name();
         let file = |part: &str| self.dir.join(format!("{name}-{part}"));
-        // Written last: it says that all is there.
+        // Written last: it marks the subject as complete.
         let joints = file("joints.json");
         if !joints.is_file() {
-            eprintln!("inventing {name}");
+            eprintln!("synthesising {name}");
             let step = wanted.invented(self.model)?;
             write(&file("scan.ply"), &step.scan)?;
             write(&file("body.ply"), &step.truth.body)?;

@@ -33,21 +33,38 @@ impl Group {
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Way {
     Robust,
+    /// `--method paper`
     Paper,
-    Free,
+    /// `--method hybrid`: the paper's equations with our solver.
+    Hybrid,
+    /// `--method unweighted`
+    Unweighted,
+    /// `--method unconstrained`
+    Unconstrained,
     Shrunk,
     Shifted,
     Together,
 }
 
 impl Way {
-    const ALL: [Self; 6] = [Self::Robust, Self::Together, Self::Paper, Self::Free, Self::Shrunk, Self::Shifted];
+    const ALL: [Self; 8] = [
+        Self::Robust,
+        Self::Together,
+        Self::Paper,
+        Self::Hybrid,
+        Self::Unweighted,
+        Self::Unconstrained,
+        Self::Shrunk,
+        Self::Shifted,
+    ];
 
     pub fn word(self) -> &'static str {
         match self {
             Self::Robust => "robust",
             Self::Paper => "paper",
-            Self::Free => "free",
+            Self::Hybrid => "hybrid",
+            Self::Unweighted => "unweighted",
+            Self::Unconstrained => "unconstrained",
             Self::Shrunk => "shrunk",
             Self::Shifted => "shifted",
             Self::Together => "all",
@@ -58,7 +75,9 @@ impl Way {
         match self {
             Self::Robust => "the fit",
             Self::Paper => "--method paper",
-            Self::Free => "no constraint",
+            Self::Hybrid => "--method hybrid",
+            Self::Unweighted => "--method unweighted",
+            Self::Unconstrained => "--method unconstrained",
             Self::Shrunk => "wrong: -8 mm",
             Self::Shifted => "wrong: aside 15 mm",
             Self::Together => "--shape-from all",
@@ -174,7 +193,7 @@ impl Table {
             State::Running => "; not converged".into(),
             State::Refused(why) => format!("refused: {why}"),
         };
-        println!("{:28} {:8} {}{state}", row.name, row.way.word(), values.join("; "));
+        println!("{:28} {:13} {}{state}", row.name, row.way.word(), values.join("; "));
         self.rows.push(row);
     }
 }

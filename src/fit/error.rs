@@ -1,14 +1,44 @@
-//! Why a fit gives no result.
+//! Why a fit has no result.
 
-/// Why a fit gives no result.
+/// Why a fit has no result.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FitError {
-    /// There is nothing to fit to.
+    /// The scan has no faces.
     #[error("the scan has no surface to fit a body to")]
     EmptyScan,
-    /// No start explains the scan.
+    /// An array has the wrong length.
+    #[error("{what}: {given} values, expected {expected}")]
+    WrongLength {
+        /// Which array, and what it has one value for.
+        what: &'static str,
+        /// Its length.
+        given: usize,
+        /// The length it must have.
+        expected: usize,
+    },
+    /// A number is outside its range.
+    #[error("{what} is {given}, expected {least} to {greatest}")]
+    OutOfRange {
+        /// Which number.
+        what: &'static str,
+        /// Its value.
+        given: f64,
+        /// The least allowed value.
+        least: f64,
+        /// The greatest allowed value.
+        greatest: f64,
+    },
+    /// Two parameters exclude each other.
+    #[error("{first} cannot be combined with {second}")]
+    Contradiction {
+        /// One parameter and its value.
+        first: &'static str,
+        /// The other.
+        second: &'static str,
+    },
+    /// No initial pose explains the scan.
     #[error(
-        "the scan does not look like a naked standing person: the best fit leaves {residual_mm:.0} mm on average, over {limit_mm:.0} mm"
+        "the scan does not look like a naked standing person: the best fit is {residual_mm:.0} mm off on average, over the limit of {limit_mm:.0} mm"
     )]
     NotABody {
         /// Mean distance of the best fit.
@@ -16,29 +46,29 @@ pub enum FitError {
         /// The limit.
         limit_mm: f64,
     },
-    /// The scan shows something else besides a body, or a body in a pose that was not found.
+    /// The scan shows something besides a body, or a body in a pose that was not found.
     #[error(
-        "{percent:.0} % of the scan's surface is no part of the body that fits best, most of it at the {near}; {limit_percent:.0} % are allowed"
+        "{percent:.0} % of the scan's surface does not match the best fit, most of it at the {near}; {limit_percent:.0} % are allowed"
     )]
     Unexplained {
         /// Share of the scan's area.
         percent: f64,
         /// The limit.
         limit_percent: f64,
-        /// The part of the body beside it.
+        /// The part of the body next to it.
         near: String,
     },
-    /// A part without which nothing can be said of the rest.
-    #[error("the scan shows {seen_percent:.0} % of a body, and nothing of its {region}")]
+    /// The scan does not show a part of the body that the fit cannot do without.
+    #[error("the scan shows {seen_percent:.0} % of a body, and almost nothing of its {region}")]
     HalfABody {
-        /// What is missing.
+        /// The missing part.
         region: String,
         /// Share of the body's area that the scan shows.
         seen_percent: f64,
     },
-    /// A child to a model of grown-ups.
+    /// The body is far outside the range of the model, for example a child in a model of adults.
     #[error(
-        "the body that fits best lies {deviation:.1} standard deviations from the mean of the body model, over {limit:.1}: the model does not know such people"
+        "the best fit is {deviation:.1} standard deviations from the mean of the body model, over the limit of {limit:.1}: the model does not cover such people"
     )]
     FarFromModel {
         /// The greatest coefficient.
@@ -46,44 +76,52 @@ pub enum FitError {
         /// The limit.
         limit: f64,
     },
-    /// The figure and the scan do not belong together.
+    /// The figure and the scan do not show the same person.
     #[error(
-        "the figure dressed so far cannot be laid into this scan: the best pose leaves {residual_mm:.0} mm on average where skin or inner clothes should show, over {limit_mm:.0} mm"
+        "the figure does not match this scan: in the best pose, what should be visible of skin and inner clothes is {residual_mm:.0} mm from the scan on average, over the limit of {limit_mm:.0} mm"
     )]
     NotThisPerson {
-        /// Mean distance of the best pose.
+        /// Mean distance in the best pose.
         residual_mm: f64,
         /// The limit.
         limit_mm: f64,
     },
-    /// A limb is neither where it was looked for nor missing.
+    /// A limb is neither where the fit looked for it nor missing.
     #[error(
-        "the {limb} was not found: nothing of it shows where the fit puts it, {what}; its pose is too far from the one before, or from an A-pose"
+        "the {limb} was not found: the scan shows nothing of it where the fit puts it, {what}; its pose is too far from the previous step's, or from an A-pose"
     )]
     LimbNotFound {
         /// The limb.
         limb: String,
-        /// What speaks against its being missing.
+        /// What suggests that it is not missing.
         what: String,
     },
     /// The scan is far too small for the figure somewhere.
     #[error(
-        "the figure dressed so far does not go into this scan: {percent:.1} % of the skin below the cloth stays outside it, by up to {depth_mm:.0} mm at the {near}; {limit_mm:.0} mm are allowed"
+        "the figure does not fit into this scan: {percent:.1} % of the skin below the cloth is outside it, by up to {depth_mm:.0} mm at the {near}; {limit_mm:.0} mm are allowed"
     )]
     Outside {
         /// Share of the hidden skin.
         percent: f64,
-        /// How deep it lies outside, but for stray vertices.
+        /// Depth outside, stray vertices not counted.
         depth_mm: f64,
         /// The limit.
         limit_mm: f64,
         /// Where.
         near: String,
     },
-    /// A linear system could not be solved.
+    /// A linear system could not be factored.
     #[error("the registration's linear system could not be factored: {reason}")]
     Singular {
-        /// What the solver says.
+        /// What the solver reports.
+        reason: String,
+    },
+    /// A fault of this program.
+    #[error("internal error while {what}: {reason}")]
+    Internal {
+        /// What was being done.
+        what: &'static str,
+        /// What failed.
         reason: String,
     },
 }
@@ -93,6 +131,9 @@ impl FitError {
     pub fn hint(&self) -> Option<String> {
         Some(match self {
             Self::EmptyScan => "scan again, or look at the file in a viewer".into(),
+            Self::WrongLength { .. } | Self::OutOfRange { .. } | Self::Contradiction { .. } => {
+                "correct the argument".into()
+            }
             Self::NotABody { .. } => {
                 "check the unit and the up axis (--unit, --up); one whole person must stand upright, in an A-pose"
                     .into()
@@ -109,16 +150,46 @@ impl FitError {
                 "check that this is the same person, and that no scan between was left out".into()
             }
             Self::LimbNotFound { .. } => {
-                "scan again in an A-pose, hands away from the body; where the limb is really not there, `overcoat fit STEP --missing-limbs true` takes it for missing"
+                "scan again in an A-pose, hands away from the body; if the limb is really missing, `overcoat fit STEP --missing-limbs true` accepts that"
                     .into()
             }
             Self::Outside { .. } => {
-                "check that this is the same person in nearly the pose of the step before, and that no scan between was left out"
+                "check that this is the same person in nearly the pose of the previous step, and that no scan between was left out"
                     .into()
             }
             Self::Singular { .. } => {
                 "the body model's mesh may be broken; leave --body out to use the embedded one".into()
             }
+            Self::Internal { .. } => "this is a fault of Overcoat, not of your data; please report it".into(),
         })
+    }
+}
+
+/// **Errors** [`FitError::WrongLength`] unless `given` is `expected`.
+pub(crate) fn require_length(what: &'static str, given: usize, expected: usize) -> Result<(), FitError> {
+    if given == expected { Ok(()) } else { Err(FitError::WrongLength { what, given, expected }) }
+}
+
+/// **Errors** [`FitError::OutOfRange`] unless `least ≤ given ≤ greatest`; NaN is out of range.
+pub(crate) fn require_range(what: &'static str, given: f64, least: f64, greatest: f64) -> Result<(), FitError> {
+    if (least..=greatest).contains(&given) {
+        Ok(())
+    } else {
+        Err(FitError::OutOfRange { what, given, least, greatest })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_and_ranges_are_checked_and_nan_is_out_of_range() {
+        assert!(require_length("a", 3, 3).is_ok());
+        assert!(matches!(require_length("a", 2, 3), Err(FitError::WrongLength { given: 2, expected: 3, .. })));
+        assert!(require_range("b", 1.0, 0.0, 1.0).is_ok());
+        for bad in [-0.1, 1.1, f64::NAN] {
+            assert!(matches!(require_range("b", bad, 0.0, 1.0), Err(FitError::OutOfRange { .. })), "{bad}");
+        }
     }
 }

@@ -1,5 +1,7 @@
-//! Fitting: the naked scan (Hu 2017, Eq. 4), the surface registered to it, and the figure dressed so far inside the
-//! next scan (Eqs. 5–6).
+//! Fitting: the naked scan (Hu 2017, Eq. 4), the surface registered to it, and the figure with all garments so far inside
+//! the next scan (Eqs. 5–6).
+//!
+//! `solver` and `correspondence` serve `naked`, `inside` and `register`; `together` uses `naked` and `inside`.
 
 mod correspondence;
 mod error;
@@ -14,7 +16,7 @@ mod together;
 
 pub use error::FitError;
 pub use inside::{Cover, InsideMethod, InsideParams, PoseInside, fit_inside};
-pub use naked::{FittedBody, NakedParams, ShapeFrom, fit_naked};
+pub use naked::{FittedBody, NakedMethod, NakedParams, ShapeFrom, fit_naked};
 pub use register::{
     FillInView, RegisterHints, RegisterParams, RegisteredBody, closest_weights, register, register_with_hints,
     scan_in_bind,

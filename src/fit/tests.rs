@@ -1,4 +1,4 @@
-//! Naked fits of invented people: in poses far from the bind pose, with limbs missing, and of what is no person.
+//! Fits of synthetic people: in poses far from the bind pose, with limbs missing, and of unusable scans.
 
 use super::*;
 use crate::body::{BodyModel, Figure, Pose, Shape, embedded_model, skin};
@@ -21,12 +21,12 @@ fn invented(model: &BodyModel, seed: u64, turns: &[(&str, Vec3)]) -> Invented {
     invented_in(model, seed, turns, 0.0)
 }
 
-/// The same, with something over the trunk that is `ease` metres thick.
+/// A synthetic person with something over the trunk that is `ease` metres thick.
 fn invented_in(model: &BodyModel, seed: u64, turns: &[(&str, Vec3)], ease: f64) -> Invented {
     strong_armed_in(model, seed, turns, ease, 0.0)
 }
 
-/// The same, of someone whose right arm is thicker than the model knows arms, by `swollen` metres all around.
+/// A synthetic person whose right arm is thicker than any of the model, by `swollen` metres all around.
 fn strong_armed_in(model: &BodyModel, seed: u64, turns: &[(&str, Vec3)], ease: f64, swollen: f64) -> Invented {
     let mut next = noise(seed);
     let shape = Shape((0..model.component_count()).map(|_| 1.5 * next()).collect());
@@ -313,7 +313,7 @@ fn together(model: &BodyModel, naked: TriMesh, worn: &[&Invented]) -> (Registere
         .map(|(scan, worn)| OtherScan { name: "shirt", scan, cover: shirt(worn), params: inside.clone() })
         .collect();
     if !others.is_empty() {
-        fitted = fit_together(&naked, &fitted, &others, model, &params, &mut |_| {});
+        fitted = fit_together(&naked, &fitted, &others, model, &params, &mut |_| {}).unwrap();
     }
     let fill_in: Vec<FillInView> = (others.into_iter().zip(&fitted.poses_in_others))
         .filter_map(|(other, pose)| Some(FillInView { scan: other.scan, pose: pose.as_ref()?, cover: other.cover }))

@@ -1,9 +1,9 @@
-//! What the judgements of both fits measure alike.
+//! Measures of agreement that several fits share.
 
 use crate::body::{JointId, SkinWeights};
 use crate::geometry::VertexId;
 
-/// Mean and 95th percentile; 0 of nothing.
+/// Mean and 95th percentile of distances; 0 if there are none.
 pub(crate) fn mean_and_p95(mut distances: Vec<f64>) -> (f64, f64) {
     distances.sort_by(f64::total_cmp);
     let count = distances.len().max(1);
@@ -11,7 +11,7 @@ pub(crate) fn mean_and_p95(mut distances: Vec<f64>) -> (f64, f64) {
     (distances.iter().sum::<f64>() / count as f64, p95)
 }
 
-/// The joint that moves the greatest area of these vertices, each by the joint that moves it most.
+/// The joint that moves the greatest area of these vertices. Each vertex counts for the joint with its greatest skin weight.
 pub(crate) fn dominant_joint(
     areas: impl Iterator<Item = (VertexId, f64)>,
     weights: &SkinWeights,

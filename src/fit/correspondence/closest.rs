@@ -1,4 +1,4 @@
-//! Closest points of a posed surface for places of the scan.
+//! Closest points of a posed surface to points of the scan.
 
 use super::sampling::spread;
 use super::scan_surface::{LastFaces, ScanSurface};
@@ -6,8 +6,8 @@ use crate::fit::solver::{Residual, robust};
 use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, Vec3, VertexId};
 use rayon::prelude::*;
 
-/// Point-to-plane residuals of places of the scan against the nearest place of a posed mesh with these normals, where
-/// `takes` accepts that place's corners.
+/// Point-to-plane residuals from sample points of the scan to the closest points of a posed mesh with these normals, if `takes`
+/// accepts the corners of the closest face.
 pub(crate) fn scan_to_mesh(
     surface: &ScanSurface,
     posed: &SurfaceIndex,
@@ -21,7 +21,7 @@ pub(crate) fn scan_to_mesh(
     scan_to_mesh_from(surface, posed, normals, (samples, &anew), reach, least_cosine, takes)
 }
 
-/// The same, each from the face that was nearest the last time.
+/// [`scan_to_mesh`], where each search starts from the face that was closest last time.
 pub(crate) fn scan_to_mesh_from(
     surface: &ScanSurface,
     posed: &SurfaceIndex,
@@ -51,9 +51,9 @@ pub(crate) fn scan_to_mesh_from(
         .collect()
 }
 
-/// Mean distance from a mesh, by area, each no more than `truncate`.
+/// Mean distance from a mesh, weighted by area and truncated to `truncate`.
 pub(crate) fn mean_truncated(to: &SurfaceIndex, from: &TriMesh, areas: &PerVertex<f64>, truncate: f64) -> f64 {
-    /// Enough for a mean to 1.5 %.
+    /// Sample points: enough for a mean to 1.5 %.
     const SAMPLES: usize = 1000;
     let samples = spread(areas, SAMPLES);
     let distances: Vec<(f64, f64)> = samples

@@ -1,22 +1,23 @@
-//! A thinned-out model against a thinned-out scan: many starts in the time of one fine fit.
+//! Downsampled copies of the model and of the scan.
 
 use super::sampling::spread;
 use super::scan_surface::ScanSurface;
 use crate::body::{BodyModel, JointLimits, Pose, Shape, SkinWeights};
+use crate::fit::error::FitError;
 use crate::fit::solver::{Articulated, Phase, Posed, Residual, robust};
 use crate::geometry::{NearestVertex, PerVertex, Point, TriMesh, Vec3, VertexId};
 use std::sync::Arc;
 
-/// Vertices of the model that take part: about one every 4 cm of skin, so that a wrist still has a ring of them.
+/// Vertices of the downsampled model: about one per 4 cm of skin, so that a wrist still has a ring of them.
 const MODEL_POINTS: usize = 1000;
 
-/// SamplePlaces of the scan that take part.
+/// Points of the downsampled scan.
 const SCAN_POINTS: usize = 1500;
 
-/// Distances beyond this count as this far when starts are compared: an arm that points elsewhere. Metres.
+/// Distances are truncated to this when poses are compared, in metres: an arm that points in another direction.
 const TRUNCATE: f64 = 0.15;
 
-/// A model with a few of its vertices and no faces.
+/// A model with few of its vertices and no faces.
 pub(crate) struct DownsampledModel {
     model: BodyModel,
     normals_in_bind: PerVertex<Vec3>,
@@ -24,8 +25,10 @@ pub(crate) struct DownsampledModel {
 }
 
 impl DownsampledModel {
-    /// Keeps vertices spread evenly over the surface.
-    pub(crate) fn of(model: &BodyModel) -> Self {
+    /// Keeps vertices that are spread evenly over the surface.
+    ///
+    /// **Errors** [`FitError::Internal`] if the kept points are no valid mesh.
+    pub(crate) fn of(model: &BodyModel) -> Result<Self, FitError> {
         let kept = spread(&model.template.vertex_areas(), MODEL_POINTS);
         let normals = model.template.vertex_normals();
         let of_kept = |dirs: &PerVertex<Vec3>| kept.iter().map(|&(v, _)| dirs[v]).collect::<PerVertex<Vec3>>();
@@ -36,8 +39,8 @@ impl DownsampledModel {
             let vertices: Vec<VertexId> = kept.iter().map(|k| k.0).collect();
             weights = weights.with_pose_dirs(Arc::new(dirs.of_vertices(&vertices)));
         }
-        // Without faces, and from a mesh: neither can fail.
-        let template = TriMesh::try_new(points, Vec::new()).unwrap_or_else(|_| model.template.clone());
+        let template = TriMesh::try_new(points, Vec::new())
+            .map_err(|e| FitError::Internal { what: "downsampling the body model", reason: e.to_string() })?;
         let thin = BodyModel {
             template,
             shape_dirs: model.shape_dirs.iter().map(of_kept).collect(),
@@ -50,11 +53,11 @@ impl DownsampledModel {
             mirror: None,
         };
         let areas = kept.iter().map(|k| k.1).collect();
-        Self { model: thin, normals_in_bind: of_kept(&normals), areas }
+        Ok(Self { model: thin, normals_in_bind: of_kept(&normals), areas })
     }
 }
 
-/// SamplePlaces of the scan with their normals and areas.
+/// Points of the scan with their normals and areas.
 struct DownsampledScan {
     points: Vec<Point>,
     normals: Vec<Vec3>,
@@ -62,7 +65,7 @@ struct DownsampledScan {
     tree: NearestVertex,
 }
 
-/// Both, ready for fits.
+/// A downsampled model and a downsampled scan.
 pub(crate) struct Downsampled<'a> {
     pub(crate) body: Articulated<'a>,
     thin: &'a DownsampledModel,
@@ -87,7 +90,7 @@ impl<'a> Downsampled<'a> {
         &self.thin.model.limits
     }
 
-    /// Posed points, and the area that each stands for.
+    /// Posed points, and the area that each represents.
     pub(crate) fn posed(&self, pose: &Pose, shape: &Shape) -> (PerVertex<Point>, &[f64]) {
         (self.body.posed(pose, shape).points, &self.thin.areas)
     }
@@ -96,7 +99,7 @@ impl<'a> Downsampled<'a> {
         let normals = posed.normals(&self.thin.normals_in_bind, self.body.weights);
         let scan = &self.scan;
         let mut residuals = Vec::with_capacity(posed.points.len() + scan.points.len());
-        // Every one, or every second and so on.
+        // Every point, every second point and so on.
         let step = |count: usize| count.checked_div(phase.samples).unwrap_or(1).max(1);
         for (v, p) in posed.points.enumerate().step_by(step(posed.points.len())) {
             let Some((q, distance)) = scan.tree.nearest(p) else { continue };
@@ -118,7 +121,7 @@ impl<'a> Downsampled<'a> {
         residuals
     }
 
-    /// Mean truncated distance both ways, in metres: comparable between starts whatever they have matched.
+    /// Mean truncated distance both ways, in metres: comparable between poses whatever their correspondences.
     pub(crate) fn score(&self, pose: &Pose, shape: &Shape) -> f64 {
         let points = self.body.posed(pose, shape).points;
         let tree = NearestVertex::prepare(points.as_slice());

@@ -1,5 +1,5 @@
-//! Which place of a scan belongs to which place of a body: the scan's surface, closest points in both directions, sides,
-//! agreement, limbs that the scan shows, and downsampled copies.
+//! Correspondences between a scan and a body: the scan's surface, closest points in both directions, sidedness, agreement,
+//! limbs that the scan shows, and downsampled copies.
 
 mod agreement;
 mod closest;
@@ -14,10 +14,9 @@ pub(crate) use agreement::{dominant_joint, mean_and_p95};
 pub(crate) use closest::{mean_truncated, scan_to_mesh, scan_to_mesh_from};
 pub(crate) use downsampled::{Downsampled, DownsampledModel};
 pub(crate) use limbs::{
-    Part, display_name, of_legs, parts, parts_named, pose_like_other_side, unseen, unseen_parts, visible_at,
-    visible_shares,
+    Part, of_legs, part, parts, parts_from, pose_like_other_side, unseen, unseen_parts, visible_at, visible_shares,
 };
 pub(crate) use placement::shift_onto;
 pub(crate) use sampling::spread;
 pub(crate) use scan_surface::{LastFaces, ScanHit, ScanSurface};
-pub(crate) use side::{Side, side_of};
+pub(crate) use side::{Sidedness, side_of};

@@ -1,8 +1,8 @@
-//! Vertices spread evenly over a surface.
+//! Sample points spread evenly over a surface.
 
 use crate::geometry::{PerVertex, VertexId};
 
-/// About `count` vertices spread evenly over `areas`, in index order, each with the area that it stands for.
+/// About `count` vertices spread evenly over `areas`, in index order, each with the area that it represents.
 ///
 /// Error diffusion over the index order: no random numbers, so the same mesh gives the same samples.
 pub(crate) fn spread(areas: &PerVertex<f64>, count: usize) -> Vec<(VertexId, f64)> {

@@ -1,4 +1,4 @@
-//! The scan as a fit sees it.
+//! The scan's surface, prepared for closest points and rays.
 
 use super::sampling::spread;
 use crate::geometry::{Adjacency, FaceId, PerVertex, Point, SurfaceIndex, SurfacePoint, TriMesh, Vec3, VertexId};
@@ -10,12 +10,12 @@ pub(crate) struct ScanSurface {
     pub(crate) index: SurfaceIndex,
     pub(crate) normals: PerVertex<Vec3>,
     pub(crate) areas: PerVertex<f64>,
-    /// How much each vertex counts as data, 0 to 1: how well a fusion saw it; 1 where nothing says so.
+    /// Confidence of each vertex, 0 to 1: how well a fusion observed it; 1 for scans without confidence.
     confidence: PerVertex<f64>,
     on_boundary: PerVertex<bool>,
 }
 
-/// For each place that is asked for again and again the face that was nearest the last time.
+/// For each point of a repeated query: the face that was closest last time.
 pub(crate) struct LastFaces(Vec<AtomicU32>);
 
 impl LastFaces {
@@ -28,27 +28,27 @@ impl LastFaces {
         (face != u32::MAX).then_some(FaceId(face))
     }
 
-    // Each place is asked for by one task at a time, so that the order of tasks does not matter.
+    // One task at a time queries a point, so that the order of tasks does not matter.
     pub(crate) fn remember(&self, k: usize, face: FaceId) {
         self.0[k].store(face.0, Relaxed);
     }
 }
 
-/// A place on the scan with its smooth normal.
+/// A point of the scan with its smooth normal.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ScanHit {
     pub(crate) point: Point,
     pub(crate) normal: Vec3,
     pub(crate) distance: f64,
-    /// Whether the nearest place is the rim of a hole: nothing is known beyond it.
+    /// Whether the point is on the rim of a hole, beyond which nothing is known.
     pub(crate) at_rim: bool,
-    /// How much the place counts as data, 0 to 1.
+    /// Confidence of the scan at the point, 0 to 1.
     pub(crate) confidence: f64,
 }
 
 impl ScanSurface {
     pub(crate) fn prepare(scan: &Scan) -> Self {
-        /// What was seen least still counts a little: it may be all that there is of a hand.
+        /// The least confident vertices still count a little: they may be all that the scan has of a hand.
         const LEAST_CONFIDENCE: f64 = 0.05;
         let mesh = &scan.mesh;
         let confidence = match &scan.confidence {
@@ -65,25 +65,25 @@ impl ScanSurface {
         self.index.mesh()
     }
 
-    /// Length of the rims of holes within `radius` of a place; each of their vertices stands for the root of its area.
+    /// Length of the rims of holes within `radius` of a point; each rim vertex counts the root of its area.
     pub(crate) fn rim_near(&self, place: &Point, radius: f64) -> f64 {
         let is_near = |v: VertexId| self.on_boundary[v] && (self.mesh().points()[v] - place).norm() < radius;
         self.mesh().vertex_ids().filter(|&v| is_near(v)).map(|v| self.areas[v].sqrt()).sum()
     }
 
-    /// The nearest place within `max_distance`.
+    /// The closest point within `max_distance`.
     pub(crate) fn nearest(&self, p: &Point, max_distance: f64) -> Option<ScanHit> {
         self.index.closest_within(p, max_distance).map(|s| self.hit(&s))
     }
 
-    /// The same, from the face that was nearest to place `k` the last time.
+    /// [`nearest`](Self::nearest), with a search that starts from the face that was closest to point `k` last time.
     pub(crate) fn nearest_from(&self, p: &Point, max_distance: f64, last: &LastFaces, k: usize) -> Option<ScanHit> {
         let found = self.index.closest_within_from(p, max_distance, last.of(k))?;
         last.remember(k, found.face);
         Some(self.hit(&found))
     }
 
-    /// The first place met along a ray.
+    /// The first point along a ray.
     pub(crate) fn along(&self, origin: &Point, direction: &Vec3, max: f64) -> Option<ScanHit> {
         let hit = self.index.cast_ray(origin, direction, max)?;
         let point = origin + direction * hit.distance;
@@ -110,12 +110,12 @@ impl ScanSurface {
         }
     }
 
-    /// About `count` vertices spread evenly over the area, with the area that each stands for.
+    /// About `count` vertices spread evenly over the area, each with the area that it represents.
     pub(crate) fn samples(&self, count: usize) -> Vec<(VertexId, f64)> {
         spread(&self.areas, count)
     }
 
-    /// The same as data: what was seen badly stands for less.
+    /// [`samples`](Self::samples) with areas multiplied by the confidence of the vertices.
     pub(crate) fn confidence_weighted_samples(&self, count: usize) -> Vec<(VertexId, f64)> {
         self.samples(count).into_iter().map(|(v, area)| (v, area * self.confidence[v])).collect()
     }

@@ -1,19 +1,19 @@
-//! On which side of the scan a place of the body lies.
+//! Sidedness: on which side of the scan a point of the body is.
 
 use super::scan_surface::{ScanHit, ScanSurface};
 use crate::geometry::{Point, Vec3};
 
-/// The side of the scan on which a vertex lies: `normal · (place − vertex) = clearance`, positive inside.
-pub(crate) struct Side {
-    /// The place of the scan.
+/// The side of the scan on which a vertex is: `normal · (place − vertex) = clearance`, positive inside.
+pub(crate) struct Sidedness {
+    /// The corresponding point of the scan.
     pub(crate) place: Point,
     pub(crate) normal: Vec3,
     pub(crate) clearance: f64,
-    /// Cosine between `normal` and the vertex's own: a move along the latter gains this share of clearance.
+    /// Cosine between `normal` and the vertex's normal: the clearance gained per move along the latter.
     pub(crate) cosine: f64,
 }
 
-impl Side {
+impl Sidedness {
     pub(crate) fn of(hit: &ScanHit, p: &Point, n: &Vec3) -> Self {
         Self {
             place: hit.point,
@@ -24,21 +24,21 @@ impl Side {
     }
 }
 
-/// Where a vertex with normal `n` lies against the scan: by the nearest place that faces the same way, else by the first
-/// one that does along the normal, outward or inward. `None` at holes.
-pub(crate) fn side_of(surface: &ScanSurface, p: &Point, n: &Vec3) -> Option<Side> {
-    /// Beyond this no cloth is expected: a coat's hem stands off by less. Metres.
+/// The side of a vertex with normal `n`, by the closest point of the scan if it faces the same way, else by the first such
+/// point along the normal, outward or inward. `None` at holes.
+pub(crate) fn side_of(surface: &ScanSurface, p: &Point, n: &Vec3) -> Option<Sidedness> {
+    /// Greatest stand-off of cloth, in metres: that of a coat's hem is less.
     const REACH: f64 = 0.12;
-    /// A body vertex is never deeper outside than this after a sane fit. Metres.
+    /// Greatest depth of a body vertex outside the scan after a good fit, in metres.
     const DEEPEST: f64 = 0.03;
-    /// Normals that differ by more (73°) belong to another side of the limb or to another limb.
+    /// Normals that differ by more than 73° belong to another side of the limb or to another limb.
     const LEAST_COSINE: f64 = 0.3;
     if let Some(hit) = surface.nearest(p, REACH) {
         if hit.at_rim {
             return None;
         }
         if hit.normal.dot(n) > LEAST_COSINE {
-            return Some(Side::of(&hit, p, n));
+            return Some(Sidedness::of(&hit, p, n));
         }
     }
     let facing = |direction: Vec3, max: f64| {
@@ -52,5 +52,5 @@ pub(crate) fn side_of(surface: &ScanSurface, p: &Point, n: &Vec3) -> Option<Side
         (None, Some(b)) => b,
         (None, None) => return None,
     };
-    Some(Side::of(&hit, p, n))
+    Some(Sidedness::of(&hit, p, n))
 }

@@ -1,11 +1,9 @@
 //! Whether a figure and a scan belong together.
 
 use super::agreement::Agreement;
-use super::params::InsideMethod;
 use super::problem::InsideProblem;
 use super::violation::ConstraintViolation;
 use crate::body::JointId;
-use crate::fit::correspondence::display_name;
 use crate::fit::error::FitError;
 use crate::fit::solver::Posed;
 
@@ -22,10 +20,10 @@ impl InsideProblem<'_> {
         if residual > params.refuse_above {
             return Err(FitError::NotThisPerson { residual_mm: residual * 1e3, limit_mm: params.refuse_above * 1e3 });
         }
-        if params.method == InsideMethod::Paper || !params.constrained {
+        if !params.method.refuses() {
             return Ok(());
         }
-        // Limbs that are not seen do not count here: where the rest is far outside, it is not they that are wrong.
+        // Limbs that the scan does not show do not count: if the rest is far outside, they are not the cause.
         if violation.spot_depth > params.refuse_outside {
             return Err(FitError::Outside {
                 percent: violation.outside_share * 100.0,
@@ -47,20 +45,20 @@ impl InsideProblem<'_> {
         Ok(())
     }
 
-    /// A limb that is missing leaves a hole where it would begin, and nothing that would be it.
+    /// A limb that is really missing leaves a hole in the scan where it would begin, and no unexplained surface.
     fn check_unseen_limbs(&self, unseen: &[JointId], agreement: &Agreement, posed: &Posed) -> Result<(), FitError> {
-        /// Share of the surface, seen on scans with limbs cut off: 0 to 0.7 %; with arms crossed before the chest: 1.5 to 9.
+        /// Unexplained share of the surface: 0 to 0.7 % on scans with limbs cut off, 1.5 to 9 % with arms crossed.
         const LIMB: f64 = 0.01;
-        /// From the joint the cut may lie this far, metres, and its rim is as long as a wrist is around.
+        /// Greatest distance of the cut from the joint, in metres; its rim is at least as long as the girth of a wrist.
         const CUT: f64 = 0.2;
         const LEAST_RIM: f64 = 0.15;
         for &limb in unseen {
             let rest = 1.0 - agreement.explained;
-            let limb_name = display_name(&self.body.skeleton.names[limb.index()]);
+            let limb_name = self.body.skeleton.part_name(limb);
             let what = if rest > LIMB {
-                format!("and {:.1} % of the scan's surface is no part of the figure", rest * 100.0)
+                format!("and {:.1} % of the scan's surface does not match the figure", rest * 100.0)
             } else if self.surface.rim_near(&posed.joints_in_world[limb.index()], CUT) < LEAST_RIM {
-                "and the scan is whole where it would begin".into()
+                "and the scan has no hole where it would begin".into()
             } else {
                 continue;
             };

@@ -1,9 +1,9 @@
-//! How much a figure and a scan have in common.
+//! Agreement of a figure and a scan.
 
 use super::cover::Cover;
 use super::problem::InsideProblem;
 use crate::body::JointId;
-use crate::fit::correspondence::{display_name, dominant_joint, of_legs, spread};
+use crate::fit::correspondence::{dominant_joint, of_legs, spread};
 use crate::fit::solver::Posed;
 use crate::geometry::{NearestVertex, PerFace, Point, SurfaceIndex, VertexId};
 use rayon::prelude::*;
@@ -11,39 +11,39 @@ use rayon::prelude::*;
 /// The root of every skeleton.
 const HIPS: JointId = JointId(0);
 
-/// How much figure and scan have in common.
+/// Agreement of a figure and a scan.
 pub(crate) struct Agreement {
-    /// Area share of the scan that lies on the figure, or as far from it as cloth may.
+    /// Area share of the scan that lies on the figure, or within the stand-off of its cloth.
     pub(crate) explained: f64,
-    /// Area share of what should show of the figure that lies on the scan.
+    /// Area share of the figure's visible surface that lies on the scan.
     pub(crate) seen: f64,
-    /// The part beside which most of the rest is.
+    /// The part that is nearest to most of the unexplained scan.
     pub(super) near: Option<String>,
 }
 
 impl Agreement {
-    /// A sentence where the scan shows more than the figure.
+    /// One sentence if part of the scan is unexplained.
     pub(crate) fn summary(&self) -> Option<String> {
-        /// A share of the scan that is worth a word.
-        const WORTH_SAYING: f64 = 0.02;
+        /// Smaller unexplained shares of the scan are not reported.
+        const LEAST_REPORTED: f64 = 0.02;
         let rest = 1.0 - self.explained;
-        let near = self.near.as_ref().filter(|_| rest > WORTH_SAYING)?;
+        let near = self.near.as_ref().filter(|_| rest > LEAST_REPORTED)?;
         Some(format!("{:.0} % of the scan's surface is far from the figure, most of it at the {near}", rest * 100.0))
     }
 }
 
 impl InsideProblem<'_> {
-    /// How much figure and scan have in common.
+    /// Agreement of a figure and a scan.
     pub(crate) fn agreement(&self, posed: &Posed) -> Agreement {
-        /// Shown skin and cloth of the last step lie within this of the scan, metres: a collar may shift by as much.
-        const SHOWN: f64 = 0.03;
-        /// What a registered body, the bend of a joint, and hair leave. Metres.
+        /// Visible skin and inner cloth are within this distance of the scan, in metres: a collar may shift by as much.
+        const VISIBLE: f64 = 0.03;
+        /// Skin is within this distance of the scan: registration error, bent joints and hair. Metres.
         const SKIN: f64 = 0.04;
-        /// Cloth may stand off by this, in metres: wide cloth that hangs from hips and legs (a skirt's hem) and wide cloth
-        /// elsewhere, close cloth, and worn cloth from where it was. Elbows of hands on hips are 0.15 from the trunk.
+        /// Greatest stand-off in metres of wide cloth on hips and legs (a skirt's hem), of other wide cloth, of close cloth, and of
+        /// inner cloth from its earlier place. With hands on the hips, elbows are 0.15 from the trunk.
         const CLOTH: [f64; 4] = [0.15, 0.08, 0.06, 0.1];
         const SAMPLES: usize = 4000;
-        // A limb that was left out explains nothing: scan beside it is that limb, elsewhere.
+        // A limb that was left out explains nothing: scan next to it is that limb in another pose.
         let mesh = self.mesh(posed);
         let takes_part: PerFace<bool> = mesh.faces().iter().map(|f| !f.iter().any(|&v| self.left_out[v])).collect();
         let (part, whole_from_part) = mesh.part(&takes_part);
@@ -72,7 +72,7 @@ impl InsideProblem<'_> {
             })
             .collect();
         let normals = self.normals(posed);
-        // A limb that was left out should show, too.
+        // A limb that was left out should be visible, too.
         let shown: Vec<(VertexId, f64)> = spread(&self.data_areas(), SAMPLES)
             .into_iter()
             .filter(|&(v, _)| self.figure_surface.is_visible(v))
@@ -80,7 +80,7 @@ impl InsideProblem<'_> {
         let of_figure: Vec<(f64, bool)> = shown
             .par_iter()
             .map(|&(v, area)| {
-                let hit = self.surface.nearest(&posed.points[v], SHOWN);
+                let hit = self.surface.nearest(&posed.points[v], VISIBLE);
                 (area, hit.is_some_and(|hit| hit.at_rim || hit.normal.dot(&normals[v]) > 0.0))
             })
             .collect();
@@ -89,11 +89,11 @@ impl InsideProblem<'_> {
         Agreement {
             explained: share(of_scan.iter().map(|s| (s.0, s.1.is_none()))),
             seen: share(of_figure.into_iter()),
-            near: most.map(|joint| display_name(&self.body.skeleton.names[joint.index()])),
+            near: most.map(|joint| self.body.skeleton.part_name(joint)),
         }
     }
 
-    /// Where vertices are, of those that `count`.
+    /// The vertices that `count` accepts, for queries of the nearest one.
     fn places(&self, posed: &Posed, count: impl Fn(VertexId) -> bool) -> NearestVertex {
         let places: Vec<Point> =
             posed.points.enumerate().filter(|(v, _)| count(*v) && !self.left_out[*v]).map(|(_, p)| *p).collect();
@@ -101,7 +101,7 @@ impl InsideProblem<'_> {
     }
 }
 
-/// Of the areas the share for which something holds.
+/// The area share for which the flag is true; 1 without any area.
 fn share(parts: impl Iterator<Item = (f64, bool)>) -> f64 {
     let (good, total) =
         parts.fold((0.0, 0.0), |(good, total), (area, holds)| (good + if holds { area } else { 0.0 }, total + area));

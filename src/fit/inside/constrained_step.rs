@@ -2,14 +2,14 @@
 
 use super::params::InsideMethod;
 use super::problem::InsideProblem;
-use crate::fit::correspondence::Side;
+use crate::fit::correspondence::Sidedness;
 use crate::fit::solver::{NormalEquations, Posed, Residual, Singular};
 use crate::geometry::{PerVertex, Vec3, VertexId};
 use crate::numerics::{QpRow, QuadraticProgram};
 use nalgebra::DVector;
 
 impl InsideProblem<'_> {
-    /// The Gauss–Newton step that keeps every hidden vertex inside by the margin: Eq. 6.
+    /// The Gauss–Newton step that keeps every hidden vertex inside by the margin: Eq. 6, with slack.
     pub(super) fn constrained_step(
         &self,
         posed: &Posed,
@@ -17,10 +17,10 @@ impl InsideProblem<'_> {
         equations: NormalEquations,
         log: &mut Vec<String>,
     ) -> Result<DVector<f64>, Singular> {
-        /// Vertices with more clearance than this cannot be carried outside by one step. Metres.
+        /// One step cannot move a vertex with more clearance than this outside. Metres.
         const NEAR: f64 = 0.03;
-        /// Cost of a metre outside, a vertex: above the pull of the data that one vertex can bear (a residual of 5 mm
-        /// on one observation pulls with 200), so that the slack is used only where nothing else is possible.
+        /// Cost per metre outside and vertex: greater than the pull of the data on one vertex (200 for a residual of 5 mm on one
+        /// observation), so that slack is used only if nothing else is possible.
         const SLACK_WEIGHT: f64 = 4e3;
         let sides = self.sides(posed, normals);
         let slack_weight = Some(SLACK_WEIGHT * self.constraint_weight(&sides));
@@ -53,17 +53,17 @@ impl InsideProblem<'_> {
         }
     }
 
-    /// 1 where few hidden vertices lie too far outside for the offset; less the more do. A trunk that is too thick all around
-    /// has no pose that takes it in, and all of its vertices together would turn legs away from their data.
-    fn constraint_weight(&self, sides: &[Option<Side>]) -> f64 {
-        /// Share of the vertices. Scans of the right person come to 0.1 % at the end.
+    /// Weight of the constraint: 1 if few hidden vertices are too far outside for the offset, less the more there are. No pose
+    /// brings in a trunk that is too thick all around, and all of its vertices together would turn legs away from their data.
+    fn constraint_weight(&self, sides: &[Option<Sidedness>]) -> f64 {
+        /// Share of the vertices: 0.1 % at the end of fits of the right person.
         const FEW: f64 = 0.02;
-        if self.params.method == InsideMethod::Paper {
+        if self.params.method == InsideMethod::Hybrid || !self.params.method.is_weighted() {
             return 1.0;
         }
-        let lacks = |(v, side): (usize, &Side)| self.pose_margin(VertexId::from_index(v)) - side.clearance;
+        let violation = |(v, side): (usize, &Sidedness)| self.pose_margin(VertexId::from_index(v)) - side.clearance;
         let seen = || sides.iter().enumerate().filter_map(|(v, side)| Some((v, side.as_ref()?)));
-        let outside = seen().filter(|at| lacks(*at) > self.params.greatest_offset).count() as f64;
+        let outside = seen().filter(|at| violation(*at) > self.params.greatest_offset).count() as f64;
         (FEW * seen().count() as f64 / outside.max(1.0)).min(1.0)
     }
 }

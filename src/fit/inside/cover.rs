@@ -2,13 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What the next garment is expected to do over a place of the body.
+/// What the next garment is expected to do at a place of the body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Cover {
-    /// Skin, or what was worn before, stays visible: the scan is data there.
+    /// Skin or inner clothes stay visible: the scan is data.
     Bare,
-    /// Cloth that lies close: the scan is data, from inside.
+    /// Close cloth: the scan is one-sided data.
     Tight,
-    /// Cloth that may stand off: the scan is a wall, but no data.
+    /// Cloth that may stand off: the scan is a constraint but no data.
     Loose,
 }

@@ -1,4 +1,4 @@
-//! From where the figure is laid into a scan: the pose of the step before, or the best of several headings.
+//! The initial pose of a fit inside a scan: the previous step's pose, or the best of several headings.
 
 use super::problem::InsideProblem;
 use crate::body::{Pose, Shape};
@@ -8,18 +8,18 @@ use crate::geometry::Vec3;
 use nalgebra::UnitQuaternion;
 use rayon::prelude::*;
 
-/// Mean distance of shown surface at which a start is good enough not to try headings. Metres: steps of a turntable
-/// session differ by a few degrees, which is 20 mm at the hands.
-const GOOD_START: f64 = 0.03;
+/// Below this mean distance of the visible surface no headings are tried. Metres: steps of a turntable session differ by a
+/// few degrees, which is 20 mm at the hands.
+const GOOD_INITIAL_POSE: f64 = 0.03;
 
-/// Headings tried where the start is not good.
+/// Headings tried if the previous pose is not good.
 const HEADINGS: usize = 12;
 
 impl InsideProblem<'_> {
-    /// The given pose, or the best of several headings from which a short fit was made.
-    pub(crate) fn best_start(&self, given: &Pose, log: &mut Vec<String>) -> Pose {
+    /// The given pose, or the best of several headings after a short fit from each.
+    pub(crate) fn best_initial_pose(&self, given: &Pose, log: &mut Vec<String>) -> Pose {
         let score = self.score(given);
-        if score < GOOD_START {
+        if score < GOOD_INITIAL_POSE {
             log.push(format!("started from the previous pose: {:.1} mm", score * 1e3));
             return given.clone();
         }
@@ -42,7 +42,7 @@ impl InsideProblem<'_> {
         starts.swap_remove(0).2
     }
 
-    /// The pose turned about the vertical, standing where the scan stands.
+    /// The pose rotated about the vertical and moved to the scan.
     fn turned(&self, given: &Pose, angle: f64) -> Pose {
         let mut pose = given.clone();
         pose.rotations[0] = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), angle) * pose.rotations[0];

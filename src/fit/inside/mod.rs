@@ -1,4 +1,4 @@
-//! The figure dressed so far, posed inside the next scan: Hu 2017, Eqs. 5–6.
+//! The figure with all garments so far, posed inside the next scan: Hu 2017, Eqs. 5–6.
 
 mod acceptance;
 mod agreement;
@@ -8,6 +8,7 @@ mod figure_surface;
 mod fit_inside;
 mod initial_pose;
 mod offset;
+mod paper;
 mod params;
 mod pose_inside;
 mod problem;

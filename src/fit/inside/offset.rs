@@ -1,21 +1,23 @@
-//! The bounded, smooth offset that takes what pose cannot satisfy: breathing, soft flesh, noise.
+//! The bounded, smooth offset for what the pose cannot satisfy: breathing, soft flesh, noise.
 
 use crate::geometry::{Adjacency, PerVertex, TriMesh, VertexId};
 
-/// Offsets along the normals (≤ 0, inward), at least as deep as `needed` wherever that is within `greatest`.
+/// Offsets along the normals (≤ 0, inward), at least as deep as `required` wherever that is within `greatest`.
 ///
-/// A depth falls off over the surface by at most [`SLOPE`], so that no vertex is pushed in alone: the smallest
-/// field with that slope above all needs (an upper envelope of cones), smoothed upward only.
-pub(crate) fn bounded_offsets(mesh: &TriMesh, needed: &PerVertex<Option<f64>>, greatest: f64) -> PerVertex<f64> {
-    /// Metres of depth lost a metre along the surface: 6 mm are gone after 4 cm.
+/// The depth changes over the surface by at most `SLOPE`, so that no vertex is offset alone: the smallest field with that
+/// slope above all required depths (an upper envelope of cones), smoothed upward only.
+///
+/// **Shapes** `required` and the result have one value per vertex.
+pub(crate) fn bounded_offsets(mesh: &TriMesh, required: &PerVertex<Option<f64>>, greatest: f64) -> PerVertex<f64> {
+    /// Greatest change of depth per length along the surface: 6 mm over 4 cm.
     const SLOPE: f64 = 0.15;
-    /// Rounds of smoothing, each over one ring of vertices (about 2 cm).
+    /// Rounds of smoothing, each over a one-ring of vertices (about 2 cm).
     const ROUNDS: usize = 3;
     let adjacency = Adjacency::prepare(mesh);
-    let needs: Vec<f64> = (0..mesh.vertex_count())
-        .map(|i| needed.0.get(i).copied().flatten().unwrap_or(0.0).clamp(0.0, greatest))
+    let least: Vec<f64> = (0..mesh.vertex_count())
+        .map(|i| required.0.get(i).copied().flatten().unwrap_or(0.0).clamp(0.0, greatest))
         .collect();
-    let mut depth = needs.clone();
+    let mut depth = least.clone();
     // Relaxed until nothing rises: reach is greatest / SLOPE = 4 cm, a few rings.
     loop {
         let mut rose = false;
@@ -39,7 +41,7 @@ pub(crate) fn bounded_offsets(mesh: &TriMesh, needed: &PerVertex<Option<f64>>, g
             let ring = adjacency.neighbours_of(VertexId::from_index(i));
             if !ring.is_empty() {
                 let mean = ring.iter().map(|w| before[w.index()]).sum::<f64>() / ring.len() as f64;
-                depth[i] = (0.5 * (before[i] + mean)).max(needs[i]);
+                depth[i] = (0.5 * (before[i] + mean)).max(least[i]);
             }
         }
     }
@@ -52,7 +54,7 @@ mod tests {
     use crate::geometry::Point;
 
     #[test]
-    fn needs_within_the_bound_are_met_and_nothing_exceeds_it() {
+    fn required_offsets_within_the_bound_are_met_and_nothing_exceeds_it() {
         let n = 20;
         let points = (0..n * n).map(|i| Point::new((i % n) as f64 * 0.01, 0.0, (i / n) as f64 * 0.01)).collect();
         let mut faces = Vec::new();
@@ -64,11 +66,11 @@ mod tests {
             }
         }
         let mesh = TriMesh::try_from_indices(points, &faces).unwrap();
-        let mut needed = PerVertex::filled(None, n * n);
-        needed.0[210] = Some(0.004);
-        needed.0[150] = Some(0.05);
-        needed.0[10] = Some(-0.01);
-        let offsets = bounded_offsets(&mesh, &needed, 0.006);
+        let mut required = PerVertex::filled(None, n * n);
+        required.0[210] = Some(0.004);
+        required.0[150] = Some(0.05);
+        required.0[10] = Some(-0.01);
+        let offsets = bounded_offsets(&mesh, &required, 0.006);
         assert!(offsets.0[210] <= -0.004 + 1e-12);
         assert!((offsets.0[150] + 0.006).abs() < 1e-9);
         assert!(offsets.iter().all(|o| (-0.006 - 1e-12..=0.0).contains(o)));

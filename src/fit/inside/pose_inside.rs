@@ -5,20 +5,20 @@ use crate::fit::report::FitReport;
 use crate::geometry::PerVertex;
 use serde::{Deserialize, Serialize};
 
-/// The figure dressed so far inside the next scan.
+/// The pose of a figure inside the next scan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PoseInside {
     /// θ and the root, in the scan's frame.
     pub pose: Pose,
-    /// What pose could not satisfy: metres along the posed body's normals, one a vertex of the body (bounded, smooth).
+    /// Offset along the posed body's normals that makes up for what the pose cannot satisfy: metres, ≤ 0, bounded and
+    /// smooth. **Shapes** one value per vertex of the body.
     pub offsets: PerVertex<f64>,
-    /// How it went.
+    /// How the fit went.
     pub report: FitReport,
 }
 
 impl PoseInside {
-    /// Draws skin in at least as far as an earlier step did: what lay inside a garment then still lies inside it now, though
-    /// the scan shows another one.
+    /// Offsets skin inward at least as far as an earlier step did, so that it stays inside the garment of that step.
     pub fn offset_inward_as(mut self, before: &Self) -> Self {
         self.offsets
             .0

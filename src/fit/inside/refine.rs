@@ -6,7 +6,7 @@ use crate::fit::solver::{FitIteration, Singular, StoppingRule, Unknowns, greates
 use crate::geometry::SurfaceIndex;
 use nalgebra::DVector;
 
-/// What the iterations came to.
+/// The estimate of the pose after some iterations.
 pub(crate) struct PoseEstimate {
     pub(crate) pose: Pose,
     pub(crate) iterations: usize,
@@ -21,20 +21,24 @@ impl InsideProblem<'_> {
         on_step: &mut dyn FnMut(&FitIteration),
         log: &mut Vec<String>,
     ) -> PoseEstimate {
-        /// A joint moved less than this in a step, in metres.
+        /// A step is still if it moves every joint by less than this, in metres.
         const STILL: f64 = 3e-4;
-        /// Cosine between two steps one of which takes the other back, and the move of a joint, in metres, below which that is
-        /// chatter: 0.7 mm to and fro were seen where a slit showed the skin below a skirt.
-        const AGAINST: f64 = -0.5;
-        const CHATTER: f64 = 2e-3;
+        /// A step reverses the previous one if the cosine between them is below the first; if no joint moves by more than the
+        /// second, in metres, the steps oscillate: by 0.7 mm where a slit showed the skin below a skirt.
+        const REVERSED: f64 = -0.5;
+        const OSCILLATION: f64 = 2e-3;
         let mut pose = start;
         let (mut last_delta, mut share, mut moved) = (DVector::zeros(self.body.unknown_count()), 1.0, f64::INFINITY);
         let stiffness = self.stiffness();
         let figure_samples = self.samples(self.params.samples);
-        let scan_samples = self.surface.confidence_weighted_samples(self.params.samples);
+        let scan_samples = if self.params.method.is_weighted() {
+            self.surface.confidence_weighted_samples(self.params.samples)
+        } else {
+            self.surface.samples(self.params.samples)
+        };
         let unknowns = Unknowns { joints: self.held.iter().map(|held| !held).collect(), shape: false };
         let mut index: Option<SurfaceIndex> = None;
-        // The gates are narrow from this iteration on.
+        /// The gates are narrow from this iteration on.
         const ANNEALED: usize = 8;
         let rule = StoppingRule { steps: self.params.iterations, still: STILL, still_steps: 2, first_still: ANNEALED };
         let settled = iterate(&rule, |iteration| {
@@ -58,15 +62,15 @@ impl InsideProblem<'_> {
                 equations.h[(i, i)] = equations.h[(i, i)] * (1.0 + 1e-4) + 1e-6;
             }
             equations.freeze_all_but(&unknowns);
-            let delta = if self.params.constrained && iteration >= 2 {
+            let delta = if self.params.method.is_constrained() && iteration >= 2 {
                 self.constrained_step(&posed, &normals, equations, log)
             } else {
                 equations.solve(0.0)
             };
             let mut delta = delta?;
-            // Where skin is as near to one side of the scan as to another, steps go to and fro: less and less far, then.
-            let turned_back = delta.dot(&last_delta) < AGAINST * delta.norm() * last_delta.norm();
-            share = if turned_back && moved < CHATTER { 0.5 * share } else { share };
+            // If skin is as near to one side of the scan as to another, steps oscillate: shorten them.
+            let is_reversed = delta.dot(&last_delta) < REVERSED * delta.norm() * last_delta.norm();
+            share = if is_reversed && moved < OSCILLATION { 0.5 * share } else { share };
             last_delta.copy_from(&delta);
             delta *= share;
             let next = self.body.stepped(&posed, &pose, &Shape(Vec::new()), &delta).0;

@@ -1,23 +1,23 @@
-//! What pose has left to the bounded offset: how far skin must still be drawn in; and how far it moved in all.
+//! The offset that each vertex still requires after the pose, and how far the skin has moved in total.
 
 use super::problem::InsideProblem;
 use crate::body::Pose;
-use crate::fit::correspondence::{Side, side_of};
+use crate::fit::correspondence::{Sidedness, side_of};
 use crate::fit::solver::Posed;
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3, VertexId};
 use rayon::prelude::*;
 
-/// How far a place must still be drawn in.
+/// The inward offset that a point requires to satisfy the margin.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RequiredOffset {
-    /// Along the body's normal, in metres; negative where it is clear.
+    /// Along the body's normal, in metres; negative where the margin is satisfied.
     pub(crate) along_normal: f64,
-    /// How much of such a way is clearance from the scan, which may face another way: at a hem it faces down.
+    /// Clearance gained per offset: less than 1 where the scan is oblique to the body, as at a hem, which faces down.
     pub(crate) gain: f64,
 }
 
 impl RequiredOffset {
-    pub(crate) fn of(margin: f64, side: &Side) -> Self {
+    pub(crate) fn of(margin: f64, side: &Sidedness) -> Self {
         Self { along_normal: (margin - side.clearance) / side.cosine, gain: side.cosine }
     }
 
@@ -28,7 +28,9 @@ impl RequiredOffset {
 }
 
 impl InsideProblem<'_> {
-    /// The area of each body vertex that must stay inside; of others none: where cloth may be, the scan may be the skin.
+    /// The area of each body vertex that must stay inside; 0 for others, where the scan may be the skin itself.
+    ///
+    /// **Shapes** one area per vertex of the body.
     pub(crate) fn hidden_areas(&self, body: &TriMesh) -> PerVertex<f64> {
         let mut areas = body.vertex_areas();
         areas.0.iter_mut().enumerate().for_each(|(i, area)| {
@@ -37,8 +39,8 @@ impl InsideProblem<'_> {
         areas
     }
 
-    /// How far each constrained vertex must still be drawn in. A vertex is clear where the middles of its hidden faces
-    /// are, too: between two vertices of a shin there is room for the edge of a scan.
+    /// The offset that each constrained vertex requires. The centres of its hidden faces must satisfy the margin, too, because
+    /// the edge of a scan fits between two vertices of a shin. **Shapes** one entry per vertex of the body.
     pub(crate) fn required_offsets(&self, posed: &Posed, body: &TriMesh) -> PerVertex<Option<RequiredOffset>> {
         let normals = self.normals(posed);
         let mut needed: PerVertex<Option<RequiredOffset>> = self
@@ -50,7 +52,7 @@ impl InsideProblem<'_> {
         let of_faces: Vec<Option<RequiredOffset>> =
             body.faces().0.par_iter().map(|corners| self.required_offset_of_face(posed, &normals, *corners)).collect();
         for (corners, need) in body.faces().iter().zip(of_faces) {
-            // A corner that was not seen, beside a hole, goes in with the rest of its face.
+            // A corner next to a hole of the scan follows the rest of its face.
             let Some(need) = need else { continue };
             let is_more = |own: Option<RequiredOffset>| need.along_normal > own.map_or(0.0, |own| own.along_normal);
             corners.iter().for_each(|&v| needed[v] = if is_more(needed[v]) { Some(need) } else { needed[v] });
@@ -58,21 +60,21 @@ impl InsideProblem<'_> {
         needed
     }
 
-    /// Mean distance of the skin in one pose from the same in another, with offsets, as seen from the root.
+    /// Mean distance between the skin in two poses, the second one with offsets, in the root's frame. Metres.
     pub(crate) fn proximity(&self, before: &Pose, after: &Pose, offsets: &PerVertex<f64>) -> f64 {
-        let seen_from_root = |pose: &Pose, offsets: Option<&PerVertex<f64>>| -> Vec<Point> {
+        let in_root_frame = |pose: &Pose, offsets: Option<&PerVertex<f64>>| -> Vec<Point> {
             let mesh = self.body_mesh(&self.posed(pose));
             let (normals, root) = (mesh.vertex_normals(), self.body.skeleton.world_from_bind(pose)[0].inverse());
             let by = |v: VertexId| offsets.map_or(Vec3::zeros(), |offsets| normals[v] * offsets[v]);
             mesh.points().enumerate().map(|(v, p)| root * (p + by(v))).collect()
         };
         let areas = self.bare.vertex_areas();
-        let moved = seen_from_root(before, None).into_iter().zip(seen_from_root(after, Some(offsets)));
+        let moved = in_root_frame(before, None).into_iter().zip(in_root_frame(after, Some(offsets)));
         let sum: f64 = moved.zip(areas.iter()).map(|((p, q), area)| (p - q).norm() * area).sum();
         sum / areas.iter().sum::<f64>().max(1e-12)
     }
 
-    /// How far the middle of a face must be drawn in, all of whose corners are hidden.
+    /// The offset that the centre of a face requires, if all of its corners are hidden.
     fn required_offset_of_face(
         &self,
         posed: &Posed,

@@ -2,7 +2,6 @@
 
 use super::required_offset::RequiredOffset;
 use crate::body::{Skeleton, SkinWeights};
-use crate::fit::correspondence::display_name;
 use crate::geometry::{PerVertex, VertexId};
 
 /// By how much, and where, the margin is violated after the offset.
@@ -70,7 +69,7 @@ impl ConstraintViolation {
     /// The part of the body where the violation is greatest.
     pub(crate) fn near(&self, skeleton: &Skeleton, weights: &SkinWeights) -> Option<String> {
         let joint = weights.rows()[self.deepest?][0].0;
-        Some(display_name(&skeleton.names[joint.index()]))
+        Some(skeleton.part_name(joint))
     }
 
     /// One sentence if the margin is violated.

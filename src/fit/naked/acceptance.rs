@@ -6,25 +6,37 @@ use super::fitted_body::FittedBody;
 use super::params::NakedParams;
 use super::problem::NakedProblem;
 use super::refine::ModelEstimate;
-use crate::body::{BodyModel, JointId};
-use crate::fit::correspondence::{display_name, parts_named, unseen};
+use crate::body::{BodyModel, HumanJoint, JointId};
+use crate::fit::correspondence::{parts_from, unseen};
 use crate::fit::error::FitError;
 use crate::fit::report::FitReport;
 use crate::geometry::SurfaceIndex;
 
-/// What was found, which `index` holds, with its report, or why it is no body.
+/// Accepts the estimate, which `index` holds, or says why it is not the body of the scan.
 pub(crate) fn conclude(
     problem: &NakedProblem<'_>,
     found: ModelEstimate,
     index: &SurfaceIndex,
     agreement: Agreement,
     unseen: Vec<JointId>,
-    mut log: Vec<String>,
+    log: Vec<String>,
 ) -> Result<FittedBody, FitError> {
+    let buried = buried_hand(problem, index, &unseen);
+    check_is_body(problem.model, problem.params, agreement.residual.0, &agreement, &found, &unseen, buried)?;
+    Ok(with_report(problem, found, index, agreement, unseen, log))
+}
+
+/// The estimate, which `index` holds, with its report.
+pub(super) fn with_report(
+    problem: &NakedProblem<'_>,
+    found: ModelEstimate,
+    index: &SurfaceIndex,
+    agreement: Agreement,
+    unseen: Vec<JointId>,
+    mut log: Vec<String>,
+) -> FittedBody {
     let model = problem.model;
     let (residual_mean, residual_p95) = agreement.residual;
-    let buried = buried_hand(problem, index, &unseen);
-    check_is_body(model, problem.params, residual_mean, &agreement, &found, &unseen, buried)?;
     log.extend(unexplained_summary(&agreement, &model.weights, &model.skeleton));
     log.extend(unseen_head(problem, index));
     if !found.converged {
@@ -44,13 +56,13 @@ pub(crate) fn conclude(
     }
     .doubted();
     let ModelEstimate { shape, pose, .. } = found;
-    Ok(FittedBody { shape, pose, surface, skeleton, unseen, poses_in_others: Vec::new(), report })
+    FittedBody { shape, pose, surface, skeleton, unseen, poses_in_others: Vec::new(), report }
 }
 
-/// A sentence where the scan lacks the head, without which all the rest is fitted as well.
+/// A warning if the scan does not show the head, without which everything else is fitted equally well.
 fn unseen_head(problem: &NakedProblem<'_>, index: &SurfaceIndex) -> Option<String> {
     let (skeleton, weights) = (&problem.model.skeleton, &problem.model.weights);
-    let head = parts_named(&["head"], skeleton, weights);
+    let head = parts_from(&[HumanJoint::Head], skeleton, weights);
     let unseen = unseen(index, &head, skeleton, problem.surface);
     (!unseen.is_empty()).then(|| "the scan does not show the head; it is the model's".into())
 }
@@ -62,14 +74,14 @@ fn check_is_body(
     agreement: &Agreement,
     found: &ModelEstimate,
     unseen: &[JointId],
-    buried: Option<&str>,
+    buried: Option<JointId>,
 ) -> Result<(), FitError> {
-    // What shows a body besides other things is told of by their share: an average over both says nothing of either.
+    // A scan that shows a body and other things is judged by their shares: an average over both describes neither.
     const MOSTLY_A_BODY: f64 = 0.5;
     if residual > params.refuse_above && !(MOSTLY_A_BODY..params.least_explained).contains(&agreement.explained) {
         return Err(FitError::NotABody { residual_mm: residual * 1e3, limit_mm: params.refuse_above * 1e3 });
     }
-    // A child is fitted nearly, by a body that is none: what is wrong is the model, not the scan.
+    // A child is matched nearly, by a body that no adult has: the model is wrong for it, not the scan.
     const NEARLY: f64 = 0.85;
     let deviation = found.shape.0.iter().fold(0.0_f64, |most, beta| most.max(beta.abs()));
     let far = (deviation > params.greatest_deviation)
@@ -85,21 +97,24 @@ fn check_is_body(
             near: near.unwrap_or_else(|| "body".into()),
         });
     }
-    // What is left of the scan where a limb was not found is that limb, in a pose that was not.
-    // Missing limbs left 0.1 % on invented people, crossed arms 2 to 2.5 %.
+    // If a limb was not found, the unexplained rest of the scan is that limb in a pose that was not tried.
+    // Missing limbs left 0.1 % on synthetic people, crossed arms 2 to 2.5 %.
     const LIMB: f64 = 0.015;
     let is_in_another_pose = !params.missing_limbs && 1.0 - agreement.explained > LIMB;
     if let (Some(limb), true) = (unseen.first(), is_in_another_pose) {
         return Err(FitError::LimbNotFound {
-            limb: display_name(&model.skeleton.names[limb.index()]),
+            limb: model.skeleton.part_name(*limb),
             what: format!(
-                "and {:.0} % of the scan's surface is no part of the body",
+                "and {:.0} % of the scan's surface does not match the body",
                 (1.0 - agreement.explained) * 100.0
             ),
         });
     }
     if let (Some(hand), false) = (buried, params.missing_limbs) {
-        return Err(FitError::LimbNotFound { limb: display_name(hand), what: "inside the body".into() });
+        return Err(FitError::LimbNotFound {
+            limb: model.skeleton.part_name(hand),
+            what: "the fit puts it inside the body".into(),
+        });
     }
     if let Some(region) = agreement.missing_region(&model.weights, &model.skeleton) {
         return Err(FitError::HalfABody { region: region.into(), seen_percent: agreement.seen * 100.0 });

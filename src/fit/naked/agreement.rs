@@ -1,34 +1,35 @@
-//! How far a fit can be trusted: what of the scan the body explains, and what of the body the scan shows.
+//! Agreement of a fitted body with a naked scan: which share of the scan it explains, and which share of it the scan shows.
 
-use crate::body::{Skeleton, SkinWeights};
-use crate::fit::correspondence::{ScanSurface, display_name, dominant_joint, mean_and_p95, spread};
+use crate::body::HumanJoint::{Chest, Hips, LowerLeg, Spine, UpperChest, UpperLeg};
+use crate::body::{HumanJoint, Side, Skeleton, SkinWeights};
+use crate::fit::correspondence::{ScanSurface, dominant_joint, mean_and_p95, spread};
 use crate::geometry::{SurfaceIndex, VertexId};
 use rayon::prelude::*;
 
-/// Within this distance, and facing the same way, body and scan are one surface. Metres: five times what a 15-component
-/// model leaves on strangers.
+/// Body and scan agree within this distance if they face the same way. Metres: five times the residual of a 15-component
+/// model on people outside its training set.
 const ONE_SURFACE: f64 = 0.025;
 
-/// Cosine between normals of one surface: 73°, for hands that a scanner melted into mittens.
+/// Least cosine between normals that agree: 73°, for hands that a scanner merged into mittens.
 const LEAST_COSINE: f64 = 0.3;
 
-/// SamplePlaces of either surface: 1 % of its area is then fifty of them.
+/// Sample points per surface: 1 % of the area is fifty of them.
 const SAMPLES: usize = 5000;
 
-/// A share of the scan that is worth a word.
-const WORTH_SAYING: f64 = 0.02;
+/// Smaller unexplained shares of the scan are not reported.
+const LEAST_REPORTED: f64 = 0.02;
 
-/// What half a person lacks; an arm, a leg or the head may be missing.
-const REGIONS: [(&str, &[&str]); 3] = [
-    ("chest", &["chest", "upperChest"]),
-    ("hips", &["hips", "spine"]),
-    ("legs", &["leftUpperLeg", "leftLowerLeg", "rightUpperLeg", "rightLowerLeg"]),
+/// Regions that a scan must show; an arm, a leg or the head may be missing.
+const REGIONS: [(&str, &[HumanJoint]); 3] = [
+    ("chest", &[Chest, UpperChest]),
+    ("hips", &[Hips, Spine]),
+    ("legs", &[UpperLeg(Side::Left), LowerLeg(Side::Left), UpperLeg(Side::Right), LowerLeg(Side::Right)]),
 ];
 
-/// A region of which the scan shows less is not in it: half a turn shows half, a quarter of a turn a third.
+/// A scan that shows less than this share of a region does not show it: half a turn shows half, a quarter of a turn a third.
 const LEAST_OF_REGION: f64 = 0.25;
 
-/// How much two surfaces have in common.
+/// Agreement of two surfaces.
 pub(crate) struct Agreement {
     /// Area share of the scan that lies on the body.
     pub(crate) explained: f64,
@@ -36,9 +37,9 @@ pub(crate) struct Agreement {
     pub(crate) seen: f64,
     /// Mean distance of the scan from the body, and its 95th percentile, in metres.
     pub(crate) residual: (f64, f64),
-    /// (Nearest vertex, area, whether it lies on the scan) of places of the body.
+    /// (Nearest vertex, area, whether it lies on the scan) of sample points of the body.
     of_body: Vec<(VertexId, f64, bool)>,
-    /// Of the scan's area that is not explained: by the body's nearest vertex.
+    /// (Nearest vertex of the body, area share) of the unexplained sample points of the scan.
     unexplained: Vec<(VertexId, f64)>,
 }
 
@@ -76,17 +77,18 @@ pub(crate) fn agreement(index: &SurfaceIndex, surface: &ScanSurface) -> Agreemen
 }
 
 impl Agreement {
-    /// 0 to 1.
+    /// Confidence of the fit, 0 to 1.
     pub(crate) fn confidence(&self) -> f64 {
         self.explained * self.seen
     }
 
-    /// The first of the regions that make a person of which the scan shows next to nothing.
+    /// The first required region of which the scan shows almost nothing.
     pub(crate) fn missing_region(&self, weights: &SkinWeights, skeleton: &Skeleton) -> Option<&'static str> {
         REGIONS
             .iter()
-            .find(|(_, names)| {
-                let is_of = |v: VertexId| names.contains(&skeleton.names[weights.rows()[v][0].0.index()].as_str());
+            .find(|(_, joints)| {
+                let moves = |v: VertexId| skeleton.human_joint(weights.rows()[v][0].0);
+                let is_of = |v: VertexId| moves(v).is_some_and(|joint| joints.contains(&joint));
                 let (mut total, mut seen) = (0.0, 0.0);
                 for &(_, area, is_seen) in self.of_body.iter().filter(|b| is_of(b.0)) {
                     total += area;
@@ -97,18 +99,18 @@ impl Agreement {
             .map(|(name, _)| *name)
     }
 
-    /// The part of the body beside which most of the scan is unexplained.
+    /// The part of the body that is nearest to most of the unexplained scan.
     pub(crate) fn least_explained_part(&self, weights: &SkinWeights, skeleton: &Skeleton) -> Option<String> {
         let joint = dominant_joint(self.unexplained.iter().copied(), weights, skeleton.len())?;
-        Some(display_name(&skeleton.names[joint.index()]))
+        Some(skeleton.part_name(joint))
     }
 }
 
-/// A sentence where the scan shows more than a body.
+/// One sentence if part of the scan is unexplained.
 pub(crate) fn unexplained_summary(agreement: &Agreement, weights: &SkinWeights, skeleton: &Skeleton) -> Option<String> {
     let part = agreement.least_explained_part(weights, skeleton)?;
     let share = 1.0 - agreement.explained;
-    (share > WORTH_SAYING).then(|| {
+    (share > LEAST_REPORTED).then(|| {
         format!("{:.0} % of the scan's surface is no part of the fitted body, most of it at the {part}", share * 100.0)
     })
 }

@@ -7,7 +7,7 @@ use crate::fit::solver::{
     DAMPING, Phase, PosePrior, Singular, StoppingRule, Unknowns, iterate, limbs_only, pose_stiffness,
 };
 
-/// A model and a scan, both downsampled, ready for fits.
+/// Downsampled copies of model and scan, with the priors of a fit.
 pub(crate) struct CoarseFit<'a> {
     pub(crate) downsampled: Downsampled<'a>,
     stiffness: Vec<f64>,
@@ -44,7 +44,7 @@ impl<'a> CoarseFit<'a> {
         (pose, shape)
     }
 
-    /// Mean truncated distance both ways, in metres: comparable between poses whatever they have matched.
+    /// Mean truncated distance both ways, in metres: comparable between poses whatever their correspondences.
     pub(crate) fn score(&self, pose: &Pose, shape: &Shape) -> f64 {
         self.downsampled.score(pose, shape)
     }

@@ -1,56 +1,85 @@
-//! The naked fit: initial poses, refinement, limbs that the scan does not show, judgement.
+//! The naked fit: initial poses, refinement, limbs that the scan does not show, acceptance.
 
-use super::acceptance::conclude;
+use super::acceptance::{conclude, with_report};
 use super::agreement::agreement;
 use super::bent_arms::{refit_with_bent_arms, uncertain_arms, with_trunk_straight};
 use super::coarse_fit::CoarseFit;
 use super::fitted_body::FittedBody;
-use super::params::NakedParams;
+use super::paper::fit_eq_4;
+use super::params::{NakedMethod, NakedParams};
 use super::problem::NakedProblem;
 use super::refine::ModelEstimate;
 use crate::body::{BodyModel, JointId};
-use crate::fit::correspondence::{DownsampledModel, ScanSurface, display_name, pose_like_other_side, unseen};
+use crate::fit::correspondence::{DownsampledModel, ScanSurface, pose_like_other_side, unseen};
 use crate::fit::error::FitError;
 use crate::fit::solver::FitIteration;
 use crate::geometry::SurfaceIndex;
 use crate::scan::Scan;
 
-/// Fits shape and pose to a scan of the naked body, whatever its heading and wherever its arms are.
+/// Fits shape and pose to a scan of the naked body, whatever its heading and the pose of its arms.
 ///
 /// **Frame** the result's pose is in the scan's world frame.
 ///
-/// **Guarantees** limbs that the scan does not show are named in the report and take the pose of the other side; the
-/// report's confidence is the share of the scan that the body explains times the share of the body that the scan shows.
+/// **Guarantees** limbs that the scan does not show are named in the report and take the pose of the other side.
 ///
-/// **Errors** [`FitError::NotABody`], [`FitError::Unexplained`], [`FitError::LimbNotFound`],
-/// [`FitError::HalfABody`] and [`FitError::FarFromModel`] where no start leads to a
-/// body that explains the scan.
+/// **Errors** [`FitError::EmptyScan`] and [`FitError::OutOfRange`] for arguments that cannot be fitted;
+/// [`FitError::NotABody`], [`FitError::Unexplained`], [`FitError::LimbNotFound`], [`FitError::HalfABody`] and
+/// [`FitError::FarFromModel`] if no initial pose leads to a body that explains the scan. [`NakedMethod::Paper`] returns
+/// none of the latter.
 pub fn fit_naked(
     scan: &Scan,
     model: &BodyModel,
     params: &NakedParams,
     on_step: &mut dyn FnMut(&FitIteration),
 ) -> Result<FittedBody, FitError> {
+    params.check()?;
     if scan.mesh.face_count() == 0 {
         return Err(FitError::EmptyScan);
     }
+    match params.method {
+        NakedMethod::Robust => fit_robust(scan, model, params, on_step),
+        NakedMethod::Paper => Ok(fit_paper(scan, model, params, on_step)),
+    }
+}
+
+fn fit_paper(
+    scan: &Scan,
+    model: &BodyModel,
+    params: &NakedParams,
+    on_step: &mut dyn FnMut(&FitIteration),
+) -> FittedBody {
+    let surface = ScanSurface::prepare(scan);
+    let problem = NakedProblem::prepare(model, SurfaceIndex::prepare(&model.template), &surface, params);
+    let found = fit_eq_4(&problem, params, on_step);
+    let index = problem.index_at(&found.pose, &found.shape);
+    let agreement = agreement(&index, &surface);
+    with_report(&problem, found, &index, agreement, Vec::new(), Vec::new())
+}
+
+fn fit_robust(
+    scan: &Scan,
+    model: &BodyModel,
+    params: &NakedParams,
+    on_step: &mut dyn FnMut(&FitIteration),
+) -> Result<FittedBody, FitError> {
     let of_model = || (DownsampledModel::of(model), SurfaceIndex::prepare(&model.template));
-    let (surface, (thin, index)) = rayon::join(|| ScanSurface::prepare(scan), of_model);
+    let (surface, (downsampled, index)) = rayon::join(|| ScanSurface::prepare(scan), of_model);
+    let downsampled = downsampled?;
     let mut problem = NakedProblem::prepare(model, index, &surface, params);
     let mut log = Vec::new();
 
-    let coarse = CoarseFit::prepare(&thin, &surface, params);
-    let start = problem.best_start(&coarse, &mut log);
-    let mut found = problem.refine(start.pose, start.shape, on_step);
+    let coarse = CoarseFit::prepare(&downsampled, &surface, params);
+    let initial = problem.best_initial_pose(&coarse, &mut log);
+    let mut found = problem.refine(initial.pose, initial.shape, on_step);
     let mut index = problem.index_at(&found.pose, &found.shape);
-    let doubtful = uncertain_arms(&problem, &index);
-    if !doubtful.is_empty() {
-        found = refit_with_bent_arms(&problem, &coarse, &found, &doubtful, &mut log).unwrap_or(found);
+    let uncertain = uncertain_arms(&problem, &index);
+    if !uncertain.is_empty() {
+        found = refit_with_bent_arms(&problem, &coarse, &found, &uncertain, &mut log).unwrap_or(found);
         index = problem.index_at(&found.pose, &found.shape);
     }
     let unseen = unseen(&index, &problem.parts, &model.skeleton, &surface);
     if !unseen.is_empty() {
-        found = problem.without(&unseen, found, &mut log, on_step);
+        found = problem.refine_without(&unseen, found, &mut log, on_step);
         index = problem.index_at(&found.pose, &found.shape);
     }
 
@@ -59,8 +88,8 @@ pub fn fit_naked(
 }
 
 impl NakedProblem<'_> {
-    /// The fit again, with some limbs left out of it.
-    fn without(
+    /// Refines again without the limbs that the scan does not show.
+    fn refine_without(
         &mut self,
         unseen: &[JointId],
         found: ModelEstimate,
@@ -71,11 +100,11 @@ impl NakedProblem<'_> {
         for &joint in unseen {
             log.push(format!(
                 "the scan does not show the {}; it takes the pose of the other side",
-                display_name(&skeleton.names[joint.index()])
+                skeleton.part_name(joint)
             ));
         }
         self.leave_out(unseen);
-        // The trunk gave way to the limb that was pulled into it: back to the expected pose, and on from there.
+        // The trunk has yielded to the limb that was pulled into it: reset it to the expected pose.
         let mut pose = with_trunk_straight(self, &found.pose);
         for &joint in unseen {
             pose_like_other_side(&mut pose, skeleton, joint, unseen);

@@ -8,25 +8,25 @@ use serde::{Deserialize, Serialize};
 /// A model fitted to a naked scan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FittedBody {
-    /// β.
+    /// β. **Shapes** one coefficient per component of the model.
     pub shape: Shape,
     /// θ and the root, in the scan's frame.
     pub pose: Pose,
     /// The model's surface of that shape, in the bind pose.
     pub surface: TriMesh,
-    /// Its skeleton.
+    /// The skeleton of that shape.
     pub skeleton: Skeleton,
     /// Limbs that the scan does not show, each by the joint at which it begins.
     pub unseen: Vec<JointId>,
-    /// Where all scans of a session made the shape: how the person stands in each of the others, in their order and in their
-    /// frames; `None` for those that took no part.
+    /// If all scans of a session determine the shape: the pose in each of the other scans, in their order and frames, `None`
+    /// for a scan that takes no part. Empty otherwise. **Shapes** one entry per other scan.
     pub poses_in_others: Vec<Option<Pose>>,
-    /// How it went.
+    /// How the fit went.
     pub report: FitReport,
 }
 
 impl FittedBody {
-    /// The body alone, as it was fitted; `model` is what was fitted.
+    /// The fitted body as a figure without garments; `model` is the model that was fitted.
     pub fn figure(&self, model: &BodyModel) -> Figure {
         Figure::bare(self.skeleton.clone(), self.surface.clone(), model.weights.clone())
     }

@@ -1,35 +1,35 @@
-//! Where a naked fit starts: several headings, statures and arms are tried, and scored.
+//! Initial poses of a naked fit: several headings, statures and arm poses are tried and scored.
 
 use super::bent_arms::forearms_are_visible;
 use super::coarse_fit::CoarseFit;
 use super::problem::NakedProblem;
-use crate::body::{BodyModel, JointId, Pose, Shape, Skeleton};
+use crate::body::{BodyModel, HumanJoint, JointId, Pose, Shape, Side, Skeleton};
 use crate::fit::correspondence::{ScanSurface, shift_onto};
 use crate::fit::solver::Phase;
 use crate::geometry::{Point, Vec3, VertexId};
 use nalgebra::{Translation3, UnitQuaternion};
 use rayon::prelude::*;
 
-/// Headings tried: a quarter of the basin of convergence seen on invented subjects (about ±50°).
+/// Headings tried: a quarter of the basin of convergence measured on synthetic subjects (about ±50°).
 const HEADINGS: usize = 8;
 
-/// Headings that go on to the next round: front, back, and one more.
+/// Headings kept for the next round: front, back, and one more.
 const KEPT: usize = 3;
 
-/// Turns of an upper arm away from the bind pose, about the axis to the front, in degrees: hanging down, T-pose, and raised
-/// in two steps. In between lies the basin of convergence (about 35°).
+/// Rotations of an upper arm from the bind pose, about the axis to the front, in degrees: hanging down, T-pose, and raised
+/// in two steps. Their distance is about the basin of convergence (35°).
 const ARM_TURNS_DEG: [f64; 4] = [-38.0, 42.0, 85.0, 125.0];
 
 /// A stature further from the mean than this many deviations may be a raised arm or a seated person: the mean is tried too.
 const USUAL_STATURE: f64 = 1.8;
 
-/// And beyond this it is not believed.
+/// Statures are clamped to this many deviations.
 const GREATEST_STATURE: f64 = 3.0;
 
-/// A start that leaves more is looked for further: right ones leave 2 to 4 mm, wrong ones 10 and more. Metres.
+/// Above this score more initial poses are tried: right ones score 2 to 4 mm, wrong ones 10 and more. Metres.
 const GOOD_START: f64 = 0.006;
 
-/// A pose and a shape, with the score of how well they explain the scan, in metres: smaller is better.
+/// A pose and a shape with their score: mean distance to the scan in metres, smaller is better.
 #[derive(Clone)]
 pub(crate) struct InitialPose {
     pub(crate) pose: Pose,
@@ -38,13 +38,13 @@ pub(crate) struct InitialPose {
     pub(crate) name: String,
 }
 
-/// Lays the limbs into the scan's.
+/// Aligns the limbs with the scan.
 const LIMBS: Phase =
     Phase { iterations: 6, samples: 0, reach: 0.25, least_cosine: 0.3, limbs_only: true, shape: false };
 
 impl NakedProblem<'_> {
-    /// The best of several headings and arms: front from back shows only in feet and face, so whole surfaces decide.
-    pub(super) fn best_start(&self, coarse: &CoarseFit<'_>, log: &mut Vec<String>) -> InitialPose {
+    /// The best of several headings and arm poses. Only feet and face tell front from back, so whole surfaces are compared.
+    pub(super) fn best_initial_pose(&self, coarse: &CoarseFit<'_>, log: &mut Vec<String>) -> InitialPose {
         let scored = |starts: Vec<InitialPose>| -> Vec<InitialPose> {
             starts.into_par_iter().map(|s| InitialPose { score: self.score(&s.pose, &s.shape), ..s }).collect()
         };
@@ -52,7 +52,7 @@ impl NakedProblem<'_> {
         let rough = headings(self.model, self.surface, coarse, true);
         let mut finals = scored(with_arms_as_they_are(coarse, &rough));
         finals.sort_by(best_first);
-        // Who stands as asked is found by now; other arms are tried where it does not look so.
+        // A person in the expected pose is found by now. Otherwise other arm poses are tried.
         if finals[0].score > GOOD_START || !forearms_are_visible(self, &finals[0].pose, &finals[0].shape) {
             let fine = headings(self.model, self.surface, coarse, false);
             finals.extend(scored(with_other_arms(self.model, coarse, fine)));
@@ -65,7 +65,7 @@ impl NakedProblem<'_> {
     }
 }
 
-/// The best headings, best first. Rough ones are of half of the places, which do where there is nothing but a person.
+/// The best headings, best first. Rough ones use half of the points, which suffices if the scan shows only a person.
 pub(crate) fn headings(
     model: &BodyModel,
     surface: &ScanSurface,
@@ -95,12 +95,12 @@ pub(crate) fn headings(
     kept.into_iter().map(|k| k.1).collect()
 }
 
-/// Each fitted on, all joints and the shape.
+/// Fits all joints and the shape from each heading.
 pub(crate) fn with_arms_as_they_are(coarse: &CoarseFit, headings: &[InitialPose]) -> Vec<InitialPose> {
     headings.par_iter().map(|start| fitted_longer(coarse, start.clone())).collect()
 }
 
-/// The same from the best of other arms.
+/// Fits all joints and the shape from each heading with the best of several arm poses.
 pub(crate) fn with_other_arms(model: &BodyModel, coarse: &CoarseFit, headings: Vec<InitialPose>) -> Vec<InitialPose> {
     headings.into_par_iter().map(|start| fitted_longer(coarse, with_best_arms(model, coarse, &LIMBS, start))).collect()
 }
@@ -115,11 +115,11 @@ fn fitted(coarse: &CoarseFit, phase: &Phase, pose: Pose, shape: Shape, name: Str
     InitialPose { score: coarse.score(&pose, &shape), pose, shape, name }
 }
 
-/// Each arm is tried by itself; what is better on either side is put together.
+/// Tries poses for one arm at a time and combines the better ones of both sides.
 fn with_best_arms(model: &BodyModel, coarse: &CoarseFit, phase: &Phase, start: InitialPose) -> InitialPose {
     let mut best = start.clone();
-    for (side, sign) in [("left", 1.0), ("right", -1.0)] {
-        let Some(arm) = model.skeleton.find_name(&format!("{side}UpperArm")) else { continue };
+    for side in Side::BOTH {
+        let Some(arm) = model.skeleton.find(HumanJoint::UpperArm(side)) else { continue };
         let tries: Vec<InitialPose> = ARM_TURNS_DEG
             .par_iter()
             .map(|deg| {
@@ -127,8 +127,9 @@ fn with_best_arms(model: &BodyModel, coarse: &CoarseFit, phase: &Phase, start: I
                 for j in model.skeleton.ids().filter(|&j| model.skeleton.is_below(j, arm)) {
                     pose.rotations[j.index()] = UnitQuaternion::identity();
                 }
-                pose.rotations[arm.index()] = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), sign * deg.to_radians());
-                let name = format!("{}, {side} arm {deg:+.0}°", best.name);
+                pose.rotations[arm.index()] =
+                    UnitQuaternion::from_axis_angle(&Vec3::z_axis(), side.sign() * deg.to_radians());
+                let name = format!("{}, {} arm {deg:+.0}°", best.name, side.name());
                 fitted(coarse, phase, pose, best.shape.clone(), name)
             })
             .collect();
@@ -141,7 +142,7 @@ fn with_best_arms(model: &BodyModel, coarse: &CoarseFit, phase: &Phase, start: I
     best
 }
 
-/// Standing upright with that heading, where the scan stands.
+/// The bind pose with that heading, moved to the scan.
 fn placed(model: &BodyModel, surface: &ScanSurface, coarse: &CoarseFit, shape: &Shape, heading: f64) -> Pose {
     let skeleton = model.shaped(shape).1;
     let mut pose = standing(&skeleton, heading, skeleton.joints_in_bind[JointId(0).index()]);
@@ -150,7 +151,7 @@ fn placed(model: &BodyModel, surface: &ScanSurface, coarse: &CoarseFit, shape: &
     pose
 }
 
-/// A pose that carries the bind pose's root to a heading about +Y and a place.
+/// The bind pose rotated to a heading about +Y, with the hips at a point.
 pub(crate) fn standing(skeleton: &Skeleton, heading: f64, hips_at: Point) -> Pose {
     let mut pose = Pose::bind(skeleton.len());
     pose.rotations[0] = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), heading);
@@ -159,7 +160,7 @@ pub(crate) fn standing(skeleton: &Skeleton, heading: f64, hips_at: Point) -> Pos
     pose
 }
 
-/// The least unusual shape with the scan's stature, and the mean shape where that stature is unusual.
+/// The most likely shape with the scan's stature, and the mean shape if that stature is unusual.
 fn shapes_of_height(model: &BodyModel, surface: &ScanSurface) -> Vec<Shape> {
     let points = model.template.points();
     let by_height = |a: &(VertexId, &Point), b: &(VertexId, &Point)| a.1.y.total_cmp(&b.1.y);
@@ -174,8 +175,8 @@ fn shapes_of_height(model: &BodyModel, surface: &ScanSurface) -> Vec<Shape> {
         return vec![model.mean_shape()];
     }
     let unusual = (bounds.extent().y - (p_top.y - p_bottom.y)) / deviation;
-    let believed = unusual.clamp(-GREATEST_STATURE, GREATEST_STATURE);
-    let mut shapes = vec![Shape(dirs.iter().map(|d| believed * d / deviation).collect())];
+    let clamped = unusual.clamp(-GREATEST_STATURE, GREATEST_STATURE);
+    let mut shapes = vec![Shape(dirs.iter().map(|d| clamped * d / deviation).collect())];
     if unusual.abs() > USUAL_STATURE {
         shapes.push(model.mean_shape());
     }

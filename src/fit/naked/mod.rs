@@ -7,13 +7,14 @@ mod coarse_fit;
 mod fit_naked;
 mod fitted_body;
 mod initial_poses;
+mod paper;
 mod params;
 mod problem;
 mod refine;
 
 pub use fit_naked::fit_naked;
 pub use fitted_body::FittedBody;
-pub use params::{NakedParams, ShapeFrom};
+pub use params::{NakedMethod, NakedParams, ShapeFrom};
 
 pub(crate) use acceptance::conclude;
 pub(crate) use agreement::agreement;

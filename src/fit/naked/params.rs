@@ -1,36 +1,61 @@
 //! The parameters of a naked fit.
 
+use crate::fit::error::{FitError, require_range};
 use serde::{Deserialize, Serialize};
+
+/// What a naked fit minimises.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum NakedMethod {
+    /// Eq. 4 with robust weights, priors, several initial poses, and limbs that the scan does not show left out.
+    Robust,
+    /// Hu 2017, Eq. 4 as printed, for comparison. [`fit_naked`](super::fit_naked) with this method never refuses a scan that
+    /// has a surface.
+    Paper,
+}
+
+/// Which scans determine the shape of the body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ShapeFrom {
+    /// The naked scan alone: clothed scans do not change the body.
+    Naked,
+    /// All scans of the session together.
+    All,
+}
 
 /// How the naked scan is fitted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct NakedParams {
-    /// SamplePlaces on the model and on the scan that take part in the last, finest iterations.
+    /// What is minimised.
+    pub method: NakedMethod,
+    /// Sample points on the model and on the scan in the last, finest iterations.
     pub samples: usize,
-    /// Iterations of the finest stage at most.
+    /// Greatest number of iterations of the finest phase.
     pub iterations: usize,
-    /// Strength of the shape prior `|β|²` against residuals in units of 5 mm, one a 4 cm².
+    /// Strength of the shape prior `|β|²` against residuals in units of 5 mm, one per 4 cm².
     pub shape_prior: f64,
     /// Strength of the pose prior on the same scale.
     pub pose_prior: f64,
-    /// Greatest mean distance of the scan to the model, in metres, at which the result is taken for a body. A scan of
+    /// Greatest mean distance of the scan from the model, in metres, at which the result is accepted as a body. A scan of
     /// a person in a coat fits a naked model to about 30 mm; chairs and dogs to more than 50.
     pub refuse_above: f64,
-    /// Least share of the scan's surface that the body must explain: 0.98 and more on whole persons, invented and foreign;
+    /// Least share of the scan's surface that the body must explain: 0.98 and more on whole persons, synthetic and real;
     /// an arm in a pose that was not found, or a chair beside the person, is a tenth of the surface.
     pub least_explained: f64,
-    /// Greatest distance of a shape coefficient from the model's mean, in standard deviations: grown-ups stay below 3.5.
+    /// Greatest distance of a shape coefficient from the model's mean, in standard deviations: adults stay below 3.5.
     pub greatest_deviation: f64,
-    /// Whether a limb that is not seen is taken for missing though something in the scan may be it.
+    /// Whether a limb that the scan does not show is accepted as missing although some of the scan may be that limb.
     pub missing_limbs: bool,
-    /// Which scans make the shape.
+    /// Which scans determine the shape.
     pub shape_from: ShapeFrom,
 }
 
 impl Default for NakedParams {
     fn default() -> Self {
         Self {
+            method: NakedMethod::Robust,
             samples: 6000,
             iterations: 30,
             shape_prior: 4.0,
@@ -44,12 +69,15 @@ impl Default for NakedParams {
     }
 }
 
-/// What makes the shape of the body.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum ShapeFrom {
-    /// The naked scan alone: what is worn later changes nothing of the body.
-    Naked,
-    /// All scans of the session together.
-    All,
+impl NakedParams {
+    /// **Errors** [`FitError::OutOfRange`] for a value with which no fit is possible.
+    pub(crate) fn check(&self) -> Result<(), FitError> {
+        require_range("samples", self.samples as f64, 1.0, f64::MAX)?;
+        require_range("iterations", self.iterations as f64, 1.0, f64::MAX)?;
+        require_range("shape_prior", self.shape_prior, 0.0, f64::MAX)?;
+        require_range("pose_prior", self.pose_prior, 0.0, f64::MAX)?;
+        require_range("refuse_above", self.refuse_above, 0.0, f64::MAX)?;
+        require_range("least_explained", self.least_explained, 0.0, 1.0)?;
+        require_range("greatest_deviation", self.greatest_deviation, 0.0, f64::MAX)
+    }
 }

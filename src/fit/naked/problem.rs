@@ -1,4 +1,4 @@
-//! The least-squares problem of a naked fit: the body model, the scan, and what draws one to the other.
+//! The least-squares problem of a naked fit: the body model, the scan, and the residuals between them.
 
 use super::params::NakedParams;
 use crate::body::{BodyModel, JointId, Pose, Shape};
@@ -10,14 +10,14 @@ use crate::fit::solver::{
 use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, Vec3, VertexId};
 use rayon::prelude::*;
 
-/// The gates of the last iterations, at correspondences that are nearly all right.
+/// The gates of the last iterations, when nearly all correspondences are right.
 pub(crate) const FINEST: Phase =
     Phase { iterations: 30, samples: 6000, reach: 0.035, least_cosine: 0.6, limbs_only: false, shape: true };
 
-/// A joint moved less than this in a step, in metres: far below the scan's noise.
+/// A step is still if it moves every joint by less than this, in metres: far below the scan's noise.
 pub(crate) const STILL: f64 = 3e-4;
 
-/// SamplePlaces that take part in an iteration, each with the area that it stands for.
+/// Sample points of model and scan in an iteration, each with the area that it represents.
 pub(crate) struct SamplePlaces {
     model: Vec<(VertexId, f64)>,
     scan: Vec<(VertexId, f64)>,
@@ -25,19 +25,20 @@ pub(crate) struct SamplePlaces {
     near_scan: LastFaces,
 }
 
+/// Body model and scan with what takes part in the fit.
 pub(crate) struct NakedProblem<'a> {
     pub(crate) body: Articulated<'a>,
     pub(crate) model: &'a BodyModel,
     pub(crate) surface: &'a ScanSurface,
     pub(super) params: &'a NakedParams,
     pub(super) parts: Vec<Part>,
-    /// The model in the bind pose: a hierarchy of its faces that follows it through poses.
+    /// Bounding volume hierarchy of the model in the bind pose, which follows the poses.
     pub(crate) index: SurfaceIndex,
-    /// Joints that keep their pose, for the scan does not show what they move.
+    /// Joints that keep their pose, because the scan does not show what they move. **Shapes** one entry per joint.
     held: Vec<bool>,
-    /// Vertices that take no part, for the same reason.
+    /// Vertices that take no part, because the scan does not show them. **Shapes** one entry per vertex.
     left_out: PerVertex<bool>,
-    /// Where the pose prior draws.
+    /// Centre of the pose prior.
     center: Pose,
 }
 
@@ -74,7 +75,7 @@ impl<'a> NakedProblem<'a> {
         self.model.template.with_points(posed.points.clone())
     }
 
-    /// Takes limbs out of the fit.
+    /// Excludes limbs from the fit: they keep their pose and their vertices take no part.
     pub(crate) fn leave_out(&mut self, unseen: &[JointId]) {
         let skeleton = &self.model.skeleton;
         for &joint in unseen {
@@ -93,7 +94,7 @@ impl<'a> NakedProblem<'a> {
         Unknowns { joints: self.held.iter().map(|held| !held).collect(), shape }
     }
 
-    /// About `count` places on the model, as far as it takes part, and on the scan.
+    /// About `count` sample points on the part of the model that takes part, and on the scan.
     pub(crate) fn places(&self, count: usize) -> SamplePlaces {
         let mut areas = self.model.template.vertex_areas();
         for (area, out) in areas.0.iter_mut().zip(self.left_out.iter()) {
@@ -104,7 +105,7 @@ impl<'a> NakedProblem<'a> {
         SamplePlaces { model, scan, near_model, near_scan }
     }
 
-    /// What a step solves but for the shape prior, with the mean distance of what is drawn together. `index` holds `posed`.
+    /// The normal equations of a step without the shape prior, and the weighted mean of the residuals. `index` holds `posed`.
     pub(crate) fn equations(
         &self,
         phase: &Phase,
@@ -155,9 +156,9 @@ impl<'a> NakedProblem<'a> {
             .collect()
     }
 
-    /// Mean truncated distance both ways: comparable between starts whatever they have matched.
+    /// Mean truncated distance both ways: comparable between poses whatever their correspondences.
     pub(crate) fn score(&self, pose: &Pose, shape: &Shape) -> f64 {
-        /// Truncation: an arm that points poses_in_others counts as this far. Metres.
+        /// Truncation in metres: an arm that points in another direction counts as this far.
         const TRUNCATE: f64 = 0.15;
         let mesh = self.mesh(&self.body.posed(pose, shape));
         let there = || mean_truncated(&self.surface.index, &mesh, &mesh.vertex_areas(), TRUNCATE);

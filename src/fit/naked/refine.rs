@@ -6,7 +6,7 @@ use crate::body::{Pose, Shape};
 use crate::fit::solver::{DAMPING, FitIteration, Phase, Singular, StoppingRule, iterate};
 use crate::geometry::SurfaceIndex;
 
-/// What the iterations came to.
+/// The estimate of shape and pose after some iterations.
 pub(crate) struct ModelEstimate {
     pub(crate) pose: Pose,
     pub(crate) shape: Shape,
@@ -15,7 +15,7 @@ pub(crate) struct ModelEstimate {
 }
 
 impl ModelEstimate {
-    /// What an earlier fit came to.
+    /// The estimate of an earlier fit.
     pub(crate) fn at(fitted: &FittedBody) -> Self {
         let FittedBody { pose, shape, report, .. } = fitted;
         let (pose, shape) = (pose.clone(), shape.clone());
@@ -23,7 +23,7 @@ impl ModelEstimate {
     }
 }
 
-/// The same where finer gates follow, which move joints by 2 mm anew.
+/// The threshold of earlier phases, in metres: the narrower gates that follow move joints by 2 mm again.
 const NEARLY_STILL: f64 = 1e-3;
 
 impl NakedProblem<'_> {
@@ -42,7 +42,7 @@ impl NakedProblem<'_> {
         found
     }
 
-    /// Runs a phase on what was found so far; `index` holds the model in some pose.
+    /// Runs a phase from the estimate so far; `index` holds the model in some pose.
     fn run(
         &self,
         phase: &Phase,

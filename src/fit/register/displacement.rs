@@ -5,10 +5,12 @@ use crate::fit::error::FitError;
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3, cotangent_laplacian};
 use crate::numerics::SparseCholesky;
 
-/// Minimises `Σ area · pull |x + d − target|² + length² dᵀLd` over the displacement `d` from `start`.
+/// Minimises `Σ area · weight |x + d − target|² + length² dᵀLd` over the displacement `d` from `start`.
+///
+/// **Shapes** one target per vertex of `start`.
 pub(crate) fn solve(start: &TriMesh, targets: &[Target], length: f64) -> Result<TriMesh, FitError> {
-    /// Pull of an unseen vertex toward no displacement, against 1 for a seen one: only keeps islands determined.
-    const UNSEEN_PULL: f64 = 2e-3;
+    /// Weight of zero displacement, against 1 for a target: only determines islands without targets.
+    const REST_WEIGHT: f64 = 2e-3;
     let laplacian = cotangent_laplacian(start);
     let mut triplets: Vec<(usize, usize, f64)> =
         laplacian.triplets.iter().map(|&(r, c, v)| (r, c, v * length * length)).collect();
@@ -17,10 +19,10 @@ pub(crate) fn solve(start: &TriMesh, targets: &[Target], length: f64) -> Result<
         let area = laplacian.mass.0[i].max(1e-9);
         match target {
             Some((point, pull)) => {
-                triplets.push((i, i, area * (pull + UNSEEN_PULL)));
+                triplets.push((i, i, area * (pull + REST_WEIGHT)));
                 right[i] = (point - start.points().0[i]) * (area * pull);
             }
-            None => triplets.push((i, i, area * UNSEEN_PULL)),
+            None => triplets.push((i, i, area * REST_WEIGHT)),
         }
     }
     let factor =
@@ -29,7 +31,7 @@ pub(crate) fn solve(start: &TriMesh, targets: &[Target], length: f64) -> Result<
     Ok(start.with_points(start.points().iter().zip(&displacement).map(|(p, d)| p + d).collect::<PerVertex<Point>>()))
 }
 
-/// Of the vertices from their targets, each as it is pulled.
+/// Weighted mean distance of the vertices from their targets.
 pub(crate) fn mean_distance(mesh: &TriMesh, targets: &[Target]) -> f64 {
     let (mut sum, mut total) = (0.0, 0.0);
     for (p, (target, pull)) in mesh.points().iter().zip(targets).filter_map(|(p, t)| Some((p, t.as_ref()?))) {

@@ -1,38 +1,50 @@
-//! Skin that the naked scan does not show, where another scan of the same person does.
+//! Multi-view fill-in: skin that the naked scan does not show but another scan of the same person does.
 
 use super::colors::color_at;
 use super::targets::{Target, target_on};
 use crate::body::{BodyModel, Figure, Pose, skin, unskin};
 use crate::fit::correspondence::ScanSurface;
+use crate::fit::error::{FitError, require_length};
 use crate::fit::inside::{Cover, FigureSurface};
 use crate::fit::naked::FittedBody;
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3, VertexId};
 use crate::scan::Scan;
 
-/// Another scan of the same person, with the body laid into it.
+/// Another scan of the same person in which the body's pose is known.
 #[derive(Clone, Debug)]
 pub struct FillInView<'a> {
     /// The scan.
     pub scan: &'a Scan,
-    /// How the body stands in it, in its frame.
+    /// The body's pose in the frame of that scan.
     pub pose: &'a Pose,
-    /// What all that is worn in it does over the body.
+    /// What the clothes in that scan do over the body. **Shapes** one entry per vertex of the body.
     pub cover: PerVertex<Cover>,
 }
 
-/// The same, prepared for queries.
+/// A view prepared for queries.
 pub(crate) struct PreparedView<'a> {
     surface: ScanSurface,
     seen: &'a FillInView<'a>,
-    /// Which of the model's vertices show bare.
-    shown: PerVertex<bool>,
+    /// Vertices of the model that the view shows as bare skin.
+    visible: PerVertex<bool>,
 }
 
 impl<'a> PreparedView<'a> {
-    pub(crate) fn prepare(seen: &'a FillInView<'a>, bare: &Figure) -> Self {
-        let figure_surface = FigureSurface::prepare(bare, &seen.cover);
-        let shown = bare.body().mesh.vertex_ids().map(|v| figure_surface.is_certainly_skin(v)).collect();
-        Self { surface: ScanSurface::prepare(seen.scan), seen, shown }
+    /// **Errors** [`FitError::WrongLength`] for a pose or cover of another body.
+    pub(crate) fn prepare(seen: &'a FillInView<'a>, bare: &Figure) -> Result<Self, FitError> {
+        require_length(
+            "rotations of the pose in another scan, per joint",
+            seen.pose.rotations.len(),
+            bare.skeleton.len(),
+        )?;
+        require_length(
+            "cover in another scan, per vertex of the body",
+            seen.cover.len(),
+            bare.body().mesh.vertex_count(),
+        )?;
+        let figure_surface = FigureSurface::prepare(bare, &seen.cover)?;
+        let visible = bare.body().mesh.vertex_ids().map(|v| figure_surface.is_certainly_skin(v)).collect();
+        Ok(Self { surface: ScanSurface::prepare(seen.scan), seen, visible })
     }
 
     pub(crate) fn posed(
@@ -46,8 +58,8 @@ impl<'a> PreparedView<'a> {
     }
 }
 
-/// Gives targets to vertices of `body`, a surface in the naked scan, that have none: the mean of those in the other scans,
-/// carried back through the bind pose.
+/// Gives targets to vertices of `body`, a surface in the naked scan, that have none: the mean of their targets in the other
+/// scans, transformed back through the bind pose.
 pub(crate) fn fill_targets(
     targets: &mut [Target],
     others: &[PreparedView<'_>],
@@ -70,7 +82,7 @@ pub(crate) fn fill_targets(
             .points()
             .enumerate()
             .map(|(v, p)| {
-                let is_wanted = targets[v.index()].is_none() && other.shown[v];
+                let is_wanted = targets[v.index()].is_none() && other.visible[v];
                 if is_wanted { target_on(&other.surface, p, &normals[v], reach) } else { None }
             })
             .collect();
@@ -108,7 +120,7 @@ pub(crate) fn fill_colors(
         let normals = posed.vertex_normals();
         for (i, color) in colors.iter_mut().enumerate().filter(|(_, color)| color.is_none()) {
             let v = VertexId::from_index(i);
-            if other.shown[v] {
+            if other.visible[v] {
                 *color = color_at(&other.surface, of_scan, &posed.points()[v], &normals[v]);
             }
         }

@@ -1,11 +1,11 @@
-//! The ground that a person stands on.
+//! The ground, which holds up the soles that no scanner sees.
 
 use super::targets::Target;
-use crate::body::{BodyModel, JointId};
+use crate::body::{BodyModel, HumanJoint, JointId, Side};
 use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::scan::Scan;
 
-/// What a standing person stands on: soles are what no scanner sees.
+/// The ground below a standing person: no scanner sees the soles.
 pub(crate) struct Ground {
     height: f64,
     pub(crate) is_foot: PerVertex<bool>,
@@ -13,18 +13,18 @@ pub(crate) struct Ground {
 
 impl Ground {
     pub(crate) fn under(scan: &Scan, model: &BodyModel) -> Self {
-        // The lowest that was seen: at most a few millimetres of a sole's edge too high. A stray point below it holds less.
+        // The lowest observed point: at most a few millimetres too high, at the edge of a sole. A stray point below is harmless.
         let height = scan.mesh.bounds().map_or(0.0, |b| b.min.y);
         let skeleton = &model.skeleton;
-        let feet = ["leftFoot", "rightFoot"].map(|name| skeleton.find_name(name));
+        let feet = Side::BOTH.map(|side| skeleton.find(HumanJoint::Foot(side)));
         let is_foot = |j: JointId| feet.iter().flatten().any(|&foot| skeleton.is_below(j, foot));
         let of_foot = model.weights.rows().iter().map(|row| is_foot(row[0].0)).collect();
         Self { height, is_foot: of_foot }
     }
 
-    /// Draws soles that have sunk below the ground and match nothing up to it.
+    /// Gives soles below the ground that have no target one on the ground.
     pub(crate) fn hold_soles(&self, mesh: &TriMesh, targets: &mut [Target]) {
-        /// Soles further down belong to feet that the scan cuts off: nothing is known of their ground. Metres.
+        /// Deeper soles belong to feet that the scan cuts off, whose ground is unknown. Metres.
         const DEEPEST: f64 = 0.03;
         for (v, p) in mesh.points().enumerate() {
             let depth = self.height - p.y;

@@ -1,7 +1,7 @@
-//! The template moved onto the naked scan, non-rigidly.
+//! Non-rigid registration of the template to the naked scan.
 //!
 //! **Source** the surface of Hu 2017, §5.1 (Yamazaki 2013) in the manner of Amberg 2007: point-to-plane targets, a
-//! membrane on the displacement whose stiffness is annealed, no pull where the scan has holes.
+//! membrane energy of the displacement with annealed stiffness, no targets at holes of the scan.
 
 mod bind_pose;
 mod colors;

@@ -1,20 +1,21 @@
 //! The parameters of a registration.
 
+use crate::fit::error::{FitError, require_range};
 use serde::{Deserialize, Serialize};
 
-/// How the template is moved onto the scan.
+/// How the template is registered to the scan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RegisterParams {
-    /// Lengths over which the displacement may vary, in metres, one a round of iterations, falling.
+    /// Lengths over which the displacement may vary, in metres, one per round of iterations, decreasing.
     pub smoothing_lengths: Vec<f64>,
-    /// Iterations a round.
+    /// Iterations per round.
     pub iterations: usize,
     /// Greatest distance of a correspondence in the first round, in metres; it falls to a third in the last.
     pub reach: f64,
-    /// How much of the pull hands keep: a scanner's fingers are mittens, the model's are fingers.
+    /// Weight of hands as targets: a scanner merges fingers into mittens, the model has fingers.
     pub hand_pull: f64,
-    /// How much of it toes keep: they melt together as fingers do, but the foot's outline is seen.
+    /// Weight of toes as targets: a scanner merges them too, but shows the foot's outline.
     pub toe_pull: f64,
 }
 
@@ -27,5 +28,19 @@ impl Default for RegisterParams {
             hand_pull: 0.1,
             toe_pull: 0.5,
         }
+    }
+}
+
+impl RegisterParams {
+    /// **Errors** [`FitError::OutOfRange`] for a value with which no registration is possible.
+    pub(crate) fn check(&self) -> Result<(), FitError> {
+        require_range("the number of smoothing_lengths", self.smoothing_lengths.len() as f64, 1.0, f64::MAX)?;
+        for &length in &self.smoothing_lengths {
+            require_range("smoothing_lengths", length, f64::MIN_POSITIVE, f64::MAX)?;
+        }
+        require_range("iterations", self.iterations as f64, 1.0, f64::MAX)?;
+        require_range("reach", self.reach, f64::MIN_POSITIVE, f64::MAX)?;
+        require_range("hand_pull", self.hand_pull, 0.0, 1.0)?;
+        require_range("toe_pull", self.toe_pull, 0.0, 1.0)
     }
 }

@@ -5,19 +5,19 @@ use crate::fit::report::FitReport;
 use crate::geometry::{PerVertex, TriMesh};
 use serde::{Deserialize, Serialize};
 
-/// The template moved onto the naked scan.
+/// The template registered to the naked scan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RegisteredBody {
-    /// Surface in the bind pose, with the model's vertices.
+    /// Surface in the bind pose, with the model's vertices and faces. **Shapes** `V × 3`.
     pub surface: TriMesh,
     /// Skeleton inside that surface.
     pub skeleton: Skeleton,
     /// Pose in the naked scan: skinning `surface` with it gives the registered surface in the scan's frame.
     pub pose: Pose,
-    /// Colours taken from the scan.
+    /// Colours taken from the scan, one per vertex; `None` for a scan without colours.
     pub colors: Option<PerVertex<[u8; 3]>>,
-    /// The model's texture coordinates with the scan's colours baked into a picture, where both have them.
+    /// The model's texture coordinates, with a texture baked from the scan's colours if both exist.
     pub uvs: Option<UvMap>,
-    /// How it went.
+    /// How the registration went.
     pub report: FitReport,
 }

@@ -11,7 +11,7 @@ use super::targets::{Target, target_weights, targets};
 use super::texture::bake_texture;
 use crate::body::BodyModel;
 use crate::fit::correspondence::{ScanSurface, mean_and_p95};
-use crate::fit::error::FitError;
+use crate::fit::error::{FitError, require_length, require_range};
 use crate::fit::naked::FittedBody;
 use crate::fit::report::FitReport;
 use crate::fit::solver::{FitIteration, StoppingRule, iterate};
@@ -19,20 +19,20 @@ use crate::geometry::{Point, TriMesh, VertexId, self_intersecting_pairs};
 use crate::scan::Scan;
 use rayon::prelude::*;
 
-/// What is known besides the scan.
+/// What is known in addition to the scan.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RegisterHints<'a> {
-    /// At which places of the scan, in its frame, some of the model's vertices lie.
+    /// Vertices of the model with their known places in the scan's frame.
     pub landmarks: &'a [(VertexId, Point)],
-    /// Other scans of the same person: they say where skin lies that this one does not show.
+    /// Other scans of the same person, which show skin that this one does not.
     pub fill_in: &'a [FillInView<'a>],
 }
 
-/// Registers the model's surface to the scan and carries it back into the bind pose.
+/// Registers the model's surface to the scan and transforms it back into the bind pose.
 ///
 /// **Guarantees** the result has the model's vertices and faces; skinned with its pose it is the registered surface.
 ///
-/// **Errors** [`FitError::Singular`] for a template whose Laplacian cannot be factored.
+/// **Errors** those of [`register_with_hints`].
 pub fn register(
     scan: &Scan,
     model: &BodyModel,
@@ -43,9 +43,12 @@ pub fn register(
     register_with_hints(scan, model, fitted, &RegisterHints::default(), params, on_step)
 }
 
-/// The same, where more is known than the scan shows.
+/// Registers the model's surface to the scan with landmarks and with other scans of the same person.
 ///
-/// **Requires** landmarks of vertices of the model, and `shown` of as many.
+/// **Guarantees** those of [`register`].
+///
+/// **Errors** [`FitError::EmptyScan`]; [`FitError::WrongLength`] and [`FitError::OutOfRange`] for arguments that do not belong
+/// to the model; [`FitError::Singular`] for a template whose Laplacian cannot be factored.
 pub fn register_with_hints(
     scan: &Scan,
     model: &BodyModel,
@@ -54,14 +57,17 @@ pub fn register_with_hints(
     params: &RegisterParams,
     on_step: &mut dyn FnMut(&FitIteration),
 ) -> Result<RegisteredBody, FitError> {
-    /// A landmark counts for as many vertices: it must carry along those around it, within the length of smoothing.
-    const PULL: f64 = 30.0;
+    /// A landmark counts as this many vertices: it must move those around it, within the smoothing length.
+    const LANDMARK_WEIGHT: f64 = 30.0;
+    check_arguments(scan, model, fitted, hints, params)?;
     let surface = ScanSurface::prepare(scan);
     let bare = fitted.figure(model);
-    let others: Vec<PreparedView> = hints.fill_in.iter().map(|seen| PreparedView::prepare(seen, &bare)).collect();
+    let others: Vec<PreparedView> =
+        hints.fill_in.iter().map(|view| PreparedView::prepare(view, &bare)).collect::<Result<_, FitError>>()?;
     let start = fitted.surface.with_points(model.posed(fitted.surface.points(), &fitted.skeleton, &fitted.pose));
     let pull = target_weights(model, params);
     let ground = Ground::under(scan, model);
+    let mut log = Vec::new();
     let mut displaced = start.clone();
     let rounds = params.smoothing_lengths.len();
     let steps = rounds * params.iterations;
@@ -75,7 +81,7 @@ pub fn register_with_hints(
             *target = target.map(|(place, pull)| (place, pull * share));
         });
         ground.hold_soles(&displaced, &mut targets);
-        hints.landmarks.iter().for_each(|&(v, place)| targets[v.index()] = Some((place, PULL)));
+        hints.landmarks.iter().for_each(|&(v, place)| targets[v.index()] = Some((place, LANDMARK_WEIGHT)));
         let next = solve(&start, &targets, length)?;
         let (moved, residual) = (greatest_move(&displaced, &next), mean_distance(&displaced, &targets));
         on_step(&FitIteration { iteration: number + 1, moved, residual, surface: &displaced });
@@ -104,10 +110,8 @@ pub fn register_with_hints(
         0 => String::new(),
         more => format!(", {more} more on other scans"),
     };
-    let log = vec![
-        format!("{own} of {} vertices lie on the scan{fill_in}", model.template.vertex_count()),
-        soundness(&start, &displaced),
-    ];
+    log.push(format!("{own} of {} vertices lie on the scan{fill_in}", model.template.vertex_count()));
+    log.push(soundness(&start, &displaced));
     let report = FitReport {
         converged: true,
         iterations: settled.steps,
@@ -119,7 +123,24 @@ pub fn register_with_hints(
     Ok(RegisteredBody { surface: model.template.with_points(points_in_bind), skeleton, pose, colors, uvs, report })
 }
 
-/// What registration did to the surface's soundness, in words.
+fn check_arguments(
+    scan: &Scan,
+    model: &BodyModel,
+    fitted: &FittedBody,
+    hints: &RegisterHints<'_>,
+    params: &RegisterParams,
+) -> Result<(), FitError> {
+    let vertices = model.template.vertex_count();
+    require_length("vertices of the fitted body, per vertex of the model", fitted.surface.vertex_count(), vertices)?;
+    require_length("rotations of the fitted pose, per joint", fitted.pose.rotations.len(), model.skeleton.len())?;
+    for (v, _) in hints.landmarks {
+        require_range("the vertex of a landmark", v.index() as f64, 0.0, vertices.saturating_sub(1) as f64)?;
+    }
+    params.check()?;
+    if scan.mesh.face_count() == 0 { Err(FitError::EmptyScan) } else { Ok(()) }
+}
+
+/// One sentence on faces turned over and triangles that cross.
 fn soundness(start: &TriMesh, registered: &TriMesh) -> String {
     let turned = start.face_ids().filter(|&f| start.area_vector(f).dot(&registered.area_vector(f)) < 0.0).count();
     let crossing = |mesh| self_intersecting_pairs(mesh).len();

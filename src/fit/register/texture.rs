@@ -1,29 +1,31 @@
-//! The scan's colours on the picture that the template's texture coordinates map.
+//! Bakes the scan's colours into a texture with the template's texture coordinates.
 
 use crate::body::{Texture, UvMap};
 use crate::fit::correspondence::ScanSurface;
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
 use rayon::prelude::*;
 
-/// Pixels along the picture's side: 2 mm of skin each on an adult, finer than any body scanner's points.
+/// Pixels per side of the texture: 2 mm of skin each on an adult, finer than the points of any body scanner.
 const SIDE: usize = 1024;
 
 /// Beyond this distance from the registered surface a colour belongs to something else. Metres.
 const REACH: f64 = 0.015;
 
-/// Normals further apart than this belong to another side.
+/// Normals with a smaller cosine belong to another side of the body.
 const LEAST_COSINE: f64 = 0.2;
 
-/// Pixels by which charts are continued beyond their rims, so that a coarser reading does not bring in the ground.
+/// Pixels by which charts are continued beyond their rims, so that mipmaps do not mix in the background.
 const BLEED: usize = 4;
 
-/// What no chart covers.
+/// Colour of pixels that no chart covers.
 const GROUND: [u8; 3] = [200, 170, 150];
 
-/// Bakes a picture: each pixel takes the colour of the scan nearest to its place on `body`; where the scan has a hole,
-/// the colours of the body's vertices, which flow in from around it.
+/// Bakes a texture: each pixel takes the scan's colour at the closest point to its place on `body`; at holes of the scan, the
+/// colours of the body's vertices.
 ///
-/// **Requires** `body` registered to the scan, `uvs` of its faces, `colors_of_body` one a vertex.
+/// **Shapes** `colors_of_scan` has one colour per vertex of the scan, `colors_of_body` one per vertex of `body`.
+///
+/// **Requires** `body` registered to the scan, and `uvs` of its faces.
 pub(crate) fn bake_texture(
     scan: &ScanSurface,
     colors_of_scan: &PerVertex<[u8; 3]>,
@@ -63,7 +65,7 @@ fn mixed(colors: [[u8; 3]; 3], weights: [f64; 3]) -> [u8; 3] {
     })
 }
 
-/// For each pixel the face whose chart covers its middle, and where on that face.
+/// For each pixel: the face whose chart covers its centre, and the barycentric coordinates on it. **Shapes** `SIDE × SIDE`.
 fn places_on_body(uvs: &UvMap) -> Vec<Option<(u32, [f64; 3])>> {
     let mut places = vec![None; SIDE * SIDE];
     for face in 0..uvs.corners.len() {
@@ -95,7 +97,7 @@ fn cross(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// Every empty pixel takes the mean of its full neighbours.
+/// Gives every empty pixel the mean of its neighbours that have a colour.
 fn bled(pixels: &[Option<[u8; 3]>]) -> Vec<Option<[u8; 3]>> {
     (0..pixels.len())
         .into_par_iter()

@@ -1,4 +1,4 @@
-//! Skin weights for any surface near the registered one.
+//! Transfer of skin weights to any surface near the registered one.
 
 use super::registered_body::RegisteredBody;
 use crate::body::{SkinWeights, skin, unskin};
@@ -6,9 +6,9 @@ use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh, VertexId};
 use crate::scan::Scan;
 use rayon::prelude::*;
 
-/// The weights of the closest place on `surface`, for each point.
+/// The skin weights at the closest point of `surface`, for each point. **Shapes** one row per point.
 ///
-/// **Requires** `weights` one row a vertex of `surface`, which has faces.
+/// **Requires** `weights` with one row per vertex of `surface`, which has faces.
 ///
 /// **Source** Hu 2017, §5.1: the closest triangle, by its barycentric coordinates.
 pub fn closest_weights(points: &PerVertex<Point>, surface: &TriMesh, weights: &SkinWeights) -> SkinWeights {
@@ -26,7 +26,7 @@ pub fn closest_weights(points: &PerVertex<Point>, surface: &TriMesh, weights: &S
     SkinWeights::from_rows(rows).following(weights, places.iter().map(|at| at.to_vec()))
 }
 
-/// The scan itself in the bind pose, with its skin weights: Hu's body, instead of the registered surface.
+/// The scan itself in the bind pose with its skin weights: the body of Hu 2017, instead of the registered surface.
 pub fn scan_in_bind(scan: &Scan, registered: &RegisteredBody, weights: &SkinWeights) -> (TriMesh, SkinWeights) {
     let (skeleton, pose) = (&registered.skeleton, &registered.pose);
     let posed = registered.surface.with_points(skin(registered.surface.points(), weights, skeleton, pose));

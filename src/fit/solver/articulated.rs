@@ -1,10 +1,10 @@
-//! The articulated Gauss–Newton step that both fits share.
+//! The articulated surface that all fits share: posing, Jacobian and Gauss–Newton step.
 //!
-//! Unknowns of a step, in this order: translation (3), a rotation increment a joint (3 each, axes of the world, about
-//! the joint's present centre, turning all that hangs below), shape increments (K).
+//! Unknowns of a step, in this order: translation (3); one rotation increment per joint (3 each, world axes, about the joint's
+//! present centre, rotating its whole subtree); shape increments (K).
 //!
 //! **Source** Hu 2017, Eqs. 3–6; the Jacobian of a skinned point is that of Tagliasacchi 2015, §4, with the joints'
-//! own dependence on β kept.
+//! own dependence on β included.
 
 use super::bone_sums::{Sums, Wrench};
 use super::normal_equations::{NormalEquations, Unknowns};
@@ -14,18 +14,18 @@ use crate::geometry::{PerVertex, Point, Vec3, VertexId};
 use nalgebra::{DVector, Isometry3, UnitQuaternion};
 use rayon::prelude::*;
 
-/// What is posed: points in the bind pose with weights, and the shape space where there is one.
+/// The surface to pose: points in the bind pose with skin weights, and the shape space if it has one.
 pub(crate) struct Articulated<'a> {
     pub(crate) skeleton: Skeleton,
     pub(crate) points_in_bind: PerVertex<Point>,
     pub(crate) weights: &'a SkinWeights,
     pub(crate) model: Option<&'a BodyModel>,
-    /// N × K, a vertex's components side by side; empty without a model.
+    /// Shape directions, the components of a vertex side by side; empty without a model. **Shapes** `V × K`.
     shape_dirs: Vec<Vec3>,
 }
 
-/// Residuals to sum up, for whichever instructions the processor has: `inline(always)` from here on, so that all of it is
-/// compiled for them.
+/// Residuals to sum, dispatched to the processor's instruction set: `inline(always)` below, so that everything is compiled
+/// for it.
 struct SumUp<'a, 'b> {
     body: &'b Articulated<'a>,
     posed: &'b Posed,
@@ -43,7 +43,7 @@ impl pulp::WithSimd for SumUp<'_, '_> {
 }
 
 impl<'a> Articulated<'a> {
-    /// A model of mean shape.
+    /// A body model; its shape is an unknown.
     pub(crate) fn of_model(model: &'a BodyModel) -> Self {
         Self {
             skeleton: model.skeleton.clone(),
@@ -58,7 +58,7 @@ impl<'a> Articulated<'a> {
         }
     }
 
-    /// A figure whose shape is given.
+    /// A figure of fixed shape.
     pub(crate) fn of_points(skeleton: &Skeleton, points_in_bind: PerVertex<Point>, weights: &'a SkinWeights) -> Self {
         Self { skeleton: skeleton.clone(), points_in_bind, weights, model: None, shape_dirs: Vec::new() }
     }
@@ -71,7 +71,7 @@ impl<'a> Articulated<'a> {
         self.model.map_or(0, BodyModel::component_count)
     }
 
-    /// How many unknowns a step has.
+    /// Number of unknowns of a step.
     pub(crate) fn unknown_count(&self) -> usize {
         3 + 3 * self.joint_count() + self.component_count()
     }
@@ -84,7 +84,7 @@ impl<'a> Articulated<'a> {
         let world_from_bind = skeleton.world_from_bind(pose);
         let joints_in_world: Vec<Point> =
             world_from_bind.iter().zip(&skeleton.joints_in_bind).map(|(t, p)| t * p).collect();
-        // Steps take corrective offsets for constant: a radian moves them by centimetres, and the skin by decimetres.
+        // A step treats corrective offsets as constant: per radian they move by centimetres, the skin by decimetres.
         let points_in_bind = self.weights.given_way(&points_in_bind, pose);
         let points = skin_rigidly(&points_in_bind, self.weights, &skeleton, pose);
         let translation_dirs = self.translation_dirs(&skeleton, &world_from_bind);
@@ -102,7 +102,7 @@ impl<'a> Articulated<'a> {
     }
 
     /// With `J` the joint in the bind pose and `C` in the world, a transform is `v ↦ R(v − J) + C`, so its
-    /// translation changes by `dC − R dJ`, and `dC` adds up along the chain.
+    /// translation changes by `dC − R dJ`, and `dC` accumulates along the chain.
     fn translation_dirs(&self, skeleton: &Skeleton, world_from_bind: &[Isometry3<f64>]) -> Vec<Vec<Vec3>> {
         let Some(model) = self.model else { return vec![Vec::new(); skeleton.len()] };
         let count = model.component_count();
@@ -125,11 +125,11 @@ impl<'a> Articulated<'a> {
         out
     }
 
-    /// Derivative of `normal · point` by the unknowns, as (column, value).
+    /// Derivative of `normal · point` with respect to the unknowns, as (column, value).
     pub(crate) fn gradient(&self, posed: &Posed, residual: &Residual) -> Vec<(usize, f64)> {
         let (mut wrenches, mut shape) = (Vec::new(), vec![0.0; self.component_count()]);
         self.wrenches(posed, residual, &mut wrenches, &mut shape);
-        // A joint turns all that hangs below it.
+        // A joint rotates its whole subtree.
         let mut below: Vec<(usize, Vec3, Vec3)> = Vec::with_capacity(16);
         let mut shift = Vec3::zeros();
         for wrench in &wrenches {
@@ -155,21 +155,22 @@ impl<'a> Articulated<'a> {
         of(0, &shift).into_iter().chain(turns).chain(shape).collect()
     }
 
-    /// How each component moves a vertex of the bind pose.
+    /// How each shape component moves a vertex of the bind pose. **Shapes** `K`.
     fn dirs_of(&self, v: VertexId) -> &[Vec3] {
         let count = self.component_count();
         self.shape_dirs.get(v.index() * count..(v.index() + 1) * count).unwrap_or_default()
     }
 
-    /// Sums all residuals; the order of summation does not depend on the number of threads. What is no unknown has a
-    /// step of zero.
+    /// Sums all residuals. Everything that is not an unknown has a step of zero.
+    ///
+    /// **Guarantees** the order of summation does not depend on the number of threads.
     pub(crate) fn normal_equations(
         &self,
         posed: &Posed,
         residuals: &[Residual],
         unknowns: &Unknowns,
     ) -> NormalEquations {
-        /// Residuals a task: large enough to hide a task's own cost.
+        /// Residuals per task: large enough to hide the cost of a task.
         const CHUNK: usize = 1024;
         let components = if unknowns.shape { self.component_count() } else { 0 };
         let zero = || Sums::zero(self.joint_count(), components);
@@ -197,7 +198,7 @@ impl<'a> Articulated<'a> {
         }
     }
 
-    /// How `normal · point` changes with each bone that moves the point, and with the shape, where that has room.
+    /// Derivative of `normal · point` by each bone that moves the point, and by the shape unless `shape` is empty.
     #[inline(always)]
     fn wrenches(&self, posed: &Posed, residual: &Residual, wrenches: &mut Vec<Wrench>, shape: &mut [f64]) {
         let n = residual.normal;

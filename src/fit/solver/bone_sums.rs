@@ -1,11 +1,11 @@
-//! Sums over residuals by the bones that they touch, from which the normal equations follow.
+//! Sums over residuals per pair of bones, from which the normal equations follow.
 
 use super::normal_equations::{NormalEquations, Unknowns};
 use super::posed::Posed;
 use crate::geometry::Vec3;
 use nalgebra::{DMatrix, DVector};
 
-/// How a residual turns one bone: Σ w (x × n) and Σ w n over what the bone moves of it, and two zeros that fill the lanes.
+/// Derivative of a residual by one bone: Σ w (x × n) and Σ w n over the points that the bone moves, padded with two zeros to whole lanes.
 pub(crate) struct Wrench {
     pub(crate) bone: usize,
     pub(crate) values: [f64; WRENCH],
@@ -19,30 +19,30 @@ impl Wrench {
     }
 }
 
-/// Numbers of a wrench with its padding.
+/// Length of a padded wrench.
 const WRENCH: usize = 8;
 
-/// Sums over residuals, by the bones that they touch: a joint turns all bones below it about its centre, so that all of `H`
-/// follows from these few. A chain of ten joints over a residual costs as much as the two bones at its end.
+/// Sums over residuals per pair of bones. A joint rotates all bones of its subtree about its centre, so that all of `H`
+/// follows from these few sums: a residual below a chain of ten joints costs as much as the two bones at its end.
 pub(crate) struct Sums {
     bones: usize,
     components: usize,
-    /// For bones a ≤ b, a · bones + b, where their block is, or `NONE`.
+    /// For bones a ≤ b, at `a · bones + b`: the index of their block, or `NONE`.
     place_of: Vec<u32>,
-    /// (a, b) and Σ w wₐ wᵦᵀ, a row after the other.
+    /// (a, b) and Σ w wₐ wᵦᵀ, row by row.
     blocks: Vec<(usize, usize, [[f64; WRENCH]; 6])>,
-    /// Bones × 6 × `padded(K)`.
+    /// **Shapes** bones × 6 × `padded(K)`.
     by_shape: Vec<f64>,
     by_gap: Vec<[f64; 6]>,
-    /// K × `padded(K)`, a row after the other.
+    /// **Shapes** K × `padded(K)`, row by row.
     shape: Vec<f64>,
     shape_by_gap: Vec<f64>,
 }
 
-/// Numbers that a processor multiplies at once.
+/// Numbers that the processor multiplies at once.
 const LANES: usize = 4;
 
-/// So many that whole lanes are filled.
+/// The next multiple of whole lanes.
 fn padded(components: usize) -> usize {
     components.next_multiple_of(LANES)
 }
@@ -51,7 +51,7 @@ fn padded(components: usize) -> usize {
 #[inline(always)]
 fn add_scaled(to: &mut [f64], from: &[f64], factor: f64) {
     for (to, from) in to.as_chunks_mut::<LANES>().0.iter_mut().zip(from.as_chunks::<LANES>().0) {
-        // All are read before any is written: the compiler then takes them together.
+        // Reading all before writing any lets the compiler vectorise.
         *to = std::array::from_fn(|k| to[k] + factor * from[k]);
     }
 }
@@ -72,7 +72,7 @@ impl Sums {
         }
     }
 
-    /// Numbers of a padded shape.
+    /// Length of a padded row of shape derivatives.
     pub(crate) fn shape_width(&self) -> usize {
         padded(self.components)
     }
@@ -87,27 +87,27 @@ impl Sums {
         &mut self.blocks[*place as usize].2
     }
 
-    /// Adds a residual; `wrenches` are of different bones, `shape` is padded.
+    /// Adds a residual; `wrenches` are those of different bones, `shape` is padded.
     #[inline(always)]
     pub(crate) fn add(&mut self, wrenches: &[Wrench], shape: &[f64], gap: f64, weight: f64) {
         let width = padded(self.components);
         for (k, one) in wrenches.iter().enumerate() {
-            let weighed = one.values.map(|x| x * weight);
+            let weighted = one.values.map(|x| x * weight);
             for other in &wrenches[k..] {
                 let is_in_order = one.bone <= other.bone;
                 let (a, b) = if is_in_order { (one.bone, other.bone) } else { (other.bone, one.bone) };
-                let (rows, columns) = if is_in_order { (weighed, other.values) } else { (other.values, weighed) };
+                let (rows, columns) = if is_in_order { (weighted, other.values) } else { (other.values, weighted) };
                 for (slots, row) in self.block(a, b).iter_mut().zip(rows) {
                     add_scaled(slots, &columns, row);
                 }
             }
-            for (slot, x) in self.by_gap[one.bone].iter_mut().zip(&weighed) {
+            for (slot, x) in self.by_gap[one.bone].iter_mut().zip(&weighted) {
                 *slot += x * gap;
             }
             if width > 0 {
                 let first = one.bone * 6 * width;
                 let rows = self.by_shape[first..first + 6 * width].chunks_exact_mut(width);
-                for (slots, x) in rows.zip(&weighed) {
+                for (slots, x) in rows.zip(&weighted) {
                     add_scaled(slots, shape, *x);
                 }
             }
@@ -136,12 +136,12 @@ impl Sums {
         add(&mut self.shape_by_gap, &other.shape_by_gap);
     }
 
-    /// The whole of `H` and `g`, for so many columns: those of what is held are zero.
+    /// `H` and `g` with `columns` columns; the columns of held joints are zero.
     pub(crate) fn equations(self, posed: &Posed, unknowns: &Unknowns, columns: usize) -> NormalEquations {
         let (bones, components) = (self.bones, self.components);
         let width = padded(components);
         let parents = &posed.skeleton.parents;
-        // Row and column 0 are all bones together, row `1 + j` what hangs below joint `j`.
+        // Row and column 0 are the sum of all bones, row `1 + j` the subtree of joint `j`.
         let size = bones + 1;
         let mut all = vec![[0.0; 36]; size * size];
         for (a, b, block) in &self.blocks {
@@ -174,7 +174,7 @@ impl Sums {
             }
         }
         let is_free = |a: usize| a == 0 || unknowns.joints[a - 1];
-        // A translation moves by the force alone, a turn about `c` by the moment less `c` × force.
+        // The derivative by a translation is the force, by a rotation about `c` the moment minus `c` × force.
         let moved = |a: usize, wrench: &[f64; 6]| -> Vec3 {
             let (moment, force) =
                 (Vec3::new(wrench[0], wrench[1], wrench[2]), Vec3::new(wrench[3], wrench[4], wrench[5]));

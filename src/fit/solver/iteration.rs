@@ -1,4 +1,4 @@
-//! The loop of Gauss–Newton steps, and when it has settled.
+//! The loop of Gauss–Newton steps and its convergence criterion.
 
 use crate::geometry::TriMesh;
 
@@ -7,30 +7,30 @@ use crate::geometry::TriMesh;
 pub struct FitIteration<'a> {
     /// Iterations done.
     pub iteration: usize,
-    /// Greatest move of a joint in the last one, in metres; of a vertex, where no joints are fitted.
+    /// Greatest move of a joint in the last iteration, in metres; of a vertex in a fit without joints.
     pub moved: f64,
-    /// Mean distance, in metres, of what is drawn together, each as it weighs, before that move.
+    /// Weighted mean of the residuals before that move, in metres.
     pub residual: f64,
-    /// What is fitted, in the scan's frame, before that move: the body, or all layers of the figure one after the other, the
-    /// garments with as many of their vertices as the fit looks at.
+    /// The fitted surface before that move, in the scan's frame: the body, or all layers of the figure in order, garments
+    /// downsampled as in the fit.
     pub surface: &'a TriMesh,
 }
 
 /// When a loop of steps ends.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StoppingRule {
-    /// Steps at most.
+    /// Greatest number of steps.
     pub(crate) steps: usize,
     /// A step that moves every joint by less than this, in metres, counts as still.
     pub(crate) still: f64,
-    /// Still steps in a row that end the loop.
+    /// Number of still steps in a row that ends the loop.
     pub(crate) still_steps: usize,
-    /// Steps before this one do not count as still: their gates are wider than the last ones.
+    /// Earlier steps do not count as still, because their gates are wider than the last ones.
     pub(crate) first_still: usize,
 }
 
 impl StoppingRule {
-    /// Always `steps` steps.
+    /// Exactly `steps` steps, whatever they move.
     pub(crate) fn always(steps: usize) -> Self {
         Self { steps, still: 0.0, still_steps: usize::MAX, first_still: 0 }
     }
@@ -43,12 +43,12 @@ pub(crate) struct Settled<E> {
     pub(crate) steps: usize,
     /// Whether the last step was still.
     pub(crate) converged: bool,
-    /// Why a step could not be taken, which ended the loop.
+    /// Why the loop ended early: a step could not be taken.
     pub(crate) stopped: Option<E>,
 }
 
-/// Takes steps until the rule ends them or one cannot be taken. `step` is given its number from 0, and returns the greatest
-/// move of a joint (of a vertex, where no joints are fitted) in metres.
+/// Takes steps until the rule ends them or a step fails. `step` receives its number, from 0, and returns the greatest move of a
+/// joint in metres (of a vertex in a fit without joints).
 pub(crate) fn iterate<E>(rule: &StoppingRule, mut step: impl FnMut(usize) -> Result<f64, E>) -> Settled<E> {
     let mut still = 0;
     for number in 0..rule.steps {

@@ -1,21 +1,21 @@
-//! The normal equations of a Gauss–Newton step, priors and joint limits among them.
+//! The normal equations of a Gauss–Newton step, with priors and joint limits.
 
 use super::posed::{Posed, parent_rotation};
 use crate::body::{JointLimits, Pose, Shape};
 use crate::geometry::Vec3;
 use nalgebra::{DMatrix, DVector, Matrix3};
 
-/// What a step may change besides the translation.
+/// What a step may change in addition to the translation.
 #[derive(Clone, Debug)]
 pub(crate) struct Unknowns {
-    /// Joints that may turn.
+    /// Joints that may turn. **Shapes** one entry per joint.
     pub(crate) joints: Vec<bool>,
     /// Whether the shape may change.
     pub(crate) shape: bool,
 }
 
 impl Unknowns {
-    /// Columns that a step leaves as they are.
+    /// Columns of what a step does not change.
     fn held(&self, columns: usize) -> impl Iterator<Item = usize> + '_ {
         let first = 3 + 3 * self.joints.len();
         let joints = (0..self.joints.len()).filter(|j| !self.joints[*j]).flat_map(|j| 3 + 3 * j..6 + 3 * j);
@@ -23,27 +23,28 @@ impl Unknowns {
     }
 }
 
-/// `½ δᵀHδ − gᵀδ`.
+/// The quadratic model `½ δᵀHδ − gᵀδ` of a step `δ`. **Shapes** `H` is `n × n`, `g` is `n`.
+#[derive(Clone)]
 pub(crate) struct NormalEquations {
     pub(crate) h: DMatrix<f64>,
     pub(crate) g: DVector<f64>,
 }
 
-/// How strongly each joint is drawn to where it is expected.
+/// The prior that pulls each joint to its expected rotation.
 pub(crate) struct PosePrior<'a> {
     pub(crate) center: &'a Pose,
-    /// 1/σ² a joint, by radians.
+    /// 1/σ² per joint, in 1/radians².
     pub(crate) stiffness: &'a [f64],
     pub(crate) limits: &'a [JointLimits],
 }
 
-/// Stiffness of a joint that turns beyond its limit: 1/σ² of 0.4°, on the scale of the pose prior.
+/// Stiffness of a joint that exceeds its limit: 1/σ² for σ = 0.4°.
 const LIMIT_STIFFNESS: f64 = 2e4;
 
-/// Damping of a step relative to the diagonal: joints that no data determines stay where they are.
+/// Damping of a step relative to the diagonal: joints that no data determines do not move.
 pub(crate) const DAMPING: f64 = 1e-4;
 
-/// A step's system cannot be factored.
+/// The linear system of a step cannot be factored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Singular;
 
@@ -59,10 +60,10 @@ impl NormalEquations {
             let mut pull = -off * prior.stiffness[j];
             if let Some(limits) = prior.limits.get(j) {
                 for c in 0..3 {
-                    let beyond = (vector[c] - limits.max[c]).max(0.0) + (vector[c] - limits.min[c]).min(0.0);
-                    if beyond != 0.0 {
+                    let excess = (vector[c] - limits.max[c]).max(0.0) + (vector[c] - limits.min[c]).min(0.0);
+                    if excess != 0.0 {
                         stiffness[c] += LIMIT_STIFFNESS;
-                        pull[c] -= LIMIT_STIFFNESS * beyond;
+                        pull[c] -= LIMIT_STIFFNESS * excess;
                     }
                 }
             }
@@ -77,7 +78,7 @@ impl NormalEquations {
         }
     }
 
-    /// Adds `stiffness · |β|²` for a component count that ends the unknowns.
+    /// Adds `stiffness · |β|²`; the shape coefficients are the last unknowns.
     pub(crate) fn add_shape_prior(&mut self, shape: &Shape, stiffness: f64) {
         let first = self.g.len() - shape.0.len();
         for (m, beta) in shape.0.iter().enumerate() {
@@ -86,7 +87,7 @@ impl NormalEquations {
         }
     }
 
-    /// Takes all but the unknowns out of the step.
+    /// Fixes everything that is not in `unknowns`: its step is zero.
     pub(crate) fn freeze_all_but(&mut self, unknowns: &Unknowns) {
         for i in unknowns.held(self.g.len()) {
             self.h.row_mut(i).fill(0.0);
@@ -96,20 +97,25 @@ impl NormalEquations {
         }
     }
 
+    /// Damps the step relative to the diagonal.
+    pub(crate) fn damp(&mut self, damping: f64) {
+        for i in 0..self.h.nrows() {
+            self.h[(i, i)] = self.h[(i, i)] * (1.0 + damping) + 1e-9;
+        }
+    }
+
     /// The minimising step, damped relative to the diagonal.
     pub(crate) fn solve(&self, damping: f64) -> Result<DVector<f64>, Singular> {
-        let mut h = self.h.clone();
-        for i in 0..h.nrows() {
-            h[(i, i)] = h[(i, i)] * (1.0 + damping) + 1e-9;
-        }
-        h.cholesky().map(|c| c.solve(&self.g)).filter(|d| d.iter().all(|x| x.is_finite())).ok_or(Singular)
+        let mut damped = self.clone();
+        damped.damp(damping);
+        damped.h.cholesky().map(|c| c.solve(&self.g)).filter(|d| d.iter().all(|x| x.is_finite())).ok_or(Singular)
     }
 }
 
-/// The steps of several bodies that share one shape, each with its own pose: the shape's system is what is left of all when
-/// their poses are eliminated (Schur complement). `shape` and `stiffness` are the shape prior, which counts once.
+/// The steps of several bodies that share one shape, each with its own pose. The poses are eliminated (Schur complement), which
+/// leaves a system of the shape. `shape` and `stiffness` are the shape prior, which counts once.
 ///
-/// **Requires** equations of as many joints and as many components, whose shape is free.
+/// **Requires** equations with equal numbers of joints and of components, and a free shape.
 pub(crate) fn solve_together(
     parts: &[NormalEquations],
     shape: &Shape,

@@ -4,21 +4,21 @@ use crate::body::{Skeleton, SkinWeights};
 use crate::geometry::{PerVertex, Point, Vec3, VertexId};
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion};
 
-/// The same in one pose, with all that a Jacobian needs.
+/// An articulated surface in one pose, with everything that its Jacobian needs.
 pub(crate) struct Posed {
     pub(crate) points: PerVertex<Point>,
     pub(crate) skeleton: Skeleton,
     pub(crate) joints_in_world: Vec<Point>,
     pub(super) points_in_bind: PerVertex<Point>,
     pub(crate) world_from_bind: Vec<Isometry3<f64>>,
-    /// Of the same, as matrices.
+    /// The rotations of `world_from_bind` as matrices.
     pub(super) rotations: Vec<Matrix3<f64>>,
-    /// J × K: the translation of each joint's transform by each component.
+    /// Derivative of the translation of each joint's transform by each shape component. **Shapes** `J × K`.
     pub(super) translation_dirs: Vec<Vec<Vec3>>,
 }
 
 impl Posed {
-    /// Normals of the bind pose turned as the points were.
+    /// Normals of the bind pose, rotated with the points.
     pub(crate) fn normals(&self, normals_in_bind: &PerVertex<Vec3>, weights: &SkinWeights) -> PerVertex<Vec3> {
         normals_in_bind
             .iter()
@@ -36,7 +36,7 @@ pub(crate) fn greatest_joint_move(posed: &Posed, joints_after: &[Point]) -> f64 
     posed.joints_in_world.iter().zip(joints_after).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
 }
 
-/// `normal · (Σ factor · vertex) → normal · (…) + gap`, squared and weighed.
+/// One weighted squared residual `weight · (normal · Σ factor · Δvertex − gap)²`, with Δ the move of a step.
 #[derive(Clone, Debug)]
 pub(crate) struct Residual {
     pub(crate) at: [(VertexId, f64); 3],
@@ -48,6 +48,13 @@ pub(crate) struct Residual {
 impl Residual {
     pub(crate) fn on_vertex(vertex: VertexId, normal: Vec3, gap: f64, weight: f64) -> Self {
         Self { at: [(vertex, 1.0), (vertex, 0.0), (vertex, 0.0)], normal, gap, weight }
+    }
+
+    /// Point to point: one residual per axis, whose squares add up to that of the distance.
+    pub(crate) fn toward(vertex: usize, gap: Vec3, weight: f64) -> [Self; 3] {
+        let vertex = VertexId::from_index(vertex);
+        let axes = [Vec3::x(), Vec3::y(), Vec3::z()];
+        std::array::from_fn(|k| Self::on_vertex(vertex, axes[k], gap[k], weight))
     }
 }
 

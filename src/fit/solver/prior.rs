@@ -1,81 +1,68 @@
-//! What is known of a standing person's joints before a scan is seen.
+//! Prior knowledge of the joints of a standing person.
 
-use crate::body::{JointId, Skeleton};
+use crate::body::HumanJoint::{
+    Chest, Hand, Head, LowerArm, LowerLeg, Neck, Shoulder, Spine, Toes, UpperArm, UpperChest, UpperLeg,
+};
+use crate::body::{HumanJoint, JointId, Side, Skeleton};
 use serde::{Deserialize, Serialize};
 
-/// Expected turn of each joint away from the centre of the prior, as 1/σ² times `strength`.
+/// Stiffness of each joint's prior: `strength` / σ², with σ the expected rotation from the prior's centre.
+///
+/// **Shapes** one value per joint.
 ///
 /// σ in radians: people on a turntable hold spine, collar bones and feet nearly as in the bind pose; shoulders,
 /// elbows, hips and knees vary.
 pub(crate) fn pose_stiffness(skeleton: &Skeleton, strength: f64) -> Vec<f64> {
-    skeleton
-        .names
-        .iter()
-        .map(|name| {
-            let sigma = if name.contains("UpperArm") || name.contains("LowerArm") {
-                0.5
-            } else if name.contains("UpperLeg") {
-                0.35
-            } else if name.contains("LowerLeg") || name.contains("Hand") || name == "head" || name == "neck" {
-                0.2
-            } else if name.contains("Toes") {
-                0.06
-            } else {
-                // spine, chest, upperChest, collar bones, ankles, fingers of larger rigs
-                0.12
-            };
-            strength / (sigma * sigma)
-        })
-        .collect()
+    let sigma_of = |joint: JointId| match skeleton.human_joint(joint) {
+        Some(UpperArm(_) | LowerArm(_)) => 0.5,
+        Some(UpperLeg(_)) => 0.35,
+        Some(LowerLeg(_) | Hand(_) | Head | Neck) => 0.2,
+        Some(Toes(_)) => 0.06,
+        // Spine, collar bones, ankles, and fingers of larger rigs.
+        _ => 0.12,
+    };
+    skeleton.ids().map(|joint| strength / (sigma_of(joint) * sigma_of(joint))).collect()
 }
 
-/// Joints that turn in a coarse fit: enough to lay the limbs into the scan's.
+/// Joints that turn in a coarse fit: enough to align the limbs with the scan. **Shapes** one entry per joint.
 pub(crate) fn limbs_only(skeleton: &Skeleton) -> Vec<bool> {
-    skeleton
-        .names
-        .iter()
-        .enumerate()
-        .map(|(j, name)| {
-            j == 0
-                || ["UpperArm", "LowerArm", "UpperLeg", "LowerLeg"].iter().any(|part| name.contains(part))
-                || name == "spine"
-        })
-        .collect()
+    let turns = |joint: JointId| {
+        let human = skeleton.human_joint(joint);
+        joint.index() == 0 || matches!(human, Some(UpperArm(_) | LowerArm(_) | UpperLeg(_) | LowerLeg(_) | Spine))
+    };
+    skeleton.ids().map(turns).collect()
 }
 
-/// Joints that may turn, each with all below it: the chosen joint angles of Hu 2017.
+/// Joints that may turn, each with its subtree: the chosen joint angles of Hu 2017.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum JointGroup {
-    /// All.
+    /// All joints.
     All,
-    /// From the collar bones on.
+    /// Both arms, from the collar bones.
     Arms,
-    /// From the hips on.
+    /// Both legs, from the hips.
     Legs,
     /// Arms and legs.
     Limbs,
     /// Neck and head.
     Head,
-    /// The spine alone.
+    /// The spine only.
     Trunk,
 }
 
-/// Which joints keep their pose where only a group may turn. The root always moves: the person has stood up anew.
+/// Joints that keep their pose if only a group may turn. The root always moves, because the person stands in another place.
+///
+/// **Shapes** one entry per joint.
 pub(crate) fn held_joints(skeleton: &Skeleton, group: JointGroup) -> Vec<bool> {
-    const ARMS: [&str; 2] = ["leftShoulder", "rightShoulder"];
-    const LEGS: [&str; 2] = ["leftUpperLeg", "rightUpperLeg"];
-    const SPINE: [&str; 3] = ["spine", "chest", "upperChest"];
-    let below = |j: JointId, starts: &[&str]| {
-        starts.iter().filter_map(|name| skeleton.find_name(name)).any(|start| skeleton.is_below(j, start))
-    };
+    let below = |j: JointId, root: fn(Side) -> HumanJoint| Side::BOTH.iter().any(|&s| skeleton.is_part_of(j, root(s)));
     let turns = |j: JointId| match group {
         JointGroup::All => true,
-        JointGroup::Arms => below(j, &ARMS),
-        JointGroup::Legs => below(j, &LEGS),
-        JointGroup::Limbs => below(j, &ARMS) || below(j, &LEGS),
-        JointGroup::Head => below(j, &["neck"]),
-        JointGroup::Trunk => SPINE.contains(&skeleton.names[j.index()].as_str()),
+        JointGroup::Arms => below(j, Shoulder),
+        JointGroup::Legs => below(j, UpperLeg),
+        JointGroup::Limbs => below(j, Shoulder) || below(j, UpperLeg),
+        JointGroup::Head => skeleton.is_part_of(j, Neck),
+        JointGroup::Trunk => matches!(skeleton.human_joint(j), Some(Spine | Chest | UpperChest)),
     };
     skeleton.ids().map(|j| j.index() != 0 && !turns(j)).collect()
 }

@@ -1,14 +1,14 @@
 //! The schedule of a fit: phases of iterations, from wide gates to narrow ones.
 
-/// One round of iterations with fixed gates.
+/// A phase of iterations with fixed gates.
 pub(crate) struct Phase {
     pub(crate) iterations: usize,
     pub(crate) samples: usize,
-    /// Correspondences further apart are ignored; metres.
+    /// Correspondences further apart are rejected, in metres.
     pub(crate) reach: f64,
-    /// Normals at a greater angle do not match.
+    /// Correspondences whose normals have a smaller cosine are rejected.
     pub(crate) least_cosine: f64,
-    /// Only root, shoulders, hips and knees turn.
+    /// Whether only root, spine and limbs turn.
     pub(crate) limbs_only: bool,
     pub(crate) shape: bool,
 }

@@ -1,4 +1,4 @@
-//! Another scan, with the model laid into it.
+//! A clothed scan with the model posed in it: its part of the joint least-squares problem.
 
 use super::other_scan::OtherScan;
 use crate::body::{BodyModel, Figure, Pose, Shape};
@@ -7,17 +7,17 @@ use crate::fit::inside::{FigureSurface, InsideProblem};
 use crate::fit::solver::{Articulated, NormalEquations, PosePrior, Posed, Residual, Unknowns, pose_stiffness, robust};
 use crate::geometry::{PerVertex, SurfaceIndex, VertexId};
 
-/// Another scan, with the model laid into it.
+/// A clothed scan with the model posed in it.
 pub(crate) struct ClothedView<'a> {
-    /// Among the others.
+    /// Index among the other scans.
     pub(crate) place: usize,
     pub(crate) problem: InsideProblem<'a>,
     model: &'a BodyModel,
     pub(crate) pose: Pose,
-    /// Where the body lay at first: what cloth hides stays near it.
+    /// The initial pose, which is the centre of the pose prior: what cloth hides stays near it.
     center: Pose,
     index: SurfaceIndex,
-    /// SamplePlaces of skin that no cloth reaches, with their areas.
+    /// Sample points of skin that no cloth reaches, with their areas.
     skin: Vec<(VertexId, f64)>,
     scan: Vec<(VertexId, f64)>,
     near: LastFaces,
@@ -25,7 +25,7 @@ pub(crate) struct ClothedView<'a> {
 }
 
 impl<'a> ClothedView<'a> {
-    /// Distance within which skin and scan are drawn together, metres.
+    /// Greatest distance of a correspondence between skin and scan, in metres.
     const REACH: f64 = 0.03;
     const LEAST_COSINE: f64 = 0.6;
 
@@ -62,7 +62,7 @@ impl<'a> ClothedView<'a> {
         }
     }
 
-    /// Poses the model, and lets the index follow it.
+    /// Poses the model and updates the index.
     pub(crate) fn posed(&mut self, shape: &Shape) -> Posed {
         let posed = self.problem.body.posed(&self.pose, shape);
         self.index.follow(&self.model.template.with_points(posed.points.clone()));

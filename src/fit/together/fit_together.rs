@@ -1,26 +1,32 @@
-//! One shape of all scans, and whether the naked one bears it out.
+//! One shape from all scans, and whether the naked scan supports it.
 
 use super::clothed_view::ClothedView;
 use super::other_scan::OtherScan;
 use crate::body::{BodyModel, Figure, Pose};
 use crate::fit::correspondence::ScanSurface;
+use crate::fit::error::{FitError, require_length};
 use crate::fit::inside::{FigureSurface, fit_inside};
-use crate::fit::naked::{FINEST, FittedBody, ModelEstimate, NakedParams, NakedProblem, STILL, agreement, conclude};
+use crate::fit::naked::{
+    FINEST, FittedBody, ModelEstimate, NakedMethod, NakedParams, NakedProblem, STILL, agreement, conclude,
+};
 use crate::fit::report::FitReport;
 use crate::fit::solver::{DAMPING, FitIteration, Posed, Singular, StoppingRule, iterate, solve_together};
 use crate::geometry::{SurfaceIndex, TriMesh};
 use crate::scan::Scan;
 
-/// Iterations at most: poses and shape are nearly right from the start.
+/// Greatest number of iterations: poses and shape are nearly right from the start.
 const ITERATIONS: usize = 20;
 
-/// Refines the shape of a body fitted to its naked scan by other scans of the same person.
+/// Refines the shape of a body fitted to its naked scan with other scans of the same person.
 ///
-/// **Frame** `elsewhere` of the result holds poses in each scan's world frame.
+/// **Frame** `poses_in_others` of the result holds poses in each scan's world frame.
 ///
-/// **Guarantees** a scan into which the body cannot be laid takes no part, and the report says why. Where the others
-/// contradict the naked scan, so that the body would lie further from it or be none, it keeps its shape, and the report says
-/// that.
+/// **Guarantees** a scan into which the body cannot be posed takes no part, and the report says why. If the others
+/// contradict the naked scan, so that the body would fit it worse or would not be accepted, the body keeps its shape, and the
+/// report says so.
+///
+/// **Errors** [`FitError::EmptyScan`], [`FitError::WrongLength`] and [`FitError::OutOfRange`] for arguments that do not fit
+/// together; [`FitError::Contradiction`] for [`NakedMethod::Paper`], whose shape the naked scan alone determines.
 pub fn fit_together(
     scan: &Scan,
     fitted: &FittedBody,
@@ -28,26 +34,27 @@ pub fn fit_together(
     model: &BodyModel,
     params: &NakedParams,
     on_step: &mut dyn FnMut(&FitIteration),
-) -> FittedBody {
+) -> Result<FittedBody, FitError> {
+    check_arguments(scan, fitted, others, model, params)?;
     let surface = ScanSurface::prepare(scan);
     let mut naked = NakedProblem::prepare(model, SurfaceIndex::prepare(&model.template), &surface, params);
     naked.leave_out(&fitted.unseen);
     let figure = fitted.figure(model);
     let mut log = fitted.report.log.clone();
 
-    let laid = pose_in_each(&figure, fitted, others, model, &mut log);
+    let poses = poses_in_each(&figure, fitted, others, model, &mut log);
     let prepared: Vec<(ScanSurface, FigureSurface)> = others
         .iter()
-        .map(|other| (ScanSurface::prepare(other.scan), FigureSurface::prepare(&figure, &other.cover)))
-        .collect();
-    let mut views: Vec<ClothedView> = (others.iter().zip(&prepared).zip(&laid).enumerate())
+        .map(|other| Ok((ScanSurface::prepare(other.scan), FigureSurface::prepare(&figure, &other.cover)?)))
+        .collect::<Result<_, FitError>>()?;
+    let mut views: Vec<ClothedView> = (others.iter().zip(&prepared).zip(&poses).enumerate())
         .filter_map(|(place, ((other, prepared), pose))| {
             Some(ClothedView::new(place, &figure, model, other, prepared, &fitted.pose, pose.clone()?))
         })
         .collect();
     if views.is_empty() {
         log.push("no other scan takes part in the shape".into());
-        return FittedBody { poses_in_others: laid, report: with_log(fitted, log), ..fitted.clone() };
+        return Ok(FittedBody { poses_in_others: poses, report: with_log(fitted, log), ..fitted.clone() });
     }
 
     let before = fitted.report.residual_mean;
@@ -57,10 +64,10 @@ pub fn fit_together(
     let agreement = agreement(&index, naked.surface);
     let after = agreement.residual.0;
     let scans = views.len() + 1;
-    let told = format!("one shape from {scans} scans: {}", change(&fitted.surface, &model.shaped(&found.shape).0));
-    let refined =
-        conclude(&naked, found, &index, agreement, fitted.unseen.clone(), log.iter().cloned().chain([told]).collect());
-    /// The others may cost the naked scan this much of its fit, in metres: a tenth of its noise.
+    let summary = format!("one shape from {scans} scans: {}", change(&fitted.surface, &model.shaped(&found.shape).0));
+    let refined_log = log.iter().cloned().chain([summary]).collect();
+    let refined = conclude(&naked, found, &index, agreement, fitted.unseen.clone(), refined_log);
+    /// The others may worsen the fit to the naked scan by this much, in metres: a tenth of its noise.
     const COST: f64 = 2e-4;
     let contradicted = (after > before + COST).then(|| {
         format!("with all, the body lies {:.1} mm from it on average, {:.1} mm alone", after * 1e3, before * 1e3)
@@ -71,21 +78,43 @@ pub fn fit_together(
             for view in views {
                 poses_in_others[view.place] = Some(view.pose);
             }
-            return FittedBody { poses_in_others, ..refined };
+            return Ok(FittedBody { poses_in_others, ..refined });
         }
         (Some(why), _) => why,
         (None, Err(error)) => error.to_string(),
     };
     log.push(format!("the other scans contradict the naked one: {why}; the body keeps its shape"));
-    FittedBody { report: with_log(fitted, log), ..fitted.clone() }
+    Ok(FittedBody { report: with_log(fitted, log), ..fitted.clone() })
+}
+
+fn check_arguments(
+    scan: &Scan,
+    fitted: &FittedBody,
+    others: &[OtherScan<'_>],
+    model: &BodyModel,
+    params: &NakedParams,
+) -> Result<(), FitError> {
+    params.check()?;
+    if params.method == NakedMethod::Paper {
+        return Err(FitError::Contradiction { first: "method paper", second: "a shape from several scans" });
+    }
+    let vertices = model.template.vertex_count();
+    require_length("vertices of the fitted body, per vertex of the model", fitted.surface.vertex_count(), vertices)?;
+    require_length("rotations of the fitted pose, per joint", fitted.pose.rotations.len(), model.skeleton.len())?;
+    require_length("shape coefficients, per component", fitted.shape.0.len(), model.component_count())?;
+    for other in others {
+        require_length("cover in another scan, per vertex of the body", other.cover.len(), vertices)?;
+        other.params.check()?;
+    }
+    if scan.mesh.face_count() == 0 { Err(FitError::EmptyScan) } else { Ok(()) }
 }
 
 fn with_log(fitted: &FittedBody, log: Vec<String>) -> FitReport {
     FitReport { log, ..fitted.report.clone() }
 }
 
-/// How the body stands in each of the scans, each from where it stood in the last.
-fn pose_in_each(
+/// The body's pose in each of the scans, each fitted from the pose in the previous one.
+fn poses_in_each(
     figure: &Figure,
     fitted: &FittedBody,
     others: &[OtherScan<'_>],
@@ -93,7 +122,7 @@ fn pose_in_each(
     log: &mut Vec<String>,
 ) -> Vec<Option<Pose>> {
     let mut last = fitted.pose.clone();
-    let mut lay = |other: &OtherScan<'_>| match fit_inside(
+    let mut pose_in = |other: &OtherScan<'_>| match fit_inside(
         other.scan,
         figure,
         &last,
@@ -111,10 +140,10 @@ fn pose_in_each(
             None
         }
     };
-    others.iter().map(&mut lay).collect()
+    others.iter().map(&mut pose_in).collect()
 }
 
-/// In words, how far a surface moved.
+/// One sentence on how far a surface moved.
 fn change(before: &TriMesh, after: &TriMesh) -> String {
     let areas = before.vertex_areas();
     let moves = || before.points().iter().zip(after.points().iter()).map(|(p, q)| (p - q).norm());
@@ -148,7 +177,7 @@ fn refine_together(
         for ((view, posed), step) in views.iter_mut().zip(&seen).zip(&steps[1..]) {
             view.pose = view.problem.body.stepped(posed, &view.pose, &found.shape, step).0;
         }
-        // Limbs that cloth hides may wander in their scans without any weight in the shape.
+        // Limbs that cloth hides may move in their scans without any effect on the shape.
         let moved = naked.moved(&posed, &pose, &shape);
         (found.pose, found.shape) = (pose, shape);
         found.iterations += 1;

@@ -1,9 +1,9 @@
-//! One body from all scans of a session: the shape that the naked scan and what shows of the skin in the others agree on,
-//! with no scan that the body would have to leave.
+//! One body shape from all scans of a session: it fits the naked scan and the skin that the others show, and stays inside all
+//! of them.
 //!
-//! Gauss–Newton over one β and a pose a scan: the terms of the naked fit (Hu 2017, Eq. 4); of each other scan those of
-//! Eq. 5 over bare skin, and Eq. 6 one-sided over covered skin. The poses are eliminated, so that a step costs as many
-//! small systems as there are scans.
+//! Gauss–Newton over one β and one pose per scan, with the terms of the naked fit (Hu 2017, Eq. 4), and for each other scan
+//! those of Eq. 5 over bare skin and of Eq. 6, one-sided, over covered skin. The poses are eliminated, so that a step solves
+//! one small system per scan.
 
 mod clothed_view;
 mod fit_together;

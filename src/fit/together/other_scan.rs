@@ -7,12 +7,12 @@ use crate::scan::Scan;
 /// Another scan of the same person.
 #[derive(Clone, Debug)]
 pub struct OtherScan<'a> {
-    /// What the report calls it.
+    /// Its name in the report.
     pub name: &'a str,
     /// The scan.
     pub scan: &'a Scan,
-    /// What all that is worn in it does over the body.
+    /// What the clothes in it do over the body. **Shapes** one entry per vertex of the body.
     pub cover: PerVertex<Cover>,
-    /// How the body is laid into it at first.
+    /// How the body is first posed in it.
     pub params: InsideParams,
 }

@@ -103,7 +103,7 @@ mod tests {
         let mut jeans = step("jeans", Some("trousers"));
         jeans.stack.insert("clearance".into(), Setting::Real(0.003));
         jeans.stack.insert("smoothing_lengths".into(), Setting::Reals(vec![0.01]));
-        jeans.pose.insert("constrained".into(), Setting::Flag(false));
+        jeans.pose.insert("missing_limbs".into(), Setting::Flag(true));
         recipe.put_step(jeans, false).unwrap();
         let text = recipe.to_text().unwrap();
         assert_eq!(Recipe::parse(&text, Path::new("recipe.toml")).unwrap(), recipe);

@@ -38,6 +38,7 @@ pub(in crate::session) const PARAMETERS: [Parameter; 65] = [
     of(Stage::Scan, "settling_rounds", Count(0, 20), "RGB-D: how often all frames are put anew on their surface"),
     of(Stage::Scan, "hole_area", Real(0.0, 0.1), "RGB-D: holes up to this area, in square metres, are closed"),
     of(Stage::Scan, "denoise_rounds", Count(0, 100), "RGB-D: rounds of smoothing of the normals"),
+    of(Stage::Fit, "method", Word(&["robust", "paper"]), "What is minimised; paper: Eq. 4 of Hu 2017 as printed"),
     of(Stage::Fit, "samples", SAMPLES, "Places on the body model and on the scan that take part"),
     of(Stage::Fit, "iterations", ROUNDS, "Iterations at most"),
     of(Stage::Fit, "shape_prior", WEIGHT, "Pull toward the mean shape"),
@@ -57,7 +58,12 @@ pub(in crate::session) const PARAMETERS: [Parameter; 65] = [
     of(Stage::Register, "reach", LENGTH, "Greatest distance of a correspondence in the first round"),
     of(Stage::Register, "hand_pull", SHARE, "How much of the pull hands keep"),
     of(Stage::Register, "toe_pull", SHARE, "How much of it toes keep"),
-    of(Stage::Pose, "method", Word(&["robust", "paper"]), "What is solved; paper: Eqs. 5 and 6 of Hu 2017 plain"),
+    of(
+        Stage::Pose,
+        "method",
+        Word(&["robust", "paper", "unconstrained", "unweighted", "hybrid"]),
+        "What is solved; paper: Eqs. 5 and 6 of Hu 2017 as printed; the last three only for comparison",
+    ),
     of(
         Stage::Pose,
         "joints",
@@ -70,7 +76,6 @@ pub(in crate::session) const PARAMETERS: [Parameter; 65] = [
     of(Stage::Pose, "thickness", SHORT, "Added to the margin for each garment over the place"),
     of(Stage::Pose, "give", SHORT, "How much of the margin the pose may leave to the offset"),
     of(Stage::Pose, "greatest_offset", SHORT, "Greatest inward offset of the skin"),
-    of(Stage::Pose, "constrained", Flag, "Whether the body is held inside; off only for comparison"),
     of(Stage::Pose, "pose_prior", WEIGHT, "Pull toward the pose of the step before"),
     of(Stage::Pose, "refuse_above", LENGTH, "Mean distance to the scan from which on it is another person"),
     of(

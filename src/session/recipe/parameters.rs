@@ -152,7 +152,7 @@ mod tests {
             (Stage::Stack, "smoothing_lengths", "0.01,,0.02"),
             (Stage::Fit, "samples", "0"),
             (Stage::Fit, "samples", "1e9"),
-            (Stage::Pose, "constrained", "maybe"),
+            (Stage::Pose, "missing_limbs", "maybe"),
         ] {
             assert!(parameter(stage, name).unwrap().read(text).is_err(), "{stage} {name} {text}");
         }

@@ -60,7 +60,7 @@ impl PipelineStage for Fit {
             let others: Vec<OtherScan> = (later.iter().zip(&scans).zip(covers))
                 .map(|((of, scan), cover)| OtherScan { name: &of.name, scan, cover, params: of.params.clone() })
                 .collect();
-            fitted = fit_together(&scan, &fitted, &others, &model, &params, &mut on_step);
+            fitted = fit_together(&scan, &fitted, &others, &model, &params, &mut on_step).map_err(failed)?;
         }
         let (report, unseen) = (fitted.report.clone(), fitted.unseen.clone());
         let scans = 1 + fitted.poses_in_others.iter().flatten().count();
