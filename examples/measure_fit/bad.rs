@@ -1,10 +1,12 @@
-//! What is no good scan: solved as far as it is seen, or refused; never a wrong body that looks like a right one.
+//! Unusable scans: solved as far as they show the body, or refused; never a wrong result that claims to be right.
 
 use crate::fits::cleaned;
 use crate::subjects::{Cache, Posture, Subject, Wanted};
 use anyhow::Result;
 use overcoat::body::{BodyModel, Figure, Pose, Skeleton};
-use overcoat::fit::{FitReport, InsideParams, NakedParams, RegisterParams, fit_inside, fit_naked, register};
+use overcoat::fit::{
+    InsideParams, InsideReport, NakedParams, NakedReport, RegisterParams, fit_inside, fit_naked, register,
+};
 use overcoat::formats::RawMesh;
 use overcoat::geometry::{NearestVertex, Point, Vec3, VertexId};
 use overcoat::measure::{JointPositions, STRICT_JOINTS};
@@ -12,9 +14,9 @@ use overcoat::segment::{Extent, GarmentTemplate};
 use overcoat::studio::GarmentKind;
 use std::fmt;
 
-/// A joint further off than this is wrong: metres. The worst joint of a good scan's fit lies 15 mm off.
+/// A joint further off than this is wrong, in metres. The worst joint of a good scan is 15 mm off.
 const WRONG: f64 = 0.03;
-/// A child of four years beside a grown-up.
+/// Size of a four-year-old child relative to an adult.
 const CHILD: f64 = 0.58;
 
 const HANDS_ON_HIPS: Posture = (
@@ -45,7 +47,7 @@ const SEATED: Posture = (
     ],
 );
 
-/// Poses of a naked person beyond those above: what people do with their arms when nobody tells them.
+/// Further poses of a naked person: what people do with their arms without instructions.
 const OTHER_POSTURES: [Posture; 6] = [
     (
         "hands behind",
@@ -79,7 +81,7 @@ const OTHER_POSTURES: [Posture; 6] = [
     ("one arm across", &[("leftUpperArm", [-20.0, -30.0, -28.0]), ("leftLowerArm", [-25.0, -95.0, 0.0])]),
 ];
 
-/// How one ended.
+/// The outcome of one case.
 struct Outcome {
     subject: String,
     case: String,
@@ -87,15 +89,41 @@ struct Outcome {
 }
 
 enum Verdict {
-    Solved(FitReport),
-    /// Why.
+    Solved(Summary),
+    /// Refused, with the reason.
     Refused(String),
     /// The worst joint in metres and its name, though the report is confident.
-    Wrong(f64, String, FitReport),
-    /// The same of a report that says that it is not.
-    Doubted(f64, String, FitReport),
-    /// Right where it is seen, but not a word of what is not.
-    Untold(FitReport),
+    Wrong(f64, String, Summary),
+    /// A wrong joint, and a report that is not confident.
+    Doubted(f64, String, Summary),
+    /// Right where the scan shows it, but the report does not name what is missing.
+    Unreported(Summary),
+}
+
+/// What the report of either fit says of itself.
+struct Summary {
+    line: String,
+    is_confident: bool,
+    log: Vec<String>,
+}
+
+impl Summary {
+    fn of_naked(report: &NakedReport) -> Self {
+        let line = line(report.confidence, report.converged, report.residual_mean);
+        Self { line, is_confident: report.is_confident(), log: report.log.clone() }
+    }
+
+    fn of_inside(report: &InsideReport) -> Self {
+        let fit = line(report.confidence, report.converged, report.residual_mean);
+        let (percent, depth_mm) = (100.0 * report.outside_share, 1e3 * report.outside_depth);
+        let line = format!("{fit}, outside {percent:.1} % by {depth_mm:.0} mm");
+        Self { line, is_confident: report.is_confident(), log: report.log.clone() }
+    }
+}
+
+fn line(confidence: f64, converged: bool, residual_mean: f64) -> String {
+    let state = if converged { "converged" } else { "not converged" };
+    format!("confidence {confidence:.2}, {state}, residual {:.1} mm", 1e3 * residual_mean)
 }
 
 /// All outcomes.
@@ -106,11 +134,11 @@ pub struct Outcomes(Vec<Outcome>);
 struct Case {
     name: String,
     subject: Subject,
-    /// What the log must name.
+    /// The missing part that the log must name.
     lacks: Option<&'static str>,
 }
 
-/// Tries everything on one subject.
+/// Runs all cases on one subject.
 pub fn try_all(cache: &Cache<'_>, model: &BodyModel, seed: u64, outcomes: &mut Outcomes) -> Result<()> {
     let naked = cache.subject(&Wanted::naked(seed))?;
     let other = cache.subject(&Wanted::naked(seed + 1))?;
@@ -144,7 +172,7 @@ pub fn try_all(cache: &Cache<'_>, model: &BodyModel, seed: u64, outcomes: &mut O
     Ok(())
 }
 
-/// Naked people in poses that nobody asked for.
+/// Naked people in unexpected poses.
 pub fn try_postures(cache: &Cache<'_>, model: &BodyModel, seed: u64, outcomes: &mut Outcomes) -> Result<()> {
     for posture in [HANDS_ON_HIPS, ARMS_CROSSED, SEATED].into_iter().chain(OTHER_POSTURES) {
         let subject = cache.subject(&Wanted::naked(seed).standing(posture))?;
@@ -270,7 +298,7 @@ fn naked_verdict(model: &BodyModel, case: &Case) -> Result<Verdict> {
     let Ok((scan, truth)) = cleaned(&case.subject) else { return Ok(Verdict::Refused("no surface".into())) };
     Ok(match fit_naked(&scan, model, &NakedParams::default(), &mut |_| {}) {
         Err(e) => Verdict::Refused(e.to_string()),
-        Ok(found) => verdict(&found.skeleton, &found.pose, &found.report, &truth.joints, case),
+        Ok(found) => verdict(&found.skeleton, &found.pose, Summary::of_naked(&found.report), &truth.joints, case),
     })
 }
 
@@ -282,28 +310,28 @@ fn dressed_verdict(model: &BodyModel, body: &(Figure, Pose), kind: GarmentKind, 
     let params = InsideParams::default();
     Ok(match fit_inside(&scan, figure, pose, &cover, &model.limits, &params, &mut |_| {}) {
         Err(e) => Verdict::Refused(e.to_string()),
-        Ok(found) => verdict(&figure.skeleton, &found.pose, &found.report, &truth.joints, case),
+        Ok(found) => verdict(&figure.skeleton, &found.pose, Summary::of_inside(&found.report), &truth.joints, case),
     })
 }
 
-fn verdict(skeleton: &Skeleton, pose: &Pose, report: &FitReport, truth: &JointPositions, case: &Case) -> Verdict {
+fn verdict(skeleton: &Skeleton, pose: &Pose, report: Summary, truth: &JointPositions, case: &Case) -> Verdict {
     let found: JointPositions = skeleton.names.iter().cloned().zip(skeleton.joints_in_world(pose)).collect();
     let off = STRICT_JOINTS
         .iter()
         .map(|joint| joint.name())
         .filter_map(|j| Some(((found.get(j)? - truth.get(j)?).norm(), j)));
     let Some((most, joint)) = off.max_by(|a, b| a.0.total_cmp(&b.0)) else {
-        return Verdict::Solved(report.clone());
+        return Verdict::Solved(report);
     };
     if most > WRONG {
-        let wrong = if report.is_confident() { Verdict::Wrong } else { Verdict::Doubted };
-        return wrong(most, joint.into(), report.clone());
+        let wrong = if report.is_confident { Verdict::Wrong } else { Verdict::Doubted };
+        return wrong(most, joint.into(), report);
     }
     match case.lacks {
         Some(part) if !report.log.iter().any(|l| l.contains("does not show") && l.contains(part)) => {
-            Verdict::Untold(report.clone())
+            Verdict::Unreported(report)
         }
-        _ => Verdict::Solved(report.clone()),
+        _ => Verdict::Solved(report),
     }
 }
 
@@ -319,29 +347,17 @@ impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{:16} {:18} ", self.subject, self.case)?;
         match &self.verdict {
-            Verdict::Solved(report) => write!(f, "solved, {}", told(report)),
+            Verdict::Solved(report) => write!(f, "solved, {}", report.line),
             Verdict::Refused(why) => write!(f, "refused: {why}"),
-            Verdict::Untold(report) => write!(f, "solved, but what is missing is not told, {}", told(report)),
+            Verdict::Unreported(report) => write!(f, "solved, but the missing part is not reported, {}", report.line),
             Verdict::Wrong(off, joint, report) => {
-                write!(f, "WRONG: {joint} {:.0} mm off, {}", 1e3 * off, told(report))
+                write!(f, "WRONG: {joint} {:.0} mm off, {}", 1e3 * off, report.line)
             }
             Verdict::Doubted(off, joint, report) => {
-                write!(f, "{joint} {:.0} mm off, and doubted: {}", 1e3 * off, told(report))
+                write!(f, "{joint} {:.0} mm off, and doubted: {}", 1e3 * off, report.line)
             }
         }
     }
-}
-
-/// What a report says of how far it can be trusted.
-fn told(report: &FitReport) -> String {
-    format!(
-        "confidence {:.2}, {}, residual {:.1} mm, outside {:.1} % by {:.0} mm",
-        report.confidence,
-        if report.converged { "converged" } else { "not converged" },
-        1e3 * report.residual_mean,
-        100.0 * report.outside_share,
-        1e3 * report.outside_depth,
-    )
 }
 
 impl fmt::Display for Outcomes {
@@ -352,11 +368,11 @@ impl fmt::Display for Outcomes {
         let count = |of: fn(&Verdict) -> bool| self.0.iter().filter(|o| of(&o.verdict)).count();
         writeln!(
             f,
-            "### Bad input: {} scans, {} solved, {} refused, {} solved without a word of what is missing, {} off and doubted, {} wrong\n",
+            "### Bad input: {} scans, {} solved, {} refused, {} solved without a report of what is missing, {} off and doubted, {} wrong\n",
             self.0.len(),
             count(|v| matches!(v, Verdict::Solved(_))),
             count(|v| matches!(v, Verdict::Refused(_))),
-            count(|v| matches!(v, Verdict::Untold(_))),
+            count(|v| matches!(v, Verdict::Unreported(_))),
             count(|v| matches!(v, Verdict::Doubted(..))),
             count(|v| matches!(v, Verdict::Wrong(..)))
         )?;

@@ -94,7 +94,7 @@ impl Judge<'_> {
         way: Way,
         scan: &Scan,
         worn: &[Worn],
-    ) -> Result<(overcoat::geometry::TriMesh, RegisteredBody, overcoat::fit::FitReport), FitError> {
+    ) -> Result<(overcoat::geometry::TriMesh, RegisteredBody, overcoat::fit::NakedReport), FitError> {
         let (model, params) = (self.model, NakedParams::default());
         let mut fitted = fit_naked(scan, model, &params, &mut |_| {})?;
         let covers: Vec<PerVertex<Cover>> = worn.iter().map(|w| cover_of(&fitted.figure(model), &w.subject)).collect();

@@ -3,24 +3,23 @@
 //!
 //! `solver` and `correspondence` serve `naked`, `inside` and `register`; `together` uses `naked` and `inside`.
 
+mod confidence;
 mod correspondence;
 mod error;
 mod inside;
 mod naked;
 mod register;
-mod report;
 mod solver;
 #[cfg(test)]
 mod tests;
 mod together;
 
 pub use error::FitError;
-pub use inside::{Cover, InsideMethod, InsideParams, PoseInside, fit_inside};
-pub use naked::{FittedBody, NakedMethod, NakedParams, ShapeFrom, fit_naked};
+pub use inside::{Cover, InsideMethod, InsideParams, InsideReport, PoseInside, fit_inside};
+pub use naked::{FittedBody, NakedMethod, NakedParams, NakedReport, ShapeFrom, fit_naked};
 pub use register::{
-    FillInView, RegisterHints, RegisterParams, RegisteredBody, closest_weights, register, register_with_hints,
-    scan_in_bind,
+    FillInView, RegisterHints, RegisterParams, RegisteredBody, RegistrationReport, closest_weights, register,
+    register_with_hints, scan_in_bind,
 };
-pub use report::FitReport;
 pub use solver::{FitIteration, JointGroup};
 pub use together::{OtherScan, fit_together};

@@ -41,13 +41,13 @@ impl InsideProblem<'_> {
             Ok(outcome) if outcome.is_usable() => Ok(DVector::from_vec(outcome.x)),
             Ok(outcome) => {
                 log.push(format!(
-                    "the quadratic program ended as {:?}; a step without the constraint was taken",
+                    "the quadratic program ended as {:?}; this step ignores the constraint",
                     outcome.status
                 ));
                 fallback
             }
             Err(e) => {
-                log.push(format!("the quadratic program was refused: {e}"));
+                log.push(format!("the quadratic program is invalid: {e}; this step ignores the constraint"));
                 fallback
             }
         }

@@ -12,12 +12,12 @@ use super::params::{InsideMethod, InsideParams};
 use super::pose_inside::PoseInside;
 use super::problem::InsideProblem;
 use super::refine::PoseEstimate;
+use super::report::InsideReport;
 use super::unseen_limbs::{joint_change, with_limbs_of};
 use super::violation::ConstraintViolation;
 use crate::body::{Figure, JointId, JointLimits, Pose};
 use crate::fit::correspondence::ScanSurface;
 use crate::fit::error::{FitError, require_length};
-use crate::fit::report::FitReport;
 use crate::fit::solver::FitIteration;
 use crate::geometry::PerVertex;
 use crate::scan::Scan;
@@ -80,11 +80,11 @@ pub fn fit_inside(
     log.extend(agreement.summary());
     log.extend(problem.unseen_head(&posed).map(String::from));
     if !found.converged {
-        log.push(format!("not converged after {} iterations: look at the result", found.iterations));
+        log.push(format!("did not converge in {} iterations: check the result", found.iterations));
     }
     let moved = offsets.iter().filter(|o| **o < 0.0).count();
-    log.push(format!("{moved} of {} body vertices are drawn in by the bounded offset", figure_surface.body_count));
-    let report = FitReport {
+    log.push(format!("{moved} of {} body vertices are offset inward", figure_surface.body_count));
+    let report = InsideReport {
         converged: found.converged,
         iterations: found.iterations,
         residual_mean,
@@ -98,7 +98,7 @@ pub fn fit_inside(
         seen_share: agreement.seen,
         log,
     }
-    .doubted();
+    .with_doubt();
     Ok(PoseInside { pose: found.pose, offsets, report })
 }
 

@@ -20,7 +20,7 @@ impl InsideProblem<'_> {
     pub(crate) fn best_initial_pose(&self, given: &Pose, log: &mut Vec<String>) -> Pose {
         let score = self.score(given);
         if score < GOOD_INITIAL_POSE {
-            log.push(format!("started from the previous pose: {:.1} mm", score * 1e3));
+            log.push(format!("initial pose: the previous step's, {:.1} mm", score * 1e3));
             return given.clone();
         }
         let mut starts: Vec<(f64, usize, Pose)> = (0..=HEADINGS)
@@ -37,7 +37,7 @@ impl InsideProblem<'_> {
             .collect();
         starts.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         for (score, i, _) in starts.iter().take(3) {
-            log.push(format!("start {i} of {HEADINGS} headings: {:.1} mm", score * 1e3));
+            log.push(format!("initial pose {i} of {HEADINGS} headings: {:.1} mm", score * 1e3));
         }
         starts.swap_remove(0).2
     }

@@ -13,6 +13,7 @@ mod params;
 mod pose_inside;
 mod problem;
 mod refine;
+mod report;
 mod required_offset;
 mod unseen_limbs;
 mod violation;
@@ -21,6 +22,7 @@ pub use cover::Cover;
 pub use fit_inside::fit_inside;
 pub use params::{InsideMethod, InsideParams};
 pub use pose_inside::PoseInside;
+pub use report::InsideReport;
 
 pub(crate) use figure_surface::FigureSurface;
 pub(crate) use problem::InsideProblem;

@@ -1,7 +1,7 @@
 //! What a fit inside a scan results in.
 
+use super::report::InsideReport;
 use crate::body::Pose;
-use crate::fit::report::FitReport;
 use crate::geometry::PerVertex;
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +14,7 @@ pub struct PoseInside {
     /// smooth. **Shapes** one value per vertex of the body.
     pub offsets: PerVertex<f64>,
     /// How the fit went.
-    pub report: FitReport,
+    pub report: InsideReport,
 }
 
 impl PoseInside {

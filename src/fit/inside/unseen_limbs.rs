@@ -61,7 +61,7 @@ impl InsideProblem<'_> {
         let skeleton = &self.body.skeleton;
         for &limb in limbs {
             let name = skeleton.part_name(limb);
-            log.push(format!("the scan does not show the {name}; it keeps the pose of the step before"));
+            log.push(format!("the scan does not show the {name}; it keeps the previous step's pose"));
             for (held, j) in self.held.iter_mut().zip(skeleton.ids()) {
                 *held |= skeleton.is_below(j, limb);
             }

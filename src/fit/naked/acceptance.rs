@@ -6,10 +6,10 @@ use super::fitted_body::FittedBody;
 use super::params::NakedParams;
 use super::problem::NakedProblem;
 use super::refine::ModelEstimate;
+use super::report::NakedReport;
 use crate::body::{BodyModel, HumanJoint, JointId};
 use crate::fit::correspondence::{parts_from, unseen};
 use crate::fit::error::FitError;
-use crate::fit::report::FitReport;
 use crate::geometry::SurfaceIndex;
 
 /// Accepts the estimate, which `index` holds, or says why it is not the body of the scan.
@@ -40,10 +40,10 @@ pub(super) fn with_report(
     log.extend(unexplained_summary(&agreement, &model.weights, &model.skeleton));
     log.extend(unseen_head(problem, index));
     if !found.converged {
-        log.push(format!("not converged after {} iterations: look at the result", found.iterations));
+        log.push(format!("did not converge in {} iterations: check the result", found.iterations));
     }
     let (surface, skeleton) = model.shaped(&found.shape);
-    let report = FitReport {
+    let report = NakedReport {
         converged: found.converged,
         iterations: found.iterations,
         residual_mean,
@@ -52,9 +52,8 @@ pub(super) fn with_report(
         explained_share: agreement.explained,
         seen_share: agreement.seen,
         log,
-        ..FitReport::default()
     }
-    .doubted();
+    .with_doubt();
     let ModelEstimate { shape, pose, .. } = found;
     FittedBody { shape, pose, surface, skeleton, unseen, poses_in_others: Vec::new(), report }
 }
@@ -64,7 +63,7 @@ fn unseen_head(problem: &NakedProblem<'_>, index: &SurfaceIndex) -> Option<Strin
     let (skeleton, weights) = (&problem.model.skeleton, &problem.model.weights);
     let head = parts_from(&[HumanJoint::Head], skeleton, weights);
     let unseen = unseen(index, &head, skeleton, problem.surface);
-    (!unseen.is_empty()).then(|| "the scan does not show the head; it is the model's".into())
+    (!unseen.is_empty()).then(|| "the scan does not show the head; the head is the model's".into())
 }
 
 fn check_is_body(

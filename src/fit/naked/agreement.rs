@@ -111,6 +111,6 @@ pub(crate) fn unexplained_summary(agreement: &Agreement, weights: &SkinWeights, 
     let part = agreement.least_explained_part(weights, skeleton)?;
     let share = 1.0 - agreement.explained;
     (share > LEAST_REPORTED).then(|| {
-        format!("{:.0} % of the scan's surface is no part of the fitted body, most of it at the {part}", share * 100.0)
+        format!("{:.0} % of the scan's surface does not match the fitted body, most of it at the {part}", share * 100.0)
     })
 }

@@ -121,7 +121,7 @@ pub(crate) fn refit_with_bent_arms(
     let (before, after) = (problem.score(&found.pose, &found.shape), problem.score(&other.pose, &other.shape));
     let names: Vec<String> = arms.iter().map(|a| skeleton.part_name(*a)).collect();
     log.push(format!(
-        "tried other poses of the {}: score {:.1} mm, {:.1} mm before",
+        "tried other poses of the {}: score {:.1} mm, previously {:.1} mm",
         names.join(" and the "),
         after * 1e3,
         before * 1e3

@@ -1,7 +1,7 @@
 //! What a naked fit results in.
 
+use super::report::NakedReport;
 use crate::body::{BodyModel, Figure, JointId, Pose, Shape, Skeleton};
-use crate::fit::report::FitReport;
 use crate::geometry::TriMesh;
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +22,7 @@ pub struct FittedBody {
     /// for a scan that takes no part. Empty otherwise. **Shapes** one entry per other scan.
     pub poses_in_others: Vec<Option<Pose>>,
     /// How the fit went.
-    pub report: FitReport,
+    pub report: NakedReport,
 }
 
 impl FittedBody {

@@ -59,7 +59,7 @@ impl NakedProblem<'_> {
             finals.sort_by(best_first);
         }
         for s in &finals {
-            log.push(format!("start at {}: score {:.1} mm", s.name, s.score * 1e3));
+            log.push(format!("initial pose {}: score {:.1} mm", s.name, s.score * 1e3));
         }
         finals.swap_remove(0)
     }

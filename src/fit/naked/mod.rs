@@ -11,10 +11,12 @@ mod paper;
 mod params;
 mod problem;
 mod refine;
+mod report;
 
 pub use fit_naked::fit_naked;
 pub use fitted_body::FittedBody;
 pub use params::{NakedMethod, NakedParams, ShapeFrom};
+pub use report::NakedReport;
 
 pub(crate) use acceptance::conclude;
 pub(crate) use agreement::agreement;

@@ -44,3 +44,10 @@ pub(crate) fn mean_distance(mesh: &TriMesh, targets: &[Target]) -> f64 {
 pub(crate) fn greatest_move(a: &TriMesh, b: &TriMesh) -> f64 {
     a.points().iter().zip(b.points().iter()).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max)
 }
+
+/// Root mean square move of the vertices, by area, in metres.
+pub(crate) fn rms_move(a: &TriMesh, b: &TriMesh, areas: &PerVertex<f64>) -> f64 {
+    let moves = a.points().iter().zip(b.points().iter()).map(|(p, q)| (p - q).norm_squared());
+    let sum: f64 = moves.zip(areas.iter()).map(|(square, area)| square * area).sum();
+    (sum / areas.iter().sum::<f64>().max(1e-12)).sqrt()
+}

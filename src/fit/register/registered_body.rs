@@ -1,7 +1,7 @@
 //! What a registration results in.
 
+use super::report::RegistrationReport;
 use crate::body::{Pose, Skeleton, UvMap};
-use crate::fit::report::FitReport;
 use crate::geometry::{PerVertex, TriMesh};
 use serde::{Deserialize, Serialize};
 
@@ -19,5 +19,5 @@ pub struct RegisteredBody {
     /// The model's texture coordinates, with a texture baked from the scan's colours if both exist.
     pub uvs: Option<UvMap>,
     /// How the registration went.
-    pub report: FitReport,
+    pub report: RegistrationReport,
 }

@@ -2,18 +2,18 @@
 
 use super::bind_pose::into_bind_pose;
 use super::colors::{colors_of, flowed_in};
-use super::displacement::{greatest_move, mean_distance, solve};
+use super::displacement::{greatest_move, mean_distance, rms_move, solve};
 use super::fill_in::{FillInView, PreparedView, fill_colors, fill_targets};
 use super::ground::Ground;
 use super::params::RegisterParams;
 use super::registered_body::RegisteredBody;
+use super::report::RegistrationReport;
 use super::targets::{Target, target_weights, targets};
 use super::texture::bake_texture;
 use crate::body::BodyModel;
 use crate::fit::correspondence::{ScanSurface, mean_and_p95};
 use crate::fit::error::{FitError, require_length, require_range};
 use crate::fit::naked::FittedBody;
-use crate::fit::report::FitReport;
 use crate::fit::solver::{FitIteration, StoppingRule, iterate};
 use crate::geometry::{Point, TriMesh, VertexId, self_intersecting_pairs};
 use crate::scan::Scan;
@@ -71,6 +71,8 @@ pub fn register_with_hints(
     let mut displaced = start.clone();
     let rounds = params.smoothing_lengths.len();
     let steps = rounds * params.iterations;
+    let areas = start.vertex_areas();
+    let mut last_move = f64::INFINITY;
     let settled = iterate(&StoppingRule::always(steps), |number| {
         let (round, length) = (number / params.iterations, params.smoothing_lengths[number / params.iterations]);
         let t = if rounds > 1 { round as f64 / (rounds - 1) as f64 } else { 1.0 };
@@ -85,11 +87,19 @@ pub fn register_with_hints(
         let next = solve(&start, &targets, length)?;
         let (moved, residual) = (greatest_move(&displaced, &next), mean_distance(&displaced, &targets));
         on_step(&FitIteration { iteration: number + 1, moved, residual, surface: &displaced });
+        last_move = rms_move(&displaced, &next, &areas);
         displaced = next;
         Ok::<_, FitError>(moved)
     });
     if let Some(error) = settled.stopped {
         return Err(error);
+    }
+    if last_move >= RegistrationReport::CONVERGED_BELOW {
+        log.push(format!(
+            "did not converge: the last of {} iterations moved the surface by {:.2} mm",
+            settled.steps,
+            last_move * 1e3
+        ));
     }
     let (residual_mean, residual_p95) = residual(&surface, &displaced);
     let colors = scan.colors.as_ref().map(|colors| {
@@ -110,15 +120,15 @@ pub fn register_with_hints(
         0 => String::new(),
         more => format!(", {more} more on other scans"),
     };
-    log.push(format!("{own} of {} vertices lie on the scan{fill_in}", model.template.vertex_count()));
+    log.push(format!("{own} of {} vertices are on the scan{fill_in}", model.template.vertex_count()));
     log.push(soundness(&start, &displaced));
-    let report = FitReport {
-        converged: true,
+    let report = RegistrationReport {
+        converged: last_move < RegistrationReport::CONVERGED_BELOW,
         iterations: settled.steps,
         residual_mean,
         residual_p95,
+        last_move,
         log,
-        ..FitReport::default()
     };
     Ok(RegisteredBody { surface: model.template.with_points(points_in_bind), skeleton, pose, colors, uvs, report })
 }

@@ -39,7 +39,7 @@ pub fn scan_in_bind(scan: &Scan, registered: &RegisteredBody, weights: &SkinWeig
 mod tests {
     use super::*;
     use crate::body::{Pose, embedded_model};
-    use crate::fit::FitReport;
+    use crate::fit::RegistrationReport;
     use crate::geometry::Vec3;
     use nalgebra::UnitQuaternion;
 
@@ -57,7 +57,7 @@ mod tests {
             pose,
             colors: None,
             uvs: None,
-            report: FitReport::default(),
+            report: RegistrationReport::default(),
         };
         let (bind, weights) = scan_in_bind(&Scan::from_clean_mesh(posed, None), &registered, &model.weights);
         assert_eq!(weights.len(), bind.vertex_count());

@@ -7,9 +7,8 @@ use crate::fit::correspondence::ScanSurface;
 use crate::fit::error::{FitError, require_length};
 use crate::fit::inside::{FigureSurface, fit_inside};
 use crate::fit::naked::{
-    FINEST, FittedBody, ModelEstimate, NakedMethod, NakedParams, NakedProblem, STILL, agreement, conclude,
+    FINEST, FittedBody, ModelEstimate, NakedMethod, NakedParams, NakedProblem, NakedReport, STILL, agreement, conclude,
 };
-use crate::fit::report::FitReport;
 use crate::fit::solver::{DAMPING, FitIteration, Posed, Singular, StoppingRule, iterate, solve_together};
 use crate::geometry::{SurfaceIndex, TriMesh};
 use crate::scan::Scan;
@@ -70,7 +69,7 @@ pub fn fit_together(
     /// The others may worsen the fit to the naked scan by this much, in metres: a tenth of its noise.
     const COST: f64 = 2e-4;
     let contradicted = (after > before + COST).then(|| {
-        format!("with all, the body lies {:.1} mm from it on average, {:.1} mm alone", after * 1e3, before * 1e3)
+        format!("with all scans the body is {:.1} mm from it on average, alone {:.1} mm", after * 1e3, before * 1e3)
     });
     let why = match (contradicted, refined) {
         (None, Ok(refined)) => {
@@ -109,8 +108,8 @@ fn check_arguments(
     if scan.mesh.face_count() == 0 { Err(FitError::EmptyScan) } else { Ok(()) }
 }
 
-fn with_log(fitted: &FittedBody, log: Vec<String>) -> FitReport {
-    FitReport { log, ..fitted.report.clone() }
+fn with_log(fitted: &FittedBody, log: Vec<String>) -> NakedReport {
+    NakedReport { log, ..fitted.report.clone() }
 }
 
 /// The body's pose in each of the scans, each fitted from the pose in the previous one.

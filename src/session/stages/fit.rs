@@ -4,7 +4,7 @@ use super::event::{OnProgress, Outcome, Progress};
 use super::later_scans::{self, later_scans};
 use super::pipeline_stage::{LaterScan, PipelineStage, StepContext};
 use super::scan::Scan;
-use crate::fit::{self, FitReport, FittedBody, NakedParams, OtherScan, fit_naked, fit_together};
+use crate::fit::{self, FittedBody, NakedParams, OtherScan, fit_naked, fit_together};
 use crate::scan;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
@@ -28,7 +28,7 @@ pub(in crate::session) struct Inputs {
 
 impl PipelineStage for Fit {
     const STAGE: Stage = Stage::Fit;
-    const VERSION: u32 = 6;
+    const VERSION: u32 = 7;
     type Inputs = Inputs;
     type Output = FittedBody;
 
@@ -64,19 +64,27 @@ impl PipelineStage for Fit {
         }
         let (report, unseen) = (fitted.report.clone(), fitted.unseen.clone());
         let scans = 1 + fitted.poses_in_others.iter().flatten().count();
-        let outcome = with_report(Outcome::of(fitted), &report).measured("confidence", report.confidence);
+        let distances = (report.residual_mean, report.residual_p95);
+        let outcome = with_measures(Outcome::of(fitted), distances, report.iterations, report.converged, &report.log)
+            .measured("confidence", report.confidence);
         let lacks_limbs = !unseen.is_empty() && later.is_empty();
         let outcome = outcome.found(lacks_limbs.then(|| USE_ALL_SCANS.into()));
         Ok(if later.is_empty() { outcome } else { outcome.measured("scans_in_shape", scans as f64) })
     }
 }
 
-/// A fit's report among the measures.
-pub(super) fn with_report<T>(outcome: Outcome<T>, report: &FitReport) -> Outcome<T> {
+/// Adds what every fit measures; distances are the mean and the 95th percentile, in metres.
+pub(super) fn with_measures<T>(
+    outcome: Outcome<T>,
+    (mean, p95): (f64, f64),
+    iterations: usize,
+    converged: bool,
+    log: &[String],
+) -> Outcome<T> {
     outcome
-        .measured("residual_mean_mm", report.residual_mean * 1e3)
-        .measured("residual_p95_mm", report.residual_p95 * 1e3)
-        .measured("iterations", report.iterations as f64)
-        .measured("converged", if report.converged { 1.0 } else { 0.0 })
-        .found(report.log.iter().cloned())
+        .measured("residual_mean_mm", mean * 1e3)
+        .measured("residual_p95_mm", p95 * 1e3)
+        .measured("iterations", iterations as f64)
+        .measured("converged", if converged { 1.0 } else { 0.0 })
+        .found(log.iter().cloned())
 }

@@ -1,7 +1,7 @@
 //! Pose: the figure dressed so far, inside the next scan.
 
 use super::event::{OnProgress, Outcome, Progress};
-use super::fit::with_report;
+use super::fit::with_measures;
 use super::pipeline_stage::{PipelineStage, StepContext, StepPose};
 use super::scan::Scan;
 use crate::body::Figure;
@@ -26,7 +26,7 @@ pub(in crate::session) struct Inputs {
 
 impl PipelineStage for Pose {
     const STAGE: Stage = Stage::Pose;
-    const VERSION: u32 = 7;
+    const VERSION: u32 = 8;
     type Inputs = Inputs;
     type Output = PoseInside;
 
@@ -72,7 +72,8 @@ impl PipelineStage for Pose {
         };
         let report = inside.report.clone();
         let deepest = inside.offsets.iter().fold(0.0_f64, |most, d| most.max(d.abs()));
-        Ok(with_report(Outcome::of(inside), &report)
+        let distances = (report.residual_mean, report.residual_p95);
+        Ok(with_measures(Outcome::of(inside), distances, report.iterations, report.converged, &report.log)
             .measured("confidence", report.confidence)
             .measured("joint_change_mm", report.joint_change * 1e3)
             .measured("proximity_mm", report.proximity * 1e3)

@@ -1,7 +1,7 @@
 //! Register: the model's surface onto the naked scan.
 
 use super::event::{OnProgress, Outcome, Progress};
-use super::fit::{Fit, with_report};
+use super::fit::{Fit, with_measures};
 use super::later_scans::{self, later_scans};
 use super::pipeline_stage::{LaterScan, PipelineStage, StepContext};
 use super::scan::Scan;
@@ -28,7 +28,7 @@ pub(in crate::session) struct Inputs {
 
 impl PipelineStage for Register {
     const STAGE: Stage = Stage::Register;
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
     type Inputs = Inputs;
     type Output = RegisteredBody;
 
@@ -62,6 +62,7 @@ impl PipelineStage for Register {
         let registered = register_with_hints(&scan, &model, &fitted, &hints, &params, &mut on_step)
             .map_err(|e| SessionError::stage(&step.name, Stage::Register, e))?;
         let report = registered.report.clone();
-        Ok(with_report(Outcome::of(registered), &report))
+        let distances = (report.residual_mean, report.residual_p95);
+        Ok(with_measures(Outcome::of(registered), distances, report.iterations, report.converged, &report.log))
     }
 }
