@@ -3,6 +3,8 @@
 //!
 //! `solver` and `correspondence` serve `naked`, `inside` and `register`; `together` uses `naked` and `inside`.
 
+#[cfg(test)]
+mod argument_tests;
 mod confidence;
 mod correspondence;
 mod error;
