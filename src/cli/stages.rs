@@ -51,7 +51,10 @@ impl StageCommand {
         for (flag, parameters) in self.flags() {
             let Some(text) = matches.get_one::<String>(&flag) else { continue };
             let stages = parameters.iter().map(|p| p.stage).collect();
-            settings.push((stages, parameters[0].name.to_string(), parameters[0].read(text)?));
+            // What one of the stages accepts may not be for another: the recipe of each step is checked when it is set.
+            let accepted = parameters.iter().find_map(|parameter| parameter.read(text).ok());
+            let setting = accepted.map_or_else(|| parameters[parameters.len() - 1].read(text), Ok)?;
+            settings.push((stages, parameters[0].name.to_string(), setting));
         }
         Ok(StageRequest {
             name: self.name.into(),
@@ -103,11 +106,17 @@ fn flag_of(parameter: &Parameter) -> String {
 
 fn arg_of(flag: String, parameters: &[&Parameter]) -> Arg {
     let about = parameters[0].about;
+    let differs = |p: &&&Parameter| p.allowed != parameters[0].allowed;
+    let others: String = parameters
+        .iter()
+        .filter(differs)
+        .map(|p| format!("; stage {}: {} [{}]", p.stage, p.about, p.allowed))
+        .collect();
     Arg::new(flag.clone())
         .long(flag)
         .value_name("VALUE")
         .allow_hyphen_values(true)
-        .help(format!("{about} [{}; default: {}]", parameters[0].allowed, defaults(parameters)))
+        .help(format!("{about} [{}; default: {}]{others}", parameters[0].allowed, defaults(parameters)))
         .help_heading("Parameters, remembered in the recipe")
 }
 
