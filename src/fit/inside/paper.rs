@@ -149,7 +149,7 @@ mod tests {
             assert_eq!(row.slack_weight, None);
             let by_translation: Vec<f64> =
                 (0..3).map(|k| row.coefficients.iter().find(|c| c.0 == k).unwrap().1).collect();
-            assert!((Vec3::from_column_slice(&by_translation) - normals[v]).norm() < 1e-9, "the body's normal");
+            assert!((Vec3::from_column_slice(&by_translation) - normals[v]).norm() < 1e-6, "the body's normal");
             assert!((row.bound - normals[v].dot(&(closest[v] - posed.points[v]))).abs() < 1e-12, "no margin");
         }
     }
