@@ -27,6 +27,7 @@ pub mod geometry;
 pub mod mannequin;
 pub mod measure;
 pub mod numerics;
+pub mod parameters;
 pub mod rig;
 pub mod scan;
 pub mod segment;

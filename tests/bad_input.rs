@@ -121,8 +121,8 @@ fn impossible_arguments_are_refused() {
         ("scan hat {scan} --template hat --until nose", 2, "'nose'"),
         ("scan hat {scan} --template hat --unit furlong", 2, "'furlong'"),
         ("scan hat {scan} --template hat --up w", 2, "'w'"),
-        ("scan shirt {scan} --template tshirt", 2, "there is a step 'shirt' already"),
-        ("scan body {scan}", 2, "there is a step 'body' already"),
+        ("scan shirt {scan} --template tshirt", 2, "there is already a step 'shirt'"),
+        ("scan body {scan}", 2, "there is already a step 'body'"),
         ("scan a/b {scan} --template hat", 2, "'a/b' cannot be the name"),
         ("scan joints {scan} --template hat", 2, "'joints' cannot be the name"),
         ("scan body {scan} --template hat --replace", 2, "takes no template"),
@@ -148,7 +148,7 @@ fn impossible_arguments_are_refused() {
         ("build --force coat", 2, "there is no step 'coat'"),
         ("build --force shirt/fit", 2, "no stage 'fit'"),
         ("build --force shirt/iron", 2, "no stage 'iron'"),
-        ("new .", 2, "there is a session in '.' already"),
+        ("new .", 2, "there is already a session in '.'"),
         ("new ..", 2, "is not empty"),
     ] {
         let args: Vec<&str> = command.split(' ').map(|w| if w == "{scan}" { scan.as_str() } else { w }).collect();
@@ -363,7 +363,7 @@ fn unusable_recordings_are_refused() {
     let fine = recording(&folder("fine"), &quick, |_| {});
     refused(&session, &["scan", "hat", &fine, "--template", "hat", "--voxel", "0.2"], 2, &["voxels of 0.2 mm"]);
     let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo/0-body.ply").display().to_string();
-    refused(&session, &["scan", "hat", &mesh, "--template", "hat", "--view"], 2, &["there is nothing to watch"]);
+    refused(&session, &["scan", "hat", &mesh, "--template", "hat", "--view"], 2, &["there is nothing to show"]);
     let watched = ["scan", "hat", &fine, "--template", "hat", "--view=fine.rrd"];
     if cfg!(feature = "rerun") {
         overcoat_ok(&session, &watched);

@@ -175,7 +175,7 @@ fn a_truncated_journal_is_reported_and_leaves_the_state_before_the_cut() {
     let second_scan = text.match_indices('\n').nth(1).unwrap().0 + 1;
     std::fs::write(&journal, &text[..second_scan + 40]).unwrap();
     let says = "journal.jsonl, line 3: the line is cut off; \
-                the session stands as it was before it, after 'scan body body.ply'";
+                the session is in the state before that line, after 'scan body body.ply'";
     let status = overcoat_ok(&session, &["status"]);
     assert!(status.stderr.starts_with("note: ") && status.stderr.contains(says), "{status:?}");
     let status = overcoat_ok(&session, &["status", "--json"]).json();

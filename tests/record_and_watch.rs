@@ -100,8 +100,8 @@ fn record_asks_again_after_a_wrong_answer() {
             "scan of the body> nowhere.ply",
             "scan of the body> skip",
             "scanned body from",
-            "body: the body lies",
-            "Look at it: `view`",
+            "body: mean distance from body to scan",
+            "Check it with `view`",
             "Put on the next garment",
             "garment> joints",
             "garment> shirt",
@@ -124,7 +124,7 @@ fn record_asks_again_after_a_wrong_answer() {
 #[test]
 fn a_killed_recording_continues_where_it_was() {
     let (out, _) = &recorded().last;
-    says(out, &["2 scans so far", "tshirt: ", "hems: 4", "Put on the next garment", "recorded body, tshirt"]);
+    says(out, &["2 scans so far", "tshirt: ", "hem loops: 4", "Put on the next garment", "nothing was added"]);
     let status = overcoat_ok(&recorded().dir.path().join("alice"), &["status", "--json"]).json();
     assert_eq!(status["up_to_date"], true);
     assert_eq!(status["steps"][1]["template"], "tshirt");

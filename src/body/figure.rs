@@ -1,9 +1,8 @@
 //! The figure dressed so far.
 
-use super::{Pose, PoseDirs, Skeleton, SkinWeights, UvMap, skin};
+use super::{Pose, Skeleton, SkinWeights, UvMap, skin};
 use crate::geometry::{PerVertex, TriMesh};
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
 
 /// One skinned surface of a figure, in the bind pose.
 ///
@@ -29,7 +28,7 @@ pub struct Layer {
 }
 
 /// A skeleton with its skinned surfaces, innermost first; layer 0 is the body.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Figure {
     /// Joints in the bind pose.
     pub skeleton: Skeleton,
@@ -56,18 +55,6 @@ impl Figure {
     /// Every surface skinned into `pose`, in the order of `layers`.
     pub fn posed(&self, pose: &Pose) -> Vec<TriMesh> {
         self.layers.iter().map(|layer| layer.posed(&self.skeleton, pose)).collect()
-    }
-}
-
-impl Figure {
-    /// Hands in the corrective offsets of the body model: a figure that was read from a file does not have them.
-    pub fn give_way_with(&mut self, dirs: &Arc<PoseDirs>) {
-        self.layers.iter_mut().for_each(|layer| layer.weights.give_way_with(dirs));
-    }
-
-    /// Whether a surface needs them.
-    pub fn gives_way(&self) -> bool {
-        self.layers.iter().any(|layer| layer.weights.gives_way())
     }
 }
 

@@ -14,6 +14,7 @@ mod section;
 mod skeleton;
 mod skin;
 mod stance;
+mod stored_figure;
 mod uv;
 
 pub use embedded::{EMBEDDED_MODEL_FILE, embedded_model};
@@ -28,6 +29,7 @@ pub use skeleton::{JointId, JointLimits, Pose, Skeleton};
 pub(crate) use skin::skin_rigidly;
 pub use skin::{SkinWeights, skin, unskin};
 pub use stance::Stance;
+pub use stored_figure::StoredFigure;
 pub use uv::{Texture, UvMap};
 
 /// What makes a file no body model.

@@ -92,7 +92,7 @@ impl PoseDirs {
 /// How a surface gives way with a model: offsets of the model's vertices, taken up by the surface's own.
 ///
 /// The offsets are the model's and large; a file of a figure holds only which of them each vertex takes, and whoever
-/// reads it hands them in again ([`super::Figure::give_way_with`]).
+/// reads it hands them in again ([`super::StoredFigure::with_offsets`]).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct GivingWay {
     #[serde(skip)]

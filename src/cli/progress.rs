@@ -44,8 +44,8 @@ impl Progress {
             (Some(bar), Event::Iterated { step, stage, at, .. }) => {
                 bar.set_message(format!("{step}: {stage}, {}", iterated(at)));
             }
-            (Some(bar), Event::Ran(report)) if self.plain => bar.suspend(|| print_aside(&ran(report))),
-            (None, Event::Ran(report)) if self.plain => print_aside(&ran(report)),
+            (Some(bar), Event::Ran(report)) if self.plain => bar.suspend(|| print_aside(&ran(report, self.verbosity))),
+            (None, Event::Ran(report)) if self.plain => print_aside(&ran(report, self.verbosity)),
             (None, Event::Progress { step, stage, text }) if self.verbosity == Verbosity::Verbose => {
                 print_aside(&format!("{step}: {stage}, {text}"));
             }
@@ -97,9 +97,9 @@ fn iterated(at: &FitIteration) -> String {
     format!("iteration {}: {:.1} mm off, moved {:.1} mm", at.iteration, at.residual * 1e3, at.moved * 1e3)
 }
 
-fn ran(report: &StageReport) -> String {
+fn ran(report: &StageReport, verbosity: Verbosity) -> String {
     let time = report.secs.map(|s| secs(Duration::from_secs_f64(s))).unwrap_or_default();
-    let measures = measures_text(report);
+    let measures = if verbosity == Verbosity::Verbose { measures_text(report) } else { main_measures(report) };
     let separator = if measures.is_empty() { "" } else { ": " };
     let why = why_text(&report.why).map(|why| format!("  [{why}]")).unwrap_or_default();
     format!("{:<12} {:<9} {time:>8}{separator}{measures}{why}", report.step, report.stage.to_string())
@@ -111,11 +111,48 @@ pub(super) fn why_text(why: &[Reason]) -> Option<String> {
     (!said.is_empty()).then(|| said.join(", "))
 }
 
-/// Measures as `name value` in one line.
+/// The measures that tell whether a stage succeeded; `-v` prints all.
+const MAIN_MEASURES: [&str; 9] = [
+    "frames",
+    "vertices",
+    "faces",
+    "residual_mean_mm",
+    "outside_percent",
+    "garment_vertices",
+    "hem_loops",
+    "inside_after",
+    "intersecting_pairs",
+];
+
+fn main_measures(report: &StageReport) -> String {
+    let main = MAIN_MEASURES.iter().filter_map(|name| Some(measure_text(name, *report.measures.get(*name)?)));
+    main.chain(not_converged(report)).collect::<Vec<_>>().join(", ")
+}
+
+/// All measures with their units in one line.
 pub(super) fn measures_text(report: &StageReport) -> String {
-    // That a fit converged is what one expects; that it did not is said.
-    let told = report.measures.iter().filter(|(name, value)| *name != "converged" || **value == 0.0);
-    told.map(|(name, value)| format!("{name} {}", number(*value))).collect::<Vec<_>>().join(", ")
+    let measures = report.measures.iter().filter(|(name, _)| *name != "converged");
+    measures.map(|(name, value)| measure_text(name, *value)).chain(not_converged(report)).collect::<Vec<_>>().join(", ")
+}
+
+/// A fit is expected to converge; only one that did not is reported.
+fn not_converged(report: &StageReport) -> Option<String> {
+    let iterations = report.measures.get("iterations")?;
+    let failed = report.measures.get("converged") == Some(&0.0);
+    failed.then(|| format!("did not converge in {iterations:.0} iterations: check this step"))
+}
+
+fn measure_text(measure: &str, value: f64) -> String {
+    let (name, unit) = name_and_unit(measure);
+    format!("{name} {}{unit}", number(value))
+}
+
+/// The name of a measure, and its unit, which is the name's suffix.
+pub(super) fn name_and_unit(measure: &str) -> (String, &'static str) {
+    let units = [("_mm", " mm"), ("_percent", " %"), ("_deg", "°")];
+    let found = units.iter().find_map(|(suffix, unit)| Some((measure.strip_suffix(suffix)?, *unit)));
+    let (name, unit) = found.unwrap_or((measure, ""));
+    (name.replace('_', " "), unit)
 }
 
 fn number(value: f64) -> String {

@@ -4,7 +4,8 @@
 use super::console::{Done, secs};
 use super::context::Context;
 use super::progress::Progress;
-use crate::session::{Parameter, SessionError, Settings, ShowIn, Stage, StageRequest, parameters_of};
+use crate::parameters::Settings;
+use crate::session::{Parameter, SessionError, ShowIn, Stage, StageRequest, parameters_of};
 use clap::{Arg, ArgAction, ArgMatches, Command};
 use serde_json::json;
 use std::time::Instant;

@@ -2,7 +2,7 @@
 
 use super::console::{Done, Verbosity, secs};
 use super::context::Context;
-use super::progress::{measures_text, why_text};
+use super::progress::{measures_text, name_and_unit, why_text};
 use crate::session::{BodyModelSource, Judged, Session, Stage, StepStatus, Verdict};
 use serde_json::json;
 use std::time::{Duration, Instant};
@@ -103,8 +103,8 @@ fn measure_line(judged: &Judged) -> String {
     };
     let value =
         if judged.value.fract() == 0.0 { format!("{:.0}", judged.value) } else { format!("{:.2}", judged.value) };
-    let name = judged.measure.replace('_', " ");
-    format!("    {:<9} {name:<20} {value:>8}   asked: {judged} {verdict}", judged.stage.to_string())
+    let (name, unit) = name_and_unit(&judged.measure);
+    format!("    {:<9} {name:<20} {value:>8}{unit}   {judged}{unit} {verdict}", judged.stage)
 }
 
 fn foot(steps: &[StepStatus], began: Instant) -> String {

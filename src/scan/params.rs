@@ -1,28 +1,25 @@
 //! What may be told about a scan, and what is assumed otherwise.
 
 use crate::geometry::Vec3;
+use crate::parameters::{Allowed, parameters};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
-/// How a scan is read and cleaned.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct ScanParams {
-    /// The file's unit; guessed from the person's height when not given.
-    pub unit: Option<Unit>,
-    /// The file's axis that points up; guessed from the person's shape when not given.
-    pub up: Option<Up>,
-    /// More faces than these are decimated. 100 000 are 5 mm edges on an adult: the resolution of the sensors.
-    pub faces: usize,
-    /// Taubin passes. Four take a third of a depth camera's noise and leave folds of a centimetre.
-    pub smoothing_passes: usize,
-}
-
-impl Default for ScanParams {
-    fn default() -> Self {
-        Self { unit: None, up: None, faces: 100_000, smoothing_passes: 4 }
+parameters! {
+    /// How a scan is read and cleaned.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct ScanParams {
+        /// The file's unit; guessed from the person's height when not given.
+        pub unit: Option<Unit> = None;
+        /// The file's axis that points up; guessed from the person's shape when not given.
+        pub up: Option<Up> = None;
+        /// More faces than these are decimated. 100 000 are 5 mm edges on an adult: the resolution of the sensors.
+        pub faces: usize = 100_000;
+        /// Taubin passes. Four take a third of a depth camera's noise and leave folds of a centimetre.
+        pub smoothing_passes: usize = 4, Allowed::Count(0, 100), "Taubin smoothing passes over the cleaned surface";
     }
 }
 

@@ -1,10 +1,10 @@
-//! What can be wrong with a session, or with what is asked of it.
+//! Errors of sessions and of requests to them.
 
 use super::stage_error::StageError;
 use crate::session::stage::Stage;
 use std::path::{Path, PathBuf};
 
-/// What can be wrong with a session, or with what is asked of it.
+/// An error of a session, or of a request to it.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
     /// There is no session in that folder.
@@ -14,7 +14,7 @@ pub enum SessionError {
         dir: PathBuf,
     },
     /// `new` on a session.
-    #[error("there is a session in '{}' already", dir.display())]
+    #[error("there is already a session in '{}'", dir.display())]
     AlreadyASession {
         /// The folder.
         dir: PathBuf,
@@ -86,7 +86,7 @@ pub enum SessionError {
         hint: String,
     },
     /// A newer Overcoat wrote the session.
-    #[error("{}{}: layout {found}, but this program knows layout {known} only", path.display(), line.map(|l| format!(", line {l}")).unwrap_or_default())]
+    #[error("{}{}: layout {found}, but this program reads only layout {known}", path.display(), line.map(|l| format!(", line {l}")).unwrap_or_default())]
     NewerSession {
         /// The file.
         path: PathBuf,
@@ -118,7 +118,7 @@ pub enum SessionError {
         name: String,
     },
     /// A step of that name is there.
-    #[error("there is a step '{name}' already")]
+    #[error("there is already a step '{name}'")]
     DuplicateStep {
         /// The name.
         name: String,
@@ -147,7 +147,7 @@ pub enum SessionError {
     #[error("the step 'body' is the bare body and takes no template")]
     BodyWithTemplate,
     /// An option of garments for the body.
-    #[error("'{option}' says how far a garment reaches; the body takes none")]
+    #[error("'{option}' sets how far a garment reaches; it does not apply to the body")]
     BodyWithExtent {
         /// The option.
         option: &'static str,
@@ -182,7 +182,7 @@ pub enum SessionError {
     NotBuilt {
         /// The step.
         step: String,
-        /// The first stage that is stale.
+        /// The first stage that is out of date.
         stage: Stage,
     },
     /// A session without scans.
@@ -192,13 +192,13 @@ pub enum SessionError {
         dir: PathBuf,
     },
     /// A file that was given is not as it was, and the session has no copy.
-    #[error("'{}' is not the file that the recipe means: its content has changed", path.display())]
+    #[error("'{}' has changed since the recipe was written", path.display())]
     SourceChanged {
         /// The file.
         path: PathBuf,
     },
     /// An export that is neither a file type we write nor a folder.
-    #[error("'{}' names no kind of file that Overcoat writes", path.display())]
+    #[error("Overcoat does not write files like '{}'", path.display())]
     UnknownTarget {
         /// The target.
         path: PathBuf,
@@ -321,35 +321,35 @@ impl SessionError {
     pub fn hint(&self) -> Option<String> {
         Some(match self {
             Self::NotASession { .. } => "make one with `overcoat new DIR`, or name one with `-C DIR`".into(),
-            Self::AlreadyASession { dir } => format!("go on in it with `overcoat -C {} scan …`, or name another folder", dir.display()),
-            Self::AnotherRecipe { .. } => "name a folder that is empty or does not exist, or one where this very recipe was begun".into(),
+            Self::AlreadyASession { dir } => format!("continue in it with `overcoat -C {} scan …`, or name another folder", dir.display()),
+            Self::AnotherRecipe { .. } => "name a folder that is empty or does not exist, or one where a replay of the same recipe was interrupted".into(),
             Self::FolderNotEmpty { .. } => "name a folder that is empty or does not exist".into(),
-            Self::Locked { .. } => "wait until it is done, or end it".into(),
-            Self::NoSuchFile { .. } | Self::NoSuchFolder { .. } => "check the path; it is taken from the folder that you are in".into(),
-            Self::Reading { .. } => "check that the file is one, and that you may read it".into(),
+            Self::Locked { .. } => "wait until it has finished, or stop it".into(),
+            Self::NoSuchFile { .. } | Self::NoSuchFolder { .. } => "check the path; it is relative to the current folder".into(),
+            Self::Reading { .. } => "check that it is a file and that you may read it".into(),
             Self::Writing { .. } => "check that the folder exists, that you may write in it, and that the disk is not full; nothing was changed".into(),
             Self::PathNotText { .. } => "rename the file or its folder".into(),
             Self::BadFile { hint, .. } => hint.clone(),
             Self::NewerSession { .. } => "use the version of Overcoat that wrote it, or a newer one".into(),
-            Self::DamagedArtefact { .. } => "run `overcoat fsck`: it makes again from the recipe what is damaged or missing".into(),
+            Self::DamagedArtefact { .. } => "run `overcoat fsck`: it rebuilds from the recipe what is damaged or missing".into(),
             Self::Encoding { .. } | Self::Internal { .. } => return None,
-            Self::BadName { .. } => "use letters, digits, - and _, at most 64 bytes; body, joints, labels and weights are taken".into(),
+            Self::BadName { .. } => "use letters, digits, - and _, at most 64 bytes; body, joints, labels and weights are reserved".into(),
             Self::DuplicateStep { name } => {
-                format!("choose another name, or put the new scan in its place with `overcoat scan {name} FILE --replace`")
+                format!("choose another name, or replace its scan with `overcoat scan {name} FILE --replace`")
             }
             Self::UnknownStep { .. } => "`overcoat status` shows the steps".into(),
             Self::GarmentBeforeBody { .. } => "scan the bare body first: `overcoat scan body FILE`".into(),
             Self::GarmentWithoutTemplate { name } => {
-                format!("say what kind of garment it is: `overcoat scan {name} FILE --template …`; `overcoat templates list` names the kinds, and the bare body's step is called 'body'")
+                format!("name the kind of garment: `overcoat scan {name} FILE --template …`; `overcoat templates list` names the kinds, and the bare body's step is called 'body'")
             }
             Self::BodyWithTemplate => "give the garment a name of its own, or leave --template out".into(),
             Self::BodyWithExtent { option } => format!("leave {option} out"),
             Self::MaskOnBody => "name a garment".into(),
-            Self::NothingToUndo { .. } | Self::NothingToRedo { .. } => "`overcoat log` shows what was done and undone".into(),
+            Self::NothingToUndo { .. } | Self::NothingToRedo { .. } => "`overcoat log` lists the changes".into(),
             Self::BadBranchName { .. } => "use letters, digits, and - _ . / between them, at most 64 bytes".into(),
             Self::NotBuilt { .. } => "run `overcoat build` first".into(),
             Self::NoScans { .. } => "start with the bare body: `overcoat scan body FILE`".into(),
-            Self::SourceChanged { .. } => "put the file back as it was, or scan the step again with `--replace`".into(),
+            Self::SourceChanged { .. } => "restore the file, or scan the step again with `--replace`".into(),
             Self::UnknownTarget { .. } => "end the name with .glb for one file, or with / for a folder of .ply files".into(),
             Self::BadRequest { hint, .. } => hint.clone(),
             Self::Viewer(source) => return source.hint(),

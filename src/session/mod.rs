@@ -40,10 +40,7 @@ pub use change::{
 pub use error::SessionError;
 pub use invent::{InventedGarments, MadeStep, MakeRequest, SubjectParams, make_subject};
 pub use open::{BodyModelSource, Draft, NewSession, Session, Writer, create};
-pub use recipe::{
-    Allowed, Assignment, BODY_STEP, BodySurface, Parameter, Recipe, Setting, Settings, SourceFile, StepRecipe,
-    parameters_of,
-};
+pub use recipe::{Assignment, BODY_STEP, BodySurface, Parameter, Recipe, SourceFile, StepRecipe, parameters_of};
 pub use results::LiveView;
 pub use results::{ExportRequest, Judged, ShowIn, Subject, TruthReport, Verdict, mesh_measures, model_measures};
 pub use stage::Stage;

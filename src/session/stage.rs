@@ -30,7 +30,7 @@ macro_rules! for_each_stage {
             Cut cut [cut] garment (crate::cut::CutParams);
             /// The garment's skin weights and its shape in the bind pose.
             Rig rig [rig] garment (crate::rig::RigParams);
-            /// The garment pushed clear of what lies inside.
+            /// The garment pushed clear of the layers inside.
             Stack stack [stack] garment (crate::stack::StackParams);
             /// The figure with the new layer and its physics weights.
             Figure figure [figure] body () garment (crate::rig::PhysicsParams);

@@ -1,4 +1,4 @@
-//! What the rooms say, in one type.
+//! The errors of all modules, in one type.
 
 use crate::body::BodyError;
 use crate::cut::CutError;
@@ -13,49 +13,49 @@ use crate::segment::SegmentError;
 use crate::stack::StackError;
 use crate::train::TrainError;
 
-/// What a room says when it gives no result.
+/// An error of a module.
 #[derive(Debug, thiserror::Error)]
 pub enum StageError {
-    /// Bytes that are not the file they should be.
+    /// The bytes are not in the expected format.
     #[error(transparent)]
     Format(#[from] FormatError),
-    /// No scan of a person.
+    /// The file is not a scan of a person.
     #[error(transparent)]
     Scan(#[from] ScanError),
-    /// Frames that make no scan.
+    /// The frames could not be fused.
     #[error(transparent)]
     Fusion(#[from] FusionError),
-    /// Arrays that are no mesh.
+    /// The arrays do not form a mesh.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// No body model.
+    /// The file is not a body model.
     #[error(transparent)]
     Body(#[from] BodyError),
-    /// No fit.
+    /// The fit failed.
     #[error(transparent)]
     Fit(#[from] FitError),
-    /// No such garment kind, or no labels.
+    /// The garment kind is unknown, or the labels are invalid.
     #[error(transparent)]
     Segment(#[from] SegmentError),
-    /// No garment.
+    /// The cut failed.
     #[error(transparent)]
     Cut(#[from] CutError),
-    /// No weights.
+    /// The weights could not be computed.
     #[error(transparent)]
     Rig(#[from] RigError),
-    /// Not clear of what lies inside.
+    /// The garment could not be cleared of the layers inside.
     #[error(transparent)]
     Stack(#[from] StackError),
-    /// No file.
+    /// The export failed.
     #[error(transparent)]
     Export(#[from] ExportError),
-    /// No picture.
+    /// The picture or recording failed.
     #[error(transparent)]
     View(#[from] crate::view::Error),
-    /// No measures.
+    /// The comparison with ground truth failed.
     #[error(transparent)]
     Metrics(#[from] MeasureError),
-    /// No model out of many bodies.
+    /// The training of a body model failed.
     #[error(transparent)]
     Train(#[from] TrainError),
 }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What every stage may import.
-const BASE: &[&str] = &["numerics", "geometry", "formats"];
+const BASE: &[&str] = &["parameters", "numerics", "geometry", "formats"];
 /// The stages on the main path, in the order of the data: each may import all before it.
 const PATH: &[&str] = &["body", "scan", "fit", "segment", "cut", "rig", "stack"];
 /// The stages beside that path.
@@ -16,6 +16,7 @@ pub fn may_import() -> BTreeMap<&'static str, BTreeSet<&'static str>> {
     let set = |lists: &[&[&'static str]]| lists.iter().flat_map(|list| list.iter().copied()).collect::<BTreeSet<_>>();
     let stages = set(&[BASE, PATH, BRANCHES]);
     let mut table = BTreeMap::from([
+        ("parameters", set(&[])),
         ("numerics", set(&[])),
         ("geometry", set(&[&["numerics"]])),
         ("formats", set(&[])),

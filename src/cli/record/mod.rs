@@ -66,6 +66,8 @@ pub(super) fn run(args: RecordArgs, context: &Context, commands: Commands) -> an
 struct Record {
     context: Context,
     commands: Commands,
+    /// The number of steps at the start.
+    steps_before: usize,
     /// What the commands typed say, if anything.
     console: Console,
     /// The step that is to be scanned anew.
@@ -77,8 +79,9 @@ struct Record {
 impl Record {
     fn open(dir: &Path, context: &Context, commands: Commands) -> anyhow::Result<Self> {
         let console = Console::new(context.console.is_json(), context.console.verbosity);
+        let mut steps_before = 0;
         match Session::open(dir) {
-            Ok(_) => {}
+            Ok(session) => steps_before = session.recipe().steps.len(),
             Err(SessionError::NotASession { .. }) => {
                 create(dir, &NewSession::default())?;
             }
@@ -87,7 +90,7 @@ impl Record {
         let quiet =
             Console::new(false, if context.console.is_json() { Verbosity::Quiet } else { context.console.verbosity });
         let context = Context { session: dir.to_path_buf(), session_given: true, console: quiet };
-        Ok(Self { context, commands, console, again: None, told: 0 })
+        Ok(Self { context, commands, steps_before, console, again: None, told: 0 })
     }
 
     fn session(&self) -> Result<Session, SessionError> {
@@ -358,7 +361,7 @@ impl Record {
             "up_to_date": stale == 0 && !names.is_empty(),
         });
         let done = Done::new("record", json).line(match names.as_slice() {
-            [] => "nothing is recorded yet".to_string(),
+            names if names.len() == self.steps_before => "nothing was added".to_string(),
             names => format!("recorded {}", names.join(", ")),
         });
         let done = done.next(format!("overcoat record {}", self.context.session.display()));

@@ -2,6 +2,7 @@
 
 use crate::fit::error::{FitError, require_range};
 use crate::fit::solver::JointGroup;
+use crate::parameters::{Allowed, parameters};
 use serde::{Deserialize, Serialize};
 
 /// What a fit inside a scan solves. All but `Robust` exist for comparison.
@@ -45,58 +46,52 @@ impl InsideMethod {
     }
 }
 
-/// How the figure is posed inside the next scan.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct InsideParams {
-    /// What is solved.
-    pub method: InsideMethod,
-    /// The joints that may turn.
-    pub joints: JointGroup,
-    /// Sample points on the figure and on the scan in the last iterations.
-    pub samples: usize,
-    /// Greatest number of iterations.
-    pub iterations: usize,
-    /// Least distance of hidden body from the observed scan, in metres: about twice the noise that fusion leaves.
-    pub margin: f64,
-    /// Added to the margin per garment over the place, in metres: the scan shows the outer face of the cloth.
-    pub thickness: f64,
-    /// How much of the margin a pose may leave to the offset, in metres: noise and a collar's rim must not move a whole
-    /// torso.
-    pub give: f64,
-    /// Greatest inward offset where the pose does not satisfy the margin, in metres: breathing moves a chest by less.
-    pub greatest_offset: f64,
-    /// Strength of the prior that pulls toward the previous step's pose.
-    pub pose_prior: f64,
-    /// Greatest mean distance of visible surface from the scan, in metres, at which the two belong together.
-    pub refuse_above: f64,
-    /// Greatest depth of hidden skin outside the scan, in metres, at which the result is accepted: fits of the right
-    /// person leave 2 mm, a body that is 12 mm too thick all around 35, hands on the hips 75 and more.
-    pub refuse_outside: f64,
-    /// Least share of the scan's surface that the figure, or the stand-off of its cloth, must explain: a bag or a chair is a
-    /// tenth of it.
-    pub least_explained: f64,
-    /// Whether a limb that the scan does not show is accepted as missing without further evidence.
-    pub missing_limbs: bool,
-}
-
-impl Default for InsideParams {
-    fn default() -> Self {
-        Self {
-            method: InsideMethod::Robust,
-            joints: JointGroup::All,
-            samples: 4000,
-            iterations: 24,
-            margin: 0.002,
-            thickness: 0.0012,
-            give: 0.003,
-            greatest_offset: 0.006,
-            pose_prior: 60.0,
-            refuse_above: 0.04,
-            refuse_outside: 0.05,
-            least_explained: 0.9,
-            missing_limbs: false,
-        }
+parameters! {
+    /// How the figure is posed inside the next scan.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct InsideParams {
+        /// What is solved.
+        pub method: InsideMethod =
+            InsideMethod::Robust, Allowed::Word(&["robust", "paper", "unconstrained", "unweighted", "hybrid"]),
+            "What is solved; `paper`: Eqs. 5 and 6 of Hu 2017 as printed; the last three only for comparison";
+        /// The joints that may turn.
+        pub joints: JointGroup =
+            JointGroup::All, Allowed::Word(&["all", "arms", "legs", "limbs", "head", "trunk"]),
+            "The joints that may rotate; the root always does";
+        /// Sample points on the figure and on the scan in the last iterations.
+        pub samples: usize = 4000, Allowed::SAMPLES, "Sample points on the figure and on the scan";
+        /// Greatest number of iterations.
+        pub iterations: usize = 24, Allowed::ROUNDS, "Maximum number of iterations";
+        /// Least distance of hidden body from the observed scan, in metres: about twice the noise that fusion leaves.
+        pub margin: f64 = 0.002, Allowed::SHORT, "Least distance of hidden body from the scan";
+        /// Added to the margin per garment over the place, in metres: the scan shows the outer face of the cloth.
+        pub thickness: f64 = 0.0012, Allowed::SHORT, "Added to the margin for each garment over the skin";
+        /// How much of the margin a pose may leave to the offset, in metres: noise and a collar's rim must not move a whole
+        /// torso.
+        pub give: f64 = 0.003, Allowed::SHORT, "Share of the margin, in metres, that the pose may leave to the offset";
+        /// Greatest inward offset where the pose does not satisfy the margin, in metres: breathing moves a chest by less.
+        pub greatest_offset: f64 = 0.006, Allowed::SHORT, "Greatest inward offset of the skin";
+        /// Strength of the prior that pulls toward the previous step's pose.
+        pub pose_prior: f64 = 60.0, Allowed::WEIGHT, "Pull toward the pose of the step before";
+        /// Greatest mean distance of visible surface from the scan, in metres, at which the two belong together.
+        pub refuse_above: f64 =
+            0.04, Allowed::LENGTH,
+            "Mean distance to the scan above which it is refused as another person";
+        /// Greatest depth of hidden skin outside the scan, in metres, at which the result is accepted: fits of the right
+        /// person leave 2 mm, a body that is 12 mm too thick all around 35, hands on the hips 75 and more.
+        pub refuse_outside: f64 =
+            0.05, Allowed::LENGTH,
+            "Depth of hidden skin outside the scan above which it is refused as another person";
+        /// Least share of the scan's surface that the figure, or the stand-off of its cloth, must explain: a bag or a chair is a
+        /// tenth of it.
+        pub least_explained: f64 =
+            0.9, Allowed::SHARE,
+            "Least share of the scan's surface that figure and cloth must explain";
+        /// Whether a limb that the scan does not show is accepted as missing without further evidence.
+        pub missing_limbs: bool =
+            false, Allowed::Flag,
+            "Treat a limb that is not seen as missing, not as being elsewhere";
     }
 }
 

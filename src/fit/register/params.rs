@@ -1,33 +1,26 @@
 //! The parameters of a registration.
 
 use crate::fit::error::{FitError, require_range};
+use crate::parameters::{Allowed, parameters};
 use serde::{Deserialize, Serialize};
 
-/// How the template is registered to the scan.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct RegisterParams {
-    /// Lengths over which the displacement may vary, in metres, one per round of iterations, decreasing.
-    pub smoothing_lengths: Vec<f64>,
-    /// Iterations per round.
-    pub iterations: usize,
-    /// Greatest distance of a correspondence in the first round, in metres; it falls to a third in the last.
-    pub reach: f64,
-    /// Weight of hands as targets: a scanner merges fingers into mittens, the model has fingers.
-    pub hand_pull: f64,
-    /// Weight of toes as targets: a scanner merges them too, but shows the foot's outline.
-    pub toe_pull: f64,
-}
-
-impl Default for RegisterParams {
-    fn default() -> Self {
-        Self {
-            smoothing_lengths: vec![0.06, 0.035, 0.02, 0.012, 0.008],
-            iterations: 3,
-            reach: 0.05,
-            hand_pull: 0.1,
-            toe_pull: 0.5,
-        }
+parameters! {
+    /// How the template is registered to the scan.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct RegisterParams {
+        /// Lengths over which the displacement may vary, in metres, one per round of iterations, decreasing.
+        pub smoothing_lengths: Vec<f64> =
+            vec![0.06, 0.035, 0.02, 0.012, 0.008], Allowed::LENGTHS,
+            "Lengths over which the surface may move, one per round";
+        /// Iterations per round.
+        pub iterations: usize = 3, Allowed::ROUNDS, "Iterations per round";
+        /// Greatest distance of a correspondence in the first round, in metres; it falls to a third in the last.
+        pub reach: f64 = 0.05, Allowed::LENGTH, "Greatest distance of a correspondence in the first round";
+        /// Weight of hands as targets: a scanner merges fingers into mittens, the model has fingers.
+        pub hand_pull: f64 = 0.1, Allowed::SHARE, "Share of the pull that acts on the hands";
+        /// Weight of toes as targets: a scanner merges them too, but shows the foot's outline.
+        pub toe_pull: f64 = 0.5, Allowed::SHARE, "Share of the pull that acts on the toes";
     }
 }
 

@@ -1,27 +1,40 @@
 //! How frames become a surface.
 
+use crate::parameters::{Allowed, parameters};
 use serde::{Deserialize, Serialize};
 
-/// How frames become a surface.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct FusionParams {
-    /// Metres between voxels. 4 mm is finer than a pixel of such a camera at 2 m (5.5 mm).
-    pub voxel: f64,
-    /// Metres before and behind the surface over which distances are averaged: four standard deviations of the noise at
-    /// 2 m, and less than half a wrist.
-    pub truncation: f64,
-    /// Metres between the voxels of the model that frames are tracked against, at least `voxel`. At 8 mm, with the longer
-    /// truncation that goes with it, surface and poses are off by 1 mm together; at 5 mm by 0.6, as at 4.
-    pub tracking_voxel: f64,
-    /// Evidence below which a voxel is unknown, in views that look straight at it: three grazing ones, or one at 70°.
-    pub least_evidence: f64,
-    /// How often all frames are put anew on the surface that they make together.
-    pub settling_rounds: usize,
-    /// Holes up to this area are closed, in metres squared: 4 cm², a gap between fingers or under an ear.
-    pub hole_area: f64,
-    /// Rounds of bilateral smoothing of the normals; 0 leaves the surface as averaged.
-    pub denoise_rounds: usize,
+parameters! {
+    /// How frames become a surface.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct FusionParams {
+        /// Metres between voxels. 4 mm is finer than a pixel of such a camera at 2 m (5.5 mm).
+        pub voxel: f64 = 0.004;
+        /// Metres before and behind the surface over which distances are averaged: four standard deviations of the noise at
+        /// 2 m, and less than half a wrist.
+        pub truncation: f64 =
+            0.02, Allowed::Real(0.001, 0.2),
+            "RGB-D: distance in front of and behind the surface over which frames are averaged";
+        /// Metres between the voxels of the model that frames are tracked against, at least `voxel`. At 8 mm, with the longer
+        /// truncation that goes with it, surface and poses are off by 1 mm together; at 5 mm by 0.6, as at 4.
+        pub tracking_voxel: f64 =
+            0.005, Allowed::Real(0.001, 0.05),
+            "RGB-D: voxel size of the model that frames are tracked against";
+        /// Evidence below which a voxel is unknown, in views that look straight at it: three grazing ones, or one at 70°.
+        pub least_evidence: f64 =
+            0.3, Allowed::Real(0.0, 100.0),
+            "RGB-D: number of views below which a voxel is unknown";
+        /// How often all frames are put anew on the surface that they make together.
+        pub settling_rounds: usize =
+            2, Allowed::Count(0, 20),
+            "RGB-D: rounds in which all frames are aligned again with their common surface";
+        /// Holes up to this area are closed, in metres squared: 4 cm², a gap between fingers or under an ear.
+        pub hole_area: f64 =
+            4e-4, Allowed::Real(0.0, 0.1),
+            "RGB-D: holes up to this area, in square metres, are closed";
+        /// Rounds of bilateral smoothing of the normals; 0 leaves the surface as averaged.
+        pub denoise_rounds: usize = 3, Allowed::Count(0, 100), "RGB-D: rounds of bilateral smoothing of the normals";
+    }
 }
 
 impl FusionParams {
@@ -29,19 +42,5 @@ impl FusionParams {
     pub(super) fn tracking(&self) -> [f64; 2] {
         let voxel = self.tracking_voxel.max(self.voxel);
         [voxel, (4.0 * voxel).max(self.truncation)]
-    }
-}
-
-impl Default for FusionParams {
-    fn default() -> Self {
-        Self {
-            voxel: 0.004,
-            truncation: 0.02,
-            tracking_voxel: 0.005,
-            least_evidence: 0.3,
-            settling_rounds: 2,
-            hole_area: 4e-4,
-            denoise_rounds: 3,
-        }
     }
 }

@@ -1,9 +1,10 @@
-//! A scan added to a session: read and cleaned at once, so that a bad file is told before anything is changed.
+//! A scan added to a session: read and cleaned at once, so that a bad file is reported before anything is changed.
 
+use crate::parameters::Settings;
 use crate::scan::{Unit, Up};
 use crate::session::error::SessionError;
 use crate::session::open::{Writer, source};
-use crate::session::recipe::{BODY_STEP, BodySurface, Settings, StepRecipe, garment_kind};
+use crate::session::recipe::{BODY_STEP, BodySurface, StepRecipe, garment_kind};
 use crate::session::results::ScanRecording;
 use crate::session::results::ShowIn;
 use crate::session::stage::Stage;
@@ -35,9 +36,9 @@ pub struct NewScan {
     pub until: Option<String>,
     /// Where its sleeves end.
     pub sleeve: Option<String>,
-    /// Where it is shown how RGB-D frames are fused.
+    /// Where the fusion of RGB-D frames is shown.
     pub view: Option<ShowIn>,
-    /// Put in the place of the step of that name.
+    /// Replace the step of that name.
     pub replace: bool,
 }
 
@@ -79,7 +80,7 @@ impl Writer {
         let named = source::named(self.session.dir(), &new.file, &bytes)?;
         (step.scan, step.hash) = (named.file, named.hash);
         self.session.recipe.put_step(step.clone(), new.replace)?;
-        let (change, forced) = (said_of(new), forced_by(new));
+        let (change, forced) = (change_of(new), forced_by(new));
         let mut watched = |event: &Event| {
             if let (Some(recording), Event::Fused { at, .. }) = (&mut recording, event) {
                 recording.see(at);
@@ -98,19 +99,19 @@ impl Writer {
     }
 }
 
-/// The recording that is asked for; of a mesh there is nothing to see.
+/// The requested recording; a mesh has nothing to show.
 fn recording_of(new: &NewScan) -> Result<Option<ScanRecording>, SessionError> {
     let Some(to) = &new.view else { return Ok(None) };
     if !new.file.is_dir() {
         return Err(SessionError::BadRequest {
-            what: format!("'{}' is no folder of RGB-D frames: there is nothing to watch", new.file.display()),
-            hint: "leave --view out; `overcoat view --save OUT.rrd` records what was made of a scan".into(),
+            what: format!("'{}' is not a folder of RGB-D frames, so there is nothing to show", new.file.display()),
+            hint: "omit --view; `overcoat view --save OUT.rrd` records the result of a scan".into(),
         });
     }
     ScanRecording::try_new(&new.name, to).map(Some)
 }
 
-/// What is to be watched has to be done, though it was done before.
+/// What is shown has to run, although it may be up to date.
 fn forced_by(new: &NewScan) -> Forced {
     match new.view {
         Some(_) => Forced::Named(vec![(new.name.clone(), Some(Stage::Scan))]),
@@ -118,14 +119,14 @@ fn forced_by(new: &NewScan) -> Forced {
     }
 }
 
-/// The change as a person would say it.
-fn said_of(new: &NewScan) -> String {
+/// The change in words.
+fn change_of(new: &NewScan) -> String {
     let file = new.file.file_name().unwrap_or_default().to_string_lossy();
     let replaced = if new.replace { ", replaced" } else { "" };
     format!("scan {} {file}{replaced}", new.name)
 }
 
-/// Finer voxels than 1 mm fill no memory with anything but noise; coarser ones than 2 cm lose arms.
+/// Voxels finer than 1 mm only resolve noise; those coarser than 2 cm lose arms.
 fn check_voxel(new: &NewScan) -> Result<(), SessionError> {
     match new.voxel_mm {
         Some(mm) if !(1.0..=20.0).contains(&mm) => Err(SessionError::BadRequest {

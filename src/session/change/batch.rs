@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 pub struct Batch {
     /// A recipe, or the folder of a session.
     pub recipe: PathBuf,
-    /// The folder in which each subject gets its session, and `summary.csv` stands in the end.
+    /// The folder in which each subject gets its session, and `summary.csv` is written at the end.
     pub into: PathBuf,
     /// A table: the first column names the subject, the others are keys of [`Assignment`]; an empty cell sets nothing.
     /// Paths are seen from its folder.
@@ -30,12 +30,12 @@ pub struct Batch {
     pub jobs: usize,
 }
 
-/// What came of one subject.
+/// The outcome of one subject.
 #[derive(Clone, Debug)]
 pub struct SubjectRun {
     /// Its name, which is its folder's, too.
     pub name: String,
-    /// What ran and stood, or in one sentence why it did not work out.
+    /// The stages that ran or were up to date, or one sentence about the failure.
     pub outcome: Result<Replayed, String>,
     /// How long it took.
     pub took: Duration,
@@ -87,7 +87,7 @@ fn run_one(batch: &Batch, row: &Row) -> SubjectRun {
         set: row.set.clone(),
         set_from: PathBuf::new(),
     };
-    // A fault of ours in one subject must not end the others; its session is on disk, whole.
+    // A panic in one subject must not stop the others; its session is on disk, whole.
     let outcome = match catch_unwind(AssertUnwindSafe(|| replay(&one, &mut |_| {}))) {
         Ok(Ok(replayed)) => Ok(replayed),
         Ok(Err(e)) => Err(e.to_string()),
@@ -109,7 +109,7 @@ fn read_rows(batch: &Batch) -> Result<Vec<Row>, SessionError> {
     };
     let text = std::fs::read(path).map_err(|e| SessionError::reading(path, e))?;
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_slice());
-    let of_csv = |e: csv::Error| bad(e.position().map_or(1, |p| p.line()), said_of(&e));
+    let of_csv = |e: csv::Error| bad(e.position().map_or(1, |p| p.line()), sentence_of(&e));
     let header = reader.headers().map_err(of_csv)?.clone();
     if header.is_empty() || header.iter().skip(1).any(str::is_empty) {
         return Err(bad(1, "a column has no name".into()));
@@ -124,14 +124,14 @@ fn read_rows(batch: &Batch) -> Result<Vec<Row>, SessionError> {
             return Err(bad(line, format!("'{name}' cannot be the name of a subject's folder")));
         }
         if rows.iter().any(|row| row.name == name) {
-            return Err(bad(line, format!("there is a subject '{name}' already")));
+            return Err(bad(line, format!("there is already a subject '{name}'")));
         }
         let cells = header.iter().zip(&record).skip(1).filter(|(_, value)| !value.is_empty());
         let own = cells.map(|(key, value)| seen_from(&folder, key, value, &recipe));
         let common = batch.set.iter().map(|a| seen_from(&batch.set_from, &a.key, &a.value, &recipe));
         let set: Vec<Assignment> = common.chain(own).collect();
         match assignment::apply(&mut recipe.clone(), &set, Path::new("")) {
-            // A file that is not there is that subject's trouble alone.
+            // A missing file fails that subject only.
             Ok(_) | Err(SessionError::NoSuchFile { .. } | SessionError::Reading { .. }) => {}
             Err(e) => return Err(bad(line, e.to_string())),
         }
@@ -143,7 +143,7 @@ fn read_rows(batch: &Batch) -> Result<Vec<Row>, SessionError> {
     }
 }
 
-fn said_of(error: &csv::Error) -> String {
+fn sentence_of(error: &csv::Error) -> String {
     match error.kind() {
         csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
             format!("the line has {len} cells, the first line {expected_len}")

@@ -1,4 +1,4 @@
-//! Everything that is not up to date, made.
+//! Runs what is out of date, and reports the status.
 
 use crate::session::error::SessionError;
 use crate::session::open::{Session, Writer, source};
@@ -10,7 +10,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 
 impl Writer {
-    /// Runs every stage that is stale, in order; each result is durable before the next begins.
+    /// Runs every stage that is out of date, in order; each result is durable before the next begins.
     pub fn build(
         &mut self,
         forced: &Forced,
@@ -38,7 +38,7 @@ pub(in crate::session) fn not_built_is_fine(error: SessionError) -> Result<(), S
     if matches!(error, SessionError::NotBuilt { .. }) { Ok(()) } else { Err(error) }
 }
 
-/// A step as it stands.
+/// The status of a step.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StepStatus {
     /// Its name.
@@ -51,23 +51,23 @@ pub struct StepStatus {
     pub masks: usize,
     /// The stages that are up to date, in order.
     pub standing: Vec<StageReport>,
-    /// The stages that are not, in order.
+    /// The stages that are out of date, in order.
     pub stale: Vec<Stage>,
-    /// Why not, of those of which it is known already; the others wait for these.
+    /// The reasons, where they are known; the other stages wait for these.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub why: BTreeMap<Stage, Vec<Reason>>,
-    /// What of the standing stages' measures something is asked of, in order.
+    /// The measures with limits of the stages that are up to date, in order.
     pub judged: Vec<Judged>,
     /// The file was changed since it was scanned, or is gone. The session has its own copy.
     pub scan_changed: bool,
 }
 
 impl Session {
-    /// What stands of every step. Runs nothing.
+    /// The status of every step. Runs nothing.
     pub fn status(&self) -> Result<Vec<StepStatus>, SessionError> {
         let mut walk = Walk::look(self);
         let mut looked = pipeline::steps(&mut walk, None).map(drop);
-        // A walk ends at the first stale stage; the scans after it stand for themselves.
+        // A walk ends at the first stage that is out of date; the scans after it do not depend on it.
         for step in &self.recipe.steps {
             looked = looked.or_else(not_built_is_fine).and_then(|()| scan_of(&mut walk, step).map(drop));
         }

@@ -1,4 +1,4 @@
-//! Fsck: every artefact that a session names is looked at, and what is damaged or missing is made again from the recipe.
+//! Fsck: checks every artefact that a session names, and rebuilds what is damaged or missing from the recipe.
 
 use super::build::not_built_is_fine;
 use crate::session::error::SessionError;
@@ -10,11 +10,11 @@ use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// What can be done about a damage.
+/// What was done about a damaged file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "outcome", content = "why")]
 pub enum Repair {
-    /// It was only looked for.
+    /// It was only checked.
     NotTried,
     /// It is as it was, byte by byte.
     #[serde(rename = "mended")]
@@ -23,7 +23,7 @@ pub enum Repair {
     Not(String),
 }
 
-/// Something that is not as the session says.
+/// A file that is not as the session says.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Damage {
     /// The file, seen from the session's folder.
@@ -54,7 +54,7 @@ impl FsckReport {
 }
 
 /// Looks at everything that the session in `dir` names, in its present, its past and its branches. With `repair`, sources
-/// are copied anew, stages are run anew, and a journal that cannot be read is repaired.
+/// are copied again, stages run again, and an unreadable journal is repaired.
 pub fn fsck(dir: &Path, repair: bool, on_event: &mut dyn FnMut(&Event)) -> Result<FsckReport, SessionError> {
     let _lock = if repair { Some(take_lock(dir)?) } else { None };
     let mut report = FsckReport::default();
@@ -74,7 +74,7 @@ pub fn fsck(dir: &Path, repair: bool, on_event: &mut dyn FnMut(&Event)) -> Resul
     let mut texts = vec![now];
     for (i, change) in changes.iter().enumerate().rev() {
         if past.insert((change.recipe.to_string(), change.state.to_string())) {
-            // What cannot be read was told of already.
+            // What cannot be read is already reported.
             if let (Ok(recipe), Ok(state)) = (check.store.text(change.recipe), check.store.text(change.state)) {
                 texts.push((Snapshot { recipe, state }, format!("after change {}, {}", i + 1, change.change)));
             }
@@ -175,7 +175,7 @@ impl Check<'_> {
         if repair == Repair::Repaired {
             self.seen.insert(hash.to_string(), true);
         } else if self.repair && self.store.health(hash) == Health::Damaged {
-            // A name that lies is worse than none: without it the next build sees that something is missing.
+            // Without the damaged file, the next build sees that something is missing.
             self.store.remove(hash);
         }
         self.report.damages.push(Damage { file: format!("artefacts/{hash}"), what, problem: problem.into(), repair });
@@ -191,7 +191,7 @@ impl Check<'_> {
                 let repair = match on_disk.iter().find(|bytes| ContentHash::of(bytes) == hash) {
                     _ if !self.repair => Repair::NotTried,
                     Some(bytes) => self.store.keep_bytes(bytes).map(|_| Repair::Repaired)?,
-                    None => Repair::Not("the session cannot be led back to there".into()),
+                    None => Repair::Not("that state of the session cannot be restored".into()),
                 };
                 self.note(hash, format!("the {kind} after change {}, {}", i + 1, change.change), problem, repair);
             }
@@ -240,15 +240,13 @@ impl Check<'_> {
                 self.store.keep_bytes(&bytes)?;
                 Repair::Repaired
             }
-            Ok(_) => {
-                Repair::Not(format!("'{}' has another content now; put back the one that was given", path.display()))
-            }
-            Err(_) => Repair::Not(format!("'{}' is gone; put it back where it was", path.display())),
+            Ok(_) => Repair::Not(format!("'{}' has changed; restore the original", path.display())),
+            Err(_) => Repair::Not(format!("'{}' is missing; restore it", path.display())),
         })
     }
 
-    /// What the stages made, in any of the sessions. A state may name results that were stale in it already: each is made
-    /// again by the state in which it was not.
+    /// What the stages made, in any of the sessions. A state may name results that were already out of date:
+    /// each is rebuilt by the state in which it was not.
     fn results(
         &mut self,
         sessions: &[(Session, String)],
@@ -273,7 +271,7 @@ impl Check<'_> {
                 continue;
             }
             let mut walk = Walk::repair(session, &mut repaired, on_event);
-            // Where a stage fails, what comes after it stays as it is; each is told for itself.
+            // If a stage fails, the stages after it are not rebuilt; each is reported.
             let ended = pipeline::steps(&mut walk, None).map(drop);
             let stopped = ended.or_else(not_built_is_fine).err().map(|e| e.to_string());
             repaired.stopped = repaired.stopped.take().or(stopped);
@@ -283,7 +281,7 @@ impl Check<'_> {
                 (false, ..) => Repair::NotTried,
                 (true, true, _) => Repair::Repaired,
                 (true, false, Some(why)) => Repair::Not(why.clone()),
-                (true, false, None) => Repair::Not("this version of Overcoat makes something else of it".into()),
+                (true, false, None) => Repair::Not("this version of Overcoat computes another result".into()),
             };
             self.note(hash, what, problem, repair);
         }

@@ -22,7 +22,7 @@ pub struct MaskReport {
     pub added: usize,
     /// Vertices of the scan that it marks as not the garment.
     pub erased: usize,
-    /// It was there already, and what it says now takes its place.
+    /// It replaced an earlier mask of the same file.
     pub replaced: bool,
 }
 
@@ -57,7 +57,7 @@ impl SourceFile {
     }
 }
 
-/// A mask that was read and laid on its scan, but is not taken up yet.
+/// A mask that was read and applied to its scan, but is not recorded yet.
 pub(in crate::session) struct NewMask {
     pub step: StepRecipe,
     bytes: Vec<u8>,
@@ -72,8 +72,7 @@ pub(in crate::session) struct NewMask {
 }
 
 impl Writer {
-    /// Adds a mask to a garment, or puts what its file says now in the place of what it said. The session is as it was if
-    /// anything is wrong with it.
+    /// Adds a mask to a garment, or replaces it if its file is one already. An error leaves the session unchanged.
     pub fn add_mask(&mut self, layer: &str, file: &Path) -> Result<MaskReport, SessionError> {
         let new = self.session.read_new_mask(layer, file)?;
         self.session.refuse_to_erase_all(&new, file)?;
@@ -117,7 +116,7 @@ impl Writer {
         Ok(SourceFile { file, hash: Some(hash), from: Some(from) })
     }
 
-    /// Takes masks off a garment: the one of that number or file, or all; tells their files.
+    /// Removes masks from a garment: the one of that number or file, or all; returns their files.
     pub fn remove_mask(&mut self, layer: &str, which: Option<&str>) -> Result<Vec<String>, SessionError> {
         let mut step = self.session.garment_step(layer)?.clone();
         let gone: Vec<SourceFile> = match which {
@@ -174,19 +173,19 @@ impl Session {
         self.garment_step(layer)?;
         if target.exists() {
             return Err(SessionError::BadRequest {
-                what: format!("there is a file '{}' already", target.display()),
-                hint: "name another, or delete it first: it may be painted".into(),
+                what: format!("there is already a file '{}'", target.display()),
+                hint: "name another, or delete it first: it may contain painted labels".into(),
             });
         }
         let steps = self.posed_steps(Some(layer))?;
-        let Some((worn, labels)) = steps.last().and_then(|worn| Some((worn, worn.labels.as_ref()?))) else {
+        let Some((posed, labels)) = steps.last().and_then(|posed| Some((posed, posed.labels.as_ref()?))) else {
             return Err(SessionError::MaskOnBody);
         };
         let bad = |e: crate::formats::FormatError| SessionError::bad_source(target, e);
         let mut bytes = Vec::new();
         match target.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
             Some("ply") => {
-                let mesh = LabelledSurface::of_marks(&worn.scan, &Marks::of_labels(labels)).to_template();
+                let mesh = LabelledSurface::of_marks(&posed.scan, &Marks::of_labels(labels)).to_template();
                 write_ply(&mesh, &PlyOptions { double: true, ..PlyOptions::default() }, &mut bytes).map_err(bad)?;
             }
             Some("npy") => {
@@ -194,7 +193,7 @@ impl Session {
                 write_npy(&NpyArray::vector(numbers), &mut bytes).map_err(bad)?;
             }
             Some("png") => {
-                let source = worn.step.source();
+                let source = posed.step.source();
                 let path = self.resolve(&source.file);
                 let bad_scan = |e| SessionError::BadSource { path: path.clone(), source: Box::new(e) };
                 let given = self.source_bytes(&source)?;
@@ -203,13 +202,13 @@ impl Session {
                     true => Ok(RawMesh::default()),
                     false => Err(bad_scan(e)),
                 })?;
-                let picture = labels.to_picture(&worn.scan, &file).map_err(|e| bad_scan(e.into()))?;
+                let picture = labels.to_picture(&posed.scan, &file).map_err(|e| bad_scan(e.into()))?;
                 picture.write_png(&mut bytes).map_err(bad)?;
             }
             Some("jsonl") => {}
             _ => {
                 return Err(SessionError::BadRequest {
-                    what: format!("'{}' cannot be a mask to be painted", target.display()),
+                    what: format!("'{}' cannot be a mask for painting", target.display()),
                     hint: "end the name with .ply for Blender or MeshLab, .png for a picture over the scan's texture coordinates, .npy for a program, .jsonl for strokes"
                         .into(),
                 });
@@ -253,13 +252,16 @@ impl Session {
     /// The evidence for a garment, where it is up to date.
     pub(in crate::session) fn standing_proposal(&self, layer: &str) -> Option<Kept<Proposal>> {
         let mut walk = Walk::look(self);
-        // A stale stage further on is nothing to stop at.
+        // A stage that is out of date further on does not matter.
         let _ = pipeline::steps(&mut walk, Some(layer));
-        let stands = walk.into_reports().iter().any(|r| r.step == layer && r.stage == Stage::Evidence);
-        stands.then(|| self.state.record(layer, Stage::Evidence)).flatten().map(|record| Kept::named(record.output))
+        let is_up_to_date = walk.into_reports().iter().any(|r| r.step == layer && r.stage == Stage::Evidence);
+        is_up_to_date
+            .then(|| self.state.record(layer, Stage::Evidence))
+            .flatten()
+            .map(|record| Kept::named(record.output))
     }
 
-    /// Reads a mask and lays it on its scan.
+    /// Reads a mask and applies it to its scan.
     pub(in crate::session) fn read_new_mask(&self, layer: &str, file: &Path) -> Result<NewMask, SessionError> {
         let step = self.garment_step(layer)?.clone();
         let bytes = source::read(file)?;

@@ -1,4 +1,4 @@
-//! A garment cut anew after a mask has changed: as far as a person wants to see it at once, in the scan's pose.
+//! A garment cut again after a mask has changed, in the scan's pose.
 
 use crate::cut::Garment;
 use crate::session::error::SessionError;
@@ -7,7 +7,7 @@ use crate::session::stages::{Event, Forced, StageReport, Walk, pipeline};
 use crate::session::store::Memory;
 use std::path::Path;
 
-/// A garment as it was cut last, in the pose and the world frame of its scan.
+/// A garment as it was last cut, in the pose and the world frame of its scan.
 pub struct Recut {
     /// The garment.
     pub garment: Garment,
@@ -16,19 +16,19 @@ pub struct Recut {
 }
 
 impl Writer {
-    /// Has what it loads at hand from now on, in `memory`.
+    /// Keeps what it loads in `memory` from now on.
     pub fn remember(&mut self, memory: &Memory) {
         self.session.store.remember(memory);
     }
 
-    /// Runs what is stale up to the cut of one garment; what comes after it stays stale. Each result is durable.
+    /// Runs what is out of date up to the cut of one garment, not what comes after it. Each result is durable.
     pub fn recut(&mut self, layer: &str, on_event: &mut dyn FnMut(&Event)) -> Result<Recut, SessionError> {
         self.session.recipe.step(layer)?;
         source::keep_missing(&mut self.session)?;
         cut_in(Walk::make(self, "build", &Forced::Nothing, on_event), layer)
     }
 
-    /// Takes a mask file up and cuts its garment anew, as one change. If either fails, the session is as it was.
+    /// Adds a mask file and cuts its garment again, as one change. If either fails, the session is unchanged.
     pub fn recut_with(
         &mut self,
         layer: &str,

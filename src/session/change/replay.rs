@@ -1,4 +1,4 @@
-//! Replay: a recipe run in a session of its own, headless, on the same scans or on others.
+//! Replay: a recipe run in a new session, on the same scans or on others.
 
 use crate::session::error::SessionError;
 use crate::session::open::{Session, Writer, check_body_model, source};
@@ -12,20 +12,20 @@ use std::path::{Path, PathBuf};
 pub struct Replay {
     /// A recipe, or the folder of a session.
     pub recipe: PathBuf,
-    /// The folder of the new session. One with the same recipe in it is gone on with.
+    /// The folder of the new session. A session with the same recipe is continued.
     pub into: PathBuf,
-    /// What is to be otherwise than in the recipe.
+    /// Differences from the recipe.
     pub set: Vec<Assignment>,
     /// The folder from which paths in `set` are seen.
     pub set_from: PathBuf,
 }
 
-/// What came of it.
+/// The outcome.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Replayed {
-    /// What ran, and what stood.
+    /// The stages that ran or were up to date.
     pub reports: Vec<StageReport>,
-    /// What was not taken over, and why.
+    /// What was omitted, and why.
     pub left_out: Vec<String>,
 }
 
@@ -42,7 +42,7 @@ pub(in crate::session) fn read_recipe(path: &Path) -> Result<(Recipe, PathBuf), 
     let path = if path.is_dir() { path.join("recipe.toml") } else { path.to_path_buf() };
     let bytes = std::fs::read(&path).map_err(|e| SessionError::reading(&path, e))?;
     let text = String::from_utf8(bytes).map_err(|_| SessionError::BadRequest {
-        what: format!("'{}' is not text, so it is no recipe", path.display()),
+        what: format!("'{}' is not text, so it is not a recipe", path.display()),
         hint: "name the recipe.toml of a session, or the session's folder".into(),
     })?;
     Ok((Recipe::parse(&text, &path)?, path))
@@ -73,7 +73,7 @@ fn prepare(replay: &Replay) -> Result<Prepared, SessionError> {
             MaskFile::read(&path, &bytes)?.check_layer(layer, &path)?;
         }
         let file = folder.join(&source.file);
-        // Where only the copy is left, its name is all that can be told.
+        // If only the copy is left, its name is all that is known.
         let file = file.canonicalize().unwrap_or_else(|_| PathBuf::from(file.file_name().unwrap_or_default()));
         let text = file.to_str().ok_or_else(|| SessionError::PathNotText { path: file.clone() })?;
         let mut found = source.clone();

@@ -1,8 +1,9 @@
-//! A stage run by itself, with parameters of one's own, which the recipe then remembers.
+//! Single stages, run with parameters that the recipe then keeps.
 
+use crate::parameters::Setting;
 use crate::session::error::SessionError;
 use crate::session::open::{Writer, source};
-use crate::session::recipe::{Setting, Settings, check_stage, has_parameters, parameters};
+use crate::session::recipe::{check_stage, has_parameters, parameters_of};
 use crate::session::results::FitRecording;
 use crate::session::results::ShowIn;
 use crate::session::stage::Stage;
@@ -11,7 +12,7 @@ use crate::session::stages::{Event, Forced, StageReport, Walk, pipeline};
 /// Which stages are to run, and with what.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StageRequest {
-    /// For people: `segment`.
+    /// The command: `segment`.
     pub name: String,
     /// The stages whose parameters may be set; in each step the last of them that it has is run, with all that it
     /// rests on.
@@ -20,23 +21,23 @@ pub struct StageRequest {
     pub step: Option<String>,
     /// Parameters: their stages, of which a step may have one only, name and value.
     pub settings: Vec<(Vec<Stage>, String, Setting)>,
-    /// Forget what the recipe said of those stages before.
+    /// Reset those stages to the defaults first.
     pub reset: bool,
-    /// Where it is shown how fits go; what is to be shown is done, though it was done before.
+    /// Where fits are shown; they run again although they are up to date.
     pub view: Option<ShowIn>,
 }
 
-/// What came of it.
+/// The outcome.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StageRun {
     /// What was set, step by step: `shirt.segment.color 1 → 0.5`.
     pub set: Vec<String>,
-    /// What ran, and what stood.
+    /// The stages that ran or were up to date.
     pub reports: Vec<StageReport>,
 }
 
 impl Writer {
-    /// Sets parameters, runs the stages. Where one fails the session is as it was, but for stages before them.
+    /// Sets parameters and runs the stages. If one fails, only the results of the stages before them stay.
     pub fn run_stages(
         &mut self,
         request: &StageRequest,
@@ -48,7 +49,7 @@ impl Writer {
             recording.see(event);
             on_event(event);
         });
-        // Of a fit that was refused, too, there is something to see.
+        // A refused fit is shown too.
         let shown = recording.finish();
         run.and_then(|run| shown.map(|()| run))
     }
@@ -67,21 +68,21 @@ impl Writer {
         }
         recipe.check().map_err(|fault| fault.error)?;
         if !set.is_empty() {
-            // What the stages rest on is no part of the change, and stays if they fail.
+            // The stages before are not part of the change; their results stay if it fails.
             self.make_until(&steps[..1], before(&request.stages), "build", &Forced::Nothing, on_event)?;
             source::fill_in(&mut recipe, &self.session)?;
         }
-        let said = said_of(&request.name, &set);
+        let change = change_of(&request.name, &set);
         let (at, recipe_before) = (self.session.lines, self.session.recipe.clone());
         self.session.recipe = recipe;
         let forced = match &request.view {
             Some(_) => forced_in(&steps, &request.stages),
             None => Forced::Nothing,
         };
-        let made = self.make_until(&steps, Some(&request.stages), &said, &forced, on_event);
+        let made = self.make_until(&steps, Some(&request.stages), &change, &forced, on_event);
         match made {
             Ok(reports) => {
-                self.save(&said)?;
+                self.save(&change)?;
                 Ok(StageRun { set, reports })
             }
             Err(e) => {
@@ -120,7 +121,7 @@ impl Writer {
         }
     }
 
-    /// A parameter that none of the steps has would be forgotten in silence.
+    /// A parameter that none of the steps has would be ignored silently.
     fn check_taken(&self, request: &StageRequest, steps: &[String]) -> Result<(), SessionError> {
         for (stages, name, _) in &request.settings {
             let mut taken = false;
@@ -144,7 +145,7 @@ impl Writer {
         Ok(())
     }
 
-    /// Runs all that is stale up to the last of `stages` in the last of `steps`; with `None` nothing.
+    /// Runs what is out of date up to the last of `stages` in the last of `steps`; nothing with `None`.
     fn make_until(
         &mut self,
         steps: &[String],
@@ -190,9 +191,8 @@ fn change_settings(
 ) -> Result<Vec<String>, SessionError> {
     let of_step = Stage::of_step(step.is_body());
     let (step_name, is_body) = (step.name.clone(), step.is_body());
-    let mut said = Vec::new();
+    let mut changes = Vec::new();
     for &stage in request.stages.iter().filter(|s| of_step.contains(s) && has_parameters(is_body, **s)) {
-        let defaults = parameters::defaults(stage);
         let old = step.settings(stage).clone();
         let Some(settings) = step.settings_mut(stage) else { continue };
         if request.reset {
@@ -201,17 +201,20 @@ fn change_settings(
         for (_, name, setting) in request.settings.iter().filter(|(of, ..)| of.contains(&stage)) {
             settings.insert(name.clone(), setting.clone());
         }
-        let names: std::collections::BTreeSet<&String> = old.keys().chain(settings.keys()).collect();
-        let shown = |of: &Settings, name: &String| {
-            of.get(name).map_or_else(|| parameters::shown(&defaults[name.as_str()]), Setting::to_string)
-        };
-        for name in names.into_iter().filter(|name| old.get(*name) != settings.get(*name)) {
-            said.push(format!("{step_name}.{stage}.{name} {} → {}", shown(&old, name), shown(settings, name)));
+        let mut parameters: Vec<_> = parameters_of(stage).collect();
+        parameters.sort_by_key(|p| p.name);
+        for parameter in parameters {
+            let (before, after) = (old.get(parameter.name), settings.get(parameter.name));
+            if before != after {
+                let text = |set: Option<&Setting>| set.map_or_else(|| parameter.default(), Setting::to_string);
+                let name = parameter.name;
+                changes.push(format!("{step_name}.{stage}.{name} {} → {}", text(before), text(after)));
+            }
         }
     }
-    Ok(said)
+    Ok(changes)
 }
 
-fn said_of(command: &str, set: &[String]) -> String {
+fn change_of(command: &str, set: &[String]) -> String {
     if set.is_empty() { command.into() } else { format!("set {}", set.join(", ")) }
 }

@@ -2,7 +2,7 @@
 
 use super::session::Session;
 use super::source;
-use crate::body::{BodyModel, EMBEDDED_MODEL_FILE, Figure, embedded_model, read_model};
+use crate::body::{BodyModel, EMBEDDED_MODEL_FILE, Figure, StoredFigure, embedded_model, read_model};
 use crate::session::error::SessionError;
 use crate::session::store::{ContentHash, Kept};
 use serde_json::{Value, json};
@@ -27,7 +27,7 @@ impl Session {
         }
     }
 
-    /// What stands for the body model among the inputs of a stage.
+    /// The body model among the inputs of a stage.
     pub(in crate::session) fn body_model_input(&self) -> Value {
         match &self.recipe.body {
             None => json!({ "embedded": ContentHash::of(EMBEDDED_MODEL_FILE) }),
@@ -43,16 +43,14 @@ impl Session {
         }
     }
 
-    /// Loads a figure, with the corrective offsets of the body model where it gives way by them: an artefact of a figure
-    /// does without, for they are many times as large as all the rest of it.
+    /// Loads a figure, with the corrective offsets of the body model.
     pub(in crate::session) fn figure(&self, kept: Kept<Figure>) -> Result<Figure, SessionError> {
-        let mut figure = self.store.load(kept)?;
-        if figure.gives_way()
-            && let Some(dirs) = self.body_model()?.weights.pose_dirs()
-        {
-            figure.give_way_with(dirs);
-        }
-        Ok(figure)
+        let stored = self.store.load(Kept::<StoredFigure>::named(kept.hash))?;
+        let model = if stored.needs_offsets() { Some(self.body_model()?) } else { None };
+        let offsets = model.as_ref().and_then(|model| model.weights.pose_dirs());
+        stored.with_offsets(offsets).ok_or_else(|| SessionError::Internal {
+            what: "a figure follows corrective offsets that its body model does not have".into(),
+        })
     }
 }
 

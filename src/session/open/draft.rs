@@ -1,5 +1,5 @@
-//! A garment that is being asked for and is not scanned yet: what `record` has been told of it, so that it can be left and
-//! taken up at any point. No part of the session's state; losing it costs two answers.
+//! A garment that `record` asks for and that is not scanned yet: the answers so far, so that the prompt can be left and
+//! resumed at any point. Not part of the session's state; losing it costs two answers.
 
 use super::session::Session;
 use crate::session::error::SessionError;
@@ -7,7 +7,7 @@ use crate::session::store::write_whole;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// What was answered so far.
+/// The answers so far.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Draft {
     /// The garment's name.
@@ -22,13 +22,13 @@ impl Session {
         self.dir().join("record.json")
     }
 
-    /// What there is; a file that cannot be read says nothing, and one about a step that was scanned since is past.
+    /// The draft; `None` if there is none, if it cannot be read, or if its step was scanned since.
     pub fn draft(&self) -> Option<Draft> {
         let draft: Draft = serde_json::from_slice(&std::fs::read(self.draft_path()).ok()?).ok()?;
         self.recipe.step(&draft.name).is_err().then_some(draft)
     }
 
-    /// Keeps it, or forgets it.
+    /// Writes or deletes the draft.
     pub fn keep_draft(&self, draft: Option<&Draft>) -> Result<(), SessionError> {
         let path = self.draft_path();
         match draft {

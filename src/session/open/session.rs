@@ -9,7 +9,7 @@ use crate::session::store::{
 };
 use std::path::{Path, PathBuf};
 
-/// A session as it stands on disk, for reading.
+/// A session on disk, for reading.
 pub struct Session {
     dir: PathBuf,
     pub(in crate::session) store: Store,
@@ -23,7 +23,7 @@ pub struct Session {
     pub(in crate::session) lines: usize,
     /// What the session is according to `recipe.toml`, where that says something else than the journal's last line.
     pub(in crate::session) edited: Option<Snapshot>,
-    /// What stands in `recipe.toml` although the journal says that something else should, and was never kept.
+    /// The content of `recipe.toml` if it contradicts the journal and was never recorded.
     overruled: Option<String>,
     notices: Vec<String>,
 }
@@ -59,7 +59,7 @@ fn read_text(path: &Path) -> Result<Option<String>, SessionError> {
                 path: path.to_path_buf(),
                 line: Some(line),
                 reason: "it is not text".into(),
-                hint: "the file was overwritten or damaged; put back the one you kept, or delete it: a session knows what stood there last".into(),
+                hint: "the file was overwritten or damaged; restore your copy, or delete it: a session keeps its last version".into(),
             }
         }),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
@@ -131,17 +131,17 @@ impl Session {
         })
     }
 
-    /// What a person should know of the session's files, in sentences; nothing of it keeps the session from being used.
+    /// Sentences about the session's files that a user should know; none prevents the session from being used.
     pub fn notices(&self) -> &[String] {
         &self.notices
     }
 
-    /// Whether `recipe.toml` was edited since the last change; the next change takes it up as one of its own.
+    /// Whether `recipe.toml` was edited since the last change; the next change records that as a change of its own.
     pub fn is_edited_by_hand(&self) -> bool {
         self.edited.is_some() && self.last.is_some()
     }
 
-    /// What was done, undone, and tried apart.
+    /// The changes, done and undone, of all branches.
     pub fn history(&self) -> &History {
         &self.history
     }
@@ -151,17 +151,17 @@ impl Session {
         &self.dir
     }
 
-    /// What was asked for.
+    /// What the user requested.
     pub fn recipe(&self) -> &Recipe {
         &self.recipe
     }
 
-    /// How many stages a build walks through.
+    /// The number of stages of a build.
     pub fn stage_count(&self) -> usize {
         self.recipe.steps.iter().map(|s| Stage::of_step(s.template.is_none()).len()).sum()
     }
 
-    /// What stands.
+    /// The records of the stages that have run.
     pub fn state(&self) -> &State {
         &self.state
     }
@@ -171,24 +171,24 @@ impl Session {
         &self.timings
     }
 
-    /// A path of the recipe, as seen from here.
+    /// A path of the recipe, resolved from the session's folder.
     pub(in crate::session) fn resolve(&self, file: &str) -> PathBuf {
         self.dir.join(file)
     }
 }
 
-/// What a `new` that was killed may have left in a folder that was empty.
+/// What an interrupted `new` may have left in an empty folder.
 fn is_leftover(name: &std::ffi::OsStr) -> bool {
     let name = name.to_string_lossy();
     ["lock", "artefacts", "timings.json"].contains(&name.as_ref()) || name.starts_with(UNFINISHED)
 }
 
 fn cut_off_notice(dir: &Path, broken: &BrokenLine, before: Option<&Change>) -> String {
-    let stands = match before {
-        Some(change) => format!("the session stands as it was before it, after '{}'", change.change),
-        None => "no line before it is left, so the session stands as its other files say".into(),
+    let state = match before {
+        Some(change) => format!("the session is in the state before that line, after '{}'", change.change),
+        None => "there is no line before it, so the session follows its other files".into(),
     };
-    format!("{}, line {}: {}; {stands}", journal::path_in(dir).display(), broken.line, broken.reason)
+    format!("{}, line {}: {}; {state}", journal::path_in(dir).display(), broken.line, broken.reason)
 }
 
 /// Recipe and state: from their files, or from the journal where it knows better.
@@ -268,7 +268,7 @@ impl Writer {
 
     /// Opens the session in `dir` for changes.
     pub fn open(dir: &Path) -> Result<Self, SessionError> {
-        // A folder that is no session is told so before a lock file is made in it.
+        // A folder that is not a session is reported before a lock file is made in it.
         Session::open(dir)?;
         let lock = Lock::take(dir)?;
         let session = Session::open(dir)?;
@@ -281,7 +281,7 @@ impl Writer {
         Ok(writer)
     }
 
-    /// The session as it stands.
+    /// The session.
     pub fn session(&self) -> &Session {
         &self.session
     }
@@ -308,7 +308,7 @@ impl Writer {
         }
     }
 
-    /// One line more. Nothing, where it would lead to where the session stands.
+    /// Appends a line to the journal, unless it would change nothing.
     pub(in crate::session) fn record(
         &mut self,
         change: &str,
@@ -318,8 +318,8 @@ impl Writer {
         let session = &mut self.session;
         let recipe = session.store.keep_bytes(texts.recipe.as_bytes())?;
         let state = session.store.keep_bytes(texts.state.as_bytes())?;
-        let stands = session.last.as_ref().is_some_and(|last| last.recipe == recipe && last.state == state);
-        if stands && moves.is_none() {
+        let is_current = session.last.as_ref().is_some_and(|last| last.recipe == recipe && last.state == state);
+        if is_current && moves.is_none() {
             return Ok(());
         }
         session.store.settle()?;
@@ -327,7 +327,7 @@ impl Writer {
         journal::append(&session.dir, &change)?;
         session.lines += 1;
         let followed = session.history.follow(session.lines, &change);
-        debug_assert_eq!(followed, Ok(()), "a line of ours leads to where it says");
+        debug_assert_eq!(followed, Ok(()), "our own line is consistent");
         session.last = Some(change);
         let recipe_path = recipe_path(&session.dir);
         // What a build makes leaves the recipe as it is.
@@ -350,10 +350,9 @@ impl Writer {
         if let Some(found) = session.overruled.take() {
             let kept = session.dir.join("recipe.found.toml");
             write_whole(&kept, found.as_bytes())?;
-            session.notices.push(format!(
-                "recipe.toml did not say what the journal says; what it said is kept in {}",
-                kept.display()
-            ));
+            session
+                .notices
+                .push(format!("recipe.toml contradicted the journal; its content is kept in {}", kept.display()));
         }
         let Some(last) = &session.last else { return Ok(()) };
         let there = |path: &Path, text: &str| Ok(read_text(path)?.is_some_and(|t| t == text));

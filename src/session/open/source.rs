@@ -1,4 +1,4 @@
-//! Files that were given: copied among the artefacts under the hash of their bytes, so that a session outlives them.
+//! Input files: copied to the artefacts under the hash of their bytes, so that a session does not depend on them.
 
 use super::session::Session;
 use crate::formats::{recording_files, write_recording};
@@ -15,8 +15,8 @@ pub(in crate::session) fn read(path: &Path) -> Result<Vec<u8>, SessionError> {
     std::fs::read(path).map_err(|e| SessionError::reading(path, e))
 }
 
-/// The files of an RGB-D recording in one zip: camera, lists of frames, images. The same files give the same bytes, and
-/// whatever else lies in the folder does not matter.
+/// The files of an RGB-D recording in one zip: camera, lists of frames, images. Equal files give equal bytes;
+/// other files in the folder do not matter.
 fn packed(dir: &Path) -> Result<Vec<u8>, SessionError> {
     let names = names_in(dir)?;
     let mut text = |name: &str| std::fs::read(dir.join(name)).ok();
@@ -50,7 +50,7 @@ fn names_in(dir: &Path) -> Result<Vec<String>, SessionError> {
     Ok(names)
 }
 
-/// What a recipe says of bytes that were read from `path`; nothing is kept yet.
+/// The entry of a recipe for bytes that were read from `path`; nothing is kept yet.
 pub(in crate::session) fn named(dir: &Path, path: &Path, bytes: &[u8]) -> Result<SourceFile, SessionError> {
     Ok(SourceFile { file: relative_to(dir, path)?, hash: Some(ContentHash::of(bytes)), from: None })
 }
@@ -75,7 +75,7 @@ impl Session {
 }
 
 impl Session {
-    /// Whether the file that was given still holds what it held.
+    /// Whether the input file is unchanged.
     pub(in crate::session) fn source_is_as_it_was(&self, source: &SourceFile) -> bool {
         match (source.hash, read(&self.resolve(&source.file))) {
             (Some(hash), Ok(bytes)) => ContentHash::of(&bytes) == hash,
@@ -93,7 +93,7 @@ pub(in crate::session) fn keep_missing(session: &mut Session) -> Result<(), Sess
     Ok(())
 }
 
-/// The same for a recipe that is not the session's yet.
+/// Fills in the hashes of a recipe that is not the session's yet, and keeps the copies that the session lacks.
 pub(in crate::session) fn fill_in(recipe: &mut Recipe, session: &Session) -> Result<(), SessionError> {
     let keep = |source: SourceFile| -> Result<Option<ContentHash>, SessionError> {
         if source.hash.is_some_and(|hash| session.store.has(hash)) {

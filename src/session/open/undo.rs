@@ -1,4 +1,4 @@
-//! Undo, redo and branches: a session led to what it was before. Nothing is deleted; each is a line in the journal.
+//! Undo, redo and branches: restore an earlier state. Nothing is deleted; each is a line in the journal.
 
 use super::session::{Snapshot, Writer, recipe_path, state_path};
 use crate::session::error::SessionError;
@@ -6,7 +6,7 @@ use crate::session::recipe::Recipe;
 use crate::session::store::{Branch, Entry, Move, State};
 
 impl Writer {
-    /// Takes back the last `count` changes of the branch, and gives them, the last one first.
+    /// Undoes the last `count` changes of the branch and returns them, the last one first.
     ///
     /// **Errors** where there are fewer; then nothing is changed.
     pub fn undo(&mut self, count: usize) -> Result<Vec<Entry>, SessionError> {
@@ -18,7 +18,7 @@ impl Writer {
         (0..count).map(|_| self.step_back()).collect()
     }
 
-    /// Does again what was undone last, `count` times.
+    /// Redoes the last `count` undone changes.
     ///
     /// **Errors** where less was undone; then nothing is changed.
     pub fn redo(&mut self, count: usize) -> Result<Vec<Entry>, SessionError> {
@@ -29,7 +29,7 @@ impl Writer {
         (0..count).map(|_| self.step_forth()).collect()
     }
 
-    /// Switches to a branch, which begins here where there is none of that name. Tells whether it is new.
+    /// Switches to a branch; a new one starts here. Returns whether it is new.
     pub fn branch(&mut self, name: &str) -> Result<bool, SessionError> {
         check_branch_name(name)?;
         let head = self.session.history.branch(name).map(|b| b.head().cloned());
@@ -67,7 +67,7 @@ impl Writer {
         Ok(to)
     }
 
-    /// Leads the session to a recipe and a state that it had.
+    /// Restores an earlier recipe and state.
     fn go_to(&mut self, to: &Entry, change: &str, by: Move) -> Result<(), SessionError> {
         let session = &mut self.session;
         let texts = Snapshot { recipe: session.store.text(to.recipe)?, state: session.store.text(to.state)? };

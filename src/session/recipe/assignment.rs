@@ -1,4 +1,4 @@
-//! `KEY=VALUE`: a recipe changed on its way to another session.
+//! `KEY=VALUE`: a change of a recipe for another session.
 
 use super::steps::{Recipe, SourceFile, StepRecipe};
 use super::{garment_kind, parameters};
@@ -6,7 +6,7 @@ use crate::session::error::SessionError;
 use crate::session::stage::Stage;
 use std::path::{Path, PathBuf};
 
-/// One thing that is to be otherwise than in the recipe.
+/// One difference from the recipe.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Assignment {
     /// `STEP` or `STEP.scan` for its scan, `STEP.until`, `STEP.stack.clearance` …, `body_model`.
@@ -25,10 +25,7 @@ impl Assignment {
             Some((key, value)) if !key.trim().is_empty() => {
                 Ok(Self { key: key.trim().into(), value: value.trim().into() })
             }
-            _ => Err(SessionError::BadRequest {
-                what: format!("'{text}' sets nothing: there is no key, or no ="),
-                hint: KEYS.into(),
-            }),
+            _ => Err(SessionError::BadRequest { what: format!("'{text}' has no key or no ="), hint: KEYS.into() }),
         }
     }
 }
@@ -36,7 +33,7 @@ impl Assignment {
 const KEYS: &str = "say STEP=FILE for another scan, STEP.until=PLACE (or template, sleeve, unit, up, faces, mask), \
                     STEP.STAGE.PARAMETER=VALUE, or body_model=FILE";
 
-/// What was left out of a recipe because it belongs to another scan.
+/// What was omitted from a recipe because it belongs to another scan.
 pub(in crate::session) type LeftOut = Vec<String>;
 
 /// Changes the recipe. Paths in `set` are seen from `from`; in the recipe they are absolute then, without a hash.
@@ -53,7 +50,7 @@ pub(in crate::session) fn apply(recipe: &mut Recipe, set: &[Assignment], from: &
         let Some(step) = recipe.steps.iter_mut().find(|s| s.name == name) else {
             return Err(SessionError::BadRequest {
                 what: format!(
-                    "'{key}' is no key of this recipe: it has no step '{name}'; there are {}",
+                    "'{key}' is not a key of this recipe: it has no step '{name}'; there are {}",
                     known.join(", ")
                 ),
                 hint: KEYS.into(),
@@ -91,7 +88,7 @@ pub(in crate::session) fn apply(recipe: &mut Recipe, set: &[Assignment], from: &
 }
 
 fn set_in_step(step: &mut StepRecipe, what: &str, value: &str, key: &str, from: &Path) -> Result<(), SessionError> {
-    let no_such = || SessionError::BadRequest { what: format!("'{key}' is no key of a recipe"), hint: KEYS.into() };
+    let no_such = || SessionError::BadRequest { what: format!("'{key}' is not a key of a recipe"), hint: KEYS.into() };
     let cannot = |hint: String| SessionError::BadRequest { what: format!("{key} cannot be '{value}'"), hint };
     let text = Some(value.to_string());
     match what {

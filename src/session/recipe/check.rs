@@ -1,6 +1,6 @@
-//! What a recipe must keep to.
+//! The rules of a recipe.
 
-use super::parameters;
+use super::parameters::{self, has_parameters};
 use super::steps::{BODY_STEP, Recipe, StepRecipe};
 use crate::session::error::SessionError;
 use crate::session::stage::Stage;
@@ -18,7 +18,7 @@ impl Recipe {
         }
     }
 
-    /// Puts a step at the end, or in the place of the one of its name.
+    /// Appends a step, or replaces the one of its name.
     pub(in crate::session) fn put_step(&mut self, step: StepRecipe, replace: bool) -> Result<(), SessionError> {
         match self.steps.iter().position(|s| s.name == step.name) {
             Some(_) if !replace => return Err(SessionError::DuplicateStep { name: step.name }),
@@ -52,7 +52,7 @@ impl Recipe {
                         return Err(at(
                             &[section, name],
                             SessionError::BadRequest {
-                                what: "the body has no weights for physics".into(),
+                                what: format!("the stage {stage} has no parameters in the step '{}'", step.name),
                                 hint: "name a garment".into(),
                             },
                         ));
@@ -65,7 +65,7 @@ impl Recipe {
     }
 }
 
-/// What is wrong with a recipe, and where.
+/// An error in a recipe, and its place.
 pub(in crate::session) struct Fault {
     /// Index of the step.
     pub(super) step: usize,
@@ -84,11 +84,6 @@ pub(in crate::session) fn check_stage(step: &str, is_body: bool, stage: Stage) -
             hint: format!("it has {}", stages.iter().map(Stage::to_string).collect::<Vec<_>>().join(", ")),
         }),
     }
-}
-
-/// The body is put on the figure like a garment, but not weighed.
-pub(in crate::session) fn has_parameters(is_body: bool, stage: Stage) -> bool {
-    !(is_body && stage == Stage::Figure)
 }
 
 fn check_name(name: &str, template: &Option<String>) -> Result<(), SessionError> {

@@ -23,10 +23,10 @@ impl Recipe {
             path: path.to_path_buf(),
             line,
             reason,
-            hint: "mend that line by hand (`overcoat templates`, `overcoat fit --help` and the README name what may stand there), or delete the file: a session knows what stood there last".into(),
+            hint: "correct that line (`overcoat templates`, `overcoat fit --help` and docs/ list the allowed values), or delete the file: a session keeps its last version".into(),
         }
         };
-        /// Only the version, so that a newer file is recognised before its keys are not.
+        /// Only the version, so that a newer file is recognised before its keys are rejected.
         #[derive(Deserialize)]
         struct Versioned {
             version: u32,
@@ -74,8 +74,9 @@ fn line_of<K: AsRef<str>>(text: &str, step: Option<usize>, key: &[K]) -> Option<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::parameters::Setting;
     use crate::scan::Up;
-    use crate::session::recipe::{Setting, SourceFile, StepRecipe, relative_to};
+    use crate::session::recipe::{SourceFile, StepRecipe, relative_to};
     use crate::session::store::ContentHash;
 
     fn step(name: &str, template: Option<&str>) -> StepRecipe {
@@ -155,7 +156,7 @@ mod tests {
             ("[step.stack]\niterations = 5\nclearance = -1\n", 11, "clearance of the stage stack cannot be '-1'"),
             ("[step.fit]\nsamples = 1000\n", 10, "the step 'shirt' has no stage 'fit'"),
             ("[step.stack]\nmethod = \"pull\"\n", 10, "'pull'"),
-            ("[[step]]\nname = \"shirt\"\nscan = \"b.ply\"\ntemplate = \"shirt\"\n", 10, "a step 'shirt' already"),
+            ("[[step]]\nname = \"shirt\"\nscan = \"b.ply\"\ntemplate = \"shirt\"\n", 10, "already a step 'shirt'"),
             ("[[step]]\nscan = \"b.ply\"\nname = \"a/b\"\ntemplate = \"shirt\"\n", 11, "'a/b'"),
         ] {
             match Recipe::parse(&format!("{head}{rest}"), Path::new("recipe.toml")) {

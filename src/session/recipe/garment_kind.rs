@@ -1,4 +1,4 @@
-//! The kind of garment that a step asks for, and how far it reaches.
+//! A step's kind of garment, and how far it reaches.
 
 use super::steps::StepRecipe;
 use crate::segment::{Extent, GarmentTemplate};
@@ -14,7 +14,7 @@ pub(in crate::session) struct GarmentKind {
 }
 
 impl GarmentKind {
-    /// What stands for the kind among the inputs of a stage.
+    /// The kind among the inputs of a stage.
     pub fn input(&self) -> Value {
         // The text of a built-in template is part of the program; what was read from it is compared.
         let read = ContentHash::of(format!("{:?}", self.template).as_bytes());
@@ -22,7 +22,7 @@ impl GarmentKind {
     }
 }
 
-/// The kind that a step asks for.
+/// A step's kind of garment.
 pub(in crate::session) fn of_step(step: &StepRecipe) -> Result<GarmentKind, SessionError> {
     let Some(name) = &step.template else {
         return Err(SessionError::GarmentWithoutTemplate { name: step.name.clone() });

@@ -1,4 +1,4 @@
-//! A mask's file: read by its extension, and laid on a scan.
+//! A mask's file, read by its extension.
 
 use crate::formats::{RgbaPicture, read_npy, read_ply, read_rgba_png};
 use crate::segment::{LabelledSurface, Stroke};
@@ -12,13 +12,13 @@ pub(in crate::session) enum MaskFile {
     Strokes(Vec<Stroke>),
     /// Labels, anchored at the vertices of their own surface.
     Surface(LabelledSurface),
-    /// One number a vertex of the scan, or of its file.
+    /// One number per vertex of the scan, or of its file.
     Numbers(Vec<f64>),
     /// A picture over the texture coordinates of the scan's file.
     Picture(RgbaPicture),
 }
 
-const MASK_KINDS: &str = "a mask is a .jsonl file with one brush stroke a line, labels a vertex as .npy or .ply, or a .png over the scan's texture coordinates";
+const MASK_KINDS: &str = "a mask is a .jsonl file with one brush stroke per line, one label per vertex as .npy or .ply, or a .png over the scan's texture coordinates";
 
 impl MaskFile {
     /// Reads the bytes of the file at `path`.
@@ -56,8 +56,8 @@ impl MaskFile {
         match self {
             Self::Strokes(strokes) if strokes.len() == 1 => "1 stroke".into(),
             Self::Strokes(strokes) => format!("{} strokes", strokes.len()),
-            Self::Surface(_) => "labels in space".into(),
-            Self::Numbers(_) => "labels a vertex".into(),
+            Self::Surface(_) => "labelled surface".into(),
+            Self::Numbers(_) => "labels per vertex".into(),
             Self::Picture(_) => "picture".into(),
         }
     }

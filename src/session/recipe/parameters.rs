@@ -1,15 +1,29 @@
-//! Parameters of stages: which there are, what they may be, and what a recipe says of them.
+//! The parameters of the stages: collected from the declarations of their `Params`, read, checked.
 //!
-//! A stage's `Params` hold the defaults. A recipe names only what differs from them, step by step and stage by stage:
-//! `[step.segment]`, `color = 0.5`.
+//! A recipe names only what differs from the defaults, step by step and stage by stage: `[step.segment]`, `color = 0.5`.
 
-use super::setting::{Allowed, Parameter, Setting};
-use crate::fit::{InsideParams, NakedParams, RegisterParams};
-use crate::scan::{FusionParams, ScanParams};
+use crate::parameters::{Allowed, Parameters, Setting};
 use crate::session::error::SessionError;
-use crate::session::stage::Stage;
-use serde::Serialize;
+use crate::session::stage::{Stage, for_each_stage};
 use serde_json::Value;
+use std::sync::LazyLock;
+
+/// A parameter of a stage.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Its stage.
+    pub stage: Stage,
+    /// Its name, as in the stage's `Params`.
+    pub name: &'static str,
+    /// The values that it may have.
+    pub allowed: Allowed,
+    /// What it does, in a line.
+    pub about: &'static str,
+    /// Its value where a recipe sets none.
+    default: Value,
+    of_body: bool,
+    of_garment: bool,
+}
 
 impl Parameter {
     /// Reads a value as typed.
@@ -17,9 +31,9 @@ impl Parameter {
         self.allowed.read(text).ok_or_else(|| self.refuse(text))
     }
 
-    /// What the stage does where nothing is said; empty for a parameter that no stage has.
+    /// Its default as text.
     pub fn default(&self) -> String {
-        defaults(self.stage).get(self.name).map(shown).unwrap_or_default()
+        as_text(&self.default)
     }
 
     fn refuse(&self, value: &str) -> SessionError {
@@ -30,18 +44,62 @@ impl Parameter {
     }
 }
 
-/// A JSON value for people: `0.5`, `0.02,0.01`, `smooth`.
-pub(in crate::session) fn shown(value: &Value) -> String {
+macro_rules! parameters_of_stages {
+    ($($(#[$about:meta])* $stage:ident $name:ident [$($section:ident)?] $(body $body:tt)? $(garment $garment:tt)?;)*) => {
+        /// All parameters, by stage, in the order of their declarations.
+        static PARAMETERS: LazyLock<Vec<Parameter>> = LazyLock::new(|| {
+            let mut all = Vec::new();
+            $(
+                $(parameters_of_stages!(@add all, Stage::$stage, of_body, $body);)?
+                $(parameters_of_stages!(@add all, Stage::$stage, of_garment, $garment);)?
+            )*
+            all
+        });
+    };
+    (@add $all:ident, $stage:expr, $of_step:ident, ($($params:ty),*)) => {
+        $(add::<$params>(&mut $all, $stage, |parameter| parameter.$of_step = true);)*
+    };
+}
+for_each_stage!(parameters_of_stages);
+
+/// Adds the parameters of a `Params` struct that the stage does not have yet, and marks all of them.
+fn add<P: Parameters>(all: &mut Vec<Parameter>, stage: Stage, mark: fn(&mut Parameter)) {
+    let defaults = serde_json::to_value(P::default()).unwrap_or_default();
+    for declared in P::declared() {
+        let known = all.iter().position(|p| (p.stage, p.name) == (stage, declared.name));
+        let at = known.unwrap_or_else(|| {
+            all.push(Parameter {
+                stage,
+                name: declared.name,
+                allowed: declared.allowed,
+                about: declared.about,
+                default: defaults[declared.name].clone(),
+                of_body: false,
+                of_garment: false,
+            });
+            all.len() - 1
+        });
+        mark(&mut all[at]);
+    }
+}
+
+/// A JSON value as text: `0.5`, `0.02,0.01`, `smooth`.
+pub(in crate::session) fn as_text(value: &Value) -> String {
     match value {
         Value::String(word) => word.clone(),
-        Value::Array(values) => values.iter().map(shown).collect::<Vec<_>>().join(","),
+        Value::Array(values) => values.iter().map(as_text).collect::<Vec<_>>().join(","),
         other => other.to_string(),
     }
 }
 
 /// The parameters of a stage.
 pub fn parameters_of(stage: Stage) -> impl Iterator<Item = &'static Parameter> {
-    super::parameter_table::PARAMETERS.iter().filter(move |p| p.stage == stage)
+    PARAMETERS.iter().filter(move |p| p.stage == stage)
+}
+
+/// Whether the stage has parameters in the body's step, or in a garment's.
+pub(in crate::session) fn has_parameters(is_body: bool, stage: Stage) -> bool {
+    parameters_of(stage).any(|p| if is_body { p.of_body } else { p.of_garment })
 }
 
 /// The parameter of that name.
@@ -55,7 +113,7 @@ pub(in crate::session) fn parameter(stage: Stage, name: &str) -> Result<&'static
     })
 }
 
-/// Whether what a recipe says of a parameter can be; else the error.
+/// Checks a value that a recipe sets.
 pub(in crate::session) fn check(stage: Stage, name: &str, setting: &Setting) -> Result<(), SessionError> {
     let parameter = parameter(stage, name)?;
     match parameter.allowed.allows(setting) {
@@ -64,7 +122,7 @@ pub(in crate::session) fn check(stage: Stage, name: &str, setting: &Setting) -> 
     }
 }
 
-/// What a recipe says, as the stage's own type is written: a whole number may stand where a number is meant.
+/// The value of a recipe as the field's type is written: a whole number is allowed where a real one is meant.
 pub(super) fn as_json(stage: Stage, name: &str, setting: &Setting) -> Value {
     let allowed = parameters_of(stage).find(|p| p.name == name).map(|p| p.allowed);
     match (allowed, setting) {
@@ -73,62 +131,52 @@ pub(super) fn as_json(stage: Stage, name: &str, setting: &Setting) -> Value {
     }
 }
 
-/// The defaults of a stage by name; `Null` for a stage without parameters.
-pub(in crate::session) fn defaults(stage: Stage) -> Value {
-    fn of<P: Default + Serialize>() -> Value {
-        serde_json::to_value(P::default()).unwrap_or_default()
-    }
-    match stage {
-        Stage::Scan => defaults_of_scan(),
-        Stage::Fit => of::<NakedParams>(),
-        Stage::Register => of::<RegisterParams>(),
-        Stage::Pose => of::<InsideParams>(),
-        Stage::Segment => of::<crate::segment::RefineParams>(),
-        Stage::Cut => of::<crate::cut::CutParams>(),
-        Stage::Rig => of::<crate::rig::RigParams>(),
-        Stage::Stack => of::<crate::stack::StackParams>(),
-        Stage::Figure => of::<crate::rig::PhysicsParams>(),
-        Stage::Press => of::<crate::stack::PressParams>(),
-        Stage::Evidence => Value::Null,
-    }
-}
-
-/// The defaults of both by name, but for what a step has keys of its own for.
-fn defaults_of_scan() -> Value {
-    let mut all = serde_json::Map::new();
-    for params in [serde_json::to_value(ScanParams::default()), serde_json::to_value(FusionParams::default())] {
-        if let Ok(Value::Object(fields)) = params {
-            all.extend(fields);
-        }
-    }
-    for own in ["unit", "up", "faces", "voxel"] {
-        all.remove(own);
-    }
-    Value::Object(all)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::session::recipe::parameter_table::PARAMETERS;
     use crate::session::recipe::{StepRecipe, params_of};
     use crate::stack::StackParams;
 
+    /// Fields that a step of a recipe sets by keys of its own.
+    const SET_OTHERWISE: [&str; 4] = ["unit", "up", "faces", "voxel"];
+
+    fn undeclared<P: Parameters>() -> Vec<String> {
+        let Value::Object(fields) = serde_json::to_value(P::default()).unwrap() else { panic!("no fields") };
+        let declared: Vec<_> = P::declared().iter().map(|d| d.name).collect();
+        assert!(declared.iter().all(|name| fields.contains_key(*name)), "{declared:?}");
+        fields.into_iter().map(|(name, _)| name).filter(|name| !declared.contains(&name.as_str())).collect()
+    }
+
     #[test]
-    fn every_field_of_every_params_is_in_the_table_and_its_default_is_allowed() {
-        for &stage in Stage::ALL.iter().filter(|stage| stage.section().is_some()) {
-            let Value::Object(fields) = defaults(stage) else { panic!("{stage} has no parameters") };
-            for (name, value) in &fields {
-                let known = parameters_of(stage).find(|p| p.name == name);
-                let known = known.unwrap_or_else(|| panic!("add {name} of {stage} to session/parameter_table.rs"));
-                let read = known.read(&shown(value)).unwrap();
-                assert_eq!(as_json(stage, name, &read), *value, "{stage} {name}");
-            }
-            for parameter in parameters_of(stage) {
-                assert!(fields.contains_key(parameter.name), "{stage} has no {}", parameter.name);
-            }
+    fn every_field_of_every_params_is_declared_or_set_otherwise() {
+        macro_rules! check_stages {
+            ($($(#[$about:meta])* $stage:ident $name:ident [$($section:ident)?] $(body $body:tt)? $(garment $garment:tt)?;)*) => {
+                $($(check_stages!(@each $stage $body);)? $(check_stages!(@each $stage $garment);)?)*
+            };
+            (@each $stage:ident ($($params:ty),*)) => {
+                $(
+                    let left = undeclared::<$params>();
+                    assert!(left.iter().all(|name| SET_OTHERWISE.contains(&name.as_str())), "{}: {left:?}", Stage::$stage);
+                )*
+            };
         }
-        assert!(PARAMETERS.iter().all(|p| p.stage.section().is_some()));
+        for_each_stage!(check_stages);
+    }
+
+    #[test]
+    fn every_default_is_allowed_and_comes_back_from_its_text() {
+        for parameter in PARAMETERS.iter() {
+            let Parameter { stage, name, .. } = parameter;
+            let read = parameter.read(&parameter.default()).unwrap();
+            assert_eq!(as_json(*stage, name, &read), parameter.default, "{stage} {name}");
+            assert!(stage.section().is_some(), "{stage} has parameters but no section in a recipe");
+        }
+    }
+
+    #[test]
+    fn the_body_alone_has_no_physics_weights() {
+        assert!(has_parameters(false, Stage::Figure) && !has_parameters(true, Stage::Figure));
+        assert!(has_parameters(true, Stage::Scan) && has_parameters(false, Stage::Scan));
     }
 
     #[test]

@@ -16,7 +16,8 @@ pub(in crate::session) fn params_of<P: Serialize + DeserializeOwned + Default>(
     params_over(P::default(), step, stage)
 }
 
-/// The same over other defaults. What the recipe says of fields that they do not have is for another type of the stage.
+/// A stage's `Params` for a step, over given defaults. Settings of fields that `P` does not have belong to another `Params`
+/// of the stage.
 pub(in crate::session) fn params_over<P: Serialize + DeserializeOwned>(
     defaults: P,
     step: &StepRecipe,

@@ -1,6 +1,6 @@
-//! What was asked for, in order: a recipe is the only file of a session that a person need keep.
+//! What the user requested, in order. A recipe is the only file of a session that must be kept.
 
-use super::setting::Settings;
+use crate::parameters::Settings;
 use crate::scan::{Unit, Up};
 use crate::session::error::SessionError;
 use crate::session::stage::{Stage, for_each_stage};
@@ -13,7 +13,7 @@ pub(super) const RECIPE_VERSION: u32 = 1;
 /// The name of the step that scans the bare body.
 pub const BODY_STEP: &str = "body";
 
-/// What was asked for.
+/// What the user requested.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Recipe {
@@ -27,13 +27,13 @@ pub struct Recipe {
     pub steps: Vec<StepRecipe>,
 }
 
-/// A file that was given.
+/// An input file.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SourceFile {
-    /// Where it was, relative to the session where that is possible.
+    /// Its path, relative to the session where possible.
     pub file: String,
-    /// What was in it; the session keeps a copy under this name.
+    /// The hash of its content; the session keeps a copy under this name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hash: Option<ContentHash>,
     /// The file that this one was made from, where a person edits that one.
@@ -54,7 +54,7 @@ pub enum BodySurface {
 
 macro_rules! step_recipe {
     ($($(#[$about:meta])* $stage:ident $name:ident [$($section:ident)?] $(body $body:tt)? $(garment $garment:tt)?;)*) => {
-        /// One scan, and what to make of it.
+        /// One scan, and what is made from it.
         #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
         #[serde(deny_unknown_fields)]
         pub struct StepRecipe {
@@ -62,25 +62,25 @@ macro_rules! step_recipe {
             pub name: String,
             /// The scan's file, as in [`SourceFile::file`].
             pub scan: String,
-            /// What was in it, as in [`SourceFile::hash`].
+            /// The hash of its content, as in [`SourceFile::hash`].
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub hash: Option<ContentHash>,
             /// The garment kind; absent for the body.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub template: Option<String>,
-            /// Unit of the scan's coordinates, where it is not to be guessed.
+            /// Unit of the scan's coordinates; guessed by default.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub unit: Option<Unit>,
-            /// Up-axis of the scan, where it is not to be guessed.
+            /// Up axis of the scan; guessed by default.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub up: Option<Up>,
-            /// About how many faces the cleaned scan has.
+            /// Approximate number of faces of the cleaned scan.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub faces: Option<usize>,
-            /// What becomes the figure's body, where it is not the registered template.
+            /// The figure's body; the registered template by default.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub surface: Option<BodySurface>,
-            /// Millimetres between the voxels in which RGB-D frames are fused.
+            /// Voxel size of the fusion of RGB-D frames, in millimetres.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub voxel_mm: Option<f64>,
             /// Where the garment ends at the legs.
@@ -125,19 +125,19 @@ impl StepRecipe {
         self.name == BODY_STEP
     }
 
-    /// The scan as a file that was given.
+    /// The scan as an input file.
     pub fn source(&self) -> SourceFile {
         SourceFile { file: self.scan.clone(), hash: self.hash, from: None }
     }
 }
 
 impl Recipe {
-    /// Nothing asked for yet.
+    /// An empty recipe.
     pub fn new(body: Option<SourceFile>) -> Self {
         Self { version: RECIPE_VERSION, body, steps: Vec::new() }
     }
 
-    /// The hash over what is asked for, wherever its files lie: paths count by their last name only.
+    /// The hash of the content, wherever its files are: only the last component of a path counts.
     pub(in crate::session) fn meaning(&self) -> ContentHash {
         let name_of = |path: &str| path.rsplit('/').next().unwrap_or_default().to_string();
         let mut bare = self.clone();

@@ -16,9 +16,9 @@ impl Session {
     /// **Errors** where the body is not built.
     pub fn body_measures(&self) -> Result<Vec<BodyMeasure>, SessionError> {
         let steps = self.posed_steps(Some(BODY_STEP))?;
-        Ok(steps.first().map_or_else(Vec::new, |worn| {
-            let body = worn.figure.body();
-            body_measures(&body.mesh, &body.weights, &worn.figure.skeleton)
+        Ok(steps.first().map_or_else(Vec::new, |posed| {
+            let body = posed.figure.body();
+            body_measures(&body.mesh, &body.weights, &posed.figure.skeleton)
         }))
     }
 }

@@ -29,7 +29,7 @@ pub struct ExportRequest {
 }
 
 impl Session {
-    /// Writes files, each whole or not at all, and tells which.
+    /// Writes files, each whole or not at all, and returns their paths.
     pub fn export(&self, request: &ExportRequest) -> Result<Vec<PathBuf>, SessionError> {
         match request.target.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
             Some("glb") if !request.target.is_dir() => self.export_glb(request),
@@ -43,7 +43,7 @@ impl Session {
     fn export_glb(&self, request: &ExportRequest) -> Result<Vec<PathBuf>, SessionError> {
         if request.scan.is_some() || request.before_registration {
             return Err(SessionError::BadRequest {
-                what: "a .glb holds the figure; it has no place for a scan or for the body before registration".into(),
+                what: "a .glb holds the figure; it cannot hold a scan or the body before registration".into(),
                 hint: "name a folder instead: `overcoat export DIR/ …`".into(),
             });
         }
@@ -64,7 +64,7 @@ impl Session {
             if let Some(at) = request.at.as_deref().filter(|at| *at != crate::session::recipe::BODY_STEP) {
                 return Err(SessionError::BadRequest {
                     what: format!("'{at}' has no stage fit: only the body is fitted before it is registered"),
-                    hint: "say --at body --stage fit".into(),
+                    hint: "use --at body --stage fit".into(),
                 });
             }
             let steps = self.posed_steps(Some(crate::session::recipe::BODY_STEP))?;
@@ -72,7 +72,7 @@ impl Session {
             return Ok(files);
         }
         if let Some(name) = &request.scan {
-            // A scan can be had before anything is built.
+            // A scan can be exported before anything is built.
             let step = self.recipe.step(name)?.clone();
             let scan = scan_of(&mut Walk::look(self), &step)?;
             let scan = self.store.load(scan)?;
@@ -95,11 +95,11 @@ impl Session {
     }
 }
 
-/// A step and the scan that it was made from; without its folder, which is nobody's business.
-fn origin(worn: &PosedStep) -> (String, String) {
-    let file = Path::new(&worn.step.scan).file_name().map(|f| f.to_string_lossy().into_owned()).unwrap_or_default();
-    let hash = worn.step.hash.map(|h| format!(", BLAKE3 {h}")).unwrap_or_default();
-    (format!("scan of {}", worn.step.name), format!("{file}{hash}"))
+/// A step and the file of its scan, without the folder, which is private.
+fn origin(posed: &PosedStep) -> (String, String) {
+    let file = Path::new(&posed.step.scan).file_name().map(|f| f.to_string_lossy().into_owned()).unwrap_or_default();
+    let hash = posed.step.hash.map(|h| format!(", BLAKE3 {h}")).unwrap_or_default();
+    (format!("scan of {}", posed.step.name), format!("{file}{hash}"))
 }
 
 struct Folder<'a> {
@@ -114,28 +114,28 @@ impl Folder<'_> {
         self.joints(&figure.skeleton, &figure.skeleton.joints_in_bind, files)
     }
 
-    fn step(&self, worn: &PosedStep, files: &mut Vec<PathBuf>) -> Result<(), SessionError> {
-        let frame = &worn.scan.world_from_file;
-        let figure = &worn.figure;
-        self.ply("body.ply", &in_file(&worn.body(), frame), figure.body().colors.as_ref(), &[], files)?;
-        for ((name, mesh), layer) in worn.garments().iter().zip(figure.garments()) {
+    fn step(&self, posed: &PosedStep, files: &mut Vec<PathBuf>) -> Result<(), SessionError> {
+        let frame = &posed.scan.world_from_file;
+        let figure = &posed.figure;
+        self.ply("body.ply", &in_file(&posed.body(), frame), figure.body().colors.as_ref(), &[], files)?;
+        for ((name, mesh), layer) in posed.garments().iter().zip(figure.garments()) {
             self.ply(&format!("{name}.ply"), &in_file(mesh, frame), layer.colors.as_ref(), &[], files)?;
         }
-        let joints: Vec<Point> = worn.joints().iter().map(|p| frame.file_from_world(p)).collect();
+        let joints: Vec<Point> = posed.joints().iter().map(|p| frame.file_from_world(p)).collect();
         self.joints(&figure.skeleton, &joints, files)?;
-        if let Some(labels) = &worn.labels {
+        if let Some(labels) = &posed.labels {
             let label: Vec<f32> = labels.0.iter().map(|&l| f32::from(u8::from(l))).collect();
             let colors: PerVertex<[u8; 3]> = labels.0.iter().map(|&l| LABEL_COLORS[usize::from(l)]).collect();
-            let scan = in_file(&worn.scan.mesh, frame);
-            let name = format!("labels/{}.ply", worn.step.name);
+            let scan = in_file(&posed.scan.mesh, frame);
+            let name = format!("labels/{}.ply", posed.step.name);
             self.ply(&name, &scan, Some(&colors), &[("label", &label), ("quality", &label)], files)?;
         }
         Ok(())
     }
 
-    fn fit(&self, worn: &PosedStep, files: &mut Vec<PathBuf>) -> Result<(), SessionError> {
-        let (Some(fitted), Some(body)) = (&worn.fitted, worn.body_of_fit()) else { return Ok(()) };
-        let frame = &worn.scan.world_from_file;
+    fn fit(&self, posed: &PosedStep, files: &mut Vec<PathBuf>) -> Result<(), SessionError> {
+        let (Some(fitted), Some(body)) = (&posed.fitted, posed.body_of_fit()) else { return Ok(()) };
+        let frame = &posed.scan.world_from_file;
         self.ply("body.ply", &in_file(&body, frame), None, &[], files)?;
         let joints = fitted.skeleton.joints_in_world(&fitted.pose);
         let joints: Vec<Point> = joints.iter().map(|p| frame.file_from_world(p)).collect();

@@ -26,27 +26,27 @@ impl Session {
         let steps = self.posed_steps(None)?;
         let reports: Vec<StageReport> = self.status()?.into_iter().flat_map(|s| s.standing).collect();
         let mut placed = Vec::new();
-        for (k, worn) in steps.iter().enumerate() {
-            let (seen, turned) = (SeenStep::of(worn), Turned::of(worn));
+        for (k, posed) in steps.iter().enumerate() {
+            let (seen, turned) = (SeenStep::of(posed), Turned::of(posed));
             recording.set_step(k);
             recording.log_scan(&seen.scan()?).map_err(failed)?;
-            for (layer, (part, of)) in seen.layers().iter().zip(&worn.figure.layers).enumerate() {
+            for (layer, (part, of)) in seen.layers().iter().zip(&posed.figure.layers).enumerate() {
                 match layer {
                     0 => recording.log_body(part).map_err(failed)?,
                     _ => recording.log_garment(&of.name, part).map_err(failed)?,
                 }
             }
-            let skeleton = &worn.figure.skeleton;
-            let joints: Vec<_> = worn.joints().iter().map(|p| turned.point(p)).collect();
+            let skeleton = &posed.figure.skeleton;
+            let joints: Vec<_> = posed.joints().iter().map(|p| turned.point(p)).collect();
             let parents: Vec<Option<usize>> = skeleton.parents.iter().map(|p| p.map(|p| p.index())).collect();
             recording.log_skeleton(&joints, &skeleton.names, &parents).map_err(failed)?;
-            recording.log_notes(&notes_in_markdown(&reports, &worn.step.name)).map_err(failed)?;
-            for report in reports.iter().filter(|r| r.step == worn.step.name) {
+            recording.log_notes(&notes_in_markdown(&reports, &posed.step.name)).map_err(failed)?;
+            for report in reports.iter().filter(|r| r.step == posed.step.name) {
                 for (name, value) in &report.measures {
                     recording.log_measure(&format!("{}_{name}", report.stage), *value).map_err(failed)?;
                 }
             }
-            placed.push((worn.step.name.clone(), turned));
+            placed.push((posed.step.name.clone(), turned));
         }
         Ok(placed)
     }
@@ -78,7 +78,7 @@ impl LiveView {
         Ok(())
     }
 
-    /// Shows a garment as it was just cut, in its scan's pose, before anything that hangs on it is made anew.
+    /// Shows a garment as it was just cut, in its scan's pose, before anything that depends on it is rebuilt.
     pub fn show_cut(&mut self, layer: &str, garment: &Garment) -> Result<(), SessionError> {
         self.change += 1;
         let Some(k) = self.placed.iter().position(|(name, _)| name == layer) else { return Ok(()) };

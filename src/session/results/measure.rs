@@ -1,4 +1,4 @@
-//! A session against known truth.
+//! A session compared with ground truth.
 
 use super::posed_step::PosedStep;
 use crate::formats::read_ply;
@@ -31,7 +31,7 @@ pub enum Subject {
 impl Session {
     /// Measures all steps against the truth in `folder`: `K_body.ply`, `K_layerJ.ply`, `joints.json` and, where it is
     /// there, `bind_*.ply`, in the frame and unit of the scans' files. What was fused from frames has a frame of its own:
-    /// its truth, Y up and in metres, is laid on the scan first.
+    /// its truth, Y up and in metres, is aligned with the scan first.
     pub fn measure(&self, folder: &Path, subject: Subject) -> Result<TruthReport, SessionError> {
         if !folder.is_dir() {
             return Err(SessionError::NoSuchFolder { path: folder.to_path_buf() });
@@ -44,9 +44,9 @@ impl Session {
         let truths = steps
             .iter()
             .enumerate()
-            .map(|(k, worn)| match self.is_recorded(worn) {
-                true => Ok(laid_on(&worn.scan.mesh, truth_of(folder, k, &joints, &FileFrame::identity())?)),
-                false => truth_of(folder, k, &joints, &worn.scan.world_from_file),
+            .map(|(k, posed)| match self.is_recorded(posed) {
+                true => Ok(aligned_with(&posed.scan.mesh, truth_of(folder, k, &joints, &FileFrame::identity())?)),
+                false => truth_of(folder, k, &joints, &posed.scan.world_from_file),
             })
             .collect::<Result<Vec<_>, SessionError>>()?;
         let bind = ResultBind { layers: bind_layers(&steps) };
@@ -59,42 +59,42 @@ impl Session {
     }
 
     /// Whether a step's scan was fused from RGB-D frames.
-    fn is_recorded(&self, worn: &PosedStep) -> bool {
-        self.state.record(&worn.step.name, Stage::Scan).is_some_and(|record| record.measures.contains_key("frames"))
+    fn is_recorded(&self, posed: &PosedStep) -> bool {
+        self.state.record(&posed.step.name, Stage::Scan).is_some_and(|record| record.measures.contains_key("frames"))
     }
 }
 
-fn laid_on(scan: &TriMesh, truth: TruthStep) -> TruthStep {
+fn aligned_with(scan: &TriMesh, truth: TruthStep) -> TruthStep {
     let all: Vec<&TriMesh> = std::iter::once(&truth.body).chain(&truth.layers).collect();
     let motion = scan_from_truth(scan, &all);
-    let laid = |mesh: &TriMesh| mesh.map_points(|p| motion * p);
+    let moved = |mesh: &TriMesh| mesh.map_points(|p| motion * p);
     TruthStep {
-        body: laid(&truth.body),
-        layers: truth.layers.iter().map(laid).collect(),
+        body: moved(&truth.body),
+        layers: truth.layers.iter().map(moved).collect(),
         joints: truth.joints.into_iter().map(|(name, p)| (name, motion * p)).collect(),
     }
 }
 
-fn result_of(worn: &PosedStep) -> Result<ResultStep, SessionError> {
-    let kind = worn.step.template.as_ref().map(|_| garment_kind::of_step(&worn.step)).transpose()?;
-    let covered = kind.as_ref().map(|k| k.template.prior(worn.figure.body(), &worn.figure.skeleton, &k.extent));
-    let names = worn.figure.skeleton.names.iter().cloned();
+fn result_of(posed: &PosedStep) -> Result<ResultStep, SessionError> {
+    let kind = posed.step.template.as_ref().map(|_| garment_kind::of_step(&posed.step)).transpose()?;
+    let covered = kind.as_ref().map(|k| k.template.prior(posed.figure.body(), &posed.figure.skeleton, &k.extent));
+    let names = posed.figure.skeleton.names.iter().cloned();
     Ok(ResultStep {
-        name: worn.step.name.clone(),
-        body: worn.body(),
-        fitted: worn.body_of_fit(),
-        garments: worn.garments(),
-        joints: names.zip(worn.joints()).collect(),
-        scan: worn.scan.mesh.clone(),
-        labels: worn.labels.as_ref().map(|l| l.0.clone()),
+        name: posed.step.name.clone(),
+        body: posed.body(),
+        fitted: posed.body_of_fit(),
+        garments: posed.garments(),
+        joints: names.zip(posed.joints()).collect(),
+        scan: posed.scan.mesh.clone(),
+        labels: posed.labels.as_ref().map(|l| l.0.clone()),
         covered,
-        margin: crate::session::stages::margin(&worn.step)?,
+        margin: crate::session::stages::margin(&posed.step)?,
         hem_loops_expected: kind.map(|k| *k.template.expected_loops().end()),
     })
 }
 
 fn bind_layers(steps: &[PosedStep]) -> Vec<(String, TriMesh)> {
-    let last = steps.last().map(|worn| worn.figure.layers.as_slice()).unwrap_or_default();
+    let last = steps.last().map(|posed| posed.figure.layers.as_slice()).unwrap_or_default();
     last.iter().map(|layer| (layer.name.clone(), layer.mesh.clone())).collect()
 }
 

@@ -1,11 +1,11 @@
-//! What is said where recordings are asked for and the program was built without the viewer.
+//! The error for recordings in a program that was built without the viewer.
 
 use super::show_in::ShowIn;
 use crate::scan::FusionStep;
 use crate::session::error::SessionError;
 use crate::session::stages::Event;
 
-/// Stands for the recording of a scan, and is never made.
+/// The recording of a scan, which cannot be made.
 pub(in crate::session) enum ScanRecording {}
 
 impl ScanRecording {
@@ -25,7 +25,7 @@ impl ScanRecording {
     }
 }
 
-/// Stands for the recording of fits, and is never made.
+/// The recording of fits, which cannot be made.
 pub(in crate::session) enum FitRecording {}
 
 impl FitRecording {
@@ -47,7 +47,7 @@ impl FitRecording {
 
 pub(in crate::session) fn without_viewer() -> SessionError {
     SessionError::BadRequest {
-        what: "this program was built without the viewer, so it shows and records nothing".into(),
+        what: "this program was built without the viewer, so it cannot show or record anything".into(),
         hint: "build it with `cargo build --release`, or draw a picture with `overcoat view --sheet sheet.png`".into(),
     }
 }

@@ -1,4 +1,4 @@
-//! A step as it was worn: the figure in the pose of its scan.
+//! A step with the figure in the pose of its scan.
 
 use crate::body::{Figure, Pose, unskin};
 use crate::fit::{FittedBody, PoseInside};
@@ -90,17 +90,17 @@ impl PosedStep {
         self.surface_of_fit.clone()
     }
 
-    /// What is worn at this step, innermost first: the new garment as observed, the others as it presses them.
+    /// The posed garments, innermost first: the new one as observed, the others as it presses them.
     pub fn garments(&self) -> Vec<(String, TriMesh)> {
         self.figure.garments().iter().zip(&self.garments).map(|(l, mesh)| (l.name.clone(), mesh.clone())).collect()
     }
 
-    /// The figure whose skinning into this step's pose gives all surfaces as they were worn, offsets and all.
+    /// The figure whose skinning into this step's pose gives the posed surfaces, offsets included.
     pub fn figure_for_pose(&self) -> Figure {
         let mut figure = self.figure.clone();
         let surfaces = std::iter::once(self.body()).chain(self.garments().into_iter().map(|(_, mesh)| mesh));
-        for (layer, worn) in figure.layers.iter_mut().zip(surfaces) {
-            let points = unskin(worn.points(), &layer.weights, &figure.skeleton, &self.pose);
+        for (layer, posed) in figure.layers.iter_mut().zip(surfaces) {
+            let points = unskin(posed.points(), &layer.weights, &figure.skeleton, &self.pose);
             layer.mesh = layer.mesh.with_points(points);
         }
         figure

@@ -35,9 +35,9 @@ impl Session {
         let Some(last) = steps.last() else { return Ok(()) };
         let seen: Vec<SeenStep> = steps.iter().map(SeenStep::of).collect();
         let mut scans = Vec::new();
-        for (k, (worn, seen)) in steps.iter().zip(&seen).enumerate() {
+        for (k, (posed, seen)) in steps.iter().zip(&seen).enumerate() {
             let plus = if k == 0 { "" } else { "+ " };
-            scans.push((format!("{plus}{}", worn.step.name), seen.scan()?));
+            scans.push((format!("{plus}{}", posed.step.name), seen.scan()?));
         }
         let figure = &last.figure;
         let painted = |mesh, k: usize| match &figure.layers[k].colors {

@@ -19,11 +19,11 @@ impl Shown {
             ShowIn::ViewerAt(url) => Sink::Viewer(Some(url)),
             ShowIn::File(_) => Sink::Memory,
         };
-        let recording = of(sink).map_err(|e| told(to, e))?;
+        let recording = of(sink).map_err(|e| failed(to, e))?;
         let shown = Self { to: to.clone(), recording, failed: None };
         if *to != ShowIn::Viewer && !matches!(to, ShowIn::File(_)) {
-            // One that does not answer is told of before the work, not after.
-            shown.recording.sent().map_err(|e| told(to, e))?;
+            // A viewer that does not answer is reported before the work, not after.
+            shown.recording.sent().map_err(|e| failed(to, e))?;
         }
         Ok(shown)
     }
@@ -39,16 +39,16 @@ impl Shown {
     pub fn finish(self) -> Result<(), SessionError> {
         let Self { to, recording, failed } = self;
         if let Some(e) = failed {
-            return Err(told(&to, e));
+            return Err(failed(&to, e));
         }
         match &to {
             ShowIn::File(path) => super::export::write(path, |out| recording.finish(out)),
-            _ => recording.sent().map_err(|e| told(&to, e)),
+            _ => recording.sent().map_err(|e| failed(&to, e)),
         }
     }
 }
 
-fn told(to: &ShowIn, e: Error) -> SessionError {
+fn failed(to: &ShowIn, e: Error) -> SessionError {
     match to {
         ShowIn::File(path) => SessionError::bad_source(path, e),
         _ => SessionError::viewer(e),

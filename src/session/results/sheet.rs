@@ -24,10 +24,10 @@ impl Session {
         let reports: Vec<StageReport> = self.status()?.into_iter().flat_map(|s| s.standing).collect();
         let seen: Vec<SeenStep> = steps.iter().map(SeenStep::of).collect();
         let mut rows = Vec::new();
-        for (worn, seen) in steps.iter().zip(&seen) {
+        for (posed, seen) in steps.iter().zip(&seen) {
             rows.push(SheetRow::step(
-                &worn.step.name,
-                notes(&reports, &worn.step.name),
+                &posed.step.name,
+                notes(&reports, &posed.step.name),
                 &[seen.scan()?],
                 &seen.layers(),
             ));
@@ -52,11 +52,11 @@ pub(in crate::session) struct Turned {
 }
 
 impl Turned {
-    pub(in crate::session) fn of(worn: &PosedStep) -> Self {
-        let root = worn.joints()[JointId(0).index()];
-        let facing = worn.pose.rotations[0] * Vector3::z();
+    pub(in crate::session) fn of(posed: &PosedStep) -> Self {
+        let root = posed.joints()[JointId(0).index()];
+        let facing = posed.pose.rotations[0] * Vector3::z();
         let turn = Rotation3::from_axis_angle(&Vector3::y_axis(), -facing.x.atan2(facing.z));
-        let feet = worn.scan.mesh.bounds().map_or(0.0, |b| b.min.y);
+        let feet = posed.scan.mesh.bounds().map_or(0.0, |b| b.min.y);
         Self { turn, floor: Point::new(root.x, feet, root.z) }
     }
 
@@ -77,13 +77,13 @@ pub(in crate::session) struct SeenStep {
 }
 
 impl SeenStep {
-    pub(in crate::session) fn of(worn: &PosedStep) -> Self {
-        let turned = Turned::of(worn);
-        let garments = worn.garments();
-        let layers = std::iter::once(worn.body()).chain(garments.into_iter().map(|(_, mesh)| mesh));
+    pub(in crate::session) fn of(posed: &PosedStep) -> Self {
+        let turned = Turned::of(posed);
+        let garments = posed.garments();
+        let layers = std::iter::once(posed.body()).chain(garments.into_iter().map(|(_, mesh)| mesh));
         Self {
-            scan: turned.mesh(&worn.scan.mesh),
-            scan_colors: worn.scan.colors.clone(),
+            scan: turned.mesh(&posed.scan.mesh),
+            scan_colors: posed.scan.colors.clone(),
             layers: layers.map(|mesh| turned.mesh(&mesh)).collect(),
         }
     }

@@ -1,4 +1,4 @@
-//! What is asked of the measures that a session takes by itself, without known truth.
+//! Limits of the measures that a session takes without ground truth.
 
 use crate::session::recipe::{StepRecipe, garment_kind};
 use crate::session::stage::Stage;
@@ -6,19 +6,19 @@ use crate::session::stages::StageReport;
 use serde::Serialize;
 use std::fmt;
 
-/// How a measure stands to its target.
+/// How a measure compares with its limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// As good as it should be in the end.
+    /// Within the goal.
     Goal,
-    /// As good as it must be.
+    /// Acceptable.
     First,
     /// Neither.
     Missed,
 }
 
-/// A measure with what is asked of it.
+/// A measure with its limits.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Judged {
     /// The stage that measured it.
@@ -27,9 +27,9 @@ pub struct Judged {
     pub measure: String,
     /// What was measured.
     pub value: f64,
-    /// From and to, both included, as it must be.
+    /// The acceptable range, both ends included.
     pub first: (f64, f64),
-    /// From and to, both included, as it should be.
+    /// The range of the goal, both ends included.
     pub goal: (f64, f64),
     /// Which of them holds.
     pub verdict: Verdict,
@@ -37,14 +37,14 @@ pub struct Judged {
 
 impl fmt::Display for Judged {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let said = |(least, most): (f64, f64)| match (least == most, least.is_finite() && least > 0.0) {
+        let text = |(least, most): (f64, f64)| match (least == most, least.is_finite() && least > 0.0) {
             (true, _) => format!("{most}"),
             (false, true) => format!("{least} to {most}"),
             (false, false) => format!("≤ {most}"),
         };
         match self.first == self.goal {
-            true => f.write_str(&said(self.goal)),
-            false => write!(f, "{} (at first {})", said(self.goal), said(self.first)),
+            true => f.write_str(&text(self.goal)),
+            false => write!(f, "{}, acceptable {}", text(self.goal), text(self.first)),
         }
     }
 }
@@ -56,14 +56,14 @@ const fn at_most(most: f64) -> Limits {
     (0.0, most)
 }
 
-/// Measure, what it must be, what it should be. The limits are those that results are held to where the truth is known,
-/// for people whom our model did not make; the scan, which lies about 1 mm from the truth, stands in for it here.
+/// Measure, acceptable range, goal. The limits are those that results are held to where the truth is known,
+/// for people whom our model did not make; here the scan, about 1 mm from the truth, replaces it.
 const LIMITS: [(Stage, &str, Limits, Limits); 6] = [
     // A model of 15 components leaves about 5 mm on a body of another family.
     (Stage::Fit, "residual_mean_mm", at_most(15.0), at_most(8.0)),
     // Depth cameras leave 0.7 to 1.3 mm of noise.
     (Stage::Register, "residual_mean_mm", at_most(4.0), at_most(1.8)),
-    // Held by a constraint: what is outside was not to be had.
+    // A constraint holds it: what remains outside could not be moved inside.
     (Stage::Pose, "outside_percent", at_most(0.0), at_most(0.0)),
     (Stage::Stack, "inside_after", at_most(0.0), at_most(0.0)),
     (Stage::Stack, "intersecting_pairs", at_most(0.0), at_most(0.0)),
@@ -71,7 +71,7 @@ const LIMITS: [(Stage, &str, Limits, Limits); 6] = [
     (Stage::Cut, "hem_loops", at_most(0.0), at_most(0.0)),
 ];
 
-/// The measures of a stage of a step that something is asked of.
+/// The measures of a stage that have limits.
 pub(in crate::session) fn judge(step: &StepRecipe, report: &StageReport) -> Vec<Judged> {
     let of_stage = LIMITS.iter().filter(|(stage, ..)| *stage == report.stage);
     let judged = of_stage.filter_map(|&(stage, measure, first, goal)| {
@@ -115,14 +115,14 @@ mod tests {
             findings: vec![],
         };
         let found = judge(&step, &report);
-        assert_eq!(found.len(), 1, "what nothing is asked of is not judged");
+        assert_eq!(found.len(), 1, "a measure without limits is not judged");
         found[0].clone()
     }
 
     #[test]
     fn measures_are_held_against_what_is_asked_and_what_is_wanted() {
         let register = judged(Stage::Register, "residual_mean_mm", 2.0);
-        assert_eq!((register.verdict, register.to_string()), (Verdict::First, "≤ 1.8 (at first ≤ 4)".into()));
+        assert_eq!((register.verdict, register.to_string()), (Verdict::First, "≤ 1.8, acceptable ≤ 4".into()));
         assert_eq!(judged(Stage::Register, "residual_mean_mm", 1.0).verdict, Verdict::Goal);
         assert_eq!(judged(Stage::Register, "residual_mean_mm", 9.0).verdict, Verdict::Missed);
         let hems = judged(Stage::Cut, "hem_loops", 3.0);

@@ -7,7 +7,7 @@ use crate::session::stage::Stage;
 use crate::session::store::Measures;
 use serde::Serialize;
 
-/// What happens while stages run, for whoever shows it.
+/// What happens while stages run.
 #[derive(Debug)]
 pub enum Event<'a> {
     /// A stage begins.

@@ -15,8 +15,7 @@ use serde_json::{Value, json};
 use std::rc::Rc;
 
 /// What helps where the naked scan lacks a limb.
-const USE_ALL_SCANS: &str =
-    "what this scan lacks the next may show: with `overcoat fit body --shape-from all` it is taken from all of them";
+const USE_ALL_SCANS: &str = "a limb is not seen in this scan; if a later scan shows it, `overcoat fit body --shape-from all` takes it from there";
 
 pub(in crate::session) struct Fit;
 

@@ -1,4 +1,4 @@
-//! Masks laid on the scan of their step.
+//! Masks applied to the scan of their step.
 
 use super::scan::raw_mesh;
 use crate::scan::Scan;

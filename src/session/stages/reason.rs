@@ -1,6 +1,6 @@
-//! Why a stage has to run: what its result was made from, against what it would be made from now.
+//! Why a stage is out of date: the inputs of its result, compared with those of now.
 
-use crate::session::recipe::shown;
+use crate::session::recipe::as_text;
 use crate::session::stage::Stage;
 use crate::session::store::StageRecord;
 use serde::Serialize;
@@ -13,7 +13,7 @@ use std::fmt;
 pub enum Cause {
     /// It has no result yet.
     NeverRan,
-    /// It was asked for by name.
+    /// The user asked for it.
     Forced,
     /// Its result is not among the artefacts.
     ResultMissing,
@@ -31,7 +31,7 @@ pub enum Cause {
     BodyModel,
     /// What another stage made.
     Upstream,
-    /// Something that older records did not note.
+    /// Something that older records do not contain.
     Unknown,
 }
 
@@ -43,10 +43,10 @@ pub struct Reason {
     /// Its name, where there are several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// What it was.
+    /// Its old value.
     #[serde(skip_serializing_if = "Value::is_null")]
     pub old: Value,
-    /// What it is.
+    /// Its new value.
     #[serde(skip_serializing_if = "Value::is_null")]
     pub new: Value,
 }
@@ -64,13 +64,13 @@ impl Reason {
 impl fmt::Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let name = self.name.as_deref().unwrap_or_default();
-        let said = |value: &Value| if value.is_null() { "none".into() } else { shown(value) };
+        let text = |value: &Value| if value.is_null() { "none".into() } else { as_text(value) };
         match self.cause {
             Cause::NeverRan => f.write_str("never ran"),
             Cause::Forced => f.write_str("forced"),
             Cause::ResultMissing => f.write_str("its result is missing"),
-            Cause::Code => write!(f, "the stage's code: version {} → {}", said(&self.old), said(&self.new)),
-            Cause::Parameter | Cause::Kind => write!(f, "{name} {} → {}", said(&self.old), said(&self.new)),
+            Cause::Code => write!(f, "the stage's code: version {} → {}", text(&self.old), text(&self.new)),
+            Cause::Parameter | Cause::Kind => write!(f, "{name} {} → {}", text(&self.old), text(&self.new)),
             Cause::File => f.write_str("the scan's file"),
             Cause::Masks => f.write_str("the masks"),
             Cause::BodyModel => f.write_str("the body model"),
@@ -94,7 +94,7 @@ pub(super) fn reasons(record: &StageRecord, stage: Stage, version: u32, inputs: 
             "kind" | "file" => found.push(Reason::of(Cause::File)),
             "masks" => found.push(Reason::of(Cause::Masks)),
             "model" => found.push(Reason::of(Cause::BodyModel)),
-            // They are asked for, or no more, by a parameter.
+            // A parameter switches them on and off; it is the reason.
             "others" if old.is_null() || new.is_null() => {}
             "loops" => found.push(Reason::named(Cause::Kind, "hems", old, new)),
             key => found.push(Reason::named(Cause::Upstream, upstream(key, stage), &Value::Null, &Value::Null)),
@@ -131,7 +131,7 @@ fn kind(old: &Value, new: &Value) -> Vec<Reason> {
     found
 }
 
-/// The stage that a name among the inputs stands for.
+/// What a name among the inputs refers to.
 fn upstream(key: &str, stage: Stage) -> &str {
     match key {
         "figure" if stage == Stage::Press => "figure",
@@ -175,8 +175,8 @@ mod tests {
             measures: Measures::new(),
             findings: vec![],
         };
-        let said: Vec<String> = reasons(&record, Stage::Segment, 2, &new).iter().map(Reason::to_string).collect();
-        assert_eq!(said, ["until Hip → Knee", "the result of segment", "the masks", "color 1.0 → 0.5"]);
+        let reported: Vec<String> = reasons(&record, Stage::Segment, 2, &new).iter().map(Reason::to_string).collect();
+        assert_eq!(reported, ["until Hip → Knee", "the result of segment", "the masks", "color 1.0 → 0.5"]);
         assert_eq!(reasons(&record, Stage::Segment, 2, &old), []);
         let older = StageRecord { code: 9, ..record };
         assert_eq!(reasons(&older, Stage::Segment, 2, &old)[0].to_string(), "the stage's code: version 9 → 2");

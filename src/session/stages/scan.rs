@@ -71,14 +71,14 @@ fn measured<T>(outcome: Outcome<T>, report: &FusionReport) -> Outcome<T> {
 
 fn scan_params_of(step: &StepRecipe) -> Result<ScanParams, SessionError> {
     let defaults = ScanParams::default();
-    let said = ScanParams { unit: step.unit, up: step.up, faces: step.faces.unwrap_or(defaults.faces), ..defaults };
-    params_over(said, step, Stage::Scan)
+    let given = ScanParams { unit: step.unit, up: step.up, faces: step.faces.unwrap_or(defaults.faces), ..defaults };
+    params_over(given, step, Stage::Scan)
 }
 
 fn fusion_params_of(step: &StepRecipe) -> Result<FusionParams, SessionError> {
     let defaults = FusionParams::default();
-    let said = FusionParams { voxel: step.voxel_mm.map_or(defaults.voxel, |mm| 1e-3 * mm), ..defaults };
-    params_over(said, step, Stage::Scan)
+    let given = FusionParams { voxel: step.voxel_mm.map_or(defaults.voxel, |mm| 1e-3 * mm), ..defaults };
+    params_over(given, step, Stage::Scan)
 }
 
 fn read(
@@ -109,7 +109,7 @@ fn read(
 fn in_words(step: &FusionStep, began: &Instant) -> String {
     match step {
         FusionStep::Surveyed => "floor and walls found".into(),
-        FusionStep::CutOut { frames } => format!("the person cut out of {frames} frames"),
+        FusionStep::CutOut { frames } => format!("person cut out of {frames} frames"),
         FusionStep::Tracked { frame, of, residual, .. } => {
             let rate = (frame + 1) as f64 / began.elapsed().as_secs_f64().max(1e-3);
             let found = residual.map_or("lost".into(), |r| format!("{:.1} mm", 1e3 * r));
@@ -119,8 +119,8 @@ fn in_words(step: &FusionStep, began: &Instant) -> String {
         FusionStep::Settled { round, of, most } => {
             format!("round {} of {of}: frames moved by up to {:.1} mm", round + 1, 1e3 * most)
         }
-        FusionStep::Placed { .. } => "all frames have their place".into(),
-        FusionStep::Integrated { .. } => "all frames averaged".into(),
+        FusionStep::Placed { .. } => "all camera poses are final".into(),
+        FusionStep::Integrated { .. } => "all frames fused".into(),
         FusionStep::Extracted { faces } => format!("surface of {faces} faces"),
     }
 }

@@ -19,7 +19,7 @@ pub struct Store {
     memory: Option<Memory>,
 }
 
-/// How an artefact is.
+/// The health of an artefact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::session) enum Health {
     Sound,
@@ -67,7 +67,7 @@ impl Store {
     pub fn keep_bytes(&self, bytes: &[u8]) -> Result<ContentHash, SessionError> {
         let hash = ContentHash::of(bytes);
         let path = self.path(hash);
-        // An artefact that is there and right need not be written; one that is damaged is mended by writing it again.
+        // A sound artefact need not be written again; a damaged one is repaired by writing it.
         if std::fs::read(&path).is_ok_and(|there| ContentHash::of(&there) == hash) {
             return Ok(hash);
         }
@@ -101,7 +101,7 @@ impl Store {
         Ok(String::from_utf8_lossy(&self.bytes(hash)?).into_owned())
     }
 
-    /// How an artefact is, by its content.
+    /// The health of an artefact, by its content.
     pub(in crate::session) fn health(&self, hash: ContentHash) -> Health {
         match std::fs::read(self.path(hash)) {
             Ok(bytes) if ContentHash::of(&bytes) == hash => Health::Sound,
@@ -110,7 +110,7 @@ impl Store {
         }
     }
 
-    /// Takes an artefact away; one that cannot be is overwritten by whoever makes it again.
+    /// Deletes an artefact; if that fails, the next run overwrites it.
     pub(in crate::session) fn remove(&self, hash: ContentHash) {
         let _ = std::fs::remove_file(self.path(hash));
     }
@@ -142,12 +142,12 @@ impl Store {
         })
     }
 
-    /// Has at hand from now on what `memory` holds, and what is loaded.
+    /// Keeps loaded values in `memory` from now on.
     pub(in crate::session) fn remember(&mut self, memory: &Memory) {
         self.memory = Some(memory.clone());
     }
 
-    /// Loads a value, or gives the one at hand.
+    /// Loads a value, or takes it from memory.
     pub(in crate::session) fn load_shared<T: DeserializeOwned + Send + Sync + 'static>(
         &self,
         kept: Kept<T>,
@@ -158,7 +158,7 @@ impl Store {
         }
     }
 
-    /// What is prepared from the artefact of that name: made, or at hand.
+    /// A value prepared from the artefact of that name: computed, or taken from memory.
     pub(in crate::session) fn prepared<T: Send + Sync + 'static>(
         &self,
         of: ContentHash,

@@ -1,11 +1,11 @@
-//! Files that are there whole or not at all.
+//! Files that are written whole or not at all.
 
 use crate::session::error::SessionError;
 use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Begins the name of a file that is not finished; whoever holds the lock may delete it.
+/// Prefix of the name of an unfinished file; the holder of the lock may delete it.
 pub(in crate::session) const UNFINISHED: &str = ".unfinished-";
 
 /// Writes `bytes` to a temporary name in the same folder, syncs it, renames it to `path` and syncs the folder.
@@ -13,7 +13,7 @@ pub(in crate::session) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), S
     write_whole_with(path, |file| file.write_all(bytes).map_err(|e| SessionError::writing(path, e)))
 }
 
-/// The same for content that is streamed; nothing appears at `path` if `write` fails.
+/// Writes streamed content like [`write_whole`]; nothing appears at `path` if `write` fails.
 pub(in crate::session) fn write_whole_with(
     path: &Path,
     write: impl FnOnce(&mut File) -> Result<(), SessionError>,
@@ -28,7 +28,7 @@ pub(in crate::session) fn place_whole(path: &Path, bytes: &[u8]) -> Result<(), S
     place(path, |file| file.write_all(bytes).map_err(|e| SessionError::writing(path, e)))
 }
 
-/// As [`write_whole`], but nothing is synced: for what nobody misses if the power fails.
+/// Like [`write_whole`], but nothing is synced: for files that may be lost if the power fails.
 pub(in crate::session) fn write_lightly(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
     let io = |e| SessionError::writing(path, e);
     let mut file = new_file(&folder_of(path)).map_err(io)?;
@@ -44,7 +44,7 @@ fn place(path: &Path, write: impl FnOnce(&mut File) -> Result<(), SessionError>)
     file.persist(path).map(drop).map_err(|e| io(e.error))
 }
 
-/// Adds one line to the end of `path`, and syncs. What follows the last line break is cut off first: it was never finished.
+/// Adds one line to the end of `path`, and syncs. An unfinished last line is cut off first.
 pub(in crate::session) fn append_line(path: &Path, line: &str) -> Result<(), SessionError> {
     let io = |e| SessionError::writing(path, e);
     let (whole, is_new) = match fs::read(path) {
@@ -55,7 +55,7 @@ pub(in crate::session) fn append_line(path: &Path, line: &str) -> Result<(), Ses
     let mut file = File::options().create(true).append(true).open(path).map_err(io)?;
     file.set_len(whole as u64).map_err(io)?;
     if let Err(e) = file.write_all(format!("{line}\n").as_bytes()).and_then(|()| file.sync_all()) {
-        // On a full disk half a line may stand there; whoever reads it would be told of a damage that is none.
+        // A full disk may leave half a line, which a reader would report as damage.
         let _ = file.set_len(whole as u64);
         return Err(io(e));
     }
@@ -67,7 +67,7 @@ pub(in crate::session) fn sweep(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
         if entry.file_name().to_string_lossy().starts_with(UNFINISHED) {
-            // A file that cannot be deleted is in nobody's way.
+            // A file that cannot be deleted does no harm.
             let _ = fs::remove_file(entry.path());
         }
     }

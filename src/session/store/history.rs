@@ -1,4 +1,4 @@
-//! Where a session stands among its changes: what `undo` and `redo` walk over, branch by branch.
+//! The changes of a session, branch by branch, over which `undo` and `redo` move.
 //!
 //! The journal is only ever appended to. `undo`, `redo` and `branch` are lines too, which name the recipe and the state
 //! that they lead to; read from the first line to the last, the lines say what can be undone and redone now.
@@ -10,8 +10,8 @@ use serde::Serialize;
 /// The branch of a new session.
 pub const MAIN_BRANCH: &str = "main";
 
-/// What was asked for, as a person would undo it: all lines with the same recipe. What a build makes of a recipe belongs
-/// to it, and comes and goes with it.
+/// A change that can be undone: all lines with one recipe. What a build makes from a recipe belongs to it and is undone
+/// with it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Entry {
     /// Counted from 1 over the whole session; the journal's line that first had this recipe.
@@ -29,7 +29,7 @@ pub struct Entry {
 pub struct Branch {
     /// Its name.
     pub name: String,
-    /// What was done and not undone, oldest first; the last is where the branch stands.
+    /// What was done and not undone, oldest first; the last is the current state of the branch.
     pub done: Vec<Entry>,
     /// What was undone and can be done again, the next one last.
     pub undone: Vec<Entry>,
@@ -59,7 +59,7 @@ impl History {
         Ok(history)
     }
 
-    /// One line more.
+    /// Follows one more line.
     pub(in crate::session) fn follow(&mut self, number: usize, change: &Change) -> Result<(), &'static str> {
         let branch = &mut self.branches[self.current];
         match &change.moves {
@@ -115,7 +115,7 @@ impl History {
 }
 
 impl Branch {
-    /// Where the branch stands.
+    /// The current state of the branch.
     pub fn head(&self) -> Option<&Entry> {
         self.done.last()
     }

@@ -1,4 +1,4 @@
-//! One line a change: what was done, and the names of the recipe and the state that it led to.
+//! One line per change: what was done, and the hashes of the resulting recipe and state.
 
 use super::durable::append_line;
 use super::hash::ContentHash;
@@ -6,21 +6,21 @@ use crate::session::error::SessionError;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// One change of a session. Recipe and state are artefacts, so every earlier state can be had again.
+/// One change of a session. Recipe and state are artefacts, so every earlier state can be restored.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Change {
-    /// What was done, as a person would say it.
+    /// What was done, in words.
     pub change: String,
     /// The text of `recipe.toml` afterwards.
     pub recipe: ContentHash,
     /// The text of `session.json` afterwards.
     pub state: ContentHash,
-    /// Set where the line leads to what was there before.
+    /// Set if the line restores an earlier state.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub moves: Option<Move>,
 }
 
-/// A line that makes nothing new.
+/// A line that restores an earlier state.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Move {
@@ -46,7 +46,7 @@ pub(in crate::session) struct BrokenLine {
     pub line: usize,
     /// Why not.
     pub reason: String,
-    /// It is the last, and has no end: whoever wrote it was stopped, or the file was cut off.
+    /// It is the last line and incomplete: its writer was stopped, or the file was cut off.
     pub cut_off: bool,
 }
 
@@ -65,7 +65,7 @@ pub(in crate::session) fn read(dir: &Path) -> Result<Journal, SessionError> {
     Ok(parse(&bytes))
 }
 
-/// The same of a file's bytes.
+/// Parses the bytes of a journal.
 pub(in crate::session) fn parse(bytes: &[u8]) -> Journal {
     let mut changes = Vec::new();
     for line in bytes.split_inclusive(|&b| b == b'\n') {
@@ -76,7 +76,7 @@ pub(in crate::session) fn parse(bytes: &[u8]) -> Journal {
         match serde_json::from_slice(whole) {
             Ok(change) => changes.push(change),
             Err(e) => {
-                return Journal { broken: broken(format!("no change can be read there ({e})"), false), changes };
+                return Journal { broken: broken(format!("the line is not a change ({e})"), false), changes };
             }
         }
     }
@@ -90,13 +90,13 @@ impl BrokenLine {
     }
 }
 
-/// A line that cannot stand where it stands.
+/// The error for a line that does not follow from those before it.
 pub(in crate::session) fn bad_line(dir: &Path, line: usize, reason: String) -> SessionError {
     SessionError::BadFile {
         path: path_in(dir),
         line: Some(line),
         reason,
-        hint: "the journal was edited or damaged; `overcoat fsck` puts aside what follows that line, and goes on from the state before it"
+        hint: "the journal was edited or damaged; `overcoat fsck` moves what follows that line to another file and restores the state before it"
             .into(),
     }
 }

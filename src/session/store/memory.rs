@@ -1,4 +1,4 @@
-//! What was loaded or prepared from artefacts, at hand for a process that works on a session again and again.
+//! Values loaded or prepared from artefacts, kept for a process that works on a session repeatedly.
 
 use super::hash::ContentHash;
 use std::any::Any;
@@ -20,11 +20,11 @@ impl std::fmt::Debug for Memory {
     }
 }
 
-/// So many values: five of each of a handful of garments, some 50 MB.
+/// Five values for each of a handful of garments: about 50 MB.
 const GREATEST_COUNT: usize = 24;
 
 impl Memory {
-    /// The value of that type that comes from that artefact: at hand, or made now.
+    /// The value of that type from that artefact: kept, or made now.
     pub(in crate::session) fn have<T: Send + Sync + 'static, E>(
         &self,
         of: ContentHash,

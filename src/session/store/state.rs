@@ -1,5 +1,5 @@
-//! `session.json`: which stages stand, on what inputs, and what they measured. Times are in `timings.json`, so that the
-//! same recipe gives the same bytes.
+//! `session.json`: which stages have run, on which inputs, and what they measured. Times are in `timings.json`, so that
+//! equal recipes give equal bytes.
 
 use super::hash::ContentHash;
 use crate::session::error::SessionError;
@@ -23,7 +23,7 @@ pub struct StageRecord {
     /// The version of the stage's code.
     #[serde(default)]
     pub code: u32,
-    /// All of those inputs by name: what those of a stage that is stale are compared with, to say why it is.
+    /// All inputs by name: compared with those of now, they tell why a stage is out of date.
     #[serde(default, skip_serializing_if = "Value::is_null")]
     pub from: Value,
     /// The result's name among the artefacts.
@@ -31,7 +31,7 @@ pub struct StageRecord {
     /// What it measured.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub measures: Measures,
-    /// What it assumed or noticed, for people.
+    /// What it assumed or noticed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<String>,
 }
@@ -51,7 +51,7 @@ pub struct StepRecord {
 pub struct State {
     /// Layout of this file and of the artefacts.
     pub schema: u32,
-    /// What the recipe asks for that this is the state of, wherever its files lie.
+    /// The hash of the recipe of this state, wherever its files are.
     pub recipe: ContentHash,
     /// In the order of the recipe.
     pub steps: Vec<StepRecord>,
@@ -83,7 +83,9 @@ impl State {
             path: path.to_path_buf(),
             line: Some(e.line()),
             reason: e.to_string(),
-            hint: "the file was edited or damaged; delete it, and `overcoat build` makes everything again from recipe.toml".into(),
+            hint:
+                "the file was edited or damaged; delete it, and `overcoat build` rebuilds everything from recipe.toml"
+                    .into(),
         })
     }
 

@@ -1,6 +1,5 @@
-//! Values of parameters, and what they may be.
+//! Values of parameters, and which values are allowed.
 
-use crate::session::stage::Stage;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -21,10 +20,11 @@ pub enum Setting {
     Word(String),
 }
 
-/// What a step's recipe says of the parameters of one stage, by name.
+/// The values that a step's recipe sets for the parameters of one stage, by name.
 pub type Settings = BTreeMap<String, Setting>;
 
-/// What a parameter may be.
+/// The values that a parameter may have. Bounds exclude what no person or garment needs and what would take hours or
+/// divide by zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Allowed {
     /// Yes or no.
@@ -39,17 +39,23 @@ pub enum Allowed {
     Word(&'static [&'static str]),
 }
 
-/// A parameter of a stage.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Parameter {
-    /// Its stage.
-    pub stage: Stage,
-    /// Its name, as in the stage's `Params`.
-    pub name: &'static str,
-    /// What it may be. Bounds keep out what no person or garment needs and what would take hours or divide by zero.
-    pub allowed: Allowed,
-    /// What it does, in a line.
-    pub about: &'static str,
+impl Allowed {
+    /// Weights of one term against another: from nothing to everything.
+    pub const WEIGHT: Self = Self::Real(0.0, 1e6);
+    /// Distances on a body in metres: from nothing to the width of a hand.
+    pub const SHORT: Self = Self::Real(0.0, 0.1);
+    /// Lengths in metres that something is divided by: from a tenth of a scanner's noise to a body's height.
+    pub const LENGTH: Self = Self::Real(1e-4, 2.0);
+    /// Several of them.
+    pub const LENGTHS: Self = Self::Reals(1e-4, 2.0);
+    /// Shares of a whole.
+    pub const SHARE: Self = Self::Real(0.0, 1.0);
+    /// Angles in degrees.
+    pub const ANGLE: Self = Self::Real(0.0, 180.0);
+    /// Numbers of sampled points.
+    pub const SAMPLES: Self = Self::Count(100, 200_000);
+    /// Numbers of iterations.
+    pub const ROUNDS: Self = Self::Count(1, 1000);
 }
 
 impl fmt::Display for Setting {
@@ -77,7 +83,8 @@ impl fmt::Display for Allowed {
 }
 
 impl Allowed {
-    pub(super) fn allows(&self, setting: &Setting) -> bool {
+    /// Whether the parameter may have this value.
+    pub fn allows(&self, setting: &Setting) -> bool {
         let within = |x: f64, least: f64, most: f64| (least..=most).contains(&x);
         match (*self, setting) {
             (Self::Flag, Setting::Flag(_)) => true,
@@ -92,8 +99,8 @@ impl Allowed {
         }
     }
 
-    /// Reads what a person typed.
-    pub(super) fn read(&self, text: &str) -> Option<Setting> {
+    /// Reads a value as typed; `None` if the parameter may not have it.
+    pub fn read(&self, text: &str) -> Option<Setting> {
         let setting = match self {
             Self::Flag => Setting::Flag(text.parse().ok()?),
             Self::Count(..) => Setting::Count(text.parse().ok()?),
