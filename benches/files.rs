@@ -9,7 +9,7 @@
 
 use overcoat::formats::{
     GlbAttribute, GlbMesh, GlbNode, GlbScene, GlbWriter, PlyEncoding, PlyOptions, RawMesh, read_gltf, read_obj,
-    read_ply, read_stl, write_obj, write_ply,
+    read_off, read_ply, read_stl, write_obj, write_ply,
 };
 use ply_rs::parser::{Parser, Reader};
 use ply_rs::ply::{BeginList, PropertyAccess, PropertyAccessResult};
@@ -117,6 +117,11 @@ fn stl_io_counts(bytes: &[u8]) -> Result<[usize; 2], String> {
     Ok([mesh.vertices.len(), mesh.faces.len()])
 }
 
+fn off_counts(bytes: &[u8]) -> Result<[usize; 2], String> {
+    let mesh = off_rs::parse(&String::from_utf8_lossy(bytes), off_rs::parser::options::Options::default());
+    mesh.map(|m| [m.vertex_count(), m.face_count()]).map_err(|e| e.to_string())
+}
+
 /// Counts of vertices and faces, or the message.
 type ReadFn = fn(&[u8]) -> Result<[usize; 2], String>;
 
@@ -191,6 +196,7 @@ fn unusual_files() {
     let ours_ply: ReadFn = |b| counts(read_ply(b));
     let ours_obj: ReadFn = |b| counts(read_obj(b));
     let ours_stl: ReadFn = |b| counts(read_stl(b));
+    let ours_off: ReadFn = |b| counts(read_off(b));
     let cases: Vec<(&str, &[u8], ReadFn, ReadFn)> = vec![
         ("PLY ascii, NaN", ply_nan.as_bytes(), ours_ply, typed_ply),
         ("PLY ascii, '.5' and '1.'", ply_dot.as_bytes(), ours_ply, typed_ply),
@@ -201,6 +207,14 @@ fn unusual_files() {
         ("OBJ, a texture seam", b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt .5 .5\nf 1/1 2/2 3/3\nf 1/4 3/3 4/2\n", ours_obj, tobj_counts),
         ("OBJ, two groups", b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\ng a\nf 1 2 3\ng b\nf 1 3 4\n", ours_obj, tobj_counts),
         ("OBJ, damage on line 2", b"v 0 0 0\nv 1 0\n", ours_obj, tobj_counts),
+        ("OFF, counts on the first line", b"OFF 3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", ours_off, off_counts),
+        (
+            "OFF, colours per vertex",
+            b"COFF\n3 1 0\n0 0 0 9 9 9 255\n1 0 0 9 9 9 255\n0 1 0 9 9 9 255\n3 0 1 2\n",
+            ours_off,
+            off_counts,
+        ),
+        ("OFF, an index beyond the vertices", b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n", ours_off, off_counts),
         ("STL binary, title 'solid …'", &solid, ours_stl, stl_io_counts),
         ("STL binary, cut", cut, ours_stl, stl_io_counts),
         ("STL ascii, 'solid' alone", b"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n", ours_stl, stl_io_counts),

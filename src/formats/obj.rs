@@ -1,7 +1,9 @@
-//! Wavefront OBJ, in and out.
+//! Reads and writes Wavefront OBJ.
 //!
-//! Vertices keep the file's order and count, which painted masks rely on; that is why neither groups nor texture
-//! seams split them here, as readers for drawing do.
+//! Vertices keep the file's order and number, which painted masks depend on. `tobj` would lose both: it drops vertices
+//! that no face uses (of a point cloud all), duplicates those that two groups share, and names no line in its errors
+//! (`position parse error`). It takes 1.73 of our time on 1 million vertices and 2 million faces
+//! (`cargo bench --bench files`).
 
 use super::error::{Format, FormatError};
 use super::raw_mesh::{RawMesh, bytes_of_colors, read_all};

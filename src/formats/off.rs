@@ -1,4 +1,7 @@
-//! Geomview's object file format, in ascii.
+//! Reads Geomview's object file format (OFF), in ascii.
+//!
+//! `off-rs` reads only plain `OFF`: it refuses the variants with normals or colours per vertex and counts on the first
+//! line, accepts indices beyond the vertices, and keeps coordinates in single precision (`cargo bench --bench files`).
 
 use super::error::{Format, FormatError, quoted};
 use super::raw_mesh::{RawMesh, bytes_of_colors, read_all};

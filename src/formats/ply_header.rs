@@ -1,7 +1,8 @@
 //! Reads the header of a PLY file: its elements, and where the data begin.
 //!
-//! The grammar is `ply-rs`'s. Its payload parser is not used for reading: it knows no NaN, no `.5` and no `1.` in
-//! ascii, wants UTF-8 in comments, and its element constructor cannot know which further properties a file has.
+//! The header's grammar is that of `ply-rs`. Its payload parser, even into typed structs, would refuse files that people
+//! have: NaN, `.5` and `1.` in ascii, and comments that are not UTF-8. It would not be faster either: 1.01 of our time for
+//! binary and 1.37 for ascii, on 1 million vertices and 2 million faces (`cargo bench --bench files`).
 
 use super::error::{Format, FormatError, quoted};
 use ply_rs::parser::{Parser, Reader};
