@@ -131,7 +131,8 @@ fn subject(program: &Path, dir: &Path, seed: &str, garments: &str, is_quick: boo
     let session = place.join("session");
     overcoat(program, &session, &["scan", "body", "../scans/0-body.ply"])?;
     for (k, name) in (1..).zip(garments.split(',')) {
-        overcoat(program, &session, &["scan", name, &format!("../scans/{k}-{name}.ply"), "--template", name])?;
+        let kind = if name == "jeans" { "trousers" } else { name };
+        overcoat(program, &session, &["scan", name, &format!("../scans/{k}-{name}.ply"), "--template", kind])?;
     }
     overcoat(program, &session, &["build", "-q"])?;
     let missed = missed(program, &session, &place.join("scans/truth"))?;

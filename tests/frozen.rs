@@ -120,7 +120,7 @@ fn a_corpus_by_the_studio() {
     let coarse = ["--no-frames", "--faces", "20000", "--views", "16"];
     let made = [
         made_by_studio("21", "tshirt,jeans,jacket", &coarse),
-        made_by_studio("24", "socks,underpants,tanktop", &coarse),
+        made_by_studio("24", "socks,shorts,tanktop", &coarse),
         made_by_studio("25", "leggings,shirt,vest", &coarse),
         made_by_studio("26", "tshirt", &["--views", "8"]),
     ];
