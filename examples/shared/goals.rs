@@ -79,7 +79,7 @@ fn iou_loss_worst(report: &Value) -> Option<f64> {
 }
 
 /// Percent of garment vertices inside an inner layer, plus the number of intersecting pairs of triangles.
-fn bind_faults(report: &Value) -> Option<f64> {
+pub fn bind_faults(report: &Value) -> Option<f64> {
     let pairs = report["pairs"].as_array()?;
     let faults = |pair: &Value| Some(pair["inside_percent"].as_f64()? + pair["intersecting_pairs"].as_f64()?);
     largest(pairs.iter().map(|pair| faults(pair).unwrap_or(f64::INFINITY)))
