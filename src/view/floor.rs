@@ -1,4 +1,7 @@
-//! The soft shadow that a subject throws on the floor under a wide sky.
+//! The soft shadow that a subject casts on the floor.
+//!
+//! It stays because a plain raster does not show where the floor is: without it the figures float. It takes 8 % of the
+//! time of a picture (`render_mesh`, five layers of the demo, two views).
 
 use super::raster::{Grid, NOTHING, Visibility};
 use super::surface::Triple;

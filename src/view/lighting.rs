@@ -1,7 +1,6 @@
 //! Shading: a soft key light with shadows, a cooler fill light from the other side, light from sky and floor, on a matt
 //! surface.
 
-use super::occlusion::radical_inverse;
 use super::raster::{Grid, NOTHING, Visibility};
 use super::surface::{Surface, Triple};
 
@@ -109,26 +108,22 @@ impl Lighting {
     }
 
     /// Light reflected to the camera. `normal` points to the visible side; `is_back` says whether that is the inside.
-    pub(super) fn reflected(
-        &self,
-        albedo: &Triple,
-        normal: &Triple,
-        is_back: bool,
-        openness: f32,
-        key_visible: f32,
-    ) -> Triple {
+    pub(super) fn reflected(&self, albedo: &Triple, normal: &Triple, is_back: bool, key_visible: f32) -> Triple {
         let albedo = if is_back { albedo * BACK_KEEPS + Triple::from(BACK_TINT) } else { *albedo };
         let wrapped = |light: &Triple| ((normal.dot(light) + WRAP) / (1.0 + WRAP)).max(0.0);
         let sky = 0.5 + 0.5 * normal.dot(&self.up);
         let around = Triple::from(SKY_LIGHT) * sky + Triple::from(FLOOR_LIGHT) * (1.0 - sky);
         let key = wrapped(&self.key) * key_visible;
-        let light = around * openness
-            + Triple::from(KEY_LIGHT) * (key * (0.6 + 0.4 * openness))
-            + Triple::from(FILL_LIGHT) * (wrapped(&self.fill) * openness);
+        let light = around + Triple::from(KEY_LIGHT) * key + Triple::from(FILL_LIGHT) * wrapped(&self.fill);
         let halfway = (self.key + Triple::z()).normalize();
         let sheen = SHEEN[0] * normal.dot(&halfway).max(0.0).powf(SHEEN[1]) * key_visible;
         let edge = 1.0 - EDGE_LOSS * (1.0 - normal.z.clamp(0.0, 1.0)).powi(3);
         let own = if is_back { Triple::from(BACK_TINT) * BACK_GLOW } else { Triple::repeat(sheen) };
         (albedo.component_mul(&light) + own) * edge
     }
+}
+
+/// The van der Corput sequence in base 2: 0, 1/2, 1/4, 3/4, 1/8 …
+fn radical_inverse(i: u32) -> f32 {
+    i.reverse_bits() as f32 / 4_294_967_296.0
 }

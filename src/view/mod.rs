@@ -6,7 +6,6 @@ mod error;
 mod floor;
 mod lettering;
 mod lighting;
-mod occlusion;
 mod palette;
 mod picture;
 mod poster;

@@ -3,7 +3,6 @@
 use super::camera::Camera;
 use super::floor::Floor;
 use super::lighting::Lighting;
-use super::occlusion::Probes;
 use super::palette::srgb_from_linear;
 use super::picture::Picture;
 use super::raster::{Grid, Hit, NOTHING, Visibility};
@@ -15,8 +14,6 @@ use rayon::prelude::*;
 const SAMPLES_ACROSS: usize = 3;
 /// Samples per pixel.
 const SAMPLES: usize = SAMPLES_ACROSS * SAMPLES_ACROSS;
-/// Occlusion probes per sample, 36 per pixel.
-const PROBES: usize = 4;
 /// Lookups in the shadow map per sample, 36 per pixel.
 const TAPS: usize = 4;
 /// Linear light of the background at the upper and lower edge.
@@ -24,8 +21,8 @@ const BACKGROUND: [[f32; 3]; 2] = [[0.93, 0.935, 0.945], [0.80, 0.81, 0.825]];
 
 /// Draws a scene.
 ///
-/// Smooth shading by vertex normals, antialiased, with a key light and its soft shadows, a fill light, ambient occlusion
-/// and a shadow on the floor. Backs of surfaces have a dark tint. An empty scene gives an empty background.
+/// Smooth shading by vertex normals, antialiased, with a key light and its soft shadows, a fill light and a shadow on
+/// the floor. Backs of surfaces have a dark tint. An empty scene gives an empty background.
 ///
 /// **Guarantees** equal bytes with any number of threads.
 pub fn render(scene: &Scene<'_>, camera: &Camera, width: usize, height: usize) -> Picture {
@@ -41,7 +38,6 @@ pub fn render(scene: &Scene<'_>, camera: &Camera, width: usize, height: usize) -
     let up = Triple::from(camera.axes.map(|axis| axis.y as f32));
     let studio = Studio {
         lighting: Lighting::prepare(&layers[0].surface, up, SAMPLES, TAPS),
-        probes: Probes::prepare(SAMPLES, PROBES),
         layers,
         floor: floor_under(scene),
         camera,
@@ -90,7 +86,6 @@ fn floor_under(scene: &Scene<'_>) -> Option<Floor> {
 /// All inputs of a pixel's colour.
 struct Studio<'a> {
     lighting: Lighting,
-    probes: Probes,
     layers: Vec<Layer>,
     floor: Option<Floor>,
     camera: &'a Camera,
@@ -143,13 +138,8 @@ impl Studio<'_> {
         let outward = smooth.try_normalize(1e-6).or_else(|| flat.try_normalize(1e-20)).unwrap_or_else(Triple::z);
         let normal = if is_back { -outward } else { outward };
         let point = Triple::new(x, y, hit.nearness);
-        let (openness, key_visible) = if layer == 0 {
-            let openness = self.probes.openness(&self.layers[0].seen, &point, &normal, sample);
-            (openness, self.lighting.key_visible(&point, &normal, sample))
-        } else {
-            (1.0, 1.0)
-        };
-        self.lighting.reflected(&mix(&surface.albedo), &normal, is_back, openness, key_visible)
+        let key_visible = if layer == 0 { self.lighting.key_visible(&point, &normal, sample) } else { 1.0 };
+        self.lighting.reflected(&mix(&surface.albedo), &normal, is_back, key_visible)
     }
 
     /// The background with the shadow on the floor.
