@@ -22,7 +22,7 @@ pub use extent::{Extent, Sleeve, Until};
 pub use max_flow::min_cut;
 pub use painted::{LABEL_COLORS, LabelledSurface};
 pub use proposal::{Proposal, Segmentation};
-pub use refine::{RefineParams, propose, refine};
+pub use refine::{LabelMethod, RefineParams, propose, refine};
 pub use region::Placement;
 pub use template::{GarmentTemplate, Limit, LimitBone};
 pub use transfer::{Labels, transfer};

@@ -12,7 +12,10 @@ use serde::{Deserialize, Serialize};
 /// as a hem that the template has wrong is looked for. Beyond it everything stays as proposed.
 const REACH: f64 = 0.1;
 
-/// Labels without any brush, and the graph whose minimum cut they are.
+/// Labels without any brush, and the graph whose minimum cut they are. Transferred labels have no graph.
+///
+/// **Shapes** `cut` and `labels`: one entry per vertex; `unary`: one per vertex, or empty without a graph; `costs`: one
+/// per edge, or empty without a graph.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Proposal {
     /// What it costs to leave each vertex to the rest (positive) or to the garment (negative).
@@ -61,13 +64,19 @@ impl Proposal {
         Self { unary: vec![0; vertex_count], costs: vec![0; edge_count], cut: none.clone(), labels: none }
     }
 
+    /// Labels that are final except for marks: no specks are removed, and no boundary is found again beside a mark.
+    pub(super) fn of_labels(labels: Labels) -> Self {
+        Self { unary: Vec::new(), costs: Vec::new(), cut: labels.clone(), labels }
+    }
+
     /// The labels as proposed.
     pub fn labels(&self) -> &Labels {
         &self.labels
     }
 
-    /// The labels with marks over them: what is marked is as marked; near marks that contradict the proposal the
-    /// boundary is found anew.
+    /// The labels with marks over them. Marked vertices take the label of their mark. Near marks that contradict the
+    /// proposal the boundary is found again, unless the labels were transferred: those change only where they are marked,
+    /// as with the painting interface of Hu 2017, §6.2.
     ///
     /// **Requires** the mesh that the proposal is of, and its adjacency.
     pub fn corrected(&self, mesh: &TriMesh, adjacency: &Adjacency, marks: &Marks) -> Segmentation {
@@ -75,6 +84,8 @@ impl Proposal {
         let sources: Vec<(VertexId, f64)> = mesh.vertex_ids().filter(|&v| contradicts(v)).map(|v| (v, 0.0)).collect();
         let labels = if marks.0.iter().all(Option::is_none) {
             self.labels.clone()
+        } else if self.unary.is_empty() {
+            Labels(marks.0.iter().zip(self.labels.0.iter()).map(|(mark, &label)| mark.unwrap_or(label)).collect())
         } else {
             let near = geodesic_distances(mesh, adjacency, &sources, REACH);
             let cut = self.cut_anew(adjacency, marks, |v| near[v].is_finite());

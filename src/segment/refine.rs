@@ -6,15 +6,27 @@ use super::evidence::{Evidence, Inner};
 use super::max_flow::min_cut;
 use super::proposal::{Proposal, Segmentation};
 use super::region::Placement;
-use super::transfer::Labels;
+use super::transfer::{Labels, transfer};
 use crate::geometry::{Adjacency, FaceId, PerVertex, SurfaceIndex, TriMesh};
 use crate::scan::Scan;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// How much each voice counts. Nats, metres.
+/// How a scan's vertices get their labels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LabelMethod {
+    /// Hu 2017, §6.2: each vertex takes the label of the nearest vertex of the posed body. Nothing is added.
+    Transfer,
+    /// A minimum cut that weighs the template against the colours and the stand-off of the scan.
+    Refine,
+}
+
+/// How labels are found, and how much each kind of evidence counts. Nats, metres.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RefineParams {
+    /// Minimum cut, or plain transfer from the body. The other parameters concern the minimum cut only.
+    pub method: LabelMethod,
     /// So far from a limit of the template the prior weighs one nat. 35 mm: a hem 10 cm off is three nats, which colour
     /// and stand-off together outweigh; one 30 cm off is not.
     pub distance_per_nat: f64,
@@ -35,6 +47,7 @@ pub struct RefineParams {
 impl Default for RefineParams {
     fn default() -> Self {
         Self {
+            method: LabelMethod::Refine,
             distance_per_nat: 0.035,
             distance_per_nat_given: 0.02,
             greatest_prior: 8.0,
@@ -55,7 +68,8 @@ const CREASE: f64 = 0.6;
 /// And where colours differ by this many spreads.
 const COLOR_STEP: f64 = 0.7;
 
-/// Labels by minimum cut, and what they rest on: the template's prior, strong far from its limits and weak near them; the
+/// Labels of a scan before any brush. With [`LabelMethod::Transfer`] they are those of the nearest vertices of the body;
+/// with [`LabelMethod::Refine`] they are a minimum cut over the template's prior, strong far from its limits and weak near them; the
 /// stand-off from the old surfaces; the colours of old and new; short boundaries, along creases and colour steps.
 ///
 /// `inner`: the posed body first, then what is worn over it.
@@ -67,6 +81,9 @@ pub fn propose(scan: &Scan, inner: &[Inner<'_>], placement: &Placement, params: 
     let mesh = &scan.mesh;
     let adjacency = Adjacency::prepare(mesh);
     let Some(body) = inner.first() else { return Proposal::of_nothing(mesh.vertex_count(), adjacency.edges().len()) };
+    if params.method == LabelMethod::Transfer {
+        return Proposal::of_labels(transfer(scan, body.mesh, &placement.prior));
+    }
     let depth = depth_on_scan(mesh, body.mesh, &placement.depth);
     let evidence = Evidence::gather(mesh, &adjacency, scan.colors.as_ref(), inner);
     let edges = boundary_costs(mesh, &adjacency, &evidence, params);
@@ -243,5 +260,23 @@ mod tests {
             assert!(mark.is_none_or(|m| m == *label));
         }
         assert!(marks.0.iter().flatten().count() > 40);
+    }
+
+    #[test]
+    fn transferred_labels_are_those_of_the_body_and_only_marks_change_them() {
+        let (scan, body, skin, placement) = dressed(0.35);
+        let inner = [Inner { mesh: &body, colors: Some(&skin) }];
+        let params = RefineParams { method: LabelMethod::Transfer, ..RefineParams::default() };
+        let expected = transfer(&scan, &body, &placement.prior);
+        let mut marks = Marks::none(scan.mesh.vertex_count());
+        let plain = refine(&scan, &inner, &placement, &marks, &params);
+        assert_eq!(plain.labels, expected);
+        assert!((lowest(&scan, &plain.labels) - 0.35).abs() < 0.01, "the colours do not count");
+        let speck = crate::geometry::VertexId(5);
+        marks.0[speck] = Some(!expected.0[speck]);
+        let marked = refine(&scan, &inner, &placement, &marks, &params);
+        let changed = scan.mesh.vertex_ids().filter(|&v| marked.labels.0[v] != expected.0[v]);
+        assert_eq!(changed.collect::<Vec<_>>(), vec![speck]);
+        assert!(marked.by_hand[speck]);
     }
 }

@@ -1,4 +1,4 @@
-//! The template's labels taken from the body to the scan.
+//! Label transfer from the template's body to the scan.
 
 use crate::geometry::{NearestVertex, PerVertex, TriMesh};
 use crate::scan::Scan;
@@ -18,9 +18,15 @@ impl Labels {
 
 /// Each vertex of the scan takes the label of the nearest vertex of the body.
 ///
-/// **Shapes** `prior` has one entry a vertex of `posed_body`.
+/// **Shapes** `prior`: one entry per vertex of `posed_body`. The result: one label per vertex of the scan.
 ///
-/// **Source** Hu 2017, §6.2.
+/// **Requires** `posed_body` in the scan's pose and frame.
+///
+/// **Source** Hu 2017, §6.2: "the vertices of the scanned surfaces are labeled according to the nearest vertex of the body
+/// model". Where the paper is silent we chose: "nearest" is the Euclidean distance, whatever the normals; of vertices
+/// equally near the search's first one decides; the body is the naked body with the offsets fitted to this scan; the
+/// vertices are those of the cleaned triangle mesh, not of a quad mesh made for painting. The stage `cut`
+/// smooths the rough boundary as it does any other; in the paper a person redraws it.
 pub fn transfer(scan: &Scan, posed_body: &TriMesh, prior: &PerVertex<bool>) -> Labels {
     let nearest = NearestVertex::prepare(posed_body.points().as_slice());
     let labels: Vec<bool> =

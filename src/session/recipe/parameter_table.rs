@@ -14,6 +14,11 @@ impl Parameters for RefineParams {
     fn declared() -> Vec<Declared> {
         vec![
             of(
+                "method",
+                Allowed::Word(&["transfer", "refine"]),
+                "transfer: labels of the nearest body vertices, as in Hu 2017; refine: minimum cut with colour and stand-off",
+            ),
+            of(
                 "distance_per_nat",
                 Allowed::LENGTH,
                 "Distance from a template's limit that counts one nat against a label",
