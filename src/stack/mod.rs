@@ -3,6 +3,7 @@
 mod crossing;
 mod displacement;
 mod obstacle;
+mod paper;
 mod press;
 mod push;
 mod region;
@@ -23,16 +24,19 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum StackMethod {
-    /// Hu 2017, Eq. 7: each vertex that is inside moves out along the normal, by itself.
+    /// Hu 2017, Eq. 7, exactly: each vertex inside moves along its own normal, once for each layer.
+    Paper,
+    /// Eq. 7 with additions of ours: each vertex inside moves towards the closest surface point, in rounds, and only a
+    /// layer on the same limb moves it.
     Push,
-    /// The same aims, solved for a smooth displacement; then crossing triangles are parted.
+    /// A smooth displacement to the same clearance; then crossing triangles are separated.
     Smooth,
 }
 
 /// Lengths are metres.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StackParams {
-    /// Eq. 7 alone, or smooth.
+    /// Eq. 7 alone, Eq. 7 with additions, or a smooth displacement.
     pub method: StackMethod,
     /// k of Eq. 7: 2 mm, about the thickness of cloth, and twice what a scanner's noise leaves after cleaning.
     pub clearance: f64,
@@ -134,7 +138,7 @@ impl StackError {
 /// **Guarantees** faces and vertex order stay; the inner layers do not move. What is left inside or crossing is counted in
 /// the report, not hidden.
 ///
-/// **Source** Hu 2017, Eq. 7, `v' = v + (k + d) · n`; the smooth solve is Shi 2020, Eqs. 19–21, with bending of the
+/// **Source** Hu 2017, Eq. 7, `v' = v + (k + d) · norm(v)`, with [`StackMethod::Paper`]; the smooth solve is Shi 2020, Eqs. 19–21, with bending of the
 /// displacement in place of its umbrella, and with limits instead of aims: nothing is pulled inwards.
 pub fn stack(
     garment: &RiggedGarment,
@@ -191,6 +195,7 @@ fn cleared(
     params: &StackParams,
 ) -> Result<(TriMesh, usize), NumericsError> {
     match params.method {
+        StackMethod::Paper => Ok((paper::push_along_normals(mesh, obstacles, params), 0)),
         StackMethod::Push => Ok((push::push(mesh, limbs, obstacles, params), 0)),
         StackMethod::Smooth => {
             let solver = smooth::Smoother::prepare(mesh, limbs, obstacles, params);

@@ -102,16 +102,18 @@ impl Obstacle {
         (leaves && is_own).then_some(Contact { height: -hit.distance, normal: *normal })
     }
 
-    /// Vertices of `mesh` inside this layer, whichever limb they belong to: behind the surface, where it is open no
-    /// deeper than cloth can be and not beyond its border.
+    /// How deep a point is inside this layer, whichever limb it belongs to; `None` outside. Inside is behind the surface;
+    /// behind an open surface no deeper than cloth can be, and not beyond its border.
+    pub(super) fn depth_inside(&self, p: &Point) -> Option<f64> {
+        let reach = if self.is_closed { f64::INFINITY } else { self.greatest_depth };
+        let at = self.index.closest_within(p, reach)?;
+        let is_behind = (p - at.point).dot(&self.index.pseudonormal(&at)) < 0.0;
+        (!self.is_on_boundary(&at) && is_behind).then_some(at.distance)
+    }
+
+    /// How many vertices of `mesh` are inside this layer, whichever limb they belong to.
     pub(super) fn count_inside(&self, mesh: &TriMesh) -> usize {
-        let is_inside = |p: &Point| {
-            let reach = if self.is_closed { f64::INFINITY } else { self.greatest_depth };
-            self.index
-                .closest_within(p, reach)
-                .is_some_and(|at| !self.is_on_boundary(&at) && (p - at.point).dot(&self.index.pseudonormal(&at)) < 0.0)
-        };
-        mesh.points().0.par_iter().filter(|p| is_inside(p)).count()
+        mesh.points().0.par_iter().filter(|p| self.depth_inside(p).is_some()).count()
     }
 
     /// Vertices of `mesh` inside this layer by the rules of [`Self::contact`].

@@ -1,4 +1,4 @@
-//! Equation 7 as it stands.
+//! Equation 7 of Hu 2017 with additions of ours: for comparison with the smooth solve.
 
 use super::StackParams;
 use super::obstacle::Obstacle;
@@ -7,7 +7,8 @@ use rayon::prelude::*;
 
 /// `v' = v + (k + d) · n` for every vertex inside some layer, repeated until none is or the rounds are used up.
 ///
-/// **Source** Hu 2017, Eq. 7. Inside several layers, the deepest one decides the move of that round.
+/// **Source** after Hu 2017, Eq. 7. Here `n` points from the vertex to the closest surface point, not along the vertex's
+/// normal. A layer moves only vertices of its own limbs. Of several layers the deepest decides the move of each round.
 pub(super) fn push(
     mesh: &TriMesh,
     limbs: &PerVertex<[f64; 5]>,

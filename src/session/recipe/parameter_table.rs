@@ -77,7 +77,11 @@ impl Parameters for PhysicsParams {
 impl Parameters for StackParams {
     fn declared() -> Vec<Declared> {
         vec![
-            of("method", Allowed::Word(&["push", "smooth"]), "Move each vertex alone, or smoothly together"),
+            of(
+                "method",
+                Allowed::Word(&["paper", "push", "smooth"]),
+                "paper: Eq. 7 of Hu 2017 along vertex normals; push: each vertex towards the surface; smooth: one smooth move",
+            ),
             of("clearance", Allowed::SHORT, "Distance to keep from the layer inside"),
             of("iterations", Allowed::ROUNDS, "Maximum number of rounds of pushing"),
             of("smoothing_lengths", Allowed::LENGTHS, "Lengths over which a push is spread, one solve per length"),
