@@ -1,22 +1,22 @@
-//! Triangles that cross although all their corners are on their side, parted.
+//! Separates triangles that still cross although all their corners are outside.
 
-use super::StackParams;
-use super::displacement::Lack;
 use super::obstacle::{Obstacle, concerns};
+use super::params::StackParams;
+use super::required_moves::RequiredMoves;
 use super::smooth::{Smoother, moved_by};
 use crate::geometry::{FaceId, PerVertex, Point, TriMesh, Vec3, VertexId};
 use crate::numerics::NumericsError;
 
-/// Beyond the depth of a crossing a garment's triangle is lifted by this much, in metres, more with each round.
+/// A garment triangle is lifted by the depth of a crossing plus this margin, in metres; the margin grows each round.
 const MARGIN: f64 = 1e-4;
 /// Length in metres over which lifts are spread where no smoothing length is given: about an edge.
 const LIFT_LENGTH: f64 = 3e-3;
-/// The most by which one round lifts a corner, in metres: the depth of a crossing is a guess, and rounds are cheap.
+/// Greatest lift of a corner in one round, in metres: the depth of a crossing is an estimate, and rounds are cheap.
 const GREATEST_LIFT: f64 = 3e-3;
 
-/// Lifts the garment's triangles off the inner ones that they cross, until none does or the rounds are used up. Returns
-/// the mesh with the fewest crossings and how many rounds it took.
-pub(super) fn part(
+/// Lifts the garment's triangles off the inner triangles that they cross, until none crosses or the rounds are used up.
+/// Returns the mesh with the fewest crossings and the number of rounds it took.
+pub(super) fn separate(
     mesh: TriMesh,
     limbs: &PerVertex<[f64; 5]>,
     obstacles: &[Obstacle],
@@ -28,7 +28,7 @@ pub(super) fn part(
     let mut moved: Vec<FaceId> = mesh.face_ids().collect();
     let mut pairs: Vec<(usize, FaceId, FaceId)> = Vec::new();
     for round in 0..=params.iterations {
-        // Where nothing moved, nothing changed.
+        // Pairs of faces that did not move are still valid.
         pairs.retain(|(_, g, _)| moved.binary_search(g).is_err());
         for (o, obstacle) in obstacles.iter().enumerate() {
             let crossing = obstacle.pairs_with(&mesh, &moved).into_iter();
@@ -36,8 +36,8 @@ pub(super) fn part(
             pairs.extend(pressing.map(|(g, f)| (o, g, f)));
         }
         pairs.sort_unstable();
-        let mut lack = smoother.lack_of_those_inside(&mesh);
-        let left = pairs.len() + lack.count();
+        let mut required = smoother.required_of_inside_vertices(&mesh);
+        let left = pairs.len() + required.count();
         if best.as_ref().is_none_or(|b| left < b.0) {
             best = Some((left, mesh.clone(), round));
         }
@@ -45,16 +45,16 @@ pub(super) fn part(
             break;
         }
         for &(o, g, f) in &pairs {
-            lift(&mesh, g, &obstacles[o], f, limbs, MARGIN * (1 + round) as f64, &mut lack);
+            lift(&mesh, g, &obstacles[o], f, limbs, MARGIN * (1 + round) as f64, &mut required);
         }
-        // Smooth at first, so that whole places rise; at last the corners alone, which always arrive.
+        // First smoothly, so that whole areas rise; in the second half only the corners, which always reach their target.
         let next = if round < params.iterations / 2 {
             let length = params.smoothing_lengths.last().copied().unwrap_or(LIFT_LENGTH);
-            let region = smoother.region(&lack, length)?;
-            let risen = moved_by(&mesh, &region.smoothed(&lack));
-            moved_by(&risen, smoother.lack(&risen, Some(&region)).moves())
+            let region = smoother.region(&required, length)?;
+            let risen = moved_by(&mesh, &region.smoothed(&required));
+            moved_by(&risen, smoother.required_moves(&risen, Some(&region)).moves())
         } else {
-            moved_by(&mesh, lack.moves())
+            moved_by(&mesh, required.moves())
         };
         moved = (mesh.faces().enumerate())
             .filter(|(_, corners)| corners.iter().any(|&v| mesh.points()[v] != next.points()[v]))
@@ -65,7 +65,7 @@ pub(super) fn part(
     Ok(best.map_or((mesh, 0), |(_, mesh, rounds)| (mesh, rounds)))
 }
 
-/// Asks the corners of garment face `g` to rise above inner face `f`, by the lesser of what each sticks through the other.
+/// Requires the corners of garment face `g` to rise above inner face `f`, by the smaller of the two penetration depths.
 fn lift(
     mesh: &TriMesh,
     g: FaceId,
@@ -73,7 +73,7 @@ fn lift(
     f: FaceId,
     limbs: &PerVertex<[f64; 5]>,
     margin: f64,
-    lack: &mut Lack,
+    required: &mut RequiredMoves,
 ) {
     let inner = obstacle.index.mesh();
     let (outer_corners, inner_corners) = (mesh.faces()[g], inner.faces()[f]);
@@ -86,7 +86,7 @@ fn lift(
     let height = (below_inner.min(above_garment) + margin).min(GREATEST_LIFT);
     for v in outer_corners {
         if inner_corners.iter().any(|&w| concerns(&limbs[v], &obstacle.limbs[w])) {
-            lack.ask(v, out * height);
+            required.require(v, out * height);
         }
     }
 }

@@ -1,22 +1,21 @@
-//! One inner layer, and what a garment's vertex must know of it.
+//! One inner layer, and where a garment vertex is relative to it.
 
-use super::StackParams;
+use super::params::StackParams;
 use crate::body::{Limb, SkinWeights};
 use crate::geometry::{Adjacency, FaceId, PerVertex, Point, SurfaceIndex, SurfacePoint, TriMesh, Vec3};
 use rayon::prelude::*;
 
-/// Shares of limbs that vertex and surface must have in common for one to push the other. Below, they only happen to be
-/// near each other in the bind pose: a sleeve and the hip beside it, one trouser leg and the other thigh. Cloth at the
-/// armpit has a tenth of the arm.
+/// Least common share of limbs for a surface to push a vertex. With less they are close in the bind pose by chance: a
+/// sleeve and the hip beside it, a trouser leg and the other thigh. Cloth at the armpit has a tenth of the arm.
 const LEAST_COMMON_LIMB: f64 = 0.1;
-/// Cosine below which a vertex that is inside faces against the surface it would leave through: it belongs to the
-/// other side of the limb. 105°: wrinkles and rolled hems stay above.
+/// Cosine below which the normal of a vertex inside opposes that of the closest surface: the vertex belongs to the other
+/// side of the limb. 105°: wrinkles and rolled hems stay above.
 const OPPOSED_COSINE: f64 = -0.25;
-/// Vertices no deeper than this, in metres, leave through the nearest surface whichever way they face: rolled hems and the
-/// lips that scanners leave at cuffs. Deeper ones that face the other way look for it along their own normal.
+/// Vertices no deeper than this, in metres, move to the closest surface whatever their normal: rolled hems, and the
+/// fold-overs that scanners produce at cuffs. Deeper vertices with an opposed normal follow their own normal.
 const SHALLOW: f64 = 0.015;
-/// How far a ray looks for the way out, in metres: the thickness of a forearm. (With 0.2 a speck at a cuff, facing along
-/// the hand, was carried to the fingertips.)
+/// Longest ray along a vertex's own normal, in metres: the thickness of a forearm. (With 0.2 a speck at a cuff, facing
+/// along the hand, moved to the fingertips.)
 const LONGEST_WAY_OUT: f64 = 0.06;
 
 /// A layer below the garment.
@@ -27,16 +26,16 @@ pub(super) struct Obstacle {
     on_boundary: PerVertex<bool>,
     is_closed: bool,
     greatest_depth: f64,
-    /// Cosine between the normals of a vertex and of this layer below which the layer does not concern it; −1: always.
+    /// Cosine between the normals of a vertex and of this layer below which the layer ignores the vertex; −1: never.
     least_cosine: f64,
 }
 
-/// Where a vertex stands to a layer.
+/// Where a vertex is relative to a layer.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Contact {
     /// Above the surface (negative: inside), in metres.
     pub height: f64,
-    /// The way out.
+    /// Direction in which the vertex leaves the layer, a unit vector.
     pub normal: Vec3,
 }
 
@@ -54,19 +53,19 @@ impl Obstacle {
         }
     }
 
-    /// The same for vertices that face the way it does: what a scanner leaves inside an open front turns elsewhere, and is
-    /// no cloth that presses.
+    /// Restricts the layer to vertices with a similar normal: surface that a scanner produces inside an open front faces
+    /// another way and is not cloth that presses.
     pub(super) fn for_facing(self, least_cosine: f64) -> Self {
         Self { least_cosine, ..self }
     }
 
-    /// Whether a surface with that normal is pressed by this layer's face.
+    /// Whether this layer's face presses a surface with that normal.
     pub(super) fn faces_along(&self, face: FaceId, normal: &Vec3) -> bool {
         self.least_cosine <= -1.0 || self.index.mesh().face_normal(face).dot(normal) >= self.least_cosine
     }
 
-    /// How a vertex with that normal and those limbs stands to this layer; `None` where the layer does not concern it, or
-    /// lies farther below than `reach`.
+    /// Where a vertex with this normal and these limbs is relative to the layer; `None` if the layer ignores the vertex, or
+    /// if the vertex is `reach` or more above it.
     pub(super) fn contact(&self, p: &Point, normal: &Vec3, limbs: &[f64; 5], reach: f64) -> Option<Contact> {
         let at = self.index.closest_within(p, self.greatest_depth.max(reach))?;
         if self.is_on_boundary(&at) || common(limbs, &self.limbs_at(&at)) < LEAST_COMMON_LIMB {
@@ -88,12 +87,12 @@ impl Obstacle {
                 return Some(contact);
             }
         }
-        // Almost on the surface the direction to it is rounding; its normal is not.
+        // Very close to the surface the direction to it is rounding noise; the surface normal is not.
         let away = ((p - at.point) * height.signum()).try_normalize(1e-7).unwrap_or(out);
         Some(Contact { height, normal: away })
     }
 
-    /// Deep inside a limb the nearest surface may be the far side's; the garment's own normal tells the way out.
+    /// The way out along the garment's own normal: deep inside a limb the closest surface may be that of the far side.
     fn way_out(&self, p: &Point, normal: &Vec3, limbs: &[f64; 5]) -> Option<Contact> {
         let hit = self.index.cast_ray(p, normal, LONGEST_WAY_OUT)?;
         let at = SurfacePoint { face: hit.face, barycentric: hit.barycentric, point: *p, distance: hit.distance };
@@ -143,17 +142,19 @@ impl Obstacle {
     }
 }
 
-/// The limbs that move each vertex, by share.
+/// The share of each limb in each vertex's skin weights.
+///
+/// **Shapes** `V × 5`, limbs in the order of [`Limb::ALL`].
 pub(super) fn limbs_of(weights: &SkinWeights, limb_of_joint: &[Limb]) -> PerVertex<[f64; 5]> {
     weights.rows().iter().map(|row| Limb::shares(row, limb_of_joint)).collect()
 }
 
-/// How much two places have of the same limbs: 0 to 1.
+/// The common share of limbs of two points: 0 to 1.
 pub(super) fn common(a: &[f64; 5], b: &[f64; 5]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x.min(*y)).sum()
 }
 
-/// Whether two places may push each other.
+/// Whether two points may push each other.
 pub(super) fn concerns(a: &[f64; 5], b: &[f64; 5]) -> bool {
     common(a, b) >= LEAST_COMMON_LIMB
 }

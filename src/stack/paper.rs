@@ -1,7 +1,7 @@
 //! Equation 7 of Hu 2017, with nothing added.
 
-use super::StackParams;
 use super::obstacle::Obstacle;
+use super::params::StackParams;
 use crate::geometry::{Point, TriMesh};
 use rayon::prelude::*;
 

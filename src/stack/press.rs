@@ -1,24 +1,27 @@
-//! Inner cloth pressed under the garment worn over it, at one step: a shirt under a jacket gives way, the body does not.
+//! Presses inner garments under the garment over them, in the pose of one step: a shirt under a jacket yields, the body
+//! does not.
 
+use super::clear::cleared;
+use super::error::StackError;
 use super::obstacle::{Obstacle, limbs_of};
-use super::{StackError, StackParams, cleared};
+use super::params::StackParams;
 use crate::body::{Figure, Layer, Limb};
 use crate::geometry::TriMesh;
 use serde::{Deserialize, Serialize};
 
-/// Share of the clearance by which the outermost garment keeps off what could not be pressed any further: next to none, or
-/// it would rise everywhere off the cloth that has just been pressed below it.
+/// Clearance of the outermost garment from cloth that could not be pressed further, as a share of the clearance. Almost
+/// none: with more, the garment would rise everywhere off the cloth just pressed below it.
 const TOUCHING: f64 = 0.1;
 
-/// Lengths are metres.
+/// How inner garments are pressed. Lengths are metres.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PressParams {
-    /// Cosine between the normals of two layers below which the one does not press the other: 60°, more than wrinkles
-    /// have, less than the lips that fusion leaves at a coat's open front.
+    /// Cosine between the normals of two layers below which one does not press the other: 60°, more than wrinkles have,
+    /// less than the fold-overs that fusion produces at a coat's open front.
     pub least_cosine: f64,
-    /// How cloth gives way. Its clearance is the least distance of inner cloth below the outer surface, and above the body:
-    /// 1.2 mm, the thickness of a shirt; the margin of the fit leaves room for both. Fewer rounds than for the bind pose,
-    /// which is what is shipped.
+    /// How cloth yields. `clearance` is the least distance of inner cloth below the outer surface and above the body:
+    /// 1.2 mm, the thickness of a shirt; the margin of the fit leaves room for both. Fewer rounds than in the bind pose,
+    /// which is the exported one.
     #[serde(flatten)]
     pub stack: StackParams,
 }
@@ -35,9 +38,9 @@ impl Default for PressParams {
 pub struct PressReport {
     /// Its name.
     pub layer: String,
-    /// Its vertices on the wrong side of what is worn over it (for the outermost: of what is worn below it), before.
+    /// Its vertices outside the garments over it (for the outermost: inside those below it), before.
     pub outside_before: usize,
-    /// And after.
+    /// Its vertices outside the garments over it (for the outermost: inside those below it), after.
     pub outside_after: usize,
     /// Mean move of the vertices that moved, in metres.
     pub mean_move: f64,
@@ -45,16 +48,21 @@ pub struct PressReport {
     pub max_move: f64,
 }
 
-/// Presses all garments of a figure but the outermost below whatever is worn over them, as the outermost was observed.
+/// Presses every garment of a figure but the outermost below the garments over it. The outermost keeps its scanned shape.
 ///
-/// **Shapes** `surfaces` are the figure's layers in this step, in its order: the body, with its offsets, and the inner
-/// garments, posed; the outermost as cut from the scan. The result has the surface of each garment, innermost first.
+/// **Shapes** `surfaces`: one mesh per layer of the figure, in its order: the posed body with its offsets, the posed inner
+/// garments, and the outermost garment as cut from the scan. The result: one mesh and one report per garment, innermost
+/// first; both empty for a figure without garments.
+///
+/// **Frame** the scan's pose, in metres.
 ///
 /// **Guarantees** the body does not move. The outermost garment moves only where the body and the cloth below leave it no
 /// room.
 ///
-/// **Source** the inner side of Hu 2017, Eq. 7: a garment turned inside out is stacked onto the outer one turned
-/// inside out, then, the right way round, onto the body.
+/// **Errors** if there is not one surface per layer, with as many vertices as the layer.
+///
+/// **Source** ours; the counterpart of Hu 2017, Eq. 7, on the inner side: each garment, flipped, is stacked onto the
+/// flipped outer one, and then, with its own orientation, onto the body.
 pub fn press(
     figure: &Figure,
     surfaces: &[TriMesh],
@@ -65,8 +73,9 @@ pub fn press(
     let obstacle = |mesh: &TriMesh, layer: &Layer| {
         Obstacle::prepare(mesh, &layer.weights, &limb_of_joint, stack).for_facing(params.least_cosine)
     };
-    let worn: Vec<(&Layer, &TriMesh)> = figure.layers.iter().zip(surfaces).collect();
-    let Some((&(body_layer, body), garments)) = worn.split_first() else { return Ok(Default::default()) };
+    check_surfaces(figure, surfaces)?;
+    let layers: Vec<(&Layer, &TriMesh)> = figure.layers.iter().zip(surfaces).collect();
+    let Some((&(body_layer, body), garments)) = layers.split_first() else { return Ok(Default::default()) };
     let Some((&(outer_layer, outer), inner)) = garments.split_last() else { return Ok(Default::default()) };
 
     let on_body = [obstacle(body, body_layer)];
@@ -96,11 +105,25 @@ pub fn press(
     let left = |m: &TriMesh| below.iter().map(|o| o.count_pressed(m, &limbs)).sum();
     let outside_before: usize = left(outer);
     let touching = StackParams { clearance: stack.clearance * TOUCHING, ..stack.clone() };
-    let yielded = if outside_before == 0 { outer.clone() } else { cleared(outer, &limbs, &below, &touching)?.0 };
-    let outside_after = left(&yielded);
-    reports.push(PressReport { outside_before, outside_after, ..report(&outer_layer.name, outer, &yielded) });
-    pressed.push(yielded);
+    let moved_outer = if outside_before == 0 { outer.clone() } else { cleared(outer, &limbs, &below, &touching)?.0 };
+    let outside_after = left(&moved_outer);
+    reports.push(PressReport { outside_before, outside_after, ..report(&outer_layer.name, outer, &moved_outer) });
+    pressed.push(moved_outer);
     Ok((pressed, reports))
+}
+
+fn check_surfaces(figure: &Figure, surfaces: &[TriMesh]) -> Result<(), StackError> {
+    let (surface_count, layer_count) = (surfaces.len(), figure.layers.len());
+    if surface_count != layer_count {
+        return Err(StackError::SurfaceCount { surfaces: surface_count, layers: layer_count });
+    }
+    let unequal = figure.layers.iter().zip(surfaces).find(|(layer, mesh)| layer.weights.len() != mesh.vertex_count());
+    match unequal {
+        None => Ok(()),
+        Some((layer, mesh)) => {
+            Err(StackError::WrongLength { weights: layer.weights.len(), vertices: mesh.vertex_count() })
+        }
+    }
 }
 
 fn report(layer: &str, from: &TriMesh, to: &TriMesh) -> PressReport {

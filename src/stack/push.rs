@@ -1,7 +1,7 @@
 //! Equation 7 of Hu 2017 with additions of ours: for comparison with the smooth solve.
 
-use super::StackParams;
 use super::obstacle::Obstacle;
+use super::params::StackParams;
 use crate::geometry::{PerVertex, Point, TriMesh};
 use rayon::prelude::*;
 

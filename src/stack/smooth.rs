@@ -1,34 +1,34 @@
-//! A smooth displacement that brings every vertex clear.
+//! A smooth displacement that moves every vertex clear.
 
-use super::StackParams;
-use super::displacement::Lack;
+use super::movable_region::MovableRegion;
 use super::obstacle::{Contact, Obstacle, concerns};
-use super::region::Region;
+use super::params::StackParams;
+use super::required_moves::RequiredMoves;
 use crate::geometry::{
     Adjacency, Laplacian, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId, cotangent_laplacian,
 };
 use crate::numerics::NumericsError;
 use rayon::prelude::*;
 
-/// Share of the clearance that cloth far inside comes to; cloth at the clearance keeps it, and what lies between keeps
-/// its order. So scan noise about the surface is pressed flat instead of being thrown out as spikes.
+/// Share of the clearance at which cloth from far inside ends. Cloth at the clearance stays, and heights in between keep
+/// their order, so scan noise around the surface is flattened instead of becoming spikes.
 const LEAST_CLEARANCE: f64 = 0.5;
-/// An inner vertex farther than this outside the garment, in metres, does not stick through it but lies beyond its border,
-/// as a hand does before the cuff. Cloth that far inside is found by its own vertices.
+/// An inner vertex farther than this outside the garment, in metres, does not penetrate it but is past its border, as a
+/// hand is past the cuff. The garment's own vertices find cloth that deep inside.
 const FARTHEST_POKE: f64 = 0.02;
-/// Metres above a layer within which a vertex is watched: more than smoothing carries any vertex inwards.
+/// Greatest height above a layer at which a vertex is checked, in metres: more than smoothing moves any vertex inwards.
 const NEAR: f64 = 0.02;
-/// Share of the height owed that may be missing: a thousandth of the cloth's thickness.
+/// Tolerated shortfall as a share of the required height: a thousandth of the cloth's thickness.
 const TOLERANCE: f64 = 1e-3;
-/// Share of the clearance that every vertex must have in the end.
+/// Share of the clearance that every vertex must keep.
 const ENOUGH: f64 = 0.25;
-/// Rounds at each smoothing length. Each leaves about half of what the one before did.
+/// Rounds at each smoothing length. Each round halves the remaining violations.
 const ROUNDS_PER_LENGTH: usize = 5;
-/// Cosine between the normals of an inner vertex and the garment above which the one may press the other: not the far
-/// side of a collar.
+/// Cosine between the normals of an inner vertex and the garment above which the vertex may push the garment; it excludes
+/// the far side of a collar.
 const FACING_COSINE: f64 = 0.2;
 
-/// The garment's smoothing operators and what each vertex owes.
+/// The garment's smoothing operators and the height required of each vertex.
 pub(super) struct Smoother<'a> {
     limbs: &'a PerVertex<[f64; 5]>,
     obstacles: &'a [Obstacle],
@@ -37,9 +37,9 @@ pub(super) struct Smoother<'a> {
     adjacency: Adjacency,
     mean_edge_length: f64,
     on_boundary: PerVertex<bool>,
-    /// For each obstacle the vertices that are or may come near, and the height that each must reach.
-    owed: Vec<Vec<(VertexId, f64)>>,
-    /// For each obstacle its vertices that are or may come near the garment.
+    /// Per obstacle the garment vertices that are or may come near it, with the height each must reach, in metres.
+    required_heights: Vec<Vec<(VertexId, f64)>>,
+    /// Per obstacle its vertices that are or may come near the garment.
     inner: Vec<Vec<VertexId>>,
 }
 
@@ -53,7 +53,7 @@ impl<'a> Smoother<'a> {
         let laplacian = cotangent_laplacian(mesh);
         let normals = mesh.vertex_normals();
         let garment = SurfaceIndex::prepare(mesh);
-        let owed = obstacles
+        let required_heights = obstacles
             .iter()
             .map(|o| {
                 let near = |v: VertexId, p: &Point| {
@@ -89,75 +89,75 @@ impl<'a> Smoother<'a> {
             on_boundary: adjacency.boundary_vertices(),
             mean_edge_length: mesh.mean_edge_length(),
             adjacency,
-            owed,
+            required_heights,
             inner,
         }
     }
 
-    /// Moves the garment until all its vertices, and those of the inner layers under it, are on their side.
+    /// Moves the garment until its vertices are outside all layers and no inner vertex penetrates it.
     pub(super) fn push_clear(&self, mesh: &TriMesh) -> Result<TriMesh, NumericsError> {
         let mut mesh = mesh.clone();
-        let mut lack = self.lack(&mesh, None);
+        let mut required = self.required_moves(&mesh, None);
         for (level, &length) in self.params.smoothing_lengths.iter().enumerate() {
             if level == 0 || level + 1 == self.params.smoothing_lengths.len() {
-                self.ask_for_inner_vertices(&mesh, &mut lack);
+                self.require_room_for_inner_vertices(&mesh, &mut required);
             }
-            if lack.is_none() {
+            if required.is_empty() {
                 return Ok(mesh);
             }
-            let region = self.region(&lack, length)?;
+            let region = self.region(&required, length)?;
             for _ in 0..ROUNDS_PER_LENGTH {
-                mesh = moved_by(&mesh, &region.smoothed(&lack));
-                lack = self.lack(&mesh, Some(&region));
-                if lack.is_none() {
+                mesh = moved_by(&mesh, &region.smoothed(&required));
+                required = self.required_moves(&mesh, Some(&region));
+                if required.is_empty() {
                     break;
                 }
             }
         }
-        Ok(moved_by(&mesh, lack.moves()))
+        Ok(moved_by(&mesh, required.moves()))
     }
 
-    /// What the garment's vertices, or those of the region that has just moved, still ask for.
-    pub(super) fn lack(&self, mesh: &TriMesh, region: Option<&Region>) -> Lack {
-        self.lack_below(mesh, region, f64::INFINITY)
+    /// The moves that the garment's vertices still need, or only those of the region that has just moved.
+    pub(super) fn required_moves(&self, mesh: &TriMesh, region: Option<&MovableRegion>) -> RequiredMoves {
+        self.required_below(mesh, region, f64::INFINITY)
     }
 
-    /// The same for those only that are inside some layer.
-    pub(super) fn lack_of_those_inside(&self, mesh: &TriMesh) -> Lack {
-        self.lack_below(mesh, None, 0.0)
+    /// The moves that vertices inside some layer still need.
+    pub(super) fn required_of_inside_vertices(&self, mesh: &TriMesh) -> RequiredMoves {
+        self.required_below(mesh, None, 0.0)
     }
 
-    fn lack_below(&self, mesh: &TriMesh, region: Option<&Region>, greatest_height: f64) -> Lack {
-        let mut lack = Lack::none(mesh.vertex_count());
+    fn required_below(&self, mesh: &TriMesh, region: Option<&MovableRegion>, greatest_height: f64) -> RequiredMoves {
+        let mut required = RequiredMoves::none(mesh.vertex_count());
         let normals = mesh.vertex_normals();
-        for (obstacle, owed) in self.obstacles.iter().zip(&self.owed) {
-            let asked: Vec<Option<Vec3>> = owed
+        for (obstacle, heights) in self.obstacles.iter().zip(&self.required_heights) {
+            let wanted: Vec<Option<Vec3>> = heights
                 .par_iter()
-                .map(|&(v, owed)| {
+                .map(|&(v, required_height)| {
                     if region.is_some_and(|r| !r.has(v)) {
                         return None;
                     }
-                    let reach = owed.min(greatest_height);
+                    let reach = required_height.min(greatest_height);
                     let contact = obstacle.contact(&mesh.points()[v], &normals[v], &self.limbs[v], reach)?;
                     let Contact { height, normal } = contact;
-                    (height < owed * (1.0 - TOLERANCE)).then(|| normal * (owed - height))
+                    (height < required_height * (1.0 - TOLERANCE)).then(|| normal * (required_height - height))
                 })
                 .collect();
-            for (&(v, _), wanted) in owed.iter().zip(asked) {
+            for (&(v, _), wanted) in heights.iter().zip(wanted) {
                 if let Some(wanted) = wanted {
-                    lack.ask(v, wanted);
+                    required.require(v, wanted);
                 }
             }
         }
-        lack
+        required
     }
 
-    /// Inner vertices outside the garment's triangles push the corners of these.
-    fn ask_for_inner_vertices(&self, mesh: &TriMesh, lack: &mut Lack) {
+    /// Adds the moves by which inner vertices outside the garment push the corners of its triangles.
+    fn require_room_for_inner_vertices(&self, mesh: &TriMesh, required: &mut RequiredMoves) {
         let garment = SurfaceIndex::prepare(mesh);
         let enough = ENOUGH * self.params.clearance;
         for (obstacle, inner) in self.obstacles.iter().zip(&self.inner) {
-            let asked: Vec<Option<[(VertexId, Vec3); 3]>> = inner
+            let wanted: Vec<Option<[(VertexId, Vec3); 3]>> = inner
                 .par_iter()
                 .map(|&v| {
                     let p = &obstacle.index.mesh().points()[v];
@@ -177,25 +177,25 @@ impl<'a> Smoother<'a> {
                     Some([0, 1, 2].map(|k| (corners[k], push * at.barycentric[k])))
                 })
                 .collect();
-            for (v, wanted) in asked.into_iter().flatten().flatten() {
-                lack.ask(v, wanted);
+            for (v, wanted) in wanted.into_iter().flatten().flatten() {
+                required.require(v, wanted);
             }
         }
     }
 
-    /// Where the garment may move for what it lacks, smoothly over that length.
-    pub(super) fn region(&self, lack: &Lack, length: f64) -> Result<Region, NumericsError> {
-        Region::around(lack, length, &self.laplacian, &self.adjacency, self.mean_edge_length)
+    /// The region that may move, and its smoothing operator for that length.
+    pub(super) fn region(&self, required: &RequiredMoves, length: f64) -> Result<MovableRegion, NumericsError> {
+        MovableRegion::around(required, length, &self.laplacian, &self.adjacency, self.mean_edge_length)
     }
 }
 
-/// What `f` makes of the vertices that it takes, in their order.
+/// The results of `f` for the vertices that it accepts, in vertex order.
 fn select<T: Send>(points: &PerVertex<Point>, f: impl Fn(VertexId, &Point) -> Option<T> + Sync) -> Vec<T> {
     let found: Vec<Option<T>> = (points.0.par_iter().enumerate()).map(|(i, p)| f(VertexId::from_index(i), p)).collect();
     found.into_iter().flatten().collect()
 }
 
-/// Where cloth at `height` above the surface belongs: between half the clearance and all of it, in the same order.
+/// The height required of cloth now at `height`: between half the clearance and the whole of it, in the same order.
 fn height_after(height: f64, clearance: f64) -> f64 {
     if height >= clearance {
         return height;

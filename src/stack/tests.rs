@@ -164,12 +164,12 @@ fn a_shirt_under_a_jacket_is_pressed_between_it_and_the_body() {
     let jacket = shaken(&band(0.157, 50.0, 120.0, 24, 110), 0.0005, 8);
     let figure = figure(vec![ball(), layer("shirt", loose.clone(), 0), layer("jacket", jacket.clone(), 0)]);
     let surfaces: Vec<TriMesh> = figure.layers.iter().map(|l| l.mesh.clone()).collect();
-    let (worn, reports) = press(&figure, &surfaces, &PressParams::default()).unwrap();
+    let (pressed_meshes, reports) = press(&figure, &surfaces, &PressParams::default()).unwrap();
     assert!(reports[0].outside_before > 1000 && reports[0].outside_after == 0, "{reports:?}");
     assert!(reports[1].max_move < 2e-4, "there is room, so what was observed stays: {reports:?}");
     let jacket = SurfaceIndex::prepare(&jacket);
     let body = SurfaceIndex::prepare(&surfaces[0]);
-    for (p, pressed) in loose.points().iter().zip(worn[0].points().iter()) {
+    for (p, pressed) in loose.points().iter().zip(pressed_meshes[0].points().iter()) {
         assert!(body.signed_distance(pressed) > 0.0);
         let polar_deg = (p.y / p.coords.norm()).acos().to_degrees();
         if (55.0..115.0).contains(&polar_deg) {
@@ -187,10 +187,13 @@ fn where_there_is_no_room_the_body_wins_and_the_outermost_yields() {
     let belt = band(0.1503, 70.0, 110.0, 16, 100);
     let figure = figure(vec![ball(), layer("shirt", shirt, 0), layer("belt", belt, 0)]);
     let surfaces: Vec<TriMesh> = figure.layers.iter().map(|l| l.mesh.clone()).collect();
-    let (worn, reports) = press(&figure, &surfaces, &PressParams::default()).unwrap();
+    let (pressed_meshes, reports) = press(&figure, &surfaces, &PressParams::default()).unwrap();
     let body = SurfaceIndex::prepare(&surfaces[0]);
-    assert!(worn.iter().all(|mesh| mesh.points().iter().all(|p| body.signed_distance(p) > 0.0)));
+    assert!(pressed_meshes.iter().all(|mesh| mesh.points().iter().all(|p| body.signed_distance(p) > 0.0)));
     assert!(reports[0].max_move > 0.003, "the shirt gives way as far as it can: {reports:?}");
     assert!((0.0005..0.004).contains(&reports[1].max_move), "0.3 mm hold no shirt: {reports:?}");
-    assert!(worn[1].points().iter().all(|p| p.coords.norm() < 0.155), "not carried out to where the shirt was");
+    assert!(
+        pressed_meshes[1].points().iter().all(|p| p.coords.norm() < 0.155),
+        "not carried out to where the shirt was"
+    );
 }

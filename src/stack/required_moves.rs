@@ -1,20 +1,22 @@
-//! How far each vertex must still move.
+//! The move that each vertex still needs.
 
 use crate::geometry::{PerVertex, Vec3, VertexId};
 
-/// The move that each vertex lacks; zero where nothing is asked.
+/// The move that each vertex still needs, in metres; zero where none is required.
+///
+/// **Shapes** `moves`: `V × 3`.
 #[derive(Clone, Debug)]
-pub(super) struct Lack {
+pub(super) struct RequiredMoves {
     moves: PerVertex<Vec3>,
 }
 
-impl Lack {
+impl RequiredMoves {
     pub(super) fn none(count: usize) -> Self {
         Self { moves: PerVertex::filled(Vec3::zeros(), count) }
     }
 
-    /// Asks for a move. A vertex that is asked twice goes as far as either asks along its direction, not the sum.
-    pub(super) fn ask(&mut self, v: VertexId, wanted: Vec3) {
+    /// Requires a move. A vertex with two requirements moves as far as each asks along its own direction, not by the sum.
+    pub(super) fn require(&mut self, v: VertexId, wanted: Vec3) {
         let length = wanted.norm();
         if length <= 0.0 {
             return;
@@ -25,12 +27,12 @@ impl Lack {
         }
     }
 
-    /// How many vertices are asked.
+    /// How many vertices must move.
     pub(super) fn count(&self) -> usize {
         self.moves.iter().filter(|m| **m != Vec3::zeros()).count()
     }
 
-    pub(super) fn is_none(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         self.moves.iter().all(|m| *m == Vec3::zeros())
     }
 

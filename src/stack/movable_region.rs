@@ -1,33 +1,33 @@
 //! The part of a garment around the vertices that must move, and its smoothing operator.
 
-use super::displacement::Lack;
+use super::required_moves::RequiredMoves;
 use crate::geometry::{Adjacency, Laplacian, PerVertex, Vec3, VertexId};
 use crate::numerics::{NumericsError, SparseCholesky};
 
-/// How many smoothing lengths around what must move the displacement may reach. The response to one vertex falls to
-/// 2 % there; beyond, nothing moves at all.
+/// How far the displacement reaches around the vertices that must move, in smoothing lengths. The response to one vertex
+/// falls to 2 % there; farther away nothing moves.
 const REACH_PER_LENGTH: f64 = 4.0;
 
-/// `diag(M) + ℓ⁴ L M⁻¹ L` over some vertices, the others held where they are.
-pub(super) struct Region {
+/// `diag(M) + ℓ⁴ L M⁻¹ L` over some vertices; the others are fixed.
+pub(super) struct MovableRegion {
     belongs: PerVertex<bool>,
     vertices: Vec<VertexId>,
     mass: Vec<f64>,
     factor: SparseCholesky,
 }
 
-impl Region {
-    /// All vertices within reach of those that lack something.
+impl MovableRegion {
+    /// All vertices within reach of those that must move.
     pub(super) fn around(
-        lack: &Lack,
+        required: &RequiredMoves,
         length: f64,
         laplacian: &Laplacian,
         adjacency: &Adjacency,
         mean_edge_length: f64,
     ) -> Result<Self, NumericsError> {
-        let count = lack.moves().len();
+        let count = required.moves().len();
         let rings = (REACH_PER_LENGTH * length / mean_edge_length.max(1e-6)).ceil() as usize;
-        let mut belongs: PerVertex<bool> = lack.moves().iter().map(|u| *u != Vec3::zeros()).collect();
+        let mut belongs: PerVertex<bool> = required.moves().iter().map(|u| *u != Vec3::zeros()).collect();
         let mut front: Vec<VertexId> = (0..count).map(VertexId::from_index).filter(|&v| belongs[v]).collect();
         for _ in 0..rings {
             let mut next = Vec::new();
@@ -42,7 +42,7 @@ impl Region {
             front = next;
         }
         let vertices: Vec<VertexId> = (0..count).map(VertexId::from_index).filter(|&v| belongs[v]).collect();
-        // One ring more, for bending at the rim; its rows come last and are dropped.
+        // One more ring, for bending at the border; its rows come last and are dropped.
         let rim: Vec<VertexId> = front_around(&belongs, &vertices, adjacency);
         let mut local = vec![usize::MAX; count];
         for (i, v) in vertices.iter().chain(&rim).enumerate() {
@@ -71,10 +71,12 @@ impl Region {
         self.belongs[v]
     }
 
-    /// The smooth displacement closest to what is lacking; zero outside of the region, whatever lacks there.
-    pub(super) fn smoothed(&self, lack: &Lack) -> PerVertex<Vec3> {
-        let right: Vec<Vec3> = self.vertices.iter().zip(&self.mass).map(|(&v, m)| lack.moves()[v] * *m).collect();
-        let mut moves = PerVertex::filled(Vec3::zeros(), lack.moves().len());
+    /// The smooth displacement closest to the required moves; zero outside the region, whatever is required there.
+    ///
+    /// **Shapes** `V × 3`, in metres.
+    pub(super) fn smoothed(&self, required: &RequiredMoves) -> PerVertex<Vec3> {
+        let right: Vec<Vec3> = self.vertices.iter().zip(&self.mass).map(|(&v, m)| required.moves()[v] * *m).collect();
+        let mut moves = PerVertex::filled(Vec3::zeros(), required.moves().len());
         for (&v, u) in self.vertices.iter().zip(self.factor.solve_vectors(&right)) {
             moves[v] = u;
         }

@@ -1,0 +1,41 @@
+//! Why a garment cannot be stacked.
+
+use crate::numerics::NumericsError;
+
+/// Why a garment cannot be stacked.
+#[derive(Debug, thiserror::Error)]
+pub enum StackError {
+    /// No faces.
+    #[error("the garment has no faces")]
+    EmptyGarment,
+    /// The number of skin weights differs from that of vertices.
+    #[error("the garment has {weights} skin weights for {vertices} vertices")]
+    WrongLength {
+        /// Rows of weights.
+        weights: usize,
+        /// Vertices.
+        vertices: usize,
+    },
+    /// The number of posed surfaces differs from that of the figure's layers.
+    #[error("there are {surfaces} posed surfaces for the {layers} layers of the figure")]
+    SurfaceCount {
+        /// Surfaces given.
+        surfaces: usize,
+        /// Layers of the figure.
+        layers: usize,
+    },
+    /// The displacement's linear system could not be solved.
+    #[error("the linear system for the garment's displacement has no solution")]
+    Unsolved(#[from] NumericsError),
+}
+
+impl StackError {
+    /// What to do about it.
+    pub fn hint(&self) -> Option<String> {
+        match self {
+            Self::EmptyGarment => Some("the labels left nothing: look at the segmentation of this step".into()),
+            Self::WrongLength { .. } | Self::SurfaceCount { .. } => None,
+            Self::Unsolved(error) => error.hint(),
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! What stacking reports.
+
+use serde::{Deserialize, Serialize};
+
+/// What stacking did with respect to one inner layer.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LayerReport {
+    /// The inner layer.
+    pub layer: String,
+    /// Garment vertices inside it, before.
+    pub inside_before: usize,
+    /// Garment vertices inside it, after.
+    pub inside_after: usize,
+    /// Pairs of triangles that cross, before.
+    pub intersecting_pairs_before: usize,
+    /// Pairs of triangles that cross, after.
+    pub intersecting_pairs_after: usize,
+}
+
+/// What stacking did. Lengths are metres.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StackReport {
+    /// One entry per inner layer, innermost first.
+    pub layers: Vec<LayerReport>,
+    /// Mean move of all vertices.
+    pub mean_move: f64,
+    /// Greatest move.
+    pub max_move: f64,
+    /// Mean move of the vertices that already had the clearance from every layer.
+    pub mean_move_of_clear: f64,
+    /// Rounds spent on separating crossing triangles.
+    pub rounds: usize,
+}
+
+impl StackReport {
+    /// Garment vertices inside some inner layer after stacking, counted once per layer.
+    pub fn inside_after(&self) -> usize {
+        self.layers.iter().map(|l| l.inside_after).sum()
+    }
+    /// Crossing pairs with all inner layers after stacking.
+    pub fn intersecting_pairs_after(&self) -> usize {
+        self.layers.iter().map(|l| l.intersecting_pairs_after).sum()
+    }
+}
