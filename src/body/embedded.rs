@@ -1,17 +1,17 @@
 //! The body model that is part of the program.
 //!
 //! It has 22 joints and none for fingers. Thirty more would more than double the unknowns of every fit (66 angles), and no
-//! scan decides them: at 4 mm a depth camera's fingers are mittens, and registration leaves the model's own hands where
-//! they are thin. No garment kind but gloves depends on them, and VRM holds them optional. Models of others that have
-//! fingers (SMPL+H, SMPL-X) keep theirs.
+//! scan determines them: at 4 mm a depth camera merges the fingers, and registration keeps the model's own thin hands. No
+//! garment kind but gloves depends on fingers, and VRM declares them optional. Imported models with fingers (SMPL+H,
+//! SMPL-X) keep theirs.
 
 use super::{BodyError, BodyModel, read_model};
 use std::io::Cursor;
 
-/// The file of the embedded model, `templates/body/adult.npz`: what its results depend on.
+/// The file of the embedded model, `templates/body/adult.npz`; results with the model depend on it.
 pub const EMBEDDED_MODEL_FILE: &[u8] = include_bytes!("../../templates/body/adult.npz");
 
-/// The body model that is used where no other is given.
+/// The body model used unless another one is given.
 pub fn embedded_model() -> Result<BodyModel, BodyError> {
     read_model(Cursor::new(EMBEDDED_MODEL_FILE))
 }

@@ -1,4 +1,4 @@
-//! The figure dressed so far.
+//! The figure: a skeleton with the surfaces it wears.
 
 use super::{Pose, Skeleton, SkinWeights, UvMap, skin};
 use crate::geometry::{PerVertex, TriMesh};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// One skinned surface of a figure, in the bind pose.
 ///
-/// **Shapes** every attribute but `uvs` has one entry a vertex of `mesh`.
+/// **Shapes** every attribute but `uvs` has one entry per vertex of `mesh`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Layer {
     /// `body`, or the garment's name in the session.
@@ -21,7 +21,7 @@ pub struct Layer {
     pub colors: Option<PerVertex<[u8; 3]>>,
     /// Texture coordinates, and the picture where one was baked.
     pub uvs: Option<UvMap>,
-    /// Share of cloth physics in the motion of each vertex, 0–0.5 (Hu 2017, Eq. 9); `None` where nothing is simulated.
+    /// Share of cloth physics in the motion of each vertex, 0–0.5 (Hu 2017, Eq. 9); `None` if nothing is simulated.
     pub physics: Option<PerVertex<f64>>,
     /// Fabric preset.
     pub fabric: Option<String>,
@@ -37,7 +37,7 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// A body that wears nothing.
+    /// A body without garments.
     pub fn bare(skeleton: Skeleton, mesh: TriMesh, weights: SkinWeights) -> Self {
         Self { skeleton, layers: vec![Layer::plain("body", mesh, weights)] }
     }
@@ -52,14 +52,16 @@ impl Figure {
         &self.layers[1..]
     }
 
-    /// Every surface skinned into `pose`, in the order of `layers`.
+    /// Every surface skinned into `pose`.
+    ///
+    /// **Shapes** one mesh per layer, in the order of `layers`.
     pub fn posed(&self, pose: &Pose) -> Vec<TriMesh> {
         self.layers.iter().map(|layer| layer.posed(&self.skeleton, pose)).collect()
     }
 }
 
 impl Layer {
-    /// A surface of one colour and of no kind.
+    /// A surface with nothing but skin weights.
     pub fn plain(name: &str, mesh: TriMesh, weights: SkinWeights) -> Self {
         Self { name: name.into(), template: None, mesh, weights, colors: None, uvs: None, physics: None, fabric: None }
     }

@@ -1,4 +1,4 @@
-//! Stature, girths and lengths of a body, as a tailor takes them.
+//! Stature, girths and lengths of a body, as a tailor measures them.
 
 use super::human_joint::HumanJoint::{
     self, Foot, Hand, Head, Hips, LowerArm, LowerLeg, Neck, Toes, UpperArm, UpperLeg,
@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 pub struct BodyMeasure {
     /// Its name in ISO 8559-1.
     pub name: String,
-    /// Metres.
+    /// Its value in metres.
     pub metres: f64,
 }
 
@@ -23,20 +23,18 @@ pub struct BodyMeasure {
 /// **Source** ANSUR II (2012): tenth rib 0.644, iliac crest 0.608, crotch 0.481, means of women and men. ISO 8559-1
 /// takes the waist midway between lowest rib and iliac crest.
 const WAIST_PER_STATURE: f64 = 0.626;
-/// Where the chest is widest: bust points lie at 0.719 of stature in women, 0.735 in men (ANSUR II, deviation 0.014). In
-/// the A-pose shoulder flesh reaches down to 0.73, so the tape goes no higher.
+/// Range of the widest chest level: bust points are at 0.719 of stature in women, 0.735 in men (ANSUR II, deviation
+/// 0.014). In the A-pose the shoulders reach down to 0.73, so the tape goes no higher.
 const CHEST_PER_STATURE: [f64; 2] = [0.690, 0.725];
-/// Where the seat is fullest: 0.509 ± two deviations.
+/// Range of the fullest seat level: 0.509 ± two deviations.
 const HIP_PER_STATURE: [f64; 2] = [0.475, 0.545];
-/// Step between the levels tried, metres: a girth changes by less than a millimetre over it.
+/// Step between the levels tried, in metres: a girth changes by less than a millimetre over it.
 const STEP: f64 = 0.005;
 
-/// Takes the measures of a body in its bind pose; those for which a joint or a part is missing are left out.
+/// Measures a body in its bind pose. A measure whose joint or part is missing is omitted.
 ///
-/// Girths are the tape's: hulls of sections, which bridge hollows; without arms, horizontal at the trunk, square to the
-/// bone at limbs. Heights are of the body stood upright, legs together.
-///
-/// **Requires** the skeleton to have joints by VRM names.
+/// Girths are those of a tape: convex hulls of sections, which bridge hollows; without arms; horizontal at the trunk,
+/// perpendicular to the bone at limbs. Heights are those of the body standing upright, legs together.
 pub fn body_measures(mesh_in_bind: &TriMesh, weights: &SkinWeights, skeleton: &Skeleton) -> Vec<BodyMeasure> {
     let body = Measured::new(mesh_in_bind, weights, skeleton);
     let mut taken = Vec::new();
@@ -72,9 +70,9 @@ struct Measured<'a> {
     weights: &'a SkinWeights,
     skeleton: &'a Skeleton,
     stature: f64,
-    /// The crown in the bind pose.
+    /// Height of the crown in the bind pose.
     top: f64,
-    /// For each vertex of the bind pose its height when the body stands upright.
+    /// Per vertex of the bind pose its height when the body stands upright.
     upright: PerVertex<f64>,
     is_trunk: PerVertex<bool>,
 }
@@ -97,7 +95,7 @@ impl<'a> Measured<'a> {
         self.skeleton.find(joint).map(|j| self.skeleton.joints_in_bind[j.index()])
     }
 
-    /// The bind pose's height of a level of the standing body: trunk and head keep their distance from the crown.
+    /// The height in the bind pose of a level of the standing body: trunk and head keep their distance from the crown.
     fn level(&self, share: f64) -> f64 {
         self.top - self.stature * (1.0 - share)
     }
@@ -122,7 +120,7 @@ impl<'a> Measured<'a> {
         self.levels(shares).into_iter().filter_map(|y| self.trunk(y)).reduce(f64::max)
     }
 
-    /// At the level at which the seat reaches furthest back.
+    /// The girth at the level where the seat extends furthest back.
     fn hip(&self) -> Option<f64> {
         let levels = self.levels(HIP_PER_STATURE);
         let (low, high) = (*levels.first()?, *levels.last()?);
@@ -131,7 +129,7 @@ impl<'a> Measured<'a> {
         self.trunk(rearmost.y)
     }
 
-    /// Where the legs part: the lowest place of the midline above the knees.
+    /// The height of the crotch: the lowest point of the midline above the knees.
     fn crotch(&self) -> Option<f64> {
         /// Half-width of the strip that is the midline: about an edge of the mesh.
         const STRIP: f64 = 0.015;
@@ -151,7 +149,7 @@ impl<'a> Measured<'a> {
         self.around(UpperLeg(Left), hip + axis * down, &axis)
     }
 
-    /// The extreme girth of a limb between two places along a bone.
+    /// The extreme girth of a limb between two positions along a bone.
     fn limb(
         &self,
         from: HumanJoint,
@@ -166,7 +164,7 @@ impl<'a> Measured<'a> {
         places.filter_map(|t| self.around(from, a + (b - a) * t, &axis)).reduce(pick)
     }
 
-    /// The tape around the limb that hangs at the parent of `joint`, square to `axis`.
+    /// The girth of the limb that begins at `joint`, perpendicular to `axis`.
     fn around(&self, joint: HumanJoint, at: Point, axis: &Vec3) -> Option<f64> {
         let limb = self.skeleton.find(joint)?;
         let parent = self.skeleton.parents[limb.index()]?;
@@ -190,7 +188,7 @@ impl<'a> Measured<'a> {
         (1..=9).filter_map(|k| tape(self.mesh, &section(0.1 * f64::from(k)), |v| self.is_trunk[v])).reduce(f64::min)
     }
 
-    /// The largest horizontal girth above the ears, which end a tenth of a metre under the crown.
+    /// The largest horizontal girth above the ears, whose lower ends are 0.1 m below the crown.
     fn head(&self) -> Option<f64> {
         let levels = (0..=6).map(|k| self.top - 0.095 + 0.005 * f64::from(k));
         levels.filter_map(|y| self.trunk(y)).reduce(f64::max)

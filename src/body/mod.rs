@@ -32,7 +32,7 @@ pub use stance::Stance;
 pub use stored_figure::StoredFigure;
 pub use uv::{Texture, UvMap};
 
-/// What makes a file no body model.
+/// Why a file is not a usable body model.
 #[derive(Debug, thiserror::Error)]
 pub enum BodyError {
     /// The container could not be read.
@@ -44,18 +44,18 @@ pub enum BodyError {
         /// Its name in the SMPL layout.
         name: &'static str,
     },
-    /// Two arrays disagree about a size.
+    /// Two arrays have inconsistent sizes.
     #[error(
-        "the body model's arrays disagree: '{name}' has shape {found:?}, but {expected} was expected from '{reference}'"
+        "the body model's arrays are inconsistent: '{name}' has shape {found:?}, but {expected} was expected from '{reference}'"
     )]
     ShapeMismatch {
         /// The array at fault.
         name: &'static str,
         /// Its shape.
         found: Vec<u64>,
-        /// What it should have been.
+        /// The expected shape.
         expected: String,
-        /// The array that says so.
+        /// The array that implies the expected shape.
         reference: &'static str,
     },
     /// A joint's parent is not an earlier joint.
@@ -65,11 +65,11 @@ pub enum BodyError {
     BadHierarchy {
         /// The joint.
         joint: usize,
-        /// The parent named.
+        /// The parent given.
         parent: i64,
     },
     /// A Python pickle instead of arrays.
-    #[error("this is a Python pickle, not an .npz: opening it would run whatever code it holds")]
+    #[error("this is a Python pickle, not an .npz: opening it would run the code in it")]
     Pickle,
     /// A value that cannot be used.
     #[error("the body model's '{name}' is unusable: {reason}")]
@@ -79,12 +79,12 @@ pub enum BodyError {
         /// Why.
         reason: String,
     },
-    /// Joints cannot be named.
+    /// The joints' names are unknown.
     #[error(
         "the body model has {joints} joints without names; Overcoat knows the order of 22, 24, 52 or 55 SMPL joints"
     )]
     UnknownJoints {
-        /// How many.
+        /// The number of joints.
         joints: usize,
     },
 }
@@ -95,13 +95,13 @@ impl BodyError {
         Some(match self {
             Self::Format(e) => return e.hint(),
             Self::Pickle => {
-                "convert it once, where you trust it: python -c \"import pickle, numpy as n; d = pickle.load(open('model.pkl', 'rb'), encoding='latin1'); n.savez('model.npz', **{k: n.asarray(d[k].todense() if hasattr(d[k], 'todense') else d[k]) for k in ('v_template', 'shapedirs', 'posedirs', 'J_regressor', 'kintree_table', 'weights', 'f')})\"".into()
+                "convert it once, on a machine where you trust the file: python -c \"import pickle, numpy as n; d = pickle.load(open('model.pkl', 'rb'), encoding='latin1'); n.savez('model.npz', **{k: n.asarray(d[k].todense() if hasattr(d[k], 'todense') else d[k]) for k in ('v_template', 'shapedirs', 'posedirs', 'J_regressor', 'kintree_table', 'weights', 'f')})\"".into()
             }
             Self::MissingArray { .. } | Self::UnknownJoints { .. } => {
                 "give an .npz in the SMPL layout: v_template, shapedirs, J_regressor, kintree_table, weights, f (and joint_names)".into()
             }
             Self::ShapeMismatch { .. } | Self::BadHierarchy { .. } | Self::BadValue { .. } => {
-                "export the model again, all arrays from the same source, or leave --body out to use the embedded one".into()
+                "export the model again, all arrays from the same source, or omit --body to use the embedded one".into()
             }
         })
     }

@@ -15,32 +15,32 @@ pub struct Shape(pub Vec<f64>);
 ///
 /// **Frame and units** metres, Y up, facing +Z, in the model's own bind pose.
 ///
-/// **Source** Hu 2017, Eqs. 1–3: `S(β) = mean + Σ βᵢ σᵢ μᵢ` ([`Self::shaped`]), joints by a linear regressor that the
-/// mean value coordinates give.
+/// **Source** Hu 2017, Eqs. 1–3: `S(β) = mean + Σ βᵢ σᵢ μᵢ` ([`Self::shaped`]); joints by a linear regressor made of mean
+/// value coordinates.
 #[derive(Clone, Debug)]
 pub struct BodyModel {
     /// The mean body.
     pub template: TriMesh,
-    /// K directions, `σ_k μ_k`: metres a standard deviation.
+    /// `K × V × 3` directions `σ_k μ_k`, in metres per standard deviation.
     pub shape_dirs: Vec<PerVertex<Vec3>>,
-    /// For each joint the vertices and factors whose sum it is.
+    /// Per joint the vertices and factors whose weighted sum is the joint centre.
     pub joint_regressor: Vec<Vec<(VertexId, f64)>>,
     /// The mean body's skeleton.
     pub skeleton: Skeleton,
-    /// K × J: how each joint moves with each component.
+    /// `K × J × 3`: how each joint moves with each component, in metres per standard deviation.
     pub joint_dirs: Vec<Vec<Vec3>>,
-    /// Skin weights, and with them how the surface gives way to bent joints, where the model knows.
+    /// Skin weights, with the corrective offsets if the model has them.
     pub weights: SkinWeights,
-    /// Bounds of each joint's rotation vector.
+    /// Bounds of each joint's rotation vector: one per joint, or none.
     pub limits: Vec<JointLimits>,
     /// Texture coordinates.
     pub uvs: Option<UvMap>,
-    /// The vertex that each becomes when left and right are exchanged.
+    /// Per vertex its counterpart on the other side.
     pub mirror: Option<PerVertex<VertexId>>,
 }
 
 impl BodyModel {
-    /// K.
+    /// The number of shape components, `K`.
     pub fn component_count(&self) -> usize {
         self.shape_dirs.len()
     }
@@ -76,6 +76,8 @@ impl BodyModel {
     }
 
     /// A surface with this model's vertices, skinned into `pose`: Eq. 3, with the corrective offsets of the model.
+    ///
+    /// **Shapes** `V × 3` in and out.
     pub fn posed(&self, points_in_bind: &PerVertex<Point>, skeleton: &Skeleton, pose: &Pose) -> PerVertex<Point> {
         skin(points_in_bind, &self.weights, skeleton, pose)
     }

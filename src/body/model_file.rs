@@ -11,7 +11,7 @@ use crate::geometry::{PerVertex, Point, TriMesh, Vec3, VertexId};
 use std::io::{Read, Seek, SeekFrom};
 use std::sync::Arc;
 
-/// Shape components used of a larger file: Hu 2017, §5.1, uses 15.
+/// Greatest number of shape components read from a file: Hu 2017, §5.1, uses 15.
 const MOST_COMPONENTS: usize = 15;
 
 /// SMPL's first 22 joints, in SMPL's order (facts of the SMPL distribution's `joint_names`).
@@ -40,13 +40,13 @@ const SMPL_ORDER: [HumanJoint; 22] = [
     Hand(Right),
 ];
 
-/// Reads a model in the SMPL layout, with Overcoat's extra arrays where it has them.
+/// Reads a model in the SMPL layout, with Overcoat's additional arrays if present.
 ///
 /// **Shapes** `v_template (V,3)`, `shapedirs (V,3,K)`, `J_regressor (J,V)`, `kintree_table (2,J)`, `weights (V,J)`,
 /// `f (F,3)`; optional `posedirs (V,3,P)`, `sigma (K)`, `joint_names (J)`, `joint_limits (J,3,2)`, `vt (T,2)`
-/// with `ft (F,3)` or `uv (V,2)`, `mirror (V)`. So the files of SMPL, SMPL+H, SMPL-X and STAR are read as they are.
+/// with `ft (F,3)` or `uv (V,2)`, `mirror (V)`. The files of SMPL, SMPL+H, SMPL-X and STAR have this layout.
 ///
-/// **Errors** the first array that is missing or disagrees, with its shape; a Python pickle is named as such.
+/// **Errors** name the first array that is missing or inconsistent, with its shape; a Python pickle is reported as such.
 pub fn read_model(mut input: impl Read + Seek) -> Result<BodyModel, BodyError> {
     refuse_pickle(&mut input)?;
     let npz = read_npz(input)?;
@@ -85,18 +85,18 @@ pub fn read_model(mut input: impl Read + Seek) -> Result<BodyModel, BodyError> {
     })
 }
 
-/// A pickle runs code when it is opened, and needs Python; ours is no place for it.
+/// A pickle runs code when it is opened, and needs Python.
 fn refuse_pickle(input: &mut (impl Read + Seek)) -> Result<(), BodyError> {
     let io = |source| BodyError::Format(FormatError::Io { format: Format::Npz, source });
     let mut head = [0; 2];
     let read = input.read(&mut head).map_err(io)?;
     input.seek(SeekFrom::Start(0)).map_err(io)?;
-    // Protocols 2 and up begin with the byte 0x80 and their number; older ones with an opening mark and a dictionary.
+    // Protocols 2 and up begin with the byte 0x80 and their number; older ones with a mark and a dictionary.
     let is_pickle = read == 2 && (head[0] == 0x80 && (2..=5).contains(&head[1]) || matches!(&head, b"(d" | b"cc"));
     if is_pickle { Err(BodyError::Pickle) } else { Ok(()) }
 }
 
-/// A sparse matrix of SciPy, say, is a pickle within the `.npz`.
+/// An array of Python objects, such as a sparse SciPy matrix, is a pickle within the `.npz`.
 fn refuse_objects(npz: &Npz) -> Result<(), BodyError> {
     for name in ["v_template", "shapedirs", "posedirs", "J_regressor", "kintree_table", "weights", "f"] {
         if npz.contains(name) && matches!(npz.get(name)?.data(), NpyData::Opaque { .. }) {
@@ -164,7 +164,7 @@ fn read_parents(npz: &Npz, joints: usize) -> Result<Vec<Option<JointId>>, BodyEr
     let table = npz.i64("kintree_table")?;
     (0..joints)
         .map(|j| match table[j] {
-            // SMPL writes the root's parent as −1, or as that in 32 bits without sign.
+            // SMPL writes the root's parent as −1, or as −1 converted to an unsigned 32-bit number.
             -1 | 4_294_967_295 if j == 0 => Ok(None),
             parent if j > 0 && parent >= 0 && (parent as usize) < j => Ok(Some(JointId(parent as u16))),
             parent => Err(BodyError::BadHierarchy { joint: j, parent }),
@@ -193,7 +193,8 @@ fn read_names(npz: &Npz, joints: usize) -> Result<Vec<String>, BodyError> {
     Ok((0..joints).map(|j| smpl_joint(j, joints)).collect())
 }
 
-/// Our name for a joint of the family: behind the 22 of the body SMPL-X has jaw and eyes, and it and SMPL+H the fingers.
+/// The VRM name of a joint of the SMPL family: after the 22 of the body SMPL-X has jaw and eyes, then SMPL-X and SMPL+H
+/// have the fingers.
 fn smpl_joint(j: usize, joints: usize) -> String {
     const FACE: [&str; 3] = ["jaw", "leftEye", "rightEye"];
     const FINGERS: [&str; 5] = ["Index", "Middle", "Little", "Ring", "Thumb"];
@@ -214,7 +215,7 @@ fn smpl_joint(j: usize, joints: usize) -> String {
     format!("{side}{name}{}", if name == "Thumb" { OF_THUMB[of] } else { OF_FINGER[of] })
 }
 
-/// Directions of shape. SMPL-X has those of the face's expression behind them: 10 of 20, or 100 of 400.
+/// Shape directions. In SMPL-X those of the facial expression follow them: 10 of 20, or 100 of 400.
 fn read_shape_dirs(npz: &Npz, vertices: usize, joints: usize) -> Result<Vec<PerVertex<Vec3>>, BodyError> {
     let components = npz.shape("shapedirs")?[2];
     let of_shape = if joints == 55 && components == 20 { 10 } else { components };
@@ -227,8 +228,8 @@ fn read_shape_dirs(npz: &Npz, vertices: usize, joints: usize) -> Result<Vec<PerV
         .collect())
 }
 
-/// Corrective offsets. STAR has one more than its joints' features, times the second shape coordinate: it becomes part
-/// of that shape direction, which it is.
+/// Corrective offsets. STAR has one more than its joints have features: a multiple of the second shape coordinate, which
+/// is added to that shape direction.
 fn read_pose_dirs(
     npz: &Npz,
     vertices: usize,
@@ -312,7 +313,7 @@ fn read_limits(npz: &Npz, joints: usize) -> Result<Vec<JointLimits>, BodyError> 
         .collect())
 }
 
-/// `vt` and `ft` as the SMPL family has them, or `uv` with one row a vertex. Coordinates for another mesh are left out.
+/// `vt` and `ft` as in the SMPL family, or `uv` with one row per vertex. Coordinates for another mesh are ignored.
 fn read_uvs(npz: &Npz, template: &TriMesh) -> Result<Option<UvMap>, BodyError> {
     let uvs = if npz.contains("vt") && npz.contains("ft") {
         UvMap { coords: npz.f64_rows::<2>("vt")?, corners: npz.u32_rows::<3>("ft")?.into(), texture: None }
@@ -335,7 +336,10 @@ fn read_mirror(npz: &Npz, vertices: usize) -> Result<Option<PerVertex<VertexId>>
     }
     let map = npz.u32("mirror")?;
     if map.len() != vertices || map.iter().any(|&v| v as usize >= vertices) {
-        return Err(BodyError::BadValue { name: "mirror", reason: format!("it is no map of the {vertices} vertices") });
+        return Err(BodyError::BadValue {
+            name: "mirror",
+            reason: format!("it does not map the {vertices} vertices to each other"),
+        });
     }
     Ok(Some(map.into_iter().map(VertexId).collect()))
 }

@@ -1,17 +1,17 @@
-//! A body model as arrays of the SMPL layout.
+//! Writes a body model as arrays in the SMPL layout.
 
 use super::{BodyModel, JointId};
 use crate::formats::{FormatError, NpyArray, Npz};
 use crate::geometry::Vec3;
 
-/// Values of the unit directions are rounded to this: under a micrometre at three deviations, and it compresses.
+/// Rounding step of the unit directions: below a micrometre at three deviations, and it compresses well.
 const DIRECTION_STEP: f64 = 1e-7;
 
 impl BodyModel {
     /// The arrays of the model's file, `f32` and `u32`: the SMPL layout with `sigma`, `part`, `joint_names`,
-    /// `joint_limits`, `vt` and `ft` (SMPL's names for texture coordinates) and `mirror` where the model has them.
+    /// `joint_limits`, `vt` and `ft` (SMPL's names for texture coordinates) and `mirror` if the model has them.
     ///
-    /// **Errors** only if the model's own parts disagree about a size.
+    /// **Errors** if the model's arrays have inconsistent sizes.
     pub fn to_npz(&self) -> Result<Npz, FormatError> {
         let (v, k, j) = (self.template.vertex_count(), self.component_count(), self.skeleton.len());
         let sigma: Vec<f64> =

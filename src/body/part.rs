@@ -1,20 +1,22 @@
-//! Where on the body a vertex lies: which bone, and how far along it.
+//! The bone that a vertex belongs to, and its position along that bone.
 
 use super::{JointId, Skeleton, SkinWeights};
 use crate::geometry::{PerVertex, Point};
 
-/// A place along a bone.
+/// A position along a bone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BonePosition {
-    /// The joint at which the bone begins.
+    /// The joint at the start of the bone.
     pub joint: JointId,
-    /// 0 at the joint, 1 at the bone's end, beyond either where the surface reaches further. For a bone without an
-    /// end (head, hand, toes) the distance from the joint along the parent bone's direction, over the length of the
-    /// part's reach.
+    /// 0 at the joint, 1 at the end of the bone; below 0 or above 1 where the surface extends further. For a bone without
+    /// an end (head, hand, toes): the distance from the joint along the parent bone's direction, relative to the farthest
+    /// vertex of the part.
     pub along: f64,
 }
 
-/// For each vertex the joint with the largest weight, and the place along that joint's bone, in the bind pose.
+/// For each vertex the joint with the largest weight, and the position along that joint's bone, in the bind pose.
+///
+/// **Shapes** one entry per vertex, in and out.
 pub fn bone_positions(
     points_in_bind: &PerVertex<Point>,
     weights: &SkinWeights,

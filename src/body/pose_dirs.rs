@@ -1,4 +1,4 @@
-//! Corrective offsets by pose, as the SMPL family has them.
+//! Corrective offsets by pose (pose blend shapes), as in the SMPL family.
 
 use super::Pose;
 use crate::geometry::{PerVertex, Vec3, VertexId};
@@ -6,9 +6,9 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// How far the bind pose's surface gives way, linear in what the joints' rotations are.
+/// Corrective offsets of the surface in the bind pose, linear in features of the joint rotations.
 ///
-/// **Shapes** `V × features` offsets, metres a unit of each feature, vertices first.
+/// **Shapes** `V × features` offsets, in metres per unit of a feature, row by row.
 ///
 /// **Source** Loper 2015 (SMPL), Eq. 9: features are the entries of `R_j − 1` of all joints but the root, row by row;
 /// Osman 2020 (STAR): the quaternion `(x, y, z, w − 1)` of all joints but the root.
@@ -21,16 +21,16 @@ pub struct PoseDirs {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Features {
-    /// Nine a joint.
+    /// Nine per joint.
     Matrix,
-    /// Four a joint.
+    /// Four per joint.
     Quaternion,
 }
 
 impl PoseDirs {
-    /// Offsets for a model of so many joints; `None` if their count is that of no known kind.
+    /// Offsets for a model with this many vertices and joints; `None` if their count fits no known kind of feature.
     ///
-    /// **Requires** `offsets.len()` a multiple of the vertex count `vertices`.
+    /// **Shapes** `offsets`: `vertices × features`, row by row.
     pub fn try_new(offsets: Vec<Vec3>, vertices: usize, joints: usize) -> Option<Self> {
         let features = offsets.len() / vertices.max(1);
         let turning = joints.saturating_sub(1);
@@ -43,17 +43,19 @@ impl PoseDirs {
         (offsets.len() == features * vertices).then_some(Self { offsets, features, kind })
     }
 
-    /// How many features a vertex has.
+    /// The number of features.
     pub fn feature_count(&self) -> usize {
         self.features
     }
 
-    /// Offsets a feature, vertex after vertex.
+    /// The offsets, `V × features`, row by row.
     pub fn offsets(&self) -> &[Vec3] {
         &self.offsets
     }
 
-    /// How far each vertex of the model gives way in `pose`, in the bind pose's axes.
+    /// The corrective offset of each vertex of the model in `pose`, in the axes of the bind pose.
+    ///
+    /// **Shapes** `V × 3`, in metres.
     pub fn in_pose(&self, pose: &Pose) -> PerVertex<Vec3> {
         let features = self.features_of(pose);
         self.offsets
@@ -63,7 +65,7 @@ impl PoseDirs {
             .into()
     }
 
-    /// The same for some of the model's vertices only.
+    /// The offsets of some of the model's vertices, in their order.
     pub(crate) fn of_vertices(&self, kept: &[VertexId]) -> Self {
         let row = |v: &VertexId| self.offsets[v.index() * self.features..(v.index() + 1) * self.features].to_vec();
         Self { offsets: kept.iter().flat_map(row).collect(), ..*self }
@@ -89,25 +91,25 @@ impl PoseDirs {
     }
 }
 
-/// How a surface gives way with a model: offsets of the model's vertices, taken up by the surface's own.
+/// How a surface follows the corrective offsets of a model.
 ///
-/// The offsets are the model's and large; a file of a figure holds only which of them each vertex takes, and whoever
-/// reads it hands them in again ([`super::StoredFigure::with_offsets`]).
+/// The offsets belong to the model and are large. A stored figure holds only which of them each vertex follows; the
+/// reader restores them ([`super::StoredFigure::with_offsets`]).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct GivingWay {
+pub(super) struct PoseOffsets {
     #[serde(skip)]
     dirs: Option<Arc<PoseDirs>>,
-    /// For each vertex those of the model that it goes along with, and how far; `None` for the model's own surface.
+    /// Per vertex the vertices of the model that it follows, with shares; `None` for the model's own surface.
     places: Option<PerVertex<Vec<(VertexId, f64)>>>,
 }
 
-impl GivingWay {
+impl PoseOffsets {
     /// The model's own surface.
     pub fn of_model(dirs: Arc<PoseDirs>) -> Self {
         Self { dirs: Some(dirs), places: None }
     }
 
-    /// Another surface, each vertex at some places of this one.
+    /// Another surface, each of whose vertices follows some vertices of this one.
     pub fn followed(&self, places: impl Iterator<Item = Vec<(VertexId, f64)>>) -> Self {
         let on_model = |(v, share): (VertexId, f64)| match &self.places {
             None => vec![(v, share)],
@@ -117,7 +119,7 @@ impl GivingWay {
         Self { dirs: self.dirs.clone(), places: Some(places) }
     }
 
-    /// Several surfaces one after another, each with its count of vertices; `None` where none of them gives way.
+    /// Several surfaces one after another, each with its vertex count; `None` if all of them are rigid.
     pub fn joined<'a>(parts: impl Iterator<Item = (Option<&'a Self>, usize)> + Clone) -> Option<Self> {
         let dirs = parts.clone().find_map(|(part, _)| part)?.dirs.clone();
         let places = parts.flat_map(|(part, count)| {
@@ -138,7 +140,7 @@ impl GivingWay {
         self.dirs = Some(Arc::clone(dirs));
     }
 
-    /// How far each vertex of the surface gives way.
+    /// The corrective offset of each vertex of the surface.
     pub fn in_pose(&self, pose: &Pose) -> Option<PerVertex<Vec3>> {
         let of_model = self.dirs.as_ref()?.in_pose(pose);
         let Some(places) = &self.places else { return Some(of_model) };
@@ -154,7 +156,7 @@ mod tests {
     use nalgebra::UnitQuaternion;
 
     #[test]
-    fn the_bind_pose_moves_nothing_and_a_bent_joint_moves_what_it_is_told_to() {
+    fn the_bind_pose_moves_nothing_and_a_bent_joint_moves_what_follows_it() {
         let points: PerVertex<Point> = vec![Point::origin(), Point::new(0.0, 1.0, 0.0)].into();
         for (features, feature) in [(9, 1), (4, 2)] {
             let mut offsets = vec![Vec3::zeros(); 2 * features];
@@ -168,8 +170,8 @@ mod tests {
             let expected = if features == 9 { -0.3f64.sin() } else { 0.15f64.sin() };
             assert!((moved.0[1].z - 0.5 * expected).abs() < 1e-12);
             assert_eq!(moved.0[0], points.0[0]);
-            // Halfway between both vertices, and of that half again: a quarter of what the model's own gives way.
-            let whole = GivingWay::of_model(Arc::new(dirs));
+            // Half of the model's offset, and half of that again: a quarter.
+            let whole = PoseOffsets::of_model(Arc::new(dirs));
             let half = |v| vec![(VertexId(v), 0.5)];
             let cloth = whole.followed([half(0), half(1)].into_iter()).followed(std::iter::once(half(1)));
             let moved = cloth.in_pose(&pose).unwrap();

@@ -1,4 +1,4 @@
-//! The tape around a section of a body.
+//! Tape measurements around a section of a body.
 
 use crate::geometry::{Point, TriMesh, Vec3, VertexId};
 
@@ -8,8 +8,8 @@ pub(super) struct Section {
     pub axes: [Vec3; 2],
 }
 
-/// Perimeter of the convex hull of the section of those faces whose corners are all wanted; `None` where the plane
-/// meets none. A tape bridges hollows, so the hull is what it measures.
+/// Perimeter of the convex hull of the section through the faces whose corners are all wanted, in metres; `None` if the
+/// plane meets no such face. A tape bridges hollows, so it measures the hull.
 pub(super) fn tape(mesh: &TriMesh, section: &Section, is_wanted: impl Fn(VertexId) -> bool) -> Option<f64> {
     let normal = section.axes[0].cross(&section.axes[1]);
     let height: Vec<f64> = mesh.points().iter().map(|p| (p - section.origin).dot(&normal)).collect();

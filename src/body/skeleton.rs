@@ -20,13 +20,15 @@ impl JointId {
 /// Bounds of a joint's rotation vector, relative to the bind pose, in radians.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointLimits {
-    /// Least components.
+    /// Smallest components.
     pub min: Vec3,
     /// Greatest components.
     pub max: Vec3,
 }
 
 /// Joints in the bind pose.
+///
+/// **Shapes** `names`, `parents`, `joints_in_bind`: one entry per joint.
 ///
 /// **Guarantees** every parent comes before its children; joint 0 is the only root.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -41,13 +43,15 @@ pub struct Skeleton {
 
 /// Joint rotations and the root's translation.
 ///
+/// **Shapes** `rotations`: one per joint.
+///
 /// Each rotation turns the joint's subtree about the joint, in axes parallel to the bind pose's, after which the
 /// parents' rotations apply. The identity with no translation is the bind pose.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
-    /// Moves the root joint from where it is in the bind pose.
+    /// Moves the root joint from its position in the bind pose, in metres.
     pub translation: Vec3,
-    /// One a joint.
+    /// Rotation of each joint.
     pub rotations: Vec<UnitQuaternion<f64>>,
 }
 
@@ -59,11 +63,11 @@ impl Pose {
 }
 
 impl Skeleton {
-    /// How many joints.
+    /// The number of joints.
     pub fn len(&self) -> usize {
         self.parents.len()
     }
-    /// Whether there is none.
+    /// Whether there are no joints.
     pub fn is_empty(&self) -> bool {
         self.parents.is_empty()
     }
@@ -124,7 +128,7 @@ impl Skeleton {
         }
     }
 
-    /// `world_from_bind` of each joint: `G_j = G_parent · T(J_j) R_j T(−J_j)`.
+    /// `world_from_bind`, one transform per joint: `G_j = G_parent · T(J_j) R_j T(−J_j)`.
     pub fn world_from_bind(&self, pose: &Pose) -> Vec<Isometry3<f64>> {
         let mut transforms: Vec<Isometry3<f64>> = Vec::with_capacity(self.len());
         for j in self.ids() {
@@ -139,6 +143,8 @@ impl Skeleton {
     }
 
     /// Joint centres in the posed frame.
+    ///
+    /// **Shapes** `J × 3`, in metres.
     pub fn joints_in_world(&self, pose: &Pose) -> Vec<Point> {
         self.world_from_bind(pose).iter().zip(&self.joints_in_bind).map(|(t, p)| t * p).collect()
     }

@@ -1,6 +1,6 @@
 //! Linear blend skinning.
 
-use super::pose_dirs::GivingWay;
+use super::pose_dirs::PoseOffsets;
 use super::{JointId, Pose, PoseDirs, Skeleton};
 use crate::geometry::{PerVertex, Point, Vec3, VertexId};
 use nalgebra::{Isometry3, Matrix3};
@@ -8,101 +8,109 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// How strongly each joint moves each vertex: at most four a vertex; and, with a model that has corrective offsets, how
-/// the surface gives way to bent joints before they move it.
+/// How strongly each joint moves each vertex; and, for a model with corrective offsets, how the pose deforms the surface
+/// before the joints move it.
 ///
-/// **Guarantees** weights are ≥ 0, sum to 1 (±1e-9), fall in each row; unused slots are joint 0 with weight 0.
+/// **Shapes** one row of four (joint, weight) pairs per vertex.
+///
+/// **Guarantees** weights are ≥ 0, sum to 1 (±1e-9) and descend in each row; unused slots are joint 0 with weight 0.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SkinWeights {
     rows: PerVertex<[(JointId, f64); 4]>,
-    giving_way: Option<GivingWay>,
+    pose_offsets: Option<PoseOffsets>,
 }
 
 impl SkinWeights {
-    /// Keeps the four largest of each row and scales them to a sum of 1. A row without weight follows the root.
+    /// Keeps the four largest weights of each row and scales them to a sum of 1. A row without weight follows the root.
     pub fn from_rows(rows: impl IntoIterator<Item = Vec<(JointId, f64)>>) -> Self {
-        Self { rows: rows.into_iter().map(prune).collect(), giving_way: None }
+        Self { rows: rows.into_iter().map(prune).collect(), pose_offsets: None }
     }
 
-    /// The same for the model's own surface, which gives way by `dirs`.
+    /// Adds the corrective offsets of the model, for its own surface.
     pub fn with_pose_dirs(self, dirs: Arc<PoseDirs>) -> Self {
-        Self { giving_way: Some(GivingWay::of_model(dirs)), ..self }
+        Self { pose_offsets: Some(PoseOffsets::of_model(dirs)), ..self }
     }
 
-    /// The same for a surface whose vertices lie at `places` of a surface with the weights `body`, and give way as those
-    /// do: vertices and shares, which sum to 1, or to less where the surface only hangs loosely on the body.
+    /// Adds the corrective offsets of another surface, with the weights `body`, for a surface that follows it.
     ///
-    /// **Requires** one entry of `places` a row.
+    /// **Shapes** `places`: per vertex the vertices of the other surface that it follows, with shares; the shares sum to 1,
+    /// or to less where the surface hangs loosely on the body.
+    ///
+    /// **Requires** one entry of `places` per row.
     pub fn following(self, body: &Self, places: impl IntoIterator<Item = Vec<(VertexId, f64)>>) -> Self {
-        let giving_way = body.giving_way.as_ref().map(|own| own.followed(places.into_iter()));
-        Self { giving_way, ..self }
+        let pose_offsets = body.pose_offsets.as_ref().map(|own| own.followed(places.into_iter()));
+        Self { pose_offsets, ..self }
     }
 
-    /// The same for some of the vertices, in their order.
+    /// The weights of some of the vertices, in their order.
     pub fn of_vertices(&self, kept: &PerVertex<VertexId>) -> Self {
         let rows = kept.iter().map(|&v| self.rows[v]).collect();
-        let giving_way = self.giving_way.as_ref().map(|own| own.followed(kept.iter().map(|&v| vec![(v, 1.0)])));
-        Self { rows, giving_way }
+        let pose_offsets = self.pose_offsets.as_ref().map(|own| own.followed(kept.iter().map(|&v| vec![(v, 1.0)])));
+        Self { rows, pose_offsets }
     }
 
     /// The rows of several surfaces one after another.
     pub fn joined<'a>(parts: impl Iterator<Item = &'a Self> + Clone) -> Self {
         let rows = parts.clone().flat_map(|part| part.rows.iter().copied()).collect();
-        let giving_way = GivingWay::joined(parts.map(|part| (part.giving_way.as_ref(), part.len())));
-        Self { rows, giving_way }
+        let pose_offsets = PoseOffsets::joined(parts.map(|part| (part.pose_offsets.as_ref(), part.len())));
+        Self { rows, pose_offsets }
     }
 
     /// The corrective offsets of the model, where it has them.
     pub fn pose_dirs(&self) -> Option<&Arc<PoseDirs>> {
-        self.giving_way.as_ref().and_then(GivingWay::dirs)
+        self.pose_offsets.as_ref().and_then(PoseOffsets::dirs)
     }
 
-    /// Hands in the model's offsets again, where this surface gives way: they are not kept with it.
-    pub fn give_way_with(&mut self, dirs: &Arc<PoseDirs>) {
-        if let Some(own) = &mut self.giving_way {
+    /// Restores the model's corrective offsets, which are not stored with the weights. A rigid surface stays rigid.
+    pub fn restore_pose_dirs(&mut self, dirs: &Arc<PoseDirs>) {
+        if let Some(own) = &mut self.pose_offsets {
             own.set_dirs(dirs);
         }
     }
 
-    /// The same for a surface that does not give way.
+    /// Drops the corrective offsets.
     pub fn rigid(self) -> Self {
-        Self { giving_way: None, ..self }
+        Self { pose_offsets: None, ..self }
     }
 
-    /// Whether the surface gives way to bent joints.
-    pub fn gives_way(&self) -> bool {
-        self.giving_way.is_some()
+    /// Whether the pose deforms the surface by corrective offsets.
+    pub fn has_pose_offsets(&self) -> bool {
+        self.pose_offsets.is_some()
     }
 
-    /// How far each vertex gives way in `pose`, in the bind pose's axes; `None` where it does not.
+    /// The corrective offset of each vertex in `pose`, in the axes of the bind pose; `None` for a rigid surface.
+    ///
+    /// **Shapes** `V × 3`, in metres.
     pub fn offsets_in(&self, pose: &Pose) -> Option<PerVertex<Vec3>> {
-        let giving_way = self.giving_way.as_ref()?;
-        debug_assert!(giving_way.dirs().is_some(), "the model's offsets were not handed in");
-        giving_way.in_pose(pose)
+        let pose_offsets = self.pose_offsets.as_ref()?;
+        debug_assert!(pose_offsets.dirs().is_some(), "the model's corrective offsets were not restored");
+        pose_offsets.in_pose(pose)
     }
 
-    /// Points of the bind pose, given way to `pose`.
-    pub fn given_way(&self, points_in_bind: &PerVertex<Point>, pose: &Pose) -> PerVertex<Point> {
+    /// Points of the bind pose plus their corrective offsets in `pose`.
+    ///
+    /// **Shapes** `V × 3`.
+    pub fn with_pose_offsets(&self, points_in_bind: &PerVertex<Point>, pose: &Pose) -> PerVertex<Point> {
         match self.offsets_in(pose) {
             None => points_in_bind.clone(),
             Some(offsets) => points_in_bind.iter().zip(offsets.iter()).map(|(p, d)| p + d).collect(),
         }
     }
 
-    /// One row a vertex.
+    /// One row per vertex.
     pub fn rows(&self) -> &PerVertex<[(JointId, f64); 4]> {
         &self.rows
     }
-    /// How many vertices.
+    /// The number of vertices.
     pub fn len(&self) -> usize {
         self.rows.len()
     }
-    /// Whether there is none.
+    /// Whether there are no vertices.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
-    /// Blends rows: `Σ factor · row`, pruned again. Used for points on triangles.
-    pub fn blend(&self, parts: &[(crate::geometry::VertexId, f64)]) -> Vec<(JointId, f64)> {
+    /// Blends rows: `Σ factor · row`, not pruned. Used for points on triangles.
+    pub fn blend(&self, parts: &[(VertexId, f64)]) -> Vec<(JointId, f64)> {
         let mut sum: Vec<(JointId, f64)> = Vec::with_capacity(8);
         for &(v, factor) in parts {
             for &(j, w) in &self.rows[v] {
@@ -136,6 +144,8 @@ fn prune(mut row: Vec<(JointId, f64)>) -> [(JointId, f64); 4] {
 }
 
 /// Rotation and translation of each joint.
+///
+/// **Shapes** one pair per joint.
 fn as_matrices(transforms: &[Isometry3<f64>]) -> Vec<(Matrix3<f64>, Vec3)> {
     transforms.iter().map(|t| (t.rotation.to_rotation_matrix().into_inner(), t.translation.vector)).collect()
 }
@@ -155,16 +165,18 @@ fn blended(row: &[(JointId, f64); 4], world_from_bind: &[(Matrix3<f64>, Vec3)]) 
 
 /// Moves points from the bind pose into `pose`: Hu 2017, Eq. 3, `Σ_j w_j R_j (v + c(pose))`, where `c` are the corrective
 /// offsets of models that have them.
+///
+/// **Shapes** `V × 3` in and out, with `V` rows of weights and one rotation per joint.
 pub fn skin(
     points_in_bind: &PerVertex<Point>,
     weights: &SkinWeights,
     skeleton: &Skeleton,
     pose: &Pose,
 ) -> PerVertex<Point> {
-    skin_rigidly(&weights.given_way(points_in_bind, pose), weights, skeleton, pose)
+    skin_rigidly(&weights.with_pose_offsets(points_in_bind, pose), weights, skeleton, pose)
 }
 
-/// The blend alone, of points that have given way already.
+/// The blend alone, for points that already include their corrective offsets.
 pub(crate) fn skin_rigidly(
     points_in_bind: &PerVertex<Point>,
     weights: &SkinWeights,
@@ -184,9 +196,11 @@ pub(crate) fn skin_rigidly(
     moved.into()
 }
 
-/// Moves points from `pose` back into the bind pose: each blended matrix inverted, and what gave way given back.
+/// Moves points from `pose` back into the bind pose: inverts each blended matrix and subtracts the corrective offsets.
 ///
-/// A blend of rotations far apart is close to singular; there the strongest joint's own transform is inverted.
+/// **Shapes** `V × 3` in and out.
+///
+/// A blend of rotations far apart is nearly singular; there the strongest joint's own transform is inverted.
 pub fn unskin(
     points_in_world: &PerVertex<Point>,
     weights: &SkinWeights,

@@ -1,4 +1,4 @@
-//! Poses by name, for looking at a model: what a body does while it is dressed and after.
+//! Named poses for inspecting a model.
 
 use super::human_joint::HumanJoint::{
     self, Chest, Foot, Head, Hips, LowerArm, LowerLeg, Neck, Shoulder, Spine, UpperArm, UpperLeg,
@@ -11,9 +11,9 @@ use nalgebra::UnitQuaternion;
 /// A pose that every humanoid skeleton can take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stance {
-    /// As the model is bound.
+    /// The bind pose.
     Bind,
-    /// Legs together and arms hanging, as one is measured.
+    /// Legs together and arms hanging, as for measuring.
     Upright,
     /// Arms level, to the sides.
     TPose,
@@ -30,7 +30,7 @@ pub enum Stance {
 }
 
 impl Stance {
-    /// All of them.
+    /// All stances.
     pub const ALL: [Self; 8] = [
         Self::Bind,
         Self::Upright,
@@ -42,7 +42,7 @@ impl Stance {
         Self::Stride,
     ];
 
-    /// The name by which it is asked for.
+    /// The stance's name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Bind => "bind",
@@ -56,7 +56,7 @@ impl Stance {
         }
     }
 
-    /// The pose, whatever the skeleton's bind pose is: bones are aimed, each by the smallest turn.
+    /// The pose. It does not depend on the skeleton's bind pose: each bone is aimed by the smallest rotation.
     ///
     /// A human joint that the skeleton does not have is not turned.
     pub fn pose(self, skeleton: &Skeleton) -> Pose {
@@ -70,7 +70,7 @@ impl Stance {
                 figure.level_feet();
             }
             Self::TPose => figure.both_arms([1.0, 0.0, 0.0], [1.0, 0.0, 0.0], 8.0),
-            // A third of an arm's rise above the level is the collar bone's (Inman's rhythm).
+            // The collar bone contributes a third of an arm's rise above horizontal (Inman's scapulohumeral rhythm).
             Self::ArmsUp => figure.both_arms([0.22, 1.0, 0.0], [0.05, 1.0, 0.05], 32.0),
             Self::ArmsForward => {
                 for side in Side::BOTH {
@@ -129,7 +129,7 @@ impl Aimed<'_> {
         let Some(end) = self.skeleton.bone_end(j) else { return };
         let bone = self.skeleton.joints_in_bind[end.index()] - self.skeleton.joints_in_bind[j.index()];
         let wanted = self.above(j).inverse() * direction;
-        // Bones exactly opposed have no smallest turn; none of the stances asks for one.
+        // Exactly opposed bones have no smallest rotation; no stance requires one.
         self.pose.rotations[j.index()] =
             UnitQuaternion::rotation_between(&bone, &wanted).unwrap_or_else(UnitQuaternion::identity);
     }
@@ -151,7 +151,7 @@ impl Aimed<'_> {
         }
     }
 
-    /// Aims both arms, the collar bones raised by so many degrees.
+    /// Aims both arms, with the collar bones raised by `raised_deg`.
     fn both_arms(&mut self, upper: [f64; 3], lower: [f64; 3], raised_deg: f64) {
         for side in Side::BOTH {
             if let Some(j) = self.skeleton.find(Shoulder(side)) {
@@ -163,7 +163,7 @@ impl Aimed<'_> {
         self.both(LowerArm, lower);
     }
 
-    /// Turns the feet back to where they point in the bind pose.
+    /// Turns the feet back to their direction in the bind pose.
     fn level_feet(&mut self) {
         for side in Side::BOTH {
             if let Some(foot) = self.skeleton.find(Foot(side)) {

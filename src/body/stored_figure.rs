@@ -15,7 +15,7 @@ pub struct StoredFigure {
 impl StoredFigure {
     /// Whether a surface follows corrective offsets.
     pub fn needs_offsets(&self) -> bool {
-        self.layers.iter().any(|layer| layer.weights.gives_way())
+        self.layers.iter().any(|layer| layer.weights.has_pose_offsets())
     }
 
     /// The figure with the offsets of its body model; `None` where it needs them and there are none.
@@ -23,7 +23,7 @@ impl StoredFigure {
         let is_incomplete = self.needs_offsets() && dirs.is_none();
         let Self { skeleton, mut layers } = self;
         if let Some(dirs) = dirs {
-            layers.iter_mut().for_each(|layer| layer.weights.give_way_with(dirs));
+            layers.iter_mut().for_each(|layer| layer.weights.restore_pose_dirs(dirs));
         }
         (!is_incomplete).then_some(Figure { skeleton, layers })
     }

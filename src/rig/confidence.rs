@@ -1,21 +1,23 @@
-//! The closest point of the body for each vertex of a garment, and how far it can be trusted.
+//! The closest point of the body for each vertex of a garment, and the confidence in it.
 
 use super::RigParams;
 use crate::body::{JointId, SkinWeights};
 use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, Vec3, VertexId};
 use rayon::prelude::*;
 
-/// What the closest triangle of the body says.
+/// The closest triangle of the body, per vertex of the garment.
+///
+/// **Shapes** every array has one entry per vertex of the garment.
 pub(super) struct Matches {
     /// Interpolated skin weights, not pruned.
     pub rows: PerVertex<Vec<(JointId, f64)>>,
-    /// Corners of that triangle and shares of them.
+    /// Corners of that triangle, with barycentric coordinates.
     pub places: Vec<[(VertexId, f64); 3]>,
-    /// Distance to the body.
+    /// Distance to the body, in metres.
     pub distances: PerVertex<f64>,
     /// Cosine between the normals of cloth and body.
     pub cosines: PerVertex<f64>,
-    /// The body's normal there.
+    /// The body's interpolated unit normal at the closest point.
     pub body_normals: PerVertex<Vec3>,
 }
 
@@ -52,11 +54,13 @@ pub(super) fn match_with_body(garment: &TriMesh, body: &SurfaceIndex, body_weigh
     matches
 }
 
-/// 1 where cloth lies on the body and faces the same way, falling to 0 with distance and angle.
+/// Confidence of each match: 1 where cloth lies on the body and faces the same way, falling to 0 with distance and angle.
 ///
-/// **Source** Abdrashitov 2023, §3.1, with ramps for its two thresholds: no seam where a noisy normal falls on one side
-/// or the other.
-pub(super) fn trust(matches: &Matches, posed_body: &TriMesh, params: &RigParams) -> PerVertex<f64> {
+/// **Shapes** one value in 0–1 per vertex.
+///
+/// **Source** Abdrashitov 2023, §3.1, with ramps in place of its two thresholds, so that noisy normals near a threshold
+/// cause no seam.
+pub(super) fn match_confidence(matches: &Matches, posed_body: &TriMesh, params: &RigParams) -> PerVertex<f64> {
     let diagonal = posed_body.bounds().map_or(0.0, |b| b.extent().norm());
     let farthest = params.distance_per_diagonal * diagonal;
     matches
@@ -65,25 +69,25 @@ pub(super) fn trust(matches: &Matches, posed_body: &TriMesh, params: &RigParams)
         .zip(matches.cosines.iter())
         .map(|(&distance, &cosine)| {
             let angle_deg = cosine.clamp(-1.0, 1.0).acos().to_degrees();
-            falling(distance, 0.5 * farthest, farthest)
-                * falling(angle_deg, params.trusted_angle_deg, params.rejected_angle_deg)
+            ramp_down(distance, 0.5 * farthest, farthest)
+                * ramp_down(angle_deg, params.trusted_angle_deg, params.rejected_angle_deg)
         })
         .collect()
 }
 
 impl Matches {
-    /// Where on the body each vertex goes along as the body gives way to bent joints: the closest place, fully up to
-    /// 3 cm from it and not at all from 8 cm on, where cloth hangs and neighbours' closest places lie on other limbs.
-    pub fn places_to_follow(&self) -> impl Iterator<Item = Vec<(VertexId, f64)>> {
+    /// The body vertices whose corrective offsets each garment vertex follows: those of the closest triangle, fully up to
+    /// 3 cm from it and not at all from 8 cm on, where cloth hangs and the closest points of neighbours lie on other limbs.
+    pub fn followed_vertices(&self) -> impl Iterator<Item = Vec<(VertexId, f64)>> {
         self.places.iter().zip(self.distances.iter()).map(|(place, &distance)| {
-            let share = falling(distance, 0.03, 0.08);
+            let share = ramp_down(distance, 0.03, 0.08);
             place.iter().filter(|(_, s)| s * share > 0.0).map(|&(v, s)| (v, s * share)).collect()
         })
     }
 }
 
-/// 1 up to `from`, 0 beyond `to`, smooth in between.
-pub(super) fn falling(value: f64, from: f64, to: f64) -> f64 {
+/// 1 up to `from`, 0 from `to` on, smooth in between.
+pub(super) fn ramp_down(value: f64, from: f64, to: f64) -> f64 {
     let t = ((to - value) / (to - from).max(1e-12)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }

@@ -1,32 +1,33 @@
-//! Weights where no match can be trusted: a smooth surface through those that can.
+//! Weight inpainting: where no match is confident, the weights are interpolated smoothly from those that are.
 
 use super::{RigError, RigParams};
 use crate::body::JointId;
 use crate::geometry::{PerVertex, TriMesh, cotangent_laplacian};
 use crate::numerics::SparseCholesky;
 
-/// How strongly a vertex without any trust still follows its closest point: felt only over tens of metres, so it decides
-/// only in parts of the garment in which nothing at all is trusted. (At 1e-6, 0.3 m, a skirt parted between the legs.)
-const LEAST_TRUST: f64 = 1e-10;
+/// Confidence of a vertex without any: it acts only over tens of metres, so it decides only in components of the garment
+/// in which no match is confident. (At 1e-6, which acts over 0.3 m, a skirt split between the legs.)
+const LEAST_CONFIDENCE: f64 = 1e-10;
 
-/// Solves `(diag(trust · M) + ℓ₁² L + ℓ₂⁴ L M⁻¹ L) w = diag(trust · M) w₀` for each joint, then clamps to w ≥ 0.
+/// Solves `(diag(c · M) + ℓ₁² L + ℓ₂⁴ L M⁻¹ L) w = diag(c · M) w₀` for each joint, with the confidences `c`, then clamps
+/// to w ≥ 0.
 ///
-/// **Shapes** one row and one trust a vertex.
+/// **Shapes** `rows` and `confidence`: one entry per vertex, in and out.
 ///
-/// **Source** Abdrashitov 2023, Eq. 3, there with trusted weights as hard constraints; here weighed, which smooths the
-/// scan's noise too. `ℓ₂` is `smoothing_length`; `ℓ₁ = ℓ₂² / fairing_width`, so that wide gaps are bridged by the
+/// **Source** Abdrashitov 2023, Eq. 3. There confident weights are hard constraints; here they are weighted by their
+/// confidence, which also smooths the noise of the scan. `ℓ₂` is `smoothing_length`; `ℓ₁ = ℓ₂² / fairing_width`, so that wide gaps are bridged by the
 /// Laplacian, which does not overshoot.
 pub(super) fn inpaint(
     garment: &TriMesh,
     rows: &PerVertex<Vec<(JointId, f64)>>,
-    trust: &PerVertex<f64>,
+    confidence: &PerVertex<f64>,
     joint_count: usize,
     params: &RigParams,
 ) -> Result<PerVertex<Vec<(JointId, f64)>>, RigError> {
     let count = garment.vertex_count();
     let laplacian = cotangent_laplacian(garment);
     let mass = laplacian.safe_mass();
-    let weights: Vec<f64> = trust.iter().map(|t| t.max(LEAST_TRUST)).collect();
+    let weights: Vec<f64> = confidence.iter().map(|c| c.max(LEAST_CONFIDENCE)).collect();
     let bending_length = params.smoothing_length;
     let membrane_length = bending_length * bending_length / params.fairing_width.max(bending_length);
     let matrix = laplacian.screened(&weights, membrane_length.powi(2), bending_length.powi(4));

@@ -1,22 +1,22 @@
 //! Cloth that spans the gap between the legs: skirts, dresses, coats.
 //!
-//! Each place of a skirt's front lies nearer to one leg than to the other, but moves with both. Trouser legs do not.
+//! Each point of a skirt's front is closer to one leg than to the other, but moves with both. Trouser legs do not.
 
 use super::confidence::Matches;
 use crate::body::{HumanJoint, Limb, Side, Skeleton};
 use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh, Vec3};
 
-/// Heights along each bone that are tested: every 2 to 3 cm of an adult's leg.
+/// Levels tested along each bone: one every 2 to 3 cm of an adult's leg.
 const LEVELS_PER_BONE: usize = 16;
-/// Levels in a row that must be spanned: about 8 cm. Scanners fuse the trouser legs for a few centimetres at the crotch.
+/// Least number of consecutive spanned levels: about 8 cm. Scanners fuse trouser legs for a few centimetres at the crotch.
 const LEAST_RUN: usize = 3;
-/// Metres before and behind the plane of the legs at which it is tested too, within a leg's thickness; two of the
-/// three must be open, so that a hole or a deep fold decides nothing.
+/// Offsets of the tests from the plane of the legs, in metres, within a leg's thickness. Two of the three must be open, so
+/// that a single hole or deep fold does not decide.
 const FANS: [f64; 3] = [-0.03, 0.0, 0.03];
-/// How far cloth may hang from a leg, in metres: beyond, there is no cloth at this level.
+/// Greatest distance of cloth from a leg, in metres: farther away, there is no cloth at this level.
 const FARTHEST_CLOTH: f64 = 0.5;
-/// Cosine to the outward direction from which the side of a leg is its flank (within 25°): only there a skirt is
-/// tied to the leg, so that front and back are stretched evenly from flank to flank.
+/// Cosine to the outward direction above which the side of a leg is its flank (within 25°). A skirt follows the leg only
+/// there, so that front and back stretch evenly from flank to flank.
 const FLANK_COSINE: f64 = 0.9;
 
 /// The levels at which one ring of cloth goes around both legs.
@@ -78,8 +78,8 @@ fn drop_short_runs(spanned: &mut [bool]) {
     }
 }
 
-/// Between crotch and hip joints the trunk is one piece, but its weights already part left from right, more steeply than
-/// a skirt does: where one hangs below, it begins at the hip joints.
+/// Between crotch and hip joints the trunk is one piece, but its weights already separate left from right, more steeply
+/// than a skirt. A skirt that hangs below therefore begins at the hip joints.
 fn extend_to_the_hips(spanned: &mut [bool]) {
     if let Some(first) = spanned.iter().position(|&s| s)
         && first < LEVELS_PER_BONE / 2
@@ -88,13 +88,13 @@ fn extend_to_the_hips(spanned: &mut [bool]) {
     }
 }
 
-/// Lowers the trust of cloth that spans the gap to zero, except along the outer flanks of the legs. Returns how many
-/// vertices span it.
-pub(super) fn trust_only_the_flanks(
+/// Sets the confidence of cloth that spans the gap to zero, except along the outer flanks of the legs. Returns the number
+/// of vertices that span it.
+pub(super) fn keep_only_flanks(
     bridge: &LegBridge,
     garment: &TriMesh,
     matches: &Matches,
-    trust: &mut PerVertex<f64>,
+    confidence: &mut PerVertex<f64>,
 ) -> usize {
     if !bridge.spanned.contains(&true) {
         return 0;
@@ -111,14 +111,14 @@ pub(super) fn trust_only_the_flanks(
         let outward =
             (legs[0] - legs[1]).try_normalize(1e-9).unwrap_or_else(Vec3::x) * if left > right { 1.0 } else { -1.0 };
         if matches.body_normals[v].dot(&outward) < FLANK_COSINE {
-            trust[v] = 0.0;
+            confidence[v] = 0.0;
         }
     }
     count
 }
 
 impl LegBridge {
-    /// The level whose nearer leg centre is closest to `p`.
+    /// The level with the leg centre closest to `p`.
     fn level_of(&self, p: &Point) -> usize {
         let squared = |legs: &[Point; 2]| legs.iter().map(|c| (p - c).norm_squared()).fold(f64::INFINITY, f64::min);
         (0..self.centers.len())

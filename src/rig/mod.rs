@@ -1,5 +1,5 @@
-//! A garment's skin weights, taken in the scan's pose from the naked body, and with them its bind-pose shape; later,
-//! once it is stacked, its physics weights.
+//! A garment's skin weights, transferred in the scan's pose from the naked body, and with them its bind-pose shape; after
+//! stacking, its physics weights.
 
 mod confidence;
 mod inpaint;
@@ -16,34 +16,37 @@ use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh};
 use crate::numerics::NumericsError;
 use serde::{Deserialize, Serialize};
 
-/// How skin weights are taken from the naked body.
+/// How skin weights are transferred from the naked body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum RigMethod {
-    /// Hu 2017, §7: those of the closest triangle, interpolated.
+    /// Hu 2017, §7.1: the weights of the closest triangle. The paper says only that weights are transferred from the naked
+    /// body to each layer; we chose the closest point in the scan's pose, barycentric interpolation, and the four largest
+    /// weights. A model's corrective offsets are transferred in the same way.
     Closest,
-    /// The same where the match can be trusted; elsewhere a smooth surface through those (Abdrashitov 2023).
+    /// As `Closest` where the match is confident; elsewhere smoothly interpolated (Abdrashitov 2023).
     Inpaint,
 }
 
 /// How a garment is rigged. Lengths are metres.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RigParams {
-    /// Closest triangle or inpainting.
+    /// Closest triangle, or inpainting. The other parameters concern inpainting only.
     pub method: RigMethod,
-    /// Matches farther than this share of the body's bounding diagonal count for nothing; trust falls from half of it.
+    /// Distance of a match, as a share of the body's bounding diagonal, from which its confidence is 0; confidence falls
+    /// from half of it on.
     ///
-    /// 0.025, 5 cm for an adult: a jacket over a pullover stands off that far and still moves with what is below it.
-    /// (Abdrashitov 2023 has 0.05, 10 cm: that would tie a skirt's front to one leg.)
+    /// 0.025, 5 cm for an adult: a jacket over a pullover is that far away and still moves with the body below.
+    /// (Abdrashitov 2023 has 0.05, 10 cm, which would tie a skirt's front to one leg.)
     pub distance_per_diagonal: f64,
-    /// Trust is full up to this angle between the normals of cloth and body; scanned wrinkles reach it.
+    /// Angle between the normals of cloth and body up to which confidence is full; scanned wrinkles reach it.
     pub trusted_angle_deg: f64,
-    /// And none from this angle on: the underside of a sleeve faces the torso, and must not stick to it.
+    /// Angle from which confidence is 0: the underside of a sleeve faces the torso and must not follow it.
     pub rejected_angle_deg: f64,
-    /// Length over which trusted weights are smoothed: below the width of an elbow's blend (5 cm), above scan noise.
+    /// Length over which confident weights are smoothed: below the width of an elbow's blend (5 cm), above scan noise.
     pub smoothing_length: f64,
-    /// Untrusted regions wider than this are bridged straight, narrower ones with the slope of their surroundings.
-    /// 0.03: with 0.1 the stretch of a skirt gathered in the middle of its front.
+    /// Regions without confidence wider than this are interpolated linearly, narrower ones with the slope of their
+    /// surroundings. 0.03: with 0.1 the stretch of a skirt concentrated in the middle of its front.
     pub fairing_width: f64,
 }
 
@@ -60,7 +63,9 @@ impl Default for RigParams {
     }
 }
 
-/// A garment in the bind pose.
+/// A garment in the bind pose, in metres.
+///
+/// **Shapes** `weights` and `colors`: one entry per vertex of `mesh`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RiggedGarment {
     /// Surface in the bind pose.
@@ -69,22 +74,22 @@ pub struct RiggedGarment {
     pub weights: SkinWeights,
     /// Colours as scanned.
     pub colors: Option<PerVertex<[u8; 3]>>,
-    /// How it went.
+    /// Measurements of the rigging.
     pub report: RigReport,
 }
 
-/// How rigging went.
+/// Measurements of a rigging.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RigReport {
-    /// Share of the vertices whose match with the body was trusted at least half.
+    /// Share of the vertices whose match with the body has a confidence of at least one half.
     pub trusted_share: f64,
     /// Share of the vertices that span the gap between the legs, as a skirt's do.
     pub bridging_share: f64,
-    /// Greatest sum of weights dropped at a vertex because only four joints may move it.
+    /// Greatest sum of weights dropped at a vertex, as only four joints may move it.
     pub pruned_max: f64,
-    /// Mean of the same.
+    /// Mean sum of weights dropped at a vertex.
     pub pruned_mean: f64,
-    /// 99th percentile of how many times longer or shorter an edge became on its way into the bind pose.
+    /// 99th percentile of the ratio by which an edge became longer or shorter in the bind pose.
     pub stretch_p99: f64,
 }
 
@@ -94,13 +99,13 @@ pub enum RigError {
     /// No faces.
     #[error("the garment has no faces")]
     EmptyGarment,
-    /// Not around this body at all.
-    #[error("the garment is nowhere nearer than {nearest:.2} m to the body")]
+    /// The garment is not around this body.
+    #[error("the garment is not on the body: the closest vertex is {nearest:.2} m away")]
     FarFromBody {
-        /// Least distance of a vertex.
+        /// Least distance of a vertex, in metres.
         nearest: f64,
     },
-    /// Arrays that belong together differ in length.
+    /// An array has the wrong length.
     #[error("{what}: {given} values for {expected} vertices")]
     WrongLength {
         /// Which array.
@@ -110,8 +115,8 @@ pub enum RigError {
         /// The length it should have.
         expected: usize,
     },
-    /// The weights could not be solved for.
-    #[error("the garment's weights could not be solved for")]
+    /// The linear system for the weights could not be solved.
+    #[error("the linear system for the garment's weights has no solution")]
     Unsolved(#[from] NumericsError),
 }
 
@@ -129,12 +134,16 @@ impl RigError {
     }
 }
 
-/// Gives a garment, cut out in the scan's pose, skin weights and with them its bind-pose shape.
+/// Computes a garment's skin weights and, with them, its shape in the bind pose.
 ///
-/// **Requires** `inside` poses `figure` into the same scan, so that the body lies under the garment.
+/// **Shapes** `colors`: one per vertex of the garment. The result keeps the vertices and faces of the garment.
 ///
-/// **Source** Hu 2017, §6.3 and §7: weights from the closest triangle of the naked body, then inverse skinning. By default
-/// the weights are inpainted where that triangle cannot be trusted.
+/// **Frame** the garment in the scan's pose, the result in the bind pose; metres.
+///
+/// **Requires** that `inside` poses `figure` into the same scan, so that the body is under the garment.
+///
+/// **Source** Hu 2017, §6.3 and §7.1: weights of the closest triangle of the naked body, then inverse skinning. By default
+/// the weights are inpainted where that triangle is not a confident match.
 pub fn rig(
     garment: &TriMesh,
     colors: Option<&PerVertex<[u8; 3]>>,
@@ -152,7 +161,9 @@ pub fn rig(
     Ok(RiggedGarment { mesh, weights, colors: colors.cloned(), report })
 }
 
-/// Skin weights for a garment around a posed body; `joints` are the joint centres in that pose.
+/// Skin weights for a garment around a posed body.
+///
+/// **Shapes** `body_weights`: one row per vertex of `posed_body`; `joints`: `J × 3`, the joint centres in that pose.
 pub fn skin_garment(
     garment: &TriMesh,
     posed_body: &TriMesh,
@@ -165,10 +176,11 @@ pub fn skin_garment(
         return Err(RigError::EmptyGarment);
     }
     check_length("skin weights of the body", Some(body_weights.len()), posed_body.vertex_count())?;
+    check_length("joint centres", Some(joints.len()), skeleton.len())?;
     let body = SurfaceIndex::prepare(posed_body);
     let matches = confidence::match_with_body(garment, &body, body_weights);
     let nearest = matches.distances.iter().copied().fold(f64::INFINITY, f64::min);
-    /// Half the length of an arm: cloth that is nowhere nearer is not worn by this body.
+    /// Half the length of an arm, in metres: cloth whose closest vertex is farther away is not worn by this body.
     const FARTHEST: f64 = 0.3;
     if nearest > FARTHEST {
         return Err(RigError::FarFromBody { nearest });
@@ -176,25 +188,25 @@ pub fn skin_garment(
     if params.method == RigMethod::Closest {
         let report = RigReport { trusted_share: 1.0, ..pruning(&matches.rows) };
         let weights = SkinWeights::from_rows(matches.rows.iter().cloned());
-        return Ok((weights.following(body_weights, matches.places_to_follow()), report));
+        return Ok((weights.following(body_weights, matches.followed_vertices()), report));
     }
-    let mut trust = confidence::trust(&matches, posed_body, params);
+    let mut confidence = confidence::match_confidence(&matches, posed_body, params);
     let bridge = leg_bridge::find(garment, &body, skeleton, joints);
-    let bridging = leg_bridge::trust_only_the_flanks(&bridge, garment, &matches, &mut trust);
-    let rows = inpaint::inpaint(garment, &matches.rows, &trust, skeleton.len(), params)?;
+    let bridging = leg_bridge::keep_only_flanks(&bridge, garment, &matches, &mut confidence);
+    let rows = inpaint::inpaint(garment, &matches.rows, &confidence, skeleton.len(), params)?;
     let count = garment.vertex_count() as f64;
     let report = RigReport {
-        trusted_share: trust.iter().filter(|&&t| t >= 0.5).count() as f64 / count,
+        trusted_share: confidence.iter().filter(|&&c| c >= 0.5).count() as f64 / count,
         bridging_share: bridging as f64 / count,
         ..pruning(&rows)
     };
-    Ok((SkinWeights::from_rows(rows.0).following(body_weights, matches.places_to_follow()), report))
+    Ok((SkinWeights::from_rows(rows.0).following(body_weights, matches.followed_vertices()), report))
 }
 
-/// How many times longer or shorter the edges of one mesh are in another shape of it: the given quantile (0–1) of the
-/// larger of the ratio and its inverse.
+/// The quantile (0–1) of the ratios by which edges became longer or shorter between two shapes of one mesh: the larger of
+/// the ratio and its inverse.
 pub fn stretch(mesh: &TriMesh, other_shape: &TriMesh, quantile: f64) -> f64 {
-    /// Edges of the scan below a tenth of a millimetre are rounding, not cloth.
+    /// Edges below this length, in metres, are rounding, not cloth.
     const LEAST_LENGTH: f64 = 1e-4;
     let mut ratios: Vec<f64> = Adjacency::prepare(mesh)
         .edges()

@@ -6,12 +6,12 @@ use crate::numerics::SparseCholesky;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// How cloth physics is weighed against skinning.
+/// How cloth physics is blended with skinning.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PhysicsParams {
-    /// The most that physics may have in the blend: one half (Hu 2017, Eq. 9).
+    /// Greatest share of physics in the blend: one half (Hu 2017, Eq. 9).
     pub greatest_share: f64,
-    /// Length in metres over which values are smoothed, so that the blend has no edge where the loose part begins:
+    /// Length in metres over which values are smoothed, so that the blend has no step at the border of the loose part:
     /// 2 cm, about a waistband.
     pub smoothing_length: f64,
 }
@@ -25,17 +25,19 @@ impl Default for PhysicsParams {
 /// Shares of cloth physics in the blend with skinning, all in 0–0.5.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PhysicsWeights {
-    /// Eq. 9 as it stands, for the whole garment's parts: loose part, and the rest; `None` for a part without vertices.
+    /// Eq. 9 for the loose part; `None` if it has no vertices.
     pub loose_part: Option<f64>,
-    /// The same for what is not loose.
+    /// Eq. 9 for the rest; `None` if it has no vertices.
     pub fitted_part: Option<f64>,
-    /// One value a vertex. Before smoothing it is `min(½, (d − d_min) / (d_max − d_min))` in each part, whose mean is
-    /// that part's Eq. 9 where the bound does not bite.
+    /// One value per vertex. Before smoothing it is `min(½, (d − d_min) / (d_max − d_min))` in each part; its mean over the
+    /// part is Eq. 9 if no vertex reaches the bound.
     pub per_vertex: PerVertex<f64>,
 }
 
 impl PhysicsWeights {
-    /// Eq. 9 spread over the vertices: one value for each part, with a step in between.
+    /// Eq. 9 as one value per vertex: constant in each part, with a step between the parts.
+    ///
+    /// **Shapes** `loose` and the result: one entry per vertex.
     pub fn per_part(&self, loose: &PerVertex<bool>) -> PerVertex<f64> {
         loose.iter().map(|&l| if l { self.loose_part } else { self.fitted_part }.unwrap_or(0.0)).collect()
     }
@@ -43,8 +45,10 @@ impl PhysicsWeights {
 
 /// Physics weights from the garment's distance to the naked body, both in the bind pose.
 ///
+/// **Shapes** `loose`: one entry per vertex of the garment.
+///
 /// **Source** Hu 2017, Eq. 9: `w_p = min(½, (mean − min) / (max − min))` of the distances to the closest points; a part
-/// that is everywhere equally far has 0.
+/// at the same distance everywhere has 0.
 pub fn physics_weights(
     garment: &TriMesh,
     naked_body: &TriMesh,

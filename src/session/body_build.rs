@@ -102,7 +102,7 @@ fn from_meshes(bodies: Bodies, template: &BodyModel, asked: &BuildBody) -> Resul
         (subjects, Rig::of_model(template))
     } else {
         findings.push("joints and weights are those of the template, moved onto the mean of the bodies".into());
-        if template.weights.gives_way() {
+        if template.weights.has_pose_offsets() {
             findings.push("the template's corrective offsets by pose hold for its own vertices and bind pose only, and are left out".into());
         }
         Rig::for_subjects(subjects, &kept, template)?

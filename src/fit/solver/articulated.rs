@@ -85,7 +85,7 @@ impl<'a> Articulated<'a> {
         let joints_in_world: Vec<Point> =
             world_from_bind.iter().zip(&skeleton.joints_in_bind).map(|(t, p)| t * p).collect();
         // A step treats corrective offsets as constant: per radian they move by centimetres, the skin by decimetres.
-        let points_in_bind = self.weights.given_way(&points_in_bind, pose);
+        let points_in_bind = self.weights.with_pose_offsets(&points_in_bind, pose);
         let points = skin_rigidly(&points_in_bind, self.weights, &skeleton, pose);
         let translation_dirs = self.translation_dirs(&skeleton, &world_from_bind);
         let rotations = world_from_bind.iter().map(|t| t.rotation.to_rotation_matrix().into_inner()).collect();
