@@ -1,7 +1,3 @@
-//! The joints of a human body by their VRM 1.0 names, and the limbs that they form.
-
-use super::{JointId, Skeleton};
-
 /// A side of the body, from the person's own view: left is +x in the bind pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Side {
@@ -256,28 +252,6 @@ impl Limb {
             Self::Leg(Left) => "left leg",
             Self::Leg(Right) => "right leg",
         }
-    }
-
-    /// The limb of each joint of a skeleton.
-    ///
-    /// **Shapes** one entry per joint.
-    pub fn of_joints(skeleton: &Skeleton) -> Vec<Self> {
-        let is_of = |limb: &Self, joint| skeleton.is_part_of(joint, limb.root());
-        skeleton
-            .ids()
-            .map(|joint| Self::ALL[1..].iter().copied().find(|limb| is_of(limb, joint)).unwrap_or(Self::Trunk))
-            .collect()
-    }
-
-    /// How much of one row of skin weights belongs to each limb.
-    ///
-    /// **Shapes** one share per limb, in the order of [`Self::ALL`]; `limb_of_joint` has one entry per joint.
-    pub fn shares(row: &[(JointId, f64)], limb_of_joint: &[Self]) -> [f64; 5] {
-        let mut shares = [0.0; 5];
-        for &(joint, weight) in row {
-            shares[limb_of_joint[joint.index()].index()] += weight;
-        }
-        shares
     }
 }
 

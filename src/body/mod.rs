@@ -4,6 +4,7 @@ mod alias;
 mod embedded;
 mod figure;
 mod human_joint;
+mod limb;
 mod measures;
 mod model;
 mod model_file;

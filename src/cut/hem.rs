@@ -1,7 +1,7 @@
 //! Fair boundary curves: smoothed along themselves, kept on the scan, the cloth beside them following.
 
-use super::CutParams;
 use super::mend::Mended;
+use super::params::CutParams;
 use super::slice::Slice;
 use crate::geometry::{Adjacency, FaceId, PerFace, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
 use rayon::prelude::*;

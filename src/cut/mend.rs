@@ -1,8 +1,9 @@
 //! Small holes of the scan filled before the cut, so that a hem runs across them.
 
+use super::error::CutError;
+use super::params::CutParams;
 use super::patch::Patch;
 use super::slice::Slice;
-use super::{CutError, CutParams};
 use crate::geometry::{Adjacency, NearestVertex, PerVertex, Point, TriMesh, Vec3, VertexId};
 use crate::numerics::SparseCholesky;
 use crate::scan::Scan;

@@ -2,7 +2,7 @@
 
 use super::mend::Mended;
 use super::slice::Slice;
-use crate::geometry::{Adjacency, FaceId, PerFace, TriMesh, VertexId};
+use crate::geometry::{Adjacency, FaceId, MeshError, PerFace, TriMesh, VertexId};
 
 /// Without the components that have less than `least_share` of the area and were not painted by hand.
 pub(super) fn without_islands(slice: Slice, whole: &Mended, least_share: f64, findings: &mut Vec<String>) -> Slice {
@@ -36,7 +36,7 @@ pub(super) fn without_islands(slice: Slice, whole: &Mended, least_share: f64, fi
 }
 
 /// Gives each fan of faces round a vertex a vertex of its own, so that every boundary is a simple curve.
-pub(super) fn with_bow_ties_split(slice: Slice) -> Slice {
+pub(super) fn with_bow_ties_split(slice: Slice) -> Result<Slice, MeshError> {
     let adjacency = Adjacency::prepare(&slice.mesh);
     let Slice { mesh, mut origins, mut on_cut } = slice;
     let mut points = mesh.points().0.clone();
@@ -56,8 +56,7 @@ pub(super) fn with_bow_ties_split(slice: Slice) -> Slice {
             }
         }
     }
-    let split = TriMesh::try_new(points, faces).unwrap_or(mesh);
-    Slice { mesh: split, origins, on_cut }
+    Ok(Slice { mesh: TriMesh::try_new(points, faces)?, origins, on_cut })
 }
 
 /// The faces at `v` in groups that hang together by edges at `v`.

@@ -1,8 +1,8 @@
 //! Boundary loops judged: hem, hole of the scan, or hole that a person erased.
 
-use super::CutParams;
 use super::beyond::Beyond;
 use super::hem::Faired;
+use super::params::CutParams;
 use crate::geometry::{Point, TriMesh, VertexId};
 use std::ops::RangeInclusive;
 

@@ -1,6 +1,6 @@
 //! The part of a mesh where a field is positive, cut through its triangles.
 
-use crate::geometry::{PerVertex, Point, TriMesh, VertexId};
+use crate::geometry::{MeshError, PerVertex, Point, TriMesh, VertexId};
 use std::collections::HashMap;
 
 /// A crossing nearer to a corner than this share of its edge goes through the corner: no slivers.
@@ -38,7 +38,7 @@ impl Slice {
 }
 
 /// Cuts along the zero line of `field`, which is linear on each face, and keeps the positive side.
-pub(super) fn slice(mesh: &TriMesh, field: &PerVertex<f64>) -> Slice {
+pub(super) fn slice(mesh: &TriMesh, field: &PerVertex<f64>) -> Result<Slice, MeshError> {
     let field = snapped(mesh, field);
     let mut builder = Builder::new(mesh, &field);
     for face in mesh.faces().iter() {
@@ -149,10 +149,8 @@ impl<'a> Builder<'a> {
         }
     }
 
-    fn finish(self) -> Slice {
+    fn finish(self) -> Result<Slice, MeshError> {
         let faces = self.faces.iter().map(|f| f.map(VertexId)).collect::<crate::geometry::PerFace<_>>();
-        // Points lie on edges of a mesh whose points are finite, and faces name only pushed points.
-        let mesh = TriMesh::try_new(self.points, faces).unwrap_or_else(|_| self.mesh.part(&Default::default()).0);
-        Slice { mesh, origins: self.origins, on_cut: self.on_cut }
+        Ok(Slice { mesh: TriMesh::try_new(self.points, faces)?, origins: self.origins, on_cut: self.on_cut })
     }
 }

@@ -231,6 +231,17 @@ impl TriMesh {
         Self { points, faces: self.faces.clone() }
     }
 
+    /// Other faces over the same vertices.
+    ///
+    /// # Panics
+    /// If a face refers to a vertex that is not there.
+    pub fn with_faces(&self, faces: impl Into<PerFace<[VertexId; 3]>>) -> Self {
+        let faces = faces.into();
+        let count = self.points.len();
+        assert!(faces.iter().flatten().all(|v| v.index() < count), "a face refers to a vertex that is not there");
+        Self { points: self.points.clone(), faces }
+    }
+
     /// Every point mapped.
     pub fn map_points(&self, f: impl Fn(&Point) -> Point) -> Self {
         Self { points: self.points.iter().map(f).collect(), faces: self.faces.clone() }

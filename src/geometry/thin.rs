@@ -27,9 +27,8 @@ pub fn thinned(mesh: &TriMesh, spacing: f64) -> (TriMesh, PerVertex<VertexId>) {
             key.sort_unstable();
             (key[0] != key[1] && key[1] != key[2] && seen.insert(key)).then_some([a?, b?, c?])
         })
-        .collect();
-    // The corners are vertices of the mesh.
-    let coarse = TriMesh::try_new(mesh.points().clone(), faces).unwrap_or_else(|_| mesh.clone());
+        .collect::<Vec<_>>();
+    let coarse = mesh.with_faces(faces);
     coarse.part(&PerFace::filled(true, coarse.face_count()))
 }
 

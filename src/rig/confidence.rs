@@ -1,6 +1,6 @@
 //! The closest point of the body for each vertex of a garment, and the confidence in it.
 
-use super::RigParams;
+use super::params::RigParams;
 use crate::body::{JointId, SkinWeights};
 use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, Vec3, VertexId};
 use rayon::prelude::*;

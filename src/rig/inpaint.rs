@@ -1,6 +1,7 @@
 //! Weight inpainting: where no match is confident, the weights are interpolated smoothly from those that are.
 
-use super::{RigError, RigParams};
+use super::error::RigError;
+use super::params::RigParams;
 use crate::body::JointId;
 use crate::geometry::{PerVertex, TriMesh, cotangent_laplacian};
 use crate::numerics::SparseCholesky;

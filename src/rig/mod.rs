@@ -2,66 +2,22 @@
 //! stacking, its physics weights.
 
 mod confidence;
+mod error;
 mod inpaint;
 mod leg_bridge;
+mod params;
 mod physics;
 #[cfg(test)]
 mod tests;
 
+pub use error::RigError;
+pub use params::{RigMethod, RigParams};
 pub use physics::{PhysicsParams, PhysicsWeights, physics_weights};
 
 use crate::body::{Figure, JointId, Skeleton, SkinWeights, unskin};
 use crate::fit::PoseInside;
 use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh};
-use crate::numerics::NumericsError;
 use serde::{Deserialize, Serialize};
-
-/// How skin weights are transferred from the naked body.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum RigMethod {
-    /// Hu 2017, §7.1: the weights of the closest triangle. The paper says only that weights are transferred from the naked
-    /// body to each layer; we chose the closest point in the scan's pose, barycentric interpolation, and the four largest
-    /// weights. A model's corrective offsets are transferred in the same way.
-    Closest,
-    /// As `Closest` where the match is confident; elsewhere smoothly interpolated (Abdrashitov 2023).
-    Inpaint,
-}
-
-/// How a garment is rigged. Lengths are metres.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RigParams {
-    /// Closest triangle, or inpainting. The other parameters concern inpainting only.
-    pub method: RigMethod,
-    /// Distance of a match, as a share of the body's bounding diagonal, from which its confidence is 0; confidence falls
-    /// from half of it on.
-    ///
-    /// 0.025, 5 cm for an adult: a jacket over a pullover is that far away and still moves with the body below.
-    /// (Abdrashitov 2023 has 0.05, 10 cm, which would tie a skirt's front to one leg.)
-    pub distance_per_diagonal: f64,
-    /// Angle between the normals of cloth and body up to which confidence is full; scanned wrinkles reach it.
-    pub trusted_angle_deg: f64,
-    /// Angle from which confidence is 0: the underside of a sleeve faces the torso and must not follow it.
-    pub rejected_angle_deg: f64,
-    /// Length over which confident weights are smoothed: below the width of an elbow's blend (5 cm), above scan noise.
-    pub smoothing_length: f64,
-    /// Regions without confidence wider than this are interpolated linearly, narrower ones with the slope of their
-    /// surroundings. 0.03: with 0.1 the stretch of a skirt concentrated in the middle of its front.
-    pub fairing_width: f64,
-}
-
-impl Default for RigParams {
-    fn default() -> Self {
-        Self {
-            method: RigMethod::Inpaint,
-            distance_per_diagonal: 0.025,
-            trusted_angle_deg: 30.0,
-            rejected_angle_deg: 65.0,
-            smoothing_length: 0.01,
-            fairing_width: 0.03,
-        }
-    }
-}
 
 /// A garment in the bind pose, in metres.
 ///
@@ -91,47 +47,6 @@ pub struct RigReport {
     pub pruned_mean: f64,
     /// 99th percentile of the ratio by which an edge became longer or shorter in the bind pose.
     pub stretch_p99: f64,
-}
-
-/// Why a garment cannot be rigged.
-#[derive(Debug, thiserror::Error)]
-pub enum RigError {
-    /// No faces.
-    #[error("the garment has no faces")]
-    EmptyGarment,
-    /// The garment is not around this body.
-    #[error("the garment is not on the body: the closest vertex is {nearest:.2} m away")]
-    FarFromBody {
-        /// Least distance of a vertex, in metres.
-        nearest: f64,
-    },
-    /// An array has the wrong length.
-    #[error("{what}: {given} values for {expected} vertices")]
-    WrongLength {
-        /// Which array.
-        what: &'static str,
-        /// Its length.
-        given: usize,
-        /// The length it should have.
-        expected: usize,
-    },
-    /// The linear system for the weights could not be solved.
-    #[error("the linear system for the garment's weights has no solution")]
-    Unsolved(#[from] NumericsError),
-}
-
-impl RigError {
-    /// What to do about it.
-    pub fn hint(&self) -> Option<String> {
-        match self {
-            Self::EmptyGarment => Some("the labels left nothing: look at the segmentation of this step".into()),
-            Self::FarFromBody { .. } => Some(
-                "garment and body are not in the same frame or pose: check that they come from the same step".into(),
-            ),
-            Self::WrongLength { .. } => None,
-            Self::Unsolved(error) => error.hint(),
-        }
-    }
 }
 
 /// Computes a garment's skin weights and, with them, its shape in the bind pose.

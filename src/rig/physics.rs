@@ -1,6 +1,6 @@
 //! How much of each garment's motion is cloth physics.
 
-use super::RigError;
+use super::error::RigError;
 use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, cotangent_laplacian};
 use crate::numerics::SparseCholesky;
 use rayon::prelude::*;

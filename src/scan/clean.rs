@@ -1,7 +1,7 @@
 //! The verb of this room.
 
 use super::pieces::{Sound, orient_outward, sound_mesh};
-use super::{Scan, ScanError, ScanParams, Step, decimate, smooth, upright};
+use super::{CleaningStep, Scan, ScanError, ScanParams, decimate, smooth, upright};
 use crate::formats::RawMesh;
 use crate::geometry::{Adjacency, PerVertex, TriMesh};
 
@@ -15,10 +15,10 @@ const LARGE_HOLE: f64 = 0.3;
 /// **Guarantees** deterministic. What was assumed and mended is said in [`Scan::findings`].
 ///
 /// **Errors** what cannot be the surface of one person; see [`ScanError`].
-pub fn clean(raw: &RawMesh, params: &ScanParams, on_step: &mut dyn FnMut(&Step)) -> Result<Scan, ScanError> {
+pub fn clean(raw: &RawMesh, params: &ScanParams, on_step: &mut dyn FnMut(&CleaningStep)) -> Result<Scan, ScanError> {
     let mut findings = Vec::new();
     let mut report = |name: &'static str, mesh: &TriMesh| {
-        on_step(&Step { name, vertices: mesh.vertex_count(), faces: mesh.face_count() });
+        on_step(&CleaningStep { name, vertices: mesh.vertex_count(), faces: mesh.face_count() });
     };
     let (sound, pieces) = sound_mesh(raw, &mut findings)?;
     report("checked", &sound.mesh);

@@ -43,7 +43,7 @@ pub struct Scan {
 
 /// Progress of cleaning: a part of the work is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Step {
+pub struct CleaningStep {
     /// What was done.
     pub name: &'static str,
     /// Vertices that there are now.

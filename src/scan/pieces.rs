@@ -99,7 +99,7 @@ impl Sound {
             return Ok(self);
         }
         findings.push(format!("{collapsed} faces without area and {twice} double ones were dropped"));
-        let mesh = TriMesh::try_new(self.mesh.points().clone(), faces)?;
+        let mesh = self.mesh.with_faces(faces);
         Ok(Self { mesh, ..self }.part(&keep))
     }
 
@@ -115,11 +115,7 @@ impl Sound {
             .collect();
         let faces: Vec<[VertexId; 3]> = self.mesh.faces().iter().map(|face| face.map(|v| first[v])).collect();
         let all = PerFace::filled(true, faces.len());
-        match TriMesh::try_new(self.mesh.points().clone(), faces) {
-            Ok(mesh) => Self { mesh, file_vertices: self.file_vertices.clone() }.part(&all),
-            // Its points and indices are those of a mesh.
-            Err(_) => Self { mesh: self.mesh.clone(), file_vertices: self.file_vertices.clone() },
-        }
+        Self { mesh: self.mesh.with_faces(faces), file_vertices: self.file_vertices.clone() }.part(&all)
     }
 
     /// The faces marked in `keep`.
@@ -278,8 +274,7 @@ pub(super) fn orient_outward(mesh: &TriMesh, adjacency: &Adjacency) -> (TriMesh,
         })
         .collect();
     let count = turned.iter().filter(|&&t| t).count();
-    // The same vertices in another order are in range.
-    (TriMesh::try_new(mesh.points().clone(), faces).unwrap_or_else(|_| mesh.clone()), count)
+    (mesh.with_faces(faces), count)
 }
 
 /// Edges with three faces or more.

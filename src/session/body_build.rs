@@ -8,7 +8,8 @@ use crate::scan::{ScanParams, Unit, Up, clean};
 use crate::session::open::{read_body_model, source};
 use crate::session::results::write;
 use crate::train::{
-    GivenJoints, Rig, ScanToRegister, Step, Subjects, TrainError, TrainParams, Trained, registered_bodies, split, train,
+    GivenJoints, Rig, ScanToRegister, Subjects, TrainError, TrainParams, Trained, TrainingProgress, registered_bodies,
+    split, train,
 };
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -42,7 +43,7 @@ pub struct BuiltBody {
 }
 
 /// Reads the bodies, makes them one topology where they are scans, and learns a model from them.
-pub fn build_body(asked: &BuildBody, on_step: &mut dyn FnMut(&Step)) -> Result<BuiltBody, SessionError> {
+pub fn build_body(asked: &BuildBody, on_step: &mut dyn FnMut(&TrainingProgress)) -> Result<BuiltBody, SessionError> {
     let template = read_body_model(asked.template.as_deref())?;
     let mut bodies = Bodies::default();
     for path in files(&asked.inputs)? {
@@ -115,7 +116,7 @@ fn from_scans(
     bodies: Bodies,
     template: &BodyModel,
     asked: &BuildBody,
-    on_step: &mut dyn FnMut(&Step),
+    on_step: &mut dyn FnMut(&TrainingProgress),
 ) -> Result<Learnable, TrainError> {
     let params = ScanParams { unit: asked.unit, up: asked.up, ..ScanParams::default() };
     let scans: Vec<ScanToRegister> = bodies

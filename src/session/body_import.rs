@@ -4,7 +4,7 @@ use super::body_build::write_model;
 use super::error::SessionError;
 use crate::body::BodyModel;
 use crate::session::open::{read_body_model, source};
-use crate::train::{MakeHumanFiles, MakeHumanParams, Step, import_makehuman};
+use crate::train::{MakeHumanFiles, MakeHumanParams, TrainingProgress, import_makehuman};
 use flate2::read::GzDecoder;
 use std::io::Read;
 use std::path::Path;
@@ -24,7 +24,7 @@ pub struct ImportedBody {
 pub fn import_body(
     path: &Path,
     params: &MakeHumanParams,
-    on_step: &mut dyn FnMut(&Step),
+    on_step: &mut dyn FnMut(&TrainingProgress),
 ) -> Result<ImportedBody, SessionError> {
     if !path.is_dir() {
         let model = read_body_model(Some(path))?;

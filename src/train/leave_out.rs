@@ -1,7 +1,8 @@
 //! How well a model makes bodies that it has not seen.
 
 use super::components::Components;
-use super::{Regressor, Rig, Subjects};
+use super::rig::{Regressor, Rig};
+use super::subjects::Subjects;
 use crate::body::{Pose, Skeleton, skin};
 use crate::geometry::{PerVertex, Point};
 use serde::Serialize;

@@ -3,8 +3,13 @@
 //! A macro target is a displacement of the base mesh for one corner of a space of coordinates (sex, muscle, weight,
 //! race); a body is the base plus every target times the product of its coordinates, as MakeHuman mixes them.
 
+use super::error::TrainError;
+use super::learn::{Trained, train};
 use super::makehuman_files::{BaseMesh, Skel, read_base, read_skel, read_target, read_weights};
-use super::{Rig, Step, Subjects, TrainError, TrainParams, Trained, train};
+use super::params::TrainParams;
+use super::progress::TrainingProgress;
+use super::rig::Rig;
+use super::subjects::Subjects;
 use crate::body::{HumanJoint, JointId, Skeleton, SkinWeights, UvMap};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
 
@@ -48,7 +53,7 @@ const STATURE_DEVIATION: f64 = 0.039;
 pub fn import_makehuman(
     files: &MakeHumanFiles,
     params: &MakeHumanParams,
-    on_step: &mut dyn FnMut(&Step),
+    on_step: &mut dyn FnMut(&TrainingProgress),
 ) -> Result<Trained, TrainError> {
     let base = read_base(&files.base)?;
     let skel = read_skel(&files.skeleton, &base)?;
@@ -57,7 +62,7 @@ pub fn import_makehuman(
     let mut mean_joints = vec![Vec3::zeros(); HumanJoint::BODY.len()];
     for k in 0..params.bodies {
         if k.is_multiple_of(20) {
-            on_step(&Step { doing: "sampling bodies", done: k, total: params.bodies });
+            on_step(&TrainingProgress { doing: "sampling bodies", done: k, total: params.bodies });
         }
         let whole = body_of(&base, &targets, &Macro::draw(k));
         for (sum, joint) in mean_joints.iter_mut().zip(joints_in(&skel, &whole)?) {

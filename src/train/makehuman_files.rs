@@ -1,6 +1,6 @@
 //! MakeHuman's own files as arrays.
 
-use super::TrainError;
+use super::error::TrainError;
 use crate::body::JointId;
 use crate::geometry::{Point, Vec3};
 use serde_json::Value;

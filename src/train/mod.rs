@@ -5,142 +5,23 @@
 
 mod components;
 mod error;
+mod learn;
 mod leave_out;
 mod makehuman;
 mod makehuman_files;
+mod params;
+mod progress;
 mod rig;
 mod scans;
 mod subjects;
 mod unpose;
 
 pub use error::TrainError;
+pub use learn::{Trained, train};
 pub use leave_out::{LeftOut, split};
 pub use makehuman::{MakeHumanFiles, MakeHumanParams, import_makehuman};
+pub use params::TrainParams;
+pub use progress::TrainingProgress;
 pub use rig::Rig;
 pub use scans::{ScanToRegister, ScannedBody, registered_bodies};
 pub use subjects::{GivenJoints, Subjects};
-
-use crate::body::{BodyModel, Skeleton};
-use crate::geometry::{PerVertex, Point, TriMesh, VertexId};
-use components::{Components, principal_components};
-use serde::{Deserialize, Serialize};
-
-/// How a model is learnt.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct TrainParams {
-    /// Components kept: Hu's k.
-    pub components: usize,
-    /// Bodies kept from the training, evenly over the list, to measure the model on.
-    pub leave_out: usize,
-    /// Whether limbs are turned into the mean body's pose before anything is learnt.
-    pub unpose: bool,
-}
-
-impl Default for TrainParams {
-    fn default() -> Self {
-        Self { components: 15, leave_out: 0, unpose: true }
-    }
-}
-
-impl TrainParams {
-    /// Checks that so many bodies are enough: before any work is done on them.
-    ///
-    /// **Errors** [`TrainError::NoComponentAsked`], [`TrainError::TooFewBodies`].
-    pub fn check(&self, bodies: usize) -> Result<(), TrainError> {
-        if self.components == 0 {
-            return Err(TrainError::NoComponentAsked);
-        }
-        let kept = bodies.saturating_sub(self.leave_out);
-        if kept <= self.components {
-            return Err(TrainError::TooFewBodies { components: self.components, bodies: kept });
-        }
-        Ok(())
-    }
-}
-
-/// How far the training is.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Step {
-    /// What is being done.
-    pub doing: &'static str,
-    /// Done of `total`.
-    pub done: usize,
-    /// Out of how many.
-    pub total: usize,
-}
-
-/// A model and what is known of it.
-#[derive(Clone, Debug)]
-pub struct Trained {
-    /// The model.
-    pub model: BodyModel,
-    /// K: the share of variance that the first 1, 2, … components hold together.
-    pub explained: Vec<f64>,
-    /// Bodies that were learnt from.
-    pub bodies: usize,
-    /// How well the bodies left out are made by the model; `None` where none was.
-    pub left_out: Option<LeftOut>,
-}
-
-/// Learns a model from bodies of one topology.
-///
-/// **Errors** fewer bodies than components, an open template; see [`TrainError`].
-///
-/// **Guarantees** deterministic.
-pub fn train(
-    subjects: &Subjects,
-    rig: &Rig,
-    params: &TrainParams,
-    on_step: &mut dyn FnMut(&Step),
-) -> Result<Trained, TrainError> {
-    params.check(subjects.bodies.len())?;
-    let (kept, left) = leave_out::split(subjects.bodies.len(), params.leave_out);
-    let regressor = rig.joint_regressor()?;
-    let mut poses = Vec::new();
-    let mut in_bind = subjects.bodies.clone();
-    if params.unpose {
-        let unposed = unpose::into_mean_pose(subjects, rig, &regressor, &kept, on_step);
-        (in_bind, poses) = unposed;
-    }
-    on_step(&Step { doing: "principal components", done: 0, total: 1 });
-    let learnt_from: Vec<&PerVertex<Point>> = kept.iter().map(|&b| &in_bind[b]).collect();
-    let components =
-        principal_components(&learnt_from, params.components).ok_or(TrainError::NoComponents { bodies: kept.len() })?;
-    let explained = components.explained.clone();
-    let left_out =
-        (!left.is_empty()).then(|| leave_out::measure(subjects, rig, &regressor, &components, &left, &in_bind, &poses));
-    let model = model_of(&subjects.template, rig, regressor, components);
-    on_step(&Step { doing: "principal components", done: 1, total: 1 });
-    Ok(Trained { model, explained, bodies: kept.len(), left_out })
-}
-
-/// For each joint the vertices and factors whose sum it is.
-type Regressor = Vec<Vec<(VertexId, f64)>>;
-
-fn model_of(template: &TriMesh, rig: &Rig, joint_regressor: Regressor, components: Components) -> BodyModel {
-    let mean = template.with_points(components.mean);
-    let shape_dirs: Vec<PerVertex<_>> = components
-        .directions
-        .into_iter()
-        .zip(&components.sigma)
-        .map(|(direction, sigma)| direction.iter().map(|d| d * *sigma).collect())
-        .collect();
-    let joint_dirs = shape_dirs
-        .iter()
-        .map(|dirs| joint_regressor.iter().map(|row| row.iter().map(|&(v, m)| dirs[v] * m).sum()).collect())
-        .collect();
-    let mut model = BodyModel {
-        skeleton: Skeleton { names: rig.names.clone(), parents: rig.parents.clone(), joints_in_bind: Vec::new() },
-        template: mean,
-        shape_dirs,
-        joint_regressor,
-        joint_dirs,
-        weights: rig.weights.clone(),
-        limits: rig.limits.clone(),
-        uvs: rig.uvs.clone(),
-        mirror: rig.mirror.clone(),
-    };
-    model.skeleton = model.skeleton_inside(model.template.points());
-    model
-}

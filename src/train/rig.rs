@@ -1,11 +1,15 @@
 //! What a model needs besides shapes: joints, skin weights, and what goes with them.
 
-use super::{Regressor, Subjects, TrainError};
+use super::error::TrainError;
+use super::subjects::Subjects;
 use crate::body::{BodyModel, JointId, JointLimits, Pose, SkinWeights, UvMap, skin};
 use crate::fit::{NakedParams, RegisterParams, closest_weights, fit_naked, register};
 use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3, VertexId, mean_value_coordinates};
 use crate::scan::Scan;
 use nalgebra::UnitQuaternion;
+
+/// Per joint the vertices and factors whose weighted sum is the joint centre.
+pub(super) type Regressor = Vec<Vec<(VertexId, f64)>>;
 
 /// Joints and weights for a mesh.
 ///

@@ -1,6 +1,7 @@
 //! Scans registered by one template: each becomes a body of the template's topology, in its bind pose.
 
-use super::{Step, TrainError};
+use super::error::TrainError;
+use super::progress::TrainingProgress;
 use crate::body::BodyModel;
 use crate::fit::{NakedParams, RegisterHints, RegisterParams, fit_naked, register_with_hints};
 use crate::formats::RawMesh;
@@ -36,7 +37,7 @@ pub fn registered_bodies(
     scans: &[ScanToRegister],
     model: &BodyModel,
     params: &ScanParams,
-    on_step: &mut dyn FnMut(&Step),
+    on_step: &mut dyn FnMut(&TrainingProgress),
 ) -> Result<Vec<(String, ScannedBody)>, TrainError> {
     let mut bodies = Vec::with_capacity(scans.len());
     let vertices = model.template.vertex_count();
@@ -46,7 +47,7 @@ pub fn registered_bodies(
         }
     }
     for (done, ScanToRegister { name, mesh: raw, landmarks }) in scans.iter().enumerate() {
-        on_step(&Step { doing: "registering", done, total: scans.len() });
+        on_step(&TrainingProgress { doing: "registering", done, total: scans.len() });
         let scan = clean(raw, params, &mut |_| {})
             .map_err(|e| TrainError::NotAScan { name: name.clone(), source: Box::new(e) })?;
         let failed = |source| TrainError::NotABody { name: name.clone(), source };

@@ -1,7 +1,7 @@
 //! Bodies of one topology, checked and stood alike.
 
-use super::TrainError;
 use super::components::mean_body;
+use super::error::TrainError;
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
 
 /// Joints that come with the bodies.

@@ -2,7 +2,9 @@
 
 use super::components::mean_body;
 use super::leave_out::skeleton_of;
-use super::{Regressor, Rig, Step, Subjects};
+use super::progress::TrainingProgress;
+use super::rig::{Regressor, Rig};
+use super::subjects::Subjects;
 use crate::body::HumanJoint::{self, Foot, Hand, Head, LowerArm, LowerLeg, Neck, UpperArm, UpperLeg};
 use crate::body::Side::{Left, Right};
 use crate::body::{Pose, unskin};
@@ -37,12 +39,12 @@ pub(super) fn into_mean_pose(
     rig: &Rig,
     regressor: &Regressor,
     kept: &[usize],
-    on_step: &mut dyn FnMut(&Step),
+    on_step: &mut dyn FnMut(&TrainingProgress),
 ) -> (Vec<PerVertex<Point>>, Vec<Pose>) {
     let mut in_bind = subjects.bodies.clone();
     let mut poses = vec![Pose::bind(regressor.len()); in_bind.len()];
     for round in 0..ROUNDS {
-        on_step(&Step { doing: "unposing", done: round, total: ROUNDS });
+        on_step(&TrainingProgress { doing: "unposing", done: round, total: ROUNDS });
         let mean = mean_body(&kept.iter().map(|&b| &in_bind[b]).collect::<Vec<_>>()).unwrap_or_default();
         (in_bind, poses) = subjects
             .bodies
