@@ -90,19 +90,19 @@ fn foreign_garments_are_segmented() {
         let template = GarmentTemplate::built_in(&step.name).unwrap();
         let placement = template.place(&step.body, &step.skeleton, &Extent::default());
         let began = Instant::now();
-        let plain = iou(&step, &transfer(&step.scan, &step.body.mesh, &placement.prior).0);
+        let plain = iou(&step, &transfer(&step.scan, &step.body.mesh, &placement.prior).unwrap().0);
         let inner: Vec<Inner<'_>> =
             step.inner.iter().map(|(mesh, colors)| Inner { mesh, colors: Some(colors) }).collect();
         let gray: Vec<Inner<'_>> = step.inner.iter().map(|(mesh, _)| Inner { mesh, colors: None }).collect();
         let marks = Marks::none(step.scan.mesh.vertex_count());
-        let colorless = refine(&step.scan, &gray, &placement, &marks, &RefineParams::default()).labels;
+        let colorless = refine(&step.scan, &gray, &placement, &marks, &RefineParams::default()).unwrap().labels;
         let (body_off, inner_off) = step.displaced(0.01);
         let off: Vec<Inner<'_>> =
             inner_off.iter().zip(&step.inner).map(|(mesh, (_, colors))| Inner { mesh, colors: Some(colors) }).collect();
         assert_eq!(body_off.vertex_count(), step.body.mesh.vertex_count());
-        let displaced = refine(&step.scan, &off, &placement, &marks, &RefineParams::default()).labels;
+        let displaced = refine(&step.scan, &off, &placement, &marks, &RefineParams::default()).unwrap().labels;
         let began_refine = Instant::now();
-        let labels = refine(&step.scan, &inner, &placement, &marks, &RefineParams::default()).labels;
+        let labels = refine(&step.scan, &inner, &placement, &marks, &RefineParams::default()).unwrap().labels;
         println!(
             "{} {}: refined IoU {:.3} ({:.2} s), without colours {:.3}, fitted 1 cm off {:.3}",
             step.person,

@@ -1,24 +1,26 @@
-//! A smooth signed field whose zero line is where the garment ends.
+//! A smooth signed field; the garment ends at its zero line.
 
-use super::mend::Mended;
+use super::fill_holes::FilledScan;
 use crate::geometry::{Adjacency, PerVertex, VertexId, cotangent_laplacian, geodesic_distances};
 use crate::numerics::{NumericsError, SparseCholesky};
 
 /// Implicit steps of diffusion. Two: one alone keeps a kink at the old boundary.
 const STEPS: usize = 2;
-/// The field is solved up to this many radii from the label boundary; e⁻⁵ of a label arrives there.
+/// Half-width of the band around the label boundary in which the field is solved, in radii; e⁻⁵ of a label arrives there.
 const BAND_PER_RADIUS: f64 = 5.0;
 /// Mass of a vertex without faces, in m²: keeps the matrix definite.
 const LEAST_MASS: f64 = 1e-12;
 
-/// Labels as ±1, diffused over the surface by `radius`: positive on the garment. Labels given by hand stay ±1, so that
-/// they are on their side of the zero line.
+/// Labels as ±1, diffused over the surface by `radius` metres; positive on the garment. Labels given by the user stay ±1,
+/// so that the zero line separates them.
+///
+/// **Shapes** one value per vertex.
 pub(super) fn signed_field(
-    whole: &Mended,
+    whole: &FilledScan,
     adjacency: &Adjacency,
     radius: f64,
 ) -> Result<PerVertex<f64>, NumericsError> {
-    let Mended { mesh, labels, by_hand, .. } = whole;
+    let FilledScan { mesh, labels, by_hand, .. } = whole;
     let mut field: PerVertex<f64> = labels.0.iter().map(|&l| if l { 1.0 } else { -1.0 }).collect();
     let boundary: Vec<(VertexId, f64)> = mesh
         .vertex_ids()
@@ -34,7 +36,7 @@ pub(super) fn signed_field(
     for (i, v) in band.iter().enumerate() {
         unknown[v.index()] = i;
     }
-    // Every face at a vertex of the band is there, so its row is that of the whole mesh.
+    // Every face at a vertex of the band is included, so the vertex has the same row as in the whole mesh.
     let in_band = mesh.faces().iter().map(|f| f.iter().any(|&v| unknown[v.index()] != usize::MAX)).collect();
     let (part, whole_from_part) = mesh.part(&in_band);
     let laplacian = cotangent_laplacian(&part);
@@ -42,7 +44,7 @@ pub(super) fn signed_field(
     for (v, &whole) in whole_from_part.enumerate() {
         mass[whole] = laplacian.mass[v];
     }
-    // Each step spreads by variance 2t; so that all steps together spread by the radius.
+    // Each step spreads by the variance 2t, so all steps together spread by the radius.
     let t = radius * radius / (2.0 * STEPS as f64);
     let mut triplets = Vec::new();
     let mut from_outside = vec![0.0; band.len()];

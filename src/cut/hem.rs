@@ -1,24 +1,25 @@
-//! Fair boundary curves: smoothed along themselves, kept on the scan, the cloth beside them following.
+//! Fairs boundary curves: smooths them, keeps them on the scan, and lets the cloth beside them follow.
 
-use super::mend::Mended;
+use super::fill_holes::FilledScan;
 use super::params::CutParams;
 use super::slice::Slice;
 use crate::geometry::{Adjacency, FaceId, PerFace, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
 use rayon::prelude::*;
 
-/// Taubin's (1995) two factors along the curve: the second undoes the shrinking that the first causes.
+/// The two factors of Taubin (1995) along the curve: the second undoes the shrinkage caused by the first.
 const SHRINK: f64 = 0.5;
 const GROW: f64 = -0.52;
-/// Rings of vertices beside a boundary that give way to it. Four: about 2 cm, five times what a hem moves.
+/// Rings of vertices beside a boundary that follow it. Four: about 2 cm, five times the move of a hem.
 const RINGS: usize = 4;
-/// A boundary moves no farther than this along the scan, in metres: it is tidied, not redrawn.
+/// Greatest move of a boundary along the scan, in metres: enough to smooth it, too little to redraw it.
 const REACH: f64 = 0.03;
 
-/// Cloth beside a boundary follows every so many rounds: often enough that no face turns over.
+/// Number of rounds after which the cloth beside a boundary follows: few enough that no face flips.
 const ROUNDS_PER_RELAXATION: usize = 8;
-/// The boundary is set back on the scan every so many rounds: a round moves it by a fraction of a millimetre.
+/// Number of rounds after which the boundary is projected back onto the scan: a round moves it by a fraction of a
+/// millimetre.
 const ROUNDS_PER_LANDING: usize = 2;
-/// Rounds without the scan at the end: wiggles under 2 cm.
+/// Final rounds without projection: they remove undulations under 2 cm.
 const LAST_ROUNDS: usize = 12;
 
 /// A garment with fair boundaries.
@@ -30,7 +31,7 @@ pub(super) struct Faired {
 }
 
 /// Fairs every boundary loop of `slice` on the surface of the scan, whose adjacency is `around`.
-pub(super) fn faired(slice: Slice, scan: &Mended, around: &Adjacency, params: &CutParams) -> Faired {
+pub(super) fn faired(slice: Slice, scan: &FilledScan, around: &Adjacency, params: &CutParams) -> Faired {
     let adjacency = Adjacency::prepare(&slice.mesh);
     let loops = adjacency.boundary_loops();
     let rings = rings_from(&slice.mesh, &adjacency, &loops);
@@ -53,7 +54,7 @@ pub(super) fn faired(slice: Slice, scan: &Mended, around: &Adjacency, params: &C
                 project(&beside, &mut points, &mut landed, index);
             }
         }
-        // The scan's grain along the curve goes last, off the surface by no more than that grain.
+        // Last, the scan's grain along the curve is removed; the curve leaves the surface by no more than that grain.
         for _ in 0..LAST_ROUNDS {
             for factor in [SHRINK, GROW] {
                 smooth_loops(&mut points, &loops, factor);
@@ -87,7 +88,7 @@ pub(super) fn faired(slice: Slice, scan: &Mended, around: &Adjacency, params: &C
     Faired { mesh: slice.mesh.with_points(points), adjacency, colors, on_cut: slice.on_cut }
 }
 
-/// For each vertex how many edges it is from a boundary, up to `RINGS` + 1.
+/// Per vertex its distance from a boundary in edges, up to `RINGS` + 1.
 fn rings_from(mesh: &TriMesh, adjacency: &Adjacency, loops: &[Vec<VertexId>]) -> PerVertex<usize> {
     let mut rings = PerVertex::filled(RINGS + 1, mesh.vertex_count());
     let mut front: Vec<VertexId> = loops.iter().flatten().copied().collect();
@@ -104,13 +105,18 @@ fn rings_from(mesh: &TriMesh, adjacency: &Adjacency, loops: &[Vec<VertexId>]) ->
     rings
 }
 
-/// The part of the scan that a boundary may slide on.
+/// The part of the scan on which a boundary may slide.
 struct NearSurface {
     mesh: TriMesh,
     scan_vertices: PerVertex<VertexId>,
 }
 
-fn near_surface(scan: &Mended, adjacency: &Adjacency, slice: &Slice, rings: &PerVertex<usize>) -> Option<NearSurface> {
+fn near_surface(
+    scan: &FilledScan,
+    adjacency: &Adjacency,
+    slice: &Slice,
+    rings: &PerVertex<usize>,
+) -> Option<NearSurface> {
     let sources: Vec<(VertexId, f64)> = rings
         .enumerate()
         .filter(|&(_, &ring)| ring <= RINGS)
@@ -137,7 +143,7 @@ fn smooth_loops(points: &mut PerVertex<Point>, loops: &[Vec<VertexId>], factor: 
     }
 }
 
-/// Each vertex half-way to the middle of its neighbours.
+/// Moves each vertex half-way to the mean of its neighbours.
 fn relax(points: &mut PerVertex<Point>, adjacency: &Adjacency, beside: &[VertexId]) {
     let moved: Vec<Point> = beside
         .iter()
@@ -152,7 +158,7 @@ fn relax(points: &mut PerVertex<Point>, adjacency: &Adjacency, beside: &[VertexI
     }
 }
 
-/// Sets vertices back on the surface, where it is within reach.
+/// Projects vertices onto the surface if it is within reach.
 fn project(
     vertices: &[VertexId],
     points: &mut PerVertex<Point>,

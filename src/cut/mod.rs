@@ -1,14 +1,14 @@
-//! Labels in, a [`Garment`] out: cut through the triangles of the scan along a smooth line, in the scan's pose.
+//! Cuts a [`Garment`] out of a labelled scan: through its triangles, along a smooth line, in the scan's pose.
 
-mod beyond;
+mod across_cut;
+mod boundary_loops;
 mod error;
 mod field;
+mod fill_holes;
 mod hem;
-mod mend;
 mod params;
 mod patch;
 mod pieces;
-mod rims;
 mod slice;
 #[cfg(test)]
 mod tests;
@@ -22,11 +22,13 @@ use crate::segment::Segmentation;
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 
-/// The garment as seen from outside.
+/// A garment: one sheet, its outer surface.
 ///
-/// **Frame** the world, in the scan's pose.
+/// **Shapes** `colors`: one per vertex of `mesh`.
 ///
-/// **Guarantees** manifold, oriented as the scan; vertex order depends on scan and labels alone.
+/// **Frame** the world, in the scan's pose; metres.
+///
+/// **Guarantees** manifold, oriented as the scan; the vertex order depends only on scan and labels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Garment {
     /// Its surface.
@@ -35,18 +37,25 @@ pub struct Garment {
     pub colors: Option<PerVertex<[u8; 3]>>,
     /// Boundary loops that are hems, longest first.
     pub hem_loops: Vec<Vec<VertexId>>,
-    /// What was dropped, filled or not as expected, a sentence each.
+    /// What was dropped, filled or not as expected: one sentence each.
     pub findings: Vec<String>,
 }
 
 /// Cuts the garment out of the scan.
 ///
-/// `around`: the adjacency of the scan's mesh.
+/// `around` is the adjacency of the scan's mesh, `expected_loops` the number of hems of the garment's template, least and
+/// greatest.
 ///
-/// Where labels were given by hand they are cut as they are, however small; elsewhere what is too small is noise. A hole
-/// that was erased in the midst of the cloth stays open, and is told; it is no hem, unless a hem is missing.
+/// Labels given by the user are cut exactly, however small; elsewhere what is too small is noise. A hole that the user
+/// erased within the cloth stays open and is reported; it counts as a hem only if a hem is missing.
 ///
-/// `expected_loops`: how many hems the garment's template has, fewest and most.
+/// **Shapes** `segmentation`: one entry per vertex of the scan.
+///
+/// **Errors** if the labels belong to another scan, if no face is left, or if a linear system has no solution.
+///
+/// **Source** Hu 2017, §6.2. In the paper a person repaints the rough segmentation on a quad mesh (Jakob et al. 2015), which
+/// takes about 90 seconds and gives the smooth hem. Here the cut is automatic and on triangles; everything in this module
+/// is ours: the smooth signed field, the cut along its zero line, fairing of the hem, and the treatment of holes.
 pub fn cut(
     scan: &Scan,
     around: &Adjacency,
@@ -55,23 +64,25 @@ pub fn cut(
     params: &CutParams,
 ) -> Result<Garment, CutError> {
     let (vertices, labels) = (scan.mesh.vertex_count(), &segmentation.labels);
-    if labels.0.len() != vertices {
-        return Err(CutError::LabelCount { labels: labels.0.len(), vertices });
+    for given in [labels.0.len(), segmentation.by_hand.len()] {
+        if given != vertices {
+            return Err(CutError::LabelCount { labels: given, vertices });
+        }
     }
     let mut findings = Vec::new();
-    let whole = mend::mended(scan, around, segmentation, params, &mut findings)?;
-    let adjacency = whole.adjacency.as_ref().unwrap_or(around);
-    let field = field::signed_field(&whole, adjacency, params.smoothing_radius)?;
-    let sliced = slice::slice(&whole.mesh, &field)?.with_hems_only(&whole.beside_hole);
-    let sliced = pieces::without_islands(sliced, &whole, params.least_island_share, &mut findings);
+    let filled = fill_holes::filled(scan, around, segmentation, params, &mut findings)?;
+    let adjacency = filled.adjacency.as_ref().unwrap_or(around);
+    let field = field::signed_field(&filled, adjacency, params.smoothing_radius)?;
+    let sliced = slice::slice(&filled.mesh, &field)?.with_hems_only(&filled.beside_hole);
+    let sliced = pieces::without_islands(sliced, &filled, params.least_island_share, &mut findings);
     let sliced = pieces::with_bow_ties_split(sliced)?;
     if sliced.mesh.face_count() == 0 {
         return Err(CutError::NothingLabelled { labelled: labels.garment_vertex_count(), vertices });
     }
-    let sliced = mend::without_pores(sliced, &whole)?;
-    let beyond = beyond::Beyond::of(&sliced, &whole, adjacency);
-    let faired = hem::faired(sliced, &whole, adjacency, params);
-    let rims = rims::Rims::of(&faired, &beyond);
-    let hem_loops = rims.judged(&expected_loops, params, &mut findings);
+    let sliced = fill_holes::close_pinholes(sliced, &filled)?;
+    let across = across_cut::AcrossCut::of(&sliced, &filled, adjacency);
+    let faired = hem::faired(sliced, &filled, adjacency, params);
+    let loops = boundary_loops::BoundaryLoops::of(&faired, &across);
+    let hem_loops = loops.classified(&expected_loops, params, &mut findings);
     Ok(Garment { mesh: faired.mesh, colors: faired.colors, hem_loops, findings })
 }

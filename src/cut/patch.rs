@@ -3,9 +3,9 @@
 use crate::geometry::Point;
 use std::collections::BTreeMap;
 
-/// Rings with more points are left open: time grows with the cube of their number (250: some 10 ms).
+/// Greatest number of points of a filled ring: the time grows with its cube (250: some 10 ms).
 const GREATEST_RING: usize = 250;
-/// Rounds of splitting and flipping; each makes edges at most √3 shorter, so six span a factor of 20.
+/// Rounds of splitting and flipping; each shortens edges by at most √3, so six cover a factor of 20.
 const ROUNDS: usize = 6;
 
 /// Faces over ring points (the first `ring` ids) and new points (the ids after them).
@@ -15,12 +15,12 @@ pub(super) struct Patch {
 }
 
 impl Patch {
-    /// Spans a ring, with triangles about as large as its edges. The ring runs as the faces at it do, so the patch runs
-    /// against it. `taken(i, j)` says that ring points `i` and `j` are joined already.
+    /// Triangulates a ring, with triangles about as large as its edges. The ring has the direction of the faces beside it, so
+    /// the patch has the opposite one. `taken(i, j)` tells whether ring points `i` and `j` already share an edge.
     ///
-    /// `None` when the ring is too long or cannot be spanned without a join that is taken.
+    /// `None` if the ring is too long, or cannot be triangulated without such an edge.
     ///
-    /// **Source** Liepa 2003, with least area alone.
+    /// **Source** Liepa 2003, with least area as the only criterion.
     pub(super) fn over(ring: &[Point], taken: impl Fn(usize, usize) -> bool) -> Option<Self> {
         if !(3..=GREATEST_RING).contains(&ring.len()) {
             return None;
@@ -40,7 +40,7 @@ impl Patch {
         Some(patch)
     }
 
-    /// Puts a point in each face that is large for the sizes at its corners; whether there was one.
+    /// Adds a point in each face that is too large for the edge lengths at its corners. Returns whether there was one.
     fn split_large(&mut self, sizes: &mut Vec<f64>) -> bool {
         let before = self.faces.len();
         for f in 0..before {
@@ -63,7 +63,7 @@ impl Patch {
     }
 
     fn flip_to_delaunay(&mut self, taken: &impl Fn(usize, usize) -> bool, ring: usize) {
-        /// Flips settle within a few passes; more would be a circle of equal choices.
+        /// Flips converge within a few passes; more would alternate between equal choices.
         const PASSES: usize = 10;
         for _ in 0..PASSES {
             let mut at_edge: BTreeMap<(usize, usize), Vec<(usize, usize)>> = BTreeMap::new();
@@ -85,7 +85,7 @@ impl Patch {
                 if touched[f] || touched[g] || barred || self.angle(p, a, b) + self.angle(q, a, b) <= FLAT_ENOUGH {
                     continue;
                 }
-                // Face f runs a → b or b → a; keep its sense.
+                // Face f has the edge as a → b or b → a; keep its orientation.
                 let runs = (0..3).any(|k| self.faces[f][k] == a && self.faces[f][(k + 1) % 3] == b);
                 let (from, to) = if runs { (a, b) } else { (b, a) };
                 self.faces[f] = [p, from, q];
@@ -105,7 +105,7 @@ impl Patch {
     }
 }
 
-/// Opposite angles summing to more than this call for a flip: π, and a hair against flipping to and fro.
+/// Sum of opposite angles above which an edge is flipped, in radians: π, and a margin against flipping back and forth.
 const FLAT_ENOUGH: f64 = std::f64::consts::PI + 1e-9;
 
 /// The triangulation of a ring with the least area, by dynamic programming.

@@ -1,11 +1,11 @@
-//! Islands dropped, and fans that touch in one vertex taken apart.
+//! Drops islands, and separates fans of faces that touch in one vertex.
 
-use super::mend::Mended;
+use super::fill_holes::FilledScan;
 use super::slice::Slice;
 use crate::geometry::{Adjacency, FaceId, MeshError, PerFace, TriMesh, VertexId};
 
-/// Without the components that have less than `least_share` of the area and were not painted by hand.
-pub(super) fn without_islands(slice: Slice, whole: &Mended, least_share: f64, findings: &mut Vec<String>) -> Slice {
+/// Drops the components with less than `least_share` of the area that the user did not paint.
+pub(super) fn without_islands(slice: Slice, whole: &FilledScan, least_share: f64, findings: &mut Vec<String>) -> Slice {
     let (component, count) = Adjacency::prepare(&slice.mesh).face_components();
     if count <= 1 {
         return slice;
@@ -35,7 +35,7 @@ pub(super) fn without_islands(slice: Slice, whole: &Mended, least_share: f64, fi
     slice.part(&keep)
 }
 
-/// Gives each fan of faces round a vertex a vertex of its own, so that every boundary is a simple curve.
+/// Gives each fan of faces around a vertex its own vertex, so that every boundary is a simple curve.
 pub(super) fn with_bow_ties_split(slice: Slice) -> Result<Slice, MeshError> {
     let adjacency = Adjacency::prepare(&slice.mesh);
     let Slice { mesh, mut origins, mut on_cut } = slice;
@@ -59,7 +59,7 @@ pub(super) fn with_bow_ties_split(slice: Slice) -> Result<Slice, MeshError> {
     Ok(Slice { mesh: TriMesh::try_new(points, faces)?, origins, on_cut })
 }
 
-/// The faces at `v` in groups that hang together by edges at `v`.
+/// The faces at `v`, grouped by shared edges at `v`.
 fn fans(mesh: &TriMesh, adjacency: &Adjacency, v: VertexId) -> Vec<Vec<FaceId>> {
     let faces = adjacency.faces_of(v);
     let mut left: Vec<FaceId> = faces.to_vec();

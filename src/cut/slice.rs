@@ -3,22 +3,24 @@
 use crate::geometry::{MeshError, PerVertex, Point, TriMesh, VertexId};
 use std::collections::HashMap;
 
-/// A crossing nearer to a corner than this share of its edge goes through the corner: no slivers.
+/// Share of an edge within which a crossing snaps to the corner, to avoid slivers.
 const SNAP_PER_EDGE: f64 = 0.1;
 
 /// A part of a scan.
+///
+/// **Shapes** `origins` and `on_cut`: one entry per vertex of `mesh`.
 #[derive(Clone, Debug)]
 pub(super) struct Slice {
     /// The part.
     pub(super) mesh: TriMesh,
-    /// For each vertex the scan's vertices and factors whose sum it is.
+    /// Per vertex the two vertices of the scan and the factors whose weighted sum it is.
     pub(super) origins: Vec<[(VertexId, f64); 2]>,
-    /// Which vertices lie on the cut.
+    /// Which vertices are on the cut.
     pub(super) on_cut: Vec<bool>,
 }
 
 impl Slice {
-    /// The same, with what was cut beside a hole of the scan counted as that hole's rim.
+    /// Treats vertices cut beside a hole of the scan as the border of that hole.
     pub(super) fn with_hems_only(mut self, beside_hole: &PerVertex<bool>) -> Self {
         for (on_cut, origin) in self.on_cut.iter_mut().zip(&self.origins) {
             *on_cut &= !origin.iter().any(|&(v, _)| beside_hole[v]);
@@ -61,7 +63,7 @@ pub(super) fn slice(mesh: &TriMesh, field: &PerVertex<f64>) -> Result<Slice, Mes
     builder.finish()
 }
 
-/// Values whose zero line runs through a corner where it would pass close by.
+/// Values whose zero line passes exactly through the corners that it would pass closely.
 fn snapped(mesh: &TriMesh, field: &PerVertex<f64>) -> PerVertex<f64> {
     let mut snapped = field.clone();
     for face in mesh.faces().iter() {
@@ -87,7 +89,7 @@ struct Builder<'a> {
     origins: Vec<[(VertexId, f64); 2]>,
     on_cut: Vec<bool>,
     from_vertex: Vec<u32>,
-    /// Only looked up, never walked: its order does not matter.
+    /// Only used for lookup, so its order does not matter.
     from_edge: HashMap<(VertexId, VertexId), u32>,
     faces: Vec<[u32; 3]>,
 }
@@ -121,7 +123,7 @@ impl<'a> Builder<'a> {
     }
 
     fn crossing(&mut self, a: VertexId, b: VertexId) -> u32 {
-        // The same arithmetic from either face.
+        // The same arithmetic for both faces.
         let (a, b) = (a.min(b), a.max(b));
         if let Some(&there) = self.from_edge.get(&(a, b)) {
             return there;

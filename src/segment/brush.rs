@@ -1,6 +1,6 @@
-//! Brush strokes: labels given by hand, anchored in space.
+//! Brush strokes: labels given by the user, anchored in space.
 
-use super::SegmentError;
+use super::error::SegmentError;
 use super::transfer::Labels;
 use crate::geometry::{
     Aabb, Adjacency, PerFace, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId, geodesic_distances,
@@ -22,10 +22,10 @@ pub enum StrokeOp {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum StrokeFrame {
-    /// Those of the scan's file; the radius too.
+    /// The frame and unit of the scan's file, for the radius too.
     #[default]
     File,
-    /// Ours, in metres.
+    /// The world, in metres.
     World,
 }
 
@@ -37,14 +37,14 @@ pub struct Stroke {
     pub layer: String,
     /// Add or erase.
     pub op: StrokeOp,
-    /// Of the brush, along the surface.
+    /// Radius of the brush, along the surface.
     pub radius: f64,
-    /// The brush's way, straight from one to the next.
+    /// The path of the brush, straight between points; `N × 3`.
     pub points: Vec<[f64; 3]>,
-    /// The side from which it paints; without it, the nearest side.
+    /// The side to paint, as an outward normal; without it the nearest side.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal: Option<[f64; 3]>,
-    /// Of points, normal and radius.
+    /// The frame of points, normal and radius.
     #[serde(default)]
     pub frame: StrokeFrame,
     /// Line of the file, from 1; 0 for a stroke from elsewhere.
@@ -52,22 +52,24 @@ pub struct Stroke {
     pub line: usize,
 }
 
-/// Labels given by hand, where they were given.
+/// Labels given by the user; `None` where none was given.
+///
+/// **Shapes** one entry per vertex.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Marks(pub PerVertex<Option<bool>>);
 
-/// Radii above this are a mistake in the unit, in metres.
+/// Greatest radius, in metres: larger ones are mistakes in the unit.
 const GREATEST_RADIUS: f64 = 1.0;
-/// A brush that hovers is set down on the surface within this many radii.
+/// Greatest distance of the brush from the surface, in radii.
 const HOVER_PER_RADIUS: f64 = 1.5;
-/// The brush is set down each so many radii of its way.
+/// Spacing of the brush positions along the path, in radii.
 const STEP_PER_RADIUS: f64 = 0.5;
-/// Paint flows round an edge until the surface faces away by more than this cosine.
+/// Paint continues around an edge until the cosine of the surface normal to the brush's normal falls below this.
 const FACING_AWAY: f64 = -0.3;
 
 impl Stroke {
-    /// Reads strokes, one JSON object a line; empty lines are passed over.
+    /// Reads strokes, one JSON object per line; empty lines are skipped.
     pub fn read_lines(text: &str) -> Result<Vec<Self>, SegmentError> {
         let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
         lines.map(|(i, line)| Self::read(line, i + 1)).collect()
@@ -76,7 +78,7 @@ impl Stroke {
     fn read(text: &str, line: usize) -> Result<Self, SegmentError> {
         let bad = |reason: String| SegmentError::BadStroke { line, reason };
         let stroke: Self = serde_json::from_str(text).map_err(|e| {
-            // The parser counts lines too, and for it there is but one.
+            // The parser counts lines too; for it there is only one.
             let reason = e.to_string();
             bad(reason.split(" at line ").next().unwrap_or(&reason).to_string())
         })?;
@@ -116,12 +118,12 @@ impl Stroke {
 }
 
 impl Marks {
-    /// None anywhere.
+    /// No marks.
     pub fn none(vertex_count: usize) -> Self {
         Self(PerVertex::filled(None, vertex_count))
     }
 
-    /// Paints strokes one after the other; of two on the same place the later counts.
+    /// Paints strokes in order; where two overlap the later one counts.
     pub fn paint(scan: &Scan, strokes: &[Stroke]) -> Result<Self, SegmentError> {
         let mut marks = Self::none(scan.mesh.vertex_count());
         for stroke in strokes {
@@ -132,7 +134,7 @@ impl Marks {
         Ok(marks)
     }
 
-    /// These, and others over them.
+    /// These marks, with others over them.
     pub fn then(mut self, over: &Self) -> Self {
         for (slot, mark) in self.0.0.iter_mut().zip(over.0.iter()) {
             *slot = mark.or(*slot);
@@ -140,7 +142,7 @@ impl Marks {
         self
     }
 
-    /// Puts the marks over labels.
+    /// Overrides labels with the marks.
     pub fn apply(&self, labels: &mut Labels) {
         for (label, mark) in labels.0.0.iter_mut().zip(self.0.iter()) {
             *label = mark.unwrap_or(*label);
@@ -148,7 +150,7 @@ impl Marks {
     }
 }
 
-/// The part of a scan that one stroke can touch. What it says of vertices there is what the whole scan would say.
+/// The part of a scan that one stroke can touch. Painting it gives the same result as painting the whole scan.
 struct Brush<'a> {
     scan: &'a Scan,
     /// In metres.
@@ -160,13 +162,13 @@ struct Brush<'a> {
 }
 
 impl<'a> Brush<'a> {
-    /// All faces with a corner that paint along `way` could reach: so every face round such a corner is there.
+    /// Takes all faces with a corner that paint along `way` could reach, so that every face around such a corner is there.
     fn prepare(scan: &'a Scan, way: &[Point], radius: f64) -> Self {
         let reach = Vec3::repeat((1.0 + HOVER_PER_RADIUS) * radius);
         let region = Aabb::around(way).map(|b| Aabb { min: b.min - reach, max: b.max + reach });
         let within = |p: &Point| region.is_some_and(|b| (0..3).all(|k| p[k] >= b.min[k] && p[k] <= b.max[k]));
         let reached: PerVertex<bool> = scan.mesh.points().iter().map(within).collect();
-        // A face may pass under the brush with all its corners beyond reach.
+        // A face may pass under the brush although all its corners are out of reach.
         let crosses = |f: &[VertexId; 3]| {
             f.iter().any(|&v| reached[v])
                 || region.is_some_and(|b| {
@@ -179,14 +181,14 @@ impl<'a> Brush<'a> {
         Self { scan, radius, index: SurfaceIndex::prepare(&part), normals: part.vertex_normals(), part, scan_from_part }
     }
 
-    /// The scan's vertices that are painted along `way`.
+    /// The scan's vertices painted along `way`.
     fn painted(&self, way: &[Point], toward: Option<&Vec3>) -> Result<Vec<VertexId>, String> {
         let mut sources = Vec::new();
         let mut touches = false;
         for p in places(way, STEP_PER_RADIUS * self.radius) {
             touches |= self.set_down(&p, toward, &mut sources);
         }
-        // The brush starts anew at the surface, so its distances are those along the surface alone.
+        // Distances start at the surface, so the height of the brush does not count.
         let distance = geodesic_distances(&self.part, &Adjacency::prepare(&self.part), &sources, self.radius);
         let faces_brush = |v: VertexId| toward.is_none_or(|n| self.normals[v].dot(n) > FACING_AWAY);
         let under = self.part.vertex_ids().filter(|&v| distance[v].is_finite() && faces_brush(v));
@@ -194,7 +196,7 @@ impl<'a> Brush<'a> {
         if !painted.is_empty() {
             return Ok(painted);
         }
-        let side = if toward.is_some() { " on the side that its normal names" } else { "" };
+        let side = if toward.is_some() { " on the side of its normal" } else { "" };
         let whole = SurfaceIndex::prepare(&self.scan.mesh);
         let nearest = way.iter().map(|p| whole.closest(p).distance).fold(f64::INFINITY, f64::min);
         Err(match touches || nearest > HOVER_PER_RADIUS * self.radius {
@@ -205,7 +207,7 @@ impl<'a> Brush<'a> {
         })
     }
 
-    /// Adds the corners of the face under the brush, each with its distance from there; whether there is one.
+    /// Adds the corners of the face under the brush, with their distances. Returns whether there is such a face.
     fn set_down(&self, p: &Point, toward: Option<&Vec3>, sources: &mut Vec<(VertexId, f64)>) -> bool {
         let reach = HOVER_PER_RADIUS * self.radius;
         let Some(found) = self.index.closest_within(p, reach) else { return false };
@@ -216,7 +218,7 @@ impl<'a> Brush<'a> {
             sources.extend(face_of(found.face).iter().map(|&v| (v, (mesh.points()[v] - found.point).norm())));
             return true;
         }
-        // The nearest surface faces away: take the nearest of those that do not.
+        // The nearest surface faces away: take the nearest vertex that does not.
         let candidate =
             self.index.faces_within(p, reach).into_iter().flat_map(face_of).filter(|&v| on_side(v)).min_by(|&a, &b| {
                 let gap = |v: VertexId| (mesh.points()[v] - p).norm();
@@ -227,9 +229,9 @@ impl<'a> Brush<'a> {
     }
 }
 
-/// Points along a way, no farther apart than `step`.
+/// Points along a path, no farther apart than `step`.
 fn places(way: &[Point], step: f64) -> Vec<Point> {
-    /// More places a stroke are a mistake in the unit.
+    /// Greatest number of positions per stroke: more are a mistake in the unit.
     const MOST: usize = 10_000;
     let mut places: Vec<Point> = way.iter().take(1).copied().collect();
     for pair in way.windows(2) {

@@ -1,4 +1,4 @@
-//! Colours as they look alike to a person, and mixtures of them.
+//! Perceptually uniform colours, and mixtures of them.
 
 /// CIE L*a*b* under D65.
 pub(super) type Lab = [f64; 3];
@@ -8,11 +8,11 @@ pub(super) type Lab = [f64; 3];
 pub(super) const SPREAD: Lab = [12.0, 5.0, 5.0];
 /// Components of a mixture: a striped garment's colours, its buttons and its shadows.
 const COMPONENTS: usize = 6;
-/// Colours beyond this many take no part in building a mixture: they say nothing new.
+/// Greatest number of colours used to build a mixture; more add nothing.
 const GREATEST_SAMPLE: usize = 4000;
 const ROUNDS: usize = 12;
 
-/// From 8-bit sRGB.
+/// Converts 8-bit sRGB.
 pub(super) fn lab_of(rgb: [u8; 3]) -> Lab {
     let [r, g, b] = rgb.map(|c| {
         let c = f64::from(c) / 255.0;
@@ -27,12 +27,12 @@ pub(super) fn lab_of(rgb: [u8; 3]) -> Lab {
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// How many `SPREAD`s two colours are apart, squared.
+/// Squared distance of two colours, in units of `SPREAD`.
 pub(super) fn squared_difference(a: &Lab, b: &Lab, spread: &Lab) -> f64 {
     (0..3).map(|k| ((a[k] - b[k]) / spread[k]).powi(2)).sum()
 }
 
-/// Density of a normal distribution, but for the factor (2π)^(−3/2) that all share.
+/// Density of a normal distribution, without the common factor (2π)^(−3/2).
 pub(super) fn density(color: &Lab, mean: &Lab, spread: &Lab) -> f64 {
     (-0.5 * squared_difference(color, mean, spread)).exp() / (spread[0] * spread[1] * spread[2])
 }
@@ -41,7 +41,7 @@ pub(super) fn density(color: &Lab, mean: &Lab, spread: &Lab) -> f64 {
 pub(super) struct Mixture(Vec<(f64, Lab, Lab)>);
 
 impl Mixture {
-    /// Of these colours; `None` when there are too few to say anything.
+    /// A mixture of these colours; `None` if there are too few.
     pub(super) fn of(colors: &[Lab]) -> Option<Self> {
         if colors.len() < 4 * COMPONENTS {
             return None;
@@ -66,7 +66,7 @@ impl Mixture {
             let spread = std::array::from_fn(|axis| {
                 let variance =
                     own.iter().map(|c| (c[axis] - mean[axis]).powi(2)).sum::<f64>() / own.len().max(1) as f64;
-                // No sharper than half of what the same cloth varies by.
+                // At least half of the spread within one cloth.
                 variance.sqrt().max(0.5 * SPREAD[axis])
             });
             (!own.is_empty()).then_some((share, *mean, spread))
@@ -74,13 +74,13 @@ impl Mixture {
         Some(Self(parts.collect()))
     }
 
-    /// How likely this mixture is to show that colour.
+    /// Density of a colour.
     pub(super) fn density(&self, color: &Lab) -> f64 {
         self.0.iter().map(|(share, mean, spread)| share * density(color, mean, spread)).sum()
     }
 }
 
-/// Starts as far from each other as can be, the first at the mean.
+/// Initial centres as far apart as possible, the first at the mean.
 fn spread_out(colors: &[Lab]) -> Vec<Lab> {
     let mut means: Vec<Lab> = mean_of(colors.iter()).into_iter().collect();
     let mut gap: Vec<f64> = colors.iter().map(|c| squared_difference(c, &means[0], &SPREAD)).collect();

@@ -1,49 +1,51 @@
-//! What a scan itself says, vertex by vertex, for and against new cloth: all in nats, positive for the garment.
+//! Evidence of the scan for and against new cloth, per vertex, in nats; positive for the garment.
 
 use super::color::{Lab, Mixture, SPREAD, density, lab_of};
 use crate::geometry::{Adjacency, NearestVertex, PerVertex, Point, SurfaceIndex, TriMesh};
 use rayon::prelude::*;
 
-/// One surface of the figure dressed so far, posed in the scan.
+/// One surface of the figure so far, posed in the scan.
 #[derive(Clone, Copy, Debug)]
 pub struct Inner<'a> {
     /// The surface.
     pub mesh: &'a TriMesh,
-    /// Its colours as last seen.
+    /// Its colours, from the scan that last showed it; one per vertex.
     pub colors: Option<&'a PerVertex<[u8; 3]>>,
 }
 
-/// Old surface below this is covered by an outer layer and not to be seen, in metres: the thickest cloth and its air.
+/// Old surface less than this below an outer layer is hidden by it, in metres: the thickest cloth and the air under it.
 const COVERED_WITHIN: f64 = 0.06;
 /// An outer layer pressed into the surface below still covers it, in metres.
 const PRESSED_WITHIN: f64 = 0.015;
-/// Where the colour of a place is looked for on the old surfaces, in metres: what a fit may be off by, twice.
+/// Radius within which old surfaces are searched for the colour of a point, in metres: twice the error of a fit.
 const COLOR_REACH: f64 = 0.04;
-/// Most colours that are asked at one place.
+/// Greatest number of colours compared per point.
 const COLORS_ASKED: usize = 24;
-/// A colour that no model knows is this likely: a hundredth of a well-known one (at 0.4 spreads).
+/// Density of a colour outside every model: a hundredth of that of a common one (at 0.4 spreads).
 const UNKNOWN_DENSITY: f64 = 1e-5;
-/// Colour alone weighs no more than this, in nats: light and dye deceive.
+/// Greatest weight of colour, in nats: light and similar dyes mislead.
 const GREATEST_COLOR: f64 = 4.0;
-/// Stand-off that says nothing, in metres: noise, fit and thin cloth together.
+/// Stand-off without evidence either way, in metres: noise, error of the fit and thin cloth together.
 const NEUTRAL_STAND_OFF: f64 = 0.007;
-/// Stand-off that adds one nat beyond that, in metres.
+/// Further stand-off that adds one nat, in metres.
 const STAND_OFF_PER_NAT: f64 = 0.007;
-/// Bounds of what stand-off may say, in nats. Little against: tight cloth stands off nowhere.
+/// Bounds of the evidence of stand-off, in nats. Little against: tight cloth has no stand-off.
 const STAND_OFF_NATS: [f64; 2] = [-0.7, 2.0];
 
-/// What is known of a scan before any cut.
+/// The evidence of a scan, before any cut.
+///
+/// **Shapes** every array has one entry per vertex of the scan.
 pub(super) struct Evidence {
-    /// Colours evened out over their neighbours.
+    /// Colours smoothed over their neighbours.
     pub(super) colors: Option<PerVertex<Lab>>,
-    /// How likely the old surfaces are to show the colour here; `None` without colours on both.
+    /// Density of the vertex's colour among those of the old surfaces there; `None` without colours on both.
     old_density: Option<PerVertex<f64>>,
-    /// From the distance to the old surfaces.
+    /// Evidence of the distance to the old surfaces, in nats.
     pub(super) stand_off: PerVertex<f64>,
 }
 
 impl Evidence {
-    /// Gathers it.
+    /// Gathers the evidence.
     pub(super) fn gather(
         mesh: &TriMesh,
         adjacency: &Adjacency,
@@ -57,21 +59,23 @@ impl Evidence {
             .iter()
             .map(|gap| ((gap - NEUTRAL_STAND_OFF) / STAND_OFF_PER_NAT).clamp(STAND_OFF_NATS[0], STAND_OFF_NATS[1]))
             .collect();
-        let colors = colors.map(|colors| evened(adjacency, &colors.iter().map(|&c| lab_of(c)).collect()));
+        let colors = colors.map(|colors| smoothed(adjacency, &colors.iter().map(|&c| lab_of(c)).collect()));
         let old_density = colors.as_ref().and_then(|colors| {
-            let seen = Seen::of(inner, &indices)?;
+            let visible = VisibleColors::of(inner, &indices)?;
             let likely = (0..mesh.vertex_count()).into_par_iter();
             let densities: Vec<f64> =
-                likely.map(|i| seen.density(&mesh.points().0[i], gaps[i], &colors.0[i])).collect();
+                likely.map(|i| visible.density(&mesh.points().0[i], gaps[i], &colors.0[i])).collect();
             Some(densities.into())
         });
         Self { colors, old_density, stand_off }
     }
 
-    /// How much the colours speak for the garment, once `sure` says which vertices are surely its own.
+    /// Evidence of the colours for the garment, in nats, given the vertices that are certainly its own.
     ///
-    /// Those of them that look like what was there before are left out of its model (a coat is open in front), unless
-    /// hardly any other is left.
+    /// **Shapes** `sure` and the result: one entry per vertex.
+    ///
+    /// Certain vertices with a colour of the old surfaces are left out of the garment's colour model (a coat is open in
+    /// front), unless hardly any others remain.
     pub(super) fn of_colors(&self, sure: &PerVertex<bool>) -> Option<PerVertex<f64>> {
         let (colors, old) = (self.colors.as_ref()?, self.old_density.as_ref()?);
         let sure_colors = |least_new: bool| -> Vec<Lab> {
@@ -90,22 +94,22 @@ impl Evidence {
     }
 }
 
-/// Above this density a colour is one of the old ones: that of a colour two spreads from a single old one.
+/// Density above which a colour counts as old: that of a colour two spreads from a single old one.
 fn looks_old() -> f64 {
     density(&[2.0 * SPREAD[0], 0.0, 0.0], &[0.0; 3], &SPREAD)
 }
 
-/// Each colour the mean of itself and its neighbours, twice: a scan's grain goes, its seams stay.
-fn evened(adjacency: &Adjacency, colors: &PerVertex<Lab>) -> PerVertex<Lab> {
-    let mut evened = colors.clone();
+/// Replaces each colour by the mean of itself and its neighbours, twice: this removes a scan's grain and keeps seams.
+fn smoothed(adjacency: &Adjacency, colors: &PerVertex<Lab>) -> PerVertex<Lab> {
+    let mut smoothed = colors.clone();
     for _ in 0..2 {
-        evened = evened
+        smoothed = smoothed
             .enumerate()
             .map(|(v, own)| {
                 let around = adjacency.neighbours_of(v);
                 let mut sum = *own;
                 for &w in around {
-                    for (s, c) in sum.iter_mut().zip(evened[w]) {
+                    for (s, c) in sum.iter_mut().zip(smoothed[w]) {
                         *s += c;
                     }
                 }
@@ -113,16 +117,16 @@ fn evened(adjacency: &Adjacency, colors: &PerVertex<Lab>) -> PerVertex<Lab> {
             })
             .collect();
     }
-    evened
+    smoothed
 }
 
-/// The coloured places of the old surfaces that could be seen before the new garment came.
-struct Seen {
+/// The coloured points of the old surfaces that were visible before the new garment.
+struct VisibleColors {
     places: NearestVertex,
     colors: Vec<Lab>,
 }
 
-impl Seen {
+impl VisibleColors {
     fn of(inner: &[Inner<'_>], indices: &[SurfaceIndex]) -> Option<Self> {
         let (mut points, mut colors) = (Vec::new(), Vec::new());
         for (i, layer) in inner.iter().enumerate() {
@@ -150,7 +154,7 @@ impl Seen {
         (!points.is_empty()).then(|| Self { places: NearestVertex::prepare(&points), colors })
     }
 
-    /// How likely a colour is at `p`, which lies `gap` from the old surfaces.
+    /// Density of a colour at `p`, which is `gap` metres from the old surfaces.
     fn density(&self, p: &Point, gap: f64, color: &Lab) -> f64 {
         let mut near = self.places.within(p, gap + COLOR_REACH);
         if near.is_empty() {

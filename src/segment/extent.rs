@@ -1,6 +1,6 @@
-//! How far a garment reaches, where it is not as far as its template says.
+//! How far a garment extends, where that differs from its template.
 
-use super::SegmentError;
+use super::error::SegmentError;
 use super::template::{Limit, LimitBone};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -9,9 +9,9 @@ use std::str::FromStr;
 /// Limits given for one garment; they override its template's.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Extent {
-    /// Down to where (for socks and shoes: up to where).
+    /// Its lower end (for socks and shoes: its upper end).
     pub until: Option<Until>,
-    /// How long the sleeves are.
+    /// The length of the sleeves.
     pub sleeve: Option<Sleeve>,
 }
 
@@ -31,7 +31,7 @@ enum Given {
     Share(f64),
 }
 
-/// The heights that have a name, from the floor up.
+/// The named heights, from the floor up.
 const HEIGHTS: [(&str, Limit); 11] = [
     ("floor", Limit { bone: LimitBone::Foot, at: 1.0 }),
     ("ankle", Limit { bone: LimitBone::LowerLeg, at: 1.0 }),
@@ -46,7 +46,7 @@ const HEIGHTS: [(&str, Limit); 11] = [
     ("neck", Limit { bone: LimitBone::Neck, at: 0.0 }),
 ];
 
-/// The sleeves that have a name, shortest first; `none` ends at the shoulder seam.
+/// The named sleeve lengths, shortest first; `none` ends at the shoulder seam.
 const SLEEVES: [(&str, Option<Limit>); 7] = [
     ("none", None),
     ("cap", Some(Limit { bone: LimitBone::UpperArm, at: 0.2 })),
@@ -57,7 +57,7 @@ const SLEEVES: [(&str, Option<Limit>); 7] = [
     ("long", Some(Limit { bone: LimitBone::LowerArm, at: 1.0 })),
 ];
 
-/// What an [`Until`] means on a body.
+/// The meaning of an [`Until`] on a body.
 pub(super) enum Height {
     /// A limit like those of a template.
     At(Limit),
@@ -78,7 +78,7 @@ impl Until {
 }
 
 impl Sleeve {
-    /// Where the sleeve ends; `None` without sleeves. A share counts upper and lower arm as equally long.
+    /// The end of the sleeve; `None` without sleeves. A share treats upper and lower arm as equally long.
     pub(super) fn limit(&self) -> Option<Limit> {
         match self.0 {
             Given::Word(word) => SLEEVES.iter().find(|s| s.0 == word).and_then(|s| s.1),

@@ -6,13 +6,15 @@ use std::collections::VecDeque;
 const FREE: u32 = u32::MAX;
 /// The parent is the terminal itself.
 const TERMINAL: u32 = u32::MAX - 1;
-/// The parent was lost and is being looked for.
+/// The parent was lost; a new one is being searched for.
 const ORPHAN: u32 = u32::MAX - 2;
 
-/// For each node whether it is on the source's side of a minimum cut.
+/// Per node whether it is on the source's side of a minimum cut.
+///
+/// **Shapes** `unary` and the result: one entry per node; `edges`: node, node, cost.
 ///
 /// `unary[i]` is what it costs to leave node `i` to the sink (positive) or to the source (negative); `(i, j, c)` costs
-/// `c ≥ 0` where `i` and `j` are on different sides. Whole numbers, so that the answer is exact and always the same.
+/// `c ≥ 0` if `i` and `j` are on different sides. Integers, so that the result is exact and deterministic.
 ///
 /// **Source** Boykov & Kolmogorov 2004: two search trees that are kept from one augmentation to the next, with their
 /// time stamps and distances.
@@ -89,7 +91,7 @@ impl Graph {
         self.start[node as usize]..self.start[node as usize + 1]
     }
 
-    /// What may still flow over `arc` of `node` in the direction of the node's tree: away from the source, or from the
+    /// The residual capacity of `arc` of `node` in the direction of the node's tree: away from the source, or from the
     /// neighbour toward the sink.
     fn outward(&self, arc: u32, sink: bool) -> i64 {
         self.capacity[if sink { self.reverse[arc as usize] } else { arc } as usize]
@@ -141,7 +143,7 @@ impl Graph {
         None
     }
 
-    /// Sends all that fits along the way through `bridge`.
+    /// Augments along the path through `bridge`.
     fn augment(&mut self, bridge: u32) {
         let ends = [self.head[self.reverse[bridge as usize] as usize], self.head[bridge as usize]];
         let mut fits = self.capacity[bridge as usize];
@@ -180,7 +182,7 @@ impl Graph {
         self.orphans.push_back(node);
     }
 
-    /// Finds a new parent for `node` that still hangs on its terminal, or sets it free.
+    /// Finds a new parent for `node` that is still connected to its terminal, or frees the node.
     fn adopt(&mut self, node: u32) {
         let sink = self.in_sink[node as usize];
         let mut best = (u32::MAX, FREE);
@@ -217,7 +219,7 @@ impl Graph {
         }
     }
 
-    /// How far up the terminal is, if the way up is whole; stamps the way.
+    /// The distance to the terminal if the path to it is complete; stamps the path.
     fn distance_to_terminal(&mut self, from: u32) -> Option<u32> {
         let (mut i, mut steps) = (from as usize, 0);
         loop {

@@ -1,31 +1,32 @@
-//! Labels given by another program: a number a vertex, a painted mesh. What has places of its own in space is
-//! anchored there, and holds for any other mesh of the same surface.
+//! Labels from another program: one number per vertex, or a painted mesh. A painted mesh is anchored in space and applies
+//! to any other mesh of the same surface.
 
-use super::SegmentError;
 use super::brush::Marks;
+use super::error::SegmentError;
 use super::transfer::Labels;
 use crate::formats::RawMesh;
 use crate::geometry::{Point, SurfaceIndex, TriMesh};
 use crate::scan::Scan;
 use rayon::prelude::*;
 
-/// The colours of what is not the garment, and of the garment, in a label file that is to be painted: far apart, so that
-/// painting is seen.
+/// Colours in a label file to be painted: first not the garment, then the garment. Far apart, so that paint is visible.
 pub const LABEL_COLORS: [[u8; 3]; 2] = [[150, 150, 150], [230, 80, 60]];
-/// A colour is red where red is above the mean of green and blue by this much: half of what it is in the garment's.
+/// A colour is red if its red exceeds the mean of green and blue by this much: half of that of the garment's colour.
 const RED: i32 = 80;
-/// A colour is grey where its channels differ by no more than this: a soft brush and a lossy display profile are allowed.
+/// A colour is grey if its channels differ by no more than this; it allows for soft brushes and display profiles.
 const GREY: i32 = 40;
-/// Colours of which a lesser share is red or grey were never those of a label file: a scan's own, say.
-const TOLD_SHARE: f64 = 0.9;
-/// A vertex takes its label from a labelled surface no farther than this, in metres: what smoothing and decimation move a
-/// surface by, and less than a layer of cloth beside it.
+/// Least share of red and grey among the colours of a label file; with less they are a scan's own, for example.
+const LEAST_RECOGNISED_SHARE: f64 = 0.9;
+/// Greatest distance at which a vertex takes its label from a labelled surface, in metres: more than smoothing and
+/// decimation move a surface, less than the distance to the next layer of cloth.
 const REACH: f64 = 0.01;
-/// One of two surfaces finds the other with at least this share of its vertices, or they are not the same: a file may
-/// show only a part of the scan, or the scan only a part of the file.
+/// Least share of one surface's vertices that must be on the other for both to be the same surface. One of the two is
+/// enough: a file may contain only a part of the scan, or the scan only a part of the file.
 const LEAST_SHARE: f64 = 0.5;
 
-/// A surface with a label a vertex, in the frame and unit of the scan's file; `None` where it has no word on it.
+/// A surface with labels, in the frame and unit of the scan's file; an unlabelled vertex has `None`.
+///
+/// **Shapes** `labels`: one per point; `faces`: `F × 3`, or none.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LabelledSurface {
     points: Vec<Point>,
@@ -33,7 +34,7 @@ pub struct LabelledSurface {
     labels: Vec<Option<bool>>,
 }
 
-/// 1 (or 255) the garment, 0 not, −1 no word.
+/// 1 (or 255): the garment; 0: not the garment; −1: unlabelled.
 fn label_of(index: usize, value: f64) -> Result<Option<bool>, SegmentError> {
     match value {
         -1.0 => Ok(None),
@@ -54,15 +55,15 @@ fn is_grey(color: [u8; 3]) -> bool {
 }
 
 impl LabelledSurface {
-    /// Reads the labels of a mesh file: from `label`, from `quality`, or from its colours, red the garment and any other not.
+    /// Reads the labels of a mesh file from `label`, `quality` or its colours (red is the garment, any other colour is not).
     ///
-    /// Programs keep what they know and paint one of the three, so where they differ the odd one out counts; of two, colours
-    /// before `quality`, `label` before both.
+    /// A program paints one of the three and keeps the others, so if only one differs, it counts. Otherwise `label` has
+    /// priority over colours, and colours over `quality`.
     pub fn read(raw: &RawMesh) -> Result<Self, SegmentError> {
         let numbers = |name: &str| -> Result<Option<Vec<Option<bool>>>, SegmentError> {
             let Some(values) = raw.scalars.get(name) else { return Ok(None) };
             let label = |(i, &v): (usize, &f32)| match name {
-                // A brush for quality may be soft.
+                // A quality brush may be soft.
                 "quality" if (0.0..=1.0).contains(&v) => Ok(Some(v >= 0.5)),
                 _ => label_of(i, f64::from(v)),
             };
@@ -70,14 +71,14 @@ impl LabelledSurface {
         };
         let colors = || -> Result<Option<Vec<Option<bool>>>, SegmentError> {
             let Some(colors) = &raw.colors else { return Ok(None) };
-            let untold = colors.iter().filter(|&&c| !is_red(c) && !is_grey(c)).count();
-            if (untold as f64) > (1.0 - TOLD_SHARE) * colors.len() as f64 {
-                return Err(SegmentError::NotLabelColors { untold, vertices: colors.len() });
+            let unrecognised = colors.iter().filter(|&&c| !is_red(c) && !is_grey(c)).count();
+            if (unrecognised as f64) > (1.0 - LEAST_RECOGNISED_SHARE) * colors.len() as f64 {
+                return Err(SegmentError::NotLabelColors { unrecognised, vertices: colors.len() });
             }
             Ok(Some(colors.iter().map(|&c| Some(is_red(c))).collect()))
         };
         let label = numbers("label")?;
-        // Colours beside labels may be the scan's own, and quality may be anything: then they have no say.
+        // Next to `label`, colours may be the scan's own and quality may be anything: errors in them do not matter.
         let (quality, colors) = match &label {
             Some(_) => (numbers("quality").unwrap_or(None), colors().unwrap_or(None)),
             None => match (numbers("quality"), colors()) {
@@ -88,10 +89,10 @@ impl LabelledSurface {
             },
         };
         let labels = match (label, quality, colors) {
-            // The file says three times the same, but for what was painted.
+            // All three agree, except for what was painted.
             (Some(label), Some(quality), Some(colors)) => {
-                let told = |l: &Vec<Option<bool>>| l.iter().map(|l| *l == Some(true)).collect::<Vec<_>>();
-                let (l, q, c) = (told(&label), told(&quality), told(&colors));
+                let is_garment = |l: &Vec<Option<bool>>| l.iter().map(|l| *l == Some(true)).collect::<Vec<_>>();
+                let (l, q, c) = (is_garment(&label), is_garment(&quality), is_garment(&colors));
                 match (l == q, l == c) {
                     (true, false) => colors,
                     (false, true) => quality,
@@ -106,7 +107,7 @@ impl LabelledSurface {
         Ok(Self { points: raw.points.iter().map(|&p| Point::from(p)).collect(), faces: raw.faces.clone(), labels })
     }
 
-    /// Marks, anchored where the scan is.
+    /// Marks, anchored on the scan's surface.
     pub fn of_marks(scan: &Scan, marks: &Marks) -> Self {
         Self {
             points: scan.mesh.points().iter().map(|p| scan.world_from_file.file_from_world(p)).collect(),
@@ -135,17 +136,20 @@ impl LabelledSurface {
         mesh
     }
 
-    /// What the surface says of a scan: each vertex takes the label of the nearest corner where the surface is closest.
+    /// Marks on a scan: each vertex takes the label of the nearest corner of the closest face.
     ///
-    /// **Errors** where most of the two surfaces lie apart; `file_vertices`, the count of the scan's file, is asked for the message.
+    /// **Shapes** one mark per vertex of the scan.
+    ///
+    /// **Errors** if most of the two surfaces are apart. `file_vertices` gives the vertex count of the scan's file for the
+    /// message.
     pub fn marks_on(&self, scan: &Scan, file_vertices: impl Fn() -> Option<usize>) -> Result<Marks, SegmentError> {
         let points: Vec<Point> = self.points.iter().map(|p| scan.world_from_file.world_from_file(p)).collect();
         if self.is_of(scan, &points) {
             return Ok(Marks(self.labels.clone().into()));
         }
         let faces = if self.faces.is_empty() { vertices_as_faces(points.len()) } else { self.faces.clone() };
-        // A reader checks the indices; a coordinate that is no number lies nowhere.
-        let elsewhere = |on_scan: usize, covered: usize| SegmentError::Elsewhere {
+        // Readers check the indices; a coordinate that is not a number is on no surface.
+        let off_the_scan = |on_scan: usize, covered: usize| SegmentError::OffTheScan {
             labels: points.len(),
             on_scan,
             vertices: scan.mesh.vertex_count(),
@@ -153,7 +157,7 @@ impl LabelledSurface {
             file_vertices: file_vertices(),
             reach: REACH,
         };
-        let surface = TriMesh::try_from_indices(points.clone(), &faces).map_err(|_| elsewhere(0, 0))?;
+        let surface = TriMesh::try_from_indices(points.clone(), &faces).map_err(|_| off_the_scan(0, 0))?;
         let index = SurfaceIndex::prepare(&surface);
         let nearest = |p: &Point| index.closest_within(p, REACH).map(|found| found.nearest_corner(&surface));
         let found: Vec<_> = scan.mesh.points().0.par_iter().map(nearest).collect();
@@ -163,16 +167,16 @@ impl LabelledSurface {
             let near: Vec<bool> = points.par_iter().map(|p| index.closest_within(p, REACH).is_some()).collect();
             let on_scan = near.iter().filter(|&&n| n).count();
             if (on_scan as f64) < LEAST_SHARE * points.len() as f64 {
-                return Err(elsewhere(on_scan, covered));
+                return Err(off_the_scan(on_scan, covered));
             }
         }
         let label = |v: &Option<crate::geometry::VertexId>| v.and_then(|v| self.labels[v.index()]);
         Ok(Marks(found.iter().map(label).collect()))
     }
 
-    /// Whether these are the scan's own vertices, one by one, but for the rounding of a file.
+    /// Whether these are the scan's own vertices in their order, up to the rounding of a file.
     fn is_of(&self, scan: &Scan, points: &[Point]) -> bool {
-        /// Metres: of a file in `f32`, at a person's size, some 0.1 µm.
+        /// In metres: `f32` coordinates at a person's size are rounded by 0.1 µm.
         const ROUNDING: f64 = 1e-6;
         points.len() == scan.mesh.vertex_count()
             && points.iter().zip(scan.mesh.points().iter()).all(|(a, b)| (a - b).amax() <= ROUNDING)
@@ -185,10 +189,9 @@ fn vertices_as_faces(count: usize) -> Vec<[u32; 3]> {
 }
 
 impl Marks {
-    /// From a number a vertex: 1 (or 255) the garment, 0 not, −1 no word on it.
+    /// Marks from numbers: 1 (or 255): the garment; 0: not the garment; −1: unlabelled.
     ///
-    /// There are either as many as the cleaned scan has vertices or, where `file_vertices` knows it, as many as the scan's
-    /// file has.
+    /// **Shapes** `numbers`: one per vertex of the cleaned scan, or one per vertex of its file (`file_vertices`).
     pub fn from_numbers(
         numbers: &[f64],
         scan: &Scan,

@@ -1,13 +1,13 @@
 //! Labels as a picture over the texture coordinates of a scan's file: to be painted, and read again.
 
-use super::SegmentError;
 use super::brush::Marks;
+use super::error::SegmentError;
 use super::transfer::Labels;
 use crate::formats::{RawMesh, RgbaPicture};
 use crate::geometry::{NearestVertex, Point};
 use crate::scan::Scan;
 
-/// White the garment, black not, transparent no word.
+/// White = garment, black = not the garment, transparent = unlabelled.
 const GARMENT: [u8; 4] = [255; 4];
 const REST: [u8; 4] = [0, 0, 0, 255];
 const NO_WORD: [u8; 4] = [0; 4];
@@ -15,8 +15,8 @@ const NO_WORD: [u8; 4] = [0; 4];
 /// Pixels along a side of a picture to be painted. Vertices of a 50 k-vertex scan whose atlas fills half of the square
 /// lie six pixels apart.
 const SIDE: usize = 2048;
-/// Faces are drawn where no side is longer than this, as a share of the picture: a file with one texture coordinate a
-/// vertex has faces that run from one chart to another. A scan's own edges are some thousandths long.
+/// Longest side of a drawn face, as a share of the picture: a file with one texture coordinate per vertex has faces that
+/// extend from one chart to another. A scan's own edges are some thousandths long.
 const LONGEST_SIDE: f64 = 0.05;
 
 /// Where texture coordinates lie in a picture: shares of width and height from the upper left. Textures repeat; v runs from
@@ -26,8 +26,8 @@ fn place([u, v]: [f64; 2]) -> [f64; 2] {
 }
 
 impl Marks {
-    /// From a picture over texture coordinates, one a vertex of the scan's file: white the garment, black not, transparent
-    /// no word on it.
+    /// Marks from a picture over texture coordinates, one per vertex of the scan's file: white = garment, black = not the
+    /// garment, transparent = unlabelled.
     pub fn from_picture(
         picture: &RgbaPicture,
         uvs_of_file: Option<&[[f64; 2]]>,
@@ -49,10 +49,10 @@ impl Marks {
 }
 
 impl Labels {
-    /// The labels of a scan as a picture to be painted, over the texture coordinates of `file`, the scan's own. Read again
-    /// as it is, it says of each vertex what these labels say, and nothing where two that differ share a pixel.
+    /// The labels of a scan as a picture to be painted, over the texture coordinates of `file`, the scan's own. Read back
+    /// unchanged it gives each vertex the same label, or none if two vertices with different labels share a pixel.
     ///
-    /// **Errors** when the file has no texture coordinates.
+    /// **Errors** if the file has no texture coordinates.
     pub fn to_picture(&self, scan: &Scan, file: &RawMesh) -> Result<RgbaPicture, SegmentError> {
         let uvs = file.uvs.as_deref().ok_or(SegmentError::NoUvs)?;
         let mut label: Vec<Option<bool>> = vec![None; file.points.len()];
@@ -61,7 +61,7 @@ impl Labels {
                 *label = Some(l);
             }
         }
-        // What cleaning and decimation dropped is as the nearest of what stayed.
+        // Vertices removed by cleaning and decimation take the label of the nearest remaining one.
         let nearest = NearestVertex::prepare(scan.mesh.points().as_slice());
         let of = |f: u32| {
             let f = f as usize;
@@ -81,7 +81,7 @@ impl Labels {
                 picture.set_nearest(x, y, color(l));
             }
         }
-        // Where charts overlap, or vertices share a pixel, the picture cannot say both.
+        // Where charts overlap or vertices share a pixel, the picture cannot show both labels.
         for (&f, &l) in scan.file_vertices.iter().zip(self.0.iter()) {
             if let Some(&uv) = uvs.get(f as usize) {
                 let [x, y] = place(uv);
@@ -94,7 +94,7 @@ impl Labels {
     }
 }
 
-/// Draws a face: each pixel takes the colour of the corner that counts most there.
+/// Draws a face: each pixel takes the colour of the corner with the greatest barycentric coordinate there.
 fn draw(picture: &mut RgbaPicture, uvs: [[f64; 2]; 3], colors: [[u8; 4]; 3]) {
     let tile = |k: usize| (uvs[k][0].floor(), uvs[k][1].floor());
     let long = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs().max((a[1] - b[1]).abs()) > LONGEST_SIDE;
@@ -130,7 +130,7 @@ mod tests {
     use super::*;
     use crate::geometry::{PerVertex, TriMesh};
 
-    /// A sheet of n × n vertices, 0.4 m wide, and the file it was read from: a texture coordinate a vertex, mirrored.
+    /// A sheet of n × n vertices, 0.4 m wide, and the file it was read from: one texture coordinate per vertex, mirrored.
     fn sheet(n: u32) -> (Scan, RawMesh) {
         let share = |i: u32| f64::from(i) / f64::from(n - 1);
         let points: Vec<[f64; 3]> = (0..n * n).map(|k| [0.4 * share(k / n), 0.4 * share(k % n), 0.0]).collect();

@@ -1,15 +1,16 @@
-//! What a scan shows of a garment before any brush, kept so that a brush only costs what is near it.
+//! Labels of a scan before any brush, kept with their graph so that a brush stroke costs only the work near it.
 
 use super::brush::Marks;
-use super::lips::without_lips;
+use super::error::{SegmentError, check_length};
+use super::fold_over::without_fold_overs;
 use super::max_flow::min_cut;
 use super::specks::without_specks;
 use super::transfer::Labels;
 use crate::geometry::{Adjacency, PerVertex, TriMesh, VertexId, geodesic_distances};
 use serde::{Deserialize, Serialize};
 
-/// A brush that contradicts the proposal lets the boundary move within this distance along the surface, in metres: as far
-/// as a hem that the template has wrong is looked for. Beyond it everything stays as proposed.
+/// Distance along the surface within which a brush that contradicts the proposal lets the boundary move, in metres: that
+/// within which a hem is searched for. Farther away the labels stay as proposed.
 const REACH: f64 = 0.1;
 
 /// Labels without any brush, and the graph whose minimum cut they are. Transferred labels have no graph.
@@ -22,18 +23,20 @@ pub struct Proposal {
     unary: Vec<i64>,
     /// What a boundary across each edge costs, in the order of [`Adjacency::edges`].
     costs: Vec<i64>,
-    /// The cut as it is.
+    /// The minimum cut.
     cut: Labels,
-    /// The cut without specks and lips.
+    /// The cut without specks and fold-overs.
     labels: Labels,
 }
 
-/// Labels, and where they are a person's word against the program's.
+/// Labels, and where the user overrode the proposal.
+///
+/// **Shapes** one entry per vertex of the scan each.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Segmentation {
     /// Which vertices are the garment.
     pub labels: Labels,
-    /// Vertices whose label a mark has changed; what is done to labels later keeps these.
+    /// Vertices whose label a mark changed; later steps keep these labels.
     pub by_hand: PerVertex<bool>,
 }
 
@@ -44,7 +47,7 @@ impl From<Labels> for Segmentation {
 }
 
 impl Proposal {
-    /// Of a cut and its graph; `edges` are those of `adjacency`, in its order.
+    /// From a cut and its graph; `edges` are those of `adjacency`, in its order.
     pub(super) fn new(
         mesh: &TriMesh,
         adjacency: &Adjacency,
@@ -54,11 +57,11 @@ impl Proposal {
     ) -> Self {
         let none = Marks::none(mesh.vertex_count());
         let labels = without_specks(mesh, adjacency, cut.clone(), &none);
-        let labels = without_lips(mesh, adjacency, labels, &none);
+        let labels = without_fold_overs(mesh, adjacency, labels, &none);
         Self { unary, costs: edges.iter().map(|e| e.2).collect(), cut, labels }
     }
 
-    /// No garment anywhere.
+    /// No garment at all.
     pub(super) fn of_nothing(vertex_count: usize, edge_count: usize) -> Self {
         let none = Labels(PerVertex::filled(false, vertex_count));
         Self { unary: vec![0; vertex_count], costs: vec![0; edge_count], cut: none.clone(), labels: none }
@@ -78,8 +81,23 @@ impl Proposal {
     /// proposal the boundary is found again, unless the labels were transferred: those change only where they are marked,
     /// as with the painting interface of Hu 2017, §6.2.
     ///
-    /// **Requires** the mesh that the proposal is of, and its adjacency.
-    pub fn corrected(&self, mesh: &TriMesh, adjacency: &Adjacency, marks: &Marks) -> Segmentation {
+    /// **Shapes** `marks`: one entry per vertex of the mesh.
+    ///
+    /// **Requires** the mesh of the proposal, and its adjacency.
+    ///
+    /// **Errors** if proposal, mesh, adjacency and marks differ in size.
+    pub fn corrected(
+        &self,
+        mesh: &TriMesh,
+        adjacency: &Adjacency,
+        marks: &Marks,
+    ) -> Result<Segmentation, SegmentError> {
+        let count = mesh.vertex_count();
+        check_length("labels of the proposal", self.labels.0.len(), count)?;
+        check_length("marks", marks.0.len(), count)?;
+        if !self.unary.is_empty() {
+            check_length("edges of the proposal", self.costs.len(), adjacency.edges().len())?;
+        }
         let contradicts = |v: VertexId| marks.0[v].is_some_and(|mark| mark != self.cut.0[v]);
         let sources: Vec<(VertexId, f64)> = mesh.vertex_ids().filter(|&v| contradicts(v)).map(|v| (v, 0.0)).collect();
         let labels = if marks.0.iter().all(Option::is_none) {
@@ -88,16 +106,16 @@ impl Proposal {
             Labels(marks.0.iter().zip(self.labels.0.iter()).map(|(mark, &label)| mark.unwrap_or(label)).collect())
         } else {
             let near = geodesic_distances(mesh, adjacency, &sources, REACH);
-            let cut = self.cut_anew(adjacency, marks, |v| near[v].is_finite());
+            let cut = self.cut_again(adjacency, marks, |v| near[v].is_finite());
             let labels = without_specks(mesh, adjacency, cut, marks);
-            without_lips(mesh, adjacency, labels, marks)
+            without_fold_overs(mesh, adjacency, labels, marks)
         };
         let changed = |v: VertexId| marks.0[v].is_some_and(|mark| mark != self.labels.0[v]);
-        Segmentation { by_hand: mesh.vertex_ids().map(changed).collect(), labels }
+        Ok(Segmentation { by_hand: mesh.vertex_ids().map(changed).collect(), labels })
     }
 
-    /// The minimum cut over what is `near` and not marked, all else as marked or as it was.
-    fn cut_anew(&self, adjacency: &Adjacency, marks: &Marks, near: impl Fn(VertexId) -> bool) -> Labels {
+    /// The minimum cut over the vertices that are `near` and not marked; all others keep their mark or label.
+    fn cut_again(&self, adjacency: &Adjacency, marks: &Marks, near: impl Fn(VertexId) -> bool) -> Labels {
         let mut labels: PerVertex<bool> =
             marks.0.iter().zip(self.cut.0.iter()).map(|(mark, &old)| mark.unwrap_or(old)).collect();
         const FIXED: u32 = u32::MAX;
@@ -156,7 +174,7 @@ mod tests {
     fn without_a_mark_nothing_changes_and_far_from_one_neither() {
         let (mesh, adjacency, proposal) = sheet();
         let mut marks = Marks::none(mesh.vertex_count());
-        let plain = proposal.corrected(&mesh, &adjacency, &marks);
+        let plain = proposal.corrected(&mesh, &adjacency, &marks).unwrap();
         assert_eq!(&plain.labels, proposal.labels());
         assert!(!plain.by_hand.iter().any(|&h| h));
         for (v, p) in mesh.points().enumerate() {
@@ -164,7 +182,7 @@ mod tests {
                 marks.0[v] = Some(false);
             }
         }
-        let marked = proposal.corrected(&mesh, &adjacency, &marks);
+        let marked = proposal.corrected(&mesh, &adjacency, &marks).unwrap();
         for (v, p) in mesh.points().enumerate() {
             assert!(marks.0[v].is_none_or(|m| m == marked.labels.0[v]));
             let corner = (p - Point::origin()).norm();
@@ -174,10 +192,10 @@ mod tests {
     }
 
     #[test]
-    fn a_label_file_of_what_stands_changes_nothing() {
+    fn a_label_file_of_the_proposed_labels_changes_nothing() {
         let (mesh, adjacency, proposal) = sheet();
         let marks = Marks(proposal.labels().0.iter().map(|&l| Some(l)).collect());
-        let again = proposal.corrected(&mesh, &adjacency, &marks);
+        let again = proposal.corrected(&mesh, &adjacency, &marks).unwrap();
         assert_eq!(again, Segmentation::from(proposal.labels().clone()));
     }
 }

@@ -1,11 +1,12 @@
-//! Labels that follow the scan where the template's limits do not: a minimum cut over the scan's edges.
+//! Labels of a scan: transferred from the body, or refined by a minimum cut over the scan's edges.
 
 use super::brush::Marks;
 use super::color::squared_difference;
+use super::error::{SegmentError, check_length};
 use super::evidence::{Evidence, Inner};
 use super::max_flow::min_cut;
+use super::placement::Placement;
 use super::proposal::{Proposal, Segmentation};
-use super::region::Placement;
 use super::transfer::{Labels, transfer};
 use crate::geometry::{Adjacency, FaceId, PerVertex, SurfaceIndex, TriMesh};
 use crate::scan::Scan;
@@ -27,10 +28,10 @@ pub enum LabelMethod {
 pub struct RefineParams {
     /// Minimum cut, or plain transfer from the body. The other parameters concern the minimum cut only.
     pub method: LabelMethod,
-    /// So far from a limit of the template the prior weighs one nat. 35 mm: a hem 10 cm off is three nats, which colour
-    /// and stand-off together outweigh; one 30 cm off is not.
+    /// Distance from a limit of the template at which the prior weighs one nat. 35 mm: a hem displaced by 10 cm is three
+    /// nats, which colour and stand-off together outweigh; one displaced by 30 cm is not.
     pub distance_per_nat: f64,
-    /// The same where the limit was given by hand.
+    /// That distance where the user gave the limit.
     pub distance_per_nat_given: f64,
     /// Greatest weight of the prior.
     pub greatest_prior: f64,
@@ -38,9 +39,9 @@ pub struct RefineParams {
     pub color: f64,
     /// Weight of stand-off.
     pub stand_off: f64,
-    /// Cost of a boundary as long as a mean edge, where nothing is to be seen there.
+    /// Cost of a boundary as long as a mean edge, without crease or colour step.
     pub boundary: f64,
-    /// Cuts, each with the colours that the last one found.
+    /// Number of cuts, each with the colour models of the previous labels.
     pub rounds: usize,
 }
 
@@ -59,30 +60,42 @@ impl Default for RefineParams {
     }
 }
 
-/// Capacities are whole numbers: so many a nat.
+/// Capacities are integers: units per nat.
 const UNITS_PER_NAT: f64 = 1000.0;
-/// So deep inside the template, in metres, a vertex is surely the garment when colours are first learnt.
+/// Depth inside the template from which a vertex is certainly the garment for the first colour model, in metres.
 const SURE_DEPTH: f64 = 0.06;
 /// A boundary is cheaper along creases; at this angle between faces, in radians, by the factor 1/e.
 const CREASE: f64 = 0.6;
-/// And where colours differ by this many spreads.
+/// A boundary is cheaper where colours differ; at this many spreads by the factor 1/e.
 const COLOR_STEP: f64 = 0.7;
 
 /// Labels of a scan before any brush. With [`LabelMethod::Transfer`] they are those of the nearest vertices of the body;
 /// with [`LabelMethod::Refine`] they are a minimum cut over the template's prior, strong far from its limits and weak near them; the
 /// stand-off from the old surfaces; the colours of old and new; short boundaries, along creases and colour steps.
 ///
-/// `inner`: the posed body first, then what is worn over it.
+/// `inner`: the posed body first, then the garments over it.
 ///
-/// **Guarantees** the same whatever the number of threads.
+/// **Shapes** `placement`: one entry per vertex of the body; colours: one per vertex of their mesh.
+///
+/// **Errors** if an array has the wrong length.
+///
+/// **Guarantees** the same result with any number of threads.
 ///
 /// **Source** Boykov & Jolly 2001; Rother 2004 (GrabCut) for the colours; after Hu 2017, §6.2.
-pub fn propose(scan: &Scan, inner: &[Inner<'_>], placement: &Placement, params: &RefineParams) -> Proposal {
+pub fn propose(
+    scan: &Scan,
+    inner: &[Inner<'_>],
+    placement: &Placement,
+    params: &RefineParams,
+) -> Result<Proposal, SegmentError> {
     let mesh = &scan.mesh;
     let adjacency = Adjacency::prepare(mesh);
-    let Some(body) = inner.first() else { return Proposal::of_nothing(mesh.vertex_count(), adjacency.edges().len()) };
+    let Some(body) = inner.first() else {
+        return Ok(Proposal::of_nothing(mesh.vertex_count(), adjacency.edges().len()));
+    };
+    check_inputs(scan, inner, body, placement)?;
     if params.method == LabelMethod::Transfer {
-        return Proposal::of_labels(transfer(scan, body.mesh, &placement.prior));
+        return Ok(Proposal::of_labels(transfer(scan, body.mesh, &placement.prior)?));
     }
     let depth = depth_on_scan(mesh, body.mesh, &placement.depth);
     let evidence = Evidence::gather(mesh, &adjacency, scan.colors.as_ref(), inner);
@@ -108,28 +121,43 @@ pub fn propose(scan: &Scan, inner: &[Inner<'_>], placement: &Placement, params: 
         if cut == labels {
             break;
         }
-        // The next model learns from what was found, but for a rim that may be wrong.
+        // The next colour model leaves out the border, which may be wrong.
         sure = mesh
             .vertex_ids()
             .map(|v| cut.0[v] && depth[v] > 0.0 && adjacency.neighbours_of(v).iter().all(|&w| cut.0[w]))
             .collect();
         labels = cut;
     }
-    Proposal::new(mesh, &adjacency, unary, &edges, labels)
+    Ok(Proposal::new(mesh, &adjacency, unary, &edges, labels))
 }
 
-/// The proposal with marks over it, in one go.
+fn check_inputs(scan: &Scan, inner: &[Inner<'_>], body: &Inner<'_>, placement: &Placement) -> Result<(), SegmentError> {
+    let vertices = body.mesh.vertex_count();
+    check_length("covered vertices of the template", placement.prior.len(), vertices)?;
+    check_length("depths of the template", placement.depth.len(), vertices)?;
+    if let Some(colors) = &scan.colors {
+        check_length("colours of the scan", colors.len(), scan.mesh.vertex_count())?;
+    }
+    for layer in inner {
+        if let Some(colors) = layer.colors {
+            check_length("colours of an inner surface", colors.len(), layer.mesh.vertex_count())?;
+        }
+    }
+    Ok(())
+}
+
+/// The labels as proposed, with marks over them: [`propose`] and [`Proposal::corrected`] in one call.
 pub fn refine(
     scan: &Scan,
     inner: &[Inner<'_>],
     placement: &Placement,
     marks: &Marks,
     params: &RefineParams,
-) -> Segmentation {
-    propose(scan, inner, placement, params).corrected(&scan.mesh, &Adjacency::prepare(&scan.mesh), marks)
+) -> Result<Segmentation, SegmentError> {
+    propose(scan, inner, placement, params)?.corrected(&scan.mesh, &Adjacency::prepare(&scan.mesh), marks)
 }
 
-/// How deep inside the template's limits each vertex of the scan lies, by the closest point of the body.
+/// The template's depth at each vertex of the scan: that of the closest point of the body.
 fn depth_on_scan(mesh: &TriMesh, body: &TriMesh, depth: &PerVertex<f64>) -> PerVertex<f64> {
     let index = SurfaceIndex::prepare(body);
     let at = |p| {
@@ -167,7 +195,7 @@ fn boundary_costs(
                 .colors
                 .as_ref()
                 .map_or(0.0, |c| squared_difference(&c[i], &c[j], &super::color::SPREAD) / (COLOR_STEP * COLOR_STEP));
-            // Never free, or noise would be cut out; never dear on a long edge, or it could not be cut at all.
+            // Never free, or the cut would follow noise; bounded on long edges, so that they can be cut.
             let seen = 0.1 + 0.9 * (-step - crease * crease).exp();
             let cost = params.boundary * seen * (across / mean_edge).min(2.0);
             (i.0, j.0, (cost * UNITS_PER_NAT).round() as i64)
@@ -221,12 +249,12 @@ mod tests {
             let (scan, body, skin, placement) = dressed(believed);
             let inner = [Inner { mesh: &body, colors: Some(&skin) }];
             let none = Marks::none(scan.mesh.vertex_count());
-            let labels = refine(&scan, &inner, &placement, &none, &RefineParams::default()).labels;
-            // Two rings of the tube: colours are evened out over the neighbours.
+            let labels = refine(&scan, &inner, &placement, &none, &RefineParams::default()).unwrap().labels;
+            // Two rings of the tube: colours are smoothed out over the neighbours.
             assert!((lowest(&scan, &labels) - 0.25).abs() < 0.018, "{believed}: {}", lowest(&scan, &labels));
             let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-            let alone =
-                one_thread.install(|| refine(&scan, &inner, &placement, &none, &RefineParams::default()).labels);
+            let alone = one_thread
+                .install(|| refine(&scan, &inner, &placement, &none, &RefineParams::default()).unwrap().labels);
             assert_eq!(alone, labels);
         }
     }
@@ -237,7 +265,7 @@ mod tests {
         scan.colors = None;
         let none = Marks::none(scan.mesh.vertex_count());
         let inner = [Inner { mesh: &body, colors: None }];
-        let labels = refine(&scan, &inner, &placement, &none, &RefineParams::default()).labels;
+        let labels = refine(&scan, &inner, &placement, &none, &RefineParams::default()).unwrap().labels;
         // Thin cloth speaks a little against itself, so the hem may rise.
         assert!((0.28..0.34).contains(&lowest(&scan, &labels)), "{}", lowest(&scan, &labels));
     }
@@ -255,7 +283,7 @@ mod tests {
             }
         }
         let inner = [Inner { mesh: &body, colors: Some(&skin) }];
-        let labels = refine(&scan, &inner, &placement, &marks, &RefineParams::default()).labels;
+        let labels = refine(&scan, &inner, &placement, &marks, &RefineParams::default()).unwrap().labels;
         for (mark, label) in marks.0.iter().zip(labels.0.iter()) {
             assert!(mark.is_none_or(|m| m == *label));
         }
@@ -267,14 +295,14 @@ mod tests {
         let (scan, body, skin, placement) = dressed(0.35);
         let inner = [Inner { mesh: &body, colors: Some(&skin) }];
         let params = RefineParams { method: LabelMethod::Transfer, ..RefineParams::default() };
-        let expected = transfer(&scan, &body, &placement.prior);
+        let expected = transfer(&scan, &body, &placement.prior).unwrap();
         let mut marks = Marks::none(scan.mesh.vertex_count());
-        let plain = refine(&scan, &inner, &placement, &marks, &params);
+        let plain = refine(&scan, &inner, &placement, &marks, &params).unwrap();
         assert_eq!(plain.labels, expected);
         assert!((lowest(&scan, &plain.labels) - 0.35).abs() < 0.01, "the colours do not count");
         let speck = crate::geometry::VertexId(5);
         marks.0[speck] = Some(!expected.0[speck]);
-        let marked = refine(&scan, &inner, &placement, &marks, &params);
+        let marked = refine(&scan, &inner, &placement, &marks, &params).unwrap();
         let changed = scan.mesh.vertex_ids().filter(|&v| marked.labels.0[v] != expected.0[v]);
         assert_eq!(changed.collect::<Vec<_>>(), vec![speck]);
         assert!(marked.by_hand[speck]);

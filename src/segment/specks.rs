@@ -1,13 +1,15 @@
-//! Specks of one label in the midst of the other are noise.
+//! Removes specks: small patches of one label within the other.
 
 use super::brush::Marks;
 use super::transfer::Labels;
 use crate::geometry::{Adjacency, PerVertex, TriMesh, VertexId};
 
-/// Specks of less area, in m², take the label around them. 6 cm²: a button and its shadow.
+/// Area below which a patch is a speck, in m². 6 cm²: a button and its shadow.
 const SPECK: f64 = 6e-4;
 
-/// Patches of one label that are mere specks, and bear no mark, take the other.
+/// Gives specks without a mark the label around them.
+///
+/// **Shapes** labels and marks: one entry per vertex.
 pub(super) fn without_specks(mesh: &TriMesh, adjacency: &Adjacency, labels: Labels, marks: &Marks) -> Labels {
     let areas = mesh.vertex_areas();
     let mut labels = labels;

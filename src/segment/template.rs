@@ -1,11 +1,11 @@
-//! Garment kinds: what a kind of garment covers, where it lies tight and where loose.
+//! Garment templates: what a kind of garment covers, where it is tight and where loose.
 
-use super::SegmentError;
+use super::error::SegmentError;
 use serde::{Deserialize, Serialize};
 
 /// The bones along which limits are given. Both sides at once, so without `left` and `right`; `torso` runs from the
 /// height of the hip joints (0) to the neck joint (1), `foot` from the ankle (0) to the floor (1), `head` from the head
-/// joint (0) to the crown (1), `hand` from the wrist (0) to the finger tips (1).
+/// joint (0) to the crown (1), `hand` from the wrist (0) to the fingertips (1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub enum LimitBone {
@@ -25,23 +25,23 @@ pub enum LimitBone {
     UpperArm,
     /// Elbow to wrist.
     LowerArm,
-    /// Wrist to finger tips.
+    /// Wrist to fingertips.
     Hand,
 }
 
-/// A place along a bone: 0 where it begins, 1 where it ends, beyond either allowed.
+/// A position along a bone: 0 at its start, 1 at its end; values outside are allowed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limit {
     /// The bone.
     pub bone: LimitBone,
-    /// How far along it.
+    /// The position along it.
     pub at: f64,
 }
 
 impl Limit {
     /// One number along the chain: −3 the floor, −2 ankle, −1 knee, 0 hip joint, 1 neck joint, 2 head joint, 3 crown;
-    /// for arms 0 the shoulder, 1 elbow, 2 wrist, 3 finger tips.
+    /// for arms 0 the shoulder, 1 elbow, 2 wrist, 3 fingertips.
     pub(super) fn level(&self) -> f64 {
         match self.bone {
             LimitBone::Foot => -2.0 - self.at,
@@ -58,7 +58,7 @@ impl Limit {
     }
 }
 
-/// Between two limits.
+/// The range between two limits.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Span {
@@ -66,30 +66,30 @@ pub(super) struct Span {
     pub(super) to: Limit,
 }
 
-/// What is covered of head, trunk and legs.
+/// Coverage of head, trunk and legs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct TrunkCover {
     pub(super) from: Limit,
     pub(super) to: Limit,
-    /// Where cloth lies close; elsewhere it may stand off.
+    /// Where cloth is tight; elsewhere it may stand off.
     #[serde(default)]
     pub(super) tight: Vec<Span>,
 }
 
-/// What is covered of the arms.
+/// Coverage of the arms.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ArmCover {
     #[serde(default = "shoulder")]
     pub(super) from: Limit,
     pub(super) to: Limit,
-    /// Whether cloth lies close there.
+    /// Whether cloth is tight there.
     #[serde(default)]
     pub(super) tight: bool,
 }
 
-/// Before this an arm vertex is never cut off: the seam itself is where the arm's weights take over.
+/// Default start of a sleeve. No arm vertex is before it: the seam is where the arm's weights begin.
 fn shoulder() -> Limit {
     Limit { bone: LimitBone::UpperArm, at: -1.0 }
 }
@@ -129,25 +129,25 @@ fn one() -> usize {
 
 /// A kind of garment.
 ///
-/// **Source** Hu 2017, §6.2: "templates" on the body whose labels the scan takes over; the limits along bones, the
-/// loose part and the hems are ours.
+/// **Source** Hu 2017, §6.2: segmentation templates on the body, per type of dress. The limits along bones, the loose part
+/// and the hems are ours.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GarmentTemplate {
     /// File stem, `tshirt`.
     pub name: String,
-    /// One line for a person.
+    /// Description in one line.
     pub about: String,
-    /// Fabric preset it is usually made of.
+    /// Usual fabric preset.
     pub fabric: String,
     /// Usual place in the stack, small inside: 10 underwear, 20 shirts, 30 pullovers, 50 jackets, 60 coats.
     pub rank: u32,
-    /// The boundary loops that it ends in, each by name.
+    /// Names of its boundary loops.
     pub hems: Vec<String>,
-    /// Whether neck, front edges and lower hem may run as one.
+    /// Whether neck, front edges and lower hem may form one loop.
     pub opens_in_front: bool,
     /// Whether it hangs across both legs.
     pub bridges_legs: bool,
-    /// How many parts that do not touch.
+    /// The number of separate parts.
     pub pieces: usize,
     pub(super) until: MovedEnd,
     pub(super) trunk: Option<TrunkCover>,
@@ -161,7 +161,7 @@ macro_rules! garments {
     };
 }
 
-/// The kinds that come with the program, by name.
+/// The built-in templates, by name.
 const BUILT_IN: &[(&str, &str)] = garments![
     "blouse",
     "coat",
@@ -185,12 +185,12 @@ const BUILT_IN: &[(&str, &str)] = garments![
 ];
 
 impl GarmentTemplate {
-    /// The names of the kinds that come with the program, in alphabetical order.
+    /// The names of the built-in templates, in alphabetical order.
     pub fn names() -> impl Iterator<Item = &'static str> {
         BUILT_IN.iter().map(|t| t.0)
     }
 
-    /// The kind of that name; spaces, hyphens and capitals do not matter (`T-shirt`).
+    /// The built-in template with this name; spaces, hyphens and capitals are ignored (`T-shirt`).
     pub fn built_in(name: &str) -> Result<Self, SegmentError> {
         let plain: String = name.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect();
         match BUILT_IN.iter().find(|t| t.0 == plain) {
@@ -226,7 +226,7 @@ impl GarmentTemplate {
         })
     }
 
-    /// How many boundary loops to expect: fewest and most. An open front joins neck and lower hem into one.
+    /// The expected number of boundary loops, least and greatest. An open front joins neck and lower hem into one.
     pub fn expected_loops(&self) -> std::ops::RangeInclusive<usize> {
         let most = self.hems.len();
         let least = if self.opens_in_front { most.saturating_sub(1) } else { most };
@@ -257,7 +257,7 @@ impl Entries {
                     if on_arm { "upperArm, lowerArm, hand" } else { "foot, lowerLeg, upperLeg, torso, neck, head" };
                 return Err(format!("'{what}' has a limit on the wrong bone; it takes {bones}"));
             }
-            // Beyond two bone lengths a limit means something else than it says.
+            // Two bone lengths away a limit is on another bone.
             if [from, to].iter().any(|l| !(-2.0..=3.0).contains(&l.at)) {
                 return Err(format!("'{what}' has a limit whose 'at' is not between -2 and 3"));
             }

@@ -280,20 +280,30 @@ impl Session {
         let after = marks_of_some(self, step, scan, |i| at.is_some_and(|at| i > at))?;
         let proposal = self.standing_proposal(&step.name).map(|kept| self.store.load_shared(kept)).transpose()?;
         let adjacency = self.store.prepared(new.kept_scan.hash, || Adjacency::prepare(&scan.mesh));
-        let left = |marks: &Marks| {
+        let left = |marks: &Marks| -> Result<bool, SessionError> {
             let all = before.clone().then(marks).then(&after);
-            match &proposal {
-                Some(proposal) => is_something(scan, &proposal.corrected(&scan.mesh, &adjacency, &all).labels),
-                None => all.0.iter().any(|m| *m != Some(false)),
-            }
+            let Some(proposal) = &proposal else { return Ok(all.0.iter().any(|m| *m != Some(false))) };
+            let segmentation = proposal
+                .corrected(&scan.mesh, &adjacency, &all)
+                .map_err(|e| SessionError::stage(&step.name, Stage::Segment, e))?;
+            Ok(is_something(scan, &segmentation.labels))
         };
-        if left(&new.marks) {
+        if left(&new.marks)? {
             return Ok(());
         }
         let line = match &new.mask {
-            MaskFile::Strokes(strokes) => (1..=strokes.len())
-                .find(|&n| Marks::paint(scan, &strokes[..n]).is_ok_and(|marks| !left(&marks)))
-                .map(|n| strokes[n - 1].line),
+            MaskFile::Strokes(strokes) => {
+                let mut line = None;
+                for n in 1..=strokes.len() {
+                    if let Ok(marks) = Marks::paint(scan, &strokes[..n])
+                        && !left(&marks)?
+                    {
+                        line = Some(strokes[n - 1].line);
+                        break;
+                    }
+                }
+                line
+            }
             _ => None,
         };
         Err(nothing_left(file, line, &step.name))

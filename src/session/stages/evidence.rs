@@ -49,7 +49,7 @@ impl PipelineStage for Evidence {
 
     fn run(
         Inputs { scan, figure, inside, kind, params }: Inputs,
-        _step: &StepRecipe,
+        step: &StepRecipe,
         session: &Session,
         _on_progress: OnProgress,
     ) -> Result<Outcome<Proposal>, SessionError> {
@@ -62,6 +62,8 @@ impl PipelineStage for Evidence {
             .zip(&figure.layers)
             .map(|(mesh, layer)| Inner { mesh, colors: layer.colors.as_ref() })
             .collect();
-        Ok(Outcome::of(propose(&scan, &layers, &placement, &params)))
+        let proposal = propose(&scan, &layers, &placement, &params)
+            .map_err(|e| SessionError::stage(&step.name, Stage::Segment, e))?;
+        Ok(Outcome::of(proposal))
     }
 }

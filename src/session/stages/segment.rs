@@ -44,7 +44,9 @@ impl PipelineStage for Segment {
         let (scan, proposal) = (session.store.load_shared(kept_scan)?, session.store.load_shared(proposal)?);
         let adjacency = session.store.prepared(kept_scan.hash, || Adjacency::prepare(&scan.mesh));
         let marks = marks::marks_of(session, step, &scan)?;
-        let segmentation = proposal.corrected(&scan.mesh, &adjacency, &marks);
+        let segmentation = proposal
+            .corrected(&scan.mesh, &adjacency, &marks)
+            .map_err(|e| SessionError::stage(&step.name, Stage::Segment, e))?;
         if let Some(last) = step.masks.last()
             && !marks::is_something(&scan, &segmentation.labels)
             && marks::is_something(&scan, proposal.labels())

@@ -1,23 +1,23 @@
-//! Boundary loops judged: hem, hole of the scan, or hole that a person erased.
+//! Classifies boundary loops: hem, hole of the scan, or hole erased by the user.
 
-use super::beyond::Beyond;
+use super::across_cut::AcrossCut;
 use super::hem::Faired;
 use super::params::CutParams;
 use crate::geometry::{Point, TriMesh, VertexId};
 use std::ops::RangeInclusive;
 
-/// A boundary loop.
-pub(super) struct Rim {
+/// A boundary loop. Length in metres, area in m².
+pub(super) struct BoundaryLoop {
     pub(super) ring: Vec<VertexId>,
     pub(super) length: f64,
     pub(super) area: f64,
-    /// Share of its vertices that were made by the cut; the others were a boundary of the scan already.
+    /// Share of its vertices on the cut; the others were on a boundary of the scan.
     pub(super) cut_share: f64,
-    /// A person erased what is within.
+    /// Whether the user erased the surface within.
     pub(super) erased: bool,
 }
 
-impl Rim {
+impl BoundaryLoop {
     /// Measures one loop.
     pub(super) fn of(mesh: &TriMesh, on_cut: &[bool], ring: Vec<VertexId>) -> Self {
         let points: Vec<Point> = ring.iter().map(|&v| mesh.points()[v]).collect();
@@ -36,49 +36,48 @@ impl Rim {
     }
 
     /// Whether it was a boundary of the scan. A tenth: two loops may share a vertex or two.
-    pub(super) fn is_of_scan(&self) -> bool {
+    pub(super) fn is_hole_of_scan(&self) -> bool {
         self.cut_share < 0.1
     }
 }
 
 /// All boundary loops of a garment, longest first.
-pub(super) struct Rims(pub(super) Vec<Rim>);
+pub(super) struct BoundaryLoops(pub(super) Vec<BoundaryLoop>);
 
-impl Rims {
-    pub(super) fn of(garment: &Faired, beyond: &Beyond) -> Self {
-        let mut rims: Vec<Rim> = garment
+impl BoundaryLoops {
+    pub(super) fn of(garment: &Faired, across: &AcrossCut) -> Self {
+        let mut loops: Vec<BoundaryLoop> = garment
             .adjacency
             .boundary_loops()
             .into_iter()
-            .map(|ring| Rim::of(&garment.mesh, &garment.on_cut, ring))
+            .map(|ring| BoundaryLoop::of(&garment.mesh, &garment.on_cut, ring))
             .collect();
-        // A band that was erased all round a sleeve has two rims, which are hems; a hole has one.
-        let within: Vec<Option<u32>> = rims.iter().map(|rim| beyond.erased_within(&rim.ring)).collect();
-        for (i, rim) in rims.iter_mut().enumerate() {
-            rim.erased = within[i].is_some() && within.iter().filter(|&&other| other == within[i]).count() == 1;
+        // A band erased all around a sleeve has two loops, which are hems; a hole has one.
+        let within: Vec<Option<u32>> = loops.iter().map(|one| across.erased_within(&one.ring)).collect();
+        for (i, one) in loops.iter_mut().enumerate() {
+            one.erased = within[i].is_some() && within.iter().filter(|&&other| other == within[i]).count() == 1;
         }
-        rims.sort_by(|a, b| b.length.total_cmp(&a.length).then(a.ring[0].cmp(&b.ring[0])));
-        Self(rims)
+        loops.sort_by(|a, b| b.length.total_cmp(&a.length).then(a.ring[0].cmp(&b.ring[0])));
+        Self(loops)
     }
 
-    /// The hems, and what is to be said about their number and about holes.
-    pub(super) fn judged(
+    /// The hems, longest first. Reports holes and an unexpected number of hems.
+    pub(super) fn classified(
         self,
         expected: &RangeInclusive<usize>,
         params: &CutParams,
         findings: &mut Vec<String>,
     ) -> Vec<Vec<VertexId>> {
-        let (mut hems, holes): (Vec<Rim>, Vec<Rim>) =
-            self.0.into_iter().partition(|rim| !rim.is_of_scan() && !rim.erased);
+        let (mut hems, holes): (Vec<BoundaryLoop>, Vec<BoundaryLoop>) =
+            self.0.into_iter().partition(|one| !one.is_hole_of_scan() && !one.erased);
         let mut holes = holes.into_iter().peekable();
-        // A garment may end where the scan ends, or where a person says; so what is missing of the hems is taken from the
-        // largest holes.
+        // A garment may end where the scan ends, or where the user erased it: missing hems are taken from the largest holes.
         while hems.len() < *expected.start()
             && let Some(hole) = holes.next_if(|hole| hole.area > params.greatest_filled_hole)
         {
             hems.push(hole);
         }
-        let (erased, of_scan): (Vec<Rim>, Vec<Rim>) = holes.partition(|rim| rim.erased);
+        let (erased, of_scan): (Vec<BoundaryLoop>, Vec<BoundaryLoop>) = holes.partition(|one| one.erased);
         for (holes, which) in [(of_scan, "of the scan left"), (erased, "made by hand")] {
             if !holes.is_empty() {
                 let largest = holes.iter().map(|h| h.area).fold(0.0, f64::max);
@@ -92,6 +91,6 @@ impl Rims {
             findings.push(format!("{} hems found, {wanted} expected", hems.len()));
         }
         hems.sort_by(|a, b| b.length.total_cmp(&a.length).then(a.ring[0].cmp(&b.ring[0])));
-        hems.into_iter().map(|rim| rim.ring).collect()
+        hems.into_iter().map(|one| one.ring).collect()
     }
 }

@@ -1,4 +1,4 @@
-//! A template laid onto one body: which of its vertices are covered, how closely, and which part hangs loose.
+//! A template placed on one body: which vertices it covers, how tightly, and which part hangs loose.
 
 use super::extent::{Extent, Height};
 use super::template::{GarmentTemplate, Limit, LimitBone, MovedEnd, Span};
@@ -9,14 +9,18 @@ use crate::geometry::{Adjacency, NearestVertex, PerVertex, Point, TriMesh, Vec3,
 impl GarmentTemplate {
     /// Which vertices of the body the garment covers.
     ///
+    /// **Shapes** one entry per vertex of the body.
+    ///
     /// **Frame** `body` and `skeleton` in the bind pose, upright.
     pub fn prior(&self, body: &Layer, skeleton: &Skeleton, extent: &Extent) -> PerVertex<bool> {
         let landmarks = Landmarks::of(body, skeleton);
-        let region = Region::of(self, &landmarks, extent);
+        let region = CoveredRegion::of(self, &landmarks, extent);
         landmarks.places(body, skeleton).iter().map(|place| region.covers(place)).collect()
     }
 
-    /// The template laid onto one body, with all that [`refine`](super::refine) asks of it.
+    /// Places the template on one body, for [`propose`](super::propose).
+    ///
+    /// **Frame** `body` and `skeleton` in the bind pose, upright.
     pub fn place(&self, body: &Layer, skeleton: &Skeleton, extent: &Extent) -> Placement {
         let prior = self.prior(body, skeleton, extent);
         let mut depth = signed_depth(&body.mesh, &prior);
@@ -27,7 +31,7 @@ impl GarmentTemplate {
                 .map_or(0.0, |j| skeleton.joints_in_bind[j.index()].x);
             for ((d, p), n) in depth.0.iter_mut().zip(body.mesh.points().iter()).zip(body.mesh.vertex_normals().iter())
             {
-                // Legs and flanks are no front; a front may stand open by a hand's breadth to either side.
+                // Only surface facing forward is a front, which may be open by a hand's breadth to either side.
                 if n.z > 0.2 {
                     *d = d.min(FRONT_DEPTH_PER_OFFSET * (p.x - middle).abs());
                 }
@@ -36,10 +40,12 @@ impl GarmentTemplate {
         Placement { prior, depth, given: extent.until.is_some() || extent.sleeve.is_some() }
     }
 
-    /// How closely the garment lies on each vertex of the body: what the fit may expect of the scan there.
+    /// How tightly the garment covers each vertex of the body: what the fit may expect of the scan there.
+    ///
+    /// **Shapes** one entry per vertex of the body.
     pub fn cover(&self, body: &Layer, skeleton: &Skeleton, extent: &Extent) -> PerVertex<Cover> {
         let landmarks = Landmarks::of(body, skeleton);
-        let region = Region::of(self, &landmarks, extent);
+        let region = CoveredRegion::of(self, &landmarks, extent);
         landmarks
             .places(body, skeleton)
             .iter()
@@ -51,7 +57,10 @@ impl GarmentTemplate {
             .collect()
     }
 
-    /// Which of the garment's points belong to the part that hangs free (a dress's skirt): weighed and simulated apart.
+    /// Which of the garment's points belong to the part that hangs loose (a dress's skirt). Its physics weights are computed
+    /// separately.
+    ///
+    /// **Shapes** one entry per point.
     ///
     /// **Frame** all in the bind pose.
     pub fn loose_part(&self, points_in_bind: &PerVertex<Point>, body: &Layer, skeleton: &Skeleton) -> PerVertex<bool> {
@@ -70,19 +79,21 @@ impl GarmentTemplate {
     }
 }
 
-/// A template laid onto one body.
+/// A template placed on one body.
+///
+/// **Shapes** `prior` and `depth`: one entry per vertex of the body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Placement {
     /// Which vertices of the body are covered.
     pub prior: PerVertex<bool>,
-    /// How far inside the covered part each lies, along the body, in metres; negative outside.
+    /// Distance along the body from the border of the covered part, in metres; negative outside.
     pub depth: PerVertex<f64>,
-    /// Whether limits were given by hand.
+    /// Whether the user gave limits.
     pub given: bool,
 }
 
-/// How fast certainty grows from the middle of a front that may be open: half as fast as from a hem, which is where a
-/// coat 20 cm open is as uncertain as a hem 5 cm off.
+/// Depth per distance from the middle of a front that may be open. Half of that from a hem: a coat open by 20 cm is then
+/// as uncertain as a hem displaced by 5 cm.
 const FRONT_DEPTH_PER_OFFSET: f64 = 0.5;
 
 /// Distance along the body from where `inside` changes, positive inside.
@@ -91,7 +102,7 @@ fn signed_depth(mesh: &TriMesh, inside: &PerVertex<bool>) -> PerVertex<f64> {
     let mut sources = Vec::new();
     for &([a, b], _) in adjacency.edges() {
         if inside[a] != inside[b] {
-            // Somewhere on this edge; say its middle.
+            // The border crosses this edge; assume its middle.
             let half = 0.5 * (mesh.points()[a] - mesh.points()[b]).norm();
             sources.extend([(a, half), (b, half)]);
         }
@@ -100,14 +111,14 @@ fn signed_depth(mesh: &TriMesh, inside: &PerVertex<bool>) -> PerVertex<f64> {
     distance.enumerate().map(|(v, d)| if inside[v] { *d } else { -*d }).map(|d| d.clamp(-FARTHEST, FARTHEST)).collect()
 }
 
-/// Depths end here, in metres: parts that no way joins to a limit are as sure as can be.
+/// Greatest depth, in metres: given to components without a limit, which are certain.
 const FARTHEST: f64 = 10.0;
 
-/// Where a vertex of the body lies, as templates see it.
+/// The position of a body vertex in the terms of a template.
 enum Place {
     /// Head, trunk and legs, by position in the bind pose.
     Trunk(Point),
-    /// Along the arm: 0 shoulder, 1 elbow, 2 wrist, 3 finger tips.
+    /// Along the arm: 0 shoulder, 1 elbow, 2 wrist, 3 fingertips.
     Arm(f64),
 }
 
@@ -137,14 +148,14 @@ impl Planes {
     }
 }
 
-struct Region {
+struct CoveredRegion {
     trunk: Option<Planes>,
     tight: Vec<Planes>,
     arms: Option<std::ops::RangeInclusive<f64>>,
     tight_arms: bool,
 }
 
-impl Region {
+impl CoveredRegion {
     fn of(template: &GarmentTemplate, landmarks: &Landmarks, extent: &Extent) -> Self {
         let trunk = template.trunk.as_ref().map(|trunk| {
             let mut planes = landmarks.between(&Span { from: trunk.from, to: trunk.to });
@@ -164,7 +175,7 @@ impl Region {
         });
         let default = template.arms.as_ref().map(|arms| arms.from.level()..=arms.to.level());
         let arms = match &extent.sleeve {
-            // Gloves and the like begin below the shoulder: there the wish can only move where they begin.
+            // Gloves and similar begin below the shoulder: there the user's limit moves their beginning.
             Some(sleeve) if template.arms.as_ref().is_some_and(|a| a.from.level() > 0.0) => {
                 sleeve.limit().map(|l| l.level()).zip(default).map(|(from, range)| from..=*range.end())
             }
@@ -224,7 +235,7 @@ impl Landmarks {
             Some(j) => skeleton.joints_in_bind[j.index()],
             None => Point::new(0.0, floor + share * (crown - floor), 0.0),
         };
-        // Shares of stature for a skeleton without that joint: ANSUR II means, women and men together.
+        // Shares of stature for a skeleton without that joint: means of women and men in ANSUR II.
         Self {
             floor,
             ankle: pair(HumanJoint::Foot, 0.045),
@@ -236,7 +247,8 @@ impl Landmarks {
         }
     }
 
-    /// The plane through a limit of head, trunk or legs: level, but square to the neck along the neck, as a collar is.
+    /// The plane through a limit of head, trunk or legs: horizontal, but perpendicular to the neck on the neck, like a
+    /// collar.
     fn plane(&self, limit: Limit) -> Plane {
         let between = |a: f64, b: f64| Plane::horizontal(a + limit.at * (b - a));
         match limit.bone {
@@ -245,7 +257,7 @@ impl Landmarks {
             LimitBone::UpperLeg => between(self.hip, self.knee),
             LimitBone::Torso => between(self.hip, self.neck.y),
             LimitBone::Head => between(self.head.y, self.crown),
-            // Arms have no plane; a checked template does not come here.
+            // Arms have no plane; a checked template never has one here.
             LimitBone::Neck | LimitBone::UpperArm | LimitBone::LowerArm | LimitBone::Hand => {
                 let axis = self.head - self.neck;
                 Plane { origin: self.neck + axis * limit.at, up: axis.try_normalize(1e-9).unwrap_or_else(Vec3::y) }
@@ -260,7 +272,7 @@ impl Landmarks {
     fn places(&self, body: &Layer, skeleton: &Skeleton) -> PerVertex<Place> {
         let arm = |side| [HumanJoint::UpperArm(side), HumanJoint::LowerArm(side), HumanJoint::Hand(side)];
         let arm_joints: [[Option<JointId>; 3]; 2] = Side::BOTH.map(|side| arm(side).map(|joint| skeleton.find(joint)));
-        // For each joint where its bone begins along the arm, and whether fractions of it count.
+        // Per joint the start of its bone along the arm, and whether positions along the bone count.
         let along_arm: Vec<Option<(f64, bool)>> = skeleton
             .ids()
             .map(|j| {

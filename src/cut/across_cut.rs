@@ -1,22 +1,22 @@
-//! What lies beyond a cut: the rest of the person, or a patch that was erased in the midst of the cloth.
+//! What is across a cut: the rest of the person, or a patch that the user erased within the cloth.
 
-use super::mend::Mended;
+use super::fill_holes::FilledScan;
 use super::slice::Slice;
 use crate::geometry::{Adjacency, PerVertex, VertexId};
 
-/// Patches of which at least this share was erased by hand are holes that a person made. Half: the boundary is found anew
-/// beside a mark, so a patch is a little larger or smaller than the mark; beyond a hem lies the whole person.
+/// Least share of marked vertices in a patch that the user erased. Half: the boundary is found again beside a mark, so a
+/// patch is a little larger or smaller than the mark; across a hem is the whole person.
 const BY_HAND_SHARE: f64 = 0.5;
 
-/// For each vertex of a slice that lies on the cut, the patch beyond it, and of each patch whether a person made it.
-pub(super) struct Beyond {
+/// Per vertex of a slice the patch across the cut, and per patch whether the user erased it.
+pub(super) struct AcrossCut {
     patch_of: Vec<Option<u32>>,
     by_hand: Vec<bool>,
 }
 
-impl Beyond {
-    /// Of a slice of `whole`, whose adjacency is `around`.
-    pub(super) fn of(slice: &Slice, whole: &Mended, around: &Adjacency) -> Self {
+impl AcrossCut {
+    /// For a slice of `whole`, whose adjacency is `around`.
+    pub(super) fn of(slice: &Slice, whole: &FilledScan, around: &Adjacency) -> Self {
         let (patch, by_hand) = patches(whole, around);
         let beside = |v: VertexId| patch[v].or_else(|| around.neighbours_of(v).iter().find_map(|&w| patch[w]));
         let patch_of = slice
@@ -27,7 +27,7 @@ impl Beyond {
         Self { patch_of: patch_of.collect(), by_hand }
     }
 
-    /// The patch within a ring, if a person erased it: the one beyond most of its vertices.
+    /// The patch within a ring, if the user erased it: the one across most of its vertices.
     pub(super) fn erased_within(&self, ring: &[VertexId]) -> Option<u32> {
         let mut votes: Vec<u32> = ring.iter().filter_map(|v| self.patch_of.get(v.index()).copied().flatten()).collect();
         votes.sort_unstable();
@@ -36,9 +36,9 @@ impl Beyond {
     }
 }
 
-/// The connected patches of what is not the garment, and which of them a person erased: those that do not end where the
-/// scan ends, and bear marks over most of their vertices.
-fn patches(whole: &Mended, around: &Adjacency) -> (PerVertex<Option<u32>>, Vec<bool>) {
+/// The connected patches of unlabelled surface, and which of them the user erased: those that do not reach the border of
+/// the scan and are marked on most of their vertices.
+fn patches(whole: &FilledScan, around: &Adjacency) -> (PerVertex<Option<u32>>, Vec<bool>) {
     let at_end = around.boundary_vertices();
     let mut patch: PerVertex<Option<u32>> = PerVertex::filled(None, whole.mesh.vertex_count());
     let mut by_hand = Vec::new();

@@ -1,18 +1,22 @@
-//! Rims that a scanner bends inward, from a hem to what is under it, are no cloth: they are taken off the labels.
+//! Removes hem fold-overs from the labels: surface that a scanner bends inward, from a hem to what is under it.
 
 use super::brush::Marks;
 use super::transfer::Labels;
 use crate::geometry::{Adjacency, PerVertex, TriMesh, Vec3, VertexId, geodesic_distances};
 
-/// A rim reaches no farther in from the boundary, in metres: some voxels of a fused scan, and a cuff's gap to the wrist.
+/// Greatest distance of a fold-over from the boundary, in metres: some voxels of a fused scan, and a cuff's gap to the
+/// wrist.
 const REACH: f64 = 0.03;
-/// Cloth beside a hem looks as it does this far in, in metres.
+/// Distance from the hem at which cloth has its true orientation, in metres.
 const INSIDE: f64 = 0.035;
-/// What is turned from the cloth inside by more than this cosine is rim. 72°: hems flare by less, rims turn by 90°.
+/// Cosine to the normal of the cloth inside below which surface is a fold-over. 72°: hems flare by less, fold-overs turn
+/// by 90°.
 const TURNED: f64 = 0.3;
 
-/// Labels without rims. Marked vertices keep theirs.
-pub(super) fn without_lips(mesh: &TriMesh, adjacency: &Adjacency, labels: Labels, marks: &Marks) -> Labels {
+/// Labels without fold-overs. Marked vertices keep their labels.
+///
+/// **Shapes** labels and marks: one entry per vertex.
+pub(super) fn without_fold_overs(mesh: &TriMesh, adjacency: &Adjacency, labels: Labels, marks: &Marks) -> Labels {
     let other = |v: VertexId| adjacency.neighbours_of(v).iter().any(|&w| labels.0[w] != labels.0[v]);
     let boundary: Vec<(VertexId, f64)> =
         mesh.vertex_ids().filter(|&v| labels.0[v] && other(v)).map(|v| (v, 0.0)).collect();
@@ -20,10 +24,10 @@ pub(super) fn without_lips(mesh: &TriMesh, adjacency: &Adjacency, labels: Labels
     let normals = cloth_normals(mesh, &labels);
     let mut near: Vec<VertexId> = mesh.vertex_ids().filter(|&v| labels.0[v] && distance[v].is_finite()).collect();
     near.sort_by(|&a, &b| distance[b].total_cmp(&distance[a]).then(a.cmp(&b)));
-    // From inside to the boundary each vertex hears from those farther in how the cloth lies there.
+    // From inside to the boundary each vertex takes the orientation of its neighbours farther in.
     let mut inside: PerVertex<Option<Vec3>> = mesh
         .vertex_ids()
-        .map(|v| (labels.0[v] && distance[v].is_infinite()).then(|| evened(adjacency, &labels, &normals, v)))
+        .map(|v| (labels.0[v] && distance[v].is_infinite()).then(|| smoothed(adjacency, &labels, &normals, v)))
         .collect();
     for &v in &near {
         let farther = adjacency.neighbours_of(v).iter().filter(|&&w| labels.0[w] && distance[w] > distance[v]);
@@ -31,7 +35,7 @@ pub(super) fn without_lips(mesh: &TriMesh, adjacency: &Adjacency, labels: Labels
         inside[v] = sum.try_normalize(1e-9);
     }
     let turned = |v: VertexId| {
-        marks.0[v].is_none() && inside[v].is_some_and(|n| n.dot(&evened(adjacency, &labels, &normals, v)) < TURNED)
+        marks.0[v].is_none() && inside[v].is_some_and(|n| n.dot(&smoothed(adjacency, &labels, &normals, v)) < TURNED)
     };
     let mut kept = labels.clone();
     let mut front: Vec<VertexId> = boundary.iter().map(|b| b.0).collect();
@@ -44,7 +48,7 @@ pub(super) fn without_lips(mesh: &TriMesh, adjacency: &Adjacency, labels: Labels
     kept
 }
 
-/// Normals by the faces of the garment alone, larger faces counting more: at a boundary those beyond it would mislead.
+/// Area-weighted normals from the faces of the garment alone: at a boundary the faces outside would falsify them.
 fn cloth_normals(mesh: &TriMesh, labels: &Labels) -> PerVertex<Vec3> {
     let mut normals = PerVertex::filled(Vec3::zeros(), mesh.vertex_count());
     for f in mesh.face_ids().filter(|&f| mesh.faces()[f].iter().all(|&v| labels.0[v])) {
@@ -56,7 +60,7 @@ fn cloth_normals(mesh: &TriMesh, labels: &Labels) -> PerVertex<Vec3> {
 }
 
 /// The mean normal of a vertex and its neighbours in the garment.
-fn evened(adjacency: &Adjacency, labels: &Labels, normals: &PerVertex<Vec3>, v: VertexId) -> Vec3 {
+fn smoothed(adjacency: &Adjacency, labels: &Labels, normals: &PerVertex<Vec3>, v: VertexId) -> Vec3 {
     let around = adjacency.neighbours_of(v).iter().filter(|&&w| labels.0[w]);
     let sum: Vec3 = normals[v] + around.map(|&w| normals[w]).sum::<Vec3>();
     sum.try_normalize(1e-9).unwrap_or(normals[v])
@@ -91,17 +95,17 @@ mod tests {
     }
 
     #[test]
-    fn the_rim_of_a_cuff_goes_and_the_cuff_stays() {
+    fn the_fold_over_of_a_cuff_is_removed_and_the_cuff_stays() {
         let (mesh, labels, rim) = cuff();
         let adjacency = Adjacency::prepare(&mesh);
-        let kept = without_lips(&mesh, &adjacency, labels.clone(), &Marks::none(mesh.vertex_count()));
+        let kept = without_fold_overs(&mesh, &adjacency, labels.clone(), &Marks::none(mesh.vertex_count()));
         let wrong = mesh.vertex_ids().filter(|&v| kept.0[v] != (labels.0[v] && !rim[v]));
-        // The fold itself is neither.
+        // The fold itself is on neither side.
         for v in wrong {
             assert!((mesh.points()[v].y).abs() < 0.006, "{}", mesh.points()[v]);
         }
         assert!(kept.garment_vertex_count() < labels.garment_vertex_count() - 80);
         let marks = Marks(labels.0.iter().map(|&l| l.then_some(true)).collect());
-        assert_eq!(without_lips(&mesh, &adjacency, labels.clone(), &marks), labels);
+        assert_eq!(without_fold_overs(&mesh, &adjacency, labels.clone(), &marks), labels);
     }
 }

@@ -1,4 +1,4 @@
-//! Small holes of the scan filled before the cut, so that a hem runs across them.
+//! Fills small holes of the scan before the cut, so that a hem can run across them.
 
 use super::error::CutError;
 use super::params::CutParams;
@@ -11,32 +11,34 @@ use crate::segment::{Labels, Segmentation};
 use std::collections::BTreeSet;
 
 /// A scan without its small holes near the garment. The scan's own vertices come first, unmoved.
-pub(super) struct Mended {
+///
+/// **Shapes** colours, labels, `by_hand` and `beside_hole`: one entry per vertex of `mesh`.
+pub(super) struct FilledScan {
     pub(super) mesh: TriMesh,
-    /// Of the mesh, where it is not the scan's.
+    /// The mesh's adjacency; `None` if it is that of the scan.
     pub(super) adjacency: Option<Adjacency>,
     pub(super) colors: Option<PerVertex<[u8; 3]>>,
     pub(super) labels: Labels,
-    /// Which vertices have their label by hand.
+    /// Which vertices have a label given by the user.
     pub(super) by_hand: PerVertex<bool>,
-    /// Which vertices lie on or beside a hole that stays.
+    /// Which vertices are on or beside a hole that stays open.
     pub(super) beside_hole: PerVertex<bool>,
 }
 
 /// Fills every hole that touches the garment and is small enough.
-pub(super) fn mended(
+pub(super) fn filled(
     scan: &Scan,
     around: &Adjacency,
     segmentation: &Segmentation,
     params: &CutParams,
     findings: &mut Vec<String>,
-) -> Result<Mended, CutError> {
+) -> Result<FilledScan, CutError> {
     let mut points = scan.mesh.points().0.clone();
     let mut faces = scan.mesh.faces().0.clone();
     let Segmentation { mut labels, mut by_hand } = segmentation.clone();
     let mut colors = scan.colors.clone();
-    let (mut filled, mut area) = (0usize, 0.0);
-    let mut rims: Vec<VertexId> = Vec::new();
+    let (mut hole_count, mut area) = (0usize, 0.0);
+    let mut open_holes: Vec<VertexId> = Vec::new();
     for ring in around.boundary_loops().into_iter().flat_map(simple_rings) {
         if ring.len() < 3 || !ring.iter().any(|&v| labels.0[v]) {
             continue;
@@ -44,15 +46,15 @@ pub(super) fn mended(
         let rim: Vec<Point> = ring.iter().map(|&v| points[v.index()]).collect();
         let hole = area_within(&rim);
         let length: f64 = (0..rim.len()).map(|i| (rim[(i + 1) % rim.len()] - rim[i]).norm()).sum();
-        // A ragged hole is longer than round; one so long that it only folds over itself is no small hole.
+        // A ragged hole has a longer border than a round one; a very long border belongs to a slit, not to a small hole.
         let small = hole <= params.greatest_filled_hole
-            && length <= LENGTH_PER_ROUND * round_length(params.greatest_filled_hole);
-        let patch = if small { spanned(&scan.mesh, around, &ring)? } else { None };
+            && length <= LENGTH_PER_CIRCUMFERENCE * circumference(params.greatest_filled_hole);
+        let patch = if small { filling(&scan.mesh, around, &ring)? } else { None };
         let Some(patch) = patch else {
-            rims.extend(ring);
+            open_holes.extend(ring);
             continue;
         };
-        // A gap that the garment only borders on lies between it and something else: it is no cloth.
+        // A gap with less than half of its border on the garment is between the garment and something else: not cloth.
         let cloth = 2 * ring.iter().filter(|&&v| labels.0[v]).count() >= ring.len();
         faces.extend(patch.faces_from(&ring, points.len()));
         let nearest = NearestVertex::prepare(&rim);
@@ -65,38 +67,38 @@ pub(super) fn mended(
             }
         }
         points.extend(patch.inner);
-        filled += 1;
+        hole_count += 1;
         area += hole;
     }
-    if filled > 0 {
-        let holes = if filled == 1 { "hole" } else { "holes" };
-        findings.push(format!("{filled} small {holes} of the scan filled, {:.1} cm² in all", area * 1e4));
+    if hole_count > 0 {
+        let holes = if hole_count == 1 { "hole" } else { "holes" };
+        findings.push(format!("{hole_count} small {holes} of the scan filled, {:.1} cm² in all", area * 1e4));
     }
-    let (mesh, adjacency) = match filled {
+    let (mesh, adjacency) = match hole_count {
         0 => (scan.mesh.clone(), None),
         _ => {
-            // Every index is of an old vertex or a pushed one; a coordinate fails only where a system was singular.
+            // All indices are valid; a coordinate is invalid only if a system was singular.
             let mesh = TriMesh::try_new(points, faces)?;
             let adjacency = Adjacency::prepare(&mesh);
             (mesh, Some(adjacency))
         }
     };
     let joined = adjacency.as_ref().unwrap_or(around);
-    without_pinholes(&mesh, joined, &mut labels, &by_hand);
-    // Holes that stay have ragged rims; off the garment, they let the smooth cut pass just beside them.
+    close_label_pinholes(&mesh, joined, &mut labels, &by_hand);
+    // Holes that stay open have ragged borders. Without labels there, the smooth cut passes just beside them.
     let mut beside_hole = PerVertex::filled(false, mesh.vertex_count());
-    for v in rims {
+    for v in open_holes {
         labels.0[v] = false;
         let ring = joined.neighbours_of(v).iter();
         for &w in ring.flat_map(|&w| joined.neighbours_of(w)).chain([&v]) {
             beside_hole[w] = true;
         }
     }
-    Ok(Mended { mesh, adjacency, colors, labels, by_hand, beside_hole })
+    Ok(FilledScan { mesh, adjacency, colors, labels, by_hand, beside_hole })
 }
 
-/// Closes what loops the cut itself left that are smaller than any hem and were not painted by hand.
-pub(super) fn without_pores(slice: Slice, whole: &Mended) -> Result<Slice, CutError> {
+/// Closes loops made by the cut that are smaller than any hem and not painted by the user.
+pub(super) fn close_pinholes(slice: Slice, whole: &FilledScan) -> Result<Slice, CutError> {
     let adjacency = Adjacency::prepare(&slice.mesh);
     let mut points = slice.mesh.points().0.clone();
     let mut faces = slice.mesh.faces().0.clone();
@@ -104,10 +106,10 @@ pub(super) fn without_pores(slice: Slice, whole: &Mended) -> Result<Slice, CutEr
     for ring in adjacency.boundary_loops().into_iter().flat_map(simple_rings) {
         let around: Vec<Point> = ring.iter().map(|&v| points[v.index()]).collect();
         let painted = |v: VertexId| origins[v.index()].iter().any(|&(origin, _)| whole.by_hand[origin]);
-        if ring.len() < 3 || area_within(&around) > GREATEST_PORE || ring.iter().any(|&v| painted(v)) {
+        if ring.len() < 3 || area_within(&around) > GREATEST_PINHOLE || ring.iter().any(|&v| painted(v)) {
             continue;
         }
-        let Some(patch) = spanned(&slice.mesh, &adjacency, &ring)? else { continue };
+        let Some(patch) = filling(&slice.mesh, &adjacency, &ring)? else { continue };
         faces.extend(patch.faces_from(&ring, points.len()));
         let nearest = NearestVertex::prepare(&around);
         for p in &patch.inner {
@@ -120,25 +122,25 @@ pub(super) fn without_pores(slice: Slice, whole: &Mended) -> Result<Slice, CutEr
     Ok(Slice { mesh: TriMesh::try_new(points, faces)?, origins, on_cut })
 }
 
-/// Loops round less area are no hems, in m². 6 cm²: half of a small child's wrist.
-const GREATEST_PORE: f64 = 6e-4;
+/// Greatest area of a loop that is not a hem, in m². 6 cm²: half of a small child's wrist.
+const GREATEST_PINHOLE: f64 = 6e-4;
 
-/// New points within a ring, and faces over the ring (the first ids) and them.
-struct Spanned {
+/// The filling of a ring: new points, and faces over the ring (the first indices) and the new points.
+struct Filling {
     inner: Vec<Point>,
     faces: Vec<[usize; 3]>,
 }
 
-impl Spanned {
-    /// The faces as those of a mesh in which the new points begin at `base`.
+impl Filling {
+    /// The faces with the vertex ids of a mesh in which the new points begin at `base`.
     fn faces_from(&self, ring: &[VertexId], base: usize) -> Vec<[VertexId; 3]> {
         let id = |i: usize| ring.get(i).copied().unwrap_or_else(|| VertexId::from_index(base + i - ring.len()));
         self.faces.iter().map(|f| f.map(id)).collect()
     }
 }
 
-/// A fair patch over a ring; `None` where there can be none.
-fn spanned(mesh: &TriMesh, adjacency: &Adjacency, ring: &[VertexId]) -> Result<Option<Spanned>, CutError> {
+/// A fair filling of a ring; `None` if the ring cannot be filled.
+fn filling(mesh: &TriMesh, adjacency: &Adjacency, ring: &[VertexId]) -> Result<Option<Filling>, CutError> {
     let around: Vec<Point> = ring.iter().map(|&v| mesh.points()[v]).collect();
     let taken = |i: usize, j: usize| {
         let apart = i.abs_diff(j);
@@ -146,13 +148,13 @@ fn spanned(mesh: &TriMesh, adjacency: &Adjacency, ring: &[VertexId]) -> Result<O
     };
     let Some(patch) = Patch::over(&around, taken) else { return Ok(None) };
     let inner = faired(mesh, adjacency, ring, &patch)?;
-    Ok(Some(Spanned { inner, faces: patch.faces }))
+    Ok(Some(Filling { inner, faces: patch.faces }))
 }
 
-/// Less than this of what is not the garment, enclosed by it, is the garment too, in m². 2 cm²: a button.
-const PINHOLE: f64 = 2e-4;
+/// Area below which an unlabelled patch enclosed by the garment belongs to the garment, in m². 2 cm²: a button.
+const LABEL_PINHOLE: f64 = 2e-4;
 
-fn without_pinholes(mesh: &TriMesh, adjacency: &Adjacency, labels: &mut Labels, by_hand: &PerVertex<bool>) {
+fn close_label_pinholes(mesh: &TriMesh, adjacency: &Adjacency, labels: &mut Labels, by_hand: &PerVertex<bool>) {
     let areas = mesh.vertex_areas();
     let mut visited = labels.0.clone();
     for seed in mesh.vertex_ids() {
@@ -170,7 +172,7 @@ fn without_pinholes(mesh: &TriMesh, adjacency: &Adjacency, labels: &mut Labels, 
             }
             at += 1;
         }
-        if patch.iter().map(|&v| areas[v]).sum::<f64>() < PINHOLE && !patch.iter().any(|&v| by_hand[v]) {
+        if patch.iter().map(|&v| areas[v]).sum::<f64>() < LABEL_PINHOLE && !patch.iter().any(|&v| by_hand[v]) {
             for v in patch {
                 labels.0[v] = true;
             }
@@ -178,11 +180,11 @@ fn without_pinholes(mesh: &TriMesh, adjacency: &Adjacency, labels: &mut Labels, 
     }
 }
 
-/// A hole may be so many times longer round than a circle of the greatest area that is filled. 4: ragged shoulders had
-/// 3.5; the slit between an open coat and what is under it, which is to stay, had 6.
-const LENGTH_PER_ROUND: f64 = 4.0;
+/// Greatest length of a filled hole's border, in circumferences of a circle with the greatest filled area. 4: ragged
+/// shoulders had 3.5; the slit between an open coat and what is under it, which must stay open, had 6.
+const LENGTH_PER_CIRCUMFERENCE: f64 = 4.0;
 
-fn round_length(area: f64) -> f64 {
+fn circumference(area: f64) -> f64 {
     2.0 * (std::f64::consts::PI * area).sqrt()
 }
 
@@ -192,7 +194,7 @@ fn area_within(ring: &[Point]) -> f64 {
     0.5 * sum.norm()
 }
 
-/// A ring that passes a vertex twice, taken apart there.
+/// Splits a ring at every vertex that it passes twice.
 fn simple_rings(ring: Vec<VertexId>) -> Vec<Vec<VertexId>> {
     let mut rings = Vec::new();
     let mut path: Vec<VertexId> = Vec::new();
@@ -206,8 +208,8 @@ fn simple_rings(ring: Vec<VertexId>) -> Vec<Vec<VertexId>> {
     rings
 }
 
-/// The new points of a patch, continuing the surface around it: the thin plate, `min Σ |x − weighted mean of neighbours|²` over
-/// the patch and its ring.
+/// The new points of a patch, continuing the surface around it: a thin plate, `min Σ |x − weighted mean of neighbours|²`
+/// over the patch and its ring.
 fn faired(mesh: &TriMesh, adjacency: &Adjacency, ring: &[VertexId], patch: &Patch) -> Result<Vec<Point>, CutError> {
     let (count, new) = (ring.len(), patch.points.len() - ring.len());
     if new == 0 {
@@ -223,17 +225,17 @@ fn faired(mesh: &TriMesh, adjacency: &Adjacency, ring: &[VertexId], patch: &Patc
     let mut triplets = Vec::new();
     let mut right = vec![Vec3::zeros(); new];
     for (i, at) in patch.points.iter().enumerate() {
-        // The row: x_i − mean of its neighbours; what is known goes to the right-hand side.
+        // The row: x_i − mean of its neighbours; known points go to the right-hand side.
         let outside: Vec<VertexId> = match ring.get(i) {
             Some(&v) => adjacency.neighbours_of(v).iter().copied().filter(|w| !ring.contains(w)).collect(),
             None => Vec::new(),
         };
-        // Weights by 1 / length: where edges are longer to one side, a slope is still no bend.
+        // Weights 1 / length: a slope is not a bend even if the edges to one side are longer.
         let weight = |p: &Point| 1.0 / (p - at).norm().max(1e-6);
         let over: Vec<(usize, f64)> = joined[i].iter().map(|&j| (j, weight(&patch.points[j]))).collect();
-        let beyond: Vec<(Point, f64)> = outside.iter().map(|&w| mesh.points()[w]).map(|p| (p, weight(&p))).collect();
-        let total: f64 = over.iter().map(|n| n.1).chain(beyond.iter().map(|n| n.1)).sum();
-        let mut known: Vec3 = beyond.iter().map(|(p, w)| p.coords * (-w / total)).sum();
+        let fixed: Vec<(Point, f64)> = outside.iter().map(|&w| mesh.points()[w]).map(|p| (p, weight(&p))).collect();
+        let total: f64 = over.iter().map(|n| n.1).chain(fixed.iter().map(|n| n.1)).sum();
+        let mut known: Vec3 = fixed.iter().map(|(p, w)| p.coords * (-w / total)).sum();
         let mut row: Vec<(usize, f64)> = Vec::new();
         for (j, factor) in over.iter().map(|&(j, w)| (j, -w / total)).chain([(i, 1.0)]) {
             match j.checked_sub(count) {
@@ -250,7 +252,7 @@ fn faired(mesh: &TriMesh, adjacency: &Adjacency, ring: &[VertexId], patch: &Patc
     Ok(solved.into_iter().map(Point::from).collect())
 }
 
-/// The ring's colours, each the stronger the nearer it is.
+/// The mean of the ring's colours, weighted by inverse squared distance.
 fn blended(colors: &PerVertex<[u8; 3]>, ring: &[VertexId], around: &[Point], p: &Point) -> [u8; 3] {
     let (mut sum, mut total) = ([0.0; 3], 0.0);
     for (&v, q) in ring.iter().zip(around) {
@@ -300,31 +302,36 @@ mod tests {
     fn a_hole_is_filled_fair_and_the_large_rim_is_not() {
         let (scan, labels) = pierced();
         let params = CutParams { greatest_filled_hole: 25e-4, ..CutParams::default() };
-        let mended = mended(&scan, &Adjacency::prepare(&scan.mesh), &labels.into(), &params, &mut Vec::new()).unwrap();
-        assert_eq!(Adjacency::prepare(&mended.mesh).boundary_loops().len(), 1);
-        assert_eq!(mended.labels.0.len(), mended.mesh.vertex_count());
-        let new = &mended.mesh.points().0[scan.mesh.vertex_count()..];
+        let scan_without_holes =
+            filled(&scan, &Adjacency::prepare(&scan.mesh), &labels.into(), &params, &mut Vec::new()).unwrap();
+        assert_eq!(Adjacency::prepare(&scan_without_holes.mesh).boundary_loops().len(), 1);
+        assert_eq!(scan_without_holes.labels.0.len(), scan_without_holes.mesh.vertex_count());
+        let new = &scan_without_holes.mesh.points().0[scan.mesh.vertex_count()..];
         assert!(new.len() > 20);
         // The thin plate continues the sphere: within 1 mm of it.
         for p in new {
             assert!((p.coords.norm() - 0.1).abs() < 1e-3, "{}", p.coords.norm());
         }
-        let outward = mended.mesh.face_ids().filter(|&f| {
-            let [a, b, c] = mended.mesh.triangle(f).map(|p| p.coords);
-            mended.mesh.area_vector(f).dot(&(a + b + c)) > 0.0
+        let outward = scan_without_holes.mesh.face_ids().filter(|&f| {
+            let [a, b, c] = scan_without_holes.mesh.triangle(f).map(|p| p.coords);
+            scan_without_holes.mesh.area_vector(f).dot(&(a + b + c)) > 0.0
         });
         let first = scan.mesh.area_vector(crate::geometry::FaceId(0)).dot(&scan.mesh.points().0[0].coords) > 0.0;
         let count = outward.count();
-        assert_eq!(count, if first { mended.mesh.face_count() } else { 0 }, "the patch is oriented like the rest");
+        assert_eq!(
+            count,
+            if first { scan_without_holes.mesh.face_count() } else { 0 },
+            "the patch is oriented like the rest"
+        );
     }
 
     #[test]
     fn a_hole_off_the_garment_stays() {
         let (scan, labels) = pierced();
         let none = Labels(PerVertex::filled(false, labels.0.len()));
-        let mended =
-            mended(&scan, &Adjacency::prepare(&scan.mesh), &none.into(), &CutParams::default(), &mut Vec::new())
+        let scan_without_holes =
+            filled(&scan, &Adjacency::prepare(&scan.mesh), &none.into(), &CutParams::default(), &mut Vec::new())
                 .unwrap();
-        assert_eq!(mended.mesh, scan.mesh);
+        assert_eq!(scan_without_holes.mesh, scan.mesh);
     }
 }
