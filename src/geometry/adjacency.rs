@@ -1,11 +1,13 @@
-//! Who is next to whom on a mesh.
+//! Mesh adjacency.
 
 use super::{FaceId, PerFace, PerVertex, TriMesh, VertexId};
 use std::collections::HashMap;
 
 /// Neighbourhoods of a mesh, prepared once.
 ///
-/// **Guarantees** all lists are in ascending order of id, so walks over them are deterministic.
+/// **Shapes** one list per vertex or face of the mesh.
+///
+/// **Guarantees** all lists are in ascending order of id, so traversals are deterministic.
 #[derive(Clone, Debug)]
 pub struct Adjacency {
     vertex_faces_start: Vec<u32>,
@@ -39,13 +41,13 @@ impl Adjacency {
             }
         }
 
-        // Half-edges by their ends: those of one edge come together, in the order of faces.
+        // Half-edges sorted by their ends: those of one edge are adjacent, in the order of faces.
         let half_edge = |h: usize| {
             let face = &mesh.faces().as_slice()[h / 3];
             [face[h % 3], face[(h % 3 + 1) % 3]]
         };
         let half_edge_count = mesh.face_count() * 3;
-        // In buckets by the lower end, each in the order of faces; a bucket is a handful.
+        // In buckets by the lower end, each in the order of faces; buckets are small.
         let mut bucket_start = vec![0u32; vertex_count + 1];
         let lower_and_upper = |h: usize| {
             let [a, b] = half_edge(h);
@@ -64,7 +66,7 @@ impl Adjacency {
             by_lower[cursor[lower.index()] as usize] = (upper, h as u32);
             cursor[lower.index()] += 1;
         }
-        // An undirected edge is known by its first half-edge, and comes in the order in which faces come.
+        // Its first half-edge represents an undirected edge; edges are in the order of faces.
         const NONE: u32 = u32::MAX;
         let mut first_of = vec![0u32; half_edge_count];
         let mut second_of_first = vec![NONE; half_edge_count];
@@ -139,22 +141,26 @@ impl Adjacency {
         &self.neighbours[self.neighbours_start[v.index()] as usize..self.neighbours_start[v.index() + 1] as usize]
     }
 
-    /// Every undirected edge once, lower id first, with the (first two) faces at it.
+    /// Every undirected edge once, lower id first, with its first two faces.
+    ///
+    /// **Shapes** `E` entries.
     pub fn edges(&self) -> &[([VertexId; 2], [Option<FaceId>; 2])] {
         &self.edges
     }
 
-    /// The face across each edge; side `k` runs from corner `k` to corner `k + 1`.
+    /// The face across each side of a face; side `k` runs from corner `k` to corner `k + 1`.
     pub fn face_neighbours(&self, f: FaceId) -> [Option<FaceId>; 3] {
         self.face_neighbours[f]
     }
 
-    /// Edges with one face, directed as that face runs.
+    /// Edges with one face, in the direction of that face.
     pub fn boundary_edges(&self) -> &[[VertexId; 2]] {
         &self.boundary
     }
 
-    /// Which vertices lie on a boundary.
+    /// Which vertices are on a boundary.
+    ///
+    /// **Shapes** one entry per vertex.
     pub fn boundary_vertices(&self) -> PerVertex<bool> {
         let mut on_boundary = PerVertex::filled(false, self.neighbours_start.len() - 1);
         for &[a, b] in &self.boundary {
@@ -165,7 +171,7 @@ impl Adjacency {
     }
 
     /// Boundary loops, each a closed ring of vertices in the direction of the faces at it, longest count first
-    /// (ties by lowest id). Where two loops touch in a vertex they are walked apart.
+    /// (ties by lowest id). Loops that touch in a vertex are separate.
     pub fn boundary_loops(&self) -> Vec<Vec<VertexId>> {
         let mut next: HashMap<VertexId, Vec<VertexId>> = HashMap::new();
         for &[a, b] in &self.boundary {
@@ -192,7 +198,10 @@ impl Adjacency {
         loops
     }
 
-    /// Connected component of each face (through shared edges), components numbered by falling face count.
+    /// Connected component of each face (through shared edges), components numbered by descending face count; and their
+    /// number.
+    ///
+    /// **Shapes** one entry per face.
     pub fn face_components(&self) -> (PerFace<u32>, usize) {
         let count = self.face_neighbours.len();
         let mut raw = vec![u32::MAX; count];

@@ -1,13 +1,15 @@
-//! The energy of bending: how a value's deviation from its neighbours differs from theirs.
+//! Screened smoothing with a bending energy (the bilaplacian).
 
 use super::laplacian::Laplacian;
 
-/// A vertex counts as no lighter than this share of the mean mass, where its inverse is taken: the slivers of fused
-/// scans, and vertices without faces, would else outweigh all others.
+/// Least mass of a vertex whose inverse is taken, as a share of the mean mass: otherwise the slivers of fused scans, and
+/// vertices without faces, outweigh all others.
 const LEAST_MASS_PER_MEAN: f64 = 0.1;
 
 impl Laplacian {
-    /// The mass of each vertex, kept away from zero so that it can be divided by.
+    /// The mass of each vertex, bounded away from zero so that it can be inverted.
+    ///
+    /// **Shapes** one entry per vertex, in m².
     pub fn safe_mass(&self) -> Vec<f64> {
         let count = self.mass.len().max(1) as f64;
         let least = (self.mass.iter().sum::<f64>() / count * LEAST_MASS_PER_MEAN).max(f64::MIN_POSITIVE);
@@ -19,7 +21,7 @@ impl Laplacian {
     ///
     /// With weights of 1, `harmonic = ℓ₁²` and `biharmonic = ℓ₂⁴`, values are smoothed over lengths of about `ℓ₁` and `ℓ₂`.
     ///
-    /// **Requires** one weight a vertex, ≥ 0, and > 0 somewhere in each connected part.
+    /// **Requires** one weight per vertex, ≥ 0, and > 0 somewhere in each connected part.
     pub fn screened(&self, weights: &[f64], harmonic: f64, biharmonic: f64) -> Vec<(usize, usize, f64)> {
         let count = self.mass.len();
         let mass = self.safe_mass();

@@ -1,7 +1,7 @@
-//! A bounding volume hierarchy over the faces of a mesh: the only file that speaks to parry.
+//! A bounding volume hierarchy over the faces of a mesh: the only file that uses parry.
 //!
 //! parry computes in `f32`. The tree only prunes here: boxes and queries are widened by the rounding, and every
-//! triangle that is left is tested in `f64`.
+//! remaining triangle is tested in `f64`.
 
 use super::triangle::{closest_on_triangle, ray_meets_triangle};
 use super::{Aabb, FaceId, Point, TriMesh, Vec3};
@@ -28,7 +28,7 @@ impl FaceTree {
         Self { bvh: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes), center, triangles }
     }
 
-    /// The same faces elsewhere: the hierarchy stays, its boxes are made anew.
+    /// Moves the faces: keeps the hierarchy and recomputes its boxes.
     pub(super) fn follow(&mut self, mesh: &TriMesh) {
         self.triangles = mesh.face_ids().map(|f| mesh.triangle(f)).collect();
         for (face, aabb) in boxes(&self.triangles, &self.center).enumerate() {
@@ -41,7 +41,7 @@ impl FaceTree {
         &self.triangles[face.index()]
     }
 
-    /// Closest face no farther than `max_distance`, with barycentrics and point. A `guess` that is close to it spares most of
+    /// Closest face no farther than `max_distance`, with barycentrics and point. A good `guess` saves most of
     /// the search.
     pub(super) fn closest(
         &self,
@@ -79,7 +79,7 @@ impl FaceTree {
     pub(super) fn cast_ray(&self, origin: &Point, direction: &Vec3, max: f64) -> Option<(FaceId, f64, [f64; 3])> {
         let offset = origin - self.center;
         let (start, slack) = (to_f32(&offset), Vector::splat((offset.amax() * ROUNDING) as f32));
-        // An axis along which the ray does not move gets a huge inverse instead of an infinite one: no NaN from 0 × ∞.
+        // A zero component of the direction gets a huge inverse instead of an infinite one: no NaN from 0 × ∞.
         let inverse = to_f32(&direction.map(|d| if d.abs() < 1e-20 { 1e20 } else { 1.0 / d }));
         let limit = if max.is_finite() { (max * (1.0 + ROUNDING)) as f32 } else { f32::MAX };
         let entry = |node: &BvhNode, _| {

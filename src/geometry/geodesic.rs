@@ -8,12 +8,14 @@ use std::collections::BinaryHeap;
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 struct Reached(Reverse<u64>, Reverse<VertexId>);
 
-/// Distance along the surface from the nearest of `sources`, each with what it starts at (negative starts count as
-/// zero); infinite beyond `max` and where no way leads.
+/// Distance along the surface from the nearest of `sources`, each with an initial distance (negative ones count as zero);
+/// infinite above `max` and in components without a source.
 ///
-/// Dijkstra's walk over edges, which also crosses faces: from two corners whose distances are known the third is reached
-/// straight through the unfolded face. Never shorter than the true way by more than rounding for one source, a few
-/// percent longer on coarse meshes.
+/// **Shapes** one entry per vertex, in metres.
+///
+/// Dijkstra's algorithm over edges, extended across faces: from two corners with known distances the third is reached
+/// straight through the unfolded face. For one source the result is never shorter than the geodesic by more than
+/// rounding, and a few percent longer on coarse meshes.
 pub fn geodesic_distances(
     mesh: &TriMesh,
     adjacency: &Adjacency,
@@ -54,7 +56,7 @@ pub fn geodesic_distances(
     distance
 }
 
-/// Distance of `w` from a source unfolded beyond the edge `v u`, if the straight way crosses that edge.
+/// Distance of `w` from a source unfolded across the edge `v u`, if the straight line crosses that edge.
 fn across_face(mesh: &TriMesh, [v, u, w]: [VertexId; 3], to_v: f64, to_u: f64) -> Option<f64> {
     let (edge, side) = (mesh.points()[u] - mesh.points()[v], mesh.points()[w] - mesh.points()[v]);
     let length = edge.norm();

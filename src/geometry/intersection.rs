@@ -4,8 +4,8 @@ use super::face_tree::FaceTree;
 use super::{Aabb, FaceId, Point, TriMesh, Vec3};
 use rayon::prelude::*;
 
-/// Distances to a plane below this share of the longest edge are contact, not crossing: some hundred roundings of `f64`
-/// at a metre, for edges of a centimetre.
+/// Greatest distance to a plane that is contact, not crossing, as a share of the longest edge: some hundred roundings of
+/// `f64` at a metre, for edges of a centimetre.
 const CONTACT_PER_EDGE: f64 = 1e-10;
 
 /// All pairs (face of `a`, face of `b`) that cross, in ascending order.
@@ -30,7 +30,7 @@ fn pairs_with(a: &TriMesh, tree: &FaceTree, wanted: impl Fn(FaceId, FaceId) -> b
     pairs_of_faces(a, &faces, tree, wanted)
 }
 
-/// Those of the pairs that have one of `faces` of `a`.
+/// The pairs with one of `faces` of `a`.
 pub(super) fn pairs_of_faces(
     a: &TriMesh,
     faces: &[FaceId],
@@ -77,7 +77,7 @@ pub fn triangles_cross(t: &[Point; 3], u: &[Point; 3]) -> bool {
     t_low.max(u_low) + contact < t_high.min(u_high)
 }
 
-/// Where a triangle that spans a plane meets it, along `line` from `origin`.
+/// The interval in which a triangle crossing a plane meets it, along `line` from `origin`.
 fn interval(t: &[Point; 3], to_plane: &[f64; 3], line: &Vec3, origin: &Point) -> (f64, f64) {
     let along = t.map(|p| line.dot(&(p - origin)));
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -97,7 +97,7 @@ fn interval(t: &[Point; 3], to_plane: &[f64; 3], line: &Vec3, origin: &Point) ->
     (low, high)
 }
 
-/// Whether two triangles of one plane share area: no edge of either parts them.
+/// Whether two triangles of one plane share area: no edge of either separates them.
 fn overlap_in_plane(t: &[Point; 3], u: &[Point; 3], n: &Vec3, contact: f64) -> bool {
     let parts = |a: &[Point; 3], b: &[Point; 3]| {
         (0..3).any(|k| {

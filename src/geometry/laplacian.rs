@@ -1,11 +1,11 @@
-//! How a value at a vertex differs from its neighbours'.
+//! Laplacians of a mesh.
 
 use super::{PerVertex, TriMesh, Vec3, VertexId};
 
-/// Angles count as no sharper than one degree: cot 1° = 57.3. Slivers of fused scans would else outweigh all others.
+/// Greatest cotangent: cot 1° = 57.3. Otherwise the slivers of fused scans outweigh all other faces.
 const GREATEST_COTANGENT: f64 = 57.3;
-/// Weights of edges are kept positive, so that no vertex is cut off and the matrix stays positive semidefinite where
-/// angles are obtuse. Dimensionless, 1e-4 of a usual weight.
+/// Least weight of an edge, positive so that no vertex is isolated and the matrix stays positive semidefinite with obtuse
+/// angles. Dimensionless, 1e-4 of a usual weight.
 const LEAST_WEIGHT: f64 = 1e-4;
 
 /// The Laplacian of a mesh: a symmetric positive semidefinite matrix `V × V` whose rows sum to zero.
@@ -16,13 +16,13 @@ const LEAST_WEIGHT: f64 = 1e-4;
 pub struct Laplacian {
     /// (row, column, value), both triangles: the diagonal first, then each edge twice. No entry comes twice.
     pub triplets: Vec<(usize, usize, f64)>,
-    /// The lumped mass of each vertex: a third of the area around it, or one a vertex for the uniform Laplacian.
+    /// The lumped mass of each vertex: a third of the area around it in m², or 1 for the uniform Laplacian.
     pub mass: PerVertex<f64>,
 }
 
 /// Cotangent weights `(cot α + cot β) / 2` (Pinkall & Polthier 1993), clamped for noisy meshes.
 ///
-/// Vertices without faces have an empty row and no mass; isolate or weigh them before factorising.
+/// Vertices without faces have an empty row and no mass; isolate them or give them weight before factorising.
 pub fn cotangent_laplacian(mesh: &TriMesh) -> Laplacian {
     let mut half_edges = Vec::with_capacity(mesh.face_count() * 3);
     for f in mesh.face_ids() {
@@ -37,7 +37,7 @@ pub fn cotangent_laplacian(mesh: &TriMesh) -> Laplacian {
     assemble(half_edges, mesh.vertex_areas(), |sum| sum.max(LEAST_WEIGHT))
 }
 
-/// One for every edge: fairness of the mesh itself, blind to its shape.
+/// The uniform Laplacian: weight 1 for every edge, independent of the mesh's shape.
 pub fn uniform_laplacian(mesh: &TriMesh) -> Laplacian {
     let half_edges = mesh.faces().iter().flat_map(|c| (0..3).map(|k| (ordered(c[k], c[(k + 1) % 3]), 1.0))).collect();
     assemble(half_edges, PerVertex::filled(1.0, mesh.vertex_count()), |_| 1.0)
@@ -68,7 +68,9 @@ fn assemble(
 }
 
 impl Laplacian {
-    /// The matrix times a value a vertex.
+    /// The matrix times one value per vertex.
+    ///
+    /// **Shapes** `V` in and out.
     pub fn apply(&self, values: &[f64]) -> Vec<f64> {
         let mut product = vec![0.0; self.mass.len()];
         for &(row, column, value) in &self.triplets {
@@ -77,7 +79,9 @@ impl Laplacian {
         product
     }
 
-    /// The matrix times a vector a vertex.
+    /// The matrix times one vector per vertex.
+    ///
+    /// **Shapes** `V × 3` in and out.
     pub fn apply_to_vectors(&self, values: &[Vec3]) -> Vec<Vec3> {
         let mut product = vec![Vec3::zeros(); self.mass.len()];
         for &(row, column, value) in &self.triplets {

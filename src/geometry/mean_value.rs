@@ -3,14 +3,14 @@
 use super::{PerVertex, Point, TriMesh};
 use std::f64::consts::PI;
 
-/// Angles and sines below this are zero: the point lies on a vertex, in a face or in a face's plane. Radians, or share
-/// of a length; a body's joint is never within a nanometre of its skin.
+/// Angles (radians) and sines below this are zero: the point is on a vertex, in a face or in a face's plane. A body's joint
+/// is never within a nanometre of its skin.
 const VANISHING: f64 = 1e-9;
 
-/// Mean value coordinates of `x`: one weight a vertex, with sum one, whose mean of the vertices is `x`.
+/// Mean value coordinates of `x`: one weight per vertex, with sum 1, such that the weighted mean of the vertices is `x`.
 ///
-/// **Requires** a closed mesh and `x` inside or outside of it; on an open mesh the sum is still one, but the mean drifts
-/// toward what is there. All weights are zero for a mesh without faces.
+/// **Requires** a closed mesh and `x` inside or outside of it; on an open mesh the sum is still 1, but the mean is biased
+/// towards the existing surface. All weights are zero for a mesh without faces.
 ///
 /// **Source** Ju, Schaefer & Warren 2005, "Mean value coordinates for closed triangular meshes", figure 4.
 pub fn mean_value_coordinates(mesh: &TriMesh, x: &Point) -> PerVertex<f64> {
@@ -38,7 +38,7 @@ pub fn mean_value_coordinates(mesh: &TriMesh, x: &Point) -> PerVertex<f64> {
         let next = |i: usize| (i + 1) % 3;
         let last = |i: usize| (i + 2) % 3;
         if PI - half < VANISHING {
-            // x lies in this face: its plane barycentrics.
+            // x is in this face: use barycentric coordinates.
             let mut flat = PerVertex::filled(0.0, mesh.vertex_count());
             for i in 0..3 {
                 flat[face[i]] += theta[i].sin() * d[last(i)] * d[next(i)];
@@ -55,7 +55,7 @@ pub fn mean_value_coordinates(mesh: &TriMesh, x: &Point) -> PerVertex<f64> {
         });
         let s = c.map(|c| side * (1.0 - c * c).sqrt());
         if s.iter().any(|s| s.abs() < VANISHING) {
-            // x lies in the plane of the face, outside of it: no part of the sphere.
+            // x is in the plane of the face, outside it: the face covers no part of the sphere.
             continue;
         }
         for i in 0..3 {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use std::ops::{Index, IndexMut};
 
-/// A position. The frame is in the variable's name where it is not the world's.
+/// A position in metres. The variable's name contains the frame unless it is the world.
 pub type Point = nalgebra::Point3<f64>;
 /// A direction or displacement.
 pub type Vec3 = nalgebra::Vector3<f64>;
@@ -48,11 +48,11 @@ macro_rules! per_element {
         pub struct $name<T>(pub Vec<T>);
 
         impl<T> $name<T> {
-            /// How many elements.
+            /// The number of elements.
             pub fn len(&self) -> usize {
                 self.0.len()
             }
-            /// Whether there is none.
+            /// Whether there are no elements.
             pub fn is_empty(&self) -> bool {
                 self.0.is_empty()
             }
@@ -99,27 +99,27 @@ macro_rules! per_element {
     };
 }
 per_element!(
-    /// One value a vertex.
+    /// One value per vertex.
     PerVertex,
     VertexId
 );
 per_element!(
-    /// One value a face.
+    /// One value per face.
     PerFace,
     FaceId
 );
 
-/// What makes arrays no mesh.
+/// Why arrays are not a valid mesh.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MeshError {
-    /// A face names a vertex that is not there.
+    /// A face refers to a vertex that does not exist.
     #[error("face {face} refers to vertex {vertex}, but there are only {vertex_count} vertices")]
     VertexOutOfRange {
         /// The face.
         face: u32,
-        /// The vertex that it names.
+        /// The vertex it refers to.
         vertex: u32,
-        /// How many there are.
+        /// The number of vertices.
         vertex_count: usize,
     },
     /// A coordinate is NaN or infinite.
@@ -139,7 +139,7 @@ pub enum MeshError {
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
-    /// Least corner.
+    /// Smallest corner.
     pub min: Point,
     /// Greatest corner.
     pub max: Point,
@@ -195,24 +195,26 @@ impl TriMesh {
         Ok(Self { points, faces })
     }
 
-    /// The same from plain index triples.
+    /// From plain index triples.
+    ///
+    /// **Shapes** points `V × 3`, faces `F × 3`.
     pub fn try_from_indices(points: Vec<Point>, faces: &[[u32; 3]]) -> Result<Self, MeshError> {
         Self::try_new(points, faces.iter().map(|f| f.map(VertexId)).collect::<PerFace<_>>())
     }
 
-    /// Positions.
+    /// Positions, `V × 3`.
     pub fn points(&self) -> &PerVertex<Point> {
         &self.points
     }
-    /// Corner ids.
+    /// Corner ids, `F × 3`.
     pub fn faces(&self) -> &PerFace<[VertexId; 3]> {
         &self.faces
     }
-    /// V.
+    /// The number of vertices, `V`.
     pub fn vertex_count(&self) -> usize {
         self.points.len()
     }
-    /// F.
+    /// The number of faces, `F`.
     pub fn face_count(&self) -> usize {
         self.faces.len()
     }
@@ -221,10 +223,12 @@ impl TriMesh {
         self.faces[face].map(|v| self.points[v])
     }
 
-    /// The same faces over moved vertices.
+    /// Moves the vertices.
+    ///
+    /// **Shapes** `points`: `V × 3`.
     ///
     /// # Panics
-    /// If the count differs; coordinates are not checked again, so callers keep them finite.
+    /// If the number of points differs. Coordinates are not checked again; callers keep them finite.
     pub fn with_points(&self, points: impl Into<PerVertex<Point>>) -> Self {
         let points = points.into();
         assert_eq!(points.len(), self.points.len(), "a moved mesh keeps its vertices");
@@ -242,12 +246,12 @@ impl TriMesh {
         Self { points: self.points.clone(), faces }
     }
 
-    /// Every point mapped.
+    /// Maps every point.
     pub fn map_points(&self, f: impl Fn(&Point) -> Point) -> Self {
         Self { points: self.points.iter().map(f).collect(), faces: self.faces.clone() }
     }
 
-    /// All faces turned over.
+    /// Flips all faces.
     pub fn flipped(&self) -> Self {
         Self { points: self.points.clone(), faces: self.faces.iter().map(|&[a, b, c]| [a, c, b]).collect() }
     }
@@ -283,7 +287,9 @@ impl TriMesh {
         self.face_ids().map(|f| self.face_area(f)).sum()
     }
 
-    /// A third of the area of the faces around each vertex.
+    /// A third of the area of the faces around each vertex, in m².
+    ///
+    /// **Shapes** one entry per vertex.
     pub fn vertex_areas(&self) -> PerVertex<f64> {
         let mut areas = PerVertex::filled(0.0, self.vertex_count());
         for f in self.face_ids() {
@@ -295,7 +301,7 @@ impl TriMesh {
         areas
     }
 
-    /// Signed volume; positive for a closed mesh seen from outside.
+    /// Signed volume; positive for a closed mesh oriented outward.
     pub fn signed_volume(&self) -> f64 {
         self.face_ids()
             .map(|f| {
@@ -306,7 +312,7 @@ impl TriMesh {
     }
 
     /// Unit vertex normals, weighted by corner angle (Thürmer & Wüthrich 1998; Bærentzen & Aanæs 2005: the sign of
-    /// the distance to a mesh follows from them). Zero where no face with area meets the vertex.
+    /// the distance to a mesh follows from them). Zero for a vertex without faces of positive area. `V × 3`.
     pub fn vertex_normals(&self) -> PerVertex<Vec3> {
         let mut normals = PerVertex::filled(Vec3::zeros(), self.vertex_count());
         for f in self.face_ids() {
@@ -324,8 +330,8 @@ impl TriMesh {
         normals
     }
 
-    /// Unit vertex normals, weighted by area: a third of the work of those by angle, for meshes whose faces are of about one
-    /// size, as bodies and scans are. Zero where no face with area meets the vertex.
+    /// Unit vertex normals, weighted by area: a third of the work of angle weights, for meshes with faces of similar size, such as
+    /// bodies and scans. Zero for a vertex without faces of positive area. `V × 3`.
     pub fn vertex_normals_by_area(&self) -> PerVertex<Vec3> {
         let mut normals = PerVertex::filled(Vec3::zeros(), self.vertex_count());
         for (f, corners) in self.faces.enumerate() {
@@ -336,7 +342,7 @@ impl TriMesh {
         normals
     }
 
-    /// The box around all points; `None` when there are none.
+    /// The box around all points; `None` without points.
     pub fn bounds(&self) -> Option<Aabb> {
         Aabb::around(self.points.iter())
     }

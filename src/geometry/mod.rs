@@ -1,5 +1,5 @@
-//! Triangle meshes and the questions asked of them: closest point, inside or outside, crossing or not. Knows no
-//! person and no garment.
+//! Triangle meshes and queries on them: closest point, inside or outside, intersection. Contains no code specific to
+//! people or garments.
 
 mod adjacency;
 mod bilaplacian;

@@ -5,7 +5,7 @@ use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
 /// Points in a k-d tree, prepared once.
 pub struct NearestVertex {
-    /// `None` without points: the tree itself would answer with a point that is not there.
+    /// `None` without points: an empty tree would return a point that does not exist.
     tree: Option<ImmutableKdTree<f64, 3>>,
 }
 
@@ -20,8 +20,8 @@ impl NearestVertex {
         Self { tree }
     }
 
-    /// The nearest point and its distance; `None` when there are no points. Of points in the same place any one is
-    /// answered, but always the same one.
+    /// The nearest point and its distance; `None` when there are no points. Of coincident points it
+    /// returns an arbitrary one, but always the same.
     pub fn nearest(&self, p: &Point) -> Option<(VertexId, f64)> {
         let found = self.tree.as_ref()?.query(&[p.x, p.y, p.z]).nearest_one::<SquaredEuclidean<f64>>().execute();
         found.distance.is_finite().then(|| (VertexId(found.item), found.distance.sqrt()))

@@ -2,7 +2,7 @@
 
 use super::{Point, TriMesh};
 
-/// Repeatable numbers in −1..1 (xorshift64*).
+/// Reproducible numbers in −1..1 (xorshift64*).
 pub(crate) fn noise(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
     move || {

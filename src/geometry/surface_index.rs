@@ -5,10 +5,10 @@ use super::triangle::closest_on_triangle;
 use super::{Aabb, Adjacency, FaceId, PerFace, PerVertex, Point, TriMesh, Vec3, VertexId};
 use std::sync::OnceLock;
 
-/// Faces in a hierarchy of boxes, prepared once, asked often and from many threads.
+/// A bounding volume hierarchy of the faces, prepared once, queried often and from many threads.
 ///
-/// **Guarantees** closest points and distances are computed in `f64`; equal questions get equal answers; faces without
-/// area are tolerated.
+/// **Guarantees** closest points and distances are computed in `f64`; equal queries give equal results; faces without
+/// area are allowed.
 #[derive(Clone)]
 pub struct SurfaceIndex {
     mesh: TriMesh,
@@ -25,14 +25,14 @@ pub struct SurfacePoint {
     pub barycentric: [f64; 3],
     /// Its position.
     pub point: Point,
-    /// How far it is from the point that was asked for.
+    /// Its distance from the query point, in metres.
     pub distance: f64,
 }
 
 /// Where a ray meets a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayHit {
-    /// The face that is met, from whichever side.
+    /// The face, hit from either side.
     pub face: FaceId,
     /// Distance from the origin of the ray, in metres.
     pub distance: f64,
@@ -55,10 +55,9 @@ impl SurfaceIndex {
         Self { mesh: mesh.clone(), tree: FaceTree::prepare(mesh), pseudonormals: OnceLock::new() }
     }
 
-    /// The same faces with their vertices elsewhere: several times faster than to prepare them anew, and as good as long
-    /// as neighbours stay together.
+    /// Moves the vertices. Several times faster than preparing again; queries stay fast as long as neighbours stay close.
     ///
-    /// **Requires** the faces that were prepared.
+    /// **Requires** the same faces.
     pub fn follow(&mut self, mesh: &TriMesh) {
         debug_assert_eq!(mesh.face_count(), self.mesh.face_count());
         self.mesh = mesh.clone();
@@ -71,8 +70,8 @@ impl SurfaceIndex {
         &self.mesh
     }
 
-    /// The closest point of the surface. A mesh without faces (or a point that is not a number) is infinitely far: the
-    /// answer then has an infinite `distance` and face 0, which must not be looked up.
+    /// The closest point of the surface. A mesh without faces (or a query that is not a number) has none: the result then
+    /// has an infinite `distance` and face 0, which must not be used.
     pub fn closest(&self, p: &Point) -> SurfacePoint {
         self.closest_within(p, f64::INFINITY).unwrap_or(SurfacePoint {
             face: FaceId(0),
@@ -88,7 +87,7 @@ impl SurfaceIndex {
         self.closest_within_from(p, max_distance, None)
     }
 
-    /// The same, sooner where a face is guessed that is close to the closest: the answer to nearly the same question.
+    /// The closest point within `max_distance`, found faster with a good guess: the result of a similar query.
     pub fn closest_within_from(&self, p: &Point, max_distance: f64, guess: Option<FaceId>) -> Option<SurfacePoint> {
         let (face, barycentric, point) = self.tree.closest(p, max_distance, guess)?;
         Some(SurfacePoint { face, barycentric, point, distance: (p - point).norm() })
@@ -96,8 +95,8 @@ impl SurfaceIndex {
 
     /// The closest point and on which side of the surface `p` lies: `+1.0` outside, `-1.0` inside.
     ///
-    /// Right wherever the surface near the closest point is consistently oriented; along holes the surface is
-    /// continued in its own plane. On the surface, and where there are no normals, the side is outside.
+    /// Correct if the surface near the closest point is consistently oriented; at holes the surface continues in its own
+    /// plane. Points on the surface, and points without normals, are outside.
     ///
     /// **Source** Bærentzen & Aanæs 2005, signed distance by angle-weighted pseudonormals.
     pub fn closest_signed(&self, p: &Point) -> (SurfacePoint, f64) {
@@ -130,15 +129,15 @@ impl SurfaceIndex {
         }
     }
 
-    /// The first face that a ray meets within `max` metres, from either side. A direction of no length meets nothing.
+    /// The first face that a ray meets within `max` metres, from either side. A direction of length zero hits nothing.
     pub fn cast_ray(&self, origin: &Point, direction: &Vec3, max: f64) -> Option<RayHit> {
         let unit = direction.try_normalize(1e-300)?;
         let (face, distance, barycentric) = self.tree.cast_ray(origin, &unit, max)?;
         Some(RayHit { face, distance, barycentric })
     }
 
-    /// All pairs (one of `faces` of `other`, face of this mesh) that cross, in ascending order: as
-    /// [`intersecting_pairs`](super::intersecting_pairs), without building the hierarchy again.
+    /// All pairs (one of `faces` of `other`, face of this mesh) that cross, in ascending order, as
+    /// [`intersecting_pairs`](super::intersecting_pairs) without building the hierarchy again.
     pub fn crossing_pairs(&self, other: &TriMesh, faces: &[FaceId]) -> Vec<(FaceId, FaceId)> {
         super::intersection::pairs_of_faces(other, faces, &self.tree, |_, _| true)
     }

@@ -4,15 +4,15 @@ use super::{Adjacency, PerFace, PerVertex, TriMesh, VertexId};
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashSet};
 
-/// A distance on the heap, and whose it is. Distances are never negative, so their bits are in the order of the numbers.
+/// A distance on the heap with its vertex and source. Distances are never negative, so their bits are in the order of the numbers.
 type Reached = Reverse<(u64, VertexId, VertexId)>;
 
-/// The mesh with some of its vertices, about `spacing` metres apart along it, for questions that need no fine detail.
+/// The mesh with some of its vertices, about `spacing` metres apart along it, for queries that need no fine detail.
 ///
-/// Returns it and, for each of its vertices, the vertex of `mesh` that it is, in ascending order.
+/// Returns it with the vertex of `mesh` for each of its vertices, in ascending order.
 ///
-/// **Guarantees** sheets that touch are not joined, and rims stay where they are, at the spacing; what is smaller than
-/// the spacing may be lost. No face appears twice.
+/// **Guarantees** sheets that touch are not joined; borders stay, at the spacing; parts smaller than the spacing may be
+/// lost. No face appears twice.
 pub fn thinned(mesh: &TriMesh, spacing: f64) -> (TriMesh, PerVertex<VertexId>) {
     let adjacency = Adjacency::prepare(mesh);
     let kept = spread_along(mesh, &adjacency, spacing);
@@ -32,7 +32,8 @@ pub fn thinned(mesh: &TriMesh, spacing: f64) -> (TriMesh, PerVertex<VertexId>) {
     coarse.part(&PerFace::filled(true, coarse.face_count()))
 }
 
-/// Vertices no two of which are connected within `spacing`, and from each other vertex one is; those of rims first.
+/// Vertices such that no two are connected within `spacing` and every other vertex is within it of one; border vertices
+/// first.
 fn spread_along(mesh: &TriMesh, adjacency: &Adjacency, spacing: f64) -> Vec<VertexId> {
     let on_rim = adjacency.boundary_vertices();
     let mut claimed = PerVertex::filled(false, mesh.vertex_count());
@@ -46,7 +47,7 @@ fn spread_along(mesh: &TriMesh, adjacency: &Adjacency, spacing: f64) -> Vec<Vert
         kept.push(v);
         claimed[v] = true;
         near.push(v);
-        // Ways through what others claimed are not followed: the rest of such a place is claimed from elsewhere.
+        // Paths through vertices claimed by others are not followed; the rest is claimed by others too.
         while let Some(u) = near.pop() {
             for &w in adjacency.neighbours_of(u) {
                 if !claimed[w] && (mesh.points()[w] - mesh.points()[v]).norm() < spacing {

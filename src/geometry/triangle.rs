@@ -1,4 +1,4 @@
-//! Questions about one triangle, in `f64`.
+//! Queries on one triangle, in `f64`.
 
 use super::{Point, Vec3};
 
@@ -8,7 +8,7 @@ const FLAT: f64 = 1e-24;
 
 /// Closest point of a triangle and its barycentrics, which are exactly zero where the point lies on an edge or corner.
 ///
-/// **Source** Ericson, Real-Time Collision Detection (2005), §5.1.5; triangles without area are taken as three segments.
+/// **Source** Ericson, Real-Time Collision Detection (2005), §5.1.5; triangles without area are treated as three segments.
 pub(super) fn closest_on_triangle(p: &Point, [a, b, c]: &[Point; 3]) -> ([f64; 3], Point) {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let longest_squared = ab.norm_squared().max(ac.norm_squared()).max((c - b).norm_squared());

@@ -1,16 +1,16 @@
-//! Inside or outside, right also where the surface has holes.
+//! Inside or outside, also for surfaces with holes.
 
 use super::{Aabb, Point, TriMesh, Vec3};
 use nalgebra::Matrix3;
 
-/// Faces in a leaf: below it sums over faces are cheaper than boxes. Measured on 100 k faces.
+/// Greatest number of faces in a leaf: up to it, sums over faces are cheaper than boxes. Measured on 100 k faces.
 const LEAF_FACES: usize = 8;
-/// A cluster is far, and answers as a whole, beyond this many of its radii (Barill 2018; 2 with three terms of the
+/// Distance from which a cluster is evaluated as a whole, in its radii (Barill 2018; 2 with three terms of the
 /// series keeps the error on a noisy open sphere below 0.005, where half decides).
 const FAR_PER_RADIUS: f64 = 2.0;
 
 /// The generalised winding number of a mesh: 1 inside and 0 outside of a closed outward surface, and in between,
-/// smoothly, at holes. Half is the best guess of the surface there.
+/// smoothly, at holes. One half is the best estimate of the surface there.
 ///
 /// **Source** Jacobson 2013; the hierarchy after Barill 2018, with its three terms of the expansion.
 ///
@@ -25,14 +25,14 @@ pub struct WindingField {
 /// Faces that are close together, as one dipole and its first two moments.
 struct Cluster {
     center: Point,
-    /// Beyond it, squared, the expansion holds.
+    /// Squared distance from which the expansion is used.
     far_squared: f64,
     /// Integral of the normal `n` over the faces.
     dipole: Vec3,
     /// Integral of `n ⊗ d` (`d`: from the center), its symmetric traceless part, which alone acts: xx, yy, zz, xy, yz,
     /// zx, the mixed ones doubled, for they come twice.
     moment: [f64; 6],
-    /// Likewise of `n ⊗ d ⊗ d`: xxx, yyy, zzz, xxy, xxz, yyx, yyz, zzx, zzy tripled, xyz six times.
+    /// Integral of `n ⊗ d ⊗ d`: xxx, yyy, zzz, xxy, xxz, yyx, yyz, zzx, zzy tripled, xyz six times.
     second_moment: [f64; 10],
     /// The node after this one's descendants.
     next: u32,

@@ -4,22 +4,22 @@ use crate::geometry::{PerVertex, Point, Vec3};
 use faer::{Mat, Side};
 use rayon::prelude::*;
 
-/// Mean, directions and what they hold of the variance.
+/// Mean, principal directions and their share of the variance.
 pub(super) struct Components {
     pub mean: PerVertex<Point>,
-    /// K unit vectors over all 3V coordinates; zero where no variance is left.
+    /// `K × V × 3`: unit vectors over all coordinates; zero if no variance is left.
     pub directions: Vec<PerVertex<Vec3>>,
-    /// K, metres: deviations along them.
+    /// `K` standard deviations along them, in metres.
     pub sigma: Vec<f64>,
-    /// K: share of the variance that the first 1, 2, … directions hold together.
+    /// `K` cumulative shares of the variance.
     pub explained: Vec<f64>,
 }
 
 /// The `count` directions of greatest variance, by the eigenvectors of the bodies' Gram matrix; `None` if the
-/// decomposition fails. Each direction's sign is such that its positive side is the taller one.
+/// decomposition fails. The positive side of each direction is the taller one.
 ///
-/// **Requires** more bodies than `count`. **Guarantees** the same bytes on one thread or many: every sum is taken in
-/// the order of the vertices.
+/// **Requires** more bodies than `count`. **Guarantees** the same bytes with one thread or many: every sum is in vertex
+/// order.
 ///
 /// **Source** Hu 2017, Eq. 2; the Gram matrix has the covariance's eigenvalues where bodies are fewer than coordinates.
 pub(super) fn principal_components(bodies: &[&PerVertex<Point>], count: usize) -> Option<Components> {
@@ -33,7 +33,7 @@ pub(super) fn principal_components(bodies: &[&PerVertex<Point>], count: usize) -
     let eigen = gram.self_adjoint_eigen(Side::Lower).ok()?;
     let values: Vec<f64> = (0..n).map(|k| eigen.S()[n - 1 - k].max(0.0)).collect();
     let total: f64 = values.iter().sum();
-    // Below this share of the variance a direction is rounding, and no longer at right angles to the others.
+    // Below this share of the variance a direction is rounding noise and no longer orthogonal to the others.
     const LEAST_SHARE: f64 = 1e-14;
     let directions = (0..count)
         .into_par_iter()
@@ -75,7 +75,7 @@ pub(super) fn mean_body(bodies: &[&PerVertex<Point>]) -> Option<PerVertex<Point>
 }
 
 impl Components {
-    /// The body nearest to `points` that the components can make.
+    /// The projection of `points` onto the components.
     pub fn nearest(&self, points: &PerVertex<Point>) -> PerVertex<Point> {
         let offset: Vec<Vec3> = points.iter().zip(self.mean.iter()).map(|(p, m)| p - m).collect();
         let mut made = self.mean.clone();

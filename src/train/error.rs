@@ -1,6 +1,6 @@
-//! Why no model came out.
+//! Why a training fails.
 
-/// Why no model came out of the bodies given.
+/// Why a model cannot be trained on the bodies given.
 #[derive(Debug, thiserror::Error)]
 pub enum TrainError {
     /// Not enough bodies to learn from.
@@ -8,20 +8,20 @@ pub enum TrainError {
         "{components} components need at least {} bodies to learn from, but there are {bodies}", components + 1
     )]
     TooFewBodies {
-        /// Components asked for.
+        /// Components requested.
         components: usize,
         /// Bodies to learn from.
         bodies: usize,
     },
-    /// No component asked for.
-    #[error("a model of 0 components would be one body and no other")]
+    /// No component requested.
+    #[error("a model with 0 components has only one body")]
     NoComponentAsked,
-    /// Another number of vertices or faces.
+    /// The number of vertices or faces differs.
     #[error(
         "the bodies are not of one topology: {name} has {found:?} vertices and faces, but {reference} has {expected:?}"
     )]
     AnotherTopology {
-        /// The body at fault.
+        /// The body that differs.
         name: String,
         /// Its vertices and faces.
         found: [usize; 2],
@@ -30,10 +30,10 @@ pub enum TrainError {
         /// Its vertices and faces.
         expected: [usize; 2],
     },
-    /// As many faces, but others.
+    /// The number of faces agrees, but the faces differ.
     #[error("the faces of {name} are not those of {reference}: face {face} is {found:?} instead of {expected:?}")]
     AnotherOrderOfFaces {
-        /// The body at fault.
+        /// The body that differs.
         name: String,
         /// The first body.
         reference: String,
@@ -44,12 +44,12 @@ pub enum TrainError {
         /// What they are in the first body.
         expected: [u32; 3],
     },
-    /// The same faces over shuffled vertices.
+    /// The faces agree, but the vertices are in another order.
     #[error(
         "the vertices of {name} are in another order than those of {reference}: its edges are {ratio:.1} times as long"
     )]
     AnotherOrderOfVertices {
-        /// The body at fault.
+        /// The body that differs.
         name: String,
         /// The first body.
         reference: String,
@@ -59,11 +59,11 @@ pub enum TrainError {
     /// Joints by mean value coordinates need a closed surface.
     #[error("the template is open: {edges} of its edges have a face on one side only")]
     OpenTemplate {
-        /// How many edges.
+        /// The number of open edges.
         edges: usize,
     },
-    /// Joints that come with the bodies are not as many as these.
-    #[error("the bodies come with joints for {found} of them, but there are {expected}")]
+    /// Only some of the bodies have joints.
+    #[error("{found} of the {expected} bodies have joints: all or none must have them")]
     JointCount {
         /// Bodies with joints.
         found: usize,
@@ -76,7 +76,7 @@ pub enum TrainError {
         /// Bodies.
         bodies: usize,
     },
-    /// One of MakeHuman's files is not what it should be.
+    /// A file of MakeHuman is invalid.
     #[error("{file}: {reason}")]
     NotMakeHuman {
         /// The file.
@@ -84,7 +84,7 @@ pub enum TrainError {
         /// Why.
         reason: String,
     },
-    /// Arrays that are no mesh.
+    /// Arrays that are not a valid mesh.
     #[error("{name}: {reason}")]
     NotAMesh {
         /// The mesh.
@@ -105,9 +105,9 @@ pub enum TrainError {
     NoSuchLandmark {
         /// The mesh.
         name: String,
-        /// The vertex named.
+        /// The vertex of the landmark.
         vertex: u32,
-        /// How many there are.
+        /// The number of vertices.
         vertices: usize,
     },
     /// A mesh to which no body fits.

@@ -11,20 +11,20 @@ use super::unpose;
 use crate::body::{BodyModel, Skeleton};
 use crate::geometry::{PerVertex, Point, TriMesh};
 
-/// A model and what is known of it.
+/// A model with measurements of the training.
 #[derive(Clone, Debug)]
 pub struct Trained {
     /// The model.
     pub model: BodyModel,
-    /// K: the share of variance that the first 1, 2, … components hold together.
+    /// `K` cumulative shares of the variance.
     pub explained: Vec<f64>,
-    /// Bodies that were learnt from.
+    /// Number of bodies trained on.
     pub bodies: usize,
-    /// How well the bodies left out are made by the model; `None` where none was.
+    /// Errors on the bodies left out; `None` if none was.
     pub left_out: Option<LeftOut>,
 }
 
-/// Learns a model from bodies of one topology.
+/// Trains a model on bodies of one topology.
 ///
 /// **Errors** fewer bodies than components, an open template; see [`TrainError`].
 ///
@@ -45,9 +45,9 @@ pub fn train(
         (in_bind, poses) = unposed;
     }
     on_step(&TrainingProgress { doing: "principal components", done: 0, total: 1 });
-    let learnt_from: Vec<&PerVertex<Point>> = kept.iter().map(|&b| &in_bind[b]).collect();
+    let trained_on: Vec<&PerVertex<Point>> = kept.iter().map(|&b| &in_bind[b]).collect();
     let components =
-        principal_components(&learnt_from, params.components).ok_or(TrainError::NoComponents { bodies: kept.len() })?;
+        principal_components(&trained_on, params.components).ok_or(TrainError::NoComponents { bodies: kept.len() })?;
     let explained = components.explained.clone();
     let left_out =
         (!left.is_empty()).then(|| leave_out::measure(subjects, rig, &regressor, &components, &left, &in_bind, &poses));

@@ -1,4 +1,4 @@
-//! How well a model makes bodies that it has not seen.
+//! How well a model represents bodies that it was not trained on.
 
 use super::components::Components;
 use super::rig::{Regressor, Rig};
@@ -7,18 +7,18 @@ use crate::body::{Pose, Skeleton, skin};
 use crate::geometry::{PerVertex, Point};
 use serde::Serialize;
 
-/// Errors on bodies that were not learnt from, metres.
+/// Errors on bodies left out of the training, in metres.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LeftOut {
-    /// How many bodies.
+    /// The number of bodies.
     pub bodies: usize,
-    /// Mean distance of a vertex of the nearest body that the components can make, posed back, to the body's own.
+    /// Mean distance between the vertices of a body and those of its projection onto the components, posed back.
     pub vertex_mean: f64,
-    /// That of the worst body.
+    /// This distance for the worst body.
     pub vertex_worst: f64,
-    /// Mean distance of a joint of that body to the joint given, or else to the joint inside the body's own vertices.
+    /// Mean distance between the joints of the projection and the given joints, or those regressed from the body itself.
     pub joint_mean: f64,
-    /// The worst joint's mean over the bodies.
+    /// Mean over the bodies for the worst joint.
     pub joint_worst: f64,
     /// Its name.
     pub worst_joint: String,
@@ -26,14 +26,14 @@ pub struct LeftOut {
     pub joints_given: bool,
 }
 
-/// The bodies to learn from and those left out, evenly over the list.
+/// The bodies to train on and those left out, evenly over the list.
 pub fn split(bodies: usize, leave_out: usize) -> (Vec<usize>, Vec<usize>) {
     let leave_out = leave_out.min(bodies);
     let is_left = |b: usize| (b + 1) * leave_out / bodies.max(1) > b * leave_out / bodies.max(1);
     (0..bodies).partition(|&b| !is_left(b))
 }
 
-/// Measures on the bodies `left`; `poses` are empty where nothing was unposed.
+/// Measures the errors on the bodies `left`; `poses` is empty if nothing was unposed.
 pub(super) fn measure(
     subjects: &Subjects,
     rig: &Rig,
@@ -76,7 +76,7 @@ pub(super) fn measure(
     }
 }
 
-/// The rig's skeleton inside these points.
+/// The rig's skeleton for these points.
 pub(super) fn skeleton_of(rig: &Rig, regressor: &Regressor, points: &PerVertex<Point>) -> Skeleton {
     let at = |row: &Vec<_>| row.iter().fold(Point::origin(), |sum, &(v, m)| sum + points[v].coords * m);
     Skeleton {

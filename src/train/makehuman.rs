@@ -1,4 +1,4 @@
-//! MakeHuman's base mesh with its macro targets, default rig and weights, sampled and made a model of ours.
+//! Imports MakeHuman's base mesh with its macro targets, default rig and weights: samples bodies and trains a model.
 //!
 //! A macro target is a displacement of the base mesh for one corner of a space of coordinates (sex, muscle, weight,
 //! race); a body is the base plus every target times the product of its coordinates, as MakeHuman mixes them.
@@ -29,9 +29,9 @@ pub struct MakeHumanFiles {
 /// How MakeHuman's space is sampled.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MakeHumanParams {
-    /// Bodies drawn.
+    /// Number of bodies sampled.
     pub bodies: usize,
-    /// Components kept.
+    /// Number of components.
     pub components: usize,
 }
 
@@ -41,15 +41,15 @@ impl Default for MakeHumanParams {
     }
 }
 
-/// Metres in MakeHuman's unit.
+/// Metres per unit of MakeHuman.
 const DECIMETRE: f64 = 0.1;
-/// The targets given have no stature of their own: whole bodies are scaled by this deviation, that of adults of one
-/// sex (ANSUR II: 6.4 of 162.8 cm, 6.9 of 175.6 cm).
+/// Relative standard deviation of stature. The targets do not vary stature, so whole bodies are scaled; that of adults of
+/// one sex (ANSUR II: 6.4 of 162.8 cm, 6.9 of 175.6 cm).
 const STATURE_DEVIATION: f64 = 0.039;
 
-/// Reads the files, samples bodies and learns a model from them.
+/// Reads the files, samples bodies and trains a model on them.
 ///
-/// **Errors** a file that is not what it should be, by its name; a rig with a cycle; see [`TrainError`].
+/// **Errors** name an invalid file, or a rig with a cycle; see [`TrainError`].
 pub fn import_makehuman(
     files: &MakeHumanFiles,
     params: &MakeHumanParams,
@@ -103,11 +103,11 @@ fn rig_of(
     })
 }
 
-/// The joint of ours that a bone moves with: its own, or that of the nearest bone above it that has one.
+/// The human joint that a bone moves with: its own, or that of the nearest bone above it that has one.
 fn our_joint(skel: &Skel, bone: &str) -> Option<JointId> {
     let mut at = Some(bone);
     while let Some(name) = at {
-        // All toes bend with the great one.
+        // All toes bend with the big toe.
         let alias = match name.split_once('-') {
             Some((toe, rest)) if toe.starts_with("toe") => format!("toe1-1{}", &rest[rest.len().min(1)..]),
             _ => name.to_string(),
@@ -120,7 +120,7 @@ fn our_joint(skel: &Skel, bone: &str) -> Option<JointId> {
     None
 }
 
-/// Our joints in a body with all of the base mesh's vertices: the head of each bone is the middle of a helper cube.
+/// The human joints in a body with all of the base mesh's vertices: the head of each bone is the centre of a helper cube.
 fn joints_in(skel: &Skel, whole: &[Point]) -> Result<Vec<Point>, TrainError> {
     HumanJoint::BODY
         .into_iter()
@@ -141,7 +141,7 @@ struct Target {
     moves: Vec<(u32, Vec3)>,
 }
 
-/// Where in the macro space a target is whole; what its name does not say is everywhere.
+/// Where in the macro space a target has its full effect; coordinates not in its name are free.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Corner {
     words: Vec<String>,
@@ -169,20 +169,20 @@ struct Macro {
     male: f64,
     muscle: f64,
     weight: f64,
-    /// African, Asian, Caucasian; one in sum.
+    /// African, Asian, Caucasian; their sum is 1.
     race: [f64; 3],
     scale: f64,
 }
 
 impl Macro {
-    /// The `k`-th body: coordinates of a Halton sequence, so that any number of bodies fills the space evenly.
+    /// The `k`-th body, from a Halton sequence, so that any number of bodies fills the space evenly.
     fn draw(k: usize) -> Self {
         let at = |base: usize| halton(k + 1, base);
-        // Two even draws in the mean: most bodies are near the middle, as people are.
+        // The mean of two uniform draws: most bodies are near the middle, as people are.
         let middling = |a: usize, b: usize| 0.5 * (at(a) + at(b));
         let raw = [at(13), at(17), at(19)].map(|x| x + 0.05);
         let sum: f64 = raw.iter().sum();
-        // The sum of three even draws has deviation ½.
+        // The sum of three uniform draws has the standard deviation ½.
         let stature = 2.0 * (at(23) + at(29) + at(31) - 1.5);
         Self {
             male: if k.is_multiple_of(2) { 1.0 - 0.2 * at(2) } else { 0.2 * at(2) },
@@ -193,7 +193,7 @@ impl Macro {
         }
     }
 
-    /// How much of a target this body takes: the product over the words of its name.
+    /// The weight of a target for this body: the product over the words of its name.
     fn share(&self, corner: &Corner) -> f64 {
         let three = |x: f64, word: &str, of: &str| match word.strip_suffix(of) {
             Some("min") => (1.0 - 2.0 * x).max(0.0),
@@ -209,7 +209,7 @@ impl Macro {
                     "african" => self.race[0],
                     "asian" => self.race[1],
                     "caucasian" => self.race[2],
-                    // Children and the old are no bodies that we fit.
+                    // Children and old people are not covered.
                     "baby" | "child" | "old" => 0.0,
                     w if w.ends_with("muscle") => three(self.muscle, w, "muscle"),
                     w if w.ends_with("weight") => three(self.weight, w, "weight"),
@@ -219,7 +219,7 @@ impl Macro {
     }
 }
 
-/// Every vertex of the base mesh of one body, metres, soles on y = 0.
+/// Every vertex of the base mesh for one body, in metres, soles at y = 0.
 fn body_of(base: &BaseMesh, targets: &[Target], body: &Macro) -> Vec<Point> {
     let mut points = base.points.clone();
     for target in targets {

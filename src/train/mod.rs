@@ -1,5 +1,5 @@
-//! Training: many bodies -> a [`BodyModel`]. Meshes of one topology are learnt from as they are; scans are first
-//! registered, each by the template moved onto it.
+//! Training: many bodies -> a body model. Meshes of one topology are used directly; scans are first registered: the
+//! template is moved onto each.
 //!
 //! **Source** Hu 2017, §5.1, Eqs. 1–2.
 

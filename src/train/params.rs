@@ -1,17 +1,17 @@
-//! How a model is learnt.
+//! How a model is trained.
 
 use super::error::TrainError;
 use serde::{Deserialize, Serialize};
 
-/// How a model is learnt.
+/// How a model is trained.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TrainParams {
     /// Components kept: Hu's k.
     pub components: usize,
-    /// Bodies kept from the training, evenly over the list, to measure the model on.
+    /// Number of bodies left out of the training to measure the model on, evenly over the list.
     pub leave_out: usize,
-    /// Whether limbs are turned into the mean body's pose before anything is learnt.
+    /// Whether limbs are turned into the mean body's pose before training.
     pub unpose: bool,
 }
 
@@ -22,7 +22,7 @@ impl Default for TrainParams {
 }
 
 impl TrainParams {
-    /// Checks that so many bodies are enough: before any work is done on them.
+    /// Checks that there are enough bodies, before any work is done.
     ///
     /// **Errors** [`TrainError::NoComponentAsked`], [`TrainError::TooFewBodies`].
     pub fn check(&self, bodies: usize) -> Result<(), TrainError> {

@@ -1,4 +1,4 @@
-//! What a model needs besides shapes: joints, skin weights, and what goes with them.
+//! The rig of a model: joints, skin weights, limits and texture coordinates.
 
 use super::error::TrainError;
 use super::subjects::Subjects;
@@ -13,10 +13,11 @@ pub(super) type Regressor = Vec<Vec<(VertexId, f64)>>;
 
 /// Joints and weights for a mesh.
 ///
-/// **Shapes** `weights` and `mirror` have one entry a vertex of `mesh`, the rest one a joint.
+/// **Shapes** `weights` and `mirror`: one entry per vertex of `mesh`; `names`, `parents`, `joints`: one per joint; `limits`:
+/// one per joint, or none.
 #[derive(Clone, Debug)]
 pub struct Rig {
-    /// The body in which `joints` lie, closed.
+    /// The closed body around `joints`.
     pub mesh: TriMesh,
     /// VRM names.
     pub names: Vec<String>,
@@ -30,7 +31,7 @@ pub struct Rig {
     pub limits: Vec<JointLimits>,
     /// Texture coordinates.
     pub uvs: Option<UvMap>,
-    /// The vertex that each becomes when left and right are exchanged.
+    /// Per vertex its counterpart on the other side.
     pub mirror: Option<PerVertex<VertexId>>,
 }
 
@@ -50,13 +51,13 @@ impl Rig {
     }
 
     /// The rig of `model` for bodies of another topology: the model is fitted to the mean of `kept` and moved onto it;
-    /// each vertex takes the weights of the closest place. Joints are the given ones where there are some.
+    /// each vertex takes the weights of the closest point. Given joints have priority.
     ///
-    /// **Requires** bodies upright, in metres. The bodies come back turned to face +Z.
+    /// **Requires** bodies upright, in metres. They are turned to face +Z.
     ///
-    /// **Errors** where the mean body is open, or the model does not fit.
+    /// **Errors** if the mean body is open, or the model does not fit.
     pub fn for_subjects(subjects: Subjects, kept: &[usize], model: &BodyModel) -> Result<(Subjects, Self), TrainError> {
-        /// A heading less than this off is left: it is the fit's, not the bodies'. Radians.
+        /// Greatest heading that is not corrected, in radians: it is an error of the fit.
         const SURE_HEADING: f64 = 0.3;
         let mesh = subjects.mean_of(kept);
         check_closed(&mesh)?;
@@ -74,7 +75,7 @@ impl Rig {
         let skeleton = &registered.skeleton;
         let points = skin(registered.surface.points(), &model.weights, skeleton, &registered.pose);
         let weights = closest_weights(mesh.points(), &registered.surface.with_points(points), &model.weights);
-        // Corrective offsets count from the template's bind pose, which is not that of these bodies.
+        // Corrective offsets refer to the template's bind pose, which is not that of these bodies.
         let weights = weights.rigid();
         let joints = subjects.mean_joints_of(kept).unwrap_or_else(|| skeleton.joints_in_world(&registered.pose));
         let rig = Self {
@@ -90,11 +91,11 @@ impl Rig {
         Ok((subjects, rig))
     }
 
-    /// Joints as sums of vertices, by mean value coordinates (Hu 2017, Eq. 1).
+    /// Joints as weighted sums of vertices, by mean value coordinates (Hu 2017, Eq. 1).
     ///
-    /// **Errors** where the mesh is open.
+    /// **Errors** if the mesh is open.
     pub(super) fn joint_regressor(&self) -> Result<Regressor, TrainError> {
-        /// Factors below this share move no joint by a hundredth of a millimetre; left out, they would be all vertices.
+        /// Least factor kept: smaller ones move no joint by 0.01 mm, and with them every vertex would be in every row.
         const LEAST: f64 = 1e-9;
         check_closed(&self.mesh)?;
         let row = |joint: &Point| {
@@ -112,7 +113,7 @@ fn check_closed(mesh: &TriMesh) -> Result<(), TrainError> {
     }
 }
 
-/// The model's bounds count from its bind pose; in the new model that pose is `old`, so they are moved by it.
+/// The model's bounds refer to its bind pose, which is `old` in the new model: moves them by that pose.
 fn limits_from(model: &BodyModel, old: &Pose) -> Vec<JointLimits> {
     model
         .limits

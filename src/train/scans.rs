@@ -1,4 +1,4 @@
-//! Scans registered by one template: each becomes a body of the template's topology, in its bind pose.
+//! Registers scans with one template: each becomes a body of the template's topology, in its bind pose.
 
 use super::error::TrainError;
 use super::progress::TrainingProgress;
@@ -8,14 +8,14 @@ use crate::formats::RawMesh;
 use crate::geometry::{Point, TriMesh, VertexId, self_intersecting_pairs};
 use crate::scan::{ScanParams, clean};
 
-/// A scan, and places of it of which it is known on which of the template's vertices they lie.
+/// A scan with landmarks.
 #[derive(Clone, Debug)]
 pub struct ScanToRegister {
-    /// What it is called in messages.
+    /// Its name in messages.
     pub name: String,
     /// The scan.
     pub mesh: RawMesh,
-    /// Vertices of the template, and their places in the frame and unit of the mesh; may be empty.
+    /// Landmarks: vertices of the template and their positions in the frame and unit of the mesh; may be empty.
     pub landmarks: Vec<(VertexId, Point)>,
 }
 
@@ -30,9 +30,9 @@ pub struct ScannedBody {
     pub crossing: usize,
 }
 
-/// Fits the template's model to each scan, moves it onto the scan, and carries it into the bind pose.
+/// Fits the template's model to each scan, moves it onto the scan, and unposes it into the bind pose.
 ///
-/// **Errors** the first scan that is none, or to which no body fits, by its name.
+/// **Errors** name the first mesh that is not a scan of a person, or to which no body fits.
 pub fn registered_bodies(
     scans: &[ScanToRegister],
     model: &BodyModel,

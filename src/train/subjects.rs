@@ -1,4 +1,4 @@
-//! Bodies of one topology, checked and stood alike.
+//! Bodies of one topology, checked and aligned.
 
 use super::components::mean_body;
 use super::error::TrainError;
@@ -7,9 +7,9 @@ use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
 /// Joints that come with the bodies.
 #[derive(Clone, Debug)]
 pub struct GivenJoints {
-    /// Their names: those of the rig, in its order.
+    /// Names of the joints: those of the rig, in its order.
     pub names: Vec<String>,
-    /// A body's joint centres, in that order.
+    /// Per body its joint centres, in that order.
     pub of_body: Vec<Vec<Point>>,
 }
 
@@ -20,14 +20,14 @@ pub struct Subjects {
     pub template: TriMesh,
     /// Each body's vertices.
     pub bodies: Vec<PerVertex<Point>>,
-    /// Their joints where they are known.
+    /// Their joints, if known.
     pub joints: Option<GivenJoints>,
 }
 
 impl Subjects {
-    /// Checks that the meshes are of one topology and one order.
+    /// Checks that the meshes have the same topology and vertex order.
     ///
-    /// **Errors** the first mesh that differs from the first one, and how.
+    /// **Errors** name the first mesh that differs from the first one, and how.
     pub fn try_new(meshes: &[(String, TriMesh)], joints: Option<GivenJoints>) -> Result<Self, TrainError> {
         let Some((reference, first)) = meshes.first() else {
             return Err(TrainError::TooFewBodies { components: 1, bodies: 0 });
@@ -43,12 +43,11 @@ impl Subjects {
         Ok(Self { template: first.with_points(mean), bodies, joints })
     }
 
-    /// The same bodies, each turned about the vertical and moved level so that it stands as the mean does, with its
-    /// soles on y = 0.
+    /// Aligns the bodies: turns each about the vertical and moves it horizontally onto the mean, with its soles on y = 0.
     ///
     /// **Requires** Y up.
     pub fn stood_alike(mut self) -> Self {
-        /// The mean of turned bodies is sharper than that of bodies as they came, hence a second round.
+        /// The mean of aligned bodies is sharper, hence a second round.
         const ROUNDS: usize = 2;
         for _ in 0..ROUNDS {
             let mean = self.template.points().clone();
@@ -76,7 +75,7 @@ impl Subjects {
         self.template.with_points(mean_body(&some).unwrap_or_else(|| self.template.points().clone()))
     }
 
-    /// The mean of their joints, where those are known.
+    /// The mean of their joints, if known.
     pub fn mean_joints_of(&self, bodies: &[usize]) -> Option<Vec<Point>> {
         let given = self.joints.as_ref()?;
         let share = 1.0 / bodies.len().max(1) as f64;
@@ -84,7 +83,7 @@ impl Subjects {
         Some((0..given.names.len()).map(mean).collect())
     }
 
-    /// Every body and its joints mapped.
+    /// Maps every body and its joints.
     pub fn map_points(mut self, f: impl Fn(&Point) -> Point) -> Self {
         self.bodies.iter_mut().for_each(|b| b.0.iter_mut().for_each(|p| *p = f(p)));
         if let Some(given) = &mut self.joints {
@@ -114,7 +113,7 @@ fn check_alike(reference: &str, first: &TriMesh, name: &str, mesh: &TriMesh) -> 
             expected: first.faces().0[face].map(|v| v.0),
         });
     }
-    /// People of the same height differ by a tenth in this; shuffled vertices by fifty times.
+    /// People of the same height differ by a tenth in this measure; shuffled vertices by a factor of fifty.
     const LARGEST_RATIO: f64 = 2.5;
     let ratio = relative_edge(mesh) / relative_edge(first);
     if !(1.0 / LARGEST_RATIO..LARGEST_RATIO).contains(&ratio) {
@@ -128,7 +127,7 @@ fn relative_edge(mesh: &TriMesh) -> f64 {
     mesh.mean_edge_length() / mesh.bounds().map_or(1.0, |b| b.extent().norm()).max(1e-9)
 }
 
-/// The turn about the vertical (radians) and the shift that bring `body` closest to `mean`; soles go to y = 0.
+/// The rotation about the vertical (radians) and the translation that move `body` closest to `mean`, with soles at y = 0.
 ///
 /// **Source** Kabsch in the horizontal plane: the angle of the summed complex products.
 fn level_motion(body: &PerVertex<Point>, mean: &PerVertex<Point>) -> (f64, Vec3) {

@@ -1,4 +1,4 @@
-//! Limbs turned into the mean body's pose, so that shape is learnt and not posture.
+//! Turns limbs into the mean body's pose, so that the model learns shape and not posture.
 
 use super::components::mean_body;
 use super::leave_out::skeleton_of;
@@ -12,8 +12,8 @@ use crate::geometry::{PerVertex, Point, Vec3};
 use nalgebra::{Matrix3, UnitQuaternion};
 use rayon::prelude::*;
 
-/// Joints whose turn is taken out: those that people hold differently. Turns of trunk and shoulder girdle cannot be
-/// told from a belly or from broad shoulders, and stay in the shape.
+/// Joints whose rotation is removed: those that people hold differently. Rotations of trunk and shoulder girdle cannot be
+/// distinguished from a belly or broad shoulders, and stay in the shape.
 const TURNED: [HumanJoint; 14] = [
     Neck,
     Head,
@@ -30,10 +30,10 @@ const TURNED: [HumanJoint; 14] = [
     LowerLeg(Right),
     Foot(Right),
 ];
-/// The mean of unposed bodies is a better reference than the first mean; after two rounds it stands still.
+/// Number of rounds: the mean of unposed bodies is a better reference than the first mean; two rounds converge.
 const ROUNDS: usize = 2;
 
-/// Every body in the pose of the mean of those in `kept`, and for each the pose that carries it back.
+/// Every body in the pose of the mean of those in `kept`, and per body the pose that skins it back.
 pub(super) fn into_mean_pose(
     subjects: &Subjects,
     rig: &Rig,
@@ -58,7 +58,9 @@ pub(super) fn into_mean_pose(
     (in_bind, poses)
 }
 
-/// The rotation of each joint that carries `from` onto `to`: its part's own best rotation, seen from its parent's.
+/// The rotation of each joint that moves `from` onto `to`: the best rotation of its part relative to its parent's.
+///
+/// **Shapes** one per joint.
 fn turns(rig: &Rig, from: &PerVertex<Point>, to: &PerVertex<Point>) -> Vec<UnitQuaternion<f64>> {
     let mut in_world: Vec<UnitQuaternion<f64>> = Vec::with_capacity(rig.parents.len());
     let mut local = Vec::with_capacity(rig.parents.len());
@@ -73,11 +75,11 @@ fn turns(rig: &Rig, from: &PerVertex<Point>, to: &PerVertex<Point>) -> Vec<UnitQ
     local
 }
 
-/// Kabsch over the vertices that follow joint `j` for the most part; `None` where there are too few.
+/// Kabsch algorithm over the vertices that mostly follow joint `j`; `None` if there are too few.
 fn part_rotation(rig: &Rig, j: usize, from: &PerVertex<Point>, to: &PerVertex<Point>) -> Option<UnitQuaternion<f64>> {
-    /// Vertices that follow a joint less than this bend with the next one.
+    /// Least weight: vertices that follow a joint less bend with the next one.
     const LEAST_WEIGHT: f64 = 0.7;
-    /// Fewer vertices than these have no sure orientation.
+    /// Least number of vertices that determine an orientation.
     const FEWEST: usize = 12;
     let part: Vec<(usize, f64)> = rig
         .weights
@@ -103,14 +105,14 @@ fn part_rotation(rig: &Rig, j: usize, from: &PerVertex<Point>, to: &PerVertex<Po
 }
 
 /// Bind-pose points and the pose that skins them into `body`: joints follow from the points and the points from the
-/// joints, repeated until both agree.
+/// joints, so both are iterated.
 fn carried_back(
     rig: &Rig,
     regressor: &Regressor,
     body: &PerVertex<Point>,
     rotations: Vec<UnitQuaternion<f64>>,
 ) -> (PerVertex<Point>, Pose) {
-    /// Each round shrinks what is left to about a third.
+    /// Each round reduces the error to about a third.
     const ROUNDS: usize = 8;
     let mut pose = Pose { translation: Vec3::zeros(), rotations };
     let mut skeleton = skeleton_of(rig, regressor, body);
@@ -118,7 +120,7 @@ fn carried_back(
     for _ in 0..ROUNDS {
         let points = unskin(body, &rig.weights, &skeleton, &pose);
         skeleton.joints_in_bind = skeleton_of(rig, regressor, &points).joints_in_bind;
-        // The root stays where it stood: bodies keep their soles on the ground.
+        // The root stays in place: bodies keep their soles on the ground.
         pose.translation = root - skeleton.joints_in_bind[0];
     }
     let points = unskin(body, &rig.weights, &skeleton, &pose);
