@@ -1,20 +1,20 @@
-//! The verb of this room.
+//! Cleans a mesh into a [`Scan`].
 
 use super::pieces::{Sound, orient_outward, sound_mesh};
 use super::{CleaningStep, Scan, ScanError, ScanParams, decimate, smooth, upright};
 use crate::formats::RawMesh;
 use crate::geometry::{Adjacency, PerVertex, TriMesh};
 
-/// Fewer faces than these cannot show a person: what is asked for below is raised to it.
+/// Least number of faces of a person; a smaller request is raised to it.
 const LEAST_FACES: usize = 2_000;
-/// Holes with a border longer than this are said, in metres: a hand's breadth around.
+/// Least border length of a hole that is reported, in metres: a hand's breadth around.
 const LARGE_HOLE: f64 = 0.3;
 
-/// Makes a scan of what a file holds: metres, Y up, one person, outward, smoothed and of a bearable size.
+/// Makes a scan from the arrays of a file: metres, Y up, one person, oriented outward, smoothed, decimated if large.
 ///
-/// **Guarantees** deterministic. What was assumed and mended is said in [`Scan::findings`].
+/// **Guarantees** deterministic. [`Scan::findings`] reports assumptions and repairs.
 ///
-/// **Errors** what cannot be the surface of one person; see [`ScanError`].
+/// **Errors** if the mesh cannot be the surface of one person; see [`ScanError`].
 pub fn clean(raw: &RawMesh, params: &ScanParams, on_step: &mut dyn FnMut(&CleaningStep)) -> Result<Scan, ScanError> {
     let mut findings = Vec::new();
     let mut report = |name: &'static str, mesh: &TriMesh| {
@@ -51,7 +51,9 @@ pub fn clean(raw: &RawMesh, params: &ScanParams, on_step: &mut dyn FnMut(&Cleani
     Ok(Scan { mesh, colors, confidence: confidence(raw, &file_vertices), file_vertices, world_from_file, findings })
 }
 
-/// The file's own word on how well vertices were seen, if it is a share.
+/// The file's confidences of its vertices, if all are shares.
+///
+/// **Shapes** one entry per vertex.
 fn confidence(raw: &RawMesh, file_vertices: &PerVertex<u32>) -> Option<PerVertex<f32>> {
     let stated = raw.scalars.get("confidence").filter(|values| values.len() == raw.points.len())?;
     stated.iter().all(|c| (0.0..=1.0).contains(c)).then(|| file_vertices.iter().map(|&v| stated[v as usize]).collect())

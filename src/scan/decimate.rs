@@ -1,18 +1,18 @@
-//! Fewer faces where there are too many.
+//! Decimation.
 
 use crate::geometry::{PerFace, PerVertex, Point, TriMesh, VertexId};
 use meshopt::{SimplifyOptions, VertexDataAdapter};
 
-/// The mesh with about `faces` faces, and which vertex of `mesh` each of its vertices was: quadric edge collapse, which
-/// keeps positions. `None` if there is nothing to take away.
+/// The mesh with about `faces` faces, and per vertex the vertex of `mesh` that it was: quadric edge collapse, which keeps
+/// positions. `None` if there is nothing to remove.
 ///
-/// Borders are free to move along themselves, but are weighed by the quadrics, so holes keep their outline.
+/// Borders may move along themselves, but have weight in the quadrics, so holes keep their outline.
 pub(super) fn decimated(mesh: &TriMesh, faces: usize) -> Option<(TriMesh, PerVertex<VertexId>)> {
-    // A few percent are not worth a new mesh.
+    // A few percent do not justify a new mesh.
     if mesh.face_count() <= faces + faces / 50 {
         return None;
     }
-    // f32 inside: from the middle, a micrometre is still far above its rounding.
+    // Internally f32: relative to the centre its rounding is far below a micrometre.
     let center = mesh.bounds().map_or_else(Point::origin, |b| b.center());
     let positions: Vec<[f32; 3]> = mesh
         .points()
@@ -24,7 +24,7 @@ pub(super) fn decimated(mesh: &TriMesh, faces: usize) -> Option<(TriMesh, PerVer
         .collect();
     let vertices = VertexDataAdapter::new(bytemuck::cast_slice(&positions), size_of::<[f32; 3]>(), 0).ok()?;
     let indices: Vec<u32> = mesh.faces().iter().flatten().map(|v| v.0).collect();
-    // The error may be anything: the count decides.
+    // The error is unlimited: the face count decides.
     let fewer = meshopt::simplify(&indices, &vertices, faces * 3, 1.0, SimplifyOptions::RegularizeLight, None);
     let faces: Vec<[VertexId; 3]> = fewer.chunks_exact(3).map(|c| [c[0], c[1], c[2]].map(VertexId)).collect();
     let all = PerFace::filled(true, faces.len());

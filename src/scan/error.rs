@@ -1,4 +1,4 @@
-//! What makes a mesh no scan of a person.
+//! Why a mesh is not a usable scan.
 
 use crate::geometry::MeshError;
 
@@ -11,36 +11,36 @@ pub enum ScanError {
     /// A point cloud.
     #[error("the file holds {points} points but no faces: a surface is needed")]
     NoFaces {
-        /// How many points.
+        /// The number of points.
         points: usize,
     },
-    /// Coordinates that are no numbers.
+    /// Coordinates that are not numbers.
     #[error("vertex {vertex} has a coordinate that is not a number ({count} such vertices of {of})")]
     NotFinite {
         /// The first, counted from 0.
         vertex: usize,
-        /// How many there are.
+        /// How many vertices have such a coordinate.
         count: usize,
         /// Of how many vertices.
         of: usize,
     },
-    /// An array beside the points has another length.
+    /// An attribute array has the wrong length.
     #[error("there are {points} points but {given} {what}")]
     WrongLength {
         /// Which array.
         what: &'static str,
         /// Its length.
         given: usize,
-        /// How many points.
+        /// The number of points.
         points: usize,
     },
     /// The faces do not fit the points.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// Nothing has area.
+    /// No face has area.
     #[error("none of the {faces} faces has an area")]
     NoArea {
-        /// How many faces.
+        /// The number of faces.
         faces: usize,
     },
     /// Too small or too large.
@@ -56,7 +56,7 @@ pub enum ScanError {
     /// More than one person.
     #[error("there seem to be two people in the scan: {evidence}")]
     TwoPeople {
-        /// What says so.
+        /// The evidence.
         evidence: String,
     },
 }

@@ -1,4 +1,4 @@
-//! From the file's frame and unit to ours and back.
+//! Transforms between the file's frame and unit and the world.
 
 use crate::geometry::{Point, Vec3};
 use nalgebra::UnitQuaternion;
@@ -7,14 +7,14 @@ use serde::{Deserialize, Serialize};
 /// Scale and rotation, no translation: `world = rotation · (metres_per_unit · file)`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FileFrame {
-    /// Metres in one unit of the file.
+    /// Metres per unit of the file.
     pub metres_per_unit: f64,
-    /// Turns the file's up axis to +Y.
+    /// Rotates the file's up axis to +Y.
     pub rotation: UnitQuaternion<f64>,
 }
 
 impl FileFrame {
-    /// A file in our own frame.
+    /// A file already in the world frame.
     pub fn identity() -> Self {
         Self { metres_per_unit: 1.0, rotation: UnitQuaternion::identity() }
     }

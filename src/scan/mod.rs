@@ -1,4 +1,4 @@
-//! A mesh in; a cleaned [`Scan`], metres, Y up, out.
+//! Mesh or RGB-D frames -> a cleaned [`Scan`] in metres, Y up.
 
 mod clean;
 mod decimate;
@@ -24,36 +24,38 @@ pub use rgbd::{
 use crate::geometry::{PerVertex, TriMesh};
 use serde::{Deserialize, Serialize};
 
-/// A cleaned scan in the world frame: metres, Y up; place and heading are those of the file.
+/// A cleaned scan in the world frame: metres, Y up; position and heading are those of the file.
+///
+/// **Shapes** `colors`, `confidence` and `file_vertices`: one entry per vertex of `mesh`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scan {
     /// The surface, oriented outward.
     pub mesh: TriMesh,
     /// Colours as scanned.
     pub colors: Option<PerVertex<[u8; 3]>>,
-    /// How well each vertex was seen, 0 to 1, where the file or a fusion says so.
+    /// Confidence of each vertex, 0 to 1, if the file or the fusion provides it.
     pub confidence: Option<PerVertex<f32>>,
-    /// Which vertex of the file each vertex was; vertices are dropped and smoothed, never made.
+    /// Index of each vertex in the file; cleaning drops and moves vertices and adds none.
     pub file_vertices: PerVertex<u32>,
-    /// How the file's coordinates became ours.
+    /// Transform from the file's coordinates.
     pub world_from_file: FileFrame,
-    /// What was assumed and mended, a sentence each.
+    /// Assumptions and repairs, one sentence each.
     pub findings: Vec<String>,
 }
 
-/// Progress of cleaning: a part of the work is done.
+/// Progress of cleaning: one part of the work is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CleaningStep {
-    /// What was done.
+    /// The part.
     pub name: &'static str,
-    /// Vertices that there are now.
+    /// Vertices of the mesh now.
     pub vertices: usize,
-    /// Faces that there are now.
+    /// Faces of the mesh now.
     pub faces: usize,
 }
 
 impl Scan {
-    /// A mesh that is clean already, in the world frame.
+    /// A scan from a clean mesh in the world frame.
     pub fn from_clean_mesh(mesh: TriMesh, colors: Option<PerVertex<[u8; 3]>>) -> Self {
         Self {
             file_vertices: (0..mesh.vertex_count() as u32).collect(),

@@ -1,4 +1,4 @@
-//! What may be told about a scan, and what is assumed otherwise.
+//! How a scan is read and cleaned, with units and axes.
 
 use crate::geometry::Vec3;
 use crate::parameters::{Allowed, parameters};
@@ -23,7 +23,7 @@ parameters! {
     }
 }
 
-/// A unit of length that scanners write.
+/// A unit of length used by scanners.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Unit {
     /// m.
@@ -41,10 +41,10 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// All of them.
+    /// All variants.
     pub const ALL: [Self; 4] = [Self::Metre, Self::Centimetre, Self::Millimetre, Self::Inch];
 
-    /// Metres in one of it.
+    /// Metres per unit.
     pub fn metres(self) -> f64 {
         match self {
             Self::Metre => 1.0,
@@ -70,7 +70,7 @@ impl FromStr for Unit {
     type Err = String;
     fn from_str(text: &str) -> Result<Self, String> {
         let known = Self::ALL.into_iter().find(|unit| unit.to_string() == text);
-        known.ok_or_else(|| format!("'{text}' is no unit that we know; give m, cm, mm or in"))
+        known.ok_or_else(|| format!("'{text}' is not a known unit; give m, cm, mm or in"))
     }
 }
 
@@ -98,7 +98,7 @@ pub enum Up {
 }
 
 impl Up {
-    /// All of them.
+    /// All variants.
     pub const ALL: [Self; 6] = [Self::PlusX, Self::MinusX, Self::PlusY, Self::MinusY, Self::PlusZ, Self::MinusZ];
 
     /// The axis, in the file.
@@ -113,7 +113,7 @@ impl Up {
         }
     }
 
-    /// The rotation by quarter turns that makes it +Y. Where the file's Z lies flat, it stays what it was.
+    /// The rotation by quarter turns that maps the axis to +Y. A horizontal Z axis of the file stays as it is.
     pub fn world_from_file(self) -> UnitQuaternion<f64> {
         let rows = match self {
             Self::PlusX => [-Vec3::y(), Vec3::x(), Vec3::z()],
@@ -146,7 +146,7 @@ impl FromStr for Up {
     fn from_str(text: &str) -> Result<Self, String> {
         let plain = text.strip_prefix('+').unwrap_or(text).to_ascii_lowercase();
         let known = Self::ALL.into_iter().find(|up| up.to_string() == plain);
-        known.ok_or_else(|| format!("'{text}' is no axis; give x, y, z, -x, -y or -z"))
+        known.ok_or_else(|| format!("'{text}' is not an axis; give x, y, z, -x, -y or -z"))
     }
 }
 

@@ -1,30 +1,32 @@
-//! From a file's arrays to one sound piece of surface: welded, without faces that are none, the person alone.
+//! From a file's arrays to a valid surface of the person alone: welded, without degenerate faces.
 
 use super::ScanError;
 use crate::formats::RawMesh;
 use crate::geometry::{Aabb, Adjacency, FaceId, PerFace, PerVertex, Point, TriMesh, Vec3, VertexId};
 use std::collections::{HashMap, HashSet};
 
-/// Two corners of a face are one when they are closer than this share of its longest side: a nanometre on edges of a
-/// millimetre, far below what a file's `f32` resolves.
+/// Distance below which two corners of a face are merged, as a share of its longest side: a nanometre on edges of a
+/// millimetre, far below the resolution of `f32`.
 const SAME_CORNER: f64 = 1e-6;
-/// Pieces are welded where that makes the main one larger by more than this share of the area.
+/// Least gain of the main piece's area, as a share of the whole, for which vertices are welded.
 const WELD_GAIN: f64 = 0.01;
-/// A lesser piece stays when it has this share of the main one's area: a hand or a head that holes cut off. What floats
-/// about in fused scans is below 0.3 %.
+/// Least area of a smaller piece that stays, as a share of the main one's: a hand or a head separated by holes. Debris in
+/// fused scans is below 0.3 %.
 const PIECE_SHARE: f64 = 0.01;
-/// … and touches the main one's box, widened by this share of its longest side.
+/// Distance from the main piece's box within which a smaller piece stays, as a share of the box's longest side.
 const PIECE_REACH: f64 = 0.05;
-/// A piece flatter than this (thinnest side per longest) is a floor or a wall, not a person.
+/// Thinnest per longest side below which a piece is a floor or a wall, not a person.
 const FLAT: f64 = 0.03;
 
-/// A mesh, and which vertex of the file each of its vertices was.
+/// A mesh with the file's index of each vertex.
+///
+/// **Shapes** one index per vertex.
 pub(super) struct Sound {
     pub(super) mesh: TriMesh,
     pub(super) file_vertices: PerVertex<u32>,
 }
 
-/// Checks the arrays and drops faces without area and faces that come twice; the mesh and its pieces.
+/// Checks the arrays and drops degenerate and duplicate faces. Returns the mesh and its pieces.
 pub(super) fn sound_mesh(raw: &RawMesh, findings: &mut Vec<String>) -> Result<(Sound, Pieces), ScanError> {
     if raw.points.is_empty() {
         return Err(ScanError::Empty);
@@ -64,8 +66,8 @@ pub(super) fn sound_mesh(raw: &RawMesh, findings: &mut Vec<String>) -> Result<(S
 }
 
 impl Sound {
-    /// Faces whose corners coincide are closed up, not cut out, so that a closed surface stays closed; of faces with the
-    /// same corners the first stays.
+    /// Merges coinciding corners of degenerate faces instead of removing the faces, so that a closed surface stays closed; of
+    /// faces with equal corners keeps the first.
     fn without_false_faces(self, findings: &mut Vec<String>) -> Result<Self, ScanError> {
         let face_count = self.mesh.face_count();
         let mut one: PerVertex<VertexId> = self.mesh.vertex_ids().collect();
@@ -103,14 +105,14 @@ impl Sound {
         Ok(Self { mesh, ..self }.part(&keep))
     }
 
-    /// Vertices in exactly the same place made one, the first.
+    /// Merges vertices at exactly equal positions into the first.
     fn welded(&self) -> Self {
         let mut first_at: HashMap<[u64; 3], VertexId> = HashMap::with_capacity(self.mesh.vertex_count());
         let first: PerVertex<VertexId> = self
             .mesh
             .points()
             .enumerate()
-            // Adding zero makes −0 and 0 the same place.
+            // Adding zero turns −0 into 0.
             .map(|(v, p)| *first_at.entry([p.x, p.y, p.z].map(|c| (c + 0.0).to_bits())).or_insert(v))
             .collect();
         let faces: Vec<[VertexId; 3]> = self.mesh.faces().iter().map(|face| face.map(|v| first[v])).collect();
@@ -126,7 +128,7 @@ impl Sound {
     }
 }
 
-/// The vertex that stands for `v`.
+/// The representative of `v`.
 fn root(one: &PerVertex<VertexId>, mut v: VertexId) -> VertexId {
     while one[v] != v {
         v = one[v];
@@ -136,13 +138,13 @@ fn root(one: &PerVertex<VertexId>, mut v: VertexId) -> VertexId {
 
 /// A connected piece of surface.
 pub(super) struct Piece {
-    /// Its number among the components.
+    /// Its component number.
     component: u32,
     pub(super) area: f64,
     pub(super) bounds: Aabb,
 }
 
-/// All pieces, the person's first and the others by falling area, and the piece of each face.
+/// All pieces, the person's first and the others by descending area; and the piece of each face.
 pub(super) struct Pieces {
     pub(super) list: Vec<Piece>,
     of_face: PerFace<u32>,
@@ -179,7 +181,7 @@ impl Pieces {
         self.of_face.iter().map(|&c| Some(c) == main).collect()
     }
 
-    /// Marks the faces that stay: the person's, and pieces near by that are large enough to be of the person.
+    /// Marks the faces that stay: the person's, and nearby pieces large enough to be part of the person.
     pub(super) fn faces_to_keep(&self, findings: &mut Vec<String>) -> PerFace<bool> {
         let Some(main) = self.list.first() else { return PerFace::filled(true, self.of_face.len()) };
         let reach = Vec3::repeat(PIECE_REACH * main.bounds.extent().amax());
@@ -217,11 +219,11 @@ impl Piece {
     }
 }
 
-/// Faces in the same sense as their neighbours, and each piece outward.
+/// Orients faces consistently with their neighbours, and each piece outward.
 ///
-/// Edges with three faces or more say nothing about sense and are not walked across.
+/// Edges with three faces or more do not determine orientation and are not crossed.
 ///
-/// Returns how many faces were turned over.
+/// Returns the number of flipped faces.
 pub(super) fn orient_outward(mesh: &TriMesh, adjacency: &Adjacency) -> (TriMesh, usize) {
     let crowded = crowded_edges(mesh, adjacency);
     let mut turned = PerFace::filled(false, mesh.face_count());
@@ -249,7 +251,7 @@ pub(super) fn orient_outward(mesh: &TriMesh, adjacency: &Adjacency) -> (TriMesh,
             }
         }
     }
-    // Outward: the volume around the piece's own middle is positive, also of a piece with holes.
+    // Outward: the signed volume around the piece's own centre is positive, also for a piece with holes.
     let mut middle = vec![(Vec3::zeros(), 0.0); piece_count];
     for f in mesh.face_ids() {
         let (area, sum) = (mesh.face_area(f), &mut middle[piece_of[f] as usize]);
@@ -283,7 +285,7 @@ fn crowded_edges(mesh: &TriMesh, adjacency: &Adjacency) -> HashSet<(VertexId, Ve
     for f in mesh.face_ids() {
         for (k, g) in adjacency.face_neighbours(f).into_iter().enumerate() {
             let Some(g) = g else { continue };
-            // The first two faces of an edge have each other; any further one has the first, which has not it.
+            // The first two faces of an edge are mutual neighbours; a further face refers to the first one only.
             let (a, b) = (mesh.faces()[f][k], mesh.faces()[f][(k + 1) % 3]);
             let side = (0..3).find(|&j| {
                 let (c, d) = (mesh.faces()[g][j], mesh.faces()[g][(j + 1) % 3]);
@@ -297,7 +299,7 @@ fn crowded_edges(mesh: &TriMesh, adjacency: &Adjacency) -> HashSet<(VertexId, Ve
     crowded
 }
 
-/// Whether face `f` has the side from `a` to `b` in this direction.
+/// Whether face `f` has a side from `a` to `b` in this direction.
 fn runs_along(mesh: &TriMesh, f: FaceId, a: VertexId, b: VertexId) -> bool {
     let face = mesh.faces()[f];
     (0..3).any(|k| face[k] == a && face[(k + 1) % 3] == b)

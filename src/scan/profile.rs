@@ -1,53 +1,53 @@
-//! A body seen as slices from one end to the other.
+//! Cross-sections of a body from one end to the other.
 
 use crate::geometry::{Point, TriMesh, Vec3};
 
-/// Slices. An adult gets one every 2.7 cm: a neck is three of them high.
+/// Number of cross-sections. One every 2.7 cm for an adult; a neck has three.
 const SLICES: usize = 64;
-/// Cell of the raster in which what a slice cuts is joined, per height: 2 cm on an adult, wider than noise and less
-/// than the gap between the legs of someone who stands in an A-pose.
+/// Cell of the raster that joins parts of a cross-section, relative to height: 2 cm for an adult, wider than noise and
+/// narrower than the gap between the legs in an A-pose.
 const CELL_PER_HEIGHT: f64 = 1.0 / 85.0;
-/// Clusters with less than this share of a slice's outline are noise.
+/// Share of a cross-section's outline below which a cluster is noise.
 const CLUSTER_SHARE: f64 = 0.08;
 
-/// What one plane cuts out of a surface.
+/// The cross-section of a surface with one plane.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Slice {
-    /// How far the outline spreads: the diameter, if it were a circle. Zero where nothing is cut.
+pub(super) struct CrossSection {
+    /// Extent of the outline: its diameter if it were a circle. Zero if empty.
     pub(super) spread: f64,
-    /// What hangs together, the longest outline first.
+    /// Connected parts, the longest outline first.
     pub(super) clusters: Vec<Cluster>,
 }
 
-/// A part of a slice that hangs together.
+/// A connected part of a cross-section.
 #[derive(Clone, Debug)]
 pub(super) struct Cluster {
-    /// Its middle, across.
+    /// Its centre in the plane.
     pub(super) center: [f64; 2],
     /// Length of its outline.
     pub(super) outline: f64,
 }
 
-/// A surface in slices along an axis.
+/// Cross-sections of a surface along an axis.
 pub(super) struct Profile {
     /// From the low end to the high one.
-    pub(super) slices: Vec<Slice>,
+    pub(super) slices: Vec<CrossSection>,
     /// From end to end.
     pub(super) height: f64,
 }
 
-/// A piece of a slice's outline: its middle and its length.
+/// A segment of an outline: its midpoint and its length.
 struct Dash {
     at: [f64; 2],
     length: f64,
 }
 
 impl Profile {
-    /// Slices `mesh` along the unit vector `up`; `across` is a unit vector at a right angle to it, along which boxes lie.
+    /// Slices `mesh` along the unit vector `up`; `across` is a perpendicular unit vector, an axis of the boxes.
     pub(super) fn along(mesh: &TriMesh, up: &Vec3, across: &Vec3) -> Self {
         let deep = up.cross(across);
         let heights: Vec<f64> = mesh.points().iter().map(|p| up.dot(&p.coords)).collect();
-        // Unused vertices are not of the person.
+        // Unused vertices do not belong to the person.
         let used = mesh.faces().iter().flatten().map(|v| heights[v.index()]);
         let (low, high) = used.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
         let height = (high - low).max(f64::MIN_POSITIVE);
@@ -76,16 +76,16 @@ impl Profile {
                 }
             }
         }
-        Self { slices: outlines.iter().map(|outline| Slice::of(outline, cell)).collect(), height }
+        Self { slices: outlines.iter().map(|outline| CrossSection::of(outline, cell)).collect(), height }
     }
 
-    /// The slices between two shares of the height, counted from the low end.
-    pub(super) fn between(&self, from: f64, to: f64) -> &[Slice] {
+    /// The cross-sections between two shares of the height, from the low end.
+    pub(super) fn between(&self, from: f64, to: f64) -> &[CrossSection] {
         let index = |share: f64| ((share * SLICES as f64).round() as usize).min(SLICES);
         &self.slices[index(from)..index(to)]
     }
 
-    /// The same turned upside down.
+    /// The profile upside down.
     pub(super) fn reversed(&self) -> Self {
         Self { slices: self.slices.iter().rev().cloned().collect(), height: self.height }
     }
@@ -106,7 +106,7 @@ fn cut(corners: &[[f64; 2]; 3], level: &[f64; 3], at: f64) -> Option<[[f64; 2]; 
     (count == 2).then_some(found)
 }
 
-impl Slice {
+impl CrossSection {
     fn of(outline: &[Dash], cell: f64) -> Self {
         let total: f64 = outline.iter().map(|d| d.length).sum();
         if total <= 0.0 {
@@ -123,7 +123,7 @@ impl Slice {
         Self { spread: 2.0 * (2.0 * greatest).sqrt(), clusters }
     }
 
-    /// Whether there are two parts of about the same size, apart: legs, and nothing else of that size.
+    /// Whether there are exactly two large parts, of similar size and apart: legs.
     pub(super) fn is_pair(&self) -> bool {
         self.clusters.len() >= 2
             && self.clusters[1].outline > 0.5 * self.clusters[0].outline
@@ -131,8 +131,8 @@ impl Slice {
     }
 }
 
-/// Parts of an outline that hang together, by cells that touch or lie one cell apart, joined where their boxes overlap
-/// (the two halves of an outline that a hole broke). Longest first.
+/// Connected parts of an outline: cells that touch or are one cell apart, and parts whose boxes overlap (two halves of an
+/// outline broken by a hole). Longest first.
 fn clusters(outline: &[Dash], cell: f64) -> Vec<Cluster> {
     let mut cells: Vec<([i64; 2], usize)> =
         outline.iter().enumerate().map(|(i, d)| (d.at.map(|c| (c / cell).floor() as i64), i)).collect();
@@ -204,7 +204,7 @@ fn clusters(outline: &[Dash], cell: f64) -> Vec<Cluster> {
     clusters
 }
 
-/// The directions in which a surface spreads, most first: orthonormal, by area.
+/// The principal directions of a surface by area, largest extent first; orthonormal.
 pub(super) fn principal_directions(mesh: &TriMesh) -> [Vec3; 3] {
     let mut total = 0.0;
     let mut sum = Vec3::zeros();

@@ -1,13 +1,13 @@
-//! Noise taken off without shrinking.
+//! Taubin smoothing.
 
 use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3, VertexId};
 
-/// The shrinking step (Taubin 1995, his own figures, which let waves of ten edges pass).
+/// The shrinking step (the values of Taubin 1995, which keep waves of ten edges).
 const LAMBDA: f64 = 0.5;
-/// The swelling step.
+/// The inflating step.
 const MU: f64 = -0.53;
 
-/// Taubin's λ|μ smoothing with equal weights. Vertices along a border move with their border alone, so that holes keep
+/// Taubin's λ|μ smoothing with equal weights. Border vertices are smoothed along their border only, so that holes keep
 /// their shape.
 ///
 /// **Source** Taubin 1995, "A signal processing approach to fair surface design".

@@ -1,19 +1,19 @@
-//! Which way is up, how large a unit is, and whether this is one person at all.
+//! Finds the up axis and the unit, and checks that the scan shows one person.
 
 use super::pieces::{Pieces, Sound};
-use super::profile::{Profile, Slice, principal_directions};
+use super::profile::{CrossSection, Profile, principal_directions};
 use super::{FileFrame, ScanError, ScanParams, Unit, Up};
 use crate::geometry::{TriMesh, Vec3};
 use nalgebra::UnitQuaternion;
 
 /// A person's height, in metres: from a toddler to the tallest.
 const HEIGHT: std::ops::RangeInclusive<f64> = 0.4..=2.5;
-/// The height that a unit is guessed by, in metres: between the mean woman's and man's. Only cm and inches can be taken
-/// for each other (0.6 m or 1.5 m), and then the adult is meant.
+/// Expected height from which a unit is guessed, in metres: between the mean woman and man. Only cm and inches can be
+/// confused (0.6 m or 1.5 m); the adult is then assumed.
 const USUAL_HEIGHT: f64 = 1.68;
-/// A person who leans this much from an axis still stands along it, in degrees; farther off, the scan lies askew.
+/// Greatest angle between a person and an axis of the file, in degrees; above it the scan is oblique.
 const LEAN_DEG: f64 = 25.0;
-/// Below this difference of scores head and feet are hard to tell: foreign bodies and scans, dressed or not, have 1 to 4.
+/// Difference of scores below which head and feet are uncertain: external bodies and scans, dressed or not, have 1 to 4.
 const UNSURE: f64 = 0.5;
 
 /// Finds the frame of the person in `person` (file coordinates).
@@ -69,7 +69,7 @@ pub(super) fn file_frame(
     Ok(FileFrame { metres_per_unit, rotation })
 }
 
-/// The axis near which a direction lies, or the direction itself.
+/// The axis close to a direction, or the direction itself.
 fn snapped(direction: &Vec3) -> Vec3 {
     let axis = direction.iamax();
     if direction[axis].abs() < LEAN_DEG.to_radians().cos() {
@@ -104,10 +104,10 @@ fn unit(height: f64, params: &ScanParams, findings: &mut Vec<String>) -> Result<
     Ok(best.metres())
 }
 
-/// How much the low end of a profile looks like a head rather than like feet.
+/// Score of the low end of a profile: high for a head, low for feet.
 ///
-/// A head is narrow and round at its end, one piece, and shoulders follow; feet are as wide as the stance, two pieces,
-/// and nothing wider follows. A gown that hides the feet is wider still.
+/// A head is narrow, round and one part, and shoulders follow; feet are as wide as the stance, two parts, and nothing wider
+/// follows. A gown that hides the feet is even wider.
 fn head_score(profile: &Profile) -> f64 {
     let end = mean_spread(profile.between(0.015, 0.05));
     let near = mean_spread(profile.between(0.04, 0.10));
@@ -116,13 +116,13 @@ fn head_score(profile: &Profile) -> f64 {
         return 0.0;
     }
     let band = profile.between(0.03, 0.12);
-    let share = |of: fn(&Slice) -> bool| band.iter().filter(|s| of(s)).count() as f64 / band.len() as f64;
-    let one_or_two = share(|s| s.clusters.len() == 1) - share(Slice::is_pair);
+    let share = |of: fn(&CrossSection) -> bool| band.iter().filter(|s| of(s)).count() as f64 / band.len() as f64;
+    let one_or_two = share(|s| s.clusters.len() == 1) - share(CrossSection::is_pair);
     // 0.12 of the height: between the crown's spread near its end and that of a stance.
     (beyond / near).ln() - (end / profile.height / 0.12).ln() + 0.5 * one_or_two
 }
 
-fn mean_spread(slices: &[Slice]) -> f64 {
+fn mean_spread(slices: &[CrossSection]) -> f64 {
     slices.iter().map(|s| s.spread).sum::<f64>() / slices.len().max(1) as f64
 }
 
@@ -189,7 +189,7 @@ pub(super) fn refuse_two_figures(person: &TriMesh) -> Result<(), ScanError> {
     Ok(())
 }
 
-fn is_pair_of(slice: &Slice, outline: f64, apart: f64) -> bool {
+fn is_pair_of(slice: &CrossSection, outline: f64, apart: f64) -> bool {
     let [a, b, ..] = slice.clusters.as_slice() else { return false };
     let distance = (a.center[0] - b.center[0]).hypot(a.center[1] - b.center[1]);
     b.outline > outline && b.outline > 0.55 * a.outline && distance > apart

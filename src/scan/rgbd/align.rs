@@ -1,4 +1,4 @@
-//! One frame held against the prediction: point-to-plane ICP with projective association.
+//! Aligns one frame with the prediction: point-to-plane ICP with projective association.
 
 use super::camera::depth_noise;
 use super::raycast::{Prediction, Seen};
@@ -6,20 +6,20 @@ use super::view::{Level, View};
 use nalgebra::{Isometry3, Matrix6, Point3, Translation3, UnitQuaternion, Vector3, Vector6};
 use rayon::prelude::*;
 
-/// Points a task: the sums of tasks are added in order, so the count of threads does not matter.
+/// Points per task: the sums of tasks are added in order, so the number of threads does not matter.
 const CHUNK: usize = 1024;
-/// Normals farther apart than this are not of the same place: cosine of 50°.
+/// Least cosine between the normals of partners: 50°.
 const SAME_SIDE: f32 = 0.64;
 /// Tukey's constant: 95 % efficient on clean data.
 const TUKEY: f64 = 4.685;
 
-/// How points look for their partners.
+/// How points find their partners.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stage {
     /// 0 is half size, 1 is quarter size.
     pub(super) level: usize,
     pub(super) iterations: usize,
-    /// Partners farther apart are none, in metres.
+    /// Greatest distance of partners, in metres.
     pub(super) gate: f32,
 }
 
@@ -29,18 +29,18 @@ pub(super) const TRACKING: [Stage; 3] = [
     Stage { level: 1, iterations: 4, gate: 0.05 },
     Stage { level: 0, iterations: 5, gate: 0.03 },
 ];
-/// For a frame whose place is nearly known.
+/// For a frame whose pose is nearly known.
 pub(super) const SETTLING: [Stage; 1] = [Stage { level: 0, iterations: 4, gate: 0.03 }];
 
-/// Where a frame was found.
+/// The pose found for a frame.
 #[derive(Clone, Debug)]
 pub(super) struct Alignment {
     pub(super) model_from_camera: Isometry3<f64>,
     /// Robust standard deviation of the distances to the surface, metres.
     pub(super) residual: f64,
-    /// Share of the frame's points that found a partner and agree with it.
+    /// Share of the frame's points that have a partner and agree with it.
     pub(super) overlap: f64,
-    /// The middle of its points, in the model's frame.
+    /// The mean of its points, in the model's frame.
     pub(super) center: Point3<f64>,
 }
 
@@ -81,13 +81,13 @@ pub(super) fn align(view: &View, prediction: &Prediction, guess: &Isometry3<f64>
             if iteration == stage.iterations {
                 break;
             }
-            // A little stiffness where the surface leaves a direction open.
+            // A small damping for directions that the surface does not constrain.
             let stiff = 1e-6 * sums.matrix.trace() / 6.0;
             let Some(factor) = (sums.matrix + Matrix6::identity() * stiff).cholesky() else { break };
             let step = -factor.solve(&sums.vector);
             pose = moved(&pose, &step, &center);
             let (turned, shifted) = (step.fixed_rows::<3>(0).norm(), step.fixed_rows::<3>(3).norm());
-            // 0.002° and 10 µm: a hundredth of what is asked for.
+            // 0.002° and 10 µm: a hundredth of the required accuracy.
             if turned < 4e-5 && shifted < 1e-5 && iteration + 1 < stage.iterations {
                 break;
             }

@@ -1,4 +1,4 @@
-//! The axis that the person turned about, and how far they kept to it.
+//! The axis that the person turned about, and the deviations from it.
 
 use crate::geometry::{Point, Vec3};
 use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion};
@@ -11,7 +11,7 @@ pub(super) struct Axis {
     pub(super) direction: Unit<Vec3>,
 }
 
-/// How poses keep to a turn about one axis.
+/// Deviations of poses from a turn about one axis.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Unsteadiness {
     /// Root mean square over the frames, of the person's middle, metres.
@@ -20,7 +20,7 @@ pub(super) struct Unsteadiness {
     pub(super) tilt: f64,
 }
 
-/// Frames whose headings differ by less say little about the axis: radians (20°).
+/// Least difference of headings for two frames to determine the axis, in radians: 20°.
 const LEAST_TURN: f64 = 0.35;
 
 impl Axis {
@@ -47,9 +47,9 @@ impl Axis {
         headings
     }
 
-    /// The common axis of poses `model_from_camera` in order, near `self`; `None` where they turn too little.
+    /// The common axis of poses `model_from_camera` in order, near `self`; `None` if they turn too little.
     ///
-    /// The direction is the mean axis of the turns between frames, weighed by how far they turn; the point is the one
+    /// The direction is the mean axis of the turns between frames, weighted by the turn; the point is the one
     /// that those motions move least.
     pub(super) fn fitted(&self, poses: &[Isometry3<f64>]) -> Option<Self> {
         let headings = self.headings(poses);
@@ -85,7 +85,7 @@ impl Axis {
     /// How far poses are from a pure turn of their mean about the axis; `middle` is where shifts are measured.
     pub(super) fn unsteadiness(&self, poses: &[Isometry3<f64>], middle: &Point) -> Unsteadiness {
         let Some(first) = poses.first() else { return Unsteadiness::default() };
-        // Each pose turned back: all the same if the turn is pure.
+        // Each pose rotated back: all equal if the turn is pure.
         let headings = self.headings(poses);
         let back: Vec<Isometry3<f64>> =
             poses.iter().zip(&headings).map(|(pose, &angle)| self.turn(-angle) * pose * first.inverse()).collect();

@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 /// A pinhole camera. Its frame: x right, y down, z forward; pixel centres lie at whole numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RgbdCamera {
-    /// Pixels a row.
+    /// Width in pixels.
     pub width: usize,
-    /// Rows.
+    /// Height in pixels.
     pub height: usize,
     /// Focal length across, in pixels.
     pub fx: f64,
@@ -24,7 +24,7 @@ pub struct RgbdCamera {
 }
 
 impl RgbdCamera {
-    /// The point that is seen in a pixel (of the pinhole, without distortion) at depth `z`.
+    /// The point seen in a pixel (of the pinhole, without distortion) at depth `z`.
     pub fn point(&self, column: f64, row: f64, z: f64) -> Point {
         Point::new((column - self.cx) / self.fx * z, (row - self.cy) / self.fy * z, z)
     }
@@ -34,12 +34,12 @@ impl RgbdCamera {
         [self.fx * p.x / p.z + self.cx, self.fy * p.y / p.z + self.cy]
     }
 
-    /// Whether the lens bends at all.
+    /// Whether the lens distorts.
     pub fn is_distorted(&self) -> bool {
         self.distortion.iter().any(|&k| k != 0.0)
     }
 
-    /// Where the lens puts what the pinhole would see in a pixel.
+    /// The distorted position of a pinhole pixel.
     ///
     /// **Source** Brown 1971, in OpenCV's form.
     pub fn distorted(&self, column: f64, row: f64) -> [f64; 2] {
@@ -52,7 +52,7 @@ impl RgbdCamera {
         [bent_x * self.fx + self.cx, bent_y * self.fy + self.cy]
     }
 
-    /// For each pixel of the pinhole, the nearest pixel of the image as taken; `u32::MAX` where that lies outside.
+    /// Per pixel of the pinhole the nearest pixel of the distorted image; `u32::MAX` outside.
     pub(super) fn undistortion(&self) -> Vec<u32> {
         let mut from = Vec::with_capacity(self.width * self.height);
         for row in 0..self.height {
@@ -82,10 +82,9 @@ impl RgbdCamera {
 
 /// The rays through the pixels of a camera that looks from somewhere, in the model's frame, in units of a voxel or a block.
 pub(super) struct Rays {
-    /// The camera's place.
+    /// The camera's position.
     pub(super) origin: Point3<f32>,
-    /// The way from depth 0 to depth 1 m through the pixel in the upper left, and how it changes from column to column and
-    /// from row to row.
+    /// The vector from depth 0 to depth 1 m through the upper left pixel, and its change per column and per row.
     pub(super) first: Vector3<f32>,
     pub(super) across: Vector3<f32>,
     pub(super) down: Vector3<f32>,
@@ -103,13 +102,13 @@ impl Rays {
         }
     }
 
-    /// The way from depth 0 to depth 1 m through a pixel.
+    /// The vector from depth 0 to depth 1 m through a pixel.
     pub(super) fn through(&self, column: usize, row: usize) -> Vector3<f32> {
         self.first + self.across * column as f32 + self.down * row as f32
     }
 }
 
-/// Standard deviation of a depth, in metres, at `z` metres: what is assumed of a camera that does not tell.
+/// Standard deviation of a depth, in metres, at `z` metres: assumed for a camera without a noise model.
 ///
 /// **Source** Nguyen, Izadi, Lovell 2012 (Kinect v1); newer cameras are better beyond 1.5 m.
 pub(super) fn depth_noise(z: f64) -> f64 {

@@ -1,11 +1,11 @@
-//! Noise taken off a surface, creases kept.
+//! Removes noise from a surface and keeps creases.
 
 use crate::geometry::{Adjacency, PerFace, Point, TriMesh, Vec3};
 use rayon::prelude::*;
 
-/// Normals that differ by more than this are across a crease: the length of their difference (17°).
+/// Difference of two normals from which there is a crease between them: length of the difference (17°).
 const CREASE: f64 = 0.3;
-/// Times that vertices are moved toward the filtered normals: after ten, hardly anything changes.
+/// Number of vertex updates: after ten, hardly anything changes.
 const MOVES: usize = 10;
 
 /// Bilateral filtering of the face normals, and the vertices that fit them. Border vertices stay.

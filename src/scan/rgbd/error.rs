@@ -1,8 +1,8 @@
-//! Why frames give no scan.
+//! Why frames cannot be fused.
 
 use crate::formats::FormatError;
 
-/// Why RGB-D frames give no scan. Frames are named by their depth image.
+/// Why RGB-D frames cannot be fused. Frames are named by their depth image.
 #[derive(Debug, thiserror::Error)]
 pub enum FusionError {
     /// Too few to make a surface all around.
@@ -10,7 +10,7 @@ pub enum FusionError {
     TooFewFrames {
         /// How many.
         count: usize,
-        /// How many are needed.
+        /// Number needed.
         least: usize,
     },
     /// An image of a frame cannot be read.
@@ -26,16 +26,16 @@ pub enum FusionError {
     WrongSize {
         /// The frame.
         name: String,
-        /// Its pixels a row.
+        /// Its width in pixels.
         width: usize,
-        /// Its rows.
+        /// Its height in pixels.
         height: usize,
-        /// The camera's pixels a row.
+        /// The camera's width in pixels.
         expected_width: usize,
-        /// The camera's rows.
+        /// The camera's height in pixels.
         expected_height: usize,
     },
-    /// Frames in which nothing came back.
+    /// Frames without any depth.
     #[error("frame {name} holds no depth at all: every pixel is 0 ({count} of {of} frames looked at are so)")]
     NoDepth {
         /// The first.
@@ -45,7 +45,7 @@ pub enum FusionError {
         /// How many were looked at.
         of: usize,
     },
-    /// Depths that are no person's distance.
+    /// Depths outside the range of a person.
     #[error(
         "in frame {name} everything is {nearest:.2} to {farthest:.2} m away: a person stands 0.3 to 8 m from the camera"
     )]
@@ -57,8 +57,8 @@ pub enum FusionError {
         /// Metres.
         farthest: f64,
     },
-    /// Nothing of a person's size before the background.
-    #[error("nobody is in view: nothing of a person's size stands before the background in frame {name}")]
+    /// Nothing of a person's size in front of the background.
+    #[error("nobody is in view: nothing of a person's size is in front of the background in frame {name}")]
     NobodyInView {
         /// The frame.
         name: String,

@@ -1,4 +1,4 @@
-//! Frames as they come out of a recording: decoded, checked, in metres, without the lens's bend.
+//! Frames of a recording: decoded, checked, in metres, without lens distortion.
 
 use super::camera::RgbdCamera;
 use super::error::FusionError;
@@ -14,7 +14,7 @@ pub(super) struct Frames<'a> {
     undistorted: Option<Vec<u32>>,
 }
 
-/// A depth image in metres, 0 where nothing is known.
+/// A depth image in metres, 0 if unknown.
 pub(super) struct DepthFrame {
     pub(super) depth: Vec<f32>,
 }
@@ -42,12 +42,12 @@ impl<'a> Frames<'a> {
         &self.recording.frames[frame].name
     }
 
-    /// Seconds since some beginning; frames without a time come 1/30 s after each other.
+    /// Time of a frame in seconds; frames without a time are 1/30 s apart.
     pub(super) fn secs(&self, frame: usize) -> f64 {
         self.recording.frames[frame].secs.unwrap_or(frame as f64 / 30.0)
     }
 
-    /// Whether a frame's depth image is the very one of the frame before.
+    /// Whether a frame's depth image equals that of the frame before.
     pub(super) fn is_duplicate(&self, frame: usize) -> bool {
         frame > 0 && self.recording.frames[frame].depth == self.recording.frames[frame - 1].depth
     }
@@ -67,7 +67,7 @@ impl<'a> Frames<'a> {
         }
         let metres = (1.0 / self.recording.camera.depth_scale) as f32;
         let most = self.recording.camera.depth_max.map_or(f32::INFINITY, |m| m as f32);
-        // What lies beyond the depth of interest is still something that is not the person.
+        // Depths beyond the range of interest still show that there is something other than the person.
         let read = |raw: u16| if raw == 0 { 0.0 } else { (f32::from(raw) * metres).min(most * 1.001) };
         let depth = match &self.undistorted {
             None => picture.depth.iter().map(|&raw| read(raw)).collect(),
@@ -76,12 +76,12 @@ impl<'a> Frames<'a> {
         Ok(DepthFrame { depth })
     }
 
-    /// The depth beyond which nothing is of interest.
+    /// The greatest depth of interest, in metres.
     pub(super) fn depth_max(&self) -> f32 {
         self.recording.camera.depth_max.map_or(f32::INFINITY, |m| m as f32)
     }
 
-    /// The frame's colours; `None` where it has none, or none that can be laid over the depth.
+    /// The frame's colours; `None` if it has none, or none that can be registered to the depth.
     pub(super) fn color(&self, frame: usize) -> Result<Option<ColorFrame>, FusionError> {
         let file = &self.recording.frames[frame];
         let Some((name, bytes)) = &file.color else { return Ok(None) };

@@ -1,4 +1,4 @@
-//! The verb of this room's RGB-D part: frames in, a coloured mesh out.
+//! Fuses RGB-D frames into a coloured mesh.
 
 use super::axis::{Axis, Unsteadiness};
 use super::error::FusionError;
@@ -18,26 +18,26 @@ use nalgebra::Isometry3;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Fewer frames cannot go around a person with overlap: 24 of 15° each would; half a turn is enough for half a scan.
+/// Least number of frames that cover a person with overlap: 24 frames of 15° are a full turn, half of them half a scan.
 const LEAST_FRAMES: usize = 8;
-/// More lost frames than this share, and the rest is no scan either.
+/// Greatest share of lost frames.
 const MOST_LOST: f64 = 0.34;
-/// Less turn than this over all frames is none: radians (20°).
+/// Least turn over all frames, in radians: 20°.
 const LEAST_TURN: f64 = 0.35;
-/// Poses that moved by less are left as they are: share of a voxel.
+/// Move below which a pose is kept, as a share of a voxel.
 const SETTLED_PER_VOXEL: f64 = 0.05;
 
-/// Fuses frames of a person who turns before a still camera. Poses are not given: they are found.
+/// Fuses frames of a person who turns in front of a static camera, and finds their poses.
 ///
 /// **Frame and units** of the mesh: metres, Y up along the axis of the turn, the lowest point (or the floor) at 0, +Z toward
 /// the camera of the first frame.
 ///
-/// **Errors** frames that cannot be read, or that show no turning person; see [`FusionError`].
+/// **Errors** for frames that cannot be read or show no turning person; see [`FusionError`].
 ///
 /// **Guarantees** the same bytes with any number of threads.
 ///
-/// **Source** Newcombe et al. 2011 (KinectFusion), with the background cut away, the loop closed by a pose graph, and all
-/// frames settled on their common surface.
+/// **Source** Newcombe et al. 2011 (KinectFusion), with the background removed, loops closed by a pose graph, and all frames
+/// realigned to their common surface.
 pub fn fuse(
     recording: &Recording,
     params: &FusionParams,
@@ -92,11 +92,11 @@ pub fn fuse(
     let unsteadiness = axis.unsteadiness(&poses(&placed), &Point::new(0.0, 1.0, 0.0));
     let report = report(&frames, &cuts, &placed, &lost, &axis, drift, loops, unsteadiness);
     say(&report, &mut findings);
-    let surface: Surface = mend::mended(surface, params, &mut findings);
+    let surface: Surface = mend::repaired(surface, params, &mut findings);
     Ok(Fusion::of(surface, has_color, report, findings))
 }
 
-/// All frames with somebody in them, cut out; a frame that comes twice, once.
+/// All frames that show somebody, segmented; duplicate frames only once.
 fn cut_all(frames: &Frames, survey: &Survey, findings: &mut Vec<String>) -> Result<Vec<Cut>, FusionError> {
     let trouble = frames.color_trouble()?;
     let cuts: Vec<Result<Option<Cut>, FusionError>> = (0..frames.count())
@@ -111,7 +111,7 @@ fn cut_all(frames: &Frames, survey: &Survey, findings: &mut Vec<String>) -> Resu
             Ok(view.map(|view| Cut { frame, secs: frames.secs(frame), view }))
         })
         .collect();
-    // The first bad frame is named, not the one that happened to be read first.
+    // Report the first bad frame, not the one that was read first.
     let cuts: Vec<Option<Cut>> = cuts.into_iter().collect::<Result<_, FusionError>>()?;
     let twice = (0..frames.count()).filter(|&k| frames.is_duplicate(k)).count();
     let cuts: Vec<Cut> = cuts.into_iter().flatten().collect();
@@ -151,7 +151,7 @@ fn refuse_if_still(axis: &Axis, placed: &[Placed]) -> Result<(), FusionError> {
     Ok(())
 }
 
-/// Moves the model so that the axis is +Y again, through the origin.
+/// Moves the model so that its axis is +Y through the origin.
 fn upright(placed: &mut [Placed], axis: &Axis, survey: &Survey) {
     let rotation = nalgebra::UnitQuaternion::rotation_between(&axis.direction, &survey.axis.direction)
         .unwrap_or_else(nalgebra::UnitQuaternion::identity);

@@ -1,13 +1,13 @@
-//! A view's depths averaged into the volume.
+//! Averages the depths of a view into the volume.
 
 use super::view::{UNKNOWN_COLOR, View};
 use super::volume::{Block, FULL, SIDE, Tint, Volume, Voxel, WEIGHT_UNIT, whole};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use rayon::prelude::*;
 
-/// Colours are taken within this share of the truncation around the surface.
+/// Distance from the surface within which colours are averaged, as a share of the truncation.
 const COLORED: f32 = 0.5;
-/// Evidence beyond which a voxel's mean goes on as a running one, in views.
+/// Evidence above which a voxel's mean becomes a running mean, in views.
 const MOST_VIEWS: f32 = 900.0;
 
 impl Volume {
@@ -34,7 +34,7 @@ impl Volume {
     }
 }
 
-/// Voxels of a block that are reckoned together: a layer of it, for all steps to be long enough for the processor's vectors.
+/// Voxels of a block processed together: one layer, long enough for vector instructions.
 const LAYER: usize = SIDE * SIDE;
 
 /// A view ready to be averaged.
@@ -69,7 +69,7 @@ impl pulp::WithSimd for Average<'_, '_> {
     }
 }
 
-/// What a view says of a layer.
+/// The measurements of a view for a layer.
 struct Layer {
     pixel: [u32; LAYER],
     /// From the surface, in truncations, at most 1.

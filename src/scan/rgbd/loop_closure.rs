@@ -1,4 +1,4 @@
-//! Full turns closed: the drift found where a place is seen again, and spread over the frames between.
+//! Loop closure: measures the drift after a full turn and distributes it over the frames between.
 
 use super::align::{Alignment, TRACKING, align, moved};
 use super::axis::Axis;
@@ -21,24 +21,24 @@ struct Edge {
 /// What closing the loops found.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Closure {
-    /// How many places were seen again.
+    /// The number of loops.
     pub(super) loops: usize,
     /// Mean disagreement there, metres and radians.
     pub(super) shift: f64,
     pub(super) turn: f64,
 }
 
-/// Frames apart by more than this, in heading, have been around: radians (270°).
+/// Least difference of headings of the two frames of a loop, in radians: 270°.
 const AROUND: f64 = 0.75 * TAU;
-/// … and look at the same side if their headings differ by less than this, modulo a turn: radians (20°).
+/// Greatest difference of their headings modulo a turn, in radians: 20°.
 const SAME_VIEW: f64 = 0.35;
-/// Frames to either side that make the local model which a later frame is held against.
+/// Frames on either side that form the local model for a later frame.
 const WINDOW: usize = 2;
-/// Pairs of frames that are compared, at most, a turn.
+/// Greatest number of compared pairs per turn.
 const MOST_PAIRS: usize = 6;
-/// A loop counts as much as so many steps from frame to frame: it is measured against several frames.
+/// Weight of a loop relative to a step between frames: it is measured against several frames.
 const LOOP_WEIGHT: f64 = 4.0;
-/// Less overlap than this is no loop.
+/// Least overlap of a loop.
 const LEAST_OVERLAP: f64 = 0.6;
 
 /// Compares frames that see the same side a turn apart; how far they disagree, and poses in which they do not.

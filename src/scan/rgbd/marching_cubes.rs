@@ -4,7 +4,7 @@ use super::volume::{Block, FULL, NONE, SIDE, Tint, VOXELS, Volume, WEIGHT_UNIT};
 use crate::geometry::{Point, Vec3};
 use rayon::prelude::*;
 
-/// The surface, with what the voxels know about it.
+/// The surface with colours and evidence.
 pub(super) struct Surface {
     /// In the model's frame, metres.
     pub(super) points: Vec<Point>,
@@ -82,7 +82,7 @@ fn is_inside(distance: f32) -> bool {
     distance < 0.0
 }
 
-/// Where it is, its colour where any view gave one, and the evidence for it.
+/// The position of a vertex, its colour if any view has one, and its evidence.
 type Vertex = (Point, Option<[u8; 3]>, f32);
 
 fn mean_color(colors: impl Iterator<Item = [u8; 3]>) -> Option<[u8; 3]> {
@@ -95,7 +95,7 @@ fn mean_color(colors: impl Iterator<Item = [u8; 3]>) -> Option<[u8; 3]> {
 fn spread_colors(mut colors: Vec<Option<[u8; 3]>>, faces: &[[u32; 3]]) -> Vec<[u8; 3]> {
     /// Vertices from the nearest that has a colour: farther in, it would be a guess.
     const REACH: usize = 12;
-    /// Where nothing is known: grey.
+    /// Colour of unknown vertices: grey.
     const UNKNOWN: [u8; 3] = [128; 3];
     let is_bare = |colors: &[Option<[u8; 3]>], face: &[u32; 3]| face.iter().any(|&v| colors[v as usize].is_none());
     let mut open: Vec<[u32; 3]> = faces.iter().filter(|f| is_bare(&colors, f)).copied().collect();

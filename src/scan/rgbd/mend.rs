@@ -1,19 +1,19 @@
-//! Specks dropped, noise taken off, small holes closed, large ones told.
+//! Drops specks, removes noise, closes small holes and reports large ones.
 
 use super::FusionParams;
 use super::denoise::denoised;
 use super::marching_cubes::Surface;
 use crate::geometry::{Adjacency, PerFace, Point, TriMesh, Vec3, VertexId};
 
-/// Loose pieces with less than this share of all faces are specks.
+/// Share of all faces below which a loose piece is a speck.
 const SPECK: f64 = 0.01;
-/// Holes from this area on are listed, metres squared: 1 cm².
+/// Least area of a reported hole, in m²: 1 cm².
 const LISTED: f64 = 1e-4;
-/// At most so many holes are named.
+/// Greatest number of holes listed.
 const NAMED: usize = 5;
 
 /// The surface without specks, with less noise, and with its small holes closed.
-pub(super) fn mended(surface: Surface, params: &FusionParams, findings: &mut Vec<String>) -> Surface {
+pub(super) fn repaired(surface: Surface, params: &FusionParams, findings: &mut Vec<String>) -> Surface {
     let Ok(mesh) = TriMesh::try_from_indices(surface.points.clone(), &surface.faces) else { return surface };
     let adjacency = Adjacency::prepare(&mesh);
     let (component, count) = adjacency.face_components();
@@ -57,7 +57,7 @@ pub(super) fn mended(surface: Surface, params: &FusionParams, findings: &mut Vec
     }
 }
 
-/// A ring's middle and the area of the flattest surface over it.
+/// A ring's centre and the area of its flattest surface.
 fn area_of(mesh: &TriMesh, ring: &[VertexId]) -> (Point, f64) {
     let at = |k: usize| mesh.points()[ring[k % ring.len()]];
     let middle = Point::from((0..ring.len()).map(|k| at(k).coords).sum::<Vec3>() / ring.len() as f64);
@@ -67,7 +67,7 @@ fn area_of(mesh: &TriMesh, ring: &[VertexId]) -> (Point, f64) {
 
 /// Triangles over a ring, the shortest diagonals first.
 fn filled(mesh: &TriMesh, ring: &[VertexId]) -> Vec<[u32; 3]> {
-    // Rings run as the faces beside them do; those across run the other way.
+    // Rings have the direction of the faces beside them; the new faces have the opposite one.
     let mut ring: Vec<VertexId> = ring.iter().rev().copied().collect();
     let mut faces = Vec::new();
     while ring.len() > 3 {

@@ -1,4 +1,4 @@
-//! RGB-D frames of a person on a turntable, fused to one surface.
+//! Fuses RGB-D frames of a person on a turntable into one surface.
 
 mod align;
 mod axis;

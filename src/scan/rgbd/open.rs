@@ -1,15 +1,15 @@
-//! Blocks of voxels opened where a view shows somebody.
+//! Allocates blocks of voxels where a view shows somebody.
 
 use super::camera::Rays;
 use super::view::{BEYOND, View};
 use super::volume::{Volume, whole};
 use nalgebra::Isometry3;
 
-/// Every so many pixels a ray opens blocks: a block of 32 mm is 6 pixels at 2 m.
+/// Pixels between the rays that allocate blocks: a block of 32 mm is 6 pixels wide at 2 m.
 const STRIDE: usize = 2;
 
 impl Volume {
-    /// Makes or stamps every block that the view says something about.
+    /// Allocates or stamps every block that the view measures.
     pub(super) fn open_blocks(&mut self, view: &View, model_from_camera: &Isometry3<f64>) {
         self.stamp += 1;
         let rays = Rays::new(&view.camera, model_from_camera, self.block_size());
@@ -19,7 +19,7 @@ impl Volume {
         let reaches: Vec<f32> = (0..=steps).map(|k| reach * (2.0 * k as f32 / steps as f32 - 1.0)).collect();
         let processor = pulp::Arch::new();
         let mut met = Met::default();
-        // What the ray before met at each step: most often the same.
+        // The previous ray's block at each step: usually the same.
         let mut last = vec![[i32::MAX; 3]; reaches.len()];
         for row in (0..view.camera.height).step_by(STRIDE) {
             processor.dispatch(MarchRow { view, rays: &rays, reaches: &reaches, row, met: &mut met });

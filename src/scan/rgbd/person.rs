@@ -1,4 +1,4 @@
-//! The person cut out of a frame.
+//! Segments the person in a frame.
 
 use super::camera::RgbdCamera;
 use super::frame::ColorFrame;
@@ -6,11 +6,11 @@ use super::pieces::pieces;
 use super::survey::{FURNITURE, Survey, is_still};
 use super::view::{BEYOND, OUTLINE, UNCOLORED, View};
 
-/// Smaller pieces are specks, in pixels: flying ones between a hand and the wall.
+/// Size below which a piece is a speck, in pixels: flying pixels between a hand and the wall.
 const LEAST_PIECE: usize = 40;
-/// Fewer pixels of a person are nobody.
+/// Least number of pixels of a person.
 const LEAST_PERSON: usize = 800;
-/// Pixels around the person, so that what is beside them is known to be empty.
+/// Margin around the person in pixels, so that the space beside the person is known to be empty.
 const MARGIN: usize = 6;
 
 /// Metres across a pixel, from which on the pixels next to a person show mostly what is beside them: of a leg, 8 cm thick to
@@ -18,7 +18,7 @@ const MARGIN: usize = 6;
 /// person's.
 const RIM: f64 = 0.008;
 
-/// Cuts the person out of a frame; `None` if nobody is there.
+/// Segments the person in a frame; `None` if nobody is there.
 pub(super) fn cut_out(survey: &Survey, depth: &[f32], color: Option<&ColorFrame>) -> Option<View> {
     let camera = &survey.camera;
     let mut person = survey.foreground(depth);
@@ -115,13 +115,13 @@ fn touches(camera: &RgbdCamera, pixel: usize, is: &dyn Fn(usize) -> bool) -> boo
         .any(|row| (x.saturating_sub(1)..(x + 2).min(camera.width)).any(|column| is(row * camera.width + column)))
 }
 
-/// What a pixel beside the person says: that its ray is free, or nothing.
+/// The measurement of a pixel beside the person: a free ray, or nothing.
 fn beside(survey: &Survey, pixel: usize, z: f32) -> f32 {
     if z <= 0.0 {
         return 0.0;
     }
     let p = survey.model_from_camera * point(&survey.camera, pixel, z);
-    // Near the feet, floor and sole cannot be told apart; a speck within reach may be a finger.
+    // Near the feet, floor and sole cannot be distinguished; a speck within reach may be a finger.
     let near = p.x.hypot(p.z) < survey.radius && p.y < survey.heights[1];
     if near { 0.0 } else { BEYOND }
 }

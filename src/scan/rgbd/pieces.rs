@@ -3,7 +3,9 @@
 use super::camera::RgbdCamera;
 use super::view::JUMP;
 
-/// Which piece each pixel belongs to.
+/// The piece of each pixel.
+///
+/// **Shapes** one entry per pixel, row by row.
 pub(super) struct Pieces {
     /// `u32::MAX` for none.
     pub(super) of_pixel: Vec<u32>,

@@ -10,19 +10,19 @@ pub(super) struct Plane {
     pub(super) normal: Vec3,
     /// `normal · p + offset = 0` on the plane; positive on the camera's side.
     pub(super) offset: f64,
-    /// What lies closer than this belongs to it, metres.
+    /// Greatest distance of its points, in metres.
     pub(super) band: f64,
 }
 
-/// Pixels between the points that are looked at.
+/// Spacing of the tested points, in pixels.
 const STRIDE: usize = 4;
-/// Pixels between the places where a plane is guessed.
+/// Spacing of the initial guesses, in pixels.
 const SEEDS: usize = 20;
-/// A plane has at least this share of all points that came back…
+/// Least share of the valid points in a plane.
 const LEAST_SHARE: f64 = 0.04;
-/// … and reaches at least so far in both directions, metres: no part of a person does.
+/// Least extent of a plane in both directions, in metres: more than any part of a person.
 const LEAST_EXTENT: f64 = 0.8;
-/// At most so many planes: floor, three walls, ceiling, and one to spare.
+/// Greatest number of planes: floor, three walls, ceiling, and one spare.
 const MOST: usize = 6;
 
 impl Plane {
@@ -32,7 +32,7 @@ impl Plane {
     }
 }
 
-/// Half-width of the band within which a point at depth `z` lies on a plane: the noise, seen along the normal.
+/// Greatest distance from a plane of a point at depth `z` on it: the noise along the normal.
 fn tolerance(z: f64) -> f64 {
     0.008 + 2.0 * depth_noise(z)
 }
@@ -70,7 +70,7 @@ pub(super) fn large_planes(camera: &RgbdCamera, depth: &[f32]) -> Vec<Plane> {
     planes
 }
 
-/// Planes through places spread over the image, by differences over 2 × 12 pixels.
+/// Initial guesses spread over the image, by differences over 2 × 12 pixels.
 fn guesses(camera: &RgbdCamera, depth: &[f32]) -> Vec<Plane> {
     const ARM: usize = 12;
     let at = |column: usize, row: usize| {
@@ -117,7 +117,7 @@ fn refined(guess: &Plane, points: &[Point]) -> Option<Plane> {
         plane = plane_through(&Point::from(middle), &normal)?;
         let mut off: Vec<f64> = on.iter().map(|p| plane.height(p).abs()).collect();
         off.sort_by(f64::total_cmp);
-        // 1.5 cm at most: above that, it would take feet.
+        // At most 1.5 cm: with more it would include feet.
         plane.band = (4.0 * 1.4826 * off[off.len() / 2]).clamp(0.008, 0.015);
     }
     Some(plane)

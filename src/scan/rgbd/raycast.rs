@@ -1,4 +1,4 @@
-//! What a camera would see of the volume: the prediction that a new frame is held against.
+//! Renders the volume for a camera: the prediction with which a new frame is aligned.
 
 use super::camera::{Rays, RgbdCamera};
 use super::view::{Level, TILE};
@@ -20,7 +20,7 @@ pub(super) struct Seen {
     pub(super) normal: Vector3<f32>,
 }
 
-/// How far from what a view shows the model is looked for.
+/// Where along a ray the model is searched for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reach {
     /// Within [`CLOSE`], and [`BESIDE`]: the guess is nearly right.
@@ -29,13 +29,13 @@ pub(super) enum Reach {
     Far,
 }
 
-/// Metres before and behind what a pixel shows: no prediction of a steady turn is off by more.
+/// Distance before and behind a pixel's depth, in metres: the error of the prediction of a steady turn is smaller.
 const CLOSE: f32 = 0.03;
-/// Pixels beside the person, for those at the outline to find their partners: 2 cm at 2 m and half size.
+/// Pixels beside the person, so that pixels at the outline find their partners: 2 cm at 2 m and half size.
 const BESIDE: usize = 2;
-/// Metres before and behind what a tile shows.
+/// Distance before and behind a tile's depths, in metres.
 const SLACK: f32 = 0.12;
-/// Share of the truncation to which a surface is found: 0.02 mm.
+/// Accuracy of a crossing, as a share of the truncation: 0.02 mm.
 const EXACT: f32 = 1e-3;
 
 impl Volume {
@@ -137,7 +137,7 @@ impl Volume {
             for k in 0..8 {
                 let pick = |axis: usize| low[axis] + (k >> axis & 1) as f32 * self.block_size();
                 let p = camera_from_model * Point3::new(pick(0), pick(1), pick(2));
-                // What is behind the camera, or nearly, is no person.
+                // Nothing behind or very close to the camera is the person.
                 let z = p.z.max(0.05);
                 for (axis, c) in [fx * p.x / z + cx, fy * p.y / z + cy, p.z].into_iter().enumerate() {
                     (least[axis], most[axis]) = (least[axis].min(c), most[axis].max(c));

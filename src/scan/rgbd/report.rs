@@ -1,4 +1,4 @@
-//! What fusion hands back and tells on the way.
+//! The result of fusion, its measurements and progress.
 
 use super::marching_cubes::Surface;
 use super::volume::Volume;
@@ -6,18 +6,18 @@ use crate::formats::RawMesh;
 use nalgebra::Isometry3;
 use serde::Serialize;
 
-/// A fused surface and how it came about.
+/// A fused surface with measurements.
 #[derive(Clone, Debug)]
 pub struct Fusion {
-    /// The surface, coloured where the frames are; its scalar `confidence` (0 to 1) says how well each vertex was seen.
+    /// The surface, coloured where the frames are; its scalar `confidence` (0 to 1) is one per vertex.
     pub mesh: RawMesh,
     /// Measures.
     pub report: FusionReport,
-    /// What was assumed and noticed, a sentence each.
+    /// Assumptions and observations, one sentence each.
     pub findings: Vec<String>,
 }
 
-/// A frame's place.
+/// A frame's pose.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FramePose {
     /// Which frame of the recording.
@@ -33,9 +33,9 @@ pub struct FramePose {
 pub struct FusionReport {
     /// Frames that the recording has.
     pub frames: usize,
-    /// Frames that found no place.
+    /// Frames without a pose.
     pub lost: Vec<String>,
-    /// The others.
+    /// Frames with a pose.
     pub poses: Vec<FramePose>,
     /// Turns of the person that the frames show.
     pub turns: f64,
@@ -43,17 +43,17 @@ pub struct FusionReport {
     pub residual_mm: f64,
     /// Disagreement of frames a turn apart after tracking.
     pub drift_mm: f64,
-    /// The same as a rotation.
+    /// Rotational disagreement of frames a turn apart after tracking.
     pub drift_deg: f64,
     /// Pairs of frames a turn apart that were compared.
     pub loops: usize,
     /// Their disagreement at the end.
     pub loop_mm: f64,
-    /// The same as a rotation.
+    /// Their rotational disagreement at the end.
     pub loop_deg: f64,
     /// How far the person's middle left a pure turn, root mean square.
     pub sway_mm: f64,
-    /// The same as a rotation.
+    /// Rotational deviation from a pure turn, root mean square.
     pub sway_deg: f64,
 }
 
@@ -73,11 +73,11 @@ pub enum FusionStep<'a> {
         frame: usize,
         /// Of how many.
         of: usize,
-        /// Where it is believed to be.
+        /// Its estimated pose.
         pose: Isometry3<f64>,
-        /// Metres from the surface; `None` if it found no place.
+        /// Residual in metres; `None` if it was lost.
         residual: Option<f64>,
-        /// The surface that it was held against, and is in.
+        /// The model surface, including this frame.
         so_far: SurfaceSoFar<'a>,
     },
     /// Loops were closed.
@@ -85,7 +85,7 @@ pub enum FusionStep<'a> {
         /// Pairs of frames that were compared.
         loops: usize,
     },
-    /// All frames were put on their common surface.
+    /// All frames were realigned to their common surface.
     Settled {
         /// Which round, from 0.
         round: usize,
@@ -101,10 +101,10 @@ pub enum FusionStep<'a> {
     },
     /// All frames are in the volume.
     Integrated {
-        /// The surface, not yet mended.
+        /// The surface, not yet repaired.
         so_far: SurfaceSoFar<'a>,
     },
-    /// The surface is there.
+    /// The surface is complete.
     Extracted {
         /// Its faces.
         faces: usize,
@@ -120,7 +120,7 @@ impl<'a> SurfaceSoFar<'a> {
         Self(volume)
     }
 
-    /// The surface where one frame at least saw it straight, coloured where its voxels are.
+    /// The surface seen frontally by at least one frame, with the colours known so far.
     pub fn mesh(&self) -> RawMesh {
         let surface = self.0.surface(SEEN_ONCE);
         RawMesh {
@@ -138,9 +138,9 @@ impl std::fmt::Debug for SurfaceSoFar<'_> {
     }
 }
 
-/// Evidence, in views, from which on a surface is shown while it grows: one look at 45°.
+/// Least evidence of surface shown during fusion, in views: one view at 45°.
 const SEEN_ONCE: f64 = 0.7;
-/// Evidence, in views, with which a vertex is as sure as it gets.
+/// Evidence of full confidence, in views.
 const FULLY_SEEN: f32 = 8.0;
 
 impl Fusion {

@@ -1,4 +1,4 @@
-//! All frames put anew on the surface that they make together.
+//! Realigns all frames to their common surface.
 
 use super::align::{SETTLING, align};
 use super::raycast::Reach;
@@ -6,7 +6,7 @@ use super::track::{Cut, Placed, predicted};
 use super::volume::Volume;
 use rayon::prelude::*;
 
-/// All placed frames averaged into an empty volume, one after the other.
+/// Averages all posed frames into an empty volume, in order.
 pub(super) fn integrated(cuts: &[Cut], placed: &[Placed], mut volume: Volume) -> Volume {
     for p in placed {
         volume.integrate(&cuts[p.cut].view, &p.pose);
@@ -14,7 +14,7 @@ pub(super) fn integrated(cuts: &[Cut], placed: &[Placed], mut volume: Volume) ->
     volume
 }
 
-/// Puts each frame on the surface of the volume, all against the same one; the largest move, in metres at the person.
+/// Realigns each frame to the surface of the same volume. Returns the largest move, in metres at the person.
 ///
 /// The first frame moves like all others; the caller holds the frame of reference.
 pub(super) fn settle(cuts: &[Cut], placed: &mut [Placed], volume: &Volume) -> f64 {

@@ -1,4 +1,4 @@
-//! A look at some of the frames before the work: what stands still, where the floor is, and who turns before it.
+//! Surveys some of the frames first: the static background, the floor, and the turning person.
 
 use super::axis::Axis;
 use super::camera::RgbdCamera;
@@ -10,7 +10,7 @@ use crate::geometry::{Point, Vec3};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Unit, UnitQuaternion};
 use rayon::prelude::*;
 
-/// What is known of the place before any frame is tracked.
+/// The scene, before any frame is tracked.
 pub(super) struct Survey {
     pub(super) camera: RgbdCamera,
     pub(super) planes: Vec<Plane>,
@@ -18,7 +18,7 @@ pub(super) struct Survey {
     pub(super) floor: Option<usize>,
     /// Nothing was seen behind the person: what gave no depth around them is free.
     pub(super) nothing_behind: bool,
-    /// Depth of what stands still, a pixel; 0 where something moves or nothing is known.
+    /// Background depth per pixel; 0 where something moves or nothing is known.
     pub(super) still: Vec<f32>,
     pub(super) depth_max: f32,
     /// The upright frame: Y up along the axis, the camera on the side of +Z, the floor (or the lowest point) at 0.
@@ -27,16 +27,16 @@ pub(super) struct Survey {
     pub(super) axis: Axis,
     /// Metres from the axis within which the person stays.
     pub(super) radius: f64,
-    /// Heights between which the person is.
+    /// Range of the person's heights.
     pub(super) heights: [f64; 2],
     pub(super) findings: Vec<String>,
 }
 
-/// Frames that are looked at: enough to see each side of a person twice.
+/// Number of surveyed frames: enough to see each side of a person twice.
 const LOOKED_AT: usize = 12;
-/// A pixel whose depth changes by less than this share stands still.
+/// Relative change of depth below which a pixel is static.
 const STILL: f32 = 0.02;
-/// A piece of which so much stands still is furniture.
+/// Share of static pixels from which a piece is furniture.
 pub(super) const FURNITURE: f64 = 0.7;
 /// Metres that a person has from end to end, at least (a child who crouches) and at most (arms spread).
 const SIZE: [f64; 2] = [0.4, 2.6];
@@ -52,7 +52,7 @@ const BEHIND: f32 = 0.3;
 /// Background of less than this share of the person's pixels is none, but specks.
 const NO_BACKGROUND: f64 = 0.01;
 
-/// A frame as the survey sees it.
+/// A surveyed frame.
 struct Seen {
     frame: usize,
     depth: Vec<f32>,
@@ -110,7 +110,7 @@ impl Survey {
         (0..depth.len()).filter(|&i| kept.contains(&found.of_pixel[i])).map(|i| self.point(i, depth[i])).collect()
     }
 
-    /// Whether something of a person's size is there, be it as still as furniture.
+    /// Whether something of a person's size is there, static or not.
     fn anybody(&self, depth: &[f32]) -> bool {
         let found = pieces(&self.camera, &self.foreground(depth));
         self.sizes(&found, depth).iter().any(Size::has_the_size)
@@ -242,12 +242,12 @@ impl Survey {
     }
 }
 
-/// Whether a depth is that of what stands still at its pixel.
+/// Whether a depth is that of the static background at its pixel.
 pub(super) fn is_still(still: f32, z: f32) -> bool {
     still > 0.0 && (z - still).abs() < STILL * still
 }
 
-/// What a piece is like.
+/// Properties of a piece.
 struct Size {
     piece: u32,
     pixels: usize,
@@ -275,13 +275,13 @@ impl Size {
     }
 }
 
-/// The frames that are looked at, decoded.
+/// The surveyed frames, decoded.
 fn look(frames: &Frames) -> Result<Vec<Seen>, FusionError> {
     let count = frames.count();
     let chosen: Vec<usize> = (0..count.min(LOOKED_AT)).map(|i| i * count / count.min(LOOKED_AT)).collect();
     let seen: Vec<Result<Seen, FusionError>> =
         chosen.par_iter().map(|&frame| Ok(Seen { frame, depth: frames.depth(frame)?.depth })).collect();
-    // The first bad frame is named, not the one that happened to be read first.
+    // Report the first bad frame, not the one that was read first.
     let seen: Vec<Seen> = seen.into_iter().collect::<Result<_, FusionError>>()?;
     let empty: Vec<&Seen> = seen.iter().filter(|s| s.depth.iter().all(|&z| z == 0.0)).collect();
     if let Some(first) = empty.first().filter(|_| 2 * empty.len() >= seen.len()) {
@@ -309,7 +309,7 @@ fn still(seen: &[Seen]) -> Vec<f32> {
                 return 0.0;
             }
             known.sort_by(f32::total_cmp);
-            // What stands behind somebody who passes is the deeper half.
+            // The deeper half is behind somebody who passes.
             let (middle, deep) = (known[known.len() / 2], known[known.len() * 9 / 10]);
             if deep - middle < STILL * middle { middle } else { 0.0 }
         })
@@ -340,7 +340,7 @@ fn refuse_moved_camera(
             z > 0.0 && planes.iter().any(|plane| plane.height(&p).abs() < plane.band)
         })
         .collect();
-    // Where the background was cut away, nothing can be said, and nothing is wrong.
+    // Without background nothing can be checked, which is not an error.
     if background.len() * 3 < first.depth.len() / 10 {
         return Ok(());
     }

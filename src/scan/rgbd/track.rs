@@ -1,4 +1,4 @@
-//! Where the camera was, seen from the person, frame after frame.
+//! Tracks the camera's pose relative to the person, frame by frame.
 
 use super::align::{Alignment, SETTLING, TRACKING, align, misfit};
 use super::axis::Axis;
@@ -7,7 +7,7 @@ use super::view::View;
 use super::volume::Volume;
 use nalgebra::Isometry3;
 
-/// A frame that was cut out.
+/// A segmented frame.
 pub(super) struct Cut {
     /// Which frame of the recording.
     pub(super) frame: usize,
@@ -15,7 +15,7 @@ pub(super) struct Cut {
     pub(super) view: View,
 }
 
-/// A frame that found its place.
+/// A frame with a pose.
 #[derive(Clone, Debug)]
 pub(super) struct Placed {
     /// Which of the cuts.
@@ -25,13 +25,13 @@ pub(super) struct Placed {
     pub(super) residual: f64,
 }
 
-/// The frames that found their place, in the order of time, and those that did not.
+/// The frames with a pose, in order of time, and the lost ones.
 pub(super) struct Track {
     pub(super) placed: Vec<Placed>,
     pub(super) lost: Vec<usize>,
 }
 
-/// Told of each frame: which, where it is believed to be, its residual if it found its place, and the model so far.
+/// Called for each frame: index, estimated pose, residual if it was not lost, and the model so far.
 pub(super) type OnFrame<'a> = &'a mut dyn FnMut(usize, &Isometry3<f64>, Option<f64>, &Volume);
 
 /// At least this share of a frame's points must agree with the model: neighbours 15° apart share four fifths of what
@@ -50,7 +50,7 @@ const WIDE_AFTER: usize = 2;
 /// A pose that moved this far from its prediction is predicted once more: radians (2°) and metres.
 const FAR: [f64; 2] = [0.035, 0.02];
 
-/// Follows the frames through a model that they make as they come.
+/// Tracks the frames against the model fused from the frames so far.
 ///
 /// **Source** Newcombe et al. 2011, with a constant rate about the axis as prediction, and a search about the axis where
 /// that fails.
@@ -98,7 +98,7 @@ pub(super) fn track(
     track
 }
 
-/// What the camera of a view would see of the model from a pose.
+/// Renders the model for the camera of a view from a pose.
 pub(super) fn predicted(view: &View, volume: &Volume, pose: &Isometry3<f64>, reach: Reach) -> Prediction {
     volume.predict(&view.levels[0], pose, reach)
 }
@@ -119,7 +119,7 @@ fn place(view: &View, volume: &Volume, guess: &Isometry3<f64>, reach: Reach) -> 
     good.then_some(found)
 }
 
-/// Tries places about the axis, near the prediction and near the last place (a frame may come twice), or all around.
+/// Tries poses about the axis, near the prediction and near the last pose (a frame may be a duplicate), or all around.
 fn search(
     view: &View,
     volume: &Volume,

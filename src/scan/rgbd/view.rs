@@ -1,4 +1,4 @@
-//! One frame cut down to the person, with what tracking needs of it: smoothed points and normals at two sizes.
+//! One frame restricted to the person, for tracking: smoothed points and normals at two sizes.
 
 use super::camera::{RgbdCamera, depth_noise};
 use nalgebra::{Point3, Vector3};
@@ -12,7 +12,7 @@ const CLEARING: f32 = 0.25;
 pub(super) const OUTLINE: f32 = -1.0;
 /// A pixel whose colour is not known: beyond the colour image's border.
 pub(super) const UNCOLORED: [u8; 3] = [0; 3];
-/// The same in a view.
+/// A pixel of a view whose colour is not known.
 pub(super) const UNKNOWN_COLOR: u32 = 0;
 /// Neighbouring pixels farther apart than this belong to different surfaces, in metres: a forearm before the trunk is
 /// 10 cm off, noise at 3 m is 14 mm.
@@ -24,7 +24,7 @@ const SMOOTH_REACH: usize = 2;
 /// Pixels to either side over which a normal is taken, at half size: 2 cm at 2 m.
 const NORMAL_REACH: usize = 2;
 
-/// A frame cut down to the person.
+/// A frame restricted to the person.
 pub(super) struct View {
     /// The camera of the cut-out.
     pub(super) camera: RgbdCamera,
@@ -36,7 +36,7 @@ pub(super) struct View {
     pub(super) levels: [Level; 2],
 }
 
-/// What a pixel says about the rays through it.
+/// The measurement of a pixel.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pixel {
     /// Metres along the camera's z to the person; [`BEYOND`] where they are not.

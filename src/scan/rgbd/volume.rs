@@ -1,4 +1,4 @@
-//! Where the surface is, as a truncated signed distance in sparse blocks of voxels.
+//! The truncated signed distance to the surface in sparse blocks of voxels.
 
 use nalgebra::{Point3, Vector3};
 
@@ -11,7 +11,7 @@ pub(super) const FULL: f32 = 32_000.0;
 /// Weights are kept in 1/64: a view at a graze counts, and 1 000 views fit in 16 bits.
 pub(super) const WEIGHT_UNIT: f32 = 64.0;
 
-/// What is known at one place: four bytes, so that a march along a ray touches little memory, and in one number, so that
+/// The value of one voxel: four bytes, so that a march along a ray touches little memory, and in one number, so that
 /// eight voxels are read and written at once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Voxel(pub(super) u32);
@@ -195,7 +195,7 @@ impl<'a> Reader<'a> {
         self.volume.blocks.get(slot.1 as usize)
     }
 
-    /// What is known at a voxel; `None` where there is no block.
+    /// The value of a voxel; `None` without a block.
     pub(super) fn find(&mut self, voxel: [i32; 3]) -> Option<Voxel> {
         let block = self.block(voxel.map(|c| c >> 3))?;
         Some(block.voxels[index_of(voxel)])
@@ -249,7 +249,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Where a voxel stands in its block.
+/// The index of a voxel in its block.
 fn index_of(voxel: [i32; 3]) -> usize {
     let [x, y, z] = voxel.map(|c| (c & 7) as usize);
     x + SIDE * (y + SIDE * z)
