@@ -182,7 +182,7 @@ fn a_mask_for_another_mesh_is_refused() {
     let beside = RawMesh { scalars: [("label".to_string(), label)].into(), ..beside };
     let beside = write_mesh(dir.path().join("beside.ply"), &beside);
     let count = mean_body(|p| p).points.len().to_string();
-    refused(&session, &["mask", "shirt", beside.to_str().unwrap()], 1, &["beside.ply", "elsewhere", &count]);
+    refused(&session, &["mask", "shirt", beside.to_str().unwrap()], 1, &["beside.ply", "not on the scan", &count]);
     let painted = |color| RawMesh { colors: Some(vec![color; count.parse().unwrap()]), ..mean_body(|p| p) };
     let green = write_mesh(dir.path().join("green.ply"), &painted([20, 200, 20]));
     refused(&session, &["mask", "shirt", green.to_str().unwrap()], 1, &["green.ply", "neither red"]);
