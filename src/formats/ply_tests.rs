@@ -166,7 +166,7 @@ fn damage_is_named_by_its_line() {
         ("property double x", "property double y", "a name used twice"),
         ("property double x", "property double w", "x, y and z"),
         ("element vertex", "element corner", "an element 'vertex'"),
-        ("end_header\r\n", "", "closes with 'end_header'"),
+        ("end_header\r\n", "", "ends with 'end_header'"),
         ("ply\r\n", "solid cube\r\n", "this is not PLY: it begins with 'solid cube"),
     ] {
         assert!(FOREIGN.contains(from), "{from}");
