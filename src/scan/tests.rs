@@ -120,7 +120,7 @@ fn in_t_pose() -> RawMesh {
     figure(&limbs)
 }
 
-/// The same, turned and in another unit.
+/// A mesh turned, and in another unit.
 fn turned(raw: &RawMesh, rotation: &UnitQuaternion<f64>, scale: f64) -> RawMesh {
     let points = raw.points.iter().map(|&p| (rotation * Point::from(p) * scale).into()).collect();
     RawMesh { points, ..raw.clone() }

@@ -65,7 +65,7 @@ impl RgbdCamera {
         from
     }
 
-    /// The same camera with pixels `factor` times as many in each direction.
+    /// Scales the camera to `factor` times as many pixels in each direction.
     pub fn resized(&self, width: usize, height: usize) -> Self {
         let (sx, sy) = (width as f64 / self.width as f64, height as f64 / self.height as f64);
         Self {

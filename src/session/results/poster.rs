@@ -2,6 +2,8 @@
 
 use super::export::write;
 use super::sheet::SeenStep;
+use crate::body::HumanJoint::{self, Chest, Foot, Head, LowerArm, LowerLeg, Neck, Spine, UpperArm, UpperLeg};
+use crate::body::Side::{Left, Right};
 use crate::body::{Pose, Skeleton};
 use crate::geometry::{TriMesh, Vec3};
 use crate::session::error::SessionError;
@@ -11,21 +13,21 @@ use nalgebra::UnitQuaternion;
 use std::path::Path;
 
 /// A step forward with a raised hand: degrees about x (leg forward is negative), y and z, as seen in the bind pose.
-const POSE: [(&str, [f64; 3]); 14] = [
-    ("spine", [1.0, 4.0, 0.0]),
-    ("chest", [0.0, 5.0, 1.0]),
-    ("neck", [0.0, 6.0, 0.0]),
-    ("head", [-2.0, 10.0, -3.0]),
-    ("leftUpperArm", [0.0, 0.0, 18.0]),
-    ("leftLowerArm", [-12.0, 0.0, 34.0]),
-    ("rightUpperArm", [6.0, 0.0, 22.0]),
-    ("rightLowerArm", [-14.0, -12.0, 0.0]),
-    ("leftUpperLeg", [-5.0, 0.0, -2.0]),
-    ("leftLowerLeg", [5.0, 0.0, 0.0]),
-    ("leftFoot", [0.0, 0.0, 0.0]),
-    ("rightUpperLeg", [4.0, 0.0, 2.0]),
-    ("rightLowerLeg", [2.0, 0.0, 0.0]),
-    ("rightFoot", [-6.0, 0.0, 0.0]),
+const POSE: [(HumanJoint, [f64; 3]); 14] = [
+    (Spine, [1.0, 4.0, 0.0]),
+    (Chest, [0.0, 5.0, 1.0]),
+    (Neck, [0.0, 6.0, 0.0]),
+    (Head, [-2.0, 10.0, -3.0]),
+    (UpperArm(Left), [0.0, 0.0, 18.0]),
+    (LowerArm(Left), [-12.0, 0.0, 34.0]),
+    (UpperArm(Right), [6.0, 0.0, 22.0]),
+    (LowerArm(Right), [-14.0, -12.0, 0.0]),
+    (UpperLeg(Left), [-5.0, 0.0, -2.0]),
+    (LowerLeg(Left), [5.0, 0.0, 0.0]),
+    (Foot(Left), [0.0, 0.0, 0.0]),
+    (UpperLeg(Right), [4.0, 0.0, 2.0]),
+    (LowerLeg(Right), [2.0, 0.0, 0.0]),
+    (Foot(Right), [-6.0, 0.0, 0.0]),
 ];
 
 impl Session {
@@ -64,8 +66,8 @@ impl Session {
 
 fn striding(skeleton: &Skeleton) -> Pose {
     let mut pose = Pose::bind(skeleton.len());
-    for (name, degrees) in POSE {
-        if let Some(joint) = skeleton.find_name(name) {
+    for (joint, degrees) in POSE {
+        if let Some(joint) = skeleton.find(joint) {
             let [x, y, z] = degrees.map(f64::to_radians);
             let about = |axis: nalgebra::Unit<Vec3>, angle| UnitQuaternion::from_axis_angle(&axis, angle);
             pose.rotations[joint.index()] =
