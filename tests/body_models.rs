@@ -5,10 +5,11 @@ mod embedded_body;
 
 use crate::common::{mean_body, overcoat, overcoat_ok, write_mesh};
 use overcoat::body::{BodyModel, Pose, Shape, embedded_model, read_model};
+use overcoat::cli::bodies::{BodiesError, BuildBody, BuiltBody, build_body};
 use overcoat::formats::{NpyArray, Npz, NpzCompression, write_npz};
 use overcoat::geometry::{Point, TriMesh};
-use overcoat::session::{BuildBody, BuiltBody, ShowBody, build_body, model_measures, show_body};
-use overcoat::train::TrainParams;
+use overcoat::session::{ShowBody, model_measures, show_body};
+use overcoat::train::{BuildParams, TrainParams};
 use std::path::{Path, PathBuf};
 
 /// The `k`-th synthetic adult: shape within 1.5 standard deviations, arms and legs in a slightly different pose each time.
@@ -44,12 +45,9 @@ fn write(folder: &Path, name: &str, npz: &Npz) -> PathBuf {
     path
 }
 
-fn built(
-    inputs: &[PathBuf],
-    components: usize,
-    leave_out: usize,
-) -> Result<BuiltBody, overcoat::session::SessionError> {
-    let params = TrainParams { components, leave_out, ..TrainParams::default() };
+fn built(inputs: &[PathBuf], components: usize, leave_out: usize) -> Result<BuiltBody, BodiesError> {
+    let train = TrainParams { components, leave_out, ..TrainParams::default() };
+    let params = BuildParams { train, ..BuildParams::default() };
     build_body(&BuildBody { inputs: inputs.to_vec(), params, ..BuildBody::default() }, &mut |_| {})
 }
 
@@ -155,8 +153,9 @@ fn a_model_is_trained_on_raw_scans_with_holes_and_a_landmark() {
         }
     }
     let build = |components| {
-        let params = TrainParams { components, ..TrainParams::default() };
-        let asked = BuildBody { inputs: vec![here.to_path_buf()], register: true, params, ..BuildBody::default() };
+        let train = TrainParams { components, ..TrainParams::default() };
+        let params = BuildParams { register: true, train, ..BuildParams::default() };
+        let asked = BuildBody { inputs: vec![here.to_path_buf()], params, ..BuildBody::default() };
         build_body(&asked, &mut |_| {})
     };
     let built = build(2).unwrap();

@@ -1,14 +1,13 @@
 //! `overcoat body`: body models and their shape spaces.
 
+use super::bodies::{BuildBody, build_body, import_body};
 use super::console::{Done, secs};
 use super::context::Context;
 use super::progress::Progress;
 use crate::body::BodyMeasure;
 use crate::scan::{Unit, Up};
-use crate::session::{
-    BuildBody, Session, SessionError, ShowBody, build_body, import_body, mesh_measures, model_measures, show_body,
-};
-use crate::train::{MakeHumanParams, TrainParams};
+use crate::session::{Session, SessionError, ShowBody, mesh_measures, model_measures, show_body};
+use crate::train::{BuildParams, MakeHumanParams, TrainParams};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -229,13 +228,15 @@ fn build(args: BuildArgs, context: &Context) -> anyhow::Result<Done> {
     let asked = BuildBody {
         inputs: args.inputs,
         template: args.template,
-        register: args.register,
-        unit: args.unit,
-        up: args.up,
-        params: TrainParams {
-            components: args.components.unwrap_or(defaults.components),
-            leave_out: args.leave_out.unwrap_or(defaults.leave_out),
-            ..defaults
+        params: BuildParams {
+            register: args.register,
+            unit: args.unit,
+            up: args.up,
+            train: TrainParams {
+                components: args.components.unwrap_or(defaults.components),
+                leave_out: args.leave_out.unwrap_or(defaults.leave_out),
+                ..defaults
+            },
         },
     };
     let mut progress = Progress::of_one_stage(&context.console);

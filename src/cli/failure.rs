@@ -1,5 +1,6 @@
 //! Errors as people and programs see them: one sentence, a hint under it, an exit code.
 
+use super::bodies::BodiesError;
 use super::console::{Done, print_aside, print_line};
 use crate::session::SessionError;
 use clap::error::ErrorKind;
@@ -14,8 +15,7 @@ const WRONG_COMMAND: u8 = 2;
 /// Tells what went wrong, and gives the exit code for it.
 pub(super) fn report(error: &anyhow::Error, json: bool) -> ExitCode {
     say(error, json);
-    let known = error.downcast_ref::<SessionError>();
-    ExitCode::from(if known.is_some_and(SessionError::is_wrong_command) { WRONG_COMMAND } else { FAILED })
+    ExitCode::from(if is_wrong_command(error) { WRONG_COMMAND } else { FAILED })
 }
 
 /// The exit code of a command that did its work, or the part of it that it could.
@@ -51,9 +51,25 @@ pub(super) fn sentence_and_hint(text: &str) -> (String, String) {
     (message, tip.or(usage).unwrap_or_else(|| "`overcoat --help` shows the commands".into()))
 }
 
+fn is_wrong_command(error: &anyhow::Error) -> bool {
+    match (error.downcast_ref::<SessionError>(), error.downcast_ref::<BodiesError>()) {
+        (Some(error), _) => error.is_wrong_command(),
+        (None, Some(error)) => error.is_wrong_command(),
+        (None, None) => false,
+    }
+}
+
+fn hint(error: &anyhow::Error) -> Option<String> {
+    match (error.downcast_ref::<SessionError>(), error.downcast_ref::<BodiesError>()) {
+        (Some(error), _) => error.hint(),
+        (None, Some(error)) => error.hint(),
+        (None, None) => None,
+    }
+}
+
 /// Tells what went wrong.
 pub(super) fn say(error: &anyhow::Error, json: bool) {
-    let hint = error.downcast_ref::<SessionError>().and_then(SessionError::hint);
+    let hint = hint(error);
     print(&one_line(&error.to_string()), hint.as_deref(), json);
 }
 

@@ -1,6 +1,7 @@
 //! The command line: arguments as typed, arguments as validated, run. One file per command. What a command did
 //! goes to stdout, its progress to stderr.
 
+pub mod bodies;
 mod body;
 mod branch;
 mod build;

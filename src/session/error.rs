@@ -263,7 +263,7 @@ fn list(known: &[String]) -> String {
 }
 
 impl SessionError {
-    pub(in crate::session) fn reading(path: &Path, source: std::io::Error) -> Self {
+    pub(crate) fn reading(path: &Path, source: std::io::Error) -> Self {
         let path = path.to_path_buf();
         match source.kind() {
             std::io::ErrorKind::NotFound => Self::NoSuchFile { path },

@@ -16,8 +16,6 @@
 //! artefacts too, so `undo`, `redo` and `branch` can restore every earlier state; they are lines like any other. `fsck`
 //! rebuilds what was lost; `replay` builds everything in another session.
 
-mod body_build;
-mod body_import;
 mod body_show;
 mod change;
 mod error;
@@ -30,8 +28,6 @@ mod stage_error;
 mod stages;
 mod store;
 
-pub use body_build::{BuildBody, BuiltBody, build_body};
-pub use body_import::{ImportedBody, import_body};
 pub use body_show::{ShowBody, ShownBody, show_body};
 pub use change::{
     Batch, Damage, FsckReport, MaskInfo, MaskReport, NewScan, Recut, Repair, Replay, Replayed, StageRequest, StageRun,
@@ -39,9 +35,10 @@ pub use change::{
 };
 pub use error::SessionError;
 pub use invent::{InventedGarments, MadeStep, MakeRequest, SubjectParams, make_subject};
-pub use open::{BodyModelSource, Draft, NewSession, Session, Writer, create};
+pub use open::{BodyModelSource, Draft, NewSession, Session, Writer, create, read_body_model, read_input};
 pub use recipe::{Assignment, BODY_STEP, BodySurface, Parameter, Recipe, SourceFile, StepRecipe, parameters_of};
 pub use results::LiveView;
+pub use results::write_file;
 pub use results::{ExportRequest, Judged, ShowIn, Subject, TruthReport, Verdict, mesh_measures, model_measures};
 pub use stage::Stage;
 pub use stage_error::StageError;

@@ -82,7 +82,7 @@ impl StageError {
     }
 
     /// Whether the command asked for what cannot be, rather than failed at its work.
-    pub(in crate::session) fn is_wrong_command(&self) -> bool {
+    pub fn is_wrong_command(&self) -> bool {
         matches!(
             self,
             Self::Format(FormatError::UnknownExtension { .. })

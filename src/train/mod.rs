@@ -3,8 +3,10 @@
 //!
 //! **Source** Hu 2017, §5.1, Eqs. 1–2.
 
+mod build;
 mod components;
 mod error;
+mod inputs;
 mod learn;
 mod leave_out;
 mod makehuman;
@@ -16,7 +18,9 @@ mod scans;
 mod subjects;
 mod unpose;
 
+pub use build::{BuildParams, build_model};
 pub use error::TrainError;
+pub use inputs::TrainInputs;
 pub use learn::{Trained, train};
 pub use leave_out::{LeftOut, split};
 pub use makehuman::{MakeHumanFiles, MakeHumanParams, import_makehuman};

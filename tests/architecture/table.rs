@@ -56,7 +56,7 @@ pub const CRATE_OWNERS: &[(&str, &[&str])] = &[
     ("clarabel", &["numerics"]),
     ("csv", &["session"]),
     ("faer", &["numerics", "train"]),
-    ("flate2", &["session"]),
+    ("flate2", &["cli"]),
     ("gltf", &["formats"]),
     ("image", &["formats"]),
     ("indicatif", &["cli"]),

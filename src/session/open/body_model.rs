@@ -60,7 +60,7 @@ pub(in crate::session) fn check_body_model(path: &Path, bytes: &[u8]) -> Result<
 }
 
 /// The model of a file, or the embedded one.
-pub(in crate::session) fn read_body_model(path: Option<&Path>) -> Result<BodyModel, SessionError> {
+pub fn read_body_model(path: Option<&Path>) -> Result<BodyModel, SessionError> {
     match path {
         None => embedded_model().map_err(|e| SessionError::bad_source(Path::new("the embedded body model"), e)),
         Some(path) => read(path, &source::read(path)?),

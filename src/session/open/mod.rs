@@ -8,8 +8,10 @@ pub(in crate::session) mod source;
 mod undo;
 
 pub use body_model::BodyModelSource;
-pub(in crate::session) use body_model::{check_body_model, read_body_model};
+pub(in crate::session) use body_model::check_body_model;
+pub use body_model::read_body_model;
 pub use draft::Draft;
 pub use new::{NewSession, create};
 pub use session::{Session, Writer};
 pub(in crate::session) use session::{Snapshot, recipe_path, state_path};
+pub use source::read as read_input;

@@ -8,7 +8,7 @@ use crate::session::store::ContentHash;
 use std::path::Path;
 
 /// Reads a file, or a folder of RGB-D frames as one zip; nothing is kept yet.
-pub(in crate::session) fn read(path: &Path) -> Result<Vec<u8>, SessionError> {
+pub fn read(path: &Path) -> Result<Vec<u8>, SessionError> {
     if path.is_dir() {
         return packed(path);
     }

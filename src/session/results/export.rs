@@ -178,7 +178,7 @@ fn ends_with_slash(path: &Path) -> bool {
 }
 
 /// Writes a file whole, in a folder that is made if need be.
-pub(in crate::session) fn write<E: Into<StageError>>(
+pub fn write<E: Into<StageError>>(
     path: &Path,
     content: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), E>,
 ) -> Result<(), SessionError> {

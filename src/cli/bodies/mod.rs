@@ -1,0 +1,9 @@
+//! Body models from files to files: the paths of `overcoat body`. The computation is in `train`; no session is needed.
+
+mod build;
+mod error;
+mod import;
+
+pub use build::{BuildBody, BuiltBody, build_body};
+pub use error::BodiesError;
+pub use import::{ImportedBody, import_body};
