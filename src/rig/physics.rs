@@ -3,22 +3,19 @@
 use super::error::RigError;
 use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, cotangent_laplacian};
 use crate::numerics::SparseCholesky;
+use crate::parameters::{Allowed, parameters};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// How cloth physics is blended with skinning.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PhysicsParams {
-    /// Greatest share of physics in the blend: one half (Hu 2017, Eq. 9).
-    pub greatest_share: f64,
-    /// Length in metres over which values are smoothed, so that the blend has no step at the border of the loose part:
-    /// 2 cm, about a waistband.
-    pub smoothing_length: f64,
-}
-
-impl Default for PhysicsParams {
-    fn default() -> Self {
-        Self { greatest_share: 0.5, smoothing_length: 0.02 }
+parameters! {
+    /// How cloth physics is blended with skinning.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+    pub struct PhysicsParams {
+        /// Greatest share of physics in the blend: one half (Hu 2017, Eq. 9).
+        pub greatest_share: f64 = 0.5, Allowed::SHARE, "Largest share of cloth physics in the blend with skinning";
+        /// Length in metres over which values are smoothed, so that the blend has no step at the border of the loose
+        /// part: 2 cm, about a waistband.
+        pub smoothing_length: f64 = 0.02, Allowed::LENGTH, "Length over which physics weights are smoothed";
     }
 }
 

@@ -9,6 +9,7 @@ use super::placement::Placement;
 use super::proposal::{Proposal, Segmentation};
 use super::transfer::{Labels, transfer};
 use crate::geometry::{Adjacency, FaceId, PerVertex, SurfaceIndex, TriMesh};
+use crate::parameters::{Allowed, parameters};
 use crate::scan::Scan;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -23,40 +24,33 @@ pub enum LabelMethod {
     Refine,
 }
 
-/// How labels are found, and how much each kind of evidence counts. Nats, metres.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RefineParams {
-    /// Minimum cut, or plain transfer from the body. The other parameters concern the minimum cut only.
-    pub method: LabelMethod,
-    /// Distance from a limit of the template at which the prior weighs one nat. 35 mm: a hem displaced by 10 cm is three
-    /// nats, which colour and stand-off together outweigh; one displaced by 30 cm is not.
-    pub distance_per_nat: f64,
-    /// That distance where the user gave the limit.
-    pub distance_per_nat_given: f64,
-    /// Greatest weight of the prior.
-    pub greatest_prior: f64,
-    /// Weight of colour.
-    pub color: f64,
-    /// Weight of stand-off.
-    pub stand_off: f64,
-    /// Cost of a boundary as long as a mean edge, without crease or colour step.
-    pub boundary: f64,
-    /// Number of cuts, each with the colour models of the previous labels.
-    pub rounds: usize,
-}
-
-impl Default for RefineParams {
-    fn default() -> Self {
-        Self {
-            method: LabelMethod::Refine,
-            distance_per_nat: 0.035,
-            distance_per_nat_given: 0.02,
-            greatest_prior: 8.0,
-            color: 1.0,
-            stand_off: 1.0,
-            boundary: 2.0,
-            rounds: 3,
-        }
+parameters! {
+    /// How labels are found, and how much each kind of evidence counts. Nats, metres.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+    pub struct RefineParams {
+        /// Minimum cut, or plain transfer from the body. The other parameters concern the minimum cut only.
+        pub method: LabelMethod =
+            LabelMethod::Refine, Allowed::Word(&["transfer", "refine"]),
+            "transfer: labels of the nearest body vertices, as in Hu 2017; \
+             refine: minimum cut with colour and stand-off";
+        /// Distance from a limit of the template at which the prior weighs one nat. 35 mm: a hem displaced by 10 cm is
+        /// three nats, which colour and stand-off together outweigh; one displaced by 30 cm is not.
+        pub distance_per_nat: f64 =
+            0.035, Allowed::LENGTH,
+            "Distance from a template's limit that counts one nat against a label";
+        /// That distance where the user gave the limit.
+        pub distance_per_nat_given: f64 =
+            0.02, Allowed::LENGTH,
+            "Distance per nat for a limit given by --until or --sleeve";
+        /// Greatest weight of the prior.
+        pub greatest_prior: f64 = 8.0, Allowed::Real(0.0, 1000.0), "Greatest weight of the template";
+        pub color: f64 = 1.0, Allowed::Real(0.0, 1000.0), "Weight of colour";
+        /// Weight of stand-off.
+        pub stand_off: f64 = 1.0, Allowed::Real(0.0, 1000.0), "Weight of the distance from the layer inside";
+        /// Cost of a boundary as long as a mean edge, without crease or colour step.
+        pub boundary: f64 = 2.0, Allowed::Real(0.0, 1000.0), "Cost of a boundary where the scan shows no edge";
+        /// Number of cuts, each with the colour models of the previous labels.
+        pub rounds: usize = 3, Allowed::Count(1, 50), "Graph cuts, each with the colours that the previous one found";
     }
 }
 

@@ -1,5 +1,6 @@
 //! How a garment is pushed clear.
 
+use crate::parameters::{Allowed, parameters};
 use serde::{Deserialize, Serialize};
 
 /// How vertices inside an inner layer are moved out.
@@ -15,31 +16,29 @@ pub enum StackMethod {
     Smooth,
 }
 
-/// How a garment is pushed clear. Lengths are metres.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct StackParams {
-    /// Eq. 7 alone, Eq. 7 with additions, or a smooth displacement.
-    pub method: StackMethod,
-    /// k of Eq. 7: 2 mm, about the thickness of cloth, and twice what a scanner's noise leaves after cleaning.
-    pub clearance: f64,
-    /// Greatest number of rounds of pushing, and of separating crossing triangles; most garments need fewer than ten.
-    pub iterations: usize,
-    /// Lengths over which displacements are spread, in the order of the solves: wide for large penetrations, then narrow
-    /// for the rest. Edges of a scan are 4 to 8 mm.
-    pub smoothing_lengths: Vec<f64>,
-    /// Cloth deeper than this behind an open inner layer is not treated as penetration but as a pocket or the other side
-    /// of a collar. A jacket presses a pullover by up to 3 cm.
-    pub greatest_depth: f64,
-}
-
-impl Default for StackParams {
-    fn default() -> Self {
-        Self {
-            method: StackMethod::Smooth,
-            clearance: 0.002,
-            iterations: 20,
-            smoothing_lengths: vec![0.012, 0.006, 0.003],
-            greatest_depth: 0.05,
-        }
+parameters! {
+    /// How a garment is pushed clear. Lengths are metres.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    pub struct StackParams {
+        /// Eq. 7 alone, Eq. 7 with additions, or a smooth displacement.
+        pub method: StackMethod =
+            StackMethod::Smooth, Allowed::Word(&["paper", "push", "smooth"]),
+            "paper: Eq. 7 of Hu 2017 along vertex normals; push: each vertex towards the surface; \
+             smooth: one smooth move";
+        /// k of Eq. 7: 2 mm, about the thickness of cloth, and twice what a scanner's noise leaves after cleaning.
+        pub clearance: f64 = 0.002, Allowed::SHORT, "Distance to keep from the layer inside";
+        /// Greatest number of rounds of pushing, and of separating crossing triangles; most garments need fewer than
+        /// ten.
+        pub iterations: usize = 20, Allowed::ROUNDS, "Maximum number of rounds of pushing";
+        /// Lengths over which displacements are spread, in the order of the solves: wide for large penetrations, then
+        /// narrow for the rest. Edges of a scan are 4 to 8 mm.
+        pub smoothing_lengths: Vec<f64> =
+            vec![0.012, 0.006, 0.003], Allowed::LENGTHS,
+            "Lengths over which a push is spread, one solve per length";
+        /// Cloth deeper than this behind an open inner layer is not treated as penetration but as a pocket or the other
+        /// side of a collar. A jacket presses a pullover by up to 3 cm.
+        pub greatest_depth: f64 =
+            0.05, Allowed::LENGTH,
+            "Cloth deeper than this is ignored as a pocket or the other side of a collar";
     }
 }

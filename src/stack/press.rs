@@ -7,29 +7,28 @@ use super::obstacle::{Obstacle, limbs_of};
 use super::params::StackParams;
 use crate::body::{Figure, Layer, Limb};
 use crate::geometry::TriMesh;
+use crate::parameters::{Allowed, parameters};
 use serde::{Deserialize, Serialize};
 
 /// Clearance of the outermost garment from cloth that could not be pressed further, as a share of the clearance. Almost
 /// none: with more, the garment would rise everywhere off the cloth just pressed below it.
 const TOUCHING: f64 = 0.1;
 
-/// How inner garments are pressed. Lengths are metres.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PressParams {
-    /// Cosine between the normals of two layers below which one does not press the other: 60°, more than wrinkles have,
-    /// less than the fold-overs that fusion produces at a coat's open front.
-    pub least_cosine: f64,
-    /// How cloth yields. `clearance` is the least distance of inner cloth below the outer surface and above the body:
-    /// 1.2 mm, the thickness of a shirt; the margin of the fit leaves room for both. Fewer rounds than in the bind pose,
-    /// which is the exported one.
-    #[serde(flatten)]
-    pub stack: StackParams,
-}
-
-impl Default for PressParams {
-    fn default() -> Self {
-        let stack = StackParams { clearance: 0.0012, iterations: 8, ..StackParams::default() };
-        Self { least_cosine: 0.5, stack }
+parameters! {
+    /// How inner garments are pressed. Lengths are metres.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    pub struct PressParams {
+        /// Cosine between the normals of two layers below which one does not press the other: 60°, more than wrinkles
+        /// have, less than the fold-overs that fusion produces at a coat's open front.
+        pub least_cosine: f64 =
+            0.5, Allowed::Real(-1.0, 1.0),
+            "Layers whose normals differ by more than this cosine do not press each other";
+        /// How cloth yields. `clearance` is the least distance of inner cloth below the outer surface and above the
+        /// body: 1.2 mm, the thickness of a shirt; the margin of the fit leaves room for both. Fewer rounds than in the
+        /// bind pose, which is the exported one.
+        #[serde(flatten)]
+        pub stack: StackParams =
+            StackParams { clearance: 0.0012, iterations: 8, ..StackParams::default() }, @nested;
     }
 }
 

@@ -5,7 +5,6 @@ mod check;
 mod file;
 pub(in crate::session) mod garment_kind;
 mod mask_file;
-mod parameter_table;
 pub(in crate::session) mod parameters;
 mod params_of_step;
 mod paths;
