@@ -5,10 +5,9 @@ mod embedded_body;
 
 use crate::common::{mean_body, overcoat, overcoat_ok, write_mesh};
 use overcoat::body::{BodyModel, Pose, Shape, embedded_model, read_model};
-use overcoat::cli::bodies::{BodiesError, BuildBody, BuiltBody, build_body};
+use overcoat::cli::bodies::{BodiesError, BuildBody, BuiltBody, ShowBody, build_body, model_measures, show_body};
 use overcoat::formats::{NpyArray, Npz, NpzCompression, write_npz};
 use overcoat::geometry::{Point, TriMesh};
-use overcoat::session::{ShowBody, model_measures, show_body};
 use overcoat::train::{BuildParams, TrainParams};
 use std::path::{Path, PathBuf};
 

@@ -1,12 +1,12 @@
 //! `overcoat body`: body models and their shape spaces.
 
-use super::bodies::{BuildBody, build_body, import_body};
+use super::bodies::{BuildBody, ShowBody, build_body, import_body, mesh_measures, model_measures, show_body};
 use super::console::{Done, secs};
 use super::context::Context;
 use super::progress::Progress;
 use crate::body::BodyMeasure;
 use crate::scan::{Unit, Up};
-use crate::session::{Session, SessionError, ShowBody, mesh_measures, model_measures, show_body};
+use crate::session::{Session, SessionError};
 use crate::train::{BuildParams, MakeHumanParams, TrainParams};
 use serde_json::json;
 use std::path::{Path, PathBuf};

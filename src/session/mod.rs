@@ -16,7 +16,6 @@
 //! artefacts too, so `undo`, `redo` and `branch` can restore every earlier state; they are lines like any other. `fsck`
 //! rebuilds what was lost; `replay` builds everything in another session.
 
-mod body_show;
 mod change;
 mod error;
 mod invent;
@@ -28,7 +27,6 @@ mod stage_error;
 mod stages;
 mod store;
 
-pub use body_show::{ShowBody, ShownBody, show_body};
 pub use change::{
     Batch, Damage, FsckReport, MaskInfo, MaskReport, NewScan, Recut, Repair, Replay, Replayed, StageRequest, StageRun,
     StepStatus, SubjectRun, fsck, replay, replay_all,
@@ -39,7 +37,7 @@ pub use open::{BodyModelSource, Draft, NewSession, Session, Writer, create, read
 pub use recipe::{Assignment, BODY_STEP, BodySurface, Parameter, Recipe, SourceFile, StepRecipe, parameters_of};
 pub use results::LiveView;
 pub use results::write_file;
-pub use results::{ExportRequest, Judged, ShowIn, Subject, TruthReport, Verdict, mesh_measures, model_measures};
+pub use results::{ExportRequest, Judged, ShowIn, Subject, TruthReport, Verdict};
 pub use stage::Stage;
 pub use stage_error::StageError;
 pub use stages::{Cause, Event, Forced, Reason, StageReport};

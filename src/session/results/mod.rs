@@ -22,10 +22,8 @@ mod sheet;
 mod show_in;
 pub(in crate::session) mod target;
 
-pub use body_measures::{mesh_measures, model_measures};
 pub use export::ExportRequest;
 pub use export::write as write_file;
-pub(in crate::session) use export::write;
 #[cfg(feature = "rerun")]
 pub(in crate::session) use fit_recording::FitRecording;
 #[cfg(feature = "rerun")]

@@ -1,23 +1,22 @@
-//! A body model to be looked at: what it spans and how it bends. Needs no session.
+//! Shows a body model: its shape space and its poses.
 
-use super::error::SessionError;
+use super::error::BodiesError;
 use crate::body::{BodyModel, Pose, Shape, Stance};
 use crate::export::write_layer_ply;
 use crate::geometry::{PerVertex, TriMesh, Vec3};
-use crate::session::open::read_body_model;
-use crate::session::results::write;
+use crate::session::{read_body_model, write_file};
 use crate::view::{Cell, Facing, Part, Sheet, SheetRow, contact_sheet, layer_color};
 use nalgebra::UnitQuaternion;
 use std::path::{Path, PathBuf};
 
-/// What of a model is to be seen.
+/// The body of a model that is shown.
 #[derive(Clone, Debug, Default)]
 pub struct ShowBody {
     /// The model's file; `None` for the embedded one.
     pub model: Option<PathBuf>,
     /// Coordinates in the shape space; empty for the mean.
     pub shape: Vec<f64>,
-    /// Names of stances, or `joint=x,y,z` in degrees, each put on the one before.
+    /// Names of stances, or `joint=x,y,z` in degrees, applied in this order.
     pub pose: Vec<String>,
 }
 
@@ -27,7 +26,7 @@ pub struct ShownBody {
     shape: Shape,
     pose: Pose,
     name: String,
-    /// Whether a certain body was asked for, not the whole span.
+    /// Whether the request names one body instead of the whole shape space.
     one: bool,
 }
 
@@ -38,17 +37,17 @@ const DEVIATIONS: f64 = 2.0;
 
 /// Reads a model and makes the body asked for.
 ///
-/// **Errors** a file that is no model, more coordinates than components, an unknown stance or joint.
-pub fn show_body(asked: &ShowBody) -> Result<ShownBody, SessionError> {
+/// **Errors** a file that is not a model, more coordinates than components, an unknown stance or joint.
+pub fn show_body(asked: &ShowBody) -> Result<ShownBody, BodiesError> {
     let model = read_body_model(asked.model.as_deref())?;
     if asked.shape.len() > model.component_count() {
-        return Err(SessionError::BadRequest {
+        return Err(BodiesError::BadRequest {
             what: format!("{} shape coordinates for a model with {}", asked.shape.len(), model.component_count()),
             hint: "give as many as the model has components, or fewer".into(),
         });
     }
     if let Some(odd) = asked.shape.iter().find(|b| !b.is_finite()) {
-        return Err(SessionError::BadRequest {
+        return Err(BodiesError::BadRequest {
             what: format!("{odd} is no shape coordinate"),
             hint: "give standard deviations, such as 1.5,-2".into(),
         });
@@ -68,18 +67,18 @@ pub fn show_body(asked: &ShowBody) -> Result<ShownBody, SessionError> {
     Ok(ShownBody { model, shape, pose, name, one: !asked.shape.is_empty() || !asked.pose.is_empty() })
 }
 
-fn apply(word: &str, model: &BodyModel, pose: &mut Pose) -> Result<(), SessionError> {
+fn apply(word: &str, model: &BodyModel, pose: &mut Pose) -> Result<(), BodiesError> {
     if let Some((joint, angles)) = word.split_once('=') {
         let degrees: Option<Vec<f64>> =
             angles.split(',').map(|a| a.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
         let Some(j) = model.skeleton.find_name(joint) else {
-            return Err(SessionError::BadRequest {
+            return Err(BodiesError::BadRequest {
                 what: format!("the model has no joint '{joint}'"),
                 hint: format!("its joints are {}", model.skeleton.names.join(", ")),
             });
         };
         let Some(&[x, y, z]) = degrees.as_deref() else {
-            return Err(SessionError::BadRequest {
+            return Err(BodiesError::BadRequest {
                 what: format!("'{angles}' is no turn of {joint}"),
                 hint: "give three numbers, a rotation vector in degrees: leftUpperArm=0,0,45".into(),
             });
@@ -88,7 +87,7 @@ fn apply(word: &str, model: &BodyModel, pose: &mut Pose) -> Result<(), SessionEr
         return Ok(());
     }
     let Some(stance) = Stance::ALL.into_iter().find(|s| s.name() == word) else {
-        return Err(SessionError::BadRequest {
+        return Err(BodiesError::BadRequest {
             what: format!("there is no stance '{word}'"),
             hint: format!(
                 "the stances are {}; or turn a joint: leftUpperArm=0,0,45",
@@ -113,20 +112,20 @@ impl ShownBody {
     }
 
     /// Writes the body asked for as a mesh.
-    pub fn write_mesh(&self, path: &Path) -> Result<(), SessionError> {
-        write(path, |out| write_layer_ply(&self.mesh(), None, &[], out))
+    pub fn write_mesh(&self, path: &Path) -> Result<(), BodiesError> {
+        Ok(write_file(path, |out| write_layer_ply(&self.mesh(), None, &[], out))?)
     }
 
     /// Draws the body asked for from four sides; where none was asked for, the mean, both ends of the first
     /// components, and the mean in several stances.
-    pub fn write_sheet(&self, path: &Path) -> Result<(), SessionError> {
+    pub fn write_sheet(&self, path: &Path) -> Result<(), BodiesError> {
         let rows = if self.one { self.one_body() } else { self.span() };
         let drawn: Vec<SheetRow> = rows.iter().map(MeshRow::drawn).collect();
         let [v, f, j, k] = self.counts();
         let mut sheet =
             Sheet::new(self.name.clone(), format!("{v} vertices, {f} faces, {j} joints, {k} components"), drawn);
         sheet.cell = [230, 340];
-        write(path, |out| contact_sheet(&sheet).write_png(out))
+        Ok(write_file(path, |out| contact_sheet(&sheet).write_png(out))?)
     }
 
     fn one_body(&self) -> Vec<MeshRow> {
@@ -165,9 +164,9 @@ impl ShownBody {
 
     /// Records the shape space and the stances for the viewer: one frame a body.
     #[cfg(feature = "rerun")]
-    pub fn write_recording(&self, path: &Path) -> Result<(), SessionError> {
+    pub fn write_recording(&self, path: &Path) -> Result<(), BodiesError> {
         use crate::view::Recording;
-        let failed = |e| SessionError::bad_source(path, e);
+        let failed = |e| BodiesError::bad_source(path, e);
         let recording = Recording::try_new(&self.name).map_err(failed)?;
         let bind = Pose::bind(self.model.skeleton.len());
         let mut bodies = vec![("asked for".to_string(), self.shape.clone(), self.pose.clone())];
@@ -190,13 +189,13 @@ impl ShownBody {
             recording.log_skeleton(&skeleton.joints_in_world(pose), &skeleton.names, &parents).map_err(failed)?;
             recording.log_notes(name).map_err(failed)?;
         }
-        write(path, |out| recording.finish(out))
+        Ok(write_file(path, |out| recording.finish(out))?)
     }
 
     /// Without the viewer there is nothing to record with.
     #[cfg(not(feature = "rerun"))]
-    pub fn write_recording(&self, _path: &Path) -> Result<(), SessionError> {
-        Err(SessionError::BadRequest {
+    pub fn write_recording(&self, _path: &Path) -> Result<(), BodiesError> {
+        Err(BodiesError::BadRequest {
             what: "this build has no viewer, so it cannot write a recording".into(),
             hint: "build with the feature `rerun`, which is on by default; or draw with --sheet".into(),
         })
@@ -209,7 +208,7 @@ fn posed(model: &BodyModel, shape: &Shape, pose: &Pose) -> TriMesh {
     mesh.with_points(points)
 }
 
-/// The same with its lowest point on the floor.
+/// Moves the mesh so that its lowest point is on the floor.
 fn standing(mesh: TriMesh) -> TriMesh {
     let low = mesh.bounds().map_or(0.0, |b| b.min.y);
     mesh.map_points(|p| p - Vec3::y() * low)
