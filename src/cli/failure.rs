@@ -2,6 +2,7 @@
 
 use super::bodies::BodiesError;
 use super::console::{Done, print_aside, print_line};
+use super::studio::MakeError;
 use crate::session::SessionError;
 use clap::error::ErrorKind;
 use serde_json::json;
@@ -52,19 +53,16 @@ pub(super) fn sentence_and_hint(text: &str) -> (String, String) {
 }
 
 fn is_wrong_command(error: &anyhow::Error) -> bool {
-    match (error.downcast_ref::<SessionError>(), error.downcast_ref::<BodiesError>()) {
-        (Some(error), _) => error.is_wrong_command(),
-        (None, Some(error)) => error.is_wrong_command(),
-        (None, None) => false,
-    }
+    error.downcast_ref().is_some_and(SessionError::is_wrong_command)
+        || error.downcast_ref().is_some_and(BodiesError::is_wrong_command)
+        || error.downcast_ref().is_some_and(MakeError::is_wrong_command)
 }
 
 fn hint(error: &anyhow::Error) -> Option<String> {
-    match (error.downcast_ref::<SessionError>(), error.downcast_ref::<BodiesError>()) {
-        (Some(error), _) => error.hint(),
-        (None, Some(error)) => error.hint(),
-        (None, None) => None,
-    }
+    let of_session = error.downcast_ref().and_then(SessionError::hint);
+    let of_bodies = || error.downcast_ref().and_then(BodiesError::hint);
+    let of_studio = || error.downcast_ref().and_then(MakeError::hint);
+    of_session.or_else(of_bodies).or_else(of_studio)
 }
 
 /// Tells what went wrong.

@@ -271,7 +271,7 @@ impl SessionError {
         }
     }
 
-    pub(in crate::session) fn writing(path: &Path, source: std::io::Error) -> Self {
+    pub(crate) fn writing(path: &Path, source: std::io::Error) -> Self {
         Self::Writing { path: path.to_path_buf(), source }
     }
 

@@ -18,7 +18,6 @@
 
 mod change;
 mod error;
-mod invent;
 mod open;
 mod recipe;
 mod results;
@@ -32,7 +31,6 @@ pub use change::{
     StepStatus, SubjectRun, fsck, replay, replay_all,
 };
 pub use error::SessionError;
-pub use invent::{InventedGarments, MadeStep, MakeRequest, SubjectParams, make_subject};
 pub use open::{BodyModelSource, Draft, NewSession, Session, Writer, create, read_body_model, read_input};
 pub use recipe::{Assignment, BODY_STEP, BodySurface, Parameter, Recipe, SourceFile, StepRecipe, parameters_of};
 pub use results::LiveView;
@@ -43,5 +41,5 @@ pub use stage_error::StageError;
 pub use stages::{Cause, Event, Forced, Reason, StageReport};
 pub use store::{
     Branch, Change, ContentHash, Entry, History, Kept, MAIN_BRANCH, Measures, Memory, Move, StageRecord, State,
-    StepRecord, Store, Timings,
+    StepRecord, Store, Timings, write_whole,
 };

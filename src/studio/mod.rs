@@ -8,6 +8,7 @@ mod level_set;
 mod params;
 mod seeds;
 mod subject;
+mod subject_params;
 mod turntable_subject;
 
 pub use camera::{
@@ -19,3 +20,4 @@ pub use garments::GarmentKind;
 pub use generate::{SyntheticSession, SyntheticStep, generate_each_step, generate_session, generate_step};
 pub use params::StudioParams;
 pub use seeds::{FRESH_SEEDS_FROM, seeds_of};
+pub use subject_params::SubjectParams;

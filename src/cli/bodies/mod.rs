@@ -1,4 +1,4 @@
-//! Body models from files to files: the paths of `overcoat body`. The computation is in `train`; no session is needed.
+//! Body models from files to files: built, imported, shown and measured. No session is needed.
 
 mod build;
 mod error;

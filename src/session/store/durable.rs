@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 pub(in crate::session) const UNFINISHED: &str = ".unfinished-";
 
 /// Writes `bytes` to a temporary name in the same folder, syncs it, renames it to `path` and syncs the folder.
-pub(in crate::session) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
     write_whole_with(path, |file| file.write_all(bytes).map_err(|e| SessionError::writing(path, e)))
 }
 

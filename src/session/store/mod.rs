@@ -13,7 +13,8 @@ mod timings;
 
 pub(in crate::session) use artefacts::Health;
 pub use artefacts::{Kept, Store};
-pub(in crate::session) use durable::{UNFINISHED, place_whole, sweep, sync_folder, write_whole, write_whole_with};
+pub use durable::write_whole;
+pub(in crate::session) use durable::{UNFINISHED, place_whole, sweep, sync_folder, write_whole_with};
 pub use hash::ContentHash;
 pub use history::{Branch, Entry, History, MAIN_BRANCH};
 pub(in crate::session) use journal::BrokenLine;

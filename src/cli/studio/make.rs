@@ -1,93 +1,27 @@
-//! An invented session written to disk: recordings, fused scans and their truth, in the layout that `measure --truth`
-//! reads.
+//! Writes a synthetic session to disk: recordings, fused scans and their ground truth, in the layout that
+//! `measure --truth` reads.
 
-use super::error::SessionError;
-use crate::body::embedded_model;
+use super::error::MakeError;
 use crate::formats::{FormatError, PlyOptions, RawMesh, write_color_jpeg, write_depth_png, write_gray_png, write_ply};
 use crate::geometry::{PerVertex, TriMesh};
 use crate::measure::TruthNaming;
-use crate::session::store::write_whole;
-use crate::studio::{
-    DepthNoise, GarmentKind, Lens, RgbdFrame, RgbdRecording, StudioError, StudioParams, SyntheticStep,
-    generate_each_step,
-};
+use crate::session::{SessionError, read_body_model, write_whole};
+use crate::studio::{RgbdFrame, RgbdRecording, SubjectParams, SyntheticStep, generate_each_step};
 use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// Who is to be invented; what is left out is as the studio has it.
-#[derive(Clone, Debug)]
-pub struct SubjectParams {
-    /// Who, how they stand, how cloth falls, which noise.
-    pub seed: u64,
-    /// What they put on, from the inside out, separated by commas.
-    pub garments: String,
-    /// Frames a step.
-    pub views: Option<usize>,
-    /// Turns of the table a step.
-    pub turns: Option<f64>,
-    /// Pixels across and down; the field of view stays.
-    pub size: Option<[usize; 2]>,
-    /// How far the head wanders within a turn, millimetres.
-    pub sway_mm: Option<f64>,
-    /// Triangles of a fused scan.
-    pub faces: Option<usize>,
-    /// Whether the camera has faults.
-    pub noise: bool,
-}
-
-impl SubjectParams {
-    fn params(&self) -> Result<StudioParams, StudioError> {
-        let mut params =
-            StudioParams { seed: self.seed, garments: GarmentKind::list(&self.garments)?, ..StudioParams::default() };
-        let turntable = &mut params.turntable;
-        turntable.views = self.views.unwrap_or(turntable.views);
-        turntable.turns = self.turns.unwrap_or(turntable.turns);
-        if let Some([width, height]) = self.size {
-            // The longer side of the person's frame keeps its angle.
-            let focal = turntable.lens.focal * height as f64 / turntable.lens.height as f64;
-            turntable.lens = Lens { width, height, focal };
-        }
-        if !self.noise {
-            turntable.noise = DepthNoise::none();
-        }
-        params.scanner.faces = self.faces.unwrap_or(params.scanner.faces).clamp(1_000, 2_000_000);
-        params.sway = self.sway_mm.map_or(params.sway, |mm| 1e-3 * mm);
-        params.check()?;
-        Ok(params)
-    }
-}
-
-/// The garments that can be invented.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct InventedGarments {
-    /// As asked for.
-    pub name: &'static str,
-    /// The segmentation template that fits it.
-    pub template: &'static str,
-    /// In a few words.
-    pub about: &'static str,
-}
-
-impl InventedGarments {
-    /// All of them.
-    pub fn all() -> Vec<Self> {
-        let kinds = GarmentKind::ALL.into_iter();
-        kinds.map(|kind| Self { name: kind.name(), template: kind.template(), about: kind.about() }).collect()
-    }
-}
-
-/// What is to be invented, and how much of it is written.
+/// What is generated, and how much of it is written.
 #[derive(Clone, Debug)]
 pub struct MakeRequest {
-    /// Who, what and how.
+    /// The subject, the garments and the camera.
     pub subject: SubjectParams,
     /// Write the frames of every step (`K-NAME/`), not only the fused scans.
     pub frames: bool,
 }
 
-/// What was made of one step.
+/// The files of one step.
 #[derive(Clone, Debug, Serialize)]
 pub struct MadeStep {
     /// `body`, or the garment.
@@ -105,19 +39,19 @@ const JPEG_QUALITY: u8 = 90;
 /// Frames a second.
 const RATE: f64 = 30.0;
 
-/// Invents someone who is dressed garment after garment, and writes `DIR/K-NAME.ply`, `DIR/K-NAME/` and `DIR/truth/`.
+/// Generates a subject who is dressed garment after garment, and writes `DIR/K-NAME.ply`, `DIR/K-NAME/` and `DIR/truth/`.
 ///
-/// **Errors** when the request cannot be invented, the folder has something in it, or cannot be written.
+/// **Errors** where the request cannot be generated, or the folder is not empty or cannot be written.
 pub fn make_subject(
     dir: &Path,
     request: &MakeRequest,
     on_step: &mut dyn FnMut(&MadeStep),
-) -> Result<Vec<MadeStep>, SessionError> {
-    let params = request.subject.params().map_err(refused)?;
+) -> Result<Vec<MadeStep>, MakeError> {
+    let params = request.subject.params()?;
     if std::fs::read_dir(dir).is_ok_and(|mut entries| entries.next().is_some()) {
-        return Err(SessionError::FolderNotEmpty { dir: dir.to_owned() });
+        return Err(SessionError::FolderNotEmpty { dir: dir.to_owned() }.into());
     }
-    let model = embedded_model().map_err(|e| SessionError::bad_source(Path::new("the embedded body model"), e))?;
+    let model = read_body_model(None)?;
     let truth = dir.join("truth");
     make_dir(&truth)?;
     let (mut made, mut joints, mut failure) = (Vec::new(), Vec::new(), None);
@@ -133,8 +67,7 @@ pub fn make_subject(
             }
             Err(e) => failure = Some(e),
         }
-    })
-    .map_err(refused)?;
+    })?;
     failure.map_or(Ok(()), Err)?;
     write_mesh(&truth.join(TruthNaming::bind_body()), &bind.body, None)?;
     for (j, layer) in bind.layers.iter().enumerate() {
@@ -147,11 +80,7 @@ pub fn make_subject(
     Ok(made)
 }
 
-fn refused(error: StudioError) -> SessionError {
-    SessionError::BadRequest { what: error.to_string(), hint: error.hint().unwrap_or_default() }
-}
-
-fn write_step(dir: &Path, k: usize, step: &SyntheticStep, frames: bool) -> Result<MadeStep, SessionError> {
+fn write_step(dir: &Path, k: usize, step: &SyntheticStep, frames: bool) -> Result<MadeStep, MakeError> {
     let truth = dir.join("truth");
     let scan = dir.join(format!("{k}-{}.ply", step.name));
     write_mesh(&scan, &step.scan, Some(&step.colors))?;
@@ -169,7 +98,7 @@ fn write_step(dir: &Path, k: usize, step: &SyntheticStep, frames: bool) -> Resul
 
 /// A recording in the layout of the TUM benchmark: `rgb/`, `depth/` (16 bit, millimetres), `associations.txt`,
 /// `camera.json`, and the true poses in `groundtruth.txt`.
-fn write_recording(dir: &Path, recording: &RgbdRecording) -> Result<(), SessionError> {
+fn write_recording(dir: &Path, recording: &RgbdRecording) -> Result<(), MakeError> {
     let (rgb, depth) = (dir.join("rgb"), dir.join("depth"));
     make_dir(&rgb)?;
     make_dir(&depth)?;
@@ -203,7 +132,7 @@ fn pose_line(at: f64, frame: &RgbdFrame) -> String {
 }
 
 /// The true label of every pixel.
-fn write_labels(dir: &Path, recording: &RgbdRecording) -> Result<(), SessionError> {
+fn write_labels(dir: &Path, recording: &RgbdRecording) -> Result<(), MakeError> {
     make_dir(dir)?;
     let size = [recording.lens.width, recording.lens.height];
     recording
@@ -213,11 +142,11 @@ fn write_labels(dir: &Path, recording: &RgbdRecording) -> Result<(), SessionErro
         .try_for_each(|(i, frame)| write_image(&dir.join(format!("{i:04}.png")), write_gray_png(size, &frame.labels)))
 }
 
-fn write_image(path: &Path, encoded: Result<Vec<u8>, FormatError>) -> Result<(), SessionError> {
-    write_bytes(path, &encoded.map_err(|e| SessionError::Encoding { reason: e.to_string() })?)
+fn write_image(path: &Path, encoded: Result<Vec<u8>, FormatError>) -> Result<(), MakeError> {
+    write_bytes(path, &encoded?)
 }
 
-fn write_mesh(path: &Path, mesh: &TriMesh, colors: Option<&PerVertex<[u8; 3]>>) -> Result<(), SessionError> {
+fn write_mesh(path: &Path, mesh: &TriMesh, colors: Option<&PerVertex<[u8; 3]>>) -> Result<(), MakeError> {
     let raw = RawMesh {
         points: mesh.points().iter().map(|p| [p.x, p.y, p.z]).collect(),
         faces: mesh.faces().iter().map(|f| f.map(|v| v.0)).collect(),
@@ -225,20 +154,19 @@ fn write_mesh(path: &Path, mesh: &TriMesh, colors: Option<&PerVertex<[u8; 3]>>) 
         ..RawMesh::default()
     };
     let mut bytes = Vec::new();
-    write_ply(&raw, &PlyOptions::default(), &mut bytes)
-        .map_err(|e| SessionError::Encoding { reason: e.to_string() })?;
+    write_ply(&raw, &PlyOptions::default(), &mut bytes)?;
     write_bytes(path, &bytes)
 }
 
-fn write_text(path: &Path, text: &str) -> Result<(), SessionError> {
+fn write_text(path: &Path, text: &str) -> Result<(), MakeError> {
     write_bytes(path, text.as_bytes())
 }
 
 /// Not synced one by one: there are hundreds of files, and `joints.json`, written last, says that all are there.
-fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
-    std::fs::write(path, bytes).map_err(|e| SessionError::writing(path, e))
+fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), MakeError> {
+    std::fs::write(path, bytes).map_err(|e| SessionError::writing(path, e).into())
 }
 
-fn make_dir(dir: &Path) -> Result<(), SessionError> {
-    std::fs::create_dir_all(dir).map_err(|e| SessionError::writing(dir, e))
+fn make_dir(dir: &Path) -> Result<(), MakeError> {
+    std::fs::create_dir_all(dir).map_err(|e| SessionError::writing(dir, e).into())
 }

@@ -1,8 +1,13 @@
 //! `overcoat studio make`: generates a synthetic subject and its scans, with ground truth.
 
+mod error;
+mod make;
+
 use super::console::{Done, Verbosity, print_aside, secs};
 use super::context::Context;
-use crate::session::{InventedGarments, MakeRequest, SubjectParams, make_subject};
+use crate::studio::{GarmentKind, SubjectParams};
+pub use error::MakeError;
+use make::{MakeRequest, make_subject};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -103,9 +108,9 @@ fn make(args: MakeArgs, context: &Context) -> anyhow::Result<Done> {
 }
 
 fn garments() -> Done {
-    let known = InventedGarments::all();
-    let json = json!({ "garments": known.iter().map(|g| json!({ "name": g.name, "template": g.template, "about": g.about })).collect::<Vec<_>>() });
-    Done::new("studio garments", json).lines(known.iter().map(|g| format!("{:<12} {}", g.name, g.about)))
+    let known = GarmentKind::ALL;
+    let json = json!({ "garments": known.iter().map(|g| json!({ "name": g.name(), "template": g.template(), "about": g.about() })).collect::<Vec<_>>() });
+    Done::new("studio garments", json).lines(known.iter().map(|g| format!("{:<12} {}", g.name(), g.about())))
 }
 
 fn size(text: &str) -> Result<[usize; 2], String> {
