@@ -105,7 +105,8 @@ fn rows_of_eq_6(
     constrained: &[VertexId],
     unknowns: &Unknowns,
 ) -> Vec<QpRow> {
-    let is_free = |column: usize| column < 3 || unknowns.joints[(column - 3) / 3];
+    // Columns: translation, joints, then the shape coefficients of a model.
+    let is_free = |column: usize| column < 3 || *unknowns.joints.get((column - 3) / 3).unwrap_or(&unknowns.shape);
     let row = |&v: &VertexId| {
         let normal = body_normals[v];
         let gradient = body.gradient(posed, &Residual::on_vertex(v, normal, 0.0, 1.0));
