@@ -8,8 +8,8 @@ const BASE: &[&str] = &["parameters", "numerics", "geometry", "formats"];
 const PATH: &[&str] = &["body", "scan", "fit", "segment", "cut", "rig", "stack"];
 /// The stages beside that path.
 const BRANCHES: &[&str] = &["train", "motion", "cloth", "tryon", "drive"];
-/// Modules that no stage may import.
-const OUTER: &[&str] = &["mannequin", "measure", "export", "view", "studio"];
+/// Modules that `session` may import, but no stage.
+const OUTER: &[&str] = &["mannequin", "measure", "export", "view"];
 
 /// For each module the others that it may import; its own files are always allowed.
 pub fn may_import() -> BTreeMap<&'static str, BTreeSet<&'static str>> {

@@ -192,7 +192,7 @@ impl ShownBody {
         Ok(write_file(path, |out| recording.finish(out))?)
     }
 
-    /// Without the viewer there is nothing to record with.
+    /// **Errors** always: this program was built without the viewer.
     #[cfg(not(feature = "rerun"))]
     pub fn write_recording(&self, _path: &Path) -> Result<(), BodiesError> {
         Err(BodiesError::BadRequest {
