@@ -155,7 +155,7 @@ fn an_edit_by_hand_is_undone_as_such() {
     let edited = String::from_utf8(first.0.clone()).unwrap() + "until = \"knee\"\n";
     std::fs::write(&path, &edited).unwrap();
     let log = overcoat_ok(&session, &["log"]).stdout;
-    assert!(log.starts_with("      recipe.toml by hand (not taken up yet"), "{log}");
+    assert!(log.starts_with("      recipe.toml by hand (the next change or `build` records it)"), "{log}");
     let said = overcoat_ok(&session, &["undo"]).stdout;
     assert!(said.starts_with("undid 4: recipe.toml by hand\n"), "{said}");
     assert!(bytes_of(&session) == first);

@@ -164,7 +164,7 @@ fn a_picture_for_a_scan_without_texture_coordinates_is_refused_and_not_written()
     let session = built_quick_session(dir.path(), "alice");
     let answer = overcoat(&session, &["mask", "tshirt", "--template", "found.png"]);
     assert_eq!(answer.code, 1, "{answer:?}");
-    let says = "1-tshirt.ply': the scan has no texture coordinates, so a picture has no place on it";
+    let says = "1-tshirt.ply': the scan has no texture coordinates, so a picture cannot be placed on it";
     assert!(answer.stderr.contains(says) && answer.stderr.lines().count() == 2, "{answer:?}");
     assert!(!session.join("found.png").exists());
 }

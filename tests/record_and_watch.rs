@@ -145,7 +145,7 @@ fn a_garment_is_corrected_viewed_and_removed() {
         &out,
         &[
             "garment> mask dab.jsonl",
-            "as not, in",
+            "as not tshirt, in",
             "by hand:",
             "tshirt       1  ../dab.jsonl",
             "drew look.png",
@@ -205,7 +205,7 @@ fn a_saved_mask_is_cut_at_once_and_a_bad_one_is_reported_and_skipped() {
     assert!(!recipe().contains("fix.jsonl"), "{}", recipe());
 
     let vertices = |line: &str| -> f64 {
-        let at = line.find("garment_vertices ").unwrap_or_else(|| panic!("{line}"));
+        let at = line.find("garment vertices ").unwrap_or_else(|| panic!("{line}"));
         line[at + 17..].split([',', ' ']).next().unwrap().parse().unwrap()
     };
     save(&stroke("erase", 0.02, chest));

@@ -129,7 +129,7 @@ fn a_failed_stage_or_an_impossible_value_changes_nothing() {
     let session = built_quick_session(dir.path(), "alice");
     let before = fingerprint(&session);
     for (command, code, says) in [
-        ("fit tshirt --refuse-above 0.0001", 1, "cannot be laid into this scan"),
+        ("fit tshirt --refuse-above 0.0001", 1, "the figure does not match this scan"),
         ("stack tshirt --clearance -1", 2, "clearance of the stage stack cannot be '-1'"),
         ("stack tshirt --clearance nan", 2, "cannot be 'nan'"),
         ("stack tshirt --smoothing-lengths 0.01,", 2, "cannot be '0.01,'"),
