@@ -142,7 +142,7 @@ fn impossible_arguments_are_refused() {
         ("export at/ --at coat", 2, "there is no step 'coat'"),
         ("export at/ --scan coat", 2, "there is no step 'coat'"),
         ("export out.glb --scan body", 2, "it cannot hold a scan"),
-        ("view", 2, "what to write"),
+        ("view", 2, "nothing to write"),
         ("view --sheet sheet.png", 1, "not built"),
         ("measure --truth nowhere", 2, "there is no folder 'nowhere'"),
         ("build --force coat", 2, "there is no step 'coat'"),

@@ -19,11 +19,11 @@ impl Shown {
             ShowIn::ViewerAt(url) => Sink::Viewer(Some(url)),
             ShowIn::File(_) => Sink::Memory,
         };
-        let recording = of(sink).map_err(|e| failed(to, e))?;
+        let recording = of(sink).map_err(|e| not_shown(to, e))?;
         let shown = Self { to: to.clone(), recording, failed: None };
         if *to != ShowIn::Viewer && !matches!(to, ShowIn::File(_)) {
             // A viewer that does not answer is reported before the work, not after.
-            shown.recording.sent().map_err(|e| failed(to, e))?;
+            shown.recording.sent().map_err(|e| not_shown(to, e))?;
         }
         Ok(shown)
     }
@@ -39,16 +39,16 @@ impl Shown {
     pub fn finish(self) -> Result<(), SessionError> {
         let Self { to, recording, failed } = self;
         if let Some(e) = failed {
-            return Err(failed(&to, e));
+            return Err(not_shown(&to, e));
         }
         match &to {
             ShowIn::File(path) => super::export::write(path, |out| recording.finish(out)),
-            _ => recording.sent().map_err(|e| failed(&to, e)),
+            _ => recording.sent().map_err(|e| not_shown(&to, e)),
         }
     }
 }
 
-fn failed(to: &ShowIn, e: Error) -> SessionError {
+fn not_shown(to: &ShowIn, e: Error) -> SessionError {
     match to {
         ShowIn::File(path) => SessionError::bad_source(path, e),
         _ => SessionError::viewer(e),
