@@ -1,7 +1,7 @@
 //! Parameters of stages, each declared once: its name, type, default, allowed values, one line of help, and the reasons
 //! for its default.
 //!
-//! [`parameters!`] makes the `Params` struct, its `Default` and the declarations from one list. Flags, `--help`, the checks
+//! `parameters!` makes the `Params` struct, its `Default` and the declarations from one list. Flags, `--help`, the checks
 //! of a recipe and the documentation are made from the declarations.
 
 mod setting;
