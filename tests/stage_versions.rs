@@ -8,39 +8,17 @@
 //! The hashes hold for processors with AVX2 and FMA, where fused operations round once. Elsewhere this test is skipped and
 //! says so.
 
+use crate::common::{QUICK_RECIPE, on_demo_scans};
 use overcoat::session::{Forced, Session, Stage, Writer};
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Set to write the file instead of comparing with it.
 const REFRESH: &str = "OVERCOAT_REFRESH_STAGE_HASHES";
 
-/// A body and two garments from the demo, coarse and with few iterations: every stage runs, in a few seconds.
-const RECIPE: &str = r#"version = 1
-
-[[step]]
-name = "body"
-scan = "SCANS/0-body.ply"
-faces = 4000
-
-[step.fit]
-samples = 300
-iterations = 4
-
-[step.register]
-iterations = 1
-
-[[step]]
-name = "tshirt"
-scan = "SCANS/1-tshirt.ply"
-template = "tshirt"
-faces = 4000
-
-[step.pose]
-samples = 300
-iterations = 4
-
+/// A second garment after those of [`QUICK_RECIPE`], so that every stage also runs over a dressed figure.
+const SKIRT: &str = r#"
 [[step]]
 name = "skirt"
 scan = "SCANS/2-skirt.ply"
@@ -121,8 +99,7 @@ fn has_fused_operations() -> bool {
 /// Builds the session and hashes what its stages read and made.
 fn measured() -> BTreeMap<Stage, Pinned> {
     let dir = tempfile::tempdir().unwrap();
-    let scans: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo");
-    let recipe = RECIPE.replace("SCANS", scans.to_str().unwrap());
+    let recipe = on_demo_scans(&format!("{QUICK_RECIPE}{SKIRT}"));
     std::fs::write(dir.path().join("recipe.toml"), recipe).unwrap();
     Writer::open(dir.path()).unwrap().build(&Forced::Nothing, &mut |_| {}).unwrap();
     let session = Session::open(dir.path()).unwrap();

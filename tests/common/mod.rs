@@ -134,12 +134,16 @@ iterations = 4
 
 /// A folder that contains only that recipe.
 pub fn quick_session(dir: &Path, name: &str) -> PathBuf {
-    let scans = Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo");
     let session = dir.join(name);
     std::fs::create_dir_all(&session).unwrap();
-    let recipe = QUICK_RECIPE.replace("SCANS", scans.to_str().unwrap());
-    std::fs::write(session.join("recipe.toml"), recipe).unwrap();
+    std::fs::write(session.join("recipe.toml"), on_demo_scans(QUICK_RECIPE)).unwrap();
     session
+}
+
+/// A recipe on the demo's scans.
+pub fn on_demo_scans(recipe: &str) -> String {
+    let scans = Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo");
+    recipe.replace("SCANS", scans.to_str().unwrap())
 }
 
 /// The stages that a command ran, as `step/stage`, each with the reason.
