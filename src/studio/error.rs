@@ -41,6 +41,36 @@ pub enum StudioError {
         /// Pixels down.
         height: usize,
     },
+    /// A number of turns that no recording has.
+    #[error("a recording does not have {turns} turns")]
+    BadTurns {
+        /// The number given.
+        turns: f64,
+        /// Least and greatest number.
+        range: [f64; 2],
+    },
+    /// A camera too near or too far.
+    #[error("the camera cannot be {} m away and {} m above the floor, with the wall {} m behind the person", places[0], places[1], places[2])]
+    BadCameraPlace {
+        /// Metres from the axis, above the floor, and from the axis to the wall.
+        places: [f64; 3],
+    },
+    /// A scan with too few or too many triangles.
+    #[error("a scan of a person does not have {faces} faces")]
+    BadFaceCount {
+        /// The number given.
+        faces: usize,
+        /// Least and greatest number.
+        range: [usize; 2],
+    },
+    /// Voxels too small or too large.
+    #[error("a scanner does not have voxels of {voxel_mm} mm")]
+    BadVoxel {
+        /// Their size.
+        voxel_mm: f64,
+        /// Least and greatest size.
+        range_mm: [f64; 2],
+    },
     /// More sway than that of a standing person.
     #[error("nobody who stands for a scan sways by {sway_mm} mm")]
     BadSway {
@@ -88,6 +118,10 @@ impl StudioError {
             Self::WornTwice { .. } => "name each garment once".into(),
             Self::TooFewViews { .. } => "give --views 8 or more; 72 are one per 5°".into(),
             Self::BadSize { .. } => "give --size 424x512, or anything from 64x64 to 4096x4096".into(),
+            Self::BadTurns { range: [least, most], .. } => format!("give --turns {least} to {most}"),
+            Self::BadCameraPlace { .. } => "give lengths from 0.3 to 10 m".into(),
+            Self::BadFaceCount { range: [least, most], .. } => format!("give --faces {least} to {most}"),
+            Self::BadVoxel { range_mm: [least, most], .. } => format!("give voxels of {least} to {most} mm"),
             Self::BadSway { .. } => "give --sway 0 to 50, in millimetres".into(),
             Self::MissingJoint { .. } => "give a body model with the 22 body joints of VRM 1.0".into(),
             Self::BadCommitHash { .. } => "give all 40 hexadecimal digits, as `git rev-parse HEAD` prints them".into(),

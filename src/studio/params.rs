@@ -48,6 +48,7 @@ impl StudioParams {
         const MOST_SWAY: f64 = 0.05;
         GarmentKind::check_order(&self.garments)?;
         self.turntable.check()?;
+        self.scanner.check()?;
         if !(0.0..=MOST_SWAY).contains(&self.sway) {
             return Err(StudioError::BadSway { sway_mm: 1e3 * self.sway });
         }

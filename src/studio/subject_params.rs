@@ -44,9 +44,36 @@ impl SubjectParams {
         if !self.noise {
             turntable.noise = DepthNoise::none();
         }
-        params.scanner.faces = self.faces.unwrap_or(params.scanner.faces).clamp(1_000, 2_000_000);
+        params.scanner.faces = self.faces.unwrap_or(params.scanner.faces);
         params.sway = self.sway_mm.map_or(params.sway, |mm| 1e-3 * mm);
         params.check()?;
         Ok(params)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_out_of_range_are_refused_not_replaced() {
+        let asked = SubjectParams {
+            seed: 1,
+            garments: "tshirt".into(),
+            views: None,
+            turns: None,
+            size: None,
+            sway_mm: None,
+            faces: None,
+            noise: true,
+        };
+        assert!(asked.params().is_ok());
+        for faces in [0, 10, 999, 2_000_001] {
+            let refused = SubjectParams { faces: Some(faces), ..asked.clone() }.params().unwrap_err();
+            assert_eq!(refused.hint().unwrap(), "give --faces 1000 to 2000000", "{faces}");
+        }
+        assert_eq!(SubjectParams { faces: Some(1000), ..asked.clone() }.params().unwrap().scanner.faces, 1000);
+        let refused = SubjectParams { turns: Some(f64::NAN), ..asked }.params().unwrap_err();
+        assert!(matches!(refused, StudioError::BadTurns { .. }), "{refused}");
     }
 }

@@ -22,6 +22,26 @@ impl Default for ScannerParams {
     }
 }
 
+impl ScannerParams {
+    /// Whether a scan can be fused with these parameters.
+    ///
+    /// **Errors** voxels or a number of faces outside their range.
+    pub fn check(&self) -> Result<(), StudioError> {
+        /// With fewer triangles no garment is recognised; more are finer than the voxels of any scanner.
+        const FACES: [usize; 2] = [1_000, 2_000_000];
+        /// Metres: finer voxels do not fit in memory, coarser ones close the armpits.
+        const VOXELS: [f64; 2] = [1e-3, 0.05];
+        if !(FACES[0]..=FACES[1]).contains(&self.faces) {
+            return Err(StudioError::BadFaceCount { faces: self.faces, range: FACES });
+        }
+        if !(VOXELS[0]..=VOXELS[1]).contains(&self.voxel) {
+            let range_mm = VOXELS.map(|metres| 1e3 * metres);
+            return Err(StudioError::BadVoxel { voxel_mm: 1e3 * self.voxel, range_mm });
+        }
+        Ok(())
+    }
+}
+
 /// The scan of coloured surfaces (several layers, any of which may hide others) by a Kinect-like scanner: with noise,
 /// holes and blurred colours.
 ///
@@ -29,7 +49,7 @@ impl Default for ScannerParams {
 ///
 /// **Frame and units** metres, Y up.
 ///
-/// **Errors** see [`TurntableParams::check`]; surfaces without vertices, or without one colour per vertex.
+/// **Errors** see [`TurntableParams::check`] and [`ScannerParams::check`]; surfaces without vertices, or without one colour per vertex.
 ///
 /// **Guarantees** a seed gives the same bytes with any number of threads.
 pub fn simulate_scan(
@@ -39,6 +59,7 @@ pub fn simulate_scan(
     seed: u64,
 ) -> Result<(TriMesh, PerVertex<[u8; 3]>), StudioError> {
     turntable.check()?;
+    params.check()?;
     let labelled: Vec<SceneSurface<'_>> =
         (1u8..).zip(surfaces).map(|(label, &(mesh, colors))| SceneSurface { mesh, colors, label }).collect();
     let scene = merged(&labelled)?;

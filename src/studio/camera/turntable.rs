@@ -47,18 +47,30 @@ impl Default for TurntableParams {
 impl TurntableParams {
     /// Whether a person can be recorded with these parameters.
     ///
-    /// **Errors** too few views, an image too small or too large.
+    /// **Errors** too few views, an image too small or too large, a number of turns that no recording has, a camera too
+    /// near or too far.
     pub fn check(&self) -> Result<(), StudioError> {
         /// Fewer views than this leave a body in stripes.
         const LEAST_VIEWS: usize = 8;
         /// Pixels: below the least side a person is not visible, above the largest the images do not fit in memory.
         const SIDES: [usize; 2] = [64, 4096];
+        /// A quarter turn shows one side of the person, and no recording has more than twenty.
+        const TURNS: [f64; 2] = [0.25, 20.0];
+        /// Metres: nearer than this the camera touches the person, farther than this it does not resolve them.
+        const PLACES: [f64; 2] = [0.3, 10.0];
         let (width, height) = (self.lens.width, self.lens.height);
         if self.views < LEAST_VIEWS {
             return Err(StudioError::TooFewViews { views: self.views });
         }
         if width.min(height) < SIDES[0] || width.max(height) > SIDES[1] {
             return Err(StudioError::BadSize { width, height });
+        }
+        if !(TURNS[0]..=TURNS[1]).contains(&self.turns) {
+            return Err(StudioError::BadTurns { turns: self.turns, range: TURNS });
+        }
+        let places = [self.distance, self.eye_height, self.wall];
+        if places.iter().any(|metres| !(PLACES[0]..=PLACES[1]).contains(metres)) {
+            return Err(StudioError::BadCameraPlace { places });
         }
         Ok(())
     }
@@ -221,6 +233,14 @@ mod tests {
         let surface = [SceneSurface { mesh: &mesh, colors: &colors, label: 1 }];
         let params = TurntableParams { views: 7, ..TurntableParams::default() };
         assert_eq!(record_turn(&surface, &params, 1).unwrap_err(), StudioError::TooFewViews { views: 7 });
+        for turns in [0.0, -1.0, 1e9, f64::NAN, f64::INFINITY] {
+            let params = TurntableParams { turns, ..TurntableParams::default() };
+            assert!(matches!(params.check(), Err(StudioError::BadTurns { .. })), "{turns}");
+        }
+        for distance in [0.0, -2.0, f64::NAN] {
+            let params = TurntableParams { distance, ..TurntableParams::default() };
+            assert!(matches!(params.check(), Err(StudioError::BadCameraPlace { .. })), "{distance}");
+        }
         assert_eq!(record_turn(&[], &TurntableParams::default(), 1).unwrap_err(), StudioError::EmptyScene);
         let few = PerVertex::filled([0; 3], 3);
         let bare = [SceneSurface { mesh: &mesh, colors: &few, label: 1 }];
