@@ -131,11 +131,12 @@ fn one() -> usize {
 ///
 /// **Source** Hu 2017, §6.2: segmentation templates on the body, per type of dress. The limits along bones, the loose part
 /// and the hems are ours.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GarmentTemplate {
     /// File stem, `tshirt`.
     pub name: String,
-    /// Description in one line.
+    /// Description in one line; not serialised, because no result depends on it.
+    #[serde(skip)]
     pub about: String,
     /// Usual fabric preset.
     pub fabric: String,

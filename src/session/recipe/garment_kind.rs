@@ -17,7 +17,7 @@ impl GarmentKind {
     /// The kind among the inputs of a stage.
     pub fn input(&self) -> Value {
         // The text of a built-in template is part of the program; what was read from it is compared.
-        let read = ContentHash::of(format!("{:?}", self.template).as_bytes());
+        let read = ContentHash::of_json(&json!(self.template));
         json!({ "template": self.template.name, "read": read, "extent": self.extent })
     }
 }
@@ -32,4 +32,24 @@ pub(in crate::session) fn of_step(step: &StepRecipe) -> Result<GarmentKind, Sess
     let until = step.until.as_deref().map(str::parse).transpose().map_err(wrong)?;
     let sleeve = step.sleeve.as_deref().map(str::parse).transpose().map_err(wrong)?;
     Ok(GarmentKind { template, extent: Extent { until, sleeve } })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn input_with(template: &str, change: impl Fn(&mut GarmentTemplate)) -> Value {
+        let mut template = GarmentTemplate::built_in(template).unwrap();
+        change(&mut template);
+        GarmentKind { template, extent: Extent::default() }.input()
+    }
+
+    #[test]
+    fn the_input_changes_with_what_a_template_covers_and_not_with_its_description() {
+        let shirt = input_with("shirt", |_| {});
+        assert_eq!(input_with("shirt", |t| t.about = "another text".into()), shirt);
+        assert_ne!(input_with("shirt", |t| t.fabric = "denim".into()), shirt);
+        assert_ne!(input_with("shirt", |t| t.pieces = 2), shirt);
+        assert_ne!(input_with("dress", |t| t.name = "shirt".into()), shirt);
+    }
 }
