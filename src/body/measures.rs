@@ -4,7 +4,7 @@ use super::human_joint::HumanJoint::{
     self, Foot, Hand, Head, Hips, LowerArm, LowerLeg, Neck, Toes, UpperArm, UpperLeg,
 };
 use super::human_joint::Side::{self, Left, Right};
-use super::section::{Section, tape};
+use super::section::{SectionPlane, tape};
 use super::{JointId, Skeleton, SkinWeights, Stance, skin};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
 use serde::{Deserialize, Serialize};
@@ -106,7 +106,7 @@ impl<'a> Measured<'a> {
 
     /// The tape around the trunk at a height.
     fn trunk(&self, y: f64) -> Option<f64> {
-        let section = Section { origin: Point::new(0.0, y, 0.0), axes: [Vec3::x(), Vec3::z()] };
+        let section = SectionPlane { origin: Point::new(0.0, y, 0.0), axes: [Vec3::x(), Vec3::z()] };
         tape(self.mesh, &section, |v| self.is_trunk[v])
     }
 
@@ -178,13 +178,13 @@ impl<'a> Measured<'a> {
             share > 0.3
         };
         let across = axis.cross(&Vec3::z()).try_normalize(1e-6).unwrap_or_else(Vec3::x);
-        tape(self.mesh, &Section { origin: at, axes: [across, axis.cross(&across)] }, is_of)
+        tape(self.mesh, &SectionPlane { origin: at, axes: [across, axis.cross(&across)] }, is_of)
     }
 
     fn neck(&self) -> Option<f64> {
         let (a, b) = (self.joint(Neck)?, self.joint(Head)?);
         let axis = (b - a).try_normalize(1e-9)?;
-        let section = |t: f64| Section { origin: a + (b - a) * t, axes: [Vec3::x(), axis.cross(&Vec3::x())] };
+        let section = |t: f64| SectionPlane { origin: a + (b - a) * t, axes: [Vec3::x(), axis.cross(&Vec3::x())] };
         (1..=9).filter_map(|k| tape(self.mesh, &section(0.1 * f64::from(k)), |v| self.is_trunk[v])).reduce(f64::min)
     }
 

@@ -3,14 +3,14 @@
 use crate::geometry::{Point, TriMesh, Vec3, VertexId};
 
 /// A plane through `origin`, spanned by two unit axes.
-pub(super) struct Section {
+pub(super) struct SectionPlane {
     pub origin: Point,
     pub axes: [Vec3; 2],
 }
 
 /// Perimeter of the convex hull of the section through the faces whose corners are all wanted, in metres; `None` if the
 /// plane meets no such face. A tape bridges hollows, so it measures the hull.
-pub(super) fn tape(mesh: &TriMesh, section: &Section, is_wanted: impl Fn(VertexId) -> bool) -> Option<f64> {
+pub(super) fn tape(mesh: &TriMesh, section: &SectionPlane, is_wanted: impl Fn(VertexId) -> bool) -> Option<f64> {
     let normal = section.axes[0].cross(&section.axes[1]);
     let height: Vec<f64> = mesh.points().iter().map(|p| (p - section.origin).dot(&normal)).collect();
     let mut flat: Vec<[f64; 2]> = Vec::new();
@@ -78,7 +78,7 @@ mod tests {
             })
             .collect();
         let mesh = TriMesh::try_from_indices(points, &faces).unwrap();
-        let section = Section { origin: Point::new(0.0, 0.4, 0.0), axes: [Vec3::x(), Vec3::z()] };
+        let section = SectionPlane { origin: Point::new(0.0, 0.4, 0.0), axes: [Vec3::x(), Vec3::z()] };
         let girth = tape(&mesh, &section, |_| true).unwrap();
         assert!((girth / (std::f64::consts::TAU * r) - 1.0).abs() < 0.002, "{girth}");
         assert!(tape(&mesh, &section, |_| false).is_none());

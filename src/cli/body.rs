@@ -15,17 +15,17 @@ use std::time::Instant;
 #[derive(clap::Args)]
 pub(super) struct BodyArgs {
     #[command(subcommand)]
-    action: Action,
+    action: BodyAction,
 }
 
 #[derive(clap::Subcommand)]
-enum Action {
+enum BodyAction {
     /// Show a model: its shapes and its poses
     Show(ShowArgs),
     /// Measure stature, girths and lengths of the session's body, of a model, or of a mesh of a person
-    Measure(MeasureArgs),
+    Measure(MeasureBodyArgs),
     /// Build a model from many bodies
-    Build(BuildArgs),
+    Build(BuildBodyArgs),
     /// Convert another maker's model to our layout
     Import(ImportArgs),
 }
@@ -53,7 +53,7 @@ struct ShowArgs {
 }
 
 #[derive(clap::Args)]
-struct MeasureArgs {
+struct MeasureBodyArgs {
     /// A mesh of a bare person: ply, obj, glb, stl, off; without it, the session's body
     mesh: Option<PathBuf>,
     /// A model of your own: to be measured, or to be registered to the mesh
@@ -81,7 +81,7 @@ struct ImportArgs {
 }
 
 #[derive(clap::Args)]
-struct BuildArgs {
+struct BuildBodyArgs {
     /// Meshes of one topology, folders of them, or .npz files with vertices (N,V,3) and faces (F,3)
     #[arg(required = true, value_name = "INPUT")]
     inputs: Vec<PathBuf>,
@@ -111,10 +111,10 @@ struct BuildArgs {
 
 pub(super) fn run(args: BodyArgs, context: &Context) -> anyhow::Result<Done> {
     match args.action {
-        Action::Show(args) => show(args),
-        Action::Measure(args) => measure(args, context),
-        Action::Build(args) => build(args, context),
-        Action::Import(args) => import(args, context),
+        BodyAction::Show(args) => show(args),
+        BodyAction::Measure(args) => measure(args, context),
+        BodyAction::Build(args) => build(args, context),
+        BodyAction::Import(args) => import(args, context),
     }
 }
 
@@ -159,7 +159,7 @@ fn show(args: ShowArgs) -> anyhow::Result<Done> {
         .line(format!("{}, in {}", lines.join(" and "), secs(began.elapsed()))))
 }
 
-fn measure(args: MeasureArgs, context: &Context) -> anyhow::Result<Done> {
+fn measure(args: MeasureBodyArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     let (of, measures) = match (args.mesh, &args.model) {
         (Some(mesh), model) => {
@@ -222,7 +222,7 @@ fn import(args: ImportArgs, context: &Context) -> anyhow::Result<Done> {
         .next(format!("overcoat new DIR --body {}", args.out.display())))
 }
 
-fn build(args: BuildArgs, context: &Context) -> anyhow::Result<Done> {
+fn build(args: BuildBodyArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     let defaults = TrainParams::default();
     let asked = BuildBody {

@@ -6,7 +6,7 @@ use super::measure::lines_of;
 use super::progress::Progress;
 use crate::segment::GarmentTemplate;
 use crate::session::{
-    BODY_STEP, Event, ExportRequest, Forced, MaskReport, NewScan, NewSession, Session, SessionError, Subject,
+    BODY_STEP, Event, ExportRequest, Forced, MaskReport, NewScan, NewSession, Session, SessionError, SubjectOrigin,
     TruthReport, Writer, create,
 };
 use anyhow::Context as _;
@@ -147,7 +147,7 @@ fn is_free(dir: &Path) -> bool {
 }
 
 fn measured(session: &Session, truth: &Path) -> Result<Option<TruthReport>, SessionError> {
-    if truth.is_dir() { session.measure(truth, Subject::Invented).map(Some) } else { Ok(None) }
+    if truth.is_dir() { session.measure(truth, SubjectOrigin::Invented).map(Some) } else { Ok(None) }
 }
 
 /// `scans/demo`, from the current folder or from where the program was built.

@@ -2,7 +2,7 @@
 
 use super::console::{Done, secs};
 use super::context::Context;
-use crate::session::{Subject, TruthReport};
+use crate::session::{SubjectOrigin, TruthReport};
 use anyhow::Context as _;
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -20,7 +20,7 @@ pub(super) struct MeasureArgs {
 
 pub(super) fn run(args: MeasureArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
-    let subject = if args.invented { Subject::Invented } else { Subject::Foreign };
+    let subject = if args.invented { SubjectOrigin::Invented } else { SubjectOrigin::Foreign };
     let truth = context.input(args.truth);
     let report = context.reader()?.measure(&truth, subject)?;
     let mut json = json!({

@@ -9,11 +9,11 @@ use serde_json::{Value, json};
 #[derive(clap::Args)]
 pub(super) struct TemplatesArgs {
     #[command(subcommand)]
-    action: Option<Action>,
+    action: Option<TemplatesAction>,
 }
 
 #[derive(clap::Subcommand)]
-enum Action {
+enum TemplatesAction {
     /// All kinds, with a line on each
     List,
     /// One kind
@@ -24,9 +24,9 @@ enum Action {
 }
 
 pub(super) fn run(args: TemplatesArgs, context: &Context) -> anyhow::Result<Done> {
-    match args.action.unwrap_or(Action::List) {
-        Action::List => list(context),
-        Action::Show { name } => show(&name, context),
+    match args.action.unwrap_or(TemplatesAction::List) {
+        TemplatesAction::List => list(context),
+        TemplatesAction::Show { name } => show(&name, context),
     }
 }
 

@@ -28,7 +28,7 @@ struct Spring {
 }
 
 /// One layer in motion.
-struct Sheet<'a> {
+struct ClothState<'a> {
     layer: &'a ClothLayer,
     springs: Vec<Spring>,
     /// 1/kg; 0 where it is pinned.
@@ -60,9 +60,9 @@ pub fn drape(
 ) -> Result<Vec<TriMesh>, ClothError> {
     check(layers, initial, secs)?;
     let initial = initial_outside(layers, initial);
-    let mut sheets: Vec<Sheet<'_>> =
-        layers.iter().zip(&initial).map(|(layer, start)| Sheet::new(layer, start)).collect();
-    let collider = |sheet: &Sheet<'_>| Collider::prepare(&sheet.mesh());
+    let mut sheets: Vec<ClothState<'_>> =
+        layers.iter().zip(&initial).map(|(layer, start)| ClothState::new(layer, start)).collect();
+    let collider = |sheet: &ClothState<'_>| Collider::prepare(&sheet.mesh());
     let mut colliders: Vec<Collider> =
         if sheets.len() > 1 { sheets.par_iter().map(collider).collect() } else { Vec::new() };
     let fabrics: Vec<Fabric> = layers.iter().map(|layer| layer.fabric).collect();
@@ -95,7 +95,7 @@ fn check(layers: &[&ClothLayer], initial: &[PerVertex<Point>], secs: f64) -> Res
     Ok(())
 }
 
-impl<'a> Sheet<'a> {
+impl<'a> ClothState<'a> {
     fn new(layer: &'a ClothLayer, start: &PerVertex<Point>) -> Self {
         let areas = layer.rest.vertex_areas();
         let mass = |v: usize| (areas.0[v] * layer.fabric.density).max(1e-6);

@@ -23,7 +23,7 @@ pub fn read_gltf(input: impl Read) -> Result<RawMesh, FormatError> {
     check_length(&bytes)?;
     let (file, blob) = parse(&bytes)?;
     let buffers = read_buffers(&file, blob)?;
-    let mut parts = Parts { buffers, ..Parts::default() };
+    let mut parts = GltfMeshBuilder { buffers, ..GltfMeshBuilder::default() };
 
     let scene = file.default_scene().or_else(|| file.scenes().next());
     let mut seen = BTreeSet::new();
@@ -106,13 +106,13 @@ fn check_length(bytes: &[u8]) -> Result<(), FormatError> {
 
 /// The meshes read so far. Attributes that a primitive does not have are padded, so that lengths agree.
 #[derive(Default)]
-struct Parts {
+struct GltfMeshBuilder {
     buffers: Vec<Vec<u8>>,
     mesh: RawMesh,
     misses_normals: bool,
 }
 
-impl Parts {
+impl GltfMeshBuilder {
     fn push(&mut self, primitive: &Primitive, placed: &Matrix4<f64>) -> Result<(), FormatError> {
         if matches!(primitive.mode(), Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
             return Ok(());

@@ -19,7 +19,7 @@ use std::io::{BufWriter, Read, Write};
 /// misses its vertices.
 pub fn read_obj(input: impl Read) -> Result<RawMesh, FormatError> {
     let bytes = read_all(Format::Obj, input)?;
-    let mut parts = Parts::default();
+    let mut parts = ObjMeshBuilder::default();
     for (line, text) in lines(&bytes) {
         let mut tokens = text.split_ascii_whitespace();
         match tokens.next() {
@@ -52,7 +52,7 @@ pub fn read_obj(input: impl Read) -> Result<RawMesh, FormatError> {
 
 /// The arrays read so far.
 #[derive(Default)]
-struct Parts {
+struct ObjMeshBuilder {
     mesh: RawMesh,
     colors: Vec<[f64; 3]>,
     uvs: Vec<[f64; 2]>,
@@ -61,7 +61,7 @@ struct Parts {
     corners: Vec<(u32, Option<u32>, Option<u32>)>,
 }
 
-impl Parts {
+impl ObjMeshBuilder {
     fn push_face(&mut self, line: usize, tokens: &[&str]) -> Result<(), FormatError> {
         if tokens.len() < 3 {
             return Err(line_error(Format::Obj, line, "a face of three or more corners", &tokens.join(" ")));

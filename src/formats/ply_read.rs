@@ -38,7 +38,7 @@ pub fn read_ply(input: impl Read) -> Result<RawMesh, FormatError> {
 
 /// The array that a property of a vertex belongs to.
 #[derive(Clone, Copy)]
-enum Sink {
+enum PropertySlot {
     Point(usize),
     Normal(usize),
     Uv(usize),
@@ -47,26 +47,26 @@ enum Sink {
     Skip,
 }
 
-fn sink_of(name: &str, kind: &PropertyType, scalar_names: &mut Vec<String>) -> Sink {
+fn slot_of(name: &str, kind: &PropertyType, scalar_names: &mut Vec<String>) -> PropertySlot {
     if matches!(kind, PropertyType::List(..)) {
-        return Sink::Skip;
+        return PropertySlot::Skip;
     }
     match name {
-        "x" => Sink::Point(0),
-        "y" => Sink::Point(1),
-        "z" => Sink::Point(2),
-        "nx" => Sink::Normal(0),
-        "ny" => Sink::Normal(1),
-        "nz" => Sink::Normal(2),
-        "s" | "u" | "texture_u" => Sink::Uv(0),
-        "t" | "v" | "texture_v" => Sink::Uv(1),
-        "red" | "r" | "diffuse_red" => Sink::Color(0),
-        "green" | "g" | "diffuse_green" => Sink::Color(1),
-        "blue" | "b" | "diffuse_blue" => Sink::Color(2),
-        "alpha" | "a" | "diffuse_alpha" => Sink::Skip,
+        "x" => PropertySlot::Point(0),
+        "y" => PropertySlot::Point(1),
+        "z" => PropertySlot::Point(2),
+        "nx" => PropertySlot::Normal(0),
+        "ny" => PropertySlot::Normal(1),
+        "nz" => PropertySlot::Normal(2),
+        "s" | "u" | "texture_u" => PropertySlot::Uv(0),
+        "t" | "v" | "texture_v" => PropertySlot::Uv(1),
+        "red" | "r" | "diffuse_red" => PropertySlot::Color(0),
+        "green" | "g" | "diffuse_green" => PropertySlot::Color(1),
+        "blue" | "b" | "diffuse_blue" => PropertySlot::Color(2),
+        "alpha" | "a" | "diffuse_alpha" => PropertySlot::Skip,
         _ => {
             scalar_names.push(name.to_string());
-            Sink::Scalar(scalar_names.len() - 1)
+            PropertySlot::Scalar(scalar_names.len() - 1)
         }
     }
 }
@@ -78,17 +78,17 @@ fn read_vertices(
     mesh: &mut RawMesh,
 ) -> Result<(), FormatError> {
     let mut names = Vec::new();
-    let columns: Vec<(Sink, &PropertyType)> =
-        element.properties.values().map(|p| (sink_of(&p.name, &p.data_type, &mut names), &p.data_type)).collect();
-    let complete = |wanted: fn(Sink) -> Option<usize>, arity: usize| {
-        (0..arity).all(|k| columns.iter().any(|&(sink, _)| wanted(sink) == Some(k)))
+    let columns: Vec<(PropertySlot, &PropertyType)> =
+        element.properties.values().map(|p| (slot_of(&p.name, &p.data_type, &mut names), &p.data_type)).collect();
+    let complete = |wanted: fn(PropertySlot) -> Option<usize>, arity: usize| {
+        (0..arity).all(|k| columns.iter().any(|&(slot, _)| wanted(slot) == Some(k)))
     };
-    if !complete(|s| if let Sink::Point(k) = s { Some(k) } else { None }, 3) {
+    if !complete(|s| if let PropertySlot::Point(k) = s { Some(k) } else { None }, 3) {
         return Err(line_error(header_line, "properties x, y and z of element 'vertex'", "not all three"));
     }
-    let has_normals = complete(|s| if let Sink::Normal(k) = s { Some(k) } else { None }, 3);
-    let has_uvs = complete(|s| if let Sink::Uv(k) = s { Some(k) } else { None }, 2);
-    let has_colors = complete(|s| if let Sink::Color(k) = s { Some(k) } else { None }, 3);
+    let has_normals = complete(|s| if let PropertySlot::Normal(k) = s { Some(k) } else { None }, 3);
+    let has_uvs = complete(|s| if let PropertySlot::Uv(k) = s { Some(k) } else { None }, 2);
+    let has_colors = complete(|s| if let PropertySlot::Color(k) = s { Some(k) } else { None }, 3);
 
     let capacity = element.count.min(rows.bytes_left());
     let (mut normals, mut uvs, mut colors) = (Vec::new(), Vec::new(), Vec::<[f64; 3]>::new());
@@ -99,7 +99,7 @@ fn read_vertices(
         let (mut point, mut normal, mut uv, mut color) = ([0.0; 3], [0.0; 3], [0.0; 2], [0.0; 3]);
         let mut read_row = || {
             rows.begin_row()?;
-            for &(sink, kind) in &columns {
+            for &(slot, kind) in &columns {
                 let value = match kind {
                     PropertyType::Scalar(kind) => rows.scalar(kind)?,
                     PropertyType::List(count, item) => {
@@ -107,13 +107,13 @@ fn read_vertices(
                         continue;
                     }
                 };
-                match sink {
-                    Sink::Point(k) => point[k] = value,
-                    Sink::Normal(k) => normal[k] = value,
-                    Sink::Uv(k) => uv[k] = value,
-                    Sink::Color(k) => color[k] = value,
-                    Sink::Scalar(k) => scalars[k].push(value as f32),
-                    Sink::Skip => {}
+                match slot {
+                    PropertySlot::Point(k) => point[k] = value,
+                    PropertySlot::Normal(k) => normal[k] = value,
+                    PropertySlot::Uv(k) => uv[k] = value,
+                    PropertySlot::Color(k) => color[k] = value,
+                    PropertySlot::Scalar(k) => scalars[k].push(value as f32),
+                    PropertySlot::Skip => {}
                 }
             }
             rows.end_row()
@@ -138,9 +138,9 @@ fn read_vertices(
 }
 
 /// Colours as bytes, scaled by their type.
-fn bytes_of_typed_colors(colors: &[[f64; 3]], columns: &[(Sink, &PropertyType)]) -> Vec<[u8; 3]> {
-    let kind = columns.iter().find_map(|&(sink, kind)| match (sink, kind) {
-        (Sink::Color(_), PropertyType::Scalar(kind)) => Some(kind),
+fn bytes_of_typed_colors(colors: &[[f64; 3]], columns: &[(PropertySlot, &PropertyType)]) -> Vec<[u8; 3]> {
+    let kind = columns.iter().find_map(|&(slot, kind)| match (slot, kind) {
+        (PropertySlot::Color(_), PropertyType::Scalar(kind)) => Some(kind),
         _ => None,
     });
     match kind {

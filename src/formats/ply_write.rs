@@ -38,11 +38,11 @@ pub fn write_ply(mesh: &RawMesh, options: &PlyOptions, out: impl Write) -> Resul
     let header = header_of(mesh, options);
     let io = |source| FormatError::Io { format: Format::Ply, source };
     let mut out = BufWriter::new(out);
-    let writer = Writer::<Row>::new();
+    let writer = Writer::<PlyVertex>::new();
     writer.write_header(&mut out, &header).map_err(io)?;
     for element in header.elements.values() {
         for index in 0..element.count {
-            let row = Row { mesh: Some(mesh), index };
+            let row = PlyVertex { mesh: Some(mesh), index };
             match header.encoding {
                 Encoding::Ascii => writer.write_ascii_element(&mut out, &row, element),
                 Encoding::BinaryBigEndian => writer.write_big_endian_element(&mut out, &row, element),
@@ -127,12 +127,12 @@ fn header_of(mesh: &RawMesh, options: &PlyOptions) -> Header {
 }
 
 /// One vertex or face of a mesh, as `ply-rs` asks for it: by property name.
-struct Row<'a> {
+struct PlyVertex<'a> {
     mesh: Option<&'a RawMesh>,
     index: usize,
 }
 
-impl PropertyAccess for Row<'_> {
+impl PropertyAccess for PlyVertex<'_> {
     fn new() -> Self {
         Self { mesh: None, index: 0 }
     }

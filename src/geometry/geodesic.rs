@@ -6,7 +6,7 @@ use std::collections::BinaryHeap;
 
 /// A distance on the heap. Distances are never negative, so their bits are in the order of the numbers.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
-struct Reached(Reverse<u64>, Reverse<VertexId>);
+struct QueuedVertex(Reverse<u64>, Reverse<VertexId>);
 
 /// Distance along the surface from the nearest of `sources`, each with an initial distance (negative ones count as zero);
 /// infinite above `max` and in components without a source.
@@ -25,16 +25,16 @@ pub fn geodesic_distances(
     let mut distance = PerVertex::filled(f64::INFINITY, mesh.vertex_count());
     let mut settled = PerVertex::filled(false, mesh.vertex_count());
     let mut heap = BinaryHeap::new();
-    let reach = |v: VertexId, d: f64, distance: &mut PerVertex<f64>, heap: &mut BinaryHeap<Reached>| {
+    let reach = |v: VertexId, d: f64, distance: &mut PerVertex<f64>, heap: &mut BinaryHeap<QueuedVertex>| {
         if d < distance[v] && d <= max {
             distance[v] = d;
-            heap.push(Reached(Reverse(d.to_bits()), Reverse(v)));
+            heap.push(QueuedVertex(Reverse(d.to_bits()), Reverse(v)));
         }
     };
     for &(v, start) in sources {
         reach(v, start.max(0.0), &mut distance, &mut heap);
     }
-    while let Some(Reached(Reverse(bits), Reverse(v))) = heap.pop() {
+    while let Some(QueuedVertex(Reverse(bits), Reverse(v))) = heap.pop() {
         if settled[v] || f64::from_bits(bits) > distance[v] {
             continue;
         }

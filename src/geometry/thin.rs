@@ -5,7 +5,7 @@ use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashSet};
 
 /// A distance on the heap with its vertex and source. Distances are never negative, so their bits are in the order of the numbers.
-type Reached = Reverse<(u64, VertexId, VertexId)>;
+type QueuedClaim = Reverse<(u64, VertexId, VertexId)>;
 
 /// The mesh with some of its vertices, about `spacing` metres apart along it, for queries that need no fine detail.
 ///
@@ -63,7 +63,7 @@ fn spread_along(mesh: &TriMesh, adjacency: &Adjacency, spacing: f64) -> Vec<Vert
 /// Of the kept vertices the nearest to each, along edges.
 fn nearest_along(mesh: &TriMesh, adjacency: &Adjacency, kept: &[VertexId]) -> PerVertex<Option<VertexId>> {
     let mut nearest = PerVertex::filled(None, mesh.vertex_count());
-    let mut heap: BinaryHeap<Reached> = kept.iter().map(|&v| Reverse((0, v, v))).collect();
+    let mut heap: BinaryHeap<QueuedClaim> = kept.iter().map(|&v| Reverse((0, v, v))).collect();
     while let Some(Reverse((bits, v, from))) = heap.pop() {
         if nearest[v].is_some() {
             continue;

@@ -17,13 +17,13 @@ const FAR_PER_RADIUS: f64 = 2.0;
 /// **Guarantees** computed in `f64`, in a fixed order.
 pub struct WindingField {
     /// Depth first: a node's first child follows it.
-    nodes: Vec<Cluster>,
+    nodes: Vec<DipoleNode>,
     /// In the order of the leaves.
     triangles: Vec<[Point; 3]>,
 }
 
 /// Faces that are close together, as one dipole and its first two moments.
-struct Cluster {
+struct DipoleNode {
     center: Point,
     /// Squared distance from which the expansion is used.
     far_squared: f64,
@@ -84,7 +84,7 @@ impl WindingField {
     }
 }
 
-impl Cluster {
+impl DipoleNode {
     /// A leaf's or inner node's sums over the faces `order`, without its place in the tree.
     fn of(order: &[(Point, u32)], corners: &[[Point; 3]]) -> Self {
         let vector_area = |[a, b, c]: &[Point; 3]| 0.5 * (b - a).cross(&(c - a));
@@ -164,9 +164,9 @@ fn traceless_triples(m: &[Matrix3<f64>; 3]) -> [f64; 10] {
     ]
 }
 
-fn build(order: &mut [(Point, u32)], first: u32, corners: &[[Point; 3]], nodes: &mut Vec<Cluster>) {
+fn build(order: &mut [(Point, u32)], first: u32, corners: &[[Point; 3]], nodes: &mut Vec<DipoleNode>) {
     let id = nodes.len();
-    let mut cluster = Cluster::of(order, corners);
+    let mut cluster = DipoleNode::of(order, corners);
     if order.len() <= LEAF_FACES {
         cluster.faces = first..first + order.len() as u32;
         nodes.push(cluster);

@@ -15,7 +15,7 @@ const FAR: f64 = 0.35;
 const ROUNDS: usize = 9;
 
 /// The plane section in which a girth is measured.
-struct Section {
+struct GirthSection {
     center: Vec3,
     u: Vec3,
     v: Vec3,
@@ -24,7 +24,7 @@ struct Section {
 }
 
 /// Length of the tape around a section: the perimeter of its convex hull.
-fn tape(field: &Field, section: &Section) -> f64 {
+fn tape(field: &Field, section: &GirthSection) -> f64 {
     let rays = if section.whole { RAYS / 2 } else { RAYS };
     let mut points: Vec<[f64; 2]> = Vec::new();
     for k in 0..=rays {
@@ -91,18 +91,19 @@ pub(super) struct Girth {
 /// All girths that [`calibrate`] brings to their targets, in the order of [`Tuning`]'s fields.
 pub(super) fn girths(body: &Anatomy) -> Vec<Girth> {
     let (m, l) = (&body.measures, &body.levels);
-    let flat = |y: f64, z: f64| Section { center: Vec3::new(0.0, y, z), u: Vec3::x(), v: Vec3::z(), whole: true };
-    let limb = |from: Vec3, to: Vec3, part: f64, frame: &[Vec3; 3]| Section {
+    let flat = |y: f64, z: f64| GirthSection { center: Vec3::new(0.0, y, z), u: Vec3::x(), v: Vec3::z(), whole: true };
+    let limb = |from: Vec3, to: Vec3, part: f64, frame: &[Vec3; 3]| GirthSection {
         center: from + (to - from) * part,
         u: frame[1],
         v: frame[2],
         whole: false,
     };
     let j = &body.joints;
-    let leg = |t: f64| Section { center: j.upper_leg + body.leg[0] * t, u: body.leg[1], v: body.leg[2], whole: false };
+    let leg =
+        |t: f64| GirthSection { center: j.upper_leg + body.leg[0] * t, u: body.leg[1], v: body.leg[2], whole: false };
     let neck_axis = (j.head - j.neck).normalize();
     let neck_v = (Vec3::z() - neck_axis * neck_axis.z).normalize();
-    let neck = Section { center: j.neck + (j.head - j.neck) * 0.38, u: Vec3::x(), v: neck_v, whole: true };
+    let neck = GirthSection { center: j.neck + (j.head - j.neck) * 0.38, u: Vec3::x(), v: neck_v, whole: true };
     // CAESAR, women: underbust = 11.49 + 0.556 bust + 0.193 waist (cm); a man's ribs there, about 0.95 of his chest.
     let under = body
         .by_sex(0.1149 + 0.556 * m.chest_circumference + 0.193 * m.waist_circumference, 0.955 * m.chest_circumference);

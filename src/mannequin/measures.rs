@@ -94,7 +94,7 @@ measures!(
 const CIVILIAN_SPREAD: f64 = 1.3;
 
 #[derive(Deserialize)]
-struct Table {
+struct MeasureTable {
     names: Vec<String>,
     women: Population,
     men: Population,
@@ -123,7 +123,7 @@ struct Draws {
 impl AnsurSurvey {
     /// Reads the embedded table; `None` if its columns or matrices are not what this file expects.
     pub fn embedded() -> Option<Self> {
-        let table: Table = serde_json::from_str(include_str!("../../templates/body/ansur2012.json")).ok()?;
+        let table: MeasureTable = serde_json::from_str(include_str!("../../templates/body/ansur2012.json")).ok()?;
         if table.names != Anthropometry::NAMES {
             return None;
         }

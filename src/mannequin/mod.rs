@@ -170,7 +170,7 @@ fn mesh_of(template: &Anatomy, cell: f64, progress: &mut dyn FnMut(MannequinStep
     HalfMesh::new(&points, &faces)
 }
 
-type Subject = (Vec<Vec3>, Vec<girth::Girth>);
+type CarriedBody = (Vec<Vec3>, Vec<girth::Girth>);
 
 fn carry_all(
     subjects: &[Anthropometry],
@@ -178,13 +178,13 @@ fn carry_all(
     mesh: &HalfMesh,
     owners: &Ownership,
     progress: &mut dyn FnMut(MannequinStep),
-) -> Vec<Subject> {
+) -> Vec<CarriedBody> {
     /// Subjects between two reports of progress.
     const BATCH: usize = 10;
     let mut bodies = Vec::with_capacity(subjects.len());
     for batch in subjects.chunks(BATCH) {
         progress(MannequinStep { doing: "subjects", done: bodies.len(), total: subjects.len() });
-        let done: Vec<Subject> = batch
+        let done: Vec<CarriedBody> = batch
             .par_iter()
             .map(|m| {
                 let body = girth::calibrate(m);
@@ -196,7 +196,7 @@ fn carry_all(
     bodies
 }
 
-fn girth_errors(bodies: &[Subject]) -> Vec<(&'static str, f64, f64)> {
+fn girth_errors(bodies: &[CarriedBody]) -> Vec<(&'static str, f64, f64)> {
     let Some((_, first)) = bodies.first() else { return Vec::new() };
     first
         .iter()

@@ -40,11 +40,11 @@ pub(super) mod joint {
     }
 }
 
-type Row = [f64; JOINTS];
+type JointWeights = [f64; JOINTS];
 
 /// Weights for each vertex of the whole mesh (V × J): each row sums to one and has at most four entries.
-pub(super) fn weights(body: &Anatomy, mesh: &HalfMesh, owners: &Ownership) -> Vec<Row> {
-    let mut half: Vec<Row> = mesh
+pub(super) fn weights(body: &Anatomy, mesh: &HalfMesh, owners: &Ownership) -> Vec<JointWeights> {
+    let mut half: Vec<JointWeights> = mesh
         .points
         .iter()
         .enumerate()
@@ -61,15 +61,16 @@ pub(super) fn weights(body: &Anatomy, mesh: &HalfMesh, owners: &Ownership) -> Ve
         })
         .collect();
     let mirror = mesh.mirror();
-    let full_row =
-        |half: &[Row], v: usize| -> Row { if v < half.len() { half[v] } else { swapped(&half[mirror[v] as usize]) } };
+    let full_row = |half: &[JointWeights], v: usize| -> JointWeights {
+        if v < half.len() { half[v] } else { swapped(&half[mirror[v] as usize]) }
+    };
     // Neighbours in the whole mesh: on the midline both sides count.
     for _ in 0..ROUNDS {
         half = (0..half.len())
             .map(|v| {
                 let mut sum = [0.0; JOINTS];
                 let mut n = 0.0;
-                let mut add = |row: &Row| {
+                let mut add = |row: &JointWeights| {
                     sum.iter_mut().zip(row).for_each(|(a, b)| *a += b);
                     n += 1.0;
                 };
@@ -94,12 +95,12 @@ pub(super) fn weights(body: &Anatomy, mesh: &HalfMesh, owners: &Ownership) -> Ve
 }
 
 /// The weights of the mirrored vertex.
-fn swapped(row: &Row) -> Row {
+fn swapped(row: &JointWeights) -> JointWeights {
     std::array::from_fn(|j| row[joint::mirrored(j)])
 }
 
 /// Keeps the four largest; on the midline the pairs stay pairs.
-fn prune(row: &mut Row, on_plane: bool) {
+fn prune(row: &mut JointWeights, on_plane: bool) {
     let mut order: Vec<usize> = (0..JOINTS).filter(|j| row[*j] > 1e-4).collect();
     order.sort_by(|a, b| row[*b].total_cmp(&row[*a]).then(a.cmp(b)));
     let mut keep: Vec<usize> = order.iter().copied().take(INFLUENCES).collect();

@@ -35,7 +35,7 @@ const STAND_OFF_NATS: [f64; 2] = [-0.7, 2.0];
 /// The evidence of a scan, before any cut.
 ///
 /// **Shapes** every array has one entry per vertex of the scan.
-pub(super) struct Evidence {
+pub(super) struct ScanEvidence {
     /// Colours smoothed over their neighbours.
     pub(super) colors: Option<PerVertex<Lab>>,
     /// Density of the vertex's colour among those of the old surfaces there; `None` without colours on both.
@@ -44,7 +44,7 @@ pub(super) struct Evidence {
     pub(super) stand_off: PerVertex<f64>,
 }
 
-impl Evidence {
+impl ScanEvidence {
     /// Gathers the evidence.
     pub(super) fn gather(
         mesh: &TriMesh,

@@ -123,12 +123,12 @@ enum Place {
 }
 
 /// All points on the upper side of a plane are "above".
-struct Plane {
+struct HalfSpace {
     origin: Point,
     up: Vec3,
 }
 
-impl Plane {
+impl HalfSpace {
     fn horizontal(height: f64) -> Self {
         Self { origin: Point::new(0.0, height, 0.0), up: Vec3::y() }
     }
@@ -137,20 +137,20 @@ impl Plane {
     }
 }
 
-struct Planes {
-    lower: Plane,
-    upper: Plane,
+struct Slab {
+    lower: HalfSpace,
+    upper: HalfSpace,
 }
 
-impl Planes {
+impl Slab {
     fn hold(&self, p: &Point) -> bool {
         self.lower.height_above(p) >= 0.0 && self.upper.height_above(p) <= 0.0
     }
 }
 
 struct CoveredRegion {
-    trunk: Option<Planes>,
-    tight: Vec<Planes>,
+    trunk: Option<Slab>,
+    tight: Vec<Slab>,
     arms: Option<std::ops::RangeInclusive<f64>>,
     tight_arms: bool,
 }
@@ -163,7 +163,7 @@ impl CoveredRegion {
                 let plane = match until.height() {
                     Height::At(limit) => landmarks.plane(limit),
                     Height::OfStature(share) => {
-                        Plane::horizontal(landmarks.floor + share * (landmarks.crown - landmarks.floor))
+                        HalfSpace::horizontal(landmarks.floor + share * (landmarks.crown - landmarks.floor))
                     }
                 };
                 match template.until {
@@ -249,8 +249,8 @@ impl Landmarks {
 
     /// The plane through a limit of head, trunk or legs: horizontal, but perpendicular to the neck on the neck, like a
     /// collar.
-    fn plane(&self, limit: Limit) -> Plane {
-        let between = |a: f64, b: f64| Plane::horizontal(a + limit.at * (b - a));
+    fn plane(&self, limit: Limit) -> HalfSpace {
+        let between = |a: f64, b: f64| HalfSpace::horizontal(a + limit.at * (b - a));
         match limit.bone {
             LimitBone::Foot => between(self.ankle, self.floor),
             LimitBone::LowerLeg => between(self.knee, self.ankle),
@@ -260,13 +260,13 @@ impl Landmarks {
             // Arms have no plane; a checked template never has one here.
             LimitBone::Neck | LimitBone::UpperArm | LimitBone::LowerArm | LimitBone::Hand => {
                 let axis = self.head - self.neck;
-                Plane { origin: self.neck + axis * limit.at, up: axis.try_normalize(1e-9).unwrap_or_else(Vec3::y) }
+                HalfSpace { origin: self.neck + axis * limit.at, up: axis.try_normalize(1e-9).unwrap_or_else(Vec3::y) }
             }
         }
     }
 
-    fn between(&self, span: &Span) -> Planes {
-        Planes { lower: self.plane(span.from), upper: self.plane(span.to) }
+    fn between(&self, span: &Span) -> Slab {
+        Slab { lower: self.plane(span.from), upper: self.plane(span.to) }
     }
 
     fn places(&self, body: &Layer, skeleton: &Skeleton) -> PerVertex<Place> {

@@ -3,7 +3,7 @@
 use super::brush::Marks;
 use super::color::squared_difference;
 use super::error::{SegmentError, check_length};
-use super::evidence::{Evidence, Inner};
+use super::evidence::{Inner, ScanEvidence};
 use super::max_flow::min_cut;
 use super::placement::Placement;
 use super::proposal::{Proposal, Segmentation};
@@ -92,7 +92,7 @@ pub fn propose(
         return Ok(Proposal::of_labels(transfer(scan, body.mesh, &placement.prior)?));
     }
     let depth = depth_on_scan(mesh, body.mesh, &placement.depth);
-    let evidence = Evidence::gather(mesh, &adjacency, scan.colors.as_ref(), inner);
+    let evidence = ScanEvidence::gather(mesh, &adjacency, scan.colors.as_ref(), inner);
     let edges = boundary_costs(mesh, &adjacency, &evidence, params);
     let areas = mesh.vertex_areas();
     let mean_area = areas.iter().sum::<f64>() / areas.len().max(1) as f64;
@@ -166,7 +166,7 @@ fn depth_on_scan(mesh: &TriMesh, body: &TriMesh, depth: &PerVertex<f64>) -> PerV
 fn boundary_costs(
     mesh: &TriMesh,
     adjacency: &Adjacency,
-    evidence: &Evidence,
+    evidence: &ScanEvidence,
     params: &RefineParams,
 ) -> Vec<(u32, u32, i64)> {
     let mean_edge = mesh.mean_edge_length().max(1e-9);

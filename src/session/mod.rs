@@ -34,7 +34,7 @@ pub use error::SessionError;
 pub use open::{BodyModelSource, Draft, NewSession, Session, Writer, create, read_body_model, read_input};
 pub use recipe::{Assignment, BODY_STEP, BodySurface, Parameter, Recipe, SourceFile, StepRecipe, parameters_of};
 pub use results::LiveView;
-pub use results::{ExportRequest, Judged, ShowIn, Subject, TruthReport, Verdict, write_file};
+pub use results::{ExportRequest, Judged, ShowIn, SubjectOrigin, TruthReport, Verdict, write_file};
 pub use stage::Stage;
 pub use stage_error::StageError;
 pub use stages::{Cause, Event, Forced, Reason, StageReport};

@@ -104,7 +104,7 @@ fn clear_vertices(
         .map(|(v, p): (_, &Point)| {
             obstacles
                 .iter()
-                .all(|o| o.contact(p, &normals[v], &limbs[v], clearance).is_none_or(|c| c.height >= clearance))
+                .all(|o| o.clearance_of(p, &normals[v], &limbs[v], clearance).is_none_or(|c| c.height >= clearance))
         })
         .collect()
 }

@@ -32,7 +32,7 @@ pub(super) struct Obstacle {
 
 /// Where a vertex is relative to a layer.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Contact {
+pub(super) struct Clearance {
     /// Above the surface (negative: inside), in metres.
     pub height: f64,
     /// Direction in which the vertex leaves the layer, a unit vector.
@@ -66,7 +66,7 @@ impl Obstacle {
 
     /// Where a vertex with this normal and these limbs is relative to the layer; `None` if the layer ignores the vertex, or
     /// if the vertex is `reach` or more above it.
-    pub(super) fn contact(&self, p: &Point, normal: &Vec3, limbs: &[f64; 5], reach: f64) -> Option<Contact> {
+    pub(super) fn clearance_of(&self, p: &Point, normal: &Vec3, limbs: &[f64; 5], reach: f64) -> Option<Clearance> {
         let at = self.index.closest_within(p, self.greatest_depth.max(reach))?;
         if self.is_on_boundary(&at) || common(limbs, &self.limbs_at(&at)) < LEAST_COMMON_LIMB {
             return None;
@@ -83,22 +83,22 @@ impl Obstacle {
             if !self.is_closed {
                 return None;
             }
-            if let Some(contact) = self.way_out(p, normal, limbs) {
-                return Some(contact);
+            if let Some(clearance) = self.way_out(p, normal, limbs) {
+                return Some(clearance);
             }
         }
         // Very close to the surface the direction to it is rounding noise; the surface normal is not.
         let away = ((p - at.point) * height.signum()).try_normalize(1e-7).unwrap_or(out);
-        Some(Contact { height, normal: away })
+        Some(Clearance { height, normal: away })
     }
 
     /// The way out along the garment's own normal: deep inside a limb the closest surface may be that of the far side.
-    fn way_out(&self, p: &Point, normal: &Vec3, limbs: &[f64; 5]) -> Option<Contact> {
+    fn way_out(&self, p: &Point, normal: &Vec3, limbs: &[f64; 5]) -> Option<Clearance> {
         let hit = self.index.cast_ray(p, normal, LONGEST_WAY_OUT)?;
         let at = SurfacePoint { face: hit.face, barycentric: hit.barycentric, point: *p, distance: hit.distance };
         let leaves = self.index.mesh().face_normal(hit.face).dot(normal) > 0.0;
         let is_own = common(limbs, &self.limbs_at(&at)) >= LEAST_COMMON_LIMB;
-        (leaves && is_own).then_some(Contact { height: -hit.distance, normal: *normal })
+        (leaves && is_own).then_some(Clearance { height: -hit.distance, normal: *normal })
     }
 
     /// How deep a point is inside this layer, whichever limb it belongs to; `None` outside. Inside is behind the surface;
@@ -119,7 +119,7 @@ impl Obstacle {
     pub(super) fn count_pressed(&self, mesh: &TriMesh, limbs: &PerVertex<[f64; 5]>) -> usize {
         let normals = mesh.vertex_normals();
         let is_inside = |(v, p): (usize, &Point)| {
-            self.contact(p, &normals.0[v], &limbs.0[v], 0.0).is_some_and(|contact| contact.height < 0.0)
+            self.clearance_of(p, &normals.0[v], &limbs.0[v], 0.0).is_some_and(|clearance| clearance.height < 0.0)
         };
         mesh.points().0.par_iter().enumerate().filter(|&at| is_inside(at)).count()
     }

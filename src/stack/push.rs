@@ -22,7 +22,7 @@ pub(super) fn push(
             .map(|(v, p)| {
                 let deepest = obstacles
                     .iter()
-                    .filter_map(|o| o.contact(p, &normals.0[v], &limbs.0[v], 0.0))
+                    .filter_map(|o| o.clearance_of(p, &normals.0[v], &limbs.0[v], 0.0))
                     .filter(|c| c.height < 0.0)
                     .min_by(|a, b| a.height.total_cmp(&b.height));
                 deepest.map_or(*p, |c| p + c.normal * (params.clearance - c.height))

@@ -1,7 +1,7 @@
 //! A smooth displacement that moves every vertex clear.
 
 use super::movable_region::MovableRegion;
-use super::obstacle::{Contact, Obstacle, concerns};
+use super::obstacle::{Clearance, Obstacle, concerns};
 use super::params::StackParams;
 use super::required_moves::RequiredMoves;
 use crate::geometry::{
@@ -57,10 +57,10 @@ impl<'a> Smoother<'a> {
             .iter()
             .map(|o| {
                 let near = |v: VertexId, p: &Point| {
-                    let contact = o.contact(p, &normals[v], &limbs[v], NEAR)?;
-                    let is_close = contact.height < params.clearance;
+                    let clearance = o.clearance_of(p, &normals[v], &limbs[v], NEAR)?;
+                    let is_close = clearance.height < params.clearance;
                     let after = if is_close {
-                        height_after(contact.height, params.clearance)
+                        height_after(clearance.height, params.clearance)
                     } else {
                         ENOUGH * params.clearance
                     };
@@ -138,8 +138,8 @@ impl<'a> Smoother<'a> {
                         return None;
                     }
                     let reach = required_height.min(greatest_height);
-                    let contact = obstacle.contact(&mesh.points()[v], &normals[v], &self.limbs[v], reach)?;
-                    let Contact { height, normal } = contact;
+                    let clearance = obstacle.clearance_of(&mesh.points()[v], &normals[v], &self.limbs[v], reach)?;
+                    let Clearance { height, normal } = clearance;
                     (height < required_height * (1.0 - TOLERANCE)).then(|| normal * (required_height - height))
                 })
                 .collect();

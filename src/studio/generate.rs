@@ -4,7 +4,7 @@ use super::camera::RgbdRecording;
 use super::error::StudioError;
 use super::garments::{DressedSubject, SewnGarment, dress, sew};
 use super::params::StudioParams;
-use super::subject::{Stance, Subject};
+use super::subject::{ScanStance, Subject};
 use super::turntable_subject::TurntableSubject;
 use crate::body::BodyModel;
 use crate::geometry::{PerVertex, TriMesh};
@@ -101,13 +101,13 @@ fn scan_of(
 }
 
 /// Moves the stance so that the soles are on y = 0.
-fn stand_on_floor(subject: &Subject, stance: &mut Stance) {
+fn stand_on_floor(subject: &Subject, stance: &mut ScanStance) {
     if let Some(bounds) = subject.posed(stance).bounds() {
         stance.file_from_world.translation.y -= bounds.min.y;
     }
 }
 
-fn joints(subject: &Subject, stance: &Stance) -> JointPositions {
+fn joints(subject: &Subject, stance: &ScanStance) -> JointPositions {
     let at = subject.skeleton.joints_in_world(&stance.pose);
     subject.skeleton.names.iter().cloned().zip(at.into_iter().map(|p| stance.file_from_world * p)).collect()
 }

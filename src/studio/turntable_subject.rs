@@ -4,7 +4,7 @@ use super::camera::{LabelledScene, RgbdRecording, SceneSurface, axis_of, merged,
 use super::error::StudioError;
 use super::garments::{DressedSubject, SewnGarment};
 use super::params::StudioParams;
-use super::subject::{Stance, Subject};
+use super::subject::{ScanStance, Subject};
 use crate::body::{SkinWeights, skin, unskin};
 use crate::geometry::{Aabb, Adjacency, PerVertex, TriMesh};
 use crate::measure::TruthStep;
@@ -12,7 +12,7 @@ use crate::measure::TruthStep;
 /// The dressed subject before the camera in one step.
 pub(super) struct TurntableSubject<'a> {
     pub(super) subject: &'a Subject,
-    pub(super) stance: &'a Stance,
+    pub(super) stance: &'a ScanStance,
     /// In the frame of the subject, not of the turntable.
     pub(super) dressed: DressedSubject,
     pub(super) garments: &'a [SewnGarment],

@@ -2,7 +2,7 @@
 
 use super::components::{Components, principal_components};
 use super::error::TrainError;
-use super::leave_out::{self, LeftOut};
+use super::leave_out::{self, HoldOutErrors};
 use super::params::TrainParams;
 use super::progress::TrainingProgress;
 use super::rig::{Regressor, Rig};
@@ -21,7 +21,7 @@ pub struct Trained {
     /// Number of bodies trained on.
     pub bodies: usize,
     /// Errors on the bodies left out; `None` if none was.
-    pub left_out: Option<LeftOut>,
+    pub left_out: Option<HoldOutErrors>,
 }
 
 /// Trains a model on bodies of one topology.

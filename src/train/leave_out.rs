@@ -9,7 +9,7 @@ use serde::Serialize;
 
 /// Errors on bodies left out of the training, in metres.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct LeftOut {
+pub struct HoldOutErrors {
     /// The number of bodies.
     pub bodies: usize,
     /// Mean distance between the vertices of a body and those of its projection onto the components, posed back.
@@ -42,7 +42,7 @@ pub(super) fn measure(
     left: &[usize],
     in_bind: &[PerVertex<Point>],
     poses: &[Pose],
-) -> LeftOut {
+) -> HoldOutErrors {
     let joints_given = subjects.joints.as_ref();
     let mut vertex_errors = Vec::new();
     let mut joint_errors = vec![0.0; regressor.len()];
@@ -63,7 +63,7 @@ pub(super) fn measure(
             *error += (p - q).norm() / left.len() as f64;
         }
     }
-    LeftOut {
+    HoldOutErrors {
         bodies: left.len(),
         vertex_mean: mean(&vertex_errors),
         vertex_worst: vertex_errors.iter().copied().fold(0.0, f64::max),

@@ -136,18 +136,18 @@ fn joints_in(skel: &Skel, whole: &[Point]) -> Result<Vec<Point>, TrainError> {
         .collect()
 }
 
-struct Target {
-    corner: Corner,
+struct MorphTarget {
+    corner: MacroCorner,
     moves: Vec<(u32, Vec3)>,
 }
 
 /// Where in the macro space a target has its full effect; coordinates not in its name are free.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Corner {
+struct MacroCorner {
     words: Vec<String>,
 }
 
-fn read_targets(files: &MakeHumanFiles, vertices: usize) -> Result<Vec<Target>, TrainError> {
+fn read_targets(files: &MakeHumanFiles, vertices: usize) -> Result<Vec<MorphTarget>, TrainError> {
     if files.targets.is_empty() {
         return Err(TrainError::NotMakeHuman {
             file: "targets/macrodetails".into(),
@@ -159,7 +159,7 @@ fn read_targets(files: &MakeHumanFiles, vertices: usize) -> Result<Vec<Target>, 
         .iter()
         .map(|(name, text)| {
             let words = name.split('-').map(String::from).collect();
-            Ok(Target { corner: Corner { words }, moves: read_target(name, text, vertices)? })
+            Ok(MorphTarget { corner: MacroCorner { words }, moves: read_target(name, text, vertices)? })
         })
         .collect()
 }
@@ -194,7 +194,7 @@ impl Macro {
     }
 
     /// The weight of a target for this body: the product over the words of its name.
-    fn share(&self, corner: &Corner) -> f64 {
+    fn share(&self, corner: &MacroCorner) -> f64 {
         let three = |x: f64, word: &str, of: &str| match word.strip_suffix(of) {
             Some("min") => (1.0 - 2.0 * x).max(0.0),
             Some("average") => 1.0 - (2.0 * x - 1.0).abs(),
@@ -220,7 +220,7 @@ impl Macro {
 }
 
 /// Every vertex of the base mesh for one body, in metres, soles at y = 0.
-fn body_of(base: &BaseMesh, targets: &[Target], body: &Macro) -> Vec<Point> {
+fn body_of(base: &BaseMesh, targets: &[MorphTarget], body: &Macro) -> Vec<Point> {
     let mut points = base.points.clone();
     for target in targets {
         let share = body.share(&target.corner);
@@ -352,7 +352,7 @@ mod tests {
                 for muscle in ["minmuscle", "averagemuscle", "maxmuscle"] {
                     for weight in ["minweight", "averageweight", "maxweight"] {
                         let words = ["universal", sex, "young", muscle, weight].map(String::from).to_vec();
-                        sum += body.share(&Corner { words });
+                        sum += body.share(&MacroCorner { words });
                     }
                 }
             }

@@ -22,7 +22,7 @@ pub use build::{BuildParams, build_model};
 pub use error::TrainError;
 pub use inputs::TrainInputs;
 pub use learn::{Trained, train};
-pub use leave_out::{LeftOut, split};
+pub use leave_out::{HoldOutErrors, split};
 pub use makehuman::{MakeHumanFiles, MakeHumanParams, import_makehuman};
 pub use params::TrainParams;
 pub use progress::TrainingProgress;

@@ -2,7 +2,7 @@
 //! surface.
 
 use super::raster::{Grid, NOTHING, Visibility};
-use super::surface::{Surface, Triple};
+use super::surface::{RenderSurface, Triple};
 
 /// Direction to the key light in the frame of the picture: upper left, in front of the subject. It moves with the
 /// camera, so that front, side and back have equal lighting and can be compared.
@@ -60,7 +60,7 @@ pub(super) struct Lighting {
 
 impl Lighting {
     /// Draws the shadow map of `surface`; `up` is the world's, in the frame of the picture.
-    pub(super) fn prepare(surface: &Surface, up: Triple, samples: usize, taps_each: usize) -> Self {
+    pub(super) fn prepare(surface: &RenderSurface, up: Triple, samples: usize, taps_each: usize) -> Self {
         let key = Triple::from(KEY).normalize();
         let right = Triple::y().cross(&key).normalize();
         let lamp_from_view = [right, key.cross(&right), key];

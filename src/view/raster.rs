@@ -60,7 +60,7 @@ impl Visibility {
     ///
     /// **Shapes** `positions` V, `faces` F × 3.
     pub(super) fn draw(positions: &[Triple], faces: &[[u32; 3]], grid: Grid) -> Self {
-        let corners: Vec<Corner> = positions.par_iter().map(|p| Corner::snapped(p, &grid)).collect();
+        let corners: Vec<SnappedVertex> = positions.par_iter().map(|p| SnappedVertex::snapped(p, &grid)).collect();
         let mut bands = vec![Vec::new(); grid.rows.div_ceil(ROWS_PER_BAND)];
         for (face, ids) in faces.iter().enumerate() {
             let Some(rows) = rows_of(ids.map(|v| corners[v as usize]), &grid) else { continue };
@@ -96,13 +96,13 @@ impl Visibility {
 
 /// A vertex on the grid.
 #[derive(Clone, Copy)]
-struct Corner {
+struct SnappedVertex {
     x: i64,
     y: i64,
     nearness: f32,
 }
 
-impl Corner {
+impl SnappedVertex {
     fn snapped(p: &Triple, grid: &Grid) -> Self {
         let [x, y] = grid.cell_of(p.x, p.y);
         if !(x.abs() < FARTHEST && y.abs() < FARTHEST) {
@@ -119,7 +119,7 @@ fn samples_between(low: i64, high: i64, count: usize) -> Option<[usize; 2]> {
     (first <= last).then_some([first as usize, last as usize])
 }
 
-fn rows_of(corners: [Corner; 3], grid: &Grid) -> Option<[usize; 2]> {
+fn rows_of(corners: [SnappedVertex; 3], grid: &Grid) -> Option<[usize; 2]> {
     let ys = corners.map(|c| c.y);
     let xs = corners.map(|c| c.x);
     if xs.contains(&i64::MAX) {
@@ -132,9 +132,10 @@ fn rows_of(corners: [Corner; 3], grid: &Grid) -> Option<[usize; 2]> {
 }
 
 /// Draws one triangle into the rows from `first_row` on.
-fn fill(face: u32, corners: [Corner; 3], hits: &mut [Hit], columns: usize, first_row: usize) {
+fn fill(face: u32, corners: [SnappedVertex; 3], hits: &mut [Hit], columns: usize, first_row: usize) {
     let [a, mut b, mut c] = corners;
-    let cross = |p: &Corner, q: &Corner, x: i64, y: i64| (q.x - p.x) * (y - p.y) - (q.y - p.y) * (x - p.x);
+    let cross =
+        |p: &SnappedVertex, q: &SnappedVertex, x: i64, y: i64| (q.x - p.x) * (y - p.y) - (q.y - p.y) * (x - p.x);
     let mut area = cross(&a, &b, c.x, c.y);
     if area == 0 {
         return;

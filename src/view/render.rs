@@ -7,7 +7,7 @@ use super::palette::srgb_from_linear;
 use super::picture::Picture;
 use super::raster::{Grid, Hit, NOTHING, Visibility};
 use super::scene::{Part, Scene};
-use super::surface::{Surface, Triple};
+use super::surface::{RenderSurface, Triple};
 use rayon::prelude::*;
 
 /// Samples along each side of a pixel: nine in all, so ten levels along an edge.
@@ -53,20 +53,20 @@ pub fn render(scene: &Scene<'_>, camera: &Camera, width: usize, height: usize) -
 }
 
 /// Parts of one opacity and their visible triangles.
-struct Layer {
-    surface: Surface,
+struct RenderPass {
+    surface: RenderSurface,
     seen: Visibility,
 }
 
 /// All opaque parts as one layer, then a layer per translucent part.
-fn layers_of(scene: &Scene<'_>, camera: &Camera, grid: Grid) -> Vec<Layer> {
+fn layers_of(scene: &Scene<'_>, camera: &Camera, grid: Grid) -> Vec<RenderPass> {
     let (opaque, translucent): (Vec<Part<'_>>, Vec<Part<'_>>) = scene.parts.iter().partition(|p| p.opacity >= 1.0);
     let groups = std::iter::once(opaque.as_slice()).chain(translucent.chunks(1));
     groups
         .map(|parts| {
-            let surface = Surface::gather(parts, camera, parts.first().map_or(1.0, |part| part.opacity));
+            let surface = RenderSurface::gather(parts, camera, parts.first().map_or(1.0, |part| part.opacity));
             let seen = Visibility::draw(&surface.positions, &surface.faces, grid);
-            Layer { surface, seen }
+            RenderPass { surface, seen }
         })
         .collect()
 }
@@ -86,7 +86,7 @@ fn floor_under(scene: &Scene<'_>) -> Option<Floor> {
 /// All inputs of a pixel's colour.
 struct Studio<'a> {
     lighting: Lighting,
-    layers: Vec<Layer>,
+    layers: Vec<RenderPass>,
     floor: Option<Floor>,
     camera: &'a Camera,
     grid: Grid,

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 pub(super) type Triple = nalgebra::Vector3<f32>;
 
 /// Triangles ready to be drawn.
-pub(super) struct Surface {
+pub(super) struct RenderSurface {
     /// Right, up, toward the camera; metres from the middle of the picture.
     pub(super) positions: Vec<Triple>,
     /// Unit normals in the frame of the picture; zero where a vertex has none.
@@ -24,7 +24,7 @@ pub(super) struct Surface {
     pub(super) opacity: f32,
 }
 
-impl Surface {
+impl RenderSurface {
     /// Joins parts of one opacity.
     pub(super) fn gather<'a>(parts: &[Part<'a>], camera: &Camera, opacity: f32) -> Self {
         let mut all =

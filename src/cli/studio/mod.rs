@@ -15,11 +15,11 @@ use std::time::Instant;
 #[derive(clap::Args)]
 pub(super) struct StudioArgs {
     #[command(subcommand)]
-    action: Action,
+    action: StudioAction,
 }
 
 #[derive(clap::Subcommand)]
-enum Action {
+enum StudioAction {
     /// Generate a whole session: recordings, fused scans, and the ground truth
     Make(MakeArgs),
     /// List the garments that can be generated
@@ -63,8 +63,8 @@ struct MakeArgs {
 
 pub(super) fn run(args: StudioArgs, context: &Context) -> anyhow::Result<Done> {
     match args.action {
-        Action::Make(args) => make(args, context),
-        Action::Garments => Ok(garments()),
+        StudioAction::Make(args) => make(args, context),
+        StudioAction::Garments => Ok(garments()),
     }
 }
 

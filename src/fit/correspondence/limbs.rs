@@ -31,13 +31,13 @@ const NEAR: f64 = 0.03;
 const LEAST_SEEN: f64 = 0.4;
 
 /// A joint with its subtree, and the vertices that these joints move.
-pub(crate) struct Part {
+pub(crate) struct JointSubtree {
     pub(crate) joint: JointId,
     pub(crate) vertices: PerVertex<bool>,
 }
 
 /// The limbs of a body and their lower halves.
-pub(crate) fn parts(skeleton: &Skeleton, weights: &SkinWeights) -> Vec<Part> {
+pub(crate) fn parts(skeleton: &Skeleton, weights: &SkinWeights) -> Vec<JointSubtree> {
     parts_from(&PARTS, skeleton, weights)
 }
 
@@ -48,24 +48,29 @@ pub(crate) fn of_legs(skeleton: &Skeleton) -> impl Fn(JointId) -> bool + '_ {
 }
 
 /// The parts that begin at these joints, as far as the skeleton has them.
-pub(crate) fn parts_from(roots: &[HumanJoint], skeleton: &Skeleton, weights: &SkinWeights) -> Vec<Part> {
+pub(crate) fn parts_from(roots: &[HumanJoint], skeleton: &Skeleton, weights: &SkinWeights) -> Vec<JointSubtree> {
     roots.iter().filter_map(|&root| skeleton.find(root)).map(|joint| part(joint, skeleton, weights)).collect()
 }
 
 /// The part that begins at a joint.
-pub(crate) fn part(joint: JointId, skeleton: &Skeleton, weights: &SkinWeights) -> Part {
+pub(crate) fn part(joint: JointId, skeleton: &Skeleton, weights: &SkinWeights) -> JointSubtree {
     let belongs = |row: &[(JointId, f64); 4]| {
         let share: f64 = row.iter().filter(|(j, _)| skeleton.is_below(*j, joint)).map(|r| r.1).sum();
         share > BELONGS
     };
-    Part { joint, vertices: weights.rows().iter().map(belongs).collect() }
+    JointSubtree { joint, vertices: weights.rows().iter().map(belongs).collect() }
 }
 
 /// The parts of a posed body that the scan does not show; the lower half of a limb only if the scan shows the whole.
 ///
 /// The scan shows skin if it is near, and if the closest point of the body to that point of the scan is on the same part: an arm
 /// that was pulled into the trunk, because the scan has no arm, is near the scan's trunk, but the body's trunk is nearer.
-pub(crate) fn unseen(index: &SurfaceIndex, parts: &[Part], skeleton: &Skeleton, surface: &ScanSurface) -> Vec<JointId> {
+pub(crate) fn unseen(
+    index: &SurfaceIndex,
+    parts: &[JointSubtree],
+    skeleton: &Skeleton,
+    surface: &ScanSurface,
+) -> Vec<JointId> {
     let body = index.mesh();
     let normals = body.vertex_normals_by_area();
     let shares = visible_shares(index, parts, |v, p| visible_at(surface, p, &normals[v]));
@@ -80,14 +85,14 @@ pub(crate) fn visible_at(surface: &ScanSurface, p: &Point, normal: &Vec3) -> Opt
 /// The share of each part that the scan shows. `place_of` finds the point of the scan for a vertex. **Shapes** one share per part.
 pub(crate) fn visible_shares(
     index: &SurfaceIndex,
-    parts: &[Part],
+    parts: &[JointSubtree],
     place_of: impl Fn(VertexId, &Point) -> Option<Point> + Sync,
 ) -> Vec<f64> {
     /// Sample points per part: enough for a share to 4 %.
     const SAMPLES: usize = 300;
     let body = index.mesh();
     let areas = body.vertex_areas();
-    let share_of = |part: &Part| {
+    let share_of = |part: &JointSubtree| {
         let of_part = areas.enumerate().map(|(v, area)| if part.vertices[v] { *area } else { 0.0 }).collect();
         let places = spread(&of_part, SAMPLES);
         let is_seen = |v: VertexId| {
@@ -105,7 +110,7 @@ pub(crate) fn visible_shares(
 }
 
 /// The parts of which the scan shows too little; the lower half of a limb only if the scan shows the whole.
-pub(crate) fn unseen_parts(parts: &[Part], shares: &[f64], skeleton: &Skeleton) -> Vec<JointId> {
+pub(crate) fn unseen_parts(parts: &[JointSubtree], shares: &[f64], skeleton: &Skeleton) -> Vec<JointId> {
     let mut unseen: Vec<JointId> = Vec::new();
     for (part, share) in parts.iter().zip(shares) {
         if *share < LEAST_SEEN && !unseen.iter().any(|&u| skeleton.is_below(part.joint, u)) {

@@ -14,7 +14,8 @@ pub(crate) use agreement::{dominant_joint, mean_and_p95};
 pub(crate) use closest::{mean_truncated, scan_to_mesh, scan_to_mesh_from};
 pub(crate) use downsampled::{Downsampled, DownsampledModel};
 pub(crate) use limbs::{
-    Part, of_legs, part, parts, parts_from, pose_like_other_side, unseen, unseen_parts, visible_at, visible_shares,
+    JointSubtree, of_legs, part, parts, parts_from, pose_like_other_side, unseen, unseen_parts, visible_at,
+    visible_shares,
 };
 pub(crate) use placement::shift_onto;
 pub(crate) use sampling::spread;

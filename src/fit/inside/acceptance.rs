@@ -1,6 +1,6 @@
 //! Whether a figure and a scan belong together.
 
-use super::agreement::Agreement;
+use super::agreement::InsideAgreement;
 use super::problem::InsideProblem;
 use super::violation::ConstraintViolation;
 use crate::body::JointId;
@@ -12,7 +12,7 @@ impl InsideProblem<'_> {
         &self,
         residual: f64,
         violation: &ConstraintViolation,
-        agreement: &Agreement,
+        agreement: &InsideAgreement,
         unseen: &[JointId],
         posed: &Posed,
     ) -> Result<(), FitError> {
@@ -46,7 +46,12 @@ impl InsideProblem<'_> {
     }
 
     /// A limb that is really missing leaves a hole in the scan where it would begin, and no unexplained surface.
-    fn check_unseen_limbs(&self, unseen: &[JointId], agreement: &Agreement, posed: &Posed) -> Result<(), FitError> {
+    fn check_unseen_limbs(
+        &self,
+        unseen: &[JointId],
+        agreement: &InsideAgreement,
+        posed: &Posed,
+    ) -> Result<(), FitError> {
         /// Unexplained share of the surface: 0 to 0.7 % on scans with limbs cut off, 1.5 to 9 % with arms crossed.
         const LIMB: f64 = 0.01;
         /// Greatest distance of the cut from the joint, in metres; its rim is at least as long as the girth of a wrist.

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 const HIPS: JointId = JointId(0);
 
 /// Agreement of a figure and a scan.
-pub(crate) struct Agreement {
+pub(crate) struct InsideAgreement {
     /// Area share of the scan that lies on the figure, or within the stand-off of its cloth.
     pub(crate) explained: f64,
     /// Area share of the figure's visible surface that lies on the scan.
@@ -21,7 +21,7 @@ pub(crate) struct Agreement {
     pub(super) near: Option<String>,
 }
 
-impl Agreement {
+impl InsideAgreement {
     /// One sentence if part of the scan is unexplained.
     pub(crate) fn summary(&self) -> Option<String> {
         /// Smaller unexplained shares of the scan are not reported.
@@ -34,7 +34,7 @@ impl Agreement {
 
 impl InsideProblem<'_> {
     /// Agreement of a figure and a scan.
-    pub(crate) fn agreement(&self, posed: &Posed) -> Agreement {
+    pub(crate) fn agreement(&self, posed: &Posed) -> InsideAgreement {
         /// Visible skin and inner cloth are within this distance of the scan, in metres: a collar may shift by as much.
         const VISIBLE: f64 = 0.03;
         /// Skin is within this distance of the scan: registration error, bent joints and hair. Metres.
@@ -86,7 +86,7 @@ impl InsideProblem<'_> {
             .collect();
         let beside = of_scan.iter().filter_map(|&(area, v)| Some((v?, area)));
         let most = dominant_joint(beside, self.body.weights, self.body.skeleton.len());
-        Agreement {
+        InsideAgreement {
             explained: share(of_scan.iter().map(|s| (s.0, s.1.is_none()))),
             seen: share(of_figure.into_iter()),
             near: most.map(|joint| self.body.skeleton.part_name(joint)),

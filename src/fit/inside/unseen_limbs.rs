@@ -3,7 +3,9 @@
 use super::params::InsideMethod;
 use super::problem::InsideProblem;
 use crate::body::{HumanJoint, JointId, Pose, Skeleton};
-use crate::fit::correspondence::{Part, part, parts, parts_from, side_of, unseen_parts, visible_at, visible_shares};
+use crate::fit::correspondence::{
+    JointSubtree, part, parts, parts_from, side_of, unseen_parts, visible_at, visible_shares,
+};
 use crate::fit::solver::Posed;
 use crate::geometry::{Point, SurfaceIndex};
 
@@ -39,7 +41,7 @@ impl InsideProblem<'_> {
     }
 
     /// The share of each part of which the scan shows skin, or cloth around it. **Shapes** one share per part.
-    fn visible_shares(&self, parts: &[Part], posed: &Posed) -> Vec<f64> {
+    fn visible_shares(&self, parts: &[JointSubtree], posed: &Posed) -> Vec<f64> {
         let normals = self.normals(posed);
         let index = SurfaceIndex::prepare(&self.body_mesh(posed));
         visible_shares(&index, parts, |v, p| match self.figure_surface.is_visible(v) {

@@ -1,6 +1,6 @@
 //! Whether what a naked fit found is the body of the scan; if so, with its report.
 
-use super::agreement::{Agreement, unexplained_summary};
+use super::agreement::{NakedAgreement, unexplained_summary};
 use super::bent_arms::buried_hand;
 use super::fitted_body::FittedBody;
 use super::params::NakedParams;
@@ -17,7 +17,7 @@ pub(crate) fn conclude(
     problem: &NakedProblem<'_>,
     found: ModelEstimate,
     index: &SurfaceIndex,
-    agreement: Agreement,
+    agreement: NakedAgreement,
     unseen: Vec<JointId>,
     log: Vec<String>,
 ) -> Result<FittedBody, FitError> {
@@ -31,7 +31,7 @@ pub(super) fn with_report(
     problem: &NakedProblem<'_>,
     found: ModelEstimate,
     index: &SurfaceIndex,
-    agreement: Agreement,
+    agreement: NakedAgreement,
     unseen: Vec<JointId>,
     mut log: Vec<String>,
 ) -> FittedBody {
@@ -70,7 +70,7 @@ fn check_is_body(
     model: &BodyModel,
     params: &NakedParams,
     residual: f64,
-    agreement: &Agreement,
+    agreement: &NakedAgreement,
     found: &ModelEstimate,
     unseen: &[JointId],
     buried: Option<JointId>,

@@ -30,7 +30,7 @@ const REGIONS: [(&str, &[HumanJoint]); 3] = [
 const LEAST_OF_REGION: f64 = 0.25;
 
 /// Agreement of two surfaces.
-pub(crate) struct Agreement {
+pub(crate) struct NakedAgreement {
     /// Area share of the scan that lies on the body.
     pub(crate) explained: f64,
     /// Area share of the body that lies on the scan.
@@ -44,7 +44,7 @@ pub(crate) struct Agreement {
 }
 
 /// Compares a posed body with a scan.
-pub(crate) fn agreement(index: &SurfaceIndex, surface: &ScanSurface) -> Agreement {
+pub(crate) fn agreement(index: &SurfaceIndex, surface: &ScanSurface) -> NakedAgreement {
     let body = index.mesh();
     let normals = body.vertex_normals_by_area();
     let of_scan: Vec<(f64, f64, Option<VertexId>)> = surface
@@ -67,7 +67,7 @@ pub(crate) fn agreement(index: &SurfaceIndex, surface: &ScanSurface) -> Agreemen
     let scan_area: f64 = of_scan.iter().map(|s| s.0).sum();
     let body_area: f64 = of_body.iter().map(|s| s.1).sum();
     let unexplained: Vec<(VertexId, f64)> = of_scan.iter().filter_map(|&(a, _, v)| Some((v?, a / scan_area))).collect();
-    Agreement {
+    NakedAgreement {
         explained: 1.0 - unexplained.iter().map(|u| u.1).sum::<f64>(),
         seen: of_body.iter().filter(|s| s.2).map(|s| s.1).sum::<f64>() / f64::max(body_area, 1e-12),
         residual: mean_and_p95(of_scan.iter().map(|s| s.1).collect()),
@@ -76,7 +76,7 @@ pub(crate) fn agreement(index: &SurfaceIndex, surface: &ScanSurface) -> Agreemen
     }
 }
 
-impl Agreement {
+impl NakedAgreement {
     /// Confidence of the fit, 0 to 1.
     pub(crate) fn confidence(&self) -> f64 {
         self.explained * self.seen
@@ -107,7 +107,11 @@ impl Agreement {
 }
 
 /// One sentence if part of the scan is unexplained.
-pub(crate) fn unexplained_summary(agreement: &Agreement, weights: &SkinWeights, skeleton: &Skeleton) -> Option<String> {
+pub(crate) fn unexplained_summary(
+    agreement: &NakedAgreement,
+    weights: &SkinWeights,
+    skeleton: &Skeleton,
+) -> Option<String> {
     let part = agreement.least_explained_part(weights, skeleton)?;
     let share = 1.0 - agreement.explained;
     (share > LEAST_REPORTED).then(|| {

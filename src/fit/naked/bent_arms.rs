@@ -5,7 +5,7 @@ use super::problem::NakedProblem;
 use super::refine::ModelEstimate;
 use crate::body::HumanJoint::{Chest, Hand, Head, LowerArm, Neck, Shoulder, Spine, UpperArm, UpperChest};
 use crate::body::{HumanJoint, JointId, Pose, Shape, Side};
-use crate::fit::correspondence::{Part, parts_from, visible_at, visible_shares};
+use crate::fit::correspondence::{JointSubtree, parts_from, visible_at, visible_shares};
 use crate::fit::solver::Phase;
 use crate::geometry::{SurfaceIndex, Vec3, VertexId, WindingField};
 use nalgebra::UnitQuaternion;
@@ -41,7 +41,11 @@ const UNCERTAIN: f64 = 0.65;
 const BURIED: f64 = 0.3;
 
 /// The parts that begin at these joints, and the share of each that the scan shows.
-fn visible_parts(problem: &NakedProblem<'_>, index: &SurfaceIndex, roots: &[HumanJoint]) -> (Vec<Part>, Vec<f64>) {
+fn visible_parts(
+    problem: &NakedProblem<'_>,
+    index: &SurfaceIndex,
+    roots: &[HumanJoint],
+) -> (Vec<JointSubtree>, Vec<f64>) {
     let normals = index.mesh().vertex_normals_by_area();
     let parts = parts_from(roots, &problem.model.skeleton, &problem.model.weights);
     let shares = visible_shares(index, &parts, |v, p| visible_at(problem.surface, p, &normals[v]));
@@ -70,8 +74,8 @@ pub(crate) fn uncertain_arms(problem: &NakedProblem<'_>, index: &SurfaceIndex) -
 pub(crate) fn buried_hand(problem: &NakedProblem<'_>, index: &SurfaceIndex, unseen: &[JointId]) -> Option<JointId> {
     let (model, body) = (problem.model, index.mesh());
     let (hands, shares) = visible_parts(problem, index, &Side::BOTH.map(Hand));
-    let of_missing = |hand: &Part| unseen.iter().any(|&u| model.skeleton.is_below(hand.joint, u));
-    let uncertain: Vec<&Part> = hands
+    let of_missing = |hand: &JointSubtree| unseen.iter().any(|&u| model.skeleton.is_below(hand.joint, u));
+    let uncertain: Vec<&JointSubtree> = hands
         .iter()
         .zip(&shares)
         .filter(|(hand, share)| **share < UNCERTAIN && !of_missing(hand))
@@ -83,7 +87,7 @@ pub(crate) fn buried_hand(problem: &NakedProblem<'_>, index: &SurfaceIndex, unse
     let (field, normals) = (WindingField::prepare(body), body.vertex_normals());
     // Just below its own skin the winding number of a hand is one; inside the rest of the body it is two.
     let is_inside = |v: VertexId| field.winding(&(body.points()[v] - normals[v] * 0.003)) > 1.5;
-    let is_buried = |hand: &&Part| {
+    let is_buried = |hand: &&JointSubtree| {
         let skin: Vec<VertexId> = body.vertex_ids().filter(|&v| hand.vertices[v]).collect();
         let inside = skin.par_iter().filter(|&&v| is_inside(v)).count();
         inside as f64 > BURIED * skin.len() as f64

@@ -2,7 +2,9 @@
 
 use super::params::NakedParams;
 use crate::body::{BodyModel, JointId, Pose, Shape};
-use crate::fit::correspondence::{LastFaces, Part, ScanSurface, mean_truncated, parts, scan_to_mesh_from, spread};
+use crate::fit::correspondence::{
+    JointSubtree, LastFaces, ScanSurface, mean_truncated, parts, scan_to_mesh_from, spread,
+};
 use crate::fit::solver::{
     Articulated, NormalEquations, Phase, PosePrior, Posed, Residual, Unknowns, greatest_joint_move, mean_residual,
     pose_stiffness, robust,
@@ -31,7 +33,7 @@ pub(crate) struct NakedProblem<'a> {
     pub(crate) model: &'a BodyModel,
     pub(crate) surface: &'a ScanSurface,
     pub(super) params: &'a NakedParams,
-    pub(super) parts: Vec<Part>,
+    pub(super) parts: Vec<JointSubtree>,
     /// Bounding volume hierarchy of the model in the bind pose, which follows the poses.
     pub(crate) index: SurfaceIndex,
     /// Joints that keep their pose, because the scan does not show what they move. **Shapes** one entry per joint.

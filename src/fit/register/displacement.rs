@@ -1,6 +1,6 @@
 //! The smooth displacement of a surface toward targets.
 
-use super::targets::Target;
+use super::targets::TargetPoint;
 use crate::fit::error::FitError;
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3, cotangent_laplacian};
 use crate::numerics::SparseCholesky;
@@ -8,7 +8,7 @@ use crate::numerics::SparseCholesky;
 /// Minimises `Σ area · weight |x + d − target|² + length² dᵀLd` over the displacement `d` from `start`.
 ///
 /// **Shapes** one target per vertex of `start`.
-pub(crate) fn solve(start: &TriMesh, targets: &[Target], length: f64) -> Result<TriMesh, FitError> {
+pub(crate) fn solve(start: &TriMesh, targets: &[TargetPoint], length: f64) -> Result<TriMesh, FitError> {
     /// Weight of zero displacement, against 1 for a target: only determines islands without targets.
     const REST_WEIGHT: f64 = 2e-3;
     let laplacian = cotangent_laplacian(start);
@@ -32,7 +32,7 @@ pub(crate) fn solve(start: &TriMesh, targets: &[Target], length: f64) -> Result<
 }
 
 /// Weighted mean distance of the vertices from their targets.
-pub(crate) fn mean_distance(mesh: &TriMesh, targets: &[Target]) -> f64 {
+pub(crate) fn mean_distance(mesh: &TriMesh, targets: &[TargetPoint]) -> f64 {
     let (mut sum, mut total) = (0.0, 0.0);
     for (p, (target, pull)) in mesh.points().iter().zip(targets).filter_map(|(p, t)| Some((p, t.as_ref()?))) {
         sum += pull * (p - target).norm();

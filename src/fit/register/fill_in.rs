@@ -1,7 +1,7 @@
 //! Multi-view fill-in: skin that the naked scan does not show but another scan of the same person does.
 
 use super::colors::color_at;
-use super::targets::{Target, target_on};
+use super::targets::{TargetPoint, target_on};
 use crate::body::{BodyModel, Figure, Pose, skin, unskin};
 use crate::fit::correspondence::ScanSurface;
 use crate::fit::error::{FitError, require_length};
@@ -61,7 +61,7 @@ impl<'a> PreparedView<'a> {
 /// Gives targets to vertices of `body`, a surface in the naked scan, that have none: the mean of their targets in the other
 /// scans, transformed back through the bind pose.
 pub(crate) fn fill_targets(
-    targets: &mut [Target],
+    targets: &mut [TargetPoint],
     others: &[PreparedView<'_>],
     body: &TriMesh,
     model: &BodyModel,
@@ -78,7 +78,7 @@ pub(crate) fn fill_targets(
     for other in others {
         let posed = other.posed(body, &bind, model, fitted);
         let normals = posed.vertex_normals();
-        let found: PerVertex<Target> = posed
+        let found: PerVertex<TargetPoint> = posed
             .points()
             .enumerate()
             .map(|(v, p)| {

@@ -1,6 +1,6 @@
 //! The ground, which holds up the soles that no scanner sees.
 
-use super::targets::Target;
+use super::targets::TargetPoint;
 use crate::body::{BodyModel, HumanJoint, JointId, Side};
 use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::scan::Scan;
@@ -23,7 +23,7 @@ impl Ground {
     }
 
     /// Gives soles below the ground that have no target one on the ground.
-    pub(crate) fn hold_soles(&self, mesh: &TriMesh, targets: &mut [Target]) {
+    pub(crate) fn hold_soles(&self, mesh: &TriMesh, targets: &mut [TargetPoint]) {
         /// Deeper soles belong to feet that the scan cuts off, whose ground is unknown. Metres.
         const DEEPEST: f64 = 0.03;
         for (v, p) in mesh.points().enumerate() {

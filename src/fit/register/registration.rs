@@ -8,7 +8,7 @@ use super::ground::Ground;
 use super::params::RegisterParams;
 use super::registered_body::RegisteredBody;
 use super::report::RegistrationReport;
-use super::targets::{Target, target_weights, targets};
+use super::targets::{TargetPoint, target_weights, targets};
 use super::texture::bake_texture;
 use crate::body::BodyModel;
 use crate::fit::correspondence::{ScanSurface, mean_and_p95};
@@ -113,7 +113,7 @@ pub fn register_with_hints(
     };
     let (points_in_bind, skeleton, pose) = into_bind_pose(model, fitted, displaced.points());
     let mut seen = targets(&surface, &displaced, &ground.is_foot, 0.02);
-    let count = |targets: &[Target]| targets.iter().filter(|t| t.is_some()).count();
+    let count = |targets: &[TargetPoint]| targets.iter().filter(|t| t.is_some()).count();
     let own = count(&seen);
     fill_targets(&mut seen, &others, &displaced, model, fitted, 0.02);
     let fill_in = match count(&seen) - own {

@@ -7,7 +7,7 @@ use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
 use rayon::prelude::*;
 
 /// The target point of a vertex and its weight (0–1).
-pub(crate) type Target = Option<(Point, f64)>;
+pub(crate) type TargetPoint = Option<(Point, f64)>;
 
 pub(crate) fn target_weights(model: &BodyModel, params: &RegisterParams) -> PerVertex<f64> {
     let skeleton = &model.skeleton;
@@ -31,7 +31,12 @@ pub(crate) fn target_weights(model: &BodyModel, params: &RegisterParams) -> PerV
 
 /// The closest point of the scan, if it faces the same way. The closest point to a toe tip that is in front of or behind the
 /// scan's is the top of the foot, which does not: feet also search along their normals. **Shapes** one target per vertex.
-pub(crate) fn targets(surface: &ScanSurface, mesh: &TriMesh, is_foot: &PerVertex<bool>, reach: f64) -> Vec<Target> {
+pub(crate) fn targets(
+    surface: &ScanSurface,
+    mesh: &TriMesh,
+    is_foot: &PerVertex<bool>,
+    reach: f64,
+) -> Vec<TargetPoint> {
     let normals = mesh.vertex_normals();
     (0..mesh.vertex_count())
         .into_par_iter()
@@ -47,7 +52,7 @@ pub(crate) fn targets(surface: &ScanSurface, mesh: &TriMesh, is_foot: &PerVertex
 }
 
 /// The target of a vertex on the closest point of a scan, if it faces the same way.
-pub(crate) fn target_on(surface: &ScanSurface, p: &Point, n: &Vec3, reach: f64) -> Target {
+pub(crate) fn target_on(surface: &ScanSurface, p: &Point, n: &Vec3, reach: f64) -> TargetPoint {
     surface.nearest(p, reach).filter(|hit| agrees(hit, n)).map(|hit| on_plane(&hit, p, reach))
 }
 

@@ -6,7 +6,7 @@
 //! **Source** Hu 2017, Eqs. 3–6; the Jacobian of a skinned point is that of Tagliasacchi 2015, §4, with the joints'
 //! own dependence on β included.
 
-use super::bone_sums::{Sums, Wrench};
+use super::bone_sums::{BoneSums, Wrench};
 use super::normal_equations::{NormalEquations, Unknowns};
 use super::posed::{Posed, Residual, parent_rotation};
 use crate::body::{BodyModel, JointId, Pose, Shape, Skeleton, SkinWeights, skin_rigidly};
@@ -30,7 +30,7 @@ struct SumUp<'a, 'b> {
     body: &'b Articulated<'a>,
     posed: &'b Posed,
     residuals: &'b [Residual],
-    sums: &'b mut Sums,
+    sums: &'b mut BoneSums,
 }
 
 impl pulp::WithSimd for SumUp<'_, '_> {
@@ -173,9 +173,9 @@ impl<'a> Articulated<'a> {
         /// Residuals per task: large enough to hide the cost of a task.
         const CHUNK: usize = 1024;
         let components = if unknowns.shape { self.component_count() } else { 0 };
-        let zero = || Sums::zero(self.joint_count(), components);
+        let zero = || BoneSums::zero(self.joint_count(), components);
         let processor = pulp::Arch::new();
-        let parts: Vec<Sums> = residuals
+        let parts: Vec<BoneSums> = residuals
             .par_chunks(CHUNK)
             .map(|chunk| {
                 let mut sums = zero();
@@ -190,7 +190,7 @@ impl<'a> Articulated<'a> {
     }
 
     #[inline(always)]
-    fn sum_up(&self, posed: &Posed, residuals: &[Residual], sums: &mut Sums) {
+    fn sum_up(&self, posed: &Posed, residuals: &[Residual], sums: &mut BoneSums) {
         let (mut wrenches, mut shape) = (Vec::new(), vec![0.0; sums.shape_width()]);
         for residual in residuals {
             self.wrenches(posed, residual, &mut wrenches, &mut shape);

@@ -24,7 +24,7 @@ const WRENCH: usize = 8;
 
 /// Sums over residuals per pair of bones. A joint rotates all bones of its subtree about its centre, so that all of `H`
 /// follows from these few sums: a residual below a chain of ten joints costs as much as the two bones at its end.
-pub(crate) struct Sums {
+pub(crate) struct BoneSums {
     bones: usize,
     components: usize,
     /// For bones a ≤ b, at `a · bones + b`: the index of their block, or `NONE`.
@@ -58,7 +58,7 @@ fn add_scaled(to: &mut [f64], from: &[f64], factor: f64) {
 
 const NONE: u32 = u32::MAX;
 
-impl Sums {
+impl BoneSums {
     pub(crate) fn zero(bones: usize, components: usize) -> Self {
         Self {
             bones,

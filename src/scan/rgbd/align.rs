@@ -1,8 +1,8 @@
 //! Aligns one frame with the prediction: point-to-plane ICP with projective association.
 
 use super::camera::depth_noise;
-use super::raycast::{Prediction, Seen};
-use super::view::{Level, View};
+use super::raycast::{Prediction, SurfaceSample};
+use super::view::{Level, PersonFrame};
 use nalgebra::{Isometry3, Matrix6, Point3, Translation3, UnitQuaternion, Vector3, Vector6};
 use rayon::prelude::*;
 
@@ -15,7 +15,7 @@ const TUKEY: f64 = 4.685;
 
 /// How points find their partners.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stage {
+pub(super) struct IcpPass {
     /// 0 is half size, 1 is quarter size.
     pub(super) level: usize,
     pub(super) iterations: usize,
@@ -24,13 +24,13 @@ pub(super) struct Stage {
 }
 
 /// From far to near, for a new frame.
-pub(super) const TRACKING: [Stage; 3] = [
-    Stage { level: 1, iterations: 6, gate: 0.10 },
-    Stage { level: 1, iterations: 4, gate: 0.05 },
-    Stage { level: 0, iterations: 5, gate: 0.03 },
+pub(super) const TRACKING: [IcpPass; 3] = [
+    IcpPass { level: 1, iterations: 6, gate: 0.10 },
+    IcpPass { level: 1, iterations: 4, gate: 0.05 },
+    IcpPass { level: 0, iterations: 5, gate: 0.03 },
 ];
 /// For a frame whose pose is nearly known.
-pub(super) const SETTLING: [Stage; 1] = [Stage { level: 0, iterations: 4, gate: 0.03 }];
+pub(super) const SETTLING: [IcpPass; 1] = [IcpPass { level: 0, iterations: 4, gate: 0.03 }];
 
 /// The pose found for a frame.
 #[derive(Clone, Debug)]
@@ -45,14 +45,19 @@ pub(super) struct Alignment {
 }
 
 #[derive(Clone)]
-struct Sums {
+struct IcpSums {
     matrix: Matrix6<f64>,
     vector: Vector6<f64>,
     agreeing: usize,
 }
 
 /// Finds the pose that puts a view's points on the predicted surface, from a guess.
-pub(super) fn align(view: &View, prediction: &Prediction, guess: &Isometry3<f64>, stages: &[Stage]) -> Alignment {
+pub(super) fn align(
+    view: &PersonFrame,
+    prediction: &Prediction,
+    guess: &Isometry3<f64>,
+    stages: &[IcpPass],
+) -> Alignment {
     let mut pose = *guess;
     let mut result =
         Alignment { model_from_camera: pose, residual: f64::INFINITY, overlap: 0.0, center: Point3::origin() };
@@ -105,7 +110,7 @@ pub(super) fn moved(pose: &Isometry3<f64>, step: &Vector6<f64>, center: &Point3<
 
 /// Mean squared distance of a view's points from the predicted surface, each at most `gate`; those without a partner
 /// count as `gate`. In units of `gate` squared: 0 is perfect, 1 is nowhere.
-pub(super) fn misfit(view: &View, prediction: &Prediction, pose: &Isometry3<f64>, gate: f32) -> f64 {
+pub(super) fn misfit(view: &PersonFrame, prediction: &Prediction, pose: &Isometry3<f64>, gate: f32) -> f64 {
     let level = &view.levels[1];
     let pairs = pairs(level, prediction, pose, gate);
     let cost: f64 =
@@ -135,7 +140,7 @@ fn pairs(level: &Level, prediction: &Prediction, pose: &Isometry3<f64>, gate: f3
             return None;
         }
         let at = v as usize * camera.width + u as usize;
-        let Seen { point, normal } = prediction.seen[at];
+        let SurfaceSample { point, normal } = prediction.seen[at];
         let apart = m - point;
         let same_side = (model_from_camera.rotation * n).dot(&normal) > SAME_SIDE;
         if !same_side || apart.norm_squared() > gate * gate {
@@ -163,9 +168,9 @@ fn middle(level: &Level) -> Point3<f64> {
     Point3::from(sum / level.points.len() as f64)
 }
 
-fn summed(pairs: &[Option<Pair>], center: &Point3<f64>, cutoff: f64) -> Sums {
-    let zero = || Sums { matrix: Matrix6::zeros(), vector: Vector6::zeros(), agreeing: 0 };
-    let parts: Vec<Sums> = pairs
+fn summed(pairs: &[Option<Pair>], center: &Point3<f64>, cutoff: f64) -> IcpSums {
+    let zero = || IcpSums { matrix: Matrix6::zeros(), vector: Vector6::zeros(), agreeing: 0 };
+    let parts: Vec<IcpSums> = pairs
         .par_chunks(CHUNK)
         .map(|chunk| {
             let mut sums = zero();

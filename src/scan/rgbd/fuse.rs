@@ -4,15 +4,15 @@ use super::axis::{Axis, Unsteadiness};
 use super::error::FusionError;
 use super::frame::Frames;
 use super::loop_closure::{Closure, close_loops, loop_residual};
-use super::marching_cubes::Surface;
+use super::marching_cubes::FusedSurface;
 use super::person::cut_out;
 use super::report::{FramePose, Fusion, FusionReport, FusionStep, SurfaceSoFar};
 use super::settle::{integrated, settle};
-use super::survey::Survey;
-use super::track::{Cut, Placed, Track, track};
+use super::survey::SceneSurvey;
+use super::track::{Placed, SegmentedFrame, Track, track};
 use super::volume::Volume;
 use super::{FusionParams, mend};
-use crate::formats::Recording;
+use crate::formats::RgbdRecording;
 use crate::geometry::Point;
 use nalgebra::Isometry3;
 use rayon::prelude::*;
@@ -39,7 +39,7 @@ const SETTLED_PER_VOXEL: f64 = 0.05;
 /// **Source** Newcombe et al. 2011 (KinectFusion), with the background removed, loops closed by a pose graph, and all frames
 /// realigned to their common surface.
 pub fn fuse(
-    recording: &Recording,
+    recording: &RgbdRecording,
     params: &FusionParams,
     on_step: &mut dyn FnMut(&FusionStep),
 ) -> Result<Fusion, FusionError> {
@@ -47,7 +47,7 @@ pub fn fuse(
     if frames.count() < LEAST_FRAMES {
         return Err(FusionError::TooFewFrames { count: frames.count(), least: LEAST_FRAMES });
     }
-    let survey = Survey::of(&frames)?;
+    let survey = SceneSurvey::of(&frames)?;
     on_step(&FusionStep::Surveyed);
     let mut findings = survey.findings.clone();
     let cuts = cut_all(&frames, &survey, &mut findings)?;
@@ -92,14 +92,18 @@ pub fn fuse(
     let unsteadiness = axis.unsteadiness(&poses(&placed), &Point::new(0.0, 1.0, 0.0));
     let report = report(&frames, &cuts, &placed, &lost, &axis, drift, loops, unsteadiness);
     say(&report, &mut findings);
-    let surface: Surface = mend::repaired(surface, params, &mut findings);
+    let surface: FusedSurface = mend::repaired(surface, params, &mut findings);
     Ok(Fusion::of(surface, has_color, report, findings))
 }
 
 /// All frames that show somebody, segmented; duplicate frames only once.
-fn cut_all(frames: &Frames, survey: &Survey, findings: &mut Vec<String>) -> Result<Vec<Cut>, FusionError> {
+fn cut_all(
+    frames: &Frames,
+    survey: &SceneSurvey,
+    findings: &mut Vec<String>,
+) -> Result<Vec<SegmentedFrame>, FusionError> {
     let trouble = frames.color_trouble()?;
-    let cuts: Vec<Result<Option<Cut>, FusionError>> = (0..frames.count())
+    let cuts: Vec<Result<Option<SegmentedFrame>, FusionError>> = (0..frames.count())
         .into_par_iter()
         .map(|frame| {
             if frames.is_duplicate(frame) {
@@ -108,13 +112,13 @@ fn cut_all(frames: &Frames, survey: &Survey, findings: &mut Vec<String>) -> Resu
             let depth = frames.depth(frame)?;
             let color = frames.color(frame)?;
             let view = cut_out(survey, &depth.depth, color.as_ref());
-            Ok(view.map(|view| Cut { frame, secs: frames.secs(frame), view }))
+            Ok(view.map(|view| SegmentedFrame { frame, secs: frames.secs(frame), view }))
         })
         .collect();
     // Report the first bad frame, not the one that was read first.
-    let cuts: Vec<Option<Cut>> = cuts.into_iter().collect::<Result<_, FusionError>>()?;
+    let cuts: Vec<Option<SegmentedFrame>> = cuts.into_iter().collect::<Result<_, FusionError>>()?;
     let twice = (0..frames.count()).filter(|&k| frames.is_duplicate(k)).count();
-    let cuts: Vec<Cut> = cuts.into_iter().flatten().collect();
+    let cuts: Vec<SegmentedFrame> = cuts.into_iter().flatten().collect();
     let empty = frames.count() - cuts.len() - twice;
     findings.extend(trouble);
     if twice > 0 {
@@ -133,7 +137,12 @@ fn poses(placed: &[Placed]) -> Vec<Isometry3<f64>> {
     placed.iter().map(|p| p.pose).collect()
 }
 
-fn refuse_if_lost(frames: &Frames, cuts: &[Cut], placed: &[Placed], lost: &[usize]) -> Result<(), FusionError> {
+fn refuse_if_lost(
+    frames: &Frames,
+    cuts: &[SegmentedFrame],
+    placed: &[Placed],
+    lost: &[usize],
+) -> Result<(), FusionError> {
     let Some(&first) = lost.first() else { return Ok(()) };
     if lost.len() as f64 > MOST_LOST * cuts.len() as f64 || placed.len() < LEAST_FRAMES {
         let name = frames.name(cuts[first].frame).into();
@@ -152,7 +161,7 @@ fn refuse_if_still(axis: &Axis, placed: &[Placed]) -> Result<(), FusionError> {
 }
 
 /// Moves the model so that its axis is +Y through the origin.
-fn upright(placed: &mut [Placed], axis: &Axis, survey: &Survey) {
+fn upright(placed: &mut [Placed], axis: &Axis, survey: &SceneSurvey) {
     let rotation = nalgebra::UnitQuaternion::rotation_between(&axis.direction, &survey.axis.direction)
         .unwrap_or_else(nalgebra::UnitQuaternion::identity);
     // At the height at which the axis is known best.
@@ -167,7 +176,7 @@ fn upright(placed: &mut [Placed], axis: &Axis, survey: &Survey) {
 #[allow(clippy::too_many_arguments)]
 fn report(
     frames: &Frames,
-    cuts: &[Cut],
+    cuts: &[SegmentedFrame],
     placed: &[Placed],
     lost: &[usize],
     axis: &Axis,

@@ -1,6 +1,6 @@
 //! Averages the depths of a view into the volume.
 
-use super::view::{UNKNOWN_COLOR, View};
+use super::view::{PersonFrame, UNKNOWN_COLOR};
 use super::volume::{Block, FULL, SIDE, Tint, Volume, Voxel, WEIGHT_UNIT, whole};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use rayon::prelude::*;
@@ -17,7 +17,7 @@ impl Volume {
     ///
     /// **Guarantees** the same voxels with any number of threads and with any processor's vector instructions: each block
     /// is one thread's, views come one after the other, and no instruction rounds otherwise than the plain ones.
-    pub(super) fn integrate(&mut self, view: &View, model_from_camera: &Isometry3<f64>) {
+    pub(super) fn integrate(&mut self, view: &PersonFrame, model_from_camera: &Isometry3<f64>) {
         self.open_blocks(view, model_from_camera);
         let averaging = Averaging::new(view, model_from_camera, self.voxel, self.truncation);
         let (stamp, processor) = (self.stamp, pulp::Arch::new());
@@ -39,7 +39,7 @@ const LAYER: usize = SIDE * SIDE;
 
 /// A view ready to be averaged.
 struct Averaging<'a> {
-    view: &'a View,
+    view: &'a PersonFrame,
     /// Column and row of a point, each times its depth, and its depth.
     image_from_model: Matrix3<f32>,
     image_from_origin: Vector3<f32>,
@@ -70,7 +70,7 @@ impl pulp::WithSimd for Average<'_, '_> {
 }
 
 /// The measurements of a view for a layer.
-struct Layer {
+struct VoxelLayer {
     pixel: [u32; LAYER],
     /// From the surface, in truncations, at most 1.
     distance: [f32; LAYER],
@@ -79,7 +79,7 @@ struct Layer {
 }
 
 impl<'a> Averaging<'a> {
-    fn new(view: &'a View, model_from_camera: &Isometry3<f64>, voxel: f32, truncation: f32) -> Self {
+    fn new(view: &'a PersonFrame, model_from_camera: &Isometry3<f64>, voxel: f32, truncation: f32) -> Self {
         let camera = &view.camera;
         let image = Matrix3::new(camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0);
         let camera_from_model = model_from_camera.inverse();
@@ -167,11 +167,11 @@ impl<'a> Averaging<'a> {
     }
 
     #[inline(always)]
-    fn layer(&self, first: &Vector3<f32>, per_metre: f32) -> Layer {
+    fn layer(&self, first: &Vector3<f32>, per_metre: f32) -> VoxelLayer {
         let (width, height) = (self.view.camera.width as u32, self.view.camera.height as u32);
         let nowhere = width * height;
         let [columns, rows, depths] = &self.offsets;
-        let mut layer = Layer { pixel: [0; LAYER], distance: [0.0; LAYER], evidence: [0.0; LAYER] };
+        let mut layer = VoxelLayer { pixel: [0; LAYER], distance: [0.0; LAYER], evidence: [0.0; LAYER] };
         let mut depth = [0.0; LAYER];
         for (i, depth) in depth.iter_mut().enumerate() {
             let z = first.z + depths[i];
@@ -216,7 +216,7 @@ fn rows_with(evidence: &[[f32; SIDE]]) -> ([usize; SIDE], usize) {
 
 /// Evidence for the colours of a layer, in weights: none far from the surface.
 #[inline(always)]
-fn near_surface(seen: &Layer) -> [f32; LAYER] {
+fn near_surface(seen: &VoxelLayer) -> [f32; LAYER] {
     let mut new = [0.0; LAYER];
     for (i, new) in new.iter_mut().enumerate() {
         let counts = u32::from(seen.distance[i].abs() < COLORED).wrapping_neg();
@@ -250,7 +250,7 @@ mod tests {
     fn a_wall_is_averaged_to_where_it_is_and_the_same_with_one_thread() {
         let camera =
             RgbdCamera { width: 64, height: 64, fx: 100.0, fy: 100.0, cx: 31.5, cy: 31.5, distortion: [0.0; 5] };
-        let wall = |z: f32| View::prepare(camera.clone(), vec![z; 64 * 64], vec![[200, 100, 0]; 64 * 64]);
+        let wall = |z: f32| PersonFrame::prepare(camera.clone(), vec![z; 64 * 64], vec![[200, 100, 0]; 64 * 64]);
         let made = || {
             let mut volume = Volume::colored(0.005, 0.02);
             for (z, turn) in [(1.0, 0.0f64), (1.01, 0.0), (0.99, 0.0)] {
@@ -278,7 +278,7 @@ mod tests {
             (0..64 * 64).map(|i| if i % 64 < 50 { 1.0 + 0.03 * (i as f32 * 0.11).sin() } else { f32::INFINITY });
         let colors =
             (0..64 * 64).map(|i: usize| if i.is_multiple_of(7) { [0; 3] } else { [i as u8, (i / 3) as u8, 9] });
-        let view = View::prepare(camera, bumps.collect(), colors.collect());
+        let view = PersonFrame::prepare(camera, bumps.collect(), colors.collect());
         let pose = |k: usize| Isometry3::new(Vector3::new(0.01 * k as f64, 0.2, 0.0), Vector3::new(0.1, 0.02, 0.3));
         let (mut volume, mut plain) = (Volume::colored(0.005, 0.02), Volume::colored(0.005, 0.02));
         for k in 0..4 {

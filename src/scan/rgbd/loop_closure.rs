@@ -3,7 +3,7 @@
 use super::align::{Alignment, TRACKING, align, moved};
 use super::axis::Axis;
 use super::raycast::Reach;
-use super::track::{Cut, Placed, predicted};
+use super::track::{Placed, SegmentedFrame, predicted};
 use super::volume::Volume;
 use crate::numerics::SparseCholesky;
 use nalgebra::{Isometry3, Matrix6, Point3, Vector6};
@@ -44,7 +44,13 @@ const LEAST_OVERLAP: f64 = 0.6;
 /// Compares frames that see the same side a turn apart; how far they disagree, and poses in which they do not.
 ///
 /// **Source** pose graph on SE(3), Gauss–Newton; Grisetti et al. 2010.
-pub(super) fn close_loops(cuts: &[Cut], placed: &mut [Placed], axis: &Axis, voxel: f64, truncation: f64) -> Closure {
+pub(super) fn close_loops(
+    cuts: &[SegmentedFrame],
+    placed: &mut [Placed],
+    axis: &Axis,
+    voxel: f64,
+    truncation: f64,
+) -> Closure {
     let edges = loop_edges(cuts, placed, axis, voxel, truncation);
     let before = disagreement(&edges, placed);
     if edges.is_empty() {
@@ -55,7 +61,13 @@ pub(super) fn close_loops(cuts: &[Cut], placed: &mut [Placed], axis: &Axis, voxe
 }
 
 /// How far frames that see the same side a turn apart disagree, without changing anything.
-pub(super) fn loop_residual(cuts: &[Cut], placed: &[Placed], axis: &Axis, voxel: f64, truncation: f64) -> Closure {
+pub(super) fn loop_residual(
+    cuts: &[SegmentedFrame],
+    placed: &[Placed],
+    axis: &Axis,
+    voxel: f64,
+    truncation: f64,
+) -> Closure {
     disagreement(&loop_edges(cuts, placed, axis, voxel, truncation), placed)
 }
 
@@ -81,7 +93,7 @@ fn loop_pairs(headings: &[f64]) -> Vec<(usize, usize)> {
     pairs.into_iter().step_by(step).collect()
 }
 
-fn loop_edges(cuts: &[Cut], placed: &[Placed], axis: &Axis, voxel: f64, truncation: f64) -> Vec<Edge> {
+fn loop_edges(cuts: &[SegmentedFrame], placed: &[Placed], axis: &Axis, voxel: f64, truncation: f64) -> Vec<Edge> {
     let headings = axis.headings(&pose_at(placed));
     let pairs = loop_pairs(&headings);
     pairs

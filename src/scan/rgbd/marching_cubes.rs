@@ -5,7 +5,7 @@ use crate::geometry::{Point, Vec3};
 use rayon::prelude::*;
 
 /// The surface with colours and evidence.
-pub(super) struct Surface {
+pub(super) struct FusedSurface {
     /// In the model's frame, metres.
     pub(super) points: Vec<Point>,
     /// Outward, counter-clockwise.
@@ -18,12 +18,12 @@ pub(super) struct Surface {
 /// A vertex lies on an edge of the grid: this is its voxel with the lower coordinates, and the direction.
 const EDGES_A_BLOCK: usize = 3 * VOXELS;
 
-/// Keys from here on are no edges but the middles of loops, in the order of [`Patch::middles`].
+/// Keys from here on are no edges but the middles of loops, in the order of [`BlockTriangles::middles`].
 const MIDDLE: u64 = 1 << 62;
 
 /// Triangles of a block by the keys of their vertices.
 #[derive(Default)]
-struct Patch {
+struct BlockTriangles {
     triangles: Vec<[u64; 3]>,
     /// Loops that are filled around their middle: the edges that they cross.
     middles: Vec<Vec<u64>>,
@@ -57,7 +57,7 @@ impl<'a> Around<'a> {
     }
 
     /// Distances at 9³ voxels, in truncations; NaN where fewer than `least` saw them. `None` where no surface can be.
-    fn grid(&self, least: u16) -> Option<Box<Grid>> {
+    fn grid(&self, least: u16) -> Option<Box<DistanceGrid>> {
         let mut grid = Box::new([f32::NAN; ACROSS * ACROSS * ACROSS]);
         let mut below = false;
         for (i, value) in grid.iter_mut().enumerate() {
@@ -76,7 +76,7 @@ impl<'a> Around<'a> {
 
 /// Voxels along a block's side and the first of the next.
 const ACROSS: usize = SIDE + 1;
-type Grid = [f32; ACROSS * ACROSS * ACROSS];
+type DistanceGrid = [f32; ACROSS * ACROSS * ACROSS];
 
 fn is_inside(distance: f32) -> bool {
     distance < 0.0
@@ -124,12 +124,12 @@ impl Volume {
     /// **Guarantees** watertight where observed; the same mesh with any number of threads.
     ///
     /// **Source** Lorensen & Cline 1987; loops in place of the table of 256 cases.
-    pub(super) fn surface(&self, least_evidence: f64) -> Surface {
+    pub(super) fn surface(&self, least_evidence: f64) -> FusedSurface {
         let least = (least_evidence * f64::from(WEIGHT_UNIT)).round().max(1.0) as u16;
         let mut order: Vec<u32> = (0..self.blocks.len() as u32).collect();
         order.sort_by_key(|&b| self.blocks[b as usize].at);
         // Triangles as keys of edges first; vertices are made of those that are used.
-        let patches: Vec<Patch> =
+        let patches: Vec<BlockTriangles> =
             order.par_iter().map(|&b| self.block_triangles(&self.blocks[b as usize], least)).collect();
         let mut vertex_of: Vec<u32> = vec![NONE; self.blocks.len() * EDGES_A_BLOCK];
         let mut used: Vec<Vec<u64>> = Vec::new();
@@ -153,7 +153,7 @@ impl Volume {
         }
         drop(vertex_of);
         let vertices: Vec<Vertex> = used.par_iter().map(|edges| self.mean_vertex(edges)).collect();
-        let mut surface = Surface { points: Vec::new(), faces, colors: Vec::new(), evidence: Vec::new() };
+        let mut surface = FusedSurface { points: Vec::new(), faces, colors: Vec::new(), evidence: Vec::new() };
         let mut colors = Vec::with_capacity(vertices.len());
         for (point, color, evidence) in vertices {
             surface.points.push(point);
@@ -164,9 +164,9 @@ impl Volume {
         surface
     }
 
-    fn block_triangles(&self, block: &Block, least: u16) -> Patch {
+    fn block_triangles(&self, block: &Block, least: u16) -> BlockTriangles {
         let around = Around::of(self, block);
-        let mut patch = Patch::default();
+        let mut patch = BlockTriangles::default();
         let Some(grid) = around.grid(least) else { return patch };
         for z in 0..SIDE {
             for y in 0..SIDE {
@@ -251,7 +251,7 @@ impl Around<'_> {
 }
 
 /// Fills the loops of one cell.
-fn cell_triangles(corners: &Corners, key: &mut dyn FnMut([usize; 2]) -> u64, out: &mut Patch) {
+fn cell_triangles(corners: &Corners, key: &mut dyn FnMut([usize; 2]) -> u64, out: &mut BlockTriangles) {
     // From each crossing to the next around the loop: at most 12 edges are crossed.
     let mut links: Vec<([usize; 2], [usize; 2])> = Vec::with_capacity(12);
     for side in SIDES {
@@ -296,7 +296,7 @@ fn side_links(corners: &Corners, side: [usize; 4], links: &mut Vec<([usize; 2], 
 
 /// Triangles of a loop: the shortest diagonals first, and none within a side of the cell, for the neighbour may have
 /// the same one.
-fn fill(corners: &Corners, ring: &[[usize; 2]], key: &mut dyn FnMut([usize; 2]) -> u64, out: &mut Patch) {
+fn fill(corners: &Corners, ring: &[[usize; 2]], key: &mut dyn FnMut([usize; 2]) -> u64, out: &mut BlockTriangles) {
     let place = |[a, b]: [usize; 2]| {
         let share = corners[a] / (corners[a] - corners[b]);
         [0, 1, 2].map(|k| {
@@ -360,7 +360,7 @@ mod tests {
         volume
     }
 
-    fn mesh_of(surface: &Surface) -> TriMesh {
+    fn mesh_of(surface: &FusedSurface) -> TriMesh {
         TriMesh::try_from_indices(surface.points.clone(), &surface.faces).unwrap()
     }
 

@@ -2,7 +2,7 @@
 
 use super::FusionParams;
 use super::denoise::denoised;
-use super::marching_cubes::Surface;
+use super::marching_cubes::FusedSurface;
 use crate::geometry::{Adjacency, PerFace, Point, TriMesh, Vec3, VertexId};
 
 /// Share of all faces below which a loose piece is a speck.
@@ -13,7 +13,7 @@ const LISTED: f64 = 1e-4;
 const NAMED: usize = 5;
 
 /// The surface without specks, with less noise, and with its small holes closed.
-pub(super) fn repaired(surface: Surface, params: &FusionParams, findings: &mut Vec<String>) -> Surface {
+pub(super) fn repaired(surface: FusedSurface, params: &FusionParams, findings: &mut Vec<String>) -> FusedSurface {
     let Ok(mesh) = TriMesh::try_from_indices(surface.points.clone(), &surface.faces) else { return surface };
     let adjacency = Adjacency::prepare(&mesh);
     let (component, count) = adjacency.face_components();
@@ -49,7 +49,7 @@ pub(super) fn repaired(surface: Surface, params: &FusionParams, findings: &mut V
         let more = if open.len() > NAMED { " and smaller ones" } else { "" };
         findings.push(format!("{} holes stay open: {}{more}", open.len(), named.join(", ")));
     }
-    Surface {
+    FusedSurface {
         points: mesh.points().0.clone(),
         faces,
         colors: from.iter().map(|v| surface.colors[v.index()]).collect(),

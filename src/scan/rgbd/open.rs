@@ -1,7 +1,7 @@
 //! Allocates blocks of voxels where a view shows somebody.
 
 use super::camera::Rays;
-use super::view::{BEYOND, View};
+use super::view::{BEYOND, PersonFrame};
 use super::volume::{Volume, whole};
 use nalgebra::Isometry3;
 
@@ -10,7 +10,7 @@ const STRIDE: usize = 2;
 
 impl Volume {
     /// Allocates or stamps every block that the view measures.
-    pub(super) fn open_blocks(&mut self, view: &View, model_from_camera: &Isometry3<f64>) {
+    pub(super) fn open_blocks(&mut self, view: &PersonFrame, model_from_camera: &Isometry3<f64>) {
         self.stamp += 1;
         let rays = Rays::new(&view.camera, model_from_camera, self.block_size());
         let reach = self.truncation / self.block_size();
@@ -48,7 +48,7 @@ struct Met {
 
 /// A row of pixels to march through, for whichever instructions the processor has.
 struct MarchRow<'a> {
-    view: &'a View,
+    view: &'a PersonFrame,
     /// In blocks.
     rays: &'a Rays,
     /// Before and behind the surface, in blocks.

@@ -2,9 +2,9 @@
 
 use super::camera::RgbdCamera;
 use super::frame::ColorFrame;
-use super::pieces::pieces;
-use super::survey::{FURNITURE, Survey, is_still};
-use super::view::{BEYOND, OUTLINE, UNCOLORED, View};
+use super::pieces::pixel_components;
+use super::survey::{FURNITURE, SceneSurvey, is_still};
+use super::view::{BEYOND, OUTLINE, PersonFrame, UNCOLORED};
 
 /// Size below which a piece is a speck, in pixels: flying pixels between a hand and the wall.
 const LEAST_PIECE: usize = 40;
@@ -19,7 +19,7 @@ const MARGIN: usize = 6;
 const RIM: f64 = 0.008;
 
 /// Segments the person in a frame; `None` if nobody is there.
-pub(super) fn cut_out(survey: &Survey, depth: &[f32], color: Option<&ColorFrame>) -> Option<View> {
+pub(super) fn cut_out(survey: &SceneSurvey, depth: &[f32], color: Option<&ColorFrame>) -> Option<PersonFrame> {
     let camera = &survey.camera;
     let mut person = survey.foreground(depth);
     for (i, z) in person.iter_mut().enumerate().filter(|(_, z)| **z > 0.0) {
@@ -29,7 +29,7 @@ pub(super) fn cut_out(survey: &Survey, depth: &[f32], color: Option<&ColorFrame>
             *z = 0.0;
         }
     }
-    let found = pieces(camera, &person);
+    let found = pixel_components(camera, &person);
     let (mut pixels, mut still) = (vec![0usize; found.count], vec![0usize; found.count]);
     for (i, &piece) in found.of_pixel.iter().enumerate().filter(|(_, p)| **p != u32::MAX) {
         pixels[piece as usize] += 1;
@@ -80,7 +80,7 @@ pub(super) fn cut_out(survey: &Survey, depth: &[f32], color: Option<&ColorFrame>
             }
         }
     }
-    Some(View::prepare(cropped, cut, colors))
+    Some(PersonFrame::prepare(cropped, cut, colors))
 }
 
 /// The pixels without depth that lie around all that has some: from the image's border inward. A gap within the person
@@ -116,7 +116,7 @@ fn touches(camera: &RgbdCamera, pixel: usize, is: &dyn Fn(usize) -> bool) -> boo
 }
 
 /// The measurement of a pixel beside the person: a free ray, or nothing.
-fn beside(survey: &Survey, pixel: usize, z: f32) -> f32 {
+fn beside(survey: &SceneSurvey, pixel: usize, z: f32) -> f32 {
     if z <= 0.0 {
         return 0.0;
     }

@@ -6,7 +6,7 @@ use super::view::JUMP;
 /// The piece of each pixel.
 ///
 /// **Shapes** one entry per pixel, row by row.
-pub(super) struct Pieces {
+pub(super) struct PixelComponents {
     /// `u32::MAX` for none.
     pub(super) of_pixel: Vec<u32>,
     pub(super) count: usize,
@@ -15,7 +15,7 @@ pub(super) struct Pieces {
 /// Pixels that touch, at depths that differ by less than [`JUMP`].
 ///
 /// **Guarantees** pieces are numbered in the order of their first pixels.
-pub(super) fn pieces(camera: &RgbdCamera, depth: &[f32]) -> Pieces {
+pub(super) fn pixel_components(camera: &RgbdCamera, depth: &[f32]) -> PixelComponents {
     let (w, h) = (camera.width, camera.height);
     let mut of_pixel = vec![u32::MAX; depth.len()];
     let mut count = 0;
@@ -43,7 +43,7 @@ pub(super) fn pieces(camera: &RgbdCamera, depth: &[f32]) -> Pieces {
         }
         count += 1;
     }
-    Pieces { of_pixel, count: count as usize }
+    PixelComponents { of_pixel, count: count as usize }
 }
 
 #[cfg(test)]
@@ -53,7 +53,7 @@ mod tests {
     #[test]
     fn a_step_in_depth_parts_what_touches() {
         let camera = RgbdCamera { width: 4, height: 2, fx: 1.0, fy: 1.0, cx: 2.0, cy: 1.0, distortion: [0.0; 5] };
-        let found = pieces(&camera, &[1.0, 1.01, 1.2, 0.0, 1.0, 1.02, 1.21, 3.0]);
+        let found = pixel_components(&camera, &[1.0, 1.01, 1.2, 0.0, 1.0, 1.02, 1.21, 3.0]);
         assert_eq!(found.of_pixel, [0, 0, 1, u32::MAX, 0, 0, 1, 2]);
         assert_eq!(found.count, 3);
     }

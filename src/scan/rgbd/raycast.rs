@@ -10,12 +10,12 @@ use rayon::prelude::*;
 pub(super) struct Prediction {
     pub(super) camera: RgbdCamera,
     pub(super) camera_from_model: Isometry3<f64>,
-    pub(super) seen: Vec<Seen>,
+    pub(super) seen: Vec<SurfaceSample>,
 }
 
 /// A point of the surface and its normal toward the camera, in the model's frame; a zero normal where nothing is seen.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Seen {
+pub(super) struct SurfaceSample {
     pub(super) point: Point3<f32>,
     pub(super) normal: Vector3<f32>,
 }
@@ -111,14 +111,14 @@ impl Volume {
     }
 
     /// Points and normals at depths.
-    fn seen(&self, camera: &RgbdCamera, rays: &Rays, depths: &[f32]) -> Vec<Seen> {
+    fn seen(&self, camera: &RgbdCamera, rays: &Rays, depths: &[f32]) -> Vec<SurfaceSample> {
         let at = |reader: &mut Reader, (i, &depth): (usize, &f32)| {
             let ray = rays.through(i % camera.width, i / camera.width);
             let p = rays.origin + ray * depth;
             let normal = (depth > 0.0).then(|| reader.normal(&p)).flatten();
             match normal.filter(|n| n.dot(&ray) < 0.0) {
-                Some(normal) => Seen { point: p * self.voxel, normal },
-                None => Seen::default(),
+                Some(normal) => SurfaceSample { point: p * self.voxel, normal },
+                None => SurfaceSample::default(),
             }
         };
         depths.par_iter().enumerate().with_min_len(2048).map_init(|| Reader::new(self), at).collect()
@@ -261,23 +261,23 @@ fn to_next_block(p: &Point3<f32>, ray: &Vector3<f32>, inverse: &Vector3<f32>) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scan::rgbd::view::View;
+    use crate::scan::rgbd::view::PersonFrame;
 
     #[test]
     fn a_wall_that_was_integrated_is_predicted_from_elsewhere() {
         let camera =
             RgbdCamera { width: 128, height: 128, fx: 100.0, fy: 100.0, cx: 63.5, cy: 63.5, distortion: [0.0; 5] };
         let mut volume = Volume::new(0.005, 0.02);
-        let view = View::prepare(camera.clone(), vec![1.0; 128 * 128], Vec::new());
+        let view = PersonFrame::prepare(camera.clone(), vec![1.0; 128 * 128], Vec::new());
         volume.integrate(&view, &Isometry3::identity());
         assert!(volume.is_near(&Point3::new(0.0, 0.0, 1.0)));
         let far_off = Isometry3::new(Vector3::new(0.1, 0.0, 0.1), Vector3::new(0.0, 0.2, 0.05));
         let nearly_there = Isometry3::new(Vector3::new(0.01, 0.0, 0.012), Vector3::new(0.0, 0.01, 0.02));
         for (pose, reach) in [(far_off, Reach::Far), (nearly_there, Reach::Far), (nearly_there, Reach::Near)] {
             let seen = volume.predict(&view.levels[0], &pose, reach).seen;
-            let hits: Vec<&Seen> = seen.iter().filter(|s| s.normal.norm() > 0.5).collect();
+            let hits: Vec<&SurfaceSample> = seen.iter().filter(|s| s.normal.norm() > 0.5).collect();
             assert!(hits.len() > 1_500, "{reach:?}: {}", hits.len());
-            for Seen { point, normal } in hits {
+            for SurfaceSample { point, normal } in hits {
                 assert!((point.z - 1.0).abs() < 1e-3, "{reach:?}: {point}");
                 assert!((normal + Vector3::z()).norm() < 0.02);
             }

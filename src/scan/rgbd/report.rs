@@ -1,6 +1,6 @@
 //! The result of fusion, its measurements and progress.
 
-use super::marching_cubes::Surface;
+use super::marching_cubes::FusedSurface;
 use super::volume::Volume;
 use crate::formats::RawMesh;
 use nalgebra::Isometry3;
@@ -144,7 +144,7 @@ const SEEN_ONCE: f64 = 0.7;
 const FULLY_SEEN: f32 = 8.0;
 
 impl Fusion {
-    pub(super) fn of(surface: Surface, has_color: bool, report: FusionReport, findings: Vec<String>) -> Self {
+    pub(super) fn of(surface: FusedSurface, has_color: bool, report: FusionReport, findings: Vec<String>) -> Self {
         let confidence = surface.evidence.iter().map(|e| (e / FULLY_SEEN).min(1.0)).collect();
         let mesh = RawMesh {
             points: surface.points.iter().map(|p| [p.x, p.y, p.z]).collect(),

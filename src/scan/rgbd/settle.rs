@@ -2,12 +2,12 @@
 
 use super::align::{SETTLING, align};
 use super::raycast::Reach;
-use super::track::{Cut, Placed, predicted};
+use super::track::{Placed, SegmentedFrame, predicted};
 use super::volume::Volume;
 use rayon::prelude::*;
 
 /// Averages all posed frames into an empty volume, in order.
-pub(super) fn integrated(cuts: &[Cut], placed: &[Placed], mut volume: Volume) -> Volume {
+pub(super) fn integrated(cuts: &[SegmentedFrame], placed: &[Placed], mut volume: Volume) -> Volume {
     for p in placed {
         volume.integrate(&cuts[p.cut].view, &p.pose);
     }
@@ -17,7 +17,7 @@ pub(super) fn integrated(cuts: &[Cut], placed: &[Placed], mut volume: Volume) ->
 /// Realigns each frame to the surface of the same volume. Returns the largest move, in metres at the person.
 ///
 /// The first frame moves like all others; the caller holds the frame of reference.
-pub(super) fn settle(cuts: &[Cut], placed: &mut [Placed], volume: &Volume) -> f64 {
+pub(super) fn settle(cuts: &[SegmentedFrame], placed: &mut [Placed], volume: &Volume) -> f64 {
     let found: Vec<_> = placed
         .par_iter()
         .map(|p| {

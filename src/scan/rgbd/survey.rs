@@ -4,14 +4,14 @@ use super::axis::Axis;
 use super::camera::RgbdCamera;
 use super::error::FusionError;
 use super::frame::Frames;
-use super::pieces::{Pieces, pieces};
+use super::pieces::{PixelComponents, pixel_components};
 use super::planes::{Plane, large_planes};
 use crate::geometry::{Point, Vec3};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Unit, UnitQuaternion};
 use rayon::prelude::*;
 
 /// The scene, before any frame is tracked.
-pub(super) struct Survey {
+pub(super) struct SceneSurvey {
     pub(super) camera: RgbdCamera,
     pub(super) planes: Vec<Plane>,
     /// Whose index among the planes the floor has.
@@ -53,12 +53,12 @@ const BEHIND: f32 = 0.3;
 const NO_BACKGROUND: f64 = 0.01;
 
 /// A surveyed frame.
-struct Seen {
+struct SurveyedFrame {
     frame: usize,
     depth: Vec<f32>,
 }
 
-impl Survey {
+impl SceneSurvey {
     /// Looks at frames spread over the recording.
     pub(super) fn of(frames: &Frames) -> Result<Self, FusionError> {
         let camera = frames.camera.clone();
@@ -100,7 +100,7 @@ impl Survey {
     /// The points that belong to whoever turns, in the camera's frame: the largest piece of a person's size, and what
     /// floats about it.
     fn body(&self, depth: &[f32]) -> Vec<Point> {
-        let found = pieces(&self.camera, &self.foreground(depth));
+        let found = pixel_components(&self.camera, &self.foreground(depth));
         let sizes = self.sizes(&found, depth);
         let main = sizes.iter().filter(|s| s.is_person()).max_by(|a, b| a.area.total_cmp(&b.area));
         let Some(main) = main else { return Vec::new() };
@@ -112,7 +112,7 @@ impl Survey {
 
     /// Whether something of a person's size is there, static or not.
     fn anybody(&self, depth: &[f32]) -> bool {
-        let found = pieces(&self.camera, &self.foreground(depth));
+        let found = pixel_components(&self.camera, &self.foreground(depth));
         self.sizes(&found, depth).iter().any(Size::has_the_size)
     }
 
@@ -133,7 +133,7 @@ impl Survey {
         depth.iter().enumerate().map(|(i, &z)| if keeps(i, z) { z } else { 0.0 }).collect()
     }
 
-    fn sizes(&self, found: &Pieces, depth: &[f32]) -> Vec<Size> {
+    fn sizes(&self, found: &PixelComponents, depth: &[f32]) -> Vec<Size> {
         let mut sizes: Vec<Size> = (0..found.count as u32).map(Size::nothing).collect();
         let pixel_area = 1.0 / (self.camera.fx * self.camera.fy);
         for (i, &piece) in found.of_pixel.iter().enumerate() {
@@ -208,7 +208,7 @@ impl Survey {
     }
 
     /// A turntable's top is level, low, and larger than feet: what lies at its height or below is cut off.
-    fn find_platform(&mut self, seen: &[Seen]) {
+    fn find_platform(&mut self, seen: &[SurveyedFrame]) {
         /// Metres squared in a layer of 2 cm: feet have a tenth of it.
         const LEAST_TOP: f64 = 0.07;
         const LAYER: f64 = 0.01;
@@ -276,19 +276,19 @@ impl Size {
 }
 
 /// The surveyed frames, decoded.
-fn look(frames: &Frames) -> Result<Vec<Seen>, FusionError> {
+fn look(frames: &Frames) -> Result<Vec<SurveyedFrame>, FusionError> {
     let count = frames.count();
     let chosen: Vec<usize> = (0..count.min(LOOKED_AT)).map(|i| i * count / count.min(LOOKED_AT)).collect();
-    let seen: Vec<Result<Seen, FusionError>> =
-        chosen.par_iter().map(|&frame| Ok(Seen { frame, depth: frames.depth(frame)?.depth })).collect();
+    let seen: Vec<Result<SurveyedFrame, FusionError>> =
+        chosen.par_iter().map(|&frame| Ok(SurveyedFrame { frame, depth: frames.depth(frame)?.depth })).collect();
     // Report the first bad frame, not the one that was read first.
-    let seen: Vec<Seen> = seen.into_iter().collect::<Result<_, FusionError>>()?;
-    let empty: Vec<&Seen> = seen.iter().filter(|s| s.depth.iter().all(|&z| z == 0.0)).collect();
+    let seen: Vec<SurveyedFrame> = seen.into_iter().collect::<Result<_, FusionError>>()?;
+    let empty: Vec<&SurveyedFrame> = seen.iter().filter(|s| s.depth.iter().all(|&z| z == 0.0)).collect();
     if let Some(first) = empty.first().filter(|_| 2 * empty.len() >= seen.len()) {
         let name = frames.name(first.frame).into();
         return Err(FusionError::NoDepth { name, count: empty.len(), of: seen.len() });
     }
-    let with_depth: Vec<Seen> = seen.into_iter().filter(|s| s.depth.iter().any(|&z| z > 0.0)).collect();
+    let with_depth: Vec<SurveyedFrame> = seen.into_iter().filter(|s| s.depth.iter().any(|&z| z > 0.0)).collect();
     let known: Vec<f64> = with_depth[0].depth.iter().filter(|z| **z > 0.0).map(|&z| f64::from(z)).collect();
     let (nearest, farthest) = (percentile(known.clone(), 0.01), percentile(known, 0.99));
     if farthest < 0.3 || nearest > 8.0 {
@@ -298,7 +298,7 @@ fn look(frames: &Frames) -> Result<Vec<Seen>, FusionError> {
 }
 
 /// Depth a pixel where it is the same in nearly all frames.
-fn still(seen: &[Seen]) -> Vec<f32> {
+fn still(seen: &[SurveyedFrame]) -> Vec<f32> {
     let pixels = seen[0].depth.len();
     (0..pixels)
         .into_par_iter()
@@ -318,7 +318,7 @@ fn still(seen: &[Seen]) -> Vec<f32> {
 
 /// Whether a frame shows nothing behind the person: they were cut out already, or stand before what is too far for the
 /// camera.
-fn has_no_background(seen: &Seen, body: &[Point]) -> bool {
+fn has_no_background(seen: &SurveyedFrame, body: &[Point]) -> bool {
     let farthest = body.iter().map(|p| p.z as f32).fold(0.0, f32::max);
     let behind = seen.depth.iter().filter(|z| **z > farthest + BEHIND).count();
     behind as f64 <= NO_BACKGROUND * body.len() as f64
@@ -329,7 +329,7 @@ fn refuse_moved_camera(
     frames: &Frames,
     camera: &RgbdCamera,
     planes: &[Plane],
-    seen: &[Seen],
+    seen: &[SurveyedFrame],
 ) -> Result<(), FusionError> {
     let first = &seen[0];
     let background: Vec<usize> = (0..first.depth.len())

@@ -3,16 +3,16 @@
 use super::align::{Alignment, SETTLING, TRACKING, align, misfit};
 use super::axis::Axis;
 use super::raycast::{Prediction, Reach};
-use super::view::View;
+use super::view::PersonFrame;
 use super::volume::Volume;
 use nalgebra::Isometry3;
 
 /// A segmented frame.
-pub(super) struct Cut {
+pub(super) struct SegmentedFrame {
     /// Which frame of the recording.
     pub(super) frame: usize,
     pub(super) secs: f64,
-    pub(super) view: View,
+    pub(super) view: PersonFrame,
 }
 
 /// A frame with a pose.
@@ -55,7 +55,7 @@ const FAR: [f64; 2] = [0.035, 0.02];
 /// **Source** Newcombe et al. 2011, with a constant rate about the axis as prediction, and a search about the axis where
 /// that fails.
 pub(super) fn track(
-    cuts: &[Cut],
+    cuts: &[SegmentedFrame],
     axis: &Axis,
     start: &Isometry3<f64>,
     volume: &mut Volume,
@@ -99,11 +99,11 @@ pub(super) fn track(
 }
 
 /// Renders the model for the camera of a view from a pose.
-pub(super) fn predicted(view: &View, volume: &Volume, pose: &Isometry3<f64>, reach: Reach) -> Prediction {
+pub(super) fn predicted(view: &PersonFrame, volume: &Volume, pose: &Isometry3<f64>, reach: Reach) -> Prediction {
     volume.predict(&view.levels[0], pose, reach)
 }
 
-fn place(view: &View, volume: &Volume, guess: &Isometry3<f64>, reach: Reach) -> Option<Alignment> {
+fn place(view: &PersonFrame, volume: &Volume, guess: &Isometry3<f64>, reach: Reach) -> Option<Alignment> {
     let mut prediction = predicted(view, volume, guess, reach);
     let mut found = align(view, &prediction, guess, &TRACKING);
     let moved = found.model_from_camera * guess.inverse();
@@ -121,7 +121,7 @@ fn place(view: &View, volume: &Volume, guess: &Isometry3<f64>, reach: Reach) -> 
 
 /// Tries poses about the axis, near the prediction and near the last pose (a frame may be a duplicate), or all around.
 fn search(
-    view: &View,
+    view: &PersonFrame,
     volume: &Volume,
     axis: &Axis,
     guess: &Isometry3<f64>,
@@ -158,6 +158,6 @@ fn search(
 }
 
 /// The prediction at a quarter of the size, for the search.
-fn coarse(view: &View, volume: &Volume, pose: &Isometry3<f64>) -> Prediction {
+fn coarse(view: &PersonFrame, volume: &Volume, pose: &Isometry3<f64>) -> Prediction {
     volume.predict(&view.levels[1], pose, Reach::Far)
 }

@@ -25,7 +25,7 @@ const SMOOTH_REACH: usize = 2;
 const NORMAL_REACH: usize = 2;
 
 /// A frame restricted to the person.
-pub(super) struct View {
+pub(super) struct PersonFrame {
     /// The camera of the cut-out.
     pub(super) camera: RgbdCamera,
     /// Row by row, and at the end one that says nothing: for what lies outside of the image.
@@ -67,7 +67,7 @@ struct Map {
     depth: Vec<f32>,
 }
 
-impl View {
+impl PersonFrame {
     /// Smooths, takes normals and weighs. `depth` holds 0, [`OUTLINE`] and [`BEYOND`] beside depths in metres.
     pub(super) fn prepare(camera: RgbdCamera, depth: Vec<f32>, colors: Vec<[u8; 3]>) -> Self {
         let map = Map { width: camera.width, height: camera.height, depth };
@@ -284,7 +284,7 @@ mod tests {
                 if i % 120 < 60 { z as f32 } else { BEYOND }
             })
             .collect();
-        let view = View::prepare(camera, depth, Vec::new());
+        let view = PersonFrame::prepare(camera, depth, Vec::new());
         let normal = Vector3::new(0.5f32, 0.0, -1.0).normalize();
         for level in &view.levels {
             assert!(level.points.len() > 100);

@@ -60,7 +60,7 @@ pub(super) struct Volume {
     /// The last integration that touched it, a block.
     pub(super) stamps: Vec<u32>,
     is_colored: bool,
-    table: Table,
+    table: BlockTable,
     /// The integration that is under way.
     pub(super) stamp: u32,
 }
@@ -69,7 +69,7 @@ pub(super) struct Volume {
 pub(super) const NONE: u32 = u32::MAX;
 
 /// Open addressing: keys are positions in 21 bits an axis.
-struct Table {
+struct BlockTable {
     slots: Vec<(u64, u32)>,
     used: usize,
 }
@@ -78,7 +78,7 @@ fn key_of(at: [i32; 3]) -> u64 {
     at.iter().fold(0, |key, &c| key << 21 | u64::from((c + (1 << 20)) as u32 & 0x1f_ffff))
 }
 
-impl Table {
+impl BlockTable {
     fn with_room_for(count: usize) -> Self {
         Self { slots: vec![(u64::MAX, NONE); (2 * count).next_power_of_two().max(1024)], used: 0 }
     }
@@ -121,7 +121,7 @@ impl Volume {
             tints: Vec::new(),
             stamps: Vec::new(),
             is_colored: false,
-            table: Table::with_room_for(4_096),
+            table: BlockTable::with_room_for(4_096),
             stamp: 0,
         }
     }

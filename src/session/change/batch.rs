@@ -41,7 +41,7 @@ pub struct SubjectRun {
     pub took: Duration,
 }
 
-struct Row {
+struct TableRow {
     name: String,
     set: Vec<Assignment>,
 }
@@ -74,12 +74,12 @@ pub fn replay_all(batch: &Batch, on_done: &(dyn Fn(&SubjectRun) + Sync)) -> Resu
     Ok(runs)
 }
 
-fn take<'a>(next: &AtomicUsize, rows: &'a [Row]) -> Option<(usize, &'a Row)> {
+fn take<'a>(next: &AtomicUsize, rows: &'a [TableRow]) -> Option<(usize, &'a TableRow)> {
     let at = next.fetch_add(1, Ordering::Relaxed);
     rows.get(at).map(|row| (at, row))
 }
 
-fn run_one(batch: &Batch, row: &Row) -> SubjectRun {
+fn run_one(batch: &Batch, row: &TableRow) -> SubjectRun {
     let began = Instant::now();
     let one = Replay {
         recipe: batch.recipe.clone(),
@@ -96,7 +96,7 @@ fn run_one(batch: &Batch, row: &Row) -> SubjectRun {
     SubjectRun { name: row.name.clone(), outcome, took: began.elapsed() }
 }
 
-fn read_rows(batch: &Batch) -> Result<Vec<Row>, SessionError> {
+fn read_rows(batch: &Batch) -> Result<Vec<TableRow>, SessionError> {
     let (recipe, _) = read_recipe(&batch.recipe)?;
     let path = &batch.subjects;
     let bad = |line: u64, reason: String| {
@@ -115,7 +115,7 @@ fn read_rows(batch: &Batch) -> Result<Vec<Row>, SessionError> {
         return Err(bad(1, "a column has no name".into()));
     }
     let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
-    let mut rows: Vec<Row> = Vec::new();
+    let mut rows: Vec<TableRow> = Vec::new();
     for record in reader.records() {
         let record = record.map_err(of_csv)?;
         let line = record.position().map_or(1, |p| p.line());
@@ -135,7 +135,7 @@ fn read_rows(batch: &Batch) -> Result<Vec<Row>, SessionError> {
             Ok(_) | Err(SessionError::NoSuchFile { .. } | SessionError::Reading { .. }) => {}
             Err(e) => return Err(bad(line, e.to_string())),
         }
-        rows.push(Row { name, set });
+        rows.push(TableRow { name, set });
     }
     match rows.is_empty() {
         true => Err(bad(1, "there is no subject in it".into())),

@@ -28,10 +28,10 @@ impl Recipe {
         };
         /// Only the version, so that a newer file is recognised before its keys are rejected.
         #[derive(Deserialize)]
-        struct Versioned {
+        struct RecipeVersion {
             version: u32,
         }
-        if let Ok(Versioned { version }) = toml::from_str::<Versioned>(text)
+        if let Ok(RecipeVersion { version }) = toml::from_str::<RecipeVersion>(text)
             && version != RECIPE_VERSION
         {
             return Err(SessionError::NewerSession {

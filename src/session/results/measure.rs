@@ -21,7 +21,7 @@ pub type TruthReport = TruthMeasures;
 
 /// Whose body was scanned: a model fits its own family better than another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Subject {
+pub enum SubjectOrigin {
     /// Made from our own body model.
     Invented,
     /// Anyone else.
@@ -32,7 +32,7 @@ impl Session {
     /// Measures all steps against the truth in `folder`: `K_body.ply`, `K_layerJ.ply`, `joints.json` and, where it is
     /// there, `bind_*.ply`, in the frame and unit of the scans' files. What was fused from frames has a frame of its own:
     /// its truth, Y up and in metres, is aligned with the scan first.
-    pub fn measure(&self, folder: &Path, subject: Subject) -> Result<TruthReport, SessionError> {
+    pub fn measure(&self, folder: &Path, subject: SubjectOrigin) -> Result<TruthReport, SessionError> {
         if !folder.is_dir() {
             return Err(SessionError::NoSuchFolder { path: folder.to_path_buf() });
         }
@@ -52,8 +52,8 @@ impl Session {
         let bind = ResultBind { layers: bind_layers(&steps) };
         let truth_bind = bind_truth(folder, steps.len().saturating_sub(1))?;
         let kind = match subject {
-            Subject::Invented => SubjectKind::Invented,
-            Subject::Foreign => SubjectKind::Foreign,
+            SubjectOrigin::Invented => SubjectKind::Invented,
+            SubjectOrigin::Foreign => SubjectKind::Foreign,
         };
         measure(&results, &bind, &truths, truth_bind.as_ref(), kind).map_err(|e| SessionError::bad_source(folder, e))
     }

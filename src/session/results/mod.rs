@@ -28,7 +28,7 @@ pub use export::write as write_file;
 pub(in crate::session) use fit_recording::FitRecording;
 #[cfg(feature = "rerun")]
 pub use live_view::LiveView;
-pub use measure::{Subject, TruthReport};
+pub use measure::{SubjectOrigin, TruthReport};
 #[cfg(not(feature = "rerun"))]
 pub(in crate::session) use no_recording::{FitRecording, ScanRecording};
 #[cfg(not(feature = "rerun"))]

@@ -119,7 +119,7 @@ impl<T> Outcome<T> {
 }
 
 /// Progress of a running stage.
-pub(in crate::session) enum Progress<'a> {
+pub(in crate::session) enum StageProgress<'a> {
     /// In words.
     Text(&'a str),
     /// An iteration of a fit to this scan.
@@ -128,7 +128,7 @@ pub(in crate::session) enum Progress<'a> {
     Fusion(&'a FusionStep<'a>),
 }
 
-impl Progress<'_> {
+impl StageProgress<'_> {
     pub(super) fn report(&self, step: &str, stage: Stage, on_event: &mut dyn FnMut(&Event)) {
         match *self {
             Self::Text(text) => on_event(&Event::Progress { step, stage, text }),
@@ -139,4 +139,4 @@ impl Progress<'_> {
 }
 
 /// How a stage reports its progress.
-pub(in crate::session) type OnProgress<'a> = &'a mut dyn FnMut(Progress);
+pub(in crate::session) type OnProgress<'a> = &'a mut dyn FnMut(StageProgress);

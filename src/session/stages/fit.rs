@@ -1,6 +1,6 @@
 //! Fit: the body model to the naked scan.
 
-use super::event::{OnProgress, Outcome, Progress};
+use super::event::{OnProgress, Outcome, StageProgress};
 use super::later_scans::{self, later_scans};
 use super::pipeline_stage::{LaterScan, PipelineStage, StepContext};
 use super::scan::Scan;
@@ -50,7 +50,7 @@ impl PipelineStage for Fit {
         on_progress: OnProgress,
     ) -> Result<Outcome<FittedBody>, SessionError> {
         let (scan, model) = (session.store.load(scan)?, session.body_model()?);
-        let mut on_step = |s: &fit::FitIteration| on_progress(Progress::Iteration(&scan, s));
+        let mut on_step = |s: &fit::FitIteration| on_progress(StageProgress::Iteration(&scan, s));
         let failed = |e| SessionError::stage(&step.name, Stage::Fit, e);
         let mut fitted = fit_naked(&scan, &model, &params, &mut on_step).map_err(failed)?;
         if !later.is_empty() {

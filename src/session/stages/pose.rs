@@ -1,6 +1,6 @@
 //! Pose: the figure dressed so far, inside the next scan.
 
-use super::event::{OnProgress, Outcome, Progress};
+use super::event::{OnProgress, Outcome, StageProgress};
 use super::fit::with_measures;
 use super::pipeline_stage::{PipelineStage, StepContext, StepPose};
 use super::scan::Scan;
@@ -63,7 +63,7 @@ impl PipelineStage for Pose {
         };
         let cover = kind.template.cover(figure.body(), &figure.skeleton, &kind.extent);
         let inside = fit_inside(&scan, &figure, &pose, &cover, &model.limits, &params, &mut |s| {
-            on_progress(Progress::Iteration(&scan, s))
+            on_progress(StageProgress::Iteration(&scan, s))
         })
         .map_err(|e| SessionError::stage(&step.name, Stage::Pose, e))?;
         let inside = match before {

@@ -1,6 +1,6 @@
 //! Register: the model's surface onto the naked scan.
 
-use super::event::{OnProgress, Outcome, Progress};
+use super::event::{OnProgress, Outcome, StageProgress};
 use super::fit::{Fit, with_measures};
 use super::later_scans::{self, later_scans};
 use super::pipeline_stage::{LaterScan, PipelineStage, StepContext};
@@ -58,7 +58,7 @@ impl PipelineStage for Register {
             .filter_map(|((scan, pose), cover)| Some(FillInView { scan, pose: pose.as_ref()?, cover }))
             .collect();
         let hints = RegisterHints { fill_in: &fill_in, ..RegisterHints::default() };
-        let mut on_step = |s: &FitIteration| on_progress(Progress::Iteration(&scan, s));
+        let mut on_step = |s: &FitIteration| on_progress(StageProgress::Iteration(&scan, s));
         let registered = register_with_hints(&scan, &model, &fitted, &hints, &params, &mut on_step)
             .map_err(|e| SessionError::stage(&step.name, Stage::Register, e))?;
         let report = registered.report.clone();

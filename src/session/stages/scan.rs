@@ -1,6 +1,6 @@
 //! Scan: the file's bytes, or a recording's frames, to a cleaned scan.
 
-use super::event::{OnProgress, Outcome, Progress};
+use super::event::{OnProgress, Outcome, StageProgress};
 use super::pipeline_stage::{PipelineStage, StepContext};
 use crate::formats::{MeshKind, RawMesh, is_zip, read_mesh, read_recording};
 use crate::scan::{self, FusionParams, FusionReport, FusionStep, ScanParams, clean, fuse};
@@ -89,7 +89,7 @@ fn read(
 ) -> Result<(scan::Scan, Option<FusionReport>), StageError> {
     let cleaned = |raw: &RawMesh, on_progress: OnProgress| {
         clean(raw, &inputs.params, &mut |s| {
-            on_progress(Progress::Text(&format!("{} ({} faces)", s.name, s.faces)));
+            on_progress(StageProgress::Text(&format!("{} ({} faces)", s.name, s.faces)));
         })
     };
     if !is_zip(bytes) {
@@ -97,8 +97,8 @@ fn read(
     }
     let began = Instant::now();
     let fused = fuse(&read_recording(bytes)?, &inputs.fusion, &mut |step| {
-        on_progress(Progress::Text(&in_words(step, &began)));
-        on_progress(Progress::Fusion(step));
+        on_progress(StageProgress::Text(&in_words(step, &began)));
+        on_progress(StageProgress::Fusion(step));
     })?;
     let mut scan = cleaned(&fused.mesh, on_progress)?;
     scan.findings = fused.findings.into_iter().chain(scan.findings).collect();

@@ -1,6 +1,6 @@
 //! A walk through the stages: it runs those that are out of date, rebuilds damaged results, or only looks.
 
-use super::event::{Event, Forced, OnProgress, Outcome, Progress, StageReport};
+use super::event::{Event, Forced, OnProgress, Outcome, StageProgress, StageReport};
 use super::reason::{Cause, Reason, reasons};
 use crate::session::error::SessionError;
 use crate::session::open::{Session, Writer};
@@ -210,7 +210,7 @@ fn run_and_keep<T: Serialize>(
     on_event(&Event::Started { step, stage });
     let began = Instant::now();
     let Outcome { value, measures, findings } =
-        run(&writer.session, &mut |progress: Progress| progress.report(step, stage, on_event))?;
+        run(&writer.session, &mut |progress: StageProgress| progress.report(step, stage, on_event))?;
     let kept = writer.session.store.keep(&value)?;
     writer.session.timings.note(step, stage, began.elapsed().as_secs_f64());
     let (inputs, from) = (call.hash(), call.inputs.clone());

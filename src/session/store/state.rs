@@ -70,10 +70,10 @@ impl State {
     pub(in crate::session) fn parse(text: &str, path: &Path) -> Result<Self, SessionError> {
         /// Only the version, so that a newer file is recognised before its keys are not.
         #[derive(Deserialize)]
-        struct Versioned {
+        struct StateVersion {
             schema: u32,
         }
-        if let Ok(Versioned { schema }) = serde_json::from_str::<Versioned>(text)
+        if let Ok(StateVersion { schema }) = serde_json::from_str::<StateVersion>(text)
             && schema != SCHEMA
         {
             let line = text.lines().position(|l| l.contains("\"schema\"")).map(|at| at + 1);

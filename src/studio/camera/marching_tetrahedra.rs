@@ -16,7 +16,7 @@ const TETRAHEDRA: [[usize; 4]; 6] =
 pub(super) fn zero_surface(field: &LevelSet) -> TriMesh {
     let [nx, ny, nz] = field.size;
     let offsets: [usize; 8] = std::array::from_fn(|k| (k & 1) + nx * ((k >> 1 & 1) + ny * (k >> 2)));
-    let mut surface = Surface { field, points: Vec::new(), faces: Vec::new(), on_edge: HashMap::new() };
+    let mut surface = IsosurfaceBuilder { field, points: Vec::new(), faces: Vec::new(), on_edge: HashMap::new() };
     for z in 0..nz - 1 {
         for y in 0..ny - 1 {
             for x in 0..nx - 1 {
@@ -33,14 +33,14 @@ pub(super) fn zero_surface(field: &LevelSet) -> TriMesh {
     TriMesh::try_from_indices(surface.points, &surface.faces).expect("interpolated between finite nodes")
 }
 
-struct Surface<'a> {
+struct IsosurfaceBuilder<'a> {
     field: &'a LevelSet,
     points: Vec<Point>,
     faces: Vec<[u32; 3]>,
     on_edge: HashMap<(usize, usize), u32>,
 }
 
-impl Surface<'_> {
+impl IsosurfaceBuilder<'_> {
     fn add(&mut self, nodes: [usize; 4]) {
         let values = nodes.map(|n| self.field.distance[n]);
         if values.iter().any(|v| v.is_nan()) {

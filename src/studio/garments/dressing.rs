@@ -6,7 +6,7 @@ use crate::body::{skin, unskin};
 use crate::cloth::{ClothLayer, Collider, drape};
 use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::studio::error::StudioError;
-use crate::studio::subject::{Stance, Subject};
+use crate::studio::subject::{ScanStance, Subject};
 
 /// A dressed subject in their own frame, before they are placed on the turntable.
 pub struct DressedSubject {
@@ -21,7 +21,7 @@ pub struct DressedSubject {
 /// **Errors** [`StudioError::Cloth`].
 pub fn dress(
     subject: &Subject,
-    stance: &Stance,
+    stance: &ScanStance,
     garments: &[SewnGarment],
     secs: f64,
 ) -> Result<DressedSubject, StudioError> {

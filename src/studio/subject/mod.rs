@@ -6,4 +6,4 @@ mod person;
 mod stance;
 
 pub use person::Subject;
-pub use stance::Stance;
+pub use stance::ScanStance;

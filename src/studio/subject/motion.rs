@@ -1,7 +1,7 @@
 //! The stances of a subject: how people stand a little differently in each scan, and sway within one.
 
 use super::person::Subject;
-use super::stance::Stance;
+use super::stance::ScanStance;
 use crate::body::{HumanJoint, Pose, Side};
 use crate::geometry::Vec3;
 use crate::numerics::Rng;
@@ -14,7 +14,7 @@ const JOINT_DEVIATION: f64 = 0.035;
 
 impl Subject {
     /// The stance in step `step` of the session of a seed: arms, trunk and legs differ a little in each.
-    pub fn stance(&self, seed: u64, step: usize) -> Stance {
+    pub fn stance(&self, seed: u64, step: usize) -> ScanStance {
         let mut rng = Rng::new(seed.wrapping_mul(31).wrapping_add(step as u64 + 1));
         let mut pose = Pose::bind(self.skeleton.len());
         for (joint, rotation) in self.skeleton.ids().zip(&mut pose.rotations) {
@@ -35,7 +35,7 @@ impl Subject {
         }
         let heading = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), rng.between(-0.2, 0.2));
         let at = Vec3::new(rng.between(-0.03, 0.03), 0.0, rng.between(-0.03, 0.03));
-        Stance {
+        ScanStance {
             pose,
             breath: BREATH * rng.between(-1.0, 1.0),
             file_from_world: Isometry3::from_parts(at.into(), heading),
@@ -72,7 +72,7 @@ impl Subject {
     }
 
     /// The bind pose, without breath, in its own frame.
-    pub fn at_rest(&self) -> Stance {
-        Stance { pose: Pose::bind(self.skeleton.len()), breath: 0.0, file_from_world: Isometry3::identity() }
+    pub fn at_rest(&self) -> ScanStance {
+        ScanStance { pose: Pose::bind(self.skeleton.len()), breath: 0.0, file_from_world: Isometry3::identity() }
     }
 }

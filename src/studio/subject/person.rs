@@ -1,7 +1,7 @@
 //! A synthetic subject: a body of the model, and on it what the model cannot express.
 
 use super::appearance::{hair_share, skin_colors};
-use super::stance::Stance;
+use super::stance::ScanStance;
 use crate::body::{BodyModel, HumanJoint, JointId, Limb, Shape, Side, Skeleton, SkinWeights, bone_positions, skin};
 use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3, smoothed_normals};
 use crate::numerics::Rng;
@@ -132,7 +132,7 @@ impl Subject {
     }
 
     /// The body in a stance, in its own frame.
-    pub fn posed(&self, stance: &Stance) -> TriMesh {
+    pub fn posed(&self, stance: &ScanStance) -> TriMesh {
         let breathing: PerVertex<Point> =
             self.surface.points().iter().zip(&self.breathing).map(|(p, (b, n))| p + n * (b * stance.breath)).collect();
         self.surface.with_points(skin(&breathing, &self.weights, &self.skeleton, &stance.pose))

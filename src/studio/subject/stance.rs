@@ -4,7 +4,7 @@ use crate::body::Pose;
 use nalgebra::Isometry3;
 
 /// How the subject stands for one scan.
-pub struct Stance {
+pub struct ScanStance {
     /// Rotations of the joints.
     pub pose: Pose,
     /// Metres by which the chest is expanded.
