@@ -1,6 +1,6 @@
 //! Fuses RGB-D frames into a coloured mesh.
 
-use super::axis::{Axis, Unsteadiness};
+use super::axis::Axis;
 use super::error::FusionError;
 use super::frame::Frames;
 use super::loop_closure::{Closure, close_loops, loop_residual};
@@ -89,14 +89,13 @@ pub fn fuse(
         return Err(FusionError::NoSurface { count: placed.len() });
     }
     on_step(&FusionStep::Extracted { faces: surface.faces.len() });
-    let unsteadiness = axis.unsteadiness(&poses(&placed), &Point::new(0.0, 1.0, 0.0));
-    let report = report(&frames, &cuts, &placed, &lost, &axis, drift, loops, unsteadiness);
+    let report = Registration { cuts: &cuts, placed: &placed, lost: &lost, axis, drift, loops }.report(&frames);
     say(&report, &mut findings);
     let surface: FusedSurface = mend::repaired(surface, params, &mut findings);
     Ok(Fusion::of(surface, has_color, report, findings))
 }
 
-/// All frames that show somebody, segmented; duplicate frames only once.
+/// Segments all frames that show the person, without duplicate frames.
 fn cut_all(
     frames: &Frames,
     survey: &SceneSurvey,
@@ -164,7 +163,7 @@ fn refuse_if_still(axis: &Axis, placed: &[Placed]) -> Result<(), FusionError> {
 fn upright(placed: &mut [Placed], axis: &Axis, survey: &SceneSurvey) {
     let rotation = nalgebra::UnitQuaternion::rotation_between(&axis.direction, &survey.axis.direction)
         .unwrap_or_else(nalgebra::UnitQuaternion::identity);
-    // At the height at which the axis is known best.
+    // At the height of 1 m, where the axis is most accurate.
     let at = axis.point + axis.direction.into_inner() * ((1.0 - axis.point.y) / axis.direction.y);
     let shift = Point::new(0.0, at.y, 0.0) - rotation * at;
     let motion = Isometry3::from_parts(shift.into(), rotation);
@@ -173,45 +172,51 @@ fn upright(placed: &mut [Placed], axis: &Axis, survey: &SceneSurvey) {
     }
 }
 
-#[allow(clippy::too_many_arguments)]
-fn report(
-    frames: &Frames,
-    cuts: &[SegmentedFrame],
-    placed: &[Placed],
-    lost: &[usize],
-    axis: &Axis,
+/// The registered frames, as far as the report describes them.
+struct Registration<'a> {
+    cuts: &'a [SegmentedFrame],
+    placed: &'a [Placed],
+    lost: &'a [usize],
+    axis: Axis,
+    /// Disagreement of frames a turn apart after tracking.
     drift: Closure,
+    /// Their disagreement with the final poses.
     loops: Closure,
-    unsteadiness: Unsteadiness,
-) -> FusionReport {
-    let headings = axis.headings(&poses(placed));
-    let (low, high) = headings.iter().fold((0.0f64, 0.0f64), |(l, h), &a| (l.min(a), h.max(a)));
-    let mut residuals: Vec<f64> = placed.iter().map(|p| p.residual).collect();
-    residuals.sort_by(f64::total_cmp);
-    // Seen from n places evenly spread, a turn is one step longer than from the first to the last.
-    let step = (high - low) / (placed.len() - 1).max(1) as f64;
-    FusionReport {
-        frames: frames.count(),
-        lost: lost.iter().map(|&k| frames.name(cuts[k].frame).to_string()).collect(),
-        poses: placed
-            .iter()
-            .map(|p| FramePose { frame: cuts[p.cut].frame, secs: cuts[p.cut].secs, model_from_camera: p.pose })
-            .collect(),
-        turns: (high - low + step) / TAU,
-        residual_mm: 1e3 * residuals[residuals.len() / 2],
-        drift_mm: 1e3 * drift.shift,
-        drift_deg: drift.turn.to_degrees(),
-        loops: loops.loops,
-        loop_mm: 1e3 * loops.shift,
-        loop_deg: loops.turn.to_degrees(),
-        sway_mm: 1e3 * unsteadiness.shift,
-        sway_deg: unsteadiness.tilt.to_degrees(),
+}
+
+impl Registration<'_> {
+    fn report(&self, frames: &Frames) -> FusionReport {
+        let Self { cuts, placed, lost, axis, drift, loops } = self;
+        let unsteadiness = axis.unsteadiness(&poses(placed), &Point::new(0.0, 1.0, 0.0));
+        let headings = axis.headings(&poses(placed));
+        let (low, high) = headings.iter().fold((0.0f64, 0.0f64), |(l, h), &a| (l.min(a), h.max(a)));
+        let mut residuals: Vec<f64> = placed.iter().map(|p| p.residual).collect();
+        residuals.sort_by(f64::total_cmp);
+        // A turn of n evenly spread frames is one step longer than the angle between the first and the last.
+        let step = (high - low) / (placed.len() - 1).max(1) as f64;
+        FusionReport {
+            frames: frames.count(),
+            lost: lost.iter().map(|&k| frames.name(cuts[k].frame).to_string()).collect(),
+            poses: placed
+                .iter()
+                .map(|p| FramePose { frame: cuts[p.cut].frame, secs: cuts[p.cut].secs, model_from_camera: p.pose })
+                .collect(),
+            turns: (high - low + step) / TAU,
+            residual_mm: 1e3 * residuals[residuals.len() / 2],
+            drift_mm: 1e3 * drift.shift,
+            drift_deg: drift.turn.to_degrees(),
+            loops: loops.loops,
+            loop_mm: 1e3 * loops.shift,
+            loop_deg: loops.turn.to_degrees(),
+            sway_mm: 1e3 * unsteadiness.shift,
+            sway_deg: unsteadiness.tilt.to_degrees(),
+        }
     }
 }
 
-/// The report in sentences.
+/// Adds the report to the findings, one sentence per observation.
 fn say(report: &FusionReport, findings: &mut Vec<String>) {
-    /// Unsteadiness above this is a person's, not the sensor's, millimetres.
+    /// Sway above this comes from the person, not from the sensor, in millimetres.
     const SWAY: f64 = 3.0;
     findings.push(format!(
         "{} of {} frames over {:.2} turns, {:.1} mm from the surface they make",
