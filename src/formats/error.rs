@@ -1,4 +1,4 @@
-//! What can be wrong with the bytes of a file.
+//! Errors in the bytes of a file.
 
 use std::fmt;
 

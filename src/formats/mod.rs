@@ -1,5 +1,5 @@
 //! Converts bytes to plain arrays and back. Contains no person or garment code, opens no path, and assumes no frame or
-//! unit: the caller knows them.
+//! unit; the caller supplies them.
 
 mod camera_json;
 mod error;

@@ -2,7 +2,7 @@
 
 use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3, VertexId};
 
-/// The shrinking step (the values of Taubin 1995, which keep waves of ten edges).
+/// The shrinking step (values of Taubin 1995, which preserve waves of ten edges).
 const LAMBDA: f64 = 0.5;
 /// The inflating step.
 const MU: f64 = -0.53;

@@ -1,4 +1,4 @@
-//! Cleaning, on a figure of our own: round limbs joined, one closed surface, seen as a scanner would.
+//! Cleaning of a synthetic figure: round limbs joined into one closed surface, as a scanner would see it.
 
 use super::{Scan, ScanError, ScanParams, Unit, Up, clean};
 use crate::formats::RawMesh;
@@ -120,7 +120,7 @@ fn in_t_pose() -> RawMesh {
     figure(&limbs)
 }
 
-/// A mesh turned, and in another unit.
+/// A mesh rotated and in another unit.
 fn turned(raw: &RawMesh, rotation: &UnitQuaternion<f64>, scale: f64) -> RawMesh {
     let points = raw.points.iter().map(|&p| (rotation * Point::from(p) * scale).into()).collect();
     RawMesh { points, ..raw.clone() }

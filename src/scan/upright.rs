@@ -60,7 +60,8 @@ pub(super) fn file_frame(
                     findings.push(format!(
                         "the person lay askew and was turned upright: ({x:.2}, {y:.2}, {z:.2}) of the file points up{doubt}"
                     ));
-                    // No single shortest way leads from straight down; that is an axis and was found above.
+                    // From straight down the shortest rotation is not unique; that is an axis of the file and was
+                    // handled above.
                     UnitQuaternion::rotation_between(&direction, &Vec3::y()).unwrap_or_else(UnitQuaternion::identity)
                 }
             }
@@ -126,14 +127,14 @@ fn mean_spread(slices: &[CrossSection]) -> f64 {
     slices.iter().map(|s| s.spread).sum::<f64>() / slices.len().max(1) as f64
 }
 
-/// Refuses a second person who stands apart: a piece of nearly the height and area of the main one, beside it.
+/// Refuses a second, separate person: a piece with nearly the height and area of the main one, beside it.
 pub(super) fn refuse_second_piece(sound: &Sound, pieces: &Pieces) -> Result<(), ScanError> {
     let Some((main, others)) = pieces.list.split_first() else { return Ok(()) };
     let large: Vec<_> = others.iter().filter(|other| other.area > 0.3 * main.area).collect();
     if large.is_empty() {
         return Ok(());
     }
-    // The main one's own axis: that of both together lies across, where they are wider than tall.
+    // The axis of the main piece alone: two people together may be wider than tall.
     let up = snapped(&principal_directions(&sound.part(&pieces.main_faces()).mesh)[0]);
     let height_of = |extent: Vec3| up.abs().dot(&extent);
     let height = height_of(main.bounds.extent());
@@ -141,7 +142,7 @@ pub(super) fn refuse_second_piece(sound: &Sound, pieces: &Pieces) -> Result<(), 
         let taller = height_of(other.bounds.extent()) / height;
         let between = other.bounds.center() - main.bounds.center();
         let apart = (between - up * up.dot(&between)).norm() / height;
-        // Front and back of one person, if they come apart, are a torso's depth from each other, 0.15 of the height.
+        // The front and back of one person, if separate, are one torso depth apart, 0.15 of the height.
         if taller > 0.6 && apart > 0.2 {
             return Err(ScanError::TwoPeople {
                 evidence: format!(
@@ -154,9 +155,9 @@ pub(super) fn refuse_second_piece(sound: &Sound, pieces: &Pieces) -> Result<(), 
     Ok(())
 }
 
-/// Refuses two people who touch: two heads of a size, above two torsos of a size.
+/// Refuses two people who touch: two heads of similar size above two torsos of similar size.
 ///
-/// Along every axis along which the surface is long, for two people side by side are wider than they are tall.
+/// Tests every axis along which the surface is long, because two people side by side are wider than tall.
 pub(super) fn refuse_two_figures(person: &TriMesh) -> Result<(), ScanError> {
     let directions = principal_directions(person).map(|d| snapped(&d));
     let Some(bounds) = person.bounds() else { return Ok(()) };
@@ -177,7 +178,8 @@ pub(super) fn refuse_two_figures(person: &TriMesh) -> Result<(), ScanError> {
                 let pairs = band.iter().filter(|s| is_pair_of(s, outline * profile.height, apart * profile.height));
                 pairs.count() as f64 / band.len() as f64
             };
-            // A head is 0.33 of the height around, a torso 0.55; heads of two people are at least 0.15 apart.
+            // The circumference of a head is 0.33 of the height, of a torso 0.55; the heads of two people are at least
+            // 0.15 apart.
             let (heads, torsos) = (pairs(0.88, 0.96, 0.2, 0.15), pairs(0.60, 0.78, 0.35, 0.15));
             if heads > 0.6 && torsos > 0.6 {
                 return Err(ScanError::TwoPeople {

@@ -13,7 +13,7 @@ pub enum StudioError {
         /// All names.
         known: Vec<&'static str>,
     },
-    /// A garment that cannot be put on over one that is worn already.
+    /// A garment that cannot be put on over another.
     #[error("a {inner} does not go over a {outer}")]
     ImpossibleOrder {
         /// The garment worn already.
@@ -97,7 +97,7 @@ pub enum StudioError {
         /// Vertices.
         expected: usize,
     },
-    /// A text that is not the hash of a commit.
+    /// A text that is not a commit hash.
     #[error("'{text}' is not the hash of a commit")]
     BadCommitHash {
         /// The text given.

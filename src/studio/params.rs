@@ -44,7 +44,7 @@ impl StudioParams {
     ///
     /// **Errors** the first thing that cannot be; see [`StudioError`].
     pub fn check(&self) -> Result<(), StudioError> {
-        /// Metres: more than anyone who stands.
+        /// Metres: more than a standing person sways.
         const MOST_SWAY: f64 = 0.05;
         GarmentKind::check_order(&self.garments)?;
         self.turntable.check()?;

@@ -5,29 +5,29 @@ use super::error::StudioError;
 use super::garments::GarmentKind;
 use super::params::StudioParams;
 
-/// What is asked of the studio in text and numbers; `None` for its defaults.
+/// The request as text and numbers; `None` selects the default.
 #[derive(Clone, Debug)]
 pub struct SubjectParams {
-    /// Who, how they stand, how cloth falls, which noise.
+    /// Determines the subject, the stances, the drape of the cloth and the noise.
     pub seed: u64,
-    /// What they put on, from the inside out, separated by commas.
+    /// The garments, innermost first, separated by commas.
     pub garments: String,
-    /// Frames a step.
+    /// Frames per step.
     pub views: Option<usize>,
-    /// Turns of the table a step.
+    /// Turns of the table per step.
     pub turns: Option<f64>,
-    /// Pixels across and down; the field of view stays.
+    /// Pixels across and down; the field of view does not change.
     pub size: Option<[usize; 2]>,
-    /// How far the head wanders within a turn, millimetres.
+    /// Sway of the head within a turn, millimetres.
     pub sway_mm: Option<f64>,
     /// Triangles of a fused scan.
     pub faces: Option<usize>,
-    /// Whether the camera has faults.
+    /// Whether the camera has noise.
     pub noise: bool,
 }
 
 impl SubjectParams {
-    /// The parameters of the studio.
+    /// Converts the request to the studio's parameters.
     ///
     /// **Errors** where they cannot be generated; see [`StudioError`].
     pub fn params(&self) -> Result<StudioParams, StudioError> {

@@ -109,7 +109,7 @@ pub(super) fn moved(pose: &Isometry3<f64>, step: &Vector6<f64>, center: &Point3<
 }
 
 /// Mean squared distance of a view's points from the predicted surface, each at most `gate`; those without a partner
-/// count as `gate`. In units of `gate` squared: 0 is perfect, 1 is nowhere.
+/// count as `gate`. In units of `gate` squared: 0 is a perfect match, 1 means that no point matches.
 pub(super) fn misfit(view: &PersonFrame, prediction: &Prediction, pose: &Isometry3<f64>, gate: f32) -> f64 {
     let level = &view.levels[1];
     let pairs = pairs(level, prediction, pose, gate);
@@ -158,7 +158,7 @@ fn robust_scale(mut residuals: Vec<f32>, level: &Level) -> f64 {
     }
     let middle = residuals.len() / 2;
     let (_, median, _) = residuals.select_nth_unstable_by(middle, f32::total_cmp);
-    // Smoothing leaves a fifth of the noise; less than that is luck.
+    // Smoothing leaves a fifth of the noise; a lower estimate is chance.
     let expected = 0.2 * depth_noise(f64::from(level.points[level.points.len() / 2].z));
     (1.4826 * f64::from(*median)).max(expected)
 }

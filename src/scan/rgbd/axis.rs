@@ -14,13 +14,13 @@ pub(super) struct Axis {
 /// Deviations of poses from a turn about one axis.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Unsteadiness {
-    /// Root mean square over the frames, of the person's middle, metres.
+    /// Shift of the person's middle, root mean square over the frames, in metres.
     pub(super) shift: f64,
-    /// Root mean square, radians.
+    /// Tilt, root mean square over the frames, in radians.
     pub(super) tilt: f64,
 }
 
-/// Least difference of headings for two frames to determine the axis, in radians: 20°.
+/// Least difference of the headings of two frames that determine the axis, in radians: 20°.
 const LEAST_TURN: f64 = 0.35;
 
 impl Axis {
@@ -38,7 +38,7 @@ impl Axis {
         (twist + PI).rem_euclid(TAU) - PI
     }
 
-    /// Turns of frames against the first, unwrapped: each within half a turn of what came before.
+    /// Headings of the frames relative to the first, unwrapped: each within half a turn of the previous one.
     pub(super) fn headings(&self, poses: &[Isometry3<f64>]) -> Vec<f64> {
         let mut headings = vec![0.0; poses.len()];
         for k in 1..poses.len() {
@@ -69,7 +69,7 @@ impl Axis {
             })
             .sum();
         let direction = Unit::try_new(sum, 1e-6)?;
-        // (1 − R) c = t, across the axis; along it nothing is known, and the old height stays.
+        // (1 − R) c = t across the axis. Along the axis c is undetermined and keeps its old height.
         let along = direction.into_inner() * direction.transpose();
         let (mut matrix, mut vector) = (along * motions.len() as f64, along * self.point.coords * motions.len() as f64);
         for m in &motions {

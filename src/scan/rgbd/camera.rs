@@ -19,7 +19,7 @@ pub struct RgbdCamera {
     pub cx: f64,
     /// Row of the optical axis.
     pub cy: f64,
-    /// Brown's distortion in OpenCV's order: k1, k2, p1, p2, k3. Zeros for a lens without.
+    /// Brown's distortion in OpenCV's order: k1, k2, p1, p2, k3. Zeros for a lens without distortion.
     pub distortion: [f64; 5],
 }
 
@@ -80,7 +80,7 @@ impl RgbdCamera {
     }
 }
 
-/// The rays through the pixels of a camera that looks from somewhere, in the model's frame, in units of a voxel or a block.
+/// The rays through the pixels of a posed camera, in the model's frame, in units of a voxel or a block.
 pub(super) struct Rays {
     /// The camera's position.
     pub(super) origin: Point3<f32>,
@@ -108,7 +108,7 @@ impl Rays {
     }
 }
 
-/// Standard deviation of a depth, in metres, at `z` metres: assumed for a camera without a noise model.
+/// Assumed standard deviation of a depth of `z` metres, in metres.
 ///
 /// **Source** Nguyen, Izadi, Lovell 2012 (Kinect v1); newer cameras are better beyond 1.5 m.
 pub(super) fn depth_noise(z: f64) -> f64 {

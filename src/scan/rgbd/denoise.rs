@@ -3,7 +3,7 @@
 use crate::geometry::{Adjacency, PerFace, Point, TriMesh, Vec3};
 use rayon::prelude::*;
 
-/// Difference of two normals from which there is a crease between them: length of the difference (17°).
+/// Scale of the difference between normals at a crease: the length of their difference (17°).
 const CREASE: f64 = 0.3;
 /// Number of vertex updates: after ten, hardly anything changes.
 const MOVES: usize = 10;

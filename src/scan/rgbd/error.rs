@@ -40,9 +40,9 @@ pub enum FusionError {
     NoDepth {
         /// The first.
         name: String,
-        /// How many of those looked at.
+        /// How many of the sampled frames have no depth.
         count: usize,
-        /// How many were looked at.
+        /// How many frames were sampled.
         of: usize,
     },
     /// Depths outside the range of a person.

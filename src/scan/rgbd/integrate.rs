@@ -1,4 +1,4 @@
-//! Averages the depths of a view into the volume.
+//! Integrates the depths of a frame into the volume.
 
 use super::view::{PersonFrame, UNKNOWN_COLOR};
 use super::volume::{Block, FULL, SIDE, Tint, Volume, Voxel, WEIGHT_UNIT, whole};
@@ -11,12 +11,12 @@ const COLORED: f32 = 0.5;
 const MOST_VIEWS: f32 = 900.0;
 
 impl Volume {
-    /// Averages a view seen from `model_from_camera`.
+    /// Integrates a frame taken from `model_from_camera`.
     ///
     /// **Source** Curless & Levoy 1996; Newcombe et al. 2011 §3.3.
     ///
-    /// **Guarantees** the same voxels with any number of threads and with any processor's vector instructions: each block
-    /// is one thread's, views come one after the other, and no instruction rounds otherwise than the plain ones.
+    /// **Guarantees** the same voxels with any number of threads and with any processor's vector instructions: one
+    /// thread updates each block, frames follow one another, and the vector instructions round like the scalar ones.
     pub(super) fn integrate(&mut self, view: &PersonFrame, model_from_camera: &Isometry3<f64>) {
         self.open_blocks(view, model_from_camera);
         let averaging = Averaging::new(view, model_from_camera, self.voxel, self.truncation);
@@ -34,26 +34,26 @@ impl Volume {
     }
 }
 
-/// Voxels of a block processed together: one layer, long enough for vector instructions.
+/// Number of voxels processed together: one layer of a block, long enough for vector instructions.
 const LAYER: usize = SIDE * SIDE;
 
-/// A view ready to be averaged.
+/// A frame prepared for integration.
 struct Averaging<'a> {
     view: &'a PersonFrame,
-    /// Column and row of a point, each times its depth, and its depth.
+    /// Projection to homogeneous pixel coordinates: column times depth, row times depth, depth.
     image_from_model: Matrix3<f32>,
     image_from_origin: Vector3<f32>,
     voxel: f32,
-    /// One over the truncation.
+    /// 1 / truncation.
     inverse: f32,
-    /// From the first voxel of a layer to each of its voxels: columns, rows and depths.
+    /// Homogeneous offset of each voxel of a layer from the first one: columns, rows and depths.
     offsets: [[f32; LAYER]; 3],
-    /// From layer to layer.
+    /// Homogeneous offset between layers.
     deeper: Vector3<f32>,
 }
 
-/// A block to average, for whichever instructions the processor has: `inline(always)` from here on, so that all of it is
-/// compiled for them.
+/// A block to update with the best vector instructions of the processor. Everything it calls is `inline(always)`, so
+/// that it is compiled for these instructions.
 struct Average<'a, 'b> {
     averaging: &'b Averaging<'a>,
     block: &'b mut Block,
@@ -69,12 +69,12 @@ impl pulp::WithSimd for Average<'_, '_> {
     }
 }
 
-/// The measurements of a view for a layer.
+/// The measurements of a frame for one layer of voxels.
 struct VoxelLayer {
     pixel: [u32; LAYER],
-    /// From the surface, in truncations, at most 1.
+    /// Distance from the surface, in truncations, at most 1.
     distance: [f32; LAYER],
-    /// 0 behind the surface, and where nothing is seen.
+    /// 0 behind the surface and where nothing was measured.
     evidence: [f32; LAYER],
 }
 
@@ -136,7 +136,7 @@ impl<'a> Averaging<'a> {
             let known = u32::from(colors[i] != UNKNOWN_COLOR).wrapping_neg();
             let new = f32::from_bits(new[i].to_bits() & known);
             let sum = old[i] + new;
-            // What does not fit into the weight's bits is nothing.
+            // Evidence that the bits of the weight cannot hold is dropped.
             let counts = u32::from(sum >= 0.5).wrapping_neg();
             share[i] = f32::from_bits((new / sum).to_bits() & counts);
             let most = if sum < MOST_VIEWS * WEIGHT_UNIT { sum } else { MOST_VIEWS * WEIGHT_UNIT };
@@ -153,8 +153,9 @@ impl<'a> Averaging<'a> {
         }
     }
 
-    /// What a metre of depth is at a block, in truncations along the ray: the same truncation in the middle and at the border
-    /// of the image. Over a block it changes by less than 1 %, and where the surface is it does not matter.
+    /// Truncations per metre of depth at a block. The truncation is measured along the ray, so it is equal in the
+    /// middle and at the border of the image. The factor changes by less than 1 % over a block and does not shift the
+    /// zero.
     #[inline(always)]
     fn per_metre(&self, first: &Vector3<f32>) -> f32 {
         let camera = &self.view.camera;
@@ -178,7 +179,7 @@ impl<'a> Averaging<'a> {
             let near = 1.0 / z;
             let column = whole((first.x + columns[i]) * near) as u32;
             let row = whole((first.y + rows[i]) * near) as u32;
-            // Single ands, no early way out; what is negative, or no number, is a large one here.
+            // Bitwise `&`, no short circuit. The cast makes negative numbers and NaN large.
             let inside = (column < width) & (row < height) & (z > 0.0);
             let pixel = row.wrapping_mul(width).wrapping_add(column);
             layer.pixel[i] = if inside { pixel } else { nowhere };
@@ -191,7 +192,7 @@ impl<'a> Averaging<'a> {
         }
         for (i, depth) in depth.into_iter().enumerate() {
             let distance = (layer.distance[i] - depth) * per_metre;
-            // A mask, for a branch would keep the processor from doing eight at once.
+            // A mask instead of a branch, which would prevent vectorisation.
             let counts = u32::from(distance >= -1.0).wrapping_neg();
             layer.evidence[i] = f32::from_bits(layer.evidence[i].to_bits() & counts);
             layer.distance[i] = if distance < 1.0 { distance } else { 1.0 };
@@ -200,13 +201,13 @@ impl<'a> Averaging<'a> {
     }
 }
 
-/// The rows of a layer that have any evidence, and how many: found first, so that the processor can look ahead from row to
-/// row, for voxels are far away in memory.
+/// The rows of a layer that have any evidence, and their number. They are collected first, so that the processor can
+/// prefetch the next row.
 #[inline(always)]
 fn rows_with(evidence: &[[f32; SIDE]]) -> ([usize; SIDE], usize) {
     let (mut rows, mut count) = ([0; SIDE], 0);
     for (row, evidence) in evidence.iter().enumerate() {
-        // None is negative: the bits of all are 0 only if all are 0.
+        // No value is negative, so the combined bits are 0 only if all values are 0.
         let any = evidence.iter().fold(0, |bits, e| bits | e.to_bits()) != 0;
         rows[count % SIDE] = row;
         count += usize::from(any);
@@ -214,7 +215,7 @@ fn rows_with(evidence: &[[f32; SIDE]]) -> ([usize; SIDE], usize) {
     (rows, count)
 }
 
-/// Evidence for the colours of a layer, in weights: none far from the surface.
+/// Evidence for the colours of a layer, in units of weight; 0 far from the surface.
 #[inline(always)]
 fn near_surface(seen: &VoxelLayer) -> [f32; LAYER] {
     let mut new = [0.0; LAYER];
@@ -225,11 +226,11 @@ fn near_surface(seen: &VoxelLayer) -> [f32; LAYER] {
     new
 }
 
-/// Averages a row; what is behind the surface, or not seen, stays as it is.
+/// Averages a row. Voxels behind the surface and voxels without a measurement do not change.
 #[inline(always)]
 fn blend(voxels: &mut [Voxel; SIDE], distance: &[f32; SIDE], evidence: &[f32; SIDE]) {
     for (i, voxel) in voxels.iter_mut().enumerate() {
-        // No branches: nothing new leaves mean and weight as they are, to the last bit.
+        // No branches: zero evidence leaves mean and weight unchanged to the last bit.
         let (old, new) = ((voxel.0 >> 16) as i32 as f32, evidence[i] * WEIGHT_UNIT);
         let total = old + new;
         let divisor = if total > 1e-6 { total } else { 1e-6 };

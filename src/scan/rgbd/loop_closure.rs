@@ -18,7 +18,7 @@ struct Edge {
     weight: f64,
 }
 
-/// What closing the loops found.
+/// Result of the loop closure.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Closure {
     /// The number of loops.
@@ -41,7 +41,8 @@ const LOOP_WEIGHT: f64 = 4.0;
 /// Least overlap of a loop.
 const LEAST_OVERLAP: f64 = 0.6;
 
-/// Compares frames that see the same side a turn apart; how far they disagree, and poses in which they do not.
+/// Compares frames that see the same side a turn apart, and corrects the poses so that they agree. Returns the
+/// disagreement before the correction.
 ///
 /// **Source** pose graph on SE(3), Gauss–Newton; Grisetti et al. 2010.
 pub(super) fn close_loops(
@@ -60,7 +61,7 @@ pub(super) fn close_loops(
     before
 }
 
-/// How far frames that see the same side a turn apart disagree, without changing anything.
+/// The disagreement of frames that see the same side a turn apart.
 pub(super) fn loop_residual(
     cuts: &[SegmentedFrame],
     placed: &[Placed],
@@ -75,7 +76,7 @@ fn pose_at(placed: &[Placed]) -> Vec<Isometry3<f64>> {
     placed.iter().map(|p| p.pose).collect()
 }
 
-/// Pairs (earlier, later) that see the same side, spread over all that there are.
+/// Pairs (earlier, later) of frames that see the same side, evenly sampled from all such pairs.
 fn loop_pairs(headings: &[f64]) -> Vec<(usize, usize)> {
     let mut pairs = Vec::new();
     for later in 0..headings.len() {
@@ -101,7 +102,7 @@ fn loop_edges(cuts: &[SegmentedFrame], placed: &[Placed], axis: &Axis, voxel: f6
         .filter_map(|&(earlier, later)| {
             let near = earlier.saturating_sub(WINDOW)..(earlier + WINDOW + 1).min(placed.len());
             let mut local = Volume::new(voxel, truncation);
-            // Only what was seen then, not what came around since.
+            // Only the frames around the earlier one, not those since.
             for p in placed[near].iter().filter(|p| p.cut < placed[later].cut) {
                 local.integrate(&cuts[p.cut].view, &p.pose);
             }
@@ -123,7 +124,7 @@ fn disagreement(edges: &[Edge], placed: &[Placed]) -> Closure {
     let mut closure = Closure { loops: edges.len(), ..Closure::default() };
     for edge in edges {
         let stated = placed[edge.from].pose.inverse() * placed[edge.to].pose;
-        // Where the person is, not where the camera is: a metre of lever tells nothing new.
+        // Measured at the person, not at the camera, whose lever arm would amplify the rotation.
         let off = edge.from_camera_to * stated.inverse();
         let person = placed[edge.from].pose.inverse() * Point3::new(0.0, 1.0, 0.0);
         closure.shift += (off * person - person).norm() / edges.len() as f64;
@@ -160,15 +161,15 @@ fn relax(placed: &mut [Placed], loops: &[Edge]) {
     }
 }
 
-/// Both poses moved by small motions in the model's frame, in which the person stands: the error of an edge is then
-/// the motion that is left between them, and its derivatives are ±1.
+/// Both poses move by small motions in the model's frame. The error of an edge is the remaining motion between them,
+/// and its derivatives are ±1.
 fn add_edge(edge: &Edge, placed: &[Placed], triplets: &mut Vec<(usize, usize, f64)>, right: &mut [f64]) {
     let (from, to) = (&placed[edge.from].pose, &placed[edge.to].pose);
     let left = from * edge.from_camera_to * to.inverse();
     let mut error = Vector6::zeros();
     error.fixed_rows_mut::<3>(0).copy_from(&left.rotation.scaled_axis());
     error.fixed_rows_mut::<3>(3).copy_from(&left.translation.vector);
-    // A radian moves what is half a metre from the axis by half a metre.
+    // A rotation by 1 rad moves a point half a metre from the axis by half a metre.
     let lever = Matrix6::from_diagonal(&Vector6::new(0.25, 0.25, 0.25, 1.0, 1.0, 1.0)) * edge.weight;
     let pull = lever * error;
     let mut add = |row: usize, column: usize, sign: f64| {
@@ -176,7 +177,7 @@ fn add_edge(edge: &Edge, placed: &[Placed], triplets: &mut Vec<(usize, usize, f6
             triplets.push((6 * row + k, 6 * column + k, sign * lever[(k, k)]));
         }
     };
-    // The first frame has no unknowns.
+    // The first frame is fixed.
     let slot = |frame: usize| frame.checked_sub(1);
     let (a, b) = (slot(edge.from), slot(edge.to));
     if let Some(a) = a {

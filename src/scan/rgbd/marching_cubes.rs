@@ -11,21 +11,22 @@ pub(super) struct FusedSurface {
     /// Outward, counter-clockwise.
     pub(super) faces: Vec<[u32; 3]>,
     pub(super) colors: Vec<[u8; 3]>,
-    /// Evidence in views.
+    /// Evidence, in views.
     pub(super) evidence: Vec<f32>,
 }
 
 /// A vertex lies on an edge of the grid: this is its voxel with the lower coordinates, and the direction.
-const EDGES_A_BLOCK: usize = 3 * VOXELS;
+const EDGES_PER_BLOCK: usize = 3 * VOXELS;
 
-/// Keys from here on are no edges but the middles of loops, in the order of [`BlockTriangles::middles`].
+/// Keys from this value on denote the middles of loops, in the order of [`BlockTriangles::middles`]; smaller keys
+/// denote edges.
 const MIDDLE: u64 = 1 << 62;
 
 /// Triangles of a block by the keys of their vertices.
 #[derive(Default)]
 struct BlockTriangles {
     triangles: Vec<[u64; 3]>,
-    /// Loops that are filled around their middle: the edges that they cross.
+    /// The edges crossed by each loop that is filled around its middle.
     middles: Vec<Vec<u64>>,
 }
 
@@ -35,7 +36,7 @@ type Corners = [f32; 8];
 /// Faces of a cell by their corners, counter-clockwise seen from outside.
 const SIDES: [[usize; 4]; 6] = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
 
-/// A block and those around it that its cells reach into.
+/// A block and the neighbours that its cells reach into.
 struct Around<'a> {
     volume: &'a Volume,
     /// Indices of the blocks at (0 or 1)³ from this one.
@@ -56,7 +57,8 @@ impl<'a> Around<'a> {
         (self.blocks[which] != NONE).then(|| (self.blocks[which], x + SIDE * (y + SIDE * z)))
     }
 
-    /// Distances at 9³ voxels, in truncations; NaN where fewer than `least` saw them. `None` where no surface can be.
+    /// Distances at 9³ voxels, in truncations; NaN where fewer than `least` saw them. `None` for a block without inside
+    /// voxels.
     fn grid(&self, least: u16) -> Option<Box<DistanceGrid>> {
         let mut grid = Box::new([f32::NAN; ACROSS * ACROSS * ACROSS]);
         let mut below = false;
@@ -74,7 +76,7 @@ impl<'a> Around<'a> {
     }
 }
 
-/// Voxels along a block's side and the first of the next.
+/// Voxels along a block's side, and the first of the next block.
 const ACROSS: usize = SIDE + 1;
 type DistanceGrid = [f32; ACROSS * ACROSS * ACROSS];
 
@@ -91,9 +93,9 @@ fn mean_color(colors: impl Iterator<Item = [u8; 3]>) -> Option<[u8; 3]> {
     (count > 0).then(|| sum.map(|s| ((s + count / 2) / count) as u8))
 }
 
-/// What no view coloured, such as the rim of the crown, takes the colour of what is beside it.
+/// Vertices that no frame coloured, such as the rim of the crown, take the colour of their neighbours.
 fn spread_colors(mut colors: Vec<Option<[u8; 3]>>, faces: &[[u32; 3]]) -> Vec<[u8; 3]> {
-    /// Vertices from the nearest that has a colour: farther in, it would be a guess.
+    /// Rounds of colour propagation, in edges; colours farther inside would be guesses.
     const REACH: usize = 12;
     /// Colour of unknown vertices: grey.
     const UNKNOWN: [u8; 3] = [128; 3];
@@ -128,10 +130,10 @@ impl Volume {
         let least = (least_evidence * f64::from(WEIGHT_UNIT)).round().max(1.0) as u16;
         let mut order: Vec<u32> = (0..self.blocks.len() as u32).collect();
         order.sort_by_key(|&b| self.blocks[b as usize].at);
-        // Triangles as keys of edges first; vertices are made of those that are used.
+        // Triangles first refer to keys of edges; only the edges in use become vertices.
         let patches: Vec<BlockTriangles> =
             order.par_iter().map(|&b| self.block_triangles(&self.blocks[b as usize], least)).collect();
-        let mut vertex_of: Vec<u32> = vec![NONE; self.blocks.len() * EDGES_A_BLOCK];
+        let mut vertex_of: Vec<u32> = vec![NONE; self.blocks.len() * EDGES_PER_BLOCK];
         let mut used: Vec<Vec<u64>> = Vec::new();
         let mut faces = Vec::new();
         for patch in patches {
@@ -175,7 +177,7 @@ impl Volume {
                         grid[x + (k & 1) + ACROSS * (y + (k >> 1 & 1) + ACROSS * (z + (k >> 2)))]
                     });
                     let inside = corners.iter().filter(|&&d| is_inside(d)).count();
-                    // What is cut off at the truncation on both sides is no surface but the border of two views.
+                    // A crossing between two values at the truncation is not a surface but the border of two frames.
                     if inside == 0
                         || inside == 8
                         || corners.iter().any(|d| d.is_nan())
@@ -190,7 +192,7 @@ impl Volume {
         patch
     }
 
-    /// The middle of vertices on some edges; most often there is one.
+    /// The mean of the vertices on these edges; usually there is one.
     fn mean_vertex(&self, edges: &[u64]) -> Vertex {
         if let [edge] = edges {
             return self.vertex(*edge);
@@ -203,12 +205,12 @@ impl Volume {
     }
 
     fn vertex(&self, edge: u64) -> Vertex {
-        let (here, rest) = ((edge as usize) / EDGES_A_BLOCK, (edge as usize) % EDGES_A_BLOCK);
+        let (here, rest) = ((edge as usize) / EDGES_PER_BLOCK, (edge as usize) % EDGES_PER_BLOCK);
         let (i, axis) = (rest / 3, rest % 3);
         let block = &self.blocks[here];
         let at = [i % SIDE, i / SIDE % SIDE, i / (SIDE * SIDE)];
         let stride = [1, SIDE, SIDE * SIDE][axis];
-        // The cell was whole when the edge was named, so the next block is there.
+        // The cell was complete when the key was made, so the next block exists.
         let (there, j) = if at[axis] + 1 < SIDE {
             (here, i + stride)
         } else {
@@ -239,14 +241,14 @@ impl Volume {
 }
 
 impl Around<'_> {
-    /// The edge between two corners of a cell: the same number whichever cell asks.
+    /// The key of the edge between two corners of a cell: equal for all cells that share the edge.
     fn edge_key(&self, cell: [usize; 3], a: usize, b: usize) -> u64 {
         let low = a & b;
         let axis = (a ^ b).trailing_zeros() as usize;
         let at = [cell[0] + (low & 1), cell[1] + (low >> 1 & 1), cell[2] + (low >> 2)];
-        // The cell is whole, so its voxels are there.
+        // The cell is complete, so its voxels exist.
         let (block, voxel) = self.find(at).unwrap_or((0, 0));
-        block as u64 * EDGES_A_BLOCK as u64 + (voxel * 3 + axis) as u64
+        block as u64 * EDGES_PER_BLOCK as u64 + (voxel * 3 + axis) as u64
     }
 }
 
@@ -282,11 +284,12 @@ fn side_links(corners: &Corners, side: [usize; 4], links: &mut Vec<([usize; 2], 
         [] => {}
         [leave] => links.push((edge(*leave), edge(enters[0]))),
         _ => {
-            // Corners of one sign are joined across the middle if the saddle has that sign.
+            // Corners of equal sign are connected across the middle if the saddle has that sign.
             let [a, b, c, d] = side.map(|k| corners[k]);
             let joined_inside = is_inside((a * c - b * d) / (a + c - b - d));
             for &leave in &leaves {
-                // Joined: each line goes around the outside corner that follows; parted: around the inside corner.
+                // If the inside corners are connected, each line goes around the following outside corner; otherwise
+                // around the inside corner.
                 let enter = if joined_inside { (leave + 1) % 4 } else { (leave + 3) % 4 };
                 links.push((edge(leave), edge(enter)));
             }
@@ -294,8 +297,8 @@ fn side_links(corners: &Corners, side: [usize; 4], links: &mut Vec<([usize; 2], 
     }
 }
 
-/// Triangles of a loop: the shortest diagonals first, and none within a side of the cell, for the neighbour may have
-/// the same one.
+/// Triangles of a loop: the shortest diagonals first, and none within a side of the cell, because the neighbouring cell
+/// may use the same one.
 fn fill(corners: &Corners, ring: &[[usize; 2]], key: &mut dyn FnMut([usize; 2]) -> u64, out: &mut BlockTriangles) {
     let place = |[a, b]: [usize; 2]| {
         let share = corners[a] / (corners[a] - corners[b]);
@@ -319,7 +322,7 @@ fn fill(corners: &Corners, ring: &[[usize; 2]], key: &mut dyn FnMut([usize; 2]) 
         };
         let ears = (0..n).filter_map(|k| cost(k).map(|c| (c, k)));
         let Some((_, ear)) = ears.min_by(|a, b| a.0.total_cmp(&b.0)) else {
-            // No diagonal will do: a fan around the middle has none.
+            // No diagonal is allowed: use a fan around the middle instead.
             let middle = MIDDLE + out.middles.len() as u64;
             let n = whole.len();
             out.triangles.extend((0..n).map(|k| [whole[(k + 1) % n], whole[k], middle]));
@@ -341,7 +344,7 @@ mod tests {
     use crate::geometry::{Adjacency, TriMesh};
     use crate::scan::rgbd::volume::Voxel;
 
-    /// A volume whose voxels are a function of their place in voxels.
+    /// A volume whose voxels are a function of their position in voxels.
     fn volume_of(extent: i32, distance: impl Fn([f64; 3]) -> f64) -> Volume {
         let mut volume = Volume::new(1.0, 1.0);
         for z in -extent..extent {
@@ -364,7 +367,7 @@ mod tests {
         TriMesh::try_from_indices(surface.points.clone(), &surface.faces).unwrap()
     }
 
-    /// Edges that do not have one face on either side.
+    /// The number of edges without exactly one face on either side.
     fn open_or_crowded(mesh: &TriMesh) -> usize {
         let mut sides = std::collections::HashMap::new();
         for face in mesh.faces().iter() {

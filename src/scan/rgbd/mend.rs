@@ -12,7 +12,7 @@ const LISTED: f64 = 1e-4;
 /// Greatest number of holes listed.
 const NAMED: usize = 5;
 
-/// The surface without specks, with less noise, and with its small holes closed.
+/// Removes specks, reduces noise and closes small holes.
 pub(super) fn repaired(surface: FusedSurface, params: &FusionParams, findings: &mut Vec<String>) -> FusedSurface {
     let Ok(mesh) = TriMesh::try_from_indices(surface.points.clone(), &surface.faces) else { return surface };
     let adjacency = Adjacency::prepare(&mesh);

@@ -1,4 +1,4 @@
-//! Allocates blocks of voxels where a view shows somebody.
+//! Allocates blocks of voxels where a frame shows the person.
 
 use super::camera::Rays;
 use super::view::{BEYOND, PersonFrame};
@@ -9,12 +9,12 @@ use nalgebra::Isometry3;
 const STRIDE: usize = 2;
 
 impl Volume {
-    /// Allocates or stamps every block that the view measures.
+    /// Allocates or stamps every block that the frame measures.
     pub(super) fn open_blocks(&mut self, view: &PersonFrame, model_from_camera: &Isometry3<f64>) {
         self.stamp += 1;
         let rays = Rays::new(&view.camera, model_from_camera, self.block_size());
         let reach = self.truncation / self.block_size();
-        // Half a block at a step misses no block that matters: a neighbouring ray meets it.
+        // Steps of half a block miss no relevant block: a neighbouring ray meets it.
         let steps = (4.0 * reach).ceil().max(2.0) as usize;
         let reaches: Vec<f32> = (0..=steps).map(|k| reach * (2.0 * k as f32 / steps as f32 - 1.0)).collect();
         let processor = pulp::Arch::new();
@@ -36,22 +36,22 @@ impl Volume {
     }
 }
 
-/// What the rays of a row of pixels meet.
+/// The blocks that the rays of a row of pixels meet.
 #[derive(Default)]
 struct Met {
-    /// Columns and depths where there is somebody.
+    /// Columns and depths of the person's pixels.
     columns: Vec<f32>,
     depths: Vec<f32>,
     /// Blocks, those of all rays at the first step, then those at the second.
     blocks: Vec<[i32; 3]>,
 }
 
-/// A row of pixels to march through, for whichever instructions the processor has.
+/// A row of pixels to march through with the best vector instructions of the processor.
 struct MarchRow<'a> {
     view: &'a PersonFrame,
     /// In blocks.
     rays: &'a Rays,
-    /// Before and behind the surface, in blocks.
+    /// Truncation before and behind the surface, in blocks.
     reaches: &'a [f32],
     row: usize,
     met: &'a mut Met,
@@ -77,9 +77,9 @@ impl pulp::WithSimd for MarchRow<'_> {
         for reach in reaches {
             met.blocks.extend(met.columns.iter().zip(&met.depths).map(|(&column, &depth)| {
                 let [x, y, z] = [0, 1, 2].map(|axis| first[axis] + rays.across[axis] * column);
-                // Of an oblique ray, the truncation is less depth.
+                // Along an oblique ray the truncation covers less depth.
                 let at = depth + reach / (x * x + y * y + z * z).sqrt();
-                // The whole number below.
+                // The largest integer below.
                 [rays.origin.x + x * at, rays.origin.y + y * at, rays.origin.z + z * at].map(|c| whole(c - 0.5))
             }));
         }

@@ -1,10 +1,10 @@
-//! How frames become a surface.
+//! Parameters of the fusion of frames.
 
 use crate::parameters::{Allowed, parameters};
 use serde::{Deserialize, Serialize};
 
 parameters! {
-    /// How frames become a surface.
+    /// Parameters of the fusion of frames.
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(default, deny_unknown_fields)]
     pub struct FusionParams {
@@ -15,16 +15,18 @@ parameters! {
         pub truncation: f64 =
             0.02, Allowed::Real(0.001, 0.2),
             "RGB-D: distance in front of and behind the surface over which frames are averaged";
-        /// Metres between the voxels of the model that frames are tracked against, at least `voxel`. At 8 mm, with the longer
-        /// truncation that goes with it, surface and poses are off by 1 mm together; at 5 mm by 0.6, as at 4.
+        /// Metres between the voxels of the model that frames are tracked against, at least `voxel`. At 8 mm, with the
+        /// longer truncation that follows from it, surface and poses have a joint error of 1 mm; at 5 mm it is 0.6 mm,
+        /// as at 4 mm.
         pub tracking_voxel: f64 =
             0.005, Allowed::Real(0.001, 0.05),
             "RGB-D: voxel size of the model that frames are tracked against";
-        /// Evidence below which a voxel is unknown, in views that look straight at it: three grazing ones, or one at 70°.
+        /// Evidence below which a voxel is unknown, in frames that see the surface frontally: three grazing frames, or
+        /// one at 70°.
         pub least_evidence: f64 =
             0.3, Allowed::Real(0.0, 100.0),
             "RGB-D: number of views below which a voxel is unknown";
-        /// How often all frames are put anew on the surface that they make together.
+        /// Rounds in which all frames are aligned again with their common surface.
         pub settling_rounds: usize =
             2, Allowed::Count(0, 20),
             "RGB-D: rounds in which all frames are aligned again with their common surface";

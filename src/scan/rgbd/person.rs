@@ -13,8 +13,8 @@ const LEAST_PERSON: usize = 800;
 /// Margin around the person in pixels, so that the space beside the person is known to be empty.
 const MARGIN: usize = 6;
 
-/// Metres across a pixel, from which on the pixels next to a person show mostly what is beside them: of a leg, 8 cm thick to
-/// either side, 3 mm are steeper than 75°, where cameras see nothing. Seen at 5.5 mm, half of these pixels are the
+/// Pixel size in metres from which the pixels next to a person mostly show the background. On a leg with a radius of 8
+/// cm, the outermost 3 mm are steeper than 75° and give no depth. With pixels of 5.5 mm, half of these pixels are the
 /// person's.
 const RIM: f64 = 0.008;
 
@@ -60,7 +60,7 @@ pub(super) fn cut_out(survey: &SceneSurvey, depth: &[f32], color: Option<&ColorF
     let cropped =
         RgbdCamera { width, height, cx: camera.cx - low[0] as f64, cy: camera.cy - low[1] as f64, ..camera.clone() };
     let free = if survey.nothing_behind { around(camera, depth) } else { Vec::new() };
-    // Half of the narrow pixels next to a person are theirs, and gave no depth for their slope.
+    // Half of the narrow pixels next to a person belong to the person but gave no depth because of their slope.
     let distance = survey.model_from_camera.translation.vector.xz().norm();
     let narrow = distance / camera.fx < RIM;
     let mut cut = Vec::with_capacity(width * height);
@@ -83,8 +83,8 @@ pub(super) fn cut_out(survey: &SceneSurvey, depth: &[f32], color: Option<&ColorF
     Some(PersonFrame::prepare(cropped, cut, colors))
 }
 
-/// The pixels without depth that lie around all that has some: from the image's border inward. A gap within the person
-/// is not among them: hair and black cloth give no depth either.
+/// The pixels without depth that are connected to the image's border. A gap within the person is not included: hair and
+/// black cloth give no depth either.
 fn around(camera: &RgbdCamera, depth: &[f32]) -> Vec<bool> {
     let (w, h) = (camera.width, camera.height);
     let mut free = vec![false; depth.len()];
@@ -108,14 +108,14 @@ fn around(camera: &RgbdCamera, depth: &[f32]) -> Vec<bool> {
     free
 }
 
-/// Whether one of the eight pixels around is of a kind.
+/// Whether `is` holds for one of the eight neighbouring pixels.
 fn touches(camera: &RgbdCamera, pixel: usize, is: &dyn Fn(usize) -> bool) -> bool {
     let (x, y) = (pixel % camera.width, pixel / camera.width);
     (y.saturating_sub(1)..(y + 2).min(camera.height))
         .any(|row| (x.saturating_sub(1)..(x + 2).min(camera.width)).any(|column| is(row * camera.width + column)))
 }
 
-/// The measurement of a pixel beside the person: a free ray, or nothing.
+/// The depth of a pixel beside the person: [`BEYOND`] for a free ray, 0 if unknown.
 fn beside(survey: &SceneSurvey, pixel: usize, z: f32) -> f32 {
     if z <= 0.0 {
         return 0.0;

@@ -1,9 +1,9 @@
-//! Connected pieces of a depth image.
+//! Connected components of a depth image.
 
 use super::camera::RgbdCamera;
 use super::view::JUMP;
 
-/// The piece of each pixel.
+/// The connected component of each pixel.
 ///
 /// **Shapes** one entry per pixel, row by row.
 pub(super) struct PixelComponents {
@@ -12,9 +12,9 @@ pub(super) struct PixelComponents {
     pub(super) count: usize,
 }
 
-/// Pixels that touch, at depths that differ by less than [`JUMP`].
+/// Finds the connected components: neighbouring pixels whose depths differ by less than [`JUMP`].
 ///
-/// **Guarantees** pieces are numbered in the order of their first pixels.
+/// **Guarantees** components are numbered in the order of their first pixels.
 pub(super) fn pixel_components(camera: &RgbdCamera, depth: &[f32]) -> PixelComponents {
     let (w, h) = (camera.width, camera.height);
     let mut of_pixel = vec![u32::MAX; depth.len()];

@@ -83,7 +83,7 @@ fn guesses(camera: &RgbdCamera, depth: &[f32]) -> Vec<Plane> {
             let corners =
                 [(column - ARM, row), (column + ARM, row), (column, row - ARM), (column, row + ARM), (column, row)];
             let [Some(l), Some(r), Some(a), Some(b), Some(m)] = corners.map(|(x, y)| at(x, y)) else { continue };
-            // On a plane the middle lies between.
+            // On a plane the middle point lies on the line between the outer two.
             if (m - nalgebra::center(&l, &r)).norm().max((m - nalgebra::center(&a, &b)).norm()) > 0.1 * m.z {
                 continue;
             }
@@ -101,7 +101,7 @@ fn plane_through(p: &Point, normal: &Vec3) -> Option<Plane> {
     Some(Plane { normal, offset, band: 0.0 })
 }
 
-/// Least squares over what lies on it, a few times over.
+/// Refits the plane to its inliers by least squares, for a few rounds.
 fn refined(guess: &Plane, points: &[Point]) -> Option<Plane> {
     let mut plane = *guess;
     for round in 0..6 {

@@ -20,12 +20,12 @@ pub(super) struct SurfaceSample {
     pub(super) normal: Vector3<f32>,
 }
 
-/// Where along a ray the model is searched for.
+/// The range of depths in which a ray searches for the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reach {
-    /// Within [`CLOSE`], and [`BESIDE`]: the guess is nearly right.
+    /// Within [`CLOSE`] of the depths of a pixel and of the pixels up to [`BESIDE`] away: for an accurate guess.
     Near,
-    /// Within [`SLACK`], and in all tiles next to those that show somebody.
+    /// Within [`SLACK`] of the depths of a tile and of its neighbours.
     Far,
 }
 
@@ -39,11 +39,12 @@ const SLACK: f32 = 0.12;
 const EXACT: f32 = 1e-3;
 
 impl Volume {
-    /// Looks along a ray through each pixel of a view's level, near the depths that it shows, for a crossing from outside in.
+    /// Searches along the ray through each pixel of a frame's level, near the depths measured there, for a crossing
+    /// from outside to inside.
     ///
-    /// **Source** Newcombe et al. 2011 §3.4; rays begin where the first block is seen, as in Prisacariu et al. 2017 (InfiniTAM
-    /// v3 §4.2), and absent blocks are skipped. Where the guess is nearly right, a ray begins at the depth that the view
-    /// itself shows, and the distance there, which is one along the ray, leads to the surface in two or three steps.
+    /// **Source** Newcombe et al. 2011 §3.4; rays begin at the first visible block, as in Prisacariu et al. 2017
+    /// (InfiniTAM v3 §4.2), and skip absent blocks. For an accurate guess a ray begins at the measured depth; the
+    /// distance stored there leads to the surface in two or three steps.
     pub(super) fn predict(&self, level: &Level, model_from_camera: &Isometry3<f64>, reach: Reach) -> Prediction {
         let camera = &level.camera;
         let camera_from_model = model_from_camera.inverse();
@@ -88,7 +89,7 @@ impl Volume {
         }
     }
 
-    /// From a depth along a ray to the surface, as the distance there tells; `None` where it does not.
+    /// Steps from a depth to the surface by the distance stored there; `None` if this does not converge.
     fn slide(&self, reader: &mut Reader, origin: &Point3<f32>, ray: &Vector3<f32>, shown: f32) -> Option<f32> {
         let truncation = self.truncation / (ray.norm() * self.voxel);
         let mut distance_at = |depth: f32| reader.sample(&(origin + ray * depth)).filter(|d| d.abs() < 1.0);
@@ -100,7 +101,7 @@ impl Volume {
                 return Some(depth);
             }
             let slope = (d - d_before) / (depth - before);
-            // From outside in, and no flatter than a fourth of what a surface straight ahead has.
+            // From outside to inside, and at least a quarter as steep as at a surface seen frontally.
             if slope * truncation > -0.25 {
                 return None;
             }
@@ -110,7 +111,7 @@ impl Volume {
         Some(depth)
     }
 
-    /// Points and normals at depths.
+    /// The surface points and normals at the given depths.
     fn seen(&self, camera: &RgbdCamera, rays: &Rays, depths: &[f32]) -> Vec<SurfaceSample> {
         let at = |reader: &mut Reader, (i, &depth): (usize, &f32)| {
             let ray = rays.through(i % camera.width, i / camera.width);
@@ -124,20 +125,20 @@ impl Volume {
         depths.par_iter().enumerate().with_min_len(2048).map_init(|| Reader::new(self), at).collect()
     }
 
-    /// Between which depths there are blocks, a tile of the image; none where the first is beyond the last.
+    /// Least and greatest depth of the blocks per tile of the image; there is none where the first exceeds the second.
     fn filled_depths(&self, camera: &RgbdCamera, camera_from_model: &Isometry3<f32>) -> Vec<[f32; 2]> {
         let (across, down) = (camera.width.div_ceil(TILE), camera.height.div_ceil(TILE));
         let (fx, fy, cx, cy) = (camera.fx as f32, camera.fy as f32, camera.cx as f32, camera.cy as f32);
         let mut tiles = vec![[f32::INFINITY, 0.0f32]; across * down];
         let tile_of = |c: f32, count: usize| floor((c + 0.5) / TILE as f32).clamp(0, count as i32 - 1) as usize;
         for block in &self.blocks {
-            // Half a voxel more on each side: the nearest voxel is what a march looks at.
+            // Half a voxel more on each side, because a march reads the nearest voxel.
             let low = block.at.map(|c| ((c * SIDE as i32) as f32 - 0.5) * self.voxel);
             let (mut least, mut most) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
             for k in 0..8 {
                 let pick = |axis: usize| low[axis] + (k >> axis & 1) as f32 * self.block_size();
                 let p = camera_from_model * Point3::new(pick(0), pick(1), pick(2));
-                // Nothing behind or very close to the camera is the person.
+                // The person is never behind or very close to the camera.
                 let z = p.z.max(0.05);
                 for (axis, c) in [fx * p.x / z + cx, fy * p.y / z + cy, p.z].into_iter().enumerate() {
                     (least[axis], most[axis]) = (least[axis].min(c), most[axis].max(c));
@@ -188,7 +189,7 @@ impl Volume {
             }
             let distance = f32::from(found.distance()) / FULL;
             if distance <= 0.0 {
-                // Entered from nothing: the back of a surface.
+                // Entered from unknown space: the back of a surface.
                 return self.crossing(reader, origin, ray, [before?, depth], voxel);
             }
             before = Some(depth);
@@ -236,7 +237,7 @@ impl Volume {
         Some(depth)
     }
 
-    /// Whether there is any block within a block's length of a point: for tests of overlap.
+    /// Whether any block is within a block's length of a point.
     #[cfg(test)]
     pub(super) fn is_near(&self, p: &Point3<f32>) -> bool {
         let at = [p.x, p.y, p.z].map(|c| (c / self.block_size()).floor() as i32);
@@ -244,14 +245,14 @@ impl Volume {
     }
 }
 
-/// Depth along a ray to where it leaves the block that holds a point, with the nearest voxel counting.
+/// Depth at which a ray leaves the block of the voxel nearest to a point.
 fn to_next_block(p: &Point3<f32>, ray: &Vector3<f32>, inverse: &Vector3<f32>) -> f32 {
     let mut least = f32::INFINITY;
     for axis in 0..3 {
         let c = p[axis] + 0.5;
         let low = (floor(c) & !(SIDE as i32 - 1)) as f32;
         let wall = if ray[axis] > 0.0 { low + SIDE as f32 } else { low };
-        // Along a wall, the way is infinite, or no number where it is on it.
+        // Parallel to a face of the block the distance is infinite, and NaN on the face itself.
         let way = (wall - c) * inverse[axis];
         least = if way < least { way } else { least };
     }

@@ -11,7 +11,7 @@ use serde::Serialize;
 pub struct Fusion {
     /// The surface, coloured where the frames are; its scalar `confidence` (0 to 1) is one per vertex.
     pub mesh: RawMesh,
-    /// Measures.
+    /// Measurements of the fusion.
     pub report: FusionReport,
     /// Assumptions and observations, one sentence each.
     pub findings: Vec<String>,
@@ -20,24 +20,24 @@ pub struct Fusion {
 /// A frame's pose.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FramePose {
-    /// Which frame of the recording.
+    /// Index of the frame in the recording.
     pub frame: usize,
-    /// When it was taken.
+    /// Time stamp.
     pub secs: f64,
     /// From the camera's frame (x right, y down, z forward) to the mesh's.
     pub model_from_camera: Isometry3<f64>,
 }
 
-/// What fusion measured.
+/// Measurements of the fusion.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FusionReport {
-    /// Frames that the recording has.
+    /// Number of frames in the recording.
     pub frames: usize,
     /// Frames without a pose.
     pub lost: Vec<String>,
     /// Frames with a pose.
     pub poses: Vec<FramePose>,
-    /// Turns of the person that the frames show.
+    /// Number of turns of the person that the frames cover.
     pub turns: f64,
     /// Median over the frames: how far their smoothed points lie from the surface (robust standard deviation).
     pub residual_mm: f64,
@@ -47,11 +47,11 @@ pub struct FusionReport {
     pub drift_deg: f64,
     /// Pairs of frames a turn apart that were compared.
     pub loops: usize,
-    /// Their disagreement at the end.
+    /// Their disagreement after the fusion.
     pub loop_mm: f64,
-    /// Their rotational disagreement at the end.
+    /// Their rotational disagreement after the fusion.
     pub loop_deg: f64,
-    /// How far the person's middle left a pure turn, root mean square.
+    /// Deviation of the person's middle from a pure turn, root mean square.
     pub sway_mm: f64,
     /// Rotational deviation from a pure turn, root mean square.
     pub sway_deg: f64,
@@ -64,12 +64,12 @@ pub enum FusionStep<'a> {
     Surveyed,
     /// The person is cut out of all frames.
     CutOut {
-        /// Frames with somebody in them.
+        /// Number of frames that show the person.
         frames: usize,
     },
-    /// A frame was tracked, or lost.
+    /// A frame was tracked or lost.
     Tracked {
-        /// Which, from 0.
+        /// Index of the frame, from 0.
         frame: usize,
         /// Of how many.
         of: usize,
@@ -77,7 +77,7 @@ pub enum FusionStep<'a> {
         pose: Isometry3<f64>,
         /// Residual in metres; `None` if it was lost.
         residual: Option<f64>,
-        /// The model surface, including this frame.
+        /// The model's surface, including this frame.
         so_far: SurfaceSoFar<'a>,
     },
     /// Loops were closed.
@@ -87,7 +87,7 @@ pub enum FusionStep<'a> {
     },
     /// All frames were realigned to their common surface.
     Settled {
-        /// Which round, from 0.
+        /// Index of the round, from 0.
         round: usize,
         /// Of how many at most.
         of: usize,
@@ -111,7 +111,7 @@ pub enum FusionStep<'a> {
     },
 }
 
-/// The surface at some moment of the fusion, made only if somebody asks for it.
+/// The surface at some moment of the fusion, extracted only on request.
 #[derive(Clone, Copy)]
 pub struct SurfaceSoFar<'a>(&'a Volume);
 
@@ -138,9 +138,9 @@ impl std::fmt::Debug for SurfaceSoFar<'_> {
     }
 }
 
-/// Least evidence of surface shown during fusion, in views: one view at 45°.
+/// Least evidence of the surface displayed during fusion, in frames: one frame at 45°.
 const SEEN_ONCE: f64 = 0.7;
-/// Evidence of full confidence, in views.
+/// Evidence that gives full confidence, in frames.
 const FULLY_SEEN: f32 = 8.0;
 
 impl Fusion {

@@ -1,4 +1,4 @@
-//! Surveys some of the frames first: the static background, the floor, and the turning person.
+//! Finds the static background, the floor and the turning person from a sample of the frames.
 
 use super::axis::Axis;
 use super::camera::RgbdCamera;
@@ -10,20 +10,20 @@ use crate::geometry::{Point, Vec3};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Unit, UnitQuaternion};
 use rayon::prelude::*;
 
-/// The scene, before any frame is tracked.
+/// The scene as estimated before any frame is tracked.
 pub(super) struct SceneSurvey {
     pub(super) camera: RgbdCamera,
     pub(super) planes: Vec<Plane>,
-    /// Whose index among the planes the floor has.
+    /// Index of the floor among the planes.
     pub(super) floor: Option<usize>,
-    /// Nothing was seen behind the person: what gave no depth around them is free.
+    /// Whether no background was measured: pixels without depth around the person are then free space.
     pub(super) nothing_behind: bool,
-    /// Background depth per pixel; 0 where something moves or nothing is known.
+    /// Background depth per pixel; 0 where something moves or the depth is unknown.
     pub(super) still: Vec<f32>,
     pub(super) depth_max: f32,
     /// The upright frame: Y up along the axis, the camera on the side of +Z, the floor (or the lowest point) at 0.
     pub(super) model_from_camera: Isometry3<f64>,
-    /// A first guess at the axis, in the model's frame.
+    /// The initial estimate of the axis, in the model's frame.
     pub(super) axis: Axis,
     /// Metres from the axis within which the person stays.
     pub(super) radius: f64,
@@ -36,20 +36,20 @@ pub(super) struct SceneSurvey {
 const LOOKED_AT: usize = 12;
 /// Relative change of depth below which a pixel is static.
 const STILL: f32 = 0.02;
-/// Share of static pixels from which a piece is furniture.
+/// Share of static pixels from which a component is furniture.
 pub(super) const FURNITURE: f64 = 0.7;
-/// Metres that a person has from end to end, at least (a child who crouches) and at most (arms spread).
+/// Range of a person's largest extent, in metres: a crouching child, and an adult with spread arms.
 const SIZE: [f64; 2] = [0.4, 2.6];
-/// Metres squared that are seen of a person, at least.
+/// Least visible area of a person, in m².
 const LEAST_AREA: f64 = 0.04;
-/// Metres from the axis to the tip of a hand, at most, and a bit.
+/// Greatest distance of a fingertip from the axis, with a margin, in metres.
 const REACH: f64 = 1.2;
-/// Share of background that lies deeper than before, from which on the camera must have moved.
+/// Share of the background that is deeper than before, above which the camera has moved.
 const MOVED: f64 = 0.15;
 
-/// Metres behind the person from which on something is background.
+/// Distance behind the person from which a surface is background, in metres.
 const BEHIND: f32 = 0.3;
-/// Background of less than this share of the person's pixels is none, but specks.
+/// Background with less than this share of the person's pixels is specks and is ignored.
 const NO_BACKGROUND: f64 = 0.01;
 
 /// A surveyed frame.
@@ -59,7 +59,7 @@ struct SurveyedFrame {
 }
 
 impl SceneSurvey {
-    /// Looks at frames spread over the recording.
+    /// Surveys frames spread over the recording.
     pub(super) fn of(frames: &Frames) -> Result<Self, FusionError> {
         let camera = frames.camera.clone();
         let seen = look(frames)?;
@@ -83,7 +83,7 @@ impl SceneSurvey {
             return Err(FusionError::NoTurn { count: frames.count(), turned_deg: 0.0 });
         }
         if let Some(k) = bodies.iter().position(|b| b.is_empty()) {
-            // One frame without anybody may be an accident; half of them are not.
+            // A frame without a person may be an accident; half of all frames may not.
             if bodies.iter().filter(|b| b.is_empty()).count() * 2 >= bodies.len() {
                 return Err(FusionError::NobodyInView { name: frames.name(seen[k].frame).into() });
             }
@@ -97,8 +97,8 @@ impl SceneSurvey {
         Ok(survey)
     }
 
-    /// The points that belong to whoever turns, in the camera's frame: the largest piece of a person's size, and what
-    /// floats about it.
+    /// The points of the turning person, in the camera's frame: the largest component of a person's size, and loose
+    /// ones near it.
     fn body(&self, depth: &[f32]) -> Vec<Point> {
         let found = pixel_components(&self.camera, &self.foreground(depth));
         let sizes = self.sizes(&found, depth);
@@ -110,7 +110,7 @@ impl SceneSurvey {
         (0..depth.len()).filter(|&i| kept.contains(&found.of_pixel[i])).map(|i| self.point(i, depth[i])).collect()
     }
 
-    /// Whether something of a person's size is there, static or not.
+    /// Whether a component of a person's size exists, static or not.
     fn anybody(&self, depth: &[f32]) -> bool {
         let found = pixel_components(&self.camera, &self.foreground(depth));
         self.sizes(&found, depth).iter().any(Size::has_the_size)
@@ -120,7 +120,7 @@ impl SceneSurvey {
         self.camera.point((pixel % self.camera.width) as f64, (pixel / self.camera.width) as f64, f64::from(z))
     }
 
-    /// Depths of what is neither floor nor wall nor too far; 0 elsewhere.
+    /// Depths of the pixels that are not floor, wall or out of range; 0 elsewhere.
     pub(super) fn foreground(&self, depth: &[f32]) -> Vec<f32> {
         let keeps = |i: usize, z: f32| {
             let p = self.point(i, z);
@@ -154,20 +154,20 @@ impl SceneSurvey {
         sizes
     }
 
-    /// Up and the floor, and the axis through the person's middle.
+    /// Finds the up direction, the floor, and the axis through the person's middle.
     fn stand_upright(&mut self, bodies: &[Vec<Point>]) {
         let middles: Vec<Vec3> =
             bodies.iter().map(|b| b.iter().map(|p| p.coords).sum::<Vec3>() / b.len() as f64).collect();
         let middle = middles.iter().sum::<Vec3>() / middles.len() as f64;
         let long = longest_direction(bodies, &middles);
-        // The floor is what the person stands on: across their length, below all of them.
+        // The floor is the plane perpendicular to the person's length and below all of their points.
         self.floor = (0..self.planes.len())
             .filter(|&k| self.planes[k].normal.dot(&long).abs() > 0.8)
             .max_by(|&a, &b| self.planes[a].normal.dot(&long).abs().total_cmp(&self.planes[b].normal.dot(&long).abs()));
         let up = match self.floor {
             Some(k) => self.planes[k].normal,
             None => {
-                // An image's top is up, or one of its sides; which way a person's head is, is looked at later.
+                // Up is the top of the image or one of its sides; the direction of the head is determined later.
                 if long.y.abs() > 0.5 { -long * long.y.signum() } else { -long * long.x.signum() }
             }
         };
@@ -207,12 +207,12 @@ impl SceneSurvey {
         }
     }
 
-    /// A turntable's top is level, low, and larger than feet: what lies at its height or below is cut off.
+    /// A turntable's top is level, low and larger than feet. Everything at its height or below is removed.
     fn find_platform(&mut self, seen: &[SurveyedFrame]) {
-        /// Metres squared in a layer of 2 cm: feet have a tenth of it.
+        /// Least level area within a layer of 2 cm, in m²: feet have a tenth of it.
         const LEAST_TOP: f64 = 0.07;
         const LAYER: f64 = 0.01;
-        /// Metres above the lowest point in which it is looked for.
+        /// Search range above the lowest point, in metres.
         const LOW: f64 = 0.4;
         let base = self.heights[0];
         let mut area = vec![0.0; (LOW / LAYER) as usize];
@@ -223,7 +223,8 @@ impl SceneSurvey {
                 let at = self.model_from_camera * p;
                 let layer = (at.y - base) / LAYER;
                 if at.x.hypot(at.z) < self.radius && layer >= 0.0 && (layer as usize) < area.len() {
-                    // A level surface of that many pixels; upright ones count too much, but have few.
+                    // The area of a level surface of that many pixels. Upright surfaces are overestimated, but have few
+                    // pixels.
                     let slope = up.dot(&p.coords).abs() / p.coords.norm();
                     let pixel = p.coords.norm_squared() / (self.camera.fx * self.camera.fy);
                     area[layer as usize] += pixel / slope.max(0.2) / seen.len() as f64;
@@ -247,7 +248,7 @@ pub(super) fn is_still(still: f32, z: f32) -> bool {
     still > 0.0 && (z - still).abs() < STILL * still
 }
 
-/// Properties of a piece.
+/// Properties of a component.
 struct Size {
     piece: u32,
     pixels: usize,
@@ -297,7 +298,7 @@ fn look(frames: &Frames) -> Result<Vec<SurveyedFrame>, FusionError> {
     Ok(with_depth)
 }
 
-/// Depth a pixel where it is the same in nearly all frames.
+/// Per pixel the depth that it has in nearly all frames, or 0.
 fn still(seen: &[SurveyedFrame]) -> Vec<f32> {
     let pixels = seen[0].depth.len();
     (0..pixels)
@@ -309,22 +310,21 @@ fn still(seen: &[SurveyedFrame]) -> Vec<f32> {
                 return 0.0;
             }
             known.sort_by(f32::total_cmp);
-            // The deeper half is behind somebody who passes.
+            // The deeper half is the background behind a passing person.
             let (middle, deep) = (known[known.len() / 2], known[known.len() * 9 / 10]);
             if deep - middle < STILL * middle { middle } else { 0.0 }
         })
         .collect()
 }
 
-/// Whether a frame shows nothing behind the person: they were cut out already, or stand before what is too far for the
-/// camera.
+/// Whether a frame shows no background: the person was already segmented, or the background is out of range.
 fn has_no_background(seen: &SurveyedFrame, body: &[Point]) -> bool {
     let farthest = body.iter().map(|p| p.z as f32).fold(0.0, f32::max);
     let behind = seen.depth.iter().filter(|z| **z > farthest + BEHIND).count();
     behind as f64 <= NO_BACKGROUND * body.len() as f64
 }
 
-/// A still camera never sees deeper than the background that it saw before.
+/// Refuses a moving camera: a static one never sees deeper than the background measured before.
 fn refuse_moved_camera(
     frames: &Frames,
     camera: &RgbdCamera,
@@ -359,7 +359,7 @@ fn refuse_moved_camera(
     Ok(())
 }
 
-/// The direction in which the person is longest, over all frames looked at.
+/// The direction of the person's largest extent over all surveyed frames.
 fn longest_direction(bodies: &[Vec<Point>], middles: &[Vec3]) -> Vec3 {
     let mut spread = Matrix3::zeros();
     for (body, middle) in bodies.iter().zip(middles) {
@@ -372,7 +372,7 @@ fn longest_direction(bodies: &[Vec<Point>], middles: &[Vec3]) -> Vec3 {
     eigen.eigenvectors.column(eigen.eigenvalues.imax()).into_owned()
 }
 
-/// The value below which a share of all values lies; 0 of none.
+/// The quantile of the values at `share`; 0 without values.
 pub(super) fn percentile(mut values: Vec<f64>, share: f64) -> f64 {
     if values.is_empty() {
         return 0.0;

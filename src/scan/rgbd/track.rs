@@ -9,7 +9,7 @@ use nalgebra::Isometry3;
 
 /// A segmented frame.
 pub(super) struct SegmentedFrame {
-    /// Which frame of the recording.
+    /// Index of the frame in the recording.
     pub(super) frame: usize,
     pub(super) secs: f64,
     pub(super) view: PersonFrame,
@@ -18,7 +18,7 @@ pub(super) struct SegmentedFrame {
 /// A frame with a pose.
 #[derive(Clone, Debug)]
 pub(super) struct Placed {
-    /// Which of the cuts.
+    /// Index of the segmented frame.
     pub(super) cut: usize,
     pub(super) pose: Isometry3<f64>,
     /// Robust standard deviation of its points from the surface, metres.
@@ -37,23 +37,24 @@ pub(super) type OnFrame<'a> = &'a mut dyn FnMut(usize, &Isometry3<f64>, Option<f
 /// At least this share of a frame's points must agree with the model: neighbours 15° apart share four fifths of what
 /// they see, and a wrong place shares less than half.
 const LEAST_OVERLAP: f64 = 0.55;
-/// More than this mean misfit (see [`misfit`]) is a wrong place: right ones have 0.02 to 0.2.
+/// Greatest mean misfit (see [`misfit`]) of a correct pose: correct ones have 0.02 to 0.2.
 const MOST_MISFIT: f64 = 0.45;
 /// Gate of the search, metres.
 const SEARCH_GATE: f32 = 0.06;
 /// Steps of the search about the axis, radians (2.5°): two fit into ICP's reach.
 const SEARCH_STEP: f64 = 0.0436;
-/// So far, in steps, a frame is searched for around its prediction: 30°.
+/// Search range around the prediction, in steps: 30°.
 const SEARCH_REACH: i32 = 12;
-/// After so many lost frames in a row the whole turn is searched.
+/// Number of consecutive lost frames after which the whole turn is searched.
 const WIDE_AFTER: usize = 2;
-/// A pose that moved this far from its prediction is predicted once more: radians (2°) and metres.
+/// Rotation (2°, in radians) and translation (metres) from the prediction above which the frame is predicted and
+/// aligned again.
 const FAR: [f64; 2] = [0.035, 0.02];
 
 /// Tracks the frames against the model fused from the frames so far.
 ///
-/// **Source** Newcombe et al. 2011, with a constant rate about the axis as prediction, and a search about the axis where
-/// that fails.
+/// **Source** Newcombe et al. 2011, with a constant rate about the axis as prediction, and a search about the axis
+/// where the prediction fails.
 pub(super) fn track(
     cuts: &[SegmentedFrame],
     axis: &Axis,

@@ -3,23 +3,23 @@
 use super::camera::{RgbdCamera, depth_noise};
 use nalgebra::{Point3, Vector3};
 
-/// A depth that looks past the person at something behind: nothing is there up to the wall.
+/// The depth of a ray that passes the person and ends on the background: the space up to the wall is free.
 pub(super) const BEYOND: f32 = f32::INFINITY;
-/// A ray that looks past the person clears what lies on it, but counts less than one that ends on a surface: a swaying
-/// arm must not be rubbed out by its own neighbourhood.
+/// Evidence of a ray that passes the person. It clears the space along it, but counts less than a ray that ends on a
+/// surface, so that the rays beside a swaying arm do not erase it.
 const CLEARING: f32 = 0.25;
-/// The depth of a pixel of which nothing is known but that the person's outline runs by.
+/// The depth of a pixel without a measurement beside the person's outline.
 pub(super) const OUTLINE: f32 = -1.0;
-/// A pixel whose colour is not known: beyond the colour image's border.
+/// The colour of a pixel outside the colour image.
 pub(super) const UNCOLORED: [u8; 3] = [0; 3];
-/// A pixel of a view whose colour is not known.
+/// The packed colour of a pixel without a colour.
 pub(super) const UNKNOWN_COLOR: u32 = 0;
-/// Neighbouring pixels farther apart than this belong to different surfaces, in metres: a forearm before the trunk is
-/// 10 cm off, noise at 3 m is 14 mm.
+/// Neighbouring pixels farther apart than this belong to different surfaces, in metres: a forearm is 10 cm in front of
+/// the trunk; noise at 3 m is 14 mm.
 pub(super) const JUMP: f32 = 0.04;
-/// A person of fewer pixels is tracked at full size: a quarter of it would leave too few points.
+/// A person with fewer pixels is tracked at full size, because a quarter of the pixels would be too few points.
 const FEW_PIXELS: usize = 8_000;
-/// Pixels to either side that the smoothing looks at.
+/// Radius of the smoothing, in pixels.
 const SMOOTH_REACH: usize = 2;
 /// Pixels to either side over which a normal is taken, at half size: 2 cm at 2 m.
 const NORMAL_REACH: usize = 2;
@@ -28,39 +28,39 @@ const NORMAL_REACH: usize = 2;
 pub(super) struct PersonFrame {
     /// The camera of the cut-out.
     pub(super) camera: RgbdCamera,
-    /// Row by row, and at the end one that says nothing: for what lies outside of the image.
+    /// Row by row, and at the end one without evidence, for points outside the image.
     pub(super) pixels: Vec<Pixel>,
-    /// A colour a pixel, red in the lowest byte, and at the end one that is not known; empty where the frame has none.
+    /// One colour per pixel, red in the lowest byte, and at the end an unknown one; empty if the frame has no colours.
     pub(super) colors: Vec<u32>,
-    /// Half and quarter size; of a small image, whole and half size.
+    /// Half and quarter size; full and half size for a small image.
     pub(super) levels: [Level; 2],
 }
 
 /// The measurement of a pixel.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pixel {
-    /// Metres along the camera's z to the person; [`BEYOND`] where they are not.
+    /// Metres along the camera's z to the person; [`BEYOND`] beside the person.
     pub(super) depth: f32,
-    /// 0 to 1: less at a graze, little beside an edge, [`CLEARING`] beside the person; 0 where nothing is known.
+    /// 0 to 1: less at grazing angles, little beside an edge, [`CLEARING`] beside the person, 0 if unknown.
     pub(super) evidence: f32,
 }
 
-/// Points of a frame at a lesser size, in the camera's frame.
+/// Points of a frame at reduced resolution, in the camera's frame.
 pub(super) struct Level {
     /// The camera at that size.
     pub(super) camera: RgbdCamera,
     pub(super) points: Vec<Point3<f32>>,
     pub(super) normals: Vec<Vector3<f32>>,
-    /// Smoothed depth of each pixel, 0 where nobody is.
+    /// Smoothed depth of each pixel, 0 beside the person.
     depth: Vec<f32>,
-    /// Least and greatest depth in and around each tile of [`TILE`]² pixels; empty ranges where nobody is near.
+    /// Least and greatest depth in and around each tile of [`TILE`]² pixels; empty ranges away from the person.
     tiles: Vec<[f32; 2]>,
 }
 
-/// Pixels along a tile's side: 4 of half size are 5 cm at 2 m, about as far as a guess may be off.
+/// Pixels along a tile's side: 4 at half size are 5 cm at 2 m, about the error of a guess.
 pub(super) const TILE: usize = 4;
 
-/// A depth image of a size.
+/// A depth image with its size.
 struct Map {
     width: usize,
     height: usize,
@@ -68,7 +68,7 @@ struct Map {
 }
 
 impl PersonFrame {
-    /// Smooths, takes normals and weighs. `depth` holds 0, [`OUTLINE`] and [`BEYOND`] beside depths in metres.
+    /// Smooths the depths, and computes normals and evidence. `depth` holds metres, 0, [`OUTLINE`] or [`BEYOND`].
     pub(super) fn prepare(camera: RgbdCamera, depth: Vec<f32>, colors: Vec<[u8; 3]>) -> Self {
         let map = Map { width: camera.width, height: camera.height, depth };
         let smooth = map.smoothed();
@@ -88,12 +88,12 @@ impl PersonFrame {
 }
 
 impl Level {
-    /// Between which depths lies what a tile shows, or one next to it; `None` if nobody is near.
+    /// Range of the depths of a tile and its neighbours; `None` away from the person.
     pub(super) fn range(&self, tile: usize) -> Option<[f32; 2]> {
         Some(self.tiles[tile]).filter(|[near, far]| near <= far)
     }
 
-    /// The depth that a pixel shows, or one beside it, so many pixels away; `None` if nobody is there.
+    /// The depth of a pixel, or of a neighbour `away` pixels to one side; `None` far from the person.
     pub(super) fn depth_beside(&self, column: usize, row: usize, away: usize) -> Option<f32> {
         let (width, height) = (self.camera.width, self.camera.height);
         let here = row * width + column;
@@ -137,7 +137,7 @@ impl Map {
                             continue;
                         }
                         let d = self.depth[row as usize * w + column as usize] - z;
-                        // Nothing and beyond are far off as well.
+                        // Pixels without depth and beyond the person are excluded as well.
                         if d.abs() < JUMP {
                             let far = d * d * inverse;
                             let weight = 1.0 / ((1.0 + far * far) * (2.0 + (dx * dx + dy * dy) as f32));
@@ -152,7 +152,7 @@ impl Map {
         Self { width: w, height: h, depth: out }
     }
 
-    /// Each pixel the mean of those of its four that lie on the nearest surface.
+    /// Halves the size: each pixel is the mean of those of its four that lie on the nearest surface.
     fn halved(&self) -> Self {
         let (w, h) = (self.width / 2, self.height / 2);
         let mut out = vec![0.0f32; w * h];
@@ -166,7 +166,7 @@ impl Map {
                     sum += z;
                     count += 1;
                 }
-                // Half a surface is an edge.
+                // Fewer than half of the pixels on one surface means an edge.
                 if count >= 3 {
                     out[y * w + x] = sum / count as f32;
                 }
@@ -212,7 +212,7 @@ impl Map {
         Level { camera, points, normals, depth: self.depth, tiles }
     }
 
-    /// Ranges of depth a tile, each with those of the eight tiles around it.
+    /// The range of depths per tile, together with those of the eight tiles around it.
     fn tiles(&self) -> Vec<[f32; 2]> {
         let (across, down) = (self.width.div_ceil(TILE), self.height.div_ceil(TILE));
         let mut tiles = vec![[f32::INFINITY, 0.0f32]; across * down];
@@ -229,13 +229,13 @@ impl Map {
     }
 }
 
-/// What each pixel says, the more the straighter it looks at the surface: the evidence is the cosine, for across a slope
-/// the camera's sideways noise becomes depth; and nothing beside an edge, where it shows a mixture or the neighbour.
+/// The measurement of each pixel. Its evidence is the cosine of the incidence, because on a slope the camera's lateral
+/// noise becomes depth noise. Beside an edge it is low, because the pixel shows a mixture or the neighbour.
 fn pixels(camera: &RgbdCamera, map: &Map, normals: &[Vector3<f32>]) -> Vec<Pixel> {
-    /// Where no normal can be taken: as at 75°.
+    /// Evidence where no normal can be computed: that of 75°.
     const UNKNOWN_SLOPE: f32 = 0.25;
-    /// Beside an edge: counts only where nothing else is seen. With more, arms and crown grow by the sideways noise
-    /// (0.6 mm to truth without, 0.8 with 0.1); with none, shoulders and crown are holes.
+    /// Evidence beside an edge: it counts only without other measurements. With more, arms and crown grow by the
+    /// lateral noise (0.6 mm to truth without, 0.8 mm with 0.1); without any, shoulders and crown become holes.
     const BESIDE_EDGE: f32 = 0.05;
     let (w, h) = (map.width, map.height);
     let mut pixels = Vec::with_capacity(w * h + 1);

@@ -6,13 +6,13 @@ use nalgebra::{Point3, Vector3};
 pub(super) const SIDE: usize = 8;
 /// Voxels in a block.
 pub(super) const VOXELS: usize = SIDE * SIDE * SIDE;
-/// What a distance of one truncation is in a voxel's 16 bits: steps of 0.6 µm at 20 mm.
+/// The integer that stands for a distance of one truncation in a voxel's 16 bits: steps of 0.6 µm at 20 mm.
 pub(super) const FULL: f32 = 32_000.0;
-/// Weights are kept in 1/64: a view at a graze counts, and 1 000 views fit in 16 bits.
+/// Weights are stored in units of 1/64: a grazing view counts, and 1 000 views fit in 16 bits.
 pub(super) const WEIGHT_UNIT: f32 = 64.0;
 
-/// The value of one voxel: four bytes, so that a march along a ray touches little memory, and in one number, so that
-/// eight voxels are read and written at once.
+/// The value of one voxel, packed into four bytes: a march along a ray touches little memory, and eight voxels are read
+/// and written at once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Voxel(pub(super) u32);
 
@@ -27,7 +27,7 @@ impl Voxel {
         self.0 as i16
     }
 
-    /// Evidence, in 1/[`WEIGHT_UNIT`] of a view; 0 where nothing is known: the high half.
+    /// Evidence, in 1/[`WEIGHT_UNIT`] of a view; 0 if unknown: the high half.
     pub(super) fn weight(self) -> u16 {
         (self.0 >> 16) as u16
     }
@@ -40,35 +40,36 @@ pub(super) struct Block {
     pub(super) voxels: [Voxel; VOXELS],
 }
 
-/// The colours of a block, a row of eight voxels after the other: their means in 1/256 of a grey level, all red, all green,
-/// all blue; and the evidence for them, like that of a voxel.
+/// The colours of a block, by rows of eight voxels: the means in 1/256 of a grey level, red, green and blue apart, and
+/// their evidence in the units of a voxel's.
 pub(super) type Tint = [[[u16; SIDE]; 4]; VOXELS / SIDE];
 
 /// Sparse blocks of voxels, found by their position.
 ///
 /// **Frame and units** the model's frame, metres. Voxel (i, j, k) is the point (i, j, k) · `voxel`.
 ///
-/// **Guarantees** blocks stand in the order in which they were first touched; nothing depends on the hash's order.
+/// **Guarantees** blocks are in the order in which they were first touched; nothing depends on the order of the hash
+/// table.
 pub(super) struct Volume {
     /// Metres between voxels.
     pub(super) voxel: f32,
     /// Truncation in metres.
     pub(super) truncation: f32,
     pub(super) blocks: Vec<Block>,
-    /// One a block, or none at all: what frames are tracked against needs no colours.
+    /// One per block, or none: the model for tracking needs no colours.
     pub(super) tints: Vec<Tint>,
-    /// The last integration that touched it, a block.
+    /// Per block the last integration that touched it.
     pub(super) stamps: Vec<u32>,
     is_colored: bool,
     table: BlockTable,
-    /// The integration that is under way.
+    /// The current integration.
     pub(super) stamp: u32,
 }
 
 /// No block.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// Open addressing: keys are positions in 21 bits an axis.
+/// A hash table with open addressing; keys are positions in 21 bits per axis.
 struct BlockTable {
     slots: Vec<(u64, u32)>,
     used: usize,
@@ -140,7 +141,7 @@ impl Volume {
         self.table.get(key_of(at))
     }
 
-    /// Index of the block at a position; made if it is not there.
+    /// Index of the block at a position, which is allocated if missing.
     pub(super) fn block_or_new(&mut self, at: [i32; 3]) -> u32 {
         let key = key_of(at);
         let found = self.table.get(key);
@@ -158,23 +159,24 @@ impl Volume {
     }
 }
 
-/// Reads voxels; remembers the last blocks, for neighbours mostly lie in the same few.
+/// Reads voxels and caches the last blocks, because neighbours mostly lie in the same few.
 pub(super) struct Reader<'a> {
     volume: &'a Volume,
-    /// By the parity of the position along x, y, z: eight blocks around a corner never share one.
+    /// Indexed by the parity of the position along x, y, z, so that the eight blocks around a corner have different
+    /// entries.
     recent: [([i32; 3], u32); 8],
 }
 
-/// The whole number at or below; exact for all that fits in 32 bits. (`f32::floor` is a call where the processor's
-/// oldest instructions must do.)
+/// The largest integer at or below a number; exact for all that fit in 32 bits. (`f32::floor` is a function call on the
+/// baseline instruction set.)
 pub(super) fn floor(c: f32) -> i32 {
     let cut = c as i32;
     cut - i32::from((cut as f32) > c)
 }
 
-/// The nearest whole number, of a number of less than 22 bits; others become something large or negative. (To add what leaves
-/// no bits for fractions is one instruction, which does eight at once; `f32::round` is a call where the processor's oldest
-/// instructions must do, and `as` saturates.)
+/// The nearest integer to a number of less than 22 bits; others become large or negative. (Adding a constant that
+/// leaves no bits for the fraction is one instruction and vectorises; `f32::round` is a function call on the baseline
+/// instruction set, and `as` saturates.)
 #[inline(always)]
 pub(super) fn whole(value: f32) -> i32 {
     const NO_FRACTIONS: f32 = 12_582_912.0;
@@ -201,10 +203,11 @@ impl<'a> Reader<'a> {
         Some(block.voxels[index_of(voxel)])
     }
 
-    /// Trilinear distance, in truncations, at a point in voxels; `None` where one of the eight is unknown.
+    /// Trilinear distance, in truncations, at a point in voxels; `None` if one of the eight voxels is unknown.
     pub(super) fn sample(&mut self, p: &Point3<f32>) -> Option<f32> {
         let low = [floor(p.x), floor(p.y), floor(p.z)];
-        // Along which axes the eight reach into the next block: bits of x, y, z, as those of the corners.
+        // The axes along which the eight voxels reach into the next block, as bits of x, y, z like those of the
+        // corners.
         let across = (0..3).fold(0, |bits, axis| bits | usize::from(low[axis] & 7 == 7) << axis);
         let first = low.map(|c| c >> 3);
         let eight: [Voxel; 8] = if across == 0 {
@@ -231,8 +234,8 @@ impl<'a> Reader<'a> {
         Some(along(along(a, b, y), along(c, d, y), z) / FULL)
     }
 
-    /// Outward unit normal at a point of the surface, in voxels: differences over one voxel to either side, or to one side
-    /// where the other is unknown.
+    /// Outward unit normal at a surface point given in voxels: central differences over one voxel, one-sided where the
+    /// other side is unknown.
     pub(super) fn normal(&mut self, p: &Point3<f32>) -> Option<Vector3<f32>> {
         let mut gradient = Vector3::zeros();
         for axis in 0..3 {

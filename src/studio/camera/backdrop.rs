@@ -1,4 +1,4 @@
-//! The background: a wall and a floor, which keep their place in the frame of the camera.
+//! The background: a wall and a floor, static in the frame of the camera.
 
 use super::pinhole::PosedCamera;
 use crate::geometry::Vec3;
@@ -49,7 +49,7 @@ fn board_color(across: f64, along: f64) -> [f64; 3] {
     BOARDS.map(|c| c * shade)
 }
 
-/// Plaster with a door on one side and a poster on the other: features that mislead a tracker, for they do not move.
+/// Plaster with a door on one side and a poster on the other: static features that mislead a tracker.
 fn wall_color(x: f64, y: f64) -> [f64; 3] {
     let within = |low: [f64; 2], high: [f64; 2]| x > low[0] && x < high[0] && y > low[1] && y < high[1];
     let base = if within([-2.1, -1.1], [-1.2, 1.3]) {

@@ -1,7 +1,8 @@
 //! Depth images with known poses fused into one coloured mesh, as by a scanner's software.
 //!
-//! This is a second TSDF beside that of `scan`, on purpose: scans fused by the code under evaluation could not show its faults.
-//! The poses are known here, all views have equal weight, and holes stay open. What a swap would cost is not measured yet.
+//! This is a second TSDF beside that of `scan`, on purpose: scans fused by the code under evaluation could not reveal
+//! its errors. The poses are known here, all views have equal weight, and holes stay open. What a swap would cost is
+//! not measured yet.
 
 use super::marching_tetrahedra::zero_surface;
 use super::render::DepthImage;

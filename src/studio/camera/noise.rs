@@ -11,10 +11,10 @@ pub struct DepthNoise {
     /// `[a, b, c]` of the standard deviation along the ray, `a + b (z − c)²`: millimetres, millimetres per square metre,
     /// metres.
     pub axial_mm: [f64; 3],
-    /// Factor of what is added to it beyond 60° of incidence, `z^−½ θ² / (π/2 − θ)²`, millimetres.
+    /// Factor of the term added beyond 60° of incidence, `z^−½ θ² / (π/2 − θ)²`, millimetres.
     pub axial_grazing_mm: f64,
-    /// Standard deviation across the ray, pixels: half of what Nguyen found at edges, for inside a surface
-    /// neighbouring pixels do not trade places; with 0.8 fused scans are 1.6 times as noisy as foreign recordings.
+    /// Standard deviation across the ray, pixels: half of the value of Nguyen et al. at edges, because inside a surface
+    /// neighbouring pixels do not swap; with 0.8 fused scans are 1.6 times as noisy as foreign recordings.
     pub lateral_px: f64,
     /// Pixels drop out from this angle of incidence: radians (75°, as for time of flight on cloth).
     pub grazing: f64,
@@ -78,7 +78,7 @@ impl DepthNoise {
         if z <= 0.0 || lost < self.lost || cosine < self.grazing.cos() * (0.6 + 0.8 * lost) {
             return 0.0;
         }
-        /// Neighbours farther apart than this are two surfaces, metres.
+        /// Difference in depth from which neighbouring pixels belong to two surfaces, metres.
         const EDGE: f64 = 0.05;
         let z = if across[1] - across[0] > EDGE && flies < self.flying {
             // Given that the pixel flies, the draw over the share is uniform in 0..1.

@@ -21,7 +21,7 @@ pub struct DepthImage {
     pub(super) label: Vec<u8>,
 }
 
-/// Everything before the camera, as one mesh.
+/// Everything in front of the camera, as one mesh.
 ///
 /// **Shapes** `colors` has one entry per vertex, `labels` one per face.
 #[derive(Clone)]
@@ -46,8 +46,7 @@ struct Fragment {
 const NOTHING: u32 = u32::MAX;
 
 impl PosedCamera {
-    /// The image of a scene, with the camera's noise. Behind the scene is `room`, which keeps its place in the camera's
-    /// frame.
+    /// The image of a scene, with the camera's noise. `room` is the background, static in the camera's frame.
     pub(super) fn render(
         &self,
         scene: &LabelledScene,

@@ -220,7 +220,7 @@ mod tests {
                 assert!(at.z.abs() < 2e-3 && at.x.abs() < 0.31 && (-0.01..1.61).contains(&at.y), "{at}");
             }
         }
-        // A pixel that shows the room in two frames shows the same of it.
+        // A pixel that shows the room in two frames shows the same point of it.
         let room = |f: usize, i: usize| (recorded.frames[f].labels[i] == 0).then(|| recorded.frames[f].depth_mm[i]);
         let both = (0..lens.width * lens.height).filter_map(|i| Some((room(0, i)?, room(3, i)?)));
         let (same, all) = both.fold((0, 0), |(same, all), (a, b)| (same + usize::from(a == b), all + 1));
