@@ -64,7 +64,7 @@ pub(super) fn run(args: BuildArgs, context: &Context) -> anyhow::Result<Done> {
         .next(context.overcoat("status")))
 }
 
-/// The greatest memory of this process so far, where the system tells.
+/// The peak memory of this process, if the system reports it.
 fn peak_mib() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;

@@ -1,11 +1,11 @@
-//! What a command says: sentences for people, or one JSON object.
+//! The output of a command: sentences for people, or one JSON object.
 
 use serde_json::{Map, Value};
 use std::cell::RefCell;
 use std::io::Write;
 use std::time::Duration;
 
-/// How much is said.
+/// The amount of output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Verbosity {
     Quiet,
@@ -13,7 +13,7 @@ pub(super) enum Verbosity {
     Verbose,
 }
 
-/// What a command did.
+/// The result of a command.
 pub(super) struct Done {
     /// For programs.
     pub json: Map<String, Value>,
@@ -21,7 +21,7 @@ pub(super) struct Done {
     pub lines: Vec<String>,
     /// The command to type next, or several.
     pub next: Vec<String>,
-    /// What of the work failed although the rest was done: one sentence, and what to do.
+    /// The part of the work that failed, if the rest was done: one sentence, and what to do.
     pub failed: Option<(String, String)>,
 }
 
@@ -68,7 +68,7 @@ impl Console {
         Self { json, verbosity, notices: RefCell::default() }
     }
 
-    /// What a person should know although the command goes on: at once on stderr, and in the object for programs.
+    /// Prints a warning at once on stderr, and adds it to the JSON object.
     pub fn notices(&self, notices: &[String]) {
         if !self.json {
             notices.iter().for_each(|notice| print_aside(&format!("note: {notice}")));
@@ -76,12 +76,12 @@ impl Console {
         self.notices.borrow_mut().extend_from_slice(notices);
     }
 
-    /// Whether stdout is for one JSON object.
+    /// Whether stdout receives one JSON object.
     pub fn is_json(&self) -> bool {
         self.json
     }
 
-    /// Tells what was done.
+    /// Prints the result of a command.
     pub fn done(&self, done: &Done) {
         if self.json {
             let mut object = done.json.clone();
@@ -110,17 +110,17 @@ impl Console {
     }
 }
 
-/// A line on stdout. Whoever closes the pipe early does not want the rest, which is no failure.
+/// Prints a line on stdout. A closed pipe is not a failure: the reader does not want the rest.
 pub(super) fn print_line(line: &str) {
     let _ = writeln!(std::io::stdout().lock(), "{line}");
 }
 
-/// A line on stderr.
+/// Prints a line on stderr.
 pub(super) fn print_aside(line: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{line}");
 }
 
-/// A time for people: `0.04 s`, `3.2 s`, `2 min 5 s`.
+/// A duration as text: `0.04 s`, `3.2 s`, `2 min 5 s`.
 pub(super) fn secs(time: Duration) -> String {
     let secs = time.as_secs_f64();
     match secs {

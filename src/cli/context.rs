@@ -1,10 +1,10 @@
-//! Where a command works, and the commands as a prompt runs them.
+//! The context of a command, and the commands as run from a prompt.
 
 use super::console::{Console, Done};
 use crate::session::{Session, SessionError, Writer};
 use std::path::PathBuf;
 
-/// Where a command works.
+/// The context of a command: folder and console.
 pub(super) struct Context {
     pub session: PathBuf,
     pub session_given: bool,
@@ -12,27 +12,27 @@ pub(super) struct Context {
 }
 
 impl Context {
-    /// The session, to be looked at.
+    /// Opens the session for reading.
     pub fn reader(&self) -> Result<Session, SessionError> {
         let session = Session::open(&self.session)?;
         self.console.notices(session.notices());
         Ok(session)
     }
 
-    /// The session, to be changed.
+    /// Opens the session for changes.
     pub fn writer(&self) -> Result<Writer, SessionError> {
         let writer = Writer::open(&self.session)?;
         self.console.notices(writer.session().notices());
         Ok(writer)
     }
 
-    /// An input as seen from the current folder, or else from the session's.
+    /// Resolves an input path from the current folder, or else from the session's folder.
     pub fn input(&self, path: PathBuf) -> PathBuf {
         let from_session = self.session.join(&path);
         if !path.exists() && from_session.exists() { from_session } else { path }
     }
 
-    /// `overcoat` with the `-C` that a person would have to type again.
+    /// `overcoat`, with `-C` if the user must repeat it.
     pub fn overcoat(&self, rest: &str) -> String {
         match self.session_given {
             true => format!("overcoat -C {} {rest}", self.session.display()),
@@ -41,11 +41,11 @@ impl Context {
     }
 }
 
-/// The commands of the program, for a prompt that runs them as typed.
+/// The commands of the program, for a prompt.
 #[derive(Clone, Copy)]
 pub(super) struct Commands {
     /// Their names.
     pub names: fn() -> Vec<String>,
-    /// Runs one; help is what it says.
+    /// Runs a command. For `help` the output is the help text.
     pub run: fn(&[String], &Context) -> anyhow::Result<Done>,
 }

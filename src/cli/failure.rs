@@ -1,4 +1,4 @@
-//! Errors as people and programs see them: one sentence, a hint under it, an exit code.
+//! Reports errors to people and programs: one sentence, a hint and an exit code.
 
 use super::bodies::BodiesError;
 use super::console::{Done, print_aside, print_line};
@@ -10,24 +10,24 @@ use std::process::ExitCode;
 
 /// The work failed.
 const FAILED: u8 = 1;
-/// The command was wrong.
+/// The command was invalid.
 const WRONG_COMMAND: u8 = 2;
 
-/// Tells what went wrong, and gives the exit code for it.
+/// Reports an error, and returns its exit code.
 pub(super) fn report(error: &anyhow::Error, json: bool) -> ExitCode {
     say(error, json);
     ExitCode::from(if is_wrong_command(error) { WRONG_COMMAND } else { FAILED })
 }
 
-/// The exit code of a command that did its work, or the part of it that it could.
+/// The exit code of a command that did all or part of its work.
 pub(super) fn of_part(done: &Done) -> ExitCode {
     ExitCode::from(if done.failed.is_some() { FAILED } else { 0 })
 }
 
-/// The same for arguments that cannot be parsed; help and version are no failure.
+/// Reports arguments that cannot be parsed. Help and version are not failures.
 pub(super) fn report_usage(error: &clap::Error, json: bool) -> ExitCode {
     if !error.use_stderr() {
-        // A closed pipe is no failure.
+        // A closed pipe is not a failure.
         let _ = error.print();
         return ExitCode::SUCCESS;
     }
@@ -44,7 +44,7 @@ pub(super) fn report_usage(error: &clap::Error, json: bool) -> ExitCode {
 /// The parser's message in one line, and its tip or the usage.
 pub(super) fn sentence_and_hint(text: &str) -> (String, String) {
     let first = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
-    // Arguments that are missing stand in lines of their own.
+    // The parser lists missing arguments on separate lines.
     let more = text.lines().skip(1).take_while(|l| l.starts_with("  ")).map(str::trim).filter(|l| !l.is_empty());
     let message = std::iter::once(first).chain(more).collect::<Vec<_>>().join(" ");
     let tip = text.lines().find_map(|l| l.trim().strip_prefix("tip: ").map(str::to_string));
@@ -65,7 +65,7 @@ fn hint(error: &anyhow::Error) -> Option<String> {
     of_session.or_else(of_bodies).or_else(of_studio)
 }
 
-/// Tells what went wrong.
+/// Prints an error.
 pub(super) fn say(error: &anyhow::Error, json: bool) {
     let hint = hint(error);
     print(&one_line(&error.to_string()), hint.as_deref(), json);

@@ -1,9 +1,9 @@
-//! Faults of Overcoat: a panic ends in one sentence and an exit code, and the session is unchanged.
+//! Bugs in Overcoat: a panic becomes one sentence and an exit code, and the session is unchanged.
 
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook};
 use std::sync::{Arc, Mutex};
 
-/// Runs `work`; a panic in it becomes an error that names its place. `in_full` leaves the usual report on stderr too.
+/// Runs `work`. A panic becomes an error with its source location. `in_full` also prints the usual report on stderr.
 pub(super) fn caught<T>(in_full: bool, work: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<T> {
     let place = Arc::new(Mutex::new(String::new()));
     if !in_full {
@@ -14,7 +14,7 @@ pub(super) fn caught<T>(in_full: bool, work: impl FnOnce() -> anyhow::Result<T>)
             }
         }));
     }
-    // What a command works on is either dropped or on disk, whole; nothing half-changed is seen again.
+    // All state of a command is either dropped or complete on disk, so no half-changed value is used after a panic.
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
         let what = match (panic.downcast_ref::<&str>(), panic.downcast_ref::<String>()) {
             (Some(text), _) => text,

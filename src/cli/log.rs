@@ -1,4 +1,4 @@
-//! `overcoat log`: the changes of a session, done and undone, on each branch.
+//! `overcoat log`: lists the changes of a session, done and undone, on each branch.
 
 use super::console::Done;
 use super::context::Context;

@@ -51,7 +51,7 @@ pub(super) fn run(args: MaskArgs, context: &Context) -> anyhow::Result<Done> {
         (Some(MaskCommand::Remove { layer, mask, .. }), ..) => remove(&layer, mask.as_deref(), context),
         (None, Some(layer), Some(file), _) => add(&layer, file, context),
         (None, Some(layer), None, Some(target)) => template(&layer, target, context),
-        // The parser has asked for what is missing.
+        // The parser has already checked that the argument is present.
         _ => {
             Err(SessionError::BadRequest { what: "mask needs a garment and a file".into(), hint: String::new() }.into())
         }

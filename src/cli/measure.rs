@@ -1,4 +1,4 @@
-//! `overcoat measure`: the session against ground truth.
+//! `overcoat measure`: compares the session with ground truth.
 
 use super::console::{Done, secs};
 use super::context::Context;

@@ -1,5 +1,5 @@
-//! The command line: arguments as typed, arguments as validated, run. One file per command. What a command did
-//! goes to stdout, its progress to stderr.
+//! The command line: arguments as typed, arguments as validated, run. One file per command. Results go to stdout,
+//! progress to stderr.
 
 pub mod bodies;
 mod body;

@@ -10,12 +10,12 @@ use std::time::Duration;
 /// Shows stages as they run.
 pub(super) struct Progress {
     bar: Option<ProgressBar>,
-    /// A line for each stage.
+    /// Whether to print a line for each stage.
     plain: bool,
     verbosity: Verbosity,
 }
 
-/// How often the spinner moves: often enough to show that the program works.
+/// Interval of the spinner: short enough to show that the program is working.
 const TICK: Duration = Duration::from_millis(120);
 
 impl Progress {
@@ -56,7 +56,7 @@ impl Progress {
         }
     }
 
-    /// Describes work that is not a stage of a session.
+    /// Shows work that is not a stage of a session.
     pub fn describe(&mut self, text: String) {
         match &self.bar {
             Some(bar) => bar.set_message(text),
@@ -105,13 +105,13 @@ fn ran(report: &StageReport, verbosity: Verbosity) -> String {
     format!("{:<12} {:<9} {time:>8}{separator}{measures}{why}", report.step, report.stage.to_string())
 }
 
-/// Why a stage is out of date; nothing for one that never ran, which needs no reason.
+/// Why a stage is out of date; empty for a stage that never ran.
 pub(super) fn why_text(why: &[Reason]) -> Option<String> {
     let said: Vec<String> = why.iter().filter(|r| r.cause != Cause::NeverRan).map(Reason::to_string).collect();
     (!said.is_empty()).then(|| said.join(", "))
 }
 
-/// The measures that tell whether a stage succeeded; `-v` prints all.
+/// The measures that show whether a stage succeeded; `-v` prints all.
 const MAIN_MEASURES: [&str; 9] = [
     "frames",
     "vertices",
@@ -135,7 +135,7 @@ pub(super) fn measures_text(report: &StageReport) -> String {
     measures.map(|(name, value)| measure_text(name, *value)).chain(not_converged(report)).collect::<Vec<_>>().join(", ")
 }
 
-/// A fit is expected to converge; only one that did not is reported.
+/// Fits are expected to converge; only a fit that did not is reported.
 fn not_converged(report: &StageReport) -> Option<String> {
     let iterations = report.measures.get("iterations")?;
     let failed = report.measures.get("converged") == Some(&0.0);

@@ -114,7 +114,7 @@ fn result_of(run: &SubjectRun) -> String {
     }
 }
 
-/// What a column shows: its head, the measure of any stage, and which of several values.
+/// A column of the table: its heading, the measure of any stage, and how several values are combined.
 const COLUMNS: [(&str, &str, &str, Pick); 5] = [
     ("body mm", "register", "residual_mean_mm", Pick::Most),
     ("outside %", "pose", "outside_percent", Pick::Most),

@@ -52,7 +52,7 @@ pub(super) struct ScanArgs {
     replace: bool,
 }
 
-/// As typed.
+/// The command as typed.
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum SurfaceWord {
     Template,

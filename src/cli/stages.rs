@@ -1,5 +1,5 @@
-//! `overcoat fit`, `segment`, `stack`, `weights`: single stages, their parameters as flags. The flags are made from the
-//! declarations of the parameters, so that there is no second list.
+//! `overcoat fit`, `segment`, `stack`, `weights`: single stages, their parameters as flags. The flags are generated
+//! from the declarations of the parameters.
 
 use super::console::{Done, secs};
 use super::context::Context;
@@ -10,7 +10,7 @@ use clap::{Arg, ArgAction, ArgMatches, Command};
 use serde_json::json;
 use std::time::Instant;
 
-/// A command: its stages, and those of them whose flags begin with the stage's name.
+/// A command: its stages, and the stages whose flags begin with the stage's name.
 struct StageCommand {
     name: &'static str,
     stages: &'static [Stage],
@@ -30,7 +30,7 @@ const COMMANDS: [StageCommand; 4] = [
 ];
 
 impl StageCommand {
-    /// All parameters by the flag that sets them; one flag may set the same parameter of the body and of garments.
+    /// All parameters by flag. One flag may set the same parameter of the body and of garments.
     fn flags(&self) -> Vec<(String, Vec<&'static Parameter>)> {
         let mut flags: Vec<(String, Vec<&'static Parameter>)> = Vec::new();
         for parameter in self.stages.iter().flat_map(|&stage| parameters_of(stage)) {
@@ -52,7 +52,8 @@ impl StageCommand {
         for (flag, parameters) in self.flags() {
             let Some(text) = matches.get_one::<String>(&flag) else { continue };
             let stages = parameters.iter().map(|p| p.stage).collect();
-            // What one of the stages accepts may not be for another: the recipe of each step is checked when it is set.
+            // A value may be valid for only one of the stages; the recipe of each step is checked when the parameter is
+            // set.
             let accepted = parameters.iter().find_map(|parameter| parameter.read(text).ok());
             let setting = accepted.map_or_else(|| parameters[parameters.len() - 1].read(text), Ok)?;
             settings.push((stages, parameters[0].name.to_string(), setting));
@@ -73,7 +74,7 @@ impl StageCommand {
 pub(super) struct ReadingArgs(Vec<(&'static Parameter, String)>);
 
 impl ReadingArgs {
-    /// What they set.
+    /// The parameters that the flags set.
     pub(super) fn settings(&self) -> Result<Settings, SessionError> {
         self.0.iter().map(|(parameter, text)| Ok((parameter.name.to_string(), parameter.read(text)?))).collect()
     }
@@ -163,7 +164,7 @@ impl<const K: usize> clap::Args for StageArgs<K> {
     }
 }
 
-/// The file into which something is recorded, if it is one.
+/// The file of the recording, if the target is a file.
 pub(super) fn file_of(view: &ShowIn) -> Option<String> {
     match view {
         ShowIn::File(path) => Some(path.display().to_string()),

@@ -14,11 +14,11 @@ pub(super) struct TemplatesArgs {
 
 #[derive(clap::Subcommand)]
 enum TemplatesAction {
-    /// All kinds, with a line on each
+    /// List all kinds, one line per kind
     List,
-    /// One kind
+    /// Show one kind
     Show {
-        /// Its name
+        /// Name of the kind
         name: String,
     },
 }

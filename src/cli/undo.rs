@@ -43,14 +43,14 @@ pub(super) fn moved(
     })
 }
 
-/// Where the session is now, in a sentence.
+/// The current state of the session, in one sentence.
 pub(super) fn now_after(writer: &Writer, began: Instant) -> String {
     let branch = writer.session().history().current();
     let at = branch.head().map(|e| format!("{}: {}", e.number, e.change)).unwrap_or_default();
     format!("now after change {at} (branch {}), in {}", branch.name, secs(began.elapsed()))
 }
 
-/// A number of changes.
+/// A number of changes as text.
 pub(super) fn at_least_one(text: &str) -> Result<u32, String> {
     text.parse().ok().filter(|&count| count > 0).ok_or_else(|| "give 1 or more".into())
 }

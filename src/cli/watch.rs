@@ -1,4 +1,4 @@
-//! `overcoat watch`: when a mask file is saved, its garment is cut again and what depends on it is rebuilt.
+//! `overcoat watch`: cuts a garment again and rebuilds its dependents whenever its mask file is saved.
 
 use super::console::{Done, Verbosity, print_aside, print_line, secs};
 use super::context::Context;
@@ -19,11 +19,11 @@ pub(super) struct WatchArgs {
     layer: Option<String>,
     /// A mask file that is not yet a mask of the garment; it may not exist yet
     file: Option<PathBuf>,
-    /// Show the garment as cut, then everything that is rebuilt, in the Rerun viewer at URL; without URL, in the one that
-    /// runs on this machine or is started
+    /// Show the cut garment, then everything that is rebuilt, in the Rerun viewer at URL; without a URL, in the one
+    /// that runs on this machine or is started
     #[arg(long, value_name = "URL", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     view: Option<String>,
-    /// Draw the garment as cut, in the scan's pose, after each change
+    /// Draw the cut garment in the scan's pose after each change
     #[arg(long, value_name = "OUT.png")]
     picture: Option<PathBuf>,
     /// Draw the contact sheet after each rebuild
@@ -32,7 +32,7 @@ pub(super) struct WatchArgs {
     /// Write the recording for the Rerun viewer after each rebuild
     #[arg(long, value_name = "OUT.rrd")]
     save: Option<PathBuf>,
-    /// Only cut; leave what depends on the cut to `build`
+    /// Cut only; leave the rebuild of later stages to `build`
     #[arg(long)]
     cut_only: bool,
     /// Stop after N changes
@@ -40,20 +40,20 @@ pub(super) struct WatchArgs {
     changes: Option<usize>,
 }
 
-/// Often enough that nobody waits for it; checking a few files costs nothing.
+/// Polling interval: short enough to go unnoticed, and checking a few files is cheap.
 const POLL: Duration = Duration::from_millis(20);
 
-/// A file that is watched.
+/// A watched file.
 struct Watched {
     layer: String,
     path: PathBuf,
     /// Its state when it was last applied; `None` if it did not exist.
     seen: Option<Look>,
-    /// Its state a moment ago: a file that still changes is still being written.
+    /// Its state at the last check: a file that still changes is being written.
     last: Option<Look>,
 }
 
-/// What distinguishes a saved file from the one before.
+/// The properties by which a saved file differs from its previous state.
 #[derive(Clone, PartialEq)]
 struct Look {
     modified: SystemTime,
@@ -79,7 +79,7 @@ impl Watched {
         path.canonicalize().ok().or_else(|| Some(folder.canonicalize().ok()?.join(path.file_name()?)))
     }
 
-    /// When the file was saved, if that is new and the file no longer changes.
+    /// The time of the last save, if it is new and the file no longer changes.
     fn saved(&mut self) -> Option<SystemTime> {
         let look = Look::at(&self.path);
         let rests = look == self.last;
@@ -109,7 +109,7 @@ fn changes_of(count: usize) -> String {
     }
 }
 
-/// Set when Ctrl-C was pressed or the process was asked to end.
+/// Set by Ctrl-C or a termination signal.
 fn ended_by_signal() -> anyhow::Result<Arc<AtomicBool>> {
     let ended = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
@@ -123,7 +123,7 @@ struct Watch<'a> {
     context: &'a Context,
     files: Vec<Watched>,
     viewer: Option<LiveView>,
-    /// Keeps what was loaded and prepared from one change to the next.
+    /// Caches loaded and prepared values between changes.
     memory: Memory,
     taken: usize,
     log: Vec<Value>,
@@ -140,7 +140,7 @@ impl<'a> Watch<'a> {
             let place = Watched::place(&file);
             let same = |w: &Watched| w.layer == *layer && Watched::place(&w.path) == place;
             if !files.iter().any(same) {
-                // Its present content is applied at once.
+                // Its current content is applied at once.
                 let layer = layer.clone();
                 files.push(Watched { layer, last: Look::at(&file), seen: None, path: file });
             }
@@ -164,7 +164,7 @@ impl<'a> Watch<'a> {
         Ok(watch)
     }
 
-    /// Builds what is out of date before the first change, and loads what a recut needs.
+    /// Builds the stages that are out of date before the first change, and loads everything that a recut needs.
     fn warm(&mut self) -> anyhow::Result<()> {
         let mut writer = Writer::open(&self.context.session)?;
         writer.remember(&self.memory);
@@ -175,19 +175,19 @@ impl<'a> Watch<'a> {
         Ok(())
     }
 
-    /// Applies what was saved since the last check.
+    /// Applies the files saved since the last check.
     fn look(&mut self) {
         for i in 0..self.files.len() {
             let Some(saved) = self.files[i].saved() else { continue };
             let (layer, path) = (self.files[i].layer.clone(), self.files[i].path.clone());
             let taken = self.take_up(&layer, &path, saved);
             if taken.as_ref().is_err_and(|e| matches!(e.downcast_ref(), Some(SessionError::Locked { .. }))) {
-                // Another command changes the session; the file waits.
+                // Another command is changing the session; try this file again later.
                 self.files[i].seen = None;
                 continue;
             }
             self.taken += 1;
-            // A wrong file is reported and leaves the session unchanged; the next save may correct it.
+            // An invalid file is reported and the session stays unchanged; the next save may correct it.
             if let Err(e) = taken {
                 self.log.push(json!({ "layer": layer, "file": path.display().to_string(), "error": e.to_string() }));
                 if self.context.console.verbosity > Verbosity::Quiet {
@@ -229,7 +229,7 @@ impl<'a> Watch<'a> {
         Ok(())
     }
 
-    /// Writes and shows what was asked for, after what depends on the cut was rebuilt.
+    /// Writes and shows the requested outputs after the rebuild.
     fn show(&mut self, rebuilt: usize, began: Instant) -> anyhow::Result<()> {
         if rebuilt > 0 {
             self.say(&format!("  rebuilt {rebuilt} stages that depend on it in {}", secs(began.elapsed())));
@@ -254,7 +254,7 @@ impl<'a> Watch<'a> {
         Ok(())
     }
 
-    /// Watching continues if the viewer was closed.
+    /// Watching continues after the viewer was closed.
     fn unless_closed(&mut self, shown: Option<Result<(), SessionError>>) {
         if let Some(Err(e)) = shown {
             self.viewer = None;
@@ -268,7 +268,7 @@ impl<'a> Watch<'a> {
         if self.context.console.verbosity == Verbosity::Quiet {
             return;
         }
-        // With --json, stdout is for the one object at the end.
+        // With --json, stdout receives only the final object.
         if self.context.console.is_json() { print_aside(line) } else { print_line(line) }
     }
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 /// An error of a session, or of a request to it.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
-    /// There is no session in that folder.
+    /// The folder contains no session.
     #[error("there is no session in '{}'", dir.display())]
     NotASession {
         /// The folder.
@@ -19,39 +19,39 @@ pub enum SessionError {
         /// The folder.
         dir: PathBuf,
     },
-    /// `replay` into a session of something else.
+    /// `replay` into the session of another recipe.
     #[error("there is a session of another recipe in '{}'", dir.display())]
     AnotherRecipe {
         /// The folder.
         dir: PathBuf,
     },
-    /// `new` on a folder with something in it.
+    /// `new` on a folder that is not empty.
     #[error("the folder '{}' is not empty", dir.display())]
     FolderNotEmpty {
         /// The folder.
         dir: PathBuf,
     },
-    /// Another process changes the session.
+    /// Another process is changing the session.
     #[error("the session in '{}' is being changed by {}", dir.display(), if holder.is_empty() { "another process" } else { holder })]
     Locked {
         /// The folder.
         dir: PathBuf,
-        /// What the lock file says of its holder.
+        /// The holder, as named in the lock file.
         holder: String,
     },
-    /// A file that was named is not there.
+    /// A given file does not exist.
     #[error("there is no file '{}'", path.display())]
     NoSuchFile {
         /// Its path.
         path: PathBuf,
     },
-    /// A folder that was named is not there.
+    /// A given folder does not exist.
     #[error("there is no folder '{}'", path.display())]
     NoSuchFolder {
         /// Its path.
         path: PathBuf,
     },
-    /// The system would not let a file be read.
+    /// Reading a file failed.
     #[error("'{}' cannot be read: {source}", path.display())]
     Reading {
         /// Its path.
@@ -59,7 +59,7 @@ pub enum SessionError {
         /// Why.
         source: std::io::Error,
     },
-    /// The system would not let a file be written.
+    /// Writing a file failed.
     #[error("'{}' cannot be written: {source}", path.display())]
     Writing {
         /// Its path.
@@ -73,12 +73,12 @@ pub enum SessionError {
         /// The path.
         path: PathBuf,
     },
-    /// One of the session's own files cannot be read as what it is.
+    /// One of the session's own files is not valid.
     #[error("{}{}: {reason}", path.display(), line.map(|l| format!(", line {l}")).unwrap_or_default())]
     BadFile {
         /// The file.
         path: PathBuf,
-        /// The line, where one is at fault.
+        /// The line with the error, if known.
         line: Option<usize>,
         /// What is wrong.
         reason: String,
@@ -90,11 +90,11 @@ pub enum SessionError {
     NewerSession {
         /// The file.
         path: PathBuf,
-        /// The line that says so.
+        /// The line with the version.
         line: Option<usize>,
-        /// Its version.
+        /// The version of the file.
         found: u32,
-        /// Ours.
+        /// The version of this program.
         known: u32,
     },
     /// An artefact is missing or altered.
@@ -105,30 +105,30 @@ pub enum SessionError {
         /// Why.
         reason: &'static str,
     },
-    /// A value that no file can hold.
+    /// A value that cannot be encoded in a file.
     #[error("the session cannot be written: {reason}")]
     Encoding {
         /// Why.
         reason: String,
     },
-    /// A name that cannot be a file name everywhere, or that export uses itself.
+    /// A name that is not a portable file name, or that export uses itself.
     #[error("'{name}' cannot be the name of a garment")]
     BadName {
         /// The name.
         name: String,
     },
-    /// A step of that name is there.
+    /// A step of that name exists already.
     #[error("there is already a step '{name}'")]
     DuplicateStep {
         /// The name.
         name: String,
     },
-    /// No step of that name.
+    /// No step has that name.
     #[error("there is no step '{name}'; {}", list(known))]
     UnknownStep {
         /// The name.
         name: String,
-        /// Those that there are.
+        /// The existing steps.
         known: Vec<String>,
     },
     /// The first step is not the body.
@@ -137,13 +137,13 @@ pub enum SessionError {
         /// The step.
         name: String,
     },
-    /// A garment of no kind.
+    /// A garment without a kind.
     #[error("the garment '{name}' needs a template")]
     GarmentWithoutTemplate {
         /// The step.
         name: String,
     },
-    /// The body is no garment.
+    /// A garment kind was given for the body.
     #[error("the step 'body' is the bare body and takes no template")]
     BodyWithTemplate,
     /// An option of garments for the body.
@@ -152,32 +152,32 @@ pub enum SessionError {
         /// The option.
         option: &'static str,
     },
-    /// Strokes for a step without labels.
+    /// A mask for the body's step, which has no labels.
     #[error("the body has no labels to paint")]
     MaskOnBody,
-    /// Fewer changes than are to be undone.
+    /// Fewer changes exist than the request undoes.
     #[error("{}", too_few("undo", "changes", *asked, *there_are))]
     NothingToUndo {
-        /// How many were to be undone.
+        /// Number of requested changes.
         asked: usize,
-        /// How many can be.
+        /// Number of changes that can be undone or redone.
         there_are: usize,
     },
-    /// Fewer undone changes than are to be done again.
+    /// Fewer undone changes exist than the request redoes.
     #[error("{}", too_few("redo", "undone changes", *asked, *there_are))]
     NothingToRedo {
-        /// How many were to be done again.
+        /// Number of requested changes.
         asked: usize,
-        /// How many can be.
+        /// Number of changes that can be undone or redone.
         there_are: usize,
     },
-    /// A name that no branch can have.
+    /// An invalid branch name.
     #[error("'{name}' cannot be the name of a branch")]
     BadBranchName {
         /// The name.
         name: String,
     },
-    /// A step is needed that is not built.
+    /// A required step is not built.
     #[error("the step '{step}' is not built, or is not up to date (its stage {stage} is missing)")]
     NotBuilt {
         /// The step.
@@ -191,19 +191,19 @@ pub enum SessionError {
         /// The folder.
         dir: PathBuf,
     },
-    /// A file that was given is not as it was, and the session has no copy.
+    /// An input file was changed, and the session has no copy.
     #[error("'{}' has changed since the recipe was written", path.display())]
     SourceChanged {
         /// The file.
         path: PathBuf,
     },
-    /// An export that is neither a file type we write nor a folder.
+    /// An export target that is neither a supported file type nor a folder.
     #[error("Overcoat does not write files like '{}'", path.display())]
     UnknownTarget {
         /// The target.
         path: PathBuf,
     },
-    /// Options that do not go together.
+    /// An invalid request.
     #[error("{what}")]
     BadRequest {
         /// One sentence.
@@ -211,7 +211,7 @@ pub enum SessionError {
         /// What to do.
         hint: String,
     },
-    /// A file that was given is not what it should be.
+    /// An input file is not valid.
     #[error("'{}': {source}", path.display())]
     BadSource {
         /// The file.
@@ -219,12 +219,12 @@ pub enum SessionError {
         /// What its room says.
         source: Box<StageError>,
     },
-    /// A garment kind, or a limit, that there is not.
+    /// A garment kind or a limit that does not exist.
     #[error("garment '{step}': {source}")]
     WrongKind {
         /// The step.
         step: String,
-        /// What the segmentation says.
+        /// The error of the segmentation.
         source: Box<StageError>,
     },
     /// A stage failed.
@@ -237,13 +237,13 @@ pub enum SessionError {
         /// What its room says.
         source: Box<StageError>,
     },
-    /// Something that cannot be unless Overcoat has a fault.
+    /// A state that only a bug in Overcoat can cause.
     #[error("this is a fault of Overcoat, not of your data, please report it: {what}")]
     Internal {
         /// What was found.
         what: String,
     },
-    /// The viewer does not show the session.
+    /// The viewer failed.
     #[error(transparent)]
     Viewer(Box<crate::view::Error>),
 }
@@ -288,7 +288,7 @@ impl SessionError {
         Self::Stage { step: step.into(), stage, source: Box::new(source.into()) }
     }
 
-    /// Whether the command asked for what cannot be, rather than failed at its work.
+    /// Whether the request was invalid; otherwise the work failed.
     pub fn is_wrong_command(&self) -> bool {
         match self {
             Self::NotASession { .. }

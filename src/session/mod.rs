@@ -11,10 +11,9 @@
 //! stages/    one file per stage, and the walk that runs those that are out of date
 //! results/   what a built session can be asked for: posed steps, exports, measures, pictures, recordings
 //! change/    what changes a session: scans, masks, parameters, builds, replays, repairs
-//! ```
-//! A change is durable as soon as its line is in `journal.jsonl`. The recipe and the state that the line names are
-//! artefacts too, so `undo`, `redo` and `branch` can restore every earlier state; they are lines like any other. `fsck`
-//! rebuilds what was lost; `replay` builds everything in another session.
+//! ``` A change is durable as soon as its line is in `journal.jsonl`. The recipe and the state that the line names are
+//! artefacts too, so `undo`, `redo` and `branch` can restore every earlier state. They append lines too. `fsck`
+//! rebuilds lost artefacts; `replay` builds everything in another session.
 
 mod change;
 mod error;

@@ -22,11 +22,11 @@ macro_rules! for_each_stage {
             Register register [register] body (crate::fit::RegisterParams);
             /// The figure dressed so far inside the scan.
             Pose pose [pose] garment (crate::fit::InsideParams);
-            /// What the scan shows of the new garment, before any mask.
+            /// The scan's evidence of the new garment, before any mask.
             Evidence evidence [] garment ();
-            /// Which part of the scan is the new garment.
+            /// Labels: the part of the scan that is the new garment.
             Segment segment [segment] garment (crate::segment::RefineParams);
-            /// The garment as a mesh of its own, with its hems.
+            /// The garment cut out of the scan as its own mesh, with smooth hems.
             Cut cut [cut] garment (crate::cut::CutParams);
             /// The garment's skin weights and its shape in the bind pose.
             Rig rig [rig] garment (crate::rig::RigParams);
@@ -34,7 +34,7 @@ macro_rules! for_each_stage {
             Stack stack [stack] garment (crate::stack::StackParams);
             /// The figure with the new layer and its physics weights.
             Figure figure [figure] body () garment (crate::rig::PhysicsParams);
-            /// The inner garments as the new one presses them in this step's scan.
+            /// The inner garments, pressed by the new one in this step's scan.
             Press press [press] garment (crate::stack::PressParams);
         }
     };
@@ -91,7 +91,7 @@ impl Stage {
 
 impl fmt::Display for Stage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // Padding is respected: names stand in columns.
+        // Respects padding, so that names can form columns.
         f.pad(self.name())
     }
 }

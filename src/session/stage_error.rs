@@ -81,7 +81,7 @@ impl StageError {
         }
     }
 
-    /// Whether the command asked for what cannot be, rather than failed at its work.
+    /// Whether the request was invalid; otherwise the work failed.
     pub fn is_wrong_command(&self) -> bool {
         matches!(
             self,

@@ -1,4 +1,4 @@
-//! A body model from the files of many bodies: meshes of one topology, or scans.
+//! Builds a body model from the files of many bodies: meshes of one topology, or scans.
 
 use super::error::BodiesError;
 use crate::body::BodyModel;
@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 
-/// The files from which a model is built, and how.
+/// The request to build a model.
 #[derive(Clone, Debug, Default)]
 pub struct BuildBody {
     /// Mesh files, folders of them, or `.npz` files with `vertices (N,V,3)` and `faces (F,3)`, and optionally
@@ -23,7 +23,7 @@ pub struct BuildBody {
     pub params: BuildParams,
 }
 
-/// A model that was built.
+/// A trained model.
 pub struct BuiltBody {
     /// The model and its measures.
     pub trained: Trained,
@@ -33,7 +33,7 @@ pub struct BuiltBody {
 
 /// Reads the bodies and trains a model on them.
 ///
-/// **Errors** where a file cannot be read, there is no body, or no model can be trained on them.
+/// **Errors** if a file cannot be read, there is no body, or no model can be trained on them.
 pub fn build_body(asked: &BuildBody, on_step: &mut dyn FnMut(&TrainingProgress)) -> Result<BuiltBody, BodiesError> {
     let template = read_body_model(asked.template.as_deref())?;
     let mut inputs = TrainInputs::default();
@@ -49,7 +49,7 @@ pub fn build_body(asked: &BuildBody, on_step: &mut dyn FnMut(&TrainingProgress))
 }
 
 impl BuiltBody {
-    /// Writes the model, whole or not at all.
+    /// Writes the model atomically.
     pub fn write(&self, path: &Path) -> Result<(), BodiesError> {
         write_model(&self.trained.model, path)
     }
@@ -103,7 +103,7 @@ fn landmarks_beside(mesh: &Path) -> Result<Vec<(VertexId, Point)>, BodiesError> 
     places.into_iter().map(landmark).collect()
 }
 
-/// Every file named, those of a folder in the order of their names.
+/// All named files; those of a folder in alphabetical order.
 fn files(inputs: &[PathBuf]) -> Result<Vec<PathBuf>, BodiesError> {
     let mut all = Vec::new();
     for input in inputs {

@@ -1,4 +1,4 @@
-//! Body models of other makers, converted to our layout.
+//! Imports body models of other makers into our layout.
 
 use super::build::write_model;
 use super::error::BodiesError;
@@ -9,11 +9,11 @@ use flate2::read::GzDecoder;
 use std::io::Read;
 use std::path::Path;
 
-/// A model that was imported.
+/// An imported model.
 pub struct ImportedBody {
     /// The model.
     pub model: BodyModel,
-    /// Who made it.
+    /// Its maker.
     pub maker: &'static str,
     /// The assumptions, one sentence each.
     pub findings: Vec<String>,
@@ -49,7 +49,7 @@ pub fn import_body(
 }
 
 impl ImportedBody {
-    /// Writes the model, whole or not at all.
+    /// Writes the model atomically.
     pub fn write(&self, path: &Path) -> Result<(), BodiesError> {
         write_model(&self.model, path)
     }
@@ -81,7 +81,7 @@ fn makehuman_files(folder: &Path) -> Result<MakeHumanFiles, BodiesError> {
     let mut targets: Vec<(String, String)> = Vec::new();
     for path in paths {
         let name = target_name(&path).unwrap_or_default();
-        // A target that lies there packed and unpacked is one target.
+        // A target that exists both packed and unpacked counts once.
         if targets.last().is_none_or(|(last, _)| *last != name) {
             targets.push((name, text(&path)?));
         }
@@ -111,7 +111,7 @@ fn text(path: &Path) -> Result<String, BodiesError> {
         hint: hint.into(),
     };
     let bytes = if path.extension().is_some_and(|e| e == "gz") {
-        /// No target is larger; a packed file that claims to be is damaged, or means harm.
+        /// Greatest size of an unpacked target: a larger one is damaged or malicious.
         const MOST_BYTES: u64 = 64 << 20;
         let mut unpacked = Vec::new();
         let read = GzDecoder::new(bytes.as_slice()).take(MOST_BYTES).read_to_end(&mut unpacked);

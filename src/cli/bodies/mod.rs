@@ -1,4 +1,4 @@
-//! Body models from files to files: built, imported, shown and measured. No session is needed.
+//! Builds, imports, shows and measures body models. Needs no session.
 
 mod build;
 mod error;

@@ -9,7 +9,7 @@ use crate::view::{Cell, Facing, Part, Sheet, SheetRow, contact_sheet, layer_colo
 use nalgebra::UnitQuaternion;
 use std::path::{Path, PathBuf};
 
-/// The body of a model that is shown.
+/// The request to show a body of a model.
 #[derive(Clone, Debug, Default)]
 pub struct ShowBody {
     /// The model's file; `None` for the embedded one.
@@ -20,7 +20,7 @@ pub struct ShowBody {
     pub pose: Vec<String>,
 }
 
-/// A model, and the body of it that was asked for.
+/// A model and the requested body.
 pub struct ShownBody {
     model: BodyModel,
     shape: Shape,
@@ -32,10 +32,10 @@ pub struct ShownBody {
 
 /// Components shown at both ends.
 const COMPONENTS_SHOWN: usize = 6;
-/// Deviations at which they are shown.
+/// Coordinate at which they are shown, in standard deviations.
 const DEVIATIONS: f64 = 2.0;
 
-/// Reads a model and makes the body asked for.
+/// Reads a model and computes the requested body.
 ///
 /// **Errors** a file that is not a model, more coordinates than components, an unknown stance or joint.
 pub fn show_body(asked: &ShowBody) -> Result<ShownBody, BodiesError> {
@@ -100,7 +100,7 @@ fn apply(word: &str, model: &BodyModel, pose: &mut Pose) -> Result<(), BodiesErr
 }
 
 impl ShownBody {
-    /// The body asked for, in its pose.
+    /// The requested body, in its pose.
     pub fn mesh(&self) -> TriMesh {
         posed(&self.model, &self.shape, &self.pose)
     }
@@ -111,13 +111,13 @@ impl ShownBody {
         [m.template.vertex_count(), m.template.face_count(), m.skeleton.len(), m.component_count()]
     }
 
-    /// Writes the body asked for as a mesh.
+    /// Writes the requested body as a mesh.
     pub fn write_mesh(&self, path: &Path) -> Result<(), BodiesError> {
         Ok(write_file(path, |out| write_layer_ply(&self.mesh(), None, &[], out))?)
     }
 
-    /// Draws the body asked for from four sides; where none was asked for, the mean, both ends of the first
-    /// components, and the mean in several stances.
+    /// Draws the requested body from four sides; without a request, the mean, both ends of the first components, and
+    /// the mean in several stances.
     pub fn write_sheet(&self, path: &Path) -> Result<(), BodiesError> {
         let rows = if self.one { self.one_body() } else { self.span() };
         let drawn: Vec<SheetRow> = rows.iter().map(MeshRow::drawn).collect();
@@ -162,7 +162,7 @@ impl ShownBody {
         rows
     }
 
-    /// Records the shape space and the stances for the viewer: one frame a body.
+    /// Records the shape space and the stances for the viewer, one frame per body.
     #[cfg(feature = "rerun")]
     pub fn write_recording(&self, path: &Path) -> Result<(), BodiesError> {
         use crate::view::Recording;

@@ -1,4 +1,4 @@
-//! Answers: from a person at a terminal, with history and completion, or line by line from a pipe.
+//! Reads answers: from a terminal, with history and completion, or line by line from a pipe.
 
 use crate::cli::console::print_line;
 use rustyline::completion::{Completer, FilenameCompleter, Pair};
@@ -11,20 +11,20 @@ use rustyline::{Editor, Helper};
 use std::io::{BufRead, IsTerminal};
 use std::path::{Path, PathBuf};
 
-/// What an answer may begin with, and the layers that there are.
+/// Candidates for completion.
 #[derive(Default)]
 pub(super) struct Hints {
-    /// Commands, and garment kinds where one is asked for.
+    /// Commands, and garment kinds if the question asks for one.
     pub words: Vec<String>,
     /// Layers of the session.
     pub layers: Vec<String>,
 }
 
-/// Where answers come from.
+/// The source of answers.
 pub(super) enum Ask {
-    /// A person; the history is kept in the session.
+    /// A terminal; the history is stored in the session.
     Person { editor: Box<Editor<Completion, FileHistory>>, history: PathBuf },
-    /// A pipe; what is read is shown, so that the transcript is whole.
+    /// A pipe; its lines are echoed, so that the transcript is complete.
     Pipe { silent: bool },
 }
 
@@ -36,12 +36,12 @@ impl Ask {
         let mut editor = Editor::new()?;
         editor.set_helper(Some(Completion { hints: Hints::default(), files: FilenameCompleter::new() }));
         let history = dir.join("record.history");
-        // The first time there is none.
+        // A new session has no history.
         let _ = editor.load_history(&history);
         Ok(Self::Person { editor: Box::new(editor), history })
     }
 
-    /// One answer; `None` when there are no more.
+    /// Reads one answer; `None` at the end of the input.
     pub(super) fn ask(&mut self, prompt: &str, hints: Hints) -> anyhow::Result<Option<String>> {
         match self {
             Self::Pipe { silent } => {
@@ -60,7 +60,7 @@ impl Ask {
                 }
                 match editor.readline(prompt) {
                     Ok(line) => {
-                        // A history that cannot be kept is no reason to stop.
+                        // Continue if the history cannot be saved.
                         let _ = editor.add_history_entry(line.as_str());
                         let _ = editor.save_history(history);
                         Ok(Some(line))
@@ -73,7 +73,7 @@ impl Ask {
     }
 }
 
-/// Completes words and layers where one begins, and paths everywhere.
+/// Completes words and layers at the start of a word, and paths everywhere.
 pub(super) struct Completion {
     hints: Hints,
     files: FilenameCompleter,
@@ -92,7 +92,7 @@ impl Completer for Completion {
             .map(|word| Pair { display: word.clone(), replacement: format!("{word} ") })
             .collect();
         let (from, files) = self.files.complete_path(line, pos)?;
-        // A path may be completed from its last part on; then words have no place beside it.
+        // If the last part of a path can be completed, words are not candidates.
         if from == start {
             found.extend(files);
         } else if found.is_empty() {

@@ -1,8 +1,8 @@
-//! What a step measured, for a user who decides whether to scan it again.
+//! The measures of a step, for a user who decides whether to scan it again.
 
 use crate::session::{Stage, StepStatus};
 
-/// Lines to read after a step was built: what was measured, noticed, and what to look at.
+/// The lines shown after a step was built: measures, findings and advice.
 pub(super) fn lines(step: &StepStatus) -> Vec<String> {
     let value = |stage: Stage, name: &str| {
         step.standing.iter().find(|r| r.stage == stage).and_then(|r| r.measures.get(name)).copied()
@@ -26,7 +26,7 @@ pub(super) fn lines(step: &StepStatus) -> Vec<String> {
             add("corrected by hand:", value(Stage::Segment, "by_hand_vertices"), " vertices");
         }
     }
-    // What was assumed about the file and what is unusual about the cut; `status` reports the progress of fits.
+    // The assumptions about the file and the findings of the cut; `status` reports the convergence of fits.
     let read_first = |stage: Stage| matches!(stage, Stage::Scan | Stage::Cut);
     let findings: Vec<&String> =
         step.standing.iter().filter(|r| read_first(r.stage)).flat_map(|r| &r.findings).collect();

@@ -1,5 +1,5 @@
-//! `overcoat record`: a prompt that walks a person through a dressing session, with the very commands of the tool. What is
-//! asked next follows from the session on disk alone, so it can be left, or killed, and taken up at any point.
+//! `overcoat record`: a prompt that guides the user through a dressing session with the tool's own commands. The next
+//! question depends only on the session on disk, so the prompt can be left or killed and resumed at any point.
 
 mod ask;
 mod measured;
@@ -29,7 +29,7 @@ const HELP: &str = "Answer the question, or type one of these:
   status, log, undo, export FILE, …: any command of overcoat
   quit               leave; `overcoat record` goes on from here";
 
-/// What is asked.
+/// The current question.
 enum Question {
     Body,
     Name,
@@ -38,7 +38,7 @@ enum Question {
     Again { name: String },
 }
 
-/// What comes after an answer.
+/// The reaction to an answer.
 enum Then {
     Ask,
     Quit,
@@ -68,11 +68,11 @@ struct Record {
     commands: Commands,
     /// The number of steps at the start.
     steps_before: usize,
-    /// What the commands typed say, if anything.
+    /// The messages of the typed commands.
     console: Console,
-    /// The step that is to be scanned anew.
+    /// The step to be scanned again.
     again: Option<String>,
-    /// What was told last of the steps, so that it is told once.
+    /// The last report about the steps, so that it is printed only once.
     told: usize,
 }
 
@@ -188,7 +188,7 @@ impl Record {
         Ok(Then::Ask)
     }
 
-    /// The answer to the question itself.
+    /// Handles an answer to the question itself.
     fn take(&mut self, question: Question, words: Vec<String>) -> anyhow::Result<()> {
         let session = self.session()?;
         match question {
@@ -235,15 +235,16 @@ impl Record {
         Ok(())
     }
 
-    /// A command of the tool, as typed, in this session.
+    /// Runs a command of the tool, as typed, in this session.
     fn command(&self, words: &[String]) -> anyhow::Result<()> {
         let done = (self.commands.run)(words, &self.context)?;
-        // What to do next is asked here.
+        // The prompt itself asks what to do next.
         done.lines.iter().for_each(|line| self.say(line));
         Ok(())
     }
 
-    /// Builds what is stale, and tells what was measured. A failure is told; a person then decides.
+    /// Builds the stages that are out of date, and prints the measures. On a failure it prints the error and the user
+    /// decides.
     fn catch_up(&mut self) {
         if let Err(e) = self.try_catch_up() {
             failure::say(&e, false);
@@ -271,7 +272,7 @@ impl Record {
         Ok(())
     }
 
-    /// Takes back the last answer that is not in the session yet, or else the session's last change.
+    /// Undoes the last answer that is not in the session yet, or else the session's last change.
     fn back(&mut self, question: &Question) -> anyhow::Result<()> {
         let session = self.session()?;
         match question {
@@ -331,7 +332,7 @@ impl Record {
         self.command(&typed.into_iter().map(String::from).collect::<Vec<_>>())
     }
 
-    /// `mask`, of the last garment where none is named.
+    /// Runs `mask`, for the last garment by default.
     fn mask(&mut self, words: &[String]) -> anyhow::Result<()> {
         let session = self.session()?;
         let last = session.recipe().steps.last().filter(|s| s.template.is_some()).map(|s| s.name.clone());
@@ -378,7 +379,7 @@ fn own_kind(name: &str) -> Option<&'static str> {
     GarmentTemplate::names().find(|kind| *kind == name)
 }
 
-/// The options with which a step was scanned.
+/// The options of `scan` with which a step was added.
 fn options_of(step: &StepRecipe) -> Vec<String> {
     let mut options = vec!["--replace".to_string()];
     let given = [("--template", &step.template), ("--until", &step.until), ("--sleeve", &step.sleeve)];
@@ -389,7 +390,7 @@ fn options_of(step: &StepRecipe) -> Vec<String> {
     options
 }
 
-/// A line as words; a line that is a file's name is one, spaces and all.
+/// Splits a line into words. A line that is a file name is one word, even with spaces.
 fn words_of(line: &str) -> anyhow::Result<Vec<String>> {
     if !line.is_empty() && Path::new(line).exists() {
         return Ok(vec![line.to_string()]);

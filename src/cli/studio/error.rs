@@ -1,16 +1,16 @@
-//! Why no synthetic session is written.
+//! Why a synthetic session cannot be written.
 
 use crate::formats::FormatError;
 use crate::session::SessionError;
 use crate::studio::StudioError;
 
-/// Why no synthetic session is written.
+/// Why a synthetic session cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum MakeError {
     /// The folder is not empty, or a file in it cannot be written.
     #[error(transparent)]
     File(#[from] SessionError),
-    /// The studio cannot generate what is asked of it.
+    /// The request cannot be generated.
     #[error(transparent)]
     Refused(#[from] StudioError),
     /// An image or a mesh cannot be encoded.

@@ -12,12 +12,12 @@ use serde::Serialize;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// What is generated, and how much of it is written.
+/// The request for a synthetic session.
 #[derive(Clone, Debug)]
 pub struct MakeRequest {
     /// The subject, the garments and the camera.
     pub subject: SubjectParams,
-    /// Write the frames of every step (`K-NAME/`), not only the fused scans.
+    /// Whether to write the frames of every step (`K-NAME/`), not only the fused scans.
     pub frames: bool,
 }
 
@@ -36,12 +36,12 @@ pub struct MadeStep {
 
 /// JPEG quality of colour frames, of 100: the noise of the sensor is kept.
 const JPEG_QUALITY: u8 = 90;
-/// Frames a second.
+/// Frames per second.
 const RATE: f64 = 30.0;
 
 /// Generates a subject who is dressed garment after garment, and writes `DIR/K-NAME.ply`, `DIR/K-NAME/` and `DIR/truth/`.
 ///
-/// **Errors** where the request cannot be generated, or the folder is not empty or cannot be written.
+/// **Errors** if the request cannot be generated, or the folder is not empty or cannot be written.
 pub fn make_subject(
     dir: &Path,
     request: &MakeRequest,
@@ -162,7 +162,7 @@ fn write_text(path: &Path, text: &str) -> Result<(), MakeError> {
     write_bytes(path, text.as_bytes())
 }
 
-/// Not synced one by one: there are hundreds of files, and `joints.json`, written last, says that all are there.
+/// The hundreds of files are not synced one by one; `joints.json`, written last, shows that all are complete.
 fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), MakeError> {
     std::fs::write(path, bytes).map_err(|e| SessionError::writing(path, e).into())
 }

@@ -1,4 +1,5 @@
-//! A scan added to a session: read and cleaned at once, so that a bad file is reported before anything is changed.
+//! Adds a scan to a session. The scan is read and cleaned at once, so that a bad file is reported before anything
+//! changes.
 
 use crate::parameters::Settings;
 use crate::scan::{Unit, Up};
@@ -20,30 +21,30 @@ pub struct NewScan {
     pub file: PathBuf,
     /// The garment kind.
     pub template: Option<String>,
-    /// Unit of the file, where it is not to be guessed.
+    /// Unit of the file; guessed if `None`.
     pub unit: Option<Unit>,
-    /// Up-axis of the file, where it is not to be guessed.
+    /// Up axis of the file; guessed if `None`.
     pub up: Option<Up>,
-    /// About how many faces the cleaned scan has.
+    /// Approximate number of faces of the cleaned scan.
     pub faces: Option<usize>,
-    /// What becomes the figure's body; for the body only.
+    /// The surface that becomes the figure's body; for the body's step only.
     pub surface: Option<BodySurface>,
-    /// Millimetres between the voxels in which RGB-D frames are fused.
+    /// Voxel size of the fusion of RGB-D frames, in millimetres.
     pub voxel_mm: Option<f64>,
-    /// Parameters of how the scan is read, where they are not the defaults.
+    /// Parameters of reading the scan that differ from the defaults.
     pub reading: Settings,
     /// Where the garment ends.
     pub until: Option<String>,
     /// Where its sleeves end.
     pub sleeve: Option<String>,
-    /// Where the fusion of RGB-D frames is shown.
+    /// Target of the recording of the fusion of RGB-D frames.
     pub view: Option<ShowIn>,
-    /// Replace the step of that name.
+    /// Whether to replace the step of that name.
     pub replace: bool,
 }
 
 impl Writer {
-    /// Adds a scan as the next step. The session is as it was if anything is wrong with it.
+    /// Adds a scan as the next step. On an error the session is unchanged.
     pub fn add_scan(&mut self, new: &NewScan, on_event: &mut dyn FnMut(&Event)) -> Result<StageReport, SessionError> {
         check_extent(new)?;
         if new.surface.is_some() && new.name != BODY_STEP {
@@ -54,7 +55,7 @@ impl Writer {
         }
         check_voxel(new)?;
         let mut recording = recording_of(new)?;
-        // Masks are anchored in space: they hold for another mesh of the same.
+        // Masks are anchored in space, so they also apply to another mesh of the same person.
         let masks = self.session.recipe.step(&new.name).map(|old| old.masks.clone()).unwrap_or_default();
         let mut step = StepRecipe {
             name: new.name.clone(),
@@ -90,7 +91,7 @@ impl Writer {
         let mut walk = Walk::make(self, &change, &forced, &mut watched);
         scan_of(&mut walk, &step)?;
         let report = walk.into_reports().pop();
-        // Where the very scan was there already, only the recipe is new.
+        // If this very scan exists already, only the recipe changes.
         self.save(&change)?;
         if let Some(recording) = recording {
             recording.finish(report.as_ref().map_or(&[], |r| r.findings.as_slice()))?;
@@ -111,7 +112,7 @@ fn recording_of(new: &NewScan) -> Result<Option<ScanRecording>, SessionError> {
     ScanRecording::try_new(&new.name, to).map(Some)
 }
 
-/// What is shown has to run, although it may be up to date.
+/// A stage that is to be recorded must run, even if it is up to date.
 fn forced_by(new: &NewScan) -> Forced {
     match new.view {
         Some(_) => Forced::Named(vec![(new.name.clone(), Some(Stage::Scan))]),

@@ -1,4 +1,4 @@
-//! One recipe on many people: a table of subjects, a session each, several at a time.
+//! Runs one recipe on a table of subjects: one session per subject, several in parallel.
 
 use super::replay::{Replay, Replayed, read_recipe, replay};
 use crate::session::error::SessionError;
@@ -12,32 +12,32 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-/// Which subjects are to be run through a recipe.
+/// The request to run a recipe on many subjects.
 #[derive(Clone, Debug, Default)]
 pub struct Batch {
     /// A recipe, or the folder of a session.
     pub recipe: PathBuf,
-    /// The folder in which each subject gets its session, and `summary.csv` is written at the end.
+    /// The folder that receives one session per subject and, at the end, `summary.csv`.
     pub into: PathBuf,
     /// A table: the first column names the subject, the others are keys of [`Assignment`]; an empty cell sets nothing.
-    /// Paths are seen from its folder.
+    /// Paths are relative to its folder.
     pub subjects: PathBuf,
-    /// What is to be otherwise for all of them.
+    /// Assignments for all subjects.
     pub set: Vec<Assignment>,
-    /// The folder from which paths in `set` are seen.
+    /// The folder to which paths in `set` are relative.
     pub set_from: PathBuf,
-    /// How many at a time.
+    /// Number of subjects that run in parallel.
     pub jobs: usize,
 }
 
 /// The outcome of one subject.
 #[derive(Clone, Debug)]
 pub struct SubjectRun {
-    /// Its name, which is its folder's, too.
+    /// Its name and that of its folder.
     pub name: String,
     /// The stages that ran or were up to date, or one sentence about the failure.
     pub outcome: Result<Replayed, String>,
-    /// How long it took.
+    /// Run time.
     pub took: Duration,
 }
 
@@ -46,10 +46,9 @@ struct TableRow {
     set: Vec<Assignment>,
 }
 
-/// Runs all subjects, in the order of the table as far as `jobs` allows; one that fails keeps no other from running.
+/// Runs all subjects, `jobs` of them in parallel, in the order of the table. If one fails, the others still run.
 ///
-/// **Errors** where the table cannot be meant: then nothing is run.
-/// **Guarantees** the same bytes for any number of jobs.
+/// **Errors** if the table is invalid; then nothing runs. **Guarantees** the same bytes for any number of jobs.
 pub fn replay_all(batch: &Batch, on_done: &(dyn Fn(&SubjectRun) + Sync)) -> Result<Vec<SubjectRun>, SessionError> {
     let rows = read_rows(batch)?;
     std::fs::create_dir_all(&batch.into).map_err(|e| SessionError::writing(&batch.into, e))?;
@@ -87,7 +86,7 @@ fn run_one(batch: &Batch, row: &TableRow) -> SubjectRun {
         set: row.set.clone(),
         set_from: PathBuf::new(),
     };
-    // A panic in one subject must not stop the others; its session is on disk, whole.
+    // A panic in one subject must not stop the others; its session on disk is intact.
     let outcome = match catch_unwind(AssertUnwindSafe(|| replay(&one, &mut |_| {}))) {
         Ok(Ok(replayed)) => Ok(replayed),
         Ok(Err(e)) => Err(e.to_string()),
@@ -131,7 +130,7 @@ fn read_rows(batch: &Batch) -> Result<Vec<TableRow>, SessionError> {
         let common = batch.set.iter().map(|a| seen_from(&batch.set_from, &a.key, &a.value, &recipe));
         let set: Vec<Assignment> = common.chain(own).collect();
         match assignment::apply(&mut recipe.clone(), &set, Path::new("")) {
-            // A missing file fails that subject only.
+            // A missing file fails only this subject.
             Ok(_) | Err(SessionError::NoSuchFile { .. } | SessionError::Reading { .. }) => {}
             Err(e) => return Err(bad(line, e.to_string())),
         }
@@ -153,7 +152,7 @@ fn sentence_of(error: &csv::Error) -> String {
     }
 }
 
-/// An assignment whose path, where it is one, no longer depends on a folder.
+/// The assignment with an absolute path, if its value is a path.
 fn seen_from(folder: &Path, key: &str, value: &str, recipe: &crate::session::recipe::Recipe) -> Assignment {
     let is_path = key == "body_model"
         || key.ends_with(".mask")
@@ -173,7 +172,7 @@ fn is_folder_name(name: &str) -> bool {
     !name.is_empty() && name.len() <= LONGEST_NAME && name.chars().all(plain) && !name.starts_with(['.', '-'])
 }
 
-/// All measures of all subjects, and no times: the same bytes each time.
+/// All measures of all subjects, without run times: every run gives the same bytes.
 fn summary_csv(runs: &[SubjectRun]) -> Result<String, SessionError> {
     let named = |report: &StageReport, measure: &str| format!("{}.{}.{measure}", report.step, report.stage);
     let mut columns = BTreeSet::new();

@@ -47,18 +47,18 @@ pub struct StepStatus {
     pub template: Option<String>,
     /// The scan's path.
     pub scan: String,
-    /// How many mask files are applied.
+    /// Number of applied mask files.
     pub masks: usize,
     /// The stages that are up to date, in order.
     pub standing: Vec<StageReport>,
     /// The stages that are out of date, in order.
     pub stale: Vec<Stage>,
-    /// The reasons, where they are known; the other stages wait for these.
+    /// The known reasons; the remaining stages wait for these.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub why: BTreeMap<Stage, Vec<Reason>>,
     /// The measures with limits of the stages that are up to date, in order.
     pub judged: Vec<Judged>,
-    /// The file was changed since it was scanned, or is gone. The session has its own copy.
+    /// Whether the scan's file changed or disappeared since it was added. The session has its own copy.
     pub scan_changed: bool,
 }
 

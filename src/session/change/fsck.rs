@@ -10,51 +10,51 @@ use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// What was done about a damaged file.
+/// The action taken for a damaged file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "outcome", content = "why")]
 pub enum Repair {
-    /// It was only checked.
+    /// Only reported.
     NotTried,
-    /// It is as it was, byte by byte.
+    /// Restored byte for byte.
     #[serde(rename = "mended")]
     Repaired,
-    /// It is not, and why.
+    /// Not restored, with the reason.
     Not(String),
 }
 
-/// A file that is not as the session says.
+/// A file whose content does not match the session's record.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Damage {
-    /// The file, seen from the session's folder.
+    /// The file, relative to the session's folder.
     pub file: String,
-    /// What it is to the session: `the result of shirt, segment`.
+    /// Its role in the session: `the result of shirt, segment`.
     pub what: String,
     /// What is wrong with it.
     pub problem: String,
-    /// What was done about it.
+    /// The action taken.
     #[serde(flatten)]
     pub repair: Repair,
 }
 
-/// How a session was found, and left.
+/// The result of a check.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct FsckReport {
-    /// Artefacts that are named and were looked at.
+    /// Number of checked artefacts.
     pub checked: usize,
-    /// Everything that was wrong, the journal first.
+    /// All damage found, the journal first.
     pub damages: Vec<Damage>,
 }
 
 impl FsckReport {
-    /// Nothing was wrong, or nothing is any more.
+    /// Whether nothing was damaged, or everything was restored.
     pub fn is_sound(&self) -> bool {
         self.damages.iter().all(|d| d.repair == Repair::Repaired)
     }
 }
 
-/// Looks at everything that the session in `dir` names, in its present, its past and its branches. With `repair`, sources
-/// are copied again, stages run again, and an unreadable journal is repaired.
+/// Checks everything that the session in `dir` refers to: its current state, its history and its branches. `repair`
+/// copies sources again, runs stages again and repairs an unreadable journal.
 pub fn fsck(dir: &Path, repair: bool, on_event: &mut dyn FnMut(&Event)) -> Result<FsckReport, SessionError> {
     let _lock = if repair { Some(take_lock(dir)?) } else { None };
     let mut report = FsckReport::default();
@@ -74,7 +74,7 @@ pub fn fsck(dir: &Path, repair: bool, on_event: &mut dyn FnMut(&Event)) -> Resul
     let mut texts = vec![now];
     for (i, change) in changes.iter().enumerate().rev() {
         if past.insert((change.recipe.to_string(), change.state.to_string())) {
-            // What cannot be read is already reported.
+            // Unreadable files are already reported.
             if let (Ok(recipe), Ok(state)) = (check.store.text(change.recipe), check.store.text(change.state)) {
                 texts.push((Snapshot { recipe, state }, format!("after change {}, {}", i + 1, change.change)));
             }
@@ -105,7 +105,7 @@ fn take_lock(dir: &Path) -> Result<Lock, SessionError> {
 /// A line of the journal, counted from 1, and what is wrong with it.
 type BadLine = (usize, String);
 
-/// The changes that can be read and follow from each other, and the first line that cannot.
+/// The longest prefix of readable, consistent changes, and the first line after it.
 fn readable(dir: &Path) -> Result<(Vec<Change>, Option<BadLine>), SessionError> {
     let mut journal = journal::read(dir)?;
     let broken = journal.broken.map(|b| (b.line, b.reason));
@@ -118,8 +118,8 @@ fn readable(dir: &Path) -> Result<(Vec<Change>, Option<BadLine>), SessionError> 
     }
 }
 
-/// A journal with a line that cannot be read: that line is taken out where the others make sense without it; else it ends
-/// before that line. What is taken out is kept in `journal.broken.jsonl`.
+/// Repairs a journal with an unreadable line: removes that line if the others are consistent without it, otherwise
+/// truncates the journal before it. The removed lines are kept in `journal.broken.jsonl`.
 fn check_journal(dir: &Path, repair: bool, report: &mut FsckReport) -> Result<(), SessionError> {
     let (_, Some((line, reason))) = readable(dir)? else { return Ok(()) };
     let mut damage = Damage {
@@ -149,13 +149,13 @@ struct Check<'a> {
     dir: &'a Path,
     store: Store,
     repair: bool,
-    /// What was looked at, and whether it is sound now.
+    /// The checked artefacts, and whether each is sound now.
     seen: BTreeMap<String, bool>,
     report: FsckReport,
 }
 
 impl Check<'_> {
-    /// Whether the artefact was not looked at yet and is not sound; then what is wrong with it.
+    /// The damage of an artefact that was not checked before; `None` if it is sound or was checked.
     fn look(&mut self, hash: ContentHash) -> Option<&'static str> {
         let name = hash.to_string();
         if self.seen.contains_key(&name) {
@@ -181,7 +181,7 @@ impl Check<'_> {
         self.report.damages.push(Damage { file: format!("artefacts/{hash}"), what, problem: problem.into(), repair });
     }
 
-    /// The texts of recipes and states that the journal names; those of now are in files of their own, too.
+    /// The texts of recipes and states that the journal refers to; the current ones also have files of their own.
     fn snapshots(&mut self, changes: &[Change]) -> Result<(), SessionError> {
         let on_disk =
             ["recipe.toml", "session.json"].map(|file| std::fs::read(self.dir.join(file)).unwrap_or_default());
@@ -199,7 +199,7 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// The file of the state, which readers replace by its snapshot as long as it is not right.
+    /// The file of the state. Readers use its snapshot while the file is damaged.
     fn state_file(&mut self, last: Option<&Change>) -> Result<(), SessionError> {
         let (path, Some(last)) = (state_path(self.dir), last) else { return Ok(()) };
         if std::fs::read(&path).is_ok_and(|bytes| ContentHash::of(&bytes) == last.state) {
@@ -219,7 +219,7 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// The session's copies of the files that were given.
+    /// The session's copies of the input files.
     fn sources(&mut self, session: &Session, when: &str) -> Result<(), SessionError> {
         let recipe = &session.recipe;
         let steps = recipe.steps.iter();
@@ -245,8 +245,8 @@ impl Check<'_> {
         })
     }
 
-    /// What the stages made, in any of the sessions. A state may name results that were already out of date:
-    /// each is rebuilt by the state in which it was not.
+    /// The results of the stages, over all states of the session. A state may refer to results that were already out of
+    /// date; each is rebuilt from a state in which it was up to date.
     fn results(
         &mut self,
         sessions: &[(Session, String)],
@@ -288,7 +288,7 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// Artefacts whose content is not what their name says, and which nothing names.
+    /// Artefacts whose content does not match their name, and to which nothing refers.
     fn strays(&mut self) -> Result<(), SessionError> {
         for hash in self.store.names()? {
             if !self.seen.contains_key(&hash.to_string()) && self.store.health(hash) == Health::Damaged {

@@ -1,4 +1,4 @@
-//! Labels given by hand: added, listed, removed, and written out to be painted.
+//! Masks, that is labels given by hand: add, list, remove, and export for painting.
 
 use crate::formats::{NpyArray, PlyOptions, RawMesh, is_zip, write_npy, write_ply};
 use crate::geometry::Adjacency;
@@ -15,14 +15,14 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What a mask does.
+/// The effect of a mask.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct MaskReport {
     /// Vertices of the scan that it marks as the garment.
     pub added: usize,
     /// Vertices of the scan that it marks as not the garment.
     pub erased: usize,
-    /// It replaced an earlier mask of the same file.
+    /// Whether it replaced an earlier mask of the same file.
     pub replaced: bool,
 }
 
@@ -31,11 +31,11 @@ pub struct MaskReport {
 pub struct MaskInfo {
     /// The garment.
     pub layer: String,
-    /// From 1, in the order in which they are applied.
+    /// Number from 1, in the order of application.
     pub number: usize,
-    /// The file that a person edits, as the recipe has it.
+    /// The file that the user edits, as written in the recipe.
     pub file: String,
-    /// What it holds.
+    /// The kind of its content.
     pub kind: String,
     /// Vertices of the scan that it marks as the garment.
     pub added: usize,
@@ -43,7 +43,7 @@ pub struct MaskInfo {
     pub erased: usize,
 }
 
-/// Where masks lie that have no place in space of their own, once they have got one.
+/// The folder of masks that were anchored in space by the session.
 const ANCHORED: &str = "masks";
 
 fn count(marks: &Marks, label: bool) -> usize {
@@ -51,7 +51,7 @@ fn count(marks: &Marks, label: bool) -> usize {
 }
 
 impl SourceFile {
-    /// The file that a person edits.
+    /// The file that the user edits.
     pub(in crate::session) fn edited(&self) -> &str {
         self.from.as_ref().unwrap_or(&self.file)
     }
@@ -65,14 +65,14 @@ pub(in crate::session) struct NewMask {
     kept_scan: Kept<Scan>,
     scan: Arc<Scan>,
     marks: Marks,
-    /// As the recipe will have it.
+    /// Its entry in the recipe.
     path: String,
-    /// Where it is among the masks, if it is one already.
+    /// Its index among the masks if it is one already.
     at: Option<usize>,
 }
 
 impl Writer {
-    /// Adds a mask to a garment, or replaces it if its file is one already. An error leaves the session unchanged.
+    /// Adds a mask to a garment, or replaces the mask of the same file. On an error the session is unchanged.
     pub fn add_mask(&mut self, layer: &str, file: &Path) -> Result<MaskReport, SessionError> {
         let new = self.session.read_new_mask(layer, file)?;
         self.session.refuse_to_erase_all(&new, file)?;
@@ -82,7 +82,7 @@ impl Writer {
         Ok(MaskReport { added: count(true), erased: count(false), replaced: new.at.is_some() })
     }
 
-    /// Puts a mask that was read among those of its garment, and names the change, which is yet to be saved.
+    /// Inserts a mask into the recipe and returns the description of the change, which is not saved yet.
     pub(in crate::session) fn put_mask(&mut self, new: &NewMask, file: &Path) -> Result<String, SessionError> {
         let layer = &new.step.name;
         let named = match new.mask.is_anchored() {
@@ -101,7 +101,7 @@ impl Writer {
         Ok(format!("mask {layer} {name}"))
     }
 
-    /// Gives marks a place in space: a file of their own in the session, with points and labels.
+    /// Anchors marks in space: writes points and labels to a file in the session.
     fn anchored(&self, layer: &str, scan: &Scan, marks: &Marks, from: String) -> Result<SourceFile, SessionError> {
         let mesh = LabelledSurface::of_marks(scan, marks).to_mesh();
         let mut bytes = Vec::new();
@@ -109,7 +109,7 @@ impl Writer {
         let options = PlyOptions { double: true, ..PlyOptions::default() };
         write_ply(&mesh, &options, &mut bytes).map_err(|e| SessionError::bad_source(&folder, e))?;
         let hash = self.session.store.keep_bytes(&bytes)?;
-        // By its content: an older state of the session finds its own still there.
+        // Named by its content, so that older states of the session keep their own file.
         let file = format!("{ANCHORED}/{layer}-{}.ply", hash.short());
         std::fs::create_dir_all(&folder).map_err(|e| SessionError::writing(&folder, e))?;
         write_whole(&self.session.dir().join(&file), &bytes)?;
@@ -164,11 +164,11 @@ impl Session {
         self.recipe.steps.iter().flat_map(of_step).collect()
     }
 
-    /// Writes a file in which a garment can be corrected: its segmented scan as `.ply`, red where the garment is; a
-    /// label a vertex as `.npy`; a picture over the scan's texture coordinates as `.png`, white where the garment is; or a
-    /// `.jsonl` without a stroke. Tells how many vertices there are.
+    /// Writes a file in which the user can correct a garment: its segmented scan as `.ply`, with the garment in red;
+    /// one label per vertex as `.npy`; a picture over the scan's texture coordinates as `.png`, with the garment in
+    /// white; or a `.jsonl` without strokes. Returns the number of vertices.
     ///
-    /// **Errors** where there is a file already: it may be painted.
+    /// **Errors** if the file exists: it may be painted.
     pub fn write_mask_template(&self, layer: &str, target: &Path) -> Result<usize, SessionError> {
         self.garment_step(layer)?;
         if target.exists() {
@@ -197,7 +197,7 @@ impl Session {
                 let path = self.resolve(&source.file);
                 let bad_scan = |e| SessionError::BadSource { path: path.clone(), source: Box::new(e) };
                 let given = self.source_bytes(&source)?;
-                // A recording of frames is no file with texture coordinates.
+                // A recording of frames has no texture coordinates.
                 let file = raw_mesh(&path, &given).or_else(|e| match is_zip(&given) {
                     true => Ok(RawMesh::default()),
                     false => Err(bad_scan(e)),
@@ -231,7 +231,7 @@ impl Session {
         Ok((kept, self.store.load_shared(kept)?))
     }
 
-    /// The place of the mask with that number, path or file name.
+    /// The index of the mask with that number, path or file name.
     fn mask_at(&self, step: &StepRecipe, which: &str) -> Result<usize, SessionError> {
         let path = relative_to(self.dir(), Path::new(which)).ok();
         let is = |m: &SourceFile| m.edited() == which || Some(m.edited()) == path.as_deref();
@@ -249,10 +249,10 @@ impl Session {
             .ok_or_else(|| no_such_mask(step, format!("'{}' has no mask '{which}'", step.name)))
     }
 
-    /// The evidence for a garment, where it is up to date.
+    /// The evidence for a garment if it is up to date.
     pub(in crate::session) fn standing_proposal(&self, layer: &str) -> Option<Kept<Proposal>> {
         let mut walk = Walk::look(self);
-        // A stage that is out of date further on does not matter.
+        // Later stages may be out of date.
         let _ = pipeline::steps(&mut walk, Some(layer));
         let is_up_to_date = walk.into_reports().iter().any(|r| r.step == layer && r.stage == Stage::Evidence);
         is_up_to_date
@@ -273,7 +273,7 @@ impl Session {
         Ok(NewMask { step, bytes, mask, kept_scan, scan, marks, path, at })
     }
 
-    /// Refuses a mask after which nothing of the garment is left, as far as that can be told before a build.
+    /// Refuses a mask that leaves nothing of the garment, as far as that is known before a build.
     pub(in crate::session) fn refuse_to_erase_all(&self, new: &NewMask, file: &Path) -> Result<(), SessionError> {
         let NewMask { step, scan, at, .. } = new;
         let before = marks_of_some(self, step, scan, |i| at.is_none_or(|at| i < at))?;

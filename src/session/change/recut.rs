@@ -7,21 +7,21 @@ use crate::session::stages::{Event, Forced, StageReport, Walk, pipeline};
 use crate::session::store::Memory;
 use std::path::Path;
 
-/// A garment as it was last cut, in the pose and the world frame of its scan.
+/// A cut garment, in the pose and the world frame of its scan.
 pub struct Recut {
     /// The garment.
     pub garment: Garment,
-    /// The stages that were walked through, the cut last.
+    /// The stages that ran or were up to date, the cut last.
     pub reports: Vec<StageReport>,
 }
 
 impl Writer {
-    /// Keeps what it loads in `memory` from now on.
+    /// Caches loaded values in `memory` from now on.
     pub fn remember(&mut self, memory: &Memory) {
         self.session.store.remember(memory);
     }
 
-    /// Runs what is out of date up to the cut of one garment, not what comes after it. Each result is durable.
+    /// Runs the stages that are out of date up to the cut of one garment. Each result is durable.
     pub fn recut(&mut self, layer: &str, on_event: &mut dyn FnMut(&Event)) -> Result<Recut, SessionError> {
         self.session.recipe.step(layer)?;
         source::keep_missing(&mut self.session)?;

@@ -7,7 +7,7 @@ use crate::session::stages::{Event, Forced, StageReport};
 use crate::session::store::{ContentHash, Store};
 use std::path::{Path, PathBuf};
 
-/// What is to be replayed.
+/// The request for a replay.
 #[derive(Clone, Debug, Default)]
 pub struct Replay {
     /// A recipe, or the folder of a session.
@@ -16,7 +16,7 @@ pub struct Replay {
     pub into: PathBuf,
     /// Differences from the recipe.
     pub set: Vec<Assignment>,
-    /// The folder from which paths in `set` are seen.
+    /// The folder to which paths in `set` are relative.
     pub set_from: PathBuf,
 }
 
@@ -25,19 +25,19 @@ pub struct Replay {
 pub struct Replayed {
     /// The stages that ran or were up to date.
     pub reports: Vec<StageReport>,
-    /// What was omitted, and why.
+    /// What was left out of the recipe, and why.
     pub left_out: Vec<String>,
 }
 
-/// A recipe with all that it names, ready to become a session.
+/// A recipe with the content of all its files, ready to become a session.
 struct Prepared {
     recipe: Recipe,
-    /// The content of every file that it names.
+    /// The content of every file that it refers to.
     contents: Vec<Vec<u8>>,
     left_out: LeftOut,
 }
 
-/// Reads a recipe; `path` may be the folder of a session. Gives the file's path, too.
+/// Reads a recipe; `path` may be the folder of a session. Also returns the file's path.
 pub(in crate::session) fn read_recipe(path: &Path) -> Result<(Recipe, PathBuf), SessionError> {
     let path = if path.is_dir() { path.join("recipe.toml") } else { path.to_path_buf() };
     let bytes = std::fs::read(&path).map_err(|e| SessionError::reading(&path, e))?;
@@ -48,8 +48,7 @@ pub(in crate::session) fn read_recipe(path: &Path) -> Result<(Recipe, PathBuf), 
     Ok((Recipe::parse(&text, &path)?, path))
 }
 
-/// Runs the recipe. Nothing is made before all that it names has been read; a session that was begun and killed is
-/// gone on with.
+/// Runs the recipe. All files that it refers to are read before anything is written. An interrupted replay continues.
 pub fn replay(replay: &Replay, on_event: &mut dyn FnMut(&Event)) -> Result<Replayed, SessionError> {
     let prepared = prepare(replay)?;
     let mut writer = open_or_create(&replay.into, &prepared)?;
@@ -73,7 +72,7 @@ fn prepare(replay: &Replay) -> Result<Prepared, SessionError> {
             MaskFile::read(&path, &bytes)?.check_layer(layer, &path)?;
         }
         let file = folder.join(&source.file);
-        // If only the copy is left, its name is all that is known.
+        // If only the copy remains, only its name is known.
         let file = file.canonicalize().unwrap_or_else(|_| PathBuf::from(file.file_name().unwrap_or_default()));
         let text = file.to_str().ok_or_else(|| SessionError::PathNotText { path: file.clone() })?;
         let mut found = source.clone();
@@ -97,7 +96,7 @@ fn prepare(replay: &Replay) -> Result<Prepared, SessionError> {
     Ok(Prepared { recipe, contents, left_out })
 }
 
-/// The copy beside the recipe, or the file, where it still is what it was.
+/// The copy beside the recipe, or the file itself if it is unchanged.
 fn bytes_of(store: &Store, folder: &Path, source: &SourceFile) -> Result<Vec<u8>, SessionError> {
     if let Some(bytes) = source.hash.and_then(|hash| store.bytes(hash).ok()) {
         return Ok(bytes);
@@ -118,7 +117,7 @@ fn open_or_create(into: &Path, prepared: &Prepared) -> Result<Writer, SessionErr
             keep(&mut writer, prepared)?;
             return Ok(writer);
         }
-        // `new` was killed before the recipe was there.
+        // `new` was killed before it wrote the recipe.
         Ok(there) if there.recipe.steps.is_empty() && there.history().branches().len() == 1 => {
             let mut writer = Writer::open(into)?;
             begin(&mut writer, into, prepared)?;

@@ -1,4 +1,4 @@
-//! Single stages, run with parameters that the recipe then keeps.
+//! Runs single stages with parameters that are saved in the recipe.
 
 use crate::parameters::Setting;
 use crate::session::error::SessionError;
@@ -9,35 +9,34 @@ use crate::session::results::ShowIn;
 use crate::session::stage::Stage;
 use crate::session::stages::{Event, Forced, StageReport, Walk, pipeline};
 
-/// Which stages are to run, and with what.
+/// The request to run single stages.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StageRequest {
     /// The command: `segment`.
     pub name: String,
-    /// The stages whose parameters may be set; in each step the last of them that it has is run, with all that it
-    /// rests on.
+    /// The stages whose parameters may be set. In each step the last of them runs, after everything that it depends on.
     pub stages: Vec<Stage>,
-    /// The step; `None` for all that have such a stage.
+    /// The step; `None` for all steps that have such a stage.
     pub step: Option<String>,
-    /// Parameters: their stages, of which a step may have one only, name and value.
+    /// Parameters: their stages, of which a step has at most one, name and value.
     pub settings: Vec<(Vec<Stage>, String, Setting)>,
-    /// Reset those stages to the defaults first.
+    /// Whether to reset those stages to the defaults first.
     pub reset: bool,
-    /// Where fits are shown; they run again although they are up to date.
+    /// Target of the recording of fits; they run again even if they are up to date.
     pub view: Option<ShowIn>,
 }
 
 /// The outcome.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StageRun {
-    /// What was set, step by step: `shirt.segment.color 1 → 0.5`.
+    /// The changes of parameters, step by step: `shirt.segment.color 1 → 0.5`.
     pub set: Vec<String>,
     /// The stages that ran or were up to date.
     pub reports: Vec<StageReport>,
 }
 
 impl Writer {
-    /// Sets parameters and runs the stages. If one fails, only the results of the stages before them stay.
+    /// Sets parameters and runs the stages. If one fails, only the results of earlier stages are kept.
     pub fn run_stages(
         &mut self,
         request: &StageRequest,
@@ -49,7 +48,7 @@ impl Writer {
             recording.see(event);
             on_event(event);
         });
-        // A refused fit is shown too.
+        // A refused fit is recorded too.
         let shown = recording.finish();
         run.and_then(|run| shown.map(|()| run))
     }
@@ -68,7 +67,7 @@ impl Writer {
         }
         recipe.check().map_err(|fault| fault.error)?;
         if !set.is_empty() {
-            // The stages before are not part of the change; their results stay if it fails.
+            // Earlier stages are not part of the change; their results are kept if it fails.
             self.make_until(&steps[..1], before(&request.stages), "build", &Forced::Nothing, on_event)?;
             source::fill_in(&mut recipe, &self.session)?;
         }
@@ -96,7 +95,7 @@ impl Writer {
         }
     }
 
-    /// The steps that the request is for, in order.
+    /// The steps of the request, in order.
     fn steps_of(&self, request: &StageRequest) -> Result<Vec<String>, SessionError> {
         let recipe = &self.session.recipe;
         if let Some(name) = &request.step {
@@ -121,7 +120,7 @@ impl Writer {
         }
     }
 
-    /// A parameter that none of the steps has would be ignored silently.
+    /// Refuses a parameter that none of the steps has; it would be ignored silently.
     fn check_taken(&self, request: &StageRequest, steps: &[String]) -> Result<(), SessionError> {
         for (stages, name, _) in &request.settings {
             let mut taken = false;
@@ -145,7 +144,7 @@ impl Writer {
         Ok(())
     }
 
-    /// Runs what is out of date up to the last of `stages` in the last of `steps`; nothing with `None`.
+    /// Runs the stages that are out of date up to the last of `stages` in the last of `steps`; runs nothing for `None`.
     fn make_until(
         &mut self,
         steps: &[String],

@@ -1,4 +1,4 @@
-//! The body model that a session is built with.
+//! The body model of a session.
 
 use super::session::Session;
 use super::source;
@@ -9,17 +9,17 @@ use serde_json::{Value, json};
 use std::io::Cursor;
 use std::path::Path;
 
-/// Where the body model comes from.
+/// Origin of the body model.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum BodyModelSource {
-    /// It is part of the program.
+    /// The model embedded in the program.
     Embedded,
     /// A file, by its path in the recipe.
     File(String),
 }
 
 impl Session {
-    /// Where this session's body model comes from.
+    /// Origin of this session's body model.
     pub fn body_model_source(&self) -> BodyModelSource {
         match &self.recipe.body {
             None => BodyModelSource::Embedded,
@@ -54,12 +54,12 @@ impl Session {
     }
 }
 
-/// Checks that bytes are a body model.
+/// Checks that the bytes are a body model.
 pub(in crate::session) fn check_body_model(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
     read(path, bytes).map(drop)
 }
 
-/// The model of a file, or the embedded one.
+/// The model from a file, or the embedded one.
 pub fn read_body_model(path: Option<&Path>) -> Result<BodyModel, SessionError> {
     match path {
         None => embedded_model().map_err(|e| SessionError::bad_source(Path::new("the embedded body model"), e)),

@@ -1,5 +1,5 @@
-//! A garment that `record` asks for and that is not scanned yet: the answers so far, so that the prompt can be left and
-//! resumed at any point. Not part of the session's state; losing it costs two answers.
+//! The answers about a garment that `record` has asked for and that is not scanned yet, so that the prompt can be left
+//! and resumed at any point. They are not part of the session's state; losing them costs the user two answers.
 
 use super::session::Session;
 use crate::session::error::SessionError;
@@ -7,12 +7,12 @@ use crate::session::store::write_whole;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// The answers so far.
+/// The answers.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Draft {
     /// The garment's name.
     pub name: String,
-    /// Its kind, and options of `scan` as typed.
+    /// Its kind, and the options of `scan` as typed.
     #[serde(default)]
     pub kind: Option<Vec<String>>,
 }
@@ -22,7 +22,7 @@ impl Session {
         self.dir().join("record.json")
     }
 
-    /// The draft; `None` if there is none, if it cannot be read, or if its step was scanned since.
+    /// The draft; `None` if it does not exist, cannot be read, or was scanned since.
     pub fn draft(&self) -> Option<Draft> {
         let draft: Draft = serde_json::from_slice(&std::fs::read(self.draft_path()).ok()?).ok()?;
         self.recipe.step(&draft.name).is_err().then_some(draft)

@@ -1,4 +1,4 @@
-//! A session's folder: opened, created, changed durably, undone; and the files and the body model that its recipe names.
+//! A session's folder: open, create, change durably, undo; and the files and the body model of its recipe.
 
 mod body_model;
 mod draft;

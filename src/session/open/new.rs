@@ -7,14 +7,15 @@ use crate::session::error::SessionError;
 use crate::session::recipe::Recipe;
 use std::path::{Path, PathBuf};
 
-/// What a new session starts with.
+/// The request for a new session.
 #[derive(Clone, Debug, Default)]
 pub struct NewSession {
-    /// A body model of one's own instead of the embedded one.
+    /// The user's body model; `None` for the embedded one.
     pub body: Option<PathBuf>,
 }
 
-/// Makes an empty session in `dir`, which must not exist or be empty. A body model is checked before anything is made.
+/// Creates an empty session in `dir`, which must not exist or be empty. The body model is checked before anything is
+/// written.
 pub fn create(dir: &Path, new: &NewSession) -> Result<BodyModelSource, SessionError> {
     let body = match &new.body {
         None => None,

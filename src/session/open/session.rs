@@ -1,4 +1,4 @@
-//! A session's folder: found, read, changed.
+//! A session's folder: find, read, change.
 
 use crate::session::error::SessionError;
 use crate::session::recipe::Recipe;
@@ -16,12 +16,12 @@ pub struct Session {
     pub(in crate::session) recipe: Recipe,
     pub(in crate::session) state: State,
     pub(in crate::session) timings: Timings,
-    /// The recipe's text with a person's own comments and order.
+    /// The recipe's text, with the user's comments and order.
     pub(in crate::session) recipe_text: String,
     pub(in crate::session) history: History,
     pub(in crate::session) last: Option<Change>,
     pub(in crate::session) lines: usize,
-    /// What the session is according to `recipe.toml`, where that says something else than the journal's last line.
+    /// The session's content according to `recipe.toml`, if that differs from the journal's last line.
     pub(in crate::session) edited: Option<Snapshot>,
     /// The content of `recipe.toml` if it contradicts the journal and was never recorded.
     overruled: Option<String>,
@@ -34,10 +34,10 @@ pub(in crate::session) struct Snapshot {
     pub state: String,
 }
 
-/// A session that this process alone may change.
+/// A session that only this process may change.
 ///
-/// **Guarantees** a change is in the journal before any other file shows it; what was killed in between is completed
-/// by the next writer, so a session is always before or after a change, never within.
+/// **Guarantees** a change is in the journal before any other file shows it. The next writer completes an interrupted
+/// change, so a session is always in the state before or after a change.
 pub struct Writer {
     pub(in crate::session) session: Session,
     _lock: Lock,
@@ -70,7 +70,7 @@ fn read_text(path: &Path) -> Result<Option<String>, SessionError> {
 impl Session {
     /// Reads the session in `dir`. Takes no lock and writes nothing.
     ///
-    /// A journal whose last line is cut off is read up to there, and [`Session::notices`] says so.
+    /// A journal is read up to a truncated last line, which [`Session::notices`] reports.
     pub fn open(dir: &Path) -> Result<Self, SessionError> {
         let journal = journal::read(dir)?;
         let mut notices = Vec::new();
@@ -113,7 +113,7 @@ impl Session {
         })
     }
 
-    /// The session as it was with these texts.
+    /// The session in the state of these texts.
     pub(in crate::session) fn as_of(&self, texts: &Snapshot) -> Result<Self, SessionError> {
         Ok(Self {
             dir: self.dir.clone(),
@@ -131,12 +131,12 @@ impl Session {
         })
     }
 
-    /// Sentences about the session's files that a user should know; none prevents the session from being used.
+    /// Warnings about the session's files. The session can still be used.
     pub fn notices(&self) -> &[String] {
         &self.notices
     }
 
-    /// Whether `recipe.toml` was edited since the last change; the next change records that as a change of its own.
+    /// Whether `recipe.toml` was edited since the last change. The next change records the edit as a change of its own.
     pub fn is_edited_by_hand(&self) -> bool {
         self.edited.is_some() && self.last.is_some()
     }
@@ -177,7 +177,7 @@ impl Session {
     }
 }
 
-/// What an interrupted `new` may have left in an empty folder.
+/// The files that an interrupted `new` may leave in an empty folder.
 fn is_leftover(name: &std::ffi::OsStr) -> bool {
     let name = name.to_string_lossy();
     ["lock", "artefacts", "timings.json"].contains(&name.as_ref()) || name.starts_with(UNFINISHED)
@@ -191,7 +191,7 @@ fn cut_off_notice(dir: &Path, broken: &BrokenLine, before: Option<&Change>) -> S
     format!("{}, line {}: {}; {state}", journal::path_in(dir).display(), broken.line, broken.reason)
 }
 
-/// Recipe and state: from their files, or from the journal where it knows better.
+/// Recipe and state: from their files, or from the journal if that is newer.
 struct Files {
     recipe: String,
     state: Option<String>,
@@ -209,7 +209,7 @@ impl Files {
         };
         let hash = |text: &String| ContentHash::of(text.as_bytes());
         let recipe_hash = recipe.as_ref().map(hash);
-        // A change of nothing but the recipe's text leaves the state as it was.
+        // A change of only the recipe's text does not change the state.
         let only_recipe = changes.iter().rev().nth(1).filter(|before| before.state == last.state).map(|b| b.recipe);
         let unwritten = state.as_ref().is_some_and(|s| hash(s) != last.state)
             || (recipe_hash.is_some() && recipe_hash == only_recipe && only_recipe != Some(last.recipe));
@@ -218,7 +218,7 @@ impl Files {
             (Some(recipe), None) if !unwritten => {
                 Ok(Self { recipe, state: Some(store.text(last.state)?), overruled: None })
             }
-            // Whoever wrote the journal's last line did not come to write the files: the journal is right.
+            // The writer was interrupted after the journal's last line and before the files: the journal is right.
             (recipe, _) => Ok(Self {
                 recipe: store.text(last.recipe)?,
                 state: Some(store.text(last.state)?),
@@ -229,7 +229,7 @@ impl Files {
 }
 
 impl Writer {
-    /// Makes a session in a folder that does not exist or is empty.
+    /// Creates a session in a folder that does not exist or is empty.
     pub(in crate::session) fn create(dir: &Path, recipe: Recipe) -> Result<Self, SessionError> {
         let io = |e| SessionError::writing(dir, e);
         match std::fs::read_dir(dir).map(|mut entries| entries.all(|e| e.is_ok_and(|e| is_leftover(&e.file_name())))) {
@@ -268,11 +268,11 @@ impl Writer {
 
     /// Opens the session in `dir` for changes.
     pub fn open(dir: &Path) -> Result<Self, SessionError> {
-        // A folder that is not a session is reported before a lock file is made in it.
+        // Report a folder that is not a session before creating a lock file in it.
         Session::open(dir)?;
         let lock = Lock::take(dir)?;
         let session = Session::open(dir)?;
-        // A recipe may come alone.
+        // A recipe alone is enough.
         session.store.create()?;
         session.store.sweep();
         sweep(dir);
@@ -286,7 +286,8 @@ impl Writer {
         &self.session
     }
 
-    /// Makes the change durable: artefacts, journal line, recipe, state, in this order. Without a difference: nothing.
+    /// Makes the change durable: artefacts, journal line, recipe, state, in this order. Does nothing without a
+    /// difference.
     pub(in crate::session) fn commit(&mut self, change: &str) -> Result<(), SessionError> {
         self.record_hand_edit()?;
         let session = &mut self.session;
@@ -300,7 +301,7 @@ impl Writer {
         self.record(change, None, &texts)
     }
 
-    /// A recipe that was edited by hand is a change of its own, so that it can be undone as such.
+    /// Records an edit of the recipe by hand as a change of its own, so that it can be undone.
     pub(in crate::session) fn record_hand_edit(&mut self) -> Result<(), SessionError> {
         match self.session.edited.take() {
             Some(texts) => self.record("recipe.toml by hand", None, &texts),
@@ -308,7 +309,7 @@ impl Writer {
         }
     }
 
-    /// Appends a line to the journal, unless it would change nothing.
+    /// Appends a line to the journal unless nothing changed.
     pub(in crate::session) fn record(
         &mut self,
         change: &str,
@@ -330,7 +331,7 @@ impl Writer {
         debug_assert_eq!(followed, Ok(()), "our own line is consistent");
         session.last = Some(change);
         let recipe_path = recipe_path(&session.dir);
-        // What a build makes leaves the recipe as it is.
+        // A build does not change the recipe.
         if !std::fs::read(&recipe_path).is_ok_and(|there| there == texts.recipe.as_bytes()) {
             place_whole(&recipe_path, texts.recipe.as_bytes())?;
         }
@@ -338,7 +339,7 @@ impl Writer {
         sync_folder(&session.dir)
     }
 
-    /// Makes the change durable, and notes the times apart.
+    /// Makes the change durable, and stores the run times separately.
     pub(in crate::session) fn save(&mut self, change: &str) -> Result<(), SessionError> {
         self.commit(change)?;
         self.session.timings.write(self.session.dir())

@@ -7,7 +7,7 @@ use crate::session::recipe::{Recipe, SourceFile, relative_to};
 use crate::session::store::ContentHash;
 use std::path::Path;
 
-/// Reads a file, or a folder of RGB-D frames as one zip; nothing is kept yet.
+/// Reads a file, or a folder of RGB-D frames as one zip; stores nothing.
 pub fn read(path: &Path) -> Result<Vec<u8>, SessionError> {
     if path.is_dir() {
         return packed(path);
@@ -15,8 +15,8 @@ pub fn read(path: &Path) -> Result<Vec<u8>, SessionError> {
     std::fs::read(path).map_err(|e| SessionError::reading(path, e))
 }
 
-/// The files of an RGB-D recording in one zip: camera, lists of frames, images. Equal files give equal bytes;
-/// other files in the folder do not matter.
+/// The files of an RGB-D recording in one zip: camera, lists of frames, images. Equal files give equal bytes; other
+/// files in the folder are ignored.
 fn packed(dir: &Path) -> Result<Vec<u8>, SessionError> {
     let names = names_in(dir)?;
     let mut text = |name: &str| std::fs::read(dir.join(name)).ok();
@@ -50,13 +50,13 @@ fn names_in(dir: &Path) -> Result<Vec<String>, SessionError> {
     Ok(names)
 }
 
-/// The entry of a recipe for bytes that were read from `path`; nothing is kept yet.
+/// The recipe's entry for bytes read from `path`; stores nothing.
 pub(in crate::session) fn named(dir: &Path, path: &Path, bytes: &[u8]) -> Result<SourceFile, SessionError> {
     Ok(SourceFile { file: relative_to(dir, path)?, hash: Some(ContentHash::of(bytes)), from: None })
 }
 
 impl Session {
-    /// The bytes of a file of the recipe: the session's copy, or the file itself where a recipe was written by hand.
+    /// The bytes of a file of the recipe: the session's copy, or the file itself if the recipe was written by hand.
     pub(in crate::session) fn source_bytes(&self, source: &SourceFile) -> Result<Vec<u8>, SessionError> {
         let Some(hash) = source.hash else { return read(&self.resolve(&source.file)) };
         let copy = self.store.bytes(hash);
@@ -85,7 +85,7 @@ impl Session {
     }
 }
 
-/// Fills in the hashes that a recipe written by hand leaves out, and keeps the copies that the session lacks.
+/// Fills in the hashes that a recipe written by hand omits, and stores the missing copies.
 pub(in crate::session) fn keep_missing(session: &mut Session) -> Result<(), SessionError> {
     let mut recipe = session.recipe.clone();
     fill_in(&mut recipe, session)?;
@@ -93,7 +93,7 @@ pub(in crate::session) fn keep_missing(session: &mut Session) -> Result<(), Sess
     Ok(())
 }
 
-/// Fills in the hashes of a recipe that is not the session's yet, and keeps the copies that the session lacks.
+/// Fills in the hashes of a new recipe, and stores the missing copies.
 pub(in crate::session) fn fill_in(recipe: &mut Recipe, session: &Session) -> Result<(), SessionError> {
     let keep = |source: SourceFile| -> Result<Option<ContentHash>, SessionError> {
         if source.hash.is_some_and(|hash| session.store.has(hash)) {

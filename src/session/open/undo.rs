@@ -1,4 +1,4 @@
-//! Undo, redo and branches: restore an earlier state. Nothing is deleted; each is a line in the journal.
+//! Undo, redo and branches restore an earlier state. Nothing is deleted; each appends a line to the journal.
 
 use super::session::{Snapshot, Writer, recipe_path, state_path};
 use crate::session::error::SessionError;
@@ -8,7 +8,7 @@ use crate::session::store::{Branch, Entry, Move, State};
 impl Writer {
     /// Undoes the last `count` changes of the branch and returns them, the last one first.
     ///
-    /// **Errors** where there are fewer; then nothing is changed.
+    /// **Errors** if there are fewer; then nothing changes.
     pub fn undo(&mut self, count: usize) -> Result<Vec<Entry>, SessionError> {
         let undoable = self.undoable();
         if count > undoable {
@@ -20,7 +20,7 @@ impl Writer {
 
     /// Redoes the last `count` undone changes.
     ///
-    /// **Errors** where less was undone; then nothing is changed.
+    /// **Errors** if fewer were undone; then nothing changes.
     pub fn redo(&mut self, count: usize) -> Result<Vec<Entry>, SessionError> {
         let there_are = if self.session.edited.is_some() { 0 } else { self.session.history.current().undone.len() };
         if count > there_are {
@@ -29,7 +29,7 @@ impl Writer {
         (0..count).map(|_| self.step_forth()).collect()
     }
 
-    /// Switches to a branch; a new one starts here. Returns whether it is new.
+    /// Switches to a branch; a new one starts at the current state. Returns whether it is new.
     pub fn branch(&mut self, name: &str) -> Result<bool, SessionError> {
         check_branch_name(name)?;
         let head = self.session.history.branch(name).map(|b| b.head().cloned());
@@ -79,7 +79,7 @@ impl Writer {
 }
 
 fn check_branch_name(name: &str) -> Result<(), SessionError> {
-    /// As long as any name that is still read in a list.
+    /// Longest branch name, in characters: it must fit in a list.
     const LONGEST_NAME: usize = 64;
     let plain = |c: char| c.is_alphanumeric() || ['-', '_', '.', '/'].contains(&c);
     match !name.is_empty() && name.len() <= LONGEST_NAME && name.chars().all(plain) && !name.starts_with('-') {

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// One difference from the recipe.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Assignment {
-    /// `STEP` or `STEP.scan` for its scan, `STEP.until`, `STEP.stack.clearance` …, `body_model`.
+    /// `STEP` or `STEP.scan` for the step's scan, `STEP.until`, `STEP.stack.clearance` …, `body_model`.
     pub key: String,
     /// As typed.
     pub value: String,
@@ -36,7 +36,7 @@ const KEYS: &str = "say STEP=FILE for another scan, STEP.until=PLACE (or templat
 /// What was omitted from a recipe because it belongs to another scan.
 pub(in crate::session) type LeftOut = Vec<String>;
 
-/// Changes the recipe. Paths in `set` are seen from `from`; in the recipe they are absolute then, without a hash.
+/// Changes the recipe. Paths in `set` are relative to `from`; in the recipe they become absolute, without a hash.
 pub(in crate::session) fn apply(recipe: &mut Recipe, set: &[Assignment], from: &Path) -> Result<LeftOut, SessionError> {
     let mut left_out = LeftOut::new();
     let mut masks_given = Vec::new();
@@ -101,7 +101,7 @@ fn set_in_step(step: &mut StepRecipe, what: &str, value: &str, key: &str, from: 
         "faces" => step.faces = Some(value.parse().map_err(|_| cannot("a number of faces".into()))?),
         _ => {
             let (stage, name) = what.split_once('.').ok_or_else(no_such)?;
-            // In a recipe the scan's own parameters are under `reading`.
+            // The recipe keeps the scan's own parameters under `reading`.
             let stage = Stage::parse(if stage == "reading" { "scan" } else { stage }).ok_or_else(no_such)?;
             let setting = parameters::parameter(stage, name)?.read(value)?;
             step.settings_mut(stage).ok_or_else(no_such)?.insert(name.into(), setting);

@@ -9,7 +9,7 @@ use crate::session::stage::Stage;
 const RESERVED_NAMES: [&str; 4] = ["body", "joints", "labels", "weights"];
 
 impl Recipe {
-    /// Whether a garment of that name can be added.
+    /// Checks whether a garment of that name can be added.
     pub fn check_new_garment(&self, name: &str) -> Result<(), SessionError> {
         check_name(name, &Some(String::new()))?;
         match self.steps.iter().any(|s| s.name == name) {
@@ -18,7 +18,7 @@ impl Recipe {
         }
     }
 
-    /// Appends a step, or replaces the one of its name.
+    /// Appends a step, or replaces the one with its name.
     pub(in crate::session) fn put_step(&mut self, step: StepRecipe, replace: bool) -> Result<(), SessionError> {
         match self.steps.iter().position(|s| s.name == step.name) {
             Some(_) if !replace => return Err(SessionError::DuplicateStep { name: step.name }),
@@ -28,8 +28,8 @@ impl Recipe {
         self.check().map_err(|fault| fault.error)
     }
 
-    /// The body comes first and alone has no template; names can be file names, each once; parameters are those that
-    /// the step's stages have, and what they may be.
+    /// Checks a recipe: the body comes first and is the only step without a template; names are unique and valid file
+    /// names; each parameter belongs to a stage of its step and has an allowed value.
     pub(in crate::session) fn check(&self) -> Result<(), Fault> {
         for (i, step) in self.steps.iter().enumerate() {
             let at = |key: &[&str], error| Fault { step: i, key: key.iter().map(|k| k.to_string()).collect(), error };
@@ -69,12 +69,12 @@ impl Recipe {
 pub(in crate::session) struct Fault {
     /// Index of the step.
     pub(super) step: usize,
-    /// The way to the key, from the step.
+    /// The path to the key, from the step.
     pub(super) key: Vec<String>,
     pub error: SessionError,
 }
 
-/// Whether a step has a stage; else the error.
+/// Checks that a step has a stage.
 pub(in crate::session) fn check_stage(step: &str, is_body: bool, stage: Stage) -> Result<(), SessionError> {
     let stages = Stage::of_step(is_body);
     match stages.contains(&stage) {

@@ -50,7 +50,7 @@ impl Recipe {
     }
 }
 
-/// The line, counted from 1, of a key at the top or of a step; of the nearest thing around it that has one.
+/// The line, counted from 1, of a top-level key or of a key of a step; otherwise that of the nearest enclosing item.
 fn line_of<K: AsRef<str>>(text: &str, step: Option<usize>, key: &[K]) -> Option<usize> {
     let table = DeTable::parse(text).ok()?;
     let mut start = None;

@@ -6,7 +6,7 @@ use crate::session::error::SessionError;
 use crate::session::stage_error::StageError;
 use std::path::Path;
 
-/// What a mask file holds.
+/// The content of a mask file.
 pub(in crate::session) enum MaskFile {
     /// Strokes, anchored at their points.
     Strokes(Vec<Stroke>),
@@ -51,7 +51,7 @@ impl MaskFile {
         }
     }
 
-    /// What it is, for people.
+    /// The kind of content, in words.
     pub fn kind(&self) -> String {
         match self {
             Self::Strokes(strokes) if strokes.len() == 1 => "1 stroke".into(),
@@ -62,12 +62,12 @@ impl MaskFile {
         }
     }
 
-    /// Whether its marks have places of their own in space, whatever mesh the scan is.
+    /// Whether its marks are anchored in space, independent of the scan's mesh.
     pub fn is_anchored(&self) -> bool {
         matches!(self, Self::Strokes(_) | Self::Surface(_))
     }
 
-    /// Whether all of it is for that layer.
+    /// Whether all of it concerns that layer.
     pub fn check_layer(&self, layer: &str, path: &Path) -> Result<(), SessionError> {
         let Self::Strokes(strokes) = self else { return Ok(()) };
         match strokes.iter().find(|s| s.layer != layer) {

@@ -1,6 +1,6 @@
-//! The parameters of the stages: collected from the declarations of their `Params`, read, checked.
+//! The parameters of the stages: collected from the declarations of their `Params`, parsed and checked.
 //!
-//! A recipe names only what differs from the defaults, step by step and stage by stage: `[step.segment]`, `color = 0.5`.
+//! A recipe lists only the differences from the defaults, by step and stage: `[step.segment]`, `color = 0.5`.
 
 use crate::parameters::{Allowed, Parameters, Setting};
 use crate::session::error::SessionError;
@@ -15,11 +15,11 @@ pub struct Parameter {
     pub stage: Stage,
     /// Its name, as in the stage's `Params`.
     pub name: &'static str,
-    /// The values that it may have.
+    /// The allowed values.
     pub allowed: Allowed,
-    /// What it does, in a line.
+    /// Description in one line.
     pub about: &'static str,
-    /// Its value where a recipe sets none.
+    /// The default value.
     default: Value,
     of_body: bool,
     of_garment: bool,
@@ -62,7 +62,7 @@ macro_rules! parameters_of_stages {
 }
 for_each_stage!(parameters_of_stages);
 
-/// Adds the parameters of a `Params` struct that the stage does not have yet, and marks all of them.
+/// Adds the new parameters of a `Params` struct to the stage, and marks all of its parameters.
 fn add<P: Parameters>(all: &mut Vec<Parameter>, stage: Stage, mark: fn(&mut Parameter)) {
     let defaults = serde_json::to_value(P::default()).unwrap_or_default();
     for declared in P::declared() {
@@ -97,7 +97,7 @@ pub fn parameters_of(stage: Stage) -> impl Iterator<Item = &'static Parameter> {
     PARAMETERS.iter().filter(move |p| p.stage == stage)
 }
 
-/// Whether the stage has parameters in the body's step, or in a garment's.
+/// Whether the stage has parameters in the body's step, or in a garment's step.
 pub(in crate::session) fn has_parameters(is_body: bool, stage: Stage) -> bool {
     parameters_of(stage).any(|p| if is_body { p.of_body } else { p.of_garment })
 }
@@ -122,7 +122,7 @@ pub(in crate::session) fn check(stage: Stage, name: &str, setting: &Setting) -> 
     }
 }
 
-/// The value of a recipe as the field's type is written: a whole number is allowed where a real one is meant.
+/// Converts a recipe's value to the field's type: a real parameter accepts an integer.
 pub(super) fn as_json(stage: Stage, name: &str, setting: &Setting) -> Value {
     let allowed = parameters_of(stage).find(|p| p.name == name).map(|p| p.allowed);
     match (allowed, setting) {
@@ -137,7 +137,7 @@ mod tests {
     use crate::session::recipe::{StepRecipe, params_of};
     use crate::stack::StackParams;
 
-    /// Fields that a step of a recipe sets by keys of its own.
+    /// Fields that a step of a recipe sets through keys of their own.
     const SET_OTHERWISE: [&str; 4] = ["unit", "up", "faces", "voxel"];
 
     fn undeclared<P: Parameters>() -> Vec<String> {

@@ -1,4 +1,4 @@
-//! A stage's `Params` for a step: the defaults, and over them what the recipe says.
+//! A stage's `Params` for a step: the defaults, overridden by the recipe.
 
 use super::parameters::as_json;
 use super::steps::StepRecipe;
@@ -8,7 +8,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-/// The `Params` of a stage of a step: the defaults, and over them what the recipe says.
+/// The `Params` of a stage of a step: the defaults, overridden by the recipe.
 pub(in crate::session) fn params_of<P: Serialize + DeserializeOwned + Default>(
     step: &StepRecipe,
     stage: Stage,
@@ -16,8 +16,8 @@ pub(in crate::session) fn params_of<P: Serialize + DeserializeOwned + Default>(
     params_over(P::default(), step, stage)
 }
 
-/// A stage's `Params` for a step, over given defaults. Settings of fields that `P` does not have belong to another `Params`
-/// of the stage.
+/// A stage's `Params` for a step: the given defaults, overridden by the recipe. Settings of fields that `P` does not
+/// have belong to another `Params` of the stage.
 pub(in crate::session) fn params_over<P: Serialize + DeserializeOwned>(
     defaults: P,
     step: &StepRecipe,

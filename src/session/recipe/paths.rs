@@ -1,9 +1,9 @@
-//! Paths as a recipe holds them.
+//! Paths as stored in a recipe.
 
 use crate::session::error::SessionError;
 use std::path::{Component, Path, PathBuf};
 
-/// `path` as seen from `dir`, where both have more in common than the root; else absolute.
+/// `path` relative to `dir` if both share more than the root; otherwise absolute.
 pub(in crate::session) fn relative_to(dir: &Path, path: &Path) -> Result<String, SessionError> {
     let absolute = |p: &Path| p.canonicalize().map_err(|e| SessionError::reading(p, e));
     let (dir, path) = (absolute(dir)?, absolute(path)?);

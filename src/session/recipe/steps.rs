@@ -1,4 +1,4 @@
-//! What the user requested, in order. A recipe is the only file of a session that must be kept.
+//! The steps that the user requested, in order. The recipe is the only file of a session that must be kept.
 
 use crate::parameters::Settings;
 use crate::scan::{Unit, Up};
@@ -17,9 +17,9 @@ pub const BODY_STEP: &str = "body";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Recipe {
-    /// Layout of this file.
+    /// Version of the file's layout.
     pub version: u32,
-    /// The body model, where it is not the embedded one.
+    /// The body model; `None` for the embedded one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub body: Option<SourceFile>,
     /// The body, then the garments from the inside out.
@@ -33,10 +33,10 @@ pub struct Recipe {
 pub struct SourceFile {
     /// Its path, relative to the session where possible.
     pub file: String,
-    /// The hash of its content; the session keeps a copy under this name.
+    /// The hash of its content; the session's copy has this name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hash: Option<ContentHash>,
-    /// The file that this one was made from, where a person edits that one.
+    /// The file that this one was made from and that the user edits.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,
 }
@@ -45,7 +45,7 @@ pub struct SourceFile {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum BodySurface {
-    /// The model's template, moved onto the scan.
+    /// The model's template, registered to the scan.
     #[default]
     Template,
     /// The scan itself (Hu 2017).
@@ -54,7 +54,7 @@ pub enum BodySurface {
 
 macro_rules! step_recipe {
     ($($(#[$about:meta])* $stage:ident $name:ident [$($section:ident)?] $(body $body:tt)? $(garment $garment:tt)?;)*) => {
-        /// One scan, and what is made from it.
+        /// One scan and its parameters.
         #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
         #[serde(deny_unknown_fields)]
         pub struct StepRecipe {
@@ -100,7 +100,7 @@ macro_rules! step_recipe {
         }
 
         impl StepRecipe {
-            /// What the recipe sets of a stage's parameters.
+            /// The parameters of a stage that the recipe sets.
             pub fn settings(&self, stage: Stage) -> &Settings {
                 static NONE: Settings = Settings::new();
                 match stage {
@@ -108,7 +108,7 @@ macro_rules! step_recipe {
                 }
             }
 
-            /// The parameters that the recipe sets of a stage, for changes; `None` for a stage without a section.
+            /// The parameters of a stage that the recipe sets, mutable; `None` for a stage without a section.
             pub(in crate::session) fn settings_mut(&mut self, stage: Stage) -> Option<&mut Settings> {
                 match stage {
                     $(Stage::$stage => [$(Some(&mut self.$section),)? None].into_iter().flatten().next(),)*
@@ -120,7 +120,7 @@ macro_rules! step_recipe {
 for_each_stage!(step_recipe);
 
 impl StepRecipe {
-    /// Whether this is the bare body.
+    /// Whether this is the step of the bare body.
     pub fn is_body(&self) -> bool {
         self.name == BODY_STEP
     }
@@ -137,7 +137,7 @@ impl Recipe {
         Self { version: RECIPE_VERSION, body, steps: Vec::new() }
     }
 
-    /// The hash of the content, wherever its files are: only the last component of a path counts.
+    /// The hash of the content, independent of the location of its files: only the last component of a path counts.
     pub(in crate::session) fn meaning(&self) -> ContentHash {
         let name_of = |path: &str| path.rsplit('/').next().unwrap_or_default().to_string();
         let mut bare = self.clone();

@@ -8,7 +8,7 @@ use crate::session::recipe::BODY_STEP;
 impl Session {
     /// The measures of the body as registered to the naked scan.
     ///
-    /// **Errors** where the body is not built.
+    /// **Errors** if the body is not built.
     pub fn body_measures(&self) -> Result<Vec<BodyMeasure>, SessionError> {
         let steps = self.posed_steps(Some(BODY_STEP))?;
         Ok(steps.first().map_or_else(Vec::new, |posed| {

@@ -1,4 +1,4 @@
-//! A garment as it was cut, drawn in the pose of its scan.
+//! Draws a cut garment in the pose of its scan.
 
 use super::export::write;
 use crate::cut::Garment;

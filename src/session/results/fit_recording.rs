@@ -1,5 +1,5 @@
-//! How bodies and figures are fitted, as a Rerun recording: the scan of each step, what is fitted to it at each iteration,
-//! and how far off it is.
+//! Records the fits for the Rerun viewer: the scan of each step, the fitted surface at each iteration, and its distance
+//! from the scan.
 
 use super::recording::Shown;
 use super::show_in::ShowIn;
@@ -10,10 +10,10 @@ use crate::session::stage::Stage;
 use crate::session::stages::Event;
 use crate::view::{Error, Paint, Part, Recording, layer_color};
 
-/// A recording under way.
+/// An open recording of fits.
 pub(in crate::session) struct FitRecording {
     shown: Shown,
-    /// The step and the stage that are being fitted.
+    /// The current step and stage.
     now: Option<(String, Stage)>,
     iterations: usize,
 }
@@ -25,7 +25,7 @@ impl FitRecording {
         Ok(Self { shown, now: None, iterations: 0 })
     }
 
-    /// Notes an iteration, and how a fit ended.
+    /// Records an iteration, or the result of a fit.
     pub fn see(&mut self, event: &Event) {
         match event {
             Event::Iterated { step, stage, scan, at } => self.iterated(step, *stage, scan, at),
@@ -61,13 +61,13 @@ impl FitRecording {
         });
     }
 
-    /// Ends it.
+    /// Ends the recording.
     pub fn finish(self) -> Result<(), SessionError> {
         self.shown.finish()
     }
 }
 
-/// Seen through, so that what is fitted inside shows.
+/// The scan, translucent, so that the fitted surface inside is visible.
 fn scanned(scan: &Scan) -> Result<Part<'_>, Error> {
     const OPACITY: f64 = 0.35;
     let part = match &scan.colors {

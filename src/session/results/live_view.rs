@@ -1,4 +1,4 @@
-//! The session in the Rerun viewer: as a file, and live while somebody works on it.
+//! The session in the Rerun viewer: as a file, or live while the session changes.
 
 use super::sheet::{SeenStep, Turned};
 use crate::cut::Garment;
@@ -17,7 +17,7 @@ impl Session {
         super::export::write(path, |out| recording.finish(out))
     }
 
-    /// Logs every step, and tells where each was put.
+    /// Logs every step, and returns where each was placed.
     fn log_steps(
         &self,
         recording: &Recording,
@@ -52,16 +52,17 @@ impl Session {
     }
 }
 
-/// A viewer in which a session is seen while it changes. What is shown goes along the timelines `step` and `change`.
+/// A live view of a session in the viewer, along the timelines `step` and `change`.
 pub struct LiveView {
     recording: Recording,
-    /// The steps in their order, and where each was put.
+    /// The steps in order, and where each was placed.
     placed: Vec<(String, Turned)>,
     change: usize,
 }
 
 impl LiveView {
-    /// Shows all that is built in the viewer at `url`, or in the one that runs on this machine or is started now.
+    /// Shows everything that is built in the viewer at `url`; without a URL, in the viewer that runs on this machine or
+    /// is started now.
     pub fn open(session: &Session, url: Option<&str>) -> Result<Self, SessionError> {
         let name = session.name();
         let recording = Recording::in_viewer(&name, url).map_err(SessionError::viewer)?;
@@ -71,14 +72,14 @@ impl LiveView {
         Ok(live)
     }
 
-    /// Shows all that is built, as it is now.
+    /// Shows the current state of everything that is built.
     pub fn show_all(&mut self, session: &Session) -> Result<(), SessionError> {
         self.recording.set_change(self.change);
         self.placed = session.log_steps(&self.recording, SessionError::viewer)?;
         Ok(())
     }
 
-    /// Shows a garment as it was just cut, in its scan's pose, before anything that depends on it is rebuilt.
+    /// Shows a newly cut garment in its scan's pose, before its dependents are rebuilt.
     pub fn show_cut(&mut self, layer: &str, garment: &Garment) -> Result<(), SessionError> {
         self.change += 1;
         let Some(k) = self.placed.iter().position(|(name, _)| name == layer) else { return Ok(()) };

@@ -1,4 +1,4 @@
-//! A session compared with ground truth.
+//! Compares a session with ground truth.
 
 use super::posed_step::PosedStep;
 use crate::formats::read_ply;
@@ -16,22 +16,22 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-/// How a session compares with its truth.
+/// The differences between a session and its ground truth.
 pub type TruthReport = TruthMeasures;
 
-/// Whose body was scanned: a model fits its own family better than another.
+/// Origin of the scanned body: a model fits bodies of its own family better than others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SubjectOrigin {
-    /// Made from our own body model.
+    /// Generated from our own body model.
     Invented,
-    /// Anyone else.
+    /// Any other body.
     Foreign,
 }
 
 impl Session {
-    /// Measures all steps against the truth in `folder`: `K_body.ply`, `K_layerJ.ply`, `joints.json` and, where it is
-    /// there, `bind_*.ply`, in the frame and unit of the scans' files. What was fused from frames has a frame of its own:
-    /// its truth, Y up and in metres, is aligned with the scan first.
+    /// Measures all steps against the truth in `folder`: `K_body.ply`, `K_layerJ.ply`, `joints.json` and, if present,
+    /// `bind_*.ply`, in the frame and unit of the scans' files. A scan fused from frames has a frame of its own: its
+    /// truth, Y up and in metres, is first aligned with the scan.
     pub fn measure(&self, folder: &Path, subject: SubjectOrigin) -> Result<TruthReport, SessionError> {
         if !folder.is_dir() {
             return Err(SessionError::NoSuchFolder { path: folder.to_path_buf() });
@@ -109,7 +109,7 @@ fn truth_of(folder: &Path, step: usize, joints: &TruthJoints, frame: &FileFrame)
     Ok(TruthStep { body, layers, joints })
 }
 
-/// The truth in the bind pose, where there is any.
+/// The truth in the bind pose, if present.
 fn bind_truth(folder: &Path, layers: usize) -> Result<Option<TruthBind>, SessionError> {
     let body = folder.join(TruthNaming::bind_body());
     if !body.is_file() {

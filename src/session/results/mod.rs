@@ -1,4 +1,4 @@
-//! What a built session can be asked for: posed steps, exports, measures, pictures, recordings.
+//! Queries of a built session: posed steps, exports, measures, pictures, recordings.
 
 mod body_measures;
 mod draw_garment;

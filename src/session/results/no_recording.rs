@@ -1,11 +1,11 @@
-//! The error for recordings in a program that was built without the viewer.
+//! The error of recordings in a program built without the viewer.
 
 use super::show_in::ShowIn;
 use crate::scan::FusionStep;
 use crate::session::error::SessionError;
 use crate::session::stages::Event;
 
-/// The recording of a scan, which cannot be made.
+/// The recording of a scan; it has no values.
 pub(in crate::session) enum ScanRecording {}
 
 impl ScanRecording {
@@ -25,7 +25,7 @@ impl ScanRecording {
     }
 }
 
-/// The recording of fits, which cannot be made.
+/// The recording of fits; it has no values.
 pub(in crate::session) enum FitRecording {}
 
 impl FitRecording {

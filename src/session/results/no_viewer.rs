@@ -1,4 +1,4 @@
-//! In place of `live_view`, where the program was built without the viewer.
+//! Replaces `live_view` in a program built without the viewer.
 
 use super::no_recording::without_viewer;
 use crate::cut::Garment;
@@ -7,13 +7,13 @@ use crate::session::open::Session;
 use std::path::Path;
 
 impl Session {
-    /// Writes every built step as a Rerun recording; this program was built without the viewer.
+    /// Always an error: this program was built without the viewer.
     pub fn write_recording(&self, _path: &Path) -> Result<(), SessionError> {
         Err(without_viewer())
     }
 }
 
-/// A viewer in which a session is seen while it changes; this program was built without, so there is none.
+/// The live view of a session; it has no values.
 pub enum LiveView {}
 
 impl LiveView {

@@ -14,14 +14,14 @@ use crate::session::stages::{self, PosedGarments, StepPose, StepResults, Walk, a
 pub(in crate::session) struct PosedStep {
     pub step: StepRecipe,
     pub scan: Scan,
-    /// With what the step brought.
+    /// The figure, including the step's garment.
     pub figure: Figure,
     pub pose: Pose,
-    /// Of the body's step.
+    /// Results of the body's step.
     pub fitted: Option<FittedBody>,
     /// The fitted surface in its pose, with the model's own weights: the figure's body may be another surface.
     surface_of_fit: Option<TriMesh>,
-    /// Of a garment's step.
+    /// Results of a garment's step.
     pub labels: Option<Labels>,
     body: TriMesh,
     /// All garments, innermost first.
@@ -29,7 +29,7 @@ pub(in crate::session) struct PosedStep {
 }
 
 impl Session {
-    /// All steps, or those up to the one named. Runs nothing.
+    /// All steps, or those up to the named one. Runs nothing.
     pub(in crate::session) fn posed_steps(&self, last: Option<&str>) -> Result<Vec<PosedStep>, SessionError> {
         if let Some(name) = last {
             self.recipe.step(name)?;
@@ -85,7 +85,7 @@ impl PosedStep {
         self.body.clone()
     }
 
-    /// The body before registration, where the step has one.
+    /// The body before registration, if the step has one.
     pub fn body_of_fit(&self) -> Option<TriMesh> {
         self.surface_of_fit.clone()
     }

@@ -1,4 +1,4 @@
-//! The session in one picture.
+//! The poster: the whole session in one picture.
 
 use super::export::write;
 use super::sheet::SeenStep;
@@ -31,7 +31,7 @@ const POSE: [(HumanJoint, [f64; 3]); 14] = [
 ];
 
 impl Session {
-    /// Draws the scans, the layers peeled apart and the figure in a pose of its own, and writes a PNG.
+    /// Draws the scans, the separated layers and the figure in a new pose, and writes a PNG.
     pub fn write_poster(&self, path: &Path) -> Result<(), SessionError> {
         let steps = self.posed_steps(None)?;
         let Some(last) = steps.last() else { return Ok(()) };

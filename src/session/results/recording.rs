@@ -1,10 +1,10 @@
-//! A Rerun recording under way, wherever it goes.
+//! An open Rerun recording, whatever its target.
 
 use super::show_in::ShowIn;
 use crate::session::error::SessionError;
 use crate::view::{Error, Recording, Sink};
 
-/// A recording, and the first thing that went wrong with it: what is recorded goes on.
+/// A recording and its first error. The recorded work continues after an error.
 pub(in crate::session) struct Shown {
     to: ShowIn,
     recording: Recording,
@@ -22,20 +22,20 @@ impl Shown {
         let recording = of(sink).map_err(|e| not_shown(to, e))?;
         let shown = Self { to: to.clone(), recording, failed: None };
         if *to != ShowIn::Viewer && !matches!(to, ShowIn::File(_)) {
-            // A viewer that does not answer is reported before the work, not after.
+            // Report a viewer that does not answer before the work, not after it.
             shown.recording.sent().map_err(|e| not_shown(to, e))?;
         }
         Ok(shown)
     }
 
-    /// Records something, unless something went wrong before.
+    /// Records something unless an error occurred before.
     pub fn note(&mut self, log: impl FnOnce(&Recording) -> Result<(), Error>) {
         if self.failed.is_none() {
             self.failed = log(&self.recording).err();
         }
     }
 
-    /// Writes it, or waits until the viewer has it.
+    /// Writes the recording, or waits until the viewer has received it.
     pub fn finish(self) -> Result<(), SessionError> {
         let Self { to, recording, failed } = self;
         if let Some(e) = failed {

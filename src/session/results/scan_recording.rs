@@ -1,5 +1,5 @@
-//! How frames become a scan, as a Rerun recording: the camera's path around the person, how far each frame lay from the
-//! surface, and the surface as it grows.
+//! Records the fusion of frames for the Rerun viewer: the camera's path around the person, the residual of each frame,
+//! and the growing surface.
 
 use super::recording::Shown;
 use super::show_in::ShowIn;
@@ -10,10 +10,10 @@ use crate::session::error::SessionError;
 use crate::view::{Error, Paint, Part, Recording, layer_color};
 use nalgebra::Isometry3;
 
-/// The growing surface is recorded so often over all frames: each is a few megabytes.
+/// Number of recorded states of the growing surface; each takes a few megabytes.
 const SURFACES: usize = 12;
 
-/// A recording under way.
+/// An open recording of a fusion.
 pub(in crate::session) struct ScanRecording {
     shown: Shown,
     cameras: Vec<Isometry3<f64>>,
@@ -25,7 +25,7 @@ impl ScanRecording {
         Ok(Self { shown: Shown::begin(to, |sink| Recording::of_fusion(name, sink))?, cameras: Vec::new() })
     }
 
-    /// Notes a step of the fusion.
+    /// Records a step of the fusion.
     pub fn see(&mut self, step: &FusionStep) {
         let cameras = &mut self.cameras;
         self.shown.note(|recording| match step {
@@ -51,7 +51,7 @@ impl ScanRecording {
         });
     }
 
-    /// Ends it, with what there is to say of the scan.
+    /// Ends the recording with the findings about the scan.
     pub fn finish(mut self, findings: &[String]) -> Result<(), SessionError> {
         let notes: String = findings.iter().map(|f| format!("- {f}\n")).collect();
         self.shown.note(|recording| recording.log_notes(&notes));
@@ -61,7 +61,7 @@ impl ScanRecording {
 
 fn log_surface(recording: &Recording, raw: &RawMesh) -> Result<(), Error> {
     let points = raw.points.iter().map(|&p| Point::from(p)).collect();
-    // Before the first frames are in, there may be none.
+    // Before the first frames are integrated there may be no surface.
     let Ok(mesh) = TriMesh::try_from_indices(points, &raw.faces) else { return Ok(()) };
     match &raw.colors {
         None => recording.log_scan(&Part::solid(&mesh, layer_color(0))),

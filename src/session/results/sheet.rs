@@ -1,4 +1,4 @@
-//! The session as a picture: a contact sheet of every step.
+//! The contact sheet: a picture of every step.
 
 use super::export::write;
 use super::posed_step::PosedStep;
@@ -12,7 +12,7 @@ use nalgebra::{Rotation3, Vector3};
 use std::path::Path;
 
 impl Session {
-    /// The name of its folder.
+    /// The session's name: that of its folder.
     pub(in crate::session) fn name(&self) -> String {
         let name = self.dir().canonicalize().ok().and_then(|d| Some(d.file_name()?.to_string_lossy().into_owned()));
         name.unwrap_or_else(|| "session".into())
@@ -44,7 +44,7 @@ impl Session {
     }
 }
 
-/// Turns a step's person to face the camera, and sets them on the floor.
+/// Rotates a step's person to face the camera, and moves the feet to the floor.
 #[derive(Clone, Copy)]
 pub(in crate::session) struct Turned {
     turn: Rotation3<f64>,
@@ -69,7 +69,7 @@ impl Turned {
     }
 }
 
-/// A step turned so that the person faces the camera.
+/// A step rotated so that the person faces the camera.
 pub(in crate::session) struct SeenStep {
     scan: TriMesh,
     scan_colors: Option<PerVertex<[u8; 3]>>,
@@ -101,7 +101,7 @@ impl SeenStep {
     }
 }
 
-/// The measures of a step that a person reads first.
+/// The most important measures of a step.
 const NOTED: [&str; 8] = [
     "residual_mean_mm",
     "residual_p95_mm",

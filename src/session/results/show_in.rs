@@ -1,24 +1,24 @@
-//! Where what happens is shown while it happens.
+//! The target of a recording: a viewer or a file.
 
 use std::convert::Infallible;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-/// Where what happens is shown while it happens.
+/// The target of a recording: a viewer or a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ShowIn {
-    /// The Rerun viewer that runs on this machine, or one that is started.
+    /// The Rerun viewer that runs on this machine, or else a new one.
     Viewer,
-    /// The one at this URL.
+    /// The viewer at this URL.
     ViewerAt(String),
-    /// None: it is written to this file, for later.
+    /// A file, to be opened later.
     File(PathBuf),
 }
 
 impl FromStr for ShowIn {
     type Err = Infallible;
 
-    /// Nothing, a URL, or else a path.
+    /// Parses an empty text, a URL or a path.
     fn from_str(text: &str) -> Result<Self, Infallible> {
         Ok(match text {
             "" => Self::Viewer,

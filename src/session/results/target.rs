@@ -14,7 +14,7 @@ pub enum Verdict {
     Goal,
     /// Acceptable.
     First,
-    /// Neither.
+    /// Outside the acceptable range.
     Missed,
 }
 
@@ -25,13 +25,13 @@ pub struct Judged {
     pub stage: Stage,
     /// Its name, with its unit.
     pub measure: String,
-    /// What was measured.
+    /// The measured value.
     pub value: f64,
     /// The acceptable range, both ends included.
     pub first: (f64, f64),
     /// The range of the goal, both ends included.
     pub goal: (f64, f64),
-    /// Which of them holds.
+    /// The verdict.
     pub verdict: Verdict,
 }
 
@@ -49,25 +49,25 @@ impl fmt::Display for Judged {
     }
 }
 
-/// From and to, both included.
+/// Lower and upper limit, both included.
 type Limits = (f64, f64);
 
 const fn at_most(most: f64) -> Limits {
     (0.0, most)
 }
 
-/// Measure, acceptable range, goal. The limits are those that results are held to where the truth is known,
-/// for people whom our model did not make; here the scan, about 1 mm from the truth, replaces it.
+/// Measure, acceptable range, goal. The limits are those for subjects with known ground truth that were not generated
+/// from our model. Here the scan, about 1 mm from the truth, replaces it.
 const LIMITS: [(Stage, &str, Limits, Limits); 6] = [
-    // A model of 15 components leaves about 5 mm on a body of another family.
+    // A model with 15 components leaves a residual of about 5 mm on a body of another family.
     (Stage::Fit, "residual_mean_mm", at_most(15.0), at_most(8.0)),
     // Depth cameras leave 0.7 to 1.3 mm of noise.
     (Stage::Register, "residual_mean_mm", at_most(4.0), at_most(1.8)),
-    // A constraint holds it: what remains outside could not be moved inside.
+    // This is a constraint of the fit; vertices that remain outside could not be moved inside.
     (Stage::Pose, "outside_percent", at_most(0.0), at_most(0.0)),
     (Stage::Stack, "inside_after", at_most(0.0), at_most(0.0)),
     (Stage::Stack, "intersecting_pairs", at_most(0.0), at_most(0.0)),
-    // As many openings as the garment's kind has, which is looked up.
+    // The number of openings depends on the garment kind and is looked up.
     (Stage::Cut, "hem_loops", at_most(0.0), at_most(0.0)),
 ];
 

@@ -1,4 +1,4 @@
-//! Cut: the garment as a mesh of its own, with its hems.
+//! Cut: cuts the garment out of the scan as its own mesh, with smooth hems.
 
 use super::event::{OnProgress, Outcome};
 use super::pipeline_stage::{PipelineStage, StepContext};

@@ -1,4 +1,4 @@
-//! What a running stage reports, and what it leaves behind.
+//! Progress and outcome of a stage.
 
 use super::reason::Reason;
 use crate::fit;
@@ -7,7 +7,7 @@ use crate::session::stage::Stage;
 use crate::session::store::Measures;
 use serde::Serialize;
 
-/// What happens while stages run.
+/// An event during a walk through the stages.
 #[derive(Debug)]
 pub enum Event<'a> {
     /// A stage begins.
@@ -23,7 +23,7 @@ pub enum Event<'a> {
         step: &'a str,
         /// The stage.
         stage: Stage,
-        /// How far it is, in words.
+        /// The progress, in words.
         text: &'a str,
     },
     /// A fit has finished an iteration.
@@ -32,7 +32,7 @@ pub enum Event<'a> {
         step: &'a str,
         /// The stage.
         stage: Stage,
-        /// What is fitted to.
+        /// The scan of the fit.
         scan: &'a Scan,
         /// The iteration.
         at: &'a fit::FitIteration<'a>,
@@ -41,7 +41,7 @@ pub enum Event<'a> {
     Fused {
         /// The step.
         step: &'a str,
-        /// What was done.
+        /// The part that was done.
         at: &'a FusionStep<'a>,
     },
     /// A stage has run, and its result is on disk.
@@ -50,27 +50,27 @@ pub enum Event<'a> {
     UpToDate(&'a StageReport),
 }
 
-/// A stage after a walk.
+/// Report about a stage after a walk.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StageReport {
     /// Its step.
     pub step: String,
     /// The stage.
     pub stage: Stage,
-    /// Whether it ran now; else it was up to date.
+    /// Whether it ran now; otherwise it was up to date.
     pub ran: bool,
-    /// Why it ran now.
+    /// The reasons why it ran.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub why: Vec<Reason>,
-    /// How long it took when it last ran, in seconds.
+    /// Duration of its last run, in seconds.
     pub secs: Option<f64>,
-    /// What it measured.
+    /// Its measures.
     pub measures: Measures,
-    /// What it assumed or noticed.
+    /// Assumptions and observations, one sentence each.
     pub findings: Vec<String>,
 }
 
-/// Which stages run although they are up to date.
+/// The stages that run even if they are up to date.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Forced {
     /// None.
@@ -78,7 +78,7 @@ pub enum Forced {
     Nothing,
     /// All.
     Everything,
-    /// Those of the named steps, or the named single stages.
+    /// The stages of the named steps, or the named stages.
     Named(Vec<(String, Option<Stage>)>),
 }
 
@@ -92,7 +92,7 @@ impl Forced {
     }
 }
 
-/// What a stage leaves behind.
+/// The outcome of a stage.
 pub(in crate::session) struct Outcome<T> {
     pub value: T,
     pub measures: Measures,
@@ -105,7 +105,7 @@ impl<T> Outcome<T> {
     }
 
     pub fn measured(mut self, name: &str, value: f64) -> Self {
-        // JSON has no infinity; what cannot be measured is left out.
+        // JSON has no infinity; such measures are omitted.
         if value.is_finite() {
             self.measures.insert(name.into(), value);
         }
@@ -120,11 +120,11 @@ impl<T> Outcome<T> {
 
 /// Progress of a running stage.
 pub(in crate::session) enum StageProgress<'a> {
-    /// In words.
+    /// Text.
     Text(&'a str),
     /// An iteration of a fit to this scan.
     Iteration(&'a Scan, &'a fit::FitIteration<'a>),
-    /// A part of the fusion of frames.
+    /// A step of the fusion of frames.
     Fusion(&'a FusionStep<'a>),
 }
 
@@ -138,5 +138,5 @@ impl StageProgress<'_> {
     }
 }
 
-/// How a stage reports its progress.
+/// Callback for the progress of a stage.
 pub(in crate::session) type OnProgress<'a> = &'a mut dyn FnMut(StageProgress);

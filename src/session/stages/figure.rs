@@ -1,4 +1,4 @@
-//! Figure: the body alone, or the figure dressed so far with one garment more and its physics weights (Hu 2017, Eq. 9).
+//! Figure: the body alone, or the figure so far plus the new garment and its physics weights (Hu 2017, Eq. 9).
 
 use super::event::{OnProgress, Outcome};
 use super::pipeline_stage::{PipelineStage, StepContext};
@@ -27,7 +27,7 @@ pub(in crate::session) enum Inputs {
 
 pub(in crate::session) struct BodyInputs {
     registered: Kept<RegisteredBody>,
-    /// The scan, where it becomes the body's surface itself.
+    /// The scan, if it becomes the body's surface itself.
     surface: Option<Kept<scan::Scan>>,
 }
 

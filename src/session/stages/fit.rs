@@ -14,7 +14,7 @@ use crate::session::store::Kept;
 use serde_json::{Value, json};
 use std::rc::Rc;
 
-/// What helps where the naked scan lacks a limb.
+/// Advice for a naked scan without a limb.
 const USE_ALL_SCANS: &str = "a limb is not seen in this scan; if a later scan shows it, `overcoat fit body --shape-from all` takes it from there";
 
 pub(in crate::session) struct Fit;
@@ -72,7 +72,7 @@ impl PipelineStage for Fit {
     }
 }
 
-/// Adds what every fit measures; distances are the mean and the 95th percentile, in metres.
+/// Adds the measures common to all fits; distances are the mean and the 95th percentile, in metres.
 pub(super) fn with_measures<T>(
     outcome: Outcome<T>,
     (mean, p95): (f64, f64),

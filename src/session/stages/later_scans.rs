@@ -1,4 +1,4 @@
-//! The scans of later steps, where all scans of a session share in the body's shape.
+//! The scans of later steps, for a body whose shape is fitted to all scans of the session.
 
 use super::pipeline_stage::{LaterScan, StepContext};
 use super::scan::Scan;
@@ -11,7 +11,7 @@ use crate::session::stage::Stage;
 use serde_json::{Value, json};
 use std::rc::Rc;
 
-/// The scans of all later steps where the body's step asks for them, else none.
+/// The scans of all later steps if the body's step uses them; otherwise none.
 pub(super) fn later_scans(context: &mut StepContext) -> Result<Rc<[LaterScan]>, SessionError> {
     if let Some(known) = &context.later_scans {
         return Ok(known.clone());
@@ -43,7 +43,7 @@ pub(super) fn input(scans: &[LaterScan]) -> Value {
     scans.iter().map(one).collect()
 }
 
-/// What covers each vertex of the body in each of the scans: the garments of the steps before are worn there too.
+/// The cover of each body vertex in each of the scans. The garments of earlier steps are still worn in later scans.
 ///
 /// **Shapes** one entry per scan, with V values.
 pub(super) fn covers(scans: &[LaterScan], bare: &Figure) -> Vec<PerVertex<Cover>> {

@@ -1,4 +1,4 @@
-//! Masks applied to the scan of their step.
+//! Applies masks to the scan of their step.
 
 use super::scan::raw_mesh;
 use crate::scan::Scan;
@@ -8,7 +8,7 @@ use crate::session::open::Session;
 use crate::session::recipe::{MaskFile, SourceFile, StepRecipe};
 use std::path::Path;
 
-/// All masks of a step on its scan; of two on the same place the later counts.
+/// Applies all masks of a step to its scan. Later masks override earlier ones.
 pub(in crate::session) fn marks_of(session: &Session, step: &StepRecipe, scan: &Scan) -> Result<Marks, SessionError> {
     marks_of_some(session, step, scan, |_| true)
 }
@@ -35,7 +35,7 @@ pub(in crate::session) fn nothing_left(file: &Path, line: Option<usize>, layer: 
     }
 }
 
-/// Whether labels make at least one face.
+/// Whether the labels include at least one whole face.
 pub(in crate::session) fn is_something(scan: &Scan, labels: &Labels) -> bool {
     scan.mesh.faces().iter().any(|face| face.iter().all(|&v| labels.0[v]))
 }

@@ -21,7 +21,7 @@ macro_rules! dispatch {
 }
 for_each_stage!(dispatch);
 
-/// Walks through all steps, or up to the one named.
+/// Walks through all steps, or up to the named one.
 pub(in crate::session) fn steps(walk: &mut Walk, last: Option<&str>) -> Result<Vec<StepResults>, SessionError> {
     let recipe = walk.session().recipe.clone();
     let mut all: Vec<StepResults> = Vec::new();
@@ -54,7 +54,7 @@ pub(in crate::session) fn cut_of(walk: &mut Walk, layer: &str) -> Result<Kept<Ga
     context.results.result::<cut::Cut>()
 }
 
-/// The scan of a step, whatever comes before it.
+/// The scan of a step, independent of earlier steps.
 pub(in crate::session) fn scan_of(walk: &mut Walk, step: &StepRecipe) -> Result<Kept<Scan>, SessionError> {
     let mut context = StepContext::new(walk, step, None);
     context.perform::<scan::Scan>()?;

@@ -1,4 +1,4 @@
-//! The trait of a stage, and what a stage finds where it runs: its step, and the results of the stages before it.
+//! The trait of a stage, and the context in which it runs: its step and the results of earlier stages.
 
 use super::event::{OnProgress, Outcome};
 use super::walk::{StageCall, Walk};
@@ -15,23 +15,23 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-/// A stage of the pipeline. Each has a file of its own in this folder and a line in the registry; its parameters are
-/// declared where their type is.
+/// A stage of the pipeline. Each has its own file in this folder and a line in the registry; its parameters are
+/// declared with their type.
 pub(in crate::session) trait PipelineStage {
-    /// Which one it is.
+    /// The stage's identifier.
     const STAGE: Stage;
     /// The version of the stage's code. Bump when the output changes for equal inputs; a test compares the two.
     const VERSION: u32;
-    /// What `run` reads.
+    /// The inputs of `run`.
     type Inputs;
-    /// What `run` makes.
+    /// The result of `run`.
     type Output: Serialize;
 
-    /// Finds the inputs, and names everything that the output depends on: the stage is up to date as long as these values
-    /// stay equal. Hashes stand for large ones.
+    /// Collects the inputs and lists everything that the output depends on. The stage is up to date as long as these
+    /// values stay equal. Large values are replaced by their hashes.
     fn inputs(context: &mut StepContext) -> Result<(Self::Inputs, Value), SessionError>;
 
-    /// Loads the inputs, calls the stage's module, and reports what was measured and noticed.
+    /// Loads the inputs, calls the stage's module, and reports measures and findings.
     fn run(
         inputs: Self::Inputs,
         step: &StepRecipe,
@@ -40,15 +40,15 @@ pub(in crate::session) trait PipelineStage {
     ) -> Result<Outcome<Self::Output>, SessionError>;
 }
 
-/// Where a stage runs.
+/// The context of a stage.
 pub(in crate::session) struct StepContext<'a, 'w> {
     pub walk: &'a mut Walk<'w>,
     pub step: &'a StepRecipe,
-    /// The results of the step before; `None` in the body's step.
+    /// The results of the previous step; `None` in the body's step.
     pub inner: Option<&'a StepResults>,
     /// The results of this step so far.
     pub results: StepResults,
-    /// The scans of later steps that share in the body's shape, once a stage has asked for them.
+    /// The scans of later steps to which the body's shape is fitted, once a stage has requested them.
     pub later_scans: Option<Rc<[LaterScan]>>,
 }
 
@@ -57,7 +57,7 @@ impl<'a, 'w> StepContext<'a, 'w> {
         Self { walk, step, inner, results: StepResults::of(step), later_scans: None }
     }
 
-    /// The results of the step before a garment's.
+    /// The results of the step before a garment's step.
     pub fn inner(&self) -> Result<&'a StepResults, SessionError> {
         self.inner.ok_or_else(|| SessionError::GarmentBeforeBody { name: self.step.name.clone() })
     }
@@ -89,7 +89,7 @@ impl StepResults {
         self.output(S::STAGE).map(Kept::named)
     }
 
-    /// The figure with what the step brought. Only [`Session::figure`] loads it.
+    /// The figure after the step. Only [`Session::figure`] loads it.
     pub fn figure(&self) -> Result<Kept<Figure>, SessionError> {
         self.output(Stage::Figure).map(Kept::named)
     }
@@ -108,12 +108,12 @@ impl StepResults {
     }
 }
 
-/// Where the pose of a step is.
+/// The artefact that holds the pose of a step.
 #[derive(Clone, Copy)]
 pub(in crate::session) enum StepPose {
-    /// In the body's step.
+    /// That of the body's step.
     Naked(Kept<RegisteredBody>),
-    /// In a garment's step.
+    /// That of a garment's step.
     Inside(Kept<PoseInside>),
 }
 
@@ -127,7 +127,7 @@ impl StepPose {
     }
 }
 
-/// The scan of a later step, as far as it tells something about the body.
+/// The scan of a later step, as evidence of the body's shape.
 pub(in crate::session) struct LaterScan {
     pub name: String,
     pub scan: Kept<Scan>,

@@ -1,4 +1,4 @@
-//! Pose: the figure dressed so far, inside the next scan.
+//! Pose: fits the figure so far inside the next scan.
 
 use super::event::{OnProgress, Outcome, StageProgress};
 use super::fit::with_measures;

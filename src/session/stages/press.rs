@@ -1,4 +1,4 @@
-//! Press: the inner garments, as the new one presses them in this step's scan.
+//! Press: the inner garments, pressed by the new one in this step's scan.
 
 use super::cut::Cut;
 use super::event::{OnProgress, Outcome};

@@ -1,4 +1,4 @@
-//! Why a stage is out of date: the inputs of its result, compared with those of now.
+//! Why a stage is out of date: compares the inputs of its result with the current ones.
 
 use crate::session::recipe::as_text;
 use crate::session::stage::Stage;
@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde_json::Value;
 use std::fmt;
 
-/// What kind of thing has changed.
+/// The kind of change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Cause {
@@ -17,7 +17,7 @@ pub enum Cause {
     Forced,
     /// Its result is not among the artefacts.
     ResultMissing,
-    /// Overcoat's own code for it.
+    /// The code of the stage.
     Code,
     /// A parameter.
     Parameter,
@@ -29,18 +29,18 @@ pub enum Cause {
     Kind,
     /// The body model.
     BodyModel,
-    /// What another stage made.
+    /// The result of another stage.
     Upstream,
-    /// Something that older records do not contain.
+    /// An input that older records do not contain.
     Unknown,
 }
 
-/// One thing that has changed.
+/// One change.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Reason {
-    /// What kind of thing.
+    /// Its kind.
     pub cause: Cause,
-    /// Its name, where there are several.
+    /// The name of the input, if there are several of the kind.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// Its old value.
@@ -80,8 +80,7 @@ impl fmt::Display for Reason {
     }
 }
 
-/// What differs between what the record was made from and the `version` of the code and the `inputs` now. Empty where
-/// nothing does.
+/// The differences between the record and the current `version` of the code and `inputs`. Empty if there are none.
 pub(super) fn reasons(record: &StageRecord, stage: Stage, version: u32, inputs: &Value) -> Vec<Reason> {
     let mut found = Vec::new();
     if record.code != 0 && record.code != version {
@@ -94,7 +93,7 @@ pub(super) fn reasons(record: &StageRecord, stage: Stage, version: u32, inputs: 
             "kind" | "file" => found.push(Reason::of(Cause::File)),
             "masks" => found.push(Reason::of(Cause::Masks)),
             "model" => found.push(Reason::of(Cause::BodyModel)),
-            // A parameter switches them on and off; it is the reason.
+            // A parameter switches these inputs on and off; report the parameter.
             "others" if old.is_null() || new.is_null() => {}
             "loops" => found.push(Reason::named(Cause::Kind, "hems", old, new)),
             key => found.push(Reason::named(Cause::Upstream, upstream(key, stage), &Value::Null, &Value::Null)),
@@ -131,7 +130,7 @@ fn kind(old: &Value, new: &Value) -> Vec<Reason> {
     found
 }
 
-/// What a name among the inputs refers to.
+/// The kind of the input with that name.
 fn upstream(key: &str, stage: Stage) -> &str {
     match key {
         "figure" if stage == Stage::Press => "figure",

@@ -1,4 +1,4 @@
-//! Scan: the file's bytes, or a recording's frames, to a cleaned scan.
+//! Scan: converts the file's bytes, or a recording's frames, to a cleaned scan.
 
 use super::event::{OnProgress, Outcome, StageProgress};
 use super::pipeline_stage::{PipelineStage, StepContext};
@@ -44,7 +44,7 @@ impl PipelineStage for Scan {
         let bytes = session.source_bytes(&step.source())?;
         let (scan, report) =
             read(&path, &bytes, &inputs, on_progress).map_err(|e| SessionError::bad_source(&path, e))?;
-        // A copy is kept once the file is known to be good.
+        // Store a copy once the file is known to be valid.
         session.store.keep_bytes(&bytes)?;
         let (vertices, faces) = (scan.mesh.vertex_count(), scan.mesh.face_count());
         let findings = scan.findings.clone();
@@ -125,7 +125,7 @@ fn in_words(step: &FusionStep, began: &Instant) -> String {
     }
 }
 
-/// What the file holds.
+/// The content of the file.
 pub(in crate::session) fn raw_mesh(path: &Path, bytes: &[u8]) -> Result<RawMesh, StageError> {
     let extension = path.extension().map(|e| e.to_string_lossy().into_owned()).unwrap_or_default();
     Ok(read_mesh(MeshKind::from_extension(&extension)?, bytes)?)

@@ -1,4 +1,4 @@
-//! Segment: which part of the scan is the new garment, masks included.
+//! Segment: labels the part of the scan that is the new garment, masks included.
 
 use super::event::{OnProgress, Outcome};
 use super::evidence::Evidence;

@@ -1,4 +1,4 @@
-//! Stack: the garment pushed clear of the layers inside, in the bind pose.
+//! Stack: pushes the garment clear of the layers inside, in the bind pose.
 
 use super::event::{OnProgress, Outcome};
 use super::pipeline_stage::{PipelineStage, StepContext};

@@ -1,4 +1,4 @@
-//! A walk through the stages: it runs those that are out of date, rebuilds damaged results, or only looks.
+//! A walk through the stages: runs those that are out of date, rebuilds damaged results, or only checks.
 
 use super::event::{Event, Forced, OnProgress, Outcome, StageProgress, StageReport};
 use super::reason::{Cause, Reason, reasons};
@@ -19,7 +19,7 @@ pub(in crate::session) struct StaleStage {
     pub why: Vec<Reason>,
 }
 
-/// A stage of a step, with the version of its code and everything that its result depends on, by name.
+/// A stage of a step, with the version of its code and all inputs of its result by name.
 pub(super) struct StageCall<'a> {
     pub step: &'a str,
     pub stage: Stage,
@@ -37,7 +37,7 @@ impl StageCall<'_> {
         SessionError::NotBuilt { step: self.step.into(), stage: self.stage }
     }
 
-    /// The stage's record, where it is up to date.
+    /// The stage's record if it is up to date.
     fn up_to_date(&self, session: &Session) -> Option<StageRecord> {
         let recorded = session.state.record(self.step, self.stage);
         recorded.filter(|r| r.inputs == self.hash() && session.store.has(r.output)).cloned()
@@ -74,16 +74,16 @@ impl StageCall<'_> {
     }
 }
 
-/// How the stages are walked through.
+/// The mode of a walk.
 pub(in crate::session) enum Walk<'a> {
-    /// Runs what is out of date and makes each result durable at once, under the name of `change`.
+    /// Runs the stages that are out of date and makes each result durable at once, under the name of `change`.
     Make {
         writer: &'a mut Writer,
         change: &'a str,
         forced: &'a Forced,
         on_event: &'a mut dyn FnMut(&Event),
         reports: Vec<StageReport>,
-        /// The last stage to run, and whether it has run.
+        /// The last stage to run, and whether it was reached.
         until: Option<(String, Stage)>,
         ended: bool,
         /// Whether the caller makes all results durable together, as one change.
@@ -105,7 +105,7 @@ impl<'a> Walk<'a> {
         Self::Make { writer, change, forced, on_event, reports: Vec::new(), until: None, ended: false, at_once: false }
     }
 
-    /// Ends with this stage: those after it count as not built.
+    /// Ends with this stage; later stages count as not built.
     pub fn until(mut self, step: &str, stage: Stage) -> Self {
         if let Self::Make { until, .. } = &mut self {
             *until = Some((step.into(), stage));
@@ -113,7 +113,7 @@ impl<'a> Walk<'a> {
         self
     }
 
-    /// Leaves it to the caller to make the results durable, together and as one change.
+    /// Lets the caller make all results durable as one change.
     pub fn at_once(mut self) -> Self {
         if let Self::Make { at_once, .. } = &mut self {
             *at_once = true;
@@ -136,7 +136,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The stages that were found out of date.
+    /// The stages that are out of date.
     pub fn stale(&self) -> &[StaleStage] {
         match self {
             Self::Make { .. } | Self::Repair { .. } => &[],
@@ -151,7 +151,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The result of a stage: the recorded one if it is up to date, else that of `run`.
+    /// The result of a stage: the recorded one if it is up to date, otherwise that of `run`.
     pub(super) fn stage<T: Serialize>(
         &mut self,
         call: StageCall,
@@ -199,7 +199,7 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// Runs a stage, keeps its result and notes its time; the record is yet to be put into the state.
+/// Runs a stage, and stores its result and duration. The caller adds the record to the state.
 fn run_and_keep<T: Serialize>(
     writer: &mut Writer,
     call: &StageCall,
@@ -217,10 +217,10 @@ fn run_and_keep<T: Serialize>(
     Ok((kept, StageRecord { inputs, code: call.version, from, output: kept.hash, measures, findings }))
 }
 
-/// What a walk has rebuilt.
+/// The artefacts that a walk has rebuilt.
 #[derive(Debug, Default)]
 pub(in crate::session) struct Repaired {
-    /// The names of the artefacts that are sound again.
+    /// The names of the rebuilt artefacts.
     pub made: BTreeSet<String>,
     /// Why the walk stopped early.
     pub stopped: Option<String>,

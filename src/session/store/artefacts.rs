@@ -43,7 +43,7 @@ impl<T> Clone for Kept<T> {
 impl<T> Copy for Kept<T> {}
 
 impl<T> Kept<T> {
-    /// Trusts that the artefact of that name is a `T`: the hash of a stage's inputs says so.
+    /// Asserts that the artefact of that name is a `T`; the hash of a stage's inputs guarantees it.
     pub(in crate::session) fn named(hash: ContentHash) -> Self {
         Self { hash, of_type: PhantomData }
     }
@@ -62,12 +62,12 @@ impl Store {
         sweep(&self.folder);
     }
 
-    /// Keeps bytes as they are. They are durable after the store is settled, which every change of the session does before it
-    /// names them.
+    /// Stores bytes. They become durable when the store is settled; every change of the session does this before it
+    /// refers to them.
     pub fn keep_bytes(&self, bytes: &[u8]) -> Result<ContentHash, SessionError> {
         let hash = ContentHash::of(bytes);
         let path = self.path(hash);
-        // A sound artefact need not be written again; a damaged one is repaired by writing it.
+        // A sound artefact is not written again; writing repairs a damaged one.
         if std::fs::read(&path).is_ok_and(|there| ContentHash::of(&there) == hash) {
             return Ok(hash);
         }
@@ -75,7 +75,7 @@ impl Store {
         Ok(hash)
     }
 
-    /// Makes durable what was kept.
+    /// Makes the stored bytes durable.
     pub(in crate::session) fn settle(&self) -> Result<(), SessionError> {
         sync_folder(&self.folder)
     }
@@ -97,7 +97,7 @@ impl Store {
 
     /// The text of that name: a recipe or a state.
     pub(in crate::session) fn text(&self, hash: ContentHash) -> Result<String, SessionError> {
-        // What has the right hash was written by us, as text.
+        // Content with the right hash was written by this program, as text.
         Ok(String::from_utf8_lossy(&self.bytes(hash)?).into_owned())
     }
 
@@ -127,7 +127,7 @@ impl Store {
         Ok(names.iter().filter_map(|name| ContentHash::parse(name)).collect())
     }
 
-    /// Keeps a value in postcard's layout.
+    /// Stores a value in postcard's layout.
     pub fn keep<T: Serialize>(&self, value: &T) -> Result<Kept<T>, SessionError> {
         let bytes = postcard::to_stdvec(value).map_err(|e| SessionError::Encoding { reason: e.to_string() })?;
         Ok(Kept::named(self.keep_bytes(&bytes)?))
@@ -142,7 +142,7 @@ impl Store {
         })
     }
 
-    /// Keeps loaded values in `memory` from now on.
+    /// Caches loaded values in `memory` from now on.
     pub(in crate::session) fn remember(&mut self, memory: &Memory) {
         self.memory = Some(memory.clone());
     }
@@ -172,7 +172,7 @@ impl Store {
         }
     }
 
-    /// Whether there is a file of that name; its content is checked when it is read.
+    /// Whether a file of that name exists; its content is checked on reading.
     pub fn has(&self, hash: ContentHash) -> bool {
         self.path(hash).is_file()
     }

@@ -1,4 +1,4 @@
-//! Names of contents.
+//! Hashes, which name artefacts by their content.
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
@@ -23,7 +23,7 @@ impl ContentHash {
         blake3::Hash::from_hex(text).ok().map(Self)
     }
 
-    /// The first twelve digits, for people.
+    /// The first twelve digits, for display.
     pub fn short(&self) -> String {
         self.0.to_hex().as_str()[..12].to_string()
     }

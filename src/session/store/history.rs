@@ -1,7 +1,7 @@
-//! The changes of a session, branch by branch, over which `undo` and `redo` move.
+//! The changes of a session on each branch, for `undo` and `redo`.
 //!
-//! The journal is only ever appended to. `undo`, `redo` and `branch` are lines too, which name the recipe and the state
-//! that they lead to; read from the first line to the last, the lines say what can be undone and redone now.
+//! The journal is append-only. `undo`, `redo` and `branch` append lines too, with the recipe and the state that they
+//! restore. The lines in order determine what can be undone and redone now.
 
 use super::hash::ContentHash;
 use super::journal::{Change, Move};
@@ -10,13 +10,12 @@ use serde::Serialize;
 /// The branch of a new session.
 pub const MAIN_BRANCH: &str = "main";
 
-/// A change that can be undone: all lines with one recipe. What a build makes from a recipe belongs to it and is undone
-/// with it.
+/// A change that can be undone: all lines with one recipe. The results of building a recipe are undone with it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Entry {
-    /// Counted from 1 over the whole session; the journal's line that first had this recipe.
+    /// Number over the whole session, from 1: the journal's line that first had this recipe.
     pub number: usize,
-    /// What was done.
+    /// Description of the change.
     pub change: String,
     /// The recipe's text.
     pub recipe: ContentHash,
@@ -24,14 +23,14 @@ pub struct Entry {
     pub state: ContentHash,
 }
 
-/// A line of changes of its own.
+/// A branch.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Branch {
     /// Its name.
     pub name: String,
-    /// What was done and not undone, oldest first; the last is the current state of the branch.
+    /// The changes that were not undone, oldest first; the last is the current state of the branch.
     pub done: Vec<Entry>,
-    /// What was undone and can be done again, the next one last.
+    /// The undone changes that can be redone, the next one last.
     pub undone: Vec<Entry>,
 }
 
@@ -50,7 +49,7 @@ impl Default for History {
 }
 
 impl History {
-    /// Reads the lines; an error is the index of one that cannot follow those before it, and why.
+    /// Reads the lines. The error is the index of a line that is inconsistent with those before it, and the reason.
     pub(in crate::session) fn of(changes: &[Change]) -> Result<Self, (usize, &'static str)> {
         let mut history = Self::default();
         for (i, change) in changes.iter().enumerate() {
@@ -59,7 +58,7 @@ impl History {
         Ok(history)
     }
 
-    /// Follows one more line.
+    /// Applies one more line.
     pub(in crate::session) fn follow(&mut self, number: usize, change: &Change) -> Result<(), &'static str> {
         let branch = &mut self.branches[self.current];
         match &change.moves {
@@ -98,12 +97,12 @@ impl History {
         };
     }
 
-    /// All branches, in the order in which they were made.
+    /// All branches, in the order of their creation.
     pub fn branches(&self) -> &[Branch] {
         &self.branches
     }
 
-    /// The branch that changes go to.
+    /// The current branch.
     pub fn current(&self) -> &Branch {
         &self.branches[self.current]
     }
@@ -120,7 +119,7 @@ impl Branch {
         self.done.last()
     }
 
-    /// What `undo` would lead back to: the first change of a session cannot be undone, for nothing was before it.
+    /// The change that `undo` restores. The first change of a session cannot be undone.
     pub fn before(&self) -> Option<&Entry> {
         self.done.len().checked_sub(2).map(|at| &self.done[at])
     }

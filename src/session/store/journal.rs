@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// One change of a session. Recipe and state are artefacts, so every earlier state can be restored.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Change {
-    /// What was done, in words.
+    /// Description of the change.
     pub change: String,
     /// The text of `recipe.toml` afterwards.
     pub recipe: ContentHash,
@@ -24,29 +24,29 @@ pub struct Change {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Move {
-    /// To before the branch's last change.
+    /// Restores the state before the branch's last change.
     Undo,
-    /// To after the change that was undone last.
+    /// Restores the state after the change that was undone last.
     Redo,
-    /// To the branch of that name, which begins here where it is new.
+    /// Switches to the branch of that name; a new one begins here.
     Branch(String),
 }
 
 /// The file as it is.
 pub(in crate::session) struct Journal {
-    /// All changes that can be read, oldest first, up to the first line that cannot.
+    /// All changes before the first unreadable line, oldest first.
     pub changes: Vec<Change>,
-    /// That line.
+    /// The first unreadable line.
     pub broken: Option<BrokenLine>,
 }
 
-/// A line in which no change can be read.
+/// An unreadable line.
 pub(in crate::session) struct BrokenLine {
     /// Counted from 1.
     pub line: usize,
-    /// Why not.
+    /// The reason.
     pub reason: String,
-    /// It is the last line and incomplete: its writer was stopped, or the file was cut off.
+    /// Whether it is an incomplete last line: its writer was stopped, or the file was truncated.
     pub cut_off: bool,
 }
 
@@ -54,7 +54,7 @@ pub(in crate::session) fn path_in(dir: &Path) -> PathBuf {
     dir.join("journal.jsonl")
 }
 
-/// Reads what can be read. **Errors** where the system will not let the file be read.
+/// Reads all readable lines. **Errors** if the file cannot be read.
 pub(in crate::session) fn read(dir: &Path) -> Result<Journal, SessionError> {
     let path = path_in(dir);
     let bytes = match std::fs::read(&path) {
@@ -84,13 +84,13 @@ pub(in crate::session) fn parse(bytes: &[u8]) -> Journal {
 }
 
 impl BrokenLine {
-    /// The line as an error.
+    /// The unreadable line as an error.
     pub fn error(&self, dir: &Path) -> SessionError {
         bad_line(dir, self.line, self.reason.clone())
     }
 }
 
-/// The error for a line that does not follow from those before it.
+/// The error for a line that is inconsistent with those before it.
 pub(in crate::session) fn bad_line(dir: &Path, line: usize, reason: String) -> SessionError {
     SessionError::BadFile {
         path: path_in(dir),

@@ -7,14 +7,14 @@ use std::path::{Path, PathBuf};
 
 /// The right to change a session, held until dropped.
 ///
-/// **Guarantees** the operating system gives the lock up when its holder is gone, however it went; so a lock is never
-/// stale and never broken. The file names the holder while it is held, and is empty otherwise.
+/// **Guarantees** the operating system releases the lock when its holder ends, in whatever way; so a lock is never
+/// stale. The file names the holder while the lock is held, and is empty otherwise.
 pub(in crate::session) struct Lock {
     file: File,
 }
 
 impl Lock {
-    /// Takes the lock of the session in `dir`, or says who has it.
+    /// Takes the lock of the session in `dir`; the error names the current holder.
     pub(in crate::session) fn take(dir: &Path) -> Result<Self, SessionError> {
         let path = path_in(dir);
         let io = |e| SessionError::writing(&path, e);
@@ -23,13 +23,13 @@ impl Lock {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
                 let mut holder = String::new();
-                // Who holds it is only a courtesy: without it the error still says what matters.
+                // The holder's name is optional: the error is useful without it.
                 let _ = file.read_to_string(&mut holder);
                 return Err(SessionError::Locked { dir: dir.to_path_buf(), holder: holder.trim().to_string() });
             }
             Err(TryLockError::Error(e)) => return Err(io(e)),
         }
-        // Who holds it is only a courtesy; on a full disk there is no room for it.
+        // The holder's name is optional; a full disk has no room for it.
         let _ = file.set_len(0).and_then(|()| write!(file, "process {}, {}", std::process::id(), command()));
         Ok(Self { file })
     }
@@ -37,14 +37,14 @@ impl Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        // An old name in the file is harmless: the lock itself is what counts.
+        // An old name in the file is harmless; only the lock counts.
         let _ = self.file.set_len(0);
         let _ = self.file.rewind();
         let _ = self.file.unlock();
     }
 }
 
-/// What this process was asked for: `overcoat build`.
+/// The command of this process: `overcoat build`.
 fn command() -> String {
     let word = |text: std::ffi::OsString| text.to_string_lossy().into_owned();
     let mut args = std::env::args_os().map(word);

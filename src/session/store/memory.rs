@@ -1,4 +1,4 @@
-//! Values loaded or prepared from artefacts, kept for a process that works on a session repeatedly.
+//! A cache of values loaded or prepared from artefacts, for a process that works on a session repeatedly.
 
 use super::hash::ContentHash;
 use std::any::Any;
@@ -7,10 +7,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// A value of any type.
 type Anything = Arc<dyn Any + Send + Sync>;
 
-/// Values by the artefact that they come from and by their type. A clone is the same memory.
+/// Values by artefact and type. A clone shares the cache.
 #[derive(Clone, Default)]
 pub struct Memory {
-    /// The last used last.
+    /// Most recently used last.
     values: Arc<Mutex<Vec<(ContentHash, Anything)>>>,
 }
 
@@ -20,11 +20,11 @@ impl std::fmt::Debug for Memory {
     }
 }
 
-/// Five values for each of a handful of garments: about 50 MB.
+/// Capacity: five values for each of a handful of garments, about 50 MB.
 const GREATEST_COUNT: usize = 24;
 
 impl Memory {
-    /// The value of that type from that artefact: kept, or made now.
+    /// The value of that type from that artefact: cached, or computed now.
     pub(in crate::session) fn have<T: Send + Sync + 'static, E>(
         &self,
         of: ContentHash,

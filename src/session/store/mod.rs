@@ -1,5 +1,5 @@
-//! What is on disk: artefacts by the hash of their content, durable writes, the lock, the journal and the history that it
-//! tells. Knows no stage but by name.
+//! The files of a session: artefacts by the hash of their content, durable writes, the lock, the journal and the
+//! history. Knows stages by name only.
 
 mod artefacts;
 pub(in crate::session) mod durable;

@@ -12,7 +12,7 @@ use std::path::Path;
 /// The version of the layout of `session.json` and of all artefacts.
 pub(in crate::session) const SCHEMA: u32 = 1;
 
-/// What a stage measured, by name; units are in the names.
+/// The measures of a stage by name; units are in the names.
 pub type Measures = BTreeMap<String, f64>;
 
 /// A stage that has run.
@@ -23,15 +23,15 @@ pub struct StageRecord {
     /// The version of the stage's code.
     #[serde(default)]
     pub code: u32,
-    /// All inputs by name: compared with those of now, they tell why a stage is out of date.
+    /// All inputs by name; comparing them with the current ones shows why a stage is out of date.
     #[serde(default, skip_serializing_if = "Value::is_null")]
     pub from: Value,
     /// The result's name among the artefacts.
     pub output: ContentHash,
-    /// What it measured.
+    /// Its measures.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub measures: Measures,
-    /// What it assumed or noticed.
+    /// Assumptions and observations, one sentence each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<String>,
 }
@@ -49,11 +49,11 @@ pub struct StepRecord {
 /// The content of `session.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
-    /// Layout of this file and of the artefacts.
+    /// Version of the layout of this file and of the artefacts.
     pub schema: u32,
-    /// The hash of the recipe of this state, wherever its files are.
+    /// The hash of this state's recipe, independent of the location of its files.
     pub recipe: ContentHash,
-    /// In the order of the recipe.
+    /// The steps, in the order of the recipe.
     pub steps: Vec<StepRecord>,
 }
 
@@ -105,7 +105,7 @@ impl State {
         self.steps[at].stages.insert(stage, record);
     }
 
-    /// Drops steps that the recipe no longer has, and puts the rest in its order.
+    /// Drops steps that are not in the recipe, and sorts the others in its order.
     pub(in crate::session) fn follow(&mut self, names: &[&str]) {
         self.steps.retain(|s| names.contains(&s.name.as_str()));
         self.steps.sort_by_key(|s| names.iter().position(|n| *n == s.name));

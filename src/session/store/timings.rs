@@ -1,4 +1,4 @@
-//! `timings.json`: how long each stage took when it last ran. Apart from the state, which must not depend on time.
+//! `timings.json`: the duration of the last run of each stage. Separate from the state, which must not depend on time.
 
 use super::durable::write_lightly;
 use crate::session::error::SessionError;
@@ -19,7 +19,7 @@ fn path_in(dir: &Path) -> PathBuf {
 }
 
 impl Timings {
-    /// What was noted; a file that is missing or unreadable tells nothing, and nothing depends on it.
+    /// Reads the durations. A missing or unreadable file counts as empty; nothing depends on it.
     pub(in crate::session) fn read(dir: &Path) -> Self {
         std::fs::read(path_in(dir)).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default()
     }
@@ -33,7 +33,7 @@ impl Timings {
         self.secs.entry(step.into()).or_default().insert(stage, secs);
     }
 
-    /// Seconds that a stage took, if it ever ran.
+    /// Seconds that a stage took in its last run, if any.
     pub fn secs(&self, step: &str, stage: Stage) -> Option<f64> {
         self.secs.get(step)?.get(&stage).copied()
     }
