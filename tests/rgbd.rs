@@ -74,7 +74,7 @@ fn a_turn_is_fused_closed_and_coloured_with_the_same_bytes_on_one_thread() {
     let report = &fusion.report;
     assert!(report.loops > 0 && report.loop_mm < 3.0 && report.loop_deg < 0.3, "{report:?}");
     assert!((report.turns - 1.0).abs() < 0.02 && report.lost.is_empty());
-    assert!(says(&fusion, "the floor was found 0.9"), "{:?}", fusion.findings);
+    assert!(says(&fusion, "removed the floor, 0.9"), "{:?}", fusion.findings);
     let low = fusion.mesh.points.iter().map(|p| p[1]).fold(f64::INFINITY, f64::min);
     let high = fusion.mesh.points.iter().map(|p| p[1]).fold(0.0, f64::max);
     assert!((-0.01..0.06).contains(&low) && (1.6..1.8).contains(&high), "feet at 0, Y up: {low} to {high}");
@@ -130,7 +130,7 @@ fn dropped_and_duplicate_frames_and_missing_colours_are_tolerated() {
     recording.frames.remove(11);
     recording.frames[5].color = None;
     let fusion = fused(&recording);
-    assert!(says(&fusion, "1 frames are the same as the one before"), "{:?}", fusion.findings);
+    assert!(says(&fusion, "skipped 1 frame identical to the previous frame"), "{:?}", fusion.findings);
     assert!(says(&fusion, "1 of 36 frames have no colour"), "{:?}", fusion.findings);
     assert!(fusion.report.lost.is_empty() && off_mm(&fusion, &shots) < NEAR);
     for frame in &mut recording.frames {
@@ -158,7 +158,7 @@ fn colour_of_another_size_is_aligned_or_dropped_with_a_message() {
     let right = double.mesh.points.iter().zip(colors).filter(|(p, c)| (p[1] > 1.0) == (c[0] > c[2])).count();
     assert!(right as f64 > 0.97 * colors.len() as f64);
     let wide = resize(&|_, _, _| [9, 9, 9], 400, 200);
-    assert!(wide.mesh.colors.is_none() && says(&wide, "cannot be laid over"), "{:?}", wide.findings);
+    assert!(wide.mesh.colors.is_none() && says(&wide, "cannot be registered to"), "{:?}", wide.findings);
 }
 
 #[test]
@@ -166,7 +166,7 @@ fn a_board_under_the_feet_is_removed() {
     let turntable = Turntable { board: Some(0.35), ..Turntable::default() };
     let shots = turntable.shots();
     let fusion = fused(&turntable.recording_of(&shots));
-    assert!(says(&fusion, "a turntable's top 12 cm above"), "{:?}", fusion.findings);
+    assert!(says(&fusion, "removed a turntable 12 cm high"), "{:?}", fusion.findings);
     let off = off_mm(&fusion, &shots);
     assert!(off < NEAR, "{off}");
 }
@@ -235,7 +235,11 @@ fn a_recording_without_background_is_accepted() {
     let bare = Turntable { room: false, ..Turntable::default() };
     let shots = bare.shots();
     let fusion = fused(&bare.recording_of(&shots));
-    assert!(says(&fusion, "no floor was found") && says(&fusion, "nothing was seen behind"), "{:?}", fusion.findings);
+    assert!(
+        says(&fusion, "no floor was found") && says(&fusion, "no background was measured"),
+        "{:?}",
+        fusion.findings
+    );
     let off = off_mm(&fusion, &shots);
     assert!(off < NEAR, "{off}");
 }

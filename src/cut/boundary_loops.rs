@@ -78,17 +78,22 @@ impl BoundaryLoops {
             hems.push(hole);
         }
         let (erased, of_scan): (Vec<BoundaryLoop>, Vec<BoundaryLoop>) = holes.partition(|one| one.erased);
-        for (holes, which) in [(of_scan, "of the scan left"), (erased, "made by hand")] {
+        for (holes, which) in [(of_scan, "of the scan left open"), (erased, "made by hand")] {
             if !holes.is_empty() {
                 let largest = holes.iter().map(|h| h.area).fold(0.0, f64::max);
-                let plural = if holes.len() == 1 { "hole" } else { "holes" };
-                findings.push(format!("{} {plural} {which}, the largest {:.0} cm²", holes.len(), largest * 1e4));
+                let (plural, size) = if holes.len() == 1 { ("hole", "") } else { ("holes", "the largest ") };
+                findings.push(format!("{} {plural} {which}, {size}{:.0} cm²", holes.len(), largest * 1e4));
             }
         }
         if !expected.contains(&hems.len()) {
             let (least, most) = (expected.start(), expected.end());
-            let wanted = if least == most { format!("{most}") } else { format!("{least} or {most}") };
-            findings.push(format!("{} hems found, {wanted} expected", hems.len()));
+            let wanted = match most.saturating_sub(*least) {
+                0 => format!("{most}"),
+                1 => format!("{least} or {most}"),
+                _ => format!("{least} to {most}"),
+            };
+            let plural = if hems.len() == 1 { "hem" } else { "hems" };
+            findings.push(format!("{} {plural} found, {wanted} expected", hems.len()));
         }
         hems.sort_by(|a, b| b.length.total_cmp(&a.length).then(a.ring[0].cmp(&b.ring[0])));
         hems.into_iter().map(|one| one.ring).collect()

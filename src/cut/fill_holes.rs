@@ -72,7 +72,7 @@ pub(super) fn filled(
     }
     if hole_count > 0 {
         let holes = if hole_count == 1 { "hole" } else { "holes" };
-        findings.push(format!("{hole_count} small {holes} of the scan filled, {:.1} cm² in all", area * 1e4));
+        findings.push(format!("filled {hole_count} small {holes} of the scan with {:.1} cm² in total", area * 1e4));
     }
     let (mesh, adjacency) = match hole_count {
         0 => (scan.mesh.clone(), None),

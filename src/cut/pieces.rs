@@ -27,7 +27,7 @@ pub(super) fn without_islands(slice: Slice, whole: &FilledScan, least_share: f64
         return slice;
     }
     findings.push(format!(
-        "{} island{} of {:.1} cm² in all dropped",
+        "removed {} island{} with {:.1} cm² in total",
         dropped.len(),
         if dropped.len() == 1 { "" } else { "s" },
         dropped.iter().sum::<f64>() * 1e4

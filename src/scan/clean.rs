@@ -1,5 +1,6 @@
 //! Cleans a mesh into a [`Scan`].
 
+use super::counted::counted;
 use super::pieces::{Sound, orient_outward, sound_mesh};
 use super::{CleaningStep, Scan, ScanError, ScanParams, decimate, smooth, upright};
 use crate::formats::RawMesh;
@@ -33,7 +34,7 @@ pub fn clean(raw: &RawMesh, params: &ScanParams, on_step: &mut dyn FnMut(&Cleani
     let adjacency = Adjacency::prepare(&mesh);
     let (mesh, turned) = orient_outward(&mesh, &adjacency);
     if turned > 0 {
-        findings.push(format!("{turned} of {} faces were turned outward", mesh.face_count()));
+        findings.push(format!("turned {turned} of {} faces outward", mesh.face_count()));
     }
     report("turned outward", &mesh);
 
@@ -68,7 +69,10 @@ fn say_holes(mesh: &TriMesh, findings: &mut Vec<String>) {
     let (count, longest) = large.fold((0, 0.0f64), |(n, longest), length| (n + 1, longest.max(length)));
     if count > 0 {
         let longest_cm = 100.0 * longest;
-        findings
-            .push(format!("{} holes, {count} of them large; the largest is {longest_cm:.0} cm around", loops.len()));
+        let small = match loops.len() - count {
+            0 => String::new(),
+            small => format!(" and {}", counted(small, "small one")),
+        };
+        findings.push(format!("{}{small}; the longest border is {longest_cm:.0} cm", counted(count, "large hole")));
     }
 }

@@ -1,6 +1,7 @@
 //! Mesh or RGB-D frames -> a cleaned [`Scan`] in metres, Y up.
 
 mod clean;
+mod counted;
 mod decimate;
 mod error;
 mod frame;

@@ -1,6 +1,7 @@
 //! From a file's arrays to a valid surface of the person alone: welded, without degenerate faces.
 
 use super::ScanError;
+use super::counted::counted;
 use crate::formats::RawMesh;
 use crate::geometry::{Aabb, Adjacency, FaceId, PerFace, PerVertex, Point, TriMesh, Vec3, VertexId};
 use std::collections::{HashMap, HashSet};
@@ -54,7 +55,7 @@ pub(super) fn sound_mesh(raw: &RawMesh, findings: &mut Vec<String>) -> Result<(S
         let welded = sound.welded();
         if Pieces::of(&welded.mesh).main_share() > pieces.main_share() + WELD_GAIN {
             let merged = sound.mesh.vertex_count() - welded.mesh.vertex_count();
-            findings.push(format!("{merged} vertices that lay in the same place were welded"));
+            findings.push(format!("merged {}", counted(merged, "duplicate point")));
             sound = welded;
         }
     }
@@ -100,7 +101,10 @@ impl Sound {
         if collapsed + twice == 0 {
             return Ok(self);
         }
-        findings.push(format!("{collapsed} faces without area and {twice} double ones were dropped"));
+        let removed = [(collapsed, "degenerate face"), (twice, "duplicate face")];
+        let removed: Vec<String> =
+            removed.iter().filter(|(count, _)| *count > 0).map(|(count, noun)| counted(*count, noun)).collect();
+        findings.push(format!("removed {}", removed.join(" and ")));
         let mesh = self.mesh.with_faces(faces);
         Ok(Self { mesh, ..self }.part(&keep))
     }
@@ -200,13 +204,13 @@ impl Pieces {
         let total: f64 = self.list.iter().map(|p| p.area).sum();
         if stays.len() < self.list.len() {
             findings.push(format!(
-                "{} loose pieces with {:.2} % of the surface were dropped",
-                self.list.len() - stays.len(),
+                "removed {} with {:.2} % of the surface",
+                counted(self.list.len() - stays.len(), "loose piece"),
                 100.0 * dropped / total
             ));
         }
         if stays.len() > 1 {
-            findings.push(format!("the person comes in {} separate pieces", stays.len()));
+            findings.push(format!("the person consists of {} separate pieces", stays.len()));
         }
         self.of_face.iter().map(|c| stays.contains(c)).collect()
     }

@@ -39,26 +39,27 @@ pub(super) fn file_frame(
     let rotation = match params.up {
         Some(up) => {
             if sure && high_end < low_end {
-                findings.push(format!("as told, {up} of the file points up, though the head seems to be below"));
+                findings
+                    .push(format!("{up} of the file points up, as given, but the head seems to be at the other end"));
             }
             up.world_from_file()
         }
         None => {
             let direction = if high_end < low_end { -along } else { along };
-            let doubt = if sure { "" } else { ", but head and feet are hard to tell: see --up" };
+            let doubt = if sure { "" } else { ", but head and feet are hard to distinguish: check --up" };
             match Up::ALL.into_iter().find(|up| up.direction().dot(&direction) > 1.0 - 1e-9) {
                 Some(Up::PlusY) => {
-                    findings.push(format!("the person stands along y of the file{doubt}"));
+                    findings.push(format!("y of the file points up{doubt}"));
                     UnitQuaternion::identity()
                 }
                 Some(up) => {
-                    findings.push(format!("the person was turned upright: {up} of the file points up{doubt}"));
+                    findings.push(format!("rotated the person upright: {up} of the file points up{doubt}"));
                     up.world_from_file()
                 }
                 None => {
                     let [x, y, z] = [direction.x, direction.y, direction.z];
                     findings.push(format!(
-                        "the person lay askew and was turned upright: ({x:.2}, {y:.2}, {z:.2}) of the file points up{doubt}"
+                        "rotated the person upright: the direction ({x:.2}, {y:.2}, {z:.2}) of the file points up{doubt}"
                     ));
                     // From straight down the shortest rotation is not unique; that is an axis of the file and was
                     // handled above.
@@ -88,7 +89,7 @@ fn unit(height: f64, params: &ScanParams, findings: &mut Vec<String>) -> Result<
         if !HEIGHT.contains(&metres) {
             return Err(refused(format!("{metres:.3} m in {unit}")));
         }
-        findings.push(format!("as told, the file is in {unit}: the person is {metres:.3} m tall"));
+        findings.push(format!("the file is in {unit}, as given: the person is {metres:.3} m tall"));
         return Ok(unit.metres());
     }
     let off = |unit: &Unit| (height * unit.metres() / USUAL_HEIGHT).ln().abs();
@@ -99,7 +100,7 @@ fn unit(height: f64, params: &ScanParams, findings: &mut Vec<String>) -> Result<
         return Err(refused(read.join(", ")));
     };
     let doubt = fitting.iter().find(|&&u| u != best).map_or(String::new(), |other| {
-        format!(" (in {other} it would be {:.2} m: see --unit)", height * other.metres())
+        format!(" (in {other} it would be {:.2} m: check --unit)", height * other.metres())
     });
     findings.push(format!("the file is in {best}: the person is {:.3} m tall{doubt}", height * best.metres()));
     Ok(best.metres())

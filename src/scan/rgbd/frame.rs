@@ -108,13 +108,13 @@ impl<'a> Frames<'a> {
     pub(super) fn color_trouble(&self) -> Result<Option<String>, FusionError> {
         let with_color = self.recording.frames.iter().filter(|f| f.color.is_some()).count();
         if with_color == 0 {
-            return Ok(Some("the frames have no colour; neither has the scan".into()));
+            return Ok(Some("the frames have no colour, so the scan has none".into()));
         }
         let Some((name, bytes)) = self.recording.frames.iter().find_map(|f| f.color.as_ref()) else { return Ok(None) };
         let picture = read_color_picture(bytes).map_err(|source| FusionError::Image { name: name.clone(), source })?;
         if self.color_camera(picture.width, picture.height).is_none() {
             return Ok(Some(format!(
-                "the colour images ({} × {}) cannot be laid over the depth images ({} × {}): camera.json needs a 'color' camera of that shape; they are left out",
+                "the colour images ({} × {} pixels) cannot be registered to the depth images ({} × {} pixels): camera.json needs a 'color' camera of that shape; the scan has no colour",
                 picture.width, picture.height, self.camera.width, self.camera.height
             )));
         }

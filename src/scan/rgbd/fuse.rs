@@ -14,6 +14,7 @@ use super::volume::Volume;
 use super::{FusionParams, mend};
 use crate::formats::RgbdRecording;
 use crate::geometry::Point;
+use crate::scan::counted::counted;
 use nalgebra::Isometry3;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -121,10 +122,10 @@ fn cut_all(
     let empty = frames.count() - cuts.len() - twice;
     findings.extend(trouble);
     if twice > 0 {
-        findings.push(format!("{twice} frames are the same as the one before and were left out"));
+        findings.push(format!("skipped {} identical to the previous frame", counted(twice, "frame")));
     }
     if empty > 0 {
-        findings.push(format!("{empty} frames show nobody and were left out"));
+        findings.push(format!("skipped {} without a person", counted(empty, "frame")));
     }
     if cuts.len() < LEAST_FRAMES {
         return Err(FusionError::NobodyInView { name: frames.name(0).into() });
@@ -219,7 +220,7 @@ fn say(report: &FusionReport, findings: &mut Vec<String>) {
     /// Sway above this comes from the person, not from the sensor, in millimetres.
     const SWAY: f64 = 3.0;
     findings.push(format!(
-        "{} of {} frames over {:.2} turns, {:.1} mm from the surface they make",
+        "fused {} of {} frames over {:.2} turns, with a residual of {:.1} mm",
         report.poses.len(),
         report.frames,
         report.turns,
@@ -227,26 +228,26 @@ fn say(report: &FusionReport, findings: &mut Vec<String>) {
     ));
     if !report.lost.is_empty() {
         findings.push(format!(
-            "{} frames found no place and were skipped, the first is {}",
-            report.lost.len(),
+            "skipped {} that could not be tracked; the first is {}",
+            counted(report.lost.len(), "frame"),
             report.lost[0]
         ));
     }
     if report.loops > 0 {
         findings.push(format!(
-            "the loop closes within {:.1} mm and {:.2}° (tracking had drifted by {:.1} mm and {:.2}°)",
+            "the loop closes within {:.1} mm and {:.2}° (drift of the tracking: {:.1} mm and {:.2}°)",
             report.loop_mm, report.loop_deg, report.drift_mm, report.drift_deg
         ));
     }
     if report.turns < 0.9 {
         findings.push(format!(
-            "this is a partial scan: the person turned by {:.0}° only, and the far side was not seen",
+            "this is a partial scan: the person turned by only {:.0}°, so the far side was not seen",
             360.0 * report.turns
         ));
     }
     if report.sway_mm > SWAY {
         findings.push(format!(
-            "the person swayed by {:.0} mm and {:.1}° (root mean square) about the axis; what moved within them is averaged",
+            "the person swayed by {:.0} mm and {:.1}° (root mean square) about the axis; moving parts are averaged",
             report.sway_mm, report.sway_deg
         ));
     }

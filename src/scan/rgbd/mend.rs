@@ -4,6 +4,7 @@ use super::FusionParams;
 use super::denoise::denoised;
 use super::marching_cubes::FusedSurface;
 use crate::geometry::{Adjacency, PerFace, Point, TriMesh, Vec3, VertexId};
+use crate::scan::counted::counted;
 
 /// Share of all faces below which a loose piece is a speck.
 const SPECK: f64 = 0.01;
@@ -38,16 +39,16 @@ pub(super) fn repaired(surface: FusedSurface, params: &FusionParams, findings: &
     }
     open.sort_by(|a, b| b.0.total_cmp(&a.0));
     if closed > 0 {
-        findings.push(format!("{closed} holes of up to {:.0} cm² were closed", 1e4 * params.hole_area));
+        findings.push(format!("closed {} of up to {:.0} cm²", counted(closed, "hole"), 1e4 * params.hole_area));
     }
     if !open.is_empty() {
         let named: Vec<String> = open
             .iter()
             .take(NAMED)
-            .map(|(area, at)| format!("{:.0} cm² at ({:.2}, {:.2}, {:.2})", 1e4 * area, at.x, at.y, at.z))
+            .map(|(area, at)| format!("{:.0} cm² at ({:.2}, {:.2}, {:.2}) m", 1e4 * area, at.x, at.y, at.z))
             .collect();
         let more = if open.len() > NAMED { " and smaller ones" } else { "" };
-        findings.push(format!("{} holes stay open: {}{more}", open.len(), named.join(", ")));
+        findings.push(format!("left {} open: {}{more}", counted(open.len(), "hole"), named.join(", ")));
     }
     FusedSurface {
         points: mesh.points().0.clone(),

@@ -184,15 +184,15 @@ impl SceneSurvey {
         self.axis = Axis { point: Point::origin(), direction: Unit::new_unchecked(Vec3::y()) };
         self.findings.push(match self.floor {
             Some(k) => format!(
-                "the floor was found {:.2} m below the camera and {} taken away",
+                "removed the floor, {:.2} m below the camera{}",
                 self.planes[k].offset,
-                if self.planes.len() > 1 { "with the walls" } else { "was" }
+                if self.planes.len() > 1 { ", and the walls" } else { "" }
             ),
-            None => "no floor was found: up is the person's own length".into(),
+            None => "no floor was found: the person's long axis points up".into(),
         });
         if self.nothing_behind {
             self.findings
-                .push("nothing was seen behind the person: what gave no depth around them was taken as free".into());
+                .push("no background was measured: pixels without depth around the person count as free space".into());
         }
     }
 
@@ -236,7 +236,7 @@ impl SceneSurvey {
         let (below, above) = (area[k], area[k + 1]);
         let height = base + LAYER * (k as f64 + 0.5 + above / (below + above));
         self.heights[0] = height + 0.01;
-        self.findings.push(format!("a turntable's top {:.0} cm above was taken away", 100.0 * height.max(0.0)));
+        self.findings.push(format!("removed a turntable {:.0} cm high", 100.0 * height.max(0.0)));
         let lift = Isometry3::translation(0.0, -height, 0.0);
         self.model_from_camera = lift * self.model_from_camera;
         self.heights = self.heights.map(|h| h - height);

@@ -27,7 +27,7 @@ pub(in crate::session) struct Inputs {
 
 impl PipelineStage for Cut {
     const STAGE: Stage = Stage::Cut;
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
     type Inputs = Inputs;
     type Output = Garment;
 

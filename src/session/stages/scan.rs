@@ -22,7 +22,7 @@ pub(in crate::session) struct Inputs {
 
 impl PipelineStage for Scan {
     const STAGE: Stage = Stage::Scan;
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
     type Inputs = Inputs;
     type Output = scan::Scan;
 
