@@ -234,9 +234,9 @@ fn measure_surface(name: &str, scan: &TriMesh, truth: &TriMesh, guess: &Isometry
         pose = Isometry3::from_parts(step.fixed_rows::<3>(3).into_owned().into(), rotation) * pose;
     }
     let moved = scan.map_points(|p| pose * p);
-    let there = told(&samples(&moved), &index);
+    let there = distances(&samples(&moved), &index);
     // Truth that no view can see (soles, the inside of folds) counts all the same.
-    let back = told(&samples(truth), &SurfaceIndex::prepare(&moved));
+    let back = distances(&samples(truth), &SurfaceIndex::prepare(&moved));
     println!(
         "  {name}: {} faces; scan to truth {:.2} mm mean, {:.2} at 95 %; truth to scan {:.2}, {:.2}",
         scan.face_count(),
@@ -267,7 +267,7 @@ fn samples(mesh: &TriMesh) -> Vec<Point> {
     points
 }
 
-fn told(points: &[Point], index: &SurfaceIndex) -> [f64; 2] {
+fn distances(points: &[Point], index: &SurfaceIndex) -> [f64; 2] {
     let mut off: Vec<f64> = points.iter().map(|p| 1e3 * index.closest(p).distance).collect();
     off.sort_by(f64::total_cmp);
     [off.iter().sum::<f64>() / off.len() as f64, off[off.len() * 95 / 100]]

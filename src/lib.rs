@@ -10,7 +10,7 @@
 //! file -> Scan -> FittedBody -> Figure (the body alone)
 //!   then for each garment:
 //!   Scan -> Pose (figure inside the scan) -> Labels -> Garment (cut, in the scan's pose)
-//!        -> skinned, in the bind pose -> stacked -> weighed -> Figure (one layer more)
+//!        -> skinned, in the bind pose -> stacked -> physics weights -> Figure (one layer more)
 //! Figure -> file
 //! ```
 //! Every arrow is a function named after its verb. The rooms below are in the order in which they may import each

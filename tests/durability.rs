@@ -229,12 +229,12 @@ fn every_damaged_artefact_is_named_and_rebuilt() {
     }
     let check = overcoat(&session, &["fsck", "--check", "--json"]);
     assert_eq!(check.code, 1);
-    let told: BTreeSet<PathBuf> =
+    let reported: BTreeSet<PathBuf> =
         check.json()["damages"].as_array().unwrap().iter().map(|d| d["file"].as_str().unwrap().into()).collect();
     // Of what only lost texts of the past named, a missing file leaves no trace.
     let must = now.keys().chain(named.iter().copied().filter(|f| session.join(f).exists()));
-    let untold: Vec<&PathBuf> = must.filter(|f| f.starts_with("artefacts") && !told.contains(*f)).collect();
-    assert!(untold.is_empty(), "{untold:?}");
+    let unreported: Vec<&PathBuf> = must.filter(|f| f.starts_with("artefacts") && !reported.contains(*f)).collect();
+    assert!(unreported.is_empty(), "{unreported:?}");
     let report = overcoat(&session, &["fsck", "--json"]);
     let report_json = report.json();
     // What can be made again: the scans' copies, the texts of now, and every result of now.

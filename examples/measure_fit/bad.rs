@@ -135,7 +135,7 @@ struct Case {
     name: String,
     subject: Subject,
     /// The missing part that the log must name.
-    lacks: Option<&'static str>,
+    missing: Option<&'static str>,
 }
 
 /// Runs all cases on one subject.
@@ -185,7 +185,7 @@ pub fn try_postures(cache: &Cache<'_>, model: &BodyModel, seed: u64, outcomes: &
 
 impl Case {
     fn whole(name: &str, subject: Subject) -> Self {
-        Self { name: name.into(), subject, lacks: None }
+        Self { name: name.into(), subject, missing: None }
     }
 }
 
@@ -201,12 +201,12 @@ fn damaged(model: &BodyModel, subject: &Subject) -> Vec<Case> {
     ];
     let mut cases: Vec<Case> = gone
         .into_iter()
-        .map(|(name, from, lacks)| {
+        .map(|(name, from, missing)| {
             let is_gone = |j: &str| below(&model.skeleton, j, from);
             let mut cut = subject.clone();
             cut.scan = kept(&subject.scan, &moved_by(model, subject), |j, _| !is_gone(j));
             cut.truth.joints.retain(|j, _| !is_gone(j));
-            Case { name: name.into(), subject: cut, lacks }
+            Case { name: name.into(), subject: cut, missing }
         })
         .collect();
     type Side = (&'static str, fn(&Point, &Point, f64) -> bool);
@@ -327,7 +327,7 @@ fn verdict(skeleton: &Skeleton, pose: &Pose, report: Summary, truth: &JointPosit
         let wrong = if report.is_confident { Verdict::Wrong } else { Verdict::Doubted };
         return wrong(most, joint.into(), report);
     }
-    match case.lacks {
+    match case.missing {
         Some(part) if !report.log.iter().any(|l| l.contains("does not show") && l.contains(part)) => {
             Verdict::Unreported(report)
         }

@@ -116,7 +116,7 @@ impl Metric {
     ];
 
     /// Name and goal.
-    fn told(self) -> (&'static str, f64) {
+    fn label_and_goal(self) -> (&'static str, f64) {
         match self {
             Self::Model => ("T2 model only, mm", 4.0),
             Self::Registered => ("T4 registered, mm", 1.2),
@@ -134,7 +134,7 @@ impl Metric {
     }
 
     fn is_met(self, value: f64) -> bool {
-        value <= self.told().1
+        value <= self.label_and_goal().1
     }
 }
 
@@ -186,7 +186,9 @@ impl Table {
     /// Takes a row in, and shows it.
     pub fn add(&mut self, row: Row) {
         let values: Vec<String> = (row.measured.iter())
-            .filter_map(|&(m, v)| v.map(|v| format!("{} {v:.2}{}", m.told().0, if m.is_met(v) { "" } else { " !" })))
+            .filter_map(|&(m, v)| {
+                v.map(|v| format!("{} {v:.2}{}", m.label_and_goal().0, if m.is_met(v) { "" } else { " !" }))
+            })
             .collect();
         let state = match &row.state {
             State::Converged => String::new(),
@@ -218,7 +220,7 @@ fn of_one_group(f: &mut fmt::Formatter<'_>, group: Group, rows: &[&Row]) -> fmt:
     ways.iter().try_for_each(|way| write!(f, " {} |", way.title()))?;
     writeln!(f, "\n|---|---|{}", "---|".repeat(ways.len()))?;
     for metric in Metric::ALL {
-        let (name, goal) = metric.told();
+        let (name, goal) = metric.label_and_goal();
         if rows.iter().all(|r| r.value(metric).is_none()) {
             continue;
         }
@@ -259,7 +261,7 @@ fn worst_cases(f: &mut fmt::Formatter<'_>, rows: &[&Row]) -> fmt::Result {
     let worst = Metric::ALL.into_iter().filter_map(|metric| {
         let of_fit = rows.iter().filter(|r| r.way == Way::Robust);
         let found = of_fit.filter_map(|r| Some((r.value(metric)?, r))).max_by(|a, b| a.0.total_cmp(&b.0))?;
-        (!metric.is_met(found.0)).then(|| format!("{} {:.2}: {}", metric.told().0, found.0, found.1.name))
+        (!metric.is_met(found.0)).then(|| format!("{} {:.2}: {}", metric.label_and_goal().0, found.0, found.1.name))
     });
     let worst: Vec<String> = worst.collect();
     if !worst.is_empty() {

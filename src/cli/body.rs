@@ -225,7 +225,7 @@ fn import(args: ImportArgs, context: &Context) -> anyhow::Result<Done> {
 fn build(args: BuildBodyArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     let defaults = TrainParams::default();
-    let asked = BuildBody {
+    let request = BuildBody {
         inputs: args.inputs,
         template: args.template,
         params: BuildParams {
@@ -240,7 +240,7 @@ fn build(args: BuildBodyArgs, context: &Context) -> anyhow::Result<Done> {
         },
     };
     let mut progress = Progress::of_one_stage(&context.console);
-    let built = build_body(&asked, &mut |step| {
+    let built = build_body(&request, &mut |step| {
         progress.describe(format!("{} {} of {}", step.doing, step.done, step.total));
     })?;
     progress.end();

@@ -179,7 +179,7 @@ fn a_hole_made_by_hand_where_a_hem_is_missing_is_that_hem() {
 }
 
 #[test]
-fn hems_that_were_not_expected_are_told() {
+fn an_unexpected_number_of_hems_is_reported() {
     let scan = tube();
     let labels = Labels(scan.mesh.points().iter().map(|p| (0.2..0.4).contains(&p.y)).collect());
     let garment = cut(&scan, &labels.clone().into()).unwrap();

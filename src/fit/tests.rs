@@ -232,7 +232,7 @@ fn what_was_seen_badly_draws_less() {
     let is_bad = |v: VertexId| truth.moved_by[v.index()] == "leftLowerLeg";
     let off = |v: VertexId| if is_bad(v) { 0.015 } else { 0.0 };
     let bulged = truth.scan.points().enumerate().map(|(v, p)| p + normals[v] * off(v)).collect::<PerVertex<Point>>();
-    let told = truth.scan.vertex_ids().map(|v| if is_bad(v) { 0.0 } else { 1.0 }).collect();
+    let confidence = truth.scan.vertex_ids().map(|v| if is_bad(v) { 0.0 } else { 1.0 }).collect();
     let params = NakedParams { samples: 2500, ..NakedParams::default() };
     let shin_off = |confidence| {
         let scan = Scan { confidence, ..Scan::from_clean_mesh(truth.scan.with_points(bulged.clone()), None) };
@@ -242,7 +242,7 @@ fn what_was_seen_badly_draws_less() {
         let off: Vec<f64> = shin.map(|v| normals[v].dot(&(posed[v] - truth.scan.points()[v]))).collect();
         off.iter().sum::<f64>() / off.len() as f64
     };
-    let (believed, doubted) = (shin_off(None), shin_off(Some(told)));
+    let (believed, doubted) = (shin_off(None), shin_off(Some(confidence)));
     assert!(
         believed > 0.0015 && doubted.abs() < 0.6 * believed,
         "{:.1} mm, {:.1} mm without a word of it",
@@ -285,12 +285,12 @@ fn a_figure_is_not_laid_wrongly_into_what_it_does_not_fit() {
     }
     // A trunk that is a little too small is told of; one far too small is another person's.
     let slim = invented_in(&model, 22, &[], -0.009);
-    let told = fit_figure(&model, &before, slim.scan.clone()).unwrap();
-    assert!(figure_off(&told, &slim, |_| true) < 0.015, "what is too thick turns no limb: {:?}", told.report);
-    assert!(told.report.converged && !told.report.is_confident(), "{:?}", told.report);
-    assert!(told.report.outside_depth > 0.001 && told.report.outside_share > 0.01, "{:?}", told.report);
+    let tight = fit_figure(&model, &before, slim.scan.clone()).unwrap();
+    assert!(figure_off(&tight, &slim, |_| true) < 0.015, "what is too thick turns no limb: {:?}", tight.report);
+    assert!(tight.report.converged && !tight.report.is_confident(), "{:?}", tight.report);
+    assert!(tight.report.outside_depth > 0.001 && tight.report.outside_share > 0.01, "{:?}", tight.report);
     for said in ["the scan is smaller there", "doubtful"] {
-        assert!(told.report.log.iter().any(|line| line.contains(said)), "{:?}", told.report.log);
+        assert!(tight.report.log.iter().any(|line| line.contains(said)), "{:?}", tight.report.log);
     }
     let thin = invented_in(&model, 22, &[], -0.04);
     let refused = fit_figure(&model, &before, thin.scan).map(|inside| inside.report).unwrap_err();
@@ -380,6 +380,10 @@ fn a_scan_of_someone_else_spoils_no_shape() {
     let (_, alone) = together(&model, truth.scan.clone(), &[]);
     let (_, both) = together(&model, truth.scan.clone(), &[&stranger]);
     assert!(both.report.residual_mean < alone.report.residual_mean + 2.5e-4, "{:?}", both.report);
-    let told = ["takes no part", "contradict", "no other scan", "one shape from"];
-    assert!(both.report.log.iter().any(|line| told.iter().any(|words| line.contains(words))), "{:?}", both.report.log);
+    let expected = ["takes no part", "contradict", "no other scan", "one shape from"];
+    assert!(
+        both.report.log.iter().any(|line| expected.iter().any(|words| line.contains(words))),
+        "{:?}",
+        both.report.log
+    );
 }

@@ -296,16 +296,16 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_recording_is_told() {
-        let told = |list: &[&str], texts: &[(&str, &str)]| files(list, texts).unwrap_err().to_string();
-        assert_eq!(told(&[], &[]), "the folder is empty");
-        assert_eq!(told(&["a.ply", "camera.json"], &[]), "the folder holds no depth images");
-        assert_eq!(told(&["depth/1.png"], &[]), "there is no camera.json beside the 1 depth images");
+    fn unusable_recordings_are_reported() {
+        let message = |list: &[&str], texts: &[(&str, &str)]| files(list, texts).unwrap_err().to_string();
+        assert_eq!(message(&[], &[]), "the folder is empty");
+        assert_eq!(message(&["a.ply", "camera.json"], &[]), "the folder holds no depth images");
+        assert_eq!(message(&["depth/1.png"], &[]), "there is no camera.json beside the 1 depth images");
         let text = [("associations.txt", "0 rgb/a.png 0 depth/a.png")];
         let list = ["camera.json", "associations.txt"];
-        assert_eq!(told(&list, &text), "the frame list names 'depth/a.png', which is not there");
+        assert_eq!(message(&list, &text), "the frame list names 'depth/a.png', which is not there");
         let text = [("associations.txt", "0 rgb/a.png\n")];
-        assert!(told(&list, &text).starts_with("frame list, line 1: expected 'time rgb"));
+        assert!(message(&list, &text).starts_with("frame list, line 1: expected 'time rgb"));
     }
 
     #[test]

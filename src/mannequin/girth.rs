@@ -85,7 +85,7 @@ fn hull_perimeter(points: &mut [[f64; 2]]) -> f64 {
 pub(super) struct Girth {
     pub name: &'static str,
     pub measured: f64,
-    pub asked: f64,
+    pub target: f64,
 }
 
 /// All girths that [`calibrate`] brings to their targets, in the order of [`Tuning`]'s fields.
@@ -130,9 +130,9 @@ pub(super) fn girths(body: &Anatomy) -> Vec<Girth> {
     ];
     let trunk = trunk_of(&body.field);
     list.into_iter()
-        .map(|(name, section, asked)| {
+        .map(|(name, section, target)| {
             let field = if section.whole { &trunk } else { &body.field };
-            Girth { name, measured: tape(field, &section), asked }
+            Girth { name, measured: tape(field, &section), target }
         })
         .collect()
 }
@@ -168,7 +168,7 @@ pub(super) fn calibrate(m: &Anthropometry) -> Anatomy {
         ];
         for (factor, girth) in factors.into_iter().zip(list) {
             // Sections that other parts reach into answer less than in proportion, hence the bounds.
-            *factor = (*factor * girth.asked / girth.measured).clamp(0.70, 1.40);
+            *factor = (*factor * girth.target / girth.measured).clamp(0.70, 1.40);
         }
         body = assemble(m, t);
     }

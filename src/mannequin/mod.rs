@@ -202,7 +202,7 @@ fn girth_errors(bodies: &[CarriedBody]) -> Vec<(&'static str, f64, f64)> {
         .iter()
         .enumerate()
         .map(|(k, girth)| {
-            let misses = bodies.iter().map(|(_, list)| (list[k].measured - list[k].asked).abs());
+            let misses = bodies.iter().map(|(_, list)| (list[k].measured - list[k].target).abs());
             let (sum, most) = misses.fold((0.0, 0.0f64), |(s, m), e| (s + e, m.max(e)));
             (girth.name, sum / bodies.len() as f64, most)
         })

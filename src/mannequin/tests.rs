@@ -81,7 +81,7 @@ fn girths_are_those_asked_for() {
     let hard = [29, 109, 183].map(|k| shipped[k]);
     for m in survey.means().iter().chain(&survey.draw(1, 5)).chain(&hard) {
         for g in girth::girths(&girth::calibrate(m)) {
-            assert!((g.measured - g.asked).abs() < 0.01, "{}: {} for {}", g.name, g.measured, g.asked);
+            assert!((g.measured - g.target).abs() < 0.01, "{}: {} for {}", g.name, g.measured, g.target);
         }
     }
 }

@@ -32,7 +32,7 @@ pub fn scan_from_truth(scan: &TriMesh, truth: &[&TriMesh]) -> Isometry3<f64> {
     };
     let (from, to) = (lows(&[scan]), lows(truth));
     let few = area_weighted(scan, POINTS[0]);
-    let starts: Vec<(f64, Isometry3<f64>)> = (0..HEADINGS)
+    let initial_alignments: Vec<(f64, Isometry3<f64>)> = (0..HEADINGS)
         .map(|k| {
             let turn = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), k as f64 * TAU / HEADINGS as f64);
             let start = Isometry3::from_parts(Translation3::from(to - turn * from), turn);
@@ -40,8 +40,10 @@ pub fn scan_from_truth(scan: &TriMesh, truth: &[&TriMesh]) -> Isometry3<f64> {
             (misfit(&pose, &few, &indices), pose)
         })
         .collect();
-    let best =
-        starts.into_iter().reduce(|a, b| if b.0 < a.0 { b } else { a }).map_or_else(Isometry3::identity, |s| s.1);
+    let best = initial_alignments
+        .into_iter()
+        .reduce(|a, b| if b.0 < a.0 { b } else { a })
+        .map_or_else(Isometry3::identity, |s| s.1);
     settled(best, &area_weighted(scan, POINTS[1]), &indices, GATES[1], ROUNDS[1]).inverse()
 }
 

@@ -50,14 +50,14 @@ pub fn garment_iou(
     if garment >= layers.len() {
         return Err(MeasureError::NoSuchLayer { garment, layers: layers.len() });
     }
-    let shown = visible_surfaces(body, layers);
+    let visible = visible_surfaces(body, layers);
     let truth: Vec<bool> = scan
         .face_ids()
         .collect::<Vec<_>>()
         .par_iter()
         .map(|&f| {
             let [a, b, c] = scan.triangle(f);
-            nearest_of(&Point::from((a.coords + b.coords + c.coords) / 3.0), &shown) == Some(garment + 1)
+            nearest_of(&Point::from((a.coords + b.coords + c.coords) / 3.0), &visible) == Some(garment + 1)
         })
         .collect();
     let (mut both, mut either) = (0.0, 0.0);
@@ -76,7 +76,7 @@ fn visible_surfaces(body: &TriMesh, layers: &[TriMesh]) -> Vec<SurfaceIndex> {
     std::iter::once((body, None))
         .chain(layers.iter().enumerate().map(|(j, m)| (m, Some(j))))
         .map(|(mesh, own)| {
-            let shown = mesh
+            let visible = mesh
                 .face_ids()
                 .collect::<Vec<_>>()
                 .par_iter()
@@ -92,7 +92,7 @@ fn visible_surfaces(body: &TriMesh, layers: &[TriMesh]) -> Vec<SurfaceIndex> {
                     })
                 })
                 .collect::<Vec<_>>();
-            SurfaceIndex::prepare(&mesh.part(&shown.into()).0)
+            SurfaceIndex::prepare(&mesh.part(&visible.into()).0)
         })
         .collect()
 }

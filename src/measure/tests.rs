@@ -82,7 +82,7 @@ fn surface_distance_sees_a_shift_a_missing_half_and_spikes() {
     assert!(moved.surface_mean_mm > 4.0 && moved.surface_p95_mm > 9.0, "{moved:?}");
     let upper_half: Vec<bool> = truth.face_ids().map(|f| truth.triangle(f)[0].y > 0.5).collect();
     let half = surface_distance(&truth.part(&upper_half.into()).0, &truth);
-    assert!(half.surface_mean_mm > 50.0, "lies on the truth everywhere, yet lacks half of it: {half:?}");
+    assert!(half.surface_mean_mm > 50.0, "lies on the truth everywhere, but half of it is missing: {half:?}");
     let spiked = truth.with_points(
         truth
             .points()

@@ -161,8 +161,8 @@ fn who_lies_askew_is_turned_upright() {
 
 #[test]
 fn what_is_told_is_taken_and_doubted_aloud() {
-    let told = ScanParams { unit: Some(Unit::Metre), up: Some(Up::MinusY), ..Default::default() };
-    let scan = clean(&body(), &told, &mut |_| {}).unwrap();
+    let given = ScanParams { unit: Some(Unit::Metre), up: Some(Up::MinusY), ..Default::default() };
+    let scan = clean(&body(), &given, &mut |_| {}).unwrap();
     assert!((scan.world_from_file.direction_in_world(&Vec3::y()) + Vec3::y()).norm() < 1e-9);
     assert!(scan.findings.iter().any(|f| f.contains("the head seems to be below")), "{:?}", scan.findings);
     let wrong = ScanParams { unit: Some(Unit::Millimetre), ..Default::default() };

@@ -156,18 +156,18 @@ pub enum SessionError {
     #[error("the body has no labels to paint")]
     MaskOnBody,
     /// Fewer changes exist than the request undoes.
-    #[error("{}", too_few("undo", "changes", *asked, *there_are))]
+    #[error("{}", too_few("undo", "changes", *requested, *there_are))]
     NothingToUndo {
         /// Number of requested changes.
-        asked: usize,
+        requested: usize,
         /// Number of changes that can be undone or redone.
         there_are: usize,
     },
     /// Fewer undone changes exist than the request redoes.
-    #[error("{}", too_few("redo", "undone changes", *asked, *there_are))]
+    #[error("{}", too_few("redo", "undone changes", *requested, *there_are))]
     NothingToRedo {
         /// Number of requested changes.
-        asked: usize,
+        requested: usize,
         /// Number of changes that can be undone or redone.
         there_are: usize,
     },
@@ -248,10 +248,10 @@ pub enum SessionError {
     Viewer(Box<crate::view::Error>),
 }
 
-fn too_few(verb: &str, things: &str, asked: usize, there_are: usize) -> String {
+fn too_few(verb: &str, things: &str, requested: usize, there_are: usize) -> String {
     match there_are {
         0 => format!("there is nothing to {verb} on this branch"),
-        _ => format!("there are only {there_are} {things} to {verb} on this branch, not {asked}"),
+        _ => format!("there are only {there_are} {things} to {verb} on this branch, not {requested}"),
     }
 }
 

@@ -275,7 +275,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_viewer_that_does_not_answer_and_one_that_is_none_are_told() {
+    fn a_viewer_that_does_not_answer_and_an_invalid_url_are_errors() {
         // Nobody listens on a port that was free a moment ago.
         let free = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
         let recording = Recording::in_viewer("alice", Some(&format!("rerun+http://{free}/proxy"))).unwrap();

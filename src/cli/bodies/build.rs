@@ -34,17 +34,17 @@ pub struct BuiltBody {
 /// Reads the bodies and trains a model on them.
 ///
 /// **Errors** if a file cannot be read, there is no body, or no model can be trained on them.
-pub fn build_body(asked: &BuildBody, on_step: &mut dyn FnMut(&TrainingProgress)) -> Result<BuiltBody, BodiesError> {
-    let template = read_body_model(asked.template.as_deref())?;
+pub fn build_body(request: &BuildBody, on_step: &mut dyn FnMut(&TrainingProgress)) -> Result<BuiltBody, BodiesError> {
+    let template = read_body_model(request.template.as_deref())?;
     let mut inputs = TrainInputs::default();
-    for path in files(&asked.inputs)? {
+    for path in files(&request.inputs)? {
         read_bodies(&path, &mut inputs)?;
     }
     if inputs.is_empty() {
-        return Err(no_inputs(&asked.inputs));
+        return Err(no_inputs(&request.inputs));
     }
-    let (trained, findings) = build_model(inputs, &template, &asked.params, on_step)
-        .map_err(|e| BodiesError::bad_source(&common_name(&asked.inputs), e))?;
+    let (trained, findings) = build_model(inputs, &template, &request.params, on_step)
+        .map_err(|e| BodiesError::bad_source(&common_name(&request.inputs), e))?;
     Ok(BuiltBody { trained, findings })
 }
 

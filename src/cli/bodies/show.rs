@@ -38,33 +38,33 @@ const DEVIATIONS: f64 = 2.0;
 /// Reads a model and computes the requested body.
 ///
 /// **Errors** a file that is not a model, more coordinates than components, an unknown stance or joint.
-pub fn show_body(asked: &ShowBody) -> Result<ShownBody, BodiesError> {
-    let model = read_body_model(asked.model.as_deref())?;
-    if asked.shape.len() > model.component_count() {
+pub fn show_body(request: &ShowBody) -> Result<ShownBody, BodiesError> {
+    let model = read_body_model(request.model.as_deref())?;
+    if request.shape.len() > model.component_count() {
         return Err(BodiesError::BadRequest {
-            what: format!("{} shape coordinates for a model with {}", asked.shape.len(), model.component_count()),
+            what: format!("{} shape coordinates for a model with {}", request.shape.len(), model.component_count()),
             hint: "give as many as the model has components, or fewer".into(),
         });
     }
-    if let Some(odd) = asked.shape.iter().find(|b| !b.is_finite()) {
+    if let Some(odd) = request.shape.iter().find(|b| !b.is_finite()) {
         return Err(BodiesError::BadRequest {
             what: format!("{odd} is no shape coordinate"),
             hint: "give standard deviations, such as 1.5,-2".into(),
         });
     }
     let mut shape = model.mean_shape();
-    shape.0[..asked.shape.len()].copy_from_slice(&asked.shape);
+    shape.0[..request.shape.len()].copy_from_slice(&request.shape);
     let skeleton = model.shaped(&shape).1;
     let mut pose = Pose::bind(skeleton.len());
-    for word in &asked.pose {
+    for word in &request.pose {
         apply(word, &model, &mut pose)?;
     }
-    let name = asked
+    let name = request
         .model
         .as_ref()
         .and_then(|p| p.file_name())
         .map_or("the embedded body".into(), |n| n.to_string_lossy().into_owned());
-    Ok(ShownBody { model, shape, pose, name, one: !asked.shape.is_empty() || !asked.pose.is_empty() })
+    Ok(ShownBody { model, shape, pose, name, one: !request.shape.is_empty() || !request.pose.is_empty() })
 }
 
 fn apply(word: &str, model: &BodyModel, pose: &mut Pose) -> Result<(), BodiesError> {

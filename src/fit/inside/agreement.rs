@@ -73,11 +73,11 @@ impl InsideProblem<'_> {
             .collect();
         let normals = self.normals(posed);
         // A limb that was left out should be visible, too.
-        let shown: Vec<(VertexId, f64)> = spread(&self.data_areas(), SAMPLES)
+        let visible_samples: Vec<(VertexId, f64)> = spread(&self.data_areas(), SAMPLES)
             .into_iter()
             .filter(|&(v, _)| self.figure_surface.is_visible(v))
             .collect();
-        let of_figure: Vec<(f64, bool)> = shown
+        let of_figure: Vec<(f64, bool)> = visible_samples
             .par_iter()
             .map(|&(v, area)| {
                 let hit = self.surface.nearest(&posed.points[v], VISIBLE);

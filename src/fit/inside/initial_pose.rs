@@ -23,7 +23,7 @@ impl InsideProblem<'_> {
             log.push(format!("initial pose: the previous step's, {:.1} mm", score * 1e3));
             return given.clone();
         }
-        let mut starts: Vec<(f64, usize, Pose)> = (0..=HEADINGS)
+        let mut initial_poses: Vec<(f64, usize, Pose)> = (0..=HEADINGS)
             .into_par_iter()
             .map(|i| {
                 let start = if i == HEADINGS {
@@ -35,11 +35,11 @@ impl InsideProblem<'_> {
                 (self.score(&pose), i, pose)
             })
             .collect();
-        starts.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        for (score, i, _) in starts.iter().take(3) {
+        initial_poses.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        for (score, i, _) in initial_poses.iter().take(3) {
             log.push(format!("initial pose {i} of {HEADINGS} headings: {:.1} mm", score * 1e3));
         }
-        starts.swap_remove(0).2
+        initial_poses.swap_remove(0).2
     }
 
     /// The pose rotated about the vertical and moved to the scan.

@@ -104,7 +104,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_axis_of_a_turn_is_found_and_a_lean_is_told() {
+    fn the_axis_of_a_turn_is_found_and_a_lean_is_reported() {
         let axis =
             Axis { point: Point::new(0.1, 0.0, -0.05), direction: Unit::new_normalize(Vec3::new(0.02, 1.0, -0.03)) };
         let start = Isometry3::new(Vec3::new(0.0, 0.9, 2.0), Vec3::new(3.0, 0.1, 0.0));
@@ -122,7 +122,7 @@ mod tests {
             .enumerate()
             .map(|(k, p)| Isometry3::translation(0.01 * (k as f64 * TAU / 72.0).sin(), 0.0, 0.0) * p)
             .collect();
-        let told = guess.fitted(&swaying).unwrap().unsteadiness(&swaying, &middle);
-        assert!((3e-3..0.012).contains(&told.shift), "{}", told.shift);
+        let deviation = guess.fitted(&swaying).unwrap().unsteadiness(&swaying, &middle);
+        assert!((3e-3..0.012).contains(&deviation.shift), "{}", deviation.shift);
     }
 }

@@ -12,7 +12,7 @@ impl Writer {
     pub fn undo(&mut self, count: usize) -> Result<Vec<Entry>, SessionError> {
         let undoable = self.undoable();
         if count > undoable {
-            return Err(SessionError::NothingToUndo { asked: count, there_are: undoable });
+            return Err(SessionError::NothingToUndo { requested: count, there_are: undoable });
         }
         self.record_hand_edit()?;
         (0..count).map(|_| self.step_back()).collect()
@@ -24,7 +24,7 @@ impl Writer {
     pub fn redo(&mut self, count: usize) -> Result<Vec<Entry>, SessionError> {
         let there_are = if self.session.edited.is_some() { 0 } else { self.session.history.current().undone.len() };
         if count > there_are {
-            return Err(SessionError::NothingToRedo { asked: count, there_are });
+            return Err(SessionError::NothingToRedo { requested: count, there_are });
         }
         (0..count).map(|_| self.step_forth()).collect()
     }
@@ -53,7 +53,7 @@ impl Writer {
     fn step_back(&mut self) -> Result<Entry, SessionError> {
         let branch: &Branch = self.session.history.current();
         let (Some(undone), Some(to)) = (branch.head().cloned(), branch.before().cloned()) else {
-            return Err(SessionError::NothingToUndo { asked: 1, there_are: 0 });
+            return Err(SessionError::NothingToUndo { requested: 1, there_are: 0 });
         };
         self.go_to(&to, &format!("undo {}", undone.change), Move::Undo)?;
         Ok(undone)
@@ -61,7 +61,7 @@ impl Writer {
 
     fn step_forth(&mut self) -> Result<Entry, SessionError> {
         let Some(to) = self.session.history.current().undone.last().cloned() else {
-            return Err(SessionError::NothingToRedo { asked: 1, there_are: 0 });
+            return Err(SessionError::NothingToRedo { requested: 1, there_are: 0 });
         };
         self.go_to(&to, &format!("redo {}", to.change), Move::Redo)?;
         Ok(to)
