@@ -32,7 +32,7 @@ pub struct Layer {
 pub struct Figure {
     /// Joints in the bind pose.
     pub skeleton: Skeleton,
-    /// Surfaces, innermost first.
+    /// One surface per layer, innermost first.
     pub layers: Vec<Layer>,
 }
 
@@ -48,6 +48,8 @@ impl Figure {
     }
 
     /// The garments, innermost first.
+    ///
+    /// **Shapes** one entry per layer but the body.
     pub fn garments(&self) -> &[Layer] {
         &self.layers[1..]
     }

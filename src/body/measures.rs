@@ -35,6 +35,8 @@ const STEP: f64 = 0.005;
 ///
 /// Girths are those of a tape: convex hulls of sections, which bridge hollows; without arms; horizontal at the trunk,
 /// perpendicular to the bone at limbs. Heights are those of the body standing upright, legs together.
+///
+/// **Shapes** `weights` has one row per vertex of `mesh_in_bind`; the result has one entry per measure.
 pub fn body_measures(mesh_in_bind: &TriMesh, weights: &SkinWeights, skeleton: &Skeleton) -> Vec<BodyMeasure> {
     let body = Measured::new(mesh_in_bind, weights, skeleton);
     let mut taken = Vec::new();

@@ -83,6 +83,8 @@ impl BodyModel {
     }
 
     /// The skeleton inside any surface with this model's vertices, in the bind pose: Eq. 1.
+    ///
+    /// **Shapes** `points_in_bind` `V × 3`.
     pub fn skeleton_inside(&self, points_in_bind: &PerVertex<Point>) -> Skeleton {
         Skeleton {
             joints_in_bind: self

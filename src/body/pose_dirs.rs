@@ -110,6 +110,8 @@ impl PoseOffsets {
     }
 
     /// Another surface, each of whose vertices follows some vertices of this one.
+    ///
+    /// **Shapes** `places`: per vertex of the other surface the vertices that it follows, with factors.
     pub fn followed(&self, places: impl Iterator<Item = Vec<(VertexId, f64)>>) -> Self {
         let on_model = |(v, share): (VertexId, f64)| match &self.places {
             None => vec![(v, share)],
@@ -141,6 +143,8 @@ impl PoseOffsets {
     }
 
     /// The corrective offset of each vertex of the surface.
+    ///
+    /// **Shapes** `V × 3`.
     pub fn in_pose(&self, pose: &Pose) -> Option<PerVertex<Vec3>> {
         let of_model = self.dirs.as_ref()?.in_pose(pose);
         let Some(places) = &self.places else { return Some(of_model) };

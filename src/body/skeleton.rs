@@ -80,6 +80,8 @@ impl Skeleton {
         HumanJoint::BODY.iter().map(|joint| joint.name().to_string()).collect()
     }
     /// The parent of each of [`HumanJoint::BODY`], in that order.
+    ///
+    /// **Shapes** J of [`HumanJoint::BODY`].
     pub fn body_parents() -> Vec<Option<JointId>> {
         let id = |joint: HumanJoint| HumanJoint::BODY.iter().position(|&j| j == joint).map(|k| JointId(k as u16));
         HumanJoint::BODY.iter().map(|joint| joint.parent().and_then(id)).collect()

@@ -22,6 +22,8 @@ pub struct SkinWeights {
 
 impl SkinWeights {
     /// Keeps the four largest weights of each row and scales them to a sum of 1. A row without weight follows the root.
+    ///
+    /// **Shapes** `rows`: V lists of any length; the result is `V × 4`.
     pub fn from_rows(rows: impl IntoIterator<Item = Vec<(JointId, f64)>>) -> Self {
         Self { rows: rows.into_iter().map(prune).collect(), pose_offsets: None }
     }
@@ -43,6 +45,8 @@ impl SkinWeights {
     }
 
     /// The weights of some of the vertices, in their order.
+    ///
+    /// **Shapes** `kept` has one entry per row of the result.
     pub fn of_vertices(&self, kept: &PerVertex<VertexId>) -> Self {
         let rows = kept.iter().map(|&v| self.rows[v]).collect();
         let pose_offsets = self.pose_offsets.as_ref().map(|own| own.followed(kept.iter().map(|&v| vec![(v, 1.0)])));
@@ -110,6 +114,8 @@ impl SkinWeights {
         self.rows.is_empty()
     }
     /// Blends rows: `Σ factor · row`, not pruned. Used for points on triangles.
+    ///
+    /// **Shapes** one entry per joint that moves the point.
     pub fn blend(&self, parts: &[(VertexId, f64)]) -> Vec<(JointId, f64)> {
         let mut sum: Vec<(JointId, f64)> = Vec::with_capacity(8);
         for &(v, factor) in parts {

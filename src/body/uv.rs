@@ -23,7 +23,7 @@ pub struct UvMap {
 pub struct Texture {
     /// Pixels along a side.
     pub side: usize,
-    /// sRGB, rows from the top.
+    /// sRGB, `height × width`, row by row from the top.
     pub pixels: Vec<[u8; 3]>,
 }
 
@@ -58,6 +58,8 @@ impl Texture {
 
 impl UvMap {
     /// One place a vertex: no seam.
+    ///
+    /// **Shapes** `coords` `V × 2`.
     pub fn per_vertex(mesh: &TriMesh, coords: PerVertex<[f64; 2]>) -> Self {
         Self { coords: coords.0, corners: mesh.faces().iter().map(|f| f.map(|v| v.0)).collect(), texture: None }
     }

@@ -74,6 +74,8 @@ impl NpyData {
 impl NpyArray {
     /// An array of `shape`, last index fastest.
     ///
+    /// **Shapes** the product of `shape` is the number of values.
+    ///
     /// **Errors** when `shape` has another number of values.
     pub fn try_new(shape: &[usize], data: impl Into<NpyData>) -> Result<Self, FormatError> {
         let data = data.into();
@@ -94,6 +96,8 @@ impl NpyArray {
     }
 
     /// An `N`-column matrix.
+    ///
+    /// **Shapes** `R × N`.
     pub fn rows<const N: usize, T: Copy>(rows: &[[T; N]]) -> Self
     where
         NpyData: From<Vec<T>>,
@@ -123,6 +127,8 @@ impl NpyArray {
     }
 
     /// The numbers as `f64`; `name` is for the message.
+    ///
+    /// **Shapes** all values in C order.
     pub fn to_f64(&self, name: &str) -> Result<Vec<f64>, FormatError> {
         match &self.data {
             NpyData::F64(v) => Ok(v.clone()),
@@ -135,6 +141,8 @@ impl NpyArray {
     }
 
     /// The integers as `i64`. Floats are accepted when all are whole: MATLAB and some SMPL files store integers so.
+    ///
+    /// **Shapes** all values in C order.
     pub fn to_i64(&self, name: &str) -> Result<Vec<i64>, FormatError> {
         let whole = |x: f64| (x.fract() == 0.0 && x.abs() < 9.0e15).then_some(x as i64);
         let from_floats = |values: Option<Vec<i64>>| values.ok_or_else(|| self.wrong_type(name, "whole numbers"));
@@ -149,6 +157,8 @@ impl NpyArray {
     }
 
     /// The integers as `u32`.
+    ///
+    /// **Shapes** all values in C order.
     ///
     /// **Errors** also when one is negative or too large; the message names the first.
     pub fn to_u32(&self, name: &str) -> Result<Vec<u32>, FormatError> {
@@ -227,27 +237,37 @@ impl Npz {
     }
 
     /// The numbers of an array.
+    ///
+    /// **Shapes** all values in C order.
     pub fn f64(&self, name: &str) -> Result<Vec<f64>, FormatError> {
         self.get(name)?.to_f64(name)
     }
 
     /// The numbers of an array as rows of `N`.
+    ///
+    /// **Shapes** `R × N`.
     pub fn f64_rows<const N: usize>(&self, name: &str) -> Result<Vec<[f64; N]>, FormatError> {
         self.check_columns::<N>(name)?;
         Ok(self.f64(name)?.as_chunks::<N>().0.to_vec())
     }
 
     /// The integers of an array.
+    ///
+    /// **Shapes** all values in C order.
     pub fn i64(&self, name: &str) -> Result<Vec<i64>, FormatError> {
         self.get(name)?.to_i64(name)
     }
 
     /// The integers of an array, none negative.
+    ///
+    /// **Shapes** all values in C order.
     pub fn u32(&self, name: &str) -> Result<Vec<u32>, FormatError> {
         self.get(name)?.to_u32(name)
     }
 
     /// The integers of an array as rows of `N`, none negative.
+    ///
+    /// **Shapes** `R × N`.
     pub fn u32_rows<const N: usize>(&self, name: &str) -> Result<Vec<[u32; N]>, FormatError> {
         self.check_columns::<N>(name)?;
         Ok(self.u32(name)?.as_chunks::<N>().0.to_vec())

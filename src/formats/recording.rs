@@ -12,7 +12,7 @@ const CAMERA: &str = "camera.json";
 pub struct RgbdRecording {
     /// The camera.
     pub camera: CameraJson,
-    /// The frames in order of time.
+    /// One entry per frame, in order of time.
     pub frames: Vec<RecordedFrame>,
 }
 

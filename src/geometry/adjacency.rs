@@ -132,11 +132,15 @@ impl Adjacency {
     }
 
     /// Faces that meet at `v`.
+    ///
+    /// **Shapes** one id per incident face.
     pub fn faces_of(&self, v: VertexId) -> &[FaceId] {
         &self.vertex_faces[self.vertex_faces_start[v.index()] as usize..self.vertex_faces_start[v.index() + 1] as usize]
     }
 
     /// Vertices joined to `v` by an edge.
+    ///
+    /// **Shapes** one id per edge at `v`.
     pub fn neighbours_of(&self, v: VertexId) -> &[VertexId] {
         &self.neighbours[self.neighbours_start[v.index()] as usize..self.neighbours_start[v.index() + 1] as usize]
     }
@@ -154,6 +158,8 @@ impl Adjacency {
     }
 
     /// Edges with one face, in the direction of that face.
+    ///
+    /// **Shapes** B × 2.
     pub fn boundary_edges(&self) -> &[[VertexId; 2]] {
         &self.boundary
     }
@@ -172,6 +178,8 @@ impl Adjacency {
 
     /// Boundary loops, each a closed ring of vertices in the direction of the faces at it, longest count first
     /// (ties by lowest id). Loops that touch in a vertex are separate.
+    ///
+    /// **Shapes** one list of vertices per loop, without repetition of the first.
     pub fn boundary_loops(&self) -> Vec<Vec<VertexId>> {
         let mut next: HashMap<VertexId, Vec<VertexId>> = HashMap::new();
         for &[a, b] in &self.boundary {

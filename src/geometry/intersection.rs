@@ -12,6 +12,8 @@ const CONTACT_PER_EDGE: f64 = 1e-10;
 ///
 /// Triangles that only touch, in a point or along an edge, do not count; triangles that lie in one plane count where
 /// they share area. Faces without area cross nothing.
+///
+/// **Shapes** one entry per pair.
 pub fn intersecting_pairs(a: &TriMesh, b: &TriMesh) -> Vec<(FaceId, FaceId)> {
     let tree = FaceTree::prepare(b);
     pairs_with(a, &tree, |_, _| true)
@@ -19,6 +21,8 @@ pub fn intersecting_pairs(a: &TriMesh, b: &TriMesh) -> Vec<(FaceId, FaceId)> {
 
 /// All pairs of faces of one mesh that cross, lower id first, in ascending order. Neighbours, which share a vertex, are
 /// left out.
+///
+/// **Shapes** one entry per pair.
 pub fn self_intersecting_pairs(mesh: &TriMesh) -> Vec<(FaceId, FaceId)> {
     let tree = FaceTree::prepare(mesh);
     let apart = |f: FaceId, g: FaceId| !mesh.faces()[f].iter().any(|v| mesh.faces()[g].contains(v));
@@ -56,6 +60,8 @@ pub(super) fn pairs_of_faces(
 }
 
 /// Whether two triangles cross, or overlap in one plane.
+///
+/// **Shapes** `t` and `u` 3 × 3: three corners each.
 ///
 /// **Source** Möller 1997, with strict intervals: contact is no crossing.
 pub fn triangles_cross(t: &[Point; 3], u: &[Point; 3]) -> bool {

@@ -14,9 +14,9 @@ const LEAST_WEIGHT: f64 = 1e-4;
 /// same faces over moved points.
 #[derive(Clone, Debug)]
 pub struct Laplacian {
-    /// (row, column, value), both triangles: the diagonal first, then each edge twice. No entry comes twice.
+    /// `V + 2E` times (row, column, value), both triangles: the diagonal first, then each edge twice. No entry comes twice.
     pub triplets: Vec<(usize, usize, f64)>,
-    /// The lumped mass of each vertex: a third of the area around it in m², or 1 for the uniform Laplacian.
+    /// V lumped masses: a third of the area around it in m², or 1 for the uniform Laplacian.
     pub mass: PerVertex<f64>,
 }
 

@@ -175,6 +175,8 @@ pub struct TriMesh {
 
 impl TriMesh {
     /// Checks indices and coordinates.
+    ///
+    /// **Shapes** `points` V × 3, `faces` F × 3.
     pub fn try_new(
         points: impl Into<PerVertex<Point>>,
         faces: impl Into<PerFace<[VertexId; 3]>>,
@@ -236,6 +238,8 @@ impl TriMesh {
     }
 
     /// Other faces over the same vertices.
+    ///
+    /// **Shapes** `faces` F × 3, for any F.
     ///
     /// # Panics
     /// If a face refers to a vertex that is not there.
@@ -362,6 +366,8 @@ impl TriMesh {
     /// The faces marked in `keep`, with only the vertices that they use.
     ///
     /// Returns the part and, for each of its vertices, the vertex of `self` that it was. Order is kept.
+    ///
+    /// **Shapes** `keep` F; the result's map has one entry per vertex of the part.
     pub fn part(&self, keep: &PerFace<bool>) -> (Self, PerVertex<VertexId>) {
         let mut part_from_whole = vec![u32::MAX; self.vertex_count()];
         let mut whole_from_part = Vec::new();

@@ -12,6 +12,8 @@ pub struct NearestVertex {
 impl NearestVertex {
     /// Builds the tree.
     ///
+    /// **Shapes** `points` V × 3.
+    ///
     /// **Requires** finite coordinates, which a [`TriMesh`](super::TriMesh) has.
     pub fn prepare(points: &[Point]) -> Self {
         let coordinates: Vec<[f64; 3]> = points.iter().map(|p| [p.x, p.y, p.z]).collect();
@@ -28,6 +30,8 @@ impl NearestVertex {
     }
 
     /// All points no farther than `radius`, in ascending order.
+    ///
+    /// **Shapes** one id per point found.
     pub fn within(&self, p: &Point, radius: f64) -> Vec<VertexId> {
         let Some(tree) = &self.tree else { return Vec::new() };
         if radius.is_nan() || radius < 0.0 {

@@ -138,11 +138,15 @@ impl SurfaceIndex {
 
     /// All pairs (one of `faces` of `other`, face of this mesh) that cross, in ascending order, as
     /// [`intersecting_pairs`](super::intersecting_pairs) without building the hierarchy again.
+    ///
+    /// **Shapes** `faces` any number of ids of `other`; the result has one entry per pair.
     pub fn crossing_pairs(&self, other: &TriMesh, faces: &[FaceId]) -> Vec<(FaceId, FaceId)> {
         super::intersection::pairs_of_faces(other, faces, &self.tree, |_, _| true)
     }
 
     /// All faces no farther than `radius`, in ascending order.
+    ///
+    /// **Shapes** one id per face found.
     pub fn faces_within(&self, p: &Point, radius: f64) -> Vec<FaceId> {
         let reach = Vec3::repeat(radius);
         let region = Aabb { min: p - reach, max: p + reach };

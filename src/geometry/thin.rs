@@ -11,6 +11,8 @@ type QueuedClaim = Reverse<(u64, VertexId, VertexId)>;
 ///
 /// Returns it with the vertex of `mesh` for each of its vertices, in ascending order.
 ///
+/// **Shapes** the map has one entry per vertex of the result.
+///
 /// **Guarantees** sheets that touch are not joined; borders stay, at the spacing; parts smaller than the spacing may be
 /// lost. No face appears twice.
 pub fn thinned(mesh: &TriMesh, spacing: f64) -> (TriMesh, PerVertex<VertexId>) {

@@ -19,6 +19,8 @@ const ROUNDS: [usize; 2] = [8, 25];
 
 /// The rigid motion from the truth's frame to the scan's, such that the scan lies on the truth's outside.
 ///
+/// **Shapes** `truth`: one mesh per layer.
+///
 /// **Frame and units** both Y up and in metres; their headings and places may differ.
 ///
 /// **Source** point-to-plane ICP (Chen & Medioni 1992) from 24 headings.

@@ -149,6 +149,8 @@ fn resampled(mesh: &TriMesh, ring: &[VertexId]) -> Vec<Point> {
 }
 
 /// The intersections of every pair of `layers` (name and surface, innermost first) in the bind pose.
+///
+/// **Shapes** L layers; L (L − 1) / 2 pairs.
 pub fn layer_pairs(layers: &[(&str, &TriMesh)]) -> Vec<LayerPair> {
     let mut pairs = Vec::new();
     for (o, (outer_name, outer)) in layers.iter().enumerate() {

@@ -45,6 +45,8 @@ struct HiddenSkin {
 /// For each, the same ray's line is followed to the result: its crossing with the result's outside that is nearest to
 /// the true skin (within 12 cm either way; if there is none, the nearest point of the result, projected onto the line).
 /// The result is outside there by how much farther along the normal it lies than the cloth.
+///
+/// **Shapes** `true_layers` has one mesh per garment; the meshes need not share vertices.
 pub fn hidden_body(result: &TriMesh, true_body: &TriMesh, true_layers: &[TriMesh]) -> HiddenBody {
     let samples = area_weighted(true_body, SAMPLE_COUNT);
     let body = SurfaceIndex::prepare(true_body);

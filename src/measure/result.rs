@@ -33,6 +33,6 @@ pub struct ResultStep {
 /// The result of a session in the bind pose.
 #[derive(Clone, Debug)]
 pub struct ResultBind {
-    /// Name and surface, innermost first; the body is the first.
+    /// Name and surface per layer, innermost first; the body is the first.
     pub layers: Vec<(String, TriMesh)>,
 }

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 pub struct SessionMeasures {
     /// One entry per step.
     pub steps: Vec<StepMeasures>,
-    /// All pairs of layers in the bind pose.
+    /// One entry per pair of layers in the bind pose.
     pub pairs: Vec<LayerPair>,
     /// The targets T2–T10 that apply to this session.
     pub targets: Vec<TargetCheck>,
@@ -25,6 +25,8 @@ pub struct SessionMeasures {
 /// Compares a session with its truth; the documentation of [`measure`](crate::measure) says what goes in.
 ///
 /// `truth_bind` is compared only for subjects of our own model: another rig's bind pose is another pose.
+///
+/// **Shapes** `results` and `truths`: one entry per step.
 ///
 /// **Errors** when session and truth do not belong together.
 pub fn measure(

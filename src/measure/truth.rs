@@ -14,7 +14,7 @@ pub type JointPositions = BTreeMap<String, Point>;
 pub struct TruthStep {
     /// The body.
     pub body: TriMesh,
-    /// Its garments, innermost first.
+    /// One surface per garment, innermost first.
     pub layers: Vec<TriMesh>,
     /// Joint centres by our names.
     pub joints: JointPositions,
@@ -25,7 +25,7 @@ pub struct TruthStep {
 pub struct TruthBind {
     /// The body.
     pub body: TriMesh,
-    /// Its garments, innermost first.
+    /// One surface per garment, innermost first.
     pub layers: Vec<TriMesh>,
 }
 

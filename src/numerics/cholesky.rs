@@ -25,6 +25,8 @@ pub struct SparseCholesky {
 impl SparseCholesky {
     /// Factorises the matrix of `(row, column, value)`; duplicate entries are summed.
     ///
+    /// **Shapes** an `n × n` matrix, one triplet per entry.
+    ///
     /// **Requires** the lower triangle and the diagonal. Entries above the diagonal are ignored, so a full symmetric matrix is
     /// accepted.
     pub fn prepare(n: usize, triplets: &[(usize, usize, f64)]) -> Result<Self, NumericsError> {

@@ -58,7 +58,7 @@ pub enum QpStatus {
 /// The result of a quadratic program.
 #[derive(Clone, Debug)]
 pub struct QpOutcome {
-    /// The minimiser, valid if [`is_usable`](Self::is_usable).
+    /// The minimiser, one entry per unknown; valid if [`is_usable`](Self::is_usable).
     pub x: Vec<f64>,
     /// By how much each row is exceeded; zero for satisfied rows. **Shapes** one value per row.
     pub slack: Vec<f64>,
@@ -226,6 +226,8 @@ impl QuadraticProgram {
 
 impl QpRow {
     /// `aᵀx − bound`.
+    ///
+    /// **Shapes** `x` has one entry per unknown.
     pub fn excess(&self, x: &[f64]) -> f64 {
         self.coefficients.iter().map(|&(i, value)| value * x[i]).sum::<f64>() - self.bound
     }

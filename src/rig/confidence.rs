@@ -78,6 +78,8 @@ pub(super) fn match_confidence(matches: &Matches, posed_body: &TriMesh, params: 
 impl Matches {
     /// The body vertices whose corrective offsets each garment vertex follows: those of the closest triangle, fully up to
     /// 3 cm from it and not at all from 8 cm on, where cloth hangs and the closest points of neighbours lie on other limbs.
+    ///
+    /// **Shapes** one list of (vertex, factor) per garment vertex.
     pub fn followed_vertices(&self) -> impl Iterator<Item = Vec<(VertexId, f64)>> {
         self.places.iter().zip(self.distances.iter()).map(|(place, &distance)| {
             let share = ramp_down(distance, 0.03, 0.08);

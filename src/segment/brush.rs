@@ -70,6 +70,8 @@ const FACING_AWAY: f64 = -0.3;
 
 impl Stroke {
     /// Reads strokes, one JSON object per line; empty lines are skipped.
+    ///
+    /// **Shapes** one stroke per line.
     pub fn read_lines(text: &str) -> Result<Vec<Self>, SegmentError> {
         let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
         lines.map(|(i, line)| Self::read(line, i + 1)).collect()
@@ -124,6 +126,8 @@ impl Marks {
     }
 
     /// Paints strokes in order; where two overlap the later one counts.
+    ///
+    /// **Shapes** the result has one mark per vertex of the scan.
     pub fn paint(scan: &Scan, strokes: &[Stroke]) -> Result<Self, SegmentError> {
         let mut marks = Self::none(scan.mesh.vertex_count());
         for stroke in strokes {

@@ -141,6 +141,8 @@ fn check_inputs(scan: &Scan, inner: &[Inner<'_>], body: &Inner<'_>, placement: &
 }
 
 /// The labels as proposed, with marks over them: [`propose`] and [`Proposal::corrected`] in one call.
+///
+/// **Shapes** those of [`propose`]; `marks` and the result have one entry per vertex of the scan.
 pub fn refine(
     scan: &Scan,
     inner: &[Inner<'_>],

@@ -18,6 +18,8 @@ const ITERATIONS: usize = 20;
 
 /// Refines the shape of a body fitted to its naked scan with other scans of the same person.
 ///
+/// **Shapes** `others` and the result's `poses_in_others`: one entry per scan.
+///
 /// **Frame** `poses_in_others` of the result holds poses in each scan's world frame.
 ///
 /// **Guarantees** a scan into which the body cannot be posed takes no part, and the report says why. If the others

@@ -1,7 +1,7 @@
 //! Aligns one frame with the prediction: point-to-plane ICP with projective association.
 
 use super::camera::depth_noise;
-use super::raycast::{Prediction, SurfaceSample};
+use super::raycast::{PredictedPoint, Prediction};
 use super::view::{Level, PersonFrame};
 use nalgebra::{Isometry3, Matrix6, Point3, Translation3, UnitQuaternion, Vector3, Vector6};
 use rayon::prelude::*;
@@ -140,7 +140,7 @@ fn pairs(level: &Level, prediction: &Prediction, pose: &Isometry3<f64>, gate: f3
             return None;
         }
         let at = v as usize * camera.width + u as usize;
-        let SurfaceSample { point, normal } = prediction.seen[at];
+        let PredictedPoint { point, normal } = prediction.seen[at];
         let apart = m - point;
         let same_side = (model_from_camera.rotation * n).dot(&normal) > SAME_SIDE;
         if !same_side || apart.norm_squared() > gate * gate {

@@ -10,12 +10,12 @@ use rayon::prelude::*;
 pub(super) struct Prediction {
     pub(super) camera: RgbdCamera,
     pub(super) camera_from_model: Isometry3<f64>,
-    pub(super) seen: Vec<SurfaceSample>,
+    pub(super) seen: Vec<PredictedPoint>,
 }
 
 /// A point of the surface and its normal toward the camera, in the model's frame; a zero normal where nothing is seen.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct SurfaceSample {
+pub(super) struct PredictedPoint {
     pub(super) point: Point3<f32>,
     pub(super) normal: Vector3<f32>,
 }
@@ -112,14 +112,14 @@ impl Volume {
     }
 
     /// The surface points and normals at the given depths.
-    fn seen(&self, camera: &RgbdCamera, rays: &Rays, depths: &[f32]) -> Vec<SurfaceSample> {
+    fn seen(&self, camera: &RgbdCamera, rays: &Rays, depths: &[f32]) -> Vec<PredictedPoint> {
         let at = |reader: &mut Reader, (i, &depth): (usize, &f32)| {
             let ray = rays.through(i % camera.width, i / camera.width);
             let p = rays.origin + ray * depth;
             let normal = (depth > 0.0).then(|| reader.normal(&p)).flatten();
             match normal.filter(|n| n.dot(&ray) < 0.0) {
-                Some(normal) => SurfaceSample { point: p * self.voxel, normal },
-                None => SurfaceSample::default(),
+                Some(normal) => PredictedPoint { point: p * self.voxel, normal },
+                None => PredictedPoint::default(),
             }
         };
         depths.par_iter().enumerate().with_min_len(2048).map_init(|| Reader::new(self), at).collect()
@@ -276,9 +276,9 @@ mod tests {
         let nearly_there = Isometry3::new(Vector3::new(0.01, 0.0, 0.012), Vector3::new(0.0, 0.01, 0.02));
         for (pose, reach) in [(far_off, Reach::Far), (nearly_there, Reach::Far), (nearly_there, Reach::Near)] {
             let seen = volume.predict(&view.levels[0], &pose, reach).seen;
-            let hits: Vec<&SurfaceSample> = seen.iter().filter(|s| s.normal.norm() > 0.5).collect();
+            let hits: Vec<&PredictedPoint> = seen.iter().filter(|s| s.normal.norm() > 0.5).collect();
             assert!(hits.len() > 1_500, "{reach:?}: {}", hits.len());
-            for SurfaceSample { point, normal } in hits {
+            for PredictedPoint { point, normal } in hits {
                 assert!((point.z - 1.0).abs() < 1e-3, "{reach:?}: {point}");
                 assert!((normal + Vector3::z()).norm() < 0.02);
             }

@@ -35,7 +35,7 @@ pub struct FusionReport {
     pub frames: usize,
     /// Frames without a pose.
     pub lost: Vec<String>,
-    /// Frames with a pose.
+    /// One entry per frame with a pose.
     pub poses: Vec<FramePose>,
     /// Number of turns of the person that the frames cover.
     pub turns: f64,
