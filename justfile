@@ -33,7 +33,7 @@ stage-hashes:
 # The pictures of the README, from the demo
 pictures:
     rm -rf target/pictures
-    cargo run --release --no-default-features -- body show --sheet .pictures/body.png
+    cargo run --release --no-default-features -- body show --sheet .pictures/body.png --force
     cargo run --release --no-default-features -- demo --keep target/pictures
     cp target/pictures/poster.png .pictures/poster.png
     cp target/pictures/sheet.png .pictures/sheet.png

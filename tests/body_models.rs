@@ -8,6 +8,7 @@ use overcoat::body::{BodyModel, Pose, Shape, embedded_model, read_model};
 use overcoat::cli::bodies::{BodiesError, BuildBody, BuiltBody, ShowBody, build_body, model_measures, show_body};
 use overcoat::formats::{NpyArray, Npz, NpzCompression, write_npz};
 use overcoat::geometry::{Point, TriMesh};
+use overcoat::session::Outputs;
 use overcoat::train::{BuildParams, TrainParams};
 use std::path::{Path, PathBuf};
 
@@ -73,7 +74,7 @@ fn a_model_trained_on_posed_bodies_reproduces_the_held_out_ones() {
     assert!(built.trained.explained.is_sorted() && built.trained.explained[14] > 0.98);
 
     let out = folder.path().join("model.npz");
-    built.write(&out).unwrap();
+    built.write(&out, &mut Outputs::without_session(folder.path(), false)).unwrap();
     let again = read_model(std::fs::File::open(&out).unwrap()).unwrap();
     assert_eq!(again.component_count(), 15);
     assert_eq!(again.skeleton.names, model.skeleton.names);

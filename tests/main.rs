@@ -12,6 +12,7 @@ mod foreign_segment;
 mod frozen;
 mod history;
 mod laws;
+mod output_files;
 mod painted_masks;
 mod pipeline;
 mod readme;

@@ -30,6 +30,9 @@ fn the_demo_writes_what_it_lists_and_corrects_a_garment() {
     for file in report["files"].as_array().unwrap() {
         assert!(Path::new(file.as_str().unwrap()).exists(), "{file}");
     }
+    let kept = demo().dir.path().join("kept").display().to_string();
+    assert_eq!(report["remove"], format!("rm -r {kept}"));
+    assert!(report["bytes"].as_u64() > Some(10_000_000) && report["file_count"].as_u64() > Some(50), "{report}");
     let corrected = report["corrections"].as_array().unwrap();
     assert!(!corrected.is_empty(), "a brush file corrects something");
     assert!(demo().dir.path().join("kept/poster.png").exists());

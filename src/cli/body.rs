@@ -6,7 +6,7 @@ use super::context::Context;
 use super::progress::Progress;
 use crate::body::BodyMeasure;
 use crate::scan::{Unit, Up};
-use crate::session::{Session, SessionError};
+use crate::session::{Content, Outputs, Session, SessionError};
 use crate::train::{BuildParams, MakeHumanParams, TrainParams};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -50,6 +50,9 @@ struct ShowArgs {
     /// Write that body as a mesh
     #[arg(long, value_name = "OUT.ply")]
     mesh: Option<PathBuf>,
+    /// Replace files that exist
+    #[arg(long)]
+    force: bool,
 }
 
 #[derive(clap::Args)]
@@ -78,6 +81,9 @@ struct ImportArgs {
     /// Number of components kept
     #[arg(long, value_name = "K")]
     components: Option<usize>,
+    /// Replace files that exist
+    #[arg(long)]
+    force: bool,
 }
 
 #[derive(clap::Args)]
@@ -107,37 +113,46 @@ struct BuildBodyArgs {
     /// Their upward axis: x, y, z, -x, -y, -z
     #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
     up: Option<Up>,
+    /// Replace files that exist
+    #[arg(long)]
+    force: bool,
 }
 
 pub(super) fn run(args: BodyArgs, context: &Context) -> anyhow::Result<Done> {
     match args.action {
-        BodyAction::Show(args) => show(args),
+        BodyAction::Show(args) => show(args, context),
         BodyAction::Measure(args) => measure(args, context),
         BodyAction::Build(args) => build(args, context),
         BodyAction::Import(args) => import(args, context),
     }
 }
 
-fn show(args: ShowArgs) -> anyhow::Result<Done> {
+fn show(args: ShowArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     if args.sheet.is_none() && args.save.is_none() && args.mesh.is_none() {
         let what = "nothing to write: `body show` needs --sheet, --save or --mesh".into();
         let hint = "--sheet OUT.png draws a picture, --save OUT.rrd writes a recording for the Rerun viewer, --mesh OUT.ply a mesh".into();
         return Err(SessionError::BadRequest { what, hint }.into());
     }
+    let mut outputs = Outputs::without_session(&context.session, args.force);
+    protect_files(&mut outputs, &args.model);
+    let asked = [(&args.sheet, Content::Picture), (&args.mesh, Content::Mesh), (&args.save, Content::Recording)];
+    for (path, content) in asked {
+        path.iter().try_for_each(|path| outputs.claim(path, content))?;
+    }
     let shown = show_body(&ShowBody { model: args.model, shape: args.beta, pose: args.pose })?;
     let mut lines = Vec::new();
     let mut next = Vec::new();
     if let Some(path) = &args.sheet {
-        shown.write_sheet(path)?;
+        shown.write_sheet(path, &mut outputs)?;
         lines.push(format!("drew {}", path.display()));
     }
     if let Some(path) = &args.mesh {
-        shown.write_mesh(path)?;
+        shown.write_mesh(path, &mut outputs)?;
         lines.push(format!("wrote {}", path.display()));
     }
     if let Some(path) = &args.save {
-        shown.write_recording(path)?;
+        shown.write_recording(path, &mut outputs)?;
         lines.push(format!("recorded {}", path.display()));
         next.push(format!("rerun {}", path.display()));
     }
@@ -186,6 +201,9 @@ fn measure(args: MeasureBodyArgs, context: &Context) -> anyhow::Result<Done> {
 
 fn import(args: ImportArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
+    let mut outputs = Outputs::without_session(&context.session, args.force);
+    protect_files(&mut outputs, [&args.input]);
+    outputs.claim(&args.out, Content::BodyModel)?;
     let defaults = MakeHumanParams::default();
     let params = MakeHumanParams {
         bodies: args.bodies.unwrap_or(defaults.bodies),
@@ -196,7 +214,7 @@ fn import(args: ImportArgs, context: &Context) -> anyhow::Result<Done> {
         progress.describe(format!("{} {} of {}", step.doing, step.done, step.total));
     })?;
     progress.end();
-    imported.write(&args.out)?;
+    imported.write(&args.out, &mut outputs)?;
     let model = &imported.model;
     let json = json!({
         "model": args.out.display().to_string(),
@@ -224,6 +242,9 @@ fn import(args: ImportArgs, context: &Context) -> anyhow::Result<Done> {
 
 fn build(args: BuildBodyArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
+    let mut outputs = Outputs::without_session(&context.session, args.force);
+    protect_files(&mut outputs, args.inputs.iter().chain(&args.template));
+    outputs.claim(&args.out, Content::BodyModel)?;
     let defaults = TrainParams::default();
     let request = BuildBody {
         inputs: args.inputs,
@@ -244,7 +265,7 @@ fn build(args: BuildBodyArgs, context: &Context) -> anyhow::Result<Done> {
         progress.describe(format!("{} {} of {}", step.doing, step.done, step.total));
     })?;
     progress.end();
-    built.write(&args.out)?;
+    built.write(&args.out, &mut outputs)?;
     let (trained, model) = (&built.trained, &built.trained.model);
     let held = trained.explained.last().copied().unwrap_or(0.0);
     let left = trained.left_out.as_ref();
@@ -293,6 +314,14 @@ fn build(args: BuildBodyArgs, context: &Context) -> anyhow::Result<Done> {
         .line(format!("wrote {}, in {}", args.out.display(), secs(began.elapsed())))
         .next(format!("overcoat body show --model {} --sheet body.png", args.out.display()))
         .next(format!("overcoat new DIR --body {}", args.out.display())))
+}
+
+/// Protects inputs that are files; a folder of inputs may hold results, too.
+fn protect_files<'a>(outputs: &mut Outputs, inputs: impl IntoIterator<Item = &'a PathBuf>) {
+    inputs
+        .into_iter()
+        .filter(|input| !input.is_dir())
+        .for_each(|file| outputs.protect(file, "is an input of this command"));
 }
 
 fn as_text(path: Option<&Path>) -> Option<String> {

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value};
 use std::cell::RefCell;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::time::Duration;
 
 /// The amount of output.
@@ -82,7 +82,10 @@ impl Console {
     }
 
     /// Prints the result of a command.
-    pub fn done(&self, done: &Done) {
+    ///
+    /// **Errors** if stdout cannot be written. A pipe that is closed after some sentences is not a failure; half of a JSON
+    /// object is.
+    pub fn done(&self, done: &Done) -> std::io::Result<()> {
         if self.json {
             let mut object = done.json.clone();
             object.insert("next".into(), done.next.clone().into());
@@ -92,22 +95,35 @@ impl Console {
             if !self.notices.borrow().is_empty() {
                 object.insert("notices".into(), self.notices.borrow().clone().into());
             }
-            print_line(&Value::Object(object).to_string());
-            return;
+            return put_line(&Value::Object(object).to_string());
         }
+        match self.done_in_sentences(done) {
+            Err(e) if e.kind() == ErrorKind::BrokenPipe => Ok(()),
+            told => told,
+        }
+    }
+
+    fn done_in_sentences(&self, done: &Done) -> std::io::Result<()> {
         if self.verbosity > Verbosity::Quiet {
             for line in &done.lines {
-                print_line(line);
+                put_line(line)?;
             }
             for (i, next) in done.next.iter().enumerate() {
-                print_line(&format!("{} {next}", if i == 0 { "next:" } else { "   or" }));
+                put_line(&format!("{} {next}", if i == 0 { "next:" } else { "   or" }))?;
             }
         }
         if let Some((message, hint)) = &done.failed {
             print_aside(&format!("error: {message}"));
             print_aside(&format!("hint: {hint}"));
         }
+        Ok(())
     }
+}
+
+fn put_line(line: &str) -> std::io::Result<()> {
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "{line}")?;
+    out.flush()
 }
 
 /// Prints a line on stdout. A closed pipe is not a failure: the reader does not want the rest.

@@ -6,8 +6,8 @@ use super::measure::lines_of;
 use super::progress::Progress;
 use crate::segment::GarmentTemplate;
 use crate::session::{
-    BODY_STEP, Event, ExportRequest, Forced, MaskReport, NewScan, NewSession, Session, SessionError, SubjectOrigin,
-    TruthReport, Writer, create,
+    BODY_STEP, Event, ExportRequest, Forced, MaskReport, NewFolder, NewScan, NewSession, Session, SessionError,
+    SubjectOrigin, TruthReport, Writer, create,
 };
 use anyhow::Context as _;
 use serde_json::json;
@@ -45,9 +45,7 @@ pub(super) fn run(args: DemoArgs, context: &Context) -> anyhow::Result<Done> {
             print_aside(&line);
         }
     };
-    if !is_free(&dir) {
-        return Err(SessionError::FolderNotEmpty { dir }.into());
-    }
+    NewFolder::create(&dir)?;
     say(format!("demo in {}", dir.display()));
     create(&session_dir, &NewSession::default())?;
 
@@ -65,25 +63,30 @@ pub(super) fn run(args: DemoArgs, context: &Context) -> anyhow::Result<Done> {
     drop(writer);
 
     let session = Session::open(&session_dir)?;
-    let mut files = Vec::new();
+    let mut outputs = session.outputs(false);
+    let mut files = vec![session_dir.clone()];
     let glb = dir.join("character.glb");
-    files.extend(session.export(&ExportRequest { target: glb, ..ExportRequest::default() })?);
+    files.extend(session.export(&ExportRequest { target: glb, ..ExportRequest::default() }, &mut outputs)?);
     let layers = dir.join("layers");
-    session.export(&ExportRequest { target: layers.clone(), ..ExportRequest::default() })?;
+    session.export(&ExportRequest { target: layers.clone(), ..ExportRequest::default() }, &mut outputs)?;
     files.push(layers);
     if cfg!(feature = "rerun") {
         let recording = dir.join("session.rrd");
-        session.write_recording(&recording)?;
+        session.write_recording(&recording, &mut outputs)?;
         files.push(recording);
     }
     let sheet = dir.join("sheet.png");
-    session.write_sheet(&sheet)?;
+    session.write_sheet(&sheet, &mut outputs)?;
     files.push(sheet);
     let poster = dir.join("poster.png");
-    session.write_poster(&poster)?;
+    session.write_poster(&poster, &mut outputs)?;
     files.push(poster);
     let truth = measured(&session, &scans_dir.join("truth"))?;
 
+    context.console.notices(outputs.notices());
+    let (count, bytes) = size_of(&dir)?;
+    let folder = dir.display().to_string();
+    let remove = format!("rm -r {}", shlex::try_quote(&folder).unwrap_or(folder.as_str().into()));
     let shown: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
     let json = json!({
         "session": session_dir.display().to_string(),
@@ -92,6 +95,10 @@ pub(super) fn run(args: DemoArgs, context: &Context) -> anyhow::Result<Done> {
         "corrections": corrections.iter().map(|c| json!({ "layer": c.layer, "strokes": c.file })).collect::<Vec<_>>(),
         "truth": truth,
         "files": shown,
+        "folder": folder,
+        "file_count": count,
+        "bytes": bytes,
+        "remove": remove,
         "secs": began.elapsed().as_secs_f64(),
     });
     let mut done = Done::new("demo", json);
@@ -102,6 +109,7 @@ pub(super) fn run(args: DemoArgs, context: &Context) -> anyhow::Result<Done> {
         .lines(corrections.iter().map(Correction::line))
         .line(format!("dressed a body in {} garments in {}:", scans.len() - 1, secs(began.elapsed())))
         .lines(shown.iter().map(|f| format!("  {f}")))
+        .line(format!("{count} files, {:.0} MB, are in {folder}; remove them with: {remove}", bytes as f64 / 1e6))
         .next(format!("overcoat -C {} status", session_dir.display()))
         .next("overcoat new DIR, with scans of your own"))
 }
@@ -142,8 +150,22 @@ fn corrected(
     Ok(done)
 }
 
-fn is_free(dir: &Path) -> bool {
-    std::fs::read_dir(dir).map(|mut entries| entries.next().is_none()).unwrap_or(true)
+/// The number of files below a folder, and their bytes.
+fn size_of(dir: &Path) -> anyhow::Result<(usize, u64)> {
+    let (mut count, mut bytes) = (0, 0);
+    let mut folders = vec![dir.to_path_buf()];
+    while let Some(folder) = folders.pop() {
+        let entries = std::fs::read_dir(&folder).with_context(|| format!("'{}' cannot be read", folder.display()))?;
+        for entry in entries {
+            let entry = entry?;
+            let found = entry.metadata()?;
+            match found.is_dir() {
+                true => folders.push(entry.path()),
+                false => (count, bytes) = (count + 1, bytes + found.len()),
+            }
+        }
+    }
+    Ok((count, bytes))
 }
 
 fn measured(session: &Session, truth: &Path) -> Result<Option<TruthReport>, SessionError> {

@@ -20,13 +20,19 @@ pub(super) struct ExportArgs {
     /// `fit`: the body before registration; `--at body` may be said with it
     #[arg(long, value_name = "STAGE", value_parser = ["fit"], conflicts_with = "scan")]
     stage: Option<String>,
+    /// Replace files that Overcoat did not write, or that were changed since
+    #[arg(long)]
+    force: bool,
 }
 
 pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     let request =
         ExportRequest { target: args.target, at: args.at, scan: args.scan, before_registration: args.stage.is_some() };
-    let files = context.reader()?.export(&request)?;
+    let session = context.reader()?;
+    let mut outputs = session.outputs(args.force);
+    let files = session.export(&request, &mut outputs)?;
+    context.console.notices(outputs.notices());
     let shown: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
     let json = json!({
         "session": context.session.display().to_string(),

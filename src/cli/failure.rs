@@ -24,6 +24,13 @@ pub(super) fn of_part(done: &Done) -> ExitCode {
     ExitCode::from(if done.failed.is_some() { FAILED } else { 0 })
 }
 
+/// Reports that the work was done, but stdout could not be written.
+pub(super) fn report_unsaid(error: &std::io::Error) -> ExitCode {
+    print_aside(&format!("error: the command did its work, but its output cannot be written: {error}"));
+    print_aside("hint: check where stdout leads: its disk may be full, or the program that reads it has ended");
+    ExitCode::from(FAILED)
+}
+
 /// Reports arguments that cannot be parsed. Help and version are not failures.
 pub(super) fn report_usage(error: &clap::Error, json: bool) -> ExitCode {
     if !error.use_stderr() {

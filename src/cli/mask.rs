@@ -21,6 +21,9 @@ pub(super) struct MaskArgs {
     /// garment), .npy, or an empty .jsonl
     #[arg(long, value_name = "OUT", conflicts_with = "file")]
     template: Option<PathBuf>,
+    /// With --template: replace a file that Overcoat did not write, or that was painted since
+    #[arg(long, requires = "template")]
+    force: bool,
     #[command(subcommand)]
     command: Option<MaskCommand>,
 }
@@ -50,7 +53,7 @@ pub(super) fn run(args: MaskArgs, context: &Context) -> anyhow::Result<Done> {
         (Some(MaskCommand::List { layer }), ..) => list(layer.as_deref(), context),
         (Some(MaskCommand::Remove { layer, mask, .. }), ..) => remove(&layer, mask.as_deref(), context),
         (None, Some(layer), Some(file), _) => add(&layer, file, context),
-        (None, Some(layer), None, Some(target)) => template(&layer, target, context),
+        (None, Some(layer), None, Some(target)) => template(&layer, target, args.force, context),
         // The parser has already checked that the argument is present.
         _ => {
             Err(SessionError::BadRequest { what: "mask needs a garment and a file".into(), hint: String::new() }.into())
@@ -82,9 +85,12 @@ fn add(layer: &str, file: PathBuf, context: &Context) -> anyhow::Result<Done> {
         .next(context.overcoat("build")))
 }
 
-fn template(layer: &str, target: PathBuf, context: &Context) -> anyhow::Result<Done> {
+fn template(layer: &str, target: PathBuf, force: bool, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
-    let vertices = context.reader()?.write_mask_template(layer, &target)?;
+    let session = context.reader()?;
+    let mut outputs = session.outputs(force);
+    let vertices = session.write_mask_template(layer, &target, &mut outputs)?;
+    context.console.notices(outputs.notices());
     let json = json!({
         "session": context.session.display().to_string(),
         "layer": layer,

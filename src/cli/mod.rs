@@ -129,10 +129,10 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         console: Console::new(parsed.json, verbosity),
     };
     match fault::caught(parsed.verbose, || run(parsed.command, &context)) {
-        Ok(done) => {
-            context.console.done(&done);
-            failure::of_part(&done)
-        }
+        Ok(done) => match context.console.done(&done) {
+            Ok(()) => failure::of_part(&done),
+            Err(e) => failure::report_unsaid(&e),
+        },
         Err(e) => failure::report(&e, parsed.json),
     }
 }

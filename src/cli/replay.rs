@@ -24,6 +24,9 @@ pub(super) struct ReplayArgs {
     /// Number of people at a time
     #[arg(long, value_name = "N", default_value_t = 1, requires = "subjects", value_parser = clap::value_parser!(u32).range(1..=64))]
     jobs: u32,
+    /// With --subjects: replace a summary.csv that Overcoat did not write
+    #[arg(long, requires = "subjects")]
+    force: bool,
 }
 
 pub(super) fn run(args: ReplayArgs, context: &Context) -> anyhow::Result<Done> {
@@ -38,6 +41,7 @@ pub(super) fn run(args: ReplayArgs, context: &Context) -> anyhow::Result<Done> {
                 set,
                 set_from: PathBuf::new(),
                 jobs: args.jobs as usize,
+                force: args.force,
             },
             context,
         ),

@@ -45,6 +45,9 @@ pub(super) struct ScanArgs {
     /// URL, in the one that runs on this machine or is started; with a file name, write a recording
     #[arg(long, value_name = "OUT.rrd|URL", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     view: Option<ShowIn>,
+    /// With --view: replace a file that Overcoat did not write, or that was changed since
+    #[arg(long, requires = "view")]
+    force: bool,
     #[command(flatten)]
     reading: ReadingArgs,
     /// Replace the scan of the step of that name
@@ -64,6 +67,7 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
     let new = NewScan {
         name: args.name,
         view: args.view,
+        force: args.force,
         file: context.input(args.file),
         template: args.template,
         unit: args.unit,

@@ -65,6 +65,7 @@ impl StageCommand {
             settings,
             reset: matches.get_flag("reset"),
             view: matches.try_get_one::<ShowIn>("view").ok().flatten().cloned(),
+            force: matches!(matches.try_get_one::<bool>("force"), Ok(Some(true))),
         })
     }
 }
@@ -155,8 +156,13 @@ impl<const K: usize> clap::Args for StageArgs<K> {
                 "Show each iteration of the fits in the Rerun viewer at a URL; without a URL, in the one that runs on this \
                  machine or is started; with a file name, write a recording",
             );
-        let view = (K == FIT).then_some(view);
-        command.arg(step).arg(reset).args(view).args(flags)
+        let force = Arg::new("force")
+            .long("force")
+            .action(ArgAction::SetTrue)
+            .requires("view")
+            .help("With --view: replace a file that Overcoat did not write, or that was changed since");
+        let shown = if K == FIT { vec![view, force] } else { Vec::new() };
+        command.arg(step).arg(reset).args(shown).args(flags)
     }
 
     fn augment_args_for_update(command: Command) -> Command {

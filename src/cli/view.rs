@@ -2,7 +2,7 @@
 
 use super::console::{Done, secs};
 use super::context::Context;
-use crate::session::SessionError;
+use crate::session::{Content, SessionError};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -18,6 +18,9 @@ pub(super) struct ViewArgs {
     /// Draw one picture of everything: scans, layers peeled apart, the posed figure
     #[arg(long, value_name = "OUT.png")]
     poster: Option<PathBuf>,
+    /// Replace files that Overcoat did not write, or that were changed since
+    #[arg(long)]
+    force: bool,
 }
 
 pub(super) fn run(args: ViewArgs, context: &Context) -> anyhow::Result<Done> {
@@ -30,21 +33,27 @@ pub(super) fn run(args: ViewArgs, context: &Context) -> anyhow::Result<Done> {
         return Err(SessionError::BadRequest { what, hint }.into());
     }
     let session = context.reader()?;
+    let mut outputs = session.outputs(args.force);
+    let asked = [(&args.sheet, Content::Picture), (&args.poster, Content::Picture), (&args.save, Content::Recording)];
+    for (path, content) in asked {
+        path.iter().try_for_each(|path| outputs.claim(path, content))?;
+    }
     let mut done_lines = Vec::new();
     let mut next = Vec::new();
     if let Some(path) = &args.sheet {
-        session.write_sheet(path)?;
+        session.write_sheet(path, &mut outputs)?;
         done_lines.push(format!("drew {}", path.display()));
     }
     if let Some(path) = &args.poster {
-        session.write_poster(path)?;
+        session.write_poster(path, &mut outputs)?;
         done_lines.push(format!("drew {}", path.display()));
     }
     if let Some(path) = &args.save {
-        session.write_recording(path)?;
+        session.write_recording(path, &mut outputs)?;
         done_lines.push(format!("recorded {}", path.display()));
         next.push(format!("rerun {}", path.display()));
     }
+    context.console.notices(outputs.notices());
     let json = json!({
         "session": context.session.display().to_string(),
         "recording": args.save.map(|p| p.display().to_string()),

@@ -4,7 +4,7 @@ use super::console::{Done, Verbosity, print_aside, print_line, secs};
 use super::context::Context;
 use super::failure;
 use super::progress::measures_text;
-use crate::session::{Forced, LiveView, Memory, Recut, Session, SessionError, Writer};
+use crate::session::{Content, Forced, LiveView, Memory, Outputs, Recut, Session, SessionError, Writer};
 use serde_json::{Value, json};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use std::path::{Path, PathBuf};
@@ -38,6 +38,9 @@ pub(super) struct WatchArgs {
     /// Stop after N changes
     #[arg(long, value_name = "N")]
     changes: Option<usize>,
+    /// Replace files that Overcoat did not write, or that were changed since
+    #[arg(long)]
+    force: bool,
 }
 
 /// Polling interval: short enough to go unnoticed, and checking a few files is cheap.
@@ -123,6 +126,7 @@ struct Watch<'a> {
     context: &'a Context,
     files: Vec<Watched>,
     viewer: Option<LiveView>,
+    outputs: Outputs,
     /// Caches loaded and prepared values between changes.
     memory: Memory,
     taken: usize,
@@ -152,8 +156,15 @@ impl<'a> Watch<'a> {
             }
             .into());
         }
+        let mut outputs = session.outputs(args.force);
+        files.iter().for_each(|watched| outputs.protect(&watched.path, "is a mask"));
+        let asked =
+            [(&args.picture, Content::Picture), (&args.sheet, Content::Picture), (&args.save, Content::Recording)];
+        for (path, content) in asked {
+            path.iter().try_for_each(|path| outputs.claim(path, content))?;
+        }
         let memory = Memory::default();
-        let mut watch = Self { args, context, files, viewer: None, memory, taken: 0, log: Vec::new() };
+        let mut watch = Self { args, context, files, viewer: None, outputs, memory, taken: 0, log: Vec::new() };
         watch.warm()?;
         if let Some(url) = &args.view {
             let url = Some(url.as_str()).filter(|url| !url.is_empty());
@@ -205,7 +216,7 @@ impl<'a> Watch<'a> {
         let waited = saved.elapsed().unwrap_or_default();
         self.unless_closed(shown);
         if let Some(picture) = &self.args.picture {
-            writer.session().draw_garment(&recut.garment, layer, picture)?;
+            writer.session().draw_garment(&recut.garment, layer, picture, &mut self.outputs)?;
         }
         self.say(&summary(layer, path, waited, &recut));
         let began = Instant::now();
@@ -244,11 +255,11 @@ impl<'a> Watch<'a> {
             self.unless_closed(shown);
         }
         if let Some(path) = &self.args.sheet {
-            session.write_sheet(path)?;
+            session.write_sheet(path, &mut self.outputs)?;
             self.say(&format!("  drew {}", path.display()));
         }
         if let Some(path) = &self.args.save {
-            session.write_recording(path)?;
+            session.write_recording(path, &mut self.outputs)?;
             self.say(&format!("  recorded {}", path.display()));
         }
         Ok(())

@@ -1,5 +1,6 @@
 //! Errors of sessions and of requests to them.
 
+use super::output_error::OutputError;
 use super::stage_error::StageError;
 use crate::session::stage::Stage;
 use std::path::{Path, PathBuf};
@@ -243,6 +244,9 @@ pub enum SessionError {
         /// What was found.
         what: String,
     },
+    /// A result file is not written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
     /// The viewer failed.
     #[error(transparent)]
     Viewer(Box<crate::view::Error>),
@@ -313,6 +317,7 @@ impl SessionError {
             Self::BadSource { source, .. } | Self::WrongKind { source, .. } | Self::Stage { source, .. } => {
                 source.is_wrong_command()
             }
+            Self::Output(source) => source.is_wrong_command(),
             _ => false,
         }
     }
@@ -352,6 +357,7 @@ impl SessionError {
             Self::SourceChanged { .. } => "restore the file, or scan the step again with `--replace`".into(),
             Self::UnknownTarget { .. } => "end the name with .glb for one file, or with / for a folder of .ply files".into(),
             Self::BadRequest { hint, .. } => hint.clone(),
+            Self::Output(source) => source.hint(),
             Self::Viewer(source) => return source.hint(),
             Self::BadSource { source, .. } | Self::WrongKind { source, .. } | Self::Stage { source, .. } => return source.hint(),
         })

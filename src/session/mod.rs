@@ -18,6 +18,7 @@
 mod change;
 mod error;
 mod open;
+mod output_error;
 mod recipe;
 mod results;
 mod stage;
@@ -31,13 +32,14 @@ pub use change::{
 };
 pub use error::SessionError;
 pub use open::{BodyModelSource, Draft, NewSession, Session, Writer, create, read_body_model, read_input};
+pub use output_error::OutputError;
 pub use recipe::{Assignment, BODY_STEP, BodySurface, Parameter, Recipe, SourceFile, StepRecipe, parameters_of};
 pub use results::LiveView;
-pub use results::{ExportRequest, Judged, ShowIn, SubjectOrigin, TruthReport, Verdict, write_file};
+pub use results::{Content, ExportRequest, Judged, NewFolder, Outputs, ShowIn, SubjectOrigin, TruthReport, Verdict};
 pub use stage::Stage;
 pub use stage_error::StageError;
 pub use stages::{Cause, Event, Forced, Reason, StageReport};
 pub use store::{
     Branch, Change, ContentHash, Entry, History, Kept, MAIN_BRANCH, Measures, Memory, Move, StageRecord, State,
-    StepRecord, Store, Timings, write_whole,
+    StepRecord, Store, Timings,
 };

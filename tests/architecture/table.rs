@@ -69,7 +69,7 @@ pub const CRATE_OWNERS: &[(&str, &[&str])] = &[
     ("pulp", &["fit", "scan"]),
     ("rerun", &["view"]),
     ("rustyline", &["cli"]),
-    ("shlex", &["cli"]),
+    ("shlex", &["cli", "session"]),
     ("signal_hook", &["cli"]),
     ("tempfile", &["cli", "session"]),
     ("toml", &["segment", "session"]),

@@ -2,12 +2,12 @@
 
 use super::error::BodiesError;
 use crate::body::BodyModel;
-use crate::formats::{Format, FormatError, MeshKind, NpzCompression, read_mesh, read_npz, write_npz};
+use crate::formats::{FormatError, MeshKind, NpzCompression, read_mesh, read_npz, write_npz};
 use crate::geometry::{Point, VertexId};
-use crate::session::{read_body_model, read_input, write_file};
+use crate::session::{Content, Outputs, read_body_model, read_input};
 use crate::train::{BuildParams, TrainInputs, Trained, TrainingProgress, build_model};
 use std::collections::BTreeMap;
-use std::io::{Cursor, Write};
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 /// The request to build a model.
@@ -50,19 +50,18 @@ pub fn build_body(request: &BuildBody, on_step: &mut dyn FnMut(&TrainingProgress
 
 impl BuiltBody {
     /// Writes the model atomically.
-    pub fn write(&self, path: &Path) -> Result<(), BodiesError> {
-        write_model(&self.trained.model, path)
+    pub fn write(&self, path: &Path, outputs: &mut Outputs) -> Result<(), BodiesError> {
+        write_model(&self.trained.model, path, outputs)
     }
 }
 
 /// Writes a model as an `.npz` in the SMPL layout.
-pub(super) fn write_model(model: &BodyModel, path: &Path) -> Result<(), BodiesError> {
+pub(super) fn write_model(model: &BodyModel, path: &Path, outputs: &mut Outputs) -> Result<(), BodiesError> {
     let npz = model.to_npz().map_err(|e| BodiesError::bad_source(path, e))?;
     let mut bytes = Vec::new();
     write_npz(&npz, NpzCompression::Deflated, &mut Cursor::new(&mut bytes))
         .map_err(|e| BodiesError::bad_source(path, e))?;
-    write_file(path, |out| out.write_all(&bytes).map_err(|source| FormatError::Io { format: Format::Npz, source }))?;
-    Ok(())
+    Ok(outputs.write_bytes(path, Content::BodyModel, bytes)?)
 }
 
 /// Adds the bodies of a file.

@@ -3,7 +3,7 @@
 use super::build::write_model;
 use super::error::BodiesError;
 use crate::body::BodyModel;
-use crate::session::{read_body_model, read_input};
+use crate::session::{Outputs, read_body_model, read_input};
 use crate::train::{MakeHumanFiles, MakeHumanParams, TrainingProgress, import_makehuman};
 use flate2::read::GzDecoder;
 use std::io::Read;
@@ -50,8 +50,8 @@ pub fn import_body(
 
 impl ImportedBody {
     /// Writes the model atomically.
-    pub fn write(&self, path: &Path) -> Result<(), BodiesError> {
-        write_model(&self.model, path)
+    pub fn write(&self, path: &Path, outputs: &mut Outputs) -> Result<(), BodiesError> {
+        write_model(&self.model, path, outputs)
     }
 }
 

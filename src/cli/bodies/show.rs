@@ -4,7 +4,7 @@ use super::error::BodiesError;
 use crate::body::{BodyModel, Pose, Shape, Stance};
 use crate::export::write_layer_ply;
 use crate::geometry::{PerVertex, TriMesh, Vec3};
-use crate::session::{read_body_model, write_file};
+use crate::session::{Content, Outputs, read_body_model};
 use crate::view::{Cell, Facing, Part, Sheet, SheetRow, contact_sheet, layer_color};
 use nalgebra::UnitQuaternion;
 use std::path::{Path, PathBuf};
@@ -112,20 +112,20 @@ impl ShownBody {
     }
 
     /// Writes the requested body as a mesh.
-    pub fn write_mesh(&self, path: &Path) -> Result<(), BodiesError> {
-        Ok(write_file(path, |out| write_layer_ply(&self.mesh(), None, &[], out))?)
+    pub fn write_mesh(&self, path: &Path, outputs: &mut Outputs) -> Result<(), BodiesError> {
+        Ok(outputs.write(path, Content::Mesh, |out| write_layer_ply(&self.mesh(), None, &[], out))?)
     }
 
     /// Draws the requested body from four sides; without a request, the mean, both ends of the first components, and
     /// the mean in several stances.
-    pub fn write_sheet(&self, path: &Path) -> Result<(), BodiesError> {
+    pub fn write_sheet(&self, path: &Path, outputs: &mut Outputs) -> Result<(), BodiesError> {
         let rows = if self.one { self.one_body() } else { self.span() };
         let drawn: Vec<SheetRow> = rows.iter().map(MeshRow::drawn).collect();
         let [v, f, j, k] = self.counts();
         let mut sheet =
             Sheet::new(self.name.clone(), format!("{v} vertices, {f} faces, {j} joints, {k} components"), drawn);
         sheet.cell = [230, 340];
-        Ok(write_file(path, |out| contact_sheet(&sheet).write_png(out))?)
+        Ok(outputs.write(path, Content::Picture, |out| contact_sheet(&sheet).write_png(out))?)
     }
 
     fn one_body(&self) -> Vec<MeshRow> {
@@ -164,7 +164,7 @@ impl ShownBody {
 
     /// Records the shape space and the stances for the viewer, one frame per body.
     #[cfg(feature = "rerun")]
-    pub fn write_recording(&self, path: &Path) -> Result<(), BodiesError> {
+    pub fn write_recording(&self, path: &Path, outputs: &mut Outputs) -> Result<(), BodiesError> {
         use crate::view::Recording;
         let failed = |e| BodiesError::bad_source(path, e);
         let recording = Recording::try_new(&self.name).map_err(failed)?;
@@ -189,12 +189,12 @@ impl ShownBody {
             recording.log_skeleton(&skeleton.joints_in_world(pose), &skeleton.names, &parents).map_err(failed)?;
             recording.log_notes(name).map_err(failed)?;
         }
-        Ok(write_file(path, |out| recording.finish(out))?)
+        Ok(outputs.write(path, Content::Recording, |out| recording.finish(out))?)
     }
 
     /// **Errors** always: this program was built without the viewer.
     #[cfg(not(feature = "rerun"))]
-    pub fn write_recording(&self, _path: &Path) -> Result<(), BodiesError> {
+    pub fn write_recording(&self, _path: &Path, _outputs: &mut Outputs) -> Result<(), BodiesError> {
         Err(BodiesError::BadRequest {
             what: "this build has no viewer, so it cannot write a recording".into(),
             hint: "build with the feature `rerun`, which is on by default; or draw with --sheet".into(),

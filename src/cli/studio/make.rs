@@ -5,7 +5,7 @@ use super::error::MakeError;
 use crate::formats::{FormatError, PlyOptions, RawMesh, write_color_jpeg, write_depth_png, write_gray_png, write_ply};
 use crate::geometry::{PerVertex, TriMesh};
 use crate::measure::TruthNaming;
-use crate::session::{SessionError, read_body_model, write_whole};
+use crate::session::{NewFolder, read_body_model};
 use crate::studio::{RgbdFrame, RgbdRecording, SubjectParams, SyntheticStep, generate_each_step};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -48,19 +48,17 @@ pub fn make_subject(
     on_step: &mut dyn FnMut(&MadeStep),
 ) -> Result<Vec<MadeStep>, MakeError> {
     let params = request.subject.params()?;
-    if std::fs::read_dir(dir).is_ok_and(|mut entries| entries.next().is_some()) {
-        return Err(SessionError::FolderNotEmpty { dir: dir.to_owned() }.into());
-    }
+    let folder = NewFolder::create(dir)?;
     let model = read_body_model(None)?;
-    let truth = dir.join("truth");
-    make_dir(&truth)?;
+    let truth = Path::new("truth");
+    folder.make_folder(truth)?;
     let (mut made, mut joints, mut failure) = (Vec::new(), Vec::new(), None);
     let bind = generate_each_step(&model, &params, &mut |k, step| {
         if failure.is_some() {
             return;
         }
         joints.push(json!({ "joints": &step.truth.joints }));
-        match write_step(dir, k, &step, request.frames) {
+        match write_step(&folder, k, &step, request.frames) {
             Ok(one) => {
                 on_step(&one);
                 made.push(one);
@@ -69,43 +67,48 @@ pub fn make_subject(
         }
     })?;
     failure.map_or(Ok(()), Err)?;
-    write_mesh(&truth.join(TruthNaming::bind_body()), &bind.body, None)?;
+    write_mesh(&folder, &truth.join(TruthNaming::bind_body()), &bind.body, None)?;
     for (j, layer) in bind.layers.iter().enumerate() {
-        write_mesh(&truth.join(TruthNaming::bind_layer(j + 1)), layer, None)?;
+        write_mesh(&folder, &truth.join(TruthNaming::bind_layer(j + 1)), layer, None)?;
     }
     let names: Vec<&str> = made.iter().map(|m| m.name.as_str()).collect();
     let known =
         json!({ "source": "invented by Overcoat's studio", "seed": params.seed, "names": names, "steps": joints });
-    write_whole(&truth.join(TruthNaming::JOINTS), known.to_string().as_bytes())?;
+    folder.write_last(&truth.join(TruthNaming::JOINTS), known.to_string().as_bytes())?;
     Ok(made)
 }
 
-fn write_step(dir: &Path, k: usize, step: &SyntheticStep, frames: bool) -> Result<MadeStep, MakeError> {
-    let truth = dir.join("truth");
-    let scan = dir.join(format!("{k}-{}.ply", step.name));
-    write_mesh(&scan, &step.scan, Some(&step.colors))?;
-    write_mesh(&truth.join(TruthNaming::step_body(k)), &step.truth.body, None)?;
+fn write_step(out: &NewFolder, k: usize, step: &SyntheticStep, frames: bool) -> Result<MadeStep, MakeError> {
+    let truth = Path::new("truth");
+    let scan = PathBuf::from(format!("{k}-{}.ply", step.name));
+    write_mesh(out, &scan, &step.scan, Some(&step.colors))?;
+    write_mesh(out, &truth.join(TruthNaming::step_body(k)), &step.truth.body, None)?;
     for (j, layer) in step.truth.layers.iter().enumerate() {
-        write_mesh(&truth.join(TruthNaming::step_layer(k, j + 1)), layer, None)?;
+        write_mesh(out, &truth.join(TruthNaming::step_layer(k, j + 1)), layer, None)?;
     }
-    let folder = dir.join(format!("{k}-{}", step.name));
+    let folder = PathBuf::from(format!("{k}-{}", step.name));
     if frames {
-        write_recording(&folder, &step.recording)?;
-        write_labels(&truth.join(format!("{k}_label")), &step.recording)?;
+        write_recording(out, &folder, &step.recording)?;
+        write_labels(out, &truth.join(format!("{k}_label")), &step.recording)?;
     }
-    Ok(MadeStep { name: step.name.clone(), scan, faces: step.scan.face_count(), frames: frames.then_some(folder) })
+    Ok(MadeStep {
+        name: step.name.clone(),
+        scan: out.path().join(scan),
+        faces: step.scan.face_count(),
+        frames: frames.then(|| out.path().join(folder)),
+    })
 }
 
 /// A recording in the layout of the TUM benchmark: `rgb/`, `depth/` (16 bit, millimetres), `associations.txt`,
 /// `camera.json`, and the true poses in `groundtruth.txt`.
-fn write_recording(dir: &Path, recording: &RgbdRecording) -> Result<(), MakeError> {
+fn write_recording(out: &NewFolder, dir: &Path, recording: &RgbdRecording) -> Result<(), MakeError> {
     let (rgb, depth) = (dir.join("rgb"), dir.join("depth"));
-    make_dir(&rgb)?;
-    make_dir(&depth)?;
+    out.make_folder(&rgb)?;
+    out.make_folder(&depth)?;
     let size = [recording.lens.width, recording.lens.height];
     recording.frames.par_iter().enumerate().try_for_each(|(i, frame)| {
-        write_image(&rgb.join(format!("{i:04}.jpg")), write_color_jpeg(size, &frame.color, JPEG_QUALITY))?;
-        write_image(&depth.join(format!("{i:04}.png")), write_depth_png(size, &frame.depth_mm))
+        write_image(out, &rgb.join(format!("{i:04}.jpg")), write_color_jpeg(size, &frame.color, JPEG_QUALITY))?;
+        write_image(out, &depth.join(format!("{i:04}.png")), write_depth_png(size, &frame.depth_mm))
     })?;
     let (mut pairs, mut poses) =
         (String::new(), String::from("# timestamp tx ty tz qx qy qz qw: camera in the person's frame\n"));
@@ -114,15 +117,15 @@ fn write_recording(dir: &Path, recording: &RgbdRecording) -> Result<(), MakeErro
         pairs += &format!("{at:.4} rgb/{i:04}.jpg {at:.4} depth/{i:04}.png\n");
         poses += &pose_line(at, frame);
     }
-    write_text(&dir.join("associations.txt"), &pairs)?;
-    write_text(&dir.join("groundtruth.txt"), &poses)?;
+    write_text(out, &dir.join("associations.txt"), &pairs)?;
+    write_text(out, &dir.join("groundtruth.txt"), &poses)?;
     let [cx, cy] = recording.lens.center();
     let camera = json!({
         "width": recording.lens.width, "height": recording.lens.height,
         "fx": recording.lens.focal, "fy": recording.lens.focal, "cx": cx, "cy": cy,
         "depth_scale": 1000, "turntable": { "turns": recording.turns },
     });
-    write_text(&dir.join("camera.json"), &format!("{camera:#}\n"))
+    write_text(out, &dir.join("camera.json"), &format!("{camera:#}\n"))
 }
 
 fn pose_line(at: f64, frame: &RgbdFrame) -> String {
@@ -132,21 +135,24 @@ fn pose_line(at: f64, frame: &RgbdFrame) -> String {
 }
 
 /// The true label of every pixel.
-fn write_labels(dir: &Path, recording: &RgbdRecording) -> Result<(), MakeError> {
-    make_dir(dir)?;
+fn write_labels(out: &NewFolder, dir: &Path, recording: &RgbdRecording) -> Result<(), MakeError> {
+    out.make_folder(dir)?;
     let size = [recording.lens.width, recording.lens.height];
-    recording
-        .frames
-        .par_iter()
-        .enumerate()
-        .try_for_each(|(i, frame)| write_image(&dir.join(format!("{i:04}.png")), write_gray_png(size, &frame.labels)))
+    recording.frames.par_iter().enumerate().try_for_each(|(i, frame)| {
+        write_image(out, &dir.join(format!("{i:04}.png")), write_gray_png(size, &frame.labels))
+    })
 }
 
-fn write_image(path: &Path, encoded: Result<Vec<u8>, FormatError>) -> Result<(), MakeError> {
-    write_bytes(path, &encoded?)
+fn write_image(out: &NewFolder, name: &Path, encoded: Result<Vec<u8>, FormatError>) -> Result<(), MakeError> {
+    Ok(out.write(name, &encoded?)?)
 }
 
-fn write_mesh(path: &Path, mesh: &TriMesh, colors: Option<&PerVertex<[u8; 3]>>) -> Result<(), MakeError> {
+fn write_mesh(
+    out: &NewFolder,
+    name: &Path,
+    mesh: &TriMesh,
+    colors: Option<&PerVertex<[u8; 3]>>,
+) -> Result<(), MakeError> {
     let raw = RawMesh {
         points: mesh.points().iter().map(|p| [p.x, p.y, p.z]).collect(),
         faces: mesh.faces().iter().map(|f| f.map(|v| v.0)).collect(),
@@ -155,18 +161,9 @@ fn write_mesh(path: &Path, mesh: &TriMesh, colors: Option<&PerVertex<[u8; 3]>>) 
     };
     let mut bytes = Vec::new();
     write_ply(&raw, &PlyOptions::default(), &mut bytes)?;
-    write_bytes(path, &bytes)
+    Ok(out.write(name, &bytes)?)
 }
 
-fn write_text(path: &Path, text: &str) -> Result<(), MakeError> {
-    write_bytes(path, text.as_bytes())
-}
-
-/// The hundreds of files are not synced one by one; `joints.json`, written last, shows that all are complete.
-fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), MakeError> {
-    std::fs::write(path, bytes).map_err(|e| SessionError::writing(path, e).into())
-}
-
-fn make_dir(dir: &Path) -> Result<(), MakeError> {
-    std::fs::create_dir_all(dir).map_err(|e| SessionError::writing(dir, e).into())
+fn write_text(out: &NewFolder, name: &Path, text: &str) -> Result<(), MakeError> {
+    Ok(out.write(name, text.as_bytes())?)
 }

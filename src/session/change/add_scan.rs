@@ -4,7 +4,7 @@
 use crate::parameters::Settings;
 use crate::scan::{Unit, Up};
 use crate::session::error::SessionError;
-use crate::session::open::{Writer, source};
+use crate::session::open::{Session, Writer, source};
 use crate::session::recipe::{BODY_STEP, BodySurface, StepRecipe, garment_kind};
 use crate::session::results::ScanRecording;
 use crate::session::results::ShowIn;
@@ -39,6 +39,8 @@ pub struct NewScan {
     pub sleeve: Option<String>,
     /// Target of the recording of the fusion of RGB-D frames.
     pub view: Option<ShowIn>,
+    /// Whether the recording may replace a file of the user.
+    pub force: bool,
     /// Whether to replace the step of that name.
     pub replace: bool,
 }
@@ -54,7 +56,7 @@ impl Writer {
             });
         }
         check_voxel(new)?;
-        let mut recording = recording_of(new)?;
+        let mut recording = recording_of(new, &self.session)?;
         // Masks are anchored in space, so they also apply to another mesh of the same person.
         let masks = self.session.recipe.step(&new.name).map(|old| old.masks.clone()).unwrap_or_default();
         let mut step = StepRecipe {
@@ -77,7 +79,7 @@ impl Writer {
         if step.template.is_some() {
             garment_kind::of_step(&step)?;
         }
-        let bytes = source::read(&new.file)?;
+        let bytes = source::read_scan(&new.file)?;
         let named = source::named(self.session.dir(), &new.file, &bytes)?;
         (step.scan, step.hash) = (named.file, named.hash);
         self.session.recipe.put_step(step.clone(), new.replace)?;
@@ -101,7 +103,7 @@ impl Writer {
 }
 
 /// The requested recording; a mesh has nothing to show.
-fn recording_of(new: &NewScan) -> Result<Option<ScanRecording>, SessionError> {
+fn recording_of(new: &NewScan, session: &Session) -> Result<Option<ScanRecording>, SessionError> {
     let Some(to) = &new.view else { return Ok(None) };
     if !new.file.is_dir() {
         return Err(SessionError::BadRequest {
@@ -109,7 +111,9 @@ fn recording_of(new: &NewScan) -> Result<Option<ScanRecording>, SessionError> {
             hint: "omit --view; `overcoat view --save OUT.rrd` records the result of a scan".into(),
         });
     }
-    ScanRecording::try_new(&new.name, to).map(Some)
+    let mut outputs = session.outputs(new.force);
+    outputs.protect(&new.file, "is in the folder of the frames");
+    ScanRecording::try_new(&new.name, to, outputs).map(Some)
 }
 
 /// A stage that is to be recorded must run, even if it is up to date.

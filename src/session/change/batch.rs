@@ -2,9 +2,10 @@
 
 use super::replay::{Replay, Replayed, read_recipe, replay};
 use crate::session::error::SessionError;
+use crate::session::open::source;
 use crate::session::recipe::{Assignment, assignment};
+use crate::session::results::{Content, Outputs};
 use crate::session::stages::StageReport;
-use crate::session::store::durable;
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -28,6 +29,8 @@ pub struct Batch {
     pub set_from: PathBuf,
     /// Number of subjects that run in parallel.
     pub jobs: usize,
+    /// Replace a `summary.csv` that was not written by a replay.
+    pub force: bool,
 }
 
 /// The outcome of one subject.
@@ -52,6 +55,9 @@ struct TableRow {
 pub fn replay_all(batch: &Batch, on_done: &(dyn Fn(&SubjectRun) + Sync)) -> Result<Vec<SubjectRun>, SessionError> {
     let rows = read_rows(batch)?;
     std::fs::create_dir_all(&batch.into).map_err(|e| SessionError::writing(&batch.into, e))?;
+    let summary = batch.into.join("summary.csv");
+    let mut outputs = Outputs::in_folder(&batch.into, batch.force);
+    outputs.claim(&summary, Content::Named)?;
     let (next, runs) = (AtomicUsize::new(0), Mutex::new(BTreeMap::new()));
     let work = || {
         while let Some((at, row)) = take(&next, &rows) {
@@ -68,8 +74,7 @@ pub fn replay_all(batch: &Batch, on_done: &(dyn Fn(&SubjectRun) + Sync)) -> Resu
         }
     });
     let runs: Vec<SubjectRun> = runs.into_inner().unwrap_or_default().into_values().collect();
-    let summary = batch.into.join("summary.csv");
-    durable::write_whole(&summary, summary_csv(&runs)?.as_bytes())?;
+    outputs.write_bytes(&summary, Content::Named, summary_csv(&runs)?.into_bytes())?;
     Ok(runs)
 }
 
@@ -106,7 +111,7 @@ fn read_rows(batch: &Batch) -> Result<Vec<TableRow>, SessionError> {
         hint: "the first line names the columns: subject, then keys as for --set (body, shirt, shirt.until, …); each other line is a subject".into(),
     }
     };
-    let text = std::fs::read(path).map_err(|e| SessionError::reading(path, e))?;
+    let text = source::read(path)?;
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_slice());
     let of_csv = |e: csv::Error| bad(e.position().map_or(1, |p| p.line()), sentence_of(&e));
     let header = reader.headers().map_err(of_csv)?.clone();

@@ -2,10 +2,12 @@
 
 use super::build::not_built_is_fine;
 use crate::session::error::SessionError;
-use crate::session::open::{Session, Snapshot, state_path};
+use crate::session::open::{Session, Snapshot, source, state_path};
 use crate::session::recipe::SourceFile;
 use crate::session::stages::{Event, Repaired, Walk, pipeline};
-use crate::session::store::{Change, ContentHash, Health, History, Lock, Store, journal, sweep, write_whole};
+use crate::session::store::{
+    Change, ContentHash, Health, History, Lock, MANIFEST, Manifest, Store, journal, sweep, write_whole,
+};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -89,6 +91,7 @@ pub fn fsck(dir: &Path, repair: bool, on_event: &mut dyn FnMut(&Event)) -> Resul
         .collect::<Result<_, SessionError>>()?;
     check.results(&sessions, on_event)?;
     check.strays()?;
+    check.manifest()?;
     if repair {
         check.store.settle()?;
     }
@@ -235,7 +238,7 @@ impl Check<'_> {
 
     fn copy_again(&self, session: &Session, source: &SourceFile, hash: ContentHash) -> Result<Repair, SessionError> {
         let path = session.resolve(&source.file);
-        Ok(match std::fs::read(&path) {
+        Ok(match source::read_scan(&path) {
             Ok(bytes) if ContentHash::of(&bytes) == hash => {
                 self.store.keep_bytes(&bytes)?;
                 Repair::Repaired
@@ -285,6 +288,22 @@ impl Check<'_> {
             };
             self.note(hash, what, problem, repair);
         }
+        Ok(())
+    }
+
+    /// The list of the result files that were written.
+    fn manifest(&mut self) -> Result<(), SessionError> {
+        let Err(problem) = Manifest::read(self.dir) else { return Ok(()) };
+        let repair = match self.repair {
+            true => Manifest::default().write(self.dir).map(|()| Repair::Repaired)?,
+            false => Repair::NotTried,
+        };
+        self.report.damages.push(Damage {
+            file: MANIFEST.into(),
+            what: "the list of the files that were exported; a new one is empty".into(),
+            problem,
+            repair,
+        });
         Ok(())
     }
 

@@ -7,6 +7,7 @@ use crate::segment::{LabelledSurface, Marks, Proposal};
 use crate::session::error::SessionError;
 use crate::session::open::{Session, Writer, source};
 use crate::session::recipe::{MaskFile, SourceFile, StepRecipe, relative_to};
+use crate::session::results::{Content, Outputs};
 use crate::session::stage::Stage;
 use crate::session::stages::marks::{is_something, marks_of_some, nothing_left};
 use crate::session::stages::{Walk, pipeline, raw_mesh, scan_of};
@@ -168,15 +169,15 @@ impl Session {
     /// one label per vertex as `.npy`; a picture over the scan's texture coordinates as `.png`, with the garment in
     /// white; or a `.jsonl` without strokes. Returns the number of vertices.
     ///
-    /// **Errors** if the file exists: it may be painted.
-    pub fn write_mask_template(&self, layer: &str, target: &Path) -> Result<usize, SessionError> {
+    /// **Errors** where there is a painted file already, unless `outputs` replaces it.
+    pub fn write_mask_template(
+        &self,
+        layer: &str,
+        target: &Path,
+        outputs: &mut Outputs,
+    ) -> Result<usize, SessionError> {
         self.garment_step(layer)?;
-        if target.exists() {
-            return Err(SessionError::BadRequest {
-                what: format!("there is already a file '{}'", target.display()),
-                hint: "name another, or delete it first: it may contain painted labels".into(),
-            });
-        }
+        outputs.claim(target, Content::Named)?;
         let steps = self.posed_steps(Some(layer))?;
         let Some((posed, labels)) = steps.last().and_then(|posed| Some((posed, posed.labels.as_ref()?))) else {
             return Err(SessionError::MaskOnBody);
@@ -214,10 +215,7 @@ impl Session {
                 });
             }
         }
-        if let Some(folder) = target.parent().filter(|p| !p.as_os_str().is_empty()) {
-            std::fs::create_dir_all(folder).map_err(|e| SessionError::writing(folder, e))?;
-        }
-        write_whole(target, &bytes)?;
+        outputs.write_bytes(target, Content::Named, bytes)?;
         Ok(labels.0.len())
     }
 

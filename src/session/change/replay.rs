@@ -40,7 +40,7 @@ struct Prepared {
 /// Reads a recipe; `path` may be the folder of a session. Also returns the file's path.
 pub(in crate::session) fn read_recipe(path: &Path) -> Result<(Recipe, PathBuf), SessionError> {
     let path = if path.is_dir() { path.join("recipe.toml") } else { path.to_path_buf() };
-    let bytes = std::fs::read(&path).map_err(|e| SessionError::reading(&path, e))?;
+    let bytes = source::read(&path)?;
     let text = String::from_utf8(bytes).map_err(|_| SessionError::BadRequest {
         what: format!("'{}' is not text, so it is not a recipe", path.display()),
         hint: "name the recipe.toml of a session, or the session's folder".into(),
@@ -102,7 +102,7 @@ fn bytes_of(store: &Store, folder: &Path, source: &SourceFile) -> Result<Vec<u8>
         return Ok(bytes);
     }
     let path = folder.join(&source.file);
-    let bytes = source::read(&path)?;
+    let bytes = source::read_scan(&path)?;
     match source.hash {
         Some(hash) if ContentHash::of(&bytes) != hash => Err(SessionError::SourceChanged { path }),
         _ => Ok(bytes),

@@ -24,6 +24,8 @@ pub struct StageRequest {
     pub reset: bool,
     /// Target of the recording of fits; they run again even if they are up to date.
     pub view: Option<ShowIn>,
+    /// Replace a file of the user by the recording.
+    pub force: bool,
 }
 
 /// The outcome.
@@ -43,7 +45,7 @@ impl Writer {
         on_event: &mut dyn FnMut(&Event),
     ) -> Result<StageRun, SessionError> {
         let Some(to) = &request.view else { return self.run_unseen(request, on_event) };
-        let mut recording = FitRecording::try_new(&self.session.name(), to)?;
+        let mut recording = FitRecording::try_new(&self.session.name(), to, self.session.outputs(request.force))?;
         let run = self.run_unseen(request, &mut |event| {
             recording.see(event);
             on_event(event);

@@ -3,7 +3,7 @@
 
 use super::session::Session;
 use crate::session::error::SessionError;
-use crate::session::store::write_whole;
+use crate::session::store::{read_file, write_whole};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -24,7 +24,7 @@ impl Session {
 
     /// The draft; `None` if it does not exist, cannot be read, or was scanned since.
     pub fn draft(&self) -> Option<Draft> {
-        let draft: Draft = serde_json::from_slice(&std::fs::read(self.draft_path()).ok()?).ok()?;
+        let draft: Draft = serde_json::from_slice(&read_file(&self.draft_path()).ok()?).ok()?;
         self.recipe.step(&draft.name).is_err().then_some(draft)
     }
 

@@ -13,5 +13,5 @@ pub use body_model::read_body_model;
 pub use draft::Draft;
 pub use new::{NewSession, create};
 pub use session::{Session, Writer};
-pub(in crate::session) use session::{Snapshot, recipe_path, state_path};
+pub(in crate::session) use session::{Snapshot, is_session, recipe_path, state_path};
 pub use source::read as read_input;

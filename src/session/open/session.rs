@@ -5,7 +5,7 @@ use crate::session::recipe::Recipe;
 use crate::session::stage::Stage;
 use crate::session::store::{
     BrokenLine, Change, ContentHash, History, Lock, Move, State, Store, Timings, UNFINISHED, journal, place_whole,
-    sweep, sync_folder, write_whole,
+    read_file, sweep, sync_folder, write_whole,
 };
 use std::path::{Path, PathBuf};
 
@@ -47,12 +47,17 @@ pub(in crate::session) fn recipe_path(dir: &Path) -> PathBuf {
     dir.join("recipe.toml")
 }
 
+/// Whether there is a session in a folder.
+pub(in crate::session) fn is_session(dir: &Path) -> bool {
+    recipe_path(dir).exists() && (state_path(dir).exists() || journal::path_in(dir).exists())
+}
+
 pub(in crate::session) fn state_path(dir: &Path) -> PathBuf {
     dir.join("session.json")
 }
 
 fn read_text(path: &Path) -> Result<Option<String>, SessionError> {
-    match std::fs::read(path) {
+    match read_file(path) {
         Ok(bytes) => String::from_utf8(bytes).map(Some).map_err(|e| {
             let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count() + 1;
             SessionError::BadFile {
@@ -356,7 +361,8 @@ impl Writer {
                 .push(format!("recipe.toml contradicted the journal; its content is kept in {}", kept.display()));
         }
         let Some(last) = &session.last else { return Ok(()) };
-        let there = |path: &Path, text: &str| Ok(read_text(path)?.is_some_and(|t| t == text));
+        let there =
+            |path: &Path, text: &str| -> Result<bool, SessionError> { Ok(read_text(path)?.is_some_and(|t| t == text)) };
         if session.edited.is_none() && !there(&recipe_path, &session.recipe_text)? {
             write_whole(&recipe_path, session.recipe_text.as_bytes())?;
         }

@@ -4,27 +4,31 @@ use super::session::Session;
 use crate::formats::{recording_files, write_recording};
 use crate::session::error::SessionError;
 use crate::session::recipe::{Recipe, SourceFile, relative_to};
-use crate::session::store::ContentHash;
+use crate::session::store::{ContentHash, read_file};
 use std::path::Path;
 
-/// Reads a file, or a folder of RGB-D frames as one zip; stores nothing.
+/// Reads a file; nothing is kept yet.
+///
+/// **Errors** also for a folder, a FIFO and a device.
 pub fn read(path: &Path) -> Result<Vec<u8>, SessionError> {
-    if path.is_dir() {
-        return packed(path);
-    }
-    std::fs::read(path).map_err(|e| SessionError::reading(path, e))
+    read_file(path).map_err(|e| SessionError::reading(path, e))
+}
+
+/// Reads a scan: a file, or a folder of RGB-D frames as one zip; nothing is kept yet.
+pub(in crate::session) fn read_scan(path: &Path) -> Result<Vec<u8>, SessionError> {
+    if path.is_dir() { packed(path) } else { read(path) }
 }
 
 /// The files of an RGB-D recording in one zip: camera, lists of frames, images. Equal files give equal bytes; other
 /// files in the folder are ignored.
 fn packed(dir: &Path) -> Result<Vec<u8>, SessionError> {
     let names = names_in(dir)?;
-    let mut text = |name: &str| std::fs::read(dir.join(name)).ok();
+    let mut text = |name: &str| read_file(&dir.join(name)).ok();
     let needed = recording_files(&names, &mut text).map_err(|e| SessionError::bad_source(dir, e))?;
     let mut files = Vec::with_capacity(needed.len());
     for name in needed {
         let path = dir.join(&name);
-        let bytes = std::fs::read(&path).map_err(|e| SessionError::reading(&path, e))?;
+        let bytes = read(&path)?;
         files.push((name, bytes));
     }
     let mut zip = Vec::new();
@@ -58,14 +62,14 @@ pub(in crate::session) fn named(dir: &Path, path: &Path, bytes: &[u8]) -> Result
 impl Session {
     /// The bytes of a file of the recipe: the session's copy, or the file itself if the recipe was written by hand.
     pub(in crate::session) fn source_bytes(&self, source: &SourceFile) -> Result<Vec<u8>, SessionError> {
-        let Some(hash) = source.hash else { return read(&self.resolve(&source.file)) };
+        let Some(hash) = source.hash else { return read_scan(&self.resolve(&source.file)) };
         let copy = self.store.bytes(hash);
         let path = self.resolve(&source.file);
         let no_copy = match copy {
             Ok(bytes) => return Ok(bytes),
             Err(e) => e,
         };
-        match read(&path) {
+        match read_scan(&path) {
             Ok(bytes) if ContentHash::of(&bytes) == hash => Ok(bytes),
             Ok(_) => Err(SessionError::SourceChanged { path }),
             Err(_) if self.store.has(hash) => Err(no_copy),
@@ -77,7 +81,7 @@ impl Session {
 impl Session {
     /// Whether the input file is unchanged.
     pub(in crate::session) fn source_is_as_it_was(&self, source: &SourceFile) -> bool {
-        match (source.hash, read(&self.resolve(&source.file))) {
+        match (source.hash, read_scan(&self.resolve(&source.file))) {
             (Some(hash), Ok(bytes)) => ContentHash::of(&bytes) == hash,
             (None, Ok(_)) => true,
             (_, Err(_)) => false,

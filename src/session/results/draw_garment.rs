@@ -1,6 +1,6 @@
 //! Draws a cut garment in the pose of its scan.
 
-use super::export::write;
+use super::outputs::{Content, Outputs};
 use crate::cut::Garment;
 use crate::fit::PoseInside;
 use crate::session::error::SessionError;
@@ -16,7 +16,13 @@ const SIZE: [usize; 2] = [480, 600];
 
 impl Session {
     /// Draws a garment in its own colours from the front, the left and the back of the person, and writes a PNG.
-    pub fn draw_garment(&self, garment: &Garment, layer: &str, path: &Path) -> Result<(), SessionError> {
+    pub fn draw_garment(
+        &self,
+        garment: &Garment,
+        layer: &str,
+        path: &Path,
+        outputs: &mut Outputs,
+    ) -> Result<(), SessionError> {
         let Some(bounds) = garment.mesh.bounds() else { return Ok(()) };
         let heading = match self.state.record(layer, Stage::Pose) {
             None => 0.0,
@@ -39,6 +45,6 @@ impl Session {
             let camera = Camera::around(&bounds, heading + turn, 0.1);
             picture.paste(&render(&Scene::new([part]), &camera, width, height), i * width, 0);
         }
-        write(path, |out| picture.write_png(out))
+        outputs.write(path, Content::Picture, |out| picture.write_png(out))
     }
 }

@@ -1,18 +1,15 @@
 //! The figure, or a step of the session, as files.
 
+use super::outputs::{Content, Outputs};
 use super::posed_step::PosedStep;
 use crate::body::Figure;
-use crate::export::{GlbOptions, write_glb, write_joints_json, write_layer_ply};
+use crate::export::{ExportError, GlbOptions, write_glb, write_joints_json, write_layer_ply};
 use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::scan::FileFrame;
 use crate::segment::LABEL_COLORS;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::stage_error::StageError;
 use crate::session::stages::{Walk, scan_of};
-use crate::session::store::write_whole_with;
-use std::fs::File;
-use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 /// What is to be exported.
@@ -29,18 +26,18 @@ pub struct ExportRequest {
 }
 
 impl Session {
-    /// Writes files, each whole or not at all, and returns their paths.
-    pub fn export(&self, request: &ExportRequest) -> Result<Vec<PathBuf>, SessionError> {
+    /// Writes files, each whole or not at all, and returns their paths. Nothing is written if one of them is refused.
+    pub fn export(&self, request: &ExportRequest, outputs: &mut Outputs) -> Result<Vec<PathBuf>, SessionError> {
         match request.target.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
-            Some("glb") if !request.target.is_dir() => self.export_glb(request),
+            Some("glb") if !request.target.is_dir() => self.export_glb(request, outputs),
             Some(_) if !request.target.is_dir() && !ends_with_slash(&request.target) => {
                 Err(SessionError::UnknownTarget { path: request.target.clone() })
             }
-            _ => self.export_folder(request),
+            _ => outputs.write_folder(&request.target, self.folder_of(request)?),
         }
     }
 
-    fn export_glb(&self, request: &ExportRequest) -> Result<Vec<PathBuf>, SessionError> {
+    fn export_glb(&self, request: &ExportRequest, outputs: &mut Outputs) -> Result<Vec<PathBuf>, SessionError> {
         if request.scan.is_some() || request.before_registration {
             return Err(SessionError::BadRequest {
                 what: "a .glb holds the figure; it cannot hold a scan or the body before registration".into(),
@@ -53,13 +50,13 @@ impl Session {
         let options = GlbOptions { name: None, pose, provenance: steps.iter().map(origin).collect() };
         let path = request.target.clone();
         let figure = if request.at.is_some() { last.figure_for_pose() } else { last.figure.clone() };
-        write(&path, |out| write_glb(&figure, &options, out))?;
+        outputs.write(&path, Content::Character, |out| write_glb(&figure, &options, out))?;
         Ok(vec![path])
     }
 
-    fn export_folder(&self, request: &ExportRequest) -> Result<Vec<PathBuf>, SessionError> {
-        let folder = Folder { path: &request.target };
-        let mut files = Vec::new();
+    /// The files that are asked for, by their names in the folder.
+    fn folder_of(&self, request: &ExportRequest) -> Result<Vec<(String, Vec<u8>)>, SessionError> {
+        let mut folder = Folder { path: &request.target, files: Vec::new() };
         if request.before_registration {
             if let Some(at) = request.at.as_deref().filter(|at| *at != crate::session::recipe::BODY_STEP) {
                 return Err(SessionError::BadRequest {
@@ -68,30 +65,24 @@ impl Session {
                 });
             }
             let steps = self.posed_steps(Some(crate::session::recipe::BODY_STEP))?;
-            steps.first().map(|step| folder.fit(step, &mut files)).transpose()?;
-            return Ok(files);
+            steps.first().map(|step| folder.fit(step)).transpose()?;
+            return Ok(folder.files);
         }
         if let Some(name) = &request.scan {
             // A scan can be exported before anything is built.
             let step = self.recipe.step(name)?.clone();
             let scan = scan_of(&mut Walk::look(self), &step)?;
             let scan = self.store.load(scan)?;
-            folder.ply(
-                "scan.ply",
-                &in_file(&scan.mesh, &scan.world_from_file),
-                scan.colors.as_ref(),
-                &[],
-                &mut files,
-            )?;
+            folder.ply("scan.ply", &in_file(&scan.mesh, &scan.world_from_file), scan.colors.as_ref(), &[])?;
         }
         if let Some(name) = &request.at {
             let steps = self.posed_steps(Some(name))?;
-            steps.last().map(|step| folder.step(step, &mut files)).transpose()?;
+            steps.last().map(|step| folder.step(step)).transpose()?;
         } else if request.scan.is_none() {
             let steps = self.posed_steps(None)?;
-            steps.last().map(|step| folder.bind(&step.figure, &mut files)).transpose()?;
+            steps.last().map(|step| folder.bind(&step.figure)).transpose()?;
         }
-        Ok(files)
+        Ok(folder.files)
     }
 }
 
@@ -102,69 +93,70 @@ fn origin(posed: &PosedStep) -> (String, String) {
     (format!("scan of {}", posed.step.name), format!("{file}{hash}"))
 }
 
+/// The files of an export, before any is written.
 struct Folder<'a> {
     path: &'a Path,
+    files: Vec<(String, Vec<u8>)>,
 }
 
 impl Folder<'_> {
-    fn bind(&self, figure: &Figure, files: &mut Vec<PathBuf>) -> Result<(), SessionError> {
+    fn bind(&mut self, figure: &Figure) -> Result<(), SessionError> {
         for layer in &figure.layers {
-            self.ply(&format!("{}.ply", layer.name), &layer.mesh, layer.colors.as_ref(), &[], files)?;
+            self.ply(&format!("{}.ply", layer.name), &layer.mesh, layer.colors.as_ref(), &[])?;
         }
-        self.joints(&figure.skeleton, &figure.skeleton.joints_in_bind, files)
+        self.joints(&figure.skeleton, &figure.skeleton.joints_in_bind)
     }
 
-    fn step(&self, posed: &PosedStep, files: &mut Vec<PathBuf>) -> Result<(), SessionError> {
+    fn step(&mut self, posed: &PosedStep) -> Result<(), SessionError> {
         let frame = &posed.scan.world_from_file;
         let figure = &posed.figure;
-        self.ply("body.ply", &in_file(&posed.body(), frame), figure.body().colors.as_ref(), &[], files)?;
+        self.ply("body.ply", &in_file(&posed.body(), frame), figure.body().colors.as_ref(), &[])?;
         for ((name, mesh), layer) in posed.garments().iter().zip(figure.garments()) {
-            self.ply(&format!("{name}.ply"), &in_file(mesh, frame), layer.colors.as_ref(), &[], files)?;
+            self.ply(&format!("{name}.ply"), &in_file(mesh, frame), layer.colors.as_ref(), &[])?;
         }
         let joints: Vec<Point> = posed.joints().iter().map(|p| frame.file_from_world(p)).collect();
-        self.joints(&figure.skeleton, &joints, files)?;
+        self.joints(&figure.skeleton, &joints)?;
         if let Some(labels) = &posed.labels {
             let label: Vec<f32> = labels.0.iter().map(|&l| f32::from(u8::from(l))).collect();
             let colors: PerVertex<[u8; 3]> = labels.0.iter().map(|&l| LABEL_COLORS[usize::from(l)]).collect();
             let scan = in_file(&posed.scan.mesh, frame);
             let name = format!("labels/{}.ply", posed.step.name);
-            self.ply(&name, &scan, Some(&colors), &[("label", &label), ("quality", &label)], files)?;
+            self.ply(&name, &scan, Some(&colors), &[("label", &label), ("quality", &label)])?;
         }
         Ok(())
     }
 
-    fn fit(&self, posed: &PosedStep, files: &mut Vec<PathBuf>) -> Result<(), SessionError> {
+    fn fit(&mut self, posed: &PosedStep) -> Result<(), SessionError> {
         let (Some(fitted), Some(body)) = (&posed.fitted, posed.body_of_fit()) else { return Ok(()) };
         let frame = &posed.scan.world_from_file;
-        self.ply("body.ply", &in_file(&body, frame), None, &[], files)?;
+        self.ply("body.ply", &in_file(&body, frame), None, &[])?;
         let joints = fitted.skeleton.joints_in_world(&fitted.pose);
         let joints: Vec<Point> = joints.iter().map(|p| frame.file_from_world(p)).collect();
-        self.joints(&fitted.skeleton, &joints, files)
+        self.joints(&fitted.skeleton, &joints)
     }
 
     fn ply(
-        &self,
+        &mut self,
         name: &str,
         mesh: &TriMesh,
         colors: Option<&PerVertex<[u8; 3]>>,
         scalars: &[(&str, &[f32])],
-        files: &mut Vec<PathBuf>,
     ) -> Result<(), SessionError> {
-        let path = self.path.join(name);
-        write(&path, |out| write_layer_ply(mesh, colors, scalars, out))?;
-        files.push(path);
-        Ok(())
+        self.put(name, |out| write_layer_ply(mesh, colors, scalars, out))
     }
 
-    fn joints(
-        &self,
-        skeleton: &crate::body::Skeleton,
-        joints: &[Point],
-        files: &mut Vec<PathBuf>,
+    fn joints(&mut self, skeleton: &crate::body::Skeleton, joints: &[Point]) -> Result<(), SessionError> {
+        self.put("joints.json", |out| write_joints_json(skeleton, joints, out))
+    }
+
+    fn put(
+        &mut self,
+        name: &str,
+        encode: impl FnOnce(&mut Vec<u8>) -> Result<(), ExportError>,
     ) -> Result<(), SessionError> {
-        let path = self.path.join("joints.json");
-        write(&path, |out| write_joints_json(skeleton, joints, out))?;
-        files.push(path);
+        let mut bytes = Vec::new();
+        encode(&mut bytes).map_err(|e| SessionError::bad_source(&self.path.join(name), e))?;
+        self.files.push((name.into(), bytes));
         Ok(())
     }
 }
@@ -175,19 +167,4 @@ fn in_file(mesh: &TriMesh, frame: &FileFrame) -> TriMesh {
 
 fn ends_with_slash(path: &Path) -> bool {
     path.as_os_str().to_string_lossy().ends_with(['/', std::path::MAIN_SEPARATOR])
-}
-
-/// Writes a file whole, in a folder that is made if need be.
-pub fn write<E: Into<StageError>>(
-    path: &Path,
-    content: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), E>,
-) -> Result<(), SessionError> {
-    if let Some(folder) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
-        std::fs::create_dir_all(folder).map_err(|e| SessionError::writing(folder, e))?;
-    }
-    write_whole_with(path, |file| {
-        let mut out = BufWriter::new(file);
-        content(&mut out).map_err(|e| SessionError::bad_source(path, e))?;
-        out.flush().map_err(|e| SessionError::writing(path, e))
-    })
 }

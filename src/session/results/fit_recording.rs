@@ -1,6 +1,7 @@
 //! Records the fits for the Rerun viewer: the scan of each step, the fitted surface at each iteration, and its distance
 //! from the scan.
 
+use super::outputs::Outputs;
 use super::recording::Shown;
 use super::show_in::ShowIn;
 use crate::fit::FitIteration;
@@ -20,8 +21,8 @@ pub(in crate::session) struct FitRecording {
 
 impl FitRecording {
     /// Begins a recording.
-    pub fn try_new(session: &str, to: &ShowIn) -> Result<Self, SessionError> {
-        let shown = Shown::begin(to, |sink| Recording::of_fits(session, sink))?;
+    pub fn try_new(session: &str, to: &ShowIn, outputs: Outputs) -> Result<Self, SessionError> {
+        let shown = Shown::begin(to, outputs, |sink| Recording::of_fits(session, sink))?;
         Ok(Self { shown, now: None, iterations: 0 })
     }
 

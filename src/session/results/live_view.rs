@@ -1,5 +1,6 @@
 //! The session in the Rerun viewer: as a file, or live while the session changes.
 
+use super::outputs::{Content, Outputs};
 use super::sheet::{SeenStep, Turned};
 use crate::cut::Garment;
 use crate::session::error::SessionError;
@@ -10,11 +11,11 @@ use std::path::Path;
 
 impl Session {
     /// Writes every built step as a Rerun recording.
-    pub fn write_recording(&self, path: &Path) -> Result<(), SessionError> {
+    pub fn write_recording(&self, path: &Path, outputs: &mut Outputs) -> Result<(), SessionError> {
         let failed = |e| SessionError::bad_source(path, e);
         let recording = Recording::try_new(&self.name()).map_err(failed)?;
         self.log_steps(&recording, failed)?;
-        super::export::write(path, |out| recording.finish(out))
+        outputs.write(path, Content::Recording, |out| recording.finish(out))
     }
 
     /// Logs every step, and returns where each was placed.

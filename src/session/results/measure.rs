@@ -9,11 +9,9 @@ use crate::measure::{
 };
 use crate::scan::FileFrame;
 use crate::session::error::SessionError;
-use crate::session::open::Session;
+use crate::session::open::{Session, source};
 use crate::session::recipe::garment_kind;
 use crate::session::stage::Stage;
-use std::fs::File;
-use std::io::BufReader;
 use std::path::Path;
 
 /// The differences between a session and its ground truth.
@@ -38,7 +36,9 @@ impl Session {
         }
         let steps = self.posed_steps(None)?;
         let joints_path = folder.join(TruthNaming::JOINTS);
-        let text = std::fs::read_to_string(&joints_path).map_err(|e| SessionError::reading(&joints_path, e))?;
+        let text = String::from_utf8(source::read(&joints_path)?).map_err(|e| {
+            SessionError::reading(&joints_path, std::io::Error::new(std::io::ErrorKind::InvalidData, e))
+        })?;
         let joints = TruthJoints::from_json(&text).map_err(|e| SessionError::bad_source(&joints_path, e))?;
         let results = steps.iter().map(result_of).collect::<Result<Vec<_>, _>>()?;
         let truths = steps
@@ -124,8 +124,7 @@ fn bind_truth(folder: &Path, layers: usize) -> Result<Option<TruthBind>, Session
 }
 
 fn read_mesh(path: &Path) -> Result<TriMesh, SessionError> {
-    let file = File::open(path).map_err(|e| SessionError::reading(path, e))?;
-    let raw = read_ply(BufReader::new(file)).map_err(|e| SessionError::bad_source(path, e))?;
+    let raw = read_ply(source::read(path)?.as_slice()).map_err(|e| SessionError::bad_source(path, e))?;
     let points = raw.points.into_iter().map(Point::from).collect();
     TriMesh::try_from_indices(points, &raw.faces).map_err(|e| SessionError::bad_source(path, e))
 }

@@ -12,8 +12,10 @@ mod measure;
 mod no_recording;
 #[cfg(not(feature = "rerun"))]
 mod no_viewer;
+mod outputs;
 mod posed_step;
 mod poster;
+mod protected;
 #[cfg(feature = "rerun")]
 mod recording;
 #[cfg(feature = "rerun")]
@@ -23,7 +25,6 @@ mod show_in;
 pub(in crate::session) mod target;
 
 pub use export::ExportRequest;
-pub use export::write as write_file;
 #[cfg(feature = "rerun")]
 pub(in crate::session) use fit_recording::FitRecording;
 #[cfg(feature = "rerun")]
@@ -33,6 +34,7 @@ pub use measure::{SubjectOrigin, TruthReport};
 pub(in crate::session) use no_recording::{FitRecording, ScanRecording};
 #[cfg(not(feature = "rerun"))]
 pub use no_viewer::LiveView;
+pub use outputs::{Content, NewFolder, Outputs};
 #[cfg(feature = "rerun")]
 pub(in crate::session) use scan_recording::ScanRecording;
 pub use show_in::ShowIn;

@@ -1,5 +1,6 @@
 //! The error of recordings in a program built without the viewer.
 
+use super::outputs::Outputs;
 use super::show_in::ShowIn;
 use crate::scan::FusionStep;
 use crate::session::error::SessionError;
@@ -10,7 +11,7 @@ pub(in crate::session) enum ScanRecording {}
 
 impl ScanRecording {
     /// Always an error.
-    pub fn try_new(_name: &str, _to: &ShowIn) -> Result<Self, SessionError> {
+    pub fn try_new(_name: &str, _to: &ShowIn, _outputs: Outputs) -> Result<Self, SessionError> {
         Err(without_viewer())
     }
 
@@ -30,7 +31,7 @@ pub(in crate::session) enum FitRecording {}
 
 impl FitRecording {
     /// Always an error.
-    pub fn try_new(_session: &str, _to: &ShowIn) -> Result<Self, SessionError> {
+    pub fn try_new(_session: &str, _to: &ShowIn, _outputs: Outputs) -> Result<Self, SessionError> {
         Err(without_viewer())
     }
 

@@ -1,6 +1,7 @@
 //! Replaces `live_view` in a program built without the viewer.
 
 use super::no_recording::without_viewer;
+use super::outputs::Outputs;
 use crate::cut::Garment;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
@@ -8,7 +9,7 @@ use std::path::Path;
 
 impl Session {
     /// Always an error: this program was built without the viewer.
-    pub fn write_recording(&self, _path: &Path) -> Result<(), SessionError> {
+    pub fn write_recording(&self, _path: &Path, _outputs: &mut Outputs) -> Result<(), SessionError> {
         Err(without_viewer())
     }
 }

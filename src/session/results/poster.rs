@@ -1,6 +1,6 @@
 //! The poster: the whole session in one picture.
 
-use super::export::write;
+use super::outputs::{Content, Outputs};
 use super::sheet::SeenStep;
 use crate::body::HumanJoint::{self, Chest, Foot, Head, LowerArm, LowerLeg, Neck, Spine, UpperArm, UpperLeg};
 use crate::body::Side::{Left, Right};
@@ -32,7 +32,7 @@ const POSE: [(HumanJoint, [f64; 3]); 14] = [
 
 impl Session {
     /// Draws the scans, the separated layers and the figure in a new pose, and writes a PNG.
-    pub fn write_poster(&self, path: &Path) -> Result<(), SessionError> {
+    pub fn write_poster(&self, path: &Path, outputs: &mut Outputs) -> Result<(), SessionError> {
         let steps = self.posed_steps(None)?;
         let Some(last) = steps.last() else { return Ok(()) };
         let seen: Vec<SeenStep> = steps.iter().map(SeenStep::of).collect();
@@ -60,7 +60,7 @@ impl Session {
             figure: posed.iter().enumerate().map(|(k, mesh)| painted(mesh, k)).collect(),
             figure_caption: "all layers, posed by their weights".into(),
         });
-        write(path, |out| drawn.write_png(out))
+        outputs.write(path, Content::Picture, |out| drawn.write_png(out))
     }
 }
 

@@ -1,5 +1,6 @@
 //! An open Rerun recording, whatever its target.
 
+use super::outputs::{Content, Outputs};
 use super::show_in::ShowIn;
 use crate::session::error::SessionError;
 use crate::view::{Error, Recording, Sink};
@@ -7,20 +8,28 @@ use crate::view::{Error, Recording, Sink};
 /// A recording and its first error. The recorded work continues after an error.
 pub(in crate::session) struct Shown {
     to: ShowIn,
+    outputs: Outputs,
     recording: Recording,
     failed: Option<Error>,
 }
 
 impl Shown {
-    /// Begins a recording.
-    pub fn begin(to: &ShowIn, of: impl FnOnce(Sink) -> Result<Recording, Error>) -> Result<Self, SessionError> {
+    /// Begins a recording; a path that cannot be written is refused before the work.
+    pub fn begin(
+        to: &ShowIn,
+        mut outputs: Outputs,
+        of: impl FnOnce(Sink) -> Result<Recording, Error>,
+    ) -> Result<Self, SessionError> {
+        if let ShowIn::File(path) = to {
+            outputs.claim(path, Content::Recording)?;
+        }
         let sink = match to {
             ShowIn::Viewer => Sink::Viewer(None),
             ShowIn::ViewerAt(url) => Sink::Viewer(Some(url)),
             ShowIn::File(_) => Sink::Memory,
         };
         let recording = of(sink).map_err(|e| not_shown(to, e))?;
-        let shown = Self { to: to.clone(), recording, failed: None };
+        let shown = Self { to: to.clone(), outputs, recording, failed: None };
         if *to != ShowIn::Viewer && !matches!(to, ShowIn::File(_)) {
             // Report a viewer that does not answer before the work, not after it.
             shown.recording.sent().map_err(|e| not_shown(to, e))?;
@@ -37,12 +46,12 @@ impl Shown {
 
     /// Writes the recording, or waits until the viewer has received it.
     pub fn finish(self) -> Result<(), SessionError> {
-        let Self { to, recording, failed } = self;
+        let Self { to, mut outputs, recording, failed } = self;
         if let Some(e) = failed {
             return Err(not_shown(&to, e));
         }
         match &to {
-            ShowIn::File(path) => super::export::write(path, |out| recording.finish(out)),
+            ShowIn::File(path) => outputs.write(path, Content::Recording, |out| recording.finish(out)),
             _ => recording.sent().map_err(|e| not_shown(&to, e)),
         }
     }

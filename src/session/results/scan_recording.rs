@@ -1,6 +1,7 @@
 //! Records the fusion of frames for the Rerun viewer: the camera's path around the person, the residual of each frame,
 //! and the growing surface.
 
+use super::outputs::Outputs;
 use super::recording::Shown;
 use super::show_in::ShowIn;
 use crate::formats::RawMesh;
@@ -21,8 +22,8 @@ pub(in crate::session) struct ScanRecording {
 
 impl ScanRecording {
     /// Begins a recording.
-    pub fn try_new(name: &str, to: &ShowIn) -> Result<Self, SessionError> {
-        Ok(Self { shown: Shown::begin(to, |sink| Recording::of_fusion(name, sink))?, cameras: Vec::new() })
+    pub fn try_new(name: &str, to: &ShowIn, outputs: Outputs) -> Result<Self, SessionError> {
+        Ok(Self { shown: Shown::begin(to, outputs, |sink| Recording::of_fusion(name, sink))?, cameras: Vec::new() })
     }
 
     /// Records a step of the fusion.

@@ -1,6 +1,6 @@
 //! The contact sheet: a picture of every step.
 
-use super::export::write;
+use super::outputs::{Content, Outputs};
 use super::posed_step::PosedStep;
 use crate::body::JointId;
 use crate::geometry::{PerVertex, Point, TriMesh};
@@ -19,7 +19,7 @@ impl Session {
     }
 
     /// Draws every built step, scan beside result, and the layers in the bind pose, and writes a PNG.
-    pub fn write_sheet(&self, path: &Path) -> Result<(), SessionError> {
+    pub fn write_sheet(&self, path: &Path, outputs: &mut Outputs) -> Result<(), SessionError> {
         let steps = self.posed_steps(None)?;
         let reports: Vec<StageReport> = self.status()?.into_iter().flat_map(|s| s.standing).collect();
         let seen: Vec<SeenStep> = steps.iter().map(SeenStep::of).collect();
@@ -40,7 +40,7 @@ impl Session {
         }
         let names: Vec<&str> = steps.iter().map(|s| s.step.name.as_str()).collect();
         let sheet = Sheet::new(self.name(), names.join(", "), rows);
-        write(path, |out| contact_sheet(&sheet).write_png(out))
+        outputs.write(path, Content::Picture, |out| contact_sheet(&sheet).write_png(out))
     }
 }
 

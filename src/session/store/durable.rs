@@ -2,7 +2,7 @@
 
 use crate::session::error::SessionError;
 use std::fs::{self, File};
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 /// Prefix of the name of an unfinished file; the holder of the lock may delete it.
@@ -34,6 +34,43 @@ pub(in crate::session) fn write_lightly(path: &Path, bytes: &[u8]) -> Result<(),
     let mut file = new_file(&folder_of(path)).map_err(io)?;
     file.write_all(bytes).map_err(io)?;
     file.persist(path).map(drop).map_err(|e| io(e.error))
+}
+
+/// Writes a file that is not there yet, whole, without a sync: for one of many files whose last is synced.
+pub(in crate::session) fn write_new(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
+    let io = |e| SessionError::writing(path, e);
+    let mut file = new_file(&folder_of(path)).map_err(io)?;
+    file.write_all(bytes).map_err(io)?;
+    file.persist_noclobber(path).map(drop).map_err(|e| io(e.error))
+}
+
+/// Reads a file.
+///
+/// **Errors** for a folder, and for a FIFO or a device, which might never end.
+pub(in crate::session) fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
+    match not_a_file(&fs::metadata(path)?) {
+        None => fs::read(path),
+        Some(what) => Err(std::io::Error::new(ErrorKind::InvalidInput, format!("it is {what}, not a file"))),
+    }
+}
+
+/// What something is that is no file: `a folder`.
+pub(in crate::session) fn not_a_file(found: &fs::Metadata) -> Option<&'static str> {
+    let kind = found.file_type();
+    if kind.is_file() {
+        return None;
+    }
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        if kind.is_fifo() {
+            return Some("a FIFO");
+        }
+        if kind.is_socket() {
+            return Some("a socket");
+        }
+    }
+    Some(if kind.is_dir() { "a folder" } else { "a device" })
 }
 
 fn place(path: &Path, write: impl FnOnce(&mut File) -> Result<(), SessionError>) -> Result<(), SessionError> {

@@ -1,6 +1,6 @@
 //! One line per change: what was done, and the hashes of the resulting recipe and state.
 
-use super::durable::append_line;
+use super::durable::{append_line, read_file};
 use super::hash::ContentHash;
 use crate::session::error::SessionError;
 use serde::{Deserialize, Serialize};
@@ -57,7 +57,7 @@ pub(in crate::session) fn path_in(dir: &Path) -> PathBuf {
 /// Reads all readable lines. **Errors** if the file cannot be read.
 pub(in crate::session) fn read(dir: &Path) -> Result<Journal, SessionError> {
     let path = path_in(dir);
-    let bytes = match std::fs::read(&path) {
+    let bytes = match read_file(&path) {
         Ok(bytes) => bytes,
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Vec::new(),
         Err(e) => return Err(SessionError::reading(&path, e)),

@@ -7,19 +7,22 @@ mod hash;
 mod history;
 pub(in crate::session) mod journal;
 mod lock;
+mod manifest;
 mod memory;
 mod state;
 mod timings;
 
 pub(in crate::session) use artefacts::Health;
 pub use artefacts::{Kept, Store};
-pub use durable::write_whole;
-pub(in crate::session) use durable::{UNFINISHED, place_whole, sweep, sync_folder, write_whole_with};
+pub(in crate::session) use durable::{
+    UNFINISHED, not_a_file, place_whole, read_file, sweep, sync_folder, write_new, write_whole,
+};
 pub use hash::ContentHash;
 pub use history::{Branch, Entry, History, MAIN_BRANCH};
 pub(in crate::session) use journal::BrokenLine;
 pub use journal::{Change, Move};
 pub(in crate::session) use lock::Lock;
+pub(in crate::session) use manifest::{MANIFEST, Manifest};
 pub use memory::Memory;
 pub(in crate::session) use state::SCHEMA;
 pub use state::{Measures, StageRecord, State, StepRecord};

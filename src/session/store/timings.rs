@@ -1,6 +1,6 @@
 //! `timings.json`: the duration of the last run of each stage. Separate from the state, which must not depend on time.
 
-use super::durable::write_lightly;
+use super::durable::{read_file, write_lightly};
 use crate::session::error::SessionError;
 use crate::session::stage::Stage;
 use serde::{Deserialize, Serialize};
@@ -21,7 +21,7 @@ fn path_in(dir: &Path) -> PathBuf {
 impl Timings {
     /// Reads the durations. A missing or unreadable file counts as empty; nothing depends on it.
     pub(in crate::session) fn read(dir: &Path) -> Self {
-        std::fs::read(path_in(dir)).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default()
+        read_file(&path_in(dir)).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default()
     }
 
     pub(in crate::session) fn write(&self, dir: &Path) -> Result<(), SessionError> {

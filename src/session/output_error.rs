@@ -1,0 +1,99 @@
+//! Why a result file is not written.
+
+use std::path::{Path, PathBuf};
+
+/// Why a result file is not written.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum OutputError {
+    /// It is an input or a file of a session.
+    #[error("'{}' cannot be written: it {what}", path.display())]
+    Protected {
+        /// As typed.
+        path: PathBuf,
+        /// What it is: `is the scan of 'tshirt'`.
+        what: String,
+    },
+    /// There is a file that Overcoat did not write, or that was changed since.
+    #[error("there is already a file '{}'{}", path.display(), if *has_manifest { ", and it is not as Overcoat wrote it" } else { "" })]
+    WouldReplace {
+        /// As typed.
+        path: PathBuf,
+        /// Whether it is known what was written here before.
+        has_manifest: bool,
+    },
+    /// The name says that the content is something else.
+    #[error("'{}' does not end in .{extension}, but {content} is written", path.display())]
+    WrongExtension {
+        /// As typed.
+        path: PathBuf,
+        /// What is written: `a picture`.
+        content: &'static str,
+        /// The extension of such files.
+        extension: &'static str,
+    },
+    /// There is no folder to write in.
+    #[error("'{}' cannot be written: there is no folder '{}'", path.display(), folder.display())]
+    NoFolder {
+        /// As typed.
+        path: PathBuf,
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// There is something that is no file.
+    #[error("'{}' cannot be written: it is {what}", path.display())]
+    NotAFile {
+        /// As typed.
+        path: PathBuf,
+        /// What it is: `a device`.
+        what: &'static str,
+    },
+    /// The path continues below a file.
+    #[error("'{}' cannot be written: '{}' is not a folder", path.display(), below.display())]
+    BelowAFile {
+        /// As typed.
+        path: PathBuf,
+        /// The file.
+        below: PathBuf,
+    },
+    /// Two results would have the same path.
+    #[error("'{}' is given for two results", path.display())]
+    GivenTwice {
+        /// As typed.
+        path: PathBuf,
+    },
+}
+
+impl OutputError {
+    /// Whether the command is wrong; otherwise the work failed.
+    pub fn is_wrong_command(&self) -> bool {
+        match self {
+            Self::Protected { .. }
+            | Self::WouldReplace { .. }
+            | Self::WrongExtension { .. }
+            | Self::GivenTwice { .. } => true,
+            Self::NoFolder { .. } | Self::NotAFile { .. } | Self::BelowAFile { .. } => false,
+        }
+    }
+
+    /// What to do about it.
+    pub fn hint(&self) -> String {
+        match self {
+            Self::Protected { .. } => {
+                "name another file; --force does not apply to inputs and files of a session".into()
+            }
+            Self::WouldReplace { .. } => "name another file, or replace this one with --force".into(),
+            Self::WrongExtension { path, extension, .. } => {
+                format!("name it '{}'", path.with_extension(extension).display())
+            }
+            Self::NoFolder { folder, .. } => format!("make it first: `mkdir -p {}`", for_shell(folder)),
+            Self::NotAFile { .. } | Self::BelowAFile { .. } => "name a file in a folder that exists".into(),
+            Self::GivenTwice { .. } => "give each result a name of its own".into(),
+        }
+    }
+}
+
+/// A path for pasting into a shell.
+fn for_shell(path: &Path) -> String {
+    let text = path.display().to_string();
+    shlex::try_quote(&text).map_or_else(|_| format!("'{text}'"), |quoted| quoted.into_owned())
+}

@@ -1,0 +1,308 @@
+//! Result files: every path is checked before the work, every file is written whole, and none replaces a file of the user.
+//!
+//! A path is refused if an input or an own file of a session is there, even with `--force`. Any other file is replaced only
+//! with `--force`, or if the session's manifest shows that it was written here and has not changed.
+
+use super::protected::{Protected, place_of};
+use crate::session::error::SessionError;
+use crate::session::open::Session;
+use crate::session::output_error::OutputError;
+use crate::session::stage_error::StageError;
+use crate::session::store::{ContentHash, Manifest, not_a_file, write_new, write_whole};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// What a result file contains.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Content {
+    /// `.png`
+    Picture,
+    /// `.rrd`
+    Recording,
+    /// `.glb`
+    Character,
+    /// `.ply`
+    Mesh,
+    /// `.npz`
+    BodyModel,
+    /// Its name is not the user's, or was checked.
+    Named,
+}
+
+impl Content {
+    /// What it is in a sentence, and the extension of such files.
+    fn extension(self) -> Option<(&'static str, &'static str)> {
+        match self {
+            Self::Picture => Some(("a picture", "png")),
+            Self::Recording => Some(("a recording", "rrd")),
+            Self::Character => Some(("a character", "glb")),
+            Self::Mesh => Some(("a mesh", "ply")),
+            Self::BodyModel => Some(("a body model", "npz")),
+            Self::Named => None,
+        }
+    }
+}
+
+/// Where a command writes its results.
+#[derive(Clone, Debug)]
+pub struct Outputs {
+    force: bool,
+    protected: Protected,
+    /// The folder whose manifest lists what was written.
+    manifest_in: Option<PathBuf>,
+    /// What the command is going to write.
+    claimed: Vec<PathBuf>,
+    notices: Vec<String>,
+}
+
+impl Session {
+    /// Where results of this session are written; `force` replaces files of the user.
+    pub fn outputs(&self, force: bool) -> Outputs {
+        Outputs::new(Protected::of_session(self), Some(self.dir().to_path_buf()), force)
+    }
+}
+
+impl Outputs {
+    fn new(protected: Protected, manifest_in: Option<PathBuf>, force: bool) -> Self {
+        Self { force, protected, manifest_in, claimed: Vec::new(), notices: Vec::new() }
+    }
+
+    /// Results of no session: nothing is replaced without `force`. If `near` is a session's folder, its inputs are protected.
+    pub fn without_session(near: &Path, force: bool) -> Self {
+        Self::new(Protected::of_folder(near), None, force)
+    }
+
+    /// Results in a folder that has a manifest of its own.
+    pub(in crate::session) fn in_folder(folder: &Path, force: bool) -> Self {
+        Self::new(Protected::of_folder(folder), Some(folder.to_path_buf()), force)
+    }
+
+    /// Protects an input of the command: `what` says what it is, `is the scan of 'tshirt'`.
+    pub fn protect(&mut self, path: &Path, what: &str) {
+        self.protected.add(path, what);
+    }
+
+    /// Sentences that a user should know although the work was done.
+    pub fn notices(&self) -> &[String] {
+        &self.notices
+    }
+
+    /// Checks that a result may be written, before the work. Each path can be claimed once.
+    pub fn claim(&mut self, path: &Path, content: Content) -> Result<(), SessionError> {
+        let place = self.checked(path, content, &self.manifest())?;
+        if self.claimed.contains(&place) {
+            return Err(OutputError::GivenTwice { path: path.to_path_buf() }.into());
+        }
+        self.claimed.push(place);
+        Ok(())
+    }
+
+    /// Writes a result, whole or not at all.
+    pub fn write<E: Into<StageError>>(
+        &mut self,
+        path: &Path,
+        content: Content,
+        encode: impl FnOnce(&mut Vec<u8>) -> Result<(), E>,
+    ) -> Result<(), SessionError> {
+        // A wrong path is reported before the encoding.
+        self.checked(path, content, &self.manifest())?;
+        let mut bytes = Vec::new();
+        encode(&mut bytes).map_err(|e| SessionError::bad_source(path, e))?;
+        self.write_bytes(path, content, bytes)
+    }
+
+    /// Writes bytes, whole or not at all.
+    pub fn write_bytes(&mut self, path: &Path, content: Content, bytes: Vec<u8>) -> Result<(), SessionError> {
+        self.write_checked(&[(path.to_path_buf(), bytes)], content)
+    }
+
+    /// Writes the files of a folder, given by their names in it. The folder is made if need be. Nothing is written if any of
+    /// them is refused. Returns their paths.
+    pub fn write_folder(&mut self, folder: &Path, files: Vec<(String, Vec<u8>)>) -> Result<Vec<PathBuf>, SessionError> {
+        check_folder(folder)?;
+        let files: Vec<(PathBuf, Vec<u8>)> =
+            files.into_iter().map(|(name, bytes)| (folder.join(name), bytes)).collect();
+        let mut places = Vec::new();
+        let manifest = self.manifest();
+        for (path, _) in &files {
+            let place = place_of(path).ok_or_else(|| no_folder(path))?;
+            self.check_place(path, &place, &manifest)?;
+            if places.contains(&place) {
+                return Err(OutputError::GivenTwice { path: path.clone() }.into());
+            }
+            places.push(place);
+        }
+        for (path, _) in &files {
+            let parent = folder_of(path);
+            fs::create_dir_all(&parent).map_err(|e| SessionError::writing(&parent, e))?;
+        }
+        self.write_checked(&files, Content::Named)?;
+        Ok(files.into_iter().map(|(path, _)| path).collect())
+    }
+
+    fn write_checked(&mut self, files: &[(PathBuf, Vec<u8>)], content: Content) -> Result<(), SessionError> {
+        // What was written by others in the meantime is theirs.
+        let mut manifest = self.manifest();
+        let places: Vec<PathBuf> =
+            files.iter().map(|(path, _)| self.checked(path, content, &manifest)).collect::<Result<_, _>>()?;
+        for ((path, bytes), place) in files.iter().zip(&places) {
+            write_whole(place, bytes).map_err(|e| as_typed(e, path))?;
+            manifest.files.note(place, ContentHash::of(bytes));
+        }
+        let Some(dir) = self.manifest_in.clone() else { return Ok(()) };
+        if let Some(damage) = manifest.damage {
+            self.notice(format!(
+                "{} could not be read ({damage}), so it was not known which files Overcoat had written; it is new now",
+                Manifest::path_in(&dir).display()
+            ));
+        }
+        if let Err(e) = manifest.files.write(&dir) {
+            self.notice(format!("{e}; so replacing what was written now will need --force"));
+        }
+        Ok(())
+    }
+
+    fn notice(&mut self, text: String) {
+        if !self.notices.contains(&text) {
+            self.notices.push(text);
+        }
+    }
+
+    fn manifest(&self) -> Known {
+        match self.manifest_in.as_ref().map(|dir| Manifest::read(dir)) {
+            None => Known::default(),
+            Some(Ok(files)) => Known { files, damage: None },
+            Some(Err(damage)) => Known { files: Manifest::default(), damage: Some(damage) },
+        }
+    }
+
+    /// Where a file will be written.
+    fn checked(&self, path: &Path, content: Content, manifest: &Known) -> Result<PathBuf, SessionError> {
+        let found = fs::metadata(path).ok();
+        if let Some(what) = found.as_ref().and_then(not_a_file) {
+            return Err(OutputError::NotAFile { path: path.to_path_buf(), what }.into());
+        }
+        if let Some((content, extension)) = content.extension()
+            && !path.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension))
+        {
+            return Err(OutputError::WrongExtension { path: path.to_path_buf(), content, extension }.into());
+        }
+        check_parent(path)?;
+        let place = place_of(path).ok_or_else(|| no_folder(path))?;
+        self.check_place(path, &place, manifest)?;
+        Ok(place)
+    }
+
+    fn check_place(&self, path: &Path, place: &Path, manifest: &Known) -> Result<(), SessionError> {
+        if let Some(what) = self.protected.what_is_at(place) {
+            return Err(OutputError::Protected { path: path.to_path_buf(), what }.into());
+        }
+        // A link that leads nowhere is there, too.
+        let Ok(found) = fs::symlink_metadata(place) else { return Ok(()) };
+        if let Some(what) = fs::metadata(place).ok().as_ref().and_then(not_a_file) {
+            return Err(OutputError::NotAFile { path: path.to_path_buf(), what }.into());
+        }
+        let is_ours = || {
+            found.is_file() && fs::read(place).is_ok_and(|bytes| manifest.files.lists(place, ContentHash::of(&bytes)))
+        };
+        match self.force || is_ours() {
+            true => Ok(()),
+            false => {
+                let has_manifest = self.manifest_in.is_some();
+                Err(OutputError::WouldReplace { path: path.to_path_buf(), has_manifest }.into())
+            }
+        }
+    }
+}
+
+/// What is known to have been written.
+#[derive(Default)]
+struct Known {
+    files: Manifest,
+    /// Why nothing is known.
+    damage: Option<String>,
+}
+
+/// A folder for many results, which did not exist or was empty.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NewFolder {
+    path: PathBuf,
+}
+
+impl NewFolder {
+    /// Makes the folder, or takes the empty one that is there.
+    ///
+    /// **Errors** where there is something in it, or the folder around it does not exist.
+    pub fn create(path: &Path) -> Result<Self, SessionError> {
+        check_folder(path)?;
+        if fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_some()) {
+            return Err(SessionError::FolderNotEmpty { dir: path.to_path_buf() });
+        }
+        let place = place_of(path).ok_or_else(|| no_folder(path))?;
+        if let Some(what) = Protected::default().what_is_at(&place) {
+            return Err(OutputError::Protected { path: path.to_path_buf(), what }.into());
+        }
+        fs::create_dir_all(path).map_err(|e| SessionError::writing(path, e))?;
+        Ok(Self { path: path.to_path_buf() })
+    }
+
+    /// Its path.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Makes a folder in it.
+    pub fn make_folder(&self, name: &Path) -> Result<(), SessionError> {
+        let path = self.path.join(name);
+        fs::create_dir_all(&path).map_err(|e| SessionError::writing(&path, e))
+    }
+
+    /// Writes a file that is not there yet, by its name in the folder; without a sync, so that hundreds of files are quick.
+    pub fn write(&self, name: &Path, bytes: &[u8]) -> Result<(), SessionError> {
+        write_new(&self.path.join(name), bytes)
+    }
+
+    /// Writes the last file, which says that all are there.
+    pub fn write_last(&self, name: &Path, bytes: &[u8]) -> Result<(), SessionError> {
+        write_whole(&self.path.join(name), bytes)
+    }
+}
+
+fn folder_of(path: &Path) -> PathBuf {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")).to_path_buf()
+}
+
+fn no_folder(path: &Path) -> SessionError {
+    OutputError::NoFolder { path: path.to_path_buf(), folder: folder_of(path) }.into()
+}
+
+/// The folder that is written in must exist.
+fn check_parent(path: &Path) -> Result<(), SessionError> {
+    let folder = folder_of(path);
+    if folder.is_dir() {
+        return Ok(());
+    }
+    match folder.ancestors().find(|above| above.exists()).filter(|above| !above.is_dir()) {
+        Some(below) => Err(OutputError::BelowAFile { path: path.to_path_buf(), below: below.to_path_buf() }.into()),
+        None => Err(no_folder(path)),
+    }
+}
+
+/// A folder that is written may be new, but the one around it must exist.
+fn check_folder(folder: &Path) -> Result<(), SessionError> {
+    match fs::metadata(folder) {
+        Ok(found) if found.is_dir() => Ok(()),
+        Ok(found) => {
+            let what = not_a_file(&found).unwrap_or("a file, not a folder");
+            Err(OutputError::NotAFile { path: folder.to_path_buf(), what }.into())
+        }
+        Err(_) => check_parent(folder),
+    }
+}
+
+fn as_typed(error: SessionError, path: &Path) -> SessionError {
+    match error {
+        SessionError::Writing { source, .. } => SessionError::writing(path, source),
+        other => other,
+    }
+}
