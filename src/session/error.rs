@@ -338,7 +338,7 @@ impl SessionError {
             Self::NewerSession { .. } => "use the version of Overcoat that wrote it, or a newer one".into(),
             Self::DamagedArtefact { .. } => "run `overcoat fsck`: it rebuilds from the recipe what is damaged or missing".into(),
             Self::Encoding { .. } | Self::Internal { .. } => return None,
-            Self::BadName { .. } => "use letters, digits, - and _, at most 64 bytes; body, joints, labels and weights are reserved".into(),
+            Self::BadName { .. } => "use letters, digits, - and _, at most 64 bytes; body, joints, labels, weights and the names of Windows devices (CON, NUL …) are reserved".into(),
             Self::DuplicateStep { name } => {
                 format!("choose another name, or replace its scan with `overcoat scan {name} FILE --replace`")
             }

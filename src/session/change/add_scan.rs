@@ -90,8 +90,14 @@ impl Writer {
             }
             on_event(event);
         };
+        let resolved = self.session.resolve(&step.scan);
         let mut walk = Walk::make(self, &change, &forced, &mut watched);
-        scan_of(&mut walk, &step)?;
+        scan_of(&mut walk, &step).map_err(|e| match e {
+            SessionError::BadSource { path, source } if path == resolved => {
+                SessionError::BadSource { path: new.file.clone(), source }
+            }
+            other => other,
+        })?;
         let report = walk.into_reports().pop();
         // If this very scan exists already, only the recipe changes.
         self.save(&change)?;

@@ -3,7 +3,7 @@
 use super::replay::{Replay, Replayed, read_recipe, replay};
 use crate::session::error::SessionError;
 use crate::session::open::source;
-use crate::session::recipe::{Assignment, assignment};
+use crate::session::recipe::{Assignment, assignment, is_file_name, is_same_file_name};
 use crate::session::results::{Content, Outputs};
 use crate::session::stages::StageReport;
 use std::collections::{BTreeMap, BTreeSet};
@@ -124,10 +124,10 @@ fn read_rows(batch: &Batch) -> Result<Vec<TableRow>, SessionError> {
         let record = record.map_err(of_csv)?;
         let line = record.position().map_or(1, |p| p.line());
         let name = record.get(0).unwrap_or_default().to_string();
-        if !is_folder_name(&name) {
+        if !is_file_name(&name, &['-', '_', '.']) {
             return Err(bad(line, format!("'{name}' cannot be the name of a subject's folder")));
         }
-        if rows.iter().any(|row| row.name == name) {
+        if rows.iter().any(|row| is_same_file_name(&row.name, &name)) {
             return Err(bad(line, format!("there is already a subject '{name}'")));
         }
         let cells = header.iter().zip(&record).skip(1).filter(|(_, value)| !value.is_empty());
@@ -170,14 +170,7 @@ fn seen_from(folder: &Path, key: &str, value: &str, recipe: &crate::session::rec
     Assignment { key: key.into(), value }
 }
 
-fn is_folder_name(name: &str) -> bool {
-    /// Bytes that a folder's name may have on every system in use.
-    const LONGEST_NAME: usize = 64;
-    let plain = |c: char| c.is_alphanumeric() || c == '-' || c == '_' || c == '.';
-    !name.is_empty() && name.len() <= LONGEST_NAME && name.chars().all(plain) && !name.starts_with(['.', '-'])
-}
-
-/// All measures of all subjects, without run times: every run gives the same bytes.
+/// All measures of all subjects, and no times: the same bytes each time.
 fn summary_csv(runs: &[SubjectRun]) -> Result<String, SessionError> {
     let named = |report: &StageReport, measure: &str| format!("{}.{}.{measure}", report.step, report.stage);
     let mut columns = BTreeSet::new();

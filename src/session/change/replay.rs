@@ -2,7 +2,7 @@
 
 use crate::session::error::SessionError;
 use crate::session::open::{Session, Writer, check_body_model, source};
-use crate::session::recipe::{Assignment, LeftOut, MaskFile, Recipe, SourceFile, assignment, relative_to};
+use crate::session::recipe::{Assignment, LeftOut, MaskFile, Recipe, SourceFile, assignment, from_here, relative_to};
 use crate::session::stages::{Event, Forced, StageReport};
 use crate::session::store::{ContentHash, Store};
 use std::path::{Path, PathBuf};
@@ -68,7 +68,7 @@ fn prepare(replay: &Replay) -> Result<Prepared, SessionError> {
     let mut read = |source: &SourceFile, layer: Option<&str>| -> Result<SourceFile, SessionError> {
         let bytes = bytes_of(&store, &folder, source)?;
         if let Some(layer) = layer {
-            let path = folder.join(&source.file);
+            let path = from_here(&folder.join(&source.file));
             MaskFile::read(&path, &bytes)?.check_layer(layer, &path)?;
         }
         let file = folder.join(&source.file);
@@ -101,7 +101,7 @@ fn bytes_of(store: &Store, folder: &Path, source: &SourceFile) -> Result<Vec<u8>
     if let Some(bytes) = source.hash.and_then(|hash| store.bytes(hash).ok()) {
         return Ok(bytes);
     }
-    let path = folder.join(&source.file);
+    let path = from_here(&folder.join(&source.file));
     let bytes = source::read_scan(&path)?;
     match source.hash {
         Some(hash) if ContentHash::of(&bytes) != hash => Err(SessionError::SourceChanged { path }),

@@ -1,7 +1,7 @@
 //! A session's folder: find, read, change.
 
 use crate::session::error::SessionError;
-use crate::session::recipe::Recipe;
+use crate::session::recipe::{Recipe, from_here};
 use crate::session::stage::Stage;
 use crate::session::store::{
     BrokenLine, Change, ContentHash, History, Lock, Move, State, Store, Timings, UNFINISHED, journal, place_whole,
@@ -176,9 +176,9 @@ impl Session {
         &self.timings
     }
 
-    /// A path of the recipe, resolved from the session's folder.
+    /// A path of the recipe, as seen from the current folder.
     pub(in crate::session) fn resolve(&self, file: &str) -> PathBuf {
-        self.dir.join(file)
+        from_here(&self.dir.join(file))
     }
 }
 

@@ -1,5 +1,6 @@
 //! The rules of a recipe.
 
+use super::names::{is_file_name, is_same_file_name};
 use super::parameters::{self, has_parameters};
 use super::steps::{BODY_STEP, Recipe, StepRecipe};
 use crate::session::error::SessionError;
@@ -12,10 +13,7 @@ impl Recipe {
     /// Checks whether a garment of that name can be added.
     pub fn check_new_garment(&self, name: &str) -> Result<(), SessionError> {
         check_name(name, &Some(String::new()))?;
-        match self.steps.iter().any(|s| s.name == name) {
-            true => Err(SessionError::DuplicateStep { name: name.into() }),
-            false => Ok(()),
-        }
+        check_is_new(name, &self.steps)
     }
 
     /// Appends a step, or replaces the one with its name.
@@ -34,9 +32,7 @@ impl Recipe {
         for (i, step) in self.steps.iter().enumerate() {
             let at = |key: &[&str], error| Fault { step: i, key: key.iter().map(|k| k.to_string()).collect(), error };
             check_name(&step.name, &step.template).map_err(|e| at(&["name"], e))?;
-            if self.steps[..i].iter().any(|s| s.name == step.name) {
-                return Err(at(&["name"], SessionError::DuplicateStep { name: step.name.clone() }));
-            }
+            check_is_new(&step.name, &self.steps[..i]).map_err(|e| at(&["name"], e))?;
             if i == 0 && step.name != BODY_STEP {
                 return Err(at(&["name"], SessionError::GarmentBeforeBody { name: step.name.clone() }));
             }
@@ -86,17 +82,28 @@ pub(in crate::session) fn check_stage(step: &str, is_body: bool, stage: Stage) -
     }
 }
 
+/// Exports name files after the steps, so names must differ in more than upper and lower case.
+fn check_is_new(name: &str, steps: &[StepRecipe]) -> Result<(), SessionError> {
+    match steps.iter().find(|s| is_same_file_name(&s.name, name)) {
+        None => Ok(()),
+        Some(there) if there.name == name => Err(SessionError::DuplicateStep { name: name.into() }),
+        Some(there) => Err(SessionError::BadRequest {
+            what: format!("the name '{name}' differs from the step '{}' only in upper and lower case", there.name),
+            hint: "choose another name: some file systems do not tell the two apart".into(),
+        }),
+    }
+}
+
 fn check_name(name: &str, template: &Option<String>) -> Result<(), SessionError> {
-    /// Bytes that a file name may have on every system in use, with room for an ending.
-    const LONGEST_NAME: usize = 64;
-    let plain = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
-    if name.is_empty() || name.len() > LONGEST_NAME || !name.chars().all(plain) || name.starts_with('-') {
+    if !is_file_name(name, &['-', '_']) {
         return Err(SessionError::BadName { name: name.into() });
     }
     match (name == BODY_STEP, template) {
         (true, Some(_)) => Err(SessionError::BodyWithTemplate),
         (false, None) => Err(SessionError::GarmentWithoutTemplate { name: name.into() }),
-        (false, Some(_)) if RESERVED_NAMES.contains(&name) => Err(SessionError::BadName { name: name.into() }),
+        (false, Some(_)) if RESERVED_NAMES.iter().any(|own| is_same_file_name(own, name)) => {
+            Err(SessionError::BadName { name: name.into() })
+        }
         _ => Ok(()),
     }
 }
