@@ -125,6 +125,13 @@ fn impossible_arguments_are_refused() {
         ("scan body {scan}", 2, "there is already a step 'body'"),
         ("scan a/b {scan} --template hat", 2, "'a/b' cannot be the name"),
         ("scan joints {scan} --template hat", 2, "'joints' cannot be the name"),
+        ("scan Body {scan} --template hat", 2, "only in upper and lower case"),
+        ("scan Labels {scan} --template hat", 2, "'Labels' cannot be the name"),
+        ("scan SHIRT {scan} --template hat", 2, "'SHIRT' differs from the step 'shirt' only in upper and lower case"),
+        ("scan SHIRT {scan} --template hat --replace", 2, "only in upper and lower case"),
+        ("scan CON {scan} --template hat", 2, "'CON' cannot be the name"),
+        ("scan com1 {scan} --template hat", 2, "'com1' cannot be the name"),
+        (&format!("scan {} {{scan}} --template hat", "a".repeat(65)), 2, "cannot be the name"),
         ("scan body {scan} --template hat --replace", 2, "takes no template"),
         ("mask coat nowhere.jsonl", 2, "there is no step 'coat'"),
         ("mask body nowhere.jsonl", 2, "no labels"),
@@ -273,6 +280,68 @@ fn a_second_writer_is_refused_and_readers_are_not() {
     overcoat_ok(&session, &["status"]);
     held.unlock().unwrap();
     overcoat_ok(&session, &["scan", "hat", &scan, "--template", "hat"]);
+}
+
+#[test]
+fn a_recipe_with_names_that_collide_is_refused_with_its_line() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = session_with_two_scans(dir.path());
+    let text = std::fs::read_to_string(session.join("recipe.toml")).unwrap();
+    let third = "\n[[step]]\nname = \"Shirt\"\nscan = \"../body.ply\"\ntemplate = \"hat\"\n";
+    std::fs::write(dir.path().join("third.toml"), text.clone() + third).unwrap();
+    let replay = ["replay", "../third.toml", "--into", "../other"];
+    refused(&session, &replay, 1, &["third.toml, line", "'Shirt' differs from the step 'shirt'"]);
+    std::fs::write(dir.path().join("device.toml"), text.replace("\"shirt\"", "\"aux\"")).unwrap();
+    let replay = ["replay", "../device.toml", "--into", "../other"];
+    refused(&session, &replay, 1, &["device.toml, line", "'aux' cannot be the name"]);
+    std::fs::write(dir.path().join("people.csv"), "subject\nanna\nAnna\n").unwrap();
+    let subjects = ["replay", "recipe.toml", "--into", "../all", "--subjects", "../people.csv"];
+    refused(&session, &subjects, 1, &["people.csv, line 3", "'Anna'"]);
+    assert!(!dir.path().join("other").exists() && !dir.path().join("all").exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_fifo_a_device_or_a_folder_in_place_of_a_file_is_refused_at_once() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = session_with_two_scans(dir.path());
+    for name in ["pipe.ply", "pipe.jsonl", "pipe.npz", "pipe.toml", "pipe.csv"] {
+        assert!(std::process::Command::new("mkfifo").arg(dir.path().join(name)).status().unwrap().success());
+    }
+    std::fs::create_dir(dir.path().join("folder.jsonl")).unwrap();
+    for (command, says) in [
+        ("scan hat ../pipe.ply --template hat", "'../pipe.ply' cannot be read: it is a FIFO, not a file"),
+        ("scan hat /dev/zero --template hat", "'/dev/zero' cannot be read: it is a device, not a file"),
+        ("mask shirt ../pipe.jsonl", "it is a FIFO"),
+        ("mask shirt ../folder.jsonl", "'../folder.jsonl' cannot be read: it is a folder, not a file"),
+        ("new ../other --body ../pipe.npz", "it is a FIFO"),
+        ("new ../other --body ..", "it is a folder"),
+        ("replay ../pipe.toml --into ../other", "it is a FIFO"),
+        ("replay . --into ../other --subjects ../pipe.csv", "it is a FIFO"),
+        ("replay . --into ../other --set shirt=../pipe.ply", "it is a FIFO"),
+        ("body measure ../pipe.ply", "it is a FIFO"),
+        ("body show --model ../pipe.npz --mesh ../x.ply", "it is a FIFO"),
+    ] {
+        refused(&session, &command.split(' ').collect::<Vec<_>>(), 1, &[says]);
+    }
+    assert!(!dir.path().join("other").exists());
+}
+
+#[test]
+fn a_broken_file_is_named_as_typed() {
+    let dir = tempfile::tempdir().unwrap();
+    session_with_two_scans(dir.path());
+    std::fs::write(dir.path().join("broken.ply"), "hello").unwrap();
+    let scan = ["-C", "session", "scan", "hat", "broken.ply", "--template", "hat"];
+    for (file, shown) in [("broken.ply", "'broken.ply': "), ("./broken.ply", "'./broken.ply': ")] {
+        let mut scan = scan;
+        scan[4] = file;
+        let answer = overcoat(dir.path(), &scan);
+        assert!(answer.code == 1 && answer.stderr.starts_with(&format!("error: {shown}")), "{answer:?}");
+    }
+    let replay = ["replay", "session", "--into", "other", "--set", "shirt=broken.ply"];
+    let answer = overcoat(dir.path(), &replay);
+    assert!(answer.code == 1 && answer.stderr.contains("'broken.ply': "), "{answer:?}");
 }
 
 #[cfg(unix)]
