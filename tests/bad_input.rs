@@ -125,7 +125,7 @@ fn impossible_arguments_are_refused() {
         ("scan body {scan}", 2, "there is already a step 'body'"),
         ("scan a/b {scan} --template hat", 2, "'a/b' cannot be the name"),
         ("scan joints {scan} --template hat", 2, "'joints' cannot be the name"),
-        ("scan Body {scan} --template hat", 2, "only in upper and lower case"),
+        ("scan Body {scan} --template hat", 2, "'Body' cannot be the name"),
         ("scan Labels {scan} --template hat", 2, "'Labels' cannot be the name"),
         ("scan SHIRT {scan} --template hat", 2, "'SHIRT' differs from the step 'shirt' only in upper and lower case"),
         ("scan SHIRT {scan} --template hat --replace", 2, "only in upper and lower case"),

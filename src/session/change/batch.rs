@@ -170,7 +170,7 @@ fn seen_from(folder: &Path, key: &str, value: &str, recipe: &crate::session::rec
     Assignment { key: key.into(), value }
 }
 
-/// All measures of all subjects, and no times: the same bytes each time.
+/// All measures of all subjects, without run times: every run gives the same bytes.
 fn summary_csv(runs: &[SubjectRun]) -> Result<String, SessionError> {
     let named = |report: &StageReport, measure: &str| format!("{}.{}.{measure}", report.step, report.stage);
     let mut columns = BTreeSet::new();
