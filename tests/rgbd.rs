@@ -3,7 +3,7 @@
 pub mod turntable;
 
 use nalgebra::{Isometry3, Matrix3, Matrix6, Point3, UnitQuaternion, Vector3, Vector6};
-use overcoat::formats::{RgbdRecording, read_color_picture, write_color_jpeg};
+use overcoat::formats::{EncodedRecording, read_color_picture, write_color_jpeg};
 use overcoat::scan::{Fusion, FusionError, FusionParams, fuse};
 use turntable::{Shot, Turntable, distance};
 
@@ -15,7 +15,7 @@ fn params() -> FusionParams {
 /// Millimetres: a fifth of a pixel, which is 14 mm at 2 m; half of it is what larger images reach as well.
 const NEAR: f64 = 3.0;
 
-fn fused(recording: &RgbdRecording) -> Fusion {
+fn fused(recording: &EncodedRecording) -> Fusion {
     fuse(recording, &params(), &mut |_| {}).unwrap()
 }
 
@@ -182,7 +182,7 @@ fn swaying_is_reported() {
 
 #[test]
 fn recordings_without_a_turning_person_are_refused_with_the_reason() {
-    let refused = |recording: &RgbdRecording| fuse(recording, &params(), &mut |_| {}).unwrap_err();
+    let refused = |recording: &EncodedRecording| fuse(recording, &params(), &mut |_| {}).unwrap_err();
     let quick = Turntable { frames: 14, ..Turntable::default() };
     assert!(matches!(
         refused(&Turntable { camera_moves: true, ..quick.clone() }.recording()),

@@ -1,8 +1,10 @@
 //! Unusable scans: solved as far as they show the body, or refused; never a wrong result that claims to be right.
 
-use crate::fits::cleaned;
+use crate::fits::{cleaned, joints};
 use crate::subjects::{Cache, Posture, Subject, Wanted};
 use anyhow::Result;
+use overcoat::body::HumanJoint::{self, Hips, LowerArm, LowerLeg, Neck, Spine, UpperArm, UpperChest, UpperLeg};
+use overcoat::body::Side::{Left, Right};
 use overcoat::body::{BodyModel, Figure, Pose, Skeleton};
 use overcoat::fit::{
     InsideParams, InsideReport, NakedParams, NakedReport, RegisterParams, fit_inside, fit_naked, register,
@@ -22,28 +24,28 @@ const CHILD: f64 = 0.58;
 const HANDS_ON_HIPS: Posture = (
     "hands on hips",
     &[
-        ("leftUpperArm", [0.0, 10.0, 0.0]),
-        ("rightUpperArm", [0.0, -10.0, 0.0]),
-        ("leftLowerArm", [0.0, -30.0, -95.0]),
-        ("rightLowerArm", [0.0, 30.0, 95.0]),
+        (UpperArm(Left), [0.0, 10.0, 0.0]),
+        (UpperArm(Right), [0.0, -10.0, 0.0]),
+        (LowerArm(Left), [0.0, -30.0, -95.0]),
+        (LowerArm(Right), [0.0, 30.0, 95.0]),
     ],
 );
 const ARMS_CROSSED: Posture = (
     "arms crossed",
     &[
-        ("leftUpperArm", [-25.0, -25.0, -28.0]),
-        ("rightUpperArm", [-25.0, 25.0, 28.0]),
-        ("leftLowerArm", [-30.0, -100.0, 0.0]),
-        ("rightLowerArm", [-10.0, 105.0, 0.0]),
+        (UpperArm(Left), [-25.0, -25.0, -28.0]),
+        (UpperArm(Right), [-25.0, 25.0, 28.0]),
+        (LowerArm(Left), [-30.0, -100.0, 0.0]),
+        (LowerArm(Right), [-10.0, 105.0, 0.0]),
     ],
 );
 const SEATED: Posture = (
     "seated",
     &[
-        ("leftUpperLeg", [-88.0, 0.0, 0.0]),
-        ("rightUpperLeg", [-88.0, 0.0, 0.0]),
-        ("leftLowerLeg", [88.0, 0.0, 0.0]),
-        ("rightLowerLeg", [88.0, 0.0, 0.0]),
+        (UpperLeg(Left), [-88.0, 0.0, 0.0]),
+        (UpperLeg(Right), [-88.0, 0.0, 0.0]),
+        (LowerLeg(Left), [88.0, 0.0, 0.0]),
+        (LowerLeg(Right), [88.0, 0.0, 0.0]),
     ],
 );
 
@@ -52,33 +54,33 @@ const OTHER_POSTURES: [Posture; 6] = [
     (
         "hands behind",
         &[
-            ("leftUpperArm", [25.0, 25.0, -30.0]),
-            ("rightUpperArm", [25.0, -25.0, 30.0]),
-            ("leftLowerArm", [20.0, 60.0, -20.0]),
-            ("rightLowerArm", [20.0, -60.0, 20.0]),
+            (UpperArm(Left), [25.0, 25.0, -30.0]),
+            (UpperArm(Right), [25.0, -25.0, 30.0]),
+            (LowerArm(Left), [20.0, 60.0, -20.0]),
+            (LowerArm(Right), [20.0, -60.0, 20.0]),
         ],
     ),
     (
         "hands clasped",
         &[
-            ("leftUpperArm", [-15.0, -20.0, -28.0]),
-            ("rightUpperArm", [-15.0, 20.0, 28.0]),
-            ("leftLowerArm", [-20.0, -45.0, -25.0]),
-            ("rightLowerArm", [-20.0, 45.0, 25.0]),
+            (UpperArm(Left), [-15.0, -20.0, -28.0]),
+            (UpperArm(Right), [-15.0, 20.0, 28.0]),
+            (LowerArm(Left), [-20.0, -45.0, -25.0]),
+            (LowerArm(Right), [-20.0, 45.0, 25.0]),
         ],
     ),
-    ("one hand on hip", &[("leftUpperArm", [0.0, 15.0, -5.0]), ("leftLowerArm", [0.0, -25.0, -90.0])]),
+    ("one hand on hip", &[(UpperArm(Left), [0.0, 15.0, -5.0]), (LowerArm(Left), [0.0, -25.0, -90.0])]),
     (
         "hands at head",
         &[
-            ("leftUpperArm", [0.0, 0.0, 55.0]),
-            ("rightUpperArm", [0.0, 0.0, -55.0]),
-            ("leftLowerArm", [0.0, -20.0, 115.0]),
-            ("rightLowerArm", [0.0, 20.0, -115.0]),
+            (UpperArm(Left), [0.0, 0.0, 55.0]),
+            (UpperArm(Right), [0.0, 0.0, -55.0]),
+            (LowerArm(Left), [0.0, -20.0, 115.0]),
+            (LowerArm(Right), [0.0, 20.0, -115.0]),
         ],
     ),
-    ("arms forward", &[("leftUpperArm", [0.0, -85.0, 30.0]), ("rightUpperArm", [0.0, 85.0, -30.0])]),
-    ("one arm across", &[("leftUpperArm", [-20.0, -30.0, -28.0]), ("leftLowerArm", [-25.0, -95.0, 0.0])]),
+    ("arms forward", &[(UpperArm(Left), [0.0, -85.0, 30.0]), (UpperArm(Right), [0.0, 85.0, -30.0])]),
+    ("one arm across", &[(UpperArm(Left), [-20.0, -30.0, -28.0]), (LowerArm(Left), [-25.0, -95.0, 0.0])]),
 ];
 
 /// The outcome of one case.
@@ -191,32 +193,32 @@ impl Case {
 
 /// Parts cut away, and a child.
 fn damaged(model: &BodyModel, subject: &Subject) -> Vec<Case> {
-    let joint = |name: &str| subject.truth.joints[name];
-    let waist = joint("spine").y + 0.05;
-    let middle = joint("hips");
+    let joint = |joint: HumanJoint| subject.truth.joints[&joint];
+    let waist = joint(Spine).y + 0.05;
+    let middle = joint(Hips);
     let gone = [
-        ("without right arm", "rightUpperArm", Some("right arm")),
-        ("without left leg", "leftUpperLeg", Some("left leg")),
-        ("without head", "neck", Some("head")),
+        ("without right arm", UpperArm(Right), Some("right arm")),
+        ("without left leg", UpperLeg(Left), Some("left leg")),
+        ("without head", Neck, Some("head")),
     ];
     let mut cases: Vec<Case> = gone
         .into_iter()
         .map(|(name, from, missing)| {
-            let is_gone = |j: &str| below(&model.skeleton, j, from);
+            let is_gone = |j: HumanJoint| below(&model.skeleton, j, from);
             let mut cut = subject.clone();
             cut.scan = kept(&subject.scan, &moved_by(model, subject), |j, _| !is_gone(j));
-            cut.truth.joints.retain(|j, _| !is_gone(j));
+            cut.truth.joints.retain(|j, _| !is_gone(*j));
             Case { name: name.into(), subject: cut, missing }
         })
         .collect();
-    type Side = (&'static str, fn(&Point, &Point, f64) -> bool);
-    let sides: [Side; 4] = [
+    type Half = (&'static str, fn(&Point, &Point, f64) -> bool);
+    let halves: [Half; 4] = [
         ("left half", |p, middle, _| p.x > middle.x),
         ("front half", |p, middle, _| p.z > middle.z),
         ("upper half", |p, _, waist| p.y > waist),
         ("legs alone", |p, _, waist| p.y < waist),
     ];
-    for (name, is_kept) in sides {
+    for (name, is_kept) in halves {
         let mut cut = subject.clone();
         cut.scan = kept(&subject.scan, &moved_by(model, subject), |_, p| is_kept(p, &middle, waist));
         // What is seen from the front shows all joints.
@@ -230,22 +232,22 @@ fn damaged(model: &BodyModel, subject: &Subject) -> Vec<Case> {
     cases
 }
 
-pub fn below(skeleton: &Skeleton, joint: &str, ancestor: &str) -> bool {
-    skeleton.find_name(joint).zip(skeleton.find_name(ancestor)).is_some_and(|(j, a)| skeleton.is_below(j, a))
+pub fn below(skeleton: &Skeleton, joint: HumanJoint, ancestor: HumanJoint) -> bool {
+    skeleton.find(joint).is_some_and(|j| skeleton.is_part_of(j, ancestor))
 }
 
 /// For each point of the scan the joint that moves the skin next to it most.
-pub fn moved_by<'m>(model: &'m BodyModel, subject: &Subject) -> Vec<&'m str> {
+pub fn moved_by(model: &BodyModel, subject: &Subject) -> Vec<HumanJoint> {
     let skin = NearestVertex::prepare(subject.truth.body.points().as_slice());
     let strongest = |p: &[f64; 3]| {
         let nearest = skin.nearest(&Point::from(*p)).map_or(VertexId(0), |found| found.0);
-        model.skeleton.names[model.weights.rows()[nearest][0].0.index()].as_str()
+        model.skeleton.human_joint(model.weights.rows()[nearest][0].0).unwrap_or(Hips)
     };
     subject.scan.points.iter().map(strongest).collect()
 }
 
-pub fn kept(scan: &RawMesh, moved_by: &[&str], keep: impl Fn(&str, &Point) -> bool) -> RawMesh {
-    let stays: Vec<bool> = scan.points.iter().zip(moved_by).map(|(p, j)| keep(j, &Point::from(*p))).collect();
+pub fn kept(scan: &RawMesh, moved_by: &[HumanJoint], keep: impl Fn(HumanJoint, &Point) -> bool) -> RawMesh {
+    let stays: Vec<bool> = scan.points.iter().zip(moved_by).map(|(p, j)| keep(*j, &Point::from(*p))).collect();
     let faces = scan.faces.iter().copied().filter(|f| f.iter().all(|&v| stays[v as usize])).collect();
     RawMesh { points: scan.points.clone(), faces, ..RawMesh::default() }
 }
@@ -265,7 +267,7 @@ fn together(a: &RawMesh, b: &RawMesh) -> RawMesh {
 /// A carton before the chest that takes the forearms in.
 fn holding_a_box(subject: &Subject) -> Subject {
     const EDGE: usize = 14;
-    let at = subject.truth.joints["upperChest"];
+    let at = subject.truth.joints[&UpperChest];
     let corner = |s: [f64; 3]| at + Vec3::new(-0.25 + 0.5 * s[0], -0.3 + 0.3 * s[1], 0.08 + 0.35 * s[2]);
     let (mut points, mut faces) = (Vec::new(), Vec::new());
     for (axis, side) in (0..3).flat_map(|axis| [(axis, 0.0), (axis, 1.0)]) {
@@ -315,11 +317,8 @@ fn dressed_verdict(model: &BodyModel, body: &(Figure, Pose), kind: GarmentKind, 
 }
 
 fn verdict(skeleton: &Skeleton, pose: &Pose, report: Summary, truth: &JointPositions, case: &Case) -> Verdict {
-    let found: JointPositions = skeleton.names.iter().cloned().zip(skeleton.joints_in_world(pose)).collect();
-    let off = STRICT_JOINTS
-        .iter()
-        .map(|joint| joint.name())
-        .filter_map(|j| Some(((found.get(j)? - truth.get(j)?).norm(), j)));
+    let found = joints(skeleton, pose);
+    let off = STRICT_JOINTS.iter().filter_map(|j| Some(((found.get(j)? - truth.get(j)?).norm(), j.name())));
     let Some((most, joint)) = off.max_by(|a, b| a.0.total_cmp(&b.0)) else {
         return Verdict::Solved(report);
     };

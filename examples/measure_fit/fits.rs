@@ -3,7 +3,7 @@
 use crate::subjects::{Subject, write};
 use crate::table::{Group, Metric, Row, State, Table, Way};
 use anyhow::Result;
-use overcoat::body::{BodyModel, Figure, Pose};
+use overcoat::body::{BodyModel, Figure, Pose, Skeleton};
 use overcoat::fit::{
     FitError, InsideMethod, InsideParams, NakedMethod, NakedParams, PoseInside, RegisterParams, fit_inside, fit_naked,
     register,
@@ -57,7 +57,7 @@ impl Judge<'_> {
         let measured = vec![
             (Metric::Model, Some(by_model)),
             (Metric::Registered, Some(surface_distance(&body, &truth.body).surface_mean_mm)),
-            (Metric::JointsNaked, joint_mean_mm(&joints(&figure, &found.pose), &truth.joints)),
+            (Metric::JointsNaked, joint_mean_mm(&joints(&figure.skeleton, &found.pose), &truth.joints)),
         ];
         let state = if fitted.report.converged { State::Converged } else { State::Running };
         let (name, confidence) = (subject.name.clone(), fitted.report.confidence);
@@ -80,7 +80,7 @@ impl Judge<'_> {
         let figure = fitted.figure(self.model);
         let measured = vec![
             (Metric::Model, Some(surface_distance(&mesh, &truth.body).surface_mean_mm)),
-            (Metric::JointsNaked, joint_mean_mm(&joints(&figure, &fitted.pose), &truth.joints)),
+            (Metric::JointsNaked, joint_mean_mm(&joints(&figure.skeleton, &fitted.pose), &truth.joints)),
         ];
         let state = if fitted.report.converged { State::Converged } else { State::Running };
         let (name, confidence) = (subject.name.clone(), fitted.report.confidence);
@@ -109,7 +109,7 @@ impl Judge<'_> {
             };
             let secs = processor_secs() - began;
             let state = if found.report.converged { State::Converged } else { State::Running };
-            let (fitted, joints) = (as_worn(&body.figure, &found), joints(&body.figure, &found.pose));
+            let (fitted, joints) = (as_worn(&body.figure, &found), joints(&body.figure.skeleton, &found.pose));
             let judged = |way: Way, mesh: TriMesh, joints: &JointPositions, secs: f64| -> Result<Row> {
                 self.kept(subject, way, &mesh)?;
                 let measured = under_cloth(&mesh, joints, &covered, &scan, &truth)?;
@@ -121,7 +121,7 @@ impl Judge<'_> {
                 let shrunk = along_normals(&fitted, |_| -SHRUNK);
                 table.add(judged(Way::Shrunk, shrunk, &joints, 0.0)?);
                 let aside = Vec3::new(SHIFTED, 0.0, 0.0);
-                let moved = joints.iter().map(|(name, p)| (name.clone(), p + aside)).collect();
+                let moved = joints.iter().map(|(joint, p)| (*joint, p + aside)).collect();
                 table.add(judged(Way::Shifted, fitted.map_points(|p| p + aside), &moved, 0.0)?);
             }
             table.add(judged(way, fitted, &joints, secs)?);
@@ -144,7 +144,7 @@ pub fn cleaned(subject: &Subject) -> Result<(Scan, TruthStep)> {
     let truth = TruthStep {
         body: there(&subject.truth.body),
         layers: subject.truth.layers.iter().map(there).collect(),
-        joints: subject.truth.joints.iter().map(|(name, p)| (name.clone(), frame.world_from_file(p))).collect(),
+        joints: subject.truth.joints.iter().map(|(joint, p)| (*joint, frame.world_from_file(p))).collect(),
     };
     Ok((scan, truth))
 }
@@ -184,8 +184,9 @@ pub fn refused(group: Group, way: Way, subject: &Subject, error: &FitError) -> R
     Row { group, way, name: subject.name.clone(), measured: Vec::new(), state, confidence: 0.0, secs: 0.0 }
 }
 
-pub fn joints(figure: &Figure, pose: &Pose) -> JointPositions {
-    figure.skeleton.names.iter().cloned().zip(figure.skeleton.joints_in_world(pose)).collect()
+pub fn joints(skeleton: &Skeleton, pose: &Pose) -> JointPositions {
+    let human = |(joint, p)| Some((skeleton.human_joint(joint)?, p));
+    skeleton.ids().zip(skeleton.joints_in_world(pose)).filter_map(human).collect()
 }
 
 /// The body inside the scan, with its offsets.

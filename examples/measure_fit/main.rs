@@ -28,6 +28,8 @@ mod subjects;
 mod table;
 
 use anyhow::{Context, Result, bail};
+use overcoat::body::HumanJoint::UpperArm;
+use overcoat::body::Side::{Left, Right};
 use overcoat::body::embedded_model;
 use overcoat::studio::{GarmentKind, seeds_of};
 use std::path::PathBuf;
@@ -42,8 +44,8 @@ const LOOSE: [GarmentKind; 5] =
     [GarmentKind::Coat, GarmentKind::Dress, GarmentKind::Skirt, GarmentKind::Jacket, GarmentKind::Blouse];
 /// Wrong spread of the arms: 30° above and below the A-pose.
 const SPREAD: [Posture; 2] = [
-    ("arms+30", &[("leftUpperArm", [0.0, 0.0, 30.0]), ("rightUpperArm", [0.0, 0.0, -30.0])]),
-    ("arms-30", &[("leftUpperArm", [0.0, 0.0, -30.0]), ("rightUpperArm", [0.0, 0.0, 30.0])]),
+    ("arms+30", &[(UpperArm(Left), [0.0, 0.0, 30.0]), (UpperArm(Right), [0.0, 0.0, -30.0])]),
+    ("arms-30", &[(UpperArm(Left), [0.0, 0.0, -30.0]), (UpperArm(Right), [0.0, 0.0, 30.0])]),
 ];
 /// The first of the seeds without `--seeds-from`.
 const FIRST_SEED: u64 = 1000;

@@ -7,6 +7,8 @@ use crate::subjects::Subject;
 use crate::table::{Group, Metric, Row, State, Table, Way};
 use anyhow::Result;
 use overcoat::body::Figure;
+use overcoat::body::HumanJoint::{self, Hand, LowerLeg, UpperArm};
+use overcoat::body::Side::{Left, Right};
 use overcoat::fit::{
     Cover, FillInView, FitError, InsideParams, NakedParams, OtherScan, RegisterHints, RegisterParams, RegisteredBody,
     fit_inside, fit_naked, fit_together, register_with_hints,
@@ -34,12 +36,12 @@ impl Judge<'_> {
             let (scan, truth) = cleaned(&subject)?;
             worn.push(Worn { subject, scan, truth });
         }
-        let joint = |name: &str| naked.truth.joints[name];
+        let joint = |joint: HumanJoint| naked.truth.joints[&joint];
         let by = moved_by(self.model, naked);
-        let is_arm = |j: &str| below(&self.model.skeleton, j, "rightUpperArm");
-        let (shin, hand) = (joint("leftLowerLeg"), joint("leftHand"));
+        let is_arm = |j: HumanJoint| below(&self.model.skeleton, j, UpperArm(Right));
+        let (shin, hand) = (joint(LowerLeg(Left)), joint(Hand(Left)));
         let near = |p: &Point, c: &Point| (p - c).norm() < HOLE;
-        let cut = |keep: &dyn Fn(&str, &Point) -> bool| {
+        let cut = |keep: &dyn Fn(HumanJoint, &Point) -> bool| {
             let mut cut = naked.clone();
             cut.scan = kept(&naked.scan, &by, |j, p| keep(j, p));
             cut
@@ -59,7 +61,7 @@ impl Judge<'_> {
                     let registered = surface_distance(&body, &truth.body).surface_mean_mm;
                     let mut measured = vec![
                         (Metric::Model, Some(surface_distance(&by_model, &truth.body).surface_mean_mm)),
-                        (Metric::JointsNaked, joint_mean_mm(&joints(&figure, &found.pose), &truth.joints)),
+                        (Metric::JointsNaked, joint_mean_mm(&joints(&figure.skeleton, &found.pose), &truth.joints)),
                     ];
                     if group == Group::Whole {
                         measured.push((Metric::Registered, Some(registered)));

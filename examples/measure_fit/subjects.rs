@@ -5,7 +5,7 @@ use nalgebra::UnitQuaternion;
 use overcoat::body::{BodyModel, HumanJoint};
 use overcoat::formats::{PlyOptions, RawMesh, read_ply, write_ply};
 use overcoat::geometry::{Point, TriMesh, Vec3};
-use overcoat::measure::{TruthJoints, TruthStep};
+use overcoat::measure::{TruthJoints, TruthStep, joints_by_name};
 use overcoat::studio::{GarmentKind, StudioParams, SyntheticStep, generate_step};
 use serde_json::json;
 use std::fs::File;
@@ -13,7 +13,7 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 /// A posture other than the A-pose: a name, and additional joint rotations in degrees.
-pub type Posture = (&'static str, &'static [(&'static str, [f64; 3])]);
+pub type Posture = (&'static str, &'static [(HumanJoint, [f64; 3])]);
 
 /// A subject to synthesise.
 pub struct Wanted {
@@ -44,14 +44,15 @@ impl Wanted {
     }
 
     fn invented(&self, model: &BodyModel) -> Result<SyntheticStep> {
-        let turns = self.posture.map_or(&[][..], |p| p.1).iter().map(|&(name, deg)| {
-            let joint = HumanJoint::from_name(name).with_context(|| format!("no joint is called {name}"))?;
-            Ok((joint, Vec3::from(deg).map(f64::to_radians)))
-        });
+        let turns = self
+            .posture
+            .map_or(&[][..], |p| p.1)
+            .iter()
+            .map(|&(joint, deg)| (joint, Vec3::from(deg).map(f64::to_radians)));
         let params = StudioParams {
             seed: self.seed,
             garments: self.kind.into_iter().collect(),
-            turned: turns.collect::<Result<_>>()?,
+            turned: turns.collect(),
             ..StudioParams::default()
         };
         Ok(generate_step(model, &params, self.step)?)
@@ -108,7 +109,10 @@ impl<'a> Cache<'a> {
             for (k, layer) in step.truth.layers.iter().enumerate() {
                 write(&file(&format!("layer{}.ply", k + 1)), layer)?;
             }
-            std::fs::write(&joints, json!({ "steps": [{ "joints": step.truth.joints }] }).to_string())?;
+            std::fs::write(
+                &joints,
+                json!({ "steps": [{ "joints": joints_by_name(&step.truth.joints) }] }).to_string(),
+            )?;
         }
         let layers = wanted.kind.iter().map(|_| mesh(&read(&file("layer1.ply"))?)).collect::<Result<_>>()?;
         let body = mesh(&read(&file("body.ply"))?)?;

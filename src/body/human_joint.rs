@@ -1,5 +1,5 @@
 /// A side of the body, from the person's own view: left is +x in the bind pose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Side {
     /// The person's left, +x.
     Left,
@@ -37,7 +37,7 @@ impl Side {
 }
 
 /// One of the 22 body joints of VRM 1.0. A skeleton may have further joints, which are not human joints.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum HumanJoint {
     /// The root.
     Hips,

@@ -1,33 +1,37 @@
 //! Fits of synthetic people: in poses far from the bind pose, with limbs missing, and of unusable scans.
 
 use super::*;
-use crate::body::{BodyModel, Figure, Pose, Shape, embedded_model, skin};
+use crate::body::HumanJoint::{
+    self, Chest, Hand, Hips, LowerArm, LowerLeg, Shoulder, Spine, UpperArm, UpperChest, UpperLeg,
+};
+use crate::body::Side::{Left, Right};
+use crate::body::{BodyModel, Figure, Limb, Pose, Shape, embedded_model, skin};
 use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3, VertexId, noise};
 use crate::scan::Scan;
 use nalgebra::UnitQuaternion;
 
-/// Someone of the model's family with bumps that it cannot express, scanned: vertices lie elsewhere on the surface, with noise.
+/// A scanned subject of the model's family with bumps that the model cannot express. The vertices are shifted along the surface, with noise.
 struct Invented {
     scan: TriMesh,
     joints: Vec<Point>,
-    /// As they are, in the bind pose, and how they stand.
+    /// The true figure in the bind pose, and its true pose.
     figure: Figure,
     pose: Pose,
-    /// For each vertex the name of the joint that moves it most.
-    moved_by: Vec<String>,
+    /// For each vertex the joint that moves it most.
+    moved_by: Vec<HumanJoint>,
 }
 
-fn invented(model: &BodyModel, seed: u64, turns: &[(&str, Vec3)]) -> Invented {
+fn invented(model: &BodyModel, seed: u64, turns: &[(HumanJoint, Vec3)]) -> Invented {
     invented_in(model, seed, turns, 0.0)
 }
 
 /// A synthetic person with something over the trunk that is `ease` metres thick.
-fn invented_in(model: &BodyModel, seed: u64, turns: &[(&str, Vec3)], ease: f64) -> Invented {
+fn invented_in(model: &BodyModel, seed: u64, turns: &[(HumanJoint, Vec3)], ease: f64) -> Invented {
     strong_armed_in(model, seed, turns, ease, 0.0)
 }
 
 /// A synthetic person whose right arm is thicker than any of the model, by `swollen` metres all around.
-fn strong_armed_in(model: &BodyModel, seed: u64, turns: &[(&str, Vec3)], ease: f64, swollen: f64) -> Invented {
+fn strong_armed_in(model: &BodyModel, seed: u64, turns: &[(HumanJoint, Vec3)], ease: f64, swollen: f64) -> Invented {
     let mut next = noise(seed);
     let shape = Shape((0..model.component_count()).map(|_| 1.5 * next()).collect());
     let (mesh, skeleton) = model.shaped(&shape);
@@ -35,19 +39,19 @@ fn strong_armed_in(model: &BodyModel, seed: u64, turns: &[(&str, Vec3)], ease: f
     for rotation in pose.rotations.iter_mut().skip(1) {
         *rotation = UnitQuaternion::from_scaled_axis(Vec3::new(next(), next(), next()) * 0.06);
     }
-    for (name, turn_deg) in turns {
-        let j = skeleton.find_name(name).unwrap().index();
+    for &(joint, turn_deg) in turns {
+        let j = skeleton.find(joint).unwrap().index();
         pose.rotations[j] = UnitQuaternion::from_scaled_axis(turn_deg.map(f64::to_radians)) * pose.rotations[j];
     }
     pose.rotations[0] = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), 3.0 * next());
     let normals = mesh.vertex_normals();
     let waves = |p: &Point| 0.003 * ((31.0 * p.y).sin() * (23.0 * p.x).cos() + (27.0 * p.z).sin()) * 0.5;
-    let strongest = |row: &[(crate::body::JointId, f64); 4]| skeleton.names[row[0].0.index()].clone();
-    let moved_by: Vec<String> = model.weights.rows().iter().map(strongest).collect();
-    let more = |v: VertexId| if of_right_arm(&moved_by[v.index()]) { swollen } else { 0.0 };
+    let strongest = |row: &[(crate::body::JointId, f64); 4]| skeleton.human_joint(row[0].0).unwrap();
+    let moved_by: Vec<HumanJoint> = model.weights.rows().iter().map(strongest).collect();
+    let more = |v: VertexId| if of_right_arm(moved_by[v.index()]) { swollen } else { 0.0 };
     let bumpy: Vec<Point> = mesh.points().enumerate().map(|(v, p)| p + normals[v] * (waves(p) + more(v))).collect();
     let body = mesh.with_points(PerVertex(bumpy));
-    let worn = |(v, p): (VertexId, &Point)| if is_trunk(&moved_by[v.index()]) { p + normals[v] * ease } else { *p };
+    let worn = |(v, p): (VertexId, &Point)| if is_trunk(moved_by[v.index()]) { p + normals[v] * ease } else { *p };
     let figure_surface: PerVertex<Point> = body.points().enumerate().map(worn).collect();
     let posed = mesh.with_points(skin(&figure_surface, &model.weights, &skeleton, &pose));
     let (adjacency, normals) = (Adjacency::prepare(&posed), posed.vertex_normals());
@@ -69,18 +73,18 @@ fn strong_armed_in(model: &BodyModel, seed: u64, turns: &[(&str, Vec3)], ease: f
     }
 }
 
-fn of_right_arm(name: &str) -> bool {
-    ["rightUpperArm", "rightLowerArm"].contains(&name)
+fn of_right_arm(joint: HumanJoint) -> bool {
+    [UpperArm(Right), LowerArm(Right)].contains(&joint)
 }
 
-fn is_trunk(name: &str) -> bool {
-    ["hips", "spine", "chest", "upperChest"].contains(&name)
+fn is_trunk(joint: HumanJoint) -> bool {
+    [Hips, Spine, Chest, UpperChest].contains(&joint)
 }
 
 impl Invented {
-    fn without(&self, gone: impl Fn(&str) -> bool) -> TriMesh {
+    fn without(&self, gone: impl Fn(HumanJoint) -> bool) -> TriMesh {
         let keep: Vec<bool> =
-            self.scan.faces().iter().map(|f| !f.iter().any(|v| gone(&self.moved_by[v.index()]))).collect();
+            self.scan.faces().iter().map(|f| !f.iter().any(|v| gone(self.moved_by[v.index()]))).collect();
         self.scan.part(&keep.into()).0
     }
 }
@@ -90,11 +94,11 @@ fn fit(model: &BodyModel, scan: TriMesh) -> Result<FittedBody, FitError> {
     fit_naked(&Scan::from_clean_mesh(scan, None), model, &params, &mut |_| {})
 }
 
-/// Distances of joints from their truth, in metres, of those that `counts`.
-fn off(fitted: &FittedBody, truth: &Invented, counts: impl Fn(&str) -> bool) -> f64 {
+/// Greatest distance of the joints that `counts` selects from their truth, in metres.
+fn off(fitted: &FittedBody, truth: &Invented, counts: impl Fn(HumanJoint) -> bool) -> f64 {
     let found = fitted.skeleton.joints_in_world(&fitted.pose);
-    (found.iter().zip(&truth.joints).zip(&fitted.skeleton.names))
-        .filter(|(_, name)| counts(name))
+    (found.iter().zip(&truth.joints).zip(fitted.skeleton.ids()))
+        .filter(|(_, j)| fitted.skeleton.human_joint(*j).is_some_and(&counts))
         .map(|((p, q), _)| (p - q).norm())
         .fold(0.0, f64::max)
 }
@@ -103,11 +107,11 @@ fn off(fitted: &FittedBody, truth: &Invented, counts: impl Fn(&str) -> bool) -> 
 fn poses_far_from_the_bind_pose_are_found() {
     let model = embedded_model().unwrap();
     let z = Vec3::z();
-    let poses: [(&str, Vec<(&str, Vec3)>); 4] = [
-        ("T", vec![("leftUpperArm", z * 45.0), ("rightUpperArm", z * -45.0)]),
-        ("arms down", vec![("leftUpperArm", z * -33.0), ("rightUpperArm", z * 33.0)]),
-        ("one arm raised", vec![("leftUpperArm", z * 118.0)]),
-        ("a stride", vec![("leftUpperLeg", Vec3::x() * -28.0), ("rightUpperLeg", Vec3::x() * 24.0)]),
+    let poses: [(&str, Vec<(HumanJoint, Vec3)>); 4] = [
+        ("T", vec![(UpperArm(Left), z * 45.0), (UpperArm(Right), z * -45.0)]),
+        ("arms down", vec![(UpperArm(Left), z * -33.0), (UpperArm(Right), z * 33.0)]),
+        ("one arm raised", vec![(UpperArm(Left), z * 118.0)]),
+        ("a stride", vec![(UpperLeg(Left), Vec3::x() * -28.0), (UpperLeg(Right), Vec3::x() * 24.0)]),
     ];
     for (seed, (name, turns)) in poses.iter().enumerate() {
         let truth = invented(&model, 40 + seed as u64, turns);
@@ -131,10 +135,10 @@ fn arms_in_poses_that_nobody_asked_for_are_found_or_the_scan_is_refused() {
     ];
     for (seed, (name, [left, right], must_be_found)) in poses.iter().enumerate() {
         let turns = [
-            ("leftUpperArm", left[0]),
-            ("leftLowerArm", left[1]),
-            ("rightUpperArm", right[0]),
-            ("rightLowerArm", right[1]),
+            (UpperArm(Left), left[0]),
+            (LowerArm(Left), left[1]),
+            (UpperArm(Right), right[0]),
+            (LowerArm(Right), right[1]),
         ];
         let truth = invented(&model, 60 + seed as u64, &turns);
         match fit(&model, truth.scan.clone()) {
@@ -153,10 +157,10 @@ fn arms_in_poses_that_nobody_asked_for_are_found_or_the_scan_is_refused() {
 fn a_missing_arm_is_named_and_spoils_nothing_else() {
     let model = embedded_model().unwrap();
     let truth = invented(&model, 7, &[]);
-    let of_arm = |name: &str| ["rightUpperArm", "rightLowerArm", "rightHand"].contains(&name);
+    let of_arm = |joint: HumanJoint| joint.limb() == Limb::Arm(Right);
     let fitted = fit(&model, truth.without(of_arm)).unwrap();
     assert!(fitted.report.log.iter().any(|line| line.contains("does not show the right arm")), "{:?}", fitted.report);
-    let most = off(&fitted, &truth, |name| !of_arm(name) && name != "rightShoulder");
+    let most = off(&fitted, &truth, |joint| !of_arm(joint) && joint != Shoulder(Right));
     assert!(most < 0.015, "{:.0} mm", most * 1e3);
     assert!(off(&fitted, &truth, of_arm) < 0.12, "the arm hangs as the other one does");
     assert!((0.8..0.95).contains(&fitted.report.confidence), "{}", fitted.report.confidence);
@@ -168,13 +172,13 @@ fn a_missing_arm_is_named_and_spoils_nothing_else() {
 fn what_is_no_whole_grown_up_alone_is_refused_with_a_figure() {
     let model = embedded_model().unwrap();
     let truth = invented(&model, 11, &[]);
-    let upper = ["chest", "upperChest", "neck", "head", "Shoulder", "Arm", "LeftHand", "leftHand", "rightHand"];
-    let legs_alone = truth.without(|name| upper.iter().any(|part| name.contains(part)));
+    let is_lower = |joint: HumanJoint| matches!(joint, Hips | Spine) || matches!(joint.limb(), Limb::Leg(_));
+    let legs_alone = truth.without(|joint| !is_lower(joint));
     let error = fit(&model, legs_alone).unwrap_err();
     assert!(!matches!(error, FitError::EmptyScan | FitError::Singular { .. }), "{error}");
 
     // A box as large as a suitcase in the left hand.
-    let hand = truth.joints[model.skeleton.find_name("leftHand").unwrap().index()];
+    let hand = truth.joints[model.skeleton.find(Hand(Left)).unwrap().index()];
     let corner = |i: usize| hand + Vec3::new([-0.1, 0.1][i & 1], [-0.55, -0.05][i >> 1 & 1], [-0.3, 0.3][i >> 2 & 1]);
     let mut points: Vec<Point> = truth.scan.points().0.clone();
     let mut faces: Vec<[u32; 3]> = truth.scan.faces().iter().map(|f| f.map(|v| v.0)).collect();
@@ -205,20 +209,20 @@ fn what_is_no_whole_grown_up_alone_is_refused_with_a_figure() {
     assert!(error.hint().is_some_and(|hint| hint.contains("--unit")), "{error}");
 }
 
-/// The figure as it stands in one scan, laid into another of the same person.
+/// Fits the figure of one scan inside another scan of the same person.
 fn fit_figure(model: &BodyModel, from: &Invented, scan: TriMesh) -> Result<PoseInside, FitError> {
-    let cover = from.moved_by.iter().map(|name| if is_trunk(name) { Cover::Tight } else { Cover::Bare }).collect();
+    let cover = from.moved_by.iter().map(|&joint| if is_trunk(joint) { Cover::Tight } else { Cover::Bare }).collect();
     let params = InsideParams { samples: 2500, ..InsideParams::default() };
     let scan = Scan::from_clean_mesh(scan, None);
     fit_inside(&scan, &from.figure, &from.pose, &cover, &model.limits, &params, &mut |_| {})
 }
 
-/// How far its joints are from where they are, of those that `counts`.
-fn figure_off(inside: &PoseInside, truth: &Invented, counts: impl Fn(&str) -> bool) -> f64 {
+/// Greatest distance of the joints that `counts` selects from their truth, in metres.
+fn figure_off(inside: &PoseInside, truth: &Invented, counts: impl Fn(HumanJoint) -> bool) -> f64 {
     let skeleton = &truth.figure.skeleton;
     let found = skeleton.joints_in_world(&inside.pose);
-    (found.iter().zip(&truth.joints).zip(&skeleton.names))
-        .filter(|(_, name)| counts(name))
+    (found.iter().zip(&truth.joints).zip(skeleton.ids()))
+        .filter(|(_, j)| skeleton.human_joint(*j).is_some_and(&counts))
         .map(|((p, q), _)| (p - q).norm())
         .fold(0.0, f64::max)
 }
@@ -229,7 +233,7 @@ fn what_was_seen_badly_draws_less() {
     let truth = invented(&model, 31, &[]);
     // A shin that a fusion saw from too few sides lies 15 mm too far out.
     let normals = truth.scan.vertex_normals();
-    let is_bad = |v: VertexId| truth.moved_by[v.index()] == "leftLowerLeg";
+    let is_bad = |v: VertexId| truth.moved_by[v.index()] == LowerLeg(Left);
     let off = |v: VertexId| if is_bad(v) { 0.015 } else { 0.0 };
     let bulged = truth.scan.points().enumerate().map(|(v, p)| p + normals[v] * off(v)).collect::<PerVertex<Point>>();
     let confidence = truth.scan.vertex_ids().map(|v| if is_bad(v) { 0.0 } else { 1.0 }).collect();
@@ -256,18 +260,18 @@ fn a_figure_is_laid_into_its_next_scan_and_a_missing_arm_hangs_as_before() {
     let model = embedded_model().unwrap();
     let before = invented(&model, 21, &[]);
     // The same seed is the same person.
-    let next = invented_in(&model, 21, &[("leftUpperArm", Vec3::z() * -8.0)], 0.012);
+    let next = invented_in(&model, 21, &[(UpperArm(Left), Vec3::z() * -8.0)], 0.012);
     let whole = fit_figure(&model, &before, next.scan.clone()).unwrap();
     let most = figure_off(&whole, &next, |_| true);
     assert!(most < 0.012 && whole.report.converged, "{:.0} mm: {:?}", most * 1e3, whole.report);
     assert!(whole.report.outside_share == 0.0 && whole.report.confidence > 0.95, "{:?}", whole.report);
     assert!(!whole.report.log.iter().any(|line| line.contains("does not show")), "{:?}", whole.report.log);
 
-    let of_arm = |name: &str| ["rightUpperArm", "rightLowerArm", "rightHand"].contains(&name);
+    let of_arm = |joint: HumanJoint| joint.limb() == Limb::Arm(Right);
     let cut = fit_figure(&model, &before, next.without(of_arm)).unwrap();
     assert!(cut.report.log.iter().any(|line| line.contains("does not show the right arm")), "{:?}", cut.report.log);
     assert!((0.75..0.95).contains(&cut.report.confidence), "an arm less is less sure: {}", cut.report.confidence);
-    let rest = figure_off(&cut, &next, |name| !of_arm(name) && name != "rightShoulder");
+    let rest = figure_off(&cut, &next, |joint| !of_arm(joint) && joint != Shoulder(Right));
     assert!(rest < 0.012 && figure_off(&cut, &next, of_arm) < 0.05, "{:.0} mm", rest * 1e3);
 }
 
@@ -275,7 +279,7 @@ fn a_figure_is_laid_into_its_next_scan_and_a_missing_arm_hangs_as_before() {
 fn a_figure_is_not_laid_wrongly_into_what_it_does_not_fit() {
     let model = embedded_model().unwrap();
     let before = invented(&model, 22, &[]);
-    let across = [("leftUpperArm", Vec3::new(0.0, -95.0, -20.0)), ("leftLowerArm", Vec3::new(0.0, -70.0, 0.0))];
+    let across = [(UpperArm(Left), Vec3::new(0.0, -95.0, -20.0)), (LowerArm(Left), Vec3::new(0.0, -70.0, 0.0))];
     let crossed = invented_in(&model, 22, &across, 0.012);
     match fit_figure(&model, &before, crossed.scan.clone()) {
         Err(FitError::LimbNotFound { limb, .. }) => assert!(limb.contains("left"), "{limb}"),
@@ -283,7 +287,7 @@ fn a_figure_is_not_laid_wrongly_into_what_it_does_not_fit() {
         Err(other) => panic!("{other}"),
         Ok(inside) => assert!(figure_off(&inside, &crossed, |_| true) < 0.03, "{:?}", inside.report),
     }
-    // A trunk that is a little too small is told of; one far too small is another person's.
+    // A trunk that is slightly too small is reported; one that is much too small belongs to another person.
     let slim = invented_in(&model, 22, &[], -0.009);
     let tight = fit_figure(&model, &before, slim.scan.clone()).unwrap();
     assert!(figure_off(&tight, &slim, |_| true) < 0.015, "what is too thick turns no limb: {:?}", tight.report);
@@ -297,12 +301,12 @@ fn a_figure_is_not_laid_wrongly_into_what_it_does_not_fit() {
     assert!(matches!(refused, FitError::Outside { .. } | FitError::NotThisPerson { .. }), "{refused}");
 }
 
-/// Of all that `invented_in` makes someone wear: close cloth over the trunk.
+/// The cover of the subjects of `invented_in`: close cloth over the trunk.
 fn shirt(truth: &Invented) -> PerVertex<Cover> {
-    truth.moved_by.iter().map(|name| if is_trunk(name) { Cover::Tight } else { Cover::Bare }).collect()
+    truth.moved_by.iter().map(|&joint| if is_trunk(joint) { Cover::Tight } else { Cover::Bare }).collect()
 }
 
-/// The body by a naked scan and by others, registered to the naked one; and what the fit says.
+/// The body fitted to a naked scan and others and registered to the naked one, and the fit.
 fn together(model: &BodyModel, naked: TriMesh, worn: &[&Invented]) -> (RegisteredBody, FittedBody) {
     let params = NakedParams { samples: 2500, ..NakedParams::default() };
     let scans: Vec<Scan> = worn.iter().map(|w| Scan::from_clean_mesh(w.scan.clone(), None)).collect();
@@ -324,8 +328,8 @@ fn together(model: &BodyModel, naked: TriMesh, worn: &[&Invented]) -> (Registere
     (registered, fitted)
 }
 
-/// Mean distance, in metres, of vertices that joints with these names move, from the true surface, both in the true pose.
-fn astray(found: &RegisteredBody, truth: &Invented, counts: impl Fn(&str) -> bool) -> f64 {
+/// Mean distance, in metres, of vertices that these joints move, from the true surface, both in the true pose.
+fn astray(found: &RegisteredBody, truth: &Invented, counts: impl Fn(HumanJoint) -> bool) -> f64 {
     let weights = &truth.figure.body().weights;
     let posed = skin(found.surface.points(), weights, &found.skeleton, &truth.pose);
     let mine = found.skeleton.joints_in_world(&truth.pose);
@@ -334,11 +338,11 @@ fn astray(found: &RegisteredBody, truth: &Invented, counts: impl Fn(&str) -> boo
         found.surface.faces().0.clone(),
     );
     let surface = crate::geometry::SurfaceIndex::prepare(&there.unwrap());
-    // Joints that were found elsewhere turn the same limb about another place: what is compared hangs from the same joint.
+    // A displaced joint would displace its whole limb, so vertices are compared relative to their joint.
     let distances: Vec<f64> = (posed.iter().zip(&truth.moved_by))
-        .filter(|(_, name)| counts(name))
-        .map(|(p, name)| {
-            let j = truth.figure.skeleton.find_name(name).unwrap().index();
+        .filter(|(_, joint)| counts(**joint))
+        .map(|(p, joint)| {
+            let j = truth.figure.skeleton.find(*joint).unwrap().index();
             surface.closest(&(p + (truth.joints[j] - mine[j]))).distance
         })
         .collect();
@@ -352,22 +356,22 @@ fn other_scans_say_where_the_arm_lies_that_the_naked_one_lacks() {
     let truth = strong_armed_in(&model, 31, &[], 0.0, SWOLLEN);
     // The same seed is the same person.
     let worn = [
-        strong_armed_in(&model, 31, &[("rightUpperArm", Vec3::z() * 8.0)], 0.012, SWOLLEN),
-        strong_armed_in(&model, 31, &[("rightUpperArm", Vec3::new(0.0, 6.0, -5.0))], 0.02, SWOLLEN),
+        strong_armed_in(&model, 31, &[(UpperArm(Right), Vec3::z() * 8.0)], 0.012, SWOLLEN),
+        strong_armed_in(&model, 31, &[(UpperArm(Right), Vec3::new(0.0, 6.0, -5.0))], 0.02, SWOLLEN),
     ];
-    let naked = truth.without(|name| of_right_arm(name) || name == "rightHand");
+    let naked = truth.without(|joint| of_right_arm(joint) || joint == Hand(Right));
     let (alone, before) = together(&model, naked.clone(), &[]);
     let (all, after) = together(&model, naked, &[&worn[0], &worn[1]]);
     let (off_alone, off_all) = (astray(&alone, &truth, of_right_arm), astray(&all, &truth, of_right_arm));
     assert!(off_all < 0.4 * off_alone, "{:.2} mm of {:.2}", off_all * 1e3, off_alone * 1e3);
     assert!(all.report.log.iter().any(|line| line.contains("more on other scans")), "{:?}", all.report.log);
-    let rest = |name: &str| !name.starts_with("right");
+    let rest = |joint: HumanJoint| joint.side() != Some(Right);
     let (rest_alone, rest_all) = (astray(&alone, &truth, rest), astray(&all, &truth, rest));
     assert!(rest_all < rest_alone + 2e-4, "{:.2} mm, {:.2} alone", rest_all * 1e3, rest_alone * 1e3);
     assert!(after.poses_in_others.iter().all(Option::is_some) && before.poses_in_others.is_empty());
 
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    let naked = truth.without(|name| of_right_arm(name) || name == "rightHand");
+    let naked = truth.without(|joint| of_right_arm(joint) || joint == Hand(Right));
     let again = one_thread.install(|| together(&model, naked, &[&worn[0], &worn[1]]));
     assert!(again.0 == all && again.1 == after, "the same bits");
 }

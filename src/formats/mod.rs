@@ -49,6 +49,6 @@ pub use ply_read::read_ply;
 pub use ply_write::{PlyEncoding, PlyOptions, write_ply};
 pub use raw_mesh::RawMesh;
 pub use read_mesh::{MeshKind, read_mesh};
-pub use recording::{RecordedFrame, RgbdRecording, is_zip, read_recording, recording_files, write_recording};
+pub use recording::{EncodedRecording, RecordedFrame, is_zip, read_recording, recording_files, write_recording};
 pub use rgba_png::{RgbaPicture, read_rgba_png};
 pub use stl::read_stl;

@@ -9,7 +9,7 @@ const CAMERA: &str = "camera.json";
 
 /// RGB-D frames of one fixed camera, with the images still encoded.
 #[derive(Clone, Debug)]
-pub struct RgbdRecording {
+pub struct EncodedRecording {
     /// The camera.
     pub camera: CameraJson,
     /// One entry per frame, in order of time.
@@ -99,7 +99,7 @@ pub fn write_recording(files: &[(String, Vec<u8>)], out: &mut Vec<u8>) -> Result
 /// Reads a zip of a recording's folder (also one in which the folder itself is the first part of each name).
 ///
 /// **Errors** if it is not a zip, holds no recording, or its camera is not valid. Images are not decoded here.
-pub fn read_recording(bytes: &[u8]) -> Result<RgbdRecording, FormatError> {
+pub fn read_recording(bytes: &[u8]) -> Result<EncodedRecording, FormatError> {
     let damaged = |reason: String| FormatError::Container { format: Format::Recording, reason };
     let mut zip = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|e| damaged(e.to_string()))?;
     let all: Vec<String> = zip.file_names().filter(|n| !n.ends_with('/')).map(String::from).collect();
@@ -122,7 +122,7 @@ pub fn read_recording(bytes: &[u8]) -> Result<RgbdRecording, FormatError> {
             Ok(RecordedFrame { name: f.depth, secs: f.secs, depth, color })
         })
         .collect::<Result<_, FormatError>>()?;
-    Ok(RgbdRecording { camera, frames })
+    Ok(EncodedRecording { camera, frames })
 }
 
 /// Whether bytes are a zip, as a packed recording is.

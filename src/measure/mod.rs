@@ -40,4 +40,4 @@ pub use result::{ResultBind, ResultStep};
 pub use session::{SessionMeasures, measure};
 pub use surface::{SurfaceDistance, joint_mean_mm, outside_scan, surface_distance};
 pub use targets::{SubjectKind, TargetCheck};
-pub use truth::{JointPositions, STRICT_JOINTS, TruthBind, TruthJoints, TruthNaming, TruthStep};
+pub use truth::{JointPositions, STRICT_JOINTS, TruthBind, TruthJoints, TruthNaming, TruthStep, joints_by_name};

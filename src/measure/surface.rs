@@ -26,13 +26,11 @@ pub fn surface_distance(result: &TriMesh, truth: &TriMesh) -> SurfaceDistance {
     }
 }
 
-/// Mean distance over [`STRICT_JOINTS`], in millimetres; joints that either side lacks are left out, and `None` means
-/// that no joint was common.
+/// Mean distance over [`STRICT_JOINTS`], in millimetres; joints missing on either side are left out; `None` if
+/// they have no joint in common.
 pub fn joint_mean_mm(result: &JointPositions, truth: &JointPositions) -> Option<f64> {
-    let apart: Vec<f64> = STRICT_JOINTS
-        .iter()
-        .filter_map(|joint| Some((result.get(joint.name())? - truth.get(joint.name())?).norm()))
-        .collect();
+    let apart: Vec<f64> =
+        STRICT_JOINTS.iter().filter_map(|joint| Some((result.get(joint)? - truth.get(joint)?).norm())).collect();
     (!apart.is_empty()).then(|| 1e3 * mean(&apart))
 }
 

@@ -2,6 +2,7 @@
 
 use super::crossings::crossing_pairs;
 use super::*;
+use crate::body::{HumanJoint, Side};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
 
 const RINGS: usize = 40;
@@ -56,11 +57,7 @@ fn shifted(mesh: &TriMesh, by: Vec3) -> TriMesh {
 }
 
 fn joints() -> JointPositions {
-    STRICT_JOINTS
-        .iter()
-        .enumerate()
-        .map(|(i, joint)| (joint.name().to_owned(), Point::new(0.1 * i as f64, 1.0, 0.0)))
-        .collect()
+    STRICT_JOINTS.iter().enumerate().map(|(i, joint)| (*joint, Point::new(0.1 * i as f64, 1.0, 0.0))).collect()
 }
 
 fn outer_surface(gap: f64) -> (TriMesh, PerVertex<bool>) {
@@ -98,9 +95,9 @@ fn joints_are_compared_by_name_and_only_where_both_have_them() {
     let truth = joints();
     assert_eq!(joint_mean_mm(&truth, &truth), Some(0.0));
     let mut moved = truth.clone();
-    moved.get_mut("head").unwrap().x += 0.14;
+    moved.get_mut(&HumanJoint::Head).unwrap().x += 0.14;
     assert!((joint_mean_mm(&moved, &truth).unwrap() - 10.0).abs() < 1e-9);
-    moved.remove("head");
+    moved.remove(&HumanJoint::Head);
     assert_eq!(joint_mean_mm(&moved, &truth), Some(0.0));
     assert_eq!(joint_mean_mm(&JointPositions::new(), &truth), None);
 }
@@ -254,10 +251,10 @@ fn joints_are_read_by_our_names_and_by_makehumans() {
     assert_eq!((truth.names.len(), truth.step_count()), (2, 2));
     let first = truth.at(0);
     assert_eq!(first.len(), 3);
-    assert_eq!(first["hips"], Point::new(0.0, 0.9, 0.0));
-    assert_eq!(first["rightUpperArm"], Point::new(-0.2, 1.4, 0.0));
-    assert_eq!(first["leftToes"], Point::new(0.1, 0.0, 0.2));
-    assert_eq!(truth.at(1)["rightUpperArm"], Point::new(4.0, 5.0, 6.0));
+    assert_eq!(first[&HumanJoint::Hips], Point::new(0.0, 0.9, 0.0));
+    assert_eq!(first[&HumanJoint::UpperArm(Side::Right)], Point::new(-0.2, 1.4, 0.0));
+    assert_eq!(first[&HumanJoint::Toes(Side::Left)], Point::new(0.1, 0.0, 0.2));
+    assert_eq!(truth.at(1)[&HumanJoint::UpperArm(Side::Right)], Point::new(4.0, 5.0, 6.0));
     let broken = TruthJoints::from_json("{\"steps\": [{}]}").unwrap_err();
     assert!(broken.to_string().contains("joints") && broken.hint().is_some());
 }

@@ -6,8 +6,13 @@ use crate::geometry::{Point, TriMesh};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-/// Joint centres by our names.
-pub type JointPositions = BTreeMap<String, Point>;
+/// Joint centres, in metres.
+pub type JointPositions = BTreeMap<HumanJoint, Point>;
+
+/// Joint centres by VRM name, as `joints.json` holds them.
+pub fn joints_by_name(joints: &JointPositions) -> BTreeMap<&'static str, Point> {
+    joints.iter().map(|(joint, at)| (joint.name(), *at)).collect()
+}
 
 /// The truth of one step.
 #[derive(Clone, Debug)]
@@ -16,7 +21,7 @@ pub struct TruthStep {
     pub body: TriMesh,
     /// One surface per garment, innermost first.
     pub layers: Vec<TriMesh>,
-    /// Joint centres by our names.
+    /// Joint centres.
     pub joints: JointPositions,
 }
 
@@ -122,7 +127,7 @@ impl TruthJoints {
     pub fn from_json(text: &str) -> Result<Self, MeasureError> {
         let file: JointsFile =
             serde_json::from_str(text).map_err(|e| MeasureError::BadJoints { reason: e.to_string() })?;
-        let steps = file.steps.into_iter().map(|step| by_our_names(&step.joints)).collect();
+        let steps = file.steps.into_iter().map(|step| human_joints(&step.joints)).collect();
         Ok(Self { names: file.names, steps })
     }
 
@@ -131,18 +136,18 @@ impl TruthJoints {
         self.steps.len()
     }
 
-    /// The joints of one step by our names; empty beyond the last.
+    /// The joints of one step; empty beyond the last.
     pub fn at(&self, step: usize) -> JointPositions {
         self.steps.get(step).cloned().unwrap_or_default()
     }
 }
 
-fn by_our_names(named: &BTreeMap<String, [f64; 3]>) -> JointPositions {
+fn human_joints(named: &BTreeMap<String, [f64; 3]>) -> JointPositions {
     HumanJoint::BODY
         .into_iter()
         .filter_map(|joint| {
             let at = named.get(joint.name()).or_else(|| named.get(&makehuman_bone(joint)))?;
-            Some((joint.name().to_owned(), Point::from(*at)))
+            Some((joint, Point::from(*at)))
         })
         .collect()
 }

@@ -109,7 +109,8 @@ fn stand_on_floor(subject: &Subject, stance: &mut ScanStance) {
 
 fn joints(subject: &Subject, stance: &ScanStance) -> JointPositions {
     let at = subject.skeleton.joints_in_world(&stance.pose);
-    subject.skeleton.names.iter().cloned().zip(at.into_iter().map(|p| stance.file_from_world * p)).collect()
+    let placed = subject.skeleton.ids().zip(at.into_iter().map(|p| stance.file_from_world * p));
+    placed.filter_map(|(joint, p)| Some((subject.skeleton.human_joint(joint)?, p))).collect()
 }
 
 #[cfg(test)]
@@ -147,7 +148,9 @@ mod tests {
         let up = vec![(HumanJoint::UpperArm(Side::Left), Vec3::z() * 30f64.to_radians())];
         let raised = StudioParams { turned: up, ..coarse_params(Vec::new()) };
         let raised = generate_step(&model, &raised, 0).unwrap();
-        let forearm = |step: &SyntheticStep| step.truth.joints["leftHand"] - step.truth.joints["leftUpperArm"];
+        let forearm = |step: &SyntheticStep| {
+            step.truth.joints[&HumanJoint::Hand(Side::Left)] - step.truth.joints[&HumanJoint::UpperArm(Side::Left)]
+        };
         let turned = forearm(&raised).angle(&forearm(&session.steps[0])).to_degrees();
         assert!((29.0..31.0).contains(&turned) && forearm(&raised).y > forearm(&session.steps[0]).y, "{turned}");
     }

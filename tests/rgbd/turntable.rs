@@ -3,7 +3,7 @@
 
 use nalgebra::{Isometry3, Vector3};
 use overcoat::formats::{
-    CameraJson, Intrinsics, RecordedFrame, RgbdRecording, recording_files, write_color_jpeg, write_depth_png,
+    CameraJson, EncodedRecording, Intrinsics, RecordedFrame, recording_files, write_color_jpeg, write_depth_png,
     write_recording,
 };
 use overcoat::geometry::{Point, Vec3};
@@ -173,11 +173,11 @@ impl Turntable {
         CameraJson { depth, depth_scale: 1000.0, depth_max: None, color: None, color_from_depth: None, turns: None }
     }
 
-    pub fn recording(&self) -> RgbdRecording {
+    pub fn recording(&self) -> EncodedRecording {
         self.recording_of(&self.shots())
     }
 
-    pub fn recording_of(&self, shots: &[Shot]) -> RgbdRecording {
+    pub fn recording_of(&self, shots: &[Shot]) -> EncodedRecording {
         let frames = shots
             .iter()
             .enumerate()
@@ -188,7 +188,7 @@ impl Turntable {
                 color: Some((format!("rgb/{k:04}.jpg"), self.jpeg(shot))),
             })
             .collect();
-        RgbdRecording { camera: self.camera(), frames }
+        EncodedRecording { camera: self.camera(), frames }
     }
 
     pub fn depth_png(&self, shot: &Shot) -> Vec<u8> {

@@ -4,7 +4,7 @@
 use super::error::MakeError;
 use crate::formats::{FormatError, PlyOptions, RawMesh, write_color_jpeg, write_depth_png, write_gray_png, write_ply};
 use crate::geometry::{PerVertex, TriMesh};
-use crate::measure::TruthNaming;
+use crate::measure::{TruthNaming, joints_by_name};
 use crate::session::{NewFolder, read_body_model};
 use crate::studio::{RgbdFrame, RgbdRecording, SubjectParams, SyntheticStep, generate_each_step};
 use rayon::prelude::*;
@@ -57,7 +57,7 @@ pub fn make_subject(
         if failure.is_some() {
             return;
         }
-        joints.push(json!({ "joints": &step.truth.joints }));
+        joints.push(json!({ "joints": joints_by_name(&step.truth.joints) }));
         match write_step(&folder, k, &step, request.frames) {
             Ok(one) => {
                 on_step(&one);

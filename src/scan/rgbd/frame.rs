@@ -2,13 +2,13 @@
 
 use super::camera::RgbdCamera;
 use super::error::FusionError;
-use crate::formats::{Intrinsics, RgbdRecording, read_color_picture, read_depth_png};
+use crate::formats::{EncodedRecording, Intrinsics, read_color_picture, read_depth_png};
 use crate::geometry::Point;
 use nalgebra::{Matrix3x4, Vector4};
 
 /// How a recording's frames are read.
 pub(super) struct Frames<'a> {
-    recording: &'a RgbdRecording,
+    recording: &'a EncodedRecording,
     /// The depth camera, without distortion.
     pub(super) camera: RgbdCamera,
     undistorted: Option<Vec<u32>>,
@@ -28,7 +28,7 @@ pub(super) struct ColorFrame {
 }
 
 impl<'a> Frames<'a> {
-    pub(super) fn of(recording: &'a RgbdRecording) -> Self {
+    pub(super) fn of(recording: &'a EncodedRecording) -> Self {
         let taken = camera_of(&recording.camera.depth);
         let undistorted = taken.is_distorted().then(|| taken.undistortion());
         Self { recording, camera: RgbdCamera { distortion: [0.0; 5], ..taken }, undistorted }

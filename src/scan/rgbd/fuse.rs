@@ -12,7 +12,7 @@ use super::survey::SceneSurvey;
 use super::track::{Placed, SegmentedFrame, Track, track};
 use super::volume::Volume;
 use super::{FusionParams, mend};
-use crate::formats::RgbdRecording;
+use crate::formats::EncodedRecording;
 use crate::geometry::Point;
 use crate::scan::counted::counted;
 use nalgebra::Isometry3;
@@ -40,7 +40,7 @@ const SETTLED_PER_VOXEL: f64 = 0.05;
 /// **Source** Newcombe et al. 2011 (KinectFusion), with the background removed, loops closed by a pose graph, and all frames
 /// realigned to their common surface.
 pub fn fuse(
-    recording: &RgbdRecording,
+    recording: &EncodedRecording,
     params: &FusionParams,
     on_step: &mut dyn FnMut(&FusionStep),
 ) -> Result<Fusion, FusionError> {

@@ -71,20 +71,21 @@ fn aligned_with(scan: &TriMesh, truth: TruthStep) -> TruthStep {
     TruthStep {
         body: moved(&truth.body),
         layers: truth.layers.iter().map(moved).collect(),
-        joints: truth.joints.into_iter().map(|(name, p)| (name, motion * p)).collect(),
+        joints: truth.joints.into_iter().map(|(joint, p)| (joint, motion * p)).collect(),
     }
 }
 
 fn result_of(posed: &PosedStep) -> Result<ResultStep, SessionError> {
     let kind = posed.step.template.as_ref().map(|_| garment_kind::of_step(&posed.step)).transpose()?;
     let covered = kind.as_ref().map(|k| k.template.prior(posed.figure.body(), &posed.figure.skeleton, &k.extent));
-    let names = posed.figure.skeleton.names.iter().cloned();
+    let skeleton = &posed.figure.skeleton;
+    let human = |(joint, p)| Some((skeleton.human_joint(joint)?, p));
     Ok(ResultStep {
         name: posed.step.name.clone(),
         body: posed.body(),
         fitted: posed.body_of_fit(),
         garments: posed.garments(),
-        joints: names.zip(posed.joints()).collect(),
+        joints: skeleton.ids().zip(posed.joints()).filter_map(human).collect(),
         scan: posed.scan.mesh.clone(),
         labels: posed.labels.as_ref().map(|l| l.0.clone()),
         covered,
@@ -105,7 +106,7 @@ fn truth_of(folder: &Path, step: usize, joints: &TruthJoints, frame: &FileFrame)
         .map(|layer| read_mesh(&folder.join(TruthNaming::step_layer(step, layer))).map(in_world))
         .collect::<Result<Vec<_>, _>>()?;
     let joints: JointPositions =
-        joints.at(step).into_iter().map(|(name, p): (String, Point)| (name, frame.world_from_file(&p))).collect();
+        joints.at(step).into_iter().map(|(joint, p)| (joint, frame.world_from_file(&p))).collect();
     Ok(TruthStep { body, layers, joints })
 }
 
