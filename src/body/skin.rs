@@ -113,6 +113,10 @@ impl SkinWeights {
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
+    /// The least number of joints that a skeleton for these weights has: one more than the greatest joint id.
+    pub fn least_joint_count(&self) -> usize {
+        self.rows.iter().flatten().map(|(joint, _)| joint.index() + 1).max().unwrap_or(0)
+    }
     /// Blends rows: `Σ factor · row`, not pruned. Used for points on triangles.
     ///
     /// **Shapes** one entry per joint that moves the point.
@@ -169,10 +173,20 @@ fn blended(row: &[(JointId, f64); 4], world_from_bind: &[(Matrix3<f64>, Vec3)]) 
     (linear, offset)
 }
 
+/// A shorter array would cut the surface off silently. Files with arrays that disagree are refused when they are read, and
+/// each stage checks its arguments, so only a fault of the program gets here.
+fn check_lengths(points: &PerVertex<Point>, weights: &SkinWeights, skeleton: &Skeleton, pose: &Pose) {
+    assert_eq!(weights.len(), points.len(), "rows of skin weights for the points");
+    assert_eq!(pose.rotations.len(), skeleton.len(), "rotations of the pose for the joints of the skeleton");
+}
+
 /// Moves points from the bind pose into `pose`: Hu 2017, Eq. 3, `Σ_j w_j R_j (v + c(pose))`, where `c` are the corrective
 /// offsets of models that have them.
 ///
 /// **Shapes** `V × 3` in and out, with `V` rows of weights and one rotation per joint.
+///
+/// # Panics
+/// If the shapes are others.
 pub fn skin(
     points_in_bind: &PerVertex<Point>,
     weights: &SkinWeights,
@@ -189,6 +203,7 @@ pub(crate) fn skin_rigidly(
     skeleton: &Skeleton,
     pose: &Pose,
 ) -> PerVertex<Point> {
+    check_lengths(points_in_bind, weights, skeleton, pose);
     let transforms = as_matrices(&skeleton.world_from_bind(pose));
     let moved = points_in_bind
         .0
@@ -204,7 +219,10 @@ pub(crate) fn skin_rigidly(
 
 /// Moves points from `pose` back into the bind pose: inverts each blended matrix and subtracts the corrective offsets.
 ///
-/// **Shapes** `V × 3` in and out.
+/// **Shapes** `V × 3` in and out, with `V` rows of weights and one rotation per joint.
+///
+/// # Panics
+/// If the shapes are others.
 ///
 /// A blend of rotations far apart is nearly singular; there the strongest joint's own transform is inverted.
 pub fn unskin(
@@ -215,6 +233,7 @@ pub fn unskin(
 ) -> PerVertex<Point> {
     /// Below this determinant a blended matrix has lost half of its volume: two rotations over about 100° apart.
     const LEAST_DETERMINANT: f64 = 0.4;
+    check_lengths(points_in_world, weights, skeleton, pose);
     let transforms = skeleton.world_from_bind(pose);
     let matrices = as_matrices(&transforms);
     let moved = points_in_world
@@ -252,6 +271,20 @@ mod tests {
             vec![(JointId(0), 1.0 - t), (JointId(1), t)]
         }));
         (skeleton, weights, points)
+    }
+
+    #[test]
+    #[should_panic(expected = "rows of skin weights for the points")]
+    fn weights_for_other_points_are_a_fault_and_cut_nothing_off() {
+        let (skeleton, weights, points) = arm();
+        skin(&points.0[..5].to_vec().into(), &weights, &skeleton, &Pose::bind(2));
+    }
+
+    #[test]
+    #[should_panic(expected = "rotations of the pose")]
+    fn a_pose_of_another_skeleton_is_a_fault() {
+        let (skeleton, weights, points) = arm();
+        unskin(&points, &weights, &skeleton, &Pose::bind(3));
     }
 
     #[test]

@@ -3,6 +3,9 @@
 /// Why nothing could be cut.
 #[derive(Debug, thiserror::Error)]
 pub enum CutError {
+    /// A parameter has a value that it may not have.
+    #[error(transparent)]
+    Parameter(#[from] crate::parameters::NotAllowed),
     /// The labels belong to another scan.
     #[error("there are {labels} labels, but the scan has {vertices} vertices")]
     LabelCount {
@@ -10,6 +13,24 @@ pub enum CutError {
         labels: usize,
         /// Vertices of the scan.
         vertices: usize,
+    },
+    /// An argument belongs to another scan.
+    #[error("{what}: {given} given, but the scan needs {expected}")]
+    WrongLength {
+        /// Which argument.
+        what: &'static str,
+        /// Its length.
+        given: usize,
+        /// The length it should have.
+        expected: usize,
+    },
+    /// No hems, or the least number of hems exceeds the greatest.
+    #[error("a garment cannot have {least} to {most} hems")]
+    BadLoopRange {
+        /// Least number.
+        least: usize,
+        /// Greatest number.
+        most: usize,
     },
     /// No vertex is labelled.
     #[error(
@@ -33,6 +54,7 @@ impl CutError {
     /// What to do about it.
     pub fn hint(&self) -> Option<String> {
         Some(match self {
+            Self::Parameter(_) | Self::WrongLength { .. } | Self::BadLoopRange { .. } => return None,
             Self::LabelCount { .. } => "labels belong to one cleaned scan: make new ones for this scan".into(),
             Self::NothingLabelled { .. } => {
                 "check the template and the scan, or say where the garment is with --until, --sleeve or a brush mask"

@@ -17,6 +17,7 @@ pub use error::CutError;
 pub use params::CutParams;
 
 use crate::geometry::{Adjacency, PerVertex, TriMesh, VertexId};
+use crate::parameters::Parameters;
 use crate::scan::Scan;
 use crate::segment::Segmentation;
 use serde::{Deserialize, Serialize};
@@ -51,7 +52,8 @@ pub struct Garment {
 ///
 /// **Shapes** `segmentation`: one entry per vertex of the scan.
 ///
-/// **Errors** if the labels belong to another scan, if no face is left, or if a linear system has no solution.
+/// **Errors** if the labels, the adjacency or the colours belong to another scan, if a parameter is out of range, if no face
+/// is left, or if a linear system has no solution.
 ///
 /// **Source** Hu 2017, §6.2. In the paper a person repaints the rough segmentation on a quad mesh (Jakob et al. 2015), which
 /// takes about 90 seconds and gives the smooth hem. Here the cut is automatic and on triangles; everything in this module
@@ -63,12 +65,8 @@ pub fn cut(
     expected_loops: RangeInclusive<usize>,
     params: &CutParams,
 ) -> Result<Garment, CutError> {
+    check_arguments(scan, around, segmentation, &expected_loops, params)?;
     let (vertices, labels) = (scan.mesh.vertex_count(), &segmentation.labels);
-    for given in [labels.0.len(), segmentation.by_hand.len()] {
-        if given != vertices {
-            return Err(CutError::LabelCount { labels: given, vertices });
-        }
-    }
     let mut findings = Vec::new();
     let filled = fill_holes::filled(scan, around, segmentation, params, &mut findings)?;
     let adjacency = filled.adjacency.as_ref().unwrap_or(around);
@@ -85,4 +83,33 @@ pub fn cut(
     let loops = boundary_loops::BoundaryLoops::of(&faired, &across);
     let hem_loops = loops.classified(&expected_loops, params, &mut findings);
     Ok(Garment { mesh: faired.mesh, colors: faired.colors, hem_loops, findings })
+}
+
+fn check_arguments(
+    scan: &Scan,
+    around: &Adjacency,
+    segmentation: &Segmentation,
+    expected_loops: &RangeInclusive<usize>,
+    params: &CutParams,
+) -> Result<(), CutError> {
+    let (vertices, faces) = (scan.mesh.vertex_count(), scan.mesh.face_count());
+    for given in [segmentation.labels.0.len(), segmentation.by_hand.len()] {
+        if given != vertices {
+            return Err(CutError::LabelCount { labels: given, vertices });
+        }
+    }
+    let colors = scan.colors.as_ref().map_or(vertices, PerVertex::len);
+    for (what, given, expected) in [
+        ("vertices of the adjacency", around.vertex_count(), vertices),
+        ("faces of the adjacency", around.face_count(), faces),
+        ("colours", colors, vertices),
+    ] {
+        if given != expected {
+            return Err(CutError::WrongLength { what, given, expected });
+        }
+    }
+    if expected_loops.is_empty() {
+        return Err(CutError::BadLoopRange { least: *expected_loops.start(), most: *expected_loops.end() });
+    }
+    Ok(params.check_values()?)
 }

@@ -196,3 +196,25 @@ fn labels_for_another_scan_and_none_at_all_are_refused() {
     let error = cut(&scan, &none.clone().into()).unwrap_err();
     assert!(matches!(error, CutError::NothingLabelled { labelled: 0, .. }) && error.hint().is_some());
 }
+
+#[test]
+fn arguments_that_do_not_belong_together_are_refused() {
+    let scan = tube();
+    let all: Segmentation = Labels(PerVertex::filled(true, scan.mesh.vertex_count())).into();
+    let around = Adjacency::prepare(&scan.mesh);
+    let params = CutParams::default();
+    let given = |scan: &Scan, around: &Adjacency, params: &CutParams| {
+        super::cut(scan, around, &all, 0..=4, params).unwrap_err()
+    };
+    let half = scan.mesh.part(&scan.mesh.face_ids().map(|f| f.index() % 2 == 0).collect()).0;
+    let other = given(&scan, &Adjacency::prepare(&half), &params);
+    assert!(matches!(other, CutError::WrongLength { .. }), "{other}");
+    let colors = Scan { colors: Some(PerVertex::filled([0; 3], 3)), ..scan.clone() };
+    let few = given(&colors, &around, &params);
+    assert!(matches!(few, CutError::WrongLength { what: "colours", given: 3, .. }), "{few}");
+    let unknown = given(&scan, &around, &CutParams { smoothing_radius: f64::NAN, ..params });
+    assert!(matches!(unknown, CutError::Parameter(_)), "{unknown}");
+    let reversed = std::ops::RangeInclusive::new(3, 2);
+    let loops = super::cut(&scan, &around, &all, reversed, &params).unwrap_err();
+    assert!(matches!(loops, CutError::BadLoopRange { least: 3, most: 2 }), "{loops}");
+}

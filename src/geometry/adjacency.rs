@@ -131,6 +131,23 @@ impl Adjacency {
         Self { vertex_faces_start: start, vertex_faces, neighbours_start, neighbours, edges, face_neighbours, boundary }
     }
 
+    /// Stops a walk over a mesh with the adjacency of another, which would take the wrong neighbours silently. Each stage
+    /// checks an adjacency that it is given.
+    pub(super) fn assert_is_of(&self, mesh: &TriMesh) {
+        let [own, given] = [[self.vertex_count(), self.face_count()], [mesh.vertex_count(), mesh.face_count()]];
+        assert_eq!(own, given, "vertices and faces of the adjacency and of the mesh");
+    }
+
+    /// The number of vertices of the mesh.
+    pub fn vertex_count(&self) -> usize {
+        self.vertex_faces_start.len() - 1
+    }
+
+    /// The number of faces of the mesh.
+    pub fn face_count(&self) -> usize {
+        self.face_neighbours.len()
+    }
+
     /// Faces that meet at `v`.
     ///
     /// **Shapes** one id per incident face.

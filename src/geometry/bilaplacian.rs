@@ -21,9 +21,13 @@ impl Laplacian {
     ///
     /// With weights of 1, `harmonic = ℓ₁²` and `biharmonic = ℓ₂⁴`, values are smoothed over lengths of about `ℓ₁` and `ℓ₂`.
     ///
-    /// **Requires** one weight per vertex, ≥ 0, and > 0 somewhere in each connected part.
+    /// # Panics
+    /// If there is not one weight per vertex.
+    ///
+    /// **Requires** weights ≥ 0, and > 0 somewhere in each connected part.
     pub fn screened(&self, weights: &[f64], harmonic: f64, biharmonic: f64) -> Vec<(usize, usize, f64)> {
         let count = self.mass.len();
+        assert_eq!(weights.len(), count, "one weight per vertex");
         let mass = self.safe_mass();
         let mut rows: Vec<Vec<(usize, f64)>> = vec![Vec::with_capacity(8); count];
         for &(row, column, value) in &self.triplets {

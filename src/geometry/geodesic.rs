@@ -13,6 +13,9 @@ struct QueuedVertex(Reverse<u64>, Reverse<VertexId>);
 ///
 /// **Shapes** one entry per vertex, in metres.
 ///
+/// # Panics
+/// If `adjacency` is of another mesh, or a source is not one of its vertices.
+///
 /// Dijkstra's algorithm over edges, extended across faces: from two corners with known distances the third is reached
 /// straight through the unfolded face. For one source the result is never shorter than the geodesic by more than
 /// rounding, and a few percent longer on coarse meshes.
@@ -22,6 +25,7 @@ pub fn geodesic_distances(
     sources: &[(VertexId, f64)],
     max: f64,
 ) -> PerVertex<f64> {
+    adjacency.assert_is_of(mesh);
     let mut distance = PerVertex::filled(f64::INFINITY, mesh.vertex_count());
     let mut settled = PerVertex::filled(false, mesh.vertex_count());
     let mut heap = BinaryHeap::new();
@@ -119,5 +123,12 @@ mod tests {
             let length = (mesh.points()[*a] - mesh.points()[*b]).norm();
             assert!((distance[*a] - distance[*b]).abs() <= length + 1e-12);
         }
+    }
+
+    #[test]
+    #[should_panic(expected = "vertices and faces of the adjacency")]
+    fn the_adjacency_of_another_mesh_is_a_fault() {
+        let other = Adjacency::prepare(&sphere(8, 12));
+        geodesic_distances(&sphere(16, 24), &other, &[(VertexId(0), 0.0)], 1.0);
     }
 }

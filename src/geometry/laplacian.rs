@@ -71,7 +71,11 @@ impl Laplacian {
     /// The matrix times one value per vertex.
     ///
     /// **Shapes** `V` in and out.
+    ///
+    /// # Panics
+    /// If there is not one value per vertex.
     pub fn apply(&self, values: &[f64]) -> Vec<f64> {
+        assert_eq!(values.len(), self.mass.len(), "one value per vertex");
         let mut product = vec![0.0; self.mass.len()];
         for &(row, column, value) in &self.triplets {
             product[row] += value * values[column];
@@ -82,7 +86,11 @@ impl Laplacian {
     /// The matrix times one vector per vertex.
     ///
     /// **Shapes** `V × 3` in and out.
+    ///
+    /// # Panics
+    /// If there is not one vector per vertex.
     pub fn apply_to_vectors(&self, values: &[Vec3]) -> Vec<Vec3> {
+        assert_eq!(values.len(), self.mass.len(), "one vector per vertex");
         let mut product = vec![Vec3::zeros(); self.mass.len()];
         for &(row, column, value) in &self.triplets {
             product[row] += value * values[column];

@@ -368,7 +368,11 @@ impl TriMesh {
     /// Returns the part and, for each of its vertices, the vertex of `self` that it was. Order is kept.
     ///
     /// **Shapes** `keep` F; the result's map has one entry per vertex of the part.
+    ///
+    /// # Panics
+    /// If there is not one flag per face.
     pub fn part(&self, keep: &PerFace<bool>) -> (Self, PerVertex<VertexId>) {
+        assert_eq!(keep.len(), self.face_count(), "one flag per face");
         let mut part_from_whole = vec![u32::MAX; self.vertex_count()];
         let mut whole_from_part = Vec::new();
         for (f, _) in keep.enumerate().filter(|&(_, &k)| k) {

@@ -17,8 +17,9 @@ impl NearestVertex {
     /// **Requires** finite coordinates, which a [`TriMesh`](super::TriMesh) has.
     pub fn prepare(points: &[Point]) -> Self {
         let coordinates: Vec<[f64; 3]> = points.iter().map(|p| [p.x, p.y, p.z]).collect();
-        // Only more than 2³² points fail, and vertex ids end there.
-        let tree = if points.is_empty() { None } else { ImmutableKdTree::new_from_slice(&coordinates).ok() };
+        let built =
+            || ImmutableKdTree::new_from_slice(&coordinates).expect("fewer than 2³² points: vertex ids are u32");
+        let tree = (!points.is_empty()).then(built);
         Self { tree }
     }
 

@@ -7,8 +7,10 @@ use super::{Adjacency, PerVertex, TriMesh, Vec3};
 ///
 /// **Shapes** one unit vector per vertex of `mesh`.
 ///
-/// **Requires** `adjacency` is that of `mesh`.
+/// # Panics
+/// If `adjacency` is of another mesh.
 pub fn smoothed_normals(mesh: &TriMesh, adjacency: &Adjacency, rounds: usize) -> PerVertex<Vec3> {
+    adjacency.assert_is_of(mesh);
     let mut normals = mesh.vertex_normals();
     for _ in 0..rounds {
         normals = mesh

@@ -58,8 +58,11 @@ impl SurfaceIndex {
     /// Moves the vertices. Several times faster than preparing again; queries stay fast as long as neighbours stay close.
     ///
     /// **Requires** the same faces.
+    ///
+    /// # Panics
+    /// If the number of faces differs.
     pub fn follow(&mut self, mesh: &TriMesh) {
-        debug_assert_eq!(mesh.face_count(), self.mesh.face_count());
+        assert_eq!(mesh.face_count(), self.mesh.face_count(), "a surface follows a mesh with the same faces");
         self.mesh = mesh.clone();
         self.tree.follow(mesh);
         self.pseudonormals = OnceLock::new();

@@ -23,6 +23,33 @@ pub struct Declared {
 pub trait Parameters: Default + serde::Serialize {
     /// The parameters that a user may set, in the order of the fields.
     fn declared() -> Vec<Declared>;
+
+    /// Whether every declared parameter has an allowed value.
+    ///
+    /// **Errors** the first that does not; NaN is never allowed.
+    fn check_values(&self) -> Result<(), NotAllowed> {
+        let values = serde_json::to_value(self).expect("parameters are numbers, words and lists");
+        let is_allowed = |declared: &Declared| {
+            let setting = serde_json::from_value::<Setting>(values[declared.name].clone());
+            setting.is_ok_and(|setting| declared.allowed.allows(&setting))
+        };
+        match Self::declared().into_iter().find(|declared| !is_allowed(declared)) {
+            None => Ok(()),
+            Some(Declared { name, allowed, .. }) => Err(NotAllowed { name, value: values[name].to_string(), allowed }),
+        }
+    }
+}
+
+/// A parameter with a value that it may not have.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("the parameter {name} cannot be {value}: give {allowed}")]
+pub struct NotAllowed {
+    /// The parameter.
+    pub name: &'static str,
+    /// Its value as JSON; NaN and infinity are `null`.
+    pub value: String,
+    /// The values that it may have.
+    pub allowed: Allowed,
 }
 
 /// The parameters of a field that is itself a `Params` struct.
@@ -118,5 +145,16 @@ mod tests {
         let rounds = Declared { name: "rounds", allowed: Allowed::Count(1, 9), about: "How often" };
         let depth = Declared { name: "depth", allowed: Allowed::Real(0.0, 1.0), about: "How deep" };
         assert_eq!(Outer::declared(), [rounds, depth]);
+    }
+
+    #[test]
+    fn values_out_of_range_are_named_those_of_nested_structs_too() {
+        assert_eq!(Outer::default().check_values(), Ok(()));
+        let none = Outer { rounds: 0, ..Outer::default() }.check_values().unwrap_err();
+        assert_eq!(none.to_string(), "the parameter rounds cannot be 0: give a whole number from 1 to 9");
+        for depth in [f64::NAN, f64::INFINITY, -0.1, 1.1] {
+            let deep = Outer { inner: Inner { depth }, ..Outer::default() }.check_values().unwrap_err();
+            assert_eq!(deep.name, "depth", "{depth}");
+        }
     }
 }

@@ -5,6 +5,9 @@ use crate::numerics::NumericsError;
 /// Why a garment cannot be rigged.
 #[derive(Debug, thiserror::Error)]
 pub enum RigError {
+    /// A parameter has a value that it may not have.
+    #[error(transparent)]
+    Parameter(#[from] crate::parameters::NotAllowed),
     /// No faces.
     #[error("the garment has no faces")]
     EmptyGarment,
@@ -24,6 +27,17 @@ pub enum RigError {
         /// The length it should have.
         expected: usize,
     },
+    /// Skin weights name a joint that the skeleton does not have.
+    #[error("a skin weight is for joint {joint}, but the skeleton has {joints} joints")]
+    NoSuchJoint {
+        /// The joint, from 0.
+        joint: usize,
+        /// Joints of the skeleton.
+        joints: usize,
+    },
+    /// No faces of the body.
+    #[error("the body has no faces")]
+    EmptyBody,
     /// The linear system for the weights could not be solved.
     #[error("the linear system for the garment's weights has no solution")]
     Unsolved(#[from] NumericsError),
@@ -37,7 +51,7 @@ impl RigError {
             Self::FarFromBody { .. } => Some(
                 "garment and body are not in the same frame or pose: check that they come from the same step".into(),
             ),
-            Self::WrongLength { .. } => None,
+            Self::WrongLength { .. } | Self::NoSuchJoint { .. } | Self::EmptyBody | Self::Parameter(_) => None,
             Self::Unsolved(error) => error.hint(),
         }
     }

@@ -17,6 +17,7 @@ pub use physics::{PhysicsParams, PhysicsWeights, physics_weights};
 use crate::body::{Figure, JointId, Skeleton, SkinWeights, unskin};
 use crate::fit::PoseInside;
 use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh};
+use crate::parameters::Parameters;
 use serde::{Deserialize, Serialize};
 
 /// A garment in the bind pose, in metres.
@@ -67,7 +68,9 @@ pub fn rig(
     params: &RigParams,
 ) -> Result<RiggedGarment, RigError> {
     check_length("colours", colors.map(PerVertex::len), garment.vertex_count())?;
+    check_length("rotations of the pose", Some(inside.pose.rotations.len()), figure.skeleton.len())?;
     let body = figure.body();
+    check_length("skin weights of the body", Some(body.weights.len()), body.mesh.vertex_count())?;
     let posed_body = with_offsets(&body.posed(&figure.skeleton, &inside.pose), &inside.offsets)?;
     let joints = figure.skeleton.joints_in_world(&inside.pose);
     let (weights, mut report) = skin_garment(garment, &posed_body, &body.weights, &figure.skeleton, &joints, params)?;
@@ -90,8 +93,16 @@ pub fn skin_garment(
     if garment.face_count() == 0 {
         return Err(RigError::EmptyGarment);
     }
+    if posed_body.face_count() == 0 {
+        return Err(RigError::EmptyBody);
+    }
     check_length("skin weights of the body", Some(body_weights.len()), posed_body.vertex_count())?;
     check_length("joint centres", Some(joints.len()), skeleton.len())?;
+    let joint_count = body_weights.least_joint_count();
+    if joint_count > skeleton.len() {
+        return Err(RigError::NoSuchJoint { joint: joint_count - 1, joints: skeleton.len() });
+    }
+    params.check_values()?;
     let body = SurfaceIndex::prepare(posed_body);
     let matches = confidence::match_with_body(garment, &body, body_weights);
     let nearest = matches.distances.iter().copied().fold(f64::INFINITY, f64::min);

@@ -3,7 +3,7 @@
 use super::error::RigError;
 use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, cotangent_laplacian};
 use crate::numerics::SparseCholesky;
-use crate::parameters::{Allowed, parameters};
+use crate::parameters::{Allowed, Parameters, parameters};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -44,6 +44,8 @@ impl PhysicsWeights {
 ///
 /// **Shapes** `loose`: one entry per vertex of the garment.
 ///
+/// **Errors** a mask of another length, a body without faces, a parameter out of range, or a singular linear system.
+///
 /// **Source** Hu 2017, Eq. 9: `w_p = min(½, (mean − min) / (max − min))` of the distances to the closest points; a part
 /// at the same distance everywhere has 0.
 pub fn physics_weights(
@@ -56,6 +58,10 @@ pub fn physics_weights(
         let (given, expected) = (loose.len(), garment.vertex_count());
         return Err(RigError::WrongLength { what: "the mask of the loose part", given, expected });
     }
+    if naked_body.face_count() == 0 {
+        return Err(RigError::EmptyBody);
+    }
+    params.check_values()?;
     let body = SurfaceIndex::prepare(naked_body);
     let distances: Vec<f64> = garment.points().0.par_iter().map(|p| body.closest(p).distance).collect();
     let most = params.greatest_share;

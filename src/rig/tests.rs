@@ -198,6 +198,28 @@ fn what_cannot_be_rigged_is_said() {
     assert!(matches!(error, RigError::FarFromBody { nearest } if nearest > 4.0) && error.hint().is_some());
     let offsets = PoseInside { offsets: PerVertex(vec![0.0; 3]), ..in_bind(&figure) };
     assert!(matches!(rig(&skirt(), None, &figure, &offsets, &params), Err(RigError::WrongLength { given: 3, .. })));
+    let mut pose = in_bind(&figure);
+    pose.pose.rotations.pop();
+    let short = rig(&skirt(), None, &figure, &pose, &params).unwrap_err();
+    assert!(matches!(short, RigError::WrongLength { what: "rotations of the pose", .. }), "{short}");
+    let mut other = figure.clone();
+    other.layers[0].weights = SkinWeights::from_rows([]);
+    let bare = rig(&skirt(), None, &other, &in_bind(&figure), &params).unwrap_err();
+    assert!(matches!(bare, RigError::WrongLength { what: "skin weights of the body", given: 0, .. }), "{bare}");
+    let unknown = RigParams { smoothing_length: f64::NAN, ..params };
+    assert!(matches!(rig(&skirt(), None, &figure, &in_bind(&figure), &unknown), Err(RigError::Parameter(_))));
+}
+
+#[test]
+fn skin_weights_for_another_skeleton_are_refused() {
+    let figure = doll();
+    let (body, joints) = (&figure.layers[0], figure.skeleton.len());
+    let far = SkinWeights::from_rows((0..body.mesh.vertex_count()).map(|_| vec![(JointId(joints as u16), 1.0)]));
+    let centers = &figure.skeleton.joints_in_bind;
+    let error = skin_garment(&skirt(), &body.mesh, &far, &figure.skeleton, centers, &RigParams::default());
+    assert!(matches!(error, Err(RigError::NoSuchJoint { joint, .. }) if joint == joints));
+    let few = skin_garment(&skirt(), &body.mesh, &body.weights, &figure.skeleton, &centers[1..], &RigParams::default());
+    assert!(matches!(few, Err(RigError::WrongLength { what: "joint centres", .. })));
 }
 
 /// A flat sheet at the heights given, one strip a height, over a large flat floor: the distances are the heights.
@@ -239,4 +261,10 @@ fn cloth_everywhere_equally_far_has_no_physics() {
     let found = physics_weights(&sheet, &floor, &PerVertex::filled(false, 10), &PhysicsParams::default()).unwrap();
     assert_eq!((found.fitted_part, found.loose_part), (Some(0.0), None));
     assert!(physics_weights(&sheet, &floor, &PerVertex::filled(false, 3), &PhysicsParams::default()).is_err());
+    let fitted = PerVertex::filled(false, 10);
+    let nothing = TriMesh::try_from_indices(vec![Point::origin()], &[]).unwrap();
+    let no_body = physics_weights(&sheet, &nothing, &fitted, &PhysicsParams::default());
+    assert!(matches!(no_body, Err(RigError::EmptyBody)));
+    let params = PhysicsParams { smoothing_length: f64::INFINITY, ..PhysicsParams::default() };
+    assert!(matches!(physics_weights(&sheet, &floor, &fitted, &params), Err(RigError::Parameter(_))));
 }

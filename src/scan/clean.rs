@@ -6,8 +6,6 @@ use super::{CleaningStep, Scan, ScanError, ScanParams, decimate, smooth, upright
 use crate::formats::RawMesh;
 use crate::geometry::{Adjacency, PerVertex, TriMesh};
 
-/// Least number of faces of a person; a smaller request is raised to it.
-const LEAST_FACES: usize = 2_000;
 /// Least border length of a hole that is reported, in metres: a hand's breadth around.
 const LARGE_HOLE: f64 = 0.3;
 
@@ -17,6 +15,7 @@ const LARGE_HOLE: f64 = 0.3;
 ///
 /// **Errors** if the mesh cannot be the surface of one person; see [`ScanError`].
 pub fn clean(raw: &RawMesh, params: &ScanParams, on_step: &mut dyn FnMut(&CleaningStep)) -> Result<Scan, ScanError> {
+    params.check()?;
     let mut findings = Vec::new();
     let mut report = |name: &'static str, mesh: &TriMesh| {
         on_step(&CleaningStep { name, vertices: mesh.vertex_count(), faces: mesh.face_count() });
@@ -41,7 +40,7 @@ pub fn clean(raw: &RawMesh, params: &ScanParams, on_step: &mut dyn FnMut(&Cleani
     let mut mesh = smooth::smoothed(&mesh, &adjacency, params.smoothing_passes);
     report("smoothed", &mesh);
 
-    if let Some((fewer, from)) = decimate::decimated(&mesh, params.faces.max(LEAST_FACES)) {
+    if let Some((fewer, from)) = decimate::decimated(&mesh, params.faces) {
         findings.push(format!("decimated from {} to {} faces", mesh.face_count(), fewer.face_count()));
         file_vertices = from.iter().map(|&v| file_vertices[v]).collect();
         mesh = fewer;

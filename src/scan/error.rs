@@ -5,6 +5,9 @@ use crate::geometry::MeshError;
 /// Why a mesh cannot be used as a scan.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ScanError {
+    /// A parameter has a value that it may not have.
+    #[error(transparent)]
+    Parameter(#[from] crate::parameters::NotAllowed),
     /// No vertices at all.
     #[error("the file holds no vertices")]
     Empty,
@@ -53,6 +56,14 @@ pub enum ScanError {
         /// What that is in metres, by the units that were tried.
         reading: String,
     },
+    /// A request for fewer faces than a person needs.
+    #[error("a scan of {faces} faces is too coarse for a person")]
+    TooFewFaces {
+        /// The number asked for.
+        faces: usize,
+        /// The least number.
+        least: usize,
+    },
     /// More than one person.
     #[error("there seem to be two people in the scan: {evidence}")]
     TwoPeople {
@@ -65,12 +76,14 @@ impl ScanError {
     /// What to do about it.
     pub fn hint(&self) -> Option<String> {
         let hint = match self {
+            Self::Parameter(_) => return None,
             Self::Empty => "was the export interrupted? Write the file again",
             Self::NoFaces { .. } => "mesh the points first, for example with Poisson reconstruction in MeshLab",
             Self::NotFinite { .. } => "remove such vertices, for example with MeshLab's cleaning filters",
             Self::WrongLength { .. } | Self::Mesh(_) => "the file is damaged; write it again",
             Self::NoArea { .. } => "was the mesh flattened or scaled to nothing on export?",
             Self::NotPersonSize { .. } => "say the unit with --unit, and the axis that points up with --up",
+            Self::TooFewFaces { least, .. } => return Some(format!("give --faces {least} or more, or leave it out")),
             Self::TwoPeople { .. } => "give a scan of one person alone; cut the other one away first",
         };
         Some(hint.into())

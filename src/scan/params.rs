@@ -1,7 +1,8 @@
 //! How a scan is read and cleaned, with units and axes.
 
+use super::error::ScanError;
 use crate::geometry::Vec3;
-use crate::parameters::{Allowed, parameters};
+use crate::parameters::{Allowed, Parameters, parameters};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -20,6 +21,20 @@ parameters! {
         pub faces: usize = 100_000;
         /// Taubin passes. Four take a third of a depth camera's noise and leave folds of a centimetre.
         pub smoothing_passes: usize = 4, Allowed::Count(0, 100), "Taubin smoothing passes over the cleaned surface";
+    }
+}
+
+impl ScanParams {
+    /// Whether a scan can be cleaned with these parameters.
+    ///
+    /// **Errors** a number of faces that is too small for a person, a parameter out of range.
+    pub fn check(&self) -> Result<(), ScanError> {
+        /// Fewer faces than these lose hands and feet.
+        const LEAST_FACES: usize = 2_000;
+        if self.faces < LEAST_FACES {
+            return Err(ScanError::TooFewFaces { faces: self.faces, least: LEAST_FACES });
+        }
+        Ok(self.check_values()?)
     }
 }
 

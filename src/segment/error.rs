@@ -3,6 +3,9 @@
 /// Why a garment cannot be labelled.
 #[derive(Debug, thiserror::Error)]
 pub enum SegmentError {
+    /// A parameter has a value that it may not have.
+    #[error(transparent)]
+    Parameter(#[from] crate::parameters::NotAllowed),
     /// No template of that name.
     #[error("there is no garment template '{name}'; there are: {}", known.join(", "))]
     UnknownTemplate {
@@ -124,7 +127,7 @@ impl SegmentError {
                 "a stroke is {\"layer\":\"tshirt\",\"op\":\"add|erase\",\"radius\":0.02,\"points\":[[x,y,z],…],\"normal\":[x,y,z],\"frame\":\"file|world\"}, in the unit of the scan's file unless the frame is world".into(),
             ),
             Self::LabelCount { .. } => Some("label the scan as `overcoat mask LAYER --template FILE.npy` writes it, vertex by vertex in its order".into()),
-            Self::BadLabel { .. } | Self::WrongLength { .. } => None,
+            Self::BadLabel { .. } | Self::WrongLength { .. } | Self::Parameter(_) => None,
             Self::NoLabels { .. } => Some("paint the file that `overcoat mask LAYER --template FILE.ply` writes".into()),
             Self::NotLabelColors { .. } => Some(
                 "paint the file that `overcoat mask LAYER --template FILE.ply` writes, red where the garment is and grey where it is not".into(),

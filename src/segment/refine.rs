@@ -9,7 +9,7 @@ use super::placement::Placement;
 use super::proposal::{Proposal, Segmentation};
 use super::transfer::{Labels, transfer};
 use crate::geometry::{Adjacency, FaceId, PerVertex, SurfaceIndex, TriMesh};
-use crate::parameters::{Allowed, parameters};
+use crate::parameters::{Allowed, Parameters, parameters};
 use crate::scan::Scan;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -88,6 +88,7 @@ pub fn propose(
         return Ok(Proposal::of_nothing(mesh.vertex_count(), adjacency.edges().len()));
     };
     check_inputs(scan, inner, body, placement)?;
+    params.check_values()?;
     if params.method == LabelMethod::Transfer {
         return Ok(Proposal::of_labels(transfer(scan, body.mesh, &placement.prior)?));
     }

@@ -5,12 +5,25 @@ use crate::numerics::NumericsError;
 /// Why a garment cannot be stacked.
 #[derive(Debug, thiserror::Error)]
 pub enum StackError {
+    /// A parameter has a value that it may not have.
+    #[error(transparent)]
+    Parameter(#[from] crate::parameters::NotAllowed),
     /// No faces.
     #[error("the garment has no faces")]
     EmptyGarment,
+    /// Skin weights name a joint that the skeleton does not have.
+    #[error("a skin weight is for joint {joint}, but the skeleton has {joints} joints")]
+    NoSuchJoint {
+        /// The joint, from 0.
+        joint: usize,
+        /// Joints of the skeleton.
+        joints: usize,
+    },
     /// The number of skin weights differs from that of vertices.
-    #[error("the garment has {weights} skin weights for {vertices} vertices")]
+    #[error("'{layer}' has {weights} skin weights for {vertices} vertices")]
     WrongLength {
+        /// The layer, or `the garment`.
+        layer: String,
         /// Rows of weights.
         weights: usize,
         /// Vertices.
@@ -34,7 +47,9 @@ impl StackError {
     pub fn hint(&self) -> Option<String> {
         match self {
             Self::EmptyGarment => Some("the labels left nothing: look at the segmentation of this step".into()),
-            Self::WrongLength { .. } | Self::SurfaceCount { .. } => None,
+            Self::WrongLength { .. } | Self::SurfaceCount { .. } | Self::NoSuchJoint { .. } | Self::Parameter(_) => {
+                None
+            }
             Self::Unsolved(error) => error.hint(),
         }
     }

@@ -1,6 +1,7 @@
 //! Pushes a garment clear of the body and of every layer below it, in the bind pose. The result is the figure's next
 //! surface.
 
+mod arguments;
 mod clear;
 mod crossing;
 
@@ -25,7 +26,9 @@ pub use report::{LayerReport, StackReport};
 
 use crate::body::{Figure, Limb};
 use crate::geometry::{PerVertex, Point, TriMesh};
+use crate::parameters::Parameters;
 use crate::rig::RiggedGarment;
+use arguments::check_weights;
 use clear::cleared;
 use obstacle::{Obstacle, limbs_of};
 
@@ -48,9 +51,11 @@ pub fn stack(
     if mesh.face_count() == 0 {
         return Err(StackError::EmptyGarment);
     }
-    if garment.weights.len() != mesh.vertex_count() {
-        return Err(StackError::WrongLength { weights: garment.weights.len(), vertices: mesh.vertex_count() });
+    check_weights("the garment", mesh, &garment.weights, &figure.skeleton)?;
+    for layer in &figure.layers {
+        check_weights(&layer.name, &layer.mesh, &layer.weights, &figure.skeleton)?;
     }
+    params.check_values()?;
     let limb_of_joint = Limb::of_joints(&figure.skeleton);
     let limbs = limbs_of(&garment.weights, &limb_of_joint);
     let obstacles: Vec<Obstacle> =

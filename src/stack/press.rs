@@ -1,13 +1,14 @@
 //! Presses inner garments under the garment over them, in the pose of one step: a shirt under a jacket yields, the body
 //! does not.
 
+use super::arguments::check_weights;
 use super::clear::cleared;
 use super::error::StackError;
 use super::obstacle::{Obstacle, limbs_of};
 use super::params::StackParams;
 use crate::body::{Figure, Layer, Limb};
 use crate::geometry::TriMesh;
-use crate::parameters::{Allowed, parameters};
+use crate::parameters::{Allowed, Parameters, parameters};
 use serde::{Deserialize, Serialize};
 
 /// Clearance of the outermost garment from cloth that could not be pressed further, as a share of the clearance. Almost
@@ -58,7 +59,7 @@ pub struct PressReport {
 /// **Guarantees** the body does not move. The outermost garment moves only where the body and the cloth below leave it no
 /// room.
 ///
-/// **Errors** if there is not one surface per layer, with as many vertices as the layer.
+/// **Errors** if there is not one surface per layer, with as many vertices as the layer, or a parameter is out of range.
 ///
 /// **Source** ours; the counterpart of Hu 2017, Eq. 7, on the inner side: each garment, flipped, is stacked onto the
 /// flipped outer one, and then, with its own orientation, onto the body.
@@ -73,6 +74,7 @@ pub fn press(
         Obstacle::prepare(mesh, &layer.weights, &limb_of_joint, stack).for_facing(params.least_cosine)
     };
     check_surfaces(figure, surfaces)?;
+    params.check_values()?;
     let layers: Vec<(&Layer, &TriMesh)> = figure.layers.iter().zip(surfaces).collect();
     let Some((&(body_layer, body), garments)) = layers.split_first() else { return Ok(Default::default()) };
     let Some((&(outer_layer, outer), inner)) = garments.split_last() else { return Ok(Default::default()) };
@@ -116,13 +118,10 @@ fn check_surfaces(figure: &Figure, surfaces: &[TriMesh]) -> Result<(), StackErro
     if surface_count != layer_count {
         return Err(StackError::SurfaceCount { surfaces: surface_count, layers: layer_count });
     }
-    let unequal = figure.layers.iter().zip(surfaces).find(|(layer, mesh)| layer.weights.len() != mesh.vertex_count());
-    match unequal {
-        None => Ok(()),
-        Some((layer, mesh)) => {
-            Err(StackError::WrongLength { weights: layer.weights.len(), vertices: mesh.vertex_count() })
-        }
+    for (layer, mesh) in figure.layers.iter().zip(surfaces) {
+        check_weights(&layer.name, mesh, &layer.weights, &figure.skeleton)?;
     }
+    Ok(())
 }
 
 fn report(layer: &str, from: &TriMesh, to: &TriMesh) -> PressReport {

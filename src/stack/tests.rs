@@ -159,6 +159,25 @@ fn what_cannot_be_stacked_is_said() {
 }
 
 #[test]
+fn layers_and_parameters_that_do_not_fit_are_refused() {
+    let cloth = garment(band(0.16, 60.0, 120.0, 4, 12), 0);
+    let params = StackParams::default();
+    let mut naked = figure(vec![ball()]);
+    naked.layers[0].weights = SkinWeights::from_rows([]);
+    let error = stack(&cloth, &naked, &params).unwrap_err();
+    assert!(matches!(error, StackError::WrongLength { weights: 0, .. }), "{error}");
+    let stranger = garment(cloth.mesh.clone(), 40_000);
+    let error = stack(&stranger, &figure(vec![ball()]), &params).unwrap_err();
+    assert!(matches!(error, StackError::NoSuchJoint { joint: 40_000, .. }), "{error}");
+    let error = stack(&cloth, &figure(vec![ball()]), &StackParams { clearance: f64::NAN, ..params }).unwrap_err();
+    assert!(matches!(error, StackError::Parameter(_)), "{error}");
+    let surfaces = [ball().mesh];
+    let dressed = figure(vec![ball(), layer("shirt", cloth.mesh.clone(), 0)]);
+    let error = press(&dressed, &surfaces, &PressParams::default()).unwrap_err();
+    assert!(matches!(error, StackError::SurfaceCount { surfaces: 1, layers: 2 }), "{error}");
+}
+
+#[test]
 fn a_shirt_under_a_jacket_is_pressed_between_it_and_the_body() {
     let loose = shaken(&band(0.163, 30.0, 150.0, 40, 120), 0.001, 3);
     let jacket = shaken(&band(0.157, 50.0, 120.0, 24, 110), 0.0005, 8);
