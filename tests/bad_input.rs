@@ -431,6 +431,7 @@ fn unusable_recordings_are_refused() {
     }
     let fine = recording(&folder("fine"), &quick, |_| {});
     refused(&session, &["scan", "hat", &fine, "--template", "hat", "--voxel", "0.2"], 2, &["voxels of 0.2 mm"]);
+    refused(&session, &["scan", "hat", &fine, "--template", "hat", "--faces", "10"], 2, &["a scan of 10 faces"]);
     let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo/0-body.ply").display().to_string();
     refused(&session, &["scan", "hat", &mesh, "--template", "hat", "--view"], 2, &["there is nothing to show"]);
     let watched = ["scan", "hat", &fine, "--template", "hat", "--view=fine.rrd"];

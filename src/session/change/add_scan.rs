@@ -5,7 +5,7 @@ use crate::parameters::Settings;
 use crate::scan::{Unit, Up};
 use crate::session::error::SessionError;
 use crate::session::open::{Session, Writer, source};
-use crate::session::recipe::{BODY_STEP, BodySurface, StepRecipe, garment_kind};
+use crate::session::recipe::{BodySurface, StepRecipe, garment_kind};
 use crate::session::results::ScanRecording;
 use crate::session::results::ShowIn;
 use crate::session::stage::Stage;
@@ -48,15 +48,6 @@ pub struct NewScan {
 impl Writer {
     /// Adds a scan as the next step. On an error the session is unchanged.
     pub fn add_scan(&mut self, new: &NewScan, on_event: &mut dyn FnMut(&Event)) -> Result<StageReport, SessionError> {
-        check_extent(new)?;
-        if new.surface.is_some() && new.name != BODY_STEP {
-            return Err(SessionError::BadRequest {
-                what: format!("'{}' is a garment: only the body has a surface to choose", new.name),
-                hint: "leave --surface out".into(),
-            });
-        }
-        check_voxel(new)?;
-        let mut recording = recording_of(new, &self.session)?;
         // Masks are anchored in space, so they also apply to another mesh of the same person.
         let masks = self.session.recipe.step(&new.name).map(|old| old.masks.clone()).unwrap_or_default();
         let mut step = StepRecipe {
@@ -79,6 +70,7 @@ impl Writer {
         if step.template.is_some() {
             garment_kind::of_step(&step)?;
         }
+        let mut recording = recording_of(new, &self.session)?;
         let bytes = source::read_scan(&new.file)?;
         let named = source::named(self.session.dir(), &new.file, &bytes)?;
         (step.scan, step.hash) = (named.file, named.hash);
@@ -135,24 +127,4 @@ fn change_of(new: &NewScan) -> String {
     let file = new.file.file_name().unwrap_or_default().to_string_lossy();
     let replaced = if new.replace { ", replaced" } else { "" };
     format!("scan {} {file}{replaced}", new.name)
-}
-
-/// Voxels finer than 1 mm only resolve noise; those coarser than 2 cm lose arms.
-fn check_voxel(new: &NewScan) -> Result<(), SessionError> {
-    match new.voxel_mm {
-        Some(mm) if !(1.0..=20.0).contains(&mm) => Err(SessionError::BadRequest {
-            what: format!("voxels of {mm} mm are too {}", if mm < 1.0 { "fine" } else { "coarse" }),
-            hint: "give --voxel between 1 and 20 millimetres; 4 is the default".into(),
-        }),
-        _ => Ok(()),
-    }
-}
-
-fn check_extent(new: &NewScan) -> Result<(), SessionError> {
-    for (option, value) in [("--until", &new.until), ("--sleeve", &new.sleeve)] {
-        if new.name == BODY_STEP && value.is_some() {
-            return Err(SessionError::BodyWithExtent { option });
-        }
-    }
-    Ok(())
 }

@@ -3,8 +3,10 @@
 use super::names::{is_file_name, is_same_file_name};
 use super::parameters::{self, has_parameters};
 use super::steps::{BODY_STEP, Recipe, StepRecipe};
+use crate::scan::ScanParams;
 use crate::session::error::SessionError;
 use crate::session::stage::Stage;
+use std::ops::RangeInclusive;
 
 /// Names that export uses for files and folders of its own.
 const RESERVED_NAMES: [&str; 4] = ["body", "joints", "labels", "weights"];
@@ -26,8 +28,8 @@ impl Recipe {
         self.check().map_err(|fault| fault.error)
     }
 
-    /// Checks a recipe: the body comes first and is the only step without a template; names are unique and valid file
-    /// names; each parameter belongs to a stage of its step and has an allowed value.
+    /// Checks a recipe: the body comes first and is the only step without a template and without limits; names are unique
+    /// and valid file names; each parameter belongs to a stage of its step and has an allowed value.
     pub(in crate::session) fn check(&self) -> Result<(), Fault> {
         for (i, step) in self.steps.iter().enumerate() {
             let at = |key: &[&str], error| Fault { step: i, key: key.iter().map(|k| k.to_string()).collect(), error };
@@ -39,6 +41,8 @@ impl Recipe {
             if step.is_body() && !step.masks.is_empty() {
                 return Err(at(&["mask"], SessionError::MaskOnBody));
             }
+            check_extent(step).map_err(|(key, e)| at(&[key], e))?;
+            check_reading(step).map_err(|(key, e)| at(&[key], e))?;
             for &stage in Stage::ALL {
                 let Some(section) = stage.section() else { continue };
                 for (name, setting) in step.settings(stage) {
@@ -106,4 +110,34 @@ fn check_name(name: &str, template: &Option<String>) -> Result<(), SessionError>
         }
         _ => Ok(()),
     }
+}
+
+/// Limits are for garments.
+fn check_extent(step: &StepRecipe) -> Result<(), (&'static str, SessionError)> {
+    for (key, option, value) in [("until", "--until", &step.until), ("sleeve", "--sleeve", &step.sleeve)] {
+        if step.is_body() && value.is_some() {
+            return Err((key, SessionError::BodyWithExtent { option }));
+        }
+    }
+    Ok(())
+}
+
+/// How the scan is read: faces, voxels, and what becomes the body.
+fn check_reading(step: &StepRecipe) -> Result<(), (&'static str, SessionError)> {
+    /// Millimetres: finer voxels only resolve noise, coarser ones lose arms.
+    const VOXELS_MM: RangeInclusive<f64> = 1.0..=20.0;
+    let wrong = |what: String, hint: String| SessionError::BadRequest { what, hint };
+    if let Some(faces) = step.faces {
+        let params = ScanParams { faces, ..ScanParams::default() };
+        params.check().map_err(|e| ("faces", wrong(e.to_string(), e.hint().unwrap_or_default())))?;
+    }
+    if let Some(mm) = step.voxel_mm.filter(|mm| !VOXELS_MM.contains(mm)) {
+        let what = format!("voxels of {mm} mm are too {}", if mm < *VOXELS_MM.start() { "fine" } else { "coarse" });
+        return Err(("voxel_mm", wrong(what, "give --voxel between 1 and 20 millimetres; 4 is the default".into())));
+    }
+    if step.surface.is_some() && !step.is_body() {
+        let what = format!("'{}' is a garment: only the body has a surface to choose", step.name);
+        return Err(("surface", wrong(what, "leave --surface out".into())));
+    }
+    Ok(())
 }

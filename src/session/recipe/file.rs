@@ -157,6 +157,9 @@ mod tests {
             ("[step.fit]\nsamples = 1000\n", 10, "the step 'shirt' has no stage 'fit'"),
             ("[step.stack]\nmethod = \"pull\"\n", 10, "'pull'"),
             ("[[step]]\nname = \"shirt\"\nscan = \"b.ply\"\ntemplate = \"shirt\"\n", 10, "already a step 'shirt'"),
+            ("until = \"knee\"\nfaces = 10\n", 10, "a scan of 10 faces is too coarse"),
+            ("voxel_mm = 0.01\n", 9, "voxels of 0.01 mm are too fine"),
+            ("surface = \"scan\"\n", 9, "only the body has a surface"),
             ("[[step]]\nscan = \"b.ply\"\nname = \"a/b\"\ntemplate = \"shirt\"\n", 11, "'a/b'"),
         ] {
             match Recipe::parse(&format!("{head}{rest}"), Path::new("recipe.toml")) {
