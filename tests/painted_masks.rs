@@ -62,7 +62,7 @@ fn write_the_template() {
 
 /// Every vertex not within `slack` of a limit has the label that was found or painted.
 fn check(raw: &RawMesh, scan: &Scan, slack: f64, of: &str) {
-    let marks = LabelledSurface::read(raw).unwrap().marks_on(scan, || None).unwrap();
+    let marks = LabelledSurface::read(raw).unwrap().marks_on(scan, None).unwrap();
     let (mut red, mut grey) = (0, 0);
     for (v, p) in scan.mesh.points().enumerate() {
         let [to_red, to_grey] = [RED_AT, GREY_AT].map(|c| (p - Point::from(c)).norm() - BRUSH);

@@ -116,7 +116,7 @@ impl<'a> Cache<'a> {
         }
         let layers = wanted.kind.iter().map(|_| mesh(&read(&file("layer1.ply"))?)).collect::<Result<_>>()?;
         let body = mesh(&read(&file("body.ply"))?)?;
-        let joints = TruthJoints::from_json(&std::fs::read_to_string(&joints)?)?.at(0);
+        let joints = TruthJoints::from_json(&std::fs::read_to_string(&joints)?)?.at(0)?.clone();
         let scan = read(&file("scan.ply"))?;
         Ok(Subject { name, kind: wanted.kind, scan, truth: TruthStep { body, layers, joints } })
     }

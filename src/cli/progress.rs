@@ -86,9 +86,7 @@ fn shown_bar(console: &Console, stages: Option<usize>) -> Option<ProgressBar> {
         Some(count) => (ProgressBar::new(count as u64), "{bar:24} {pos}/{len} {elapsed:>4} {wide_msg}"),
         None => (ProgressBar::new_spinner(), "{spinner} {elapsed:>4} {wide_msg}"),
     };
-    if let Ok(style) = ProgressStyle::with_template(template) {
-        bar.set_style(style);
-    }
+    bar.set_style(ProgressStyle::with_template(template).expect("both templates above are well formed"));
     bar.enable_steady_tick(TICK);
     Some(bar)
 }

@@ -59,7 +59,7 @@ pub(super) fn filled(
         faces.extend(patch.faces_from(&ring, points.len()));
         let nearest = NearestVertex::prepare(&rim);
         for p in &patch.inner {
-            let close = nearest.nearest(p).map_or(ring[0], |(v, _)| ring[v.index()]);
+            let close = ring[nearest.nearest(p).expect("a ring has vertices").0.index()];
             labels.0.0.push(cloth && labels.0[close]);
             by_hand.0.push(false);
             if let Some(colors) = &mut colors {
@@ -113,7 +113,7 @@ pub(super) fn close_pinholes(slice: Slice, whole: &FilledScan) -> Result<Slice, 
         faces.extend(patch.faces_from(&ring, points.len()));
         let nearest = NearestVertex::prepare(&around);
         for p in &patch.inner {
-            let close = nearest.nearest(p).map_or(ring[0], |(v, _)| ring[v.index()]);
+            let close = ring[nearest.nearest(p).expect("a ring has vertices").0.index()];
             origins.push(origins[close.index()]);
             on_cut.push(false);
         }

@@ -195,6 +195,7 @@ impl GlbWriter {
                 2 => Type::Vec2,
                 3 => Type::Vec3,
                 4 => Type::Vec4,
+                // At compile time: `floats::<5>` does not build.
                 _ => panic!("glTF has vectors of 2, 3 and 4"),
             }
         };

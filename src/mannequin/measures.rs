@@ -19,7 +19,7 @@ macro_rules! measures {
             const NAMES: &'static [&'static str] = &[$(stringify!($name)),*];
             fn from_values(values: &[f64], male: f64) -> Self {
                 let mut at = values.iter().copied();
-                Self { $($name: at.next().unwrap_or(0.0),)* male }
+                Self { $($name: at.next().expect("the table was checked: one value per name"),)* male }
             }
             /// Half-way between two measurement sets, or any other part of the way.
             pub fn between(&self, other: &Self, part: f64) -> Self {

@@ -28,7 +28,7 @@ impl HalfMesh {
             .iter()
             .map(|f| {
                 let g = f.map(|v| rank[v as usize]);
-                let k = (0..3).min_by_key(|k| g[*k]).unwrap_or(0);
+                let k = (0..3).min_by_key(|k| g[*k]).expect("three corners");
                 [g[k], g[(k + 1) % 3], g[(k + 2) % 3]]
             })
             .collect();

@@ -249,12 +249,12 @@ fn joints_are_read_by_our_names_and_by_makehumans() {
         {"joints": {"hips": [1, 2, 3], "rightUpperArm": [4, 5, 6]}}]}"#;
     let truth = TruthJoints::from_json(text).unwrap();
     assert_eq!((truth.names.len(), truth.step_count()), (2, 2));
-    let first = truth.at(0);
+    let first = truth.at(0).unwrap();
     assert_eq!(first.len(), 3);
     assert_eq!(first[&HumanJoint::Hips], Point::new(0.0, 0.9, 0.0));
     assert_eq!(first[&HumanJoint::UpperArm(Side::Right)], Point::new(-0.2, 1.4, 0.0));
     assert_eq!(first[&HumanJoint::Toes(Side::Left)], Point::new(0.1, 0.0, 0.2));
-    assert_eq!(truth.at(1)[&HumanJoint::UpperArm(Side::Right)], Point::new(4.0, 5.0, 6.0));
+    assert_eq!(truth.at(1).unwrap()[&HumanJoint::UpperArm(Side::Right)], Point::new(4.0, 5.0, 6.0));
     let broken = TruthJoints::from_json("{\"steps\": [{}]}").unwrap_err();
     assert!(broken.to_string().contains("joints") && broken.hint().is_some());
 }

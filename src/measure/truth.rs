@@ -136,9 +136,12 @@ impl TruthJoints {
         self.steps.len()
     }
 
-    /// The joints of one step; empty beyond the last.
-    pub fn at(&self, step: usize) -> JointPositions {
-        self.steps.get(step).cloned().unwrap_or_default()
+    /// The joints of one step.
+    ///
+    /// **Errors** if the truth has fewer steps.
+    pub fn at(&self, step: usize) -> Result<&JointPositions, MeasureError> {
+        let (steps, truth_steps) = (step + 1, self.steps.len());
+        self.steps.get(step).ok_or(MeasureError::MoreStepsThanTruth { steps, truth_steps })
     }
 }
 

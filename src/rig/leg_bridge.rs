@@ -123,6 +123,6 @@ impl LegBridge {
         let squared = |legs: &[Point; 2]| legs.iter().map(|c| (p - c).norm_squared()).fold(f64::INFINITY, f64::min);
         (0..self.centers.len())
             .min_by(|&a, &b| squared(&self.centers[a]).total_cmp(&squared(&self.centers[b])))
-            .unwrap_or(0)
+            .expect("only a bridge with levels is asked")
     }
 }

@@ -61,9 +61,9 @@ pub(super) fn file_frame(
                     findings.push(format!(
                         "rotated the person upright: the direction ({x:.2}, {y:.2}, {z:.2}) of the file points up{doubt}"
                     ));
-                    // From straight down the shortest rotation is not unique; that is an axis of the file and was
-                    // handled above.
-                    UnitQuaternion::rotation_between(&direction, &Vec3::y()).unwrap_or_else(UnitQuaternion::identity)
+                    UnitQuaternion::rotation_between(&direction, &Vec3::y()).expect(
+                        "only straight down has no shortest rotation, and an axis of the file was handled above",
+                    )
                 }
             }
         }

@@ -18,16 +18,17 @@ pub struct Extent {
 /// A height of the body: a word, or a share of stature.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
-pub struct Until(Given);
+pub struct Until(Given<Limit>);
 
 /// A length of sleeve: a word, or a share of the arm from shoulder to wrist.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
-pub struct Sleeve(Given);
+pub struct Sleeve(Given<Option<Limit>>);
 
 #[derive(Clone, Debug, PartialEq)]
-enum Given {
-    Word(&'static str),
+enum Given<L> {
+    /// A word and the limit that it names.
+    Word(&'static str, L),
     Share(f64),
 }
 
@@ -68,10 +69,7 @@ pub(super) enum Height {
 impl Until {
     pub(super) fn height(&self) -> Height {
         match self.0 {
-            Given::Word(word) => {
-                let limit = HEIGHTS.iter().find(|h| h.0 == word).map_or(HEIGHTS[6].1, |h| h.1);
-                Height::At(limit)
-            }
+            Given::Word(_, limit) => Height::At(limit),
             Given::Share(share) => Height::OfStature(share),
         }
     }
@@ -81,7 +79,7 @@ impl Sleeve {
     /// The end of the sleeve; `None` without sleeves. A share treats upper and lower arm as equally long.
     pub(super) fn limit(&self) -> Option<Limit> {
         match self.0 {
-            Given::Word(word) => SLEEVES.iter().find(|s| s.0 == word).and_then(|s| s.1),
+            Given::Word(_, limit) => limit,
             Given::Share(share) if share <= 0.0 => None,
             Given::Share(share) if share <= 0.5 => Some(Limit { bone: LimitBone::UpperArm, at: 2.0 * share }),
             Given::Share(share) => Some(Limit { bone: LimitBone::LowerArm, at: 2.0 * share - 1.0 }),
@@ -89,42 +87,43 @@ impl Sleeve {
     }
 }
 
-fn parse(
+fn parse<L: Copy>(
     given: &str,
-    words: impl Iterator<Item = &'static str>,
+    words: &[(&'static str, L)],
     what: &'static str,
     scale: &'static str,
-) -> Result<Given, SegmentError> {
-    let words: Vec<&'static str> = words.collect();
+) -> Result<Given<L>, SegmentError> {
     let plain = given.trim().to_lowercase().replace(['_', ' '], "-");
-    if let Some(word) = words.iter().find(|w| **w == plain || w.replace('-', "") == plain) {
-        return Ok(Given::Word(word));
+    if let Some(&(word, limit)) = words.iter().find(|w| w.0 == plain || w.0.replace('-', "") == plain) {
+        return Ok(Given::Word(word, limit));
     }
     match plain.parse::<f64>() {
         Ok(share) if (0.0..=1.0).contains(&share) => Ok(Given::Share(share)),
-        _ => Err(SegmentError::BadExtent { given: given.into(), what, known: words, scale }),
+        _ => {
+            let known = words.iter().map(|w| w.0).collect();
+            Err(SegmentError::BadExtent { given: given.into(), what, known, scale })
+        }
     }
 }
 
 impl FromStr for Until {
     type Err = SegmentError;
     fn from_str(given: &str) -> Result<Self, SegmentError> {
-        parse(given, HEIGHTS.iter().map(|h| h.0), "garment limit", "share of stature, 0 the floor").map(Self)
+        parse(given, &HEIGHTS, "garment limit", "share of stature, 0 the floor").map(Self)
     }
 }
 
 impl FromStr for Sleeve {
     type Err = SegmentError;
     fn from_str(given: &str) -> Result<Self, SegmentError> {
-        parse(given, SLEEVES.iter().map(|s| s.0), "sleeve length", "share of the arm, 0 the shoulder, 1 the wrist")
-            .map(Self)
+        parse(given, &SLEEVES, "sleeve length", "share of the arm, 0 the shoulder, 1 the wrist").map(Self)
     }
 }
 
-impl fmt::Display for Given {
+impl<L> fmt::Display for Given<L> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Word(word) => f.write_str(word),
+            Self::Word(word, _) => f.write_str(word),
             Self::Share(share) => write!(f, "{share}"),
         }
     }

@@ -142,7 +142,7 @@ impl LabelledSurface {
     ///
     /// **Errors** if most of the two surfaces are apart. `file_vertices` gives the vertex count of the scan's file for the
     /// message.
-    pub fn marks_on(&self, scan: &Scan, file_vertices: impl Fn() -> Option<usize>) -> Result<Marks, SegmentError> {
+    pub fn marks_on(&self, scan: &Scan, file_vertices: Option<usize>) -> Result<Marks, SegmentError> {
         let points: Vec<Point> = self.points.iter().map(|p| scan.world_from_file.world_from_file(p)).collect();
         if self.is_of(scan, &points) {
             return Ok(Marks(self.labels.clone().into()));
@@ -154,7 +154,7 @@ impl LabelledSurface {
             on_scan,
             vertices: scan.mesh.vertex_count(),
             covered,
-            file_vertices: file_vertices(),
+            file_vertices,
             reach: REACH,
         };
         let surface = TriMesh::try_from_indices(points.clone(), &faces).map_err(|_| off_the_scan(0, 0))?;
@@ -192,17 +192,12 @@ impl Marks {
     /// Marks from numbers: 1 (or 255): the garment; 0: not the garment; −1: unlabelled.
     ///
     /// **Shapes** `numbers`: one per vertex of the cleaned scan, or one per vertex of its file (`file_vertices`).
-    pub fn from_numbers(
-        numbers: &[f64],
-        scan: &Scan,
-        file_vertices: impl Fn() -> Option<usize>,
-    ) -> Result<Self, SegmentError> {
+    pub fn from_numbers(numbers: &[f64], scan: &Scan, file_vertices: Option<usize>) -> Result<Self, SegmentError> {
         let vertices = scan.mesh.vertex_count();
         let labels = numbers.iter().enumerate().map(|(i, &n)| label_of(i, n)).collect::<Result<Vec<_>, _>>()?;
         if labels.len() == vertices {
             return Ok(Self(labels.into()));
         }
-        let file_vertices = file_vertices();
         if file_vertices != Some(labels.len()) {
             return Err(SegmentError::LabelCount { labels: labels.len(), vertices, file_vertices });
         }
@@ -247,11 +242,11 @@ mod tests {
     fn labels_are_anchored_in_space_and_hold_on_another_mesh() {
         let scan = sheet(61);
         let surface = LabelledSurface::of_marks(&scan, &left_half(&scan));
-        assert_eq!(surface.marks_on(&scan, || None).unwrap(), left_half(&scan));
+        assert_eq!(surface.marks_on(&scan, None).unwrap(), left_half(&scan));
         // 61 into 47: hardly a vertex in common, and 4 mm above.
         let mut other = sheet(47);
         other.mesh = other.mesh.map_points(|p| Point::new(p.x, p.y, 0.004));
-        let marks = surface.marks_on(&other, || None).unwrap();
+        let marks = surface.marks_on(&other, None).unwrap();
         let expected = left_half(&other);
         for (v, p) in other.mesh.points().enumerate() {
             let near_a_limit = (p.x - 0.2).abs() < 0.007 || (p.y - 0.3).abs() < 0.007;
@@ -259,9 +254,9 @@ mod tests {
         }
         let points_alone = LabelledSurface { faces: Vec::new(), ..surface.clone() };
         let agree = |a: &Marks, b: &Marks| a.0.iter().zip(b.0.iter()).filter(|(a, b)| a == b).count();
-        assert!(agree(&points_alone.marks_on(&other, || None).unwrap(), &marks) > 47 * 44);
+        assert!(agree(&points_alone.marks_on(&other, None).unwrap(), &marks) > 47 * 44);
         other.mesh = other.mesh.map_points(|p| Point::new(p.x, p.y, p.z + 0.5));
-        let error = surface.marks_on(&other, || Some(9999)).unwrap_err().to_string();
+        let error = surface.marks_on(&other, Some(9999)).unwrap_err().to_string();
         assert!(error.contains("3721") && error.contains("2209") && error.contains("9999"), "{error}");
     }
 
@@ -304,14 +299,12 @@ mod tests {
     fn numbers_must_fit_the_scan_or_its_file() {
         let mut scan = sheet(2);
         scan.file_vertices = PerVertex(vec![4, 0, 2, 1]);
-        let marks = Marks::from_numbers(&[1.0, 0.0, -1.0, 255.0], &scan, || Some(6)).unwrap();
+        let marks = Marks::from_numbers(&[1.0, 0.0, -1.0, 255.0], &scan, Some(6)).unwrap();
         assert_eq!(marks.0.0, [Some(true), Some(false), None, Some(true)]);
-        let of_file = Marks::from_numbers(&[0.0, -1.0, 1.0, 0.0, 1.0, 0.0], &scan, || Some(6)).unwrap();
+        let of_file = Marks::from_numbers(&[0.0, -1.0, 1.0, 0.0, 1.0, 0.0], &scan, Some(6)).unwrap();
         assert_eq!(of_file.0.0, [Some(true), Some(false), Some(true), None]);
-        let error = Marks::from_numbers(&[0.0; 5], &scan, || Some(6)).unwrap_err().to_string();
+        let error = Marks::from_numbers(&[0.0; 5], &scan, Some(6)).unwrap_err().to_string();
         assert!(error.contains('5') && error.contains('4') && error.contains('6'), "{error}");
-        assert!(
-            Marks::from_numbers(&[0.0, 2.0, 0.0], &scan, || None).unwrap_err().to_string().contains("label 1 is 2")
-        );
+        assert!(Marks::from_numbers(&[0.0, 2.0, 0.0], &scan, None).unwrap_err().to_string().contains("label 1 is 2"));
     }
 }

@@ -24,7 +24,7 @@ pub(super) struct Components {
 /// **Source** Hu 2017, Eq. 2; the Gram matrix has the covariance's eigenvalues where bodies are fewer than coordinates.
 pub(super) fn principal_components(bodies: &[&PerVertex<Point>], count: usize) -> Option<Components> {
     let n = bodies.len();
-    let mean = mean_body(bodies)?;
+    let mean = mean_body(bodies);
     let centered: Vec<Vec<Vec3>> =
         bodies.par_iter().map(|b| b.iter().zip(mean.iter()).map(|(p, m)| p - m).collect()).collect();
     let rows: Vec<Vec<f64>> =
@@ -66,12 +66,17 @@ pub(super) fn principal_components(bodies: &[&PerVertex<Point>], count: usize) -
     Some(Components { mean, directions, sigma, explained })
 }
 
-/// The mean of bodies with the same vertices; `None` for none.
-pub(super) fn mean_body(bodies: &[&PerVertex<Point>]) -> Option<PerVertex<Point>> {
-    let count = bodies.first()?.len();
+/// The mean of bodies with the same vertices.
+///
+/// # Panics
+/// If there is no body, or their numbers of vertices differ: [`TrainParams::check`](super::TrainParams::check) and
+/// [`Subjects::try_new`](super::Subjects::try_new) refuse both.
+pub(super) fn mean_body(bodies: &[&PerVertex<Point>]) -> PerVertex<Point> {
+    let count = bodies[0].len();
+    assert!(bodies.iter().all(|body| body.len() == count), "bodies of one topology");
     let share = 1.0 / bodies.len() as f64;
     let mean = |v: usize| Point::from(bodies.iter().map(|b| b.0[v].coords).sum::<Vec3>() * share);
-    Some((0..count).into_par_iter().map(mean).collect::<Vec<_>>().into())
+    (0..count).into_par_iter().map(mean).collect::<Vec<_>>().into()
 }
 
 impl Components {

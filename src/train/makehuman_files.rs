@@ -178,9 +178,10 @@ fn read_mhskel(bones: &Object, joints: &Object, vertices: usize) -> Result<Skel,
         .iter()
         .map(|(name, bone)| {
             let parent = bone["parent"].as_str().map(String::from);
-            (name.clone(), (parent, bone["head"].as_str().unwrap_or_default().to_string()))
+            let head = bone["head"].as_str().ok_or_else(|| wrong(FILE, format!("bone {name} has no head")))?;
+            Ok((name.clone(), (parent, head.to_string())))
         })
-        .collect();
+        .collect::<Result<_, TrainError>>()?;
     let mut places = BTreeMap::new();
     for (name, list) in joints {
         let list: Option<Vec<u32>> = list.as_array().and_then(|l| {

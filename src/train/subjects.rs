@@ -39,7 +39,7 @@ impl Subjects {
             return Err(TrainError::JointCount { found: given.of_body.len(), expected: meshes.len() });
         }
         let bodies: Vec<PerVertex<Point>> = meshes.iter().map(|(_, mesh)| mesh.points().clone()).collect();
-        let mean = mean_body(&bodies.iter().collect::<Vec<_>>()).unwrap_or_default();
+        let mean = mean_body(&bodies.iter().collect::<Vec<_>>());
         Ok(Self { template: first.with_points(mean), bodies, joints })
     }
 
@@ -63,16 +63,19 @@ impl Subjects {
                 }
                 self.bodies[b] = body.iter().map(moved).collect();
             }
-            let mean = mean_body(&self.bodies.iter().collect::<Vec<_>>()).unwrap_or_default();
+            let mean = mean_body(&self.bodies.iter().collect::<Vec<_>>());
             self.template = self.template.with_points(mean);
         }
         self
     }
 
-    /// The mean of some of the bodies.
+    /// The mean of some of the bodies, by their indices.
+    ///
+    /// # Panics
+    /// If none is named, or one that is not there.
     pub fn mean_of(&self, bodies: &[usize]) -> TriMesh {
         let some: Vec<&PerVertex<Point>> = bodies.iter().map(|&b| &self.bodies[b]).collect();
-        self.template.with_points(mean_body(&some).unwrap_or_else(|| self.template.points().clone()))
+        self.template.with_points(mean_body(&some))
     }
 
     /// The mean of their joints, if known.

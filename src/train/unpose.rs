@@ -45,7 +45,7 @@ pub(super) fn into_mean_pose(
     let mut poses = vec![Pose::bind(regressor.len()); in_bind.len()];
     for round in 0..ROUNDS {
         on_step(&TrainingProgress { doing: "unposing", done: round, total: ROUNDS });
-        let mean = mean_body(&kept.iter().map(|&b| &in_bind[b]).collect::<Vec<_>>()).unwrap_or_default();
+        let mean = mean_body(&kept.iter().map(|&b| &in_bind[b]).collect::<Vec<_>>());
         (in_bind, poses) = subjects
             .bodies
             .par_iter()

@@ -72,15 +72,15 @@ fn makehuman_files(folder: &Path) -> Result<MakeHumanFiles, BodiesError> {
         });
     }
     let entries = std::fs::read_dir(&below).map_err(|e| BodiesError::reading(&below, e))?;
-    for path in entries.flatten().map(|e| e.path()) {
-        if target_name(&path).is_some() {
-            paths.push(path);
+    for entry in entries {
+        let path = entry.map_err(|e| BodiesError::reading(&below, e))?.path();
+        if let Some(name) = target_name(&path) {
+            paths.push((path, name));
         }
     }
     paths.sort();
     let mut targets: Vec<(String, String)> = Vec::new();
-    for path in paths {
-        let name = target_name(&path).unwrap_or_default();
+    for (path, name) in paths {
         // A target that exists both packed and unpacked counts once.
         if targets.last().is_none_or(|(last, _)| *last != name) {
             targets.push((name, text(&path)?));

@@ -47,7 +47,7 @@ enum Then {
 pub(super) fn run(args: RecordArgs, context: &Context, commands: Commands) -> anyhow::Result<Done> {
     let dir = args.dir.unwrap_or_else(|| context.session.clone());
     let mut record = Record::open(&dir, context, commands)?;
-    record.say_where();
+    record.say_where()?;
     record.catch_up();
     let mut ask = Ask::open(&dir, record.console.is_json() || record.console.verbosity == Verbosity::Quiet)?;
     loop {
@@ -103,13 +103,14 @@ impl Record {
         }
     }
 
-    fn say_where(&self) {
-        let steps = self.session().map(|s| s.recipe().steps.len()).unwrap_or(0);
+    fn say_where(&self) -> Result<(), SessionError> {
+        let steps = self.session()?.recipe().steps.len();
         let dir = self.context.session.display();
         match steps {
             0 => self.say(&format!("Recording {dir}: a new session. `help` says what else can be typed.")),
             n => self.say(&format!("Recording {dir}: {n} scan{} so far.", if n == 1 { "" } else { "s" })),
         }
+        Ok(())
     }
 
     fn question(&self) -> Result<Question, SessionError> {

@@ -14,9 +14,8 @@ pub(crate) fn bounded_offsets(mesh: &TriMesh, required: &PerVertex<Option<f64>>,
     /// Rounds of smoothing, each over a one-ring of vertices (about 2 cm).
     const ROUNDS: usize = 3;
     let adjacency = Adjacency::prepare(mesh);
-    let least: Vec<f64> = (0..mesh.vertex_count())
-        .map(|i| required.0.get(i).copied().flatten().unwrap_or(0.0).clamp(0.0, greatest))
-        .collect();
+    assert_eq!(required.len(), mesh.vertex_count(), "one required offset per vertex");
+    let least: Vec<f64> = required.iter().map(|required| required.unwrap_or(0.0).clamp(0.0, greatest)).collect();
     let mut depth = least.clone();
     // Relaxed until nothing rises: reach is greatest / SLOPE = 4 cm, a few rings.
     loop {

@@ -21,12 +21,7 @@ pub(crate) fn target_weights(model: &BodyModel, params: &RegisterParams) -> PerV
         _ => 1.0,
     };
     let pulls: Vec<f64> = skeleton.ids().map(pull_of_joint).collect();
-    model
-        .weights
-        .rows()
-        .iter()
-        .map(|row| row.iter().map(|(j, w)| w * pulls.get(j.index()).copied().unwrap_or(1.0)).sum())
-        .collect()
+    model.weights.rows().iter().map(|row| row.iter().map(|(j, w)| w * pulls[j.index()]).sum()).collect()
 }
 
 /// The closest point of the scan, if it faces the same way. The closest point to a toe tip that is in front of or behind the

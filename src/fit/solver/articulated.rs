@@ -158,7 +158,7 @@ impl<'a> Articulated<'a> {
     /// How each shape component moves a vertex of the bind pose. **Shapes** `K`.
     fn dirs_of(&self, v: VertexId) -> &[Vec3] {
         let count = self.component_count();
-        self.shape_dirs.get(v.index() * count..(v.index() + 1) * count).unwrap_or_default()
+        &self.shape_dirs[v.index() * count..(v.index() + 1) * count]
     }
 
     /// Sums all residuals. Everything that is not an unknown has a step of zero.

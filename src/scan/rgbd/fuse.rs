@@ -62,7 +62,7 @@ pub fn fuse(
             on_step(&FusionStep::Tracked { frame, of: cuts.len(), pose: *pose, residual, so_far });
         });
     refuse_if_lost(&frames, &cuts, &placed, &lost)?;
-    let axis = survey.axis.fitted(&poses(&placed)).unwrap_or(survey.axis);
+    let axis = refitted(&survey.axis, &placed)?;
     refuse_if_still(&axis, &placed)?;
 
     let drift = close_loops(&cuts, &mut placed, &axis, coarse, truncation);
@@ -75,9 +75,9 @@ pub fn fuse(
             break;
         }
     }
-    let axis = axis.fitted(&poses(&placed)).unwrap_or(axis);
-    upright(&mut placed, &axis, &survey);
-    let axis = survey.axis.fitted(&poses(&placed)).unwrap_or(survey.axis);
+    let axis = refitted(&axis, &placed)?;
+    upright(&mut placed, &axis, &survey)?;
+    let axis = refitted(&survey.axis, &placed)?;
     let loops = loop_residual(&cuts, &placed, &axis, coarse, truncation);
     on_step(&FusionStep::Placed { poses: poses(&placed) });
     drop(volume);
@@ -152,18 +152,32 @@ fn refuse_if_lost(
 }
 
 fn refuse_if_still(axis: &Axis, placed: &[Placed]) -> Result<(), FusionError> {
-    let headings = axis.headings(&poses(placed));
-    let (low, high) = headings.iter().fold((0.0f64, 0.0f64), |(l, h), &a| (l.min(a), h.max(a)));
-    if high - low < LEAST_TURN {
-        return Err(FusionError::NoTurn { count: placed.len(), turned_deg: (high - low).to_degrees() });
+    match turned(axis, placed) < LEAST_TURN {
+        true => Err(no_turn(axis, placed)),
+        false => Ok(()),
     }
-    Ok(())
 }
 
-/// Moves the model so that its axis is +Y through the origin.
-fn upright(placed: &mut [Placed], axis: &Axis, survey: &SceneSurvey) {
-    let rotation = nalgebra::UnitQuaternion::rotation_between(&axis.direction, &survey.axis.direction)
-        .unwrap_or_else(nalgebra::UnitQuaternion::identity);
+/// The axis of the poses near `axis`; an error if they do not determine one.
+fn refitted(axis: &Axis, placed: &[Placed]) -> Result<Axis, FusionError> {
+    axis.fitted(&poses(placed)).ok_or_else(|| no_turn(axis, placed))
+}
+
+fn no_turn(axis: &Axis, placed: &[Placed]) -> FusionError {
+    FusionError::NoTurn { count: placed.len(), turned_deg: turned(axis, placed).to_degrees() }
+}
+
+/// The range of headings, in radians.
+fn turned(axis: &Axis, placed: &[Placed]) -> f64 {
+    let headings = axis.headings(&poses(placed));
+    let (low, high) = headings.iter().fold((0.0f64, 0.0f64), |(l, h), &a| (l.min(a), h.max(a)));
+    high - low
+}
+
+/// Moves the model so that its axis is +Y through the origin; an error if the axis does not point up at all.
+fn upright(placed: &mut [Placed], axis: &Axis, survey: &SceneSurvey) -> Result<(), FusionError> {
+    let rotation = nalgebra::UnitQuaternion::rotation_between(&axis.direction, &survey.axis.direction);
+    let rotation = rotation.filter(|_| axis.direction.y > 0.0).ok_or_else(|| no_turn(axis, placed))?;
     // At the height of 1 m, where the axis is most accurate.
     let at = axis.point + axis.direction.into_inner() * ((1.0 - axis.point.y) / axis.direction.y);
     let shift = Point::new(0.0, at.y, 0.0) - rotation * at;
@@ -171,6 +185,7 @@ fn upright(placed: &mut [Placed], axis: &Axis, survey: &SceneSurvey) {
     for p in placed {
         p.pose = motion * p.pose;
     }
+    Ok(())
 }
 
 /// The registered frames, as far as the report describes them.

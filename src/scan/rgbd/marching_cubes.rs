@@ -246,8 +246,7 @@ impl Around<'_> {
         let low = a & b;
         let axis = (a ^ b).trailing_zeros() as usize;
         let at = [cell[0] + (low & 1), cell[1] + (low >> 1 & 1), cell[2] + (low >> 2)];
-        // The cell is complete, so its voxels exist.
-        let (block, voxel) = self.find(at).unwrap_or((0, 0));
+        let (block, voxel) = self.find(at).expect("a complete cell has all eight voxels");
         block as u64 * EDGES_PER_BLOCK as u64 + (voxel * 3 + axis) as u64
     }
 }

@@ -74,7 +74,7 @@ fn filled(mesh: &TriMesh, ring: &[VertexId]) -> Vec<[u32; 3]> {
     while ring.len() > 3 {
         let n = ring.len();
         let length = |k: usize| (mesh.points()[ring[(k + n - 1) % n]] - mesh.points()[ring[(k + 1) % n]]).norm();
-        let ear = (0..n).min_by(|&i, &j| length(i).total_cmp(&length(j))).unwrap_or(0);
+        let ear = (0..n).min_by(|&i, &j| length(i).total_cmp(&length(j))).expect("more than three vertices");
         faces.push([ring[(ear + n - 1) % n].0, ring[ear].0, ring[(ear + 1) % n].0]);
         ring.remove(ear);
     }

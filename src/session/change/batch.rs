@@ -9,8 +9,8 @@ use crate::session::stages::StageReport;
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// The request to run a recipe on many subjects.
@@ -63,9 +63,7 @@ pub fn replay_all(batch: &Batch, on_done: &(dyn Fn(&SubjectRun) + Sync)) -> Resu
         while let Some((at, row)) = take(&next, &rows) {
             let run = run_one(batch, row);
             on_done(&run);
-            if let Ok(mut runs) = runs.lock() {
-                runs.insert(at, run);
-            }
+            runs.lock().unwrap_or_else(PoisonError::into_inner).insert(at, run);
         }
     };
     std::thread::scope(|scope| {
@@ -73,7 +71,7 @@ pub fn replay_all(batch: &Batch, on_done: &(dyn Fn(&SubjectRun) + Sync)) -> Resu
             scope.spawn(work);
         }
     });
-    let runs: Vec<SubjectRun> = runs.into_inner().unwrap_or_default().into_values().collect();
+    let runs: Vec<SubjectRun> = runs.into_inner().unwrap_or_else(PoisonError::into_inner).into_values().collect();
     outputs.write_bytes(&summary, Content::Named, summary_csv(&runs)?.into_bytes())?;
     Ok(runs)
 }

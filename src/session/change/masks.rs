@@ -1,6 +1,6 @@
 //! Masks, that is labels given by hand: add, list, remove, and export for painting.
 
-use crate::formats::{NpyArray, PlyOptions, RawMesh, is_zip, write_npy, write_ply};
+use crate::formats::{NpyArray, PlyOptions, write_npy, write_ply};
 use crate::geometry::Adjacency;
 use crate::scan::Scan;
 use crate::segment::{LabelledSurface, Marks, Proposal};
@@ -10,7 +10,7 @@ use crate::session::recipe::{MaskFile, SourceFile, StepRecipe, relative_to};
 use crate::session::results::{Content, Outputs};
 use crate::session::stage::Stage;
 use crate::session::stages::marks::{is_something, marks_of_some, nothing_left};
-use crate::session::stages::{Walk, pipeline, raw_mesh, scan_of};
+use crate::session::stages::{Walk, pipeline, scan_of};
 use crate::session::store::{Kept, write_whole};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -194,16 +194,10 @@ impl Session {
                 write_npy(&NpyArray::vector(numbers), &mut bytes).map_err(bad)?;
             }
             Some("png") => {
-                let source = posed.step.source();
-                let path = self.resolve(&source.file);
-                let bad_scan = |e| SessionError::BadSource { path: path.clone(), source: Box::new(e) };
-                let given = self.source_bytes(&source)?;
+                let path = self.resolve(&posed.step.scan);
                 // A recording of frames has no texture coordinates.
-                let file = raw_mesh(&path, &given).or_else(|e| match is_zip(&given) {
-                    true => Ok(RawMesh::default()),
-                    false => Err(bad_scan(e)),
-                })?;
-                let picture = labels.to_picture(&posed.scan, &file).map_err(|e| bad_scan(e.into()))?;
+                let file = self.file_mesh(&posed.step)?.unwrap_or_default();
+                let picture = labels.to_picture(&posed.scan, &file).map_err(|e| SessionError::bad_source(&path, e))?;
                 picture.write_png(&mut bytes).map_err(bad)?;
             }
             Some("jsonl") => {}

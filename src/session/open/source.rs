@@ -44,8 +44,12 @@ fn names_in(dir: &Path) -> Result<Vec<String>, SessionError> {
         let entry = entry.map_err(|e| SessionError::reading(dir, e))?;
         let name = entry.file_name().to_string_lossy().into_owned();
         if entry.path().is_dir() {
-            let inside = entries(&entry.path())?.flatten().filter(|e| e.path().is_file());
-            names.extend(inside.map(|e| format!("{name}/{}", e.file_name().to_string_lossy())));
+            for inside in entries(&entry.path())? {
+                let inside = inside.map_err(|e| SessionError::reading(&entry.path(), e))?;
+                if inside.path().is_file() {
+                    names.push(format!("{name}/{}", inside.file_name().to_string_lossy()));
+                }
+            }
         } else {
             names.push(name);
         }

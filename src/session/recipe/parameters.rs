@@ -64,7 +64,7 @@ for_each_stage!(parameters_of_stages);
 
 /// Adds the new parameters of a `Params` struct to the stage, and marks all of its parameters.
 fn add<P: Parameters>(all: &mut Vec<Parameter>, stage: Stage, mark: fn(&mut Parameter)) {
-    let defaults = serde_json::to_value(P::default()).unwrap_or_default();
+    let defaults = serde_json::to_value(P::default()).expect("parameters are numbers, words and lists");
     for declared in P::declared() {
         let known = all.iter().position(|p| (p.stage, p.name) == (stage, declared.name));
         let at = known.unwrap_or_else(|| {

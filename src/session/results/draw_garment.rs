@@ -16,6 +16,8 @@ const SIZE: [usize; 2] = [480, 600];
 
 impl Session {
     /// Draws a garment in its own colours from the front, the left and the back of the person, and writes a PNG.
+    ///
+    /// **Errors** if the pose inside its scan, from which the heading is taken, was not built.
     pub fn draw_garment(
         &self,
         garment: &Garment,
@@ -23,15 +25,12 @@ impl Session {
         path: &Path,
         outputs: &mut Outputs,
     ) -> Result<(), SessionError> {
-        let Some(bounds) = garment.mesh.bounds() else { return Ok(()) };
-        let heading = match self.state.record(layer, Stage::Pose) {
-            None => 0.0,
-            Some(record) => {
-                let inside = self.store.load(Kept::<PoseInside>::named(record.output))?;
-                let facing = inside.pose.rotations[0] * Vector3::z();
-                facing.x.atan2(facing.z)
-            }
-        };
+        let not_built = |stage| SessionError::NotBuilt { step: layer.into(), stage };
+        let bounds = garment.mesh.bounds().ok_or_else(|| not_built(Stage::Cut))?;
+        let record = self.state.record(layer, Stage::Pose).ok_or_else(|| not_built(Stage::Pose))?;
+        let inside = self.store.load(Kept::<PoseInside>::named(record.output))?;
+        let facing = inside.pose.rotations[0] * Vector3::z();
+        let heading = facing.x.atan2(facing.z);
         let part = match &garment.colors {
             None => Part::solid(&garment.mesh, layer_color(1)),
             Some(colors) => {

@@ -105,8 +105,8 @@ fn truth_of(folder: &Path, step: usize, joints: &TruthJoints, frame: &FileFrame)
     let layers = (1..=step)
         .map(|layer| read_mesh(&folder.join(TruthNaming::step_layer(step, layer))).map(in_world))
         .collect::<Result<Vec<_>, _>>()?;
-    let joints: JointPositions =
-        joints.at(step).into_iter().map(|(joint, p)| (joint, frame.world_from_file(&p))).collect();
+    let of_step = joints.at(step).map_err(|e| SessionError::bad_source(&folder.join(TruthNaming::JOINTS), e))?;
+    let joints: JointPositions = of_step.iter().map(|(joint, p)| (*joint, frame.world_from_file(p))).collect();
     Ok(TruthStep { body, layers, joints })
 }
 

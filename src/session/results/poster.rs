@@ -43,11 +43,17 @@ impl Session {
         }
         let figure = &last.figure;
         let painted = |mesh, k: usize| match &figure.layers[k].colors {
-            Some(colors) => Part::try_new(mesh, Paint::PerVertex(colors)).unwrap_or(Part::solid(mesh, layer_color(k))),
-            None => Part::solid(mesh, layer_color(k)),
+            Some(colors) => {
+                Part::try_new(mesh, Paint::PerVertex(colors)).map_err(|e| SessionError::bad_source(path, e))
+            }
+            None => Ok(Part::solid(mesh, layer_color(k))),
         };
-        let layers = figure.layers.iter().enumerate().map(|(k, layer)| (layer.name.clone(), painted(&layer.mesh, k)));
+        let layers = figure.layers.iter().enumerate();
+        let layers = layers.map(|(k, layer)| Ok((layer.name.clone(), painted(&layer.mesh, k)?)));
+        let layers = layers.collect::<Result<Vec<_>, SessionError>>()?;
         let posed: Vec<TriMesh> = figure.posed(&striding(&figure.skeleton));
+        let posed_parts = posed.iter().enumerate().map(|(k, mesh)| painted(mesh, k));
+        let posed_parts = posed_parts.collect::<Result<Vec<_>, SessionError>>()?;
         let drawn = poster(&Poster {
             title: "Scanned while dressing; peeled apart; ready to move".into(),
             subtitle: format!(
@@ -56,8 +62,8 @@ impl Session {
                 figure.layers.len()
             ),
             scans,
-            layers: layers.collect(),
-            figure: posed.iter().enumerate().map(|(k, mesh)| painted(mesh, k)).collect(),
+            layers,
+            figure: posed_parts,
             figure_caption: "all layers, posed by their weights".into(),
         });
         outputs.write(path, Content::Picture, |out| drawn.write_png(out))

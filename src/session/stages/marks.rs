@@ -1,6 +1,7 @@
 //! Applies masks to the scan of their step.
 
 use super::scan::raw_mesh;
+use crate::formats::{RawMesh, is_zip};
 use crate::scan::Scan;
 use crate::segment::{Labels, Marks, SegmentError};
 use crate::session::error::SessionError;
@@ -41,6 +42,22 @@ pub(in crate::session) fn is_something(scan: &Scan, labels: &Labels) -> bool {
 }
 
 impl Session {
+    /// The mesh in the file of a step's scan; `None` for a recording of frames.
+    pub(in crate::session) fn file_mesh(&self, step: &StepRecipe) -> Result<Option<RawMesh>, SessionError> {
+        let source = step.source();
+        let (path, bytes) = (self.resolve(&source.file), self.source_bytes(&source)?);
+        match is_zip(&bytes) {
+            true => Ok(None),
+            false => raw_mesh(&path, &bytes)
+                .map(Some)
+                .map_err(|source| SessionError::BadSource { path, source: Box::new(source) }),
+        }
+    }
+
+    fn file_vertices(&self, step: &StepRecipe) -> Result<Option<usize>, SessionError> {
+        Ok(self.file_mesh(step)?.map(|raw| raw.points.len()))
+    }
+
     pub(in crate::session) fn read_mask(
         &self,
         step: &StepRecipe,
@@ -63,20 +80,25 @@ impl MaskFile {
         scan: &Scan,
         path: &Path,
     ) -> Result<Marks, SessionError> {
-        let raw = || {
-            let source = step.source();
-            let bytes = session.source_bytes(&source).ok()?;
-            raw_mesh(&session.resolve(&source.file), &bytes).ok()
-        };
-        let file_vertices = || raw().map(|raw| raw.points.len());
+        let vertices = scan.mesh.vertex_count();
         let marks = match self {
             Self::Strokes(strokes) => {
                 self.check_layer(&step.name, path)?;
                 Marks::paint(scan, strokes)
             }
-            Self::Surface(surface) => surface.marks_on(scan, file_vertices),
-            Self::Numbers(numbers) => Marks::from_numbers(numbers, scan, file_vertices),
-            Self::Picture(picture) => Marks::from_picture(picture, raw().and_then(|raw| raw.uvs).as_deref(), scan),
+            Self::Surface(surface) => match surface.marks_on(scan, None) {
+                // The message names the vertices of the scan's file, which is read only then.
+                Err(SegmentError::OffTheScan { .. }) => surface.marks_on(scan, session.file_vertices(step)?),
+                other => other,
+            },
+            Self::Numbers(numbers) => {
+                let file_vertices = if numbers.len() == vertices { None } else { session.file_vertices(step)? };
+                Marks::from_numbers(numbers, scan, file_vertices)
+            }
+            Self::Picture(picture) => {
+                let uvs = session.file_mesh(step)?.and_then(|raw| raw.uvs);
+                Marks::from_picture(picture, uvs.as_deref(), scan)
+            }
         };
         let marks = marks.map_err(|e| SessionError::bad_source(path, e))?;
         match marks.0.iter().any(Option::is_some) {
