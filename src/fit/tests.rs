@@ -384,7 +384,7 @@ fn a_scan_of_someone_else_spoils_no_shape() {
     let (_, alone) = together(&model, truth.scan.clone(), &[]);
     let (_, both) = together(&model, truth.scan.clone(), &[&stranger]);
     assert!(both.report.residual_mean < alone.report.residual_mean + 2.5e-4, "{:?}", both.report);
-    let expected = ["takes no part", "contradict", "no other scan", "one shape from"];
+    let expected = ["is not used for the shape", "contradict", "no other scan", "one shape from"];
     assert!(
         both.report.log.iter().any(|line| expected.iter().any(|words| line.contains(words))),
         "{:?}",

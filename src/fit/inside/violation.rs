@@ -78,7 +78,7 @@ impl ConstraintViolation {
         const LEAST_REPORTED: f64 = 2e-4;
         let near = self.near(skeleton, weights).filter(|_| self.depth > LEAST_REPORTED)?;
         Some(format!(
-            "{:.2} % of the hidden skin lacks up to {:.1} mm of the margin, most of it at the {near}: the scan is smaller there",
+            "{:.2} % of the hidden skin is up to {:.1} mm too close to the scan, most of it at the {near}: the scan is smaller there",
             self.share * 100.0,
             self.depth * 1e3,
         ))

@@ -19,7 +19,7 @@ pub struct FittedBody {
     /// Limbs that the scan does not show, each by the joint at which it begins.
     pub unseen: Vec<JointId>,
     /// If all scans of a session determine the shape: the pose in each of the other scans, in their order and frames, `None`
-    /// for a scan that takes no part. Empty otherwise. **Shapes** one entry per other scan.
+    /// for a scan that is not used. Empty otherwise. **Shapes** one entry per other scan.
     pub poses_in_others: Vec<Option<Pose>>,
     /// How the fit went.
     pub report: NakedReport,

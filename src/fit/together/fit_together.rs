@@ -22,7 +22,7 @@ const ITERATIONS: usize = 20;
 ///
 /// **Frame** `poses_in_others` of the result holds poses in each scan's world frame.
 ///
-/// **Guarantees** a scan into which the body cannot be posed takes no part, and the report says why. If the others
+/// **Guarantees** a scan into which the body cannot be posed is not used, and the report says why. If the others
 /// contradict the naked scan, so that the body would fit it worse or would not be accepted, the body keeps its shape, and the
 /// report says so.
 ///
@@ -137,7 +137,7 @@ fn poses_in_each(
             Some(inside.pose)
         }
         Err(error) => {
-            log.push(format!("the scan '{}' takes no part in the shape: {error}", other.name));
+            log.push(format!("the scan '{}' is not used for the shape: {error}", other.name));
             None
         }
     };

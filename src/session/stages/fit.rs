@@ -27,7 +27,7 @@ pub(in crate::session) struct Inputs {
 
 impl PipelineStage for Fit {
     const STAGE: Stage = Stage::Fit;
-    const VERSION: u32 = 7;
+    const VERSION: u32 = 8;
     type Inputs = Inputs;
     type Output = FittedBody;
 

@@ -26,7 +26,7 @@ pub(in crate::session) struct Inputs {
 
 impl PipelineStage for Pose {
     const STAGE: Stage = Stage::Pose;
-    const VERSION: u32 = 8;
+    const VERSION: u32 = 9;
     type Inputs = Inputs;
     type Output = PoseInside;
 
