@@ -16,7 +16,7 @@ use std::time::Instant;
 
 #[derive(clap::Args)]
 pub(super) struct DemoArgs {
-    /// Work in this folder, which must not exist or be empty, instead of a temporary one
+    /// Work in this folder instead of a temporary one; it must not exist or be empty
     #[arg(long, value_name = "DIR")]
     keep: Option<PathBuf>,
 }
@@ -114,7 +114,7 @@ pub(super) fn run(args: DemoArgs, context: &Context) -> anyhow::Result<Done> {
         .next("overcoat new DIR, with scans of your own"))
 }
 
-/// What a shipped brush file did.
+/// The effect of a shipped brush file.
 struct Correction {
     layer: String,
     file: String,
@@ -185,7 +185,7 @@ fn scans_dir() -> Result<PathBuf, SessionError> {
 fn shipped_scans(dir: &Path) -> anyhow::Result<Vec<ShippedScan>> {
     let entries = std::fs::read_dir(dir).with_context(|| format!("'{}' cannot be read", dir.display()))?;
     let mut files: Vec<PathBuf> = entries.flatten().map(|e| e.path()).collect();
-    // Where a scan is there as frames, too, these are where the work begins.
+    // If a scan also exists as frames, the demo starts from the frames.
     files.retain(|f| match f.extension() {
         Some(extension) => extension == "ply" && !f.with_extension("").join("camera.json").is_file(),
         None => f.join("camera.json").is_file(),

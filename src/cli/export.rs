@@ -1,4 +1,4 @@
-//! `overcoat export`: the figure, or a step, as files.
+//! `overcoat export`: writes the figure or a step as files.
 
 use super::console::{Done, secs};
 use super::context::Context;
@@ -9,15 +9,15 @@ use std::time::Instant;
 
 #[derive(clap::Args)]
 pub(super) struct ExportArgs {
-    /// `NAME.glb`, or a folder for one .ply a layer
+    /// `NAME.glb`, or a folder for one .ply per layer
     target: PathBuf,
-    /// As posed in the scan of this step, in the frame and unit of its file
+    /// Export the pose of this step's scan, in the frame and unit of its file
     #[arg(long, value_name = "STEP")]
     at: Option<String>,
-    /// The cleaned scan of this step, in the frame and unit of its file
+    /// Export the cleaned scan of this step, in the frame and unit of its file
     #[arg(long, value_name = "STEP")]
     scan: Option<String>,
-    /// `fit`: the body before registration; `--at body` may be said with it
+    /// Export the result of this stage: `fit`, the body before registration; `--at body` is optional
     #[arg(long, value_name = "STAGE", value_parser = ["fit"], conflicts_with = "scan")]
     stage: Option<String>,
     /// Replace files that Overcoat did not write, or that were changed since

@@ -15,7 +15,7 @@ pub(super) struct ViewArgs {
     /// Draw every step, scan beside result, from three sides
     #[arg(long, value_name = "OUT.png")]
     sheet: Option<PathBuf>,
-    /// Draw one picture of everything: scans, layers peeled apart, the posed figure
+    /// Draw one picture of everything: the scans, the separated layers, the posed figure
     #[arg(long, value_name = "OUT.png")]
     poster: Option<PathBuf>,
     /// Replace files that Overcoat did not write, or that were changed since

@@ -5,33 +5,33 @@ use std::path::{Path, PathBuf};
 /// Why a result file is not written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OutputError {
-    /// It is an input or a file of a session.
+    /// The path is an input or a file of a session.
     #[error("'{}' cannot be written: it {what}", path.display())]
     Protected {
         /// As typed.
         path: PathBuf,
-        /// What it is: `is the scan of 'tshirt'`.
+        /// The role of the file: `is the scan of 'tshirt'`.
         what: String,
     },
-    /// There is a file that Overcoat did not write, or that was changed since.
+    /// The file exists, and Overcoat did not write it or it was changed since.
     #[error("there is already a file '{}'{}", path.display(), if *has_manifest { ", and it is not as Overcoat wrote it" } else { "" })]
     WouldReplace {
         /// As typed.
         path: PathBuf,
-        /// Whether it is known what was written here before.
+        /// Whether the record of earlier results is readable.
         has_manifest: bool,
     },
-    /// The name says that the content is something else.
+    /// The extension does not match the content.
     #[error("'{}' does not end in .{extension}, but {content} is written", path.display())]
     WrongExtension {
         /// As typed.
         path: PathBuf,
-        /// What is written: `a picture`.
+        /// The content: `a picture`.
         content: &'static str,
         /// The extension of such files.
         extension: &'static str,
     },
-    /// There is no folder to write in.
+    /// The parent folder does not exist.
     #[error("'{}' cannot be written: there is no folder '{}'", path.display(), folder.display())]
     NoFolder {
         /// As typed.
@@ -39,7 +39,7 @@ pub enum OutputError {
         /// The folder.
         folder: PathBuf,
     },
-    /// There is something that is no file.
+    /// The path exists and is not a file.
     #[error("'{}' cannot be written: it is {what}", path.display())]
     NotAFile {
         /// As typed.
@@ -64,7 +64,7 @@ pub enum OutputError {
 }
 
 impl OutputError {
-    /// Whether the command is wrong; otherwise the work failed.
+    /// Whether the request was invalid; otherwise the work failed.
     pub fn is_wrong_command(&self) -> bool {
         match self {
             Self::Protected { .. }

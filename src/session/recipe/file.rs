@@ -6,7 +6,7 @@ use serde::Deserialize;
 use std::path::Path;
 use toml::de::DeTable;
 
-const HEADER: &str = "# What was asked for, in order. Overcoat writes this file and reads it again; it may be edited by hand.\n\
+const HEADER: &str = "# The requested steps, in order. Overcoat reads and rewrites this file; you may edit it.\n\
                       # Paths are relative to the folder of this file; a hash is BLAKE3 of the file's bytes.\n\n";
 
 impl Recipe {

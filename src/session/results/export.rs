@@ -1,4 +1,4 @@
-//! The figure, or a step of the session, as files.
+//! Exports the figure or a step of the session as files.
 
 use super::outputs::{Content, Outputs};
 use super::posed_step::PosedStep;
@@ -12,21 +12,21 @@ use crate::session::open::Session;
 use crate::session::stages::{Walk, scan_of};
 use std::path::{Path, PathBuf};
 
-/// What is to be exported.
+/// The request for an export.
 #[derive(Clone, Debug, Default)]
 pub struct ExportRequest {
     /// A file ending in `.glb`, or a folder.
     pub target: PathBuf,
-    /// As posed in the scan of this step, in the frame and unit of the file given; else the bind pose.
+    /// Export the pose of this step's scan, in the frame and unit of its file; `None` exports the bind pose.
     pub at: Option<String>,
-    /// The cleaned scan of this step, in the frame and unit of the file given.
+    /// Export the cleaned scan of this step, in the frame and unit of its file.
     pub scan: Option<String>,
-    /// The body as the model fits it, before registration.
+    /// Export the body before registration.
     pub before_registration: bool,
 }
 
 impl Session {
-    /// Writes files, each whole or not at all, and returns their paths. Nothing is written if one of them is refused.
+    /// Writes the files atomically and returns their paths. Writes nothing if one of them is refused.
     pub fn export(&self, request: &ExportRequest, outputs: &mut Outputs) -> Result<Vec<PathBuf>, SessionError> {
         match request.target.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
             Some("glb") if !request.target.is_dir() => self.export_glb(request, outputs),
@@ -54,7 +54,7 @@ impl Session {
         Ok(vec![path])
     }
 
-    /// The files that are asked for, by their names in the folder.
+    /// The requested files, by their names in the folder.
     fn folder_of(&self, request: &ExportRequest) -> Result<Vec<(String, Vec<u8>)>, SessionError> {
         let mut folder = Folder { path: &request.target, files: Vec::new() };
         if request.before_registration {
@@ -86,7 +86,7 @@ impl Session {
     }
 }
 
-/// A step and the file of its scan, without the folder, which is private.
+/// A step and the name of its scan's file, without the folder, which is private.
 fn origin(posed: &PosedStep) -> (String, String) {
     let file = Path::new(&posed.step.scan).file_name().map(|f| f.to_string_lossy().into_owned()).unwrap_or_default();
     let hash = posed.step.hash.map(|h| format!(", BLAKE3 {h}")).unwrap_or_default();

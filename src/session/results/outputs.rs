@@ -1,7 +1,7 @@
-//! Result files: every path is checked before the work, every file is written whole, and none replaces a file of the user.
+//! Result files: every path is checked before the work, writes are atomic, and no user file is replaced.
 //!
-//! A path is refused if an input or an own file of a session is there, even with `--force`. Any other file is replaced only
-//! with `--force`, or if the session's manifest shows that it was written here and has not changed.
+//! Inputs and own files of a session are never replaced, even with `--force`. Any other file is replaced only with
+//! `--force`, or if the session's manifest shows that this program wrote it and it has not changed.
 
 use super::protected::{Protected, place_of};
 use crate::session::error::SessionError;
@@ -12,7 +12,7 @@ use crate::session::store::{ContentHash, Manifest, not_a_file, write_new, write_
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What a result file contains.
+/// The content of a result file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content {
     /// `.png`
@@ -43,20 +43,20 @@ impl Content {
     }
 }
 
-/// Where a command writes its results.
+/// The results that a command writes.
 #[derive(Clone, Debug)]
 pub struct Outputs {
     force: bool,
     protected: Protected,
-    /// The folder whose manifest lists what was written.
+    /// The folder whose manifest lists the written files.
     manifest_in: Option<PathBuf>,
-    /// What the command is going to write.
+    /// The paths that the command will write.
     claimed: Vec<PathBuf>,
     notices: Vec<String>,
 }
 
 impl Session {
-    /// Where results of this session are written; `force` replaces files of the user.
+    /// Results of this session; `force` replaces files of the user.
     pub fn outputs(&self, force: bool) -> Outputs {
         Outputs::new(Protected::of_session(self), Some(self.dir().to_path_buf()), force)
     }
@@ -67,12 +67,13 @@ impl Outputs {
         Self { force, protected, manifest_in, claimed: Vec::new(), notices: Vec::new() }
     }
 
-    /// Results of no session: nothing is replaced without `force`. If `near` is a session's folder, its inputs are protected.
+    /// Results without a session: nothing is replaced without `force`. If `near` is a session's folder, its inputs are
+    /// protected.
     pub fn without_session(near: &Path, force: bool) -> Self {
         Self::new(Protected::of_folder(near), None, force)
     }
 
-    /// Results in a folder that has a manifest of its own.
+    /// Results in a folder with its own manifest.
     pub(in crate::session) fn in_folder(folder: &Path, force: bool) -> Self {
         Self::new(Protected::of_folder(folder), Some(folder.to_path_buf()), force)
     }
@@ -82,7 +83,7 @@ impl Outputs {
         self.protected.add(path, what);
     }
 
-    /// Sentences that a user should know although the work was done.
+    /// Warnings for the user.
     pub fn notices(&self) -> &[String] {
         &self.notices
     }
@@ -97,27 +98,27 @@ impl Outputs {
         Ok(())
     }
 
-    /// Writes a result, whole or not at all.
+    /// Writes a result atomically.
     pub fn write<E: Into<StageError>>(
         &mut self,
         path: &Path,
         content: Content,
         encode: impl FnOnce(&mut Vec<u8>) -> Result<(), E>,
     ) -> Result<(), SessionError> {
-        // A wrong path is reported before the encoding.
+        // Report a wrong path before encoding.
         self.checked(path, content, &self.manifest())?;
         let mut bytes = Vec::new();
         encode(&mut bytes).map_err(|e| SessionError::bad_source(path, e))?;
         self.write_bytes(path, content, bytes)
     }
 
-    /// Writes bytes, whole or not at all.
+    /// Writes bytes atomically.
     pub fn write_bytes(&mut self, path: &Path, content: Content, bytes: Vec<u8>) -> Result<(), SessionError> {
         self.write_checked(&[(path.to_path_buf(), bytes)], content)
     }
 
-    /// Writes the files of a folder, given by their names in it. The folder is made if need be. Nothing is written if any of
-    /// them is refused. Returns their paths.
+    /// Writes the files of a folder, given by their names in it. Creates the folder if necessary. Writes nothing if any
+    /// of the files is refused. Returns their paths.
     pub fn write_folder(&mut self, folder: &Path, files: Vec<(String, Vec<u8>)>) -> Result<Vec<PathBuf>, SessionError> {
         check_folder(folder)?;
         let files: Vec<(PathBuf, Vec<u8>)> =
@@ -141,7 +142,7 @@ impl Outputs {
     }
 
     fn write_checked(&mut self, files: &[(PathBuf, Vec<u8>)], content: Content) -> Result<(), SessionError> {
-        // What was written by others in the meantime is theirs.
+        // Files written by others in the meantime belong to the user.
         let mut manifest = self.manifest();
         let places: Vec<PathBuf> =
             files.iter().map(|(path, _)| self.checked(path, content, &manifest)).collect::<Result<_, _>>()?;
@@ -176,7 +177,7 @@ impl Outputs {
         }
     }
 
-    /// Where a file will be written.
+    /// The target of a file.
     fn checked(&self, path: &Path, content: Content, manifest: &Known) -> Result<PathBuf, SessionError> {
         let found = fs::metadata(path).ok();
         if let Some(what) = found.as_ref().and_then(not_a_file) {
@@ -197,7 +198,7 @@ impl Outputs {
         if let Some(what) = self.protected.what_is_at(place) {
             return Err(OutputError::Protected { path: path.to_path_buf(), what }.into());
         }
-        // A link that leads nowhere is there, too.
+        // A broken link also exists.
         let Ok(found) = fs::symlink_metadata(place) else { return Ok(()) };
         if let Some(what) = fs::metadata(place).ok().as_ref().and_then(not_a_file) {
             return Err(OutputError::NotAFile { path: path.to_path_buf(), what }.into());
@@ -215,24 +216,24 @@ impl Outputs {
     }
 }
 
-/// What is known to have been written.
+/// The known results of earlier commands.
 #[derive(Default)]
 struct Known {
     files: Manifest,
-    /// Why nothing is known.
+    /// Why the manifest is unreadable.
     damage: Option<String>,
 }
 
-/// A folder for many results, which did not exist or was empty.
+/// A new folder for many results.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NewFolder {
     path: PathBuf,
 }
 
 impl NewFolder {
-    /// Makes the folder, or takes the empty one that is there.
+    /// Creates the folder, or uses an existing empty one.
     ///
-    /// **Errors** where there is something in it, or the folder around it does not exist.
+    /// **Errors** if the folder is not empty, or its parent does not exist.
     pub fn create(path: &Path) -> Result<Self, SessionError> {
         check_folder(path)?;
         if fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_some()) {
@@ -251,18 +252,18 @@ impl NewFolder {
         &self.path
     }
 
-    /// Makes a folder in it.
+    /// Creates a subfolder.
     pub fn make_folder(&self, name: &Path) -> Result<(), SessionError> {
         let path = self.path.join(name);
         fs::create_dir_all(&path).map_err(|e| SessionError::writing(&path, e))
     }
 
-    /// Writes a file that is not there yet, by its name in the folder; without a sync, so that hundreds of files are quick.
+    /// Writes a new file by its name in the folder, without a sync, so that hundreds of files are fast.
     pub fn write(&self, name: &Path, bytes: &[u8]) -> Result<(), SessionError> {
         write_new(&self.path.join(name), bytes)
     }
 
-    /// Writes the last file, which says that all are there.
+    /// Writes the last file, which marks the folder as complete.
     pub fn write_last(&self, name: &Path, bytes: &[u8]) -> Result<(), SessionError> {
         write_whole(&self.path.join(name), bytes)
     }
@@ -276,7 +277,7 @@ fn no_folder(path: &Path) -> SessionError {
     OutputError::NoFolder { path: path.to_path_buf(), folder: folder_of(path) }.into()
 }
 
-/// The folder that is written in must exist.
+/// The parent folder of a file must exist.
 fn check_parent(path: &Path) -> Result<(), SessionError> {
     let folder = folder_of(path);
     if folder.is_dir() {
@@ -288,7 +289,7 @@ fn check_parent(path: &Path) -> Result<(), SessionError> {
     }
 }
 
-/// A folder that is written may be new, but the one around it must exist.
+/// A folder may be new, but its parent must exist.
 fn check_folder(folder: &Path) -> Result<(), SessionError> {
     match fs::metadata(folder) {
         Ok(found) if found.is_dir() => Ok(()),

@@ -1,4 +1,4 @@
-//! What no result may be written over: the inputs and the own files of sessions.
+//! Files that no result may overwrite: the inputs and the own files of sessions.
 
 use crate::session::open::{Session, is_session, recipe_path};
 use crate::session::recipe::{Recipe, StepRecipe};
@@ -6,7 +6,7 @@ use crate::session::store::{MANIFEST, UNFINISHED, read_file};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Files in a session's folder that are its own.
+/// The session's own files in its folder.
 const OWN_FILES: [&str; 8] = [
     "recipe.toml",
     "recipe.found.toml",
@@ -17,7 +17,7 @@ const OWN_FILES: [&str; 8] = [
     "record.json",
     "lock",
 ];
-/// Folders in it that are its own.
+/// The session's own folders.
 const OWN_FOLDERS: [&str; 2] = ["artefacts", "masks"];
 
 /// An input of a session: a scan, a mask, a body model.
@@ -28,7 +28,7 @@ pub(super) struct Input {
     what: String,
 }
 
-/// What no result may be written over.
+/// The protected files.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Protected {
     /// The folder of the command's session.
@@ -51,9 +51,9 @@ impl Protected {
         self.inputs.push(Input { path: path.to_path_buf(), what: what.into() });
     }
 
-    /// What is at a place, as [`place_of`] gives it, if no result may be written there.
+    /// The protected file at a place (see [`place_of`]); `None` if a result may be written there.
     ///
-    /// Sessions that are not the command's are protected as far as they are near: around the place, and beside it.
+    /// Other sessions are protected if they contain the place or are next to it.
     pub fn what_is_at(&self, place: &Path) -> Option<String> {
         if let Some(what) = place.ancestors().skip(1).filter(|dir| is_session(dir)).find_map(|dir| own_file(dir, place))
         {
@@ -101,7 +101,7 @@ fn inputs_of(dir: &Path, recipe: &Recipe) -> Vec<Input> {
     model.chain(recipe.steps.iter().flat_map(of_step)).collect()
 }
 
-/// The inputs of the session in a folder; none where its recipe cannot be read.
+/// The inputs of the session in a folder; none if its recipe cannot be read.
 fn inputs_in(dir: &Path) -> Vec<Input> {
     let path = recipe_path(dir);
     let text = read_file(&path).unwrap_or_default();
@@ -113,7 +113,7 @@ fn sessions_in(folder: &Path) -> Vec<PathBuf> {
     entries.map(|entry| entry.path()).filter(|dir| is_session(dir)).collect()
 }
 
-/// What the file is to the session whose folder it is in, if it is one of its own.
+/// The role of a file in the session whose folder contains it; `None` if it is not the session's own.
 fn own_file(dir: &Path, place: &Path) -> Option<String> {
     let inside = place.strip_prefix(dir).ok()?;
     let first = inside.components().next()?.as_os_str().to_string_lossy();
@@ -140,7 +140,7 @@ fn is_linked(place: &Path, own: &Path) -> bool {
     is_same(own) || (own.is_dir() && files_below(own).iter().any(|file| is_same(file)))
 }
 
-/// Elsewhere, canonical paths are all that can be compared.
+/// On other systems only canonical paths can be compared.
 #[cfg(not(unix))]
 fn is_linked(_place: &Path, _own: &Path) -> bool {
     false

@@ -1,4 +1,4 @@
-//! Files that are written whole or not at all.
+//! Atomic and durable writes.
 
 use crate::session::error::SessionError;
 use std::fs::{self, File};
@@ -22,8 +22,8 @@ pub(in crate::session) fn write_whole_with(
     sync_folder(&folder_of(path))
 }
 
-/// As [`write_whole`], but the folder is left to be synced: once for many files. Until then the name may be lost with the
-/// power, never the content of a name that is there.
+/// Writes like [`write_whole`] without syncing the folder, so that one sync serves many files. Until then a power
+/// failure may lose the name, but never the content of an existing name.
 pub(in crate::session) fn place_whole(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
     place(path, |file| file.write_all(bytes).map_err(|e| SessionError::writing(path, e)))
 }
@@ -36,7 +36,7 @@ pub(in crate::session) fn write_lightly(path: &Path, bytes: &[u8]) -> Result<(),
     file.persist(path).map(drop).map_err(|e| io(e.error))
 }
 
-/// Writes a file that is not there yet, whole, without a sync: for one of many files whose last is synced.
+/// Writes a new file without a sync: for all but the last of many files.
 pub(in crate::session) fn write_new(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
     let io = |e| SessionError::writing(path, e);
     let mut file = new_file(&folder_of(path)).map_err(io)?;
@@ -54,7 +54,7 @@ pub(in crate::session) fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
     }
 }
 
-/// What something is that is no file: `a folder`.
+/// The kind of a path that is not a file: `a folder`.
 pub(in crate::session) fn not_a_file(found: &fs::Metadata) -> Option<&'static str> {
     let kind = found.file_type();
     if kind.is_file() {
@@ -99,7 +99,7 @@ pub(in crate::session) fn append_line(path: &Path, line: &str) -> Result<(), Ses
     if is_new { sync_folder(&folder_of(path)) } else { Ok(()) }
 }
 
-/// Deletes what a killed writer left unfinished in `folder`.
+/// Deletes the unfinished files of killed writers in `folder`.
 pub(in crate::session) fn sweep(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten() {

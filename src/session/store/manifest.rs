@@ -1,7 +1,7 @@
-//! `outputs.json`: the result files that were written for a session, by absolute path, and the hash of what was written.
+//! `outputs.json`: the result files of a session by absolute path, with the hash of their content.
 //!
-//! A file that still has that content may be replaced; any other belongs to the user. Not part of the recipe, the state or
-//! the history; losing it costs a `--force`.
+//! A file that still has this content may be replaced; any other belongs to the user. Not part of the recipe, the state
+//! or the history; losing it costs a `--force`.
 
 use super::durable::{place_whole, read_file};
 use super::hash::ContentHash;
@@ -16,7 +16,7 @@ pub(in crate::session) const MANIFEST: &str = "outputs.json";
 
 const VERSION: u32 = 1;
 
-/// The result files that were written.
+/// The written result files.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(in crate::session) struct Manifest {
@@ -31,14 +31,14 @@ impl Default for Manifest {
 }
 
 impl Manifest {
-    /// The file of the folder.
+    /// The manifest's path in a folder.
     pub fn path_in(dir: &Path) -> PathBuf {
         dir.join(MANIFEST)
     }
 
-    /// Reads it; one that is missing is empty.
+    /// Reads the manifest; a missing one is empty.
     ///
-    /// **Errors** with one sentence where it cannot be read as a manifest.
+    /// **Errors** with one sentence if it is not a valid manifest.
     pub fn read(dir: &Path) -> Result<Self, String> {
         let bytes = match read_file(&Self::path_in(dir)) {
             Ok(bytes) => bytes,
@@ -52,7 +52,7 @@ impl Manifest {
         }
     }
 
-    /// Writes it whole.
+    /// Writes the manifest atomically.
     pub fn write(&self, dir: &Path) -> Result<(), SessionError> {
         let text = serde_json::to_string_pretty(self).map_err(|e| SessionError::Encoding { reason: e.to_string() })?;
         place_whole(&Self::path_in(dir), (text + "\n").as_bytes())
@@ -63,7 +63,7 @@ impl Manifest {
         self.files.get(place.to_string_lossy().as_ref()) == Some(&content)
     }
 
-    /// Notes what was written.
+    /// Records a written file.
     pub fn note(&mut self, place: &Path, content: ContentHash) {
         self.files.insert(place.to_string_lossy().into_owned(), content);
     }
