@@ -4,8 +4,9 @@
 
 use crate::common::{fingerprint, mean_body, overcoat, overcoat_ok, session_with_two_scans, write_mesh};
 use crate::rgbd::turntable::Turntable;
-use overcoat::formats::{NpyArray, NpzCompression, RawMesh, read_npz, write_npy, write_npz};
-use overcoat::geometry::Point;
+use overcoat::body::{Stance, embedded_model};
+use overcoat::formats::{NpyArray, NpzCompression, RawMesh, read_npz, write_npy, write_npz, write_obj};
+use overcoat::geometry::{Point, Vec3};
 use serde::Deserialize;
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -67,6 +68,35 @@ fn with_a_second(mesh: &RawMesh, map: impl Fn(Point) -> Point) -> RawMesh {
     both
 }
 
+/// Noise that only depends on the point: uniform per coordinate, with this standard deviation.
+fn noise(p: &Point, deviation: f64) -> Vec3 {
+    let uniform = |k: f64| ((p.coords.dot(&Vec3::new(127.1, 311.7, 74.7)) * 1e3 + k).sin() * 43_758.545).fract();
+    Vec3::new(uniform(1.0), uniform(2.0), uniform(3.0)) * (deviation * 3f64.sqrt())
+}
+
+/// The mean body, squatting.
+fn squatting() -> RawMesh {
+    let model = embedded_model().unwrap();
+    let (mesh, skeleton) = model.shaped(&model.mean_shape());
+    let posed = model.posed(mesh.points(), &skeleton, &Stance::Squat.pose(&skeleton));
+    RawMesh { points: posed.iter().map(|p| p.coords.into()).collect(), ..mean_body(|p| p) }
+}
+
+#[test]
+fn a_texture_that_is_not_read_is_reported() {
+    let dir = tempfile::tempdir().unwrap();
+    let body = mean_body(|p| p);
+    let mut file = b"mtllib skin.mtl\nusemtl skin\n".to_vec();
+    write_obj(&RawMesh { uvs: Some(vec![[0.5, 0.5]; body.points.len()]), ..body.clone() }, &mut file).unwrap();
+    std::fs::write(dir.path().join("textured.obj"), file).unwrap();
+    overcoat_ok(dir.path(), &["new", "alice"]);
+    let said = overcoat_ok(dir.path(), &["-C", "alice", "scan", "body", "textured.obj"]).stdout;
+    assert!(said.contains("('skin.mtl'), which is not read: only colours of vertices are"), "{said}");
+    write_mesh(dir.path().join("plain.ply"), &body);
+    let said = overcoat_ok(dir.path(), &["-C", "alice", "scan", "body", "plain.ply", "--replace"]).stdout;
+    assert!(!said.contains("texture"), "{said}");
+}
+
 #[test]
 fn scans_that_do_not_show_a_person_are_refused() {
     let dir = tempfile::tempdir().unwrap();
@@ -83,6 +113,14 @@ fn scans_that_do_not_show_a_person_are_refused() {
         ),
         ("giant.ply", mean_body(|p| p * 40_000.0), vec![], "a person is 0.4 to 2.5 m tall"),
         ("flat.ply", mean_body(|_| Point::origin()), vec![], "area"),
+        (
+            "noisy.ply",
+            mean_body(|p| p + noise(&p, 0.02)),
+            vec![],
+            "the surface is too noisy: its vertices scatter by about",
+        ),
+        ("squat.ply", squatting(), vec![], "the person does not stand upright"),
+        ("decimetres.ply", mean_body(|p| p * 10.0), vec!["--unit", "mm"], "a person is 0.4 to 2.5 m tall"),
     ];
     for (name, mesh, options, says) in cases {
         let path = write_mesh(dir.path().join(name), &mesh);
@@ -96,6 +134,7 @@ fn scans_in_another_unit_or_frame_are_converted_and_reported() {
     let dir = tempfile::tempdir().unwrap();
     let cases = [
         ("millimetres.ply", mean_body(|p| p * 1000.0), "in mm"),
+        ("decimetres.ply", mean_body(|p| p * 10.0), "in dm: the person is 1."),
         ("z_up.ply", mean_body(|p| Point::new(p.x, -p.z, p.y)), "z of the file points up"),
         ("upside_down.ply", mean_body(|p| Point::new(p.x, -p.y, -p.z)), "-y of the file points up"),
     ];

@@ -107,7 +107,7 @@ struct BuildBodyArgs {
     /// Number of bodies left out of the training, on which the model is measured
     #[arg(long, value_name = "N")]
     leave_out: Option<usize>,
-    /// The bodies' unit: m, cm, mm, in
+    /// The bodies' unit: m, dm, cm, mm, in
     #[arg(long, value_name = "UNIT")]
     unit: Option<Unit>,
     /// Their upward axis: x, y, z, -x, -y, -z

@@ -20,7 +20,7 @@ pub(super) struct ScanArgs {
     /// The garment kind, as in `overcoat templates list`
     #[arg(short, long)]
     template: Option<String>,
-    /// Unit of the file (m, cm, mm, in); guessed by default
+    /// Unit of the file (m, dm, cm, mm, in); guessed by default
     #[arg(long)]
     unit: Option<Unit>,
     /// Axis of the file that points up (+y, -z, …); guessed by default

@@ -61,6 +61,12 @@ pub enum FormatError {
         /// The system's error.
         source: std::io::Error,
     },
+    /// Not one byte.
+    #[error("the file is empty (0 bytes), so it is not {format}")]
+    NoBytes {
+        /// The expected format.
+        format: Format,
+    },
     /// The extension is not that of a mesh format that we read.
     #[error("'{extension}' is not the extension of a mesh format")]
     UnknownExtension {
@@ -197,13 +203,14 @@ impl FormatError {
     /// What the user can do about it; `None` where the message says all.
     pub fn hint(&self) -> Option<String> {
         match self {
+            Self::NoBytes { .. } => Some("the export or the copy was interrupted; write the file again".into()),
             Self::Truncated { .. } => Some("the file was not completely written or copied; copy or export it again".into()),
             Self::UnknownExtension { .. } => Some(format!("the known extensions are {}", MESH_EXTENSIONS.join(", "))),
             Self::NotThisFormat { .. } => Some("check that the file's extension matches its content".into()),
             Self::Pickled { name, .. } => Some(format!(
                 "in Python, save it again as a plain array: `d['{name}'].toarray()` where it is sparse, `np.array(…)` otherwise"
             )),
-            Self::Unsupported { .. } => Some("export the mesh again as PLY, or as GLB with everything embedded".into()),
+            Self::Unsupported { .. } => Some("export the mesh again as PLY, or as GLB (glTF 2.0) with everything embedded and nothing compressed".into()),
             Self::DepthKind { .. } => {
                 Some("write depth as 16-bit greyscale PNG, in millimetres (`depth_scale` 1000), not as a coloured or 8-bit picture".into())
             }

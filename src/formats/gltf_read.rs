@@ -2,8 +2,9 @@
 
 use super::error::{Format, FormatError, quoted};
 use super::gltf_accessor::{container, read_buffers, rows, unsupported};
-use super::raw_mesh::{RawMesh, read_all};
+use super::raw_mesh::{RawMesh, read_all, unread_texture};
 use super::srgb::byte_of_linear;
+use gltf::json::extensions::ENABLED_EXTENSIONS;
 use gltf::mesh::{Mode, Semantic};
 use gltf::{Document, Gltf, Node, Primitive};
 use nalgebra::{Matrix3, Matrix4, Point3, Vector3};
@@ -57,8 +58,18 @@ pub fn read_gltf(input: impl Read) -> Result<RawMesh, FormatError> {
 
 /// The JSON, validated, and the binary chunk.
 fn parse(bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), FormatError> {
+    check_version(bytes)?;
     let file = Gltf::from_slice_without_validation(bytes).map_err(|e| container(&e.to_string()))?;
     let root = file.document.into_json();
+    if let Some(extension) = root.extensions_required.iter().find(|name| !ENABLED_EXTENSIONS.contains(&name.as_str())) {
+        return Err(unsupported(&match extension.as_str() {
+            "KHR_draco_mesh_compression" => format!("a mesh compressed with Draco ({extension})"),
+            "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
+                format!("a mesh compressed with meshopt ({extension})")
+            }
+            _ => format!("the extension {extension}, which the file requires,"),
+        }));
+    }
     // The crate's validation indexes by these unchecked (gltf-json 1.4.1).
     let accessor_count = root.accessors.len();
     for (index, mesh) in root.meshes.iter().enumerate() {
@@ -82,6 +93,24 @@ fn parse(bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), FormatError> {
         other => container(&other.to_string()),
     })?;
     Ok((document, file.blob))
+}
+
+/// Refuses other versions than 2, whose JSON means something else.
+fn check_version(bytes: &[u8]) -> Result<(), FormatError> {
+    if let Some(rest) = bytes.strip_prefix(b"glTF") {
+        let version = rest.get(..4).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes);
+        return match version {
+            Some(2) | None => Ok(()),
+            Some(other) => Err(unsupported(&format!("a binary of version {other}, not 2,"))),
+        };
+    }
+    let stated = serde_json::from_slice::<serde_json::Value>(bytes).ok();
+    match stated.as_ref().and_then(|json| json["asset"]["version"].as_str()) {
+        Some(version) if version != "2" && !version.starts_with("2.") => {
+            Err(unsupported(&format!("version {version}, not 2,")))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Refuses bytes that are not glTF, or shorter than the header states.
@@ -110,6 +139,7 @@ struct GltfMeshBuilder {
     buffers: Vec<Vec<u8>>,
     mesh: RawMesh,
     misses_normals: bool,
+    has_texture: bool,
 }
 
 impl GltfMeshBuilder {
@@ -137,6 +167,9 @@ impl GltfMeshBuilder {
                 self.misses_normals |= mesh.normals.as_ref().is_some_and(|n| n.len() != end);
             }
             _ => self.misses_normals = true,
+        }
+        if primitive.material().pbr_metallic_roughness().base_color_texture().is_some() {
+            self.has_texture = true;
         }
         if let Some(accessor) = primitive.get(&Semantic::Colors(0)) {
             let colors = match accessor.dimensions().multiplicity() {
@@ -222,6 +255,9 @@ impl GltfMeshBuilder {
     fn into_mesh(mut self) -> Result<RawMesh, FormatError> {
         if self.misses_normals {
             self.mesh.normals = None;
+        }
+        if self.has_texture {
+            self.mesh.unread.push(unread_texture("the file has a texture"));
         }
         self.mesh.with_indices_checked(Format::Gltf)
     }

@@ -65,6 +65,18 @@ fn with_json(edit: impl Fn(String) -> String) -> Vec<u8> {
 }
 
 #[test]
+fn a_texture_is_reported_as_unread() {
+    assert!(read_gltf(built().as_slice()).unwrap().unread.is_empty());
+    let textured = with_json(|text| {
+        let material =
+            text.replace("\"pbrMetallicRoughness\":{", "\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0},");
+        material.replacen('{', "{\"textures\":[{\"source\":0}],\"images\":[{\"uri\":\"skin.png\"}],", 1)
+    });
+    let read = read_gltf(textured.as_slice()).unwrap();
+    assert!(read.unread.len() == 1 && read.unread[0].starts_with("the file has a texture"), "{:?}", read.unread);
+}
+
+#[test]
 fn a_written_mesh_is_read_back_in_world_coordinates() {
     let mesh = read_gltf(built().as_slice()).unwrap();
     assert_eq!(mesh.faces, FACES);

@@ -6,7 +6,7 @@
 //! (`cargo bench --bench files`).
 
 use super::error::{Format, FormatError};
-use super::raw_mesh::{RawMesh, bytes_of_colors, read_all};
+use super::raw_mesh::{RawMesh, bytes_of_colors, read_all, unread_texture};
 use super::text_lines::{line_error, lines, number, numbers};
 use std::io::{BufWriter, Read, Write};
 
@@ -37,6 +37,7 @@ pub fn read_obj(input: impl Read) -> Result<RawMesh, FormatError> {
             }
             Some("vt") => parts.uvs.push(numbers(Format::Obj, line, &mut tokens)?),
             Some("vn") => parts.normals.push(numbers(Format::Obj, line, &mut tokens)?),
+            Some("mtllib") => parts.materials = Some(tokens.collect::<Vec<_>>().join(" ")),
             Some("f") => parts.push_face(line, tokens.collect::<Vec<_>>().as_slice())?,
             Some("v1" | "ply" | "OFF" | "solid" | "glTF") if line == 1 => {
                 return Err(FormatError::NotThisFormat { format: Format::Obj, found: format!("'{text}'") });
@@ -57,6 +58,8 @@ struct ObjMeshBuilder {
     colors: Vec<[f64; 3]>,
     uvs: Vec<[f64; 2]>,
     normals: Vec<[f64; 3]>,
+    /// The file of the materials.
+    materials: Option<String>,
     /// (vertex, texture coordinate, normal) of each corner, the latter two if the file has them.
     corners: Vec<(u32, Option<u32>, Option<u32>)>,
 }
@@ -103,6 +106,10 @@ impl ObjMeshBuilder {
             mesh.colors = Some(bytes_of_colors(&self.colors));
         }
         mesh.uvs = gathered(vertex_count, &self.uvs, self.corners.iter().map(|c| (c.0, c.1)), "texture coordinate")?;
+        // Without texture coordinates, the materials have no texture.
+        if let (Some(materials), Some(_), None) = (&self.materials, &mesh.uvs, &mesh.colors) {
+            mesh.unread.push(unread_texture(&format!("the texture of the file's materials ('{materials}')")));
+        }
         mesh.normals = gathered(vertex_count, &self.normals, self.corners.iter().map(|c| (c.0, c.2)), "normal")?;
         Ok(mesh)
     }

@@ -24,6 +24,8 @@ pub struct RawMesh {
     pub uvs: Option<Vec<[f64; 2]>>,
     /// All other numbers per vertex (`label`, `quality`, …), by their names in the file; each V.
     pub scalars: BTreeMap<String, Vec<f32>>,
+    /// What the file holds and no reader uses, one sentence each; writers ignore it.
+    pub unread: Vec<String>,
 }
 
 impl RawMesh {
@@ -56,7 +58,14 @@ impl RawMesh {
 pub(super) fn read_all(format: Format, mut input: impl Read) -> Result<Vec<u8>, FormatError> {
     let mut bytes = Vec::new();
     input.read_to_end(&mut bytes).map_err(|source| FormatError::Io { format, source })?;
-    Ok(bytes)
+    if bytes.is_empty() { Err(FormatError::NoBytes { format }) } else { Ok(bytes) }
+}
+
+/// The sentence for a texture that is not read.
+pub(super) fn unread_texture(what: &str) -> String {
+    format!(
+        "{what}, which is not read: only colours of vertices are (bake it, for example with MeshLab's Transfer: Texture to Vertex Color)"
+    )
 }
 
 /// Colours as bytes, from numbers of 0–1, or of 0–255 when any is above 1.

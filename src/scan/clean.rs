@@ -1,6 +1,7 @@
 //! Cleans a mesh into a [`Scan`].
 
 use super::counted::counted;
+use super::noise::refuse_noise;
 use super::pieces::{Sound, orient_outward, sound_mesh};
 use super::{CleaningStep, Scan, ScanError, ScanParams, decimate, smooth, upright};
 use crate::formats::RawMesh;
@@ -25,12 +26,13 @@ pub fn clean(raw: &RawMesh, params: &ScanParams, on_step: &mut dyn FnMut(&Cleani
 
     upright::refuse_second_piece(&sound, &pieces)?;
     let Sound { mesh, mut file_vertices } = sound.part(&pieces.faces_to_keep(&mut findings));
+    let adjacency = Adjacency::prepare(&mesh);
+    refuse_noise(&mesh, &adjacency)?;
     upright::refuse_two_figures(&mesh)?;
     let world_from_file = upright::file_frame(&mesh, params, &mut findings)?;
     report("stood upright", &mesh);
 
     let mesh = mesh.map_points(|p| world_from_file.world_from_file(p));
-    let adjacency = Adjacency::prepare(&mesh);
     let (mesh, turned) = orient_outward(&mesh, &adjacency);
     if turned > 0 {
         findings.push(format!("turned {turned} of {} faces outward", mesh.face_count()));

@@ -64,6 +64,22 @@ pub enum ScanError {
         /// The least number.
         least: usize,
     },
+    /// Noise hides the shape.
+    #[error(
+        "the surface is too noisy: its vertices scatter by about {noise_mm:.0} mm (for an adult), and neighbouring faces differ by {angle_deg:.0}° on average"
+    )]
+    Noisy {
+        /// Mean angle between neighbouring faces.
+        angle_deg: f64,
+        /// Noise per coordinate, if the person is as tall as an adult.
+        noise_mm: f64,
+    },
+    /// A person who squats, sits or bends.
+    #[error("the person does not stand upright: {evidence}")]
+    NotStanding {
+        /// The evidence.
+        evidence: String,
+    },
     /// More than one person.
     #[error("there seem to be two people in the scan: {evidence}")]
     TwoPeople {
@@ -82,6 +98,12 @@ impl ScanError {
             Self::NotFinite { .. } => "remove such vertices, for example with MeshLab's cleaning filters",
             Self::WrongLength { .. } | Self::Mesh(_) => "the file is damaged; write it again",
             Self::NoArea { .. } => "was the mesh flattened or scaled to nothing on export?",
+            Self::Noisy { .. } => {
+                "reduce the noise to 3 mm: fuse more frames, or smooth the mesh, for example with MeshLab's Taubin filter"
+            }
+            Self::NotStanding { .. } => {
+                "scan the person standing upright in an A-pose: legs straight, arms held away from the body"
+            }
             Self::NotPersonSize { .. } => "say the unit with --unit, and the axis that points up with --up",
             Self::TooFewFaces { least, .. } => return Some(format!("give --faces {least} or more, or leave it out")),
             Self::TwoPeople { .. } => "give a scan of one person alone; cut the other one away first",

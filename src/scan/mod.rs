@@ -5,6 +5,7 @@ mod counted;
 mod decimate;
 mod error;
 mod frame;
+mod noise;
 mod params;
 mod pieces;
 mod profile;

@@ -53,11 +53,14 @@ pub enum Unit {
     /// in.
     #[serde(rename = "in")]
     Inch,
+    /// dm.
+    #[serde(rename = "dm")]
+    Decimetre,
 }
 
 impl Unit {
     /// All variants.
-    pub const ALL: [Self; 4] = [Self::Metre, Self::Centimetre, Self::Millimetre, Self::Inch];
+    pub const ALL: [Self; 5] = [Self::Metre, Self::Decimetre, Self::Centimetre, Self::Millimetre, Self::Inch];
 
     /// Metres per unit.
     pub fn metres(self) -> f64 {
@@ -66,6 +69,7 @@ impl Unit {
             Self::Centimetre => 0.01,
             Self::Millimetre => 0.001,
             Self::Inch => 0.0254,
+            Self::Decimetre => 0.1,
         }
     }
 }
@@ -77,6 +81,7 @@ impl fmt::Display for Unit {
             Self::Centimetre => "cm",
             Self::Millimetre => "mm",
             Self::Inch => "in",
+            Self::Decimetre => "dm",
         })
     }
 }
@@ -85,7 +90,7 @@ impl FromStr for Unit {
     type Err = String;
     fn from_str(text: &str) -> Result<Self, String> {
         let known = Self::ALL.into_iter().find(|unit| unit.to_string() == text);
-        known.ok_or_else(|| format!("'{text}' is not a known unit; give m, cm, mm or in"))
+        known.ok_or_else(|| format!("'{text}' is not a known unit; give m, dm, cm, mm or in"))
     }
 }
 

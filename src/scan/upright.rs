@@ -8,11 +8,13 @@ use nalgebra::UnitQuaternion;
 
 /// A person's height, in metres: from a toddler to the tallest.
 const HEIGHT: std::ops::RangeInclusive<f64> = 0.4..=2.5;
-/// Expected height from which a unit is guessed, in metres: between the mean woman and man. Only cm and inches can be
-/// confused (0.6 m or 1.5 m); the adult is then assumed.
+/// Expected height from which a unit is guessed, in metres: between the mean woman and man. Only cm or
+/// dm and inches can be confused (0.6 m or 1.5 m); the adult is then assumed.
 const USUAL_HEIGHT: f64 = 1.68;
 /// Greatest angle between a person and an axis of the file, in degrees; above it the scan is oblique.
 const LEAN_DEG: f64 = 25.0;
+/// Heights, in metres, for which decimetres are guessed: those of adults. Such files are rare, and 4 to 12 units may be anything.
+const HEIGHT_IN_DECIMETRES: std::ops::RangeInclusive<f64> = 1.2..=2.2;
 /// Difference of scores below which head and feet are uncertain: external bodies and scans, dressed or not, have 1 to 4.
 const UNSURE: f64 = 0.5;
 
@@ -93,7 +95,11 @@ fn unit(height: f64, params: &ScanParams, findings: &mut Vec<String>) -> Result<
         return Ok(unit.metres());
     }
     let off = |unit: &Unit| (height * unit.metres() / USUAL_HEIGHT).ln().abs();
-    let fitting: Vec<Unit> = Unit::ALL.into_iter().filter(|u| HEIGHT.contains(&(height * u.metres()))).collect();
+    let is_likely = |unit: &Unit| match unit {
+        Unit::Decimetre => HEIGHT_IN_DECIMETRES.contains(&(height * unit.metres())),
+        _ => HEIGHT.contains(&(height * unit.metres())),
+    };
+    let fitting: Vec<Unit> = Unit::ALL.into_iter().filter(is_likely).collect();
     let Some(best) = fitting.iter().copied().min_by(|a, b| off(a).total_cmp(&off(b))) else {
         let read: Vec<String> =
             Unit::ALL.iter().map(|u| format!("{:.3} m if the unit is {u}", height * u.metres())).collect();
@@ -183,6 +189,13 @@ pub(super) fn refuse_two_figures(person: &TriMesh) -> Result<(), ScanError> {
             // 0.15 apart.
             let (heads, torsos) = (pairs(0.88, 0.96, 0.2, 0.15), pairs(0.60, 0.78, 0.35, 0.15));
             if heads > 0.6 && torsos > 0.6 {
+                // Two people have four feet. Two thick parts above one are the legs of a person, seen upside down.
+                let feet = profile.between(0.04, 0.12);
+                if feet.iter().filter(|s| s.clusters.len() == 1).count() as f64 > 0.6 * feet.len() as f64 {
+                    return Err(ScanError::NotStanding {
+                        evidence: "the lower legs take up most of the height, as of somebody who squats or sits".into(),
+                    });
+                }
                 return Err(ScanError::TwoPeople {
                     evidence: "two heads and two torsos of the same size stand side by side".into(),
                 });

@@ -96,7 +96,7 @@ fn set_in_step(step: &mut StepRecipe, what: &str, value: &str, key: &str, from: 
         "template" => step.template = text,
         "until" => step.until = text,
         "sleeve" => step.sleeve = text,
-        "unit" => step.unit = Some(value.parse().map_err(|_| cannot("one of m, cm, mm, in".into()))?),
+        "unit" => step.unit = Some(value.parse().map_err(|_| cannot("one of m, dm, cm, mm, in".into()))?),
         "up" => step.up = Some(value.parse().map_err(|_| cannot("an axis such as +y or -z".into()))?),
         "faces" => step.faces = Some(value.parse().map_err(|_| cannot("a number of faces".into()))?),
         _ => {

@@ -42,12 +42,12 @@ impl PipelineStage for Scan {
     ) -> Result<Outcome<scan::Scan>, SessionError> {
         let path = session.resolve(&step.scan);
         let bytes = session.source_bytes(&step.source())?;
-        let (scan, report) =
+        let (scan, report, unread) =
             read(&path, &bytes, &inputs, on_progress).map_err(|e| SessionError::bad_source(&path, e))?;
         // Store a copy once the file is known to be valid.
         session.store.keep_bytes(&bytes)?;
         let (vertices, faces) = (scan.mesh.vertex_count(), scan.mesh.face_count());
-        let findings = scan.findings.clone();
+        let findings: Vec<String> = scan.findings.iter().cloned().chain(unread).collect();
         let outcome = Outcome::of(scan).measured("vertices", vertices as f64).measured("faces", faces as f64);
         Ok(match report {
             Some(report) => measured(outcome, &report),
@@ -86,14 +86,15 @@ fn read(
     bytes: &[u8],
     inputs: &Inputs,
     on_progress: OnProgress,
-) -> Result<(scan::Scan, Option<FusionReport>), StageError> {
+) -> Result<(scan::Scan, Option<FusionReport>, Vec<String>), StageError> {
     let cleaned = |raw: &RawMesh, on_progress: OnProgress| {
         clean(raw, &inputs.params, &mut |s| {
             on_progress(StageProgress::Text(&format!("{} ({} faces)", s.name, s.faces)));
         })
     };
     if !is_zip(bytes) {
-        return Ok((cleaned(&raw_mesh(path, bytes)?, on_progress)?, None));
+        let raw = raw_mesh(path, bytes)?;
+        return Ok((cleaned(&raw, on_progress)?, None, raw.unread));
     }
     let began = Instant::now();
     let fused = fuse(&read_recording(bytes)?, &inputs.fusion, &mut |step| {
@@ -102,7 +103,7 @@ fn read(
     })?;
     let mut scan = cleaned(&fused.mesh, on_progress)?;
     scan.findings = fused.findings.into_iter().chain(scan.findings).collect();
-    Ok((scan, Some(fused.report)))
+    Ok((scan, Some(fused.report), Vec::new()))
 }
 
 /// A step of the fusion in words.
