@@ -157,7 +157,12 @@ fn impossible_arguments_are_refused() {
         ("scan hat . --template hat", 1, "holds no depth images"),
         ("scan hat {scan} --template hut", 2, "'hut'"),
         ("scan hat {scan}", 2, "needs a template"),
-        ("scan hat {scan} --template hat --until nose", 2, "'nose'"),
+        ("scan hat {scan} --template tshirt --until nose", 2, "'nose'"),
+        ("scan hat {scan} --template hat --sleeve short", 2, "--sleeve does not apply to the garment kind 'hat'"),
+        ("scan hat {scan} --template hat --until knee", 2, "--until does not apply to the garment kind 'hat'"),
+        ("scan jeans {scan} --template trousers --sleeve short", 2, "--sleeve does not apply"),
+        ("watch shirt x.jsonl --view --bind 10.0.0.1", 2, "give 127.0.0.1 for this machine only"),
+        ("watch shirt x.jsonl --bind 127.0.0.1", 2, "--view"),
         ("scan hat {scan} --template hat --unit furlong", 2, "'furlong'"),
         ("scan hat {scan} --template hat --up w", 2, "'w'"),
         ("scan shirt {scan} --template tshirt", 2, "there is already a step 'shirt'"),
@@ -337,6 +342,21 @@ fn a_recipe_with_names_that_collide_is_refused_with_its_line() {
     let subjects = ["replay", "recipe.toml", "--into", "../all", "--subjects", "../people.csv"];
     refused(&session, &subjects, 1, &["people.csv, line 3", "'Anna'"]);
     assert!(!dir.path().join("other").exists() && !dir.path().join("all").exists());
+}
+
+#[test]
+fn a_stroke_in_the_air_is_refused_before_a_replay_makes_its_folder() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = session_with_two_scans(dir.path());
+    let air = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/bad_input/stroke_in_the_air.jsonl");
+    std::fs::copy(air, dir.path().join("air.jsonl")).unwrap();
+    let replay = ["replay", ".", "--into", "../other", "--set", "shirt.mask=../air.jsonl"];
+    refused(&session, &replay, 1, &["air.jsonl': line 1"]);
+    let text = std::fs::read_to_string(session.join("recipe.toml")).unwrap();
+    let by_hand = text + "\n[[step.mask]]\nfile = \"../air.jsonl\"\n";
+    std::fs::write(session.join("by_hand.toml"), by_hand).unwrap();
+    refused(&session, &["replay", "by_hand.toml", "--into", "../other"], 1, &["air.jsonl': line 1"]);
+    assert!(!dir.path().join("other").exists());
 }
 
 #[cfg(unix)]

@@ -14,6 +14,10 @@ pub(super) struct BuildArgs {
     force: Option<Vec<String>>,
 }
 
+fn names_of(stages: &[Stage]) -> String {
+    stages.iter().map(|stage| stage.name()).collect::<Vec<_>>().join(", ")
+}
+
 fn forced(typed: Option<Vec<String>>) -> Result<Forced, SessionError> {
     let Some(names) = typed else { return Ok(Forced::Nothing) };
     if names.is_empty() {
@@ -25,7 +29,11 @@ fn forced(typed: Option<Vec<String>>) -> Result<Forced, SessionError> {
             Some(known) => Ok((step.to_string(), Some(known))),
             None => Err(SessionError::BadRequest {
                 what: format!("there is no stage '{stage}'"),
-                hint: "the stages are scan, fit and register of the body; scan, pose, evidence, segment, cut, rig and stack of a garment; and figure of both".into(),
+                hint: format!(
+                    "the stages of the body are {}; those of a garment {}",
+                    names_of(Stage::OF_BODY),
+                    names_of(Stage::OF_GARMENT)
+                ),
             }),
         },
     });

@@ -3,10 +3,11 @@
 use super::console::{Done, secs};
 use super::context::Context;
 use super::progress::Progress;
-use super::stages::{ReadingArgs, file_of};
+use super::stages::{ReadingArgs, file_of, interface};
 use crate::scan::{Unit, Up};
 use crate::session::{BodySurface, NewScan, ShowIn};
 use serde_json::json;
+use std::net::IpAddr;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -45,6 +46,9 @@ pub(super) struct ScanArgs {
     /// URL, in the one that runs on this machine or is started; with a file name, write a recording
     #[arg(long, value_name = "OUT.rrd|URL", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     view: Option<ShowIn>,
+    /// With --view: the interface on which a viewer that is started listens [default: 127.0.0.1]
+    #[arg(long, value_name = "ADDR", requires = "view", value_parser = interface)]
+    bind: Option<IpAddr>,
     /// With --view: replace a file that Overcoat did not write, or that was changed since
     #[arg(long, requires = "view")]
     force: bool,
@@ -66,7 +70,7 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     let new = NewScan {
         name: args.name,
-        view: args.view,
+        view: args.view.map(|view| view.with_bind(args.bind)),
         force: args.force,
         file: context.input(args.file),
         template: args.template,

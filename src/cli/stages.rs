@@ -8,6 +8,7 @@ use crate::parameters::Settings;
 use crate::session::{Parameter, SessionError, ShowIn, Stage, StageRequest, parameters_of};
 use clap::{Arg, ArgAction, ArgMatches, Command};
 use serde_json::json;
+use std::net::IpAddr;
 use std::time::Instant;
 
 /// A command: its stages, and the stages whose flags begin with the stage's name.
@@ -64,7 +65,12 @@ impl StageCommand {
             step: matches.get_one::<String>("step").cloned(),
             settings,
             reset: matches.get_flag("reset"),
-            view: matches.try_get_one::<ShowIn>("view").ok().flatten().cloned(),
+            view: matches
+                .try_get_one::<ShowIn>("view")
+                .ok()
+                .flatten()
+                .cloned()
+                .map(|view| view.with_bind(bind_of(matches))),
             force: matches!(matches.try_get_one::<bool>("force"), Ok(Some(true))),
         })
     }
@@ -161,7 +167,13 @@ impl<const K: usize> clap::Args for StageArgs<K> {
             .action(ArgAction::SetTrue)
             .requires("view")
             .help("With --view: replace a file that Overcoat did not write, or that was changed since");
-        let shown = if K == FIT { vec![view, force] } else { Vec::new() };
+        let bind = Arg::new("bind")
+            .long("bind")
+            .value_name("ADDR")
+            .requires("view")
+            .value_parser(interface)
+            .help("With --view: the interface on which a viewer that is started listens [default: 127.0.0.1]");
+        let shown = if K == FIT { vec![view, bind, force] } else { Vec::new() };
         command.arg(step).arg(reset).args(shown).args(flags)
     }
 
@@ -171,10 +183,22 @@ impl<const K: usize> clap::Args for StageArgs<K> {
 }
 
 /// The file of the recording, if the target is a file.
+fn bind_of(matches: &ArgMatches) -> Option<IpAddr> {
+    matches.try_get_one::<IpAddr>("bind").ok().flatten().copied()
+}
+
+/// Reads an interface for a viewer. The program itself reaches the viewer over the loopback interface.
+pub(super) fn interface(text: &str) -> Result<IpAddr, String> {
+    match text.parse::<IpAddr>() {
+        Ok(address) if address.is_loopback() || address.is_unspecified() => Ok(address),
+        _ => Err("give 127.0.0.1 for this machine only, or 0.0.0.0 or :: for all interfaces".into()),
+    }
+}
+
 pub(super) fn file_of(view: &ShowIn) -> Option<String> {
     match view {
         ShowIn::File(path) => Some(path.display().to_string()),
-        ShowIn::Viewer | ShowIn::ViewerAt(_) => None,
+        ShowIn::Viewer(_) | ShowIn::ViewerAt(_) => None,
     }
 }
 

@@ -4,9 +4,11 @@ use super::console::{Done, Verbosity, print_aside, print_line, secs};
 use super::context::Context;
 use super::failure;
 use super::progress::measures_text;
-use crate::session::{Content, Forced, LiveView, Memory, Outputs, Recut, Session, SessionError, Writer};
+use super::stages::interface;
+use crate::session::{Content, Forced, LiveView, Memory, Outputs, Recut, Session, SessionError, ShowIn, Writer};
 use serde_json::{Value, json};
 use signal_hook::consts::{SIGINT, SIGTERM};
+use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -22,7 +24,10 @@ pub(super) struct WatchArgs {
     /// Show the cut garment, then everything that is rebuilt, in the Rerun viewer at URL; without a URL, in the one
     /// that runs on this machine or is started
     #[arg(long, value_name = "URL", num_args = 0..=1, require_equals = true, default_missing_value = "")]
-    view: Option<String>,
+    view: Option<ShowIn>,
+    /// With --view: the interface on which a viewer that is started listens [default: 127.0.0.1]
+    #[arg(long, value_name = "ADDR", requires = "view", value_parser = interface)]
+    bind: Option<IpAddr>,
     /// Draw the cut garment in the scan's pose after each change
     #[arg(long, value_name = "OUT.png")]
     picture: Option<PathBuf>,
@@ -166,9 +171,9 @@ impl<'a> Watch<'a> {
         let memory = Memory::default();
         let mut watch = Self { args, context, files, viewer: None, outputs, memory, taken: 0, log: Vec::new() };
         watch.warm()?;
-        if let Some(url) = &args.view {
-            let url = Some(url.as_str()).filter(|url| !url.is_empty());
-            watch.viewer = Some(LiveView::open(&Session::open(&context.session)?, url)?);
+        if let Some(view) = &args.view {
+            let shown = view.clone().with_bind(args.bind);
+            watch.viewer = Some(LiveView::open(&Session::open(&context.session)?, &shown)?);
         }
         let paths: Vec<String> = watch.files.iter().map(|w| w.path.display().to_string()).collect();
         watch.say(&format!("watching {}; stop with Ctrl-C", paths.join(", ")));

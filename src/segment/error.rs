@@ -36,6 +36,18 @@ pub enum SegmentError {
         /// What the number means.
         scale: &'static str,
     },
+    /// An option for a part that the garment does not have.
+    #[error("{option} does not apply to the garment kind '{template}', which has no {part}")]
+    NoSuchPart {
+        /// The template.
+        template: String,
+        /// `--until` or `--sleeve`.
+        option: &'static str,
+        /// `sleeves`, or the parts whose end `--until` moves.
+        part: &'static str,
+        /// The options that apply.
+        takes: Vec<&'static str>,
+    },
     /// A stroke of a brush mask cannot be painted.
     #[error("line {line} of the brush mask: {reason}")]
     BadStroke {
@@ -123,6 +135,10 @@ impl SegmentError {
             }
             Self::BadTemplate { .. } => Some("see templates/garments/*.toml for the layout".into()),
             Self::BadExtent { .. } => None,
+            Self::NoSuchPart { takes, .. } => Some(match takes.as_slice() {
+                [] => "it takes neither --until nor --sleeve".into(),
+                takes => format!("it takes {}", takes.join(" and ")),
+            }),
             Self::BadStroke { .. } => Some(
                 "a stroke is {\"layer\":\"tshirt\",\"op\":\"add|erase\",\"radius\":0.02,\"points\":[[x,y,z],…],\"normal\":[x,y,z],\"frame\":\"file|world\"}, in the unit of the scan's file unless the frame is world".into(),
             ),

@@ -1,7 +1,7 @@
 //! How far a garment extends, where that differs from its template.
 
 use super::error::SegmentError;
-use super::template::{Limit, LimitBone};
+use super::template::{GarmentTemplate, Limit, LimitBone, TrunkCover};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
@@ -13,6 +13,38 @@ pub struct Extent {
     pub until: Option<Until>,
     /// The length of the sleeves.
     pub sleeve: Option<Sleeve>,
+}
+
+impl Extent {
+    /// Refuses limits of parts that the kind of garment does not have: sleeves of a hat, legs of gloves.
+    pub fn check(&self, template: &GarmentTemplate) -> Result<(), SegmentError> {
+        let (takes_until, takes_sleeve) = (takes_until(template), takes_sleeve(template));
+        let refused = |option, part| {
+            let takes = [("--until", takes_until), ("--sleeve", takes_sleeve)].into_iter().filter(|o| o.1);
+            let takes = takes.map(|o| o.0).collect();
+            Err(SegmentError::NoSuchPart { template: template.name.clone(), option, part, takes })
+        };
+        match (&self.until, &self.sleeve) {
+            (Some(_), _) if !takes_until => refused("--until", "end on the trunk or the legs"),
+            (_, Some(_)) if !takes_sleeve => refused("--sleeve", "sleeves and no shoulders"),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Whether a kind of garment has an end on the trunk or the legs.
+fn takes_until(template: &GarmentTemplate) -> bool {
+    const NECK: f64 = 1.0;
+    template.trunk.as_ref().is_some_and(|trunk| trunk.from.level() < NECK)
+}
+
+/// Whether a kind of garment has sleeves, or shoulders on which some could be.
+fn takes_sleeve(template: &GarmentTemplate) -> bool {
+    // A place on the upper trunk: a vest covers it, a skirt and a scarf do not.
+    const BELOW_THE_SHOULDERS: f64 = 0.55;
+    let covers =
+        |trunk: &TrunkCover| trunk.from.level() < BELOW_THE_SHOULDERS && trunk.to.level() > BELOW_THE_SHOULDERS;
+    template.arms.is_some() || template.trunk.as_ref().is_some_and(covers)
 }
 
 /// A height of the body: a word, or a share of stature.
@@ -173,6 +205,24 @@ mod tests {
             assert!(message.contains("knee") && message.contains("share of stature"), "{message}");
         }
         assert!("arm".parse::<Sleeve>().unwrap_err().to_string().contains("three-quarter"));
+    }
+
+    #[test]
+    fn only_garments_with_shoulders_take_sleeves_and_only_those_of_the_body_an_end() {
+        let of = |name: &str| GarmentTemplate::built_in(name).unwrap();
+        let sleeved: Vec<&str> = GarmentTemplate::names().filter(|name| takes_sleeve(&of(name))).collect();
+        assert_eq!(
+            sleeved,
+            ["blouse", "coat", "dress", "gloves", "jacket", "pullover", "shirt", "tanktop", "tshirt", "vest"]
+        );
+        let endless: Vec<&str> = GarmentTemplate::names().filter(|name| !takes_until(&of(name))).collect();
+        assert_eq!(endless, ["gloves", "hat"]);
+        let short = Extent { sleeve: Some("short".parse().unwrap()), ..Extent::default() };
+        assert!(short.check(&of("vest")).is_ok());
+        let hat = short.check(&of("hat")).unwrap_err();
+        assert!(hat.to_string().starts_with("--sleeve does not apply to the garment kind 'hat'"), "{hat}");
+        assert_eq!(hat.hint().unwrap(), "it takes neither --until nor --sleeve");
+        assert_eq!(short.check(&of("skirt")).unwrap_err().hint().unwrap(), "it takes --until");
     }
 
     #[test]

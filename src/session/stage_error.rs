@@ -86,7 +86,11 @@ impl StageError {
         matches!(
             self,
             Self::Format(FormatError::UnknownExtension { .. })
-                | Self::Segment(SegmentError::UnknownTemplate { .. } | SegmentError::BadExtent { .. })
+                | Self::Segment(
+                    SegmentError::UnknownTemplate { .. }
+                        | SegmentError::BadExtent { .. }
+                        | SegmentError::NoSuchPart { .. }
+                )
         )
     }
 }

@@ -18,6 +18,7 @@ use rerun::{
     RecordingStreamError, Scalars, SpawnOptions, TextDocument, ViewCoordinates,
 };
 use std::io::Write;
+use std::net::IpAddr;
 use std::time::Duration;
 
 /// Radius of a joint in metres; bones are half as thick.
@@ -36,9 +37,10 @@ const PATIENCE: Duration = Duration::from_secs(10);
 pub enum Sink<'a> {
     /// Memory; [`Recording::finish`] writes it.
     Memory,
-    /// A viewer, live: the one at a URL (`rerun+http://HOST:PORT/proxy`); for `None` the one that runs on this machine, or a
-    /// new one.
-    Viewer(Option<&'a str>),
+    /// The live viewer at a URL, `rerun+http://HOST:PORT/proxy`.
+    ViewerAt(&'a str),
+    /// The live viewer on this machine, or else a new one, which listens on this interface only.
+    NewViewer(IpAddr),
 }
 
 /// A recording in progress: kept in memory until [`Recording::finish`], or sent to a viewer live.
@@ -58,8 +60,8 @@ impl Recording {
     /// Begins a recording of the session `name` that a viewer shows live.
     ///
     /// **Errors** when `url` is not valid, and when no viewer can be started.
-    pub fn in_viewer(name: &str, url: Option<&str>) -> Result<Self, Error> {
-        Self::begin(builder(name, layout()), Sink::Viewer(url))
+    pub fn in_viewer(name: &str, sink: Sink) -> Result<Self, Error> {
+        Self::begin(builder(name, layout()), sink)
     }
 
     /// Begins a recording of how the frames of `name` are fused.
@@ -83,12 +85,8 @@ impl Recording {
                 let storage = Some(stream.binary_stream());
                 return Self { stream, storage }.begun();
             }
-            Sink::Viewer(Some(url)) => builder.connect_grpc_opts(url),
-            Sink::Viewer(None) => builder.spawn_opts(&SpawnOptions {
-                wait_for_bind: true,
-                hide_welcome_screen: true,
-                ..SpawnOptions::default()
-            }),
+            Sink::ViewerAt(url) => builder.connect_grpc_opts(url),
+            Sink::NewViewer(bind) => builder.spawn_opts(&options_of_new_viewer(bind)),
         };
         let stream = stream.map_err(|why| match why {
             RecordingStreamError::SpawnViewer(_) => Error::NoViewer("none runs, and none could be started".into()),
@@ -223,6 +221,16 @@ impl Recording {
     }
 }
 
+/// Left to itself, a new viewer listens on all interfaces of the machine.
+fn options_of_new_viewer(bind: IpAddr) -> SpawnOptions {
+    SpawnOptions {
+        wait_for_bind: true,
+        hide_welcome_screen: true,
+        extra_args: vec![format!("--bind={bind}")],
+        ..SpawnOptions::default()
+    }
+}
+
 fn builder(name: &str, layout: Blueprint) -> RecordingStreamBuilder {
     RecordingStreamBuilder::new("overcoat").recording_name(name).enabled(true).with_default_blueprint(layout)
 }
@@ -278,11 +286,20 @@ mod tests {
     fn a_viewer_that_does_not_answer_and_an_invalid_url_are_errors() {
         // Nobody listens on a port that was free a moment ago.
         let free = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
-        let recording = Recording::in_viewer("alice", Some(&format!("rerun+http://{free}/proxy"))).unwrap();
+        let recording = Recording::in_viewer("alice", Sink::ViewerAt(&format!("rerun+http://{free}/proxy"))).unwrap();
         assert!(matches!(recording.sent(), Err(Error::NoViewer(_))));
         for nonsense in ["", "alice", "http://127.0.0.1:9876/nothing"] {
-            assert!(matches!(Recording::in_viewer("alice", Some(nonsense)), Err(Error::NoViewer(_))), "{nonsense}");
+            assert!(
+                matches!(Recording::in_viewer("alice", Sink::ViewerAt(nonsense)), Err(Error::NoViewer(_))),
+                "{nonsense}"
+            );
         }
+    }
+
+    #[test]
+    fn a_new_viewer_listens_on_the_interface_that_is_asked_for() {
+        let options = options_of_new_viewer(IpAddr::from([127, 0, 0, 1]));
+        assert_eq!(options.extra_args, ["--bind=127.0.0.1"]);
     }
 
     #[test]

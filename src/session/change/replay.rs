@@ -1,9 +1,12 @@
 //! Replay: a recipe run in a new session, on the same scans or on others.
 
+use crate::segment::Marks;
 use crate::session::error::SessionError;
 use crate::session::open::{Session, Writer, check_body_model, source};
-use crate::session::recipe::{Assignment, LeftOut, MaskFile, Recipe, SourceFile, assignment, from_here, relative_to};
-use crate::session::stages::{Event, Forced, StageReport};
+use crate::session::recipe::{
+    Assignment, LeftOut, MaskFile, Recipe, SourceFile, StepRecipe, assignment, from_here, relative_to,
+};
+use crate::session::stages::{Event, Forced, StageReport, cleaned_scan};
 use crate::session::store::{ContentHash, Store};
 use std::path::{Path, PathBuf};
 
@@ -84,16 +87,38 @@ fn prepare(replay: &Replay) -> Result<Prepared, SessionError> {
         *body = read(body, None)?;
     }
     for step in &mut recipe.steps {
+        let asked = step.clone();
         let scan = read(&step.source(), None)?;
         (step.scan, step.hash) = (scan.file, scan.hash);
         for mask in &mut step.masks {
             *mask = read(mask, Some(&step.name))?;
         }
+        check_masks(&asked, &store, &folder)?;
     }
     if let Some(body) = &recipe.body {
         check_body_model(Path::new(&body.file), &contents[0])?;
     }
     Ok(Prepared { recipe, contents, left_out })
+}
+
+/// Checks that the masks of a step are on its scan, if the two were not used together before.
+fn check_masks(step: &StepRecipe, store: &Store, folder: &Path) -> Result<(), SessionError> {
+    if step.masks.is_empty() || (step.hash.is_some() && step.masks.iter().all(|mask| mask.hash.is_some())) {
+        return Ok(());
+    }
+    let path = from_here(&folder.join(&step.scan));
+    let scan = cleaned_scan(step, &path, &bytes_of(store, folder, &step.source())?)?;
+    for source in &step.masks {
+        let path = from_here(&folder.join(&source.file));
+        let marks = match MaskFile::read(&path, &bytes_of(store, folder, source)?)? {
+            MaskFile::Strokes(strokes) => Marks::paint(&scan, &strokes),
+            MaskFile::Surface(surface) => surface.marks_on(&scan, None),
+            // Their length depends on the file of the scan; the build checks it.
+            MaskFile::Numbers(_) | MaskFile::Picture(_) => continue,
+        };
+        marks.map_err(|e| SessionError::bad_source(&path, e))?;
+    }
+    Ok(())
 }
 
 /// The copy beside the recipe, or the file itself if it is unchanged.

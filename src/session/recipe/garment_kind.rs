@@ -31,7 +31,9 @@ pub(in crate::session) fn of_step(step: &StepRecipe) -> Result<GarmentKind, Sess
     let template = GarmentTemplate::built_in(name).map_err(wrong)?;
     let until = step.until.as_deref().map(str::parse).transpose().map_err(wrong)?;
     let sleeve = step.sleeve.as_deref().map(str::parse).transpose().map_err(wrong)?;
-    Ok(GarmentKind { template, extent: Extent { until, sleeve } })
+    let extent = Extent { until, sleeve };
+    extent.check(&template).map_err(wrong)?;
+    Ok(GarmentKind { template, extent })
 }
 
 #[cfg(test)]

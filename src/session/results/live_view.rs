@@ -2,11 +2,12 @@
 
 use super::outputs::{Content, Outputs};
 use super::sheet::{SeenStep, Turned};
+use super::show_in::ShowIn;
 use crate::cut::Garment;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::stages::StageReport;
-use crate::view::{Error, Part, Recording, layer_color};
+use crate::view::{Error, Part, Recording, Sink, layer_color};
 use std::path::Path;
 
 impl Session {
@@ -64,9 +65,20 @@ pub struct LiveView {
 impl LiveView {
     /// Shows everything that is built in the viewer at `url`; without a URL, in the viewer that runs on this machine or
     /// is started now.
-    pub fn open(session: &Session, url: Option<&str>) -> Result<Self, SessionError> {
+    pub fn open(session: &Session, shown: &ShowIn) -> Result<Self, SessionError> {
         let name = session.name();
-        let recording = Recording::in_viewer(&name, url).map_err(SessionError::viewer)?;
+        let sink = match shown {
+            ShowIn::Viewer(bind) => Sink::NewViewer(*bind),
+            ShowIn::ViewerAt(url) => Sink::ViewerAt(url),
+            ShowIn::File(path) => {
+                return Err(SessionError::BadRequest {
+                    what: format!("'{}' is not the URL of a viewer", path.display()),
+                    hint: "give a URL such as rerun+http://127.0.0.1:9876/proxy; --save OUT.rrd writes a recording"
+                        .into(),
+                });
+            }
+        };
+        let recording = Recording::in_viewer(&name, sink).map_err(SessionError::viewer)?;
         let mut live = Self { recording, placed: Vec::new(), change: 0 };
         live.show_all(session)?;
         live.recording.sent().map_err(SessionError::viewer)?;

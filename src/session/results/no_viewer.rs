@@ -2,6 +2,7 @@
 
 use super::no_recording::without_viewer;
 use super::outputs::Outputs;
+use super::show_in::ShowIn;
 use crate::cut::Garment;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
@@ -19,7 +20,7 @@ pub enum LiveView {}
 
 impl LiveView {
     /// **Errors** always.
-    pub fn open(_session: &Session, _url: Option<&str>) -> Result<Self, SessionError> {
+    pub fn open(_session: &Session, _shown: &ShowIn) -> Result<Self, SessionError> {
         Err(without_viewer())
     }
 

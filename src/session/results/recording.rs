@@ -24,13 +24,13 @@ impl Shown {
             outputs.claim(path, Content::Recording)?;
         }
         let sink = match to {
-            ShowIn::Viewer => Sink::Viewer(None),
-            ShowIn::ViewerAt(url) => Sink::Viewer(Some(url)),
+            ShowIn::Viewer(bind) => Sink::NewViewer(*bind),
+            ShowIn::ViewerAt(url) => Sink::ViewerAt(url),
             ShowIn::File(_) => Sink::Memory,
         };
         let recording = of(sink).map_err(|e| not_shown(to, e))?;
         let shown = Self { to: to.clone(), outputs, recording, failed: None };
-        if *to != ShowIn::Viewer && !matches!(to, ShowIn::File(_)) {
+        if matches!(to, ShowIn::ViewerAt(_)) {
             // Report a viewer that does not answer before the work, not after it.
             shown.recording.sent().map_err(|e| not_shown(to, e))?;
         }

@@ -28,6 +28,6 @@ pub(in crate::session) use pose::margin;
 pub(in crate::session) use posed::along_normals;
 pub(in crate::session) use press::{PosedGarments, Press};
 pub use reason::{Cause, Reason};
-pub(in crate::session) use scan::Scan;
+pub(in crate::session) use scan::{Scan, cleaned_scan};
 pub(in crate::session) use segment::Segment;
 pub(in crate::session) use walk::{Repaired, Walk};

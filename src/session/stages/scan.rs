@@ -106,6 +106,17 @@ fn read(
     Ok((scan, Some(fused.report), Vec::new()))
 }
 
+/// The cleaned scan of a step, computed here and not stored.
+pub(in crate::session) fn cleaned_scan(
+    step: &StepRecipe,
+    path: &Path,
+    bytes: &[u8],
+) -> Result<scan::Scan, SessionError> {
+    let inputs = Inputs { params: scan_params_of(step)?, fusion: fusion_params_of(step)? };
+    let read = read(path, bytes, &inputs, &mut |_| {});
+    read.map(|(scan, ..)| scan).map_err(|e| SessionError::bad_source(path, e))
+}
+
 /// A step of the fusion in words.
 fn in_words(step: &FusionStep, began: &Instant) -> String {
     match step {
