@@ -138,6 +138,17 @@ fn accepts(path: &str, text: &str) {
 }
 
 #[test]
+fn results_are_written_in_one_place() {
+    refuses("cli/export.rs", "fn f() { std::fs::write(path, bytes); }", "session::Outputs");
+    refuses("session/results/sheet.rs", "use std::fs::File; fn f() { File::create(path); }", "session::Outputs");
+    accepts("session/store/durable.rs", "use std::fs::File; fn f() { File::options(); }");
+    accepts(
+        "cli/export.rs",
+        "fn f() { std::fs::read(path); }\n#[cfg(test)] mod tests { fn g() { std::fs::write(p, b); } }",
+    );
+}
+
+#[test]
 fn imports_against_the_table_are_refused() {
     refuses("geometry/bvh.rs", "use crate::fit::FittedBody;", "geometry/bvh.rs:1: `geometry` may not import `fit`");
     refuses("fit/pose.rs", "fn f() {\n  let x = crate::session::open();\n}", "fit/pose.rs:2:");

@@ -59,7 +59,7 @@ impl Recording {
 
     /// Begins a recording of the session `name` that a viewer shows live.
     ///
-    /// **Errors** when `url` is not valid, and when no viewer can be started.
+    /// **Errors** when the URL is not valid, and when no viewer can be started.
     pub fn in_viewer(name: &str, sink: Sink) -> Result<Self, Error> {
         Self::begin(builder(name, layout()), sink)
     }

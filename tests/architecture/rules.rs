@@ -50,6 +50,7 @@ pub fn check(files: &[SourceFile]) -> Vec<Violation> {
             check_files_and_output(file, at, &mut report);
         }
         check_crates(file, &mut report);
+        check_writes(file, &mut report);
     }
     violations.extend(check_modules(files, &table));
     for members in cycles(&edges) {
@@ -145,6 +146,25 @@ fn check_files_and_output(file: &SourceFile, at: usize, report: &mut dyn FnMut(u
     let is_print = matches!(word, "println" | "eprintln" | "print" | "eprint" | "dbg") && file.word(at + 1) == "!";
     if is_print && !matches!(module, "cli" | "main") {
         report(line, "prints: only `cli` prints, all others report through values and `on_step`".into());
+    }
+}
+
+/// Files are written whole, in one place; tests may write as they like.
+fn check_writes(file: &SourceFile, report: &mut dyn FnMut(usize, String)) {
+    if file.path.starts_with("session/store/") {
+        return;
+    }
+    for (at, token) in file.code.iter().enumerate() {
+        let calls = |name: &str| word(&file.code, at + 1) == "::" && word(&file.code, at + 2) == name;
+        let writes = match token.text.as_str() {
+            "fs" => calls("write") || calls("copy") || calls("rename"),
+            "File" => calls("create") || calls("create_new") || calls("options"),
+            "OpenOptions" => true,
+            _ => false,
+        };
+        if writes {
+            report(token.line, "writes a file: results go through `session::Outputs` or `session::NewFolder`".into());
+        }
     }
 }
 

@@ -63,8 +63,9 @@ pub struct LiveView {
 }
 
 impl LiveView {
-    /// Shows everything that is built in the viewer at `url`; without a URL, in the viewer that runs on this machine or
-    /// is started now.
+    /// Shows everything that is built in a viewer.
+    ///
+    /// **Errors** if `shown` is a file, and if the viewer does not answer.
     pub fn open(session: &Session, shown: &ShowIn) -> Result<Self, SessionError> {
         let name = session.name();
         let sink = match shown {
