@@ -70,7 +70,7 @@ fn check(raw: &RawMesh, scan: &Scan, slack: f64, of: &str) {
             continue;
         }
         let expected = (p.y > 0.2 || to_red < 0.0) && to_grey > 0.0;
-        assert_eq!(marks.0[v], Some(expected), "{of}: {p}");
+        assert_eq!(marks.labels[v], Some(expected), "{of}: {p}");
         red += u32::from(to_red < 0.0);
         grey += u32::from(to_grey < 0.0);
     }

@@ -72,6 +72,7 @@ fn add(layer: &str, file: PathBuf, context: &Context) -> anyhow::Result<Done> {
         "added_vertices": report.added,
         "erased_vertices": report.erased,
         "replaced": report.replaced,
+        "pins_all": report.pins_all,
         "secs": began.elapsed().as_secs_f64(),
     });
     Ok(Done::new("mask", json)
@@ -82,6 +83,11 @@ fn add(layer: &str, file: PathBuf, context: &Context) -> anyhow::Result<Done> {
             if report.replaced { ", replacing what the file marked before" } else { "" },
             secs(began.elapsed())
         ))
+        .lines(report.pins_all.then(|| {
+            format!(
+                "  all labels of the file are pinned: {layer} was never built, so there are none to compare them with"
+            )
+        }))
         .next(context.overcoat("build")))
 }
 

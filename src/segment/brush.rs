@@ -52,12 +52,28 @@ pub struct Stroke {
     pub line: usize,
 }
 
-/// Labels given by the user; `None` where none was given.
+/// Labels given by the user.
 ///
-/// **Shapes** one entry per vertex.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct Marks(pub PerVertex<Option<bool>>);
+/// **Shapes** one entry per vertex each.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Marks {
+    /// The labels; `None` where none was given.
+    pub labels: PerVertex<Option<bool>>,
+    /// Vertices whose label was painted exactly: beside them no boundary is found again.
+    exact: PerVertex<bool>,
+}
+
+impl From<PerVertex<Option<bool>>> for Marks {
+    fn from(labels: PerVertex<Option<bool>>) -> Self {
+        Self { exact: PerVertex::filled(false, labels.len()), labels }
+    }
+}
+
+impl FromIterator<Option<bool>> for Marks {
+    fn from_iter<T: IntoIterator<Item = Option<bool>>>(labels: T) -> Self {
+        labels.into_iter().collect::<PerVertex<_>>().into()
+    }
+}
 
 /// Greatest radius, in metres: larger ones are mistakes in the unit.
 const GREATEST_RADIUS: f64 = 1.0;
@@ -122,7 +138,7 @@ impl Stroke {
 impl Marks {
     /// No marks.
     pub fn none(vertex_count: usize) -> Self {
-        Self(PerVertex::filled(None, vertex_count))
+        PerVertex::filled(None, vertex_count).into()
     }
 
     /// Paints strokes in order; where two overlap the later one counts.
@@ -132,7 +148,7 @@ impl Marks {
         let mut marks = Self::none(scan.mesh.vertex_count());
         for stroke in strokes {
             for v in stroke.painted(scan)? {
-                marks.0[v] = Some(stroke.op == StrokeOp::Add);
+                marks.labels[v] = Some(stroke.op == StrokeOp::Add);
             }
         }
         Ok(marks)
@@ -140,15 +156,34 @@ impl Marks {
 
     /// These marks, with others over them.
     pub fn then(mut self, over: &Self) -> Self {
-        for (slot, mark) in self.0.0.iter_mut().zip(over.0.iter()) {
-            *slot = mark.or(*slot);
+        for (v, mark) in over.labels.enumerate().filter(|(_, mark)| mark.is_some()) {
+            self.labels[v] = *mark;
+            self.exact[v] = over.exact[v];
         }
         self
     }
 
+    /// The marks that differ from labels given before, as painted exactly; the others are dropped.
+    ///
+    /// **Shapes** `before`: one entry per vertex.
+    pub fn painted_over(&self, before: &PerVertex<Option<bool>>) -> Self {
+        let painted = |(mark, before): (&Option<bool>, &Option<bool>)| if mark == before { None } else { *mark };
+        Self::exactly(self.labels.iter().zip(before.iter()).map(painted).collect())
+    }
+
+    /// Marks that were painted exactly.
+    pub(super) fn exactly(labels: PerVertex<Option<bool>>) -> Self {
+        Self { exact: labels.iter().map(Option::is_some).collect(), labels }
+    }
+
+    /// Whether the label of a vertex was painted exactly.
+    pub(super) fn is_exact(&self, v: VertexId) -> bool {
+        self.exact[v]
+    }
+
     /// Overrides labels with the marks.
     pub fn apply(&self, labels: &mut Labels) {
-        for (label, mark) in labels.0.0.iter_mut().zip(self.0.iter()) {
+        for (label, mark) in labels.0.0.iter_mut().zip(self.labels.iter()) {
             *label = mark.unwrap_or(*label);
         }
     }
@@ -282,7 +317,7 @@ mod tests {
             );
             let marks = Marks::paint(&scan, &[stroke(&line)]).unwrap();
             let mut count = 0;
-            for (v, mark) in marks.0.enumerate() {
+            for (v, mark) in marks.labels.enumerate() {
                 let p = scan.mesh.points()[v];
                 assert!(mark.is_none() || (p.z > 0.01) == front, "{p}");
                 let gap = (p - Point::new(p.x.clamp(0.3, 0.7), 0.5, p.z)).norm();

@@ -35,7 +35,8 @@ pub(super) fn without_fold_overs(mesh: &TriMesh, adjacency: &Adjacency, labels: 
         inside[v] = sum.try_normalize(1e-9);
     }
     let turned = |v: VertexId| {
-        marks.0[v].is_none() && inside[v].is_some_and(|n| n.dot(&smoothed(adjacency, &labels, &normals, v)) < TURNED)
+        marks.labels[v].is_none()
+            && inside[v].is_some_and(|n| n.dot(&smoothed(adjacency, &labels, &normals, v)) < TURNED)
     };
     let mut kept = labels.clone();
     let mut front: Vec<VertexId> = boundary.iter().map(|b| b.0).collect();
@@ -105,7 +106,7 @@ mod tests {
             assert!((mesh.points()[v].y).abs() < 0.006, "{}", mesh.points()[v]);
         }
         assert!(kept.garment_vertex_count() < labels.garment_vertex_count() - 80);
-        let marks = Marks(labels.0.iter().map(|&l| l.then_some(true)).collect());
+        let marks: Marks = labels.0.iter().map(|&l| l.then_some(true)).collect();
         assert_eq!(without_fold_overs(&mesh, &adjacency, labels.clone(), &marks), labels);
     }
 }

@@ -5,7 +5,7 @@ use super::brush::Marks;
 use super::error::SegmentError;
 use super::transfer::Labels;
 use crate::formats::RawMesh;
-use crate::geometry::{Point, SurfaceIndex, TriMesh};
+use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh};
 use crate::scan::Scan;
 use rayon::prelude::*;
 
@@ -26,13 +26,20 @@ const LEAST_SHARE: f64 = 0.5;
 
 /// A surface with labels, in the frame and unit of the scan's file; an unlabelled vertex has `None`.
 ///
-/// **Shapes** `labels`: one per point; `faces`: `F × 3`, or none.
+/// **Shapes** `labels` and `before`: one per point; `faces`: `F × 3`, or none.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LabelledSurface {
     points: Vec<Point>,
     faces: Vec<[u32; 3]>,
     labels: Vec<Option<bool>>,
+    /// The labels before painting, if the file contains them.
+    before: Option<Vec<Option<bool>>>,
+    /// Whether the labels are only those that were painted, and were painted exactly.
+    is_painted: bool,
 }
+
+/// The name of the labels in a file that has only those that were painted.
+const PAINTED: &str = "painted";
 
 /// 1 (or 255): the garment; 0: not the garment; −1: unlabelled.
 fn label_of(index: usize, value: f64) -> Result<Option<bool>, SegmentError> {
@@ -42,6 +49,10 @@ fn label_of(index: usize, value: f64) -> Result<Option<bool>, SegmentError> {
         1.0 | 255.0 => Ok(Some(true)),
         _ => Err(SegmentError::BadLabel { index, value }),
     }
+}
+
+fn has_both(labels: &[Option<bool>]) -> bool {
+    labels.contains(&Some(true)) && labels.contains(&Some(false))
 }
 
 fn is_red(color: [u8; 3]) -> bool {
@@ -77,7 +88,8 @@ impl LabelledSurface {
             }
             Ok(Some(colors.iter().map(|&c| Some(is_red(c))).collect()))
         };
-        let label = numbers("label")?;
+        let is_painted = raw.scalars.contains_key(PAINTED);
+        let label = numbers(if is_painted { PAINTED } else { "label" })?;
         // Next to `label`, colours may be the scan's own and quality may be anything: errors in them do not matter.
         let (quality, colors) = match &label {
             Some(_) => (numbers("quality").unwrap_or(None), colors().unwrap_or(None)),
@@ -88,48 +100,71 @@ impl LabelledSurface {
                 (_, Err(e)) => return Err(e),
             },
         };
-        let labels = match (label, quality, colors) {
+        let is_garment = |l: &Vec<Option<bool>>| l.iter().map(|l| *l == Some(true)).collect::<Vec<_>>();
+        let equal = |a: &Vec<Option<bool>>, b: &Vec<Option<bool>>| is_garment(a) == is_garment(b);
+        let (labels, before) = match (label, quality, colors) {
             // All three agree, except for what was painted.
-            (Some(label), Some(quality), Some(colors)) => {
-                let is_garment = |l: &Vec<Option<bool>>| l.iter().map(|l| *l == Some(true)).collect::<Vec<_>>();
-                let (l, q, c) = (is_garment(&label), is_garment(&quality), is_garment(&colors));
-                match (l == q, l == c) {
-                    (true, false) => colors,
-                    (false, true) => quality,
-                    _ => label,
-                }
+            (Some(label), Some(quality), Some(colors)) => match (equal(&label, &quality), equal(&label, &colors)) {
+                (true, false) => (colors, Some(label)),
+                (false, true) => (quality, Some(label)),
+                (false, false) if equal(&quality, &colors) => (label, Some(quality)),
+                _ => (label, None),
+            },
+            (Some(label), _, _) => (label, None),
+            // A quality that is the same everywhere was not exported with the labels.
+            (None, Some(quality), Some(colors)) if has_both(&quality) && !equal(&quality, &colors) => {
+                (colors, Some(quality))
             }
-            (Some(label), _, _) => label,
-            (None, _, Some(colors)) => colors,
-            (None, Some(quality), None) => quality,
+            (None, _, Some(colors)) => (colors, None),
+            (None, Some(quality), None) => (quality, None),
             (None, None, None) => return Err(SegmentError::NoLabels { vertices: raw.points.len() }),
         };
-        Ok(Self { points: raw.points.iter().map(|&p| Point::from(p)).collect(), faces: raw.faces.clone(), labels })
+        let points = raw.points.iter().map(|&p| Point::from(p)).collect();
+        Ok(Self { points, faces: raw.faces.clone(), labels, before, is_painted })
+    }
+
+    /// Whether the labels are only those that were painted.
+    pub fn is_painted(&self) -> bool {
+        self.is_painted
+    }
+
+    /// The labels before painting, if the file contains them: a surface of its own.
+    pub fn before_painting(&self) -> Option<Self> {
+        let labels = self.before.clone()?;
+        Some(Self { labels, before: None, ..self.clone() })
+    }
+
+    /// Marks that were painted exactly, anchored on the scan's surface.
+    pub fn of_painted(scan: &Scan, marks: &Marks) -> Self {
+        Self { is_painted: true, ..Self::of_marks(scan, marks) }
     }
 
     /// Marks, anchored on the scan's surface.
     pub fn of_marks(scan: &Scan, marks: &Marks) -> Self {
         Self {
+            before: None,
+            is_painted: false,
             points: scan.mesh.points().iter().map(|p| scan.world_from_file.file_from_world(p)).collect(),
             faces: scan.mesh.faces().iter().map(|f| f.map(|v| v.0)).collect(),
-            labels: marks.0.0.clone(),
+            labels: marks.labels.0.clone(),
         }
     }
 
-    /// As a mesh with `label` alone.
+    /// As a mesh with nothing but the labels, as `label`, or `painted` if they are only those that were painted.
     pub fn to_mesh(&self) -> RawMesh {
+        let name = if self.is_painted { PAINTED } else { "label" };
         let label = |l: &Option<bool>| l.map_or(-1.0, |l| f32::from(u8::from(l)));
         RawMesh {
             points: self.points.iter().map(|p| p.coords.into()).collect(),
             faces: self.faces.clone(),
-            scalars: [("label".to_string(), self.labels.iter().map(label).collect())].into(),
+            scalars: [(name.to_string(), self.labels.iter().map(label).collect())].into(),
             ..RawMesh::default()
         }
     }
 
     /// As a mesh to be painted, with the labels as colours, as `quality` and as `label`.
     pub fn to_template(&self) -> RawMesh {
-        let mut mesh = self.to_mesh();
+        let mut mesh = Self { is_painted: false, ..self.clone() }.to_mesh();
         mesh.colors = Some(self.labels.iter().map(|&l| LABEL_COLORS[usize::from(l == Some(true))]).collect());
         let quality = mesh.scalars.get("label").cloned().unwrap_or_default();
         mesh.scalars.insert("quality".into(), quality);
@@ -145,7 +180,7 @@ impl LabelledSurface {
     pub fn marks_on(&self, scan: &Scan, file_vertices: Option<usize>) -> Result<Marks, SegmentError> {
         let points: Vec<Point> = self.points.iter().map(|p| scan.world_from_file.world_from_file(p)).collect();
         if self.is_of(scan, &points) {
-            return Ok(Marks(self.labels.clone().into()));
+            return Ok(self.marks(self.labels.clone().into()));
         }
         let faces = if self.faces.is_empty() { vertices_as_faces(points.len()) } else { self.faces.clone() };
         // Readers check the indices; a coordinate that is not a number is on no surface.
@@ -171,7 +206,11 @@ impl LabelledSurface {
             }
         }
         let label = |v: &Option<crate::geometry::VertexId>| v.and_then(|v| self.labels[v.index()]);
-        Ok(Marks(found.iter().map(label).collect()))
+        Ok(self.marks(found.iter().map(label).collect()))
+    }
+
+    fn marks(&self, labels: PerVertex<Option<bool>>) -> Marks {
+        if self.is_painted { Marks::exactly(labels) } else { labels.into() }
     }
 
     /// Whether these are the scan's own vertices in their order, up to the rounding of a file.
@@ -196,24 +235,23 @@ impl Marks {
         let vertices = scan.mesh.vertex_count();
         let labels = numbers.iter().enumerate().map(|(i, &n)| label_of(i, n)).collect::<Result<Vec<_>, _>>()?;
         if labels.len() == vertices {
-            return Ok(Self(labels.into()));
+            return Ok(PerVertex(labels).into());
         }
         if file_vertices != Some(labels.len()) {
             return Err(SegmentError::LabelCount { labels: labels.len(), vertices, file_vertices });
         }
-        Ok(Self(scan.file_vertices.iter().map(|&f| labels.get(f as usize).copied().flatten()).collect()))
+        Ok(scan.file_vertices.iter().map(|&f| labels.get(f as usize).copied().flatten()).collect())
     }
 
     /// Marks everywhere, by labels.
     pub fn of_labels(labels: &Labels) -> Self {
-        Self(labels.0.iter().map(|&l| Some(l)).collect())
+        labels.0.iter().map(|&l| Some(l)).collect()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::PerVertex;
     use crate::scan::FileFrame;
 
     /// A square sheet of n × n vertices, 0.4 m wide, whose left half is labelled.
@@ -235,7 +273,7 @@ mod tests {
 
     fn left_half(scan: &Scan) -> Marks {
         let left = |p: &Point| if p.y > 0.3 { None } else { Some(p.x < 0.2) };
-        Marks(scan.mesh.points().iter().map(left).collect())
+        scan.mesh.points().iter().map(left).collect()
     }
 
     #[test]
@@ -250,10 +288,10 @@ mod tests {
         let expected = left_half(&other);
         for (v, p) in other.mesh.points().enumerate() {
             let near_a_limit = (p.x - 0.2).abs() < 0.007 || (p.y - 0.3).abs() < 0.007;
-            assert!(near_a_limit || marks.0[v] == expected.0[v], "{p}: {:?}", marks.0[v]);
+            assert!(near_a_limit || marks.labels[v] == expected.labels[v], "{p}: {:?}", marks.labels[v]);
         }
         let points_alone = LabelledSurface { faces: Vec::new(), ..surface.clone() };
-        let agree = |a: &Marks, b: &Marks| a.0.iter().zip(b.0.iter()).filter(|(a, b)| a == b).count();
+        let agree = |a: &Marks, b: &Marks| a.labels.iter().zip(b.labels.iter()).filter(|(a, b)| a == b).count();
         assert!(agree(&points_alone.marks_on(&other, None).unwrap(), &marks) > 47 * 44);
         other.mesh = other.mesh.map_points(|p| Point::new(p.x, p.y, p.z + 0.5));
         let error = surface.marks_on(&other, Some(9999)).unwrap_err().to_string();
@@ -300,11 +338,44 @@ mod tests {
         let mut scan = sheet(2);
         scan.file_vertices = PerVertex(vec![4, 0, 2, 1]);
         let marks = Marks::from_numbers(&[1.0, 0.0, -1.0, 255.0], &scan, Some(6)).unwrap();
-        assert_eq!(marks.0.0, [Some(true), Some(false), None, Some(true)]);
+        assert_eq!(marks.labels.0, [Some(true), Some(false), None, Some(true)]);
         let of_file = Marks::from_numbers(&[0.0, -1.0, 1.0, 0.0, 1.0, 0.0], &scan, Some(6)).unwrap();
-        assert_eq!(of_file.0.0, [Some(true), Some(false), Some(true), None]);
+        assert_eq!(of_file.labels.0, [Some(true), Some(false), Some(true), None]);
         let error = Marks::from_numbers(&[0.0; 5], &scan, Some(6)).unwrap_err().to_string();
         assert!(error.contains('5') && error.contains('4') && error.contains('6'), "{error}");
         assert!(Marks::from_numbers(&[0.0, 2.0, 0.0], &scan, None).unwrap_err().to_string().contains("label 1 is 2"));
+    }
+
+    #[test]
+    fn a_file_that_kept_its_labels_names_those_before_painting() {
+        let scan = sheet(11);
+        let found = Labels(scan.mesh.points().iter().map(|p| p.x < 0.2).collect());
+        let raw = LabelledSurface::of_marks(&scan, &Marks::of_labels(&found)).to_template();
+        let before = |raw: &RawMesh| LabelledSurface::read(raw).unwrap().before_painting();
+        assert_eq!(before(&raw), None, "nothing is painted");
+        for painted in ["label", "quality", "colour"] {
+            let mut raw = raw.clone();
+            match painted {
+                "colour" => raw.colors.as_mut().unwrap()[120] = [250, 60, 40],
+                name => raw.scalars.get_mut(name).unwrap()[120] = 1.0,
+            }
+            let marks = before(&raw).unwrap().marks_on(&scan, None).unwrap();
+            assert_eq!(marks, Marks::of_labels(&found), "{painted}");
+            let only = LabelledSurface::read(&raw).unwrap().marks_on(&scan, None).unwrap().painted_over(&marks.labels);
+            let expected: Vec<Option<bool>> = (0..121).map(|v| (v == 120).then_some(true)).collect();
+            assert_eq!(only.labels.0, expected, "{painted}");
+            let stored = LabelledSurface::read(&LabelledSurface::of_painted(&scan, &only).to_mesh()).unwrap();
+            assert!(stored.is_painted());
+            assert_eq!(stored.marks_on(&scan, None).unwrap(), only, "{painted}");
+        }
+        // MeshLab drops `label`; Blender drops `quality` too.
+        let mut painted = raw.clone();
+        painted.colors.as_mut().unwrap()[120] = [250, 60, 40];
+        painted.scalars.remove("label");
+        assert!(before(&painted).is_some());
+        painted.scalars.get_mut("quality").unwrap().fill(0.0);
+        assert_eq!(before(&painted), None, "a quality that is the same everywhere is another program's");
+        painted.scalars.remove("quality");
+        assert_eq!(before(&painted), None);
     }
 }

@@ -40,8 +40,8 @@ impl Marks {
             let lightness = u32::from(r) + u32::from(g) + u32::from(b);
             (opaque >= 128).then_some(lightness >= 3 * 128)
         };
-        let marks = Self(scan.file_vertices.iter().map(at).collect());
-        match marks.0.iter().any(Option::is_some) {
+        let marks: Self = scan.file_vertices.iter().map(at).collect();
+        match marks.labels.iter().any(Option::is_some) {
             true => Ok(marks),
             false => Err(SegmentError::MarksNothing),
         }
@@ -175,7 +175,7 @@ mod tests {
         }
         let picture = labels.to_picture(&scan, &file).unwrap();
         let marks = Marks::from_picture(&picture, file.uvs.as_deref(), &scan).unwrap();
-        assert!(marks.0.iter().zip(labels.0.iter()).all(|(m, l)| m.is_none_or(|m| m == *l)));
+        assert!(marks.labels.iter().zip(labels.0.iter()).all(|(m, l)| m.is_none_or(|m| m == *l)));
     }
 
     #[test]
@@ -196,7 +196,7 @@ mod tests {
         for (v, &[u, w]) in scan.mesh.vertex_ids().zip(file.uvs.as_ref().unwrap()) {
             let from_dab = (u - dab[0]).hypot(1.0 - w - dab[1]) - radius;
             if from_dab.abs() > 2.0 / width as f64 {
-                assert_eq!(marks.0[v], Some(labels.0[v] || from_dab < 0.0), "{v:?}");
+                assert_eq!(marks.labels[v], Some(labels.0[v] || from_dab < 0.0), "{v:?}");
                 painted += usize::from(from_dab < 0.0 && !labels.0[v]);
             }
         }
@@ -213,7 +213,7 @@ mod tests {
         let picture = labels.to_picture(&coarse, &file).unwrap();
         assert_eq!(Marks::from_picture(&picture, file.uvs.as_deref(), &coarse).unwrap(), Marks::of_labels(&labels));
         let fine = Marks::from_picture(&picture, file.uvs.as_deref(), &scan).unwrap();
-        let agree = fine.0.iter().zip(disk(&scan).0.iter()).filter(|(m, l)| **m == Some(**l)).count();
+        let agree = fine.labels.iter().zip(disk(&scan).0.iter()).filter(|(m, l)| **m == Some(**l)).count();
         assert!(agree > 150 * 150 * 95 / 100, "{agree}");
         let bare = RawMesh { uvs: None, ..file };
         assert!(matches!(labels.to_picture(&coarse, &bare), Err(SegmentError::NoUvs)));
@@ -228,7 +228,7 @@ mod tests {
         let picture = RgbaPicture::try_new(2, 2, vec![white, black, black, clear]).unwrap();
         let uvs = [[0.9, 0.1], [0.1, 0.9], [0.9, 1.9], [0.2, 0.2]];
         let marks = Marks::from_picture(&picture, Some(&uvs), &scan).unwrap();
-        assert_eq!(marks.0.0, [Some(true), Some(false), Some(false), None]);
+        assert_eq!(marks.labels.0, [Some(true), Some(false), Some(false), None]);
         assert!(matches!(Marks::from_picture(&picture, None, &scan), Err(SegmentError::NoUvs)));
         let empty = RgbaPicture::try_new(1, 1, vec![clear]).unwrap();
         assert!(matches!(Marks::from_picture(&empty, Some(&uvs), &scan), Err(SegmentError::MarksNothing)));

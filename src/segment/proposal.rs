@@ -77,7 +77,8 @@ impl Proposal {
         &self.labels
     }
 
-    /// The labels with marks over them. Marked vertices take the label of their mark. Near marks that contradict the
+    /// The labels with marks over them. Marked vertices take the label of their mark. Around labels painted exactly nothing
+    /// else changes. Near other marks that contradict the
     /// proposal the boundary is found again, unless the labels were transferred: those change only where they are marked,
     /// as with the painting interface of Hu 2017, §6.2.
     ///
@@ -94,34 +95,46 @@ impl Proposal {
     ) -> Result<Segmentation, SegmentError> {
         let count = mesh.vertex_count();
         check_length("labels of the proposal", self.labels.0.len(), count)?;
-        check_length("marks", marks.0.len(), count)?;
+        check_length("marks", marks.labels.len(), count)?;
         if !self.unary.is_empty() {
             check_length("edges of the proposal", self.costs.len(), adjacency.edges().len())?;
         }
-        let contradicts = |v: VertexId| marks.0[v].is_some_and(|mark| mark != self.cut.0[v]);
+        let contradicts = |v: VertexId| !marks.is_exact(v) && marks.labels[v].is_some_and(|mark| mark != self.cut.0[v]);
         let sources: Vec<(VertexId, f64)> = mesh.vertex_ids().filter(|&v| contradicts(v)).map(|v| (v, 0.0)).collect();
-        let labels = if marks.0.iter().all(Option::is_none) {
+        let overlaid = || -> PerVertex<bool> {
+            marks.labels.iter().zip(self.labels.0.iter()).map(|(mark, &label)| mark.unwrap_or(label)).collect()
+        };
+        let has_exact = mesh.vertex_ids().any(|v| marks.is_exact(v));
+        let labels = if marks.labels.iter().all(Option::is_none) {
             self.labels.clone()
-        } else if self.unary.is_empty() {
-            Labels(marks.0.iter().zip(self.labels.0.iter()).map(|(mark, &label)| mark.unwrap_or(label)).collect())
+        } else if self.unary.is_empty() || (has_exact && sources.is_empty()) {
+            Labels(overlaid())
         } else {
             let near = geodesic_distances(mesh, adjacency, &sources, REACH);
             let cut = self.cut_again(adjacency, marks, |v| near[v].is_finite());
             let labels = without_specks(mesh, adjacency, cut, marks);
-            without_fold_overs(mesh, adjacency, labels, marks)
+            let labels = without_fold_overs(mesh, adjacency, labels, marks);
+            if has_exact {
+                // Where no boundary was found again, only marks change labels.
+                let far = overlaid();
+                let label = |v: VertexId| if near[v].is_finite() { labels.0[v] } else { far[v] };
+                Labels(mesh.vertex_ids().map(label).collect())
+            } else {
+                labels
+            }
         };
-        let changed = |v: VertexId| marks.0[v].is_some_and(|mark| mark != self.labels.0[v]);
+        let changed = |v: VertexId| marks.labels[v].is_some_and(|mark| mark != self.labels.0[v]);
         Ok(Segmentation { by_hand: mesh.vertex_ids().map(changed).collect(), labels })
     }
 
     /// The minimum cut over the vertices that are `near` and not marked; all others keep their mark or label.
     fn cut_again(&self, adjacency: &Adjacency, marks: &Marks, near: impl Fn(VertexId) -> bool) -> Labels {
         let mut labels: PerVertex<bool> =
-            marks.0.iter().zip(self.cut.0.iter()).map(|(mark, &old)| mark.unwrap_or(old)).collect();
+            marks.labels.iter().zip(self.cut.0.iter()).map(|(mark, &old)| mark.unwrap_or(old)).collect();
         const FIXED: u32 = u32::MAX;
         let mut node = PerVertex::filled(FIXED, labels.len());
         let mut free: Vec<VertexId> = Vec::new();
-        for (v, _) in marks.0.enumerate().filter(|&(v, mark)| mark.is_none() && near(v)) {
+        for (v, _) in marks.labels.enumerate().filter(|&(v, mark)| mark.is_none() && near(v)) {
             node[v] = free.len() as u32;
             free.push(v);
         }
@@ -179,23 +192,53 @@ mod tests {
         assert!(!plain.by_hand.iter().any(|&h| h));
         for (v, p) in mesh.points().enumerate() {
             if (p - Point::new(0.0, 0.0, 0.0)).norm() < 0.06 {
-                marks.0[v] = Some(false);
+                marks.labels[v] = Some(false);
             }
         }
         let marked = proposal.corrected(&mesh, &adjacency, &marks).unwrap();
         for (v, p) in mesh.points().enumerate() {
-            assert!(marks.0[v].is_none_or(|m| m == marked.labels.0[v]));
+            assert!(marks.labels[v].is_none_or(|m| m == marked.labels.0[v]));
             let corner = (p - Point::origin()).norm();
             assert!(corner < 0.17 || marked.labels.0[v] == plain.labels.0[v], "{p}");
         }
-        assert_eq!(marked.by_hand.iter().filter(|&&h| h).count(), marks.0.iter().flatten().count());
+        assert_eq!(marked.by_hand.iter().filter(|&&h| h).count(), marks.labels.iter().flatten().count());
     }
 
     #[test]
     fn a_label_file_of_the_proposed_labels_changes_nothing() {
         let (mesh, adjacency, proposal) = sheet();
-        let marks = Marks(proposal.labels().0.iter().map(|&l| Some(l)).collect());
+        let marks: Marks = proposal.labels().0.iter().map(|&l| Some(l)).collect();
         let again = proposal.corrected(&mesh, &adjacency, &marks).unwrap();
         assert_eq!(again, Segmentation::from(proposal.labels().clone()));
+    }
+
+    #[test]
+    fn labels_painted_exactly_change_nothing_beside_them_with_and_without_a_stroke_elsewhere() {
+        let (mesh, adjacency, proposal) = sheet();
+        let before: PerVertex<Option<bool>> = proposal.labels().0.iter().map(|&l| Some(l)).collect();
+        let spot = |p: &Point, x: f64, y: f64| (p - Point::new(x, y, 0.0)).norm() < 0.03;
+        // Half of the spot is the garment already; it was not painted over.
+        let painted: Marks = mesh
+            .points()
+            .enumerate()
+            .map(|(v, p): (VertexId, &Point)| Some(spot(p, 0.3, 0.2) || before[v] == Some(true)))
+            .collect();
+        let painted = painted.painted_over(&before);
+        let count = painted.labels.iter().flatten().count();
+        assert!((5..40).contains(&count), "{count}");
+        let segmentation = proposal.corrected(&mesh, &adjacency, &painted).unwrap();
+        for v in mesh.vertex_ids() {
+            let expected = spot(&mesh.points()[v], 0.3, 0.2) || before[v] == Some(true);
+            assert_eq!(segmentation.labels.0[v], expected);
+            assert_eq!(segmentation.by_hand[v], Some(expected) != before[v]);
+        }
+        let erased = |p: &Point| spot(p, 0.0, 0.0).then_some(false);
+        let stroke: Marks = mesh.points().iter().map(erased).collect();
+        let both = proposal.corrected(&mesh, &adjacency, &painted.clone().then(&stroke)).unwrap();
+        let alone = proposal.corrected(&mesh, &adjacency, &stroke).unwrap();
+        for (v, p) in mesh.points().enumerate() {
+            let expected = if spot(p, 0.3, 0.2) { true } else { alone.labels.0[v] };
+            assert_eq!(both.labels.0[v], expected, "{p}");
+        }
     }
 }

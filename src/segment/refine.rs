@@ -273,18 +273,18 @@ mod tests {
         let mut marks = Marks::none(scan.mesh.vertex_count());
         for (v, p) in scan.mesh.points().enumerate() {
             if p.x > 0.09 && (0.05..0.1).contains(&p.y) {
-                marks.0[v] = Some(true);
+                marks.labels[v] = Some(true);
             }
             if p.x < -0.09 && (0.4..0.45).contains(&p.y) {
-                marks.0[v] = Some(false);
+                marks.labels[v] = Some(false);
             }
         }
         let inner = [Inner { mesh: &body, colors: Some(&skin) }];
         let labels = refine(&scan, &inner, &placement, &marks, &RefineParams::default()).unwrap().labels;
-        for (mark, label) in marks.0.iter().zip(labels.0.iter()) {
+        for (mark, label) in marks.labels.iter().zip(labels.0.iter()) {
             assert!(mark.is_none_or(|m| m == *label));
         }
-        assert!(marks.0.iter().flatten().count() > 40);
+        assert!(marks.labels.iter().flatten().count() > 40);
     }
 
     #[test]
@@ -298,7 +298,7 @@ mod tests {
         assert_eq!(plain.labels, expected);
         assert!((lowest(&scan, &plain.labels) - 0.35).abs() < 0.01, "the colours do not count");
         let speck = crate::geometry::VertexId(5);
-        marks.0[speck] = Some(!expected.0[speck]);
+        marks.labels[speck] = Some(!expected.0[speck]);
         let marked = refine(&scan, &inner, &placement, &marks, &params).unwrap();
         let changed = scan.mesh.vertex_ids().filter(|&v| marked.labels.0[v] != expected.0[v]);
         assert_eq!(changed.collect::<Vec<_>>(), vec![speck]);

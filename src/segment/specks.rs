@@ -33,7 +33,7 @@ pub(super) fn without_specks(mesh: &TriMesh, adjacency: &Adjacency, labels: Labe
             at += 1;
         }
         let area: f64 = patch.iter().map(|&v| areas[v]).sum();
-        if meets_other && area < SPECK && patch.iter().all(|&v| marks.0[v].is_none()) {
+        if meets_other && area < SPECK && patch.iter().all(|&v| marks.labels[v].is_none()) {
             let other = !labels.0[seed];
             for v in patch {
                 labels.0[v] = other;

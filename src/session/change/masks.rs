@@ -3,7 +3,7 @@
 use crate::formats::{NpyArray, PlyOptions, write_npy, write_ply};
 use crate::geometry::Adjacency;
 use crate::scan::Scan;
-use crate::segment::{LabelledSurface, Marks, Proposal};
+use crate::segment::{LabelledSurface, Labels, Marks, Proposal};
 use crate::session::error::SessionError;
 use crate::session::open::{Session, Writer, source};
 use crate::session::recipe::{MaskFile, SourceFile, StepRecipe, relative_to};
@@ -11,7 +11,7 @@ use crate::session::results::{Content, Outputs};
 use crate::session::stage::Stage;
 use crate::session::stages::marks::{is_something, marks_of_some, nothing_left};
 use crate::session::stages::{Walk, pipeline, scan_of};
-use crate::session::store::{Kept, write_whole};
+use crate::session::store::{Kept, StageRecord, write_whole};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -25,6 +25,9 @@ pub struct MaskReport {
     pub erased: usize,
     /// Whether it replaced an earlier mask of the same file.
     pub replaced: bool,
+    /// Whether it pins every label of a painted file, because the garment was never built and the file does not contain
+    /// the labels before painting.
+    pub pins_all: bool,
 }
 
 /// A mask of a garment.
@@ -48,7 +51,7 @@ pub struct MaskInfo {
 const ANCHORED: &str = "masks";
 
 fn count(marks: &Marks, label: bool) -> usize {
-    marks.0.iter().filter(|m| **m == Some(label)).count()
+    marks.labels.iter().filter(|m| **m == Some(label)).count()
 }
 
 impl SourceFile {
@@ -56,6 +59,19 @@ impl SourceFile {
     pub(in crate::session) fn edited(&self) -> &str {
         self.from.as_ref().unwrap_or(&self.file)
     }
+}
+
+/// What of a mask is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum MaskContent {
+    /// The file, whose marks are anchored in space.
+    File,
+    /// Its marks, which the session anchors in space.
+    Marks,
+    /// The marks that differ from the labels before painting.
+    Painted,
+    /// The file: all labels of a painted surface that cannot be compared with those before.
+    Everything,
 }
 
 /// A mask that was read and applied to its scan, but is not recorded yet.
@@ -66,6 +82,7 @@ pub(in crate::session) struct NewMask {
     kept_scan: Kept<Scan>,
     scan: Arc<Scan>,
     marks: Marks,
+    content: MaskContent,
     /// Its entry in the recipe.
     path: String,
     /// Its index among the masks if it is one already.
@@ -80,22 +97,31 @@ impl Writer {
         let change = self.put_mask(&new, file)?;
         self.save(&change)?;
         let count = |label| count(&new.marks, label);
-        Ok(MaskReport { added: count(true), erased: count(false), replaced: new.at.is_some() })
+        Ok(MaskReport {
+            added: count(true),
+            erased: count(false),
+            replaced: new.at.is_some(),
+            pins_all: new.content == MaskContent::Everything,
+        })
     }
 
     /// Inserts a mask into the recipe and returns the description of the change, which is not saved yet.
     pub(in crate::session) fn put_mask(&mut self, new: &NewMask, file: &Path) -> Result<String, SessionError> {
         let layer = &new.step.name;
-        let named = match new.mask.is_anchored() {
-            true => {
+        let from = || new.path.clone();
+        let named = match new.content {
+            MaskContent::File | MaskContent::Everything => {
                 self.session.store.keep_bytes(&new.bytes)?;
                 source::named(self.session.dir(), file, &new.bytes)?
             }
-            false => self.anchored(layer, &new.scan, &new.marks, new.path.clone())?,
+            MaskContent::Marks => self.anchored(layer, &LabelledSurface::of_marks(&new.scan, &new.marks), from())?,
+            MaskContent::Painted => {
+                self.anchored(layer, &LabelledSurface::of_painted(&new.scan, &new.marks), from())?
+            }
         };
         let masks = &mut self.session.recipe.step_mut(layer)?.masks;
         match new.at {
-            Some(at) => masks[at] = named,
+            Some(at) => masks[at] = SourceFile { layer: masks[at].layer.take(), ..named },
             None => masks.push(named),
         }
         let name = file.file_name().unwrap_or_default().to_string_lossy();
@@ -103,8 +129,8 @@ impl Writer {
     }
 
     /// Anchors marks in space: writes points and labels to a file in the session.
-    fn anchored(&self, layer: &str, scan: &Scan, marks: &Marks, from: String) -> Result<SourceFile, SessionError> {
-        let mesh = LabelledSurface::of_marks(scan, marks).to_mesh();
+    fn anchored(&self, layer: &str, marks: &LabelledSurface, from: String) -> Result<SourceFile, SessionError> {
+        let mesh = marks.to_mesh();
         let mut bytes = Vec::new();
         let folder = self.session.dir().join(ANCHORED);
         let options = PlyOptions { double: true, ..PlyOptions::default() };
@@ -114,7 +140,7 @@ impl Writer {
         let file = format!("{ANCHORED}/{layer}-{}.ply", hash.short());
         std::fs::create_dir_all(&folder).map_err(|e| SessionError::writing(&folder, e))?;
         write_whole(&self.session.dir().join(&file), &bytes)?;
-        Ok(SourceFile { file, hash: Some(hash), from: Some(from) })
+        Ok(SourceFile { file, hash: Some(hash), from: Some(from), layer: None })
     }
 
     /// Removes masks from a garment: the one of that number or file, or all; returns their files.
@@ -258,11 +284,50 @@ impl Session {
         let step = self.garment_step(layer)?.clone();
         let bytes = source::read(file)?;
         let mask = MaskFile::read(file, &bytes)?;
-        let (kept_scan, scan) = self.scan_of(&step)?;
-        let marks = mask.marks(self, &step, &scan, file)?;
         let path = relative_to(self.dir(), file)?;
         let at = step.masks.iter().position(|m| m.edited() == path);
-        Ok(NewMask { step, bytes, mask, kept_scan, scan, marks, path, at })
+        let layer_before = at.and_then(|at| step.masks[at].layer.as_deref());
+        let (kept_scan, scan) = self.scan_of(&step)?;
+        let marks = mask.marks(self, &step, layer_before, &scan, file)?;
+        let (marks, content) = match &mask {
+            MaskFile::Surface(surface) if !surface.is_painted() => {
+                let before = match surface.before_painting() {
+                    Some(before) => {
+                        let marks = before.marks_on(&scan, None).map_err(|e| SessionError::bad_source(file, e))?;
+                        Some(marks)
+                    }
+                    None => self.labels_without(&step, kept_scan, &scan, at)?.map(|labels| Marks::of_labels(&labels)),
+                };
+                match before {
+                    Some(before) => (marks.painted_over(&before.labels), MaskContent::Painted),
+                    None => (marks, MaskContent::Everything),
+                }
+            }
+            mask if mask.is_anchored() => (marks, MaskContent::File),
+            _ => (marks, MaskContent::Marks),
+        };
+        Ok(NewMask { step, bytes, mask, kept_scan, scan, marks, content, path, at })
+    }
+
+    /// The labels of a garment when it was last built, with the masks before number `at`, or all masks; `None` if it was
+    /// never built on this scan.
+    fn labels_without(
+        &self,
+        step: &StepRecipe,
+        kept_scan: Kept<Scan>,
+        scan: &Scan,
+        at: Option<usize>,
+    ) -> Result<Option<Labels>, SessionError> {
+        let is_of_scan = |record: &&StageRecord| record.from["scan"] == serde_json::json!(kept_scan.hash);
+        let record = self.state.record(&step.name, Stage::Evidence).filter(is_of_scan);
+        let Some(output) = record.map(|record| record.output).filter(|output| self.store.has(*output)) else {
+            return Ok(None);
+        };
+        let proposal = self.store.load_shared(Kept::<Proposal>::named(output))?;
+        let adjacency = self.store.prepared(kept_scan.hash, || Adjacency::prepare(&scan.mesh));
+        let marks = marks_of_some(self, step, scan, |i| at.is_none_or(|at| i < at))?;
+        let segmentation = proposal.corrected(&scan.mesh, &adjacency, &marks);
+        Ok(Some(segmentation.map_err(|e| SessionError::stage(&step.name, Stage::Segment, e))?.labels))
     }
 
     /// Refuses a mask that leaves nothing of the garment, as far as that is known before a build.
@@ -274,7 +339,7 @@ impl Session {
         let adjacency = self.store.prepared(new.kept_scan.hash, || Adjacency::prepare(&scan.mesh));
         let left = |marks: &Marks| -> Result<bool, SessionError> {
             let all = before.clone().then(marks).then(&after);
-            let Some(proposal) = &proposal else { return Ok(all.0.iter().any(|m| *m != Some(false))) };
+            let Some(proposal) = &proposal else { return Ok(all.labels.iter().any(|m| *m != Some(false))) };
             let segmentation = proposal
                 .corrected(&scan.mesh, &adjacency, &all)
                 .map_err(|e| SessionError::stage(&step.name, Stage::Segment, e))?;

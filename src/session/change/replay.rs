@@ -72,7 +72,7 @@ fn prepare(replay: &Replay) -> Result<Prepared, SessionError> {
         let bytes = bytes_of(&store, &folder, source)?;
         if let Some(layer) = layer {
             let path = from_here(&folder.join(&source.file));
-            MaskFile::read(&path, &bytes)?.check_layer(layer, &path)?;
+            MaskFile::read(&path, &bytes)?.check_layer(layer, source.layer.as_deref(), &path)?;
         }
         let file = folder.join(&source.file);
         // If only the copy remains, only its name is known.

@@ -60,7 +60,7 @@ fn names_in(dir: &Path) -> Result<Vec<String>, SessionError> {
 
 /// The recipe's entry for bytes read from `path`; stores nothing.
 pub(in crate::session) fn named(dir: &Path, path: &Path, bytes: &[u8]) -> Result<SourceFile, SessionError> {
-    Ok(SourceFile { file: relative_to(dir, path)?, hash: Some(ContentHash::of(bytes)), from: None })
+    Ok(SourceFile { file: relative_to(dir, path)?, hash: Some(ContentHash::of(bytes)), ..SourceFile::default() })
 }
 
 impl Session {

@@ -92,7 +92,7 @@ mod tests {
             voxel_mm: Some(5.0),
             until: None,
             sleeve: None,
-            masks: template.iter().map(|_| SourceFile { file: "m.jsonl".into(), hash: None, from: None }).collect(),
+            masks: template.iter().map(|_| SourceFile { file: "m.jsonl".into(), ..SourceFile::default() }).collect(),
             ..StepRecipe::default()
         }
     }

@@ -51,11 +51,20 @@ impl MaskFile {
         }
     }
 
+    /// Whether a file of that name holds strokes.
+    pub fn holds_strokes(path: &Path) -> bool {
+        match path.extension() {
+            None => true,
+            Some(extension) => ["jsonl", "json"].iter().any(|own| extension.eq_ignore_ascii_case(own)),
+        }
+    }
+
     /// The kind of content, in words.
     pub fn kind(&self) -> String {
         match self {
             Self::Strokes(strokes) if strokes.len() == 1 => "1 stroke".into(),
             Self::Strokes(strokes) => format!("{} strokes", strokes.len()),
+            Self::Surface(surface) if surface.is_painted() => "painted labels".into(),
             Self::Surface(_) => "labelled surface".into(),
             Self::Numbers(_) => "labels per vertex".into(),
             Self::Picture(_) => "picture".into(),
@@ -67,10 +76,10 @@ impl MaskFile {
         matches!(self, Self::Strokes(_) | Self::Surface(_))
     }
 
-    /// Whether all of it concerns that layer.
-    pub fn check_layer(&self, layer: &str, path: &Path) -> Result<(), SessionError> {
+    /// Whether all of it concerns that layer. Strokes may also have the name that the layer had `before` it was renamed.
+    pub fn check_layer(&self, layer: &str, before: Option<&str>, path: &Path) -> Result<(), SessionError> {
         let Self::Strokes(strokes) = self else { return Ok(()) };
-        match strokes.iter().find(|s| s.layer != layer) {
+        match strokes.iter().find(|s| s.layer != layer && Some(s.layer.as_str()) != before) {
             None => Ok(()),
             Some(other) => Err(SessionError::BadFile {
                 path: path.to_path_buf(),

@@ -39,6 +39,9 @@ pub struct SourceFile {
     /// The file that this one was made from and that the user edits.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,
+    /// The layer that the strokes of a mask name, if the step was renamed since.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub layer: Option<String>,
 }
 
 /// The surface that becomes the figure's body.
@@ -127,7 +130,7 @@ impl StepRecipe {
 
     /// The scan as an input file.
     pub fn source(&self) -> SourceFile {
-        SourceFile { file: self.scan.clone(), hash: self.hash, from: None }
+        SourceFile { file: self.scan.clone(), hash: self.hash, ..SourceFile::default() }
     }
 }
 

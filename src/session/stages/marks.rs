@@ -66,7 +66,7 @@ impl Session {
     ) -> Result<(MaskFile, Marks), SessionError> {
         let path = self.resolve(&source.file);
         let mask = MaskFile::read(&path, &self.source_bytes(source)?)?;
-        let marks = mask.marks(self, step, scan, &path)?;
+        let marks = mask.marks(self, step, source.layer.as_deref(), scan, &path)?;
         Ok((mask, marks))
     }
 }
@@ -77,13 +77,14 @@ impl MaskFile {
         &self,
         session: &Session,
         step: &StepRecipe,
+        layer_before: Option<&str>,
         scan: &Scan,
         path: &Path,
     ) -> Result<Marks, SessionError> {
         let vertices = scan.mesh.vertex_count();
         let marks = match self {
             Self::Strokes(strokes) => {
-                self.check_layer(&step.name, path)?;
+                self.check_layer(&step.name, layer_before, path)?;
                 Marks::paint(scan, strokes)
             }
             Self::Surface(surface) => match surface.marks_on(scan, None) {
@@ -101,7 +102,9 @@ impl MaskFile {
             }
         };
         let marks = marks.map_err(|e| SessionError::bad_source(path, e))?;
-        match marks.0.iter().any(Option::is_some) {
+        // A painted file that was not painted yet marks nothing.
+        let may_be_empty = matches!(self, Self::Surface(surface) if surface.is_painted());
+        match may_be_empty || marks.labels.iter().any(Option::is_some) {
             true => Ok(marks),
             false => Err(SessionError::bad_source(path, SegmentError::MarksNothing)),
         }
