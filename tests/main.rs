@@ -23,3 +23,4 @@ mod rgbd;
 mod smpl_family;
 mod stage_versions;
 mod stages;
+mod step_editing;

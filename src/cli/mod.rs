@@ -23,6 +23,7 @@ mod replay;
 mod scan;
 mod stages;
 mod status;
+mod step;
 mod studio;
 mod templates;
 mod undo;
@@ -76,6 +77,8 @@ enum Command {
     /// Run up to the skin and physics weights of the garment on the figure
     #[command(alias = "weigh")]
     Weights(stages::StageArgs<{ stages::WEIGHTS }>),
+    /// List the steps, or edit them: remove, rename, move, set
+    Step(step::StepArgs),
     /// Correct a garment's labels by brush strokes or a label file
     Mask(mask::MaskArgs),
     /// Cut and rebuild a garment whenever its mask file is saved
@@ -172,6 +175,7 @@ fn run(command: Command, context: &Context) -> anyhow::Result<Done> {
         Command::Segment(args) => stages::run(args, context),
         Command::Stack(args) => stages::run(args, context),
         Command::Weights(args) => stages::run(args, context),
+        Command::Step(args) => step::run(args, context),
         Command::Mask(args) => mask::run(args, context),
         Command::Watch(args) => watch::run(args, context),
         Command::Record(args) => record::run(args, context, COMMANDS),

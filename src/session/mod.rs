@@ -28,12 +28,14 @@ mod store;
 
 pub use change::{
     Batch, Damage, FsckReport, MaskInfo, MaskReport, NewScan, Recut, Repair, Replay, Replayed, StageRequest, StageRun,
-    StepStatus, SubjectRun, fsck, replay, replay_all,
+    StepInfo, StepStatus, SubjectRun, fsck, replay, replay_all,
 };
 pub use error::SessionError;
 pub use open::{BodyModelSource, Draft, NewSession, Session, Writer, create, read_body_model, read_input};
 pub use output_error::OutputError;
-pub use recipe::{Assignment, BODY_STEP, BodySurface, Parameter, Recipe, SourceFile, StepRecipe, parameters_of};
+pub use recipe::{
+    Assignment, BODY_STEP, BodySurface, Parameter, Recipe, SourceFile, StepPlace, StepRecipe, parameters_of,
+};
 pub use results::LiveView;
 pub use results::{Content, ExportRequest, Judged, NewFolder, Outputs, ShowIn, SubjectOrigin, TruthReport, Verdict};
 pub use stage::Stage;

@@ -3,6 +3,7 @@
 mod add_scan;
 mod batch;
 mod build;
+mod edit_steps;
 mod fsck;
 mod masks;
 mod recut;
@@ -12,6 +13,7 @@ mod single_stage;
 pub use add_scan::NewScan;
 pub use batch::{Batch, SubjectRun, replay_all};
 pub use build::StepStatus;
+pub use edit_steps::StepInfo;
 pub use fsck::{Damage, FsckReport, Repair, fsck};
 pub use masks::{MaskInfo, MaskReport};
 pub use recut::Recut;

@@ -1,10 +1,10 @@
 //! `KEY=VALUE`: a change of a recipe for another session.
 
-use super::steps::{Recipe, SourceFile, StepRecipe};
-use super::{garment_kind, parameters};
+use super::garment_kind;
+use super::step_key::{StepKey, absolute};
+use super::steps::{Recipe, SourceFile};
 use crate::session::error::SessionError;
-use crate::session::stage::Stage;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// One difference from the recipe.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -19,19 +19,37 @@ pub struct Assignment {
 const BODY_MODEL: &str = "body_model";
 
 impl Assignment {
-    /// Reads `KEY=VALUE`.
+    /// Reads `KEY=VALUE` of a recipe.
     pub fn parse(text: &str) -> Result<Self, SessionError> {
+        Self::read(text, KEYS)
+    }
+
+    /// Reads `KEY=VALUE` of one step.
+    pub fn of_step(text: &str) -> Result<Self, SessionError> {
+        Self::read(text, KEYS_OF_STEP)
+    }
+
+    /// Whether it sets a step's scan, so that the value is a path.
+    pub fn is_path(&self) -> bool {
+        ["path", "scan"].contains(&self.key.as_str())
+    }
+
+    fn read(text: &str, keys: &str) -> Result<Self, SessionError> {
         match text.split_once('=') {
             Some((key, value)) if !key.trim().is_empty() => {
                 Ok(Self { key: key.trim().into(), value: value.trim().into() })
             }
-            _ => Err(SessionError::BadRequest { what: format!("'{text}' has no key or no ="), hint: KEYS.into() }),
+            _ => Err(SessionError::BadRequest { what: format!("'{text}' has no key or no ="), hint: keys.into() }),
         }
     }
 }
 
 const KEYS: &str = "say STEP=FILE for another scan, STEP.until=PLACE (or template, sleeve, unit, up, faces, mask), \
                     STEP.STAGE.PARAMETER=VALUE, or body_model=FILE";
+
+/// The keys of a step, for hints.
+pub(in crate::session) const KEYS_OF_STEP: &str = "say path=FILE, template=KIND, until=PLACE, sleeve=LENGTH, unit, up, \
+                                                   faces, surface, voxel, or STAGE.PARAMETER=VALUE; KEY= resets";
 
 /// What was omitted from a recipe because it belongs to another scan.
 pub(in crate::session) type LeftOut = Vec<String>;
@@ -69,7 +87,7 @@ pub(in crate::session) fn apply(recipe: &mut Recipe, set: &[Assignment], from: &
             }
             continue;
         }
-        if what == "scan" && !step.masks.is_empty() && !masks_given.contains(&step.name) {
+        if ["scan", "path"].contains(&what) && !step.masks.is_empty() && !masks_given.contains(&step.name) {
             left_out.push(format!(
                 "{} mask{} of '{}': painted on another scan",
                 step.masks.len(),
@@ -78,40 +96,13 @@ pub(in crate::session) fn apply(recipe: &mut Recipe, set: &[Assignment], from: &
             ));
             step.masks.clear();
         }
-        set_in_step(step, what, value, key, from)?;
+        let no_such =
+            || SessionError::BadRequest { what: format!("'{key}' is not a key of a recipe"), hint: KEYS.into() };
+        StepKey::parse(what)?.ok_or_else(no_such)?.set(step, key, value, from)?;
     }
     recipe.check().map_err(|fault| fault.error)?;
     for step in recipe.steps.iter().filter(|s| !s.is_body()) {
         garment_kind::of_step(step)?;
     }
     Ok(left_out)
-}
-
-fn set_in_step(step: &mut StepRecipe, what: &str, value: &str, key: &str, from: &Path) -> Result<(), SessionError> {
-    let no_such = || SessionError::BadRequest { what: format!("'{key}' is not a key of a recipe"), hint: KEYS.into() };
-    let cannot = |hint: String| SessionError::BadRequest { what: format!("{key} cannot be '{value}'"), hint };
-    let text = Some(value.to_string());
-    match what {
-        "scan" => (step.scan, step.hash) = (absolute(from, value)?, None),
-        "template" => step.template = text,
-        "until" => step.until = text,
-        "sleeve" => step.sleeve = text,
-        "unit" => step.unit = Some(value.parse().map_err(|_| cannot("one of m, dm, cm, mm, in".into()))?),
-        "up" => step.up = Some(value.parse().map_err(|_| cannot("an axis such as +y or -z".into()))?),
-        "faces" => step.faces = Some(value.parse().map_err(|_| cannot("a number of faces".into()))?),
-        _ => {
-            let (stage, name) = what.split_once('.').ok_or_else(no_such)?;
-            // The recipe keeps the scan's own parameters under `reading`.
-            let stage = Stage::parse(if stage == "reading" { "scan" } else { stage }).ok_or_else(no_such)?;
-            let setting = parameters::parameter(stage, name)?.read(value)?;
-            step.settings_mut(stage).ok_or_else(no_such)?.insert(name.into(), setting);
-        }
-    }
-    Ok(())
-}
-
-fn absolute(from: &Path, value: &str) -> Result<String, SessionError> {
-    let path = from.join(value);
-    let path: PathBuf = path.canonicalize().map_err(|e| SessionError::reading(&path, e))?;
-    path.to_str().map(str::to_string).ok_or(SessionError::PathNotText { path: path.clone() })
 }

@@ -2,6 +2,7 @@
 
 pub(in crate::session) mod assignment;
 mod check;
+mod edit;
 mod file;
 pub(in crate::session) mod garment_kind;
 mod mask_file;
@@ -9,11 +10,13 @@ mod names;
 pub(in crate::session) mod parameters;
 mod params_of_step;
 mod paths;
+mod step_key;
 mod steps;
 
 pub use assignment::Assignment;
-pub(in crate::session) use assignment::LeftOut;
+pub(in crate::session) use assignment::{KEYS_OF_STEP, LeftOut};
 pub(in crate::session) use check::check_stage;
+pub use edit::StepPlace;
 pub(in crate::session) use garment_kind::GarmentKind;
 pub(in crate::session) use mask_file::MaskFile;
 pub(in crate::session) use names::{is_file_name, is_same_file_name};
@@ -21,4 +24,5 @@ pub use parameters::{Parameter, parameters_of};
 pub(in crate::session) use parameters::{as_text, has_parameters};
 pub(in crate::session) use params_of_step::{params_of, params_over};
 pub(in crate::session) use paths::{from_here, relative_to};
+pub(in crate::session) use step_key::StepKey;
 pub use steps::{BODY_STEP, BodySurface, Recipe, SourceFile, StepRecipe};

@@ -97,6 +97,7 @@ fn inputs_of_garment(context: &StepContext) -> Result<(GarmentInputs, Value), Se
     let (rigged, stacked) = (context.results.result::<Rig>()?, context.results.result::<Stack>()?);
     let inner = context.inner()?.figure()?;
     let values = json!({
+        "name": context.step.name,
         "rigged": rigged.hash,
         "stacked": stacked.hash,
         "figure": inner.hash,

@@ -95,6 +95,7 @@ pub(super) fn reasons(record: &StageRecord, stage: Stage, version: u32, inputs: 
             "model" => found.push(Reason::of(Cause::BodyModel)),
             // A parameter switches these inputs on and off; report the parameter.
             "others" if old.is_null() || new.is_null() => {}
+            "name" => found.push(Reason::named(Cause::Parameter, "name", old, new)),
             "loops" => found.push(Reason::named(Cause::Kind, "hems", old, new)),
             key => found.push(Reason::named(Cause::Upstream, upstream(key, stage), &Value::Null, &Value::Null)),
         }

@@ -105,6 +105,11 @@ impl State {
         self.steps[at].stages.insert(stage, record);
     }
 
+    /// Moves the records of a step to its new name.
+    pub(in crate::session) fn rename(&mut self, old: &str, new: &str) {
+        self.steps.iter_mut().filter(|s| s.name == old).for_each(|s| s.name = new.into());
+    }
+
     /// Drops steps that are not in the recipe, and sorts the others in its order.
     pub(in crate::session) fn follow(&mut self, names: &[&str]) {
         self.steps.retain(|s| names.contains(&s.name.as_str()));

@@ -29,6 +29,12 @@ impl Timings {
         write_lightly(&path_in(dir), (text + "\n").as_bytes())
     }
 
+    pub(in crate::session) fn rename(&mut self, old: &str, new: &str) {
+        if let Some(secs) = self.secs.remove(old) {
+            self.secs.insert(new.into(), secs);
+        }
+    }
+
     pub(in crate::session) fn note(&mut self, step: &str, stage: Stage, secs: f64) {
         self.secs.entry(step.into()).or_default().insert(stage, secs);
     }
