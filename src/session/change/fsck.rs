@@ -300,7 +300,7 @@ impl Check<'_> {
         };
         self.report.damages.push(Damage {
             file: MANIFEST.into(),
-            what: "the list of the files that were exported; a new one is empty".into(),
+            what: "the list of exported files, which is rebuilt empty".into(),
             problem,
             repair,
         });
