@@ -17,6 +17,7 @@
 //! other; `tests/architecture.rs` keeps that table.
 
 pub mod body;
+pub mod check;
 pub mod cli;
 pub mod cloth;
 pub mod cut;

@@ -1,7 +1,7 @@
 //! Perceptually uniform colours, and mixtures of them.
 
 /// CIE L*a*b* under D65.
-pub(super) type Lab = [f64; 3];
+pub type Lab = [f64; 3];
 
 /// Standard deviations of L*, a*, b* between two views of the same cloth. Lightness varies with the light and the
 /// fold, hue hardly: 12 and 5 are what fused scans of one garment show a step apart.
@@ -12,8 +12,8 @@ const COMPONENTS: usize = 6;
 const GREATEST_SAMPLE: usize = 4000;
 const ROUNDS: usize = 12;
 
-/// Converts 8-bit sRGB.
-pub(super) fn lab_of(rgb: [u8; 3]) -> Lab {
+/// Converts 8-bit sRGB to CIE L*a*b*.
+pub fn lab_of(rgb: [u8; 3]) -> Lab {
     let [r, g, b] = rgb.map(|c| {
         let c = f64::from(c) / 255.0;
         if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
@@ -30,6 +30,11 @@ pub(super) fn lab_of(rgb: [u8; 3]) -> Lab {
 /// Squared distance of two colours, in units of `SPREAD`.
 pub(super) fn squared_difference(a: &Lab, b: &Lab, spread: &Lab) -> f64 {
     (0..3).map(|k| ((a[k] - b[k]) / spread[k]).powi(2)).sum()
+}
+
+/// Distance of two colours, in standard deviations of one cloth between two views.
+pub fn color_difference(a: &Lab, b: &Lab) -> f64 {
+    squared_difference(a, b, &SPREAD).sqrt()
 }
 
 /// Density of a normal distribution, without the common factor (2π)^(−3/2).

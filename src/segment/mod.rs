@@ -18,6 +18,7 @@ mod template;
 mod transfer;
 
 pub use brush::{Marks, Stroke, StrokeFrame, StrokeOp};
+pub use color::{Lab, color_difference, lab_of};
 pub use error::SegmentError;
 pub use evidence::Inner;
 pub use extent::{Extent, Sleeve, Until};

@@ -36,6 +36,8 @@ macro_rules! for_each_stage {
             Figure figure [figure] body () garment (crate::rig::PhysicsParams);
             /// The inner garments, pressed by the new one in this step's scan.
             Press press [press] garment (crate::stack::PressParams);
+            /// Whether the results of the step are plausible.
+            Check check [] body () garment ();
         }
     };
 }

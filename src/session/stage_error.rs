@@ -1,6 +1,7 @@
 //! The errors of all modules, in one type.
 
 use crate::body::BodyError;
+use crate::check::CheckError;
 use crate::cut::CutError;
 use crate::export::ExportError;
 use crate::fit::FitError;
@@ -55,6 +56,9 @@ pub enum StageError {
     /// The comparison with ground truth failed.
     #[error(transparent)]
     Metrics(#[from] MeasureError),
+    /// The results of a step do not belong together.
+    #[error(transparent)]
+    Check(#[from] CheckError),
     /// The training of a body model failed.
     #[error(transparent)]
     Train(#[from] TrainError),
@@ -77,6 +81,7 @@ impl StageError {
             Self::Export(e) => e.hint(),
             Self::View(e) => e.hint(),
             Self::Metrics(e) => e.hint(),
+            Self::Check(_) => Some("this is a fault of Overcoat, not of your data; please report it".into()),
             Self::Train(e) => e.hint(),
         }
     }

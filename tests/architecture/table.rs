@@ -9,7 +9,7 @@ const PATH: &[&str] = &["body", "scan", "fit", "segment", "cut", "rig", "stack"]
 /// The stages beside that path.
 const BRANCHES: &[&str] = &["train", "motion", "cloth", "tryon", "drive"];
 /// Modules that `session` may import, but no stage.
-const OUTER: &[&str] = &["mannequin", "measure", "export", "view"];
+const OUTER: &[&str] = &["mannequin", "measure", "check", "export", "view"];
 
 /// For each module the others that it may import; its own files are always allowed.
 pub fn may_import() -> BTreeMap<&'static str, BTreeSet<&'static str>> {
@@ -29,6 +29,7 @@ pub fn may_import() -> BTreeMap<&'static str, BTreeSet<&'static str>> {
         ("tryon", set(&[BASE, PATH, &["motion", "cloth"]])),
         ("drive", set(&[BASE, PATH, &["motion"]])),
         ("measure", stages.clone()),
+        ("check", stages.clone()),
         ("export", stages.clone()),
         ("view", stages.clone()),
         ("studio", &stages | &set(&[&["measure"]])),

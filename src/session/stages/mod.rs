@@ -1,5 +1,6 @@
 //! The stages, one file each, and the walk that runs those that are out of date.
 
+mod check;
 mod cut;
 mod event;
 mod evidence;

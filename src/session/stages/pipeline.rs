@@ -2,7 +2,7 @@
 
 use super::pipeline_stage::{StepContext, StepResults};
 use super::walk::Walk;
-use super::{cut, evidence, figure, fit, pose, press, register, rig, scan, segment, stack};
+use super::{check, cut, evidence, figure, fit, pose, press, register, rig, scan, segment, stack};
 use crate::cut::Garment;
 use crate::scan::Scan;
 use crate::session::error::SessionError;

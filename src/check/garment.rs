@@ -1,0 +1,170 @@
+//! Whether what was cut out is a garment, and whether the rest of the scan is the figure dressed so far.
+
+use super::error::CheckError;
+use super::layers::{IndexedLayer, difference};
+use super::scale::relative_scale;
+use super::statistics::{weighted_quantile, weighted_share};
+use crate::geometry::{PerVertex, Point, SurfaceIndex, VertexId};
+use crate::scan::Scan;
+use crate::segment::{Inner, Lab, lab_of};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// What is known of a garment's step.
+pub struct GarmentResult<'a> {
+    /// The scan.
+    pub scan: &'a Scan,
+    /// Which vertices of the scan are the garment. **Shapes** one flag per vertex of the scan.
+    pub labels: &'a PerVertex<bool>,
+    /// The figure dressed so far, posed in the scan: the body first, then its garments, innermost first.
+    pub inner: &'a [Inner<'a>],
+    /// Which vertices of the body the garment's template covers. **Shapes** one flag per vertex of the body.
+    pub covered: &'a PerVertex<bool>,
+}
+
+/// What a garment's step looks like. Lengths are metres, shares 0 to 1, colours in spreads of one cloth between two views.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GarmentPlausibility {
+    /// Median distance of the garment from the figure below it; `None` without a labelled vertex.
+    pub stand_off_median: Option<f64>,
+    /// 90th percentile of that distance.
+    pub stand_off_p90: Option<f64>,
+    /// Median difference between the garment's colour and that of the surface below it; `None` without colours on both.
+    pub color_change: Option<f64>,
+    /// Share of the garment whose colour differs clearly from the surface below it.
+    pub recolored_share: Option<f64>,
+    /// Share of the template's region that the scan shows as the garment.
+    pub labelled_share_of_template: f64,
+    /// Share of the garment's area next to skin that the template does not cover.
+    pub off_template_share: f64,
+    /// Share of the rest of the scan that is far from the figure, and the middle of that part.
+    pub unexplained: (f64, Option<Point>),
+    /// For each garment worn before, innermost first: what the rest of the scan shows of it.
+    pub worn_before: Vec<WornBefore>,
+    /// Size of the person in the scan relative to the figure, from skin and earlier clothes that are visible.
+    pub scale: Option<f64>,
+    /// 90th percentile of the distance of the visible skin from the scan.
+    pub visible_p90: Option<f64>,
+}
+
+/// What a scan shows of a garment from an earlier step.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WornBefore {
+    /// Its area that the new garment leaves visible, in m².
+    pub visible_area: f64,
+    /// Share of it that lies clearly outside the scan: the scan shows what is below.
+    pub outside_share: f64,
+    /// Share of it whose colour is clearly another in the scan; `None` without colours on both.
+    pub recolored_share: Option<f64>,
+}
+
+/// Farther from the figure than this the scan is not explained by it, in metres.
+const UNEXPLAINED_FROM: f64 = 0.02;
+/// A garment this far outside the scan is not in the scan, in metres.
+const OUTSIDE_FROM: f64 = 0.006;
+/// A place within this distance belongs to the same surface, in metres.
+const SAME_PLACE: f64 = 0.05;
+/// Colours this different are not those of one cloth in two views, in spreads.
+const RECOLORED_FROM: f64 = 2.0;
+
+/// Measures how plausible a garment's step is.
+///
+/// **Errors** if arrays and surfaces differ in size, or if there is no body.
+pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, CheckError> {
+    let GarmentResult { scan, labels, inner, covered } = result;
+    let mesh = &scan.mesh;
+    CheckError::require_length("labels", labels.len(), mesh.vertex_count())?;
+    let body = inner.first().ok_or(CheckError::NoBody)?;
+    CheckError::require_length("cover of the template", covered.len(), body.mesh.vertex_count())?;
+    for layer in *inner {
+        let given = layer.colors.map_or(layer.mesh.vertex_count(), |c| c.len());
+        CheckError::require_length("colours of a layer", given, layer.mesh.vertex_count())?;
+    }
+    let layers: Vec<IndexedLayer> = inner.iter().map(IndexedLayer::of).collect();
+    let areas = mesh.vertex_areas();
+    let places: Vec<Place> =
+        mesh.vertex_ids().collect::<Vec<_>>().par_iter().map(|&v| Place::of(scan, v, &layers)).collect();
+    let garment = || mesh.vertex_ids().filter(|&v| labels[v]).map(|v| (&places[v.index()], areas[v]));
+    let rest = || mesh.vertex_ids().filter(|&v| !labels[v]).map(|v| (v, &places[v.index()], areas[v]));
+    let gaps: Vec<(f64, f64)> = garment().map(|(place, area)| (place.gap, area)).collect();
+    let changes: Vec<(f64, f64)> = garment().filter_map(|(place, area)| Some((place.color_change?, area))).collect();
+    let recolored = (!changes.is_empty())
+        .then(|| weighted_share(changes.iter().map(|&(change, area)| (area, change > RECOLORED_FROM))));
+    let far: Vec<(VertexId, f64)> =
+        rest().filter(|(_, place, _)| place.gap > UNEXPLAINED_FROM).map(|(v, _, area)| (v, area)).collect();
+    let total: f64 = areas.iter().sum();
+    let far_area: f64 = far.iter().map(|f| f.1).sum();
+    let far_middle =
+        far.iter().fold(Point::origin(), |sum, (v, area)| sum + mesh.points()[*v].coords * *area / far_area);
+    let scan_index = SurfaceIndex::prepare(mesh);
+    let is_template = |place: &Place| covered[place.body_corner];
+    Ok(GarmentPlausibility {
+        stand_off_median: weighted_quantile(gaps.clone(), 0.5),
+        stand_off_p90: weighted_quantile(gaps, 0.9),
+        color_change: weighted_quantile(changes, 0.5),
+        recolored_share: recolored,
+        labelled_share_of_template: weighted_share(
+            mesh.vertex_ids().filter(|&v| is_template(&places[v.index()])).map(|v| (areas[v], labels[v])),
+        ),
+        off_template_share: weighted_share(garment().map(|(place, area)| (area, !is_template(place)))),
+        unexplained: (far_area / total.max(1e-12), (!far.is_empty()).then_some(far_middle)),
+        worn_before: layers[1..].iter().map(|layer| worn_before(layer, result, &scan_index)).collect(),
+        scale: relative_scale(mesh, rest().map(|(v, _, area)| (v, area)), &layers),
+        visible_p90: weighted_quantile(rest().map(|(_, place, area)| (place.gap, area)).collect(), 0.9),
+    })
+}
+
+/// What lies below a vertex of the scan.
+struct Place {
+    gap: f64,
+    color_change: Option<f64>,
+    body_corner: VertexId,
+}
+
+impl Place {
+    fn of(scan: &Scan, v: VertexId, layers: &[IndexedLayer]) -> Self {
+        let p = &scan.mesh.points()[v];
+        let on_body = layers[0].index.closest(p);
+        let body_corner = on_body.nearest_corner(layers[0].index.mesh());
+        let mut nearest = (on_body.distance, layers[0].color_at(&on_body));
+        for layer in &layers[1..] {
+            if let Some(at) = layer.index.closest_within(p, nearest.0).filter(|at| at.distance < nearest.0) {
+                nearest = (at.distance, layer.color_at(&at));
+            }
+        }
+        Self { gap: nearest.0, color_change: difference(color_of(scan, v), nearest.1), body_corner }
+    }
+}
+
+fn color_of(scan: &Scan, v: VertexId) -> Option<Lab> {
+    scan.colors.as_ref().map(|colors| lab_of(colors[v]))
+}
+
+fn worn_before(layer: &IndexedLayer, result: &GarmentResult, scan_index: &SurfaceIndex) -> WornBefore {
+    let (cloth, scan) = (layer.index.mesh(), &result.scan.mesh);
+    let areas = cloth.vertex_areas();
+    let normals = cloth.vertex_normals_by_area();
+    let seen: Vec<(f64, bool, Option<bool>)> = cloth
+        .vertex_ids()
+        .collect::<Vec<_>>()
+        .par_iter()
+        .filter_map(|&v| {
+            let p = &cloth.points()[v];
+            let at = scan_index.closest_within(p, SAME_PLACE)?;
+            let corner = at.nearest_corner(scan);
+            // Where the new garment lies over it, or a deeper fold was seen from the other side, nothing is known.
+            if result.labels[corner] || scan.face_normal(at.face).dot(&normals[v]) < 0.3 {
+                return None;
+            }
+            let outside = (p - at.point).dot(&scan_index.pseudonormal(&at)) > OUTSIDE_FROM;
+            let change = difference(layer.colors.map(|colors| lab_of(colors[v])), color_of(result.scan, corner));
+            Some((areas[v], outside, change.map(|c| c > RECOLORED_FROM)))
+        })
+        .collect();
+    let colored = || seen.iter().filter_map(|s| Some((s.0, s.2?)));
+    WornBefore {
+        visible_area: seen.iter().map(|s| s.0).sum(),
+        outside_share: weighted_share(seen.iter().map(|s| (s.0, s.1))),
+        recolored_share: colored().next().is_some().then(|| weighted_share(colored())),
+    }
+}

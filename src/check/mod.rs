@@ -1,0 +1,18 @@
+//! The plausibility of a step's results, without ground truth: a garment that is not there, one that is missing, another
+//! person, clothes in a bare scan, a scan that lies on its side.
+//!
+//! A stage answers the question that it is asked: the segmentation finds the part of the scan that is most like a hat,
+//! also in a scan without one. Here the answer is compared with what the scan shows.
+
+mod body;
+mod error;
+mod garment;
+mod layers;
+mod scale;
+mod statistics;
+#[cfg(test)]
+mod tests;
+
+pub use body::{BodyPlausibility, BodyResult, check_body};
+pub use error::CheckError;
+pub use garment::{GarmentPlausibility, GarmentResult, check_garment};

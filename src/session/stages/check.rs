@@ -1,0 +1,156 @@
+//! Check: whether the results of a step are plausible.
+
+use super::event::{OnProgress, Outcome};
+use super::fit::Fit;
+use super::pipeline_stage::{PipelineStage, StepContext};
+use super::pose::Pose;
+use super::posed::surfaces_inside;
+use super::register::Register;
+use super::scan::Scan;
+use super::segment::Segment;
+use crate::body::{Figure, skin};
+use crate::check::{BodyPlausibility, BodyResult, GarmentPlausibility, GarmentResult, check_body, check_garment};
+use crate::fit::{FittedBody, PoseInside, RegisteredBody};
+use crate::scan;
+use crate::segment::{Inner, Segmentation};
+use crate::session::error::SessionError;
+use crate::session::open::Session;
+use crate::session::recipe::{GarmentKind, StepRecipe, garment_kind};
+use crate::session::stage::Stage;
+use crate::session::store::Kept;
+use serde::Serialize;
+use serde_json::{Value, json};
+
+pub(in crate::session) struct Check;
+
+pub(in crate::session) enum Inputs {
+    Body { scan: Kept<scan::Scan>, fitted: Kept<FittedBody>, registered: Kept<RegisteredBody> },
+    Garment(Box<GarmentInputs>),
+}
+
+pub(in crate::session) struct GarmentInputs {
+    scan: Kept<scan::Scan>,
+    figure: Kept<Figure>,
+    inside: Kept<PoseInside>,
+    segmentation: Kept<Segmentation>,
+    kind: GarmentKind,
+}
+
+/// What was checked.
+#[derive(Serialize)]
+pub(in crate::session) enum Plausibility {
+    Body(BodyPlausibility),
+    Garment(GarmentPlausibility),
+}
+
+impl PipelineStage for Check {
+    const STAGE: Stage = Stage::Check;
+    const VERSION: u32 = 1;
+    type Inputs = Inputs;
+    type Output = Plausibility;
+
+    fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
+        let scan = context.results.result::<Scan>()?;
+        let model = context.walk.session().body_model_input();
+        if context.step.is_body() {
+            let (fitted, registered) = (context.results.result::<Fit>()?, context.results.result::<Register>()?);
+            let values =
+                json!({ "scan": scan.hash, "fitted": fitted.hash, "registered": registered.hash, "model": model });
+            return Ok((Inputs::Body { scan, fitted, registered }, values));
+        }
+        let kind = garment_kind::of_step(context.step)?;
+        let (inside, segmentation) = (context.results.result::<Pose>()?, context.results.result::<Segment>()?);
+        let figure = context.inner()?.figure()?;
+        let values = json!({
+            "scan": scan.hash,
+            "figure": figure.hash,
+            "inside": inside.hash,
+            "labels": segmentation.hash,
+            "kind": kind.input(),
+            "model": model,
+        });
+        Ok((Inputs::Garment(Box::new(GarmentInputs { scan, figure, inside, segmentation, kind })), values))
+    }
+
+    fn run(
+        inputs: Inputs,
+        step: &StepRecipe,
+        session: &Session,
+        _on_progress: OnProgress,
+    ) -> Result<Outcome<Plausibility>, SessionError> {
+        match inputs {
+            Inputs::Body { scan, fitted, registered } => body(session, step, scan, fitted, registered),
+            Inputs::Garment(inputs) => garment(session, step, *inputs),
+        }
+    }
+}
+
+fn body(
+    session: &Session,
+    step: &StepRecipe,
+    scan: Kept<scan::Scan>,
+    fitted: Kept<FittedBody>,
+    registered: Kept<RegisteredBody>,
+) -> Result<Outcome<Plausibility>, SessionError> {
+    let (scan, fitted, registered) =
+        (session.store.load(scan)?, session.store.load(fitted)?, session.store.load(registered)?);
+    let model = session.body_model()?;
+    let surface_of_fit =
+        fitted.surface.with_points(model.posed(fitted.surface.points(), &fitted.skeleton, &fitted.pose));
+    let points = skin(registered.surface.points(), &model.weights, &registered.skeleton, &registered.pose);
+    let surface = registered.surface.with_points(points);
+    let found = check_body(&BodyResult {
+        scan: &scan,
+        fitted: &surface_of_fit,
+        registered: &surface,
+        skeleton: &registered.skeleton,
+        pose: &registered.pose,
+        shape: &fitted.shape,
+    })
+    .map_err(|e| SessionError::stage(&step.name, Stage::Check, e))?;
+    let mm = |metres: Option<f64>| metres.map_or(f64::NAN, |m| 1e3 * m);
+    let deg = |radians: Option<f64>| radians.map_or(f64::NAN, f64::to_degrees);
+    Ok(Outcome::of(Plausibility::Body(found.clone()))
+        .measured("tilt_deg", deg(found.tilt))
+        .measured("moved_median_mm", mm(found.moved_median))
+        .measured("moved_p95_mm", mm(found.moved_p95))
+        .measured("moved_outward_mm", mm(found.moved_outward))
+        .measured("bent_median_deg", deg(found.bent_median))
+        .measured("bent_p90_deg", deg(found.bent_p90))
+        .measured("fitted_p95_mm", mm(found.fitted_p95))
+        .measured("deviation", found.deviation)
+        .measured("deviation_rms", found.deviation_rms))
+}
+
+fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Result<Outcome<Plausibility>, SessionError> {
+    let GarmentInputs { scan, figure, inside, segmentation, kind } = inputs;
+    let (scan, figure) = (session.store.load_shared(scan)?, session.figure(figure)?);
+    let (inside, segmentation) = (session.store.load(inside)?, session.store.load_shared(segmentation)?);
+    let surfaces = surfaces_inside(&figure, &inside)?;
+    let inner: Vec<Inner> = (surfaces.iter().zip(&figure.layers))
+        .map(|(mesh, layer)| Inner { mesh, colors: layer.colors.as_ref() })
+        .collect();
+    let covered = kind.template.prior(figure.body(), &figure.skeleton, &kind.extent);
+    let found =
+        check_garment(&GarmentResult { scan: &scan, labels: &segmentation.labels.0, inner: &inner, covered: &covered })
+            .map_err(|e| SessionError::stage(&step.name, Stage::Check, e))?;
+    let mm = |metres: Option<f64>| metres.map_or(f64::NAN, |m| 1e3 * m);
+    let or_nan = |value: Option<f64>| value.unwrap_or(f64::NAN);
+    let mut outcome = Outcome::of(Plausibility::Garment(found.clone()))
+        .measured("stand_off_median_mm", mm(found.stand_off_median))
+        .measured("stand_off_p90_mm", mm(found.stand_off_p90))
+        .measured("color_change", or_nan(found.color_change))
+        .measured("recolored_percent", 1e2 * or_nan(found.recolored_share))
+        .measured("labelled_of_template_percent", 1e2 * found.labelled_share_of_template)
+        .measured("off_template_percent", 1e2 * found.off_template_share)
+        .measured("unexplained_percent", 1e2 * found.unexplained.0)
+        .measured("scale_percent", 1e2 * or_nan(found.scale))
+        .measured("visible_p90_mm", mm(found.visible_p90));
+    for (k, worn) in found.worn_before.iter().enumerate() {
+        outcome = outcome
+            .measured(&format!("worn{}_area", k + 1), worn.visible_area)
+            .measured(&format!("worn{}_outside_percent", k + 1), 1e2 * worn.outside_share)
+            .measured(&format!("worn{}_recolored_percent", k + 1), 1e2 * or_nan(worn.recolored_share));
+    }
+    Ok(outcome)
+}
