@@ -66,8 +66,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     writer.build(&Forced::Nothing, &mut |_| {})?;
     let again = Forced::Named([Stage::Evidence, Stage::Segment, Stage::Cut].map(|s| (layer.clone(), Some(s))).into());
     let began = Instant::now();
-    let reports = writer.build(&again, &mut |_| {})?;
-    let of_build: f64 = reports.iter().filter(|r| r.ran).filter_map(|r| r.secs).sum();
+    let built = writer.build(&again, &mut |_| {})?;
+    let of_build: f64 = built.reports.iter().filter(|r| r.ran).filter_map(|r| r.secs).sum();
     let first = writer.recut(&layer, &mut |_| {})?.garment;
     println!(
         "{layer}: {} vertices; from its posed scan to its cut {of_build:.3} s ({:.3} s with the walk)",

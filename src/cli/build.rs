@@ -1,9 +1,10 @@
 //! `overcoat build`: runs every stage that is out of date.
 
-use super::console::{Done, Verbosity, secs};
+use super::console::{Done, secs};
 use super::context::Context;
-use super::progress::{Progress, measures_text};
-use crate::session::{Forced, SessionError, Stage};
+use super::progress::Progress;
+use super::verdicts;
+use crate::session::{Built, Forced, SessionError, Stage};
 use serde_json::json;
 use std::time::Instant;
 
@@ -12,10 +13,9 @@ pub(super) struct BuildArgs {
     /// Run stages again that are up to date: all, or those of the named steps, or the named stages
     #[arg(long, value_name = "STEP[/STAGE]", num_args = 0..)]
     force: Option<Vec<String>>,
-}
-
-fn names_of(stages: &[Stage]) -> String {
-    stages.iter().map(|stage| stage.name()).collect::<Vec<_>>().join(", ")
+    /// Exit with 1 unless every step is good
+    #[arg(long)]
+    strict: bool,
 }
 
 fn forced(typed: Option<Vec<String>>) -> Result<Forced, SessionError> {
@@ -29,11 +29,7 @@ fn forced(typed: Option<Vec<String>>) -> Result<Forced, SessionError> {
             Some(known) => Ok((step.to_string(), Some(known))),
             None => Err(SessionError::BadRequest {
                 what: format!("there is no stage '{stage}'"),
-                hint: format!(
-                    "the stages of the body are {}; those of a garment {}",
-                    names_of(Stage::OF_BODY),
-                    names_of(Stage::OF_GARMENT)
-                ),
+                hint: verdicts::stages_hint(),
             }),
         },
     });
@@ -45,12 +41,13 @@ pub(super) fn run(args: BuildArgs, context: &Context) -> anyhow::Result<Done> {
     let forced = forced(args.force)?;
     let mut writer = context.writer()?;
     let mut progress = Progress::of_stages(&context.console, writer.session().stage_count());
-    let reports = writer.build(&forced, &mut |event| progress.show(event))?;
+    let Built { reports, verdicts } = writer.build(&forced, &mut |event| progress.show(event))?;
     progress.end();
     let ran = reports.iter().filter(|r| r.ran).count();
     let json = json!({
         "session": context.session.display().to_string(),
         "ran": ran,
+        "steps": verdicts,
         "stages": reports,
         "peak_mib": peak_mib(),
         "secs": began.elapsed().as_secs_f64(),
@@ -60,11 +57,11 @@ pub(super) fn run(args: BuildArgs, context: &Context) -> anyhow::Result<Done> {
         0 => done.line(format!("everything was up to date ({} stages), in {}", reports.len(), secs(began.elapsed()))),
         _ => done.line(format!("built {ran} of {} stages in {}", reports.len(), secs(began.elapsed()))),
     };
-    if context.console.verbosity == Verbosity::Verbose {
-        for report in &reports {
-            done = done.line(format!("{} {}: {}", report.step, report.stage, measures_text(report)));
-            done = done.lines(report.findings.iter().map(|f| format!("  {f}")));
-        }
+    if ran == 0 {
+        done = done.lines(verdicts.iter().map(verdicts::line));
+    }
+    if args.strict {
+        done = verdicts::required_good(done, &verdicts, context);
     }
     Ok(done
         .next(context.overcoat("export character.glb"))

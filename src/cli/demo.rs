@@ -6,7 +6,7 @@ use super::measure::lines_of;
 use super::progress::Progress;
 use crate::segment::GarmentTemplate;
 use crate::session::{
-    BODY_STEP, Event, ExportRequest, Forced, MaskReport, NewFolder, NewScan, NewSession, Session, SessionError,
+    BODY_STEP, Built, Event, ExportRequest, Forced, MaskReport, NewFolder, NewScan, NewSession, Session, SessionError,
     SubjectOrigin, TruthReport, Writer, create,
 };
 use anyhow::Context as _;
@@ -57,7 +57,7 @@ pub(super) fn run(args: DemoArgs, context: &Context) -> anyhow::Result<Done> {
     }
     progress.end();
     let mut progress = Progress::of_stages(&context.console, writer.session().stage_count());
-    let stages = writer.build(&Forced::Nothing, &mut |event| progress.show(event))?;
+    let Built { reports: stages, .. } = writer.build(&Forced::Nothing, &mut |event| progress.show(event))?;
     progress.end();
     let corrections = corrected(&mut writer, &scans, &mut |event| progress.show(event))?;
     drop(writer);

@@ -27,6 +27,7 @@ mod step;
 mod studio;
 mod templates;
 mod undo;
+mod verdicts;
 mod view;
 mod watch;
 

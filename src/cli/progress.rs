@@ -1,8 +1,9 @@
 //! Progress of a long command: a bar on a terminal, plain lines elsewhere.
 
 use super::console::{Console, Verbosity, print_aside, secs};
+use super::verdicts;
 use crate::fit::FitIteration;
-use crate::session::{Cause, Event, Reason, StageReport};
+use crate::session::{Cause, Event, Reason, StageReport, name_and_unit};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::time::Duration;
@@ -10,8 +11,10 @@ use std::time::Duration;
 /// Shows stages as they run.
 pub(super) struct Progress {
     bar: Option<ProgressBar>,
-    /// Whether to print a line for each stage.
+    /// A line per step, and with `-v` per stage.
     plain: bool,
+    /// Whether any stage has run.
+    ran: bool,
     verbosity: Verbosity,
 }
 
@@ -24,16 +27,18 @@ impl Progress {
         Self {
             bar: shown_bar(console, None),
             plain: console.verbosity == Verbosity::Verbose,
+            ran: false,
             verbosity: console.verbosity,
         }
     }
 
-    /// For a command of `count` stages, with a line for each that runs.
+    /// For a command of `count` stages, with a line per step; with `-v` also per stage that runs.
     pub fn of_stages(console: &Console, count: usize) -> Self {
-        Self { bar: shown_bar(console, Some(count)), plain: true, verbosity: console.verbosity }
+        Self { bar: shown_bar(console, Some(count)), plain: true, ran: false, verbosity: console.verbosity }
     }
 
     pub fn show(&mut self, event: &Event) {
+        self.ran |= matches!(event, Event::Ran(_));
         if let (Some(bar), Event::Ran(_) | Event::UpToDate(_)) = (&self.bar, event) {
             bar.inc(1);
         }
@@ -44,8 +49,12 @@ impl Progress {
             (Some(bar), Event::Iterated { step, stage, at, .. }) => {
                 bar.set_message(format!("{step}: {stage}, {}", iterated(at)));
             }
-            (Some(bar), Event::Ran(report)) if self.plain => bar.suspend(|| print_aside(&ran(report, self.verbosity))),
-            (None, Event::Ran(report)) if self.plain => print_aside(&ran(report, self.verbosity)),
+            (Some(bar), Event::Ran(report)) if self.prints_stages() => bar.suspend(|| print_aside(&ran(report))),
+            (None, Event::Ran(report)) if self.prints_stages() => print_aside(&ran(report)),
+            (Some(bar), Event::StepDone(step)) if self.plain && self.ran => {
+                bar.suspend(|| print_aside(&verdicts::line(step)))
+            }
+            (None, Event::StepDone(step)) if self.plain && self.ran => print_aside(&verdicts::line(step)),
             (None, Event::Progress { step, stage, text }) if self.verbosity == Verbosity::Verbose => {
                 print_aside(&format!("{step}: {stage}, {text}"));
             }
@@ -54,6 +63,10 @@ impl Progress {
             }
             _ => {}
         }
+    }
+
+    fn prints_stages(&self) -> bool {
+        self.plain && self.verbosity == Verbosity::Verbose
     }
 
     /// Shows work that is not a stage of a session.
@@ -95,36 +108,19 @@ fn iterated(at: &FitIteration) -> String {
     format!("iteration {}: {:.1} mm off, moved {:.1} mm", at.iteration, at.residual * 1e3, at.moved * 1e3)
 }
 
-fn ran(report: &StageReport, verbosity: Verbosity) -> String {
+fn ran(report: &StageReport) -> String {
     let time = report.secs.map(|s| secs(Duration::from_secs_f64(s))).unwrap_or_default();
-    let measures = if verbosity == Verbosity::Verbose { measures_text(report) } else { main_measures(report) };
+    let measures = measures_text(report);
     let separator = if measures.is_empty() { "" } else { ": " };
     let why = why_text(&report.why).map(|why| format!("  [{why}]")).unwrap_or_default();
-    format!("{:<12} {:<9} {time:>8}{separator}{measures}{why}", report.step, report.stage.to_string())
+    let findings: String = report.findings.iter().map(|finding| format!("\n    {finding}")).collect();
+    format!("  {:<12} {:<9} {time:>8}{separator}{measures}{why}{findings}", report.step, report.stage.to_string())
 }
 
 /// Why a stage is out of date; empty for a stage that never ran.
 pub(super) fn why_text(why: &[Reason]) -> Option<String> {
     let said: Vec<String> = why.iter().filter(|r| r.cause != Cause::NeverRan).map(Reason::to_string).collect();
     (!said.is_empty()).then(|| said.join(", "))
-}
-
-/// The measures that show whether a stage succeeded; `-v` prints all.
-const MAIN_MEASURES: [&str; 9] = [
-    "frames",
-    "vertices",
-    "faces",
-    "residual_mean_mm",
-    "outside_percent",
-    "garment_vertices",
-    "hem_loops",
-    "inside_after",
-    "intersecting_pairs",
-];
-
-fn main_measures(report: &StageReport) -> String {
-    let main = MAIN_MEASURES.iter().filter_map(|name| Some(measure_text(name, *report.measures.get(*name)?)));
-    main.chain(not_converged(report)).collect::<Vec<_>>().join(", ")
 }
 
 /// All measures with their units in one line.
@@ -143,14 +139,6 @@ fn not_converged(report: &StageReport) -> Option<String> {
 fn measure_text(measure: &str, value: f64) -> String {
     let (name, unit) = name_and_unit(measure);
     format!("{name} {}{unit}", number(value))
-}
-
-/// The name of a measure, and its unit, which is the name's suffix.
-pub(super) fn name_and_unit(measure: &str) -> (String, &'static str) {
-    let units = [("_mm", " mm"), ("_percent", " %"), ("_deg", "°")];
-    let found = units.iter().find_map(|(suffix, unit)| Some((measure.strip_suffix(suffix)?, *unit)));
-    let (name, unit) = found.unwrap_or((measure, ""));
-    (name.replace('_', " "), unit)
 }
 
 fn number(value: f64) -> String {

@@ -3,6 +3,7 @@
 use super::console::{Done, Verbosity, print_aside, secs};
 use super::context::Context;
 use super::progress::Progress;
+use super::verdicts;
 use crate::session::{Assignment, Batch, Replay, Replayed, SessionError, SubjectRun, replay, replay_all};
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -27,12 +28,17 @@ pub(super) struct ReplayArgs {
     /// With --subjects: replace a summary.csv that Overcoat did not write
     #[arg(long, requires = "subjects")]
     force: bool,
+    /// Exit with 1 unless every step is good
+    #[arg(long)]
+    strict: bool,
 }
 
 pub(super) fn run(args: ReplayArgs, context: &Context) -> anyhow::Result<Done> {
     let set = args.set.iter().map(|text| Assignment::parse(text)).collect::<Result<Vec<_>, SessionError>>()?;
     match args.subjects {
-        None => one(Replay { recipe: args.recipe, into: args.into, set, set_from: PathBuf::new() }, context),
+        None => {
+            one(Replay { recipe: args.recipe, into: args.into, set, set_from: PathBuf::new() }, args.strict, context)
+        }
         Some(subjects) => many(
             Batch {
                 recipe: args.recipe,
@@ -43,15 +49,16 @@ pub(super) fn run(args: ReplayArgs, context: &Context) -> anyhow::Result<Done> {
                 jobs: args.jobs as usize,
                 force: args.force,
             },
+            args.strict,
             context,
         ),
     }
 }
 
-fn one(request: Replay, context: &Context) -> anyhow::Result<Done> {
+fn one(request: Replay, strict: bool, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     let mut progress = Progress::of_stages(&context.console, 1);
-    let Replayed { reports, left_out } = replay(&request, &mut |event| progress.show(event))?;
+    let Replayed { reports, verdicts, left_out } = replay(&request, &mut |event| progress.show(event))?;
     progress.end();
     let ran = reports.iter().filter(|r| r.ran).count();
     let json = json!({
@@ -59,11 +66,12 @@ fn one(request: Replay, context: &Context) -> anyhow::Result<Done> {
         "recipe": request.recipe.display().to_string(),
         "ran": ran,
         "left_out": left_out,
+        "steps": verdicts,
         "stages": reports,
         "secs": began.elapsed().as_secs_f64(),
     });
     let (recipe, into) = (request.recipe.display(), request.into.display());
-    Ok(Done::new("replay", json)
+    let done = Done::new("replay", json)
         .lines(left_out.iter().map(|what| format!("left out {what}")))
         .line(format!(
             "replayed {recipe} into {into}: {ran} of {} stages ran, in {}",
@@ -71,10 +79,11 @@ fn one(request: Replay, context: &Context) -> anyhow::Result<Done> {
             secs(began.elapsed())
         ))
         .next(format!("overcoat -C {into} status"))
-        .next(format!("overcoat -C {into} export character.glb")))
+        .next(format!("overcoat -C {into} export character.glb"));
+    Ok(if strict { verdicts::required_good(done, &verdicts, context) } else { done })
 }
 
-fn many(batch: Batch, context: &Context) -> anyhow::Result<Done> {
+fn many(batch: Batch, strict: bool, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     let is_reported = context.console.verbosity > Verbosity::Quiet;
     let runs = replay_all(&batch, &|run| {
@@ -107,15 +116,34 @@ fn many(batch: Batch, context: &Context) -> anyhow::Result<Done> {
         done = done
             .failed(what, "correct what is reported and run the same command again: it continues with what is missing");
     }
+    let doubtful: Vec<&str> = runs.iter().filter(|run| !is_good(run)).map(|run| run.name.as_str()).collect();
+    if strict && done.failed.is_none() && !doubtful.is_empty() {
+        let what = format!(
+            "{} of {} people have steps that are not good: {}",
+            doubtful.len(),
+            runs.len(),
+            doubtful.join(", ")
+        );
+        done = done.failed(what, "look at these sessions with `overcoat -C DIR status`");
+    }
     Ok(done)
 }
 
+/// The verdicts of a person's steps: `good`, or those that are not.
 fn result_of(run: &SubjectRun) -> String {
     match &run.outcome {
-        Ok(replayed) if replayed.left_out.is_empty() => "ok".into(),
-        Ok(replayed) => format!("ok, left out {}", replayed.left_out.join("; ")),
-        Err(sentence) => sentence.clone(),
+        Ok(replayed) => {
+            let doubtful = replayed.verdicts.iter().filter(|v| !v.verdict.is_good()).map(verdicts::line);
+            let left_out = replayed.left_out.iter().map(|what| format!("left out {what}"));
+            let parts: Vec<String> = doubtful.chain(left_out).collect();
+            if parts.is_empty() { "good".into() } else { parts.join(" | ") }
+        }
+        Err(sentence) => format!("failed: {sentence}"),
     }
+}
+
+fn is_good(run: &SubjectRun) -> bool {
+    run.outcome.as_ref().is_ok_and(|replayed| replayed.verdicts.iter().all(|v| v.verdict.is_good()))
 }
 
 /// A column of the table: its heading, the measure of any stage, and how several values are combined.
@@ -161,7 +189,7 @@ fn as_json(run: &SubjectRun) -> Value {
         Ok(replayed) => json!({
             "name": run.name, "ok": true, "secs": secs(run.took),
             "ran": replayed.reports.iter().filter(|r| r.ran).count(),
-            "left_out": replayed.left_out, "stages": replayed.reports,
+            "left_out": replayed.left_out, "steps": replayed.verdicts, "stages": replayed.reports,
         }),
         Err(sentence) => json!({ "name": run.name, "ok": false, "secs": secs(run.took), "error": sentence }),
     }

@@ -2,8 +2,8 @@
 
 use super::console::{Done, Verbosity, secs};
 use super::context::Context;
-use super::progress::{measures_text, name_and_unit, why_text};
-use crate::session::{BodyModelSource, Judged, Session, Stage, StepStatus, Verdict};
+use super::progress::{measures_text, why_text};
+use crate::session::{Attained, BodyModelSource, Judged, Session, Stage, StepStatus, Verdict, name_and_unit};
 use serde_json::json;
 use std::time::{Duration, Instant};
 
@@ -73,20 +73,29 @@ fn picture(step: &StepStatus, verbose: bool) -> Vec<String> {
     };
     let stages = Stage::of_step(step.template.is_none());
     let chain: Vec<String> = stages.iter().map(|&s| format!("{} {s}", mark(step, s))).collect();
+    let verdict = match &step.verdict {
+        Some(verdict) => verdict.to_string(),
+        None => "out of date".into(),
+    };
     let mut lines = vec![
         String::new(),
-        format!("{}{kind}  ({}{masks})", step.name, file.unwrap_or_default()),
-        format!("  {}", chain.join(" ── ")),
+        format!("{}: {verdict}", step.name),
+        format!("  {}{kind}{masks}", file.unwrap_or_default()),
     ];
+    lines.extend(step.warnings.iter().skip(1).map(|warning| format!("  also: {warning}")));
+    if verbose || step.verdict.is_none() || matches!(step.verdict, Some(Verdict::Failed(_))) {
+        lines.push(format!("  {}", chain.join(" ── ")));
+    }
     if step.scan_changed {
         lines.push("  the file is missing or was changed after the scan; the session uses its own copy".into());
     }
-    for (stage, why) in &step.why {
+    let failed = matches!(step.verdict, Some(Verdict::Failed(_)));
+    for (stage, why) in step.why.iter().filter(|_| !failed) {
         let why = why_text(why).unwrap_or_else(|| "never ran".into());
         lines.push(format!("  □ {stage}: {why}"));
     }
-    lines.extend(step.judged.iter().map(measure_line));
     if verbose {
+        lines.extend(step.judged.iter().map(measure_line));
         for report in &step.standing {
             let time = report.secs.map(|s| secs(Duration::from_secs_f64(s))).unwrap_or_default();
             lines.push(format!("    {:<9} {time:>8}  {}", report.stage.to_string(), measures_text(report)));
@@ -96,15 +105,15 @@ fn picture(step: &StepStatus, verbose: bool) -> Vec<String> {
 }
 
 fn measure_line(judged: &Judged) -> String {
-    let verdict = match judged.verdict {
-        Verdict::Goal => "✓",
-        Verdict::First => "~",
-        Verdict::Missed => "✗ missed",
+    let mark = match judged.attained {
+        Attained::Goal => "✓",
+        Attained::Acceptable => "acceptable",
+        Attained::Missed => "✗",
     };
     let value =
         if judged.value.fract() == 0.0 { format!("{:.0}", judged.value) } else { format!("{:.2}", judged.value) };
     let (name, unit) = name_and_unit(&judged.measure);
-    format!("    {:<9} {name:<20} {value:>8}{unit}   {judged}{unit} {verdict}", judged.stage)
+    format!("    {:<9} {name:<20} {value:>8}{unit}   {judged}{unit} {mark}", judged.stage)
 }
 
 fn foot(steps: &[StepStatus], began: Instant) -> String {
@@ -121,7 +130,7 @@ fn foot(steps: &[StepStatus], began: Instant) -> String {
     }
 }
 
-/// What to do next: what is missing, then what is not good enough, then what comes after.
+/// What to do next: what is missing, then what is in doubt, then what comes after.
 fn next(steps: &[StepStatus], context: &Context) -> Vec<String> {
     if steps.is_empty() {
         return vec![context.overcoat("scan body FILE")];
@@ -129,23 +138,8 @@ fn next(steps: &[StepStatus], context: &Context) -> Vec<String> {
     if steps.iter().any(|s| !s.stale.is_empty()) {
         return vec![context.overcoat("build")];
     }
-    let missed = steps.iter().flat_map(|s| s.judged.iter().map(move |j| (s, j)));
-    let missed = missed.filter(|(_, j)| j.verdict == Verdict::Missed);
-    let mut next: Vec<String> = missed.map(|(step, judged)| context.overcoat(&remedy(&step.name, judged))).collect();
-    next.dedup();
-    if !next.is_empty() {
-        next.insert(0, context.overcoat("view --sheet sheet.png"));
-        return next;
+    if steps.iter().any(|s| s.verdict.as_ref().is_some_and(|verdict| !verdict.is_good())) {
+        return vec![context.overcoat("view --sheet sheet.png")];
     }
     vec![context.overcoat("export character.glb"), context.overcoat("scan NAME FILE --template …")]
-}
-
-/// What may help where a measure is not what is asked of it.
-fn remedy(step: &str, judged: &Judged) -> String {
-    match judged.stage {
-        Stage::Fit | Stage::Register => format!("scan {step} FILE --replace"),
-        Stage::Pose => format!("fit {step} --greatest-offset 0.01"),
-        Stage::Stack => format!("stack {step} --clearance 0.003"),
-        _ => format!("mask {step} STROKES.jsonl"),
-    }
 }

@@ -227,7 +227,7 @@ impl<'a> Watch<'a> {
         let began = Instant::now();
         let rebuilt = match self.args.cut_only {
             true => 0,
-            false => writer.build(&Forced::Nothing, &mut |_| {})?.iter().filter(|r| r.ran).count(),
+            false => writer.build(&Forced::Nothing, &mut |_| {})?.reports.iter().filter(|r| r.ran).count(),
         };
         drop(writer);
         self.show(rebuilt, began)?;

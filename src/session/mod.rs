@@ -27,8 +27,8 @@ mod stages;
 mod store;
 
 pub use change::{
-    Batch, Damage, FsckReport, MaskInfo, MaskReport, NewScan, Recut, Repair, Replay, Replayed, StageRequest, StageRun,
-    StepInfo, StepStatus, SubjectRun, fsck, replay, replay_all,
+    Batch, Built, Damage, FsckReport, MaskInfo, MaskReport, NewScan, Recut, Repair, Replay, Replayed, StageRequest,
+    StageRun, StepInfo, SubjectRun, fsck, replay, replay_all,
 };
 pub use error::SessionError;
 pub use open::{BodyModelSource, Draft, NewSession, Session, Writer, create, read_body_model, read_input};
@@ -37,11 +37,11 @@ pub use recipe::{
     Assignment, BODY_STEP, BodySurface, Parameter, Recipe, SourceFile, StepPlace, StepRecipe, parameters_of,
 };
 pub use results::LiveView;
-pub use results::{Content, ExportRequest, Judged, NewFolder, Outputs, ShowIn, SubjectOrigin, TruthReport, Verdict};
+pub use results::{Content, ExportRequest, NewFolder, Outputs, ShowIn, StepStatus, SubjectOrigin, TruthReport};
 pub use stage::Stage;
 pub use stage_error::StageError;
-pub use stages::{Cause, Event, Forced, Reason, StageReport};
+pub use stages::{Attained, Cause, Event, Forced, Judged, Reason, StageReport, StepVerdict, Verdict};
 pub use store::{
-    Branch, Change, ContentHash, Entry, History, Kept, MAIN_BRANCH, Measures, Memory, Move, StageRecord, State,
-    StepRecord, Store, Timings,
+    Branch, Change, ContentHash, Entry, Failure, History, Kept, MAIN_BRANCH, Measures, Memory, Move, StageRecord,
+    State, StepRecord, Store, Timings, Warning, name_and_unit,
 };

@@ -30,7 +30,10 @@ pub(super) fn lines(step: &StepStatus) -> Vec<String> {
     let read_first = |stage: Stage| matches!(stage, Stage::Scan | Stage::Cut);
     let findings: Vec<&String> =
         step.standing.iter().filter(|r| read_first(r.stage)).flat_map(|r| &r.findings).collect();
-    let mut lines = vec![format!("{}: {}.", step.name, parts.join("; "))];
+    let verdict = step.verdict.as_ref().map_or_else(|| "not built".to_string(), |verdict| verdict.to_string());
+    let mut lines = vec![format!("{}: {verdict}", step.name)];
+    lines.extend(step.warnings.iter().skip(1).map(|warning| format!("  also: {warning}")));
+    lines.push(format!("  {}", parts.join("; ")));
     lines.extend(findings.iter().map(|f| format!("  {f}")));
     lines.push(match step.template {
         None => "Check it with `view`: is the whole body there, and every limb in place? If not, type `again`.".into(),

@@ -78,7 +78,9 @@ pub fn fit_inside(
     }
     log.extend(violation.summary(&figure.skeleton, &figure.body().weights));
     log.extend(agreement.summary());
-    log.extend(problem.unseen_head(&posed).map(String::from));
+    let unseen_head = problem.unseen_head(&posed);
+    let head_is_seen = unseen_head.is_none();
+    log.extend(unseen_head.map(String::from));
     if !found.converged {
         log.push(format!("did not converge in {} iterations: check the result", found.iterations));
     }
@@ -96,6 +98,8 @@ pub fn fit_inside(
         confidence: agreement.explained * agreement.seen * (1.0 - violation.outside_share),
         explained_share: agreement.explained,
         seen_share: agreement.seen,
+        unseen,
+        head_is_seen,
         log,
     }
     .with_doubt();

@@ -1,5 +1,6 @@
 //! How a fit inside a scan went.
 
+use crate::body::JointId;
 use crate::fit::confidence::{CONFIDENT, doubt};
 use serde::{Deserialize, Serialize};
 
@@ -28,6 +29,10 @@ pub struct InsideReport {
     pub explained_share: f64,
     /// Area share of the figure's visible surface that lies on the scan.
     pub seen_share: f64,
+    /// Limbs that the scan does not show, each by the joint at which it begins; they keep the previous step's pose.
+    pub unseen: Vec<JointId>,
+    /// Whether the scan shows the head.
+    pub head_is_seen: bool,
     /// Events and warnings, one per line.
     pub log: Vec<String>,
 }

@@ -38,7 +38,9 @@ pub(super) fn with_report(
     let model = problem.model;
     let (residual_mean, residual_p95) = agreement.residual;
     log.extend(unexplained_summary(&agreement, &model.weights, &model.skeleton));
-    log.extend(unseen_head(problem, index));
+    let unseen_head = unseen_head(problem, index);
+    let head_is_seen = unseen_head.is_none();
+    log.extend(unseen_head);
     if !found.converged {
         log.push(format!("did not converge in {} iterations: check the result", found.iterations));
     }
@@ -51,6 +53,7 @@ pub(super) fn with_report(
         confidence: agreement.confidence(),
         explained_share: agreement.explained,
         seen_share: agreement.seen,
+        head_is_seen,
         log,
     }
     .with_doubt();

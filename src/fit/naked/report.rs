@@ -20,6 +20,8 @@ pub struct NakedReport {
     pub explained_share: f64,
     /// Area share of the fitted surface that lies on the scan.
     pub seen_share: f64,
+    /// Whether the scan shows the head; if not, the head is the model's.
+    pub head_is_seen: bool,
     /// Events and warnings, one per line.
     pub log: Vec<String>,
 }

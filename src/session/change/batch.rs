@@ -168,7 +168,7 @@ fn seen_from(folder: &Path, key: &str, value: &str, recipe: &crate::session::rec
     Assignment { key: key.into(), value }
 }
 
-/// All measures of all subjects, without run times: every run gives the same bytes.
+/// The verdicts and all measures of all subjects, without run times: every run gives the same bytes.
 fn summary_csv(runs: &[SubjectRun]) -> Result<String, SessionError> {
     let named = |report: &StageReport, measure: &str| format!("{}.{}.{measure}", report.step, report.stage);
     let mut columns = BTreeSet::new();
@@ -177,6 +177,10 @@ fn summary_csv(runs: &[SubjectRun]) -> Result<String, SessionError> {
     }
     let mut out = csv::Writer::from_writer(Vec::new());
     let failed = |e: csv::Error| SessionError::Encoding { reason: e.to_string() };
+    let steps: BTreeSet<&str> = (runs.iter().filter_map(|run| run.outcome.as_ref().ok()))
+        .flat_map(|replayed| replayed.verdicts.iter().map(|v| v.step.as_str()))
+        .collect();
+    let columns: Vec<String> = steps.iter().map(|step| format!("{step}.verdict")).chain(columns).collect();
     let head = ["subject".to_string(), "result".into()];
     out.write_record(head.iter().chain(&columns)).map_err(failed)?;
     for run in runs {
@@ -184,13 +188,16 @@ fn summary_csv(runs: &[SubjectRun]) -> Result<String, SessionError> {
         let mut measured = BTreeMap::new();
         match &run.outcome {
             Ok(replayed) => {
-                cells.push("ok".into());
+                let is_good = replayed.verdicts.iter().all(|v| v.verdict.is_good());
+                cells.push(if is_good { "good" } else { "check" }.into());
+                let verdicts = replayed.verdicts.iter();
+                measured.extend(verdicts.map(|v| (format!("{}.verdict", v.step), v.verdict.to_string())));
                 for report in &replayed.reports {
                     measured
                         .extend(report.measures.iter().map(|(name, value)| (named(report, name), value.to_string())));
                 }
             }
-            Err(sentence) => cells.push(sentence.clone()),
+            Err(sentence) => cells.push(format!("failed: {sentence}")),
         }
         cells.extend(columns.iter().map(|column| measured.remove(column).unwrap_or_default()));
         out.write_record(&cells).map_err(failed)?;

@@ -1,9 +1,9 @@
 //! Fsck: checks every artefact that a session names, and rebuilds what is damaged or missing from the recipe.
 
-use super::build::not_built_is_fine;
 use crate::session::error::SessionError;
 use crate::session::open::{Session, Snapshot, source, state_path};
 use crate::session::recipe::SourceFile;
+use crate::session::results::not_built_is_fine;
 use crate::session::stages::{Event, Repaired, Walk, pipeline};
 use crate::session::store::{
     Change, ContentHash, Health, History, Lock, MANIFEST, Manifest, Store, journal, sweep, write_whole,

@@ -12,7 +12,7 @@ mod single_stage;
 
 pub use add_scan::NewScan;
 pub use batch::{Batch, SubjectRun, replay_all};
-pub use build::StepStatus;
+pub use build::Built;
 pub use edit_steps::StepInfo;
 pub use fsck::{Damage, FsckReport, Repair, fsck};
 pub use masks::{MaskInfo, MaskReport};

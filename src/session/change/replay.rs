@@ -1,12 +1,13 @@
 //! Replay: a recipe run in a new session, on the same scans or on others.
 
+use super::build::Built;
 use crate::segment::Marks;
 use crate::session::error::SessionError;
 use crate::session::open::{Session, Writer, check_body_model, source};
 use crate::session::recipe::{
     Assignment, LeftOut, MaskFile, Recipe, SourceFile, StepRecipe, assignment, from_here, relative_to,
 };
-use crate::session::stages::{Event, Forced, StageReport, cleaned_scan};
+use crate::session::stages::{Event, Forced, StageReport, StepVerdict, cleaned_scan};
 use crate::session::store::{ContentHash, Store};
 use std::path::{Path, PathBuf};
 
@@ -28,6 +29,8 @@ pub struct Replay {
 pub struct Replayed {
     /// The stages that ran or were up to date.
     pub reports: Vec<StageReport>,
+    /// The verdict on each step.
+    pub verdicts: Vec<StepVerdict>,
     /// What was left out of the recipe, and why.
     pub left_out: Vec<String>,
 }
@@ -55,8 +58,8 @@ pub(in crate::session) fn read_recipe(path: &Path) -> Result<(Recipe, PathBuf), 
 pub fn replay(replay: &Replay, on_event: &mut dyn FnMut(&Event)) -> Result<Replayed, SessionError> {
     let prepared = prepare(replay)?;
     let mut writer = open_or_create(&replay.into, &prepared)?;
-    let reports = writer.build(&Forced::Nothing, on_event)?;
-    Ok(Replayed { reports, left_out: prepared.left_out })
+    let Built { reports, verdicts } = writer.build(&Forced::Nothing, on_event)?;
+    Ok(Replayed { reports, verdicts, left_out: prepared.left_out })
 }
 
 fn prepare(replay: &Replay) -> Result<Prepared, SessionError> {

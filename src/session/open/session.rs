@@ -4,8 +4,8 @@ use crate::session::error::SessionError;
 use crate::session::recipe::{Recipe, from_here};
 use crate::session::stage::Stage;
 use crate::session::store::{
-    BrokenLine, Change, ContentHash, History, Lock, Move, State, Store, Timings, UNFINISHED, journal, place_whole,
-    read_file, sweep, sync_folder, write_whole,
+    BrokenLine, Change, ContentHash, Failures, History, Lock, Move, State, Store, Timings, UNFINISHED, journal,
+    place_whole, read_file, sweep, sync_folder, write_whole,
 };
 use std::path::{Path, PathBuf};
 
@@ -16,6 +16,7 @@ pub struct Session {
     pub(in crate::session) recipe: Recipe,
     pub(in crate::session) state: State,
     pub(in crate::session) timings: Timings,
+    pub(in crate::session) failures: Failures,
     /// The recipe's text, with the user's comments and order.
     pub(in crate::session) recipe_text: String,
     pub(in crate::session) history: History,
@@ -108,6 +109,7 @@ impl Session {
             recipe,
             state,
             timings: Timings::read(dir),
+            failures: Failures::read(dir),
             recipe_text: files.recipe,
             history,
             last,
@@ -126,6 +128,7 @@ impl Session {
             recipe: Recipe::parse(&texts.recipe, &recipe_path(&self.dir))?,
             state: State::parse(&texts.state, &state_path(&self.dir))?,
             timings: Timings::default(),
+            failures: Failures::default(),
             recipe_text: texts.recipe.clone(),
             history: History::default(),
             last: None,
@@ -185,7 +188,7 @@ impl Session {
 /// The files that an interrupted `new` may leave in an empty folder.
 fn is_leftover(name: &std::ffi::OsStr) -> bool {
     let name = name.to_string_lossy();
-    ["lock", "artefacts", "timings.json"].contains(&name.as_ref()) || name.starts_with(UNFINISHED)
+    ["lock", "artefacts", "timings.json", "failures.json"].contains(&name.as_ref()) || name.starts_with(UNFINISHED)
 }
 
 fn cut_off_notice(dir: &Path, broken: &BrokenLine, before: Option<&Change>) -> String {
@@ -259,6 +262,7 @@ impl Writer {
                 recipe,
                 state,
                 timings: Timings::default(),
+                failures: Failures::default(),
                 recipe_text,
                 history: History::default(),
                 last: None,

@@ -22,7 +22,7 @@ mod recording;
 mod scan_recording;
 mod sheet;
 mod show_in;
-pub(in crate::session) mod target;
+mod status;
 
 pub use export::ExportRequest;
 #[cfg(feature = "rerun")]
@@ -38,4 +38,5 @@ pub use outputs::{Content, NewFolder, Outputs};
 #[cfg(feature = "rerun")]
 pub(in crate::session) use scan_recording::ScanRecording;
 pub use show_in::ShowIn;
-pub use target::{Judged, Verdict};
+pub use status::StepStatus;
+pub(in crate::session) use status::not_built_is_fine;

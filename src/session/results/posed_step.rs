@@ -41,6 +41,16 @@ impl Session {
         self.recipe.steps.iter().zip(&results).map(|(step, results)| self.posed_step(step, results)).collect()
     }
 
+    /// The steps before the first that is not built. Runs nothing.
+    pub(in crate::session) fn posed_steps_so_far(&self) -> Result<Vec<PosedStep>, SessionError> {
+        let (results, ended) = pipeline::steps_so_far(&mut Walk::look(self), None);
+        match ended {
+            Ok(()) | Err(SessionError::NotBuilt { .. }) => {}
+            Err(error) => return Err(error),
+        }
+        self.recipe.steps.iter().zip(&results).map(|(step, results)| self.posed_step(step, results)).collect()
+    }
+
     fn posed_step(&self, step: &StepRecipe, results: &StepResults) -> Result<PosedStep, SessionError> {
         let scan = self.store.load(results.result::<stages::Scan>()?)?;
         let (step, figure) = (step.clone(), self.figure(results.figure()?)?);

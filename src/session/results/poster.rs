@@ -33,8 +33,10 @@ const POSE: [(HumanJoint, [f64; 3]); 14] = [
 impl Session {
     /// Draws the scans, the separated layers and the figure in a new pose, and writes a PNG.
     pub fn write_poster(&self, path: &Path, outputs: &mut Outputs) -> Result<(), SessionError> {
-        let steps = self.posed_steps(None)?;
-        let Some(last) = steps.last() else { return Ok(()) };
+        let steps = self.posed_steps_so_far()?;
+        let Some(last) = steps.last() else {
+            return self.posed_steps(None).map(drop);
+        };
         let seen: Vec<SeenStep> = steps.iter().map(SeenStep::of).collect();
         let mut scans = Vec::new();
         for (k, (posed, seen)) in steps.iter().zip(&seen).enumerate() {
@@ -55,11 +57,12 @@ impl Session {
         let posed_parts = posed.iter().enumerate().map(|(k, mesh)| painted(mesh, k));
         let posed_parts = posed_parts.collect::<Result<Vec<_>, SessionError>>()?;
         let drawn = poster(&Poster {
-            title: "Scanned while dressing; peeled apart; ready to move".into(),
+            title: format!("{}: scans, layers, posed figure", self.name()),
             subtitle: format!(
-                "{} scans in, one more garment each; out come {} surfaces that do not cut each other, on one skeleton",
+                "{} scans, one more garment each; {} layers on one skeleton; {}",
                 steps.len(),
-                figure.layers.len()
+                figure.layers.len(),
+                self.counted_crossings()?
             ),
             scans,
             layers,
@@ -67,6 +70,18 @@ impl Session {
             figure_caption: "all layers, posed by their weights".into(),
         });
         outputs.write(path, Content::Picture, |out| drawn.write_png(out))
+    }
+}
+
+impl Session {
+    /// What stacking counted in the bind pose, over all layers.
+    fn counted_crossings(&self) -> Result<String, SessionError> {
+        let reports = self.status()?.into_iter().flat_map(|step| step.standing);
+        let pairs: f64 = reports.filter_map(|report| report.measures.get("intersecting_pairs").copied()).sum();
+        Ok(match pairs as usize {
+            1 => "1 crossing between layers in the bind pose".into(),
+            n => format!("{n} crossings between layers in the bind pose"),
+        })
     }
 }
 

@@ -2,12 +2,15 @@
 
 use super::outputs::{Content, Outputs};
 use super::posed_step::PosedStep;
+use super::status::StepStatus;
 use crate::body::JointId;
 use crate::geometry::{PerVertex, Point, TriMesh};
+use crate::scan::Scan;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::stages::StageReport;
-use crate::view::{Paint, Part, Sheet, SheetRow, contact_sheet, layer_color};
+use crate::session::stages::{Verdict, Walk, scan_of};
+use crate::session::store::name_and_unit;
+use crate::view::{Cell, Facing, Paint, Part, Sheet, SheetRow, contact_sheet, layer_color};
 use nalgebra::{Rotation3, Vector3};
 use std::path::Path;
 
@@ -18,19 +21,27 @@ impl Session {
         name.unwrap_or_else(|| "session".into())
     }
 
-    /// Draws every built step, scan beside result, and the layers in the bind pose, and writes a PNG.
+    /// Draws every step, scan beside result, and the layers in the bind pose, and writes a PNG. Of a step that failed or waits
+    /// it draws the scan.
+    ///
+    /// **Errors** if there is no scan yet, or if `path` cannot be written.
     pub fn write_sheet(&self, path: &Path, outputs: &mut Outputs) -> Result<(), SessionError> {
-        let steps = self.posed_steps(None)?;
-        let reports: Vec<StageReport> = self.status()?.into_iter().flat_map(|s| s.standing).collect();
+        let status = self.status()?;
+        if status.is_empty() {
+            return Err(SessionError::NoScans { dir: self.dir().to_path_buf() });
+        }
+        let steps = self.posed_steps_so_far()?;
         let seen: Vec<SeenStep> = steps.iter().map(SeenStep::of).collect();
+        let scans = self.scans_of_steps_from(steps.len())?;
         let mut rows = Vec::new();
-        for (posed, seen) in steps.iter().zip(&seen) {
-            rows.push(SheetRow::step(
-                &posed.step.name,
-                notes(&reports, &posed.step.name),
-                &[seen.scan()?],
-                &seen.layers(),
-            ));
+        for (status, seen) in status.iter().zip(&seen) {
+            rows.push(SheetRow::step(&status.name, notes(status), &[seen.scan()?], &seen.layers()));
+        }
+        for (status, scan) in status.iter().skip(steps.len()).zip(&scans) {
+            let part: Vec<Part> = scan.iter().map(painted_scan).collect::<Result<_, _>>()?;
+            let cells =
+                vec![Cell::new("scan, front", &part, Facing::Front), Cell::new("scan, side", &part, Facing::Side)];
+            rows.push(SheetRow { title: status.name.clone(), notes: notes(status), cells, ramp: None });
         }
         if let Some(last) = steps.last() {
             let layers = last.figure.layers.iter().enumerate();
@@ -38,9 +49,31 @@ impl Session {
                 layers.map(|(i, layer)| (layer.name.clone(), Part::solid(&layer.mesh, layer_color(i)))).collect();
             rows.push(SheetRow::layers("layers", vec!["in the bind pose".into()], &parts));
         }
-        let names: Vec<&str> = steps.iter().map(|s| s.step.name.as_str()).collect();
+        let names: Vec<&str> = status.iter().map(|s| s.name.as_str()).collect();
         let sheet = Sheet::new(self.name(), names.join(", "), rows);
         outputs.write(path, Content::Picture, |out| contact_sheet(&sheet).write_png(out))
+    }
+}
+
+impl Session {
+    /// The scans of the steps from `first` on, as far as they have been read.
+    fn scans_of_steps_from(&self, first: usize) -> Result<Vec<Option<Scan>>, SessionError> {
+        let mut walk = Walk::look(self);
+        let steps = self.recipe.steps.iter().skip(first);
+        let scan = |step| match scan_of(&mut walk, step) {
+            Ok(kept) => self.store.load(kept).map(Some),
+            Err(SessionError::NotBuilt { .. }) => Ok(None),
+            Err(error) => Err(error),
+        };
+        steps.map(scan).collect()
+    }
+}
+
+fn painted_scan(scan: &Scan) -> Result<Part<'_>, SessionError> {
+    match &scan.colors {
+        None => Ok(Part::solid(&scan.mesh, layer_color(0))),
+        Some(colors) => Part::try_new(&scan.mesh, Paint::PerVertex(colors))
+            .map_err(|e| SessionError::bad_source(Path::new("scan"), e)),
     }
 }
 
@@ -113,14 +146,15 @@ const NOTED: [&str; 8] = [
     "intersecting_pairs",
 ];
 
-fn notes(reports: &[StageReport], step: &str) -> Vec<String> {
-    let of_step = reports.iter().filter(|r| r.step == step);
-    of_step
-        .flat_map(|r| r.measures.iter().map(move |(name, value)| (r.stage, name, value)))
-        .filter(|(_, name, _)| NOTED.contains(&name.as_str()))
-        .map(|(stage, name, value)| match value.fract() {
-            0.0 => format!("{stage} {}\t{value:.0}", name.replace('_', " ")),
-            _ => format!("{stage} {}\t{value:.2}", name.replace('_', " ")),
-        })
-        .collect()
+/// The verdict and the other doubts, then the measures that a person reads first.
+fn notes(status: &StepStatus) -> Vec<String> {
+    let verdict = status.verdict.as_ref().map_or_else(|| "out of date".into(), Verdict::to_string);
+    let measures =
+        status.standing.iter().flat_map(|r| r.measures.iter().map(move |(name, value)| (r.stage, name, value)));
+    let noted = measures.filter(|(_, name, _)| NOTED.contains(&name.as_str())).map(|(stage, name, value)| {
+        let (name, unit) = name_and_unit(name);
+        let digits = if value.fract() == 0.0 { 0 } else { 2 };
+        format!("{stage} {name}\t{value:.digits$}{unit}")
+    });
+    std::iter::once(verdict).chain(status.warnings.iter().skip(1).cloned()).chain(noted).collect()
 }

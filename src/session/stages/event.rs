@@ -1,10 +1,11 @@
 //! Progress and outcome of a stage.
 
 use super::reason::Reason;
+use super::verdict::StepVerdict;
 use crate::fit;
 use crate::scan::{FusionStep, Scan};
 use crate::session::stage::Stage;
-use crate::session::store::Measures;
+use crate::session::store::{Measures, Warning};
 use serde::Serialize;
 
 /// An event during a walk through the stages.
@@ -48,6 +49,8 @@ pub enum Event<'a> {
     Ran(&'a StageReport),
     /// A stage was up to date.
     UpToDate(&'a StageReport),
+    /// All stages of a step are up to date.
+    StepDone(&'a StepVerdict),
 }
 
 /// Report about a stage after a walk.
@@ -68,6 +71,8 @@ pub struct StageReport {
     pub measures: Measures,
     /// Assumptions and observations, one sentence each.
     pub findings: Vec<String>,
+    /// What is in doubt about the result.
+    pub warnings: Vec<Warning>,
 }
 
 /// The stages that run even if they are up to date.
@@ -97,11 +102,12 @@ pub(in crate::session) struct Outcome<T> {
     pub value: T,
     pub measures: Measures,
     pub findings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 impl<T> Outcome<T> {
     pub fn of(value: T) -> Self {
-        Self { value, measures: Measures::new(), findings: Vec::new() }
+        Self { value, measures: Measures::new(), findings: Vec::new(), warnings: Vec::new() }
     }
 
     pub fn measured(mut self, name: &str, value: f64) -> Self {
@@ -114,6 +120,11 @@ impl<T> Outcome<T> {
 
     pub fn found(mut self, findings: impl IntoIterator<Item = String>) -> Self {
         self.findings.extend(findings);
+        self
+    }
+
+    pub fn warned(mut self, warnings: impl IntoIterator<Item = Warning>) -> Self {
+        self.warnings.extend(warnings);
         self
     }
 }

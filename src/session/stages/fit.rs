@@ -10,12 +10,13 @@ use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::recipe::{StepRecipe, params_of};
 use crate::session::stage::Stage;
-use crate::session::store::Kept;
+use crate::session::store::{Kept, Warning};
 use serde_json::{Value, json};
 use std::rc::Rc;
 
 /// Advice for a naked scan without a limb.
-const USE_ALL_SCANS: &str = "a limb is not seen in this scan; if a later scan shows it, `overcoat fit body --shape-from all` takes it from there";
+const USE_ALL_SCANS: &str =
+    "scan again with the limb, or let a later scan that shows it add it: `overcoat fit body --shape-from all`";
 
 pub(in crate::session) struct Fit;
 
@@ -66,9 +67,29 @@ impl PipelineStage for Fit {
         let distances = (report.residual_mean, report.residual_p95);
         let outcome = with_measures(Outcome::of(fitted), distances, report.iterations, report.converged, &report.log)
             .measured("confidence", report.confidence);
-        let lacks_limbs = !unseen.is_empty() && later.is_empty();
-        let outcome = outcome.found(lacks_limbs.then(|| USE_ALL_SCANS.into()));
+        let outcome =
+            outcome.warned(doubts(report.converged, report.iterations, report.confidence, report.is_confident()));
+        let lacking = unseen.iter().filter(|_| later.is_empty()).map(|&limb| {
+            let name = model.skeleton.part_name(limb);
+            Warning::new(format!("the scan does not show the {name}, which comes from the model"), USE_ALL_SCANS)
+        });
+        let head = (!report.head_is_seen).then(|| {
+            Warning::new("the scan does not show the head, which comes from the model", "scan again with the head")
+        });
+        let outcome = outcome.warned(lacking).warned(head);
         Ok(if later.is_empty() { outcome } else { outcome.measured("scans_in_shape", scans as f64) })
+    }
+}
+
+/// What is in doubt about a fit.
+pub(super) fn doubts(converged: bool, iterations: usize, confidence: f64, is_confident: bool) -> Vec<Warning> {
+    let remedy = "compare body and scan in `view --sheet`, above all hands and feet; scan again if they differ";
+    let unfinished = || Warning::new(format!("the fit did not converge in {iterations} iterations"), remedy);
+    let low = || Warning::new(format!("scan and figure agree badly, confidence {confidence:.2} of 1"), remedy);
+    match (converged, is_confident) {
+        (false, _) => vec![unfinished()],
+        (true, false) => vec![low()],
+        (true, true) => Vec::new(),
     }
 }
 

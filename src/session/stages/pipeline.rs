@@ -23,20 +23,31 @@ for_each_stage!(dispatch);
 
 /// Walks through all steps, or up to the named one.
 pub(in crate::session) fn steps(walk: &mut Walk, last: Option<&str>) -> Result<Vec<StepResults>, SessionError> {
+    let (all, ended) = steps_so_far(walk, last);
+    ended.map(|()| all)
+}
+
+/// Like [`steps`], but gives the results of the steps before the first that has none, and why it has none.
+pub(in crate::session) fn steps_so_far(
+    walk: &mut Walk,
+    last: Option<&str>,
+) -> (Vec<StepResults>, Result<(), SessionError>) {
     let recipe = walk.session().recipe.clone();
     let mut all: Vec<StepResults> = Vec::new();
     for step in &recipe.steps {
         let mut context = StepContext::new(walk, step, all.last());
-        for &stage in Stage::of_step(step.is_body()) {
-            perform(stage, &mut context)?;
+        let stages = Stage::of_step(step.is_body());
+        if let Err(error) = stages.iter().try_for_each(|&stage| perform(stage, &mut context)) {
+            return (all, Err(error));
         }
         let results = context.results;
+        walk.end_step(step);
         all.push(results);
         if last == Some(step.name.as_str()) {
             break;
         }
     }
-    Ok(all)
+    (all, Ok(()))
 }
 
 /// Walks up to the cut of one garment.

@@ -1,7 +1,7 @@
 //! Pose: fits the figure so far inside the next scan.
 
 use super::event::{OnProgress, Outcome, StageProgress};
-use super::fit::with_measures;
+use super::fit::{doubts, with_measures};
 use super::pipeline_stage::{PipelineStage, StepContext, StepPose};
 use super::scan::Scan;
 use crate::body::Figure;
@@ -11,7 +11,7 @@ use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::recipe::{GarmentKind, StepRecipe, garment_kind, params_of};
 use crate::session::stage::Stage;
-use crate::session::store::Kept;
+use crate::session::store::{Kept, Warning};
 use serde_json::{Value, json};
 
 pub(in crate::session) struct Pose;
@@ -73,13 +73,22 @@ impl PipelineStage for Pose {
         let report = inside.report.clone();
         let deepest = inside.offsets.iter().fold(0.0_f64, |most, d| most.max(d.abs()));
         let distances = (report.residual_mean, report.residual_p95);
+        let remedy = "scan again with the whole person if the limb has moved";
+        let unseen: Vec<Warning> = (report.unseen.iter().map(|&limb| figure.skeleton.part_name(limb)))
+            .chain((!report.head_is_seen).then(|| "head".to_string()))
+            .map(|name| {
+                Warning::new(format!("the scan does not show the {name}, which keeps the previous pose"), remedy)
+            })
+            .collect();
         Ok(with_measures(Outcome::of(inside), distances, report.iterations, report.converged, &report.log)
             .measured("confidence", report.confidence)
             .measured("joint_change_mm", report.joint_change * 1e3)
             .measured("proximity_mm", report.proximity * 1e3)
             .measured("outside_percent", report.outside_share * 100.0)
             .measured("outside_depth_mm", report.outside_depth * 1e3)
-            .measured("greatest_offset_mm", deepest * 1e3))
+            .measured("greatest_offset_mm", deepest * 1e3)
+            .warned(unseen)
+            .warned(doubts(report.converged, report.iterations, report.confidence, report.is_confident())))
     }
 }
 

@@ -174,6 +174,7 @@ mod tests {
             output: hash,
             measures: Measures::new(),
             findings: vec![],
+            warnings: vec![],
         };
         let reported: Vec<String> = reasons(&record, Stage::Segment, 2, &new).iter().map(Reason::to_string).collect();
         assert_eq!(reported, ["until Hip → Knee", "the result of segment", "the masks", "color 1.0 → 0.5"]);

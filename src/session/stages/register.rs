@@ -13,7 +13,7 @@ use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::recipe::{StepRecipe, params_of};
 use crate::session::stage::Stage;
-use crate::session::store::Kept;
+use crate::session::store::{Kept, Warning};
 use serde_json::{Value, json};
 use std::rc::Rc;
 
@@ -63,6 +63,16 @@ impl PipelineStage for Register {
             .map_err(|e| SessionError::stage(&step.name, Stage::Register, e))?;
         let report = registered.report.clone();
         let distances = (report.residual_mean, report.residual_p95);
-        Ok(with_measures(Outcome::of(registered), distances, report.iterations, report.converged, &report.log))
+        let outcome =
+            with_measures(Outcome::of(registered), distances, report.iterations, report.converged, &report.log);
+        Ok(outcome.warned((!report.converged).then(|| {
+            Warning::new(
+                format!(
+                    "the registration still moved the surface by {:.2} mm in its last iteration",
+                    1e3 * report.last_move
+                ),
+                "compare body and scan in `view --sheet`",
+            )
+        })))
     }
 }

@@ -2,10 +2,12 @@
 
 use super::event::{Event, Forced, OnProgress, Outcome, StageProgress, StageReport};
 use super::reason::{Cause, Reason, reasons};
+use super::verdict::verdict_on;
 use crate::session::error::SessionError;
 use crate::session::open::{Session, Writer};
+use crate::session::recipe::StepRecipe;
 use crate::session::stage::Stage;
-use crate::session::store::{ContentHash, Health, Kept, SCHEMA, StageRecord};
+use crate::session::store::{ContentHash, Failure, Health, Kept, SCHEMA, StageRecord};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
@@ -17,6 +19,8 @@ pub(in crate::session) struct StaleStage {
     pub step: String,
     pub stage: Stage,
     pub why: Vec<Reason>,
+    /// Why it failed on the same inputs when it last ran.
+    pub failure: Option<Failure>,
 }
 
 /// A stage of a step, with the version of its code and all inputs of its result by name.
@@ -66,6 +70,7 @@ impl StageCall<'_> {
             secs: session.timings.secs(self.step, self.stage),
             measures: record.measures.clone(),
             findings: record.findings.clone(),
+            warnings: record.warnings.clone(),
         }
     }
 
@@ -136,6 +141,13 @@ impl<'a> Walk<'a> {
         }
     }
 
+    /// Reports the verdict on a step of which all stages have run or were up to date.
+    pub fn end_step(&mut self, step: &StepRecipe) {
+        if let Self::Make { reports, on_event, ended: false, .. } = self {
+            on_event(&Event::StepDone(&verdict_on(step, reports)));
+        }
+    }
+
     /// The stages that are out of date.
     pub fn stale(&self) -> &[StaleStage] {
         match self {
@@ -174,7 +186,13 @@ impl<'a> Walk<'a> {
                     Some(_) => vec![Reason::of(Cause::Forced)],
                     None => call.why(&writer.session),
                 };
-                let (kept, record) = run_and_keep(writer, &call, *on_event, run)?;
+                let (kept, record) = match run_and_keep(writer, &call, *on_event, run) {
+                    Ok(made) => made,
+                    Err(error) => return Err(note_failure(writer, &call, error)),
+                };
+                if writer.session.failures.forget(call.step, call.stage) {
+                    writer.session.failures.write(writer.session.dir())?;
+                }
                 let report = StageReport { ran: true, why, ..call.report(&writer.session, &record) };
                 writer.session.state.put(call.step, call.stage, record);
                 if !*at_once {
@@ -191,12 +209,28 @@ impl<'a> Walk<'a> {
                     Ok(Kept::named(record.output))
                 }
                 None => {
-                    stale.push(StaleStage { step: call.step.into(), stage: call.stage, why: call.why(session) });
+                    let failure = session.failures.of(call.step, call.stage, call.hash()).cloned();
+                    stale.push(StaleStage {
+                        step: call.step.into(),
+                        stage: call.stage,
+                        why: call.why(session),
+                        failure,
+                    });
                     Err(call.not_built())
                 }
             },
         }
     }
+}
+
+/// Notes that a stage failed, so that `status` can say so; gives the error back.
+fn note_failure(writer: &mut Writer, call: &StageCall, error: SessionError) -> SessionError {
+    let (stage, inputs) = (call.stage, call.hash());
+    let failure = Failure { stage, inputs, what: error.to_string(), remedy: error.hint() };
+    writer.session.failures.note(call.step, failure);
+    // The error itself is what the user must read; without the note `status` only says that the stage is out of date.
+    let _ = writer.session.failures.write(writer.session.dir());
+    error
 }
 
 /// Runs a stage, and stores its result and duration. The caller adds the record to the state.
@@ -209,12 +243,12 @@ fn run_and_keep<T: Serialize>(
     let StageCall { step, stage, .. } = *call;
     on_event(&Event::Started { step, stage });
     let began = Instant::now();
-    let Outcome { value, measures, findings } =
+    let Outcome { value, measures, findings, warnings } =
         run(&writer.session, &mut |progress: StageProgress| progress.report(step, stage, on_event))?;
     let kept = writer.session.store.keep(&value)?;
     writer.session.timings.note(step, stage, began.elapsed().as_secs_f64());
     let (inputs, from) = (call.hash(), call.inputs.clone());
-    Ok((kept, StageRecord { inputs, code: call.version, from, output: kept.hash, measures, findings }))
+    Ok((kept, StageRecord { inputs, code: call.version, from, output: kept.hash, measures, findings, warnings }))
 }
 
 /// The artefacts that a walk has rebuilt.

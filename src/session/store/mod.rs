@@ -3,6 +3,7 @@
 
 mod artefacts;
 pub(in crate::session) mod durable;
+mod failures;
 mod hash;
 mod history;
 pub(in crate::session) mod journal;
@@ -11,12 +12,15 @@ mod manifest;
 mod memory;
 mod state;
 mod timings;
+mod warning;
 
 pub(in crate::session) use artefacts::Health;
 pub use artefacts::{Kept, Store};
 pub(in crate::session) use durable::{
     UNFINISHED, not_a_file, place_whole, read_file, sweep, sync_folder, write_new, write_whole,
 };
+pub use failures::Failure;
+pub(in crate::session) use failures::Failures;
 pub use hash::ContentHash;
 pub use history::{Branch, Entry, History, MAIN_BRANCH};
 pub(in crate::session) use journal::BrokenLine;
@@ -25,5 +29,6 @@ pub(in crate::session) use lock::Lock;
 pub(in crate::session) use manifest::{MANIFEST, Manifest};
 pub use memory::Memory;
 pub(in crate::session) use state::SCHEMA;
-pub use state::{Measures, StageRecord, State, StepRecord};
+pub use state::{Measures, StageRecord, State, StepRecord, name_and_unit};
 pub use timings::Timings;
+pub use warning::Warning;

@@ -2,6 +2,7 @@
 //! equal recipes give equal bytes.
 
 use super::hash::ContentHash;
+use super::warning::Warning;
 use crate::session::error::SessionError;
 use crate::session::stage::Stage;
 use serde::{Deserialize, Serialize};
@@ -14,6 +15,14 @@ pub(in crate::session) const SCHEMA: u32 = 1;
 
 /// The measures of a stage by name; units are in the names.
 pub type Measures = BTreeMap<String, f64>;
+
+/// The name of a measure, and its unit, which is the name's suffix.
+pub fn name_and_unit(measure: &str) -> (String, &'static str) {
+    let units = [("_mm", " mm"), ("_percent", " %"), ("_deg", "°")];
+    let found = units.iter().find_map(|(suffix, unit)| Some((measure.strip_suffix(suffix)?, *unit)));
+    let (name, unit) = found.unwrap_or((measure, ""));
+    (name.replace('_', " "), unit)
+}
 
 /// A stage that has run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,6 +43,9 @@ pub struct StageRecord {
     /// Assumptions and observations, one sentence each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<String>,
+    /// What is in doubt about the result.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<Warning>,
 }
 
 /// The stages of one step that have run.

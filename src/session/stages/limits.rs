@@ -1,19 +1,19 @@
 //! Limits of the measures that a session takes without ground truth.
 
+use super::event::StageReport;
 use crate::session::recipe::{StepRecipe, garment_kind};
 use crate::session::stage::Stage;
-use crate::session::stages::StageReport;
 use serde::Serialize;
 use std::fmt;
 
-/// How a measure compares with its limits.
+/// Which limit a measure keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Verdict {
+pub enum Attained {
     /// Within the goal.
     Goal,
     /// Acceptable.
-    First,
+    Acceptable,
     /// Outside the acceptable range.
     Missed,
 }
@@ -28,11 +28,11 @@ pub struct Judged {
     /// The measured value.
     pub value: f64,
     /// The acceptable range, both ends included.
-    pub first: (f64, f64),
+    pub acceptable: (f64, f64),
     /// The range of the goal, both ends included.
     pub goal: (f64, f64),
-    /// The verdict.
-    pub verdict: Verdict,
+    /// The limit that it keeps.
+    pub attained: Attained,
 }
 
 impl fmt::Display for Judged {
@@ -42,9 +42,25 @@ impl fmt::Display for Judged {
             (false, true) => format!("{least} to {most}"),
             (false, false) => format!("≤ {most}"),
         };
-        match self.first == self.goal {
+        match self.acceptable == self.goal {
             true => f.write_str(&text(self.goal)),
-            false => write!(f, "{}, acceptable {}", text(self.goal), text(self.first)),
+            false => write!(f, "{}, acceptable {}", text(self.goal), text(self.acceptable)),
+        }
+    }
+}
+
+impl Judged {
+    /// The greatest acceptable value.
+    pub(super) fn greatest_acceptable(&self) -> f64 {
+        self.acceptable.1
+    }
+
+    /// The acceptable values of a count, as a person says them: `4`, `3 or 4`, `2 to 5`.
+    pub(super) fn expected(&self) -> String {
+        match self.acceptable {
+            (least, most) if least == most => format!("{most:.0}"),
+            (least, most) if least + 1.0 == most => format!("{least:.0} or {most:.0}"),
+            (least, most) => format!("{least:.0} to {most:.0}"),
         }
     }
 }
@@ -74,19 +90,19 @@ const LIMITS: [(Stage, &str, Limits, Limits); 6] = [
 /// The measures of a stage that have limits.
 pub(in crate::session) fn judge(step: &StepRecipe, report: &StageReport) -> Vec<Judged> {
     let of_stage = LIMITS.iter().filter(|(stage, ..)| *stage == report.stage);
-    let judged = of_stage.filter_map(|&(stage, measure, first, goal)| {
+    let judged = of_stage.filter_map(|&(stage, measure, acceptable, goal)| {
         let value = *report.measures.get(measure)?;
-        let (first, goal) = match measure {
+        let (acceptable, goal) = match measure {
             "hem_loops" => hem_loops(step)?,
-            _ => (first, goal),
+            _ => (acceptable, goal),
         };
         let within = |(least, most): (f64, f64)| (least..=most).contains(&value);
-        let verdict = match (within(goal), within(first)) {
-            (true, _) => Verdict::Goal,
-            (false, true) => Verdict::First,
-            (false, false) => Verdict::Missed,
+        let attained = match (within(goal), within(acceptable)) {
+            (true, _) => Attained::Goal,
+            (false, true) => Attained::Acceptable,
+            (false, false) => Attained::Missed,
         };
-        Some(Judged { stage, measure: measure.into(), value, first, goal, verdict })
+        Some(Judged { stage, measure: measure.into(), value, acceptable, goal, attained })
     });
     judged.collect()
 }
@@ -113,6 +129,7 @@ mod tests {
             secs: None,
             measures,
             findings: vec![],
+            warnings: vec![],
         };
         let found = judge(&step, &report);
         assert_eq!(found.len(), 1, "a measure without limits is not judged");
@@ -122,12 +139,12 @@ mod tests {
     #[test]
     fn measures_are_held_against_what_is_asked_and_what_is_wanted() {
         let register = judged(Stage::Register, "residual_mean_mm", 2.0);
-        assert_eq!((register.verdict, register.to_string()), (Verdict::First, "≤ 1.8, acceptable ≤ 4".into()));
-        assert_eq!(judged(Stage::Register, "residual_mean_mm", 1.0).verdict, Verdict::Goal);
-        assert_eq!(judged(Stage::Register, "residual_mean_mm", 9.0).verdict, Verdict::Missed);
+        assert_eq!((register.attained, register.to_string()), (Attained::Acceptable, "≤ 1.8, acceptable ≤ 4".into()));
+        assert_eq!(judged(Stage::Register, "residual_mean_mm", 1.0).attained, Attained::Goal);
+        assert_eq!(judged(Stage::Register, "residual_mean_mm", 9.0).attained, Attained::Missed);
         let hems = judged(Stage::Cut, "hem_loops", 3.0);
-        assert_eq!((hems.verdict, hems.to_string()), (Verdict::Missed, "4".into()), "a T-shirt has four");
-        assert_eq!(judged(Stage::Cut, "hem_loops", 4.0).verdict, Verdict::Goal);
-        assert_eq!(judged(Stage::Pose, "outside_percent", 0.1).verdict, Verdict::Missed);
+        assert_eq!((hems.attained, hems.to_string()), (Attained::Missed, "4".into()), "a T-shirt has four");
+        assert_eq!(judged(Stage::Cut, "hem_loops", 4.0).attained, Attained::Goal);
+        assert_eq!(judged(Stage::Pose, "outside_percent", 0.1).attained, Attained::Missed);
     }
 }

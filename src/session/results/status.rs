@@ -1,0 +1,88 @@
+//! What is up to date in a session, what is not, and the verdict on each step.
+
+use crate::session::error::SessionError;
+use crate::session::open::Session;
+use crate::session::stage::Stage;
+use crate::session::stages::{
+    Judged, Reason, StageReport, Verdict, Walk, failed, judge, pipeline, scan_of, verdict_on,
+};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// The status of a step.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StepStatus {
+    /// Its name.
+    pub name: String,
+    /// The garment kind; `None` for the body.
+    pub template: Option<String>,
+    /// The scan's path.
+    pub scan: String,
+    /// How many mask files are applied.
+    pub masks: usize,
+    /// The stages that are up to date, in order.
+    pub standing: Vec<StageReport>,
+    /// The stages that are out of date, in order.
+    pub stale: Vec<Stage>,
+    /// The reasons, where they are known; the other stages wait for these.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub why: BTreeMap<Stage, Vec<Reason>>,
+    /// The verdict; `None` while a stage is out of date that has not failed.
+    pub verdict: Option<Verdict>,
+    /// Every doubt, the gravest first: one sentence each.
+    pub warnings: Vec<String>,
+    /// The measures with limits of the stages that are up to date, in order.
+    pub judged: Vec<Judged>,
+    /// The file was changed since it was scanned, or is gone. The session has its own copy.
+    pub scan_changed: bool,
+}
+
+impl Session {
+    /// The status of every step. Runs nothing.
+    pub fn status(&self) -> Result<Vec<StepStatus>, SessionError> {
+        let mut walk = Walk::look(self);
+        let mut looked = pipeline::steps(&mut walk, None).map(drop);
+        // A walk ends at the first stage that is out of date; the scans after it do not depend on it.
+        for step in &self.recipe.steps {
+            looked = looked.or_else(not_built_is_fine).and_then(|()| scan_of(&mut walk, step).map(drop));
+        }
+        looked.or_else(not_built_is_fine)?;
+        let stale_stages = walk.stale().to_vec();
+        let mut reports = walk.into_reports();
+        reports.sort_by(|a, b| (a.stage, &a.step).cmp(&(b.stage, &b.step)));
+        reports.dedup_by(|a, b| a.step == b.step && a.stage == b.stage);
+        let status = self.recipe.steps.iter().map(|step| {
+            let standing: Vec<StageReport> = reports.iter().filter(|r| r.step == step.name).cloned().collect();
+            let stale: Vec<Stage> = Stage::of_step(step.template.is_none())
+                .iter()
+                .filter(|s| !standing.iter().any(|r| r.stage == **s))
+                .copied()
+                .collect();
+            let own = || stale_stages.iter().filter(|s| s.step == step.name);
+            let judged = match (own().find_map(|s| s.failure.as_ref()), stale.is_empty()) {
+                (Some(failure), _) => Some(failed(&step.name, failure)),
+                (None, true) => Some(verdict_on(step, &standing)),
+                (None, false) => None,
+            };
+            let (verdict, warnings) = judged.map_or((None, Vec::new()), |j| (Some(j.verdict), j.warnings));
+            StepStatus {
+                verdict,
+                warnings,
+                judged: standing.iter().flat_map(|report| judge(step, report)).collect(),
+                name: step.name.clone(),
+                template: step.template.clone(),
+                scan: step.scan.clone(),
+                masks: step.masks.len(),
+                standing,
+                stale,
+                why: own().map(|s| (s.stage, s.why.clone())).collect(),
+                scan_changed: !self.source_is_as_it_was(&step.source()),
+            }
+        });
+        Ok(status.collect())
+    }
+}
+
+pub(in crate::session) fn not_built_is_fine(error: SessionError) -> Result<(), SessionError> {
+    if matches!(error, SessionError::NotBuilt { .. }) { Ok(()) } else { Err(error) }
+}

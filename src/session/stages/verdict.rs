@@ -1,0 +1,154 @@
+//! The verdict on a step: whether its result can be used as it is.
+
+use super::event::StageReport;
+use super::limits::{Attained, Judged, judge};
+use crate::session::recipe::StepRecipe;
+use crate::session::stage::Stage;
+use crate::session::store::{Failure, Warning};
+use serde::{Serialize, Serializer};
+use std::fmt;
+
+/// Whether the result of a step can be used as it is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Nothing is in doubt.
+    Good,
+    /// The result exists, and something is in doubt: the gravest doubt.
+    Check(String),
+    /// There is no result: why, and what to do.
+    Failed(String),
+}
+
+impl Verdict {
+    /// Whether nothing is in doubt.
+    pub fn is_good(&self) -> bool {
+        *self == Self::Good
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Good => f.pad("good"),
+            Self::Check(doubt) => write!(f, "check it: {doubt}"),
+            Self::Failed(why) => write!(f, "failed: {why}"),
+        }
+    }
+}
+
+impl Serialize for Verdict {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+/// A step with its verdict.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct StepVerdict {
+    /// The step.
+    pub step: String,
+    /// The verdict; in JSON its sentence.
+    pub verdict: Verdict,
+    /// Every doubt, the gravest first: one sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// The verdict on a step of which all stages are up to date.
+pub(in crate::session) fn verdict_on(step: &StepRecipe, reports: &[StageReport]) -> StepVerdict {
+    let of_step = || reports.iter().filter(|report| report.step == step.name);
+    // What is implausible as a whole explains the rest; then the earlier stage explains the later one.
+    let order = |report: &&StageReport| (report.stage != Stage::Check, report.stage);
+    let mut sorted: Vec<&StageReport> = of_step().collect();
+    sorted.sort_by_key(order);
+    let warnings: Vec<String> = sorted
+        .into_iter()
+        .flat_map(|report| {
+            let missed = judge(step, report).into_iter().filter(|judged| judged.attained == Attained::Missed);
+            let missed: Vec<Warning> = missed.map(|judged| warning_of(&step.name, &judged)).collect();
+            report.warnings.iter().cloned().chain(missed)
+        })
+        .map(|warning| warning.to_string())
+        .collect();
+    let verdict = warnings.first().map_or(Verdict::Good, |gravest| Verdict::Check(gravest.clone()));
+    StepVerdict { step: step.name.clone(), verdict, warnings }
+}
+
+/// The verdict on a step of which a stage failed.
+pub(in crate::session) fn failed(step: &str, failure: &Failure) -> StepVerdict {
+    let why = match &failure.remedy {
+        Some(remedy) => format!("{}; {remedy}", failure.what),
+        None => failure.what.clone(),
+    };
+    StepVerdict { step: step.into(), verdict: Verdict::Failed(why.clone()), warnings: vec![why] }
+}
+
+/// What a measure beyond its limits means, and what to do.
+fn warning_of(step: &str, judged: &Judged) -> Warning {
+    let (value, limit) = (judged.value, judged.greatest_acceptable());
+    match judged.measure.as_str() {
+        "hem_loops" => Warning::new(
+            format!("{value:.0} hem {}, {} expected", plural(value, "loop"), judged.expected()),
+            format!("look at the edges of the {step}, and correct them with `mask {step} STROKES.jsonl`"),
+        ),
+        "intersecting_pairs" => Warning::new(
+            format!("{value:.0} triangle {} of the {step} intersect an inner layer", plural(value, "pair")),
+            "look at these places before the figure is posed; `mask` can take cloth away there",
+        ),
+        "inside_after" => Warning::new(
+            format!(
+                "{value:.0} {} of the {step} inside an inner layer",
+                if value == 1.0 { "vertex is" } else { "vertices are" }
+            ),
+            "look at these places before the figure is posed; `mask` can take cloth away there",
+        ),
+        "outside_percent" => Warning::new(
+            format!("skin pokes through the scan on {value:.2} % of its covered area"),
+            "check that this is the same person in a similar pose, and that no scan between was left out",
+        ),
+        _ if judged.stage == Stage::Register => Warning::new(
+            format!("the body is {value:.1} mm from the scan on average, over the limit of {limit:.0} mm"),
+            "look at the body in `view`; scan again without clothes if parts are missing",
+        ),
+        _ => Warning::new(
+            format!("the fit is {value:.1} mm from the scan on average, over the limit of {limit:.0} mm"),
+            "check that the scan shows one person without clothes, standing in an A-pose",
+        ),
+    }
+}
+
+fn plural(count: f64, word: &str) -> String {
+    if count == 1.0 { word.to_string() } else { format!("{word}s") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::session::store::Measures;
+
+    fn report(stage: Stage, measures: &[(&str, f64)], warnings: Vec<Warning>) -> StageReport {
+        let measures: Measures = measures.iter().map(|(name, value)| (name.to_string(), *value)).collect();
+        let (step, why, findings) = ("shirt".to_string(), Vec::new(), Vec::new());
+        StageReport { step, stage, ran: false, why, secs: None, measures, findings, warnings }
+    }
+
+    fn shirt() -> StepRecipe {
+        StepRecipe { name: "shirt".into(), template: Some("tshirt".into()), ..StepRecipe::default() }
+    }
+
+    #[test]
+    fn a_step_within_its_limits_is_good() {
+        let reports = [report(Stage::Cut, &[("hem_loops", 4.0)], vec![])];
+        let found = verdict_on(&shirt(), &reports);
+        assert_eq!((found.verdict.to_string(), found.warnings.len()), ("good".into(), 0));
+    }
+
+    #[test]
+    fn the_gravest_doubt_is_the_verdict_and_all_are_listed() {
+        let absent = Warning::new("the scan shows no tshirt", "scan again");
+        let reports = [report(Stage::Cut, &[("hem_loops", 55.0)], vec![]), report(Stage::Check, &[], vec![absent])];
+        let found = verdict_on(&shirt(), &reports);
+        assert_eq!(found.verdict.to_string(), "check it: the scan shows no tshirt; scan again");
+        assert!(found.warnings[1].starts_with("55 hem loops, 4 expected"), "{:?}", found.warnings);
+        assert_eq!(serde_json::to_value(&found).unwrap()["verdict"], found.verdict.to_string());
+    }
+}
