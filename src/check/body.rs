@@ -1,10 +1,12 @@
 //! Whether the naked scan shows a bare person who stands upright.
 
 use super::error::CheckError;
-use super::statistics::weighted_quantile;
-use crate::body::{HumanJoint, Pose, Shape, Skeleton};
-use crate::geometry::{SurfaceIndex, TriMesh};
+use super::holes::largest_hole;
+use super::statistics::{weighted_quantile, weighted_share};
+use crate::body::{HumanJoint, JointId, Pose, Shape, Side, Skeleton, SkinWeights};
+use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, VertexId};
 use crate::scan::Scan;
+use crate::segment::{Lab, color_difference, lab_of};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -14,14 +16,14 @@ pub struct BodyResult<'a> {
     pub scan: &'a Scan,
     /// The model's surface as fitted, posed in the scan.
     pub fitted: &'a TriMesh,
-    /// The registered surface, posed in the scan; it has the faces of `fitted`.
-    pub registered: &'a TriMesh,
     /// The skeleton of the registered body.
     pub skeleton: &'a Skeleton,
     /// Its pose in the scan.
     pub pose: &'a Pose,
     /// β. **Shapes** one coefficient per component of the model.
     pub shape: &'a Shape,
+    /// The skin weights of `fitted`. **Shapes** one row per vertex.
+    pub weights: &'a SkinWeights,
 }
 
 /// What the body's step looks like. Lengths are metres, angles radians.
@@ -29,12 +31,8 @@ pub struct BodyResult<'a> {
 pub struct BodyPlausibility {
     /// Angle between the trunk, from hips to head, and the vertical; `None` for a skeleton without these joints.
     pub tilt: Option<f64>,
-    /// Median of how far registration moved the fitted surface, along its normal.
-    pub moved_median: Option<f64>,
-    /// 95th percentile of the absolute move.
-    pub moved_p95: Option<f64>,
-    /// Median of the move with its sign: outward is positive.
-    pub moved_outward: Option<f64>,
+    /// Share of trunk and limbs whose colour is not that of the hands; `None` without colours, or if the hands are not seen.
+    pub unlike_hands_share: Option<f64>,
     /// 90th percentile of the angle between the normals of the scan and those of the fitted surface.
     pub bent_p90: Option<f64>,
     /// Median of that angle.
@@ -43,48 +41,79 @@ pub struct BodyPlausibility {
     pub fitted_p95: Option<f64>,
     /// Greatest absolute coefficient of the shape, in standard deviations.
     pub deviation: f64,
-    /// Root mean square of the coefficients of the shape, in standard deviations.
-    pub deviation_rms: f64,
+    /// The area of the largest hole of the scan, in m².
+    pub largest_hole: f64,
 }
 
 /// Measures how plausible the body's step is.
 ///
-/// **Errors** if the registered surface has another size than the fitted one.
+/// **Errors** if arrays and surfaces differ in size.
 pub fn check_body(result: &BodyResult) -> Result<BodyPlausibility, CheckError> {
-    let BodyResult { scan, fitted, registered, skeleton, pose, shape } = result;
-    CheckError::require_length("registered surface", registered.vertex_count(), fitted.vertex_count())?;
+    let BodyResult { scan, fitted, skeleton, pose, shape, weights } = result;
+    CheckError::require_length("skin weights", weights.len(), fitted.vertex_count())?;
+    if let Some(colors) = &scan.colors {
+        CheckError::require_length("colours of the scan", colors.len(), scan.mesh.vertex_count())?;
+    }
     let joints = skeleton.joints_in_world(pose);
     let place = |joint| skeleton.find(joint).map(|j| joints[j.index()]);
     let trunk = place(HumanJoint::Hips).zip(place(HumanJoint::Head)).map(|(hips, head)| head - hips);
-    let (areas, normals) = (fitted.vertex_areas(), fitted.vertex_normals_by_area());
-    let moves: Vec<(f64, f64)> = fitted
-        .vertex_ids()
-        .map(|v| ((registered.points()[v] - fitted.points()[v]).dot(&normals[v]), areas[v]))
-        .collect();
-    let absolute: Vec<(f64, f64)> = moves.iter().map(|(m, area)| (m.abs(), *area)).collect();
     let index = SurfaceIndex::prepare(fitted);
     let (scan_areas, scan_normals) = (scan.mesh.vertex_areas(), scan.mesh.vertex_normals_by_area());
-    let on_scan: Vec<(f64, f64, f64)> = scan
+    let on_scan: Vec<(f64, f64, f64, JointId)> = scan
         .mesh
         .vertex_ids()
         .collect::<Vec<_>>()
         .par_iter()
         .map(|&v| {
             let at = index.closest(&scan.mesh.points()[v]);
-            (at.distance, scan_normals[v].angle(&fitted.face_normal(at.face)), scan_areas[v])
+            let joint = dominant_joint(weights, at.nearest_corner(fitted));
+            (at.distance, scan_normals[v].angle(&fitted.face_normal(at.face)), scan_areas[v], joint)
         })
         .collect();
     let bends: Vec<(f64, f64)> = on_scan.iter().map(|s| (s.1, s.2)).collect();
-    let count = shape.0.len().max(1) as f64;
     Ok(BodyPlausibility {
         tilt: trunk.map(|trunk| trunk.angle(&nalgebra::Vector3::y())),
-        moved_median: weighted_quantile(absolute.clone(), 0.5),
-        moved_p95: weighted_quantile(absolute, 0.95),
-        moved_outward: weighted_quantile(moves, 0.5),
+        unlike_hands_share: scan.colors.as_ref().and_then(|colors| {
+            let of_joint = on_scan.iter().map(|&(_, _, area, joint)| (joint, area));
+            unlike_hands(skeleton, colors, of_joint)
+        }),
         bent_p90: weighted_quantile(bends.clone(), 0.9),
         bent_median: weighted_quantile(bends, 0.5),
         fitted_p95: weighted_quantile(on_scan.iter().map(|s| (s.0, s.2)).collect(), 0.95),
         deviation: shape.0.iter().fold(0.0_f64, |most, beta| most.max(beta.abs())),
-        deviation_rms: (shape.0.iter().map(|beta| beta * beta).sum::<f64>() / count).sqrt(),
+        largest_hole: largest_hole(&scan.mesh),
     })
+}
+
+/// The joint that moves a vertex most.
+fn dominant_joint(weights: &SkinWeights, v: VertexId) -> JointId {
+    weights.rows()[v][0].0
+}
+
+/// Colours this different from the hands' are not skin, in spreads: a suntan and shadows stay below.
+const NOT_SKIN_FROM: f64 = 2.5;
+/// Vertices of the hands that give their colour.
+const LEAST_OF_HANDS: usize = 50;
+
+/// The share of trunk and limbs that is not of the hands' colour. Head and feet do not count: hair and shoes.
+///
+/// **Shapes** `joints`: the joint and the area of each vertex of the scan.
+fn unlike_hands(
+    skeleton: &Skeleton,
+    colors: &PerVertex<[u8; 3]>,
+    joints: impl Iterator<Item = (JointId, f64)> + Clone,
+) -> Option<f64> {
+    let below = |joint, roots: &[HumanJoint]| roots.iter().any(|&root| skeleton.is_part_of(joint, root));
+    let is_hand = |joint| below(joint, &Side::BOTH.map(HumanJoint::Hand));
+    let feet = Side::BOTH.map(HumanJoint::Foot);
+    let labs = || joints.clone().zip(colors.iter()).map(|((joint, area), &rgb)| (joint, area, lab_of(rgb)));
+    let hands: Vec<Lab> = labs().filter(|(joint, ..)| is_hand(*joint)).map(|(.., lab)| lab).collect();
+    if hands.len() < LEAST_OF_HANDS {
+        return None;
+    }
+    let median = |axis: usize| weighted_quantile(hands.iter().map(|lab| (lab[axis], 1.0)).collect(), 0.5);
+    let skin: Lab = [median(0)?, median(1)?, median(2)?];
+    let others =
+        labs().filter(|(joint, ..)| !is_hand(*joint) && !below(*joint, &feet) && !below(*joint, &[HumanJoint::Head]));
+    Some(weighted_share(others.map(|(_, area, lab)| (area, color_difference(&lab, &skin) > NOT_SKIN_FROM))))
 }

@@ -1,8 +1,8 @@
 //! Whether what was cut out is a garment, and whether the rest of the scan is the figure dressed so far.
 
 use super::error::CheckError;
+use super::holes::largest_hole;
 use super::layers::{IndexedLayer, difference};
-use super::scale::relative_scale;
 use super::statistics::{weighted_quantile, weighted_share};
 use crate::geometry::{PerVertex, Point, SurfaceIndex, VertexId};
 use crate::scan::Scan;
@@ -18,8 +18,6 @@ pub struct GarmentResult<'a> {
     pub labels: &'a PerVertex<bool>,
     /// The figure dressed so far, posed in the scan: the body first, then its garments, innermost first.
     pub inner: &'a [Inner<'a>],
-    /// Which vertices of the body the garment's template covers. **Shapes** one flag per vertex of the body.
-    pub covered: &'a PerVertex<bool>,
 }
 
 /// What a garment's step looks like. Lengths are metres, shares 0 to 1, colours in spreads of one cloth between two views.
@@ -33,18 +31,20 @@ pub struct GarmentPlausibility {
     pub color_change: Option<f64>,
     /// Share of the garment whose colour differs clearly from the surface below it.
     pub recolored_share: Option<f64>,
-    /// Share of the template's region that the scan shows as the garment.
-    pub labelled_share_of_template: f64,
-    /// Share of the garment's area next to skin that the template does not cover.
-    pub off_template_share: f64,
+    /// Share of the garment that lies on the surface below it and has its colour; `None` without colours on both.
+    pub unchanged_share: Option<f64>,
+    /// Share of the rest of the scan that has another colour than the figure there; `None` without colours on both.
+    pub rest_recolored_share: Option<f64>,
     /// Share of the rest of the scan that is far from the figure, and the middle of that part.
     pub unexplained: (f64, Option<Point>),
     /// For each garment worn before, innermost first: what the rest of the scan shows of it.
     pub worn_before: Vec<WornBefore>,
-    /// Size of the person in the scan relative to the figure, from skin and earlier clothes that are visible.
-    pub scale: Option<f64>,
-    /// 90th percentile of the distance of the visible skin from the scan.
-    pub visible_p90: Option<f64>,
+    /// Median and 75th percentile of the distance of the rest of the scan from the figure.
+    pub rest_median: Option<f64>,
+    /// 75th percentile of that distance.
+    pub rest_p75: Option<f64>,
+    /// The area of the largest hole of the scan, in m².
+    pub largest_hole: f64,
 }
 
 /// What a scan shows of a garment from an earlier step.
@@ -64,18 +64,25 @@ const UNEXPLAINED_FROM: f64 = 0.02;
 const OUTSIDE_FROM: f64 = 0.006;
 /// A place within this distance belongs to the same surface, in metres.
 const SAME_PLACE: f64 = 0.05;
+/// A later garment this near hides the one below, in metres: cloth and the air under it.
+const HIDES: f64 = 0.03;
 /// Colours this different are not those of one cloth in two views, in spreads.
 const RECOLORED_FROM: f64 = 2.0;
+/// Colours this near are those of one cloth in two views, in spreads.
+const SAME_COLOR: f64 = 1.0;
+/// Nearer to the figure than this the scan may be the figure itself, in metres: noise and the margin of the fit.
+const ON_FIGURE: f64 = 0.007;
 
 /// Measures how plausible a garment's step is.
 ///
 /// **Errors** if arrays and surfaces differ in size, or if there is no body.
 pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, CheckError> {
-    let GarmentResult { scan, labels, inner, covered } = result;
+    let GarmentResult { scan, labels, inner } = result;
     let mesh = &scan.mesh;
     CheckError::require_length("labels", labels.len(), mesh.vertex_count())?;
-    let body = inner.first().ok_or(CheckError::NoBody)?;
-    CheckError::require_length("cover of the template", covered.len(), body.mesh.vertex_count())?;
+    if inner.is_empty() {
+        return Err(CheckError::NoBody);
+    }
     for layer in *inner {
         let given = layer.colors.map_or(layer.mesh.vertex_count(), |c| c.len());
         CheckError::require_length("colours of a layer", given, layer.mesh.vertex_count())?;
@@ -97,20 +104,21 @@ pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, Chec
     let far_middle =
         far.iter().fold(Point::origin(), |sum, (v, area)| sum + mesh.points()[*v].coords * *area / far_area);
     let scan_index = SurfaceIndex::prepare(mesh);
-    let is_template = |place: &Place| covered[place.body_corner];
+    let unchanged = |place: &Place| place.gap < ON_FIGURE && place.color_change.is_some_and(|c| c < SAME_COLOR);
+    let rest_colors = || rest().filter_map(|(_, place, area)| Some((area, place.color_change? > RECOLORED_FROM)));
+    let rest_gaps: Vec<(f64, f64)> = rest().map(|(_, place, area)| (place.gap, area)).collect();
     Ok(GarmentPlausibility {
         stand_off_median: weighted_quantile(gaps.clone(), 0.5),
         stand_off_p90: weighted_quantile(gaps, 0.9),
+        unchanged_share: recolored.map(|_| weighted_share(garment().map(|(place, area)| (area, unchanged(place))))),
+        rest_recolored_share: rest_colors().next().is_some().then(|| weighted_share(rest_colors())),
         color_change: weighted_quantile(changes, 0.5),
         recolored_share: recolored,
-        labelled_share_of_template: weighted_share(
-            mesh.vertex_ids().filter(|&v| is_template(&places[v.index()])).map(|v| (areas[v], labels[v])),
-        ),
-        off_template_share: weighted_share(garment().map(|(place, area)| (area, !is_template(place)))),
         unexplained: (far_area / total.max(1e-12), (!far.is_empty()).then_some(far_middle)),
-        worn_before: layers[1..].iter().map(|layer| worn_before(layer, result, &scan_index)).collect(),
-        scale: relative_scale(mesh, rest().map(|(v, _, area)| (v, area)), &layers),
-        visible_p90: weighted_quantile(rest().map(|(_, place, area)| (place.gap, area)).collect(), 0.9),
+        worn_before: (1..layers.len()).map(|k| worn_before(k, &layers, result, &scan_index)).collect(),
+        rest_median: weighted_quantile(rest_gaps.clone(), 0.5),
+        rest_p75: weighted_quantile(rest_gaps, 0.75),
+        largest_hole: largest_hole(mesh),
     })
 }
 
@@ -118,21 +126,18 @@ pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, Chec
 struct Place {
     gap: f64,
     color_change: Option<f64>,
-    body_corner: VertexId,
 }
 
 impl Place {
     fn of(scan: &Scan, v: VertexId, layers: &[IndexedLayer]) -> Self {
         let p = &scan.mesh.points()[v];
-        let on_body = layers[0].index.closest(p);
-        let body_corner = on_body.nearest_corner(layers[0].index.mesh());
-        let mut nearest = (on_body.distance, layers[0].color_at(&on_body));
-        for layer in &layers[1..] {
+        let mut nearest: (f64, Option<Lab>) = (f64::INFINITY, None);
+        for layer in layers {
             if let Some(at) = layer.index.closest_within(p, nearest.0).filter(|at| at.distance < nearest.0) {
                 nearest = (at.distance, layer.color_at(&at));
             }
         }
-        Self { gap: nearest.0, color_change: difference(color_of(scan, v), nearest.1), body_corner }
+        Self { gap: nearest.0, color_change: difference(color_of(scan, v), nearest.1) }
     }
 }
 
@@ -140,7 +145,8 @@ fn color_of(scan: &Scan, v: VertexId) -> Option<Lab> {
     scan.colors.as_ref().map(|colors| lab_of(colors[v]))
 }
 
-fn worn_before(layer: &IndexedLayer, result: &GarmentResult, scan_index: &SurfaceIndex) -> WornBefore {
+fn worn_before(k: usize, layers: &[IndexedLayer], result: &GarmentResult, scan_index: &SurfaceIndex) -> WornBefore {
+    let (layer, outer) = (&layers[k], &layers[k + 1..]);
     let (cloth, scan) = (layer.index.mesh(), &result.scan.mesh);
     let areas = cloth.vertex_areas();
     let normals = cloth.vertex_normals_by_area();
@@ -150,6 +156,9 @@ fn worn_before(layer: &IndexedLayer, result: &GarmentResult, scan_index: &Surfac
         .par_iter()
         .filter_map(|&v| {
             let p = &cloth.points()[v];
+            if outer.iter().any(|layer| layer.index.closest_within(p, HIDES).is_some()) {
+                return None;
+            }
             let at = scan_index.closest_within(p, SAME_PLACE)?;
             let corner = at.nearest_corner(scan);
             // Where the new garment lies over it, or a deeper fold was seen from the other side, nothing is known.

@@ -5,14 +5,16 @@
 //! also in a scan without one. Here the answer is compared with what the scan shows.
 
 mod body;
+mod doubts;
 mod error;
 mod garment;
+mod holes;
 mod layers;
-mod scale;
 mod statistics;
 #[cfg(test)]
 mod tests;
 
 pub use body::{BodyPlausibility, BodyResult, check_body};
+pub use doubts::Doubt;
 pub use error::CheckError;
 pub use garment::{GarmentPlausibility, GarmentResult, check_garment};

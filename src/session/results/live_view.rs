@@ -3,15 +3,17 @@
 use super::outputs::{Content, Outputs};
 use super::sheet::{SeenStep, Turned};
 use super::show_in::ShowIn;
+use super::status::StepStatus;
 use crate::cut::Garment;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::stages::StageReport;
+use crate::session::stages::Verdict;
+use crate::session::store::name_and_unit;
 use crate::view::{Error, Part, Recording, Sink, layer_color};
 use std::path::Path;
 
 impl Session {
-    /// Writes every built step as a Rerun recording.
+    /// Writes every built step as a Rerun recording, with the verdicts.
     pub fn write_recording(&self, path: &Path, outputs: &mut Outputs) -> Result<(), SessionError> {
         let failed = |e| SessionError::bad_source(path, e);
         let recording = Recording::try_new(&self.name()).map_err(failed)?;
@@ -25,10 +27,13 @@ impl Session {
         recording: &Recording,
         failed: impl Fn(Error) -> SessionError + Copy,
     ) -> Result<Vec<(String, Turned)>, SessionError> {
-        let steps = self.posed_steps(None)?;
-        let reports: Vec<StageReport> = self.status()?.into_iter().flat_map(|s| s.standing).collect();
+        let steps = self.posed_steps_so_far()?;
+        if steps.is_empty() {
+            return self.posed_steps(None).map(|_| Vec::new());
+        }
+        let status = self.status()?;
         let mut placed = Vec::new();
-        for (k, posed) in steps.iter().enumerate() {
+        for (k, (posed, status)) in steps.iter().zip(&status).enumerate() {
             let (seen, turned) = (SeenStep::of(posed), Turned::of(posed));
             recording.set_step(k);
             recording.log_scan(&seen.scan()?).map_err(failed)?;
@@ -42,8 +47,8 @@ impl Session {
             let joints: Vec<_> = posed.joints().iter().map(|p| turned.point(p)).collect();
             let parents: Vec<Option<usize>> = skeleton.parents.iter().map(|p| p.map(|p| p.index())).collect();
             recording.log_skeleton(&joints, &skeleton.names, &parents).map_err(failed)?;
-            recording.log_notes(&notes_in_markdown(&reports, &posed.step.name)).map_err(failed)?;
-            for report in reports.iter().filter(|r| r.step == posed.step.name) {
+            recording.log_notes(&notes_in_markdown(status)).map_err(failed)?;
+            for report in &status.standing {
                 for (name, value) in &report.measures {
                     recording.log_measure(&format!("{}_{name}", report.stage), *value).map_err(failed)?;
                 }
@@ -105,11 +110,16 @@ impl LiveView {
     }
 }
 
-fn notes_in_markdown(reports: &[StageReport], step: &str) -> String {
-    let mut text = format!("# {step}\n");
-    for report in reports.iter().filter(|r| r.step == step) {
+fn notes_in_markdown(status: &StepStatus) -> String {
+    let verdict = status.verdict.as_ref().map_or_else(|| "out of date".to_string(), Verdict::to_string);
+    let mut text = format!("# {}: {verdict}\n", status.name);
+    text.extend(status.warnings.iter().skip(1).map(|warning| format!("- {warning}\n")));
+    for report in &status.standing {
         text += &format!("\n**{}**\n", report.stage);
-        text.extend(report.measures.iter().map(|(name, value)| format!("- {name}: {value:.3}\n")));
+        text.extend(report.measures.iter().map(|(measure, value)| {
+            let (name, unit) = name_and_unit(measure);
+            format!("- {name}: {value:.3}{unit}\n")
+        }));
         text.extend(report.findings.iter().map(|finding| format!("- {finding}\n")));
     }
     text

@@ -8,16 +8,18 @@ use super::posed::surfaces_inside;
 use super::register::Register;
 use super::scan::Scan;
 use super::segment::Segment;
-use crate::body::{Figure, skin};
-use crate::check::{BodyPlausibility, BodyResult, GarmentPlausibility, GarmentResult, check_body, check_garment};
+use crate::body::Figure;
+use crate::check::{
+    BodyPlausibility, BodyResult, Doubt, GarmentPlausibility, GarmentResult, check_body, check_garment,
+};
 use crate::fit::{FittedBody, PoseInside, RegisteredBody};
 use crate::scan;
 use crate::segment::{Inner, Segmentation};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::recipe::{GarmentKind, StepRecipe, garment_kind};
+use crate::session::recipe::StepRecipe;
 use crate::session::stage::Stage;
-use crate::session::store::Kept;
+use crate::session::store::{Kept, Warning};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -33,7 +35,8 @@ pub(in crate::session) struct GarmentInputs {
     figure: Kept<Figure>,
     inside: Kept<PoseInside>,
     segmentation: Kept<Segmentation>,
-    kind: GarmentKind,
+    /// An earlier step with the same file.
+    same_as: Option<String>,
 }
 
 /// What was checked.
@@ -58,18 +61,25 @@ impl PipelineStage for Check {
                 json!({ "scan": scan.hash, "fitted": fitted.hash, "registered": registered.hash, "model": model });
             return Ok((Inputs::Body { scan, fitted, registered }, values));
         }
-        let kind = garment_kind::of_step(context.step)?;
         let (inside, segmentation) = (context.results.result::<Pose>()?, context.results.result::<Segment>()?);
         let figure = context.inner()?.figure()?;
-        let values = json!({
+        let step = context.step;
+        let earlier = context.walk.session().recipe.steps.iter().take_while(|other| other.name != step.name);
+        let same_as = earlier
+            .into_iter()
+            .find(|other| other.hash.is_some() && other.hash == step.hash)
+            .map(|other| other.name.clone());
+        let mut values = json!({
             "scan": scan.hash,
             "figure": figure.hash,
             "inside": inside.hash,
             "labels": segmentation.hash,
-            "kind": kind.input(),
             "model": model,
         });
-        Ok((Inputs::Garment(Box::new(GarmentInputs { scan, figure, inside, segmentation, kind })), values))
+        if let Some(other) = &same_as {
+            values["same_as"] = json!(other);
+        }
+        Ok((Inputs::Garment(Box::new(GarmentInputs { scan, figure, inside, segmentation, same_as })), values))
     }
 
     fn run(
@@ -97,43 +107,38 @@ fn body(
     let model = session.body_model()?;
     let surface_of_fit =
         fitted.surface.with_points(model.posed(fitted.surface.points(), &fitted.skeleton, &fitted.pose));
-    let points = skin(registered.surface.points(), &model.weights, &registered.skeleton, &registered.pose);
-    let surface = registered.surface.with_points(points);
     let found = check_body(&BodyResult {
         scan: &scan,
         fitted: &surface_of_fit,
-        registered: &surface,
         skeleton: &registered.skeleton,
         pose: &registered.pose,
         shape: &fitted.shape,
+        weights: &model.weights,
     })
     .map_err(|e| SessionError::stage(&step.name, Stage::Check, e))?;
     let mm = |metres: Option<f64>| metres.map_or(f64::NAN, |m| 1e3 * m);
     let deg = |radians: Option<f64>| radians.map_or(f64::NAN, f64::to_degrees);
     Ok(Outcome::of(Plausibility::Body(found.clone()))
         .measured("tilt_deg", deg(found.tilt))
-        .measured("moved_median_mm", mm(found.moved_median))
-        .measured("moved_p95_mm", mm(found.moved_p95))
-        .measured("moved_outward_mm", mm(found.moved_outward))
+        .measured("unlike_hands_percent", found.unlike_hands_share.map_or(f64::NAN, |s| 1e2 * s))
+        .measured("largest_hole_cm2", 1e4 * found.largest_hole)
         .measured("bent_median_deg", deg(found.bent_median))
         .measured("bent_p90_deg", deg(found.bent_p90))
         .measured("fitted_p95_mm", mm(found.fitted_p95))
         .measured("deviation", found.deviation)
-        .measured("deviation_rms", found.deviation_rms))
+        .warned(found.doubts().into_iter().map(warning)))
 }
 
 fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Result<Outcome<Plausibility>, SessionError> {
-    let GarmentInputs { scan, figure, inside, segmentation, kind } = inputs;
+    let GarmentInputs { scan, figure, inside, segmentation, same_as } = inputs;
     let (scan, figure) = (session.store.load_shared(scan)?, session.figure(figure)?);
     let (inside, segmentation) = (session.store.load(inside)?, session.store.load_shared(segmentation)?);
     let surfaces = surfaces_inside(&figure, &inside)?;
     let inner: Vec<Inner> = (surfaces.iter().zip(&figure.layers))
         .map(|(mesh, layer)| Inner { mesh, colors: layer.colors.as_ref() })
         .collect();
-    let covered = kind.template.prior(figure.body(), &figure.skeleton, &kind.extent);
-    let found =
-        check_garment(&GarmentResult { scan: &scan, labels: &segmentation.labels.0, inner: &inner, covered: &covered })
-            .map_err(|e| SessionError::stage(&step.name, Stage::Check, e))?;
+    let found = check_garment(&GarmentResult { scan: &scan, labels: &segmentation.labels.0, inner: &inner })
+        .map_err(|e| SessionError::stage(&step.name, Stage::Check, e))?;
     let mm = |metres: Option<f64>| metres.map_or(f64::NAN, |m| 1e3 * m);
     let or_nan = |value: Option<f64>| value.unwrap_or(f64::NAN);
     let mut outcome = Outcome::of(Plausibility::Garment(found.clone()))
@@ -141,16 +146,26 @@ fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Resul
         .measured("stand_off_p90_mm", mm(found.stand_off_p90))
         .measured("color_change", or_nan(found.color_change))
         .measured("recolored_percent", 1e2 * or_nan(found.recolored_share))
-        .measured("labelled_of_template_percent", 1e2 * found.labelled_share_of_template)
-        .measured("off_template_percent", 1e2 * found.off_template_share)
+        .measured("unchanged_percent", 1e2 * or_nan(found.unchanged_share))
+        .measured("rest_recolored_percent", 1e2 * or_nan(found.rest_recolored_share))
         .measured("unexplained_percent", 1e2 * found.unexplained.0)
-        .measured("scale_percent", 1e2 * or_nan(found.scale))
-        .measured("visible_p90_mm", mm(found.visible_p90));
+        .measured("rest_median_mm", mm(found.rest_median))
+        .measured("rest_p75_mm", mm(found.rest_p75))
+        .measured("largest_hole_cm2", 1e4 * found.largest_hole);
     for (k, worn) in found.worn_before.iter().enumerate() {
         outcome = outcome
             .measured(&format!("worn{}_area", k + 1), worn.visible_area)
             .measured(&format!("worn{}_outside_percent", k + 1), 1e2 * worn.outside_share)
             .measured(&format!("worn{}_recolored_percent", k + 1), 1e2 * or_nan(worn.recolored_share));
     }
-    Ok(outcome)
+    let worn: Vec<&str> = figure.garments().iter().map(|layer| layer.name.as_str()).collect();
+    let same = same_as.map(|other| {
+        let what = format!("the file is the same as that of the step '{other}', so it shows no further garment");
+        Warning::new(what, "give the scan in which the garment was put on")
+    });
+    Ok(outcome.warned(same).warned(found.doubts(&step.name, &worn).into_iter().map(warning)))
+}
+
+fn warning(doubt: Doubt) -> Warning {
+    Warning::new(doubt.what, doubt.remedy)
 }

@@ -1,0 +1,168 @@
+//! What is implausible about a step: the likely cause, the figure that shows it, what to do.
+//!
+//! Every limit states the values on both sides of it. They were measured on six synthetic people (seeds 1000 to 1005, 16
+//! frames a scan), on the scans of the demo and on the foreign man and woman, as they are and with one thing wrong.
+
+use super::body::BodyPlausibility;
+use super::garment::GarmentPlausibility;
+
+/// A doubt about a step.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Doubt {
+    /// What was found, with its figure and the likely cause.
+    pub what: String,
+    /// What to do.
+    pub remedy: String,
+}
+
+impl Doubt {
+    fn new(what: String, remedy: impl Into<String>) -> Self {
+        Self { what, remedy: remedy.into() }
+    }
+}
+
+/// The trunk of a standing person is at most this far from the vertical, in radians: 4° on good scans, 92° on a scan whose up
+/// axis was given wrongly.
+const GREATEST_TILT: f64 = 35.0 * std::f64::consts::PI / 180.0;
+/// 95th percentile of the distance between scan and fitted model, in metres, from which clothes are suspected: 4 to 13 mm on
+/// bare bodies, 13 to 27 mm on clothed ones.
+const CLOTHED_FROM: f64 = 0.0105;
+/// Without colours only this distance tells, in metres.
+const CLOTHED_WITHOUT_COLORS_FROM: f64 = 0.018;
+/// Share of trunk and limbs without the colour of the hands: underwear covers 10 to 20 %, shorts and a tank top 40 %.
+const CLOTHED_SHARE: f64 = 0.3;
+
+impl BodyPlausibility {
+    /// What is implausible, the gravest first.
+    pub fn doubts(&self) -> Vec<Doubt> {
+        let mut doubts = Vec::new();
+        if let Some(tilt) = self.tilt.filter(|tilt| *tilt > GREATEST_TILT) {
+            doubts.push(Doubt::new(
+                format!(
+                    "the person leans {:.0}° from the vertical, so the up axis of the file is probably another",
+                    tilt.to_degrees()
+                ),
+                "scan it again with `--up`, for example `--up +z`, or without the flag",
+            ));
+        }
+        let distance = self.fitted_p95.unwrap_or(0.0);
+        let clothed = match self.unlike_hands_share {
+            Some(share) if share > CLOTHED_SHARE && distance > CLOTHED_FROM => Some(format!(
+                "{:.0} % of trunk and limbs have another colour than the hands, and the surface is up to {:.0} mm from a bare body: the person may be clothed",
+                1e2 * share,
+                1e3 * distance
+            )),
+            None if distance > CLOTHED_WITHOUT_COLORS_FROM => Some(format!(
+                "the surface is up to {:.0} mm from a bare body: the person may be clothed",
+                1e3 * distance
+            )),
+            _ => None,
+        };
+        doubts.extend(clothed.map(|what| Doubt::new(what, "scan the person without clothes, or in tight underwear")));
+        doubts
+    }
+}
+
+/// Median colour change of a garment that is not there, in spreads: at most 0.3; of garments 2.5 to 11, but 0.3 to 0.6 for two
+/// that have the colour of what is below.
+const ABSENT_BELOW_CHANGE: f64 = 1.0;
+/// Share of the garment that is neither off the surface below nor of another colour: 70 to 100 % where there is none.
+const ABSENT_FROM_UNCHANGED: f64 = 0.6;
+/// Without colours: 90th percentile of the distance from the surface below, in metres. 5.0 to 5.8 mm where there is no garment,
+/// 6.3 mm on leggings.
+const ABSENT_BELOW_STAND_OFF: f64 = 0.006;
+/// A smaller unchanged share is still too much for the right template: at most 20 % on garments, 35 to 70 % where the template was
+/// another garment's.
+const PARTLY_ABSENT_FROM: f64 = 0.3;
+/// Share of the rest of the scan that has another colour than the figure.
+const REST_RECOLORED_FROM: f64 = 0.1;
+/// Share of the scan that is far from the figure: at most 3 % on good scans, 7 to 24 % on scans in the wrong order.
+const UNEXPLAINED_FROM: f64 = 0.05;
+/// Share of an earlier garment that has another colour where it should be visible: at most 28 % on good scans.
+const NOT_WORN_FROM: f64 = 0.5;
+/// Without colours: share of it that is outside the scan. A swaying skirt reaches 32 %, a jacket that was taken off 55 %.
+const NOT_WORN_OUTSIDE_FROM: f64 = 0.45;
+/// Less visible area tells nothing, in m².
+const LEAST_WORN_AREA: f64 = 0.02;
+/// Median distance of the rest of the scan from the figure, in metres.
+const ANOTHER_PERSON_FROM: f64 = 0.003;
+
+impl GarmentPlausibility {
+    /// What is implausible, the gravest first. `name` is the garment's, `worn` are the names of the garments worn before,
+    /// innermost first.
+    pub fn doubts(&self, name: &str, worn: &[&str]) -> Vec<Doubt> {
+        let mut doubts: Vec<Doubt> = Vec::new();
+        doubts.extend(self.absent(name));
+        doubts.extend(self.another_person());
+        doubts.extend(self.worn_before.iter().zip(worn).filter_map(|(seen, worn)| {
+            let visible = seen.visible_area > LEAST_WORN_AREA;
+            let missing = match seen.recolored_share {
+                Some(share) => share > NOT_WORN_FROM,
+                None => seen.outside_share > NOT_WORN_OUTSIDE_FROM,
+            };
+            let share = seen.recolored_share.unwrap_or(seen.outside_share);
+            (visible && missing).then(|| {
+                Doubt::new(
+                    format!("the scan does not show the {worn} on {:.0} % of its visible area", 1e2 * share),
+                    "check the order of the scans: each must show all garments of the scans before it",
+                )
+            })
+        }));
+        let (far, recolored) = (self.unexplained.0, self.rest_recolored_share.unwrap_or(0.0));
+        if far > UNEXPLAINED_FROM || recolored > REST_RECOLORED_FROM {
+            let what = match far > UNEXPLAINED_FROM {
+                true => format!("{:.0} % of the scan is more than 2 cm from the figure dressed so far", 1e2 * far),
+                false => format!(
+                    "{:.0} % of the rest of the scan has another colour than the figure dressed so far",
+                    1e2 * recolored
+                ),
+            };
+            doubts.push(Doubt::new(
+                format!("{what}: it may show a garment that is not listed"),
+                format!("check the template of the {name}, and that no scan between was left out"),
+            ));
+        }
+        doubts
+    }
+
+    /// A garment that is not in the scan, wholly or in part.
+    fn absent(&self, name: &str) -> Option<Doubt> {
+        let stand_off = self.stand_off_median?;
+        let remedy = format!("check that this is the scan with the {name} on, and that its template is right");
+        match (self.color_change, self.unchanged_share) {
+            (Some(change), Some(unchanged)) if change < ABSENT_BELOW_CHANGE && unchanged > ABSENT_FROM_UNCHANGED => {
+                let what = format!(
+                    "the scan seems to show no {name}: {:.0} % of what was cut out lies on the surface below and has its colour",
+                    1e2 * unchanged
+                );
+                Some(Doubt::new(what, remedy))
+            }
+            (Some(_), Some(unchanged)) if unchanged > PARTLY_ABSENT_FROM => {
+                let what = format!(
+                    "{:.0} % of the {name} lies on the surface below and has its colour: its template may cover too much",
+                    1e2 * unchanged
+                );
+                Some(Doubt::new(what, remedy))
+            }
+            (None, _) if self.stand_off_p90.is_some_and(|p90| p90 < ABSENT_BELOW_STAND_OFF) => {
+                let what = format!(
+                    "the scan may show no {name}: what was cut out is {:.0} mm from the surface below, and the scan has no colours to tell",
+                    1e3 * stand_off
+                );
+                Some(Doubt::new(what, remedy))
+            }
+            _ => None,
+        }
+    }
+
+    fn another_person(&self) -> Option<Doubt> {
+        let median = self.rest_median.filter(|median| *median > ANOTHER_PERSON_FROM)?;
+        Some(Doubt::new(
+            format!(
+                "visible skin and earlier clothes are {:.1} mm from the scan: it may show another person",
+                1e3 * median
+            ),
+            "check that all scans show the same person",
+        ))
+    }
+}
