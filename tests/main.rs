@@ -24,3 +24,4 @@ mod smpl_family;
 mod stage_versions;
 mod stages;
 mod step_editing;
+mod verdicts;

@@ -1,1 +1,91 @@
-//! Tests of the checks on invented surfaces.
+//! The checks on invented surfaces: a ball for the body, its upper half for the garment.
+
+use super::holes::largest_hole;
+use super::*;
+use crate::geometry::{PerVertex, Point, TriMesh, sphere};
+use crate::scan::Scan;
+use crate::segment::Inner;
+
+const SKIN: [u8; 3] = [205, 160, 140];
+const BLUE: [u8; 3] = [30, 50, 150];
+
+fn ball() -> TriMesh {
+    sphere(24, 48)
+}
+
+/// The ball with its upper half moved outward and painted.
+fn dressed(stand_off: f64, color: [u8; 3]) -> (Scan, PerVertex<bool>) {
+    let labels: PerVertex<bool> = ball().points().iter().map(|p| p.y > 0.0).collect();
+    let mesh =
+        ball().map_points(|p| if p.y > 0.0 { Point::from(p.coords * (1.0 + stand_off / p.coords.norm())) } else { *p });
+    let colors = labels.iter().map(|&garment| if garment { color } else { SKIN }).collect();
+    (Scan::from_clean_mesh(mesh, Some(colors)), labels)
+}
+
+fn doubts(scan: &Scan, labels: &PerVertex<bool>, inner: &[Inner]) -> Vec<Doubt> {
+    check_garment(&GarmentResult { scan, labels, inner }).unwrap().doubts("shirt", &["vest"])
+}
+
+fn skin() -> PerVertex<[u8; 3]> {
+    PerVertex::filled(SKIN, ball().vertex_count())
+}
+
+#[test]
+fn a_garment_of_another_colour_or_off_the_body_is_plausible() {
+    let (body, colors) = (ball(), skin());
+    let inner = [Inner { mesh: &body, colors: Some(&colors) }];
+    for (stand_off, color) in [(0.001, BLUE), (0.015, SKIN), (0.015, BLUE)] {
+        let (scan, labels) = dressed(stand_off, color);
+        assert_eq!(doubts(&scan, &labels, &inner), [], "{stand_off} {color:?}");
+    }
+}
+
+#[test]
+fn a_shirt_of_skin_is_reported_as_absent() {
+    let (body, colors) = (ball(), skin());
+    let inner = [Inner { mesh: &body, colors: Some(&colors) }];
+    let (scan, labels) = dressed(0.003, SKIN);
+    let found = doubts(&scan, &labels, &inner);
+    assert!(found.len() == 1 && found[0].what.starts_with("the scan seems to show no shirt: 100 %"), "{found:?}");
+    // Without colours, a surface that nearly touches the body is only a possibility.
+    let bare = Scan { colors: None, ..scan };
+    let found = doubts(&bare, &labels, &inner);
+    assert!(found.len() == 1 && found[0].what.starts_with("the scan may show no shirt"), "{found:?}");
+}
+
+#[test]
+fn an_earlier_garment_that_is_gone_is_named() {
+    let (body, colors) = (ball(), skin());
+    let vest = ball().map_points(|p| Point::from(p.coords * 1.004));
+    let blue = PerVertex::filled(BLUE, vest.vertex_count());
+    let inner = [Inner { mesh: &body, colors: Some(&colors) }, Inner { mesh: &vest, colors: Some(&blue) }];
+    let (scan, labels) = dressed(0.02, [250, 250, 240]);
+    let found = doubts(&scan, &labels, &inner);
+    assert!(found.iter().any(|d| d.what.starts_with("the scan does not show the vest on 100 %")), "{found:?}");
+    let with_vest = Scan { colors: Some(labels.iter().map(|&l| if l { SKIN } else { BLUE }).collect()), ..scan };
+    let found = doubts(&with_vest, &labels, &inner);
+    assert!(!found.iter().any(|d| d.what.contains("does not show the vest")), "{found:?}");
+}
+
+#[test]
+fn surfaces_and_arrays_that_do_not_belong_together_are_refused() {
+    let (scan, labels) = dressed(0.01, BLUE);
+    let none = check_garment(&GarmentResult { scan: &scan, labels: &labels, inner: &[] });
+    assert_eq!(none, Err(CheckError::NoBody));
+    let (body, few) = (ball(), PerVertex(vec![SKIN; 3]));
+    let inner = [Inner { mesh: &body, colors: Some(&few) }];
+    let wrong = check_garment(&GarmentResult { scan: &scan, labels: &labels, inner: &inner });
+    assert!(matches!(wrong, Err(CheckError::WrongLength { given: 3, .. })), "{wrong:?}");
+}
+
+#[test]
+fn the_largest_hole_has_the_area_of_its_rim() {
+    let mesh = ball();
+    assert_eq!(largest_hole(&mesh), 0.0, "a closed surface has no hole");
+    let kept = mesh.face_ids().map(|f| mesh.triangle(f).iter().any(|p| p.y < 0.5)).collect();
+    let (open, _) = mesh.part(&kept);
+    let radius_squared = 1.0 - 0.5 * 0.5;
+    let circle = std::f64::consts::PI * radius_squared;
+    let found = largest_hole(&open);
+    assert!((found / circle - 1.0).abs() < 0.15, "{found} {circle}");
+}

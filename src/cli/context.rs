@@ -2,7 +2,7 @@
 
 use super::console::{Console, Done};
 use crate::session::{Session, SessionError, Writer};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The context of a command: folder and console.
 pub(super) struct Context {
@@ -35,10 +35,17 @@ impl Context {
     /// `overcoat`, with `-C` if the user must repeat it.
     pub fn overcoat(&self, rest: &str) -> String {
         match self.session_given {
-            true => format!("overcoat -C {} {rest}", self.session.display()),
+            true => format!("overcoat -C {} {rest}", quoted(&self.session)),
             false => format!("overcoat {rest}"),
         }
     }
+}
+
+/// A path as a shell reads it: quoted where it has spaces or other special characters.
+pub(super) fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    // Only a NUL cannot be quoted, and no path contains one.
+    shlex::try_quote(&text).map(|quoted| quoted.into_owned()).unwrap_or(text)
 }
 
 /// The commands of the program, for a prompt.

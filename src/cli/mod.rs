@@ -12,6 +12,7 @@ mod export;
 mod failure;
 mod fault;
 mod fsck;
+mod help;
 mod log;
 mod mask;
 mod measure;
@@ -39,21 +40,29 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+/// The heading of the options that every command has.
+const GLOBAL: &str = "Global options";
+
 /// Scans of a person being dressed, one garment after another, into a rigged, layered character.
 #[derive(Parser)]
-#[command(name = "overcoat", version, disable_help_subcommand = true, after_help = "Start with: overcoat demo")]
+#[command(
+    name = "overcoat",
+    version,
+    disable_help_subcommand = true,
+    after_help = "Start with: overcoat demo\n`overcoat help COMMAND` explains a command, `overcoat help words` the terms."
+)]
 struct Args {
     /// The session's folder, instead of the current one
-    #[arg(short = 'C', global = true, value_name = "DIR")]
+    #[arg(short = 'C', global = true, value_name = "DIR", help_heading = GLOBAL)]
     session: Option<PathBuf>,
     /// Print one JSON object on stdout and nothing else
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = GLOBAL)]
     json: bool,
     /// Print errors only
-    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    #[arg(short, long, global = true, conflicts_with = "verbose", help_heading = GLOBAL)]
     quiet: bool,
     /// Print more: every measure, with its unit
-    #[arg(short, long, global = true)]
+    #[arg(short, long, global = true, help_heading = GLOBAL)]
     verbose: bool,
     #[command(subcommand)]
     command: Command,
@@ -112,6 +121,8 @@ enum Command {
     Body(body::BodyArgs),
     /// List the kinds of garment
     Templates(templates::TemplatesArgs),
+    /// Explain a command, or the terms and measures (`help words`)
+    Help(help::HelpArgs),
 }
 
 /// Runs the program and returns its exit code: 0 done, 1 the work failed, 2 the command was wrong.
@@ -193,6 +204,7 @@ fn run(command: Command, context: &Context) -> anyhow::Result<Done> {
         Command::Studio(args) => studio::run(args, context),
         Command::Body(args) => body::run(args, context),
         Command::Templates(args) => templates::run(args, context),
+        Command::Help(args) => help::run(args, Args::command()),
     }
 }
 
