@@ -1,7 +1,7 @@
 //! Whether the naked scan shows a bare person who stands upright.
 
 use super::error::CheckError;
-use super::holes::largest_hole;
+use super::holes::largest_unseen_part;
 use super::statistics::{weighted_quantile, weighted_share};
 use crate::body::{HumanJoint, JointId, Pose, Shape, Side, Skeleton, SkinWeights};
 use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, VertexId};
@@ -41,8 +41,9 @@ pub struct BodyPlausibility {
     pub fitted_p95: Option<f64>,
     /// Greatest absolute coefficient of the shape, in standard deviations.
     pub deviation: f64,
-    /// The area of the largest hole of the scan, in m².
-    pub largest_hole: f64,
+    /// The area in m² of the largest part of the body that the scan does not show, and the part of the body where it is. Feet do
+    /// not count: their soles are on the floor.
+    pub largest_unseen: Option<(f64, String)>,
 }
 
 /// Measures how plausible the body's step is.
@@ -70,6 +71,9 @@ pub fn check_body(result: &BodyResult) -> Result<BodyPlausibility, CheckError> {
             (at.distance, scan_normals[v].angle(&fitted.face_normal(at.face)), scan_areas[v], joint)
         })
         .collect();
+    let feet = Side::BOTH.map(HumanJoint::Foot);
+    let is_foot = |v| feet.iter().any(|&foot| skeleton.is_part_of(dominant_joint(weights, v), foot));
+    let largest_unseen = largest_unseen_part(fitted, &SurfaceIndex::prepare(&scan.mesh), is_foot);
     let bends: Vec<(f64, f64)> = on_scan.iter().map(|s| (s.1, s.2)).collect();
     Ok(BodyPlausibility {
         tilt: trunk.map(|trunk| trunk.angle(&nalgebra::Vector3::y())),
@@ -81,7 +85,7 @@ pub fn check_body(result: &BodyResult) -> Result<BodyPlausibility, CheckError> {
         bent_median: weighted_quantile(bends, 0.5),
         fitted_p95: weighted_quantile(on_scan.iter().map(|s| (s.0, s.2)).collect(), 0.95),
         deviation: shape.0.iter().fold(0.0_f64, |most, beta| most.max(beta.abs())),
-        largest_hole: largest_hole(&scan.mesh),
+        largest_unseen: largest_unseen.map(|(area, v)| (area, skeleton.part_name(dominant_joint(weights, v)))),
     })
 }
 

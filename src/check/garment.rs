@@ -4,6 +4,7 @@ use super::error::CheckError;
 use super::holes::largest_hole;
 use super::layers::{IndexedLayer, difference};
 use super::statistics::{weighted_quantile, weighted_share};
+use crate::cut::Garment;
 use crate::geometry::{PerVertex, Point, SurfaceIndex, VertexId};
 use crate::scan::Scan;
 use crate::segment::{Inner, Lab, lab_of};
@@ -14,6 +15,8 @@ use serde::{Deserialize, Serialize};
 pub struct GarmentResult<'a> {
     /// The scan.
     pub scan: &'a Scan,
+    /// The garment as it was cut out.
+    pub garment: &'a Garment,
     /// Which vertices of the scan are the garment. **Shapes** one flag per vertex of the scan.
     pub labels: &'a PerVertex<bool>,
     /// The figure dressed so far, posed in the scan: the body first, then its garments, innermost first.
@@ -43,7 +46,7 @@ pub struct GarmentPlausibility {
     pub rest_median: Option<f64>,
     /// 75th percentile of that distance.
     pub rest_p75: Option<f64>,
-    /// The area of the largest hole of the scan, in m².
+    /// The area of the largest hole that is left in the garment, in m².
     pub largest_hole: f64,
 }
 
@@ -77,7 +80,7 @@ const ON_FIGURE: f64 = 0.007;
 ///
 /// **Errors** if arrays and surfaces differ in size, or if there is no body.
 pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, CheckError> {
-    let GarmentResult { scan, labels, inner } = result;
+    let GarmentResult { scan, garment: cut, labels, inner } = result;
     let mesh = &scan.mesh;
     CheckError::require_length("labels", labels.len(), mesh.vertex_count())?;
     if inner.is_empty() {
@@ -118,7 +121,7 @@ pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, Chec
         worn_before: (1..layers.len()).map(|k| worn_before(k, &layers, result, &scan_index)).collect(),
         rest_median: weighted_quantile(rest_gaps.clone(), 0.5),
         rest_p75: weighted_quantile(rest_gaps, 0.75),
-        largest_hole: largest_hole(mesh),
+        largest_hole: largest_hole(&cut.mesh, &cut.hem_loops),
     })
 }
 

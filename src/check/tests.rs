@@ -1,8 +1,9 @@
 //! The checks on invented surfaces: a ball for the body, its upper half for the garment.
 
-use super::holes::largest_hole;
+use super::holes::{largest_hole, largest_unseen_part};
 use super::*;
-use crate::geometry::{PerVertex, Point, TriMesh, sphere};
+use crate::cut::Garment;
+use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh, sphere};
 use crate::scan::Scan;
 use crate::segment::Inner;
 
@@ -22,8 +23,18 @@ fn dressed(stand_off: f64, color: [u8; 3]) -> (Scan, PerVertex<bool>) {
     (Scan::from_clean_mesh(mesh, Some(colors)), labels)
 }
 
+/// The labelled faces, with their rim as the hem.
+fn half(scan: &Scan, labels: &PerVertex<bool>) -> Garment {
+    let kept = scan.mesh.faces().iter().map(|face| face.iter().all(|&v| labels[v])).collect();
+    let (mesh, _) = scan.mesh.part(&kept);
+    let hem_loops = Adjacency::prepare(&mesh).boundary_loops();
+    Garment { mesh, colors: None, hem_loops, findings: Vec::new() }
+}
+
 fn doubts(scan: &Scan, labels: &PerVertex<bool>, inner: &[Inner]) -> Vec<Doubt> {
-    check_garment(&GarmentResult { scan, labels, inner }).unwrap().doubts("shirt", &["vest"])
+    check_garment(&GarmentResult { scan, garment: &half(scan, labels), labels, inner })
+        .unwrap()
+        .doubts("shirt", &["vest"])
 }
 
 fn skin() -> PerVertex<[u8; 3]> {
@@ -70,22 +81,29 @@ fn an_earlier_garment_that_is_gone_is_named() {
 #[test]
 fn surfaces_and_arrays_that_do_not_belong_together_are_refused() {
     let (scan, labels) = dressed(0.01, BLUE);
-    let none = check_garment(&GarmentResult { scan: &scan, labels: &labels, inner: &[] });
+    let garment = half(&scan, &labels);
+    let none = check_garment(&GarmentResult { scan: &scan, garment: &garment, labels: &labels, inner: &[] });
     assert_eq!(none, Err(CheckError::NoBody));
     let (body, few) = (ball(), PerVertex(vec![SKIN; 3]));
     let inner = [Inner { mesh: &body, colors: Some(&few) }];
-    let wrong = check_garment(&GarmentResult { scan: &scan, labels: &labels, inner: &inner });
+    let wrong = check_garment(&GarmentResult { scan: &scan, garment: &garment, labels: &labels, inner: &inner });
     assert!(matches!(wrong, Err(CheckError::WrongLength { given: 3, .. })), "{wrong:?}");
 }
 
 #[test]
 fn the_largest_hole_has_the_area_of_its_rim() {
     let mesh = ball();
-    assert_eq!(largest_hole(&mesh), 0.0, "a closed surface has no hole");
+    assert_eq!(largest_hole(&mesh, &[]), 0.0, "a closed surface has no hole");
     let kept = mesh.face_ids().map(|f| mesh.triangle(f).iter().any(|p| p.y < 0.5)).collect();
     let (open, _) = mesh.part(&kept);
     let radius_squared = 1.0 - 0.5 * 0.5;
     let circle = std::f64::consts::PI * radius_squared;
-    let found = largest_hole(&open);
+    let found = largest_hole(&open, &[]);
     assert!((found / circle - 1.0).abs() < 0.15, "{found} {circle}");
+    let rim = Adjacency::prepare(&open).boundary_loops();
+    assert_eq!(largest_hole(&open, &rim), 0.0, "a hem is no hole");
+    let cap = 2.0 * std::f64::consts::PI * 0.5;
+    let (unseen, _) = largest_unseen_part(&mesh, &SurfaceIndex::prepare(&open), |_| false).unwrap();
+    assert!((unseen / cap - 1.0).abs() < 0.15, "{unseen} {cap}");
+    assert_eq!(largest_unseen_part(&mesh, &SurfaceIndex::prepare(&open), |_| true), None);
 }

@@ -1,5 +1,6 @@
 //! Check: whether the results of a step are plausible.
 
+use super::cut::Cut;
 use super::event::{OnProgress, Outcome};
 use super::fit::Fit;
 use super::pipeline_stage::{PipelineStage, StepContext};
@@ -12,6 +13,7 @@ use crate::body::Figure;
 use crate::check::{
     BodyPlausibility, BodyResult, Doubt, GarmentPlausibility, GarmentResult, check_body, check_garment,
 };
+use crate::cut::Garment;
 use crate::fit::{FittedBody, PoseInside, RegisteredBody};
 use crate::scan;
 use crate::segment::{Inner, Segmentation};
@@ -35,6 +37,7 @@ pub(in crate::session) struct GarmentInputs {
     figure: Kept<Figure>,
     inside: Kept<PoseInside>,
     segmentation: Kept<Segmentation>,
+    garment: Kept<Garment>,
     /// An earlier step with the same file.
     same_as: Option<String>,
 }
@@ -62,6 +65,7 @@ impl PipelineStage for Check {
             return Ok((Inputs::Body { scan, fitted, registered }, values));
         }
         let (inside, segmentation) = (context.results.result::<Pose>()?, context.results.result::<Segment>()?);
+        let garment = context.results.result::<Cut>()?;
         let figure = context.inner()?.figure()?;
         let step = context.step;
         let earlier = context.walk.session().recipe.steps.iter().take_while(|other| other.name != step.name);
@@ -74,12 +78,13 @@ impl PipelineStage for Check {
             "figure": figure.hash,
             "inside": inside.hash,
             "labels": segmentation.hash,
+            "garment": garment.hash,
             "model": model,
         });
         if let Some(other) = &same_as {
             values["same_as"] = json!(other);
         }
-        Ok((Inputs::Garment(Box::new(GarmentInputs { scan, figure, inside, segmentation, same_as })), values))
+        Ok((Inputs::Garment(Box::new(GarmentInputs { scan, figure, inside, segmentation, garment, same_as })), values))
     }
 
     fn run(
@@ -121,7 +126,7 @@ fn body(
     Ok(Outcome::of(Plausibility::Body(found.clone()))
         .measured("tilt_deg", deg(found.tilt))
         .measured("unlike_hands_percent", found.unlike_hands_share.map_or(f64::NAN, |s| 1e2 * s))
-        .measured("largest_hole_cm2", 1e4 * found.largest_hole)
+        .measured("largest_unseen_cm2", found.largest_unseen.as_ref().map_or(0.0, |(area, _)| 1e4 * area))
         .measured("bent_median_deg", deg(found.bent_median))
         .measured("bent_p90_deg", deg(found.bent_p90))
         .measured("fitted_p95_mm", mm(found.fitted_p95))
@@ -130,15 +135,17 @@ fn body(
 }
 
 fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Result<Outcome<Plausibility>, SessionError> {
-    let GarmentInputs { scan, figure, inside, segmentation, same_as } = inputs;
+    let GarmentInputs { scan, figure, inside, segmentation, garment, same_as } = inputs;
     let (scan, figure) = (session.store.load_shared(scan)?, session.figure(figure)?);
     let (inside, segmentation) = (session.store.load(inside)?, session.store.load_shared(segmentation)?);
+    let garment = session.store.load(garment)?;
     let surfaces = surfaces_inside(&figure, &inside)?;
     let inner: Vec<Inner> = (surfaces.iter().zip(&figure.layers))
         .map(|(mesh, layer)| Inner { mesh, colors: layer.colors.as_ref() })
         .collect();
-    let found = check_garment(&GarmentResult { scan: &scan, labels: &segmentation.labels.0, inner: &inner })
-        .map_err(|e| SessionError::stage(&step.name, Stage::Check, e))?;
+    let found =
+        check_garment(&GarmentResult { scan: &scan, garment: &garment, labels: &segmentation.labels.0, inner: &inner })
+            .map_err(|e| SessionError::stage(&step.name, Stage::Check, e))?;
     let mm = |metres: Option<f64>| metres.map_or(f64::NAN, |m| 1e3 * m);
     let or_nan = |value: Option<f64>| value.unwrap_or(f64::NAN);
     let mut outcome = Outcome::of(Plausibility::Garment(found.clone()))

@@ -18,7 +18,7 @@ pub type Measures = BTreeMap<String, f64>;
 
 /// The name of a measure, and its unit, which is the name's suffix.
 pub fn name_and_unit(measure: &str) -> (String, &'static str) {
-    let units = [("_mm", " mm"), ("_percent", " %"), ("_deg", "°")];
+    let units = [("_mm", " mm"), ("_percent", " %"), ("_cm2", " cm²"), ("_deg", "°")];
     let found = units.iter().find_map(|(suffix, unit)| Some((measure.strip_suffix(suffix)?, *unit)));
     let (name, unit) = found.unwrap_or((measure, ""));
     (name.replace('_', " "), unit)
