@@ -42,10 +42,8 @@ pub struct GarmentPlausibility {
     pub unexplained: (f64, Option<Point>),
     /// For each garment worn before, innermost first: what the rest of the scan shows of it.
     pub worn_before: Vec<WornBefore>,
-    /// Median and 75th percentile of the distance of the rest of the scan from the figure.
-    pub rest_median: Option<f64>,
-    /// 75th percentile of that distance.
-    pub rest_p75: Option<f64>,
+    /// Median distance of the rest of the scan from the figure where skin is visible; `None` where none is.
+    pub skin_median: Option<f64>,
     /// The area of the largest hole that is left in the garment, in m².
     pub largest_hole: f64,
 }
@@ -109,7 +107,7 @@ pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, Chec
     let scan_index = SurfaceIndex::prepare(mesh);
     let unchanged = |place: &Place| place.gap < ON_FIGURE && place.color_change.is_some_and(|c| c < SAME_COLOR);
     let rest_colors = || rest().filter_map(|(_, place, area)| Some((area, place.color_change? > RECOLORED_FROM)));
-    let rest_gaps: Vec<(f64, f64)> = rest().map(|(_, place, area)| (place.gap, area)).collect();
+    let skin_gaps = rest().filter(|(_, place, _)| place.is_skin).map(|(_, place, area)| (place.gap, area)).collect();
     Ok(GarmentPlausibility {
         stand_off_median: weighted_quantile(gaps.clone(), 0.5),
         stand_off_p90: weighted_quantile(gaps, 0.9),
@@ -119,8 +117,7 @@ pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, Chec
         recolored_share: recolored,
         unexplained: (far_area / total.max(1e-12), (!far.is_empty()).then_some(far_middle)),
         worn_before: (1..layers.len()).map(|k| worn_before(k, &layers, result, &scan_index)).collect(),
-        rest_median: weighted_quantile(rest_gaps.clone(), 0.5),
-        rest_p75: weighted_quantile(rest_gaps, 0.75),
+        skin_median: weighted_quantile(skin_gaps, 0.5),
         largest_hole: largest_hole(&cut.mesh, &cut.hem_loops),
     })
 }
@@ -129,18 +126,20 @@ pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, Chec
 struct Place {
     gap: f64,
     color_change: Option<f64>,
+    /// Whether the body is nearer than every garment.
+    is_skin: bool,
 }
 
 impl Place {
     fn of(scan: &Scan, v: VertexId, layers: &[IndexedLayer]) -> Self {
         let p = &scan.mesh.points()[v];
-        let mut nearest: (f64, Option<Lab>) = (f64::INFINITY, None);
-        for layer in layers {
+        let mut nearest: (f64, Option<Lab>, bool) = (f64::INFINITY, None, false);
+        for (k, layer) in layers.iter().enumerate() {
             if let Some(at) = layer.index.closest_within(p, nearest.0).filter(|at| at.distance < nearest.0) {
-                nearest = (at.distance, layer.color_at(&at));
+                nearest = (at.distance, layer.color_at(&at), k == 0);
             }
         }
-        Self { gap: nearest.0, color_change: difference(color_of(scan, v), nearest.1) }
+        Self { gap: nearest.0, color_change: difference(color_of(scan, v), nearest.1), is_skin: nearest.2 }
     }
 }
 

@@ -156,8 +156,7 @@ fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Resul
         .measured("unchanged_percent", 1e2 * or_nan(found.unchanged_share))
         .measured("rest_recolored_percent", 1e2 * or_nan(found.rest_recolored_share))
         .measured("unexplained_percent", 1e2 * found.unexplained.0)
-        .measured("rest_median_mm", mm(found.rest_median))
-        .measured("rest_p75_mm", mm(found.rest_p75))
+        .measured("skin_median_mm", mm(found.skin_median))
         .measured("largest_hole_cm2", 1e4 * found.largest_hole);
     for (k, worn) in found.worn_before.iter().enumerate() {
         outcome = outcome
