@@ -29,8 +29,11 @@ const GREATEST_TILT: f64 = 35.0 * std::f64::consts::PI / 180.0;
 const CLOTHED_FROM: f64 = 0.0105;
 /// Without colours only this distance tells, in metres.
 const CLOTHED_WITHOUT_COLORS_FROM: f64 = 0.018;
-/// Share of trunk and limbs without the colour of the hands: underwear covers 10 to 20 %, shorts and a tank top 40 %.
-const CLOTHED_SHARE: f64 = 0.3;
+/// Share of trunk and limbs without the colour of the hands: 0 to 13 % on bare bodies, 97 % and more in jacket or vest, 19 % in
+/// a tank top and skin-coloured shorts.
+const CLOTHED_SHARE: f64 = 0.18;
+/// Area of the largest part that the scan does not show, in m². A hole of 24 cm in diameter has 0.045.
+const UNSEEN_FROM: f64 = 0.03;
 
 impl BodyPlausibility {
     /// What is implausible, the gravest first.
@@ -59,6 +62,15 @@ impl BodyPlausibility {
             _ => None,
         };
         doubts.extend(clothed.map(|what| Doubt::new(what, "scan the person without clothes, or in tight underwear")));
+        if let Some((area, part)) = self.largest_unseen.as_ref().filter(|(area, _)| *area > UNSEEN_FROM) {
+            doubts.push(Doubt::new(
+                format!(
+                    "the scan does not show {:.0} cm² at the {part}, where the body comes from the model",
+                    1e4 * area
+                ),
+                "scan again if its shape matters there",
+            ));
+        }
         doubts
     }
 }
@@ -66,26 +78,30 @@ impl BodyPlausibility {
 /// Median colour change of a garment that is not there, in spreads: at most 0.3; of garments 2.5 to 11, but 0.3 to 0.6 for two
 /// that have the colour of what is below.
 const ABSENT_BELOW_CHANGE: f64 = 1.0;
-/// Share of the garment that is neither off the surface below nor of another colour: 70 to 100 % where there is none.
-const ABSENT_FROM_UNCHANGED: f64 = 0.6;
+/// Share of the garment that is neither off the surface below nor of another colour: 81 to 99 % where there is none.
+const ABSENT_FROM_UNCHANGED: f64 = 0.7;
 /// Without colours: 90th percentile of the distance from the surface below, in metres. 5.0 to 5.8 mm where there is no garment,
 /// 6.3 mm on leggings.
 const ABSENT_BELOW_STAND_OFF: f64 = 0.006;
-/// A smaller unchanged share is still too much for the right template: at most 20 % on garments, 35 to 70 % where the template was
-/// another garment's.
+/// A smaller unchanged share is still too much for the right template: at most 21 % on garments, 37 to 67 % where the template
+/// was another garment's.
 const PARTLY_ABSENT_FROM: f64 = 0.3;
-/// Share of the rest of the scan that has another colour than the figure.
-const REST_RECOLORED_FROM: f64 = 0.1;
+/// Share of the rest of the scan that has another colour than the figure: at most 22 % on good scans, 28 to 99 % in the wrong
+/// order and with two garments more.
+const REST_RECOLORED_FROM: f64 = 0.25;
 /// Share of the scan that is far from the figure: at most 3 % on good scans, 7 to 24 % on scans in the wrong order.
 const UNEXPLAINED_FROM: f64 = 0.05;
-/// Share of an earlier garment that has another colour where it should be visible: at most 28 % on good scans.
-const NOT_WORN_FROM: f64 = 0.5;
+/// Share of an earlier garment that has another colour where it should be visible: at most 65 % on good scans, where little
+/// of it is visible at all; 98 % of a garment that was taken off.
+const NOT_WORN_FROM: f64 = 0.8;
 /// Without colours: share of it that is outside the scan. A swaying skirt reaches 32 %, a jacket that was taken off 55 %.
 const NOT_WORN_OUTSIDE_FROM: f64 = 0.45;
 /// Less visible area tells nothing, in m².
 const LEAST_WORN_AREA: f64 = 0.02;
-/// Median distance of the rest of the scan from the figure, in metres.
-const ANOTHER_PERSON_FROM: f64 = 0.003;
+/// Median distance of visible skin from the scan, in metres: at most 1.9 mm on the same person, 3.0 to 5.0 mm on another.
+const ANOTHER_PERSON_FROM: f64 = 0.0025;
+/// The largest hole left in a garment, in m²: fusion leaves smaller ones.
+const HOLE_FROM: f64 = 0.005;
 
 impl GarmentPlausibility {
     /// What is implausible, the gravest first. `name` is the garment's, `worn` are the names of the garments worn before,
@@ -122,6 +138,12 @@ impl GarmentPlausibility {
                 format!("check the template of the {name}, and that no scan between was left out"),
             ));
         }
+        if self.largest_hole > HOLE_FROM {
+            doubts.push(Doubt::new(
+                format!("a hole of {:.0} cm² is left in the {name}", 1e4 * self.largest_hole),
+                "scan again without the hole",
+            ));
+        }
         doubts
     }
 
@@ -156,12 +178,9 @@ impl GarmentPlausibility {
     }
 
     fn another_person(&self) -> Option<Doubt> {
-        let median = self.rest_median.filter(|median| *median > ANOTHER_PERSON_FROM)?;
+        let median = self.skin_median.filter(|median| *median > ANOTHER_PERSON_FROM)?;
         Some(Doubt::new(
-            format!(
-                "visible skin and earlier clothes are {:.1} mm from the scan: it may show another person",
-                1e3 * median
-            ),
+            format!("visible skin is {:.1} mm from the scan: it may show another person", 1e3 * median),
             "check that all scans show the same person",
         ))
     }
