@@ -107,7 +107,7 @@ fn nearest_of(p: &Point, surfaces: &[SurfaceIndex]) -> Option<usize> {
     best.1
 }
 
-/// The number of boundary loops of a garment.
+/// The number of boundary loops of a garment: its hems, and the holes that are left in it.
 pub fn hem_loops(garment: &TriMesh) -> usize {
     Adjacency::prepare(garment).boundary_loops().len()
 }

@@ -6,6 +6,7 @@ use super::scan::Scan;
 use super::segment::Segment;
 use crate::cut::{CutParams, Garment, cut};
 use crate::geometry::Adjacency;
+use crate::measure::hem_loops;
 use crate::scan;
 use crate::segment::Segmentation;
 use crate::session::error::SessionError;
@@ -54,7 +55,8 @@ impl PipelineStage for Cut {
         let adjacency = session.store.prepared(kept_scan.hash, || Adjacency::prepare(&scan.mesh));
         let garment = cut(&scan, &adjacency, &segmentation, expected_loops, &params)
             .map_err(|e| SessionError::stage(&step.name, Stage::Cut, e))?;
-        let (vertices, hems) = (garment.mesh.vertex_count(), garment.hem_loops.len());
+        // The definition of `overcoat measure`: every boundary loop, so that holes count too.
+        let (vertices, hems) = (garment.mesh.vertex_count(), hem_loops(&garment.mesh));
         let findings = garment.findings.clone();
         Ok(Outcome::of(garment)
             .measured("vertices", vertices as f64)
