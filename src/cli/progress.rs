@@ -52,9 +52,9 @@ impl Progress {
             (Some(bar), Event::Ran(report)) if self.prints_stages() => bar.suspend(|| print_aside(&ran(report))),
             (None, Event::Ran(report)) if self.prints_stages() => print_aside(&ran(report)),
             (Some(bar), Event::StepDone(step)) if self.plain && self.ran => {
-                bar.suspend(|| print_aside(&verdicts::line(step)))
+                bar.suspend(|| print_aside(&verdicts::line_for_stderr(step)))
             }
-            (None, Event::StepDone(step)) if self.plain && self.ran => print_aside(&verdicts::line(step)),
+            (None, Event::StepDone(step)) if self.plain && self.ran => print_aside(&verdicts::line_for_stderr(step)),
             (None, Event::Progress { step, stage, text }) if self.verbosity == Verbosity::Verbose => {
                 print_aside(&format!("{step}: {stage}, {text}"));
             }

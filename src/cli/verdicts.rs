@@ -2,14 +2,33 @@
 
 use super::console::Done;
 use super::context::Context;
-use crate::session::{Stage, StepVerdict};
+use crate::session::{Stage, StepVerdict, Verdict};
+use std::io::IsTerminal;
 
 /// `coat: check it: 55 hem loops, 3 or 4 expected; …`
 pub(super) fn line(step: &StepVerdict) -> String {
     format!("{}: {}", step.step, step.verdict)
 }
 
-/// The same for `--strict`: the command has failed if a step is not good.
+/// The line for stderr: its first word in colour on a terminal, unless `NO_COLOR` is set.
+pub(super) fn line_for_stderr(step: &StepVerdict) -> String {
+    let plain = line(step);
+    let is_plain =
+        !std::io::stderr().is_terminal() || std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+    if is_plain { plain } else { colored(step) }
+}
+
+fn colored(step: &StepVerdict) -> String {
+    let (green, yellow, red, reset) = ("\x1b[32m", "\x1b[33m", "\x1b[31m", "\x1b[0m");
+    let (color, word, rest) = match &step.verdict {
+        Verdict::Good => (green, "good", String::new()),
+        Verdict::Check(doubt) => (yellow, "check it", format!(": {doubt}")),
+        Verdict::Failed(why) => (red, "failed", format!(": {why}")),
+    };
+    format!("{}: {color}{word}{reset}{rest}", step.step)
+}
+
+/// For `--strict`: the command has failed if a step is not good.
 pub(super) fn required_good(done: Done, verdicts: &[StepVerdict], context: &Context) -> Done {
     let doubtful: Vec<&str> = verdicts.iter().filter(|v| !v.verdict.is_good()).map(|v| v.step.as_str()).collect();
     if doubtful.is_empty() {
@@ -23,4 +42,17 @@ pub(super) fn required_good(done: Done, verdicts: &[StepVerdict], context: &Cont
 pub(super) fn stages_hint() -> String {
     let names = |stages: &[Stage]| stages.iter().map(|stage| stage.name()).collect::<Vec<_>>().join(", ");
     format!("the stages of the body are {}; those of a garment {}", names(Stage::OF_BODY), names(Stage::OF_GARMENT))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_word_of_the_verdict_alone_is_in_colour() {
+        let doubt = "55 hem loops, 4 expected; look at the hems";
+        let step = StepVerdict { step: "coat".into(), verdict: Verdict::Check(doubt.into()), warnings: vec![] };
+        assert_eq!(line(&step), format!("coat: check it: {doubt}"));
+        assert_eq!(colored(&step), format!("coat: \x1b[33mcheck it\x1b[0m: {doubt}"));
+    }
 }

@@ -135,15 +135,15 @@ impl FitError {
                 "correct the argument".into()
             }
             Self::NotABody { .. } => {
-                "check the unit and the up axis (--unit, --up); one whole person must stand upright, in an A-pose"
+                "is the person clothed? Scan the bare body first; check the unit and the up axis (--unit, --up); one whole person must stand upright, in an A-pose"
                     .into()
             }
             Self::Unexplained { .. } => {
-                "scan one person alone, with empty hands, standing in an A-pose; or cut away what does not belong".into()
+                "is the person clothed in the body's scan, or is a scan between missing? Scan one person alone, with empty hands, standing in an A-pose".into()
             }
             Self::HalfABody { .. } => "scan the whole person; a hand, an arm or the head may be missing".into(),
             Self::FarFromModel { .. } => {
-                "check the unit (--unit); for a child start the session with a model of children (`overcoat new --body`)"
+                "is the person clothed? Scan the bare body; check the unit (--unit); for a child start the session with a model of children (`overcoat new --body`)"
                     .into()
             }
             Self::NotThisPerson { .. } => {
