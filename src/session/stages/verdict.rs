@@ -95,10 +95,10 @@ fn warning_of(step: &str, judged: &Judged) -> Warning {
             "look at these places before the figure is posed; `mask` can take cloth away there",
         ),
         "inside_after" => Warning::new(
-            format!(
-                "{value:.0} {} of the {step} inside an inner layer",
-                if value == 1.0 { "vertex is" } else { "vertices are" }
-            ),
+            match value {
+                1.0 => format!("1 vertex of the {step} is inside an inner layer"),
+                _ => format!("{value:.0} vertices of the {step} are inside an inner layer"),
+            },
             "look at these places before the figure is posed; `mask` can take cloth away there",
         ),
         "outside_percent" => Warning::new(
