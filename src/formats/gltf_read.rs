@@ -8,6 +8,7 @@ use gltf::json::extensions::ENABLED_EXTENSIONS;
 use gltf::mesh::{Mode, Semantic};
 use gltf::{Document, Gltf, Node, Primitive};
 use nalgebra::{Matrix3, Matrix4, Point3, Vector3};
+use serde::Deserialize;
 use std::collections::BTreeSet;
 use std::io::Read;
 
@@ -104,8 +105,17 @@ fn check_version(bytes: &[u8]) -> Result<(), FormatError> {
             Some(other) => Err(unsupported(&format!("a binary of version {other}, not 2,"))),
         };
     }
-    let stated = serde_json::from_slice::<serde_json::Value>(bytes).ok();
-    match stated.as_ref().and_then(|json| json["asset"]["version"].as_str()) {
+    #[derive(Deserialize)]
+    struct Root {
+        asset: Asset,
+    }
+    #[derive(Deserialize)]
+    struct Asset {
+        version: String,
+    }
+    // The glTF reader reports JSON without a version.
+    let stated = serde_json::from_slice::<Root>(bytes).ok().map(|root| root.asset.version);
+    match stated.as_deref() {
         Some(version) if version != "2" && !version.starts_with("2.") => {
             Err(unsupported(&format!("version {version}, not 2,")))
         }

@@ -164,7 +164,7 @@ fn what_is_told_is_taken_and_doubted_aloud() {
     let given = ScanParams { unit: Some(Unit::Metre), up: Some(Up::MinusY), ..Default::default() };
     let scan = clean(&body(), &given, &mut |_| {}).unwrap();
     assert!((scan.world_from_file.direction_in_world(&Vec3::y()) + Vec3::y()).norm() < 1e-9);
-    assert!(scan.findings.iter().any(|f| f.contains("the head seems to be below")), "{:?}", scan.findings);
+    assert!(scan.findings.iter().any(|f| f.contains("the head seems to be at the other end")), "{:?}", scan.findings);
     let wrong = ScanParams { unit: Some(Unit::Millimetre), ..Default::default() };
     let error = clean(&body(), &wrong, &mut |_| {}).unwrap_err();
     assert!(matches!(error, ScanError::NotPersonSize { .. }) && error.to_string().contains("0.002 m in mm"), "{error}");
