@@ -267,7 +267,7 @@ fn build(args: BuildBodyArgs, context: &Context) -> anyhow::Result<Done> {
     progress.end();
     built.write(&args.out, &mut outputs)?;
     let (trained, model) = (&built.trained, &built.trained.model);
-    let held = trained.explained.last().copied().unwrap_or(0.0);
+    let held = trained.explained.last().expect("a model has at least one component");
     let left = trained.left_out.as_ref();
     let json = json!({
         "model": args.out.display().to_string(),
@@ -308,7 +308,7 @@ fn build(args: BuildBodyArgs, context: &Context) -> anyhow::Result<Done> {
             model.component_count(),
             trained.bodies,
             100.0 * held,
-            100.0 * trained.explained.first().copied().unwrap_or(0.0)
+            100.0 * trained.explained.first().expect("a model has at least one component")
         ))
         .line(measured)
         .line(format!("wrote {}, in {}", args.out.display(), secs(began.elapsed())))

@@ -123,6 +123,11 @@ impl LabelledSurface {
         Ok(Self { points, faces: raw.faces.clone(), labels, before, is_painted })
     }
 
+    /// Whether every vertex has a label, so that the file does not tell which of them were painted.
+    pub fn is_complete(&self) -> bool {
+        self.labels.iter().all(Option::is_some)
+    }
+
     /// Whether the labels are only those that were painted.
     pub fn is_painted(&self) -> bool {
         self.is_painted
@@ -290,6 +295,7 @@ mod tests {
             let near_a_limit = (p.x - 0.2).abs() < 0.007 || (p.y - 0.3).abs() < 0.007;
             assert!(near_a_limit || marks.labels[v] == expected.labels[v], "{p}: {:?}", marks.labels[v]);
         }
+        assert!(!surface.is_complete(), "the right half has no label");
         let points_alone = LabelledSurface { faces: Vec::new(), ..surface.clone() };
         let agree = |a: &Marks, b: &Marks| a.labels.iter().zip(b.labels.iter()).filter(|(a, b)| a == b).count();
         assert!(agree(&points_alone.marks_on(&other, None).unwrap(), &marks) > 47 * 44);

@@ -36,7 +36,7 @@ pub fn import_body(
     let files = makehuman_files(path)?;
     let targets = files.targets.len();
     let trained = import_makehuman(&files, params, on_step).map_err(|e| BodiesError::bad_source(path, e))?;
-    let held = 100.0 * trained.explained.last().copied().unwrap_or(0.0);
+    let held = 100.0 * trained.explained.last().expect("a model has at least one component");
     let findings = vec![
         format!(
             "{} bodies sampled from {targets} macro targets; the components hold {held:.1} % of their variance",

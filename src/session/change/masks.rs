@@ -290,7 +290,8 @@ impl Session {
         let (kept_scan, scan) = self.scan_of(&step)?;
         let marks = mask.marks(self, &step, layer_before, &scan, file)?;
         let (marks, content) = match &mask {
-            MaskFile::Surface(surface) if !surface.is_painted() => {
+            // A file with unlabelled vertices tells itself what is pinned.
+            MaskFile::Surface(surface) if surface.is_complete() && !surface.is_painted() => {
                 let before = match surface.before_painting() {
                     Some(before) => {
                         let marks = before.marks_on(&scan, None).map_err(|e| SessionError::bad_source(file, e))?;
