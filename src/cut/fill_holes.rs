@@ -4,11 +4,11 @@ use super::error::CutError;
 use super::params::CutParams;
 use super::patch::Patch;
 use super::slice::Slice;
-use crate::geometry::{Adjacency, NearestVertex, PerVertex, Point, TriMesh, Vec3, VertexId};
+use crate::geometry::{Adjacency, NearestVertex, PerFace, PerVertex, Point, TriMesh, Vec3, VertexId};
 use crate::numerics::SparseCholesky;
 use crate::scan::Scan;
 use crate::segment::{Labels, Segmentation};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A scan without its small holes near the garment. The scan's own vertices come first, unmoved.
 ///
@@ -119,7 +119,21 @@ pub(super) fn close_pinholes(slice: Slice, whole: &FilledScan) -> Result<Slice, 
         }
         points.extend(patch.inner);
     }
-    Ok(Slice { mesh: TriMesh::try_new(points, faces)?, origins, on_cut })
+    Ok(without_doubles(Slice { mesh: TriMesh::try_new(points, faces)?, origins, on_cut }))
+}
+
+/// Drops faces that span the same three vertices: a single triangle on a non-manifold edge is its own rim, and its filling
+/// would be its back.
+fn without_doubles(slice: Slice) -> Slice {
+    let sorted = |face: &[VertexId; 3]| {
+        let mut corners = *face;
+        corners.sort();
+        corners
+    };
+    let mut counts: BTreeMap<[VertexId; 3], usize> = BTreeMap::new();
+    slice.mesh.faces().iter().for_each(|face| *counts.entry(sorted(face)).or_default() += 1);
+    let keep: PerFace<bool> = slice.mesh.faces().iter().map(|face| counts[&sorted(face)] == 1).collect();
+    if keep.iter().all(|&kept| kept) { slice } else { slice.part(&keep) }
 }
 
 /// Greatest area of a loop that is not a hem, in m². 6 cm²: half of a small child's wrist.

@@ -218,3 +218,23 @@ fn arguments_that_do_not_belong_together_are_refused() {
     let loops = super::cut(&scan, &around, &all, reversed, &params).unwrap_err();
     assert!(matches!(loops, CutError::BadLoopRange { least: 3, most: 2 }), "{loops}");
 }
+
+#[test]
+fn no_two_faces_span_the_same_vertices() {
+    let scan = tube();
+    // A fin: a third face on an edge of the tube. It is its own rim, whose filling would be its back.
+    let mut points = scan.mesh.points().0.clone();
+    let row = 70 * SECTORS;
+    points.push(Point::new(0.103, 0.352, 0.0));
+    let mut faces: Vec<[u32; 3]> = scan.mesh.faces().iter().map(|f| f.map(|v| v.0)).collect();
+    faces.push([row, row + 1, points.len() as u32 - 1]);
+    let finned = Scan::from_clean_mesh(TriMesh::try_from_indices(points, &faces).unwrap(), None);
+    let labels = Labels(finned.mesh.points().iter().map(|p| p.y > 0.2).collect());
+    let garment = cut(&finned, &labels.into()).unwrap();
+    let mut spans: Vec<[VertexId; 3]> = garment.mesh.faces().0.clone();
+    spans.iter_mut().for_each(|face| face.sort());
+    spans.sort();
+    let count = spans.len();
+    spans.dedup();
+    assert_eq!(spans.len(), count);
+}
