@@ -143,7 +143,7 @@ fn results_are_written_in_one_place() {
     refuses("session/results/sheet.rs", "use std::fs::File; fn f() { File::create(path); }", "session::Outputs");
     accepts("session/store/durable.rs", "use std::fs::File; fn f() { File::options(); }");
     accepts(
-        "cli/export.rs",
+        "session/export.rs",
         "fn f() { std::fs::read(path); }\n#[cfg(test)] mod tests { fn g() { std::fs::write(p, b); } }",
     );
 }

@@ -1,6 +1,6 @@
 //! Limits of the measures that a session takes without ground truth.
 
-use super::event::StageReport;
+use super::report::StageReport;
 use crate::session::recipe::{StepRecipe, garment_kind};
 use crate::session::stage::Stage;
 use serde::Serialize;

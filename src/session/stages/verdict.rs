@@ -1,7 +1,7 @@
 //! The verdict on a step: whether its result can be used as it is.
 
-use super::event::StageReport;
 use super::limits::{Attained, Judged, judge};
+use super::report::StageReport;
 use crate::session::recipe::StepRecipe;
 use crate::session::stage::Stage;
 use crate::session::store::{Failure, Warning};

@@ -1,7 +1,8 @@
 //! A walk through the stages: runs those that are out of date, rebuilds damaged results, or only checks.
 
-use super::event::{Event, Forced, OnProgress, Outcome, StageProgress, StageReport};
+use super::event::{Event, Forced, OnProgress, Outcome, StageProgress};
 use super::reason::{Cause, Reason, reasons};
+use super::report::StageReport;
 use super::verdict::verdict_on;
 use crate::session::error::SessionError;
 use crate::session::open::{Session, Writer};
