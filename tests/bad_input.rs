@@ -182,7 +182,7 @@ fn impossible_arguments_are_refused() {
         ("mask shirt nowhere.jsonl", 2, "there is no file"),
         ("mask shirt {scan} --template out.ply", 2, "cannot be used with"),
         ("mask shirt --template out.ply", 1, "not built"),
-        ("mask shirt --template {scan}", 2, "already"),
+        ("mask shirt --template {scan}", 2, "it is the scan of 'body'"),
         ("mask body --template out.ply", 2, "no labels"),
         ("mask list coat", 2, "there is no step 'coat'"),
         ("mask remove shirt 1", 2, "'shirt' has no mask '1'"),

@@ -73,7 +73,7 @@ fn a_session_is_created_scanned_and_reported() {
     assert_eq!(status["up_to_date"], false);
     let step = &status["steps"][0];
     assert_eq!((&step["name"], &step["standing"][0]["stage"]), (&Value::from("body"), &Value::from("scan")));
-    assert_eq!(step["stale"], serde_json::json!(["fit", "register", "figure"]));
+    assert_eq!(step["stale"], serde_json::json!(["fit", "register", "figure", "check"]));
     let recipe = std::fs::read_to_string(session.join("recipe.toml")).unwrap();
     assert!(recipe.contains("scan = \"../body.ply\""), "{recipe}");
     assert_eq!(overcoat_ok(&session, &["status", "-q"]).stdout, "");

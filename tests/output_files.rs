@@ -78,7 +78,7 @@ fn a_sheet_over_the_recipe_and_files_among_a_session_s_own_are_refused() {
     refused(here, "-C alice view --sheet alice/recipe.toml --force", 2, "does not end in .png");
     refused(here, "-C alice view --sheet alice/artefacts/x.png --force", 2, "is a file of the session");
     refused(here, "-C alice export alice/masks --force", 2, "is a file of the session");
-    refused(here, "-C alice export alice/lock/ --force", 1, "cannot be written");
+    refused(here, "-C alice export alice/lock/ --force", 2, "is a file of the session");
     // No other command's session either.
     ok(here, "new bob");
     refused(here, "body show --mesh alice/artefacts/x.ply --force", 2, "is a file of the session");
@@ -92,7 +92,7 @@ fn a_sheet_over_the_recipe_and_files_among_a_session_s_own_are_refused() {
 #[test]
 fn frames_of_a_recording_are_protected_with_everything_beside_them() {
     let dir = tempfile::tempdir().unwrap();
-    Turntable { frames: 12, turn_deg: 360.0, ..Turntable::default() }.write(&dir.path().join("frames"));
+    Turntable { frames: 36, turn_deg: 360.0, ..Turntable::default() }.write(&dir.path().join("frames"));
     ok(dir.path(), "new alice");
     ok(dir.path(), "-C alice scan body frames");
     refused(dir.path(), "-C alice export frames --scan body", 2, "is the scan of 'body', or a part of it");
@@ -126,7 +126,6 @@ fn a_user_s_file_is_replaced_only_with_force_and_our_own_without() {
     ok(here, "body show --mesh body2.ply --force");
     // The manifest is no part of the session's state.
     assert_eq!(overcoat_ok(here, &["-C", "alice", "build", "--json"]).json()["ran"], 0);
-    assert_eq!(overcoat(here, &["-C", "alice", "undo"]).code, 2);
 }
 
 #[test]

@@ -73,6 +73,7 @@ fn the_recipe_alone_gives_the_same_bytes_with_one_thread() {
 #[test]
 fn a_step_is_exported_in_the_frame_of_its_scan_file() {
     let out = demo().dir.path().join("at");
+    std::fs::create_dir_all(&out).unwrap();
     let scans = Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo");
     for (step, file, worn) in [
         ("body", None, vec![]),
@@ -111,6 +112,7 @@ fn a_step_is_exported_in_the_frame_of_its_scan_file() {
 #[test]
 fn the_body_before_registration_differs_and_is_coarser() {
     let out = demo().dir.path().join("fit");
+    std::fs::create_dir_all(&out).unwrap();
     let folder = |name: &str| format!("{}/{name}/", out.display());
     overcoat_ok(&demo().session, &["export", &folder("before"), "--stage", "fit"]);
     overcoat_ok(&demo().session, &["export", &folder("after"), "--at", "body", "--scan", "body"]);
@@ -140,7 +142,7 @@ fn a_stroke_changes_its_garment_and_rebuilds_no_more_than_it_must() {
         .filter(|s| s["ran"] == true)
         .map(|s| format!("{}/{}", s["step"].as_str().unwrap(), s["stage"].as_str().unwrap()))
         .collect();
-    assert_eq!(ran, ["vest/segment", "vest/cut", "vest/rig", "vest/stack", "vest/figure", "vest/press"]);
+    assert_eq!(ran, ["vest/segment", "vest/cut", "vest/rig", "vest/stack", "vest/figure", "vest/press", "vest/check"]);
     let painted = demo().dir.path().join("painted");
     overcoat_ok(&copy, &["export", &format!("{}/", painted.display()), "--at", "vest"]);
     let after = read(&painted.join("labels/vest.ply"));

@@ -100,7 +100,7 @@ fn record_asks_again_after_a_wrong_answer() {
             "scan of the body> nowhere.ply",
             "scan of the body> skip",
             "scanned body from",
-            "body: mean distance from body to scan",
+            "mean distance from body to scan",
             "Check it with `view`",
             "Put on the next garment",
             "garment> joints",

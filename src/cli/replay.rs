@@ -111,7 +111,7 @@ fn many(batch: Batch, strict: bool, context: &Context) -> anyhow::Result<Done> {
             "{failed} of {} people could not be dressed; the first: {}: {}",
             runs.len(),
             first.name,
-            result_of(first)
+            reason_of(first)
         );
         done = done
             .failed(what, "correct what is reported and run the same command again: it continues with what is missing");
@@ -140,6 +140,10 @@ fn result_of(run: &SubjectRun) -> String {
         }
         Err(sentence) => format!("failed: {sentence}"),
     }
+}
+
+fn reason_of(run: &SubjectRun) -> &str {
+    run.outcome.as_ref().err().map_or("", String::as_str)
 }
 
 fn is_good(run: &SubjectRun) -> bool {

@@ -40,9 +40,11 @@ pub struct GarmentMeasures {
     pub garment_surface_mean_mm: f64,
     /// That distance in the bind pose; only for synthetic subjects, whose bind pose is that of the result.
     pub garment_surface_bind_mean_mm: Option<f64>,
-    /// Boundary loops found.
+    /// Boundary loops that are hems, as the cut tells them from holes.
     pub hem_loops: usize,
-    /// Boundary loops that the template expects.
+    /// The other boundary loops: holes that are left.
+    pub holes: usize,
+    /// Hems that the template expects.
     pub hem_loops_expected: Option<usize>,
     /// Degrees of turning per centimetre of hem.
     pub hem_roughness: f64,

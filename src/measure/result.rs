@@ -26,6 +26,8 @@ pub struct ResultStep {
     pub covered: Option<PerVertex<bool>>,
     /// Distance outside the noisy scan up to which skin counts as inside: metres, as the fit states it.
     pub margin: f64,
+    /// How many boundary loops of the new garment are hems, as the cut tells hems from holes; `None` for the naked step.
+    pub hem_loops: Option<usize>,
     /// How many hems the template expects.
     pub hem_loops_expected: Option<usize>,
 }

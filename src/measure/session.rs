@@ -99,11 +99,14 @@ fn measure_garment(
     };
     let in_bind = bind.layers.iter().find(|(n, _)| n == name).map(|(_, m)| m);
     let true_in_bind = truth_bind.and_then(|b| b.layers.get(garment));
+    let loops = hem_loops(mesh);
+    let hems = result.hem_loops.unwrap_or(loops);
     Ok(GarmentMeasures {
         garment_iou: garment_iou(&result.scan, labels, &truth.body, &truth.layers, garment)?,
         garment_surface_mean_mm: surface_distance(mesh, true_garment).surface_mean_mm,
         garment_surface_bind_mean_mm: in_bind.zip(true_in_bind).map(|(m, t)| surface_distance(m, t).surface_mean_mm),
-        hem_loops: hem_loops(mesh),
+        hem_loops: hems,
+        holes: loops.saturating_sub(hems),
         hem_loops_expected: result.hem_loops_expected,
         hem_roughness: hem_roughness(mesh),
     })

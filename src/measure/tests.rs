@@ -271,6 +271,7 @@ fn perfect_session() -> (Vec<ResultStep>, ResultBind, Vec<TruthStep>) {
         labels: None,
         covered: None,
         margin: 0.002,
+        hem_loops: None,
         hem_loops_expected: None,
     };
     let dressed = ResultStep {

@@ -23,6 +23,8 @@ pub(in crate::session) struct PosedStep {
     surface_of_fit: Option<TriMesh>,
     /// Results of a garment's step.
     pub labels: Option<Labels>,
+    /// How many boundary loops of the step's garment are hems.
+    pub hem_loops: Option<usize>,
     body: TriMesh,
     /// All garments, innermost first.
     garments: PosedGarments,
@@ -68,6 +70,7 @@ impl Session {
                     surface_of_fit: Some(fitted.surface.with_points(posed)),
                     fitted: Some(fitted),
                     labels: None,
+                    hem_loops: None,
                     garments: PosedGarments::new(),
                 })
             }
@@ -82,6 +85,7 @@ impl Session {
                     fitted: None,
                     surface_of_fit: None,
                     labels: Some(self.store.load(results.result::<stages::Segment>()?)?.labels),
+                    hem_loops: Some(self.store.load(results.result::<stages::Cut>()?)?.hem_loops.len()),
                     garments: self.store.load(results.result::<stages::Press>()?)?,
                 })
             }

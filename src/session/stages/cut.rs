@@ -6,7 +6,6 @@ use super::scan::Scan;
 use super::segment::Segment;
 use crate::cut::{CutParams, Garment, cut};
 use crate::geometry::Adjacency;
-use crate::measure::hem_loops;
 use crate::scan;
 use crate::segment::Segmentation;
 use crate::session::error::SessionError;
@@ -55,8 +54,7 @@ impl PipelineStage for Cut {
         let adjacency = session.store.prepared(kept_scan.hash, || Adjacency::prepare(&scan.mesh));
         let garment = cut(&scan, &adjacency, &segmentation, expected_loops, &params)
             .map_err(|e| SessionError::stage(&step.name, Stage::Cut, e))?;
-        // The definition of `overcoat measure`: every boundary loop, so that holes count too.
-        let (vertices, hems) = (garment.mesh.vertex_count(), hem_loops(&garment.mesh));
+        let (vertices, hems) = (garment.mesh.vertex_count(), garment.hem_loops.len());
         let findings = garment.findings.clone();
         Ok(Outcome::of(garment)
             .measured("vertices", vertices as f64)

@@ -24,6 +24,7 @@ mod stack;
 mod verdict;
 mod walk;
 
+pub(in crate::session) use cut::Cut;
 pub use event::{Event, Forced};
 pub(in crate::session) use fit::Fit;
 pub(in crate::session) use limits::judge;

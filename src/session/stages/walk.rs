@@ -94,6 +94,8 @@ pub(in crate::session) enum Walk<'a> {
         ended: bool,
         /// Whether the caller makes all results durable together, as one change.
         at_once: bool,
+        /// Whether a failure is noted for `status`: the recipe already has the step.
+        notes_failures: bool,
     },
     /// Rebuilds results that are recorded but damaged or missing, and records nothing: equal inputs give equal bytes.
     Repair { session: &'a Session, repaired: &'a mut Repaired, on_event: &'a mut dyn FnMut(&Event) },
@@ -108,7 +110,17 @@ impl<'a> Walk<'a> {
         forced: &'a Forced,
         on_event: &'a mut dyn FnMut(&Event),
     ) -> Self {
-        Self::Make { writer, change, forced, on_event, reports: Vec::new(), until: None, ended: false, at_once: false }
+        Self::Make {
+            writer,
+            change,
+            forced,
+            on_event,
+            reports: Vec::new(),
+            until: None,
+            ended: false,
+            at_once: false,
+            notes_failures: false,
+        }
     }
 
     /// Ends with this stage; later stages count as not built.
@@ -120,6 +132,13 @@ impl<'a> Walk<'a> {
     }
 
     /// Lets the caller make all results durable as one change.
+    pub fn noting_failures(mut self) -> Self {
+        if let Self::Make { notes_failures, .. } = &mut self {
+            *notes_failures = true;
+        }
+        self
+    }
+
     pub fn at_once(mut self) -> Self {
         if let Self::Make { at_once, .. } = &mut self {
             *at_once = true;
@@ -172,7 +191,7 @@ impl<'a> Walk<'a> {
     ) -> Result<Kept<T>, SessionError> {
         match self {
             Self::Make { ended: true, .. } => Err(call.not_built()),
-            Self::Make { writer, change, forced, on_event, reports, until, ended, at_once } => {
+            Self::Make { writer, change, forced, on_event, reports, until, ended, at_once, notes_failures } => {
                 let recorded = call.up_to_date(&writer.session);
                 *ended = call.is_last(until);
                 if let Some(record) = &recorded
@@ -189,7 +208,8 @@ impl<'a> Walk<'a> {
                 };
                 let (kept, record) = match run_and_keep(writer, &call, *on_event, run) {
                     Ok(made) => made,
-                    Err(error) => return Err(note_failure(writer, &call, error)),
+                    Err(error) if *notes_failures => return Err(note_failure(writer, &call, error)),
+                    Err(error) => return Err(error),
                 };
                 if writer.session.failures.forget(call.step, call.stage) {
                     writer.session.failures.write(writer.session.dir())?;
