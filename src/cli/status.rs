@@ -135,6 +135,14 @@ fn next(steps: &[StepStatus], context: &Context) -> Vec<String> {
     if steps.is_empty() {
         return vec![context.overcoat("scan body FILE")];
     }
+    if let Some(failed) = steps.iter().find(|s| matches!(s.verdict, Some(Verdict::Failed(_)))) {
+        let name = &failed.name;
+        return vec![
+            context.overcoat("view --sheet sheet.png"),
+            context.overcoat(&format!("scan {name} FILE --replace")),
+            context.overcoat(&format!("step remove {name}")),
+        ];
+    }
     if steps.iter().any(|s| !s.stale.is_empty()) {
         return vec![context.overcoat("build")];
     }

@@ -59,10 +59,14 @@ impl Session {
         let drawn = poster(&Poster {
             title: format!("{}: scans, layers, posed figure", self.name()),
             subtitle: format!(
-                "{} scans, one more garment each; {} layers on one skeleton; {}",
-                steps.len(),
-                figure.layers.len(),
-                self.counted_crossings()?
+                "{}, one more garment each; {} on one skeleton; {}{}",
+                counted(steps.len(), "scan"),
+                counted(figure.layers.len(), "layer"),
+                self.counted_crossings()?,
+                match self.recipe.steps.len() - steps.len() {
+                    0 => String::new(),
+                    missing => format!("; {missing} of {} steps are not built", self.recipe.steps.len()),
+                }
             ),
             scans,
             layers,
@@ -83,6 +87,11 @@ impl Session {
             n => format!("{n} crossings between layers in the bind pose"),
         })
     }
+}
+
+/// `1 scan`, `2 scans`.
+fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 fn striding(skeleton: &Skeleton) -> Pose {

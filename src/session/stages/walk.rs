@@ -247,7 +247,12 @@ impl<'a> Walk<'a> {
 /// Notes that a stage failed, so that `status` can say so; gives the error back.
 fn note_failure(writer: &mut Writer, call: &StageCall, error: SessionError) -> SessionError {
     let (stage, inputs) = (call.stage, call.hash());
-    let failure = Failure { stage, inputs, what: error.to_string(), remedy: error.hint() };
+    // The step and the stage are known where the failure is shown.
+    let what = match &error {
+        SessionError::Stage { source, .. } => source.to_string(),
+        other => other.to_string(),
+    };
+    let failure = Failure { stage, inputs, what, remedy: error.hint() };
     writer.session.failures.note(call.step, failure);
     // The error itself is what the user must read; without the note `status` only says that the stage is out of date.
     let _ = writer.session.failures.write(writer.session.dir());
