@@ -161,7 +161,7 @@ fn a_table_of_people_gives_each_a_session_and_one_summary() {
     }
     let summary = |into: &str| std::fs::read_to_string(dir.path().join(into).join("summary.csv")).unwrap();
     assert_eq!(summary("one").replace("one/", ""), summary("two").replace("two/", ""));
-    assert!(summary("one").starts_with("subject,result,body.figure.layers,"), "{}", summary("one"));
+    assert!(summary("one").starts_with("subject,result,body.verdict,tshirt.verdict,body.check."), "{}", summary("one"));
     assert!(!dir.path().join("one/dave").exists());
 
     // Repaired and run again, it continues with what is missing.

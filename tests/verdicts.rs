@@ -102,7 +102,7 @@ fn a_failed_step_stays_failed_in_the_status_until_it_runs_again() {
     }
 
     let good = demo_scan("1-tshirt.ply");
-    overcoat_ok(&session, &["undo"]);
+    overcoat_ok(&session, &["step", "remove", "hat"]);
     overcoat_ok(&session, &["scan", "tshirt", good.to_str().unwrap(), "--template", "tshirt"]);
     overcoat_ok(&session, &["build"]);
     assert_eq!(status_of(&session, "tshirt")["verdict"], "good");

@@ -109,7 +109,6 @@ impl GarmentPlausibility {
     pub fn doubts(&self, name: &str, worn: &[&str]) -> Vec<Doubt> {
         let mut doubts: Vec<Doubt> = Vec::new();
         doubts.extend(self.absent(name));
-        doubts.extend(self.another_person());
         doubts.extend(self.worn_before.iter().zip(worn).filter_map(|(seen, worn)| {
             let visible = seen.visible_area > LEAST_WORN_AREA;
             let missing = match seen.recolored_share {
@@ -138,6 +137,8 @@ impl GarmentPlausibility {
                 format!("check the template of the {name}, and that no scan between was left out"),
             ));
         }
+        // Clothes that are not listed move the skin, too, so they are named first.
+        doubts.extend(self.another_person());
         if self.largest_hole > HOLE_FROM {
             doubts.push(Doubt::new(
                 format!("a hole of {:.0} cm² is left in the {name}", 1e4 * self.largest_hole),
