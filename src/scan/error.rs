@@ -47,7 +47,7 @@ pub enum ScanError {
         faces: usize,
     },
     /// Too small or too large.
-    #[error("{what} is {height} of the file's units tall, {reading}: a person is 0.4 to 2.5 m tall")]
+    #[error("{what} is {height:.3} of the file's units tall, {reading}: a person is 0.4 to 2.5 m tall")]
     NotPersonSize {
         /// What was measured.
         what: String,
