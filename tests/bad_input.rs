@@ -4,6 +4,7 @@
 
 use crate::common::{fingerprint, mean_body, overcoat, overcoat_ok, session_with_two_scans, write_mesh};
 use crate::rgbd::turntable::Turntable;
+use overcoat::body::{Stance, embedded_model};
 use overcoat::formats::{NpyArray, NpzCompression, RawMesh, read_npz, write_npy, write_npz, write_obj};
 use overcoat::geometry::{Point, Vec3};
 use serde::Deserialize;
@@ -73,6 +74,16 @@ fn noise(p: &Point, deviation: f64) -> Vec3 {
     Vec3::new(uniform(1.0), uniform(2.0), uniform(3.0)) * (deviation * 3f64.sqrt())
 }
 
+/// The mean body in a deep squat, turned about the vertical.
+fn squatting(heading: f64) -> RawMesh {
+    let model = embedded_model().unwrap();
+    let (mesh, skeleton) = model.shaped(&model.mean_shape());
+    let posed = model.posed(mesh.points(), &skeleton, &Stance::Squat.pose(&skeleton));
+    let (sin, cos) = heading.sin_cos();
+    let points = posed.iter().map(|p| [cos * p.x + sin * p.z, p.y, cos * p.z - sin * p.x]).collect();
+    RawMesh { points, ..mean_body(|p| p) }
+}
+
 #[test]
 fn a_texture_that_is_not_read_is_reported() {
     let dir = tempfile::tempdir().unwrap();
@@ -110,6 +121,8 @@ fn scans_that_do_not_show_a_person_are_refused() {
             vec![],
             "the surface is too noisy: its vertices scatter by about",
         ),
+        ("squat.ply", squatting(0.0), vec![], "the knees of somebody who squats or sits"),
+        ("squat_turned.ply", squatting(0.8), vec![], "this is not one person standing upright"),
         ("decimetres.ply", mean_body(|p| p * 10.0), vec!["--unit", "mm"], "a person is 0.4 to 2.5 m tall"),
     ];
     for (name, mesh, options, says) in cases {

@@ -75,7 +75,7 @@ pub enum ScanError {
         noise_mm: f64,
     },
     /// A person who squats, sits or bends.
-    #[error("the person does not stand upright: {evidence}")]
+    #[error("this is not one person standing upright: {evidence}")]
     NotStanding {
         /// The evidence.
         evidence: String,
@@ -102,7 +102,7 @@ impl ScanError {
                 "reduce the noise to 3 mm: fuse more frames, or smooth the mesh, for example with MeshLab's Taubin filter"
             }
             Self::NotStanding { .. } => {
-                "scan the person standing upright in an A-pose: legs straight, arms held away from the body"
+                "scan the person alone, standing upright in an A-pose: legs straight, arms held away from the body"
             }
             Self::NotPersonSize { .. } => "say the unit with --unit, and the axis that points up with --up",
             Self::TooFewFaces { least, .. } => return Some(format!("give --faces {least} or more, or leave it out")),
