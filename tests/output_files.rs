@@ -190,7 +190,12 @@ fn a_missing_parent_folder_is_an_error_that_names_the_command() {
     refused(here, "-C alice mask tshirt --template a/x.ply", 1, "`mkdir -p a`");
     refused(here, "body show --mesh a/x.ply", 1, "`mkdir -p a`");
     refused(here, "studio make --seed 1 --garments socks --no-frames --out a/b", 1, "`mkdir -p a`");
-    refused(here, "demo --keep a/b", 1, "");
+    refused(here, "demo --keep a/b", 1, "`mkdir -p a`");
+    refused(here, "new a/b/bob", 1, "hint: make it first: `mkdir -p a/b`");
+    refused(here, "-C a/bob new", 1, "there is no folder 'a'");
+    refused(here, "replay alice --into a/bob", 1, "`mkdir -p a`");
+    std::fs::write(here.join("people.csv"), "subject\nanna\n").unwrap();
+    refused(here, "replay alice --into a/all --subjects people.csv", 1, "`mkdir -p a`");
     let spaced = overcoat(here, &["body", "show", "--mesh", "my files/x.ply"]);
     assert!(spaced.code == 1 && spaced.stderr.contains("`mkdir -p 'my files'`"), "{spaced:?}");
     ok(here, "-C alice export new/");

@@ -6,6 +6,7 @@ use crate::session::open::source;
 use crate::session::recipe::{Assignment, assignment, is_file_name, is_same_file_name};
 use crate::session::results::{Content, Outputs};
 use crate::session::stages::StageReport;
+use crate::session::store::check_folder;
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -54,6 +55,7 @@ struct TableRow {
 /// **Errors** if the table is invalid; then nothing runs. **Guarantees** the same bytes for any number of jobs.
 pub fn replay_all(batch: &Batch, on_done: &(dyn Fn(&SubjectRun) + Sync)) -> Result<Vec<SubjectRun>, SessionError> {
     let rows = read_rows(batch)?;
+    check_folder(&batch.into)?;
     std::fs::create_dir_all(&batch.into).map_err(|e| SessionError::writing(&batch.into, e))?;
     let summary = batch.into.join("summary.csv");
     let mut outputs = Outputs::in_folder(&batch.into, batch.force);

@@ -4,8 +4,8 @@ use crate::session::error::SessionError;
 use crate::session::recipe::{Recipe, from_here};
 use crate::session::stage::Stage;
 use crate::session::store::{
-    BrokenLine, Change, ContentHash, Failures, History, Lock, Move, State, Store, Timings, UNFINISHED, journal,
-    place_whole, read_file, sweep, sync_folder, write_whole,
+    BrokenLine, Change, ContentHash, Failures, History, Lock, Move, State, Store, Timings, UNFINISHED, check_folder,
+    journal, place_whole, read_file, sweep, sync_folder, write_whole,
 };
 use std::path::{Path, PathBuf};
 
@@ -237,7 +237,7 @@ impl Files {
 }
 
 impl Writer {
-    /// Creates a session in a folder that does not exist or is empty.
+    /// Creates a session in a folder that does not exist or is empty; its parent must exist.
     pub(in crate::session) fn create(dir: &Path, recipe: Recipe) -> Result<Self, SessionError> {
         let io = |e| SessionError::writing(dir, e);
         match std::fs::read_dir(dir).map(|mut entries| entries.all(|e| e.is_ok_and(|e| is_leftover(&e.file_name())))) {
@@ -246,7 +246,10 @@ impl Writer {
                 return Err(SessionError::AlreadyASession { dir: dir.to_path_buf() });
             }
             Ok(false) => return Err(SessionError::FolderNotEmpty { dir: dir.to_path_buf() }),
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => std::fs::create_dir_all(dir).map_err(io)?,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+                check_folder(dir)?;
+                std::fs::create_dir(dir).map_err(io)?;
+            }
             Err(e) => return Err(io(e)),
         }
         let lock = Lock::take(dir)?;

@@ -8,7 +8,9 @@ use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::output_error::OutputError;
 use crate::session::stage_error::StageError;
-use crate::session::store::{ContentHash, Manifest, not_a_file, write_new, write_whole};
+use crate::session::store::{
+    ContentHash, Manifest, check_folder, check_parent, folder_of, no_folder, not_a_file, write_new, write_whole,
+};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -266,38 +268,6 @@ impl NewFolder {
     /// Writes the last file, which marks the folder as complete.
     pub fn write_last(&self, name: &Path, bytes: &[u8]) -> Result<(), SessionError> {
         write_whole(&self.path.join(name), bytes)
-    }
-}
-
-fn folder_of(path: &Path) -> PathBuf {
-    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")).to_path_buf()
-}
-
-fn no_folder(path: &Path) -> SessionError {
-    OutputError::NoFolder { path: path.to_path_buf(), folder: folder_of(path) }.into()
-}
-
-/// The parent folder of a file must exist.
-fn check_parent(path: &Path) -> Result<(), SessionError> {
-    let folder = folder_of(path);
-    if folder.is_dir() {
-        return Ok(());
-    }
-    match folder.ancestors().find(|above| above.exists()).filter(|above| !above.is_dir()) {
-        Some(below) => Err(OutputError::BelowAFile { path: path.to_path_buf(), below: below.to_path_buf() }.into()),
-        None => Err(no_folder(path)),
-    }
-}
-
-/// A folder may be new, but its parent must exist.
-fn check_folder(folder: &Path) -> Result<(), SessionError> {
-    match fs::metadata(folder) {
-        Ok(found) if found.is_dir() => Ok(()),
-        Ok(found) => {
-            let what = not_a_file(&found).unwrap_or("a file, not a folder");
-            Err(OutputError::NotAFile { path: folder.to_path_buf(), what }.into())
-        }
-        Err(_) => check_parent(folder),
     }
 }
 

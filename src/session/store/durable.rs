@@ -110,7 +110,8 @@ pub(in crate::session) fn sweep(folder: &Path) {
     }
 }
 
-fn folder_of(path: &Path) -> PathBuf {
+/// The parent folder of a path; `.` for a bare name.
+pub(in crate::session) fn folder_of(path: &Path) -> PathBuf {
     match path.parent() {
         Some(p) if !p.as_os_str().is_empty() => p.to_path_buf(),
         _ => PathBuf::from("."),

@@ -10,6 +10,7 @@ pub(in crate::session) mod journal;
 mod lock;
 mod manifest;
 mod memory;
+mod parent;
 mod state;
 mod timings;
 mod warning;
@@ -17,7 +18,7 @@ mod warning;
 pub(in crate::session) use artefacts::Health;
 pub use artefacts::{Kept, Store};
 pub(in crate::session) use durable::{
-    UNFINISHED, not_a_file, place_whole, read_file, sweep, sync_folder, write_new, write_whole,
+    UNFINISHED, folder_of, not_a_file, place_whole, read_file, sweep, sync_folder, write_new, write_whole,
 };
 pub use failures::Failure;
 pub(in crate::session) use failures::Failures;
@@ -28,6 +29,7 @@ pub use journal::{Change, Move};
 pub(in crate::session) use lock::Lock;
 pub(in crate::session) use manifest::{MANIFEST, Manifest};
 pub use memory::Memory;
+pub(in crate::session) use parent::{check_folder, check_parent, no_folder};
 pub(in crate::session) use state::SCHEMA;
 pub use state::{Measures, StageRecord, State, StepRecord, name_and_unit};
 pub use timings::Timings;
