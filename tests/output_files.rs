@@ -140,8 +140,11 @@ fn a_damaged_manifest_is_reported_and_counts_as_empty() {
     std::fs::write(here.join("alice/outputs.json"), "{").unwrap();
     let checked = overcoat(here, &["-C", "alice", "fsck", "--check"]);
     assert!(checked.code == 1 && format!("{checked:?}").contains("outputs.json"), "{checked:?}");
+    // A check tries no repair, and does not say that one failed.
+    assert!(checked.stdout.contains("found 1 damaged file among"), "{checked:?}");
+    assert!(checked.stdout.contains("nothing was changed") && !checked.stdout.contains("repaired"), "{checked:?}");
     let repaired = ok(here, "-C alice fsck");
-    assert!(repaired.contains("outputs.json"), "{repaired}");
+    assert!(repaired.contains("outputs.json") && repaired.contains("repaired 1 damaged file among"), "{repaired}");
     ok(here, "-C alice fsck --check");
 }
 

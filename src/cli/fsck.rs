@@ -3,7 +3,7 @@
 use super::console::{Done, secs};
 use super::context::Context;
 use super::progress::Progress;
-use crate::session::{Damage, Repair, fsck};
+use crate::session::{Damage, FsckReport, Repair, fsck};
 use serde_json::json;
 use std::time::Instant;
 
@@ -28,14 +28,8 @@ pub(super) fn run(args: FsckArgs, context: &Context) -> anyhow::Result<Done> {
     });
     let took = secs(began.elapsed());
     let left: Vec<&Damage> = report.damages.iter().filter(|d| d.repair != Repair::Repaired).collect();
-    let said = match (report.damages.len(), left.len()) {
-        (0, _) => format!("all {} artefacts are sound, in {took}", report.checked),
-        (n, 0) => format!("repaired all {n} damaged files among {} artefacts, in {took}", report.checked),
-        (n, left) => {
-            format!("{left} of {n} damaged files among {} artefacts could not be repaired, in {took}", report.checked)
-        }
-    };
-    let mut done = Done::new("fsck", json).lines(report.damages.iter().map(line_of)).line(said);
+    let said = sentence(&report, left.len(), args.check);
+    let mut done = Done::new("fsck", json).lines(report.damages.iter().map(line_of)).line(format!("{said}, in {took}"));
     if let Some(first) = left.first() {
         let what = format!("{} is damaged: {}: {}", first.file, first.what, first.problem);
         done = match args.check {
@@ -44,6 +38,21 @@ pub(super) fn run(args: FsckArgs, context: &Context) -> anyhow::Result<Done> {
         };
     }
     Ok(done.next(context.overcoat("status")))
+}
+
+/// The outcome; `left` files are still damaged. A check tries no repair.
+fn sentence(report: &FsckReport, left: usize, check: bool) -> String {
+    let (checked, files) = (report.checked, counted(report.damages.len()));
+    match (report.damages.len(), left) {
+        (0, _) => format!("all {checked} artefacts are sound"),
+        _ if check => format!("found {files} among {checked} artefacts; nothing was changed"),
+        (_, 0) => format!("repaired {files} among {checked} artefacts"),
+        (n, left) => format!("{left} of {n} damaged files among {checked} artefacts could not be repaired"),
+    }
+}
+
+fn counted(damaged: usize) -> String {
+    if damaged == 1 { "1 damaged file".into() } else { format!("{damaged} damaged files") }
 }
 
 fn line_of(damage: &Damage) -> String {
