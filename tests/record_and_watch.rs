@@ -214,6 +214,7 @@ fn a_saved_mask_is_cut_at_once_and_a_bad_one_is_reported_and_skipped() {
     save(&(stroke("erase", 0.02, chest) + &stroke("erase", 0.05, chest)));
     let two = line_with(&mut lines, "fix.jsonl saved; tshirt cut again");
     assert!(vertices(&two) < vertices(&one) - 20.0, "{one}\n{two}");
+    let verdict = line_with(&mut lines, "  tshirt: ");
     save(&stroke("erase", 0.9, chest));
     line_with(&mut lines, "watched 4 changes");
     let error = errors.next().unwrap().unwrap();
@@ -227,6 +228,7 @@ fn a_saved_mask_is_cut_at_once_and_a_bad_one_is_reported_and_skipped() {
     let artefacts = fingerprint(&session.join("artefacts"));
     let again = overcoat_ok(&session, &["build", "--json"]).json();
     assert_eq!(again["ran"], 0);
+    assert_eq!(verdict, format!("  tshirt: {}", again["steps"][1]["verdict"].as_str().unwrap()));
     overcoat_ok(&session, &["build", "--force", "tshirt", "-q"]);
     assert_eq!(fingerprint(&session.join("artefacts")), artefacts);
 }

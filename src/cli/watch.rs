@@ -5,7 +5,10 @@ use super::context::Context;
 use super::failure;
 use super::progress::measures_text;
 use super::stages::interface;
-use crate::session::{Content, Forced, LiveView, Memory, Outputs, Recut, Session, SessionError, ShowIn, Writer};
+use super::verdicts;
+use crate::session::{
+    Built, Content, Forced, LiveView, Memory, Outputs, Recut, Session, SessionError, ShowIn, StepVerdict, Writer,
+};
 use serde_json::{Value, json};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use std::net::IpAddr;
@@ -184,7 +187,10 @@ impl<'a> Watch<'a> {
     fn warm(&mut self) -> anyhow::Result<()> {
         let mut writer = Writer::open(&self.context.session)?;
         writer.remember(&self.memory);
-        writer.build(&Forced::Nothing, &mut |_| {})?;
+        let built = writer.build(&Forced::Nothing, &mut |_| {})?;
+        if built.reports.iter().any(|r| r.ran) {
+            self.say_verdicts(&built.verdicts);
+        }
         for layer in self.files.iter().map(|w| w.layer.clone()).collect::<std::collections::BTreeSet<_>>() {
             writer.recut(&layer, &mut |_| {})?;
         }
@@ -225,12 +231,21 @@ impl<'a> Watch<'a> {
         }
         self.say(&summary(layer, path, waited, &recut));
         let began = Instant::now();
-        let rebuilt = match self.args.cut_only {
-            true => 0,
-            false => writer.build(&Forced::Nothing, &mut |_| {})?.reports.iter().filter(|r| r.ran).count(),
+        // Without a rebuild there is nothing to judge.
+        let (rebuilt, verdicts) = match self.args.cut_only {
+            true => (0, Vec::new()),
+            false => {
+                let Built { reports, verdicts } = writer.build(&Forced::Nothing, &mut |_| {})?;
+                let changed = verdicts.into_iter().skip_while(|v| v.step != layer).collect();
+                (reports.iter().filter(|r| r.ran).count(), changed)
+            }
         };
         drop(writer);
-        self.show(rebuilt, began)?;
+        if rebuilt > 0 {
+            self.say(&format!("  rebuilt {rebuilt} stages that depend on it in {}", secs(began.elapsed())));
+        }
+        self.say_verdicts(&verdicts);
+        self.show(rebuilt)?;
         let seen = self.viewer.is_some();
         self.log.push(json!({
             "layer": layer,
@@ -240,16 +255,14 @@ impl<'a> Watch<'a> {
             "vertices": recut.garment.mesh.vertex_count(),
             "hem_loops": recut.garment.hem_loops.len(),
             "rebuilt_stages": rebuilt,
+            "steps": verdicts,
             "rebuild_secs": began.elapsed().as_secs_f64(),
         }));
         Ok(())
     }
 
     /// Writes and shows the requested outputs after the rebuild.
-    fn show(&mut self, rebuilt: usize, began: Instant) -> anyhow::Result<()> {
-        if rebuilt > 0 {
-            self.say(&format!("  rebuilt {rebuilt} stages that depend on it in {}", secs(began.elapsed())));
-        }
+    fn show(&mut self, rebuilt: usize) -> anyhow::Result<()> {
         let in_viewer = self.viewer.is_some() && rebuilt > 0;
         if self.args.sheet.is_none() && self.args.save.is_none() && !in_viewer {
             return Ok(());
@@ -278,6 +291,11 @@ impl<'a> Watch<'a> {
                 print_aside(&format!("error: {}; the viewer is no longer updated", failure::one_line(&e.to_string())));
             }
         }
+    }
+
+    /// Says the verdict on each step, as `build` does.
+    fn say_verdicts(&self, verdicts: &[StepVerdict]) {
+        verdicts.iter().for_each(|step| self.say(&format!("  {}", verdicts::line(step))));
     }
 
     fn say(&self, line: &str) {
