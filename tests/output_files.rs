@@ -163,6 +163,30 @@ fn a_folder_is_written_whole_or_not_at_all() {
 }
 
 #[test]
+fn a_demo_or_a_synthetic_session_goes_into_a_new_folder_and_the_refusal_says_how() {
+    let dir = tempfile::tempdir().unwrap();
+    let here = dir.path();
+    std::fs::create_dir(here.join("my demo")).unwrap();
+    std::fs::write(here.join("my demo/notes.txt"), "mine").unwrap();
+    let before = fingerprint(here);
+    for args in [
+        &["demo", "--keep", "my demo"][..],
+        &["studio", "make", "--seed", "1", "--garments", "socks", "--no-frames", "--out", "my demo"],
+    ] {
+        let answer = overcoat(here, args);
+        assert!(
+            answer.code == 2 && answer.stderr.starts_with("error: the folder 'my demo' is not empty"),
+            "{answer:?}"
+        );
+        assert!(
+            answer.stderr.contains("name a new folder") && answer.stderr.contains("`rm -r 'my demo'`"),
+            "{answer:?}"
+        );
+    }
+    assert!(fingerprint(here) == before);
+}
+
+#[test]
 fn the_extension_must_match_the_content() {
     let dir = people();
     for (command, right) in [

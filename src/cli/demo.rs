@@ -16,7 +16,7 @@ use std::time::Instant;
 
 #[derive(clap::Args)]
 pub(super) struct DemoArgs {
-    /// Work in this folder instead of a temporary one; it must not exist or be empty
+    /// Work in this folder, new or empty, instead of a temporary one
     #[arg(long, value_name = "DIR")]
     keep: Option<PathBuf>,
 }

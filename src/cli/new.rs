@@ -9,7 +9,7 @@ use std::time::Instant;
 
 #[derive(clap::Args)]
 pub(super) struct NewArgs {
-    /// Folder of the session; must not exist or be empty
+    /// Folder of the session: a new one, or an empty one
     dir: Option<PathBuf>,
     /// A body model of your own: .npz in the SMPL layout
     #[arg(long, value_name = "FILE.npz")]

@@ -55,6 +55,12 @@ pub enum OutputError {
         /// The file.
         below: PathBuf,
     },
+    /// A folder that the command fills by itself contains something.
+    #[error("the folder '{}' is not empty", path.display())]
+    NotEmpty {
+        /// As typed.
+        path: PathBuf,
+    },
     /// Two results would have the same path.
     #[error("'{}' is given for two results", path.display())]
     GivenTwice {
@@ -70,6 +76,7 @@ impl OutputError {
             Self::Protected { .. }
             | Self::WouldReplace { .. }
             | Self::WrongExtension { .. }
+            | Self::NotEmpty { .. }
             | Self::GivenTwice { .. } => true,
             Self::NoFolder { .. } | Self::NotAFile { .. } | Self::BelowAFile { .. } => false,
         }
@@ -87,6 +94,10 @@ impl OutputError {
             }
             Self::NoFolder { folder, .. } => format!("make it first: `mkdir -p {}`", for_shell(folder)),
             Self::NotAFile { .. } | Self::BelowAFile { .. } => "name a file in a folder that exists".into(),
+            Self::NotEmpty { path } => format!(
+                "name a new folder; or, if nothing in this one is needed, delete it first: `rm -r {}`",
+                for_shell(path)
+            ),
             Self::GivenTwice { .. } => "give each result a name of its own".into(),
         }
     }

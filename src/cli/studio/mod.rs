@@ -35,7 +35,7 @@ struct MakeArgs {
     /// The garments, from the inside out: `tshirt,jeans,coat`
     #[arg(long, value_name = "A,B,…")]
     garments: String,
-    /// Folder to write, which must not exist or be empty
+    /// Folder to write: a new one, or an empty one
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Frames per step

@@ -239,7 +239,7 @@ impl NewFolder {
     pub fn create(path: &Path) -> Result<Self, SessionError> {
         check_folder(path)?;
         if fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_some()) {
-            return Err(SessionError::FolderNotEmpty { dir: path.to_path_buf() });
+            return Err(OutputError::NotEmpty { path: path.to_path_buf() }.into());
         }
         let place = place_of(path).ok_or_else(|| no_folder(path))?;
         if let Some(what) = Protected::default().what_is_at(&place) {
