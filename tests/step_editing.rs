@@ -4,7 +4,7 @@ use crate::common::{
     built_quick_session, copy_folder, fingerprint, mean_body, overcoat, overcoat_ok, ran, session_with_two_scans,
     write_mesh,
 };
-use overcoat::formats::{PlyOptions, RawMesh, read_ply, write_ply};
+use overcoat::formats::{NpyArray, PlyOptions, RawMesh, read_ply, write_npy, write_ply};
 use overcoat::geometry::Point;
 use serde_json::{Value, json};
 use std::io::Write;
@@ -283,6 +283,50 @@ fn a_painted_file_pins_what_was_painted_and_a_later_template_applies_elsewhere()
         assert_eq!(labels_of(&session).scalars["label"], with(before), "{program}: only what was painted");
         overcoat_ok(&session, &["step", "set", "tshirt", "template=shirt"]);
         assert_eq!(labels_of(&session).scalars["label"], with(&of_shirt), "{program}: the shirt elsewhere");
+    }
+}
+
+#[test]
+fn numbers_pin_every_vertex_that_they_label_and_minus_1_leaves_it_to_the_template() {
+    let dir = tempfile::tempdir().unwrap();
+    let plain = built_quick_session(dir.path(), "plain");
+    let found = labels_of(&plain);
+    let before = found.scalars["label"].clone();
+    let front = found.points.iter().filter(|p| p[0].abs() < 0.1 && p[2] > 0.0);
+    let chest = Point::from(*front.min_by(|a, b| (a[1] - 1.25).abs().total_cmp(&(b[1] - 1.25).abs())).unwrap());
+    let distance = |p: &[f64; 3]| (Point::from(*p) - chest).norm();
+    let of = |session: &Path, template: &str| {
+        overcoat_ok(session, &["step", "set", "tshirt", &format!("template={template}")]);
+        labels_of(session).scalars["label"].clone()
+    };
+    let other = dir.path().join("other");
+    copy_folder(&plain, &other);
+    let of_shirt = of(&other, "shirt");
+    assert_ne!(of_shirt, before);
+
+    // A hole in the chest, with and without labels elsewhere.
+    for (name, elsewhere) in [("few", false), ("all", true)] {
+        let session = dir.path().join(name);
+        copy_folder(&plain, &session);
+        let label = |(p, l): (&[f64; 3], &f32)| match (distance(p) < 0.06, elsewhere) {
+            (true, _) => 0.0,
+            (_, true) => f64::from(*l),
+            (_, false) => -1.0,
+        };
+        let numbers: Vec<f64> = found.points.iter().zip(&before).map(label).collect();
+        let file = std::fs::File::create(session.join("labels.npy")).unwrap();
+        write_npy(&NpyArray::vector(numbers), file).unwrap();
+        let said = overcoat_ok(&session, &["mask", "tshirt", "labels.npy"]).stdout;
+        assert_eq!(said.contains("all labels of the file are pinned: write -1"), elsewhere, "{said}");
+        let now = of(&session, "shirt");
+        let expected = if elsewhere { &before } else { &of_shirt };
+        for (v, p) in found.points.iter().enumerate() {
+            match distance(p) {
+                d if d < 0.06 => assert_eq!(now[v], 0.0, "{name}: {p:?}"),
+                d if d > 0.15 => assert_eq!(now[v], expected[v], "{name}: {p:?}"),
+                _ => {}
+            }
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use super::console::{Done, secs};
 use super::context::Context;
 use crate::session::{MaskInfo, SessionError};
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 #[derive(clap::Args)]
@@ -83,12 +83,18 @@ fn add(layer: &str, file: PathBuf, context: &Context) -> anyhow::Result<Done> {
             if report.replaced { ", replacing what the file marked before" } else { "" },
             secs(began.elapsed())
         ))
-        .lines(report.pins_all.then(|| {
-            format!(
-                "  all labels of the file are pinned: {layer} was never built, so there are none to compare them with"
-            )
-        }))
+        .lines(report.pins_all.then(|| format!("  all labels of the file are pinned: {}", why_all(layer, &file))))
         .next(context.overcoat("build")))
+}
+
+/// Why a mask pins the labels of the whole scan.
+fn why_all(layer: &str, file: &Path) -> String {
+    let ends_in = |extension: &str| file.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension));
+    match (ends_in("npy"), ends_in("png")) {
+        (true, _) => "write -1 for a vertex that is to follow the template".into(),
+        (_, true) => "make transparent what is to follow the template".into(),
+        _ => format!("{layer} was never built, so there are none to compare them with"),
+    }
 }
 
 fn template(layer: &str, target: PathBuf, force: bool, context: &Context) -> anyhow::Result<Done> {

@@ -25,8 +25,8 @@ pub struct MaskReport {
     pub erased: usize,
     /// Whether it replaced an earlier mask of the same file.
     pub replaced: bool,
-    /// Whether it pins every label of a painted file, because the garment was never built and the file does not contain
-    /// the labels before painting.
+    /// Whether it pins the labels of the whole scan: of numbers or a picture without unlabelled vertices, or of a painted
+    /// file, because the garment was never built and the file does not contain the labels before painting.
     pub pins_all: bool,
 }
 
@@ -89,6 +89,16 @@ pub(in crate::session) struct NewMask {
     at: Option<usize>,
 }
 
+impl NewMask {
+    /// Whether numbers or a picture label the whole scan, so that nothing is left to the template.
+    fn labels_all(&self) -> bool {
+        /// Vertices with different labels may share a pixel of a picture, and then have none.
+        const NEARLY_ALL: f64 = 0.99;
+        let labelled = self.marks.labels.iter().flatten().count();
+        self.content == MaskContent::Marks && labelled as f64 > NEARLY_ALL * self.marks.labels.len() as f64
+    }
+}
+
 impl Writer {
     /// Adds a mask to a garment, or replaces the mask of the same file. On an error the session is unchanged.
     pub fn add_mask(&mut self, layer: &str, file: &Path) -> Result<MaskReport, SessionError> {
@@ -101,7 +111,7 @@ impl Writer {
             added: count(true),
             erased: count(false),
             replaced: new.at.is_some(),
-            pins_all: new.content == MaskContent::Everything,
+            pins_all: new.content == MaskContent::Everything || new.labels_all(),
         })
     }
 
