@@ -79,6 +79,7 @@ fn a_sheet_over_the_recipe_and_files_among_a_session_s_own_are_refused() {
     refused(here, "-C alice view --sheet alice/artefacts/x.png --force", 2, "is a file of the session");
     refused(here, "-C alice export alice/masks --force", 2, "is a file of the session");
     refused(here, "-C alice export alice/lock/ --force", 2, "is a file of the session");
+    refused(here, "-C alice export alice/failures.json/ --force", 2, "is a file of the session");
     // No other command's session either.
     ok(here, "new bob");
     refused(here, "body show --mesh alice/artefacts/x.ply --force", 2, "is a file of the session");

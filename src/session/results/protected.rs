@@ -7,13 +7,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The session's own files in its folder.
-const OWN_FILES: [&str; 8] = [
+const OWN_FILES: [&str; 9] = [
     "recipe.toml",
     "recipe.found.toml",
     "session.json",
     "journal.jsonl",
     "journal.broken.jsonl",
     "timings.json",
+    "failures.json",
     "record.json",
     "lock",
 ];
