@@ -95,7 +95,7 @@ enum Command {
     Watch(watch::WatchArgs),
     /// A guided prompt through a dressing session
     Record(record::RecordArgs),
-    /// Show what is up to date, what is out of date, and what each step measured
+    /// Show the verdict on each step, what is out of date, and with -v every measure
     Status(status::StatusArgs),
     /// Undo the last change: a scan, a mask, a parameter
     Undo(undo::UndoArgs),

@@ -1,4 +1,4 @@
-//! `overcoat status`: the session in text: what is up to date, what is out of date and why, what was measured, what to do next.
+//! `overcoat status`: the session in text: the verdict on each step, what is out of date and why, what to do next.
 
 use super::console::{Done, Verbosity, secs};
 use super::context::Context;
