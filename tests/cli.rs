@@ -59,6 +59,17 @@ fn a_wrong_command_exits_with_2_and_a_hint_in_both_forms() {
 }
 
 #[test]
+fn a_wrong_stage_gets_the_list_of_all_stages() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = session_with_two_scans(dir.path());
+    let answer = overcoat(&session, &["build", "--force", "shirt/iron"]);
+    assert!(answer.code == 2 && answer.stderr.contains("there is no stage 'iron'"), "{answer:?}");
+    for stage in ["register", "pose", "segment", "stack", "press", "check"] {
+        assert!(answer.stderr.contains(stage), "{stage}: {answer:?}");
+    }
+}
+
+#[test]
 fn a_session_is_created_scanned_and_reported() {
     let dir = tempfile::tempdir().unwrap();
     let scan = write_mesh(dir.path().join("body.ply"), &mean_body(|p| p));

@@ -79,6 +79,23 @@ fn an_earlier_garment_that_is_gone_is_named() {
 }
 
 #[test]
+fn a_body_that_leans_is_doubted_with_its_up_axis() {
+    let body = |tilt_deg: f64| BodyPlausibility {
+        tilt: Some(tilt_deg.to_radians()),
+        unlike_hands_share: None,
+        bent_p90: None,
+        bent_median: None,
+        fitted_p95: Some(0.005),
+        deviation: 1.0,
+        largest_unseen: None,
+    };
+    assert!(body(4.0).doubts().is_empty());
+    let doubts = body(92.0).doubts();
+    assert!(doubts.len() == 1 && doubts[0].what.contains("leans 92°"), "{doubts:?}");
+    assert!(doubts[0].remedy.contains("--up"), "{doubts:?}");
+}
+
+#[test]
 fn surfaces_and_arrays_that_do_not_belong_together_are_refused() {
     let (scan, labels) = dressed(0.01, BLUE);
     let garment = half(&scan, &labels);
