@@ -198,6 +198,7 @@ fn impossible_arguments_are_refused() {
         ("export out.glb --scan body", 2, "it cannot hold a scan"),
         ("view", 2, "nothing to write"),
         ("view --poster poster.png", 1, "not built"),
+        ("view --weights weights.png", 1, "not built"),
         ("measure --truth nowhere", 2, "there is no folder 'nowhere'"),
         ("build --force coat", 2, "there is no step 'coat'"),
         ("build --force shirt/fit", 2, "no stage 'fit'"),

@@ -25,3 +25,4 @@ mod stage_versions;
 mod stages;
 mod step_editing;
 mod verdicts;
+mod weights_picture;

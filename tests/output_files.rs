@@ -77,6 +77,8 @@ fn a_sheet_over_the_recipe_and_files_among_a_session_s_own_are_refused() {
     let here = dir.path();
     refused(here, "-C alice view --sheet alice/recipe.toml --force", 2, "does not end in .png");
     refused(here, "-C alice view --sheet alice/artefacts/x.png --force", 2, "is a file of the session");
+    refused(here, "-C alice view --weights alice/recipe.toml --force", 2, "does not end in .png");
+    refused(here, "-C alice view --weights alice/artefacts/x.png --force", 2, "is a file of the session");
     refused(here, "-C alice export alice/masks --force", 2, "is a file of the session");
     refused(here, "-C alice export alice/lock/ --force", 2, "is a file of the session");
     refused(here, "-C alice export alice/failures.json/ --force", 2, "is a file of the session");
@@ -158,6 +160,7 @@ fn a_folder_is_written_whole_or_not_at_all() {
     refused(here, "-C alice export layers", 2, "there is already a file 'layers/joints.json'");
     refused(here, "-C alice view --sheet a.png --poster layers/joints.json", 2, "does not end in .png");
     refused(here, "-C alice view --sheet a.png --poster ./a.png", 2, "'./a.png' is given for two results");
+    refused(here, "-C alice view --sheet a.png --weights ./a.png", 2, "'./a.png' is given for two results");
     ok(here, "-C alice export layers --force");
     ok(here, "-C alice export layers");
     assert!(here.join("layers/tshirt.ply").is_file());
@@ -193,6 +196,7 @@ fn the_extension_must_match_the_content() {
     for (command, right) in [
         ("-C alice view --sheet x.jpg", "x.png"),
         ("-C alice view --poster x.rrd", "x.png"),
+        ("-C alice view --weights x.jpg", "x.png"),
         ("-C alice view --save x.png", "x.rrd"),
         ("-C alice view --sheet x", "x.png"),
         ("-C alice export x.obj", ".glb"),

@@ -1,4 +1,4 @@
-//! `overcoat view`: the session as a Rerun recording and as a contact sheet.
+//! `overcoat view`: the session as a Rerun recording and as pictures.
 
 use super::console::{Done, secs};
 use super::context::Context;
@@ -18,6 +18,9 @@ pub(super) struct ViewArgs {
     /// Draw one picture of everything: the scans, the separated layers, the posed figure
     #[arg(long, value_name = "OUT.png")]
     poster: Option<PathBuf>,
+    /// Draw the weights of every layer: its joints as blended colours, its physics weights per vertex and per part
+    #[arg(long, value_name = "OUT.png")]
+    weights: Option<PathBuf>,
     /// Replace files that Overcoat did not write, or that were changed since
     #[arg(long)]
     force: bool,
@@ -25,17 +28,18 @@ pub(super) struct ViewArgs {
 
 pub(super) fn run(args: ViewArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
-    if args.save.is_none() && args.sheet.is_none() && args.poster.is_none() {
-        let what = "nothing to write: `view` needs --save, --sheet or --poster".into();
+    let pictures = [&args.sheet, &args.poster, &args.weights];
+    if args.save.is_none() && pictures.iter().all(|path| path.is_none()) {
+        let what = "nothing to write: `view` needs --save, --sheet, --poster or --weights".into();
         let hint =
-            "--save OUT.rrd writes a recording for the Rerun viewer, --sheet OUT.png draws every step, --poster OUT.png one picture of all"
+            "--save OUT.rrd writes a recording for the Rerun viewer, --sheet OUT.png draws every step, --poster OUT.png one picture of all, --weights OUT.png the skin and physics weights"
                 .into();
         return Err(SessionError::BadRequest { what, hint }.into());
     }
     let session = context.reader()?;
     let mut outputs = session.outputs(args.force);
-    let asked = [(&args.sheet, Content::Picture), (&args.poster, Content::Picture), (&args.save, Content::Recording)];
-    for (path, content) in asked {
+    let pictures = pictures.map(|path| (path, Content::Picture));
+    for (path, content) in pictures.into_iter().chain([(&args.save, Content::Recording)]) {
         path.iter().try_for_each(|path| outputs.claim(path, content))?;
     }
     let mut done_lines = Vec::new();
@@ -46,6 +50,10 @@ pub(super) fn run(args: ViewArgs, context: &Context) -> anyhow::Result<Done> {
     }
     if let Some(path) = &args.poster {
         session.write_poster(path, &mut outputs)?;
+        done_lines.push(format!("drew {}", path.display()));
+    }
+    if let Some(path) = &args.weights {
+        session.write_weights(path, &mut outputs)?;
         done_lines.push(format!("drew {}", path.display()));
     }
     if let Some(path) = &args.save {
@@ -59,6 +67,7 @@ pub(super) fn run(args: ViewArgs, context: &Context) -> anyhow::Result<Done> {
         "recording": args.save.map(|p| p.display().to_string()),
         "sheet": args.sheet.map(|p| p.display().to_string()),
         "poster": args.poster.map(|p| p.display().to_string()),
+        "weights": args.weights.map(|p| p.display().to_string()),
         "secs": began.elapsed().as_secs_f64(),
     });
     next.push(context.overcoat("export character.glb"));

@@ -20,7 +20,7 @@ mod surface;
 
 pub use camera::{Camera, Facing};
 pub use error::Error;
-pub use palette::{layer_color, ramp_color};
+pub use palette::{joint_color, layer_color, ramp_color, skin_weight_colors};
 pub use picture::Picture;
 pub use poster::{Poster, poster};
 #[cfg(feature = "rerun")]

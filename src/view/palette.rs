@@ -1,4 +1,8 @@
-//! Colours: distinct ones for layers, a perceptual ramp for scalars, and conversion between sRGB and linear light.
+//! Colours: distinct ones for layers and joints, a perceptual ramp for scalars, and conversion between sRGB and linear
+//! light.
+
+use crate::body::{JointId, SkinWeights};
+use crate::geometry::PerVertex;
 
 /// Viridis (van der Walt & Smith 2015) at nine even stops: even steps of the value look like even steps of colour,
 /// also in grey and to the colour-blind.
@@ -26,12 +30,54 @@ const LAYERS: [[u8; 3]; 8] = [
     [108, 162, 164],
 ];
 
+/// Saturated colours for the 22 joints of a body, in the order of the embedded skeleton: a joint is far in colour from its
+/// parent, its children and its other side. Based on the colour alphabet (Green-Armytage 2010) without black and grey.
+const JOINTS: [[u8; 3]; 22] = [
+    [240, 163, 255],
+    [0, 117, 220],
+    [255, 164, 5],
+    [43, 206, 72],
+    [194, 0, 136],
+    [255, 225, 0],
+    [255, 0, 16],
+    [94, 241, 242],
+    [165, 100, 40],
+    [157, 204, 0],
+    [0, 51, 128],
+    [255, 130, 170],
+    [0, 153, 143],
+    [116, 10, 255],
+    [240, 120, 60],
+    [0, 92, 49],
+    [255, 204, 153],
+    [76, 0, 92],
+    [148, 255, 181],
+    [153, 0, 0],
+    [110, 110, 0],
+    [150, 170, 255],
+];
+
 /// The colour of a value that is not a number.
 const NO_VALUE: [u8; 3] = [150, 150, 150];
 
 /// The colour in which layer `index` is drawn; 0 is the body.
 pub fn layer_color(index: usize) -> [u8; 3] {
     if index == 0 { LAYERS[0] } else { LAYERS[1 + (index - 1) % (LAYERS.len() - 1)] }
+}
+
+/// The colour of a joint; colours repeat after the 22nd joint.
+pub fn joint_color(joint: JointId) -> [u8; 3] {
+    JOINTS[joint.index() % JOINTS.len()]
+}
+
+/// The mean of the colours of each vertex's joints, weighted by its skin weights.
+///
+/// **Shapes** one sRGB colour per row of weights.
+pub fn skin_weight_colors(weights: &SkinWeights) -> PerVertex<[u8; 3]> {
+    let channel = |row: &[(JointId, f64)], c: usize| -> f64 {
+        row.iter().map(|&(joint, weight)| weight * f64::from(joint_color(joint)[c])).sum()
+    };
+    weights.rows().iter().map(|row| std::array::from_fn(|c| channel(row, c).round() as u8)).collect()
 }
 
 /// The ramp's colour at `value` of `range`; values outside take the end colours, NaN is grey.
@@ -63,6 +109,7 @@ pub(super) fn srgb_from_linear(light: f32) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::Skeleton;
 
     #[test]
     fn srgb_makes_the_round_trip() {
@@ -79,6 +126,26 @@ mod tests {
         };
         assert!((0..40).all(|i| lightness(f64::from(i + 1) / 40.0) > lightness(f64::from(i) / 40.0)));
         assert_eq!(ramp_color(f64::NAN, [0.0, 1.0]), NO_VALUE);
+    }
+
+    #[test]
+    fn joints_have_clearly_different_colours_and_neighbours_most_of_all() {
+        let distance = |a: usize, b: usize| {
+            let apart = |c: usize| f64::from(JOINTS[a][c]) - f64::from(JOINTS[b][c]);
+            (0..3).map(|c| apart(c).powi(2)).sum::<f64>().sqrt()
+        };
+        assert!((0..JOINTS.len()).all(|a| (0..a).all(|b| distance(a, b) > 60.0)));
+        let parents = Skeleton::body_parents();
+        assert_eq!(parents.len(), JOINTS.len());
+        for (joint, parent) in parents.iter().enumerate() {
+            assert!(parent.is_none_or(|p| distance(joint, p.index()) > 100.0), "joint {joint}");
+        }
+    }
+
+    #[test]
+    fn skin_weights_blend_the_colours_of_their_joints() {
+        let weights = SkinWeights::from_rows([vec![(JointId(1), 1.0)], vec![(JointId(0), 3.0), (JointId(4), 1.0)]]);
+        assert_eq!(skin_weight_colors(&weights).0, [JOINTS[1], [229, 122, 225]]);
     }
 
     #[test]

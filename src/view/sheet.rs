@@ -12,6 +12,8 @@ use crate::geometry::Aabb;
 
 /// Width in pixels of the panel with a row's name and measurements.
 const PANEL: usize = 300;
+/// Lines of a legend in a column, so that it fits below a row's name and notes.
+const LEGEND_LINES: usize = 18;
 /// Free space for captions above the heads and the scale bar below the feet, as a fraction of the height.
 const AIR_PER_HEIGHT: f64 = 0.14;
 
@@ -39,6 +41,8 @@ pub struct SheetRow<'a> {
     pub cells: Vec<Cell<'a>>,
     /// The quantity on the colour ramp and the values at its ends, where the row uses one.
     pub ramp: Option<(String, [f64; 2])>,
+    /// What each colour means, where the row uses a fixed set of colours.
+    pub legend: Vec<(String, [u8; 3])>,
 }
 
 /// One picture of a sheet.
@@ -75,13 +79,13 @@ impl<'a> SheetRow<'a> {
             Cell::new("result, side", result, Facing::Side),
             Cell::new("result, back", result, Facing::Back),
         ];
-        Self { title: title.into(), notes, cells, ramp: None }
+        Self { title: title.into(), notes, cells, ramp: None, legend: Vec::new() }
     }
 
     /// Layers side by side, each alone at its place on the body, innermost first.
     pub fn layers(title: impl Into<String>, notes: Vec<String>, layers: &[(String, Part<'a>)]) -> Self {
         let cells = layers.iter().map(|(name, part)| Cell::new(name, &[*part], Facing::ThreeQuarter)).collect();
-        Self { title: title.into(), notes, cells, ramp: None }
+        Self { title: title.into(), notes, cells, ramp: None, legend: Vec::new() }
     }
 
     fn bounds(&self) -> Option<Aabb> {
@@ -165,6 +169,19 @@ fn write_panel(page: &mut Picture, row: &SheetRow<'_>, top: usize) {
     }
     if let Some((meaning, range)) = &row.ramp {
         draw_ramp(page, meaning, *range, [left, right], base + 14.0);
+        base += 70.0;
+    }
+    draw_legend(page, &row.legend, [left, right], base + 8.0);
+}
+
+fn draw_legend(page: &mut Picture, legend: &[(String, [u8; 3])], [left, right]: [f32; 2], base: f32) {
+    let columns = legend.len().div_ceil(LEGEND_LINES).max(1);
+    let lines = legend.len().div_ceil(columns).max(1);
+    let width = (right - left) / columns as f32;
+    for (i, (meaning, color)) in legend.iter().enumerate() {
+        let (x, y) = (left + width * (i / lines) as f32, base + 17.0 * (i % lines) as f32);
+        page.paste(&Picture::filled(*color, 10, 10), x as usize, y as usize - 9);
+        NOTE_NAME.write(page, meaning, x + 16.0, y);
     }
 }
 
@@ -224,6 +241,19 @@ mod tests {
         assert_eq!([strip.width(), strip.height()], [2 * BORDER + 200 + GUTTER, 2 * BORDER + 160 + GUTTER]);
         sheet.rows[0].notes.push("a note".into());
         assert_eq!(contact_sheet(&sheet).width(), strip.width() + PANEL);
+    }
+
+    #[test]
+    fn a_legend_shows_every_colour_once_and_inside_the_panel() {
+        let mesh = plate(1.0);
+        let mut row = SheetRow::layers("step", vec!["a note".into()], &[("a".into(), Part::solid(&mesh, [90; 3]))]);
+        row.legend = (0..40).map(|k| (format!("joint {k}"), [k as u8, 200, 7])).collect();
+        let page = contact_sheet(&Sheet::new("", "", vec![row]));
+        for k in 0..40 {
+            let swatch: Vec<usize> = (0..page.pixels().len()).filter(|&i| page.pixels()[i] == [k, 200, 7]).collect();
+            assert_eq!(swatch.len(), 100, "colour {k}");
+            assert!(swatch.iter().all(|i| i % page.width() < BORDER + PANEL && i / page.width() < BORDER + 470));
+        }
     }
 
     #[test]

@@ -241,6 +241,12 @@ impl MeshRow {
             .cells
             .iter()
             .map(|(caption, mesh, facing)| Cell::new(caption, &[Part::solid(mesh, layer_color(0))], *facing));
-        SheetRow { title: self.title.clone(), notes: Vec::new(), cells: cells.collect(), ramp: None }
+        SheetRow {
+            title: self.title.clone(),
+            notes: Vec::new(),
+            cells: cells.collect(),
+            ramp: None,
+            legend: Vec::new(),
+        }
     }
 }

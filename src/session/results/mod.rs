@@ -23,6 +23,7 @@ mod scan_recording;
 mod sheet;
 mod show_in;
 mod status;
+mod weights_sheet;
 
 pub use export::ExportRequest;
 #[cfg(feature = "rerun")]

@@ -41,7 +41,13 @@ impl Session {
             let part: Vec<Part> = scan.iter().map(painted_scan).collect::<Result<_, _>>()?;
             let cells =
                 vec![Cell::new("scan, front", &part, Facing::Front), Cell::new("scan, side", &part, Facing::Side)];
-            rows.push(SheetRow { title: status.name.clone(), notes: notes(status), cells, ramp: None });
+            rows.push(SheetRow {
+                title: status.name.clone(),
+                notes: notes(status),
+                cells,
+                ramp: None,
+                legend: Vec::new(),
+            });
         }
         if let Some(last) = steps.last() {
             let layers = last.figure.layers.iter().enumerate();
