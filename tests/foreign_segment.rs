@@ -88,7 +88,7 @@ fn foreign_garments_are_segmented() {
     let mut all = Vec::new();
     for step in crate::foreign::steps() {
         let template = GarmentTemplate::built_in(&step.name).unwrap();
-        let placement = template.place(&step.body, &step.skeleton, &Extent::default());
+        let placement = template.place(&step.body, &step.skeleton, &Extent::default()).unwrap();
         let began = Instant::now();
         let plain = iou(&step, &transfer(&step.scan, &step.body.mesh, &placement.prior).unwrap().0);
         let inner: Vec<Inner<'_>> =

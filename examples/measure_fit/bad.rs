@@ -308,7 +308,7 @@ fn dressed_verdict(model: &BodyModel, body: &(Figure, Pose), kind: GarmentKind, 
     let Ok((scan, truth)) = cleaned(&case.subject) else { return Ok(Verdict::Refused("no surface".into())) };
     let (figure, pose) = body;
     let template = GarmentTemplate::built_in(kind.template())?;
-    let cover = template.cover(figure.body(), &figure.skeleton, &Extent::default());
+    let cover = template.cover(figure.body(), &figure.skeleton, &Extent::default()).unwrap();
     let params = InsideParams::default();
     Ok(match fit_inside(&scan, figure, pose, &cover, &model.limits, &params, &mut |_| {}) {
         Err(e) => Verdict::Refused(e.to_string()),

@@ -94,8 +94,8 @@ impl Judge<'_> {
         let (scan, truth) = cleaned(subject)?;
         let template = GarmentTemplate::built_in(kind.template())?;
         let (layer, skeleton) = (body.figure.body(), &body.figure.skeleton);
-        let cover = template.cover(layer, skeleton, &Extent::default());
-        let covered = template.prior(layer, skeleton, &Extent::default());
+        let cover = template.cover(layer, skeleton, &Extent::default()).unwrap();
+        let covered = template.prior(layer, skeleton, &Extent::default()).unwrap();
         for way in [Way::Robust, Way::Paper, Way::Hybrid, Way::Unweighted, Way::Unconstrained] {
             let params = params_of(way);
             let began = processor_secs();

@@ -133,6 +133,6 @@ impl Judge<'_> {
 
 fn cover_of(figure: &Figure, subject: &Subject) -> PerVertex<Cover> {
     let template = subject.kind.and_then(|kind| GarmentTemplate::built_in(kind.template()).ok());
-    let of = |t: GarmentTemplate| t.cover(figure.body(), &figure.skeleton, &Extent::default());
+    let of = |t: GarmentTemplate| t.cover(figure.body(), &figure.skeleton, &Extent::default()).unwrap();
     template.map_or_else(|| PerVertex::filled(Cover::Bare, figure.body().mesh.vertex_count()), of)
 }

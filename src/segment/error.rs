@@ -120,6 +120,39 @@ pub enum SegmentError {
     /// A picture, but the scan has no texture coordinates.
     #[error("the scan has no texture coordinates, so a picture cannot be placed on it")]
     NoUvs,
+    /// A body that was painted is not the body model.
+    #[error(
+        "it was painted on another body: {near} of the {vertices} vertices of the body model are within {:.0} mm of its {painted} vertices",
+        reach * 1e3
+    )]
+    AnotherBody {
+        /// Vertices of the painted body.
+        painted: usize,
+        /// Vertices of the body model near the painted body.
+        near: usize,
+        /// Vertices of the body model.
+        vertices: usize,
+        /// Greatest distance between the bodies, in metres.
+        reach: f64,
+    },
+    /// A template whose region belongs to another body model.
+    #[error(
+        "the garment kind '{template}' was painted on another body: it has {painted} vertices, and the body of this step {vertices}"
+    )]
+    RegionOfAnotherBody {
+        /// The template.
+        template: String,
+        /// Vertices of the painted body.
+        painted: usize,
+        /// Vertices of this body.
+        vertices: usize,
+    },
+    /// No vertex of a painted body is covered.
+    #[error("nothing is painted: no vertex of the body is covered")]
+    NothingPainted,
+    /// Every vertex of a painted body is covered.
+    #[error("everything is painted: no vertex of the body is bare")]
+    EverythingPainted,
     /// A mask without any mark.
     #[error("it marks nothing on the scan")]
     MarksNothing,
@@ -152,6 +185,15 @@ impl SegmentError {
                 "export it in the frame and unit of the scan's file, without turning axes; the file that `overcoat mask LAYER --template FILE.ply` writes is in that frame".into(),
             ),
             Self::NoUvs => Some("give strokes as .jsonl, or labels as .ply or .npy".into()),
+            Self::AnotherBody { .. } => Some(
+                "paint the file that `overcoat templates paint KIND OUT.ply` writes, and save it without turning, scaling or posing it".into(),
+            ),
+            Self::RegionOfAnotherBody { .. } => Some(
+                "paint it again on the body model of this session: `overcoat templates paint KIND OUT.ply`; a body step with --surface scan takes built-in kinds only".into(),
+            ),
+            Self::NothingPainted | Self::EverythingPainted => {
+                Some("paint the covered part of the body red and leave the rest grey".into())
+            }
             Self::MarksNothing => Some("white = garment, black = not the garment, transparent = unlabelled".into()),
         }
     }

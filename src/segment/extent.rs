@@ -19,6 +19,11 @@ impl Extent {
     /// Refuses limits of parts that the kind of garment does not have: sleeves of a hat, legs of gloves.
     pub fn check(&self, template: &GarmentTemplate) -> Result<(), SegmentError> {
         let (takes_until, takes_sleeve) = (takes_until(template), takes_sleeve(template));
+        let given = [("--until", self.until.is_some()), ("--sleeve", self.sleeve.is_some())];
+        if let Some((option, _)) = given.into_iter().find(|option| option.1).filter(|_| template.is_painted()) {
+            let (template, part) = (template.name.clone(), "limits because its region is painted");
+            return Err(SegmentError::NoSuchPart { template, option, part, takes: Vec::new() });
+        }
         let refused = |option, part| {
             let takes = [("--until", takes_until), ("--sleeve", takes_sleeve)].into_iter().filter(|o| o.1);
             let takes = takes.map(|o| o.0).collect();

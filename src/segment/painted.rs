@@ -155,6 +155,32 @@ impl LabelledSurface {
         }
     }
 
+    /// Labels of every vertex of a mesh, in its frame.
+    pub(super) fn of_labels(mesh: &TriMesh, labels: &Labels) -> Self {
+        Self {
+            points: mesh.points().0.clone(),
+            faces: mesh.faces().iter().map(|f| f.map(|v| v.0)).collect(),
+            labels: labels.0.iter().map(|&l| Some(l)).collect(),
+            before: None,
+            is_painted: false,
+        }
+    }
+
+    pub(super) fn points(&self) -> &[Point] {
+        &self.points
+    }
+
+    /// **Shapes** one label per point.
+    pub(super) fn labels(&self) -> &[Option<bool>] {
+        &self.labels
+    }
+
+    /// The labelled mesh; points alone are faces without area. `None` if a coordinate is not a number.
+    pub(super) fn surface(&self) -> Option<TriMesh> {
+        let faces = if self.faces.is_empty() { vertices_as_faces(self.points.len()) } else { self.faces.clone() };
+        TriMesh::try_from_indices(self.points.clone(), &faces).ok()
+    }
+
     /// As a mesh with nothing but the labels, as `label`, or `painted` if they are only those that were painted.
     pub fn to_mesh(&self) -> RawMesh {
         let name = if self.is_painted { PAINTED } else { "label" };

@@ -1,5 +1,6 @@
 //! A template placed on one body: which vertices it covers, how tightly, and which part hangs loose.
 
+use super::error::SegmentError;
 use super::extent::{Extent, Height};
 use super::template::{GarmentTemplate, Limit, LimitBone, MovedEnd, Span};
 use crate::body::{BonePosition, HumanJoint, JointId, Layer, Side, Skeleton, bone_positions};
@@ -12,17 +13,24 @@ impl GarmentTemplate {
     /// **Shapes** one entry per vertex of the body.
     ///
     /// **Frame** `body` and `skeleton` in the bind pose, upright.
-    pub fn prior(&self, body: &Layer, skeleton: &Skeleton, extent: &Extent) -> PerVertex<bool> {
+    ///
+    /// **Errors** if the template was painted on another body.
+    pub fn prior(&self, body: &Layer, skeleton: &Skeleton, extent: &Extent) -> Result<PerVertex<bool>, SegmentError> {
+        if let Some(region) = &self.region {
+            return region.on_body(&self.name, &body.mesh).cloned();
+        }
         let landmarks = Landmarks::of(body, skeleton);
         let region = CoveredRegion::of(self, &landmarks, extent);
-        landmarks.places(body, skeleton).iter().map(|place| region.covers(place)).collect()
+        Ok(landmarks.places(body, skeleton).iter().map(|place| region.covers(place)).collect())
     }
 
     /// Places the template on one body, for [`propose`](super::propose).
     ///
     /// **Frame** `body` and `skeleton` in the bind pose, upright.
-    pub fn place(&self, body: &Layer, skeleton: &Skeleton, extent: &Extent) -> Placement {
-        let prior = self.prior(body, skeleton, extent);
+    ///
+    /// **Errors** if the template was painted on another body.
+    pub fn place(&self, body: &Layer, skeleton: &Skeleton, extent: &Extent) -> Result<Placement, SegmentError> {
+        let prior = self.prior(body, skeleton, extent)?;
         let mut depth = signed_depth(&body.mesh, &prior);
         if self.opens_in_front {
             let middle = skeleton
@@ -37,24 +45,27 @@ impl GarmentTemplate {
                 }
             }
         }
-        Placement { prior, depth, given: extent.until.is_some() || extent.sleeve.is_some() }
+        let given = extent.until.is_some() || extent.sleeve.is_some() || self.is_painted();
+        Ok(Placement { prior, depth, given })
     }
 
     /// How tightly the garment covers each vertex of the body: what the fit may expect of the scan there.
     ///
     /// **Shapes** one entry per vertex of the body.
-    pub fn cover(&self, body: &Layer, skeleton: &Skeleton, extent: &Extent) -> PerVertex<Cover> {
+    ///
+    /// **Errors** if the template was painted on another body.
+    pub fn cover(&self, body: &Layer, skeleton: &Skeleton, extent: &Extent) -> Result<PerVertex<Cover>, SegmentError> {
+        let prior = self.prior(body, skeleton, extent)?;
         let landmarks = Landmarks::of(body, skeleton);
         let region = CoveredRegion::of(self, &landmarks, extent);
-        landmarks
-            .places(body, skeleton)
-            .iter()
-            .map(|place| match (region.covers(place), region.lies_tight(place)) {
+        let places = landmarks.places(body, skeleton);
+        let covers =
+            prior.iter().zip(places.iter()).map(|(&covered, place)| match (covered, region.lies_tight(place)) {
                 (false, _) => Cover::Bare,
                 (true, true) => Cover::Tight,
                 (true, false) => Cover::Loose,
-            })
-            .collect()
+            });
+        Ok(covers.collect())
     }
 
     /// Which of the garment's points belong to the part that hangs loose (a dress's skirt). Its physics weights are computed
@@ -88,7 +99,7 @@ pub struct Placement {
     pub prior: PerVertex<bool>,
     /// Distance along the body from the border of the covered part, in metres; negative outside.
     pub depth: PerVertex<f64>,
-    /// Whether the user gave limits.
+    /// Whether the user gave limits or painted the region.
     pub given: bool,
 }
 
@@ -298,6 +309,7 @@ impl Landmarks {
 mod tests {
     use super::*;
     use crate::body::SkinWeights;
+    use crate::segment::PaintedRegion;
 
     /// A person of dots: five on each bone, weighted to it alone.
     fn dotted_person() -> (Layer, Skeleton) {
@@ -332,7 +344,7 @@ mod tests {
     fn covered(kind: &str, until: Option<&str>, sleeve: Option<&str>) -> Vec<Point> {
         let (body, skeleton) = dotted_person();
         let extent = Extent { until: until.map(|t| t.parse().unwrap()), sleeve: sleeve.map(|t| t.parse().unwrap()) };
-        let prior = GarmentTemplate::built_in(kind).unwrap().prior(&body, &skeleton, &extent);
+        let prior = GarmentTemplate::built_in(kind).unwrap().prior(&body, &skeleton, &extent).unwrap();
         body.mesh.points().enumerate().filter(|(v, _)| prior[*v]).map(|(_, p)| *p).collect()
     }
 
@@ -372,11 +384,11 @@ mod tests {
         let (body, skeleton) = dotted_person();
         for kind in GarmentTemplate::names() {
             let template = GarmentTemplate::built_in(kind).unwrap();
-            let prior = template.prior(&body, &skeleton, &Extent::default());
-            let cover = template.cover(&body, &skeleton, &Extent::default());
+            let prior = template.prior(&body, &skeleton, &Extent::default()).unwrap();
+            let cover = template.cover(&body, &skeleton, &Extent::default()).unwrap();
             assert!(prior.iter().zip(cover.iter()).all(|(&p, &c)| p == (c != Cover::Bare)), "{kind}");
         }
-        let cover = GarmentTemplate::built_in("skirt").unwrap().cover(&body, &skeleton, &Extent::default());
+        let cover = GarmentTemplate::built_in("skirt").unwrap().cover(&body, &skeleton, &Extent::default()).unwrap();
         assert!(cover.iter().any(|&c| c == Cover::Tight) && cover.iter().any(|&c| c == Cover::Loose));
     }
 
@@ -387,5 +399,37 @@ mod tests {
         let skirt = GarmentTemplate::built_in("skirt").unwrap().loose_part(&points, &body, &skeleton);
         assert_eq!(skirt.0, vec![true, false, false]);
         assert!(GarmentTemplate::built_in("shirt").unwrap().loose_part(&points, &body, &skeleton).iter().all(|l| !l));
+    }
+
+    #[test]
+    fn a_painted_region_replaces_the_limits_and_keeps_the_rest() {
+        let (body, skeleton) = dotted_person();
+        let covered: PerVertex<bool> = body.mesh.points().iter().map(|p| p.x > 0.15).collect();
+        let region = PaintedRegion::try_new(covered.clone(), &body.mesh).unwrap();
+        let skirt = GarmentTemplate::built_in("skirt").unwrap();
+        let painted = GarmentTemplate::painted("wrap", &skirt, region);
+        let place = painted.place(&body, &skeleton, &Extent::default()).unwrap();
+        assert!(place.prior == covered && place.given);
+        let cover = painted.cover(&body, &skeleton, &Extent::default()).unwrap();
+        assert!(covered.iter().zip(cover.iter()).all(|(&c, &cover)| c == (cover != Cover::Bare)));
+        assert_eq!((painted.rank, &painted.fabric, &painted.hems), (skirt.rank, &skirt.fabric, &skirt.hems));
+        let text = painted.to_text().unwrap();
+        assert_eq!(GarmentTemplate::parse("wrap", &text).unwrap(), painted);
+        let knee = Extent { until: Some("knee".parse().unwrap()), sleeve: None };
+        assert!(knee.check(&painted).unwrap_err().to_string().contains("its region is painted"));
+        let fewer = Layer { mesh: TriMesh::try_from_indices(vec![Point::origin()], &[]).unwrap(), ..body };
+        assert!(painted.place(&fewer, &skeleton, &Extent::default()).is_err());
+    }
+
+    #[test]
+    fn the_region_of_a_built_in_kind_is_most_similar_to_that_kind() {
+        let (body, skeleton) = dotted_person();
+        for kind in ["coat", "gloves", "hat", "socks", "trousers"] {
+            let covered = GarmentTemplate::built_in(kind).unwrap().prior(&body, &skeleton, &Extent::default()).unwrap();
+            let region = PaintedRegion::try_new(covered.clone(), &body.mesh).unwrap();
+            let found = GarmentTemplate::most_similar(&region, &body, &skeleton).unwrap();
+            // On so few dots two kinds may cover the same.
+            assert!(found.prior(&body, &skeleton, &Extent::default()).unwrap() == covered, "{kind}: {}", found.name);
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! Garment templates: what a kind of garment covers, where it is tight and where loose.
 
 use super::error::SegmentError;
+use super::region::PaintedRegion;
 use serde::{Deserialize, Serialize};
 
 /// The bones along which limits are given. Both sides at once, so without `left` and `right`; `torso` runs from the
@@ -103,6 +104,7 @@ pub(super) enum MovedEnd {
     To,
 }
 
+/// The content of a template's file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Entries {
@@ -121,6 +123,7 @@ struct Entries {
     trunk: Option<TrunkCover>,
     arms: Option<ArmCover>,
     loose: Option<Span>,
+    region: Option<PaintedRegion>,
 }
 
 fn one() -> usize {
@@ -154,6 +157,10 @@ pub struct GarmentTemplate {
     pub(super) trunk: Option<TrunkCover>,
     pub(super) arms: Option<ArmCover>,
     pub(super) loose: Option<Span>,
+    /// The covered part of the body as painted. It replaces the limits of trunk and arms, which then only say where cloth is
+    /// tight.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) region: Option<PaintedRegion>,
 }
 
 macro_rules! garments {
@@ -209,8 +216,20 @@ impl GarmentTemplate {
         let bad = |reason: String| SegmentError::BadTemplate { name: name.into(), reason };
         let entries: Entries = toml::from_str(text).map_err(|e| bad(e.to_string().trim_end().into()))?;
         entries.check().map_err(bad)?;
-        let Entries { about, fabric, rank, hems, opens_in_front, bridges_legs, pieces, until, trunk, arms, loose } =
-            entries;
+        let Entries {
+            about,
+            fabric,
+            rank,
+            hems,
+            opens_in_front,
+            bridges_legs,
+            pieces,
+            until,
+            trunk,
+            arms,
+            loose,
+            region,
+        } = entries;
         Ok(Self {
             name: name.into(),
             about,
@@ -224,7 +243,33 @@ impl GarmentTemplate {
             trunk,
             arms,
             loose,
+            region,
         })
+    }
+
+    /// The text of a template's file, which [`Self::parse`] reads.
+    pub fn to_text(&self) -> Result<String, SegmentError> {
+        let entries = Entries {
+            about: self.about.clone(),
+            fabric: self.fabric.clone(),
+            rank: self.rank,
+            hems: self.hems.clone(),
+            opens_in_front: self.opens_in_front,
+            bridges_legs: self.bridges_legs,
+            pieces: self.pieces,
+            until: self.until,
+            trunk: self.trunk.clone(),
+            arms: self.arms.clone(),
+            loose: self.loose,
+            region: self.region.clone(),
+        };
+        let bad = |e: toml::ser::Error| SegmentError::BadTemplate { name: self.name.clone(), reason: e.to_string() };
+        toml::to_string(&entries).map_err(bad)
+    }
+
+    /// Whether its region was painted, so that no limits apply.
+    pub fn is_painted(&self) -> bool {
+        self.region.is_some()
     }
 
     /// The expected number of boundary loops, least and greatest. An open front joins neck and lower hem into one.
@@ -237,8 +282,8 @@ impl GarmentTemplate {
 
 impl Entries {
     fn check(&self) -> Result<(), String> {
-        if self.trunk.is_none() && self.arms.is_none() {
-            return Err("it covers nothing: there is neither [trunk] nor [arms]".into());
+        if self.trunk.is_none() && self.arms.is_none() && self.region.is_none() {
+            return Err("it covers nothing: there is neither [trunk] nor [arms] nor [region]".into());
         }
         if self.pieces == 0 {
             return Err("'pieces' is 0".into());
@@ -337,6 +382,14 @@ mod tests {
         ] {
             let message = GarmentTemplate::parse("mine", &sound.replace(from, to)).unwrap_err().to_string();
             assert!(message.contains("'mine'") && message.contains(expected), "{message}");
+        }
+    }
+
+    #[test]
+    fn every_template_is_written_as_it_is_read() {
+        for name in GarmentTemplate::names() {
+            let template = GarmentTemplate::built_in(name).unwrap();
+            assert_eq!(GarmentTemplate::parse(name, &template.to_text().unwrap()).unwrap(), template, "{name}");
         }
     }
 

@@ -10,7 +10,7 @@ use crate::measure::{
 use crate::scan::FileFrame;
 use crate::session::error::SessionError;
 use crate::session::open::{Session, source};
-use crate::session::recipe::garment_kind;
+use crate::session::recipe::{GarmentKind, garment_kind};
 use crate::session::stage::Stage;
 use std::path::Path;
 
@@ -77,7 +77,9 @@ fn aligned_with(scan: &TriMesh, truth: TruthStep) -> TruthStep {
 
 fn result_of(posed: &PosedStep) -> Result<ResultStep, SessionError> {
     let kind = posed.step.template.as_ref().map(|_| garment_kind::of_step(&posed.step)).transpose()?;
-    let covered = kind.as_ref().map(|k| k.template.prior(posed.figure.body(), &posed.figure.skeleton, &k.extent));
+    let prior = |kind: &GarmentKind| kind.template.prior(posed.figure.body(), &posed.figure.skeleton, &kind.extent);
+    let covered = kind.as_ref().map(prior).transpose();
+    let covered = covered.map_err(|e| SessionError::stage(&posed.step.name, Stage::Segment, e))?;
     let skeleton = &posed.figure.skeleton;
     let human = |(joint, p)| Some((skeleton.human_joint(joint)?, p));
     Ok(ResultStep {

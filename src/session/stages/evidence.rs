@@ -55,7 +55,8 @@ impl PipelineStage for Evidence {
     ) -> Result<Outcome<Proposal>, SessionError> {
         let (scan, figure) = (session.store.load(scan)?, session.figure(figure)?);
         let inside = session.store.load(inside)?;
-        let placement = kind.template.place(figure.body(), &figure.skeleton, &kind.extent);
+        let placement = (kind.template.place(figure.body(), &figure.skeleton, &kind.extent))
+            .map_err(|e| SessionError::stage(&step.name, Stage::Segment, e))?;
         let surfaces = surfaces_inside(&figure, &inside)?;
         let layers: Vec<Inner> = surfaces
             .iter()

@@ -56,7 +56,7 @@ impl PipelineStage for Fit {
         let mut fitted = fit_naked(&scan, &model, &params, &mut on_step).map_err(failed)?;
         if !later.is_empty() {
             let scans = later.iter().map(|other| session.store.load(other.scan)).collect::<Result<Vec<_>, _>>()?;
-            let covers = later_scans::covers(&later, &fitted.figure(&model));
+            let covers = later_scans::covers(&later, &fitted.figure(&model))?;
             let others: Vec<OtherScan> = (later.iter().zip(&scans).zip(covers))
                 .map(|((of, scan), cover)| OtherScan { name: &of.name, scan, cover, params: of.params.clone() })
                 .collect();

@@ -46,14 +46,17 @@ pub(super) fn input(scans: &[LaterScan]) -> Value {
 /// The cover of each body vertex in each of the scans. The garments of earlier steps are still worn in later scans.
 ///
 /// **Shapes** one entry per scan, with V values.
-pub(super) fn covers(scans: &[LaterScan], bare: &Figure) -> Vec<PerVertex<Cover>> {
+///
+/// **Errors** if a garment's template was painted on another body.
+pub(super) fn covers(scans: &[LaterScan], bare: &Figure) -> Result<Vec<PerVertex<Cover>>, SessionError> {
     let mut covered = PerVertex::filled(Cover::Bare, bare.body().mesh.vertex_count());
     scans
         .iter()
         .map(|later| {
-            let new = later.kind.template.cover(bare.body(), &bare.skeleton, &later.kind.extent);
+            let new = (later.kind.template.cover(bare.body(), &bare.skeleton, &later.kind.extent))
+                .map_err(|e| SessionError::stage(&later.name, Stage::Pose, e))?;
             covered = covered.iter().zip(new.iter()).map(|(a, b)| looser(*a, *b)).collect();
-            covered.clone()
+            Ok(covered.clone())
         })
         .collect()
 }

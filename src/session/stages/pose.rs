@@ -61,7 +61,8 @@ impl PipelineStage for Pose {
                 (before.pose.clone(), Some(before))
             }
         };
-        let cover = kind.template.cover(figure.body(), &figure.skeleton, &kind.extent);
+        let cover = (kind.template.cover(figure.body(), &figure.skeleton, &kind.extent))
+            .map_err(|e| SessionError::stage(&step.name, Stage::Pose, e))?;
         let inside = fit_inside(&scan, &figure, &pose, &cover, &model.limits, &params, &mut |s| {
             on_progress(StageProgress::Iteration(&scan, s))
         })

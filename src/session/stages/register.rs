@@ -53,7 +53,7 @@ impl PipelineStage for Register {
         let (scan, model) = (session.store.load(scan)?, session.body_model()?);
         let fitted = session.store.load(fitted)?;
         let scans = later.iter().map(|other| session.store.load(other.scan)).collect::<Result<Vec<_>, _>>()?;
-        let covers = later_scans::covers(&later, &fitted.figure(&model));
+        let covers = later_scans::covers(&later, &fitted.figure(&model))?;
         let fill_in: Vec<FillInView> = (scans.iter().zip(&fitted.poses_in_others).zip(covers))
             .filter_map(|((scan, pose), cover)| Some(FillInView { scan, pose: pose.as_ref()?, cover }))
             .collect();
