@@ -222,6 +222,14 @@ fn a_crate_outside_its_module_is_refused() {
     refuses("fit/pose.rs", "fn f() { let x = image::open(p); }", "the crate `image` belongs to `formats`");
     refuses("fit/pose.rs", "use image as pictures;", "the crate `image` belongs to `formats`");
     refuses("fit/pose.rs", "use parry3d::bounding_volume::Aabb;", "the crate `parry3d` belongs to `geometry`");
+    refuses("fit/pose.rs", "use faer::Mat;", "the crate `faer` belongs to `numerics`, not to `fit`");
+    refuses(
+        "scan/clean.rs",
+        "fn f() { meshopt::simplify() }",
+        "the crate `meshopt` belongs to `geometry`, not to `scan`",
+    );
+    refuses("scan/clean.rs", "fn f() { pulp::Arch::new() }", "the crate `pulp` belongs to `numerics`, not to `scan`");
+    refuses("scan/clean.rs", "fn f() { tempfile::tempdir() }", "opens files by `tempfile`");
     accepts("geometry/bvh.rs", "use parry3d::bounding_volume::Aabb;");
     accepts(
         "fit/pose.rs",

@@ -14,6 +14,7 @@ mod nearest_vertex;
 mod shapes_for_tests;
 #[cfg(test)]
 pub(crate) use shapes_for_tests::{noise, sphere};
+mod simplify;
 mod smoothed_normals;
 mod surface_index;
 mod thin;
@@ -27,6 +28,7 @@ pub use laplacian::{Laplacian, cotangent_laplacian, uniform_laplacian};
 pub use mean_value::mean_value_coordinates;
 pub use mesh::{Aabb, FaceId, MeshError, PerFace, PerVertex, Point, TriMesh, Vec3, VertexId};
 pub use nearest_vertex::NearestVertex;
+pub use simplify::{TriangleShapes, simplified};
 pub use smoothed_normals::smoothed_normals;
 pub use surface_index::{RayHit, SurfaceIndex, SurfacePoint};
 pub use thin::thinned;

@@ -1,12 +1,16 @@
-//! Sparse factorisation and quadratic programs; contains no mesh code.
+//! Sparse factorisation, eigenvalues, quadratic programs and vector instructions; contains no mesh code.
 
 mod cholesky;
+mod eigen;
 mod quadratic_program;
 mod random;
+mod simd;
 
 pub use cholesky::SparseCholesky;
+pub use eigen::{SymmetricEigen, symmetric_eigen};
 pub use quadratic_program::{QpOutcome, QpRow, QpStatus, QuadraticProgram};
 pub use random::Rng;
+pub use simd::{Kernel, Processor};
 
 /// Why a system cannot be solved.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -1,7 +1,7 @@
 //! Principal components of many bodies with the same vertices.
 
 use crate::geometry::{PerVertex, Point, Vec3};
-use faer::{Mat, Side};
+use crate::numerics::symmetric_eigen;
 use rayon::prelude::*;
 
 /// Mean, principal directions and their share of the variance.
@@ -29,9 +29,9 @@ pub(super) fn principal_components(bodies: &[&PerVertex<Point>], count: usize) -
         bodies.par_iter().map(|b| b.iter().zip(mean.iter()).map(|(p, m)| p - m).collect()).collect();
     let rows: Vec<Vec<f64>> =
         (0..n).into_par_iter().map(|i| (0..=i).map(|j| dot(&centered[i], &centered[j])).collect()).collect();
-    let gram = Mat::<f64>::from_fn(n, n, |i, j| rows[i.max(j)][i.min(j)]);
-    let eigen = gram.self_adjoint_eigen(Side::Lower).ok()?;
-    let values: Vec<f64> = (0..n).map(|k| eigen.S()[n - 1 - k].max(0.0)).collect();
+    let eigen = symmetric_eigen(&rows)?;
+    // Greatest first; rounding may leave a variance of zero below zero.
+    let values: Vec<f64> = eigen.values.iter().rev().map(|value| value.max(0.0)).collect();
     let total: f64 = values.iter().sum();
     // Below this share of the variance a direction is rounding noise and no longer orthogonal to the others.
     const LEAST_SHARE: f64 = 1e-14;
@@ -43,7 +43,7 @@ pub(super) fn principal_components(bodies: &[&PerVertex<Point>], count: usize) -
                 return direction.into();
             }
             for (i, body) in centered.iter().enumerate() {
-                let w = eigen.U()[(i, n - 1 - k)];
+                let w = eigen.vectors[n - 1 - k][i];
                 direction.iter_mut().zip(body).for_each(|(d, p)| *d += p * w);
             }
             let length = dot(&direction, &direction).sqrt().max(f64::MIN_POSITIVE);

@@ -175,6 +175,9 @@ fn check_crates(file: &SourceFile, report: &mut dyn FnMut(usize, String)) {
         let before = if at == 0 { "" } else { word(&file.code, at - 1) };
         let is_path = word(&file.code, at + 1) == "::" && before != "::";
         let is_import = before == "use" && matches!(word(&file.code, at + 1), ";" | "as");
+        if token.text == "tempfile" && (is_path || is_import) && !matches!(module, "session" | "cli") {
+            report(token.line, "opens files by `tempfile`: only `session` and `cli` open paths".into());
+        }
         for (name, owners) in CRATE_OWNERS {
             if token.text == *name && (is_path || is_import) && module != "main" && !owners.contains(&module) {
                 let owners = owners.join("` and `");

@@ -11,6 +11,7 @@ use super::normal_equations::{NormalEquations, Unknowns};
 use super::posed::{Posed, Residual, parent_rotation};
 use crate::body::{BodyModel, JointId, Pose, Shape, Skeleton, SkinWeights, skin_rigidly};
 use crate::geometry::{PerVertex, Point, Vec3, VertexId};
+use crate::numerics::{Kernel, Processor};
 use nalgebra::{DVector, Isometry3, UnitQuaternion};
 use rayon::prelude::*;
 
@@ -33,11 +34,9 @@ struct SumUp<'a, 'b> {
     sums: &'b mut BoneSums,
 }
 
-impl pulp::WithSimd for SumUp<'_, '_> {
-    type Output = ();
-
+impl Kernel for SumUp<'_, '_> {
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
+    fn run(self) {
         self.body.sum_up(self.posed, self.residuals, self.sums);
     }
 }
@@ -174,7 +173,7 @@ impl<'a> Articulated<'a> {
         const CHUNK: usize = 1024;
         let components = if unknowns.shape { self.component_count() } else { 0 };
         let zero = || BoneSums::zero(self.joint_count(), components);
-        let processor = pulp::Arch::new();
+        let processor = Processor::detect();
         let parts: Vec<BoneSums> = residuals
             .par_chunks(CHUNK)
             .map(|chunk| {

@@ -2,6 +2,7 @@
 
 use super::view::{PersonFrame, UNKNOWN_COLOR};
 use super::volume::{Block, FULL, SIDE, Tint, Volume, Voxel, WEIGHT_UNIT, whole};
+use crate::numerics::{Kernel, Processor};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use rayon::prelude::*;
 
@@ -20,7 +21,7 @@ impl Volume {
     pub(super) fn integrate(&mut self, view: &PersonFrame, model_from_camera: &Isometry3<f64>) {
         self.open_blocks(view, model_from_camera);
         let averaging = Averaging::new(view, model_from_camera, self.voxel, self.truncation);
-        let (stamp, processor) = (self.stamp, pulp::Arch::new());
+        let (stamp, processor) = (self.stamp, Processor::detect());
         let blocks = self.blocks.par_iter_mut().zip(&self.stamps).with_min_len(64);
         if self.tints.is_empty() {
             let seen = blocks.filter(|(_, s)| **s == stamp);
@@ -60,11 +61,9 @@ struct Average<'a, 'b> {
     tint: Option<&'b mut Tint>,
 }
 
-impl pulp::WithSimd for Average<'_, '_> {
-    type Output = ();
-
+impl Kernel for Average<'_, '_> {
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
+    fn run(self) {
         self.averaging.average(self.block, self.tint);
     }
 }

@@ -3,6 +3,7 @@
 use super::camera::Rays;
 use super::view::{BEYOND, PersonFrame};
 use super::volume::{Volume, whole};
+use crate::numerics::{Kernel, Processor};
 use nalgebra::Isometry3;
 
 /// Pixels between the rays that allocate blocks: a block of 32 mm is 6 pixels wide at 2 m.
@@ -17,7 +18,7 @@ impl Volume {
         // Steps of half a block miss no relevant block: a neighbouring ray meets it.
         let steps = (4.0 * reach).ceil().max(2.0) as usize;
         let reaches: Vec<f32> = (0..=steps).map(|k| reach * (2.0 * k as f32 / steps as f32 - 1.0)).collect();
-        let processor = pulp::Arch::new();
+        let processor = Processor::detect();
         let mut met = Met::default();
         // The previous ray's block at each step: usually the same.
         let mut last = vec![[i32::MAX; 3]; reaches.len()];
@@ -57,11 +58,9 @@ struct MarchRow<'a> {
     met: &'a mut Met,
 }
 
-impl pulp::WithSimd for MarchRow<'_> {
-    type Output = ();
-
+impl Kernel for MarchRow<'_> {
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
+    fn run(self) {
         let Self { view, rays, reaches, row, met } = self;
         met.columns.clear();
         met.depths.clear();

@@ -6,7 +6,7 @@
 
 use super::marching_tetrahedra::zero_surface;
 use super::render::DepthImage;
-use crate::geometry::{Aabb, Adjacency, PerFace, PerVertex, Point, TriMesh, Vec3};
+use crate::geometry::{Aabb, Adjacency, PerVertex, Point, TriMesh, TriangleShapes, Vec3, simplified};
 use crate::studio::level_set::LevelSet;
 use rayon::prelude::*;
 
@@ -30,7 +30,8 @@ pub(super) fn fuse(
 ) -> (TriMesh, PerVertex<[u8; 3]>) {
     let mut field = LevelSet::covering(bounds, 0.03, voxel);
     integrate(&mut field, images);
-    let mesh = decimated(&smoothed(&without_small_components(&zero_surface(&field))), face_count);
+    let smooth = smoothed(&without_small_components(&zero_surface(&field)));
+    let (mesh, _) = simplified(&smooth, &Point::origin(), face_count, TriangleShapes::Any);
     let colors = mesh.points().0.par_iter().map(|p| color_at(p, images)).collect::<Vec<_>>();
     (mesh, colors.into())
 }
@@ -153,16 +154,6 @@ fn smoothed(mesh: &TriMesh) -> TriMesh {
             .collect();
     }
     mesh.with_points(points)
-}
-
-fn decimated(mesh: &TriMesh, face_count: usize) -> TriMesh {
-    let points: Vec<[f32; 3]> = mesh.points().iter().map(|p| [p.x as f32, p.y as f32, p.z as f32]).collect();
-    let indices: Vec<u32> = mesh.faces().iter().flat_map(|f| f.map(|v| v.0)).collect();
-    let kept = meshopt::simplify_decoder(&indices, &points, 3 * face_count, 1.0, meshopt::SimplifyOptions::None, None);
-    let faces: Vec<[u32; 3]> = kept.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
-    let fewer =
-        TriMesh::try_from_indices(mesh.points().0.clone(), &faces).expect("decimation keeps vertices of the mesh");
-    fewer.part(&PerFace::filled(true, fewer.face_count())).0
 }
 
 fn color_at(p: &Point, images: &[DepthImage]) -> [u8; 3] {

@@ -1,0 +1,64 @@
+//! Fewer faces, by quadric edge collapse.
+
+use super::{PerFace, PerVertex, Point, TriMesh, VertexId};
+use meshopt::SimplifyOptions;
+
+/// What the shapes of the remaining triangles may cost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TriangleShapes {
+    /// Whatever deviates least from the surface.
+    Any,
+    /// More regular triangles at a small cost in accuracy.
+    Regular,
+}
+
+/// The mesh with about `face_count` faces, and per vertex the vertex of `mesh` that it was: a collapse keeps one of the
+/// two positions. The error is unlimited: the face count decides.
+///
+/// Borders may move along themselves, but have weight in the quadrics, so holes keep their outline.
+///
+/// Internally the positions are `f32` relative to `center`: choose it inside the mesh where rounding matters.
+///
+/// **Source** Garland & Heckbert 1997, as implemented by meshoptimizer.
+pub fn simplified(
+    mesh: &TriMesh,
+    center: &Point,
+    face_count: usize,
+    shapes: TriangleShapes,
+) -> (TriMesh, PerVertex<VertexId>) {
+    let positions: Vec<[f32; 3]> = mesh
+        .points()
+        .iter()
+        .map(|p| {
+            let d = p - center;
+            [d.x as f32, d.y as f32, d.z as f32]
+        })
+        .collect();
+    let indices: Vec<u32> = mesh.faces().iter().flatten().map(|v| v.0).collect();
+    let options = match shapes {
+        TriangleShapes::Any => SimplifyOptions::None,
+        TriangleShapes::Regular => SimplifyOptions::RegularizeLight,
+    };
+    let target = face_count.saturating_mul(3).min(indices.len());
+    let kept = meshopt::simplify_decoder(&indices, &positions, target, 1.0, options, None);
+    let faces: Vec<[VertexId; 3]> = kept.chunks_exact(3).map(|c| [c[0], c[1], c[2]].map(VertexId)).collect();
+    let all = PerFace::filled(true, faces.len());
+    mesh.with_faces(faces).part(&all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::sphere;
+
+    #[test]
+    fn fewer_faces_keep_positions_and_lie_near_the_surface() {
+        let mesh = sphere(24, 48);
+        for shapes in [TriangleShapes::Any, TriangleShapes::Regular] {
+            let (fewer, from) = simplified(&mesh, &Point::origin(), mesh.face_count() / 4, shapes);
+            let share = fewer.face_count() as f64 / mesh.face_count() as f64;
+            assert!((0.15..=0.25).contains(&share), "{shapes:?}: {share}");
+            assert!(fewer.vertex_ids().all(|v| fewer.points()[v] == mesh.points()[from[v]]));
+        }
+    }
+}
