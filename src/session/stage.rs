@@ -7,44 +7,45 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Passes the registry to the macro `$callback`. A line holds the variant, the name of the stage's file and of the stage
-/// itself, the section of a step in `recipe.toml` that sets its parameters (if any), and for the steps that have the stage
-/// the types of those parameters.
+/// itself, the type in that file that runs it, the section of a step in `recipe.toml` that sets its parameters (if any),
+/// and for the steps that have the stage the types of those parameters.
 macro_rules! for_each_stage {
     ($callback:ident) => {
         $callback! {
             /// File to cleaned scan.
-            Scan scan [reading]
+            Scan scan::ScanStage [reading]
                 body (crate::scan::ScanParams, crate::scan::FusionParams)
                 garment (crate::scan::ScanParams, crate::scan::FusionParams);
             /// Body model to naked scan.
-            Fit fit [fit] body (crate::fit::NakedParams);
+            Fit fit::FitStage [fit] body (crate::fit::NakedParams);
             /// The model's surface onto the naked scan.
-            Register register [register] body (crate::fit::RegisterParams);
+            Register register::RegisterStage [register] body (crate::fit::RegisterParams);
             /// The figure dressed so far inside the scan.
-            Pose pose [pose] garment (crate::fit::InsideParams);
+            Pose pose::PoseStage [pose] garment (crate::fit::InsideParams);
             /// The scan's evidence of the new garment, before any mask.
-            Evidence evidence [] garment ();
+            Evidence evidence::EvidenceStage [] garment ();
             /// Labels: the part of the scan that is the new garment.
-            Segment segment [segment] garment (crate::segment::RefineParams);
+            Segment segment::SegmentStage [segment] garment (crate::segment::RefineParams);
             /// The garment cut out of the scan as its own mesh, with smooth hems.
-            Cut cut [cut] garment (crate::cut::CutParams);
+            Cut cut::CutStage [cut] garment (crate::cut::CutParams);
             /// The garment's skin weights and its shape in the bind pose.
-            Rig rig [rig] garment (crate::rig::RigParams);
+            Rig rig::RigStage [rig] garment (crate::rig::RigParams);
             /// The garment pushed clear of the layers inside.
-            Stack stack [stack] garment (crate::stack::StackParams);
+            Stack stack::StackStage [stack] garment (crate::stack::StackParams);
             /// The figure with the new layer and its physics weights.
-            Figure figure [figure] body () garment (crate::rig::PhysicsParams);
+            Figure figure::FigureStage [figure] body () garment (crate::rig::PhysicsParams);
             /// The inner garments, pressed by the new one in this step's scan.
-            Press press [press] garment (crate::stack::PressParams);
+            Press press::PressStage [press] garment (crate::stack::PressParams);
             /// Whether the results of the step are plausible.
-            Check check [] body () garment ();
+            Check check::CheckStage [] body () garment ();
         }
     };
 }
 pub(in crate::session) use for_each_stage;
 
 macro_rules! stages {
-    ($($(#[$about:meta])* $stage:ident $name:ident [$($section:ident)?] $(body $body:tt)? $(garment $garment:tt)?;)*) => {
+    ($($(#[$about:meta])* $stage:ident $name:ident::$marker:ident [$($section:ident)?]
+        $(body $body:tt)? $(garment $garment:tt)?;)*) => {
         /// A stage of a step, in the order in which they run.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
         #[serde(rename_all = "lowercase")]

@@ -45,7 +45,8 @@ impl Parameter {
 }
 
 macro_rules! parameters_of_stages {
-    ($($(#[$about:meta])* $stage:ident $name:ident [$($section:ident)?] $(body $body:tt)? $(garment $garment:tt)?;)*) => {
+    ($($(#[$about:meta])* $stage:ident $name:ident::$marker:ident [$($section:ident)?]
+        $(body $body:tt)? $(garment $garment:tt)?;)*) => {
         /// All parameters, by stage, in the order of their declarations.
         static PARAMETERS: LazyLock<Vec<Parameter>> = LazyLock::new(|| {
             let mut all = Vec::new();
@@ -150,7 +151,8 @@ mod tests {
     #[test]
     fn every_field_of_every_params_is_declared_or_set_otherwise() {
         macro_rules! check_stages {
-            ($($(#[$about:meta])* $stage:ident $name:ident [$($section:ident)?] $(body $body:tt)? $(garment $garment:tt)?;)*) => {
+            ($($(#[$about:meta])* $stage:ident $name:ident::$marker:ident [$($section:ident)?]
+                $(body $body:tt)? $(garment $garment:tt)?;)*) => {
                 $($(check_stages!(@each $stage $body);)? $(check_stages!(@each $stage $garment);)?)*
             };
             (@each $stage:ident ($($params:ty),*)) => {

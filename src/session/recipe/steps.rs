@@ -56,7 +56,8 @@ pub enum BodySurface {
 }
 
 macro_rules! step_recipe {
-    ($($(#[$about:meta])* $stage:ident $name:ident [$($section:ident)?] $(body $body:tt)? $(garment $garment:tt)?;)*) => {
+    ($($(#[$about:meta])* $stage:ident $name:ident::$marker:ident [$($section:ident)?]
+        $(body $body:tt)? $(garment $garment:tt)?;)*) => {
         /// One scan and its parameters.
         #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
         #[serde(deny_unknown_fields)]

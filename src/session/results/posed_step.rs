@@ -8,7 +8,10 @@ use crate::segment::Labels;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::recipe::StepRecipe;
-use crate::session::stages::{self, PosedGarments, StepPose, StepResults, Walk, along_normals, pipeline};
+use crate::session::stages::{
+    CutStage, FitStage, PosedGarments, PressStage, ScanStage, SegmentStage, StepPose, StepResults, Walk, along_normals,
+    pipeline,
+};
 
 /// A built step, loaded. Everything is in the frame of the cleaned scan: metres, Y up.
 pub(in crate::session) struct PosedStep {
@@ -54,11 +57,11 @@ impl Session {
     }
 
     fn posed_step(&self, step: &StepRecipe, results: &StepResults) -> Result<PosedStep, SessionError> {
-        let scan = self.store.load(results.result::<stages::Scan>()?)?;
+        let scan = self.store.load(results.result::<ScanStage>()?)?;
         let (step, figure) = (step.clone(), self.figure(results.figure()?)?);
         match results.pose()? {
             StepPose::Naked(registered) => {
-                let fitted: FittedBody = self.store.load(results.result::<stages::Fit>()?)?;
+                let fitted: FittedBody = self.store.load(results.result::<FitStage>()?)?;
                 let posed = self.body_model()?.posed(fitted.surface.points(), &fitted.skeleton, &fitted.pose);
                 let pose = self.store.load(registered)?.pose;
                 Ok(PosedStep {
@@ -84,9 +87,9 @@ impl Session {
                     pose,
                     fitted: None,
                     surface_of_fit: None,
-                    labels: Some(self.store.load(results.result::<stages::Segment>()?)?.labels),
-                    hem_loops: Some(self.store.load(results.result::<stages::Cut>()?)?.hem_loops.len()),
-                    garments: self.store.load(results.result::<stages::Press>()?)?,
+                    labels: Some(self.store.load(results.result::<SegmentStage>()?)?.labels),
+                    hem_loops: Some(self.store.load(results.result::<CutStage>()?)?.hem_loops.len()),
+                    garments: self.store.load(results.result::<PressStage>()?)?,
                 })
             }
         }

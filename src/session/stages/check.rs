@@ -1,21 +1,21 @@
 //! Check: whether the results of a step are plausible.
 
-use super::cut::Cut;
+use super::cut::CutStage;
 use super::event::{OnProgress, Outcome};
-use super::fit::Fit;
+use super::fit::FitStage;
 use super::pipeline_stage::{PipelineStage, StepContext};
-use super::pose::Pose;
+use super::pose::PoseStage;
 use super::posed::surfaces_inside;
-use super::register::Register;
-use super::scan::Scan;
-use super::segment::Segment;
+use super::register::RegisterStage;
+use super::scan::ScanStage;
+use super::segment::SegmentStage;
 use crate::body::Figure;
 use crate::check::{
     BodyPlausibility, BodyResult, Doubt, GarmentPlausibility, GarmentResult, check_body, check_garment,
 };
 use crate::cut::Garment;
 use crate::fit::{FittedBody, PoseInside, RegisteredBody};
-use crate::scan;
+use crate::scan::Scan;
 use crate::segment::{Inner, Segmentation};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
@@ -25,15 +25,15 @@ use crate::session::store::{Kept, Warning};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-pub(in crate::session) struct Check;
+pub(in crate::session) struct CheckStage;
 
 pub(in crate::session) enum Inputs {
-    Body { scan: Kept<scan::Scan>, fitted: Kept<FittedBody>, registered: Kept<RegisteredBody> },
+    Body { scan: Kept<Scan>, fitted: Kept<FittedBody>, registered: Kept<RegisteredBody> },
     Garment(Box<GarmentInputs>),
 }
 
 pub(in crate::session) struct GarmentInputs {
-    scan: Kept<scan::Scan>,
+    scan: Kept<Scan>,
     figure: Kept<Figure>,
     inside: Kept<PoseInside>,
     segmentation: Kept<Segmentation>,
@@ -49,23 +49,25 @@ pub(in crate::session) enum Plausibility {
     Garment(GarmentPlausibility),
 }
 
-impl PipelineStage for Check {
+impl PipelineStage for CheckStage {
     const STAGE: Stage = Stage::Check;
     const VERSION: u32 = 1;
     type Inputs = Inputs;
     type Output = Plausibility;
 
     fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
-        let scan = context.results.result::<Scan>()?;
+        let scan = context.results.result::<ScanStage>()?;
         let model = context.walk.session().body_model_input();
         if context.step.is_body() {
-            let (fitted, registered) = (context.results.result::<Fit>()?, context.results.result::<Register>()?);
+            let (fitted, registered) =
+                (context.results.result::<FitStage>()?, context.results.result::<RegisterStage>()?);
             let values =
                 json!({ "scan": scan.hash, "fitted": fitted.hash, "registered": registered.hash, "model": model });
             return Ok((Inputs::Body { scan, fitted, registered }, values));
         }
-        let (inside, segmentation) = (context.results.result::<Pose>()?, context.results.result::<Segment>()?);
-        let garment = context.results.result::<Cut>()?;
+        let (inside, segmentation) =
+            (context.results.result::<PoseStage>()?, context.results.result::<SegmentStage>()?);
+        let garment = context.results.result::<CutStage>()?;
         let figure = context.inner()?.figure()?;
         let step = context.step;
         let earlier = context.walk.session().recipe.steps.iter().take_while(|other| other.name != step.name);
@@ -103,7 +105,7 @@ impl PipelineStage for Check {
 fn body(
     session: &Session,
     step: &StepRecipe,
-    scan: Kept<scan::Scan>,
+    scan: Kept<Scan>,
     fitted: Kept<FittedBody>,
     registered: Kept<RegisteredBody>,
 ) -> Result<Outcome<Plausibility>, SessionError> {

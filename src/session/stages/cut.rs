@@ -2,11 +2,11 @@
 
 use super::event::{OnProgress, Outcome};
 use super::pipeline_stage::{PipelineStage, StepContext};
-use super::scan::Scan;
-use super::segment::Segment;
+use super::scan::ScanStage;
+use super::segment::SegmentStage;
 use crate::cut::{CutParams, Garment, cut};
 use crate::geometry::Adjacency;
-use crate::scan;
+use crate::scan::Scan;
 use crate::segment::Segmentation;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
@@ -16,16 +16,16 @@ use crate::session::store::Kept;
 use serde_json::{Value, json};
 use std::ops::RangeInclusive;
 
-pub(in crate::session) struct Cut;
+pub(in crate::session) struct CutStage;
 
 pub(in crate::session) struct Inputs {
-    scan: Kept<scan::Scan>,
+    scan: Kept<Scan>,
     segmentation: Kept<Segmentation>,
     expected_loops: RangeInclusive<usize>,
     params: CutParams,
 }
 
-impl PipelineStage for Cut {
+impl PipelineStage for CutStage {
     const STAGE: Stage = Stage::Cut;
     const VERSION: u32 = 4;
     type Inputs = Inputs;
@@ -34,7 +34,7 @@ impl PipelineStage for Cut {
     fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
         let params: CutParams = params_of(context.step, Stage::Cut)?;
         let expected_loops = garment_kind::of_step(context.step)?.template.expected_loops();
-        let (scan, segmentation) = (context.results.result::<Scan>()?, context.results.result::<Segment>()?);
+        let (scan, segmentation) = (context.results.result::<ScanStage>()?, context.results.result::<SegmentStage>()?);
         let values = json!({
             "scan": scan.hash,
             "labels": segmentation.hash,

@@ -2,12 +2,12 @@
 
 use super::event::{OnProgress, Outcome};
 use super::pipeline_stage::{PipelineStage, StepContext};
-use super::pose::Pose;
+use super::pose::PoseStage;
 use super::posed::surfaces_inside;
-use super::scan::Scan;
+use super::scan::ScanStage;
 use crate::body::Figure;
 use crate::fit::PoseInside;
-use crate::scan;
+use crate::scan::Scan;
 use crate::segment::{Inner, Proposal, RefineParams, propose};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
@@ -16,17 +16,17 @@ use crate::session::stage::Stage;
 use crate::session::store::Kept;
 use serde_json::{Value, json};
 
-pub(in crate::session) struct Evidence;
+pub(in crate::session) struct EvidenceStage;
 
 pub(in crate::session) struct Inputs {
-    scan: Kept<scan::Scan>,
+    scan: Kept<Scan>,
     figure: Kept<Figure>,
     inside: Kept<PoseInside>,
     kind: GarmentKind,
     params: RefineParams,
 }
 
-impl PipelineStage for Evidence {
+impl PipelineStage for EvidenceStage {
     const STAGE: Stage = Stage::Evidence;
     const VERSION: u32 = 1;
     type Inputs = Inputs;
@@ -35,7 +35,7 @@ impl PipelineStage for Evidence {
     fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
         let kind = garment_kind::of_step(context.step)?;
         let params: RefineParams = params_of(context.step, Stage::Segment)?;
-        let (scan, inside) = (context.results.result::<Scan>()?, context.results.result::<Pose>()?);
+        let (scan, inside) = (context.results.result::<ScanStage>()?, context.results.result::<PoseStage>()?);
         let figure = context.inner()?.figure()?;
         let values = json!({
             "scan": scan.hash,

@@ -2,15 +2,15 @@
 
 use super::event::{OnProgress, Outcome};
 use super::pipeline_stage::{PipelineStage, StepContext};
-use super::register::Register;
-use super::rig::Rig;
-use super::scan::Scan;
-use super::stack::Stack;
-use crate::body::{self, Layer};
+use super::register::RegisterStage;
+use super::rig::RigStage;
+use super::scan::ScanStage;
+use super::stack::StackStage;
+use crate::body::{Figure, Layer};
 use crate::fit::{RegisteredBody, scan_in_bind};
 use crate::geometry::TriMesh;
 use crate::rig::{PhysicsParams, RiggedGarment, physics_weights};
-use crate::scan;
+use crate::scan::Scan;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::recipe::{BODY_STEP, BodySurface, GarmentKind, StepRecipe, garment_kind, params_of};
@@ -18,7 +18,7 @@ use crate::session::stage::Stage;
 use crate::session::store::Kept;
 use serde_json::{Value, json};
 
-pub(in crate::session) struct Figure;
+pub(in crate::session) struct FigureStage;
 
 pub(in crate::session) enum Inputs {
     Body(BodyInputs),
@@ -28,22 +28,22 @@ pub(in crate::session) enum Inputs {
 pub(in crate::session) struct BodyInputs {
     registered: Kept<RegisteredBody>,
     /// The scan, if it becomes the body's surface itself.
-    surface: Option<Kept<scan::Scan>>,
+    surface: Option<Kept<Scan>>,
 }
 
 pub(in crate::session) struct GarmentInputs {
     rigged: Kept<RiggedGarment>,
     stacked: Kept<TriMesh>,
-    inner: Kept<body::Figure>,
+    inner: Kept<Figure>,
     kind: GarmentKind,
     params: PhysicsParams,
 }
 
-impl PipelineStage for Figure {
+impl PipelineStage for FigureStage {
     const STAGE: Stage = Stage::Figure;
     const VERSION: u32 = 3;
     type Inputs = Inputs;
-    type Output = body::Figure;
+    type Output = Figure;
 
     fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
         match context.step.is_body() {
@@ -57,7 +57,7 @@ impl PipelineStage for Figure {
         step: &StepRecipe,
         session: &Session,
         _on_progress: OnProgress,
-    ) -> Result<Outcome<body::Figure>, SessionError> {
+    ) -> Result<Outcome<Figure>, SessionError> {
         match inputs {
             Inputs::Body(inputs) => body_alone(inputs, session),
             Inputs::Garment(inputs) => with_garment(*inputs, step, session),
@@ -66,18 +66,18 @@ impl PipelineStage for Figure {
 }
 
 fn inputs_of_body(context: &StepContext) -> Result<(BodyInputs, Value), SessionError> {
-    let registered = context.results.result::<Register>()?;
+    let registered = context.results.result::<RegisterStage>()?;
     let mut values = json!({ "registered": registered.hash, "model": context.walk.session().body_model_input() });
     let mut surface = None;
     if context.step.surface == Some(BodySurface::Scan) {
-        let scan = context.results.result::<Scan>()?;
+        let scan = context.results.result::<ScanStage>()?;
         values["scan"] = json!(scan.hash);
         surface = Some(scan);
     }
     Ok((BodyInputs { registered, surface }, values))
 }
 
-fn body_alone(inputs: BodyInputs, session: &Session) -> Result<Outcome<body::Figure>, SessionError> {
+fn body_alone(inputs: BodyInputs, session: &Session) -> Result<Outcome<Figure>, SessionError> {
     let (mut registered, mut model) = (session.store.load(inputs.registered)?, session.body_model()?);
     if let Some(scan) = inputs.surface {
         let scan = session.store.load(scan)?;
@@ -87,14 +87,14 @@ fn body_alone(inputs: BodyInputs, session: &Session) -> Result<Outcome<body::Fig
     let body = Layer::plain(BODY_STEP, registered.surface, model.weights);
     let body = Layer { colors: registered.colors, uvs: registered.uvs, ..body };
     let vertices = body.mesh.vertex_count();
-    let figure = body::Figure { skeleton: registered.skeleton, layers: vec![body] };
+    let figure = Figure { skeleton: registered.skeleton, layers: vec![body] };
     Ok(Outcome::of(figure).measured("layers", 1.0).measured("vertices", vertices as f64))
 }
 
 fn inputs_of_garment(context: &StepContext) -> Result<(GarmentInputs, Value), SessionError> {
     let params: PhysicsParams = params_of(context.step, Stage::Figure)?;
     let kind = garment_kind::of_step(context.step)?;
-    let (rigged, stacked) = (context.results.result::<Rig>()?, context.results.result::<Stack>()?);
+    let (rigged, stacked) = (context.results.result::<RigStage>()?, context.results.result::<StackStage>()?);
     let inner = context.inner()?.figure()?;
     let values = json!({
         "name": context.step.name,
@@ -111,7 +111,7 @@ fn with_garment(
     GarmentInputs { rigged, stacked, inner, kind, params }: GarmentInputs,
     step: &StepRecipe,
     session: &Session,
-) -> Result<Outcome<body::Figure>, SessionError> {
+) -> Result<Outcome<Figure>, SessionError> {
     let (rigged, mesh) = (session.store.load(rigged)?, session.store.load(stacked)?);
     let mut figure = session.figure(inner)?;
     let loose = kind.template.loose_part(mesh.points(), figure.body(), &figure.skeleton);

@@ -3,9 +3,9 @@
 use super::event::{OnProgress, Outcome, StageProgress};
 use super::later_scans::{self, later_scans};
 use super::pipeline_stage::{LaterScan, PipelineStage, StepContext};
-use super::scan::Scan;
+use super::scan::ScanStage;
 use crate::fit::{self, FittedBody, NakedParams, OtherScan, fit_naked, fit_together};
-use crate::scan;
+use crate::scan::Scan;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::recipe::{StepRecipe, params_of};
@@ -18,15 +18,15 @@ use std::rc::Rc;
 const USE_ALL_SCANS: &str =
     "scan again with the limb, or let a later scan that shows it add it: `overcoat fit body --shape-from all`";
 
-pub(in crate::session) struct Fit;
+pub(in crate::session) struct FitStage;
 
 pub(in crate::session) struct Inputs {
-    scan: Kept<scan::Scan>,
+    scan: Kept<Scan>,
     later: Rc<[LaterScan]>,
     params: NakedParams,
 }
 
-impl PipelineStage for Fit {
+impl PipelineStage for FitStage {
     const STAGE: Stage = Stage::Fit;
     const VERSION: u32 = 8;
     type Inputs = Inputs;
@@ -34,7 +34,7 @@ impl PipelineStage for Fit {
 
     fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
         let params: NakedParams = params_of(context.step, Stage::Fit)?;
-        let scan = context.results.result::<Scan>()?;
+        let scan = context.results.result::<ScanStage>()?;
         let later = later_scans(context)?;
         let model = context.walk.session().body_model_input();
         let mut values = json!({ "scan": scan.hash, "model": model, "params": params });

@@ -1,7 +1,7 @@
 //! The scans of later steps, for a body whose shape is fitted to all scans of the session.
 
 use super::pipeline_stage::{LaterScan, StepContext};
-use super::scan::Scan;
+use super::scan::ScanStage;
 use crate::body::Figure;
 use crate::fit::{Cover, NakedParams, ShapeFrom};
 use crate::geometry::PerVertex;
@@ -30,8 +30,8 @@ fn garments_scanned(context: &mut StepContext) -> Result<Vec<LaterScan>, Session
     let scanned = garments.iter().map(|step| {
         let (kind, params) = (garment_kind::of_step(step)?, params_of(step, Stage::Pose)?);
         let mut of_step = StepContext::new(context.walk, step, None);
-        of_step.perform::<Scan>()?;
-        Ok(LaterScan { name: step.name.clone(), scan: of_step.results.result::<Scan>()?, kind, params })
+        of_step.perform::<ScanStage>()?;
+        Ok(LaterScan { name: step.name.clone(), scan: of_step.results.result::<ScanStage>()?, kind, params })
     });
     scanned.collect()
 }

@@ -11,10 +11,11 @@ use crate::session::stage::{Stage, for_each_stage};
 use crate::session::store::Kept;
 
 macro_rules! dispatch {
-    ($($(#[$about:meta])* $stage:ident $name:ident [$($section:ident)?] $(body $body:tt)? $(garment $garment:tt)?;)*) => {
+    ($($(#[$about:meta])* $stage:ident $name:ident::$marker:ident [$($section:ident)?]
+        $(body $body:tt)? $(garment $garment:tt)?;)*) => {
         fn perform(stage: Stage, context: &mut StepContext) -> Result<(), SessionError> {
             match stage {
-                $(Stage::$stage => context.perform::<$name::$stage>(),)*
+                $(Stage::$stage => context.perform::<$name::$marker>(),)*
             }
         }
     };
@@ -62,12 +63,12 @@ pub(in crate::session) fn cut_of(walk: &mut Walk, layer: &str) -> Result<Kept<Ga
     for &stage in Stage::OF_GARMENT.iter().take_while(|stage| **stage <= Stage::Cut) {
         perform(stage, &mut context)?;
     }
-    context.results.result::<cut::Cut>()
+    context.results.result::<cut::CutStage>()
 }
 
 /// The scan of a step, independent of earlier steps.
 pub(in crate::session) fn scan_of(walk: &mut Walk, step: &StepRecipe) -> Result<Kept<Scan>, SessionError> {
     let mut context = StepContext::new(walk, step, None);
-    context.perform::<scan::Scan>()?;
-    context.results.result::<scan::Scan>()
+    context.perform::<scan::ScanStage>()?;
+    context.results.result::<scan::ScanStage>()
 }

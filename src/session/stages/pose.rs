@@ -3,10 +3,10 @@
 use super::event::{OnProgress, Outcome, StageProgress};
 use super::fit::{doubts, with_measures};
 use super::pipeline_stage::{PipelineStage, StepContext, StepPose};
-use super::scan::Scan;
+use super::scan::ScanStage;
 use crate::body::Figure;
 use crate::fit::{InsideParams, PoseInside, fit_inside};
-use crate::scan;
+use crate::scan::Scan;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::recipe::{GarmentKind, StepRecipe, garment_kind, params_of};
@@ -14,17 +14,17 @@ use crate::session::stage::Stage;
 use crate::session::store::{Kept, Warning};
 use serde_json::{Value, json};
 
-pub(in crate::session) struct Pose;
+pub(in crate::session) struct PoseStage;
 
 pub(in crate::session) struct Inputs {
-    scan: Kept<scan::Scan>,
+    scan: Kept<Scan>,
     figure: Kept<Figure>,
     initial: StepPose,
     kind: GarmentKind,
     params: InsideParams,
 }
 
-impl PipelineStage for Pose {
+impl PipelineStage for PoseStage {
     const STAGE: Stage = Stage::Pose;
     const VERSION: u32 = 9;
     type Inputs = Inputs;
@@ -34,7 +34,7 @@ impl PipelineStage for Pose {
         let params: InsideParams = params_of(context.step, Stage::Pose)?;
         let kind = garment_kind::of_step(context.step)?;
         let inner = context.inner()?;
-        let (scan, figure, initial) = (context.results.result::<Scan>()?, inner.figure()?, inner.pose()?);
+        let (scan, figure, initial) = (context.results.result::<ScanStage>()?, inner.figure()?, inner.pose()?);
         let values = json!({
             "scan": scan.hash,
             "figure": figure.hash,

@@ -1,9 +1,9 @@
 //! Press: the inner garments, pressed by the new one in this step's scan.
 
-use super::cut::Cut;
+use super::cut::CutStage;
 use super::event::{OnProgress, Outcome};
 use super::pipeline_stage::{PipelineStage, StepContext};
-use super::pose::Pose;
+use super::pose::PoseStage;
 use super::posed::surfaces_inside;
 use crate::body::Figure;
 use crate::cut::Garment;
@@ -17,7 +17,7 @@ use crate::session::store::Kept;
 use crate::stack::{PressParams, press};
 use serde_json::{Value, json};
 
-pub(in crate::session) struct Press;
+pub(in crate::session) struct PressStage;
 
 pub(in crate::session) struct Inputs {
     garment: Kept<Garment>,
@@ -29,7 +29,7 @@ pub(in crate::session) struct Inputs {
 /// The surface of each garment in the pose of the step, innermost first, in the frame of the scan.
 pub(in crate::session) type PosedGarments = Vec<TriMesh>;
 
-impl PipelineStage for Press {
+impl PipelineStage for PressStage {
     const STAGE: Stage = Stage::Press;
     const VERSION: u32 = 2;
     type Inputs = Inputs;
@@ -37,7 +37,7 @@ impl PipelineStage for Press {
 
     fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
         let params: PressParams = params_of(context.step, Stage::Press)?;
-        let (garment, inside) = (context.results.result::<Cut>()?, context.results.result::<Pose>()?);
+        let (garment, inside) = (context.results.result::<CutStage>()?, context.results.result::<PoseStage>()?);
         let figure = context.results.figure()?;
         let values = json!({ "garment": garment.hash, "figure": figure.hash, "inside": inside.hash, "params": params });
         Ok((Inputs { garment, figure, inside, params }, values))

@@ -1,14 +1,14 @@
 //! Register: the model's surface onto the naked scan.
 
 use super::event::{OnProgress, Outcome, StageProgress};
-use super::fit::{Fit, with_measures};
+use super::fit::{FitStage, with_measures};
 use super::later_scans::{self, later_scans};
 use super::pipeline_stage::{LaterScan, PipelineStage, StepContext};
-use super::scan::Scan;
+use super::scan::ScanStage;
 use crate::fit::{
     FillInView, FitIteration, FittedBody, RegisterHints, RegisterParams, RegisteredBody, register_with_hints,
 };
-use crate::scan;
+use crate::scan::Scan;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::recipe::{StepRecipe, params_of};
@@ -17,16 +17,16 @@ use crate::session::store::{Kept, Warning};
 use serde_json::{Value, json};
 use std::rc::Rc;
 
-pub(in crate::session) struct Register;
+pub(in crate::session) struct RegisterStage;
 
 pub(in crate::session) struct Inputs {
-    scan: Kept<scan::Scan>,
+    scan: Kept<Scan>,
     fitted: Kept<FittedBody>,
     later: Rc<[LaterScan]>,
     params: RegisterParams,
 }
 
-impl PipelineStage for Register {
+impl PipelineStage for RegisterStage {
     const STAGE: Stage = Stage::Register;
     const VERSION: u32 = 4;
     type Inputs = Inputs;
@@ -34,7 +34,7 @@ impl PipelineStage for Register {
 
     fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
         let params: RegisterParams = params_of(context.step, Stage::Register)?;
-        let (scan, fitted) = (context.results.result::<Scan>()?, context.results.result::<Fit>()?);
+        let (scan, fitted) = (context.results.result::<ScanStage>()?, context.results.result::<FitStage>()?);
         let later = later_scans(context)?;
         let model = context.walk.session().body_model_input();
         let mut values = json!({ "scan": scan.hash, "fitted": fitted.hash, "model": model, "params": params });

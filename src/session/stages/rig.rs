@@ -1,9 +1,9 @@
 //! Rig: the garment's skin weights, and its shape in the bind pose.
 
-use super::cut::Cut;
+use super::cut::CutStage;
 use super::event::{OnProgress, Outcome};
 use super::pipeline_stage::{PipelineStage, StepContext};
-use super::pose::Pose;
+use super::pose::PoseStage;
 use crate::body::Figure;
 use crate::cut::Garment;
 use crate::fit::PoseInside;
@@ -15,7 +15,7 @@ use crate::session::stage::Stage;
 use crate::session::store::Kept;
 use serde_json::{Value, json};
 
-pub(in crate::session) struct Rig;
+pub(in crate::session) struct RigStage;
 
 pub(in crate::session) struct Inputs {
     garment: Kept<Garment>,
@@ -24,7 +24,7 @@ pub(in crate::session) struct Inputs {
     params: RigParams,
 }
 
-impl PipelineStage for Rig {
+impl PipelineStage for RigStage {
     const STAGE: Stage = Stage::Rig;
     const VERSION: u32 = 2;
     type Inputs = Inputs;
@@ -32,7 +32,7 @@ impl PipelineStage for Rig {
 
     fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
         let params: RigParams = params_of(context.step, Stage::Rig)?;
-        let (garment, inside) = (context.results.result::<Cut>()?, context.results.result::<Pose>()?);
+        let (garment, inside) = (context.results.result::<CutStage>()?, context.results.result::<PoseStage>()?);
         let figure = context.inner()?.figure()?;
         let values = json!({ "garment": garment.hash, "figure": figure.hash, "inside": inside.hash, "params": params });
         Ok((Inputs { garment, figure, inside, params }, values))

@@ -3,7 +3,7 @@
 use super::event::{OnProgress, Outcome, StageProgress};
 use super::pipeline_stage::{PipelineStage, StepContext};
 use crate::formats::{MeshKind, RawMesh, is_zip, read_mesh, read_recording};
-use crate::scan::{self, FusionParams, FusionReport, FusionStep, ScanParams, clean, fuse};
+use crate::scan::{FusionParams, FusionReport, FusionStep, Scan, ScanParams, clean, fuse};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::recipe::{StepRecipe, params_over};
@@ -13,18 +13,18 @@ use serde_json::{Value, json};
 use std::path::Path;
 use std::time::Instant;
 
-pub(in crate::session) struct Scan;
+pub(in crate::session) struct ScanStage;
 
 pub(in crate::session) struct Inputs {
     params: ScanParams,
     fusion: FusionParams,
 }
 
-impl PipelineStage for Scan {
+impl PipelineStage for ScanStage {
     const STAGE: Stage = Stage::Scan;
     const VERSION: u32 = 4;
     type Inputs = Inputs;
-    type Output = scan::Scan;
+    type Output = Scan;
 
     fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
         let step = context.step;
@@ -39,7 +39,7 @@ impl PipelineStage for Scan {
         step: &StepRecipe,
         session: &Session,
         on_progress: OnProgress,
-    ) -> Result<Outcome<scan::Scan>, SessionError> {
+    ) -> Result<Outcome<Scan>, SessionError> {
         let path = session.resolve(&step.scan);
         let bytes = session.source_bytes(&step.source())?;
         let (scan, report, unread) =
@@ -86,7 +86,7 @@ fn read(
     bytes: &[u8],
     inputs: &Inputs,
     on_progress: OnProgress,
-) -> Result<(scan::Scan, Option<FusionReport>, Vec<String>), StageError> {
+) -> Result<(Scan, Option<FusionReport>, Vec<String>), StageError> {
     let cleaned = |raw: &RawMesh, on_progress: OnProgress| {
         clean(raw, &inputs.params, &mut |s| {
             on_progress(StageProgress::Text(&format!("{} ({} faces)", s.name, s.faces)));
@@ -107,11 +107,7 @@ fn read(
 }
 
 /// The cleaned scan of a step, computed here and not stored.
-pub(in crate::session) fn cleaned_scan(
-    step: &StepRecipe,
-    path: &Path,
-    bytes: &[u8],
-) -> Result<scan::Scan, SessionError> {
+pub(in crate::session) fn cleaned_scan(step: &StepRecipe, path: &Path, bytes: &[u8]) -> Result<Scan, SessionError> {
     let inputs = Inputs { params: scan_params_of(step)?, fusion: fusion_params_of(step)? };
     let read = read(path, bytes, &inputs, &mut |_| {});
     read.map(|(scan, ..)| scan).map_err(|e| SessionError::bad_source(path, e))

@@ -1,12 +1,12 @@
 //! Segment: labels the part of the scan that is the new garment, masks included.
 
 use super::event::{OnProgress, Outcome};
-use super::evidence::Evidence;
+use super::evidence::EvidenceStage;
 use super::marks;
 use super::pipeline_stage::{PipelineStage, StepContext};
-use super::scan::Scan;
+use super::scan::ScanStage;
 use crate::geometry::Adjacency;
-use crate::scan;
+use crate::scan::Scan;
 use crate::segment::{Proposal, Segmentation};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
@@ -15,21 +15,21 @@ use crate::session::stage::Stage;
 use crate::session::store::Kept;
 use serde_json::{Value, json};
 
-pub(in crate::session) struct Segment;
+pub(in crate::session) struct SegmentStage;
 
 pub(in crate::session) struct Inputs {
-    scan: Kept<scan::Scan>,
+    scan: Kept<Scan>,
     proposal: Kept<Proposal>,
 }
 
-impl PipelineStage for Segment {
+impl PipelineStage for SegmentStage {
     const STAGE: Stage = Stage::Segment;
     const VERSION: u32 = 2;
     type Inputs = Inputs;
     type Output = Segmentation;
 
     fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
-        let (scan, proposal) = (context.results.result::<Scan>()?, context.results.result::<Evidence>()?);
+        let (scan, proposal) = (context.results.result::<ScanStage>()?, context.results.result::<EvidenceStage>()?);
         let masks: Vec<_> = context.step.masks.iter().map(|m| m.hash).collect();
         let values = json!({ "scan": scan.hash, "evidence": proposal.hash, "masks": masks });
         Ok((Inputs { scan, proposal }, values))

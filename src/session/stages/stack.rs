@@ -2,7 +2,7 @@
 
 use super::event::{OnProgress, Outcome};
 use super::pipeline_stage::{PipelineStage, StepContext};
-use super::rig::Rig;
+use super::rig::RigStage;
 use crate::body::Figure;
 use crate::geometry::TriMesh;
 use crate::rig::RiggedGarment;
@@ -14,7 +14,7 @@ use crate::session::store::Kept;
 use crate::stack::{StackParams, stack};
 use serde_json::{Value, json};
 
-pub(in crate::session) struct Stack;
+pub(in crate::session) struct StackStage;
 
 pub(in crate::session) struct Inputs {
     rigged: Kept<RiggedGarment>,
@@ -22,7 +22,7 @@ pub(in crate::session) struct Inputs {
     params: StackParams,
 }
 
-impl PipelineStage for Stack {
+impl PipelineStage for StackStage {
     const STAGE: Stage = Stage::Stack;
     const VERSION: u32 = 1;
     type Inputs = Inputs;
@@ -30,7 +30,7 @@ impl PipelineStage for Stack {
 
     fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
         let params: StackParams = params_of(context.step, Stage::Stack)?;
-        let (rigged, figure) = (context.results.result::<Rig>()?, context.inner()?.figure()?);
+        let (rigged, figure) = (context.results.result::<RigStage>()?, context.inner()?.figure()?);
         let values = json!({ "rigged": rigged.hash, "figure": figure.hash, "params": params });
         Ok((Inputs { rigged, figure, params }, values))
     }
