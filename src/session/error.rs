@@ -222,7 +222,7 @@ pub enum SessionError {
     },
     /// A garment kind or a limit that does not exist.
     #[error("garment '{step}': {source}")]
-    WrongKind {
+    WrongGarment {
         /// The step.
         step: String,
         /// The error of the segmentation.
@@ -314,7 +314,7 @@ impl SessionError {
             | Self::BadBranchName { .. }
             | Self::UnknownTarget { .. }
             | Self::BadRequest { .. } => true,
-            Self::BadSource { source, .. } | Self::WrongKind { source, .. } | Self::Stage { source, .. } => {
+            Self::BadSource { source, .. } | Self::WrongGarment { source, .. } | Self::Stage { source, .. } => {
                 source.is_wrong_command()
             }
             Self::Output(source) => source.is_wrong_command(),
@@ -359,7 +359,7 @@ impl SessionError {
             Self::BadRequest { hint, .. } => hint.clone(),
             Self::Output(source) => source.hint(),
             Self::Viewer(source) => return source.hint(),
-            Self::BadSource { source, .. } | Self::WrongKind { source, .. } | Self::Stage { source, .. } => return source.hint(),
+            Self::BadSource { source, .. } | Self::WrongGarment { source, .. } | Self::Stage { source, .. } => return source.hint(),
         })
     }
 }

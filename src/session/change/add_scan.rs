@@ -5,7 +5,7 @@ use crate::parameters::Settings;
 use crate::scan::{Unit, Up};
 use crate::session::error::SessionError;
 use crate::session::open::{Session, Writer, source};
-use crate::session::recipe::{BodySurface, StepRecipe, garment_kind};
+use crate::session::recipe::{BodySurface, StepRecipe, garment_spec};
 use crate::session::results::ScanRecording;
 use crate::session::results::ShowIn;
 use crate::session::stage::Stage;
@@ -68,7 +68,7 @@ impl Writer {
         };
         self.session.recipe.clone().put_step(step.clone(), new.replace)?;
         if step.template.is_some() {
-            garment_kind::of_step(&step)?;
+            garment_spec::of_step(&step)?;
         }
         let mut recording = recording_of(new, &self.session)?;
         let bytes = source::read_scan(&new.file)?;

@@ -1,6 +1,6 @@
 //! `KEY=VALUE`: a change of a recipe for another session.
 
-use super::garment_kind;
+use super::garment_spec;
 use super::step_key::{StepKey, absolute};
 use super::steps::{Recipe, SourceFile};
 use crate::session::error::SessionError;
@@ -102,7 +102,7 @@ pub(in crate::session) fn apply(recipe: &mut Recipe, set: &[Assignment], from: &
     }
     recipe.check().map_err(|fault| fault.error)?;
     for step in recipe.steps.iter().filter(|s| !s.is_body()) {
-        garment_kind::of_step(step)?;
+        garment_spec::of_step(step)?;
     }
     Ok(left_out)
 }

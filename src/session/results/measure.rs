@@ -10,7 +10,7 @@ use crate::measure::{
 use crate::scan::FileFrame;
 use crate::session::error::SessionError;
 use crate::session::open::{Session, source};
-use crate::session::recipe::{GarmentKind, garment_kind};
+use crate::session::recipe::{GarmentSpec, garment_spec};
 use crate::session::stage::Stage;
 use std::path::Path;
 
@@ -76,9 +76,9 @@ fn aligned_with(scan: &TriMesh, truth: TruthStep) -> TruthStep {
 }
 
 fn result_of(posed: &PosedStep) -> Result<ResultStep, SessionError> {
-    let kind = posed.step.template.as_ref().map(|_| garment_kind::of_step(&posed.step)).transpose()?;
-    let prior = |kind: &GarmentKind| kind.template.prior(posed.figure.body(), &posed.figure.skeleton, &kind.extent);
-    let covered = kind.as_ref().map(prior).transpose();
+    let spec = posed.step.template.as_ref().map(|_| garment_spec::of_step(&posed.step)).transpose()?;
+    let prior = |spec: &GarmentSpec| spec.template.prior(posed.figure.body(), &posed.figure.skeleton, &spec.extent);
+    let covered = spec.as_ref().map(prior).transpose();
     let covered = covered.map_err(|e| SessionError::stage(&posed.step.name, Stage::Segment, e))?;
     let skeleton = &posed.figure.skeleton;
     let human = |(joint, p)| Some((skeleton.human_joint(joint)?, p));
@@ -93,7 +93,7 @@ fn result_of(posed: &PosedStep) -> Result<ResultStep, SessionError> {
         covered,
         margin: crate::session::stages::margin(&posed.step)?,
         hem_loops: posed.hem_loops,
-        hem_loops_expected: kind.map(|k| *k.template.expected_loops().end()),
+        hem_loops_expected: spec.map(|s| *s.template.expected_loops().end()),
     })
 }
 

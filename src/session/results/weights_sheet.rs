@@ -7,7 +7,7 @@ use crate::geometry::PerVertex;
 use crate::rig::{PhysicsParams, PhysicsWeights};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::recipe::{garment_kind, params_of};
+use crate::session::recipe::{garment_spec, params_of};
 use crate::session::stage::Stage;
 use crate::view::{Cell, Error, Facing, Paint, Part, Sheet, SheetRow, contact_sheet, joint_color, skin_weight_colors};
 use std::path::Path;
@@ -54,8 +54,8 @@ impl Session {
         layer: &Layer,
         per_vertex: &PerVertex<f64>,
     ) -> Result<LayerPhysics, SessionError> {
-        let kind = garment_kind::of_step(&posed.step)?;
-        let loose = kind.template.loose_part(layer.mesh.points(), posed.figure.body(), &posed.figure.skeleton);
+        let spec = garment_spec::of_step(&posed.step)?;
+        let loose = spec.template.loose_part(layer.mesh.points(), posed.figure.body(), &posed.figure.skeleton);
         let measures = self.state.record(&posed.step.name, Stage::Figure).map(|record| &record.measures);
         let measure = |name: &str| measures.and_then(|measures| measures.get(name).copied());
         let weights = PhysicsWeights {

@@ -10,7 +10,7 @@ use crate::scan::Scan;
 use crate::segment::Segmentation;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::recipe::{StepRecipe, garment_kind, params_of};
+use crate::session::recipe::{StepRecipe, garment_spec, params_of};
 use crate::session::stage::Stage;
 use crate::session::store::Kept;
 use serde_json::{Value, json};
@@ -33,7 +33,7 @@ impl PipelineStage for CutStage {
 
     fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
         let params: CutParams = params_of(context.step, Stage::Cut)?;
-        let expected_loops = garment_kind::of_step(context.step)?.template.expected_loops();
+        let expected_loops = garment_spec::of_step(context.step)?.template.expected_loops();
         let (scan, segmentation) = (context.results.result::<ScanStage>()?, context.results.result::<SegmentStage>()?);
         let values = json!({
             "scan": scan.hash,

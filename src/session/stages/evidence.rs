@@ -11,7 +11,7 @@ use crate::scan::Scan;
 use crate::segment::{Inner, Proposal, RefineParams, propose};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::recipe::{GarmentKind, StepRecipe, garment_kind, params_of};
+use crate::session::recipe::{GarmentSpec, StepRecipe, garment_spec, params_of};
 use crate::session::stage::Stage;
 use crate::session::store::Kept;
 use serde_json::{Value, json};
@@ -22,7 +22,7 @@ pub(in crate::session) struct Inputs {
     scan: Kept<Scan>,
     figure: Kept<Figure>,
     inside: Kept<PoseInside>,
-    kind: GarmentKind,
+    spec: GarmentSpec,
     params: RefineParams,
 }
 
@@ -33,7 +33,7 @@ impl PipelineStage for EvidenceStage {
     type Output = Proposal;
 
     fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
-        let kind = garment_kind::of_step(context.step)?;
+        let spec = garment_spec::of_step(context.step)?;
         let params: RefineParams = params_of(context.step, Stage::Segment)?;
         let (scan, inside) = (context.results.result::<ScanStage>()?, context.results.result::<PoseStage>()?);
         let figure = context.inner()?.figure()?;
@@ -41,21 +41,21 @@ impl PipelineStage for EvidenceStage {
             "scan": scan.hash,
             "figure": figure.hash,
             "inside": inside.hash,
-            "kind": kind.input(),
+            "kind": spec.input(),
             "params": params,
         });
-        Ok((Inputs { scan, figure, inside, kind, params }, values))
+        Ok((Inputs { scan, figure, inside, spec, params }, values))
     }
 
     fn run(
-        Inputs { scan, figure, inside, kind, params }: Inputs,
+        Inputs { scan, figure, inside, spec, params }: Inputs,
         step: &StepRecipe,
         session: &Session,
         _on_progress: OnProgress,
     ) -> Result<Outcome<Proposal>, SessionError> {
         let (scan, figure) = (session.store.load(scan)?, session.figure(figure)?);
         let inside = session.store.load(inside)?;
-        let placement = (kind.template.place(figure.body(), &figure.skeleton, &kind.extent))
+        let placement = (spec.template.place(figure.body(), &figure.skeleton, &spec.extent))
             .map_err(|e| SessionError::stage(&step.name, Stage::Segment, e))?;
         let surfaces = surfaces_inside(&figure, &inside)?;
         let layers: Vec<Inner> = surfaces

@@ -13,7 +13,7 @@ use crate::rig::{PhysicsParams, RiggedGarment, physics_weights};
 use crate::scan::Scan;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::recipe::{BODY_STEP, BodySurface, GarmentKind, StepRecipe, garment_kind, params_of};
+use crate::session::recipe::{BODY_STEP, BodySurface, GarmentSpec, StepRecipe, garment_spec, params_of};
 use crate::session::stage::Stage;
 use crate::session::store::Kept;
 use serde_json::{Value, json};
@@ -35,7 +35,7 @@ pub(in crate::session) struct GarmentInputs {
     rigged: Kept<RiggedGarment>,
     stacked: Kept<TriMesh>,
     inner: Kept<Figure>,
-    kind: GarmentKind,
+    spec: GarmentSpec,
     params: PhysicsParams,
 }
 
@@ -93,7 +93,7 @@ fn body_alone(inputs: BodyInputs, session: &Session) -> Result<Outcome<Figure>, 
 
 fn inputs_of_garment(context: &StepContext) -> Result<(GarmentInputs, Value), SessionError> {
     let params: PhysicsParams = params_of(context.step, Stage::Figure)?;
-    let kind = garment_kind::of_step(context.step)?;
+    let spec = garment_spec::of_step(context.step)?;
     let (rigged, stacked) = (context.results.result::<RigStage>()?, context.results.result::<StackStage>()?);
     let inner = context.inner()?.figure()?;
     let values = json!({
@@ -101,31 +101,31 @@ fn inputs_of_garment(context: &StepContext) -> Result<(GarmentInputs, Value), Se
         "rigged": rigged.hash,
         "stacked": stacked.hash,
         "figure": inner.hash,
-        "kind": kind.input(),
+        "kind": spec.input(),
         "params": params,
     });
-    Ok((GarmentInputs { rigged, stacked, inner, kind, params }, values))
+    Ok((GarmentInputs { rigged, stacked, inner, spec, params }, values))
 }
 
 fn with_garment(
-    GarmentInputs { rigged, stacked, inner, kind, params }: GarmentInputs,
+    GarmentInputs { rigged, stacked, inner, spec, params }: GarmentInputs,
     step: &StepRecipe,
     session: &Session,
 ) -> Result<Outcome<Figure>, SessionError> {
     let (rigged, mesh) = (session.store.load(rigged)?, session.store.load(stacked)?);
     let mut figure = session.figure(inner)?;
-    let loose = kind.template.loose_part(mesh.points(), figure.body(), &figure.skeleton);
+    let loose = spec.template.loose_part(mesh.points(), figure.body(), &figure.skeleton);
     let physics = physics_weights(&mesh, &figure.body().mesh, &loose, &params)
         .map_err(|e| SessionError::stage(&step.name, Stage::Figure, e))?;
     figure.layers.push(Layer {
         name: step.name.clone(),
-        template: Some(kind.template.name.clone()),
+        template: Some(spec.template.name.clone()),
         mesh,
         weights: rigged.weights,
         colors: rigged.colors,
         uvs: None,
         physics: Some(physics.per_vertex),
-        fabric: Some(kind.template.fabric.clone()),
+        fabric: Some(spec.template.fabric.clone()),
     });
     let layers = figure.layers.len();
     Ok(Outcome::of(figure)

@@ -6,7 +6,7 @@ use crate::body::Figure;
 use crate::fit::{Cover, NakedParams, ShapeFrom};
 use crate::geometry::PerVertex;
 use crate::session::error::SessionError;
-use crate::session::recipe::{StepRecipe, garment_kind, params_of};
+use crate::session::recipe::{StepRecipe, garment_spec, params_of};
 use crate::session::stage::Stage;
 use serde_json::{Value, json};
 use std::rc::Rc;
@@ -28,10 +28,10 @@ fn garments_scanned(context: &mut StepContext) -> Result<Vec<LaterScan>, Session
     let steps = context.walk.session().recipe.steps.iter();
     let garments: Vec<StepRecipe> = steps.filter(|step| !step.is_body()).cloned().collect();
     let scanned = garments.iter().map(|step| {
-        let (kind, params) = (garment_kind::of_step(step)?, params_of(step, Stage::Pose)?);
+        let (spec, params) = (garment_spec::of_step(step)?, params_of(step, Stage::Pose)?);
         let mut of_step = StepContext::new(context.walk, step, None);
         of_step.perform::<ScanStage>()?;
-        Ok(LaterScan { name: step.name.clone(), scan: of_step.results.result::<ScanStage>()?, kind, params })
+        Ok(LaterScan { name: step.name.clone(), scan: of_step.results.result::<ScanStage>()?, spec, params })
     });
     scanned.collect()
 }
@@ -39,7 +39,7 @@ fn garments_scanned(context: &mut StepContext) -> Result<Vec<LaterScan>, Session
 /// The scans among the inputs of a stage.
 pub(super) fn input(scans: &[LaterScan]) -> Value {
     let one =
-        |later: &LaterScan| json!({ "scan": later.scan.hash, "kind": later.kind.input(), "params": later.params });
+        |later: &LaterScan| json!({ "scan": later.scan.hash, "kind": later.spec.input(), "params": later.params });
     scans.iter().map(one).collect()
 }
 
@@ -53,7 +53,7 @@ pub(super) fn covers(scans: &[LaterScan], bare: &Figure) -> Result<Vec<PerVertex
     scans
         .iter()
         .map(|later| {
-            let new = (later.kind.template.cover(bare.body(), &bare.skeleton, &later.kind.extent))
+            let new = (later.spec.template.cover(bare.body(), &bare.skeleton, &later.spec.extent))
                 .map_err(|e| SessionError::stage(&later.name, Stage::Pose, e))?;
             covered = covered.iter().zip(new.iter()).map(|(a, b)| looser(*a, *b)).collect();
             Ok(covered.clone())

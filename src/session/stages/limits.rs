@@ -1,7 +1,7 @@
 //! Limits of the measures that a session takes without ground truth.
 
 use super::report::StageReport;
-use crate::session::recipe::{StepRecipe, garment_kind};
+use crate::session::recipe::{StepRecipe, garment_spec};
 use crate::session::stage::Stage;
 use serde::Serialize;
 use std::fmt;
@@ -108,7 +108,7 @@ pub(in crate::session) fn judge(step: &StepRecipe, report: &StageReport) -> Vec<
 }
 
 fn hem_loops(step: &StepRecipe) -> Option<(Limits, Limits)> {
-    let loops = garment_kind::of_step(step).ok()?.template.expected_loops();
+    let loops = garment_spec::of_step(step).ok()?.template.expected_loops();
     let expected = (*loops.start() as f64, *loops.end() as f64);
     Some((expected, expected))
 }

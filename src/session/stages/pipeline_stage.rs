@@ -7,7 +7,7 @@ use crate::fit::{InsideParams, PoseInside, RegisteredBody};
 use crate::scan::Scan;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::recipe::{GarmentKind, StepRecipe};
+use crate::session::recipe::{GarmentSpec, StepRecipe};
 use crate::session::stage::Stage;
 use crate::session::store::{ContentHash, Kept};
 use serde::Serialize;
@@ -131,6 +131,6 @@ impl StepPose {
 pub(in crate::session) struct LaterScan {
     pub name: String,
     pub scan: Kept<Scan>,
-    pub kind: GarmentKind,
+    pub spec: GarmentSpec,
     pub params: InsideParams,
 }

@@ -9,7 +9,7 @@ use crate::fit::{InsideParams, PoseInside, fit_inside};
 use crate::scan::Scan;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::recipe::{GarmentKind, StepRecipe, garment_kind, params_of};
+use crate::session::recipe::{GarmentSpec, StepRecipe, garment_spec, params_of};
 use crate::session::stage::Stage;
 use crate::session::store::{Kept, Warning};
 use serde_json::{Value, json};
@@ -20,7 +20,7 @@ pub(in crate::session) struct Inputs {
     scan: Kept<Scan>,
     figure: Kept<Figure>,
     initial: StepPose,
-    kind: GarmentKind,
+    spec: GarmentSpec,
     params: InsideParams,
 }
 
@@ -32,22 +32,22 @@ impl PipelineStage for PoseStage {
 
     fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
         let params: InsideParams = params_of(context.step, Stage::Pose)?;
-        let kind = garment_kind::of_step(context.step)?;
+        let spec = garment_spec::of_step(context.step)?;
         let inner = context.inner()?;
         let (scan, figure, initial) = (context.results.result::<ScanStage>()?, inner.figure()?, inner.pose()?);
         let values = json!({
             "scan": scan.hash,
             "figure": figure.hash,
             "start": initial.hash(),
-            "kind": kind.input(),
+            "kind": spec.input(),
             "model": context.walk.session().body_model_input(),
             "params": params,
         });
-        Ok((Inputs { scan, figure, initial, kind, params }, values))
+        Ok((Inputs { scan, figure, initial, spec, params }, values))
     }
 
     fn run(
-        Inputs { scan, figure, initial, kind, params }: Inputs,
+        Inputs { scan, figure, initial, spec, params }: Inputs,
         step: &StepRecipe,
         session: &Session,
         on_progress: OnProgress,
@@ -61,7 +61,7 @@ impl PipelineStage for PoseStage {
                 (before.pose.clone(), Some(before))
             }
         };
-        let cover = (kind.template.cover(figure.body(), &figure.skeleton, &kind.extent))
+        let cover = (spec.template.cover(figure.body(), &figure.skeleton, &spec.extent))
             .map_err(|e| SessionError::stage(&step.name, Stage::Pose, e))?;
         let inside = fit_inside(&scan, &figure, &pose, &cover, &model.limits, &params, &mut |s| {
             on_progress(StageProgress::Iteration(&scan, s))

@@ -1,4 +1,4 @@
-//! A step's kind of garment, and how far it reaches.
+//! The garment of a step as its recipe describes it: the template, and how far the garment reaches.
 
 use super::steps::StepRecipe;
 use crate::segment::{Extent, GarmentTemplate};
@@ -7,14 +7,14 @@ use crate::session::stage_error::StageError;
 use crate::session::store::ContentHash;
 use serde_json::{Value, json};
 
-/// A template with the limits of one garment.
-pub(in crate::session) struct GarmentKind {
+/// A template with the limits of one garment: `template`, `until` and `sleeve` of a recipe.
+pub(in crate::session) struct GarmentSpec {
     pub template: GarmentTemplate,
     pub extent: Extent,
 }
 
-impl GarmentKind {
-    /// The kind among the inputs of a stage.
+impl GarmentSpec {
+    /// The description among the inputs of a stage.
     pub fn input(&self) -> Value {
         // The text of a built-in template is part of the program; what was read from it is compared.
         let read = ContentHash::of_json(&json!(self.template));
@@ -22,18 +22,18 @@ impl GarmentKind {
     }
 }
 
-/// A step's kind of garment.
-pub(in crate::session) fn of_step(step: &StepRecipe) -> Result<GarmentKind, SessionError> {
+/// The garment that a step describes.
+pub(in crate::session) fn of_step(step: &StepRecipe) -> Result<GarmentSpec, SessionError> {
     let Some(name) = &step.template else {
         return Err(SessionError::GarmentWithoutTemplate { name: step.name.clone() });
     };
-    let wrong = |e| SessionError::WrongKind { step: step.name.clone(), source: Box::new(StageError::Segment(e)) };
+    let wrong = |e| SessionError::WrongGarment { step: step.name.clone(), source: Box::new(StageError::Segment(e)) };
     let template = GarmentTemplate::built_in(name).map_err(wrong)?;
     let until = step.until.as_deref().map(str::parse).transpose().map_err(wrong)?;
     let sleeve = step.sleeve.as_deref().map(str::parse).transpose().map_err(wrong)?;
     let extent = Extent { until, sleeve };
     extent.check(&template).map_err(wrong)?;
-    Ok(GarmentKind { template, extent })
+    Ok(GarmentSpec { template, extent })
 }
 
 #[cfg(test)]
@@ -43,7 +43,7 @@ mod tests {
     fn input_with(template: &str, change: impl Fn(&mut GarmentTemplate)) -> Value {
         let mut template = GarmentTemplate::built_in(template).unwrap();
         change(&mut template);
-        GarmentKind { template, extent: Extent::default() }.input()
+        GarmentSpec { template, extent: Extent::default() }.input()
     }
 
     #[test]
