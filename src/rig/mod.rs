@@ -39,7 +39,7 @@ pub struct RiggedGarment {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RigReport {
     /// Share of the vertices whose match with the body has a confidence of at least one half.
-    pub trusted_share: f64,
+    pub confident_share: f64,
     /// Share of the vertices that span the gap between the legs, as a skirt's do.
     pub bridging_share: f64,
     /// Greatest sum of weights dropped at a vertex, as only four joints may move it.
@@ -112,7 +112,7 @@ pub fn skin_garment(
         return Err(RigError::FarFromBody { nearest });
     }
     if params.method == RigMethod::Closest {
-        let report = RigReport { trusted_share: 1.0, ..pruning(&matches.rows) };
+        let report = RigReport { confident_share: 1.0, ..pruning(&matches.rows) };
         let weights = SkinWeights::from_rows(matches.rows.iter().cloned());
         return Ok((weights.following(body_weights, matches.followed_vertices()), report));
     }
@@ -122,7 +122,7 @@ pub fn skin_garment(
     let rows = inpaint::inpaint(garment, &matches.rows, &confidence, skeleton.len(), params)?;
     let count = garment.vertex_count() as f64;
     let report = RigReport {
-        trusted_share: confidence.iter().filter(|&&c| c >= 0.5).count() as f64 / count,
+        confident_share: confidence.iter().filter(|&&c| c >= 0.5).count() as f64 / count,
         bridging_share: bridging as f64 / count,
         ..pruning(&rows)
     };

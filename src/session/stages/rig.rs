@@ -50,7 +50,7 @@ impl PipelineStage for RigStage {
             .map_err(|e| SessionError::stage(&step.name, Stage::Rig, e))?;
         let report = rigged.report.clone();
         Ok(Outcome::of(rigged)
-            .measured("trusted_percent", report.trusted_share * 100.0)
+            .measured("confident_percent", report.confident_share * 100.0)
             .measured("stretch_p99", report.stretch_p99)
             .measured("pruned_max", report.pruned_max))
     }
