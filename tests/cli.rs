@@ -83,8 +83,8 @@ fn a_session_is_created_scanned_and_reported() {
     let status = overcoat_ok(dir.path(), &["-C", "alice", "status", "--json"]).json();
     assert_eq!(status["up_to_date"], false);
     let step = &status["steps"][0];
-    assert_eq!((&step["name"], &step["standing"][0]["stage"]), (&Value::from("body"), &Value::from("scan")));
-    assert_eq!(step["stale"], serde_json::json!(["fit", "register", "figure", "check"]));
+    assert_eq!((&step["name"], &step["up_to_date"][0]["stage"]), (&Value::from("body"), &Value::from("scan")));
+    assert_eq!(step["out_of_date"], serde_json::json!(["fit", "register", "figure", "check"]));
     let recipe = std::fs::read_to_string(session.join("recipe.toml")).unwrap();
     assert!(recipe.contains("scan = \"../body.ply\""), "{recipe}");
     assert_eq!(overcoat_ok(&session, &["status", "-q"]).stdout, "");
@@ -179,7 +179,7 @@ fn a_recipe_edited_by_hand_applies_and_keeps_its_comments() {
     std::fs::remove_file(session.join("session.json")).unwrap();
     let status = overcoat_ok(&session, &["status", "--json"]).json();
     assert_eq!(status["steps"][1]["name"], "shirt");
-    assert_eq!(status["steps"][1]["standing"][0]["stage"], "scan", "what was made still counts");
+    assert_eq!(status["steps"][1]["up_to_date"][0]["stage"], "scan", "what was made still counts");
     assert_eq!(std::fs::read_to_string(&path).unwrap(), edited);
 }
 

@@ -127,7 +127,7 @@ fn a_picture_over_texture_coordinates_is_written_painted_and_read() {
     let (session, file) = session_with_coordinates(dir.path());
     let measures = || {
         let status = overcoat_ok(&session, &["status", "--json"]).json();
-        let stages = status["steps"][1]["standing"].as_array().unwrap().clone();
+        let stages = status["steps"][1]["up_to_date"].as_array().unwrap().clone();
         let of = |name: &str| stages.iter().find(|s| s["stage"] == "segment").unwrap()["measures"][name].as_f64();
         (of("garment_vertices").unwrap(), of("by_hand_vertices"))
     };

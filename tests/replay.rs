@@ -90,7 +90,7 @@ fn a_mask_is_set_for_another_person_and_belongs_to_the_recipe_from_then_on() {
     };
     let measures = |of: &str| {
         let status = overcoat_ok(&dir.path().join(of), &["status", "--json"]).json();
-        let stages = status["steps"][1]["standing"].as_array().unwrap().clone();
+        let stages = status["steps"][1]["up_to_date"].as_array().unwrap().clone();
         stages.iter().find(|s| s["stage"] == "segment").unwrap()["measures"].clone()
     };
     let recipe = |of: &str| std::fs::read_to_string(dir.path().join(of).join("recipe.toml")).unwrap();

@@ -40,7 +40,7 @@ fn a_parameter_is_remembered_and_only_dependent_stages_run_again() {
     assert_eq!(ran(&set), [("tshirt/stack".into(), "parameter clearance 0.002 0.004".to_string())]);
     assert!(recipe(&session).contains("[step.stack]\nclearance = 0.004\n"), "{}", recipe(&session));
     let status = overcoat_ok(&session, &["status", "--json"]).json();
-    assert_eq!(status["steps"][1]["stale"][0], "figure");
+    assert_eq!(status["steps"][1]["out_of_date"][0], "figure");
     assert_eq!(status["steps"][1]["why"]["figure"][0]["name"], "stack");
     let built = ran(&overcoat_ok(&session, &["build", "--json"]).json());
     assert_eq!(built[0], ("tshirt/figure".into(), "upstream stack".to_string()));
@@ -105,7 +105,7 @@ fn a_shape_from_all_scans_depends_on_every_scan() {
     let built = ran(&overcoat_ok(&session, &["build", "--json"]).json());
     assert!(names(&built).contains(&"tshirt/pose"), "what is laid on the body is laid on it again: {built:?}");
     let status = overcoat_ok(&session, &["status", "--json"]).json();
-    let fit = status["steps"][0]["standing"].as_array().unwrap().iter().find(|s| s["stage"] == "fit").unwrap();
+    let fit = status["steps"][0]["up_to_date"].as_array().unwrap().iter().find(|s| s["stage"] == "fit").unwrap();
     assert_eq!(fit["measures"]["scans_in_shape"], 2.0, "{fit}");
     let said = fit["findings"].as_array().unwrap().iter().filter_map(|line| line.as_str());
     assert!(said.clone().any(|line| line.starts_with("one shape from 2 scans: ")), "{fit}");

@@ -23,14 +23,14 @@ fn switch(name: &str, context: &Context) -> anyhow::Result<Done> {
     let mut writer = context.writer()?;
     let was = writer.session().history().current().name.clone();
     let is_new = writer.branch(name)?;
-    let stands_at = writer.session().history().current().head().cloned();
-    let at = stands_at.as_ref().map(|e| format!("{}: {}", e.number, e.change)).unwrap_or_default();
+    let last_change = writer.session().history().current().head().cloned();
+    let at = last_change.as_ref().map(|e| format!("{}: {}", e.number, e.change)).unwrap_or_default();
     let json = json!({
         "session": context.session.display().to_string(),
         "branch": name,
         "was": was,
         "new": is_new,
-        "stands_at": stands_at,
+        "last_change": last_change,
         "secs": began.elapsed().as_secs_f64(),
     });
     let took = secs(began.elapsed());
@@ -54,7 +54,7 @@ fn list(context: &Context) -> anyhow::Result<Done> {
         "session": context.session.display().to_string(),
         "branch": current,
         "branches": history.branches().iter().map(|b| json!({
-            "name": b.name, "changes": b.done.len(), "undone": b.undone.len(), "stands_at": b.head(),
+            "name": b.name, "changes": b.done.len(), "undone": b.undone.len(), "last_change": b.head(),
         })).collect::<Vec<_>>(),
     });
     let lines = history.branches().iter().map(|b| {

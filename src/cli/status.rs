@@ -18,14 +18,14 @@ pub(super) fn run(_: StatusArgs, context: &Context) -> anyhow::Result<Done> {
         BodyModelSource::Embedded => "embedded".to_string(),
         BodyModelSource::File(file) => file,
     };
-    let stale: usize = steps.iter().map(|s| s.stale.len()).sum();
+    let out_of_date: usize = steps.iter().map(|s| s.out_of_date.len()).sum();
     let json = json!({
         "session": context.session.display().to_string(),
         "body_model": body,
         "branch": session.history().current().name,
-        "stands_at": session.history().current().head(),
+        "last_change": session.history().current().head(),
         "edited_by_hand": session.is_edited_by_hand(),
-        "up_to_date": stale == 0 && !steps.is_empty(),
+        "up_to_date": out_of_date == 0 && !steps.is_empty(),
         "steps": steps,
         "secs": began.elapsed().as_secs_f64(),
     });
@@ -56,7 +56,7 @@ fn head(session: &Session, context: &Context, body: &str) -> Vec<String> {
 
 /// Whether a stage is up to date, out of date, or waits for one that is.
 fn mark(step: &StepStatus, stage: Stage) -> &'static str {
-    match (step.stale.contains(&stage), step.why.contains_key(&stage)) {
+    match (step.out_of_date.contains(&stage), step.why.contains_key(&stage)) {
         (false, _) => "■",
         (true, true) => "□",
         (true, false) => "·",
@@ -96,7 +96,7 @@ fn picture(step: &StepStatus, verbose: bool) -> Vec<String> {
     }
     if verbose {
         lines.extend(step.judged.iter().map(measure_line));
-        for report in &step.standing {
+        for report in &step.up_to_date {
             let time = report.secs.map(|s| secs(Duration::from_secs_f64(s))).unwrap_or_default();
             lines.push(format!("    {:<9} {time:>8}  {}", report.stage.to_string(), measures_text(report)));
         }
@@ -117,16 +117,16 @@ fn measure_line(judged: &Judged) -> String {
 }
 
 fn foot(steps: &[StepStatus], began: Instant) -> String {
-    let (stale, all) = (
-        steps.iter().map(|s| s.stale.len()).sum::<usize>(),
-        steps.iter().map(|s| s.stale.len() + s.standing.len()).sum::<usize>(),
+    let (out_of_date, all) = (
+        steps.iter().map(|s| s.out_of_date.len()).sum::<usize>(),
+        steps.iter().map(|s| s.out_of_date.len() + s.up_to_date.len()).sum::<usize>(),
     );
     let took = secs(began.elapsed());
     let key = "■ up to date  □ out of date  · waits for an earlier stage";
-    match (steps.is_empty(), stale) {
+    match (steps.is_empty(), out_of_date) {
         (true, _) => format!("nothing is scanned yet (checked in {took})"),
         (false, 0) => format!("all {all} stages are up to date (checked in {took})   {key}"),
-        (false, _) => format!("{stale} of {all} stages are out of date (checked in {took})   {key}"),
+        (false, _) => format!("{out_of_date} of {all} stages are out of date (checked in {took})   {key}"),
     }
 }
 
@@ -143,7 +143,7 @@ fn next(steps: &[StepStatus], context: &Context) -> Vec<String> {
             context.overcoat(&format!("step remove {name}")),
         ];
     }
-    if steps.iter().any(|s| !s.stale.is_empty()) {
+    if steps.iter().any(|s| !s.out_of_date.is_empty()) {
         return vec![context.overcoat("build")];
     }
     if steps.iter().any(|s| s.verdict.as_ref().is_some_and(|verdict| !verdict.is_good())) {

@@ -38,7 +38,7 @@ pub(super) fn moved(
         "session": context.session.display().to_string(),
         "branch": branch.name,
         what: entries,
-        "stands_at": branch.head(),
+        "last_change": branch.head(),
         "secs": began.elapsed().as_secs_f64(),
     })
 }

@@ -5,7 +5,7 @@ use crate::session::{Stage, StepStatus};
 /// The lines shown after a step was built: measures, findings and advice.
 pub(super) fn lines(step: &StepStatus) -> Vec<String> {
     let value = |stage: Stage, name: &str| {
-        step.standing.iter().find(|r| r.stage == stage).and_then(|r| r.measures.get(name)).copied()
+        step.up_to_date.iter().find(|r| r.stage == stage).and_then(|r| r.measures.get(name)).copied()
     };
     let mut parts = Vec::new();
     let mut add = |what: &str, value: Option<f64>, unit: &str| {
@@ -29,7 +29,7 @@ pub(super) fn lines(step: &StepStatus) -> Vec<String> {
     // The assumptions about the file and the findings of the cut; `status` reports the convergence of fits.
     let read_first = |stage: Stage| matches!(stage, Stage::Scan | Stage::Cut);
     let findings: Vec<&String> =
-        step.standing.iter().filter(|r| read_first(r.stage)).flat_map(|r| &r.findings).collect();
+        step.up_to_date.iter().filter(|r| read_first(r.stage)).flat_map(|r| &r.findings).collect();
     let verdict = step.verdict.as_ref().map_or_else(|| "not built".to_string(), |verdict| verdict.to_string());
     let mut lines = vec![format!("{}: {verdict}", step.name)];
     lines.extend(step.warnings.iter().skip(1).map(|warning| format!("  also: {warning}")));

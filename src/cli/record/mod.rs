@@ -259,7 +259,7 @@ impl Record {
             return Ok(());
         }
         let status = session.status()?;
-        if status.iter().any(|s| !s.stale.is_empty()) {
+        if status.iter().any(|s| !s.out_of_date.is_empty()) {
             self.command(&["build".to_string()])?;
             self.told = 0;
         }
@@ -355,12 +355,12 @@ impl Record {
 
     fn done(&self) -> anyhow::Result<Done> {
         let status = self.session()?.status()?;
-        let stale: usize = status.iter().map(|s| s.stale.len()).sum();
+        let out_of_date: usize = status.iter().map(|s| s.out_of_date.len()).sum();
         let names: Vec<&str> = status.iter().map(|s| s.name.as_str()).collect();
         let json = json!({
             "session": self.context.session.display().to_string(),
             "steps": names,
-            "up_to_date": stale == 0 && !names.is_empty(),
+            "up_to_date": out_of_date == 0 && !names.is_empty(),
         });
         let done = Done::new("record", json).line(match names.as_slice() {
             names if names.len() == self.steps_before => "nothing was added".to_string(),

@@ -278,7 +278,7 @@ impl Session {
     }
 
     /// The evidence for a garment if it is up to date.
-    pub(in crate::session) fn standing_proposal(&self, layer: &str) -> Option<Kept<Proposal>> {
+    pub(in crate::session) fn up_to_date_proposal(&self, layer: &str) -> Option<Kept<Proposal>> {
         let mut walk = Walk::look(self);
         // Later stages may be out of date.
         let _ = pipeline::steps(&mut walk, Some(layer));
@@ -346,7 +346,7 @@ impl Session {
         let NewMask { step, scan, at, .. } = new;
         let before = marks_of_some(self, step, scan, |i| at.is_none_or(|at| i < at))?;
         let after = marks_of_some(self, step, scan, |i| at.is_some_and(|at| i > at))?;
-        let proposal = self.standing_proposal(&step.name).map(|kept| self.store.load_shared(kept)).transpose()?;
+        let proposal = self.up_to_date_proposal(&step.name).map(|kept| self.store.load_shared(kept)).transpose()?;
         let adjacency = self.store.prepared(new.kept_scan.hash, || Adjacency::prepare(&scan.mesh));
         let left = |marks: &Marks| -> Result<bool, SessionError> {
             let all = before.clone().then(marks).then(&after);

@@ -48,7 +48,7 @@ impl Session {
             let parents: Vec<Option<usize>> = skeleton.parents.iter().map(|p| p.map(|p| p.index())).collect();
             recording.log_skeleton(&joints, &skeleton.names, &parents).map_err(failed)?;
             recording.log_notes(&notes_in_markdown(status)).map_err(failed)?;
-            for report in &status.standing {
+            for report in &status.up_to_date {
                 for (name, value) in &report.measures {
                     recording.log_measure(&format!("{}_{name}", report.stage), *value).map_err(failed)?;
                 }
@@ -114,7 +114,7 @@ fn notes_in_markdown(status: &StepStatus) -> String {
     let verdict = status.verdict.as_ref().map_or_else(|| "out of date".to_string(), Verdict::to_string);
     let mut text = format!("# {}: {verdict}\n", status.name);
     text.extend(status.warnings.iter().skip(1).map(|warning| format!("- {warning}\n")));
-    for report in &status.standing {
+    for report in &status.up_to_date {
         text += &format!("\n**{}**\n", report.stage);
         text.extend(report.measures.iter().map(|(measure, value)| {
             let (name, unit) = name_and_unit(measure);

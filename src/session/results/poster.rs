@@ -80,7 +80,7 @@ impl Session {
 impl Session {
     /// What stacking counted in the bind pose, over all layers.
     fn counted_crossings(&self) -> Result<String, SessionError> {
-        let reports = self.status()?.into_iter().flat_map(|step| step.standing);
+        let reports = self.status()?.into_iter().flat_map(|step| step.up_to_date);
         let pairs: f64 = reports.filter_map(|report| report.measures.get("intersecting_pairs").copied()).sum();
         Ok(match pairs as usize {
             1 => "1 crossing between layers in the bind pose".into(),

@@ -156,7 +156,7 @@ const NOTED: [&str; 8] = [
 fn notes(status: &StepStatus) -> Vec<String> {
     let verdict = status.verdict.as_ref().map_or_else(|| "out of date".into(), Verdict::to_string);
     let measures =
-        status.standing.iter().flat_map(|r| r.measures.iter().map(move |(name, value)| (r.stage, name, value)));
+        status.up_to_date.iter().flat_map(|r| r.measures.iter().map(move |(name, value)| (r.stage, name, value)));
     let noted = measures.filter(|(_, name, _)| NOTED.contains(&name.as_str())).map(|(stage, name, value)| {
         let (name, unit) = name_and_unit(name);
         let digits = if value.fract() == 0.0 { 0 } else { 2 };

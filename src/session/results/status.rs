@@ -21,9 +21,9 @@ pub struct StepStatus {
     /// How many mask files are applied.
     pub masks: usize,
     /// The stages that are up to date, in order.
-    pub standing: Vec<StageReport>,
+    pub up_to_date: Vec<StageReport>,
     /// The stages that are out of date, in order.
-    pub stale: Vec<Stage>,
+    pub out_of_date: Vec<Stage>,
     /// The reasons, where they are known; the other stages wait for these.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub why: BTreeMap<Stage, Vec<Reason>>,
@@ -47,34 +47,34 @@ impl Session {
             looked = looked.or_else(not_built_is_fine).and_then(|()| scan_of(&mut walk, step).map(drop));
         }
         looked.or_else(not_built_is_fine)?;
-        let stale_stages = walk.stale().to_vec();
+        let pending = walk.out_of_date().to_vec();
         let mut reports = walk.into_reports();
         reports.sort_by(|a, b| (a.stage, &a.step).cmp(&(b.stage, &b.step)));
         reports.dedup_by(|a, b| a.step == b.step && a.stage == b.stage);
         let status = self.recipe.steps.iter().map(|step| {
-            let standing: Vec<StageReport> = reports.iter().filter(|r| r.step == step.name).cloned().collect();
-            let stale: Vec<Stage> = Stage::of_step(step.template.is_none())
+            let up_to_date: Vec<StageReport> = reports.iter().filter(|r| r.step == step.name).cloned().collect();
+            let out_of_date: Vec<Stage> = Stage::of_step(step.template.is_none())
                 .iter()
-                .filter(|s| !standing.iter().any(|r| r.stage == **s))
+                .filter(|s| !up_to_date.iter().any(|r| r.stage == **s))
                 .copied()
                 .collect();
-            let own = || stale_stages.iter().filter(|s| s.step == step.name);
-            let judged = match (own().find_map(|s| s.failure.as_ref()), stale.is_empty()) {
+            let own = || pending.iter().filter(|s| s.step == step.name);
+            let judged = match (own().find_map(|s| s.failure.as_ref()), out_of_date.is_empty()) {
                 (Some(failure), _) => Some(failed(&step.name, failure)),
-                (None, true) => Some(verdict_on(step, &standing)),
+                (None, true) => Some(verdict_on(step, &up_to_date)),
                 (None, false) => None,
             };
             let (verdict, warnings) = judged.map_or((None, Vec::new()), |j| (Some(j.verdict), j.warnings));
             StepStatus {
                 verdict,
                 warnings,
-                judged: standing.iter().flat_map(|report| judge(step, report)).collect(),
+                judged: up_to_date.iter().flat_map(|report| judge(step, report)).collect(),
                 name: step.name.clone(),
                 template: step.template.clone(),
                 scan: step.scan.clone(),
                 masks: step.masks.len(),
-                standing,
-                stale,
+                up_to_date,
+                out_of_date,
                 why: own().map(|s| (s.stage, s.why.clone())).collect(),
                 scan_changed: !self.source_is_as_it_was(&step.source()),
             }

@@ -16,7 +16,7 @@ use std::time::Instant;
 
 /// A stage that is out of date.
 #[derive(Clone, Debug, PartialEq)]
-pub(in crate::session) struct StaleStage {
+pub(in crate::session) struct OutOfDateStage {
     pub step: String,
     pub stage: Stage,
     pub why: Vec<Reason>,
@@ -100,7 +100,7 @@ pub(in crate::session) enum Walk<'a> {
     /// Rebuilds results that are recorded but damaged or missing, and records nothing: equal inputs give equal bytes.
     Repair { session: &'a Session, repaired: &'a mut Repaired, on_event: &'a mut dyn FnMut(&Event) },
     /// Runs nothing: a stage that is out of date is an error.
-    Look { session: &'a Session, reports: Vec<StageReport>, stale: Vec<StaleStage> },
+    Look { session: &'a Session, reports: Vec<StageReport>, out_of_date: Vec<OutOfDateStage> },
 }
 
 impl<'a> Walk<'a> {
@@ -151,7 +151,7 @@ impl<'a> Walk<'a> {
     }
 
     pub fn look(session: &'a Session) -> Self {
-        Self::Look { session, reports: Vec::new(), stale: Vec::new() }
+        Self::Look { session, reports: Vec::new(), out_of_date: Vec::new() }
     }
 
     pub fn session(&self) -> &Session {
@@ -169,10 +169,10 @@ impl<'a> Walk<'a> {
     }
 
     /// The stages that are out of date.
-    pub fn stale(&self) -> &[StaleStage] {
+    pub fn out_of_date(&self) -> &[OutOfDateStage] {
         match self {
             Self::Make { .. } | Self::Repair { .. } => &[],
-            Self::Look { stale, .. } => stale,
+            Self::Look { out_of_date, .. } => out_of_date,
         }
     }
 
@@ -224,14 +224,14 @@ impl<'a> Walk<'a> {
                 Ok(kept)
             }
             Self::Repair { session, repaired, on_event } => repaired.stage(session, &call, *on_event, run),
-            Self::Look { session, reports, stale } => match call.up_to_date(session) {
+            Self::Look { session, reports, out_of_date } => match call.up_to_date(session) {
                 Some(record) => {
                     reports.push(call.report(session, &record));
                     Ok(Kept::named(record.output))
                 }
                 None => {
                     let failure = session.failures.of(call.step, call.stage, call.hash()).cloned();
-                    stale.push(StaleStage {
+                    out_of_date.push(OutOfDateStage {
                         step: call.step.into(),
                         stage: call.stage,
                         why: call.why(session),
