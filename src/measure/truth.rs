@@ -52,31 +52,6 @@ pub const STRICT_JOINTS: [HumanJoint; 14] = [
     HumanJoint::Head,
 ];
 
-/// The bone of MakeHuman's default rig whose head is this joint.
-fn makehuman_bone(joint: HumanJoint) -> String {
-    let bone = match joint {
-        HumanJoint::Hips => "root",
-        HumanJoint::Spine => "spine05",
-        HumanJoint::Chest => "spine03",
-        HumanJoint::UpperChest => "spine01",
-        HumanJoint::Neck => "neck01",
-        HumanJoint::Head => "head",
-        HumanJoint::Shoulder(_) => "clavicle",
-        HumanJoint::UpperArm(_) => "upperarm01",
-        HumanJoint::LowerArm(_) => "lowerarm01",
-        HumanJoint::Hand(_) => "wrist",
-        HumanJoint::UpperLeg(_) => "upperleg01",
-        HumanJoint::LowerLeg(_) => "lowerleg01",
-        HumanJoint::Foot(_) => "foot",
-        HumanJoint::Toes(_) => "toe1-1",
-    };
-    match joint.side() {
-        None => bone.to_owned(),
-        Some(Side::Left) => format!("{bone}.L"),
-        Some(Side::Right) => format!("{bone}.R"),
-    }
-}
-
 /// The file names in a truth folder.
 pub struct TruthNaming;
 
@@ -149,7 +124,7 @@ fn human_joints(named: &BTreeMap<String, [f64; 3]>) -> JointPositions {
     HumanJoint::BODY
         .into_iter()
         .filter_map(|joint| {
-            let at = named.get(joint.name()).or_else(|| named.get(&makehuman_bone(joint)))?;
+            let at = named.get(joint.name()).or_else(|| named.get(joint.makehuman_bone()))?;
             Some((joint, Point::from(*at)))
         })
         .collect()
