@@ -4,6 +4,8 @@
 mod embedded_body;
 
 use crate::common::{mean_body, overcoat, overcoat_ok, write_mesh};
+use overcoat::body::HumanJoint::{Hips, UpperArm, UpperLeg};
+use overcoat::body::Side::{Left, Right};
 use overcoat::body::{BodyModel, Pose, Shape, embedded_model, read_model};
 use overcoat::cli::bodies::{BodiesError, BuildBody, BuiltBody, ShowBody, build_body, model_measures, show_body};
 use overcoat::formats::{NpyArray, Npz, NpzCompression, write_npz};
@@ -19,9 +21,9 @@ fn body(model: &BodyModel, k: usize) -> TriMesh {
     let (mesh, skeleton) = model.shaped(&shape);
     let mut pose = Pose::bind(skeleton.len());
     for (joint, angle) in
-        [("leftUpperArm", 0.2 * wave(2.1)), ("rightUpperArm", 0.2 * wave(3.7)), ("leftUpperLeg", 0.1 * wave(5.3))]
+        [(UpperArm(Left), 0.2 * wave(2.1)), (UpperArm(Right), 0.2 * wave(3.7)), (UpperLeg(Left), 0.1 * wave(5.3))]
     {
-        let j = skeleton.find_name(joint).unwrap();
+        let j = skeleton.find(joint).unwrap();
         pose.rotations[j.index()] = nalgebra::UnitQuaternion::from_euler_angles(0.5 * angle, 0.0, angle);
     }
     mesh.with_points(model.posed(mesh.points(), &skeleton, &pose))
@@ -116,7 +118,7 @@ fn bodies_of_different_topology_are_refused_in_one_sentence() {
 
     let mut wrong = stacked(&bodies);
     wrong.insert("joints", NpyArray::try_new(&[2, 1, 3], vec![0f32; 6]).unwrap());
-    wrong.insert("joint_names", NpyArray::vector(vec!["hips".to_string()]));
+    wrong.insert("joint_names", NpyArray::vector(vec![Hips.name().to_string()]));
     let text = refused(&[write(here, "wrong.npz", &wrong)], 1);
     assert!(text.contains("'joints'") && text.contains("[2, 1, 3]"), "{text}");
 

@@ -94,6 +94,16 @@ impl Skeleton {
     pub fn find_name(&self, name: &str) -> Option<JointId> {
         self.names.iter().position(|n| n == name).map(|i| JointId(i as u16))
     }
+    /// The joint of the other side, human or not, as that of a finger; `None` for a joint in the middle.
+    pub fn mirrored(&self, joint: JointId) -> Option<JointId> {
+        let name = &self.names[joint.index()];
+        let other = match (name.strip_prefix("left"), name.strip_prefix("right")) {
+            (Some(rest), _) => format!("right{rest}"),
+            (_, Some(rest)) => format!("left{rest}"),
+            _ => return None,
+        };
+        self.find_name(&other)
+    }
     /// Which human joint this is; `None` for a further joint, such as that of a finger or an eye.
     pub fn human_joint(&self, joint: JointId) -> Option<HumanJoint> {
         HumanJoint::from_name(&self.names[joint.index()])
@@ -178,5 +188,16 @@ mod tests {
         assert!((joints[2] - Point::new(-1.0, 1.0, 0.0)).norm() < 1e-12);
         assert!(skeleton.is_below(JointId(2), JointId(0)));
         assert!(!skeleton.is_below(JointId(0), JointId(2)));
+    }
+    #[test]
+    fn a_joint_and_that_of_the_other_side_mirror_each_other() {
+        let names = ["hips", "leftHand", "rightHand", "leftThumbDistal", "rightThumbDistal", "leftEye"];
+        let skeleton = Skeleton {
+            names: names.map(String::from).to_vec(),
+            parents: std::iter::once(None).chain([0, 0, 1, 2, 0].map(|p| Some(JointId(p)))).collect(),
+            joints_in_bind: vec![Point::origin(); names.len()],
+        };
+        let mirrored: Vec<_> = skeleton.ids().map(|j| skeleton.mirrored(j).map(JointId::index)).collect();
+        assert_eq!(mirrored, [None, Some(2), Some(1), Some(4), Some(3), None]);
     }
 }

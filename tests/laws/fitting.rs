@@ -1,7 +1,8 @@
 //! Fitting: a body made by the model is found again, from any heading and with any number of threads.
 
 use nalgebra::UnitQuaternion;
-use overcoat::body::{BodyModel, Figure, Layer, Pose, Shape, embedded_model, skin};
+use overcoat::body::HumanJoint::{Foot, Hand, Head, Toes, UpperArm};
+use overcoat::body::{BodyModel, Figure, Layer, Pose, Shape, Side, embedded_model, skin};
 use overcoat::fit::{Cover, InsideParams, NakedParams, RegisterParams, fit_inside, fit_naked, register};
 use overcoat::geometry::{PerVertex, Point, TriMesh, Vec3};
 use overcoat::scan::Scan;
@@ -12,9 +13,9 @@ fn posed(model: &BodyModel, heading: f64, arms: f64) -> (TriMesh, Vec<Point>) {
     let mut pose = Pose::bind(skeleton.len());
     pose.translation = Vec3::new(0.4, 0.02, -0.3);
     pose.rotations[0] = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), heading);
-    for (name, sign) in [("leftUpperArm", 1.0), ("rightUpperArm", -1.0)] {
-        let j = skeleton.find_name(name).expect("a humanoid");
-        pose.rotations[j.index()] = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), sign * arms);
+    for side in Side::BOTH {
+        let j = skeleton.find(UpperArm(side)).expect("a humanoid");
+        pose.rotations[j.index()] = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), side.sign() * arms);
     }
     let points = skin(mesh.points(), &model.weights, &skeleton, &pose);
     (mesh.with_points(points), skeleton.joints_in_world(&pose))
@@ -84,9 +85,8 @@ fn dressed(model: &BodyModel, ease: f64, cover: &PerVertex<Cover>) -> (Figure, P
 fn tight_everywhere_but_head_and_hands(model: &BodyModel) -> PerVertex<Cover> {
     let bare: Vec<bool> = model
         .skeleton
-        .names
-        .iter()
-        .map(|n| n == "head" || n.contains("Hand") || n.contains("Foot") || n.contains("Toes"))
+        .ids()
+        .map(|joint| matches!(model.skeleton.human_joint(joint), Some(Head | Hand(_) | Foot(_) | Toes(_))))
         .collect();
     model.weights.rows().iter().map(|r| if bare[r[0].0.index()] { Cover::Bare } else { Cover::Tight }).collect()
 }

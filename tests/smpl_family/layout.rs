@@ -1,6 +1,10 @@
 //! Arrays as the SMPL family's files have them.
 
-use overcoat::body::{BodyModel, Shape, Stance};
+use overcoat::body::HumanJoint::{
+    Chest, Foot, Hand, Head, Hips, LowerArm, LowerLeg, Neck, Shoulder, Spine, Toes, UpperArm, UpperChest, UpperLeg,
+};
+use overcoat::body::Side::{Left, Right};
+use overcoat::body::{BodyModel, HumanJoint, Shape, Side, Stance};
 use overcoat::formats::{NpyArray, Npz};
 use overcoat::geometry::{PerVertex, Point, TriMesh, Vec3};
 
@@ -116,30 +120,30 @@ pub fn smpl_like(posedirs: usize) -> Npz {
     npz
 }
 
-/// SMPL's first 22 joints by our names.
-const ORDER: [&str; 22] = [
-    "hips",
-    "leftUpperLeg",
-    "rightUpperLeg",
-    "spine",
-    "leftLowerLeg",
-    "rightLowerLeg",
-    "chest",
-    "leftFoot",
-    "rightFoot",
-    "upperChest",
-    "leftToes",
-    "rightToes",
-    "neck",
-    "leftShoulder",
-    "rightShoulder",
-    "head",
-    "leftUpperArm",
-    "rightUpperArm",
-    "leftLowerArm",
-    "rightLowerArm",
-    "leftHand",
-    "rightHand",
+/// SMPL's first 22 joints, in its order.
+const ORDER: [HumanJoint; 22] = [
+    Hips,
+    UpperLeg(Left),
+    UpperLeg(Right),
+    Spine,
+    LowerLeg(Left),
+    LowerLeg(Right),
+    Chest,
+    Foot(Left),
+    Foot(Right),
+    UpperChest,
+    Toes(Left),
+    Toes(Right),
+    Neck,
+    Shoulder(Left),
+    Shoulder(Right),
+    Head,
+    UpperArm(Left),
+    UpperArm(Right),
+    LowerArm(Left),
+    LowerArm(Right),
+    Hand(Left),
+    Hand(Right),
 ];
 
 /// A whole body in SMPL's layout: 24 joints in its order, without names, bound in a T-pose; the skin around the shoulders
@@ -160,7 +164,7 @@ pub fn smpl_of(ours: &BodyModel) -> Npz {
         })
         .collect();
     let of_ours: Vec<usize> =
-        ORDER.iter().chain(&["leftHand", "rightHand"]).map(|n| ours.skeleton.find_name(n).unwrap().index()).collect();
+        ORDER.into_iter().chain(Side::BOTH.map(Hand)).map(|joint| ours.skeleton.find(joint).unwrap().index()).collect();
     let j = of_ours.len();
     let mut npz = Npz::new();
     npz.insert("v_template", NpyArray::rows(&mean.points().iter().map(|p| [p.x, p.y, p.z]).collect::<Vec<_>>()));
@@ -191,7 +195,7 @@ fn swelling_shoulders(mean: &TriMesh, ours: &BodyModel, pose: &overcoat::body::P
     let joints = ours.skeleton.joints_in_world(pose);
     let mut dirs = vec![0.0f32; mean.vertex_count() * 3 * FEATURES];
     for (joint, sign) in [(16, 1.0), (17, -1.0)] {
-        let center = joints[ours.skeleton.find_name(ORDER[joint]).unwrap().index()];
+        let center = joints[ours.skeleton.find(ORDER[joint]).unwrap().index()];
         // Entry (0, 1) of the rotation, −sin of the turn about z: positive as the left arm sinks.
         let feature = 9 * (joint - 1) + 1;
         for (v, p) in mean.points().enumerate() {
@@ -204,11 +208,10 @@ fn swelling_shoulders(mean: &TriMesh, ours: &BodyModel, pose: &overcoat::body::P
 
 /// The body with a shirt on: 14 mm of cloth over trunk and upper arms, of the same mesh.
 pub fn shirt_over(model: &BodyModel, body: &TriMesh, joints: &[Point]) -> TriMesh {
-    let at = |name: &str| joints[model.skeleton.find_name(name).unwrap().index()];
-    let (waist, neck) = (at("hips").y - 0.02, at("neck").y);
+    let at = |joint: HumanJoint| joints[model.skeleton.find(joint).unwrap().index()];
+    let (waist, neck) = (at(Hips).y - 0.02, at(Neck).y);
     let normals = body.vertex_normals();
-    let arm = |name: &str| model.skeleton.find_name(name).unwrap();
-    let below_elbow = ["leftLowerArm", "rightLowerArm"].map(arm);
+    let below_elbow = Side::BOTH.map(|side| model.skeleton.find(LowerArm(side)).unwrap());
     let is_covered = |v: overcoat::geometry::VertexId, p: &Point| {
         let row = &model.weights.rows()[v];
         let forearm = row.iter().any(|(j, w)| *w > 0.3 && below_elbow.iter().any(|e| model.skeleton.is_below(*j, *e)));

@@ -4,7 +4,9 @@ mod layout;
 
 use crate::common::{overcoat_ok, write_mesh};
 use layout::{Kin, smpl_like, smpl_of};
-use overcoat::body::{BodyModel, HumanJoint, Pose, Shape, embedded_model, read_model, skin, unskin};
+use overcoat::body::HumanJoint::{Hand, LowerArm, UpperArm};
+use overcoat::body::Side::{Left, Right};
+use overcoat::body::{BodyModel, HumanJoint, Pose, Shape, Side, embedded_model, read_model, skin, unskin};
 use overcoat::fit::{NakedParams, fit_naked};
 use overcoat::formats::{MeshKind, Npz, NpzCompression, RawMesh, read_mesh, write_npz};
 use overcoat::geometry::{PerVertex, Point, TriMesh};
@@ -32,7 +34,7 @@ fn smpl_and_star_files_are_read_with_their_corrective_offsets() {
         (posed.0[29] - bind.0[29]).y
     };
     let smpl = read(&smpl_like(9 * 23));
-    assert_eq!(smpl.skeleton.names[16], "leftUpperArm");
+    assert_eq!(smpl.skeleton.names[16], UpperArm(Left).name());
     assert_eq!((smpl.component_count(), smpl.weights.rows().0[29][0].0.index()), (10, 16));
     // Feature 206 is R(2, 2) − 1 of joint 23, which a turn about z leaves at 0; about x it is cos − 1.
     assert!(turned(&smpl).abs() < 1e-12);
@@ -61,20 +63,19 @@ fn each_kind_is_read_with_its_own_joints_components_and_offsets() {
         assert_eq!(model.uvs.is_some(), kin.joints == 55, "SMPL-X alone has texture coordinates");
         if kin.joints > 24 {
             let tip = model.skeleton.find_name("rightThumbDistal").unwrap();
-            let hand = model.skeleton.find_name("rightHand").unwrap();
+            let hand = model.skeleton.find(Hand(Right)).unwrap();
             assert_eq!(tip.index(), kin.joints - 1);
             assert!(model.skeleton.is_below(tip, hand) && !model.skeleton.is_below(hand, tip));
         }
     }
 }
 
-fn turned(model: &BodyModel, turns: &[(&str, [f64; 3])]) -> Pose {
+fn turned(model: &BodyModel, turns: &[(HumanJoint, [f64; 3])]) -> Pose {
     let mut pose = Pose::bind(model.skeleton.len());
-    for (joint, [x, y, z]) in turns {
-        let j = model.skeleton.find_name(joint).unwrap();
-        pose.rotations[j.index()] = nalgebra::UnitQuaternion::from_scaled_axis(
-            nalgebra::Vector3::new(*x, *y, *z) * std::f64::consts::PI / 180.0,
-        );
+    for &(joint, [x, y, z]) in turns {
+        let j = model.skeleton.find(joint).unwrap();
+        pose.rotations[j.index()] =
+            nalgebra::UnitQuaternion::from_scaled_axis(nalgebra::Vector3::new(x, y, z) * std::f64::consts::PI / 180.0);
     }
     pose
 }
@@ -82,8 +83,8 @@ fn turned(model: &BodyModel, turns: &[(&str, [f64; 3])]) -> Pose {
 /// Mean distance, in metres, of vertices near the shoulders: where the offsets of the made-up model are largest.
 fn off_at_the_shoulders(model: &BodyModel, found: &PerVertex<Point>, truth: &PerVertex<Point>) -> f64 {
     let joints = &model.skeleton;
-    let at = |name: &str| joints.joints_in_bind[joints.find_name(name).unwrap().index()];
-    let near = |p: &Point| ["leftUpperArm", "rightUpperArm"].iter().any(|n| (at(n) - p).norm() < 0.10);
+    let shoulders = Side::BOTH.map(|side| joints.joints_in_bind[joints.find(UpperArm(side)).unwrap().index()]);
+    let near = |p: &Point| shoulders.iter().any(|shoulder| (shoulder - p).norm() < 0.10);
     let of: Vec<f64> = model
         .template
         .points()
@@ -98,8 +99,8 @@ fn off_at_the_shoulders(model: &BodyModel, found: &PerVertex<Point>, truth: &Per
 fn thickness(model: &BodyModel, points: &PerVertex<Point>, joints: [Point; 2]) -> f64 {
     let skeleton = &model.skeleton;
     let mut distances = Vec::new();
-    for (name, joint) in ["leftUpperArm", "rightUpperArm"].into_iter().zip(joints) {
-        let in_bind = skeleton.joints_in_bind[skeleton.find_name(name).unwrap().index()];
+    for (side, joint) in Side::BOTH.into_iter().zip(joints) {
+        let in_bind = skeleton.joints_in_bind[skeleton.find(UpperArm(side)).unwrap().index()];
         let near = model.template.points().enumerate().filter(|(_, p)| (in_bind - *p).norm() < 0.08);
         distances.extend(near.map(|(v, _)| (points[v] - joint).norm()));
     }
@@ -131,10 +132,10 @@ fn corrective_offsets_are_honoured_from_the_naked_fit_to_the_dressed_figure() {
         let pose = turned(
             &model,
             &[
-                ("leftUpperArm", [0.0, 0.0, -sink]),
-                ("rightUpperArm", [0.0, 0.0, sink]),
-                ("leftLowerArm", [0.0, -15.0, 0.0]),
-                ("rightLowerArm", [0.0, 15.0, 0.0]),
+                (UpperArm(Left), [0.0, 0.0, -sink]),
+                (UpperArm(Right), [0.0, 0.0, sink]),
+                (LowerArm(Left), [0.0, -15.0, 0.0]),
+                (LowerArm(Right), [0.0, 15.0, 0.0]),
             ],
         );
         (mesh.with_points(model.posed(mesh.points(), &skeleton, &pose)), pose)
@@ -186,10 +187,10 @@ fn corrective_offsets_are_honoured_from_the_naked_fit_to_the_dressed_figure() {
     let worn = read_ply(&session.join("worn/body.ply"));
     let joints: serde_json::Value =
         serde_json::from_slice(&std::fs::read(session.join("worn/joints.json")).unwrap()).unwrap();
-    let at = |name: &str| Point::from([0, 1, 2].map(|c| joints[name][c].as_f64().unwrap()));
-    let girth = thickness(&model, &worn, [at("leftUpperArm"), at("rightUpperArm")]);
+    let shoulder = |side| Point::from([0, 1, 2].map(|c| joints[UpperArm(side).name()][c].as_f64().unwrap()));
+    let girth = thickness(&model, &worn, Side::BOTH.map(shoulder));
     let in_truth = skeleton.joints_in_world(&dressed_pose);
-    let of_truth = ["leftUpperArm", "rightUpperArm"].map(|n| in_truth[skeleton.find_name(n).unwrap().index()]);
+    let of_truth = Side::BOTH.map(|side| in_truth[skeleton.find(UpperArm(side)).unwrap().index()]);
     let (truth, stiff) = (thickness(&model, below.points(), of_truth), thickness(&model, &stiff, of_truth));
     assert!(
         (girth - truth).abs() < 0.4 * (stiff - truth),

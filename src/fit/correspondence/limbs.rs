@@ -123,12 +123,7 @@ pub(crate) fn unseen_parts(parts: &[JointSubtree], shares: &[f64], skeleton: &Sk
 /// Gives the joints of a part the mirrored pose of the other side if the scan shows that, else the bind pose.
 pub(crate) fn pose_like_other_side(pose: &mut Pose, skeleton: &Skeleton, part: JointId, unseen: &[JointId]) {
     for j in skeleton.ids().filter(|&j| skeleton.is_below(j, part)) {
-        let name = &skeleton.names[j.index()];
-        let other = match name.strip_prefix("left") {
-            Some(rest) => skeleton.find_name(&format!("right{rest}")),
-            None => name.strip_prefix("right").and_then(|rest| skeleton.find_name(&format!("left{rest}"))),
-        };
-        let visible = other.filter(|&o| !unseen.iter().any(|&u| skeleton.is_below(o, u)));
+        let visible = skeleton.mirrored(j).filter(|&o| !unseen.iter().any(|&u| skeleton.is_below(o, u)));
         pose.rotations[j.index()] = visible.map_or(UnitQuaternion::identity(), |o| {
             // The rotation mirrored at the sagittal plane.
             let turn = pose.rotations[o.index()].scaled_axis();

@@ -70,19 +70,20 @@ pub(crate) fn held_joints(skeleton: &Skeleton, group: JointGroup) -> Vec<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::HumanJoint::Hips;
     use crate::body::embedded_model;
 
     #[test]
     fn a_group_frees_its_joints_and_the_root() {
         let skeleton = embedded_model().unwrap().skeleton;
-        let free = |group| -> Vec<String> {
+        let free = |group| -> Vec<HumanJoint> {
             let held = held_joints(&skeleton, group);
-            skeleton.ids().filter(|j| !held[j.index()]).map(|j| skeleton.names[j.index()].clone()).collect()
+            skeleton.ids().filter(|j| !held[j.index()]).map(|j| skeleton.human_joint(j).unwrap()).collect()
         };
         assert_eq!(free(JointGroup::All).len(), skeleton.len());
-        assert_eq!(free(JointGroup::Trunk), ["hips", "spine", "chest", "upperChest"]);
+        assert_eq!(free(JointGroup::Trunk), [Hips, Spine, Chest, UpperChest]);
         let legs = free(JointGroup::Legs);
-        assert!(legs.contains(&"hips".into()) && legs.contains(&"leftToes".into()) && !legs.contains(&"spine".into()));
-        assert!(free(JointGroup::Limbs).iter().all(|name| name != "head" && name != "chest"));
+        assert!(legs.contains(&Hips) && legs.contains(&Toes(Side::Left)) && !legs.contains(&Spine));
+        assert!(free(JointGroup::Limbs).iter().all(|&joint| joint != Head && joint != Chest));
     }
 }
