@@ -5,7 +5,7 @@
 //! kilograms**. Readers convert on the way in and say what they assumed; a number in another unit carries it as a
 //! suffix (`_mm`, `_deg`). Computation is in `f64`; files and GPU buffers are `f32`.
 //!
-//! # The way of the data
+//! # Data flow
 //! ```text
 //! file -> Scan -> FittedBody -> Figure (the body alone)
 //!   then for each garment:
@@ -13,8 +13,7 @@
 //!        -> skinned, in the bind pose -> stacked -> physics weights -> Figure (one layer more)
 //! Figure -> file
 //! ```
-//! Every arrow is a function named after its verb. The rooms below are in the order in which they may import each
-//! other; `tests/architecture.rs` keeps that table.
+//! Every arrow is a function named after its verb. `tests/architecture.rs` checks which module may import which.
 
 pub mod body;
 pub mod check;

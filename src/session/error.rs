@@ -217,10 +217,10 @@ pub enum SessionError {
     BadSource {
         /// The file.
         path: PathBuf,
-        /// What its room says.
+        /// The error of the module that read it.
         source: Box<StageError>,
     },
-    /// A garment kind or a limit that does not exist.
+    /// A garment template or a limit that does not exist.
     #[error("garment '{step}': {source}")]
     WrongGarment {
         /// The step.
@@ -235,7 +235,7 @@ pub enum SessionError {
         step: String,
         /// The stage.
         stage: Stage,
-        /// What its room says.
+        /// The error of the stage's module.
         source: Box<StageError>,
     },
     /// A state that only a bug in Overcoat can cause.

@@ -67,9 +67,9 @@ parameters! {
         pub margin: f64 = 0.002, Allowed::SHORT, "Least distance of hidden body from the scan";
         /// Added to the margin per garment over the place, in metres: the scan shows the outer face of the cloth.
         pub thickness: f64 = 0.0012, Allowed::SHORT, "Added to the margin for each garment over the skin";
-        /// How much of the margin a pose may leave to the offset, in metres: noise and a collar's rim must not move a whole
-        /// torso.
-        pub give: f64 = 0.003, Allowed::SHORT, "Share of the margin, in metres, that the pose may leave to the offset";
+        /// Depth by which the pose may fall short of the margin, in metres; the offset makes up for it. Noise and a
+        /// collar's rim must not move a whole torso.
+        pub give: f64 = 0.003, Allowed::SHORT, "Depth by which the pose may fall short of the margin; the offset makes up for it";
         /// Greatest inward offset where the pose does not satisfy the margin, in metres: breathing moves a chest by less.
         pub greatest_offset: f64 = 0.006, Allowed::SHORT, "Greatest inward offset of the skin";
         /// Strength of the prior that pulls toward the previous step's pose.

@@ -58,7 +58,7 @@ impl PipelineStage for PressStage {
             press(&figure, &surfaces, &params).map_err(|e| SessionError::stage(&step.name, Stage::Press, e))?;
         let most = reports.iter().map(|r| r.max_move).fold(0.0, f64::max);
         let left = reports.iter().filter(|r| r.outside_after > 0).map(|r| {
-            format!("{} vertices of '{}' find no room between the layers over and under it", r.outside_after, r.layer)
+            format!("{} vertices of '{}' do not fit between the layers over and under it", r.outside_after, r.layer)
         });
         Ok(Outcome::of(garments)
             .measured("outside_before", reports.iter().map(|r| r.outside_before).sum::<usize>() as f64)
