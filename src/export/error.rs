@@ -14,6 +14,17 @@ pub enum ExportError {
         /// The system's error.
         source: std::io::Error,
     },
+    /// The figure has no layer.
+    #[error("the figure has no surface: there is nothing to write")]
+    NoLayers,
+    /// A number is NaN or infinite.
+    #[error("{what}: entry {index} is not a finite number")]
+    NotFinite {
+        /// Which array.
+        what: String,
+        /// The first such entry.
+        index: usize,
+    },
     /// A layer has no vertices or no faces.
     #[error("layer '{layer}' has {vertices} vertices and {faces} faces: there is nothing to write")]
     EmptyLayer {
@@ -58,8 +69,8 @@ pub enum ExportError {
         /// Number of parents.
         parents: usize,
     },
-    /// A joint precedes its parent in the skeleton's lists.
-    #[error("joint {parent} of the skeleton comes after one of its children")]
+    /// A joint precedes its parent in the skeleton's lists, or the parent is not in them.
+    #[error("joint {parent} of the skeleton does not come before all of its children")]
     JointOrder {
         /// The parent.
         parent: usize,
@@ -83,6 +94,8 @@ impl ExportError {
                 Some(format!("check the labels of '{layer}': its garment was not found in the scan"))
             }
             Self::Io { .. }
+            | Self::NoLayers
+            | Self::NotFinite { .. }
             | Self::Length { .. }
             | Self::NoSuchJoint { .. }
             | Self::Skeleton { .. }

@@ -4,12 +4,12 @@
 //! `COLOR_0` and `TEXCOORD_0` where the layer has them, `_PHYSW` (share of cloth physics, 0 where nothing is
 //! simulated) and `_LAYER` (rank, 0 for the body). As attributes, these survive programs that drop extras or merge meshes.
 
+use super::arguments::{check_figure, check_pose};
 use super::error::ExportError;
 use super::palette::color_of_rank;
 use super::split::Split;
 use crate::body::{Figure, Layer, Pose, Skeleton};
 use crate::formats::{GlbAttribute, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, NodeId, SkinId};
-use crate::geometry::PerVertex;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -29,13 +29,18 @@ pub struct GlbOptions {
 ///
 /// **Frame and units** glTF's, which are ours: metres, Y up, facing +Z in the bind pose.
 ///
+/// **Errors** if the figure or the pose contradicts itself, or holds a number that is not finite; nothing is written then.
+///
 /// **Guarantees** equal figures give equal bytes; the Khronos validator reports no error and no warning.
 pub fn write_glb(figure: &Figure, options: &GlbOptions, out: impl Write) -> Result<(), ExportError> {
+    check_figure(figure)?;
+    if let Some(pose) = &options.pose {
+        check_pose(pose, &figure.skeleton)?;
+    }
     let mut glb = GlbWriter::new();
     let (root, skin) = add_skeleton(&mut glb, &figure.skeleton, options.pose.as_ref())?;
     let mut roots = vec![root];
     for (rank, layer) in figure.layers.iter().enumerate() {
-        check_layer(layer, figure.skeleton.len())?;
         roots.push(add_layer(&mut glb, layer, rank, skin)?);
     }
     let provenance: Map<String, Value> = options.provenance.iter().map(|(k, v)| (k.clone(), json!(v))).collect();
@@ -54,13 +59,6 @@ fn add_skeleton(
     skeleton: &Skeleton,
     pose: Option<&Pose>,
 ) -> Result<(NodeId, SkinId), ExportError> {
-    let (joints, names, parents) = (skeleton.joints_in_bind.len(), skeleton.names.len(), skeleton.len());
-    if joints == 0 || names != joints || parents != joints {
-        return Err(ExportError::Skeleton { joints, names, parents });
-    }
-    if let Some(pose) = pose.filter(|p| p.rotations.len() != skeleton.len()) {
-        return Err(ExportError::PoseLength { found: pose.rotations.len(), expected: skeleton.len() });
-    }
     let mut nodes: Vec<Option<NodeId>> = vec![None; skeleton.len()];
     for j in skeleton.ids().collect::<Vec<_>>().into_iter().rev() {
         let children: Option<Vec<NodeId>> =
@@ -93,35 +91,6 @@ fn add_skeleton(
     let root = joints[0];
     let matrices = glb.matrices("inverse bind matrices", &inverse_bind)?;
     Ok((root, glb.skin("skeleton", root, &joints, matrices)))
-}
-
-fn check_layer(layer: &Layer, joint_count: usize) -> Result<(), ExportError> {
-    let (vertices, faces) = (layer.mesh.vertex_count(), layer.mesh.face_count());
-    if vertices == 0 || faces == 0 {
-        return Err(ExportError::EmptyLayer { layer: layer.name.clone(), vertices, faces });
-    }
-    let lengths = [
-        ("rows of skin weights", Some(layer.weights.len())),
-        ("colours", layer.colors.as_ref().map(PerVertex::len)),
-        ("physics weights", layer.physics.as_ref().map(PerVertex::len)),
-    ];
-    for (attribute, found) in lengths {
-        if let Some(found) = found.filter(|&n| n != vertices) {
-            let (layer, attribute) = (layer.name.clone(), attribute.to_string());
-            return Err(ExportError::Length { layer, attribute, found, expected: vertices });
-        }
-    }
-    if let Some(uvs) = layer.uvs.as_ref().filter(|uvs| !uvs.fits(&layer.mesh)) {
-        let (layer, attribute) = (layer.name.clone(), "texture coordinates (a triple a face)".to_string());
-        return Err(ExportError::Length { layer, attribute, found: uvs.corners.len(), expected: faces });
-    }
-    for (vertex, row) in layer.weights.rows().iter().enumerate() {
-        if let Some((joint, _)) = row.iter().find(|(j, w)| *w > 0.0 && j.index() >= joint_count) {
-            let (layer, joint) = (layer.name.clone(), joint.index());
-            return Err(ExportError::NoSuchJoint { layer, vertex, joint, joints: joint_count });
-        }
-    }
-    Ok(())
 }
 
 fn add_layer(glb: &mut GlbWriter, layer: &Layer, rank: usize, skin: SkinId) -> Result<NodeId, ExportError> {

@@ -1,5 +1,6 @@
 //! Writes a figure as separate files: surfaces as PLY, joints as JSON, skin weights as NPY.
 
+use super::arguments::{check_finite, check_skeleton, check_surface, check_weights};
 use super::error::ExportError;
 use crate::body::{Layer, Skeleton};
 use crate::formats::{NpyArray, PlyOptions, RawMesh, write_npy, write_ply};
@@ -13,13 +14,15 @@ use std::io::Write;
 ///
 /// **Shapes** `colors` V × 3; each of `scalars` V.
 ///
-/// **Errors** [`ExportError::Format`] when the number of colours or scalars is not V.
+/// **Errors** [`ExportError::Format`] when the number of colours or scalars is not V, [`ExportError::NotFinite`] for a
+/// coordinate or scalar that is not a number.
 pub fn write_layer_ply(
     mesh: &TriMesh,
     colors: Option<&PerVertex<[u8; 3]>>,
     scalars: &[(&str, &[f32])],
     out: impl Write,
 ) -> Result<(), ExportError> {
+    check_surface(mesh, scalars)?;
     let raw = RawMesh {
         points: mesh.points().iter().map(|p| p.coords.into()).collect(),
         faces: mesh.faces().iter().map(|f| f.map(|v| v.0)).collect(),
@@ -36,6 +39,8 @@ pub fn write_layer_ply(
 ///
 /// **Shapes** `joints` J × 3.
 pub fn write_joints_json(skeleton: &Skeleton, joints: &[Point], mut out: impl Write) -> Result<(), ExportError> {
+    check_skeleton(skeleton)?;
+    check_finite("joints", joints)?;
     if joints.len() != skeleton.len() {
         return Err(ExportError::PoseLength { found: joints.len(), expected: skeleton.len() });
     }
@@ -48,16 +53,13 @@ pub fn write_joints_json(skeleton: &Skeleton, joints: &[Point], mut out: impl Wr
 
 /// Writes a layer's skin weights as NPY, **shape** `V × J`, `f4`.
 pub fn write_skin_weights_npy(layer: &Layer, skeleton: &Skeleton, out: impl Write) -> Result<(), ExportError> {
+    check_skeleton(skeleton)?;
     let joint_count = skeleton.len();
+    check_weights(layer, joint_count)?;
     let mut dense = vec![0.0f32; layer.weights.len() * joint_count];
     for (vertex, row) in layer.weights.rows().iter().enumerate() {
         for &(joint, weight) in row.iter().filter(|(_, w)| *w > 0.0) {
-            let joint = joint.index();
-            if joint >= joint_count {
-                let layer = layer.name.clone();
-                return Err(ExportError::NoSuchJoint { layer, vertex, joint, joints: joint_count });
-            }
-            dense[vertex * joint_count + joint] += weight as f32;
+            dense[vertex * joint_count + joint.index()] += weight as f32;
         }
     }
     Ok(write_npy(&NpyArray::try_new(&[layer.weights.len(), joint_count], dense)?, out)?)

@@ -1,5 +1,6 @@
 //! Arranges a figure as industry file formats; `formats` produces the bytes.
 
+mod arguments;
 mod error;
 mod glb;
 mod layers;

@@ -182,8 +182,52 @@ fn a_figure_that_contradicts_itself_is_refused() {
     assert!(matches!(err, ExportError::NoSuchJoint { vertex: 0, joint: 9, joints: 3, .. }), "{err}");
     let err = refused(|f| f.layers[1].mesh = TriMesh::try_from_indices(vec![], &[]).unwrap());
     assert!(matches!(&err, ExportError::EmptyLayer { layer, .. } if layer == "sleeve"), "{err}");
+    let err = refused(|f| f.layers.clear());
+    assert_eq!(err.to_string(), "the figure has no surface: there is nothing to write");
+    let err = refused(|f| f.skeleton.parents[1] = Some(JointId(7)));
+    assert!(matches!(err, ExportError::JointOrder { parent: 7 }), "{err}");
     let options = GlbOptions { pose: Some(Pose::bind(2)), ..GlbOptions::default() };
     assert!(write_glb(&figure(), &options, Vec::new()).is_err());
+}
+
+#[test]
+fn a_number_that_is_not_finite_is_refused_by_its_place() {
+    let refused = |spoil: fn(&mut Figure)| {
+        let mut figure = figure();
+        spoil(&mut figure);
+        write_glb(&figure, &GlbOptions::default(), Vec::new()).unwrap_err().to_string()
+    };
+    let away = |mesh: &TriMesh| {
+        let mut points = mesh.points().clone();
+        points.0[5].y = f64::NAN;
+        mesh.with_points(points)
+    };
+    assert_eq!(
+        refused(|f| f.layers[1].physics.as_mut().unwrap().0[7] = f64::INFINITY),
+        "layer 'sleeve': physics weights: entry 7 is not a finite number"
+    );
+    assert!(refused(|f| f.skeleton.joints_in_bind[2].x = f64::NAN).contains("joints of the bind pose: entry 2"));
+    let mut spoiled = figure();
+    spoiled.layers[0].mesh = away(&spoiled.layers[0].mesh);
+    let err = write_glb(&spoiled, &GlbOptions::default(), Vec::new()).unwrap_err();
+    assert_eq!(err.to_string(), "layer 'body': positions: entry 5 is not a finite number");
+    let mut pose = bent();
+    pose.translation.z = f64::NAN;
+    let options = GlbOptions { pose: Some(pose), ..GlbOptions::default() };
+    assert!(write_glb(&figure(), &options, Vec::new()).unwrap_err().to_string().contains("translation"));
+
+    let mesh = &figure().layers[0].mesh;
+    assert!(write_layer_ply(&away(mesh), None, &[], Vec::new()).is_err());
+    assert!(write_layer_ply(mesh, None, &[("label", &vec![f32::NAN; mesh.vertex_count()])], Vec::new()).is_err());
+    let skeleton = figure().skeleton;
+    let joints = vec![Point::new(0.0, f64::NAN, 0.0); 3];
+    assert!(write_joints_json(&skeleton, &joints, Vec::new()).is_err(), "JSON would have null");
+    let mut layer = figure().layers.remove(1);
+    layer.weights = SkinWeights::from_rows(vec![vec![(JointId(0), 1.0)]; 5]);
+    assert!(matches!(
+        write_skin_weights_npy(&layer, &skeleton, Vec::new()),
+        Err(ExportError::Length { found: 5, expected: 36, .. })
+    ));
 }
 
 #[test]
