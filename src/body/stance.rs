@@ -6,7 +6,7 @@ use super::human_joint::HumanJoint::{
 use super::human_joint::Side::{self, Left, Right};
 use super::{JointId, Pose, Skeleton};
 use crate::geometry::Vec3;
-use nalgebra::UnitQuaternion;
+use nalgebra::{Unit, UnitQuaternion};
 
 /// A pose that every humanoid skeleton can take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -129,9 +129,7 @@ impl Aimed<'_> {
         let Some(end) = self.skeleton.bone_end(j) else { return };
         let bone = self.skeleton.joints_in_bind[end.index()] - self.skeleton.joints_in_bind[j.index()];
         let wanted = self.above(j).inverse() * direction;
-        // Exactly opposed bones have no smallest rotation; no stance requires one.
-        self.pose.rotations[j.index()] =
-            UnitQuaternion::rotation_between(&bone, &wanted).unwrap_or_else(UnitQuaternion::identity);
+        self.pose.rotations[j.index()] = smallest_rotation(&bone, &wanted);
     }
 
     /// The rotation of the frame in which a joint turns.
@@ -173,10 +171,30 @@ impl Aimed<'_> {
     }
 }
 
+/// The smallest rotation that turns one direction to another; for opposed ones the half turn about an axis perpendicular
+/// to both.
+fn smallest_rotation(from: &Vec3, to: &Vec3) -> UnitQuaternion<f64> {
+    UnitQuaternion::rotation_between(from, to).unwrap_or_else(|| {
+        // The coordinate axis that is farthest from parallel gives the longest cross product.
+        let axis = Vec3::ith(from.iamin(), 1.0).cross(from);
+        UnitQuaternion::from_axis_angle(&Unit::new_normalize(axis), std::f64::consts::PI)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
     use crate::body::embedded_model;
+
+    #[test]
+    fn a_bone_is_turned_around_to_the_opposite_direction() {
+        for bone in [Vec3::x(), Vec3::y(), -Vec3::z(), Vec3::new(0.1, -0.3, 0.2)] {
+            let turned = smallest_rotation(&bone, &(-2.0 * bone)) * bone;
+            assert!((turned + bone).norm() < 1e-12, "{bone:?} became {turned:?}");
+            assert!((smallest_rotation(&bone, &bone) * bone - bone).norm() < 1e-12);
+        }
+    }
 
     #[test]
     fn bones_point_where_the_stance_says() {
