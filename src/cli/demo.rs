@@ -184,14 +184,15 @@ fn scans_dir() -> Result<PathBuf, SessionError> {
 
 fn shipped_scans(dir: &Path) -> anyhow::Result<Vec<ShippedScan>> {
     let entries = std::fs::read_dir(dir).with_context(|| format!("'{}' cannot be read", dir.display()))?;
-    let mut files: Vec<PathBuf> = entries.flatten().map(|e| e.path()).collect();
+    let mut files: Vec<PathBuf> = entries.map(|e| Ok(e?.path())).collect::<std::io::Result<_>>()?;
     // If a scan also exists as frames, the demo starts from the frames.
     files.retain(|f| match f.extension() {
         Some(extension) => extension == "ply" && !f.with_extension("").join("camera.json").is_file(),
         None => f.join("camera.json").is_file(),
     });
     files.sort();
-    let scans: Vec<ShippedScan> = files.into_iter().filter_map(shipped_scan).collect();
+    let scans: Vec<ShippedScan> =
+        files.into_iter().filter_map(|file| shipped_scan(file).transpose()).collect::<anyhow::Result<_>>()?;
     if scans.first().is_none_or(|s| s.name != BODY_STEP) {
         let what = format!("'{}' has no scan of the bare body, neither 0-body.ply nor 0-body", dir.display());
         return Err(SessionError::BadRequest { what, hint: "get the source code again".into() }.into());
@@ -199,10 +200,36 @@ fn shipped_scans(dir: &Path) -> anyhow::Result<Vec<ShippedScan>> {
     Ok(scans)
 }
 
-fn shipped_scan(file: PathBuf) -> Option<ShippedScan> {
-    let stem = file.file_stem()?.to_string_lossy().into_owned();
-    let (_, name) = stem.split_once('-')?;
-    let template = GarmentTemplate::built_in(name).ok().map(|t| t.name);
-    let known = name == BODY_STEP || template.is_some();
-    known.then(|| ShippedScan { name: name.to_string(), template, file })
+/// A scan by its file's name; `None` for a file that is not named like one. A garment without a template is an error: the
+/// demo would silently leave a layer out.
+fn shipped_scan(file: PathBuf) -> anyhow::Result<Option<ShippedScan>> {
+    let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let Some((number, name)) = stem.split_once('-') else { return Ok(None) };
+    if number.parse::<u32>().is_err() {
+        return Ok(None);
+    }
+    let template = match name {
+        BODY_STEP => None,
+        _ => {
+            let found = GarmentTemplate::built_in(name);
+            Some(found.with_context(|| format!("the scan '{}' of the demo has no template", file.display()))?.name)
+        }
+    };
+    Ok(Some(ShippedScan { name: name.to_string(), template, file }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scan_of_an_unknown_garment_is_an_error_and_other_files_are_not_scans() {
+        let scan = |name: &str| shipped_scan(PathBuf::from(name));
+        let skirt = scan("1-skirt.ply").unwrap().unwrap();
+        assert_eq!((skirt.name.as_str(), skirt.template.as_deref()), ("skirt", Some("skirt")));
+        assert_eq!(scan("0-body").unwrap().unwrap().template, None);
+        assert!(scan("turntable.ply").unwrap().is_none() && scan("depth-noise.ply").unwrap().is_none());
+        let Err(error) = scan("3-cape.ply") else { panic!("a cape was taken") };
+        assert!(format!("{error:#}").contains("3-cape.ply"), "{error:#}");
+    }
 }
