@@ -1,12 +1,10 @@
 //! One entry point for all mesh readers.
 
 use super::error::FormatError;
-use super::gltf_read::read_gltf;
-use super::obj::read_obj;
-use super::off::read_off;
-use super::ply_read::read_ply;
+use super::gltf::read_gltf;
+use super::ply::read_ply;
 use super::raw_mesh::RawMesh;
-use super::stl::read_stl;
+use super::text::{read_obj, read_off, read_stl};
 use std::io::Read;
 
 /// The mesh formats that can be read.

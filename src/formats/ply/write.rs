@@ -1,7 +1,7 @@
 //! Writes PLY, through `ply-rs`.
 
-use super::error::{Format, FormatError};
-use super::raw_mesh::RawMesh;
+use crate::formats::error::{Format, FormatError};
+use crate::formats::raw_mesh::RawMesh;
 use ply_rs::ply::{Addable, ElementDef, Encoding, Header, PropertyAccess, PropertyDef, PropertyType, ScalarType};
 use ply_rs::writer::Writer;
 use std::io::{BufWriter, Write};

@@ -1,7 +1,7 @@
 //! An RGB-D recording: finds its frames among the files of a folder, and packs them into one zip.
 
 use super::camera_json::{CameraJson, read_camera_json};
-use super::error::{Format, FormatError, quoted};
+use crate::formats::error::{Format, FormatError, quoted};
 use std::io::{Cursor, Read, Write};
 
 /// The camera's file.
@@ -52,7 +52,7 @@ pub fn recording_files(
     if !names.iter().any(|n| n == CAMERA) {
         return Err(FormatError::NoRecording {
             what: format!("there is no camera.json beside the {} depth images", frames.len()),
-            hint: format!("write one: {}", super::error::CAMERA_HINT),
+            hint: format!("write one: {}", crate::formats::error::CAMERA_HINT),
         });
     }
     let lists = ["associations.txt", "depth.txt", "rgb.txt"].map(String::from);

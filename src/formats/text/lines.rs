@@ -1,6 +1,6 @@
 //! Lines and numbers of the text formats; every error names its line.
 
-use super::error::{Format, FormatError, quoted};
+use crate::formats::error::{Format, FormatError, quoted};
 use std::borrow::Cow;
 use std::str::SplitAsciiWhitespace;
 

@@ -1,9 +1,9 @@
 //! Reads glTF: all meshes of the scene, transformed by their nodes, as one mesh.
 
-use super::error::{Format, FormatError, quoted};
-use super::gltf_accessor::{container, read_buffers, rows, unsupported};
-use super::raw_mesh::{RawMesh, read_all, unread_texture};
+use super::accessor::{container, read_buffers, rows, unsupported};
 use super::srgb::byte_of_linear;
+use crate::formats::error::{Format, FormatError, quoted};
+use crate::formats::raw_mesh::{RawMesh, read_all, unread_texture};
 use gltf::json::extensions::ENABLED_EXTENSIONS;
 use gltf::mesh::{Mode, Semantic};
 use gltf::{Document, Gltf, Node, Primitive};

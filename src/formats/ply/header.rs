@@ -4,7 +4,7 @@
 //! have: NaN, `.5` and `1.` in ascii, and comments that are not UTF-8. It would not be faster either: 1.01 of our time for
 //! binary and 1.37 for ascii, on 1 million vertices and 2 million faces (`cargo bench --bench files`).
 
-use super::error::{Format, FormatError, quoted};
+use crate::formats::error::{Format, FormatError, quoted};
 use ply_rs::parser::{Parser, Reader};
 use ply_rs::ply::{DefaultElement, Header};
 use std::io::Cursor;

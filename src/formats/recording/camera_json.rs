@@ -1,6 +1,6 @@
 //! `camera.json`: the camera that took RGB-D frames.
 
-use super::error::{CAMERA_HINT, Format, FormatError};
+use crate::formats::error::{CAMERA_HINT, Format, FormatError};
 use serde_json::Value;
 
 /// The content of `camera.json`. Unknown keys are ignored.

@@ -1,9 +1,9 @@
 //! Reads PLY: ascii or binary of either byte order, properties in any order; unknown elements are skipped.
 
-use super::error::{Format, FormatError, quoted};
-use super::ply_header::{line_error, read_header};
-use super::ply_rows::{RowError, Rows};
-use super::raw_mesh::{RawMesh, bytes_of_colors, read_all};
+use super::header::{line_error, read_header};
+use super::rows::{RowError, Rows};
+use crate::formats::error::{Format, FormatError, quoted};
+use crate::formats::raw_mesh::{RawMesh, bytes_of_colors, read_all};
 use ply_rs::ply::{ElementDef, PropertyType, ScalarType};
 use std::io::Read;
 

@@ -4,9 +4,9 @@
 //! just `solid`, names no line in its errors, and not the triangle at which a binary file is cut (`failed to fill whole
 //! buffer`): `cargo bench --bench files`.
 
-use super::error::{Format, FormatError, quoted};
-use super::raw_mesh::{RawMesh, read_all};
-use super::text_lines::{line_error, lines, numbers};
+use super::lines::{line_error, lines, numbers};
+use crate::formats::error::{Format, FormatError, quoted};
+use crate::formats::raw_mesh::{RawMesh, read_all};
 use std::collections::HashMap;
 use std::io::Read;
 

@@ -1,9 +1,9 @@
 //! PLY: round trips in all encodings, files of other programs, and messages for damaged files.
 
-use super::error::FormatError;
-use super::ply_read::read_ply;
-use super::ply_write::{PlyEncoding, PlyOptions, write_ply};
-use super::raw_mesh::RawMesh;
+use super::read::read_ply;
+use super::write::{PlyEncoding, PlyOptions, write_ply};
+use crate::formats::error::FormatError;
+use crate::formats::raw_mesh::RawMesh;
 use proptest::prelude::*;
 
 const ENCODINGS: [PlyEncoding; 3] = [PlyEncoding::Ascii, PlyEncoding::LittleEndian, PlyEncoding::BigEndian];

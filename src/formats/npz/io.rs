@@ -1,8 +1,8 @@
 //! Reads and writes `.npy` and `.npz`.
 
-use super::error::{Format, FormatError};
-use super::npz::{NpyArray, NpyData, Npz};
-use super::raw_mesh::read_all;
+use super::arrays::{NpyArray, NpyData, Npz};
+use crate::formats::error::{Format, FormatError};
+use crate::formats::raw_mesh::read_all;
 use npyz::{AutoSerialize, DType, Deserialize, NpyFile, NpyHeader, Order, Serialize, TypeChar, WriterBuilder};
 use std::io::{Cursor, Read, Seek, Write};
 use zip::write::SimpleFileOptions;

@@ -1,6 +1,6 @@
 //! Reads the numbers of a glTF accessor. Every bound is checked, because a file's JSON may state any offset.
 
-use super::error::{Format, FormatError};
+use crate::formats::error::{Format, FormatError};
 use gltf::accessor::DataType;
 use gltf::{Accessor, Document, buffer};
 

@@ -3,9 +3,9 @@
 //! `off-rs` reads only plain `OFF`: it refuses the variants with normals or colours per vertex and counts on the first
 //! line, accepts indices beyond the vertices, and keeps coordinates in single precision (`cargo bench --bench files`).
 
-use super::error::{Format, FormatError, quoted};
-use super::raw_mesh::{RawMesh, bytes_of_colors, read_all};
-use super::text_lines::{line_error, lines, number, numbers};
+use super::lines::{line_error, lines, number, numbers};
+use crate::formats::error::{Format, FormatError, quoted};
+use crate::formats::raw_mesh::{RawMesh, bytes_of_colors, read_all};
 use std::io::Read;
 
 /// Reads an `OFF`, `COFF`, `NOFF` or `CNOFF` file: points, normals, colours (0–255 or 0–1), polygons as fans.

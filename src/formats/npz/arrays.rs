@@ -1,6 +1,6 @@
 //! NumPy arrays with type and shape, and sets of them by name.
 
-use super::error::{Format, FormatError};
+use crate::formats::error::{Format, FormatError};
 use std::collections::BTreeMap;
 
 /// The values of an array, in C order (last index fastest).

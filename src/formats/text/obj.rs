@@ -5,9 +5,9 @@
 //! (`position parse error`). It takes 1.73 of our time on 1 million vertices and 2 million faces
 //! (`cargo bench --bench files`).
 
-use super::error::{Format, FormatError};
-use super::raw_mesh::{RawMesh, bytes_of_colors, read_all, unread_texture};
-use super::text_lines::{line_error, lines, number, numbers};
+use super::lines::{line_error, lines, number, numbers};
+use crate::formats::error::{Format, FormatError};
+use crate::formats::raw_mesh::{RawMesh, bytes_of_colors, read_all, unread_texture};
 use std::io::{BufWriter, Read, Write};
 
 /// Reads an OBJ: all groups as one mesh, polygons as fans, `v x y z r g b` as colours.

@@ -1,8 +1,8 @@
 //! glTF: round trips, node transforms, and messages for damaged files.
 
-use super::error::FormatError;
-use super::glb::{GlbAttribute, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, NodeId};
-use super::gltf_read::read_gltf;
+use super::read::read_gltf;
+use super::write::{GlbAttribute, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, NodeId};
+use crate::formats::error::FormatError;
 use serde_json::json;
 
 const POINTS: [[f32; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]];
