@@ -1,9 +1,7 @@
 //! `overcoat body`: body models and their shape spaces.
 
 use super::bodies::{BuildBody, ShowBody, build_body, import_body, mesh_measures, model_measures, show_body};
-use super::console::{Done, secs};
-use super::context::Context;
-use super::progress::Progress;
+use super::console::{Context, Done, Progress, secs};
 use crate::body::BodyMeasure;
 use crate::scan::{Unit, Up};
 use crate::session::{Content, Outputs, Session, SessionError};

@@ -1,7 +1,6 @@
 //! `overcoat branch`: tries something else without losing the current state.
 
-use super::console::{Done, secs};
-use super::context::Context;
+use super::console::{Context, Done, secs};
 use serde_json::json;
 use std::time::Instant;
 

@@ -1,9 +1,6 @@
 //! `overcoat build`: runs every stage that is out of date.
 
-use super::console::{Done, secs};
-use super::context::Context;
-use super::progress::Progress;
-use super::verdicts;
+use super::console::{Context, Done, Progress, secs, verdicts};
 use crate::session::{Built, Forced, SessionError, Stage};
 use serde_json::json;
 use std::time::Instant;

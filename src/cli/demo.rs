@@ -1,9 +1,7 @@
 //! `overcoat demo`: builds a character from the scans that come with the program.
 
-use super::console::{Done, Verbosity, print_aside, secs};
-use super::context::Context;
+use super::console::{Context, Done, Progress, Verbosity, print_aside, secs};
 use super::measure::lines_of;
-use super::progress::Progress;
 use crate::segment::GarmentTemplate;
 use crate::session::{
     BODY_STEP, Built, Event, ExportRequest, Forced, MaskReport, NewFolder, NewScan, NewSession, Session, SessionError,

@@ -1,7 +1,6 @@
 //! `overcoat export`: writes the figure or a step as files.
 
-use super::console::{Done, secs};
-use super::context::Context;
+use super::console::{Context, Done, secs};
 use crate::session::ExportRequest;
 use serde_json::json;
 use std::path::PathBuf;

@@ -1,8 +1,6 @@
 //! `overcoat fsck`: finds damaged files and rebuilds them.
 
-use super::console::{Done, secs};
-use super::context::Context;
-use super::progress::Progress;
+use super::console::{Context, Done, Progress, secs};
 use crate::session::{Damage, FsckReport, Repair, fsck};
 use serde_json::json;
 use std::time::Instant;

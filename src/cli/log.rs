@@ -1,7 +1,6 @@
 //! `overcoat log`: lists the changes of a session, done and undone, on each branch.
 
-use super::console::Done;
-use super::context::Context;
+use super::console::{Context, Done};
 use crate::session::Branch;
 use serde_json::{Value, json};
 

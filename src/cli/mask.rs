@@ -1,7 +1,6 @@
 //! `overcoat mask`: correct a garment's labels.
 
-use super::console::{Done, secs};
-use super::context::Context;
+use super::console::{Context, Done, secs};
 use crate::session::{MaskInfo, SessionError};
 use serde_json::json;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,6 @@
 //! `overcoat measure`: compares the session with ground truth.
 
-use super::console::{Done, secs};
-use super::context::Context;
+use super::console::{Context, Done, secs};
 use crate::session::{SubjectOrigin, TruthReport};
 use anyhow::Context as _;
 use serde_json::{Value, json};

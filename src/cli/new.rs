@@ -1,7 +1,6 @@
 //! `overcoat new`: start a session.
 
-use super::console::{Done, secs};
-use super::context::Context;
+use super::console::{Context, Done, secs};
 use crate::session::{BodyModelSource, NewSession, SessionError, create};
 use serde_json::json;
 use std::path::PathBuf;

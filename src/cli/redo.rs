@@ -1,7 +1,6 @@
 //! `overcoat redo`: redo what was undone.
 
-use super::console::Done;
-use super::context::Context;
+use super::console::{Context, Done};
 use super::undo::{at_least_one, moved, now_after};
 use std::time::Instant;
 

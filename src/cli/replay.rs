@@ -1,9 +1,6 @@
 //! `overcoat replay`: runs a recipe in a new session, or for many people.
 
-use super::console::{Done, Verbosity, print_aside, secs};
-use super::context::Context;
-use super::progress::Progress;
-use super::verdicts;
+use super::console::{Context, Done, Progress, Verbosity, print_aside, secs, verdicts};
 use crate::session::{Assignment, Batch, Replay, Replayed, SessionError, SubjectRun, replay, replay_all};
 use serde_json::{Value, json};
 use std::path::PathBuf;

@@ -1,8 +1,6 @@
 //! `overcoat scan`: add a scan.
 
-use super::console::{Done, secs};
-use super::context::Context;
-use super::progress::Progress;
+use super::console::{Context, Done, Progress, secs};
 use super::stages::{ReadingArgs, file_of, interface};
 use crate::scan::{Unit, Up};
 use crate::session::{BodySurface, NewScan, ShowIn};

@@ -1,9 +1,7 @@
 //! `overcoat fit`, `segment`, `stack`, `weights`: single stages, their parameters as flags. The flags are generated
 //! from the declarations of the parameters.
 
-use super::console::{Done, secs};
-use super::context::Context;
-use super::progress::Progress;
+use super::console::{Context, Done, Progress, secs};
 use crate::parameters::Settings;
 use crate::session::{Parameter, SessionError, ShowIn, Stage, StageRequest, parameters_of};
 use clap::{Arg, ArgAction, ArgMatches, Command};

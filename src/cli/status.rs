@@ -1,8 +1,6 @@
 //! `overcoat status`: the session in text: the verdict on each step, what is out of date and why, what to do next.
 
-use super::console::{Done, Verbosity, secs};
-use super::context::Context;
-use super::progress::{measures_text, why_text};
+use super::console::{Context, Done, Verbosity, measures_text, secs, why_text};
 use crate::session::{Attained, BodyModelSource, Judged, Session, Stage, StepStatus, Verdict, name_and_unit};
 use serde_json::json;
 use std::time::{Duration, Instant};

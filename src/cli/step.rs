@@ -1,8 +1,6 @@
 //! `overcoat step`: the list of steps, and edits of it.
 
-use super::console::Done;
-use super::context::Context;
-use super::progress::Progress;
+use super::console::{Context, Done, Progress};
 use crate::session::{Assignment, StepInfo, StepPlace};
 use serde_json::json;
 use std::path::{Component, Path, PathBuf};

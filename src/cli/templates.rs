@@ -1,7 +1,6 @@
 //! `overcoat templates`: the kinds of garment.
 
-use super::console::Done;
-use super::context::Context;
+use super::console::{Context, Done};
 use crate::segment::GarmentTemplate;
 use crate::session::SessionError;
 use serde_json::{Value, json};

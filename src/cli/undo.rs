@@ -1,7 +1,6 @@
 //! `overcoat undo`: undo the last changes.
 
-use super::console::{Done, secs};
-use super::context::Context;
+use super::console::{Context, Done, secs};
 use crate::session::{Entry, Writer};
 use serde_json::json;
 use std::time::Instant;

@@ -1,7 +1,6 @@
 //! `overcoat view`: the session as a Rerun recording and as pictures.
 
-use super::console::{Done, secs};
-use super::context::Context;
+use super::console::{Context, Done, secs};
 use crate::session::{Content, SessionError};
 use serde_json::json;
 use std::path::PathBuf;

@@ -1,11 +1,8 @@
 //! `overcoat watch`: cuts a garment again and rebuilds its dependents whenever its mask file is saved.
 
-use super::console::{Done, Verbosity, print_aside, print_line, secs};
-use super::context::Context;
+use super::console::{Context, Done, Verbosity, measures_text, print_aside, print_line, secs, verdicts};
 use super::failure;
-use super::progress::measures_text;
 use super::stages::interface;
-use super::verdicts;
 use crate::session::{
     Built, Content, Forced, LiveView, Memory, Outputs, Recut, Session, SessionError, ShowIn, StepVerdict, Writer,
 };

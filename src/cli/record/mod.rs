@@ -4,8 +4,7 @@
 mod ask;
 mod measured;
 
-use super::console::{Console, Done, Verbosity, print_line};
-use super::context::{Commands, Context};
+use super::console::{Commands, Console, Context, Done, Verbosity, print_line};
 use super::failure;
 use crate::segment::GarmentTemplate;
 use crate::session::{BODY_STEP, Draft, NewSession, Session, SessionError, StepRecipe, create};

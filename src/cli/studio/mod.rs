@@ -3,8 +3,7 @@
 mod error;
 mod make;
 
-use super::console::{Done, Verbosity, print_aside, secs};
-use super::context::Context;
+use super::console::{Context, Done, Verbosity, print_aside, secs};
 use crate::studio::{GarmentKind, SubjectParams};
 pub use error::MakeError;
 use make::{MakeRequest, make_subject};

@@ -1,11 +1,11 @@
 //! The context of a command, and the commands as run from a prompt.
 
-use super::console::{Console, Done};
+use super::output::{Console, Done};
 use crate::session::{Session, SessionError, Writer};
 use std::path::{Path, PathBuf};
 
 /// The context of a command: folder and console.
-pub(super) struct Context {
+pub(in crate::cli) struct Context {
     pub session: PathBuf,
     pub session_given: bool,
     pub console: Console,
@@ -42,7 +42,7 @@ impl Context {
 }
 
 /// A path as a shell reads it: quoted where it has spaces or other special characters.
-pub(super) fn quoted(path: &Path) -> String {
+pub(in crate::cli) fn quoted(path: &Path) -> String {
     let text = path.display().to_string();
     // Only a NUL cannot be quoted, and no path contains one.
     shlex::try_quote(&text).map(|quoted| quoted.into_owned()).unwrap_or(text)
@@ -50,7 +50,7 @@ pub(super) fn quoted(path: &Path) -> String {
 
 /// The commands of the program, for a prompt.
 #[derive(Clone, Copy)]
-pub(super) struct Commands {
+pub(in crate::cli) struct Commands {
     /// Their names.
     pub names: fn() -> Vec<String>,
     /// Runs a command. For `help` the output is the help text.

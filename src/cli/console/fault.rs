@@ -4,7 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind, set_hook};
 use std::sync::{Arc, Mutex};
 
 /// Runs `work`. A panic becomes an error with its source location. `in_full` also prints the usual report on stderr.
-pub(super) fn caught<T>(in_full: bool, work: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<T> {
+pub(in crate::cli) fn caught<T>(in_full: bool, work: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<T> {
     let place = Arc::new(Mutex::new(String::new()));
     if !in_full {
         let noted = Arc::clone(&place);

@@ -1,17 +1,17 @@
 //! The verdict on each step, in one line.
 
-use super::console::Done;
 use super::context::Context;
+use super::output::Done;
 use crate::session::{Stage, StepVerdict, Verdict};
 use std::io::IsTerminal;
 
 /// `coat: check it: 55 hem loops, 3 or 4 expected; …`
-pub(super) fn line(step: &StepVerdict) -> String {
+pub(in crate::cli) fn line(step: &StepVerdict) -> String {
     format!("{}: {}", step.step, step.verdict)
 }
 
 /// The line for stderr: its first word in colour on a terminal, unless `NO_COLOR` is set.
-pub(super) fn line_for_stderr(step: &StepVerdict) -> String {
+pub(in crate::cli) fn line_for_stderr(step: &StepVerdict) -> String {
     let plain = line(step);
     let is_plain =
         !std::io::stderr().is_terminal() || std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
@@ -29,7 +29,7 @@ fn colored(step: &StepVerdict) -> String {
 }
 
 /// For `--strict`: the command has failed if a step is not good.
-pub(super) fn required_good(done: Done, verdicts: &[StepVerdict], context: &Context) -> Done {
+pub(in crate::cli) fn required_good(done: Done, verdicts: &[StepVerdict], context: &Context) -> Done {
     let doubtful: Vec<&str> = verdicts.iter().filter(|v| !v.verdict.is_good()).map(|v| v.step.as_str()).collect();
     if doubtful.is_empty() {
         return done;
@@ -39,7 +39,7 @@ pub(super) fn required_good(done: Done, verdicts: &[StepVerdict], context: &Cont
 }
 
 /// The stages by the steps that have them.
-pub(super) fn stages_hint() -> String {
+pub(in crate::cli) fn stages_hint() -> String {
     let names = |stages: &[Stage]| stages.iter().map(|stage| stage.name()).collect::<Vec<_>>().join(", ");
     format!("the stages of the body are {}; those of a garment {}", names(Stage::OF_BODY), names(Stage::OF_GARMENT))
 }

@@ -7,14 +7,14 @@ use std::time::Duration;
 
 /// The amount of output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Verbosity {
+pub(in crate::cli) enum Verbosity {
     Quiet,
     Normal,
     Verbose,
 }
 
 /// The result of a command.
-pub(super) struct Done {
+pub(in crate::cli) struct Done {
     /// For programs.
     pub json: Map<String, Value>,
     /// For people.
@@ -25,7 +25,7 @@ pub(super) struct Done {
     pub failed: Option<(String, String)>,
 }
 
-pub(super) struct Console {
+pub(in crate::cli) struct Console {
     json: bool,
     pub verbosity: Verbosity,
     notices: RefCell<Vec<String>>,
@@ -127,17 +127,17 @@ fn put_line(line: &str) -> std::io::Result<()> {
 }
 
 /// Prints a line on stdout. A closed pipe is not a failure: the reader does not want the rest.
-pub(super) fn print_line(line: &str) {
+pub(in crate::cli) fn print_line(line: &str) {
     let _ = writeln!(std::io::stdout().lock(), "{line}");
 }
 
 /// Prints a line on stderr.
-pub(super) fn print_aside(line: &str) {
+pub(in crate::cli) fn print_aside(line: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{line}");
 }
 
 /// A duration as text: `0.04 s`, `3.2 s`, `2 min 5 s`.
-pub(super) fn secs(time: Duration) -> String {
+pub(in crate::cli) fn secs(time: Duration) -> String {
     let secs = time.as_secs_f64();
     match secs {
         s if s < 1.0 => format!("{s:.2} s"),

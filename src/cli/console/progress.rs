@@ -1,6 +1,6 @@
 //! Progress of a long command: a bar on a terminal, plain lines elsewhere.
 
-use super::console::{Console, Verbosity, print_aside, secs};
+use super::output::{Console, Verbosity, print_aside, secs};
 use super::verdicts;
 use crate::fit::FitIteration;
 use crate::session::{Cause, Event, Reason, StageReport, name_and_unit};
@@ -9,7 +9,7 @@ use std::io::IsTerminal;
 use std::time::Duration;
 
 /// Shows stages as they run.
-pub(super) struct Progress {
+pub(in crate::cli) struct Progress {
     bar: Option<ProgressBar>,
     /// A line per step, and with `-v` per stage.
     plain: bool,
@@ -118,13 +118,13 @@ fn ran(report: &StageReport) -> String {
 }
 
 /// Why a stage is out of date; empty for a stage that never ran.
-pub(super) fn why_text(why: &[Reason]) -> Option<String> {
+pub(in crate::cli) fn why_text(why: &[Reason]) -> Option<String> {
     let said: Vec<String> = why.iter().filter(|r| r.cause != Cause::NeverRan).map(Reason::to_string).collect();
     (!said.is_empty()).then(|| said.join(", "))
 }
 
 /// All measures with their units in one line.
-pub(super) fn measures_text(report: &StageReport) -> String {
+pub(in crate::cli) fn measures_text(report: &StageReport) -> String {
     let measures = report.measures.iter().filter(|(name, _)| *name != "converged");
     measures.map(|(name, value)| measure_text(name, *value)).chain(not_converged(report)).collect::<Vec<_>>().join(", ")
 }
