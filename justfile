@@ -101,6 +101,14 @@ bench-peers FOLDER:
     cargo build --release --no-default-features --example measure_fusion
     python3 benches/peers/fusion.py target/release/examples/measure_fusion {{FOLDER}}
 
+# The studio's own fusion of a synthetic body, with the true poses, beside that of `scan`, which finds the poses in the same
+# frames: distances from the truth. FOLDER keeps the body
+studio-fusion FOLDER="target/studio-fusion":
+    cargo build --release --no-default-features --bin overcoat --example measure_fusion
+    test -d {{FOLDER}} || target/release/overcoat studio make --seed 7 --garments tshirt --out {{FOLDER}}
+    target/release/examples/measure_fusion --mesh {{FOLDER}}/0-body.ply --truth {{FOLDER}}/truth/0_body.ply
+    target/release/examples/measure_fusion {{FOLDER}}/0-body --truth {{FOLDER}}/truth/0_body.ply
+
 # The naked fit beside PyTorch on the same body and points, as ratios: FOLDER holds body10k.npz and body10k_skin.npz, see the
 # head of the script; needs Python with torch, scipy and numpy, and stops with a message without them
 bench-peers-fit FOLDER:
