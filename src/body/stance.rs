@@ -25,13 +25,15 @@ pub enum Stance {
     Squat,
     /// The head turned to the left.
     HeadTurned,
-    /// A long step.
+    /// A long step, the left leg ahead.
     Stride,
+    /// The left thigh level, to the front, its lower leg hanging.
+    ThighRaised,
 }
 
 impl Stance {
     /// All stances.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Bind,
         Self::Upright,
         Self::TPose,
@@ -40,6 +42,7 @@ impl Stance {
         Self::Squat,
         Self::HeadTurned,
         Self::Stride,
+        Self::ThighRaised,
     ];
 
     /// The stance's name on the command line.
@@ -53,6 +56,7 @@ impl Stance {
             Self::Squat => "squat",
             Self::HeadTurned => "head-turned",
             Self::Stride => "stride",
+            Self::ThighRaised => "thigh-raised",
         }
     }
 
@@ -104,8 +108,28 @@ impl Stance {
                 figure.aim(LowerLeg(Left), Vec3::new(0.02, -1.0, 0.28));
                 figure.aim(LowerLeg(Right), Vec3::new(-0.02, -1.0, -0.95));
             }
+            Self::ThighRaised => {
+                figure.aim(UpperLeg(Left), Vec3::z());
+                figure.aim(LowerLeg(Left), -Vec3::y());
+                figure.level_feet();
+            }
         }
         figure.pose
+    }
+
+    /// The pose with left and right exchanged: each joint has the rotation of its counterpart, reflected. On a skeleton that
+    /// is not symmetric, bones miss their directions by as much as their sides differ.
+    pub fn mirrored_pose(self, skeleton: &Skeleton) -> Pose {
+        let pose = self.pose(skeleton);
+        let mut mirrored = Pose::bind(skeleton.len());
+        for joint in HumanJoint::BODY {
+            if let (Some(to), Some(from)) = (skeleton.find(joint), skeleton.find(joint.mirrored())) {
+                let vector = pose.rotations[from.index()].scaled_axis();
+                let reflected = Vec3::new(vector.x, -vector.y, -vector.z);
+                mirrored.rotations[to.index()] = UnitQuaternion::from_scaled_axis(reflected);
+            }
+        }
+        mirrored
     }
 }
 
@@ -213,7 +237,24 @@ mod tests {
         }
         let left_ahead = bone(Stance::Stride, UpperLeg(Left), LowerLeg(Left)).z;
         assert!(left_ahead > 0.3 && bone(Stance::Stride, UpperLeg(Right), LowerLeg(Right)).z < -0.3);
+        let thigh = bone(Stance::ThighRaised, UpperLeg(Left), LowerLeg(Left));
+        assert!(thigh.z > 1.0 - 1e-9, "{thigh}");
+        assert!(bone(Stance::ThighRaised, LowerLeg(Left), Foot(Left)).y < -1.0 + 1e-9);
+        assert!(bone(Stance::ThighRaised, UpperLeg(Right), LowerLeg(Right)).y < -0.9, "the other leg stands");
         let same = Stance::Bind.pose(&skeleton);
         assert_eq!(same, Pose::bind(skeleton.len()));
+    }
+
+    #[test]
+    fn a_mirrored_pose_raises_the_other_leg() {
+        let skeleton = embedded_model().unwrap().skeleton;
+        let pose = Stance::ThighRaised.mirrored_pose(&skeleton);
+        let joints = skeleton.joints_in_world(&pose);
+        let at = |joint| joints[skeleton.find(joint).unwrap().index()];
+        let [left, right] = Side::BOTH.map(|side| (at(LowerLeg(side)) - at(UpperLeg(side))).normalize());
+        assert!(right.z > 0.95 && left.y < -0.9, "{left} {right}");
+        let stride = Stance::Stride.mirrored_pose(&skeleton);
+        let ahead = skeleton.find(UpperLeg(Right)).unwrap();
+        assert!(stride.rotations[ahead.index()].scaled_axis().x < -0.3, "the right thigh swings forward");
     }
 }

@@ -34,6 +34,9 @@ pub struct ShownBody {
 const COMPONENTS_SHOWN: usize = 6;
 /// Coordinate at which they are shown, in standard deviations.
 const DEVIATIONS: f64 = 2.0;
+/// Stances of the sheet: three in a row.
+const STANCES_SHOWN: [Stance; 6] =
+    [Stance::TPose, Stance::ArmsUp, Stance::ArmsForward, Stance::Squat, Stance::HeadTurned, Stance::Stride];
 
 /// Reads a model and computes the requested body.
 ///
@@ -150,7 +153,7 @@ impl ShownBody {
             }
             rows.push(row);
         }
-        for stances in Stance::ALL[2..].chunks(3) {
+        for stances in STANCES_SHOWN.chunks(3) {
             let mut row = MeshRow::new("stances".into());
             for stance in stances {
                 let mesh = standing(posed(model, &model.mean_shape(), &stance.pose(&model.skeleton)));
