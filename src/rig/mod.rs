@@ -1,7 +1,10 @@
 //! A garment's skin weights, transferred in the scan's pose from the naked body, and with them its bind-pose shape; after
-//! stacking, its physics weights.
+//! stacking, its physics weights; and of all layers the parts that others cover.
 
 mod confidence;
+mod cover;
+#[cfg(test)]
+mod cover_tests;
 mod error;
 mod inpaint;
 mod leg_bridge;
@@ -10,6 +13,7 @@ mod physics;
 #[cfg(test)]
 mod tests;
 
+pub use cover::cover_masks;
 pub use error::RigError;
 pub use params::{RigMethod, RigParams};
 pub use physics::{PhysicsParams, PhysicsWeights, physics_weights};

@@ -6,7 +6,7 @@ use crate::geometry::{FaceId, Vec3};
 use nalgebra::UnitQuaternion;
 
 /// An outward tube around the segment `from`–`to`, open at both ends; `radii` at its two ends.
-fn tube(from: Point, to: Point, radii: [f64; 2], rings: usize, sectors: usize) -> TriMesh {
+pub(super) fn tube(from: Point, to: Point, radii: [f64; 2], rings: usize, sectors: usize) -> TriMesh {
     let axis = (to - from).normalize();
     let side = axis.cross(&Vec3::z()).normalize();
     let front = side.cross(&axis);
@@ -30,7 +30,7 @@ fn tube(from: Point, to: Point, radii: [f64; 2], rings: usize, sectors: usize) -
     if outward > 0.0 { mesh } else { mesh.flipped() }
 }
 
-fn joined(parts: &[TriMesh]) -> TriMesh {
+pub(super) fn joined(parts: &[TriMesh]) -> TriMesh {
     let mut points = Vec::new();
     let mut faces = Vec::new();
     for part in parts {
@@ -41,12 +41,12 @@ fn joined(parts: &[TriMesh]) -> TriMesh {
     TriMesh::try_from_indices(points, &faces).unwrap()
 }
 
-const HIPS: usize = 0;
-const LEFT_LEG: usize = 1;
-const RIGHT_LEG: usize = 4;
-const LEFT_ARM: usize = 7;
+pub(super) const HIPS: usize = 0;
+pub(super) const LEFT_LEG: usize = 1;
+pub(super) const RIGHT_LEG: usize = 4;
+pub(super) const LEFT_ARM: usize = 7;
 
-fn doll() -> Figure {
+pub(super) fn doll() -> Figure {
     use HumanJoint::{Foot, Hips, LowerLeg, UpperArm, UpperLeg};
     use Side::{Left, Right};
     let joints = [
