@@ -1,7 +1,7 @@
 //! The figure: a skeleton with the surfaces it wears.
 
 use super::{Pose, Skeleton, SkinWeights, UvMap, skin};
-use crate::geometry::{PerVertex, TriMesh};
+use crate::geometry::{PerFace, PerVertex, TriMesh, VertexId};
 use serde::{Deserialize, Serialize};
 
 /// One skinned surface of a figure, in the bind pose.
@@ -66,6 +66,31 @@ impl Layer {
     /// A surface with nothing but skin weights.
     pub fn plain(name: &str, mesh: TriMesh, weights: SkinWeights) -> Self {
         Self { name: name.into(), template: None, mesh, weights, colors: None, uvs: None, physics: None, fabric: None }
+    }
+
+    /// The faces marked in `keep`, with only the vertices that they use and all their attributes.
+    ///
+    /// Returns the part and, for each of its vertices, the vertex of `self` that it was.
+    ///
+    /// **Shapes** `keep` F; the map has one entry per vertex of the part.
+    ///
+    /// **Requires** attributes for every vertex and face.
+    ///
+    /// # Panics
+    /// If there is not one flag per face.
+    pub fn part(&self, keep: &PerFace<bool>) -> (Self, PerVertex<VertexId>) {
+        let (mesh, kept) = self.mesh.part(keep);
+        let part = Self {
+            name: self.name.clone(),
+            template: self.template.clone(),
+            mesh,
+            weights: self.weights.of_vertices(&kept),
+            colors: self.colors.as_ref().map(|colors| kept.iter().map(|&v| colors[v]).collect()),
+            uvs: self.uvs.as_ref().map(|uvs| uvs.part(keep)),
+            physics: self.physics.as_ref().map(|physics| kept.iter().map(|&v| physics[v]).collect()),
+            fabric: self.fabric.clone(),
+        };
+        (part, kept)
     }
 
     /// This surface skinned into `pose`.

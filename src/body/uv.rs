@@ -70,6 +70,26 @@ impl UvMap {
             && self.corners.iter().flatten().all(|&c| (c as usize) < self.coords.len())
     }
 
+    /// The faces marked in `keep`, with only the places that they use. The picture stays whole.
+    ///
+    /// **Shapes** `keep` F.
+    pub fn part(&self, keep: &PerFace<bool>) -> Self {
+        let kept: Vec<[u32; 3]> =
+            self.corners.iter().zip(keep.iter()).filter(|(_, keep)| **keep).map(|(corners, _)| *corners).collect();
+        let mut used: Vec<u32> = kept.as_flattened().to_vec();
+        used.sort_unstable();
+        used.dedup();
+        let mut part_from_whole = vec![0; self.coords.len()];
+        for (place, &c) in (0..).zip(&used) {
+            part_from_whole[c as usize] = place;
+        }
+        Self {
+            coords: used.iter().map(|&c| self.coords[c as usize]).collect(),
+            corners: kept.iter().map(|corners| corners.map(|c| part_from_whole[c as usize])).collect(),
+            texture: self.texture.clone(),
+        }
+    }
+
     /// The corners of a face on the picture.
     pub fn triangle(&self, face: usize) -> [[f64; 2]; 3] {
         self.corners.0[face].map(|c| self.coords[c as usize])
@@ -79,6 +99,18 @@ impl UvMap {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_part_keeps_the_places_of_its_corners_and_no_others() {
+        let whole = UvMap {
+            coords: (0..6).map(|i| [f64::from(i) / 10.0, 0.5]).collect(),
+            corners: vec![[0, 1, 2], [2, 1, 3], [5, 3, 4]].into(),
+            texture: None,
+        };
+        let part = whole.part(&vec![false, true, true].into());
+        assert_eq!(part.coords.len(), 5, "place 0 is used by no face");
+        assert_eq!([part.triangle(0), part.triangle(1)], [whole.triangle(1), whole.triangle(2)]);
+    }
 
     #[test]
     fn a_kept_texture_comes_back_pixel_for_pixel_and_is_smaller() {
