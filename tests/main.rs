@@ -6,6 +6,7 @@ mod bad_input;
 mod body_models;
 mod cli;
 mod common;
+mod covered;
 mod durability;
 mod foreign;
 mod foreign_segment;

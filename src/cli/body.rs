@@ -36,7 +36,8 @@ struct ShowArgs {
     /// Shape coordinates in standard deviations: 1.5,-2
     #[arg(long, value_name = "B,B,…", value_delimiter = ',', allow_hyphen_values = true)]
     beta: Vec<f64>,
-    /// A stance (bind, upright, t-pose, arms-up, arms-forward, squat, head-turned, stride, thigh-raised), or JOINT=X,Y,Z in degrees
+    /// A stance (bind, upright, t-pose, arms-up, arms-forward, squat, head-turned, stride, thigh-raised), or JOINT=X,Y,Z
+    /// in degrees
     #[arg(long, value_name = "POSE")]
     pose: Vec<String>,
     /// Draw it; without --beta and --pose, the whole shape space

@@ -64,7 +64,7 @@ pub(super) fn run(args: DemoArgs, context: &Context) -> anyhow::Result<Done> {
     let mut outputs = session.outputs(false);
     let mut files = vec![session_dir.clone()];
     let glb = dir.join("character.glb");
-    files.extend(session.export(&ExportRequest { target: glb, ..ExportRequest::default() }, &mut outputs)?);
+    files.extend(session.export(&ExportRequest { target: glb, ..ExportRequest::default() }, &mut outputs)?.files);
     let layers = dir.join("layers");
     session.export(&ExportRequest { target: layers.clone(), ..ExportRequest::default() }, &mut outputs)?;
     files.push(layers);

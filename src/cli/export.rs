@@ -1,7 +1,7 @@
 //! `overcoat export`: writes the figure or a step as files.
 
-use super::console::{Context, Done, secs};
-use crate::session::ExportRequest;
+use super::console::{Context, Done, Verbosity, secs};
+use crate::session::{ExportRequest, RemovedPart};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -19,6 +19,9 @@ pub(super) struct ExportArgs {
     /// Export the result of this stage: `fit`, the body before registration; `--at body` is optional
     #[arg(long, value_name = "STAGE", value_parser = ["fit"], conflicts_with = "scan")]
     stage: Option<String>,
+    /// Remove what other layers cover in every pose, except for a margin of 20 mm, so that it does not poke through them
+    #[arg(long, conflicts_with_all = ["scan", "stage"])]
+    hide_covered: bool,
     /// Replace files that Overcoat did not write, or that were changed since
     #[arg(long)]
     force: bool,
@@ -26,19 +29,30 @@ pub(super) struct ExportArgs {
 
 pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
-    let request =
-        ExportRequest { target: args.target, at: args.at, scan: args.scan, before_registration: args.stage.is_some() };
+    let request = ExportRequest {
+        target: args.target,
+        at: args.at,
+        scan: args.scan,
+        before_registration: args.stage.is_some(),
+        hide_covered: args.hide_covered,
+    };
     let session = context.reader()?;
     let mut outputs = session.outputs(args.force);
-    let files = session.export(&request, &mut outputs)?;
+    let exported = session.export(&request, &mut outputs)?;
     context.console.notices(outputs.notices());
-    let shown: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
-    let json = json!({
+    let shown: Vec<String> = exported.files.iter().map(|f| f.display().to_string()).collect();
+    let mut json = json!({
         "session": context.session.display().to_string(),
         "target": request.target.display().to_string(),
         "files": shown,
         "secs": began.elapsed().as_secs_f64(),
     });
+    let mut lines = Vec::new();
+    if request.hide_covered {
+        let entry = |part: &RemovedPart| json!({ "layer": part.layer, "removed_percent": percent(&[part]) });
+        json["removed"] = exported.removed.iter().map(entry).collect();
+        lines = removed_lines(&exported.removed, context.console.verbosity);
+    }
     let count = match shown.len() {
         1 => "1 file".to_string(),
         n => format!("{n} files"),
@@ -46,5 +60,31 @@ pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
     Ok(Done::new("export", json)
         .line(format!("wrote {count} in {}", secs(began.elapsed())))
         .lines(shown.iter().map(|f| format!("  {f}")))
+        .lines(lines)
         .next(context.overcoat("view --sheet sheet.png")))
+}
+
+/// What was removed: a line per layer, or one for all.
+fn removed_lines(removed: &[RemovedPart], verbosity: Verbosity) -> Vec<String> {
+    if verbosity >= Verbosity::Verbose {
+        return removed
+            .iter()
+            .map(|part| format!("{}: removed {:.1} % of its area", part.layer, percent(&[part])))
+            .collect();
+    }
+    let cut: Vec<&RemovedPart> = removed.iter().filter(|part| part.removed_area > 0.0).collect();
+    vec![match cut.len() {
+        0 => "no layer is covered in every pose; nothing was removed".to_string(),
+        count => format!(
+            "removed what is covered in every pose: {:.0} % of the area, from {count} of {} layers",
+            percent(&removed.iter().collect::<Vec<_>>()),
+            removed.len()
+        ),
+    }]
+}
+
+/// The share of the parts' area that was removed.
+fn percent(parts: &[&RemovedPart]) -> f64 {
+    let sum = |of: fn(&RemovedPart) -> f64| parts.iter().map(|part| of(part)).sum::<f64>();
+    100.0 * sum(|part| part.removed_area) / sum(|part| part.area).max(f64::MIN_POSITIVE)
 }

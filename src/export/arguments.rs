@@ -38,6 +38,22 @@ pub(super) fn check_pose(pose: &Pose, skeleton: &Skeleton) -> Result<(), ExportE
     }
 }
 
+/// One mask per layer, each with one entry per vertex.
+pub(super) fn check_masks(masks: &[PerVertex<bool>], figure: &Figure) -> Result<(), ExportError> {
+    figure.layers.iter().enumerate().try_for_each(|(rank, layer)| {
+        let covered = masks.get(rank).map_or(&[][..], PerVertex::as_slice);
+        check_mask(&layer.name, &layer.mesh, covered)
+    })
+}
+
+pub(super) fn check_mask(layer: &str, mesh: &TriMesh, covered: &[bool]) -> Result<(), ExportError> {
+    let (found, expected) = (covered.len(), mesh.vertex_count());
+    if found == expected {
+        return Ok(());
+    }
+    Err(ExportError::Length { layer: layer.into(), attribute: "cover values".into(), found, expected })
+}
+
 /// Something to write, attributes of the mesh's length, finite numbers, joints that exist. Skin weights themselves are
 /// finite and sum to 1 by their type.
 fn check_layer(layer: &Layer, joint_count: usize) -> Result<(), ExportError> {

@@ -2,14 +2,16 @@
 //!
 //! Joints are nodes by their VRM names. Attributes of every mesh: `POSITION`, `NORMAL`, `JOINTS_0`, `WEIGHTS_0`,
 //! `COLOR_0` and `TEXCOORD_0` where the layer has them, `_PHYSW` (share of cloth physics, 0 where nothing is
-//! simulated) and `_LAYER` (rank, 0 for the body). As attributes, these survive programs that drop extras or merge meshes.
+//! simulated), `_LAYER` (rank, 0 for the body) and, where cover masks are given, `_COVERED` (1 where layers further out hide
+//! the vertex in all evaluated poses, else 0). As attributes, these survive programs that drop extras or merge meshes.
 
-use super::arguments::{check_figure, check_pose};
+use super::arguments::{check_figure, check_masks, check_pose};
 use super::error::ExportError;
 use super::palette::color_of_rank;
 use super::split::Split;
 use crate::body::{Figure, Layer, Pose, Skeleton};
 use crate::formats::{GlbAttribute, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, NodeId, SkinId};
+use crate::geometry::PerVertex;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -21,6 +23,10 @@ pub struct GlbOptions {
     pub name: Option<String>,
     /// The pose of the nodes; `None` for the bind pose. Surfaces are always in the bind pose.
     pub pose: Option<Pose>,
+    /// The cover mask of each layer; `None` writes no `_COVERED`.
+    ///
+    /// **Shapes** one mask per layer, each with one entry per vertex.
+    pub covered: Option<Vec<PerVertex<bool>>>,
     /// The figure's origin, as keys and values in the asset's extras.
     pub provenance: BTreeMap<String, String>,
 }
@@ -37,11 +43,15 @@ pub fn write_glb(figure: &Figure, options: &GlbOptions, out: impl Write) -> Resu
     if let Some(pose) = &options.pose {
         check_pose(pose, &figure.skeleton)?;
     }
+    if let Some(masks) = &options.covered {
+        check_masks(masks, figure)?;
+    }
     let mut glb = GlbWriter::new();
     let (root, skin) = add_skeleton(&mut glb, &figure.skeleton, options.pose.as_ref())?;
     let mut roots = vec![root];
     for (rank, layer) in figure.layers.iter().enumerate() {
-        roots.push(add_layer(&mut glb, layer, rank, skin)?);
+        let covered = options.covered.as_ref().map(|masks| &masks[rank]);
+        roots.push(add_layer(&mut glb, layer, covered, rank, skin)?);
     }
     let provenance: Map<String, Value> = options.provenance.iter().map(|(k, v)| (k.clone(), json!(v))).collect();
     let scene = GlbScene {
@@ -93,7 +103,13 @@ fn add_skeleton(
     Ok((root, glb.skin("skeleton", root, &joints, matrices)))
 }
 
-fn add_layer(glb: &mut GlbWriter, layer: &Layer, rank: usize, skin: SkinId) -> Result<NodeId, ExportError> {
+fn add_layer(
+    glb: &mut GlbWriter,
+    layer: &Layer,
+    covered: Option<&PerVertex<bool>>,
+    rank: usize,
+    skin: SkinId,
+) -> Result<NodeId, ExportError> {
     let mesh = &layer.mesh;
     let split = Split::along_seams(layer);
     let count = split.vertices.len();
@@ -119,6 +135,10 @@ fn add_layer(glb: &mut GlbWriter, layer: &Layer, rank: usize, skin: SkinId) -> R
         (GlbAttribute::Extras("PHYSW".into()), glb.floats("physics weights", &physics)?),
         (GlbAttribute::Extras("LAYER".into()), glb.floats("layer ranks", &vec![[rank as f32]; count])?),
     ];
+    if let Some(covered) = covered {
+        let values: Vec<[f32; 1]> = split.spread(covered).map(|&c| [f32::from(u8::from(c))]).collect();
+        attributes.push((GlbAttribute::Extras("COVERED".into()), glb.floats("cover values", &values)?));
+    }
     if !split.uvs.is_empty() {
         attributes.push((GlbAttribute::TexCoords(0), glb.floats("texture coordinates", &split.uvs)?));
     }

@@ -8,7 +8,9 @@ mod palette;
 mod split;
 #[cfg(test)]
 mod tests;
+mod visible_part;
 
 pub use error::ExportError;
 pub use glb::{GlbOptions, write_glb};
 pub use layers::{write_joints_json, write_layer_ply, write_skin_weights_npy};
+pub use visible_part::{VisiblePart, visible_part};

@@ -168,6 +168,45 @@ fn every_layer_keeps_what_it_has() {
 }
 
 #[test]
+fn a_cover_mask_is_written_and_its_part_removed_with_all_attributes() {
+    let figure = figure();
+    let masks: Vec<PerVertex<bool>> =
+        figure.layers.iter().map(|layer| layer.mesh.points().iter().map(|p| p.x > 0.9).collect()).collect();
+    let bytes = |figure: &Figure, covered: Vec<PerVertex<bool>>| {
+        let mut bytes = Vec::new();
+        let options = GlbOptions { covered: Some(covered), ..GlbOptions::default() };
+        write_glb(figure, &options, &mut bytes).map(|()| bytes)
+    };
+    let whole = read_gltf(bytes(&figure, masks.clone()).unwrap().as_slice()).unwrap();
+    let expected: Vec<f32> = masks.iter().flat_map(|mask| mask.iter().map(|&c| f32::from(u8::from(c)))).collect();
+    assert_eq!(whole.scalars["_COVERED"], expected);
+    let without = read_gltf(written(&figure, None).as_slice()).unwrap();
+    assert!(!without.scalars.contains_key("_COVERED"));
+    let error = bytes(&figure, masks[..1].to_vec()).unwrap_err();
+    assert_eq!(error.to_string(), "layer 'sleeve' has 0 cover values, but 36 vertices");
+
+    let sleeve = &figure.layers[1];
+    let keep = sleeve.mesh.face_ids().map(|f| sleeve.mesh.triangle(f).iter().any(|p| p.x < 0.9)).collect();
+    let (part, kept) = sleeve.part(&keep);
+    let mut cut = figure.clone();
+    cut.layers[1] = part;
+    let mask: PerVertex<bool> = kept.iter().map(|&v| masks[1][v]).collect();
+    let rest = read_gltf(bytes(&cut, vec![masks[0].clone(), mask]).unwrap().as_slice()).unwrap();
+    let first = figure.layers[0].mesh.vertex_count();
+    assert!(kept.len() < 36 && rest.points.len() == first + kept.len());
+    for (k, v) in kept.iter().enumerate() {
+        let (new, old) = (first + k, first + v.index());
+        assert_eq!(rest.points[new], whole.points[old]);
+        assert_eq!(rest.colors.as_ref().unwrap()[new], whole.colors.as_ref().unwrap()[old]);
+        assert_eq!(rest.uvs.as_ref().unwrap()[new], whole.uvs.as_ref().unwrap()[old]);
+        for name in ["_PHYSW", "_LAYER", "_COVERED"] {
+            assert_eq!(rest.scalars[name][new], whole.scalars[name][old], "{name}");
+        }
+        assert_eq!(cut.layers[1].weights.rows().0[k], sleeve.weights.rows()[*v]);
+    }
+}
+
+#[test]
 fn a_figure_that_contradicts_itself_is_refused() {
     let refused = |spoil: fn(&mut Figure)| {
         let mut figure = figure();

@@ -37,7 +37,9 @@ pub use recipe::{
     Assignment, BODY_STEP, BodySurface, Parameter, Recipe, SourceFile, StepPlace, StepRecipe, parameters_of,
 };
 pub use results::LiveView;
-pub use results::{Content, ExportRequest, NewFolder, Outputs, ShowIn, StepStatus, SubjectOrigin, TruthReport};
+pub use results::{
+    Content, ExportRequest, Exported, NewFolder, Outputs, RemovedPart, ShowIn, StepStatus, SubjectOrigin, TruthReport,
+};
 pub use stage::Stage;
 pub use stage_error::StageError;
 pub use stages::{Attained, Cause, Event, Forced, Judged, Reason, StageReport, StepVerdict, Verdict};

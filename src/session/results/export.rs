@@ -1,5 +1,6 @@
 //! Exports the figure or a step of the session as files.
 
+use super::covered::{CoveredParts, RemovedPart};
 use super::outputs::{Content, Outputs};
 use super::posed_step::PosedStep;
 use crate::body::Figure;
@@ -23,21 +24,47 @@ pub struct ExportRequest {
     pub scan: Option<String>,
     /// Export the body before registration.
     pub before_registration: bool,
+    /// Remove the parts of layers that other layers cover in all evaluated poses, except for a margin.
+    pub hide_covered: bool,
+}
+
+/// The result of an export.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Exported {
+    /// The written files.
+    pub files: Vec<PathBuf>,
+    /// What was removed of each layer, innermost first; empty unless that was requested.
+    pub removed: Vec<RemovedPart>,
 }
 
 impl Session {
-    /// Writes the files atomically and returns their paths. Writes nothing if one of them is refused.
-    pub fn export(&self, request: &ExportRequest, outputs: &mut Outputs) -> Result<Vec<PathBuf>, SessionError> {
-        match request.target.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
+    /// Writes the files atomically. Writes nothing if one of them is refused.
+    pub fn export(&self, request: &ExportRequest, outputs: &mut Outputs) -> Result<Exported, SessionError> {
+        if request.hide_covered && (request.scan.is_some() || request.before_registration) {
+            return Err(SessionError::BadRequest {
+                what: "covered parts are removed from the layers of the figure, not from a scan or a stage's result"
+                    .into(),
+                hint: "leave --scan and --stage out, or --hide-covered".into(),
+            });
+        }
+        let exported = match request.target.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
             Some("glb") if !request.target.is_dir() => self.export_glb(request, outputs),
             Some(_) if !request.target.is_dir() && !ends_with_slash(&request.target) => {
                 Err(SessionError::UnknownTarget { path: request.target.clone() })
             }
-            _ => outputs.write_folder(&request.target, self.folder_of(request)?),
+            _ => {
+                let (files, removed) = self.folder_of(request)?;
+                Ok(Exported { files: outputs.write_folder(&request.target, files)?, removed })
+            }
+        }?;
+        for part in exported.removed.iter().filter(|part| part.is_all_covered) {
+            let layer = &part.layer;
+            outputs.notice(format!("'{layer}' is covered everywhere in every pose; nothing of it was removed"));
         }
+        Ok(exported)
     }
 
-    fn export_glb(&self, request: &ExportRequest, outputs: &mut Outputs) -> Result<Vec<PathBuf>, SessionError> {
+    fn export_glb(&self, request: &ExportRequest, outputs: &mut Outputs) -> Result<Exported, SessionError> {
         if request.scan.is_some() || request.before_registration {
             return Err(SessionError::BadRequest {
                 what: "a .glb holds the figure; it cannot hold a scan or the body before registration".into(),
@@ -45,18 +72,27 @@ impl Session {
             });
         }
         let steps = self.posed_steps(request.at.as_deref())?;
-        let Some(last) = steps.last() else { return Ok(Vec::new()) };
-        let pose = request.at.as_ref().map(|_| last.pose.clone());
-        let options = GlbOptions { name: None, pose, provenance: steps.iter().map(origin).collect() };
+        let Some(last) = steps.last() else { return Ok(Exported { files: Vec::new(), removed: Vec::new() }) };
         let path = request.target.clone();
+        outputs.claim(&path, Content::Character)?;
+        let covered = self.covered_parts(last, request)?;
+        let removed = covered.removed(&last.figure);
         let figure = if request.at.is_some() { last.figure_for_pose() } else { last.figure.clone() };
+        let (figure, masks) = covered.remaining(figure);
+        let pose = request.at.as_ref().map(|_| last.pose.clone());
+        let provenance = steps.iter().map(origin).collect();
+        let options = GlbOptions { name: None, pose, covered: Some(masks), provenance };
         outputs.write(&path, Content::Character, |out| write_glb(&figure, &options, out))?;
-        Ok(vec![path])
+        Ok(Exported { files: vec![path], removed })
     }
 
-    /// The requested files, by their names in the folder.
-    fn folder_of(&self, request: &ExportRequest) -> Result<Vec<(String, Vec<u8>)>, SessionError> {
-        let mut folder = Folder { path: &request.target, files: Vec::new() };
+    fn covered_parts(&self, step: &PosedStep, request: &ExportRequest) -> Result<CoveredParts, SessionError> {
+        CoveredParts::of(&step.figure, request.hide_covered).map_err(|e| SessionError::bad_source(&request.target, e))
+    }
+
+    /// The requested files, by their names in the folder, and what was removed of each layer.
+    fn folder_of(&self, request: &ExportRequest) -> Result<(NamedFiles, Vec<RemovedPart>), SessionError> {
+        let mut folder = Folder { path: &request.target, covered: CoveredParts::none(), files: Vec::new() };
         if request.before_registration {
             if let Some(at) = request.at.as_deref().filter(|at| *at != crate::session::recipe::BODY_STEP) {
                 return Err(SessionError::BadRequest {
@@ -66,7 +102,7 @@ impl Session {
             }
             let steps = self.posed_steps(Some(crate::session::recipe::BODY_STEP))?;
             steps.first().map(|step| folder.fit(step)).transpose()?;
-            return Ok(folder.files);
+            return Ok((folder.files, Vec::new()));
         }
         if let Some(name) = &request.scan {
             // A scan can be exported before anything is built.
@@ -75,16 +111,23 @@ impl Session {
             let scan = self.store.load(scan)?;
             folder.ply("scan.ply", &in_file(&scan.mesh, &scan.world_from_file), scan.colors.as_ref(), &[])?;
         }
-        if let Some(name) = &request.at {
-            let steps = self.posed_steps(Some(name))?;
-            steps.last().map(|step| folder.step(step)).transpose()?;
-        } else if request.scan.is_none() {
-            let steps = self.posed_steps(None)?;
-            steps.last().map(|step| folder.bind(&step.figure)).transpose()?;
+        let mut removed = Vec::new();
+        if request.at.is_some() || request.scan.is_none() {
+            let steps = self.posed_steps(request.at.as_deref())?;
+            if let Some(last) = steps.last() {
+                if request.hide_covered {
+                    folder.covered = self.covered_parts(last, request)?;
+                    removed = folder.covered.removed(&last.figure);
+                }
+                if request.at.is_some() { folder.step(last) } else { folder.bind(&last.figure) }?;
+            }
         }
-        Ok(folder.files)
+        Ok((folder.files, removed))
     }
 }
+
+/// Files by their names in a folder, with their contents.
+type NamedFiles = Vec<(String, Vec<u8>)>;
 
 /// A step and the name of its scan's file, without the folder, which is private.
 fn origin(posed: &PosedStep) -> (String, String) {
@@ -96,13 +139,14 @@ fn origin(posed: &PosedStep) -> (String, String) {
 /// The files of an export, before any is written.
 struct Folder<'a> {
     path: &'a Path,
-    files: Vec<(String, Vec<u8>)>,
+    covered: CoveredParts,
+    files: NamedFiles,
 }
 
 impl Folder<'_> {
     fn bind(&mut self, figure: &Figure) -> Result<(), SessionError> {
-        for layer in &figure.layers {
-            self.ply(&format!("{}.ply", layer.name), &layer.mesh, layer.colors.as_ref(), &[])?;
+        for (rank, layer) in figure.layers.iter().enumerate() {
+            self.layer(rank, &layer.name, &layer.mesh, layer.colors.as_ref())?;
         }
         self.joints(&figure.skeleton, &figure.skeleton.joints_in_bind)
     }
@@ -110,9 +154,9 @@ impl Folder<'_> {
     fn step(&mut self, posed: &PosedStep) -> Result<(), SessionError> {
         let frame = &posed.scan.world_from_file;
         let figure = &posed.figure;
-        self.ply("body.ply", &in_file(&posed.body(), frame), figure.body().colors.as_ref(), &[])?;
-        for ((name, mesh), layer) in posed.garments().iter().zip(figure.garments()) {
-            self.ply(&format!("{name}.ply"), &in_file(mesh, frame), layer.colors.as_ref(), &[])?;
+        self.layer(0, "body", &in_file(&posed.body(), frame), figure.body().colors.as_ref())?;
+        for (rank, ((name, mesh), layer)) in (1..).zip(posed.garments().iter().zip(figure.garments())) {
+            self.layer(rank, name, &in_file(mesh, frame), layer.colors.as_ref())?;
         }
         let joints: Vec<Point> = posed.joints().iter().map(|p| frame.file_from_world(p)).collect();
         self.joints(&figure.skeleton, &joints)?;
@@ -133,6 +177,18 @@ impl Folder<'_> {
         let joints = fitted.skeleton.joints_in_world(&fitted.pose);
         let joints: Vec<Point> = joints.iter().map(|p| frame.file_from_world(p)).collect();
         self.joints(&fitted.skeleton, &joints)
+    }
+
+    /// A layer, without what is to be removed of it.
+    fn layer(
+        &mut self,
+        rank: usize,
+        name: &str,
+        mesh: &TriMesh,
+        colors: Option<&PerVertex<[u8; 3]>>,
+    ) -> Result<(), SessionError> {
+        let (mesh, colors) = self.covered.remaining_surface(rank, mesh, colors);
+        self.ply(&format!("{name}.ply"), &mesh, colors.as_ref(), &[])
     }
 
     fn ply(

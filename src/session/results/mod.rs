@@ -1,6 +1,7 @@
 //! Queries of a built session: posed steps, exports, measures, pictures, recordings.
 
 mod body_measures;
+mod covered;
 mod draw_garment;
 mod export;
 #[cfg(feature = "rerun")]
@@ -25,7 +26,8 @@ mod show_in;
 mod status;
 mod weights_sheet;
 
-pub use export::ExportRequest;
+pub use covered::RemovedPart;
+pub use export::{ExportRequest, Exported};
 #[cfg(feature = "rerun")]
 pub(in crate::session) use fit_recording::FitRecording;
 #[cfg(feature = "rerun")]

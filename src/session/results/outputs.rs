@@ -165,7 +165,8 @@ impl Outputs {
         Ok(())
     }
 
-    fn notice(&mut self, text: String) {
+    /// Adds a warning for the user, once.
+    pub(super) fn notice(&mut self, text: String) {
         if !self.notices.contains(&text) {
             self.notices.push(text);
         }
