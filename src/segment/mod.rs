@@ -9,6 +9,7 @@ mod extent;
 mod fold_over;
 mod max_flow;
 mod painted;
+mod painted_template;
 mod picture;
 mod placement;
 mod proposal;

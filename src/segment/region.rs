@@ -2,9 +2,7 @@
 
 use super::error::SegmentError;
 use super::painted::LabelledSurface;
-use super::template::GarmentTemplate;
 use super::transfer::Labels;
-use crate::body::{Layer, Skeleton};
 use crate::geometry::{PerVertex, SurfaceIndex, TriMesh};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -88,6 +86,11 @@ impl PaintedRegion {
         Self::try_new(found.into_iter().map(|(_, covered)| covered).collect(), body)
     }
 
+    /// The number of covered vertices.
+    pub fn covered_count(&self) -> usize {
+        self.covered.iter().filter(|&&covered| covered).count()
+    }
+
     /// The covered vertices of a body of the same model, in any shape.
     ///
     /// **Errors** if the body has other vertices or faces than the one that was painted.
@@ -138,36 +141,6 @@ impl TryFrom<RegionText> for PaintedRegion {
             return Err("'covered' covers nothing, or everything".into());
         }
         Ok(Self { covered: bits.into(), faces })
-    }
-}
-
-impl GarmentTemplate {
-    /// A kind of garment with a painted region; everything else is as in `like`.
-    pub fn painted(name: &str, like: &Self, region: PaintedRegion) -> Self {
-        let about = format!("painted, otherwise like {}", like.name);
-        Self { name: name.into(), about, region: Some(region), ..like.clone() }
-    }
-
-    /// The built-in kind whose region overlaps most with a painted one, relative to the vertices in either.
-    ///
-    /// **Frame** `body` and `skeleton` in the bind pose, upright.
-    ///
-    /// **Errors** if the region belongs to another body.
-    pub fn most_similar(region: &PaintedRegion, body: &Layer, skeleton: &Skeleton) -> Result<Self, SegmentError> {
-        let covered = region.on_body("painted", &body.mesh)?;
-        let mut best: Option<(f64, Self)> = None;
-        for name in Self::names() {
-            let template = Self::built_in(name)?;
-            let own = template.prior(body, skeleton, &Default::default())?;
-            let pairs = || covered.iter().zip(own.iter());
-            let common = pairs().filter(|(a, b)| **a && **b).count();
-            let either = pairs().filter(|(a, b)| **a || **b).count();
-            let overlap = common as f64 / either.max(1) as f64;
-            if best.as_ref().is_none_or(|(most, _)| overlap > *most) {
-                best = Some((overlap, template));
-            }
-        }
-        best.map(|(_, template)| template).ok_or(SegmentError::NothingPainted)
     }
 }
 
