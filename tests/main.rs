@@ -14,6 +14,7 @@ mod frozen;
 mod history;
 mod laws;
 mod output_files;
+mod painted_kinds;
 mod painted_masks;
 mod pipeline;
 mod readme;

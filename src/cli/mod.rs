@@ -114,7 +114,7 @@ enum Command {
     Studio(studio::StudioArgs),
     /// Body models: look at one, measure a body, build or import one
     Body(body::BodyArgs),
-    /// List the kinds of garment
+    /// List the kinds of garment, or paint one on the body
     Templates(templates::TemplatesArgs),
     /// Explain a command, or the terms and measures (`help words`)
     Help(help::HelpArgs),

@@ -7,10 +7,10 @@
 //! ```text
 //! store/     artefacts, durable writes, lock, journal, history
 //! recipe/    steps, parameters, masks: what the user requested
-//! open/      the folder of a session: opened, created, changed durably, undone
+//! open/      the folder of a session: opened, created, changed durably, undone; its painted kinds of garment
 //! stages/    one file per stage, and the walk that runs those that are out of date
 //! results/   what a built session can be asked for: posed steps, exports, measures, pictures, recordings
-//! change/    what changes a session: scans, masks, parameters, builds, replays, repairs
+//! change/    what changes a session: scans, masks, painted kinds, parameters, builds, replays, repairs
 //! ``` A change is durable as soon as its line is in `journal.jsonl`. The recipe and the state that the line names are
 //! artefacts too, so `undo`, `redo` and `branch` can restore every earlier state. They append lines too. `fsck`
 //! rebuilds lost artefacts; `replay` builds everything in another session.
@@ -28,13 +28,14 @@ mod store;
 
 pub use change::{
     Batch, Built, Damage, FsckReport, MaskInfo, MaskReport, NewScan, Recut, Repair, Replay, Replayed, StageRequest,
-    StageRun, StepInfo, SubjectRun, fsck, replay, replay_all,
+    StageRun, StepInfo, SubjectRun, TemplateReport, fsck, replay, replay_all, write_template_to_paint,
 };
 pub use error::SessionError;
 pub use open::{BodyModelSource, Draft, NewSession, Session, Writer, create, read_body_model, read_input};
 pub use output_error::OutputError;
 pub use recipe::{
-    Assignment, BODY_STEP, BodySurface, Parameter, Recipe, SourceFile, StepPlace, StepRecipe, parameters_of,
+    Assignment, BODY_STEP, BodySurface, PaintedKind, Parameter, Recipe, SourceFile, StepPlace, StepRecipe,
+    parameters_of,
 };
 pub use results::LiveView;
 pub use results::{

@@ -19,6 +19,14 @@ impl Context {
         Ok(session)
     }
 
+    /// Opens the session for reading, if the current folder has one; a folder given with `-C` must have one.
+    pub fn reader_if_any(&self) -> Result<Option<Session>, SessionError> {
+        match self.reader() {
+            Err(SessionError::NotASession { .. }) if !self.session_given => Ok(None),
+            session => session.map(Some),
+        }
+    }
+
     /// Opens the session for changes.
     pub fn writer(&self) -> Result<Writer, SessionError> {
         let writer = Writer::open(&self.session)?;

@@ -6,6 +6,6 @@ mod output;
 mod progress;
 pub(super) mod verdicts;
 
-pub(super) use context::{Commands, Context};
+pub(super) use context::{Commands, Context, quoted};
 pub(super) use output::{Console, Done, Verbosity, print_aside, print_line, secs};
 pub(super) use progress::{Progress, measures_text, why_text};

@@ -132,7 +132,7 @@ impl Record {
                 self.say("Put on the next garment, from the inside out. What is it called? (`quit` when dressed)")
             }
             Question::Kind { name } => {
-                let kinds = GarmentTemplate::names().collect::<Vec<_>>().join(", ");
+                let kinds = self.kinds().join(", ");
                 self.say(&format!(
                     "What kind of garment is {name}? One of {kinds}; with --until PLACE or --sleeve LENGTH where it ends elsewhere."
                 ));
@@ -154,11 +154,17 @@ impl Record {
         }
     }
 
+    /// The kinds of garment, built in and painted.
+    fn kinds(&self) -> Vec<String> {
+        let painted = self.session().map(|session| session.recipe().painted_templates()).unwrap_or_default();
+        GarmentTemplate::names().map(String::from).chain(painted.into_iter().map(|kind| kind.name)).collect()
+    }
+
     fn hints(&self, question: &Question) -> Result<Hints, SessionError> {
         let mut words: Vec<String> = ["back", "again", "skip", "help", "quit"].into_iter().map(String::from).collect();
         words.extend((self.commands.names)());
         if matches!(question, Question::Kind { .. } | Question::Name) {
-            words.extend(GarmentTemplate::names().map(String::from));
+            words.extend(self.kinds());
         }
         let session = self.session()?;
         let layers = session.recipe().steps.iter().map(|s| s.name.clone()).collect();
@@ -198,7 +204,8 @@ impl Record {
                     _ => words,
                 };
                 if let Some(named) = kind.first() {
-                    GarmentTemplate::built_in(named).map_err(|e| bad(e.to_string(), e.hint().unwrap_or_default()))?;
+                    let known = session.recipe().template(named);
+                    known.map_err(|e| bad(e.to_string(), e.hint().unwrap_or_default()))?;
                     session.keep_draft(Some(&Draft { name, kind: Some(kind) }))?;
                 }
             }

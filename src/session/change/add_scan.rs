@@ -66,7 +66,9 @@ impl Writer {
             masks,
             ..StepRecipe::default()
         };
-        self.session.recipe.clone().put_step(step.clone(), new.replace)?;
+        let mut recipe = self.session.recipe.clone();
+        recipe.put_step(step.clone(), new.replace)?;
+        step = recipe.step(&new.name)?.clone();
         if step.template.is_some() {
             garment_spec::of_step(&step)?;
         }

@@ -87,6 +87,7 @@ impl Writer {
     ) -> Result<Vec<String>, SessionError> {
         let (mut recipe, before) = (self.session.recipe.clone(), self.session.recipe.step(name)?.clone());
         let keys = self.assign(&mut recipe, name, set, from)?;
+        recipe.link_templates();
         recipe.check().map_err(|fault| fault.error)?;
         let step = recipe.step(name)?.clone();
         if !step.is_body() {

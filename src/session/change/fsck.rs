@@ -2,7 +2,7 @@
 
 use crate::session::error::SessionError;
 use crate::session::open::{Session, Snapshot, source, state_path};
-use crate::session::recipe::SourceFile;
+use crate::session::recipe::{PaintedKind, SourceFile};
 use crate::session::results::not_built_is_fine;
 use crate::session::stages::{Event, Repaired, Walk, pipeline};
 use crate::session::store::{
@@ -227,7 +227,8 @@ impl Check<'_> {
         let recipe = &session.recipe;
         let steps = recipe.steps.iter();
         let given = steps.flat_map(|step| std::iter::once(step.source()).chain(step.masks.iter().cloned()));
-        for source in recipe.body.iter().cloned().chain(given) {
+        let painted = recipe.templates.iter().map(PaintedKind::source);
+        for source in recipe.body.iter().cloned().chain(painted).chain(given) {
             let Some(hash) = source.hash else { continue };
             let Some(problem) = self.look(hash) else { continue };
             let repair = if self.repair { self.copy_again(session, &source, hash)? } else { Repair::NotTried };

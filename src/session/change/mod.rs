@@ -9,6 +9,7 @@ mod masks;
 mod recut;
 mod replay;
 mod single_stage;
+mod templates;
 
 pub use add_scan::NewScan;
 pub use batch::{Batch, SubjectRun, replay_all};
@@ -19,3 +20,4 @@ pub use masks::{MaskInfo, MaskReport};
 pub use recut::Recut;
 pub use replay::{Replay, Replayed, replay};
 pub use single_stage::{StageRequest, StageRun};
+pub use templates::{TemplateReport, write_template_to_paint};

@@ -3,7 +3,7 @@
 use super::build::Built;
 use crate::segment::Marks;
 use crate::session::error::SessionError;
-use crate::session::open::{Session, Writer, check_body_model, source};
+use crate::session::open::{Session, Writer, check_body_model, source, templates};
 use crate::session::recipe::{
     Assignment, LeftOut, MaskFile, Recipe, SourceFile, StepRecipe, assignment, from_here, relative_to,
 };
@@ -51,7 +51,10 @@ pub(in crate::session) fn read_recipe(path: &Path) -> Result<(Recipe, PathBuf), 
         what: format!("'{}' is not text, so it is not a recipe", path.display()),
         hint: "name the recipe.toml of a session, or the session's folder".into(),
     })?;
-    Ok((Recipe::parse(&text, &path)?, path))
+    let mut recipe = Recipe::parse(&text, &path)?;
+    let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
+    templates::read(&mut recipe, &folder, &Store::in_session(&folder))?;
+    Ok((recipe, path))
 }
 
 /// Runs the recipe. All files that it refers to are read before anything is written. An interrupted replay continues.
@@ -88,6 +91,9 @@ fn prepare(replay: &Replay) -> Result<Prepared, SessionError> {
     };
     if let Some(body) = &mut recipe.body {
         *body = read(body, None)?;
+    }
+    for kind in &recipe.templates {
+        read(&kind.source(), None)?;
     }
     for step in &mut recipe.steps {
         let asked = step.clone();
@@ -181,5 +187,6 @@ fn begin(writer: &mut Writer, into: &Path, prepared: &Prepared) -> Result<(), Se
         }
     }
     writer.session.recipe = recipe;
-    writer.commit("replay")
+    writer.commit("replay")?;
+    templates::place_all(&writer.session.recipe, into, &writer.session.store)
 }

@@ -5,6 +5,7 @@ mod draft;
 mod new;
 mod session;
 pub(in crate::session) mod source;
+pub(in crate::session) mod templates;
 mod undo;
 
 pub use body_model::BodyModelSource;

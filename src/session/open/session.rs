@@ -1,5 +1,6 @@
 //! A session's folder: find, read, change.
 
+use super::templates::{self, EditedTemplate};
 use crate::session::error::SessionError;
 use crate::session::recipe::{Recipe, from_here};
 use crate::session::stage::Stage;
@@ -24,6 +25,8 @@ pub struct Session {
     pub(in crate::session) lines: usize,
     /// The session's content according to `recipe.toml`, if that differs from the journal's last line.
     pub(in crate::session) edited: Option<Snapshot>,
+    /// The files of painted kinds that were edited since the last change.
+    edited_templates: Vec<EditedTemplate>,
     /// The content of `recipe.toml` if it contradicts the journal and was never recorded.
     overruled: Option<String>,
     notices: Vec<String>,
@@ -88,7 +91,9 @@ impl Session {
         }
         let history = History::of(&journal.changes).map_err(|(at, why)| journal::bad_line(dir, at + 1, why.into()))?;
         let files = Files::read(dir, &Store::in_session(dir), &journal.changes)?;
-        let recipe = Recipe::parse(&files.recipe, &recipe_path(dir))?;
+        let mut recipe = Recipe::parse(&files.recipe, &recipe_path(dir))?;
+        let store = Store::in_session(dir);
+        let edited_templates = templates::read(&mut recipe, dir, &store)?;
         let mut state = match &files.state {
             Some(text) => State::parse(text, &state_path(dir))?,
             None => State::new(recipe.meaning()),
@@ -105,7 +110,7 @@ impl Session {
         };
         Ok(Self {
             dir: dir.to_path_buf(),
-            store: Store::in_session(dir),
+            store,
             recipe,
             state,
             timings: Timings::read(dir),
@@ -115,6 +120,7 @@ impl Session {
             last,
             lines: journal.changes.len(),
             edited,
+            edited_templates,
             overruled: files.overruled,
             notices,
         })
@@ -122,10 +128,13 @@ impl Session {
 
     /// The session in the state of these texts.
     pub(in crate::session) fn as_of(&self, texts: &Snapshot) -> Result<Self, SessionError> {
+        let store = Store::in_session(&self.dir);
+        let mut recipe = Recipe::parse(&texts.recipe, &recipe_path(&self.dir))?;
+        templates::recall(&mut recipe, &store);
         Ok(Self {
             dir: self.dir.clone(),
-            store: Store::in_session(&self.dir),
-            recipe: Recipe::parse(&texts.recipe, &recipe_path(&self.dir))?,
+            store,
+            recipe,
             state: State::parse(&texts.state, &state_path(&self.dir))?,
             timings: Timings::default(),
             failures: Failures::default(),
@@ -134,6 +143,7 @@ impl Session {
             last: None,
             lines: 0,
             edited: None,
+            edited_templates: Vec::new(),
             overruled: None,
             notices: Vec::new(),
         })
@@ -271,6 +281,7 @@ impl Writer {
                 last: None,
                 lines: 0,
                 edited: None,
+                edited_templates: Vec::new(),
                 overruled: None,
                 notices: Vec::new(),
             },
@@ -290,7 +301,18 @@ impl Writer {
         sweep(dir);
         let mut writer = Self { session, _lock: lock };
         writer.complete_last_change()?;
+        writer.record_edited_templates()?;
         Ok(writer)
+    }
+
+    /// Records edits of the files of painted kinds as a change of its own, so that it can be undone.
+    fn record_edited_templates(&mut self) -> Result<(), SessionError> {
+        let edited = std::mem::take(&mut self.session.edited_templates);
+        if edited.is_empty() {
+            return Ok(());
+        }
+        let files = edited.iter().map(|file| file.keep(&self.session.store)).collect::<Result<Vec<_>, _>>()?;
+        self.commit(&format!("{} by hand", files.join(", ")))
     }
 
     /// The session.

@@ -112,6 +112,9 @@ pub(in crate::session) fn fill_in(recipe: &mut Recipe, session: &Session) -> Res
     if let Some(body) = &mut recipe.body {
         body.hash = keep(body.clone())?;
     }
+    for kind in &mut recipe.templates {
+        kind.hash = keep(kind.source())?;
+    }
     for step in &mut recipe.steps {
         step.hash = keep(step.source())?;
         for mask in &mut step.masks {

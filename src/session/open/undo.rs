@@ -1,6 +1,7 @@
 //! Undo, redo and branches restore an earlier state. Nothing is deleted; each appends a line to the journal.
 
 use super::session::{Snapshot, Writer, recipe_path, state_path};
+use super::templates;
 use crate::session::error::SessionError;
 use crate::session::recipe::Recipe;
 use crate::session::store::{Branch, Entry, Move, State};
@@ -71,10 +72,13 @@ impl Writer {
     fn go_to(&mut self, to: &Entry, change: &str, by: Move) -> Result<(), SessionError> {
         let session = &mut self.session;
         let texts = Snapshot { recipe: session.store.text(to.recipe)?, state: session.store.text(to.state)? };
-        let recipe = Recipe::parse(&texts.recipe, &recipe_path(session.dir()))?;
+        let mut recipe = Recipe::parse(&texts.recipe, &recipe_path(session.dir()))?;
+        templates::recall(&mut recipe, &session.store);
         let state = State::parse(&texts.state, &state_path(session.dir()))?;
         (session.recipe, session.state, session.recipe_text) = (recipe, state, texts.recipe.clone());
-        self.record(change, Some(by), &texts)
+        self.record(change, Some(by), &texts)?;
+        let session = &self.session;
+        templates::place_all(&session.recipe, session.dir(), &session.store)
     }
 }
 

@@ -100,6 +100,7 @@ pub(in crate::session) fn apply(recipe: &mut Recipe, set: &[Assignment], from: &
             || SessionError::BadRequest { what: format!("'{key}' is not a key of a recipe"), hint: KEYS.into() };
         StepKey::parse(what)?.ok_or_else(no_such)?.set(step, key, value, from)?;
     }
+    recipe.link_templates();
     recipe.check().map_err(|fault| fault.error)?;
     for step in recipe.steps.iter().filter(|s| !s.is_body()) {
         garment_spec::of_step(step)?;

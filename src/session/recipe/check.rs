@@ -25,6 +25,7 @@ impl Recipe {
             Some(at) => self.steps[at] = step,
             None => self.steps.push(step),
         }
+        self.link_templates();
         self.check().map_err(|fault| fault.error)
     }
 

@@ -45,6 +45,7 @@ impl Recipe {
             let line = e.span().map(|span| text[..span.start.min(text.len())].matches('\n').count() + 1);
             bad(line, e.message().replace('\n', ", "))
         })?;
+        recipe.check_templates().map_err(|error| bad(line_of(text, None, &["template"]), error.to_string()))?;
         recipe.check().map_err(|fault| bad(line_of(text, Some(fault.step), &fault.key), fault.error.to_string()))?;
         Ok(recipe)
     }

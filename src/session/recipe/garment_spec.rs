@@ -28,7 +28,10 @@ pub(in crate::session) fn of_step(step: &StepRecipe) -> Result<GarmentSpec, Sess
         return Err(SessionError::GarmentWithoutTemplate { name: step.name.clone() });
     };
     let wrong = |e| SessionError::WrongGarment { step: step.name.clone(), source: Box::new(StageError::Segment(e)) };
-    let template = GarmentTemplate::built_in(name).map_err(wrong)?;
+    let template = match &step.painted.0 {
+        Some(painted) if painted.name == *name => painted.as_ref().clone(),
+        _ => GarmentTemplate::built_in(name).map_err(wrong)?,
+    };
     let until = step.until.as_deref().map(str::parse).transpose().map_err(wrong)?;
     let sleeve = step.sleeve.as_deref().map(str::parse).transpose().map_err(wrong)?;
     let extent = Extent { until, sleeve };

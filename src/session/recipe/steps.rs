@@ -1,5 +1,6 @@
 //! The steps that the user requested, in order. The recipe is the only file of a session that must be kept.
 
+use super::painted_kind::{LoadedTemplate, PaintedKind};
 use crate::parameters::Settings;
 use crate::scan::{Unit, Up};
 use crate::session::error::SessionError;
@@ -22,6 +23,9 @@ pub struct Recipe {
     /// The body model; `None` for the embedded one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub body: Option<SourceFile>,
+    /// The kinds of garment that were painted for this session.
+    #[serde(default, rename = "template", skip_serializing_if = "Vec::is_empty")]
+    pub templates: Vec<PaintedKind>,
     /// The body, then the garments from the inside out.
     #[serde(default, rename = "step", skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<StepRecipe>,
@@ -96,6 +100,9 @@ macro_rules! step_recipe {
             /// Brush strokes, applied in this order.
             #[serde(default, rename = "mask", skip_serializing_if = "Vec::is_empty")]
             pub masks: Vec<SourceFile>,
+            /// The kind that `template` names, if it is painted.
+            #[serde(skip)]
+            pub(in crate::session) painted: LoadedTemplate,
             $($(
                 #[doc = concat!("Parameters of the stage `", stringify!($name), "`, where they differ from the defaults.")]
                 #[serde(default, skip_serializing_if = "Settings::is_empty")]
@@ -138,7 +145,7 @@ impl StepRecipe {
 impl Recipe {
     /// An empty recipe.
     pub fn new(body: Option<SourceFile>) -> Self {
-        Self { version: RECIPE_VERSION, body, steps: Vec::new() }
+        Self { version: RECIPE_VERSION, body, templates: Vec::new(), steps: Vec::new() }
     }
 
     /// The hash of the content, independent of the location of its files: only the last component of a path counts.

@@ -1,7 +1,7 @@
 //! Files that no result may overwrite: the inputs and the own files of sessions.
 
 use crate::session::open::{Session, is_session, recipe_path};
-use crate::session::recipe::{Recipe, StepRecipe};
+use crate::session::recipe::{Recipe, StepRecipe, TEMPLATES};
 use crate::session::store::{MANIFEST, UNFINISHED, read_file};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ const OWN_FILES: [&str; 9] = [
     "lock",
 ];
 /// The session's own folders.
-const OWN_FOLDERS: [&str; 2] = ["artefacts", "masks"];
+const OWN_FOLDERS: [&str; 3] = ["artefacts", "masks", TEMPLATES];
 
 /// An input of a session: a scan, a mask, a body model.
 #[derive(Clone, Debug, PartialEq, Eq)]

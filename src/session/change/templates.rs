@@ -1,0 +1,125 @@
+//! Kinds of garment painted on the body (Hu 2017, Fig. 6): written for painting, and added to a session.
+
+use crate::body::{BodyModel, Layer};
+use crate::formats::{PlyOptions, read_ply, write_ply};
+use crate::segment::{GarmentTemplate, LabelledSurface, PaintedRegion, SegmentError};
+use crate::session::error::SessionError;
+use crate::session::open::{Session, Writer, read_body_model, source, templates};
+use crate::session::recipe::PaintedKind;
+use crate::session::results::{Content, Outputs};
+use serde::Serialize;
+use std::path::Path;
+
+/// A painted kind that was added.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct TemplateReport {
+    /// Its name.
+    pub name: String,
+    /// The kind from which it has everything but its region.
+    pub like: String,
+    /// Covered vertices of the body model.
+    pub covered_vertices: usize,
+    /// Vertices of the body model.
+    pub vertices: usize,
+    /// Whether a kind of that name was replaced.
+    pub replaced: bool,
+    /// The steps of that kind, which are out of date now.
+    pub used_by: Vec<String>,
+}
+
+/// The first lines of a painted kind's file.
+const HEADER: &str = "# A kind of garment painted on the body model. Its region has a hexadecimal digit for every four vertices.\n\
+                      # [trunk] and [arms], where they are, only say where cloth is tight. You may edit everything else.\n\n";
+
+const HOW_TO_PAINT: &str = "paint the file that `overcoat templates paint KIND OUT.ply` writes: red where the garment covers the body, grey elsewhere";
+
+/// Writes the body model in its bind pose as PLY, with the region of a kind in red, as `quality` and as `label`. Returns the
+/// number of vertices. Without a session the body is the embedded model.
+pub fn write_template_to_paint(
+    session: Option<&Session>,
+    kind: &str,
+    target: &Path,
+    outputs: &mut Outputs,
+) -> Result<usize, SessionError> {
+    let (template, model) = match session {
+        Some(session) => (session.recipe.template(kind), session.body_model()?),
+        None => (GarmentTemplate::built_in(kind), read_body_model(None)?),
+    };
+    let template = template.map_err(|e| wrong(&e))?;
+    let body = bind_pose(&model);
+    let covered = template.prior(&body, &model.skeleton, &Default::default()).map_err(|e| wrong(&e))?;
+    let mesh = LabelledSurface::of_region(&body.mesh, &covered).map_err(|e| wrong(&e))?.to_template();
+    outputs.write(target, Content::Mesh, |out| write_ply(&mesh, &PlyOptions::default(), out))?;
+    Ok(mesh.points.len())
+}
+
+impl Writer {
+    /// Adds a kind of garment whose region is red on a painted body, or replaces the painted kind of that name. Everything
+    /// else is taken from the kind `like`; by default from the kind that is replaced, or from the built-in kind whose region
+    /// overlaps most.
+    ///
+    /// **Errors** for a built-in name, a file that is no painted PLY, another body, nothing painted, everything painted. On
+    /// an error the session is unchanged.
+    pub fn add_template(
+        &mut self,
+        name: &str,
+        file: &Path,
+        like: Option<&str>,
+    ) -> Result<TemplateReport, SessionError> {
+        let recipe = &self.session.recipe;
+        recipe.check_kind_name(name)?;
+        let replaced = recipe.painted(name).is_some();
+        let like = match like.or(replaced.then_some(name)) {
+            Some(like) => Some(recipe.template(like).map_err(|e| wrong(&e))?),
+            None => None,
+        };
+        let painted = read_painted(file)?;
+        let model = self.session.body_model()?;
+        let body = bind_pose(&model);
+        let bad = |e: SegmentError| SessionError::bad_source(file, e);
+        let region = PaintedRegion::painted_on(&painted, &body.mesh).map_err(bad)?;
+        let like = match like {
+            Some(like) => like,
+            None => GarmentTemplate::most_similar(&region, &body, &model.skeleton).map_err(bad)?,
+        };
+        let (covered_vertices, vertices) = (region.covered_count(), body.mesh.vertex_count());
+        let text = GarmentTemplate::painted(name, &like, region).to_text().map_err(bad)?;
+        let bytes = format!("{HEADER}{text}").into_bytes();
+        let template = templates::loaded(name, &bytes).map_err(|reason| SessionError::Encoding { reason })?;
+        let kind = PaintedKind { name: name.into(), hash: Some(self.session.store.keep_bytes(&bytes)?), template };
+        // A file whose line in the journal is missing counts as edited by hand, or not at all.
+        templates::place(&kind, self.session.dir(), &bytes)?;
+        let recipe = &mut self.session.recipe;
+        match recipe.templates.iter_mut().find(|there| there.name == name) {
+            Some(there) => *there = kind,
+            None => recipe.templates.push(kind),
+        }
+        recipe.link_templates();
+        let steps = recipe.steps.iter().filter(|step| step.template.as_deref() == Some(name));
+        let used_by = steps.map(|step| step.name.clone()).collect();
+        let file = file.file_name().unwrap_or_default().to_string_lossy();
+        self.save(&format!("template {name} {file}"))?;
+        Ok(TemplateReport { name: name.into(), like: like.name, covered_vertices, vertices, replaced, used_by })
+    }
+}
+
+/// The mean body of a model in the bind pose.
+fn bind_pose(model: &BodyModel) -> Layer {
+    Layer::plain("body", model.template.clone(), model.weights.clone())
+}
+
+fn read_painted(file: &Path) -> Result<LabelledSurface, SessionError> {
+    let refuse = |why: String| SessionError::BadRequest {
+        what: format!("'{}': {why}", file.display()),
+        hint: HOW_TO_PAINT.into(),
+    };
+    if !file.extension().is_some_and(|e| e.eq_ignore_ascii_case("ply")) {
+        return Err(refuse("a painted body is a .ply file".into()));
+    }
+    let raw = read_ply(source::read(file)?.as_slice()).map_err(|e| SessionError::bad_source(file, e))?;
+    LabelledSurface::read(&raw).map_err(|e| refuse(e.to_string()))
+}
+
+fn wrong(error: &SegmentError) -> SessionError {
+    SessionError::BadRequest { what: error.to_string(), hint: error.hint().unwrap_or_default() }
+}
