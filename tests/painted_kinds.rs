@@ -65,7 +65,10 @@ fn a_step_follows_the_painted_kind_and_every_change_of_it() {
     let stages = |ran: &[(String, String)]| ran.iter().map(|(stage, _)| stage.clone()).collect::<Vec<_>>();
     let first = stages(&built(&session));
     assert!(first.contains(&"tshirt/pose".to_string()) && !first.contains(&"body/fit".to_string()), "{first:?}");
-    assert_ne!(overcoat(&session, &["step", "set", "tshirt", "sleeve=short"]).code, 0, "a painted kind has no limits");
+    let limited = overcoat(&session, &["step", "set", "tshirt", "sleeve=short"]);
+    assert!(limited.code == 2 && limited.stderr.contains("its region is painted"), "{limited:?}");
+    let unknown = overcoat(&session, &["step", "set", "tshirt", "template=singlt"]);
+    assert!(unknown.code == 2 && unknown.stderr.contains("vest, singlet"), "{unknown:?}");
 
     // Painted again, edited by hand, and undone.
     let file = session.join("templates/singlet.toml");
@@ -98,7 +101,11 @@ fn a_step_follows_the_painted_kind_and_every_change_of_it() {
     );
     overcoat_ok(dir.path(), &["replay", "alice", "--into", "bob", "-q"]);
     assert!(dir.path().join("bob/templates/singlet.toml").is_file());
-    overcoat_ok(&dir.path().join("bob"), &["fsck", "--check"]);
+    let bob = dir.path().join("bob");
+    overcoat_ok(&bob, &["fsck", "--check"]);
+    overcoat_ok(&bob, &["step", "set", "body", "surface=scan"]);
+    let failed = overcoat(&bob, &["build"]);
+    assert!(failed.code == 1 && failed.stderr.contains("'singlet' was painted on another body"), "{failed:?}");
 }
 
 #[test]

@@ -5,7 +5,7 @@ use crate::parameters::Settings;
 use crate::scan::{Unit, Up};
 use crate::session::error::SessionError;
 use crate::session::open::{Session, Writer, source};
-use crate::session::recipe::{BodySurface, StepRecipe, garment_spec};
+use crate::session::recipe::{BodySurface, StepRecipe};
 use crate::session::results::ScanRecording;
 use crate::session::results::ShowIn;
 use crate::session::stage::Stage;
@@ -70,7 +70,7 @@ impl Writer {
         recipe.put_step(step.clone(), new.replace)?;
         step = recipe.step(&new.name)?.clone();
         if step.template.is_some() {
-            garment_spec::of_step(&step)?;
+            recipe.garment_of(&step)?;
         }
         let mut recording = recording_of(new, &self.session)?;
         let bytes = source::read_scan(&new.file)?;

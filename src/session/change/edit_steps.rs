@@ -2,7 +2,7 @@
 
 use crate::session::error::SessionError;
 use crate::session::open::{Session, Writer, source};
-use crate::session::recipe::{Assignment, KEYS_OF_STEP, Recipe, StepKey, StepPlace, StepRecipe, garment_spec};
+use crate::session::recipe::{Assignment, KEYS_OF_STEP, Recipe, StepKey, StepPlace, StepRecipe};
 use crate::session::stages::{Event, Forced, Walk, scan_of};
 use serde::Serialize;
 use std::path::Path;
@@ -91,7 +91,7 @@ impl Writer {
         recipe.check().map_err(|fault| fault.error)?;
         let step = recipe.step(name)?.clone();
         if !step.is_body() {
-            garment_spec::of_step(&step)?;
+            recipe.garment_of(&step)?;
         }
         let changed: Vec<StepKey> = keys.into_iter().filter(|key| key.text(&before) != key.text(&step)).collect();
         // A file with other content under the old name is a change too.

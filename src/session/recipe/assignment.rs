@@ -1,6 +1,5 @@
 //! `KEY=VALUE`: a change of a recipe for another session.
 
-use super::garment_spec;
 use super::step_key::{StepKey, absolute};
 use super::steps::{Recipe, SourceFile};
 use crate::session::error::SessionError;
@@ -103,7 +102,7 @@ pub(in crate::session) fn apply(recipe: &mut Recipe, set: &[Assignment], from: &
     recipe.link_templates();
     recipe.check().map_err(|fault| fault.error)?;
     for step in recipe.steps.iter().filter(|s| !s.is_body()) {
-        garment_spec::of_step(step)?;
+        recipe.garment_of(step)?;
     }
     Ok(left_out)
 }

@@ -1,10 +1,12 @@
 //! The painted kinds of a recipe: their files, their names, and the steps that use them.
 
+use super::garment_spec::{self, GarmentSpec};
 use super::names::{is_file_name, is_same_file_name};
 use super::painted_kind::PaintedKind;
-use super::steps::{Recipe, SourceFile};
+use super::steps::{Recipe, SourceFile, StepRecipe};
 use crate::segment::{GarmentTemplate, SegmentError};
 use crate::session::error::SessionError;
+use crate::session::stage_error::StageError;
 
 /// The folder of the painted kinds, beside the recipe.
 pub(in crate::session) const TEMPLATES: &str = "templates";
@@ -29,6 +31,17 @@ impl Recipe {
             }
             other => other,
         })
+    }
+
+    /// The garment of a step of this recipe. An unknown kind is answered with all kinds, also the painted ones.
+    pub(in crate::session) fn garment_of(&self, step: &StepRecipe) -> Result<GarmentSpec, SessionError> {
+        if let Some(name) = &step.template {
+            self.template(name).map_err(|e| {
+                let source = Box::new(StageError::Segment(e));
+                SessionError::WrongGarment { step: step.name.clone(), source }
+            })?;
+        }
+        garment_spec::of_step(step)
     }
 
     /// The painted kinds, in the order in which they were added.
@@ -86,7 +99,7 @@ impl Recipe {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::session::recipe::{LoadedTemplate, StepRecipe, garment_spec};
+    use crate::session::recipe::LoadedTemplate;
     use crate::session::store::ContentHash;
     use std::path::Path;
     use std::sync::Arc;
@@ -119,6 +132,9 @@ mod tests {
         assert_eq!(recipe.template("poncho").unwrap().rank, 77);
         let unknown = recipe.template("ponchi").unwrap_err().to_string();
         assert!(unknown.ends_with("vest, poncho"), "{unknown}");
+        recipe.steps[1].template = Some("ponchi".into());
+        let unknown = recipe.garment_of(&recipe.steps[1]).err().map(|e| e.to_string());
+        assert!(unknown.as_ref().is_some_and(|e| e.ends_with("vest, poncho")), "{unknown:?}");
     }
 
     #[test]
