@@ -28,7 +28,7 @@ pub(in crate::session) fn read(
         let path = from_here(&dir.join(&file));
         let bytes = match (read_file(&path), kind.hash) {
             (Ok(bytes), _) => bytes,
-            (Err(e), Some(hash)) if e.kind() == ErrorKind::NotFound => store.bytes(hash)?,
+            (Err(e), Some(hash)) if e.kind() == ErrorKind::NotFound && store.has(hash) => store.bytes(hash)?,
             (Err(e), _) => return Err(SessionError::reading(&path, e)),
         };
         let hash = ContentHash::of(&bytes);
@@ -105,5 +105,84 @@ impl EditedTemplate {
     pub(super) fn keep(&self, store: &Store) -> Result<&str, SessionError> {
         store.keep_bytes(&self.bytes)?;
         Ok(&self.file)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::session::recipe::StepRecipe;
+
+    /// A template of that rank, as its file has it.
+    fn text(rank: u32) -> Vec<u8> {
+        let mut template = GarmentTemplate::built_in("coat").unwrap();
+        template.rank = rank;
+        template.to_text().unwrap().into_bytes()
+    }
+
+    fn recipe(hash: Option<ContentHash>) -> Recipe {
+        let kind = PaintedKind { name: "cape".into(), hash, ..PaintedKind::default() };
+        let step = StepRecipe { name: "red".into(), template: Some("cape".into()), ..StepRecipe::default() };
+        Recipe { templates: vec![kind], steps: vec![step], ..Recipe::new(None) }
+    }
+
+    fn rank(recipe: &Recipe) -> Option<u32> {
+        assert_eq!(recipe.steps[0].painted.0.is_some(), recipe.templates[0].template.0.is_some());
+        recipe.steps[0].painted.0.as_ref().map(|template| template.rank)
+    }
+
+    #[test]
+    fn a_kind_is_read_from_its_file_or_else_from_the_copy() {
+        let dir = tempfile::tempdir().unwrap();
+        let store = Store::in_session(dir.path());
+        store.create().unwrap();
+        let path = dir.path().join("templates/cape.toml");
+        let mut recipe = recipe(Some(ContentHash::of(&text(70))));
+        let missing = read(&mut recipe, dir.path(), &store).err().map(|e| e.to_string());
+        assert!(missing.as_ref().is_some_and(|e| e.contains("cape.toml")), "{missing:?}");
+        store.keep_bytes(&text(70)).unwrap();
+        assert!(read(&mut recipe, dir.path(), &store).unwrap().is_empty());
+        assert_eq!(rank(&recipe), Some(70));
+        place_all(&recipe, dir.path(), &store).unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), text(70));
+        // Edited by hand, and then the earlier version again.
+        std::fs::write(&path, text(80)).unwrap();
+        let before = recipe.clone();
+        let edited = read(&mut recipe, dir.path(), &store).unwrap();
+        assert_eq!((edited.len(), rank(&recipe)), (1, Some(80)));
+        assert_ne!(recipe, before, "the recipe names the new content");
+        assert_eq!(edited[0].keep(&store).unwrap(), "templates/cape.toml");
+        assert_eq!(recipe.templates[0].hash, Some(ContentHash::of(&text(80))));
+        assert!(read(&mut recipe, dir.path(), &store).unwrap().is_empty());
+        place_all(&before, dir.path(), &store).unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), text(70));
+    }
+
+    #[test]
+    fn an_earlier_recipe_is_read_from_the_copies_alone() {
+        let dir = tempfile::tempdir().unwrap();
+        let store = Store::in_session(dir.path());
+        store.create().unwrap();
+        let hash = store.keep_bytes(&text(70)).unwrap();
+        std::fs::create_dir(dir.path().join("templates")).unwrap();
+        std::fs::write(dir.path().join("templates/cape.toml"), text(80)).unwrap();
+        let mut recipe = recipe(Some(hash));
+        recall(&mut recipe, &store);
+        assert_eq!(rank(&recipe), Some(70));
+        store.remove(hash);
+        recall(&mut recipe, &store);
+        assert_eq!(rank(&recipe), None);
+    }
+
+    #[test]
+    fn a_fault_in_a_file_is_told_in_one_line() {
+        for (content, says) in [
+            (b"rank = \xff".to_vec(), "it is not text"),
+            (b"rank = x".to_vec(), "line 1, column"),
+            (text(70)[..40].to_vec(), "line"),
+        ] {
+            let fault = loaded("cape", &content).unwrap_err();
+            assert!(fault.contains(says) && !fault.contains('\n'), "{fault}");
+        }
     }
 }
