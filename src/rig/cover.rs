@@ -11,10 +11,10 @@ const STANCES: [Stance; 5] = [Stance::Bind, Stance::ArmsUp, Stance::Squat, Stanc
 /// How many of them are the same for left and right.
 const SYMMETRIC: usize = 3;
 
-/// Rays around a normal: angle to it in degrees, and number. The flattest come first, as they are the first to escape at
-/// an opening. 75° is nearly four times as far along the cloth as the gap is wide; flatter rays meet wrinkles of the own
-/// surface, and from below a skirt they would see everything.
-const RINGS: [(f64, usize); 3] = [(75.0, 15), (45.0, 8), (0.0, 1)];
+/// Rays around a normal, besides the one along it: angle to it in degrees, and number. The flattest come first, as they
+/// are the first to escape at an opening. 75° is nearly four times as far along the cloth as the gap is wide; flatter rays
+/// meet wrinkles of the own surface, and from below a skirt they would see everything.
+const RINGS: [(f64, usize); 2] = [(75.0, 11), (45.0, 6)];
 /// Length of the rays in metres: across a wide skirt from one leg to the far side. Cloth that is farther away is another
 /// part of the garment, seen through an opening.
 const REACH: f64 = 0.4;
@@ -29,11 +29,12 @@ const MOST_CROSSINGS: usize = 8;
 /// For each vertex of each layer, whether the layers further out hide it in the bind pose, with arms overhead, in a squat,
 /// with either thigh raised to 90°, and in a long step of either leg.
 ///
-/// A vertex is hidden if no sight line within 75° of its normal reaches it: each of 24 rays leaves a layer further out
-/// within 40 cm, through the inside of the cloth. So skin in a neck opening, in an open front or at a cuff is not hidden.
-/// Garments are drawn from both sides, so their inside must be hidden too, by any layer. The directions differ from
-/// vertex to vertex, and a covered vertex has hidden neighbours only, so an opening narrower than the rays are apart is
-/// still found.
+/// A vertex is hidden if no sight line within 75° of its normal reaches it: each of 18 rays leaves a layer further out
+/// within 40 cm, through the inside of the cloth, or is blocked from the front by the vertex's own layer or one further
+/// in; the ray along the normal must leave a layer further out. So skin in a neck opening, in an open front or at a cuff is
+/// not hidden. Garments are drawn from both sides, so their inside must be hidden too, by any layer. The directions differ
+/// from vertex to vertex, and a covered vertex has hidden neighbours only, so an opening narrower than the rays are apart
+/// is still found.
 ///
 /// In a pose other than the bind pose, a vertex that pierces the cloth over it by at most 6 cm counts as below it: linear
 /// blend skinning pushes thighs through skirts, and what is covered is removed so that this is not seen. In the bind
@@ -115,14 +116,17 @@ impl PosedLayers {
             return false;
         }
         let phase = phase(v, self.number);
-        let below_cloth = |from: &Point| directions(&normal, phase).all(|d| self.leaves_outer_layer(rank, from, &d));
-        let front = below_cloth(&(p + normal * ABOVE_SURFACE))
-            || (self.number > 0 && self.below_pierced_cloth(rank, &p, &normal).is_some_and(|from| below_cloth(&from)));
+        let below_cloth = |from: Point| self.is_below_cloth(rank, &from, &normal, phase);
+        let front = below_cloth(p + normal * ABOVE_SURFACE)
+            || (self.number > 0 && self.below_pierced_cloth(rank, &p, &normal).is_some_and(below_cloth));
         front && (rank == 0 || self.is_hidden_from_behind(rank, &p, &normal, phase))
     }
 
-    fn leaves_outer_layer(&self, rank: usize, from: &Point, direction: &Vec3) -> bool {
-        self.surfaces[rank + 1..].iter().any(|outer| leaves(outer, from, direction))
+    /// Whether nobody outside sees a point at the front of a layer.
+    fn is_below_cloth(&self, rank: usize, from: &Point, normal: &Vec3, phase: f64) -> bool {
+        let leaves_cloth = |d: &Vec3| self.surfaces[rank + 1..].iter().any(|outer| leaves(outer, from, d));
+        let is_blocked = |d: &Vec3| self.surfaces[..=rank].iter().rev().any(|inner| enters(inner, from, d));
+        tilted(normal, phase).all(|d| leaves_cloth(&d) || is_blocked(&d)) && leaves_cloth(normal)
     }
 
     /// The point just below the nearest cloth behind a vertex, if the vertex is on the outside of that cloth.
@@ -138,7 +142,7 @@ impl PosedLayers {
     /// itself or a layer further out.
     fn is_hidden_from_behind(&self, rank: usize, p: &Point, normal: &Vec3, phase: f64) -> bool {
         let from = p - normal * ABOVE_SURFACE;
-        directions(&-normal, phase).all(|d| {
+        std::iter::once(-normal).chain(tilted(&-normal, phase)).all(|d| {
             self.surfaces[..rank].iter().rev().any(|inner| inner.cast_ray(&from, &d, REACH).is_some())
                 || self.surfaces[rank..].iter().any(|outer| leaves(outer, &from, &d))
         })
@@ -162,6 +166,12 @@ fn leaves(surface: &SurfaceIndex, from: &Point, direction: &Vec3) -> bool {
     false
 }
 
+/// Whether a ray meets a surface from the front.
+fn enters(surface: &SurfaceIndex, from: &Point, direction: &Vec3) -> bool {
+    let hit = surface.cast_ray(from, direction, REACH);
+    hit.is_some_and(|hit| surface.mesh().area_vector(hit.face).dot(direction) < 0.0)
+}
+
 /// By how much of their spacing the rays of a vertex are turned about the normal, 0–1: multiples of the golden ratio and
 /// of √2, so that neighbours and poses differ.
 fn phase(v: VertexId, pose: usize) -> f64 {
@@ -169,7 +179,7 @@ fn phase(v: VertexId, pose: usize) -> f64 {
 }
 
 /// The rays of [`RINGS`] around a unit normal.
-fn directions(normal: &Vec3, phase: f64) -> impl Iterator<Item = Vec3> {
+fn tilted(normal: &Vec3, phase: f64) -> impl Iterator<Item = Vec3> {
     let normal = *normal;
     let mut axis = Vec3::zeros();
     axis[normal.iamin()] = 1.0;
