@@ -7,7 +7,7 @@ mod iteration;
 mod normal_equations;
 mod posed;
 mod prior;
-mod robust;
+mod robust_kernel;
 mod schedule;
 
 pub use iteration::FitIteration;
@@ -18,5 +18,5 @@ pub(crate) use iteration::{StoppingRule, iterate};
 pub(crate) use normal_equations::{DAMPING, NormalEquations, PosePrior, Singular, Unknowns, solve_together};
 pub(crate) use posed::{Posed, Residual, greatest_joint_move};
 pub(crate) use prior::{held_joints, limbs_only, pose_stiffness};
-pub(crate) use robust::{mean_residual, robust};
+pub(crate) use robust_kernel::{mean_residual, robust};
 pub(crate) use schedule::Phase;
