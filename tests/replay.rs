@@ -30,6 +30,7 @@ fn a_recipe_gives_the_same_bytes_on_another_path_with_another_number_of_threads(
     let alice = built_quick_session(dir.path(), "alice");
     let first = results(&alice);
     assert!(first.len() > 1 + 10, "the state, and what each stage made");
+    std::fs::create_dir_all(dir.path().join("deep/er")).unwrap();
     for (into, threads) in [("deep/er/bob", "1"), ("carol", "3")] {
         let output = Command::new(env!("CARGO_BIN_EXE_overcoat"))
             .args(["replay", "alice/recipe.toml", "--into", into, "--json"])

@@ -86,5 +86,6 @@ fn removed_lines(removed: &[RemovedPart], verbosity: Verbosity) -> Vec<String> {
 /// The share of the parts' area that was removed.
 fn percent(parts: &[&RemovedPart]) -> f64 {
     let sum = |of: fn(&RemovedPart) -> f64| parts.iter().map(|part| of(part)).sum::<f64>();
-    100.0 * sum(|part| part.removed_area) / sum(|part| part.area).max(f64::MIN_POSITIVE)
+    // An empty sum is minus zero, which would be printed so.
+    100.0 * sum(|part| part.removed_area) / sum(|part| part.area).max(f64::MIN_POSITIVE) + 0.0
 }
