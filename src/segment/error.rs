@@ -16,6 +16,14 @@ pub enum SegmentError {
         /// The known name spelt most similarly.
         nearest: Option<String>,
     },
+    /// No fabric of that name.
+    #[error("there is no fabric '{name}'; there are: {}", known.join(", "))]
+    UnknownFabric {
+        /// The requested name.
+        name: String,
+        /// The known names.
+        known: Vec<String>,
+    },
     /// A template's text cannot be read.
     #[error("the garment template '{name}' cannot be read: {reason}")]
     BadTemplate {
@@ -167,7 +175,7 @@ impl SegmentError {
                 Some("choose the kind nearest to the garment and give its limits with --until and --sleeve".into())
             }
             Self::BadTemplate { .. } => Some("see templates/garments/*.toml for the layout".into()),
-            Self::BadExtent { .. } => None,
+            Self::BadExtent { .. } | Self::UnknownFabric { .. } => None,
             Self::NoSuchPart { takes, .. } => Some(match takes.as_slice() {
                 [] => "it takes neither --until nor --sleeve".into(),
                 takes => format!("it takes {}", takes.join(" and ")),

@@ -1,6 +1,7 @@
 //! Garment templates: what a kind of garment covers, where it is tight and where loose.
 
 use super::error::SegmentError;
+use super::fabric::Fabric;
 use super::region::PaintedRegion;
 use serde::{Deserialize, Serialize};
 
@@ -141,7 +142,7 @@ pub struct GarmentTemplate {
     /// Description in one line; not serialised, because no result depends on it.
     #[serde(skip)]
     pub about: String,
-    /// Usual fabric preset.
+    /// Its usual fabric, one of [`Fabric::all`].
     pub fabric: String,
     /// Usual place in the stack, small inside: 10 underwear, 20 shirts, 30 pullovers, 50 jackets, 60 coats.
     pub rank: u32,
@@ -216,6 +217,7 @@ impl GarmentTemplate {
         let bad = |reason: String| SegmentError::BadTemplate { name: name.into(), reason };
         let entries: Entries = toml::from_str(text).map_err(|e| bad(e.to_string().trim_end().into()))?;
         entries.check().map_err(bad)?;
+        Fabric::named(&entries.fabric).map_err(|e| bad(e.to_string()))?;
         let Entries {
             about,
             fabric,
