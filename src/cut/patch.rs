@@ -1,6 +1,6 @@
 //! A triangulated patch over a closed ring of points.
 
-use crate::geometry::Point;
+use crate::geometry::{Point, least_area_faces};
 use std::collections::BTreeMap;
 
 /// Greatest number of points of a filled ring: the time grows with its cube (250: some 10 ms).
@@ -25,7 +25,7 @@ impl Patch {
         if !(3..=GREATEST_RING).contains(&ring.len()) {
             return None;
         }
-        let faces = least_area(ring, &taken)?;
+        let faces = least_area_faces(ring, &taken)?;
         let mut patch = Self { points: ring.to_vec(), faces };
         let count = ring.len();
         let length = |i: usize| (ring[(i + 1) % count] - ring[i]).norm();
@@ -107,44 +107,6 @@ impl Patch {
 
 /// Sum of opposite angles above which an edge is flipped, in radians: π, and a margin against flipping back and forth.
 const FLAT_ENOUGH: f64 = std::f64::consts::PI + 1e-9;
-
-/// The triangulation of a ring with the least area, by dynamic programming.
-fn least_area(ring: &[Point], taken: &impl Fn(usize, usize) -> bool) -> Option<Vec<[usize; 3]>> {
-    let n = ring.len();
-    let mut cost = vec![0.0; n * n];
-    let mut middle = vec![usize::MAX; n * n];
-    for span in 2..n {
-        for i in 0..n - span {
-            let j = i + span;
-            let whole = i == 0 && j == n - 1;
-            let mut best = (f64::INFINITY, usize::MAX);
-            if whole || !taken(i, j) {
-                for k in i + 1..j {
-                    let area = 0.5 * (ring[k] - ring[i]).cross(&(ring[j] - ring[i])).norm();
-                    let total = cost[i * n + k] + cost[k * n + j] + area;
-                    if total < best.0 {
-                        best = (total, k);
-                    }
-                }
-            }
-            (cost[i * n + j], middle[i * n + j]) = best;
-        }
-    }
-    if !cost[n - 1].is_finite() {
-        return None;
-    }
-    let mut faces = Vec::with_capacity(n - 2);
-    let mut open = vec![(0, n - 1)];
-    while let Some((i, j)) = open.pop() {
-        if j - i < 2 {
-            continue;
-        }
-        let k = middle[i * n + j];
-        faces.push([j, k, i]);
-        open.extend([(i, k), (k, j)]);
-    }
-    Some(faces)
-}
 
 #[cfg(test)]
 mod tests {

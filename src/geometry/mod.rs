@@ -7,9 +7,11 @@ mod face_tree;
 mod geodesic;
 mod intersection;
 mod laplacian;
+mod least_area;
 mod mean_value;
 mod mesh;
 mod nearest_vertex;
+mod piercing;
 #[cfg(test)]
 mod shapes_for_tests;
 #[cfg(test)]
@@ -25,9 +27,11 @@ pub use adjacency::Adjacency;
 pub use geodesic::geodesic_distances;
 pub use intersection::{intersecting_pairs, self_intersecting_pairs, triangles_cross};
 pub use laplacian::{Laplacian, cotangent_laplacian, uniform_laplacian};
+pub use least_area::least_area_faces;
 pub use mean_value::mean_value_coordinates;
 pub use mesh::{Aabb, FaceId, MeshError, PerFace, PerVertex, Point, TriMesh, Vec3, VertexId};
 pub use nearest_vertex::NearestVertex;
+pub use piercing::Piercing;
 pub use simplify::{TriangleShapes, simplified};
 pub use smoothed_normals::smoothed_normals;
 pub use surface_index::{RayHit, SurfaceIndex, SurfacePoint};

@@ -2,7 +2,7 @@
 
 use super::face_tree::FaceTree;
 use super::triangle::closest_on_triangle;
-use super::{Aabb, Adjacency, FaceId, PerFace, PerVertex, Point, TriMesh, Vec3, VertexId};
+use super::{Aabb, Adjacency, FaceId, PerFace, PerVertex, Piercing, Point, TriMesh, Vec3, VertexId};
 use std::sync::OnceLock;
 
 /// A bounding volume hierarchy of the faces, prepared once, queried often and from many threads.
@@ -145,6 +145,14 @@ impl SurfaceIndex {
     /// **Shapes** `faces` any number of ids of `other`; the result has one entry per pair.
     pub fn crossing_pairs(&self, other: &TriMesh, faces: &[FaceId]) -> Vec<(FaceId, FaceId)> {
         super::intersection::pairs_of_faces(other, faces, &self.tree, |_, _| true)
+    }
+
+    /// All edges of this mesh that pass through its faces where one of the two faces is in `faces`, in ascending order.
+    /// Exact.
+    ///
+    /// **Shapes** `faces` any number of ids; the result has one entry per edge of a face and pierced face.
+    pub fn piercings(&self, faces: &[FaceId]) -> Vec<Piercing> {
+        super::piercing::piercings(&self.mesh, &self.tree, faces)
     }
 
     /// All faces no farther than `radius`, in ascending order.

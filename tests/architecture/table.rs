@@ -72,6 +72,7 @@ pub const CRATE_OWNERS: &[(&str, &[&str])] = &[
     ("postcard", &["session"]),
     ("pulp", &["numerics"]),
     ("rerun", &["view"]),
+    ("robust", &["geometry"]),
     ("rustyline", &["cli"]),
     ("shlex", &["cli", "session"]),
     ("signal_hook", &["cli"]),
