@@ -1,7 +1,7 @@
 //! Intersecting triangle pairs of two surfaces. This is the plain definition, pair by pair: the metric must not use the
 //! intersection test of the stage that it evaluates.
 
-use crate::geometry::{FaceId, Point, SurfaceIndex, TriMesh};
+use crate::geometry::{FaceId, Point, SurfaceIndex, TriMesh, VertexId};
 use rayon::prelude::*;
 
 /// The number of pairs, one triangle of each mesh, that intersect: an edge of one passes through the other. Triangles
@@ -16,6 +16,31 @@ pub(super) fn crossing_pairs(a: &TriMesh, b: &TriMesh) -> usize {
             let centre = Point::from((triangle[0].coords + triangle[1].coords + triangle[2].coords) / 3.0);
             let reach = triangle.iter().map(|p| (p - centre).norm()).fold(0.0, f64::max);
             index.faces_within(&centre, reach).into_iter().filter(|&g| cross(&triangle, &b.triangle(g))).count()
+        })
+        .sum()
+}
+
+/// The number of pairs of triangles of one mesh that intersect: an edge of one passes through the other, with which it
+/// shares no vertex.
+pub(super) fn self_crossing_pairs(mesh: &TriMesh) -> usize {
+    let index = SurfaceIndex::prepare(mesh);
+    let faces: Vec<FaceId> = mesh.face_ids().collect();
+    let edges_pierce = |f: FaceId, g: FaceId| {
+        let (ends, corners) = (mesh.faces()[f], mesh.faces()[g]);
+        let is_apart = |v: VertexId| !corners.contains(&v);
+        (0..3).map(|k| [ends[k], ends[(k + 1) % 3]]).any(|[p, q]| {
+            let (from, to) = (&mesh.points()[p], &mesh.points()[q]);
+            is_apart(p) && is_apart(q) && pierces(from, to, &mesh.triangle(g))
+        })
+    };
+    faces
+        .par_iter()
+        .map(|&f| {
+            let triangle = mesh.triangle(f);
+            let centre = Point::from((triangle[0].coords + triangle[1].coords + triangle[2].coords) / 3.0);
+            let reach = triangle.iter().map(|p| (p - centre).norm()).fold(0.0, f64::max);
+            let near = index.faces_within(&centre, reach).into_iter().filter(|&g| g > f);
+            near.filter(|&g| edges_pierce(f, g) || edges_pierce(g, f)).count()
         })
         .sum()
 }

@@ -1,6 +1,6 @@
 //! Metrics of a garment: its labels on the scan, its hems, and its intersections with other layers.
 
-use super::crossings::crossing_pairs;
+use super::crossings::{crossing_pairs, self_crossing_pairs};
 use super::error::MeasureError;
 use super::sample::mean;
 use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh, VertexId};
@@ -17,14 +17,14 @@ const INSIDE_FROM: f64 = 1e-6;
 /// Deeper than this it belongs to the other side of the body, metres.
 const INSIDE_TO: f64 = 0.05;
 
-/// Two layers in the bind pose.
+/// Two layers in the bind pose, or one layer with itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LayerPair {
     /// The inner layer's name.
     pub inner: String,
     /// The outer layer's name.
     pub outer: String,
-    /// Triangle pairs, one of each layer, that intersect.
+    /// Triangle pairs, one of each layer, that intersect; of one layer with itself those that share no vertex, or one.
     pub intersecting_pairs: usize,
     /// Share of the outer layer's vertices that are inside the inner layer, percent.
     pub inside_percent: f64,
@@ -148,9 +148,10 @@ fn resampled(mesh: &TriMesh, ring: &[VertexId]) -> Vec<Point> {
     walked
 }
 
-/// The intersections of every pair of `layers` (name and surface, innermost first) in the bind pose.
+/// The intersections of every pair of `layers` (name and surface, innermost first), and of each layer with itself, in the
+/// bind pose.
 ///
-/// **Shapes** L layers; L (L − 1) / 2 pairs.
+/// **Shapes** L layers; L (L + 1) / 2 pairs.
 pub fn layer_pairs(layers: &[(&str, &TriMesh)]) -> Vec<LayerPair> {
     let mut pairs = Vec::new();
     for (o, (outer_name, outer)) in layers.iter().enumerate() {
@@ -162,6 +163,12 @@ pub fn layer_pairs(layers: &[(&str, &TriMesh)]) -> Vec<LayerPair> {
                 inside_percent: inside_percent(outer, inner),
             });
         }
+        pairs.push(LayerPair {
+            inner: (*outer_name).to_owned(),
+            outer: (*outer_name).to_owned(),
+            intersecting_pairs: self_crossing_pairs(outer),
+            inside_percent: 0.0,
+        });
     }
     pairs
 }

@@ -1,9 +1,9 @@
 //! Each metric is good on the truth itself, and visibly worse on a damaged input.
 
-use super::crossings::crossing_pairs;
+use super::crossings::{crossing_pairs, self_crossing_pairs};
 use super::*;
 use crate::body::{HumanJoint, Side};
-use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
+use crate::geometry::{FaceId, PerVertex, Point, TriMesh, Vec3};
 
 const RINGS: usize = 40;
 const SECTORS: usize = 60;
@@ -218,10 +218,11 @@ fn hems_are_counted_and_teeth_are_felt() {
 fn pairs_see_poke_through_and_depth_and_ignore_what_is_beyond_a_hem() {
     let (body, shirt, coat) = (egg(0.0), band(0.01), band(0.02));
     let clear = layer_pairs(&[("body", &body), ("shirt", &shirt), ("coat", &coat)]);
-    assert_eq!(clear.len(), 3);
+    assert_eq!(clear.len(), 6, "each pair of layers, and each layer with itself");
     assert!(clear.iter().all(|p| p.intersecting_pairs == 0 && p.inside_percent == 0.0), "{clear:?}");
     let poked = shifted(&shirt, Vec3::new(0.0, 0.0, 0.02));
     let pairs = layer_pairs(&[("body", &body), ("shirt", &poked)]);
+    let pairs: Vec<_> = pairs.into_iter().filter(|pair| pair.inner != pair.outer).collect();
     assert!(pairs[0].intersecting_pairs > 20, "{pairs:?}");
     assert!((5.0..60.0).contains(&pairs[0].inside_percent), "{pairs:?}");
     assert!(inside_percent(&band(-0.003), &body) > 99.0);
@@ -240,6 +241,10 @@ fn crossing_triangles_are_counted_once_a_pair() {
     assert_eq!(crossing_pairs(&through, &flat), 1);
     assert_eq!(crossing_pairs(&flat, &above), 0);
     assert_eq!(crossing_pairs(&flat, &flat), 0, "lying in one plane is no crossing");
+    let both = [flat.triangle(FaceId(0)), through.triangle(FaceId(0))].concat();
+    let both = TriMesh::try_from_indices(both, &[[0, 1, 2], [3, 4, 5]]).unwrap();
+    assert_eq!(self_crossing_pairs(&both), 1);
+    assert_eq!(self_crossing_pairs(&egg(0.0)), 0);
 }
 
 #[test]
