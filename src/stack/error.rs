@@ -8,6 +8,12 @@ pub enum StackError {
     /// A parameter has a value that it may not have.
     #[error(transparent)]
     Parameter(#[from] crate::parameters::NotAllowed),
+    /// The moved surfaces are not a mesh.
+    #[error("stacking made an invalid mesh: {0}")]
+    Mesh(#[from] crate::geometry::MeshError),
+    /// A layer is made of an unknown fabric.
+    #[error(transparent)]
+    Fabric(#[from] crate::segment::SegmentError),
     /// No faces.
     #[error("the garment has no faces")]
     EmptyGarment,
@@ -50,6 +56,8 @@ impl StackError {
             Self::WrongLength { .. } | Self::SurfaceCount { .. } | Self::NoSuchJoint { .. } | Self::Parameter(_) => {
                 None
             }
+            Self::Fabric(error) => error.hint(),
+            Self::Mesh(_) => None,
             Self::Unsolved(error) => error.hint(),
         }
     }

@@ -9,8 +9,11 @@ use super::params::StackParams;
 use crate::body::{Figure, Layer, Limb};
 use crate::geometry::TriMesh;
 use crate::parameters::{Allowed, Parameters, parameters};
+use crate::segment::Fabric;
 use serde::{Deserialize, Serialize};
 
+/// Distance of cloth of no known fabric from the layer inside, in metres: the thickness of a thick shirt.
+const UNKNOWN_THICKNESS: f64 = 1.2e-3;
 /// Clearance of the outermost garment from cloth that could not be pressed further, as a share of the clearance. Almost
 /// none: with more, the garment would rise everywhere off the cloth just pressed below it.
 const TOUCHING: f64 = 0.1;
@@ -24,9 +27,8 @@ parameters! {
         pub least_cosine: f64 =
             0.5, Allowed::Real(-1.0, 1.0),
             "Layers whose normals differ by more than this cosine do not press each other";
-        /// How cloth yields. `clearance` is the least distance of inner cloth below the outer surface and above the
-        /// body: 1.2 mm, the thickness of a shirt; the margin of the fit leaves room for both. Fewer rounds than in the
-        /// bind pose, which is the exported one.
+        /// How cloth yields. Two layers keep at least the thickness of the outer one's fabric apart, and `clearance`:
+        /// 1.2 mm, what scans leave of the noise. Fewer rounds than in the bind pose, which is the exported one.
         #[serde(flatten)]
         pub stack: StackParams =
             StackParams { clearance: 0.0012, iterations: 8, ..StackParams::default() }, @nested;
@@ -75,6 +77,8 @@ pub fn press(
     };
     check_surfaces(figure, surfaces)?;
     params.check_values()?;
+    let thicknesses = thicknesses(figure)?;
+    let at_thickness = |k: usize| StackParams { clearance: stack.clearance.max(thicknesses[k]), ..stack.clone() };
     let layers: Vec<(&Layer, &TriMesh)> = figure.layers.iter().zip(surfaces).collect();
     let Some((&(body_layer, body), garments)) = layers.split_first() else { return Ok(Default::default()) };
     let Some((&(outer_layer, outer), inner)) = garments.split_last() else { return Ok(Default::default()) };
@@ -82,15 +86,17 @@ pub fn press(
     let on_body = [obstacle(body, body_layer)];
     let mut above = vec![obstacle(&outer.flipped(), outer_layer)];
     let (mut pressed, mut reports) = (Vec::new(), Vec::new());
-    for &(layer, mesh) in inner.iter().rev() {
+    for (k, &(layer, mesh)) in inner.iter().enumerate().rev() {
+        // The body is layer 0.
+        let (own, outer) = (at_thickness(k + 1), at_thickness(k + 2));
         let limbs = limbs_of(&layer.weights, &limb_of_joint);
         let outside = |m: &TriMesh| above.iter().map(|o| o.count_pressed(&m.flipped(), &limbs)).sum();
         let outside_before: usize = outside(mesh);
         let moved = if outside_before == 0 {
             mesh.clone()
         } else {
-            let below = cleared(&mesh.flipped(), &limbs, &above, stack)?.0.flipped();
-            cleared(&below, &limbs, &on_body, stack)?.0
+            let below = cleared(&mesh.flipped(), &limbs, &above, &outer)?.0.flipped();
+            cleared(&below, &limbs, &on_body, &own)?.0
         };
         let outside_after = outside(&moved);
         reports.push(PressReport { outside_before, outside_after, ..report(&layer.name, mesh, &moved) });
@@ -105,12 +111,22 @@ pub fn press(
     let limbs = limbs_of(&outer_layer.weights, &limb_of_joint);
     let left = |m: &TriMesh| below.iter().map(|o| o.count_pressed(m, &limbs)).sum();
     let outside_before: usize = left(outer);
-    let touching = StackParams { clearance: stack.clearance * TOUCHING, ..stack.clone() };
+    let outermost = at_thickness(inner.len() + 1);
+    let touching = StackParams { clearance: outermost.clearance * TOUCHING, ..outermost };
     let moved_outer = if outside_before == 0 { outer.clone() } else { cleared(outer, &limbs, &below, &touching)?.0 };
     let outside_after = left(&moved_outer);
     reports.push(PressReport { outside_before, outside_after, ..report(&outer_layer.name, outer, &moved_outer) });
     pressed.push(moved_outer);
     Ok((pressed, reports))
+}
+
+/// Per layer the thickness of its fabric, in metres.
+pub(super) fn thicknesses(figure: &Figure) -> Result<Vec<f64>, StackError> {
+    let thickness = |layer: &Layer| match &layer.fabric {
+        None => Ok(UNKNOWN_THICKNESS),
+        Some(name) => Ok(Fabric::named(name)?.thickness),
+    };
+    figure.layers.iter().map(thickness).collect()
 }
 
 fn check_surfaces(figure: &Figure, surfaces: &[TriMesh]) -> Result<(), StackError> {

@@ -22,6 +22,10 @@ pub struct LayerReport {
 pub struct StackReport {
     /// One entry per inner layer, innermost first.
     pub layers: Vec<LayerReport>,
+    /// Vertices of any garment inside a layer further in, after stacking.
+    pub inside: usize,
+    /// Pairs of triangles that cross after stacking, in all layers: of two layers, or of one.
+    pub crossing_pairs: usize,
     /// Mean move of all vertices.
     pub mean_move: f64,
     /// Greatest move.
@@ -30,15 +34,4 @@ pub struct StackReport {
     pub mean_move_of_clear: f64,
     /// Rounds spent on separating crossing triangles.
     pub rounds: usize,
-}
-
-impl StackReport {
-    /// Garment vertices inside some inner layer after stacking, counted once per layer.
-    pub fn inside_after(&self) -> usize {
-        self.layers.iter().map(|l| l.inside_after).sum()
-    }
-    /// Crossing pairs with all inner layers after stacking.
-    pub fn intersecting_pairs_after(&self) -> usize {
-        self.layers.iter().map(|l| l.intersecting_pairs_after).sum()
-    }
 }

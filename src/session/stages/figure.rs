@@ -33,7 +33,8 @@ pub(in crate::session) struct BodyInputs {
 
 pub(in crate::session) struct GarmentInputs {
     rigged: Kept<RiggedGarment>,
-    stacked: Kept<TriMesh>,
+    /// The surfaces of all garments.
+    stacked: Kept<Vec<TriMesh>>,
     inner: Kept<Figure>,
     spec: GarmentSpec,
     params: PhysicsParams,
@@ -41,7 +42,7 @@ pub(in crate::session) struct GarmentInputs {
 
 impl PipelineStage for FigureStage {
     const STAGE: Stage = Stage::Figure;
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
     type Inputs = Inputs;
     type Output = Figure;
 
@@ -112,8 +113,15 @@ fn with_garment(
     step: &StepRecipe,
     session: &Session,
 ) -> Result<Outcome<Figure>, SessionError> {
-    let (rigged, mesh) = (session.store.load(rigged)?, session.store.load(stacked)?);
+    let (rigged, mut garments) = (session.store.load(rigged)?, session.store.load(stacked)?);
     let mut figure = session.figure(inner)?;
+    let (surfaces, layers) = (garments.len(), figure.layers.len());
+    let Some(mesh) = garments.pop().filter(|_| surfaces == layers) else {
+        return Err(SessionError::Internal { what: format!("{surfaces} stacked surfaces on {layers} layers") });
+    };
+    for (layer, pressed) in figure.layers.iter_mut().skip(1).zip(garments) {
+        layer.mesh = pressed;
+    }
     let loose = spec.template.loose_part(mesh.points(), figure.body(), &figure.skeleton);
     let physics = physics_weights(&mesh, &figure.body().mesh, &loose, &params)
         .map_err(|e| SessionError::stage(&step.name, Stage::Figure, e))?;

@@ -31,7 +31,7 @@ pub(in crate::session) type PosedGarments = Vec<TriMesh>;
 
 impl PipelineStage for PressStage {
     const STAGE: Stage = Stage::Press;
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     type Inputs = Inputs;
     type Output = PosedGarments;
 
