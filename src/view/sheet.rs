@@ -8,7 +8,7 @@ use super::scene::{Part, Scene};
 use super::style::{
     BORDER, CAPTION, GUTTER, HEAD, NOTE, NOTE_NAME, PAPER, ROW_TITLE, SUBTITLE, TITLE, draw_scale_bar, rule,
 };
-use crate::geometry::Aabb;
+use crate::geometry::{Aabb, Point};
 
 /// Width in pixels of the panel with a row's name and measurements.
 const PANEL: usize = 300;
@@ -54,12 +54,19 @@ pub struct Cell<'a> {
     pub parts: Vec<Part<'a>>,
     /// The side that the picture shows.
     pub facing: Facing,
+    /// A close-up: its middle, and half its height in metres. It has a scale of its own.
+    pub closer: Option<(Point, f64)>,
 }
 
 impl<'a> Cell<'a> {
     /// A picture of some parts.
     pub fn new(caption: &str, parts: &[Part<'a>], facing: Facing) -> Self {
-        Self { caption: caption.into(), parts: parts.to_vec(), facing }
+        Self { caption: caption.into(), parts: parts.to_vec(), facing, closer: None }
+    }
+
+    /// This picture as a close-up: its middle, and half its height in metres.
+    pub fn closer(self, target: Point, radius: f64) -> Self {
+        Self { closer: Some((target, radius)), ..self }
     }
 }
 
@@ -118,11 +125,15 @@ pub fn contact_sheet(sheet: &Sheet<'_>) -> Picture {
         let Some(bounds) = row.bounds() else { continue };
         for (column, cell) in row.cells.iter().enumerate() {
             let left = BORDER + panel + column * (cell_width + GUTTER);
-            let camera = Camera::facing(cell.facing, &bounds).with_metres_per_pixel(metres_per_pixel);
-            let scene = Scene { parts: cell.parts.clone(), floor: Some(bounds.min.y) };
+            let camera = Camera::facing(cell.facing, &bounds);
+            let (camera, floor) = match cell.closer {
+                Some((target, radius)) => (camera.closer(target, radius), None),
+                None => (camera.with_metres_per_pixel(metres_per_pixel), Some(bounds.min.y)),
+            };
+            let scene = Scene { parts: cell.parts.clone(), floor };
             let mut picture = render(&scene, &camera, cell_width, cell_height);
             CAPTION.write(&mut picture, &cell.caption, 12.0, 22.0);
-            if column == 0 {
+            if column == 0 && cell.closer.is_none() {
                 draw_scale_bar(&mut picture, metres_per_pixel);
             }
             page.paste(&picture, left, top);
@@ -136,7 +147,7 @@ fn common_scale(sheet: &Sheet<'_>, [width, height]: [usize; 2]) -> f64 {
     let usable = (height as f64 * (1.0 - AIR_PER_HEIGHT)) as usize;
     let needed = sheet.rows.iter().flat_map(|row| {
         let bounds = row.bounds();
-        row.cells.iter().filter_map(move |cell| {
+        row.cells.iter().filter(|cell| cell.closer.is_none()).filter_map(move |cell| {
             let camera = Camera::facing(cell.facing, &bounds?);
             let points = cell.parts.iter().flat_map(|part| part.mesh.points().iter());
             Some(camera.metres_per_pixel_for(points, width, usable))
@@ -201,7 +212,7 @@ fn draw_ramp(page: &mut Picture, meaning: &str, range: [f64; 2], [left, right]: 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Point, TriMesh};
+    use crate::geometry::TriMesh;
 
     fn plate(height: f64) -> TriMesh {
         let corner = |x: f64, y: f64| Point::new(x, y, 0.0);

@@ -28,6 +28,17 @@ fn colored(step: &StepVerdict) -> String {
     format!("{}: {color}{word}{reset}{rest}", step.step)
 }
 
+/// The command has failed if a step has.
+pub(in crate::cli) fn required_unfailed(done: Done, verdicts: &[StepVerdict], context: &Context) -> Done {
+    let is_failed = |v: &&StepVerdict| matches!(v.verdict, Verdict::Failed(_));
+    let failed: Vec<&str> = verdicts.iter().filter(is_failed).map(|v| v.step.as_str()).collect();
+    if failed.is_empty() {
+        return done;
+    }
+    let what = format!("{} of {} steps failed: {}", failed.len(), verdicts.len(), failed.join(", "));
+    done.failed(what, format!("`{}` shows the places", context.overcoat("view --sheet sheet.png")))
+}
+
 /// For `--strict`: the command has failed if a step is not good.
 pub(in crate::cli) fn required_good(done: Done, verdicts: &[StepVerdict], context: &Context) -> Done {
     let doubtful: Vec<&str> = verdicts.iter().filter(|v| !v.verdict.is_good()).map(|v| v.step.as_str()).collect();

@@ -2,6 +2,7 @@
 
 mod body_measures;
 mod covered;
+mod crossing_row;
 mod draw_garment;
 mod export;
 #[cfg(feature = "rerun")]

@@ -1,5 +1,6 @@
 //! The contact sheet: a picture of every step.
 
+use super::crossing_row::CrossingRow;
 use super::outputs::{Content, Outputs};
 use super::posed_step::PosedStep;
 use super::status::StepStatus;
@@ -54,6 +55,13 @@ impl Session {
             let parts: Vec<(String, Part)> =
                 layers.map(|(i, layer)| (layer.name.clone(), Part::solid(&layer.mesh, layer_color(i)))).collect();
             rows.push(SheetRow::layers("layers", vec!["in the bind pose".into()], &parts));
+        }
+        let crossings = match steps.last() {
+            Some(last) => CrossingRow::of(&last.figure, &last.step.name)?,
+            None => None,
+        };
+        if let Some(crossings) = &crossings {
+            rows.push(crossings.row()?);
         }
         let names: Vec<&str> = status.iter().map(|s| s.name.as_str()).collect();
         let sheet = Sheet::new(self.name(), names.join(", "), rows);

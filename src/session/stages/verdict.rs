@@ -15,7 +15,7 @@ pub enum Verdict {
     Good,
     /// The result exists, and something is in doubt: the gravest doubt.
     Check(String),
-    /// There is no result: why, and what to do.
+    /// There is no result, or layers cross in it: why, and what to do.
     Failed(String),
 }
 
@@ -60,16 +60,23 @@ pub(in crate::session) fn verdict_on(step: &StepRecipe, reports: &[StageReport])
     let order = |report: &&StageReport| (report.stage != Stage::Check, report.stage);
     let mut sorted: Vec<&StageReport> = of_step().collect();
     sorted.sort_by_key(order);
-    let warnings: Vec<String> = sorted
-        .into_iter()
-        .flat_map(|report| {
-            let missed = judge(step, report).into_iter().filter(|judged| judged.attained == Attained::Missed);
-            let missed: Vec<Warning> = missed.map(|judged| warning_of(&step.name, &judged)).collect();
-            report.warnings.iter().cloned().chain(missed)
-        })
-        .map(|warning| warning.to_string())
-        .collect();
-    let verdict = warnings.first().map_or(Verdict::Good, |gravest| Verdict::Check(gravest.clone()));
+    let (mut in_conflict, mut doubts) = (Vec::new(), Vec::new());
+    for report in sorted {
+        let missed = judge(step, report).into_iter().filter(|judged| judged.attained == Attained::Missed);
+        let missed = missed.map(|judged| warning_of(&step.name, &judged).to_string());
+        let warned = report.warnings.iter().map(Warning::to_string);
+        // Layers that cross are no doubt but a fault, whatever else is plausible.
+        match report.stage {
+            Stage::Stack => in_conflict.extend(missed.chain(warned)),
+            _ => doubts.extend(warned.chain(missed)),
+        }
+    }
+    let verdict = match (in_conflict.first(), doubts.first()) {
+        (Some(fault), _) => Verdict::Failed(fault.clone()),
+        (None, Some(gravest)) => Verdict::Check(gravest.clone()),
+        (None, None) => Verdict::Good,
+    };
+    let warnings: Vec<String> = in_conflict.into_iter().chain(doubts).collect();
     StepVerdict { step: step.name.clone(), verdict, warnings }
 }
 
@@ -91,15 +98,15 @@ fn warning_of(step: &str, judged: &Judged) -> Warning {
             format!("look at the edges of the {step}, and correct them with `mask {step} STROKES.jsonl`"),
         ),
         "intersecting_pairs" => Warning::new(
-            format!("{value:.0} triangle {} of the {step} intersect an inner layer", plural(value, "pair")),
-            "look at these places before the figure is posed; `mask` can take cloth away there",
+            format!("{value:.0} triangle {} intersect after the {step} was put on", plural(value, "pair")),
+            "`view --sheet sheet.png` shows the places; `mask` can take cloth away there",
         ),
         "inside_after" => Warning::new(
             match value {
-                1.0 => format!("1 vertex of the {step} is inside an inner layer"),
-                _ => format!("{value:.0} vertices of the {step} are inside an inner layer"),
+                1.0 => format!("1 vertex is inside an inner layer after the {step} was put on"),
+                _ => format!("{value:.0} vertices are inside an inner layer after the {step} was put on"),
             },
-            "look at these places before the figure is posed; `mask` can take cloth away there",
+            "`view --sheet sheet.png` shows the places; `mask` can take cloth away there",
         ),
         "outside_percent" => Warning::new(
             format!("skin pokes through the scan on {value:.2} % of its covered area"),
@@ -140,6 +147,17 @@ mod tests {
         let reports = [report(Stage::Cut, &[("hem_loops", 4.0)], vec![])];
         let found = verdict_on(&shirt(), &reports);
         assert_eq!((found.verdict.to_string(), found.warnings.len()), ("good".into(), 0));
+    }
+
+    #[test]
+    fn layers_that_cross_are_a_failure_whatever_else_is_plausible() {
+        let reports = [
+            report(Stage::Cut, &[("hem_loops", 55.0)], vec![]),
+            report(Stage::Stack, &[("intersecting_pairs", 2.0), ("inside_after", 0.0)], vec![]),
+        ];
+        let found = verdict_on(&shirt(), &reports);
+        assert!(found.verdict.to_string().starts_with("failed: 2 triangle pairs intersect"), "{:?}", found.verdict);
+        assert_eq!(found.warnings.len(), 2, "{:?}", found.warnings);
     }
 
     #[test]

@@ -1,0 +1,90 @@
+//! The row of the contact sheet that shows where layers of a figure cross.
+
+use crate::body::Figure;
+use crate::geometry::{PerVertex, Point, TriMesh};
+use crate::session::error::SessionError;
+use crate::session::stage::Stage;
+use crate::stack::crossing_places;
+use crate::view::{Cell, Facing, Paint, Part, SheetRow, layer_color};
+use std::path::Path;
+
+/// Most places that are shown: a row of the sheet has four pictures.
+const MOST_PLACES: usize = 4;
+/// Half the height of a close-up, in metres.
+const RADIUS: f64 = 0.06;
+/// How far from the middle of a place vertices are marked, in metres.
+const MARKED: f64 = 0.012;
+/// The colour of a mark.
+const MARK: [u8; 3] = [220, 30, 30];
+
+/// One place, and the two layers that cross there, coloured.
+struct ShownPlace {
+    caption: String,
+    at: Point,
+    facing: Facing,
+    layers: Vec<(TriMesh, PerVertex<[u8; 3]>)>,
+}
+
+/// The places where layers cross in the bind pose, ready to be drawn.
+pub(super) struct CrossingRow {
+    places: Vec<ShownPlace>,
+    notes: Vec<String>,
+}
+
+impl CrossingRow {
+    /// `None` if nothing crosses. `step` is the figure's last step.
+    pub(super) fn of(figure: &Figure, step: &str) -> Result<Option<Self>, SessionError> {
+        let meshes: Vec<TriMesh> = figure.layers.iter().map(|layer| layer.mesh.clone()).collect();
+        let places = crossing_places(&meshes).map_err(|e| SessionError::stage(step, Stage::Stack, e))?;
+        if places.is_empty() {
+            return Ok(None);
+        }
+        let name = |k: usize| figure.layers[k].name.as_str();
+        let mut row = Self { places: Vec::new(), notes: vec!["in the bind pose, red".into()] };
+        for place in &places {
+            let [inner, outer] = place.layers;
+            let who = if inner == outer {
+                format!("{} with itself", name(outer))
+            } else {
+                format!("{} and {}", name(inner), name(outer))
+            };
+            row.notes.push(format!("{who}\t{}", place.pairs));
+        }
+        row.notes.truncate(1 + 2 * MOST_PLACES);
+        for place in places.iter().take(MOST_PLACES) {
+            let facing = if place.at.z < figure.skeleton.joints_in_bind[0].z { Facing::Back } else { Facing::Front };
+            // From the inner layer outwards, so that the outer one does not hide the place: only the two are drawn.
+            let mut layers = place.layers.to_vec();
+            layers.dedup();
+            let parts = layers.into_iter().map(|k| (meshes[k].clone(), marked(&meshes[k], layer_color(k), &place.at)));
+            let [inner, outer] = place.layers;
+            let caption =
+                if inner == outer { name(outer).to_string() } else { format!("{}, {}", name(inner), name(outer)) };
+            row.places.push(ShownPlace { caption, at: place.at, facing, layers: parts.collect() });
+        }
+        Ok(Some(row))
+    }
+
+    pub(super) fn row(&self) -> Result<SheetRow<'_>, SessionError> {
+        let mut cells = Vec::new();
+        for ShownPlace { caption, at, facing, layers } in &self.places {
+            let parts: Vec<Part> = layers
+                .iter()
+                .map(|(mesh, colors)| Part::try_new(mesh, Paint::PerVertex(colors)))
+                .collect::<Result<_, _>>()
+                .map_err(|e| SessionError::bad_source(Path::new("figure"), e))?;
+            cells.push(Cell::new(caption, &parts, *facing).closer(*at, RADIUS));
+        }
+        Ok(SheetRow {
+            title: "layers cross here".into(),
+            notes: self.notes.clone(),
+            cells,
+            ramp: None,
+            legend: Vec::new(),
+        })
+    }
+}
+
+fn marked(mesh: &TriMesh, color: [u8; 3], at: &Point) -> PerVertex<[u8; 3]> {
+    mesh.points().iter().map(|p| if (p - at).norm() < MARKED { MARK } else { color }).collect()
+}
