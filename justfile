@@ -73,6 +73,14 @@ fit-shape FOLDER="target/judged" *ARGS:
 fit-bad FOLDER="target/judged" *ARGS:
     cargo run --release --no-default-features --example measure_fit -- {{FOLDER}} --parts bad --subjects 4 {{ARGS}}
 
+# Checks the figure of the session in FOLDER with an independent library: that no layer crosses itself or another layer; needs
+# Python with numpy and ipctk, and stops with a message without them
+certify FOLDER:
+    cargo build --release --no-default-features --bin overcoat
+    mkdir -p target/certify
+    target/release/overcoat -C {{FOLDER}} export target/certify/figure.glb --force
+    python3 benches/peers/certify.py target/certify/figure.glb
+
 # Whether synthetic scans are as hard as foreign ones, and trivial methods fail on them
 realism:
     cargo test --release --no-default-features --test integration -- realism:: --nocapture
