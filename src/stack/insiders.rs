@@ -3,12 +3,40 @@
 use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, SurfacePoint, TriMesh, Vec3, VertexId};
 use rayon::prelude::*;
 
-/// A surface that can tell what is inside it.
-pub(super) struct Inside {
-    index: SurfaceIndex,
+/// The border of a surface, beyond which nothing is inside it.
+pub(super) struct Border {
     on_boundary: PerVertex<bool>,
-    is_closed: bool,
+    /// Whether there is none.
+    pub is_closed: bool,
+}
+
+impl Border {
+    pub(super) fn of(mesh: &TriMesh) -> Self {
+        let adjacency = Adjacency::prepare(mesh);
+        Self { is_closed: adjacency.boundary_edges().is_empty(), on_boundary: adjacency.boundary_vertices() }
+    }
+
+    /// Whether a point of the surface is on the border.
+    pub(super) fn has(&self, mesh: &TriMesh, at: &SurfacePoint) -> bool {
+        let corners = mesh.faces()[at.face];
+        !self.is_closed
+            && at.barycentric.contains(&0.0)
+            && (0..3).all(|k| at.barycentric[k] == 0.0 || self.on_boundary[corners[k]])
+    }
+}
+
+/// The closest point of a surface if `p` is inside it, whichever limb it belongs to. Inside is behind the surface; behind an
+/// open surface no deeper than `greatest_depth`, in metres, and not beyond its border.
+pub(super) fn point_above(
+    surface: &SurfaceIndex,
+    border: &Border,
+    p: &Point,
     greatest_depth: f64,
+) -> Option<SurfacePoint> {
+    let reach = if border.is_closed { f64::INFINITY } else { greatest_depth };
+    let at = surface.closest_within(p, reach)?;
+    let is_behind = (p - at.point).dot(&surface.pseudonormal(&at)) < 0.0;
+    (!border.has(surface.mesh(), &at) && is_behind).then_some(at)
 }
 
 /// A vertex inside an inner layer.
@@ -22,41 +50,12 @@ pub(super) struct Insider {
     pub way_out: Vec3,
 }
 
-impl Inside {
-    /// `greatest_depth`: deeper behind an open surface a point is not inside, in metres.
-    pub(super) fn of(mesh: &TriMesh, greatest_depth: f64) -> Self {
-        let adjacency = Adjacency::prepare(mesh);
-        Self {
-            index: SurfaceIndex::prepare(mesh),
-            is_closed: adjacency.boundary_edges().is_empty(),
-            on_boundary: adjacency.boundary_vertices(),
-            greatest_depth,
-        }
-    }
-
-    /// The closest point of the surface if `p` is inside. Inside is behind the surface; behind an open surface no deeper
-    /// than cloth can be, and not beyond its border.
-    fn point_above(&self, p: &Point) -> Option<SurfacePoint> {
-        let reach = if self.is_closed { f64::INFINITY } else { self.greatest_depth };
-        let at = self.index.closest_within(p, reach)?;
-        let is_behind = (p - at.point).dot(&self.index.pseudonormal(&at)) < 0.0;
-        (is_behind && !self.is_on_boundary(&at)).then_some(at)
-    }
-
-    fn is_on_boundary(&self, at: &SurfacePoint) -> bool {
-        let corners = self.index.mesh().faces()[at.face];
-        !self.is_closed
-            && at.barycentric.contains(&0.0)
-            && (0..3).all(|k| at.barycentric[k] == 0.0 || self.on_boundary[corners[k]])
-    }
-}
-
 /// All vertices of `layers` that are inside a layer further in, by layer and vertex.
 ///
 /// **Shapes** `layers`: innermost first.
 pub(super) fn insiders(layers: &[TriMesh], greatest_depth: f64) -> Vec<Insider> {
     let mut found = Vec::new();
-    let mut inner: Vec<Inside> = Vec::new();
+    let mut inner: Vec<(SurfaceIndex, Border)> = Vec::new();
     for (k, layer) in layers.iter().enumerate() {
         let adjacency = Adjacency::prepare(layer);
         let inside_any = |(v, p): (usize, &Point)| {
@@ -64,12 +63,12 @@ pub(super) fn insiders(layers: &[TriMesh], greatest_depth: f64) -> Vec<Insider> 
             if adjacency.faces_of(VertexId::from_index(v)).is_empty() {
                 return None;
             }
-            let at = inner.iter().find_map(|surface| surface.point_above(p))?;
+            let at = inner.iter().find_map(|(surface, border)| point_above(surface, border, p, greatest_depth))?;
             Some(Insider { layer: k, vertex: VertexId::from_index(v), way_out: at.point - p })
         };
         found.extend(layer.points().0.par_iter().enumerate().filter_map(inside_any).collect::<Vec<_>>());
         if k + 1 < layers.len() {
-            inner.push(Inside::of(layer, greatest_depth));
+            inner.push((SurfaceIndex::prepare(layer), Border::of(layer)));
         }
     }
     found

@@ -1,8 +1,9 @@
 //! One inner layer, and where a garment vertex is relative to it.
 
+use super::insiders::{Border, point_above};
 use super::params::StackParams;
 use crate::body::{Limb, SkinWeights};
-use crate::geometry::{Adjacency, FaceId, PerVertex, Point, SurfaceIndex, SurfacePoint, TriMesh, Vec3};
+use crate::geometry::{FaceId, PerVertex, Point, SurfaceIndex, SurfacePoint, TriMesh, Vec3};
 use rayon::prelude::*;
 
 /// Least common share of limbs for a surface to push a vertex. With less they are close in the bind pose by chance: a
@@ -23,8 +24,7 @@ pub(super) struct Obstacle {
     pub index: SurfaceIndex,
     pub vertex_normals: PerVertex<Vec3>,
     pub limbs: PerVertex<[f64; 5]>,
-    on_boundary: PerVertex<bool>,
-    is_closed: bool,
+    border: Border,
     greatest_depth: f64,
     /// Cosine between the normals of a vertex and of this layer below which the layer ignores the vertex; −1: never.
     least_cosine: f64,
@@ -41,13 +41,11 @@ pub(super) struct Clearance {
 
 impl Obstacle {
     pub(super) fn prepare(mesh: &TriMesh, weights: &SkinWeights, limb_of_joint: &[Limb], params: &StackParams) -> Self {
-        let adjacency = Adjacency::prepare(mesh);
         Self {
             index: SurfaceIndex::prepare(mesh),
             vertex_normals: mesh.vertex_normals(),
             limbs: limbs_of(weights, limb_of_joint),
-            is_closed: adjacency.boundary_edges().is_empty(),
-            on_boundary: adjacency.boundary_vertices(),
+            border: Border::of(mesh),
             greatest_depth: params.greatest_depth,
             least_cosine: -1.0,
         }
@@ -68,7 +66,7 @@ impl Obstacle {
     /// if the vertex is `reach` or more above it.
     pub(super) fn clearance_of(&self, p: &Point, normal: &Vec3, limbs: &[f64; 5], reach: f64) -> Option<Clearance> {
         let at = self.index.closest_within(p, self.greatest_depth.max(reach))?;
-        if self.is_on_boundary(&at) || common(limbs, &self.limbs_at(&at)) < LEAST_COMMON_LIMB {
+        if self.border.has(self.index.mesh(), &at) || common(limbs, &self.limbs_at(&at)) < LEAST_COMMON_LIMB {
             return None;
         }
         let out = self.index.pseudonormal(&at);
@@ -80,7 +78,7 @@ impl Obstacle {
             return None;
         }
         if height < -SHALLOW && normal.dot(&out) < OPPOSED_COSINE {
-            if !self.is_closed {
+            if !self.border.is_closed {
                 return None;
             }
             if let Some(clearance) = self.way_out(p, normal, limbs) {
@@ -104,10 +102,8 @@ impl Obstacle {
     /// How deep a point is inside this layer, whichever limb it belongs to; `None` outside. Inside is behind the surface;
     /// behind an open surface no deeper than cloth can be, and not beyond its border.
     pub(super) fn depth_inside(&self, p: &Point) -> Option<f64> {
-        let reach = if self.is_closed { f64::INFINITY } else { self.greatest_depth };
-        let at = self.index.closest_within(p, reach)?;
-        let is_behind = (p - at.point).dot(&self.index.pseudonormal(&at)) < 0.0;
-        (!self.is_on_boundary(&at) && is_behind).then_some(at.distance)
+        let at = point_above(&self.index, &self.border, p, self.greatest_depth)?;
+        Some(at.distance)
     }
 
     /// How many vertices of `mesh` are inside this layer, whichever limb they belong to.
@@ -127,13 +123,6 @@ impl Obstacle {
     /// (One of `faces` of the garment, face of this layer) that cross, in ascending order.
     pub(super) fn pairs_with(&self, garment: &TriMesh, faces: &[FaceId]) -> Vec<(FaceId, FaceId)> {
         self.index.crossing_pairs(garment, faces)
-    }
-
-    fn is_on_boundary(&self, at: &SurfacePoint) -> bool {
-        let corners = self.index.mesh().faces()[at.face];
-        !self.is_closed
-            && at.barycentric.contains(&0.0)
-            && (0..3).all(|k| at.barycentric[k] == 0.0 || self.on_boundary[corners[k]])
     }
 
     fn limbs_at(&self, at: &SurfacePoint) -> [f64; 5] {
