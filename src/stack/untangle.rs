@@ -230,7 +230,8 @@ impl Tangle {
         points
     }
 
-    /// Moves the vertices around `folded` towards the middle of their neighbours; the older a fold, the farther around.
+    /// Moves the vertices around `folded` towards the middle of their neighbours. The longer a fold has stayed, the larger the
+    /// neighbourhood.
     fn smooth_around(&self, folded: &[VertexId], points: &mut PerVertex<Point>) {
         let mut rings_left: PerVertex<u16> = PerVertex::filled(0, points.len());
         let mut region: Vec<VertexId> = Vec::new();

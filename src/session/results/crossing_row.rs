@@ -53,7 +53,7 @@ impl CrossingRow {
         row.notes.truncate(1 + 2 * MOST_PLACES);
         for place in places.iter().take(MOST_PLACES) {
             let facing = if place.at.z < figure.skeleton.joints_in_bind[0].z { Facing::Back } else { Facing::Front };
-            // From the inner layer outwards, so that the outer one does not hide the place: only the two are drawn.
+            // Only the layers that cross are drawn, so that no other hides the place.
             let mut layers = place.layers.to_vec();
             layers.dedup();
             let parts = layers.into_iter().map(|k| (meshes[k].clone(), marked(&meshes[k], layer_color(k), &place.at)));
