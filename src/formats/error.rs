@@ -29,6 +29,8 @@ pub enum Format {
     FrameList,
     /// A zip of RGB-D frames.
     Recording,
+    /// Biovision hierarchy: a skeleton and its motion.
+    Bvh,
 }
 
 impl fmt::Display for Format {
@@ -46,6 +48,7 @@ impl fmt::Display for Format {
             Self::Camera => "camera.json",
             Self::FrameList => "frame list",
             Self::Recording => "zip of RGB-D frames",
+            Self::Bvh => "BVH",
         })
     }
 }
@@ -126,6 +129,14 @@ pub enum FormatError {
         format: Format,
         /// The feature and where it is.
         what: String,
+    },
+    /// The file is valid, but has nothing of what the caller needs.
+    #[error("the {format} file has no {what}")]
+    Missing {
+        /// Of the file.
+        format: Format,
+        /// What it has not.
+        what: &'static str,
     },
     /// The structure around the data (zip directory, JSON) is damaged.
     #[error("the {format} container is damaged: {reason}")]
@@ -225,6 +236,7 @@ impl FormatError {
             | Self::Line { .. }
             | Self::Element { .. }
             | Self::Container { .. }
+            | Self::Missing { .. }
             | Self::NoArray { .. }
             | Self::ArrayType { .. } => None,
             Self::ArrayShape { .. } => Some("write the arrays again, all from the same source".into()),

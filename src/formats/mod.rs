@@ -5,6 +5,7 @@
 mod damage_tests;
 mod error;
 mod gltf;
+mod motion;
 mod npz;
 mod picture;
 mod ply;
@@ -15,10 +16,11 @@ mod rgba_png;
 mod text;
 
 pub use self::gltf::{
-    AccessorId, GlbAttribute, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, MaterialId, MeshId, NodeId, SkinId,
-    TextureId, read_gltf,
+    AccessorId, GlbAttribute, GlbChannel, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, MaterialId, MeshId,
+    NodeId, SkinId, TextureId, read_gltf, read_gltf_motion,
 };
 pub use error::{Format, FormatError};
+pub use motion::{RawJoint, RawMotion, RawTransform, read_bvh, write_bvh};
 pub use npz::{NpyArray, NpyData, Npz, NpzCompression, read_npy, read_npz, write_npy, write_npz};
 pub use picture::{
     ColorPicture, DepthPicture, read_color_picture, read_depth_png, write_color_jpeg, write_color_png, write_depth_png,

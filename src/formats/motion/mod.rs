@@ -1,0 +1,12 @@
+//! Motion files: joints and their transforms over time. BVH is read and written here; [`RawMotion`] is what every reader
+//! of motion returns.
+
+mod bvh_read;
+#[cfg(test)]
+mod bvh_tests;
+mod bvh_write;
+mod raw_motion;
+
+pub use bvh_read::read_bvh;
+pub use bvh_write::write_bvh;
+pub use raw_motion::{RawJoint, RawMotion, RawTransform};
