@@ -58,7 +58,7 @@ pub fn read_gltf(input: impl Read) -> Result<RawMesh, FormatError> {
 }
 
 /// The JSON, validated, and the binary chunk.
-fn parse(bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), FormatError> {
+pub(super) fn parse(bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), FormatError> {
     check_version(bytes)?;
     let file = Gltf::from_slice_without_validation(bytes).map_err(|e| container(&e.to_string()))?;
     let root = file.document.into_json();
@@ -84,6 +84,19 @@ fn parse(bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), FormatError> {
                     found: format!("accessor {bad}"),
                 });
             }
+        }
+    }
+    // Nor does it check these (gltf-json 1.4.1).
+    let node_count = root.nodes.len();
+    for (index, animation) in root.animations.iter().enumerate() {
+        if let Some(bad) = animation.channels.iter().find(|c| c.target.node.value() >= node_count) {
+            return Err(FormatError::Element {
+                format: Format::Gltf,
+                element: "animation".into(),
+                index,
+                expected: format!("nodes below {node_count}"),
+                found: format!("node {}", bad.target.node),
+            });
         }
     }
     let document = Document::from_json(root).map_err(|e| match e {
@@ -124,7 +137,7 @@ fn check_version(bytes: &[u8]) -> Result<(), FormatError> {
 }
 
 /// Refuses bytes that are not glTF, or shorter than the header states.
-fn check_length(bytes: &[u8]) -> Result<(), FormatError> {
+pub(super) fn check_length(bytes: &[u8]) -> Result<(), FormatError> {
     if let Some(rest) = bytes.strip_prefix(b"glTF") {
         let stated =
             rest.get(4..8).and_then(|b| b.try_into().ok()).map_or(usize::MAX, |b| u32::from_le_bytes(b) as usize);

@@ -98,7 +98,7 @@ pub struct GlbScene<'a> {
 #[derive(Debug, Default)]
 pub struct GlbWriter {
     bin: Vec<u8>,
-    root: Root,
+    pub(super) root: Root,
 }
 
 impl GlbWriter {
@@ -124,7 +124,7 @@ impl GlbWriter {
         })
     }
 
-    fn accessor(
+    pub(super) fn accessor(
         &mut self,
         count: usize,
         kind: Type,
@@ -358,7 +358,7 @@ impl GlbWriter {
     }
 }
 
-fn check_finite<const N: usize>(what: &str, rows: &[[f32; N]]) -> Result<(), FormatError> {
+pub(super) fn check_finite<const N: usize>(what: &str, rows: &[[f32; N]]) -> Result<(), FormatError> {
     match rows.iter().position(|row| row.iter().any(|x| !x.is_finite())) {
         Some(index) => Err(FormatError::Element {
             format: Format::Gltf,
