@@ -26,6 +26,7 @@ pub mod formats;
 pub mod geometry;
 pub mod mannequin;
 pub mod measure;
+pub mod motion;
 pub mod numerics;
 pub mod parameters;
 pub mod rig;

@@ -1,0 +1,27 @@
+//! Clips: read, retargeted to a figure, resampled.
+
+mod alias_tables;
+mod aligned;
+mod clip;
+mod contacts;
+mod ease;
+mod error;
+mod follow;
+mod ground;
+mod leg;
+mod limits;
+mod names;
+mod params;
+mod placement;
+mod planting;
+mod retarget;
+mod rig_map;
+mod smooth;
+mod structure;
+mod track;
+
+pub use clip::Clip;
+pub use error::MotionError;
+pub use follow::{MotionReport, follow};
+pub use params::MotionParams;
+pub use track::{FrameRange, PoseTrack};
