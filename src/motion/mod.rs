@@ -2,6 +2,7 @@
 
 mod alias_tables;
 mod aligned;
+mod built_in;
 mod clip;
 mod contacts;
 mod ease;
@@ -18,8 +19,11 @@ mod retarget;
 mod rig_map;
 mod smooth;
 mod structure;
+#[cfg(test)]
+mod tests;
 mod track;
 
+pub use built_in::{BUILT_IN_CLIPS, built_in_clip};
 pub use clip::Clip;
 pub use error::MotionError;
 pub use follow::{MotionReport, follow};

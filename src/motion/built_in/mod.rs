@@ -1,0 +1,32 @@
+//! Clips of our own: a walk, a turn, a squat with a kick, standing idle. Each has 300 frames at 30 per second.
+
+mod curve;
+mod gait;
+mod idle;
+mod puppet;
+mod squat;
+mod turn;
+mod walk;
+
+use super::clip::Clip;
+use crate::formats::RawMotion;
+
+/// The names of the clips.
+pub const BUILT_IN_CLIPS: [&str; 4] = ["walk", "turn", "squat", "idle"];
+
+/// The clip of that name; `None` if there is none.
+pub fn built_in_clip(name: &str) -> Option<Clip> {
+    Some(Clip::new(name, built_in_motion(name)?))
+}
+
+/// The same as arrays.
+pub(super) fn built_in_motion(name: &str) -> Option<RawMotion> {
+    let poses = match name {
+        "walk" => walk::poses(),
+        "turn" => turn::poses(),
+        "squat" => squat::poses(),
+        "idle" => idle::poses(),
+        _ => return None,
+    };
+    Some(puppet::motion(name, &poses))
+}
