@@ -5,7 +5,7 @@
 use crate::common::{fingerprint, mean_body, overcoat, overcoat_ok, session_with_two_scans, write_mesh};
 use crate::rgbd::turntable::Turntable;
 use overcoat::body::{Stance, embedded_model};
-use overcoat::formats::{NpyArray, NpzCompression, RawMesh, read_npz, write_npy, write_npz, write_obj};
+use overcoat::formats::{NpyArray, NpzCompression, RawMesh, read_npz, write_npy, write_npz};
 use overcoat::geometry::{Point, Vec3};
 use serde::Deserialize;
 use std::fs::File;
@@ -82,21 +82,6 @@ fn squatting(heading: f64) -> RawMesh {
     let (sin, cos) = heading.sin_cos();
     let points = posed.iter().map(|p| [cos * p.x + sin * p.z, p.y, cos * p.z - sin * p.x]).collect();
     RawMesh { points, ..mean_body(|p| p) }
-}
-
-#[test]
-fn a_texture_that_is_not_read_is_reported() {
-    let dir = tempfile::tempdir().unwrap();
-    let body = mean_body(|p| p);
-    let mut file = b"mtllib skin.mtl\nusemtl skin\n".to_vec();
-    write_obj(&RawMesh { uvs: Some(vec![[0.5, 0.5]; body.points.len()]), ..body.clone() }, &mut file).unwrap();
-    std::fs::write(dir.path().join("textured.obj"), file).unwrap();
-    overcoat_ok(dir.path(), &["new", "alice"]);
-    let said = overcoat_ok(dir.path(), &["-C", "alice", "scan", "body", "textured.obj"]).stdout;
-    assert!(said.contains("('skin.mtl'), which is not read: only colours of vertices are"), "{said}");
-    write_mesh(dir.path().join("plain.ply"), &body);
-    let said = overcoat_ok(dir.path(), &["-C", "alice", "scan", "body", "plain.ply", "--replace"]).stdout;
-    assert!(!said.contains("texture"), "{said}");
 }
 
 #[test]

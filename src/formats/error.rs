@@ -31,6 +31,8 @@ pub enum Format {
     Recording,
     /// Biovision hierarchy: a skeleton and its motion.
     Bvh,
+    /// A zip of a mesh and its pictures.
+    Zip,
 }
 
 impl fmt::Display for Format {
@@ -49,6 +51,7 @@ impl fmt::Display for Format {
             Self::FrameList => "frame list",
             Self::Recording => "zip of RGB-D frames",
             Self::Bvh => "BVH",
+            Self::Zip => "zip",
         })
     }
 }
@@ -138,6 +141,14 @@ pub enum FormatError {
         /// What it has not.
         what: &'static str,
     },
+    /// A file that holds the numbers of a mesh is not there.
+    #[error("{format}: the file '{name}', which holds the mesh's numbers, is not beside it")]
+    NoSibling {
+        /// Of the file that names it.
+        format: Format,
+        /// Its name there.
+        name: String,
+    },
     /// The structure around the data (zip directory, JSON) is damaged.
     #[error("the {format} container is damaged: {reason}")]
     Container {
@@ -162,6 +173,9 @@ pub enum FormatError {
         /// What to do.
         hint: String,
     },
+    /// A zip of frames where a mesh is needed.
+    #[error("this is a recording of frames, not a mesh")]
+    NoMesh,
     /// One file of a recording cannot be used.
     #[error("{name}: {source}")]
     InRecording {
@@ -222,15 +236,20 @@ impl FormatError {
                 "in Python, save it again as a plain array: `d['{name}'].toarray()` where it is sparse, `np.array(…)` otherwise"
             )),
             Self::Unsupported { .. } => Some("export the mesh again as PLY, or as GLB (glTF 2.0) with everything embedded and nothing compressed".into()),
+            Self::NoSibling { .. } => {
+                Some("copy it into the mesh's folder, or export as .glb with everything embedded".into())
+            }
             Self::DepthKind { .. } => {
                 Some("write depth as 16-bit greyscale PNG, in millimetres (`depth_scale` 1000), not as a coloured or 8-bit picture".into())
             }
             Self::NoRecording { hint, .. } => Some(hint.clone()),
+            Self::NoMesh => Some(format!("give a file with one of the extensions {}", MESH_EXTENSIONS.join(", "))),
             Self::InRecording { source, .. } => source.hint(),
             Self::Container { format: Format::Png | Format::Jpeg, .. } => {
                 Some("the image is damaged; copy it again, or delete the frame's files".into())
             }
             Self::Line { format: Format::Camera, .. } | Self::Element { format: Format::Camera, .. } => Some(CAMERA_HINT.into()),
+            Self::Container { format: Format::Zip, .. } => Some("pack one mesh with its materials and pictures".into()),
             Self::Container { format: Format::Npz, .. } => Some("write it with `numpy.savez`".into()),
             Self::Io { .. }
             | Self::Line { .. }

@@ -30,6 +30,8 @@ pub struct ColorPicture {
 
 /// An image that claims more pixels than this has a damaged header: 64 megapixels, twice a large camera's.
 const MAX_PIXELS: u64 = 1 << 26;
+/// The same for the picture of a mesh: 16 k × 16 k, the largest that photogrammetry programs write; 800 MB in memory.
+const MAX_TEXTURE_PIXELS: u64 = 1 << 28;
 
 /// Reads a depth image: PNG, one channel of 16 bits.
 ///
@@ -38,7 +40,7 @@ pub fn read_depth_png(bytes: &[u8]) -> Result<DepthPicture, FormatError> {
     if !bytes.starts_with(b"\x89PNG") {
         return Err(not_this(Format::Png, bytes));
     }
-    match decoded(Format::Png, bytes)? {
+    match decoded(Format::Png, bytes, MAX_PIXELS)? {
         DynamicImage::ImageLuma16(picture) => Ok(DepthPicture {
             width: picture.width() as usize,
             height: picture.height() as usize,
@@ -58,14 +60,25 @@ pub fn read_depth_png(bytes: &[u8]) -> Result<DepthPicture, FormatError> {
 ///
 /// **Errors** if it is neither, or does not decode.
 pub fn read_color_picture(bytes: &[u8]) -> Result<ColorPicture, FormatError> {
+    color_picture(bytes, MAX_PIXELS)
+}
+
+/// Reads the picture of a mesh's material, like [`read_color_picture`]; it may be larger.
+pub fn read_texture_picture(bytes: &[u8]) -> Result<ColorPicture, FormatError> {
+    color_picture(bytes, MAX_TEXTURE_PIXELS)
+}
+
+fn color_picture(bytes: &[u8], most_pixels: u64) -> Result<ColorPicture, FormatError> {
     let format = match bytes {
         [0xff, 0xd8, ..] => Format::Jpeg,
         [0x89, b'P', b'N', b'G', ..] => Format::Png,
         _ => return Err(not_this(Format::Jpeg, bytes)),
     };
-    let picture = decoded(format, bytes)?.into_rgb8();
+    let picture = decoded(format, bytes, most_pixels)?.into_rgb8();
     let (width, height) = (picture.width() as usize, picture.height() as usize);
-    let pixels = picture.into_raw().chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
+    // Without a copy where the allocation allows it: a large picture is most of the memory of reading a scan.
+    let pixels = bytemuck::allocation::try_cast_vec(picture.into_raw())
+        .unwrap_or_else(|(_, samples)| samples.as_chunks::<3>().0.to_vec());
     Ok(ColorPicture { width, height, pixels })
 }
 
@@ -77,12 +90,15 @@ fn not_this(format: Format, bytes: &[u8]) -> FormatError {
     FormatError::NotThisFormat { format, found }
 }
 
-fn decoded(format: Format, bytes: &[u8]) -> Result<DynamicImage, FormatError> {
+fn decoded(format: Format, bytes: &[u8], most_pixels: u64) -> Result<DynamicImage, FormatError> {
     let damaged = |e: image::ImageError| FormatError::Container { format, reason: e.to_string() };
     let kind = if format == Format::Jpeg { ImageFormat::Jpeg } else { ImageFormat::Png };
-    let decoder = ImageReader::with_format(Cursor::new(bytes), kind).into_decoder().map_err(damaged)?;
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), kind);
+    // The number of pixels is the limit.
+    reader.no_limits();
+    let decoder = reader.into_decoder().map_err(damaged)?;
     let (width, height) = decoder.dimensions();
-    if width == 0 || height == 0 || u64::from(width) * u64::from(height) > MAX_PIXELS {
+    if width == 0 || height == 0 || u64::from(width) * u64::from(height) > most_pixels {
         return Err(FormatError::Container { format, reason: format!("it claims {width} × {height} pixels") });
     }
     DynamicImage::from_decoder(decoder).map_err(damaged)

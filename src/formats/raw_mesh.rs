@@ -1,6 +1,7 @@
 //! The arrays of a mesh file; the only check is that indices are in range.
 
 use super::error::{Format, FormatError};
+use super::texture::{RawTexture, UnreadPart};
 use std::collections::BTreeMap;
 use std::io::Read;
 
@@ -24,8 +25,10 @@ pub struct RawMesh {
     pub uvs: Option<Vec<[f64; 2]>>,
     /// All other numbers per vertex (`label`, `quality`, …), by their names in the file; each V.
     pub scalars: BTreeMap<String, Vec<f32>>,
-    /// What the file holds and no reader uses, one sentence each; writers ignore it.
-    pub unread: Vec<String>,
+    /// The pictures that colour the faces; writers ignore them.
+    pub texture: Option<RawTexture>,
+    /// What of the file could not be read; writers ignore it.
+    pub unread: Vec<UnreadPart>,
 }
 
 impl RawMesh {
@@ -59,13 +62,6 @@ pub(super) fn read_all(format: Format, mut input: impl Read) -> Result<Vec<u8>, 
     let mut bytes = Vec::new();
     input.read_to_end(&mut bytes).map_err(|source| FormatError::Io { format, source })?;
     if bytes.is_empty() { Err(FormatError::NoBytes { format }) } else { Ok(bytes) }
-}
-
-/// The sentence for a texture that is not read.
-pub(super) fn unread_texture(what: &str) -> String {
-    format!(
-        "{what}, which is not read: only colours of vertices are (bake it, for example with MeshLab's Transfer: Texture to Vertex Color)"
-    )
 }
 
 /// Colours as bytes, from numbers of 0–1, or of 0–255 when any is above 1.

@@ -1,10 +1,11 @@
 //! One entry point for all mesh readers.
 
 use super::error::FormatError;
-use super::gltf::read_gltf;
+use super::gltf::{gltf_siblings, read_gltf_with};
 use super::ply::read_ply;
 use super::raw_mesh::RawMesh;
-use super::text::{read_obj, read_off, read_stl};
+use super::text::{obj_siblings, read_obj_with, read_off, read_stl};
+use super::texture::{Siblings, no_siblings};
 use std::io::Read;
 
 /// The mesh formats that can be read.
@@ -38,15 +39,36 @@ impl MeshKind {
     }
 }
 
-/// Reads a mesh in a given format.
+/// Reads a mesh in a given format, from a file that stands alone: materials and pictures beside it are not read.
 pub fn read_mesh(kind: MeshKind, input: impl Read) -> Result<RawMesh, FormatError> {
+    read_mesh_with(kind, input, &mut no_siblings)
+}
+
+/// Reads a mesh in a given format, with the files beside it that it names: materials, pictures, buffers.
+///
+/// **Errors** also if the numbers of a mesh are in a file that is not there. A picture that is not there is a part in
+/// [`RawMesh::unread`].
+pub fn read_mesh_with(kind: MeshKind, input: impl Read, siblings: &mut Siblings) -> Result<RawMesh, FormatError> {
     match kind {
         MeshKind::Ply => read_ply(input),
-        MeshKind::Obj => read_obj(input),
+        MeshKind::Obj => read_obj_with(input, siblings),
         MeshKind::Stl => read_stl(input),
         MeshKind::Off => read_off(input),
-        MeshKind::Gltf => read_gltf(input),
+        MeshKind::Gltf => read_gltf_with(input, siblings),
     }
+}
+
+/// The names of all files that [`read_mesh_with`] would use, relative to the mesh's folder and sorted, those that do not
+/// exist left out. Quick, for the mesh itself is not built.
+pub fn mesh_siblings(kind: MeshKind, input: impl Read, siblings: &mut Siblings) -> Result<Vec<String>, FormatError> {
+    let mut names = match kind {
+        MeshKind::Obj => obj_siblings(input, siblings)?,
+        MeshKind::Gltf => gltf_siblings(input, siblings)?,
+        MeshKind::Ply | MeshKind::Stl | MeshKind::Off => Vec::new(),
+    };
+    names.sort();
+    names.dedup();
+    Ok(names)
 }
 
 #[cfg(test)]

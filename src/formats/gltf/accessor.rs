@@ -1,22 +1,26 @@
 //! Reads the numbers of a glTF accessor. Every bound is checked, because a file's JSON may state any offset.
 
 use crate::formats::error::{Format, FormatError};
+use crate::formats::texture::{Fetched, Siblings};
 use gltf::accessor::DataType;
 use gltf::{Accessor, Document, buffer};
 
 /// The buffers of a file.
 ///
-/// **Errors** [`FormatError::Unsupported`] for a buffer in another file, [`FormatError::Truncated`] for a short one.
-pub(super) fn read_buffers(document: &Document, mut blob: Option<Vec<u8>>) -> Result<Vec<Vec<u8>>, FormatError> {
+/// **Errors** [`FormatError::NoSibling`] for a buffer in a file that is not there, [`FormatError::Truncated`] for a short
+/// one.
+pub(super) fn read_buffers(
+    document: &Document,
+    mut blob: Option<Vec<u8>>,
+    siblings: &mut Siblings,
+) -> Result<Vec<Vec<u8>>, FormatError> {
     let mut buffers = Vec::new();
     for buffer in document.buffers() {
         let bytes = match buffer.source() {
             buffer::Source::Bin => blob.take().ok_or_else(|| unsupported("a buffer without data"))?,
-            buffer::Source::Uri(uri) => match uri.split_once(";base64,") {
-                Some((head, text)) if head.starts_with("data:") => {
-                    decode_base64(text).ok_or_else(|| container("a data URI that is not base64"))?
-                }
-                _ => return Err(unsupported(&format!("the buffer in another file, '{uri}',"))),
+            buffer::Source::Uri(uri) => match content_of(uri, siblings) {
+                Some(found) => found?,
+                None => return Err(FormatError::NoSibling { format: Format::Gltf, name: name_of(uri) }),
             },
         };
         if bytes.len() < buffer.length() {
@@ -28,12 +32,48 @@ pub(super) fn read_buffers(document: &Document, mut blob: Option<Vec<u8>>) -> Re
     Ok(buffers)
 }
 
+/// What a URI refers to: the data in it, or the content of a file beside the glTF; `None` if that is not there.
+pub(super) fn content_of(uri: &str, siblings: &mut Siblings) -> Option<Result<Vec<u8>, FormatError>> {
+    match uri.split_once(";base64,") {
+        Some((head, text)) if head.starts_with("data:") => {
+            Some(decode_base64(text).ok_or_else(|| container("a data URI that is not base64")))
+        }
+        _ => Fetched::find(&name_of(uri), "", siblings).map(|file| Ok(file.bytes)),
+    }
+}
+
+/// The file name that a URI stands for: `%20` is a space.
+pub(super) fn name_of(uri: &str) -> String {
+    let bytes = uri.as_bytes();
+    let mut decoded = Vec::with_capacity(bytes.len());
+    let mut at = 0;
+    while at < bytes.len() {
+        let hex = uri.get(at + 1..at + 3).filter(|_| bytes[at] == b'%');
+        let (byte, length) = match hex.and_then(|hex| u8::from_str_radix(hex, 16).ok()) {
+            Some(byte) => (byte, 3),
+            None => (bytes[at], 1),
+        };
+        decoded.push(byte);
+        at += length;
+    }
+    String::from_utf8_lossy(&decoded).into_owned()
+}
+
 /// The rows of an accessor, count × N; normalised integers become fractions.
 pub(super) fn rows<const N: usize>(
     accessor: &Accessor,
     buffers: &[Vec<u8>],
     what: &str,
 ) -> Result<Vec<[f64; N]>, FormatError> {
+    each_row(accessor, buffers, what).map(Iterator::collect)
+}
+
+/// The rows of an accessor one after another.
+pub(super) fn each_row<'a, const N: usize>(
+    accessor: &Accessor,
+    buffers: &'a [Vec<u8>],
+    what: &str,
+) -> Result<impl ExactSizeIterator<Item = [f64; N]> + use<'a, N>, FormatError> {
     let bad = |expected: String, found: String| FormatError::Element {
         format: Format::Gltf,
         element: "accessor".into(),
@@ -60,21 +100,15 @@ pub(super) fn rows<const N: usize>(
     })();
     let data = match data {
         Some(data) if stride >= row_bytes => data,
-        _ if count == 0 => return Ok(Vec::new()),
+        _ if count == 0 => &[],
         _ => return Err(bad(format!("{count} rows of {what} within its buffer"), "it reaches beyond".into())),
     };
     let number = reader(accessor.data_type(), accessor.normalized());
     let size = accessor.data_type().size();
-    let rows: Option<Vec<[f64; N]>> = (0..count)
-        .map(|row| {
-            let mut values = [0.0; N];
-            for (k, value) in values.iter_mut().enumerate() {
-                *value = number(&data[row * stride + k * size..])?;
-            }
-            Some(values)
-        })
-        .collect();
-    rows.ok_or_else(|| bad(format!("{count} rows of {what} within its buffer"), "it reaches beyond".into()))
+    // Every number is within `data`, whose length is that of all rows.
+    Ok((0..count).map(move |row| {
+        std::array::from_fn(|k| data.get(row * stride + k * size..).and_then(number).unwrap_or_default())
+    }))
 }
 
 /// Reads one number at the beginning of some bytes; `None` if they are too few.
@@ -137,6 +171,15 @@ fn decode_base64(text: &str) -> Option<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_in_uris_are_decoded() {
+        for (uri, name) in
+            [("my%20skin.png", "my skin.png"), ("a%2", "a%2"), ("%", "%"), ("50%zz", "50%zz"), ("%C3%A9", "é")]
+        {
+            assert_eq!(name_of(uri), name);
+        }
+    }
 
     #[test]
     fn base64_of_the_rfc() {

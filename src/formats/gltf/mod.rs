@@ -2,19 +2,24 @@
 
 mod accessor;
 mod animation;
+mod materials;
 #[cfg(test)]
 mod motion_tests;
 mod read;
 mod read_motion;
 mod samplers;
-mod srgb;
+mod siblings;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod texture_tests;
 mod write;
 
 pub use animation::GlbChannel;
 pub use read::read_gltf;
+pub(super) use read::read_gltf_with;
 pub use read_motion::read_gltf_motion;
+pub(super) use siblings::gltf_siblings;
 pub use write::{
     AccessorId, GlbAttribute, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, MaterialId, MeshId, NodeId, SkinId,
     TextureId,

@@ -1,31 +1,40 @@
 //! Reads glTF: all meshes of the scene, transformed by their nodes, as one mesh.
 
-use super::accessor::{container, read_buffers, rows, unsupported};
-use super::srgb::byte_of_linear;
+use super::accessor::{container, each_row, read_buffers, unsupported};
+use super::materials::GltfMaterials;
 use crate::formats::error::{Format, FormatError, quoted};
-use crate::formats::raw_mesh::{RawMesh, read_all, unread_texture};
+use crate::formats::raw_mesh::{RawMesh, read_all};
+use crate::formats::srgb::byte_of_linear;
+use crate::formats::texture::{RawTexture, Siblings, no_siblings};
+use gltf::binary::Glb;
 use gltf::json::extensions::ENABLED_EXTENSIONS;
+use gltf::json::{Root, deserialize};
 use gltf::mesh::{Mode, Semantic};
-use gltf::{Document, Gltf, Node, Primitive};
+use gltf::{Document, Node, Primitive};
 use nalgebra::{Matrix3, Matrix4, Point3, Vector3};
 use serde::Deserialize;
 use std::collections::BTreeSet;
 use std::io::Read;
 
-/// Reads a `.glb`, or a `.gltf` with its buffers embedded.
+/// Reads a `.glb`, or a `.gltf` with its buffers embedded; see [`read_gltf_with`].
+pub fn read_gltf(input: impl Read) -> Result<RawMesh, FormatError> {
+    read_gltf_with(input, &mut no_siblings)
+}
+
+/// Reads a `.glb` or a `.gltf`, with the buffers and pictures beside it.
 ///
 /// All primitives of triangles or points in the default scene become one mesh, transformed by their nodes. A skinned
 /// mesh is in its bind pose, and its node's transform is ignored, as the standard requires. Colours (`COLOR_0`,
 /// linear in the file) become sRGB; where only some primitives have them, the others are white. Float attributes
-/// of one number (`_NAME`) become scalars. Textures are not read.
+/// of one number (`_NAME`) become scalars. Of materials, the base colour and its picture are read.
 ///
-/// **Errors** also for compressed meshes (Draco and similar extensions) and for buffers in other files.
-pub fn read_gltf(input: impl Read) -> Result<RawMesh, FormatError> {
+/// **Errors** also for compressed meshes (Draco and similar extensions) and for buffers in files that are not there.
+pub(in crate::formats) fn read_gltf_with(input: impl Read, siblings: &mut Siblings) -> Result<RawMesh, FormatError> {
     let bytes = read_all(Format::Gltf, input)?;
     check_length(&bytes)?;
-    let (file, blob) = parse(&bytes)?;
-    let buffers = read_buffers(&file, blob)?;
-    let mut parts = GltfMeshBuilder { buffers, ..GltfMeshBuilder::default() };
+    let (file, blob) = parse(bytes)?;
+    let buffers = read_buffers(&file, blob, siblings)?;
+    let mut parts = GltfMeshBuilder::new(buffers, siblings);
 
     let scene = file.default_scene().or_else(|| file.scenes().next());
     let mut seen = BTreeSet::new();
@@ -58,10 +67,22 @@ pub fn read_gltf(input: impl Read) -> Result<RawMesh, FormatError> {
 }
 
 /// The JSON, validated, and the binary chunk.
-pub(super) fn parse(bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), FormatError> {
-    check_version(bytes)?;
-    let file = Gltf::from_slice_without_validation(bytes).map_err(|e| container(&e.to_string()))?;
-    let root = file.document.into_json();
+pub(super) fn parse(mut bytes: Vec<u8>) -> Result<(Document, Option<Vec<u8>>), FormatError> {
+    check_version(&bytes)?;
+    let (root, chunk): (Root, _) = if bytes.starts_with(b"glTF") {
+        let glb = Glb::from_slice(&bytes).map_err(|e| container(&e.to_string()))?;
+        let root = deserialize::from_slice(&glb.json).map_err(|e| container(&e.to_string()))?;
+        // Header, the JSON with its own header, the header of the binary chunk.
+        (root, glb.bin.as_ref().map(|bin| (12 + 8 + glb.json.len() + 8, bin.len())))
+    } else {
+        (deserialize::from_slice(&bytes).map_err(|e| container(&e.to_string()))?, None)
+    };
+    let blob = chunk.map(|(start, length)| {
+        // In place: the chunk is nearly the whole file.
+        bytes.drain(..start.min(bytes.len()));
+        bytes.truncate(length);
+        bytes
+    });
     if let Some(extension) = root.extensions_required.iter().find(|name| !ENABLED_EXTENSIONS.contains(&name.as_str())) {
         return Err(unsupported(&match extension.as_str() {
             "KHR_draco_mesh_compression" => format!("a mesh compressed with Draco ({extension})"),
@@ -106,7 +127,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), FormatE
         }
         other => container(&other.to_string()),
     })?;
-    Ok((document, file.blob))
+    Ok((document, blob))
 }
 
 /// Refuses other versions than 2, whose JSON means something else.
@@ -157,15 +178,25 @@ pub(super) fn check_length(bytes: &[u8]) -> Result<(), FormatError> {
 }
 
 /// The meshes read so far. Attributes that a primitive does not have are padded, so that lengths agree.
-#[derive(Default)]
-struct GltfMeshBuilder {
+struct GltfMeshBuilder<'s, 'f> {
     buffers: Vec<Vec<u8>>,
     mesh: RawMesh,
     misses_normals: bool,
-    has_texture: bool,
+    materials: GltfMaterials<'s, 'f>,
+    texture: RawTexture,
 }
 
-impl GltfMeshBuilder {
+impl<'s, 'f> GltfMeshBuilder<'s, 'f> {
+    fn new(buffers: Vec<Vec<u8>>, siblings: &'s mut Siblings<'f>) -> Self {
+        Self {
+            buffers,
+            mesh: RawMesh::default(),
+            misses_normals: false,
+            materials: GltfMaterials::new(siblings),
+            texture: RawTexture::default(),
+        }
+    }
+
     fn push(&mut self, primitive: &Primitive, placed: &Matrix4<f64>) -> Result<(), FormatError> {
         if matches!(primitive.mode(), Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
             return Ok(());
@@ -173,60 +204,60 @@ impl GltfMeshBuilder {
         let Some(accessor) = primitive.get(&Semantic::Positions) else {
             return Err(unsupported("a primitive without positions (compressed?)"));
         };
-        let points = rows::<3>(&accessor, &self.buffers, "positions")?;
-        let first = self.mesh.points.len();
+        let (buffers, mesh) = (&self.buffers, &mut self.mesh);
+        let points = each_row::<3>(&accessor, buffers, "positions")?;
+        let first = mesh.points.len();
         let end = first + points.len();
-        let mesh = &mut self.mesh;
-        mesh.points.extend(points.iter().map(|&p| <[f64; 3]>::from(placed.transform_point(&Point3::from(p)).coords)));
+        mesh.points.extend(points.map(|p| <[f64; 3]>::from(placed.transform_point(&Point3::from(p)).coords)));
 
         let linear: Matrix3<f64> = placed.fixed_view::<3, 3>(0, 0).into();
         match (primitive.get(&Semantic::Normals), linear.try_inverse()) {
             (Some(accessor), Some(inverse)) => {
                 let turn = inverse.transpose();
-                let normals = rows::<3>(&accessor, &self.buffers, "normals")?;
-                let turned =
-                    normals.iter().map(|&n| (turn * Vector3::from(n)).try_normalize(1e-30).unwrap_or_default());
+                let normals = each_row::<3>(&accessor, buffers, "normals")?;
+                let turned = normals.map(|n| (turn * Vector3::from(n)).try_normalize(1e-30).unwrap_or_default());
                 mesh.normals.get_or_insert_default().extend(turned.map(<[f64; 3]>::from));
                 self.misses_normals |= mesh.normals.as_ref().is_some_and(|n| n.len() != end);
             }
             _ => self.misses_normals = true,
         }
-        if primitive.material().pbr_metallic_roughness().base_color_texture().is_some() {
-            self.has_texture = true;
-        }
         if let Some(accessor) = primitive.get(&Semantic::Colors(0)) {
-            let colors = match accessor.dimensions().multiplicity() {
-                4 => rows::<4>(&accessor, &self.buffers, "colours")?.iter().map(|&[r, g, b, _]| [r, g, b]).collect(),
-                _ => rows::<3>(&accessor, &self.buffers, "colours")?,
-            };
             let into = mesh.colors.get_or_insert_default();
             into.resize(first, [255; 3]);
-            into.extend(colors.iter().map(|c| c.map(byte_of_linear)));
+            match accessor.dimensions().multiplicity() {
+                4 => {
+                    let colors = each_row::<4>(&accessor, buffers, "colours")?;
+                    into.extend(colors.map(|[r, g, b, _]| [r, g, b].map(byte_of_linear)));
+                }
+                _ => into.extend(each_row::<3>(&accessor, buffers, "colours")?.map(|c| c.map(byte_of_linear))),
+            }
         }
         if let Some(accessor) = primitive.get(&Semantic::TexCoords(0)) {
-            let uvs = rows::<2>(&accessor, &self.buffers, "texture coordinates")?;
             let into = mesh.uvs.get_or_insert_default();
             into.resize(first, [0.0; 2]);
             // glTF counts from the upper left.
-            into.extend(uvs.iter().map(|&[u, v]| [u, 1.0 - v]));
+            into.extend(each_row::<2>(&accessor, buffers, "texture coordinates")?.map(|[u, v]| [u, 1.0 - v]));
         }
         for (semantic, accessor) in primitive.attributes() {
             if let (Semantic::Extras(name), 1) = (semantic, accessor.dimensions().multiplicity()) {
-                let values = rows::<1>(&accessor, &self.buffers, "an attribute")?;
                 let into = mesh.scalars.entry(format!("_{name}")).or_default();
                 into.resize(first, 0.0);
-                into.extend(values.iter().map(|v| v[0] as f32));
+                into.extend(each_row::<1>(&accessor, buffers, "an attribute")?.map(|v| v[0] as f32));
             }
+        }
+        let (material, mapping) = self.materials.of(&primitive.material(), buffers)?;
+        if let Some(mapping) = mapping
+            && let Some(accessor) = primitive.get(&Semantic::TexCoords(mapping.set))
+        {
+            let into = &mut self.texture.coords;
+            into.resize(first, [f32::NAN; 2]);
+            into.extend(each_row::<2>(&accessor, buffers, "texture coordinates")?.map(|uv| mapping.placed(uv)));
         }
         // An attribute of another length than the positions is cut or padded like a missing one.
         self.fill(end);
-
-        let corners: Vec<u32> = match primitive.indices() {
-            Some(accessor) => rows::<1>(&accessor, &self.buffers, "indices")?.iter().map(|v| v[0] as u32).collect(),
-            None => (0..points.len() as u32).collect(),
-        };
-        let mirrored = linear.determinant() < 0.0;
-        self.push_faces(primitive.mode(), &corners, points.len(), first as u32, mirrored)
+        self.push_faces(primitive, end - first, first as u32, linear.determinant() < 0.0)?;
+        self.texture.face_materials.resize(self.mesh.faces.len(), material);
+        Ok(())
     }
 
     fn fill(&mut self, end: usize) {
@@ -240,38 +271,66 @@ impl GltfMeshBuilder {
         for values in mesh.scalars.values_mut() {
             values.resize(end, 0.0);
         }
+        if !self.texture.coords.is_empty() {
+            self.texture.coords.resize(end, [f32::NAN; 2]);
+        }
     }
 
     fn push_faces(
         &mut self,
-        mode: Mode,
-        corners: &[u32],
+        primitive: &Primitive,
         vertex_count: usize,
         first: u32,
         mirrored: bool,
     ) -> Result<(), FormatError> {
-        if let Some((index, v)) = corners.iter().enumerate().find(|&(_, &v)| v as usize >= vertex_count) {
-            return Err(FormatError::Element {
+        let mut index = 0;
+        let mut checked = |v: u32| {
+            index += 1;
+            if (v as usize) < vertex_count {
+                return Ok(v + first);
+            }
+            Err(FormatError::Element {
                 format: Format::Gltf,
                 element: "index".into(),
-                index,
+                index: index - 1,
                 expected: format!("vertices below {vertex_count}"),
                 found: format!("vertex {v}"),
-            });
-        }
-        let faces: Vec<[u32; 3]> = match mode {
-            Mode::Triangles => corners.as_chunks::<3>().0.to_vec(),
-            // Every other triangle of a strip has the opposite orientation.
-            Mode::TriangleStrip => corners
-                .windows(3)
-                .enumerate()
-                .map(|(k, w)| if k % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] })
-                .collect(),
-            Mode::TriangleFan => corners.windows(2).skip(1).map(|w| [corners[0], w[0], w[1]]).collect(),
-            Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => Vec::new(),
+            })
         };
-        let turned = faces.into_iter().map(|[a, b, c]| if mirrored { [a, c, b] } else { [a, b, c] });
-        self.mesh.faces.extend(turned.map(|f| f.map(|v| v + first)));
+        let before = self.mesh.faces.len();
+        let faces = &mut self.mesh.faces;
+        match (primitive.mode(), primitive.indices()) {
+            // Most of a large file, so without a copy.
+            (Mode::Triangles, Some(accessor)) => {
+                let mut corners = each_row::<1>(&accessor, &self.buffers, "indices")?.map(|v| v[0] as u32);
+                faces.reserve(accessor.count() / 3);
+                while let (Some(a), Some(b), Some(c)) = (corners.next(), corners.next(), corners.next()) {
+                    faces.push([checked(a)?, checked(b)?, checked(c)?]);
+                }
+            }
+            (mode, accessor) => {
+                let corners: Result<Vec<u32>, FormatError> = match accessor {
+                    Some(accessor) => {
+                        each_row::<1>(&accessor, &self.buffers, "indices")?.map(|v| checked(v[0] as u32)).collect()
+                    }
+                    None => (0..vertex_count as u32).map(checked).collect(),
+                };
+                let corners = corners?;
+                match mode {
+                    Mode::Triangles => faces.extend(corners.as_chunks::<3>().0),
+                    // Every other triangle of a strip has the opposite orientation.
+                    Mode::TriangleStrip => faces.extend(
+                        (corners.windows(3).enumerate())
+                            .map(|(k, w)| if k % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] }),
+                    ),
+                    Mode::TriangleFan => faces.extend(corners.windows(2).skip(1).map(|w| [corners[0], w[0], w[1]])),
+                    Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => {}
+                }
+            }
+        }
+        if mirrored {
+            faces[before..].iter_mut().for_each(|face| face.swap(1, 2));
+        }
         Ok(())
     }
 
@@ -279,8 +338,15 @@ impl GltfMeshBuilder {
         if self.misses_normals {
             self.mesh.normals = None;
         }
-        if self.has_texture {
-            self.mesh.unread.push(unread_texture("the file has a texture"));
+        let has_colors = self.mesh.colors.is_some();
+        let found = self.materials.finish();
+        if !has_colors {
+            self.mesh.unread = found.unread;
+        }
+        let differ = || found.materials.windows(2).any(|pair| pair[0].color != pair[1].color);
+        if !found.pictures.is_empty() || (!has_colors && differ()) {
+            let (materials, pictures) = (found.materials, found.pictures);
+            self.mesh.texture = Some(RawTexture { materials, pictures, ..self.texture });
         }
         self.mesh.with_indices_checked(Format::Gltf)
     }

@@ -6,6 +6,7 @@ use super::samplers::{Curve, Interpolated};
 use crate::formats::error::{Format, FormatError};
 use crate::formats::motion::{RawJoint, RawMotion, RawTransform};
 use crate::formats::raw_mesh::read_all;
+use crate::formats::texture::no_siblings;
 use gltf::animation::Property;
 use gltf::{Animation, Document, Node, Skin};
 use nalgebra::{Isometry3, Matrix3, Matrix4, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
@@ -30,11 +31,11 @@ const MOST_FRAMES: f64 = 1e6;
 pub fn read_gltf_motion(input: impl Read) -> Result<RawMotion, FormatError> {
     let bytes = read_all(Format::Gltf, input)?;
     check_length(&bytes)?;
-    let (file, blob) = parse(&bytes)?;
+    let (file, blob) = parse(bytes)?;
     let Some(animation) = file.animations().next() else {
         return Err(FormatError::Missing { format: Format::Gltf, what: "animation" });
     };
-    let buffers = read_buffers(&file, blob)?;
+    let buffers = read_buffers(&file, blob, &mut no_siblings)?;
     let mut notes = Vec::new();
     let name = animation.name().map(String::from);
     if file.animations().len() > 1 {

@@ -3,8 +3,8 @@
 //! Every accessor has its own buffer view, aligned to 4 bytes; positions have bounds; JSON keys are sorted. The meaning
 //! of the pieces (layers, joints, weights) is the caller's. Types and JSON come from `gltf-json`.
 
-use super::srgb::linear_of_byte;
 use crate::formats::error::{Format, FormatError};
+use crate::formats::srgb::linear_of_byte;
 use gltf::binary::{Glb, Header};
 use gltf::json::accessor::{Accessor, ComponentType, GenericComponentType, Type};
 use gltf::json::buffer::{Buffer, Target, View};

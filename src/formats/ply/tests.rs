@@ -29,7 +29,7 @@ prop_compose! {
             if vertex_count == 0 { 0..1 } else { 0..60 }),
     ) -> RawMesh {
         let scalars = label.into_iter().map(|l| ("label".to_string(), l)).collect();
-        RawMesh { points, faces, colors, normals, uvs, scalars, unread: Vec::new() }
+        RawMesh { points, faces, colors, normals, uvs, scalars, ..RawMesh::default() }
     }
 }
 
@@ -65,7 +65,7 @@ fn strip(n: u32) -> RawMesh {
         uvs: None,
         scalars: [("quality".to_string(), vec![0.5; count])].into(),
         points,
-        unread: Vec::new(),
+        ..RawMesh::default()
     }
 }
 

@@ -5,9 +5,12 @@
 //! (`position parse error`). It takes 1.73 of our time on 1 million vertices and 2 million faces
 //! (`cargo bench --bench files`).
 
-use super::lines::{line_error, lines, number, numbers};
+use super::lines::{LineStream, line_error, number, numbers, without_comment};
+use super::obj_corners::{Corner, PerCorner};
+use super::obj_materials::NamedMaterials;
 use crate::formats::error::{Format, FormatError};
-use crate::formats::raw_mesh::{RawMesh, bytes_of_colors, read_all, unread_texture};
+use crate::formats::raw_mesh::{RawMesh, bytes_of_colors};
+use crate::formats::texture::{RawTexture, Siblings, UnreadPart, no_siblings};
 use std::io::{BufWriter, Read, Write};
 
 /// Reads an OBJ: all groups as one mesh, polygons as fans, `v x y z r g b` as colours.
@@ -18,37 +21,26 @@ use std::io::{BufWriter, Read, Write};
 /// **Errors** name the line. OBJ states no counts, so a file that is cut between two lines is only noticed if a face
 /// misses its vertices.
 pub fn read_obj(input: impl Read) -> Result<RawMesh, FormatError> {
-    let bytes = read_all(Format::Obj, input)?;
+    read_obj_with(input, &mut no_siblings)
+}
+
+/// Reads an OBJ like [`read_obj`], with the materials and pictures beside it.
+pub(in crate::formats) fn read_obj_with(input: impl Read, siblings: &mut Siblings) -> Result<RawMesh, FormatError> {
     let mut parts = ObjMeshBuilder::default();
-    for (line, text) in lines(&bytes) {
-        let mut tokens = text.split_ascii_whitespace();
-        match tokens.next() {
-            Some("v") => {
-                parts.mesh.points.push(numbers(Format::Obj, line, &mut tokens)?);
-                let rest: Vec<&str> = tokens.collect();
-                // A fourth number is a weight; three more are a colour, four more a colour with alpha.
-                if let [r, g, b] | [r, g, b, _] = rest[..] {
-                    let mut color = [0.0; 3];
-                    for (value, token) in color.iter_mut().zip([r, g, b]) {
-                        *value = number(Format::Obj, line, token)?;
-                    }
-                    parts.colors.push(color);
-                }
-            }
-            Some("vt") => parts.uvs.push(numbers(Format::Obj, line, &mut tokens)?),
-            Some("vn") => parts.normals.push(numbers(Format::Obj, line, &mut tokens)?),
-            Some("mtllib") => parts.materials = Some(tokens.collect::<Vec<_>>().join(" ")),
-            Some("f") => parts.push_face(line, tokens.collect::<Vec<_>>().as_slice())?,
-            Some("v1" | "ply" | "OFF" | "solid" | "glTF") if line == 1 => {
-                return Err(FormatError::NotThisFormat { format: Format::Obj, found: format!("'{text}'") });
-            }
-            _ => {}
-        }
+    let mut lines = LineStream::new(input);
+    let (mut is_empty, mut has_zeros) = (true, false);
+    while let Some((line, text)) = lines.next(Format::Obj)? {
+        is_empty = false;
+        has_zeros |= parts.mesh.points.is_empty() && text.contains(&0);
+        parts.push_line(line, text)?;
     }
-    if parts.mesh.points.is_empty() && bytes.contains(&0) {
+    if is_empty {
+        return Err(FormatError::NoBytes { format: Format::Obj });
+    }
+    if parts.mesh.points.is_empty() && has_zeros {
         return Err(FormatError::NotThisFormat { format: Format::Obj, found: "binary data".into() });
     }
-    parts.into_mesh()
+    parts.into_mesh(siblings)
 }
 
 /// The arrays read so far.
@@ -58,85 +50,111 @@ struct ObjMeshBuilder {
     colors: Vec<[f64; 3]>,
     uvs: Vec<[f64; 2]>,
     normals: Vec<[f64; 3]>,
-    /// The file of the materials.
-    materials: Option<String>,
-    /// (vertex, texture coordinate, normal) of each corner, the latter two if the file has them.
-    corners: Vec<(u32, Option<u32>, Option<u32>)>,
+    corners: PerCorner,
+    names: NamedMaterials,
+    material: Option<u16>,
+    /// One per face, once a material was named.
+    face_materials: Vec<u16>,
+    polygon: Vec<Corner>,
 }
 
 impl ObjMeshBuilder {
-    fn push_face(&mut self, line: usize, tokens: &[&str]) -> Result<(), FormatError> {
-        if tokens.len() < 3 {
-            return Err(line_error(Format::Obj, line, "a face of three or more corners", &tokens.join(" ")));
+    fn push_line(&mut self, line: usize, text: &[u8]) -> Result<(), FormatError> {
+        if matches!(text.first(), Some(b'm' | b'u')) {
+            self.material = self.names.follow(text).or(self.material);
+            return Ok(());
         }
-        let mut polygon = Vec::with_capacity(tokens.len());
-        for token in tokens {
-            let mut fields = token.split('/');
-            let mut index = |count: usize, what: &str| -> Result<Option<u32>, FormatError> {
-                let field = fields.next().unwrap_or("");
-                if field.is_empty() {
-                    return Ok(None);
+        let text = String::from_utf8_lossy(without_comment(text));
+        let mut tokens = text.split_ascii_whitespace();
+        match tokens.next() {
+            Some("v") => {
+                self.mesh.points.push(numbers(Format::Obj, line, &mut tokens)?);
+                // A fourth number is a weight; three more are a colour, four more a colour with alpha.
+                let rest: [Option<&str>; 5] = std::array::from_fn(|_| tokens.next());
+                if let [Some(r), Some(g), Some(b), _, None] = rest {
+                    let mut color = [0.0; 3];
+                    for (value, token) in color.iter_mut().zip([r, g, b]) {
+                        *value = number(Format::Obj, line, token)?;
+                    }
+                    self.colors.push(color);
                 }
-                // Counted from 1, or backwards from the last one read.
-                let index = match field.parse::<i64>() {
-                    Ok(stated) if stated < 0 => Some(count as i64 + stated),
-                    Ok(stated) if stated > 0 => Some(stated - 1),
-                    _ => None,
-                };
-                match index.and_then(|index| u32::try_from(index).ok()) {
-                    Some(index) => Ok(Some(index)),
-                    None => Err(line_error(Format::Obj, line, format!("the index of a {what}"), token)),
+            }
+            Some("vt") => self.uvs.push(numbers(Format::Obj, line, &mut tokens)?),
+            Some("vn") => self.normals.push(numbers(Format::Obj, line, &mut tokens)?),
+            Some("f") => {
+                self.polygon.clear();
+                for token in tokens {
+                    let counts = [self.mesh.points.len(), self.uvs.len(), self.normals.len()];
+                    self.polygon.push(Corner::parse(token, counts, line)?);
                 }
-            };
-            let vertex = index(self.mesh.points.len(), "vertex")?
-                .ok_or_else(|| line_error(Format::Obj, line, "the index of a vertex", token))?;
-            let uv = index(self.uvs.len(), "texture coordinate")?;
-            let normal = index(self.normals.len(), "normal")?;
-            polygon.push(vertex);
-            self.corners.push((vertex, uv, normal));
+                self.push_face(line, &text)?;
+            }
+            Some("v1" | "ply" | "OFF" | "solid" | "glTF") if line == 1 => {
+                return Err(FormatError::NotThisFormat { format: Format::Obj, found: format!("'{text}'") });
+            }
+            _ => {}
         }
-        self.mesh.push_polygon(&polygon);
         Ok(())
     }
 
-    fn into_mesh(self) -> Result<RawMesh, FormatError> {
+    fn push_face(&mut self, line: usize, text: &str) -> Result<(), FormatError> {
+        let polygon = &self.polygon;
+        if polygon.len() < 3 {
+            let corners = text.trim_start_matches('f').trim();
+            return Err(line_error(Format::Obj, line, "a face of three or more corners", corners));
+        }
+        self.corners.push_polygon(polygon, self.mesh.points.len());
+        for k in 2..polygon.len() {
+            self.mesh.faces.push([polygon[0], polygon[k - 1], polygon[k]].map(|corner| corner.vertex));
+        }
+        if self.material.is_some() || !self.face_materials.is_empty() {
+            let before = self.mesh.faces.len() - (polygon.len() - 2);
+            self.face_materials.resize(before, RawTexture::NO_MATERIAL);
+            self.face_materials.resize(self.mesh.faces.len(), self.material.unwrap_or(RawTexture::NO_MATERIAL));
+        }
+        Ok(())
+    }
+
+    fn into_mesh(mut self, siblings: &mut Siblings) -> Result<RawMesh, FormatError> {
         let mut mesh = self.mesh.with_indices_checked(Format::Obj)?;
         let vertex_count = mesh.points.len();
         if vertex_count > 0 && self.colors.len() == vertex_count {
             mesh.colors = Some(bytes_of_colors(&self.colors));
         }
-        mesh.uvs = gathered(vertex_count, &self.uvs, self.corners.iter().map(|c| (c.0, c.1)), "texture coordinate")?;
-        // Without texture coordinates, the materials have no texture.
-        if let (Some(materials), Some(_), None) = (&self.materials, &mesh.uvs, &mesh.colors) {
-            mesh.unread.push(unread_texture(&format!("the texture of the file's materials ('{materials}')")));
+        drop(self.colors);
+        self.corners.check(self.uvs.len(), self.normals.len())?;
+        mesh.normals = self.corners.normals(vertex_count, &self.normals);
+        drop(self.normals);
+        mesh.uvs = self.corners.uvs(&mesh.faces, vertex_count, &self.uvs);
+        if self.names.libraries.is_empty() {
+            return Ok(mesh);
         }
-        mesh.normals = gathered(vertex_count, &self.normals, self.corners.iter().map(|c| (c.0, c.2)), "normal")?;
+        let found = self.names.find(siblings);
+        // A file's own colours of vertices are better than one per material.
+        let has_colors = found.have_colors() && (mesh.colors.is_none() || !found.pictures.is_empty());
+        if mesh.uvs.is_some() && mesh.colors.is_none() {
+            mesh.unread = found.unread;
+        } else if mesh.uvs.is_none() && !found.pictures.is_empty() {
+            mesh.unread.push(UnreadPart {
+                what: format!("the faces have no coordinates in the picture '{}'", found.pictures[0].name),
+                remedy: "export the scan again with texture coordinates".into(),
+            });
+        }
+        if has_colors {
+            let mut face_materials = self.face_materials;
+            let first =
+                if found.materials.len() == 1 && self.names.used.is_empty() { 0 } else { RawTexture::NO_MATERIAL };
+            face_materials.resize(mesh.faces.len(), first);
+            mesh.texture = Some(RawTexture {
+                coords: self.uvs.iter().map(|uv| uv.map(|c| c as f32)).collect(),
+                corners: Some(self.corners.into_uv_corners(mesh.faces.len())),
+                face_materials,
+                materials: found.materials,
+                pictures: found.pictures,
+            });
+        }
         Ok(mesh)
     }
-}
-
-/// The first value that a corner assigns to each vertex, zero for vertices without one; `None` if no corner has a value.
-fn gathered<const N: usize>(
-    vertex_count: usize,
-    values: &[[f64; N]],
-    corners: impl Iterator<Item = (u32, Option<u32>)>,
-    what: &str,
-) -> Result<Option<Vec<[f64; N]>>, FormatError> {
-    let mut per_vertex: Vec<Option<[f64; N]>> = vec![None; vertex_count];
-    let mut any = false;
-    for (corner, (vertex, index)) in corners.enumerate() {
-        let Some(index) = index else { continue };
-        let value = values.get(index as usize).ok_or_else(|| FormatError::Element {
-            format: Format::Obj,
-            element: "corner".into(),
-            index: corner,
-            expected: format!("a {what} below {}", values.len()),
-            found: index.to_string(),
-        })?;
-        any = true;
-        per_vertex[vertex as usize].get_or_insert(*value);
-    }
-    Ok(any.then(|| per_vertex.into_iter().map(|v| v.unwrap_or([0.0; N])).collect()))
 }
 
 /// Writes an OBJ: colours after the coordinates, `vt`, `vn`; scalars are not written.

@@ -94,7 +94,8 @@ fn read(
     };
     if !is_zip(bytes) {
         let raw = raw_mesh(path, bytes)?;
-        return Ok((cleaned(&raw, on_progress)?, None, raw.unread));
+        let unread = raw.unread.iter().map(|part| format!("{}; {}", part.what, part.remedy)).collect();
+        return Ok((cleaned(&raw, on_progress)?, None, unread));
     }
     let began = Instant::now();
     let fused = fuse(&read_recording(bytes)?, &inputs.fusion, &mut |step| {
