@@ -13,6 +13,7 @@ mod rgbd;
 mod smooth;
 #[cfg(test)]
 mod tests;
+mod texture;
 mod upright;
 
 pub use clean::clean;
@@ -22,6 +23,7 @@ pub use params::{ScanParams, Unit, Up};
 pub use rgbd::{
     FramePose, Fusion, FusionError, FusionParams, FusionReport, FusionStep, RgbdCamera, SurfaceSoFar, fuse,
 };
+pub use texture::{TextureReport, color_from_texture};
 
 use crate::geometry::{PerVertex, TriMesh};
 use serde::{Deserialize, Serialize};
