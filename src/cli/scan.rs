@@ -98,6 +98,7 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
         "measures": report.measures,
         "recording": new.view.as_ref().and_then(file_of),
         "findings": report.findings,
+        "warnings": report.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "secs": began.elapsed().as_secs_f64(),
     });
     let watched = new.view.as_ref().and_then(file_of).map(|path| format!("rerun {path}"));
@@ -111,6 +112,7 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
             secs(began.elapsed())
         ))
         .lines(report.findings.iter().map(|f| format!("  {f}")))
+        .lines(report.warnings.iter().map(|warning| format!("  check it: {warning}")))
         .next(context.overcoat("build"))
         .next(context.overcoat("scan NAME FILE --template …"));
     done.next.extend(watched);

@@ -31,7 +31,9 @@ pub use change::{
     StageRun, StepInfo, SubjectRun, TemplateReport, fsck, replay, replay_all, write_template_to_paint,
 };
 pub use error::SessionError;
-pub use open::{BodyModelSource, Draft, NewSession, Session, Writer, create, read_body_model, read_input};
+pub use open::{
+    BodyModelSource, Draft, NewSession, Session, Writer, create, read_body_model, read_input, read_mesh_file,
+};
 pub use output_error::OutputError;
 pub use recipe::{
     Assignment, BODY_STEP, BodySurface, PaintedKind, Parameter, Recipe, SourceFile, StepPlace, StepRecipe,

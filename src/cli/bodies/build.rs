@@ -2,9 +2,9 @@
 
 use super::error::BodiesError;
 use crate::body::BodyModel;
-use crate::formats::{FormatError, MeshKind, NpzCompression, read_mesh, read_npz, write_npz};
+use crate::formats::{FormatError, MeshKind, NpzCompression, read_npz, write_npz};
 use crate::geometry::{Point, VertexId};
-use crate::session::{Content, Outputs, read_body_model, read_input};
+use crate::session::{Content, Outputs, read_body_model, read_input, read_mesh_file};
 use crate::train::{BuildParams, TrainInputs, Trained, TrainingProgress, build_model};
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -66,16 +66,12 @@ pub(super) fn write_model(model: &BodyModel, path: &Path, outputs: &mut Outputs)
 
 /// Adds the bodies of a file.
 fn read_bodies(path: &Path, inputs: &mut TrainInputs) -> Result<(), BodiesError> {
-    let bytes = read_input(path)?;
-    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    let failed = |e: FormatError| BodiesError::bad_source(path, e);
-    if extension == "npz" {
-        let npz = read_npz(Cursor::new(bytes)).map_err(failed)?;
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npz")) {
+        let failed = |e: FormatError| BodiesError::bad_source(path, e);
+        let npz = read_npz(Cursor::new(read_input(path)?)).map_err(failed)?;
         return inputs.push_stack(&file_name(path), &npz).map_err(failed);
     }
-    let kind = MeshKind::from_extension(&extension).map_err(failed)?;
-    let raw = read_mesh(kind, Cursor::new(bytes)).map_err(failed)?;
-    inputs.push_mesh(file_name(path), raw, landmarks_beside(path)?);
+    inputs.push_mesh(file_name(path), read_mesh_file(path)?, landmarks_beside(path)?);
     Ok(())
 }
 

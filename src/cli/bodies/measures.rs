@@ -3,10 +3,8 @@
 use super::error::BodiesError;
 use crate::body::{BodyMeasure, Shape, body_measures};
 use crate::fit::{NakedParams, RegisterParams, fit_naked, register};
-use crate::formats::{FormatError, MeshKind, read_mesh};
 use crate::scan::{ScanParams, clean};
-use crate::session::{read_body_model, read_input};
-use std::io::Cursor;
+use crate::session::{read_body_model, read_mesh_file};
 use std::path::Path;
 
 /// The measures of a model's body; an empty shape is the mean.
@@ -25,11 +23,7 @@ pub fn model_measures(model: Option<&Path>, shape: &[f64]) -> Result<Vec<BodyMea
 /// The measures of a mesh of a bare person: a model is fitted and registered to it, and the result is measured.
 pub fn mesh_measures(path: &Path, model: Option<&Path>) -> Result<Vec<BodyMeasure>, BodiesError> {
     let model = read_body_model(model)?;
-    let bytes = read_input(path)?;
-    let failed = |e: FormatError| BodiesError::bad_source(path, e);
-    let extension = path.extension().unwrap_or_default().to_string_lossy().into_owned();
-    let kind = MeshKind::from_extension(&extension).map_err(failed)?;
-    let raw = read_mesh(kind, Cursor::new(bytes)).map_err(failed)?;
+    let raw = read_mesh_file(path)?;
     let scan = clean(&raw, &ScanParams::default(), &mut |_| {}).map_err(|e| BodiesError::bad_source(path, e))?;
     let fitted =
         fit_naked(&scan, &model, &NakedParams::default(), &mut |_| {}).map_err(|e| BodiesError::bad_source(path, e))?;

@@ -4,7 +4,7 @@
 use crate::parameters::Settings;
 use crate::scan::{Unit, Up};
 use crate::session::error::SessionError;
-use crate::session::open::{Session, Writer, source};
+use crate::session::open::{Input, Session, Writer, source};
 use crate::session::recipe::{BodySurface, StepRecipe};
 use crate::session::results::ScanRecording;
 use crate::session::results::ShowIn;
@@ -73,8 +73,8 @@ impl Writer {
             recipe.garment_of(&step)?;
         }
         let mut recording = recording_of(new, &self.session)?;
-        let bytes = source::read_scan(&new.file)?;
-        let named = source::named(self.session.dir(), &new.file, &bytes)?;
+        let hash = Input::at(&new.file)?.hash()?;
+        let named = source::named(self.session.dir(), &new.file, hash)?;
         (step.scan, step.hash) = (named.file, named.hash);
         self.session.recipe.put_step(step.clone(), new.replace)?;
         let (change, forced) = (change_of(new), forced_by(new));

@@ -1,7 +1,7 @@
 //! The list of steps: shown, shortened, renamed, reordered, and each step set to other values. Nothing is built.
 
 use crate::session::error::SessionError;
-use crate::session::open::{Session, Writer, source};
+use crate::session::open::{Input, Session, Writer, source};
 use crate::session::recipe::{Assignment, KEYS_OF_STEP, Recipe, StepKey, StepPlace, StepRecipe};
 use crate::session::stages::{Event, Forced, Walk, scan_of};
 use serde::Serialize;
@@ -138,7 +138,7 @@ impl Writer {
             match key {
                 StepKey::Scan if !value.is_empty() => {
                     let path = from.join(value);
-                    let named = source::named(self.session.dir(), &path, &source::read_scan(&path)?)?;
+                    let named = source::named(self.session.dir(), &path, Input::at(&path)?.hash()?)?;
                     (step.scan, step.hash) = (named.file, named.hash);
                 }
                 _ => key.set(step, typed, value, from)?,

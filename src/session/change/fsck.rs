@@ -1,7 +1,7 @@
 //! Fsck: checks every artefact that a session names, and rebuilds what is damaged or missing from the recipe.
 
 use crate::session::error::SessionError;
-use crate::session::open::{Session, Snapshot, source, state_path};
+use crate::session::open::{Input, Session, Snapshot, state_path};
 use crate::session::recipe::{PaintedKind, SourceFile};
 use crate::session::results::not_built_is_fine;
 use crate::session::stages::{Event, Repaired, Walk, pipeline};
@@ -239,12 +239,12 @@ impl Check<'_> {
 
     fn copy_again(&self, session: &Session, source: &SourceFile, hash: ContentHash) -> Result<Repair, SessionError> {
         let path = session.resolve(&source.file);
-        Ok(match source::read_scan(&path) {
-            Ok(bytes) if ContentHash::of(&bytes) == hash => {
-                self.store.keep_bytes(&bytes)?;
+        Ok(match Input::unchanged(&path, hash) {
+            Ok(Some(input)) => {
+                input.keep(&self.store, hash)?;
                 Repair::Repaired
             }
-            Ok(_) => Repair::Not(format!("'{}' has changed; restore the original", path.display())),
+            Ok(None) => Repair::Not(format!("'{}' has changed; restore the original", path.display())),
             Err(_) => Repair::Not(format!("'{}' is missing; restore it", path.display())),
         })
     }

@@ -11,7 +11,7 @@ use crate::session::results::{Content, Outputs};
 use crate::session::stage::Stage;
 use crate::session::stages::marks::{is_something, marks_of_some, nothing_left};
 use crate::session::stages::{Walk, pipeline, scan_of};
-use crate::session::store::{Kept, StageRecord, write_whole};
+use crate::session::store::{ContentHash, Kept, StageRecord, write_whole};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -122,7 +122,7 @@ impl Writer {
         let named = match new.content {
             MaskContent::File | MaskContent::Everything => {
                 self.session.store.keep_bytes(&new.bytes)?;
-                source::named(self.session.dir(), file, &new.bytes)?
+                source::named(self.session.dir(), file, ContentHash::of(&new.bytes))?
             }
             MaskContent::Marks => self.anchored(layer, &LabelledSurface::of_marks(&new.scan, &new.marks), from())?,
             MaskContent::Painted => {

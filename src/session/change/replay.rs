@@ -3,7 +3,7 @@
 use super::build::Built;
 use crate::segment::Marks;
 use crate::session::error::SessionError;
-use crate::session::open::{Session, Writer, check_body_model, source, templates};
+use crate::session::open::{Input, Session, Writer, check_body_model, source, templates};
 use crate::session::recipe::{
     Assignment, LeftOut, MaskFile, Recipe, SourceFile, StepRecipe, assignment, from_here, relative_to,
 };
@@ -38,8 +38,8 @@ pub struct Replayed {
 /// A recipe with the content of all its files, ready to become a session.
 struct Prepared {
     recipe: Recipe,
-    /// The content of every file that it refers to.
-    contents: Vec<Vec<u8>>,
+    /// The content of every file that it refers to, by its hash.
+    contents: Vec<(Input, ContentHash)>,
     left_out: LeftOut,
 }
 
@@ -75,18 +75,19 @@ fn prepare(replay: &Replay) -> Result<Prepared, SessionError> {
     let store = Store::in_session(&folder);
     let mut contents = Vec::new();
     let mut read = |source: &SourceFile, layer: Option<&str>| -> Result<SourceFile, SessionError> {
-        let bytes = bytes_of(&store, &folder, source)?;
+        let input = input_of(&store, &folder, source)?;
+        let hash = source.hash.map_or_else(|| input.hash(), Ok)?;
         if let Some(layer) = layer {
             let path = from_here(&folder.join(&source.file));
-            MaskFile::read(&path, &bytes)?.check_layer(layer, source.layer.as_deref(), &path)?;
+            MaskFile::read(&path, &input.bytes()?)?.check_layer(layer, source.layer.as_deref(), &path)?;
         }
         let file = folder.join(&source.file);
         // If only the copy remains, only its name is known.
         let file = file.canonicalize().unwrap_or_else(|_| PathBuf::from(file.file_name().unwrap_or_default()));
         let text = file.to_str().ok_or_else(|| SessionError::PathNotText { path: file.clone() })?;
         let mut found = source.clone();
-        (found.file, found.hash) = (text.to_string(), Some(ContentHash::of(&bytes)));
-        contents.push(bytes);
+        (found.file, found.hash) = (text.to_string(), Some(hash));
+        contents.push((input, hash));
         Ok(found)
     };
     if let Some(body) = &mut recipe.body {
@@ -105,7 +106,7 @@ fn prepare(replay: &Replay) -> Result<Prepared, SessionError> {
         check_masks(&asked, &store, &folder)?;
     }
     if let Some(body) = &recipe.body {
-        check_body_model(Path::new(&body.file), &contents[0])?;
+        check_body_model(Path::new(&body.file), &contents[0].0.bytes()?)?;
     }
     Ok(Prepared { recipe, contents, left_out })
 }
@@ -116,10 +117,10 @@ fn check_masks(step: &StepRecipe, store: &Store, folder: &Path) -> Result<(), Se
         return Ok(());
     }
     let path = from_here(&folder.join(&step.scan));
-    let scan = cleaned_scan(step, &path, &bytes_of(store, folder, &step.source())?)?;
+    let scan = cleaned_scan(step, &path, &input_of(store, folder, &step.source())?)?;
     for source in &step.masks {
         let path = from_here(&folder.join(&source.file));
-        let marks = match MaskFile::read(&path, &bytes_of(store, folder, source)?)? {
+        let marks = match MaskFile::read(&path, &input_of(store, folder, source)?.bytes()?)? {
             MaskFile::Strokes(strokes) => Marks::paint(&scan, &strokes),
             MaskFile::Surface(surface) => surface.marks_on(&scan, None),
             // Their length depends on the file of the scan; the build checks it.
@@ -131,16 +132,8 @@ fn check_masks(step: &StepRecipe, store: &Store, folder: &Path) -> Result<(), Se
 }
 
 /// The copy beside the recipe, or the file itself if it is unchanged.
-fn bytes_of(store: &Store, folder: &Path, source: &SourceFile) -> Result<Vec<u8>, SessionError> {
-    if let Some(bytes) = source.hash.and_then(|hash| store.bytes(hash).ok()) {
-        return Ok(bytes);
-    }
-    let path = from_here(&folder.join(&source.file));
-    let bytes = source::read_scan(&path)?;
-    match source.hash {
-        Some(hash) if ContentHash::of(&bytes) != hash => Err(SessionError::SourceChanged { path }),
-        _ => Ok(bytes),
-    }
+fn input_of(store: &Store, folder: &Path, source: &SourceFile) -> Result<Input, SessionError> {
+    Input::of(store, &from_here(&folder.join(&source.file)), source.hash)
 }
 
 fn open_or_create(into: &Path, prepared: &Prepared) -> Result<Writer, SessionError> {
@@ -167,7 +160,7 @@ fn open_or_create(into: &Path, prepared: &Prepared) -> Result<Writer, SessionErr
 }
 
 fn keep(writer: &mut Writer, prepared: &Prepared) -> Result<(), SessionError> {
-    prepared.contents.iter().try_for_each(|bytes| writer.session.store.keep_bytes(bytes).map(drop))
+    prepared.contents.iter().try_for_each(|(input, hash)| input.keep(&writer.session.store, *hash))
 }
 
 fn begin(writer: &mut Writer, into: &Path, prepared: &Prepared) -> Result<(), SessionError> {

@@ -2,6 +2,7 @@
 
 mod body_model;
 mod draft;
+mod input;
 mod new;
 mod session;
 pub(in crate::session) mod source;
@@ -12,7 +13,8 @@ pub use body_model::BodyModelSource;
 pub(in crate::session) use body_model::check_body_model;
 pub use body_model::read_body_model;
 pub use draft::Draft;
+pub(in crate::session) use input::{Input, ScanInput};
 pub use new::{NewSession, create};
 pub use session::{Session, Writer};
 pub(in crate::session) use session::{Snapshot, is_session, recipe_path, state_path};
-pub use source::read as read_input;
+pub use source::{read as read_input, read_mesh_file};

@@ -5,6 +5,7 @@ use super::session::Writer;
 use super::source;
 use crate::session::error::SessionError;
 use crate::session::recipe::Recipe;
+use crate::session::store::ContentHash;
 use std::path::{Path, PathBuf};
 
 /// The request for a new session.
@@ -28,7 +29,7 @@ pub fn create(dir: &Path, new: &NewSession) -> Result<BodyModelSource, SessionEr
     let mut writer = Writer::create(dir, Recipe::new(None))?;
     if let Some((path, bytes)) = body {
         writer.session.store.keep_bytes(&bytes)?;
-        writer.session.recipe.body = Some(source::named(dir, path, &bytes)?);
+        writer.session.recipe.body = Some(source::named(dir, path, ContentHash::of(&bytes))?);
     }
     writer.commit("new")?;
     Ok(writer.session.body_model_source())

@@ -1,11 +1,10 @@
 //! Applies masks to the scan of their step.
 
-use super::scan::raw_mesh;
-use crate::formats::{RawMesh, is_zip};
+use crate::formats::RawMesh;
 use crate::scan::Scan;
 use crate::segment::{Labels, Marks, SegmentError};
 use crate::session::error::SessionError;
-use crate::session::open::Session;
+use crate::session::open::{ScanInput, Session};
 use crate::session::recipe::{MaskFile, SourceFile, StepRecipe};
 use std::path::Path;
 
@@ -45,12 +44,9 @@ impl Session {
     /// The mesh in the file of a step's scan; `None` for a recording of frames.
     pub(in crate::session) fn file_mesh(&self, step: &StepRecipe) -> Result<Option<RawMesh>, SessionError> {
         let source = step.source();
-        let (path, bytes) = (self.resolve(&source.file), self.source_bytes(&source)?);
-        match is_zip(&bytes) {
-            true => Ok(None),
-            false => raw_mesh(&path, &bytes)
-                .map(Some)
-                .map_err(|source| SessionError::BadSource { path, source: Box::new(source) }),
+        match self.input(&source)?.scan(&self.resolve(&source.file))? {
+            ScanInput::Mesh(raw) => Ok(Some(*raw)),
+            ScanInput::Frames(_) => Ok(None),
         }
     }
 

@@ -2,13 +2,15 @@
 
 use super::event::{OnProgress, Outcome, StageProgress};
 use super::pipeline_stage::{PipelineStage, StepContext};
-use crate::formats::{MeshKind, RawMesh, is_zip, read_mesh, read_recording};
-use crate::scan::{FusionParams, FusionReport, FusionStep, Scan, ScanParams, clean, fuse};
+use crate::formats::{RawMesh, read_recording};
+use crate::scan::{
+    CleaningStep, FusionParams, FusionReport, FusionStep, Scan, ScanParams, clean, color_from_texture, fuse,
+};
 use crate::session::error::SessionError;
-use crate::session::open::Session;
+use crate::session::open::{Input, ScanInput, Session};
 use crate::session::recipe::{StepRecipe, params_over};
 use crate::session::stage::Stage;
-use crate::session::stage_error::StageError;
+use crate::session::store::Warning;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::time::Instant;
@@ -41,20 +43,29 @@ impl PipelineStage for ScanStage {
         on_progress: OnProgress,
     ) -> Result<Outcome<Scan>, SessionError> {
         let path = session.resolve(&step.scan);
-        let bytes = session.source_bytes(&step.source())?;
-        let (scan, report, unread) =
-            read(&path, &bytes, &inputs, on_progress).map_err(|e| SessionError::bad_source(&path, e))?;
-        // Store a copy once the file is known to be valid.
-        session.store.keep_bytes(&bytes)?;
+        let input = session.input(&step.source())?;
+        let ReadScan { scan, fusion, findings, warnings } = read(&path, &input, &inputs, on_progress)?;
+        // Store a copy once the file is known to be valid. It also holds what textures are baked from later: the full
+        // mesh with its coordinates, and the pictures as they are.
+        input.keep(&session.store, step.hash.map_or_else(|| input.hash(), Ok)?)?;
         let (vertices, faces) = (scan.mesh.vertex_count(), scan.mesh.face_count());
-        let findings: Vec<String> = scan.findings.iter().cloned().chain(unread).collect();
+        let findings: Vec<String> = scan.findings.iter().cloned().chain(findings).collect();
         let outcome = Outcome::of(scan).measured("vertices", vertices as f64).measured("faces", faces as f64);
-        Ok(match report {
+        Ok(match fusion {
             Some(report) => measured(outcome, &report),
             None => outcome,
         }
-        .found(findings))
+        .found(findings)
+        .warned(warnings))
     }
+}
+
+/// A scan as read from its input.
+struct ReadScan {
+    scan: Scan,
+    fusion: Option<FusionReport>,
+    findings: Vec<String>,
+    warnings: Vec<Warning>,
 }
 
 fn measured<T>(outcome: Outcome<T>, report: &FusionReport) -> Outcome<T> {
@@ -81,37 +92,46 @@ fn fusion_params_of(step: &StepRecipe) -> Result<FusionParams, SessionError> {
     params_over(given, step, Stage::Scan)
 }
 
-fn read(
-    path: &Path,
-    bytes: &[u8],
-    inputs: &Inputs,
-    on_progress: OnProgress,
-) -> Result<(Scan, Option<FusionReport>, Vec<String>), StageError> {
-    let cleaned = |raw: &RawMesh, on_progress: OnProgress| {
-        clean(raw, &inputs.params, &mut |s| {
-            on_progress(StageProgress::Text(&format!("{} ({} faces)", s.name, s.faces)));
-        })
+fn read(path: &Path, input: &Input, inputs: &Inputs, on_progress: OnProgress) -> Result<ReadScan, SessionError> {
+    let bad = |e| SessionError::bad_source(path, e);
+    let zip = match input.scan(path)? {
+        ScanInput::Mesh(raw) => return read_mesh(path, *raw, inputs, on_progress),
+        ScanInput::Frames(zip) => zip,
     };
-    if !is_zip(bytes) {
-        let raw = raw_mesh(path, bytes)?;
-        let unread = raw.unread.iter().map(|part| format!("{}; {}", part.what, part.remedy)).collect();
-        return Ok((cleaned(&raw, on_progress)?, None, unread));
-    }
     let began = Instant::now();
-    let fused = fuse(&read_recording(bytes)?, &inputs.fusion, &mut |step| {
+    let recording = read_recording(&zip).map_err(|e| SessionError::bad_source(path, e))?;
+    let fused = fuse(&recording, &inputs.fusion, &mut |step| {
         on_progress(StageProgress::Text(&in_words(step, &began)));
         on_progress(StageProgress::Fusion(step));
-    })?;
-    let mut scan = cleaned(&fused.mesh, on_progress)?;
+    })
+    .map_err(|e| SessionError::bad_source(path, e))?;
+    let mut scan = clean(&fused.mesh, &inputs.params, &mut in_progress(on_progress)).map_err(bad)?;
     scan.findings = fused.findings.into_iter().chain(scan.findings).collect();
-    Ok((scan, Some(fused.report), Vec::new()))
+    Ok(ReadScan { scan, fusion: Some(fused.report), findings: Vec::new(), warnings: Vec::new() })
+}
+
+fn read_mesh(
+    path: &Path,
+    mut raw: RawMesh,
+    inputs: &Inputs,
+    on_progress: OnProgress,
+) -> Result<ReadScan, SessionError> {
+    let texture = color_from_texture(&mut raw, &mut in_progress(on_progress)).unwrap_or_default();
+    let doubts = raw.unread.iter().chain(&texture.doubts);
+    let warnings = doubts.map(|part| Warning::new(&part.what, &part.remedy)).collect();
+    let scan = clean(&raw, &inputs.params, &mut in_progress(on_progress));
+    let scan = scan.map_err(|e| SessionError::bad_source(path, e))?;
+    Ok(ReadScan { scan, fusion: None, findings: texture.findings, warnings })
+}
+
+fn in_progress(on_progress: OnProgress) -> impl FnMut(&CleaningStep) {
+    |s| on_progress(StageProgress::Text(&format!("{} ({} faces)", s.name, s.faces)))
 }
 
 /// The cleaned scan of a step, computed here and not stored.
-pub(in crate::session) fn cleaned_scan(step: &StepRecipe, path: &Path, bytes: &[u8]) -> Result<Scan, SessionError> {
+pub(in crate::session) fn cleaned_scan(step: &StepRecipe, path: &Path, input: &Input) -> Result<Scan, SessionError> {
     let inputs = Inputs { params: scan_params_of(step)?, fusion: fusion_params_of(step)? };
-    let read = read(path, bytes, &inputs, &mut |_| {});
-    read.map(|(scan, ..)| scan).map_err(|e| SessionError::bad_source(path, e))
+    read(path, input, &inputs, &mut |_| {}).map(|read| read.scan)
 }
 
 /// A step of the fusion in words.
@@ -132,10 +152,4 @@ fn in_words(step: &FusionStep, began: &Instant) -> String {
         FusionStep::Integrated { .. } => "all frames fused".into(),
         FusionStep::Extracted { faces } => format!("surface of {faces} faces"),
     }
-}
-
-/// The content of the file.
-pub(in crate::session) fn raw_mesh(path: &Path, bytes: &[u8]) -> Result<RawMesh, StageError> {
-    let extension = path.extension().map(|e| e.to_string_lossy().into_owned()).unwrap_or_default();
-    Ok(read_mesh(MeshKind::from_extension(&extension)?, bytes)?)
 }

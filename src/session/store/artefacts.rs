@@ -1,11 +1,14 @@
 //! Artefacts by the hash of their content.
 
-use super::durable::{place_whole, sweep, sync_folder};
-use super::hash::ContentHash;
+use super::durable::{place, place_whole, sweep, sync_folder};
+use super::hash::{ContentHash, HashingWriter};
 use super::memory::Memory;
+use super::stream::StreamError;
 use crate::session::error::SessionError;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::fs::File;
+use std::io::{BufWriter, Seek, Write};
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -68,11 +71,48 @@ impl Store {
         let hash = ContentHash::of(bytes);
         let path = self.path(hash);
         // A sound artefact is not written again; writing repairs a damaged one.
-        if std::fs::read(&path).is_ok_and(|there| ContentHash::of(&there) == hash) {
-            return Ok(hash);
+        if self.health(hash) != Health::Sound {
+            place_whole(&path, bytes)?;
         }
-        place_whole(&path, bytes)?;
         Ok(hash)
+    }
+
+    /// Stores what `write` writes, like [`Store::keep_bytes`], without holding it in memory.
+    ///
+    /// **Errors** `other` if it does not have the hash; then nothing is stored.
+    pub(in crate::session) fn keep_stream(
+        &self,
+        hash: ContentHash,
+        other: impl FnOnce() -> SessionError,
+        write: impl FnOnce(&mut dyn Write) -> Result<(), StreamError>,
+    ) -> Result<(), SessionError> {
+        if self.health(hash) == Health::Sound {
+            return Ok(());
+        }
+        let path = self.path(hash);
+        place(&path, |file| {
+            let mut out = HashingWriter::new(BufWriter::new(file));
+            write(&mut out).map_err(|e| e.in_file(&path))?;
+            out.flush().map_err(|e| SessionError::writing(&path, e))?;
+            if out.hash() == hash { Ok(()) } else { Err(other()) }
+        })
+    }
+
+    /// The artefact of that name as a file, its content checked.
+    pub(in crate::session) fn open(&self, hash: ContentHash) -> Result<File, SessionError> {
+        let path = self.path(hash);
+        let reading = |e: std::io::Error| match e.kind() {
+            std::io::ErrorKind::NotFound => {
+                SessionError::DamagedArtefact { path: path.clone(), reason: "it is missing" }
+            }
+            _ => SessionError::reading(&path, e),
+        };
+        let mut file = File::open(&path).map_err(reading)?;
+        if ContentHash::of_stream(&file).map_err(reading)? != hash {
+            return Err(SessionError::DamagedArtefact { path, reason: "its content has changed" });
+        }
+        file.rewind().map_err(reading)?;
+        Ok(file)
     }
 
     /// Makes the stored bytes durable.
@@ -103,8 +143,8 @@ impl Store {
 
     /// The health of an artefact, by its content.
     pub(in crate::session) fn health(&self, hash: ContentHash) -> Health {
-        match std::fs::read(self.path(hash)) {
-            Ok(bytes) if ContentHash::of(&bytes) == hash => Health::Sound,
+        match File::open(self.path(hash)).and_then(ContentHash::of_stream) {
+            Ok(found) if found == hash => Health::Sound,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => Health::Missing,
             _ => Health::Damaged,
         }

@@ -48,8 +48,19 @@ pub(in crate::session) fn write_new(path: &Path, bytes: &[u8]) -> Result<(), Ses
 ///
 /// **Errors** for a folder, and for a FIFO or a device, which might never end.
 pub(in crate::session) fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
+    check_file(path)?;
+    fs::read(path)
+}
+
+/// Opens a file to read, like [`read_file`].
+pub(in crate::session) fn open_file(path: &Path) -> std::io::Result<File> {
+    check_file(path)?;
+    File::open(path)
+}
+
+fn check_file(path: &Path) -> std::io::Result<()> {
     match not_a_file(&fs::metadata(path)?) {
-        None => fs::read(path),
+        None => Ok(()),
         Some(what) => Err(std::io::Error::new(ErrorKind::InvalidInput, format!("it is {what}, not a file"))),
     }
 }
@@ -73,7 +84,11 @@ pub(in crate::session) fn not_a_file(found: &fs::Metadata) -> Option<&'static st
     Some(if kind.is_dir() { "a folder" } else { "a device" })
 }
 
-fn place(path: &Path, write: impl FnOnce(&mut File) -> Result<(), SessionError>) -> Result<(), SessionError> {
+/// Writes streamed content like [`place_whole`]; nothing appears at `path` if `write` fails.
+pub(in crate::session) fn place(
+    path: &Path,
+    write: impl FnOnce(&mut File) -> Result<(), SessionError>,
+) -> Result<(), SessionError> {
     let io = |e| SessionError::writing(path, e);
     let mut file = new_file(&folder_of(path)).map_err(io)?;
     write(file.as_file_mut())?;

@@ -12,17 +12,19 @@ mod manifest;
 mod memory;
 mod parent;
 mod state;
+mod stream;
 mod timings;
 mod warning;
 
 pub(in crate::session) use artefacts::Health;
 pub use artefacts::{Kept, Store};
 pub(in crate::session) use durable::{
-    UNFINISHED, folder_of, not_a_file, place_whole, read_file, sweep, sync_folder, write_new, write_whole,
+    UNFINISHED, folder_of, not_a_file, open_file, place_whole, read_file, sweep, sync_folder, write_new, write_whole,
 };
 pub use failures::Failure;
 pub(in crate::session) use failures::Failures;
 pub use hash::ContentHash;
+pub(in crate::session) use hash::HashingWriter;
 pub use history::{Branch, Entry, History, MAIN_BRANCH};
 pub(in crate::session) use journal::BrokenLine;
 pub use journal::{Change, Move};
@@ -32,5 +34,6 @@ pub use memory::Memory;
 pub(in crate::session) use parent::{check_folder, check_parent, no_folder};
 pub(in crate::session) use state::SCHEMA;
 pub use state::{Measures, StageRecord, State, StepRecord, name_and_unit};
+pub(in crate::session) use stream::{NamedReader, StreamError, copy_stream, read_failed, stream_error};
 pub use timings::Timings;
 pub use warning::Warning;
