@@ -26,5 +26,6 @@ mod smpl_family;
 mod stage_versions;
 mod stages;
 mod step_editing;
+mod textured;
 mod verdicts;
 mod weights_picture;

@@ -20,7 +20,7 @@ mod texture;
 
 pub use self::gltf::{
     AccessorId, GlbAttribute, GlbChannel, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, MaterialId, MeshId,
-    NodeId, SkinId, TextureId, read_gltf, read_gltf_motion,
+    NodeId, SkinId, TextureId, read_gltf, read_gltf_motion, write_textured_glb,
 };
 pub use bundle::{MeshBundle, write_mesh_bundle};
 pub use error::{Format, FormatError};
@@ -39,5 +39,5 @@ pub use recording::{
 };
 pub use rgba_png::{RgbaPicture, read_rgba_png};
 pub use srgb::{byte_of_linear, linear_of_byte};
-pub use text::{read_obj, read_off, read_stl, write_obj};
+pub use text::{read_obj, read_off, read_stl, write_obj, write_textured_obj};
 pub use texture::{EncodedPicture, RawMaterial, RawTexture, Siblings, UnreadPart, Wrap};

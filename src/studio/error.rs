@@ -97,6 +97,20 @@ pub enum StudioError {
         /// Vertices.
         expected: usize,
     },
+    /// A picture that is too small to show all triangles.
+    #[error("a picture of {side} pixels is too small for the charts of all triangles")]
+    SmallPicture {
+        /// Pixels along its side.
+        side: usize,
+        /// The least number.
+        least: usize,
+    },
+    /// A picture that cannot be encoded.
+    #[error("the picture cannot be encoded: {reason}")]
+    Picture {
+        /// The encoder's message.
+        reason: String,
+    },
     /// A text that is not a commit hash.
     #[error("'{text}' is not the hash of a commit")]
     BadCommitHash {
@@ -110,7 +124,7 @@ impl StudioError {
     pub fn hint(&self) -> Option<String> {
         Some(match self {
             Self::Cloth(e) => return e.hint(),
-            Self::EmptyScene | Self::ColorCount { .. } => return None,
+            Self::EmptyScene | Self::ColorCount { .. } | Self::Picture { .. } => return None,
             Self::UnknownGarment { known, .. } => format!("there are {}", known.join(", ")),
             Self::ImpossibleOrder { outer, inner } => {
                 format!("name the garments from the inside out: {inner},{outer}")
@@ -123,6 +137,7 @@ impl StudioError {
             Self::BadFaceCount { range: [least, most], .. } => format!("give --faces {least} to {most}"),
             Self::BadVoxel { range_mm: [least, most], .. } => format!("give voxels of {least} to {most} mm"),
             Self::BadSway { .. } => "give --sway 0 to 50, in millimetres".into(),
+            Self::SmallPicture { least, .. } => format!("give {least} pixels or more"),
             Self::MissingJoint { .. } => "give a body model with the 22 body joints of VRM 1.0".into(),
             Self::BadCommitHash { .. } => "give all 40 hexadecimal digits, as `git rev-parse HEAD` prints them".into(),
         })

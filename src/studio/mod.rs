@@ -9,6 +9,7 @@ mod params;
 mod seeds;
 mod subject;
 mod subject_params;
+mod textured;
 mod turntable_subject;
 
 pub use camera::{
@@ -21,3 +22,4 @@ pub use generate::{SyntheticSession, SyntheticStep, generate_each_step, generate
 pub use params::StudioParams;
 pub use seeds::{FRESH_SEEDS_FROM, seeds_of};
 pub use subject_params::SubjectParams;
+pub use textured::{TriangleAtlas, with_picture};

@@ -13,6 +13,7 @@ mod siblings;
 mod tests;
 #[cfg(test)]
 mod texture_tests;
+mod textured_glb;
 mod write;
 
 pub use animation::GlbChannel;
@@ -20,6 +21,7 @@ pub use read::read_gltf;
 pub(super) use read::read_gltf_with;
 pub use read_motion::read_gltf_motion;
 pub(super) use siblings::gltf_siblings;
+pub use textured_glb::write_textured_glb;
 pub use write::{
     AccessorId, GlbAttribute, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, MaterialId, MeshId, NodeId, SkinId,
     TextureId,

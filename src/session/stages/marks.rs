@@ -41,6 +41,14 @@ pub(in crate::session) fn is_something(scan: &Scan, labels: &Labels) -> bool {
 }
 
 impl Session {
+    /// The mesh of a step's scan as its file has it, in full detail, with texture coordinates, materials and pictures;
+    /// `None` for a recording of frames. It is read from the session's copy of the file.
+    ///
+    /// **Frame and units** the file's: the cleaned scan's `world_from_file` maps it to the world.
+    pub fn full_scan(&self, step: &str) -> Result<Option<RawMesh>, SessionError> {
+        self.file_mesh(self.recipe.step(step)?)
+    }
+
     /// The mesh in the file of a step's scan; `None` for a recording of frames.
     pub(in crate::session) fn file_mesh(&self, step: &StepRecipe) -> Result<Option<RawMesh>, SessionError> {
         let source = step.source();
