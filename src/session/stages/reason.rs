@@ -90,7 +90,7 @@ pub(super) fn reasons(record: &StageRecord, stage: Stage, version: u32, inputs: 
         match key.as_str() {
             "params" | "fusion" => found.extend(inner(Cause::Parameter, old, new)),
             "kind" if new.is_object() => found.extend(kind(old, new)),
-            "kind" | "file" => found.push(Reason::of(Cause::File)),
+            "kind" | "file" | "pictures" => found.push(Reason::of(Cause::File)),
             "masks" => found.push(Reason::of(Cause::Masks)),
             "model" => found.push(Reason::of(Cause::BodyModel)),
             // A parameter switches these inputs on and off; report the parameter.

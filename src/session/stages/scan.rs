@@ -32,7 +32,11 @@ impl PipelineStage for ScanStage {
         let step = context.step;
         let (params, fusion) = (scan_params_of(step)?, fusion_params_of(step)?);
         let kind = Path::new(&step.scan).extension().map(|e| e.to_string_lossy().to_lowercase());
-        let values = json!({ "file": step.hash, "kind": kind, "params": params, "fusion": fusion });
+        let mut values = json!({ "file": step.hash, "kind": kind, "params": params, "fusion": fusion });
+        // The copy of an OBJ without its pictures is what it was, but a glTF's own pictures were not read before.
+        if matches!(kind.as_deref(), Some("glb" | "gltf")) {
+            values["pictures"] = json!(1);
+        }
         Ok((Inputs { params, fusion }, values))
     }
 
