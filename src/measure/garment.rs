@@ -1,17 +1,14 @@
-//! Metrics of a garment: its labels on the scan, its hems, and its intersections with other layers.
+//! Metrics of a garment: its labels on the scan, and its intersections with other layers.
 
 use super::crossings::{crossing_pairs, self_crossing_pairs};
 use super::error::MeasureError;
 use super::sample::mean;
-use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh, VertexId};
+use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Largest gap at which an outer layer hides the one below: metres, as for skin.
 const REACH: f64 = 0.12;
-/// Hems are resampled in steps of this length, metres: half of a scan's edge, so that teeth of one triangle count, while
-/// the slivers that a cut through triangles leaves do not count as corners.
-const HEM_STEP: f64 = 2e-3;
 /// A vertex counts as inside an inner layer when it is deeper than this: metres, the rounding of an `f32` file.
 const INSIDE_FROM: f64 = 1e-6;
 /// Deeper than this it belongs to the other side of the body, metres.
@@ -105,47 +102,6 @@ fn nearest_of(p: &Point, surfaces: &[SurfaceIndex]) -> Option<usize> {
         }
     }
     best.1
-}
-
-/// The number of boundary loops of a garment: its hems, and the holes that are left in it.
-pub fn hem_loops(garment: &TriMesh) -> usize {
-    Adjacency::prepare(garment).boundary_loops().len()
-}
-
-/// Mean turning angle along all hems, in degrees per centimetre. A smooth round hem of girth G cm has 360 / G.
-pub fn hem_roughness(garment: &TriMesh) -> f64 {
-    let (mut turned_deg, mut length_cm) = (0.0, 0.0);
-    for ring in Adjacency::prepare(garment).boundary_loops() {
-        let walked = resampled(garment, &ring);
-        let n = walked.len();
-        for i in 0..n {
-            let (before, at, after) = (walked[(i + n - 1) % n], walked[i], walked[(i + 1) % n]);
-            turned_deg += (at - before).angle(&(after - at)).to_degrees();
-            length_cm += 100.0 * (after - at).norm();
-        }
-    }
-    if length_cm > 0.0 { turned_deg / length_cm } else { 0.0 }
-}
-
-/// The boundary loop in equal steps of about [`HEM_STEP`].
-fn resampled(mesh: &TriMesh, ring: &[VertexId]) -> Vec<Point> {
-    let points: Vec<Point> = ring.iter().chain(ring.first()).map(|&v| mesh.points()[v]).collect();
-    let length: f64 = points.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
-    let count = (length / HEM_STEP).round() as usize;
-    if count < 3 {
-        return Vec::new();
-    }
-    let step = length / count as f64;
-    let mut walked = Vec::with_capacity(count);
-    let mut passed = 0.0;
-    for w in points.windows(2) {
-        let edge = (w[1] - w[0]).norm();
-        while walked.len() < count && walked.len() as f64 * step < passed + edge {
-            walked.push(w[0] + (w[1] - w[0]) * ((walked.len() as f64 * step - passed) / edge));
-        }
-        passed += edge;
-    }
-    walked
 }
 
 /// The intersections of every pair of `layers` (name and surface, innermost first), and of each layer with itself, in the

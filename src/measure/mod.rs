@@ -20,6 +20,7 @@ mod alignment;
 mod crossings;
 mod error;
 mod garment;
+mod hems;
 mod hidden;
 mod report;
 mod result;
@@ -33,7 +34,8 @@ mod truth;
 
 pub use alignment::scan_from_truth;
 pub use error::MeasureError;
-pub use garment::{LayerPair, garment_iou, hem_loops, hem_roughness, inside_percent, layer_pairs};
+pub use garment::{LayerPair, garment_iou, inside_percent, layer_pairs};
+pub use hems::{hem_loops, hem_roughness};
 pub use hidden::{HiddenBody, hidden_body};
 pub use report::{GarmentMeasures, StepMeasures};
 pub use result::{ResultBind, ResultStep};

@@ -1,7 +1,8 @@
 //! All metrics of a session.
 
 use super::error::MeasureError;
-use super::garment::{LayerPair, garment_iou, hem_loops, hem_roughness, layer_pairs};
+use super::garment::{LayerPair, garment_iou, layer_pairs};
+use super::hems::{hem_loops, hem_roughness};
 use super::hidden::hidden_body;
 use super::report::{GarmentMeasures, StepMeasures};
 use super::result::{ResultBind, ResultStep};
