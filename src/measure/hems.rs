@@ -1,6 +1,7 @@
 //! Metrics of the hems of a garment.
 
-use crate::geometry::{Adjacency, Point, TriMesh, VertexId};
+use super::sample::mean;
+use crate::geometry::{Adjacency, NearestVertex, PerVertex, Point, TriMesh, VertexId};
 
 /// Hems are resampled in steps of this length, metres: half of a scan's edge, so that teeth of one triangle count, while
 /// the slivers that a cut through triangles leaves do not count as corners.
@@ -8,13 +9,18 @@ const HEM_STEP: f64 = 2e-3;
 
 /// The number of boundary loops of a garment: its hems, and the holes that are left in it.
 pub fn hem_loops(garment: &TriMesh) -> usize {
-    Adjacency::prepare(garment).boundary_loops().len()
+    boundary_loops(garment).len()
+}
+
+/// The boundary loops of a garment, the one with most vertices first.
+pub(super) fn boundary_loops(garment: &TriMesh) -> Vec<Vec<VertexId>> {
+    Adjacency::prepare(garment).boundary_loops()
 }
 
 /// Mean turning angle along all hems, in degrees per centimetre. A smooth round hem of girth G cm has 360 / G.
 pub fn hem_roughness(garment: &TriMesh) -> f64 {
     let (mut turned_deg, mut length_cm) = (0.0, 0.0);
-    for ring in Adjacency::prepare(garment).boundary_loops() {
+    for ring in boundary_loops(garment) {
         let walked = resampled(garment, &ring);
         let n = walked.len();
         for i in 0..n {
@@ -24,6 +30,19 @@ pub fn hem_roughness(garment: &TriMesh) -> f64 {
         }
     }
     if length_cm > 0.0 { turned_deg / length_cm } else { 0.0 }
+}
+
+/// Mean distance from the given hems of a garment to the nearest hem of the true garment, in millimetres; both are resampled
+/// in steps of 2 mm. `None` if either has no hem.
+///
+/// It is taken in one direction: a hem that was not found does not enlarge it, but is missing in the number of hems.
+pub fn hem_to_truth_mm(garment: &TriMesh, hems: &[Vec<VertexId>], true_garment: &TriMesh) -> Option<f64> {
+    let true_hems = boundary_loops(true_garment);
+    let truth: PerVertex<Point> = true_hems.iter().flat_map(|ring| resampled(true_garment, ring)).collect();
+    let nearest = NearestVertex::prepare(truth.as_slice());
+    let walked: Vec<Point> = hems.iter().flat_map(|ring| resampled(garment, ring)).collect();
+    let distances: Vec<f64> = walked.iter().filter_map(|p| nearest.nearest(p).map(|(_, distance)| distance)).collect();
+    (!distances.is_empty()).then(|| 1e3 * mean(&distances))
 }
 
 /// The boundary loop in equal steps of about [`HEM_STEP`].

@@ -35,7 +35,7 @@ mod truth;
 pub use alignment::scan_from_truth;
 pub use error::MeasureError;
 pub use garment::{LayerPair, garment_iou, inside_percent, layer_pairs};
-pub use hems::{hem_loops, hem_roughness};
+pub use hems::{hem_loops, hem_roughness, hem_to_truth_mm};
 pub use hidden::{HiddenBody, hidden_body};
 pub use report::{GarmentMeasures, StepMeasures};
 pub use result::{ResultBind, ResultStep};

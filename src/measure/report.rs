@@ -48,4 +48,6 @@ pub struct GarmentMeasures {
     pub hem_loops_expected: Option<usize>,
     /// Degrees of turning per centimetre of hem.
     pub hem_roughness: f64,
+    /// Mean distance of the hems found to the nearest true hem.
+    pub hem_to_truth_mm: Option<f64>,
 }

@@ -1,7 +1,7 @@
 //! The results of a session, as the metrics need them.
 
 use super::truth::JointPositions;
-use crate::geometry::{PerVertex, TriMesh};
+use crate::geometry::{PerVertex, TriMesh, VertexId};
 
 /// The result of one step.
 ///
@@ -26,8 +26,8 @@ pub struct ResultStep {
     pub covered: Option<PerVertex<bool>>,
     /// Distance outside the noisy scan up to which skin counts as inside: metres, as the fit states it.
     pub margin: f64,
-    /// How many boundary loops of the new garment are hems, as the cut tells hems from holes; `None` for the naked step.
-    pub hem_loops: Option<usize>,
+    /// The boundary loops of the new garment that are hems, as the cut tells hems from holes; `None` for the naked step.
+    pub hem_loops: Option<Vec<Vec<VertexId>>>,
     /// How many hems the template expects.
     pub hem_loops_expected: Option<usize>,
 }

@@ -2,7 +2,7 @@
 
 use super::error::MeasureError;
 use super::garment::{LayerPair, garment_iou, layer_pairs};
-use super::hems::{hem_loops, hem_roughness};
+use super::hems::{boundary_loops, hem_roughness, hem_to_truth_mm};
 use super::hidden::hidden_body;
 use super::report::{GarmentMeasures, StepMeasures};
 use super::result::{ResultBind, ResultStep};
@@ -100,16 +100,17 @@ fn measure_garment(
     };
     let in_bind = bind.layers.iter().find(|(n, _)| n == name).map(|(_, m)| m);
     let true_in_bind = truth_bind.and_then(|b| b.layers.get(garment));
-    let loops = hem_loops(mesh);
-    let hems = result.hem_loops.unwrap_or(loops);
+    let loops = boundary_loops(mesh);
+    let hems = result.hem_loops.as_ref().unwrap_or(&loops);
     Ok(GarmentMeasures {
         garment_iou: garment_iou(&result.scan, labels, &truth.body, &truth.layers, garment)?,
         garment_surface_mean_mm: surface_distance(mesh, true_garment).surface_mean_mm,
         garment_surface_bind_mean_mm: in_bind.zip(true_in_bind).map(|(m, t)| surface_distance(m, t).surface_mean_mm),
-        hem_loops: hems,
-        holes: loops.saturating_sub(hems),
+        hem_loops: hems.len(),
+        holes: loops.len().saturating_sub(hems.len()),
         hem_loops_expected: result.hem_loops_expected,
         hem_roughness: hem_roughness(mesh),
+        hem_to_truth_mm: hem_to_truth_mm(mesh, hems, true_garment),
     })
 }
 

@@ -193,6 +193,19 @@ fn iou_falls_with_every_wrong_face_and_noise_under_the_shirt_does_not_matter() {
 }
 
 #[test]
+fn a_hem_is_as_far_from_the_truth_as_it_was_moved() {
+    let clean = band(0.0);
+    let hems = super::hems::boundary_loops(&clean);
+    let distance = |mesh: &TriMesh, hems: &[_]| hem_to_truth_mm(mesh, hems, &clean);
+    assert!(distance(&clean, &hems).unwrap() < 1e-9);
+    let lower = shifted(&clean, Vec3::new(0.0, -0.02, 0.0));
+    let moved = distance(&lower, &hems).unwrap();
+    assert!((moved - 20.0).abs() < 0.1, "{moved} mm");
+    assert_eq!(distance(&clean, &[]), None, "no hem was found");
+    assert_eq!(hem_to_truth_mm(&clean, &hems, &egg(0.0)), None, "there is no true hem");
+}
+
+#[test]
 fn hems_are_counted_and_teeth_are_felt() {
     let clean = band(0.0);
     assert_eq!(hem_loops(&clean), 2);

@@ -92,7 +92,7 @@ fn result_of(posed: &PosedStep) -> Result<ResultStep, SessionError> {
         labels: posed.labels.as_ref().map(|l| l.0.clone()),
         covered,
         margin: crate::session::stages::margin(&posed.step)?,
-        hem_loops: posed.hem_loops,
+        hem_loops: posed.hem_loops.clone(),
         hem_loops_expected: spec.map(|s| *s.template.expected_loops().end()),
     })
 }

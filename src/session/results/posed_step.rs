@@ -2,7 +2,7 @@
 
 use crate::body::{Figure, Pose, unskin};
 use crate::fit::{FittedBody, PoseInside};
-use crate::geometry::{Point, TriMesh};
+use crate::geometry::{Point, TriMesh, VertexId};
 use crate::scan::Scan;
 use crate::segment::Labels;
 use crate::session::error::SessionError;
@@ -26,8 +26,8 @@ pub(in crate::session) struct PosedStep {
     surface_of_fit: Option<TriMesh>,
     /// Results of a garment's step.
     pub labels: Option<Labels>,
-    /// How many boundary loops of the step's garment are hems.
-    pub hem_loops: Option<usize>,
+    /// The boundary loops of the step's garment that are hems.
+    pub hem_loops: Option<Vec<Vec<VertexId>>>,
     body: TriMesh,
     /// All garments, innermost first.
     garments: PosedGarments,
@@ -88,7 +88,7 @@ impl Session {
                     fitted: None,
                     surface_of_fit: None,
                     labels: Some(self.store.load(results.result::<SegmentStage>()?)?.labels),
-                    hem_loops: Some(self.store.load(results.result::<CutStage>()?)?.hem_loops.len()),
+                    hem_loops: Some(self.store.load(results.result::<CutStage>()?)?.hem_loops),
                     garments: self.store.load(results.result::<PressStage>()?)?,
                 })
             }
