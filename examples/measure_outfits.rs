@@ -214,11 +214,12 @@ fn measured(program: &Path, folder: &Path, k: usize, seed: u64, report: &mut Rep
             hems_are_right,
         };
         report.lines.push(format!(
-            "  {name:10} IoU {iou:.3}  T9 {:.2} mm  hems {found} of {expected}, {} holes, {:.1} mm off, {:.1} deg/cm  hidden {:.1} mm, outside {:.2} %  {verdict}",
+            "  {name:10} IoU {iou:.3}  T9 {:.2} mm  hems {found} of {expected}, {} holes, {:.1} mm off, {:.1} deg/cm  stretch {:.2}  hidden {:.1} mm, outside {:.2} %  {verdict}",
             garment.surface_mm,
             count("holes"),
             garment.hem_mm.unwrap_or(f64::NAN),
             number("hem_roughness").unwrap_or(f64::NAN),
+            number("pose_stretch_max").unwrap_or(f64::NAN),
             number("proximity_mean_mm").unwrap_or(f64::NAN),
             number("outside_truth_percent").unwrap_or(f64::NAN),
         ));

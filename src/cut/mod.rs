@@ -2,6 +2,7 @@
 
 mod across_cut;
 mod boundary_loops;
+mod edge_search;
 mod error;
 mod field;
 mod fill_holes;
@@ -71,7 +72,8 @@ pub fn cut(
     let filled = fill_holes::filled(scan, around, segmentation, params, &mut findings)?;
     let adjacency = filled.adjacency.as_ref().unwrap_or(around);
     let field = field::signed_field(&filled, adjacency, params.smoothing_radius)?;
-    let sliced = slice::slice(&filled.mesh, &field)?.with_hems_only(&filled.beside_hole);
+    let at_edge = edge_search::at_edges_of_cloth(&filled, adjacency, field, params, &mut findings)?;
+    let sliced = slice::slice(&filled.mesh, &at_edge)?.with_hems_only(&filled.beside_hole);
     let sliced = pieces::without_islands(sliced, &filled, params.least_island_share, &mut findings);
     let sliced = pieces::with_bow_ties_split(sliced)?;
     if sliced.mesh.face_count() == 0 {

@@ -26,6 +26,7 @@ mod report;
 mod result;
 mod sample;
 mod session;
+mod stretch;
 mod surface;
 mod targets;
 #[cfg(test)]
@@ -40,6 +41,7 @@ pub use hidden::{HiddenBody, hidden_body};
 pub use report::{GarmentMeasures, StepMeasures};
 pub use result::{ResultBind, ResultStep};
 pub use session::{SessionMeasures, measure};
+pub use stretch::{PoseStretch, pose_stretch};
 pub use surface::{SurfaceDistance, joint_mean_mm, outside_scan, surface_distance};
 pub use targets::{SubjectKind, TargetCheck};
 pub use truth::{JointPositions, STRICT_JOINTS, TruthBind, TruthJoints, TruthNaming, TruthStep, joints_by_name};

@@ -1,6 +1,7 @@
 //! The metrics of one step.
 
 use super::hidden::HiddenBody;
+use super::stretch::PoseStretch;
 use super::surface::SurfaceDistance;
 use serde::{Deserialize, Serialize};
 
@@ -50,4 +51,7 @@ pub struct GarmentMeasures {
     pub hem_roughness: f64,
     /// Mean distance of the hems found to the nearest true hem.
     pub hem_to_truth_mm: Option<f64>,
+    /// How far skinning stretches it: arms overhead, a squat, a raised thigh, a long step.
+    #[serde(flatten)]
+    pub stretch: Option<PoseStretch>,
 }

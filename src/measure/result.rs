@@ -33,8 +33,10 @@ pub struct ResultStep {
 }
 
 /// The result of a session in the bind pose.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct ResultBind {
     /// Name and surface per layer, innermost first; the body is the first.
     pub layers: Vec<(String, TriMesh)>,
+    /// All layers, in the same order, skinned into poses in which cloth must not tear.
+    pub in_poses: Vec<Vec<TriMesh>>,
 }

@@ -6,6 +6,7 @@ use super::hems::{boundary_loops, hem_roughness, hem_to_truth_mm};
 use super::hidden::hidden_body;
 use super::report::{GarmentMeasures, StepMeasures};
 use super::result::{ResultBind, ResultStep};
+use super::stretch::pose_stretch;
 use super::surface::{joint_mean_mm, outside_scan, surface_distance};
 use super::targets::{SubjectKind, TargetCheck, check_targets};
 use super::truth::{TruthBind, TruthStep};
@@ -98,7 +99,8 @@ fn measure_garment(
     let Some(labels) = &result.labels else {
         return Err(MeasureError::LabelsMissing { step, name: result.name.clone() });
     };
-    let in_bind = bind.layers.iter().find(|(n, _)| n == name).map(|(_, m)| m);
+    let layer = bind.layers.iter().position(|(n, _)| n == name);
+    let in_bind = layer.map(|k| &bind.layers[k].1);
     let true_in_bind = truth_bind.and_then(|b| b.layers.get(garment));
     let loops = boundary_loops(mesh);
     let hems = result.hem_loops.as_ref().unwrap_or(&loops);
@@ -111,6 +113,7 @@ fn measure_garment(
         hem_loops_expected: result.hem_loops_expected,
         hem_roughness: hem_roughness(mesh),
         hem_to_truth_mm: hem_to_truth_mm(mesh, hems, true_garment),
+        stretch: layer.and_then(|k| pose_stretch(&bind.layers[k].1, bind.in_poses.iter().map(|posed| &posed[k]))),
     })
 }
 

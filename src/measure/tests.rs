@@ -302,7 +302,9 @@ fn perfect_session() -> (Vec<ResultStep>, ResultBind, Vec<TruthStep>) {
         hem_loops_expected: Some(2),
         ..naked.clone()
     };
-    let bind = ResultBind { layers: vec![("body".into(), egg(0.0)), ("band".into(), band(0.01))] };
+    let layers = vec![("body".into(), egg(0.0)), ("band".into(), band(0.01))];
+    let in_poses = vec![layers.iter().map(|(_, mesh): &(String, TriMesh)| mesh.clone()).collect()];
+    let bind = ResultBind { layers, in_poses };
     let truths = vec![
         TruthStep { body: egg(0.0), layers: vec![], joints: joints() },
         TruthStep { body: egg(0.0), layers: vec![band(0.01)], joints: joints() },

@@ -1,12 +1,14 @@
 //! Sparse factorisation, eigenvalues, quadratic programs and vector instructions; contains no mesh code.
 
 mod cholesky;
+mod dynamic_ring;
 mod eigen;
 mod quadratic_program;
 mod random;
 mod simd;
 
 pub use cholesky::SparseCholesky;
+pub use dynamic_ring::dynamic_ring;
 pub use eigen::{SymmetricEigen, symmetric_eigen};
 pub use quadratic_program::{QpOutcome, QpRow, QpStatus, QuadraticProgram};
 pub use random::Rng;

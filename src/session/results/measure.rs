@@ -1,6 +1,7 @@
 //! Compares a session with ground truth.
 
 use super::posed_step::PosedStep;
+use crate::body::Stance;
 use crate::formats::read_ply;
 use crate::geometry::{Point, TriMesh};
 use crate::measure::{
@@ -13,6 +14,9 @@ use crate::session::open::{Session, source};
 use crate::session::recipe::{GarmentSpec, garment_spec};
 use crate::session::stage::Stage;
 use std::path::Path;
+
+/// Poses in which cloth must not tear.
+const STRETCHING: [Stance; 4] = [Stance::ArmsUp, Stance::Squat, Stance::ThighRaised, Stance::Stride];
 
 /// The differences between a session and its ground truth.
 pub type TruthReport = TruthMeasures;
@@ -49,7 +53,7 @@ impl Session {
                 false => truth_of(folder, k, &joints, &posed.scan.world_from_file),
             })
             .collect::<Result<Vec<_>, SessionError>>()?;
-        let bind = ResultBind { layers: bind_layers(&steps) };
+        let bind = bind_result(&steps);
         let truth_bind = bind_truth(folder, steps.len().saturating_sub(1))?;
         let kind = match subject {
             SubjectOrigin::Invented => SubjectKind::Invented,
@@ -97,9 +101,14 @@ fn result_of(posed: &PosedStep) -> Result<ResultStep, SessionError> {
     })
 }
 
-fn bind_layers(steps: &[PosedStep]) -> Vec<(String, TriMesh)> {
-    let last = steps.last().map(|posed| posed.figure.layers.as_slice()).unwrap_or_default();
-    last.iter().map(|layer| (layer.name.clone(), layer.mesh.clone())).collect()
+fn bind_result(steps: &[PosedStep]) -> ResultBind {
+    let Some(figure) = steps.last().map(|posed| &posed.figure) else { return ResultBind::default() };
+    let poses =
+        STRETCHING.iter().flat_map(|stance| [stance.pose(&figure.skeleton), stance.mirrored_pose(&figure.skeleton)]);
+    ResultBind {
+        layers: figure.layers.iter().map(|layer| (layer.name.clone(), layer.mesh.clone())).collect(),
+        in_poses: poses.map(|pose| figure.posed(&pose)).collect(),
+    }
 }
 
 fn truth_of(folder: &Path, step: usize, joints: &TruthJoints, frame: &FileFrame) -> Result<TruthStep, SessionError> {

@@ -27,7 +27,7 @@ pub(in crate::session) struct Inputs {
 
 impl PipelineStage for CutStage {
     const STAGE: Stage = Stage::Cut;
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
     type Inputs = Inputs;
     type Output = Garment;
 
