@@ -3,7 +3,7 @@
 //! cut are tested. With `OVERCOAT_PICTURES=DIR` every garment is drawn there.
 
 use crate::foreign::Step;
-use overcoat::cut::{CutParams, Garment, cut};
+use overcoat::cut::{BodyBelow, CutParams, Garment, cut};
 use overcoat::geometry::{Aabb, Adjacency, PerVertex, Point, TriMesh, VertexId};
 use overcoat::segment::{Extent, GarmentTemplate, Inner, Marks, RefineParams, refine, transfer};
 use overcoat::view::{Camera, Paint, Part, Picture, Scene, render};
@@ -118,6 +118,7 @@ fn foreign_garments_are_segmented() {
             &step.scan,
             &Adjacency::prepare(&step.scan.mesh),
             &labels.clone().into(),
+            &BodyBelow { mesh: &step.body.mesh, covered: &placement.prior },
             template.expected_loops(),
             &CutParams::default(),
         )

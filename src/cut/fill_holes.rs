@@ -1,5 +1,6 @@
 //! Fills small holes of the scan before the cut, so that a hem can run across them.
 
+use super::along_body::{BodyIndex, laid_along_body};
 use super::error::CutError;
 use super::params::CutParams;
 use super::patch::Patch;
@@ -30,6 +31,7 @@ pub(super) fn filled(
     scan: &Scan,
     around: &Adjacency,
     segmentation: &Segmentation,
+    body: &BodyIndex,
     params: &CutParams,
     findings: &mut Vec<String>,
 ) -> Result<FilledScan, CutError> {
@@ -38,6 +40,7 @@ pub(super) fn filled(
     let Segmentation { mut labels, mut by_hand } = segmentation.clone();
     let mut colors = scan.colors.clone();
     let (mut hole_count, mut area) = (0usize, 0.0);
+    let (mut along_body_count, mut along_body_area) = (0usize, 0.0);
     let mut open_holes: Vec<VertexId> = Vec::new();
     for ring in around.boundary_loops().into_iter().flat_map(simple_rings) {
         if ring.len() < 3 || !ring.iter().any(|&v| labels.0[v]) {
@@ -49,32 +52,51 @@ pub(super) fn filled(
         // A ragged hole has a longer border than a round one; a very long border belongs to a slit, not to a small hole.
         let small = hole <= params.greatest_filled_hole
             && length <= LENGTH_PER_CIRCUMFERENCE * circumference(params.greatest_filled_hole);
-        let patch = if small { filling(&scan.mesh, around, &ring)? } else { None };
-        let Some(patch) = patch else {
+        let fair = if hole <= GREATEST_ALONG_BODY { filling(&scan.mesh, around, &ring)? } else { None };
+        let labelled = ring.iter().filter(|&&v| labels.0[v]).count() as f64 / ring.len() as f64;
+        let along_body = match &fair {
+            Some((patch, inner)) if hole > LEAST_ALONG_BODY && labelled > LEAST_LABELLED => {
+                laid_along_body(patch, inner, body)
+            }
+            _ => None,
+        };
+        let is_along_body = along_body.is_some();
+        let Some(patch) = fair
+            .filter(|_| small || is_along_body)
+            .map(|(patch, fair)| Filling { inner: along_body.unwrap_or(fair), faces: patch.faces })
+        else {
             open_holes.extend(ring);
             continue;
         };
         // A gap with less than half of its border on the garment is between the garment and something else: not cloth.
-        let cloth = 2 * ring.iter().filter(|&&v| labels.0[v]).count() >= ring.len();
+        // Along the body it may continue a strap across a shoulder.
+        let cloth = is_along_body || labelled >= 0.5;
         faces.extend(patch.faces_from(&ring, points.len()));
         let nearest = NearestVertex::prepare(&rim);
         for p in &patch.inner {
             let close = ring[nearest.nearest(p).expect("a ring has vertices").0.index()];
-            labels.0.0.push(cloth && labels.0[close]);
+            labels.0.0.push(cloth && labels.0[close] && (!is_along_body || body.may_be_covered(p)));
             by_hand.0.push(false);
             if let Some(colors) = &mut colors {
                 colors.0.push(blended(colors, &ring, &rim, p));
             }
         }
         points.extend(patch.inner);
-        hole_count += 1;
-        area += hole;
+        match small {
+            true => (hole_count, area) = (hole_count + 1, area + hole),
+            false => (along_body_count, along_body_area) = (along_body_count + 1, along_body_area + hole),
+        }
+    }
+    if along_body_count > 0 {
+        let holes = if along_body_count == 1 { "hole" } else { "holes" };
+        let area = along_body_area * 1e4;
+        findings.push(format!("filled {along_body_count} {holes} of the scan along the body, {area:.0} cm² in total"));
     }
     if hole_count > 0 {
         let holes = if hole_count == 1 { "hole" } else { "holes" };
         findings.push(format!("filled {hole_count} small {holes} of the scan with {:.1} cm² in total", area * 1e4));
     }
-    let (mesh, adjacency) = match hole_count {
+    let (mesh, adjacency) = match hole_count + along_body_count {
         0 => (scan.mesh.clone(), None),
         _ => {
             // All indices are valid; a coordinate is invalid only if a system was singular.
@@ -109,7 +131,8 @@ pub(super) fn close_pinholes(slice: Slice, whole: &FilledScan) -> Result<Slice, 
         if ring.len() < 3 || area_within(&around) > GREATEST_PINHOLE || ring.iter().any(|&v| painted(v)) {
             continue;
         }
-        let Some(patch) = filling(&slice.mesh, &adjacency, &ring)? else { continue };
+        let Some((patch, inner)) = filling(&slice.mesh, &adjacency, &ring)? else { continue };
+        let patch = Filling { inner, faces: patch.faces };
         faces.extend(patch.faces_from(&ring, points.len()));
         let nearest = NearestVertex::prepare(&around);
         for p in &patch.inner {
@@ -153,8 +176,8 @@ impl Filling {
     }
 }
 
-/// A fair filling of a ring; `None` if the ring cannot be filled.
-fn filling(mesh: &TriMesh, adjacency: &Adjacency, ring: &[VertexId]) -> Result<Option<Filling>, CutError> {
+/// A patch over a ring, and its new points faired; `None` if the ring cannot be filled.
+fn filling(mesh: &TriMesh, adjacency: &Adjacency, ring: &[VertexId]) -> Result<Option<(Patch, Vec<Point>)>, CutError> {
     let around: Vec<Point> = ring.iter().map(|&v| mesh.points()[v]).collect();
     let taken = |i: usize, j: usize| {
         let apart = i.abs_diff(j);
@@ -162,7 +185,7 @@ fn filling(mesh: &TriMesh, adjacency: &Adjacency, ring: &[VertexId]) -> Result<O
     };
     let Some(patch) = Patch::over(&around, taken) else { return Ok(None) };
     let inner = faired(mesh, adjacency, ring, &patch)?;
-    Ok(Some(Filling { inner, faces: patch.faces }))
+    Ok(Some((patch, inner)))
 }
 
 /// Area below which an unlabelled patch enclosed by the garment belongs to the garment, in m². 2 cm²: a button.
@@ -193,6 +216,13 @@ fn close_label_pinholes(mesh: &TriMesh, adjacency: &Adjacency, labels: &mut Labe
         }
     }
 }
+
+/// Least share of the garment in the border of such a hole: the ends of a strap have a quarter of it.
+const LEAST_LABELLED: f64 = 0.15;
+/// Least area of a hole that is filled along the body, in m²: smaller ones continue the cloth around them.
+const LEAST_ALONG_BODY: f64 = 20e-4;
+/// Greatest area of a hole that is filled along the body, in m²: the crown in a cap, or a sole, has 150 to 220 cm².
+const GREATEST_ALONG_BODY: f64 = 400e-4;
 
 /// Greatest length of a filled hole's border, in circumferences of a circle with the greatest filled area. 4: ragged
 /// shoulders had 3.5; the slit between an open coat and what is under it, which must stay open, had 6.
@@ -282,6 +312,15 @@ fn blended(colors: &PerVertex<[u8; 3]>, ring: &[VertexId], around: &[Point], p: 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cut::BodyBelow;
+
+    /// A body that is nowhere near.
+    fn far_away() -> BodyIndex {
+        let corner = |x, y| Point::new(50.0 + x, y, 0.0);
+        let points = vec![corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0)];
+        let mesh = TriMesh::try_from_indices(points, &[[0, 1, 2]]).unwrap();
+        BodyIndex::prepare(&BodyBelow { mesh: &mesh, covered: &PerVertex::filled(true, 3) })
+    }
 
     /// A sphere of radius 10 cm with a hole of about 3 cm across, all labelled.
     fn pierced() -> (Scan, Labels) {
@@ -317,7 +356,8 @@ mod tests {
         let (scan, labels) = pierced();
         let params = CutParams { greatest_filled_hole: 25e-4, ..CutParams::default() };
         let scan_without_holes =
-            filled(&scan, &Adjacency::prepare(&scan.mesh), &labels.into(), &params, &mut Vec::new()).unwrap();
+            filled(&scan, &Adjacency::prepare(&scan.mesh), &labels.into(), &far_away(), &params, &mut Vec::new())
+                .unwrap();
         assert_eq!(Adjacency::prepare(&scan_without_holes.mesh).boundary_loops().len(), 1);
         assert_eq!(scan_without_holes.labels.0.len(), scan_without_holes.mesh.vertex_count());
         let new = &scan_without_holes.mesh.points().0[scan.mesh.vertex_count()..];
@@ -339,13 +379,75 @@ mod tests {
         );
     }
 
+    /// The upper half of a sphere around the origin.
+    fn dome(radius: f64, top: f64) -> TriMesh {
+        let (rings, sectors) = (30u32, 60u32);
+        let (mut points, mut faces) = (Vec::new(), Vec::new());
+        for i in 0..=rings {
+            let polar = top + (std::f64::consts::FRAC_PI_2 - top) * f64::from(i) / f64::from(rings);
+            for j in 0..sectors {
+                let turn = std::f64::consts::TAU * f64::from(j) / f64::from(sectors);
+                let [x, z] = [turn.cos(), turn.sin()].map(|at| radius * polar.sin() * at);
+                points.push(Point::new(x, radius * polar.cos(), z));
+                if i > 0 {
+                    let [a, b] = [i * sectors + j, i * sectors + (j + 1) % sectors];
+                    faces.extend([[a - sectors, b - sectors, b], [a - sectors, b, a]]);
+                }
+            }
+        }
+        TriMesh::try_from_indices(points, &faces).unwrap()
+    }
+
+    #[test]
+    fn the_crown_of_a_cap_follows_the_head_and_what_the_body_does_not_continue_stays_open() {
+        // A hole of 14 cm across: 160 cm².
+        let cap = Scan::from_clean_mesh(dome(0.1, 0.8), None);
+        let head = dome(0.092, 0.01);
+        let (around, count) = (Adjacency::prepare(&cap.mesh), cap.mesh.vertex_count());
+        let labels = Labels(PerVertex::filled(true, count));
+        let on = |mesh: &TriMesh, covered: bool| {
+            let covered = PerVertex::filled(covered, mesh.vertex_count());
+            let body = BodyIndex::prepare(&BodyBelow { mesh, covered: &covered });
+            let mut findings = Vec::new();
+            let found = filled(&cap, &around, &labels.clone().into(), &body, &CutParams::default(), &mut findings);
+            (found.unwrap(), findings)
+        };
+        let (closed, findings) = on(&head, true);
+        assert!(findings[0].starts_with("filled 1 hole of the scan along the body"), "{findings:?}");
+        for p in &closed.mesh.points().0[count..] {
+            assert!((p.coords.norm() - 0.1).abs() < 2e-3, "{p}: as far from the head as the cap around it");
+        }
+        assert!(closed.labels.0.iter().skip(count).all(|&label| label));
+        let outside = on(&head, false).0;
+        assert!(!outside.labels.0.iter().skip(count).any(|&label| label), "the template covers nothing there");
+        // A pole through the opening, as a leg in a trouser leg.
+        let pole = revolved_pole();
+        assert_eq!(on(&pole, true).0.mesh.vertex_count(), count);
+    }
+
+    fn revolved_pole() -> TriMesh {
+        let corner = |k: u32| [0.06 * f64::from(k % 2), 0.06 * f64::from(k / 2)];
+        let points = (0..8).map(|k| {
+            let [x, z] = corner([0, 1, 3, 2][k as usize % 4]);
+            Point::new(x - 0.03, if k < 4 { -1.0 } else { 1.0 }, z - 0.03)
+        });
+        let side = |k: u32| [[k, k + 4, (k + 1) % 4 + 4], [k, (k + 1) % 4 + 4, (k + 1) % 4]];
+        TriMesh::try_from_indices(points.collect(), &(0..4).flat_map(side).collect::<Vec<_>>()).unwrap()
+    }
+
     #[test]
     fn a_hole_off_the_garment_stays() {
         let (scan, labels) = pierced();
         let none = Labels(PerVertex::filled(false, labels.0.len()));
-        let scan_without_holes =
-            filled(&scan, &Adjacency::prepare(&scan.mesh), &none.into(), &CutParams::default(), &mut Vec::new())
-                .unwrap();
+        let scan_without_holes = filled(
+            &scan,
+            &Adjacency::prepare(&scan.mesh),
+            &none.into(),
+            &far_away(),
+            &CutParams::default(),
+            &mut Vec::new(),
+        )
+        .unwrap();
         assert_eq!(scan_without_holes.mesh, scan.mesh);
     }
 }

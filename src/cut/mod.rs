@@ -1,6 +1,7 @@
 //! Cuts a [`Garment`] out of a labelled scan: through its triangles, along a smooth line, in the scan's pose.
 
 mod across_cut;
+mod along_body;
 mod boundary_loops;
 mod edge_search;
 mod error;
@@ -43,10 +44,24 @@ pub struct Garment {
     pub findings: Vec<String>,
 }
 
+/// The body below a garment, posed in its scan.
+///
+/// **Shapes** `covered`: one entry per vertex of `mesh`.
+#[derive(Clone, Copy, Debug)]
+pub struct BodyBelow<'a> {
+    /// Its surface.
+    pub mesh: &'a TriMesh,
+    /// Which vertices the garment's template covers.
+    pub covered: &'a PerVertex<bool>,
+}
+
 /// Cuts the garment out of the scan.
 ///
 /// `around` is the adjacency of the scan's mesh, `expected_loops` the number of hems of the garment's template, least and
 /// greatest.
+///
+/// Holes of the scan in the garment are filled where they are small, or where the body continues below them: at the crown, on
+/// the shoulders, at the soles.
 ///
 /// Labels given by the user are cut exactly, however small; elsewhere what is too small is noise. A hole that the user
 /// erased within the cloth stays open and is reported; it counts as a hem only if a hem is missing.
@@ -63,13 +78,15 @@ pub fn cut(
     scan: &Scan,
     around: &Adjacency,
     segmentation: &Segmentation,
+    body: &BodyBelow,
     expected_loops: RangeInclusive<usize>,
     params: &CutParams,
 ) -> Result<Garment, CutError> {
-    check_arguments(scan, around, segmentation, &expected_loops, params)?;
+    check_arguments(scan, around, segmentation, body, &expected_loops, params)?;
     let (vertices, labels) = (scan.mesh.vertex_count(), &segmentation.labels);
     let mut findings = Vec::new();
-    let filled = fill_holes::filled(scan, around, segmentation, params, &mut findings)?;
+    let filled =
+        fill_holes::filled(scan, around, segmentation, &along_body::BodyIndex::prepare(body), params, &mut findings)?;
     let adjacency = filled.adjacency.as_ref().unwrap_or(around);
     let field = field::signed_field(&filled, adjacency, params.smoothing_radius)?;
     let at_edge = edge_search::at_edges_of_cloth(&filled, adjacency, field, params, &mut findings)?;
@@ -91,6 +108,7 @@ fn check_arguments(
     scan: &Scan,
     around: &Adjacency,
     segmentation: &Segmentation,
+    body: &BodyBelow,
     expected_loops: &RangeInclusive<usize>,
     params: &CutParams,
 ) -> Result<(), CutError> {
@@ -105,6 +123,7 @@ fn check_arguments(
         ("vertices of the adjacency", around.vertex_count(), vertices),
         ("faces of the adjacency", around.face_count(), faces),
         ("colours", colors, vertices),
+        ("covered vertices of the body", body.covered.len(), body.mesh.vertex_count()),
     ] {
         if given != expected {
             return Err(CutError::WrongLength { what, given, expected });

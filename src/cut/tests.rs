@@ -1,12 +1,14 @@
 //! Laws of the cut, on a tube with a ragged label boundary.
 
-use super::{CutError, CutParams, Garment};
+use super::{BodyBelow, CutError, CutParams, Garment};
 use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, VertexId};
 use crate::scan::Scan;
 use crate::segment::{Labels, Segmentation};
 
 fn cut(scan: &Scan, segmentation: &Segmentation) -> Result<Garment, CutError> {
-    super::cut(scan, &Adjacency::prepare(&scan.mesh), segmentation, 1..=1, &CutParams::default())
+    let covered = PerVertex::filled(true, scan.mesh.vertex_count());
+    let body = BodyBelow { mesh: &scan.mesh, covered: &covered };
+    super::cut(scan, &Adjacency::prepare(&scan.mesh), segmentation, &body, 1..=1, &CutParams::default())
 }
 
 const SECTORS: u32 = 120;
@@ -173,7 +175,10 @@ fn a_hole_made_by_hand_where_a_hem_is_missing_is_that_hem() {
     let by_hand: PerVertex<bool> = scan.mesh.points().iter().map(erased).collect();
     let labels = Labels(by_hand.iter().map(|&e| !e).collect());
     let around = Adjacency::prepare(&scan.mesh);
-    let garment = super::cut(&scan, &around, &Segmentation { labels, by_hand }, 2..=2, &CutParams::default()).unwrap();
+    let covered = PerVertex::filled(true, scan.mesh.vertex_count());
+    let body = BodyBelow { mesh: &scan.mesh, covered: &covered };
+    let garment =
+        super::cut(&scan, &around, &Segmentation { labels, by_hand }, &body, 2..=2, &CutParams::default()).unwrap();
     assert_eq!(garment.hem_loops.len(), 2, "{:?}", garment.findings);
     assert!(!garment.findings.iter().any(|f| f.contains("hole")), "{:?}", garment.findings);
 }
@@ -203,8 +208,10 @@ fn arguments_that_do_not_belong_together_are_refused() {
     let all: Segmentation = Labels(PerVertex::filled(true, scan.mesh.vertex_count())).into();
     let around = Adjacency::prepare(&scan.mesh);
     let params = CutParams::default();
+    let covered = PerVertex::filled(true, scan.mesh.vertex_count());
+    let body = BodyBelow { mesh: &scan.mesh, covered: &covered };
     let given = |scan: &Scan, around: &Adjacency, params: &CutParams| {
-        super::cut(scan, around, &all, 0..=4, params).unwrap_err()
+        super::cut(scan, around, &all, &body, 0..=4, params).unwrap_err()
     };
     let half = scan.mesh.part(&scan.mesh.face_ids().map(|f| f.index() % 2 == 0).collect()).0;
     let other = given(&scan, &Adjacency::prepare(&half), &params);
@@ -215,7 +222,7 @@ fn arguments_that_do_not_belong_together_are_refused() {
     let unknown = given(&scan, &around, &CutParams { smoothing_radius: f64::NAN, ..params });
     assert!(matches!(unknown, CutError::Parameter(_)), "{unknown}");
     let reversed = std::ops::RangeInclusive::new(3, 2);
-    let loops = super::cut(&scan, &around, &all, reversed, &params).unwrap_err();
+    let loops = super::cut(&scan, &around, &all, &body, reversed, &params).unwrap_err();
     assert!(matches!(loops, CutError::BadLoopRange { least: 3, most: 2 }), "{loops}");
 }
 

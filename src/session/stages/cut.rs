@@ -2,57 +2,72 @@
 
 use super::event::{OnProgress, Outcome};
 use super::pipeline_stage::{PipelineStage, StepContext};
+use super::pose::PoseStage;
+use super::posed::body_inside;
 use super::scan::ScanStage;
 use super::segment::SegmentStage;
-use crate::cut::{CutParams, Garment, cut};
+use crate::body::Figure;
+use crate::cut::{BodyBelow, CutParams, Garment, cut};
+use crate::fit::PoseInside;
 use crate::geometry::Adjacency;
 use crate::scan::Scan;
 use crate::segment::Segmentation;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::recipe::{StepRecipe, garment_spec, params_of};
+use crate::session::recipe::{GarmentSpec, StepRecipe, garment_spec, params_of};
 use crate::session::stage::Stage;
 use crate::session::store::Kept;
 use serde_json::{Value, json};
-use std::ops::RangeInclusive;
 
 pub(in crate::session) struct CutStage;
 
 pub(in crate::session) struct Inputs {
     scan: Kept<Scan>,
     segmentation: Kept<Segmentation>,
-    expected_loops: RangeInclusive<usize>,
+    figure: Kept<Figure>,
+    inside: Kept<PoseInside>,
+    spec: GarmentSpec,
     params: CutParams,
 }
 
 impl PipelineStage for CutStage {
     const STAGE: Stage = Stage::Cut;
-    const VERSION: u32 = 5;
+    const VERSION: u32 = 6;
     type Inputs = Inputs;
     type Output = Garment;
 
     fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
         let params: CutParams = params_of(context.step, Stage::Cut)?;
-        let expected_loops = garment_spec::of_step(context.step)?.template.expected_loops();
+        let spec = garment_spec::of_step(context.step)?;
         let (scan, segmentation) = (context.results.result::<ScanStage>()?, context.results.result::<SegmentStage>()?);
+        let inside = context.results.result::<PoseStage>()?;
+        let figure = context.inner()?.figure()?;
         let values = json!({
             "scan": scan.hash,
             "labels": segmentation.hash,
-            "loops": [expected_loops.start(), expected_loops.end()],
+            "figure": figure.hash,
+            "inside": inside.hash,
+            "kind": spec.input(),
             "params": params,
         });
-        Ok((Inputs { scan, segmentation, expected_loops, params }, values))
+        Ok((Inputs { scan, segmentation, figure, inside, spec, params }, values))
     }
 
     fn run(
-        Inputs { scan: kept_scan, segmentation, expected_loops, params }: Inputs,
+        Inputs { scan: kept_scan, segmentation, figure, inside, spec, params }: Inputs,
         step: &StepRecipe,
         session: &Session,
         _on_progress: OnProgress,
     ) -> Result<Outcome<Garment>, SessionError> {
         let (scan, segmentation) = (session.store.load_shared(kept_scan)?, session.store.load_shared(segmentation)?);
         let adjacency = session.store.prepared(kept_scan.hash, || Adjacency::prepare(&scan.mesh));
-        let garment = cut(&scan, &adjacency, &segmentation, expected_loops, &params)
+        let (figure, inside) = (session.figure(figure)?, session.store.load(inside)?);
+        let body = body_inside(&figure, &inside)?;
+        let covered = (spec.template.prior(figure.body(), &figure.skeleton, &spec.extent))
+            .map_err(|e| SessionError::stage(&step.name, Stage::Segment, e))?;
+        let below = BodyBelow { mesh: &body, covered: &covered };
+        let expected_loops = spec.template.expected_loops();
+        let garment = cut(&scan, &adjacency, &segmentation, &below, expected_loops, &params)
             .map_err(|e| SessionError::stage(&step.name, Stage::Cut, e))?;
         let (vertices, hems) = (garment.mesh.vertex_count(), garment.hem_loops.len());
         let findings = garment.findings.clone();

@@ -14,6 +14,11 @@ pub(super) fn surfaces_inside(figure: &Figure, inside: &PoseInside) -> Result<Ve
     Ok(surfaces)
 }
 
+/// The body of `figure` with its offsets inside a scan, in the frame of the scan.
+pub(super) fn body_inside(figure: &Figure, inside: &PoseInside) -> Result<TriMesh, SessionError> {
+    along_normals(&figure.body().posed(&figure.skeleton, &inside.pose), &inside.offsets)
+}
+
 /// The body moved along its normals by the offsets of a step's pose.
 pub(in crate::session) fn along_normals(posed: &TriMesh, offsets: &PerVertex<f64>) -> Result<TriMesh, SessionError> {
     if offsets.len() != posed.vertex_count() {
