@@ -60,6 +60,12 @@ registration +FILES:
 fit-table FOLDER="target/judged" *ARGS:
     cargo run --release --no-default-features --example measure_fit -- {{FOLDER}} {{ARGS}}
 
+# Garments and layers on 30 synthetic outfits of four or five layers, half of them from RGB-D frames: verdicts, labels, hems, crossings.
+# FOLDER keeps the scans, which take an hour on 2 cores. ARGS: --seeds-from HASH for fresh people, --outfits 0..30, --jobs 2
+outfits FOLDER="target/outfits" *ARGS:
+    cargo build --release --no-default-features --bin overcoat --example measure_outfits
+    target/release/examples/measure_outfits {{FOLDER}} {{ARGS}}
+
 # Only whether naked fits converge from any heading and from arms held 30 degrees wrong
 fit-convergence FOLDER="target/judged":
     cargo run --release --no-default-features --example measure_fit -- {{FOLDER}} --parts arms
