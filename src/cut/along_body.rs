@@ -13,7 +13,7 @@ const LEAST_AGREEMENT: f64 = 0.6;
 const LEAST_OFFSET: f64 = 1e-3;
 /// What is farther than this from the part of the body that the template covers is not covered, in metres: straps may lie so
 /// far from where the template has them; the soles below trousers are farther.
-const TEMPLATE_ERROR: f64 = 0.03;
+const TEMPLATE_ERROR: f64 = 0.05;
 /// Rounds of smoothing after the filling was laid on the body: they soften the step at its border, and flatten a crown by 1 mm.
 const SMOOTHING_ROUNDS: usize = 3;
 
