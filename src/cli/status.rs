@@ -28,10 +28,13 @@ pub(super) fn run(_: StatusArgs, context: &Context) -> anyhow::Result<Done> {
         "secs": began.elapsed().as_secs_f64(),
     });
     let mut done = Done::new("status", json).lines(head(&session, context, &body));
-    for step in &steps {
-        done = done.lines(picture(step, Verbosity::Verbose == context.console.verbosity));
+    let verbose = context.console.verbosity == Verbosity::Verbose;
+    let pictures: Vec<String> = steps.iter().flat_map(|step| picture(step, verbose)).collect();
+    let has_marks = pictures.iter().any(|line| line.contains(['■', '□']));
+    done = done.lines(pictures).line("").line(foot(&steps, began));
+    if has_marks {
+        done = done.line("■ up to date  □ out of date  · waits for an earlier stage");
     }
-    done = done.line("").line(foot(&steps, began));
     done.next = next(&steps, context);
     Ok(done)
 }
@@ -120,11 +123,10 @@ fn foot(steps: &[StepStatus], began: Instant) -> String {
         steps.iter().map(|s| s.out_of_date.len() + s.up_to_date.len()).sum::<usize>(),
     );
     let took = secs(began.elapsed());
-    let key = "■ up to date  □ out of date  · waits for an earlier stage";
     match (steps.is_empty(), out_of_date) {
         (true, _) => format!("nothing is scanned yet (checked in {took})"),
-        (false, 0) => format!("all {all} stages are up to date (checked in {took})   {key}"),
-        (false, _) => format!("{out_of_date} of {all} stages are out of date (checked in {took})   {key}"),
+        (false, 0) => format!("all {all} stages are up to date (checked in {took})"),
+        (false, _) => format!("{out_of_date} of {all} stages are out of date (checked in {took})"),
     }
 }
 
