@@ -2,6 +2,7 @@
 
 use super::error::CheckError;
 use super::holes::largest_unseen_part;
+use super::posture::Posture;
 use super::statistics::{weighted_quantile, weighted_share};
 use crate::body::{HumanJoint, JointId, Pose, Shape, Side, Skeleton, SkinWeights};
 use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, VertexId};
@@ -31,6 +32,8 @@ pub struct BodyResult<'a> {
 pub struct BodyPlausibility {
     /// Angle between the trunk, from hips to head, and the vertical; `None` for a skeleton without these joints.
     pub tilt: Option<f64>,
+    /// How far the legs are bent.
+    pub posture: Posture,
     /// Share of trunk and limbs whose colour is not that of the hands; `None` without colours, or if the hands are not seen.
     pub unlike_hands_share: Option<f64>,
     /// 90th percentile of the angle between the normals of the scan and those of the fitted surface.
@@ -77,6 +80,7 @@ pub fn check_body(result: &BodyResult) -> Result<BodyPlausibility, CheckError> {
     let bends: Vec<(f64, f64)> = on_scan.iter().map(|s| (s.1, s.2)).collect();
     Ok(BodyPlausibility {
         tilt: trunk.map(|trunk| trunk.angle(&nalgebra::Vector3::y())),
+        posture: Posture::of(skeleton, pose),
         unlike_hands_share: scan.colors.as_ref().and_then(|colors| {
             let of_joint = on_scan.iter().map(|&(_, _, area, joint)| (joint, area));
             unlike_hands(skeleton, colors, of_joint)

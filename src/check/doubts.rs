@@ -5,6 +5,7 @@
 
 use super::body::BodyPlausibility;
 use super::garment::GarmentPlausibility;
+use super::posture::Posture;
 
 /// A doubt about a step.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,6 +19,35 @@ pub struct Doubt {
 impl Doubt {
     fn new(what: String, remedy: impl Into<String>) -> Self {
         Self { what, remedy: remedy.into() }
+    }
+}
+
+/// Angle between thigh and trunk of a person who does not stand, in radians: at most 15° on good scans, 33° of a leg spread as far as
+/// it goes, 60° and more of people who sit or bend forward.
+const HIP_BENT_FROM: f64 = 45.0 * std::f64::consts::PI / 180.0;
+/// Angle between lower leg and thigh of a person who does not stand, in radians: at most 10° on good scans, 60° and more of people
+/// who sit, squat or kneel.
+const KNEE_BENT_FROM: f64 = 45.0 * std::f64::consts::PI / 180.0;
+
+impl Posture {
+    /// A person who sits, squats, kneels or bends.
+    pub fn doubt(&self) -> Option<Doubt> {
+        let (hip, knee) = (self.hip_bend.unwrap_or(0.0), self.knee_bend.unwrap_or(0.0));
+        let found = match (hip > HIP_BENT_FROM, knee > KNEE_BENT_FROM) {
+            (true, true) => format!(
+                "a hip is bent by {:.0}° and a knee by {:.0}°: the person seems to sit or squat",
+                hip.to_degrees(),
+                knee.to_degrees()
+            ),
+            (true, false) => {
+                format!("a hip is bent by {:.0}°: the person seems to sit or to bend forward", hip.to_degrees())
+            }
+            (false, true) => {
+                format!("a knee is bent by {:.0}°: the person seems to kneel or to squat", knee.to_degrees())
+            }
+            (false, false) => return None,
+        };
+        Some(Doubt::new(found, "scan the person standing upright in an A-pose, legs straight"))
     }
 }
 
@@ -39,7 +69,9 @@ impl BodyPlausibility {
     /// What is implausible, the gravest first.
     pub fn doubts(&self) -> Vec<Doubt> {
         let mut doubts = Vec::new();
-        if let Some(tilt) = self.tilt.filter(|tilt| *tilt > GREATEST_TILT) {
+        let bent = self.posture.doubt();
+        // Who bends leans, too; the up axis is right.
+        if let Some(tilt) = self.tilt.filter(|tilt| *tilt > GREATEST_TILT && bent.is_none()) {
             doubts.push(Doubt::new(
                 format!(
                     "the person leans {:.0}° from the vertical, so the up axis of the file is probably another",
@@ -48,6 +80,7 @@ impl BodyPlausibility {
                 "scan it again with `--up`, for example `--up +z`, or without the flag",
             ));
         }
+        doubts.extend(bent);
         let distance = self.fitted_p95.unwrap_or(0.0);
         let clothed = match self.unlike_hands_share {
             Some(share) if share > CLOTHED_SHARE && distance > CLOTHED_FROM => Some(format!(
@@ -102,6 +135,9 @@ const LEAST_WORN_AREA: f64 = 0.02;
 const ANOTHER_PERSON_FROM: f64 = 0.0025;
 /// The largest hole left in a garment, in m²: fusion leaves smaller ones.
 const HOLE_FROM: f64 = 0.005;
+/// Length of a hem relative to that of its smoothed line: at most 1.11 on hems that look smooth (the foreign woman's skirt),
+/// 1.13 and more on ragged ones, 1.22 on the collar and front of her coat.
+const RAGGED_FROM: f64 = 1.12;
 
 impl GarmentPlausibility {
     /// What is implausible, the gravest first. `name` is the garment's, `worn` are the names of the garments worn before,
@@ -145,7 +181,21 @@ impl GarmentPlausibility {
                 "scan again without the hole",
             ));
         }
+        doubts.extend(self.ragged_hem(name));
         doubts
+    }
+
+    /// A long hem that follows no smooth line.
+    fn ragged_hem(&self, name: &str) -> Option<Doubt> {
+        let hem = self.most_ragged_hem.filter(|hem| hem.length_per_smooth_length > RAGGED_FROM)?;
+        Some(Doubt::new(
+            format!(
+                "a hem of the {name} is ragged, most of all {:.2} m above the floor: it is {:.0} % longer than a smooth line",
+                hem.height,
+                1e2 * (hem.length_per_smooth_length - 1.0)
+            ),
+            format!("look at it in `view --sheet sheet.png`, and correct it with `mask {name} STROKES.jsonl`"),
+        ))
     }
 
     /// A garment that is not in the scan, wholly or in part.

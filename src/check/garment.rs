@@ -1,6 +1,7 @@
 //! Whether what was cut out is a garment, and whether the rest of the scan is the figure dressed so far.
 
 use super::error::CheckError;
+use super::hems::{RaggedHem, most_ragged_hem};
 use super::holes::largest_hole;
 use super::layers::{IndexedLayer, difference};
 use super::statistics::{weighted_quantile, weighted_share};
@@ -46,6 +47,8 @@ pub struct GarmentPlausibility {
     pub skin_median: Option<f64>,
     /// The area of the largest hole that is left in the garment, in m².
     pub largest_hole: f64,
+    /// The most ragged of the long hems; `None` if it has none.
+    pub most_ragged_hem: Option<RaggedHem>,
 }
 
 /// What a scan shows of a garment from an earlier step.
@@ -105,6 +108,7 @@ pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, Chec
     let far_middle =
         far.iter().fold(Point::origin(), |sum, (v, area)| sum + mesh.points()[*v].coords * *area / far_area);
     let scan_index = SurfaceIndex::prepare(mesh);
+    let floor = mesh.faces().iter().flatten().map(|&v| mesh.points()[v].y).fold(f64::INFINITY, f64::min);
     let unchanged = |place: &Place| place.gap < ON_FIGURE && place.color_change.is_some_and(|c| c < SAME_COLOR);
     let rest_colors = || rest().filter_map(|(_, place, area)| Some((area, place.color_change? > RECOLORED_FROM)));
     let skin_gaps = rest().filter(|(_, place, _)| place.is_skin).map(|(_, place, area)| (place.gap, area)).collect();
@@ -119,6 +123,7 @@ pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, Chec
         worn_before: (1..layers.len()).map(|k| worn_before(k, &layers, result, &scan_index)).collect(),
         skin_median: weighted_quantile(skin_gaps, 0.5),
         largest_hole: largest_hole(&cut.mesh, &cut.hem_loops),
+        most_ragged_hem: most_ragged_hem(cut.mesh.points(), &cut.hem_loops, floor),
     })
 }
 

@@ -8,8 +8,10 @@ mod body;
 mod doubts;
 mod error;
 mod garment;
+mod hems;
 mod holes;
 mod layers;
+mod posture;
 mod statistics;
 #[cfg(test)]
 mod tests;
@@ -17,4 +19,6 @@ mod tests;
 pub use body::{BodyPlausibility, BodyResult, check_body};
 pub use doubts::Doubt;
 pub use error::CheckError;
-pub use garment::{GarmentPlausibility, GarmentResult, check_garment};
+pub use garment::{GarmentPlausibility, GarmentResult, WornBefore, check_garment};
+pub use hems::RaggedHem;
+pub use posture::Posture;

@@ -1,9 +1,11 @@
 //! The checks on invented surfaces: a ball for the body, its upper half for the garment.
 
+use super::hems::most_ragged_hem;
 use super::holes::{largest_hole, largest_unseen_part};
 use super::*;
+use crate::body::Stance;
 use crate::cut::Garment;
-use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh, sphere};
+use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh, VertexId, sphere};
 use crate::scan::Scan;
 use crate::segment::Inner;
 
@@ -82,6 +84,7 @@ fn an_earlier_garment_that_is_gone_is_named() {
 fn a_body_that_leans_is_doubted_with_its_up_axis() {
     let body = |tilt_deg: f64| BodyPlausibility {
         tilt: Some(tilt_deg.to_radians()),
+        posture: Posture { hip_bend: Some(0.2), knee_bend: Some(0.1) },
         unlike_hands_share: None,
         bent_p90: None,
         bent_median: None,
@@ -93,6 +96,44 @@ fn a_body_that_leans_is_doubted_with_its_up_axis() {
     let doubts = body(92.0).doubts();
     assert!(doubts.len() == 1 && doubts[0].what.contains("leans 92°"), "{doubts:?}");
     assert!(doubts[0].remedy.contains("--up"), "{doubts:?}");
+}
+
+#[test]
+fn a_person_who_does_not_stand_is_doubted_and_one_who_stands_is_not() {
+    let model = crate::body::embedded_model().unwrap();
+    let (_, skeleton) = model.shaped(&model.mean_shape());
+    let doubt = |stance: Stance| Posture::of(&skeleton, &stance.pose(&skeleton)).doubt().map(|d| d.what);
+    for standing in
+        [Stance::Bind, Stance::Upright, Stance::TPose, Stance::ArmsUp, Stance::ArmsForward, Stance::HeadTurned]
+    {
+        assert_eq!(doubt(standing), None, "{standing:?}");
+    }
+    assert!(doubt(Stance::Squat).is_some_and(|what| what.ends_with("the person seems to sit or squat")));
+    assert!(doubt(Stance::ThighRaised).is_some());
+    // The posture is that of the person, not of the frame.
+    let mut turned = Stance::Squat.pose(&skeleton);
+    let before = Posture::of(&skeleton, &turned);
+    let turn = nalgebra::UnitQuaternion::from_euler_angles(0.4, 1.1, -0.7);
+    turned.rotations[0] = turn * turned.rotations[0];
+    let after = Posture::of(&skeleton, &turned);
+    assert!((after.hip_bend.unwrap() - before.hip_bend.unwrap()).abs() < 1e-9);
+    assert!((after.knee_bend.unwrap() - before.knee_bend.unwrap()).abs() < 1e-9);
+}
+
+#[test]
+fn somebody_who_bends_forward_is_not_told_to_change_the_up_axis() {
+    let bent = BodyPlausibility {
+        tilt: Some(1.0),
+        posture: Posture { hip_bend: Some(1.0), knee_bend: Some(0.1) },
+        unlike_hands_share: None,
+        bent_p90: None,
+        bent_median: None,
+        fitted_p95: None,
+        deviation: 1.0,
+        largest_unseen: None,
+    };
+    let doubts = bent.doubts();
+    assert!(doubts.len() == 1 && doubts[0].what.contains("sit or to bend forward"), "{doubts:?}");
 }
 
 #[test]
@@ -123,4 +164,87 @@ fn the_largest_hole_has_the_area_of_its_rim() {
     let (unseen, _) = largest_unseen_part(&mesh, &SurfaceIndex::prepare(&open), |_| false).unwrap();
     assert!((unseen / cap - 1.0).abs() < 0.15, "{unseen} {cap}");
     assert_eq!(largest_unseen_part(&mesh, &SurfaceIndex::prepare(&open), |_| true), None);
+}
+
+/// A closed line around the Y axis at the height of a waist, `count` points of which every second one is moved by `depth`, down and
+/// up in turn.
+fn waistband(count: usize, depth: f64) -> (PerVertex<Point>, Vec<Vec<VertexId>>) {
+    let point = |i: usize| {
+        let around = std::f64::consts::TAU * i as f64 / count as f64;
+        Point::new(0.15 * around.cos(), 1.0 + [depth, -depth][i % 2], 0.12 * around.sin())
+    };
+    ((0..count).map(point).collect(), vec![(0..count).map(VertexId::from_index).collect()])
+}
+
+fn ratio(hem: &(PerVertex<Point>, Vec<Vec<VertexId>>)) -> f64 {
+    most_ragged_hem(&hem.0, &hem.1, 0.0).unwrap().length_per_smooth_length
+}
+
+#[test]
+fn a_smooth_hem_is_as_long_as_its_smoothed_line_and_a_zigzag_is_not() {
+    assert!((1.0..1.03).contains(&ratio(&waistband(200, 0.0))), "{}", ratio(&waistband(200, 0.0)));
+    // Edges 4 mm along the line and 10 mm across: 2.5 times its length.
+    let zigzag = ratio(&waistband(200, 0.005));
+    assert!((2.0..3.0).contains(&zigzag), "{zigzag}");
+    // The deeper the notches, the more ragged.
+    let ratios: Vec<f64> = [0.0, 0.001, 0.002, 0.004].map(|depth| ratio(&waistband(200, depth))).to_vec();
+    assert!(ratios.is_sorted_by(|a, b| a < b), "{ratios:?}");
+    // A hem that only hangs lower on one side is smooth.
+    let (points, hems) = waistband(200, 0.0);
+    let slanted = points.iter().map(|p| Point::new(p.x, p.y + 0.5 * p.x, p.z)).collect();
+    assert!(ratio(&(slanted, hems)) < 1.03);
+}
+
+#[test]
+fn the_raggedness_of_a_hem_depends_on_neither_frame_nor_sampling() {
+    for depth in [0.0, 0.005] {
+        let (points, hems) = waistband(200, depth);
+        let before = ratio(&(points.clone(), hems.clone()));
+        let turn = nalgebra::UnitQuaternion::from_euler_angles(0.4, 1.1, -0.7);
+        let moved = points.iter().map(|p| turn * p + nalgebra::Vector3::new(3.0, -2.0, 1.0)).collect();
+        assert!((ratio(&(moved, hems.clone())) - before).abs() < 1e-9);
+        // Three points per edge.
+        let count = points.len();
+        let fine = (0..3 * count).map(|i| {
+            let ends = [i / 3, (i / 3 + 1) % count].map(|k| points[VertexId::from_index(k)]);
+            ends[0] + (ends[1] - ends[0]) * ((i % 3) as f64 / 3.0)
+        });
+        let fine = (fine.collect(), vec![(0..3 * count).map(VertexId::from_index).collect()]);
+        assert!((ratio(&fine) - before).abs() < 1e-9 * before, "{} {before}", ratio(&fine));
+        // Another first vertex, and the other way round.
+        let mut turned = hems[0].clone();
+        turned.rotate_left(77);
+        assert!((ratio(&(points.clone(), vec![turned.clone()])) - before).abs() < 2e-3 * before);
+        turned.reverse();
+        assert!((ratio(&(points, vec![turned])) - before).abs() < 2e-3 * before);
+    }
+}
+
+#[test]
+fn a_ragged_hem_is_reported_where_it_is_and_a_short_one_is_not() {
+    let (body, colors) = (ball(), skin());
+    let inner = [Inner { mesh: &body, colors: Some(&colors) }];
+    let (scan, labels) = dressed(0.01, BLUE);
+    let mut garment = half(&scan, &labels);
+    let found = |garment: &Garment| {
+        let checked = check_garment(&GarmentResult { scan: &scan, garment, labels: &labels, inner: &inner }).unwrap();
+        (checked.most_ragged_hem.unwrap(), checked.doubts("shirt", &[]))
+    };
+    assert_eq!(found(&garment).1, []);
+    // A quarter of the rim is torn by 4 cm.
+    let mut points = garment.mesh.points().clone();
+    for (i, &v) in garment.hem_loops[0].iter().enumerate() {
+        let p = points[v];
+        points[v] = if p.x > 0.7 && i % 2 == 0 { Point::new(p.x, p.y + 0.3, p.z) } else { p };
+    }
+    garment.mesh = garment.mesh.with_points(points);
+    let (hem, doubts) = found(&garment);
+    assert!(hem.at.x > 0.5, "{hem:?}");
+    assert!(
+        doubts.len() == 1 && doubts[0].what.starts_with("a hem of the shirt is ragged, most of all 1."),
+        "{doubts:?}"
+    );
+    assert!(doubts[0].remedy.contains("mask shirt"), "{doubts:?}");
+    let cuff = garment.mesh.points().iter().map(|p| Point::from(p.coords * 0.05)).collect();
+    assert_eq!(most_ragged_hem(&cuff, &garment.hem_loops, 0.0), None, "30 cm around");
 }

@@ -11,7 +11,7 @@ use super::scan::ScanStage;
 use super::segment::SegmentStage;
 use crate::body::Figure;
 use crate::check::{
-    BodyPlausibility, BodyResult, Doubt, GarmentPlausibility, GarmentResult, check_body, check_garment,
+    BodyPlausibility, BodyResult, Doubt, GarmentPlausibility, GarmentResult, Posture, check_body, check_garment,
 };
 use crate::cut::Garment;
 use crate::fit::{FittedBody, PoseInside, RegisteredBody};
@@ -51,7 +51,7 @@ pub(in crate::session) enum Plausibility {
 
 impl PipelineStage for CheckStage {
     const STAGE: Stage = Stage::Check;
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Inputs = Inputs;
     type Output = Plausibility;
 
@@ -127,6 +127,8 @@ fn body(
     let deg = |radians: Option<f64>| radians.map_or(f64::NAN, f64::to_degrees);
     Ok(Outcome::of(Plausibility::Body(found.clone()))
         .measured("tilt_deg", deg(found.tilt))
+        .measured("hip_bend_deg", deg(found.posture.hip_bend))
+        .measured("knee_bend_deg", deg(found.posture.knee_bend))
         .measured("unlike_hands_percent", found.unlike_hands_share.map_or(f64::NAN, |s| 1e2 * s))
         .measured("largest_unseen_cm2", found.largest_unseen.as_ref().map_or(0.0, |(area, _)| 1e4 * area))
         .measured("bent_median_deg", deg(found.bent_median))
@@ -150,7 +152,10 @@ fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Resul
             .map_err(|e| SessionError::stage(&step.name, Stage::Check, e))?;
     let mm = |metres: Option<f64>| metres.map_or(f64::NAN, |m| 1e3 * m);
     let or_nan = |value: Option<f64>| value.unwrap_or(f64::NAN);
+    let posture = Posture::of(&figure.skeleton, &inside.pose);
     let mut outcome = Outcome::of(Plausibility::Garment(found.clone()))
+        .measured("hip_bend_deg", posture.hip_bend.map_or(f64::NAN, f64::to_degrees))
+        .measured("knee_bend_deg", posture.knee_bend.map_or(f64::NAN, f64::to_degrees))
         .measured("stand_off_median_mm", mm(found.stand_off_median))
         .measured("stand_off_p90_mm", mm(found.stand_off_p90))
         .measured("color_change", or_nan(found.color_change))
@@ -159,7 +164,8 @@ fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Resul
         .measured("rest_recolored_percent", 1e2 * or_nan(found.rest_recolored_share))
         .measured("unexplained_percent", 1e2 * found.unexplained.0)
         .measured("skin_median_mm", mm(found.skin_median))
-        .measured("largest_hole_cm2", 1e4 * found.largest_hole);
+        .measured("largest_hole_cm2", 1e4 * found.largest_hole)
+        .measured("ragged_hem_ratio", found.most_ragged_hem.map_or(f64::NAN, |hem| hem.length_per_smooth_length));
     for (k, worn) in found.worn_before.iter().enumerate() {
         outcome = outcome
             .measured(&format!("worn{}_area", k + 1), worn.visible_area)
@@ -171,7 +177,10 @@ fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Resul
         let what = format!("the file is the same as that of the step '{other}', so it shows no further garment");
         Warning::new(what, "give the scan in which the garment was put on")
     });
-    Ok(outcome.warned(same).warned(found.doubts(&step.name, &worn).into_iter().map(warning)))
+    Ok(outcome
+        .warned(same)
+        .warned(posture.doubt().map(warning))
+        .warned(found.doubts(&step.name, &worn).into_iter().map(warning)))
 }
 
 fn warning(doubt: Doubt) -> Warning {
