@@ -29,6 +29,7 @@ pub fn clean(raw: &RawMesh, params: &ScanParams, on_step: &mut dyn FnMut(&Cleani
     let adjacency = Adjacency::prepare(&mesh);
     refuse_noise(&mesh, &adjacency)?;
     upright::refuse_two_figures(&mesh)?;
+    upright::refuse_crouching(&mesh)?;
     let world_from_file = upright::file_frame(&mesh, params, &mut findings)?;
     report("stood upright", &mesh);
 

@@ -206,6 +206,11 @@ fn clusters(outline: &[Dash], cell: f64) -> Vec<Cluster> {
 
 /// The principal directions of a surface by area, largest extent first; orthonormal.
 pub(super) fn principal_directions(mesh: &TriMesh) -> [Vec3; 3] {
+    principal_axes(mesh).map(|(direction, _)| direction)
+}
+
+/// The principal directions of a surface by area, and its standard deviation along each; largest first, orthonormal.
+pub(super) fn principal_axes(mesh: &TriMesh) -> [(Vec3, f64); 3] {
     let mut total = 0.0;
     let mut sum = Vec3::zeros();
     let weighted: Vec<(Point, f64)> = mesh
@@ -228,5 +233,6 @@ pub(super) fn principal_directions(mesh: &TriMesh) -> [Vec3; 3] {
     let eigen = covariance.symmetric_eigen();
     let mut order = [0, 1, 2];
     order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
-    order.map(|i| eigen.eigenvectors.column(i).into_owned())
+    let deviation = |i: usize| (eigen.eigenvalues[i] / total.max(f64::MIN_POSITIVE)).max(0.0).sqrt();
+    order.map(|i| (eigen.eigenvectors.column(i).into_owned(), deviation(i)))
 }

@@ -1,7 +1,7 @@
 //! Finds the up axis and the unit, and checks that the scan shows one person.
 
 use super::pieces::{Pieces, Sound};
-use super::profile::{CrossSection, Profile, principal_directions};
+use super::profile::{CrossSection, Profile, principal_axes, principal_directions};
 use super::{FileFrame, ScanError, ScanParams, Unit, Up};
 use crate::geometry::{TriMesh, Vec3};
 use nalgebra::UnitQuaternion;
@@ -203,6 +203,30 @@ pub(super) fn refuse_two_figures(person: &TriMesh) -> Result<(), ScanError> {
                 });
             }
         }
+    }
+    Ok(())
+}
+
+/// Refuses a person who is nearly as thick as tall: somebody who squats or crouches, at any heading.
+pub(super) fn refuse_crouching(person: &TriMesh) -> Result<(), ScanError> {
+    /// Greatest standard deviation of the surface relative to the least: 1.7 of a squat, 1.6 of somebody who sits on the floor with
+    /// straight legs; 2.8 of a person who stretches both arms forward, 4 and more of standing people, dressed or not.
+    const LEAST_ELONGATION: f64 = 2.0;
+    /// Area of the surface relative to the square of its length along the direction of the greatest deviation: 1.4 of a squat, 1.2 on the
+    /// floor; 0.6 to 0.8 of standing people, 1.1 estimated in a ball gown.
+    const LEAST_AREA_PER_SQUARE: f64 = 1.15;
+    let axes = principal_axes(person);
+    let along = person.points().iter().map(|p| axes[0].0.dot(&p.coords));
+    let (low, high) = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+    let area: f64 = person.face_ids().map(|f| person.face_area(f)).sum();
+    let elongation = axes[0].1 / axes[2].1.max(f64::MIN_POSITIVE);
+    let area_per_square = area / (high - low).powi(2).max(f64::MIN_POSITIVE);
+    if elongation < LEAST_ELONGATION && area_per_square > LEAST_AREA_PER_SQUARE {
+        return Err(ScanError::NotStanding {
+            evidence: format!(
+                "the surface is only {elongation:.1} times as long as thick, as of somebody who squats or sits on the floor"
+            ),
+        });
     }
     Ok(())
 }
