@@ -139,7 +139,7 @@ impl FitError {
                     .into()
             }
             Self::Unexplained { .. } => {
-                "is the person clothed in the body's scan, is the up axis wrong (--up), or is a scan between missing? Scan one person alone, with empty hands, standing in an A-pose".into()
+                "is the person clothed in the body's scan, do they sit or squat, is the up axis wrong (--up), or is a scan between missing? Scan one person alone, with empty hands, standing in an A-pose".into()
             }
             Self::HalfABody { .. } => "scan the whole person; a hand, an arm or the head may be missing".into(),
             Self::FarFromModel { .. } => {
