@@ -282,6 +282,57 @@ pub(super) fn quoted(text: &str) -> String {
     short
 }
 
+/// The first bytes of a file for [`FormatError::NotThisFormat`]: the first line of a text in quotation marks, or what else it is.
+pub(super) fn beginning(bytes: &[u8]) -> String {
+    /// Enough for a first line, too few to cross into binary data after it.
+    const LENGTH: usize = 32;
+    /// Formats that are given by mistake, by their first bytes.
+    const KNOWN: [(&[u8], &str); 6] = [
+        (b"\x89PNG", "a PNG picture's bytes"),
+        (b"\xff\xd8\xff", "a JPEG picture's bytes"),
+        (b"PK\x03\x04", "a zip archive's bytes"),
+        (b"\x93NUMPY", "an NPY array's bytes"),
+        (b"\x1f\x8b", "a gzip archive's bytes"),
+        (b"glTF", "a GLB file's bytes"),
+    ];
+    if let Some((_, what)) = KNOWN.iter().find(|(magic, _)| bytes.starts_with(magic)) {
+        return what.to_string();
+    }
+    let head = &bytes[..bytes.len().min(LENGTH)];
+    // A character of several bytes may be cut at the end.
+    let text = match std::str::from_utf8(head) {
+        Ok(text) => text,
+        Err(e) if e.error_len().is_none() => std::str::from_utf8(&head[..e.valid_up_to()]).unwrap_or_default(),
+        Err(_) => return "binary data".into(),
+    };
+    match text.chars().any(|c| c.is_control() && !c.is_whitespace()) {
+        true => "binary data".into(),
+        false => format!("'{}'", quoted(text.trim_start().lines().next().unwrap_or_default())),
+    }
+}
+
 fn list(names: &[String]) -> String {
     if names.is_empty() { "none".into() } else { names.join(", ") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_beginning_is_text_or_named_and_never_raw_bytes() {
+        for (bytes, expected) in [
+            (&b"hello"[..], "'hello'"),
+            (b"ply\nformat ascii 1.0\n", "'ply'"),
+            (b"", "''"),
+            (b"\x89PNG\r\n\x1a\n\0\0", "a PNG picture's bytes"),
+            (b"\xff\xfe\x00\x01rest", "binary data"),
+            (b"abc\0def", "binary data"),
+        ] {
+            assert_eq!(beginning(bytes), expected, "{bytes:?}");
+        }
+        // A letter of two bytes that the cut divides.
+        let text = format!("{}\u{e4}\u{e4}", "x".repeat(31));
+        assert_eq!(beginning(text.as_bytes()), format!("'{}'", "x".repeat(31)));
+    }
 }

@@ -1,6 +1,6 @@
 //! Depth and colour images: PNG and JPEG.
 
-use super::error::{Format, FormatError};
+use super::error::{Format, FormatError, beginning};
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
 use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageFormat, ImageReader};
@@ -83,10 +83,7 @@ fn color_picture(bytes: &[u8], most_pixels: u64) -> Result<ColorPicture, FormatE
 }
 
 fn not_this(format: Format, bytes: &[u8]) -> FormatError {
-    let found = match bytes {
-        [] => "nothing".into(),
-        _ => format!("'{}'", super::error::quoted(&String::from_utf8_lossy(&bytes[..bytes.len().min(8)]))),
-    };
+    let found = if bytes.is_empty() { "nothing".into() } else { beginning(bytes) };
     FormatError::NotThisFormat { format, found }
 }
 

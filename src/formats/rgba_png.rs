@@ -1,6 +1,6 @@
 //! A picture with transparency, read from and written to PNG.
 
-use super::error::{Format, FormatError, quoted};
+use super::error::{Format, FormatError, beginning};
 use super::picture::write_png;
 use super::raw_mesh::read_all;
 use image::ExtendedColorType;
@@ -74,8 +74,7 @@ impl RgbaPicture {
 pub fn read_rgba_png(input: impl Read) -> Result<RgbaPicture, FormatError> {
     let bytes = read_all(Format::Png, input)?;
     if !bytes.starts_with(b"\x89PNG") {
-        let head = String::from_utf8_lossy(&bytes[..bytes.len().min(16)]).into_owned();
-        return Err(FormatError::NotThisFormat { format: Format::Png, found: format!("'{}'", quoted(&head)) });
+        return Err(FormatError::NotThisFormat { format: Format::Png, found: beginning(&bytes) });
     }
     let decoded = image::load_from_memory_with_format(&bytes, image::ImageFormat::Png)
         .map_err(|e| FormatError::Container { format: Format::Png, reason: e.to_string() })?

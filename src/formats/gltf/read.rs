@@ -2,7 +2,7 @@
 
 use super::accessor::{container, each_row, read_buffers, unsupported};
 use super::materials::GltfMaterials;
-use crate::formats::error::{Format, FormatError, quoted};
+use crate::formats::error::{Format, FormatError, beginning};
 use crate::formats::raw_mesh::{RawMesh, read_all};
 use crate::formats::srgb::byte_of_linear;
 use crate::formats::texture::{RawTexture, Siblings, no_siblings};
@@ -173,8 +173,7 @@ pub(super) fn check_length(bytes: &[u8]) -> Result<(), FormatError> {
     if bytes.trim_ascii_start().starts_with(b"{") {
         return Ok(());
     }
-    let head = String::from_utf8_lossy(&bytes[..bytes.len().min(32)]).into_owned();
-    Err(FormatError::NotThisFormat { format: Format::Gltf, found: format!("'{}'", quoted(&head)) })
+    Err(FormatError::NotThisFormat { format: Format::Gltf, found: beginning(bytes) })
 }
 
 /// The meshes read so far. Attributes that a primitive does not have are padded, so that lengths agree.

@@ -1,7 +1,7 @@
 //! Reads and writes `.npy` and `.npz`.
 
 use super::arrays::{NpyArray, NpyData, Npz};
-use crate::formats::error::{Format, FormatError};
+use crate::formats::error::{Format, FormatError, beginning};
 use crate::formats::raw_mesh::read_all;
 use npyz::{AutoSerialize, DType, Deserialize, NpyFile, NpyHeader, Order, Serialize, TypeChar, WriterBuilder};
 use std::io::{Cursor, Read, Seek, Write};
@@ -9,7 +9,11 @@ use zip::write::SimpleFileOptions;
 
 /// Reads one `.npy` array.
 pub fn read_npy(input: impl Read) -> Result<NpyArray, FormatError> {
-    array_from_bytes(&read_all(Format::Npy, input)?, Format::Npy, "(file)")
+    let bytes = read_all(Format::Npy, input)?;
+    if !bytes.starts_with(b"\x93NUMPY") {
+        return Err(FormatError::NotThisFormat { format: Format::Npy, found: beginning(&bytes) });
+    }
+    array_from_bytes(&bytes, Format::Npy, "(file)")
 }
 
 /// Reads all arrays of an `.npz`.

@@ -4,7 +4,7 @@
 //! have: NaN, `.5` and `1.` in ascii, and comments that are not UTF-8. It would not be faster either: 1.01 of our time for
 //! binary and 1.37 for ascii, on 1 million vertices and 2 million faces (`cargo bench --bench files`).
 
-use crate::formats::error::{Format, FormatError, quoted};
+use crate::formats::error::{Format, FormatError, beginning, quoted};
 use ply_rs::parser::{Parser, Reader};
 use ply_rs::ply::{DefaultElement, Header};
 use std::io::Cursor;
@@ -26,7 +26,7 @@ pub(super) fn read_header(bytes: &[u8]) -> Result<PlyHeader, FormatError> {
     let head = &bytes[..bytes.len().min(MAX_HEADER_BYTES)];
     let first_end = head.iter().position(|&b| b == b'\n' || b == b'\r').unwrap_or(head.len());
     if head[..first_end].trim_ascii() != b"ply" {
-        let found = format!("'{}'", quoted(&String::from_utf8_lossy(&head[..head.len().min(32)])));
+        let found = beginning(head);
         return Err(FormatError::NotThisFormat { format: Format::Ply, found });
     }
     // All lines end as the first one does: a binary body may begin with either byte.

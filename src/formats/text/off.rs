@@ -4,7 +4,7 @@
 //! line, accepts indices beyond the vertices, and keeps coordinates in single precision (`cargo bench --bench files`).
 
 use super::lines::{line_error, lines, number, numbers};
-use crate::formats::error::{Format, FormatError, quoted};
+use crate::formats::error::{Format, FormatError, beginning, quoted};
 use crate::formats::raw_mesh::{RawMesh, bytes_of_colors, read_all};
 use std::io::Read;
 
@@ -18,7 +18,7 @@ pub fn read_off(input: impl Read) -> Result<RawMesh, FormatError> {
     let mut words = first.split_ascii_whitespace().peekable();
     let keyword = words.next().unwrap_or("").to_string();
     let Some(kinds) = keyword.strip_suffix("OFF").filter(|k| k.chars().all(|c| "STCN4n".contains(c))) else {
-        return Err(FormatError::NotThisFormat { format: Format::Off, found: format!("'{}'", quoted(&first)) });
+        return Err(FormatError::NotThisFormat { format: Format::Off, found: beginning(&bytes) });
     };
     let (has_normals, has_colors) = (kinds.contains('N'), kinds.contains('C'));
     if kinds.contains(['S', 'T', '4', 'n']) || first.contains("BINARY") {

@@ -5,7 +5,7 @@
 //! buffer`): `cargo bench --bench files`.
 
 use super::lines::{line_error, lines, numbers};
-use crate::formats::error::{Format, FormatError, quoted};
+use crate::formats::error::{Format, FormatError, beginning};
 use crate::formats::raw_mesh::{RawMesh, read_all};
 use std::collections::HashMap;
 use std::io::Read;
@@ -34,7 +34,7 @@ fn stated_facets(bytes: &[u8]) -> Option<usize> {
 
 fn read_binary(bytes: &[u8], stated: Option<usize>) -> Result<RawMesh, FormatError> {
     let Some(count) = stated else {
-        let found = format!("'{}', {} bytes in all", quoted(&String::from_utf8_lossy(bytes)), bytes.len());
+        let found = format!("{}, {} bytes in all", beginning(bytes), bytes.len());
         return Err(FormatError::NotThisFormat { format: Format::Stl, found });
     };
     let facets = bytes[HEADER_BYTES..].as_chunks::<FACET_BYTES>().0;
