@@ -175,27 +175,39 @@ fn show(args: ShowArgs, context: &Context) -> anyhow::Result<Done> {
 
 fn measure(args: MeasureBodyArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
+    let mut doubts = Vec::new();
     let (of, measures) = match (args.mesh, &args.model) {
         (Some(mesh), model) => {
             let mesh = context.input(mesh);
-            (mesh.display().to_string(), mesh_measures(&mesh, model.as_deref())?)
+            let measured = mesh_measures(&mesh, model.as_deref())?;
+            doubts = measured.doubts;
+            (mesh.display().to_string(), measured.measures)
         }
         (None, Some(model)) => (model.display().to_string(), model_measures(Some(model), &args.beta)?),
         (None, None) if !args.beta.is_empty() => ("the embedded body".into(), model_measures(None, &args.beta)?),
         (None, None) => {
             let session = Session::open(&context.session)?;
+            doubts = doubts_about_body(&session)?;
             (context.session.display().to_string(), session.body_measures()?)
         }
     };
     let in_cm = |m: &BodyMeasure| (1000.0 * m.metres).round() / 10.0;
     let json = json!({
         "of": of,
+        "warnings": doubts,
         "measures_cm": measures.iter().map(|m| (m.name.clone(), json!(in_cm(m)))).collect::<serde_json::Map<_, _>>(),
         "secs": began.elapsed().as_secs_f64(),
     });
     Ok(Done::new("body measure", json)
         .lines(measures.iter().map(|m| format!("{:<20} {:>6.1} cm", m.name, in_cm(m))))
+        .lines(doubts.iter().map(|doubt| format!("check it: {doubt}")))
         .line(format!("measured {of} in {}", secs(began.elapsed()))))
+}
+
+/// The doubts about the body's step, which are doubts about its measures, too.
+fn doubts_about_body(session: &Session) -> Result<Vec<String>, SessionError> {
+    let steps = session.status()?;
+    Ok(steps.into_iter().filter(|step| step.template.is_none()).flat_map(|step| step.warnings).collect())
 }
 
 fn import(args: ImportArgs, context: &Context) -> anyhow::Result<Done> {

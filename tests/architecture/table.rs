@@ -33,7 +33,7 @@ pub fn may_import() -> BTreeMap<&'static str, BTreeSet<&'static str>> {
         ("export", stages.clone()),
         ("view", stages.clone()),
         ("studio", &stages | &set(&[&["measure"]])),
-        ("cli", set(&[BASE, PATH, BRANCHES, &["measure", "export", "view", "studio", "session"]])),
+        ("cli", set(&[BASE, PATH, BRANCHES, &["measure", "check", "export", "view", "studio", "session"]])),
         ("session", set(&[BASE, PATH, BRANCHES, OUTER])),
     ]);
     for k in 2..PATH.len() {

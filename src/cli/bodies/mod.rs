@@ -4,10 +4,11 @@ mod build;
 mod error;
 mod import;
 mod measures;
+mod shape;
 mod show;
 
 pub use build::{BuildBody, BuiltBody, build_body};
 pub use error::BodiesError;
 pub use import::{ImportedBody, import_body};
-pub use measures::{mesh_measures, model_measures};
+pub use measures::{MeasuredMesh, mesh_measures, model_measures};
 pub use show::{ShowBody, ShownBody, show_body};

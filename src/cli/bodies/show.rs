@@ -1,6 +1,7 @@
 //! Shows a body model: its shape space and its poses.
 
 use super::error::BodiesError;
+use super::shape::check_shape;
 use crate::body::{BodyModel, Pose, Shape, Stance};
 use crate::export::write_layer_ply;
 use crate::geometry::{PerVertex, TriMesh, Vec3};
@@ -43,18 +44,7 @@ const STANCES_SHOWN: [Stance; 6] =
 /// **Errors** a file that is not a model, more coordinates than components, an unknown stance or joint.
 pub fn show_body(request: &ShowBody) -> Result<ShownBody, BodiesError> {
     let model = read_body_model(request.model.as_deref())?;
-    if request.shape.len() > model.component_count() {
-        return Err(BodiesError::BadRequest {
-            what: format!("{} shape coordinates for a model with {}", request.shape.len(), model.component_count()),
-            hint: "give as many as the model has components, or fewer".into(),
-        });
-    }
-    if let Some(odd) = request.shape.iter().find(|b| !b.is_finite()) {
-        return Err(BodiesError::BadRequest {
-            what: format!("{odd} is no shape coordinate"),
-            hint: "give standard deviations, such as 1.5,-2".into(),
-        });
-    }
+    check_shape(&request.shape, &model)?;
     let mut shape = model.mean_shape();
     shape.0[..request.shape.len()].copy_from_slice(&request.shape);
     let skeleton = model.shaped(&shape).1;
