@@ -26,6 +26,12 @@ pub enum SessionError {
         /// The folder.
         dir: PathBuf,
     },
+    /// A file is given where a session's folder is expected.
+    #[error("'{}' is a file, not the folder of a session", path.display())]
+    NotAFolder {
+        /// The file.
+        path: PathBuf,
+    },
     /// `new` on a folder that is not empty.
     #[error("the folder '{}' is not empty", dir.display())]
     FolderNotEmpty {
@@ -255,6 +261,7 @@ pub enum SessionError {
 fn too_few(verb: &str, things: &str, requested: usize, there_are: usize) -> String {
     match there_are {
         0 => format!("there is nothing to {verb} on this branch"),
+        1 => format!("there is only 1 {} to {verb} on this branch, not {requested}", things.trim_end_matches('s')),
         _ => format!("there are only {there_are} {things} to {verb} on this branch, not {requested}"),
     }
 }
@@ -299,6 +306,7 @@ impl SessionError {
             | Self::AlreadyASession { .. }
             | Self::AnotherRecipe { .. }
             | Self::FolderNotEmpty { .. }
+            | Self::NotAFolder { .. }
             | Self::NoSuchFile { .. }
             | Self::NoSuchFolder { .. }
             | Self::BadName { .. }
@@ -328,6 +336,7 @@ impl SessionError {
             Self::NotASession { .. } => "make one with `overcoat new DIR`, or name one with `-C DIR`".into(),
             Self::AlreadyASession { dir } => format!("continue in it with `overcoat -C {} scan …`, or name another folder", dir.display()),
             Self::AnotherRecipe { .. } => "name a folder that is empty or does not exist, or one where a replay of the same recipe was interrupted".into(),
+            Self::NotAFolder { .. } => "name a folder".into(),
             Self::FolderNotEmpty { .. } => "name a folder that is empty or does not exist".into(),
             Self::Locked { .. } => "wait until it has finished, or stop it".into(),
             Self::NoSuchFile { .. } | Self::NoSuchFolder { .. } => "check the path; it is relative to the current folder".into(),

@@ -60,6 +60,11 @@ pub(in crate::session) fn state_path(dir: &Path) -> PathBuf {
     dir.join("session.json")
 }
 
+/// **Errors** if `dir` is a file.
+fn require_no_file(dir: &Path) -> Result<(), SessionError> {
+    if dir.is_file() { Err(SessionError::NotAFolder { path: dir.to_path_buf() }) } else { Ok(()) }
+}
+
 fn read_text(path: &Path) -> Result<Option<String>, SessionError> {
     match read_file(path) {
         Ok(bytes) => String::from_utf8(bytes).map(Some).map_err(|e| {
@@ -81,6 +86,7 @@ impl Session {
     ///
     /// A journal is read up to a truncated last line, which [`Session::notices`] reports.
     pub fn open(dir: &Path) -> Result<Self, SessionError> {
+        require_no_file(dir)?;
         let journal = journal::read(dir)?;
         let mut notices = Vec::new();
         if let Some(broken) = &journal.broken {
@@ -250,6 +256,7 @@ impl Writer {
     /// Creates a session in a folder that does not exist or is empty; its parent must exist.
     pub(in crate::session) fn create(dir: &Path, recipe: Recipe) -> Result<Self, SessionError> {
         let io = |e| SessionError::writing(dir, e);
+        require_no_file(dir)?;
         match std::fs::read_dir(dir).map(|mut entries| entries.all(|e| e.is_ok_and(|e| is_leftover(&e.file_name())))) {
             Ok(true) => {}
             Ok(false) if recipe_path(dir).exists() || journal::path_in(dir).exists() => {
