@@ -5,6 +5,7 @@ use super::failure;
 use super::stages::interface;
 use crate::session::{
     Built, Content, Forced, LiveView, Memory, Outputs, Recut, Session, SessionError, ShowIn, StepVerdict, Writer,
+    check_mask_name,
 };
 use serde_json::{Value, json};
 use signal_hook::consts::{SIGINT, SIGTERM};
@@ -145,6 +146,7 @@ impl<'a> Watch<'a> {
             session.mask_files().into_iter().map(|(layer, path)| Watched::new(layer, path)).collect();
         if let (Some(layer), Some(file)) = (&args.layer, &args.file) {
             session.masks(Some(layer))?;
+            check_mask_name(file)?;
             let file = context.input(file.clone());
             let place = Watched::place(&file);
             let same = |w: &Watched| w.layer == *layer && Watched::place(&w.path) == place;

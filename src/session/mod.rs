@@ -37,7 +37,7 @@ pub use open::{
 pub use output_error::OutputError;
 pub use recipe::{
     Assignment, BODY_STEP, BodySurface, PaintedKind, Parameter, Recipe, SourceFile, StepPlace, StepRecipe,
-    parameters_of,
+    check_mask_name, parameters_of,
 };
 pub use results::LiveView;
 pub use results::{

@@ -20,43 +20,64 @@ pub(in crate::session) enum MaskFile {
 
 const MASK_KINDS: &str = "a mask is a .jsonl file with one brush stroke per line, one label per vertex as .npy or .ply, or a .png over the scan's texture coordinates";
 
+/// What the extension of a mask's file says of its content.
+enum Kind {
+    Strokes,
+    Surface,
+    Numbers,
+    Picture,
+}
+
+impl Kind {
+    fn of(path: &Path) -> Result<Self, SessionError> {
+        match path.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
+            Some("npy") => Ok(Self::Numbers),
+            Some("ply") => Ok(Self::Surface),
+            Some("png") => Ok(Self::Picture),
+            Some("jsonl" | "json") | None => Ok(Self::Strokes),
+            Some(other) => Err(no_mask(path, &format!("is no mask: the extension '{other}' is not known"))),
+        }
+    }
+}
+
+fn no_mask(path: &Path, why: &str) -> SessionError {
+    SessionError::BadRequest { what: format!("'{}' {why}", path.display()), hint: MASK_KINDS.into() }
+}
+
+/// **Errors** if no file of that name can be a mask, whatever it will contain.
+pub fn check_mask_name(path: &Path) -> Result<(), SessionError> {
+    Kind::of(path).map(drop)
+}
+
 impl MaskFile {
     /// Reads the bytes of the file at `path`.
     pub fn read(path: &Path, bytes: &[u8]) -> Result<Self, SessionError> {
         let bad = |e: StageError| SessionError::BadSource { path: path.to_path_buf(), source: Box::new(e) };
-        let no_mask = |why: String| SessionError::BadRequest {
-            what: format!("'{}' {why}", path.display()),
-            hint: MASK_KINDS.into(),
-        };
-        match path.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
-            Some("npy") => {
+        match Kind::of(path)? {
+            Kind::Numbers => {
                 let array = read_npy(bytes).map_err(|e| bad(e.into()))?;
                 Ok(Self::Numbers(array.to_f64("labels").map_err(|e| bad(e.into()))?))
             }
-            Some("ply") => {
+            Kind::Surface => {
                 let raw = read_ply(bytes).map_err(|e| bad(e.into()))?;
                 Ok(Self::Surface(LabelledSurface::read(&raw).map_err(|e| bad(e.into()))?))
             }
-            Some("png") => Ok(Self::Picture(read_rgba_png(bytes).map_err(|e| bad(e.into()))?)),
-            Some("jsonl" | "json") | None => {
+            Kind::Picture => Ok(Self::Picture(read_rgba_png(bytes).map_err(|e| bad(e.into()))?)),
+            Kind::Strokes => {
                 let text = std::str::from_utf8(bytes)
-                    .map_err(|_| no_mask("is not text, so it holds no brush strokes".into()))?;
+                    .map_err(|_| no_mask(path, "is not text, so it holds no brush strokes"))?;
                 let strokes = Stroke::read_lines(text).map_err(|e| bad(e.into()))?;
                 match strokes.is_empty() {
-                    true => Err(no_mask("holds no brush stroke".into())),
+                    true => Err(no_mask(path, "holds no brush stroke")),
                     false => Ok(Self::Strokes(strokes)),
                 }
             }
-            Some(other) => Err(no_mask(format!("is no mask: the extension '{other}' is not known"))),
         }
     }
 
     /// Whether a file of that name holds strokes.
     pub fn holds_strokes(path: &Path) -> bool {
-        match path.extension() {
-            None => true,
-            Some(extension) => ["jsonl", "json"].iter().any(|own| extension.eq_ignore_ascii_case(own)),
-        }
+        matches!(Kind::of(path), Ok(Kind::Strokes))
     }
 
     /// The kind of content, in words.

@@ -21,6 +21,7 @@ pub(in crate::session) use check::check_stage;
 pub use edit::StepPlace;
 pub(in crate::session) use garment_spec::GarmentSpec;
 pub(in crate::session) use mask_file::MaskFile;
+pub use mask_file::check_mask_name;
 pub(in crate::session) use names::{is_file_name, is_same_file_name};
 pub(in crate::session) use painted_kind::LoadedTemplate;
 pub use painted_kind::PaintedKind;
