@@ -47,11 +47,14 @@ impl Session {
                 hint: "leave --scan and --stage out, or --hide-covered".into(),
             });
         }
+        let is_folder = request.target.is_dir() || ends_with_slash(&request.target);
         let exported = match request.target.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
-            Some("glb") if !request.target.is_dir() => self.export_glb(request, outputs),
-            Some(_) if !request.target.is_dir() && !ends_with_slash(&request.target) => {
-                Err(SessionError::UnknownTarget { path: request.target.clone() })
-            }
+            Some("glb") if !is_folder => self.export_glb(request, outputs),
+            Some(_) if !is_folder => Err(SessionError::UnknownTarget { path: request.target.clone() }),
+            None if !is_folder && is_only_an_extension(&request.target) => Err(SessionError::BadRequest {
+                what: format!("'{}' is an extension without a name", request.target.display()),
+                hint: "name the file, for example character.glb; the name of a folder ends with /".into(),
+            }),
             _ => {
                 let (files, removed) = self.folder_of(request)?;
                 Ok(Exported { files: outputs.write_folder(&request.target, files)?, removed })
@@ -219,6 +222,11 @@ impl Folder<'_> {
 
 fn in_file(mesh: &TriMesh, frame: &FileFrame) -> TriMesh {
     mesh.map_points(|p| frame.file_from_world(p))
+}
+
+/// Whether the last part of a path is `.glb`, which is a hidden name and most probably a slip.
+fn is_only_an_extension(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.eq_ignore_ascii_case(".glb"))
 }
 
 fn ends_with_slash(path: &Path) -> bool {
