@@ -82,6 +82,9 @@ fn add(layer: &str, file: PathBuf, context: &Context) -> anyhow::Result<Done> {
             if report.replaced { ", replacing what the file marked before" } else { "" },
             secs(began.elapsed())
         ))
+        .lines((report.added + report.erased == 0).then(|| {
+            "  nothing in it differs from the labels as they are: paint the file and give it again".to_string()
+        }))
         .lines(report.pins_all.then(|| format!("  all labels of the file are pinned: {}", why_all(layer, &file))))
         .next(context.overcoat("build")))
 }

@@ -124,14 +124,17 @@ fn remove(name: &str, context: &Context) -> anyhow::Result<Done> {
 
 fn rename(old: &str, new: &str, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
-    context.writer()?.rename_step(old, new)?;
+    let is_renamed = context.writer()?.rename_step(old, new)?;
     let json = json!({
         "session": context.session.display().to_string(),
         "old": old,
         "new": new,
         "secs": began.elapsed().as_secs_f64(),
     });
-    Ok(changed("step rename", json, vec![format!("renamed {old} to {new}")], context))
+    Ok(match is_renamed {
+        true => changed("step rename", json, vec![format!("renamed {old} to {new}")], context),
+        false => Done::new("step rename", json).line(format!("nothing changed: the step is called {old} already")),
+    })
 }
 
 fn moved(name: &str, place: StepPlace, context: &Context) -> anyhow::Result<Done> {

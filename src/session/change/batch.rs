@@ -115,6 +115,10 @@ fn read_rows(batch: &Batch) -> Result<Vec<TableRow>, SessionError> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_slice());
     let of_csv = |e: csv::Error| bad(e.position().map_or(1, |p| p.line()), sentence_of(&e));
     let header = reader.headers().map_err(of_csv)?.clone();
+    if let Some(separator) = [';', '\t'].into_iter().find(|&c| header.len() == 1 && header[0].contains(c)) {
+        let name = if separator == ';' { "semicolons" } else { "tabs" };
+        return Err(bad(1, format!("the columns are separated by {name}, not by commas")));
+    }
     if header.is_empty() || header.iter().skip(1).any(str::is_empty) {
         return Err(bad(1, "a column has no name".into()));
     }

@@ -49,11 +49,15 @@ impl Writer {
     /// Renames a garment. Its masks and its results stay; the figure, which names its layers, is built again.
     ///
     /// **Errors** for the body, and for a name that is invalid or taken. On an error the session is unchanged.
-    pub fn rename_step(&mut self, old: &str, new: &str) -> Result<(), SessionError> {
+    pub fn rename_step(&mut self, old: &str, new: &str) -> Result<bool, SessionError> {
         self.session.recipe.rename_step(old, new)?;
+        if old == new {
+            return Ok(false);
+        }
         self.session.state.rename(old, new);
         self.session.timings.rename(old, new);
-        self.save(&format!("step {old} renamed to {new}"))
+        self.save(&format!("step {old} renamed to {new}"))?;
+        Ok(true)
     }
 
     /// Moves a garment before or after another step; returns whether the order changed.

@@ -379,13 +379,14 @@ impl Session {
 }
 
 fn no_such_mask(step: &StepRecipe, what: String) -> SessionError {
-    let known: Vec<String> = step.masks.iter().enumerate().map(|(i, m)| format!("{} {}", i + 1, m.edited())).collect();
+    let known: Vec<String> =
+        step.masks.iter().enumerate().map(|(i, m)| format!("{}, which is '{}'", i + 1, m.edited())).collect();
     SessionError::BadRequest {
         what,
         hint: if known.is_empty() {
             "`overcoat mask list` shows all masks".into()
         } else {
-            format!("there are {}", known.join(", "))
+            format!("its masks are {}", known.join(", "))
         },
     }
 }

@@ -105,7 +105,12 @@ impl Writer {
             let of_step = Stage::of_step(step.is_body());
             return match request.stages.iter().any(|s| of_step.contains(s)) {
                 true => Ok(vec![name.clone()]),
-                false => check_stage(name, step.is_body(), request.stages[0]).map(|()| Vec::new()),
+                // `stack` also runs stages before the one of its name, which the user did not ask for.
+                false => {
+                    let named = request.stages.iter().find(|stage| stage.to_string() == request.name);
+                    let asked = named.unwrap_or(&request.stages[0]);
+                    check_stage(name, step.is_body(), *asked).map(|()| Vec::new())
+                }
             };
         }
         if recipe.steps.is_empty() {
