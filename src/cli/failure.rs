@@ -53,10 +53,27 @@ pub(super) fn sentence_and_hint(text: &str) -> (String, String) {
     let first = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
     // The parser lists missing arguments on separate lines.
     let more = text.lines().skip(1).take_while(|l| l.starts_with("  ")).map(str::trim).filter(|l| !l.is_empty());
-    let message = std::iter::once(first).chain(more).collect::<Vec<_>>().join(" ");
+    let message = in_plain_words(&std::iter::once(first).chain(more).collect::<Vec<_>>().join(" "));
     let tip = text.lines().find_map(|l| l.trim().strip_prefix("tip: ").map(str::to_string));
     let usage = text.lines().find_map(|l| l.strip_prefix("Usage: ").map(|u| format!("usage: {u}")));
-    (message, tip.or(usage).unwrap_or_else(|| "`overcoat --help` shows the commands".into()))
+    (message, tip.or(usage).unwrap_or_else(|| "`overcoat COMMAND --help` explains the options".into()))
+}
+
+/// The parser's message about a number, in the words of a user.
+fn in_plain_words(message: &str) -> String {
+    let Some((before, why)) = message.rsplit_once("': ") else { return message.into() };
+    let range = why.split_once(" is not in ").and_then(|(_, range)| range.split_once("..="));
+    let plain = match (why, range) {
+        ("invalid float literal", _) => "it is not a number".into(),
+        ("invalid digit found in string" | "cannot parse integer from empty string", _) => {
+            "it is not a whole number of 0 or more".into()
+        }
+        ("number too large to fit in target type", _) => "it is too large".into(),
+        (_, Some((least, most))) if most == u32::MAX.to_string() => format!("give {least} or more"),
+        (_, Some((least, most))) => format!("give {least} to {most}"),
+        _ => why.into(),
+    };
+    format!("{before}': {plain}")
 }
 
 fn is_wrong_command(error: &anyhow::Error) -> bool {
@@ -91,4 +108,27 @@ fn print(message: &str, hint: Option<&str>, json: bool) {
 
 pub(super) fn one_line(text: &str) -> String {
     text.split('\n').map(str::trim).filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_that_cannot_be_read_are_refused_in_plain_words() {
+        for (said, expected) in [
+            (
+                "invalid value '0' for '--jobs <N>': 0 is not in 1..=64",
+                "invalid value '0' for '--jobs <N>': give 1 to 64",
+            ),
+            ("invalid value '0' for '--n': 0 is not in 1..=4294967295", "invalid value '0' for '--n': give 1 or more"),
+            (
+                "invalid value 'a' for '--beta <B>': invalid float literal",
+                "invalid value 'a' for '--beta <B>': it is not a number",
+            ),
+            ("unexpected argument '-x' found", "unexpected argument '-x' found"),
+        ] {
+            assert_eq!(in_plain_words(said), expected);
+        }
+    }
 }

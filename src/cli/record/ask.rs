@@ -45,10 +45,12 @@ impl Ask {
     pub(super) fn ask(&mut self, prompt: &str, hints: Hints) -> anyhow::Result<Option<String>> {
         match self {
             Self::Pipe { silent } => {
-                let mut line = String::new();
-                if std::io::stdin().lock().read_line(&mut line)? == 0 {
+                let mut line = Vec::new();
+                if std::io::stdin().lock().read_until(b'\n', &mut line)? == 0 {
                     return Ok(None);
                 }
+                // What is not text matches no answer, and is reported as such.
+                let line = String::from_utf8_lossy(&line).into_owned();
                 if !*silent {
                     print_line(&format!("{prompt}{}", line.trim_end()));
                 }

@@ -107,7 +107,10 @@ impl Record {
         let dir = self.context.session.display();
         match steps {
             0 => self.say(&format!("Recording {dir}: a new session. `help` says what else can be typed.")),
-            n => self.say(&format!("Recording {dir}: {n} scan{} so far.", if n == 1 { "" } else { "s" })),
+            n => self.say(&format!(
+                "Recording {dir}: {n} scan{} so far. `help` says what else can be typed.",
+                if n == 1 { "" } else { "s" }
+            )),
         }
         Ok(())
     }
