@@ -107,7 +107,14 @@ fn scans_that_do_not_show_a_person_are_refused() {
             "the surface is too noisy: its vertices scatter by about",
         ),
         ("squat.ply", squatting(0.0), vec![], "the knees of somebody who squats or sits"),
+        (
+            "squat_20.ply",
+            squatting(0.35),
+            vec![],
+            "this is not one person standing upright: the surface is only 1.7 times",
+        ),
         ("squat_turned.ply", squatting(0.8), vec![], "this is not one person standing upright"),
+        ("squat_70.ply", squatting(1.22), vec![], "as of somebody who squats or sits on the floor"),
         ("decimetres.ply", mean_body(|p| p * 10.0), vec!["--unit", "mm"], "a person is 0.4 to 2.5 m tall"),
     ];
     for (name, mesh, options, says) in cases {
@@ -140,6 +147,7 @@ fn impossible_arguments_are_refused() {
     let dir = tempfile::tempdir().unwrap();
     let session = session_with_two_scans(dir.path());
     let scan = dir.path().join("body.ply").display().to_string();
+    std::fs::write(dir.path().join("people.csv"), "subject\nanna\n").unwrap();
     for (command, code, says) in [
         ("scan hat nowhere.ply --template hat", 2, "there is no file 'nowhere.ply'"),
         ("scan hat . --template hat", 1, "holds no depth images"),
@@ -188,6 +196,22 @@ fn impossible_arguments_are_refused() {
         ("build --force coat", 2, "there is no step 'coat'"),
         ("build --force shirt/fit", 2, "no stage 'fit'"),
         ("build --force shirt/iron", 2, "no stage 'iron'"),
+        ("new ../body.ply", 2, "'../body.ply' is a file, not the folder of a session"),
+        ("-C ../body.ply status", 2, "is a file, not the folder of a session"),
+        ("-C ../body.ply build", 2, "is a file, not the folder of a session"),
+        ("replay . --into ../body.ply", 2, "is a file, not the folder of a session"),
+        ("record ../body.ply", 2, "is a file, not the folder of a session"),
+        ("export .glb", 2, "'.glb' is an extension without a name"),
+        ("undo 9", 2, "there are only 2 changes to undo"),
+        ("watch shirt x.txt", 2, "'x.txt' is no mask: the extension 'txt' is not known"),
+        ("stack body", 2, "the step 'body' has no stage 'stack'"),
+        ("segment body", 2, "the step 'body' has no stage 'segment'"),
+        ("body show --beta 100 --mesh x.ply", 2, "100 is no shape coordinate of a person"),
+        ("body show --beta nan --mesh x.ply", 2, "NaN is no shape coordinate"),
+        ("body measure --beta 1,-100", 2, "-100 is no shape coordinate"),
+        ("body show --beta a --mesh x.ply", 2, "invalid value 'a' for '--beta <B,B,…>': it is not a number"),
+        ("replay . --into ../x --subjects ../people.csv --jobs 0", 2, "give 1 to 64"),
+        ("studio make --seed x --garments hat --out ../x", 2, "it is not a whole number of 0 or more"),
         ("new .", 2, "there is already a session in '.'"),
         ("new ..", 2, "is not empty"),
     ] {
@@ -206,6 +230,43 @@ fn a_garment_before_the_body_and_a_build_of_nothing_are_refused() {
     refused(&session, &["build"], 1, &["no scan yet"]);
     refused(dir.path(), &["status"], 2, &["there is no session"]);
     refused(dir.path(), &["-C", "nowhere", "build"], 2, &["there is no session in 'nowhere'"]);
+}
+
+#[test]
+fn bytes_that_are_no_text_are_not_quoted() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = session_with_two_scans(dir.path());
+    let noise: Vec<u8> = (0..5000_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8 | 0x80).collect();
+    for (name, format) in [("noise.ply", "PLY"), ("noise.off", "OFF"), ("noise.glb", "glTF")] {
+        std::fs::write(dir.path().join(name), &noise).unwrap();
+        let says = format!("this is not {format}: it begins with binary data");
+        refused(&session, &["scan", "hat", &format!("../{name}"), "--template", "hat"], 1, &[name, &says]);
+    }
+    std::fs::write(dir.path().join("noise.npy"), &noise).unwrap();
+    refused(&session, &["mask", "shirt", "../noise.npy"], 1, &["this is not NPY: it begins with binary data"]);
+    image::save_buffer(dir.path().join("picture.png"), &[255; 12], 2, 2, image::ExtendedColorType::Rgb8).unwrap();
+    std::fs::rename(dir.path().join("picture.png"), dir.path().join("picture.ply")).unwrap();
+    let scan = ["scan", "hat", "../picture.ply", "--template", "hat"];
+    refused(&session, &scan, 1, &["this is not PLY: it begins with a PNG picture's bytes"]);
+}
+
+#[test]
+fn a_table_with_semicolons_is_refused_as_such() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = session_with_two_scans(dir.path());
+    for (text, says) in [("subject;shirt\nanna;b.ply\n", "separated by semicolons"), ("subject\tshirt\n", "by tabs")] {
+        std::fs::write(dir.path().join("people.csv"), text).unwrap();
+        let replay = ["replay", ".", "--into", "../all", "--subjects", "../people.csv"];
+        refused(&session, &replay, 1, &["people.csv, line 1", says]);
+    }
+}
+
+#[test]
+fn a_target_that_ends_with_a_slash_is_a_folder() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = session_with_two_scans(dir.path());
+    overcoat_ok(&session, &["export", "../figure.glb/", "--scan", "body"]);
+    assert!(dir.path().join("figure.glb/scan.ply").is_file());
 }
 
 #[test]

@@ -160,6 +160,16 @@ fn wrong_edits_are_refused_and_change_nothing() {
 }
 
 #[test]
+fn a_step_renamed_to_its_own_name_is_not_said_to_be_renamed() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = dressed(dir.path());
+    let before = crate::common::fingerprint(&session);
+    let said = overcoat_ok(&session, &["step", "rename", "shirt", "shirt"]).stdout;
+    assert!(said.contains("nothing changed: the step is called shirt already"), "{said}");
+    assert_eq!(crate::common::fingerprint(&session), before);
+}
+
+#[test]
 fn strokes_go_along_with_a_renamed_garment() {
     let dir = tempfile::tempdir().unwrap();
     let session = dressed(dir.path());

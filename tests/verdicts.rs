@@ -1,6 +1,8 @@
 //! One verdict per step: what is implausible, what failed, and what `--strict` does about it.
 
-use crate::common::{copy_folder, demo, mean_body, on_demo_scans, overcoat, overcoat_ok, write_mesh};
+use crate::common::{
+    built_quick_session, copy_folder, demo, mean_body, on_demo_scans, overcoat, overcoat_ok, write_mesh,
+};
 use overcoat::formats::read_ply;
 use overcoat::geometry::Point;
 use serde_json::Value;
@@ -123,6 +125,57 @@ fn a_clothed_person_as_bare_body_is_reported() {
     let dir = tempfile::tempdir().unwrap();
     let found = verdicts(&coarse(dir.path(), "alice", &[("body", demo_scan("1-tshirt.ply"))]));
     assert!(found[0].starts_with("check it: ") && found[0].contains("the person may be clothed"), "{found:?}");
+    // Their girths are those of the clothes, so `body measure` says it, too: of the session and of the file.
+    let session = overcoat_ok(dir.path(), &["-C", "alice", "body", "measure"]).stdout;
+    let scan = demo_scan("1-tshirt.ply").display().to_string();
+    let file = overcoat_ok(dir.path(), &["body", "measure", &scan]).stdout;
+    for said in [session, file] {
+        assert!(said.lines().any(|line| line.starts_with("check it: ") && line.contains("clothed")), "{said}");
+    }
+    let bare = demo_scan("0-body.ply").display().to_string();
+    let measured = overcoat_ok(dir.path(), &["body", "measure", &bare, "--json"]).json();
+    assert_eq!(measured["warnings"].as_array().unwrap().len(), 0, "{measured}");
+}
+
+#[test]
+fn a_person_who_sits_is_reported() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut show = vec!["body", "show", "--mesh", "sitting.ply"];
+    for turn in ["leftUpperLeg=-80,0,0", "rightUpperLeg=-80,0,0", "leftLowerLeg=80,0,0", "rightLowerLeg=80,0,0"] {
+        show.extend(["--pose", turn]);
+    }
+    overcoat_ok(dir.path(), &show);
+    let found = verdicts(&coarse(dir.path(), "alice", &[("body", dir.path().join("sitting.ply"))]));
+    assert!(found[0].starts_with("check it: a hip is bent by "), "{found:?}");
+    assert!(found[0].contains("the person seems to sit or squat"), "{found:?}");
+}
+
+#[test]
+fn a_ragged_hem_is_reported_with_its_height() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = built_quick_session(dir.path(), "alice");
+    let warnings = |session: &Path| status_of(session, "tshirt")["warnings"].to_string();
+    assert!(!warnings(&session).contains("ragged"), "{}", warnings(&session));
+    // Notches are painted out of the lower hem, 8 cm deep, twelve around the waist.
+    overcoat_ok(&session, &["mask", "tshirt", "--template", "../labels.ply"]);
+    let file = dir.path().join("labels.ply");
+    let mut labels = read_ply(std::fs::File::open(&file).unwrap()).unwrap();
+    let colors = labels.colors.as_mut().unwrap();
+    let is_cloth = |c: &[u8; 3]| c[0] > 150 && c[1] < 100;
+    let worn: Vec<[f64; 3]> =
+        labels.points.iter().zip(&*colors).filter(|(_, c)| is_cloth(c)).map(|(p, _)| *p).collect();
+    let low = worn.iter().map(|p| p[1]).fold(f64::INFINITY, f64::min);
+    let middle = [0, 2].map(|axis| worn.iter().map(|p| p[axis]).sum::<f64>() / worn.len() as f64);
+    for (p, color) in labels.points.iter().zip(colors.iter_mut()) {
+        let turn = (p[2] - middle[1]).atan2(p[0] - middle[0]) / std::f64::consts::TAU;
+        if is_cloth(color) && p[1] < low + 0.08 && ((24.0 * turn).floor() as i64).rem_euclid(2) == 0 {
+            *color = [150; 3];
+        }
+    }
+    write_mesh(file, &labels);
+    overcoat_ok(&session, &["mask", "tshirt", "../labels.ply"]);
+    overcoat_ok(&session, &["build"]);
+    assert!(warnings(&session).contains("a hem of the tshirt is ragged, most of all "), "{}", warnings(&session));
 }
 
 #[test]
