@@ -105,28 +105,6 @@ pub(super) enum MovedEnd {
     To,
 }
 
-/// The content of a template's file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Entries {
-    about: String,
-    fabric: String,
-    rank: u32,
-    hems: Vec<String>,
-    #[serde(default)]
-    opens_in_front: bool,
-    #[serde(default)]
-    bridges_legs: bool,
-    #[serde(default = "one")]
-    pieces: usize,
-    #[serde(default)]
-    until: MovedEnd,
-    trunk: Option<TrunkCover>,
-    arms: Option<ArmCover>,
-    loose: Option<Span>,
-    region: Option<PaintedRegion>,
-}
-
 fn one() -> usize {
     1
 }
@@ -135,12 +113,16 @@ fn one() -> usize {
 ///
 /// **Source** Hu 2017, §6.2: segmentation templates on the body, per type of dress. The limits along bones, the loose part
 /// and the hems are ours.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+///
+/// Its fields are those of a template's file, except for the name. Its serialized form is an input of stages.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct GarmentTemplate {
-    /// File stem, `tshirt`.
+    /// File stem, `tshirt`; not in the file.
+    #[serde(skip_deserializing, skip_serializing_if = "String::is_empty")]
     pub name: String,
-    /// Description in one line; not serialised, because no result depends on it.
-    #[serde(skip)]
+    /// Description in one line; not serialized, because no result depends on it.
+    #[serde(skip_serializing)]
     pub about: String,
     /// Its usual fabric, one of [`Fabric::all`].
     pub fabric: String,
@@ -149,11 +131,15 @@ pub struct GarmentTemplate {
     /// Names of its boundary loops.
     pub hems: Vec<String>,
     /// Whether neck, front edges and lower hem may form one loop.
+    #[serde(default)]
     pub opens_in_front: bool,
     /// Whether it hangs across both legs.
+    #[serde(default)]
     pub bridges_legs: bool,
     /// The number of separate parts.
+    #[serde(default = "one")]
     pub pieces: usize,
+    #[serde(default)]
     pub(super) until: MovedEnd,
     pub(super) trunk: Option<TrunkCover>,
     pub(super) arms: Option<ArmCover>,
@@ -215,58 +201,17 @@ impl GarmentTemplate {
     /// Reads a template's text; `name` is its file stem.
     pub fn parse(name: &str, text: &str) -> Result<Self, SegmentError> {
         let bad = |reason: String| SegmentError::BadTemplate { name: name.into(), reason };
-        let entries: Entries = toml::from_str(text).map_err(|e| bad(e.to_string().trim_end().into()))?;
-        entries.check().map_err(bad)?;
-        Fabric::named(&entries.fabric).map_err(|e| bad(e.to_string()))?;
-        let Entries {
-            about,
-            fabric,
-            rank,
-            hems,
-            opens_in_front,
-            bridges_legs,
-            pieces,
-            until,
-            trunk,
-            arms,
-            loose,
-            region,
-        } = entries;
-        Ok(Self {
-            name: name.into(),
-            about,
-            fabric,
-            rank,
-            hems,
-            opens_in_front,
-            bridges_legs,
-            pieces,
-            until,
-            trunk,
-            arms,
-            loose,
-            region,
-        })
+        let template: Self = toml::from_str(text).map_err(|e| bad(e.to_string().trim_end().into()))?;
+        template.check().map_err(bad)?;
+        Fabric::named(&template.fabric).map_err(|e| bad(e.to_string()))?;
+        Ok(Self { name: name.into(), ..template })
     }
 
     /// The text of a template's file, which [`Self::parse`] reads.
     pub fn to_text(&self) -> Result<String, SegmentError> {
-        let entries = Entries {
-            about: self.about.clone(),
-            fabric: self.fabric.clone(),
-            rank: self.rank,
-            hems: self.hems.clone(),
-            opens_in_front: self.opens_in_front,
-            bridges_legs: self.bridges_legs,
-            pieces: self.pieces,
-            until: self.until,
-            trunk: self.trunk.clone(),
-            arms: self.arms.clone(),
-            loose: self.loose,
-            region: self.region.clone(),
-        };
         let bad = |e: toml::ser::Error| SegmentError::BadTemplate { name: self.name.clone(), reason: e.to_string() };
-        toml::to_string(&entries).map_err(bad)
+        let rest = toml::to_string(&Self { name: String::new(), ..self.clone() }).map_err(bad)?;
+        Ok(format!("about = {}\n{rest}", toml::Value::from(self.about.as_str())))
     }
 
     /// Whether its region was painted, so that no limits apply.
@@ -280,9 +225,7 @@ impl GarmentTemplate {
         let least = if self.opens_in_front { most.saturating_sub(1) } else { most };
         least..=most
     }
-}
 
-impl Entries {
     fn check(&self) -> Result<(), String> {
         if self.trunk.is_none() && self.arms.is_none() && self.region.is_none() {
             return Err("it covers nothing: there is neither [trunk] nor [arms] nor [region]".into());
@@ -385,6 +328,25 @@ mod tests {
             let message = GarmentTemplate::parse("mine", &sound.replace(from, to)).unwrap_err().to_string();
             assert!(message.contains("'mine'") && message.contains(expected), "{message}");
         }
+    }
+
+    #[test]
+    fn the_serialized_form_is_that_of_finished_sessions() {
+        let hat = GarmentTemplate { about: "another text".into(), ..GarmentTemplate::built_in("hat").unwrap() };
+        let expected = r#"{"arms":null,"bridges_legs":false,"fabric":"knit","hems":["brim"],"loose":null,"name":"hat",
+            "opens_in_front":false,"pieces":1,"rank":70,"until":"from",
+            "trunk":{"from":{"at":0.55,"bone":"head"},"tight":[],"to":{"at":1.5,"bone":"head"}}}"#;
+        assert_eq!(serde_json::to_value(hat).unwrap(), serde_json::from_str::<serde_json::Value>(expected).unwrap());
+    }
+
+    #[test]
+    fn a_description_of_any_characters_is_written_and_a_name_in_the_file_is_refused() {
+        let mut template = GarmentTemplate::built_in("hat").unwrap();
+        template.about = "a \"hat\"\nwith '''quotes''' and \\".into();
+        let text = template.to_text().unwrap();
+        assert_eq!(GarmentTemplate::parse("hat", &text).unwrap(), template);
+        let named = GarmentTemplate::parse("hat", &format!("name = 'cap'\n{text}")).unwrap_err().to_string();
+        assert!(named.contains("unknown field `name`"), "{named}");
     }
 
     #[test]
