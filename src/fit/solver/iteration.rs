@@ -5,7 +5,7 @@ use crate::geometry::TriMesh;
 /// Progress of a fit.
 #[derive(Clone, Copy, Debug)]
 pub struct FitIteration<'a> {
-    /// Iterations done.
+    /// Iterations done since the fit began, or began anew.
     pub iteration: usize,
     /// Greatest move of a joint in the last iteration, in metres; of a vertex in a fit without joints.
     pub moved: f64,

@@ -116,15 +116,49 @@ pub(in crate::session) enum StageProgress<'a> {
     Fusion(&'a FusionStep<'a>),
 }
 
-impl StageProgress<'_> {
-    pub(super) fn report(&self, step: &str, stage: Stage, on_event: &mut dyn FnMut(&Event)) {
-        match *self {
-            Self::Text(text) => on_event(&Event::Progress { step, stage, text }),
-            Self::Iteration(scan, at) => on_event(&Event::Iterated { step, stage, scan, at }),
-            Self::Fusion(at) => on_event(&Event::Fused { step, at }),
+/// Passes the progress of one run of a stage on as events. A stage may fit several times, for example again without a limb that
+/// the scan does not show; its iterations are numbered from 1 without a gap.
+pub(super) fn as_events<'a>(
+    step: &'a str,
+    stage: Stage,
+    on_event: &'a mut dyn FnMut(&Event),
+) -> impl FnMut(StageProgress) + 'a {
+    let mut iterations = 0;
+    move |progress| match progress {
+        StageProgress::Text(text) => on_event(&Event::Progress { step, stage, text }),
+        StageProgress::Iteration(scan, at) => {
+            iterations += 1;
+            on_event(&Event::Iterated { step, stage, scan, at: &fit::FitIteration { iteration: iterations, ..*at } });
         }
+        StageProgress::Fusion(at) => on_event(&Event::Fused { step, at }),
     }
 }
 
 /// Callback for the progress of a stage.
 pub(in crate::session) type OnProgress<'a> = &'a mut dyn FnMut(StageProgress);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Point, TriMesh};
+
+    #[test]
+    fn iterations_are_numbered_without_a_gap_where_a_fit_begins_anew() {
+        let surface = TriMesh::try_from_indices(vec![Point::origin()], &[]).unwrap();
+        let scan = Scan::from_clean_mesh(surface.clone(), None);
+        let mut numbers = Vec::new();
+        let mut on_event = |event: &Event| {
+            if let Event::Iterated { at, .. } = event {
+                numbers.push(at.iteration);
+            }
+        };
+        for _ in 0..2 {
+            let mut progress = as_events("body", Stage::Fit, &mut on_event);
+            for iteration in [1, 2, 1, 24, 38] {
+                let at = fit::FitIteration { iteration, moved: 0.0, residual: 0.0, surface: &surface };
+                progress(StageProgress::Iteration(&scan, &at));
+            }
+        }
+        assert_eq!(numbers, [1, 2, 3, 4, 5, 1, 2, 3, 4, 5]);
+    }
+}

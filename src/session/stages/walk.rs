@@ -1,6 +1,6 @@
 //! A walk through the stages: runs those that are out of date, rebuilds damaged results, or only checks.
 
-use super::event::{Event, Forced, OnProgress, Outcome, StageProgress};
+use super::event::{Event, Forced, OnProgress, Outcome, as_events};
 use super::reason::{Cause, Reason, reasons};
 use super::report::StageReport;
 use super::verdict::verdict_on;
@@ -269,8 +269,7 @@ fn run_and_keep<T: Serialize>(
     let StageCall { step, stage, .. } = *call;
     on_event(&Event::Started { step, stage });
     let began = Instant::now();
-    let Outcome { value, measures, findings, warnings } =
-        run(&writer.session, &mut |progress: StageProgress| progress.report(step, stage, on_event))?;
+    let Outcome { value, measures, findings, warnings } = run(&writer.session, &mut as_events(step, stage, on_event))?;
     let kept = writer.session.store.keep(&value)?;
     writer.session.timings.note(step, stage, began.elapsed().as_secs_f64());
     let (inputs, from) = (call.hash(), call.inputs.clone());
@@ -299,7 +298,7 @@ impl Repaired {
         let Some(record) = recorded else { return Err(call.not_built()) };
         if session.store.health(record.output) != Health::Sound {
             on_event(&Event::Started { step, stage });
-            let outcome = run(session, &mut |progress| progress.report(step, stage, on_event))?;
+            let outcome = run(session, &mut as_events(step, stage, on_event))?;
             let made = session.store.keep(&outcome.value)?.hash;
             if made != record.output {
                 return Err(call.not_built());
