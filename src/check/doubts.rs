@@ -113,9 +113,13 @@ impl BodyPlausibility {
 const ABSENT_BELOW_CHANGE: f64 = 1.0;
 /// Share of the garment that is neither off the surface below nor of another colour: 81 to 99 % where there is none.
 const ABSENT_FROM_UNCHANGED: f64 = 0.7;
-/// Without colours: 90th percentile of the distance from the surface below, in metres. 5.0 to 5.8 mm where there is no garment,
-/// 6.3 mm on leggings.
-const ABSENT_BELOW_STAND_OFF: f64 = 0.006;
+/// Without colours: median gap to the surface below, in metres, that fit and noise leave where there is no garment; its fabric adds its
+/// thickness. Where there is none: 0.1 to 1.7 mm, 1.2 to 2.7 mm at the scalp, where fabrics are 2 mm thick. Of garments at least
+/// 2.3 mm (socks over leggings), 2.5 mm (leggings, a vest) and 4.1 mm (hats, a jacket over a pullover), 0.6 to 2 mm thick.
+const ABSENT_BELOW_GAP: f64 = 0.00145;
+/// Without colours: three quarters of what was cut out are nearer than this to the surface below, in metres; the rest may be another
+/// garment that is not listed. At most 6.6 mm below a T-shirt.
+const ABSENT_BELOW_P75: f64 = 0.007;
 /// A smaller unchanged share is still too much for the right template: at most 21 % on garments, 37 to 67 % where the template
 /// was another garment's.
 const PARTLY_ABSENT_FROM: f64 = 0.3;
@@ -135,9 +139,10 @@ const LEAST_WORN_AREA: f64 = 0.02;
 const ANOTHER_PERSON_FROM: f64 = 0.0025;
 /// The largest hole left in a garment, in m²: fusion leaves smaller ones.
 const HOLE_FROM: f64 = 0.005;
-/// Length of a hem relative to that of its smoothed line: at most 1.11 on hems that look smooth (the foreign woman's skirt),
-/// 1.13 and more on ragged ones, 1.22 on the collar and front of her coat.
-const RAGGED_FROM: f64 = 1.12;
+/// Length of a hem relative to that of its smoothed line: at most 1.11 on hems that look smooth, also on a pleated dress and a
+/// skirt in folds; 1.21 on the collar and front of the foreign woman's coat, 1.15 to 1.26 on four garments of the synthetic people
+/// with crumbled edges.
+const RAGGED_FROM: f64 = 1.13;
 
 impl GarmentPlausibility {
     /// What is implausible, the gravest first. `name` is the garment's, `worn` are the names of the garments worn before,
@@ -185,7 +190,7 @@ impl GarmentPlausibility {
         doubts
     }
 
-    /// A long hem that follows no smooth line.
+    /// A hem that follows no smooth line.
     fn ragged_hem(&self, name: &str) -> Option<Doubt> {
         let hem = self.most_ragged_hem.filter(|hem| hem.length_per_smooth_length > RAGGED_FROM)?;
         Some(Doubt::new(
@@ -200,7 +205,7 @@ impl GarmentPlausibility {
 
     /// A garment that is not in the scan, wholly or in part.
     fn absent(&self, name: &str) -> Option<Doubt> {
-        let stand_off = self.stand_off_median?;
+        let gap = self.gap_median?;
         let remedy = format!("check that this is the scan with the {name} on, and that its template is right");
         match (self.color_change, self.unchanged_share) {
             (Some(change), Some(unchanged)) if change < ABSENT_BELOW_CHANGE && unchanged > ABSENT_FROM_UNCHANGED => {
@@ -217,10 +222,10 @@ impl GarmentPlausibility {
                 );
                 Some(Doubt::new(what, remedy))
             }
-            (None, _) if self.stand_off_p90.is_some_and(|p90| p90 < ABSENT_BELOW_STAND_OFF) => {
+            (None, _) if gap < ABSENT_BELOW_GAP + self.thickness && self.gap_p75? < ABSENT_BELOW_P75 => {
                 let what = format!(
-                    "the scan may show no {name}: what was cut out is {:.0} mm from the surface below, and the scan has no colours to tell",
-                    1e3 * stand_off
+                    "the scan may show no {name}: what was cut out is {:.1} mm off the surface below, about as much as noise, and the scan has no colours to tell",
+                    1e3 * gap.abs()
                 );
                 Some(Doubt::new(what, remedy))
             }

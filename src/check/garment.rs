@@ -6,7 +6,7 @@ use super::holes::largest_hole;
 use super::layers::{IndexedLayer, difference};
 use super::statistics::{weighted_quantile, weighted_share};
 use crate::cut::Garment;
-use crate::geometry::{PerVertex, Point, SurfaceIndex, VertexId};
+use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh, VertexId};
 use crate::scan::Scan;
 use crate::segment::{Inner, Lab, lab_of};
 use rayon::prelude::*;
@@ -22,6 +22,10 @@ pub struct GarmentResult<'a> {
     pub labels: &'a PerVertex<bool>,
     /// The figure dressed so far, posed in the scan: the body first, then its garments, innermost first.
     pub inner: &'a [Inner<'a>],
+    /// The body in that pose without the inward offsets, with which it keeps a margin to every scan.
+    pub skin: &'a TriMesh,
+    /// Thickness of the garment's fabric, in metres.
+    pub thickness: f64,
 }
 
 /// What a garment's step looks like. Lengths are metres, shares 0 to 1, colours in spreads of one cloth between two views.
@@ -31,6 +35,12 @@ pub struct GarmentPlausibility {
     pub stand_off_median: Option<f64>,
     /// 90th percentile of that distance.
     pub stand_off_p90: Option<f64>,
+    /// Median of its signed distance from the figure without inward offsets, positive outside.
+    pub gap_median: Option<f64>,
+    /// 75th percentile of that distance.
+    pub gap_p75: Option<f64>,
+    /// The thickness of its fabric.
+    pub thickness: f64,
     /// Median difference between the garment's colour and that of the surface below it; `None` without colours on both.
     pub color_change: Option<f64>,
     /// Share of the garment whose colour differs clearly from the surface below it.
@@ -47,7 +57,7 @@ pub struct GarmentPlausibility {
     pub skin_median: Option<f64>,
     /// The area of the largest hole that is left in the garment, in m².
     pub largest_hole: f64,
-    /// The most ragged of the long hems; `None` if it has none.
+    /// The most ragged hem; `None` if all are short.
     pub most_ragged_hem: Option<RaggedHem>,
 }
 
@@ -81,7 +91,7 @@ const ON_FIGURE: f64 = 0.007;
 ///
 /// **Errors** if arrays and surfaces differ in size, or if there is no body.
 pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, CheckError> {
-    let GarmentResult { scan, garment: cut, labels, inner } = result;
+    let GarmentResult { scan, garment: cut, labels, inner, skin, thickness } = result;
     let mesh = &scan.mesh;
     CheckError::require_length("labels", labels.len(), mesh.vertex_count())?;
     if inner.is_empty() {
@@ -92,29 +102,35 @@ pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, Chec
         CheckError::require_length("colours of a layer", given, layer.mesh.vertex_count())?;
     }
     let layers: Vec<IndexedLayer> = inner.iter().map(IndexedLayer::of).collect();
+    let skin = SurfaceIndex::prepare(skin);
     let areas = mesh.vertex_areas();
     let places: Vec<Place> =
-        mesh.vertex_ids().collect::<Vec<_>>().par_iter().map(|&v| Place::of(scan, v, &layers)).collect();
+        mesh.vertex_ids().collect::<Vec<_>>().par_iter().map(|&v| Place::of(scan, v, &layers, &skin)).collect();
     let garment = || mesh.vertex_ids().filter(|&v| labels[v]).map(|v| (&places[v.index()], areas[v]));
     let rest = || mesh.vertex_ids().filter(|&v| !labels[v]).map(|v| (v, &places[v.index()], areas[v]));
+    let distances: Vec<(f64, f64)> = garment().map(|(place, area)| (place.distance, area)).collect();
     let gaps: Vec<(f64, f64)> = garment().map(|(place, area)| (place.gap, area)).collect();
     let changes: Vec<(f64, f64)> = garment().filter_map(|(place, area)| Some((place.color_change?, area))).collect();
     let recolored = (!changes.is_empty())
         .then(|| weighted_share(changes.iter().map(|&(change, area)| (area, change > RECOLORED_FROM))));
     let far: Vec<(VertexId, f64)> =
-        rest().filter(|(_, place, _)| place.gap > UNEXPLAINED_FROM).map(|(v, _, area)| (v, area)).collect();
+        rest().filter(|(_, place, _)| place.distance > UNEXPLAINED_FROM).map(|(v, _, area)| (v, area)).collect();
     let total: f64 = areas.iter().sum();
     let far_area: f64 = far.iter().map(|f| f.1).sum();
     let far_middle =
         far.iter().fold(Point::origin(), |sum, (v, area)| sum + mesh.points()[*v].coords * *area / far_area);
     let scan_index = SurfaceIndex::prepare(mesh);
     let floor = mesh.faces().iter().flatten().map(|&v| mesh.points()[v].y).fold(f64::INFINITY, f64::min);
-    let unchanged = |place: &Place| place.gap < ON_FIGURE && place.color_change.is_some_and(|c| c < SAME_COLOR);
+    let unchanged = |place: &Place| place.distance < ON_FIGURE && place.color_change.is_some_and(|c| c < SAME_COLOR);
     let rest_colors = || rest().filter_map(|(_, place, area)| Some((area, place.color_change? > RECOLORED_FROM)));
-    let skin_gaps = rest().filter(|(_, place, _)| place.is_skin).map(|(_, place, area)| (place.gap, area)).collect();
+    let skin_gaps =
+        rest().filter(|(_, place, _)| place.is_skin).map(|(_, place, area)| (place.distance, area)).collect();
     Ok(GarmentPlausibility {
-        stand_off_median: weighted_quantile(gaps.clone(), 0.5),
-        stand_off_p90: weighted_quantile(gaps, 0.9),
+        stand_off_median: weighted_quantile(distances.clone(), 0.5),
+        stand_off_p90: weighted_quantile(distances, 0.9),
+        gap_median: weighted_quantile(gaps.clone(), 0.5),
+        gap_p75: weighted_quantile(gaps, 0.75),
+        thickness: *thickness,
         unchanged_share: recolored.map(|_| weighted_share(garment().map(|(place, area)| (area, unchanged(place))))),
         rest_recolored_share: rest_colors().next().is_some().then(|| weighted_share(rest_colors())),
         color_change: weighted_quantile(changes, 0.5),
@@ -123,12 +139,15 @@ pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, Chec
         worn_before: (1..layers.len()).map(|k| worn_before(k, &layers, result, &scan_index)).collect(),
         skin_median: weighted_quantile(skin_gaps, 0.5),
         largest_hole: largest_hole(&cut.mesh, &cut.hem_loops),
-        most_ragged_hem: most_ragged_hem(cut.mesh.points(), &cut.hem_loops, floor),
+        most_ragged_hem: most_ragged_hem(&cut.mesh, &cut.hem_loops, floor),
     })
 }
 
 /// What lies below a vertex of the scan.
 struct Place {
+    /// Distance from the nearest layer.
+    distance: f64,
+    /// Signed distance from the nearest layer if the body has no inward offsets, positive outside.
     gap: f64,
     color_change: Option<f64>,
     /// Whether the body is nearer than every garment.
@@ -136,7 +155,7 @@ struct Place {
 }
 
 impl Place {
-    fn of(scan: &Scan, v: VertexId, layers: &[IndexedLayer]) -> Self {
+    fn of(scan: &Scan, v: VertexId, layers: &[IndexedLayer], skin: &SurfaceIndex) -> Self {
         let p = &scan.mesh.points()[v];
         let mut nearest: (f64, Option<Lab>, bool) = (f64::INFINITY, None, false);
         for (k, layer) in layers.iter().enumerate() {
@@ -144,7 +163,20 @@ impl Place {
                 nearest = (at.distance, layer.color_at(&at), k == 0);
             }
         }
-        Self { gap: nearest.0, color_change: difference(color_of(scan, v), nearest.1), is_skin: nearest.2 }
+        let (mut index, mut at) = (skin, skin.closest(p));
+        for layer in layers.iter().skip(1) {
+            if let Some(nearer) =
+                layer.index.closest_within(p, at.distance).filter(|other| other.distance < at.distance)
+            {
+                (index, at) = (&layer.index, nearer);
+            }
+        }
+        Self {
+            distance: nearest.0,
+            gap: at.distance.copysign((p - at.point).dot(&index.pseudonormal(&at))),
+            color_change: difference(color_of(scan, v), nearest.1),
+            is_skin: nearest.2,
+        }
     }
 }
 

@@ -34,9 +34,18 @@ fn half(scan: &Scan, labels: &PerVertex<bool>) -> Garment {
 }
 
 fn doubts(scan: &Scan, labels: &PerVertex<bool>, inner: &[Inner]) -> Vec<Doubt> {
-    check_garment(&GarmentResult { scan, garment: &half(scan, labels), labels, inner })
-        .unwrap()
-        .doubts("shirt", &["vest"])
+    checked(scan, &half(scan, labels), labels, inner).unwrap().doubts("shirt", &["vest"])
+}
+
+/// Jersey over a body without inward offsets.
+fn checked(
+    scan: &Scan,
+    garment: &Garment,
+    labels: &PerVertex<bool>,
+    inner: &[Inner],
+) -> Result<GarmentPlausibility, CheckError> {
+    let skin = ball();
+    check_garment(&GarmentResult { scan, garment, labels, inner, skin: &skin, thickness: 0.0006 })
 }
 
 fn skin() -> PerVertex<[u8; 3]> {
@@ -60,10 +69,43 @@ fn a_shirt_of_skin_is_reported_as_absent() {
     let (scan, labels) = dressed(0.003, SKIN);
     let found = doubts(&scan, &labels, &inner);
     assert!(found.len() == 1 && found[0].what.starts_with("the scan seems to show no shirt: 100 %"), "{found:?}");
-    // Without colours, a surface that nearly touches the body is only a possibility.
-    let bare = Scan { colors: None, ..scan };
-    let found = doubts(&bare, &labels, &inner);
-    assert!(found.len() == 1 && found[0].what.starts_with("the scan may show no shirt"), "{found:?}");
+}
+
+#[test]
+fn without_colours_a_garment_that_is_no_farther_off_than_noise_and_fabric_may_be_absent() {
+    let body = ball();
+    let inner = [Inner { mesh: &body, colors: None }];
+    for (stand_off, thickness, is_doubted) in [
+        (0.0, 0.0006, true),
+        (0.0015, 0.0006, true),
+        (0.0025, 0.0006, false),
+        (0.0025, 0.002, true),
+        (0.005, 0.002, false),
+    ] {
+        let (scan, labels) = dressed(stand_off, SKIN);
+        let scan = Scan { colors: None, ..scan };
+        // The body keeps a margin to the scan; that it does is no garment.
+        let drawn_in = ball().map_points(|p| Point::from(p.coords * 0.996));
+        let inner_of_fit = [Inner { mesh: &drawn_in, colors: None }];
+        for inner in [&inner[..], &inner_of_fit[..]] {
+            let garment = half(&scan, &labels);
+            let result =
+                GarmentResult { scan: &scan, garment: &garment, labels: &labels, inner, skin: &body, thickness };
+            let found = check_garment(&result).unwrap().doubts("shirt", &[]);
+            let absent = found.iter().any(|d| d.what.starts_with("the scan may show no shirt"));
+            assert_eq!(absent, is_doubted, "{stand_off} {thickness}: {found:?}");
+        }
+    }
+}
+
+#[test]
+fn a_garment_that_stands_off_on_part_of_its_area_is_there() {
+    let body = ball();
+    let inner = [Inner { mesh: &body, colors: None }];
+    let (scan, labels) = dressed(0.001, SKIN);
+    let mesh = scan.mesh.map_points(|p| if p.y > 0.6 { Point::from(p.coords * 1.02) } else { *p });
+    let scan = Scan::from_clean_mesh(mesh, None);
+    assert_eq!(doubts(&scan, &labels, &inner), []);
 }
 
 #[test]
@@ -140,11 +182,10 @@ fn somebody_who_bends_forward_is_not_told_to_change_the_up_axis() {
 fn surfaces_and_arrays_that_do_not_belong_together_are_refused() {
     let (scan, labels) = dressed(0.01, BLUE);
     let garment = half(&scan, &labels);
-    let none = check_garment(&GarmentResult { scan: &scan, garment: &garment, labels: &labels, inner: &[] });
-    assert_eq!(none, Err(CheckError::NoBody));
+    assert_eq!(checked(&scan, &garment, &labels, &[]), Err(CheckError::NoBody));
     let (body, few) = (ball(), PerVertex(vec![SKIN; 3]));
     let inner = [Inner { mesh: &body, colors: Some(&few) }];
-    let wrong = check_garment(&GarmentResult { scan: &scan, garment: &garment, labels: &labels, inner: &inner });
+    let wrong = checked(&scan, &garment, &labels, &inner);
     assert!(matches!(wrong, Err(CheckError::WrongLength { given: 3, .. })), "{wrong:?}");
 }
 
@@ -166,57 +207,110 @@ fn the_largest_hole_has_the_area_of_its_rim() {
     assert_eq!(largest_unseen_part(&mesh, &SurfaceIndex::prepare(&open), |_| true), None);
 }
 
-/// A closed line around the Y axis at the height of a waist, `count` points of which every second one is moved by `depth`, down and
-/// up in turn.
-fn waistband(count: usize, depth: f64) -> (PerVertex<Point>, Vec<Vec<VertexId>>) {
-    let point = |i: usize| {
-        let around = std::f64::consts::TAU * i as f64 / count as f64;
-        Point::new(0.15 * around.cos(), 1.0 + [depth, -depth][i % 2], 0.12 * around.sin())
+/// A band around the Y axis, 80 cm long and 20 cm high, of `count` columns. Every second point of its lower edge, the hem, is moved
+/// down by `depth`, the others up. It lies in folds, as deep as `fold`: cloth that is bent and not stretched.
+fn waistband(count: usize, depth: f64, fold: f64) -> (TriMesh, Vec<Vec<VertexId>>) {
+    // Places around the axis whose distances along the line are equal.
+    let place = |turn: f64| {
+        let radius = 0.13 + fold * (12.0 * turn).cos();
+        [radius * turn.cos(), radius * turn.sin()]
     };
-    ((0..count).map(point).collect(), vec![(0..count).map(VertexId::from_index).collect()])
+    const STEPS: usize = 200_000;
+    let line: Vec<[f64; 2]> = (0..=STEPS).map(|i| place(std::f64::consts::TAU * i as f64 / STEPS as f64)).collect();
+    let gaps: Vec<f64> = line.windows(2).map(|w| (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1])).collect();
+    let total: f64 = gaps.iter().sum();
+    let (mut places, mut passed) = (Vec::new(), 0.0);
+    for (p, gap) in line.iter().zip(&gaps) {
+        if passed >= places.len() as f64 * total / count as f64 && places.len() < count {
+            places.push(*p);
+        }
+        passed += gap;
+    }
+    const ROWS: usize = 5;
+    let height = |row: usize, i: usize| match row {
+        0 => 1.0 + [depth, -depth][i % 2],
+        _ => 1.0 + 0.2 * row as f64 / (ROWS - 1) as f64,
+    };
+    let scale = 0.8 / total;
+    let points = (0..ROWS * count).map(|at| {
+        let (row, i) = (at / count, at % count);
+        Point::new(scale * places[i][0], height(row, i), scale * places[i][1])
+    });
+    let mut faces = Vec::new();
+    for row in 0..ROWS - 1 {
+        for i in 0..count {
+            let [a, b] = [i, (i + 1) % count].map(|i| (row * count + i) as u32);
+            faces.extend([[a, a + count as u32, b], [b, a + count as u32, b + count as u32]]);
+        }
+    }
+    let mesh = TriMesh::try_from_indices(points.collect(), &faces).unwrap();
+    (mesh, vec![(0..count).map(VertexId::from_index).collect()])
 }
 
-fn ratio(hem: &(PerVertex<Point>, Vec<Vec<VertexId>>)) -> f64 {
-    most_ragged_hem(&hem.0, &hem.1, 0.0).unwrap().length_per_smooth_length
+fn ratio((mesh, hems): &(TriMesh, Vec<Vec<VertexId>>)) -> f64 {
+    most_ragged_hem(mesh, hems, 0.0).unwrap().length_per_smooth_length
 }
 
 #[test]
 fn a_smooth_hem_is_as_long_as_its_smoothed_line_and_a_zigzag_is_not() {
-    assert!((1.0..1.03).contains(&ratio(&waistband(200, 0.0))), "{}", ratio(&waistband(200, 0.0)));
-    // Edges 4 mm along the line and 10 mm across: 2.5 times its length.
-    let zigzag = ratio(&waistband(200, 0.005));
-    assert!((2.0..3.0).contains(&zigzag), "{zigzag}");
+    let smooth = ratio(&waistband(200, 0.0, 0.0));
+    assert!((1.0 - 1e-9..1.001).contains(&smooth), "{smooth}");
+    // Edges 4 mm along the line and 10 mm across: 2.7 times its length.
+    let zigzag = ratio(&waistband(200, 0.005, 0.0));
+    assert!((2.5..2.8).contains(&zigzag), "{zigzag}");
     // The deeper the notches, the more ragged.
-    let ratios: Vec<f64> = [0.0, 0.001, 0.002, 0.004].map(|depth| ratio(&waistband(200, depth))).to_vec();
+    let ratios: Vec<f64> = [0.0, 0.001, 0.002, 0.004].map(|depth| ratio(&waistband(200, depth, 0.0))).to_vec();
     assert!(ratios.is_sorted_by(|a, b| a < b), "{ratios:?}");
     // A hem that only hangs lower on one side is smooth.
-    let (points, hems) = waistband(200, 0.0);
-    let slanted = points.iter().map(|p| Point::new(p.x, p.y + 0.5 * p.x, p.z)).collect();
-    assert!(ratio(&(slanted, hems)) < 1.03);
+    let (mesh, hems) = waistband(200, 0.0, 0.0);
+    let slanted = mesh.map_points(|p| Point::new(p.x, p.y + 0.5 * p.x, p.z));
+    assert!(ratio(&(slanted, hems)) < 1.01);
+}
+
+#[test]
+fn folds_of_cloth_do_not_make_its_hem_ragged() {
+    for depth in [0.0, 0.002] {
+        let [flat, folded] = [0.0, 0.03].map(|fold| waistband(400, depth, fold));
+        let length_of = |(mesh, hems): &(TriMesh, Vec<Vec<VertexId>>)| most_ragged_hem(mesh, hems, 0.0).unwrap().length;
+        assert!((length_of(&folded) / length_of(&flat) - 1.0).abs() < 0.01, "cloth is not stretched");
+        let ratios = [ratio(&flat), ratio(&folded)];
+        assert!((ratios[1] / ratios[0] - 1.0).abs() < 0.01, "{ratios:?}");
+    }
 }
 
 #[test]
 fn the_raggedness_of_a_hem_depends_on_neither_frame_nor_sampling() {
     for depth in [0.0, 0.005] {
-        let (points, hems) = waistband(200, depth);
-        let before = ratio(&(points.clone(), hems.clone()));
+        let (mesh, hems) = waistband(200, depth, 0.0);
+        let before = ratio(&(mesh.clone(), hems.clone()));
         let turn = nalgebra::UnitQuaternion::from_euler_angles(0.4, 1.1, -0.7);
-        let moved = points.iter().map(|p| turn * p + nalgebra::Vector3::new(3.0, -2.0, 1.0)).collect();
+        let moved = mesh.map_points(|p| turn * p + nalgebra::Vector3::new(3.0, -2.0, 1.0));
         assert!((ratio(&(moved, hems.clone())) - before).abs() < 1e-9);
-        // Three points per edge.
-        let count = points.len();
-        let fine = (0..3 * count).map(|i| {
-            let ends = [i / 3, (i / 3 + 1) % count].map(|k| points[VertexId::from_index(k)]);
-            ends[0] + (ends[1] - ends[0]) * ((i % 3) as f64 / 3.0)
-        });
-        let fine = (fine.collect(), vec![(0..3 * count).map(VertexId::from_index).collect()]);
-        assert!((ratio(&fine) - before).abs() < 1e-9 * before, "{} {before}", ratio(&fine));
         // Another first vertex, and the other way round.
         let mut turned = hems[0].clone();
         turned.rotate_left(77);
-        assert!((ratio(&(points.clone(), vec![turned.clone()])) - before).abs() < 2e-3 * before);
+        assert!((ratio(&(mesh.clone(), vec![turned.clone()])) - before).abs() < 2e-3 * before);
         turned.reverse();
-        assert!((ratio(&(points, vec![turned])) - before).abs() < 2e-3 * before);
+        assert!((ratio(&(mesh.clone(), vec![turned])) - before).abs() < 2e-3 * before);
+        // A vertex more on every edge of the hem.
+        let (mut points, mut faces) = (mesh.points().0.clone(), Vec::new());
+        let count = hems[0].len();
+        for face in mesh.faces().iter() {
+            let cut = (0..3).find(|&k| face[k].index() < count && face[(k + 1) % 3].index() < count);
+            let Some(k) = cut else {
+                faces.push(face.map(|v| v.0));
+                continue;
+            };
+            let [a, b, c] = [face[k], face[(k + 1) % 3], face[(k + 2) % 3]];
+            let middle = points.len() as u32;
+            points.push(nalgebra::center(&points[a.index()], &points[b.index()]));
+            faces.extend([[a.0, middle, c.0], [middle, b.0, c.0]]);
+        }
+        let fine = TriMesh::try_from_indices(points, &faces).unwrap();
+        let around = Adjacency::prepare(&fine).boundary_loops();
+        let hem = around.into_iter().find(|ring| ring.contains(&VertexId(0))).unwrap();
+        assert_eq!(hem.len(), 2 * count);
+        assert!((ratio(&(fine, vec![hem])) - before).abs() < 2e-3 * before);
     }
 }
 
@@ -225,26 +319,34 @@ fn a_ragged_hem_is_reported_where_it_is_and_a_short_one_is_not() {
     let (body, colors) = (ball(), skin());
     let inner = [Inner { mesh: &body, colors: Some(&colors) }];
     let (scan, labels) = dressed(0.01, BLUE);
-    let mut garment = half(&scan, &labels);
-    let found = |garment: &Garment| {
-        let checked = check_garment(&GarmentResult { scan: &scan, garment, labels: &labels, inner: &inner }).unwrap();
-        (checked.most_ragged_hem.unwrap(), checked.doubts("shirt", &[]))
+    let garment_of = |(mesh, hem_loops): (TriMesh, Vec<Vec<VertexId>>)| Garment {
+        mesh,
+        colors: None,
+        hem_loops,
+        findings: Vec::new(),
     };
-    assert_eq!(found(&garment).1, []);
-    // A quarter of the rim is torn by 4 cm.
-    let mut points = garment.mesh.points().clone();
-    for (i, &v) in garment.hem_loops[0].iter().enumerate() {
+    let ragged = |garment: &Garment| {
+        let checked = checked(&scan, garment, &labels, &inner).unwrap();
+        let of_hems: Vec<Doubt> =
+            checked.doubts("shirt", &[]).into_iter().filter(|doubt| doubt.what.contains("ragged")).collect();
+        (checked.most_ragged_hem.unwrap(), of_hems)
+    };
+    let smooth = garment_of(waistband(200, 0.0, 0.0));
+    assert_eq!(ragged(&smooth).1, []);
+    // A part of the rim, in the middle of +x, is torn by 2 cm.
+    let mut torn = smooth.clone();
+    let mut points = torn.mesh.points().clone();
+    for &v in torn.hem_loops[0].iter().filter(|v| v.index() % 2 == 0) {
         let p = points[v];
-        points[v] = if p.x > 0.7 && i % 2 == 0 { Point::new(p.x, p.y + 0.3, p.z) } else { p };
+        points[v] = if p.x > 0.1 { Point::new(p.x, p.y + 0.02, p.z) } else { p };
     }
-    garment.mesh = garment.mesh.with_points(points);
-    let (hem, doubts) = found(&garment);
-    assert!(hem.at.x > 0.5, "{hem:?}");
-    assert!(
-        doubts.len() == 1 && doubts[0].what.starts_with("a hem of the shirt is ragged, most of all 1."),
-        "{doubts:?}"
-    );
+    torn.mesh = torn.mesh.with_points(points);
+    let (hem, doubts) = ragged(&torn);
+    assert!(hem.at.x > 0.05, "{hem:?}");
+    assert!(doubts.len() == 1, "{doubts:?}");
+    // The ball's lowest point is 1 m below its middle, the hem 1 m above that.
+    assert!(doubts[0].what.starts_with("a hem of the shirt is ragged, most of all 2.0"), "{doubts:?}");
     assert!(doubts[0].remedy.contains("mask shirt"), "{doubts:?}");
-    let cuff = garment.mesh.points().iter().map(|p| Point::from(p.coords * 0.05)).collect();
-    assert_eq!(most_ragged_hem(&cuff, &garment.hem_loops, 0.0), None, "30 cm around");
+    let cuff = torn.mesh.map_points(|p| Point::from(p.coords * 0.2));
+    assert_eq!(most_ragged_hem(&cuff, &torn.hem_loops, 0.0), None, "16 cm around");
 }

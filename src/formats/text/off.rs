@@ -107,7 +107,7 @@ mod tests {
         for (from, to, says) in [
             ("3 1 2 4", "3 1 2 7", "expected vertices below 5, found vertex 7"),
             ("3 1 2 4", "3 1 2 -4", "line 10: expected a vertex index, found '-4'"),
-            ("COFF", "BUFF", "this is not OFF: it begins with 'BUFF'"),
+            ("COFF", "BUFF", "this is not OFF: it begins with 'BUFF"),
             ("COFF", "4OFF", "the variant '4OFF' is not supported"),
         ] {
             let err = read_off(PYRAMID.replacen(from, to, 1).as_bytes()).unwrap_err();

@@ -16,11 +16,12 @@ use crate::check::{
 use crate::cut::Garment;
 use crate::fit::{FittedBody, PoseInside, RegisteredBody};
 use crate::scan::Scan;
-use crate::segment::{Inner, Segmentation};
+use crate::segment::{Fabric, Inner, Segmentation};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::recipe::StepRecipe;
+use crate::session::recipe::{StepRecipe, garment_spec};
 use crate::session::stage::Stage;
+use crate::session::stage_error::StageError;
 use crate::session::store::{Kept, Warning};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -38,6 +39,7 @@ pub(in crate::session) struct GarmentInputs {
     inside: Kept<PoseInside>,
     segmentation: Kept<Segmentation>,
     garment: Kept<Garment>,
+    fabric: String,
     /// An earlier step with the same file.
     same_as: Option<String>,
 }
@@ -68,6 +70,7 @@ impl PipelineStage for CheckStage {
         let (inside, segmentation) =
             (context.results.result::<PoseStage>()?, context.results.result::<SegmentStage>()?);
         let garment = context.results.result::<CutStage>()?;
+        let fabric = garment_spec::of_step(context.step)?.template.fabric;
         let figure = context.inner()?.figure()?;
         let step = context.step;
         let earlier = context.walk.session().recipe.steps.iter().take_while(|other| other.name != step.name);
@@ -81,12 +84,14 @@ impl PipelineStage for CheckStage {
             "inside": inside.hash,
             "labels": segmentation.hash,
             "garment": garment.hash,
+            "fabric": fabric,
             "model": model,
         });
         if let Some(other) = &same_as {
             values["same_as"] = json!(other);
         }
-        Ok((Inputs::Garment(Box::new(GarmentInputs { scan, figure, inside, segmentation, garment, same_as })), values))
+        let inputs = GarmentInputs { scan, figure, inside, segmentation, garment, fabric, same_as };
+        Ok((Inputs::Garment(Box::new(inputs)), values))
     }
 
     fn run(
@@ -139,7 +144,9 @@ fn body(
 }
 
 fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Result<Outcome<Plausibility>, SessionError> {
-    let GarmentInputs { scan, figure, inside, segmentation, garment, same_as } = inputs;
+    let GarmentInputs { scan, figure, inside, segmentation, garment, fabric, same_as } = inputs;
+    let failed = |e: StageError| SessionError::stage(&step.name, Stage::Check, e);
+    let fabric = Fabric::named(&fabric).map_err(|e| failed(e.into()))?;
     let (scan, figure) = (session.store.load_shared(scan)?, session.figure(figure)?);
     let (inside, segmentation) = (session.store.load(inside)?, session.store.load_shared(segmentation)?);
     let garment = session.store.load(garment)?;
@@ -147,9 +154,16 @@ fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Resul
     let inner: Vec<Inner> = (surfaces.iter().zip(&figure.layers))
         .map(|(mesh, layer)| Inner { mesh, colors: layer.colors.as_ref() })
         .collect();
-    let found =
-        check_garment(&GarmentResult { scan: &scan, garment: &garment, labels: &segmentation.labels.0, inner: &inner })
-            .map_err(|e| SessionError::stage(&step.name, Stage::Check, e))?;
+    let skin = figure.posed(&inside.pose).swap_remove(0);
+    let found = check_garment(&GarmentResult {
+        scan: &scan,
+        garment: &garment,
+        labels: &segmentation.labels.0,
+        inner: &inner,
+        skin: &skin,
+        thickness: fabric.thickness,
+    })
+    .map_err(|e| failed(e.into()))?;
     let mm = |metres: Option<f64>| metres.map_or(f64::NAN, |m| 1e3 * m);
     let or_nan = |value: Option<f64>| value.unwrap_or(f64::NAN);
     let posture = Posture::of(&figure.skeleton, &inside.pose);
@@ -158,6 +172,8 @@ fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Resul
         .measured("knee_bend_deg", posture.knee_bend.map_or(f64::NAN, f64::to_degrees))
         .measured("stand_off_median_mm", mm(found.stand_off_median))
         .measured("stand_off_p90_mm", mm(found.stand_off_p90))
+        .measured("gap_median_mm", mm(found.gap_median))
+        .measured("gap_p75_mm", mm(found.gap_p75))
         .measured("color_change", or_nan(found.color_change))
         .measured("recolored_percent", 1e2 * or_nan(found.recolored_share))
         .measured("unchanged_percent", 1e2 * or_nan(found.unchanged_share))
