@@ -59,6 +59,17 @@ fn a_wrong_command_exits_with_2_and_a_hint_in_both_forms() {
 }
 
 #[test]
+fn help_explains_a_command_and_the_terms() {
+    let dir = tempfile::tempdir().unwrap();
+    let of_scan = overcoat_ok(dir.path(), &["help", "scan"]).stdout;
+    assert_eq!(of_scan, overcoat_ok(dir.path(), &["scan", "--help"]).stdout);
+    let words = overcoat_ok(dir.path(), &["help", "words"]).stdout;
+    for word in ["hem loop", "bind pose", "verdict"] {
+        assert!(words.to_lowercase().contains(word), "{word} is not in\n{words}");
+    }
+}
+
+#[test]
 fn a_wrong_stage_gets_the_list_of_all_stages() {
     let dir = tempfile::tempdir().unwrap();
     let session = session_with_two_scans(dir.path());

@@ -151,12 +151,12 @@ fn a_person_who_sits_is_reported() {
 }
 
 #[test]
-fn a_ragged_hem_is_reported_with_its_height() {
+fn a_ragged_garment_is_reported_by_the_number_and_the_shape_of_its_hems() {
     let dir = tempfile::tempdir().unwrap();
     let session = built_quick_session(dir.path(), "alice");
     let warnings = |session: &Path| status_of(session, "tshirt")["warnings"].to_string();
     assert!(!warnings(&session).contains("ragged"), "{}", warnings(&session));
-    // Notches are painted out of the lower hem, 8 cm deep, twelve around the waist.
+    // Notches are painted out of the lower hem, 8 cm deep, twelve around the waist, and the lower legs as cloth: two more edges.
     overcoat_ok(&session, &["mask", "tshirt", "--template", "../labels.ply"]);
     let file = dir.path().join("labels.ply");
     let mut labels = read_ply(std::fs::File::open(&file).unwrap()).unwrap();
@@ -165,17 +165,28 @@ fn a_ragged_hem_is_reported_with_its_height() {
     let worn: Vec<[f64; 3]> =
         labels.points.iter().zip(&*colors).filter(|(_, c)| is_cloth(c)).map(|(p, _)| *p).collect();
     let low = worn.iter().map(|p| p[1]).fold(f64::INFINITY, f64::min);
+    let floor = labels.points.iter().map(|p| p[1]).fold(f64::INFINITY, f64::min);
     let middle = [0, 2].map(|axis| worn.iter().map(|p| p[axis]).sum::<f64>() / worn.len() as f64);
     for (p, color) in labels.points.iter().zip(colors.iter_mut()) {
         let turn = (p[2] - middle[1]).atan2(p[0] - middle[0]) / std::f64::consts::TAU;
         if is_cloth(color) && p[1] < low + 0.08 && ((24.0 * turn).floor() as i64).rem_euclid(2) == 0 {
             *color = [150; 3];
         }
+        if p[1] < floor + 0.35 {
+            *color = [230, 80, 60];
+        }
     }
     write_mesh(file, &labels);
     overcoat_ok(&session, &["mask", "tshirt", "../labels.ply"]);
     overcoat_ok(&session, &["build"]);
-    assert!(warnings(&session).contains("a hem of the tshirt is ragged, most of all "), "{}", warnings(&session));
+    for doubt in
+        ["a hem of the tshirt is ragged, most of all ", "6 hem loops, 4 expected; look at the edges of the tshirt"]
+    {
+        assert!(warnings(&session).contains(doubt), "{}", warnings(&session));
+    }
+    // The number stays what it is wherever it is shown.
+    let built = overcoat_ok(&session, &["build", "--json"]).json();
+    assert_eq!(built["steps"][1]["warnings"], status_of(&session, "tshirt")["warnings"]);
 }
 
 #[test]
@@ -246,4 +257,15 @@ fn a_scan_on_its_side_is_reported() {
     let is_refused = built.code == 1 && said.starts_with("failed: ") && said.contains("is the up axis wrong (--up)");
     let is_doubted = built.code == 0 && said.contains("the up axis of the file is probably another");
     assert!(is_refused || is_doubted, "{said}: {built:?}");
+
+    // Halfway to its side the fit still finds the person, and without the flag all is well.
+    let (sin, cos) = 0.8_f64.sin_cos();
+    let leaning = mean_body(|p| Point::new(p.x, cos * p.y - sin * p.z, sin * p.y + cos * p.z));
+    let file = write_mesh(dir.path().join("leaning.ply"), &leaning);
+    overcoat_ok(&session, &["scan", "body", file.to_str().unwrap(), "--up", "+y", "--replace"]);
+    let found = verdicts(&session);
+    assert!(found[0].starts_with("check it: the person leans 4"), "{found:?}");
+    assert!(found[0].contains("the up axis of the file is probably another; scan it again with `--up`"), "{found:?}");
+    overcoat_ok(&session, &["step", "set", "body", "up="]);
+    assert_eq!(verdicts(&session), ["good"]);
 }
