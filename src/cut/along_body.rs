@@ -1,6 +1,6 @@
 //! Fills holes of the scan that a level camera leaves at crown, shoulders and soles: cloth is believed to follow the body.
 
-use super::BodyBelow;
+use super::body_below::BodyBelow;
 use super::patch::Patch;
 use crate::geometry::{NearestVertex, Point, SurfaceIndex, Vec3};
 

@@ -312,7 +312,7 @@ fn blended(colors: &PerVertex<[u8; 3]>, ring: &[VertexId], around: &[Point], p: 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cut::BodyBelow;
+    use crate::cut::body_below::BodyBelow;
 
     /// A body that is nowhere near.
     fn far_away() -> BodyIndex {

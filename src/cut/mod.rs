@@ -2,6 +2,7 @@
 
 mod across_cut;
 mod along_body;
+mod body_below;
 mod boundary_loops;
 mod edge_search;
 mod error;
@@ -15,6 +16,7 @@ mod slice;
 #[cfg(test)]
 mod tests;
 
+pub use body_below::BodyBelow;
 pub use error::CutError;
 pub use params::CutParams;
 
@@ -42,17 +44,6 @@ pub struct Garment {
     pub hem_loops: Vec<Vec<VertexId>>,
     /// What was dropped, filled or not as expected: one sentence each.
     pub findings: Vec<String>,
-}
-
-/// The body below a garment, posed in its scan.
-///
-/// **Shapes** `covered`: one entry per vertex of `mesh`.
-#[derive(Clone, Copy, Debug)]
-pub struct BodyBelow<'a> {
-    /// Its surface.
-    pub mesh: &'a TriMesh,
-    /// Which vertices the garment's template covers.
-    pub covered: &'a PerVertex<bool>,
 }
 
 /// Cuts the garment out of the scan.
