@@ -114,8 +114,8 @@ mod tests {
         assert_eq!(after.pictures, before.pictures);
         assert_eq!(
             read.points.len(),
-            3 + 3 + 3,
-            "the seam doubles its two vertices, and the other material has its own"
+            5 + 3,
+            "one end of the seam has two coordinates, and the other material has its own points"
         );
     }
 }
