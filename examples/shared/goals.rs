@@ -52,7 +52,8 @@ fn largest(values: impl Iterator<Item = f64>) -> Option<f64> {
     values.reduce(f64::max)
 }
 
-fn worst(report: &Value, measure: &str) -> Option<f64> {
+/// The largest value of a measure over the steps.
+pub fn worst(report: &Value, measure: &str) -> Option<f64> {
     largest(of_steps(report, measure))
 }
 
