@@ -16,7 +16,7 @@ use serde::Deserialize;
 use std::collections::BTreeSet;
 use std::io::Read;
 
-/// Reads a `.glb`, or a `.gltf` with its buffers embedded; see [`read_gltf_with`].
+/// Reads a `.glb`, or a `.gltf` with its buffers embedded.
 pub fn read_gltf(input: impl Read) -> Result<RawMesh, FormatError> {
     read_gltf_with(input, &mut no_siblings)
 }
