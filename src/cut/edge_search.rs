@@ -78,7 +78,8 @@ pub(super) fn at_edges_of_cloth(
 }
 
 /// `field`, positive on the garment, moved so that its zero line follows the edge of the cloth. `slice` is the cut along
-/// the zero line of `field`, without islands; `unit` is the distance from the cut at which the result would be 1. Where the user painted, the cut stays; beside a hole of the scan it moves only inward.
+/// the zero line of `field`, without islands; `unit` is the distance from the cut at which the result would be 1. Where the
+/// user painted, the cut stays; beside a hole of the scan it moves only inward.
 ///
 /// **Shapes** `field` and the result: one value per vertex of `whole`, whose adjacency is `around`.
 fn at_edges(
