@@ -2,6 +2,7 @@
 //! `cargo test --release readme::` runs one file's tests.
 
 mod accuracy;
+mod animate;
 mod bad_input;
 mod body_models;
 mod cli;
@@ -9,6 +10,7 @@ mod common;
 mod covered;
 mod durability;
 mod foreign;
+mod foreign_motion;
 mod foreign_segment;
 mod frozen;
 mod history;

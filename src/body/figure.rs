@@ -1,6 +1,6 @@
 //! The figure: a skeleton with the surfaces it wears.
 
-use super::{Pose, Skeleton, SkinWeights, UvMap, skin};
+use super::{Pose, Skeleton, SkinWeights, Skinning, UvMap, skin};
 use crate::geometry::{PerFace, PerVertex, TriMesh, VertexId};
 use serde::{Deserialize, Serialize};
 
@@ -58,7 +58,17 @@ impl Figure {
     ///
     /// **Shapes** one mesh per layer, in the order of `layers`.
     pub fn posed(&self, pose: &Pose) -> Vec<TriMesh> {
-        self.layers.iter().map(|layer| layer.posed(&self.skeleton, pose)).collect()
+        self.posed_by(Skinning::Linear, pose)
+    }
+
+    /// Every surface skinned into `pose` in the given way.
+    ///
+    /// **Shapes** one mesh per layer, in the order of `layers`.
+    pub fn posed_by(&self, skinning: Skinning, pose: &Pose) -> Vec<TriMesh> {
+        let posed = |layer: &Layer| {
+            layer.mesh.with_points(skinning.skin(layer.mesh.points(), &layer.weights, &self.skeleton, pose))
+        };
+        self.layers.iter().map(posed).collect()
     }
 }
 

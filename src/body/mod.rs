@@ -1,6 +1,7 @@
 //! The statistical body, its skeleton and skinning, and the [`Figure`]: a skeleton with its skinned surfaces.
 
 mod alias;
+mod dual_quaternion;
 mod embedded;
 mod figure;
 mod human_joint;
@@ -18,6 +19,7 @@ mod stance;
 mod stored_figure;
 mod uv;
 
+pub use dual_quaternion::Skinning;
 pub use embedded::{EMBEDDED_MODEL_FILE, embedded_model};
 pub use figure::{Figure, Layer};
 pub use human_joint::{HumanJoint, Limb, Side};

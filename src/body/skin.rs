@@ -175,7 +175,7 @@ fn blended(row: &[(JointId, f64); 4], world_from_bind: &[(Matrix3<f64>, Vec3)]) 
 
 /// A shorter array would cut the surface off silently. Files with arrays that disagree are refused when they are read, and
 /// each stage checks its arguments, so only a fault of the program gets here.
-fn check_lengths(points: &PerVertex<Point>, weights: &SkinWeights, skeleton: &Skeleton, pose: &Pose) {
+pub(super) fn check_lengths(points: &PerVertex<Point>, weights: &SkinWeights, skeleton: &Skeleton, pose: &Pose) {
     assert_eq!(weights.len(), points.len(), "rows of skin weights for the points");
     assert_eq!(pose.rotations.len(), skeleton.len(), "rotations of the pose for the joints of the skeleton");
 }

@@ -1,7 +1,7 @@
 //! `overcoat export`: writes the figure or a step as files.
 
-use super::console::{Context, Done, Verbosity, secs};
-use crate::session::{ExportRequest, RemovedPart};
+use super::console::{Context, Done, Progress, Verbosity, secs};
+use crate::session::{ExportRequest, RemovedPart, SequenceKind, SequenceRequest};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -19,16 +19,54 @@ pub(super) struct ExportArgs {
     /// Export the result of this stage: `fit`, the body before registration; `--at body` is optional
     #[arg(long, value_name = "STAGE", value_parser = ["fit"], conflicts_with = "scan")]
     stage: Option<String>,
+    /// Export the frames of an animation: `ply`, one mesh per frame and layer; `pc2`, one point cache per layer
+    #[arg(long, value_name = "ply|pc2", value_parser = sequence_kind, conflicts_with_all = ["at", "scan", "stage"])]
+    sequence: Option<SequenceKind>,
+    /// With --sequence: the animation; by default the last one
+    #[arg(long, value_name = "NAME", requires = "sequence")]
+    clip: Option<String>,
     /// Remove what other layers cover in every pose, except for a margin of 20 mm, so that it does not poke through them
-    #[arg(long, conflicts_with_all = ["scan", "stage"])]
+    #[arg(long, conflicts_with_all = ["scan", "stage", "sequence"])]
     hide_covered: bool,
     /// Replace files that Overcoat did not write, or that were changed since
     #[arg(long)]
     force: bool,
 }
 
+fn sequence_kind(text: &str) -> Result<SequenceKind, String> {
+    match text {
+        "ply" => Ok(SequenceKind::Ply),
+        "pc2" => Ok(SequenceKind::Pc2),
+        _ => Err("give ply or pc2".into()),
+    }
+}
+
+/// The frames of an animation.
+fn export_frames(request: &SequenceRequest, force: bool, context: &Context) -> anyhow::Result<Done> {
+    let began = Instant::now();
+    let session = context.reader()?;
+    let mut outputs = session.outputs(force);
+    let mut progress = Progress::of_one_stage(&context.console);
+    let mut on_frame = |frame, count| progress.describe(format!("frame {frame} of {count}"));
+    let files = session.export_sequence(request, &mut outputs, &mut on_frame)?;
+    progress.end();
+    context.console.notices(outputs.notices());
+    let json = json!({
+        "session": context.session.display().to_string(),
+        "target": request.target.display().to_string(),
+        "files": files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>(),
+        "secs": began.elapsed().as_secs_f64(),
+    });
+    let line = format!("wrote {} files in {} to {}", files.len(), secs(began.elapsed()), request.target.display());
+    Ok(Done::new("export", json).line(line))
+}
+
 pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
+    if let Some(kind) = args.sequence {
+        let request = SequenceRequest { target: args.target, kind, animation: args.clip };
+        return export_frames(&request, args.force, context);
+    }
     let request = ExportRequest {
         target: args.target,
         at: args.at,

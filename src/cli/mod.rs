@@ -1,6 +1,7 @@
 //! The command line: arguments as typed, arguments as validated, run. One file per command. Results go to stdout,
 //! progress to stderr.
 
+mod animate;
 pub mod bodies;
 mod body;
 mod branch;
@@ -108,6 +109,8 @@ enum Command {
     Export(export::ExportArgs),
     /// Write a recording for the Rerun viewer, or a picture of every step
     View(view::ViewArgs),
+    /// Move the figure by a motion-capture clip, or by one of ours
+    Animate(animate::AnimateArgs),
     /// Compare the session with ground truth
     Measure(measure::MeasureArgs),
     /// Generate a synthetic subject and its scans, with ground truth
@@ -195,6 +198,7 @@ fn run(command: Command, context: &Context) -> anyhow::Result<Done> {
         Command::Replay(args) => replay::run(args, context),
         Command::Export(args) => export::run(args, context),
         Command::View(args) => view::run(args, context),
+        Command::Animate(args) => animate::run(args, context),
         Command::Measure(args) => measure::run(args, context),
         Command::Studio(args) => studio::run(args, context),
         Command::Body(args) => body::run(args, context),

@@ -1,7 +1,9 @@
 //! `overcoat status`: the session in text: the verdict on each step, what is out of date and why, what to do next.
 
 use super::console::{Context, Done, Verbosity, measures_text, secs, why_text};
-use crate::session::{Attained, BodyModelSource, Judged, Session, Stage, StepStatus, Verdict, name_and_unit};
+use crate::session::{
+    AnimationStatus, Attained, BodyModelSource, Judged, Session, Stage, StepStatus, Verdict, name_and_unit,
+};
 use serde_json::json;
 use std::time::{Duration, Instant};
 
@@ -17,25 +19,29 @@ pub(super) fn run(_: StatusArgs, context: &Context) -> anyhow::Result<Done> {
         BodyModelSource::File(file) => file,
     };
     let out_of_date: usize = steps.iter().map(|s| s.out_of_date.len()).sum();
+    let animations = session.animations()?;
+    let waiting = animations.iter().filter(|animation| animation.made.is_none()).count();
     let json = json!({
         "session": context.session.display().to_string(),
         "body_model": body,
         "branch": session.history().current().name,
         "last_change": session.history().current().head(),
         "edited_by_hand": session.is_edited_by_hand(),
-        "up_to_date": out_of_date == 0 && !steps.is_empty(),
+        "up_to_date": out_of_date + waiting == 0 && !steps.is_empty(),
         "steps": steps,
+        "animations": animations,
         "secs": began.elapsed().as_secs_f64(),
     });
     let mut done = Done::new("status", json).lines(head(&session, context, &body));
     let verbose = context.console.verbosity == Verbosity::Verbose;
-    let pictures: Vec<String> = steps.iter().flat_map(|step| picture(step, verbose)).collect();
+    let of_animations = animations.iter().flat_map(moving);
+    let pictures: Vec<String> = steps.iter().flat_map(|step| picture(step, verbose)).chain(of_animations).collect();
     let has_marks = pictures.iter().any(|line| line.contains(['■', '□']));
-    done = done.lines(pictures).line("").line(foot(&steps, began));
+    done = done.lines(pictures).line("").line(foot(&steps, waiting, animations.len(), began));
     if has_marks {
         done = done.line("■ up to date  □ out of date  · waits for an earlier stage");
     }
-    done.next = next(&steps, context);
+    done.next = next(&steps, waiting, context);
     Ok(done)
 }
 
@@ -105,6 +111,25 @@ fn picture(step: &StepStatus, verbose: bool) -> Vec<String> {
     lines
 }
 
+/// An animation in a few lines.
+fn moving(animation: &AnimationStatus) -> Vec<String> {
+    let AnimationStatus { name, clip, made, why, failed, clip_changed } = animation;
+    let verdict = match (made, failed) {
+        (Some(_), _) => "up to date".to_string(),
+        (None, Some(what)) => format!("failed: {what}"),
+        (None, None) => "out of date".into(),
+    };
+    let file = if clip == name { "ours" } else { clip.rsplit('/').next().unwrap_or_default() };
+    let mut lines = vec![String::new(), format!("animation {name}: {verdict}"), format!("  {file}")];
+    if let Some(why) = why_text(why).filter(|_| made.is_none() && failed.is_none()) {
+        lines.push(format!("  □ animate: {why}"));
+    }
+    if *clip_changed {
+        lines.push("  the file is missing or was changed since; the session uses its own copy".into());
+    }
+    lines
+}
+
 fn measure_line(judged: &Judged) -> String {
     let mark = match judged.attained {
         Attained::Goal => "✓",
@@ -117,10 +142,10 @@ fn measure_line(judged: &Judged) -> String {
     format!("    {:<9} {name:<20} {value:>8}{unit}   {judged}{unit} {mark}", judged.stage)
 }
 
-fn foot(steps: &[StepStatus], began: Instant) -> String {
+fn foot(steps: &[StepStatus], waiting: usize, animations: usize, began: Instant) -> String {
     let (out_of_date, all) = (
-        steps.iter().map(|s| s.out_of_date.len()).sum::<usize>(),
-        steps.iter().map(|s| s.out_of_date.len() + s.up_to_date.len()).sum::<usize>(),
+        steps.iter().map(|s| s.out_of_date.len()).sum::<usize>() + waiting,
+        steps.iter().map(|s| s.out_of_date.len() + s.up_to_date.len()).sum::<usize>() + animations,
     );
     let took = secs(began.elapsed());
     match (steps.is_empty(), out_of_date) {
@@ -131,7 +156,7 @@ fn foot(steps: &[StepStatus], began: Instant) -> String {
 }
 
 /// What to do next: what is missing, then what is in doubt, then what comes after.
-fn next(steps: &[StepStatus], context: &Context) -> Vec<String> {
+fn next(steps: &[StepStatus], waiting: usize, context: &Context) -> Vec<String> {
     if steps.is_empty() {
         return vec![context.overcoat("scan body FILE")];
     }
@@ -143,7 +168,7 @@ fn next(steps: &[StepStatus], context: &Context) -> Vec<String> {
             context.overcoat(&format!("step remove {name}")),
         ];
     }
-    if steps.iter().any(|s| !s.out_of_date.is_empty()) {
+    if waiting > 0 || steps.iter().any(|s| !s.out_of_date.is_empty()) {
         return vec![context.overcoat("build")];
     }
     if steps.iter().any(|s| s.verdict.as_ref().is_some_and(|verdict| !verdict.is_good())) {

@@ -1,7 +1,7 @@
 //! `overcoat view`: the session as a Rerun recording and as pictures.
 
-use super::console::{Context, Done, secs};
-use crate::session::{Content, SessionError};
+use super::console::{Context, Done, Progress, secs};
+use crate::session::{Content, Film, SessionError};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -20,6 +20,12 @@ pub(super) struct ViewArgs {
     /// Draw the weights of every layer: its joints as blended colours, its physics weights per vertex and per part
     #[arg(long, value_name = "OUT.png")]
     weights: Option<PathBuf>,
+    /// Draw the frames of an animation: a film, or a new folder for one picture per frame
+    #[arg(long, value_name = "OUT.gif|DIR")]
+    film: Option<PathBuf>,
+    /// With --film: the animation; by default the last one
+    #[arg(long, value_name = "NAME", requires = "film")]
+    clip: Option<String>,
     /// Replace files that Overcoat did not write, or that were changed since
     #[arg(long)]
     force: bool,
@@ -28,10 +34,10 @@ pub(super) struct ViewArgs {
 pub(super) fn run(args: ViewArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     let pictures = [&args.sheet, &args.poster, &args.weights];
-    if args.save.is_none() && pictures.iter().all(|path| path.is_none()) {
-        let what = "nothing to write: `view` needs --save, --sheet, --poster or --weights".into();
+    if args.save.is_none() && args.film.is_none() && pictures.iter().all(|path| path.is_none()) {
+        let what = "nothing to write: `view` needs --save, --sheet, --poster, --weights or --film".into();
         let hint =
-            "--save OUT.rrd writes a recording for the Rerun viewer, --sheet OUT.png draws every step, --poster OUT.png one picture of all, --weights OUT.png the skin and physics weights"
+            "--save OUT.rrd writes a recording for the Rerun viewer, --sheet OUT.png draws every step, --poster OUT.png one picture of all, --weights OUT.png the skin and physics weights, --film OUT.gif an animation"
                 .into();
         return Err(SessionError::BadRequest { what, hint }.into());
     }
@@ -55,6 +61,19 @@ pub(super) fn run(args: ViewArgs, context: &Context) -> anyhow::Result<Done> {
         session.write_weights(path, &mut outputs)?;
         done_lines.push(format!("drew {}", path.display()));
     }
+    if let Some(target) = &args.film {
+        let film = Film { target: target.clone(), animation: args.clip };
+        let mut progress = Progress::of_one_stage(&context.console);
+        let mut on_frame = |frame, count| progress.describe(format!("frame {frame} of {count}"));
+        let files = session.write_film(&film, &mut outputs, &mut on_frame)?;
+        progress.end();
+        let shown = target.display();
+        done_lines.push(if film.is_file() {
+            format!("drew {shown}")
+        } else {
+            format!("drew {} frames in {shown}", files.len())
+        });
+    }
     if let Some(path) = &args.save {
         session.write_recording(path, &mut outputs)?;
         done_lines.push(format!("recorded {}", path.display()));
@@ -66,6 +85,7 @@ pub(super) fn run(args: ViewArgs, context: &Context) -> anyhow::Result<Done> {
         "recording": args.save.map(|p| p.display().to_string()),
         "sheet": args.sheet.map(|p| p.display().to_string()),
         "poster": args.poster.map(|p| p.display().to_string()),
+        "film": args.film.map(|p| p.display().to_string()),
         "weights": args.weights.map(|p| p.display().to_string()),
         "secs": began.elapsed().as_secs_f64(),
     });

@@ -10,8 +10,9 @@ use super::error::ExportError;
 use super::palette::color_of_rank;
 use super::split::Split;
 use crate::body::{Figure, Layer, Pose, Skeleton};
-use crate::formats::{GlbAttribute, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, NodeId, SkinId};
+use crate::formats::{GlbAttribute, GlbChannel, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, NodeId, SkinId};
 use crate::geometry::PerVertex;
+use crate::motion::PoseTrack;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -27,8 +28,19 @@ pub struct GlbOptions {
     ///
     /// **Shapes** one mask per layer, each with one entry per vertex.
     pub covered: Option<Vec<PerVertex<bool>>>,
+    /// Animations of the skeleton.
+    pub animations: Vec<GlbAnimation>,
     /// The figure's origin, as keys and values in the asset's extras.
     pub provenance: BTreeMap<String, String>,
+}
+
+/// An animation of the skeleton.
+#[derive(Clone, Debug)]
+pub struct GlbAnimation {
+    /// The name that other programs list.
+    pub name: String,
+    /// Its poses; the first is at time 0.
+    pub track: PoseTrack,
 }
 
 /// Writes the figure.
@@ -46,12 +58,18 @@ pub fn write_glb(figure: &Figure, options: &GlbOptions, out: impl Write) -> Resu
     if let Some(masks) = &options.covered {
         check_masks(masks, figure)?;
     }
+    for animation in &options.animations {
+        animation.track.poses.iter().try_for_each(|pose| check_pose(pose, &figure.skeleton))?;
+    }
     let mut glb = GlbWriter::new();
-    let (root, skin) = add_skeleton(&mut glb, &figure.skeleton, options.pose.as_ref())?;
-    let mut roots = vec![root];
+    let (joints, skin) = add_skeleton(&mut glb, &figure.skeleton, options.pose.as_ref())?;
+    let mut roots = vec![joints[0]];
     for (rank, layer) in figure.layers.iter().enumerate() {
         let covered = options.covered.as_ref().map(|masks| &masks[rank]);
         roots.push(add_layer(&mut glb, layer, covered, rank, skin)?);
+    }
+    for animation in &options.animations {
+        add_animation(&mut glb, &figure.skeleton, &joints, animation)?;
     }
     let provenance: Map<String, Value> = options.provenance.iter().map(|(k, v)| (k.clone(), json!(v))).collect();
     let scene = GlbScene {
@@ -68,7 +86,7 @@ fn add_skeleton(
     glb: &mut GlbWriter,
     skeleton: &Skeleton,
     pose: Option<&Pose>,
-) -> Result<(NodeId, SkinId), ExportError> {
+) -> Result<(Vec<NodeId>, SkinId), ExportError> {
     let mut nodes: Vec<Option<NodeId>> = vec![None; skeleton.len()];
     for j in skeleton.ids().collect::<Vec<_>>().into_iter().rev() {
         let children: Option<Vec<NodeId>> =
@@ -100,7 +118,37 @@ fn add_skeleton(
         .collect();
     let root = joints[0];
     let matrices = glb.matrices("inverse bind matrices", &inverse_bind)?;
-    Ok((root, glb.skin("skeleton", root, &joints, matrices)))
+    let skin = glb.skin("skeleton", root, &joints, matrices);
+    Ok((joints, skin))
+}
+
+/// A rotation per joint and frame, and the root's translation. Joints that keep the bind pose have no channel.
+fn add_animation(
+    glb: &mut GlbWriter,
+    skeleton: &Skeleton,
+    joints: &[NodeId],
+    animation: &GlbAnimation,
+) -> Result<(), ExportError> {
+    let track = &animation.track;
+    let times: Vec<f32> = (0..track.poses.len()).map(|frame| track.secs(frame) as f32).collect();
+    let mut channels = Vec::new();
+    for (j, &node) in joints.iter().enumerate() {
+        let mut before = track.poses.first().map_or_else(Default::default, |pose| pose.rotations[j].coords);
+        let mut rotation = |pose: &Pose| -> [f32; 4] {
+            let coords = pose.rotations[j].coords;
+            // A quaternion and its negative are one rotation; players that blend without a check need the nearer one.
+            before = if coords.dot(&before) < 0.0 { -coords } else { coords };
+            before.map(|c| c as f32).into()
+        };
+        let rotations: Vec<[f32; 4]> = track.poses.iter().map(&mut rotation).collect();
+        let still = rotations.iter().all(|&[x, y, z, _]| [x, y, z].iter().all(|c| c.abs() < 1e-7));
+        let here = skeleton.joints_in_bind[j];
+        let place = |pose: &Pose| (here.coords + pose.translation).map(|c| c as f32).into();
+        let translations = if j == 0 { track.poses.iter().map(place).collect() } else { Vec::new() };
+        let rotations = if still { Vec::new() } else { rotations };
+        channels.push(GlbChannel { node, translations, rotations });
+    }
+    Ok(glb.animation(&animation.name, &times, &channels)?)
 }
 
 fn add_layer(

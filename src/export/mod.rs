@@ -11,6 +11,6 @@ mod tests;
 mod visible_part;
 
 pub use error::ExportError;
-pub use glb::{GlbOptions, write_glb};
+pub use glb::{GlbAnimation, GlbOptions, write_glb};
 pub use layers::{write_joints_json, write_layer_ply, write_skin_weights_npy};
 pub use visible_part::{VisiblePart, visible_part};

@@ -1,9 +1,12 @@
 //! A `.glb` read back by nothing but the standard: skinned from its own arrays, it stands where our figure stands.
 
-use super::{ExportError, GlbOptions, write_glb, write_joints_json, write_layer_ply, write_skin_weights_npy};
+use super::{
+    ExportError, GlbAnimation, GlbOptions, write_glb, write_joints_json, write_layer_ply, write_skin_weights_npy,
+};
 use crate::body::{Figure, JointId, Layer, Pose, Skeleton, SkinWeights, Texture, UvMap};
-use crate::formats::{read_gltf, read_npy, read_ply};
+use crate::formats::{read_gltf, read_gltf_motion, read_npy, read_ply};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
+use crate::motion::PoseTrack;
 use nalgebra::{Matrix4, Point3, Quaternion, UnitQuaternion};
 use serde_json::Value;
 
@@ -319,4 +322,42 @@ fn a_seam_doubles_its_vertices_and_the_texture_takes_the_place_of_their_colours(
     assert_eq!(json["materials"][1]["pbrMetallicRoughness"]["baseColorTexture"]["index"], 0);
     assert!(json["meshes"][1]["primitives"][0]["attributes"].get("COLOR_0").is_none());
     assert_eq!(bytes, written(&figure, None));
+}
+
+#[test]
+fn an_animation_moves_the_joints_as_the_poses_do() {
+    let figure = figure();
+    let mut turned = bent();
+    // The same rotation with the other sign: a player that blends the numbers would go the long way round.
+    turned.rotations[1] = UnitQuaternion::new_unchecked(-turned.rotations[1].into_inner());
+    let poses = vec![Pose::bind(3), bent(), turned, bent()];
+    let track = PoseTrack { fps: 25.0, lead: 1, poses: poses.clone() };
+    let animations = vec![GlbAnimation { name: "bend".into(), track: track.clone() }];
+    let mut bytes = Vec::new();
+    write_glb(&figure, &GlbOptions { animations, ..GlbOptions::default() }, &mut bytes).unwrap();
+    let parsed = Parsed::new(&bytes);
+    let channels = parsed.json["animations"][0]["channels"].as_array().unwrap();
+    assert_eq!(channels.len(), 1 + 3, "the root's translation and every rotation");
+    let rotations = parsed.numbers(&parsed.json["animations"][0]["samplers"][2]["output"]);
+    for pair in rotations.chunks(4).collect::<Vec<_>>().windows(2) {
+        assert!(pair[0].iter().zip(pair[1]).map(|(a, b)| a * b).sum::<f64>() > 0.0, "{pair:?}");
+    }
+    let motion = read_gltf_motion(bytes.as_slice()).unwrap();
+    assert_eq!((motion.name.as_deref(), motion.frame_secs, motion.frames.len()), (Some("bend"), Some(0.04), 4));
+    for (frame, pose) in motion.frames.iter().zip(&poses) {
+        let mut world: Vec<Matrix4<f64>> = Vec::new();
+        for (joint, t) in motion.joints.iter().zip(frame) {
+            let [x, y, z, w] = t.rotation;
+            let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)).to_homogeneous();
+            let own = Matrix4::new_translation(&Vec3::from(t.translation)) * turn;
+            world.push(joint.parent.map_or(own, |parent| world[parent] * own));
+        }
+        for (found, expected) in world.iter().zip(figure.skeleton.joints_in_world(pose)) {
+            assert!((found.transform_point(&Point3::origin()) - expected).norm() < 1e-6, "{found} {expected}");
+        }
+    }
+    let other = PoseTrack { poses: vec![Pose::bind(2)], ..track };
+    let animations = vec![GlbAnimation { name: "bend".into(), track: other }];
+    let refused = write_glb(&figure, &GlbOptions { animations, ..GlbOptions::default() }, &mut Vec::new());
+    assert!(matches!(refused, Err(ExportError::PoseLength { found: 2, expected: 3 })));
 }

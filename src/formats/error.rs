@@ -33,6 +33,10 @@ pub enum Format {
     Bvh,
     /// A zip of a mesh and its pictures.
     Zip,
+    /// Vertices over time.
+    Pc2,
+    /// An animated picture.
+    Gif,
 }
 
 impl fmt::Display for Format {
@@ -52,6 +56,8 @@ impl fmt::Display for Format {
             Self::Recording => "zip of RGB-D frames",
             Self::Bvh => "BVH",
             Self::Zip => "zip",
+            Self::Pc2 => "PC2",
+            Self::Gif => "GIF",
         })
     }
 }

@@ -5,9 +5,11 @@ mod bundle;
 #[cfg(test)]
 mod damage_tests;
 mod error;
+mod gif;
 mod gltf;
 mod motion;
 mod npz;
+mod pc2;
 mod picture;
 mod ply;
 mod raw_mesh;
@@ -24,8 +26,10 @@ pub use self::gltf::{
 };
 pub use bundle::{MeshBundle, write_mesh_bundle};
 pub use error::{Format, FormatError};
+pub use gif::write_gif;
 pub use motion::{RawJoint, RawMotion, RawTransform, read_bvh, write_bvh};
 pub use npz::{NpyArray, NpyData, Npz, NpzCompression, read_npy, read_npz, write_npy, write_npz};
+pub use pc2::write_pc2;
 pub use picture::{
     ColorPicture, DepthPicture, read_color_picture, read_depth_png, read_texture_picture, write_color_jpeg,
     write_color_png, write_depth_png, write_gray_png,

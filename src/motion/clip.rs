@@ -7,6 +7,9 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 /// Frames per second of a clip that states none: what most programs use.
 const USUAL_FPS: f64 = 30.0;
 
+/// A frame time this close to that of a whole number of frames per second, relative to it, is that time.
+const ROUNDED_TIME: f64 = 2e-4;
+
 /// A joint of a clip's skeleton.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ClipJoint {
@@ -42,7 +45,12 @@ impl Clip {
         let rest = accumulated(&joints, &raw.joints.iter().map(|joint| isometry(&joint.rest)).collect::<Vec<_>>());
         let frames = raw.frames.iter().map(|frame| frame.iter().map(isometry).collect()).collect();
         let mut notes = raw.notes;
-        let frame_secs = raw.frame_secs.unwrap_or_else(|| {
+        // Files round the time: 0.041667 for 24 per second.
+        let stated = raw.frame_secs.map(|secs| {
+            let whole = (1.0 / secs).round();
+            if (secs * whole - 1.0).abs() < ROUNDED_TIME { 1.0 / whole } else { secs }
+        });
+        let frame_secs = stated.unwrap_or_else(|| {
             notes.push(format!("{USUAL_FPS} frames per second are assumed"));
             1.0 / USUAL_FPS
         });

@@ -244,6 +244,14 @@ pub enum SessionError {
         /// The error of the stage's module.
         source: Box<StageError>,
     },
+    /// A clip cannot move the figure.
+    #[error("animation '{name}': {source}")]
+    Animation {
+        /// The animation.
+        name: String,
+        /// The error of the module that moves the figure.
+        source: Box<StageError>,
+    },
     /// A state that only a bug in Overcoat can cause.
     #[error("this is a fault of Overcoat, not of your data, please report it: {what}")]
     Internal {
@@ -322,9 +330,10 @@ impl SessionError {
             | Self::BadBranchName { .. }
             | Self::UnknownTarget { .. }
             | Self::BadRequest { .. } => true,
-            Self::BadSource { source, .. } | Self::WrongGarment { source, .. } | Self::Stage { source, .. } => {
-                source.is_wrong_command()
-            }
+            Self::BadSource { source, .. }
+            | Self::WrongGarment { source, .. }
+            | Self::Animation { source, .. }
+            | Self::Stage { source, .. } => source.is_wrong_command(),
             Self::Output(source) => source.is_wrong_command(),
             _ => false,
         }
@@ -368,7 +377,10 @@ impl SessionError {
             Self::BadRequest { hint, .. } => hint.clone(),
             Self::Output(source) => source.hint(),
             Self::Viewer(source) => return source.hint(),
-            Self::BadSource { source, .. } | Self::WrongGarment { source, .. } | Self::Stage { source, .. } => return source.hint(),
+            Self::BadSource { source, .. }
+            | Self::WrongGarment { source, .. }
+            | Self::Animation { source, .. }
+            | Self::Stage { source, .. } => return source.hint(),
         })
     }
 }

@@ -27,8 +27,8 @@ mod stages;
 mod store;
 
 pub use change::{
-    Batch, Built, Damage, FsckReport, MaskInfo, MaskReport, NewScan, Recut, Repair, Replay, Replayed, StageRequest,
-    StageRun, StepInfo, SubjectRun, TemplateReport, fsck, replay, replay_all, write_template_to_paint,
+    Batch, Built, Damage, FsckReport, MaskInfo, MaskReport, NewAnimation, NewScan, Recut, Repair, Replay, Replayed,
+    StageRequest, StageRun, StepInfo, SubjectRun, TemplateReport, fsck, replay, replay_all, write_template_to_paint,
 };
 pub use error::SessionError;
 pub use open::{
@@ -36,13 +36,15 @@ pub use open::{
 };
 pub use output_error::OutputError;
 pub use recipe::{
-    Assignment, BODY_STEP, BodySurface, PaintedKind, Parameter, Recipe, SourceFile, StepPlace, StepRecipe,
-    check_mask_name, parameters_of,
+    AnimationRecipe, Assignment, BODY_STEP, BodySurface, PaintedKind, Parameter, Recipe, SourceFile, StepPlace,
+    StepRecipe, check_mask_name, parameters_of,
 };
 pub use results::LiveView;
 pub use results::{
-    Content, ExportRequest, Exported, NewFolder, Outputs, RemovedPart, ShowIn, StepStatus, SubjectOrigin, TruthReport,
+    AnimationStatus, Content, ExportRequest, Exported, NewFolder, Outputs, RemovedPart, ShowIn, StepStatus,
+    SubjectOrigin, TruthReport,
 };
+pub use results::{Film, SequenceKind, SequenceRequest};
 pub use stage::Stage;
 pub use stage_error::StageError;
 pub use stages::{Attained, Cause, Event, Forced, Judged, Reason, StageReport, StepVerdict, Verdict};

@@ -38,6 +38,8 @@ macro_rules! for_each_stage {
             Press press::PressStage [press] garment (crate::stack::PressParams);
             /// Whether the results of the step are plausible.
             Check check::CheckStage [] body () garment ();
+            /// A clip on the figure of the last step; it belongs to no step.
+            Animate animate::AnimateStage [];
         }
     };
 }

@@ -8,6 +8,7 @@ use crate::fit::FitError;
 use crate::formats::FormatError;
 use crate::geometry::MeshError;
 use crate::measure::MeasureError;
+use crate::motion::MotionError;
 use crate::rig::RigError;
 use crate::scan::{FusionError, ScanError};
 use crate::segment::SegmentError;
@@ -47,6 +48,9 @@ pub enum StageError {
     /// The garment could not be cleared of the layers inside.
     #[error(transparent)]
     Stack(#[from] StackError),
+    /// The clip cannot move the figure.
+    #[error(transparent)]
+    Motion(#[from] MotionError),
     /// The export failed.
     #[error(transparent)]
     Export(#[from] ExportError),
@@ -78,6 +82,7 @@ impl StageError {
             Self::Cut(e) => e.hint(),
             Self::Rig(e) => e.hint(),
             Self::Stack(e) => e.hint(),
+            Self::Motion(e) => e.hint(),
             Self::Export(e) => e.hint(),
             Self::View(e) => e.hint(),
             Self::Metrics(e) => e.hint(),
@@ -91,6 +96,7 @@ impl StageError {
         matches!(
             self,
             Self::Format(FormatError::UnknownExtension { .. })
+                | Self::Motion(MotionError::NoSuchFrames { .. })
                 | Self::Segment(
                     SegmentError::UnknownTemplate { .. }
                         | SegmentError::BadExtent { .. }

@@ -3,6 +3,7 @@
 
 mod camera;
 mod error;
+mod film;
 mod floor;
 mod lettering;
 mod lighting;
@@ -20,6 +21,7 @@ mod surface;
 
 pub use camera::{Camera, Facing};
 pub use error::Error;
+pub use film::FilmCamera;
 pub use palette::{joint_color, layer_color, ramp_color, skin_weight_colors};
 pub use picture::Picture;
 pub use poster::{Poster, poster};

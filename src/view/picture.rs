@@ -35,6 +35,10 @@ impl Picture {
     pub(super) fn rows_mut(&mut self) -> std::slice::ChunksExactMut<'_, [u8; 3]> {
         self.pixels.chunks_exact_mut(self.width)
     }
+    /// The pixels alone.
+    pub fn into_pixels(self) -> Vec<[u8; 3]> {
+        self.pixels
+    }
     /// All pixels, to be changed.
     pub(super) fn pixels_mut(&mut self) -> &mut [[u8; 3]] {
         &mut self.pixels

@@ -21,7 +21,7 @@ impl Writer {
         }
         source::keep_missing(&mut self.session)?;
         let mut walk = Walk::make(self, "build", forced, on_event).noting_failures();
-        pipeline::steps(&mut walk, None)?;
+        pipeline::everything(&mut walk)?;
         let reports = walk.into_reports();
         let verdicts = self.session.recipe.steps.iter().map(|step| verdict_on(step, &reports)).collect();
         Ok(Built { reports, verdicts })

@@ -2,7 +2,7 @@
 
 use crate::session::error::SessionError;
 use crate::session::open::{Input, Session, Snapshot, state_path};
-use crate::session::recipe::{PaintedKind, SourceFile};
+use crate::session::recipe::{AnimationRecipe, PaintedKind, SourceFile};
 use crate::session::results::not_built_is_fine;
 use crate::session::stages::{Event, Repaired, Walk, pipeline};
 use crate::session::store::{
@@ -228,7 +228,8 @@ impl Check<'_> {
         let steps = recipe.steps.iter();
         let given = steps.flat_map(|step| std::iter::once(step.source()).chain(step.masks.iter().cloned()));
         let painted = recipe.templates.iter().map(PaintedKind::source);
-        for source in recipe.body.iter().cloned().chain(painted).chain(given) {
+        let clips = recipe.animations.iter().filter_map(AnimationRecipe::source);
+        for source in recipe.body.iter().cloned().chain(painted).chain(given).chain(clips) {
             let Some(hash) = source.hash else { continue };
             let Some(problem) = self.look(hash) else { continue };
             let repair = if self.repair { self.copy_again(session, &source, hash)? } else { Repair::NotTried };
@@ -276,7 +277,7 @@ impl Check<'_> {
             }
             let mut walk = Walk::repair(session, &mut repaired, on_event);
             // If a stage fails, the stages after it are not rebuilt; each is reported.
-            let ended = pipeline::steps(&mut walk, None).map(drop);
+            let ended = pipeline::everything(&mut walk).map(drop);
             let stopped = ended.or_else(not_built_is_fine).err().map(|e| e.to_string());
             repaired.stopped = repaired.stopped.take().or(stopped);
         }

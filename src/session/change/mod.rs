@@ -1,6 +1,7 @@
 //! What changes a session: scans, masks, parameters, builds, replays, repairs.
 
 mod add_scan;
+mod animate;
 mod batch;
 mod build;
 mod edit_steps;
@@ -12,6 +13,7 @@ mod single_stage;
 mod templates;
 
 pub use add_scan::NewScan;
+pub use animate::NewAnimation;
 pub use batch::{Batch, SubjectRun, replay_all};
 pub use build::Built;
 pub use edit_steps::StepInfo;

@@ -105,6 +105,12 @@ fn prepare(replay: &Replay) -> Result<Prepared, SessionError> {
         }
         check_masks(&asked, &store, &folder)?;
     }
+    for animation in &mut recipe.animations {
+        if let Some(source) = animation.source() {
+            let clip = read(&source, None)?;
+            (animation.clip, animation.hash) = (clip.file, clip.hash);
+        }
+    }
     if let Some(body) = &recipe.body {
         check_body_model(Path::new(&body.file), &contents[0].0.bytes()?)?;
     }
@@ -178,6 +184,9 @@ fn begin(writer: &mut Writer, into: &Path, prepared: &Prepared) -> Result<(), Se
         for mask in &mut step.masks {
             mask.file = seen_from_there(&mask.file)?;
         }
+    }
+    for animation in recipe.animations.iter_mut().filter(|animation| animation.hash.is_some()) {
+        animation.clip = seen_from_there(&animation.clip)?;
     }
     writer.session.recipe = recipe;
     writer.commit("replay")?;

@@ -104,7 +104,7 @@ impl Session {
             Some(text) => State::parse(text, &state_path(dir))?,
             None => State::new(recipe.meaning()),
         };
-        state.follow(&recipe.steps.iter().map(|s| s.name.as_str()).collect::<Vec<_>>());
+        state.follow(&recipe.record_names());
         let last = journal.changes.last().cloned();
         let as_recorded = last.as_ref().is_some_and(|last| ContentHash::of(files.recipe.as_bytes()) == last.recipe);
         let edited = match as_recorded {
@@ -182,7 +182,8 @@ impl Session {
 
     /// The number of stages of a build.
     pub fn stage_count(&self) -> usize {
-        self.recipe.steps.iter().map(|s| Stage::of_step(s.template.is_none()).len()).sum()
+        let of_steps: usize = self.recipe.steps.iter().map(|s| Stage::of_step(s.template.is_none()).len()).sum();
+        of_steps + self.recipe.animations.len()
     }
 
     /// The records of the stages that have run.
@@ -337,7 +338,7 @@ impl Writer {
             session.recipe_text = session.recipe.to_text()?;
         }
         session.state.recipe = session.recipe.meaning();
-        session.state.follow(&session.recipe.steps.iter().map(|s| s.name.as_str()).collect::<Vec<_>>());
+        session.state.follow(&session.recipe.record_names());
         let texts = Snapshot { recipe: session.recipe_text.clone(), state: session.state.to_text()? };
         self.record(change, None, &texts)
     }

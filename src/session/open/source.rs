@@ -39,6 +39,11 @@ impl Session {
         self.input(source)?.bytes()
     }
 
+    /// The hash of the content of a file of the recipe.
+    pub(in crate::session) fn source_hash(&self, source: &SourceFile) -> Result<ContentHash, SessionError> {
+        source.hash.map_or_else(|| self.input(source)?.hash(), Ok)
+    }
+
     /// Whether the input file is unchanged, with all files beside it that belong to it.
     pub(in crate::session) fn source_is_as_it_was(&self, source: &SourceFile) -> bool {
         let path = self.resolve(&source.file);
@@ -78,6 +83,11 @@ pub(in crate::session) fn fill_in(recipe: &mut Recipe, session: &Session) -> Res
         step.hash = keep(step.source())?;
         for mask in &mut step.masks {
             mask.hash = keep(mask.clone())?;
+        }
+    }
+    for animation in &mut recipe.animations {
+        if let Some(source) = animation.source() {
+            animation.hash = keep(source)?;
         }
     }
     Ok(())

@@ -33,7 +33,11 @@ impl Recipe {
     /// and valid file names; each parameter belongs to a stage of its step and has an allowed value.
     pub(in crate::session) fn check(&self) -> Result<(), Fault> {
         for (i, step) in self.steps.iter().enumerate() {
-            let at = |key: &[&str], error| Fault { step: i, key: key.iter().map(|k| k.to_string()).collect(), error };
+            let at = |key: &[&str], error| Fault {
+                step: Some(i as u32),
+                key: key.iter().map(|k| k.to_string()).collect(),
+                error,
+            };
             check_name(&step.name, &step.template).map_err(|e| at(&["name"], e))?;
             check_is_new(&step.name, &self.steps[..i]).map_err(|e| at(&["name"], e))?;
             if i == 0 && step.name != BODY_STEP {
@@ -62,14 +66,15 @@ impl Recipe {
                 }
             }
         }
-        Ok(())
+        let at_animations = |error| Fault { step: None, key: vec!["animation".into()], error };
+        self.check_animations().map_err(at_animations)
     }
 }
 
 /// An error in a recipe, and its place.
 pub(in crate::session) struct Fault {
-    /// Index of the step.
-    pub(super) step: usize,
+    /// Index of the step; `None` for a key outside the steps.
+    pub(super) step: Option<u32>,
     /// The path to the key, from the step.
     pub(super) key: Vec<String>,
     pub error: SessionError,

@@ -46,7 +46,9 @@ impl Recipe {
             bad(line, e.message().replace('\n', ", "))
         })?;
         recipe.check_templates().map_err(|error| bad(line_of(text, None, &["template"]), error.to_string()))?;
-        recipe.check().map_err(|fault| bad(line_of(text, Some(fault.step), &fault.key), fault.error.to_string()))?;
+        recipe.check().map_err(|fault| {
+            bad(line_of(text, fault.step.map(|step| step as usize), &fault.key), fault.error.to_string())
+        })?;
         Ok(recipe)
     }
 }

@@ -1,5 +1,6 @@
 //! What the user requested: steps, their masks, and the parameters of stages.
 
+mod animation;
 pub(in crate::session) mod assignment;
 mod check;
 mod edit;
@@ -15,6 +16,7 @@ mod step_key;
 mod steps;
 mod templates;
 
+pub use animation::AnimationRecipe;
 pub use assignment::Assignment;
 pub(in crate::session) use assignment::{KEYS_OF_STEP, LeftOut};
 pub(in crate::session) use check::check_stage;

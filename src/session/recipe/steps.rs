@@ -1,5 +1,6 @@
 //! The steps that the user requested, in order. The recipe is the only file of a session that must be kept.
 
+use super::animation::AnimationRecipe;
 use super::painted_kind::{LoadedTemplate, PaintedKind};
 use crate::parameters::Settings;
 use crate::scan::{Unit, Up};
@@ -29,6 +30,9 @@ pub struct Recipe {
     /// The body, then the garments from the inside out.
     #[serde(default, rename = "step", skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<StepRecipe>,
+    /// The clips that move the figure.
+    #[serde(default, rename = "animation", skip_serializing_if = "Vec::is_empty")]
+    pub animations: Vec<AnimationRecipe>,
 }
 
 /// An input file.
@@ -145,7 +149,7 @@ impl StepRecipe {
 impl Recipe {
     /// An empty recipe.
     pub fn new(body: Option<SourceFile>) -> Self {
-        Self { version: RECIPE_VERSION, body, templates: Vec::new(), steps: Vec::new() }
+        Self { version: RECIPE_VERSION, body, templates: Vec::new(), steps: Vec::new(), animations: Vec::new() }
     }
 
     /// The hash of the content, independent of the location of its files: only the last component of a path counts.
@@ -161,6 +165,9 @@ impl Recipe {
                 mask.file = name_of(&mask.file);
                 mask.from = mask.from.as_deref().map(name_of);
             }
+        }
+        for animation in &mut bare.animations {
+            animation.clip = name_of(&animation.clip);
         }
         ContentHash::of_json(&serde_json::json!(bare))
     }

@@ -4,7 +4,7 @@ use super::covered::{CoveredParts, RemovedPart};
 use super::outputs::{Content, Outputs};
 use super::posed_step::PosedStep;
 use crate::body::Figure;
-use crate::export::{ExportError, GlbOptions, write_glb, write_joints_json, write_layer_ply};
+use crate::export::{ExportError, GlbAnimation, GlbOptions, write_glb, write_joints_json, write_layer_ply};
 use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::scan::FileFrame;
 use crate::segment::LABEL_COLORS;
@@ -84,9 +84,19 @@ impl Session {
         let (figure, masks) = covered.remaining(figure);
         let pose = request.at.as_ref().map(|_| last.pose.clone());
         let provenance = steps.iter().map(origin).collect();
-        let options = GlbOptions { name: None, pose, covered: Some(masks), provenance };
+        let animations = if request.at.is_none() { self.glb_animations(outputs)? } else { Vec::new() };
+        let options = GlbOptions { name: None, pose, covered: Some(masks), animations, provenance };
         outputs.write(&path, Content::Character, |out| write_glb(&figure, &options, out))?;
         Ok(Exported { files: vec![path], removed })
+    }
+
+    /// The animations that are up to date; the others are reported.
+    fn glb_animations(&self, outputs: &mut Outputs) -> Result<Vec<GlbAnimation>, SessionError> {
+        let (moved, out_of_date) = self.moved_figures()?;
+        for name in out_of_date {
+            outputs.notice(format!("the animation '{name}' is out of date and left out: run `overcoat build` first"));
+        }
+        Ok(moved.into_iter().map(|moved| GlbAnimation { name: moved.name, track: moved.track }).collect())
     }
 
     fn covered_parts(&self, step: &PosedStep, request: &ExportRequest) -> Result<CoveredParts, SessionError> {

@@ -1,10 +1,12 @@
 //! Queries of a built session: posed steps, exports, measures, pictures, recordings.
 
+mod animations;
 mod body_measures;
 mod covered;
 mod crossing_row;
 mod draw_garment;
 mod export;
+mod film;
 #[cfg(feature = "rerun")]
 mod fit_recording;
 #[cfg(feature = "rerun")]
@@ -22,13 +24,16 @@ mod protected;
 mod recording;
 #[cfg(feature = "rerun")]
 mod scan_recording;
+mod sequence;
 mod sheet;
 mod show_in;
 mod status;
 mod weights_sheet;
 
+pub use animations::AnimationStatus;
 pub use covered::RemovedPart;
 pub use export::{ExportRequest, Exported};
+pub use film::Film;
 #[cfg(feature = "rerun")]
 pub(in crate::session) use fit_recording::FitRecording;
 #[cfg(feature = "rerun")]
@@ -41,6 +46,7 @@ pub use no_viewer::LiveView;
 pub use outputs::{Content, NewFolder, Outputs};
 #[cfg(feature = "rerun")]
 pub(in crate::session) use scan_recording::ScanRecording;
+pub use sequence::{SequenceKind, SequenceRequest};
 pub use show_in::ShowIn;
 pub use status::StepStatus;
 pub(in crate::session) use status::not_built_is_fine;

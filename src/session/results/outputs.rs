@@ -23,6 +23,8 @@ pub enum Content {
     Recording,
     /// `.glb`
     Character,
+    /// `.gif`
+    Film,
     /// `.ply`
     Mesh,
     /// `.npz`
@@ -38,6 +40,7 @@ impl Content {
             Self::Picture => Some(("a picture", "png")),
             Self::Recording => Some(("a recording", "rrd")),
             Self::Character => Some(("a character", "glb")),
+            Self::Film => Some(("a film", "gif")),
             Self::Mesh => Some(("a mesh", "ply")),
             Self::BodyModel => Some(("a body model", "npz")),
             Self::Named => None,

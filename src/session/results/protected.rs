@@ -1,7 +1,7 @@
 //! Files that no result may overwrite: the inputs and the own files of sessions.
 
 use crate::session::open::{Session, is_session, recipe_path};
-use crate::session::recipe::{Recipe, StepRecipe, TEMPLATES};
+use crate::session::recipe::{AnimationRecipe, Recipe, StepRecipe, TEMPLATES};
 use crate::session::store::{MANIFEST, UNFINISHED, read_file};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -99,7 +99,11 @@ fn inputs_of(dir: &Path, recipe: &Recipe) -> Vec<Input> {
         inputs
     };
     let model = recipe.body.iter().map(|model| input(&model.file, "is the body model of a session".into()));
-    model.chain(recipe.steps.iter().flat_map(of_step)).collect()
+    let of_animation = |animation: &AnimationRecipe| {
+        Some(input(&animation.source()?.file, format!("is the clip of the animation '{}'", animation.name)))
+    };
+    let clips = recipe.animations.iter().filter_map(of_animation);
+    model.chain(recipe.steps.iter().flat_map(of_step)).chain(clips).collect()
 }
 
 /// The inputs of the session in a folder; none if its recipe cannot be read.

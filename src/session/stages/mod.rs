@@ -1,5 +1,6 @@
 //! The stages, one file each, and the walk that runs those that are out of date.
 
+mod animate;
 mod check;
 mod cut;
 mod event;
@@ -24,6 +25,7 @@ mod stack;
 mod verdict;
 mod walk;
 
+pub(in crate::session) use animate::read_clip;
 pub(in crate::session) use cut::CutStage;
 pub use event::{Event, Forced};
 pub(in crate::session) use fit::FitStage;

@@ -2,8 +2,9 @@
 
 use super::pipeline_stage::{StepContext, StepResults};
 use super::walk::Walk;
-use super::{check, cut, evidence, figure, fit, pose, press, register, rig, scan, segment, stack};
+use super::{animate, check, cut, evidence, figure, fit, pose, press, register, rig, scan, segment, stack};
 use crate::cut::Garment;
+use crate::motion::PoseTrack;
 use crate::scan::Scan;
 use crate::session::error::SessionError;
 use crate::session::recipe::StepRecipe;
@@ -49,6 +50,33 @@ pub(in crate::session) fn steps_so_far(
         }
     }
     (all, Ok(()))
+}
+
+/// Walks through all steps and all animations; returns the results of the steps.
+pub(in crate::session) fn everything(walk: &mut Walk) -> Result<Vec<StepResults>, SessionError> {
+    let all = steps(walk, None)?;
+    animations(walk, &all, None)?;
+    Ok(all)
+}
+
+/// Walks through all animations, or only the named one, on the figure of the last step; returns their tracks.
+///
+/// **Requires** the results of all steps.
+pub(in crate::session) fn animations(
+    walk: &mut Walk,
+    steps: &[StepResults],
+    only: Option<&str>,
+) -> Result<Vec<Kept<PoseTrack>>, SessionError> {
+    let recipe = walk.session().recipe.clone();
+    let Some(last) = recipe.steps.last() else { return Ok(Vec::new()) };
+    let wanted = recipe.animations.iter().filter(|animation| only.is_none_or(|name| name == animation.name));
+    let mut tracks = Vec::new();
+    for animation in wanted {
+        let mut context = StepContext::of_animation(walk, last, steps.last(), animation);
+        perform(Stage::Animate, &mut context)?;
+        tracks.push(context.results.result::<animate::AnimateStage>()?);
+    }
+    Ok(tracks)
 }
 
 /// Walks up to the cut of one garment.

@@ -7,7 +7,7 @@ use crate::fit::{InsideParams, PoseInside, RegisteredBody};
 use crate::scan::Scan;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::recipe::{GarmentSpec, StepRecipe};
+use crate::session::recipe::{AnimationRecipe, GarmentSpec, StepRecipe};
 use crate::session::stage::Stage;
 use crate::session::store::{ContentHash, Kept};
 use serde::Serialize;
@@ -44,7 +44,9 @@ pub(in crate::session) trait PipelineStage {
 pub(in crate::session) struct StepContext<'a, 'w> {
     pub walk: &'a mut Walk<'w>,
     pub step: &'a StepRecipe,
-    /// The results of the previous step; `None` in the body's step.
+    /// The animation, for the stage that belongs to no step; `step` is the last one then.
+    pub animation: Option<&'a AnimationRecipe>,
+    /// The results of the previous step, of the last one for an animation; `None` in the body's step.
     pub inner: Option<&'a StepResults>,
     /// The results of this step so far.
     pub results: StepResults,
@@ -54,7 +56,18 @@ pub(in crate::session) struct StepContext<'a, 'w> {
 
 impl<'a, 'w> StepContext<'a, 'w> {
     pub fn new(walk: &'a mut Walk<'w>, step: &'a StepRecipe, inner: Option<&'a StepResults>) -> Self {
-        Self { walk, step, inner, results: StepResults::of(step), later_scans: None }
+        Self { walk, step, animation: None, inner, results: StepResults::of(&step.name), later_scans: None }
+    }
+
+    /// The context of an animation; `last` is the last step, with its results.
+    pub fn of_animation(
+        walk: &'a mut Walk<'w>,
+        last: &'a StepRecipe,
+        results: Option<&'a StepResults>,
+        animation: &'a AnimationRecipe,
+    ) -> Self {
+        let own = StepResults::of(&animation.key());
+        Self { walk, step: last, animation: Some(animation), inner: results, results: own, later_scans: None }
     }
 
     /// The results of the step before a garment's step.
@@ -66,7 +79,8 @@ impl<'a, 'w> StepContext<'a, 'w> {
     pub fn perform<S: PipelineStage>(&mut self) -> Result<(), SessionError> {
         let (inputs, values) = S::inputs(self)?;
         let step = self.step;
-        let call = StageCall { step: &step.name, stage: S::STAGE, version: S::VERSION, inputs: values };
+        let name = self.results.step.clone();
+        let call = StageCall { step: &name, stage: S::STAGE, version: S::VERSION, inputs: values };
         let kept = self.walk.stage(call, |session, on_progress| S::run(inputs, step, session, on_progress))?;
         self.results.outputs.insert(S::STAGE, kept.hash);
         Ok(())
@@ -80,8 +94,8 @@ pub(in crate::session) struct StepResults {
 }
 
 impl StepResults {
-    fn of(step: &StepRecipe) -> Self {
-        Self { step: step.name.clone(), outputs: BTreeMap::new() }
+    fn of(name: &str) -> Self {
+        Self { step: name.into(), outputs: BTreeMap::new() }
     }
 
     /// The result of a stage that has run.

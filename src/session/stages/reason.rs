@@ -23,6 +23,8 @@ pub enum Cause {
     Parameter,
     /// The scan's file.
     File,
+    /// The clip's file.
+    Clip,
     /// Labels given by hand.
     Masks,
     /// The garment's kind, or how far it reaches.
@@ -72,6 +74,7 @@ impl fmt::Display for Reason {
             Cause::Code => write!(f, "the stage's code: version {} → {}", text(&self.old), text(&self.new)),
             Cause::Parameter | Cause::Kind => write!(f, "{name} {} → {}", text(&self.old), text(&self.new)),
             Cause::File => f.write_str("the scan's file"),
+            Cause::Clip => f.write_str("the clip"),
             Cause::Masks => f.write_str("the masks"),
             Cause::BodyModel => f.write_str("the body model"),
             Cause::Upstream => write!(f, "the result of {name}"),
@@ -95,6 +98,8 @@ pub(super) fn reasons(record: &StageRecord, stage: Stage, version: u32, inputs: 
             "model" => found.push(Reason::of(Cause::BodyModel)),
             // A parameter switches these inputs on and off; report the parameter.
             "others" if old.is_null() || new.is_null() => {}
+            "clip" => found.push(Reason::of(Cause::Clip)),
+            "fps" | "frames" => found.push(Reason::named(Cause::Parameter, &key, old, new)),
             "name" => found.push(Reason::named(Cause::Parameter, "name", old, new)),
             "loops" => found.push(Reason::named(Cause::Kind, "hems", old, new)),
             key => found.push(Reason::named(Cause::Upstream, upstream(key, stage), &Value::Null, &Value::Null)),

@@ -249,7 +249,7 @@ fn note_failure(writer: &mut Writer, call: &StageCall, error: SessionError) -> S
     let (stage, inputs) = (call.stage, call.hash());
     // The step and the stage are known where the failure is shown.
     let what = match &error {
-        SessionError::Stage { source, .. } => source.to_string(),
+        SessionError::Stage { source, .. } | SessionError::Animation { source, .. } => source.to_string(),
         other => other.to_string(),
     };
     let failure = Failure { stage, inputs, what, remedy: error.hint() };

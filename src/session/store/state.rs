@@ -122,9 +122,9 @@ impl State {
         self.steps.iter_mut().filter(|s| s.name == old).for_each(|s| s.name = new.into());
     }
 
-    /// Drops steps that are not in the recipe, and sorts the others in its order.
-    pub(in crate::session) fn follow(&mut self, names: &[&str]) {
-        self.steps.retain(|s| names.contains(&s.name.as_str()));
+    /// Drops steps and animations that are not in the recipe, and sorts the others in its order.
+    pub(in crate::session) fn follow(&mut self, names: &[String]) {
+        self.steps.retain(|s| names.contains(&s.name));
         self.steps.sort_by_key(|s| names.iter().position(|n| *n == s.name));
     }
 }

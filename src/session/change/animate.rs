@@ -1,0 +1,126 @@
+//! Adds animations to a session, and removes them.
+
+use crate::body::Skinning;
+use crate::motion::{BUILT_IN_CLIPS, FrameRange};
+use crate::parameters::Settings;
+use crate::session::error::SessionError;
+use crate::session::open::{Writer, source};
+use crate::session::recipe::AnimationRecipe;
+use crate::session::stages::{Event, Forced, StageReport, Walk, pipeline, read_clip};
+use crate::session::store::ContentHash;
+use std::path::Path;
+
+/// The request for an animation.
+#[derive(Clone, Debug, Default)]
+pub struct NewAnimation {
+    /// A clip of our own, or a file.
+    pub clip: String,
+    /// Its name in the session; by default the clip's or the file's stem.
+    pub name: Option<String>,
+    /// Frames per second; the clip's own if `None`.
+    pub fps: Option<f64>,
+    /// The frames that are used; all if `None`.
+    pub frames: Option<FrameRange>,
+    /// How joints move the surfaces.
+    pub skinning: Option<Skinning>,
+    /// Parameters of retargeting that differ from the defaults.
+    pub motion: Settings,
+}
+
+impl Writer {
+    /// Moves the figure by a clip, and adds that to the recipe. What the figure depends on is built first. An animation of
+    /// the same name is replaced.
+    ///
+    /// **Errors** for a file that is no clip, a clip without a person, a session without scans. On an error the session
+    /// has no new animation.
+    pub fn animate(
+        &mut self,
+        new: &NewAnimation,
+        on_event: &mut dyn FnMut(&Event),
+    ) -> Result<(AnimationRecipe, StageReport), SessionError> {
+        if self.session.recipe.steps.is_empty() {
+            return Err(SessionError::NoScans { dir: self.session.dir().to_path_buf() });
+        }
+        let animation = self.named(new)?;
+        let mut recipe = self.session.recipe.clone();
+        recipe.put_animation(animation.clone())?;
+        source::keep_missing(&mut self.session)?;
+        // The steps are not part of the change; their results are kept if the clip fails.
+        let mut walk = Walk::make(self, "build", &Forced::Nothing, on_event);
+        let steps = pipeline::steps(&mut walk, None)?;
+        let before = std::mem::replace(&mut self.session.recipe, recipe);
+        let state = self.session.state.clone();
+        let change = format!("animate {}", change_of(&animation));
+        let mut walk = Walk::make(self, &change, &Forced::Nothing, on_event).at_once();
+        let made = pipeline::animations(&mut walk, &steps, Some(&animation.name));
+        let report = walk.into_reports().pop();
+        match (made, report) {
+            (Ok(_), Some(report)) => {
+                self.save(&change)?;
+                Ok((animation, report))
+            }
+            (made, _) => {
+                (self.session.recipe, self.session.state) = (before, state);
+                let fault = || SessionError::Internal { what: "an animation ran without a report".into() };
+                Err(made.err().unwrap_or_else(fault))
+            }
+        }
+    }
+
+    /// Removes an animation.
+    pub fn remove_animation(&mut self, name: &str) -> Result<(), SessionError> {
+        self.session.recipe.animation(name)?;
+        self.session.recipe.animations.retain(|animation| animation.name != name);
+        self.save(&format!("animation {name} removed"))
+    }
+
+    /// The recipe's entry. A file is read, so that one that is no clip is refused before anything is built.
+    fn named(&self, new: &NewAnimation) -> Result<AnimationRecipe, SessionError> {
+        let mut animation = AnimationRecipe {
+            name: new.clip.clone(),
+            clip: new.clip.clone(),
+            hash: None,
+            fps: new.fps,
+            frames: new.frames,
+            skinning: new.skinning,
+            motion: new.motion.clone(),
+        };
+        if !BUILT_IN_CLIPS.contains(&new.clip.as_str()) {
+            let path = Path::new(&new.clip);
+            let is_clip =
+                path.extension().is_some_and(|e| ["bvh", "glb", "gltf"].iter().any(|k| e.eq_ignore_ascii_case(k)));
+            if !is_clip {
+                return Err(SessionError::BadRequest {
+                    what: format!("'{}' is no clip", new.clip),
+                    hint: format!("name a .bvh, .glb or .gltf file, or one of {}", BUILT_IN_CLIPS.join(", ")),
+                });
+            }
+            let bytes = source::read(path)?;
+            let clip = read_clip(path, &bytes)?;
+            let named = source::named(self.session.dir(), path, ContentHash::of(&bytes))?;
+            self.session.store.keep_bytes(&bytes)?;
+            (animation.clip, animation.hash, animation.name) = (named.file, named.hash, plain_name(&clip.name));
+        }
+        if let Some(name) = &new.name {
+            animation.name = name.clone();
+        }
+        Ok(animation)
+    }
+}
+
+/// A file's stem with `-` for everything that a name cannot have.
+fn plain_name(stem: &str) -> String {
+    let plain: String = stem.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' }).collect();
+    match plain.trim_matches('-') {
+        "" => "clip".into(),
+        name => name.chars().take(LONGEST_NAME).collect(),
+    }
+}
+
+/// Longest name, in characters: that of a file.
+const LONGEST_NAME: usize = 64;
+
+fn change_of(animation: &AnimationRecipe) -> String {
+    let file = animation.clip.rsplit('/').next().unwrap_or_default();
+    if file == animation.name { animation.name.clone() } else { format!("{} {file}", animation.name) }
+}

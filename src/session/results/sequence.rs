@@ -1,0 +1,104 @@
+//! Exports the frames of an animation: a mesh per frame and layer, or a point cache per layer.
+
+use super::animations::MovedFigure;
+use super::outputs::{NewFolder, Outputs};
+use crate::body::Figure;
+use crate::export::write_layer_ply;
+use crate::formats::write_pc2;
+use crate::session::error::SessionError;
+use crate::session::open::Session;
+use std::path::{Path, PathBuf};
+
+/// How the frames are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SequenceKind {
+    /// `<frame>/<layer>.ply`.
+    Ply,
+    /// `<layer>.ply` in the bind pose, and its vertices over time as `<layer>.pc2`.
+    Pc2,
+}
+
+/// The request for the frames of an animation.
+#[derive(Clone, Debug)]
+pub struct SequenceRequest {
+    /// The folder.
+    pub target: PathBuf,
+    /// How they are written.
+    pub kind: SequenceKind,
+    /// The animation; `None` for the last one.
+    pub animation: Option<String>,
+}
+
+impl Session {
+    /// Writes the frames of an animation, from the bind pose on, in our frame: metres, Y up. Returns the files.
+    ///
+    /// **Errors** for a folder of meshes that is not empty, as leftovers of another sequence would be taken for frames.
+    pub fn export_sequence(
+        &self,
+        request: &SequenceRequest,
+        outputs: &mut Outputs,
+        on_frame: &mut dyn FnMut(usize, usize),
+    ) -> Result<Vec<PathBuf>, SessionError> {
+        let moved = self.moved_figure(request.animation.as_deref())?;
+        let figure = self.figure_of_last_step()?;
+        match request.kind {
+            SequenceKind::Ply => ply_sequence(&request.target, &figure, &moved, on_frame),
+            SequenceKind::Pc2 => {
+                let files = point_caches(&request.target, &figure, &moved, on_frame)?;
+                outputs.write_folder(&request.target, files)
+            }
+        }
+    }
+}
+
+fn ply_sequence(
+    target: &Path,
+    figure: &Figure,
+    moved: &MovedFigure,
+    on_frame: &mut dyn FnMut(usize, usize),
+) -> Result<Vec<PathBuf>, SessionError> {
+    let folder = NewFolder::create(target)?;
+    let (poses, mut files) = (&moved.track.poses, Vec::new());
+    let digits = poses.len().to_string().len().max(4);
+    for (frame, pose) in poses.iter().enumerate() {
+        let name = PathBuf::from(format!("{frame:0digits$}"));
+        folder.make_folder(&name)?;
+        for (layer, mesh) in figure.layers.iter().zip(figure.posed_by(moved.skinning, pose)) {
+            let path = name.join(format!("{}.ply", layer.name));
+            let mut bytes = Vec::new();
+            write_layer_ply(&mesh, layer.colors.as_ref(), &[], &mut bytes)
+                .map_err(|e| SessionError::bad_source(&target.join(&path), e))?;
+            folder.write(&path, &bytes)?;
+            files.push(target.join(path));
+        }
+        on_frame(frame + 1, poses.len());
+    }
+    Ok(files)
+}
+
+fn point_caches(
+    target: &Path,
+    figure: &Figure,
+    moved: &MovedFigure,
+    on_frame: &mut dyn FnMut(usize, usize),
+) -> Result<Vec<(String, Vec<u8>)>, SessionError> {
+    let poses = &moved.track.poses;
+    let mut caches: Vec<Vec<Vec<[f32; 3]>>> = vec![Vec::with_capacity(poses.len()); figure.layers.len()];
+    for (frame, pose) in poses.iter().enumerate() {
+        for (cache, mesh) in caches.iter_mut().zip(figure.posed_by(moved.skinning, pose)) {
+            cache.push(mesh.points().iter().map(|p| p.coords.map(|c| c as f32).into()).collect());
+        }
+        on_frame(frame + 1, poses.len());
+    }
+    let mut files = Vec::new();
+    for (layer, cache) in figure.layers.iter().zip(&caches) {
+        let bad = |e| SessionError::bad_source(&target.join(&layer.name), e);
+        let mut mesh = Vec::new();
+        write_layer_ply(&layer.mesh, layer.colors.as_ref(), &[], &mut mesh)
+            .map_err(|e| SessionError::bad_source(&target.join(&layer.name), e))?;
+        let mut points = Vec::new();
+        write_pc2(cache, 0.0, &mut points).map_err(bad)?;
+        files.extend([(format!("{}.ply", layer.name), mesh), (format!("{}.pc2", layer.name), points)]);
+    }
+    Ok(files)
+}

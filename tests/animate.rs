@@ -1,0 +1,256 @@
+//! `animate`, and what shows its frames: recorded, reported, replayed, undone, rebuilt; exported and filmed.
+
+use crate::common::{Answer, built_quick_session, fingerprint, overcoat, overcoat_ok};
+use overcoat::body::{Figure, Pose, embedded_model};
+use overcoat::formats::{RawJoint, RawMotion, RawTransform, read_gltf_motion, read_ply, write_bvh};
+use std::path::{Path, PathBuf};
+
+/// A built session of a body and a T-shirt, with the first second of a clip of ours.
+fn walking(dir: &Path) -> PathBuf {
+    let session = built_quick_session(dir, "alice");
+    overcoat_ok(&session, &["animate", "walk", "--frames", "60..90", "--ease-secs", "0.5"]);
+    session
+}
+
+fn status(session: &Path) -> serde_json::Value {
+    overcoat_ok(session, &["status", "--json"]).json()
+}
+
+/// The hash of an animation's track.
+fn track(session: &Path, name: &str) -> String {
+    let state: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(session.join("session.json")).unwrap()).unwrap();
+    let steps = state["steps"].as_array().unwrap();
+    let step = steps.iter().find(|step| step["name"] == format!("animation {name}")).unwrap();
+    step["stages"]["animate"]["output"].as_str().unwrap().to_string()
+}
+
+/// A person in a T-pose in centimetres, Z up, whose right hand waves for a second.
+fn waving() -> RawMotion {
+    let person: [(&str, &str, [f64; 3]); 15] = [
+        ("hip", "", [0.0, 0.0, 95.0]),
+        ("abdomen", "hip", [0.0, 0.0, 12.0]),
+        ("chest", "abdomen", [0.0, 0.0, 20.0]),
+        ("head", "chest", [0.0, 0.0, 30.0]),
+        ("lShldr", "chest", [18.0, 0.0, 18.0]),
+        ("lForeArm", "lShldr", [28.0, 0.0, 0.0]),
+        ("lHand", "lForeArm", [25.0, 0.0, 0.0]),
+        ("rShldr", "chest", [-18.0, 0.0, 18.0]),
+        ("rForeArm", "rShldr", [-28.0, 0.0, 0.0]),
+        ("rHand", "rForeArm", [-25.0, 0.0, 0.0]),
+        ("lThigh", "hip", [9.0, 0.0, -4.0]),
+        ("lShin", "lThigh", [0.0, 0.0, -43.0]),
+        ("lFoot", "lShin", [0.0, 0.0, -41.0]),
+        ("rThigh", "hip", [-9.0, 0.0, -4.0]),
+        ("rShin", "rThigh", [0.0, 0.0, -43.0]),
+    ];
+    let mut joints: Vec<RawJoint> = Vec::new();
+    for (name, parent, offset) in person.into_iter().chain([("rFoot", "rShin", [0.0, 0.0, -41.0])]) {
+        let parent = joints.iter().position(|joint| joint.name == parent);
+        joints.push(RawJoint { name: name.into(), parent, rest: RawTransform::translated(offset), end: None });
+    }
+    for joint in joints.iter_mut().filter(|joint| joint.name.ends_with("Foot")) {
+        joint.end = Some([0.0, -18.0, -6.0]);
+    }
+    let frame = |k: u32| {
+        let angle = 0.3 * (f64::from(k) * 0.5).sin();
+        let mut frame: Vec<RawTransform> = joints.iter().map(|joint| joint.rest).collect();
+        frame[8].rotation = [0.0, -(0.5 + 0.5 * angle).sin(), 0.0, (0.5 + 0.5 * angle).cos()];
+        frame
+    };
+    let frames = (0..24).map(frame).collect();
+    RawMotion { name: None, joints, frame_secs: Some(1.0 / 24.0), frames, notes: Vec::new() }
+}
+
+fn waving_file(dir: &Path) -> String {
+    let path = dir.join("my wave.bvh");
+    write_bvh(&waving(), std::fs::File::create(&path).unwrap()).unwrap();
+    path.to_str().unwrap().to_string()
+}
+
+#[test]
+fn an_animation_is_recorded_reported_and_undone() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = built_quick_session(dir.path(), "alice");
+    let before = std::fs::read(session.join("recipe.toml")).unwrap();
+    let made = overcoat_ok(&session, &["animate", "turn", "--fps", "15", "--skinning", "dq", "--json"]).json();
+    assert_eq!((&made["ran"], &made["measures"]["frames"]), (&true.into(), &150.0.into()), "{made}");
+    assert_eq!((&made["measures"]["lead_frames"], &made["layers"]), (&15.0.into(), &"skinned only".into()));
+    let again = overcoat_ok(&session, &["animate", "turn", "--fps", "15", "--skinning", "dq", "--json"]).json();
+    assert_eq!(again["ran"], false, "nothing changed");
+    let found = status(&session);
+    assert_eq!((&found["up_to_date"], &found["animations"][0]["name"]), (&true.into(), &"turn".into()));
+    let said = overcoat_ok(&session, &["status"]).stdout;
+    assert!(said.contains("animation turn: up to date"), "{said}");
+
+    // The figure changes, so the animation is out of date, until it is built again.
+    let track_before = track(&session, "turn");
+    overcoat_ok(&session, &["stack", "tshirt", "--clearance", "0.004"]);
+    let found = status(&session);
+    assert_eq!((&found["up_to_date"], &found["animations"][0]["made"]), (&false.into(), &serde_json::Value::Null));
+    let answer = overcoat(&session, &["view", "--film", "turn.gif"]);
+    assert_eq!(answer.code, 1, "{answer:?}");
+    overcoat_ok(&session, &["build"]);
+    assert_eq!(status(&session)["up_to_date"], true);
+    assert_eq!(track(&session, "turn"), track_before, "the poses depend on body and footwear, which did not change");
+
+    overcoat_ok(&session, &["undo", "2"]);
+    assert_eq!(std::fs::read(session.join("recipe.toml")).unwrap(), before);
+    assert_eq!(status(&session)["animations"].as_array().unwrap().len(), 0);
+    overcoat_ok(&session, &["redo", "2"]);
+    assert_eq!(status(&session)["animations"][0]["name"], "turn");
+    overcoat_ok(&session, &["animate", "--remove", "turn"]);
+    assert_eq!(status(&session)["animations"].as_array().unwrap().len(), 0);
+}
+
+#[test]
+fn a_clip_of_a_file_is_kept_rebuilt_and_replayed_to_the_same_bytes() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = built_quick_session(dir.path(), "alice");
+    let clip = waving_file(dir.path());
+    let made = overcoat_ok(&session, &["animate", &clip, "--ease-secs", "0.25", "--json"]).json();
+    assert_eq!(made["animation"]["name"], "my-wave");
+    let findings = made["findings"].to_string();
+    assert!(findings.contains("recognised as Poser") && findings.contains("centimetres, Z up"), "{findings}");
+    let answer = overcoat(dir.path(), &["-C", "alice", "export", &clip, "--force"]);
+    assert_ne!(answer.code, 0, "a clip is an input, which nothing replaces: {answer:?}");
+    let hash = track(&session, "my-wave");
+
+    // The clip's file may go: the session has a copy, from which a lost result is made again.
+    std::fs::rename(&clip, dir.path().join("elsewhere.bvh")).unwrap();
+    assert_eq!(status(&session)["animations"][0]["clip_changed"], true);
+    std::fs::remove_file(session.join("artefacts").join(&hash)).unwrap();
+    overcoat_ok(&session, &["fsck", "--repair"]);
+    assert!(session.join("artefacts").join(&hash).is_file());
+    std::fs::rename(dir.path().join("elsewhere.bvh"), &clip).unwrap();
+    overcoat_ok(dir.path(), &["replay", "alice/recipe.toml", "--into", "bob"]);
+    assert_eq!(track(&dir.path().join("bob"), "my-wave"), hash);
+}
+
+#[test]
+fn the_exports_show_the_same_frames() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = walking(dir.path());
+    overcoat_ok(&session, &["export", "../walk.glb"]);
+    let motion = read_gltf_motion(std::fs::File::open(dir.path().join("walk.glb")).unwrap()).unwrap();
+    assert_eq!((motion.name.as_deref(), motion.frames.len()), (Some("walk"), 15 + 30));
+
+    overcoat_ok(&session, &["export", "../frames", "--sequence", "ply"]);
+    overcoat_ok(&session, &["export", "../caches", "--sequence", "pc2", "--clip", "walk"]);
+    overcoat_ok(&session, &["export", "../layers/"]);
+    let mesh = |path: PathBuf| read_ply(std::fs::File::open(path).unwrap()).unwrap();
+    let folders = std::fs::read_dir(dir.path().join("frames")).unwrap().count();
+    assert_eq!(folders, 45);
+    for layer in ["body", "tshirt"] {
+        let bind = mesh(dir.path().join(format!("layers/{layer}.ply")));
+        let first = mesh(dir.path().join(format!("frames/0000/{layer}.ply")));
+        let last = mesh(dir.path().join(format!("frames/0044/{layer}.ply")));
+        assert_eq!((&first.faces, first.points.len()), (&bind.faces, bind.points.len()));
+        let distance = |a: &[f64; 3], b: &[f64; 3]| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+        let off = first.points.iter().zip(&bind.points).map(|(a, b)| distance(a, b)).fold(0.0, f64::max);
+        assert!(off < 1e-9, "the first frame is the bind pose: {off}");
+        assert!(last.points.iter().all(|p| p[2] > 0.5), "{layer} walked ahead");
+        let cache = std::fs::read(dir.path().join(format!("caches/{layer}.pc2"))).unwrap();
+        assert_eq!(cache.len(), 32 + 45 * bind.points.len() * 12);
+        let floats: Vec<f32> = cache[32..].as_chunks::<4>().0.iter().map(|&b| f32::from_le_bytes(b)).collect();
+        let of_last = &floats[44 * bind.points.len() * 3..];
+        for (p, q) in last.points.iter().zip(of_last.chunks(3)) {
+            assert!(p.iter().zip(q).all(|(a, b)| (*a as f32 - b).abs() < 1e-6), "{layer}: {p:?} {q:?}");
+        }
+        assert_eq!(mesh(dir.path().join(format!("caches/{layer}.ply"))).points, bind.points);
+    }
+    let answer = overcoat(&session, &["export", "../frames", "--sequence", "ply"]);
+    assert!(answer.code == 2 && answer.stderr.contains("is not empty"), "{answer:?}");
+}
+
+#[test]
+fn films_have_the_frames_of_the_animation() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = walking(dir.path());
+    overcoat_ok(&session, &["view", "--film", "../walk.gif"]);
+    let gif = std::fs::read(dir.path().join("walk.gif")).unwrap();
+    assert!(gif.starts_with(b"GIF89a"));
+    // A graphic control extension per frame: every second of 45.
+    let frames = gif.windows(4).filter(|w| w == b"\x21\xF9\x04\x04" || w == b"\x21\xF9\x04\x00").count();
+    assert_eq!(frames, 23, "15 frames per second of 30");
+    overcoat_ok(&session, &["animate", "idle", "--frames", "0..3", "--ease-secs", "0"]);
+    overcoat_ok(&session, &["view", "--film", "../pictures"]);
+    let mut names: Vec<String> = std::fs::read_dir(dir.path().join("pictures"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    assert_eq!(names, ["0000.png", "0001.png", "0002.png"], "of the last animation");
+    let answer = overcoat(&session, &["view", "--film", "../run.gif", "--clip", "run"]);
+    assert!(
+        answer.code == 2 && answer.stderr.contains("there is no animation 'run'; there are walk, idle"),
+        "{answer:?}"
+    );
+}
+
+/// Runs a command that must be refused in one sentence, with a hint, and change nothing.
+fn refused(session: &Path, args: &[&str], says: &str) -> Answer {
+    let before = fingerprint(session);
+    let answer = overcoat(session, args);
+    assert!(answer.code == 1 || answer.code == 2, "{args:?}: {answer:?}");
+    assert!(answer.stderr.contains(says), "{args:?} does not say '{says}': {answer:?}");
+    assert_eq!(answer.stderr.lines().count(), 2, "one sentence, one hint: {answer:?}");
+    let kept: Vec<_> = fingerprint(session).into_iter().filter(|(path, hash)| before.get(path) != Some(hash)).collect();
+    assert!(kept.iter().all(|(path, _)| path.starts_with("artefacts") || path.ends_with("timings.json")), "{kept:?}");
+    answer
+}
+
+#[test]
+fn clips_that_are_none_are_refused_in_a_sentence() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = built_quick_session(dir.path(), "alice");
+    let whole = std::fs::read_to_string(waving_file(dir.path())).unwrap();
+    let file = |name: &str, text: &str| {
+        std::fs::write(dir.path().join(name), text).unwrap();
+        format!("../{name}")
+    };
+    let motion = whole.find("MOTION").unwrap();
+    for (name, text, says) in [
+        ("cut.bvh", &whole[..motion - 40], "BVH, line"),
+        ("empty.bvh", "", "the file is empty"),
+        ("nan.bvh", &whole.replacen("95", "nan", 1), "expected a finite number, found 'nan'"),
+        ("counts.bvh", &whole.replacen("CHANNELS 3", "CHANNELS 5", 1), "expected the names of 5 channels"),
+        ("none.bvh", &whole[..whole.find("Frame Time").unwrap() + 30], "the first that is missing"),
+        ("other.bvh", "solid cube", "this is not BVH"),
+        ("mesh.glb", "glTF", "glTF"),
+        (
+            "headless.bvh",
+            &whole.replace("lShin", "a").replace("rShin", "b").replace("Thigh", "c").replace("43", "2"),
+            "",
+        ),
+    ] {
+        refused(&session, &["animate", &file(name, text)], says);
+    }
+    refused(&session, &["animate", "run"], "'run' is no clip");
+    refused(&session, &["animate", "walk", "--frames", "290..301"], "it has no frames 290..301");
+    refused(&session, &["animate", "walk", "--fps", "0"], "0 frames per second cannot be");
+    refused(&session, &["animate", "walk", "--ease-secs", "99"], "--ease-secs cannot be '99'");
+    refused(&session, &["animate", "--remove", "walk"], "there is no animation 'walk': the session has none");
+    refused(&session, &["view", "--film", "../x.gif"], "the session has no animation");
+    let new = tempfile::tempdir().unwrap();
+    overcoat_ok(new.path(), &["new", "bob"]);
+    let answer = overcoat(&new.path().join("bob"), &["animate", "walk"]);
+    assert!(answer.stderr.contains("has no scan yet"), "{answer:?}");
+    // A file that was cut off in the middle of a frame still has the frames before.
+    let cut = file("short.bvh", &whole[..whole.len() - 25]);
+    let made = overcoat_ok(&session, &["animate", &cut, "--json"]).json();
+    assert!(made["findings"].to_string().contains("ends in the middle of frame 24"), "{made}");
+}
+
+#[test]
+fn a_clip_moves_any_figure_with_a_skeleton_of_ours() {
+    // The library alone, without a session: what a program that embeds it does.
+    let model = embedded_model().unwrap();
+    let (mesh, skeleton) = model.shaped(&model.mean_shape());
+    let figure = Figure::bare(skeleton, mesh, model.weights.clone());
+    let clip = overcoat::motion::Clip::new("wave", waving());
+    let params = overcoat::motion::MotionParams::default();
+    let (track, report) = overcoat::motion::follow(&clip, &figure, Some(30.0), None, &params).unwrap();
+    assert!(track.poses[0] == Pose::bind(figure.skeleton.len()));
+    assert_eq!((track.lead, report.limited_joints), (30, 0), "{report:?}");
+}
