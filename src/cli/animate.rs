@@ -4,7 +4,7 @@ use super::console::{Context, Done, Progress, secs};
 use crate::body::Skinning;
 use crate::motion::{FrameRange, MotionParams};
 use crate::parameters::{Declared, Parameters, Settings};
-use crate::session::{NewAnimation, SessionError};
+use crate::session::{NewAnimation, SessionError, ShowIn};
 use clap::{Arg, ArgMatches, Command};
 use serde_json::json;
 use std::time::Instant;
@@ -27,10 +27,17 @@ pub(super) struct AnimateArgs {
     /// The animation's name; by default the clip's. An animation of the same name is replaced
     #[arg(long)]
     name: Option<String>,
+    /// Play it in the Rerun viewer at a URL; without a URL, in the one that runs on this machine or is started; with a file
+    /// name, write a recording
+    #[arg(long, value_name = "OUT.rrd|URL", num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    preview: Option<ShowIn>,
+    /// With --preview: replace a file that Overcoat did not write, or that was changed since
+    #[arg(long, requires = "preview")]
+    force: bool,
     #[command(flatten)]
     motion: MotionArgs,
     /// Remove the animation of that name
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["clip", "fps", "frames", "skinning", "name"])]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["clip", "fps", "frames", "skinning", "name", "preview"])]
     remove: Option<String>,
 }
 
@@ -108,6 +115,8 @@ pub(super) fn run(args: AnimateArgs, context: &Context) -> anyhow::Result<Done> 
         frames: args.frames,
         skinning: args.skinning,
         motion: args.motion.settings()?,
+        view: args.preview,
+        force: args.force,
     };
     let mut progress = Progress::of_stages(&context.console, writer.session().stage_count() + 1);
     let (animation, report) = writer.animate(&new, &mut |event| progress.show(event))?;

@@ -78,6 +78,13 @@ impl Recording {
         Self::begin(builder(name, layout_of_fits()), sink)
     }
 
+    /// Begins a recording of an animation of the session `name`.
+    ///
+    /// **Errors** as [`Recording::try_new`] and [`Recording::in_viewer`].
+    pub fn of_animation(name: &str, sink: Sink) -> Result<Self, Error> {
+        Self::begin(builder(name, layout_of_animation()), sink)
+    }
+
     fn begin(builder: RecordingStreamBuilder, sink: Sink) -> Result<Self, Error> {
         let stream = match sink {
             Sink::Memory => {
@@ -141,10 +148,7 @@ impl Recording {
 
     /// Moves the fitted surface: its faces and colours stay.
     pub fn log_fitted_moved(&self, mesh: &TriMesh) -> Result<(), Error> {
-        let moved = Mesh3D::update_fields()
-            .with_vertex_positions(mesh.points().iter().map(|p| triple(&p.coords)))
-            .with_vertex_normals(mesh.vertex_normals().iter().map(triple));
-        self.stream.log(path_of(&["world", "fitted"]), &moved).map_err(failed)
+        self.log_moved(path_of(&["world", "fitted"]), mesh)
     }
 
     /// The body as fitted or posed.
@@ -155,6 +159,11 @@ impl Recording {
     /// A garment, under its name in the session.
     pub fn log_garment(&self, name: &str, part: &Part<'_>) -> Result<(), Error> {
         self.log_mesh(path_of(&["world", "garments", name]), part)
+    }
+
+    /// Moves a garment: its faces and colours stay.
+    pub fn log_garment_moved(&self, name: &str, mesh: &TriMesh) -> Result<(), Error> {
+        self.log_moved(path_of(&["world", "garments", name]), mesh)
     }
 
     /// Joints with their names, and a bone from each to its parent.
@@ -210,6 +219,13 @@ impl Recording {
         Ok(())
     }
 
+    fn log_moved(&self, path: EntityPath, mesh: &TriMesh) -> Result<(), Error> {
+        let moved = Mesh3D::update_fields()
+            .with_vertex_positions(mesh.points().iter().map(|p| triple(&p.coords)))
+            .with_vertex_normals(mesh.vertex_normals().iter().map(triple));
+        self.stream.log(path, &moved).map_err(failed)
+    }
+
     fn log_mesh(&self, path: EntityPath, part: &Part<'_>) -> Result<(), Error> {
         let alpha = (255.0 * part.opacity).round() as u8;
         let mesh = Mesh3D::new(part.mesh.points().iter().map(|p| triple(&p.coords)))
@@ -255,6 +271,12 @@ fn layout_of_fits() -> Blueprint {
     let both = Spatial3DView::new("In the scan").with_origin("world").with_contents(["world/**"]);
     let above = Horizontal::new([ContainerLike::from(fitted), ContainerLike::from(both)]);
     above_measures(above.into(), "Residual")
+}
+
+/// The moving figure alone.
+fn layout_of_animation() -> Blueprint {
+    let figure = Spatial3DView::new("Animation").with_origin("world").with_contents(["world/**"]);
+    Blueprint::new(Vertical::new([ContainerLike::from(figure)]))
 }
 
 /// A 3D view above the curves of the measurements, under the given name, and the notes.

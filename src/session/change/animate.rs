@@ -6,6 +6,7 @@ use crate::parameters::Settings;
 use crate::session::error::SessionError;
 use crate::session::open::{Writer, source};
 use crate::session::recipe::AnimationRecipe;
+use crate::session::results::{AnimationRecording, ShowIn};
 use crate::session::stages::{Event, Forced, StageReport, Walk, pipeline, read_clip};
 use crate::session::store::ContentHash;
 use std::path::Path;
@@ -25,6 +26,10 @@ pub struct NewAnimation {
     pub skinning: Option<Skinning>,
     /// Parameters of retargeting that differ from the defaults.
     pub motion: Settings,
+    /// Target of a recording of the frames.
+    pub view: Option<ShowIn>,
+    /// Whether the recording may replace a file of the user.
+    pub force: bool,
 }
 
 impl Writer {
@@ -42,6 +47,10 @@ impl Writer {
             return Err(SessionError::NoScans { dir: self.session.dir().to_path_buf() });
         }
         let animation = self.named(new)?;
+        let recording = match &new.view {
+            Some(to) => Some(AnimationRecording::try_new(&self.session.name(), to, self.session.outputs(new.force))?),
+            None => None,
+        };
         let mut recipe = self.session.recipe.clone();
         recipe.put_animation(animation.clone())?;
         source::keep_missing(&mut self.session)?;
@@ -57,6 +66,9 @@ impl Writer {
         match (made, report) {
             (Ok(_), Some(report)) => {
                 self.save(&change)?;
+                if let Some(recording) = recording {
+                    recording.show(&self.session, &animation.name)?;
+                }
                 Ok((animation, report))
             }
             (made, _) => {

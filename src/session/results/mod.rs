@@ -1,5 +1,7 @@
 //! Queries of a built session: posed steps, exports, measures, pictures, recordings.
 
+#[cfg(feature = "rerun")]
+mod animation_recording;
 mod animations;
 mod body_measures;
 mod covered;
@@ -30,6 +32,8 @@ mod show_in;
 mod status;
 mod weights_sheet;
 
+#[cfg(feature = "rerun")]
+pub(in crate::session) use animation_recording::AnimationRecording;
 pub use animations::AnimationStatus;
 pub use covered::RemovedPart;
 pub use export::{ExportRequest, Exported};
@@ -40,7 +44,7 @@ pub(in crate::session) use fit_recording::FitRecording;
 pub use live_view::LiveView;
 pub use measure::{SubjectOrigin, TruthReport};
 #[cfg(not(feature = "rerun"))]
-pub(in crate::session) use no_recording::{FitRecording, ScanRecording};
+pub(in crate::session) use no_recording::{AnimationRecording, FitRecording, ScanRecording};
 #[cfg(not(feature = "rerun"))]
 pub use no_viewer::LiveView;
 pub use outputs::{Content, NewFolder, Outputs};

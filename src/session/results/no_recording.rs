@@ -4,6 +4,7 @@ use super::outputs::Outputs;
 use super::show_in::ShowIn;
 use crate::scan::FusionStep;
 use crate::session::error::SessionError;
+use crate::session::open::Session;
 use crate::session::stages::Event;
 
 /// The recording of a scan; it has no values.
@@ -42,6 +43,21 @@ impl FitRecording {
 
     /// Never called.
     pub fn finish(self) -> Result<(), SessionError> {
+        match self {}
+    }
+}
+
+/// The recording of an animation; it has no values.
+pub(in crate::session) enum AnimationRecording {}
+
+impl AnimationRecording {
+    /// Always an error.
+    pub fn try_new(_session: &str, _to: &ShowIn, _outputs: Outputs) -> Result<Self, SessionError> {
+        Err(without_viewer())
+    }
+
+    /// Never called.
+    pub fn show(self, _session: &Session, _animation: &str) -> Result<(), SessionError> {
         match self {}
     }
 }
