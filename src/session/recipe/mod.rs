@@ -1,6 +1,7 @@
 //! What the user requested: steps, their masks, and the parameters of stages.
 
 mod animation;
+mod animations;
 pub(in crate::session) mod assignment;
 mod check;
 mod edit;
