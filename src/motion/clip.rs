@@ -7,6 +7,9 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 /// Frames per second of a clip that states none: what most programs use.
 const USUAL_FPS: f64 = 30.0;
 
+/// Times between frames that a capture can have, in seconds: 1000 to 0.1 frames per second.
+const FRAME_SECS: std::ops::RangeInclusive<f64> = 1e-3..=10.0;
+
 /// A frame time this close to that of a whole number of frames per second, relative to it, is that time.
 const ROUNDED_TIME: f64 = 2e-4;
 
@@ -46,10 +49,13 @@ impl Clip {
         let frames = raw.frames.iter().map(|frame| frame.iter().map(isometry).collect()).collect();
         let mut notes = raw.notes;
         // Files round the time: 0.041667 for 24 per second.
-        let stated = raw.frame_secs.map(|secs| {
+        let stated = raw.frame_secs.filter(|secs| FRAME_SECS.contains(secs)).map(|secs| {
             let whole = (1.0 / secs).round();
             if (secs * whole - 1.0).abs() < ROUNDED_TIME { 1.0 / whole } else { secs }
         });
+        if let Some(secs) = raw.frame_secs.filter(|_| stated.is_none()) {
+            notes.push(format!("the file states an impossible frame time of {secs:e} s"));
+        }
         let frame_secs = stated.unwrap_or_else(|| {
             notes.push(format!("{USUAL_FPS} frames per second are assumed"));
             1.0 / USUAL_FPS

@@ -23,6 +23,8 @@ const MOST_FRAMES: usize = 108_000;
 const FLOOR_TOLERANCE: f64 = 0.01;
 /// Share of the frames that may be lower than the floor: captured feet dip into it, and the start of a clip may be bad.
 const BELOW_FLOOR_SHARE: f64 = 0.05;
+/// Jumps of the whole body that are reported one by one.
+const JUMPS_REPORTED: usize = 3;
 /// Time over which a body is raised that would touch the floor, in seconds.
 const RAISE_SECS: f64 = 0.2;
 
@@ -80,8 +82,11 @@ pub fn follow(
     };
     let skeleton = &figure.skeleton;
     let retargeted = Retargeter::try_new(skeleton, clip, &map, &placement)?.poses(&times);
-    for (frame, distance) in &retargeted.jumps {
+    for (frame, distance) in retargeted.jumps.iter().take(JUMPS_REPORTED) {
         report.findings.push(format!("the whole body jumps by {distance:.1} m at frame {frame}: the jump is removed"));
+    }
+    if let Some(more @ 1..) = retargeted.jumps.len().checked_sub(JUMPS_REPORTED) {
+        report.findings.push(format!("so it does at {more} more frames; the jumps are removed"));
     }
     let mut poses = retargeted.poses;
     let anatomy = params.limits.then(|| Anatomy::new(skeleton));

@@ -28,7 +28,8 @@ type Range = (f64, f64);
 /// of an elbow is 5 to 15°.
 const HINGE_SIDEWAYS_DEG: f64 = 10.0;
 /// The greatest twist that this may need, in degrees: beyond it the data bend the joint backwards, and it is straightened.
-const GREATEST_TRANSFER_DEG: f64 = 75.0;
+/// Rigs in a T-pose raise a forearm by turning the elbow sideways, so arms allow more than a right angle.
+const GREATEST_TRANSFER_DEG: [f64; 2] = [110.0, 75.0];
 /// Twist of the wrist beyond which it is that of the forearm, in degrees: radius and ulna turn, the wrist hardly does.
 const WRIST_TWIST_DEG: f64 = 15.0;
 /// An upper arm raised beyond this has no definite twist, in degrees: the limit of the twist fades out up to 160°.
@@ -96,8 +97,9 @@ impl<'a> Anatomy<'a> {
     pub fn limited(&self, pose: &Pose) -> (Pose, usize) {
         let mut limited = pose.clone();
         for side in Side::BOTH {
-            self.transfer_bend(&mut limited, UpperArm(side), LowerArm(side), -1.0);
-            self.transfer_bend(&mut limited, UpperLeg(side), LowerLeg(side), 1.0);
+            let [of_arm, of_leg] = GREATEST_TRANSFER_DEG;
+            self.transfer_bend(&mut limited, [UpperArm(side), LowerArm(side)], -1.0, of_arm);
+            self.transfer_bend(&mut limited, [UpperLeg(side), LowerLeg(side)], 1.0, of_leg);
             self.transfer_twist(&mut limited, LowerArm(side), Hand(side));
         }
         for chain in SHARED {
@@ -116,8 +118,8 @@ impl<'a> Anatomy<'a> {
     }
 
     /// Turns the upper part of a limb about its own axis until its hinge bends the way it can; all segments keep their
-    /// directions. `flexion` is the sign of the hinge's flexion about x.
-    fn transfer_bend(&self, pose: &mut Pose, upper: HumanJoint, lower: HumanJoint, flexion: f64) {
+    /// directions. `flexion` is the sign of the hinge's flexion about x, `greatest_deg` the greatest turn.
+    fn transfer_bend(&self, pose: &mut Pose, [upper, lower]: [HumanJoint; 2], flexion: f64, greatest_deg: f64) {
         let (Some(upper), Some(lower)) = (self.skeleton.find(upper), self.skeleton.find(lower)) else { return };
         let bend = self.rotation(pose, lower);
         let (swing, _) = swing_twist(&bend);
@@ -126,8 +128,8 @@ impl<'a> Anatomy<'a> {
         let allowed = (HINGE_SIDEWAYS_DEG.to_radians() / angle.max(1e-9)).min(1.0).asin();
         let excess = sideways - sideways.clamp(-allowed, allowed);
         // A joint that bends backwards is straightened, not turned round.
-        let is_backward = flexion * swing.x < 0.0;
-        if excess == 0.0 || is_backward || excess.abs() > GREATEST_TRANSFER_DEG.to_radians() {
+        let is_backward = sideways.abs() > greatest_deg.max(90.0).to_radians();
+        if excess == 0.0 || is_backward || excess.abs() > greatest_deg.to_radians() {
             return;
         }
         // A turn by θ about y takes the swing (x, z) to (x cos θ + z sin θ, z cos θ − x sin θ).

@@ -1,8 +1,8 @@
 //! Clips with faults give a clear sentence or a stable track.
 
 use super::figure;
-use super::rigs::{performance, renamed};
-use crate::body::{HumanJoint, Pose};
+use super::rigs::{performance, renamed, t_pose, with_rest};
+use crate::body::{HumanJoint, Pose, Side};
 use crate::formats::RawMotion;
 use crate::motion::ground::Ground;
 use crate::motion::limits::Anatomy;
@@ -46,6 +46,53 @@ fn a_clip_without_a_frame_time_is_played_at_thirty_frames() {
     let (track, report) = followed(motion);
     assert_eq!(track.fps.round(), 30.0);
     assert!(report.findings.iter().any(|f| f == "30 frames per second are assumed"), "{:?}", report.findings);
+}
+
+#[test]
+fn a_frame_time_that_no_capture_has_is_replaced() {
+    for secs in [1e-12, 1e9] {
+        let mut motion = performance("walk", 10);
+        motion.frame_secs = Some(secs);
+        let (track, report) = followed(motion.clone());
+        assert_eq!(track.clip_poses().len(), motion.frames.len());
+        assert!(report.findings[0].starts_with("the file states an impossible frame time of 1e"), "{report:?}");
+    }
+}
+
+#[test]
+fn a_root_that_jumps_in_every_frame_is_reported_in_a_few_sentences() {
+    let mut motion = performance("idle", 1);
+    for frame in motion.frames.iter_mut().step_by(2) {
+        frame[0].translation[0] += 40.0;
+    }
+    let (track, report) = followed(motion);
+    let jumps = report.findings.iter().filter(|f| f.contains("jump")).count();
+    assert!(jumps == 4 && report.findings.iter().any(|f| f.starts_with("so it does at 296 more frames")), "{report:?}");
+    is_sound(&track);
+}
+
+#[test]
+fn a_forearm_raised_in_a_t_pose_stays_raised() {
+    // The elbow of such a rig turns sideways, which no elbow can; the upper arm twists instead.
+    let mut motion = with_rest(&performance("idle", 100), t_pose);
+    let forearm = motion.joints.iter().position(|joint| joint.name == "leftLowerArm").unwrap();
+    let upward = UnitQuaternion::from_axis_angle(&nalgebra::Vector3::z_axis(), 1.2);
+    for frame in &mut motion.frames {
+        for (transform, joint) in frame.iter_mut().zip(&motion.joints) {
+            *transform = joint.rest;
+        }
+        frame[forearm].rotation = upward.into_inner().coords.into();
+    }
+    let (track, _) = followed(motion);
+    let skeleton = &figure().skeleton;
+    for pose in track.clip_poses() {
+        let joints = skeleton.joints_in_world(pose);
+        let at = |j: HumanJoint| joints[skeleton.find(j).unwrap().index()];
+        let forearm = at(HumanJoint::Hand(Side::Left)) - at(HumanJoint::LowerArm(Side::Left));
+        let off = forearm.angle(&nalgebra::Vector3::new(1.2f64.cos(), 1.2f64.sin(), 0.0)).to_degrees();
+        assert!(off < 12.0, "{off:.0}° off");
+    }
+    is_sound(&track);
 }
 
 #[test]
@@ -117,8 +164,8 @@ fn what_is_no_person_is_refused_in_one_sentence() {
     huge.frames[2][0].translation[1] = 1e300;
     assert_eq!(refused(huge), "frame 2 of the clip places a joint at no finite position");
     let mut slow = whole;
-    slow.frame_secs = Some(1e9);
-    let error = follow(&Clip::new("x", slow), figure(), Some(30.0), None, &MotionParams::default()).unwrap_err();
+    slow.frame_secs = Some(10.0);
+    let error = follow(&Clip::new("x", slow), figure(), Some(1e5), None, &MotionParams::default()).unwrap_err();
     assert!(error.to_string().ends_with("frames are too many: a track has at most 108000"), "{error}");
 }
 

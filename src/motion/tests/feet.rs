@@ -159,6 +159,26 @@ fn every_frame_follows_smoothly_from_the_one_before() {
 }
 
 #[test]
+fn ten_thousand_frames_hold_no_nan() {
+    let figure = figure();
+    let mut count = 0;
+    for name in BUILT_IN_CLIPS {
+        let params = MotionParams::default();
+        let (track, _) = follow(&built_in_clip(name).unwrap(), figure, Some(240.0), None, &params).unwrap();
+        count += track.poses.len();
+        let is_finite = |pose: &Pose| {
+            let transforms = figure.skeleton.world_from_bind(pose);
+            transforms.iter().all(|t| t.to_homogeneous().iter().all(|x| x.is_finite()))
+        };
+        assert!(track.poses.par_iter().all(is_finite), "{name}");
+        // Skinning blends those transforms, so a sample of the surfaces suffices.
+        let surfaces = track.poses.par_iter().step_by(16).map(|pose| figure.posed(pose).remove(0));
+        assert!(surfaces.all(|mesh| mesh.points().iter().all(|p| p.coords.iter().all(|x| x.is_finite()))), "{name}");
+    }
+    assert!(count > 10_000, "{count}");
+}
+
+#[test]
 fn one_thread_gives_the_same_bytes() {
     let clip = built_in_clip("walk").unwrap();
     let with = |threads: usize| {
