@@ -19,7 +19,7 @@ pub(super) struct ExportArgs {
     /// Export the result of this stage: `fit`, the body before registration; `--at body` is optional
     #[arg(long, value_name = "STAGE", value_parser = ["fit"], conflicts_with = "scan")]
     stage: Option<String>,
-    /// Export the frames of an animation: `ply`, one mesh per frame and layer; `pc2`, one point cache per layer
+    /// Export the frames of an animation to a new folder: `ply`, one mesh per frame and layer; `pc2`, one point cache per layer
     #[arg(long, value_name = "ply|pc2", value_parser = sequence_kind, conflicts_with_all = ["at", "scan", "stage"])]
     sequence: Option<SequenceKind>,
     /// With --sequence: the animation; by default the last one
@@ -29,7 +29,7 @@ pub(super) struct ExportArgs {
     #[arg(long, conflicts_with_all = ["scan", "stage", "sequence"])]
     hide_covered: bool,
     /// Replace files that Overcoat did not write, or that were changed since
-    #[arg(long)]
+    #[arg(long, conflicts_with = "sequence")]
     force: bool,
 }
 
@@ -42,15 +42,13 @@ fn sequence_kind(text: &str) -> Result<SequenceKind, String> {
 }
 
 /// The frames of an animation.
-fn export_frames(request: &SequenceRequest, force: bool, context: &Context) -> anyhow::Result<Done> {
+fn export_frames(request: &SequenceRequest, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     let session = context.reader()?;
-    let mut outputs = session.outputs(force);
     let mut progress = Progress::of_one_stage(&context.console);
     let mut on_frame = |frame, count| progress.describe(format!("frame {frame} of {count}"));
-    let files = session.export_sequence(request, &mut outputs, &mut on_frame)?;
+    let files = session.export_sequence(request, &mut on_frame)?;
     progress.end();
-    context.console.notices(outputs.notices());
     let json = json!({
         "session": context.session.display().to_string(),
         "target": request.target.display().to_string(),
@@ -65,7 +63,7 @@ pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     if let Some(kind) = args.sequence {
         let request = SequenceRequest { target: args.target, kind, animation: args.clip };
-        return export_frames(&request, args.force, context);
+        return export_frames(&request, context);
     }
     let request = ExportRequest {
         target: args.target,

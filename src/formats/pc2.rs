@@ -3,33 +3,30 @@
 use super::error::{Format, FormatError};
 use std::io::Write;
 
-/// Writes a point cache: little-endian, one sample per frame, the first at frame `first_frame`.
+/// Writes a point cache: little-endian, one sample per frame, the first at frame `first_frame`. Only one frame is in memory.
 ///
-/// **Shapes** `frames` F × V × 3.
+/// **Shapes** `size` the number of frames F and of points V; `frame` gives V × 3 for each frame.
 ///
-/// **Errors** for frames of different lengths, and for numbers that are not finite.
-pub fn write_pc2(frames: &[Vec<[f32; 3]>], first_frame: f32, mut out: impl Write) -> Result<(), FormatError> {
-    let count = frames.first().map_or(0, Vec::len);
-    let bad = |index: usize, expected: &str, found: String| FormatError::Element {
+/// **Errors** for frames of other lengths, and for numbers that are not finite.
+pub fn write_pc2(
+    size: [usize; 2],
+    first_frame: f32,
+    mut frame: impl FnMut(usize) -> Vec<[f32; 3]>,
+    mut out: impl Write,
+) -> Result<(), FormatError> {
+    let bad = |index: usize, expected: String, found: String| FormatError::Element {
         format: Format::Pc2,
         element: "frame".into(),
         index,
-        expected: expected.into(),
+        expected,
         found,
     };
-    for (index, frame) in frames.iter().enumerate() {
-        if frame.len() != count {
-            return Err(bad(index, &format!("{count} points"), frame.len().to_string()));
-        }
-        if let Some(point) = frame.iter().find(|point| point.iter().any(|x| !x.is_finite())) {
-            return Err(bad(index, "finite numbers", format!("{point:?}")));
-        }
-    }
-    let size = |n: usize| {
+    let counted = |n: usize| {
         let what = format!("a cache of {n} points or frames");
         i32::try_from(n).map_err(|_| FormatError::Unsupported { format: Format::Pc2, what })
     };
-    let (points, samples) = (size(count)?, size(frames.len())?);
+    let [frame_count, point_count] = size;
+    let (samples, points) = (counted(frame_count)?, counted(point_count)?);
     let mut header = b"POINTCACHE2\0".to_vec();
     header.extend(1i32.to_le_bytes());
     header.extend(points.to_le_bytes());
@@ -39,8 +36,15 @@ pub fn write_pc2(frames: &[Vec<[f32; 3]>], first_frame: f32, mut out: impl Write
     header.extend(samples.to_le_bytes());
     let io = |source| FormatError::Io { format: Format::Pc2, source };
     out.write_all(&header).map_err(io)?;
-    for frame in frames {
-        let bytes: Vec<u8> = frame.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+    for index in 0..frame_count {
+        let rows = frame(index);
+        if rows.len() != point_count {
+            return Err(bad(index, format!("{point_count} points"), rows.len().to_string()));
+        }
+        if let Some(point) = rows.iter().find(|point| point.iter().any(|x| !x.is_finite())) {
+            return Err(bad(index, "finite numbers".into(), format!("{point:?}")));
+        }
+        let bytes: Vec<u8> = rows.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
         out.write_all(&bytes).map_err(io)?;
     }
     out.flush().map_err(io)
@@ -52,9 +56,9 @@ mod tests {
 
     #[test]
     fn the_header_says_what_follows() {
-        let frames = vec![vec![[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]; 3];
+        let frame = |_| vec![[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]];
         let mut bytes = Vec::new();
-        write_pc2(&frames, 0.0, &mut bytes).unwrap();
+        write_pc2([3, 2], 0.0, frame, &mut bytes).unwrap();
         assert_eq!(bytes.len(), 32 + 3 * 2 * 12);
         let int = |at: usize| i32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
         let float = |at: usize| f32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
@@ -65,9 +69,9 @@ mod tests {
     #[test]
     fn frames_that_do_not_fit_are_refused() {
         let mut out = Vec::new();
-        let uneven = write_pc2(&[vec![[0.0; 3]; 2], vec![[0.0; 3]; 3]], 0.0, &mut out).unwrap_err();
+        let uneven = write_pc2([2, 2], 0.0, |k| vec![[0.0; 3]; 2 + k], &mut out).unwrap_err();
         assert_eq!(uneven.to_string(), "PC2, frame 1: expected 2 points, found 3");
-        assert!(write_pc2(&[vec![[f32::NAN; 3]]], 0.0, &mut out).is_err());
-        assert!(out.is_empty(), "nothing is written");
+        assert!(write_pc2([1, 1], 0.0, |_| vec![[f32::NAN; 3]], &mut out).is_err());
+        assert!(write_pc2([1, 1 << 32], 0.0, |_| Vec::new(), &mut out).is_err());
     }
 }

@@ -10,6 +10,7 @@ use crate::session::output_error::OutputError;
 use crate::session::stage_error::StageError;
 use crate::session::store::{
     ContentHash, Manifest, check_folder, check_parent, folder_of, no_folder, not_a_file, write_new, write_whole,
+    write_whole_with,
 };
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -267,6 +268,15 @@ impl NewFolder {
     /// Writes a new file by its name in the folder, without a sync, so that hundreds of files are fast.
     pub fn write(&self, name: &Path, bytes: &[u8]) -> Result<(), SessionError> {
         write_new(&self.path.join(name), bytes)
+    }
+
+    /// Writes a new file piece by piece; nothing appears under its name if `write` fails.
+    pub(in crate::session) fn write_with(
+        &self,
+        name: &Path,
+        write: impl FnOnce(&mut fs::File) -> Result<(), SessionError>,
+    ) -> Result<(), SessionError> {
+        write_whole_with(&self.path.join(name), write)
     }
 
     /// Writes the last file, which marks the folder as complete.

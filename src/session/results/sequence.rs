@@ -1,12 +1,13 @@
 //! Exports the frames of an animation: a mesh per frame and layer, or a point cache per layer.
 
 use super::animations::MovedFigure;
-use super::outputs::{NewFolder, Outputs};
+use super::outputs::NewFolder;
 use crate::body::Figure;
 use crate::export::write_layer_ply;
 use crate::formats::write_pc2;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
+use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 /// How the frames are written.
@@ -32,21 +33,17 @@ pub struct SequenceRequest {
 impl Session {
     /// Writes the frames of an animation, from the bind pose on, in our frame: metres, Y up. Returns the files.
     ///
-    /// **Errors** for a folder of meshes that is not empty, as leftovers of another sequence would be taken for frames.
+    /// **Errors** for a folder that is not empty, as leftovers of another sequence would be taken for frames.
     pub fn export_sequence(
         &self,
         request: &SequenceRequest,
-        outputs: &mut Outputs,
         on_frame: &mut dyn FnMut(usize, usize),
     ) -> Result<Vec<PathBuf>, SessionError> {
         let moved = self.moved_figure(request.animation.as_deref())?;
         let figure = self.figure_of_last_step()?;
         match request.kind {
             SequenceKind::Ply => ply_sequence(&request.target, &figure, &moved, on_frame),
-            SequenceKind::Pc2 => {
-                let files = point_caches(&request.target, &figure, &moved, on_frame)?;
-                outputs.write_folder(&request.target, files)
-            }
+            SequenceKind::Pc2 => point_caches(&request.target, &figure, &moved, on_frame),
         }
     }
 }
@@ -81,24 +78,28 @@ fn point_caches(
     figure: &Figure,
     moved: &MovedFigure,
     on_frame: &mut dyn FnMut(usize, usize),
-) -> Result<Vec<(String, Vec<u8>)>, SessionError> {
-    let poses = &moved.track.poses;
-    let mut caches: Vec<Vec<Vec<[f32; 3]>>> = vec![Vec::with_capacity(poses.len()); figure.layers.len()];
-    for (frame, pose) in poses.iter().enumerate() {
-        for (cache, mesh) in caches.iter_mut().zip(figure.posed_by(moved.skinning, pose)) {
-            cache.push(mesh.points().iter().map(|p| p.coords.map(|c| c as f32).into()).collect());
-        }
-        on_frame(frame + 1, poses.len());
-    }
-    let mut files = Vec::new();
-    for (layer, cache) in figure.layers.iter().zip(&caches) {
-        let bad = |e| SessionError::bad_source(&target.join(&layer.name), e);
+) -> Result<Vec<PathBuf>, SessionError> {
+    let folder = NewFolder::create(target)?;
+    let (poses, mut files) = (&moved.track.poses, Vec::new());
+    let all = poses.len() * figure.layers.len();
+    for (rank, layer) in figure.layers.iter().enumerate() {
         let mut mesh = Vec::new();
         write_layer_ply(&layer.mesh, layer.colors.as_ref(), &[], &mut mesh)
             .map_err(|e| SessionError::bad_source(&target.join(&layer.name), e))?;
-        let mut points = Vec::new();
-        write_pc2(cache, 0.0, &mut points).map_err(bad)?;
-        files.extend([(format!("{}.ply", layer.name), mesh), (format!("{}.pc2", layer.name), points)]);
+        let (bind, cache) =
+            (PathBuf::from(format!("{}.ply", layer.name)), PathBuf::from(format!("{}.pc2", layer.name)));
+        folder.write(&bind, &mesh)?;
+        let rows = |frame: usize| {
+            on_frame(rank * poses.len() + frame + 1, all);
+            let points = moved.skinning.skin(layer.mesh.points(), &layer.weights, &figure.skeleton, &poses[frame]);
+            points.iter().map(|p| p.coords.map(|c| c as f32).into()).collect()
+        };
+        // A layer's vertices over an hour are gigabytes: frame by frame.
+        folder.write_with(&cache, |file| {
+            write_pc2([poses.len(), layer.mesh.points().len()], 0.0, rows, BufWriter::new(file))
+                .map_err(|e| SessionError::bad_source(&target.join(&cache), e))
+        })?;
+        files.extend([target.join(bind), target.join(cache)]);
     }
     Ok(files)
 }
