@@ -35,12 +35,18 @@ impl FilmCamera {
             Point::from(centers[around].iter().map(level).sum::<Vec3>() / count)
         };
         let places: Vec<Point> = (0..centers.len()).map(place).collect();
-        let relative = bounds.iter().zip(&places).flat_map(|(b, place)| [b.min - place.coords, b.max - place.coords]);
-        let corners: Vec<Point> = relative.collect();
+        let corners_of = |(b, place): (&Aabb, &Point)| {
+            let x_and_z = [(b.min.x, b.min.z), (b.min.x, b.max.z), (b.max.x, b.min.z), (b.max.x, b.max.z)];
+            let at = |y: f64| x_and_z.map(|(x, z)| Point::new(x, y, z) - place.coords);
+            [at(b.min.y), at(b.max.y)].concat()
+        };
+        let corners: Vec<Point> = bounds.iter().zip(&places).flat_map(corners_of).collect();
         let around = Aabb::around(&corners).unwrap_or(Aabb { min: Point::origin(), max: Point::new(1.0, 1.0, 1.0) });
-        // The same room to every side, so that a turning person stays in the middle.
-        let wide =
-            [around.min.x, around.max.x, around.min.z, around.max.z].into_iter().map(f64::abs).fold(0.0, f64::max);
+        // The same room to every side, so that a turning person stays in the middle: the box whose picture is as wide as the
+        // upright cylinder around all frames.
+        let radius = corners.iter().map(|p| p.x.hypot(p.z)).fold(0.0, f64::max);
+        let wide = radius / (DIRECTION[0].cos() + DIRECTION[0].sin());
+        let wide = wide.max(1e-3);
         let bounds = Aabb { min: Point::new(-wide, around.min.y, -wide), max: Point::new(wide, around.max.y, wide) };
         Self { places, bounds }
     }

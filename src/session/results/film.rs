@@ -10,8 +10,10 @@ use crate::session::stage_error::StageError;
 use crate::view::{FilmCamera, Paint, Part, Picture, Scene, layer_color};
 use std::path::{Path, PathBuf};
 
-/// Width of a film in pixels: two fit side by side on a page.
-const WIDTH: usize = 360;
+/// Width of a GIF in pixels: two fit side by side on a page.
+const GIF_WIDTH: usize = 360;
+/// Width of the pictures in a folder, in pixels: cloth can be inspected frame by frame, and video programs scale down.
+const PICTURE_WIDTH: usize = 720;
 /// Frames per second of a GIF: more makes the file larger than a page should load.
 const GIF_FPS: f64 = 15.0;
 
@@ -46,14 +48,15 @@ impl Session {
         let hips: Vec<Point> = poses.iter().map(|pose| figure.skeleton.joints_in_world(pose)[0]).collect();
         let bounds: Vec<Aabb> = (0..poses.len()).map(|frame| around(&posed(frame))).collect();
         let camera = FilmCamera::following(&hips, &bounds, moved.track.fps);
-        let height = camera.height_for(WIDTH);
+        let width = if film.is_file() { GIF_WIDTH } else { PICTURE_WIDTH };
+        let height = camera.height_for(width);
         let floor = bounds.first().map(|b| b.min.y);
         let draw = |frame: usize| -> Result<Picture, SessionError> {
             let meshes = posed(frame);
             let parts = meshes.iter().enumerate().map(|(k, mesh)| painted(&figure, k, mesh, &film.target));
             let mut scene = Scene::new(parts.collect::<Result<Vec<_>, _>>()?);
             scene.floor = floor;
-            Ok(camera.draw(frame, &scene, WIDTH, height))
+            Ok(camera.draw(frame, &scene, width, height))
         };
         if !film.is_file() {
             return folder_of_pictures(&film.target, poses.len(), &draw, on_frame);
@@ -68,7 +71,7 @@ impl Session {
             on_frame(k + 1, shown.len());
             Ok((pixels, end(k + 1).wrapping_sub(end(k))))
         });
-        let bytes = write_gif([WIDTH, height], frames).map_err(|e: Drawing| match e {
+        let bytes = write_gif([width, height], frames).map_err(|e: Drawing| match e {
             Drawing::Session(e) => e,
             Drawing::Format(e) => SessionError::bad_source(&film.target, e),
         })?;
