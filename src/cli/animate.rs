@@ -135,8 +135,12 @@ pub(super) fn run(args: AnimateArgs, context: &Context) -> anyhow::Result<Done> 
     let name = &animation.name;
     let done = if report.ran { "made" } else { "was up to date" };
     let mut lines = vec![
-        format!("{name}: {done}, {frames:.0} frames after {lead:.0} from the bind pose, in {}", secs(began.elapsed())),
-        "all layers are skinned only: cloth does not swing yet, and layers may cross".into(),
+        format!(
+            "{name}: {done}, {frames:.0} {} after {lead:.0} from the bind pose, in {}",
+            if frames == 1.0 { "frame" } else { "frames" },
+            secs(began.elapsed())
+        ),
+        "skinned only: cloth does not swing, and the frames are not checked for intersections".into(),
     ];
     lines.extend(report.findings.iter().map(|finding| format!("  {finding}")));
     Ok(Done::new("animate", json)

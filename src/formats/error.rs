@@ -255,6 +255,8 @@ impl FormatError {
                 Some("the image is damaged; copy it again, or delete the frame's files".into())
             }
             Self::Line { format: Format::Camera, .. } | Self::Element { format: Format::Camera, .. } => Some(CAMERA_HINT.into()),
+            Self::Line { format: Format::Bvh, .. } => Some("the clip is damaged or was cut short; export or copy it again".into()),
+            Self::Missing { what: "animation", .. } => Some("export it with its animation, or give a .bvh file".into()),
             Self::Container { format: Format::Zip, .. } => Some("pack one mesh with its materials and pictures".into()),
             Self::Container { format: Format::Npz, .. } => Some("write it with `numpy.savez`".into()),
             Self::Io { .. }
