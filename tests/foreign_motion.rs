@@ -8,6 +8,9 @@ use overcoat::geometry::Vec3;
 use overcoat::motion::{Clip, MotionParams, follow};
 use std::path::PathBuf;
 
+/// A joint of either side.
+type Joint = fn(Side) -> HumanJoint;
+
 /// Where MakeHuman's two kinds of rigs have the joints of a limb.
 fn names(joint: HumanJoint) -> [String; 2] {
     let of = |simple: &str, full: &str, side: Side| {
@@ -45,12 +48,7 @@ fn limbs_of_foreign_rigs_are_within_a_millimetre_of_forward_kinematics() {
     let figure = Figure::bare(skeleton, mesh, model.weights.clone());
     // From Z up, facing −Y, to Y up, facing +Z.
     let upright = UnitQuaternion::from_axis_angle(&Vec3::x_axis(), -std::f64::consts::FRAC_PI_2);
-    let bones = [
-        (UpperArm as fn(Side) -> HumanJoint, LowerArm as fn(Side) -> HumanJoint),
-        (LowerArm, Hand),
-        (UpperLeg, LowerLeg),
-        (LowerLeg, Foot),
-    ];
+    let bones: [[Joint; 2]; 4] = [[UpperArm, LowerArm], [LowerArm, Hand], [UpperLeg, LowerLeg], [LowerLeg, Foot]];
     let mut rigs = std::collections::BTreeSet::new();
     for file in files {
         let motion = read_bvh(std::fs::File::open(&file).unwrap()).unwrap();
@@ -65,22 +63,29 @@ fn limbs_of_foreign_rigs_are_within_a_millimetre_of_forward_kinematics() {
         let (mut greatest, mut turn) = (0.0_f64, None);
         for (frame, pose) in track.poses.iter().enumerate() {
             let joints = figure.skeleton.joints_in_world(pose);
-            // A clip that begins by looking aside is turned about the vertical, all of it by one angle.
-            let across =
-                |of: &dyn Fn(HumanJoint) -> Vec3| heading(&(of(UpperLeg(Side::Left)) - of(UpperLeg(Side::Right))));
+            let of_clip = |[start, end]: [Joint; 2], side: Side| {
+                let at = |joint| place(&motion, frame, at(names(joint))).translation.vector;
+                upright * (at(end(side)) - at(start(side))).normalize()
+            };
+            let of_figure = |[start, end]: [Joint; 2], side: Side| {
+                let at = |joint| joints[figure.skeleton.find(joint).unwrap().index()];
+                at(end(side)) - at(start(side))
+            };
+            // A clip that begins by looking aside is turned about the vertical, all of it by one angle: the one that fits its
+            // first frame best.
             let own = *turn.get_or_insert_with(|| {
-                let of_figure = |joint| joints[figure.skeleton.find(joint).unwrap().index()].coords;
-                across(&of_figure)
-                    - across(&|joint| upright * place(&motion, frame, at(names(joint))).translation.vector)
+                let pairs =
+                    bones.iter().flat_map(|&bone| Side::BOTH.map(|side| (of_clip(bone, side), of_figure(bone, side))));
+                let (sine, cosine) = pairs.fold((0.0, 0.0), |(sine, cosine), (a, b)| {
+                    (sine + a.z * b.x - a.x * b.z, cosine + a.x * b.x + a.z * b.z)
+                });
+                f64::atan2(sine, cosine)
             });
-            for (start, end) in bones {
+            for bone in bones {
                 for side in Side::BOTH {
-                    let in_clip = |joint| place(&motion, frame, at(names(joint))).translation.vector;
-                    let direction = upright * (in_clip(end(side)) - in_clip(start(side))).normalize();
-                    let of_figure = |joint| joints[figure.skeleton.find(joint).unwrap().index()];
-                    let bone = of_figure(end(side)) - of_figure(start(side));
-                    let expected = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), own) * direction * bone.norm();
-                    greatest = greatest.max((expected - bone).norm());
+                    let found = of_figure(bone, side);
+                    let turned = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), own) * of_clip(bone, side);
+                    greatest = greatest.max((turned * found.norm() - found).norm());
                 }
             }
         }
@@ -92,8 +97,4 @@ fn limbs_of_foreign_rigs_are_within_a_millimetre_of_forward_kinematics() {
         assert!(lowest.fold(f64::INFINITY, f64::min) > figure.body().mesh.bounds().unwrap().min.y - 1e-4);
     }
     assert_eq!(rigs.len(), 3, "{rigs:?}");
-}
-
-fn heading(v: &Vec3) -> f64 {
-    v.x.atan2(v.z)
 }

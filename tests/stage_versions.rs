@@ -17,7 +17,8 @@ use std::path::Path;
 /// Set to write the file instead of comparing with it.
 const REFRESH: &str = "OVERCOAT_REFRESH_STAGE_HASHES";
 
-/// A second garment after those of [`QUICK_RECIPE`], so that every stage also runs over a dressed figure.
+/// A second garment after those of [`QUICK_RECIPE`], so that every stage also runs over a dressed figure; and a clip that moves
+/// it.
 const SKIRT: &str = r#"
 [[step]]
 name = "skirt"
@@ -28,6 +29,10 @@ faces = 4000
 [step.pose]
 samples = 300
 iterations = 4
+
+[[animation]]
+name = "walk"
+clip = "walk"
 "#;
 
 /// What the file says of a stage.

@@ -1,5 +1,6 @@
 //! Running the built program, and scans small enough to run it on.
 
+pub mod glb;
 mod sessions;
 
 pub use sessions::{Built, built_quick_session, demo, outfit_a, synthetic_outfit};
