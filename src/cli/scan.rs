@@ -13,7 +13,8 @@ use std::time::Instant;
 pub(super) struct ScanArgs {
     /// `body`, or a name for the new garment
     name: String,
-    /// The scan: .ply, .obj, .glb, .stl or .off; or a folder of RGB-D frames with its camera.json
+    /// The scan: .ply, .obj, .glb, .gltf, .stl or .off; a .zip of one with the pictures of its texture; or a folder of RGB-D
+    /// frames with its camera.json
     #[arg(value_name = "FILE|FOLDER")]
     file: PathBuf,
     /// The garment kind, as in `overcoat templates list`

@@ -12,6 +12,7 @@ mod mean_value;
 mod mesh;
 mod nearest_vertex;
 mod piercing;
+mod same_place;
 #[cfg(test)]
 mod shapes_for_tests;
 #[cfg(test)]
@@ -32,7 +33,8 @@ pub use mean_value::mean_value_coordinates;
 pub use mesh::{Aabb, FaceId, MeshError, PerFace, PerVertex, Point, TriMesh, Vec3, VertexId};
 pub use nearest_vertex::NearestVertex;
 pub use piercing::Piercing;
-pub use simplify::{TriangleShapes, simplified};
+pub use same_place::first_at_same_place;
+pub use simplify::{TriangleShapes, simplified, simplified_faces};
 pub use smoothed_normals::smoothed_normals;
 pub use surface_index::{RayHit, SurfaceIndex, SurfacePoint};
 pub use thin::thinned;

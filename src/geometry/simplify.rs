@@ -1,7 +1,7 @@
 //! Fewer faces, by quadric edge collapse.
 
 use super::{PerFace, PerVertex, Point, TriMesh, VertexId};
-use meshopt::SimplifyOptions;
+use meshopt::{SimplifyOptions, VertexDataAdapter};
 
 /// What the shapes of the remaining triangles may cost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,16 +34,41 @@ pub fn simplified(
             [d.x as f32, d.y as f32, d.z as f32]
         })
         .collect();
-    let indices: Vec<u32> = mesh.faces().iter().flatten().map(|v| v.0).collect();
+    let faces: Vec<[u32; 3]> = mesh.faces().iter().map(|face| face.map(|v| v.0)).collect();
+    let kept = simplified_with(&positions, &faces, face_count, shapes);
+    let kept: Vec<[VertexId; 3]> = kept.into_iter().map(|face| face.map(VertexId)).collect();
+    let all = PerFace::filled(true, kept.len());
+    mesh.with_faces(kept).part(&all)
+}
+
+/// About `face_count` faces between some of the `positions`, as [`simplified`] chooses them with
+/// [`TriangleShapes::Regular`]; for meshes too large for a [`TriMesh`] beside them.
+///
+/// **Requires** faces within the positions, finite positions.
+pub fn simplified_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], face_count: usize) -> Vec<[u32; 3]> {
+    simplified_with(positions, faces, face_count, TriangleShapes::Regular)
+}
+
+fn simplified_with(
+    positions: &[[f32; 3]],
+    faces: &[[u32; 3]],
+    face_count: usize,
+    shapes: TriangleShapes,
+) -> Vec<[u32; 3]> {
     let options = match shapes {
         TriangleShapes::Any => SimplifyOptions::None,
         TriangleShapes::Regular => SimplifyOptions::RegularizeLight,
     };
+    let indices = faces.as_flattened();
     let target = face_count.saturating_mul(3).min(indices.len());
-    let kept = meshopt::simplify_decoder(&indices, &positions, target, 1.0, options, None);
-    let faces: Vec<[VertexId; 3]> = kept.chunks_exact(3).map(|c| [c[0], c[1], c[2]].map(VertexId)).collect();
-    let all = PerFace::filled(true, faces.len());
-    mesh.with_faces(faces).part(&all)
+    let stride = size_of::<[f32; 3]>();
+    let Ok(vertices) = VertexDataAdapter::new(bytemuck::cast_slice(positions), stride, 0) else {
+        // Only if the stride does not divide the length.
+        return faces.to_vec();
+    };
+    let mut kept = meshopt::simplify(indices, &vertices, target, 1.0, options, None);
+    kept.shrink_to_fit();
+    kept.as_chunks::<3>().0.to_vec()
 }
 
 #[cfg(test)]

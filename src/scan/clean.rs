@@ -3,6 +3,7 @@
 use super::counted::counted;
 use super::noise::refuse_noise;
 use super::pieces::{Sound, orient_outward, sound_mesh};
+use super::reduce::reduced;
 use super::{CleaningStep, Scan, ScanError, ScanParams, decimate, smooth, upright};
 use crate::formats::RawMesh;
 use crate::geometry::{Adjacency, PerVertex, TriMesh};
@@ -10,13 +11,24 @@ use crate::geometry::{Adjacency, PerVertex, TriMesh};
 /// Least border length of a hole that is reported, in metres: a hand's breadth around.
 const LARGE_HOLE: f64 = 0.3;
 
-/// Makes a scan from the arrays of a file: metres, Y up, one person, oriented outward, smoothed, decimated if large.
+/// Makes a scan from the arrays of a file: metres, Y up, one person, oriented outward, smoothed, decimated if large. A
+/// scan of millions of faces is decimated twice: before the rest of the cleaning, to a few times the requested number, and
+/// after smoothing.
 ///
 /// **Guarantees** deterministic. [`Scan::findings`] reports assumptions and repairs.
 ///
 /// **Errors** if the mesh cannot be the surface of one person; see [`ScanError`].
 pub fn clean(raw: &RawMesh, params: &ScanParams, on_step: &mut dyn FnMut(&CleaningStep)) -> Result<Scan, ScanError> {
     params.check()?;
+    let Some(reduced) = reduced(raw, params.faces, on_step)? else { return cleaned(raw, params, on_step) };
+    let mut scan = cleaned(&reduced.mesh, params, on_step)?;
+    scan.findings.insert(0, reduced.finding);
+    scan.file_vertices = scan.file_vertices.iter().map(|&v| reduced.file_vertices[v as usize]).collect();
+    Ok(scan)
+}
+
+/// Cleans a mesh of any number of faces.
+fn cleaned(raw: &RawMesh, params: &ScanParams, on_step: &mut dyn FnMut(&CleaningStep)) -> Result<Scan, ScanError> {
     let mut findings = Vec::new();
     let mut report = |name: &'static str, mesh: &TriMesh| {
         on_step(&CleaningStep { name, vertices: mesh.vertex_count(), faces: mesh.face_count() });

@@ -9,6 +9,7 @@ mod noise;
 mod params;
 mod pieces;
 mod profile;
+mod reduce;
 mod rgbd;
 mod smooth;
 #[cfg(test)]

@@ -27,8 +27,8 @@ pub(super) struct Sound {
     pub(super) file_vertices: PerVertex<u32>,
 }
 
-/// Checks the arrays and drops degenerate and duplicate faces. Returns the mesh and its pieces.
-pub(super) fn sound_mesh(raw: &RawMesh, findings: &mut Vec<String>) -> Result<(Sound, Pieces), ScanError> {
+/// Whether the arrays are those of a surface.
+pub(super) fn check_arrays(raw: &RawMesh) -> Result<(), ScanError> {
     if raw.points.is_empty() {
         return Err(ScanError::Empty);
     }
@@ -40,9 +40,15 @@ pub(super) fn sound_mesh(raw: &RawMesh, findings: &mut Vec<String>) -> Result<(S
     if raw.faces.is_empty() {
         return Err(ScanError::NoFaces { points: raw.points.len() });
     }
-    if let Some(colors) = raw.colors.as_ref().filter(|colors| colors.len() != raw.points.len()) {
-        return Err(ScanError::WrongLength { what: "colours", given: colors.len(), points: raw.points.len() });
+    match raw.colors.as_ref().filter(|colors| colors.len() != raw.points.len()) {
+        Some(colors) => Err(ScanError::WrongLength { what: "colours", given: colors.len(), points: raw.points.len() }),
+        None => Ok(()),
     }
+}
+
+/// Checks the arrays and drops degenerate and duplicate faces. Returns the mesh and its pieces.
+pub(super) fn sound_mesh(raw: &RawMesh, findings: &mut Vec<String>) -> Result<(Sound, Pieces), ScanError> {
+    check_arrays(raw)?;
     let points: Vec<Point> = raw.points.iter().map(|&p| Point::from(p)).collect();
     let mesh = TriMesh::try_from_indices(points, &raw.faces)?;
     if mesh.area() <= 0.0 {

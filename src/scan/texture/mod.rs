@@ -3,7 +3,6 @@
 mod corner_samples;
 mod report;
 mod sampler;
-mod seams;
 #[cfg(test)]
 mod tests;
 
@@ -11,12 +10,12 @@ pub use report::TextureReport;
 
 use super::CleaningStep;
 use crate::formats::{RawMaterial, RawMesh, RawTexture, byte_of_linear, linear_of_byte, read_texture_picture};
+use crate::geometry::first_at_same_place;
 use corner_samples::CornerSamples;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use report::Coverage;
 use sampler::Sampler;
-use seams::first_at_same_place;
 
 /// Faces that are sampled together: enough for all threads, and few enough that their colours need some megabytes.
 const CHUNK: usize = 1 << 16;

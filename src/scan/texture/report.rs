@@ -85,7 +85,7 @@ impl<'a> Coverage<'a> {
         }
         if joined > 0 {
             let s = if joined == 1 { "" } else { "s" };
-            findings.push(format!("joined {joined} point{s} along the seams of the texture"));
+            findings.push(format!("joined {joined} point{s} at the same place, as along seams of the texture"));
         }
         let mut doubts: Vec<UnreadPart> = self.unreadable.iter().map(|(_, part)| part.clone()).collect();
         let unmapped = self.unmapped / (self.area + self.unmapped);

@@ -145,7 +145,7 @@ fn joining_a_seam_keeps_the_surface_and_closes_the_cut() {
     let (joined, report) = colored(cut.clone());
     assert_eq!(surface(&joined), surface(&whole));
     assert_eq!((joined.points.len(), joined.faces.len()), (cut.points.len(), cut.faces.len()));
-    assert_eq!(report.findings[1], "joined 33 points along the seams of the texture");
+    assert_eq!(report.findings[1], "joined 33 points at the same place, as along seams of the texture");
     let colors = joined.colors.unwrap();
     for (v, p) in cut.points.iter().enumerate() {
         let same = cut.points.iter().position(|q| q == p).unwrap();

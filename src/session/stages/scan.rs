@@ -24,7 +24,7 @@ pub(in crate::session) struct Inputs {
 
 impl PipelineStage for ScanStage {
     const STAGE: Stage = Stage::Scan;
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
     type Inputs = Inputs;
     type Output = Scan;
 

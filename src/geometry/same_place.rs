@@ -1,12 +1,11 @@
-//! Finds the vertices that a file doubles along the seams of its texture: formats with one texture coordinate per vertex
-//! must.
+//! Points at exactly the same place.
 
 use rayon::prelude::*;
 
-/// For each vertex the first one at exactly the same place.
+/// For each point the first one at exactly the same place.
 ///
 /// **Guarantees** independent of the number of threads.
-pub(super) fn first_at_same_place(points: &[[f64; 3]]) -> Vec<u32> {
+pub fn first_at_same_place(points: &[[f64; 3]]) -> Vec<u32> {
     // Adding zero turns −0 into 0.
     let key = |v: u32| points[v as usize].map(|c| (c + 0.0).to_bits());
     let mut order: Vec<u32> = (0..points.len() as u32).collect();
