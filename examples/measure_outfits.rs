@@ -231,7 +231,9 @@ fn measured(program: &Path, folder: &Path, k: usize, seed: u64, report: &mut Rep
     let state: Value = serde_json::from_slice(&std::fs::read(session.join("session.json"))?)?;
     let stacks: Vec<&Value> = steps(&state).map(|step| &step["stages"]["stack"]).filter(|s| s.is_object()).collect();
     let of_stack = |stack: &Value, name: &str| stack["measures"][name].as_f64().unwrap_or(f64::NAN);
-    report.stack_secs = stacks.last().map_or(f64::NAN, |stack| stack["secs"].as_f64().unwrap_or(f64::NAN));
+    let timings: Value = serde_json::from_slice(&std::fs::read(session.join("timings.json"))?)?;
+    let last = garments.last().copied().unwrap_or_default();
+    report.stack_secs = timings[last]["stack"].as_f64().unwrap_or(f64::NAN);
     report.clear_move_mm = stacks.iter().map(|stack| of_stack(stack, "mean_move_of_clear_mm")).fold(0.0, f64::max);
     report.lines.push(format!(
         "  {} crossing pairs, {:.2} % inside, clear vertices move {:.2} mm, last stack {:.1} s, build {build_secs:.0} s",
