@@ -1,15 +1,17 @@
-//! Measures the head below hair: `measure_head [--model MODEL.npz] SCAN.ply=BODY.ply[=HAIR.ply] …`, with the true body and
+//! Measures the head below hair: `measure_head [--model MODEL.npz] [--keep-hair | --drop-hair]
+//! SCAN.ply=BODY.ply[=HAIR.ply] …`, with the true body and
 //! hair in the frame of the scan's file, the person facing +Z.
 //!
 //! A line per scan, all distances in millimetres: from the true face and from the true scalp below the hair to the fitted
-//! model and to the registered surface, mean (95th percentile); and the area share of the scan that the fit explains.
+//! model and to the registered surface, mean (95th percentile); the area share of the scan that the fit explains; and
+//! if the fit found hair, its area, its mean stand-off and, by area, intersection over union with the true hair.
 //!
-//! *Head*: what can be seen of the true body from the chin upward, 13 % of the stature. *Scalp*: those of its vertices
-//! over which hair lies within 0.15 m along the normal or within 8 mm in any direction. *Face*: the others that face forward.
+//! *Head*: what can be seen of the true body from the chin upward, 13 % of the stature. *Scalp*: those of its vertices over which hair lies
+//! within 0.15 m along the normal or within 8 mm in any direction. *Face*: the others that face forward.
 
 use anyhow::{Context, Result, bail};
 use overcoat::body::{BodyModel, embedded_model, read_model};
-use overcoat::fit::{NakedParams, RegisterParams, fit_naked, register};
+use overcoat::fit::{HairTreatment, NakedParams, RegisterParams, fit_naked, register};
 use overcoat::formats::{MeshKind, RawMesh, read_mesh};
 use overcoat::geometry::{Point, SurfaceIndex, TriMesh, Vec3, VertexId};
 use overcoat::scan::{FileFrame, ScanParams, clean};
@@ -24,11 +26,13 @@ const LONGEST: f64 = 0.15;
 const ON_SKIN: f64 = 0.008;
 
 fn main() -> Result<()> {
-    let (mut model, mut subjects, params) = (None, Vec::new(), NakedParams::default());
+    let (mut model, mut subjects, mut params) = (None, Vec::new(), NakedParams::default());
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
         match arg.as_str() {
             "--model" => model = Some(read_model(File::open(args.next().context("--model needs a file")?)?)?),
+            "--keep-hair" => params.hair = HairTreatment::Keep,
+            "--drop-hair" => params.hair = HairTreatment::Drop,
             flag if flag.starts_with('-') => bail!("unknown option {flag}; see the head of examples/measure_head.rs"),
             _ => subjects.push(arg),
         }
@@ -63,13 +67,27 @@ fn measure(model: &BodyModel, params: &NakedParams, scan: &str, body: &str, hair
         let (mean, p95) = mean_and_p95(part.iter().map(|p| 1e3 * surface.closest(p).distance).collect());
         format!("{mean:6.2} ({p95:5.1})")
     };
+    let cut_out = fitted.hair.as_ref().map(|found| {
+        let areas = scan.mesh.vertex_areas();
+        let is_hair =
+            |p: &Point| true_hair.as_ref().is_some_and(|hair| hair.closest(p).distance < true_body.closest(p).distance);
+        let (mut both, mut either) = (0.0, 0.0);
+        for (v, p) in scan.mesh.points().enumerate() {
+            let (a, b) = (found.vertices[v], is_hair(p));
+            both += if a && b { areas[v] } else { 0.0 };
+            either += if a || b { areas[v] } else { 0.0 };
+        }
+        let (area, stand_off) = (1e4 * found.area, 1e3 * found.stand_off);
+        format!(", hair {area:.0} cm², stand-off {stand_off:.1} mm, IoU {:.2}", both / either)
+    });
     Ok(format!(
-        "{:>14} {:>14} {:>14} {:>14}  {:.1} % explained",
+        "{:>14} {:>14} {:>14} {:>14}  {:.1} % explained{}",
         of(&head.face, &by_model),
         of(&head.face, &registered),
         of(&head.scalp, &by_model),
         of(&head.scalp, &registered),
         100.0 * fitted.report.explained_share,
+        cut_out.unwrap_or_default(),
     ))
 }
 

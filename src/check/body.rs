@@ -13,8 +13,10 @@ use serde::{Deserialize, Serialize};
 
 /// What is known of the body's step.
 pub struct BodyResult<'a> {
-    /// The naked scan.
+    /// The naked scan, without hair that is left out.
     pub scan: &'a Scan,
+    /// Vertices of `fitted` that this hair covers. **Shapes** one entry per vertex.
+    pub hidden: Option<&'a PerVertex<bool>>,
     /// The model's surface as fitted, posed in the scan.
     pub fitted: &'a TriMesh,
     /// The skeleton of the registered body.
@@ -53,8 +55,11 @@ pub struct BodyPlausibility {
 ///
 /// **Errors** if arrays and surfaces differ in size.
 pub fn check_body(result: &BodyResult) -> Result<BodyPlausibility, CheckError> {
-    let BodyResult { scan, fitted, skeleton, pose, shape, weights } = result;
+    let BodyResult { scan, hidden, fitted, skeleton, pose, shape, weights } = result;
     CheckError::require_length("skin weights", weights.len(), fitted.vertex_count())?;
+    if let Some(hidden) = hidden {
+        CheckError::require_length("vertices hidden by hair", hidden.len(), fitted.vertex_count())?;
+    }
     if let Some(colors) = &scan.colors {
         CheckError::require_length("colours of the scan", colors.len(), scan.mesh.vertex_count())?;
     }
@@ -76,7 +81,8 @@ pub fn check_body(result: &BodyResult) -> Result<BodyPlausibility, CheckError> {
         .collect();
     let feet = Side::BOTH.map(HumanJoint::Foot);
     let is_foot = |v| feet.iter().any(|&foot| skeleton.is_part_of(dominant_joint(weights, v), foot));
-    let largest_unseen = largest_unseen_part(fitted, &SurfaceIndex::prepare(&scan.mesh), is_foot);
+    let is_excused = |v| is_foot(v) || hidden.is_some_and(|hidden| hidden[v]);
+    let largest_unseen = largest_unseen_part(fitted, &SurfaceIndex::prepare(&scan.mesh), is_excused);
     let bends: Vec<(f64, f64)> = on_scan.iter().map(|s| (s.1, s.2)).collect();
     Ok(BodyPlausibility {
         tilt: trunk.map(|trunk| trunk.angle(&nalgebra::Vector3::y())),

@@ -2,6 +2,7 @@
 
 use super::console::{Context, Done, Progress, secs};
 use super::stages::{ReadingArgs, file_of, interface};
+use crate::parameters::{Setting, Settings};
 use crate::scan::{Unit, Up};
 use crate::session::{BodySurface, NewScan, ShowIn};
 use serde_json::json;
@@ -29,6 +30,10 @@ pub(super) struct ScanArgs {
     /// The figure's body: the model's template registered to the scan, or the scan itself
     #[arg(long, value_enum)]
     surface: Option<SurfaceWord>,
+    /// Hair in the bare scan: `drop` leaves it out, so that the head is that below it; `keep` takes it as part of the body;
+    /// `auto` drops it only where the scan would be refused with it [default: auto]
+    #[arg(long, value_enum)]
+    hair: Option<HairWord>,
     /// Where the garment ends (knee, ankle, hip, …)
     #[arg(long, value_name = "PLACE")]
     until: Option<String>,
@@ -65,6 +70,26 @@ enum SurfaceWord {
     Scan,
 }
 
+/// The command as typed.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum HairWord {
+    Auto,
+    Drop,
+    Keep,
+}
+
+impl HairWord {
+    /// As the parameters of the fit have it.
+    fn settings(self) -> Settings {
+        let word = match self {
+            Self::Auto => "auto",
+            Self::Drop => "drop",
+            Self::Keep => "keep",
+        };
+        Settings::from([("hair".into(), Setting::Word(word.into()))])
+    }
+}
+
 pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     let new = NewScan {
@@ -82,6 +107,7 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
         }),
         voxel_mm: args.voxel,
         reading: args.reading.settings()?,
+        fitting: args.hair.map(HairWord::settings).unwrap_or_default(),
         until: args.until,
         sleeve: args.sleeve,
         replace: args.replace,

@@ -14,6 +14,7 @@ fn fitted(model: &BodyModel) -> FittedBody {
         skeleton,
         unseen: Vec::new(),
         poses_in_others: Vec::new(),
+        hair: None,
         report: NakedReport::default(),
     }
 }

@@ -18,7 +18,7 @@ mod together;
 
 pub use error::FitError;
 pub use inside::{Cover, InsideMethod, InsideParams, InsideReport, PoseInside, fit_inside};
-pub use naked::{FittedBody, NakedMethod, NakedParams, NakedReport, ShapeFrom, fit_naked};
+pub use naked::{FittedBody, Hair, HairTreatment, NakedMethod, NakedParams, NakedReport, ShapeFrom, fit_naked};
 pub use register::{
     FillInView, RegisterHints, RegisterParams, RegisteredBody, RegistrationReport, closest_weights, register,
     register_with_hints, scan_in_bind,

@@ -6,7 +6,9 @@ use crate::body::HumanJoint::{
 };
 use crate::body::Side::{Left, Right};
 use crate::body::{BodyModel, Figure, Limb, Pose, Shape, embedded_model, skin};
-use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3, VertexId, noise};
+use crate::geometry::{
+    Aabb, Adjacency, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId, noise, smoothed_normals,
+};
 use crate::scan::Scan;
 use nalgebra::UnitQuaternion;
 
@@ -390,4 +392,82 @@ fn a_scan_of_someone_else_spoils_no_shape() {
         "{:?}",
         both.report.log
     );
+}
+
+/// How much hair is over each vertex of the model, 0 to 1: on the scalp, and if it is long, down the back.
+fn hair_of(model: &BodyModel, truth: &Invented, is_long: bool) -> Vec<f64> {
+    let (points, normals) = (model.template.points(), model.template.vertex_normals());
+    let of_head = |v: &VertexId| truth.moved_by[v.index()] == HumanJoint::Head;
+    let head = Aabb::around(points.enumerate().filter(|(v, _)| of_head(v)).map(|(_, p)| p)).unwrap();
+    let smooth = |x: f64| {
+        let t = x.clamp(0.0, 1.0);
+        t * t * (3.0 - 2.0 * t)
+    };
+    points
+        .enumerate()
+        .map(|(v, p)| {
+            let at = (p - head.center()).component_div(&(head.extent() * 0.5));
+            let on_scalp = if of_head(&v) { smooth((0.8 * at.y - 0.55 * at.z - 0.1) / 0.35) } else { 0.0 };
+            let hangs =
+                is_long && [HumanJoint::Head, HumanJoint::Neck, UpperChest].contains(&truth.moved_by[v.index()]);
+            let below = smooth((p.y - (head.min.y - 0.25)) / 0.05) * smooth((-0.2 - normals[v].z) / 0.3);
+            if hangs && p.y < head.center().y { on_scalp.max(below) } else { on_scalp }
+        })
+        .collect()
+}
+
+#[test]
+fn hair_is_left_out_and_the_head_below_it_keeps_its_size() {
+    let model = embedded_model().unwrap();
+    for (seed, thickness, is_long) in [(91, 0.020, false), (92, 0.045, true)] {
+        let truth = invented(&model, seed, &[]);
+        let hair = hair_of(&model, &truth, is_long);
+        let normals = smoothed_normals(&truth.scan, &Adjacency::prepare(&truth.scan), 4);
+        let grown = truth.scan.points().enumerate().map(|(v, p)| p + normals[v] * (thickness * hair[v.index()]));
+        let scan = Scan::from_clean_mesh(truth.scan.with_points(grown.collect::<PerVertex<Point>>()), None);
+        let fitted = |params: NakedParams| {
+            let fitted = fit_naked(&scan, &model, &params, &mut |_| {}).unwrap_or_else(|e| panic!("{seed}: {e}"));
+            let body = register(&scan, &model, &fitted, &RegisterParams::default(), &mut |_| {}).unwrap();
+            let posed = model.posed(body.surface.points(), &body.skeleton, &body.pose);
+            (fitted, SurfaceIndex::prepare(&body.surface.with_points(posed)))
+        };
+        let (kept, with_hair) = fitted(NakedParams { hair: HairTreatment::Keep, ..NakedParams::default() });
+        let (dropped, bald) = fitted(NakedParams { hair: HairTreatment::Drop, ..NakedParams::default() });
+        assert!(kept.hair.is_none());
+        let found = dropped.hair.as_ref().unwrap_or_else(|| panic!("{seed}: no hair found"));
+
+        let off = |surface: &SurfaceIndex, counts: &dyn Fn(VertexId) -> bool| {
+            let of: Vec<f64> = (truth.scan.points().enumerate())
+                .filter(|(v, _)| counts(*v))
+                .map(|(_, p)| 1e3 * surface.closest(p).distance)
+                .collect();
+            of.iter().sum::<f64>() / of.len() as f64
+        };
+        let of_scalp = |v: VertexId| hair[v.index()] > 0.8;
+        let of_face = |v: VertexId| {
+            truth.moved_by[v.index()] == HumanJoint::Head
+                && hair[v.index()] == 0.0
+                && model.template.vertex_normals()[v].z > 0.3
+        };
+        let scalp = [&with_hair, &bald].map(|surface| off(surface, &of_scalp));
+        let face = off(&bald, &of_face);
+        assert!(scalp[0] > 8.0 && scalp[1] < 6.0 && face < 3.0, "{seed}: scalp {scalp:.1?} mm, face {face:.1} mm");
+
+        let right = scan.mesh.vertex_ids().filter(|&v| found.vertices[v] && hair[v.index()] > 0.5).count();
+        let true_hair = hair.iter().filter(|share| **share > 0.5).count();
+        let wrong = scan.mesh.vertex_ids().filter(|&v| found.vertices[v] && hair[v.index()] == 0.0).count();
+        assert!(10 * right > 9 * true_hair && 3 * wrong < true_hair, "{seed}: {right} of {true_hair}, {wrong} wrong");
+    }
+}
+
+#[test]
+fn a_bald_head_has_no_hair() {
+    let model = embedded_model().unwrap();
+    for seed in [93, 94, 95] {
+        let truth = invented(&model, seed, &[]);
+        let params = NakedParams { hair: HairTreatment::Drop, samples: 2500, ..NakedParams::default() };
+        let scan = Scan::from_clean_mesh(truth.scan.clone(), None);
+        let fitted = fit_naked(&scan, &model, &params, &mut |_| {}).unwrap();
+        assert_eq!(fitted.hair.map(|hair| hair.area), None, "{seed}");
+    }
 }

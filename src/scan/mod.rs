@@ -26,7 +26,7 @@ pub use rgbd::{
 };
 pub use texture::{TextureReport, color_from_texture};
 
-use crate::geometry::{PerVertex, TriMesh};
+use crate::geometry::{PerFace, PerVertex, TriMesh};
 use serde::{Deserialize, Serialize};
 
 /// A cleaned scan in the world frame: metres, Y up; position and heading are those of the file.
@@ -60,6 +60,24 @@ pub struct CleaningStep {
 }
 
 impl Scan {
+    /// The scan with some of its faces, and the vertices that they use.
+    ///
+    /// **Shapes** `keep`: one entry per face.
+    ///
+    /// # Panics
+    /// If `keep` has another length.
+    pub fn part(&self, keep: &PerFace<bool>) -> Self {
+        let (mesh, from) = self.mesh.part(keep);
+        Self {
+            mesh,
+            colors: self.colors.as_ref().map(|colors| from.iter().map(|&v| colors[v]).collect()),
+            confidence: self.confidence.as_ref().map(|confidence| from.iter().map(|&v| confidence[v]).collect()),
+            file_vertices: from.iter().map(|&v| self.file_vertices[v]).collect(),
+            world_from_file: self.world_from_file,
+            findings: self.findings.clone(),
+        }
+    }
+
     /// A scan from a clean mesh in the world frame.
     pub fn from_clean_mesh(mesh: TriMesh, colors: Option<PerVertex<[u8; 3]>>) -> Self {
         Self {

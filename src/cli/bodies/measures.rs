@@ -37,7 +37,8 @@ pub fn mesh_measures(path: &Path, model: Option<&Path>) -> Result<MeasuredMesh, 
         .map_err(|e| BodiesError::bad_source(path, e))?;
     let posed = model.posed(fitted.surface.points(), &fitted.skeleton, &fitted.pose);
     let checked = check_body(&BodyResult {
-        scan: &scan,
+        hidden: fitted.hair.as_ref().map(|hair| &hair.covers),
+        scan: &fitted.bare_part(&scan),
         fitted: &fitted.surface.with_points(posed),
         skeleton: &registered.skeleton,
         pose: &registered.pose,

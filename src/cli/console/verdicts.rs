@@ -5,9 +5,13 @@ use super::output::Done;
 use crate::session::{Stage, StepVerdict, Verdict};
 use std::io::IsTerminal;
 
-/// `coat: check it: 55 hem loops, 3 or 4 expected; …`
+/// `coat: check it: 55 hem loops, 3 or 4 expected; …`; what is no doubt comes last, in brackets.
 pub(in crate::cli) fn line(step: &StepVerdict) -> String {
-    format!("{}: {}", step.step, step.verdict)
+    format!("{}: {}{}", step.step, step.verdict, notes(step))
+}
+
+fn notes(step: &StepVerdict) -> String {
+    step.notes.iter().map(|note| format!(" ({note})")).collect()
 }
 
 /// The line for stderr: its first word in colour on a terminal, unless `NO_COLOR` is set.
@@ -25,7 +29,7 @@ fn colored(step: &StepVerdict) -> String {
         Verdict::Check(doubt) => (yellow, "check it", format!(": {doubt}")),
         Verdict::Failed(why) => (red, "failed", format!(": {why}")),
     };
-    format!("{}: {color}{word}{reset}{rest}", step.step)
+    format!("{}: {color}{word}{reset}{rest}{}", step.step, notes(step))
 }
 
 /// The command has failed if a step has.
@@ -62,8 +66,13 @@ mod tests {
     #[test]
     fn the_word_of_the_verdict_alone_is_in_colour() {
         let doubt = "55 hem loops, 4 expected; look at the hems";
-        let step = StepVerdict { step: "coat".into(), verdict: Verdict::Check(doubt.into()), warnings: vec![] };
-        assert_eq!(line(&step), format!("coat: check it: {doubt}"));
-        assert_eq!(colored(&step), format!("coat: \x1b[33mcheck it\x1b[0m: {doubt}"));
+        let step = StepVerdict {
+            step: "coat".into(),
+            verdict: Verdict::Check(doubt.into()),
+            warnings: vec![],
+            notes: vec!["hair".into()],
+        };
+        assert_eq!(line(&step), format!("coat: check it: {doubt} (hair)"));
+        assert_eq!(colored(&step), format!("coat: \x1b[33mcheck it\x1b[0m: {doubt} (hair)"));
     }
 }

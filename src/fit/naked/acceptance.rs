@@ -58,11 +58,15 @@ pub(super) fn with_report(
     }
     .with_doubt();
     let ModelEstimate { shape, pose, .. } = found;
-    FittedBody { shape, pose, surface, skeleton, unseen, poses_in_others: Vec::new(), report }
+    let hair = problem.hair.clone();
+    FittedBody { shape, pose, surface, skeleton, unseen, poses_in_others: Vec::new(), hair, report }
 }
 
 /// A warning if the scan does not show the head, without which everything else is fitted equally well.
 fn unseen_head(problem: &NakedProblem<'_>, index: &SurfaceIndex) -> Option<String> {
+    if problem.hair.is_some() {
+        return None;
+    }
     let (skeleton, weights) = (&problem.model.skeleton, &problem.model.weights);
     let head = parts_from(&[HumanJoint::Head], skeleton, weights);
     let unseen = unseen(index, &head, skeleton, problem.surface);

@@ -4,9 +4,11 @@ use super::acceptance::{conclude, with_report};
 use super::agreement::agreement;
 use super::bent_arms::{refit_with_bent_arms, uncertain_arms, with_trunk_straight};
 use super::coarse_fit::CoarseFit;
+use super::find_hair::find_hair;
 use super::fitted_body::FittedBody;
+use super::hair::Hair;
 use super::paper::fit_eq_4;
-use super::params::{NakedMethod, NakedParams};
+use super::params::{HairTreatment, NakedMethod, NakedParams};
 use super::problem::NakedProblem;
 use super::refine::ModelEstimate;
 use crate::body::{BodyModel, JointId};
@@ -84,7 +86,42 @@ fn fit_robust(
     }
 
     let agreement = agreement(&index, &surface);
-    conclude(&problem, found, &index, agreement, unseen, log)
+    // What is not found of a limb may be at the head: then nothing is hair.
+    let may_be_hair = unseen.is_empty() && params.hair != HairTreatment::Keep;
+    let with_hair = conclude(&problem, found.clone(), &index, agreement, unseen, log.clone());
+    let is_wanted = params.hair == HairTreatment::Drop || matches!(with_hair, Err(FitError::Unexplained { .. }));
+    if !(may_be_hair && is_wanted) {
+        return with_hair;
+    }
+    match find_hair(scan, &mut problem, &found) {
+        Some(found) => fit_without_hair(scan, model, params, &surface, found, log, on_step),
+        None => with_hair,
+    }
+}
+
+/// Fits the rest of the scan, from the head that is predicted below the hair.
+fn fit_without_hair(
+    scan: &Scan,
+    model: &BodyModel,
+    params: &NakedParams,
+    with_hair: &ScanSurface,
+    (mut hair, predicted): (Hair, ModelEstimate),
+    mut log: Vec<String>,
+    on_step: &mut dyn FnMut(&FitIteration),
+) -> Result<FittedBody, FitError> {
+    let bare = hair.removed_from(scan);
+    if bare.mesh.face_count() == 0 {
+        return Err(FitError::EmptyScan);
+    }
+    let surface = ScanSurface::prepare(&bare);
+    let mut problem = NakedProblem::prepare(model, SurfaceIndex::prepare(&model.template), &surface, params);
+    log.push(format!("hair: {:.0} cm², not part of the body; head from the model there", 1e4 * hair.area));
+    let found = problem.refine(predicted.pose, predicted.shape, on_step);
+    let index = problem.index_at(&found.pose, &found.shape);
+    hair.cover(index.mesh(), &with_hair.index);
+    problem.hair = Some(hair);
+    let agreement = agreement(&index, &surface);
+    conclude(&problem, found, &index, agreement, Vec::new(), log)
 }
 
 impl NakedProblem<'_> {

@@ -1,9 +1,12 @@
 //! What a naked fit results in.
 
+use super::hair::Hair;
 use super::report::NakedReport;
 use crate::body::{BodyModel, Figure, JointId, Pose, Shape, Skeleton};
 use crate::geometry::TriMesh;
+use crate::scan::Scan;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// A model fitted to a naked scan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -23,9 +26,19 @@ pub struct FittedBody {
     pub poses_in_others: Vec<Option<Pose>>,
     /// How the fit went.
     pub report: NakedReport,
+    /// Hair that the scan shows and that is no part of the body; `None` without hair, or if it counts as part of the body.
+    pub hair: Option<Hair>,
 }
 
 impl FittedBody {
+    /// The naked scan without what is no part of the body: hair.
+    ///
+    /// # Panics
+    /// If `scan` is not the scan that was fitted.
+    pub fn bare_part<'s>(&self, scan: &'s Scan) -> Cow<'s, Scan> {
+        self.hair.as_ref().map_or(Cow::Borrowed(scan), |hair| Cow::Owned(hair.removed_from(scan)))
+    }
+
     /// The fitted body as a figure without garments; `model` is the model that was fitted.
     pub fn figure(&self, model: &BodyModel) -> Figure {
         Figure::bare(self.skeleton.clone(), self.surface.clone(), model.weights.clone())

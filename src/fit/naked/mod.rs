@@ -4,8 +4,10 @@ mod acceptance;
 mod agreement;
 mod bent_arms;
 mod coarse_fit;
+mod find_hair;
 mod fit_naked;
 mod fitted_body;
+mod hair;
 mod initial_poses;
 mod paper;
 mod params;
@@ -15,7 +17,8 @@ mod report;
 
 pub use fit_naked::fit_naked;
 pub use fitted_body::FittedBody;
-pub use params::{NakedMethod, NakedParams, ShapeFrom};
+pub use hair::Hair;
+pub use params::{HairTreatment, NakedMethod, NakedParams, ShapeFrom};
 pub use report::NakedReport;
 
 pub(crate) use acceptance::conclude;

@@ -25,6 +25,18 @@ pub enum ShapeFrom {
     All,
 }
 
+/// What becomes of hair that the naked scan shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum HairTreatment {
+    /// It is left out if the scan would be refused with it, as with long hair; else it counts as part of the body.
+    Auto,
+    /// It is left out: the head below it comes from face, neck and trunk.
+    Drop,
+    /// It counts as part of the body.
+    Keep,
+}
+
 parameters! {
     /// How the naked scan is fitted.
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -62,6 +74,10 @@ parameters! {
         pub shape_from: ShapeFrom =
             ShapeFrom::Naked, Allowed::Word(&["naked", "all"]),
             "Which scans set the shape and fill in skin that is not seen; with `all`, each new scan rebuilds everything";
+        /// What becomes of hair.
+        pub hair: HairTreatment =
+            HairTreatment::Auto, Allowed::Word(&["auto", "drop", "keep"]),
+            "Hair in the bare scan: `drop` leaves it out, so that the head is that below it; `keep` takes it as part of the body; `auto` drops it only where the scan would be refused with it";
     }
 }
 

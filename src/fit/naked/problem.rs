@@ -1,5 +1,6 @@
 //! The least-squares problem of a naked fit: the body model, the scan, and the residuals between them.
 
+use super::hair::Hair;
 use super::params::NakedParams;
 use crate::body::{BodyModel, JointId, Pose, Shape};
 use crate::fit::correspondence::{
@@ -39,9 +40,11 @@ pub(crate) struct NakedProblem<'a> {
     /// Joints that keep their pose, because the scan does not show what they move. **Shapes** one entry per joint.
     held: Vec<bool>,
     /// Vertices that take no part, because the scan does not show them. **Shapes** one entry per vertex.
-    left_out: PerVertex<bool>,
+    pub(super) left_out: PerVertex<bool>,
     /// Centre of the pose prior.
     center: Pose,
+    /// Hair that the surface does not contain because it was removed.
+    pub(crate) hair: Option<Hair>,
 }
 
 impl<'a> NakedProblem<'a> {
@@ -60,6 +63,7 @@ impl<'a> NakedProblem<'a> {
             held: vec![false; joints],
             left_out: PerVertex::filled(false, model.template.vertex_count()),
             center: Pose::bind(joints),
+            hair: None,
             body,
             model,
             surface,

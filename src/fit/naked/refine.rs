@@ -7,6 +7,7 @@ use crate::fit::solver::{DAMPING, FitIteration, Phase, Singular, StoppingRule, i
 use crate::geometry::SurfaceIndex;
 
 /// The estimate of shape and pose after some iterations.
+#[derive(Clone)]
 pub(crate) struct ModelEstimate {
     pub(crate) pose: Pose,
     pub(crate) shape: Shape,
@@ -35,11 +36,21 @@ impl NakedProblem<'_> {
             Phase { iterations: self.params.iterations, samples: n, ..FINEST },
         ];
         let mut found = ModelEstimate { pose, shape, iterations: 0, converged: false };
-        let mut index = self.index.clone();
-        for phase in &phases {
-            self.run(phase, &mut found, &mut index, on_step);
-        }
+        self.run_phases(&phases, &mut found, on_step);
         found
+    }
+
+    /// Runs phases from the estimate so far.
+    pub(super) fn run_phases(
+        &self,
+        phases: &[Phase],
+        found: &mut ModelEstimate,
+        on_step: &mut dyn FnMut(&FitIteration),
+    ) {
+        let mut index = self.index.clone();
+        for phase in phases {
+            self.run(phase, found, &mut index, on_step);
+        }
     }
 
     /// Runs a phase from the estimate so far; `index` holds the model in some pose.

@@ -8,6 +8,7 @@ mod colors;
 mod displacement;
 mod fill_in;
 mod ground;
+mod hair_above;
 mod params;
 mod registered_body;
 mod registration;

@@ -5,6 +5,7 @@ use super::colors::{colors_of, flowed_in};
 use super::displacement::{greatest_move, mean_distance, rms_move, solve};
 use super::fill_in::{FillInView, PreparedView, fill_colors, fill_targets};
 use super::ground::Ground;
+use super::hair_above::HairAbove;
 use super::params::RegisterParams;
 use super::registered_body::RegisteredBody;
 use super::report::RegistrationReport;
@@ -60,6 +61,8 @@ pub fn register_with_hints(
     /// A landmark counts as this many vertices: it must move those around it, within the smoothing length.
     const LANDMARK_WEIGHT: f64 = 30.0;
     check_arguments(scan, model, fitted, hints, params)?;
+    let hair = fitted.hair.as_ref().map(|hair| HairAbove::prepare(hair, scan, model));
+    let scan = &*fitted.bare_part(scan);
     let surface = ScanSurface::prepare(scan);
     let bare = fitted.figure(model);
     let others: Vec<PreparedView> =
@@ -68,6 +71,7 @@ pub fn register_with_hints(
     let pull = target_weights(model, params);
     let ground = Ground::under(scan, model);
     let mut log = Vec::new();
+    let mut hair = hair;
     let mut displaced = start.clone();
     let rounds = params.smoothing_lengths.len();
     let steps = rounds * params.iterations;
@@ -83,6 +87,9 @@ pub fn register_with_hints(
             *target = target.map(|(place, pull)| (place, pull * share));
         });
         ground.hold_soles(&displaced, &mut targets);
+        if let Some(hair) = &mut hair {
+            hair.hold_below(&displaced, &mut targets);
+        }
         hints.landmarks.iter().for_each(|&(v, place)| targets[v.index()] = Some((place, LANDMARK_WEIGHT)));
         let next = solve(&start, &targets, length)?;
         let (moved, residual) = (greatest_move(&displaced, &next), mean_distance(&displaced, &targets));

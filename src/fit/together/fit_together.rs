@@ -37,9 +37,10 @@ pub fn fit_together(
     on_step: &mut dyn FnMut(&FitIteration),
 ) -> Result<FittedBody, FitError> {
     check_arguments(scan, fitted, others, model, params)?;
-    let surface = ScanSurface::prepare(scan);
+    let surface = ScanSurface::prepare(&fitted.bare_part(scan));
     let mut naked = NakedProblem::prepare(model, SurfaceIndex::prepare(&model.template), &surface, params);
     naked.leave_out(&fitted.unseen);
+    naked.hair = fitted.hair.clone();
     let figure = fitted.figure(model);
     let mut log = fitted.report.log.clone();
 

@@ -33,6 +33,8 @@ pub struct NewScan {
     pub voxel_mm: Option<f64>,
     /// Parameters of reading the scan that differ from the defaults.
     pub reading: Settings,
+    /// Parameters of the naked fit that differ from the defaults; for the body's step only.
+    pub fitting: Settings,
     /// Where the garment ends.
     pub until: Option<String>,
     /// Where its sleeves end.
@@ -61,6 +63,7 @@ impl Writer {
             surface: new.surface,
             voxel_mm: new.voxel_mm,
             reading: new.reading.clone(),
+            fit: new.fitting.clone(),
             until: new.until.clone(),
             sleeve: new.sleeve.clone(),
             masks,

@@ -39,6 +39,7 @@ impl StepKey {
             "faces" => Self::Faces,
             "surface" => Self::Surface,
             "voxel" | "voxel_mm" => Self::Voxel,
+            "hair" => Self::Parameter(parameters::parameter(Stage::Fit, "hair")?),
             of_stage => match of_stage.split_once('.') {
                 Some((stage, name)) => {
                     // The recipe keeps the scan's own parameters under `reading`.
@@ -176,6 +177,7 @@ mod tests {
             ("voxel", "5"),
             ("smoothing-passes", "3"),
             ("reading.smoothing_passes", "3"),
+            ("hair", "keep"),
             ("stack.clearance", "0.003"),
             ("pose.missing-limbs", "false"),
         ] {

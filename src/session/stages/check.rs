@@ -120,7 +120,8 @@ fn body(
     let surface_of_fit =
         fitted.surface.with_points(model.posed(fitted.surface.points(), &fitted.skeleton, &fitted.pose));
     let found = check_body(&BodyResult {
-        scan: &scan,
+        scan: &fitted.bare_part(&scan),
+        hidden: fitted.hair.as_ref().map(|hair| &hair.covers),
         fitted: &surface_of_fit,
         skeleton: &registered.skeleton,
         pose: &registered.pose,

@@ -28,7 +28,7 @@ pub(in crate::session) struct Inputs {
 
 impl PipelineStage for FitStage {
     const STAGE: Stage = Stage::Fit;
-    const VERSION: u32 = 8;
+    const VERSION: u32 = 9;
     type Inputs = Inputs;
     type Output = FittedBody;
 
@@ -63,10 +63,12 @@ impl PipelineStage for FitStage {
             fitted = fit_together(&scan, &fitted, &others, &model, &params, &mut on_step).map_err(failed)?;
         }
         let (report, unseen) = (fitted.report.clone(), fitted.unseen.clone());
+        let hair = fitted.hair.as_ref().map_or(0.0, |hair| 1e4 * hair.area);
         let scans = 1 + fitted.poses_in_others.iter().flatten().count();
         let distances = (report.residual_mean, report.residual_p95);
         let outcome = with_measures(Outcome::of(fitted), distances, report.iterations, report.converged, &report.log)
             .measured("confidence", report.confidence);
+        let outcome = if hair > 0.0 { outcome.measured("hair_cm2", hair) } else { outcome };
         let outcome =
             outcome.warned(doubts(report.converged, report.iterations, report.confidence, report.is_confident()));
         let lacking = unseen.iter().filter(|_| later.is_empty()).map(|&limb| {

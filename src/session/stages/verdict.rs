@@ -51,6 +51,9 @@ pub struct StepVerdict {
     pub verdict: Verdict,
     /// Every doubt, the gravest first: one sentence each.
     pub warnings: Vec<String>,
+    /// What was done that the scan does not tell by itself and that is no doubt: one sentence each.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
 }
 
 /// The verdict on a step of which all stages are up to date.
@@ -77,7 +80,9 @@ pub(in crate::session) fn verdict_on(step: &StepRecipe, reports: &[StageReport])
         (None, None) => Verdict::Good,
     };
     let warnings: Vec<String> = in_conflict.into_iter().chain(doubts).collect();
-    StepVerdict { step: step.name.clone(), verdict, warnings }
+    let hair = of_step().filter_map(|report| report.measures.get("hair_cm2")).find(|area| **area > 0.0);
+    let notes = hair.map(|area| format!("hair: {area:.0} cm², not part of the body; head from the model there"));
+    StepVerdict { step: step.name.clone(), verdict, warnings, notes: notes.into_iter().collect() }
 }
 
 /// The verdict on a step of which a stage failed.
@@ -86,7 +91,7 @@ pub(in crate::session) fn failed(step: &str, failure: &Failure) -> StepVerdict {
         Some(remedy) => format!("{}; {remedy}", failure.what),
         None => failure.what.clone(),
     };
-    StepVerdict { step: step.into(), verdict: Verdict::Failed(why.clone()), warnings: vec![why] }
+    StepVerdict { step: step.into(), verdict: Verdict::Failed(why.clone()), warnings: vec![why], notes: Vec::new() }
 }
 
 /// What a measure beyond its limits means, and what to do.
@@ -140,6 +145,14 @@ mod tests {
 
     fn shirt() -> StepRecipe {
         StepRecipe { name: "shirt".into(), template: Some("tshirt".into()), ..StepRecipe::default() }
+    }
+
+    #[test]
+    fn hair_that_was_left_out_is_noted_and_no_doubt() {
+        let found = verdict_on(&shirt(), &[report(Stage::Fit, &[("hair_cm2", 412.4)], vec![])]);
+        assert!(found.verdict.is_good());
+        assert_eq!(found.notes, ["hair: 412 cm², not part of the body; head from the model there"]);
+        assert!(verdict_on(&shirt(), &[report(Stage::Fit, &[], vec![])]).notes.is_empty());
     }
 
     #[test]
