@@ -3,8 +3,9 @@
 //! This is a second TSDF beside that of `scan`, on purpose: scans fused by the code under evaluation could not reveal
 //! its errors. Nor could that code take its place as it is: it finds the poses itself, weights views by angle and edge,
 //! clears the space that rays pass, rounds distances to 16 bits, and closes small holes. Here the poses are known, all
-//! views have equal weight, and holes stay open. A swap would change every synthetic scan. What it would cost in
-//! accuracy is not measured yet: `just studio-fusion` compares both with the truth, on the same frames.
+//! views have equal weight, and holes stay open. A swap would change every synthetic scan. It would also make
+//! them less accurate: on the same 72 frames this fusion is 0.53 mm from the truth on average and 1.34 mm at 95 %, that of `scan`
+//! 1.29 and 2.46 mm (`just studio-fusion`).
 
 use super::marching_tetrahedra::zero_surface;
 use super::render::DepthImage;
