@@ -19,7 +19,7 @@ const FPS: RangeInclusive<f64> = 1.0..=240.0;
 pub struct AnimationRecipe {
     /// Unique among the animations.
     pub name: String,
-    /// The name of a clip of our own, or the clip's file as in [`SourceFile::file`].
+    /// The name of a clip of our own, or its file, relative to the session's folder where it lies within.
     pub clip: String,
     /// The hash of the file's content; none for a clip of our own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
