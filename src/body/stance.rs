@@ -45,6 +45,9 @@ impl Stance {
         Self::ThighRaised,
     ];
 
+    /// The stances that strain cloth most: it must not tear in any of them, nor in their mirror images.
+    pub const STRAINING: [Self; 4] = [Self::ArmsUp, Self::Squat, Self::ThighRaised, Self::Stride];
+
     /// The stance's name on the command line.
     pub fn name(self) -> &'static str {
         match self {

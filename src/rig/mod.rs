@@ -6,6 +6,7 @@ mod cover;
 #[cfg(test)]
 mod cover_tests;
 mod error;
+mod even_stretch;
 mod inpaint;
 mod leg_bridge;
 mod params;
@@ -18,10 +19,11 @@ pub use error::RigError;
 pub use params::{RigMethod, RigParams};
 pub use physics::{PhysicsParams, PhysicsWeights, physics_weights};
 
-use crate::body::{Figure, JointId, Skeleton, SkinWeights, unskin};
+use crate::body::{Figure, JointId, Pose, Skeleton, SkinWeights, unskin};
 use crate::fit::PoseInside;
-use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh};
+use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh, VertexId};
 use crate::parameters::Parameters;
+use inpaint::Inpainting;
 use serde::{Deserialize, Serialize};
 
 /// A garment in the bind pose, in metres.
@@ -63,7 +65,8 @@ pub struct RigReport {
 /// **Requires** that `inside` poses `figure` into the same scan, so that the body is under the garment.
 ///
 /// **Source** Hu 2017, §6.3 and §7.1: weights of the closest triangle of the naked body, then inverse skinning. By default
-/// the weights are inpainted where that triangle is not a confident match.
+/// the weights are inpainted where that triangle is not a confident match, and change more gradually where raised arms, a
+/// squat, a raised thigh or a long step would make cloth more than 2.5 times as long.
 pub fn rig(
     garment: &TriMesh,
     colors: Option<&PerVertex<[u8; 3]>>,
@@ -76,8 +79,8 @@ pub fn rig(
     let body = figure.body();
     check_length("skin weights of the body", Some(body.weights.len()), body.mesh.vertex_count())?;
     let posed_body = with_offsets(&body.posed(&figure.skeleton, &inside.pose), &inside.offsets)?;
-    let joints = figure.skeleton.joints_in_world(&inside.pose);
-    let (weights, mut report) = skin_garment(garment, &posed_body, &body.weights, &figure.skeleton, &joints, params)?;
+    let (weights, mut report) =
+        skin_garment(garment, &posed_body, &body.weights, &figure.skeleton, &inside.pose, params)?;
     let mesh = garment.with_points(unskin(garment.points(), &weights, &figure.skeleton, &inside.pose));
     report.stretch_p99 = stretch(garment, &mesh, 0.99);
     Ok(RiggedGarment { mesh, weights, colors: colors.cloned(), report })
@@ -85,13 +88,13 @@ pub fn rig(
 
 /// Skin weights for a garment around a posed body.
 ///
-/// **Shapes** `body_weights`: one row per vertex of `posed_body`; `joints`: `J × 3`, the joint centres in that pose.
-pub fn skin_garment(
+/// **Shapes** `body_weights`: one row per vertex of `posed_body`; `pose`: one rotation per joint.
+fn skin_garment(
     garment: &TriMesh,
     posed_body: &TriMesh,
     body_weights: &SkinWeights,
     skeleton: &Skeleton,
-    joints: &[Point],
+    pose: &Pose,
     params: &RigParams,
 ) -> Result<(SkinWeights, RigReport), RigError> {
     if garment.face_count() == 0 {
@@ -101,7 +104,6 @@ pub fn skin_garment(
         return Err(RigError::EmptyBody);
     }
     check_length("skin weights of the body", Some(body_weights.len()), posed_body.vertex_count())?;
-    check_length("joint centres", Some(joints.len()), skeleton.len())?;
     let joint_count = body_weights.least_joint_count();
     if joint_count > skeleton.len() {
         return Err(RigError::NoSuchJoint { joint: joint_count - 1, joints: skeleton.len() });
@@ -121,9 +123,11 @@ pub fn skin_garment(
         return Ok((weights.following(body_weights, matches.followed_vertices()), report));
     }
     let mut confidence = confidence::match_confidence(&matches, posed_body, params);
-    let bridge = leg_bridge::find(garment, &body, skeleton, joints);
+    let bridge = leg_bridge::find(garment, &body, skeleton, &skeleton.joints_in_world(pose));
     let bridging = leg_bridge::keep_only_flanks(&bridge, garment, &matches, &mut confidence);
-    let rows = inpaint::inpaint(garment, &matches.rows, &confidence, skeleton.len(), params)?;
+    let edges: Vec<[VertexId; 2]> = Adjacency::prepare(garment).edges().iter().map(|edge| edge.0).collect();
+    let mut inpainting = Inpainting::prepare(garment, &matches.rows, &confidence, skeleton.len(), &edges, params)?;
+    let rows = even_stretch::even_out(garment, &mut inpainting, &edges, (skeleton, pose))?;
     let count = garment.vertex_count() as f64;
     let report = RigReport {
         confident_share: confidence.iter().filter(|&&c| c >= 0.5).count() as f64 / count,

@@ -1,7 +1,7 @@
 //! A doll of tubes (trunk, two legs, one arm beside the trunk) and what it wears.
 
 use super::*;
-use crate::body::{HumanJoint, Pose, Side, skin};
+use crate::body::{HumanJoint, Pose, Side, Stance, skin};
 use crate::geometry::{FaceId, Vec3};
 use nalgebra::UnitQuaternion;
 
@@ -166,6 +166,66 @@ fn a_sleeve_does_not_stick_to_the_torso_that_it_touches() {
     assert!(torso_share(RigMethod::Closest) > 0.9, "the closest triangle is the torso's");
 }
 
+/// The cloth of the seat: 1 cm behind trunk and left leg, from the waist to above the knee.
+fn seat() -> TriMesh {
+    let (columns, rows) = (16, 70);
+    let mut points = Vec::new();
+    let mut faces = Vec::new();
+    for i in 0..=rows {
+        for k in 0..=columns {
+            let (x, y) = (0.05 + 0.12 * k as f64 / columns as f64, 0.5 + 0.7 * i as f64 / rows as f64);
+            let behind = |center: f64, radius: f64| (radius * radius - (x - center) * (x - center)).max(0.0).sqrt();
+            let below_trunk = ((0.85 - y) / 0.1).clamp(0.0, 1.0);
+            let depth = behind(0.0, 0.17) * (1.0 - below_trunk) + behind(0.11, 0.09) * below_trunk;
+            points.push(Point::new(x, y, -depth - 0.01));
+            if i < rows && k < columns {
+                let at = |i: usize, k: usize| (i * (columns + 1) + k) as u32;
+                faces.push([at(i, k), at(i + 1, k), at(i + 1, k + 1)]);
+                faces.push([at(i, k), at(i + 1, k + 1), at(i, k + 1)]);
+            }
+        }
+    }
+    TriMesh::try_from_indices(points, &faces).unwrap()
+}
+
+/// Weights as inpainted, with no edge stiffer than others; and the garment's edges.
+fn only_inpainted(garment: &TriMesh, figure: &Figure) -> (SkinWeights, Inpainting, Vec<[VertexId; 2]>) {
+    let params = RigParams::default();
+    let matches =
+        confidence::match_with_body(garment, &SurfaceIndex::prepare(&figure.body().mesh), &figure.body().weights);
+    let confidence = confidence::match_confidence(&matches, &figure.body().mesh, &params);
+    let edges: Vec<_> = Adjacency::prepare(garment).edges().iter().map(|edge| edge.0).collect();
+    let joints = figure.skeleton.len();
+    let inpainting = Inpainting::prepare(garment, &matches.rows, &confidence, joints, &edges, &params).unwrap();
+    (SkinWeights::from_rows(inpainting.rows().0), inpainting, edges)
+}
+
+#[test]
+fn cloth_of_the_seat_is_stretched_over_a_wide_area_by_a_raised_thigh() {
+    let (figure, seat) = (doll(), seat());
+    let pose = Stance::ThighRaised.pose(&figure.skeleton);
+    let worst = |weights: &SkinWeights| {
+        let posed = skin(seat.points(), weights, &figure.skeleton, &pose);
+        let stretched = seat.with_points(posed);
+        let length = |mesh: &TriMesh, [a, b]: [VertexId; 2]| (mesh.points()[a] - mesh.points()[b]).norm();
+        let edges = Adjacency::prepare(&seat);
+        edges.edges().iter().map(|(e, _)| length(&stretched, *e) / length(&seat, *e)).fold(0.0, f64::max)
+    };
+    let evened = rig(&seat, None, &figure, &in_bind(&figure), &RigParams::default()).unwrap();
+    let (before, after) = (worst(&only_inpainted(&seat, &figure).0), worst(&evened.weights));
+    assert!(before > 3.0 && after < 0.85 * before, "{before:.2}, {after:.2}");
+}
+
+#[test]
+fn weights_that_stretch_nothing_stay_as_they_are() {
+    let figure = doll();
+    let sleeve = tube(Point::new(0.235, 1.0, 0.0), Point::new(0.21, 1.4, 0.0), [0.072, 0.062], 20, 40);
+    let (before, mut inpainting, edges) = only_inpainted(&sleeve, &figure);
+    let pose = Pose::bind(figure.skeleton.len());
+    let after = even_stretch::even_out(&sleeve, &mut inpainting, &edges, (&figure.skeleton, &pose)).unwrap();
+    assert_eq!(before, SkinWeights::from_rows(after.0));
+}
+
 #[test]
 fn posing_the_rigged_garment_gives_back_the_scan() {
     let figure = doll();
@@ -215,11 +275,9 @@ fn skin_weights_for_another_skeleton_are_refused() {
     let figure = doll();
     let (body, joints) = (&figure.layers[0], figure.skeleton.len());
     let far = SkinWeights::from_rows((0..body.mesh.vertex_count()).map(|_| vec![(JointId(joints as u16), 1.0)]));
-    let centers = &figure.skeleton.joints_in_bind;
-    let error = skin_garment(&skirt(), &body.mesh, &far, &figure.skeleton, centers, &RigParams::default());
+    let pose = Pose::bind(joints);
+    let error = skin_garment(&skirt(), &body.mesh, &far, &figure.skeleton, &pose, &RigParams::default());
     assert!(matches!(error, Err(RigError::NoSuchJoint { joint, .. }) if joint == joints));
-    let few = skin_garment(&skirt(), &body.mesh, &body.weights, &figure.skeleton, &centers[1..], &RigParams::default());
-    assert!(matches!(few, Err(RigError::WrongLength { what: "joint centres", .. })));
 }
 
 /// A flat sheet at the heights given, one strip a height, over a large flat floor: the distances are the heights.

@@ -15,9 +15,6 @@ use crate::session::recipe::{GarmentSpec, garment_spec};
 use crate::session::stage::Stage;
 use std::path::Path;
 
-/// Poses in which cloth must not tear.
-const STRETCHING: [Stance; 4] = [Stance::ArmsUp, Stance::Squat, Stance::ThighRaised, Stance::Stride];
-
 /// The differences between a session and its ground truth.
 pub type TruthReport = TruthMeasures;
 
@@ -103,8 +100,8 @@ fn result_of(posed: &PosedStep) -> Result<ResultStep, SessionError> {
 
 fn bind_result(steps: &[PosedStep]) -> ResultBind {
     let Some(figure) = steps.last().map(|posed| &posed.figure) else { return ResultBind::default() };
-    let poses =
-        STRETCHING.iter().flat_map(|stance| [stance.pose(&figure.skeleton), stance.mirrored_pose(&figure.skeleton)]);
+    let skeleton = &figure.skeleton;
+    let poses = Stance::STRAINING.iter().flat_map(|stance| [stance.pose(skeleton), stance.mirrored_pose(skeleton)]);
     ResultBind {
         layers: figure.layers.iter().map(|layer| (layer.name.clone(), layer.mesh.clone())).collect(),
         in_poses: poses.map(|pose| figure.posed(&pose)).collect(),
