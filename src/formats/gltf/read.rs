@@ -8,6 +8,7 @@ use crate::formats::srgb::byte_of_linear;
 use crate::formats::texture::{RawTexture, Siblings, no_siblings};
 use gltf::binary::Glb;
 use gltf::json::extensions::ENABLED_EXTENSIONS;
+use gltf::json::image::MimeType;
 use gltf::json::{Root, deserialize};
 use gltf::mesh::{Mode, Semantic};
 use gltf::{Document, Node, Primitive};
@@ -69,7 +70,7 @@ pub(in crate::formats) fn read_gltf_with(input: impl Read, siblings: &mut Siblin
 /// The JSON, validated, and the binary chunk.
 pub(super) fn parse(mut bytes: Vec<u8>) -> Result<(Document, Option<Vec<u8>>), FormatError> {
     check_version(&bytes)?;
-    let (root, chunk): (Root, _) = if bytes.starts_with(b"glTF") {
+    let (mut root, chunk): (Root, _) = if bytes.starts_with(b"glTF") {
         let glb = Glb::from_slice(&bytes).map_err(|e| container(&e.to_string()))?;
         let root = deserialize::from_slice(&glb.json).map_err(|e| container(&e.to_string()))?;
         // Header, the JSON with its own header, the header of the binary chunk.
@@ -119,6 +120,19 @@ pub(super) fn parse(mut bytes: Vec<u8>) -> Result<(Document, Option<Vec<u8>>), F
                 found: format!("node {}", bad.target.node),
             });
         }
+    }
+    for (index, image) in root.images.iter_mut().enumerate() {
+        if image.buffer_view.is_none() && image.uri.is_none() {
+            return Err(FormatError::Element {
+                format: Format::Gltf,
+                element: "image".into(),
+                index,
+                expected: "a buffer view or a URI".into(),
+                found: "neither".into(),
+            });
+        }
+        // A picture is recognised by its content, but the crate needs a type of one in a buffer.
+        image.mime_type.get_or_insert_with(|| MimeType("image/png".into()));
     }
     let document = Document::from_json(root).map_err(|e| match e {
         gltf::Error::Validation(all) => {

@@ -107,3 +107,13 @@ fn the_files_of_a_scan_are_listed_without_reading_its_numbers() {
     assert_eq!(list(&glb).len(), 3);
     assert!(list(b"").is_empty() && list(b"glTF").is_empty() && list(b"{").is_empty());
 }
+
+#[test]
+fn a_picture_without_a_type_is_read_and_one_without_a_source_is_refused() {
+    let mut document = document();
+    document["images"] = json!([{"bufferView": 4}]);
+    assert_eq!(read(&document, None).unwrap().texture.unwrap().pictures[0].bytes, b"hello");
+    document["images"] = json!([{"name": "skin"}]);
+    let error = read(&document, None).unwrap_err().to_string();
+    assert!(error.contains("image") && error.contains("neither"), "{error}");
+}
