@@ -16,6 +16,12 @@ pub enum SegmentError {
         /// The known name spelt most similarly.
         nearest: Option<String>,
     },
+    /// A garment of an outfit of which nothing was found.
+    #[error("the scan shows nothing of the {garment}: the other garments and bare skin explain it better")]
+    NotInOutfit {
+        /// The garment.
+        garment: String,
+    },
     /// No fabric of that name.
     #[error("there is no fabric '{name}'; there are: {}", known.join(", "))]
     UnknownFabric {
@@ -174,6 +180,9 @@ impl SegmentError {
             Self::UnknownTemplate { .. } => {
                 Some("choose the kind nearest to the garment and give its limits with --until and --sleeve".into())
             }
+            Self::NotInOutfit { garment } => Some(format!(
+                "remove it with `overcoat step remove {garment}` if it is not in the scan, or paint it with `overcoat mask {garment} STROKES.jsonl`"
+            )),
             Self::BadTemplate { .. } => Some("see templates/garments/*.toml for the layout".into()),
             Self::BadExtent { .. } | Self::UnknownFabric { .. } => None,
             Self::NoSuchPart { takes, .. } => Some(match takes.as_slice() {

@@ -1,7 +1,7 @@
 //! Evidence of the scan for and against new cloth, per vertex, in nats; positive for the garment.
 
 use super::color::{Lab, Mixture, SPREAD, density, lab_of};
-use crate::geometry::{Adjacency, NearestVertex, PerVertex, Point, SurfaceIndex, TriMesh};
+use crate::geometry::{Adjacency, NearestVertex, PerVertex, Point, SurfaceIndex, TriMesh, VertexId};
 use rayon::prelude::*;
 
 /// One surface of the figure so far, posed in the scan.
@@ -25,6 +25,12 @@ const COLORS_ASKED: usize = 24;
 const UNKNOWN_DENSITY: f64 = 1e-5;
 /// Greatest weight of colour, in nats: light and similar dyes mislead.
 const GREATEST_COLOR: f64 = 4.0;
+/// A colour belongs to what is unexplained if that has it more often by this factor, and on more vertices: hair on a jacket, not the
+/// stripe of a shirt whose sleeve is longer than its template.
+const MORE_OFTEN: f64 = 2.0;
+/// A colour belongs to another garment if that one has it more often by this factor: half of a striped shirt may have the colour of the
+/// trousers; the shaft of a boot is a tenth of what is first taken for trousers.
+const CLEARLY_MORE_OFTEN: f64 = 4.0;
 /// Stand-off without evidence either way, in metres: noise, error of the fit and thin cloth together.
 const NEUTRAL_STAND_OFF: f64 = 0.007;
 /// Further stand-off that adds one nat, in metres.
@@ -70,13 +76,73 @@ impl ScanEvidence {
         Self { colors, old_density, stand_off }
     }
 
-    /// Evidence of the colours for the garment, in nats, given the vertices that are certainly its own.
+    /// Whether a vertex has another colour than the old surfaces there; false without colours on both.
+    pub(super) fn is_new_color(&self, v: VertexId) -> bool {
+        self.old_density.as_ref().is_some_and(|old| old[v] < looks_old())
+    }
+
+    /// Evidence of the colours for each label, in nats, given the vertices that are certainly its own; `None` for a label without a
+    /// model of its colours, and without colours on both.
     ///
-    /// **Shapes** `sure` and the result: one entry per vertex.
+    /// What is certain at first may show a little of another label: hair on a jacket, a boot below a trouser leg. So vertices with
+    /// a colour that belongs to another label are left out of the models, and the colours count once more where another label
+    /// explains them better: the labels of one scan are seen in one light.
     ///
-    /// Certain vertices with a colour of the old surfaces are left out of the garment's colour model (a coat is open in
-    /// front), unless hardly any others remain.
-    pub(super) fn of_colors(&self, sure: &PerVertex<bool>) -> Option<PerVertex<f64>> {
+    /// **Shapes** `sure` and the result: one list per label, each with one entry per vertex; the last label is that of what no
+    /// garment explains.
+    pub(super) fn of_labels(&self, sure: &[PerVertex<bool>]) -> Vec<Option<PerVertex<f64>>> {
+        let (Some(colors), Some(old)) = (&self.colors, &self.old_density) else { return vec![None; sure.len()] };
+        let densities = |sure: &[PerVertex<bool>]| -> Vec<Option<PerVertex<f64>>> {
+            let model = |sure: &PerVertex<bool>| self.model_of(sure);
+            let models: Vec<Option<Mixture>> = sure.par_iter().map(model).collect();
+            let density = |model: Mixture| -> PerVertex<f64> {
+                colors.0.par_iter().map(|color| model.density(color)).collect::<Vec<_>>().into()
+            };
+            models.into_iter().map(|model| model.map(density)).collect()
+        };
+        let first = densities(sure);
+        let count = |of: &PerVertex<bool>| of.iter().filter(|s| **s).count();
+        let counts: Vec<f64> = sure.iter().map(|of| count(of) as f64).collect();
+        let last_label = sure.len().saturating_sub(1);
+        let foreign = |label: usize, v: VertexId| {
+            let own = first[label].as_ref().map_or(0.0, |own| own[v]);
+            let belongs_to = |(k, of): (usize, &Option<PerVertex<f64>>)| {
+                let Some(other) = of.as_ref().map(|of| of[v]).filter(|_| k != label) else { return false };
+                let is_more_seen = other * counts[k] > own * counts[label];
+                match (label == last_label, k == last_label) {
+                    (true, _) => other > MORE_OFTEN * own || is_more_seen,
+                    (_, true) => other > MORE_OFTEN * own && is_more_seen,
+                    _ => other > CLEARLY_MORE_OFTEN * own,
+                }
+            };
+            first.iter().enumerate().any(belongs_to)
+        };
+        let own: Vec<PerVertex<bool>> = sure
+            .iter()
+            .enumerate()
+            .map(|(label, sure)| {
+                let own: PerVertex<bool> = sure.enumerate().map(|(v, s)| *s && !foreign(label, v)).collect();
+                // What is unexplained may have no colour of its own; a garment has one.
+                if label == last_label || count(&own) * 5 >= count(sure) { own } else { sure.clone() }
+            })
+            .collect();
+        let last = densities(&own);
+        let nats = |density: f64| (density + UNKNOWN_DENSITY).ln();
+        let best: PerVertex<f64> = (0..colors.len())
+            .map(|v| last.iter().flatten().map(|of| nats(of.0[v])).fold(f64::NEG_INFINITY, f64::max))
+            .collect();
+        let of_label = |own: PerVertex<f64>| {
+            let says = |(v, &own): (VertexId, &f64)| {
+                let against_old = (nats(own) - nats(old[v])).clamp(-GREATEST_COLOR, GREATEST_COLOR);
+                against_old - (best[v] - nats(own)).clamp(0.0, GREATEST_COLOR)
+            };
+            own.enumerate().map(says).collect()
+        };
+        last.into_iter().map(|density| density.map(of_label)).collect()
+    }
+
+    /// The colours of certain vertices. Those with a colour of the old surfaces are left out, unless hardly any others remain.
+    fn model_of(&self, sure: &PerVertex<bool>) -> Option<Mixture> {
         let (colors, old) = (self.colors.as_ref()?, self.old_density.as_ref()?);
         let sure_colors = |least_new: bool| -> Vec<Lab> {
             sure.enumerate()
@@ -85,7 +151,18 @@ impl ScanEvidence {
                 .collect()
         };
         let (all, new) = (sure_colors(false), sure_colors(true));
-        let model = Mixture::of(if new.len() * 5 >= all.len() { &new } else { &all })?;
+        Mixture::of(if new.len() * 5 >= all.len() { &new } else { &all })
+    }
+
+    /// Evidence of the colours for the garment, in nats, given the vertices that are certainly its own.
+    ///
+    /// **Shapes** `sure` and the result: one entry per vertex.
+    ///
+    /// Certain vertices with a colour of the old surfaces are left out of the garment's colour model (a coat is open in
+    /// front), unless hardly any others remain.
+    pub(super) fn of_colors(&self, sure: &PerVertex<bool>) -> Option<PerVertex<f64>> {
+        let (colors, old) = (self.colors.as_ref()?, self.old_density.as_ref()?);
+        let model = self.model_of(sure)?;
         let says = |(v, color): (_, &Lab)| {
             let ratio = (model.density(color) + UNKNOWN_DENSITY).ln() - (old[v] + UNKNOWN_DENSITY).ln();
             ratio.clamp(-GREATEST_COLOR, GREATEST_COLOR)

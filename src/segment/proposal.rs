@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 /// Distance along the surface within which a brush that contradicts the proposal lets the boundary move, in metres: that
 /// within which a hem is searched for. Farther away the labels stay as proposed.
-const REACH: f64 = 0.1;
+pub(super) const REACH: f64 = 0.1;
 
 /// Labels without any brush, and the graph whose minimum cut they are. Transferred labels have no graph.
 ///
@@ -70,6 +70,11 @@ impl Proposal {
     /// Labels that are final except for marks: no specks are removed, and no boundary is found again beside a mark.
     pub(super) fn of_labels(labels: Labels) -> Self {
         Self { unary: Vec::new(), costs: Vec::new(), cut: labels.clone(), labels }
+    }
+
+    /// What each vertex and each boundary costs, the cut, and the labels; see the fields.
+    pub(super) fn into_parts(self) -> (Vec<i64>, Vec<i64>, Labels, Labels) {
+        (self.unary, self.costs, self.cut, self.labels)
     }
 
     /// The labels as proposed.

@@ -8,7 +8,7 @@ use super::max_flow::min_cut;
 use super::placement::Placement;
 use super::proposal::{Proposal, Segmentation};
 use super::transfer::{Labels, transfer};
-use crate::geometry::{Adjacency, FaceId, PerVertex, SurfaceIndex, TriMesh};
+use crate::geometry::{Adjacency, FaceId, PerVertex, SurfaceIndex, SurfacePoint, TriMesh};
 use crate::parameters::{Allowed, Parameters, parameters};
 use crate::scan::Scan;
 use rayon::prelude::*;
@@ -55,9 +55,9 @@ parameters! {
 }
 
 /// Capacities are integers: units per nat.
-const UNITS_PER_NAT: f64 = 1000.0;
+pub(super) const UNITS_PER_NAT: f64 = 1000.0;
 /// Depth inside the template from which a vertex is certainly the garment for the first colour model, in metres.
-const SURE_DEPTH: f64 = 0.06;
+pub(super) const SURE_DEPTH: f64 = 0.06;
 /// A boundary is cheaper along creases; at this angle between faces, in radians, by the factor 1/e.
 const CREASE: f64 = 0.6;
 /// A boundary is cheaper where colours differ; at this many spreads by the factor 1/e.
@@ -126,7 +126,12 @@ pub fn propose(
     Ok(Proposal::new(mesh, &adjacency, unary, &edges, labels))
 }
 
-fn check_inputs(scan: &Scan, inner: &[Inner<'_>], body: &Inner<'_>, placement: &Placement) -> Result<(), SegmentError> {
+pub(super) fn check_inputs(
+    scan: &Scan,
+    inner: &[Inner<'_>],
+    body: &Inner<'_>,
+    placement: &Placement,
+) -> Result<(), SegmentError> {
     let vertices = body.mesh.vertex_count();
     check_length("covered vertices of the template", placement.prior.len(), vertices)?;
     check_length("depths of the template", placement.depth.len(), vertices)?;
@@ -156,17 +161,30 @@ pub fn refine(
 
 /// The template's depth at each vertex of the scan: that of the closest point of the body.
 fn depth_on_scan(mesh: &TriMesh, body: &TriMesh, depth: &PerVertex<f64>) -> PerVertex<f64> {
-    let index = SurfaceIndex::prepare(body);
-    let at = |p| {
-        let found = index.closest(p);
-        let corners = body.faces().0.get(found.face.index())?;
-        Some((0..3).map(|k| found.barycentric[k] * depth[corners[k]]).sum())
-    };
-    let depths: Vec<f64> = mesh.points().0.par_iter().map(|p| at(p).unwrap_or(f64::NEG_INFINITY)).collect();
-    depths.into()
+    depths_on_scan(mesh, body, std::iter::once(depth)).swap_remove(0)
 }
 
-fn boundary_costs(
+/// The depth of each template at each vertex of the scan: that of the closest point of the body.
+///
+/// **Shapes** `depths`: one list per template with one entry per vertex of the body; the result: one entry per vertex of the scan.
+pub(super) fn depths_on_scan<'a>(
+    mesh: &TriMesh,
+    body: &TriMesh,
+    depths: impl Iterator<Item = &'a PerVertex<f64>>,
+) -> Vec<PerVertex<f64>> {
+    let index = SurfaceIndex::prepare(body);
+    let closest: Vec<_> = mesh.points().0.par_iter().map(|p| index.closest(p)).collect();
+    let of_template = |depth: &PerVertex<f64>| -> PerVertex<f64> {
+        let at = |found: &SurfacePoint| {
+            let corners = body.faces().0.get(found.face.index())?;
+            Some((0..3).map(|k| found.barycentric[k] * depth[corners[k]]).sum())
+        };
+        closest.iter().map(|found| at(found).unwrap_or(f64::NEG_INFINITY)).collect()
+    };
+    depths.map(of_template).collect()
+}
+
+pub(super) fn boundary_costs(
     mesh: &TriMesh,
     adjacency: &Adjacency,
     evidence: &ScanEvidence,

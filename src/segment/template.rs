@@ -226,6 +226,18 @@ impl GarmentTemplate {
         least..=most
     }
 
+    /// Its usual place among the garments of one scan, small inside. It is its rank, but shirts are worn over the waistbands of
+    /// trousers and skirts.
+    pub fn order_in_outfit(&self) -> (u32, u32) {
+        /// The rank of shirts.
+        const SHIRTS: u32 = 20;
+        /// Knee and a place between hip and neck: what ends between them has a waistband.
+        const WAISTBAND: std::ops::Range<f64> = -1.0..0.5;
+        let has_waistband =
+            self.arms.is_none() && self.trunk.as_ref().is_some_and(|trunk| WAISTBAND.contains(&trunk.to.level()));
+        (if has_waistband { self.rank.min(SHIRTS - 1) } else { self.rank }, self.rank)
+    }
+
     fn check(&self) -> Result<(), String> {
         if self.trunk.is_none() && self.arms.is_none() && self.region.is_none() {
             return Err("it covers nothing: there is neither [trunk] nor [arms] nor [region]".into());
@@ -302,6 +314,21 @@ mod tests {
         }
         assert_eq!(GarmentTemplate::built_in("T-Shirt").unwrap().expected_loops(), 4..=4);
         assert_eq!(GarmentTemplate::built_in("coat").unwrap().expected_loops(), 3..=4);
+    }
+
+    #[test]
+    fn shirts_are_worn_over_waistbands_and_all_else_in_the_order_of_ranks() {
+        let place = |kind: &str| GarmentTemplate::built_in(kind).unwrap().order_in_outfit();
+        for inside_out in [
+            ["socks", "trousers", "shirt"],
+            ["trousers", "tshirt", "shoes"],
+            ["shorts", "skirt", "blouse"],
+            ["tanktop", "trousers", "tshirt"],
+            ["leggings", "dress", "coat"],
+            ["skirt", "jacket", "hat"],
+        ] {
+            assert!(inside_out.is_sorted_by_key(|kind| place(kind)), "{inside_out:?}");
+        }
     }
 
     #[test]
