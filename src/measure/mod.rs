@@ -14,7 +14,8 @@
 //!    ResultBind { layers: [("body", mesh), ("tshirt", mesh), ..] }           innermost first
 //! measure(&result_steps, &bind, &truth_steps, truth_bind, kind) -> SessionMeasures  (serde: the JSON of `measure --json`)
 //! ```
-//! The garment that step k added is `garments[k - 1]`. It is compared with `layers[k - 1]`, whatever its name.
+//! The garment that step k added is `garments[k - 1]`. It is compared with `layers[k - 1]`, whatever its name, unless
+//! `ResultStep::true_layer` says otherwise: the steps of an outfit have one true step, whose layers have names.
 
 mod alignment;
 mod crossings;

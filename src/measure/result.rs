@@ -28,6 +28,10 @@ pub struct ResultStep {
     pub margin: f64,
     /// The boundary loops of the new garment that are hems, as the cut tells hems from holes; `None` for the naked step.
     pub hem_loops: Option<Vec<Vec<VertexId>>>,
+    /// Index of the true layer that is the new garment; `None` where the truth's layers are those of the steps, in their order.
+    pub true_layer: Option<usize>,
+    /// Indices of true layers that are hair. They hide no skin from the metrics of the body under cloth.
+    pub true_hair: Vec<usize>,
     /// How many hems the template expects.
     pub hem_loops_expected: Option<usize>,
 }

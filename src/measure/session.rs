@@ -78,9 +78,15 @@ fn measure_step(
         model_only: result.fitted.as_ref().map(|fitted| surface_distance(fitted, &truth.body)),
         joint_mean_mm: joint_mean_mm(&result.joints, &truth.joints),
         outside_scan,
-        hidden: (!naked).then(|| hidden_body(&result.body, &truth.body, &truth.layers)),
+        hidden: (!naked).then(|| hidden_body(&result.body, &truth.body, &cloth_of(result, truth))),
         garment,
     })
+}
+
+/// The true layers without hair.
+fn cloth_of(result: &ResultStep, truth: &TruthStep) -> Vec<TriMesh> {
+    let layers = truth.layers.iter().enumerate().filter(|(k, _)| !result.true_hair.contains(k));
+    layers.map(|(_, layer)| layer.clone()).collect()
 }
 
 fn measure_garment(
@@ -91,7 +97,7 @@ fn measure_garment(
     bind: &ResultBind,
     truth_bind: Option<&TruthBind>,
 ) -> Result<GarmentMeasures, MeasureError> {
-    let garment = result.garments.len() - 1;
+    let garment = result.true_layer.unwrap_or(result.garments.len() - 1);
     let Some(true_garment) = truth.layers.get(garment) else {
         let layers = truth.layers.len();
         return Err(MeasureError::LayerMissing { step, name: result.name.clone(), garment: garment + 1, layers });

@@ -290,6 +290,8 @@ fn perfect_session() -> (Vec<ResultStep>, ResultBind, Vec<TruthStep>) {
         covered: None,
         margin: 0.002,
         hem_loops: None,
+        true_layer: None,
+        true_hair: Vec::new(),
         hem_loops_expected: None,
     };
     let dressed = ResultStep {
@@ -299,6 +301,8 @@ fn perfect_session() -> (Vec<ResultStep>, ResultBind, Vec<TruthStep>) {
         scan,
         covered: Some(labels.clone()),
         labels: Some(labels),
+        true_layer: None,
+        true_hair: Vec::new(),
         hem_loops_expected: Some(2),
         ..naked.clone()
     };

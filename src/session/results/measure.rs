@@ -11,12 +11,15 @@ use crate::measure::{
 use crate::scan::FileFrame;
 use crate::session::error::SessionError;
 use crate::session::open::{Session, source};
-use crate::session::recipe::{GarmentSpec, garment_spec};
+use crate::session::recipe::{GarmentSpec, StepRecipe, garment_spec};
 use crate::session::stage::Stage;
 use std::path::Path;
 
 /// Poses in which cloth must not tear.
 const STRETCHING: [Stance; 4] = [Stance::ArmsUp, Stance::Squat, Stance::ThighRaised, Stance::Stride];
+
+/// The name of a layer of the truth that is hair.
+const HAIR: &str = "hair";
 
 /// The differences between a session and its ground truth.
 pub type TruthReport = TruthMeasures;
@@ -44,17 +47,24 @@ impl Session {
             SessionError::reading(&joints_path, std::io::Error::new(std::io::ErrorKind::InvalidData, e))
         })?;
         let joints = TruthJoints::from_json(&text).map_err(|e| SessionError::bad_source(&joints_path, e))?;
-        let results = steps.iter().map(result_of).collect::<Result<Vec<_>, _>>()?;
+        let of_truth = true_steps(&steps);
+        let mut results = steps.iter().map(result_of).collect::<Result<Vec<_>, _>>()?;
+        for (k, result) in
+            results.iter_mut().enumerate().filter(|(k, _)| of_truth.last() != Some(&(steps.len() - 1)) && *k > 0)
+        {
+            result.true_layer = true_layer(&joints.names, &steps[k].step, k);
+            result.true_hair = hair_among(&joints.names);
+        }
         let truths = steps
             .iter()
-            .enumerate()
-            .map(|(k, posed)| match self.is_recorded(posed) {
+            .zip(&of_truth)
+            .map(|(posed, &k)| match self.is_recorded(posed) {
                 true => Ok(aligned_with(&posed.scan.mesh, truth_of(folder, k, &joints, &FileFrame::identity())?)),
                 false => truth_of(folder, k, &joints, &posed.scan.world_from_file),
             })
             .collect::<Result<Vec<_>, SessionError>>()?;
         let bind = bind_result(&steps);
-        let truth_bind = bind_truth(folder, steps.len().saturating_sub(1))?;
+        let truth_bind = bind_truth(folder)?;
         let kind = match subject {
             SubjectOrigin::Invented => SubjectKind::Invented,
             SubjectOrigin::Foreign => SubjectKind::Foreign,
@@ -66,6 +76,37 @@ impl Session {
     fn is_recorded(&self, posed: &PosedStep) -> bool {
         self.state.record(&posed.step.name, Stage::Scan).is_some_and(|record| record.measures.contains_key("frames"))
     }
+}
+
+/// The step of the truth of each step. Steps with one scan, those of an outfit above all, have one.
+///
+/// **Shapes** one entry per step.
+fn true_steps(steps: &[PosedStep]) -> Vec<usize> {
+    let mut known = Vec::new();
+    for (k, posed) in steps.iter().enumerate() {
+        let is_new = |before: &PosedStep| before.step.is_body() || before.step.hash != posed.step.hash;
+        let last = known.last().copied().unwrap_or(0);
+        known.push(match k.checked_sub(1).map(|before| is_new(&steps[before])) {
+            None => 0,
+            Some(true) => last + 1,
+            Some(false) => last,
+        });
+    }
+    known
+}
+
+/// The layers of the truth that are hair, from their names.
+fn hair_among(names: &[String]) -> Vec<usize> {
+    names.iter().skip(1).enumerate().filter(|(_, name)| *name == HAIR).map(|(k, _)| k).collect()
+}
+
+/// The layer of the truth that is the garment of step `k`: that of its name or of its kind; otherwise that of its place, without
+/// hair.
+fn true_layer(names: &[String], step: &StepRecipe, k: usize) -> Option<usize> {
+    let layers: Vec<&String> = names.iter().skip(1).collect();
+    let named = |name: &str| layers.iter().position(|layer| *layer == name);
+    let in_place = || (0..layers.len()).filter(|&j| layers[j] != HAIR).nth(k - 1);
+    named(&step.name).or_else(|| named(step.template.as_deref()?)).or_else(in_place)
 }
 
 fn aligned_with(scan: &TriMesh, truth: TruthStep) -> TruthStep {
@@ -95,6 +136,8 @@ fn result_of(posed: &PosedStep) -> Result<ResultStep, SessionError> {
         scan: posed.scan.mesh.clone(),
         labels: posed.labels.as_ref().map(|l| l.0.clone()),
         covered,
+        true_layer: None,
+        true_hair: Vec::new(),
         margin: crate::session::stages::margin(&posed.step)?,
         hem_loops: posed.hem_loops.clone(),
         hem_loops_expected: spec.map(|s| *s.template.expected_loops().end()),
@@ -114,7 +157,10 @@ fn bind_result(steps: &[PosedStep]) -> ResultBind {
 fn truth_of(folder: &Path, step: usize, joints: &TruthJoints, frame: &FileFrame) -> Result<TruthStep, SessionError> {
     let in_world = |mesh: TriMesh| mesh.map_points(|p| frame.world_from_file(p));
     let body = in_world(read_mesh(&folder.join(TruthNaming::step_body(step)))?);
-    let layers = (1..=step)
+    // Each step has a layer more than the one before, at least.
+    let is_there = |layer: &usize| *layer <= step || folder.join(TruthNaming::step_layer(step, *layer)).is_file();
+    let layers = (1..)
+        .take_while(|layer| step > 0 && is_there(layer))
         .map(|layer| read_mesh(&folder.join(TruthNaming::step_layer(step, layer))).map(in_world))
         .collect::<Result<Vec<_>, _>>()?;
     let of_step = joints.at(step).map_err(|e| SessionError::bad_source(&folder.join(TruthNaming::JOINTS), e))?;
@@ -123,12 +169,12 @@ fn truth_of(folder: &Path, step: usize, joints: &TruthJoints, frame: &FileFrame)
 }
 
 /// The truth in the bind pose, if present.
-fn bind_truth(folder: &Path, layers: usize) -> Result<Option<TruthBind>, SessionError> {
+fn bind_truth(folder: &Path) -> Result<Option<TruthBind>, SessionError> {
     let body = folder.join(TruthNaming::bind_body());
     if !body.is_file() {
         return Ok(None);
     }
-    let layers = (1..=layers)
+    let layers = (1..)
         .map(|layer| folder.join(TruthNaming::bind_layer(layer)))
         .take_while(|path| path.is_file())
         .map(|path| read_mesh(&path))
