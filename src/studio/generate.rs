@@ -15,7 +15,7 @@ use crate::measure::{JointPositions, TruthBind, TruthStep};
 /// **Shapes** `colors` has one entry per vertex of `scan`.
 #[derive(Clone, Debug)]
 pub struct SyntheticStep {
-    /// `body`, or the garment kind.
+    /// `body`, the garment kind, or `outfit` for several garments.
     pub name: String,
     /// The frames, with true poses and labels.
     pub recording: RgbdRecording,
@@ -27,6 +27,9 @@ pub struct SyntheticStep {
     pub truth: TruthStep,
 }
 
+/// The name of a step that shows several garments for the first time.
+const OUTFIT: &str = "outfit";
+
 /// A synthetic session with its truth.
 #[derive(Clone, Debug)]
 pub struct SyntheticSession {
@@ -36,7 +39,7 @@ pub struct SyntheticSession {
     pub bind: TruthBind,
 }
 
-/// Generates a session: a subject scanned naked, then with one more garment in each step.
+/// Generates a session: a subject scanned naked, then with one more garment in each step, or once with all of them.
 ///
 /// **Frame and units** each step in its own scan's frame: metres, Y up, feet near y = 0, facing about +Z.
 ///
@@ -58,8 +61,18 @@ pub fn generate_each_step(
     params.check()?;
     let subject = Subject::generate(model, params.seed)?;
     let garments: Vec<SewnGarment> = params.garments.iter().map(|&kind| sew(kind, &subject, params.seed)).collect();
-    for step in 0..=garments.len() {
-        on_step(step, scan_of(&subject, &garments[..step], step, params)?);
+    match params.one_scan {
+        true => {
+            on_step(0, scan_of(&subject, &[], 0, params)?);
+            if !garments.is_empty() {
+                on_step(1, SyntheticStep { name: OUTFIT.into(), ..scan_of(&subject, &garments, 1, params)? });
+            }
+        }
+        false => {
+            for step in 0..=garments.len() {
+                on_step(step, scan_of(&subject, &garments[..step], step, params)?);
+            }
+        }
     }
     let DressedSubject { body, layers } = dress(&subject, &subject.at_rest(), &garments, params.settling_secs)?;
     Ok(TruthBind { body, layers })
@@ -126,6 +139,7 @@ mod tests {
         StudioParams {
             seed: 11,
             garments,
+            one_scan: false,
             turntable: TurntableParams { views: 8, ..TurntableParams::default() },
             scanner: ScannerParams { voxel: 0.02, faces: 4_000 },
             sway: 0.0,
@@ -170,6 +184,16 @@ mod tests {
         let lowest = naked.truth.body.bounds().unwrap().min.y;
         assert!(lowest.abs() < 1e-9, "soles on the floor: {lowest}");
         assert!(session.bind.layers[0].points().iter().all(|p| p.coords.norm() < 2.0));
+    }
+
+    #[test]
+    fn an_outfit_in_one_scan_has_two_steps_and_all_layers() {
+        let garments = vec![GarmentKind::Trousers, GarmentKind::Shirt];
+        let params = StudioParams { one_scan: true, ..coarse_params(garments) };
+        let session = generate_session(&crate::body::embedded_model().unwrap(), &params).unwrap();
+        assert_eq!(session.steps.iter().map(|s| s.name.as_str()).collect::<Vec<_>>(), ["body", "outfit"]);
+        assert_eq!(session.steps.iter().map(|s| s.truth.layers.len()).collect::<Vec<_>>(), [0, 2]);
+        assert_eq!(session.bind.layers.len(), 2);
     }
 
     #[test]

@@ -13,6 +13,8 @@ pub struct StudioParams {
     pub seed: u64,
     /// The garments in the order in which they are put on, one per step.
     pub garments: Vec<GarmentKind>,
+    /// Whether all garments are put on before the second scan, which then is the last.
+    pub one_scan: bool,
     /// The camera and the turntable.
     pub turntable: TurntableParams,
     /// The resolution of the fused scans.
@@ -30,6 +32,7 @@ impl Default for StudioParams {
         Self {
             seed: 1,
             garments: vec![GarmentKind::Tshirt, GarmentKind::Skirt],
+            one_scan: false,
             turntable: TurntableParams::default(),
             scanner: ScannerParams::default(),
             sway: 0.0,

@@ -12,6 +12,8 @@ pub struct SubjectParams {
     pub seed: u64,
     /// The garments, innermost first, separated by commas.
     pub garments: String,
+    /// Whether one scan shows all garments.
+    pub one_scan: bool,
     /// Frames per step.
     pub views: Option<usize>,
     /// Turns of the table per step.
@@ -31,8 +33,12 @@ impl SubjectParams {
     ///
     /// **Errors** where they cannot be generated; see [`StudioError`].
     pub fn params(&self) -> Result<StudioParams, StudioError> {
-        let mut params =
-            StudioParams { seed: self.seed, garments: GarmentKind::list(&self.garments)?, ..StudioParams::default() };
+        let mut params = StudioParams {
+            seed: self.seed,
+            garments: GarmentKind::list(&self.garments)?,
+            one_scan: self.one_scan,
+            ..StudioParams::default()
+        };
         let turntable = &mut params.turntable;
         turntable.views = self.views.unwrap_or(turntable.views);
         turntable.turns = self.turns.unwrap_or(turntable.turns);
@@ -60,6 +66,7 @@ mod tests {
         let asked = SubjectParams {
             seed: 1,
             garments: "tshirt".into(),
+            one_scan: false,
             views: None,
             turns: None,
             size: None,

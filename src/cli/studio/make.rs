@@ -71,7 +71,8 @@ pub fn make_subject(
     for (j, layer) in bind.layers.iter().enumerate() {
         write_mesh(&folder, &truth.join(TruthNaming::bind_layer(j + 1)), layer, None)?;
     }
-    let names: Vec<&str> = made.iter().map(|m| m.name.as_str()).collect();
+    // A scan shows several garments if all are put on at once.
+    let names: Vec<&str> = std::iter::once("body").chain(params.garments.iter().map(|kind| kind.name())).collect();
     let known =
         json!({ "source": "invented by Overcoat's studio", "seed": params.seed, "names": names, "steps": joints });
     folder.write_last(&truth.join(TruthNaming::JOINTS), known.to_string().as_bytes())?;

@@ -34,6 +34,9 @@ struct MakeArgs {
     /// The garments, from the inside out: `tshirt,jeans,coat`
     #[arg(long, value_name = "A,B,…")]
     garments: String,
+    /// Scan the person bare and then once in all garments, for `overcoat scan outfit`
+    #[arg(long)]
+    one_scan: bool,
     /// Folder to write: a new one, or an empty one
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -73,6 +76,7 @@ fn make(args: MakeArgs, context: &Context) -> anyhow::Result<Done> {
         subject: SubjectParams {
             seed: args.seed,
             garments: args.garments.clone(),
+            one_scan: args.one_scan,
             views: args.views,
             turns: args.turns,
             size: args.size,
@@ -95,10 +99,11 @@ fn make(args: MakeArgs, context: &Context) -> anyhow::Result<Done> {
         "secs": began.elapsed().as_secs_f64(),
     });
     let truth = args.out.join("truth");
+    let count = GarmentKind::list(&args.garments).map_or(0, |kinds| kinds.len());
     Ok(Done::new("studio make", json)
         .line(format!(
             "generated a person and {} garments in {}, in {}",
-            made.len() - 1,
+            count,
             args.out.display(),
             secs(began.elapsed())
         ))
