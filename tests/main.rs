@@ -15,6 +15,7 @@ mod foreign_segment;
 mod frozen;
 mod history;
 mod laws;
+mod outfit;
 mod output_files;
 mod painted_kinds;
 mod painted_masks;

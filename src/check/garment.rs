@@ -20,6 +20,9 @@ pub struct GarmentResult<'a> {
     pub garment: &'a Garment,
     /// Which vertices of the scan are the garment. **Shapes** one flag per vertex of the scan.
     pub labels: &'a PerVertex<bool>,
+    /// Which vertices are other garments that this scan shows for the first time, or hair. They are no part of the rest of the scan.
+    /// **Shapes** one flag per vertex of the scan.
+    pub others: Option<&'a PerVertex<bool>>,
     /// The figure dressed so far, posed in the scan: the body first, then its garments, innermost first.
     pub inner: &'a [Inner<'a>],
     /// The body in that pose without the inward offsets, with which it keeps a margin to every scan.
@@ -91,9 +94,12 @@ const ON_FIGURE: f64 = 0.007;
 ///
 /// **Errors** if arrays and surfaces differ in size, or if there is no body.
 pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, CheckError> {
-    let GarmentResult { scan, garment: cut, labels, inner, skin, thickness } = result;
+    let GarmentResult { scan, garment: cut, labels, others, inner, skin, thickness } = result;
     let mesh = &scan.mesh;
     CheckError::require_length("labels", labels.len(), mesh.vertex_count())?;
+    if let Some(others) = others {
+        CheckError::require_length("labels of other garments", others.len(), mesh.vertex_count())?;
+    }
     if inner.is_empty() {
         return Err(CheckError::NoBody);
     }
@@ -107,7 +113,8 @@ pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, Chec
     let places: Vec<Place> =
         mesh.vertex_ids().collect::<Vec<_>>().par_iter().map(|&v| Place::of(scan, v, &layers, &skin)).collect();
     let garment = || mesh.vertex_ids().filter(|&v| labels[v]).map(|v| (&places[v.index()], areas[v]));
-    let rest = || mesh.vertex_ids().filter(|&v| !labels[v]).map(|v| (v, &places[v.index()], areas[v]));
+    let is_rest = |v: &VertexId| !labels[*v] && others.is_none_or(|others| !others[*v]);
+    let rest = || mesh.vertex_ids().filter(is_rest).map(|v| (v, &places[v.index()], areas[v]));
     let distances: Vec<(f64, f64)> = garment().map(|(place, area)| (place.distance, area)).collect();
     let gaps: Vec<(f64, f64)> = garment().map(|(place, area)| (place.gap, area)).collect();
     let changes: Vec<(f64, f64)> = garment().filter_map(|(place, area)| Some((place.color_change?, area))).collect();
@@ -201,7 +208,8 @@ fn worn_before(k: usize, layers: &[IndexedLayer], result: &GarmentResult, scan_i
             let at = scan_index.closest_within(p, SAME_PLACE)?;
             let corner = at.nearest_corner(scan);
             // Where the new garment lies over it, or a deeper fold was seen from the other side, nothing is known.
-            if result.labels[corner] || scan.face_normal(at.face).dot(&normals[v]) < 0.3 {
+            let is_other = result.others.is_some_and(|others| others[corner]);
+            if result.labels[corner] || is_other || scan.face_normal(at.face).dot(&normals[v]) < 0.3 {
                 return None;
             }
             let outside = (p - at.point).dot(&scan_index.pseudonormal(&at)) > OUTSIDE_FROM;

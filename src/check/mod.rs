@@ -11,14 +11,18 @@ mod garment;
 mod hems;
 mod holes;
 mod layers;
+mod lookalike;
 mod posture;
 mod statistics;
 #[cfg(test)]
 mod tests;
+mod unlisted;
 
 pub use body::{BodyPlausibility, BodyResult, check_body};
 pub use doubts::Doubt;
 pub use error::CheckError;
 pub use garment::{GarmentPlausibility, GarmentResult, WornBefore, check_garment};
 pub use hems::RaggedHem;
+pub use lookalike::{is_lookalike, lookalike_doubt};
 pub use posture::Posture;
+pub use unlisted::{Unlisted, find_unlisted};

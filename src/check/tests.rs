@@ -45,7 +45,7 @@ fn checked(
     inner: &[Inner],
 ) -> Result<GarmentPlausibility, CheckError> {
     let skin = ball();
-    check_garment(&GarmentResult { scan, garment, labels, inner, skin: &skin, thickness: 0.0006 })
+    check_garment(&GarmentResult { scan, garment, labels, others: None, inner, skin: &skin, thickness: 0.0006 })
 }
 
 fn skin() -> PerVertex<[u8; 3]> {
@@ -89,8 +89,15 @@ fn without_colours_a_garment_that_is_no_farther_off_than_noise_and_fabric_may_be
         let inner_of_fit = [Inner { mesh: &drawn_in, colors: None }];
         for inner in [&inner[..], &inner_of_fit[..]] {
             let garment = half(&scan, &labels);
-            let result =
-                GarmentResult { scan: &scan, garment: &garment, labels: &labels, inner, skin: &body, thickness };
+            let result = GarmentResult {
+                scan: &scan,
+                garment: &garment,
+                labels: &labels,
+                others: None,
+                inner,
+                skin: &body,
+                thickness,
+            };
             let found = check_garment(&result).unwrap().doubts("shirt", &[]);
             let absent = found.iter().any(|d| d.what.starts_with("the scan may show no shirt"));
             assert_eq!(absent, is_doubted, "{stand_off} {thickness}: {found:?}");

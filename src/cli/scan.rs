@@ -4,7 +4,7 @@ use super::console::{Context, Done, Progress, secs};
 use super::stages::{ReadingArgs, file_of, interface};
 use crate::parameters::{Setting, Settings};
 use crate::scan::{Unit, Up};
-use crate::session::{BodySurface, NewScan, ShowIn};
+use crate::session::{BODY_STEP, BodySurface, NewOutfit, NewScan, SessionError, ShowIn};
 use serde_json::json;
 use std::net::IpAddr;
 use std::path::PathBuf;
@@ -12,15 +12,23 @@ use std::time::Instant;
 
 #[derive(clap::Args)]
 pub(super) struct ScanArgs {
-    /// `body`, or a name for the new garment
+    /// `body`, or a name for the new garment; for several garments in one scan a name for the outfit, such as `outfit`
     name: String,
     /// The scan: .ply, .obj, .glb, .gltf, .stl or .off; a .zip of one with the pictures of its texture; or a folder of RGB-D
     /// frames with its camera.json
     #[arg(value_name = "FILE|FOLDER")]
     file: PathBuf,
-    /// The garment kind, as in `overcoat templates list`
-    #[arg(short, long)]
-    template: Option<String>,
+    /// The garment kind, as in `overcoat templates list`. If the scan shows several new garments, all of them, in any order:
+    /// `trousers,shirt,shoes`. Each becomes a step and a layer of its own
+    #[arg(short, long, value_delimiter = ',', value_name = "KIND[,KIND…]")]
+    template: Vec<String>,
+    /// Names of the garments of an outfit, in the order of --template; by default those of their kinds
+    #[arg(long, value_delimiter = ',', value_name = "NAME,NAME…", requires = "template")]
+    names: Vec<String>,
+    /// Which garment of an outfit is worn over which, if not as usual: `boots:trousers`; shirts are usually worn over trousers,
+    /// shoes over all
+    #[arg(long, value_delimiter = ',', value_name = "UPPER:LOWER", requires = "template")]
+    over: Vec<String>,
     /// Unit of the file (m, dm, cm, mm, in); guessed by default
     #[arg(long)]
     unit: Option<Unit>,
@@ -90,14 +98,54 @@ impl HairWord {
     }
 }
 
+/// The usual name of an outfit. A scan of this name is one even with a single garment, which then has the name of its kind.
+const OUTFIT: &str = "outfit";
+
+impl ScanArgs {
+    fn is_outfit(&self) -> bool {
+        self.template.len() > 1
+            || !self.names.is_empty()
+            || !self.over.is_empty()
+            || (self.name == OUTFIT && !self.template.is_empty())
+    }
+
+    /// Refuses what concerns the body, or one garment only.
+    fn check_outfit(&self) -> Result<(), SessionError> {
+        if self.name == BODY_STEP {
+            return Err(SessionError::BodyWithTemplate);
+        }
+        let of_body = [("--surface", self.surface.is_some()), ("--hair", self.hair.is_some())];
+        let of_one = [("--until", self.until.is_some()), ("--sleeve", self.sleeve.is_some())];
+        let refuse = |option: &str, what: &str, hint: String| {
+            Err(SessionError::BadRequest { what: format!("{option} {what}"), hint })
+        };
+        if let Some((option, _)) = of_body.into_iter().find(|given| given.1) {
+            return refuse(option, "is for the bare body only", format!("leave {option} out"));
+        }
+        match of_one.into_iter().find(|given| given.1 && self.template.len() > 1) {
+            Some((option, _)) => refuse(
+                option,
+                "is for one garment, but the scan shows several",
+                format!("leave it out and set it after the scan: `overcoat step set GARMENT {}=…`", &option[2..]),
+            ),
+            None => Ok(()),
+        }
+    }
+}
+
 pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
+    let is_outfit = args.is_outfit();
+    if is_outfit {
+        args.check_outfit()?;
+    }
+    let (templates, names, over) = (args.template, args.names, args.over);
     let new = NewScan {
         name: args.name,
         view: args.view.map(|view| view.with_bind(args.bind)),
         force: args.force,
         file: context.input(args.file),
-        template: args.template,
+        template: templates.first().filter(|_| !is_outfit).cloned(),
         unit: args.unit,
         up: args.up,
         faces: args.faces,
@@ -114,13 +162,22 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
     };
     let mut writer = context.writer()?;
     let mut progress = Progress::of_one_stage(&context.console);
-    let report = writer.add_scan(&new, &mut |event| progress.show(event))?;
+    let mut steps = vec![new.name.clone()];
+    let report = if is_outfit {
+        let outfit = NewOutfit { scan: new.clone(), templates: templates.clone(), names, over };
+        let (garments, report) = writer.add_outfit(&outfit, &mut |event| progress.show(event))?;
+        steps = garments;
+        report
+    } else {
+        writer.add_scan(&new, &mut |event| progress.show(event))?
+    };
     progress.end();
     let measure = |name: &str| report.measures.get(name).copied().unwrap_or(0.0);
     let json = json!({
         "session": context.session.display().to_string(),
         "step": new.name,
-        "template": new.template,
+        "steps": steps,
+        "template": if is_outfit { json!(templates) } else { json!(new.template) },
         "file": new.file.display().to_string(),
         "measures": report.measures,
         "recording": new.view.as_ref().and_then(file_of),
@@ -132,7 +189,7 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
     let mut done = Done::new("scan", json)
         .line(format!(
             "scanned {} from {}: {:.0} vertices, {:.0} faces, in {}",
-            new.name,
+            steps.join(", "),
             new.file.display(),
             measure("vertices"),
             measure("faces"),

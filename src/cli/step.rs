@@ -78,12 +78,13 @@ fn list(context: &Context) -> anyhow::Result<Done> {
     let files = width(|step| step.file.chars().count());
     let line = |step: &StepInfo| {
         let line = format!(
-            "{:>2}  {:<names$}  {:<kinds$}  {:<files$}  {}",
+            "{:>2}  {:<names$}  {:<kinds$}  {:<files$}  {}{}",
             step.number,
             step.name,
             kind(step),
             step.file,
-            masks(step.masks)
+            masks(step.masks),
+            step.outfit.as_ref().map_or(String::new(), |outfit| format!("  outfit {outfit}"))
         );
         line.trim_end().to_string()
     };

@@ -27,8 +27,9 @@ mod stages;
 mod store;
 
 pub use change::{
-    Batch, Built, Damage, FsckReport, MaskInfo, MaskReport, NewAnimation, NewScan, Recut, Repair, Replay, Replayed,
-    StageRequest, StageRun, StepInfo, SubjectRun, TemplateReport, fsck, replay, replay_all, write_template_to_paint,
+    Batch, Built, Damage, FsckReport, MaskInfo, MaskReport, NewAnimation, NewOutfit, NewScan, Recut, Repair, Replay,
+    Replayed, StageRequest, StageRun, StepInfo, SubjectRun, TemplateReport, fsck, replay, replay_all,
+    write_template_to_paint,
 };
 pub use error::SessionError;
 pub use open::{

@@ -16,6 +16,9 @@ pub struct StepInfo {
     pub name: String,
     /// The garment kind; `None` for the body.
     pub template: Option<String>,
+    /// The outfit of which it is a garment.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub outfit: Option<String>,
     /// The scan's file, as written in the recipe: relative to the session's folder where possible.
     pub file: String,
     /// Number of masks.
@@ -29,6 +32,7 @@ impl Session {
             number: i + 1,
             name: step.name.clone(),
             template: step.template.clone(),
+            outfit: step.outfit.clone(),
             file: step.scan.clone(),
             masks: step.masks.len(),
         };
@@ -91,6 +95,7 @@ impl Writer {
     ) -> Result<Vec<String>, SessionError> {
         let (mut recipe, before) = (self.session.recipe.clone(), self.session.recipe.step(name)?.clone());
         let keys = self.assign(&mut recipe, name, set, from)?;
+        recipe.share_in_outfit(name);
         recipe.link_templates();
         recipe.check().map_err(|fault| fault.error)?;
         let step = recipe.step(name)?.clone();

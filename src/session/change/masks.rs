@@ -3,14 +3,14 @@
 use crate::formats::{NpyArray, PlyOptions, write_npy, write_ply};
 use crate::geometry::Adjacency;
 use crate::scan::Scan;
-use crate::segment::{LabelledSurface, Labels, Marks, Proposal};
+use crate::segment::{LabelledSurface, Labels, Marks};
 use crate::session::error::SessionError;
 use crate::session::open::{Session, Writer, source};
 use crate::session::recipe::{MaskFile, SourceFile, StepRecipe, relative_to};
 use crate::session::results::{Content, Outputs};
 use crate::session::stage::Stage;
 use crate::session::stages::marks::{is_something, marks_of_some, nothing_left};
-use crate::session::stages::{Walk, pipeline, scan_of};
+use crate::session::stages::{Labelling, Walk, pipeline, scan_of};
 use crate::session::store::{ContentHash, Kept, StageRecord, write_whole};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -278,15 +278,12 @@ impl Session {
     }
 
     /// The evidence for a garment if it is up to date.
-    pub(in crate::session) fn up_to_date_proposal(&self, layer: &str) -> Option<Kept<Proposal>> {
+    pub(in crate::session) fn up_to_date_evidence(&self, layer: &str) -> Option<ContentHash> {
         let mut walk = Walk::look(self);
         // Later stages may be out of date.
         let _ = pipeline::steps(&mut walk, Some(layer));
         let is_up_to_date = walk.into_reports().iter().any(|r| r.step == layer && r.stage == Stage::Evidence);
-        is_up_to_date
-            .then(|| self.state.record(layer, Stage::Evidence))
-            .flatten()
-            .map(|record| Kept::named(record.output))
+        is_up_to_date.then(|| self.state.record(layer, Stage::Evidence)).flatten().map(|record| record.output)
     }
 
     /// Reads a mask and applies it to its scan.
@@ -334,10 +331,10 @@ impl Session {
         let Some(output) = record.map(|record| record.output).filter(|output| self.store.has(*output)) else {
             return Ok(None);
         };
-        let proposal = self.store.load_shared(Kept::<Proposal>::named(output))?;
+        let labelling = Labelling::load(self, step, output, scan)?;
         let adjacency = self.store.prepared(kept_scan.hash, || Adjacency::prepare(&scan.mesh));
         let marks = marks_of_some(self, step, scan, |i| at.is_none_or(|at| i < at))?;
-        let segmentation = proposal.corrected(&scan.mesh, &adjacency, &marks);
+        let segmentation = labelling.corrected(&scan.mesh, &adjacency, &marks);
         Ok(Some(segmentation.map_err(|e| SessionError::stage(&step.name, Stage::Segment, e))?.labels))
     }
 
@@ -346,12 +343,13 @@ impl Session {
         let NewMask { step, scan, at, .. } = new;
         let before = marks_of_some(self, step, scan, |i| at.is_none_or(|at| i < at))?;
         let after = marks_of_some(self, step, scan, |i| at.is_some_and(|at| i > at))?;
-        let proposal = self.up_to_date_proposal(&step.name).map(|kept| self.store.load_shared(kept)).transpose()?;
+        let evidence = self.up_to_date_evidence(&step.name);
+        let labelling = evidence.map(|evidence| Labelling::load(self, step, evidence, scan)).transpose()?;
         let adjacency = self.store.prepared(new.kept_scan.hash, || Adjacency::prepare(&scan.mesh));
         let left = |marks: &Marks| -> Result<bool, SessionError> {
             let all = before.clone().then(marks).then(&after);
-            let Some(proposal) = &proposal else { return Ok(all.labels.iter().any(|m| *m != Some(false))) };
-            let segmentation = proposal
+            let Some(labelling) = &labelling else { return Ok(all.labels.iter().any(|m| *m != Some(false))) };
+            let segmentation = labelling
                 .corrected(&scan.mesh, &adjacency, &all)
                 .map_err(|e| SessionError::stage(&step.name, Stage::Segment, e))?;
             Ok(is_something(scan, &segmentation.labels))

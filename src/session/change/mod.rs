@@ -12,7 +12,7 @@ mod replay;
 mod single_stage;
 mod templates;
 
-pub use add_scan::NewScan;
+pub use add_scan::{NewOutfit, NewScan};
 pub use animate::NewAnimation;
 pub use batch::{Batch, SubjectRun, replay_all};
 pub use build::Built;

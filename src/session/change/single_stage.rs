@@ -66,6 +66,7 @@ impl Writer {
         let mut set = Vec::new();
         for name in &steps {
             set.extend(change_settings(recipe.step_mut(name)?, request)?);
+            recipe.share_in_outfit(name);
         }
         recipe.check().map_err(|fault| fault.error)?;
         if !set.is_empty() {

@@ -1,7 +1,7 @@
 //! `KEY=VALUE`: a change of a recipe for another session.
 
 use super::step_key::{StepKey, absolute};
-use super::steps::{Recipe, SourceFile};
+use super::steps::{Recipe, SourceFile, StepRecipe};
 use crate::session::error::SessionError;
 use std::path::Path;
 
@@ -86,18 +86,24 @@ pub(in crate::session) fn apply(recipe: &mut Recipe, set: &[Assignment], from: &
             }
             continue;
         }
-        if ["scan", "path"].contains(&what) && !step.masks.is_empty() && !masks_given.contains(&step.name) {
-            left_out.push(format!(
-                "{} mask{} of '{}': painted on another scan",
-                step.masks.len(),
-                if step.masks.len() == 1 { "" } else { "s" },
-                step.name
-            ));
-            step.masks.clear();
-        }
+        let (name, outfit) = (step.name.clone(), step.outfit.clone());
         let no_such =
             || SessionError::BadRequest { what: format!("'{key}' is not a key of a recipe"), hint: KEYS.into() };
         StepKey::parse(what)?.ok_or_else(no_such)?.set(step, key, value, from)?;
+        recipe.share_in_outfit(&name);
+        if ["scan", "path"].contains(&what) {
+            let with_scan = |s: &&mut StepRecipe| s.name == name || (outfit.is_some() && s.outfit == outfit);
+            let unfit = |s: &&mut StepRecipe| !s.masks.is_empty() && !masks_given.contains(&s.name);
+            for step in recipe.steps.iter_mut().filter(with_scan).filter(unfit) {
+                left_out.push(format!(
+                    "{} mask{} of '{}': painted on another scan",
+                    step.masks.len(),
+                    if step.masks.len() == 1 { "" } else { "s" },
+                    step.name
+                ));
+                step.masks.clear();
+            }
+        }
     }
     recipe.link_templates();
     recipe.check().map_err(|fault| fault.error)?;

@@ -66,6 +66,7 @@ impl Recipe {
                 }
             }
         }
+        self.check_outfits().map_err(|(i, error)| Fault { step: Some(i as u32), key: vec!["outfit".into()], error })?;
         let at_animations = |error| Fault { step: None, key: vec!["animation".into()], error };
         self.check_animations().map_err(at_animations)
     }

@@ -80,6 +80,9 @@ macro_rules! step_recipe {
             /// The garment kind; absent for the body.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub template: Option<String>,
+            /// The outfit of which it is a garment, if its scan shows several new garments.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub outfit: Option<String>,
             /// Unit of the scan's coordinates; guessed by default.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub unit: Option<Unit>,

@@ -2,7 +2,9 @@
 
 use super::cut::CutStage;
 use super::event::{OnProgress, Outcome};
+use super::evidence::EvidenceStage;
 use super::fit::FitStage;
+use super::labelling::outfit_labels;
 use super::pipeline_stage::{PipelineStage, StepContext};
 use super::pose::PoseStage;
 use super::posed::surfaces_inside;
@@ -11,18 +13,20 @@ use super::scan::ScanStage;
 use super::segment::SegmentStage;
 use crate::body::Figure;
 use crate::check::{
-    BodyPlausibility, BodyResult, Doubt, GarmentPlausibility, GarmentResult, Posture, check_body, check_garment,
+    BodyPlausibility, BodyResult, Doubt, GarmentPlausibility, GarmentResult, Posture, Unlisted, check_body,
+    check_garment, find_unlisted, is_lookalike, lookalike_doubt,
 };
 use crate::cut::Garment;
 use crate::fit::{FittedBody, PoseInside, RegisteredBody};
+use crate::geometry::{Adjacency, SurfaceIndex, TriMesh, VertexId};
 use crate::scan::Scan;
-use crate::segment::{Fabric, Inner, Segmentation};
+use crate::segment::{Fabric, Inner, OutfitLabels, Segmentation};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::recipe::{StepRecipe, garment_spec};
+use crate::session::recipe::{GarmentSpec, StepRecipe, garment_spec};
 use crate::session::stage::Stage;
 use crate::session::stage_error::StageError;
-use crate::session::store::{Kept, Warning};
+use crate::session::store::{ContentHash, Kept, Warning};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -42,6 +46,8 @@ pub(in crate::session) struct GarmentInputs {
     fabric: String,
     /// An earlier step with the same file.
     same_as: Option<String>,
+    /// The evidence of the outfit, if the garment belongs to one.
+    outfit: Option<ContentHash>,
 }
 
 /// What was checked.
@@ -76,6 +82,7 @@ impl PipelineStage for CheckStage {
         let earlier = context.walk.session().recipe.steps.iter().take_while(|other| other.name != step.name);
         let same_as = earlier
             .into_iter()
+            .filter(|other| step.outfit.is_none() || other.outfit != step.outfit)
             .find(|other| other.hash.is_some() && other.hash == step.hash)
             .map(|other| other.name.clone());
         let mut values = json!({
@@ -90,7 +97,17 @@ impl PipelineStage for CheckStage {
         if let Some(other) = &same_as {
             values["same_as"] = json!(other);
         }
-        let inputs = GarmentInputs { scan, figure, inside, segmentation, garment, fabric, same_as };
+        let mut outfit = None;
+        if step.outfit.is_some() {
+            let evidence = context.results.result::<EvidenceStage>()?.hash;
+            let steps = context.walk.session().recipe.outfit_of(step);
+            let masks: Vec<Vec<_>> = steps.iter().map(|of| of.masks.iter().map(|m| m.hash).collect()).collect();
+            let garments = context.walk.session().recipe.garments_of_outfit(step)?;
+            let kinds: Vec<Value> = garments.iter().map(GarmentSpec::input).collect();
+            values["outfit"] = json!({ "evidence": evidence, "masks": masks, "kinds": kinds });
+            outfit = Some(evidence);
+        }
+        let inputs = GarmentInputs { scan, figure, inside, segmentation, garment, fabric, same_as, outfit };
         Ok((Inputs::Garment(Box::new(inputs)), values))
     }
 
@@ -145,10 +162,10 @@ fn body(
 }
 
 fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Result<Outcome<Plausibility>, SessionError> {
-    let GarmentInputs { scan, figure, inside, segmentation, garment, fabric, same_as } = inputs;
+    let GarmentInputs { scan: kept_scan, figure, inside, segmentation, garment, fabric, same_as, outfit } = inputs;
     let failed = |e: StageError| SessionError::stage(&step.name, Stage::Check, e);
     let fabric = Fabric::named(&fabric).map_err(|e| failed(e.into()))?;
-    let (scan, figure) = (session.store.load_shared(scan)?, session.figure(figure)?);
+    let (scan, figure) = (session.store.load_shared(kept_scan)?, session.figure(figure)?);
     let (inside, segmentation) = (session.store.load(inside)?, session.store.load_shared(segmentation)?);
     let garment = session.store.load(garment)?;
     let surfaces = surfaces_inside(&figure, &inside)?;
@@ -156,10 +173,19 @@ fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Resul
         .map(|(mesh, layer)| Inner { mesh, colors: layer.colors.as_ref() })
         .collect();
     let skin = figure.posed(&inside.pose).swap_remove(0);
+    let beside = match outfit {
+        None => None,
+        Some(evidence) => {
+            let adjacency = session.store.prepared(kept_scan.hash, || Adjacency::prepare(&scan.mesh));
+            outfit_labels(session, step, evidence, &scan, &adjacency)?
+        }
+    };
+    let others = beside.as_ref().map(|(labels, place)| labels.of_others(*place));
     let found = check_garment(&GarmentResult {
         scan: &scan,
         garment: &garment,
         labels: &segmentation.labels.0,
+        others: others.as_ref(),
         inner: &inner,
         skin: &skin,
         thickness: fabric.thickness,
@@ -190,14 +216,70 @@ fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Resul
             .measured(&format!("worn{}_recolored_percent", k + 1), 1e2 * or_nan(worn.recolored_share));
     }
     let worn: Vec<&str> = figure.garments().iter().map(|layer| layer.name.as_str()).collect();
+    let unlisted = match &beside {
+        Some((labels, place)) => unlisted(session, step, &scan, labels, *place, &figure, &surfaces[0])?,
+        None => None,
+    };
+    let lookalike = match &beside {
+        Some((labels, place)) => lookalike(session, step, &scan, labels, *place, &figure, &surfaces[0])?,
+        None => None,
+    };
     let same = same_as.map(|other| {
         let what = format!("the file is the same as that of the step '{other}', so it shows no further garment");
         Warning::new(what, "give the scan in which the garment was put on")
     });
     Ok(outcome
         .warned(same)
+        .warned(lookalike.map(warning))
+        .warned(unlisted.map(|unlisted| warning(unlisted.doubt())))
         .warned(posture.doubt().map(warning))
         .warned(found.doubts(&step.name, &worn).into_iter().map(warning)))
+}
+
+/// What an outfit's scan shows that is not listed. It is reported once, by the outermost garment.
+fn unlisted(
+    session: &Session,
+    step: &StepRecipe,
+    scan: &Scan,
+    labels: &OutfitLabels,
+    place: usize,
+    figure: &Figure,
+    body: &TriMesh,
+) -> Result<Option<Unlisted>, SessionError> {
+    let outfit = session.recipe.outfit_of(step);
+    if place + 1 < outfit.len() {
+        return Ok(None);
+    }
+    let listed: Vec<&str> = outfit.iter().filter_map(|of| of.template.as_deref()).collect();
+    find_unlisted(&scan.mesh, &labels.unexplained(), figure, body, &listed)
+        .map_err(|e| SessionError::stage(&step.name, Stage::Check, e))
+}
+
+/// Whether the garment may be a part of another one of its outfit that is worn below it.
+fn lookalike(
+    session: &Session,
+    step: &StepRecipe,
+    scan: &Scan,
+    labels: &OutfitLabels,
+    place: usize,
+    figure: &Figure,
+    body: &TriMesh,
+) -> Result<Option<Doubt>, SessionError> {
+    let failed = |e: StageError| SessionError::stage(&step.name, Stage::Check, e);
+    let index = SurfaceIndex::prepare(body);
+    let below: Vec<VertexId> = scan.mesh.points().iter().map(|p| index.closest(p).nearest_corner(body)).collect();
+    let own = labels.of_garment(place).labels.0;
+    for (k, other) in session.recipe.outfit_of(step)[..place].iter().enumerate() {
+        let spec = garment_spec::of_step(other)?;
+        let covered =
+            (spec.template.prior(figure.body(), &figure.skeleton, &spec.extent)).map_err(|e| failed(e.into()))?;
+        let expected = below.iter().map(|&v| covered[v]).collect();
+        let of_other = labels.of_garment(k).labels.0;
+        if is_lookalike(scan, &own, &of_other, &expected).map_err(|e| failed(e.into()))? {
+            return Ok(Some(lookalike_doubt(&step.name, &other.name)));
+        }
+    }
+    Ok(None)
 }
 
 fn warning(doubt: Doubt) -> Warning {

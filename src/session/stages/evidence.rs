@@ -1,6 +1,8 @@
 //! Evidence: what the scan shows of the new garment. It does not depend on masks, so that one costs only what is near it.
 
 use super::event::{OnProgress, Outcome};
+use super::kinds::NewGarments;
+use super::labelling::Evidence;
 use super::pipeline_stage::{PipelineStage, StepContext};
 use super::pose::PoseStage;
 use super::posed::surfaces_inside;
@@ -8,10 +10,10 @@ use super::scan::ScanStage;
 use crate::body::Figure;
 use crate::fit::PoseInside;
 use crate::scan::Scan;
-use crate::segment::{Inner, Proposal, RefineParams, propose};
+use crate::segment::{Inner, RefineParams, propose, propose_outfit};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::recipe::{GarmentSpec, StepRecipe, garment_spec, params_of};
+use crate::session::recipe::{GarmentSpec, StepRecipe, params_of};
 use crate::session::stage::Stage;
 use crate::session::store::Kept;
 use serde_json::{Value, json};
@@ -22,7 +24,7 @@ pub(in crate::session) struct Inputs {
     scan: Kept<Scan>,
     figure: Kept<Figure>,
     inside: Kept<PoseInside>,
-    spec: GarmentSpec,
+    garments: NewGarments,
     params: RefineParams,
 }
 
@@ -30,41 +32,44 @@ impl PipelineStage for EvidenceStage {
     const STAGE: Stage = Stage::Evidence;
     const VERSION: u32 = 1;
     type Inputs = Inputs;
-    type Output = Proposal;
+    type Output = Evidence;
 
     fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
-        let spec = garment_spec::of_step(context.step)?;
+        let garments = NewGarments::of(&context.walk.session().recipe, context.step)?;
         let params: RefineParams = params_of(context.step, Stage::Segment)?;
         let (scan, inside) = (context.results.result::<ScanStage>()?, context.results.result::<PoseStage>()?);
-        let figure = context.inner()?.figure()?;
+        let figure = context.before_scan()?.figure()?;
         let values = json!({
             "scan": scan.hash,
             "figure": figure.hash,
             "inside": inside.hash,
-            "kind": spec.input(),
             "params": params,
         });
-        Ok((Inputs { scan, figure, inside, spec, params }, values))
+        let values = garments.among(values, context.step.outfit.is_some());
+        Ok((Inputs { scan, figure, inside, garments, params }, values))
     }
 
     fn run(
-        Inputs { scan, figure, inside, spec, params }: Inputs,
+        Inputs { scan, figure, inside, garments, params }: Inputs,
         step: &StepRecipe,
         session: &Session,
         _on_progress: OnProgress,
-    ) -> Result<Outcome<Proposal>, SessionError> {
+    ) -> Result<Outcome<Evidence>, SessionError> {
         let (scan, figure) = (session.store.load(scan)?, session.figure(figure)?);
         let inside = session.store.load(inside)?;
-        let placement = (spec.template.place(figure.body(), &figure.skeleton, &spec.extent))
-            .map_err(|e| SessionError::stage(&step.name, Stage::Segment, e))?;
+        let failed = |e| SessionError::stage(&step.name, Stage::Segment, e);
+        let place = |spec: &GarmentSpec| spec.template.place(figure.body(), &figure.skeleton, &spec.extent);
+        let placements = garments.0.iter().map(place).collect::<Result<Vec<_>, _>>().map_err(failed)?;
         let surfaces = surfaces_inside(&figure, &inside)?;
         let layers: Vec<Inner> = surfaces
             .iter()
             .zip(&figure.layers)
             .map(|(mesh, layer)| Inner { mesh, colors: layer.colors.as_ref() })
             .collect();
-        let proposal = propose(&scan, &layers, &placement, &params)
-            .map_err(|e| SessionError::stage(&step.name, Stage::Segment, e))?;
-        Ok(Outcome::of(proposal))
+        let evidence = match (placements.as_slice(), step.outfit.is_some()) {
+            ([only], false) => Evidence::Garment(propose(&scan, &layers, only, &params).map_err(failed)?),
+            (all, _) => Evidence::Outfit(propose_outfit(&scan, &layers, all, &params).map_err(failed)?),
+        };
+        Ok(Outcome::of(evidence))
     }
 }

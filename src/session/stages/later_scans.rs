@@ -1,12 +1,13 @@
 //! The scans of later steps, for a body whose shape is fitted to all scans of the session.
 
+use super::kinds::{NewGarments, looser};
 use super::pipeline_stage::{LaterScan, StepContext};
 use super::scan::ScanStage;
 use crate::body::Figure;
 use crate::fit::{Cover, NakedParams, ShapeFrom};
 use crate::geometry::PerVertex;
 use crate::session::error::SessionError;
-use crate::session::recipe::{StepRecipe, garment_spec, params_of};
+use crate::session::recipe::params_of;
 use crate::session::stage::Stage;
 use serde_json::{Value, json};
 use std::rc::Rc;
@@ -25,21 +26,25 @@ pub(super) fn later_scans(context: &mut StepContext) -> Result<Rc<[LaterScan]>, 
 }
 
 fn garments_scanned(context: &mut StepContext) -> Result<Vec<LaterScan>, SessionError> {
-    let steps = context.walk.session().recipe.steps.iter();
-    let garments: Vec<StepRecipe> = steps.filter(|step| !step.is_body()).cloned().collect();
-    let scanned = garments.iter().map(|step| {
-        let (spec, params) = (garment_spec::of_step(step)?, params_of(step, Stage::Pose)?);
+    let recipe = context.walk.session().recipe.clone();
+    // The garments of an outfit have one scan.
+    let begins = |at: &usize| !recipe.steps[*at].is_body() && recipe.first_of_outfit(*at) == *at;
+    let scanned = (0..recipe.steps.len()).filter(begins).map(|at| {
+        let step = &recipe.steps[at];
+        let (garments, params) = (NewGarments::of(&recipe, step)?, params_of(step, Stage::Pose)?);
         let mut of_step = StepContext::new(context.walk, step, None);
         of_step.perform::<ScanStage>()?;
-        Ok(LaterScan { name: step.name.clone(), scan: of_step.results.result::<ScanStage>()?, spec, params })
+        let (name, scan) = (step.name.clone(), of_step.results.result::<ScanStage>()?);
+        Ok(LaterScan { name, scan, garments, is_outfit: step.outfit.is_some(), params })
     });
     scanned.collect()
 }
 
 /// The scans among the inputs of a stage.
 pub(super) fn input(scans: &[LaterScan]) -> Value {
-    let one =
-        |later: &LaterScan| json!({ "scan": later.scan.hash, "kind": later.spec.input(), "params": later.params });
+    let one = |later: &LaterScan| {
+        later.garments.among(json!({ "scan": later.scan.hash, "params": later.params }), later.is_outfit)
+    };
     scans.iter().map(one).collect()
 }
 
@@ -53,18 +58,9 @@ pub(super) fn covers(scans: &[LaterScan], bare: &Figure) -> Result<Vec<PerVertex
     scans
         .iter()
         .map(|later| {
-            let new = (later.spec.template.cover(bare.body(), &bare.skeleton, &later.spec.extent))
-                .map_err(|e| SessionError::stage(&later.name, Stage::Pose, e))?;
+            let new = later.garments.cover(bare, &later.name)?;
             covered = covered.iter().zip(new.iter()).map(|(a, b)| looser(*a, *b)).collect();
             Ok(covered.clone())
         })
         .collect()
-}
-
-fn looser(a: Cover, b: Cover) -> Cover {
-    match (a, b) {
-        (Cover::Loose, _) | (_, Cover::Loose) => Cover::Loose,
-        (Cover::Tight, _) | (_, Cover::Tight) => Cover::Tight,
-        _ => Cover::Bare,
-    }
 }

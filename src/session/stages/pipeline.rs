@@ -36,8 +36,8 @@ pub(in crate::session) fn steps_so_far(
 ) -> (Vec<StepResults>, Result<(), SessionError>) {
     let recipe = walk.session().recipe.clone();
     let mut all: Vec<StepResults> = Vec::new();
-    for step in &recipe.steps {
-        let mut context = StepContext::new(walk, step, all.last());
+    for (at, step) in recipe.steps.iter().enumerate() {
+        let mut context = StepContext::of_step(walk, &recipe, at, &all);
         let stages = Stage::of_step(step.is_body());
         if let Err(error) = stages.iter().try_for_each(|&stage| perform(stage, &mut context)) {
             return (all, Err(error));
@@ -82,12 +82,12 @@ pub(in crate::session) fn animations(
 /// Walks up to the cut of one garment.
 pub(in crate::session) fn cut_of(walk: &mut Walk, layer: &str) -> Result<Kept<Garment>, SessionError> {
     let recipe = walk.session().recipe.clone();
-    let step = recipe.step(layer)?;
+    recipe.step(layer)?;
     let Some(before) = recipe.steps.iter().take_while(|s| s.name != layer).last() else {
         return Err(SessionError::MaskOnBody);
     };
     let all = steps(walk, Some(&before.name))?;
-    let mut context = StepContext::new(walk, step, all.last());
+    let mut context = StepContext::of_step(walk, &recipe, all.len(), &all);
     for &stage in Stage::OF_GARMENT.iter().take_while(|stage| **stage <= Stage::Cut) {
         perform(stage, &mut context)?;
     }

@@ -1,13 +1,14 @@
 //! The trait of a stage, and the context in which it runs: its step and the results of earlier stages.
 
 use super::event::{OnProgress, Outcome};
+use super::kinds::NewGarments;
 use super::walk::{StageCall, Walk};
 use crate::body::Figure;
 use crate::fit::{InsideParams, PoseInside, RegisteredBody};
 use crate::scan::Scan;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::recipe::{AnimationRecipe, GarmentSpec, StepRecipe};
+use crate::session::recipe::{AnimationRecipe, Recipe, StepRecipe};
 use crate::session::stage::Stage;
 use crate::session::store::{ContentHash, Kept};
 use serde::Serialize;
@@ -48,6 +49,8 @@ pub(in crate::session) struct StepContext<'a, 'w> {
     pub animation: Option<&'a AnimationRecipe>,
     /// The results of the previous step, of the last one for an animation; `None` in the body's step.
     pub inner: Option<&'a StepResults>,
+    /// The results of the last step with an earlier scan: those of `inner`, unless the step before is of the same outfit.
+    before_scan: Option<&'a StepResults>,
     /// The results of this step so far.
     pub results: StepResults,
     /// The scans of later steps to which the body's shape is fitted, once a stage has requested them.
@@ -56,7 +59,14 @@ pub(in crate::session) struct StepContext<'a, 'w> {
 
 impl<'a, 'w> StepContext<'a, 'w> {
     pub fn new(walk: &'a mut Walk<'w>, step: &'a StepRecipe, inner: Option<&'a StepResults>) -> Self {
-        Self { walk, step, animation: None, inner, results: StepResults::of(&step.name), later_scans: None }
+        let results = StepResults::of(&step.name);
+        Self { walk, step, animation: None, inner, before_scan: inner, results, later_scans: None }
+    }
+
+    /// The context of step `at` of the recipe, given the results of all steps before it.
+    pub fn of_step(walk: &'a mut Walk<'w>, recipe: &'a Recipe, at: usize, before: &'a [StepResults]) -> Self {
+        let before_scan = recipe.first_of_outfit(at).checked_sub(1).and_then(|last| before.get(last));
+        Self { before_scan, ..Self::new(walk, &recipe.steps[at], before.last()) }
     }
 
     /// The context of an animation; `last` is the last step, with its results.
@@ -67,12 +77,18 @@ impl<'a, 'w> StepContext<'a, 'w> {
         animation: &'a AnimationRecipe,
     ) -> Self {
         let own = StepResults::of(&animation.key());
-        Self { walk, step: last, animation: Some(animation), inner: results, results: own, later_scans: None }
+        let animation = Some(animation);
+        Self { walk, step: last, animation, inner: results, before_scan: results, results: own, later_scans: None }
     }
 
     /// The results of the step before a garment's step.
     pub fn inner(&self) -> Result<&'a StepResults, SessionError> {
         self.inner.ok_or_else(|| SessionError::GarmentBeforeBody { name: self.step.name.clone() })
+    }
+
+    /// The results of the last step with an earlier scan, on which the figure is still without the garments of this one.
+    pub fn before_scan(&self) -> Result<&'a StepResults, SessionError> {
+        self.before_scan.ok_or_else(|| SessionError::GarmentBeforeBody { name: self.step.name.clone() })
     }
 
     /// Runs a stage of the step, unless it is up to date.
@@ -145,6 +161,8 @@ impl StepPose {
 pub(in crate::session) struct LaterScan {
     pub name: String,
     pub scan: Kept<Scan>,
-    pub spec: GarmentSpec,
+    pub garments: NewGarments,
+    /// Whether they are those of an outfit.
+    pub is_outfit: bool,
     pub params: InsideParams,
 }

@@ -2,6 +2,7 @@
 
 use super::event::{OnProgress, Outcome, StageProgress};
 use super::fit::{doubts, with_measures};
+use super::kinds::NewGarments;
 use super::pipeline_stage::{PipelineStage, StepContext, StepPose};
 use super::scan::ScanStage;
 use crate::body::Figure;
@@ -9,7 +10,7 @@ use crate::fit::{InsideParams, PoseInside, fit_inside};
 use crate::scan::Scan;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::recipe::{GarmentSpec, StepRecipe, garment_spec, params_of};
+use crate::session::recipe::{StepRecipe, params_of};
 use crate::session::stage::Stage;
 use crate::session::store::{Kept, Warning};
 use serde_json::{Value, json};
@@ -20,7 +21,7 @@ pub(in crate::session) struct Inputs {
     scan: Kept<Scan>,
     figure: Kept<Figure>,
     initial: StepPose,
-    spec: GarmentSpec,
+    garments: NewGarments,
     params: InsideParams,
 }
 
@@ -32,22 +33,22 @@ impl PipelineStage for PoseStage {
 
     fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
         let params: InsideParams = params_of(context.step, Stage::Pose)?;
-        let spec = garment_spec::of_step(context.step)?;
-        let inner = context.inner()?;
+        let garments = NewGarments::of(&context.walk.session().recipe, context.step)?;
+        let inner = context.before_scan()?;
         let (scan, figure, initial) = (context.results.result::<ScanStage>()?, inner.figure()?, inner.pose()?);
         let values = json!({
             "scan": scan.hash,
             "figure": figure.hash,
             "start": initial.hash(),
-            "kind": spec.input(),
             "model": context.walk.session().body_model_input(),
             "params": params,
         });
-        Ok((Inputs { scan, figure, initial, spec, params }, values))
+        let values = garments.among(values, context.step.outfit.is_some());
+        Ok((Inputs { scan, figure, initial, garments, params }, values))
     }
 
     fn run(
-        Inputs { scan, figure, initial, spec, params }: Inputs,
+        Inputs { scan, figure, initial, garments, params }: Inputs,
         step: &StepRecipe,
         session: &Session,
         on_progress: OnProgress,
@@ -61,8 +62,7 @@ impl PipelineStage for PoseStage {
                 (before.pose.clone(), Some(before))
             }
         };
-        let cover = (spec.template.cover(figure.body(), &figure.skeleton, &spec.extent))
-            .map_err(|e| SessionError::stage(&step.name, Stage::Pose, e))?;
+        let cover = garments.cover(&figure, &step.name)?;
         let inside = fit_inside(&scan, &figure, &pose, &cover, &model.limits, &params, &mut |s| {
             on_progress(StageProgress::Iteration(&scan, s))
         })

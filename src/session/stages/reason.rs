@@ -139,6 +139,7 @@ fn kind(old: &Value, new: &Value) -> Vec<Reason> {
 /// The kind of the input with that name.
 fn upstream(key: &str, stage: Stage) -> &str {
     match key {
+        "kinds" | "place" => "the garments of the outfit",
         "figure" if stage == Stage::Press => "figure",
         "fitted" => "fit",
         "registered" => "register",

@@ -44,8 +44,20 @@ impl StageCall<'_> {
 
     /// The stage's record if it is up to date.
     fn up_to_date(&self, session: &Session) -> Option<StageRecord> {
-        let recorded = session.state.record(self.step, self.stage);
-        recorded.filter(|r| r.inputs == self.hash() && session.store.has(r.output)).cloned()
+        let hash = self.hash();
+        let own = session.state.record(self.step, self.stage);
+        let sound = |r: &&StageRecord| r.inputs == hash && session.store.has(r.output);
+        own.filter(sound).or_else(|| self.records_in_outfit(session).find(sound)).cloned()
+    }
+
+    /// What the stage made in the other steps of an outfit, which share their scan, pose and evidence: equal inputs give equal
+    /// results. Later stages name their garment in what they report, so they are not shared.
+    fn records_in_outfit<'s>(&self, session: &'s Session) -> impl Iterator<Item = &'s StageRecord> {
+        const SHARED: [Stage; 3] = [Stage::Scan, Stage::Pose, Stage::Evidence];
+        let step = session.recipe.steps.iter().find(|s| s.name == self.step).filter(|_| SHARED.contains(&self.stage));
+        let outfit = step.map_or(&[][..], |step| session.recipe.outfit_of(step));
+        let (own, stage) = (step.map(|s| &s.name), self.stage);
+        outfit.iter().filter(move |s| Some(&s.name) != own).filter_map(move |s| session.state.record(&s.name, stage))
     }
 
     /// Why the stage is out of date.
@@ -198,6 +210,13 @@ impl<'a> Walk<'a> {
                     && !forced.includes(call.step, call.stage)
                 {
                     let report = call.report(&writer.session, record);
+                    if writer.session.state.record(call.step, call.stage) != Some(record) {
+                        // From another step of the outfit.
+                        writer.session.state.put(call.step, call.stage, record.clone());
+                        if !*at_once {
+                            writer.save(change)?;
+                        }
+                    }
                     on_event(&Event::UpToDate(&report));
                     reports.push(report);
                     return Ok(Kept::named(record.output));
