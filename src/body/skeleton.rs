@@ -62,6 +62,19 @@ impl Pose {
     }
 }
 
+impl Pose {
+    /// A pose on the way to another: 0 is this one, 1 the other.
+    ///
+    /// **Requires** as many joints in both.
+    pub fn toward(&self, other: &Self, share: f64) -> Self {
+        let rotations = self.rotations.iter().zip(&other.rotations);
+        Self {
+            translation: self.translation.lerp(&other.translation, share),
+            rotations: rotations.map(|(a, b)| a.try_slerp(b, share, 1e-9).unwrap_or(*b)).collect(),
+        }
+    }
+}
+
 impl Skeleton {
     /// The number of joints.
     pub fn len(&self) -> usize {

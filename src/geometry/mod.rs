@@ -38,4 +38,5 @@ pub use simplify::{TriangleShapes, simplified, simplified_faces};
 pub use smoothed_normals::smoothed_normals;
 pub use surface_index::{RayHit, SurfaceIndex, SurfacePoint};
 pub use thin::thinned;
+pub use triangle::{closest_on_segments, closest_on_triangle};
 pub use winding::WindingField;

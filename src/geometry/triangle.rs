@@ -9,7 +9,7 @@ const FLAT: f64 = 1e-24;
 /// Closest point of a triangle and its barycentrics, which are exactly zero where the point lies on an edge or corner.
 ///
 /// **Source** Ericson, Real-Time Collision Detection (2005), §5.1.5; triangles without area are treated as three segments.
-pub(super) fn closest_on_triangle(p: &Point, [a, b, c]: &[Point; 3]) -> ([f64; 3], Point) {
+pub fn closest_on_triangle(p: &Point, [a, b, c]: &[Point; 3]) -> ([f64; 3], Point) {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let longest_squared = ab.norm_squared().max(ac.norm_squared()).max((c - b).norm_squared());
     if ab.cross(&ac).norm_squared() <= FLAT * longest_squared * longest_squared {
@@ -46,6 +46,32 @@ pub(super) fn closest_on_triangle(p: &Point, [a, b, c]: &[Point; 3]) -> ([f64; 3
     }
     let (v, w) = (vb / (va + vb + vc), vc / (va + vb + vc));
     ([1.0 - v - w, v, w], a + ab * v + ac * w)
+}
+
+/// Closest points of two segments, each as a share of the way from its first end to its second.
+///
+/// **Source** Ericson, Real-Time Collision Detection (2005), §5.1.9.
+pub fn closest_on_segments([a, b]: [&Point; 2], [c, d]: [&Point; 2]) -> [f64; 2] {
+    /// Squared sine of the angle below which segments count as parallel.
+    const PARALLEL: f64 = 1e-12;
+    let (along, across, between) = (b - a, d - c, a - c);
+    let (length, width) = (along.norm_squared(), across.norm_squared());
+    let (u, v) = (along.dot(&between), across.dot(&between));
+    let share = |numerator: f64, of: f64| if of > 0.0 { (numerator / of).clamp(0.0, 1.0) } else { 0.0 };
+    if length <= 0.0 || width <= 0.0 {
+        return if length > 0.0 { [share(-u, length), 0.0] } else { [0.0, share(v, width)] };
+    }
+    let both = along.dot(&across);
+    let area = length * width - both * both;
+    let s = if area > PARALLEL * length * width { share(both * v - u * width, area) } else { 0.0 };
+    let t = (both * s + v) / width;
+    if t < 0.0 {
+        [share(-u, length), 0.0]
+    } else if t > 1.0 {
+        [share(both - u, length), 1.0]
+    } else {
+        [s, t]
+    }
 }
 
 fn closest_on_flat_triangle(p: &Point, corners: [&Point; 3]) -> ([f64; 3], Point) {
@@ -109,6 +135,24 @@ mod tests {
                     let (s, t) = (i as f64 / 10.0, j as f64 / 10.0);
                     let sample = a + (b - a) * s + (c - a) * t;
                     prop_assert!((p - closest).norm() <= (p - sample).norm() + 1e-12);
+                }
+            }
+        }
+
+        #[test]
+        fn no_sampled_points_of_two_segments_are_closer(
+            a in point(), b in point(), c in point(), d in point(), bend in prop::sample::select(vec![0.0, 1e-9, 1.0]),
+        ) {
+            // Also segments that are parallel, nearly so, or a point.
+            let d = c + (b - a) * 0.7 + (d - c) * bend;
+            for [b, d] in [[b, d], [a, d], [b, c]] {
+                let [s, t] = closest_on_segments([&a, &b], [&c, &d]);
+                prop_assert!((0.0..=1.0).contains(&s) && (0.0..=1.0).contains(&t));
+                let way = |s: f64, t: f64| (a + (b - a) * s - (c + (d - c) * t)).norm();
+                for i in 0..=20 {
+                    for j in 0..=20 {
+                        prop_assert!(way(s, t) <= way(f64::from(i) / 20.0, f64::from(j) / 20.0) + 1e-9);
+                    }
                 }
             }
         }

@@ -27,7 +27,7 @@ pub(super) fn lead_in(skeleton: &Skeleton, ground: &Ground, first: &Pose, frames
     let mut poses = vec![bind.clone(); frames.min(1)];
     for frame in 1..frames {
         let share = frame as f64 / frames as f64;
-        let mut pose = blend(&bind, first, smoothstep(share));
+        let mut pose = bind.toward(first, smoothstep(share));
         let targets: Vec<_> = steps
             .iter()
             .enumerate()
@@ -47,15 +47,6 @@ pub(super) fn lead_in(skeleton: &Skeleton, ground: &Ground, first: &Pose, frames
         poses.push(pose);
     }
     poses
-}
-
-/// A pose between two.
-fn blend(a: &Pose, b: &Pose, share: f64) -> Pose {
-    let rotations = a.rotations.iter().zip(&b.rotations);
-    Pose {
-        translation: a.translation.lerp(&b.translation, share),
-        rotations: rotations.map(|(a, b)| a.try_slerp(b, share, 1e-9).unwrap_or(*b)).collect(),
-    }
 }
 
 /// The way of a foot.
