@@ -1,5 +1,6 @@
 //! The whole way from a clip to the poses of a figure.
 
+use super::aligned::{about_vertical, heading};
 use super::clip::Clip;
 use super::ease::lead_in;
 use super::error::MotionError;
@@ -14,6 +15,7 @@ use super::smooth::envelope;
 use super::structure::map_by_structure;
 use super::track::{FrameRange, PoseTrack};
 use crate::body::{Figure, Pose, Skeleton};
+use crate::geometry::Vec3;
 
 /// Frames per second above which a clip is thinned by default: films and game engines need no more.
 const MOST_FPS: f64 = 60.0;
@@ -108,12 +110,30 @@ pub fn follow(
         (report.stances, report.sunk) = (planted.stances, planted.sunk);
     }
     report.raised = report.raised.max(raise(skeleton, &ground, &mut poses, fps, true));
+    let begins_later = range.start > 0;
     let mut poses = poses[range].to_vec();
+    if begins_later {
+        bring_back(skeleton, &mut poses);
+    }
     let lead = (params.ease_secs * fps).round() as usize;
     let mut all = lead_in(skeleton, &ground, &poses[0], lead);
     raise_each(skeleton, &ground, &mut all);
     all.append(&mut poses);
     Ok((PoseTrack { fps, lead, poses: all }, report))
+}
+
+/// Moves a part of a clip to where the figure stands, level and turned about the vertical: the first pose is above the place of
+/// the bind pose, and faces as it does. Otherwise the lead-in would be a leap across the way that was cut off.
+fn bring_back(skeleton: &Skeleton, poses: &mut [Pose]) {
+    let Some(first) = poses.first() else { return };
+    let (root, start) = (skeleton.joints_in_bind[0], first.translation);
+    let turn = about_vertical(-heading(&first.rotations[0]));
+    let begin = Vec3::new(root.x + start.x, 0.0, root.z + start.z);
+    for pose in poses {
+        let from_begin = root.coords + pose.translation - begin;
+        pose.translation = turn * from_begin + Vec3::new(root.x, 0.0, root.z) - root.coords;
+        pose.rotations[0] = turn * pose.rotations[0];
+    }
 }
 
 /// Frames per second, and the time of each frame in the clip.

@@ -8,7 +8,7 @@ use super::rigs::{
 use crate::body::{HumanJoint, JointId, Pose, Side};
 use crate::formats::{RawJoint, RawMotion, RawTransform, read_bvh, write_bvh};
 use crate::geometry::{Point, Vec3};
-use crate::motion::aligned::bone_end;
+use crate::motion::aligned::{bone_end, heading};
 use crate::motion::{Clip, FrameRange, MotionParams, PoseTrack, follow};
 
 /// Nothing but retargeting.
@@ -185,7 +185,19 @@ fn frames_are_resampled_and_ranges_cut_out() {
     let double = with(Some(60.0), None).unwrap().0;
     assert_eq!((double.lead, double.clip_poses().len()), (30, 599));
     let part = with(None, Some(FrameRange { from: 100, to: 120 })).unwrap().0;
-    assert!(part.clip_poses() == &track.clip_poses()[100..120], "the same frames, whatever the range");
+    // The same motion, but from where the figure stands.
+    let whole = &track.clip_poses()[100..120];
+    for (k, (cut, pose)) in part.clip_poses().iter().zip(whole).enumerate() {
+        assert!(cut.rotations[1..] == pose.rotations[1..]);
+        let way = |poses: &[Pose], k: usize| (poses[k].translation - poses[0].translation).norm();
+        assert!((way(part.clip_poses(), k) - way(whole, k)).abs() < 1e-9);
+        assert!((cut.translation.y - pose.translation.y).abs() < 1e-9);
+    }
+    let begin = &part.clip_poses()[0];
+    assert!(begin.translation.xz().norm() < 1e-9 && heading(&begin.rotations[0]).abs() < 1e-9);
+    assert!(whole[0].translation.xz().norm() > 0.5, "which is elsewhere in the clip");
+    let lowest = part.poses.iter().map(|pose| pose.translation.y).fold(0.0, f64::min);
+    assert!(lowest > -0.15, "the hips sink by {lowest} m: a leap led in");
     assert!(part.poses[0] == Pose::bind(figure().skeleton.len()));
     // 240 frames per second become 60, so that every fourth frame is one of the clip's.
     let mut fast = performance("walk", 1);

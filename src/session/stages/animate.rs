@@ -23,7 +23,7 @@ pub(in crate::session) struct Inputs {
 
 impl PipelineStage for AnimateStage {
     const STAGE: Stage = Stage::Animate;
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Inputs = Inputs;
     type Output = PoseTrack;
 
