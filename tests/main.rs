@@ -3,6 +3,7 @@
 
 mod accuracy;
 mod animate;
+mod animate_cloth;
 mod bad_input;
 mod body_models;
 mod cli;

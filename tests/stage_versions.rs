@@ -17,8 +17,8 @@ use std::path::Path;
 /// Set to write the file instead of comparing with it.
 const REFRESH: &str = "OVERCOAT_REFRESH_STAGE_HASHES";
 
-/// A second garment after those of [`QUICK_RECIPE`], so that every stage also runs over a dressed figure; and a clip that moves
-/// it.
+/// A second garment after those of [`QUICK_RECIPE`], so that every stage also runs over a dressed figure; and clips that move it,
+/// without and with cloth.
 const SKIRT: &str = r#"
 [[step]]
 name = "skirt"
@@ -33,6 +33,15 @@ iterations = 4
 [[animation]]
 name = "walk"
 clip = "walk"
+
+[[animation]]
+name = "swing"
+clip = "turn"
+frames = "30..33"
+mode = "coupled"
+
+[animation.motion]
+ease_secs = 0.1
 "#;
 
 /// What the file says of a stage.

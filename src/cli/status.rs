@@ -1,6 +1,7 @@
 //! `overcoat status`: the session in text: the verdict on each step, what is out of date and why, what to do next.
 
 use super::console::{Context, Done, Verbosity, measures_text, secs, why_text};
+use crate::cloth::ClothMode;
 use crate::session::{
     AnimationStatus, Attained, BodyModelSource, Judged, Session, Stage, StepStatus, Verdict, name_and_unit,
 };
@@ -113,16 +114,24 @@ fn picture(step: &StepStatus, verbose: bool) -> Vec<String> {
 
 /// An animation in a few lines.
 fn moving(animation: &AnimationStatus) -> Vec<String> {
-    let AnimationStatus { name, clip, made, why, failed, clip_changed } = animation;
+    let AnimationStatus { name, clip, mode, made, cloth, why, failed, clip_changed } = animation;
     let verdict = match (made, failed) {
         (Some(_), _) => "up to date".to_string(),
         (None, Some(what)) => format!("failed: {what}"),
         (None, None) => "out of date".into(),
     };
     let file = if clip == name { "ours" } else { clip.rsplit('/').next().unwrap_or_default() };
-    let mut lines = vec![String::new(), format!("animation {name}: {verdict}"), format!("  {file}")];
+    let moves = match (mode, cloth) {
+        (ClothMode::Skinned, _) => "skinned only".to_string(),
+        (ClothMode::Coupled, None) => "with cloth".into(),
+        (ClothMode::Coupled, Some(report)) => {
+            let crossing = report.measures.get("crossing_pairs").copied().unwrap_or_default();
+            format!("with cloth, {crossing:.0} pairs of faces cross")
+        }
+    };
+    let mut lines = vec![String::new(), format!("animation {name}: {verdict}"), format!("  {file}, {moves}")];
     if let Some(why) = why_text(why).filter(|_| made.is_none() && failed.is_none()) {
-        lines.push(format!("  □ animate: {why}"));
+        lines.push(format!("  □ {why}"));
     }
     if *clip_changed {
         lines.push("  the file is missing or was changed since; the session uses its own copy".into());

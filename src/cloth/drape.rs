@@ -6,7 +6,8 @@ use super::error::ClothError;
 use super::fabric::Fabric;
 use super::layer::ClothLayer;
 use super::separation::{final_outside, initial_outside};
-use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3, VertexId};
+use super::springs::{Spring, springs_of};
+use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
 use rayon::prelude::*;
 
 /// Seconds per frame: contacts are searched once in each; what falls freely for a second moves 30 cm in it, what settles
@@ -18,14 +19,6 @@ const SUBSTEPS: usize = 20;
 const DAMPING: f64 = 0.02;
 /// Gravity, m/s².
 const GRAVITY: f64 = 9.81;
-
-/// A distance constraint between two vertices.
-struct Spring {
-    ends: [u32; 2],
-    length: f64,
-    /// Compliance over the square of the step, 1/kg.
-    softness: f64,
-}
 
 /// One layer in motion.
 struct ClothState<'a> {
@@ -102,7 +95,7 @@ impl<'a> ClothState<'a> {
         let inverse_mass = (0..start.len()).map(|v| if layer.pinned.0[v] { 0.0 } else { 1.0 / mass(v) }).collect();
         Self {
             layer,
-            springs: springs_of(layer),
+            springs: springs_of(layer, FRAME_SECS / SUBSTEPS as f64),
             inverse_mass,
             at: start.0.clone(),
             velocity: vec![Vec3::zeros(); start.len()],
@@ -125,7 +118,7 @@ impl<'a> ClothState<'a> {
                 }
             }
             for spring in &self.springs {
-                satisfy(spring, &mut self.at, &self.inverse_mass);
+                spring.satisfy(&mut self.at, &self.inverse_mass);
             }
             for (v, p) in self.at.iter_mut().enumerate() {
                 if self.inverse_mass[v] > 0.0 {
@@ -137,42 +130,4 @@ impl<'a> ClothState<'a> {
             }
         }
     }
-}
-
-/// A spring per edge against stretch, and one across each inner edge against bending.
-fn springs_of(layer: &ClothLayer) -> Vec<Spring> {
-    /// Springs across an edge resist bending by their lever arm; with equal triangles of side `l` the spring of rigidity
-    /// `B` has `12 B / l²`.
-    const LEVER: f64 = 12.0;
-    let adjacency = Adjacency::prepare(&layer.rest);
-    let points = layer.rest.points();
-    let h = FRAME_SECS / SUBSTEPS as f64;
-    let side = layer.rest.mean_edge_length().max(1e-4);
-    let spring = |a: VertexId, b: VertexId, stiffness: f64| Spring {
-        ends: [a.0, b.0],
-        length: (points[a] - points[b]).norm(),
-        softness: 1.0 / (stiffness * h * h),
-    };
-    let bending = LEVER * layer.fabric.bending / (side * side);
-    let along = adjacency.edges().iter().map(|&([a, b], _)| spring(a, b, layer.fabric.stretch));
-    let across = adjacency.edges().iter().filter_map(|&(edge, faces)| {
-        let [Some(f), Some(g)] = faces else { return None };
-        let opposite = |f| layer.rest.faces()[f].into_iter().find(|v| !edge.contains(v));
-        Some(spring(opposite(f)?, opposite(g)?, bending))
-    });
-    along.chain(across).collect()
-}
-
-/// Moves the two ends towards the rest length, the lighter by more.
-fn satisfy(spring: &Spring, at: &mut [Point], inverse_mass: &[f64]) {
-    let [a, b] = spring.ends.map(|v| v as usize);
-    let both = inverse_mass[a] + inverse_mass[b];
-    let d = at[b] - at[a];
-    let length = d.norm();
-    if both == 0.0 || length < 1e-9 {
-        return;
-    }
-    let correction = d * ((length - spring.length) / (length * (both + spring.softness)));
-    at[a] += correction * inverse_mass[a];
-    at[b] -= correction * inverse_mass[b];
 }

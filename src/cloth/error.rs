@@ -27,6 +27,21 @@ pub enum ClothError {
         /// Its fabric.
         fabric: super::fabric::Fabric,
     },
+    /// The layers cross before anything has moved.
+    #[error("{pairs} pairs of faces of the figure cross in the bind pose, and cloth that starts crossed stays crossed")]
+    Crossing {
+        /// How many.
+        pairs: usize,
+    },
+    /// A layer is made of an unknown fabric.
+    #[error("{what}")]
+    UnknownFabric {
+        /// Which, and those that are known.
+        what: String,
+    },
+    /// A parameter that cannot be.
+    #[error(transparent)]
+    Parameter(#[from] crate::parameters::NotAllowed),
 }
 
 impl ClothError {
@@ -35,6 +50,10 @@ impl ClothError {
         match self {
             Self::CountMismatch { .. } => None,
             Self::BadDuration { .. } => Some("give a finite number of seconds, 0 or more".into()),
+            Self::Crossing { .. } => {
+                Some("`overcoat status -v` names the layers; --mode lbs moves them without cloth".into())
+            }
+            Self::UnknownFabric { .. } | Self::Parameter(_) => None,
             Self::BadFabric { .. } => Some("density, stretch and bending must be greater than 0".into()),
         }
     }

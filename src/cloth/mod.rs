@@ -1,20 +1,33 @@
-//! Cloth simulation: garments of several layers drape on a body that does not move.
+//! Cloth simulation: garments of several layers drape on a body that does not move ([`drape`]), or move with a figure
+//! ([`simulate`]).
 //!
-//! Layers are triangle meshes with distance constraints (XPBD). They collide with the body and with one another; no
-//! layer is left inside the body or inside an inner layer.
+//! Layers are triangle meshes with distance constraints (XPBD). They collide with the body and with one another. While they
+//! drape, they may cross for a moment; no layer is left inside the body or inside an inner layer. On a moving figure
+//! they never cross: each displacement is corrected until nothing can.
 
+mod cloth_track;
 mod collider;
 mod contact;
+mod coupled;
+#[cfg(test)]
+mod coupled_tests;
 mod drape;
 mod error;
 mod fabric;
 mod layer;
+mod near_pairs;
+mod safe_motion;
 mod separation;
+mod springs;
+mod surfaces;
+mod swept_tree;
 #[cfg(test)]
 mod tests;
 
+pub use cloth_track::ClothTrack;
 pub use collider::Collider;
 pub use contact::clear_of;
+pub use coupled::{ClothMode, ClothParams, ClothReport, simulate};
 pub use drape::drape;
 pub use error::ClothError;
 pub use fabric::Fabric;

@@ -40,6 +40,8 @@ macro_rules! for_each_stage {
             Check check::CheckStage [] body () garment ();
             /// A clip on the figure of the last step; it belongs to no step.
             Animate animate::AnimateStage [];
+            /// The cloth of an animation; it belongs to no step.
+            Cloth cloth::ClothStage [];
         }
     };
 }

@@ -2,6 +2,7 @@
 
 use crate::body::BodyError;
 use crate::check::CheckError;
+use crate::cloth::ClothError;
 use crate::cut::CutError;
 use crate::export::ExportError;
 use crate::fit::FitError;
@@ -51,6 +52,9 @@ pub enum StageError {
     /// The clip cannot move the figure.
     #[error(transparent)]
     Motion(#[from] MotionError),
+    /// The cloth cannot be simulated.
+    #[error(transparent)]
+    Cloth(#[from] ClothError),
     /// The export failed.
     #[error(transparent)]
     Export(#[from] ExportError),
@@ -83,6 +87,7 @@ impl StageError {
             Self::Rig(e) => e.hint(),
             Self::Stack(e) => e.hint(),
             Self::Motion(e) => e.hint(),
+            Self::Cloth(e) => e.hint(),
             Self::Export(e) => e.hint(),
             Self::View(e) => e.hint(),
             Self::Metrics(e) => e.hint(),

@@ -1,6 +1,7 @@
 //! Adds animations to a session, and removes them.
 
 use crate::body::Skinning;
+use crate::cloth::ClothMode;
 use crate::motion::{BUILT_IN_CLIPS, FrameRange};
 use crate::parameters::Settings;
 use crate::session::error::SessionError;
@@ -24,6 +25,10 @@ pub struct NewAnimation {
     pub frames: Option<FrameRange>,
     /// How joints move the surfaces.
     pub skinning: Option<Skinning>,
+    /// Whether cloth is simulated.
+    pub mode: Option<ClothMode>,
+    /// Parameters of cloth that differ from the defaults.
+    pub cloth: Settings,
     /// Parameters of retargeting that differ from the defaults.
     pub motion: Settings,
     /// Target of a recording of the frames.
@@ -33,7 +38,7 @@ pub struct NewAnimation {
 }
 
 impl Writer {
-    /// Moves the figure by a clip, and adds that to the recipe. What the figure depends on is built first. An animation of
+    /// Moves the figure by a clip, and adds that to the recipe; returns the reports of its stages. What the figure depends on is built first. An animation of
     /// the same name is replaced.
     ///
     /// **Errors** for a file that is no clip, a clip without a person, a session without scans. On an error the session
@@ -42,7 +47,7 @@ impl Writer {
         &mut self,
         new: &NewAnimation,
         on_event: &mut dyn FnMut(&Event),
-    ) -> Result<(AnimationRecipe, StageReport), SessionError> {
+    ) -> Result<(AnimationRecipe, Vec<StageReport>), SessionError> {
         if self.session.recipe.steps.is_empty() {
             return Err(SessionError::NoScans { dir: self.session.dir().to_path_buf() });
         }
@@ -62,19 +67,19 @@ impl Writer {
         let change = format!("animate {}", change_of(&animation));
         let mut walk = Walk::make(self, &change, &Forced::Nothing, on_event).at_once();
         let made = pipeline::animations(&mut walk, &steps, Some(&animation.name));
-        let report = walk.into_reports().pop();
-        match (made, report) {
-            (Ok(_), Some(report)) => {
+        let mut reports = walk.into_reports();
+        match made {
+            Ok(_) => {
                 self.save(&change)?;
                 if let Some(recording) = recording {
                     recording.show(&self.session, &animation.name)?;
                 }
-                Ok((animation, report))
+                reports.retain(|report| report.step == animation.key());
+                Ok((animation, reports))
             }
-            (made, _) => {
+            Err(error) => {
                 (self.session.recipe, self.session.state) = (before, state);
-                let fault = || SessionError::Internal { what: "an animation ran without a report".into() };
-                Err(made.err().unwrap_or_else(fault))
+                Err(error)
             }
         }
     }
@@ -95,6 +100,8 @@ impl Writer {
             fps: new.fps,
             frames: new.frames,
             skinning: new.skinning,
+            mode: new.mode,
+            cloth: new.cloth.clone(),
             motion: new.motion.clone(),
         };
         if !BUILT_IN_CLIPS.contains(&new.clip.as_str()) {

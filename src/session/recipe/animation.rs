@@ -2,10 +2,12 @@
 
 use super::names::is_file_name;
 use crate::body::Skinning;
+use crate::cloth::{ClothMode, ClothParams};
 use crate::motion::{FrameRange, MotionParams};
 use crate::parameters::{Declared, Parameters, Setting, Settings};
 use crate::session::error::SessionError;
 use crate::session::store::ContentHash;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::ops::RangeInclusive;
@@ -33,6 +35,12 @@ pub struct AnimationRecipe {
     /// How joints move the surfaces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub skinning: Option<Skinning>,
+    /// Whether cloth is simulated; by default it is skinned only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mode: Option<ClothMode>,
+    /// Parameters of cloth, where they differ from the defaults.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub cloth: Settings,
     /// Parameters of retargeting, where they differ from the defaults.
     #[serde(default, skip_serializing_if = "Settings::is_empty")]
     pub motion: Settings,
@@ -44,15 +52,29 @@ impl AnimationRecipe {
         format!("animation {}", self.name)
     }
 
+    /// Whether cloth is simulated.
+    pub fn mode(&self) -> ClothMode {
+        self.mode.unwrap_or_default()
+    }
+
     /// The parameters of retargeting: the defaults, overridden by the recipe.
     pub(in crate::session) fn params(&self) -> Result<MotionParams, SessionError> {
+        self.overridden(&self.motion)
+    }
+
+    /// The parameters of cloth: the defaults, overridden by the recipe.
+    pub(in crate::session) fn cloth_params(&self) -> Result<ClothParams, SessionError> {
+        self.overridden(&self.cloth)
+    }
+
+    fn overridden<P: Default + Serialize + DeserializeOwned>(&self, by: &Settings) -> Result<P, SessionError> {
         let unfit = |e: serde_json::Error| SessionError::BadRequest {
             what: format!("the parameters of the animation '{}' do not fit: {e}", self.name),
             hint: "take them out of the recipe".into(),
         };
-        let mut value = serde_json::to_value(MotionParams::default()).map_err(unfit)?;
+        let mut value = serde_json::to_value(P::default()).map_err(unfit)?;
         if let Value::Object(fields) = &mut value {
-            for (name, setting) in &self.motion {
+            for (name, setting) in by {
                 let number = match setting {
                     // A real parameter accepts an integer.
                     Setting::Count(n) => Value::from(*n as f64),
@@ -76,29 +98,27 @@ impl AnimationRecipe {
         if let Some(fps) = self.fps.filter(|fps| !FPS.contains(fps)) {
             return wrong(format!("{fps} frames per second cannot be"), "give --fps between 1 and 240");
         }
-        for (name, setting) in &self.motion {
-            match motion_parameter(name) {
-                Some(declared) if declared.allowed.allows(setting) => {}
-                Some(Declared { allowed, about, .. }) => {
-                    return wrong(
-                        format!("{name} of an animation cannot be '{setting}'"),
-                        &format!("{about}: {allowed}"),
-                    );
-                }
-                None => {
-                    let names: Vec<_> = MotionParams::declared().iter().map(|declared| declared.name).collect();
-                    return wrong(
-                        format!("animations have no parameter '{name}'"),
-                        &format!("they have {}", names.join(", ")),
-                    );
-                }
-            }
-        }
-        Ok(())
+        check_settings(&self.motion, &MotionParams::declared())?;
+        check_settings(&self.cloth, &ClothParams::declared())
     }
 }
 
-/// The declaration of a parameter of retargeting.
-fn motion_parameter(name: &str) -> Option<Declared> {
-    MotionParams::declared().into_iter().find(|declared| declared.name == name)
+fn check_settings(settings: &Settings, declared: &[Declared]) -> Result<(), SessionError> {
+    let wrong = |what: String, hint: String| Err(SessionError::BadRequest { what, hint });
+    for (name, setting) in settings {
+        match declared.iter().find(|declared| declared.name == name) {
+            Some(declared) if declared.allowed.allows(setting) => {}
+            Some(Declared { allowed, about, .. }) => {
+                return wrong(format!("{name} of an animation cannot be '{setting}'"), format!("{about}: {allowed}"));
+            }
+            None => {
+                let names: Vec<_> = declared.iter().map(|declared| declared.name).collect();
+                return wrong(
+                    format!("animations have no parameter '{name}'"),
+                    format!("they have {}", names.join(", ")),
+                );
+            }
+        }
+    }
+    Ok(())
 }

@@ -27,8 +27,8 @@ impl AnimationRecording {
         let moved = session.moved_figure(Some(animation))?;
         let figure = session.figure_of_last_step()?;
         let step = (moved.track.fps / RECORDED_FPS).round().max(1.0) as usize;
-        for (frame, pose) in moved.track.poses.iter().enumerate().step_by(step) {
-            let meshes = figure.posed_by(moved.skinning, pose);
+        for frame in (0..moved.track.poses.len()).step_by(step) {
+            let meshes = moved.surfaces(&figure, frame);
             self.shown.note(|recording| {
                 recording.set_frame(frame);
                 for (rank, (layer, mesh)) in figure.layers.iter().zip(&meshes).enumerate() {

@@ -2,10 +2,13 @@
 
 use super::status::not_built_is_fine;
 use crate::body::{Figure, Skinning};
+use crate::cloth::{ClothMode, ClothTrack};
+use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::motion::PoseTrack;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::recipe::AnimationRecipe;
+use crate::session::stage::Stage;
 use crate::session::stages::{Reason, StageReport, Walk, pipeline};
 use serde::Serialize;
 
@@ -16,8 +19,13 @@ pub struct AnimationStatus {
     pub name: String,
     /// The clip of our own, or the clip's file.
     pub clip: String,
-    /// What was made; `None` if it is out of date.
+    /// How its layers move.
+    pub mode: ClothMode,
+    /// The report of its poses; `None` if it is out of date.
     pub made: Option<StageReport>,
+    /// The report of its cloth, if that is simulated and up to date.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cloth: Option<StageReport>,
     /// Why it is out of date, where that is known; it waits for the steps otherwise.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub why: Vec<Reason>,
@@ -33,6 +41,36 @@ pub(in crate::session) struct MovedFigure {
     pub name: String,
     pub skinning: Skinning,
     pub track: PoseTrack,
+    /// The cloth, if it is simulated and was asked for.
+    pub cloth: Option<ClothTrack>,
+}
+
+impl MovedFigure {
+    /// The vertices of one layer in one frame.
+    ///
+    /// **Shapes** one entry per vertex of the layer.
+    pub fn layer(&self, figure: &Figure, rank: usize, frame: usize) -> PerVertex<Point> {
+        match &self.cloth {
+            None => {
+                let (layer, pose) = (&figure.layers[rank], &self.track.poses[frame]);
+                self.skinning.skin(layer.mesh.points(), &layer.weights, &figure.skeleton, pose)
+            }
+            Some(cloth) => cloth.layers_in(frame).swap_remove(rank),
+        }
+    }
+
+    /// Every surface in one frame.
+    ///
+    /// **Shapes** one mesh per layer of the figure.
+    pub fn surfaces(&self, figure: &Figure, frame: usize) -> Vec<TriMesh> {
+        match &self.cloth {
+            None => figure.posed_by(self.skinning, &self.track.poses[frame]),
+            Some(cloth) => {
+                let layers = figure.layers.iter().zip(cloth.layers_in(frame));
+                layers.map(|(layer, points)| layer.mesh.with_points(points)).collect()
+            }
+        }
+    }
 }
 
 impl Session {
@@ -44,11 +82,15 @@ impl Session {
                 .and_then(|steps| pipeline::animations(&mut walk, &steps, Some(&animation.name)).map(drop));
             looked.or_else(not_built_is_fine)?;
             let own = walk.out_of_date().iter().find(|stage| stage.step == animation.key()).cloned();
-            let made = walk.into_reports().into_iter().find(|report| report.step == animation.key());
+            let mut reports = walk.into_reports();
+            reports.retain(|report| own.is_none() && report.step == animation.key());
+            let of_stage = |stage| reports.iter().find(|report| report.stage == stage).cloned();
             Ok(AnimationStatus {
                 name: animation.name.clone(),
                 clip: animation.clip.clone(),
-                made,
+                mode: animation.mode(),
+                made: of_stage(Stage::Animate),
+                cloth: of_stage(Stage::Cloth),
                 why: own.as_ref().map(|stage| stage.why.clone()).unwrap_or_default(),
                 failed: own.and_then(|stage| stage.failure).map(|failure| failure.what),
                 clip_changed: animation.source().is_some_and(|source| !self.source_is_as_it_was(&source)),
@@ -66,11 +108,11 @@ impl Session {
         }
     }
 
-    /// The tracks of all animations that are up to date, and the names of the others.
+    /// The poses of all animations that are up to date, without cloth, and the names of the others.
     pub(in crate::session) fn moved_figures(&self) -> Result<(Vec<MovedFigure>, Vec<String>), SessionError> {
         let (mut moved, mut out_of_date) = (Vec::new(), Vec::new());
         for animation in &self.recipe.animations {
-            match self.moved_by(animation) {
+            match self.moved_by(animation, false) {
                 Ok(one) => moved.push(one),
                 Err(SessionError::NotBuilt { .. }) => out_of_date.push(animation.name.clone()),
                 Err(other) => return Err(other),
@@ -91,15 +133,24 @@ impl Session {
                 });
             }
         };
-        self.moved_by(animation)
+        self.moved_by(animation, true)
     }
 
-    fn moved_by(&self, animation: &AnimationRecipe) -> Result<MovedFigure, SessionError> {
+    fn moved_by(&self, animation: &AnimationRecipe, with_cloth: bool) -> Result<MovedFigure, SessionError> {
         let mut walk = Walk::look(self);
         let steps = pipeline::steps(&mut walk, None)?;
-        let tracks = pipeline::animations(&mut walk, &steps, Some(&animation.name))?;
+        let moved = pipeline::animations(&mut walk, &steps, Some(&animation.name))?;
         let fault = || SessionError::Internal { what: format!("the animation '{}' has no track", animation.name) };
-        let track = self.store.load(*tracks.first().ok_or_else(fault)?)?;
-        Ok(MovedFigure { name: animation.name.clone(), skinning: animation.skinning.unwrap_or_default(), track })
+        let moved = moved.first().ok_or_else(fault)?;
+        let cloth = match moved.cloth.filter(|_| with_cloth) {
+            Some(cloth) => Some(self.store.load(cloth)?),
+            None => None,
+        };
+        Ok(MovedFigure {
+            name: animation.name.clone(),
+            skinning: animation.skinning.unwrap_or_default(),
+            track: self.store.load(moved.track)?,
+            cloth,
+        })
     }
 }

@@ -44,7 +44,7 @@ impl Session {
         let moved = self.moved_figure(film.animation.as_deref())?;
         let figure = self.figure_of_last_step()?;
         let poses = &moved.track.poses;
-        let posed = |frame: usize| figure.posed_by(moved.skinning, &poses[frame]);
+        let posed = |frame: usize| moved.surfaces(&figure, frame);
         let hips: Vec<Point> = poses.iter().map(|pose| figure.skeleton.joints_in_world(pose)[0]).collect();
         let bounds: Vec<Aabb> = (0..poses.len()).map(|frame| around(&posed(frame))).collect();
         let camera = FilmCamera::following(&hips, &bounds, moved.track.fps);

@@ -57,10 +57,10 @@ fn ply_sequence(
     let folder = NewFolder::create(target)?;
     let (poses, mut files) = (&moved.track.poses, Vec::new());
     let digits = poses.len().to_string().len().max(4);
-    for (frame, pose) in poses.iter().enumerate() {
+    for frame in 0..poses.len() {
         let name = PathBuf::from(format!("{frame:0digits$}"));
         folder.make_folder(&name)?;
-        for (layer, mesh) in figure.layers.iter().zip(figure.posed_by(moved.skinning, pose)) {
+        for (layer, mesh) in figure.layers.iter().zip(moved.surfaces(figure, frame)) {
             let path = name.join(format!("{}.ply", layer.name));
             let mut bytes = Vec::new();
             write_layer_ply(&mesh, layer.colors.as_ref(), &[], &mut bytes)
@@ -91,8 +91,7 @@ fn point_caches(
         folder.write(&bind, &mesh)?;
         let rows = |frame: usize| {
             on_frame(rank * poses.len() + frame + 1, all);
-            let points = moved.skinning.skin(layer.mesh.points(), &layer.weights, &figure.skeleton, &poses[frame]);
-            points.iter().map(|p| p.coords.map(|c| c as f32).into()).collect()
+            moved.layer(figure, rank, frame).iter().map(|p| p.coords.map(|c| c as f32).into()).collect()
         };
         // A layer's vertices over an hour are gigabytes: frame by frame.
         folder.write_with(&cache, |file| {

@@ -2,6 +2,7 @@
 
 mod animate;
 mod check;
+mod cloth;
 mod cut;
 mod event;
 mod evidence;

@@ -2,7 +2,8 @@
 
 use super::pipeline_stage::{StepContext, StepResults};
 use super::walk::Walk;
-use super::{animate, check, cut, evidence, figure, fit, pose, press, register, rig, scan, segment, stack};
+use super::{animate, check, cloth, cut, evidence, figure, fit, pose, press, register, rig, scan, segment, stack};
+use crate::cloth::{ClothMode, ClothTrack};
 use crate::cut::Garment;
 use crate::motion::PoseTrack;
 use crate::scan::Scan;
@@ -59,24 +60,38 @@ pub(in crate::session) fn everything(walk: &mut Walk) -> Result<Vec<StepResults>
     Ok(all)
 }
 
-/// Walks through all animations, or only the named one, on the figure of the last step; returns their tracks.
+/// The results of an animation: its poses, and its cloth if it is simulated.
+pub(in crate::session) struct Moved {
+    pub track: Kept<PoseTrack>,
+    pub cloth: Option<Kept<ClothTrack>>,
+}
+
+/// Walks through all animations, or only the named one, on the figure of the last step.
 ///
 /// **Requires** the results of all steps.
 pub(in crate::session) fn animations(
     walk: &mut Walk,
     steps: &[StepResults],
     only: Option<&str>,
-) -> Result<Vec<Kept<PoseTrack>>, SessionError> {
+) -> Result<Vec<Moved>, SessionError> {
     let recipe = walk.session().recipe.clone();
     let Some(last) = recipe.steps.last() else { return Ok(Vec::new()) };
     let wanted = recipe.animations.iter().filter(|animation| only.is_none_or(|name| name == animation.name));
-    let mut tracks = Vec::new();
+    let mut moved = Vec::new();
     for animation in wanted {
         let mut context = StepContext::of_animation(walk, last, steps.last(), animation);
         perform(Stage::Animate, &mut context)?;
-        tracks.push(context.results.result::<animate::AnimateStage>()?);
+        let track = context.results.result::<animate::AnimateStage>()?;
+        let cloth = match animation.mode() {
+            ClothMode::Skinned => None,
+            ClothMode::Coupled => {
+                perform(Stage::Cloth, &mut context)?;
+                Some(context.results.result::<cloth::ClothStage>()?)
+            }
+        };
+        moved.push(Moved { track, cloth });
     }
-    Ok(tracks)
+    Ok(moved)
 }
 
 /// Walks up to the cut of one garment.

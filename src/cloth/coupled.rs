@@ -1,0 +1,439 @@
+//! Cloth on a moving figure: physics and skinning blended within one solver, so that the blend cannot make layers cross.
+
+use super::cloth_track::ClothTrack;
+use super::error::ClothError;
+use super::fabric::Fabric;
+use super::layer::ClothLayer;
+use super::near_pairs::{NearPair, Search, still_faces};
+use super::safe_motion::Step;
+use super::springs::{Spring, springs_of};
+use super::surfaces::Surfaces;
+use super::swept_tree::SweptTree;
+use crate::body::{Figure, Pose, Skinning};
+use crate::geometry::{PerVertex, Point, TriMesh, Vec3, triangles_cross};
+use crate::motion::PoseTrack;
+use crate::parameters::{Allowed, Parameters, parameters};
+use crate::segment;
+use nalgebra::Matrix3;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+parameters! {
+    /// How cloth follows the figure.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    pub struct ClothParams {
+        /// 2 Hz: about the first swing of a knee-long skirt, which hangs as a pendulum of 0.4 m does at 0.8 Hz and is held
+        /// at its waist. At 0.8 Hz the open front of a vest flew off the chest (walk, the demo).
+        pub swing_hz: f64 = 2.0, Allowed::Real(0.0, 20.0), "Frequency in Hz at which loose cloth swings back to where skinning puts it";
+        /// The factor of Eq. 9's weights: 10 Hz for a weight of 1/4, more below.
+        pub grip_hz: f64 = 10.0, Allowed::Real(0.0, 100.0), "Frequency in Hz at which half-loose cloth is pulled back";
+        /// A swing of a second loses 95 % of its speed.
+        pub damping: f64 = 3.0, Allowed::Real(0.0, 50.0), "Share of its relative velocity that cloth loses to air, per second";
+    }
+}
+
+/// How the layers of an animation move.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ClothMode {
+    /// By skinning alone: fast; cloth does not swing, and layers may cross.
+    #[default]
+    #[serde(rename = "lbs")]
+    Skinned,
+    /// By physics and skinning in one solver: layers cannot cross.
+    #[serde(rename = "coupled")]
+    Coupled,
+}
+
+impl ClothMode {
+    /// All, with their names on the command line and in files.
+    pub const ALL: [(&'static str, Self); 2] = [("lbs", Self::Skinned), ("coupled", Self::Coupled)];
+}
+
+/// Gravity, m/s².
+const GRAVITY: f64 = 9.81;
+/// Greatest rotation of a joint per step, degrees: triangles of the demo are 1 to 2 cm wide and 1 mm apart.
+const STEP_DEG: f64 = 3.0;
+/// Steps per frame at 30 frames per second; the greatest number is reached at 36° per frame, faster than people move.
+const STEPS: std::ops::RangeInclusive<f64> = 3.0..=12.0;
+/// Iterations of the constraints per step.
+const ITERATIONS: usize = 8;
+/// Distance in metres from which contact acts, and the gap that it keeps where layers were farther apart at rest.
+const REACH: f64 = 0.8e-3;
+const GAP: f64 = 0.6e-3;
+/// How far a displacement may differ from the expected one before its neighbourhood is searched again, metres, and the same
+/// per metre that it moves relative to the skin.
+const SLACK: f64 = 0.5e-3;
+const SLACK_PER_METRE: f64 = 0.05;
+/// Most that skinning pulls cloth and skin back to their places in a step, metres: where they cannot get there, as in an
+/// armpit, they do not press harder and harder. Half a metre in ten seconds is still much.
+const PULL: f64 = 1e-3;
+const BODY_PULL: f64 = 4e-3;
+/// Pull of cloth that had to be corrected is halved, down to this share, and recovers by this factor per step.
+const LEAST_EASE: f64 = 0.02;
+const RECOVERY: f64 = 1.1;
+/// A correction that counts as one, metres.
+const CORRECTION: f64 = 2e-5;
+/// Greatest correction by constraints within a step, metres: more is an error of the constraints.
+const FARTHEST: f64 = 1e-2;
+/// Greatest correction that is expected again in the next step, metres.
+const EXPECTED: f64 = 3e-3;
+/// Coefficient of friction. Cloth that is squeezed between arm and trunk by skinning would be dragged along by more.
+const FRICTION: f64 = 0.1;
+/// Inverse mass of a vertex of the body, relative to the typical one of cloth: it gives way only where cloth cannot.
+const BODY_SHARE: f64 = 0.02;
+/// Physics weights are taken as at least this, so that the frequency is finite.
+const LEAST_WEIGHT: f64 = 0.01;
+/// The fabric of layers that do not say theirs.
+const UNKNOWN_FABRIC: &str = "cotton";
+
+/// What is known about a simulation.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ClothReport {
+    /// Pairs of crossing faces, over all frames: between layers, with the body, and within each. 0 unless the program has a
+    /// fault; counted on the `f32` positions of each frame.
+    pub crossing_pairs: usize,
+    /// Greatest distance of the body's surface from its skinned place, metres: how far it had to give way.
+    pub yielded: f64,
+    /// Greatest share of the body's vertices in a frame that gave way by more than 5 mm.
+    pub yielded_share: f64,
+    /// Steps in which everything had to stop.
+    pub stopped_steps: usize,
+    /// Root mean square over frames and vertices of cloth of the distance from the skinned place, metres.
+    pub swing: f64,
+    /// 99th percentile of the stretch of the edges of cloth: length in proportion to that in the bind pose.
+    pub stretch_p99: f64,
+}
+
+/// The simulation: positions, velocities, constraints.
+struct Simulation<'a> {
+    figure: &'a Figure,
+    skinning: Skinning,
+    params: ClothParams,
+    surfaces: Surfaces,
+    tree: SweptTree,
+    /// Springs of each layer of cloth; indices within the layer.
+    springs: Vec<Vec<Spring>>,
+    /// 1/kg.
+    inverse_mass: Vec<f64>,
+    /// Angular frequency of the pull to the skinned place, 1/s.
+    frequency: Vec<f64>,
+    at: Vec<Point>,
+    velocity: Vec<Vec3>,
+    /// Share of the pull that is used.
+    ease: Vec<f64>,
+    /// What the constraints added to the displacement in the last step.
+    correction: Vec<Vec3>,
+    stopped_steps: usize,
+}
+
+/// Simulates the layers of a figure that is moved by `track`, from the bind pose on.
+///
+/// **Shapes** the frames of the result are the poses of `track`.
+///
+/// **Frame and units** metres, world, Y up.
+///
+/// **Errors** layers that cross in the bind pose, an unknown fabric, a parameter out of range; see [`ClothError`].
+///
+/// **Guarantees** no two faces cross in any frame if none do in the bind pose, on the `f32` positions of the result. The result
+/// does not depend on the number of threads.
+///
+/// **Source** Hu 2017, Eq. 8, with the skinned place as a compliant constraint of each vertex; stretch and bending by XPBD
+/// (Macklin 2016). The stress that carries a scanned garment's weight in the bind pose turns with the skin, so
+/// that it does not sag.
+pub fn simulate(
+    figure: &Figure,
+    skinning: Skinning,
+    track: &PoseTrack,
+    params: &ClothParams,
+    on_frame: &mut dyn FnMut(usize, usize),
+) -> Result<(ClothTrack, ClothReport), ClothError> {
+    params.check_values()?;
+    let mut simulation = Simulation::prepare(figure, skinning, params)?;
+    let crossing = simulation.crossing_pairs();
+    if crossing > 0 {
+        return Err(ClothError::Crossing { pairs: crossing });
+    }
+    let vertices = simulation.surfaces.vertices.iter().map(|range| range.len() as u32).collect();
+    let mut result = ClothTrack { vertices, frames: vec![simulation.rounded()] };
+    let mut report = ClothReport::default();
+    let (mut off, mut stretches) = (0.0, Vec::new());
+    for (k, poses) in track.poses.windows(2).enumerate() {
+        simulation.frame(&poses[0], &poses[1], track.fps);
+        report.crossing_pairs += simulation.crossing_pairs();
+        let places = simulation.places(&poses[1]).0;
+        let (yielded, share) = simulation.yielded(&places);
+        report.yielded = report.yielded.max(yielded);
+        report.yielded_share = report.yielded_share.max(share);
+        off += simulation.squared_swing(&places);
+        stretches.push(simulation.stretch_p99());
+        result.frames.push(simulation.rounded());
+        on_frame(k + 1, track.poses.len() - 1);
+    }
+    report.stopped_steps = simulation.stopped_steps;
+    report.swing = (off / stretches.len().max(1) as f64).sqrt();
+    report.stretch_p99 = stretches.into_iter().fold(1.0, f64::max);
+    Ok((result, report))
+}
+
+impl<'a> Simulation<'a> {
+    fn prepare(figure: &'a Figure, skinning: Skinning, params: &ClothParams) -> Result<Self, ClothError> {
+        // What is exported is `f32`: the simulation starts from the same positions.
+        let rounded = |mesh: &TriMesh| mesh.map_points(|p| p.map(|x| f64::from(x as f32)));
+        let meshes: Vec<TriMesh> = figure.layers.iter().map(|layer| rounded(&layer.mesh)).collect();
+        let surfaces = Surfaces::of(&meshes.iter().collect::<Vec<_>>());
+        let body = surfaces.body_vertices();
+        let (mut springs, mut inverse_mass) = (Vec::new(), vec![0.0; surfaces.rest.len()]);
+        for (k, (layer, mesh)) in figure.layers.iter().zip(&meshes).enumerate().skip(1) {
+            let fabric = fabric_of(layer.fabric.as_deref())?;
+            let areas = mesh.vertex_areas();
+            for (v, area) in surfaces.vertices[k].clone().zip(areas.iter()) {
+                inverse_mass[v] = 1.0 / (area * fabric.density).max(1e-6);
+            }
+            let pinned = PerVertex::filled(false, mesh.vertex_count());
+            springs.push(springs_of(&ClothLayer { rest: mesh.clone(), pinned, fabric }, 1.0));
+        }
+        let mut masses = inverse_mass[body..].to_vec();
+        masses.sort_by(f64::total_cmp);
+        let typical = masses.get(masses.len() / 2).copied().unwrap_or(1.0);
+        inverse_mass[..body].fill(typical * BODY_SHARE);
+        let frequency = |weight: f64| {
+            let weight = weight.clamp(LEAST_WEIGHT, 0.5);
+            std::f64::consts::TAU * (params.swing_hz + params.grip_hz * (0.5 - weight) / weight)
+        };
+        let frequency = figure.layers.iter().flat_map(|layer| {
+            let weight = |v: usize| layer.physics.as_ref().map_or(0.0, |physics| physics.0[v]);
+            (0..layer.mesh.vertex_count()).map(move |v| frequency(weight(v)))
+        });
+        let center =
+            |f: &[u32; 3]| Point::from(f.iter().map(|&v| surfaces.rest[v as usize].coords).sum::<Vec3>() / 3.0);
+        let centers: Vec<Point> = surfaces.faces.iter().map(center).collect();
+        let count = surfaces.rest.len();
+        Ok(Self {
+            figure,
+            skinning,
+            params: params.clone(),
+            tree: SweptTree::prepare(&centers),
+            springs,
+            inverse_mass,
+            frequency: frequency.collect(),
+            at: surfaces.rest.clone(),
+            velocity: vec![Vec3::zeros(); count],
+            ease: vec![1.0; count],
+            correction: vec![Vec3::zeros(); count],
+            stopped_steps: 0,
+            surfaces,
+        })
+    }
+
+    /// The skinned place of every vertex, and gravity as its skin would carry it along: turned by the skin from the bind
+    /// pose.
+    fn places(&self, pose: &Pose) -> (Vec<Point>, Vec<Vec3>) {
+        let skeleton = &self.figure.skeleton;
+        let turns: Vec<Matrix3<f64>> = skeleton
+            .world_from_bind(pose)
+            .iter()
+            .map(|world_from_bind| world_from_bind.rotation.to_rotation_matrix().into_inner())
+            .collect();
+        let down = Vec3::new(0.0, -GRAVITY, 0.0);
+        let (mut places, mut carried) = (Vec::new(), Vec::new());
+        for layer in &self.figure.layers {
+            places.extend(self.skinning.skin(layer.mesh.points(), &layer.weights, skeleton, pose).0);
+            let turned =
+                |row: &[(crate::body::JointId, f64); 4]| row.iter().map(|&(j, w)| turns[j.index()] * down * w).sum();
+            carried.extend(layer.weights.rows().iter().map(turned).collect::<Vec<Vec3>>());
+        }
+        (places, carried)
+    }
+
+    /// Moves on by one frame.
+    fn frame(&mut self, from: &Pose, to: &Pose, fps: f64) {
+        let rotations = from.rotations.iter().zip(&to.rotations);
+        let turned = rotations.map(|(a, b)| a.angle_to(b).to_degrees()).fold(0.0, f64::max);
+        let steps = (turned / STEP_DEG).ceil().max((STEPS.start() * 30.0 / fps).ceil()).clamp(1.0, *STEPS.end());
+        let step_secs = 1.0 / (fps * steps);
+        self.springs.iter_mut().flatten().for_each(|spring| spring.set_step(step_secs));
+        let mut before = self.places(from).0;
+        for step in 1..=steps as usize {
+            let (places, carried) = self.places(&from.toward(to, step as f64 / steps));
+            self.step(&before, &places, &carried, step_secs);
+            before = places;
+        }
+    }
+
+    /// Moves on by one step, in which skinning moves every vertex from `before` to `places`.
+    fn step(&mut self, before: &[Point], places: &[Point], carried: &[Vec3], step_secs: f64) {
+        let count = self.at.len();
+        let free: Vec<Vec3> = (0..count)
+            .into_par_iter()
+            .map(|v| self.free_motion(v, &(places[v] - before[v]), &places[v], &carried[v], step_secs))
+            .collect();
+        let mut expected: Vec<Vec3> = free.iter().zip(&self.correction).map(|(free, added)| free + added).collect();
+        let relative = |v: usize| (expected[v] - (places[v] - before[v])).norm();
+        let mut slack: Vec<f64> = (0..count).map(|v| SLACK + SLACK_PER_METRE * relative(v)).collect();
+        let search = Search {
+            surfaces: &self.surfaces,
+            tree: &self.tree,
+            at: &self.at,
+            by: &expected,
+            slack: &slack,
+            reach: REACH,
+            gap: GAP,
+        };
+        let mut pairs = search.all();
+        let mut by = self.solved(&free, &pairs);
+        let solved = by.clone();
+        let step = Step { surfaces: &self.surfaces, tree: &self.tree, at: &self.at, gap: GAP };
+        let corrections = step.make_safe(&mut pairs, &mut by, &mut expected, &mut slack);
+        self.stopped_steps += usize::from(corrections.stopped);
+        for v in 0..count {
+            let corrected = (by[v] - solved[v]).norm() > CORRECTION;
+            self.ease[v] =
+                if corrected { (0.5 * self.ease[v]).max(LEAST_EASE) } else { (RECOVERY * self.ease[v]).min(1.0) };
+            self.correction[v] = shortened(by[v] - free[v], EXPECTED);
+            self.velocity[v] = by[v] / step_secs;
+            self.at[v] += by[v];
+        }
+    }
+
+    /// The displacement of a vertex without its neighbours: skin follows its place; cloth keeps its velocity, falls, and is
+    /// pulled to its place.
+    fn free_motion(&self, v: usize, skinned: &Vec3, place: &Point, carried: &Vec3, step_secs: f64) -> Vec3 {
+        let offset = place - (self.at[v] + skinned);
+        if v < self.surfaces.body_vertices() {
+            return skinned + shortened(offset, BODY_PULL);
+        }
+        let squared = (self.frequency[v] * step_secs).powi(2);
+        // An implicit step of the pull also damps the motion relative to the skin.
+        let relative =
+            (self.velocity[v] * step_secs - skinned) * ((-self.params.damping * step_secs).exp() / (1.0 + squared));
+        let pull = shortened((offset - relative) * (squared / (1.0 + squared)), PULL * self.ease[v]);
+        let weight = (Vec3::new(0.0, -GRAVITY, 0.0) - carried) * (step_secs * step_secs / (1.0 + squared));
+        skinned + relative + pull + weight
+    }
+
+    /// The displacements after stretch, bending and contact.
+    fn solved(&self, free: &[Vec3], pairs: &[NearPair]) -> Vec<Vec3> {
+        let body = self.surfaces.body_vertices();
+        let mut to: Vec<Point> = self.at.iter().zip(free).map(|(at, by)| at + by).collect();
+        // Skin alone needs no contact: where it folds, the correction of displacements keeps it apart.
+        let of_cloth = |pair: &&NearPair| pair.vertices.iter().any(|&v| v as usize >= body);
+        let contacts: Vec<&NearPair> = pairs.iter().filter(of_cloth).collect();
+        for round in 0..ITERATIONS {
+            self.satisfy_springs(&mut to, round % 2 == 1);
+            contacts.iter().for_each(|contact| self.push_apart(contact, &mut to));
+            contacts.iter().rev().for_each(|contact| self.push_apart(contact, &mut to));
+        }
+        let moved = |v: usize| {
+            let added = to[v] - self.at[v] - free[v];
+            let sound = added.iter().all(|x| x.is_finite());
+            free[v] + if sound { shortened(added, FARTHEST) } else { Vec3::zeros() }
+        };
+        (0..to.len()).map(moved).collect()
+    }
+
+    /// One round of the springs, the layers at once.
+    fn satisfy_springs(&self, to: &mut [Point], backwards: bool) {
+        let mut layers = Vec::new();
+        let mut rest = &mut to[self.surfaces.body_vertices()..];
+        for (range, springs) in self.surfaces.vertices[1..].iter().zip(&self.springs) {
+            let (own, after) = rest.split_at_mut(range.len());
+            layers.push((own, &self.inverse_mass[range.clone()], springs));
+            rest = after;
+        }
+        layers.into_par_iter().for_each(|(at, inverse_mass, springs)| {
+            let satisfy = |spring: &Spring, at: &mut [Point]| spring.satisfy(at, inverse_mass);
+            if backwards {
+                springs.iter().rev().for_each(|spring| satisfy(spring, at));
+            } else {
+                springs.iter().for_each(|spring| satisfy(spring, at));
+            }
+        });
+    }
+
+    /// Moves the vertices of a pair apart to its gap, the lighter by more, and slows their sliding.
+    fn push_apart(&self, pair: &NearPair, to: &mut [Point]) {
+        let vertices = pair.vertices.map(|v| v as usize);
+        let weights = pair.weights.map(f64::from);
+        let each = || vertices.iter().copied().zip(weights);
+        let distance: f64 = each().map(|(v, w)| w * pair.normal.dot(&to[v].coords)).sum();
+        let depth = f64::from(pair.gap) - distance;
+        if depth <= 0.0 {
+            return;
+        }
+        let denominator: f64 = each().map(|(v, w)| w * w * self.inverse_mass[v]).sum();
+        if denominator <= 0.0 {
+            return;
+        }
+        let slid: Vec3 = each().map(|(v, w)| (to[v] - self.at[v]) * w).sum();
+        let slid = shortened(slid - pair.normal * pair.normal.dot(&slid), FRICTION * depth);
+        for (v, w) in each() {
+            to[v] += (pair.normal * depth - slid) * (w * self.inverse_mass[v] / denominator);
+        }
+    }
+
+    /// The positions in the precision of files.
+    fn rounded(&self) -> Vec<[f32; 3]> {
+        self.at.iter().map(|p| [p.x as f32, p.y as f32, p.z as f32]).collect()
+    }
+
+    /// The number of pairs of faces without a common vertex that cross, in the precision of files.
+    fn crossing_pairs(&self) -> usize {
+        let at: Vec<Point> = self.rounded().into_iter().map(|p| Point::from(p.map(f64::from))).collect();
+        let faces = still_faces(&self.surfaces, &at);
+        let boxes = self.tree.boxes(&faces);
+        let count = |task| {
+            let mut crossing = 0;
+            self.tree.visit(task, &boxes, &faces, 0.0, |f, g| {
+                let [f, g] = [f, g].map(|k| self.surfaces.faces[k as usize]);
+                let corners = |face: [u32; 3]| face.map(|v| at[v as usize]);
+                let apart = !f.iter().any(|v| g.contains(v));
+                crossing += usize::from(apart && triangles_cross(&corners(f), &corners(g)));
+            });
+            crossing
+        };
+        self.tree.tasks(&boxes, 0.0).into_par_iter().map(count).sum()
+    }
+
+    /// Greatest distance of the skin from its place, and the share of its vertices that are more than 5 mm off.
+    fn yielded(&self, places: &[Point]) -> (f64, f64) {
+        let body = self.surfaces.body_vertices();
+        let off: Vec<f64> = (0..body).map(|v| (self.at[v] - places[v]).norm()).collect();
+        let far = off.iter().filter(|&&d| d > 5e-3).count();
+        (off.iter().copied().fold(0.0, f64::max), far as f64 / body.max(1) as f64)
+    }
+
+    /// Mean squared distance of cloth from its skinned place.
+    fn squared_swing(&self, places: &[Point]) -> f64 {
+        let body = self.surfaces.body_vertices();
+        let squares: f64 = (body..self.at.len()).map(|v| (self.at[v] - places[v]).norm_squared()).sum();
+        squares / (self.at.len() - body).max(1) as f64
+    }
+
+    fn stretch_p99(&self) -> f64 {
+        let body = self.surfaces.body_vertices() as u32;
+        let length = |at: &[Point], [a, b]: [u32; 2]| (at[a as usize] - at[b as usize]).norm();
+        let edges = self.surfaces.edges.iter().filter(|edge| edge[0] >= body);
+        let stretch = edges.map(|&edge| length(&self.at, edge) / length(&self.surfaces.rest, edge).max(1e-6));
+        let mut stretches: Vec<f64> = stretch.collect();
+        stretches.sort_by(f64::total_cmp);
+        stretches.get(stretches.len() * 99 / 100).copied().unwrap_or(1.0)
+    }
+}
+
+fn fabric_of(name: Option<&str>) -> Result<Fabric, ClothError> {
+    let known = segment::Fabric::named(name.unwrap_or(UNKNOWN_FABRIC))
+        .map_err(|e| ClothError::UnknownFabric { what: e.to_string() })?;
+    let [warp, weft, _] = known.stretch;
+    Ok(Fabric {
+        density: known.density,
+        thickness: known.thickness,
+        stretch: 0.5 * (warp + weft),
+        bending: known.bending,
+    })
+}
+
+/// `v`, or shorter in the same direction.
+fn shortened(v: Vec3, most: f64) -> Vec3 {
+    let length = v.norm();
+    if length > most { v * (most / length) } else { v }
+}
