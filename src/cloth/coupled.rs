@@ -92,6 +92,8 @@ pub struct ClothReport {
     /// Pairs of crossing faces, over all frames: between layers, with the body, and within each. 0 unless the program has a
     /// fault; counted on the `f32` positions of each frame.
     pub crossing_pairs: usize,
+    /// The first frame with crossing faces.
+    pub first_crossing: Option<usize>,
     /// Greatest distance of the body's surface from its skinned place, metres: how far it had to give way.
     pub yielded: f64,
     /// Greatest share of the body's vertices in a frame that gave way by more than 5 mm.
@@ -159,7 +161,9 @@ pub fn simulate(
     let (mut off, mut stretches) = (0.0, Vec::new());
     for (k, poses) in track.poses.windows(2).enumerate() {
         simulation.frame(&poses[0], &poses[1], track.fps);
-        report.crossing_pairs += simulation.crossing_pairs();
+        let crossing = simulation.crossing_pairs();
+        report.crossing_pairs += crossing;
+        report.first_crossing = report.first_crossing.or((crossing > 0).then_some(k + 1));
         let places = simulation.places(&poses[1]).0;
         let (yielded, share) = simulation.yielded(&places);
         report.yielded = report.yielded.max(yielded);

@@ -29,7 +29,7 @@ const UNSEEN_SHARE: f64 = 1e-3;
 
 impl PipelineStage for ClothStage {
     const STAGE: Stage = Stage::Cloth;
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Inputs = Inputs;
     type Output = ClothTrack;
 
@@ -58,8 +58,11 @@ impl PipelineStage for ClothStage {
         let (cloth, report) = simulate(&figure, skinning, &track, &params, &mut on_frame)
             .map_err(|e| SessionError::Animation { name: animation.name.clone(), source: Box::new(e.into()) })?;
         let mut findings = Vec::new();
-        if report.crossing_pairs > 0 {
-            findings.push(format!("{} pairs of faces cross in its frames", report.crossing_pairs));
+        if let Some(frame) = report.first_crossing {
+            findings.push(format!(
+                "{} pairs of faces cross in its frames, the first in frame {frame}",
+                report.crossing_pairs
+            ));
         }
         if report.yielded > UNSEEN_YIELD && report.yielded_share > UNSEEN_SHARE {
             findings.push(format!(
