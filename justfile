@@ -37,6 +37,8 @@ pictures:
     cargo run --release --no-default-features -- demo --keep target/pictures
     cp target/pictures/poster.png .pictures/poster.png
     cp target/pictures/sheet.png .pictures/sheet.png
+    cargo run --release --no-default-features -- -C target/pictures/session animate walk --frames 60..93 --mode coupled
+    cargo run --release --no-default-features -- -C target/pictures/session view --film .pictures/walk.gif --force
 
 # The embedded body model, from measured populations
 body-model:
