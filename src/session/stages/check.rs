@@ -216,14 +216,17 @@ fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Resul
             .measured(&format!("worn{}_recolored_percent", k + 1), 1e2 * or_nan(worn.recolored_share));
     }
     let worn: Vec<&str> = figure.garments().iter().map(|layer| layer.name.as_str()).collect();
-    let unlisted = match &beside {
-        Some((labels, place)) => unlisted(session, step, &scan, labels, *place, &figure, &surfaces[0])?,
-        None => None,
-    };
-    let lookalike = match &beside {
-        Some((labels, place)) => lookalike(session, step, &scan, labels, *place, &figure, &surfaces[0])?,
-        None => None,
-    };
+    let of_outfit = beside.as_ref().map(|(labels, place)| OutfitResult {
+        session,
+        step,
+        scan: &scan,
+        labels,
+        place: *place,
+        figure: &figure,
+        body: &surfaces[0],
+    });
+    let unlisted = of_outfit.as_ref().map(OutfitResult::unlisted).transpose()?.flatten();
+    let lookalike = of_outfit.as_ref().map(OutfitResult::lookalike).transpose()?.flatten();
     let same = same_as.map(|other| {
         let what = format!("the file is the same as that of the step '{other}', so it shows no further garment");
         Warning::new(what, "give the scan in which the garment was put on")
@@ -236,50 +239,50 @@ fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Resul
         .warned(found.doubts(&step.name, &worn).into_iter().map(warning)))
 }
 
-/// What an outfit's scan shows that is not listed. It is reported once, by the outermost garment.
-fn unlisted(
-    session: &Session,
-    step: &StepRecipe,
-    scan: &Scan,
-    labels: &OutfitLabels,
+/// A garment of an outfit: what its scan shows, and the body in it.
+struct OutfitResult<'a> {
+    session: &'a Session,
+    step: &'a StepRecipe,
+    scan: &'a Scan,
+    labels: &'a OutfitLabels,
+    /// The garment's place in the outfit, from the inside out.
     place: usize,
-    figure: &Figure,
-    body: &TriMesh,
-) -> Result<Option<Unlisted>, SessionError> {
-    let outfit = session.recipe.outfit_of(step);
-    if place + 1 < outfit.len() {
-        return Ok(None);
-    }
-    let listed: Vec<&str> = outfit.iter().filter_map(|of| of.template.as_deref()).collect();
-    find_unlisted(&scan.mesh, &labels.unexplained(), figure, body, &listed)
-        .map_err(|e| SessionError::stage(&step.name, Stage::Check, e))
+    figure: &'a Figure,
+    /// The figure's body, posed in the scan.
+    body: &'a TriMesh,
 }
 
-/// Whether the garment may be a part of another one of its outfit that is worn below it.
-fn lookalike(
-    session: &Session,
-    step: &StepRecipe,
-    scan: &Scan,
-    labels: &OutfitLabels,
-    place: usize,
-    figure: &Figure,
-    body: &TriMesh,
-) -> Result<Option<Doubt>, SessionError> {
-    let failed = |e: StageError| SessionError::stage(&step.name, Stage::Check, e);
-    let index = SurfaceIndex::prepare(body);
-    let below: Vec<VertexId> = scan.mesh.points().iter().map(|p| index.closest(p).nearest_corner(body)).collect();
-    let own = labels.of_garment(place).labels.0;
-    for (k, other) in session.recipe.outfit_of(step)[..place].iter().enumerate() {
-        let spec = garment_spec::of_step(other)?;
-        let covered =
-            (spec.template.prior(figure.body(), &figure.skeleton, &spec.extent)).map_err(|e| failed(e.into()))?;
-        let expected = below.iter().map(|&v| covered[v]).collect();
-        let of_other = labels.of_garment(k).labels.0;
-        if is_lookalike(scan, &own, &of_other, &expected).map_err(|e| failed(e.into()))? {
-            return Ok(Some(lookalike_doubt(&step.name, &other.name)));
+impl OutfitResult<'_> {
+    /// What the scan shows that is not listed. It is reported once, by the outermost garment.
+    fn unlisted(&self) -> Result<Option<Unlisted>, SessionError> {
+        let outfit = self.session.recipe.outfit_of(self.step);
+        if self.place + 1 < outfit.len() {
+            return Ok(None);
         }
+        let listed: Vec<&str> = outfit.iter().filter_map(|of| of.template.as_deref()).collect();
+        find_unlisted(&self.scan.mesh, &self.labels.unexplained(), self.figure, self.body, &listed)
+            .map_err(|e| SessionError::stage(&self.step.name, Stage::Check, e))
     }
-    Ok(None)
+
+    /// Whether the garment may be a part of another one of its outfit that is worn below it.
+    fn lookalike(&self) -> Result<Option<Doubt>, SessionError> {
+        let Self { scan, labels, figure, body, .. } = *self;
+        let failed = |e: StageError| SessionError::stage(&self.step.name, Stage::Check, e);
+        let index = SurfaceIndex::prepare(body);
+        let below: Vec<VertexId> = scan.mesh.points().iter().map(|p| index.closest(p).nearest_corner(body)).collect();
+        let own = labels.of_garment(self.place).labels.0;
+        for (k, other) in self.session.recipe.outfit_of(self.step)[..self.place].iter().enumerate() {
+            let spec = garment_spec::of_step(other)?;
+            let covered =
+                (spec.template.prior(figure.body(), &figure.skeleton, &spec.extent)).map_err(|e| failed(e.into()))?;
+            let expected = below.iter().map(|&v| covered[v]).collect();
+            let of_other = labels.of_garment(k).labels.0;
+            if is_lookalike(scan, &own, &of_other, &expected).map_err(|e| failed(e.into()))? {
+                return Ok(Some(lookalike_doubt(&self.step.name, &other.name)));
+            }
+        }
+        Ok(None)
+    }
 }
 
 fn warning(doubt: Doubt) -> Warning {
