@@ -19,14 +19,18 @@ impl ClothTrack {
     ///
     /// **Shapes** one entry per layer, the body first; empty for a frame that does not exist.
     pub fn layers_in(&self, frame: usize) -> Vec<PerVertex<Point>> {
-        let Some(points) = self.frames.get(frame) else { return Vec::new() };
-        let mut rest = points.as_slice();
-        let layer = |&count: &u32| {
-            let (own, after) = rest.split_at((count as usize).min(rest.len()));
-            rest = after;
-            own.iter().map(|p| Point::from(p.map(f64::from))).collect()
-        };
-        self.vertices.iter().map(layer).collect()
+        let known = if frame < self.frames.len() { self.vertices.len() } else { 0 };
+        (0..known).map(|rank| self.layer(rank, frame)).collect()
+    }
+
+    /// The vertices of one layer in one frame; empty for a layer or a frame that does not exist.
+    ///
+    /// **Shapes** one entry per vertex of the layer.
+    pub fn layer(&self, rank: usize, frame: usize) -> PerVertex<Point> {
+        let first: usize = self.vertices.iter().take(rank).map(|&count| count as usize).sum();
+        let count = self.vertices.get(rank).map_or(0, |&count| count as usize);
+        let points = self.frames.get(frame).and_then(|points| points.get(first..first + count)).unwrap_or_default();
+        points.iter().map(|p| Point::from(p.map(f64::from))).collect()
     }
 }
 
@@ -41,6 +45,6 @@ mod tests {
         let layers = track.layers_in(0);
         assert_eq!(layers.iter().map(PerVertex::len).collect::<Vec<_>>(), [3, 2]);
         assert_eq!(layers[1].0[0], Point::new(3.0, 0.0, 1.0));
-        assert!(track.layers_in(1).is_empty());
+        assert!(track.layers_in(1).is_empty() && track.layer(2, 0).is_empty() && track.layer(0, 1).is_empty());
     }
 }

@@ -55,7 +55,7 @@ impl MovedFigure {
                 let (layer, pose) = (&figure.layers[rank], &self.track.poses[frame]);
                 self.skinning.skin(layer.mesh.points(), &layer.weights, &figure.skeleton, pose)
             }
-            Some(cloth) => cloth.layers_in(frame).swap_remove(rank),
+            Some(cloth) => cloth.layer(rank, frame),
         }
     }
 
