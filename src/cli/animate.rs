@@ -135,7 +135,8 @@ pub(super) fn run(args: AnimateArgs, context: &Context) -> anyhow::Result<Done> 
         view: args.preview,
         force: args.force,
     };
-    let mut progress = Progress::of_stages(&context.console, writer.session().stage_count() + 2);
+    let own_stages = if new.mode.unwrap_or_default() == ClothMode::Coupled { 2 } else { 1 };
+    let mut progress = Progress::of_stages(&context.console, writer.session().stage_count() + own_stages);
     let (animation, reports) = writer.animate(&new, &mut |event| progress.show(event))?;
     progress.end();
     let measures: BTreeMap<&String, f64> =
