@@ -1,13 +1,13 @@
 //! The contact sheet of weights: the skin weights of every layer, the physics weights of every garment.
 
-use super::outputs::{Content, Outputs};
-use super::posed_step::PosedStep;
 use crate::body::{Layer, Skeleton};
 use crate::geometry::PerVertex;
 use crate::rig::{PhysicsParams, PhysicsWeights};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::recipe::{garment_spec, params_of};
+use crate::session::results::outputs::{Content, Outputs};
+use crate::session::results::posed_step::PosedStep;
 use crate::session::stage::Stage;
 use crate::view::{Cell, Error, Facing, Paint, Part, Sheet, SheetRow, contact_sheet, joint_color, skin_weight_colors};
 use std::path::Path;

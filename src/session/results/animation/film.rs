@@ -1,11 +1,11 @@
 //! A film of an animation, by the small renderer: a GIF, or a folder of pictures.
 
-use super::outputs::{Content, NewFolder, Outputs};
 use crate::body::Figure;
 use crate::formats::write_gif;
 use crate::geometry::{Aabb, Point, TriMesh};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
+use crate::session::results::outputs::{Content, NewFolder, Outputs};
 use crate::session::stage_error::StageError;
 use crate::view::{FilmCamera, Paint, Part, Picture, Scene, layer_color};
 use std::path::{Path, PathBuf};

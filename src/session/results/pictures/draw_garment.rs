@@ -1,10 +1,10 @@
 //! Draws a cut garment in the pose of its scan.
 
-use super::outputs::{Content, Outputs};
 use crate::cut::Garment;
 use crate::fit::PoseInside;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
+use crate::session::results::outputs::{Content, Outputs};
 use crate::session::stage::Stage;
 use crate::session::store::Kept;
 use crate::view::{Camera, Paint, Part, Picture, Scene, layer_color, render};

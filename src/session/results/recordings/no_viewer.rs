@@ -1,11 +1,11 @@
 //! Replaces `live_view` in a program built without the viewer.
 
 use super::no_recording::without_viewer;
-use super::outputs::Outputs;
 use super::show_in::ShowIn;
 use crate::cut::Garment;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
+use crate::session::results::outputs::Outputs;
 use std::path::Path;
 
 impl Session {

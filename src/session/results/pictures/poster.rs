@@ -1,6 +1,5 @@
 //! The poster: the whole session in one picture.
 
-use super::outputs::{Content, Outputs};
 use super::sheet::SeenStep;
 use crate::body::HumanJoint::{self, Chest, Foot, Head, LowerArm, LowerLeg, Neck, Spine, UpperArm, UpperLeg};
 use crate::body::Side::{Left, Right};
@@ -8,6 +7,7 @@ use crate::body::{Pose, Skeleton};
 use crate::geometry::{TriMesh, Vec3};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
+use crate::session::results::outputs::{Content, Outputs};
 use crate::view::{Paint, Part, Poster, layer_color, poster};
 use nalgebra::UnitQuaternion;
 use std::path::Path;

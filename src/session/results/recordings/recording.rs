@@ -1,8 +1,8 @@
 //! An open Rerun recording, whatever its target.
 
-use super::outputs::{Content, Outputs};
 use super::show_in::ShowIn;
 use crate::session::error::SessionError;
+use crate::session::results::outputs::{Content, Outputs};
 use crate::view::{Error, Recording, Sink};
 
 /// A recording and its first error. The recorded work continues after an error.

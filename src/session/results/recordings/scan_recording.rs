@@ -1,13 +1,13 @@
 //! Records the fusion of frames for the Rerun viewer: the camera's path around the person, the residual of each frame,
 //! and the growing surface.
 
-use super::outputs::Outputs;
 use super::recording::Shown;
 use super::show_in::ShowIn;
 use crate::formats::RawMesh;
 use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::scan::FusionStep;
 use crate::session::error::SessionError;
+use crate::session::results::outputs::Outputs;
 use crate::view::{Error, Paint, Part, Recording, layer_color};
 use nalgebra::Isometry3;
 

@@ -1,10 +1,10 @@
 //! The error of recordings in a program built without the viewer.
 
-use super::outputs::Outputs;
 use super::show_in::ShowIn;
 use crate::scan::FusionStep;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
+use crate::session::results::outputs::Outputs;
 use crate::session::stages::Event;
 
 /// The recording of a scan; it has no values.

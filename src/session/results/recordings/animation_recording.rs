@@ -1,10 +1,10 @@
 //! Records an animation for the Rerun viewer: all layers along the timeline `frame`.
 
-use super::outputs::Outputs;
 use super::recording::Shown;
 use super::show_in::ShowIn;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
+use crate::session::results::outputs::Outputs;
 use crate::view::{Paint, Part, Recording, layer_color};
 
 /// Frames per second of a recording: a frame of a dressed figure takes half a megabyte.

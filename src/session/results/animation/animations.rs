@@ -1,6 +1,5 @@
 //! The animations of a session: whether they are up to date, and their tracks.
 
-use super::status::not_built_is_fine;
 use crate::body::{Figure, Skinning};
 use crate::cloth::{ClothMode, ClothTrack};
 use crate::geometry::{PerVertex, Point, TriMesh};
@@ -8,6 +7,7 @@ use crate::motion::PoseTrack;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::recipe::AnimationRecipe;
+use crate::session::results::status::not_built_is_fine;
 use crate::session::stage::Stage;
 use crate::session::stages::{Reason, StageReport, Walk, pipeline};
 use serde::Serialize;

@@ -1,12 +1,12 @@
 //! Exports the frames of an animation: a mesh per frame and layer, or a point cache per layer.
 
 use super::animations::MovedFigure;
-use super::outputs::NewFolder;
 use crate::body::Figure;
 use crate::export::write_layer_ply;
 use crate::formats::write_pc2;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
+use crate::session::results::outputs::NewFolder;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 

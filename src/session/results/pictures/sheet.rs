@@ -1,14 +1,14 @@
 //! The contact sheet: a picture of every step.
 
-use super::crossing_row::CrossingRow;
-use super::outputs::{Content, Outputs};
-use super::posed_step::PosedStep;
-use super::status::StepStatus;
 use crate::body::JointId;
 use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::scan::Scan;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
+use crate::session::results::crossing_row::CrossingRow;
+use crate::session::results::outputs::{Content, Outputs};
+use crate::session::results::posed_step::PosedStep;
+use crate::session::results::status::StepStatus;
 use crate::session::stages::{Verdict, Walk, scan_of};
 use crate::session::store::name_and_unit;
 use crate::view::{Cell, Facing, Paint, Part, Sheet, SheetRow, contact_sheet, layer_color};

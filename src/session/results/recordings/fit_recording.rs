@@ -1,12 +1,12 @@
 //! Records the fits for the Rerun viewer: the scan of each step, the fitted surface at each iteration, and its distance
 //! from the scan.
 
-use super::outputs::Outputs;
 use super::recording::Shown;
 use super::show_in::ShowIn;
 use crate::fit::FitIteration;
 use crate::scan::Scan;
 use crate::session::error::SessionError;
+use crate::session::results::outputs::Outputs;
 use crate::session::stage::Stage;
 use crate::session::stages::Event;
 use crate::view::{Error, Paint, Part, Recording, layer_color};

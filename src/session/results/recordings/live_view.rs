@@ -1,12 +1,12 @@
 //! The session in the Rerun viewer: as a file, or live while the session changes.
 
-use super::outputs::{Content, Outputs};
-use super::sheet::{SeenStep, Turned};
 use super::show_in::ShowIn;
-use super::status::StepStatus;
 use crate::cut::Garment;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
+use crate::session::results::outputs::{Content, Outputs};
+use crate::session::results::pictures::{SeenStep, Turned};
+use crate::session::results::status::StepStatus;
 use crate::session::stages::Verdict;
 use crate::session::store::name_and_unit;
 use crate::view::{Error, Part, Recording, Sink, layer_color};
