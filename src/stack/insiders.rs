@@ -3,9 +3,15 @@
 use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, SurfacePoint, TriMesh, Vec3, VertexId};
 use rayon::prelude::*;
 
+/// A vertex whose way out passes this close to the border, as a share of the way, passes beside the surface rather than
+/// through it: 6°. Trousers below a shirt's ragged hem were 20 mm deep and 0.5 mm behind it (seed 21, 12 000 samples), with
+/// all their neighbours beyond it.
+const BESIDE: f64 = 0.1;
+
 /// The border of a surface, beyond which nothing is inside it.
 pub(super) struct Border {
     on_boundary: PerVertex<bool>,
+    edges: Vec<[VertexId; 2]>,
     /// Whether there is none.
     pub is_closed: bool,
 }
@@ -13,7 +19,14 @@ pub(super) struct Border {
 impl Border {
     pub(super) fn of(mesh: &TriMesh) -> Self {
         let adjacency = Adjacency::prepare(mesh);
-        Self { is_closed: adjacency.boundary_edges().is_empty(), on_boundary: adjacency.boundary_vertices() }
+        let edges = adjacency.boundary_edges().to_vec();
+        Self { is_closed: edges.is_empty(), on_boundary: adjacency.boundary_vertices(), edges }
+    }
+
+    /// Whether the straight way to a point of the surface, `mesh`, passes beside it.
+    fn is_beside(&self, mesh: &TriMesh, at: &SurfacePoint) -> bool {
+        let near = BESIDE * at.distance;
+        self.edges.iter().any(|&[a, b]| distance_to_edge(&at.point, &mesh.points()[a], &mesh.points()[b]) < near)
     }
 
     /// Whether a point of the surface is on the border.
@@ -23,6 +36,12 @@ impl Border {
             && at.barycentric.contains(&0.0)
             && (0..3).all(|k| at.barycentric[k] == 0.0 || self.on_boundary[corners[k]])
     }
+}
+
+fn distance_to_edge(p: &Point, a: &Point, b: &Point) -> f64 {
+    let (edge, from) = (b - a, p - a);
+    let share = (from.dot(&edge) / edge.norm_squared().max(1e-300)).clamp(0.0, 1.0);
+    (from - edge * share).norm()
 }
 
 /// The closest point of a surface if `p` is inside it, whichever limb it belongs to. Inside is behind the surface; behind an
@@ -50,7 +69,8 @@ pub(super) struct Insider {
     pub way_out: Vec3,
 }
 
-/// All vertices of `layers` that are inside a layer further in, by layer and vertex.
+/// All vertices of `layers` that are inside a layer further in, by layer and vertex. A vertex whose way out passes beside the
+/// border of the layer is not.
 ///
 /// **Shapes** `layers`: innermost first.
 pub(super) fn insiders(layers: &[TriMesh], greatest_depth: f64) -> Vec<Insider> {
@@ -63,7 +83,10 @@ pub(super) fn insiders(layers: &[TriMesh], greatest_depth: f64) -> Vec<Insider> 
             if adjacency.faces_of(VertexId::from_index(v)).is_empty() {
                 return None;
             }
-            let at = inner.iter().find_map(|(surface, border)| point_above(surface, border, p, greatest_depth))?;
+            let at = inner.iter().find_map(|(surface, border)| {
+                let at = point_above(surface, border, p, greatest_depth)?;
+                (!border.is_beside(surface.mesh(), &at)).then_some(at)
+            })?;
             Some(Insider { layer: k, vertex: VertexId::from_index(v), way_out: at.point - p })
         };
         found.extend(layer.points().0.par_iter().enumerate().filter_map(inside_any).collect::<Vec<_>>());
@@ -72,4 +95,31 @@ pub(super) fn insiders(layers: &[TriMesh], greatest_depth: f64) -> Vec<Insider> 
         }
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A square of 20 cm in the plane z = 0 that faces up, and a second one of which one corner is at `corner`.
+    fn found(corner: Point) -> usize {
+        let square = |z: f64, corner: Point| {
+            let at = |k: u32| Point::new(0.1 * f64::from(k % 3) - 0.1, 0.1 * f64::from(k / 3) - 0.1, z);
+            let points = (0..9).map(|k| if k == 8 { corner } else { at(k) }).collect();
+            let faces = [0u32, 1, 3, 4].map(|k| [[k, k + 1, k + 4], [k, k + 4, k + 3]]).concat();
+            TriMesh::try_from_indices(points, &faces).unwrap()
+        };
+        let inner = square(0.0, Point::new(0.1, 0.1, 0.0));
+        let outer = square(0.01, corner);
+        insiders(&[inner, outer], 0.05).len()
+    }
+
+    #[test]
+    fn what_is_behind_is_inside_and_what_is_below_the_border_is_not() {
+        assert_eq!(found(Point::new(0.1, 0.1, 0.01)), 0, "in front");
+        assert_eq!(found(Point::new(0.09, 0.09, -0.02)), 1, "2 cm behind, 1 cm from the border");
+        assert_eq!(found(Point::new(0.0995, 0.0995, -0.02)), 0, "2 cm behind, half a millimetre from the border");
+        assert_eq!(found(Point::new(0.0995, 0.0995, -0.002)), 1, "2 mm behind, half a millimetre from the border");
+        assert_eq!(found(Point::new(0.12, 0.12, -0.02)), 0, "beyond the border");
+    }
 }
