@@ -19,6 +19,8 @@ pub struct Layer {
     pub weights: SkinWeights,
     /// Colours as scanned.
     pub colors: Option<PerVertex<[u8; 3]>>,
+    /// Which vertices the scan showed; `None` if all. The others were filled or continue below another layer.
+    pub is_seen: Option<PerVertex<bool>>,
     /// Texture coordinates, and the picture where one was baked.
     pub uvs: Option<UvMap>,
     /// Share of cloth physics in the motion of each vertex, 0–0.5 (Hu 2017, Eq. 9); `None` if nothing is simulated.
@@ -75,7 +77,17 @@ impl Figure {
 impl Layer {
     /// A surface with nothing but skin weights.
     pub fn plain(name: &str, mesh: TriMesh, weights: SkinWeights) -> Self {
-        Self { name: name.into(), template: None, mesh, weights, colors: None, uvs: None, physics: None, fabric: None }
+        Self {
+            name: name.into(),
+            template: None,
+            mesh,
+            weights,
+            colors: None,
+            is_seen: None,
+            uvs: None,
+            physics: None,
+            fabric: None,
+        }
     }
 
     /// The faces marked in `keep`, with only the vertices that they use and all their attributes.
@@ -96,6 +108,7 @@ impl Layer {
             mesh,
             weights: self.weights.of_vertices(&kept),
             colors: self.colors.as_ref().map(|colors| kept.iter().map(|&v| colors[v]).collect()),
+            is_seen: self.is_seen.as_ref().map(|is_seen| kept.iter().map(|&v| is_seen[v]).collect()),
             uvs: self.uvs.as_ref().map(|uvs| uvs.part(keep)),
             physics: self.physics.as_ref().map(|physics| kept.iter().map(|&v| physics[v]).collect()),
             fabric: self.fabric.clone(),

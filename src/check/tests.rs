@@ -30,7 +30,8 @@ fn half(scan: &Scan, labels: &PerVertex<bool>) -> Garment {
     let kept = scan.mesh.faces().iter().map(|face| face.iter().all(|&v| labels[v])).collect();
     let (mesh, _) = scan.mesh.part(&kept);
     let hem_loops = Adjacency::prepare(&mesh).boundary_loops();
-    Garment { mesh, colors: None, hem_loops, findings: Vec::new() }
+    let is_seen = PerVertex::filled(true, mesh.vertex_count());
+    Garment { mesh, colors: None, is_seen, hem_loops, findings: Vec::new() }
 }
 
 fn doubts(scan: &Scan, labels: &PerVertex<bool>, inner: &[Inner]) -> Vec<Doubt> {
@@ -327,6 +328,7 @@ fn a_ragged_hem_is_reported_where_it_is_and_a_short_one_is_not() {
     let inner = [Inner { mesh: &body, colors: Some(&colors) }];
     let (scan, labels) = dressed(0.01, BLUE);
     let garment_of = |(mesh, hem_loops): (TriMesh, Vec<Vec<VertexId>>)| Garment {
+        is_seen: PerVertex::filled(true, mesh.vertex_count()),
         mesh,
         colors: None,
         hem_loops,

@@ -402,7 +402,7 @@ mod tests {
     /// The scan as `cut` has it, with the garment above `believed`.
     fn labelled(mesh: TriMesh, colors: Option<PerVertex<[u8; 3]>>, believed: f64) -> (FilledScan, Adjacency) {
         let labels = Labels(mesh.points().iter().map(|p| p.y > believed).collect());
-        let Segmentation { labels, by_hand } = labels.into();
+        let Segmentation { labels, by_hand, .. } = labels.into();
         let adjacency = Adjacency::prepare(&mesh);
         let beside_hole = PerVertex::filled(false, mesh.vertex_count());
         (FilledScan { mesh, adjacency: None, colors, labels, by_hand, beside_hole }, adjacency)

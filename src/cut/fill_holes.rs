@@ -37,7 +37,7 @@ pub(super) fn filled(
 ) -> Result<FilledScan, CutError> {
     let mut points = scan.mesh.points().0.clone();
     let mut faces = scan.mesh.faces().0.clone();
-    let Segmentation { mut labels, mut by_hand } = segmentation.clone();
+    let Segmentation { mut labels, mut by_hand, .. } = segmentation.clone();
     let mut colors = scan.colors.clone();
     let (mut hole_count, mut area) = (0usize, 0.0);
     let (mut along_body_count, mut along_body_area) = (0usize, 0.0);
@@ -124,7 +124,7 @@ pub(super) fn close_pinholes(slice: Slice, whole: &FilledScan) -> Result<Slice, 
     let adjacency = Adjacency::prepare(&slice.mesh);
     let mut points = slice.mesh.points().0.clone();
     let mut faces = slice.mesh.faces().0.clone();
-    let (mut origins, mut on_cut) = (slice.origins, slice.on_cut);
+    let (mut origins, mut on_cut, mut is_seen) = (slice.origins, slice.on_cut, slice.is_seen);
     for ring in adjacency.boundary_loops().into_iter().flat_map(simple_rings) {
         let around: Vec<Point> = ring.iter().map(|&v| points[v.index()]).collect();
         let painted = |v: VertexId| origins[v.index()].iter().any(|&(origin, _)| whole.by_hand[origin]);
@@ -139,10 +139,11 @@ pub(super) fn close_pinholes(slice: Slice, whole: &FilledScan) -> Result<Slice, 
             let close = ring[nearest.nearest(p).expect("a ring has vertices").0.index()];
             origins.push(origins[close.index()]);
             on_cut.push(false);
+            is_seen.push(false);
         }
         points.extend(patch.inner);
     }
-    Ok(without_doubles(Slice { mesh: TriMesh::try_new(points, faces)?, origins, on_cut }))
+    Ok(without_doubles(Slice { mesh: TriMesh::try_new(points, faces)?, origins, on_cut, is_seen }))
 }
 
 /// Drops faces that span the same three vertices: a single triangle on a non-manifold edge is its own rim, and its filling

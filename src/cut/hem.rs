@@ -28,6 +28,7 @@ pub(super) struct Faired {
     pub(super) adjacency: Adjacency,
     pub(super) colors: Option<PerVertex<[u8; 3]>>,
     pub(super) on_cut: Vec<bool>,
+    pub(super) is_seen: Vec<bool>,
 }
 
 /// Fairs every boundary loop of `slice` on the surface of the scan, whose adjacency is `around`.
@@ -85,7 +86,7 @@ pub(super) fn faired(slice: Slice, scan: &FilledScan, around: &Adjacency, params
             })
             .collect()
     });
-    Faired { mesh: slice.mesh.with_points(points), adjacency, colors, on_cut: slice.on_cut }
+    Faired { mesh: slice.mesh.with_points(points), adjacency, colors, on_cut: slice.on_cut, is_seen: slice.is_seen }
 }
 
 /// Per vertex its distance from a boundary in edges, up to `RINGS` + 1.

@@ -15,6 +15,7 @@ mod pieces;
 mod slice;
 #[cfg(test)]
 mod tests;
+mod underlap;
 
 pub use body_below::BodyBelow;
 pub use error::CutError;
@@ -26,10 +27,11 @@ use crate::scan::Scan;
 use crate::segment::Segmentation;
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
+use underlap::Underlapped;
 
 /// A garment: one sheet, its outer surface.
 ///
-/// **Shapes** `colors`: one per vertex of `mesh`.
+/// **Shapes** `colors` and `is_seen`: one per vertex of `mesh`.
 ///
 /// **Frame** the world, in the scan's pose; metres.
 ///
@@ -40,6 +42,8 @@ pub struct Garment {
     pub mesh: TriMesh,
     /// Colours as scanned.
     pub colors: Option<PerVertex<[u8; 3]>>,
+    /// Which vertices the scan shows; the others were filled, or continue the garment under another one.
+    pub is_seen: PerVertex<bool>,
     /// Boundary loops that are hems, longest first.
     pub hem_loops: Vec<Vec<VertexId>>,
     /// What was dropped, filled or not as expected: one sentence each.
@@ -53,6 +57,8 @@ pub struct Garment {
 ///
 /// Holes of the scan in the garment are filled where they are small, or where the body continues below them: at the crown, on
 /// the shoulders, at the soles.
+///
+/// Where the scan shows a garment that is worn over this one, this one continues below it, unseen.
 ///
 /// Labels given by the user are cut exactly, however small; elsewhere what is too small is noise. A hole that the user
 /// erased within the cloth stays open and is reported; it counts as a hem only if a hem is missing.
@@ -81,7 +87,7 @@ pub fn cut(
     let adjacency = filled.adjacency.as_ref().unwrap_or(around);
     let field = field::signed_field(&filled, adjacency, params.smoothing_radius)?;
     let at_edge = edge_search::at_edges_of_cloth(&filled, adjacency, field, params, &mut findings)?;
-    let sliced = slice::slice(&filled.mesh, &at_edge)?.with_hems_only(&filled.beside_hole);
+    let sliced = slice::slice(&filled.mesh, &at_edge)?.with_hems_only(&filled.beside_hole).with_filled_after(vertices);
     let sliced = pieces::without_islands(sliced, &filled, params.least_island_share, &mut findings);
     let sliced = pieces::with_bow_ties_split(sliced)?;
     if sliced.mesh.face_count() == 0 {
@@ -92,7 +98,16 @@ pub fn cut(
     let faired = hem::faired(sliced, &filled, adjacency, params);
     let loops = boundary_loops::BoundaryLoops::of(&faired, &across);
     let hem_loops = loops.classified(&expected_loops, params, &mut findings);
-    Ok(Garment { mesh: faired.mesh, colors: faired.colors, hem_loops, findings })
+    let with_underlap =
+        underlap::continued(&faired.mesh, hem_loops, &scan.mesh, &segmentation.under, body, params.underlap);
+    let Underlapped { mesh, like, hem_loops, area } = with_underlap;
+    if area > 0.0 {
+        findings.push(format!("continued by {:.0} cm² under the garment over it", area * 1e4));
+    }
+    let own = faired.mesh.vertex_count();
+    let is_seen = like.enumerate().map(|(v, of)| v.index() < own && faired.is_seen[of.index()]).collect();
+    let colors = faired.colors.map(|colors| like.iter().map(|&v| colors[v]).collect());
+    Ok(Garment { mesh, colors, is_seen, hem_loops, findings })
 }
 
 fn check_arguments(
@@ -104,7 +119,7 @@ fn check_arguments(
     params: &CutParams,
 ) -> Result<(), CutError> {
     let (vertices, faces) = (scan.mesh.vertex_count(), scan.mesh.face_count());
-    for given in [segmentation.labels.0.len(), segmentation.by_hand.len()] {
+    for given in [segmentation.labels.0.len(), segmentation.by_hand.len(), segmentation.under.len()] {
         if given != vertices {
             return Err(CutError::LabelCount { labels: given, vertices });
         }

@@ -24,5 +24,10 @@ parameters! {
         pub greatest_filled_hole: f64 =
             90e-4, Allowed::Real(0.0, 1.0),
             "Holes up to this area, in square metres, are filled";
+        /// How far a garment continues under the garment over it, where one scan shows both. 20 mm: as much as cloth shifts
+        /// on a moving person.
+        pub underlap: f64 =
+            0.020, Allowed::Real(0.0, 0.1),
+            "How far a garment continues, unseen, under the garment over it in the same scan";
     }
 }

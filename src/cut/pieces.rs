@@ -38,7 +38,7 @@ pub(super) fn without_islands(slice: Slice, whole: &FilledScan, least_share: f64
 /// Gives each fan of faces around a vertex its own vertex, so that every boundary is a simple curve.
 pub(super) fn with_bow_ties_split(slice: Slice) -> Result<Slice, MeshError> {
     let adjacency = Adjacency::prepare(&slice.mesh);
-    let Slice { mesh, mut origins, mut on_cut } = slice;
+    let Slice { mesh, mut origins, mut on_cut, mut is_seen } = slice;
     let mut points = mesh.points().0.clone();
     let mut faces = mesh.faces().0.clone();
     for v in mesh.vertex_ids() {
@@ -47,6 +47,7 @@ pub(super) fn with_bow_ties_split(slice: Slice) -> Result<Slice, MeshError> {
             points.push(mesh.points()[v]);
             origins.push(origins[v.index()]);
             on_cut.push(on_cut[v.index()]);
+            is_seen.push(is_seen[v.index()]);
             for f in fan {
                 for corner in &mut faces[f.index()] {
                     if *corner == v {
@@ -56,7 +57,7 @@ pub(super) fn with_bow_ties_split(slice: Slice) -> Result<Slice, MeshError> {
             }
         }
     }
-    Ok(Slice { mesh: TriMesh::try_new(points, faces)?, origins, on_cut })
+    Ok(Slice { mesh: TriMesh::try_new(points, faces)?, origins, on_cut, is_seen })
 }
 
 /// The faces at `v`, grouped by shared edges at `v`.

@@ -8,7 +8,7 @@ const SNAP_PER_EDGE: f64 = 0.1;
 
 /// A part of a scan.
 ///
-/// **Shapes** `origins` and `on_cut`: one entry per vertex of `mesh`.
+/// **Shapes** `origins`, `on_cut` and `is_seen`: one entry per vertex of `mesh`.
 #[derive(Clone, Debug)]
 pub(super) struct Slice {
     /// The part.
@@ -17,6 +17,8 @@ pub(super) struct Slice {
     pub(super) origins: Vec<[(VertexId, f64); 2]>,
     /// Which vertices are on the cut.
     pub(super) on_cut: Vec<bool>,
+    /// Which vertices the scan shows; the others are filled.
+    pub(super) is_seen: Vec<bool>,
 }
 
 impl Slice {
@@ -28,6 +30,14 @@ impl Slice {
         self
     }
 
+    /// Marks what is not of the scan's own vertices as filled.
+    pub(super) fn with_filled_after(mut self, scan_vertices: usize) -> Self {
+        for (is_seen, origin) in self.is_seen.iter_mut().zip(&self.origins) {
+            *is_seen = origin.iter().any(|&(v, factor)| factor > 0.0 && v.index() < scan_vertices);
+        }
+        self
+    }
+
     /// The faces marked in `keep`, with their vertices.
     pub(super) fn part(&self, keep: &crate::geometry::PerFace<bool>) -> Self {
         let (mesh, whole_from_part) = self.mesh.part(keep);
@@ -35,6 +45,7 @@ impl Slice {
             mesh,
             origins: whole_from_part.iter().map(|v| self.origins[v.index()]).collect(),
             on_cut: whole_from_part.iter().map(|v| self.on_cut[v.index()]).collect(),
+            is_seen: whole_from_part.iter().map(|v| self.is_seen[v.index()]).collect(),
         }
     }
 }
@@ -153,6 +164,7 @@ impl<'a> Builder<'a> {
 
     fn finish(self) -> Result<Slice, MeshError> {
         let faces = self.faces.iter().map(|f| f.map(VertexId)).collect::<crate::geometry::PerFace<_>>();
-        Ok(Slice { mesh: TriMesh::try_new(self.points, faces)?, origins: self.origins, on_cut: self.on_cut })
+        let is_seen = vec![true; self.points.len()];
+        Ok(Slice { mesh: TriMesh::try_new(self.points, faces)?, origins: self.origins, on_cut: self.on_cut, is_seen })
     }
 }

@@ -127,7 +127,7 @@ fn a_spot_erased_by_hand_stays_open_and_one_added_stays() {
     let (erased, added) = (spot(Point::new(0.1, 0.4, 0.0), 0.006), spot(Point::new(0.1, 0.08, 0.0), 0.012));
     let by_hand: PerVertex<bool> = erased.iter().zip(added.iter()).map(|(&e, &a)| e || a).collect();
     let labels = Labels(plain.0.enumerate().map(|(v, &l)| (l && !erased[v]) || added[v]).collect());
-    let marked = Segmentation { labels: labels.clone(), by_hand };
+    let marked = Segmentation { by_hand, ..labels.clone().into() };
     let garment = cut(&scan, &marked).unwrap();
     let adjacency = Adjacency::prepare(&garment.mesh);
     assert_eq!((adjacency.boundary_loops().len(), adjacency.face_components().1), (3, 2), "{:?}", garment.findings);
@@ -144,7 +144,8 @@ fn a_spot_erased_by_hand_stays_open_and_one_added_stays() {
 fn erased_by_hand(scan: &Scan, erased: impl Fn(&Point) -> bool) -> Segmentation {
     let cloth = |p: &Point| p.y > 0.2;
     let by_hand = scan.mesh.points().iter().map(|p| cloth(p) && erased(p)).collect();
-    Segmentation { labels: Labels(scan.mesh.points().iter().map(|p| cloth(p) && !erased(p)).collect()), by_hand }
+    let labels = Labels(scan.mesh.points().iter().map(|p| cloth(p) && !erased(p)).collect());
+    Segmentation { by_hand, ..labels.into() }
 }
 
 #[test]
@@ -178,7 +179,8 @@ fn a_hole_made_by_hand_where_a_hem_is_missing_is_that_hem() {
     let covered = PerVertex::filled(true, scan.mesh.vertex_count());
     let body = BodyBelow { mesh: &scan.mesh, covered: &covered };
     let garment =
-        super::cut(&scan, &around, &Segmentation { labels, by_hand }, &body, 2..=2, &CutParams::default()).unwrap();
+        super::cut(&scan, &around, &Segmentation { by_hand, ..labels.into() }, &body, 2..=2, &CutParams::default())
+            .unwrap();
     assert_eq!(garment.hem_loops.len(), 2, "{:?}", garment.findings);
     assert!(!garment.findings.iter().any(|f| f.contains("hole")), "{:?}", garment.findings);
 }
@@ -244,4 +246,87 @@ fn no_two_faces_span_the_same_vertices() {
     let count = spans.len();
     spans.dedup();
     assert_eq!(spans.len(), count);
+}
+
+/// A tube of radius 9 cm on which the tube of the scan is worn, open at both ends.
+fn body_in_tube() -> TriMesh {
+    let scan = tube().mesh;
+    let points: Vec<Point> = scan.points().iter().map(|p| Point::new(0.9 * p.x, p.y * 2.0 - 0.3, 0.9 * p.z)).collect();
+    scan.with_points(points)
+}
+
+/// The garment below 20 cm, where the scan shows another garment from `from` to 40 cm, seen from the angles of `shows`.
+fn below_another(from: f64, shows: impl Fn(&Point) -> bool) -> (Scan, Garment) {
+    let scan = tube();
+    let labels = Labels(scan.mesh.points().iter().map(|p| p.y < 0.2).collect());
+    let under = scan.mesh.points().iter().map(|p| p.y >= from && p.y < 0.4 && shows(p)).collect();
+    let segmentation = Segmentation { under, ..labels.into() };
+    let body = body_in_tube();
+    let covered = PerVertex::filled(true, body.vertex_count());
+    let below = BodyBelow { mesh: &body, covered: &covered };
+    let around = Adjacency::prepare(&scan.mesh);
+    let garment = super::cut(&scan, &around, &segmentation, &below, 2..=2, &CutParams::default()).unwrap();
+    (scan, garment)
+}
+
+#[test]
+fn a_garment_continues_two_centimetres_under_the_one_over_it() {
+    let (_, garment) = below_another(0.2, |_| true);
+    let heights = |seen: bool| -> Vec<f64> {
+        let vertices = garment.mesh.vertex_ids().filter(|&v| garment.is_seen[v] == seen);
+        vertices.map(|v| garment.mesh.points()[v].y).collect()
+    };
+    assert!(heights(true).iter().all(|y| *y < 0.203));
+    let unseen = heights(false);
+    let top = unseen.iter().copied().fold(0.0, f64::max);
+    assert!(!unseen.is_empty() && (top - 0.22).abs() < 0.003, "{top}");
+    for v in garment.mesh.vertex_ids().filter(|&v| !garment.is_seen[v]) {
+        let p = garment.mesh.points()[v];
+        let radius = p.x.hypot(p.z);
+        // Between the body at 9 cm and the cloth over it at 10, less its thickness.
+        assert!((0.0905..0.0982).contains(&radius), "{p}: {radius}");
+    }
+    // One sheet, oriented as the rest; the hem is the end of the underlap.
+    assert_eq!(Adjacency::prepare(&garment.mesh).face_components().1, 1);
+    assert_eq!(Adjacency::prepare(&garment.mesh).boundary_loops().len(), 2);
+    for f in garment.mesh.face_ids() {
+        let [a, b, c] = garment.mesh.triangle(f).map(|p| p.coords);
+        let middle = (a + b + c) / 3.0;
+        assert!(garment.mesh.area_vector(f).dot(&crate::geometry::Vec3::new(middle.x, 0.0, middle.z)) > 0.0);
+    }
+    let upper = garment.hem_loops.iter().find(|ring| garment.mesh.points()[ring[0]].y > 0.1).unwrap();
+    assert!(upper.iter().all(|&v| !garment.is_seen[v] && garment.mesh.points()[v].y > 0.217));
+    assert!(garment.findings.iter().any(|f| f.contains("under the garment over it")), "{:?}", garment.findings);
+    assert_eq!(garment.colors.unwrap().len(), garment.mesh.vertex_count());
+}
+
+#[test]
+fn a_garment_ends_where_nothing_is_worn_over_it() {
+    let (_, garment) = below_another(0.2, |_| false);
+    assert!(garment.is_seen.iter().all(|&is| is));
+    assert!(garment.mesh.points().iter().all(|p| p.y < 0.205));
+    // A jacket that hangs open: the underlap is at one side, and narrows towards the front.
+    let (_, half) = below_another(0.2, |p| p.x < 0.0);
+    for v in half.mesh.vertex_ids().filter(|&v| !half.is_seen[v]) {
+        assert!(half.mesh.points()[v].x < 0.012, "{}", half.mesh.points()[v]);
+    }
+    assert!(half.is_seen.iter().any(|is| !is));
+    assert_eq!(Adjacency::prepare(&half.mesh).boundary_loops().len(), 2);
+}
+
+#[test]
+fn what_is_filled_is_not_seen() {
+    let scan = tube();
+    let hole = Point::new(0.1, 0.4, 0.0);
+    let keep = scan.mesh.faces().iter().map(|f| f.iter().all(|&v| (scan.mesh.points()[v] - hole).norm() > 0.015));
+    let (mesh, _) = scan.mesh.part(&keep.collect());
+    let open = Scan::from_clean_mesh(mesh, None);
+    let labels = Labels(open.mesh.points().iter().map(|p| p.y > 0.2).collect());
+    let garment = cut(&open, &labels.into()).unwrap();
+    for v in garment.mesh.vertex_ids() {
+        let distance = (garment.mesh.points()[v] - hole).norm();
+        assert!(distance > 0.014 || !garment.is_seen[v], "{}", garment.mesh.points()[v]);
+        assert!(distance < 0.02 || garment.is_seen[v], "{}", garment.mesh.points()[v]);
+    }
+    assert!(garment.is_seen.iter().any(|is| !is));
 }

@@ -65,6 +65,7 @@ fn check_layer(layer: &Layer, joint_count: usize) -> Result<(), ExportError> {
     check_finite(&of_layer("positions"), layer.mesh.points().as_slice())?;
     let lengths = [
         ("colours", layer.colors.as_ref().map(PerVertex::len)),
+        ("seen values", layer.is_seen.as_ref().map(PerVertex::len)),
         ("physics weights", layer.physics.as_ref().map(PerVertex::len)),
     ];
     for (attribute, found) in lengths {

@@ -3,7 +3,8 @@
 //! Joints are nodes by their VRM names. Attributes of every mesh: `POSITION`, `NORMAL`, `JOINTS_0`, `WEIGHTS_0`,
 //! `COLOR_0` and `TEXCOORD_0` where the layer has them, `_PHYSW` (share of cloth physics, 0 where nothing is
 //! simulated), `_LAYER` (rank, 0 for the body) and, where cover masks are given, `_COVERED` (1 where layers further out hide
-//! the vertex in all evaluated poses, else 0). As attributes, these survive programs that drop extras or merge meshes.
+//! the vertex in all evaluated poses, else 0); of garments also `_SEEN` (1 where the scan showed the cloth, 0 where it was
+//! filled or continues under another garment). As attributes, these survive programs that drop extras or merge meshes.
 
 use super::arguments::{check_figure, check_masks, check_pose};
 use super::error::ExportError;
@@ -186,6 +187,13 @@ fn add_layer(
     if let Some(covered) = covered {
         let values: Vec<[f32; 1]> = split.spread(covered).map(|&c| [f32::from(u8::from(c))]).collect();
         attributes.push((GlbAttribute::Extras("COVERED".into()), glb.floats("cover values", &values)?));
+    }
+    if rank > 0 {
+        let values: Vec<[f32; 1]> = match &layer.is_seen {
+            Some(is_seen) => split.spread(is_seen).map(|&is| [f32::from(u8::from(is))]).collect(),
+            None => vec![[1.0]; count],
+        };
+        attributes.push((GlbAttribute::Extras("SEEN".into()), glb.floats("seen values", &values)?));
     }
     if !split.uvs.is_empty() {
         attributes.push((GlbAttribute::TexCoords(0), glb.floats("texture coordinates", &split.uvs)?));

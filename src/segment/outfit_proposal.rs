@@ -52,7 +52,10 @@ impl OutfitLabels {
         let is = |label: Label| usize::from(label) == k + 1;
         let changed = |v: VertexId| self.marked[v] && is(self.labels[v]) != is(self.proposed[v]);
         let by_hand = (0..self.labels.len()).map(VertexId::from_index).map(changed).collect();
-        Segmentation { labels: Labels(self.labels.iter().map(|&label| is(label)).collect()), by_hand }
+        // What is unexplained may be hair or a bag, which the garment does not go under.
+        let is_over = |label: Label| (k + 2..=self.garments).contains(&usize::from(label));
+        let where_true = |of: &dyn Fn(Label) -> bool| self.labels.iter().map(|&label| of(label)).collect();
+        Segmentation { labels: Labels(where_true(&is)), by_hand, under: where_true(&is_over) }
     }
 
     /// Which vertices belong to another garment than `k`, or to nothing that is listed.

@@ -38,11 +38,14 @@ pub struct Segmentation {
     pub labels: Labels,
     /// Vertices whose label a mark changed; later steps keep these labels.
     pub by_hand: PerVertex<bool>,
+    /// Vertices that show another garment of the same scan, worn over this one.
+    pub under: PerVertex<bool>,
 }
 
 impl From<Labels> for Segmentation {
     fn from(labels: Labels) -> Self {
-        Self { by_hand: PerVertex::filled(false, labels.0.len()), labels }
+        let none = PerVertex::filled(false, labels.0.len());
+        Self { by_hand: none.clone(), under: none, labels }
     }
 }
 
@@ -129,7 +132,8 @@ impl Proposal {
             }
         };
         let changed = |v: VertexId| marks.labels[v].is_some_and(|mark| mark != self.labels.0[v]);
-        Ok(Segmentation { by_hand: mesh.vertex_ids().map(changed).collect(), labels })
+        let by_hand = mesh.vertex_ids().map(changed).collect();
+        Ok(Segmentation { by_hand, under: PerVertex::filled(false, mesh.vertex_count()), labels })
     }
 
     /// The minimum cut over the vertices that are `near` and not marked; all others keep their mark or label.

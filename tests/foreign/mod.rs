@@ -133,6 +133,7 @@ pub fn steps() -> Vec<Step> {
                         mesh: body,
                         weights,
                         colors: None,
+                        is_seen: None,
                         uvs: None,
                         physics: None,
                         fabric: None,

@@ -66,6 +66,7 @@ fn dressed(model: &BodyModel, ease: f64, cover: &PerVertex<Cover>) -> (Figure, P
             mesh: mesh.clone(),
             weights: model.weights.clone(),
             colors: None,
+            is_seen: None,
             uvs: None,
             physics: None,
             fabric: None,

@@ -1,6 +1,6 @@
 //! Reads STL (stereolithography): triangles without shared vertices, which are merged.
 //!
-//! `stl_io` would take as long (0.93 of our time for 2 million triangles), but refuses an ascii file whose first line is
+//! `stl_io` would take as long (0.85 to 0.93 of our time for 2 million triangles), but refuses an ascii file whose first line is
 //! just `solid`, names no line in its errors, and not the triangle at which a binary file is cut (`failed to fill whole
 //! buffer`): `cargo bench --bench files`.
 

@@ -1,5 +1,6 @@
 //! Figure: the body alone, or the figure so far plus the new garment and its physics weights (Hu 2017, Eq. 9).
 
+use super::cut::CutStage;
 use super::event::{OnProgress, Outcome};
 use super::pipeline_stage::{PipelineStage, StepContext};
 use super::register::RegisterStage;
@@ -7,6 +8,7 @@ use super::rig::RigStage;
 use super::scan::ScanStage;
 use super::stack::StackStage;
 use crate::body::{Figure, Layer};
+use crate::cut::Garment;
 use crate::fit::{RegisteredBody, scan_in_bind};
 use crate::geometry::TriMesh;
 use crate::rig::{PhysicsParams, RiggedGarment, physics_weights};
@@ -32,6 +34,7 @@ pub(in crate::session) struct BodyInputs {
 }
 
 pub(in crate::session) struct GarmentInputs {
+    cut: Kept<Garment>,
     rigged: Kept<RiggedGarment>,
     /// The surfaces of all garments.
     stacked: Kept<Vec<TriMesh>>,
@@ -42,7 +45,7 @@ pub(in crate::session) struct GarmentInputs {
 
 impl PipelineStage for FigureStage {
     const STAGE: Stage = Stage::Figure;
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
     type Inputs = Inputs;
     type Output = Figure;
 
@@ -95,21 +98,23 @@ fn body_alone(inputs: BodyInputs, session: &Session) -> Result<Outcome<Figure>, 
 fn inputs_of_garment(context: &StepContext) -> Result<(GarmentInputs, Value), SessionError> {
     let params: PhysicsParams = params_of(context.step, Stage::Figure)?;
     let spec = garment_spec::of_step(context.step)?;
+    let cut = context.results.result::<CutStage>()?;
     let (rigged, stacked) = (context.results.result::<RigStage>()?, context.results.result::<StackStage>()?);
     let inner = context.inner()?.figure()?;
     let values = json!({
         "name": context.step.name,
+        "cut": cut.hash,
         "rigged": rigged.hash,
         "stacked": stacked.hash,
         "figure": inner.hash,
         "kind": spec.input(),
         "params": params,
     });
-    Ok((GarmentInputs { rigged, stacked, inner, spec, params }, values))
+    Ok((GarmentInputs { cut, rigged, stacked, inner, spec, params }, values))
 }
 
 fn with_garment(
-    GarmentInputs { rigged, stacked, inner, spec, params }: GarmentInputs,
+    GarmentInputs { cut, rigged, stacked, inner, spec, params }: GarmentInputs,
     step: &StepRecipe,
     session: &Session,
 ) -> Result<Outcome<Figure>, SessionError> {
@@ -122,6 +127,9 @@ fn with_garment(
     for (layer, pressed) in figure.layers.iter_mut().skip(1).zip(garments) {
         layer.mesh = pressed;
     }
+    // Rigging and stacking keep the vertices and their order.
+    let is_seen = session.store.load(cut)?.is_seen;
+    let is_seen = (is_seen.len() == mesh.vertex_count() && is_seen.iter().any(|is| !is)).then_some(is_seen);
     let loose = spec.template.loose_part(mesh.points(), figure.body(), &figure.skeleton);
     let physics = physics_weights(&mesh, &figure.body().mesh, &loose, &params)
         .map_err(|e| SessionError::stage(&step.name, Stage::Figure, e))?;
@@ -131,6 +139,7 @@ fn with_garment(
         mesh,
         weights: rigged.weights,
         colors: rigged.colors,
+        is_seen,
         uvs: None,
         physics: Some(physics.per_vertex),
         fabric: Some(spec.template.fabric.clone()),
