@@ -27,6 +27,9 @@ pub struct GarmentResult<'a> {
     pub inner: &'a [Inner<'a>],
     /// The body in that pose without the inward offsets, with which it keeps a margin to every scan.
     pub skin: &'a TriMesh,
+    /// Which vertices of the body may have another shape in each scan, as hands that open and close. **Shapes** one flag per vertex
+    /// of the body.
+    pub changing: &'a PerVertex<bool>,
     /// Thickness of the garment's fabric, in metres.
     pub thickness: f64,
 }
@@ -56,8 +59,11 @@ pub struct GarmentPlausibility {
     pub unexplained: (f64, Option<Point>),
     /// For each garment worn before, innermost first: what the rest of the scan shows of it.
     pub worn_before: Vec<WornBefore>,
-    /// Median distance of the rest of the scan from the figure where skin is visible; `None` where none is.
+    /// Median distance of the rest of the scan from the body without inward offsets, where skin is visible; `None` where none is.
+    /// Parts that may have another shape in each scan do not count.
     pub skin_median: Option<f64>,
+    /// Area of that skin, in m².
+    pub skin_area: f64,
     /// The area of the largest hole that is left in the garment, in m².
     pub largest_hole: f64,
     /// The most ragged hem; `None` if all are short.
@@ -94,15 +100,18 @@ const ON_FIGURE: f64 = 0.007;
 ///
 /// **Errors** if arrays and surfaces differ in size, or if there is no body.
 pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, CheckError> {
-    let GarmentResult { scan, garment: cut, labels, others, inner, skin, thickness } = result;
+    let GarmentResult { scan, garment: cut, labels, others, inner, skin, changing, thickness } = result;
     let mesh = &scan.mesh;
     CheckError::require_length("labels", labels.len(), mesh.vertex_count())?;
     if let Some(others) = others {
         CheckError::require_length("labels of other garments", others.len(), mesh.vertex_count())?;
     }
-    if inner.is_empty() {
-        return Err(CheckError::NoBody);
-    }
+    let Some(body) = inner.first() else { return Err(CheckError::NoBody) };
+    CheckError::require_length(
+        "flags of what changes, per vertex of the body",
+        changing.len(),
+        body.mesh.vertex_count(),
+    )?;
     for layer in *inner {
         let given = layer.colors.map_or(layer.mesh.vertex_count(), |c| c.len());
         CheckError::require_length("colours of a layer", given, layer.mesh.vertex_count())?;
@@ -130,8 +139,10 @@ pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, Chec
     let floor = mesh.faces().iter().flatten().map(|&v| mesh.points()[v].y).fold(f64::INFINITY, f64::min);
     let unchanged = |place: &Place| place.distance < ON_FIGURE && place.color_change.is_some_and(|c| c < SAME_COLOR);
     let rest_colors = || rest().filter_map(|(_, place, area)| Some((area, place.color_change? > RECOLORED_FROM)));
-    let skin_gaps =
-        rest().filter(|(_, place, _)| place.is_skin).map(|(_, place, area)| (place.distance, area)).collect();
+    let counts = |place: &Place| place.body_below.is_some_and(|v| !changing[v]);
+    // The offsets keep a margin where cloth may be; how far skin is from the scan they do not tell.
+    let skin_gaps: Vec<(f64, f64)> =
+        rest().filter(|(_, place, _)| counts(place)).map(|(_, place, area)| (place.gap.abs(), area)).collect();
     Ok(GarmentPlausibility {
         stand_off_median: weighted_quantile(distances.clone(), 0.5),
         stand_off_p90: weighted_quantile(distances, 0.9),
@@ -144,6 +155,7 @@ pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, Chec
         recolored_share: recolored,
         unexplained: (far_area / total.max(1e-12), (!far.is_empty()).then_some(far_middle)),
         worn_before: (1..layers.len()).map(|k| worn_before(k, &layers, result, &scan_index)).collect(),
+        skin_area: skin_gaps.iter().map(|gap| gap.1).sum(),
         skin_median: weighted_quantile(skin_gaps, 0.5),
         largest_hole: largest_hole(&cut.mesh, &cut.hem_loops),
         most_ragged_hem: most_ragged_hem(&cut.mesh, &cut.hem_loops, floor),
@@ -157,17 +169,18 @@ struct Place {
     /// Signed distance from the nearest layer if the body has no inward offsets, positive outside.
     gap: f64,
     color_change: Option<f64>,
-    /// Whether the body is nearer than every garment.
-    is_skin: bool,
+    /// The nearest vertex of the body, if that is nearer than every garment.
+    body_below: Option<VertexId>,
 }
 
 impl Place {
     fn of(scan: &Scan, v: VertexId, layers: &[IndexedLayer], skin: &SurfaceIndex) -> Self {
         let p = &scan.mesh.points()[v];
-        let mut nearest: (f64, Option<Lab>, bool) = (f64::INFINITY, None, false);
+        let mut nearest: (f64, Option<Lab>, Option<VertexId>) = (f64::INFINITY, None, None);
         for (k, layer) in layers.iter().enumerate() {
             if let Some(at) = layer.index.closest_within(p, nearest.0).filter(|at| at.distance < nearest.0) {
-                nearest = (at.distance, layer.color_at(&at), k == 0);
+                let below = (k == 0).then(|| at.nearest_corner(layer.index.mesh()));
+                nearest = (at.distance, layer.color_at(&at), below);
             }
         }
         let (mut index, mut at) = (skin, skin.closest(p));
@@ -182,7 +195,7 @@ impl Place {
             distance: nearest.0,
             gap: at.distance.copysign((p - at.point).dot(&index.pseudonormal(&at))),
             color_change: difference(color_of(scan, v), nearest.1),
-            is_skin: nearest.2,
+            body_below: nearest.2,
         }
     }
 }

@@ -46,7 +46,10 @@ fn checked(
     inner: &[Inner],
 ) -> Result<GarmentPlausibility, CheckError> {
     let skin = ball();
-    check_garment(&GarmentResult { scan, garment, labels, others: None, inner, skin: &skin, thickness: 0.0006 })
+    let none = PerVertex::filled(false, skin.vertex_count());
+    let result =
+        GarmentResult { scan, garment, labels, others: None, inner, skin: &skin, changing: &none, thickness: 0.0006 };
+    check_garment(&result)
 }
 
 fn skin() -> PerVertex<[u8; 3]> {
@@ -97,6 +100,7 @@ fn without_colours_a_garment_that_is_no_farther_off_than_noise_and_fabric_may_be
                 others: None,
                 inner,
                 skin: &body,
+                changing: &PerVertex::filled(false, body.vertex_count()),
                 thickness,
             };
             let found = check_garment(&result).unwrap().doubts("shirt", &[]);
@@ -114,6 +118,36 @@ fn a_garment_that_stands_off_on_part_of_its_area_is_there() {
     let mesh = scan.mesh.map_points(|p| if p.y > 0.6 { Point::from(p.coords * 1.02) } else { *p });
     let scan = Scan::from_clean_mesh(mesh, None);
     assert_eq!(doubts(&scan, &labels, &inner), []);
+}
+
+#[test]
+fn another_person_is_told_by_skin_that_keeps_its_shape_and_not_by_the_margin_of_the_fit() {
+    let (body, colors) = (ball(), skin());
+    let drawn_in = ball().map_points(|p| Point::from(p.coords * 0.996));
+    let is_another = |scan: &Scan, labels: &PerVertex<bool>, changing: &PerVertex<bool>| {
+        let inner = [Inner { mesh: &drawn_in, colors: Some(&colors) }];
+        let garment = half(scan, labels);
+        let result = GarmentResult {
+            scan,
+            garment: &garment,
+            labels,
+            others: None,
+            inner: &inner,
+            skin: &body,
+            changing,
+            thickness: 0.0006,
+        };
+        check_garment(&result).unwrap().doubts("shirt", &[]).iter().any(|d| d.what.contains("another person"))
+    };
+    let (scan, labels) = dressed(0.015, BLUE);
+    let none = PerVertex::filled(false, body.vertex_count());
+    assert!(!is_another(&scan, &labels, &none), "the offsets of 4 mm are the margin of the fit");
+    // Bare skin below the equator is elsewhere by 4 mm.
+    let moved = scan.mesh.map_points(|p| if p.y > 0.0 { *p } else { Point::from(p.coords * 1.004) });
+    let scan = Scan { mesh: moved, ..scan };
+    assert!(is_another(&scan, &labels, &none));
+    let changing = body.points().iter().map(|p| p.y <= 0.1).collect();
+    assert!(!is_another(&scan, &labels, &changing), "hands that open and close");
 }
 
 #[test]

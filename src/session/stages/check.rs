@@ -11,14 +11,14 @@ use super::posed::surfaces_inside;
 use super::register::RegisterStage;
 use super::scan::ScanStage;
 use super::segment::SegmentStage;
-use crate::body::Figure;
+use crate::body::{Figure, HumanJoint, Side};
 use crate::check::{
     BodyPlausibility, BodyResult, Doubt, GarmentPlausibility, GarmentResult, Posture, Unlisted, check_body,
     check_garment, find_unlisted, is_lookalike, lookalike_doubt,
 };
 use crate::cut::Garment;
 use crate::fit::{FittedBody, PoseInside, RegisteredBody};
-use crate::geometry::{Adjacency, SurfaceIndex, TriMesh, VertexId};
+use crate::geometry::{Adjacency, PerVertex, SurfaceIndex, TriMesh, VertexId};
 use crate::scan::Scan;
 use crate::segment::{Fabric, Inner, OutfitLabels, Segmentation};
 use crate::session::error::SessionError;
@@ -59,7 +59,7 @@ pub(in crate::session) enum Plausibility {
 
 impl PipelineStage for CheckStage {
     const STAGE: Stage = Stage::Check;
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     type Inputs = Inputs;
     type Output = Plausibility;
 
@@ -173,6 +173,12 @@ fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Resul
         .map(|(mesh, layer)| Inner { mesh, colors: layer.colors.as_ref() })
         .collect();
     let skin = figure.posed(&inside.pose).swap_remove(0);
+    // Fingers are curled in one scan and stretched in the next, and no fit moves them.
+    let is_hand = |v: VertexId| {
+        let joint = figure.body().weights.rows()[v][0].0;
+        Side::BOTH.iter().any(|&side| figure.skeleton.is_part_of(joint, HumanJoint::Hand(side)))
+    };
+    let hands: PerVertex<bool> = skin.vertex_ids().map(is_hand).collect();
     let beside = match outfit {
         None => None,
         Some(evidence) => {
@@ -196,6 +202,7 @@ fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Resul
     let posture = Posture::of(&figure.skeleton, &inside.pose);
     let mut outcome = Outcome::of(Plausibility::Garment(found.clone()))
         .measured("hip_bend_deg", posture.hip_bend.map_or(f64::NAN, f64::to_degrees))
+        changing: &hands,
         .measured("knee_bend_deg", posture.knee_bend.map_or(f64::NAN, f64::to_degrees))
         .measured("stand_off_median_mm", mm(found.stand_off_median))
         .measured("stand_off_p90_mm", mm(found.stand_off_p90))
