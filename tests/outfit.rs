@@ -106,6 +106,38 @@ fn ran_again(session: &Path) -> usize {
 }
 
 #[test]
+fn a_listed_garment_that_the_scan_does_not_show_is_reported_and_the_others_are_built() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = scanned(dir.path(), "alice", "tshirt,skirt,underpants");
+    overcoat_ok(&session, &["step", "set", "underpants", "pose.samples=300", "pose.iterations=4"]);
+    overcoat_ok(&session, &["build"]);
+    let status = overcoat_ok(&session, &["status", "--json"]).json();
+    let says = |name: &str| {
+        let step = status["steps"].as_array().unwrap().iter().find(|step| step["name"] == name).unwrap();
+        (step["verdict"].as_str().unwrap().to_string(), step["warnings"].to_string())
+    };
+    let (verdict, warnings) = says("underpants");
+    assert!(verdict.starts_with("check it"), "{verdict}");
+    assert!(warnings.contains("the scan shows nothing of the underpants, which is listed"), "{warnings}");
+    assert!(!says("skirt").0.starts_with("failed") && !says("tshirt").0.starts_with("failed"));
+    overcoat_ok(&session, &["export", "layers/"]);
+    let has = |layer: &str| session.join("layers").join(format!("{layer}.ply")).is_file();
+    assert!(has("skirt") && has("tshirt") && !has("underpants"));
+    overcoat_ok(&session, &["export", "character.glb"]);
+    overcoat_ok(&session, &["view", "--sheet", "sheet.png", "--weights", "weights.png", "--poster", "poster.png"]);
+    assert_eq!(ran_again(&session), 0);
+    // Painted, it is there.
+    let count = labels(&session, "skirt").len();
+    let skirt = labels(&session, "skirt");
+    let below: Vec<i32> = (0..count).map(|v| if skirt[v] { 1 } else { -1 }).collect();
+    let file = dir.path().join("below.npy");
+    let array = overcoat::formats::NpyArray::vector(below);
+    overcoat::formats::write_npy(&array, std::fs::File::create(&file).unwrap()).unwrap();
+    overcoat_ok(&session, &["mask", "underpants", file.to_str().unwrap()]);
+    assert!(labels(&session, "underpants").iter().filter(|l| **l).count() > 200);
+}
+
+#[test]
 fn the_order_of_the_templates_changes_nothing_and_a_replay_gives_the_same_bytes() {
     let dir = tempfile::tempdir().unwrap();
     let alice = built(dir.path(), "alice");

@@ -51,6 +51,18 @@ pub struct Garment {
 }
 
 /// Cuts the garment out of the scan.
+impl Garment {
+    /// A garment of which the scan shows nothing.
+    pub fn absent() -> Self {
+        Self { mesh: TriMesh::empty(), colors: None, hem_loops: Vec::new(), findings: Vec::new() }
+    }
+
+    /// Whether the scan shows nothing of it.
+    pub fn is_absent(&self) -> bool {
+        self.mesh.face_count() == 0
+    }
+}
+
 ///
 /// `around` is the adjacency of the scan's mesh, `expected_loops` the number of hems of the garment's template, least and
 /// greatest.

@@ -174,6 +174,11 @@ pub struct TriMesh {
 }
 
 impl TriMesh {
+    /// A mesh without vertices and faces.
+    pub fn empty() -> Self {
+        Self { points: Vec::new().into(), faces: Vec::new().into() }
+    }
+
     /// Checks indices and coordinates.
     ///
     /// **Shapes** `points` V × 3, `faces` F × 3.

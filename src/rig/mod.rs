@@ -39,6 +39,19 @@ pub struct RiggedGarment {
     pub report: RigReport,
 }
 
+impl RiggedGarment {
+    /// A garment of which the scan shows nothing.
+    pub fn absent() -> Self {
+        let (mesh, weights) = (TriMesh::empty(), SkinWeights::from_rows(Vec::new()));
+        Self { mesh, weights, colors: None, report: RigReport::default() }
+    }
+
+    /// Whether the scan shows nothing of it.
+    pub fn is_absent(&self) -> bool {
+        self.mesh.face_count() == 0
+    }
+}
+
 /// Measurements of a rigging.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RigReport {

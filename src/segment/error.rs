@@ -17,7 +17,7 @@ pub enum SegmentError {
         nearest: Option<String>,
     },
     /// A garment of an outfit of which nothing was found.
-    #[error("the scan shows nothing of the {garment}: the other garments and bare skin explain it better")]
+    #[error("the scan shows nothing of the {garment}, which is listed; it has no layer")]
     NotInOutfit {
         /// The garment.
         garment: String,

@@ -41,7 +41,7 @@ impl Session {
         if !folder.is_dir() {
             return Err(SessionError::NoSuchFolder { path: folder.to_path_buf() });
         }
-        let steps = self.posed_steps(None)?;
+        let steps: Vec<PosedStep> = self.posed_steps(None)?.into_iter().filter(PosedStep::has_layer).collect();
         let joints_path = folder.join(TruthNaming::JOINTS);
         let text = String::from_utf8(source::read(&joints_path)?).map_err(|e| {
             SessionError::reading(&joints_path, std::io::Error::new(std::io::ErrorKind::InvalidData, e))

@@ -97,6 +97,11 @@ impl Session {
 }
 
 impl PosedStep {
+    /// Whether the figure has the step's layer: not if the scan shows nothing of its garment.
+    pub fn has_layer(&self) -> bool {
+        self.figure.layers.iter().any(|layer| layer.name == self.step.name)
+    }
+
     /// The body, with the step's offsets.
     pub fn body(&self) -> TriMesh {
         self.body.clone()

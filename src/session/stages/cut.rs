@@ -7,16 +7,16 @@ use super::posed::body_inside;
 use super::scan::ScanStage;
 use super::segment::SegmentStage;
 use crate::body::Figure;
-use crate::cut::{BodyBelow, CutParams, Garment, cut};
+use crate::cut::{BodyBelow, CutError, CutParams, Garment, cut};
 use crate::fit::PoseInside;
 use crate::geometry::Adjacency;
 use crate::scan::Scan;
-use crate::segment::Segmentation;
+use crate::segment::{SegmentError, Segmentation};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::recipe::{GarmentSpec, StepRecipe, garment_spec, params_of};
 use crate::session::stage::Stage;
-use crate::session::store::Kept;
+use crate::session::store::{Kept, Warning};
 use serde_json::{Value, json};
 
 pub(in crate::session) struct CutStage;
@@ -67,8 +67,15 @@ impl PipelineStage for CutStage {
             .map_err(|e| SessionError::stage(&step.name, Stage::Segment, e))?;
         let below = BodyBelow { mesh: &body, covered: &covered };
         let expected_loops = spec.template.expected_loops();
-        let garment = cut(&scan, &adjacency, &segmentation, &below, expected_loops, &params)
-            .map_err(|e| SessionError::stage(&step.name, Stage::Cut, e))?;
+        let garment = match cut(&scan, &adjacency, &segmentation, &below, expected_loops, &params) {
+            // The scan shows other garments, too: they are what it was given for.
+            Err(CutError::NothingLabelled { .. }) if step.outfit.is_some() => {
+                let absent = SegmentError::NotInOutfit { garment: step.name.clone() };
+                let warning = Warning::new(absent.to_string(), absent.hint().unwrap_or_default());
+                return Ok(Outcome::of(Garment::absent()).warned([warning]));
+            }
+            found => found.map_err(|e| SessionError::stage(&step.name, Stage::Cut, e))?,
+        };
         let (vertices, hems) = (garment.mesh.vertex_count(), garment.hem_loops.len());
         let findings = garment.findings.clone();
         Ok(Outcome::of(garment)

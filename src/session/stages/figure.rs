@@ -127,6 +127,10 @@ fn with_garment(
     for (layer, pressed) in figure.layers.iter_mut().skip(1).zip(garments) {
         layer.mesh = pressed;
     }
+    if rigged.is_absent() {
+        let layers = figure.layers.len();
+        return Ok(Outcome::of(figure).measured("layers", layers as f64));
+    }
     // Rigging and stacking keep the vertices and their order.
     let is_seen = session.store.load(cut)?.is_seen;
     let is_seen = (is_seen.len() == mesh.vertex_count() && is_seen.iter().any(|is| !is)).then_some(is_seen);

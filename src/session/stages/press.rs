@@ -51,8 +51,9 @@ impl PipelineStage for PressStage {
     ) -> Result<Outcome<PosedGarments>, SessionError> {
         let (figure, inside) = (session.figure(figure)?, session.store.load(inside)?);
         let mut surfaces = surfaces_inside(&figure, &inside)?;
-        if let Some(outermost) = surfaces.last_mut() {
-            *outermost = session.store.load(garment)?.mesh;
+        let garment = session.store.load(garment)?;
+        if let Some(outermost) = surfaces.last_mut().filter(|_| !garment.is_absent()) {
+            *outermost = garment.mesh;
         }
         let (garments, reports) =
             press(&figure, &surfaces, &params).map_err(|e| SessionError::stage(&step.name, Stage::Press, e))?;

@@ -46,6 +46,9 @@ impl PipelineStage for RigStage {
     ) -> Result<Outcome<RiggedGarment>, SessionError> {
         let (garment, figure) = (session.store.load(garment)?, session.figure(figure)?);
         let inside = session.store.load(inside)?;
+        if garment.is_absent() {
+            return Ok(Outcome::of(RiggedGarment::absent()));
+        }
         let rigged = rig(&garment.mesh, garment.colors.as_ref(), &figure, &inside, &params)
             .map_err(|e| SessionError::stage(&step.name, Stage::Rig, e))?;
         let report = rigged.report.clone();

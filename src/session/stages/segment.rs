@@ -8,7 +8,7 @@ use super::pipeline_stage::{PipelineStage, StepContext};
 use super::scan::ScanStage;
 use crate::geometry::Adjacency;
 use crate::scan::Scan;
-use crate::segment::{Marks, SegmentError, Segmentation};
+use crate::segment::{Marks, Segmentation};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::recipe::StepRecipe;
@@ -61,9 +61,6 @@ impl PipelineStage for SegmentStage {
             match step.masks.last() {
                 Some(last) if marks::is_something(&scan, &before.labels) => {
                     return Err(marks::nothing_left(&session.resolve(&last.file), None, &step.name));
-                }
-                _ if step.outfit.is_some() => {
-                    return Err(failed(SegmentError::NotInOutfit { garment: step.name.clone() }));
                 }
                 _ => {}
             }

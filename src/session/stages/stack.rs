@@ -44,6 +44,10 @@ impl PipelineStage for StackStage {
         _on_progress: OnProgress,
     ) -> Result<Outcome<Vec<TriMesh>>, SessionError> {
         let (rigged, figure) = (session.store.load(rigged)?, session.figure(figure)?);
+        if rigged.is_absent() {
+            let inner = figure.garments().iter().map(|layer| layer.mesh.clone());
+            return Ok(Outcome::of(inner.chain([rigged.mesh]).collect()));
+        }
         let Stacked { garments, report } = stack(&rigged, Some(&fabric), &figure, &params)
             .map_err(|e| SessionError::stage(&step.name, Stage::Stack, e))?;
         Ok(Outcome::of(garments)

@@ -38,9 +38,9 @@ impl Session {
         outputs.write(path, Content::Picture, |out| contact_sheet(&sheet).write_png(out))
     }
 
-    /// The outermost layer of a step, which is the step's own; `None` for a figure without layers.
+    /// The outermost layer of a step, which is the step's own; `None` if it has none.
     fn weighted_layer<'a>(&self, posed: &'a PosedStep) -> Result<Option<WeightedLayer<'a>>, SessionError> {
-        let Some(layer) = posed.figure.layers.last() else { return Ok(None) };
+        let Some(layer) = posed.figure.layers.last().filter(|_| posed.has_layer()) else { return Ok(None) };
         let physics = match &layer.physics {
             Some(per_vertex) => Some(self.layer_physics(posed, layer, per_vertex)?),
             None => None,
