@@ -30,6 +30,11 @@ impl BodyIndex {
         Self { surface: SurfaceIndex::prepare(body.mesh), covered: NearestVertex::prepare(&covered) }
     }
 
+    /// The body's surface.
+    pub(super) fn surface(&self) -> &SurfaceIndex {
+        &self.surface
+    }
+
     /// Whether the template may cover the body there.
     pub(super) fn may_be_covered(&self, p: &Point) -> bool {
         self.covered.nearest(&self.surface.closest(p).point).is_some_and(|(_, distance)| distance < TEMPLATE_ERROR)

@@ -3,7 +3,7 @@
 use super::along_body::{BodyIndex, laid_along_body};
 use super::error::CutError;
 use super::params::CutParams;
-use super::patch::Patch;
+use super::patch::{GREATEST_RING, Patch};
 use super::slice::Slice;
 use crate::geometry::{Adjacency, NearestVertex, PerFace, PerVertex, Point, TriMesh, Vec3, VertexId};
 use crate::numerics::SparseCholesky;
@@ -39,6 +39,8 @@ pub(super) fn filled(
     let mut faces = scan.mesh.faces().0.clone();
     let Segmentation { mut labels, mut by_hand, .. } = segmentation.clone();
     let mut colors = scan.colors.clone();
+    let continued = segmentation.below_hair.as_ref();
+    let is_below_hair = |v: VertexId| segmentation.labels.0[v] && continued.is_some_and(|below| below[v]);
     let (mut hole_count, mut area) = (0usize, 0.0);
     let (mut along_body_count, mut along_body_area) = (0usize, 0.0);
     let mut open_holes: Vec<VertexId> = Vec::new();
@@ -50,9 +52,13 @@ pub(super) fn filled(
         let hole = area_within(&rim);
         let length: f64 = (0..rim.len()).map(|i| (rim[(i + 1) % rim.len()] - rim[i]).norm()).sum();
         // A ragged hole has a longer border than a round one; a very long border belongs to a slit, not to a small hole.
-        let small = hole <= params.greatest_filled_hole
-            && length <= LENGTH_PER_CIRCUMFERENCE * circumference(params.greatest_filled_hole);
-        let fair = if hole <= GREATEST_ALONG_BODY { filling(&scan.mesh, around, &ring)? } else { None };
+        let below_hair = ring.iter().filter(|&&v| is_below_hair(v)).count() as f64 / ring.len() as f64;
+        let is_beside_hair = below_hair > LEAST_BESIDE_HAIR && hole <= GREATEST_ALONG_BODY;
+        let small = is_beside_hair
+            || hole <= params.greatest_filled_hole
+                && length <= LENGTH_PER_CIRCUMFERENCE * circumference(params.greatest_filled_hole);
+        let longest = if is_beside_hair { GREATEST_RING_BESIDE_HAIR } else { GREATEST_RING };
+        let fair = if hole <= GREATEST_ALONG_BODY { filling(&scan.mesh, around, &ring, longest)? } else { None };
         let labelled = ring.iter().filter(|&&v| labels.0[v]).count() as f64 / ring.len() as f64;
         let along_body = match &fair {
             Some((patch, inner)) if hole > LEAST_ALONG_BODY && labelled > LEAST_LABELLED => {
@@ -131,7 +137,7 @@ pub(super) fn close_pinholes(slice: Slice, whole: &FilledScan) -> Result<Slice, 
         if ring.len() < 3 || area_within(&around) > GREATEST_PINHOLE || ring.iter().any(|&v| painted(v)) {
             continue;
         }
-        let Some((patch, inner)) = filling(&slice.mesh, &adjacency, &ring)? else { continue };
+        let Some((patch, inner)) = filling(&slice.mesh, &adjacency, &ring, GREATEST_RING)? else { continue };
         let patch = Filling { inner, faces: patch.faces };
         faces.extend(patch.faces_from(&ring, points.len()));
         let nearest = NearestVertex::prepare(&around);
@@ -178,13 +184,18 @@ impl Filling {
 }
 
 /// A patch over a ring, and its new points faired; `None` if the ring cannot be filled.
-fn filling(mesh: &TriMesh, adjacency: &Adjacency, ring: &[VertexId]) -> Result<Option<(Patch, Vec<Point>)>, CutError> {
+fn filling(
+    mesh: &TriMesh,
+    adjacency: &Adjacency,
+    ring: &[VertexId],
+    longest: usize,
+) -> Result<Option<(Patch, Vec<Point>)>, CutError> {
     let around: Vec<Point> = ring.iter().map(|&v| mesh.points()[v]).collect();
     let taken = |i: usize, j: usize| {
         let apart = i.abs_diff(j);
         apart > 1 && apart < ring.len() - 1 && adjacency.neighbours_of(ring[i]).contains(&ring[j])
     };
-    let Some(patch) = Patch::over(&around, taken) else { return Ok(None) };
+    let Some(patch) = Patch::over(&around, longest, taken) else { return Ok(None) };
     let inner = faired(mesh, adjacency, ring, &patch)?;
     Ok(Some((patch, inner)))
 }
@@ -218,6 +229,11 @@ fn close_label_pinholes(mesh: &TriMesh, adjacency: &Adjacency, labels: &mut Labe
     }
 }
 
+/// Least share of cloth continued below hair in the border of a hole that lies between that and the cloth which the scan shows: it
+/// is closed, however long its border. Beside the long hair of the foreign person c it has 0.4.
+const LEAST_BESIDE_HAIR: f64 = 0.2;
+/// Greatest number of points on the border of such a hole; the one beside the hair of person c has 432.
+const GREATEST_RING_BESIDE_HAIR: usize = 600;
 /// Least share of the garment in the border of such a hole: the ends of a strap have a quarter of it.
 const LEAST_LABELLED: f64 = 0.15;
 /// Least area of a hole that is filled along the body, in m²: smaller ones continue the cloth around them.

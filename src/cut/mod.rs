@@ -2,6 +2,7 @@
 
 mod across_cut;
 mod along_body;
+mod below_hair;
 mod body_below;
 mod boundary_loops;
 mod edge_search;
@@ -50,11 +51,16 @@ pub struct Garment {
     pub findings: Vec<String>,
 }
 
-/// Cuts the garment out of the scan.
 impl Garment {
     /// A garment of which the scan shows nothing.
     pub fn absent() -> Self {
-        Self { mesh: TriMesh::empty(), colors: None, hem_loops: Vec::new(), findings: Vec::new() }
+        Self {
+            mesh: TriMesh::empty(),
+            colors: None,
+            is_seen: PerVertex(Vec::new()),
+            hem_loops: Vec::new(),
+            findings: Vec::new(),
+        }
     }
 
     /// Whether the scan shows nothing of it.
@@ -63,12 +69,13 @@ impl Garment {
     }
 }
 
+/// Cuts the garment out of the scan.
 ///
 /// `around` is the adjacency of the scan's mesh, `expected_loops` the number of hems of the garment's template, least and
 /// greatest.
 ///
 /// Holes of the scan in the garment are filled where they are small, or where the body continues below them: at the crown, on
-/// the shoulders, at the soles.
+/// the shoulders, at the soles. Where hair hides the garment it continues along the body.
 ///
 /// Where the scan shows a garment that is worn over this one, this one continues below it, unseen.
 ///
@@ -94,12 +101,18 @@ pub fn cut(
     check_arguments(scan, around, segmentation, body, &expected_loops, params)?;
     let (vertices, labels) = (scan.mesh.vertex_count(), &segmentation.labels);
     let mut findings = Vec::new();
-    let filled =
-        fill_holes::filled(scan, around, segmentation, &along_body::BodyIndex::prepare(body), params, &mut findings)?;
+    let body = along_body::BodyIndex::prepare(body);
+    let continued = below_hair::without_hair(scan, around, segmentation, body.surface(), &mut findings)?;
+    let shown = &segmentation.labels;
+    let (scan, segmentation) = continued.as_ref().map_or((scan, segmentation), |(scan, whole)| (scan, whole));
+    let filled = fill_holes::filled(scan, around, segmentation, &body, params, &mut findings)?;
     let adjacency = filled.adjacency.as_ref().unwrap_or(around);
     let field = field::signed_field(&filled, adjacency, params.smoothing_radius)?;
     let at_edge = edge_search::at_edges_of_cloth(&filled, adjacency, field, params, &mut findings)?;
-    let sliced = slice::slice(&filled.mesh, &at_edge)?.with_hems_only(&filled.beside_hole).with_filled_after(vertices);
+    let sliced = slice::slice(&filled.mesh, &at_edge)?.with_hems_only(&filled.beside_hole);
+    // What continues below hair has the garment's label now, and had not.
+    let is_seen = |v: VertexId| v.index() < vertices && (shown.0[v] || !segmentation.labels.0[v]);
+    let sliced = sliced.seen_where(is_seen);
     let sliced = pieces::without_islands(sliced, &filled, params.least_island_share, &mut findings);
     let sliced = pieces::with_bow_ties_split(sliced)?;
     if sliced.mesh.face_count() == 0 {
@@ -111,7 +124,7 @@ pub fn cut(
     let loops = boundary_loops::BoundaryLoops::of(&faired, &across);
     let hem_loops = loops.classified(&expected_loops, params, &mut findings);
     let with_underlap =
-        underlap::continued(&faired.mesh, hem_loops, &scan.mesh, &segmentation.under, body, params.underlap);
+        underlap::continued(&faired.mesh, hem_loops, &scan.mesh, &segmentation.under, body.surface(), params.underlap);
     let Underlapped { mesh, like, hem_loops, area } = with_underlap;
     if area > 0.0 {
         findings.push(format!("continued by {:.0} cm² under the garment over it", area * 1e4));
@@ -131,7 +144,9 @@ fn check_arguments(
     params: &CutParams,
 ) -> Result<(), CutError> {
     let (vertices, faces) = (scan.mesh.vertex_count(), scan.mesh.face_count());
-    for given in [segmentation.labels.0.len(), segmentation.by_hand.len(), segmentation.under.len()] {
+    let below_hair = segmentation.below_hair.as_ref().map_or(vertices, PerVertex::len);
+    let Segmentation { labels, by_hand, under, .. } = segmentation;
+    for given in [labels.0.len(), by_hand.len(), under.len(), below_hair] {
         if given != vertices {
             return Err(CutError::LabelCount { labels: given, vertices });
         }

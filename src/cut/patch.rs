@@ -4,7 +4,7 @@ use crate::geometry::{Point, least_area_faces};
 use std::collections::BTreeMap;
 
 /// Greatest number of points of a filled ring: the time grows with its cube (250: some 10 ms).
-const GREATEST_RING: usize = 250;
+pub(super) const GREATEST_RING: usize = 250;
 /// Rounds of splitting and flipping; each shortens edges by at most √3, so six cover a factor of 20.
 const ROUNDS: usize = 6;
 
@@ -18,11 +18,11 @@ impl Patch {
     /// Triangulates a ring, with triangles about as large as its edges. The ring has the direction of the faces beside it, so
     /// the patch has the opposite one. `taken(i, j)` tells whether ring points `i` and `j` already share an edge.
     ///
-    /// `None` if the ring is too long, or cannot be triangulated without such an edge.
+    /// `None` if the ring has more than `greatest` points, or cannot be triangulated without such an edge.
     ///
     /// **Source** Liepa 2003, with least area as the only criterion.
-    pub(super) fn over(ring: &[Point], taken: impl Fn(usize, usize) -> bool) -> Option<Self> {
-        if !(3..=GREATEST_RING).contains(&ring.len()) {
+    pub(super) fn over(ring: &[Point], greatest: usize, taken: impl Fn(usize, usize) -> bool) -> Option<Self> {
+        if !(3..=greatest).contains(&ring.len()) {
             return None;
         }
         let faces = least_area_faces(ring, &taken)?;
@@ -124,7 +124,7 @@ mod tests {
     #[test]
     fn a_flat_ring_is_spanned_once_and_against_its_sense() {
         let ring = circle(40);
-        let patch = Patch::over(&ring, |_, _| false).unwrap();
+        let patch = Patch::over(&ring, GREATEST_RING, |_, _| false).unwrap();
         assert!(patch.points.len() > 60, "{} points", patch.points.len());
         let areas: Vec<f64> = patch
             .faces
@@ -148,9 +148,9 @@ mod tests {
     #[test]
     fn joins_that_are_taken_are_not_made_again() {
         let ring = circle(6);
-        let patch = Patch::over(&ring, |i, j| (i.min(j), i.max(j)) == (0, 2)).unwrap();
+        let patch = Patch::over(&ring, GREATEST_RING, |i, j| (i.min(j), i.max(j)) == (0, 2)).unwrap();
         assert!(!patch.faces.iter().any(|f| f.contains(&0) && f.contains(&2)));
-        assert!(Patch::over(&circle(4), |_, _| true).is_none());
-        assert!(Patch::over(&circle(GREATEST_RING + 1), |_, _| false).is_none());
+        assert!(Patch::over(&circle(4), GREATEST_RING, |_, _| true).is_none());
+        assert!(Patch::over(&circle(20), 19, |_, _| false).is_none());
     }
 }

@@ -30,10 +30,10 @@ impl Slice {
         self
     }
 
-    /// Marks what is not of the scan's own vertices as filled.
-    pub(super) fn with_filled_after(mut self, scan_vertices: usize) -> Self {
+    /// Marks as not seen what comes only from vertices that the scan does not show.
+    pub(super) fn seen_where(mut self, shows: impl Fn(VertexId) -> bool) -> Self {
         for (is_seen, origin) in self.is_seen.iter_mut().zip(&self.origins) {
-            *is_seen = origin.iter().any(|&(v, factor)| factor > 0.0 && v.index() < scan_vertices);
+            *is_seen = origin.iter().any(|&(v, factor)| factor > 0.0 && shows(v));
         }
         self
     }

@@ -330,3 +330,40 @@ fn what_is_filled_is_not_seen() {
     }
     assert!(garment.is_seen.iter().any(|is| !is));
 }
+
+#[test]
+fn a_garment_continues_below_hair_along_the_body() {
+    let cloth = tube();
+    let body = cloth.mesh.map_points(|p| Point::new(0.96 * p.x, p.y, 0.96 * p.z));
+    let is_hair = |p: &Point| p.x > 0.05 && (0.2..0.42).contains(&p.y);
+    // A strand 2 cm thick, rough, and of another colour.
+    let mut scan = cloth.clone();
+    let rough = |v: usize| 1.2 + 0.03 * ((v * 7919 % 13) as f64 / 12.0 - 0.5);
+    scan.mesh = cloth.mesh.with_points(
+        (cloth.mesh.points().enumerate())
+            .map(|(v, p)| if is_hair(p) { Point::new(rough(v.index()) * p.x, p.y, rough(v.index()) * p.z) } else { *p })
+            .collect::<PerVertex<Point>>(),
+    );
+    let hair: PerVertex<bool> = cloth.mesh.points().iter().map(is_hair).collect();
+    if let Some(colors) = &mut scan.colors {
+        hair.enumerate().filter(|(_, hair)| **hair).for_each(|(v, _)| colors[v] = [0, 250, 0]);
+    }
+    let shown: PerVertex<bool> = cloth.mesh.points().iter().map(|p| p.y > 0.1 && !is_hair(p)).collect();
+    let segmentation = |below_hair| Segmentation { below_hair, ..Labels(shown.clone()).into() };
+    let covered = PerVertex::filled(true, body.vertex_count());
+    let below = BodyBelow { mesh: &body, covered: &covered };
+    let around = Adjacency::prepare(&scan.mesh);
+    let cut = |labels: &Segmentation| super::cut(&scan, &around, labels, &below, 1..=1, &CutParams::default()).unwrap();
+    let whole = cut(&segmentation(Some(hair)));
+    assert!(whole.findings[0].starts_with("continued below hair along the body"), "{:?}", whole.findings);
+    assert_eq!(Adjacency::prepare(&whole.mesh).boundary_loops().len(), 1, "no hole where the hair was");
+    for (v, p) in whole.mesh.points().enumerate().filter(|(_, p)| p.y < 0.48) {
+        assert!((p.x.hypot(p.z) - 0.1).abs() < 1.5e-3, "{p}: as far from the body as the cloth around");
+        assert!(whole.colors.as_ref().unwrap()[v][1] < 10, "the colour of the cloth");
+        let is_hidden = p.x > 0.055 && (0.21..0.41).contains(&p.y);
+        assert!(!is_hidden || !whole.is_seen[v], "{p}");
+        assert!(p.x > 0.04 || whole.is_seen[v], "{p}");
+    }
+    let open = cut(&segmentation(None));
+    assert!(Adjacency::prepare(&open.mesh).boundary_loops().len() > 1);
+}

@@ -1,6 +1,5 @@
 //! Continues a garment under the garment that is worn over it in the same scan, so that no motion opens a gap between them.
 
-use super::body_below::BodyBelow;
 use crate::geometry::{Adjacency, NearestVertex, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
 use std::ops::RangeInclusive;
 
@@ -52,7 +51,7 @@ pub(super) fn continued(
     hem_loops: Vec<Vec<VertexId>>,
     scan: &TriMesh,
     under: &PerVertex<bool>,
-    body: &BodyBelow,
+    body: &SurfaceIndex,
     length: f64,
 ) -> Underlapped {
     let own = || garment.vertex_ids().collect();
@@ -62,7 +61,7 @@ pub(super) fn continued(
         return Underlapped { mesh: garment.clone(), like: own(), hem_loops, area: 0.0 };
     }
     let over = NearestVertex::prepare(&over);
-    let space = Space { body: SurfaceIndex::prepare(body.mesh), scan: SurfaceIndex::prepare(scan), under };
+    let space = Space { body, scan: SurfaceIndex::prepare(scan), under };
     let mut builder = Builder { points: garment.points().0.clone(), like: own(), faces: garment.faces().0.clone() };
     let mut tops: PerVertex<VertexId> = own();
     let mut area = 0.0;
@@ -81,7 +80,7 @@ pub(super) fn continued(
 
 /// Where an underlap lies: between the body and the garment over it.
 struct Space<'a> {
-    body: SurfaceIndex,
+    body: &'a SurfaceIndex,
     scan: SurfaceIndex,
     under: &'a PerVertex<bool>,
 }

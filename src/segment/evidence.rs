@@ -76,6 +76,11 @@ impl ScanEvidence {
         Self { colors, old_density, stand_off }
     }
 
+    /// The evidence of a scan without colours.
+    pub(super) fn without_colors(self) -> Self {
+        Self { colors: None, old_density: None, ..self }
+    }
+
     /// Whether a vertex has another colour than the old surfaces there; false without colours on both.
     pub(super) fn is_new_color(&self, v: VertexId) -> bool {
         self.old_density.as_ref().is_some_and(|old| old[v] < looks_old())

@@ -9,7 +9,7 @@ use super::refine::{
     LabelMethod, RefineParams, SURE_DEPTH, UNITS_PER_NAT, boundary_costs, check_inputs, depths_on_scan, propose,
 };
 use super::transfer::transfer;
-use crate::geometry::{Adjacency, PerVertex, VertexId};
+use crate::geometry::{Adjacency, PerVertex, TriMesh, VertexId};
 use crate::parameters::Parameters;
 use crate::scan::Scan;
 
@@ -23,25 +23,29 @@ const STANDS_OFF_FROM: f64 = 1.0;
 /// Fewer vertices on which only one garment can be are no model of its colours; then those count on which it is outermost.
 const LEAST_ALONE: usize = 96;
 
-/// Labels of an outfit before any brush: a minimum cut with one label per garment, one for the rest of the figure, and one for
-/// what none of them explains.
+/// Labels of an outfit before any brush: a minimum cut with one label per garment, one for the rest of the figure, one for the hair
+/// if it is known, and one for what none of them explains.
 ///
 /// The evidence is that of [`propose`]. Garments overlap, and the scan shows the outermost: a template that covers a place with the odds
 /// eᵖ is visible there with those odds, and hides what is below it otherwise. So the score of a garment against bare skin is its
 /// prior p plus ln(1 + eᵖ) of each garment below it. The colours of a garment are first taken where no other listed garment can be.
 ///
-/// **Shapes** `placements`: one per garment, innermost first, each with one entry per vertex of the body; colours: one per vertex
-/// of their mesh.
+/// `hair` is where the bare scan shows hair. It hangs over all garments but those that cover the crown. Where it hides a garment the
+/// labels say so, see [`OutfitLabels::of_garment`](super::OutfitLabels::of_garment).
+///
+/// **Shapes** `placements`: one per garment, innermost first; these and `hair` have one entry per vertex of the body; colours: one
+/// per vertex of their mesh.
 ///
 /// **Errors** if an array has the wrong length.
 ///
-/// **Guarantees** the same result with any number of threads. One garment alone gets the labels of [`propose`].
+/// **Guarantees** the same result with any number of threads. One garment alone gets the labels of [`propose`], unless hair is known.
 ///
 /// **Source** Boykov, Veksler & Zabih 2001 for the cut; for the evidence see [`propose`].
 pub fn propose_outfit(
     scan: &Scan,
     inner: &[Inner<'_>],
     placements: &[Placement],
+    hair: Option<&Placement>,
     params: &RefineParams,
 ) -> Result<OutfitProposal, SegmentError> {
     let mesh = &scan.mesh;
@@ -49,7 +53,7 @@ pub fn propose_outfit(
     let Some(body) = inner.first() else {
         return Ok(OutfitProposal::transferred(placements.len(), PerVertex::filled(REST, mesh.vertex_count())));
     };
-    for placement in placements {
+    for placement in placements.iter().chain(hair) {
         check_inputs(scan, inner, body, placement)?;
     }
     params.check_values()?;
@@ -61,15 +65,17 @@ pub fn propose_outfit(
         }
         return Ok(OutfitProposal::transferred(placements.len(), labels));
     }
-    if let [only] = placements {
+    if let ([only], None) = (placements, hair) {
         return Ok(OutfitProposal::of_one(propose(scan, inner, only, params)?));
     }
     let evidence = ScanEvidence::gather(mesh, &adjacency, scan.colors.as_ref(), inner);
-    let depths = depths_on_scan(mesh, body.mesh, placements.iter().map(|placement| &placement.depth));
-    let priors = Priors::of(&depths, placements, params);
+    let worn = InsideOut::of(placements, hair, body.mesh);
+    let depths = depths_on_scan(mesh, body.mesh, worn.placements.iter().map(|placement| &placement.depth));
+    let priors = Priors::of(&depths, &worn.placements, params);
     let edges = boundary_costs(mesh, &adjacency, &evidence, params);
     let areas = mesh.vertex_areas();
     let mean_area = areas.iter().sum::<f64>() / areas.len().max(1) as f64;
+    let unexplained = worn.placements.len();
     let mut sure = initially_sure(&depths, &evidence, &adjacency);
     let (mut labels, mut of_label): (Vec<Label>, Vec<Vec<i64>>) = (Vec::new(), Vec::new());
     for _ in 0..params.rounds.max(1) {
@@ -77,7 +83,7 @@ pub fn propose_outfit(
         let cost = |label: usize, v: VertexId| {
             let color = colors[label].as_ref().map_or(0.0, |c| params.color * c[v]);
             // Without a model of its colours nothing is unexplained.
-            let prior = match (label == placements.len(), &colors[label]) {
+            let prior = match (label == unexplained, &colors[label]) {
                 (true, None) => -params.greatest_prior,
                 _ => priors.score(label, v),
             };
@@ -85,7 +91,7 @@ pub fn propose_outfit(
             -(nats * UNITS_PER_NAT).round() as i64
         };
         of_label = vec![vec![0; mesh.vertex_count()]];
-        of_label.extend((0..=placements.len()).map(|label| mesh.vertex_ids().map(|v| cost(label, v)).collect()));
+        of_label.extend((0..=unexplained).map(|label| mesh.vertex_ids().map(|v| cost(label, v)).collect()));
         let costs = LabelCosts { of_label: &of_label, edges: &edges };
         // Each round begins with the labels of single vertices, so that it does not depend on the round before.
         let mut cut = costs.cheapest();
@@ -95,14 +101,64 @@ pub fn propose_outfit(
         }
         let inside = |label: usize, v: VertexId| {
             let is = |w: VertexId| usize::from(cut[w.index()]) == label + 1;
-            let belongs = label == placements.len() || depths[label][v] > 0.0;
+            let belongs = label == unexplained || depths[label][v] > 0.0;
             is(v) && belongs && adjacency.neighbours_of(v).iter().all(|&w| is(w))
         };
         // The next colour models leave out the borders, which may be wrong.
-        sure = (0..=placements.len()).map(|label| mesh.vertex_ids().map(|v| inside(label, v)).collect()).collect();
+        sure = (0..=unexplained).map(|label| mesh.vertex_ids().map(|v| inside(label, v)).collect()).collect();
         labels = cut;
     }
-    Ok(OutfitProposal::new(mesh, &adjacency, of_label, &edges, labels.into()))
+    let Some(hair_at) = worn.hair_at else {
+        return Ok(OutfitProposal::new(mesh, &adjacency, of_label, &edges, labels.into()));
+    };
+    let of_label = worn.hair_after_garments(of_label);
+    let labels = labels.into_iter().map(|label| worn.label_after_garments(label)).collect();
+    let proposal = OutfitProposal::with_hair(mesh, &adjacency, of_label, &edges, labels);
+    // What hair hides is told by the templates alone.
+    let score = |label: usize, v: VertexId| match label.checked_sub(1) {
+        Some(k) => (priors.score(k, v) * (areas[v] / mean_area) * UNITS_PER_NAT).round() as i64,
+        None => 0,
+    };
+    let below: Vec<Vec<i64>> = (0..=hair_at).map(|k| mesh.vertex_ids().map(|v| -score(k, v)).collect()).collect();
+    let plain = boundary_costs(mesh, &adjacency, &evidence.without_colors(), params);
+    Ok(proposal.with_labels_below_hair(&below, &plain))
+}
+
+/// Garments and hair in the order in which they hide each other.
+struct InsideOut<'a> {
+    /// Innermost first.
+    placements: Vec<&'a Placement>,
+    /// The place of the hair among them.
+    hair_at: Option<usize>,
+}
+
+impl<'a> InsideOut<'a> {
+    /// Hair is over all garments but the first that covers the crown, a hat, and what is over that.
+    fn of(garments: &'a [Placement], hair: Option<&'a Placement>, body: &TriMesh) -> Self {
+        let mut placements: Vec<&Placement> = garments.iter().collect();
+        let crown = body.points().enumerate().max_by(|a, b| a.1.y.total_cmp(&b.1.y)).map(|(v, _)| v);
+        let over = placements.iter().position(|of| crown.is_some_and(|v| of.prior[v])).unwrap_or(placements.len());
+        placements.splice(over..over, hair);
+        Self { placements, hair_at: hair.map(|_| over) }
+    }
+
+    /// The label of an [`OutfitProposal`], where that of the hair follows those of the garments.
+    fn label_after_garments(&self, label: Label) -> Label {
+        let (at, last) = (self.hair_at.map_or(usize::MAX, |at| at + 1), self.placements.len());
+        match usize::from(label) {
+            label if label == at => last as Label,
+            label if label > at && label <= last => label as Label - 1,
+            label => label as Label,
+        }
+    }
+
+    /// Lists by label, in the order of an [`OutfitProposal`].
+    fn hair_after_garments<T>(&self, mut of_label: Vec<T>) -> Vec<T> {
+        if let Some(at) = self.hair_at {
+            of_label[at + 1..=self.placements.len()].rotate_left(1);
+        }
+        of_label
+    }
 }
 
 /// The templates' priors on the scan, in nats.
@@ -112,7 +168,7 @@ struct Priors {
 }
 
 impl Priors {
-    fn of(depths: &[PerVertex<f64>], placements: &[Placement], params: &RefineParams) -> Self {
+    fn of(depths: &[PerVertex<f64>], placements: &[&Placement], params: &RefineParams) -> Self {
         let count = depths.first().map_or(0, PerVertex::len);
         let mut below = PerVertex::filled(0.0, count);
         let mut scores = Vec::new();

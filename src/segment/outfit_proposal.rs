@@ -18,10 +18,11 @@ const BARRED: i64 = 1 << 40;
 
 /// Labels of an outfit without any brush, and their costs. Transferred labels have no costs.
 ///
-/// Label 0 is the rest of the figure, 1 to G are the garments, innermost first, G + 1 is what none of them explains.
+/// Label 0 is the rest of the figure, 1 to G are the garments, innermost first, then comes the hair if it is known, and last what none
+/// of them explains.
 ///
-/// **Shapes** `cut` and `labels`: one entry per vertex; `of_label`: one list per label with one cost per vertex, or empty;
-/// `boundaries`: one per edge, or empty.
+/// **Shapes** `cut`, `labels` and `below_hair`: one entry per vertex; `of_label`: one list per label with one cost per vertex, or
+/// empty; `boundaries`: one per edge, or empty.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OutfitProposal {
     garments: usize,
@@ -33,6 +34,8 @@ pub struct OutfitProposal {
     cut: PerVertex<Label>,
     /// Those without specks and fold-overs.
     labels: PerVertex<Label>,
+    /// If the hair is known: the labels that would be seen without it.
+    below_hair: Option<PerVertex<Label>>,
 }
 
 /// Labels of all garments of an outfit, and where the user overrode the proposal.
@@ -44,18 +47,34 @@ pub struct OutfitLabels {
     labels: PerVertex<Label>,
     proposed: PerVertex<Label>,
     marked: PerVertex<bool>,
+    below_hair: Option<PerVertex<Label>>,
 }
 
 impl OutfitLabels {
-    /// The labels of garment `k`, counted from 0, innermost first.
+    /// The labels of garment `k`, counted from 0, innermost first, and where hair hides it.
     pub fn of_garment(&self, k: usize) -> Segmentation {
         let is = |label: Label| usize::from(label) == k + 1;
         let changed = |v: VertexId| self.marked[v] && is(self.labels[v]) != is(self.proposed[v]);
         let by_hand = (0..self.labels.len()).map(VertexId::from_index).map(changed).collect();
-        // What is unexplained may be hair or a bag, which the garment does not go under.
+        // What is unexplained may be a bag, which the garment does not go under.
         let is_over = |label: Label| (k + 2..=self.garments).contains(&usize::from(label));
         let where_true = |of: &dyn Fn(Label) -> bool| self.labels.iter().map(|&label| of(label)).collect();
-        Segmentation { labels: Labels(where_true(&is)), by_hand, under: where_true(&is_over) }
+        let below_hair = self.below_hair.as_ref().map(|below| {
+            let hides = |v: VertexId| self.is_hair(self.labels[v]) && is(below[v]);
+            (0..self.labels.len()).map(VertexId::from_index).map(hides).collect()
+        });
+        Segmentation { labels: Labels(where_true(&is)), by_hand, under: where_true(&is_over), below_hair }
+    }
+
+    fn is_hair(&self, label: Label) -> bool {
+        self.below_hair.is_some() && usize::from(label) == self.garments + 1
+    }
+
+    /// Which vertices are hair; none if the hair is not known.
+    ///
+    /// **Shapes** one entry per vertex.
+    pub fn hair(&self) -> PerVertex<bool> {
+        self.labels.iter().map(|&label| self.is_hair(label)).collect()
     }
 
     /// Which vertices belong to another garment than `k`, or to nothing that is listed.
@@ -65,11 +84,11 @@ impl OutfitLabels {
         self.labels.iter().map(|&label| label != REST && usize::from(label) != k + 1).collect()
     }
 
-    /// Which vertices neither the figure nor a garment explains: hair over a shirt, a garment that is not listed.
+    /// Which vertices neither the figure nor a garment nor known hair explains: a garment that is not listed.
     ///
     /// **Shapes** one entry per vertex.
     pub fn unexplained(&self) -> PerVertex<bool> {
-        self.labels.iter().map(|&label| usize::from(label) > self.garments).collect()
+        self.labels.iter().map(|&label| usize::from(label) > self.garments && !self.is_hair(label)).collect()
     }
 }
 
@@ -105,8 +124,47 @@ impl OutfitProposal {
     ) -> Self {
         // The last label is that of what is unexplained.
         let garments = of_label.len().saturating_sub(2);
+        Self::of_garments(garments, mesh, adjacency, of_label, edges, cut)
+    }
+
+    /// As [`OutfitProposal::new`], where the last label but one is that of the hair.
+    pub(super) fn with_hair(
+        mesh: &TriMesh,
+        adjacency: &Adjacency,
+        of_label: Vec<Vec<i64>>,
+        edges: &[(u32, u32, i64)],
+        cut: PerVertex<Label>,
+    ) -> Self {
+        let garments = of_label.len().saturating_sub(3);
+        let found = Self::of_garments(garments, mesh, adjacency, of_label, edges, cut);
+        Self { below_hair: Some(found.labels.clone()), ..found }
+    }
+
+    fn of_garments(
+        garments: usize,
+        mesh: &TriMesh,
+        adjacency: &Adjacency,
+        of_label: Vec<Vec<i64>>,
+        edges: &[(u32, u32, i64)],
+        cut: PerVertex<Label>,
+    ) -> Self {
         let labels = settled(mesh, adjacency, cut.clone(), garments, &Marks::none(mesh.vertex_count()));
-        Self { garments, of_label, boundaries: edges.iter().map(|e| e.2).collect(), cut, labels }
+        let boundaries = edges.iter().map(|e| e.2).collect();
+        Self { garments, of_label, boundaries, cut, labels, below_hair: None }
+    }
+
+    /// Finds what the hair hides: the cheapest labels of its vertices with the other labels given.
+    ///
+    /// **Shapes** `of_label`: what the rest and the garments that hair may hide cost at each vertex, without what the scan shows
+    /// there; `edges`: what a boundary across each edge costs.
+    pub(super) fn with_labels_below_hair(self, of_label: &[Vec<i64>], edges: &[(u32, u32, i64)]) -> Self {
+        let is_hair = |v: usize| usize::from(self.labels.0[v]) == self.garments + 1;
+        // Around the hair every label holds that was found, whatever it costs; those that hair cannot hide are like the rest.
+        let known = |label: Label| if usize::from(label) < of_label.len() { label } else { REST };
+        let mut below: Vec<Label> = (0..self.labels.len()).map(|v| known(self.labels.0[v])).collect();
+        (0..below.len()).filter(|&v| is_hair(v)).for_each(|v| below[v] = REST);
+        LabelCosts { of_label, edges }.expand(&mut below, &|v| !is_hair(v));
+        Self { below_hair: Some(below.into()), ..self }
     }
 
     /// The proposal of a garment that is the only one.
@@ -115,12 +173,12 @@ impl OutfitProposal {
         let label = |labels: Labels| labels.0.iter().map(|&own| Label::from(own)).collect();
         let of_label =
             if unary.is_empty() { Vec::new() } else { vec![vec![0; unary.len()], unary.iter().map(|u| -u).collect()] };
-        Self { garments: 1, of_label, boundaries, cut: label(cut), labels: label(labels) }
+        Self { garments: 1, of_label, boundaries, cut: label(cut), labels: label(labels), below_hair: None }
     }
 
     /// Labels that are final except for marks.
     pub(super) fn transferred(garments: usize, labels: PerVertex<Label>) -> Self {
-        Self { garments, of_label: Vec::new(), boundaries: Vec::new(), cut: labels.clone(), labels }
+        Self { garments, of_label: Vec::new(), boundaries: Vec::new(), cut: labels.clone(), labels, below_hair: None }
     }
 
     /// The labels with the marks of all garments over them. A mark that adds to one garment takes from the others; a vertex
@@ -174,7 +232,8 @@ impl OutfitProposal {
             }
         };
         let marked = said.iter().map(|s| s.anything()).collect();
-        Ok(OutfitLabels { garments: self.garments, labels, proposed: self.labels.clone(), marked })
+        let (proposed, below_hair) = (self.labels.clone(), self.below_hair.clone());
+        Ok(OutfitLabels { garments: self.garments, labels, proposed, marked, below_hair })
     }
 
     /// The label itself if the marks allow it, otherwise the cheapest that they allow.

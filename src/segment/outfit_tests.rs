@@ -63,7 +63,7 @@ impl Dressed {
 
     fn propose(&self, placements: &[Placement]) -> OutfitProposal {
         let inner = [Inner { mesh: &self.body, colors: Some(&self.skin) }];
-        propose_outfit(&self.scan, &inner, placements, &RefineParams::default()).unwrap()
+        propose_outfit(&self.scan, &inner, placements, None, &RefineParams::default()).unwrap()
     }
 
     fn labels(&self, placements: &[Placement], marks: &[&Marks]) -> OutfitLabels {
@@ -140,7 +140,7 @@ fn one_garment_alone_gets_the_labels_of_its_own_proposal() {
     for method in [LabelMethod::Refine, LabelMethod::Transfer] {
         let params = RefineParams { method, ..RefineParams::default() };
         let alone = propose(&on.scan, &inner, &shirt, &params).unwrap();
-        let outfit = propose_outfit(&on.scan, &inner, std::slice::from_ref(&shirt), &params).unwrap();
+        let outfit = propose_outfit(&on.scan, &inner, std::slice::from_ref(&shirt), None, &params).unwrap();
         for marks in [&Marks::none(on.scan.mesh.vertex_count()), &stroke] {
             let expected = alone.corrected(&on.scan.mesh, &adjacency, marks).unwrap();
             let found = outfit.corrected(&on.scan.mesh, &adjacency, &[marks]).unwrap().of_garment(0);
@@ -159,6 +159,57 @@ fn what_no_garment_explains_belongs_to_none() {
     assert!((hair.0 - 0.72).abs() < 0.02 && hair.1 == 1.0, "{hair:?}");
     let shirt = on.ends(&found.of_garment(1).labels.0);
     assert!((shirt.0 - 0.5).abs() < 0.02 && (shirt.1 - 0.72).abs() < 0.02, "{shirt:?}");
+}
+
+#[test]
+fn known_hair_has_a_label_and_the_garment_continues_below_it() {
+    // Black hair falls over the shirt, down to 72 cm; on the bare scan it reached to 70 cm.
+    let on = dressed(|y| if y > 0.72 { BLACK } else { worn(y) });
+    let (inner, hair) = ([Inner { mesh: &on.body, colors: Some(&on.skin) }], on.placement(0.7, 9.0));
+    let adjacency = Adjacency::prepare(&on.scan.mesh);
+    let none = Marks::none(on.scan.mesh.vertex_count());
+    let labels = |garments: &[Placement]| {
+        let found = propose_outfit(&on.scan, &inner, garments, Some(&hair), &RefineParams::default()).unwrap();
+        found.corrected(&on.scan.mesh, &adjacency, &vec![&none; garments.len()]).unwrap()
+    };
+    let [trousers, shirt] = trousers_and_shirt(&on);
+    let of_outfit = labels(&[trousers, shirt.clone()]);
+    for (found, place) in [(&of_outfit, 1), (&labels(&[shirt]), 0)] {
+        let hair = on.ends(&found.hair());
+        assert!((hair.0 - 0.72).abs() < 0.02 && hair.1 == 1.0, "{hair:?}");
+        let garment = found.of_garment(place);
+        assert!((on.ends(&garment.labels.0).1 - 0.72).abs() < 0.02);
+        // There the template ends, and the colour of the hair says nothing.
+        let below = on.ends(&garment.below_hair.unwrap());
+        assert!((below.0 - 0.72).abs() < 0.02 && (below.1 - 0.85).abs() < 0.02, "{below:?}");
+        assert!(found.of_others(place).iter().zip(found.hair().iter()).all(|(other, hair)| *other || !hair));
+    }
+    assert!(!of_outfit.unexplained().iter().any(|&u| u));
+    assert!(!of_outfit.of_garment(0).below_hair.unwrap().iter().any(|&below| below));
+}
+
+#[test]
+fn a_hat_is_over_the_hair() {
+    let yellow = [230, 200, 40];
+    let on = dressed(|y| {
+        if y > 0.9 {
+            yellow
+        } else if y > 0.72 {
+            BLACK
+        } else {
+            worn(y)
+        }
+    });
+    let [trousers, shirt] = trousers_and_shirt(&on);
+    let (garments, hair) = ([trousers, shirt, on.placement(0.88, 9.0)], on.placement(0.7, 9.0));
+    let inner = [Inner { mesh: &on.body, colors: Some(&on.skin) }];
+    let found = propose_outfit(&on.scan, &inner, &garments, Some(&hair), &RefineParams::default()).unwrap();
+    let none = Marks::none(on.scan.mesh.vertex_count());
+    let found = found.corrected(&on.scan.mesh, &Adjacency::prepare(&on.scan.mesh), &[&none, &none, &none]).unwrap();
+    let (hat, hair) = (on.ends(&found.of_garment(2).labels.0), on.ends(&found.hair()));
+    assert!((hat.0 - 0.9).abs() < 0.02 && hat.1 == 1.0, "{hat:?}");
+    assert!((hair.0 - 0.72).abs() < 0.02 && (hair.1 - 0.9).abs() < 0.02, "{hair:?}");
+    assert!(!found.of_garment(2).below_hair.unwrap().iter().any(|&below| below), "hair hides no hat");
 }
 
 #[test]
@@ -219,7 +270,7 @@ fn labels_that_do_not_fit_are_refused() {
     let [trousers, shirt] = trousers_and_shirt(&on);
     let inner = [Inner { mesh: &on.body, colors: Some(&on.skin) }];
     let short = Placement { depth: PerVertex::filled(0.0, 3), ..shirt.clone() };
-    assert!(propose_outfit(&on.scan, &inner, &[trousers.clone(), short], &RefineParams::default()).is_err());
+    assert!(propose_outfit(&on.scan, &inner, &[trousers.clone(), short], None, &RefineParams::default()).is_err());
     let adjacency = Adjacency::prepare(&on.scan.mesh);
     let none = Marks::none(on.scan.mesh.vertex_count());
     let proposal = on.propose(&[trousers, shirt]);

@@ -103,6 +103,15 @@ pub struct Placement {
     pub given: bool,
 }
 
+impl Placement {
+    /// That of what covers these vertices of a body, such as hair, without limits that the user gave.
+    ///
+    /// **Shapes** `covered`: one entry per vertex of `body`.
+    pub fn of_covered(body: &TriMesh, covered: PerVertex<bool>) -> Self {
+        Self { depth: signed_depth(body, &covered), prior: covered, given: false }
+    }
+}
+
 /// Depth per distance from the middle of a front that may be open. Half of that from a hem: a coat open by 20 cm is then
 /// as uncertain as a hem displaced by 5 cm.
 const FRONT_DEPTH_PER_OFFSET: f64 = 0.5;

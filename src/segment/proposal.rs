@@ -40,12 +40,14 @@ pub struct Segmentation {
     pub by_hand: PerVertex<bool>,
     /// Vertices that show another garment of the same scan, worn over this one.
     pub under: PerVertex<bool>,
+    /// Vertices that show hair which hides the garment; `None` if the hair is not known.
+    pub below_hair: Option<PerVertex<bool>>,
 }
 
 impl From<Labels> for Segmentation {
     fn from(labels: Labels) -> Self {
         let none = PerVertex::filled(false, labels.0.len());
-        Self { by_hand: none.clone(), under: none, labels }
+        Self { by_hand: none.clone(), under: none, labels, below_hair: None }
     }
 }
 
@@ -133,7 +135,7 @@ impl Proposal {
         };
         let changed = |v: VertexId| marks.labels[v].is_some_and(|mark| mark != self.labels.0[v]);
         let by_hand = mesh.vertex_ids().map(changed).collect();
-        Ok(Segmentation { by_hand, under: PerVertex::filled(false, mesh.vertex_count()), labels })
+        Ok(Segmentation { by_hand, under: PerVertex::filled(false, mesh.vertex_count()), labels, below_hair: None })
     }
 
     /// The minimum cut over the vertices that are `near` and not marked; all others keep their mark or label.

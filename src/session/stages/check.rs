@@ -46,8 +46,8 @@ pub(in crate::session) struct GarmentInputs {
     fabric: String,
     /// An earlier step with the same file.
     same_as: Option<String>,
-    /// The evidence of the outfit, if the garment belongs to one.
-    outfit: Option<ContentHash>,
+    /// The evidence of what else the scan shows, if the garment belongs to an outfit or hair is known.
+    beside: Option<ContentHash>,
 }
 
 /// What was checked.
@@ -97,17 +97,21 @@ impl PipelineStage for CheckStage {
         if let Some(other) = &same_as {
             values["same_as"] = json!(other);
         }
-        let mut outfit = None;
+        let mut beside = None;
+        let evidence = context.results.result::<EvidenceStage>()?.hash;
+        if context.fit_with_hair()?.is_some() {
+            values["hair"] = json!(evidence);
+            beside = Some(evidence);
+        }
         if step.outfit.is_some() {
-            let evidence = context.results.result::<EvidenceStage>()?.hash;
             let steps = context.walk.session().recipe.outfit_of(step);
             let masks: Vec<Vec<_>> = steps.iter().map(|of| of.masks.iter().map(|m| m.hash).collect()).collect();
             let garments = context.walk.session().recipe.garments_of_outfit(step)?;
             let kinds: Vec<Value> = garments.iter().map(GarmentSpec::input).collect();
             values["outfit"] = json!({ "evidence": evidence, "masks": masks, "kinds": kinds });
-            outfit = Some(evidence);
+            beside = Some(evidence);
         }
-        let inputs = GarmentInputs { scan, figure, inside, segmentation, garment, fabric, same_as, outfit };
+        let inputs = GarmentInputs { scan, figure, inside, segmentation, garment, fabric, same_as, beside };
         Ok((Inputs::Garment(Box::new(inputs)), values))
     }
 
@@ -162,7 +166,7 @@ fn body(
 }
 
 fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Result<Outcome<Plausibility>, SessionError> {
-    let GarmentInputs { scan: kept_scan, figure, inside, segmentation, garment, fabric, same_as, outfit } = inputs;
+    let GarmentInputs { scan: kept_scan, figure, inside, segmentation, garment, fabric, same_as, beside } = inputs;
     let failed = |e: StageError| SessionError::stage(&step.name, Stage::Check, e);
     let fabric = Fabric::named(&fabric).map_err(|e| failed(e.into()))?;
     let (scan, figure) = (session.store.load_shared(kept_scan)?, session.figure(figure)?);
@@ -179,14 +183,18 @@ fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Resul
         Side::BOTH.iter().any(|&side| figure.skeleton.is_part_of(joint, HumanJoint::Hand(side)))
     };
     let hands: PerVertex<bool> = skin.vertex_ids().map(is_hand).collect();
-    let beside = match outfit {
+    let beside = match beside {
         None => None,
         Some(evidence) => {
             let adjacency = session.store.prepared(kept_scan.hash, || Adjacency::prepare(&scan.mesh));
             outfit_labels(session, step, evidence, &scan, &adjacency)?
         }
     };
-    let others = beside.as_ref().map(|(labels, place)| labels.of_others(*place));
+    // With a garment alone, what it does not explain and is no hair may be one that is not listed: it counts as the rest.
+    let others = beside.as_ref().map(|(labels, place)| match step.outfit {
+        Some(_) => labels.of_others(*place),
+        None => labels.hair(),
+    });
     let found = check_garment(&GarmentResult {
         scan: &scan,
         garment: &garment,
@@ -194,6 +202,7 @@ fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Resul
         others: others.as_ref(),
         inner: &inner,
         skin: &skin,
+        changing: &hands,
         thickness: fabric.thickness,
     })
     .map_err(|e| failed(e.into()))?;
@@ -202,7 +211,6 @@ fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Resul
     let posture = Posture::of(&figure.skeleton, &inside.pose);
     let mut outcome = Outcome::of(Plausibility::Garment(found.clone()))
         .measured("hip_bend_deg", posture.hip_bend.map_or(f64::NAN, f64::to_degrees))
-        changing: &hands,
         .measured("knee_bend_deg", posture.knee_bend.map_or(f64::NAN, f64::to_degrees))
         .measured("stand_off_median_mm", mm(found.stand_off_median))
         .measured("stand_off_p90_mm", mm(found.stand_off_p90))
@@ -223,7 +231,7 @@ fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Resul
             .measured(&format!("worn{}_recolored_percent", k + 1), 1e2 * or_nan(worn.recolored_share));
     }
     let worn: Vec<&str> = figure.garments().iter().map(|layer| layer.name.as_str()).collect();
-    let of_outfit = beside.as_ref().map(|(labels, place)| OutfitResult {
+    let of_outfit = beside.as_ref().filter(|_| step.outfit.is_some()).map(|(labels, place)| OutfitResult {
         session,
         step,
         scan: &scan,

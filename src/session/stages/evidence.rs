@@ -1,6 +1,7 @@
 //! Evidence: what the scan shows of the new garment. It does not depend on masks, so that one costs only what is near it.
 
 use super::event::{OnProgress, Outcome};
+use super::hair::KnownHair;
 use super::kinds::NewGarments;
 use super::labelling::Evidence;
 use super::pipeline_stage::{PipelineStage, StepContext};
@@ -8,7 +9,7 @@ use super::pose::PoseStage;
 use super::posed::surfaces_inside;
 use super::scan::ScanStage;
 use crate::body::Figure;
-use crate::fit::PoseInside;
+use crate::fit::{FittedBody, PoseInside};
 use crate::scan::Scan;
 use crate::segment::{Inner, RefineParams, propose, propose_outfit};
 use crate::session::error::SessionError;
@@ -25,12 +26,13 @@ pub(in crate::session) struct Inputs {
     figure: Kept<Figure>,
     inside: Kept<PoseInside>,
     garments: NewGarments,
+    hair: Option<Kept<FittedBody>>,
     params: RefineParams,
 }
 
 impl PipelineStage for EvidenceStage {
     const STAGE: Stage = Stage::Evidence;
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Inputs = Inputs;
     type Output = Evidence;
 
@@ -45,12 +47,16 @@ impl PipelineStage for EvidenceStage {
             "inside": inside.hash,
             "params": params,
         });
-        let values = garments.among(values, context.step.outfit.is_some());
-        Ok((Inputs { scan, figure, inside, garments, params }, values))
+        let mut values = garments.among(values, context.step.outfit.is_some());
+        let hair = context.fit_with_hair()?;
+        if let Some(fitted) = hair {
+            values["hair"] = json!(fitted.hash);
+        }
+        Ok((Inputs { scan, figure, inside, garments, hair, params }, values))
     }
 
     fn run(
-        Inputs { scan, figure, inside, garments, params }: Inputs,
+        Inputs { scan, figure, inside, garments, hair, params }: Inputs,
         step: &StepRecipe,
         session: &Session,
         _on_progress: OnProgress,
@@ -66,9 +72,12 @@ impl PipelineStage for EvidenceStage {
             .zip(&figure.layers)
             .map(|(mesh, layer)| Inner { mesh, colors: layer.colors.as_ref() })
             .collect();
-        let evidence = match (placements.as_slice(), step.outfit.is_some()) {
-            ([only], false) => Evidence::Garment(propose(&scan, &layers, only, &params).map_err(failed)?),
-            (all, _) => Evidence::Outfit(propose_outfit(&scan, &layers, all, &params).map_err(failed)?),
+        let hair = KnownHair::load(session, hair, &figure)?.map(|hair| hair.placement(&figure));
+        let evidence = match (placements.as_slice(), &hair, step.outfit.is_some()) {
+            ([only], None, false) => Evidence::Garment(propose(&scan, &layers, only, &params).map_err(failed)?),
+            (all, hair, _) => {
+                Evidence::Outfit(propose_outfit(&scan, &layers, all, hair.as_ref(), &params).map_err(failed)?)
+            }
         };
         Ok(Outcome::of(evidence))
     }

@@ -1,6 +1,7 @@
 //! Fit: the body model to the naked scan.
 
 use super::event::{OnProgress, Outcome, StageProgress};
+use super::hair::HAIR_AREA;
 use super::later_scans::{self, later_scans};
 use super::pipeline_stage::{LaterScan, PipelineStage, StepContext};
 use super::scan::ScanStage;
@@ -68,7 +69,7 @@ impl PipelineStage for FitStage {
         let distances = (report.residual_mean, report.residual_p95);
         let outcome = with_measures(Outcome::of(fitted), distances, report.iterations, report.converged, &report.log)
             .measured("confidence", report.confidence);
-        let outcome = if hair > 0.0 { outcome.measured("hair_cm2", hair) } else { outcome };
+        let outcome = if hair > 0.0 { outcome.measured(HAIR_AREA, hair) } else { outcome };
         let outcome =
             outcome.warned(doubts(report.converged, report.iterations, report.confidence, report.is_confident()));
         let lacking = unseen.iter().filter(|_| later.is_empty()).map(|&limb| {

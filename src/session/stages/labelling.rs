@@ -9,23 +9,24 @@ use crate::session::open::Session;
 use crate::session::recipe::StepRecipe;
 use crate::session::stage::Stage;
 use crate::session::store::{ContentHash, Kept};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// The result of the stage `evidence`.
-#[derive(Serialize)]
-#[serde(untagged)]
+#[derive(Serialize, Deserialize)]
 pub(in crate::session) enum Evidence {
-    /// Of a garment with a scan of its own.
+    /// Of a garment with a scan of its own, where no hair is known.
     Garment(Proposal),
-    /// Of all garments of an outfit.
+    /// Of all garments of an outfit, or of one garment and the hair.
     Outfit(OutfitProposal),
 }
 
 /// What a garment's step takes its labels from.
-pub(in crate::session) enum Labelling {
-    Garment(Arc<Proposal>),
-    Outfit { proposal: Arc<OutfitProposal>, place: usize, marks: Vec<Marks> },
+pub(in crate::session) struct Labelling {
+    evidence: Arc<Evidence>,
+    /// The garment's place in its outfit, and the marks of all its garments.
+    place: usize,
+    marks: Vec<Marks>,
 }
 
 impl Labelling {
@@ -36,30 +37,33 @@ impl Labelling {
         evidence: ContentHash,
         scan: &Scan,
     ) -> Result<Self, SessionError> {
-        if step.outfit.is_none() {
-            return Ok(Self::Garment(session.store.load_shared(Kept::named(evidence))?));
-        }
-        let proposal = session.store.load_shared(Kept::named(evidence))?;
+        let evidence: Arc<Evidence> = session.store.load_shared(Kept::named(evidence))?;
         let outfit = session.recipe.outfit_of(step);
-        let marks = outfit.iter().map(|of| marks::marks_of(session, of, scan)).collect::<Result<_, _>>()?;
+        let marks = match *evidence {
+            Evidence::Garment(_) => Vec::new(),
+            Evidence::Outfit(_) => {
+                outfit.iter().map(|of| marks::marks_of(session, of, scan)).collect::<Result<_, _>>()?
+            }
+        };
         let place = outfit.iter().position(|of| of.name == step.name).unwrap_or_default();
-        Ok(Self::Outfit { proposal, place, marks })
+        Ok(Self { evidence, place, marks })
     }
 
     /// The labels of the step's garment with these marks of its own; the other garments of the outfit keep theirs.
     pub fn corrected(&self, mesh: &TriMesh, around: &Adjacency, own: &Marks) -> Result<Segmentation, SegmentError> {
-        match self {
-            Self::Garment(proposal) => proposal.corrected(mesh, around, own),
-            Self::Outfit { proposal, place, marks } => {
+        match &*self.evidence {
+            Evidence::Garment(proposal) => proposal.corrected(mesh, around, own),
+            Evidence::Outfit(proposal) => {
                 let all: Vec<&Marks> =
-                    marks.iter().enumerate().map(|(k, m)| if k == *place { own } else { m }).collect();
-                Ok(proposal.corrected(mesh, around, &all)?.of_garment(*place))
+                    self.marks.iter().enumerate().map(|(k, m)| if k == self.place { own } else { m }).collect();
+                Ok(proposal.corrected(mesh, around, &all)?.of_garment(self.place))
             }
         }
     }
 }
 
-/// The labels of all garments of a step's outfit, and the step's place in it; `None` for a step with a scan of its own.
+/// The labels of all garments of a step's scan and of the hair, and the step's place among them; `None` for a garment alone, where
+/// no hair is known.
 pub(super) fn outfit_labels(
     session: &Session,
     step: &StepRecipe,
@@ -67,13 +71,10 @@ pub(super) fn outfit_labels(
     scan: &Scan,
     around: &Adjacency,
 ) -> Result<Option<(OutfitLabels, usize)>, SessionError> {
-    match Labelling::load(session, step, evidence, scan)? {
-        Labelling::Garment(_) => Ok(None),
-        Labelling::Outfit { proposal, place, marks } => {
-            let marks: Vec<&Marks> = marks.iter().collect();
-            let labels = (proposal.corrected(&scan.mesh, around, &marks))
-                .map_err(|e| SessionError::stage(&step.name, Stage::Segment, e))?;
-            Ok(Some((labels, place)))
-        }
-    }
+    let Labelling { evidence, place, marks } = Labelling::load(session, step, evidence, scan)?;
+    let Evidence::Outfit(proposal) = &*evidence else { return Ok(None) };
+    let marks: Vec<&Marks> = marks.iter().collect();
+    let labels = (proposal.corrected(&scan.mesh, around, &marks))
+        .map_err(|e| SessionError::stage(&step.name, Stage::Segment, e))?;
+    Ok(Some((labels, place)))
 }

@@ -8,6 +8,7 @@ mod event;
 mod evidence;
 mod figure;
 mod fit;
+mod hair;
 mod kinds;
 mod labelling;
 mod later_scans;

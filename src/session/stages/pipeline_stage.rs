@@ -1,10 +1,11 @@
 //! The trait of a stage, and the context in which it runs: its step and the results of earlier stages.
 
 use super::event::{OnProgress, Outcome};
+use super::hair::HAIR_AREA;
 use super::kinds::NewGarments;
 use super::walk::{StageCall, Walk};
 use crate::body::Figure;
-use crate::fit::{InsideParams, PoseInside, RegisteredBody};
+use crate::fit::{FittedBody, InsideParams, PoseInside, RegisteredBody};
 use crate::scan::Scan;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
@@ -51,6 +52,8 @@ pub(in crate::session) struct StepContext<'a, 'w> {
     pub inner: Option<&'a StepResults>,
     /// The results of the last step with an earlier scan: those of `inner`, unless the step before is of the same outfit.
     before_scan: Option<&'a StepResults>,
+    /// The results of the body's step; `None` in it, and where a stage runs by itself.
+    body: Option<&'a StepResults>,
     /// The results of this step so far.
     pub results: StepResults,
     /// The scans of later steps to which the body's shape is fitted, once a stage has requested them.
@@ -60,13 +63,13 @@ pub(in crate::session) struct StepContext<'a, 'w> {
 impl<'a, 'w> StepContext<'a, 'w> {
     pub fn new(walk: &'a mut Walk<'w>, step: &'a StepRecipe, inner: Option<&'a StepResults>) -> Self {
         let results = StepResults::of(&step.name);
-        Self { walk, step, animation: None, inner, before_scan: inner, results, later_scans: None }
+        Self { walk, step, animation: None, inner, before_scan: inner, body: None, results, later_scans: None }
     }
 
     /// The context of step `at` of the recipe, given the results of all steps before it.
     pub fn of_step(walk: &'a mut Walk<'w>, recipe: &'a Recipe, at: usize, before: &'a [StepResults]) -> Self {
         let before_scan = recipe.first_of_outfit(at).checked_sub(1).and_then(|last| before.get(last));
-        Self { before_scan, ..Self::new(walk, &recipe.steps[at], before.last()) }
+        Self { before_scan, body: before.first(), ..Self::new(walk, &recipe.steps[at], before.last()) }
     }
 
     /// The context of an animation; `last` is the last step, with its results.
@@ -78,7 +81,7 @@ impl<'a, 'w> StepContext<'a, 'w> {
     ) -> Self {
         let own = StepResults::of(&animation.key());
         let animation = Some(animation);
-        Self { walk, step: last, animation, inner: results, before_scan: results, results: own, later_scans: None }
+        Self { animation, results: own, ..Self::new(walk, last, results) }
     }
 
     /// The results of the step before a garment's step.
@@ -89,6 +92,15 @@ impl<'a, 'w> StepContext<'a, 'w> {
     /// The results of the last step with an earlier scan, on which the figure is still without the garments of this one.
     pub fn before_scan(&self) -> Result<&'a StepResults, SessionError> {
         self.before_scan.ok_or_else(|| SessionError::GarmentBeforeBody { name: self.step.name.clone() })
+    }
+
+    /// The fit of the body, if its scan shows hair that is no part of it.
+    pub fn fit_with_hair(&self) -> Result<Option<Kept<FittedBody>>, SessionError> {
+        let Some(body) = self.body else { return Ok(None) };
+        let fitted = body.output(Stage::Fit)?;
+        let record = self.walk.session().state.record(&body.step, Stage::Fit);
+        let has_hair = record.is_some_and(|of| of.output == fitted && of.measures.contains_key(HAIR_AREA));
+        Ok(has_hair.then(|| Kept::named(fitted)))
     }
 
     /// Runs a stage of the step, unless it is up to date.

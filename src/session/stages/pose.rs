@@ -2,11 +2,12 @@
 
 use super::event::{OnProgress, Outcome, StageProgress};
 use super::fit::{doubts, with_measures};
+use super::hair::KnownHair;
 use super::kinds::NewGarments;
 use super::pipeline_stage::{PipelineStage, StepContext, StepPose};
 use super::scan::ScanStage;
 use crate::body::Figure;
-use crate::fit::{InsideParams, PoseInside, fit_inside};
+use crate::fit::{FittedBody, InsideParams, PoseInside, fit_inside};
 use crate::scan::Scan;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
@@ -22,6 +23,7 @@ pub(in crate::session) struct Inputs {
     figure: Kept<Figure>,
     initial: StepPose,
     garments: NewGarments,
+    hair: Option<Kept<FittedBody>>,
     params: InsideParams,
 }
 
@@ -43,12 +45,16 @@ impl PipelineStage for PoseStage {
             "model": context.walk.session().body_model_input(),
             "params": params,
         });
-        let values = garments.among(values, context.step.outfit.is_some());
-        Ok((Inputs { scan, figure, initial, garments, params }, values))
+        let mut values = garments.among(values, context.step.outfit.is_some());
+        let hair = context.fit_with_hair()?;
+        if let Some(fitted) = hair {
+            values["hair"] = json!(fitted.hash);
+        }
+        Ok((Inputs { scan, figure, initial, garments, hair, params }, values))
     }
 
     fn run(
-        Inputs { scan, figure, initial, garments, params }: Inputs,
+        Inputs { scan, figure, initial, garments, hair, params }: Inputs,
         step: &StepRecipe,
         session: &Session,
         on_progress: OnProgress,
@@ -63,6 +69,10 @@ impl PipelineStage for PoseStage {
             }
         };
         let cover = garments.cover(&figure, &step.name)?;
+        let cover = match KnownHair::load(session, hair, &figure)? {
+            Some(hair) => hair.over(cover),
+            None => cover,
+        };
         let inside = fit_inside(&scan, &figure, &pose, &cover, &model.limits, &params, &mut |s| {
             on_progress(StageProgress::Iteration(&scan, s))
         })

@@ -1,5 +1,6 @@
 //! The verdict on a step: whether its result can be used as it is.
 
+use super::hair::HAIR_AREA;
 use super::limits::{Attained, Judged, judge};
 use super::report::StageReport;
 use crate::session::recipe::StepRecipe;
@@ -80,7 +81,7 @@ pub(in crate::session) fn verdict_on(step: &StepRecipe, reports: &[StageReport])
         (None, None) => Verdict::Good,
     };
     let warnings: Vec<String> = in_conflict.into_iter().chain(doubts).collect();
-    let hair = of_step().filter_map(|report| report.measures.get("hair_cm2")).find(|area| **area > 0.0);
+    let hair = of_step().filter_map(|report| report.measures.get(HAIR_AREA)).find(|area| **area > 0.0);
     let notes = hair.map(|area| format!("hair: {area:.0} cm², not part of the body; head from the model there"));
     StepVerdict { step: step.name.clone(), verdict, warnings, notes: notes.into_iter().collect() }
 }
