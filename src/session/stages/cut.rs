@@ -32,7 +32,7 @@ pub(in crate::session) struct Inputs {
 
 impl PipelineStage for CutStage {
     const STAGE: Stage = Stage::Cut;
-    const VERSION: u32 = 7;
+    const VERSION: u32 = 8;
     type Inputs = Inputs;
     type Output = Garment;
 
