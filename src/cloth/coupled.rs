@@ -1,53 +1,20 @@
-//! Cloth on a moving figure: physics and skinning blended within one solver, so that the blend cannot make layers cross.
+//! The state of a simulation on a moving figure, and its step: physics and skinning blended within one solver, so that the
+//! blend cannot make layers cross.
 
-use super::cloth_track::ClothTrack;
+use super::cloth_params::ClothParams;
 use super::error::ClothError;
 use super::fabric::Fabric;
 use super::layer::ClothLayer;
-use super::near_pairs::{NearPair, Search, still_faces};
+use super::near_pairs::{NearPair, Search};
 use super::safe_motion::Step;
 use super::springs::{Spring, springs_of};
 use super::surfaces::Surfaces;
 use super::swept_tree::SweptTree;
 use crate::body::{Figure, Pose, Skinning};
-use crate::geometry::{PerVertex, Point, TriMesh, Vec3, triangles_cross};
-use crate::motion::PoseTrack;
-use crate::parameters::{Allowed, Parameters, parameters};
+use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
 use crate::segment;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
-
-parameters! {
-    /// How cloth follows the figure.
-    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-    pub struct ClothParams {
-        /// 2 Hz: about the first swing of a knee-long skirt, which hangs as a pendulum of 0.4 m does at 0.8 Hz and is held
-        /// at its waist. At 0.8 Hz the open front of a vest flew off the chest (walk, the demo).
-        pub swing_hz: f64 = 2.0, Allowed::Real(0.0, 20.0), "Frequency in Hz at which loose cloth swings back to where skinning puts it";
-        /// The factor of Eq. 9's weights: 10 Hz for a weight of 1/4, more below.
-        pub grip_hz: f64 = 10.0, Allowed::Real(0.0, 100.0), "Frequency in Hz at which half-loose cloth is pulled back";
-        /// A swing of a second loses 95 % of its speed.
-        pub damping: f64 = 3.0, Allowed::Real(0.0, 50.0), "Share of its relative velocity that cloth loses to air, per second";
-    }
-}
-
-/// How the layers of an animation move.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum ClothMode {
-    /// By skinning alone: fast; cloth does not swing, and layers may cross.
-    #[default]
-    #[serde(rename = "lbs")]
-    Skinned,
-    /// By physics and skinning in one solver: layers cannot cross.
-    #[serde(rename = "coupled")]
-    Coupled,
-}
-
-impl ClothMode {
-    /// All, with their names on the command line and in files.
-    pub const ALL: [(&'static str, Self); 2] = [("lbs", Self::Skinned), ("coupled", Self::Coupled)];
-}
 
 /// Gravity, m/s².
 const GRAVITY: f64 = 9.81;
@@ -86,101 +53,33 @@ const LEAST_WEIGHT: f64 = 0.01;
 /// The fabric of layers that do not say theirs.
 const UNKNOWN_FABRIC: &str = "cotton";
 
-/// What is known about a simulation.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ClothReport {
-    /// Pairs of crossing faces, over all frames: between layers, with the body, and within each. 0 unless the program has a
-    /// fault; counted on the `f32` positions of each frame.
-    pub crossing_pairs: usize,
-    /// The first frame with crossing faces.
-    pub first_crossing: Option<usize>,
-    /// Greatest distance of the body's surface from its skinned place, metres: how far it had to give way.
-    pub yielded: f64,
-    /// Greatest share of the body's vertices in a frame that gave way by more than 5 mm.
-    pub yielded_share: f64,
-    /// Steps in which everything had to stop.
-    pub stopped_steps: usize,
-    /// Root mean square over frames and vertices of cloth of the distance from the skinned place, metres.
-    pub swing: f64,
-    /// 99th percentile of the stretch of the edges of cloth: length in proportion to that in the bind pose.
-    pub stretch_p99: f64,
-}
-
 /// The simulation: positions, velocities, constraints.
-struct Simulation<'a> {
+pub(super) struct Simulation<'a> {
     figure: &'a Figure,
     skinning: Skinning,
     params: ClothParams,
-    surfaces: Surfaces,
-    tree: SweptTree,
+    pub surfaces: Surfaces,
+    pub tree: SweptTree,
     /// Springs of each layer of cloth; indices within the layer.
     springs: Vec<Vec<Spring>>,
     /// 1/kg.
     inverse_mass: Vec<f64>,
     /// Angular frequency of the pull to the skinned place, 1/s.
     frequency: Vec<f64>,
-    at: Vec<Point>,
+    pub at: Vec<Point>,
     velocity: Vec<Vec3>,
     /// Share of the pull that is used.
     ease: Vec<f64>,
     /// What the constraints added to the displacement in the last step.
     correction: Vec<Vec3>,
-    stopped_steps: usize,
-}
-
-/// Simulates the layers of a figure that is moved by `track`, from the bind pose on.
-///
-/// **Shapes** the frames of the result are the poses of `track`.
-///
-/// **Frame and units** metres, world, Y up.
-///
-/// **Errors** layers that cross in the bind pose, an unknown fabric, a parameter out of range; see [`ClothError`].
-///
-/// **Guarantees** no two faces cross in any frame if none do in the bind pose, on the `f32` positions of the result. The result
-/// does not depend on the number of threads.
-///
-/// **Source** Hu 2017, Eq. 8, with the skinned place as a compliant constraint of each vertex; stretch and bending by XPBD
-/// (Macklin 2016). The stress that carries a scanned garment's weight in the bind pose turns with the skin, so
-/// that it does not sag.
-pub fn simulate(
-    figure: &Figure,
-    skinning: Skinning,
-    track: &PoseTrack,
-    params: &ClothParams,
-    on_frame: &mut dyn FnMut(usize, usize),
-) -> Result<(ClothTrack, ClothReport), ClothError> {
-    params.check_values()?;
-    let mut simulation = Simulation::prepare(figure, skinning, params)?;
-    let crossing = simulation.crossing_pairs();
-    if crossing > 0 {
-        return Err(ClothError::Crossing { pairs: crossing });
-    }
-    let vertices = simulation.surfaces.vertices.iter().map(|range| range.len() as u32).collect();
-    let mut result = ClothTrack { vertices, frames: vec![simulation.rounded()] };
-    let mut report = ClothReport::default();
-    let (mut off, mut stretches) = (0.0, Vec::new());
-    for (k, poses) in track.poses.windows(2).enumerate() {
-        simulation.frame(&poses[0], &poses[1], track.fps);
-        let crossing = simulation.crossing_pairs();
-        report.crossing_pairs += crossing;
-        report.first_crossing = report.first_crossing.or((crossing > 0).then_some(k + 1));
-        let places = simulation.places(&poses[1]).0;
-        let (yielded, share) = simulation.yielded(&places);
-        report.yielded = report.yielded.max(yielded);
-        report.yielded_share = report.yielded_share.max(share);
-        off += simulation.squared_swing(&places);
-        stretches.push(simulation.stretch_p99());
-        result.frames.push(simulation.rounded());
-        on_frame(k + 1, track.poses.len() - 1);
-    }
-    report.stopped_steps = simulation.stopped_steps;
-    report.swing = (off / stretches.len().max(1) as f64).sqrt();
-    report.stretch_p99 = stretches.into_iter().fold(1.0, f64::max);
-    Ok((result, report))
+    pub stopped_steps: usize,
 }
 
 impl<'a> Simulation<'a> {
-    fn prepare(figure: &'a Figure, skinning: Skinning, params: &ClothParams) -> Result<Self, ClothError> {
+    /// The figure in the bind pose.
+    ///
+    /// **Errors** an unknown fabric.
+    pub fn prepare(figure: &'a Figure, skinning: Skinning, params: &ClothParams) -> Result<Self, ClothError> {
         // What is exported is `f32`: the simulation starts from the same positions.
         let rounded = |mesh: &TriMesh| mesh.map_points(|p| p.map(|x| f64::from(x as f32)));
         let meshes: Vec<TriMesh> = figure.layers.iter().map(|layer| rounded(&layer.mesh)).collect();
@@ -231,7 +130,7 @@ impl<'a> Simulation<'a> {
 
     /// The skinned place of every vertex, and gravity as its skin would carry it along: turned by the skin from the bind
     /// pose.
-    fn places(&self, pose: &Pose) -> (Vec<Point>, Vec<Vec3>) {
+    pub fn places(&self, pose: &Pose) -> (Vec<Point>, Vec<Vec3>) {
         let skeleton = &self.figure.skeleton;
         let turns: Vec<Matrix3<f64>> = skeleton
             .world_from_bind(pose)
@@ -250,7 +149,7 @@ impl<'a> Simulation<'a> {
     }
 
     /// Moves on by one frame.
-    fn frame(&mut self, from: &Pose, to: &Pose, fps: f64) {
+    pub fn frame(&mut self, from: &Pose, to: &Pose, fps: f64) {
         let rotations = from.rotations.iter().zip(&to.rotations);
         let turned = rotations.map(|(a, b)| a.angle_to(b).to_degrees()).fold(0.0, f64::max);
         let steps = (turned / STEP_DEG).ceil().max((STEPS.start() * 30.0 / fps).ceil()).clamp(1.0, *STEPS.end());
@@ -373,54 +272,6 @@ impl<'a> Simulation<'a> {
         for (v, w) in each() {
             to[v] += (pair.normal * depth - slid) * (w * self.inverse_mass[v] / denominator);
         }
-    }
-
-    /// The positions in the precision of files.
-    fn rounded(&self) -> Vec<[f32; 3]> {
-        self.at.iter().map(|p| [p.x as f32, p.y as f32, p.z as f32]).collect()
-    }
-
-    /// The number of pairs of faces without a common vertex that cross, in the precision of files.
-    fn crossing_pairs(&self) -> usize {
-        let at: Vec<Point> = self.rounded().into_iter().map(|p| Point::from(p.map(f64::from))).collect();
-        let faces = still_faces(&self.surfaces, &at);
-        let boxes = self.tree.boxes(&faces);
-        let count = |task| {
-            let mut crossing = 0;
-            self.tree.visit(task, &boxes, &faces, 0.0, |f, g| {
-                let [f, g] = [f, g].map(|k| self.surfaces.faces[k as usize]);
-                let corners = |face: [u32; 3]| face.map(|v| at[v as usize]);
-                let apart = !f.iter().any(|v| g.contains(v));
-                crossing += usize::from(apart && triangles_cross(&corners(f), &corners(g)));
-            });
-            crossing
-        };
-        self.tree.tasks(&boxes, 0.0).into_par_iter().map(count).sum()
-    }
-
-    /// Greatest distance of the skin from its place, and the share of its vertices that are more than 5 mm off.
-    fn yielded(&self, places: &[Point]) -> (f64, f64) {
-        let body = self.surfaces.body_vertices();
-        let off: Vec<f64> = (0..body).map(|v| (self.at[v] - places[v]).norm()).collect();
-        let far = off.iter().filter(|&&d| d > 5e-3).count();
-        (off.iter().copied().fold(0.0, f64::max), far as f64 / body.max(1) as f64)
-    }
-
-    /// Mean squared distance of cloth from its skinned place.
-    fn squared_swing(&self, places: &[Point]) -> f64 {
-        let body = self.surfaces.body_vertices();
-        let squares: f64 = (body..self.at.len()).map(|v| (self.at[v] - places[v]).norm_squared()).sum();
-        squares / (self.at.len() - body).max(1) as f64
-    }
-
-    fn stretch_p99(&self) -> f64 {
-        let body = self.surfaces.body_vertices() as u32;
-        let length = |at: &[Point], [a, b]: [u32; 2]| (at[a as usize] - at[b as usize]).norm();
-        let edges = self.surfaces.edges.iter().filter(|edge| edge[0] >= body);
-        let stretch = edges.map(|&edge| length(&self.at, edge) / length(&self.surfaces.rest, edge).max(1e-6));
-        let mut stretches: Vec<f64> = stretch.collect();
-        stretches.sort_by(f64::total_cmp);
-        stretches.get(stretches.len() * 99 / 100).copied().unwrap_or(1.0)
     }
 }
 

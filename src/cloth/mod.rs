@@ -5,6 +5,8 @@
 //! drape, they may cross for a moment; no layer is left inside the body or inside an inner layer. On a moving figure
 //! they never cross: each displacement is corrected until nothing can.
 
+mod cloth_params;
+mod cloth_report;
 mod cloth_track;
 mod collider;
 mod contact;
@@ -15,20 +17,25 @@ mod drape;
 mod error;
 mod fabric;
 mod layer;
+mod mode;
 mod near_pairs;
 mod safe_motion;
 mod separation;
+mod simulate;
 mod springs;
 mod surfaces;
 mod swept_tree;
 #[cfg(test)]
 mod tests;
 
+pub use cloth_params::ClothParams;
+pub use cloth_report::ClothReport;
 pub use cloth_track::ClothTrack;
 pub use collider::Collider;
 pub use contact::clear_of;
-pub use coupled::{ClothMode, ClothParams, ClothReport, simulate};
 pub use drape::drape;
 pub use error::ClothError;
 pub use fabric::Fabric;
 pub use layer::ClothLayer;
+pub use mode::ClothMode;
+pub use simulate::simulate;

@@ -1,0 +1,109 @@
+//! What is known about a simulation of cloth.
+
+use super::near_pairs::still_faces;
+use super::surfaces::Surfaces;
+use super::swept_tree::SweptTree;
+use crate::geometry::{Point, triangles_cross};
+use rayon::prelude::*;
+
+/// What is known about a simulation.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ClothReport {
+    /// Pairs of crossing faces, over all frames: between layers, with the body, and within each; counted on the `f32`
+    /// positions of each frame. 0 unless the program has a fault.
+    pub crossing_pairs: usize,
+    /// The first frame with crossing faces.
+    pub first_crossing: Option<usize>,
+    /// Greatest distance of the body's surface from its skinned place, metres: how far it had to give way.
+    pub yielded: f64,
+    /// Greatest share of the body's vertices in a frame that gave way by more than 5 mm.
+    pub yielded_share: f64,
+    /// Steps in which everything had to stop.
+    pub stopped_steps: usize,
+    /// Root mean square over frames and vertices of cloth of the distance from the skinned place, metres.
+    pub swing: f64,
+    /// 99th percentile of the stretch of the edges of cloth: length in proportion to that in the bind pose; that of the
+    /// worst frame.
+    pub stretch_p99: f64,
+}
+
+/// Collects a report over the frames.
+pub(super) struct Reporter {
+    report: ClothReport,
+    squares: f64,
+    frames: usize,
+}
+
+impl Reporter {
+    pub fn new() -> Self {
+        let report = ClothReport { stretch_p99: 1.0, ..ClothReport::default() };
+        Self { report, squares: 0.0, frames: 0 }
+    }
+
+    /// Adds frame number `frame`: where everything is, and where skinning alone puts it.
+    pub fn add(&mut self, frame: usize, surfaces: &Surfaces, tree: &SweptTree, at: &[Point], places: &[Point]) {
+        let crossing = crossing_pairs(surfaces, tree, at);
+        let report = &mut self.report;
+        report.crossing_pairs += crossing;
+        report.first_crossing = report.first_crossing.or((crossing > 0).then_some(frame));
+        let (yielded, share) = yielded(surfaces, at, places);
+        report.yielded = report.yielded.max(yielded);
+        report.yielded_share = report.yielded_share.max(share);
+        report.stretch_p99 = report.stretch_p99.max(stretch_p99(surfaces, at));
+        self.squares += squared_swing(surfaces, at, places);
+        self.frames += 1;
+    }
+
+    pub fn finish(self, stopped_steps: usize) -> ClothReport {
+        let swing = (self.squares / self.frames.max(1) as f64).sqrt();
+        ClothReport { swing, stopped_steps, ..self.report }
+    }
+}
+
+/// Positions in the precision of files.
+pub(super) fn rounded(at: &[Point]) -> Vec<[f32; 3]> {
+    at.iter().map(|p| [p.x as f32, p.y as f32, p.z as f32]).collect()
+}
+
+/// The number of pairs of faces without a common vertex that cross, in the precision of files.
+pub(super) fn crossing_pairs(surfaces: &Surfaces, tree: &SweptTree, at: &[Point]) -> usize {
+    let at: Vec<Point> = rounded(at).into_iter().map(|p| Point::from(p.map(f64::from))).collect();
+    let faces = still_faces(surfaces, &at);
+    let boxes = tree.boxes(&faces);
+    let count = |task| {
+        let mut crossing = 0;
+        tree.visit(task, &boxes, &faces, 0.0, |f, g| {
+            let [f, g] = [f, g].map(|k| surfaces.faces[k as usize]);
+            let corners = |face: [u32; 3]| face.map(|v| at[v as usize]);
+            let apart = !f.iter().any(|v| g.contains(v));
+            crossing += usize::from(apart && triangles_cross(&corners(f), &corners(g)));
+        });
+        crossing
+    };
+    tree.tasks(&boxes, 0.0).into_par_iter().map(count).sum()
+}
+
+/// Greatest distance of the skin from its place, and the share of its vertices that are more than 5 mm off.
+fn yielded(surfaces: &Surfaces, at: &[Point], places: &[Point]) -> (f64, f64) {
+    let body = surfaces.body_vertices();
+    let off: Vec<f64> = (0..body).map(|v| (at[v] - places[v]).norm()).collect();
+    let far = off.iter().filter(|&&d| d > 5e-3).count();
+    (off.iter().copied().fold(0.0, f64::max), far as f64 / body.max(1) as f64)
+}
+
+/// Mean squared distance of cloth from its skinned place.
+fn squared_swing(surfaces: &Surfaces, at: &[Point], places: &[Point]) -> f64 {
+    let body = surfaces.body_vertices();
+    let squares: f64 = (body..at.len()).map(|v| (at[v] - places[v]).norm_squared()).sum();
+    squares / (at.len() - body).max(1) as f64
+}
+
+fn stretch_p99(surfaces: &Surfaces, at: &[Point]) -> f64 {
+    let body = surfaces.body_vertices() as u32;
+    let length = |at: &[Point], [a, b]: [u32; 2]| (at[a as usize] - at[b as usize]).norm();
+    let edges = surfaces.edges.iter().filter(|edge| edge[0] >= body);
+    let stretch = edges.map(|&edge| length(at, edge) / length(&surfaces.rest, edge).max(1e-6));
+    let mut stretches: Vec<f64> = stretch.collect();
+    stretches.sort_by(f64::total_cmp);
+    stretches.get(stretches.len() * 99 / 100).copied().unwrap_or(1.0)
+}
