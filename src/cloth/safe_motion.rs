@@ -4,7 +4,9 @@ use super::near_pairs::{NearPair, Search, way_between};
 use super::surfaces::Surfaces;
 use super::swept_tree::SweptTree;
 use crate::geometry::{Point, Vec3};
+use nalgebra::Matrix3;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// No pair comes nearer than this, metres: thirty times the rounding of a metre to the `f32` of files.
 const LEAST_DISTANCE: f64 = 3e-6;
@@ -142,7 +144,7 @@ impl Step<'_> {
             if joined == 0 {
                 break;
             }
-            zones.move_as_one(by, |v| self.mass(v));
+            zones.move_as_one(self.at, by, |v| self.mass(v));
         }
         corrections.zone_vertices += zones.joined_vertices();
     }
@@ -173,9 +175,9 @@ impl Step<'_> {
         if !self.is_too_near(pair, by) {
             return false;
         }
-        let mean = vertices.iter().map(|&v| by[v]).sum::<Vec3>() / 4.0;
+        let common = RigidMotion::of(&vertices.map(|v| self.at[v]), &vertices.map(|v| by[v]));
         for &v in &vertices {
-            by[v] += (mean - by[v]) * (SOFT / self.mass(v).sqrt());
+            by[v] += (common.at(&self.at[v]) - by[v]) * (SOFT / self.mass(v).sqrt());
         }
         true
     }
@@ -198,18 +200,18 @@ impl Step<'_> {
             return false;
         }
         let at = pair.vertices.map(|v| self.at[v as usize]);
-        let mean = moves.iter().sum::<Vec3>() / 4.0;
-        let moves = moves.map(|m| m - mean);
-        let lengths = moves.map(|m| m.norm());
-        let speed = most(&lengths[..split]) + most(&lengths[split..]);
-        let (mut time, mut distance) = (0.0, pair.distance);
+        let (mut time, mut distance, mut now) = (0.0, pair.distance, at);
         for _ in 0..ADVANCES {
+            // What both sides have in common does not bring them nearer: the linear motion of a rotation lets distances grow.
+            let common = RigidMotion::of(&now, &moves);
+            let own: [f64; 4] = std::array::from_fn(|k| (moves[k] - common.at(&now[k])).norm());
+            let speed = most(&own[..split]) + most(&own[split..]);
             let safe = (distance - least) / speed;
             if time + safe >= 1.0 {
                 return false;
             }
             time += ADVANCE * safe;
-            let now = std::array::from_fn(|k| at[k] + moves[k] * time);
+            now = std::array::from_fn(|k| at[k] + moves[k] * time);
             distance = way_between(&now, pair.split).0.norm();
             if distance < 1.05 * least {
                 return true;
@@ -224,6 +226,48 @@ fn least_distance(pair: &NearPair) -> f64 {
     let usual = (LEAST_SHARE * pair.distance).max(LEAST_DISTANCE);
     let jammed = (0.9 * pair.distance).max(JAMMED_DISTANCE).min(0.999 * pair.distance);
     usual.min(jammed)
+}
+
+/// A displacement and a rotation in linear motion, `p + t (shift + turn × (p − center))`: no distance falls at any time,
+/// because the squared length of `d + t turn × d` is `|d|² + t² |turn × d|²`.
+struct RigidMotion {
+    center: Point,
+    shift: Vec3,
+    turn: Vec3,
+}
+
+impl RigidMotion {
+    /// The nearest to the displacements `by` of four points.
+    fn of(at: &[Point; 4], by: &[Vec3; 4]) -> Self {
+        Self::fit((0..4).map(|k| (at[k], by[k], 1.0)))
+    }
+
+    /// The nearest to points with their displacements and masses.
+    fn fit(points: impl Iterator<Item = (Point, Vec3, f64)> + Clone) -> Self {
+        let (mut center, mut shift, mut mass) = (Vec3::zeros(), Vec3::zeros(), 0.0);
+        for (at, by, m) in points.clone() {
+            center += at.coords * m;
+            shift += by * m;
+            mass += m;
+        }
+        let (center, shift) = (Point::from(center / mass), shift / mass);
+        let (mut inertia, mut moment) = (Matrix3::zeros(), Vec3::zeros());
+        for (at, by, m) in points {
+            let arm = at - center;
+            inertia += (Matrix3::from_diagonal_element(arm.norm_squared()) - arm * arm.transpose()) * m;
+            moment += arm.cross(&(by - shift)) * m;
+        }
+        // Points on a line have no rotation about it; any would do.
+        inertia += Matrix3::from_diagonal_element(1e-12 * inertia.trace() + f64::MIN_POSITIVE);
+        let turn = inertia.cholesky().map_or(Vec3::zeros(), |factors| factors.solve(&moment));
+        let turn = if turn.iter().all(|x| x.is_finite()) { turn } else { Vec3::zeros() };
+        Self { center, shift, turn }
+    }
+
+    /// The displacement of a point.
+    fn at(&self, p: &Point) -> Vec3 {
+        self.shift + self.turn.cross(&(p - self.center))
+    }
 }
 
 /// The pairs of each vertex.
@@ -284,21 +328,18 @@ impl Zones {
         joined
     }
 
-    /// Gives all vertices of a zone their mean displacement, by mass.
-    fn move_as_one(&mut self, by: &mut [Vec3], mass: impl Fn(usize) -> f64) {
-        let roots: Vec<usize> = (0..by.len() as u32).map(|v| self.root(v) as usize).collect();
-        let mut sums = vec![(Vec3::zeros(), 0.0, 0); by.len()];
-        for (v, &root) in roots.iter().enumerate() {
-            let (moment, total, count) = &mut sums[root];
-            *moment += by[v] * mass(v);
-            *total += mass(v);
-            *count += 1;
+    /// Gives all vertices of a zone the rigid motion that is nearest to theirs, by mass.
+    fn move_as_one(&mut self, at: &[Point], by: &mut [Vec3], mass: impl Fn(usize) -> f64) {
+        let mut members: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+        let mut sizes = vec![0_u32; by.len()];
+        let roots: Vec<u32> = (0..by.len() as u32).map(|v| self.root(v)).collect();
+        roots.iter().for_each(|&root| sizes[root as usize] += 1);
+        for (v, &root) in roots.iter().enumerate().filter(|(_, root)| sizes[**root as usize] > 1) {
+            members.entry(root).or_default().push(v);
         }
-        for (v, &root) in roots.iter().enumerate() {
-            let (moment, total, count) = sums[root];
-            if count > 1 {
-                by[v] = moment / total;
-            }
+        for zone in members.values() {
+            let common = RigidMotion::fit(zone.iter().map(|&v| (at[v], by[v], mass(v))));
+            zone.iter().for_each(|&v| by[v] = common.at(&at[v]));
         }
     }
 
@@ -348,6 +389,28 @@ mod tests {
             surfaces.edges[..k].iter().for_each(|&[c, d]| look([a, b, c, d], 2));
         }
         least
+    }
+
+    #[test]
+    fn what_turns_as_one_is_left_alone_and_a_zone_turns_with_its_vertices() {
+        let surfaces = Surfaces::of(&[&sheet(0.0), &sheet(2e-6)]);
+        let middle = Point::new(0.03, 0.0, 0.03);
+        let turn = |p: &Point| Vec3::new(0.05, 0.02, -0.04).cross(&(p - middle)) + Vec3::new(0.01, 0.0, 0.02);
+        let by: Vec<Vec3> = surfaces.rest.iter().map(turn).collect();
+        let tree = SweptTree::prepare(&surfaces.faces.iter().map(|f| surfaces.rest[f[0] as usize]).collect::<Vec<_>>());
+        let step = Step { surfaces: &surfaces, tree: &tree, at: &surfaces.rest, gap: 6e-4 };
+        let (mut after, mut expected, mut slack) = (by.clone(), by.clone(), vec![1e-4; by.len()]);
+        let mut pairs = step.pairs_of(&(0..by.len()).collect::<Vec<_>>(), &expected, &slack);
+        assert!(pairs.len() > 500 && pairs.iter().any(|pair| pair.distance < 3e-6));
+        let corrections = step.make_safe(&mut pairs, &mut after, &mut expected, &mut slack);
+        assert!(corrections.pairs == 0 && after == by, "{corrections:?}");
+        let mut zones = Zones::of_single(by.len());
+        for v in 1..by.len() as u32 {
+            let _ = zones.join(&[0, v, v, v]);
+        }
+        zones.move_as_one(&surfaces.rest, &mut after, |_| 1.0);
+        let off = after.iter().zip(&by).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        assert!(off < 1e-6, "{off}");
     }
 
     #[test]

@@ -29,7 +29,7 @@ const UNSEEN_SHARE: f64 = 1e-3;
 
 impl PipelineStage for ClothStage {
     const STAGE: Stage = Stage::Cloth;
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     type Inputs = Inputs;
     type Output = ClothTrack;
 
