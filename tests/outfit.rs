@@ -134,6 +134,7 @@ fn a_listed_garment_that_the_scan_does_not_show_is_reported_and_the_others_are_b
     let array = overcoat::formats::NpyArray::vector(below);
     overcoat::formats::write_npy(&array, std::fs::File::create(&file).unwrap()).unwrap();
     overcoat_ok(&session, &["mask", "underpants", file.to_str().unwrap()]);
+    overcoat_ok(&session, &["build"]);
     assert!(labels(&session, "underpants").iter().filter(|l| **l).count() > 200);
 }
 
