@@ -44,14 +44,12 @@ pub(super) fn without_hair(
         return Ok(None);
     }
     let moved = Moved::around(scan, around, segmentation, &hidden.vertices);
-    let (points, colors) = moved.laid_along(scan, around, body)?;
+    let continued = moved.laid_along(scan, around, body)?;
     let labels = segmentation.labels.0.iter().zip(hidden.vertices.iter()).map(|(own, below)| *own || *below).collect();
     findings.push(format!(
         "continued below hair along the body, over {:.0} cm² that the scan does not show",
         1e4 * hidden.area
     ));
-    let mut continued = Scan { mesh: scan.mesh.with_points(points), ..scan.clone() };
-    continued.colors = colors;
     let mut whole = segmentation.clone();
     whole.labels.0 = labels;
     Ok(Some((continued, whole)))
@@ -153,14 +151,9 @@ impl Moved {
         Self { vertices, number, is_cloth }
     }
 
-    /// Points and colours of the scan with these vertices laid along the body. What the cloth beside them has is continued
+    /// The scan with these vertices laid along the body. What the cloth beside them has is continued
     /// harmonically: its distance from the body and its colour.
-    fn laid_along(
-        &self,
-        scan: &Scan,
-        around: &Adjacency,
-        body: &SurfaceIndex,
-    ) -> Result<(PerVertex<Point>, Option<PerVertex<[u8; 3]>>), CutError> {
+    fn laid_along(&self, scan: &Scan, around: &Adjacency, body: &SurfaceIndex) -> Result<Scan, CutError> {
         let harmonic = Harmonic::prepare(self, around)?;
         let offset = |v: VertexId| Vec3::new(body.signed_distance(&scan.mesh.points()[v]), 0.0, 0.0);
         let offsets = harmonic.continued(self, around, offset, Vec3::new(USUAL_OFFSET, 0.0, 0.0));
@@ -184,7 +177,9 @@ impl Moved {
             let solved = ThinPlate::prepare(&rows, self.vertices.len(), bend)?.solve(&points, &targets);
             self.vertices.iter().zip(solved).for_each(|(&v, p)| points[v] = Point::from(p));
         }
-        Ok((points, colors))
+        let mut laid = Scan { mesh: scan.mesh.with_points(points), ..scan.clone() };
+        laid.colors = colors;
+        Ok(laid)
     }
 
     /// The mean over the cloth that stays.
