@@ -109,11 +109,11 @@ pub fn propose_outfit(
         labels = cut;
     }
     let Some(hair_at) = worn.hair_at else {
-        return Ok(OutfitProposal::new(mesh, &adjacency, of_label, &edges, labels.into()));
+        return Ok(OutfitProposal::new(placements.len(), mesh, &adjacency, of_label, &edges, labels.into()));
     };
     let of_label = worn.hair_after_garments(of_label);
     let labels = labels.into_iter().map(|label| worn.label_after_garments(label)).collect();
-    let proposal = OutfitProposal::with_hair(mesh, &adjacency, of_label, &edges, labels);
+    let proposal = OutfitProposal::new(placements.len(), mesh, &adjacency, of_label, &edges, labels);
     // What hair hides is told by the templates alone.
     let score = |label: usize, v: VertexId| match label.checked_sub(1) {
         Some(k) => (priors.score(k, v) * (areas[v] / mean_area) * UNITS_PER_NAT).round() as i64,

@@ -116,31 +116,6 @@ impl Said {
 impl OutfitProposal {
     /// From a cut and its costs; `edges` are those of `adjacency`, in its order.
     pub(super) fn new(
-        mesh: &TriMesh,
-        adjacency: &Adjacency,
-        of_label: Vec<Vec<i64>>,
-        edges: &[(u32, u32, i64)],
-        cut: PerVertex<Label>,
-    ) -> Self {
-        // The last label is that of what is unexplained.
-        let garments = of_label.len().saturating_sub(2);
-        Self::of_garments(garments, mesh, adjacency, of_label, edges, cut)
-    }
-
-    /// As [`OutfitProposal::new`], where the last label but one is that of the hair.
-    pub(super) fn with_hair(
-        mesh: &TriMesh,
-        adjacency: &Adjacency,
-        of_label: Vec<Vec<i64>>,
-        edges: &[(u32, u32, i64)],
-        cut: PerVertex<Label>,
-    ) -> Self {
-        let garments = of_label.len().saturating_sub(3);
-        let found = Self::of_garments(garments, mesh, adjacency, of_label, edges, cut);
-        Self { below_hair: Some(found.labels.clone()), ..found }
-    }
-
-    fn of_garments(
         garments: usize,
         mesh: &TriMesh,
         adjacency: &Adjacency,
@@ -154,6 +129,8 @@ impl OutfitProposal {
     }
 
     /// Finds what the hair hides: the cheapest labels of its vertices with the other labels given.
+    ///
+    /// **Requires** that the label after the garments is that of the hair.
     ///
     /// **Shapes** `of_label`: what the rest and the garments that hair may hide cost at each vertex, without what the scan shows
     /// there; `edges`: what a boundary across each edge costs.
