@@ -68,13 +68,47 @@ fn cloth_is_made_again_to_the_same_bytes_and_can_be_undone() {
 }
 
 #[test]
+fn the_other_modes_count_what_crosses_and_fabrics_are_kept_and_undone() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = squatting(dir.path());
+    let made = |how: &[&str]| {
+        let clip = ["animate", "squat", "--frames", "40..46", "--ease-secs", "0.2", "--json"];
+        overcoat_ok(&session, &[&clip[..], how].concat()).json()
+    };
+    let coupled = made(&["--mode", "coupled"]);
+    let post = made(&["--mode", "post"]);
+    let physics = made(&["--mode", "physics", "--fabric", "tshirt=leather"]);
+    let springs = made(&["--mode", "post", "--solver", "rk4"]);
+    for (answer, crosses) in [(&coupled, false), (&post, true), (&physics, false), (&springs, true)] {
+        let pairs = answer["measures"]["crossing_pairs"].as_f64().unwrap();
+        assert_eq!(pairs > 0.0, crosses, "{answer}");
+        let warned = answer["findings"].as_array().unwrap().iter().any(|f| f.as_str().unwrap().contains("faces cross"));
+        assert_eq!(warned, crosses, "{answer}");
+    }
+    overcoat_ok(&session, &["undo"]);
+    let recipe = std::fs::read_to_string(session.join("recipe.toml")).unwrap();
+    assert!(recipe.contains("[animation.fabrics]\ntshirt = \"leather\""), "{recipe}");
+    assert!(overcoat_ok(&session, &["status", "--json"]).json()["up_to_date"] == true);
+    // A layer of another fabric moves in another way.
+    let denim = made(&["--mode", "physics", "--fabric", "tshirt=denim"]);
+    assert!(denim["ran"] == true && denim["measures"]["swing_mm"] != physics["measures"]["swing_mm"], "{denim}");
+    overcoat_ok(&session, &["step", "rename", "tshirt", "shirt"]);
+    let recipe = std::fs::read_to_string(session.join("recipe.toml")).unwrap();
+    assert!(recipe.contains("[animation.fabrics]\nshirt = \"denim\""), "{recipe}");
+}
+
+#[test]
 fn impossible_cloth_is_refused_in_a_sentence() {
     let dir = tempfile::tempdir().unwrap();
     let session = built_quick_session(dir.path(), "alice");
     for (wrong, says) in [
-        (&["--mode", "rubber"][..], "give lbs or coupled"),
+        (&["--mode", "rubber"][..], "give lbs, physics, post or coupled"),
         (&["--mode", "coupled", "--swing-hz", "-1"], "--swing-hz cannot be '-1'"),
         (&["--mode", "coupled", "--damping", "NaN"], "--damping cannot be 'NaN'"),
+        (&["--mode", "coupled", "--solver", "euler"], "give xpbd or rk4"),
+        (&["--mode", "coupled", "--fabric", "tshirt"], "give LAYER=FABRIC"),
+        (&["--mode", "coupled", "--fabric", "tshirt=moonshine"], "denim"),
+        (&["--mode", "coupled", "--fabric", "cape=denim"], "the garments are tshirt"),
     ] {
         let before = fingerprint(&session);
         let answer = overcoat(&session, &[&["animate", "walk"], wrong].concat());

@@ -2,7 +2,7 @@
 
 use super::console::{Context, Done, Progress, secs};
 use crate::body::Skinning;
-use crate::cloth::{ClothMode, ClothParams};
+use crate::cloth::{ClothMode, ClothParams, ClothSolver};
 use crate::motion::{FrameRange, MotionParams};
 use crate::parameters::{Declared, Parameters, Settings};
 use crate::session::{NewAnimation, SessionError, ShowIn};
@@ -28,10 +28,16 @@ pub(super) struct AnimateArgs {
     /// limbs
     #[arg(long, value_parser = skinning, value_name = "lbs|dq")]
     skinning: Option<Skinning>,
-    /// How layers move: by skinning alone, or by cloth physics coupled with skinning, which takes seconds per frame and
-    /// lets no two layers cross
-    #[arg(long, value_parser = mode, value_name = "lbs|coupled")]
+    /// How layers move: by skinning alone; by cloth physics alone; by both, blended afterwards, where layers may cross; or by
+    /// both, coupled, which takes seconds per frame and lets no two layers cross
+    #[arg(long, value_parser = mode, value_name = "lbs|physics|post|coupled")]
     mode: Option<ClothMode>,
+    /// What computes cloth physics: constraints, or mass–spring with Runge–Kutta steps, where layers may cross
+    #[arg(long, value_parser = solver, value_name = "xpbd|rk4")]
+    solver: Option<ClothSolver>,
+    /// Simulate a layer as if it were of another fabric, as in jeans=denim; may be given several times
+    #[arg(long, value_parser = fabric, value_name = "LAYER=FABRIC")]
+    fabric: Vec<(String, String)>,
     /// The animation's name; by default the clip's. An animation of the same name is replaced
     #[arg(long)]
     name: Option<String>,
@@ -47,7 +53,7 @@ pub(super) struct AnimateArgs {
     #[command(flatten)]
     cloth: ParameterArgs<ClothParams>,
     /// Remove the animation of that name
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["clip", "fps", "frames", "skinning", "mode", "name", "preview"])]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["clip", "fps", "frames", "skinning", "mode", "solver", "fabric", "name", "preview"])]
     remove: Option<String>,
 }
 
@@ -58,7 +64,19 @@ fn skinning(text: &str) -> Result<Skinning, String> {
 
 fn mode(text: &str) -> Result<ClothMode, String> {
     let found = ClothMode::ALL.into_iter().find(|(name, _)| *name == text);
-    found.map(|(_, mode)| mode).ok_or_else(|| "give lbs or coupled".into())
+    found.map(|(_, mode)| mode).ok_or_else(|| "give lbs, physics, post or coupled".into())
+}
+
+fn solver(text: &str) -> Result<ClothSolver, String> {
+    let found = ClothSolver::ALL.into_iter().find(|(name, _)| *name == text);
+    found.map(|(_, solver)| solver).ok_or_else(|| "give xpbd or rk4".into())
+}
+
+fn fabric(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((layer, fabric)) if !layer.is_empty() && !fabric.is_empty() => Ok((layer.into(), fabric.into())),
+        _ => Err("give LAYER=FABRIC, as in jeans=denim".into()),
+    }
 }
 
 /// The flags of the parameters of retargeting or of cloth, as typed. They are generated from the declarations.
@@ -130,12 +148,14 @@ pub(super) fn run(args: AnimateArgs, context: &Context) -> anyhow::Result<Done> 
         frames: args.frames,
         skinning: args.skinning,
         mode: args.mode,
+        solver: args.solver,
+        fabrics: args.fabric.into_iter().collect(),
         cloth: args.cloth.settings()?,
         motion: args.motion.settings()?,
         view: args.preview,
         force: args.force,
     };
-    let own_stages = if new.mode.unwrap_or_default() == ClothMode::Coupled { 2 } else { 1 };
+    let own_stages = if new.mode.unwrap_or_default().is_simulated() { 2 } else { 1 };
     let mut progress = Progress::of_stages(&context.console, writer.session().stage_count() + own_stages);
     let (animation, reports) = writer.animate(&new, &mut |event| progress.show(event))?;
     progress.end();
@@ -150,7 +170,7 @@ pub(super) fn run(args: AnimateArgs, context: &Context) -> anyhow::Result<Done> 
             "skinned only",
             "skinned only: cloth does not swing, and the frames are not checked for intersections; --mode coupled does both".into(),
         ),
-        ClothMode::Coupled => (
+        ClothMode::Physics | ClothMode::Blended | ClothMode::Coupled => (
             "cloth",
             format!(
                 "cloth: {:.0} pairs of faces cross in all frames; it swings by {:.0} mm; skin gave way by up to {:.1} mm",

@@ -123,10 +123,10 @@ fn moving(animation: &AnimationStatus) -> Vec<String> {
     let file = if clip == name { "ours" } else { clip.rsplit('/').next().unwrap_or_default() };
     let moves = match (mode, cloth) {
         (ClothMode::Skinned, _) => "skinned only".to_string(),
-        (ClothMode::Coupled, None) => "with cloth".into(),
-        (ClothMode::Coupled, Some(report)) => {
+        (mode, None) => cloth_of(*mode).into(),
+        (mode, Some(report)) => {
             let crossing = report.measures.get("crossing_pairs").copied().unwrap_or_default();
-            format!("with cloth, {crossing:.0} pairs of faces cross")
+            format!("{}, {crossing:.0} pairs of faces cross", cloth_of(*mode))
         }
     };
     let mut lines = vec![String::new(), format!("animation {name}: {verdict}"), format!("  {file}, {moves}")];
@@ -137,6 +137,14 @@ fn moving(animation: &AnimationStatus) -> Vec<String> {
         lines.push("  the file is missing or was changed since; the session uses its own copy".into());
     }
     lines
+}
+
+fn cloth_of(mode: ClothMode) -> &'static str {
+    match mode {
+        ClothMode::Skinned | ClothMode::Coupled => "with cloth",
+        ClothMode::Physics => "with cloth by physics alone",
+        ClothMode::Blended => "with cloth blended afterwards",
+    }
 }
 
 fn measure_line(judged: &Judged) -> String {

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ClothReport {
     /// Pairs of crossing faces, over all frames: between layers, with the body, and within each; counted on the `f32`
-    /// positions of each frame. 0 unless the program has a fault.
+    /// positions of each frame. 0 for coupled cloth and for physics by constraints, unless the program has a fault.
     pub crossing_pairs: usize,
     /// The first frame with crossing faces.
     pub first_crossing: Option<usize>,
@@ -25,6 +25,9 @@ pub struct ClothReport {
     /// 99th percentile of the stretch of the edges of cloth: length in proportion to that in the bind pose; that of the
     /// worst frame.
     pub stretch_p99: f64,
+    /// Least share of its fabric's stiffness that a spring of the mass–spring solver has: stiffer ones would need shorter
+    /// steps. 1 for constraints.
+    pub least_stiffness: f64,
 }
 
 /// Collects a report over the frames.
@@ -36,7 +39,7 @@ pub(super) struct Reporter {
 
 impl Reporter {
     pub fn new() -> Self {
-        let report = ClothReport { stretch_p99: 1.0, ..ClothReport::default() };
+        let report = ClothReport { stretch_p99: 1.0, least_stiffness: 1.0, ..ClothReport::default() };
         Self { report, squares: 0.0, frames: 0 }
     }
 
@@ -54,9 +57,9 @@ impl Reporter {
         self.frames += 1;
     }
 
-    pub fn finish(self, stopped_steps: usize) -> ClothReport {
+    pub fn finish(self, stopped_steps: usize, least_stiffness: f64) -> ClothReport {
         let swing = (self.squares / self.frames.max(1) as f64).sqrt();
-        ClothReport { swing, stopped_steps, ..self.report }
+        ClothReport { swing, stopped_steps, least_stiffness, ..self.report }
     }
 }
 

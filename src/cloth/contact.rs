@@ -25,7 +25,7 @@ const FRICTION: f64 = 0.4;
 #[derive(Clone, Copy)]
 pub(super) struct ContactPlane {
     point: Point,
-    normal: Vec3,
+    pub(super) normal: Vec3,
     gap: f64,
     /// Share of the depth that is corrected per step.
     push: f64,

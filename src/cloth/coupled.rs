@@ -1,23 +1,25 @@
-//! The state of a simulation on a moving figure, and its step: physics and skinning blended within one solver, so that the
-//! blend cannot make layers cross.
+//! The state of a simulation on a moving figure, and its step by constraints: physics and skinning blended within one solver,
+//! so that the blend cannot make layers cross.
 
 use super::cloth_params::ClothParams;
 use super::error::ClothError;
 use super::fabric::Fabric;
 use super::layer::ClothLayer;
+use super::mass_spring_step::{MassSpringLayers, Moving};
+use super::mode::{ClothMode, ClothSolver};
 use super::near_pairs::{NearPair, Search};
 use super::safe_motion::Step;
 use super::springs::{Spring, springs_of};
 use super::surfaces::Surfaces;
 use super::swept_tree::SweptTree;
-use crate::body::{Figure, Pose, Skinning};
+use crate::body::{Figure, Layer, Pose, Skinning};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
 use crate::segment;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 /// Gravity, m/s².
-const GRAVITY: f64 = 9.81;
+pub(super) const GRAVITY: f64 = 9.81;
 /// Greatest rotation of a joint per step, degrees: triangles of the demo are 1 to 2 cm wide and 1 mm apart.
 const STEP_DEG: f64 = 3.0;
 /// Steps per frame at 30 frames per second; the greatest number is reached at 36° per frame, faster than people move.
@@ -50,8 +52,25 @@ const FRICTION: f64 = 0.1;
 const BODY_SHARE: f64 = 0.02;
 /// Physics weights are taken as at least this, so that the frequency is finite.
 const LEAST_WEIGHT: f64 = 0.01;
+/// Physics without skinning holds cloth where its physics weight is below this, and at least this share of a layer's vertices.
+const GRIPPED: f64 = 0.1;
+const LEAST_GRIPPED: f64 = 0.05;
 /// The fabric of layers that do not say theirs.
 const UNKNOWN_FABRIC: &str = "cotton";
+
+/// A step of the skin.
+///
+/// **Shapes** one entry per vertex of the figure.
+#[derive(Clone, Copy)]
+pub(super) struct SkinStep<'a> {
+    /// The skinned places at its start and at its end.
+    pub before: &'a [Point],
+    pub places: &'a [Point],
+    /// Gravity as the skin carries it along.
+    pub carried: &'a [Vec3],
+    /// Its duration, seconds.
+    pub secs: f64,
+}
 
 /// The simulation: positions, velocities, constraints.
 pub(super) struct Simulation<'a> {
@@ -62,6 +81,8 @@ pub(super) struct Simulation<'a> {
     pub tree: SweptTree,
     /// Springs of each layer of cloth; indices within the layer.
     springs: Vec<Vec<Spring>>,
+    /// Instead of constraints.
+    mass_spring: Option<MassSpringLayers>,
     /// 1/kg.
     inverse_mass: Vec<f64>,
     /// Angular frequency of the pull to the skinned place, 1/s.
@@ -79,13 +100,18 @@ impl<'a> Simulation<'a> {
     /// The figure in the bind pose.
     ///
     /// **Errors** an unknown fabric.
-    pub fn prepare(figure: &'a Figure, skinning: Skinning, params: &ClothParams) -> Result<Self, ClothError> {
+    pub fn prepare(
+        figure: &'a Figure,
+        skinning: Skinning,
+        params: &ClothParams,
+        (mode, solver): (ClothMode, ClothSolver),
+    ) -> Result<Self, ClothError> {
         // What is exported is `f32`: the simulation starts from the same positions.
         let rounded = |mesh: &TriMesh| mesh.map_points(|p| p.map(|x| f64::from(x as f32)));
         let meshes: Vec<TriMesh> = figure.layers.iter().map(|layer| rounded(&layer.mesh)).collect();
         let surfaces = Surfaces::of(&meshes.iter().collect::<Vec<_>>());
         let body = surfaces.body_vertices();
-        let (mut springs, mut inverse_mass) = (Vec::new(), vec![0.0; surfaces.rest.len()]);
+        let (mut springs, mut fabrics, mut inverse_mass) = (Vec::new(), Vec::new(), vec![0.0; surfaces.rest.len()]);
         for (k, (layer, mesh)) in figure.layers.iter().zip(&meshes).enumerate().skip(1) {
             let fabric = fabric_of(layer.fabric.as_deref())?;
             let areas = mesh.vertex_areas();
@@ -94,19 +120,17 @@ impl<'a> Simulation<'a> {
             }
             let pinned = PerVertex::filled(false, mesh.vertex_count());
             springs.push(springs_of(&ClothLayer { rest: mesh.clone(), pinned, fabric }, 1.0));
+            fabrics.push(fabric);
         }
+        let mass_spring = match solver {
+            ClothSolver::Constraints => None,
+            ClothSolver::MassSpring => MassSpringLayers::prepare(&meshes, fabrics, &surfaces.vertices, &inverse_mass),
+        };
         let mut masses = inverse_mass[body..].to_vec();
         masses.sort_by(f64::total_cmp);
         let typical = masses.get(masses.len() / 2).copied().unwrap_or(1.0);
         inverse_mass[..body].fill(typical * BODY_SHARE);
-        let frequency = |weight: f64| {
-            let weight = weight.clamp(LEAST_WEIGHT, 0.5);
-            std::f64::consts::TAU * (params.swing_hz + params.grip_hz * (0.5 - weight) / weight)
-        };
-        let frequency = figure.layers.iter().flat_map(|layer| {
-            let weight = |v: usize| layer.physics.as_ref().map_or(0.0, |physics| physics.0[v]);
-            (0..layer.mesh.vertex_count()).map(move |v| frequency(weight(v)))
-        });
+        let frequency = figure.layers.iter().flat_map(|layer| frequencies(layer, params, mode)).collect();
         let center =
             |f: &[u32; 3]| Point::from(f.iter().map(|&v| surfaces.rest[v as usize].coords).sum::<Vec3>() / 3.0);
         let centers: Vec<Point> = surfaces.faces.iter().map(center).collect();
@@ -117,8 +141,9 @@ impl<'a> Simulation<'a> {
             params: params.clone(),
             tree: SweptTree::prepare(&centers),
             springs,
+            mass_spring,
             inverse_mass,
-            frequency: frequency.collect(),
+            frequency,
             at: surfaces.rest.clone(),
             velocity: vec![Vec3::zeros(); count],
             ease: vec![1.0; count],
@@ -148,6 +173,11 @@ impl<'a> Simulation<'a> {
         (places, carried)
     }
 
+    /// Least share of its fabric's stiffness that a spring has.
+    pub fn least_stiffness(&self) -> f64 {
+        self.mass_spring.as_ref().map_or(1.0, MassSpringLayers::least_stiffness)
+    }
+
     /// Moves on by one frame.
     pub fn frame(&mut self, from: &Pose, to: &Pose, fps: f64) {
         let rotations = from.rotations.iter().zip(&to.rotations);
@@ -158,14 +188,22 @@ impl<'a> Simulation<'a> {
         let mut before = self.places(from).0;
         for step in 1..=steps as usize {
             let (places, carried) = self.places(&from.toward(to, step as f64 / steps));
-            self.step(&before, &places, &carried, step_secs);
+            let skin = SkinStep { before: &before, places: &places, carried: &carried, secs: step_secs };
+            match &mut self.mass_spring {
+                None => self.step(&skin),
+                Some(layers) => {
+                    let (at, velocity, frequency) = (&mut self.at, &mut self.velocity, &self.frequency);
+                    let moving = Moving { at, velocity, frequency, damping: self.params.damping };
+                    layers.step(moving, &self.surfaces.vertices, &skin);
+                }
+            }
             before = places;
         }
     }
 
-    /// Moves on by one step, in which skinning moves every vertex from `before` to `places`.
-    fn step(&mut self, before: &[Point], places: &[Point], carried: &[Vec3], step_secs: f64) {
-        let count = self.at.len();
+    /// Moves on by one step, by constraints.
+    fn step(&mut self, skin: &SkinStep<'_>) {
+        let (count, SkinStep { before, places, carried, secs: step_secs }) = (self.at.len(), *skin);
         let free: Vec<Vec3> = (0..count)
             .into_par_iter()
             .map(|v| self.free_motion(v, &(places[v] - before[v]), &places[v], &carried[v], step_secs))
@@ -287,8 +325,30 @@ fn fabric_of(name: Option<&str>) -> Result<Fabric, ClothError> {
     })
 }
 
+/// Angular frequency of the pull of each vertex of a layer to its skinned place, 1/s.
+fn frequencies(layer: &Layer, params: &ClothParams, mode: ClothMode) -> Vec<f64> {
+    let weight = |v: usize| layer.physics.as_ref().map_or(0.0, |physics| physics.0[v]);
+    let grip = |weight: f64| {
+        let weight = weight.clamp(LEAST_WEIGHT, 0.5);
+        params.grip_hz * (0.5 - weight) / weight
+    };
+    let weights: Vec<f64> = (0..layer.mesh.vertex_count()).map(weight).collect();
+    let in_hz: Vec<f64> = match mode {
+        ClothMode::Skinned | ClothMode::Coupled => weights.iter().map(|&w| params.swing_hz + grip(w)).collect(),
+        // The grip fades out where the weight reaches the bound, so that cloth has no crease there.
+        ClothMode::Physics | ClothMode::Blended => {
+            let mut sorted = weights.clone();
+            sorted.sort_by(f64::total_cmp);
+            let few = sorted.get((LEAST_GRIPPED * sorted.len() as f64) as usize).copied().unwrap_or_default();
+            let bound = grip(few.max(GRIPPED));
+            weights.iter().map(|&w| (grip(w) - bound).max(0.0)).collect()
+        }
+    };
+    in_hz.into_iter().map(|hz| std::f64::consts::TAU * hz).collect()
+}
+
 /// `v`, or shorter in the same direction.
-fn shortened(v: Vec3, most: f64) -> Vec3 {
+pub(super) fn shortened(v: Vec3, most: f64) -> Vec3 {
     let length = v.norm();
     if length > most { v * (most / length) } else { v }
 }

@@ -1,6 +1,6 @@
 //! Two layers around a tube that bends like an arm, where skinning alone makes them cross.
 
-use super::{ClothError, ClothParams, ClothReport, ClothTrack, simulate};
+use super::{ClothError, ClothMode, ClothParams, ClothReport, ClothSolver, ClothTrack, simulate};
 use crate::body::{Figure, JointId, Layer, Pose, Skeleton, SkinWeights, Skinning};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3, intersecting_pairs, self_intersecting_pairs};
 use crate::motion::PoseTrack;
@@ -29,7 +29,7 @@ fn tube(radius: f64) -> TriMesh {
 }
 
 /// An arm with an elbow in the middle, and sleeves of the given radii, half of whose motion is physics.
-fn arm(sleeves: &[f64]) -> Figure {
+pub(super) fn arm(sleeves: &[f64]) -> Figure {
     let skeleton = Skeleton {
         names: vec!["upper".into(), "lower".into()],
         parents: vec![None, Some(JointId(0))],
@@ -51,7 +51,7 @@ fn arm(sleeves: &[f64]) -> Figure {
 }
 
 /// The elbow bends by `angle` degrees in ten frames, and stays so for five.
-fn bend(angle: f64) -> PoseTrack {
+pub(super) fn bend(angle: f64) -> PoseTrack {
     let pose = |frame: usize| {
         let turned = (angle * (frame as f64 / 10.0).min(1.0)).to_radians();
         let mut pose = Pose::bind(2);
@@ -61,11 +61,17 @@ fn bend(angle: f64) -> PoseTrack {
     PoseTrack { fps: 30.0, lead: 0, poses: (0..16).map(pose).collect() }
 }
 
+const COUPLED: (ClothMode, ClothSolver) = (ClothMode::Coupled, ClothSolver::Constraints);
+
 fn moved(figure: &Figure, track: &PoseTrack) -> (ClothTrack, ClothReport) {
-    simulate(figure, Skinning::Linear, track, &ClothParams::default(), &mut |_, _| {}).unwrap()
+    moved_by(COUPLED, figure, track)
 }
 
-fn crossings(meshes: &[TriMesh]) -> usize {
+pub(super) fn moved_by(how: (ClothMode, ClothSolver), figure: &Figure, track: &PoseTrack) -> (ClothTrack, ClothReport) {
+    simulate(figure, Skinning::Linear, track, &ClothParams::default(), how, &mut |_, _| {}).unwrap()
+}
+
+pub(super) fn crossings(meshes: &[TriMesh]) -> usize {
     let within: usize = meshes.iter().map(|mesh| self_intersecting_pairs(mesh).len()).sum();
     let between = |k: usize| (0..k).map(|j| intersecting_pairs(&meshes[j], &meshes[k]).len()).sum::<usize>();
     within + (0..meshes.len()).map(between).sum::<usize>()
@@ -122,7 +128,7 @@ fn loose_cloth_swings_and_firm_cloth_follows() {
 #[test]
 fn layers_that_cross_from_the_start_an_unknown_fabric_and_impossible_parameters_are_refused() {
     let run = |figure: &Figure, params: &ClothParams| {
-        simulate(figure, Skinning::Linear, &bend(10.0), params, &mut |_, _| {}).unwrap_err()
+        simulate(figure, Skinning::Linear, &bend(10.0), params, COUPLED, &mut |_, _| {}).unwrap_err()
     };
     let mut figure = arm(&[0.053]);
     let wild = ClothParams { damping: f64::NAN, ..ClothParams::default() };

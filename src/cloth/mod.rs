@@ -17,7 +17,11 @@ mod drape;
 mod error;
 mod fabric;
 mod layer;
+mod mass_spring;
+mod mass_spring_step;
 mod mode;
+#[cfg(test)]
+mod modes_tests;
 mod near_pairs;
 mod safe_motion;
 mod separation;
@@ -37,5 +41,5 @@ pub use drape::drape;
 pub use error::ClothError;
 pub use fabric::Fabric;
 pub use layer::ClothLayer;
-pub use mode::ClothMode;
+pub use mode::{ClothMode, ClothSolver};
 pub use simulate::simulate;

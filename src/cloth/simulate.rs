@@ -5,46 +5,75 @@ use super::cloth_report::{ClothReport, Reporter, crossing_pairs, rounded};
 use super::cloth_track::ClothTrack;
 use super::coupled::Simulation;
 use super::error::ClothError;
-use crate::body::{Figure, Skinning};
+use super::mode::{ClothMode, ClothSolver};
+use crate::body::{Figure, Layer, Skinning};
+use crate::geometry::Point;
 use crate::motion::PoseTrack;
 use crate::parameters::Parameters;
 
-/// Simulates the layers of a figure that is moved by `track`, from the bind pose on.
+/// Moves the layers of a figure by `track`, from the bind pose on.
 ///
 /// **Shapes** the frames of the result are the poses of `track`.
 ///
 /// **Frame and units** metres, world, Y up.
 ///
-/// **Errors** layers that cross in the bind pose, an unknown fabric, a parameter out of range; see [`ClothError`].
+/// **Errors** layers that cross in the bind pose where the constraints start from them, an unknown fabric, a parameter
+/// out of range; see [`ClothError`].
 ///
-/// **Guarantees** no two faces cross in any frame if none do in the bind pose, on the `f32` positions of the result. The result
-/// does not depend on the number of threads.
+/// **Guarantees** with constraints, coupled or as physics alone: no two faces cross in any frame if none do in the bind
+/// pose, on the `f32` positions of the result. Blended cloth equals skinning where its physics weight is 0. The result does
+/// not depend on the number of threads.
 ///
-/// **Source** Hu 2017, Eq. 8, with the skinned place as a compliant constraint of each vertex; stretch and bending by XPBD
-/// (Macklin 2016). The stress that carries a scanned garment's weight in the bind pose turns with the skin, so
-/// that it does not sag.
+/// **Source** Hu 2017, Eq. 8: as a blend of the vertices, or, coupled, with the skinned place as a compliant constraint of
+/// each vertex. Stretch and bending by XPBD (Macklin 2016) or by springs and Runge–Kutta steps (Shi 2020, Eqs. 22–24). The
+/// stress that carries a scanned garment's weight in the bind pose turns with the skin, so that it does not sag.
 pub fn simulate(
     figure: &Figure,
     skinning: Skinning,
     track: &PoseTrack,
     params: &ClothParams,
+    (mode, solver): (ClothMode, ClothSolver),
     on_frame: &mut dyn FnMut(usize, usize),
 ) -> Result<(ClothTrack, ClothReport), ClothError> {
     params.check_values()?;
-    let mut simulation = Simulation::prepare(figure, skinning, params)?;
-    let pairs = crossing_pairs(&simulation.surfaces, &simulation.tree, &simulation.at);
-    if pairs > 0 {
-        return Err(ClothError::Crossing { pairs });
+    let mut simulation = Simulation::prepare(figure, skinning, params, (mode, solver))?;
+    if mode.is_simulated() && solver == ClothSolver::Constraints {
+        let pairs = crossing_pairs(&simulation.surfaces, &simulation.tree, &simulation.at);
+        if pairs > 0 {
+            return Err(ClothError::Crossing { pairs });
+        }
     }
     let vertices = simulation.surfaces.vertices.iter().map(|range| range.len() as u32).collect();
     let mut result = ClothTrack { vertices, frames: vec![rounded(&simulation.at)] };
     let mut reporter = Reporter::new();
+    let weights = physics_weights(figure);
     for (k, poses) in track.poses.windows(2).enumerate() {
-        simulation.frame(&poses[0], &poses[1], track.fps);
+        if mode.is_simulated() {
+            simulation.frame(&poses[0], &poses[1], track.fps);
+        }
         let places = simulation.places(&poses[1]).0;
-        reporter.add(k + 1, &simulation.surfaces, &simulation.tree, &simulation.at, &places);
-        result.frames.push(rounded(&simulation.at));
+        let blended: Vec<Point>;
+        let at = match mode {
+            ClothMode::Skinned => &places,
+            ClothMode::Blended => {
+                let each = places.iter().zip(&simulation.at).zip(&weights);
+                blended = each.map(|((place, at), &share)| place + (at - place) * share).collect();
+                &blended
+            }
+            ClothMode::Physics | ClothMode::Coupled => &simulation.at,
+        };
+        reporter.add(k + 1, &simulation.surfaces, &simulation.tree, at, &places);
+        result.frames.push(rounded(at));
         on_frame(k + 1, track.poses.len() - 1);
     }
-    Ok((result, reporter.finish(simulation.stopped_steps)))
+    Ok((result, reporter.finish(simulation.stopped_steps, simulation.least_stiffness())))
+}
+
+/// The share of physics of every vertex; 0 for the body.
+fn physics_weights(figure: &Figure) -> Vec<f64> {
+    let of_layer = |layer: &Layer| match &layer.physics {
+        Some(physics) => physics.0.clone(),
+        None => vec![0.0; layer.mesh.vertex_count()],
+    };
+    figure.layers.iter().flat_map(of_layer).collect()
 }

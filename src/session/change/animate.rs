@@ -1,7 +1,7 @@
 //! Adds animations to a session, and removes them.
 
 use crate::body::Skinning;
-use crate::cloth::ClothMode;
+use crate::cloth::{ClothMode, ClothSolver};
 use crate::motion::{BUILT_IN_CLIPS, FrameRange};
 use crate::parameters::Settings;
 use crate::session::error::SessionError;
@@ -10,6 +10,7 @@ use crate::session::recipe::AnimationRecipe;
 use crate::session::results::{AnimationRecording, ShowIn};
 use crate::session::stages::{Event, Forced, StageReport, Walk, pipeline, read_clip};
 use crate::session::store::ContentHash;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// The request for an animation.
@@ -25,8 +26,12 @@ pub struct NewAnimation {
     pub frames: Option<FrameRange>,
     /// How joints move the surfaces.
     pub skinning: Option<Skinning>,
-    /// Whether cloth is simulated.
+    /// Whether and how cloth is simulated.
     pub mode: Option<ClothMode>,
+    /// What computes the physics of cloth.
+    pub solver: Option<ClothSolver>,
+    /// Fabrics by layer, where they differ from those of the garments.
+    pub fabrics: BTreeMap<String, String>,
     /// Parameters of cloth that differ from the defaults.
     pub cloth: Settings,
     /// Parameters of retargeting that differ from the defaults.
@@ -101,6 +106,8 @@ impl Writer {
             frames: new.frames,
             skinning: new.skinning,
             mode: new.mode,
+            solver: new.solver,
+            fabrics: new.fabrics.clone(),
             cloth: new.cloth.clone(),
             motion: new.motion.clone(),
         };

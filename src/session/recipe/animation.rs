@@ -2,14 +2,16 @@
 
 use super::names::is_file_name;
 use crate::body::Skinning;
-use crate::cloth::{ClothMode, ClothParams};
+use crate::cloth::{ClothMode, ClothParams, ClothSolver};
 use crate::motion::{FrameRange, MotionParams};
 use crate::parameters::{Declared, Parameters, Setting, Settings};
+use crate::segment::Fabric;
 use crate::session::error::SessionError;
 use crate::session::store::ContentHash;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
 /// Frames per second: below 1 nothing moves, above 240 no camera records.
@@ -35,9 +37,15 @@ pub struct AnimationRecipe {
     /// How joints move the surfaces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub skinning: Option<Skinning>,
-    /// Whether cloth is simulated; by default it is skinned only.
+    /// Whether and how cloth is simulated; by default it is skinned only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mode: Option<ClothMode>,
+    /// What computes the physics of cloth.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub solver: Option<ClothSolver>,
+    /// Fabrics by layer, where they differ from those of the garments.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub fabrics: BTreeMap<String, String>,
     /// Parameters of cloth, where they differ from the defaults.
     #[serde(default, skip_serializing_if = "Settings::is_empty")]
     pub cloth: Settings,
@@ -52,9 +60,14 @@ impl AnimationRecipe {
         format!("animation {}", self.name)
     }
 
-    /// Whether cloth is simulated.
+    /// Whether and how cloth is simulated.
     pub fn mode(&self) -> ClothMode {
         self.mode.unwrap_or_default()
+    }
+
+    /// What computes the physics of cloth.
+    pub fn solver(&self) -> ClothSolver {
+        self.solver.unwrap_or_default()
     }
 
     /// The parameters of retargeting: the defaults, overridden by the recipe.
@@ -97,6 +110,11 @@ impl AnimationRecipe {
         }
         if let Some(fps) = self.fps.filter(|fps| !FPS.contains(fps)) {
             return wrong(format!("{fps} frames per second cannot be"), "give --fps between 1 and 240");
+        }
+        for name in self.fabrics.values() {
+            if let Err(unknown) = Fabric::named(name) {
+                return wrong(unknown.to_string(), "give --fabric LAYER=FABRIC with one of them");
+            }
         }
         check_settings(&self.motion, &MotionParams::declared())?;
         check_settings(&self.cloth, &ClothParams::declared())

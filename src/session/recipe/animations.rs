@@ -42,6 +42,16 @@ impl Recipe {
     pub(super) fn check_animations(&self) -> Result<(), SessionError> {
         for (k, animation) in self.animations.iter().enumerate() {
             animation.check()?;
+            let garments = || self.steps.iter().filter(|step| !step.is_body()).map(|step| step.name.as_str());
+            if let Some(layer) = animation.fabrics.keys().find(|name| !garments().any(|garment| garment == *name)) {
+                return Err(SessionError::BadRequest {
+                    what: format!("there is no garment '{layer}' that could be of another fabric"),
+                    hint: match garments().collect::<Vec<_>>().join(", ").as_str() {
+                        "" => "scan a garment first".into(),
+                        known => format!("the garments are {known}"),
+                    },
+                });
+            }
             if self.animations[..k].iter().any(|other| other.name == animation.name) {
                 return Err(SessionError::BadRequest {
                     what: format!("there are two animations '{}'", animation.name),

@@ -34,6 +34,7 @@ impl Recipe {
                 hint: "remove the garments first, or scan the body again: `overcoat scan body FILE --replace`".into(),
             });
         }
+        self.animations.iter_mut().for_each(|animation| drop(animation.fabrics.remove(name)));
         Ok(self.steps.remove(at))
     }
 
@@ -48,6 +49,11 @@ impl Recipe {
         }
         let others = Self { steps: [&self.steps[..at], &self.steps[at + 1..]].concat(), ..Self::new(None) };
         others.check_new_garment(new)?;
+        for fabrics in self.animations.iter_mut().map(|animation| &mut animation.fabrics) {
+            if let Some(fabric) = fabrics.remove(old) {
+                fabrics.insert(new.into(), fabric);
+            }
+        }
         let step = &mut self.steps[at];
         step.name = new.into();
         for mask in step.masks.iter_mut().filter(|mask| MaskFile::holds_strokes(Path::new(&mask.file))) {

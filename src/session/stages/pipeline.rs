@@ -3,7 +3,7 @@
 use super::pipeline_stage::{StepContext, StepResults};
 use super::walk::Walk;
 use super::{animate, check, cloth, cut, evidence, figure, fit, pose, press, register, rig, scan, segment, stack};
-use crate::cloth::{ClothMode, ClothTrack};
+use crate::cloth::ClothTrack;
 use crate::cut::Garment;
 use crate::motion::PoseTrack;
 use crate::scan::Scan;
@@ -82,12 +82,11 @@ pub(in crate::session) fn animations(
         let mut context = StepContext::of_animation(walk, last, steps.last(), animation);
         perform(Stage::Animate, &mut context)?;
         let track = context.results.result::<animate::AnimateStage>()?;
-        let cloth = match animation.mode() {
-            ClothMode::Skinned => None,
-            ClothMode::Coupled => {
-                perform(Stage::Cloth, &mut context)?;
-                Some(context.results.result::<cloth::ClothStage>()?)
-            }
+        let cloth = if animation.mode().is_simulated() {
+            perform(Stage::Cloth, &mut context)?;
+            Some(context.results.result::<cloth::ClothStage>()?)
+        } else {
+            None
         };
         moved.push(Moved { track, cloth });
     }
