@@ -1,9 +1,10 @@
 //! Exports the frames of an animation: a mesh per frame and layer, or a point cache per layer.
 
 use super::animations::MovedFigure;
-use crate::body::Figure;
+use crate::body::{Figure, Layer};
 use crate::export::write_layer_ply;
 use crate::formats::write_pc2;
+use crate::geometry::TriMesh;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::results::outputs::NewFolder;
@@ -62,15 +63,19 @@ fn ply_sequence(
         folder.make_folder(&name)?;
         for (layer, mesh) in figure.layers.iter().zip(moved.surfaces(figure, frame)) {
             let path = name.join(format!("{}.ply", layer.name));
-            let mut bytes = Vec::new();
-            write_layer_ply(&mesh, layer.colors.as_ref(), &[], &mut bytes)
-                .map_err(|e| SessionError::bad_source(&target.join(&path), e))?;
-            folder.write(&path, &bytes)?;
+            folder.write(&path, &ply_of(layer, &mesh, &target.join(&path))?)?;
             files.push(target.join(path));
         }
         on_frame(frame + 1, poses.len());
     }
     Ok(files)
+}
+
+/// The bytes of a layer's file at `path`, with the layer's surface as `mesh`.
+fn ply_of(layer: &Layer, mesh: &TriMesh, path: &Path) -> Result<Vec<u8>, SessionError> {
+    let mut bytes = Vec::new();
+    write_layer_ply(mesh, layer.colors.as_ref(), &[], &mut bytes).map_err(|e| SessionError::bad_source(path, e))?;
+    Ok(bytes)
 }
 
 fn point_caches(
@@ -83,12 +88,9 @@ fn point_caches(
     let (poses, mut files) = (&moved.track.poses, Vec::new());
     let all = poses.len() * figure.layers.len();
     for (rank, layer) in figure.layers.iter().enumerate() {
-        let mut mesh = Vec::new();
-        write_layer_ply(&layer.mesh, layer.colors.as_ref(), &[], &mut mesh)
-            .map_err(|e| SessionError::bad_source(&target.join(&layer.name), e))?;
         let (bind, cache) =
             (PathBuf::from(format!("{}.ply", layer.name)), PathBuf::from(format!("{}.pc2", layer.name)));
-        folder.write(&bind, &mesh)?;
+        folder.write(&bind, &ply_of(layer, &layer.mesh, &target.join(&bind))?)?;
         let rows = |frame: usize| {
             on_frame(rank * poses.len() + frame + 1, all);
             moved.layer(figure, rank, frame).iter().map(|p| p.coords.map(|c| c as f32).into()).collect()
