@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// A built session of a body and a T-shirt, with the first second of a clip of ours.
 fn walking(dir: &Path) -> PathBuf {
     let session = built_quick_session(dir, "alice");
-    overcoat_ok(&session, &["animate", "walk", "--frames", "60..90", "--ease-secs", "0.5"]);
+    overcoat_ok(&session, &["animate", "walk", "--mode", "lbs", "--frames", "60..90", "--ease-secs", "0.5"]);
     session
 }
 
@@ -74,10 +74,14 @@ fn an_animation_is_recorded_reported_and_undone() {
     let dir = tempfile::tempdir().unwrap();
     let session = built_quick_session(dir.path(), "alice");
     let before = std::fs::read(session.join("recipe.toml")).unwrap();
-    let made = overcoat_ok(&session, &["animate", "turn", "--fps", "15", "--skinning", "dq", "--json"]).json();
+    let made =
+        overcoat_ok(&session, &["animate", "turn", "--mode", "lbs", "--fps", "15", "--skinning", "dq", "--json"])
+            .json();
     assert_eq!((&made["ran"], &made["measures"]["frames"]), (&true.into(), &150.0.into()), "{made}");
     assert_eq!((&made["measures"]["lead_frames"], &made["layers"]), (&15.0.into(), &"skinned only".into()));
-    let again = overcoat_ok(&session, &["animate", "turn", "--fps", "15", "--skinning", "dq", "--json"]).json();
+    let again =
+        overcoat_ok(&session, &["animate", "turn", "--mode", "lbs", "--fps", "15", "--skinning", "dq", "--json"])
+            .json();
     assert_eq!(again["ran"], false, "nothing changed");
     let found = status(&session);
     assert_eq!((&found["up_to_date"], &found["animations"][0]["name"]), (&true.into(), &"turn".into()));
@@ -109,7 +113,7 @@ fn a_clip_of_a_file_is_kept_rebuilt_and_replayed_to_the_same_bytes() {
     let dir = tempfile::tempdir().unwrap();
     let session = built_quick_session(dir.path(), "alice");
     let clip = waving_file(dir.path());
-    let made = overcoat_ok(&session, &["animate", &clip, "--ease-secs", "0.25", "--json"]).json();
+    let made = overcoat_ok(&session, &["animate", &clip, "--mode", "lbs", "--ease-secs", "0.25", "--json"]).json();
     assert_eq!(made["animation"]["name"], "my-wave");
     let findings = made["findings"].to_string();
     assert!(findings.contains("recognised as Poser") && findings.contains("centimetres, Z up"), "{findings}");
@@ -169,7 +173,7 @@ fn a_character_with_animations_is_valid_gltf() {
     let dir = tempfile::tempdir().unwrap();
     let session = walking(dir.path());
     // A pose alone, without a way to it, is one key.
-    overcoat_ok(&session, &["animate", "squat", "--frames", "150..151", "--ease-secs", "0"]);
+    overcoat_ok(&session, &["animate", "squat", "--mode", "lbs", "--frames", "150..151", "--ease-secs", "0"]);
     overcoat_ok(&session, &["export", "../character.glb"]);
     let glb = Glb::new(&std::fs::read(dir.path().join("character.glb")).unwrap());
     glb.check();
@@ -213,7 +217,7 @@ fn films_have_the_frames_of_the_animation() {
     // Every second of 45.
     let frames = frames_of(&gif);
     assert_eq!(frames, 23, "15 frames per second of 30");
-    overcoat_ok(&session, &["animate", "idle", "--frames", "0..3", "--ease-secs", "0"]);
+    overcoat_ok(&session, &["animate", "idle", "--mode", "lbs", "--frames", "0..3", "--ease-secs", "0"]);
     overcoat_ok(&session, &["view", "--film", "../pictures"]);
     let mut names: Vec<String> = std::fs::read_dir(dir.path().join("pictures"))
         .unwrap()
@@ -283,7 +287,7 @@ fn clips_that_are_none_are_refused_in_a_sentence() {
     assert!(answer.stderr.contains("has no scan yet"), "{answer:?}");
     // A file that was cut off in the middle of a frame still has the frames before.
     let cut = file("short.bvh", &whole[..whole.len() - 25]);
-    let made = overcoat_ok(&session, &["animate", &cut, "--json"]).json();
+    let made = overcoat_ok(&session, &["animate", &cut, "--mode", "lbs", "--json"]).json();
     assert!(made["findings"].to_string().contains("ends in the middle of frame 24"), "{made}");
 }
 
@@ -313,7 +317,7 @@ fn clips_with_faults_give_a_stable_animation_and_say_so() {
         (file("far.bvh", &moved(4e5, 0)), 24, "recognised as Poser"),
         (file("jump.bvh", &moved(-2e4, 9)), 24, "at frame 9: the jump is removed"),
     ] {
-        let made = overcoat_ok(&session, &["animate", &clip, "--name", "faulty", "--json"]).json();
+        let made = overcoat_ok(&session, &["animate", &clip, "--mode", "lbs", "--name", "faulty", "--json"]).json();
         assert_eq!(made["measures"]["frames"], f64::from(frames), "{clip}");
         assert!(made["findings"].to_string().contains(says), "{clip}: {made}");
         let folder = clip.replace(".bvh", "");

@@ -1,4 +1,4 @@
-//! `animate --mode coupled`: cloth that never crosses, recorded, exported, replayed; and what it refuses.
+//! `animate` with cloth, the default: it never crosses, is recorded, exported, replayed; and what it refuses.
 
 use crate::common::{built_quick_session, fingerprint, overcoat, overcoat_ok};
 use overcoat::formats::read_ply;
@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 /// A built session of a body and a T-shirt, with a quarter of a second of a squat, in cloth.
 fn squatting(dir: &Path) -> PathBuf {
     let session = built_quick_session(dir, "alice");
-    let how = ["--mode", "coupled", "--frames", "40..46", "--ease-secs", "0.2", "--name", "squat"];
+    let how = ["--frames", "40..46", "--ease-secs", "0.2", "--name", "squat"];
     overcoat_ok(&session, &[&["animate", "squat"][..], &how].concat());
     session
 }
@@ -95,6 +95,15 @@ fn the_other_modes_count_what_crosses_and_fabrics_are_kept_and_undone() {
     overcoat_ok(&session, &["step", "rename", "tshirt", "shirt"]);
     let recipe = std::fs::read_to_string(session.join("recipe.toml")).unwrap();
     assert!(recipe.contains("[animation.fabrics]\nshirt = \"denim\""), "{recipe}");
+}
+
+#[test]
+fn a_figure_without_garments_is_skinned() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = built_quick_session(dir.path(), "alice");
+    overcoat_ok(&session, &["step", "remove", "tshirt"]);
+    let made = overcoat_ok(&session, &["animate", "idle", "--frames", "0..2", "--ease-secs", "0", "--json"]).json();
+    assert_eq!((&made["animation"]["mode"], &made["layers"]), (&"lbs".into(), &"skinned only".into()), "{made}");
 }
 
 #[test]

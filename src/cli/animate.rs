@@ -28,8 +28,9 @@ pub(super) struct AnimateArgs {
     /// limbs
     #[arg(long, value_parser = skinning, value_name = "lbs|dq")]
     skinning: Option<Skinning>,
-    /// How layers move: by skinning alone; by cloth physics alone; by both, blended afterwards, where layers may cross; or by
-    /// both, coupled, which takes seconds per frame and lets no two layers cross
+    /// How layers move: by skinning alone, which takes a second; by cloth physics alone; by both, blended afterwards, where
+    /// layers may cross; or by both, coupled, which takes a second or more per frame and lets no two layers cross [default:
+    /// coupled, lbs where there is no garment]
     #[arg(long, value_parser = mode, value_name = "lbs|physics|post|coupled")]
     mode: Option<ClothMode>,
     /// What computes cloth physics: constraints, or mass–spring with Runge–Kutta steps, where layers may cross
@@ -155,7 +156,7 @@ pub(super) fn run(args: AnimateArgs, context: &Context) -> anyhow::Result<Done> 
         view: args.preview,
         force: args.force,
     };
-    let own_stages = if new.mode.unwrap_or_default().is_simulated() { 2 } else { 1 };
+    let own_stages = if new.mode_in(writer.session()).is_simulated() { 2 } else { 1 };
     let mut progress = Progress::of_stages(&context.console, writer.session().stage_count() + own_stages);
     let (animation, reports) = writer.animate(&new, &mut |event| progress.show(event))?;
     progress.end();
@@ -168,7 +169,7 @@ pub(super) fn run(args: AnimateArgs, context: &Context) -> anyhow::Result<Done> 
     let (moved, layers) = match animation.mode() {
         ClothMode::Skinned => (
             "skinned only",
-            "skinned only: cloth does not swing, and the frames are not checked for intersections; --mode coupled does both".into(),
+            "skinned only: cloth does not swing, and the frames are not checked for intersections".into(),
         ),
         ClothMode::Physics | ClothMode::Blended | ClothMode::Coupled => (
             "cloth",

@@ -5,7 +5,7 @@ use crate::cloth::{ClothMode, ClothSolver};
 use crate::motion::{BUILT_IN_CLIPS, FrameRange};
 use crate::parameters::Settings;
 use crate::session::error::SessionError;
-use crate::session::open::{Writer, source};
+use crate::session::open::{Session, Writer, source};
 use crate::session::recipe::AnimationRecipe;
 use crate::session::results::{AnimationRecording, ShowIn};
 use crate::session::stages::{Event, Forced, StageReport, Walk, pipeline, read_clip};
@@ -26,7 +26,7 @@ pub struct NewAnimation {
     pub frames: Option<FrameRange>,
     /// How joints move the surfaces.
     pub skinning: Option<Skinning>,
-    /// Whether and how cloth is simulated.
+    /// Whether and how cloth is simulated; see [`NewAnimation::mode_in`].
     pub mode: Option<ClothMode>,
     /// What computes the physics of cloth.
     pub solver: Option<ClothSolver>,
@@ -40,6 +40,14 @@ pub struct NewAnimation {
     pub view: Option<ShowIn>,
     /// Whether the recording may replace a file of the user.
     pub force: bool,
+}
+
+impl NewAnimation {
+    /// Whether and how cloth is simulated: unless told otherwise, coupled with skinning, where there is cloth.
+    pub fn mode_in(&self, session: &Session) -> ClothMode {
+        let is_dressed = session.recipe.steps.iter().any(|step| !step.is_body());
+        self.mode.unwrap_or(if is_dressed { ClothMode::Coupled } else { ClothMode::Skinned })
+    }
 }
 
 impl Writer {
@@ -105,7 +113,7 @@ impl Writer {
             fps: new.fps,
             frames: new.frames,
             skinning: new.skinning,
-            mode: new.mode,
+            mode: Some(new.mode_in(&self.session)),
             solver: new.solver,
             fabrics: new.fabrics.clone(),
             cloth: new.cloth.clone(),

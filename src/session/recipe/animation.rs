@@ -37,7 +37,7 @@ pub struct AnimationRecipe {
     /// How joints move the surfaces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub skinning: Option<Skinning>,
-    /// Whether and how cloth is simulated; by default it is skinned only.
+    /// Whether and how cloth is simulated; skinned only in recipes that do not say it, as there was no cloth once.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mode: Option<ClothMode>,
     /// What computes the physics of cloth.
