@@ -225,9 +225,20 @@ fn films_have_the_frames_of_the_animation() {
         .collect();
     names.sort();
     assert_eq!(names, ["0000.png", "0001.png", "0002.png"], "of the last animation");
+    // Two side by side, until the shorter ends.
+    overcoat_ok(&session, &["view", "--film", "../both.gif", "--clip", "walk,idle", "--hide-covered"]);
+    let both = std::fs::read(dir.path().join("both.gif")).unwrap();
+    let size = |gif: &[u8]| [6, 8].map(|at| u16::from_le_bytes([gif[at], gif[at + 1]]));
+    assert_eq!((size(&both)[0], frames_of(&both)), (2 * size(&gif)[0], 2));
+    overcoat_ok(&session, &["animate", "idle", "--mode", "lbs", "--fps", "25", "--frames", "0..3", "--name", "slow"]);
+    refused(
+        &session,
+        &["view", "--film", "../no.gif", "--clip", "walk,slow"],
+        "walk has 30 frames per second, and slow",
+    );
     let answer = overcoat(&session, &["view", "--film", "../run.gif", "--clip", "run"]);
     assert!(
-        answer.code == 2 && answer.stderr.contains("there is no animation 'run'; there are walk, idle"),
+        answer.code == 2 && answer.stderr.contains("there is no animation 'run'; there are walk, idle, slow"),
         "{answer:?}"
     );
 }

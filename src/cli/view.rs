@@ -23,9 +23,12 @@ pub(super) struct ViewArgs {
     /// Draw the frames of an animation: a film, or a new folder for one picture per frame
     #[arg(long, value_name = "OUT.gif|DIR")]
     film: Option<PathBuf>,
-    /// With --film: the animation; by default the last one
-    #[arg(long, value_name = "NAME", requires = "film")]
-    clip: Option<String>,
+    /// With --film: the animation, or several to be shown side by side, as in --clip walk,turn; by default the last one
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "film")]
+    clip: Vec<String>,
+    /// With --film: leave out what other layers cover, as `export --hide-covered` does
+    #[arg(long, requires = "film")]
+    hide_covered: bool,
     /// Replace files that Overcoat did not write, or that were changed since
     #[arg(long)]
     force: bool,
@@ -62,7 +65,7 @@ pub(super) fn run(args: ViewArgs, context: &Context) -> anyhow::Result<Done> {
         done_lines.push(format!("drew {}", path.display()));
     }
     if let Some(target) = &args.film {
-        let film = Film { target: target.clone(), animation: args.clip };
+        let film = Film { target: target.clone(), animations: args.clip, hide_covered: args.hide_covered };
         let mut progress = Progress::of_one_stage(&context.console);
         let mut on_frame = |frame, count| progress.describe(format!("frame {frame} of {count}"));
         let files = session.write_film(&film, &mut outputs, &mut on_frame)?;

@@ -20,7 +20,7 @@ pub struct RemovedPart {
 }
 
 /// The covered parts of each layer of a figure.
-pub(super) struct CoveredParts {
+pub(in crate::session::results) struct CoveredParts {
     /// **Shapes** one mask per layer.
     masks: Vec<PerVertex<bool>>,
     /// What remains of each layer; `None` if nothing is to be removed.

@@ -1,10 +1,11 @@
 //! A film of an animation, by the small renderer: a GIF, or a folder of pictures.
 
-use crate::body::Figure;
+use super::animations::MovedFigure;
 use crate::formats::write_gif;
-use crate::geometry::{Aabb, Point, TriMesh};
+use crate::geometry::{Aabb, PerVertex, Point, TriMesh};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
+use crate::session::results::covered::CoveredParts;
 use crate::session::results::outputs::{Content, NewFolder, Outputs};
 use crate::session::stage_error::StageError;
 use crate::view::{FilmCamera, Paint, Part, Picture, Scene, layer_color};
@@ -22,8 +23,10 @@ const GIF_FPS: f64 = 15.0;
 pub struct Film {
     /// A `.gif`, or a folder for one picture per frame.
     pub target: PathBuf,
-    /// The animation; `None` for the last one.
-    pub animation: Option<String>,
+    /// The animations, side by side; empty for the last one.
+    pub animations: Vec<String>,
+    /// Whether what other layers cover is left out, as in an export.
+    pub hide_covered: bool,
 }
 
 impl Film {
@@ -34,38 +37,51 @@ impl Film {
 }
 
 impl Session {
-    /// Draws the frames of an animation, from the bind pose on. Returns the files.
+    /// Draws the frames of animations, from the bind pose on, until the shortest ends. Returns the files.
     pub fn write_film(
         &self,
         film: &Film,
         outputs: &mut Outputs,
         on_frame: &mut dyn FnMut(usize, usize),
     ) -> Result<Vec<PathBuf>, SessionError> {
-        let moved = self.moved_figure(film.animation.as_deref())?;
+        let shown = self.shown_in(film)?;
         let figure = self.figure_of_last_step()?;
-        let poses = &moved.track.poses;
-        let posed = |frame: usize| moved.surfaces(&figure, frame);
-        let hips: Vec<Point> = poses.iter().map(|pose| figure.skeleton.joints_in_world(pose)[0]).collect();
-        let bounds: Vec<Aabb> = (0..poses.len()).map(|frame| around(&posed(frame))).collect();
-        let camera = FilmCamera::following(&hips, &bounds, moved.track.fps);
-        let width = if film.is_file() { GIF_WIDTH } else { PICTURE_WIDTH };
-        let height = camera.height_for(width);
+        let covered =
+            CoveredParts::of(&figure, film.hide_covered).map_err(|e| SessionError::bad_source(&film.target, e))?;
+        let fps = shown[0].track.fps;
+        let poses = &shown[0].track.poses;
+        let count = shown.iter().map(|moved| moved.track.poses.len()).min().unwrap_or_default();
+        let hips: Vec<Point> = poses[..count].iter().map(|pose| figure.skeleton.joints_in_world(pose)[0]).collect();
+        let bounds: Vec<Aabb> = (0..count).map(|frame| around(&shown[0].surfaces(&figure, frame))).collect();
+        let camera = FilmCamera::following(&hips, &bounds, fps);
+        let each = if film.is_file() { GIF_WIDTH } else { PICTURE_WIDTH };
+        let (width, height) = (each * shown.len(), camera.height_for(each));
         let floor = bounds.first().map(|b| b.min.y);
-        let draw = |frame: usize| -> Result<Picture, SessionError> {
-            let meshes = posed(frame);
-            let parts = meshes.iter().enumerate().map(|(k, mesh)| painted(&figure, k, mesh, &film.target));
+        let draw_one = |moved: &MovedFigure, frame: usize| -> Result<Picture, SessionError> {
+            let meshes = moved.surfaces(&figure, frame);
+            let remaining = |(k, mesh)| covered.remaining_surface(k, mesh, figure.layers[k].colors.as_ref());
+            let surfaces: Vec<_> = meshes.iter().enumerate().map(remaining).collect();
+            let each_layer = surfaces.iter().enumerate();
+            let parts = each_layer.map(|(k, (mesh, colors))| painted(mesh, colors.as_ref(), k, &film.target));
             let mut scene = Scene::new(parts.collect::<Result<Vec<_>, _>>()?);
             scene.floor = floor;
-            Ok(camera.draw(frame, &scene, width, height))
+            Ok(camera.draw(frame, &scene, each, height))
+        };
+        let draw = |frame: usize| -> Result<Picture, SessionError> {
+            let mut row = Picture::filled([255; 3], width, height);
+            for (k, moved) in shown.iter().enumerate() {
+                row.paste(&draw_one(moved, frame)?, k * each, 0);
+            }
+            Ok(row)
         };
         if !film.is_file() {
-            return folder_of_pictures(&film.target, poses.len(), &draw, on_frame);
+            return folder_of_pictures(&film.target, count, &draw, on_frame);
         }
         outputs.claim(&film.target, Content::Film)?;
-        let step = (moved.track.fps / GIF_FPS).round().max(1.0) as usize;
-        let shown: Vec<usize> = (0..poses.len()).step_by(step).collect();
+        let step = (fps / GIF_FPS).round().max(1.0) as usize;
+        let shown: Vec<usize> = (0..count).step_by(step).collect();
         // A GIF counts in hundredths of a second: what one frame is short, the next one is long.
-        let end = |k: usize| (k as f64 * step as f64 / moved.track.fps * 100.0).round() as u16;
+        let end = |k: usize| (k as f64 * step as f64 / fps * 100.0).round() as u16;
         let frames = shown.iter().enumerate().map(|(k, &frame)| {
             let pixels = draw(frame).map(Picture::into_pixels).map_err(Drawing::Session)?;
             on_frame(k + 1, shown.len());
@@ -77,6 +93,29 @@ impl Session {
         })?;
         outputs.write_bytes(&film.target, Content::Film, bytes)?;
         Ok(vec![film.target.clone()])
+    }
+}
+
+impl Session {
+    /// The animations of a film, at least one.
+    ///
+    /// **Errors** for animations that are out of date, and for those that do not run at the same speed.
+    fn shown_in(&self, film: &Film) -> Result<Vec<MovedFigure>, SessionError> {
+        if film.animations.is_empty() {
+            return Ok(vec![self.moved_figure(None)?]);
+        }
+        let shown: Vec<MovedFigure> =
+            film.animations.iter().map(|name| self.moved_figure(Some(name))).collect::<Result<_, _>>()?;
+        match shown.iter().find(|other| (other.track.fps - shown[0].track.fps).abs() > 1e-6) {
+            None => Ok(shown),
+            Some(other) => Err(SessionError::BadRequest {
+                what: format!(
+                    "{} has {} frames per second, and {} has {}",
+                    shown[0].name, shown[0].track.fps, other.name, other.track.fps
+                ),
+                hint: "make them with the same --fps to show them side by side".into(),
+            }),
+        }
     }
 }
 
@@ -118,8 +157,14 @@ fn around(meshes: &[TriMesh]) -> Aabb {
     Aabb::around(meshes.iter().flat_map(|mesh| mesh.points().iter())).unwrap_or(origin)
 }
 
-fn painted<'a>(figure: &'a Figure, k: usize, mesh: &'a TriMesh, target: &Path) -> Result<Part<'a>, SessionError> {
-    match &figure.layers[k].colors {
+/// Layer number `k` in its colours.
+fn painted<'a>(
+    mesh: &'a TriMesh,
+    colors: Option<&'a PerVertex<[u8; 3]>>,
+    k: usize,
+    target: &Path,
+) -> Result<Part<'a>, SessionError> {
+    match colors {
         Some(colors) => Part::try_new(mesh, Paint::PerVertex(colors)).map_err(|e| SessionError::bad_source(target, e)),
         None => Ok(Part::solid(mesh, layer_color(k))),
     }
