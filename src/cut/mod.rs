@@ -103,7 +103,6 @@ pub fn cut(
     let mut findings = Vec::new();
     let body = along_body::BodyIndex::prepare(body);
     let continued = below_hair::without_hair(scan, around, segmentation, body.surface(), &mut findings)?;
-    let shown = &segmentation.labels;
     let (scan, segmentation) = continued.as_ref().map_or((scan, segmentation), |(scan, whole)| (scan, whole));
     let filled = fill_holes::filled(scan, around, segmentation, &body, params, &mut findings)?;
     let adjacency = filled.adjacency.as_ref().unwrap_or(around);
@@ -111,7 +110,7 @@ pub fn cut(
     let at_edge = edge_search::at_edges_of_cloth(&filled, adjacency, field, params, &mut findings)?;
     let sliced = slice::slice(&filled.mesh, &at_edge)?.with_hems_only(&filled.beside_hole);
     // What continues below hair has the garment's label now, and had not.
-    let is_seen = |v: VertexId| v.index() < vertices && (shown.0[v] || !segmentation.labels.0[v]);
+    let is_seen = |v: VertexId| v.index() < vertices && (labels.0[v] || !segmentation.labels.0[v]);
     let sliced = sliced.seen_where(is_seen);
     let sliced = pieces::without_islands(sliced, &filled, params.least_island_share, &mut findings);
     let sliced = pieces::with_bow_ties_split(sliced)?;

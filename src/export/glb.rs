@@ -4,7 +4,7 @@
 //! `COLOR_0` and `TEXCOORD_0` where the layer has them, `_PHYSW` (share of cloth physics, 0 where nothing is
 //! simulated), `_LAYER` (rank, 0 for the body) and, where cover masks are given, `_COVERED` (1 where layers further out hide
 //! the vertex in all evaluated poses, else 0); of garments also `_SEEN` (1 where the scan showed the cloth, 0 where it was
-//! filled or continues under another garment). As attributes, these survive programs that drop extras or merge meshes.
+//! filled, or continues under another garment or below hair). As attributes, these survive programs that drop extras or merge meshes.
 
 use super::arguments::{check_figure, check_masks, check_pose};
 use super::error::ExportError;
