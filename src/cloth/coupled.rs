@@ -9,6 +9,7 @@ use super::mass_spring_step::{MassSpringLayers, Moving};
 use super::mode::{ClothMode, ClothSolver};
 use super::near_pairs::{NearPair, Search};
 use super::safe_motion::Step;
+use super::skin_step::{GRAVITY, SkinStep};
 use super::springs::{Spring, springs_of};
 use super::surfaces::Surfaces;
 use super::swept_tree::SweptTree;
@@ -18,8 +19,6 @@ use crate::segment;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-/// Gravity, m/s².
-pub(super) const GRAVITY: f64 = 9.81;
 /// Greatest rotation of a joint per step, degrees: triangles of the demo are 1 to 2 cm wide and 1 mm apart.
 const STEP_DEG: f64 = 3.0;
 /// Steps per frame at 30 frames per second; the greatest number is reached at 36° per frame, faster than people move.
@@ -57,20 +56,6 @@ const GRIPPED: f64 = 0.1;
 const LEAST_GRIPPED: f64 = 0.05;
 /// The fabric of layers that do not say theirs.
 const UNKNOWN_FABRIC: &str = "cotton";
-
-/// A step of the skin.
-///
-/// **Shapes** one entry per vertex of the figure.
-#[derive(Clone, Copy)]
-pub(super) struct SkinStep<'a> {
-    /// The skinned places at its start and at its end.
-    pub before: &'a [Point],
-    pub places: &'a [Point],
-    /// Gravity as the skin carries it along.
-    pub carried: &'a [Vec3],
-    /// Its duration, seconds.
-    pub secs: f64,
-}
 
 /// The simulation: positions, velocities, constraints.
 pub(super) struct Simulation<'a> {

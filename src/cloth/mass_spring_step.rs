@@ -2,9 +2,9 @@
 
 use super::collider::Collider;
 use super::contact::{ContactPlane, contacts_of};
-use super::coupled::{GRAVITY, SkinStep};
 use super::fabric::Fabric;
 use super::mass_spring::{MassSpring, runge_kutta};
+use super::skin_step::{GRAVITY, SkinStep};
 use crate::geometry::{Point, TriMesh, Vec3};
 use rayon::prelude::*;
 use std::ops::Range;

@@ -26,6 +26,7 @@ mod near_pairs;
 mod safe_motion;
 mod separation;
 mod simulate;
+mod skin_step;
 mod springs;
 mod surfaces;
 mod swept_tree;
