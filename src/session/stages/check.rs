@@ -59,7 +59,7 @@ pub(in crate::session) enum Plausibility {
 
 impl PipelineStage for CheckStage {
     const STAGE: Stage = Stage::Check;
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
     type Inputs = Inputs;
     type Output = Plausibility;
 
