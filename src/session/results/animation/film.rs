@@ -46,8 +46,11 @@ impl Session {
     ) -> Result<Vec<PathBuf>, SessionError> {
         let shown = self.shown_in(film)?;
         let figure = self.figure_of_last_step()?;
-        let covered =
-            CoveredParts::of(&figure, film.hide_covered).map_err(|e| SessionError::bad_source(&film.target, e))?;
+        let covered = match film.hide_covered {
+            true => CoveredParts::of(&figure, true).map_err(|e| SessionError::bad_source(&film.target, e))?,
+            // To find out what is covered takes longer than to draw a second of film.
+            false => CoveredParts::none(),
+        };
         let fps = shown[0].track.fps;
         let poses = &shown[0].track.poses;
         let count = shown.iter().map(|moved| moved.track.poses.len()).min().unwrap_or_default();
