@@ -130,3 +130,7 @@ studio-fusion FOLDER="target/studio-fusion":
 bench-peers-fit FOLDER:
     cargo build --release --no-default-features --example time_fit
     python3 benches/peers/fit.py target/release/examples/time_fit {{FOLDER}}
+
+# Ten thousand frames of cloth: nothing crosses, nothing explodes
+cloth-long:
+    cargo test --release --no-default-features --lib -- --ignored --nocapture ten_thousand_frames

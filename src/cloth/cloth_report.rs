@@ -22,6 +22,8 @@ pub struct ClothReport {
     pub stopped_steps: usize,
     /// Root mean square over frames and vertices of cloth of the distance from the skinned place, metres.
     pub swing: f64,
+    /// The same of the hem that swings most, root mean square over its vertices and the frames, metres.
+    pub hem_swing: f64,
     /// 99th percentile of the stretch of the edges of cloth: length in proportion to that in the bind pose; that of the
     /// worst frame.
     pub stretch_p99: f64,
@@ -34,13 +36,17 @@ pub struct ClothReport {
 pub(super) struct Reporter {
     report: ClothReport,
     squares: f64,
+    /// The vertices of each boundary loop of cloth, and the sum over the frames of their mean squared distance.
+    hems: Vec<(Vec<usize>, f64)>,
     frames: usize,
 }
 
 impl Reporter {
-    pub fn new() -> Self {
+    /// **Shapes** `hems`: the vertices of each boundary loop of cloth.
+    pub fn new(hems: Vec<Vec<usize>>) -> Self {
         let report = ClothReport { stretch_p99: 1.0, least_stiffness: 1.0, ..ClothReport::default() };
-        Self { report, squares: 0.0, frames: 0 }
+        let hems = hems.into_iter().filter(|hem| !hem.is_empty()).map(|hem| (hem, 0.0)).collect();
+        Self { report, squares: 0.0, hems, frames: 0 }
     }
 
     /// Adds frame number `frame`: where everything is, and where skinning alone puts it.
@@ -53,13 +59,18 @@ impl Reporter {
         report.yielded = report.yielded.max(yielded);
         report.yielded_share = report.yielded_share.max(share);
         report.stretch_p99 = report.stretch_p99.max(stretch_p99(surfaces, at));
-        self.squares += squared_swing(surfaces, at, places);
+        let body = surfaces.body_vertices();
+        self.squares += squared_swing(body..at.len(), at, places);
+        for (hem, squares) in &mut self.hems {
+            *squares += squared_swing(hem.iter().copied(), at, places);
+        }
         self.frames += 1;
     }
 
     pub fn finish(self, stopped_steps: usize, least_stiffness: f64) -> ClothReport {
-        let swing = (self.squares / self.frames.max(1) as f64).sqrt();
-        ClothReport { swing, stopped_steps, least_stiffness, ..self.report }
+        let swing = |squares: f64| (squares / self.frames.max(1) as f64).sqrt();
+        let hem_swing = self.hems.iter().map(|(_, squares)| swing(*squares)).fold(0.0, f64::max);
+        ClothReport { swing: swing(self.squares), hem_swing, stopped_steps, least_stiffness, ..self.report }
     }
 }
 
@@ -94,11 +105,10 @@ fn yielded(surfaces: &Surfaces, at: &[Point], places: &[Point]) -> (f64, f64) {
     (off.iter().copied().fold(0.0, f64::max), far as f64 / body.max(1) as f64)
 }
 
-/// Mean squared distance of cloth from its skinned place.
-fn squared_swing(surfaces: &Surfaces, at: &[Point], places: &[Point]) -> f64 {
-    let body = surfaces.body_vertices();
-    let squares: f64 = (body..at.len()).map(|v| (at[v] - places[v]).norm_squared()).sum();
-    squares / (at.len() - body).max(1) as f64
+/// Mean squared distance of vertices from their skinned places.
+fn squared_swing(vertices: impl ExactSizeIterator<Item = usize>, at: &[Point], places: &[Point]) -> f64 {
+    let count = vertices.len().max(1) as f64;
+    vertices.map(|v| (at[v] - places[v]).norm_squared()).sum::<f64>() / count
 }
 
 fn stretch_p99(surfaces: &Surfaces, at: &[Point]) -> f64 {

@@ -7,9 +7,10 @@ use super::coupled::Simulation;
 use super::error::ClothError;
 use super::mode::{ClothMode, ClothSolver};
 use crate::body::{Figure, Layer, Skinning};
-use crate::geometry::Point;
+use crate::geometry::{Adjacency, Point};
 use crate::motion::PoseTrack;
 use crate::parameters::Parameters;
+use std::ops::Range;
 
 /// Moves the layers of a figure by `track`, from the bind pose on.
 ///
@@ -45,7 +46,7 @@ pub fn simulate(
     }
     let vertices = simulation.surfaces.vertices.iter().map(|range| range.len() as u32).collect();
     let mut result = ClothTrack { vertices, frames: vec![rounded(&simulation.at)] };
-    let mut reporter = Reporter::new();
+    let mut reporter = Reporter::new(hems(figure, &simulation.surfaces.vertices));
     let weights = physics_weights(figure);
     for (k, poses) in track.poses.windows(2).enumerate() {
         if mode.is_simulated() {
@@ -67,6 +68,17 @@ pub fn simulate(
         on_frame(k + 1, track.poses.len() - 1);
     }
     Ok((result, reporter.finish(simulation.stopped_steps, simulation.least_stiffness())))
+}
+
+/// The boundary loops of cloth, of all layers together.
+///
+/// **Shapes** `vertices`: the vertices of each layer.
+fn hems(figure: &Figure, vertices: &[Range<usize>]) -> Vec<Vec<usize>> {
+    let of_layer = |(layer, range): (&Layer, &Range<usize>)| -> Vec<Vec<usize>> {
+        let loops = Adjacency::prepare(&layer.mesh).boundary_loops();
+        loops.into_iter().map(|hem| hem.into_iter().map(|v| range.start + v.index()).collect()).collect()
+    };
+    figure.layers.iter().zip(vertices).skip(1).flat_map(of_layer).collect()
 }
 
 /// The share of physics of every vertex; 0 for the body.

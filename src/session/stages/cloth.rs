@@ -29,7 +29,7 @@ const UNSEEN_SHARE: f64 = 1e-3;
 
 impl PipelineStage for ClothStage {
     const STAGE: Stage = Stage::Cloth;
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
     type Inputs = Inputs;
     type Output = ClothTrack;
 
@@ -69,6 +69,7 @@ impl PipelineStage for ClothStage {
             .measured("yielded_percent", report.yielded_share * 100.0)
             .measured("stopped_steps", report.stopped_steps as f64)
             .measured("swing_mm", report.swing * 1e3)
+            .measured("hem_swing_mm", report.hem_swing * 1e3)
             .measured("stretch_p99", report.stretch_p99)
             .measured("least_stiffness", report.least_stiffness)
             .found(findings_of(&report, how)))
