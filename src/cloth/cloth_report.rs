@@ -22,7 +22,7 @@ pub struct ClothReport {
     pub stopped_steps: usize,
     /// Root mean square over frames and vertices of cloth of the distance from the skinned place, metres.
     pub swing: f64,
-    /// The same of the hem that swings most, root mean square over its vertices and the frames, metres.
+    /// Swing of the hem that swings most: root mean square over its vertices and the frames, metres.
     pub hem_swing: f64,
     /// 99th percentile of the stretch of the edges of cloth: length in proportion to that in the bind pose; that of the
     /// worst frame.

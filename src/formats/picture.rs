@@ -30,7 +30,7 @@ pub struct ColorPicture {
 
 /// An image that claims more pixels than this has a damaged header: 64 megapixels, twice a large camera's.
 const MAX_PIXELS: u64 = 1 << 26;
-/// The same for the picture of a mesh: 16 k × 16 k, the largest that photogrammetry programs write; 800 MB in memory.
+/// Largest picture of a mesh, in pixels: 16 k × 16 k, the largest that photogrammetry programs write; 800 MB in memory.
 const MAX_TEXTURE_PIXELS: u64 = 1 << 28;
 
 /// Reads a depth image: PNG, one channel of 16 bits.

@@ -20,7 +20,7 @@ pub(in crate::session) fn relative_to(dir: &Path, path: &Path) -> Result<String,
     Ok(text.replace('\\', "/"))
 }
 
-/// The same file without detours, as seen from the current folder: `s/../broken.ply` is `broken.ply`.
+/// The path of a file without detours, as seen from the current folder: `s/../broken.ply` is `broken.ply`.
 pub(in crate::session) fn from_here(path: &Path) -> PathBuf {
     let mut direct = PathBuf::new();
     for part in path.components() {
