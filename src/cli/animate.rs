@@ -33,7 +33,8 @@ pub(super) struct AnimateArgs {
     /// coupled, lbs where there is no garment]
     #[arg(long, value_parser = mode, value_name = "lbs|physics|post|coupled")]
     mode: Option<ClothMode>,
-    /// What computes cloth physics: constraints, or mass–spring with Runge–Kutta steps, where layers may cross
+    /// What computes cloth physics: constraints, or mass–spring with Runge–Kutta steps, where layers may cross, and which small
+    /// triangles, as scanned garments have them, make useless
     #[arg(long, value_parser = solver, value_name = "xpbd|rk4")]
     solver: Option<ClothSolver>,
     /// Simulate a layer as if it were of another fabric, as in jeans=denim; may be given several times
