@@ -1,8 +1,8 @@
 //! What is known about a simulation of cloth.
 
-use super::near_pairs::still_faces;
-use super::surfaces::Surfaces;
-use super::swept_tree::SweptTree;
+use super::crossing_free::near_pairs::still_faces;
+use super::crossing_free::surfaces::Surfaces;
+use super::crossing_free::swept_tree::SweptTree;
 use crate::geometry::{Point, triangles_cross};
 use rayon::prelude::*;
 

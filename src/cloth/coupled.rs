@@ -2,17 +2,17 @@
 //! so that the blend cannot make layers cross.
 
 use super::cloth_params::ClothParams;
+use super::crossing_free::near_pairs::{NearPair, Search};
+use super::crossing_free::safe_motion::Step;
+use super::crossing_free::surfaces::Surfaces;
+use super::crossing_free::swept_tree::SweptTree;
 use super::error::ClothError;
 use super::fabric::Fabric;
 use super::layer::ClothLayer;
-use super::mass_spring_step::{MassSpringLayers, Moving};
+use super::mass_spring::step::{MassSpringLayers, Moving};
 use super::mode::{ClothMode, ClothSolver};
-use super::near_pairs::{NearPair, Search};
-use super::safe_motion::Step;
 use super::skin_step::{GRAVITY, SkinStep};
 use super::springs::{Spring, springs_of};
-use super::surfaces::Surfaces;
-use super::swept_tree::SweptTree;
 use crate::body::{Figure, Layer, Pose, Skinning};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
 use crate::segment;

@@ -9,37 +9,29 @@
 mod cloth_params;
 mod cloth_report;
 mod cloth_track;
-mod collider;
 mod contact;
 mod coupled;
 #[cfg(test)]
 mod coupled_tests;
+mod crossing_free;
 mod drape;
 mod error;
 mod fabric;
 mod layer;
 mod mass_spring;
-mod mass_spring_step;
 mod mode;
 #[cfg(test)]
 mod modes_tests;
-mod near_pairs;
-mod safe_motion;
-mod separation;
 mod simulate;
 mod skin_step;
 mod springs;
-mod surfaces;
-mod swept_tree;
-#[cfg(test)]
-mod tests;
 
 pub use cloth_params::ClothParams;
 pub use cloth_report::ClothReport;
 pub use cloth_track::ClothTrack;
-pub use collider::Collider;
-pub use contact::clear_of;
-pub use drape::drape;
+pub use contact::collider::Collider;
+pub use contact::planes::clear_of;
+pub use drape::settle::drape;
 pub use error::ClothError;
 pub use fabric::Fabric;
 pub use layer::ClothLayer;

@@ -33,7 +33,7 @@ impl Collider {
     /// This surface with its vertices moved to `points` (V × 3, metres).
     ///
     /// **Requires** one point per vertex.
-    pub(super) fn moved(&self, points: &[Point]) -> Self {
+    pub(in crate::cloth) fn moved(&self, points: &[Point]) -> Self {
         let mesh = self.mesh().with_points(points.to_vec());
         let normals = smoothed_normals(&mesh, &self.adjacency, NORMAL_ROUNDS);
         let (adjacency, on_boundary) = (self.adjacency.clone(), self.on_boundary.clone());
@@ -49,12 +49,12 @@ impl Collider {
     }
 
     /// The smoothed normal at a vertex.
-    pub(super) fn normal(&self, v: VertexId) -> Vec3 {
+    pub(in crate::cloth) fn normal(&self, v: VertexId) -> Vec3 {
         self.normals[v]
     }
 
     /// Whether a point of the surface lies on its boundary.
-    pub(super) fn is_on_boundary(&self, near: &SurfacePoint) -> bool {
+    pub(in crate::cloth) fn is_on_boundary(&self, near: &SurfacePoint) -> bool {
         let corners = self.mesh().faces()[near.face];
         corners.iter().zip(near.barycentric).all(|(&v, w)| w < 1e-3 || self.on_boundary[v])
     }

@@ -1,6 +1,6 @@
 //! Cloth over a sphere, with known answers.
 
-use super::{ClothError, ClothLayer, Collider, Fabric, drape};
+use crate::cloth::{ClothError, ClothLayer, Collider, Fabric, drape};
 use crate::geometry::{PerVertex, Point, TriMesh, intersecting_pairs, sphere};
 
 /// A square cloth of `n × n` vertices, 2 cm apart, at height `y`.

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 /// Two primitives that may touch within a step: a vertex and a face, or two edges.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct NearPair {
+pub(in crate::cloth) struct NearPair {
     /// Their vertices: the first `split` are those of the first primitive.
     pub vertices: [u32; 4],
     pub split: u8,
@@ -25,7 +25,7 @@ pub(super) struct NearPair {
 /// A search for near pairs.
 ///
 /// **Shapes** `at`, `by`, `slack`: one entry per vertex.
-pub(super) struct Search<'a> {
+pub(in crate::cloth) struct Search<'a> {
     pub surfaces: &'a Surfaces,
     pub tree: &'a SweptTree,
     /// Positions at the start of the step.
@@ -155,7 +155,7 @@ fn of_faces(surfaces: &Surfaces, vertices: &[Swept]) -> Vec<Swept> {
 /// The boxes of all faces while nothing moves.
 ///
 /// **Shapes** `at`: one entry per vertex; the result: one entry per face.
-pub(super) fn still_faces(surfaces: &Surfaces, at: &[Point]) -> Vec<Swept> {
+pub(in crate::cloth) fn still_faces(surfaces: &Surfaces, at: &[Point]) -> Vec<Swept> {
     let vertices: Vec<Swept> = at.par_iter().map(|p| Swept::point(p, &Vec3::zeros(), 0.0)).collect();
     of_faces(surfaces, &vertices)
 }
@@ -164,7 +164,7 @@ pub(super) fn still_faces(surfaces: &Surfaces, at: &[Point]) -> Vec<Swept> {
 const FASTEST_PUSH: f64 = 1e-4;
 
 /// The shortest way from the first primitive to the second, and the weight of each vertex in it.
-pub(super) fn way_between(at: &[Point; 4], split: u8) -> (Vec3, [f64; 4]) {
+pub(in crate::cloth) fn way_between(at: &[Point; 4], split: u8) -> (Vec3, [f64; 4]) {
     let [a, b, c, d] = at;
     if split == 1 {
         let ([u, v, w], on_face) = closest_on_triangle(a, &[*b, *c, *d]);

@@ -7,7 +7,7 @@ use std::ops::Range;
 /// The body and all layers of cloth as one mesh, with its edges.
 ///
 /// **Shapes** `rest` V × 3, `faces` F × 3, `edges` E × 2, `sides` F × 3 (edges of a face), `owned` F.
-pub(super) struct Surfaces {
+pub(in crate::cloth) struct Surfaces {
     /// Positions in the bind pose.
     pub rest: Vec<Point>,
     pub faces: Vec<[u32; 3]>,

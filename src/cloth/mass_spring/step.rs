@@ -1,10 +1,10 @@
 //! Steps of mass–spring cloth on a figure, resting on planes of what is near: the paper's solver, without our guarantee.
 
-use super::collider::Collider;
-use super::contact::{ContactPlane, contacts_of};
-use super::fabric::Fabric;
-use super::mass_spring::{MassSpring, runge_kutta};
-use super::skin_step::{GRAVITY, SkinStep};
+use super::net::{MassSpring, runge_kutta};
+use crate::cloth::contact::collider::Collider;
+use crate::cloth::contact::planes::{ContactPlane, contacts_of};
+use crate::cloth::fabric::Fabric;
+use crate::cloth::skin_step::{GRAVITY, SkinStep};
 use crate::geometry::{Point, TriMesh, Vec3};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -18,7 +18,7 @@ const CONTACT: f64 = 0.5;
 const FRICTION: f64 = 0.1;
 
 /// The layers of cloth of a figure as springs, and what they touch.
-pub(super) struct MassSpringLayers {
+pub(in crate::cloth) struct MassSpringLayers {
     nets: Vec<MassSpring>,
     fabrics: Vec<Fabric>,
     body: Collider,
@@ -26,7 +26,7 @@ pub(super) struct MassSpringLayers {
 }
 
 /// What moves, and what pulls it; one entry per vertex of the figure.
-pub(super) struct Moving<'a> {
+pub(in crate::cloth) struct Moving<'a> {
     pub at: &'a mut [Point],
     pub velocity: &'a mut [Vec3],
     /// Angular frequency of the pull to the skinned place, 1/s.

@@ -1,15 +1,15 @@
 //! Layers separated from the body and from one another, before and after the simulation.
 
-use super::collider::Collider;
-use super::contact::{outside_all, outside_layer};
-use super::layer::ClothLayer;
+use crate::cloth::contact::collider::Collider;
+use crate::cloth::contact::planes::{outside_all, outside_layer};
+use crate::cloth::layer::ClothLayer;
 use crate::geometry::{PerVertex, Point, TriMesh, intersecting_pairs};
 use rayon::prelude::*;
 
 /// The initial positions with each layer outside of those below it: a layer put on over a flared skirt starts inside it,
 /// beyond the reach of contact, and would stay there. A layer with pinned vertices is left as it is: the shirt is tucked
 /// into it.
-pub(super) fn initial_outside(layers: &[&ClothLayer], initial: &[PerVertex<Point>]) -> Vec<PerVertex<Point>> {
+pub(in crate::cloth) fn initial_outside(layers: &[&ClothLayer], initial: &[PerVertex<Point>]) -> Vec<PerVertex<Point>> {
     /// Metres: a jacket's hem inside a skirt.
     const REACH: f64 = 0.09;
     let mut separated: Vec<PerVertex<Point>> = Vec::new();
@@ -29,7 +29,7 @@ pub(super) fn initial_outside(layers: &[&ClothLayer], initial: &[PerVertex<Point
 
 /// The layers, the innermost first, each moved clear of the body and of those below it: corrects what constraints have
 /// pulled in since the last search for contacts, and edges that cross though no vertex is inside.
-pub(super) fn final_outside(layers: Vec<(&ClothLayer, Vec<Point>)>, body: &Collider) -> Vec<TriMesh> {
+pub(in crate::cloth) fn final_outside(layers: Vec<(&ClothLayer, Vec<Point>)>, body: &Collider) -> Vec<TriMesh> {
     /// Rounds of search and push.
     const ROUNDS: usize = 12;
     /// Metres that the corners of crossing triangles are pushed per round beyond contact.

@@ -1,7 +1,7 @@
 //! Contact of a vertex with the body and with the other layers.
 
 use super::collider::Collider;
-use super::fabric::Fabric;
+use crate::cloth::fabric::Fabric;
 use crate::geometry::{Point, Vec3, VertexId};
 use rayon::prelude::*;
 
@@ -23,9 +23,9 @@ const FRICTION: f64 = 0.4;
 
 /// A plane that a vertex stays on the outer side of.
 #[derive(Clone, Copy)]
-pub(super) struct ContactPlane {
+pub(in crate::cloth) struct ContactPlane {
     point: Point,
-    pub(super) normal: Vec3,
+    pub(in crate::cloth) normal: Vec3,
     gap: f64,
     /// Share of the depth that is corrected per step.
     push: f64,
@@ -33,13 +33,13 @@ pub(super) struct ContactPlane {
 
 impl ContactPlane {
     /// How far `p` is below the plane plus the gap; negative above.
-    pub(super) fn depth(&self, p: &Point) -> f64 {
+    pub(in crate::cloth) fn depth(&self, p: &Point) -> f64 {
         self.gap - (p - self.point).dot(&self.normal)
     }
 }
 
 /// Pushes a vertex to the outer side of the contact plane; `before` is where it was before the step.
-pub(super) fn push_out(p: &mut Point, before: &Point, contact: &ContactPlane) {
+pub(in crate::cloth) fn push_out(p: &mut Point, before: &Point, contact: &ContactPlane) {
     let depth = contact.depth(p);
     if depth <= 0.0 {
         return;
@@ -53,7 +53,7 @@ pub(super) fn push_out(p: &mut Point, before: &Point, contact: &ContactPlane) {
 ///
 /// **Shapes** `at` V × 3, the vertices of layer `k`; `layers` and `fabrics` one per layer, `layers` empty for a single
 /// layer; the result V lists.
-pub(super) fn contacts_of(
+pub(in crate::cloth) fn contacts_of(
     at: &[Point],
     k: usize,
     body: &Collider,
@@ -99,12 +99,12 @@ fn contact(p: &Point, surface: &Collider, reach: f64, inside: bool, gap: f64, pu
 }
 
 /// `p` moved to the outer side of a layer below it, if it is within `reach` metres of that layer.
-pub(super) fn outside_layer(p: &Point, layer: &Collider, reach: f64, thickness: f64) -> Point {
+pub(in crate::cloth) fn outside_layer(p: &Point, layer: &Collider, reach: f64, thickness: f64) -> Point {
     moved_out(p, contact(p, layer, reach, false, LAYER_GAP + thickness, 1.0))
 }
 
 /// `p` moved to the outer side of the inner layers, in their order, and then of the body.
-pub(super) fn outside_all(p: &Point, inner: &[Collider], body: &Collider, thickness: f64) -> Point {
+pub(in crate::cloth) fn outside_all(p: &Point, inner: &[Collider], body: &Collider, thickness: f64) -> Point {
     let q = inner.iter().fold(*p, |q, layer| outside_layer(&q, layer, CONTACT_REACH, thickness));
     outside_skin(&q, body, thickness)
 }

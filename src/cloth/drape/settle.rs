@@ -1,12 +1,12 @@
 //! Draping: all layers settle at once, each pressing on the others.
 
-use super::collider::Collider;
-use super::contact::{ContactPlane, contacts_of, push_out};
-use super::error::ClothError;
-use super::fabric::Fabric;
-use super::layer::ClothLayer;
 use super::separation::{final_outside, initial_outside};
-use super::springs::{Spring, springs_of};
+use crate::cloth::contact::collider::Collider;
+use crate::cloth::contact::planes::{ContactPlane, contacts_of, push_out};
+use crate::cloth::error::ClothError;
+use crate::cloth::fabric::Fabric;
+use crate::cloth::layer::ClothLayer;
+use crate::cloth::springs::{Spring, springs_of};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
 use rayon::prelude::*;
 

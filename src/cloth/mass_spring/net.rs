@@ -1,6 +1,6 @@
 //! Mass–spring cloth (Shi 2020, Eq. 22): forces of stretch and bending with their dampers.
 
-use super::fabric::Fabric;
+use crate::cloth::fabric::Fabric;
 use crate::geometry::{Adjacency, FaceId, Point, TriMesh, Vec3};
 
 /// Damping of a spring relative to the critical one of its two ends.
@@ -40,7 +40,7 @@ struct Hinge {
 }
 
 /// The springs of one layer: a tie along each edge, a hinge about each inner one.
-pub(super) struct MassSpring {
+pub(in crate::cloth) struct MassSpring {
     ties: Vec<Tie>,
     hinges: Vec<Hinge>,
     /// 1/kg; 0 where a vertex is held.
@@ -193,7 +193,7 @@ fn bend_of([c, d, a, b]: &[Point; 4]) -> Option<(f64, [Vec3; 4])> {
 /// step.
 ///
 /// **Shapes** `at`, `velocity`: one entry per vertex.
-pub(super) fn runge_kutta(
+pub(in crate::cloth) fn runge_kutta(
     at: &mut [Point],
     velocity: &mut [Vec3],
     secs: f64,

@@ -32,7 +32,7 @@ const BODY_MASS: f64 = 10.0;
 
 /// What was corrected.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Corrections {
+pub(in crate::cloth) struct Corrections {
     /// Pairs that would have come too near.
     pub pairs: usize,
     /// Vertices that had to be joined to rigid zones.
@@ -42,7 +42,7 @@ pub(super) struct Corrections {
 }
 
 /// A step: where everything is, and how it is expected to move.
-pub(super) struct Step<'a> {
+pub(in crate::cloth) struct Step<'a> {
     pub surfaces: &'a Surfaces,
     pub tree: &'a SweptTree,
     pub at: &'a [Point],

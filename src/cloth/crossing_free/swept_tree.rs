@@ -6,7 +6,7 @@ use crate::geometry::{Point, Vec3};
 /// Where something is at the start of a step, and its displacement within the step: `f32`, rounded outward.
 #[derive(Clone, Copy)]
 #[repr(align(16))]
-pub(super) struct Swept {
+pub(in crate::cloth) struct Swept {
     low: [f32; 4],
     high: [f32; 4],
     /// Least and greatest displacement.
@@ -73,7 +73,7 @@ struct Node {
 }
 
 /// The hierarchy; its boxes are computed anew for each step.
-pub(super) struct SweptTree {
+pub(in crate::cloth) struct SweptTree {
     nodes: Vec<Node>,
     order: Vec<u32>,
 }
