@@ -40,6 +40,9 @@ const SMOOTHING_STEPS: usize = 3;
 const SMOOTHING: f64 = 0.6;
 /// Rounds of spreading moves to the neighbours.
 const SPREAD: usize = 3;
+/// How often a vertex is pushed out before it moves to the middle of its neighbours instead: a tip of long hair that reached into a
+/// flat fold of the jacket of the foreign person c crossed it each time it was pushed out.
+const PUSHES: u16 = 1;
 /// Rounds after which the neighbourhood that is smoothed grows by a ring.
 const ROUNDS_PER_RING: usize = 3;
 
@@ -157,6 +160,8 @@ struct Tangle {
     faces_out: PerVertex<bool>,
     /// In how many rounds each vertex was at a crossing.
     age: PerVertex<u16>,
+    /// How often each vertex was pushed out of a layer.
+    pushes: PerVertex<u16>,
 }
 
 impl Tangle {
@@ -168,6 +173,7 @@ impl Tangle {
             on_boundary: adjacency.boundary_vertices(),
             faces_out: faces_out(&sheets, layers),
             age: PerVertex::filled(0, sheets.mesh().vertex_count()),
+            pushes: PerVertex::filled(0, sheets.mesh().vertex_count()),
             adjacency,
             sheets,
         })
@@ -181,12 +187,18 @@ impl Tangle {
     }
 
     /// The places of all vertices after those inside were pushed out, where nothing crosses.
-    fn pushed_out(&self, inside: &[Insider]) -> PerVertex<Point> {
+    fn pushed_out(&mut self, inside: &[Insider]) -> PerVertex<Point> {
         let mesh = self.sheets.mesh();
         let mut required = RequiredMoves::none(mesh.vertex_count());
         for one in inside {
+            let v = self.sheets.vertex(one.layer, one.vertex);
             let out = one.way_out.try_normalize(1e-12).unwrap_or_else(Vec3::zeros);
-            required.require(self.sheets.vertex(one.layer, one.vertex), one.way_out + out * MARGIN);
+            let way = match self.pushes[v] < PUSHES {
+                true => one.way_out + out * MARGIN,
+                false => mean(self.adjacency.neighbours_of(v), |w| mesh.points()[w].coords) - mesh.points()[v].coords,
+            };
+            required.require(v, way);
+            self.pushes[v] += 1;
         }
         let moves = spread(&self.sheets, &self.adjacency, &required);
         mesh.points().iter().zip(moves.iter()).map(|(p, u)| p + u).collect()
