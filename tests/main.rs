@@ -14,6 +14,7 @@ mod foreign;
 mod foreign_motion;
 mod foreign_segment;
 mod frozen;
+mod hair;
 mod history;
 mod laws;
 mod outfit;

@@ -133,7 +133,7 @@ fn likely_kinds(hidden: &PerVertex<bool>, stand_off: f64, figure: &Figure, liste
         }
         Some(both / f64::max(either, 1e-12))
     };
-    let kinds = GarmentTemplate::names().filter(|kind| !listed.contains(kind));
+    let kinds = GarmentTemplate::names().filter(|kind| !listed.contains(kind) && *kind != "hair");
     let mut likely: Vec<(f64, &str)> = kinds.filter_map(|kind| Some((overlap(kind)?, kind))).collect();
     likely.sort_by(|a, b| b.0.total_cmp(&a.0));
     let least = likely.first().map_or(NAMED_FROM, |best| NAMED_FROM.max(ALSO_NAMED_FROM * best.0));

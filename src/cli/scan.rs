@@ -38,8 +38,8 @@ pub(super) struct ScanArgs {
     /// The figure's body: the model's template registered to the scan, or the scan itself
     #[arg(long, value_enum)]
     surface: Option<SurfaceWord>,
-    /// Hair in the bare scan: `drop` leaves it out, so that the head is that below it; `keep` takes it as part of the body;
-    /// `auto` drops it only where the scan would be refused with it [default: auto]
+    /// Hair in the bare scan: `layer` cuts it out as a layer of its own, so that the head is that below it; `drop` leaves it out;
+    /// `keep` takes it as part of the body; `auto` drops it only where the scan would be refused with it [default: auto]
     #[arg(long, value_enum)]
     hair: Option<HairWord>,
     /// Where the garment ends (knee, ankle, hip, …)
@@ -82,6 +82,7 @@ enum SurfaceWord {
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum HairWord {
     Auto,
+    Layer,
     Drop,
     Keep,
 }
@@ -91,7 +92,7 @@ impl HairWord {
     fn settings(self) -> Settings {
         let word = match self {
             Self::Auto => "auto",
-            Self::Drop => "drop",
+            Self::Layer | Self::Drop => "drop",
             Self::Keep => "keep",
         };
         Settings::from([("hair".into(), Setting::Word(word.into()))])
@@ -156,6 +157,7 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
         voxel_mm: args.voxel,
         reading: args.reading.settings()?,
         fitting: args.hair.map(HairWord::settings).unwrap_or_default(),
+        hair_layer: matches!(args.hair, Some(HairWord::Layer)),
         until: args.until,
         sleeve: args.sleeve,
         replace: args.replace,

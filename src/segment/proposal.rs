@@ -67,7 +67,8 @@ impl Proposal {
     }
 
     /// No garment at all.
-    pub(super) fn of_nothing(vertex_count: usize, edge_count: usize) -> Self {
+    pub fn of_nothing(mesh: &TriMesh) -> Self {
+        let (vertex_count, edge_count) = (mesh.vertex_count(), Adjacency::prepare(mesh).edges().len());
         let none = Labels(PerVertex::filled(false, vertex_count));
         Self { unary: vec![0; vertex_count], costs: vec![0; edge_count], cut: none.clone(), labels: none }
     }

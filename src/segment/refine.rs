@@ -85,7 +85,7 @@ pub fn propose(
     let mesh = &scan.mesh;
     let adjacency = Adjacency::prepare(mesh);
     let Some(body) = inner.first() else {
-        return Ok(Proposal::of_nothing(mesh.vertex_count(), adjacency.edges().len()));
+        return Ok(Proposal::of_nothing(mesh));
     };
     check_inputs(scan, inner, body, placement)?;
     params.check_values()?;

@@ -139,6 +139,9 @@ pub struct GarmentTemplate {
     /// The number of separate parts.
     #[serde(default = "one")]
     pub pieces: usize,
+    /// Whether it grows on the body, as hair does: the fit of the bare scan finds it, and its limits only say where it is usual.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub grows: bool,
     #[serde(default)]
     pub(super) until: MovedEnd,
     pub(super) trunk: Option<TrunkCover>,
@@ -162,6 +165,7 @@ const BUILT_IN: &[(&str, &str)] = garments![
     "coat",
     "dress",
     "gloves",
+    "hair",
     "hat",
     "jacket",
     "leggings",
@@ -219,6 +223,13 @@ impl GarmentTemplate {
         self.region.is_some()
     }
 
+    /// Whether it is worn on the head, over hair.
+    pub fn covers_head(&self) -> bool {
+        /// Above the head's joint: collars and scarfs end below.
+        const BROW: f64 = 2.3;
+        !self.grows && self.trunk.as_ref().is_some_and(|trunk| trunk.to.level() > BROW)
+    }
+
     /// The expected number of boundary loops, least and greatest. An open front joins neck and lower hem into one.
     pub fn expected_loops(&self) -> std::ops::RangeInclusive<usize> {
         let most = self.hems.len();
@@ -241,6 +252,9 @@ impl GarmentTemplate {
     fn check(&self) -> Result<(), String> {
         if self.trunk.is_none() && self.arms.is_none() && self.region.is_none() {
             return Err("it covers nothing: there is neither [trunk] nor [arms] nor [region]".into());
+        }
+        if self.grows && self.region.is_some() {
+            return Err("'grows' and 'region' exclude each other: what grows on the body is found, not painted".into());
         }
         if self.pieces == 0 {
             return Err("'pieces' is 0".into());

@@ -36,6 +36,8 @@ pub struct NewScan {
     pub reading: Settings,
     /// Parameters of the naked fit that differ from the defaults; for the body's step only.
     pub fitting: Settings,
+    /// Whether the hair of the bare scan becomes a layer, a step of its own; for the body's step only.
+    pub hair_layer: bool,
     /// Where the garment ends.
     pub until: Option<String>,
     /// Where its sleeves end.
@@ -69,6 +71,9 @@ impl Writer {
         let mut step = StepRecipe { template: new.template.clone(), masks, ..step_of(new) };
         let mut recipe = self.session.recipe.clone();
         recipe.put_step(step.clone(), new.replace)?;
+        if new.hair_layer {
+            recipe.put_hair()?;
+        }
         step = recipe.step(&new.name)?.clone();
         if step.template.is_some() {
             recipe.garment_of(&step)?;
@@ -126,7 +131,14 @@ impl Writer {
             let step = recipe.step_mut(name)?;
             (step.scan, step.hash) = (named.file.clone(), named.hash);
         }
+        recipe.hair_follows_body();
         let step = recipe.step(&names[0])?.clone();
+        if step.hash != named.hash {
+            return Err(SessionError::BadRequest {
+                what: format!("'{}' is not the bare scan, from which hair is cut out", new.file.display()),
+                hint: format!("give the file of the body, {}", step.scan),
+            });
+        }
         let before = std::mem::replace(&mut self.session.recipe, recipe);
         let (change, forced) = (change_of(new), forced_by(new, &step.name));
         let mut watched = |event: &Event| {

@@ -23,9 +23,10 @@ impl Recipe {
         match self.steps.iter().position(|s| s.name == step.name) {
             Some(_) if !replace => return Err(SessionError::DuplicateStep { name: step.name }),
             Some(at) => self.steps[at] = step,
-            None => self.steps.push(step),
+            None => self.steps.insert(self.place_of_new(std::slice::from_ref(&step)), step),
         }
         self.link_templates();
+        self.hair_follows_body();
         self.check().map_err(|fault| fault.error)
     }
 
@@ -67,6 +68,7 @@ impl Recipe {
             }
         }
         self.check_outfits().map_err(|(i, error)| Fault { step: Some(i as u32), key: vec!["outfit".into()], error })?;
+        self.check_hair().map_err(|(i, error)| Fault { step: Some(i as u32), key: vec!["template".into()], error })?;
         let at_animations = |error| Fault { step: None, key: vec!["animation".into()], error };
         self.check_animations().map_err(at_animations)
     }

@@ -7,6 +7,7 @@ mod check;
 mod edit;
 mod file;
 pub(in crate::session) mod garment_spec;
+mod hair;
 mod mask_file;
 mod names;
 mod outfit;

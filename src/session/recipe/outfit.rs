@@ -5,7 +5,7 @@
 
 use super::garment_spec::{self, GarmentSpec};
 use super::names::is_file_name;
-use super::steps::{Recipe, StepRecipe};
+use super::steps::{BODY_STEP, Recipe, StepRecipe};
 use crate::segment::GarmentTemplate;
 use crate::session::error::SessionError;
 use crate::session::stage::Stage;
@@ -65,14 +65,17 @@ impl Recipe {
         for step in &steps {
             self.check_new_garment(&step.name)?;
         }
-        let at = at.unwrap_or(self.steps.len());
+        let at = at.unwrap_or_else(|| self.place_of_new(&steps));
         self.steps.splice(at..at, steps);
         self.link_templates();
         self.check().map_err(|fault| fault.error)
     }
 
-    /// Gives the other steps of an outfit what they share with the named one.
+    /// Gives the other steps of an outfit what they share with the named one, and the hair what it shares with the body.
     pub(in crate::session) fn share_in_outfit(&mut self, name: &str) {
+        if name == BODY_STEP {
+            self.hair_follows_body();
+        }
         let Some(of) = self.steps.iter().find(|s| s.name == name && s.outfit.is_some()).cloned() else { return };
         for step in self.steps.iter_mut().filter(|s| s.outfit == of.outfit && s.name != name) {
             *step = with_shared(step, &of);

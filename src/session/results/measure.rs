@@ -41,12 +41,14 @@ impl Session {
         if !folder.is_dir() {
             return Err(SessionError::NoSuchFolder { path: folder.to_path_buf() });
         }
-        let steps: Vec<PosedStep> = self.posed_steps(None)?.into_iter().filter(PosedStep::has_layer).collect();
         let joints_path = folder.join(TruthNaming::JOINTS);
         let text = String::from_utf8(source::read(&joints_path)?).map_err(|e| {
             SessionError::reading(&joints_path, std::io::Error::new(std::io::ErrorKind::InvalidData, e))
         })?;
         let joints = TruthJoints::from_json(&text).map_err(|e| SessionError::bad_source(&joints_path, e))?;
+        let knows_hair = joints.names.iter().any(|name| name == HAIR);
+        let is_comparable = |posed: &PosedStep| posed.has_layer() && (knows_hair || !posed.step.is_hair());
+        let steps: Vec<PosedStep> = self.posed_steps(None)?.into_iter().filter(is_comparable).collect();
         let of_truth = true_steps(&steps);
         let mut results = steps.iter().map(result_of).collect::<Result<Vec<_>, _>>()?;
         for (k, result) in
@@ -78,21 +80,20 @@ impl Session {
     }
 }
 
-/// The step of the truth of each step. Steps with one scan, those of an outfit above all, have one.
+/// The step of the truth of each step. Steps with one scan, those of an outfit above all, have one; hair has the body's.
 ///
 /// **Shapes** one entry per step.
 fn true_steps(steps: &[PosedStep]) -> Vec<usize> {
-    let mut known = Vec::new();
-    for (k, posed) in steps.iter().enumerate() {
-        let is_new = |before: &PosedStep| before.step.is_body() || before.step.hash != posed.step.hash;
-        let last = known.last().copied().unwrap_or(0);
-        known.push(match k.checked_sub(1).map(|before| is_new(&steps[before])) {
-            None => 0,
-            Some(true) => last + 1,
-            Some(false) => last,
-        });
-    }
-    known
+    let (mut last, mut before) = (0, None);
+    let mut of = |posed: &PosedStep| {
+        if posed.step.is_body() || posed.step.is_hair() {
+            return 0;
+        }
+        last += usize::from(before != Some(posed.step.hash));
+        before = Some(posed.step.hash);
+        last
+    };
+    steps.iter().map(&mut of).collect()
 }
 
 /// The layers of the truth that are hair, from their names.
@@ -157,10 +158,10 @@ fn bind_result(steps: &[PosedStep]) -> ResultBind {
 fn truth_of(folder: &Path, step: usize, joints: &TruthJoints, frame: &FileFrame) -> Result<TruthStep, SessionError> {
     let in_world = |mesh: TriMesh| mesh.map_points(|p| frame.world_from_file(p));
     let body = in_world(read_mesh(&folder.join(TruthNaming::step_body(step)))?);
-    // Each step has a layer more than the one before, at least.
+    // Each step has a layer more than the one before, at least; the bare scan may show hair.
     let is_there = |layer: &usize| *layer <= step || folder.join(TruthNaming::step_layer(step, *layer)).is_file();
     let layers = (1..)
-        .take_while(|layer| step > 0 && is_there(layer))
+        .take_while(is_there)
         .map(|layer| read_mesh(&folder.join(TruthNaming::step_layer(step, layer))).map(in_world))
         .collect::<Result<Vec<_>, _>>()?;
     let of_step = joints.at(step).map_err(|e| SessionError::bad_source(&folder.join(TruthNaming::JOINTS), e))?;

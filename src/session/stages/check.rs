@@ -77,11 +77,13 @@ impl PipelineStage for CheckStage {
             (context.results.result::<PoseStage>()?, context.results.result::<SegmentStage>()?);
         let garment = context.results.result::<CutStage>()?;
         let fabric = garment_spec::of_step(context.step)?.template.fabric;
-        let figure = context.inner()?.figure()?;
         let step = context.step;
+        // The bare scan, from which hair is cut, shows no garments.
+        let figure = if step.is_hair() { context.before_scan()? } else { context.inner()? }.figure()?;
         let earlier = context.walk.session().recipe.steps.iter().take_while(|other| other.name != step.name);
         let same_as = earlier
             .into_iter()
+            .filter(|other| !other.is_hair())
             .filter(|other| step.outfit.is_none() || other.outfit != step.outfit)
             .find(|other| other.hash.is_some() && other.hash == step.hash)
             .map(|other| other.name.clone());
@@ -242,6 +244,10 @@ fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Resul
     });
     let unlisted = of_outfit.as_ref().map(OutfitResult::unlisted).transpose()?.flatten();
     let lookalike = of_outfit.as_ref().map(OutfitResult::lookalike).transpose()?.flatten();
+    if step.is_hair() {
+        // The bare scan was checked with the body; strands are ragged, and may be of any length.
+        return Ok(outcome);
+    }
     let same = same_as.map(|other| {
         let what = format!("the file is the same as that of the step '{other}', so it shows no further garment");
         Warning::new(what, "give the scan in which the garment was put on")

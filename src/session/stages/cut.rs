@@ -1,6 +1,7 @@
 //! Cut: cuts the garment out of the scan as its own mesh, with smooth hems.
 
 use super::event::{OnProgress, Outcome};
+use super::hair::KnownHair;
 use super::pipeline_stage::{PipelineStage, StepContext};
 use super::pose::PoseStage;
 use super::posed::body_inside;
@@ -8,7 +9,7 @@ use super::scan::ScanStage;
 use super::segment::SegmentStage;
 use crate::body::Figure;
 use crate::cut::{BodyBelow, CutError, CutParams, Garment, cut};
-use crate::fit::PoseInside;
+use crate::fit::{FittedBody, PoseInside};
 use crate::geometry::Adjacency;
 use crate::scan::Scan;
 use crate::segment::{SegmentError, Segmentation};
@@ -27,6 +28,8 @@ pub(in crate::session) struct Inputs {
     figure: Kept<Figure>,
     inside: Kept<PoseInside>,
     spec: GarmentSpec,
+    /// The fit of the body with its hair, if the step cuts that out.
+    hair: Option<Kept<FittedBody>>,
     params: CutParams,
 }
 
@@ -42,7 +45,7 @@ impl PipelineStage for CutStage {
         let (scan, segmentation) = (context.results.result::<ScanStage>()?, context.results.result::<SegmentStage>()?);
         let inside = context.results.result::<PoseStage>()?;
         let figure = context.inner()?.figure()?;
-        let values = json!({
+        let mut values = json!({
             "scan": scan.hash,
             "labels": segmentation.hash,
             "figure": figure.hash,
@@ -50,11 +53,15 @@ impl PipelineStage for CutStage {
             "kind": spec.input(),
             "params": params,
         });
-        Ok((Inputs { scan, segmentation, figure, inside, spec, params }, values))
+        let hair = if spec.template.grows { context.fit_with_hair()? } else { None };
+        if let Some(fitted) = hair {
+            values["hair"] = json!(fitted.hash);
+        }
+        Ok((Inputs { scan, segmentation, figure, inside, spec, hair, params }, values))
     }
 
     fn run(
-        Inputs { scan: kept_scan, segmentation, figure, inside, spec, params }: Inputs,
+        Inputs { scan: kept_scan, segmentation, figure, inside, spec, hair, params }: Inputs,
         step: &StepRecipe,
         session: &Session,
         _on_progress: OnProgress,
@@ -63,11 +70,17 @@ impl PipelineStage for CutStage {
         let adjacency = session.store.prepared(kept_scan.hash, || Adjacency::prepare(&scan.mesh));
         let (figure, inside) = (session.figure(figure)?, session.store.load(inside)?);
         let body = body_inside(&figure, &inside)?;
-        let covered = (spec.template.prior(figure.body(), &figure.skeleton, &spec.extent))
-            .map_err(|e| SessionError::stage(&step.name, Stage::Segment, e))?;
+        let covered = match KnownHair::load(session, hair, &figure)? {
+            Some(hair) => hair.0,
+            None => (spec.template.prior(figure.body(), &figure.skeleton, &spec.extent))
+                .map_err(|e| SessionError::stage(&step.name, Stage::Segment, e))?,
+        };
         let below = BodyBelow { mesh: &body, covered: &covered };
         let expected_loops = spec.template.expected_loops();
         let garment = match cut(&scan, &adjacency, &segmentation, &below, expected_loops, &params) {
+            Err(CutError::NothingLabelled { .. }) if spec.template.grows && step.masks.is_empty() => {
+                return Ok(Outcome::of(Garment::absent()));
+            }
             // The scan shows other garments, too: they are what it was given for.
             Err(CutError::NothingLabelled { .. }) if step.outfit.is_some() => {
                 let absent = SegmentError::NotInOutfit { garment: step.name.clone() };

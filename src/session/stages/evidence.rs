@@ -11,7 +11,7 @@ use super::scan::ScanStage;
 use crate::body::Figure;
 use crate::fit::{FittedBody, PoseInside};
 use crate::scan::Scan;
-use crate::segment::{Inner, RefineParams, propose, propose_outfit};
+use crate::segment::{Inner, Proposal, RefineParams, propose, propose_outfit};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::recipe::{GarmentSpec, StepRecipe, params_of};
@@ -64,6 +64,10 @@ impl PipelineStage for EvidenceStage {
         let (scan, figure) = (session.store.load(scan)?, session.figure(figure)?);
         let inside = session.store.load(inside)?;
         let failed = |e| SessionError::stage(&step.name, Stage::Segment, e);
+        let hair = KnownHair::load(session, hair, &figure)?.map(|hair| hair.placement(&figure));
+        if garments.are_hair() && hair.is_none() {
+            return Ok(Outcome::of(Evidence::Garment(Proposal::of_nothing(&scan.mesh))));
+        }
         let place = |spec: &GarmentSpec| spec.template.place(figure.body(), &figure.skeleton, &spec.extent);
         let placements = garments.0.iter().map(place).collect::<Result<Vec<_>, _>>().map_err(failed)?;
         let surfaces = surfaces_inside(&figure, &inside)?;
@@ -72,8 +76,10 @@ impl PipelineStage for EvidenceStage {
             .zip(&figure.layers)
             .map(|(mesh, layer)| Inner { mesh, colors: layer.colors.as_ref() })
             .collect();
-        let hair = KnownHair::load(session, hair, &figure)?.map(|hair| hair.placement(&figure));
         let evidence = match (placements.as_slice(), &hair, step.outfit.is_some()) {
+            (_, Some(hair), _) if garments.are_hair() => {
+                Evidence::Garment(propose(&scan, &layers, hair, &params).map_err(failed)?)
+            }
             ([only], None, false) => Evidence::Garment(propose(&scan, &layers, only, &params).map_err(failed)?),
             (all, hair, _) => {
                 Evidence::Outfit(propose_outfit(&scan, &layers, all, hair.as_ref(), &params).map_err(failed)?)

@@ -27,14 +27,19 @@ impl NewGarments {
         values
     }
 
-    /// How they cover the body together: a place is loose if it is so in one of them.
+    /// Whether this is the hair of the bare scan.
+    pub fn are_hair(&self) -> bool {
+        self.0.iter().any(|spec| spec.template.grows)
+    }
+
+    /// How they cover the body together: a place is loose if it is so in one of them. What hair covers is known otherwise.
     ///
     /// **Shapes** one entry per vertex of the body.
     ///
     /// **Errors** if a template was painted on another body.
     pub fn cover(&self, figure: &Figure, step: &str) -> Result<PerVertex<Cover>, SessionError> {
         let mut covered = PerVertex::filled(Cover::Bare, figure.body().mesh.vertex_count());
-        for spec in &self.0 {
+        for spec in self.0.iter().filter(|spec| !spec.template.grows) {
             let new = (spec.template.cover(figure.body(), &figure.skeleton, &spec.extent))
                 .map_err(|e| SessionError::stage(step, Stage::Pose, e))?;
             covered = covered.iter().zip(new.iter()).map(|(a, b)| looser(*a, *b)).collect();

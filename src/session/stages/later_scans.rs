@@ -7,7 +7,7 @@ use crate::body::Figure;
 use crate::fit::{Cover, NakedParams, ShapeFrom};
 use crate::geometry::PerVertex;
 use crate::session::error::SessionError;
-use crate::session::recipe::params_of;
+use crate::session::recipe::{StepRecipe, params_of};
 use crate::session::stage::Stage;
 use serde_json::{Value, json};
 use std::rc::Rc;
@@ -28,7 +28,8 @@ pub(super) fn later_scans(context: &mut StepContext) -> Result<Rc<[LaterScan]>, 
 fn garments_scanned(context: &mut StepContext) -> Result<Vec<LaterScan>, SessionError> {
     let recipe = context.walk.session().recipe.clone();
     // The garments of an outfit have one scan.
-    let begins = |at: &usize| !recipe.steps[*at].is_body() && recipe.first_of_outfit(*at) == *at;
+    let is_bare = |step: &StepRecipe| step.is_body() || step.is_hair();
+    let begins = |at: &usize| !is_bare(&recipe.steps[*at]) && recipe.first_of_outfit(*at) == *at;
     let scanned = (0..recipe.steps.len()).filter(begins).map(|at| {
         let step = &recipe.steps[at];
         let (garments, params) = (NewGarments::of(&recipe, step)?, params_of(step, Stage::Pose)?);

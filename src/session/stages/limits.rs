@@ -90,7 +90,12 @@ const LIMITS: [(Stage, &str, Limits, Limits); 6] = [
 /// The measures of a stage that have limits.
 pub(in crate::session) fn judge(step: &StepRecipe, report: &StageReport) -> Vec<Judged> {
     let of_stage = LIMITS.iter().filter(|(stage, ..)| *stage == report.stage);
+    let is_hair = step.is_hair();
     let judged = of_stage.filter_map(|&(stage, measure, acceptable, goal)| {
+        // No scan shows the skin below hair, and strands lie on it.
+        if is_hair && measure == "outside_percent" {
+            return None;
+        }
         let value = *report.measures.get(measure)?;
         let (acceptable, goal) = match measure {
             "hem_loops" => hem_loops(step)?,
@@ -107,8 +112,14 @@ pub(in crate::session) fn judge(step: &StepRecipe, report: &StageReport) -> Vec<
     judged.collect()
 }
 
+/// Least and greatest number of hem loops; `None` where any number may be right.
 fn hem_loops(step: &StepRecipe) -> Option<(Limits, Limits)> {
-    let loops = garment_spec::of_step(step).ok()?.template.expected_loops();
+    let template = garment_spec::of_step(step).ok()?.template;
+    if template.grows {
+        // Ears and strands divide a hairline.
+        return None;
+    }
+    let loops = template.expected_loops();
     let expected = (*loops.start() as f64, *loops.end() as f64);
     Some((expected, expected))
 }

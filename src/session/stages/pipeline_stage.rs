@@ -50,7 +50,8 @@ pub(in crate::session) struct StepContext<'a, 'w> {
     pub animation: Option<&'a AnimationRecipe>,
     /// The results of the previous step, of the last one for an animation; `None` in the body's step.
     pub inner: Option<&'a StepResults>,
-    /// The results of the last step with an earlier scan: those of `inner`, unless the step before is of the same outfit.
+    /// The results of the last step with an earlier scan: those of `inner`, unless the step before is of the same outfit; those of
+    /// the body for its hair.
     before_scan: Option<&'a StepResults>,
     /// The results of the body's step; `None` in it, and where a stage runs by itself.
     body: Option<&'a StepResults>,
@@ -68,7 +69,7 @@ impl<'a, 'w> StepContext<'a, 'w> {
 
     /// The context of step `at` of the recipe, given the results of all steps before it.
     pub fn of_step(walk: &'a mut Walk<'w>, recipe: &'a Recipe, at: usize, before: &'a [StepResults]) -> Self {
-        let before_scan = recipe.first_of_outfit(at).checked_sub(1).and_then(|last| before.get(last));
+        let before_scan = recipe.last_before_scan(at).and_then(|last| before.get(last));
         Self { before_scan, body: before.first(), ..Self::new(walk, &recipe.steps[at], before.last()) }
     }
 

@@ -50,10 +50,15 @@ impl PipelineStage for PressStage {
         _on_progress: OnProgress,
     ) -> Result<Outcome<PosedGarments>, SessionError> {
         let (figure, inside) = (session.figure(figure)?, session.store.load(inside)?);
+        let is_hair = step.is_hair();
         let mut surfaces = surfaces_inside(&figure, &inside)?;
         let garment = session.store.load(garment)?;
         if let Some(outermost) = surfaces.last_mut().filter(|_| !garment.is_absent()) {
             *outermost = garment.mesh;
+        }
+        if is_hair {
+            // The bare scan shows nothing that could press the garments.
+            return Ok(Outcome::of(surfaces.split_off(1)));
         }
         let (garments, reports) =
             press(&figure, &surfaces, &params).map_err(|e| SessionError::stage(&step.name, Stage::Press, e))?;

@@ -83,7 +83,9 @@ pub(in crate::session) fn verdict_on(step: &StepRecipe, reports: &[StageReport])
     let warnings: Vec<String> = in_conflict.into_iter().chain(doubts).collect();
     let hair = of_step().filter_map(|report| report.measures.get(HAIR_AREA)).find(|area| **area > 0.0);
     let notes = hair.map(|area| format!("hair: {area:.0} cm², not part of the body; head from the model there"));
-    StepVerdict { step: step.name.clone(), verdict, warnings, notes: notes.into_iter().collect() }
+    let was_cut = of_step().any(|report| report.stage == Stage::Cut && report.measures.contains_key("vertices"));
+    let no_hair = (step.is_hair() && !was_cut).then(|| "the bare scan shows none: no layer".to_string());
+    StepVerdict { step: step.name.clone(), verdict, warnings, notes: notes.into_iter().chain(no_hair).collect() }
 }
 
 /// The verdict on a step of which a stage failed.
@@ -146,6 +148,19 @@ mod tests {
 
     fn shirt() -> StepRecipe {
         StepRecipe { name: "shirt".into(), template: Some("tshirt".into()), ..StepRecipe::default() }
+    }
+
+    #[test]
+    fn hair_that_the_scan_does_not_show_is_noted_and_no_doubt() {
+        let hair = StepRecipe { name: "hair".into(), template: Some("hair".into()), ..StepRecipe::default() };
+        let reports = |measures: &[(&str, f64)]| {
+            let of = StageReport { step: "hair".into(), ..report(Stage::Cut, measures, vec![]) };
+            [of]
+        };
+        let none = verdict_on(&hair, &reports(&[]));
+        assert_eq!((none.verdict, none.notes), (Verdict::Good, vec!["the bare scan shows none: no layer".to_string()]));
+        let some = verdict_on(&hair, &reports(&[("vertices", 900.0), ("hem_loops", 7.0)]));
+        assert_eq!((some.verdict, some.notes), (Verdict::Good, vec![]));
     }
 
     #[test]
