@@ -1,7 +1,7 @@
 //! The figure: a skeleton with the surfaces it wears.
 
-use super::{Pose, Skeleton, SkinWeights, Skinning, UvMap, skin};
-use crate::geometry::{PerFace, PerVertex, TriMesh, VertexId};
+use super::{HumanJoint, JointId, Pose, Skeleton, SkinWeights, Skinning, UvMap, skin};
+use crate::geometry::{PerFace, PerVertex, Point, TriMesh, Vec3, VertexId};
 use serde::{Deserialize, Serialize};
 
 /// One skinned surface of a figure, in the bind pose.
@@ -54,6 +54,28 @@ impl Figure {
     /// **Shapes** one entry per layer but the body.
     pub fn garments(&self) -> &[Layer] {
         &self.layers[1..]
+    }
+
+    /// Whether a garment is footwear: at least half of its vertices follow the feet.
+    pub fn is_footwear(&self, layer: &Layer) -> bool {
+        const OF_FEET: f64 = 0.5;
+        let is_foot =
+            |j: JointId| matches!(self.skeleton.human_joint(j), Some(HumanJoint::Foot(_) | HumanJoint::Toes(_)));
+        let rows = layer.weights.rows();
+        let of_feet =
+            |row: &&[(JointId, f64); 4]| row.iter().filter(|(j, _)| is_foot(*j)).map(|(_, w)| w).sum::<f64>() > 0.5;
+        rows.iter().filter(of_feet).count() as f64 >= OF_FEET * rows.len().max(1) as f64
+    }
+
+    /// The figure moved up by so many metres.
+    pub fn raised(&self, by: f64) -> Self {
+        let up = |p: &Point| p + Vec3::y() * by;
+        let mut raised = self.clone();
+        raised.skeleton.joints_in_bind.iter_mut().for_each(|p| *p = up(p));
+        for layer in &mut raised.layers {
+            layer.mesh = layer.mesh.map_points(up);
+        }
+        raised
     }
 
     /// Every surface skinned into `pose`.

@@ -6,8 +6,6 @@ use crate::geometry::{Point, Vec3};
 use nalgebra::Isometry3;
 use rayon::prelude::*;
 
-/// A layer of which at least this share belongs to the feet is footwear.
-const FOOTWEAR_SHARE: f64 = 0.5;
 /// Height of the slice of a foot that is its sole, in metres: soles are flat to a few millimetres.
 const SOLE_HEIGHT: f64 = 0.015;
 /// Share of a sole's length, from the back, that is the heel.
@@ -51,11 +49,7 @@ impl Ground {
         let share = |row: &[(JointId, f64); 4], side: usize| -> f64 {
             row.iter().filter(|(j, _)| foot[side][j.index()]).map(|(_, w)| w).sum()
         };
-        let is_footwear = |layer: &&Layer| {
-            let rows = layer.weights.rows();
-            let of_feet = rows.iter().filter(|row| share(row, 0) + share(row, 1) > 0.5).count();
-            of_feet as f64 >= FOOTWEAR_SHARE * rows.len().max(1) as f64
-        };
+        let is_footwear = |layer: &&Layer| figure.is_footwear(layer);
         let hard = figure.layers.iter().take(1).chain(figure.layers.iter().skip(1).filter(is_footwear));
         let (mut body, mut feet) = (Vec::new(), [Vec::new(), Vec::new()]);
         for layer in hard {

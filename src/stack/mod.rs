@@ -9,6 +9,7 @@ mod error;
 mod insiders;
 mod movable_region;
 mod obstacle;
+mod on_floor;
 mod paper;
 mod params;
 mod places;
@@ -25,6 +26,7 @@ mod tests;
 mod untangle;
 
 pub use error::StackError;
+pub use on_floor::on_floor;
 pub use params::{StackMethod, StackParams};
 pub use places::{CrossingPlace, crossing_places};
 pub use press::{PressParams, PressReport, press};

@@ -10,7 +10,7 @@ use crate::scan::FileFrame;
 use crate::segment::LABEL_COLORS;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::stages::{Walk, scan_of};
+use crate::session::stages::{Walk, scan_of, standing};
 use std::path::{Path, PathBuf};
 
 /// The request for an export.
@@ -80,7 +80,10 @@ impl Session {
         outputs.claim(&path, Content::Character)?;
         let covered = self.covered_parts(last, request)?;
         let removed = covered.removed(&last.figure);
-        let figure = if request.at.is_some() { last.figure_for_pose() } else { last.figure.clone() };
+        let figure = match request.at {
+            Some(_) => last.figure_for_pose(),
+            None => standing(last.figure.clone(), &last.step)?,
+        };
         let (figure, masks) = covered.remaining(figure);
         let pose = request.at.as_ref().map(|_| last.pose.clone());
         let provenance = steps.iter().map(origin).collect();
@@ -132,7 +135,10 @@ impl Session {
                     folder.covered = self.covered_parts(last, request)?;
                     removed = folder.covered.removed(&last.figure);
                 }
-                if request.at.is_some() { folder.step(last) } else { folder.bind(&last.figure) }?;
+                match request.at {
+                    Some(_) => folder.step(last),
+                    None => folder.bind(&standing(last.figure.clone(), &last.step)?),
+                }?;
             }
         }
         Ok((folder.files, removed))

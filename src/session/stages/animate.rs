@@ -11,6 +11,7 @@ use crate::session::open::Session;
 use crate::session::recipe::{AnimationRecipe, StepRecipe};
 use crate::session::stage::Stage;
 use crate::session::store::Kept;
+use crate::stack::on_floor;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -23,7 +24,7 @@ pub(in crate::session) struct Inputs {
 
 impl PipelineStage for AnimateStage {
     const STAGE: Stage = Stage::Animate;
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     type Inputs = Inputs;
     type Output = PoseTrack;
 
@@ -49,11 +50,11 @@ impl PipelineStage for AnimateStage {
 
     fn run(
         Inputs { animation, figure }: Inputs,
-        _last: &StepRecipe,
+        last: &StepRecipe,
         session: &Session,
         on_progress: OnProgress,
     ) -> Result<Outcome<PoseTrack>, SessionError> {
-        let figure = session.figure(figure)?;
+        let figure = standing(session.figure(figure)?, last)?;
         let clip = match animation.source() {
             None => built_in_clip(&animation.clip).ok_or_else(|| no_clip(&animation.clip))?,
             Some(source) => {
@@ -76,6 +77,11 @@ impl PipelineStage for AnimateStage {
             // There is nothing to find out about a clip of our own.
             .found(report.findings.into_iter().filter(|_| animation.source().is_some())))
     }
+}
+
+/// The figure that a step results in, in shoes on their soles: as it is exported and moves.
+pub(in crate::session) fn standing(figure: Figure, step: &StepRecipe) -> Result<Figure, SessionError> {
+    on_floor(figure).map_err(|e| SessionError::stage(&step.name, Stage::Stack, e))
 }
 
 fn no_clip(name: &str) -> SessionError {

@@ -1,6 +1,6 @@
 //! Cloth: the layers of an animation by physics, alone or with skinning. The result is every vertex of every frame.
 
-use super::animate::AnimateStage;
+use super::animate::{AnimateStage, standing};
 use super::event::{OnProgress, Outcome, StageProgress};
 use super::pipeline_stage::{PipelineStage, StepContext};
 use crate::body::Figure;
@@ -29,7 +29,7 @@ const UNSEEN_SHARE: f64 = 1e-3;
 
 impl PipelineStage for ClothStage {
     const STAGE: Stage = Stage::Cloth;
-    const VERSION: u32 = 5;
+    const VERSION: u32 = 6;
     type Inputs = Inputs;
     type Output = ClothTrack;
 
@@ -51,11 +51,11 @@ impl PipelineStage for ClothStage {
 
     fn run(
         Inputs { animation, params, figure, track }: Inputs,
-        _last: &StepRecipe,
+        last: &StepRecipe,
         session: &Session,
         on_progress: OnProgress,
     ) -> Result<Outcome<ClothTrack>, SessionError> {
-        let figure = dressed_in(&animation, session.figure(figure)?);
+        let figure = dressed_in(&animation, standing(session.figure(figure)?, last)?);
         let track: PoseTrack = session.store.load(track)?;
         let skinning = animation.skinning.unwrap_or_default();
         let mut on_frame =

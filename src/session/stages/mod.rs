@@ -29,7 +29,7 @@ mod stack;
 mod verdict;
 mod walk;
 
-pub(in crate::session) use animate::read_clip;
+pub(in crate::session) use animate::{read_clip, standing};
 pub(in crate::session) use cut::CutStage;
 pub use event::{Event, Forced};
 pub(in crate::session) use fit::FitStage;

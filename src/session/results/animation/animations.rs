@@ -9,7 +9,7 @@ use crate::session::open::Session;
 use crate::session::recipe::AnimationRecipe;
 use crate::session::results::status::not_built_is_fine;
 use crate::session::stage::Stage;
-use crate::session::stages::{Reason, StageReport, Walk, pipeline};
+use crate::session::stages::{Reason, StageReport, Walk, pipeline, standing};
 use serde::Serialize;
 
 /// The status of an animation.
@@ -99,12 +99,12 @@ impl Session {
         each.collect()
     }
 
-    /// The figure of the last step.
+    /// The figure of the last step, on the floor.
     pub(in crate::session) fn figure_of_last_step(&self) -> Result<Figure, SessionError> {
         let steps = pipeline::steps(&mut Walk::look(self), None)?;
-        match steps.last() {
-            Some(last) => self.figure(last.figure()?),
-            None => Err(SessionError::NoScans { dir: self.dir().to_path_buf() }),
+        match (steps.last(), self.recipe.steps.last()) {
+            (Some(last), Some(step)) => standing(self.figure(last.figure()?)?, step),
+            _ => Err(SessionError::NoScans { dir: self.dir().to_path_buf() }),
         }
     }
 
