@@ -18,6 +18,7 @@ mod shapes_for_tests;
 #[cfg(test)]
 pub(crate) use shapes_for_tests::{noise, sphere};
 mod simplify;
+mod slivers;
 mod smoothed_normals;
 mod surface_index;
 mod thin;
@@ -35,6 +36,7 @@ pub use nearest_vertex::NearestVertex;
 pub use piercing::Piercing;
 pub use same_place::first_at_same_place;
 pub use simplify::{TriangleShapes, simplified, simplified_faces};
+pub use slivers::{WithoutSlivers, without_slivers};
 pub use smoothed_normals::smoothed_normals;
 pub use surface_index::{RayHit, SurfaceIndex, SurfacePoint};
 pub use thin::thinned;

@@ -35,7 +35,7 @@ pub(in crate::session) struct Inputs {
 
 impl PipelineStage for CutStage {
     const STAGE: Stage = Stage::Cut;
-    const VERSION: u32 = 8;
+    const VERSION: u32 = 9;
     type Inputs = Inputs;
     type Output = Garment;
 
