@@ -151,7 +151,8 @@ mod tests {
                 let way = |s: f64, t: f64| (a + (b - a) * s - (c + (d - c) * t)).norm();
                 for i in 0..=20 {
                     for j in 0..=20 {
-                        prop_assert!(way(s, t) <= way(f64::from(i) / 20.0, f64::from(j) / 20.0) + 1e-9);
+                        // Segments bent by 1e-9 are as near anywhere as at their closest, to 1e-9 times their length of up to 3.5.
+                        prop_assert!(way(s, t) <= way(f64::from(i) / 20.0, f64::from(j) / 20.0) + 4e-9);
                     }
                 }
             }
