@@ -3,7 +3,7 @@
 //! It comes after the garments, because hair lies over them, and before what is worn on the head.
 
 use super::garment_spec;
-use super::steps::{BODY_STEP, Recipe, StepRecipe};
+use super::steps::{BODY_STEP, BodySurface, Recipe, StepRecipe};
 use crate::parameters::Setting;
 use crate::session::error::SessionError;
 use crate::session::stage::Stage;
@@ -85,6 +85,13 @@ impl Recipe {
                 step.name
             );
             return wrong(at, what, "set it for the body: `overcoat step set body …`; the hair follows");
+        }
+        if body.surface == Some(BodySurface::Scan) {
+            let what = format!(
+                "the body's surface is the scan itself, hair included, so '{}' would be there twice",
+                step.name
+            );
+            return wrong(0, what, "use the template as the surface, or leave the hair to the body");
         }
         let kept = Setting::Word("keep".into());
         if body.fit.get(TREATMENT) == Some(&kept) {
@@ -181,6 +188,7 @@ mod tests {
             })
             .contains("keeps its hair")
         );
+        assert!(says(&|r| r.steps[0].surface = Some(BodySurface::Scan)).contains("hair included"));
         let twice = |r: &mut Recipe| {
             let twin = StepRecipe { name: "wig".into(), ..r.steps[1].clone() };
             r.steps.push(twin);
