@@ -10,7 +10,7 @@ use super::stack::StackStage;
 use crate::body::{Figure, Layer};
 use crate::cut::Garment;
 use crate::fit::{RegisteredBody, scan_in_bind};
-use crate::geometry::TriMesh;
+use crate::geometry::{Adjacency, PerVertex, TriMesh, VertexId};
 use crate::rig::{PhysicsParams, RiggedGarment, physics_weights};
 use crate::scan::Scan;
 use crate::session::error::SessionError;
@@ -45,7 +45,7 @@ pub(in crate::session) struct GarmentInputs {
 
 impl PipelineStage for FigureStage {
     const STAGE: Stage = Stage::Figure;
-    const VERSION: u32 = 5;
+    const VERSION: u32 = 6;
     type Inputs = Inputs;
     type Output = Figure;
 
@@ -135,8 +135,11 @@ fn with_garment(
     let is_seen = session.store.load(cut)?.is_seen;
     let is_seen = (is_seen.len() == mesh.vertex_count() && is_seen.iter().any(|is| !is)).then_some(is_seen);
     let loose = spec.template.loose_part(mesh.points(), figure.body(), &figure.skeleton);
-    let physics = physics_weights(&mesh, &figure.body().mesh, &loose, &params)
+    let mut physics = physics_weights(&mesh, &figure.body().mesh, &loose, &params)
         .map_err(|e| SessionError::stage(&step.name, Stage::Figure, e))?;
+    if spec.template.grows {
+        physics.per_vertex = only_where_it_hangs(&mesh, &loose, &physics.per_vertex);
+    }
     figure.layers.push(Layer {
         name: step.name.clone(),
         template: Some(spec.template.name.clone()),
@@ -153,4 +156,44 @@ fn with_garment(
         .measured("layers", layers as f64)
         .measured("physics_of_fitted_part", physics.fitted_part.unwrap_or(f64::NAN))
         .measured("physics_of_loose_part", physics.loose_part.unwrap_or(f64::NAN)))
+}
+
+/// Physics weights of hair: on the skull it is rooted and moves with it, however far it stands off.
+///
+/// **Shapes** one entry per vertex.
+fn only_where_it_hangs(mesh: &TriMesh, hangs: &PerVertex<bool>, weights: &PerVertex<f64>) -> PerVertex<f64> {
+    /// Rounds of averaging over neighbours: the weights rise over about 5 cm.
+    const ROUNDS: usize = 30;
+    let adjacency = Adjacency::prepare(mesh);
+    let mut share: PerVertex<f64> = hangs.iter().map(|&hangs| f64::from(u8::from(hangs))).collect();
+    for _ in 0..ROUNDS {
+        let averaged = |v: VertexId| {
+            let ring = adjacency.neighbours_of(v);
+            let sum: f64 = ring.iter().map(|&w| share[w]).sum();
+            // What is above where hair hangs stays rooted.
+            if hangs[v] { (share[v] + sum) / (1 + ring.len()) as f64 } else { 0.0 }
+        };
+        share = mesh.vertex_ids().map(averaged).collect();
+    }
+    share.iter().zip(weights.iter()).map(|(share, weight)| share * weight).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Point;
+
+    #[test]
+    fn hair_is_rooted_on_the_skull_and_hangs_the_more_the_lower() {
+        // A strip of 40 rungs, one centimetre apart; the upper ten are on the skull.
+        let points = (0..80).map(|k| Point::new(0.01 * f64::from(k % 2), -0.01 * f64::from(k / 2), 0.0)).collect();
+        let faces: Vec<[u32; 3]> =
+            (0..39).flat_map(|k| [[2 * k, 2 * k + 2, 2 * k + 1], [2 * k + 1, 2 * k + 2, 2 * k + 3]]).collect();
+        let mesh = TriMesh::try_from_indices(points, &faces).unwrap();
+        let hangs = (0..80).map(|k| k >= 20).collect();
+        let weights = only_where_it_hangs(&mesh, &hangs, &PerVertex::filled(0.4, 80));
+        let down: Vec<f64> = weights.iter().step_by(2).copied().collect();
+        assert!(down[..10].iter().all(|w| *w == 0.0) && down.is_sorted(), "{down:?}");
+        assert!(down[11] < 0.15 && down[39] > 0.39, "{down:?}");
+    }
 }
