@@ -225,7 +225,7 @@ fn unusual_files() {
     }
 }
 
-/// The same files through trimesh, each the least of three runs.
+/// Reads the files with trimesh, each the least of three runs.
 const TRIMESH: &str = "
 import sys, time, trimesh
 folder = sys.argv[1]

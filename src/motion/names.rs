@@ -20,7 +20,7 @@ pub(super) fn map_by_names(clip: &Clip) -> Option<RigMap> {
 struct JointName {
     /// Without a namespace.
     exact: String,
-    /// The same without case and separators.
+    /// Without namespace, case and separators.
     whole: String,
     /// What follows each separator: the name without a rig's prefix.
     parts: Vec<String>,

@@ -18,7 +18,7 @@ pub(super) fn through(keys: &[(f64, f64)], at: f64) -> f64 {
     hermite(keys[k], keys[k + 1], slope(k), slope(k + 1), at)
 }
 
-/// The same for a cycle of the length 1: the first key follows the last.
+/// The curve of a cycle of the length 1, whose first key follows the last.
 pub(super) fn around(keys: &[(f64, f64)], phase: f64) -> f64 {
     let count = keys.len() as isize;
     let key = |k: isize| {

@@ -19,7 +19,7 @@ pub fn built_in_clip(name: &str) -> Option<Clip> {
     Some(Clip::new(name, built_in_motion(name)?))
 }
 
-/// The same as arrays.
+/// The motion of the built-in clip of that name, as arrays; `None` if there is none.
 pub(super) fn built_in_motion(name: &str) -> Option<RawMotion> {
     let poses = match name {
         "walk" => walk::poses(),

@@ -12,7 +12,7 @@ use crate::motion::rig_map::{MIDDLE, OF_SIDE, RigMap};
 use crate::motion::structure::map_by_structure;
 use crate::motion::{MotionParams, follow};
 
-/// The same motion with the names of a rig, after a prefix.
+/// The motion with the names of a rig, after a prefix.
 fn named_as(motion: &RawMotion, table: usize, sides: usize, prefix: &str) -> RawMotion {
     let table = &TABLES[table];
     let (left, right) = table.sides[sides];

@@ -20,7 +20,7 @@ fn followed(motion: RawMotion) -> PoseTrack {
     follow(&Clip::new("x", motion), figure(), None, None, &plain()).unwrap().0
 }
 
-/// The same motion, written as BVH and read back.
+/// The motion written as BVH and read back.
 fn through_bvh(motion: &RawMotion) -> RawMotion {
     let mut bytes = Vec::new();
     write_bvh(motion, &mut bytes).unwrap();

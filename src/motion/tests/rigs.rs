@@ -39,7 +39,7 @@ pub fn index_of(motion: &RawMotion, name: &str) -> usize {
     motion.joints.iter().position(|joint| joint.name == name).unwrap_or_else(|| panic!("no joint '{name}'"))
 }
 
-/// The same performance where a pose other than the neutral one is without rotations: BVH files have any.
+/// The motion on a rig of which a pose other than the neutral one is without rotations: BVH files have any.
 pub fn with_rest(motion: &RawMotion, turned: impl Fn(&str) -> Turn) -> RawMotion {
     let mut rested = motion.clone();
     let rest: Vec<Turn> = motion.joints.iter().map(|joint| turned(&joint.name)).collect();
@@ -90,7 +90,7 @@ pub fn a_pose(name: &str) -> Turn {
     }
 }
 
-/// The same in other axes and another unit.
+/// The motion in other axes and another unit.
 pub fn placed(motion: &RawMotion, turn: &Turn, scale: f64) -> RawMotion {
     let moved = |t: &RawTransform| {
         let own = isometry(t);
