@@ -58,7 +58,7 @@ pub fn find_unlisted(
     let mut hidden = PerVertex::filled(false, body.vertex_count());
     let mut by_joint = vec![0.0; figure.skeleton.len()];
     let (mut area, mut gaps) = (0.0, Vec::new());
-    for part in parts(scan, unexplained) {
+    for part in Adjacency::prepare(scan).parts_of(unexplained) {
         let closest: Vec<SurfacePoint> = part.iter().map(|&v| index.closest(&scan.points()[v])).collect();
         let below: Vec<(VertexId, f64)> =
             part.iter().zip(&closest).map(|(&v, at)| (at.nearest_corner(body), areas[v])).collect();
@@ -86,31 +86,6 @@ pub fn find_unlisted(
 
 fn joint_of(weights: &SkinWeights, v: VertexId) -> crate::body::JointId {
     weights.rows()[v][0].0
-}
-
-/// The connected parts of the vertices that are flagged.
-fn parts(mesh: &TriMesh, flagged: &PerVertex<bool>) -> Vec<Vec<VertexId>> {
-    let adjacency = Adjacency::prepare(mesh);
-    let mut reached = PerVertex::filled(false, mesh.vertex_count());
-    let mut parts = Vec::new();
-    for start in mesh.vertex_ids().filter(|&v| flagged[v]) {
-        if reached[start] {
-            continue;
-        }
-        reached[start] = true;
-        let (mut part, mut at) = (vec![start], 0);
-        while at < part.len() {
-            for &next in adjacency.neighbours_of(part[at]) {
-                if flagged[next] && !reached[next] {
-                    reached[next] = true;
-                    part.push(next);
-                }
-            }
-            at += 1;
-        }
-        parts.push(part);
-    }
-    parts
 }
 
 /// The built-in kinds that cover most nearly the same part of the body, and that may stand off as far.

@@ -74,7 +74,7 @@ impl HiddenPart {
         let candidates: PerVertex<bool> = mesh.vertex_ids().map(|v| below_hair[v] && lies_on_body(v)).collect();
         let candidates = closed(&candidates, below_hair, around);
         let (mut vertices, mut area) = (PerVertex::filled(false, mesh.vertex_count()), 0.0);
-        for part in parts(&candidates, around) {
+        for part in around.parts_of(&candidates) {
             let own: f64 = part.iter().map(|&v| areas[v]).sum();
             // Hair on the garment that does not lie on the body is no border of it.
             let ends = |w: &&VertexId| !candidates[**w] && !below_hair[**w];
@@ -105,28 +105,6 @@ fn closed(vertices: &PerVertex<bool>, allowed: &PerVertex<bool>, around: &Adjace
         closed = ids().map(|v| closed[v] && (vertices[v] || within(v))).collect();
     }
     closed
-}
-
-/// The connected parts of the vertices that are flagged.
-fn parts(flagged: &PerVertex<bool>, around: &Adjacency) -> Vec<Vec<VertexId>> {
-    let mut open = flagged.clone();
-    let mut parts = Vec::new();
-    for seed in (0..flagged.len()).map(VertexId::from_index) {
-        if !std::mem::replace(&mut open[seed], false) {
-            continue;
-        }
-        let (mut part, mut at) = (vec![seed], 0);
-        while at < part.len() {
-            for &w in around.neighbours_of(part[at]) {
-                if std::mem::replace(&mut open[w], false) {
-                    part.push(w);
-                }
-            }
-            at += 1;
-        }
-        parts.push(part);
-    }
-    parts
 }
 
 /// The vertices that are moved, and the cloth beside them, which stays.

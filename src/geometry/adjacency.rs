@@ -223,6 +223,30 @@ impl Adjacency {
         loops
     }
 
+    /// The connected parts of the vertices that are flagged, by their first vertices; each part breadth-first from there.
+    ///
+    /// **Shapes** `flagged`: one entry per vertex.
+    pub fn parts_of(&self, flagged: &PerVertex<bool>) -> Vec<Vec<VertexId>> {
+        let mut open = flagged.clone();
+        let mut parts = Vec::new();
+        for seed in (0..flagged.len()).map(VertexId::from_index) {
+            if !std::mem::replace(&mut open[seed], false) {
+                continue;
+            }
+            let (mut part, mut at) = (vec![seed], 0);
+            while at < part.len() {
+                for &next in self.neighbours_of(part[at]) {
+                    if std::mem::replace(&mut open[next], false) {
+                        part.push(next);
+                    }
+                }
+                at += 1;
+            }
+            parts.push(part);
+        }
+        parts
+    }
+
     /// Connected component of each face (through shared edges), components numbered by descending face count; and their
     /// number.
     ///

@@ -261,32 +261,6 @@ fn averaged(values: PerVertex<f64>, adjacency: &Adjacency) -> PerVertex<f64> {
     values
 }
 
-/// The connected part of the vertices with the same flag, and the sum of something over it.
-fn parts_of(flags: &PerVertex<bool>, which: bool, adjacency: &Adjacency) -> Vec<Vec<VertexId>> {
-    let mut seen = PerVertex::filled(false, flags.len());
-    let mut parts = Vec::new();
-    for i in 0..flags.len() {
-        let first = VertexId::from_index(i);
-        if flags[first] != which || seen[first] {
-            continue;
-        }
-        seen[first] = true;
-        let mut part = vec![first];
-        let mut at = 0;
-        while at < part.len() {
-            for &n in adjacency.neighbours_of(part[at]) {
-                if flags[n] == which && !seen[n] {
-                    seen[n] = true;
-                    part.push(n);
-                }
-            }
-            at += 1;
-        }
-        parts.push(part);
-    }
-    parts
-}
-
 /// Drops hair that no hair connects with the scalp.
 fn keep_what_grows_on_the_scalp(
     is_hair: &mut PerVertex<bool>,
@@ -296,7 +270,7 @@ fn keep_what_grows_on_the_scalp(
 ) {
     /// Least area of the scalp in a connected part of the hair, in m²: 4 cm squared.
     const ROOTS: f64 = 0.0016;
-    for part in parts_of(is_hair, true, adjacency) {
+    for part in adjacency.parts_of(is_hair) {
         let of_scalp = |v: &&VertexId| near[**v].is_some_and(|near| near.place == Place::Scalp);
         let roots: f64 = part.iter().filter(of_scalp).map(|&v| areas[v]).sum();
         if roots < ROOTS {
@@ -309,7 +283,8 @@ fn keep_what_grows_on_the_scalp(
 fn fill_gaps(is_hair: &mut PerVertex<bool>, areas: &PerVertex<f64>, adjacency: &Adjacency) {
     /// Smaller parts of skin within hair are noise or an ear, in m².
     const LARGEST_GAP: f64 = 0.003;
-    for part in parts_of(is_hair, false, adjacency) {
+    let others = is_hair.iter().map(|&hair| !hair).collect();
+    for part in adjacency.parts_of(&others) {
         let in_hair = |&v: &VertexId| adjacency.neighbours_of(v).iter().any(|&n| is_hair[n]);
         let area: f64 = part.iter().map(|&v| areas[v]).sum();
         if area < LARGEST_GAP && part.iter().any(in_hair) {
