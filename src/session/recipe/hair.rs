@@ -3,6 +3,7 @@
 //! It comes after the garments, because hair lies over them, and before what is worn on the head.
 
 use super::garment_spec;
+use super::outfit::with_scan_of;
 use super::steps::{BODY_STEP, BodySurface, Recipe, StepRecipe};
 use crate::parameters::Setting;
 use crate::session::error::SessionError;
@@ -61,7 +62,7 @@ impl Recipe {
         let Some(body) = self.steps.iter_mut().find(|step| step.is_body()) else { return };
         body.fit.entry(TREATMENT.into()).or_insert_with(|| Setting::Word("drop".into()));
         let body = body.clone();
-        self.steps[at] = on_bare_scan(&self.steps[at], &body);
+        self.steps[at] = with_scan_of(&self.steps[at], &body);
     }
 
     /// Checks that there is one step of hair at most, that it has the bare scan, and that the body does not keep its hair.
@@ -79,7 +80,7 @@ impl Recipe {
             let what = format!("'{}' is hair, which is no garment of an outfit", step.name);
             return wrong(at, what, "it is cut out of the bare scan: `overcoat scan body FILE --hair layer --replace`");
         }
-        if on_bare_scan(step, body) != *step {
+        if with_scan_of(step, body) != *step {
             let what = format!(
                 "'{}' is cut out of the bare scan, but differs from '{BODY_STEP}' in it or in how it is read",
                 step.name
@@ -104,15 +105,6 @@ impl Recipe {
         }
         Ok(())
     }
-}
-
-/// The step with the scan of the body's step.
-fn on_bare_scan(step: &StepRecipe, body: &StepRecipe) -> StepRecipe {
-    let mut shared = step.clone();
-    (shared.scan, shared.hash) = (body.scan.clone(), body.hash);
-    (shared.unit, shared.up, shared.faces, shared.voxel_mm) = (body.unit, body.up, body.faces, body.voxel_mm);
-    shared.reading.clone_from(&body.reading);
-    shared
 }
 
 #[cfg(test)]

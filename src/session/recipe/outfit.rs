@@ -10,8 +10,8 @@ use crate::segment::GarmentTemplate;
 use crate::session::error::SessionError;
 use crate::session::stage::Stage;
 
-/// The stages whose parameters the steps of an outfit share.
-const SHARED: [Stage; 3] = [Stage::Scan, Stage::Pose, Stage::Segment];
+/// The stages whose parameters the steps of an outfit share, beside those of reading the scan.
+const SHARED: [Stage; 2] = [Stage::Pose, Stage::Segment];
 
 impl Recipe {
     /// The index of the first step that has the scan of step `at`: its own, unless it belongs to an outfit.
@@ -204,14 +204,21 @@ pub(in crate::session) fn inside_out(
 
 /// The step with what the steps of an outfit share taken from another one.
 fn with_shared(step: &StepRecipe, of: &StepRecipe) -> StepRecipe {
-    let mut shared = step.clone();
-    (shared.scan, shared.hash) = (of.scan.clone(), of.hash);
-    (shared.unit, shared.up, shared.faces, shared.voxel_mm) = (of.unit, of.up, of.faces, of.voxel_mm);
+    let mut shared = with_scan_of(step, of);
     for stage in SHARED {
         if let Some(settings) = shared.settings_mut(stage) {
             settings.clone_from(of.settings(stage));
         }
     }
+    shared
+}
+
+/// The step with the scan of another one, read as that one reads it.
+pub(super) fn with_scan_of(step: &StepRecipe, of: &StepRecipe) -> StepRecipe {
+    let mut shared = step.clone();
+    (shared.scan, shared.hash) = (of.scan.clone(), of.hash);
+    (shared.unit, shared.up, shared.faces, shared.voxel_mm) = (of.unit, of.up, of.faces, of.voxel_mm);
+    shared.reading.clone_from(&of.reading);
     shared
 }
 
