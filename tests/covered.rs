@@ -1,5 +1,6 @@
 //! `_COVERED`, and `export --hide-covered`.
 
+use crate::common::glb::Glb;
 use crate::common::{demo, overcoat, overcoat_ok};
 use overcoat::formats::{RawMesh, read_gltf, read_ply};
 use std::collections::BTreeSet;
@@ -71,6 +72,30 @@ fn covered_parts_are_removed_from_the_layers_of_a_folder_too() {
     assert!(said.contains("\nbody: removed ") && said.contains("\nskirt: removed 0.0 % "), "{said}");
     assert!(body("posed-lean").faces.len() < body("posed").faces.len());
     assert!(out.path().join("posed-lean/labels/skirt.ply").is_file());
+}
+
+#[test]
+fn eight_influences_are_written_where_they_are_asked_for() {
+    let out = tempfile::tempdir().unwrap();
+    let file = |name: &str, options: &[&str]| {
+        let path = out.path().join(name);
+        overcoat_ok(&demo().session, &[&["export", path.to_str().unwrap()], options].concat());
+        let glb = Glb::new(&std::fs::read(&path).unwrap());
+        glb.check();
+        glb
+    };
+    let sets = |glb: &Glb| {
+        let all = glb.json["meshes"].as_array().unwrap().iter().flat_map(|m| m["primitives"].as_array().unwrap());
+        all.filter(|primitive| primitive["attributes"].get("JOINTS_1").is_some()).count()
+    };
+    let (four, eight) = (file("four.glb", &[]), file("eight.glb", &["--influences", "8"]));
+    let garments = four.json["meshes"].as_array().unwrap().len() - 1;
+    assert_eq!(sets(&four), 0);
+    assert!((1..=garments).contains(&sets(&eight)), "{} of {garments} garments", sets(&eight));
+    let folder = format!("{}/layers/", out.path().display());
+    let refused = overcoat(&demo().session, &["export", &folder, "--influences", "8"]);
+    assert!(refused.code == 2 && refused.stderr.contains("--influences"), "{refused:?}");
+    assert!(!out.path().join("layers").exists());
 }
 
 #[test]

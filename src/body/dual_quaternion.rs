@@ -1,7 +1,7 @@
 //! Dual quaternion skinning: rigid motions are blended as such, so that twisted limbs keep their volume.
 
 use super::skin::check_lengths;
-use super::{JointId, Pose, Skeleton, SkinWeights, skin};
+use super::{Pose, Skeleton, SkinRow, SkinWeights, skin};
 use crate::geometry::{PerVertex, Point, Vec3};
 use nalgebra::{Isometry3, Quaternion};
 use rayon::prelude::*;
@@ -81,7 +81,7 @@ fn skin_by_dual_quaternions(
     moved.into()
 }
 
-fn moved(p: &Point, row: &[(JointId, f64); 4], motions: &[DualQuaternion]) -> Point {
+fn moved(p: &Point, row: &SkinRow, motions: &[DualQuaternion]) -> Point {
     let strongest = motions[row[0].0.index()].real;
     let (mut real, mut dual) = (Quaternion::default(), Quaternion::default());
     for &(j, w) in row.iter().filter(|(_, w)| *w > 0.0) {
@@ -101,6 +101,7 @@ fn moved(p: &Point, row: &[(JointId, f64); 4], motions: &[DualQuaternion]) -> Po
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::JointId;
     use nalgebra::UnitQuaternion;
     use proptest::prelude::*;
 

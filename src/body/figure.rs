@@ -1,6 +1,6 @@
 //! The figure: a skeleton with the surfaces it wears.
 
-use super::{HumanJoint, JointId, Pose, Skeleton, SkinWeights, Skinning, UvMap, skin};
+use super::{HumanJoint, JointId, Pose, Skeleton, SkinRow, SkinWeights, Skinning, UvMap, skin};
 use crate::geometry::{PerFace, PerVertex, Point, TriMesh, Vec3, VertexId};
 use serde::{Deserialize, Serialize};
 
@@ -62,8 +62,7 @@ impl Figure {
         let is_foot =
             |j: JointId| matches!(self.skeleton.human_joint(j), Some(HumanJoint::Foot(_) | HumanJoint::Toes(_)));
         let rows = layer.weights.rows();
-        let of_feet =
-            |row: &&[(JointId, f64); 4]| row.iter().filter(|(j, _)| is_foot(*j)).map(|(_, w)| w).sum::<f64>() > 0.5;
+        let of_feet = |row: &&SkinRow| row.iter().filter(|(j, _)| is_foot(*j)).map(|(_, w)| w).sum::<f64>() > 0.5;
         rows.iter().filter(of_feet).count() as f64 >= OF_FEET * rows.len().max(1) as f64
     }
 

@@ -5,7 +5,7 @@ use super::human_joint::HumanJoint::{
 };
 use super::human_joint::Side::{self, Left, Right};
 use super::section::{SectionPlane, tape};
-use super::{JointId, Skeleton, SkinWeights, Stance, skin};
+use super::{Skeleton, SkinRow, SkinWeights, Stance, skin};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -88,7 +88,7 @@ impl<'a> Measured<'a> {
         let top = mesh.points().iter().map(|p| p.y).fold(f64::NEG_INFINITY, f64::max);
         let is_arm: Vec<bool> =
             skeleton.ids().map(|j| Side::BOTH.iter().any(|&side| skeleton.is_part_of(j, UpperArm(side)))).collect();
-        let of_arm = |row: &[(JointId, f64); 4]| row.iter().filter(|e| is_arm[e.0.index()]).map(|e| e.1).sum::<f64>();
+        let of_arm = |row: &SkinRow| row.iter().filter(|e| is_arm[e.0.index()]).map(|e| e.1).sum::<f64>();
         let is_trunk = weights.rows().iter().map(|row| of_arm(row) < 0.5).collect();
         Self { mesh, weights, skeleton, stature, top, upright, is_trunk }
     }

@@ -30,7 +30,7 @@ pub use part::{BonePosition, bone_positions};
 pub use pose_dirs::PoseDirs;
 pub use skeleton::{JointId, JointLimits, Pose, Skeleton};
 pub(crate) use skin::skin_rigidly;
-pub use skin::{SkinWeights, skin, unskin};
+pub use skin::{INFLUENCES, SkinRow, SkinWeights, skin, unskin};
 pub use stance::Stance;
 pub use stored_figure::StoredFigure;
 pub use uv::{Texture, UvMap};

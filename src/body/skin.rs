@@ -8,15 +8,22 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
+/// The most joints that may move a vertex: what film and game engines read at most.
+pub const INFLUENCES: usize = 8;
+/// The joints that move a vertex, with their weights.
+pub type SkinRow = [(JointId, f64); INFLUENCES];
+/// The joints that move a vertex of a body, and all that many programs read from a file.
+const FEW_INFLUENCES: usize = 4;
+
 /// How strongly each joint moves each vertex; and, for a model with corrective offsets, how the pose deforms the surface
 /// before the joints move it.
 ///
-/// **Shapes** one row of four (joint, weight) pairs per vertex.
+/// **Shapes** one row of eight (joint, weight) pairs per vertex.
 ///
 /// **Guarantees** weights are ≥ 0, sum to 1 (±1e-9) and descend in each row; unused slots are joint 0 with weight 0.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SkinWeights {
-    rows: PerVertex<[(JointId, f64); 4]>,
+    rows: PerVertex<SkinRow>,
     pose_offsets: Option<PoseOffsets>,
 }
 
@@ -25,7 +32,31 @@ impl SkinWeights {
     ///
     /// **Shapes** `rows`: V lists of any length; the result is `V × 4`.
     pub fn from_rows(rows: impl IntoIterator<Item = Vec<(JointId, f64)>>) -> Self {
-        Self { rows: rows.into_iter().map(prune).collect(), pose_offsets: None }
+        Self { rows: rows.into_iter().map(|row| prune(row, FEW_INFLUENCES)).collect(), pose_offsets: None }
+    }
+
+    /// Keeps the eight largest weights of each row, as cloth in an armpit needs, and scales them to a sum of 1.
+    ///
+    /// **Shapes** `rows`: V lists of any length; the result is `V × 8`.
+    pub fn from_rows_of_cloth(rows: impl IntoIterator<Item = Vec<(JointId, f64)>>) -> Self {
+        Self { rows: rows.into_iter().map(|row| prune(row, INFLUENCES)).collect(), pose_offsets: None }
+    }
+
+    /// The weights of at most four joints per vertex, for programs that read no more.
+    ///
+    /// The fifth weight is subtracted from the four larger ones. So the result is continuous where two joints change places,
+    /// and cloth does not tear there; dropping the smaller weights alone tears it.
+    pub fn with_four_influences(&self) -> Self {
+        let few = |row: &SkinRow| {
+            let fifth = row[FEW_INFLUENCES].1;
+            prune(row.iter().map(|&(j, w)| (j, w - fifth)).collect(), FEW_INFLUENCES)
+        };
+        Self { rows: self.rows.iter().map(few).collect(), pose_offsets: self.pose_offsets.clone() }
+    }
+
+    /// Whether more than four joints move some vertex.
+    pub fn needs_more_than_four(&self) -> bool {
+        self.rows.iter().any(|row| row[FEW_INFLUENCES].1 > 0.0)
     }
 
     /// Adds the corrective offsets of the model, for its own surface.
@@ -102,7 +133,7 @@ impl SkinWeights {
     }
 
     /// One row per vertex.
-    pub fn rows(&self) -> &PerVertex<[(JointId, f64); 4]> {
+    pub fn rows(&self) -> &PerVertex<SkinRow> {
         &self.rows
     }
     /// The number of vertices.
@@ -137,12 +168,12 @@ impl SkinWeights {
     }
 }
 
-fn prune(mut row: Vec<(JointId, f64)>) -> [(JointId, f64); 4] {
+fn prune(mut row: Vec<(JointId, f64)>, most: usize) -> SkinRow {
     row.retain(|&(_, w)| w.is_finite() && w > 0.0);
     row.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-    row.truncate(4);
+    row.truncate(most);
     let sum: f64 = row.iter().map(|r| r.1).sum();
-    let mut out = [(JointId(0), 0.0); 4];
+    let mut out = [(JointId(0), 0.0); INFLUENCES];
     if sum <= 0.0 {
         out[0].1 = 1.0;
         return out;
@@ -160,7 +191,7 @@ fn as_matrices(transforms: &[Isometry3<f64>]) -> Vec<(Matrix3<f64>, Vec3)> {
     transforms.iter().map(|t| (t.rotation.to_rotation_matrix().into_inner(), t.translation.vector)).collect()
 }
 
-fn blended(row: &[(JointId, f64); 4], world_from_bind: &[(Matrix3<f64>, Vec3)]) -> (Matrix3<f64>, Vec3) {
+fn blended(row: &SkinRow, world_from_bind: &[(Matrix3<f64>, Vec3)]) -> (Matrix3<f64>, Vec3) {
     let mut linear = Matrix3::zeros();
     let mut offset = Vec3::zeros();
     for &(j, w) in row {
@@ -294,6 +325,29 @@ mod tests {
             assert!((row.iter().map(|r| r.1).sum::<f64>() - 1.0).abs() < 1e-12);
         }
         assert_eq!(weights.rows().0[0][0].0, JointId(8));
+    }
+
+    #[test]
+    fn where_the_fourth_and_fifth_joint_change_places_four_weights_change_little() {
+        let row = |t: f64| {
+            let small = [0.08 - t, 0.08 + t, 0.02];
+            let rest = [0.4, 0.3, 0.12].into_iter().chain(small);
+            (0..).map(JointId).zip(rest).collect::<Vec<_>>()
+        };
+        let of_joint = |weights: &SkinWeights, j: u16| -> f64 {
+            weights.rows().0[0].iter().filter(|e| e.0 == JointId(j)).map(|e| e.1).sum()
+        };
+        let cloth = |t| SkinWeights::from_rows_of_cloth([row(t)]);
+        let (before, after) = (cloth(-1e-6).with_four_influences(), cloth(1e-6).with_four_influences());
+        let dropped = [-1e-6, 1e-6].map(|t| SkinWeights::from_rows([row(t)]));
+        let jump = |a: &SkinWeights, b: &SkinWeights| {
+            (0..6).map(|j| (of_joint(a, j) - of_joint(b, j)).abs()).fold(0.0, f64::max)
+        };
+        assert!(jump(&before, &after) < 1e-5, "{before:?} {after:?}");
+        assert!(jump(&dropped[0], &dropped[1]) > 0.05, "plain pruning jumps");
+        assert!(cloth(0.0).needs_more_than_four() && !before.needs_more_than_four());
+        let few = SkinWeights::from_rows([row(0.0)]);
+        assert_eq!(few.with_four_influences(), few, "four weights stay as they are");
     }
 
     #[test]

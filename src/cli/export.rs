@@ -28,6 +28,9 @@ pub(super) struct ExportArgs {
     /// Remove what other layers cover in every pose, except for a margin of 20 mm, so that it does not poke through them
     #[arg(long, conflicts_with_all = ["scan", "stage", "sequence"])]
     hide_covered: bool,
+    /// The most joints that move a vertex of the .glb: 8 keep cloth in armpits smooth, but some programs read only 4
+    #[arg(long, value_name = "4|8", default_value = "4", value_parser = ["4", "8"], conflicts_with_all = ["scan", "stage", "sequence"])]
+    influences: String,
     /// Replace files that Overcoat did not write, or that were changed since
     #[arg(long, conflicts_with = "sequence")]
     force: bool,
@@ -71,6 +74,7 @@ pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
         scan: args.scan,
         before_registration: args.stage.is_some(),
         hide_covered: args.hide_covered,
+        eight_influences: args.influences == "8",
     };
     let session = context.reader()?;
     let mut outputs = session.outputs(args.force);

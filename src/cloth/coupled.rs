@@ -151,8 +151,7 @@ impl<'a> Simulation<'a> {
         let (mut places, mut carried) = (Vec::new(), Vec::new());
         for layer in &self.figure.layers {
             places.extend(self.skinning.skin(layer.mesh.points(), &layer.weights, skeleton, pose).0);
-            let turned =
-                |row: &[(crate::body::JointId, f64); 4]| row.iter().map(|&(j, w)| turns[j.index()] * down * w).sum();
+            let turned = |row: &crate::body::SkinRow| row.iter().map(|&(j, w)| turns[j.index()] * down * w).sum();
             carried.extend(layer.weights.rows().iter().map(turned).collect::<Vec<Vec3>>());
         }
         (places, carried)

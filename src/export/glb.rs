@@ -10,7 +10,7 @@ use super::arguments::{check_figure, check_masks, check_pose};
 use super::error::ExportError;
 use super::palette::color_of_rank;
 use super::split::Split;
-use crate::body::{Figure, Layer, Pose, Skeleton};
+use crate::body::{Figure, INFLUENCES, Layer, Pose, Skeleton};
 use crate::formats::{GlbAttribute, GlbChannel, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, NodeId, SkinId};
 use crate::geometry::PerVertex;
 use crate::motion::PoseTrack;
@@ -29,6 +29,8 @@ pub struct GlbOptions {
     ///
     /// **Shapes** one mask per layer, each with one entry per vertex.
     pub covered: Option<Vec<PerVertex<bool>>>,
+    /// Whether a vertex keeps up to eight joints, the last four as `JOINTS_1` and `WEIGHTS_1`; otherwise at most four.
+    pub eight_influences: bool,
     /// Animations of the skeleton.
     pub animations: Vec<GlbAnimation>,
     /// The figure's origin, as keys and values in the asset's extras.
@@ -67,7 +69,7 @@ pub fn write_glb(figure: &Figure, options: &GlbOptions, out: impl Write) -> Resu
     let mut roots = vec![joints[0]];
     for (rank, layer) in figure.layers.iter().enumerate() {
         let covered = options.covered.as_ref().map(|masks| &masks[rank]);
-        roots.push(add_layer(&mut glb, layer, covered, rank, skin)?);
+        roots.push(add_layer(&mut glb, layer, covered, rank, skin, options.eight_influences)?);
     }
     for animation in &options.animations {
         add_animation(&mut glb, &figure.skeleton, &joints, animation)?;
@@ -158,6 +160,7 @@ fn add_layer(
     covered: Option<&PerVertex<bool>>,
     rank: usize,
     skin: SkinId,
+    eight_influences: bool,
 ) -> Result<NodeId, ExportError> {
     let mesh = &layer.mesh;
     let split = Split::along_seams(layer);
@@ -168,8 +171,10 @@ fn add_layer(
         .spread(&mesh.vertex_normals())
         .map(|n| if n.norm_squared() > 0.5 { n.map(|c| c as f32).into() } else { [0.0, 1.0, 0.0] })
         .collect();
-    let (joints, weights): (Vec<[u16; 4]>, Vec<[f32; 4]>) =
-        split.spread(layer.weights.rows()).map(|row| gltf_influences(&row.map(|(j, w)| (j.0, w)))).unzip();
+    let weights = if eight_influences { layer.weights.clone() } else { layer.weights.with_four_influences() };
+    let influences: Vec<Influences> =
+        split.spread(weights.rows()).map(|row| gltf_influences(&row.map(|(j, w)| (j.0, w)))).collect();
+    let sets = if weights.needs_more_than_four() { INFLUENCES / 4 } else { 1 };
     let physics: Vec<[f32; 1]> = match &layer.physics {
         Some(physics) => split.spread(physics).map(|&w| [w as f32]).collect(),
         None => vec![[0.0]; count],
@@ -179,11 +184,15 @@ fn add_layer(
     let mut attributes = vec![
         (GlbAttribute::Positions, glb.positions(&points)?),
         (GlbAttribute::Normals, glb.floats("normals", &normals)?),
-        (GlbAttribute::Joints(0), glb.joints(&joints)),
-        (GlbAttribute::Weights(0), glb.floats("skin weights", &weights)?),
         (GlbAttribute::Extras("PHYSW".into()), glb.floats("physics weights", &physics)?),
         (GlbAttribute::Extras("LAYER".into()), glb.floats("layer ranks", &vec![[rank as f32]; count])?),
     ];
+    for set in 0..sets {
+        let joints: Vec<[u16; 4]> = influences.iter().map(|(joints, _)| joints[set]).collect();
+        let weights: Vec<[f32; 4]> = influences.iter().map(|(_, weights)| weights[set]).collect();
+        attributes.push((GlbAttribute::Joints(set as u32), glb.joints(&joints)));
+        attributes.push((GlbAttribute::Weights(set as u32), glb.floats("skin weights", &weights)?));
+    }
     if let Some(covered) = covered {
         let values: Vec<[f32; 1]> = split.spread(covered).map(|&c| [f32::from(u8::from(c))]).collect();
         attributes.push((GlbAttribute::Extras("COVERED".into()), glb.floats("cover values", &values)?));
@@ -229,10 +238,13 @@ fn add_layer(
 /// Roughness of skin and cloth, 0–1: neither shines, and scanned colours contain shading.
 const ROUGHNESS: f32 = 0.9;
 
-/// Four influences in glTF's form: no joint twice, in falling order, unused slots joint 0 with weight 0, and a sum of 1
-/// in `f32` (the validator allows 2e-7 per weight).
-fn gltf_influences(row: &[(u16, f64); 4]) -> ([u16; 4], [f32; 4]) {
-    let mut merged: Vec<(u16, f64)> = Vec::with_capacity(4);
+/// Joints and weights of a vertex, in glTF's sets of four.
+type Influences = ([[u16; 4]; INFLUENCES / 4], [[f32; 4]; INFLUENCES / 4]);
+
+/// Influences in glTF's form: no joint twice, in falling order, unused slots joint 0 with weight 0, and a sum of 1 in `f32`
+/// (the validator allows 2e-7 per weight).
+fn gltf_influences(row: &[(u16, f64); INFLUENCES]) -> Influences {
+    let mut merged: Vec<(u16, f64)> = Vec::with_capacity(INFLUENCES);
     for &(joint, weight) in row.iter().filter(|(_, w)| (*w as f32) > 0.0) {
         match merged.iter_mut().find(|(j, _)| *j == joint) {
             Some((_, sum)) => *sum += weight,
@@ -241,7 +253,7 @@ fn gltf_influences(row: &[(u16, f64); 4]) -> ([u16; 4], [f32; 4]) {
     }
     merged.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
     let sum: f64 = merged.iter().map(|(_, w)| w).sum();
-    let (mut joints, mut weights) = ([0; 4], [0.0; 4]);
+    let (mut joints, mut weights) = ([0; INFLUENCES], [0.0; INFLUENCES]);
     for (k, (joint, weight)) in merged.into_iter().enumerate() {
         joints[k] = joint;
         weights[k] = (weight / sum) as f32;
@@ -249,12 +261,12 @@ fn gltf_influences(row: &[(u16, f64); 4]) -> ([u16; 4], [f32; 4]) {
     // The rounding error goes to the strongest; a vertex without weights follows the root.
     weights[0] = (1.0 - weights[1..].iter().map(|&w| f64::from(w)).sum::<f64>()) as f32;
     // The division may have rounded a weight to zero.
-    for k in 1..4 {
+    for k in 1..INFLUENCES {
         if weights[k] == 0.0 {
             joints[k] = 0;
         }
     }
-    (joints, weights)
+    (bytemuck::cast(joints), bytemuck::cast(weights))
 }
 
 #[cfg(test)]
@@ -265,12 +277,13 @@ mod tests {
     proptest! {
         #[test]
         fn influences_sum_to_one_and_name_no_joint_twice(
-            row in prop::array::uniform4((0u16..6, prop_oneof![Just(0.0), 0.0f64..1.0, 1e-45f64..1e-37])),
+            row in prop::array::uniform8((0u16..10, prop_oneof![Just(0.0), 0.0f64..1.0, 1e-45f64..1e-37])),
         ) {
             let (joints, weights) = gltf_influences(&row);
+            let (joints, weights) = (joints.concat(), weights.concat());
             let sum: f64 = weights.iter().map(|&w| f64::from(w)).sum();
             prop_assert!((sum - 1.0).abs() < 2e-7, "{weights:?}");
-            for k in 0..4 {
+            for k in 0..INFLUENCES {
                 prop_assert!(weights[k] >= 0.0);
                 prop_assert!(weights[k] > 0.0 || joints[k] == 0);
                 prop_assert!(weights[k] == 0.0 || !(0..k).any(|i| weights[i] > 0.0 && joints[i] == joints[k]));

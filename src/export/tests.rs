@@ -123,15 +123,59 @@ impl Parsed {
             .collect();
         let attributes = &self.json["meshes"][mesh]["primitives"][0]["attributes"];
         let points = self.numbers(&attributes["POSITION"]);
-        let joints = self.numbers(&attributes["JOINTS_0"]);
-        let weights = self.numbers(&attributes["WEIGHTS_0"]);
+        let numbers = |name: String| attributes.get(&name).map(|accessor| self.numbers(accessor)).unwrap_or_default();
+        let sets = [0, 1].map(|set| (numbers(format!("JOINTS_{set}")), numbers(format!("WEIGHTS_{set}"))));
         (0..points.len() / 3)
             .map(|v| {
-                let blend: Matrix4<f64> = (4 * v..4 * v + 4).map(|k| matrices[joints[k] as usize] * weights[k]).sum();
+                let blend: Matrix4<f64> = sets
+                    .iter()
+                    .flat_map(|(joints, weights)| joints.iter().zip(weights).skip(4 * v).take(4))
+                    .map(|(&j, &w)| matrices[j as usize] * w)
+                    .sum();
                 blend.transform_point(&Point3::new(points[3 * v], points[3 * v + 1], points[3 * v + 2]))
             })
             .collect()
     }
+}
+
+/// The figure on a chain of nine joints, six of which move each vertex of its garment.
+fn figure_of_many_influences() -> Figure {
+    let mut figure = figure();
+    figure.skeleton = Skeleton {
+        names: (0..9).map(|j| format!("joint{j}")).collect(),
+        parents: (0u16..9).map(|j| j.checked_sub(1).map(JointId)).collect(),
+        joints_in_bind: (0..9).map(|j| Point::new(0.25 * f64::from(j), 1.0, 0.0)).collect(),
+    };
+    let points = figure.layers[1].mesh.points().clone();
+    figure.layers[1].weights = SkinWeights::from_rows_of_cloth(
+        points
+            .iter()
+            .map(|p| (0..9).map(|j| (JointId(j), (0.8 - (p.x - 0.25 * f64::from(j)).abs()).max(0.0))).collect()),
+    );
+    figure
+}
+
+#[test]
+fn eight_influences_are_two_sets_and_skin_as_we_do_and_four_are_one_set() {
+    let figure = figure_of_many_influences();
+    let mut pose = Pose::bind(9);
+    (0..9).for_each(|j| pose.rotations[j] = UnitQuaternion::from_euler_angles(0.1, 0.2, 0.15 * j as f64 - 0.5));
+    let file = |eight_influences| {
+        let options = GlbOptions { pose: Some(pose.clone()), eight_influences, ..GlbOptions::default() };
+        let mut bytes = Vec::new();
+        write_glb(&figure, &options, &mut bytes).unwrap();
+        Parsed::new(&bytes)
+    };
+    let (four, eight) = (file(false), file(true));
+    let has_two =
+        |file: &Parsed, mesh: usize| file.json["meshes"][mesh]["primitives"][0]["attributes"].get("JOINTS_1").is_some();
+    assert_eq!([has_two(&eight, 0), has_two(&eight, 1), has_two(&four, 1)], [false, true, false]);
+    let ours = figure.posed(&pose);
+    let farthest =
+        |theirs: &[Point]| ours[1].points().iter().zip(theirs).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max);
+    assert!(farthest(&eight.skinned(1)) < 1e-6);
+    let pruned = farthest(&four.skinned(1));
+    assert!((1e-3..0.2).contains(&pruned), "four influences move the cloth elsewhere, by {pruned} m");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The floor under a figure, and what may touch it: soles, and the skin.
 
 use crate::body::HumanJoint::{Foot, Toes};
-use crate::body::{Figure, JointId, Layer, Side, Skeleton};
+use crate::body::{Figure, JointId, Layer, Side, Skeleton, SkinRow};
 use crate::geometry::{Point, Vec3};
 use nalgebra::Isometry3;
 use rayon::prelude::*;
@@ -17,7 +17,7 @@ const BALL_PER_SOLE: f64 = 0.72;
 #[derive(Clone, Debug)]
 struct Vertex {
     point: Point,
-    row: [(JointId, f64); 4],
+    row: SkinRow,
 }
 
 /// The sole of a foot in the bind pose.
@@ -46,7 +46,7 @@ impl Ground {
             let is_foot = |j: JointId| matches!(skeleton.human_joint(j), Some(Foot(s) | Toes(s)) if s == side);
             skeleton.ids().map(is_foot).collect::<Vec<bool>>()
         });
-        let share = |row: &[(JointId, f64); 4], side: usize| -> f64 {
+        let share = |row: &SkinRow, side: usize| -> f64 {
             row.iter().filter(|(j, _)| foot[side][j.index()]).map(|(_, w)| w).sum()
         };
         let is_footwear = |layer: &&Layer| figure.is_footwear(layer);

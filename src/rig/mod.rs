@@ -12,6 +12,7 @@ mod params;
 mod physics;
 #[cfg(test)]
 mod tests;
+mod torn;
 
 pub use cover::cover_masks;
 pub use error::RigError;
@@ -23,6 +24,7 @@ use crate::fit::PoseInside;
 use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh};
 use crate::parameters::Parameters;
 use serde::{Deserialize, Serialize};
+use torn::Tearing;
 
 /// A garment in the bind pose, in metres.
 ///
@@ -59,13 +61,17 @@ pub struct RigReport {
     pub confident_share: f64,
     /// Share of the vertices that span the gap between the legs, as a skirt's do.
     pub bridging_share: f64,
-    /// Greatest sum of weights dropped at a vertex, as only four joints may move it.
+    /// Greatest sum of weights at a vertex beyond its four largest: what a file with four joints per vertex drops.
     pub pruned_max: f64,
-    /// Mean sum of weights dropped at a vertex.
+    /// Mean of the same sums.
     pub pruned_mean: f64,
     /// 99th percentile of the ratio by which an edge became longer or shorter in the bind pose.
     pub stretch_p99: f64,
 }
+
+/// How often the weights are smoothed where they tear cloth. On two outfits of four layers with overhead arms, 99.9 % of the
+/// edges stretch by at most 4.6 to 7.9 times at first, 2.4 to 3.4 after four rounds and 2.3 to 3.1 after eight.
+const RELAXATIONS: usize = 4;
 
 /// Computes a garment's skin weights and, with them, its shape in the bind pose.
 ///
@@ -76,7 +82,8 @@ pub struct RigReport {
 /// **Requires** that `inside` poses `figure` into the same scan, so that the body is under the garment.
 ///
 /// **Source** Hu 2017, §6.3 and §7.1: weights of the closest triangle of the naked body, then inverse skinning. By default
-/// the weights are inpainted where that triangle is not a confident match.
+/// the weights are inpainted where that triangle is not a confident match. Where they would tear cloth with arms overhead, in
+/// a squat, with a raised thigh or in a long step, they are inpainted over a wider part of it.
 pub fn rig(
     garment: &TriMesh,
     colors: Option<&PerVertex<[u8; 3]>>,
@@ -90,7 +97,9 @@ pub fn rig(
     check_length("skin weights of the body", Some(body.weights.len()), body.mesh.vertex_count())?;
     let posed_body = with_offsets(&body.posed(&figure.skeleton, &inside.pose), &inside.offsets)?;
     let joints = figure.skeleton.joints_in_world(&inside.pose);
-    let (weights, mut report) = skin_garment(garment, &posed_body, &body.weights, &figure.skeleton, &joints, params)?;
+    let tearing = Tearing::prepare(garment, &figure.skeleton, &inside.pose);
+    let (weights, mut report) =
+        transfer(garment, &posed_body, &body.weights, &figure.skeleton, &joints, params, Some(&tearing))?;
     let mesh = garment.with_points(unskin(garment.points(), &weights, &figure.skeleton, &inside.pose));
     report.stretch_p99 = stretch(garment, &mesh, 0.99);
     Ok(RiggedGarment { mesh, weights, colors: colors.cloned(), report })
@@ -106,6 +115,19 @@ pub fn skin_garment(
     skeleton: &Skeleton,
     joints: &[Point],
     params: &RigParams,
+) -> Result<(SkinWeights, RigReport), RigError> {
+    transfer(garment, posed_body, body_weights, skeleton, joints, params, None)
+}
+
+/// As [`skin_garment`]; with `tearing`, weights that tear cloth are smoothed.
+fn transfer(
+    garment: &TriMesh,
+    posed_body: &TriMesh,
+    body_weights: &SkinWeights,
+    skeleton: &Skeleton,
+    joints: &[Point],
+    params: &RigParams,
+    tearing: Option<&Tearing>,
 ) -> Result<(SkinWeights, RigReport), RigError> {
     if garment.face_count() == 0 {
         return Err(RigError::EmptyGarment);
@@ -136,14 +158,27 @@ pub fn skin_garment(
     let mut confidence = confidence::match_confidence(&matches, posed_body, params);
     let bridge = leg_bridge::find(garment, &body, skeleton, joints);
     let bridging = leg_bridge::keep_only_flanks(&bridge, garment, &matches, &mut confidence);
-    let rows = inpaint::inpaint(garment, &matches.rows, &confidence, skeleton.len(), params)?;
+    let as_weights = |rows: PerVertex<Vec<(JointId, f64)>>| {
+        SkinWeights::from_rows_of_cloth(rows.0).following(body_weights, matches.followed_vertices())
+    };
+    let mut rows = inpaint::inpaint(garment, &matches.rows, &confidence, skeleton.len(), params)?;
+    if let Some(tearing) = tearing {
+        for _ in 0..RELAXATIONS {
+            let torn = tearing.find(&as_weights(rows.clone()));
+            if !torn.as_slice().contains(&true) {
+                break;
+            }
+            tearing.distrust(&torn, &mut confidence);
+            rows = inpaint::inpaint(garment, &matches.rows, &confidence, skeleton.len(), params)?;
+        }
+    }
     let count = garment.vertex_count() as f64;
     let report = RigReport {
         confident_share: confidence.iter().filter(|&&c| c >= 0.5).count() as f64 / count,
         bridging_share: bridging as f64 / count,
         ..pruning(&rows)
     };
-    Ok((SkinWeights::from_rows(rows.0).following(body_weights, matches.followed_vertices()), report))
+    Ok((as_weights(rows), report))
 }
 
 /// The quantile (0–1) of the ratios by which edges became longer or shorter between two shapes of one mesh: the larger of

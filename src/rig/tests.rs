@@ -1,7 +1,7 @@
 //! A doll of tubes (trunk, two legs, one arm beside the trunk) and what it wears.
 
 use super::*;
-use crate::body::{HumanJoint, Pose, Side, skin};
+use crate::body::{HumanJoint, Pose, Side, Stance, embedded_model, skin};
 use crate::geometry::{FaceId, Vec3};
 use nalgebra::UnitQuaternion;
 
@@ -164,6 +164,31 @@ fn a_sleeve_does_not_stick_to_the_torso_that_it_touches() {
     };
     assert!(torso_share(RigMethod::Inpaint) < 1e-3);
     assert!(torso_share(RigMethod::Closest) > 0.9, "the closest triangle is the torso's");
+}
+
+#[test]
+fn weights_change_slowly_enough_not_to_tear_cloth_at_a_raised_thigh() {
+    let model = embedded_model().unwrap();
+    let (mesh, skeleton) = model.shaped(&model.mean_shape());
+    let figure = Figure::bare(skeleton, mesh, model.weights.clone());
+    let joint = |joint| figure.skeleton.joints_in_bind[figure.skeleton.find(joint).unwrap().index()];
+    let (hip, knee) = (joint(HumanJoint::UpperLeg(Side::Left)), joint(HumanJoint::LowerLeg(Side::Left)));
+    let leg = tube(knee, hip + (hip - knee) * 0.6, [0.11, 0.15], 60, 40);
+    let body = figure.body();
+    let centers = &figure.skeleton.joints_in_bind;
+    let params = RigParams::default();
+    let (steep, _) = skin_garment(&leg, &body.mesh, &body.weights, &figure.skeleton, centers, &params).unwrap();
+    let gentle = rig(&leg, None, &figure, &in_bind(&figure), &params).unwrap().weights;
+    let raised = Stance::ThighRaised.pose(&figure.skeleton);
+    let longest = |weights: &SkinWeights| {
+        let posed = skin(leg.points(), weights, &figure.skeleton, &raised);
+        let of_edge = |[a, b]: [crate::geometry::VertexId; 2]| {
+            (posed[a] - posed[b]).norm() / (leg.points()[a] - leg.points()[b]).norm()
+        };
+        Adjacency::prepare(&leg).edges().iter().map(|(ends, _)| of_edge(*ends)).fold(0.0, f64::max)
+    };
+    let (before, after) = (longest(&steep), longest(&gentle));
+    assert!(before > 2.0 && after < 1.85, "stretched {before:.2} times, and {after:.2} times");
 }
 
 #[test]

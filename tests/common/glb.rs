@@ -109,11 +109,18 @@ impl Glb {
             assert!(normals.iter().all(|n| (norm(n) - 1.0).abs() < 1e-4), "normals have unit length");
             let faces = self.rows(&primitive["indices"]);
             assert!(faces.len().is_multiple_of(3) && faces.iter().all(|i| i[0] < positions.len() as f64), "indices");
-            let (names, weights) = (self.rows(&attributes["JOINTS_0"]), self.rows(&attributes["WEIGHTS_0"]));
-            for (row, weights) in names.iter().zip(&weights) {
+            let sets = if attributes.contains_key("JOINTS_1") { 0..2 } else { 0..1 };
+            let all = |name: &str| -> Vec<Vec<Vec<f64>>> {
+                sets.clone().map(|set| self.rows(&attributes[&format!("{name}_{set}")])).collect()
+            };
+            let (all_joints, all_weights) = (all("JOINTS"), all("WEIGHTS"));
+            let at =
+                |sets: &[Vec<Vec<f64>>], v: usize| sets.iter().flat_map(|set| set[v].clone()).collect::<Vec<f64>>();
+            for v in 0..positions.len() {
+                let (row, weights) = (at(&all_joints, v), at(&all_weights, v));
                 assert!(row.iter().all(|j| *j < joints.len() as f64), "{row:?}");
                 assert!(weights.iter().all(|w| *w >= 0.0) && (weights.iter().sum::<f64>() - 1.0).abs() < 1e-6);
-                assert!(row.iter().zip(weights).all(|(j, w)| *w > 0.0 || *j == 0.0), "unused influences name joint 0");
+                assert!(row.iter().zip(&weights).all(|(j, w)| *w > 0.0 || *j == 0.0), "unused influences name joint 0");
             }
         }
     }

@@ -3,7 +3,7 @@
 use super::sampling::spread;
 use super::scan_surface::ScanSurface;
 use crate::body::HumanJoint::{LowerArm, LowerLeg, UpperArm, UpperLeg};
-use crate::body::{HumanJoint, JointId, Pose, Side, Skeleton, SkinWeights};
+use crate::body::{HumanJoint, JointId, Pose, Side, Skeleton, SkinRow, SkinWeights};
 use crate::geometry::{PerVertex, Point, SurfaceIndex, Vec3, VertexId};
 use nalgebra::{UnitQuaternion, Vector3};
 use rayon::prelude::*;
@@ -54,7 +54,7 @@ pub(crate) fn parts_from(roots: &[HumanJoint], skeleton: &Skeleton, weights: &Sk
 
 /// The part that begins at a joint.
 pub(crate) fn part(joint: JointId, skeleton: &Skeleton, weights: &SkinWeights) -> JointSubtree {
-    let belongs = |row: &[(JointId, f64); 4]| {
+    let belongs = |row: &SkinRow| {
         let share: f64 = row.iter().filter(|(j, _)| skeleton.is_below(*j, joint)).map(|r| r.1).sum();
         share > BELONGS
     };

@@ -16,7 +16,7 @@ fn track(name: &str) -> PoseTrack {
 /// The vertices of a foot in each pose.
 fn foot_vertices(track: &PoseTrack, side: Side) -> Vec<Vec<Point>> {
     let figure = figure();
-    let is_foot = |row: &[(crate::body::JointId, f64); 4]| matches!(figure.skeleton.human_joint(row[0].0), Some(Foot(s) | Toes(s)) if s == side);
+    let is_foot = |row: &crate::body::SkinRow| matches!(figure.skeleton.human_joint(row[0].0), Some(Foot(s) | Toes(s)) if s == side);
     let rows = figure.body().weights.rows();
     let posed: Vec<_> = track.poses.par_iter().map(|pose| figure.posed(pose).remove(0)).collect();
     posed

@@ -26,6 +26,8 @@ pub struct ExportRequest {
     pub before_registration: bool,
     /// Remove the parts of layers that other layers cover in all evaluated poses, except for a margin.
     pub hide_covered: bool,
+    /// Keep up to eight joints per vertex of a `.glb`; otherwise at most four.
+    pub eight_influences: bool,
 }
 
 /// The result of an export.
@@ -54,6 +56,10 @@ impl Session {
             None if !is_folder && is_only_an_extension(&request.target) => Err(SessionError::BadRequest {
                 what: format!("'{}' is an extension without a name", request.target.display()),
                 hint: "name the file, for example character.glb; the name of a folder ends with /".into(),
+            }),
+            _ if request.eight_influences => Err(SessionError::BadRequest {
+                what: "only a .glb holds skin weights, so --influences changes nothing in a folder".into(),
+                hint: "name a file `NAME.glb`, or leave --influences out".into(),
             }),
             _ => {
                 let (files, removed) = self.folder_of(request)?;
@@ -88,7 +94,9 @@ impl Session {
         let pose = request.at.as_ref().map(|_| last.pose.clone());
         let provenance = steps.iter().map(origin).collect();
         let animations = if request.at.is_none() { self.glb_animations(outputs)? } else { Vec::new() };
-        let options = GlbOptions { name: None, pose, covered: Some(masks), animations, provenance };
+        let eight_influences = request.eight_influences;
+        let covered = Some(masks);
+        let options = GlbOptions { name: None, pose, covered, eight_influences, animations, provenance };
         outputs.write(&path, Content::Character, |out| write_glb(&figure, &options, out))?;
         Ok(Exported { files: vec![path], removed })
     }

@@ -45,7 +45,7 @@ pub(in crate::session) struct GarmentInputs {
 
 impl PipelineStage for FigureStage {
     const STAGE: Stage = Stage::Figure;
-    const VERSION: u32 = 6;
+    const VERSION: u32 = 7;
     type Inputs = Inputs;
     type Output = Figure;
 

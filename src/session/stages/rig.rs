@@ -26,7 +26,7 @@ pub(in crate::session) struct Inputs {
 
 impl PipelineStage for RigStage {
     const STAGE: Stage = Stage::Rig;
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     type Inputs = Inputs;
     type Output = RiggedGarment;
 
