@@ -112,6 +112,7 @@ pub fn cut(
     // What continues below hair has the garment's label now, and had not.
     let is_seen = |v: VertexId| v.index() < vertices && (labels.0[v] || !segmentation.labels.0[v]);
     let sliced = sliced.seen_where(is_seen);
+    let sliced = pieces::without_fins(sliced);
     let sliced = pieces::without_islands(sliced, &filled, params.least_island_share, &mut findings);
     let sliced = pieces::with_bow_ties_split(sliced)?;
     if sliced.mesh.face_count() == 0 {

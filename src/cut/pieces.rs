@@ -1,8 +1,14 @@
-//! Drops islands, and separates fans of faces that touch in one vertex.
+//! Drops fins and islands, and separates fans of faces that touch in one vertex.
 
 use super::fill_holes::FilledScan;
 use super::slice::Slice;
-use crate::geometry::{Adjacency, FaceId, MeshError, PerFace, TriMesh, VertexId};
+use crate::geometry::{Adjacency, FaceId, MeshError, PerFace, TriMesh, VertexId, manifold_part};
+
+/// Drops the faces by which an edge has more than two, as fused scans have them where sheets touch.
+pub(super) fn without_fins(slice: Slice) -> Slice {
+    let keep = manifold_part(&slice.mesh);
+    if keep.iter().all(|&kept| kept) { slice } else { slice.part(&keep) }
+}
 
 /// Drops the components with less than `least_share` of the area that the user did not paint.
 pub(super) fn without_islands(slice: Slice, whole: &FilledScan, least_share: f64, findings: &mut Vec<String>) -> Slice {

@@ -206,10 +206,12 @@ pub(super) fn boundary_costs(
                 }
                 _ => (0.5 * mean_edge, 0.0),
             };
-            let step = evidence
-                .colors
-                .as_ref()
-                .map_or(0.0, |c| squared_difference(&c[i], &c[j], &super::color::SPREAD) / (COLOR_STEP * COLOR_STEP));
+            // A stripe of the layer below is no hem.
+            let has_old_colors = evidence.is_old_color(i) && evidence.is_old_color(j);
+            let step =
+                evidence.colors.as_ref().filter(|_| !has_old_colors).map_or(0.0, |c| {
+                    squared_difference(&c[i], &c[j], &super::color::SPREAD) / (COLOR_STEP * COLOR_STEP)
+                });
             // Never free, or the cut would follow noise; bounded on long edges, so that they can be cut.
             let seen = 0.1 + 0.9 * (-step - crease * crease).exp();
             let cost = params.boundary * seen * (across / mean_edge).min(2.0);

@@ -35,7 +35,7 @@ pub(in crate::session) struct Inputs {
 
 impl PipelineStage for CutStage {
     const STAGE: Stage = Stage::Cut;
-    const VERSION: u32 = 9;
+    const VERSION: u32 = 10;
     type Inputs = Inputs;
     type Output = Garment;
 

@@ -32,7 +32,7 @@ pub(in crate::session) struct Inputs {
 
 impl PipelineStage for EvidenceStage {
     const STAGE: Stage = Stage::Evidence;
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     type Inputs = Inputs;
     type Output = Evidence;
 

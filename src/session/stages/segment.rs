@@ -25,7 +25,7 @@ pub(in crate::session) struct Inputs {
 
 impl PipelineStage for SegmentStage {
     const STAGE: Stage = Stage::Segment;
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
     type Inputs = Inputs;
     type Output = Segmentation;
 
