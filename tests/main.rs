@@ -6,6 +6,7 @@ mod animate;
 mod animate_cloth;
 mod bad_input;
 mod body_models;
+mod broken_scans;
 mod cli;
 mod common;
 mod covered;

@@ -1,40 +1,12 @@
 //! One verdict per step: what is implausible, what failed, and what `--strict` does about it.
 
 use crate::common::{
-    built_quick_session, copy_folder, demo, mean_body, on_demo_scans, overcoat, overcoat_ok, write_mesh,
+    body_of_demo, built_quick_session, coarse_session, demo, demo_scan, mean_body, overcoat, overcoat_ok, write_mesh,
 };
 use overcoat::formats::read_ply;
 use overcoat::geometry::Point;
 use serde_json::Value;
-use std::path::{Path, PathBuf};
-
-fn demo_scan(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo").join(name)
-}
-
-/// The built body of the demo, on which garments can be tried.
-fn body_of_demo(dir: &Path) -> PathBuf {
-    let session = dir.join("alice");
-    copy_folder(&demo().session, &session);
-    let recipe = "version = 1\n\n[[step]]\nname = \"body\"\nscan = \"SCANS/0-body.ply\"\n";
-    std::fs::write(session.join("recipe.toml"), on_demo_scans(recipe)).unwrap();
-    session
-}
-
-/// A coarse session in `dir/name` with these steps, each of a name and a scan; garments are of the kind of their name.
-fn coarse(dir: &Path, name: &str, steps: &[(&str, PathBuf)]) -> PathBuf {
-    let mut recipe = "version = 1\n".to_string();
-    for (step, scan) in steps {
-        let kind = if *step == "body" { String::new() } else { format!("template = \"{step}\"\n") };
-        let fit = if *step == "body" { "fit" } else { "pose" };
-        recipe += &format!("\n[[step]]\nname = \"{step}\"\nscan = {scan:?}\n{kind}faces = 4000\n");
-        recipe += &format!("\n[step.{fit}]\nsamples = 300\niterations = 4\n");
-    }
-    let session = dir.join(name);
-    std::fs::create_dir(&session).unwrap();
-    std::fs::write(session.join("recipe.toml"), recipe).unwrap();
-    session
-}
+use std::path::Path;
 
 /// The verdicts of a build, which must do its work.
 fn verdicts(session: &Path) -> Vec<String> {
@@ -100,7 +72,7 @@ fn a_wrong_order_of_scans_and_a_scan_given_twice_are_reported() {
         ("tshirt", tshirt.clone()),
         ("vest", tshirt),
     ];
-    let found = verdicts(&coarse(dir.path(), "alice", &steps));
+    let found = verdicts(&coarse_session(dir.path(), "alice", &steps));
     assert_eq!(found[0], "good");
     assert!(found[1].starts_with("check it: "), "the T-shirt below it is not listed: {found:?}");
     assert!(found[2].starts_with("check it: the scan does not show the skirt on "), "{found:?}");
@@ -115,7 +87,7 @@ fn another_person_in_a_garment_s_scan_is_reported() {
     let mut broad = read_ply(std::fs::File::open(demo_scan("1-tshirt.ply")).unwrap()).unwrap();
     broad.points.iter_mut().for_each(|p| (p[0], p[2]) = (1.1 * p[0], 1.1 * p[2]));
     let broad = write_mesh(dir.path().join("broad.ply"), &broad);
-    let found = verdicts(&coarse(dir.path(), "alice", &[("body", demo_scan("0-body.ply")), ("tshirt", broad)]));
+    let found = verdicts(&coarse_session(dir.path(), "alice", &[("body", demo_scan("0-body.ply")), ("tshirt", broad)]));
     assert!(found[1].starts_with("check it: visible skin is "), "{found:?}");
     assert!(found[1].contains("mm from the scan: it may show another person"), "{found:?}");
 }
@@ -123,7 +95,7 @@ fn another_person_in_a_garment_s_scan_is_reported() {
 #[test]
 fn a_clothed_person_as_bare_body_is_reported() {
     let dir = tempfile::tempdir().unwrap();
-    let found = verdicts(&coarse(dir.path(), "alice", &[("body", demo_scan("1-tshirt.ply"))]));
+    let found = verdicts(&coarse_session(dir.path(), "alice", &[("body", demo_scan("1-tshirt.ply"))]));
     assert!(found[0].starts_with("check it: ") && found[0].contains("the person may be clothed"), "{found:?}");
     // Their girths are those of the clothes, so `body measure` says it, too: of the session and of the file.
     let session = overcoat_ok(dir.path(), &["-C", "alice", "body", "measure"]).stdout;
@@ -145,7 +117,7 @@ fn a_person_who_sits_is_reported() {
         show.extend(["--pose", turn]);
     }
     overcoat_ok(dir.path(), &show);
-    let found = verdicts(&coarse(dir.path(), "alice", &[("body", dir.path().join("sitting.ply"))]));
+    let found = verdicts(&coarse_session(dir.path(), "alice", &[("body", dir.path().join("sitting.ply"))]));
     assert!(found[0].starts_with("check it: a hip is bent by "), "{found:?}");
     assert!(found[0].contains("the person seems to sit or squat"), "{found:?}");
 }
@@ -197,7 +169,7 @@ fn a_bare_scan_as_hat_is_refused() {
     let mut again = read_ply(std::fs::File::open(demo_scan("0-body.ply")).unwrap()).unwrap();
     again.points.iter_mut().for_each(|p| p[0] += 0.1);
     let again = write_mesh(dir.path().join("again.ply"), &again);
-    let session = coarse(dir.path(), "alice", &[("body", demo_scan("0-body.ply")), ("hat", again)]);
+    let session = coarse_session(dir.path(), "alice", &[("body", demo_scan("0-body.ply")), ("hat", again)]);
     let answer = overcoat(&session, &["build"]);
     assert!(answer.code == 1 && answer.stderr.contains("no part of the scan belongs to the garment"), "{answer:?}");
 }
@@ -241,7 +213,8 @@ fn a_failed_step_stays_failed_in_the_status_until_it_runs_again() {
     overcoat_ok(&session, &["step", "remove", "hat"]);
     overcoat_ok(&session, &["scan", "tshirt", good.to_str().unwrap(), "--template", "tshirt"]);
     overcoat_ok(&session, &["build"]);
-    assert_eq!(status_of(&session, "tshirt")["verdict"], "good");
+    let step = status_of(&session, "tshirt");
+    assert!(!step["verdict"].as_str().unwrap().starts_with("failed: "), "{step}");
 }
 
 #[test]

@@ -189,6 +189,12 @@ impl GarmentPlausibility {
                 "scan again without the hole",
             ));
         }
+        doubts.extend(self.cut_off_hems.iter().map(|height| {
+            Doubt::new(
+                format!("a hem of the {name}, {height:.2} m above the floor, is where the scan ends: its cloth may be longer"),
+                "scan again so that the hem is seen all around, if the cloth is longer",
+            )
+        }));
         doubts.extend(self.ragged_hem(name));
         doubts
     }

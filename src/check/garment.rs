@@ -1,5 +1,6 @@
 //! Whether what was cut out is a garment, and whether the rest of the scan is the figure dressed so far.
 
+use super::cut_off::cut_off_hems;
 use super::error::CheckError;
 use super::hems::{RaggedHem, most_ragged_hem};
 use super::holes::largest_hole;
@@ -68,6 +69,8 @@ pub struct GarmentPlausibility {
     pub largest_hole: f64,
     /// The most ragged hem; `None` if all are short.
     pub most_ragged_hem: Option<RaggedHem>,
+    /// Heights above the lowest point of the scan of the hems at which not the cloth but the scan ends, in metres.
+    pub cut_off_hems: Vec<f64>,
 }
 
 /// What a scan shows of a garment from an earlier step.
@@ -159,6 +162,7 @@ pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, Chec
         skin_median: weighted_quantile(skin_gaps, 0.5),
         largest_hole: largest_hole(&cut.mesh, &cut.hem_loops),
         most_ragged_hem: most_ragged_hem(&cut.mesh, &cut.hem_loops, floor),
+        cut_off_hems: cut_off_hems(mesh, &cut.mesh, &cut.hem_loops, floor),
     })
 }
 

@@ -5,6 +5,7 @@
 //! also in a scan without one. Here the answer is compared with what the scan shows.
 
 mod body;
+mod cut_off;
 mod doubts;
 mod error;
 mod garment;

@@ -393,3 +393,28 @@ fn a_ragged_hem_is_reported_where_it_is_and_a_short_one_is_not() {
     let cuff = torn.mesh.map_points(|p| Point::from(p.coords * 0.2));
     assert_eq!(most_ragged_hem(&cuff, &torn.hem_loops, 0.0), None, "16 cm around");
 }
+
+#[test]
+fn a_hem_at_which_the_scan_ends_is_reported_with_its_height() {
+    let (body, colors) = (ball(), skin());
+    let inner = [Inner { mesh: &body, colors: Some(&colors) }];
+    let (scan, labels) = dressed(0.01, BLUE);
+    let garment = half(&scan, &labels);
+    // Of the scan without the garment the part on one side of this plane is seen.
+    let seen = |from: f64| {
+        let stays = |face: &[VertexId; 3]| {
+            face.iter().all(|&v| labels[v]) || face.iter().all(|&v| scan.mesh.points()[v].x > from)
+        };
+        let (mesh, was) = scan.mesh.part(&scan.mesh.faces().iter().map(stays).collect());
+        let pick = |v: &VertexId| scan.colors.as_ref().unwrap()[*v];
+        let part = Scan::from_clean_mesh(mesh, Some(was.iter().map(pick).collect()));
+        let labels: PerVertex<bool> = was.iter().map(|&v| labels[v]).collect();
+        checked(&part, &garment, &labels, &inner).unwrap()
+    };
+    assert!(seen(-9.0).cut_off_hems.is_empty(), "all is seen");
+    assert!(seen(0.0).cut_off_hems.is_empty(), "half of the hem is seen");
+    let nothing = seen(9.0);
+    assert!(nothing.cut_off_hems.len() == 1 && nothing.cut_off_hems[0] < 0.1, "{:?}", nothing.cut_off_hems);
+    let doubts = nothing.doubts("shirt", &[]);
+    assert!(doubts.iter().any(|doubt| doubt.what.contains("is where the scan ends")), "{doubts:?}");
+}

@@ -3,7 +3,9 @@
 pub mod glb;
 mod sessions;
 
-pub use sessions::{Built, built_quick_session, demo, outfit_a, synthetic_outfit};
+pub use sessions::{
+    Built, body_of_demo, built_quick_session, coarse_session, demo, demo_scan, outfit_a, synthetic_outfit,
+};
 
 use overcoat::body::embedded_model;
 use overcoat::formats::{PlyOptions, RawMesh, write_ply};

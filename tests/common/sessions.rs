@@ -1,7 +1,7 @@
 //! Sessions that are slow to build: each is built once per run and shared. No test changes them; a test that changes
 //! something works on a copy.
 
-use super::{copy_folder, overcoat_ok, quick_session};
+use super::{copy_folder, on_demo_scans, overcoat_ok, quick_session};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -68,4 +68,33 @@ pub fn built_quick_session(dir: &Path, name: &str) -> PathBuf {
     });
     copy_folder(built, &dir.join(name));
     dir.join(name)
+}
+
+/// A scan of the demo.
+pub fn demo_scan(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo").join(name)
+}
+
+/// A coarse session in `dir/name` with these steps, each of a name and a scan; garments are of the kind of their name.
+pub fn coarse_session(dir: &Path, name: &str, steps: &[(&str, PathBuf)]) -> PathBuf {
+    let mut recipe = "version = 1\n".to_string();
+    for (step, scan) in steps {
+        let kind = if *step == "body" { String::new() } else { format!("template = \"{step}\"\n") };
+        let fit = if *step == "body" { "fit" } else { "pose" };
+        recipe += &format!("\n[[step]]\nname = \"{step}\"\nscan = {scan:?}\n{kind}faces = 4000\n");
+        recipe += &format!("\n[step.{fit}]\nsamples = 300\niterations = 4\n");
+    }
+    let session = dir.join(name);
+    std::fs::create_dir(&session).unwrap();
+    std::fs::write(session.join("recipe.toml"), recipe).unwrap();
+    session
+}
+
+/// The built body of the demo, on which garments can be tried.
+pub fn body_of_demo(dir: &Path) -> PathBuf {
+    let session = dir.join("alice");
+    copy_folder(&demo().session, &session);
+    let recipe = "version = 1\n\n[[step]]\nname = \"body\"\nscan = \"SCANS/0-body.ply\"\n";
+    std::fs::write(session.join("recipe.toml"), on_demo_scans(recipe)).unwrap();
+    session
 }

@@ -59,7 +59,7 @@ pub(in crate::session) enum Plausibility {
 
 impl PipelineStage for CheckStage {
     const STAGE: Stage = Stage::Check;
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
     type Inputs = Inputs;
     type Output = Plausibility;
 
@@ -225,6 +225,7 @@ fn garment(session: &Session, step: &StepRecipe, inputs: GarmentInputs) -> Resul
         .measured("unexplained_percent", 1e2 * found.unexplained.0)
         .measured("skin_median_mm", mm(found.skin_median))
         .measured("largest_hole_cm2", 1e4 * found.largest_hole)
+        .measured("cut_off_hems", found.cut_off_hems.len() as f64)
         .measured("ragged_hem_ratio", found.most_ragged_hem.map_or(f64::NAN, |hem| hem.length_per_smooth_length));
     for (k, worn) in found.worn_before.iter().enumerate() {
         outcome = outcome
