@@ -9,6 +9,7 @@ mod confidence;
 mod correspondence;
 mod error;
 mod inside;
+mod landmarks;
 mod naked;
 mod register;
 mod solver;
@@ -18,6 +19,7 @@ mod together;
 
 pub use error::FitError;
 pub use inside::{Cover, InsideMethod, InsideParams, InsideReport, PoseInside, fit_inside};
+pub use landmarks::{Attached, AttachedFit, FitToPoints, Target, spread_in_motion};
 pub use naked::{FittedBody, Hair, HairTreatment, NakedMethod, NakedParams, NakedReport, ShapeFrom, fit_naked};
 pub use register::{
     FillInView, RegisterHints, RegisterParams, RegisteredBody, RegistrationReport, closest_weights, register,

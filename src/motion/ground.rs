@@ -22,7 +22,7 @@ struct Vertex {
 
 /// The sole of a foot in the bind pose.
 #[derive(Clone, Debug)]
-pub(super) struct Sole {
+pub(crate) struct Sole {
     /// The lowest point of the heel.
     pub heel: Point,
     /// The lowest point below the base of the toes.
@@ -32,7 +32,7 @@ pub(super) struct Sole {
 
 /// The floor, and all vertices that may not be below it: those of the body and of footwear. Cloth may: it is soft.
 #[derive(Clone, Debug)]
-pub(super) struct Ground {
+pub(crate) struct Ground {
     /// Height of the floor: that of the lowest vertex in the bind pose.
     pub floor: f64,
     pub soles: [Sole; 2],

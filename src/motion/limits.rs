@@ -59,7 +59,7 @@ const SHARED: [&[(HumanJoint, f64)]; 2] =
     [&[(Spine, 0.5), (Chest, 0.3), (UpperChest, 0.2)], &[(Neck, 0.5), (Head, 0.5)]];
 
 /// The limits of a skeleton's joints.
-pub(super) struct Anatomy<'a> {
+pub(crate) struct Anatomy<'a> {
     skeleton: &'a Skeleton,
     /// Per joint the rotation from the bind pose to the neutral pose.
     neutral: Vec<Turn>,

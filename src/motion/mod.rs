@@ -27,5 +27,7 @@ pub use built_in::{BUILT_IN_CLIPS, built_in_clip};
 pub use clip::Clip;
 pub use error::MotionError;
 pub use follow::{MotionReport, follow};
+pub(crate) use ground::Ground;
+pub(crate) use limits::Anatomy;
 pub use params::MotionParams;
 pub use track::{FrameRange, PoseTrack};

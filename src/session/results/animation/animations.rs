@@ -100,7 +100,7 @@ impl Session {
     }
 
     /// The figure of the last step, on the floor.
-    pub(in crate::session) fn figure_of_last_step(&self) -> Result<Figure, SessionError> {
+    pub fn figure_of_last_step(&self) -> Result<Figure, SessionError> {
         let steps = pipeline::steps(&mut Walk::look(self), None)?;
         match (steps.last(), self.recipe.steps.last()) {
             (Some(last), Some(step)) => standing(self.figure(last.figure()?)?, step),

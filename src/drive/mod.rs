@@ -1,0 +1,24 @@
+//! Drives a figure from tracked landmarks in real time (Lifkooee 2019): streams, calibration, inverse kinematics, and the
+//! paper's method with its pose recognition.
+
+mod calibration;
+mod error;
+mod ik;
+mod landmark;
+mod laplacian;
+mod recognition;
+mod stream;
+
+pub use calibration::{CALIBRATION_SECS, Calibration, StreamKind, calibrate, still_window};
+pub use error::DriveError;
+pub use ik::{Driven, IkDriver};
+pub use landmark::{DESCRIBED, LANDMARKS, Landmark, LandmarkFrame, Places};
+pub use laplacian::{LaplacianBody, RightSide, Solved};
+pub use recognition::{
+    Angle, BodyRotations, Confusion, LibraryError, NEIGHBORS, PoseClasses, PoseLibrary, RecognitionError, Recognized,
+    Recognizer, SalientAngle, body_rotations, complete_descriptor, descriptor, mirrored, pose_features, pose_of,
+    principal_plane, random_poses, select_angles, thin,
+};
+pub use stream::{
+    OneEuro, Smoothed, Smoothing, StreamError, StreamFormat, StreamOptions, StreamReader, VmcDecoder, VmcFrame,
+};
