@@ -2,6 +2,7 @@
 
 use super::bodies::BodiesError;
 use super::console::{Done, print_aside, print_line};
+use super::drive::DriveFailure;
 use super::studio::MakeError;
 use crate::session::SessionError;
 use clap::error::ErrorKind;
@@ -86,7 +87,13 @@ fn hint(error: &anyhow::Error) -> Option<String> {
     let of_session = error.downcast_ref().and_then(SessionError::hint);
     let of_bodies = || error.downcast_ref().and_then(BodiesError::hint);
     let of_studio = || error.downcast_ref().and_then(MakeError::hint);
-    of_session.or_else(of_bodies).or_else(of_studio)
+    let of_drive = || error.downcast_ref().and_then(DriveFailure::hint);
+    of_session.or_else(of_bodies).or_else(of_studio).or_else(of_drive)
+}
+
+/// An error in one sentence, and what to do.
+pub(super) fn what_and_hint(error: &anyhow::Error) -> (String, String) {
+    (one_line(&error.to_string()), hint(error).unwrap_or_default())
 }
 
 /// Prints an error.

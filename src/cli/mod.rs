@@ -8,6 +8,7 @@ mod branch;
 mod build;
 mod console;
 mod demo;
+mod drive;
 mod export;
 mod failure;
 mod fsck;
@@ -111,6 +112,8 @@ enum Command {
     View(view::ViewArgs),
     /// Move the figure by a motion-capture clip, or by one of ours
     Animate(animate::AnimateArgs),
+    /// Move the figure by tracked landmarks, as they arrive
+    Drive(drive::DriveArgs),
     /// Compare the session with ground truth
     Measure(measure::MeasureArgs),
     /// Generate a synthetic subject and its scans, with ground truth
@@ -199,6 +202,7 @@ fn run(command: Command, context: &Context) -> anyhow::Result<Done> {
         Command::Export(args) => export::run(args, context),
         Command::View(args) => view::run(args, context),
         Command::Animate(args) => animate::run(args, context),
+        Command::Drive(args) => drive::run(args, context),
         Command::Measure(args) => measure::run(args, context),
         Command::Studio(args) => studio::run(args, context),
         Command::Body(args) => body::run(args, context),

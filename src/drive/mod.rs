@@ -3,9 +3,11 @@
 
 mod calibration;
 mod error;
+mod grounding;
 mod ik;
 mod landmark;
 mod laplacian;
+mod player;
 mod recognition;
 mod stream;
 
@@ -14,6 +16,7 @@ pub use error::DriveError;
 pub use ik::{Driven, IkDriver};
 pub use landmark::{DESCRIBED, LANDMARKS, Landmark, LandmarkFrame, Places};
 pub use laplacian::{LaplacianBody, RightSide, Solved};
+pub use player::{PlayedCounts, PlayedFrame, Player};
 pub use recognition::{
     Angle, BodyRotations, Confusion, LibraryError, NEIGHBORS, PoseClasses, PoseLibrary, RecognitionError, Recognized,
     Recognizer, SalientAngle, body_rotations, complete_descriptor, descriptor, mirrored, pose_features, pose_of,

@@ -36,6 +36,8 @@ pub(crate) struct Ground {
     /// Height of the floor: that of the lowest vertex in the bind pose.
     pub floor: f64,
     pub soles: [Sole; 2],
+    /// The joints of the feet.
+    feet: [Option<JointId>; 2],
     body: Vec<Vertex>,
 }
 
@@ -63,7 +65,7 @@ impl Ground {
         let floor = if floor.is_finite() { floor } else { 0.0 };
         let [left, right] = feet;
         let soles = [(Side::Left, left), (Side::Right, right)].map(|(side, v)| sole_of(skeleton, side, v, floor));
-        Self { floor, soles, body }
+        Self { floor, soles, feet: Side::BOTH.map(|side| skeleton.find(Foot(side))), body }
     }
 
     /// Height of the lowest vertex of the body above the floor, without the feet.
@@ -78,6 +80,11 @@ impl Ground {
             Some((foot * sole.heel).y.min((foot * sole.ball).y))
         });
         feet.fold(f64::INFINITY, f64::min) - self.floor
+    }
+
+    /// `world_from_bind` of a foot, 0 left; of the root in a skeleton without feet.
+    pub fn foot_in(&self, side: usize, world_from_bind: &[Isometry3<f64>]) -> Isometry3<f64> {
+        world_from_bind[self.feet[side].map_or(0, JointId::index)]
     }
 
     /// Height of the lowest vertex of a foot above the floor.

@@ -40,11 +40,11 @@ pub use recipe::{
     AnimationRecipe, Assignment, BODY_STEP, BodySurface, PaintedKind, Parameter, Recipe, SourceFile, StepPlace,
     StepRecipe, check_mask_name, parameters_of,
 };
-pub use results::LiveView;
 pub use results::{
     AnimationStatus, Content, ExportRequest, Exported, NewFolder, Outputs, RemovedPart, ShowIn, StepStatus,
     SubjectOrigin, TruthReport,
 };
+pub use results::{DriveView, LiveView, StreamedOutput};
 pub use results::{Film, SequenceKind, SequenceRequest};
 pub use stage::Stage;
 pub use stage_error::StageError;

@@ -16,6 +16,7 @@ mod recording;
 mod render;
 mod scene;
 mod sheet;
+mod stick_figure;
 mod style;
 mod surface;
 
@@ -30,3 +31,4 @@ pub use recording::{Recording, Sink};
 pub use render::render;
 pub use scene::{Paint, Part, Scene};
 pub use sheet::{Cell, Sheet, SheetRow, contact_sheet};
+pub use stick_figure::stick_figure;

@@ -1,7 +1,8 @@
 //! A session as a Rerun recording: the scan and the results of each step, in 3D.
 //!
 //! Entities: `world/camera/{path,now}` (of a fusion), `world/scan`, `world/fitted` (while it is), `world/body`,
-//! `world/garments/NAME`, `world/skeleton/{joints,bones}`, `measures/NAME`, `notes`. Timelines: `step` (which scan),
+//! `world/garments/NAME`, `world/skeleton/{joints,bones}`, `world/landmarks/{points,lines}` (of
+//! a tracked stream), `measures/NAME`, `notes`. Timelines: `step` (which scan),
 //! `iteration` (of fits), `frame` (of a clip) and `change` (of a watched session). An entity is visible until it is logged
 //! again.
 
@@ -181,6 +182,18 @@ impl Recording {
             joints.iter().zip(parents).filter_map(|(joint, &parent)| Some([at(joints.get(parent?)?), at(joint)]));
         let bones = LineStrips3D::new(bones).with_radii([0.5 * JOINT_RADIUS]).with_colors([JOINT_COLOR]);
         self.stream.log(path_of(&["world", "skeleton", "bones"]), &bones).map_err(failed)
+    }
+
+    /// Tracked landmarks beside the figure, with lines between neighbours.
+    pub fn log_landmarks(&self, landmarks: &[Point], lines: &[[Point; 2]]) -> Result<(), Error> {
+        let at = |p: &Point| [p.x as f32, p.y as f32, p.z as f32];
+        let points =
+            Points3D::new(landmarks.iter().map(at)).with_radii([2.0 * JOINT_RADIUS]).with_colors([JOINT_COLOR]);
+        self.stream.log(path_of(&["world", "landmarks", "points"]), &points).map_err(failed)?;
+        let lines = LineStrips3D::new(lines.iter().map(|line| line.map(|p| at(&p))))
+            .with_radii([0.5 * JOINT_RADIUS])
+            .with_colors([JOINT_COLOR]);
+        self.stream.log(path_of(&["world", "landmarks", "lines"]), &lines).map_err(failed)
     }
 
     /// The camera's path so far, relative to the person, and its current viewing direction. Poses map the camera's frame

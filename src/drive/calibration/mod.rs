@@ -9,7 +9,7 @@ mod size;
 mod standing;
 mod standing_fit;
 
-pub use standing::{CALIBRATION_SECS, FEWEST_LANDMARKS, still_window};
+pub use standing::{CALIBRATION_SECS, FEWEST_LANDMARKS, still_window, why_not_still};
 
 use super::error::DriveError;
 use super::landmark::{LANDMARKS, Landmark, Places};

@@ -2,6 +2,7 @@
 
 use crate::body::Side;
 use crate::body::Side::{Left, Right};
+use crate::drive::error::DriveError;
 use crate::drive::landmark::{LANDMARKS, Landmark, LandmarkFrame, Places};
 use crate::geometry::{Point, Vec3};
 
@@ -18,20 +19,38 @@ pub const FEWEST_LANDMARKS: usize = 8;
 /// Angles of the arms from straight down in a T- or A-pose, in degrees.
 const ARM_SPREAD_DEG: std::ops::Range<f64> = 12.0..110.0;
 
-/// The mean place of each landmark in frames that stand still, in the first such window; `None` if there is none yet.
-pub fn still_window(frames: &[LandmarkFrame]) -> Option<(Places, f64)> {
-    let last = frames.last()?.secs;
+/// The mean place of each landmark in the first frames that stand still for long enough in a T- or A-pose, and when they begin.
+/// Otherwise the number of frames that begin no such window, however the stream goes on.
+pub fn still_window(frames: &[LandmarkFrame]) -> Result<(Places, f64), usize> {
+    let Some(last) = frames.last() else { return Err(0) };
     for (k, first) in frames.iter().enumerate() {
-        if first.secs + CALIBRATION_SECS > last + 1e-6 {
-            return None;
+        let end = first.secs + CALIBRATION_SECS;
+        if end > last.secs + 1e-6 {
+            return Err(k);
         }
-        let window: Vec<&LandmarkFrame> =
-            frames[k..].iter().take_while(|f| f.secs <= first.secs + CALIBRATION_SECS + 1e-6).collect();
+        let window: Vec<&LandmarkFrame> = frames[k..].iter().take_while(|f| f.secs <= end + 1e-6).collect();
         if let Some(mean) = still_mean(&window).filter(|mean| posture(mean).is_ok()) {
-            return Some((mean, first.secs));
+            return Ok((mean, first.secs));
         }
     }
-    None
+    Err(frames.len())
+}
+
+/// Why frames have no such window: the posture at their end, or that someone moves.
+pub fn why_not_still(frames: &[LandmarkFrame]) -> DriveError {
+    let Some(last) = frames.last() else { return DriveError::NoCalibrationPose { why: "no frame was read".into() } };
+    let seen = frames.iter().map(LandmarkFrame::seen).max().unwrap_or_default();
+    if seen < FEWEST_LANDMARKS {
+        return DriveError::TooFewLandmarks { seen };
+    }
+    if last.secs - frames[0].secs + 1e-6 < CALIBRATION_SECS {
+        return DriveError::NoCalibrationPose {
+            why: format!("the stream is only {:.1} s long", last.secs - frames[0].secs),
+        };
+    }
+    let middle = &frames[frames.len().min(30) / 2];
+    let why = posture(&middle.places).err().unwrap_or_else(|| "the landmarks move all the time".into());
+    DriveError::NoCalibrationPose { why }
 }
 
 /// Mean places of frames, `None` if some landmark moves. A landmark counts if half of the frames show it.

@@ -9,8 +9,8 @@ use crate::session::open::Session;
 use crate::session::output_error::OutputError;
 use crate::session::stage_error::StageError;
 use crate::session::store::{
-    ContentHash, Manifest, check_folder, check_parent, folder_of, no_folder, not_a_file, write_new, write_whole,
-    write_whole_with,
+    ContentHash, HashingWriter, Manifest, check_folder, check_parent, folder_of, no_folder, not_a_file, write_new,
+    write_whole, write_whole_with,
 };
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -30,6 +30,8 @@ pub enum Content {
     Mesh,
     /// `.npz`
     BodyModel,
+    /// `.jsonl`
+    Poses,
     /// Its name is not the user's, or was checked.
     Named,
 }
@@ -44,6 +46,7 @@ impl Content {
             Self::Film => Some(("a film", "gif")),
             Self::Mesh => Some(("a mesh", "ply")),
             Self::BodyModel => Some(("a body model", "npz")),
+            Self::Poses => Some(("a pose clip", "jsonl")),
             Self::Named => None,
         }
     }
@@ -147,6 +150,26 @@ impl Outputs {
         Ok(files.into_iter().map(|(path, _)| path).collect())
     }
 
+    /// Begins a result that is written as it arrives. What was written stays if the program is stopped.
+    pub fn stream(&mut self, path: &Path, content: Content) -> Result<StreamedOutput, SessionError> {
+        let place = self.checked(path, content, &self.manifest())?;
+        let file = fs::File::create(&place).map_err(|e| SessionError::writing(path, e))?;
+        Ok(StreamedOutput { path: path.to_path_buf(), place, file: HashingWriter::new(file) })
+    }
+
+    /// Ends a result that was written as it arrived.
+    pub fn end_stream(&mut self, output: StreamedOutput) -> Result<(), SessionError> {
+        let StreamedOutput { path, place, file } = output;
+        let hash = file.hash();
+        let Some(dir) = self.manifest_in.clone() else { return Ok(()) };
+        let mut manifest = self.manifest();
+        manifest.files.note(&place, hash);
+        if let Err(e) = manifest.files.write(&dir) {
+            self.notice(format!("{e}; so replacing {} will need --force", path.display()));
+        }
+        Ok(())
+    }
+
     fn write_checked(&mut self, files: &[(PathBuf, Vec<u8>)], content: Content) -> Result<(), SessionError> {
         // Files written by others in the meantime belong to the user.
         let mut manifest = self.manifest();
@@ -220,6 +243,23 @@ impl Outputs {
                 Err(OutputError::WouldReplace { path: path.to_path_buf(), has_manifest }.into())
             }
         }
+    }
+}
+
+/// A result that is written as it arrives.
+pub struct StreamedOutput {
+    path: PathBuf,
+    place: PathBuf,
+    file: HashingWriter<fs::File>,
+}
+
+impl std::io::Write for StreamedOutput {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.file.flush()
     }
 }
 

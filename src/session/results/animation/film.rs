@@ -155,13 +155,13 @@ fn folder_of_pictures(
     Ok(files)
 }
 
-fn around(meshes: &[TriMesh]) -> Aabb {
+pub(in crate::session::results) fn around(meshes: &[TriMesh]) -> Aabb {
     let origin = Aabb { min: Point::origin(), max: Point::origin() };
     Aabb::around(meshes.iter().flat_map(|mesh| mesh.points().iter())).unwrap_or(origin)
 }
 
 /// Layer number `k` in its colours.
-fn painted<'a>(
+pub(in crate::session::results) fn painted<'a>(
     mesh: &'a TriMesh,
     colors: Option<&'a PerVertex<[u8; 3]>>,
     k: usize,

@@ -6,4 +6,5 @@ mod sequence;
 
 pub use animations::AnimationStatus;
 pub use film::Film;
+pub(super) use film::{around, painted};
 pub use sequence::{SequenceKind, SequenceRequest};

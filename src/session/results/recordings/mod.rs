@@ -3,6 +3,8 @@
 #[cfg(feature = "rerun")]
 mod animation_recording;
 #[cfg(feature = "rerun")]
+mod drive_recording;
+#[cfg(feature = "rerun")]
 mod fit_recording;
 #[cfg(feature = "rerun")]
 mod live_view;
@@ -19,13 +21,15 @@ mod show_in;
 #[cfg(feature = "rerun")]
 pub(in crate::session) use animation_recording::AnimationRecording;
 #[cfg(feature = "rerun")]
+pub use drive_recording::DriveView;
+#[cfg(feature = "rerun")]
 pub(in crate::session) use fit_recording::FitRecording;
 #[cfg(feature = "rerun")]
 pub use live_view::LiveView;
 #[cfg(not(feature = "rerun"))]
 pub(in crate::session) use no_recording::{AnimationRecording, FitRecording, ScanRecording};
 #[cfg(not(feature = "rerun"))]
-pub use no_viewer::LiveView;
+pub use no_viewer::{DriveView, LiveView};
 #[cfg(feature = "rerun")]
 pub(in crate::session) use scan_recording::ScanRecording;
 pub use show_in::ShowIn;

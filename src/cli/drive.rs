@@ -1,0 +1,450 @@
+//! `overcoat drive`: tracked landmarks move the figure, as they arrive.
+
+use super::console::{Context, Done, Progress, secs};
+use super::failure;
+use crate::body::{Figure, Pose};
+use crate::drive::{
+    DriveError, LandmarkFrame, PlayedFrame, Player, Smoothing, StreamError, StreamFormat, StreamKind, StreamOptions,
+    StreamReader,
+};
+use crate::scan::{Unit, Up};
+use crate::session::{Content, DriveView, Outputs, SessionError, ShowIn, StreamedOutput};
+use serde_json::json;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::time::{Duration, Instant};
+
+#[derive(clap::Args)]
+pub(super) struct DriveArgs {
+    /// A stream of landmarks: our JSON lines, MediaPipe Pose, Kinect, or an OpenSim .trc; `-` reads standard input as it
+    /// arrives. It begins with 2 seconds in a T- or A-pose
+    #[arg(value_name = "STREAM|-")]
+    stream: PathBuf,
+    /// Write the poses as a clip, frame by frame; `animate` takes it
+    #[arg(long, value_name = "CLIP.jsonl")]
+    save: Option<PathBuf>,
+    /// Draw a film of the landmarks and the figure side by side
+    #[arg(long, value_name = "OUT.gif")]
+    film: Option<PathBuf>,
+    /// Show it in the Rerun viewer at a URL; without a URL, in the one that runs on this machine or is started; with a file
+    /// name, write a recording. This is the default where neither --save nor --film is given
+    #[arg(long, value_name = "OUT.rrd|URL", num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    view: Option<ShowIn>,
+    /// Unit of the stream (m, dm, cm, mm, in); guessed by default
+    #[arg(long)]
+    unit: Option<Unit>,
+    /// Axis of the stream that points up (+y, -z, …); guessed by default
+    #[arg(long, value_name = "±AXIS", allow_hyphen_values = true)]
+    up: Option<Up>,
+    /// Stature of the wearer in metres; by default it follows from the landmarks
+    #[arg(long, value_name = "METRES", value_parser = stature)]
+    height: Option<f64>,
+    /// Take the landmarks as they are: no filter, and no bridge over short losses
+    #[arg(long)]
+    raw: bool,
+    /// Replace files that Overcoat did not write, or that were changed since
+    #[arg(long)]
+    force: bool,
+}
+
+fn stature(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(metres) if (1.2..=2.3).contains(&metres) => Ok(metres),
+        _ => Err("give the stature of an adult in metres, 1.2 to 2.3".into()),
+    }
+}
+
+/// What the thread that reads the stream sends.
+enum Arrived {
+    Frame { frame: Box<LandmarkFrame>, kind: StreamKind, format: Option<StreamFormat>, read: Instant },
+    Problem(StreamError),
+    End(Vec<String>),
+}
+
+/// Frames that wait between reader and solver: the solver is far faster than any tracker, so they hardly ever do.
+const WAITING: usize = 256;
+/// How often the signal to stop is looked for.
+const POLL: Duration = Duration::from_millis(50);
+
+pub(super) fn run(args: DriveArgs, context: &Context) -> anyhow::Result<Done> {
+    let began = Instant::now();
+    let session = context.reader()?;
+    let figure = session.figure_of_last_step()?;
+    let mut outputs = session.outputs(args.force);
+    if let Some(film) = &args.film {
+        outputs.claim(film, Content::Film)?;
+    }
+    let input = open(&args.stream, &mut outputs)?;
+    let save = match &args.save {
+        Some(path) => Some(Save::begin(path, &mut outputs, &figure)?),
+        None => None,
+    };
+    let to = match (&args.view, args.save.is_some() || args.film.is_some()) {
+        (Some(to), _) => Some(to.clone()),
+        (None, true) => None,
+        (None, false) => Some("".parse().unwrap_or(ShowIn::File(PathBuf::new()))),
+    };
+    let is_live_view = to.as_ref().is_some_and(|to| !matches!(to, ShowIn::File(_)));
+    let view = match &to {
+        Some(to) => Some(DriveView::begin(&session, to, args.force)?),
+        None => None,
+    };
+    let is_piped = args.stream.as_os_str() == "-";
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&stop))?;
+    }
+    let arrived = read_in_background(input, StreamOptions { kind: None, unit: args.unit, up: args.up }, args.height);
+    let smoothing =
+        if args.raw { Smoothing { min_cutoff_hz: 0.0, beta: 0.0, bridge_secs: 0.0 } } else { Smoothing::default() };
+    let mut stage = Stage {
+        figure: &figure,
+        player: Player::new(&figure, StreamKind { stature: args.height, ..StreamKind::default() }, smoothing),
+        save,
+        view,
+        film: args.film.is_some().then(Vec::new),
+        is_piped,
+        pace: is_live_view && !is_piped,
+        started: None,
+        latencies: Vec::new(),
+        shown: 0,
+        dropped: 0,
+        number: 0,
+    };
+    let mut progress = Progress::of_one_stage(&context.console);
+    let outcome = stage.play(&arrived, &stop, &mut |text| progress.describe(text));
+    progress.end();
+    let Stage { player, save, view, film, mut latencies, shown, dropped, number, .. } = stage;
+    if let Some(save) = save {
+        save.end(&mut outputs)?;
+    }
+    if let Some(view) = view {
+        view.finish()?;
+    }
+    let Outcome { notes, problems, format, fatal } = outcome;
+    if number == 0 {
+        return Err(fatal.unwrap_or_else(|| DriveFailure::Nothing.into()));
+    }
+    if let (Some(path), Some(frames)) = (&args.film, &film) {
+        session.write_driven_film(path, &mut outputs, &figure, frames, &mut |_, _| ())?;
+    }
+    context.console.notices(outputs.notices());
+    let counts = player.counts();
+    latencies.sort_by(f64::total_cmp);
+    let latency = |share: f64| latencies.get((share * (latencies.len().max(1) - 1) as f64) as usize).copied();
+    let steps = counts.steps as f64 / counts.frames.max(1) as f64;
+    let distance_mm = counts.distance / counts.frames.max(1) as f64 * 1e3;
+    let calibration_notes = player.calibration().map(|c| c.notes.clone()).unwrap_or_default();
+    let json = json!({
+        "session": context.session.display().to_string(),
+        "format": format.map(StreamFormat::name),
+        "frames": counts.frames,
+        "calibrated_at_secs": player.calibration().map(|c| c.at_secs),
+        "relative_size": player.calibration().map(|c| c.scale),
+        "incomplete_frames": counts.incomplete,
+        "unreached_frames": counts.unreached,
+        "distance_mm": distance_mm,
+        "steps_per_frame": steps,
+        "shown": shown,
+        "dropped": dropped,
+        "latency_ms": { "median": latency(0.5), "p95": latency(0.95), "max": latency(1.0) },
+        "saved": args.save.as_ref().map(|p| p.display().to_string()),
+        "film": args.film.as_ref().map(|p| p.display().to_string()),
+        "notes": notes, "problems": problems, "calibration": calibration_notes,
+        "secs": began.elapsed().as_secs_f64(),
+    });
+    let mut done = Done::new("drive", json).line(format!(
+        "drove {} frames ({}) in {}: the figure follows its landmarks to {distance_mm:.0} mm on average",
+        counts.frames,
+        format.map_or("unknown format", StreamFormat::name),
+        secs(began.elapsed())
+    ));
+    if let (Some(median), Some(p95)) = (latency(0.5), latency(0.95)) {
+        done = done.line(format!(
+            "latency from line to frame: {median:.1} ms, 95 % within {p95:.1} ms; {steps:.1} steps per frame{}",
+            if to.is_some() { format!("; {shown} frames shown, {dropped} dropped") } else { String::new() }
+        ));
+    }
+    for (count, what) in [
+        (counts.incomplete, "frames lack a landmark for longer than could be bridged"),
+        (counts.unreached, "frames have landmarks that the figure cannot reach"),
+    ] {
+        if count > 0 {
+            done = done.line(format!("{count} {what}"));
+        }
+    }
+    done = done.lines(calibration_notes.into_iter().chain(notes).chain(problems).map(|note| format!("  {note}")));
+    if let Some(path) = &args.save {
+        done = done.line(format!("saved {}", path.display()));
+        done = done.next(context.overcoat(&format!("animate {}", path.display())));
+    }
+    if let Some(path) = &args.film {
+        done = done.line(format!("drew {}", path.display()));
+    }
+    Ok(match fatal {
+        Some(error) => {
+            let (what, hint) = failure::what_and_hint(&error);
+            done.failed(format!("the stream ends early: {what}; what came before is kept"), hint)
+        }
+        None => done,
+    })
+}
+
+fn open(stream: &Path, outputs: &mut Outputs) -> Result<Box<dyn BufRead + Send>, SessionError> {
+    if stream.as_os_str() == "-" {
+        return Ok(Box::new(BufReader::new(std::io::stdin())));
+    }
+    outputs.protect(stream, "is the stream of landmarks");
+    let failed = |e| SessionError::reading(stream, e);
+    if std::fs::metadata(stream).map_err(failed)?.is_dir() {
+        return Err(SessionError::BadRequest {
+            what: format!("{} is a folder", stream.display()),
+            hint: "name a file with a stream of landmarks, or - for standard input".into(),
+        });
+    }
+    Ok(Box::new(BufReader::new(std::fs::File::open(stream).map_err(failed)?)))
+}
+
+fn read_in_background(
+    input: Box<dyn BufRead + Send>,
+    options: StreamOptions,
+    stature: Option<f64>,
+) -> Receiver<Arrived> {
+    let (sender, receiver) = sync_channel(WAITING);
+    std::thread::spawn(move || read(StreamReader::new(input, options), stature, &sender));
+    receiver
+}
+
+fn read(mut reader: StreamReader<Box<dyn BufRead + Send>>, stature: Option<f64>, to: &SyncSender<Arrived>) {
+    while let Some(next) = reader.next_frame() {
+        let read = Instant::now();
+        let kind = StreamKind {
+            is_hip_centred: reader.is_hip_centred(),
+            are_joint_centres: reader.are_joint_centres(),
+            stature,
+        };
+        let format = reader.kind();
+        let message = match next {
+            Ok(frame) => Arrived::Frame { frame: Box::new(frame), kind, format, read },
+            Err(problem) => Arrived::Problem(problem),
+        };
+        if to.send(message).is_err() {
+            return;
+        }
+    }
+    let _ = to.send(Arrived::End(reader.notes()));
+}
+
+/// The clip that is written as it arrives.
+struct Save {
+    path: PathBuf,
+    writer: PoseLineWriter<StreamedOutput>,
+    root_in_bind: crate::geometry::Point,
+}
+
+impl Save {
+    fn begin(path: &Path, outputs: &mut Outputs, figure: &Figure) -> Result<Self, SessionError> {
+        let output = outputs.stream(path, Content::Poses)?;
+        let skeleton = &figure.skeleton;
+        let parents: Vec<Option<usize>> = skeleton.parents.iter().map(|p| p.map(|p| p.index())).collect();
+        let joints: Vec<[f64; 3]> = skeleton.joints_in_bind.iter().map(|p| [p.x, p.y, p.z]).collect();
+        let writer = PoseLineWriter::begin(output, &skeleton.names, &parents, &joints)
+            .map_err(|e| SessionError::writing(path, e))?;
+        Ok(Self { path: path.to_path_buf(), writer, root_in_bind: skeleton.joints_in_bind[0] })
+    }
+
+    fn frame(&mut self, at_secs: f64, pose: &Pose) -> Result<(), SessionError> {
+        let root = self.root_in_bind + pose.translation;
+        let rotations: Vec<[f64; 4]> = pose.rotations.iter().map(|q| [q.i, q.j, q.k, q.w]).collect();
+        self.writer
+            .frame(at_secs, [root.x, root.y, root.z], &rotations)
+            .map_err(|e| SessionError::writing(&self.path, e))
+    }
+
+    fn end(self, outputs: &mut Outputs) -> Result<(), SessionError> {
+        outputs.end_stream(self.writer.into_inner())
+    }
+}
+
+/// How a stream ended.
+struct Outcome {
+    notes: Vec<String>,
+    /// Lines that could not be used, one sentence each.
+    problems: Vec<String>,
+    format: Option<StreamFormat>,
+    /// Why the stream could not go on.
+    fatal: Option<anyhow::Error>,
+}
+
+/// Everything that a frame goes to.
+struct Stage<'a> {
+    figure: &'a Figure,
+    player: Player<'a>,
+    save: Option<Save>,
+    view: Option<DriveView>,
+    film: Option<Vec<PlayedFrame>>,
+    /// Whether frames come as they are captured.
+    is_piped: bool,
+    /// Whether a recorded stream is shown at the speed at which it was recorded.
+    pace: bool,
+    /// When the first frame was shown, and its time in the stream.
+    started: Option<(Instant, f64)>,
+    latencies: Vec<f64>,
+    shown: usize,
+    dropped: usize,
+    number: usize,
+}
+
+impl Stage<'_> {
+    fn play(&mut self, arrived: &Receiver<Arrived>, stop: &AtomicBool, describe: &mut dyn FnMut(String)) -> Outcome {
+        /// Lines that are reported one by one.
+        const REPORTED: usize = 3;
+        let mut outcome = Outcome { notes: Vec::new(), problems: Vec::new(), format: None, fatal: None };
+        let mut bad_lines = 0;
+        loop {
+            if stop.load(Ordering::Relaxed) {
+                outcome.notes.push("stopped by a signal".into());
+                break;
+            }
+            let message = match arrived.recv_timeout(POLL) {
+                Ok(message) => message,
+                Err(RecvTimeoutError::Timeout) => continue,
+                Err(RecvTimeoutError::Disconnected) => break,
+            };
+            match message {
+                Arrived::Frame { frame, kind, format, read } => {
+                    outcome.format = outcome.format.or(format);
+                    self.player.set_kind(kind);
+                    if let Err(error) = self.take(*frame, read, describe) {
+                        outcome.fatal = Some(error);
+                        break;
+                    }
+                }
+                Arrived::Problem(problem) if problem.is_of_one_line() => {
+                    bad_lines += 1;
+                    if bad_lines <= REPORTED {
+                        outcome.problems.push(format!("skipped: {problem}"));
+                    }
+                }
+                Arrived::Problem(problem) => {
+                    outcome.fatal = Some(DriveFailure::from(problem).into());
+                    break;
+                }
+                Arrived::End(notes) => {
+                    outcome.notes.extend(notes);
+                    if let Err(error) = self.player.end() {
+                        outcome.fatal = Some(DriveFailure::from(error).into());
+                    }
+                    break;
+                }
+            }
+        }
+        if bad_lines > REPORTED {
+            outcome.problems.push(format!("skipped: {} more lines", bad_lines - REPORTED));
+        }
+        outcome
+    }
+
+    fn take(&mut self, frame: LandmarkFrame, read: Instant, describe: &mut dyn FnMut(String)) -> anyhow::Result<()> {
+        let taken = Instant::now();
+        let waited = self.player.calibration().is_none();
+        let played = self.player.push(frame).map_err(DriveFailure::from)?;
+        if played.is_empty() {
+            describe("waiting for 2 seconds in a T- or A-pose".into());
+        }
+        for frame in played {
+            if let Some(save) = &mut self.save {
+                save.frame(frame.secs, &frame.pose)?;
+            }
+            // Frames from before the calibration are late by definition.
+            if !self.is_late(&frame, waited) {
+                if let Some(view) = &mut self.view {
+                    let meshes = self.figure.posed(&frame.pose);
+                    view.show(self.number, &frame, self.figure, &meshes);
+                }
+                self.shown += 1;
+                if !waited && !self.pace {
+                    // A file is read ahead; there, the clock starts when its frame is taken.
+                    let read = if self.is_piped { read } else { taken };
+                    self.latencies.push(read.elapsed().as_secs_f64() * 1e3);
+                }
+            } else {
+                self.dropped += 1;
+            }
+            if let Some(film) = &mut self.film {
+                film.push(frame);
+            }
+            self.number += 1;
+            describe(format!("frame {}", self.number));
+        }
+        Ok(())
+    }
+
+    /// Whether a frame comes too late to be shown; waits where it comes too early.
+    fn is_late(&mut self, frame: &PlayedFrame, waited: bool) -> bool {
+        /// A frame this late is dropped, in seconds: one frame at 30 per second.
+        const LATE: f64 = 1.0 / 30.0;
+        if self.view.is_none() || (!self.pace && !waited) {
+            return false;
+        }
+        if !self.pace {
+            // The pose of the calibration, once.
+            return self.number > 0;
+        }
+        let (began, first) = *self.started.get_or_insert((Instant::now(), frame.secs));
+        let due = frame.secs - first - began.elapsed().as_secs_f64();
+        if due > 0.0 {
+            std::thread::sleep(Duration::from_secs_f64(due.min(1.0)));
+        }
+        due < -LATE
+    }
+}
+
+/// Why a stream ended, or could not begin.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum DriveFailure {
+    #[error(transparent)]
+    Stream(#[from] StreamError),
+    #[error(transparent)]
+    Drive(#[from] DriveError),
+    #[error("no frame was read before the program was stopped")]
+    Nothing,
+}
+
+impl DriveFailure {
+    pub fn hint(&self) -> Option<String> {
+        match self {
+            Self::Stream(error) => error.hint(),
+            Self::Drive(error) => error.hint(),
+            Self::Nothing => Some("check that the tracker writes to the pipe".into()),
+        }
+    }
+}
+
+struct PoseLineWriter<W> {
+    out: W,
+    names: Vec<String>,
+}
+
+impl<W: std::io::Write> PoseLineWriter<W> {
+    fn begin(mut out: W, names: &[String], parents: &[Option<usize>], joints: &[[f64; 3]]) -> std::io::Result<Self> {
+        let header =
+            json!({"overcoat": "poses", "fps": 30, "skeleton": {"names": names, "parents": parents, "joints": joints}});
+        writeln!(out, "{header}")?;
+        Ok(Self { out, names: names.to_vec() })
+    }
+
+    fn frame(&mut self, at_secs: f64, root: [f64; 3], rotations: &[[f64; 4]]) -> std::io::Result<()> {
+        let joints: serde_json::Map<String, serde_json::Value> =
+            self.names.iter().zip(rotations).map(|(name, q)| (name.clone(), json!(q))).collect();
+        writeln!(self.out, "{}", json!({"t": at_secs, "root": root, "joints": joints}))
+    }
+
+    fn into_inner(self) -> W {
+        self.out
+    }
+}

@@ -1,0 +1,141 @@
+//! A stream played on a figure, frame by frame as it arrives.
+
+use super::calibration::{Calibration, StreamKind, calibrate, still_window};
+use super::error::DriveError;
+use super::grounding::Grounding;
+use super::ik::IkDriver;
+use super::landmark::{LandmarkFrame, Places};
+use super::stream::{Smoothed, Smoothing};
+use crate::body::{Figure, Pose};
+
+/// Frames that wait for a calibration pose, at most: 60 s at 60 frames per second.
+const MOST_WAITING: usize = 3600;
+/// A figure that stays this far from its landmarks on average, in metres, does not follow them.
+const FAR: f64 = 0.05;
+
+/// A frame of a stream on the figure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlayedFrame {
+    /// Seconds since the stream began.
+    pub secs: f64,
+    /// The landmarks in the figure's world, filtered.
+    pub places: Places,
+    /// The figure's pose.
+    pub pose: Pose,
+    /// Steps of the solver.
+    pub steps: usize,
+    /// Mean distance of the landmarks from the figure's, in metres.
+    pub distance: f64,
+}
+
+/// Counts of what was played.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PlayedCounts {
+    /// Frames played.
+    pub frames: usize,
+    /// Frames in which some landmark was lost for longer than could be bridged.
+    pub incomplete: usize,
+    /// Frames whose landmarks the figure could not reach, by 50 mm on average.
+    pub unreached: usize,
+    /// Sum of the solver's steps.
+    pub steps: usize,
+    /// Sum of the mean distances to the landmarks, in metres.
+    pub distance: f64,
+}
+
+/// Plays a stream on a figure.
+pub struct Player<'a> {
+    figure: &'a Figure,
+    kind: StreamKind,
+    smoothed: Smoothed,
+    waiting: Vec<LandmarkFrame>,
+    /// So many of them begin no calibration.
+    moving: usize,
+    playing: Option<(Calibration, IkDriver<'a>, Option<Grounding>)>,
+    counts: PlayedCounts,
+}
+
+impl<'a> Player<'a> {
+    /// A player that waits for the calibration pose.
+    pub fn new(figure: &'a Figure, kind: StreamKind, smoothing: Smoothing) -> Self {
+        Self {
+            figure,
+            kind,
+            smoothed: Smoothed::new(smoothing),
+            waiting: Vec::new(),
+            moving: 0,
+            playing: None,
+            counts: PlayedCounts::default(),
+        }
+    }
+
+    /// What is known of the stream by now; it counts until the calibration.
+    pub fn set_kind(&mut self, kind: StreamKind) {
+        self.kind = kind;
+    }
+
+    /// The calibration, once it was found.
+    pub fn calibration(&self) -> Option<&Calibration> {
+        self.playing.as_ref().map(|(calibration, ..)| calibration)
+    }
+
+    /// What was played.
+    pub fn counts(&self) -> PlayedCounts {
+        self.counts
+    }
+
+    /// Takes in a frame. Frames before the calibration wait; then all of them are played at once, so that a recording is whole.
+    ///
+    /// **Errors** if nobody stands in a calibration pose for a minute.
+    pub fn push(&mut self, frame: LandmarkFrame) -> Result<Vec<PlayedFrame>, DriveError> {
+        if self.playing.is_some() {
+            return Ok(self.play(&frame).into_iter().collect());
+        }
+        self.waiting.push(frame);
+        let (wearer, at_secs) = match still_window(&self.waiting[self.moving..]) {
+            Ok(found) => found,
+            Err(_) if self.waiting.len() >= MOST_WAITING => return Err(self.not_calibrated()),
+            Err(moving) => {
+                self.moving += moving;
+                return Ok(Vec::new());
+            }
+        };
+        let calibration = calibrate(self.figure, &wearer, at_secs, self.kind)?;
+        let driver = IkDriver::new(self.figure, &calibration);
+        let grounding = self.kind.is_hip_centred.then(|| Grounding::new(self.figure));
+        self.playing = Some((calibration, driver, grounding));
+        let waiting = std::mem::take(&mut self.waiting);
+        Ok(waiting.iter().filter_map(|frame| self.play(frame)).collect())
+    }
+
+    /// Whether the stream may end here.
+    ///
+    /// **Errors** if it ended before a calibration.
+    pub fn end(&self) -> Result<(), DriveError> {
+        if self.playing.is_some() { Ok(()) } else { Err(self.not_calibrated()) }
+    }
+
+    fn not_calibrated(&self) -> DriveError {
+        super::calibration::why_not_still(&self.waiting)
+    }
+
+    fn play(&mut self, frame: &LandmarkFrame) -> Option<PlayedFrame> {
+        let (calibration, driver, grounding) = self.playing.as_mut()?;
+        let frame = self.smoothed.next(frame);
+        let mut places = calibration.in_world(&frame.places);
+        let mut driven = driver.follow(calibration, &places);
+        if let Some(grounding) = grounding {
+            let shift = grounding.shift(&self.figure.skeleton, &driven.pose);
+            driven.pose.translation += shift;
+            places = places.map(|place| place.map(|p| p + shift));
+        }
+        let lost = places.iter().zip(calibration.known).any(|(place, known)| known && place.is_none());
+        self.counts.frames += 1;
+        self.counts.incomplete += usize::from(lost);
+        self.counts.unreached += usize::from(driven.distance > FAR);
+        self.counts.steps += driven.steps;
+        self.counts.distance += driven.distance;
+        let crate::drive::ik::Driven { pose, steps, distance } = driven;
+        Some(PlayedFrame { secs: frame.secs, places, pose, steps, distance })
+    }
+}
