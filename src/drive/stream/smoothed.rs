@@ -37,6 +37,38 @@ impl Default for Smoothing {
     }
 }
 
+impl Smoothing {
+    /// Noise below which nothing is filtered, in metres: the lag would be worse.
+    const QUIET: f64 = 0.0005;
+    /// The noise for which the defaults were chosen, in metres.
+    const USUAL: f64 = 0.008;
+
+    /// As much smoothing as a tracker's noise needs, a standard deviation per axis in metres: the lag grows with the noise.
+    pub fn for_noise(sigma: f64) -> Self {
+        let usual = Self::default();
+        if sigma < Self::QUIET {
+            return Self { min_cutoff_hz: 0.0, ..usual };
+        }
+        let factor = Self::USUAL / sigma.min(2.0 * Self::USUAL);
+        Self { min_cutoff_hz: usual.min_cutoff_hz * factor, beta: usual.beta * factor, ..usual }
+    }
+}
+
+/// The noise of landmarks of someone who stands still: a standard deviation per axis, in metres.
+///
+/// Second differences remove sway; those of white noise have six times its variance. The median over all landmarks ignores
+/// those that are lost and found.
+pub fn noise_of(frames: &[LandmarkFrame]) -> f64 {
+    let mut squares: Vec<f64> = frames
+        .windows(3)
+        .flat_map(|w| (0..LANDMARKS).map(move |k| [w[0].places[k], w[1].places[k], w[2].places[k]]))
+        .filter_map(|[a, b, c]| Some((a?.coords - b?.coords * 2.0 + c?.coords).norm_squared() / 18.0))
+        .collect();
+    squares.sort_by(f64::total_cmp);
+    // The median of a chi-squared distribution of three degrees of freedom is 0.789 of its mean.
+    squares.get(squares.len() / 2).map_or(0.0, |median| (median / 0.789).sqrt())
+}
+
 /// One landmark's filter, and how it was lost.
 #[derive(Clone, Debug)]
 struct Track {

@@ -10,8 +10,9 @@ use nalgebra::UnitQuaternion;
 /// Gauss–Newton damping relative to the diagonal: the prior determines what no point does.
 const DAMPING: f64 = 1e-6;
 
-/// Stiffness towards the limit of a joint that exceeds it: 1/σ² for σ = 1°.
-const LIMIT_STIFFNESS: f64 = 3.3e3;
+/// Stiffness towards the limit of a joint that exceeds it: 1/σ² for σ = 2°. Stiffer
+/// limits catch limbs: `man_clean` then loses an arm for seconds.
+const LIMIT_STIFFNESS: f64 = 800.0;
 
 /// Points that move with a skeleton as skin does.
 ///
@@ -79,6 +80,8 @@ pub struct AttachedFit {
     pub converged: bool,
     /// Mean distance of the points that were seen, in metres.
     pub distance: f64,
+    /// What the fit minimises: squared deviations of points and joints, in units of their variances.
+    pub cost: f64,
 }
 
 impl Attached {
@@ -136,7 +139,22 @@ impl Attached {
         let places = posed.points.iter().zip(targets);
         let seen: Vec<f64> = places.filter_map(|(p, target)| Some((whole(target)?.place - p).norm())).collect();
         let distance = seen.iter().sum::<f64>() / seen.len().max(1) as f64;
-        AttachedFit { pose, steps: settled.steps, converged: settled.converged, distance }
+        let of_points: f64 = (posed.points.iter().zip(targets).enumerate())
+            .filter_map(|(k, (p, target))| Some(target.as_ref()?.residuals(k, p, how.outlier)))
+            .flatten()
+            .map(|residual| residual.weight * residual.gap * residual.gap)
+            .sum();
+        let of_joints: f64 = skeleton
+            .ids()
+            .skip(1)
+            .map(|j| {
+                let off = pose.rotations[j.index()].angle_to(&how.expected.rotations[j.index()]);
+                let beyond = within_limits(&pose, j).map_or(0.0, |within| pose.rotations[j.index()].angle_to(&within));
+                how.stiffness[j.index()] * off * off + LIMIT_STIFFNESS * beyond * beyond
+            })
+            .sum();
+        let cost = of_points + of_joints;
+        AttachedFit { pose, steps: settled.steps, converged: settled.converged, distance, cost }
     }
 }
 
@@ -150,7 +168,9 @@ pub fn spread_in_motion(joint: Option<HumanJoint>) -> f64 {
     };
     match joint {
         Some(Hips) => f64::INFINITY,
-        Some(UpperArm(_) | LowerArm(_) | UpperLeg(_) | LowerLeg(_)) => 1.0,
+        Some(UpperArm(_) | UpperLeg(_) | LowerLeg(_)) => 1.0,
+        // A bent arm may be seen as bent the other way round, by a larger rotation.
+        Some(LowerArm(_)) => 0.7,
         Some(Neck | Head) => 0.35,
         Some(Spine | Chest | UpperChest) => 0.25,
         Some(Hand(_) | Foot(_)) => 0.3,
