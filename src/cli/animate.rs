@@ -15,7 +15,7 @@ use std::time::Instant;
 
 #[derive(clap::Args)]
 pub(super) struct AnimateArgs {
-    /// A clip: .bvh, or the animation of a .glb or .gltf; or one of walk, turn, squat, idle
+    /// A clip: .bvh, the animation of a .glb or .gltf, or the .jsonl of `drive --save`; or one of walk, turn, squat, idle
     #[arg(required_unless_present = "remove")]
     clip: Option<String>,
     /// Frames per second; by default the clip's own, or an even part of them if they are more than 60

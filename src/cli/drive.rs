@@ -7,6 +7,7 @@ use crate::drive::{
     DriveError, LandmarkFrame, PlayedFrame, Player, Smoothing, StreamError, StreamFormat, StreamKind, StreamOptions,
     StreamReader,
 };
+use crate::formats::{FormatError, PoseLineWriter};
 use crate::scan::{Unit, Up};
 use crate::session::{Content, DriveView, Outputs, SessionError, ShowIn, StreamedOutput};
 use serde_json::json;
@@ -252,17 +253,14 @@ impl Save {
         let skeleton = &figure.skeleton;
         let parents: Vec<Option<usize>> = skeleton.parents.iter().map(|p| p.map(|p| p.index())).collect();
         let joints: Vec<[f64; 3]> = skeleton.joints_in_bind.iter().map(|p| [p.x, p.y, p.z]).collect();
-        let writer = PoseLineWriter::begin(output, &skeleton.names, &parents, &joints)
-            .map_err(|e| SessionError::writing(path, e))?;
+        let writer = PoseLineWriter::begin(output, &skeleton.names, &parents, &joints).map_err(|e| written(path, e))?;
         Ok(Self { path: path.to_path_buf(), writer, root_in_bind: skeleton.joints_in_bind[0] })
     }
 
     fn frame(&mut self, at_secs: f64, pose: &Pose) -> Result<(), SessionError> {
         let root = self.root_in_bind + pose.translation;
         let rotations: Vec<[f64; 4]> = pose.rotations.iter().map(|q| [q.i, q.j, q.k, q.w]).collect();
-        self.writer
-            .frame(at_secs, [root.x, root.y, root.z], &rotations)
-            .map_err(|e| SessionError::writing(&self.path, e))
+        self.writer.frame(at_secs, [root.x, root.y, root.z], &rotations).map_err(|e| written(&self.path, e))
     }
 
     fn end(self, outputs: &mut Outputs) -> Result<(), SessionError> {
@@ -431,26 +429,9 @@ impl DriveFailure {
     }
 }
 
-struct PoseLineWriter<W> {
-    out: W,
-    names: Vec<String>,
-}
-
-impl<W: std::io::Write> PoseLineWriter<W> {
-    fn begin(mut out: W, names: &[String], parents: &[Option<usize>], joints: &[[f64; 3]]) -> std::io::Result<Self> {
-        let header =
-            json!({"overcoat": "poses", "fps": 30, "skeleton": {"names": names, "parents": parents, "joints": joints}});
-        writeln!(out, "{header}")?;
-        Ok(Self { out, names: names.to_vec() })
-    }
-
-    fn frame(&mut self, at_secs: f64, root: [f64; 3], rotations: &[[f64; 4]]) -> std::io::Result<()> {
-        let joints: serde_json::Map<String, serde_json::Value> =
-            self.names.iter().zip(rotations).map(|(name, q)| (name.clone(), json!(q))).collect();
-        writeln!(self.out, "{}", json!({"t": at_secs, "root": root, "joints": joints}))
-    }
-
-    fn into_inner(self) -> W {
-        self.out
+fn written(path: &Path, error: FormatError) -> SessionError {
+    match error {
+        FormatError::Io { source, .. } => SessionError::writing(path, source),
+        other => SessionError::Internal { what: other.to_string() },
     }
 }

@@ -37,6 +37,8 @@ pub enum Format {
     Pc2,
     /// An animated picture.
     Gif,
+    /// Poses as JSON lines.
+    PoseLines,
 }
 
 impl fmt::Display for Format {
@@ -58,6 +60,7 @@ impl fmt::Display for Format {
             Self::Zip => "zip",
             Self::Pc2 => "PC2",
             Self::Gif => "GIF",
+            Self::PoseLines => "a clip of poses (.jsonl)",
         })
     }
 }

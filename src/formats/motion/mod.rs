@@ -5,8 +5,10 @@ mod bvh_read;
 #[cfg(test)]
 mod bvh_tests;
 mod bvh_write;
+mod pose_lines;
 mod raw_motion;
 
 pub use bvh_read::read_bvh;
 pub use bvh_write::write_bvh;
+pub use pose_lines::{PoseLineWriter, read_pose_lines};
 pub use raw_motion::{RawJoint, RawMotion, RawTransform};

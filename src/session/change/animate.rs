@@ -121,12 +121,13 @@ impl Writer {
         };
         if !BUILT_IN_CLIPS.contains(&new.clip.as_str()) {
             let path = Path::new(&new.clip);
-            let is_clip =
-                path.extension().is_some_and(|e| ["bvh", "glb", "gltf"].iter().any(|k| e.eq_ignore_ascii_case(k)));
+            let is_clip = path
+                .extension()
+                .is_some_and(|e| ["bvh", "glb", "gltf", "jsonl"].iter().any(|k| e.eq_ignore_ascii_case(k)));
             if !is_clip {
                 return Err(SessionError::BadRequest {
                     what: format!("'{}' is no clip", new.clip),
-                    hint: format!("name a .bvh, .glb or .gltf file, or one of {}", BUILT_IN_CLIPS.join(", ")),
+                    hint: format!("name a .bvh, .glb, .gltf or .jsonl file, or one of {}", BUILT_IN_CLIPS.join(", ")),
                 });
             }
             let bytes = source::read(path)?;

@@ -4,7 +4,7 @@
 use super::event::{OnProgress, Outcome, StageProgress};
 use super::pipeline_stage::{PipelineStage, StepContext};
 use crate::body::Figure;
-use crate::formats::{FormatError, read_bvh, read_gltf_motion};
+use crate::formats::{FormatError, read_bvh, read_gltf_motion, read_pose_lines};
 use crate::motion::{Clip, PoseTrack, built_in_clip, follow};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
@@ -87,7 +87,7 @@ pub(in crate::session) fn standing(figure: Figure, step: &StepRecipe) -> Result<
 fn no_clip(name: &str) -> SessionError {
     SessionError::BadRequest {
         what: format!("there is no clip '{name}'"),
-        hint: "name a .bvh, .glb or .gltf file, or one of walk, turn, squat, idle".into(),
+        hint: "name a .bvh, .glb, .gltf or .jsonl file, or one of walk, turn, squat, idle".into(),
     }
 }
 
@@ -97,6 +97,7 @@ pub(in crate::session) fn read_clip(path: &Path, bytes: &[u8]) -> Result<Clip, S
     let raw = match extension.as_str() {
         "bvh" => read_bvh(bytes),
         "glb" | "gltf" => read_gltf_motion(bytes),
+        "jsonl" => read_pose_lines(bytes),
         _ => return Err(no_clip(&path.display().to_string())),
     };
     let raw = raw.map_err(|e: FormatError| SessionError::bad_source(path, e))?;
