@@ -15,6 +15,18 @@ pub enum DriveError {
         /// What was seen instead, as a clause.
         why: String,
     },
+    /// No pose library comes of the given clips.
+    #[error("no pose library can be built: {why}")]
+    Untrainable {
+        /// Why, as a clause.
+        why: String,
+    },
+    /// The pose library cannot be used.
+    #[error(transparent)]
+    Library(#[from] super::recognition::LibraryError),
+    /// Poses cannot be recognised.
+    #[error(transparent)]
+    Recognition(#[from] super::recognition::RecognitionError),
     /// The figure's mesh cannot be factorised.
     #[error("the Laplacian of the figure's body cannot be factorised: {0}")]
     Singular(#[from] crate::numerics::NumericsError),
@@ -28,6 +40,9 @@ impl DriveError {
             Self::NoCalibrationPose { .. } => {
                 "begin the stream with 2 seconds in a T- or A-pose: upright, legs straight, both arms away from the body".into()
             }
+            Self::Untrainable { .. } => "give more and more varied clips".into(),
+            Self::Library(_) => "build the library again with `overcoat drive train`".into(),
+            Self::Recognition(error) => return error.hint(),
             Self::Singular(error) => return error.hint(),
         })
     }

@@ -130,6 +130,24 @@ impl LaplacianBody {
         self.weights.rows().0.par_iter().map(|row| blend(row)).collect()
     }
 
+    /// Where a surface has its landmarks, up to their offsets from the skin.
+    pub fn places_at(&self, points: &[Vec3]) -> Places {
+        std::array::from_fn(|k| {
+            let row = &self.patches.get(k)?.row;
+            Some(Point::from(row.iter().map(|&(v, share)| points[v] * share).sum::<Vec3>()))
+        })
+    }
+
+    /// Mean squared distance of a surface's landmarks from the places where they were seen, in square metres.
+    pub fn misfit(&self, points: &[Vec3], rotations: &[Rotation3<f64>], seen: &Places) -> f64 {
+        let off = |(patch, place): (&Patch, &Option<Point>)| {
+            let at: Vec3 = patch.row.iter().map(|&(v, share)| (points[v] + rotations[v] * patch.offset) * share).sum();
+            Some((place.as_ref()?.coords - at).norm_squared())
+        };
+        let all: Vec<f64> = self.patches.iter().zip(seen).filter_map(off).collect();
+        all.iter().sum::<f64>() / all.len().max(1) as f64
+    }
+
     /// Solves for the surface whose landmarks are at `places`, from rotations and points nearby.
     ///
     /// Ends when no vertex moves by more than `still` metres, or after `most` iterations.

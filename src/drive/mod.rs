@@ -7,15 +7,18 @@ mod grounding;
 mod ik;
 mod landmark;
 mod laplacian;
+mod library_training;
 mod player;
 mod recognition;
 mod stream;
+mod transfer;
 
 pub use calibration::{CALIBRATION_SECS, Calibration, StreamKind, calibrate, still_window};
 pub use error::DriveError;
 pub use ik::{Driven, IkDriver};
 pub use landmark::{DESCRIBED, LANDMARKS, Landmark, LandmarkFrame, Places};
 pub use laplacian::{LaplacianBody, RightSide, Solved};
+pub use library_training::{TrainingParams, TrainingReport, train_library};
 pub use player::{PlayedCounts, PlayedFrame, Player};
 pub use recognition::{
     Angle, BodyRotations, Confusion, LibraryError, NEIGHBORS, PoseClasses, PoseLibrary, RecognitionError, Recognized,
@@ -25,3 +28,4 @@ pub use recognition::{
 pub use stream::{
     OneEuro, Smoothed, Smoothing, StreamError, StreamFormat, StreamOptions, StreamReader, VmcDecoder, VmcFrame,
 };
+pub use transfer::{LaplacianDriver, TransferFrame, TransferParams, wear};

@@ -83,6 +83,13 @@ impl Clip {
         accumulated(&self.joints, &self.frames[frame])
     }
 
+    /// `world_from_joint` of every joint in a frame that need not be of this clip.
+    ///
+    /// **Shapes** `frame`: one transform per joint.
+    pub(super) fn world_of(&self, frame: &[RawTransform]) -> Vec<Isometry3<f64>> {
+        accumulated(&self.joints, &frame.iter().map(isometry).collect::<Vec<_>>())
+    }
+
     /// `world_from_joint` of every joint at a time, between the frames by rotation along the shorter way.
     pub(super) fn world_at(&self, secs: f64) -> Vec<Isometry3<f64>> {
         let place = (secs / self.frame_secs).clamp(0.0, (self.frames.len() - 1) as f64);

@@ -11,6 +11,7 @@ use super::params::MotionParams;
 use super::placement::Placement;
 use super::planting::plant;
 use super::retarget::Retargeter;
+use super::rig_map::RigMap;
 use super::smooth::envelope;
 use super::structure::map_by_structure;
 use super::track::{FrameRange, PoseTrack};
@@ -62,15 +63,8 @@ pub fn follow(
     params: &MotionParams,
 ) -> Result<(PoseTrack, MotionReport), MotionError> {
     let mut report = MotionReport { findings: clip.notes.clone(), ..MotionReport::default() };
-    let map = match map_by_names(clip) {
-        Some(map) => map,
-        None => {
-            map_by_structure(clip).map_err(|missing| MotionError::NotAPerson { joints: clip.joint_count(), missing })?
-        }
-    };
-    let placement = Placement::of(clip, &map)?;
-    let rig = map.rig.map_or_else(|| "by its structure".into(), |rig| format!("as {rig}"));
-    report.findings.push(format!("skeleton recognised {rig}: {} of 22 joints; {}", map.len(), placement.assumed));
+    let (map, placement) = recognised(clip)?;
+    report.findings.push(recognition(&map, &placement));
     if let Some(frame) = placement.reference_frame {
         report.findings.push(format!("its rest pose does not stand, so frame {frame} serves as one"));
     }
@@ -83,7 +77,7 @@ pub fn follow(
         }
     };
     let skeleton = &figure.skeleton;
-    let retargeted = Retargeter::try_new(skeleton, clip, &map, &placement)?.poses(&times);
+    let retargeted = Retargeter::try_new(skeleton, clip, map, placement)?.poses(clip, &times);
     for (frame, distance) in retargeted.jumps.iter().take(JUMPS_REPORTED) {
         report.findings.push(format!("the whole body jumps by {distance:.1} m at frame {frame}: the jump is removed"));
     }
@@ -120,6 +114,26 @@ pub fn follow(
     raise_each(skeleton, &ground, &mut all);
     all.append(&mut poses);
     Ok((PoseTrack { fps, lead, poses: all }, report))
+}
+
+/// The human joints of a clip's skeleton, and its frame.
+///
+/// **Errors** for a skeleton that is not that of a person.
+pub(super) fn recognised(clip: &Clip) -> Result<(RigMap, Placement), MotionError> {
+    let map = match map_by_names(clip) {
+        Some(map) => map,
+        None => {
+            map_by_structure(clip).map_err(|missing| MotionError::NotAPerson { joints: clip.joint_count(), missing })?
+        }
+    };
+    let placement = Placement::of(clip, &map)?;
+    Ok((map, placement))
+}
+
+/// What was recognised, in words.
+pub(super) fn recognition(map: &RigMap, placement: &Placement) -> String {
+    let rig = map.rig.map_or_else(|| "by its structure".into(), |rig| format!("as {rig}"));
+    format!("skeleton recognised {rig}: {} of 22 joints; {}", map.len(), placement.assumed)
 }
 
 /// Moves a part of a clip to where the figure stands, level and turned about the vertical: the first pose is above the place of

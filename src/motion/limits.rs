@@ -83,7 +83,8 @@ impl<'a> Anatomy<'a> {
         self.neutral_above(j) * pose.rotations[j.index()] * self.neutral[j.index()].inverse()
     }
 
-    fn set(&self, pose: &mut Pose, j: JointId, rotation: &Turn) {
+    /// Sets a joint's rotation from the neutral pose.
+    pub fn set(&self, pose: &mut Pose, j: JointId, rotation: &Turn) {
         pose.rotations[j.index()] = self.neutral_above(j).inverse() * rotation * self.neutral[j.index()];
     }
 

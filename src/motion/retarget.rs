@@ -14,7 +14,7 @@ use crate::body::HumanJoint::{
     UpperLeg,
 };
 use crate::body::Side::{self, Left, Right};
-use crate::body::{Limb, Pose, Skeleton};
+use crate::body::{JointId, Limb, Pose, Skeleton};
 use crate::geometry::{Point, Vec3};
 use nalgebra::{Isometry3, UnitQuaternion};
 
@@ -36,12 +36,14 @@ pub(super) struct Retargeted {
     pub jumps: Vec<(usize, f64)>,
 }
 
+/// **Shapes** `sources`, `to_reference`: one per joint of the figure.
 pub(super) struct Retargeter<'a> {
     skeleton: &'a Skeleton,
-    clip: &'a Clip,
-    map: &'a RigMap,
-    placement: &'a Placement,
-    /// Per joint of the figure the rotation from the bind pose to the clip's reference pose.
+    map: RigMap,
+    placement: Placement,
+    /// What turns each joint; `None` for a joint that the clip does not have.
+    sources: Vec<Option<Source>>,
+    /// The rotation from the bind pose to the clip's reference pose.
     to_reference: Vec<UnitQuaternion<f64>>,
     /// Metres per unit of the clip.
     scale: f64,
@@ -51,9 +53,9 @@ impl<'a> Retargeter<'a> {
     /// **Errors** for a skeleton without legs or arms.
     pub fn try_new(
         skeleton: &'a Skeleton,
-        clip: &'a Clip,
-        map: &'a RigMap,
-        placement: &'a Placement,
+        clip: &Clip,
+        map: RigMap,
+        placement: Placement,
     ) -> Result<Self, MotionError> {
         for side in Side::BOTH {
             for joint in REQUIRED.map(|joint| joint(side)) {
@@ -64,23 +66,27 @@ impl<'a> Retargeter<'a> {
         }
         let Some(leg) = leg_in_bind(skeleton) else { return Err(MotionError::FigureWithout { limb: Limb::Leg(Left) }) };
         let direction = |joint| {
-            let at = |joint| position(&placement.reference, map, joint);
+            let at = |joint| position(&placement.reference, &map, joint);
             Some(placement.ours_from_reference * (at(bone_end(joint)?)? - at(joint)?))
         };
         let to_reference = aligned(skeleton, direction);
-        Ok(Self { skeleton, clip, map, placement, to_reference, scale: leg / placement.leg })
+        let source = |j| Source::of(skeleton.human_joint(j)?, clip, &map);
+        let sources = skeleton.ids().map(source).collect();
+        let scale = leg / placement.leg;
+        Ok(Self { skeleton, map, placement, sources, to_reference, scale })
     }
 
-    /// The poses at the given times, with the hips as high above the floor as in the clip, up to a constant.
-    pub fn poses(&self, times: &[f64]) -> Retargeted {
+    /// The poses at the given times of a clip with the skeleton that this was made for, with the hips as high above the floor as
+    /// in the clip, up to a constant.
+    pub fn poses(&self, clip: &Clip, times: &[f64]) -> Retargeted {
         let mut result = Retargeted::default();
-        let worlds = times.iter().map(|&secs| self.clip.world_at(secs));
+        let worlds = times.iter().map(|&secs| clip.world_at(secs));
         let mut hips_before: Option<Point> = None;
         let mut shift = Vec3::zeros();
         let mut start: Option<Start> = None;
         for (frame, world) in worlds.enumerate() {
             let hips = self.hips_of(&world);
-            let start = start.get_or_insert_with(|| self.start_of(&world, &hips));
+            let start = start.get_or_insert_with(|| self.start_at(&world, &hips));
             let step_secs = if frame == 0 { 0.0 } else { times[frame] - times[frame - 1] };
             if let Some(before) = hips_before {
                 let step = hips - before;
@@ -90,20 +96,35 @@ impl<'a> Retargeter<'a> {
                 }
             }
             hips_before = Some(hips);
-            let hips = Point::from(start.turn * (hips - start.place)) + start.turn * shift + start.moved_to.coords;
-            result.poses.push(self.pose(&world, &start.turn, &hips));
+            result.poses.push(self.pose_at(&world, start, &hips, &shift));
         }
         result
     }
 
+    /// How a clip is moved that begins with this frame.
+    pub fn start_of(&self, world: &[Isometry3<f64>]) -> Start {
+        self.start_at(world, &self.hips_of(world))
+    }
+
+    /// The pose of one frame of a clip that is moved by `start`.
+    pub fn pose_from(&self, world: &[Isometry3<f64>], start: &Start) -> Pose {
+        self.pose_at(world, start, &self.hips_of(world), &Vec3::zeros())
+    }
+
+    /// The pose of one frame, with the hips moved by `shift` besides.
+    fn pose_at(&self, world: &[Isometry3<f64>], start: &Start, hips: &Point, shift: &Vec3) -> Pose {
+        let hips = Point::from(start.turn * (hips - start.place)) + start.turn * shift + start.moved_to.coords;
+        self.pose(world, &start.turn, &hips)
+    }
+
     /// The middle of the hip joints, upright and in metres.
     fn hips_of(&self, world: &[Isometry3<f64>]) -> Point {
-        let at = |side| position(world, self.map, UpperLeg(side)).unwrap_or_else(Point::origin);
+        let at = |side| position(world, &self.map, UpperLeg(side)).unwrap_or_else(Point::origin);
         Point::from(self.placement.ours_from_world * midpoint(&at(Left), &at(Right)).coords * self.scale)
     }
 
     /// How the clip is moved and turned so that it begins where the figure stands.
-    fn start_of(&self, world: &[Isometry3<f64>], hips: &Point) -> Start {
+    fn start_at(&self, world: &[Isometry3<f64>], hips: &Point) -> Start {
         let here = self.hips_in_bind();
         let forward = self.map.start(Hips).map_or(0.0, |j| heading(&self.turned(world, j)));
         let turn = if forward.abs() > TURNED_START { about_vertical(-forward) } else { UnitQuaternion::identity() };
@@ -122,7 +143,7 @@ impl<'a> Retargeter<'a> {
 
     /// How a joint of the clip has turned since the reference pose, in our axes.
     fn turned(&self, world: &[Isometry3<f64>], joint: usize) -> UnitQuaternion<f64> {
-        let Placement { reference, ours_from_reference, ours_from_world, .. } = self.placement;
+        let Placement { reference, ours_from_reference, ours_from_world, .. } = &self.placement;
         let reference = ours_from_reference * reference[joint].rotation;
         ours_from_world * world[joint].rotation * reference.inverse()
     }
@@ -134,7 +155,7 @@ impl<'a> Retargeter<'a> {
         let mut rotations: Vec<UnitQuaternion<f64>> = Vec::with_capacity(skeleton.len());
         for j in skeleton.ids() {
             let above = skeleton.parents[j.index()].map_or_else(UnitQuaternion::identity, |p| rotations[p.index()]);
-            let own = skeleton.human_joint(j).and_then(|joint| self.rotation(world, joint));
+            let own = self.sources[j.index()].map(|source| self.rotation(world, j, source));
             let rotation = own.map_or(above, |own| turn * own);
             pose.rotations[j.index()] = above.inverse() * rotation;
             rotations.push(rotation);
@@ -145,42 +166,54 @@ impl<'a> Retargeter<'a> {
         pose
     }
 
-    /// The rotation of a human joint from the bind pose, in our axes; `None` for a joint that the clip does not have.
-    fn rotation(&self, world: &[Isometry3<f64>], joint: HumanJoint) -> Option<UnitQuaternion<f64>> {
-        let to_reference = self.to_reference[self.skeleton.find(joint)?.index()];
+    /// The rotation of a joint from the bind pose, in our axes.
+    fn rotation(&self, world: &[Isometry3<f64>], joint: JointId, source: Source) -> UnitQuaternion<f64> {
+        let to_reference = self.to_reference[joint.index()];
+        let turned = self.turned(world, source.joint);
+        let Some([start, end]) = source.segment else { return turned * to_reference };
+        let at = |world: &[Isometry3<f64>], j: usize| world[j].translation.vector;
+        let Placement { reference, ours_from_reference, ours_from_world, .. } = &self.placement;
+        let carried = turned * (ours_from_reference * (at(reference, end) - at(reference, start)));
+        let wanted = ours_from_world * (at(world, end) - at(world, start));
+        smallest_rotation(&carried, &wanted) * turned * to_reference
+    }
+}
+
+/// The joints of a clip that turn a human joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Source {
+    /// Its rotation is taken over.
+    joint: usize,
+    /// The start and the end of a limb's segment, whose direction is taken over.
+    segment: Option<[usize; 2]>,
+}
+
+impl Source {
+    /// `None` for a joint that the clip does not have.
+    fn of(joint: HumanJoint, clip: &Clip, map: &RigMap) -> Option<Self> {
+        let own = |joint| Self { joint, segment: None };
+        // The joint above another one, if the chain from `start` contains it.
+        let last = |below: usize, start| clip.joints[below].parent.filter(|&last| clip.is_below(last, start));
         match joint {
-            Hips | Hand(_) | Head | Foot(_) | Toes(_) => {
-                Some(self.turned(world, self.map.start(joint)?) * to_reference)
-            }
-            Spine | Chest | UpperChest | Neck => Some(self.turned(world, self.map.middle(joint)?) * to_reference),
+            Hips | Hand(_) | Head | Foot(_) | Toes(_) => map.start(joint).map(own),
+            Spine | Chest | UpperChest | Neck => map.middle(joint).map(own),
             // The upper arm hangs on the last joint of the shoulder.
             Shoulder(side) => {
-                let last = self.map.start(UpperArm(side)).and_then(|arm| self.clip.joints[arm].parent);
-                let own = self.map.start(joint)?;
-                let last = last.filter(|&last| self.clip.is_below(last, own)).unwrap_or(own);
-                Some(self.turned(world, last) * to_reference)
+                let start = map.start(joint)?;
+                Some(own(map.start(UpperArm(side)).and_then(|arm| last(arm, start)).unwrap_or(start)))
             }
             UpperArm(_) | LowerArm(_) | UpperLeg(_) | LowerLeg(_) => {
-                let start = self.map.start(joint)?;
-                let Some(end) = bone_end(joint).and_then(|end| self.map.start(end)) else {
-                    return Some(self.turned(world, start) * to_reference);
-                };
+                let start = map.start(joint)?;
+                let Some(end) = bone_end(joint).and_then(|end| map.start(end)) else { return Some(own(start)) };
                 // A limb may have several joints; the last of them carries the end and has the whole twist.
-                let last =
-                    self.clip.joints[end].parent.filter(|&last| self.clip.is_below(last, start)).unwrap_or(start);
-                let turned = self.turned(world, last);
-                let at = |world: &[Isometry3<f64>], j: usize| world[j].translation.vector;
-                let Placement { reference, ours_from_reference, ours_from_world, .. } = self.placement;
-                let carried = turned * (ours_from_reference * (at(reference, end) - at(reference, start)));
-                let wanted = ours_from_world * (at(world, end) - at(world, start));
-                Some(smallest_rotation(&carried, &wanted) * turned * to_reference)
+                Some(Self { joint: last(end, start).unwrap_or(start), segment: Some([start, end]) })
             }
         }
     }
 }
 
 /// How a clip is moved so that it begins where the figure stands: about the vertical at `place`, which goes to `moved_to`.
-struct Start {
+pub(super) struct Start {
     turn: UnitQuaternion<f64>,
     place: Point,
     moved_to: Point,

@@ -48,6 +48,7 @@ pub use results::{DriveView, LiveView, StreamedOutput};
 pub use results::{Film, SequenceKind, SequenceRequest};
 pub use stage::Stage;
 pub use stage_error::StageError;
+pub use stages::read_clip;
 pub use stages::{Attained, Cause, Event, Forced, Judged, Reason, StageReport, StepVerdict, Verdict};
 pub use store::{
     Branch, Change, ContentHash, Entry, Failure, History, Kept, MAIN_BRANCH, Measures, Memory, Move, StageRecord,

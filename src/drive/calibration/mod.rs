@@ -9,6 +9,7 @@ mod size;
 mod standing;
 mod standing_fit;
 
+pub(super) use sensors::at_joints;
 pub use standing::{CALIBRATION_SECS, FEWEST_LANDMARKS, still_window, why_not_still};
 
 use super::error::DriveError;
@@ -19,7 +20,7 @@ use crate::fit::Attached;
 use crate::geometry::{Point, Vec3, VertexId};
 use crate::motion::{Anatomy, Ground};
 use nalgebra::UnitQuaternion;
-use sensors::{at_joints, attached_to_skin};
+use sensors::attached_to_skin;
 use size::{relative_size, scale_of};
 use standing::{at, heading, mean_of, posture, trunk};
 use standing_fit::CalibrationFit;

@@ -24,7 +24,7 @@ fn joint_center(skeleton: &Skeleton, landmark: Landmark) -> (Point, JointId) {
 }
 
 /// The landmarks at the centres of their joints, rigidly.
-pub(super) fn at_joints(skeleton: &Skeleton) -> Attached {
+pub(in crate::drive) fn at_joints(skeleton: &Skeleton) -> Attached {
     let at = Landmark::ALL.map(|landmark| joint_center(skeleton, landmark));
     Attached {
         points_in_bind: at.iter().map(|(p, _)| *p).collect(),

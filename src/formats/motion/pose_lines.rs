@@ -11,10 +11,12 @@
 use super::{RawJoint, RawMotion, RawTransform};
 use crate::formats::error::{Format, FormatError, quoted};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 
 const FORMAT: Format = Format::PoseLines;
+/// What the header says that the lines are.
+const KIND: &str = "poses";
 /// A clip whose steps differ by more than this share of their median is uneven.
 const UNEVEN: f64 = 0.2;
 
@@ -55,7 +57,7 @@ impl<W: Write> PoseLineWriter<W> {
         joints: &[[f64; 3]],
     ) -> Result<Self, FormatError> {
         let skeleton = HeaderSkeleton { names: names.to_vec(), parents: parents.to_vec(), joints: joints.to_vec() };
-        write_line(&mut out, &Header { overcoat: "poses".into(), skeleton })?;
+        write_line(&mut out, &Header { overcoat: KIND.into(), skeleton })?;
         Ok(Self { out, names: names.to_vec() })
     }
 
@@ -90,8 +92,14 @@ pub fn read_pose_lines(bytes: &[u8]) -> Result<RawMotion, FormatError> {
         .map(|(k, line)| (k + 1, line))
         .peekable();
     let Some((number, first)) = lines.next() else { return Err(FormatError::NoBytes { format: FORMAT }) };
-    let Header { skeleton, .. } = serde_json::from_slice(first)
-        .map_err(|_| bad(number, "the line {\"overcoat\":\"poses\",\"skeleton\":…}", first))?;
+    let header = serde_json::from_slice(first).ok().filter(|header: &Header| header.overcoat == KIND);
+    let Some(Header { skeleton, .. }) = header else {
+        return Err(bad(
+            number,
+            "the header {\"overcoat\":\"poses\",\"skeleton\":…}, without which no bone has a place",
+            first,
+        ));
+    };
     let joints = joints_of(&skeleton, number, first)?;
     let mut notes = Vec::new();
     let (mut times, mut frames): (Vec<f64>, Vec<Vec<RawTransform>>) = (Vec::new(), Vec::new());
@@ -129,14 +137,22 @@ pub fn read_pose_lines(bytes: &[u8]) -> Result<RawMotion, FormatError> {
     if frames.is_empty() {
         return Err(bad(number, "a line per frame after the header", first));
     }
-    let mut said = |count: usize, what: &str| {
-        if count > 0 {
-            notes.push(format!("{count} {what}"));
-        }
+    let mut said = |count: usize, of_one: &str, of_many: &str| match count {
+        0 => {}
+        1 => notes.push(format!("1 {of_one}")),
+        _ => notes.push(format!("{count} {of_many}")),
     };
-    said(standing, "frames whose time does not advance are left out");
-    said(missing, "rotations are missing; those joints are as in the bind pose");
-    said(unknown, "rotations are of joints that the skeleton does not have");
+    said(standing, "frame whose time does not advance is left out", "frames whose time does not advance are left out");
+    said(
+        missing,
+        "rotation is missing; that joint is as in the bind pose",
+        "rotations are missing; those joints are as in the bind pose",
+    );
+    said(
+        unknown,
+        "rotation is of a joint that the skeleton does not have",
+        "rotations are of joints that the skeleton does not have",
+    );
     let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps.sort_by(f64::total_cmp);
     let median = steps.get(steps.len() / 2).copied();
@@ -153,8 +169,9 @@ fn joints_of(skeleton: &HeaderSkeleton, number: usize, line: &[u8]) -> Result<Ve
     let HeaderSkeleton { names, parents, joints } = skeleton;
     let is_whole = !names.is_empty() && names.len() == parents.len() && names.len() == joints.len();
     let is_tree = parents.iter().enumerate().all(|(j, parent)| parent.map_or(j == 0, |parent| parent < j));
-    if !is_whole || !is_tree {
-        return Err(bad(number, "a name, an earlier parent and a place for each joint", line));
+    let is_unique = names.iter().collect::<BTreeSet<_>>().len() == names.len();
+    if !is_whole || !is_tree || !is_unique {
+        return Err(bad(number, "a name of its own, an earlier parent and a place for each joint", line));
     }
     let each = names.iter().zip(parents).zip(joints);
     let joint = |((name, parent), at): ((&String, &Option<usize>), &[f64; 3])| {
@@ -212,13 +229,51 @@ mod tests {
     }
 
     #[test]
+    fn a_clip_without_a_header_says_so() {
+        let bytes = written(3);
+        let after = bytes.iter().position(|&b| b == b'\n').unwrap() + 1;
+        let error = read_pose_lines(&bytes[after..]).unwrap_err().to_string();
+        assert!(error.contains("line 1") && error.contains("header"), "{error}");
+        assert!(matches!(read_pose_lines(b"\n \n"), Err(FormatError::NoBytes { .. })));
+    }
+
+    #[test]
+    fn gaps_are_filled_and_noted() {
+        let header = "\u{feff}{\"overcoat\":\"poses\",\"fps\":30,\"skeleton\":{\"names\":[\"hips\",\"spine\"],\
+                      \"parents\":[null,0],\"joints\":[[0,1,0],[0,1.2,0]]}}\r\n\r\n";
+        let line = |t: f64, joints: &str| format!("{{\"t\":{t},\"root\":[0,1,0],\"joints\":{{{joints}}}}}\r\n");
+        let whole = "\"hips\":[0,0,0,1.01],\"spine\":[0,0,-0.6,0.8]";
+        let lines = [
+            line(0.0, whole),
+            line(0.1, "\"hips\":[0,0,0,1],\"tail\":[0,0,0,1]"),
+            line(0.1, whole),
+            line(0.05, whole),
+            line(0.2, whole),
+            line(0.9, whole),
+        ];
+        let motion = read_pose_lines(format!("{header}{}", lines.concat()).as_bytes()).unwrap();
+        assert_eq!(motion.frames.len(), 4);
+        assert_eq!(motion.frames[0][0].rotation, [0.0, 0.0, 0.0, 1.0], "is normalised");
+        assert_eq!(motion.frames[1][1], motion.joints[1].rest, "is as in the bind pose");
+        assert!((motion.frame_secs.unwrap() - 0.1).abs() < 1e-12);
+        let notes = motion.notes.join("\n");
+        for word in ["2 frames", "1 rotation is missing", "1 rotation is of a joint", "uneven"] {
+            assert!(notes.contains(word), "{word}: {notes}");
+        }
+    }
+
+    #[test]
     fn wrong_lines_are_refused_by_number() {
         let text = String::from_utf8(written(3)).unwrap();
-        let edits: [(&str, &str); 4] = [
+        let edits: [(&str, &str); 8] = [
             ("\"t\":0.04", "\"t\":null"),
             ("\"hips\":[0.0,0", "\"hips\":[9.0,0"),
             ("[null,0]", "[null,7]"),
             ("{\"overcoat\"", "{\"o\""),
+            ("\"poses\"", "\"strokes\""),
+            ("\"spine\"", "\"hips\""),
+            ("\"hips\":[0.0,0", "\"hips\":[NaN,0"),
+            ("\"root\":[0.0", "\"root\":[1e999"),
         ];
         for (from, to) in edits {
             let error = read_pose_lines(text.replacen(from, to, 1).as_bytes()).unwrap_err().to_string();

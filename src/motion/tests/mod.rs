@@ -2,15 +2,16 @@
 
 mod bad_clips;
 mod feet;
+mod pose_clips;
 mod recognition;
 mod retargeting;
-mod rigs;
+pub(super) mod rigs;
 
 use crate::body::{Figure, embedded_model};
 use std::sync::OnceLock;
 
 /// The mean body, without clothes.
-fn figure() -> &'static Figure {
+pub(super) fn figure() -> &'static Figure {
     static FIGURE: OnceLock<Figure> = OnceLock::new();
     FIGURE.get_or_init(|| {
         let model = embedded_model().unwrap();

@@ -32,6 +32,8 @@ pub enum Content {
     BodyModel,
     /// `.jsonl`
     Poses,
+    /// `.poses`
+    PoseLibrary,
     /// Its name is not the user's, or was checked.
     Named,
 }
@@ -46,6 +48,7 @@ impl Content {
             Self::Film => Some(("a film", "gif")),
             Self::Mesh => Some(("a mesh", "ply")),
             Self::BodyModel => Some(("a body model", "npz")),
+            Self::PoseLibrary => Some(("a pose library", "poses")),
             Self::Poses => Some(("a pose clip", "jsonl")),
             Self::Named => None,
         }

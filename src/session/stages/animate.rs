@@ -92,7 +92,7 @@ fn no_clip(name: &str) -> SessionError {
 }
 
 /// Reads the clip of a file; its extension says which format it has.
-pub(in crate::session) fn read_clip(path: &Path, bytes: &[u8]) -> Result<Clip, SessionError> {
+pub fn read_clip(path: &Path, bytes: &[u8]) -> Result<Clip, SessionError> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let raw = match extension.as_str() {
         "bvh" => read_bvh(bytes),

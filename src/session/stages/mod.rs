@@ -29,7 +29,8 @@ mod stack;
 mod verdict;
 mod walk;
 
-pub(in crate::session) use animate::{read_clip, standing};
+pub use animate::read_clip;
+pub(in crate::session) use animate::standing;
 pub(in crate::session) use cut::CutStage;
 pub use event::{Event, Forced};
 pub(in crate::session) use fit::FitStage;

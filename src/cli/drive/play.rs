@@ -1,11 +1,11 @@
-//! `overcoat drive`: tracked landmarks move the figure, as they arrive.
+//! Plays a stream on the figure: reader, solver, and all that a frame goes to.
 
-use super::console::{Context, Done, Progress, secs};
-use super::failure;
+use super::error::DriveFailure;
 use crate::body::{Figure, Pose};
+use crate::cli::console::{Context, Done, Progress, secs};
+use crate::cli::failure;
 use crate::drive::{
-    DriveError, LandmarkFrame, PlayedFrame, Player, Smoothing, StreamError, StreamFormat, StreamKind, StreamOptions,
-    StreamReader,
+    LandmarkFrame, PlayedFrame, Player, Smoothing, StreamError, StreamFormat, StreamKind, StreamOptions, StreamReader,
 };
 use crate::formats::{FormatError, PoseLineWriter};
 use crate::scan::{Unit, Up};
@@ -20,11 +20,11 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
 #[derive(clap::Args)]
-pub(super) struct DriveArgs {
+pub(super) struct PlayArgs {
     /// A stream of landmarks: our JSON lines, MediaPipe Pose, Kinect, or an OpenSim .trc; `-` reads standard input as it
     /// arrives. It begins with 2 seconds in a T- or A-pose
-    #[arg(value_name = "STREAM|-")]
-    stream: PathBuf,
+    #[arg(value_name = "STREAM|-", required = true)]
+    stream: Option<PathBuf>,
     /// Write the poses as a clip, frame by frame; `animate` takes it
     #[arg(long, value_name = "CLIP.jsonl")]
     save: Option<PathBuf>,
@@ -71,15 +71,16 @@ const WAITING: usize = 256;
 /// How often the signal to stop is looked for.
 const POLL: Duration = Duration::from_millis(50);
 
-pub(super) fn run(args: DriveArgs, context: &Context) -> anyhow::Result<Done> {
+pub(super) fn play(args: PlayArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
+    let stream = args.stream.clone().unwrap_or_default();
     let session = context.reader()?;
     let figure = session.figure_of_last_step()?;
     let mut outputs = session.outputs(args.force);
     if let Some(film) = &args.film {
         outputs.claim(film, Content::Film)?;
     }
-    let input = open(&args.stream, &mut outputs)?;
+    let input = open(&stream, &mut outputs)?;
     if let Some(path) = &args.save {
         outputs.claim(path, Content::Poses)?;
     }
@@ -93,7 +94,7 @@ pub(super) fn run(args: DriveArgs, context: &Context) -> anyhow::Result<Done> {
         Some(to) => Some(DriveView::begin(&session, to, args.force)?),
         None => None,
     };
-    let is_piped = args.stream.as_os_str() == "-";
+    let is_piped = stream.as_os_str() == "-";
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
@@ -405,27 +406,6 @@ impl Stage<'_> {
             std::thread::sleep(Duration::from_secs_f64(due.min(1.0)));
         }
         due < -LATE
-    }
-}
-
-/// Why a stream ended, or could not begin.
-#[derive(Debug, thiserror::Error)]
-pub(super) enum DriveFailure {
-    #[error(transparent)]
-    Stream(#[from] StreamError),
-    #[error(transparent)]
-    Drive(#[from] DriveError),
-    #[error("no frame was read before the program was stopped")]
-    Nothing,
-}
-
-impl DriveFailure {
-    pub fn hint(&self) -> Option<String> {
-        match self {
-            Self::Stream(error) => error.hint(),
-            Self::Drive(error) => error.hint(),
-            Self::Nothing => Some("check that the tracker writes to the pipe".into()),
-        }
     }
 }
 

@@ -1,0 +1,169 @@
+//! The paper's method, frame by frame: recognise the pose, take over the frames of its template, reconstruct the body from its
+//! Laplacian offsets and the landmarks.
+//!
+//! **Source** Lifkooee 2019, §§3.3–3.5. Where we differ is listed in [`LaplacianBody`]; besides:
+//! - The templates are this figure in the library's poses, with the landmarks where the wearer has them, so descriptors compare
+//!   like with like.
+//! - The rotations of the surface begin from the template's, or from those of the frame before where these fit the landmarks
+//!   better; at most ten iterations.
+//! - Between key poses rotations are interpolated and the system is solved again: a linear morph shrinks limbs.
+
+use super::calibration::Calibration;
+use super::error::DriveError;
+use super::landmark::Places;
+use super::laplacian::{LaplacianBody, RightSide, Solved};
+use super::library_training::places_of;
+use super::recognition::{PoseLibrary, Recognizer, pose_of};
+use crate::body::{Figure, Pose};
+use crate::geometry::{Point, SurfaceIndex, TriMesh, Vec3};
+use nalgebra::{Matrix3, Rotation3};
+
+/// The most iterations of a frame, as in the paper.
+const MOST_ITERATIONS: usize = 10;
+
+/// How the paper's method runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TransferParams {
+    /// The right-hand side of the linear system.
+    pub right: RightSide,
+    /// Most iterations per frame.
+    pub iterations: usize,
+    /// A frame ends when no vertex moves by more than this, in metres.
+    pub still: f64,
+}
+
+impl Default for TransferParams {
+    fn default() -> Self {
+        Self { right: RightSide::PerEdge, iterations: 3, still: 1e-3 }
+    }
+}
+
+/// A frame of the paper's method.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TransferFrame {
+    /// The body's surface, its rotations, and the iterations taken.
+    pub solved: Solved,
+    /// The library's pose that served as template; `None` if none was recognised.
+    pub template: Option<usize>,
+}
+
+/// Drives a figure's body by its Laplacian offsets.
+pub struct LaplacianDriver<'a> {
+    figure: &'a Figure,
+    body: LaplacianBody,
+    recognizer: Recognizer,
+    templates: Vec<Pose>,
+    /// The landmarks of the templates.
+    places: Vec<Places>,
+    params: TransferParams,
+    last: Option<(Vec<Rotation3<f64>>, Vec<Vec3>)>,
+}
+
+impl<'a> LaplacianDriver<'a> {
+    /// Factorises the body and trains the recogniser on the library's poses of this figure.
+    pub fn try_new(
+        figure: &'a Figure,
+        calibration: &Calibration,
+        library: &PoseLibrary,
+        params: TransferParams,
+    ) -> Result<Self, DriveError> {
+        let skeleton = &figure.skeleton;
+        let body = LaplacianBody::prepare(figure, &calibration.attached, params.right)?;
+        let templates: Vec<Pose> = library.poses().iter().map(|pose| pose_of(skeleton, pose)).collect();
+        let places: Vec<Places> =
+            templates.iter().map(|pose| places_of(&calibration.attached, skeleton, pose)).collect();
+        let recognizer = Recognizer::train(&places, library.classes(), library.angles())?;
+        Ok(Self { figure, body, recognizer, templates, places, params, last: None })
+    }
+
+    /// The factorised body.
+    pub fn body(&self) -> &LaplacianBody {
+        &self.body
+    }
+
+    /// The body for the landmarks of the next frame, in the figure's world.
+    pub fn follow(&mut self, calibration: &Calibration, places: &Places) -> TransferFrame {
+        let known = &calibration.known;
+        let seen: Places = std::array::from_fn(|k| places[k].filter(|_| known[k]));
+        let recognized = self.recognizer.recognize(&seen);
+        let template = recognized.and_then(|r| r.nearest.first().map(|(sample, _)| *sample));
+        let mut best: Option<(f64, Vec<Rotation3<f64>>, Vec<Vec3>)> = None;
+        if let Some(last) = &self.last {
+            let moved = match rigid(&self.body.places_at(&last.1), &seen) {
+                Some(rigid) => moved_rigidly(last, &rigid),
+                None => last.clone(),
+            };
+            best = Some((self.body.misfit(&moved.1, &moved.0, &seen), moved.0, moved.1));
+        }
+        if let Some(k) = template
+            && let Some((turn, shift)) = rigid(&self.places[k], &seen)
+        {
+            let pose = &self.templates[k];
+            let rotations: Vec<Rotation3<f64>> =
+                self.body.rotations_in(self.figure, pose).into_iter().map(|r| turn * r).collect();
+            let mesh = self.figure.body().posed(&self.figure.skeleton, pose);
+            let points: Vec<Vec3> = mesh.points().iter().map(|p| turn * p.coords + shift).collect();
+            let misfit = self.body.misfit(&points, &rotations, &seen);
+            if best.as_ref().is_none_or(|(least, ..)| misfit < *least) {
+                best = Some((misfit, rotations, points));
+            }
+        }
+        let (_, rotations, points) = best.unwrap_or_else(|| {
+            let rotations = self.body.rotations_in(self.figure, &calibration.pose);
+            let mesh = self.figure.body().posed(&self.figure.skeleton, &calibration.pose);
+            (0.0, rotations, mesh.points().iter().map(|p| p.coords).collect())
+        });
+        let most = self.params.iterations.min(MOST_ITERATIONS);
+        let solved = self.body.solve(&seen, known, &rotations, &points, most, self.params.still);
+        self.last = Some((solved.rotations.clone(), solved.points.iter().map(|p| p.coords).collect()));
+        TransferFrame { solved, template }
+    }
+
+    /// The pose of the skeleton that fits the surface of a frame best.
+    pub fn pose_of(&self, frame: &TransferFrame) -> Pose {
+        self.body.pose_of(self.figure, &frame.solved.points)
+    }
+}
+
+/// The garments on a deformed body: each vertex follows the body's vertices near it in the bind pose, with its own offset.
+///
+/// **Shapes** one mesh per layer, the body first.
+pub fn wear(figure: &Figure, solved: &Solved) -> Vec<TriMesh> {
+    let body = figure.body();
+    let index = SurfaceIndex::prepare(&body.mesh);
+    let follow = |p: &Point| {
+        let at = index.closest(p);
+        let corners = body.mesh.faces()[at.face];
+        (0..3).fold(Vec3::zeros(), |sum, k| {
+            let v = corners[k];
+            let offset = p - body.mesh.points()[v];
+            sum + (solved.points[v].coords + solved.rotations[v.index()] * offset) * at.barycentric[k]
+        })
+    };
+    let dressed = figure.garments().iter().map(|layer| layer.mesh.map_points(|p| Point::from(follow(p))));
+    std::iter::once(body.mesh.with_points(solved.points.clone())).chain(dressed).collect()
+}
+
+/// The rigid motion that brings places nearest to others (Kabsch); `None` with fewer than three in common.
+fn rigid(from: &Places, to: &Places) -> Option<(Rotation3<f64>, Vec3)> {
+    let pairs: Vec<(Vec3, Vec3)> =
+        from.iter().zip(to).filter_map(|(a, b)| Some((a.as_ref()?.coords, b.as_ref()?.coords))).collect();
+    if pairs.len() < 3 {
+        return None;
+    }
+    let count = pairs.len() as f64;
+    let (a, b) = pairs.iter().fold((Vec3::zeros(), Vec3::zeros()), |(a, b), (p, q)| (a + p / count, b + q / count));
+    let product: Matrix3<f64> = pairs.iter().map(|(p, q)| (q - b) * (p - a).transpose()).sum();
+    let svd = product.svd(true, true);
+    let (u, vt) = (svd.u?, svd.v_t?);
+    let flip = Vec3::new(1.0, 1.0, (u * vt).determinant().signum());
+    let turn = Rotation3::from_matrix_unchecked(u * Matrix3::from_diagonal(&flip) * vt);
+    Some((turn, b - turn * a))
+}
+
+fn moved_rigidly(
+    (rotations, points): &(Vec<Rotation3<f64>>, Vec<Vec3>),
+    (turn, shift): &(Rotation3<f64>, Vec3),
+) -> (Vec<Rotation3<f64>>, Vec<Vec3>) {
+    (rotations.iter().map(|r| turn * r).collect(), points.iter().map(|p| turn * p + shift).collect())
+}
