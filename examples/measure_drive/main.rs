@@ -3,7 +3,9 @@
 //! `frame_NNN.ply`.
 
 use overcoat::body::{Figure, HumanJoint, Pose, Side};
-use overcoat::drive::{PlayedFrame, Player, StreamKind, StreamOptions, StreamReader};
+use overcoat::drive::{
+    LaplacianDriver, PlayedFrame, Player, StreamKind, StreamOptions, StreamReader, TransferParams, embedded_library,
+};
 use overcoat::formats::{MeshKind, read_mesh};
 use overcoat::geometry::{Point, SurfaceIndex, TriMesh};
 use overcoat::session::Session;
@@ -69,6 +71,25 @@ fn measure(figure: &Figure, stream: &Path, name: &str) {
 
     let truth: Value =
         serde_json::from_str(&std::fs::read_to_string(stream.join("truth/joints.json")).unwrap()).unwrap();
+    let solved = std::env::var_os("LAPLACIAN").map(|_| {
+        let library = embedded_library().unwrap();
+        let began = std::time::Instant::now();
+        let mut laplacian = LaplacianDriver::try_new(figure, calibration, &library, TransferParams::default()).unwrap();
+        println!(
+            "  {} vertices, prepared in {:.0} ms",
+            laplacian.body().vertex_count(),
+            began.elapsed().as_secs_f64() * 1e3
+        );
+        let began = std::time::Instant::now();
+        let frames: Vec<_> = driven.iter().map(|d| laplacian.follow(calibration, &d.places)).collect();
+        let ms = began.elapsed().as_secs_f64() * 1e3 / frames.len() as f64;
+        let iterations = frames.iter().map(|f| f.solved.iterations).sum::<usize>() as f64 / frames.len() as f64;
+        println!("  Laplacian: {ms:.1} ms and {iterations:.1} iterations per frame");
+        for (d, f) in driven.iter_mut().zip(&frames) {
+            d.pose = laplacian.pose_of(f);
+        }
+        frames
+    });
     let poses: Vec<&Pose> = driven.iter().map(|d| &d.pose).collect();
     if std::env::var_os("DEBUG").is_some() {
         debug(figure, calibration, &driven, &truth);
@@ -105,12 +126,16 @@ fn measure(figure: &Figure, stream: &Path, name: &str) {
     let Some(first) = true_mesh(&stream.join("truth/frame_000.ply")) else { return };
     let index = SurfaceIndex::prepare(&first);
     let body = figure.body();
-    let at_first = body.posed(skeleton, poses[0]);
+    let surface_at = |k: usize| match &solved {
+        Some(frames) => body.mesh.with_points(frames[k].solved.points.clone()),
+        None => body.posed(skeleton, poses[k]),
+    };
+    let at_first = surface_at(0);
     let nearest: Vec<_> = at_first.points().iter().map(|p| index.closest(&calibration.in_stream(p))).collect();
     let mut all = Vec::new();
     for k in (0..600).step_by(60) {
         let Some(mesh) = true_mesh(&stream.join(format!("truth/frame_{k:03}.ply"))) else { continue };
-        let posed = body.posed(skeleton, poses[k]);
+        let posed = surface_at(k);
         let mut sum = 0.0;
         for (p, at) in posed.points().iter().zip(&nearest) {
             let corners = mesh.triangle(at.face);

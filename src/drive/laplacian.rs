@@ -12,7 +12,7 @@
 //! - `b^c` is added with a positive sign: `L x = Δ` moves `−x_j` of a landmark to the right as `+x_j`.
 
 use super::landmark::{LANDMARKS, Places};
-use crate::body::{Figure, JointId, Pose, SkinWeights};
+use crate::body::{Figure, JointId, Pose, Skeleton, SkinWeights};
 use crate::fit::Attached;
 use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId, uniform_laplacian};
 use crate::numerics::{NumericsError, SparseCholesky};
@@ -35,6 +35,17 @@ pub enum RightSide {
     PerEdge,
     /// `R_i Δ_i`: Eq. 3.
     PerVertex,
+}
+
+/// How the frames of the surface follow a solution.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FrameUpdate {
+    /// The skin of each joint turns as one: sixteen landmarks say nothing about the skin between them, which one-rings fill like
+    /// rubber.
+    #[default]
+    PerJoint,
+    /// Each one-ring for itself, as in the paper.
+    PerRing,
 }
 
 /// A patch of skin below a landmark.
@@ -61,6 +72,7 @@ pub struct LaplacianBody {
     /// `P (L + εM)⁻¹ Pᵀ`. **Shapes** `c × c`.
     gram: DMatrix<f64>,
     right: RightSide,
+    update: FrameUpdate,
     weights: SkinWeights,
 }
 
@@ -79,7 +91,12 @@ pub struct Solved {
 
 impl LaplacianBody {
     /// Factorises the body of a figure with attached landmarks.
-    pub fn prepare(figure: &Figure, attached: &Attached, right: RightSide) -> Result<Self, NumericsError> {
+    pub fn prepare(
+        figure: &Figure,
+        attached: &Attached,
+        right: RightSide,
+        update: FrameUpdate,
+    ) -> Result<Self, NumericsError> {
         let body = figure.body();
         let mesh = &body.mesh;
         let count = mesh.vertex_count();
@@ -106,7 +123,7 @@ impl LaplacianBody {
             patches[a].row.iter().map(|&(v, share)| share * influence[b * count + v]).sum()
         });
         let weights = body.weights.clone();
-        Ok(Self { rest, first, neighbours, offsets, factor, patches, influence, gram, right, weights })
+        Ok(Self { rest, first, neighbours, offsets, factor, patches, influence, gram, right, update, weights })
     }
 
     /// The number of vertices.
@@ -118,11 +135,17 @@ impl LaplacianBody {
     ///
     /// **Shapes** V.
     pub fn rotations_in(&self, figure: &Figure, pose: &Pose) -> Vec<Rotation3<f64>> {
-        let world = figure.skeleton.world_from_bind(pose);
+        let of_joints: Vec<UnitQuaternion<f64>> =
+            figure.skeleton.world_from_bind(pose).iter().map(|t| t.rotation).collect();
+        self.blended(&of_joints)
+    }
+
+    /// Rotations of joints, blended by the skin weights. **Shapes** V.
+    fn blended(&self, of_joints: &[UnitQuaternion<f64>]) -> Vec<Rotation3<f64>> {
         let blend = |row: &[(JointId, f64)]| {
-            let lead = world[row[0].0.index()].rotation.coords;
+            let lead = of_joints[row[0].0.index()].coords;
             let sum = row.iter().filter(|(_, w)| *w > 0.0).fold(nalgebra::Vector4::zeros(), |sum, &(j, w)| {
-                let q = world[j.index()].rotation.coords;
+                let q = of_joints[j.index()].coords;
                 sum + q * (w * if q.dot(&lead) < 0.0 { -1.0 } else { 1.0 })
             });
             UnitQuaternion::new_normalize(nalgebra::Quaternion::from(sum)).to_rotation_matrix()
@@ -155,6 +178,7 @@ impl LaplacianBody {
     /// **Guarantees** equal arguments give equal bytes, whatever the number of threads.
     pub fn solve(
         &self,
+        skeleton: &Skeleton,
         places: &Places,
         known: &[bool; LANDMARKS],
         start: &[Rotation3<f64>],
@@ -179,7 +203,10 @@ impl LaplacianBody {
         let mut iterations = 0;
         while iterations < most && moved > still {
             if iterations > 0 {
-                rotations = self.fitted_rotations(&points, &rotations);
+                rotations = match self.update {
+                    FrameUpdate::PerRing => self.fitted_rotations(&points, &rotations),
+                    FrameUpdate::PerJoint => self.rotations_by_joint(skeleton, &points),
+                };
             }
             let mut columns = self.right_side(&rotations, guess);
             let count = self.rest.len();
@@ -262,23 +289,23 @@ impl LaplacianBody {
         (0..points.len()).into_par_iter().map(of_vertex).collect()
     }
 
-    /// The pose whose skinning fits a surface best: each joint turns as the skin that follows it.
-    pub fn pose_of(&self, figure: &Figure, points: &PerVertex<Point>) -> Pose {
-        let skeleton = &figure.skeleton;
+    /// The rotation of each joint's skin since the bind pose.
+    ///
+    /// **Shapes** one per joint.
+    fn joint_rotations(&self, skeleton: &Skeleton, points: &[Vec3]) -> Vec<Rotation3<f64>> {
         let count = skeleton.len();
         let mut sums = vec![(0.0, Vec3::zeros(), Vec3::zeros(), Matrix3::zeros()); count];
-        for ((row, p), rest) in self.weights.rows().iter().zip(points.iter()).zip(&self.rest) {
+        for ((row, p), rest) in self.weights.rows().iter().zip(points).zip(&self.rest) {
             // Only skin that clearly belongs to a joint: between two, it turns with neither.
             for &(j, w) in row.iter().filter(|(_, w)| *w > 0.5) {
                 let sum = &mut sums[j.index()];
                 sum.0 += w;
                 sum.1 += rest * w;
-                sum.2 += p.coords * w;
-                sum.3 += p.coords * rest.transpose() * w;
+                sum.2 += p * w;
+                sum.3 += p * rest.transpose() * w;
             }
         }
         let mut rotations: Vec<Rotation3<f64>> = Vec::with_capacity(count);
-        let mut pose = Pose::bind(count);
         for j in skeleton.ids() {
             let above =
                 skeleton.parents[j.index()].map_or_else(Rotation3::identity, |parent| rotations[parent.index()]);
@@ -287,8 +314,30 @@ impl LaplacianBody {
                 true => nearest_rotation(&(product - now * rest.transpose() / *weight), &above),
                 false => above,
             };
-            pose.rotations[j.index()] = UnitQuaternion::from_rotation_matrix(&(above.inverse() * own));
             rotations.push(own);
+        }
+        rotations
+    }
+
+    /// The rotations of the skin where each joint's skin is rigid, blended by the skin weights.
+    ///
+    /// **Shapes** V.
+    fn rotations_by_joint(&self, skeleton: &Skeleton, points: &[Vec3]) -> Vec<Rotation3<f64>> {
+        let of_joints: Vec<UnitQuaternion<f64>> =
+            self.joint_rotations(skeleton, points).iter().map(UnitQuaternion::from_rotation_matrix).collect();
+        self.blended(&of_joints)
+    }
+
+    /// The pose whose skinning fits a surface best: each joint turns as the skin that follows it.
+    pub fn pose_of(&self, figure: &Figure, points: &PerVertex<Point>) -> Pose {
+        let skeleton = &figure.skeleton;
+        let plain: Vec<Vec3> = points.iter().map(|p| p.coords).collect();
+        let rotations = self.joint_rotations(skeleton, &plain);
+        let mut pose = Pose::bind(skeleton.len());
+        for j in skeleton.ids() {
+            let own = rotations[j.index()];
+            let local = skeleton.parents[j.index()].map_or(own, |parent| rotations[parent.index()].inverse() * own);
+            pose.rotations[j.index()] = UnitQuaternion::from_rotation_matrix(&local);
         }
         let skinned = figure.body().posed(skeleton, &pose);
         let off: Vec3 = points.iter().zip(skinned.points().iter()).map(|(a, b)| a - b).sum();

@@ -18,6 +18,11 @@ use nalgebra::{Quaternion, UnitQuaternion};
 /// The source of poses that come from no clip.
 const RANDOM: &str = "random";
 
+/// The library that comes with the program: of our own clips, by `drive train` with its defaults.
+pub fn embedded_library() -> Result<PoseLibrary, DriveError> {
+    Ok(PoseLibrary::read(include_bytes!("../../templates/poses/library.poses"))?)
+}
+
 /// What a library is built from, beside its clips.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrainingParams {

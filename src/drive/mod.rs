@@ -17,8 +17,8 @@ pub use calibration::{CALIBRATION_SECS, Calibration, StreamKind, calibrate, stil
 pub use error::DriveError;
 pub use ik::{Driven, IkDriver};
 pub use landmark::{DESCRIBED, LANDMARKS, Landmark, LandmarkFrame, Places};
-pub use laplacian::{LaplacianBody, RightSide, Solved};
-pub use library_training::{TrainingParams, TrainingReport, train_library};
+pub use laplacian::{FrameUpdate, LaplacianBody, RightSide, Solved};
+pub use library_training::{TrainingParams, TrainingReport, embedded_library, train_library};
 pub use player::{PlayedCounts, PlayedFrame, Player};
 pub use recognition::{
     Angle, BodyRotations, Confusion, LibraryError, NEIGHBORS, PoseClasses, PoseLibrary, RecognitionError, Recognized,

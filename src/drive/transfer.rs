@@ -11,7 +11,7 @@
 use super::calibration::Calibration;
 use super::error::DriveError;
 use super::landmark::Places;
-use super::laplacian::{LaplacianBody, RightSide, Solved};
+use super::laplacian::{FrameUpdate, LaplacianBody, RightSide, Solved};
 use super::library_training::places_of;
 use super::recognition::{PoseLibrary, Recognizer, pose_of};
 use crate::body::{Figure, Pose};
@@ -26,6 +26,8 @@ const MOST_ITERATIONS: usize = 10;
 pub struct TransferParams {
     /// The right-hand side of the linear system.
     pub right: RightSide,
+    /// How the frames follow.
+    pub update: FrameUpdate,
     /// Most iterations per frame.
     pub iterations: usize,
     /// A frame ends when no vertex moves by more than this, in metres.
@@ -34,7 +36,7 @@ pub struct TransferParams {
 
 impl Default for TransferParams {
     fn default() -> Self {
-        Self { right: RightSide::PerEdge, iterations: 3, still: 1e-3 }
+        Self { right: RightSide::default(), update: FrameUpdate::default(), iterations: 3, still: 1e-3 }
     }
 }
 
@@ -68,7 +70,7 @@ impl<'a> LaplacianDriver<'a> {
         params: TransferParams,
     ) -> Result<Self, DriveError> {
         let skeleton = &figure.skeleton;
-        let body = LaplacianBody::prepare(figure, &calibration.attached, params.right)?;
+        let body = LaplacianBody::prepare(figure, &calibration.attached, params.right, params.update)?;
         let templates: Vec<Pose> = library.poses().iter().map(|pose| pose_of(skeleton, pose)).collect();
         let places: Vec<Places> =
             templates.iter().map(|pose| places_of(&calibration.attached, skeleton, pose)).collect();
@@ -114,7 +116,7 @@ impl<'a> LaplacianDriver<'a> {
             (0.0, rotations, mesh.points().iter().map(|p| p.coords).collect())
         });
         let most = self.params.iterations.min(MOST_ITERATIONS);
-        let solved = self.body.solve(&seen, known, &rotations, &points, most, self.params.still);
+        let solved = self.body.solve(&self.figure.skeleton, &seen, known, &rotations, &points, most, self.params.still);
         self.last = Some((solved.rotations.clone(), solved.points.iter().map(|p| p.coords).collect()));
         TransferFrame { solved, template }
     }

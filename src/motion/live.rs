@@ -80,10 +80,7 @@ mod tests {
 
     fn compared(motion: &RawMotion, limits: bool) -> [f64; 3] {
         let live = LiveRetargeter::try_new(&figure().skeleton, motion.clone()).unwrap();
-        let pose = |frame: &Vec<RawTransform>| match limits {
-            true => live.pose(frame),
-            false => live.pose_beyond_limits(frame),
-        };
+        let pose = |frame: &Vec<RawTransform>| if limits { live.pose(frame) } else { live.pose_beyond_limits(frame) };
         let found: Vec<Pose> = motion.frames.iter().map(pose).collect();
         let params = MotionParams { ease_secs: 0.0, plant: false, limits };
         let track = follow(&Clip::new("x", motion.clone()), figure(), None, None, &params).unwrap().0;

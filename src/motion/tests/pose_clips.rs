@@ -52,7 +52,7 @@ fn a_recorded_clip_plays_as_it_was() {
                 .unwrap()
                 .0
                 .poses;
-        // At the end the ankles, wrists and the spine are turned, as a recording may have them.
+        // A recording may turn any joint.
         for pose in poses.iter_mut().skip(30) {
             for (j, rotation) in pose.rotations.iter_mut().enumerate().skip(1) {
                 let axis = Vec3::new((j as f64).sin(), (2.0 * j as f64).cos(), (3.0 * j as f64).sin());
@@ -66,7 +66,7 @@ fn a_recorded_clip_plays_as_it_was() {
     }
 }
 
-/// The reference pose is the bind pose even where no frame stands, and where a frame stands more upright than it.
+/// The reference pose is the bind pose, whether or not a frame stands.
 #[test]
 fn a_recording_of_one_pose_plays_as_it_was() {
     let skeleton = &figure().skeleton;
