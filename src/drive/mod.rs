@@ -28,4 +28,4 @@ pub use recognition::{
 pub use stream::{
     OneEuro, Smoothed, Smoothing, StreamError, StreamFormat, StreamOptions, StreamReader, VmcDecoder, VmcFrame,
 };
-pub use transfer::{LaplacianDriver, TransferFrame, TransferParams, wear};
+pub use transfer::{LaplacianDriver, TransferFrame, TransferParams, WornGarments};

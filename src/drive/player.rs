@@ -3,9 +3,12 @@
 use super::calibration::{CALIBRATION_SECS, Calibration, StreamKind, calibrate, still_window};
 use super::error::DriveError;
 use super::grounding::Grounding;
-use super::ik::IkDriver;
+use super::ik::{Driven, IkDriver};
 use super::landmark::{LandmarkFrame, Places};
+use super::laplacian::Solved;
+use super::recognition::PoseLibrary;
 use super::stream::{Smoothed, Smoothing, noise_of};
+use super::transfer::{LaplacianDriver, TransferParams};
 use crate::body::{Figure, Pose};
 
 /// Frames that wait for a calibration pose, at most: 60 s at 60 frames per second.
@@ -22,6 +25,8 @@ pub struct PlayedFrame {
     pub places: Places,
     /// The figure's pose.
     pub pose: Pose,
+    /// The body's surface, where the paper's method found it; otherwise the pose skins all layers.
+    pub solved: Option<Box<Solved>>,
     /// Steps of the solver.
     pub steps: usize,
     /// Mean distance of the landmarks from the figure's, in metres.
@@ -53,7 +58,9 @@ pub struct Player<'a> {
     waiting: Vec<LandmarkFrame>,
     /// So many of them begin no calibration.
     moving: usize,
+    library: Option<PoseLibrary>,
     playing: Option<(Calibration, IkDriver<'a>, Option<Grounding>)>,
+    laplacian: Option<LaplacianDriver<'a>>,
     counts: PlayedCounts,
 }
 
@@ -68,9 +75,16 @@ impl<'a> Player<'a> {
             noise: 0.0,
             waiting: Vec::new(),
             moving: 0,
+            library: None,
             playing: None,
+            laplacian: None,
             counts: PlayedCounts::default(),
         }
+    }
+
+    /// A player by the paper's method, with the templates of a library.
+    pub fn by_laplacian(self, library: PoseLibrary) -> Self {
+        Self { library: Some(library), ..self }
     }
 
     /// What is known of the stream by now; it counts until the calibration.
@@ -118,6 +132,12 @@ impl<'a> Player<'a> {
         self.noise = noise_of(&still);
         self.smoothed = Smoothed::new(self.smoothing.unwrap_or_else(|| Smoothing::for_noise(self.noise)));
         let calibration = calibrate(self.figure, &wearer, at_secs, self.kind)?;
+        self.laplacian = match &self.library {
+            Some(library) => {
+                Some(LaplacianDriver::try_new(self.figure, &calibration, library, TransferParams::default())?)
+            }
+            None => None,
+        };
         let driver = IkDriver::new(self.figure, &calibration);
         let grounding = self.kind.is_hip_centred.then(|| Grounding::new(self.figure));
         self.playing = Some((calibration, driver, grounding));
@@ -140,10 +160,23 @@ impl<'a> Player<'a> {
         let (calibration, driver, grounding) = self.playing.as_mut()?;
         let frame = self.smoothed.next(frame);
         let mut places = calibration.in_world(&frame.places);
-        let mut driven = driver.follow(calibration, &places);
+        let mut solved = None;
+        let mut driven = match &mut self.laplacian {
+            None => driver.follow(calibration, &places),
+            Some(laplacian) => {
+                let frame = laplacian.follow(calibration, &places);
+                let pose = laplacian.pose_of(&frame);
+                let (steps, distance) = (frame.solved.iterations, laplacian.distance(&frame, calibration, &places));
+                solved = Some(Box::new(frame.solved));
+                Driven { pose, steps, distance }
+            }
+        };
         if let Some(grounding) = grounding {
             let shift = grounding.shift(&self.figure.skeleton, &driven.pose);
             driven.pose.translation += shift;
+            if let Some(solved) = &mut solved {
+                solved.points = solved.points.iter().map(|p| p + shift).collect();
+            }
             places = places.map(|place| place.map(|p| p + shift));
         }
         let lost = places.iter().zip(calibration.known).any(|(place, known)| known && place.is_none());
@@ -152,7 +185,7 @@ impl<'a> Player<'a> {
         self.counts.unreached += usize::from(driven.distance > FAR);
         self.counts.steps += driven.steps;
         self.counts.distance += driven.distance;
-        let crate::drive::ik::Driven { pose, steps, distance } = driven;
-        Some(PlayedFrame { secs: frame.secs, places, pose, steps, distance })
+        let Driven { pose, steps, distance } = driven;
+        Some(PlayedFrame { secs: frame.secs, places, pose, solved, steps, distance })
     }
 }

@@ -15,7 +15,7 @@ use super::laplacian::{FrameUpdate, LaplacianBody, RightSide, Solved};
 use super::library_training::places_of;
 use super::recognition::{PoseLibrary, Recognizer, pose_of};
 use crate::body::{Figure, Pose};
-use crate::geometry::{Point, SurfaceIndex, TriMesh, Vec3};
+use crate::geometry::{Point, SurfaceIndex, TriMesh, Vec3, VertexId};
 use nalgebra::{Matrix3, Rotation3};
 
 /// The most iterations of a frame, as in the paper.
@@ -121,29 +121,60 @@ impl<'a> LaplacianDriver<'a> {
         TransferFrame { solved, template }
     }
 
+    /// Mean distance of the landmarks from the body's, in metres.
+    pub fn distance(&self, frame: &TransferFrame, calibration: &Calibration, places: &Places) -> f64 {
+        let seen: Places = std::array::from_fn(|k| places[k].filter(|_| calibration.known[k]));
+        let points: Vec<Vec3> = frame.solved.points.iter().map(|p| p.coords).collect();
+        self.body.misfit(&points, &frame.solved.rotations, &seen).sqrt()
+    }
+
     /// The pose of the skeleton that fits the surface of a frame best.
     pub fn pose_of(&self, frame: &TransferFrame) -> Pose {
         self.body.pose_of(self.figure, &frame.solved.points)
     }
 }
 
-/// The garments on a deformed body: each vertex follows the body's vertices near it in the bind pose, with its own offset.
-///
-/// **Shapes** one mesh per layer, the body first.
-pub fn wear(figure: &Figure, solved: &Solved) -> Vec<TriMesh> {
-    let body = figure.body();
-    let index = SurfaceIndex::prepare(&body.mesh);
-    let follow = |p: &Point| {
-        let at = index.closest(p);
-        let corners = body.mesh.faces()[at.face];
-        (0..3).fold(Vec3::zeros(), |sum, k| {
-            let v = corners[k];
-            let offset = p - body.mesh.points()[v];
-            sum + (solved.points[v].coords + solved.rotations[v.index()] * offset) * at.barycentric[k]
-        })
-    };
-    let dressed = figure.garments().iter().map(|layer| layer.mesh.map_points(|p| Point::from(follow(p))));
-    std::iter::once(body.mesh.with_points(solved.points.clone())).chain(dressed).collect()
+/// The garments of a figure, each vertex on the triangle of the body that is nearest to it in the bind pose.
+pub struct WornGarments<'a> {
+    figure: &'a Figure,
+    /// Per garment and vertex the corners of that triangle and their shares.
+    on_body: Vec<Vec<[(VertexId, f64); 3]>>,
+}
+
+impl<'a> WornGarments<'a> {
+    /// Finds the triangles.
+    pub fn prepare(figure: &'a Figure) -> Self {
+        let body = &figure.body().mesh;
+        let index = SurfaceIndex::prepare(body);
+        let place = |p: &Point| {
+            let at = index.closest(p);
+            let corners = body.faces()[at.face];
+            std::array::from_fn(|k| (corners[k], at.barycentric[k]))
+        };
+        let on_body = figure.garments().iter().map(|layer| layer.mesh.points().iter().map(place).collect()).collect();
+        Self { figure, on_body }
+    }
+
+    /// All layers on a deformed body: each vertex of a garment keeps its offset from its triangle, turned as the skin turns.
+    ///
+    /// **Shapes** one mesh per layer, the body first.
+    pub fn on(&self, solved: &Solved) -> Vec<TriMesh> {
+        let body = &self.figure.body().mesh;
+        let follow = |(p, corners): (&Point, &[(VertexId, f64); 3])| {
+            let moved: Vec3 = corners
+                .iter()
+                .map(|&(v, share)| {
+                    (solved.points[v].coords + solved.rotations[v.index()] * (p - body.points()[v])) * share
+                })
+                .sum();
+            Point::from(moved)
+        };
+        let dressed = self.figure.garments().iter().zip(&self.on_body).map(|(layer, on_body)| {
+            let points: Vec<Point> = layer.mesh.points().iter().zip(on_body).map(follow).collect();
+            layer.mesh.with_points(points)
+        });
+        std::iter::once(body.with_points(solved.points.clone())).chain(dressed).collect()
+    }
 }
 
 /// The rigid motion that brings places nearest to others (Kabsch); `None` with fewer than three in common.

@@ -5,7 +5,8 @@ use crate::body::{Figure, Pose};
 use crate::cli::console::{Context, Done, Progress, secs};
 use crate::cli::failure;
 use crate::drive::{
-    LandmarkFrame, PlayedFrame, Player, Smoothing, StreamError, StreamFormat, StreamKind, StreamOptions, StreamReader,
+    DriveError, LandmarkFrame, PlayedFrame, Player, PoseLibrary, Smoothing, StreamError, StreamFormat, StreamKind,
+    StreamOptions, StreamReader, WornGarments, embedded_library,
 };
 use crate::formats::{FormatError, PoseLineWriter};
 use crate::scan::{Unit, Up};
@@ -25,6 +26,12 @@ pub(super) struct PlayArgs {
     /// arrives. It begins with 2 seconds in a T- or A-pose
     #[arg(value_name = "STREAM|-", required = true)]
     stream: Option<PathBuf>,
+    /// How landmarks become a figure: by inverse kinematics, or by the paper's Laplacian offsets with its pose recognition
+    #[arg(long, value_enum, default_value = "ik")]
+    method: MethodWord,
+    /// With --method laplacian: a pose library of `drive train` instead of the one that comes with the program
+    #[arg(long, value_name = "LIBRARY.poses")]
+    library: Option<PathBuf>,
     /// Write the poses as a clip, frame by frame; `animate` takes it
     #[arg(long, value_name = "CLIP.jsonl")]
     save: Option<PathBuf>,
@@ -52,6 +59,29 @@ pub(super) struct PlayArgs {
     force: bool,
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum MethodWord {
+    Ik,
+    Laplacian,
+}
+
+/// The pose library of the paper's method; `None` for inverse kinematics.
+fn library_of(args: &PlayArgs) -> anyhow::Result<Option<PoseLibrary>> {
+    match (args.method, &args.library) {
+        (MethodWord::Ik, None) => Ok(None),
+        (MethodWord::Ik, Some(_)) => Err(SessionError::BadRequest {
+            what: "a pose library is of no use to inverse kinematics".into(),
+            hint: "add --method laplacian, or leave --library out".into(),
+        }
+        .into()),
+        (MethodWord::Laplacian, None) => Ok(Some(embedded_library().map_err(DriveFailure::from)?)),
+        (MethodWord::Laplacian, Some(path)) => {
+            let bytes = std::fs::read(path).map_err(|e| SessionError::reading(path, e))?;
+            Ok(Some(PoseLibrary::read(&bytes).map_err(DriveError::from).map_err(DriveFailure::from)?))
+        }
+    }
+}
+
 fn stature(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(metres) if (1.2..=2.3).contains(&metres) => Ok(metres),
@@ -74,6 +104,7 @@ const POLL: Duration = Duration::from_millis(50);
 pub(super) fn play(args: PlayArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     let stream = args.stream.clone().unwrap_or_default();
+    let library = library_of(&args)?;
     let session = context.reader()?;
     let figure = session.figure_of_last_step()?;
     let mut outputs = session.outputs(args.force);
@@ -101,9 +132,14 @@ pub(super) fn play(args: PlayArgs, context: &Context) -> anyhow::Result<Done> {
     }
     let arrived = read_in_background(input, StreamOptions { kind: None, unit: args.unit, up: args.up }, args.height);
     let smoothing = args.raw.then_some(Smoothing { min_cutoff_hz: 0.0, beta: 0.0, bridge_secs: 0.0 });
+    let player = Player::new(&figure, StreamKind { stature: args.height, ..StreamKind::default() }, smoothing);
     let mut stage = Stage {
         figure: &figure,
-        player: Player::new(&figure, StreamKind { stature: args.height, ..StreamKind::default() }, smoothing),
+        player: match library {
+            Some(library) => player.by_laplacian(library),
+            None => player,
+        },
+        worn: WornGarments::prepare(&figure),
         save: args.save.as_deref().map(|path| (path, None)),
         outputs,
         view,
@@ -283,6 +319,8 @@ struct Outcome {
 struct Stage<'a> {
     figure: &'a Figure,
     player: Player<'a>,
+    /// The garments, for the paper's method.
+    worn: WornGarments<'a>,
     /// Where the poses are written, once there are some.
     save: Option<(&'a Path, Option<Save>)>,
     outputs: Outputs,
@@ -368,7 +406,10 @@ impl Stage<'_> {
             // Frames from before the calibration are late by definition.
             if !self.is_late(&frame, waited) {
                 if let Some(view) = &mut self.view {
-                    let meshes = self.figure.posed(&frame.pose);
+                    let meshes = match &frame.solved {
+                        Some(solved) => self.worn.on(solved),
+                        None => self.figure.posed(&frame.pose),
+                    };
                     view.show(self.number, &frame, self.figure, &meshes);
                 }
                 self.shown += 1;

@@ -3,7 +3,7 @@
 use super::animation::{around, painted};
 use super::outputs::{Content, Outputs};
 use crate::body::Figure;
-use crate::drive::{Landmark, Places, PlayedFrame};
+use crate::drive::{Landmark, Places, PlayedFrame, WornGarments};
 use crate::formats::write_gif;
 use crate::geometry::{Aabb, Point, TriMesh, Vec3};
 use crate::session::error::SessionError;
@@ -46,10 +46,15 @@ impl Session {
             let lines: Vec<[Point; 2]> = landmark_lines(&frame.places).map(|line| line.map(beside)).collect();
             stick_figure(&places, &lines, RADIUS)
         };
+        let worn = WornGarments::prepare(figure);
+        let layers_of = |frame: &PlayedFrame| match &frame.solved {
+            Some(solved) => worn.on(solved),
+            None => figure.posed(&frame.pose),
+        };
         let mut hips: Vec<Point> = Vec::new();
         let mut bounds: Vec<Aabb> = Vec::new();
         for frame in &chosen {
-            let mut all = figure.posed(&frame.pose);
+            let mut all = layers_of(frame);
             all.push(source(frame));
             bounds.push(around(&all));
             hips.push(figure.skeleton.joints_in_world(&frame.pose)[0] + Vec3::x() * (0.5 * BESIDE));
@@ -58,7 +63,7 @@ impl Session {
         let (width, height) = (WIDTH, camera.height_for(WIDTH));
         let floor = bounds.first().map(|b| b.min.y);
         let draw = |k: usize| -> Result<Vec<[u8; 3]>, SessionError> {
-            let meshes = figure.posed(&chosen[k].pose);
+            let meshes = layers_of(chosen[k]);
             let landmarks = source(chosen[k]);
             let layers = meshes.iter().zip(&figure.layers).enumerate();
             let parts: Result<Vec<Part<'_>>, SessionError> =
