@@ -10,6 +10,7 @@ mod broken_scans;
 mod cli;
 mod common;
 mod covered;
+mod drive;
 mod durability;
 mod foreign;
 mod foreign_motion;

@@ -12,6 +12,7 @@ mod player;
 mod recognition;
 mod stream;
 mod transfer;
+mod vmc_clip;
 
 pub use calibration::{CALIBRATION_SECS, Calibration, StreamKind, calibrate, still_window};
 pub use error::DriveError;
@@ -29,3 +30,4 @@ pub use stream::{
     OneEuro, Smoothed, Smoothing, StreamError, StreamFormat, StreamOptions, StreamReader, VmcDecoder, VmcFrame,
 };
 pub use transfer::{LaplacianDriver, TransferFrame, TransferParams, WornGarments};
+pub use vmc_clip::VmcRig;

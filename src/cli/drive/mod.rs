@@ -2,7 +2,9 @@
 
 mod error;
 mod play;
+mod save;
 mod train;
+mod vmc;
 
 pub(super) use error::DriveFailure;
 

@@ -1,16 +1,17 @@
 //! Plays a stream on the figure: reader, solver, and all that a frame goes to.
 
 use super::error::DriveFailure;
-use crate::body::{Figure, Pose};
+use super::save::Save;
+use super::vmc;
+use crate::body::Figure;
 use crate::cli::console::{Context, Done, Progress, secs};
 use crate::cli::failure;
 use crate::drive::{
     DriveError, LandmarkFrame, PlayedFrame, Player, PoseLibrary, Smoothing, StreamError, StreamFormat, StreamKind,
     StreamOptions, StreamReader, WornGarments, embedded_library,
 };
-use crate::formats::{FormatError, PoseLineWriter};
 use crate::scan::{Unit, Up};
-use crate::session::{Content, DriveView, Outputs, SessionError, ShowIn, StreamedOutput};
+use crate::session::{Content, DriveView, Outputs, SessionError, ShowIn};
 use serde_json::json;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use std::io::{BufRead, BufReader};
@@ -24,8 +25,12 @@ use std::time::{Duration, Instant};
 pub(super) struct PlayArgs {
     /// A stream of landmarks: our JSON lines, MediaPipe Pose, Kinect, or an OpenSim .trc; `-` reads standard input as it
     /// arrives. It begins with 2 seconds in a T- or A-pose
-    #[arg(value_name = "STREAM|-", required = true)]
+    #[arg(value_name = "STREAM|-", required_unless_present = "vmc")]
     stream: Option<PathBuf>,
+    /// Receive the bones of a live tracker on this port of this machine, in the VMC protocol (usually 39539 or 39540); ends when
+    /// the tracker is silent for 5 seconds
+    #[arg(long, value_name = "PORT", conflicts_with_all = ["stream", "film", "unit", "up", "height", "raw", "method", "library"])]
+    vmc: Option<u16>,
     /// How landmarks become a figure: by inverse kinematics, or by the paper's Laplacian offsets with its pose recognition
     #[arg(long, value_enum, default_value = "ik")]
     method: MethodWord,
@@ -111,7 +116,6 @@ pub(super) fn play(args: PlayArgs, context: &Context) -> anyhow::Result<Done> {
     if let Some(film) = &args.film {
         outputs.claim(film, Content::Film)?;
     }
-    let input = open(&stream, &mut outputs)?;
     if let Some(path) = &args.save {
         outputs.claim(path, Content::Poses)?;
     }
@@ -125,11 +129,16 @@ pub(super) fn play(args: PlayArgs, context: &Context) -> anyhow::Result<Done> {
         Some(to) => Some(DriveView::begin(&session, to, args.force)?),
         None => None,
     };
-    let is_piped = stream.as_os_str() == "-";
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
     }
+    if let Some(port) = args.vmc {
+        let to = vmc::Receiver { figure: &figure, save: args.save.as_deref(), view, outputs };
+        return vmc::receive(port, to, &stop, context);
+    }
+    let input = open(&stream, &mut outputs)?;
+    let is_piped = stream.as_os_str() == "-";
     let arrived = read_in_background(input, StreamOptions { kind: None, unit: args.unit, up: args.up }, args.height);
     let smoothing = args.raw.then_some(Smoothing { min_cutoff_hz: 0.0, beta: 0.0, bridge_secs: 0.0 });
     let player = Player::new(&figure, StreamKind { stature: args.height, ..StreamKind::default() }, smoothing);
@@ -277,34 +286,6 @@ fn read(mut reader: StreamReader<Box<dyn BufRead + Send>>, stature: Option<f64>,
     let _ = to.send(Arrived::End(reader.notes()));
 }
 
-/// The clip that is written as it arrives.
-struct Save {
-    path: PathBuf,
-    writer: PoseLineWriter<StreamedOutput>,
-    root_in_bind: crate::geometry::Point,
-}
-
-impl Save {
-    fn begin(path: &Path, outputs: &mut Outputs, figure: &Figure) -> Result<Self, SessionError> {
-        let output = outputs.stream(path, Content::Poses)?;
-        let skeleton = &figure.skeleton;
-        let parents: Vec<Option<usize>> = skeleton.parents.iter().map(|p| p.map(|p| p.index())).collect();
-        let joints: Vec<[f64; 3]> = skeleton.joints_in_bind.iter().map(|p| [p.x, p.y, p.z]).collect();
-        let writer = PoseLineWriter::begin(output, &skeleton.names, &parents, &joints).map_err(|e| written(path, e))?;
-        Ok(Self { path: path.to_path_buf(), writer, root_in_bind: skeleton.joints_in_bind[0] })
-    }
-
-    fn frame(&mut self, at_secs: f64, pose: &Pose) -> Result<(), SessionError> {
-        let root = self.root_in_bind + pose.translation;
-        let rotations: Vec<[f64; 4]> = pose.rotations.iter().map(|q| [q.i, q.j, q.k, q.w]).collect();
-        self.writer.frame(at_secs, [root.x, root.y, root.z], &rotations).map_err(|e| written(&self.path, e))
-    }
-
-    fn end(self, outputs: &mut Outputs) -> Result<(), SessionError> {
-        outputs.end_stream(self.writer.into_inner())
-    }
-}
-
 /// How a stream ended.
 struct Outcome {
     notes: Vec<String>,
@@ -447,12 +428,5 @@ impl Stage<'_> {
             std::thread::sleep(Duration::from_secs_f64(due.min(1.0)));
         }
         due < -LATE
-    }
-}
-
-fn written(path: &Path, error: FormatError) -> SessionError {
-    match error {
-        FormatError::Io { source, .. } => SessionError::writing(path, source),
-        other => SessionError::Internal { what: other.to_string() },
     }
 }

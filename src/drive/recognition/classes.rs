@@ -99,7 +99,7 @@ fn seeds(features: &[Vec<f64>], count: usize) -> Vec<Vec<f64>> {
         let with = |to_one: &Vec<f64>| to_one.iter().zip(&to_seeds).map(|(a, b)| a.min(*b)).sum::<f64>();
         let sums = distances.iter().map(with).enumerate();
         let Some((best, sum)) = sums.min_by(|a, b| a.1.total_cmp(&b.1)) else { break };
-        if sum >= to_seeds.iter().sum() {
+        if sum >= to_seeds.iter().sum::<f64>() {
             break;
         }
         to_seeds.iter_mut().zip(&distances[best]).for_each(|(least, to_one)| *least = least.min(*to_one));
