@@ -73,6 +73,7 @@ pub struct LaplacianBody {
     gram: DMatrix<f64>,
     right: RightSide,
     update: FrameUpdate,
+    skeleton: Skeleton,
     weights: SkinWeights,
 }
 
@@ -123,7 +124,20 @@ impl LaplacianBody {
             patches[a].row.iter().map(|&(v, share)| share * influence[b * count + v]).sum()
         });
         let weights = body.weights.clone();
-        Ok(Self { rest, first, neighbours, offsets, factor, patches, influence, gram, right, update, weights })
+        Ok(Self {
+            rest,
+            first,
+            neighbours,
+            offsets,
+            factor,
+            patches,
+            influence,
+            gram,
+            right,
+            update,
+            skeleton: figure.skeleton.clone(),
+            weights,
+        })
     }
 
     /// The number of vertices.
@@ -178,7 +192,6 @@ impl LaplacianBody {
     /// **Guarantees** equal arguments give equal bytes, whatever the number of threads.
     pub fn solve(
         &self,
-        skeleton: &Skeleton,
         places: &Places,
         known: &[bool; LANDMARKS],
         start: &[Rotation3<f64>],
@@ -205,7 +218,7 @@ impl LaplacianBody {
             if iterations > 0 {
                 rotations = match self.update {
                     FrameUpdate::PerRing => self.fitted_rotations(&points, &rotations),
-                    FrameUpdate::PerJoint => self.rotations_by_joint(skeleton, &points),
+                    FrameUpdate::PerJoint => self.rotations_by_joint(&self.skeleton, &points),
                 };
             }
             let mut columns = self.right_side(&rotations, guess);

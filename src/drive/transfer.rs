@@ -116,7 +116,7 @@ impl<'a> LaplacianDriver<'a> {
             (0.0, rotations, mesh.points().iter().map(|p| p.coords).collect())
         });
         let most = self.params.iterations.min(MOST_ITERATIONS);
-        let solved = self.body.solve(&self.figure.skeleton, &seen, known, &rotations, &points, most, self.params.still);
+        let solved = self.body.solve(&seen, known, &rotations, &points, most, self.params.still);
         self.last = Some((solved.rotations.clone(), solved.points.iter().map(|p| p.coords).collect()));
         TransferFrame { solved, template }
     }
