@@ -91,11 +91,6 @@ fn hint(error: &anyhow::Error) -> Option<String> {
     of_session.or_else(of_bodies).or_else(of_studio).or_else(of_drive)
 }
 
-/// An error in one sentence, and what to do.
-pub(super) fn what_and_hint(error: &anyhow::Error) -> (String, String) {
-    (one_line(&error.to_string()), hint(error).unwrap_or_default())
-}
-
 /// Prints an error.
 pub(super) fn say(error: &anyhow::Error, json: bool) {
     let hint = hint(error);

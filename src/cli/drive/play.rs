@@ -5,7 +5,6 @@ use super::save::Save;
 use super::vmc;
 use crate::body::Figure;
 use crate::cli::console::{Context, Done, Progress, secs};
-use crate::cli::failure;
 use crate::drive::{
     DriveError, LandmarkFrame, PlayedFrame, Player, PoseLibrary, Smoothing, StreamError, StreamFormat, StreamKind,
     StreamOptions, StreamReader, WornGarments, embedded_library,
@@ -234,8 +233,9 @@ pub(super) fn play(args: PlayArgs, context: &Context) -> anyhow::Result<Done> {
     }
     Ok(match fatal {
         Some(error) => {
-            let (what, hint) = failure::what_and_hint(&error);
-            done.failed(format!("the stream ends early: {what}; what came before is kept"), hint)
+            let hint_of = || error.downcast_ref().and_then(DriveFailure::hint);
+            let hint = error.downcast_ref().and_then(SessionError::hint).or_else(hint_of).unwrap_or_default();
+            done.failed(format!("the stream ends early: {error}; what came before is kept"), hint)
         }
         None => done,
     })

@@ -9,8 +9,8 @@ use crate::session::open::Session;
 use crate::session::output_error::OutputError;
 use crate::session::stage_error::StageError;
 use crate::session::store::{
-    ContentHash, HashingWriter, Manifest, check_folder, check_parent, folder_of, no_folder, not_a_file, write_new,
-    write_whole, write_whole_with,
+    ContentHash, HashingWriter, Manifest, begin_file, check_folder, check_parent, folder_of, no_folder, not_a_file,
+    write_new, write_whole, write_whole_with,
 };
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -156,7 +156,7 @@ impl Outputs {
     /// Begins a result that is written as it arrives. What was written stays if the program is stopped.
     pub fn stream(&mut self, path: &Path, content: Content) -> Result<StreamedOutput, SessionError> {
         let place = self.checked(path, content, &self.manifest())?;
-        let file = fs::File::create(&place).map_err(|e| SessionError::writing(path, e))?;
+        let file = begin_file(&place).map_err(|e| as_typed(e, path))?;
         Ok(StreamedOutput { path: path.to_path_buf(), place, file: HashingWriter::new(file) })
     }
 

@@ -36,6 +36,11 @@ pub(in crate::session) fn write_lightly(path: &Path, bytes: &[u8]) -> Result<(),
     file.persist(path).map(drop).map_err(|e| io(e.error))
 }
 
+/// Begins a file that is written as its content comes; what was there is gone.
+pub(in crate::session) fn begin_file(path: &Path) -> Result<File, SessionError> {
+    File::create(path).map_err(|e| SessionError::writing(path, e))
+}
+
 /// Writes a new file without a sync: for all but the last of many files.
 pub(in crate::session) fn write_new(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
     let io = |e| SessionError::writing(path, e);

@@ -19,8 +19,8 @@ mod warning;
 pub(in crate::session) use artefacts::Health;
 pub use artefacts::{Kept, Store};
 pub(in crate::session) use durable::{
-    UNFINISHED, folder_of, not_a_file, open_file, place_whole, read_file, sweep, sync_folder, write_new, write_whole,
-    write_whole_with,
+    UNFINISHED, begin_file, folder_of, not_a_file, open_file, place_whole, read_file, sweep, sync_folder, write_new,
+    write_whole, write_whole_with,
 };
 pub use failures::Failure;
 pub(in crate::session) use failures::Failures;
