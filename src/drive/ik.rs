@@ -64,17 +64,15 @@ impl<'a> IkDriver<'a> {
         let skeleton = &self.figure.skeleton;
         let fit = |start: &Pose, how: &FitToPoints| calibration.attached.fit(skeleton, start, &targets, how, &within);
         let mut found = fit(&self.pose, &self.how);
-        if found.cost > 0.0 {
-            // A limb may be caught at the wrong side of a limit: it begins anew from where it was at rest.
-            let mut start = calibration.pose.clone();
-            (start.translation, start.rotations[0]) = (found.pose.translation, found.pose.rotations[0]);
-            let anew = fit(&start, &FitToPoints { steps: STEPS_ANEW, ..self.how.clone() });
-            if anew.cost < BETTER * found.cost {
-                found = anew;
-            }
+        // A limb may be caught at the wrong side of a limit: it begins anew from where it was at rest.
+        let mut start = calibration.pose.clone();
+        (start.translation, start.rotations[0]) = (found.pose.translation, found.pose.rotations[0]);
+        let anew = fit(&start, &FitToPoints { steps: STEPS_ANEW, ..self.how.clone() });
+        if anew.cost < BETTER * found.cost {
+            found = anew;
         }
         self.pose = found.pose;
-        let pose = if std::env::var("NOLIM").is_ok() { self.pose.clone() } else { self.anatomy.limited(&self.pose).0 };
+        let pose = self.anatomy.limited(&self.pose).0;
         Driven { pose, steps: found.steps, distance: found.distance }
     }
 }

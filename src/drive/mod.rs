@@ -14,13 +14,15 @@ mod stream;
 mod transfer;
 mod vmc_clip;
 
-pub use calibration::{CALIBRATION_SECS, Calibration, StreamKind, calibrate, still_window};
+pub use calibration::{
+    CALIBRATION_SECS, Calibration, StreamKind, calibrate, size_difference, still_window, why_not_still,
+};
 pub use error::DriveError;
 pub use ik::{Driven, IkDriver};
 pub use landmark::{DESCRIBED, LANDMARKS, Landmark, LandmarkFrame, Places};
 pub use laplacian::{FrameUpdate, LaplacianBody, RightSide, Solved};
 pub use library_training::{TrainingParams, TrainingReport, embedded_library, train_library};
-pub use player::{PlayedCounts, PlayedFrame, Player};
+pub use player::{KeyPoses, PlayedCounts, PlayedFrame, Player};
 pub use recognition::{
     Angle, BodyRotations, Confusion, LibraryError, NEIGHBORS, PoseClasses, PoseLibrary, RecognitionError, Recognized,
     Recognizer, SalientAngle, body_rotations, complete_descriptor, descriptor, mirrored, pose_features, pose_of,
@@ -29,5 +31,5 @@ pub use recognition::{
 pub use stream::{
     OneEuro, Smoothed, Smoothing, StreamError, StreamFormat, StreamOptions, StreamReader, VmcDecoder, VmcFrame,
 };
-pub use transfer::{LaplacianDriver, TransferFrame, TransferParams, WornGarments};
+pub use transfer::{Between, LaplacianDriver, TransferFrame, TransferParams, WornGarments};
 pub use vmc_clip::VmcRig;

@@ -8,7 +8,7 @@ use super::landmark::{LandmarkFrame, Places};
 use super::laplacian::Solved;
 use super::recognition::PoseLibrary;
 use super::stream::{Smoothed, Smoothing, noise_of};
-use super::transfer::{LaplacianDriver, TransferParams};
+use super::transfer::{Between, LaplacianDriver, TransferFrame, TransferParams};
 use crate::body::{Figure, Pose};
 
 /// Frames that wait for a calibration pose, at most: 60 s at 60 frames per second.
@@ -48,6 +48,22 @@ pub struct PlayedCounts {
     pub distance: f64,
 }
 
+/// Key poses of the paper's method, and what is between them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KeyPoses {
+    /// Seconds from one key pose to the next; 0 solves every frame. The paper's k (§3.5, Fig. 14).
+    pub interval_secs: f64,
+    /// The frames between them.
+    pub between: Between,
+}
+
+/// A key pose, and the frames since then, which wait for the next.
+struct Keyed {
+    secs: f64,
+    frame: TransferFrame,
+    waiting: Vec<(f64, Places)>,
+}
+
 /// Plays a stream on a figure.
 pub struct Player<'a> {
     figure: &'a Figure,
@@ -58,7 +74,8 @@ pub struct Player<'a> {
     waiting: Vec<LandmarkFrame>,
     /// So many of them begin no calibration.
     moving: usize,
-    library: Option<PoseLibrary>,
+    library: Option<(PoseLibrary, KeyPoses)>,
+    keyed: Option<Keyed>,
     playing: Option<(Calibration, IkDriver<'a>, Option<Grounding>)>,
     laplacian: Option<LaplacianDriver<'a>>,
     counts: PlayedCounts,
@@ -76,15 +93,16 @@ impl<'a> Player<'a> {
             waiting: Vec::new(),
             moving: 0,
             library: None,
+            keyed: None,
             playing: None,
             laplacian: None,
             counts: PlayedCounts::default(),
         }
     }
 
-    /// A player by the paper's method, with the templates of a library.
-    pub fn by_laplacian(self, library: PoseLibrary) -> Self {
-        Self { library: Some(library), ..self }
+    /// A player by the paper's method, with the templates of a library. With key poses, frames come when the next key pose does.
+    pub fn by_laplacian(self, library: PoseLibrary, keys: KeyPoses) -> Self {
+        Self { library: Some((library, keys)), ..self }
     }
 
     /// What is known of the stream by now; it counts until the calibration.
@@ -112,7 +130,7 @@ impl<'a> Player<'a> {
     /// **Errors** if nobody stands in a calibration pose for a minute.
     pub fn push(&mut self, frame: LandmarkFrame) -> Result<Vec<PlayedFrame>, DriveError> {
         if self.playing.is_some() {
-            return Ok(self.play(&frame).into_iter().collect());
+            return Ok(self.play(&frame));
         }
         self.waiting.push(frame);
         let (wearer, at_secs) = match still_window(&self.waiting[self.moving..]) {
@@ -133,7 +151,7 @@ impl<'a> Player<'a> {
         self.smoothed = Smoothed::new(self.smoothing.unwrap_or_else(|| Smoothing::for_noise(self.noise)));
         let calibration = calibrate(self.figure, &wearer, at_secs, self.kind)?;
         self.laplacian = match &self.library {
-            Some(library) => {
+            Some((library, _)) => {
                 Some(LaplacianDriver::try_new(self.figure, &calibration, library, TransferParams::default())?)
             }
             None => None,
@@ -142,35 +160,93 @@ impl<'a> Player<'a> {
         let grounding = self.kind.is_hip_centred.then(|| Grounding::new(self.figure));
         self.playing = Some((calibration, driver, grounding));
         let waiting = std::mem::take(&mut self.waiting);
-        Ok(waiting.iter().filter_map(|frame| self.play(frame)).collect())
+        Ok(waiting.iter().flat_map(|frame| self.play(frame)).collect())
     }
 
-    /// Whether the stream may end here.
+    /// Ends the stream: the frames that still wait for a key pose.
     ///
     /// **Errors** if it ended before a calibration.
-    pub fn end(&self) -> Result<(), DriveError> {
-        if self.playing.is_some() { Ok(()) } else { Err(self.not_calibrated()) }
+    pub fn end(&mut self) -> Result<Vec<PlayedFrame>, DriveError> {
+        if self.playing.is_none() {
+            return Err(self.not_calibrated());
+        }
+        let Some(Keyed { secs, frame, mut waiting }) = self.keyed.take() else { return Ok(Vec::new()) };
+        let Some((last_secs, last)) = waiting.pop() else { return Ok(Vec::new()) };
+        Ok(self.play_from_key(Keyed { secs, frame, waiting }, last_secs, last))
     }
 
     fn not_calibrated(&self) -> DriveError {
         super::calibration::why_not_still(&self.waiting)
     }
 
-    fn play(&mut self, frame: &LandmarkFrame) -> Option<PlayedFrame> {
-        let (calibration, driver, grounding) = self.playing.as_mut()?;
+    fn play(&mut self, frame: &LandmarkFrame) -> Vec<PlayedFrame> {
+        let Some((calibration, driver, _)) = self.playing.as_mut() else { return Vec::new() };
         let frame = self.smoothed.next(frame);
-        let mut places = calibration.in_world(&frame.places);
-        let mut solved = None;
-        let mut driven = match &mut self.laplacian {
-            None => driver.follow(calibration, &places),
-            Some(laplacian) => {
-                let frame = laplacian.follow(calibration, &places);
-                let pose = laplacian.pose_of(&frame);
-                let (steps, distance) = (frame.solved.iterations, laplacian.distance(&frame, calibration, &places));
-                solved = Some(Box::new(frame.solved));
-                Driven { pose, steps, distance }
+        let places = calibration.in_world(&frame.places);
+        if self.laplacian.is_none() {
+            let driven = driver.follow(calibration, &places);
+            return self.played(frame.secs, places, driven, None).into_iter().collect();
+        }
+        let interval = self.library.as_ref().map_or(0.0, |(_, keys)| keys.interval_secs);
+        match self.keyed.take() {
+            // Half a frame of tolerance at 120 frames per second: times of streams jitter.
+            Some(mut keyed) if frame.secs < keyed.secs + interval - 0.004 => {
+                keyed.waiting.push((frame.secs, places));
+                self.keyed = Some(keyed);
+                Vec::new()
             }
-        };
+            Some(keyed) => self.play_from_key(keyed, frame.secs, places),
+            None => self.key(frame.secs, places, interval).into_iter().collect(),
+        }
+    }
+
+    /// Solves a key pose; it is kept where others follow at an interval.
+    fn key(&mut self, secs: f64, places: Places, interval: f64) -> Option<PlayedFrame> {
+        let (calibration, ..) = self.playing.as_ref()?;
+        let frame = self.laplacian.as_mut()?.follow(calibration, &places);
+        if interval > 0.0 {
+            self.keyed = Some(Keyed { secs, frame: frame.clone(), waiting: Vec::new() });
+        }
+        self.transferred(secs, places, frame)
+    }
+
+    /// The frames between a key pose and the next, and that one.
+    fn play_from_key(&mut self, before: Keyed, secs: f64, places: Places) -> Vec<PlayedFrame> {
+        let Some(keys) = self.library.as_ref().map(|(_, keys)| *keys) else { return Vec::new() };
+        let Some((calibration, ..)) = self.playing.as_ref() else { return Vec::new() };
+        let Some(laplacian) = self.laplacian.as_mut() else { return Vec::new() };
+        let next = laplacian.follow(calibration, &places);
+        let span = (secs - before.secs).max(f64::MIN_POSITIVE);
+        let mut played = Vec::new();
+        for (at, seen) in before.waiting {
+            let Some(laplacian) = &self.laplacian else { break };
+            let frame = laplacian.between(&before.frame, &next, (at - before.secs) / span, keys.between);
+            played.extend(self.transferred(at, seen, frame));
+        }
+        if keys.interval_secs > 0.0 {
+            self.keyed = Some(Keyed { secs, frame: next.clone(), waiting: Vec::new() });
+        }
+        played.extend(self.transferred(secs, places, next));
+        played
+    }
+
+    fn transferred(&mut self, secs: f64, places: Places, frame: TransferFrame) -> Option<PlayedFrame> {
+        let (calibration, ..) = self.playing.as_ref()?;
+        let laplacian = self.laplacian.as_ref()?;
+        let distance = laplacian.distance(&frame, calibration, &places);
+        let driven = Driven { pose: laplacian.pose_of(&frame), steps: frame.solved.iterations, distance };
+        self.played(secs, places, driven, Some(Box::new(frame.solved)))
+    }
+
+    /// Grounds and counts a frame.
+    fn played(
+        &mut self,
+        secs: f64,
+        mut places: Places,
+        mut driven: Driven,
+        mut solved: Option<Box<Solved>>,
+    ) -> Option<PlayedFrame> {
+        let (calibration, _, grounding) = self.playing.as_mut()?;
         if let Some(grounding) = grounding {
             let shift = grounding.shift(&self.figure.skeleton, &driven.pose);
             driven.pose.translation += shift;
@@ -186,6 +262,6 @@ impl<'a> Player<'a> {
         self.counts.steps += driven.steps;
         self.counts.distance += driven.distance;
         let Driven { pose, steps, distance } = driven;
-        Some(PlayedFrame { secs: frame.secs, places, pose, solved, steps, distance })
+        Some(PlayedFrame { secs, places, pose, solved, steps, distance })
     }
 }

@@ -6,11 +6,12 @@
 //!   like with like.
 //! - The rotations of the surface begin from the template's, or from those of the frame before where these fit the landmarks
 //!   better; at most ten iterations.
-//! - Between key poses rotations are interpolated and the system is solved again: a linear morph shrinks limbs.
+//! - Between key poses rotations are interpolated and the system is solved again: a linear morph shrinks limbs
+//!   ([`Between`]).
 
 use super::calibration::Calibration;
 use super::error::DriveError;
-use super::landmark::Places;
+use super::landmark::{LANDMARKS, Places};
 use super::laplacian::{FrameUpdate, LaplacianBody, RightSide, Solved};
 use super::library_training::places_of;
 use super::recognition::{PoseLibrary, Recognizer, pose_of};
@@ -38,6 +39,16 @@ impl Default for TransferParams {
     fn default() -> Self {
         Self { right: RightSide::default(), update: FrameUpdate::default(), iterations: 3, still: 1e-3 }
     }
+}
+
+/// The frames between two key poses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Between {
+    /// Rotations are interpolated, and the system is solved with them once.
+    #[default]
+    Rotations,
+    /// Vertices move straight from one pose to the other, as in the paper (§3.5).
+    Linear,
 }
 
 /// A frame of the paper's method.
@@ -118,6 +129,26 @@ impl<'a> LaplacianDriver<'a> {
         let most = self.params.iterations.min(MOST_ITERATIONS);
         let solved = self.body.solve(&seen, known, &rotations, &points, most, self.params.still);
         self.last = Some((solved.rotations.clone(), solved.points.iter().map(|p| p.coords).collect()));
+        TransferFrame { solved, template }
+    }
+
+    /// The frame at `share` of the way from one key pose to the next.
+    pub fn between(&self, from: &TransferFrame, to: &TransferFrame, share: f64, how: Between) -> TransferFrame {
+        let (a, b) = (&from.solved, &to.solved);
+        let points: Vec<Vec3> = a.points.iter().zip(b.points.iter()).map(|(p, q)| p.coords + (q - p) * share).collect();
+        let turned = |(p, q): (&Rotation3<f64>, &Rotation3<f64>)| p.slerp(q, share);
+        let rotations: Vec<Rotation3<f64>> = a.rotations.iter().zip(&b.rotations).map(turned).collect();
+        let template = if share < 0.5 { from.template } else { to.template };
+        let solved = match how {
+            Between::Linear => {
+                let points = points.into_iter().map(Point::from).collect();
+                Solved { points, rotations, iterations: 0, moved: 0.0 }
+            }
+            // Nobody holds a landmark between the keys; the pull to the straight path, which is weak, gives the place.
+            Between::Rotations => {
+                self.body.solve(&[None; LANDMARKS], &[false; LANDMARKS], &rotations, &points, 1, self.params.still)
+            }
+        };
         TransferFrame { solved, template }
     }
 

@@ -1,5 +1,6 @@
 //! `overcoat drive`: tracked landmarks move the figure, as they arrive.
 
+mod choose;
 mod error;
 mod play;
 mod save;

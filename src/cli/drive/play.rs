@@ -1,13 +1,14 @@
 //! Plays a stream on the figure: reader, solver, and all that a frame goes to.
 
+use super::choose::{Chosen, nearest_in_size};
 use super::error::DriveFailure;
 use super::save::Save;
 use super::vmc;
 use crate::body::Figure;
 use crate::cli::console::{Context, Done, Progress, secs};
 use crate::drive::{
-    DriveError, LandmarkFrame, PlayedFrame, Player, PoseLibrary, Smoothing, StreamError, StreamFormat, StreamKind,
-    StreamOptions, StreamReader, WornGarments, embedded_library,
+    Between, DriveError, KeyPoses, LandmarkFrame, PlayedFrame, Player, PoseLibrary, Smoothing, StreamError,
+    StreamFormat, StreamKind, StreamOptions, StreamReader, WornGarments, embedded_library,
 };
 use crate::scan::{Unit, Up};
 use crate::session::{Content, DriveView, Outputs, SessionError, ShowIn};
@@ -28,7 +29,7 @@ pub(super) struct PlayArgs {
     stream: Option<PathBuf>,
     /// Receive the bones of a live tracker on this port of this machine, in the VMC protocol (usually 39539 or 39540); ends when
     /// the tracker is silent for 5 seconds
-    #[arg(long, value_name = "PORT", conflicts_with_all = ["stream", "film", "unit", "up", "height", "raw", "method", "library"])]
+    #[arg(long, value_name = "PORT", conflicts_with_all = ["stream", "film", "unit", "up", "height", "raw", "method", "library", "key_interval", "between", "among"])]
     vmc: Option<u16>,
     /// How landmarks become a figure: by inverse kinematics, or by the paper's Laplacian offsets with its pose recognition
     #[arg(long, value_enum, default_value = "ik")]
@@ -36,6 +37,16 @@ pub(super) struct PlayArgs {
     /// With --method laplacian: a pose library of `drive train` instead of the one that comes with the program
     #[arg(long, value_name = "LIBRARY.poses")]
     library: Option<PathBuf>,
+    /// With --method laplacian: solve for a key pose at this interval only, in seconds, and interpolate between; the figure is
+    /// late by as much [default: every frame]
+    #[arg(long, value_name = "SECS", value_parser = interval, default_value = "0", hide_default_value = true)]
+    key_interval: f64,
+    /// With --key-interval: interpolate rotations and solve with them, or move vertices straight, as the paper does
+    #[arg(long, value_enum, default_value = "rotations")]
+    between: BetweenWord,
+    /// Choose the figure whose size is nearest to the wearer's among this session's and these sessions'; needs a file
+    #[arg(long, value_name = "SESSION", num_args = 1..)]
+    among: Vec<PathBuf>,
     /// Write the poses as a clip, frame by frame; `animate` takes it
     #[arg(long, value_name = "CLIP.jsonl")]
     save: Option<PathBuf>,
@@ -69,9 +80,27 @@ enum MethodWord {
     Laplacian,
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum BetweenWord {
+    Rotations,
+    Linear,
+}
+
+fn interval(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(secs) if (0.0..=10.0).contains(&secs) => Ok(secs),
+        _ => Err("give seconds, 0 to 10".into()),
+    }
+}
+
 /// The pose library of the paper's method; `None` for inverse kinematics.
 fn library_of(args: &PlayArgs) -> anyhow::Result<Option<PoseLibrary>> {
     match (args.method, &args.library) {
+        (MethodWord::Ik, None) if args.key_interval > 0.0 => Err(SessionError::BadRequest {
+            what: "inverse kinematics follows every frame and has no key poses".into(),
+            hint: "add --method laplacian, or leave --key-interval out".into(),
+        }
+        .into()),
         (MethodWord::Ik, None) => Ok(None),
         (MethodWord::Ik, Some(_)) => Err(SessionError::BadRequest {
             what: "a pose library is of no use to inverse kinematics".into(),
@@ -109,8 +138,12 @@ pub(super) fn play(args: PlayArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     let stream = args.stream.clone().unwrap_or_default();
     let library = library_of(&args)?;
+    let options = StreamOptions { kind: None, unit: args.unit, up: args.up };
     let session = context.reader()?;
-    let figure = session.figure_of_last_step()?;
+    let Chosen { session, figure, note } = match args.among.is_empty() {
+        true => Chosen { figure: session.figure_of_last_step()?, session, note: None },
+        false => nearest_in_size(&stream, options, (&context.session, session), &args.among)?,
+    };
     let mut outputs = session.outputs(args.force);
     if let Some(film) = &args.film {
         outputs.claim(film, Content::Film)?;
@@ -138,13 +171,19 @@ pub(super) fn play(args: PlayArgs, context: &Context) -> anyhow::Result<Done> {
     }
     let input = open(&stream, &mut outputs)?;
     let is_piped = stream.as_os_str() == "-";
-    let arrived = read_in_background(input, StreamOptions { kind: None, unit: args.unit, up: args.up }, args.height);
+    let arrived = read_in_background(input, options, args.height);
     let smoothing = args.raw.then_some(Smoothing { min_cutoff_hz: 0.0, beta: 0.0, bridge_secs: 0.0 });
     let player = Player::new(&figure, StreamKind { stature: args.height, ..StreamKind::default() }, smoothing);
     let mut stage = Stage {
         figure: &figure,
         player: match library {
-            Some(library) => player.by_laplacian(library),
+            Some(library) => {
+                let between = match args.between {
+                    BetweenWord::Rotations => Between::Rotations,
+                    BetweenWord::Linear => Between::Linear,
+                };
+                player.by_laplacian(library, KeyPoses { interval_secs: args.key_interval, between })
+            }
             None => player,
         },
         worn: WornGarments::prepare(&figure),
@@ -183,9 +222,10 @@ pub(super) fn play(args: PlayArgs, context: &Context) -> anyhow::Result<Done> {
     let latency = |share: f64| latencies.get((share * (latencies.len().max(1) - 1) as f64) as usize).copied();
     let steps = counts.steps as f64 / counts.frames.max(1) as f64;
     let distance_mm = counts.distance / counts.frames.max(1) as f64 * 1e3;
-    let calibration_notes = player.calibration().map(|c| c.notes.clone()).unwrap_or_default();
+    let calibration_notes: Vec<String> =
+        note.into_iter().chain(player.calibration().map(|c| c.notes.clone()).unwrap_or_default()).collect();
     let json = json!({
-        "session": context.session.display().to_string(),
+        "session": session.dir().display().to_string(),
         "format": format.map(StreamFormat::name),
         "frames": counts.frames,
         "calibrated_at_secs": player.calibration().map(|c| c.at_secs),
@@ -356,8 +396,8 @@ impl Stage<'_> {
                 }
                 Arrived::End(notes) => {
                     outcome.notes.extend(notes);
-                    if let Err(error) = self.player.end() {
-                        outcome.fatal = Some(DriveFailure::from(error).into());
+                    if let Err(error) = self.end(describe) {
+                        outcome.fatal = Some(error);
                     }
                     break;
                 }
@@ -373,9 +413,26 @@ impl Stage<'_> {
         let taken = Instant::now();
         let waited = self.player.calibration().is_none();
         let played = self.player.push(frame).map_err(DriveFailure::from)?;
-        if played.is_empty() {
+        if self.player.calibration().is_none() {
             describe("waiting for 2 seconds in a T- or A-pose".into());
         }
+        self.hand_out(played, waited, if self.is_piped { read } else { taken }, describe)
+    }
+
+    fn end(&mut self, describe: &mut dyn FnMut(String)) -> anyhow::Result<()> {
+        let last = self.player.end().map_err(DriveFailure::from)?;
+        self.hand_out(last, false, Instant::now(), describe)
+    }
+
+    /// Saves, shows and keeps frames. `read`: when the line of the last one was read; a file is read ahead, so there it is when
+    /// the frame was taken.
+    fn hand_out(
+        &mut self,
+        played: Vec<PlayedFrame>,
+        waited: bool,
+        read: Instant,
+        describe: &mut dyn FnMut(String),
+    ) -> anyhow::Result<()> {
         for frame in played {
             if let Some((path, save)) = &mut self.save {
                 let save = match save {
@@ -395,8 +452,6 @@ impl Stage<'_> {
                 }
                 self.shown += 1;
                 if !waited && !self.pace {
-                    // A file is read ahead; there, the clock starts when its frame is taken.
-                    let read = if self.is_piped { read } else { taken };
                     self.latencies.push(read.elapsed().as_secs_f64() * 1e3);
                 }
             } else {

@@ -10,6 +10,7 @@ mod standing;
 mod standing_fit;
 
 pub(super) use sensors::at_joints;
+pub use size::size_difference;
 pub use standing::{CALIBRATION_SECS, FEWEST_LANDMARKS, still_window, why_not_still};
 
 use super::error::DriveError;

@@ -1,8 +1,10 @@
 //! The size of the wearer relative to the figure.
 
+use super::sensors::at_joints;
 use super::standing::at;
 use crate::body::{Figure, Side};
 use crate::drive::landmark::{Landmark, Places};
+use crate::geometry::VertexId;
 
 /// A wearer whose size differs by less than this from the figure's counts as the figure's own person: sensors sit 2 to 3 cm beside
 /// the joints, which is this share of a leg.
@@ -19,6 +21,18 @@ fn sizes(places: &Places) -> Vec<Option<f64>> {
     let leg = |side| path(&[Landmark::Hip(side), Landmark::Knee(side), Landmark::Ankle(side)]);
     let arm = |side| path(&[Landmark::Shoulder(side), Landmark::Elbow(side), Landmark::Wrist(side)]);
     vec![height(left), height(right), leg(left), leg(right), arm(left), arm(right)]
+}
+
+/// How much the lengths of the limbs and the height of the shoulders of a figure differ from a wearer's, who stands as in
+/// `wearer`: root mean square of the logarithms of their ratios. The figure with the least is the one to drive.
+///
+/// **Source** Lifkooee 2019, §3: the avatar is the one whose geometry is closest to the user's.
+pub fn size_difference(figure: &Figure, wearer: &Places) -> Option<f64> {
+    let joints = at_joints(&figure.skeleton).points_in_bind;
+    let own: Places = std::array::from_fn(|k| Some(joints[VertexId::from_index(k)]));
+    let logs = sizes(&own).into_iter().zip(sizes(wearer)).filter_map(|(a, b)| Some((a? / b?).ln()));
+    let squares: Vec<f64> = logs.filter(|log| log.is_finite()).map(|log| log * log).collect();
+    (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
 }
 
 /// The figure's size relative to the wearer's, from all lengths that both have; 1 for the figure's own person.
