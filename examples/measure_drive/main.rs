@@ -1,4 +1,4 @@
-//! Measures `drive`: `measure_drive streams SESSION=STREAM …`, `measure_drive classes OUT SESSION …`,
+//! Measures `drive`: `measure_drive streams SESSION=STREAM …`, `measure_drive classes OUT SESSION … CLIP.bvh …`,
 //! `measure_drive speed SESSION`, `measure_drive trackers SESSION`, `measure_drive keys SESSION`. `just drive-table` runs all.
 
 mod classes;
@@ -35,8 +35,11 @@ fn main() {
             }
         }
         "classes" => {
-            let figures: Vec<Figure> = rest[1..].iter().map(|session| figure(session)).collect();
-            classes::measure(Path::new(&rest[0]), &figures);
+            let (clips, sessions): (Vec<&String>, Vec<&String>) =
+                rest[1..].iter().partition(|arg| arg.ends_with(".bvh"));
+            let figures: Vec<Figure> = sessions.into_iter().map(|session| figure(session)).collect();
+            let clips: Vec<&Path> = clips.into_iter().map(Path::new).collect();
+            classes::measure(Path::new(&rest[0]), &figures, &clips);
         }
         "speed" => speed::measure(&figure(&rest[0])),
         "trackers" => trackers::measure(&figure(&rest[0])),

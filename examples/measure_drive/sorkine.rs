@@ -30,15 +30,15 @@ impl Sorkine {
             let neighbours: Vec<usize> = adjacency.neighbours_of(v).iter().map(|n| n.index()).collect();
             let ring: Vec<usize> = std::iter::once(v.index()).chain(neighbours.iter().copied()).collect();
             let offset: Vec3 = neighbours.iter().map(|&n| rest[v.index()] - rest[n]).sum();
-            // (s, h, t) = (AᵀA)⁻¹Aᵀ b, b: the ring's points.
+            // (s, h, t) = (AᵀA)⁻¹Aᵀ b, b: the ring's points; relative to its centre, which t takes up.
             let a = DMatrix::from_fn(3 * ring.len(), 7, |row, column| {
                 if column >= 4 {
                     f64::from(u8::from(row % 3 == column - 4))
                 } else {
-                    scale_and_turn(&rest[ring[row / 3]])[(row % 3, column)]
+                    scale_and_turn(&(rest[ring[row / 3]] - rest[v.index()]))[(row % 3, column)]
                 }
             });
-            let Some(inverse) = (a.transpose() * &a + DMatrix::identity(7, 7) * 1e-12).try_inverse() else { continue };
+            let Some(inverse) = (a.transpose() * &a + DMatrix::identity(7, 7) * 1e-14).try_inverse() else { continue };
             let solve = inverse * a.transpose();
             let turned = scale_and_turn(&offset) * solve.rows(0, 4);
             // L x − T δ, as rows over the ring.
@@ -67,26 +67,27 @@ impl Sorkine {
         };
         let patches: Vec<Vec<usize>> = Landmark::ALL[..DESCRIBED].iter().filter_map(near).collect();
         for patch in &patches {
-            let share = STIFFNESS / (patch.len() * patch.len()) as f64;
-            for (&p, &q) in patch.iter().flat_map(|p| patch.iter().map(move |q| (p, q))) {
-                (0..3).for_each(|axis| *entries.entry((3 * p + axis, 3 * q + axis)).or_default() += share);
+            let share = STIFFNESS / patch.len() as f64;
+            for axis in patch.iter().flat_map(|v| (0..3).map(move |axis| 3 * v + axis)) {
+                *entries.entry((axis, axis)).or_default() += share;
             }
         }
         let triplets: Vec<(usize, usize, f64)> =
-            entries.into_iter().map(|((i, j), x)| (i, j, if i == j { x + 1e-9 } else { x })).collect();
+            entries.into_iter().map(|((i, j), x)| (i, j, if i == j { x + 1e-13 } else { x })).collect();
         let factor = SparseCholesky::prepare(3 * rest.len(), &triplets).expect("positive definite");
         Self { factor, patches, count: rest.len() }
     }
 
-    /// The surface whose patches have their centres where the true pose has them.
+    /// The surface whose patches are where the true pose has them. That is more than a tracker tells: held at their centres only,
+    /// as ours are, the surface between grows to many times its size, because the linear transformations may scale.
     pub fn solve(&self, figure: &Figure, pose: &Pose) -> Vec<Point> {
         let truth = figure.body().posed(&figure.skeleton, pose);
         let mut right = vec![0.0; 3 * self.count];
         for patch in &self.patches {
-            let center: Vec3 =
-                patch.iter().map(|&v| truth.points().as_slice()[v].coords).sum::<Vec3>() / patch.len() as f64;
             let share = STIFFNESS / patch.len() as f64;
-            patch.iter().for_each(|&v| (0..3).for_each(|axis| right[3 * v + axis] += share * center[axis]));
+            for &v in patch {
+                (0..3).for_each(|axis| right[3 * v + axis] += share * truth.points().as_slice()[v][axis]);
+            }
         }
         self.factor.solve_in_place(&mut right);
         right.chunks_exact(3).map(|p| Point::new(p[0], p[1], p[2])).collect()

@@ -19,6 +19,9 @@ pub fn measure(figure: &Figure) {
     println!("| tracker | method | joints, mm | edges, mean % | edges, 99 of 100 % |");
     println!("|---|---|---|---|---|");
     let sorkine = Sorkine::prepare(figure);
+    let bind = overcoat::body::Pose::bind(figure.skeleton.len());
+    let rest = edge_distortion(figure, &sorkine.solve(figure, &bind));
+    assert!(rest[1] < 0.1, "the baseline does not reproduce the bind pose: {rest:?}");
     let skinned: Vec<[f64; 2]> = (STANDING..poses.len())
         .step_by(10)
         .map(|k| edge_distortion(figure, figure.body().posed(&figure.skeleton, &poses[k]).points().as_slice()))

@@ -144,12 +144,26 @@ impl<'a> LaplacianDriver<'a> {
                 let points = points.into_iter().map(Point::from).collect();
                 Solved { points, rotations, iterations: 0, moved: 0.0 }
             }
-            // Nobody holds a landmark between the keys; the pull to the straight path, which is weak, gives the place.
             Between::Rotations => {
-                self.body.solve(&[None; LANDMARKS], &[false; LANDMARKS], &rotations, &points, 1, self.params.still)
+                let mut solved = self.free(&rotations, &points);
+                // What the landmarks bend at the key poses, beyond the rotations, is carried along in the frame of the skin.
+                let bent = [a, b].map(|key| {
+                    let plain: Vec<Vec3> = key.points.iter().map(|p| p.coords).collect();
+                    let free = self.free(&key.rotations, &plain);
+                    let in_skin = |((p, q), r): ((&Vec3, &Point), &Rotation3<f64>)| r.inverse() * (p - q.coords);
+                    plain.iter().zip(free.points.iter()).zip(&key.rotations).map(in_skin).collect::<Vec<Vec3>>()
+                });
+                let carried = |(v, p): (usize, &Point)| p + rotations[v] * bent[0][v].lerp(&bent[1][v], share);
+                solved.points = solved.points.iter().enumerate().map(carried).collect();
+                solved
             }
         };
         TransferFrame { solved, template }
+    }
+
+    /// The surface with these rotations that nothing holds but its mean place.
+    fn free(&self, rotations: &[Rotation3<f64>], points: &[Vec3]) -> Solved {
+        self.body.solve(&[None; LANDMARKS], &[false; LANDMARKS], rotations, points, 1, self.params.still)
     }
 
     /// Mean distance of the landmarks from the body's, in metres.
