@@ -1,7 +1,7 @@
 //! A stage whose output changes needs a new version, or sessions built before keep results that no longer can be made.
 //!
 //! A small fixed session is built, and the outputs of each stage are compared with the hashes in
-//! `src/session/stages/output_hashes.txt`. `just stage-hashes` refreshes that file, unless an output changed for equal
+//! `src/session/pipeline/output_hashes.txt`. `just stage-hashes` refreshes that file, unless an output changed for equal
 //! inputs and the stage's version did not. Only scans that are meshes are built: the fusion of RGB-D frames has tests of
 //! its own.
 //!
@@ -59,7 +59,7 @@ fn an_output_changes_only_with_its_stages_version() {
         println!("skipped: this processor has no AVX2 and FMA, and the hashes hold only with them");
         return;
     }
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/session/stages/output_hashes.txt");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/session/pipeline/output_hashes.txt");
     let (known, found) = (parse(&std::fs::read_to_string(&file).unwrap_or_default()), measured());
     let complaints: Vec<String> =
         found.iter().filter_map(|(stage, now)| unversioned(*stage, known.get(stage)?, now)).collect();
@@ -68,8 +68,8 @@ fn an_output_changes_only_with_its_stages_version() {
         std::fs::write(&file, text(&found)).unwrap();
         return;
     }
-    let differing = Stage::ALL.iter().filter(|stage| known.get(stage) != found.get(stage));
-    let names: Vec<String> = differing.map(Stage::to_string).collect();
+    let differing = Stage::all().filter(|stage| known.get(stage) != found.get(stage));
+    let names: Vec<String> = differing.map(|stage| stage.to_string()).collect();
     assert!(
         names.is_empty(),
         "the versions, inputs or outputs of {} are not those of {}: run `just stage-hashes`",
@@ -83,7 +83,7 @@ fn unversioned(stage: Stage, known: &Pinned, now: &Pinned) -> Option<String> {
     let is_changed = known.outputs != now.outputs && (known.version, &known.inputs) == (now.version, &now.inputs);
     is_changed.then(|| {
         format!(
-            "the output of the stage {stage} changed: bump VERSION in src/session/stages/{stage}.rs from {} to {}, then run \
+            "the output of the stage {stage} changed: bump its version in src/session/pipeline/{stage}.rs from {} to {}, then run \
              `just stage-hashes`",
             now.version,
             now.version + 1
@@ -97,7 +97,7 @@ fn a_changed_output_is_told_from_changed_inputs_and_from_a_new_version() {
         |version, inputs: &str, outputs: &str| Pinned { version, inputs: inputs.into(), outputs: outputs.into() };
     let known = pinned(3, "a", "b");
     let complaint = unversioned(Stage::Cut, &known, &pinned(3, "a", "c")).unwrap();
-    assert!(complaint.contains("stages/cut.rs from 3 to 4"), "{complaint}");
+    assert!(complaint.contains("pipeline/cut.rs from 3 to 4"), "{complaint}");
     for allowed in [pinned(3, "a", "b"), pinned(4, "a", "c"), pinned(3, "x", "c"), pinned(4, "a", "b")] {
         assert_eq!(unversioned(Stage::Cut, &known, &allowed), None, "{allowed:?}");
     }
@@ -130,7 +130,7 @@ fn measured() -> BTreeMap<Stage, Pinned> {
         let short = |text: &str| blake3::hash(text.as_bytes()).to_hex()[..16].to_string();
         Pinned { version, inputs: short(&inputs), outputs: short(&outputs) }
     };
-    Stage::ALL.iter().map(|&stage| (stage, of_stage(stage))).collect()
+    Stage::all().map(|stage| (stage, of_stage(stage))).collect()
 }
 
 fn text(found: &BTreeMap<Stage, Pinned>) -> String {

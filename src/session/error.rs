@@ -92,6 +92,12 @@ pub enum SessionError {
         /// What to do.
         hint: String,
     },
+    /// An older Overcoat built the session.
+    #[error("an older version of Overcoat built the session in '{}'", dir.display())]
+    OlderSession {
+        /// The folder.
+        dir: PathBuf,
+    },
     /// A newer Overcoat wrote the session.
     #[error("{}{}: layout {found}, but this program reads only layout {known}", path.display(), line.map(|l| format!(", line {l}")).unwrap_or_default())]
     NewerSession {
@@ -303,6 +309,15 @@ impl SessionError {
         Self::BadSource { path: path.to_path_buf(), source: Box::new(source.into()) }
     }
 
+    pub(in crate::session) fn nothing_left(file: &Path, line: Option<usize>, layer: &str) -> Self {
+        Self::BadFile {
+            path: file.to_path_buf(),
+            line,
+            reason: format!("after this mask nothing of the garment '{layer}' is left"),
+            hint: "erase less of it".into(),
+        }
+    }
+
     pub(in crate::session) fn stage(step: &str, stage: Stage, source: impl Into<StageError>) -> Self {
         Self::Stage { step: step.into(), stage, source: Box::new(source.into()) }
     }
@@ -353,6 +368,9 @@ impl SessionError {
             Self::Writing { .. } => "check that the folder exists, that you may write in it, and that the disk is not full; nothing was changed".into(),
             Self::PathNotText { .. } => "rename the file or its folder".into(),
             Self::BadFile { hint, .. } => hint.clone(),
+            Self::OlderSession { dir } => {
+                format!("build it again from its recipe: `overcoat replay {} --into NEW`", dir.display())
+            }
             Self::NewerSession { .. } => "use the version of Overcoat that wrote it, or a newer one".into(),
             Self::DamagedArtefact { .. } => "run `overcoat fsck`: it rebuilds from the recipe what is damaged or missing".into(),
             Self::Encoding { .. } | Self::Internal { .. } => return None,

@@ -8,7 +8,7 @@
 //! store/     artefacts, durable writes, lock, journal, history
 //! recipe/    steps, parameters, masks: what the user requested
 //! open/      the folder of a session: opened, created, changed durably, undone; its painted kinds of garment
-//! stages/    one file per stage, and the walk that runs those that are out of date
+//! pipeline/  one file per stage, one function per kind of step, and the walk that runs what is out of date
 //! results/   what a built session can be asked for: posed steps, exports, measures, pictures, recordings
 //! change/    what changes a session: scans, masks, painted kinds, parameters, builds, replays, repairs
 //! ``` A change is durable as soon as its line is in `journal.jsonl`. The recipe and the state that the line names are
@@ -19,11 +19,11 @@ mod change;
 mod error;
 mod open;
 mod output_error;
+mod pipeline;
 mod recipe;
 mod results;
 mod stage;
 mod stage_error;
-mod stages;
 mod store;
 
 pub use change::{
@@ -36,6 +36,8 @@ pub use open::{
     BodyModelSource, Draft, NewSession, Session, Writer, create, read_body_model, read_input, read_mesh_file,
 };
 pub use output_error::OutputError;
+pub use pipeline::{Attained, Cause, Event, Forced, Judged, Reason, StageReport, StepVerdict, Verdict};
+pub use pipeline::{read_clip, stages_of_animation};
 pub use recipe::{
     AnimationRecipe, Assignment, BODY_STEP, BodySurface, PaintedKind, Parameter, Recipe, SourceFile, StepPlace,
     StepRecipe, check_mask_name, parameters_of,
@@ -46,10 +48,8 @@ pub use results::{
 };
 pub use results::{DriveView, LiveView, StreamedOutput};
 pub use results::{Film, SequenceKind, SequenceRequest};
-pub use stage::Stage;
+pub use stage::{Stage, stages_of};
 pub use stage_error::StageError;
-pub use stages::read_clip;
-pub use stages::{Attained, Cause, Event, Forced, Judged, Reason, StageReport, StepVerdict, Verdict};
 pub use store::{
     Branch, Change, ContentHash, Entry, Failure, History, Kept, MAIN_BRANCH, Measures, Memory, Move, StageRecord,
     State, StepRecord, Store, Timings, Warning, name_and_unit,

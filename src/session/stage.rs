@@ -1,104 +1,108 @@
-//! The registry of the stages: one line per stage, in the order in which they run.
-//!
-//! Everything else about a stage is in its file in `stages/`. The enum [`Stage`], the sections of a step in `recipe.toml`,
-//! the table of parameters and the pipeline are made from these lines.
+//! The names of the stages, in the order in which they run.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Passes the registry to the macro `$callback`. A line holds the variant, the name of the stage's file and of the stage
-/// itself, the type in that file that runs it, the section of a step in `recipe.toml` that sets its parameters (if any),
-/// and for the steps that have the stage the types of those parameters.
-macro_rules! for_each_stage {
-    ($callback:ident) => {
-        $callback! {
-            /// File to cleaned scan.
-            Scan scan::ScanStage [reading]
-                body (crate::scan::ScanParams, crate::scan::FusionParams)
-                garment (crate::scan::ScanParams, crate::scan::FusionParams);
-            /// Body model to naked scan.
-            Fit fit::FitStage [fit] body (crate::fit::NakedParams);
-            /// The model's surface onto the naked scan.
-            Register register::RegisterStage [register] body (crate::fit::RegisterParams);
-            /// The figure dressed so far inside the scan.
-            Pose pose::PoseStage [pose] garment (crate::fit::InsideParams);
-            /// The scan's evidence of the new garment, before any mask.
-            Evidence evidence::EvidenceStage [] garment ();
-            /// Labels: the part of the scan that is the new garment.
-            Segment segment::SegmentStage [segment] garment (crate::segment::RefineParams);
-            /// The garment cut out of the scan as its own mesh, with smooth hems.
-            Cut cut::CutStage [cut] garment (crate::cut::CutParams);
-            /// The garment's skin weights and its shape in the bind pose.
-            Rig rig::RigStage [rig] garment (crate::rig::RigParams);
-            /// The garment pushed clear of the layers inside.
-            Stack stack::StackStage [stack] garment (crate::stack::StackParams);
-            /// The figure with the new layer and its physics weights.
-            Figure figure::FigureStage [figure] body () garment (crate::rig::PhysicsParams);
-            /// The inner garments, pressed by the new one in this step's scan.
-            Press press::PressStage [press] garment (crate::stack::PressParams);
-            /// Whether the results of the step are plausible.
-            Check check::CheckStage [] body () garment ();
-            /// A clip on the figure of the last step; it belongs to no step.
-            Animate animate::AnimateStage [];
-            /// The cloth of an animation; it belongs to no step.
-            Cloth cloth::ClothStage [];
-        }
-    };
+/// A stage of a step or of an animation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Stage {
+    /// File to cleaned scan.
+    Scan,
+    /// Body model to naked scan.
+    Fit,
+    /// The model's surface onto the naked scan.
+    Register,
+    /// The figure dressed so far inside the scan.
+    Pose,
+    /// The scan's evidence of the new garment, before any mask.
+    Evidence,
+    /// Labels: the part of the scan that is the new garment.
+    Segment,
+    /// The garment cut out of the scan as its own mesh, with smooth hems.
+    Cut,
+    /// The garment's skin weights and its shape in the bind pose.
+    Rig,
+    /// The garment pushed clear of the layers inside.
+    Stack,
+    /// The figure with the new layer and its physics weights.
+    Figure,
+    /// The inner garments, pressed by the new one in this step's scan.
+    Press,
+    /// Whether the results of the step are plausible.
+    Check,
+    /// A clip on the figure of the last step; it belongs to no step.
+    Animate,
+    /// The cloth of an animation; it belongs to no step.
+    Cloth,
 }
-pub(in crate::session) use for_each_stage;
 
-macro_rules! stages {
-    ($($(#[$about:meta])* $stage:ident $name:ident::$marker:ident [$($section:ident)?]
-        $(body $body:tt)? $(garment $garment:tt)?;)*) => {
-        /// A stage of a step, in the order in which they run.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-        #[serde(rename_all = "lowercase")]
-        pub enum Stage {
-            $($(#[$about])* $stage,)*
-        }
-
-        impl Stage {
-            /// All stages.
-            pub const ALL: &[Self] = &[$(Self::$stage),*];
-            /// The stages of the body's step.
-            pub const OF_BODY: &[Self] = &[$($(stages!(@first (Self::$stage) $body),)?)*];
-            /// The stages of a garment's step.
-            pub const OF_GARMENT: &[Self] = &[$($(stages!(@first (Self::$stage) $garment),)?)*];
-
-            /// The name on the screen, in the recipe and in files.
-            pub fn name(self) -> &'static str {
-                match self {
-                    $(Self::$stage => stringify!($name),)*
-                }
-            }
-
-            /// The section of a step in `recipe.toml` that sets the stage's parameters; `None` without any.
-            pub fn section(self) -> Option<&'static str> {
-                match self {
-                    $(Self::$stage => [$(Some(stringify!($section)),)? None][0],)*
-                }
-            }
-        }
-    };
-    (@first ($first:expr) $second:tt) => { $first };
-}
-for_each_stage!(stages);
+/// Each stage with its name, and the section of a step in `recipe.toml` that sets its parameters.
+const NAMES: [(Stage, &str, Option<&str>); 14] = [
+    (Stage::Scan, "scan", Some("reading")),
+    (Stage::Fit, "fit", Some("fit")),
+    (Stage::Register, "register", Some("register")),
+    (Stage::Pose, "pose", Some("pose")),
+    (Stage::Evidence, "evidence", None),
+    (Stage::Segment, "segment", Some("segment")),
+    (Stage::Cut, "cut", Some("cut")),
+    (Stage::Rig, "rig", Some("rig")),
+    (Stage::Stack, "stack", Some("stack")),
+    (Stage::Figure, "figure", Some("figure")),
+    (Stage::Press, "press", Some("press")),
+    (Stage::Check, "check", None),
+    (Stage::Animate, "animate", None),
+    (Stage::Cloth, "cloth", None),
+];
 
 impl Stage {
-    /// The stages of a step.
-    pub fn of_step(is_body: bool) -> &'static [Self] {
-        if is_body { Self::OF_BODY } else { Self::OF_GARMENT }
+    /// All stages.
+    pub fn all() -> impl DoubleEndedIterator<Item = Self> {
+        NAMES.iter().map(|(stage, ..)| *stage)
+    }
+
+    /// The name on the screen, in the recipe and in files.
+    pub fn name(self) -> &'static str {
+        NAMES[self as usize].1
+    }
+
+    /// The section of a step in `recipe.toml` that sets the stage's parameters; `None` without any.
+    pub fn section(self) -> Option<&'static str> {
+        NAMES[self as usize].2
     }
 
     /// The stage of that name.
     pub fn parse(name: &str) -> Option<Self> {
-        Self::ALL.iter().copied().find(|stage| stage.name() == name)
+        Self::all().find(|stage| stage.name() == name)
     }
+}
+
+/// The stages of the body's step, or of a garment's step; a test compares them with a build.
+pub fn stages_of(is_body: bool) -> &'static [Stage] {
+    use Stage::{Check, Cut, Evidence, Figure, Fit, Pose, Press, Register, Rig, Scan, Segment, Stack};
+    const OF_BODY: &[Stage] = &[Scan, Fit, Register, Figure, Check];
+    const OF_GARMENT: &[Stage] = &[Scan, Pose, Evidence, Segment, Cut, Rig, Stack, Figure, Press, Check];
+    if is_body { OF_BODY } else { OF_GARMENT }
 }
 
 impl fmt::Display for Stage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // Respects padding, so that names can form columns.
         f.pad(self.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_stage_has_its_own_name_in_the_table_and_in_files() {
+        for (at, stage) in Stage::all().enumerate() {
+            assert_eq!(stage as usize, at, "{stage} is at another place in the table");
+            assert_eq!(serde_json::json!(stage), stage.name());
+            assert_eq!(Stage::parse(stage.name()), Some(stage));
+        }
+        assert_eq!(Stage::all().last(), Some(Stage::Cloth), "the table ends early");
     }
 }

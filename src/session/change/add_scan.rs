@@ -5,12 +5,12 @@ use crate::parameters::Settings;
 use crate::scan::{Unit, Up};
 use crate::session::error::SessionError;
 use crate::session::open::{Input, Session, Writer, source};
+use crate::session::pipeline::{Event, Forced, StageReport, Walk, scan_of};
 use crate::session::recipe::{BodySurface, OutfitGarment, Recipe, StepRecipe, inside_out};
 use crate::session::results::ScanRecording;
 use crate::session::results::ShowIn;
 use crate::session::stage::Stage;
 use crate::session::stage_error::StageError;
-use crate::session::stages::{Event, Forced, StageReport, Walk, scan_of};
 use std::path::PathBuf;
 
 /// A scan to be added.

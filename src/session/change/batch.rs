@@ -3,9 +3,9 @@
 use super::replay::{Replay, Replayed, read_recipe, replay};
 use crate::session::error::SessionError;
 use crate::session::open::source;
+use crate::session::pipeline::StageReport;
 use crate::session::recipe::{Assignment, assignment, is_file_name, is_same_file_name};
 use crate::session::results::{Content, Outputs};
-use crate::session::stages::StageReport;
 use crate::session::store::check_folder;
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};

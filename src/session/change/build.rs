@@ -2,8 +2,8 @@
 
 use crate::session::error::SessionError;
 use crate::session::open::{Writer, source};
+use crate::session::pipeline::{self, Event, Forced, StageReport, StepVerdict, Walk, verdict_on};
 use crate::session::recipe::check_stage;
-use crate::session::stages::{Event, Forced, StageReport, StepVerdict, Walk, pipeline, verdict_on};
 
 impl Writer {
     /// Runs every stage that is out of date, in order; each result is durable before the next begins.

@@ -2,8 +2,8 @@
 
 use crate::session::error::SessionError;
 use crate::session::open::{Input, Session, Writer, source};
+use crate::session::pipeline::{Event, Forced, Walk, scan_of};
 use crate::session::recipe::{Assignment, KEYS_OF_STEP, Recipe, StepKey, StepPlace, StepRecipe};
-use crate::session::stages::{Event, Forced, Walk, scan_of};
 use serde::Serialize;
 use std::path::Path;
 

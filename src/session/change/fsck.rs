@@ -2,9 +2,9 @@
 
 use crate::session::error::SessionError;
 use crate::session::open::{Input, Session, Snapshot, state_path};
+use crate::session::pipeline::{self, Event, Repaired, Walk};
 use crate::session::recipe::{AnimationRecipe, PaintedKind, SourceFile};
 use crate::session::results::not_built_is_fine;
-use crate::session::stages::{Event, Repaired, Walk, pipeline};
 use crate::session::store::{
     Change, ContentHash, Health, History, Lock, MANIFEST, Manifest, Store, journal, sweep, write_whole,
 };

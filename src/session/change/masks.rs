@@ -6,11 +6,10 @@ use crate::scan::Scan;
 use crate::segment::{LabelledSurface, Labels, Marks};
 use crate::session::error::SessionError;
 use crate::session::open::{Session, Writer, source};
+use crate::session::pipeline::{self, FileInput, Labelling, MaskInput, MasksOfScan, Walk, is_something, scan_of};
 use crate::session::recipe::{MaskFile, SourceFile, StepRecipe, relative_to};
 use crate::session::results::{Content, Outputs};
 use crate::session::stage::Stage;
-use crate::session::stages::marks::{is_something, marks_of_some, nothing_left};
-use crate::session::stages::{Labelling, Walk, pipeline, scan_of};
 use crate::session::store::{ContentHash, Kept, StageRecord, write_whole};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -179,8 +178,11 @@ impl Session {
         let named = self.recipe.steps.iter().filter(|s| layer.is_none_or(|l| l == s.name));
         for step in named.filter(|s| !s.masks.is_empty()) {
             let (_, scan) = self.scan_of(step)?;
+            let of = FileInput::of(self, &step.source());
             for (i, source) in step.masks.iter().enumerate() {
-                let (mask, marks) = self.read_mask(step, source, &scan)?;
+                let input = MaskInput::of(self, step, source);
+                let mask = input.read(&self.store)?;
+                let marks = input.marks(&mask, &self.store, &of, &scan)?;
                 found.push(MaskInfo {
                     layer: step.name.clone(),
                     number: i + 1,
@@ -230,10 +232,10 @@ impl Session {
                 write_npy(&NpyArray::vector(numbers), &mut bytes).map_err(bad)?;
             }
             Some("png") => {
-                let path = self.resolve(&posed.step.scan);
+                let of = FileInput::of(self, &posed.step.source());
                 // A recording of frames has no texture coordinates.
-                let file = self.file_mesh(&posed.step)?.unwrap_or_default();
-                let picture = labels.to_picture(&posed.scan, &file).map_err(|e| SessionError::bad_source(&path, e))?;
+                let file = of.mesh(&self.store)?.unwrap_or_default();
+                let picture = labels.to_picture(&posed.scan, &file).map_err(|e| of.fault(e))?;
                 picture.write_png(&mut bytes).map_err(bad)?;
             }
             Some("jsonl") => {}
@@ -295,7 +297,8 @@ impl Session {
         let at = step.masks.iter().position(|m| m.edited() == path);
         let layer_before = at.and_then(|at| step.masks[at].layer.as_deref());
         let (kept_scan, scan) = self.scan_of(&step)?;
-        let marks = mask.marks(self, &step, layer_before, &scan, file)?;
+        let of = FileInput::of(self, &step.source());
+        let marks = MaskInput::new(file, &step, layer_before).marks(&mask, &self.store, &of, &scan)?;
         let (marks, content) = match &mask {
             // A file with unlabelled vertices tells itself what is pinned.
             MaskFile::Surface(surface) if surface.is_complete() && !surface.is_painted() => {
@@ -331,9 +334,10 @@ impl Session {
         let Some(output) = record.map(|record| record.output).filter(|output| self.store.has(*output)) else {
             return Ok(None);
         };
-        let labelling = Labelling::load(self, step, output, scan)?;
+        let masks = MasksOfScan::of(self, step);
+        let labelling = Labelling::load(&self.store, Kept::named(output), &masks, scan)?;
         let adjacency = self.store.prepared(kept_scan.hash, || Adjacency::prepare(&scan.mesh));
-        let marks = marks_of_some(self, step, scan, |i| at.is_none_or(|at| i < at))?;
+        let marks = masks.marks(&self.store, scan, |i| at.is_none_or(|at| i < at))?;
         let segmentation = labelling.corrected(&scan.mesh, &adjacency, &marks);
         Ok(Some(segmentation.map_err(|e| SessionError::stage(&step.name, Stage::Segment, e))?.labels))
     }
@@ -341,10 +345,12 @@ impl Session {
     /// Refuses a mask that leaves nothing of the garment, as far as that is known before a build.
     pub(in crate::session) fn refuse_to_erase_all(&self, new: &NewMask, file: &Path) -> Result<(), SessionError> {
         let NewMask { step, scan, at, .. } = new;
-        let before = marks_of_some(self, step, scan, |i| at.is_none_or(|at| i < at))?;
-        let after = marks_of_some(self, step, scan, |i| at.is_some_and(|at| i > at))?;
+        let masks = MasksOfScan::of(self, step);
+        let before = masks.marks(&self.store, scan, |i| at.is_none_or(|at| i < at))?;
+        let after = masks.marks(&self.store, scan, |i| at.is_some_and(|at| i > at))?;
         let evidence = self.up_to_date_evidence(&step.name);
-        let labelling = evidence.map(|evidence| Labelling::load(self, step, evidence, scan)).transpose()?;
+        let labelling = |evidence| Labelling::load(&self.store, Kept::named(evidence), &masks, scan);
+        let labelling = evidence.map(labelling).transpose()?;
         let adjacency = self.store.prepared(new.kept_scan.hash, || Adjacency::prepare(&scan.mesh));
         let left = |marks: &Marks| -> Result<bool, SessionError> {
             let all = before.clone().then(marks).then(&after);
@@ -372,7 +378,7 @@ impl Session {
             }
             _ => None,
         };
-        Err(nothing_left(file, line, &step.name))
+        Err(SessionError::nothing_left(file, line, &step.name))
     }
 }
 

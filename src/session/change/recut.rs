@@ -3,7 +3,7 @@
 use crate::cut::Garment;
 use crate::session::error::SessionError;
 use crate::session::open::{Writer, source};
-use crate::session::stages::{Event, Forced, StageReport, Walk, pipeline};
+use crate::session::pipeline::{self, Event, Forced, StageReport, Walk};
 use crate::session::store::Memory;
 use std::path::Path;
 

@@ -4,10 +4,10 @@ use super::build::Built;
 use crate::segment::Marks;
 use crate::session::error::SessionError;
 use crate::session::open::{Input, Session, Writer, check_body_model, source, templates};
+use crate::session::pipeline::{Event, Forced, StageReport, StepVerdict, cleaned_scan};
 use crate::session::recipe::{
     Assignment, LeftOut, MaskFile, Recipe, SourceFile, StepRecipe, assignment, from_here, relative_to,
 };
-use crate::session::stages::{Event, Forced, StageReport, StepVerdict, cleaned_scan};
 use crate::session::store::{ContentHash, Store};
 use std::path::{Path, PathBuf};
 

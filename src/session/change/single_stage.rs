@@ -3,11 +3,11 @@
 use crate::parameters::Setting;
 use crate::session::error::SessionError;
 use crate::session::open::{Writer, source};
+use crate::session::pipeline::{self, Event, Forced, StageReport, Walk};
 use crate::session::recipe::{check_stage, has_parameters, parameters_of};
 use crate::session::results::FitRecording;
 use crate::session::results::ShowIn;
-use crate::session::stage::Stage;
-use crate::session::stages::{Event, Forced, StageReport, Walk, pipeline};
+use crate::session::stage::{Stage, stages_of};
 
 /// The request to run single stages.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -103,7 +103,7 @@ impl Writer {
         let recipe = &self.session.recipe;
         if let Some(name) = &request.step {
             let step = recipe.step(name)?;
-            let of_step = Stage::of_step(step.is_body());
+            let of_step = stages_of(step.is_body());
             return match request.stages.iter().any(|s| of_step.contains(s)) {
                 true => Ok(vec![name.clone()]),
                 // `stack` also runs stages before the one of its name, which the user did not ask for.
@@ -117,7 +117,7 @@ impl Writer {
         if recipe.steps.is_empty() {
             return Err(SessionError::NoScans { dir: self.session.dir().to_path_buf() });
         }
-        let has = |is_body| request.stages.iter().any(|s| Stage::of_step(is_body).contains(s));
+        let has = |is_body| request.stages.iter().any(|s| stages_of(is_body).contains(s));
         let names: Vec<String> = recipe.steps.iter().filter(|s| has(s.is_body())).map(|s| s.name.clone()).collect();
         match names.is_empty() {
             false => Ok(names),
@@ -134,11 +134,11 @@ impl Writer {
             let mut taken = false;
             for step in steps {
                 let is_body = self.session.recipe.step(step)?.is_body();
-                let of_step = Stage::of_step(is_body);
+                let of_step = stages_of(is_body);
                 taken |= stages.iter().any(|s| of_step.contains(s) && has_parameters(is_body, *s));
             }
             if !taken {
-                let whose = if Stage::OF_BODY.contains(&stages[0]) && stages[0] != Stage::Figure {
+                let whose = if stages_of(true).contains(&stages[0]) && stages[0] != Stage::Figure {
                     "the body's step"
                 } else {
                     "garments"
@@ -163,7 +163,7 @@ impl Writer {
     ) -> Result<Vec<StageReport>, SessionError> {
         let (Some(stages), Some(last)) = (stages, steps.last()) else { return Ok(Vec::new()) };
         let is_body = self.session.recipe.step(last)?.is_body();
-        let Some(stage) = Stage::of_step(is_body).iter().rev().find(|s| stages.contains(s)) else {
+        let Some(stage) = stages_of(is_body).iter().rev().find(|s| stages.contains(s)) else {
             return Ok(Vec::new());
         };
         source::keep_missing(&mut self.session)?;
@@ -196,7 +196,7 @@ fn change_settings(
     step: &mut crate::session::recipe::StepRecipe,
     request: &StageRequest,
 ) -> Result<Vec<String>, SessionError> {
-    let of_step = Stage::of_step(step.is_body());
+    let of_step = stages_of(step.is_body());
     let (step_name, is_body) = (step.name.clone(), step.is_body());
     let mut changes = Vec::new();
     for &stage in request.stages.iter().filter(|s| of_step.contains(s) && has_parameters(is_body, **s)) {

@@ -10,8 +10,8 @@ pub(in crate::session) mod templates;
 mod undo;
 
 pub use body_model::BodyModelSource;
-pub(in crate::session) use body_model::check_body_model;
 pub use body_model::read_body_model;
+pub(in crate::session) use body_model::{check_body_model, parse_body_model};
 pub use draft::Draft;
 pub(in crate::session) use input::{Input, ScanInput};
 pub use new::{NewSession, create};

@@ -2,8 +2,7 @@
 
 use super::templates::{self, EditedTemplate};
 use crate::session::error::SessionError;
-use crate::session::recipe::{AnimationRecipe, Recipe, from_here};
-use crate::session::stage::Stage;
+use crate::session::recipe::{Recipe, from_here};
 use crate::session::store::{
     BrokenLine, Change, ContentHash, Failures, History, Lock, Move, State, Store, Timings, UNFINISHED, check_folder,
     journal, place_whole, read_file, sweep, sync_folder, write_whole,
@@ -178,13 +177,6 @@ impl Session {
     /// What the user requested.
     pub fn recipe(&self) -> &Recipe {
         &self.recipe
-    }
-
-    /// The number of stages of a build.
-    pub fn stage_count(&self) -> usize {
-        let of_steps: usize = self.recipe.steps.iter().map(|s| Stage::of_step(s.template.is_none()).len()).sum();
-        let of_animation = |animation: &AnimationRecipe| 1 + usize::from(animation.mode().is_simulated());
-        of_steps + self.recipe.animations.iter().map(of_animation).sum::<usize>()
     }
 
     /// The records of the stages that have run.

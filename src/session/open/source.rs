@@ -34,11 +34,6 @@ impl Session {
         Input::of(&self.store, &self.resolve(&source.file), source.hash)
     }
 
-    /// The bytes of a file of the recipe.
-    pub(in crate::session) fn source_bytes(&self, source: &SourceFile) -> Result<Vec<u8>, SessionError> {
-        self.input(source)?.bytes()
-    }
-
     /// The hash of the content of a file of the recipe.
     pub(in crate::session) fn source_hash(&self, source: &SourceFile) -> Result<ContentHash, SessionError> {
         source.hash.map_or_else(|| self.input(source)?.hash(), Ok)

@@ -5,7 +5,7 @@ use super::parameters::{self, has_parameters};
 use super::steps::{BODY_STEP, Recipe, StepRecipe};
 use crate::scan::ScanParams;
 use crate::session::error::SessionError;
-use crate::session::stage::Stage;
+use crate::session::stage::{Stage, stages_of};
 use std::ops::RangeInclusive;
 
 /// Names that export uses for files and folders of its own.
@@ -49,7 +49,7 @@ impl Recipe {
             }
             check_extent(step).map_err(|(key, e)| at(&[key], e))?;
             check_reading(step).map_err(|(key, e)| at(&[key], e))?;
-            for &stage in Stage::ALL {
+            for stage in Stage::all() {
                 let Some(section) = stage.section() else { continue };
                 for (name, setting) in step.settings(stage) {
                     let here = |e| at(&[section, name], e);
@@ -85,7 +85,7 @@ pub(in crate::session) struct Fault {
 
 /// Checks that a step has a stage.
 pub(in crate::session) fn check_stage(step: &str, is_body: bool, stage: Stage) -> Result<(), SessionError> {
-    let stages = Stage::of_step(is_body);
+    let stages = stages_of(is_body);
     match stages.contains(&stage) {
         true => Ok(()),
         false => Err(SessionError::BadRequest {

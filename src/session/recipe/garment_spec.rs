@@ -5,20 +5,21 @@ use crate::segment::{Extent, GarmentTemplate};
 use crate::session::error::SessionError;
 use crate::session::stage_error::StageError;
 use crate::session::store::ContentHash;
-use serde_json::{Value, json};
+use serde::{Serialize, Serializer};
+use serde_json::json;
 
 /// A template with the limits of one garment: `template`, `until` and `sleeve` of a recipe.
+#[derive(Clone)]
 pub(in crate::session) struct GarmentSpec {
     pub template: GarmentTemplate,
     pub extent: Extent,
 }
 
-impl GarmentSpec {
-    /// The description among the inputs of a stage.
-    pub fn input(&self) -> Value {
-        // The text of a built-in template is part of the program; what was read from it is compared.
+/// As an input of a stage: the text of a built-in template is part of the program, so what was read from it is compared.
+impl Serialize for GarmentSpec {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let read = ContentHash::of_json(&json!(self.template));
-        json!({ "template": self.template.name, "read": read, "extent": self.extent })
+        json!({ "template": self.template.name, "read": read, "extent": self.extent }).serialize(serializer)
     }
 }
 
@@ -43,10 +44,10 @@ pub(in crate::session) fn of_step(step: &StepRecipe) -> Result<GarmentSpec, Sess
 mod tests {
     use super::*;
 
-    fn input_with(template: &str, change: impl Fn(&mut GarmentTemplate)) -> Value {
+    fn input_with(template: &str, change: impl Fn(&mut GarmentTemplate)) -> serde_json::Value {
         let mut template = GarmentTemplate::built_in(template).unwrap();
         change(&mut template);
-        GarmentSpec { template, extent: Extent::default() }.input()
+        json!(GarmentSpec { template, extent: Extent::default() })
     }
 
     #[test]

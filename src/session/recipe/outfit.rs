@@ -38,6 +38,15 @@ impl Recipe {
         self.outfit_of(step).iter().map(garment_spec::of_step).collect()
     }
 
+    /// The index of the first step of each scan that shows new garments, in order.
+    pub(in crate::session) fn garment_scans(&self) -> Vec<usize> {
+        let begins = |at: &usize| {
+            let step = &self.steps[*at];
+            !step.is_body() && !step.is_hair() && self.first_of_outfit(*at) == *at
+        };
+        (0..self.steps.len()).filter(begins).collect()
+    }
+
     /// Appends the steps of an outfit, innermost first, or replaces the steps of the outfit of that name. Steps that keep their
     /// names keep their masks.
     pub(in crate::session) fn put_outfit(

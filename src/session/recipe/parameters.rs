@@ -2,9 +2,15 @@
 //!
 //! A recipe lists only the differences from the defaults, by step and stage: `[step.segment]`, `color = 0.5`.
 
-use crate::parameters::{Allowed, Parameters, Setting};
+use crate::cut::CutParams;
+use crate::fit::{InsideParams, NakedParams, RegisterParams};
+use crate::parameters::{Allowed, Declared, Parameters, Setting};
+use crate::rig::{PhysicsParams, RigParams};
+use crate::scan::{FusionParams, ScanParams};
+use crate::segment::RefineParams;
 use crate::session::error::SessionError;
-use crate::session::stage::{Stage, for_each_stage};
+use crate::session::stage::Stage;
+use crate::stack::{PressParams, StackParams};
 use serde_json::Value;
 use std::sync::LazyLock;
 
@@ -44,44 +50,53 @@ impl Parameter {
     }
 }
 
-macro_rules! parameters_of_stages {
-    ($($(#[$about:meta])* $stage:ident $name:ident::$marker:ident [$($section:ident)?]
-        $(body $body:tt)? $(garment $garment:tt)?;)*) => {
-        /// All parameters, by stage, in the order of their declarations.
-        static PARAMETERS: LazyLock<Vec<Parameter>> = LazyLock::new(|| {
-            let mut all = Vec::new();
-            $(
-                $(parameters_of_stages!(@add all, Stage::$stage, of_body, $body);)?
-                $(parameters_of_stages!(@add all, Stage::$stage, of_garment, $garment);)?
-            )*
-            all
-        });
-    };
-    (@add $all:ident, $stage:expr, $of_step:ident, ($($params:ty),*)) => {
-        $(add::<$params>(&mut $all, $stage, |parameter| parameter.$of_step = true);)*
-    };
+/// The `Params` of a stage, in the step of the body or of a garment.
+struct Declaration {
+    stage: Stage,
+    of_body: bool,
+    of_garment: bool,
+    /// What each parameter may be, and the defaults.
+    read: fn() -> (Vec<Declared>, Value),
 }
-for_each_stage!(parameters_of_stages);
 
-/// Adds the new parameters of a `Params` struct to the stage, and marks all of its parameters.
-fn add<P: Parameters>(all: &mut Vec<Parameter>, stage: Stage, mark: fn(&mut Parameter)) {
-    let defaults = serde_json::to_value(P::default()).expect("parameters are numbers, words and lists");
-    for declared in P::declared() {
-        let known = all.iter().position(|p| (p.stage, p.name) == (stage, declared.name));
-        let at = known.unwrap_or_else(|| {
-            all.push(Parameter {
-                stage,
-                name: declared.name,
-                allowed: declared.allowed,
-                about: declared.about,
-                default: defaults[declared.name].clone(),
-                of_body: false,
-                of_garment: false,
-            });
-            all.len() - 1
-        });
-        mark(&mut all[at]);
+const fn params<P: Parameters>(stage: Stage, of_body: bool, of_garment: bool) -> Declaration {
+    fn read<P: Parameters>() -> (Vec<Declared>, Value) {
+        let defaults = serde_json::to_value(P::default()).expect("parameters are numbers, words and lists");
+        (P::declared().to_vec(), defaults)
     }
+    Declaration { stage, of_body, of_garment, read: read::<P> }
+}
+
+const DECLARATIONS: [Declaration; 11] = [
+    params::<ScanParams>(Stage::Scan, true, true),
+    params::<FusionParams>(Stage::Scan, true, true),
+    params::<NakedParams>(Stage::Fit, true, false),
+    params::<RegisterParams>(Stage::Register, true, false),
+    params::<InsideParams>(Stage::Pose, false, true),
+    params::<RefineParams>(Stage::Segment, false, true),
+    params::<CutParams>(Stage::Cut, false, true),
+    params::<RigParams>(Stage::Rig, false, true),
+    params::<StackParams>(Stage::Stack, false, true),
+    params::<PhysicsParams>(Stage::Figure, false, true),
+    params::<PressParams>(Stage::Press, false, true),
+];
+
+/// All parameters, by stage, in the order of their declarations.
+static PARAMETERS: LazyLock<Vec<Parameter>> = LazyLock::new(|| DECLARATIONS.iter().flat_map(of_params).collect());
+
+fn of_params(of: &Declaration) -> Vec<Parameter> {
+    let Declaration { stage, of_body, of_garment, read } = *of;
+    let (declared, defaults) = read();
+    let parameter = |Declared { name, allowed, about, .. }: Declared| Parameter {
+        stage,
+        name,
+        allowed,
+        about,
+        default: defaults[name].clone(),
+        of_body,
+        of_garment,
+    };
+    declared.into_iter().map(parameter).collect()
 }
 
 /// A JSON value as text: `0.5`, `0.02,0.01`, `smooth`.
@@ -136,33 +151,20 @@ pub(super) fn as_json(stage: Stage, name: &str, setting: &Setting) -> Value {
 mod tests {
     use super::*;
     use crate::session::recipe::{StepRecipe, params_of};
-    use crate::stack::StackParams;
 
     /// Fields that a step of a recipe sets through keys of their own.
     const SET_OTHERWISE: [&str; 4] = ["unit", "up", "faces", "voxel"];
 
-    fn undeclared<P: Parameters>() -> Vec<String> {
-        let Value::Object(fields) = serde_json::to_value(P::default()).unwrap() else { panic!("no fields") };
-        let declared: Vec<_> = P::declared().iter().map(|d| d.name).collect();
-        assert!(declared.iter().all(|name| fields.contains_key(*name)), "{declared:?}");
-        fields.into_iter().map(|(name, _)| name).filter(|name| !declared.contains(&name.as_str())).collect()
-    }
-
     #[test]
     fn every_field_of_every_params_is_declared_or_set_otherwise() {
-        macro_rules! check_stages {
-            ($($(#[$about:meta])* $stage:ident $name:ident::$marker:ident [$($section:ident)?]
-                $(body $body:tt)? $(garment $garment:tt)?;)*) => {
-                $($(check_stages!(@each $stage $body);)? $(check_stages!(@each $stage $garment);)?)*
-            };
-            (@each $stage:ident ($($params:ty),*)) => {
-                $(
-                    let left = undeclared::<$params>();
-                    assert!(left.iter().all(|name| SET_OTHERWISE.contains(&name.as_str())), "{}: {left:?}", Stage::$stage);
-                )*
-            };
+        for Declaration { stage, read, .. } in &DECLARATIONS {
+            let (declared, Value::Object(fields)) = read() else { panic!("{stage} has no fields") };
+            let declared: Vec<_> = declared.iter().map(|d| d.name).collect();
+            assert!(declared.iter().all(|name| fields.contains_key(*name)), "{declared:?}");
+            let left = fields.keys().filter(|name| !declared.contains(&name.as_str()));
+            let left: Vec<_> = left.filter(|name| !SET_OTHERWISE.contains(&name.as_str())).collect();
+            assert!(left.is_empty(), "{stage}: {left:?}");
         }
-        for_each_stage!(check_stages);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use super::painted_kind::{LoadedTemplate, PaintedKind};
 use crate::parameters::Settings;
 use crate::scan::{Unit, Up};
 use crate::session::error::SessionError;
-use crate::session::stage::{Stage, for_each_stage};
+use crate::session::stage::Stage;
 use crate::session::store::ContentHash;
 use serde::{Deserialize, Serialize};
 
@@ -63,79 +63,119 @@ pub enum BodySurface {
     Scan,
 }
 
-macro_rules! step_recipe {
-    ($($(#[$about:meta])* $stage:ident $name:ident::$marker:ident [$($section:ident)?]
-        $(body $body:tt)? $(garment $garment:tt)?;)*) => {
-        /// One scan and its parameters.
-        #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-        #[serde(deny_unknown_fields)]
-        pub struct StepRecipe {
-            /// `body`, or the garment's name.
-            pub name: String,
-            /// The scan's file, as in [`SourceFile::file`].
-            pub scan: String,
-            /// The hash of its content, as in [`SourceFile::hash`].
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            pub hash: Option<ContentHash>,
-            /// The garment kind; absent for the body.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            pub template: Option<String>,
-            /// The outfit of which it is a garment, if its scan shows several new garments.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            pub outfit: Option<String>,
-            /// Unit of the scan's coordinates; guessed by default.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            pub unit: Option<Unit>,
-            /// Up axis of the scan; guessed by default.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            pub up: Option<Up>,
-            /// Approximate number of faces of the cleaned scan.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            pub faces: Option<usize>,
-            /// The figure's body; the registered template by default.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            pub surface: Option<BodySurface>,
-            /// Voxel size of the fusion of RGB-D frames, in millimetres.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            pub voxel_mm: Option<f64>,
-            /// Where the garment ends at the legs.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            pub until: Option<String>,
-            /// Where its sleeves end.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            pub sleeve: Option<String>,
-            /// Brush strokes, applied in this order.
-            #[serde(default, rename = "mask", skip_serializing_if = "Vec::is_empty")]
-            pub masks: Vec<SourceFile>,
-            /// The kind that `template` names, if it is painted.
-            #[serde(skip)]
-            pub(in crate::session) painted: LoadedTemplate,
-            $($(
-                #[doc = concat!("Parameters of the stage `", stringify!($name), "`, where they differ from the defaults.")]
-                #[serde(default, skip_serializing_if = "Settings::is_empty")]
-                pub $section: Settings,
-            )?)*
-        }
-
-        impl StepRecipe {
-            /// The parameters of a stage that the recipe sets.
-            pub fn settings(&self, stage: Stage) -> &Settings {
-                static NONE: Settings = Settings::new();
-                match stage {
-                    $(Stage::$stage => [$(&self.$section,)? &NONE][0],)*
-                }
-            }
-
-            /// The parameters of a stage that the recipe sets, mutable; `None` for a stage without a section.
-            pub(in crate::session) fn settings_mut(&mut self, stage: Stage) -> Option<&mut Settings> {
-                match stage {
-                    $(Stage::$stage => [$(Some(&mut self.$section),)? None].into_iter().flatten().next(),)*
-                }
-            }
-        }
-    };
+/// One scan and its parameters.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StepRecipe {
+    /// `body`, or the garment's name.
+    pub name: String,
+    /// The scan's file, as in [`SourceFile::file`].
+    pub scan: String,
+    /// The hash of its content, as in [`SourceFile::hash`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hash: Option<ContentHash>,
+    /// The garment kind; absent for the body.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub template: Option<String>,
+    /// The outfit of which it is a garment, if its scan shows several new garments.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub outfit: Option<String>,
+    /// Unit of the scan's coordinates; guessed by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<Unit>,
+    /// Up axis of the scan; guessed by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub up: Option<Up>,
+    /// Approximate number of faces of the cleaned scan.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub faces: Option<usize>,
+    /// The figure's body; the registered template by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface: Option<BodySurface>,
+    /// Voxel size of the fusion of RGB-D frames, in millimetres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub voxel_mm: Option<f64>,
+    /// Where the garment ends at the legs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until: Option<String>,
+    /// Where its sleeves end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sleeve: Option<String>,
+    /// Brush strokes, applied in this order.
+    #[serde(default, rename = "mask", skip_serializing_if = "Vec::is_empty")]
+    pub masks: Vec<SourceFile>,
+    /// The kind that `template` names, if it is painted.
+    #[serde(skip)]
+    pub(in crate::session) painted: LoadedTemplate,
+    // The parameters of stages, where they differ from the defaults.
+    /// Of the stage `scan`.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub reading: Settings,
+    /// Of the stage `fit`.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub fit: Settings,
+    /// Of the stage `register`.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub register: Settings,
+    /// Of the stage `pose`.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub pose: Settings,
+    /// Of the stage `segment`.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub segment: Settings,
+    /// Of the stage `cut`.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub cut: Settings,
+    /// Of the stage `rig`.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub rig: Settings,
+    /// Of the stage `stack`.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub stack: Settings,
+    /// Of the stage `figure`.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub figure: Settings,
+    /// Of the stage `press`.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub press: Settings,
 }
-for_each_stage!(step_recipe);
+
+impl StepRecipe {
+    /// The parameters of a stage that the recipe sets.
+    pub fn settings(&self, stage: Stage) -> &Settings {
+        static NONE: Settings = Settings::new();
+        match stage {
+            Stage::Scan => &self.reading,
+            Stage::Fit => &self.fit,
+            Stage::Register => &self.register,
+            Stage::Pose => &self.pose,
+            Stage::Segment => &self.segment,
+            Stage::Cut => &self.cut,
+            Stage::Rig => &self.rig,
+            Stage::Stack => &self.stack,
+            Stage::Figure => &self.figure,
+            Stage::Press => &self.press,
+            Stage::Evidence | Stage::Check | Stage::Animate | Stage::Cloth => &NONE,
+        }
+    }
+
+    /// The parameters of a stage that the recipe sets, mutable; `None` for a stage without a section.
+    pub(in crate::session) fn settings_mut(&mut self, stage: Stage) -> Option<&mut Settings> {
+        Some(match stage {
+            Stage::Scan => &mut self.reading,
+            Stage::Fit => &mut self.fit,
+            Stage::Register => &mut self.register,
+            Stage::Pose => &mut self.pose,
+            Stage::Segment => &mut self.segment,
+            Stage::Cut => &mut self.cut,
+            Stage::Rig => &mut self.rig,
+            Stage::Stack => &mut self.stack,
+            Stage::Figure => &mut self.figure,
+            Stage::Press => &mut self.press,
+            Stage::Evidence | Stage::Check | Stage::Animate | Stage::Cloth => return None,
+        })
+    }
+}
 
 impl StepRecipe {
     /// Whether this is the step of the bare body.

@@ -10,7 +10,7 @@ use crate::scan::FileFrame;
 use crate::segment::LABEL_COLORS;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::stages::{Walk, scan_of, standing};
+use crate::session::pipeline::{Walk, scan_of, standing};
 use std::path::{Path, PathBuf};
 
 /// The request for an export.
@@ -88,7 +88,7 @@ impl Session {
         let removed = covered.removed(&last.figure);
         let figure = match request.at {
             Some(_) => last.figure_for_pose(),
-            None => standing(last.figure.clone(), &last.step)?,
+            None => standing(last.figure.clone(), &last.step.name)?,
         };
         let (figure, masks) = covered.remaining(figure);
         let pose = request.at.as_ref().map(|_| last.pose.clone());
@@ -145,7 +145,7 @@ impl Session {
                 }
                 match request.at {
                     Some(_) => folder.step(last),
-                    None => folder.bind(&standing(last.figure.clone(), &last.step)?),
+                    None => folder.bind(&standing(last.figure.clone(), &last.step.name)?),
                 }?;
             }
         }

@@ -139,7 +139,7 @@ fn result_of(posed: &PosedStep) -> Result<ResultStep, SessionError> {
         covered,
         true_layer: None,
         true_hair: Vec::new(),
-        margin: crate::session::stages::margin(&posed.step)?,
+        margin: crate::session::pipeline::margin(&posed.step)?,
         hem_loops: posed.hem_loops.clone(),
         hem_loops_expected: spec.map(|s| *s.template.expected_loops().end()),
     })

@@ -7,11 +7,8 @@ use crate::scan::Scan;
 use crate::segment::Labels;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
+use crate::session::pipeline::{self, OfStep, PosedGarments, StepResults, Walk, along_normals};
 use crate::session::recipe::StepRecipe;
-use crate::session::stages::{
-    CutStage, FitStage, PosedGarments, PressStage, ScanStage, SegmentStage, StepPose, StepResults, Walk, along_normals,
-    pipeline,
-};
 
 /// A built step, loaded. Everything is in the frame of the cleaned scan: metres, Y up.
 pub(in crate::session) struct PosedStep {
@@ -57,11 +54,11 @@ impl Session {
     }
 
     fn posed_step(&self, step: &StepRecipe, results: &StepResults) -> Result<PosedStep, SessionError> {
-        let scan = self.store.load(results.result::<ScanStage>()?)?;
-        let (step, figure) = (step.clone(), self.figure(results.figure()?)?);
-        match results.pose()? {
-            StepPose::Naked(registered) => {
-                let fitted: FittedBody = self.store.load(results.result::<FitStage>()?)?;
+        let scan = self.store.load(results.scan)?;
+        let (step, figure) = (step.clone(), self.figure(results.figure)?);
+        match results.of {
+            OfStep::Body { fitted, registered, .. } => {
+                let fitted = self.store.load(fitted)?;
                 let posed = self.body_model()?.posed(fitted.surface.points(), &fitted.skeleton, &fitted.pose);
                 let pose = self.store.load(registered)?.pose;
                 Ok(PosedStep {
@@ -77,7 +74,7 @@ impl Session {
                     garments: PosedGarments::new(),
                 })
             }
-            StepPose::Inside(inside) => {
+            OfStep::Garment { inside, labels, garment, pressed } => {
                 let PoseInside { pose, offsets, .. } = self.store.load(inside)?;
                 Ok(PosedStep {
                     step,
@@ -87,9 +84,9 @@ impl Session {
                     pose,
                     fitted: None,
                     surface_of_fit: None,
-                    labels: Some(self.store.load(results.result::<SegmentStage>()?)?.labels),
-                    hem_loops: Some(self.store.load(results.result::<CutStage>()?)?.hem_loops),
-                    garments: self.store.load(results.result::<PressStage>()?)?,
+                    labels: Some(self.store.load(labels)?.labels),
+                    hem_loops: Some(self.store.load(garment)?.hem_loops),
+                    garments: self.store.load(pressed)?,
                 })
             }
         }

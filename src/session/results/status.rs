@@ -2,10 +2,8 @@
 
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::stage::Stage;
-use crate::session::stages::{
-    Judged, Reason, StageReport, Verdict, Walk, failed, judge, pipeline, scan_of, verdict_on,
-};
+use crate::session::pipeline::{self, Judged, Reason, StageReport, Verdict, Walk, failed, judge, scan_of, verdict_on};
+use crate::session::stage::{Stage, stages_of};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -53,7 +51,7 @@ impl Session {
         reports.dedup_by(|a, b| a.step == b.step && a.stage == b.stage);
         let status = self.recipe.steps.iter().map(|step| {
             let up_to_date: Vec<StageReport> = reports.iter().filter(|r| r.step == step.name).cloned().collect();
-            let out_of_date: Vec<Stage> = Stage::of_step(step.template.is_none())
+            let out_of_date: Vec<Stage> = stages_of(step.is_body())
                 .iter()
                 .filter(|s| !up_to_date.iter().any(|r| r.stage == **s))
                 .copied()

@@ -5,8 +5,8 @@ use super::hash::{ContentHash, HashingWriter};
 use super::memory::Memory;
 use super::stream::StreamError;
 use crate::session::error::SessionError;
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Serialize, Serializer};
 use std::fs::File;
 use std::io::{BufWriter, Seek, Write};
 use std::marker::PhantomData;
@@ -44,6 +44,13 @@ impl<T> Clone for Kept<T> {
     }
 }
 impl<T> Copy for Kept<T> {}
+
+/// As an input of a stage, an artefact is its name.
+impl<T> Serialize for Kept<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.hash.serialize(serializer)
+    }
+}
 
 impl<T> Kept<T> {
     /// Asserts that the artefact of that name is a `T`; the hash of a stage's inputs guarantees it.

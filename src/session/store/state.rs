@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// The version of the layout of `session.json` and of all artefacts.
-pub(in crate::session) const SCHEMA: u32 = 1;
+pub(in crate::session) const SCHEMA: u32 = 2;
 
 /// The measures of a stage by name; units are in the names.
 pub type Measures = BTreeMap<String, f64>;
@@ -89,6 +89,9 @@ impl State {
             && schema != SCHEMA
         {
             let line = text.lines().position(|l| l.contains("\"schema\"")).map(|at| at + 1);
+            if schema < SCHEMA {
+                return Err(SessionError::OlderSession { dir: path.parent().unwrap_or(path).to_path_buf() });
+            }
             return Err(SessionError::NewerSession { path: path.to_path_buf(), line, found: schema, known: SCHEMA });
         }
         serde_json::from_str(text).map_err(|e| SessionError::BadFile {

@@ -6,10 +6,10 @@ use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::motion::PoseTrack;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
+use crate::session::pipeline::{self, Reason, StageReport, Walk, standing};
 use crate::session::recipe::AnimationRecipe;
 use crate::session::results::status::not_built_is_fine;
 use crate::session::stage::Stage;
-use crate::session::stages::{Reason, StageReport, Walk, pipeline, standing};
 use serde::Serialize;
 
 /// The status of an animation.
@@ -103,7 +103,7 @@ impl Session {
     pub fn figure_of_last_step(&self) -> Result<Figure, SessionError> {
         let steps = pipeline::steps(&mut Walk::look(self), None)?;
         match (steps.last(), self.recipe.steps.last()) {
-            (Some(last), Some(step)) => standing(self.figure(last.figure()?)?, step),
+            (Some(last), Some(step)) => standing(self.figure(last.figure)?, &step.name),
             _ => Err(SessionError::NoScans { dir: self.dir().to_path_buf() }),
         }
     }

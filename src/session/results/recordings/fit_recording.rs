@@ -6,9 +6,9 @@ use super::show_in::ShowIn;
 use crate::fit::FitIteration;
 use crate::scan::Scan;
 use crate::session::error::SessionError;
+use crate::session::pipeline::Event;
 use crate::session::results::outputs::Outputs;
 use crate::session::stage::Stage;
-use crate::session::stages::Event;
 use crate::view::{Error, Paint, Part, Recording, layer_color};
 
 /// An open recording of fits.

@@ -4,8 +4,8 @@ use super::show_in::ShowIn;
 use crate::scan::FusionStep;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
+use crate::session::pipeline::Event;
 use crate::session::results::outputs::Outputs;
-use crate::session::stages::Event;
 
 /// The recording of a scan; it has no values.
 pub(in crate::session) enum ScanRecording {}

@@ -1,6 +1,8 @@
 //! A walk through the stages: runs those that are out of date, rebuilds damaged results, or only checks.
 
+use super::at::Made;
 use super::event::{Event, Forced, OnProgress, Outcome, as_events};
+use super::mention;
 use super::reason::{Cause, Reason, reasons};
 use super::report::StageReport;
 use super::verdict::verdict_on;
@@ -8,7 +10,7 @@ use crate::session::error::SessionError;
 use crate::session::open::{Session, Writer};
 use crate::session::recipe::StepRecipe;
 use crate::session::stage::Stage;
-use crate::session::store::{ContentHash, Failure, Health, Kept, SCHEMA, StageRecord};
+use crate::session::store::{ContentHash, Failure, Health, SCHEMA, StageRecord, Warning};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
@@ -42,22 +44,14 @@ impl StageCall<'_> {
         SessionError::NotBuilt { step: self.step.into(), stage: self.stage }
     }
 
-    /// The stage's record if it is up to date.
+    /// The stage's record if it is up to date. Equal inputs give equal results, so it may be that of another step: the garments
+    /// of an outfit share their scan, their pose and the evidence.
     fn up_to_date(&self, session: &Session) -> Option<StageRecord> {
         let hash = self.hash();
+        let sound = |record: &&StageRecord| record.inputs == hash && session.store.has(record.output);
+        let others = || session.state.steps.iter().filter_map(|step| step.stages.get(&self.stage));
         let own = session.state.record(self.step, self.stage);
-        let sound = |r: &&StageRecord| r.inputs == hash && session.store.has(r.output);
-        own.filter(sound).or_else(|| self.records_in_outfit(session).find(sound)).cloned()
-    }
-
-    /// What the stage made in the other steps of an outfit, which share their scan, pose and evidence: equal inputs give equal
-    /// results. Later stages name their garment in what they report, so they are not shared.
-    fn records_in_outfit<'s>(&self, session: &'s Session) -> impl Iterator<Item = &'s StageRecord> {
-        const SHARED: [Stage; 3] = [Stage::Scan, Stage::Pose, Stage::Evidence];
-        let step = session.recipe.steps.iter().find(|s| s.name == self.step).filter(|_| SHARED.contains(&self.stage));
-        let outfit = step.map_or(&[][..], |step| session.recipe.outfit_of(step));
-        let (own, stage) = (step.map(|s| &s.name), self.stage);
-        outfit.iter().filter(move |s| Some(&s.name) != own).filter_map(move |s| session.state.record(&s.name, stage))
+        own.filter(sound).or_else(|| others().find(sound)).cloned()
     }
 
     /// Why the stage is out of date.
@@ -68,13 +62,14 @@ impl StageCall<'_> {
         if record.inputs == self.hash() {
             return vec![Reason::of(Cause::ResultMissing)];
         }
-        match reasons(record, self.stage, self.version, &self.inputs) {
+        match reasons(record, self.version, &self.inputs) {
             none if none.is_empty() => vec![Reason::of(Cause::Unknown)],
             some => some,
         }
     }
 
     fn report(&self, session: &Session, record: &StageRecord) -> StageReport {
+        let worded = |text: &str| mention::worded(text, &session.recipe, self.step);
         StageReport {
             step: self.step.into(),
             stage: self.stage,
@@ -82,8 +77,8 @@ impl StageCall<'_> {
             why: Vec::new(),
             secs: session.timings.secs(self.step, self.stage),
             measures: record.measures.clone(),
-            findings: record.findings.clone(),
-            warnings: record.warnings.clone(),
+            findings: record.findings.iter().map(|finding| worded(finding)).collect(),
+            warnings: (record.warnings.iter().map(|of| Warning::new(worded(&of.what), worded(&of.remedy)))).collect(),
         }
     }
 
@@ -143,7 +138,7 @@ impl<'a> Walk<'a> {
         self
     }
 
-    /// Lets the caller make all results durable as one change.
+    /// Notes a failure for `status`.
     pub fn noting_failures(mut self) -> Self {
         if let Self::Make { notes_failures, .. } = &mut self {
             *notes_failures = true;
@@ -151,6 +146,7 @@ impl<'a> Walk<'a> {
         self
     }
 
+    /// Lets the caller make all results durable as one change.
     pub fn at_once(mut self) -> Self {
         if let Self::Make { at_once, .. } = &mut self {
             *at_once = true;
@@ -200,7 +196,7 @@ impl<'a> Walk<'a> {
         &mut self,
         call: StageCall,
         run: impl FnOnce(&Session, OnProgress) -> Result<Outcome<T>, SessionError>,
-    ) -> Result<Kept<T>, SessionError> {
+    ) -> Result<Made<T>, SessionError> {
         match self {
             Self::Make { ended: true, .. } => Err(call.not_built()),
             Self::Make { writer, change, forced, on_event, reports, until, ended, at_once, notes_failures } => {
@@ -211,7 +207,7 @@ impl<'a> Walk<'a> {
                 {
                     let report = call.report(&writer.session, record);
                     if writer.session.state.record(call.step, call.stage) != Some(record) {
-                        // From another step of the outfit.
+                        // From another step.
                         writer.session.state.put(call.step, call.stage, record.clone());
                         if !*at_once {
                             writer.save(change)?;
@@ -219,13 +215,13 @@ impl<'a> Walk<'a> {
                     }
                     on_event(&Event::UpToDate(&report));
                     reports.push(report);
-                    return Ok(Kept::named(record.output));
+                    return Ok(Made::of(record));
                 }
                 let why = match recorded {
                     Some(_) => vec![Reason::of(Cause::Forced)],
                     None => call.why(&writer.session),
                 };
-                let (kept, record) = match run_and_keep(writer, &call, *on_event, run) {
+                let record = match run_and_keep(writer, &call, *on_event, run) {
                     Ok(made) => made,
                     Err(error) if *notes_failures => return Err(note_failure(writer, &call, error)),
                     Err(error) => return Err(error),
@@ -234,19 +230,20 @@ impl<'a> Walk<'a> {
                     writer.session.failures.write(writer.session.dir())?;
                 }
                 let report = StageReport { ran: true, why, ..call.report(&writer.session, &record) };
+                let made = Made::of(&record);
                 writer.session.state.put(call.step, call.stage, record);
                 if !*at_once {
                     writer.save(change)?;
                 }
                 on_event(&Event::Ran(&report));
                 reports.push(report);
-                Ok(kept)
+                Ok(made)
             }
             Self::Repair { session, repaired, on_event } => repaired.stage(session, &call, *on_event, run),
             Self::Look { session, reports, out_of_date } => match call.up_to_date(session) {
                 Some(record) => {
                     reports.push(call.report(session, &record));
-                    Ok(Kept::named(record.output))
+                    Ok(Made::of(&record))
                 }
                 None => {
                     let failure = session.failures.of(call.step, call.stage, call.hash()).cloned();
@@ -284,15 +281,15 @@ fn run_and_keep<T: Serialize>(
     call: &StageCall,
     on_event: &mut dyn FnMut(&Event),
     run: impl FnOnce(&Session, OnProgress) -> Result<Outcome<T>, SessionError>,
-) -> Result<(Kept<T>, StageRecord), SessionError> {
+) -> Result<StageRecord, SessionError> {
     let StageCall { step, stage, .. } = *call;
     on_event(&Event::Started { step, stage });
     let began = Instant::now();
     let Outcome { value, measures, findings, warnings } = run(&writer.session, &mut as_events(step, stage, on_event))?;
-    let kept = writer.session.store.keep(&value)?;
+    let output = writer.session.store.keep(&value)?.hash;
     writer.session.timings.note(step, stage, began.elapsed().as_secs_f64());
     let (inputs, from) = (call.hash(), call.inputs.clone());
-    Ok((kept, StageRecord { inputs, code: call.version, from, output: kept.hash, measures, findings, warnings }))
+    Ok(StageRecord { inputs, code: call.version, from, output, measures, findings, warnings })
 }
 
 /// The artefacts that a walk has rebuilt.
@@ -311,7 +308,7 @@ impl Repaired {
         call: &StageCall,
         on_event: &mut dyn FnMut(&Event),
         run: impl FnOnce(&Session, OnProgress) -> Result<Outcome<T>, SessionError>,
-    ) -> Result<Kept<T>, SessionError> {
+    ) -> Result<Made<T>, SessionError> {
         let StageCall { step, stage, .. } = *call;
         let recorded = session.state.record(step, stage).filter(|r| r.inputs == call.hash());
         let Some(record) = recorded else { return Err(call.not_built()) };
@@ -324,6 +321,6 @@ impl Repaired {
             }
             self.made.insert(made.to_string());
         }
-        Ok(Kept::named(record.output))
+        Ok(Made::of(record))
     }
 }

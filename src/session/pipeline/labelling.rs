@@ -1,14 +1,12 @@
 //! What a garment's step takes its labels from: its own proposal, or that of its outfit with the marks of all its garments.
 
-use super::marks;
+use super::at::RunError;
+use super::marks::MasksOfScan;
 use crate::geometry::{Adjacency, TriMesh};
 use crate::scan::Scan;
 use crate::segment::{Marks, OutfitLabels, OutfitProposal, Proposal, SegmentError, Segmentation};
 use crate::session::error::SessionError;
-use crate::session::open::Session;
-use crate::session::recipe::StepRecipe;
-use crate::session::stage::Stage;
-use crate::session::store::{ContentHash, Kept};
+use crate::session::store::{Kept, Store};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -30,23 +28,19 @@ pub(in crate::session) struct Labelling {
 }
 
 impl Labelling {
-    /// That of a step from the result of its stage `evidence`.
+    /// That of a step from the result of its stage `evidence`, and the masks of its scan.
     pub fn load(
-        session: &Session,
-        step: &StepRecipe,
-        evidence: ContentHash,
+        store: &Store,
+        evidence: Kept<Evidence>,
+        masks: &MasksOfScan,
         scan: &Scan,
     ) -> Result<Self, SessionError> {
-        let evidence: Arc<Evidence> = session.store.load_shared(Kept::named(evidence))?;
-        let outfit = session.recipe.outfit_of(step);
+        let evidence = store.load_shared(evidence)?;
         let marks = match *evidence {
             Evidence::Garment(_) => Vec::new(),
-            Evidence::Outfit(_) => {
-                outfit.iter().map(|of| marks::marks_of(session, of, scan)).collect::<Result<_, _>>()?
-            }
+            Evidence::Outfit(_) => masks.marks_of_all(store, scan)?,
         };
-        let place = outfit.iter().position(|of| of.name == step.name).unwrap_or_default();
-        Ok(Self { evidence, place, marks })
+        Ok(Self { evidence, place: masks.place, marks })
     }
 
     /// The labels of the step's garment with these marks of its own; the other garments of the outfit keep theirs.
@@ -62,19 +56,16 @@ impl Labelling {
     }
 }
 
-/// The labels of all garments of a step's scan and of the hair, and the step's place among them; `None` for a garment alone, where
-/// no hair is known.
+/// The labels of all garments of a step's scan and of the hair; `None` for a garment alone, where no hair is known.
 pub(super) fn outfit_labels(
-    session: &Session,
-    step: &StepRecipe,
-    evidence: ContentHash,
+    store: &Store,
+    evidence: Kept<Evidence>,
+    masks: &MasksOfScan,
     scan: &Scan,
     around: &Adjacency,
-) -> Result<Option<(OutfitLabels, usize)>, SessionError> {
-    let Labelling { evidence, place, marks } = Labelling::load(session, step, evidence, scan)?;
+) -> Result<Option<OutfitLabels>, RunError> {
+    let Labelling { evidence, marks, .. } = Labelling::load(store, evidence, masks, scan)?;
     let Evidence::Outfit(proposal) = &*evidence else { return Ok(None) };
     let marks: Vec<&Marks> = marks.iter().collect();
-    let labels = (proposal.corrected(&scan.mesh, around, &marks))
-        .map_err(|e| SessionError::stage(&step.name, Stage::Segment, e))?;
-    Ok(Some((labels, place)))
+    Ok(Some(proposal.corrected(&scan.mesh, around, &marks)?))
 }

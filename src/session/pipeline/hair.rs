@@ -5,8 +5,7 @@ use crate::fit::{Cover, FittedBody};
 use crate::geometry::{NearestVertex, PerVertex};
 use crate::segment::Placement;
 use crate::session::error::SessionError;
-use crate::session::open::Session;
-use crate::session::store::Kept;
+use crate::session::store::{Kept, Store};
 
 /// The measure of the body's fit that says that the scan shows hair which is no part of the body: its area.
 pub(super) const HAIR_AREA: &str = "hair_cm2";
@@ -19,12 +18,12 @@ pub(super) struct KnownHair(pub PerVertex<bool>);
 impl KnownHair {
     /// That of the bare scan; `None` if it shows no hair, or if the hair is part of the body.
     pub fn load(
-        session: &Session,
+        store: &Store,
         fitted: Option<Kept<FittedBody>>,
         figure: &Figure,
     ) -> Result<Option<Self>, SessionError> {
         let Some(fitted) = fitted else { return Ok(None) };
-        let fitted = session.store.load_shared(fitted)?;
+        let fitted = store.load_shared(fitted)?;
         let Some(hair) = &fitted.hair else { return Ok(None) };
         let body = &figure.body().mesh;
         if hair.covers.len() == body.vertex_count() {

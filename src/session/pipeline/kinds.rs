@@ -3,33 +3,29 @@
 use crate::body::Figure;
 use crate::fit::Cover;
 use crate::geometry::PerVertex;
+use crate::segment::SegmentError;
 use crate::session::error::SessionError;
 use crate::session::recipe::{GarmentSpec, Recipe, StepRecipe};
-use crate::session::stage::Stage;
-use serde_json::{Value, json};
+use serde::Serialize;
 
-/// The garments that a scan shows for the first time, innermost first.
-pub(in crate::session) struct NewGarments(pub Vec<GarmentSpec>);
+/// The garments that a scan shows for the first time.
+#[derive(Clone, Serialize)]
+pub(in crate::session) struct NewGarments {
+    /// Innermost first.
+    pub kinds: Vec<GarmentSpec>,
+    /// Whether they are those of an outfit, which may also be of one garment.
+    pub is_outfit: bool,
+}
 
 impl NewGarments {
     /// Those of the scan of a step.
     pub fn of(recipe: &Recipe, step: &StepRecipe) -> Result<Self, SessionError> {
-        recipe.garments_of_outfit(step).map(Self)
-    }
-
-    /// Adds them to the inputs of a stage. `is_outfit` says whether the step belongs to an outfit.
-    pub fn among(&self, mut values: Value, is_outfit: bool) -> Value {
-        let mut inputs: Vec<Value> = self.0.iter().map(GarmentSpec::input).collect();
-        match is_outfit {
-            true => values["kinds"] = json!(inputs),
-            false => values["kind"] = inputs.pop().unwrap_or_default(),
-        }
-        values
+        Ok(Self { kinds: recipe.garments_of_outfit(step)?, is_outfit: step.outfit.is_some() })
     }
 
     /// Whether this is the hair of the bare scan.
     pub fn are_hair(&self) -> bool {
-        self.0.iter().any(|spec| spec.template.grows)
+        self.kinds.iter().any(|spec| spec.template.grows)
     }
 
     /// How they cover the body together: a place is loose if it is so in one of them. What hair covers is known otherwise.
@@ -37,11 +33,10 @@ impl NewGarments {
     /// **Shapes** one entry per vertex of the body.
     ///
     /// **Errors** if a template was painted on another body.
-    pub fn cover(&self, figure: &Figure, step: &str) -> Result<PerVertex<Cover>, SessionError> {
+    pub fn cover(&self, figure: &Figure) -> Result<PerVertex<Cover>, SegmentError> {
         let mut covered = PerVertex::filled(Cover::Bare, figure.body().mesh.vertex_count());
-        for spec in self.0.iter().filter(|spec| !spec.template.grows) {
-            let new = (spec.template.cover(figure.body(), &figure.skeleton, &spec.extent))
-                .map_err(|e| SessionError::stage(step, Stage::Pose, e))?;
+        for spec in self.kinds.iter().filter(|spec| !spec.template.grows) {
+            let new = spec.template.cover(figure.body(), &figure.skeleton, &spec.extent)?;
             covered = covered.iter().zip(new.iter()).map(|(a, b)| looser(*a, *b)).collect();
         }
         Ok(covered)

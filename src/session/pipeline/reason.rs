@@ -1,10 +1,10 @@
 //! Why a stage is out of date: compares the inputs of its result with the current ones.
 
 use crate::session::recipe::as_text;
-use crate::session::stage::Stage;
 use crate::session::store::StageRecord;
 use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Map, Value};
+use std::collections::BTreeSet;
 use std::fmt;
 
 /// The kind of change.
@@ -37,6 +37,13 @@ pub enum Cause {
     Unknown,
 }
 
+impl Cause {
+    /// Whether a change of that input of a stage has a meaning in words.
+    pub fn of_input(name: &str) -> bool {
+        FIELDS.iter().any(|(field, _)| *field == name)
+    }
+}
+
 /// One change.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Reason {
@@ -56,6 +63,10 @@ pub struct Reason {
 impl Reason {
     pub(in crate::session) fn of(cause: Cause) -> Self {
         Self { cause, name: None, old: Value::Null, new: Value::Null }
+    }
+
+    fn upstream(name: &str) -> Self {
+        Self { name: Some(name.into()), ..Self::of(Cause::Upstream) }
     }
 
     fn named(cause: Cause, name: &str, old: &Value, new: &Value) -> Self {
@@ -83,40 +94,94 @@ impl fmt::Display for Reason {
     }
 }
 
+/// What a change of an input means to a person.
+#[derive(Clone, Copy, PartialEq)]
+enum Meaning {
+    /// The thing itself has changed.
+    Is(Cause),
+    /// One parameter.
+    Parameter(&'static str),
+    /// Several parameters, by name.
+    Parameters,
+    /// The kind of the garment: its template, and how far it reaches.
+    Kind,
+    /// The kinds of the garments of a scan.
+    Kinds,
+    /// Something that was made, in these words.
+    Made(&'static str),
+}
+
+/// Every field of the inputs of every stage; a test compares them with the records of built sessions.
+const FIELDS: [(&str, Meaning); 37] = [
+    ("file", Meaning::Is(Cause::File)),
+    ("masks", Meaning::Is(Cause::Masks)),
+    ("model", Meaning::Is(Cause::BodyModel)),
+    ("clip", Meaning::Is(Cause::Clip)),
+    ("params", Meaning::Parameters),
+    ("fusion", Meaning::Parameters),
+    ("fabrics", Meaning::Parameters),
+    ("name", Meaning::Parameter("name")),
+    ("fabric", Meaning::Parameter("fabric")),
+    ("fps", Meaning::Parameter("fps")),
+    ("frames", Meaning::Parameter("frames")),
+    ("skinning", Meaning::Parameter("skinning")),
+    ("mode", Meaning::Parameter("mode")),
+    ("solver", Meaning::Parameter("solver")),
+    ("kind", Meaning::Kind),
+    ("kinds", Meaning::Kinds),
+    ("is_outfit", Meaning::Made("the garments of the outfit")),
+    ("place", Meaning::Made("the garments of the outfit")),
+    ("beside", Meaning::Made("what else the scan shows")),
+    ("if_nothing", Meaning::Made("the garments of the outfit")),
+    ("is_hair", Meaning::Made("the hair")),
+    ("hair", Meaning::Made("fit")),
+    ("same_as", Meaning::Made("the step with the same file")),
+    ("others", Meaning::Made("the other scans")),
+    ("figure", Meaning::Made("the step before")),
+    ("dressed", Meaning::Made("figure")),
+    ("start", Meaning::Made("the pose of the step before")),
+    ("scan", Meaning::Made("scan")),
+    ("fitted", Meaning::Made("fit")),
+    ("registered", Meaning::Made("register")),
+    ("inside", Meaning::Made("pose")),
+    ("evidence", Meaning::Made("evidence")),
+    ("labels", Meaning::Made("segment")),
+    ("garment", Meaning::Made("cut")),
+    ("rigged", Meaning::Made("rig")),
+    ("stacked", Meaning::Made("stack")),
+    ("track", Meaning::Made("animate")),
+];
+
 /// The differences between the record and the current `version` of the code and `inputs`. Empty if there are none.
-pub(super) fn reasons(record: &StageRecord, stage: Stage, version: u32, inputs: &Value) -> Vec<Reason> {
+pub(super) fn reasons(record: &StageRecord, version: u32, inputs: &Value) -> Vec<Reason> {
     let mut found = Vec::new();
     if record.code != 0 && record.code != version {
         found.push(Reason { old: record.code.into(), new: version.into(), ..Reason::of(Cause::Code) });
     }
     for (key, old, new) in differing(&record.from, inputs) {
-        match key.as_str() {
-            "params" | "fusion" => found.extend(inner(Cause::Parameter, old, new)),
-            "kind" if new.is_object() => found.extend(kind(old, new)),
-            "kind" | "file" | "pictures" => found.push(Reason::of(Cause::File)),
-            "masks" => found.push(Reason::of(Cause::Masks)),
-            "model" => found.push(Reason::of(Cause::BodyModel)),
-            // A parameter switches these inputs on and off; report the parameter.
-            "others" if old.is_null() || new.is_null() => {}
-            "clip" => found.push(Reason::of(Cause::Clip)),
-            "fps" | "frames" => found.push(Reason::named(Cause::Parameter, &key, old, new)),
-            "name" => found.push(Reason::named(Cause::Parameter, "name", old, new)),
-            "loops" => found.push(Reason::named(Cause::Kind, "hems", old, new)),
-            key => found.push(Reason::named(Cause::Upstream, upstream(key, stage), &Value::Null, &Value::Null)),
+        // A parameter switches the other scans on and off; the parameter is reported.
+        if key == "others" && (old.is_null() || new.is_null()) {
+            continue;
+        }
+        match FIELDS.iter().find(|(name, _)| *name == key).map(|(_, meaning)| *meaning) {
+            Some(Meaning::Is(cause)) => found.push(Reason::of(cause)),
+            Some(Meaning::Parameter(name)) => found.push(Reason::named(Cause::Parameter, name, old, new)),
+            Some(Meaning::Parameters) => found.extend(inner(Cause::Parameter, old, new)),
+            Some(Meaning::Kind) => found.extend(kind(old, new)),
+            Some(Meaning::Kinds) => found.extend(kinds(old, new)),
+            Some(Meaning::Made(name)) => found.push(Reason::upstream(name)),
+            None => found.push(Reason::upstream(&key)),
         }
     }
     found.dedup();
     found
 }
 
-/// The fields of two objects that differ, by name in order.
+/// The fields of two objects that differ, by name in order. What is no object has no fields.
 fn differing<'a>(old: &'a Value, new: &'a Value) -> Vec<(String, &'a Value, &'a Value)> {
-    const NONE: &Value = &Value::Null;
-    let (Value::Object(old), Value::Object(new)) = (old, new) else { return Vec::new() };
-    let mut names: Vec<&String> = old.keys().chain(new.keys()).collect();
-    names.sort();
-    names.dedup();
-    let pair = |name: &String| (name.clone(), old.get(name).unwrap_or(NONE), new.get(name).unwrap_or(NONE));
+    let names = [old, new].into_iter().filter_map(Value::as_object).flat_map(Map::keys);
+    let names: BTreeSet<&String> = names.collect();
+    let pair = |name: &String| (name.clone(), &old[name], &new[name]);
     names.into_iter().map(pair).filter(|(_, old, new)| old != new).collect()
 }
 
@@ -128,30 +193,16 @@ fn kind(old: &Value, new: &Value) -> Vec<Reason> {
     let mut found = inner(Cause::Kind, &old["extent"], &new["extent"]);
     match old["template"] == new["template"] {
         false => found.insert(0, Reason::named(Cause::Kind, "template", &old["template"], &new["template"])),
-        true if found.is_empty() => {
-            found.push(Reason::named(Cause::Upstream, "the template", &Value::Null, &Value::Null))
-        }
+        true if found.is_empty() => found.push(Reason::upstream("the template")),
         true => {}
     }
     found
 }
 
-/// The kind of the input with that name.
-fn upstream(key: &str, stage: Stage) -> &str {
-    match key {
-        "kinds" | "place" => "the garments of the outfit",
-        "figure" if stage == Stage::Press => "figure",
-        "fitted" => "fit",
-        "registered" => "register",
-        "others" => "the other scans",
-        "figure" => "the step before",
-        "start" => "the pose of the step before",
-        "inside" => "pose",
-        "labels" => "segment",
-        "garment" => "cut",
-        "rigged" => "rig",
-        "stacked" => "stack",
-        other => other,
+fn kinds(old: &Value, new: &Value) -> Vec<Reason> {
+    match (old.as_array().map(Vec::as_slice), new.as_array().map(Vec::as_slice)) {
+        (Some([old]), Some([new])) => kind(old, new),
+        _ => vec![Reason::upstream("the garments of the outfit")],
     }
 }
 
@@ -182,10 +233,10 @@ mod tests {
             findings: vec![],
             warnings: vec![],
         };
-        let reported: Vec<String> = reasons(&record, Stage::Segment, 2, &new).iter().map(Reason::to_string).collect();
+        let reported: Vec<String> = reasons(&record, 2, &new).iter().map(Reason::to_string).collect();
         assert_eq!(reported, ["until Hip → Knee", "the result of segment", "the masks", "color 1.0 → 0.5"]);
-        assert_eq!(reasons(&record, Stage::Segment, 2, &old), []);
+        assert_eq!(reasons(&record, 2, &old), []);
         let older = StageRecord { code: 9, ..record };
-        assert_eq!(reasons(&older, Stage::Segment, 2, &old)[0].to_string(), "the stage's code: version 9 → 2");
+        assert_eq!(reasons(&older, 2, &old)[0].to_string(), "the stage's code: version 9 → 2");
     }
 }

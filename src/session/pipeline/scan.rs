@@ -1,7 +1,8 @@
 //! Scan: converts the file's bytes, or a recording's frames, to a cleaned scan.
 
+use super::at::{Code, Run};
 use super::event::{OnProgress, Outcome, StageProgress};
-use super::pipeline_stage::{PipelineStage, StepContext};
+use super::input::FileInput;
 use crate::formats::{RawMesh, read_recording};
 use crate::scan::{
     CleaningStep, FusionParams, FusionReport, FusionStep, Scan, ScanParams, clean, color_from_texture, fuse,
@@ -10,58 +11,42 @@ use crate::session::error::SessionError;
 use crate::session::open::{Input, ScanInput, Session};
 use crate::session::recipe::{StepRecipe, params_over};
 use crate::session::stage::Stage;
-use crate::session::store::Warning;
-use serde_json::{Value, json};
+use crate::session::store::{Store, Warning};
+use serde::Serialize;
 use std::path::Path;
 use std::time::Instant;
 
-pub(in crate::session) struct ScanStage;
+pub(super) const SCAN: Code = Code::new(Stage::Scan, 5);
 
-pub(in crate::session) struct Inputs {
+#[derive(Serialize)]
+pub(super) struct Inputs {
+    file: FileInput,
     params: ScanParams,
     fusion: FusionParams,
 }
 
-impl PipelineStage for ScanStage {
-    const STAGE: Stage = Stage::Scan;
-    const VERSION: u32 = 5;
-    type Inputs = Inputs;
-    type Output = Scan;
-
-    fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
-        let step = context.step;
-        let (params, fusion) = (scan_params_of(step)?, fusion_params_of(step)?);
-        let kind = Path::new(&step.scan).extension().map(|e| e.to_string_lossy().to_lowercase());
-        let mut values = json!({ "file": step.hash, "kind": kind, "params": params, "fusion": fusion });
-        // The copy of an OBJ without its pictures is what it was, but a glTF's own pictures were not read before.
-        if matches!(kind.as_deref(), Some("glb" | "gltf")) {
-            values["pictures"] = json!(1);
-        }
-        Ok((Inputs { params, fusion }, values))
+impl Inputs {
+    pub fn of(session: &Session, step: &StepRecipe) -> Result<Self, SessionError> {
+        let file = FileInput::of(session, &step.source());
+        Ok(Self { file, params: scan_params_of(step)?, fusion: fusion_params_of(step)? })
     }
+}
 
-    fn run(
-        inputs: Inputs,
-        step: &StepRecipe,
-        session: &Session,
-        on_progress: OnProgress,
-    ) -> Result<Outcome<Scan>, SessionError> {
-        let path = session.resolve(&step.scan);
-        let input = session.input(&step.source())?;
-        let ReadScan { scan, fusion, findings, warnings } = read(&path, &input, &inputs, on_progress)?;
-        // Store a copy once the file is known to be valid. It also holds what textures are baked from later: the full
-        // mesh with its coordinates, and the pictures as they are.
-        input.keep(&session.store, step.hash.map_or_else(|| input.hash(), Ok)?)?;
-        let (vertices, faces) = (scan.mesh.vertex_count(), scan.mesh.face_count());
-        let findings: Vec<String> = scan.findings.iter().cloned().chain(findings).collect();
-        let outcome = Outcome::of(scan).measured("vertices", vertices as f64).measured("faces", faces as f64);
-        Ok(match fusion {
-            Some(report) => measured(outcome, &report),
-            None => outcome,
-        }
-        .found(findings)
-        .warned(warnings))
+pub(super) fn run(inputs: Inputs, store: &Store, on_progress: OnProgress) -> Run<Scan> {
+    let input = inputs.file.open(store)?;
+    let ReadScan { scan, fusion, findings, warnings } = read(&inputs, &input, on_progress)?;
+    // Store a copy once the file is known to be valid. It also holds what textures are baked from later: the full
+    // mesh with its coordinates, and the pictures as they are.
+    inputs.file.keep(&input, store)?;
+    let (vertices, faces) = (scan.mesh.vertex_count(), scan.mesh.face_count());
+    let findings: Vec<String> = scan.findings.iter().cloned().chain(findings).collect();
+    let outcome = Outcome::of(scan).measured("vertices", vertices as f64).measured("faces", faces as f64);
+    Ok(match fusion {
+        Some(report) => measured(outcome, &report),
+        None => outcome,
     }
+    .found(findings)
+    .warned(warnings))
 }
 
 /// A scan as read from its input.
@@ -96,35 +81,30 @@ fn fusion_params_of(step: &StepRecipe) -> Result<FusionParams, SessionError> {
     params_over(given, step, Stage::Scan)
 }
 
-fn read(path: &Path, input: &Input, inputs: &Inputs, on_progress: OnProgress) -> Result<ReadScan, SessionError> {
-    let bad = |e| SessionError::bad_source(path, e);
-    let zip = match input.scan(path)? {
-        ScanInput::Mesh(raw) => return read_mesh(path, *raw, inputs, on_progress),
+fn read(inputs: &Inputs, input: &Input, on_progress: OnProgress) -> Result<ReadScan, SessionError> {
+    let Inputs { file, params, fusion } = inputs;
+    let zip = match input.scan(file.path())? {
+        ScanInput::Mesh(raw) => return read_mesh(inputs, *raw, on_progress),
         ScanInput::Frames(zip) => zip,
     };
     let began = Instant::now();
-    let recording = read_recording(&zip).map_err(|e| SessionError::bad_source(path, e))?;
-    let fused = fuse(&recording, &inputs.fusion, &mut |step| {
+    let recording = read_recording(&zip).map_err(|e| file.fault(e))?;
+    let fused = fuse(&recording, fusion, &mut |step| {
         on_progress(StageProgress::Text(&in_words(step, &began)));
         on_progress(StageProgress::Fusion(step));
     })
-    .map_err(|e| SessionError::bad_source(path, e))?;
-    let mut scan = clean(&fused.mesh, &inputs.params, &mut in_progress(on_progress)).map_err(bad)?;
+    .map_err(|e| file.fault(e))?;
+    let mut scan = clean(&fused.mesh, params, &mut in_progress(on_progress)).map_err(|e| file.fault(e))?;
     scan.findings = fused.findings.into_iter().chain(scan.findings).collect();
     Ok(ReadScan { scan, fusion: Some(fused.report), findings: Vec::new(), warnings: Vec::new() })
 }
 
-fn read_mesh(
-    path: &Path,
-    mut raw: RawMesh,
-    inputs: &Inputs,
-    on_progress: OnProgress,
-) -> Result<ReadScan, SessionError> {
+fn read_mesh(inputs: &Inputs, mut raw: RawMesh, on_progress: OnProgress) -> Result<ReadScan, SessionError> {
     let texture = color_from_texture(&mut raw, &mut in_progress(on_progress)).unwrap_or_default();
     let doubts = raw.unread.iter().chain(&texture.doubts);
     let warnings = doubts.map(|part| Warning::new(&part.what, &part.remedy)).collect();
     let scan = clean(&raw, &inputs.params, &mut in_progress(on_progress));
-    let scan = scan.map_err(|e| SessionError::bad_source(path, e))?;
+    let scan = scan.map_err(|e| inputs.file.fault(e))?;
     Ok(ReadScan { scan, fusion: None, findings: texture.findings, warnings })
 }
 
@@ -134,8 +114,9 @@ fn in_progress(on_progress: OnProgress) -> impl FnMut(&CleaningStep) {
 
 /// The cleaned scan of a step, computed here and not stored.
 pub(in crate::session) fn cleaned_scan(step: &StepRecipe, path: &Path, input: &Input) -> Result<Scan, SessionError> {
-    let inputs = Inputs { params: scan_params_of(step)?, fusion: fusion_params_of(step)? };
-    read(path, input, &inputs, &mut |_| {}).map(|read| read.scan)
+    let file = FileInput::at(path.to_path_buf(), None);
+    let inputs = Inputs { file, params: scan_params_of(step)?, fusion: fusion_params_of(step)? };
+    read(&inputs, input, &mut |_| {}).map(|read| read.scan)
 }
 
 /// A step of the fusion in words.

@@ -1,12 +1,8 @@
 //! Figure: the body alone, or the figure so far plus the new garment and its physics weights (Hu 2017, Eq. 9).
 
-use super::cut::CutStage;
+use super::at::{Code, Run};
 use super::event::{OnProgress, Outcome};
-use super::pipeline_stage::{PipelineStage, StepContext};
-use super::register::RegisterStage;
-use super::rig::RigStage;
-use super::scan::ScanStage;
-use super::stack::StackStage;
+use super::input::ModelInput;
 use crate::body::{Figure, Layer};
 use crate::cut::Garment;
 use crate::fit::{RegisteredBody, scan_in_bind};
@@ -14,77 +10,40 @@ use crate::geometry::{Adjacency, PerVertex, TriMesh, VertexId};
 use crate::rig::{PhysicsParams, RiggedGarment, physics_weights};
 use crate::scan::Scan;
 use crate::session::error::SessionError;
-use crate::session::open::Session;
-use crate::session::recipe::{BODY_STEP, BodySurface, GarmentSpec, StepRecipe, garment_spec, params_of};
+use crate::session::recipe::{BODY_STEP, GarmentSpec};
 use crate::session::stage::Stage;
-use crate::session::store::Kept;
-use serde_json::{Value, json};
+use crate::session::store::{Kept, Store};
+use serde::Serialize;
 
-pub(in crate::session) struct FigureStage;
+pub(super) const FIGURE: Code = Code::new(Stage::Figure, 7);
 
-pub(in crate::session) enum Inputs {
-    Body(BodyInputs),
-    Garment(Box<GarmentInputs>),
-}
-
-pub(in crate::session) struct BodyInputs {
-    registered: Kept<RegisteredBody>,
+#[derive(Serialize)]
+pub(super) struct BodyInputs {
+    pub registered: Kept<RegisteredBody>,
+    pub model: ModelInput,
     /// The scan, if it becomes the body's surface itself.
-    surface: Option<Kept<Scan>>,
+    #[serde(rename = "scan", skip_serializing_if = "Option::is_none")]
+    pub surface: Option<Kept<Scan>>,
 }
 
-pub(in crate::session) struct GarmentInputs {
-    cut: Kept<Garment>,
-    rigged: Kept<RiggedGarment>,
+#[derive(Serialize)]
+pub(super) struct GarmentInputs {
+    /// The layer's name.
+    pub name: String,
+    pub garment: Kept<Garment>,
+    pub rigged: Kept<RiggedGarment>,
     /// The surfaces of all garments.
-    stacked: Kept<Vec<TriMesh>>,
-    inner: Kept<Figure>,
-    spec: GarmentSpec,
-    params: PhysicsParams,
+    pub stacked: Kept<Vec<TriMesh>>,
+    pub figure: Kept<Figure>,
+    pub model: ModelInput,
+    pub kind: GarmentSpec,
+    pub params: PhysicsParams,
 }
 
-impl PipelineStage for FigureStage {
-    const STAGE: Stage = Stage::Figure;
-    const VERSION: u32 = 7;
-    type Inputs = Inputs;
-    type Output = Figure;
-
-    fn inputs(context: &mut StepContext) -> Result<(Inputs, Value), SessionError> {
-        match context.step.is_body() {
-            true => inputs_of_body(context).map(|(inputs, values)| (Inputs::Body(inputs), values)),
-            false => inputs_of_garment(context).map(|(inputs, values)| (Inputs::Garment(Box::new(inputs)), values)),
-        }
-    }
-
-    fn run(
-        inputs: Inputs,
-        step: &StepRecipe,
-        session: &Session,
-        _on_progress: OnProgress,
-    ) -> Result<Outcome<Figure>, SessionError> {
-        match inputs {
-            Inputs::Body(inputs) => body_alone(inputs, session),
-            Inputs::Garment(inputs) => with_garment(*inputs, step, session),
-        }
-    }
-}
-
-fn inputs_of_body(context: &StepContext) -> Result<(BodyInputs, Value), SessionError> {
-    let registered = context.results.result::<RegisterStage>()?;
-    let mut values = json!({ "registered": registered.hash, "model": context.walk.session().body_model_input() });
-    let mut surface = None;
-    if context.step.surface == Some(BodySurface::Scan) {
-        let scan = context.results.result::<ScanStage>()?;
-        values["scan"] = json!(scan.hash);
-        surface = Some(scan);
-    }
-    Ok((BodyInputs { registered, surface }, values))
-}
-
-fn body_alone(inputs: BodyInputs, session: &Session) -> Result<Outcome<Figure>, SessionError> {
-    let (mut registered, mut model) = (session.store.load(inputs.registered)?, session.body_model()?);
+pub(super) fn body_alone(inputs: BodyInputs, store: &Store, _on_progress: OnProgress) -> Run<Figure> {
+    let (mut registered, mut model) = (store.load(inputs.registered)?, inputs.model.load(store)?);
     if let Some(scan) = inputs.surface {
-        let scan = session.store.load(scan)?;
+        let scan = store.load(scan)?;
         (registered.surface, model.weights) = scan_in_bind(&scan, &registered, &model.weights);
         (registered.colors, registered.uvs) = (scan.colors, None);
     }
@@ -95,34 +54,17 @@ fn body_alone(inputs: BodyInputs, session: &Session) -> Result<Outcome<Figure>, 
     Ok(Outcome::of(figure).measured("layers", 1.0).measured("vertices", vertices as f64))
 }
 
-fn inputs_of_garment(context: &StepContext) -> Result<(GarmentInputs, Value), SessionError> {
-    let params: PhysicsParams = params_of(context.step, Stage::Figure)?;
-    let spec = garment_spec::of_step(context.step)?;
-    let cut = context.results.result::<CutStage>()?;
-    let (rigged, stacked) = (context.results.result::<RigStage>()?, context.results.result::<StackStage>()?);
-    let inner = context.inner()?.figure()?;
-    let values = json!({
-        "name": context.step.name,
-        "cut": cut.hash,
-        "rigged": rigged.hash,
-        "stacked": stacked.hash,
-        "figure": inner.hash,
-        "kind": spec.input(),
-        "params": params,
-    });
-    Ok((GarmentInputs { cut, rigged, stacked, inner, spec, params }, values))
-}
-
-fn with_garment(
-    GarmentInputs { cut, rigged, stacked, inner, spec, params }: GarmentInputs,
-    step: &StepRecipe,
-    session: &Session,
-) -> Result<Outcome<Figure>, SessionError> {
-    let (rigged, mut garments) = (session.store.load(rigged)?, session.store.load(stacked)?);
-    let mut figure = session.figure(inner)?;
+pub(super) fn with_garment(
+    GarmentInputs { name, garment, rigged, stacked, figure, model, kind, params }: GarmentInputs,
+    store: &Store,
+    _on_progress: OnProgress,
+) -> Run<Figure> {
+    let (rigged, mut garments) = (store.load(rigged)?, store.load(stacked)?);
+    let mut figure = model.figure(store, figure)?;
     let (surfaces, layers) = (garments.len(), figure.layers.len());
     let Some(mesh) = garments.pop().filter(|_| surfaces == layers) else {
-        return Err(SessionError::Internal { what: format!("{surfaces} stacked surfaces on {layers} layers") });
+        let what = format!("{surfaces} stacked surfaces on {layers} layers");
+        return Err(SessionError::Internal { what }.into());
     };
     for (layer, pressed) in figure.layers.iter_mut().skip(1).zip(garments) {
         layer.mesh = pressed;
@@ -132,24 +74,23 @@ fn with_garment(
         return Ok(Outcome::of(figure).measured("layers", layers as f64));
     }
     // Rigging and stacking keep the vertices and their order.
-    let is_seen = session.store.load(cut)?.is_seen;
+    let is_seen = store.load(garment)?.is_seen;
     let is_seen = (is_seen.len() == mesh.vertex_count() && is_seen.iter().any(|is| !is)).then_some(is_seen);
-    let loose = spec.template.loose_part(mesh.points(), figure.body(), &figure.skeleton);
-    let mut physics = physics_weights(&mesh, &figure.body().mesh, &loose, &params)
-        .map_err(|e| SessionError::stage(&step.name, Stage::Figure, e))?;
-    if spec.template.grows {
+    let loose = kind.template.loose_part(mesh.points(), figure.body(), &figure.skeleton);
+    let mut physics = physics_weights(&mesh, &figure.body().mesh, &loose, &params)?;
+    if kind.template.grows {
         physics.per_vertex = only_where_it_hangs(&mesh, &loose, &physics.per_vertex);
     }
     figure.layers.push(Layer {
-        name: step.name.clone(),
-        template: Some(spec.template.name.clone()),
+        name,
+        template: Some(kind.template.name.clone()),
         mesh,
         weights: rigged.weights,
         colors: rigged.colors,
         is_seen,
         uvs: None,
         physics: Some(physics.per_vertex),
-        fabric: Some(spec.template.fabric.clone()),
+        fabric: Some(kind.template.fabric.clone()),
     });
     let layers = figure.layers.len();
     Ok(Outcome::of(figure)

@@ -1,0 +1,118 @@
+//! The one way to run a stage: [`At::run`].
+//!
+//! A stage is a version, a struct of inputs, and a function of these. What the inputs serialise to is hashed, recorded and
+//! compared; the function sees nothing else, so nothing that it depends on can be forgotten. It is a `fn`, which captures
+//! nothing. Names and paths are no inputs: errors get the step's name here, and [`mention`](super::mention) puts names into
+//! findings when they are reported.
+
+use super::event::{OnProgress, Outcome};
+use super::walk::{StageCall, Walk};
+use crate::session::error::SessionError;
+use crate::session::stage::Stage;
+use crate::session::stage_error::StageError;
+use crate::session::store::{Kept, Measures, StageRecord, Store};
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// A stage and the version of its code. Bump the version when the output changes for equal inputs; a test compares the two.
+#[derive(Clone, Copy)]
+pub(in crate::session) struct Code {
+    stage: Stage,
+    version: u32,
+}
+
+impl Code {
+    pub const fn new(stage: Stage, version: u32) -> Self {
+        Self { stage, version }
+    }
+}
+
+/// Why a stage failed; [`At`] adds where.
+pub(in crate::session) enum RunError {
+    /// In the module of the stage.
+    Stage(StageError),
+    /// A mask leaves nothing of the garment.
+    NothingLeft(PathBuf),
+    /// An error that says itself where: of a file, or of the store.
+    Session(SessionError),
+}
+
+impl<E: Into<StageError>> From<E> for RunError {
+    fn from(error: E) -> Self {
+        Self::Stage(error.into())
+    }
+}
+
+impl From<SessionError> for RunError {
+    fn from(error: SessionError) -> Self {
+        Self::Session(error)
+    }
+}
+
+/// What the function of a stage returns.
+pub(in crate::session) type Run<T> = Result<Outcome<T>, RunError>;
+
+/// The result of a stage, made now or earlier.
+pub(in crate::session) struct Made<T> {
+    pub kept: Kept<T>,
+    pub measures: Measures,
+}
+
+impl<T> Made<T> {
+    pub fn of(record: &StageRecord) -> Self {
+        Self { kept: Kept::named(record.output), measures: record.measures.clone() }
+    }
+}
+
+/// The place in a recipe whose stages run: a step, or an animation.
+pub(in crate::session) struct At<'a, 'w> {
+    walk: &'a mut Walk<'w>,
+    /// The name under which its stages are recorded.
+    key: String,
+    /// The animation's name, if it is one.
+    animation: Option<&'a str>,
+}
+
+impl<'w> Walk<'w> {
+    /// At a step.
+    pub fn at<'a>(&'a mut self, step: &str) -> At<'a, 'w> {
+        At { walk: self, key: step.into(), animation: None }
+    }
+
+    /// At an animation, recorded under `key`.
+    pub fn at_animation<'a>(&'a mut self, key: String, name: &'a str) -> At<'a, 'w> {
+        At { walk: self, key, animation: Some(name) }
+    }
+}
+
+impl At<'_, '_> {
+    /// The result of a stage: the recorded one if its inputs are equal, otherwise that of `run`, as the walk requires.
+    pub fn run<I: Serialize, T: Serialize>(
+        &mut self,
+        Code { stage, version }: Code,
+        inputs: I,
+        run: fn(I, &Store, OnProgress) -> Run<T>,
+    ) -> Result<Made<T>, SessionError> {
+        let values = serde_json::to_value(&inputs).map_err(|e| SessionError::Encoding { reason: e.to_string() })?;
+        let call = StageCall { step: &self.key, stage, version, inputs: values };
+        let (step, animation) = (&self.key, self.animation);
+        self.walk.stage(call, |session, on_progress| {
+            run(inputs, &session.store, on_progress).map_err(|error| located(error, step, animation, stage))
+        })
+    }
+}
+
+fn located(error: RunError, step: &str, animation: Option<&str>, stage: Stage) -> SessionError {
+    match (error, animation) {
+        (RunError::Session(error), _) => error,
+        (RunError::NothingLeft(file), _) => SessionError::nothing_left(&file, None, step),
+        (RunError::Stage(source), Some(name)) => {
+            SessionError::Animation { name: name.into(), source: Box::new(source) }
+        }
+        // People know the evidence as a part of the segmentation.
+        (RunError::Stage(source), None) if stage == Stage::Evidence => {
+            SessionError::stage(step, Stage::Segment, source)
+        }
+        (RunError::Stage(source), None) => SessionError::stage(step, stage, source),
+    }
+}

@@ -1,0 +1,92 @@
+//! Fit: the body model to the naked scan.
+
+use super::at::{Code, Run};
+use super::event::{OnProgress, Outcome, StageProgress};
+use super::garment_scans::{self, GarmentScan};
+use super::hair::HAIR_AREA;
+use super::input::ModelInput;
+use super::mention;
+use crate::fit::{self, FittedBody, NakedParams, OtherScan, fit_naked, fit_together};
+use crate::scan::Scan;
+use crate::session::stage::Stage;
+use crate::session::store::{Kept, Store, Warning};
+use serde::Serialize;
+
+/// Advice for a naked scan without a limb.
+const USE_ALL_SCANS: &str =
+    "scan again with the limb, or let a later scan that shows it add it: `overcoat fit body --shape-from all`";
+
+pub(super) const FIT: Code = Code::new(Stage::Fit, 9);
+
+#[derive(Serialize)]
+pub(super) struct Inputs {
+    pub scan: Kept<Scan>,
+    pub model: ModelInput,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub others: Vec<GarmentScan>,
+    pub params: NakedParams,
+}
+
+pub(super) fn run(
+    Inputs { scan, model, others, params }: Inputs,
+    store: &Store,
+    on_progress: OnProgress,
+) -> Run<FittedBody> {
+    let (scan, model) = (store.load(scan)?, model.load(store)?);
+    let mut on_step = |s: &fit::FitIteration| on_progress(StageProgress::Iteration(&scan, s));
+    let mut fitted = fit_naked(&scan, &model, &params, &mut on_step)?;
+    if !others.is_empty() {
+        let scans = others.iter().map(|other| store.load(other.scan)).collect::<Result<Vec<_>, _>>()?;
+        let names: Vec<String> = (0..others.len()).map(mention::garment_scan).collect();
+        let covers = garment_scans::covers(&others, &fitted.figure(&model))?;
+        let other_scans: Vec<OtherScan> = (others.iter().zip(&scans).zip(&names).zip(covers))
+            .map(|(((of, scan), name), cover)| OtherScan { name, scan, cover, params: of.params.clone() })
+            .collect();
+        fitted = fit_together(&scan, &fitted, &other_scans, &model, &params, &mut on_step)?;
+    }
+    let (report, unseen) = (fitted.report.clone(), fitted.unseen.clone());
+    let hair = fitted.hair.as_ref().map_or(0.0, |hair| 1e4 * hair.area);
+    let scans = 1 + fitted.poses_in_others.iter().flatten().count();
+    let distances = (report.residual_mean, report.residual_p95);
+    let outcome = with_measures(Outcome::of(fitted), distances, report.iterations, report.converged, &report.log)
+        .measured("confidence", report.confidence);
+    let outcome = if hair > 0.0 { outcome.measured(HAIR_AREA, hair) } else { outcome };
+    let outcome = outcome.warned(doubts(report.converged, report.iterations, report.confidence, report.is_confident()));
+    let lacking = unseen.iter().filter(|_| others.is_empty()).map(|&limb| {
+        let name = model.skeleton.part_name(limb);
+        Warning::new(format!("the scan does not show the {name}, which comes from the model"), USE_ALL_SCANS)
+    });
+    let head = (!report.head_is_seen).then(|| {
+        Warning::new("the scan does not show the head, which comes from the model", "scan again with the head")
+    });
+    let outcome = outcome.warned(lacking).warned(head);
+    Ok(if others.is_empty() { outcome } else { outcome.measured("scans_in_shape", scans as f64) })
+}
+
+/// What is in doubt about a fit.
+pub(super) fn doubts(converged: bool, iterations: usize, confidence: f64, is_confident: bool) -> Vec<Warning> {
+    let remedy = "compare body and scan in `view --sheet`, above all hands and feet; scan again if they differ";
+    let unfinished = || Warning::new(format!("the fit did not converge in {iterations} iterations"), remedy);
+    let low = || Warning::new(format!("scan and figure agree badly, confidence {confidence:.2} of 1"), remedy);
+    match (converged, is_confident) {
+        (false, _) => vec![unfinished()],
+        (true, false) => vec![low()],
+        (true, true) => Vec::new(),
+    }
+}
+
+/// Adds the measures common to all fits; distances are the mean and the 95th percentile, in metres.
+pub(super) fn with_measures<T>(
+    outcome: Outcome<T>,
+    (mean, p95): (f64, f64),
+    iterations: usize,
+    converged: bool,
+    log: &[String],
+) -> Outcome<T> {
+    outcome
+        .measured("residual_mean_mm", mean * 1e3)
+        .measured("residual_p95_mm", p95 * 1e3)
+        .measured("iterations", iterations as f64)
+        .measured("converged", if converged { 1.0 } else { 0.0 })
+        .found(log.iter().cloned())
+}

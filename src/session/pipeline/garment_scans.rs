@@ -1,0 +1,58 @@
+//! The scans of later steps, for a body whose shape is fitted to all scans of the session.
+
+use super::at::RunError;
+use super::garment::scan_of;
+use super::kinds::{NewGarments, looser};
+use super::walk::Walk;
+use crate::body::Figure;
+use crate::fit::{Cover, InsideParams, NakedParams, ShapeFrom};
+use crate::geometry::PerVertex;
+use crate::scan::Scan;
+use crate::session::error::SessionError;
+use crate::session::recipe::{Recipe, StepRecipe, params_of};
+use crate::session::stage::Stage;
+use crate::session::store::Kept;
+use serde::Serialize;
+
+/// The scan of a later step, as evidence of the body's shape.
+#[derive(Clone, Serialize)]
+pub(super) struct GarmentScan {
+    pub scan: Kept<Scan>,
+    #[serde(flatten)]
+    pub garments: NewGarments,
+    pub params: InsideParams,
+}
+
+/// The scans of all later steps if the body's step uses them; otherwise none.
+pub(super) fn garment_scans(
+    walk: &mut Walk,
+    recipe: &Recipe,
+    body: &StepRecipe,
+) -> Result<Vec<GarmentScan>, SessionError> {
+    if params_of::<NakedParams>(body, Stage::Fit)?.shape_from == ShapeFrom::Naked {
+        return Ok(Vec::new());
+    }
+    let scanned = recipe.garment_scans().into_iter().map(|at| {
+        let step = &recipe.steps[at];
+        let (garments, params) = (NewGarments::of(recipe, step)?, params_of(step, Stage::Pose)?);
+        Ok(GarmentScan { scan: scan_of(walk, step)?, garments, params })
+    });
+    scanned.collect()
+}
+
+/// The cover of each body vertex in each of the scans. The garments of earlier steps are still worn in later scans.
+///
+/// **Shapes** one entry per scan, with V values.
+///
+/// **Errors** if a garment's template was painted on another body.
+pub(super) fn covers(scans: &[GarmentScan], bare: &Figure) -> Result<Vec<PerVertex<Cover>>, RunError> {
+    let mut covered = PerVertex::filled(Cover::Bare, bare.body().mesh.vertex_count());
+    scans
+        .iter()
+        .map(|later| {
+            let new = later.garments.cover(bare)?;
+            covered = covered.iter().zip(new.iter()).map(|(a, b)| looser(*a, *b)).collect();
+            Ok(covered.clone())
+        })
+        .collect()
+}

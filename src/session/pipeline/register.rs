@@ -1,0 +1,53 @@
+//! Register: the model's surface onto the naked scan.
+
+use super::at::{Code, Run};
+use super::event::{OnProgress, Outcome, StageProgress};
+use super::fit::with_measures;
+use super::garment_scans::{self, GarmentScan};
+use super::input::ModelInput;
+use crate::fit::{
+    FillInView, FitIteration, FittedBody, RegisterHints, RegisterParams, RegisteredBody, register_with_hints,
+};
+use crate::scan::Scan;
+use crate::session::stage::Stage;
+use crate::session::store::{Kept, Store, Warning};
+use serde::Serialize;
+
+pub(super) const REGISTER: Code = Code::new(Stage::Register, 4);
+
+#[derive(Serialize)]
+pub(super) struct Inputs {
+    pub scan: Kept<Scan>,
+    pub fitted: Kept<FittedBody>,
+    pub model: ModelInput,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub others: Vec<GarmentScan>,
+    pub params: RegisterParams,
+}
+
+pub(super) fn run(
+    Inputs { scan, fitted, model, others, params }: Inputs,
+    store: &Store,
+    on_progress: OnProgress,
+) -> Run<RegisteredBody> {
+    let (scan, model) = (store.load(scan)?, model.load(store)?);
+    let fitted = store.load(fitted)?;
+    let scans = others.iter().map(|other| store.load(other.scan)).collect::<Result<Vec<_>, _>>()?;
+    let covers = garment_scans::covers(&others, &fitted.figure(&model))?;
+    let fill_in: Vec<FillInView> = (scans.iter().zip(&fitted.poses_in_others).zip(covers))
+        .filter_map(|((scan, pose), cover)| Some(FillInView { scan, pose: pose.as_ref()?, cover }))
+        .collect();
+    let hints = RegisterHints { fill_in: &fill_in, ..RegisterHints::default() };
+    let mut on_step = |s: &FitIteration| on_progress(StageProgress::Iteration(&scan, s));
+    let registered = register_with_hints(&scan, &model, &fitted, &hints, &params, &mut on_step)?;
+    let report = registered.report.clone();
+    let distances = (report.residual_mean, report.residual_p95);
+    let outcome = with_measures(Outcome::of(registered), distances, report.iterations, report.converged, &report.log);
+    Ok(outcome.warned((!report.converged).then(|| {
+        let moved = 1e3 * report.last_move;
+        Warning::new(
+            format!("the registration still moved the surface by {moved:.2} mm in its last iteration"),
+            "compare body and scan in `view --sheet`",
+        )
+    })))
+}

@@ -1,0 +1,169 @@
+//! The data flow of a session: the body, then each garment on the figure dressed so far, then the animations.
+
+use super::animate::{self, ANIMATE, ClipInput};
+use super::body::body;
+use super::cloth::{self, CLOTH};
+use super::garment::GarmentStep;
+use super::input::ModelInput;
+use super::pose::StepPose;
+use super::press::PosedGarments;
+use super::walk::Walk;
+use crate::body::Figure;
+use crate::cloth::ClothTrack;
+use crate::cut::Garment;
+use crate::fit::{FittedBody, PoseInside, RegisteredBody};
+use crate::motion::PoseTrack;
+use crate::scan::Scan;
+use crate::segment::Segmentation;
+use crate::session::error::SessionError;
+use crate::session::open::Session;
+use crate::session::recipe::{AnimationRecipe, Recipe, StepRecipe};
+use crate::session::stage::{Stage, stages_of};
+use crate::session::store::Kept;
+
+/// The results of a step.
+pub(in crate::session) struct StepResults {
+    pub scan: Kept<Scan>,
+    /// The figure after the step. [`Session::figure`](crate::session::Session) loads it.
+    pub figure: Kept<Figure>,
+    pub of: OfStep,
+}
+
+/// What only the body has, and what only a garment has.
+pub(in crate::session) enum OfStep {
+    Body {
+        fitted: Kept<FittedBody>,
+        registered: Kept<RegisteredBody>,
+        /// Whether its scan shows hair that is no part of it.
+        has_hair: bool,
+    },
+    Garment {
+        inside: Kept<PoseInside>,
+        labels: Kept<Segmentation>,
+        garment: Kept<Garment>,
+        pressed: Kept<PosedGarments>,
+    },
+}
+
+impl StepResults {
+    /// The artefact with the pose of the step's person.
+    pub fn pose(&self) -> StepPose {
+        match self.of {
+            OfStep::Body { registered, .. } => StepPose::Naked(registered),
+            OfStep::Garment { inside, .. } => StepPose::Inside(inside),
+        }
+    }
+
+    /// The fit of the body, if its scan shows hair that is no part of it.
+    pub fn fit_with_hair(&self) -> Option<Kept<FittedBody>> {
+        match self.of {
+            OfStep::Body { fitted, has_hair: true, .. } => Some(fitted),
+            _ => None,
+        }
+    }
+}
+
+/// The stages of an animation.
+pub fn stages_of_animation(animation: &AnimationRecipe) -> &'static [Stage] {
+    const ALL: &[Stage] = &[Stage::Animate, Stage::Cloth];
+    if animation.mode().is_simulated() { ALL } else { &ALL[..1] }
+}
+
+impl Session {
+    /// The number of stages of a build.
+    pub fn stage_count(&self) -> usize {
+        let of_steps = self.recipe.steps.iter().map(|step| stages_of(step.is_body()).len());
+        let of_animations = self.recipe.animations.iter().map(|animation| stages_of_animation(animation).len());
+        of_steps.chain(of_animations).sum()
+    }
+}
+
+/// Walks through all steps, or up to the named one.
+pub(in crate::session) fn steps(walk: &mut Walk, last: Option<&str>) -> Result<Vec<StepResults>, SessionError> {
+    let (all, ended) = steps_so_far(walk, last);
+    ended.map(|()| all)
+}
+
+/// Like [`steps`], but gives the results of the steps before the first that has none, and why it has none.
+pub(in crate::session) fn steps_so_far(
+    walk: &mut Walk,
+    last: Option<&str>,
+) -> (Vec<StepResults>, Result<(), SessionError>) {
+    let recipe = walk.session().recipe.clone();
+    let mut all: Vec<StepResults> = Vec::new();
+    for (at, step) in recipe.steps.iter().enumerate() {
+        match one(walk, &recipe, at, &all) {
+            Ok(results) => all.push(results),
+            Err(error) => return (all, Err(error)),
+        }
+        walk.end_step(step);
+        if last == Some(step.name.as_str()) {
+            break;
+        }
+    }
+    (all, Ok(()))
+}
+
+/// Step `at` of a recipe, given the results of all steps before it.
+fn one(walk: &mut Walk, recipe: &Recipe, at: usize, before: &[StepResults]) -> Result<StepResults, SessionError> {
+    let step: &StepRecipe = &recipe.steps[at];
+    if step.is_body() {
+        return body(walk, recipe, step);
+    }
+    let garment = GarmentStep::of(walk, recipe, at, before)?;
+    let cut = garment.cut_out(walk)?;
+    garment.put_on(walk, &cut)
+}
+
+/// Walks up to the cut of one garment.
+pub(in crate::session) fn cut_of(walk: &mut Walk, layer: &str) -> Result<Kept<Garment>, SessionError> {
+    let recipe = walk.session().recipe.clone();
+    recipe.step(layer)?;
+    let Some(before) = recipe.steps.iter().take_while(|s| s.name != layer).last() else {
+        return Err(SessionError::MaskOnBody);
+    };
+    let all = steps(walk, Some(&before.name))?;
+    Ok(GarmentStep::of(walk, &recipe, all.len(), &all)?.cut_out(walk)?.garment)
+}
+
+/// Walks through all steps and all animations; returns the results of the steps.
+pub(in crate::session) fn everything(walk: &mut Walk) -> Result<Vec<StepResults>, SessionError> {
+    let all = steps(walk, None)?;
+    animations(walk, &all, None)?;
+    Ok(all)
+}
+
+/// The results of an animation: its poses, and its cloth if it is simulated.
+pub(in crate::session) struct Moved {
+    pub track: Kept<PoseTrack>,
+    pub cloth: Option<Kept<ClothTrack>>,
+}
+
+/// Walks through all animations, or only the named one, on the figure of the last step.
+///
+/// **Requires** the results of all steps.
+pub(in crate::session) fn animations(
+    walk: &mut Walk,
+    steps: &[StepResults],
+    only: Option<&str>,
+) -> Result<Vec<Moved>, SessionError> {
+    let recipe = walk.session().recipe.clone();
+    let Some(last) = steps.last() else { return Ok(Vec::new()) };
+    let wanted = recipe.animations.iter().filter(|animation| only.is_none_or(|name| name == animation.name));
+    wanted.map(|animation| moved(walk, last.figure, animation)).collect()
+}
+
+fn moved(walk: &mut Walk, figure: Kept<Figure>, animation: &AnimationRecipe) -> Result<Moved, SessionError> {
+    let (model, clip) = (ModelInput::of(walk.session()), ClipInput::of(walk.session(), animation)?);
+    let at = &mut walk.at_animation(animation.key(), &animation.name);
+    let AnimationRecipe { fps, frames, fabrics, .. } = animation.clone();
+    let inputs = animate::Inputs { figure, model: model.clone(), clip, fps, frames, params: animation.params()? };
+    let track = at.run(ANIMATE, inputs, animate::run)?.kept;
+    if !animation.mode().is_simulated() {
+        return Ok(Moved { track, cloth: None });
+    }
+    let (skinning, mode, solver) = (animation.skinning.unwrap_or_default(), animation.mode(), animation.solver());
+    let params = animation.cloth_params()?;
+    let inputs = cloth::Inputs { figure, model, track, skinning, mode, solver, fabrics, params };
+    Ok(Moved { track, cloth: Some(at.run(CLOTH, inputs, cloth::run)?.kept) })
+}
