@@ -4,6 +4,7 @@
 mod inputs;
 
 use divan::{Bencher, black_box};
+use overcoat::body::skin;
 use overcoat::geometry::{SurfaceIndex, Vec3, WindingField};
 use overcoat::numerics::SparseCholesky;
 use overcoat::segment::min_cut;
@@ -60,6 +61,13 @@ fn cholesky_solve_3(bencher: Bencher) {
     let Ok(factor) = factor else { unreachable!("the system is positive definite") };
     let right: Vec<Vec3> = mesh.points().iter().map(|p| p.coords).collect();
     bencher.bench(|| factor.solve_vectors(black_box(&right)));
+}
+
+/// All layers of a detailed figure, as `drive` poses them for each frame.
+#[divan::bench(sample_count = 20)]
+fn skinning_200k(bencher: Bencher) {
+    let (points, weights, skeleton, pose) = inputs::skinned(200_000);
+    bencher.bench(|| skin(black_box(&points), &weights, &skeleton, black_box(&pose)));
 }
 
 #[divan::bench(sample_count = 20)]

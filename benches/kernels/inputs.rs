@@ -1,9 +1,9 @@
 //! What the kernels are timed on: the embedded body in triangles of a quarter of the area, and made-up queries, labels and
 //! programs. Everything is the same in each run.
 
-use nalgebra::{DMatrix, DVector};
-use overcoat::body::embedded_model;
-use overcoat::geometry::{Point, TriMesh, Vec3, uniform_laplacian};
+use nalgebra::{DMatrix, DVector, UnitQuaternion};
+use overcoat::body::{Pose, Skeleton, SkinWeights, embedded_model};
+use overcoat::geometry::{PerVertex, Point, TriMesh, Vec3, VertexId, uniform_laplacian};
 use overcoat::numerics::{QpRow, QuadraticProgram};
 use std::collections::BTreeMap;
 
@@ -45,6 +45,18 @@ pub fn body() -> TriMesh {
     }
     let Ok(mesh) = TriMesh::try_from_indices(points, &faces) else { unreachable!("all corners are points") };
     mesh
+}
+
+/// `count` vertices with four influences each, and a pose of all joints.
+pub fn skinned(count: usize) -> (PerVertex<Point>, SkinWeights, Skeleton, Pose) {
+    let Ok(model) = embedded_model() else { unreachable!("the embedded model is part of the program") };
+    let of = |v: usize| VertexId::from_index(v % model.template.vertex_count());
+    let points: Vec<Point> = (0..count).map(|v| model.template.points()[of(v)]).collect();
+    let rows = (0..count).map(|v| model.weights.rows()[of(v)].to_vec());
+    let mut pose = Pose::bind(model.skeleton.len());
+    let turn = UnitQuaternion::from_euler_angles(0.1, 0.2, 0.1);
+    pose.rotations.iter_mut().for_each(|rotation| *rotation = turn);
+    (points.into(), SkinWeights::from_rows(rows), model.skeleton.clone(), pose)
 }
 
 /// Points up to 1 cm from vertices of the mesh in each direction.

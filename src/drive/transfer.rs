@@ -17,10 +17,15 @@ use super::library_training::places_of;
 use super::recognition::{PoseLibrary, Recognizer, pose_of};
 use crate::body::{Figure, Pose};
 use crate::geometry::{Point, SurfaceIndex, TriMesh, Vec3, VertexId};
+use crate::stack::crossing_places;
 use nalgebra::{Matrix3, Rotation3};
 
 /// The most iterations of a frame, as in the paper.
 const MOST_ITERATIONS: usize = 10;
+
+/// A template must fit the landmarks better than the frame before by this factor, in square metres: it says nothing of hands and
+/// feet beyond the landmarks, which would jump.
+const BETTER: f64 = 0.5;
 
 /// How the paper's method runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,14 +105,18 @@ impl<'a> LaplacianDriver<'a> {
         let seen: Places = std::array::from_fn(|k| places[k].filter(|_| known[k]));
         let recognized = self.recognizer.recognize(&seen);
         let template = recognized.and_then(|r| r.nearest.first().map(|(sample, _)| *sample));
-        let mut best: Option<(f64, Vec<Rotation3<f64>>, Vec<Vec3>)> = None;
-        if let Some(last) = &self.last {
-            let moved = match rigid(&self.body.places_at(&last.1), &seen) {
+        let (rotations, points) = match &self.last {
+            Some(last) => match rigid(&self.body.places_at(&last.1), &seen) {
                 Some(rigid) => moved_rigidly(last, &rigid),
                 None => last.clone(),
-            };
-            best = Some((self.body.misfit(&moved.1, &moved.0, &seen), moved.0, moved.1));
-        }
+            },
+            None => {
+                let rotations = self.body.rotations_in(self.figure, &calibration.pose);
+                let mesh = self.figure.body().posed(&self.figure.skeleton, &calibration.pose);
+                (rotations, mesh.points().iter().map(|p| p.coords).collect())
+            }
+        };
+        let mut best = (BETTER * self.body.misfit(&points, &rotations, &seen), rotations, points);
         if let Some(k) = template
             && let Some((turn, shift)) = rigid(&self.places[k], &seen)
         {
@@ -117,15 +126,11 @@ impl<'a> LaplacianDriver<'a> {
             let mesh = self.figure.body().posed(&self.figure.skeleton, pose);
             let points: Vec<Vec3> = mesh.points().iter().map(|p| turn * p.coords + shift).collect();
             let misfit = self.body.misfit(&points, &rotations, &seen);
-            if best.as_ref().is_none_or(|(least, ..)| misfit < *least) {
-                best = Some((misfit, rotations, points));
+            if misfit < best.0 {
+                best = (misfit, rotations, points);
             }
         }
-        let (_, rotations, points) = best.unwrap_or_else(|| {
-            let rotations = self.body.rotations_in(self.figure, &calibration.pose);
-            let mesh = self.figure.body().posed(&self.figure.skeleton, &calibration.pose);
-            (0.0, rotations, mesh.points().iter().map(|p| p.coords).collect())
-        });
+        let (_, rotations, points) = best;
         let most = self.params.iterations.min(MOST_ITERATIONS);
         let solved = self.body.solve(&seen, known, &rotations, &points, most, self.params.still);
         self.last = Some((solved.rotations.clone(), solved.points.iter().map(|p| p.coords).collect()));
@@ -219,6 +224,12 @@ impl<'a> WornGarments<'a> {
             layer.mesh.with_points(points)
         });
         std::iter::once(body.with_points(solved.points.clone())).chain(dressed).collect()
+    }
+
+    /// How many pairs of triangles cross, of the garments and of garments and body; `None` if that cannot be found out.
+    pub fn crossing_pairs(&self, solved: &Solved) -> Option<usize> {
+        let places = crossing_places(&self.on(solved)).ok()?;
+        Some(places.iter().filter(|place| place.layers != [0, 0]).map(|place| place.pairs).sum())
     }
 }
 

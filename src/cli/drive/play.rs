@@ -198,11 +198,12 @@ pub(super) fn play(args: PlayArgs, context: &Context) -> anyhow::Result<Done> {
         shown: 0,
         dropped: 0,
         number: 0,
+        crossings: Vec::new(),
     };
     let mut progress = Progress::of_one_stage(&context.console);
     let outcome = stage.play(&arrived, &stop, &mut |text| progress.describe(text));
     progress.end();
-    let Stage { player, save, mut outputs, view, film, mut latencies, shown, dropped, number, .. } = stage;
+    let Stage { player, save, mut outputs, view, film, mut latencies, shown, dropped, number, crossings, .. } = stage;
     if let Some((_, Some(save))) = save {
         save.end(&mut outputs)?;
     }
@@ -235,6 +236,7 @@ pub(super) fn play(args: PlayArgs, context: &Context) -> anyhow::Result<Done> {
         "distance_mm": distance_mm,
         "noise_mm": player.noise() * 1e3,
         "steps_per_frame": steps,
+        "crossing_pairs": crossings,
         "shown": shown,
         "dropped": dropped,
         "latency_ms": { "median": latency(0.5), "p95": latency(0.95), "max": latency(1.0) },
@@ -253,6 +255,13 @@ pub(super) fn play(args: PlayArgs, context: &Context) -> anyhow::Result<Done> {
         done = done.line(format!(
             "latency from line to frame: {median:.1} ms, 95 % within {p95:.1} ms; {steps:.1} steps per frame{}",
             if to.is_some() { format!("; {shown} frames shown, {dropped} dropped") } else { String::new() }
+        ));
+    }
+    if let Some(most) = crossings.iter().max() {
+        let some = crossings.iter().filter(|pairs| **pairs > 0).count();
+        done = done.line(format!(
+            "garments cross in {some} of {} frames looked at, by at most {most} pairs of triangles",
+            crossings.len()
         ));
     }
     for (count, what) in [
@@ -357,6 +366,8 @@ struct Stage<'a> {
     shown: usize,
     dropped: usize,
     number: usize,
+    /// Pairs of triangles that cross, of the frames looked at.
+    crossings: Vec<usize>,
 }
 
 impl Stage<'_> {
@@ -457,6 +468,9 @@ impl Stage<'_> {
             } else {
                 self.dropped += 1;
             }
+            if let Some(solved) = frame.solved.as_ref().filter(|_| self.counts_crossings(waited)) {
+                self.crossings.extend(self.worn.crossing_pairs(solved));
+            }
             if let Some(film) = &mut self.film {
                 film.push(frame);
             }
@@ -464,6 +478,12 @@ impl Stage<'_> {
             describe(format!("frame {}", self.number));
         }
         Ok(())
+    }
+
+    /// Looked at once a second, and not while somebody waits for the frame: it takes longer than a frame.
+    fn counts_crossings(&self, waited: bool) -> bool {
+        const EVERY: usize = 30;
+        !waited && !self.is_piped && !self.pace && self.figure.layers.len() > 1 && self.number.is_multiple_of(EVERY)
     }
 
     /// Whether a frame comes too late to be shown; waits where it comes too early.
