@@ -131,6 +131,15 @@ bench-peers-fit FOLDER:
     cargo build --release --no-default-features --example time_fit
     python3 benches/peers/fit.py target/release/examples/time_fit {{FOLDER}}
 
+# The tables of `drive`. MAN and WOMAN are sessions, STREAMS holds folders of streams with truth, CLIPS are .bvh files
+drive-table MAN WOMAN STREAMS *CLIPS:
+    cargo build --release --no-default-features --example measure_drive
+    target/release/examples/measure_drive streams {{MAN}}={{STREAMS}}/man_clean {{WOMAN}}={{STREAMS}}/other_person {{MAN}}={{STREAMS}}/man_noisy
+    target/release/examples/measure_drive speed {{MAN}}
+    target/release/examples/measure_drive trackers {{MAN}}
+    target/release/examples/measure_drive keys {{MAN}}
+    target/release/examples/measure_drive classes docs/drive {{MAN}} {{WOMAN}} {{CLIPS}}
+
 # Ten thousand frames of cloth: nothing crosses, nothing explodes
 cloth-long:
     cargo test --release --no-default-features --lib -- --ignored --nocapture ten_thousand_frames

@@ -49,7 +49,7 @@ fn key_poses_are_interpolated_and_the_nearest_figure_is_chosen() {
     assert!(done["calibration"].to_string().contains("the wearer's size differs"), "{done}");
     for (args, expected) in [
         (vec!["drive", file, "--key-interval", "1"], "has no key poses"),
-        (vec!["drive", file, "--key-interval", "-1"], "give seconds"),
+        (vec!["drive", file, "--key-interval=-1"], "give seconds"),
         (vec!["drive", "-", "--among", other], "still to come"),
     ] {
         let refused = overcoat(&session, &args);
@@ -99,7 +99,8 @@ fn streams_as_trackers_write_them_are_read_or_reported() {
     for (name, text, code, expected) in [
         ("centimetres", centimetres, 0, "in cm"),
         ("backwards", backwards, 1, "time"),
-        ("not-a-number", not_a_number.join("\n") + "\n", 0, "line 101"),
+        // A place that is no number is a landmark that was lost.
+        ("not-a-number", not_a_number.join("\n") + "\n", 0, "drove 180 frames"),
         ("unknown", unknown, 0, "tail"),
         ("two-people", two_people, 1, "hint:"),
         ("seven", seven, 1, "landmarks"),
@@ -161,8 +162,9 @@ fn bones_that_a_tracker_sends_move_the_figure_and_a_port_in_use_is_said() {
         let _ = socket.send_to(b"no OSC at all", &to);
         let angle = f32::to_radians(k as f32);
         let arm = [0.0, 0.0, (angle / 2.0).sin(), (angle / 2.0).cos()];
-        for (bone, rotation) in [("Hips", [0.0, 0.0, 0.0, 1.0]), ("LeftUpperArm", arm)] {
-            let _ = socket.send_to(&osc_bone(bone, rotation), &to);
+        let _ = socket.send_to(&osc_bone("LeftUpperArm", arm), &to);
+        for bone in BONES {
+            let _ = socket.send_to(&osc_bone(bone, [0.0, 0.0, 0.0, 1.0]), &to);
         }
         let _ = socket.send_to(&osc("/VMC/Ext/OK", ",i", &1_i32.to_be_bytes()), &to);
         let _ = socket.send_to(&osc("/VMC/Ext/T", ",f", &(k as f32 * 0.02).to_be_bytes()), &to);
@@ -175,6 +177,24 @@ fn bones_that_a_tracker_sends_move_the_figure_and_a_port_in_use_is_said() {
     let moved = overcoat_ok(&session, &["animate", "v.jsonl", "--mode", "lbs", "--json"]).json();
     assert!(moved["measures"]["frames"].as_f64().unwrap() > 10.0, "{moved}");
 }
+
+/// The other bones of a whole body.
+const BONES: [&str; 14] = [
+    "Hips",
+    "Spine",
+    "Chest",
+    "Neck",
+    "Head",
+    "LeftLowerArm",
+    "LeftUpperLeg",
+    "LeftLowerLeg",
+    "LeftFoot",
+    "RightUpperArm",
+    "RightLowerArm",
+    "RightUpperLeg",
+    "RightLowerLeg",
+    "RightFoot",
+];
 
 /// An OSC message: padded address, padded type tags, arguments.
 fn osc(address: &str, tags: &str, arguments: &[u8]) -> Vec<u8> {
