@@ -2,9 +2,7 @@
 
 use crate::common::{QUICK_RECIPE, coarse_session, demo_scan, on_demo_scans, overcoat_ok, ran};
 use overcoat::parameters::{Allowed, Setting};
-use overcoat::session::{
-    Cause, Forced, Parameter, Reason, Session, Stage, Writer, parameters_of, stages_of, stages_of_animation,
-};
+use overcoat::session::{Cause, Forced, Parameter, Reason, Session, Stage, Writer, parameters_of, stages_of_animation};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -220,7 +218,7 @@ fn each_key_puts_out_of_date_what_depends_on_it_and_is_the_reason() {
 #[test]
 fn each_step_has_the_stages_that_are_named_and_every_input_has_a_meaning() {
     let session = Session::open(built()).unwrap();
-    let of_steps = session.recipe().steps.iter().map(|step| (step.name.clone(), stages_of(step.is_body())));
+    let of_steps = session.recipe().steps.iter().map(|step| (step.name.clone(), step.kind().stages()));
     let of_animations = session.recipe().animations.iter();
     let of_animations = of_animations.map(|one| (format!("animation {}", one.name), stages_of_animation(one)));
     for (name, stages) in of_steps.chain(of_animations) {

@@ -3,7 +3,7 @@
 use super::console::{Context, Done, Verbosity, measures_text, secs, why_text};
 use crate::cloth::ClothMode;
 use crate::session::{
-    AnimationStatus, Attained, BodyModelSource, Judged, Session, Stage, StepStatus, Verdict, name_and_unit, stages_of,
+    AnimationStatus, Attained, BodyModelSource, Judged, Session, Stage, StepStatus, Verdict, name_and_unit,
 };
 use serde_json::json;
 use std::time::{Duration, Instant};
@@ -79,8 +79,10 @@ fn picture(step: &StepStatus, verbose: bool) -> Vec<String> {
         1 => ", 1 mask".into(),
         n => format!(", {n} masks"),
     };
-    let stages = stages_of(step.template.is_none());
-    let chain: Vec<String> = stages.iter().map(|&s| format!("{} {s}", mark(step, s))).collect();
+    let mut stages: Vec<Stage> =
+        step.up_to_date.iter().map(|report| report.stage).chain(step.out_of_date.clone()).collect();
+    stages.sort();
+    let chain: Vec<String> = stages.into_iter().map(|s| format!("{} {s}", mark(step, s))).collect();
     let verdict = match &step.verdict {
         Some(verdict) => verdict.to_string(),
         None => "out of date".into(),

@@ -77,14 +77,6 @@ impl Stage {
     }
 }
 
-/// The stages of the body's step, or of a garment's step; a test compares them with a build.
-pub fn stages_of(is_body: bool) -> &'static [Stage] {
-    use Stage::{Check, Cut, Evidence, Figure, Fit, Pose, Press, Register, Rig, Scan, Segment, Stack};
-    const OF_BODY: &[Stage] = &[Scan, Fit, Register, Figure, Check];
-    const OF_GARMENT: &[Stage] = &[Scan, Pose, Evidence, Segment, Cut, Rig, Stack, Figure, Press, Check];
-    if is_body { OF_BODY } else { OF_GARMENT }
-}
-
 impl fmt::Display for Stage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // Respects padding, so that names can form columns.

@@ -2,7 +2,7 @@
 
 use super::context::Context;
 use super::output::Done;
-use crate::session::{Stage, StepVerdict, Verdict, stages_of};
+use crate::session::{Stage, StepKind, StepVerdict, Verdict};
 use std::io::IsTerminal;
 
 /// `coat: check it: 55 hem loops, 3 or 4 expected; …`; what is no doubt comes last, in brackets.
@@ -56,7 +56,11 @@ pub(in crate::cli) fn required_good(done: Done, verdicts: &[StepVerdict], contex
 /// The stages by the steps that have them.
 pub(in crate::cli) fn stages_hint() -> String {
     let names = |stages: &[Stage]| stages.iter().map(|stage| stage.name()).collect::<Vec<_>>().join(", ");
-    format!("the stages of the body are {}; those of a garment {}", names(stages_of(true)), names(stages_of(false)))
+    format!(
+        "the stages of the body are {}; those of a garment {}",
+        names(StepKind::Body.stages()),
+        names(StepKind::Garment.stages())
+    )
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ impl Writer {
             for (step, stage) in named {
                 let step = self.session.recipe.step(step)?;
                 if let Some(stage) = stage {
-                    check_stage(&step.name, step.is_body(), *stage)?;
+                    check_stage(&step.name, step.kind(), *stage)?;
                 }
             }
         }

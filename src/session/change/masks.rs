@@ -180,7 +180,7 @@ impl Session {
             let (_, scan) = self.scan_of(step)?;
             let of = FileInput::of(self, &step.source());
             for (i, source) in step.masks.iter().enumerate() {
-                let input = MaskInput::of(self, step, source);
+                let input = MaskInput::of(self, &step.name, source);
                 let mask = input.read(&self.store)?;
                 let marks = input.marks(&mask, &self.store, &of, &scan)?;
                 found.push(MaskInfo {
@@ -298,7 +298,7 @@ impl Session {
         let layer_before = at.and_then(|at| step.masks[at].layer.as_deref());
         let (kept_scan, scan) = self.scan_of(&step)?;
         let of = FileInput::of(self, &step.source());
-        let marks = MaskInput::new(file, &step, layer_before).marks(&mask, &self.store, &of, &scan)?;
+        let marks = MaskInput::new(file, layer, layer_before).marks(&mask, &self.store, &of, &scan)?;
         let (marks, content) = match &mask {
             // A file with unlabelled vertices tells itself what is pinned.
             MaskFile::Surface(surface) if surface.is_complete() && !surface.is_painted() => {

@@ -4,10 +4,10 @@ use crate::parameters::Setting;
 use crate::session::error::SessionError;
 use crate::session::open::{Writer, source};
 use crate::session::pipeline::{self, Event, Forced, StageReport, Walk};
-use crate::session::recipe::{check_stage, has_parameters, parameters_of};
+use crate::session::recipe::{StepKind, check_stage, has_parameters, parameters_of};
 use crate::session::results::FitRecording;
 use crate::session::results::ShowIn;
-use crate::session::stage::{Stage, stages_of};
+use crate::session::stage::Stage;
 
 /// The request to run single stages.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -103,22 +103,22 @@ impl Writer {
         let recipe = &self.session.recipe;
         if let Some(name) = &request.step {
             let step = recipe.step(name)?;
-            let of_step = stages_of(step.is_body());
+            let of_step = step.kind().stages();
             return match request.stages.iter().any(|s| of_step.contains(s)) {
                 true => Ok(vec![name.clone()]),
                 // `stack` also runs stages before the one of its name, which the user did not ask for.
                 false => {
                     let named = request.stages.iter().find(|stage| stage.to_string() == request.name);
                     let asked = named.unwrap_or(&request.stages[0]);
-                    check_stage(name, step.is_body(), *asked).map(|()| Vec::new())
+                    check_stage(name, step.kind(), *asked).map(|()| Vec::new())
                 }
             };
         }
         if recipe.steps.is_empty() {
             return Err(SessionError::NoScans { dir: self.session.dir().to_path_buf() });
         }
-        let has = |is_body| request.stages.iter().any(|s| stages_of(is_body).contains(s));
-        let names: Vec<String> = recipe.steps.iter().filter(|s| has(s.is_body())).map(|s| s.name.clone()).collect();
+        let has = |kind: StepKind| request.stages.iter().any(|s| kind.stages().contains(s));
+        let names: Vec<String> = recipe.steps.iter().filter(|s| has(s.kind())).map(|s| s.name.clone()).collect();
         match names.is_empty() {
             false => Ok(names),
             true => Err(SessionError::BadRequest {
@@ -133,12 +133,11 @@ impl Writer {
         for (stages, name, _) in &request.settings {
             let mut taken = false;
             for step in steps {
-                let is_body = self.session.recipe.step(step)?.is_body();
-                let of_step = stages_of(is_body);
-                taken |= stages.iter().any(|s| of_step.contains(s) && has_parameters(is_body, *s));
+                let kind = self.session.recipe.step(step)?.kind();
+                taken |= stages.iter().any(|s| has_parameters(kind, *s));
             }
             if !taken {
-                let whose = if stages_of(true).contains(&stages[0]) && stages[0] != Stage::Figure {
+                let whose = if StepKind::Body.stages().contains(&stages[0]) && stages[0] != Stage::Figure {
                     "the body's step"
                 } else {
                     "garments"
@@ -162,8 +161,8 @@ impl Writer {
         on_event: &mut dyn FnMut(&Event),
     ) -> Result<Vec<StageReport>, SessionError> {
         let (Some(stages), Some(last)) = (stages, steps.last()) else { return Ok(Vec::new()) };
-        let is_body = self.session.recipe.step(last)?.is_body();
-        let Some(stage) = stages_of(is_body).iter().rev().find(|s| stages.contains(s)) else {
+        let kind = self.session.recipe.step(last)?.kind();
+        let Some(stage) = kind.stages().iter().rev().find(|s| stages.contains(s)) else {
             return Ok(Vec::new());
         };
         source::keep_missing(&mut self.session)?;
@@ -196,10 +195,9 @@ fn change_settings(
     step: &mut crate::session::recipe::StepRecipe,
     request: &StageRequest,
 ) -> Result<Vec<String>, SessionError> {
-    let of_step = stages_of(step.is_body());
-    let (step_name, is_body) = (step.name.clone(), step.is_body());
+    let (step_name, kind) = (step.name.clone(), step.kind());
     let mut changes = Vec::new();
-    for &stage in request.stages.iter().filter(|s| of_step.contains(s) && has_parameters(is_body, **s)) {
+    for &stage in request.stages.iter().filter(|s| has_parameters(kind, **s)) {
         let old = step.settings(stage).clone();
         let Some(settings) = step.settings_mut(stage) else { continue };
         if request.reset {

@@ -3,33 +3,31 @@
 use super::check::{self, CHECK};
 use super::figure::{self, FIGURE};
 use super::fit::{self, FIT};
-use super::garment::scan_of;
-use super::garment_scans::garment_scans;
 use super::hair::HAIR_AREA;
 use super::input::ModelInput;
+use super::later_scans::later_scans;
 use super::register::{self, REGISTER};
+use super::scan::{self, SCAN};
 use super::steps::{OfStep, StepResults};
 use super::walk::Walk;
 use crate::session::error::SessionError;
-use crate::session::recipe::{BodySurface, Recipe, StepRecipe, params_of};
-use crate::session::stage::Stage;
+use crate::session::recipe::{BODY_STEP, BodyStep, BodySurface, Recipe};
 
-pub(super) fn body(walk: &mut Walk, recipe: &Recipe, step: &StepRecipe) -> Result<StepResults, SessionError> {
+pub(super) fn body(walk: &mut Walk, recipe: &Recipe, step: BodyStep) -> Result<StepResults, SessionError> {
     let model = ModelInput::of(walk.session());
-    let scan = scan_of(walk, step)?;
-    let others = garment_scans(walk, recipe, step)?;
-    let at = &mut walk.at(&step.name);
+    let inputs = scan::Inputs::of(walk.session(), step.reading.clone());
+    let scan = walk.at(BODY_STEP).run(SCAN, inputs, scan::run)?.kept;
+    let others = later_scans(walk, recipe, &step)?;
+    let at = &mut walk.at(BODY_STEP);
 
-    let params = params_of(step, Stage::Fit)?;
-    let inputs = fit::Inputs { scan, model: model.clone(), others: others.clone(), params };
+    let inputs = fit::Inputs { scan, model: model.clone(), others: others.clone(), params: step.fit };
     let fit = at.run(FIT, inputs, fit::run)?;
     let fitted = fit.kept;
 
-    let params = params_of(step, Stage::Register)?;
-    let inputs = register::Inputs { scan, fitted, model: model.clone(), others, params };
+    let inputs = register::Inputs { scan, fitted, model: model.clone(), others, params: step.register };
     let registered = at.run(REGISTER, inputs, register::run)?.kept;
 
-    let surface = (step.surface == Some(BodySurface::Scan)).then_some(scan);
+    let surface = (step.surface == BodySurface::Scan).then_some(scan);
     let inputs = figure::BodyInputs { registered, model: model.clone(), surface };
     let figure = at.run(FIGURE, inputs, figure::body_alone)?.kept;
 

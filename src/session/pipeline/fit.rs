@@ -2,9 +2,9 @@
 
 use super::at::{Code, Run};
 use super::event::{OnProgress, Outcome, StageProgress};
-use super::garment_scans::{self, GarmentScan};
 use super::hair::HAIR_AREA;
 use super::input::ModelInput;
+use super::later_scans::{self, LaterScan};
 use super::mention;
 use crate::fit::{self, FittedBody, NakedParams, OtherScan, fit_naked, fit_together};
 use crate::scan::Scan;
@@ -23,7 +23,7 @@ pub(super) struct Inputs {
     pub scan: Kept<Scan>,
     pub model: ModelInput,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub others: Vec<GarmentScan>,
+    pub others: Vec<LaterScan>,
     pub params: NakedParams,
 }
 
@@ -38,7 +38,7 @@ pub(super) fn run(
     if !others.is_empty() {
         let scans = others.iter().map(|other| store.load(other.scan)).collect::<Result<Vec<_>, _>>()?;
         let names: Vec<String> = (0..others.len()).map(mention::garment_scan).collect();
-        let covers = garment_scans::covers(&others, &fitted.figure(&model))?;
+        let covers = later_scans::covers(&others, &fitted.figure(&model))?;
         let other_scans: Vec<OtherScan> = (others.iter().zip(&scans).zip(&names).zip(covers))
             .map(|(((of, scan), name), cover)| OtherScan { name, scan, cover, params: of.params.clone() })
             .collect();

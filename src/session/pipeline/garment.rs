@@ -16,30 +16,30 @@ use super::segment::{self, SEGMENT};
 use super::stack::{self, STACK};
 use super::steps::{OfStep, StepResults};
 use super::walk::Walk;
-use crate::cut::Garment;
 use crate::fit::{FittedBody, PoseInside};
 use crate::scan::Scan;
 use crate::segment::Segmentation;
 use crate::session::error::SessionError;
-use crate::session::recipe::{GarmentSpec, Recipe, StepRecipe, garment_spec, params_of};
-use crate::session::stage::Stage;
+use crate::session::recipe::{Garment, GarmentScan, Recipe, Step, StepRecipe};
 use crate::session::store::Kept;
 
 /// The scan of a step, independent of earlier steps.
 pub(in crate::session) fn scan_of(walk: &mut Walk, step: &StepRecipe) -> Result<Kept<Scan>, SessionError> {
-    let inputs = scan::Inputs::of(walk.session(), step)?;
+    let inputs = scan::Inputs::of(walk.session(), step.reading()?);
     Ok(walk.at(&step.name).run(SCAN, inputs, scan::run)?.kept)
 }
 
 /// A garment's step, and what it builds on.
 pub(super) struct GarmentStep<'a> {
-    recipe: &'a Recipe,
-    step: &'a StepRecipe,
-    model: ModelInput,
-    kind: GarmentSpec,
+    scan: GarmentScan,
+    garment: Garment,
     /// All garments that its scan shows for the first time.
     garments: NewGarments,
     masks: MasksOfScan,
+    is_hair: bool,
+    /// An earlier step with the same file, although it is of another garment.
+    same_as: Option<usize>,
+    model: ModelInput,
     /// The step before.
     inner: &'a StepResults,
     /// The last step with an earlier scan: `inner`, unless that is of the same outfit; the body for its hair.
@@ -54,24 +54,36 @@ pub(super) struct CutOut {
     inside: Kept<PoseInside>,
     evidence: Kept<Evidence>,
     labels: Kept<Segmentation>,
-    pub garment: Kept<Garment>,
+    pub garment: Kept<crate::cut::Garment>,
 }
 
 impl<'a> GarmentStep<'a> {
-    /// Step `at` of a recipe, given the results of all steps before it.
+    /// Entry `at` of a recipe, given the results of all entries before it.
     pub fn of(walk: &Walk, recipe: &'a Recipe, at: usize, before: &'a [StepResults]) -> Result<Self, SessionError> {
-        let step = &recipe.steps[at];
+        let entry = &recipe.steps[at];
+        let name = entry.name.clone();
         let before_scan = recipe.last_before_scan(at).and_then(|last| before.get(last));
         let (Some(body), Some(inner), Some(before_scan)) = (before.first(), before.last(), before_scan) else {
-            return Err(SessionError::GarmentBeforeBody { name: step.name.clone() });
+            return Err(SessionError::GarmentBeforeBody { name });
+        };
+        let (scan, garment, garments, is_hair) = match recipe.variant(entry)? {
+            Step::Body(_) => return Err(SessionError::GarmentBeforeBody { name }),
+            Step::Garment(scan, garment) => (scan, garment.clone(), NewGarments::alone(&garment), false),
+            Step::Hair(scan, hair) => (scan, hair.clone(), NewGarments::alone(&hair), true),
+            Step::Outfit(scan, mut all) => {
+                let garments = NewGarments::of_outfit(&all);
+                let place = all.iter().position(|garment| garment.name == name).unwrap_or_default();
+                (scan, all.swap_remove(place), garments, false)
+            }
         };
         Ok(Self {
-            recipe,
-            step,
+            scan,
+            garment,
+            garments,
+            masks: MasksOfScan::of(walk.session(), entry),
+            is_hair,
+            same_as: recipe.same_file(at),
             model: ModelInput::of(walk.session()),
-            kind: garment_spec::of_step(step)?,
-            garments: NewGarments::of(recipe, step)?,
-            masks: MasksOfScan::of(walk.session(), step),
             inner,
             before_scan,
             hair: body.fit_with_hair(),
@@ -80,57 +92,62 @@ impl<'a> GarmentStep<'a> {
 
     /// In the scan: the pose of the figure dressed so far, the labels, the cut.
     pub fn cut_out(&self, walk: &mut Walk) -> Result<CutOut, SessionError> {
-        let Self { step, kind, hair, .. } = self;
-        let (model, garments, figure) = (|| self.model.clone(), || self.garments.clone(), self.before_scan.figure);
-        let scan = scan_of(walk, step)?;
-        let at = &mut walk.at(&step.name);
+        let GarmentScan { reading, pose, segment } = self.scan.clone();
+        let Garment { name, kind, cut, .. } = self.garment.clone();
+        let (model, garments, hair) = (|| self.model.clone(), || self.garments.clone(), self.hair);
+        let (figure, start) = (self.before_scan.figure, self.before_scan.pose());
+        let inputs = scan::Inputs::of(walk.session(), reading);
+        let at = &mut walk.at(&name);
+        let scan = at.run(SCAN, inputs, scan::run)?.kept;
 
-        let (start, params) = (self.before_scan.pose(), params_of(step, Stage::Pose)?);
-        let inputs = pose::Inputs { scan, figure, start, model: model(), garments: garments(), hair: *hair, params };
+        let inputs = pose::Inputs { scan, figure, start, model: model(), garments: garments(), hair, params: pose };
         let inside = at.run(POSE, inputs, pose::run)?.kept;
 
-        let params = params_of(step, Stage::Segment)?;
         let inputs =
-            evidence::Inputs { scan, figure, inside, model: model(), garments: garments(), hair: *hair, params };
+            evidence::Inputs { scan, figure, inside, model: model(), garments: garments(), hair, params: segment };
         let evidence = at.run(EVIDENCE, inputs, evidence::run)?.kept;
 
         let inputs = segment::Inputs { scan, evidence, masks: self.masks.clone() };
         let labels = at.run(SEGMENT, inputs, segment::run)?.kept;
 
-        let (figure, params) = (self.inner.figure, params_of(step, Stage::Cut)?);
-        let (kind, hair) = (kind.clone(), hair.filter(|_| kind.template.grows));
-        let if_nothing = self.if_nothing();
-        let inputs = cut::Inputs { scan, labels, figure, inside, model: model(), kind, hair, if_nothing, params };
+        let (figure, hair, if_nothing) = (self.inner.figure, hair.filter(|_| self.is_hair), self.if_nothing());
+        let inputs = cut::Inputs { scan, labels, figure, inside, model: model(), kind, hair, if_nothing, params: cut };
         let garment = at.run(CUT, inputs, cut::run)?.kept;
         Ok(CutOut { scan, inside, evidence, labels, garment })
     }
 
     /// On the figure: the garment's weights, its place clear of the layers inside, the new figure.
     pub fn put_on(&self, walk: &mut Walk, cut: &CutOut) -> Result<StepResults, SessionError> {
-        let Self { step, kind, .. } = self;
+        let Garment { name, kind, rig, stack, figure: physics, press, .. } = self.garment.clone();
         let CutOut { scan, inside, labels, garment, .. } = *cut;
-        let (model, figure, fabric) = (|| self.model.clone(), self.inner.figure, || kind.template.fabric.clone());
-        let at = &mut walk.at(&step.name);
+        let (model, is_hair, figure) = (|| self.model.clone(), self.is_hair, self.inner.figure);
+        let fabric = kind.template.fabric.clone();
+        let at = &mut walk.at(&name);
 
-        let params = params_of(step, Stage::Rig)?;
-        let rigged = at.run(RIG, rig::Inputs { garment, figure, inside, model: model(), params }, rig::run)?.kept;
+        let inputs = rig::Inputs { garment, figure, inside, model: model(), params: rig };
+        let rigged = at.run(RIG, inputs, rig::run)?.kept;
 
-        let params = params_of(step, Stage::Stack)?;
-        let inputs = stack::Inputs { rigged, figure, model: model(), fabric: fabric(), params };
+        let inputs = stack::Inputs { rigged, figure, model: model(), fabric: fabric.clone(), params: stack };
         let stacked = at.run(STACK, inputs, stack::run)?.kept;
 
-        let (name, kind, params) = (step.name.clone(), kind.clone(), params_of(step, Stage::Figure)?);
-        let inputs = figure::GarmentInputs { name, garment, rigged, stacked, figure, model: model(), kind, params };
+        let inputs = figure::GarmentInputs {
+            name: name.clone(),
+            garment,
+            rigged,
+            stacked,
+            figure,
+            model: model(),
+            kind,
+            params: physics,
+        };
         let dressed = at.run(FIGURE, inputs, figure::with_garment)?.kept;
 
-        let (is_hair, params) = (step.is_hair(), params_of(step, Stage::Press)?);
-        let inputs = press::Inputs { garment, dressed, inside, model: model(), is_hair, params };
+        let inputs = press::Inputs { garment, dressed, inside, model: model(), is_hair, params: press };
         let pressed = at.run(PRESS, inputs, press::run)?.kept;
 
         // The bare scan, from which hair is cut, shows no garments.
         let figure = if is_hair { self.before_scan.figure } else { figure };
-        let (same_as, beside) = (self.same_file(), self.beside(cut));
-        let (model, fabric) = (model(), fabric());
+        let (model, same_as, beside) = (model(), self.same_as, self.beside(cut));
         let inputs =
             check::GarmentInputs { scan, figure, inside, labels, garment, model, fabric, is_hair, same_as, beside };
         at.run(CHECK, inputs, check::garment)?;
@@ -138,20 +155,11 @@ impl<'a> GarmentStep<'a> {
     }
 
     fn if_nothing(&self) -> IfNothing {
-        match (self.kind.template.grows && self.masks.own().is_empty(), self.garments.is_outfit) {
+        match (self.is_hair && self.masks.own().is_empty(), self.garments.is_outfit) {
             (true, _) => IfNothing::IsNoLayer,
             (false, true) => IfNothing::IsDoubtful,
             (false, false) => IfNothing::Fails,
         }
-    }
-
-    /// An earlier step with the same file, although it is of another garment.
-    fn same_file(&self) -> Option<usize> {
-        let step = self.step;
-        let is_same = |other: &StepRecipe| other.hash.is_some() && other.hash == step.hash;
-        let is_of_outfit = |other: &StepRecipe| step.outfit.is_some() && other.outfit == step.outfit;
-        let earlier = self.recipe.steps.iter().take_while(|other| other.name != step.name);
-        earlier.enumerate().find(|(_, o)| !o.is_hair() && !is_of_outfit(o) && is_same(o)).map(|(at, _)| at)
     }
 
     fn beside(&self, cut: &CutOut) -> Option<Beside> {

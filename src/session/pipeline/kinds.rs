@@ -4,8 +4,7 @@ use crate::body::Figure;
 use crate::fit::Cover;
 use crate::geometry::PerVertex;
 use crate::segment::SegmentError;
-use crate::session::error::SessionError;
-use crate::session::recipe::{GarmentSpec, Recipe, StepRecipe};
+use crate::session::recipe::{Garment, GarmentSpec};
 use serde::Serialize;
 
 /// The garments that a scan shows for the first time.
@@ -18,9 +17,12 @@ pub(in crate::session) struct NewGarments {
 }
 
 impl NewGarments {
-    /// Those of the scan of a step.
-    pub fn of(recipe: &Recipe, step: &StepRecipe) -> Result<Self, SessionError> {
-        Ok(Self { kinds: recipe.garments_of_outfit(step)?, is_outfit: step.outfit.is_some() })
+    pub fn alone(garment: &Garment) -> Self {
+        Self { kinds: vec![garment.kind.clone()], is_outfit: false }
+    }
+
+    pub fn of_outfit(garments: &[Garment]) -> Self {
+        Self { kinds: garments.iter().map(|garment| garment.kind.clone()).collect(), is_outfit: true }
     }
 
     /// Whether this is the hair of the bare scan.

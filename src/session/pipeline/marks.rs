@@ -25,14 +25,15 @@ pub(in crate::session) struct MaskInput {
 }
 
 impl MaskInput {
-    pub fn of(session: &Session, step: &StepRecipe, source: &SourceFile) -> Self {
-        Self { file: FileInput::of(session, source), layer: step.name.clone(), layer_before: source.layer.clone() }
+    pub fn of(session: &Session, layer: &str, source: &SourceFile) -> Self {
+        let file = FileInput::of(session, source);
+        Self { file, layer: layer.into(), layer_before: source.layer.clone() }
     }
 
     /// A mask that is not in the recipe yet.
-    pub fn new(path: &Path, step: &StepRecipe, layer_before: Option<&str>) -> Self {
+    pub fn new(path: &Path, layer: &str, layer_before: Option<&str>) -> Self {
         let file = FileInput::at(path.to_path_buf(), None);
-        Self { file, layer: step.name.clone(), layer_before: layer_before.map(String::from) }
+        Self { file, layer: layer.into(), layer_before: layer_before.map(String::from) }
     }
 
     pub fn read(&self, store: &Store) -> Result<MaskFile, SessionError> {
@@ -84,7 +85,7 @@ pub(in crate::session) struct MasksOfScan {
 impl MasksOfScan {
     pub fn of(session: &Session, step: &StepRecipe) -> Self {
         let outfit = session.recipe.outfit_of(step);
-        let of_step = |of: &StepRecipe| of.masks.iter().map(|mask| MaskInput::of(session, of, mask)).collect();
+        let of_step = |of: &StepRecipe| of.masks.iter().map(|mask| MaskInput::of(session, &of.name, mask)).collect();
         Self {
             file: FileInput::of(session, &step.source()),
             masks: outfit.iter().map(of_step).collect(),

@@ -3,8 +3,8 @@
 use super::at::{Code, Run};
 use super::event::{OnProgress, Outcome, StageProgress};
 use super::fit::with_measures;
-use super::garment_scans::{self, GarmentScan};
 use super::input::ModelInput;
+use super::later_scans::{self, LaterScan};
 use crate::fit::{
     FillInView, FitIteration, FittedBody, RegisterHints, RegisterParams, RegisteredBody, register_with_hints,
 };
@@ -21,7 +21,7 @@ pub(super) struct Inputs {
     pub fitted: Kept<FittedBody>,
     pub model: ModelInput,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub others: Vec<GarmentScan>,
+    pub others: Vec<LaterScan>,
     pub params: RegisterParams,
 }
 
@@ -33,7 +33,7 @@ pub(super) fn run(
     let (scan, model) = (store.load(scan)?, model.load(store)?);
     let fitted = store.load(fitted)?;
     let scans = others.iter().map(|other| store.load(other.scan)).collect::<Result<Vec<_>, _>>()?;
-    let covers = garment_scans::covers(&others, &fitted.figure(&model))?;
+    let covers = later_scans::covers(&others, &fitted.figure(&model))?;
     let fill_in: Vec<FillInView> = (scans.iter().zip(&fitted.poses_in_others).zip(covers))
         .filter_map(|((scan, pose), cover)| Some(FillInView { scan, pose: pose.as_ref()?, cover }))
         .collect();

@@ -9,7 +9,7 @@ use crate::scan::{
 };
 use crate::session::error::SessionError;
 use crate::session::open::{Input, ScanInput, Session};
-use crate::session::recipe::{StepRecipe, params_over};
+use crate::session::recipe::{Reading, StepRecipe};
 use crate::session::stage::Stage;
 use crate::session::store::{Store, Warning};
 use serde::Serialize;
@@ -26,9 +26,8 @@ pub(super) struct Inputs {
 }
 
 impl Inputs {
-    pub fn of(session: &Session, step: &StepRecipe) -> Result<Self, SessionError> {
-        let file = FileInput::of(session, &step.source());
-        Ok(Self { file, params: scan_params_of(step)?, fusion: fusion_params_of(step)? })
+    pub fn of(session: &Session, reading: Reading) -> Self {
+        Self { file: FileInput::of(session, &reading.file), params: reading.scan, fusion: reading.fusion }
     }
 }
 
@@ -69,18 +68,6 @@ fn measured<T>(outcome: Outcome<T>, report: &FusionReport) -> Outcome<T> {
     outcome.measured("loop_mm", report.loop_mm).measured("loop_deg", report.loop_deg)
 }
 
-fn scan_params_of(step: &StepRecipe) -> Result<ScanParams, SessionError> {
-    let defaults = ScanParams::default();
-    let given = ScanParams { unit: step.unit, up: step.up, faces: step.faces.unwrap_or(defaults.faces), ..defaults };
-    params_over(given, step, Stage::Scan)
-}
-
-fn fusion_params_of(step: &StepRecipe) -> Result<FusionParams, SessionError> {
-    let defaults = FusionParams::default();
-    let given = FusionParams { voxel: step.voxel_mm.map_or(defaults.voxel, |mm| 1e-3 * mm), ..defaults };
-    params_over(given, step, Stage::Scan)
-}
-
 fn read(inputs: &Inputs, input: &Input, on_progress: OnProgress) -> Result<ReadScan, SessionError> {
     let Inputs { file, params, fusion } = inputs;
     let zip = match input.scan(file.path())? {
@@ -115,7 +102,8 @@ fn in_progress(on_progress: OnProgress) -> impl FnMut(&CleaningStep) {
 /// The cleaned scan of a step, computed here and not stored.
 pub(in crate::session) fn cleaned_scan(step: &StepRecipe, path: &Path, input: &Input) -> Result<Scan, SessionError> {
     let file = FileInput::at(path.to_path_buf(), None);
-    let inputs = Inputs { file, params: scan_params_of(step)?, fusion: fusion_params_of(step)? };
+    let Reading { scan, fusion, .. } = step.reading()?;
+    let inputs = Inputs { file, params: scan, fusion };
     read(&inputs, input, &mut |_| {}).map(|read| read.scan)
 }
 

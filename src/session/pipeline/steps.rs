@@ -17,8 +17,8 @@ use crate::scan::Scan;
 use crate::segment::Segmentation;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::recipe::{AnimationRecipe, Recipe, StepRecipe};
-use crate::session::stage::{Stage, stages_of};
+use crate::session::recipe::{AnimationRecipe, Recipe, Step};
+use crate::session::stage::Stage;
 use crate::session::store::Kept;
 
 /// The results of a step.
@@ -72,7 +72,7 @@ pub fn stages_of_animation(animation: &AnimationRecipe) -> &'static [Stage] {
 impl Session {
     /// The number of stages of a build.
     pub fn stage_count(&self) -> usize {
-        let of_steps = self.recipe.steps.iter().map(|step| stages_of(step.is_body()).len());
+        let of_steps = self.recipe.steps.iter().map(|step| step.kind().stages().len());
         let of_animations = self.recipe.animations.iter().map(|animation| stages_of_animation(animation).len());
         of_steps.chain(of_animations).sum()
     }
@@ -104,15 +104,16 @@ pub(in crate::session) fn steps_so_far(
     (all, Ok(()))
 }
 
-/// Step `at` of a recipe, given the results of all steps before it.
+/// Entry `at` of a recipe, given the results of all entries before it.
 fn one(walk: &mut Walk, recipe: &Recipe, at: usize, before: &[StepResults]) -> Result<StepResults, SessionError> {
-    let step: &StepRecipe = &recipe.steps[at];
-    if step.is_body() {
-        return body(walk, recipe, step);
+    match recipe.variant(&recipe.steps[at])? {
+        Step::Body(step) => body(walk, recipe, step),
+        Step::Garment(..) | Step::Outfit(..) | Step::Hair(..) => {
+            let garment = GarmentStep::of(walk, recipe, at, before)?;
+            let cut = garment.cut_out(walk)?;
+            garment.put_on(walk, &cut)
+        }
     }
-    let garment = GarmentStep::of(walk, recipe, at, before)?;
-    let cut = garment.cut_out(walk)?;
-    garment.put_on(walk, &cut)
 }
 
 /// Walks up to the cut of one garment.

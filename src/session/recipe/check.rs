@@ -3,9 +3,10 @@
 use super::names::{is_file_name, is_same_file_name};
 use super::parameters::{self, has_parameters};
 use super::steps::{BODY_STEP, Recipe, StepRecipe};
+use super::variants::StepKind;
 use crate::scan::ScanParams;
 use crate::session::error::SessionError;
-use crate::session::stage::{Stage, stages_of};
+use crate::session::stage::Stage;
 use std::ops::RangeInclusive;
 
 /// Names that export uses for files and folders of its own.
@@ -53,8 +54,8 @@ impl Recipe {
                 let Some(section) = stage.section() else { continue };
                 for (name, setting) in step.settings(stage) {
                     let here = |e| at(&[section, name], e);
-                    check_stage(&step.name, step.is_body(), stage).map_err(here)?;
-                    if !has_parameters(step.is_body(), stage) {
+                    check_stage(&step.name, step.kind(), stage).map_err(here)?;
+                    if !has_parameters(step.kind(), stage) {
                         return Err(at(
                             &[section, name],
                             SessionError::BadRequest {
@@ -84,8 +85,8 @@ pub(in crate::session) struct Fault {
 }
 
 /// Checks that a step has a stage.
-pub(in crate::session) fn check_stage(step: &str, is_body: bool, stage: Stage) -> Result<(), SessionError> {
-    let stages = stages_of(is_body);
+pub(in crate::session) fn check_stage(step: &str, kind: StepKind, stage: Stage) -> Result<(), SessionError> {
+    let stages = kind.stages();
     match stages.contains(&stage) {
         true => Ok(()),
         false => Err(SessionError::BadRequest {

@@ -3,7 +3,6 @@
 //! Each garment is a step of its own. The steps of an outfit follow each other, innermost first, and share everything up to
 //! their labels: the scan and how it is read, the pose, and how labels are found.
 
-use super::garment_spec::{self, GarmentSpec};
 use super::names::is_file_name;
 use super::steps::{BODY_STEP, Recipe, StepRecipe};
 use crate::segment::GarmentTemplate;
@@ -33,11 +32,6 @@ impl Recipe {
         &self.steps[first..first + count]
     }
 
-    /// The garments that a step's scan shows for the first time, innermost first.
-    pub(in crate::session) fn garments_of_outfit(&self, step: &StepRecipe) -> Result<Vec<GarmentSpec>, SessionError> {
-        self.outfit_of(step).iter().map(garment_spec::of_step).collect()
-    }
-
     /// The index of the first step of each scan that shows new garments, in order.
     pub(in crate::session) fn garment_scans(&self) -> Vec<usize> {
         let begins = |at: &usize| {
@@ -45,6 +39,14 @@ impl Recipe {
             !step.is_body() && !step.is_hair() && self.first_of_outfit(*at) == *at
         };
         (0..self.steps.len()).filter(begins).collect()
+    }
+
+    /// An earlier step with the file of step `at`, although it is of another garment; the bare scan is also that of the hair.
+    pub(in crate::session) fn same_file(&self, at: usize) -> Option<usize> {
+        let step = &self.steps[at];
+        let is_of_outfit = |other: &StepRecipe| step.outfit.is_some() && other.outfit == step.outfit;
+        let is_same = |other: &StepRecipe| other.hash.is_some() && other.hash == step.hash;
+        self.steps[..at].iter().position(|other| !other.is_hair() && !is_of_outfit(other) && is_same(other))
     }
 
     /// Appends the steps of an outfit, innermost first, or replaces the steps of the outfit of that name. Steps that keep their

@@ -2,6 +2,7 @@
 //!
 //! A recipe lists only the differences from the defaults, by step and stage: `[step.segment]`, `color = 0.5`.
 
+use super::variants::StepKind;
 use crate::cut::CutParams;
 use crate::fit::{InsideParams, NakedParams, RegisterParams};
 use crate::parameters::{Allowed, Declared, Parameters, Setting};
@@ -27,8 +28,8 @@ pub struct Parameter {
     pub about: &'static str,
     /// The default value.
     default: Value,
-    of_body: bool,
-    of_garment: bool,
+    /// The kinds of step that have it.
+    of: &'static [StepKind],
 }
 
 impl Parameter {
@@ -50,42 +51,45 @@ impl Parameter {
     }
 }
 
-/// The `Params` of a stage, in the step of the body or of a garment.
+/// The `Params` of a stage, and the kinds of step that have them.
 struct Declaration {
     stage: Stage,
-    of_body: bool,
-    of_garment: bool,
+    of: &'static [StepKind],
     /// What each parameter may be, and the defaults.
     read: fn() -> (Vec<Declared>, Value),
 }
 
-const fn params<P: Parameters>(stage: Stage, of_body: bool, of_garment: bool) -> Declaration {
+const fn params<P: Parameters>(stage: Stage, of: &'static [StepKind]) -> Declaration {
     fn read<P: Parameters>() -> (Vec<Declared>, Value) {
         let defaults = serde_json::to_value(P::default()).expect("parameters are numbers, words and lists");
         (P::declared().to_vec(), defaults)
     }
-    Declaration { stage, of_body, of_garment, read: read::<P> }
+    Declaration { stage, of, read: read::<P> }
 }
 
+const BODY: &[StepKind] = &[StepKind::Body];
+const GARMENTS: &[StepKind] = &[StepKind::Garment, StepKind::Hair];
+const EVERY: &[StepKind] = &[StepKind::Body, StepKind::Garment, StepKind::Hair];
+
 const DECLARATIONS: [Declaration; 11] = [
-    params::<ScanParams>(Stage::Scan, true, true),
-    params::<FusionParams>(Stage::Scan, true, true),
-    params::<NakedParams>(Stage::Fit, true, false),
-    params::<RegisterParams>(Stage::Register, true, false),
-    params::<InsideParams>(Stage::Pose, false, true),
-    params::<RefineParams>(Stage::Segment, false, true),
-    params::<CutParams>(Stage::Cut, false, true),
-    params::<RigParams>(Stage::Rig, false, true),
-    params::<StackParams>(Stage::Stack, false, true),
-    params::<PhysicsParams>(Stage::Figure, false, true),
-    params::<PressParams>(Stage::Press, false, true),
+    params::<ScanParams>(Stage::Scan, EVERY),
+    params::<FusionParams>(Stage::Scan, EVERY),
+    params::<NakedParams>(Stage::Fit, BODY),
+    params::<RegisterParams>(Stage::Register, BODY),
+    params::<InsideParams>(Stage::Pose, GARMENTS),
+    params::<RefineParams>(Stage::Segment, GARMENTS),
+    params::<CutParams>(Stage::Cut, GARMENTS),
+    params::<RigParams>(Stage::Rig, GARMENTS),
+    params::<StackParams>(Stage::Stack, GARMENTS),
+    params::<PhysicsParams>(Stage::Figure, GARMENTS),
+    params::<PressParams>(Stage::Press, GARMENTS),
 ];
 
 /// All parameters, by stage, in the order of their declarations.
 static PARAMETERS: LazyLock<Vec<Parameter>> = LazyLock::new(|| DECLARATIONS.iter().flat_map(of_params).collect());
 
 fn of_params(of: &Declaration) -> Vec<Parameter> {
-    let Declaration { stage, of_body, of_garment, read } = *of;
+    let Declaration { stage, of, read } = *of;
     let (declared, defaults) = read();
     let parameter = |Declared { name, allowed, about, .. }: Declared| Parameter {
         stage,
@@ -93,8 +97,7 @@ fn of_params(of: &Declaration) -> Vec<Parameter> {
         allowed,
         about,
         default: defaults[name].clone(),
-        of_body,
-        of_garment,
+        of,
     };
     declared.into_iter().map(parameter).collect()
 }
@@ -113,9 +116,9 @@ pub fn parameters_of(stage: Stage) -> impl Iterator<Item = &'static Parameter> {
     PARAMETERS.iter().filter(move |p| p.stage == stage)
 }
 
-/// Whether the stage has parameters in the body's step, or in a garment's step.
-pub(in crate::session) fn has_parameters(is_body: bool, stage: Stage) -> bool {
-    parameters_of(stage).any(|p| if is_body { p.of_body } else { p.of_garment })
+/// Whether the stage has parameters in a kind of step.
+pub(in crate::session) fn has_parameters(kind: StepKind, stage: Stage) -> bool {
+    parameters_of(stage).any(|p| p.of.contains(&kind))
 }
 
 /// The parameter of that name.
@@ -179,8 +182,9 @@ mod tests {
 
     #[test]
     fn the_body_alone_has_no_physics_weights() {
-        assert!(has_parameters(false, Stage::Figure) && !has_parameters(true, Stage::Figure));
-        assert!(has_parameters(true, Stage::Scan) && has_parameters(false, Stage::Scan));
+        let has = |kind, stage| has_parameters(kind, stage);
+        assert!(has(StepKind::Garment, Stage::Figure) && !has(StepKind::Body, Stage::Figure));
+        assert!(has(StepKind::Body, Stage::Scan) && has(StepKind::Garment, Stage::Scan));
     }
 
     #[test]

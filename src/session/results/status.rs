@@ -3,7 +3,7 @@
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::pipeline::{self, Judged, Reason, StageReport, Verdict, Walk, failed, judge, scan_of, verdict_on};
-use crate::session::stage::{Stage, stages_of};
+use crate::session::stage::Stage;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -51,11 +51,8 @@ impl Session {
         reports.dedup_by(|a, b| a.step == b.step && a.stage == b.stage);
         let status = self.recipe.steps.iter().map(|step| {
             let up_to_date: Vec<StageReport> = reports.iter().filter(|r| r.step == step.name).cloned().collect();
-            let out_of_date: Vec<Stage> = stages_of(step.is_body())
-                .iter()
-                .filter(|s| !up_to_date.iter().any(|r| r.stage == **s))
-                .copied()
-                .collect();
+            let out_of_date: Vec<Stage> =
+                step.kind().stages().iter().filter(|s| !up_to_date.iter().any(|r| r.stage == **s)).copied().collect();
             let own = || pending.iter().filter(|s| s.step == step.name);
             let judged = match (own().find_map(|s| s.failure.as_ref()), out_of_date.is_empty()) {
                 (Some(failure), _) => Some(failed(&step.name, failure)),

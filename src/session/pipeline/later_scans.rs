@@ -5,18 +5,17 @@ use super::garment::scan_of;
 use super::kinds::{NewGarments, looser};
 use super::walk::Walk;
 use crate::body::Figure;
-use crate::fit::{Cover, InsideParams, NakedParams, ShapeFrom};
+use crate::fit::{Cover, InsideParams, ShapeFrom};
 use crate::geometry::PerVertex;
 use crate::scan::Scan;
 use crate::session::error::SessionError;
-use crate::session::recipe::{Recipe, StepRecipe, params_of};
-use crate::session::stage::Stage;
+use crate::session::recipe::{BodyStep, Recipe, Step};
 use crate::session::store::Kept;
 use serde::Serialize;
 
 /// The scan of a later step, as evidence of the body's shape.
 #[derive(Clone, Serialize)]
-pub(super) struct GarmentScan {
+pub(super) struct LaterScan {
     pub scan: Kept<Scan>,
     #[serde(flatten)]
     pub garments: NewGarments,
@@ -24,20 +23,20 @@ pub(super) struct GarmentScan {
 }
 
 /// The scans of all later steps if the body's step uses them; otherwise none.
-pub(super) fn garment_scans(
-    walk: &mut Walk,
-    recipe: &Recipe,
-    body: &StepRecipe,
-) -> Result<Vec<GarmentScan>, SessionError> {
-    if params_of::<NakedParams>(body, Stage::Fit)?.shape_from == ShapeFrom::Naked {
+pub(super) fn later_scans(walk: &mut Walk, recipe: &Recipe, body: &BodyStep) -> Result<Vec<LaterScan>, SessionError> {
+    if body.fit.shape_from == ShapeFrom::Naked {
         return Ok(Vec::new());
     }
-    let scanned = recipe.garment_scans().into_iter().map(|at| {
-        let step = &recipe.steps[at];
-        let (garments, params) = (NewGarments::of(recipe, step)?, params_of(step, Stage::Pose)?);
-        Ok(GarmentScan { scan: scan_of(walk, step)?, garments, params })
-    });
-    scanned.collect()
+    let mut found = Vec::new();
+    for at in recipe.garment_scans() {
+        let (step, garments, params) = match recipe.variant(&recipe.steps[at])? {
+            Step::Garment(scan, only) => (&recipe.steps[at], NewGarments::alone(&only), scan.pose),
+            Step::Outfit(scan, all) => (&recipe.steps[at], NewGarments::of_outfit(&all), scan.pose),
+            Step::Body(_) | Step::Hair(..) => continue,
+        };
+        found.push(LaterScan { scan: scan_of(walk, step)?, garments, params });
+    }
+    Ok(found)
 }
 
 /// The cover of each body vertex in each of the scans. The garments of earlier steps are still worn in later scans.
@@ -45,7 +44,7 @@ pub(super) fn garment_scans(
 /// **Shapes** one entry per scan, with V values.
 ///
 /// **Errors** if a garment's template was painted on another body.
-pub(super) fn covers(scans: &[GarmentScan], bare: &Figure) -> Result<Vec<PerVertex<Cover>>, RunError> {
+pub(super) fn covers(scans: &[LaterScan], bare: &Figure) -> Result<Vec<PerVertex<Cover>>, RunError> {
     let mut covered = PerVertex::filled(Cover::Bare, bare.body().mesh.vertex_count());
     scans
         .iter()
