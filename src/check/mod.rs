@@ -12,18 +12,22 @@ mod garment;
 mod hems;
 mod holes;
 mod layers;
+mod limits;
 mod lookalike;
 mod posture;
 mod statistics;
 #[cfg(test)]
 mod tests;
 mod unlisted;
+mod verdict;
 
 pub use body::{BodyPlausibility, BodyResult, check_body};
 pub use doubts::Doubt;
 pub use error::CheckError;
 pub use garment::{GarmentPlausibility, GarmentResult, WornBefore, check_garment};
 pub use hems::RaggedHem;
+pub use limits::{Attained, Judged, judge};
 pub use lookalike::{is_lookalike, lookalike_doubt};
 pub use posture::Posture;
 pub use unlisted::{Unlisted, find_unlisted};
+pub use verdict::{HAIR_AREA, StageFindings, StepVerdict, Verdict, verdict_on};

@@ -1,10 +1,9 @@
 //! `overcoat status`: the session in text: the verdict on each step, what is out of date and why, what to do next.
 
 use super::console::{Context, Done, Verbosity, measures_text, secs, why_text};
+use crate::check::{Attained, Judged, Verdict};
 use crate::cloth::ClothMode;
-use crate::session::{
-    AnimationStatus, Attained, BodyModelSource, Judged, Session, Stage, StepStatus, Verdict, name_and_unit,
-};
+use crate::session::{AnimationStatus, BodyModelSource, Session, Stage, StepStatus, name_and_unit};
 use serde_json::json;
 use std::time::{Duration, Instant};
 

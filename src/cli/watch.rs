@@ -3,9 +3,9 @@
 use super::console::{Context, Done, Verbosity, measures_text, print_aside, print_line, secs, verdicts};
 use super::failure;
 use super::stages::interface;
+use crate::check::StepVerdict;
 use crate::session::{
-    Built, Content, Forced, LiveView, Memory, Outputs, Recut, Session, SessionError, ShowIn, StepVerdict, Writer,
-    check_mask_name,
+    Built, Content, Forced, LiveView, Memory, Outputs, Recut, Session, SessionError, ShowIn, Writer, check_mask_name,
 };
 use serde_json::{Value, json};
 use signal_hook::consts::{SIGINT, SIGTERM};

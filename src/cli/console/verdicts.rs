@@ -2,7 +2,8 @@
 
 use super::context::Context;
 use super::output::Done;
-use crate::session::{Stage, StepKind, StepVerdict, Verdict};
+use crate::check::{StepVerdict, Verdict};
+use crate::session::{Stage, StepKind};
 use std::io::IsTerminal;
 
 /// `coat: check it: 55 hem loops, 3 or 4 expected; …`; what is no doubt comes last, in brackets.

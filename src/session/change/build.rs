@@ -1,8 +1,9 @@
 //! Runs what is out of date.
 
+use crate::check::StepVerdict;
 use crate::session::error::SessionError;
 use crate::session::open::{Writer, source};
-use crate::session::pipeline::{self, Event, Forced, StageReport, StepVerdict, Walk, verdict_on};
+use crate::session::pipeline::{self, Event, Forced, StageReport, Walk, verdict_on};
 use crate::session::recipe::check_stage;
 
 impl Writer {

@@ -1,10 +1,11 @@
 //! Replay: a recipe run in a new session, on the same scans or on others.
 
 use super::build::Built;
+use crate::check::StepVerdict;
 use crate::segment::Marks;
 use crate::session::error::SessionError;
 use crate::session::open::{Input, Session, Writer, check_body_model, source, templates};
-use crate::session::pipeline::{Event, Forced, StageReport, StepVerdict, cleaned_scan};
+use crate::session::pipeline::{Event, Forced, StageReport, cleaned_scan};
 use crate::session::recipe::{
     Assignment, LeftOut, MaskFile, Recipe, SourceFile, StepRecipe, assignment, from_here, relative_to,
 };

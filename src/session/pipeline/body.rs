@@ -3,13 +3,13 @@
 use super::check::{self, CHECK};
 use super::figure::{self, FIGURE};
 use super::fit::{self, FIT};
-use super::hair::HAIR_AREA;
 use super::input::ModelInput;
 use super::later_scans::later_scans;
 use super::register::{self, REGISTER};
 use super::scan::{self, SCAN};
 use super::steps::{OfStep, StepResults};
 use super::walk::Walk;
+use crate::check::HAIR_AREA;
 use crate::session::error::SessionError;
 use crate::session::recipe::{BODY_STEP, BodyStep, BodySurface, Recipe};
 

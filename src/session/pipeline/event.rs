@@ -1,7 +1,7 @@
 //! Progress and outcome of a stage.
 
 use super::report::StageReport;
-use super::verdict::StepVerdict;
+use crate::check::StepVerdict;
 use crate::fit;
 use crate::scan::{FusionStep, Scan};
 use crate::session::stage::Stage;

@@ -2,10 +2,10 @@
 
 use super::at::{Code, Run};
 use super::event::{OnProgress, Outcome, StageProgress};
-use super::hair::HAIR_AREA;
 use super::input::ModelInput;
 use super::later_scans::{self, LaterScan};
 use super::mention;
+use crate::check::HAIR_AREA;
 use crate::fit::{self, FittedBody, NakedParams, OtherScan, fit_naked, fit_together};
 use crate::scan::Scan;
 use crate::session::stage::Stage;

@@ -7,9 +7,6 @@ use crate::segment::Placement;
 use crate::session::error::SessionError;
 use crate::session::store::{Kept, Store};
 
-/// The measure of the body's fit that says that the scan shows hair which is no part of the body: its area.
-pub(super) const HAIR_AREA: &str = "hair_cm2";
-
 /// Where hair covers the body of a figure.
 ///
 /// **Shapes** one flag per vertex of the body.

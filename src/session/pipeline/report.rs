@@ -1,6 +1,8 @@
 //! What a stage reports.
 
 use super::reason::Reason;
+use crate::check::{self, StageFindings, StepVerdict};
+use crate::session::recipe::StepRecipe;
 use crate::session::stage::Stage;
 use crate::session::store::{Measures, Warning};
 use serde::Serialize;
@@ -25,4 +27,16 @@ pub struct StageReport {
     pub findings: Vec<String>,
     /// What is in doubt about the result.
     pub warnings: Vec<Warning>,
+}
+
+/// The verdict on a step of which all stages are up to date.
+pub(in crate::session) fn verdict_on(step: &StepRecipe, reports: &[StageReport]) -> StepVerdict {
+    let mut of_step: Vec<&StageReport> = reports.iter().filter(|report| report.step == step.name).collect();
+    of_step.sort_by_key(|report| report.stage);
+    let found = of_step.iter().map(|report| StageFindings {
+        stage: report.stage.name(),
+        measures: &report.measures,
+        warnings: report.warnings.iter().map(Warning::to_string).collect(),
+    });
+    check::verdict_on(&step.name, step.garment_template().as_ref(), &found.collect::<Vec<_>>())
 }

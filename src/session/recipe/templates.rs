@@ -18,6 +18,13 @@ impl PaintedKind {
     }
 }
 
+impl StepRecipe {
+    /// The kind of the step's garment; `None` for the body.
+    pub(in crate::session) fn garment_template(&self) -> Option<GarmentTemplate> {
+        garment_spec::of_step(self).ok().map(|spec| spec.template)
+    }
+}
+
 impl Recipe {
     /// The kind of garment of that name: painted for this session, or built in.
     pub fn template(&self, name: &str) -> Result<GarmentTemplate, SegmentError> {

@@ -1,8 +1,9 @@
 //! What is up to date in a session, what is not, and the verdict on each step.
 
+use crate::check::{Judged, StepVerdict, Verdict, judge};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::pipeline::{self, Judged, Reason, StageReport, Verdict, Walk, failed, judge, scan_of, verdict_on};
+use crate::session::pipeline::{self, Reason, StageReport, Walk, scan_of, verdict_on};
 use crate::session::stage::Stage;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -55,15 +56,17 @@ impl Session {
                 step.kind().stages().iter().filter(|s| !up_to_date.iter().any(|r| r.stage == **s)).copied().collect();
             let own = || pending.iter().filter(|s| s.step == step.name);
             let judged = match (own().find_map(|s| s.failure.as_ref()), out_of_date.is_empty()) {
-                (Some(failure), _) => Some(failed(&step.name, failure)),
+                (Some(failure), _) => Some(StepVerdict::failed(&step.name, &failure.what, failure.remedy.as_deref())),
                 (None, true) => Some(verdict_on(step, &up_to_date)),
                 (None, false) => None,
             };
+            let template = step.garment_template();
+            let judge_one = |of: &StageReport| judge(template.as_ref(), of.stage.name(), &of.measures);
             let (verdict, warnings) = judged.map_or((None, Vec::new()), |j| (Some(j.verdict), j.warnings));
             StepStatus {
                 verdict,
                 warnings,
-                judged: up_to_date.iter().flat_map(|report| judge(step, report)).collect(),
+                judged: up_to_date.iter().flat_map(judge_one).collect(),
                 name: step.name.clone(),
                 template: step.template.clone(),
                 scan: step.scan.clone(),

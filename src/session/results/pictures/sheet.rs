@@ -1,11 +1,12 @@
 //! The contact sheet: a picture of every step.
 
 use crate::body::JointId;
+use crate::check::Verdict;
 use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::scan::Scan;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::pipeline::{Verdict, Walk, scan_of};
+use crate::session::pipeline::{Walk, scan_of};
 use crate::session::results::crossing_row::CrossingRow;
 use crate::session::results::outputs::{Content, Outputs};
 use crate::session::results::posed_step::PosedStep;

@@ -1,10 +1,10 @@
 //! The session in the Rerun viewer: as a file, or live while the session changes.
 
 use super::show_in::ShowIn;
+use crate::check::Verdict;
 use crate::cut::Garment;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::pipeline::Verdict;
 use crate::session::results::outputs::{Content, Outputs};
 use crate::session::results::pictures::{SeenStep, Turned};
 use crate::session::results::status::StepStatus;

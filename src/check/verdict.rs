@@ -1,13 +1,13 @@
 //! The verdict on a step: whether its result can be used as it is.
 
-use super::hair::HAIR_AREA;
 use super::limits::{Attained, Judged, judge};
-use super::report::StageReport;
-use crate::session::recipe::StepRecipe;
-use crate::session::stage::Stage;
-use crate::session::store::{Failure, Warning};
+use crate::segment::GarmentTemplate;
 use serde::{Serialize, Serializer};
+use std::collections::BTreeMap;
 use std::fmt;
+
+/// The measure of the body's fit that says that the scan shows hair which is no part of the body: its area.
+pub const HAIR_AREA: &str = "hair_cm2";
 
 /// Whether the result of a step can be used as it is.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -57,21 +57,31 @@ pub struct StepVerdict {
     pub notes: Vec<String>,
 }
 
-/// The verdict on a step of which all stages are up to date.
-pub(in crate::session) fn verdict_on(step: &StepRecipe, reports: &[StageReport]) -> StepVerdict {
-    let of_step = || reports.iter().filter(|report| report.step == step.name);
+/// What a stage of a step found.
+#[derive(Clone, Debug)]
+pub struct StageFindings<'a> {
+    /// The stage.
+    pub stage: &'static str,
+    /// What it measured.
+    pub measures: &'a BTreeMap<String, f64>,
+    /// What it holds in doubt: one sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// The verdict on a step of which all stages are up to date. `garment` is the kind of its garment, `None` for the body; `found`
+/// has its stages in order.
+pub fn verdict_on(step: &str, garment: Option<&GarmentTemplate>, found: &[StageFindings]) -> StepVerdict {
     // What is implausible as a whole explains the rest; then the earlier stage explains the later one.
-    let order = |report: &&StageReport| (report.stage != Stage::Check, report.stage);
-    let mut sorted: Vec<&StageReport> = of_step().collect();
-    sorted.sort_by_key(order);
+    let (checks, others): (Vec<_>, Vec<_>) = found.iter().partition(|of| of.stage == "check");
     let (mut in_conflict, mut doubts) = (Vec::new(), Vec::new());
-    for report in sorted {
-        let missed = judge(step, report).into_iter().filter(|judged| judged.attained == Attained::Missed);
-        let missed = missed.map(|judged| warning_of(&step.name, &judged).to_string());
-        let warned = report.warnings.iter().map(Warning::to_string);
+    for of in checks.into_iter().chain(others) {
+        let missed = judge(garment, of.stage, of.measures).into_iter();
+        let missed =
+            missed.filter(|judged| judged.attained == Attained::Missed).map(|judged| warning_of(step, &judged));
+        let warned = of.warnings.iter().cloned();
         // Layers that cross are no doubt but a fault, whatever else is plausible.
-        match report.stage {
-            Stage::Stack => in_conflict.extend(missed.chain(warned)),
+        match of.stage {
+            "stack" => in_conflict.extend(missed.chain(warned)),
             _ => doubts.extend(warned.chain(missed)),
         }
     }
@@ -81,54 +91,58 @@ pub(in crate::session) fn verdict_on(step: &StepRecipe, reports: &[StageReport])
         (None, None) => Verdict::Good,
     };
     let warnings: Vec<String> = in_conflict.into_iter().chain(doubts).collect();
-    let hair = of_step().filter_map(|report| report.measures.get(HAIR_AREA)).find(|area| **area > 0.0);
+    let hair = found.iter().filter_map(|of| of.measures.get(HAIR_AREA)).find(|area| **area > 0.0);
     let notes = hair.map(|area| format!("hair: {area:.0} cm², not part of the body; head from the model there"));
-    let was_cut = of_step().any(|report| report.stage == Stage::Cut && report.measures.contains_key("vertices"));
-    let no_hair = (step.is_hair() && !was_cut).then(|| "the bare scan shows none: no layer".to_string());
-    StepVerdict { step: step.name.clone(), verdict, warnings, notes: notes.into_iter().chain(no_hair).collect() }
+    let was_cut = found.iter().any(|of| of.stage == "cut" && of.measures.contains_key("vertices"));
+    let is_hair = garment.is_some_and(|template| template.grows);
+    let no_hair = (is_hair && !was_cut).then(|| "the bare scan shows none: no layer".to_string());
+    StepVerdict { step: step.into(), verdict, warnings, notes: notes.into_iter().chain(no_hair).collect() }
 }
 
-/// The verdict on a step of which a stage failed.
-pub(in crate::session) fn failed(step: &str, failure: &Failure) -> StepVerdict {
-    let why = match &failure.remedy {
-        Some(remedy) => format!("{}; {remedy}", failure.what),
-        None => failure.what.clone(),
-    };
-    StepVerdict { step: step.into(), verdict: Verdict::Failed(why.clone()), warnings: vec![why], notes: Vec::new() }
+impl StepVerdict {
+    /// The verdict on a step of which a stage failed.
+    pub fn failed(step: &str, what: &str, remedy: Option<&str>) -> Self {
+        let why = match remedy {
+            Some(remedy) => format!("{what}; {remedy}"),
+            None => what.to_string(),
+        };
+        Self { step: step.into(), verdict: Verdict::Failed(why.clone()), warnings: vec![why], notes: Vec::new() }
+    }
 }
 
 /// What a measure beyond its limits means, and what to do.
-fn warning_of(step: &str, judged: &Judged) -> Warning {
+fn warning_of(step: &str, judged: &Judged) -> String {
     let (value, limit) = (judged.value, judged.greatest_acceptable());
-    match judged.measure.as_str() {
-        "hem_loops" => Warning::new(
+    let (what, remedy) = match judged.measure.as_str() {
+        "hem_loops" => (
             format!("{value:.0} hem {}, {} expected", plural(value, "loop"), judged.expected()),
             format!("look at the edges of the {step}, and correct them with `mask {step} STROKES.jsonl`"),
         ),
-        "intersecting_pairs" => Warning::new(
+        "intersecting_pairs" => (
             format!("{value:.0} triangle {} intersect after the {step} was put on", plural(value, "pair")),
-            "`view --sheet sheet.png` shows the places; `mask` can take cloth away there",
+            "`view --sheet sheet.png` shows the places; `mask` can take cloth away there".into(),
         ),
-        "inside_after" => Warning::new(
+        "inside_after" => (
             match value {
                 1.0 => format!("1 vertex is inside an inner layer after the {step} was put on"),
                 _ => format!("{value:.0} vertices are inside an inner layer after the {step} was put on"),
             },
-            "`view --sheet sheet.png` shows the places; `mask` can take cloth away there",
+            "`view --sheet sheet.png` shows the places; `mask` can take cloth away there".into(),
         ),
-        "outside_percent" => Warning::new(
+        "outside_percent" => (
             format!("skin pokes through the scan on {value:.2} % of its covered area"),
-            "check that this is the same person in a similar pose, and that no scan between was left out",
+            "check that this is the same person in a similar pose, and that no scan between was left out".into(),
         ),
-        _ if judged.stage == Stage::Register => Warning::new(
+        _ if judged.stage == "register" => (
             format!("the body is {value:.1} mm from the scan on average, over the limit of {limit:.0} mm"),
-            "look at the body in `view`; scan again without clothes if parts are missing",
+            "look at the body in `view`; scan again without clothes if parts are missing".into(),
         ),
-        _ => Warning::new(
+        _ => (
             format!("the fit is {value:.1} mm from the scan on average, over the limit of {limit:.0} mm"),
-            "check that the scan shows one person without clothes, standing in an A-pose",
+            "check that the scan shows one person without clothes, standing in an A-pose".to_string(),
         ),
-    }
+    };
+    format!("{what}; {remedy}")
 }
 
 fn plural(count: f64, word: &str) -> String {
@@ -138,62 +152,58 @@ fn plural(count: f64, word: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::session::store::Measures;
 
-    fn report(stage: Stage, measures: &[(&str, f64)], warnings: Vec<Warning>) -> StageReport {
-        let measures: Measures = measures.iter().map(|(name, value)| (name.to_string(), *value)).collect();
-        let (step, why, findings) = ("shirt".to_string(), Vec::new(), Vec::new());
-        StageReport { step, stage, ran: false, why, secs: None, measures, findings, warnings }
-    }
+    /// A stage with its measures and warnings.
+    type Found<'a> = (&'static str, &'a [(&'a str, f64)], &'a [&'a str]);
 
-    fn shirt() -> StepRecipe {
-        StepRecipe { name: "shirt".into(), template: Some("tshirt".into()), ..StepRecipe::default() }
+    fn verdict(template: &str, found: &[Found]) -> StepVerdict {
+        let measures: Vec<BTreeMap<String, f64>> = found
+            .iter()
+            .map(|(_, measures, _)| measures.iter().map(|(name, value)| (name.to_string(), *value)).collect())
+            .collect();
+        let findings = found.iter().zip(&measures).map(|((stage, _, warnings), measures)| StageFindings {
+            stage,
+            measures,
+            warnings: warnings.iter().map(|text| text.to_string()).collect(),
+        });
+        let template = GarmentTemplate::built_in(template).unwrap();
+        verdict_on("shirt", Some(&template), &findings.collect::<Vec<_>>())
     }
 
     #[test]
     fn hair_that_the_scan_does_not_show_is_noted_and_no_doubt() {
-        let hair = StepRecipe { name: "hair".into(), template: Some("hair".into()), ..StepRecipe::default() };
-        let reports = |measures: &[(&str, f64)]| {
-            let of = StageReport { step: "hair".into(), ..report(Stage::Cut, measures, vec![]) };
-            [of]
-        };
-        let none = verdict_on(&hair, &reports(&[]));
+        let none = verdict("hair", &[("cut", &[], &[])]);
         assert_eq!((none.verdict, none.notes), (Verdict::Good, vec!["the bare scan shows none: no layer".to_string()]));
-        let some = verdict_on(&hair, &reports(&[("vertices", 900.0), ("hem_loops", 7.0)]));
+        let some = verdict("hair", &[("cut", &[("vertices", 900.0), ("hem_loops", 7.0)], &[])]);
         assert_eq!((some.verdict, some.notes), (Verdict::Good, vec![]));
     }
 
     #[test]
     fn hair_that_was_left_out_is_noted_and_no_doubt() {
-        let found = verdict_on(&shirt(), &[report(Stage::Fit, &[("hair_cm2", 412.4)], vec![])]);
+        let found = verdict("tshirt", &[("fit", &[("hair_cm2", 412.4)], &[])]);
         assert!(found.verdict.is_good());
         assert_eq!(found.notes, ["hair: 412 cm², not part of the body; head from the model there"]);
-        assert!(verdict_on(&shirt(), &[report(Stage::Fit, &[], vec![])]).notes.is_empty());
+        assert!(verdict("tshirt", &[("fit", &[], &[])]).notes.is_empty());
     }
 
     #[test]
     fn a_step_within_its_limits_is_good() {
-        let reports = [report(Stage::Cut, &[("hem_loops", 4.0)], vec![])];
-        let found = verdict_on(&shirt(), &reports);
+        let found = verdict("tshirt", &[("cut", &[("hem_loops", 4.0)], &[])]);
         assert_eq!((found.verdict.to_string(), found.warnings.len()), ("good".into(), 0));
     }
 
     #[test]
     fn layers_that_cross_are_a_failure_whatever_else_is_plausible() {
-        let reports = [
-            report(Stage::Cut, &[("hem_loops", 55.0)], vec![]),
-            report(Stage::Stack, &[("intersecting_pairs", 2.0), ("inside_after", 0.0)], vec![]),
-        ];
-        let found = verdict_on(&shirt(), &reports);
+        let crossing: Found = ("stack", &[("intersecting_pairs", 2.0), ("inside_after", 0.0)], &[]);
+        let found = verdict("tshirt", &[("cut", &[("hem_loops", 55.0)], &[]), crossing]);
         assert!(found.verdict.to_string().starts_with("failed: 2 triangle pairs intersect"), "{:?}", found.verdict);
         assert_eq!(found.warnings.len(), 2, "{:?}", found.warnings);
     }
 
     #[test]
     fn the_gravest_doubt_is_the_verdict_and_all_are_listed() {
-        let absent = Warning::new("the scan shows no tshirt", "scan again");
-        let reports = [report(Stage::Cut, &[("hem_loops", 55.0)], vec![]), report(Stage::Check, &[], vec![absent])];
-        let found = verdict_on(&shirt(), &reports);
+        let absent: Found = ("check", &[], &["the scan shows no tshirt; scan again"]);
+        let found = verdict("tshirt", &[("cut", &[("hem_loops", 55.0)], &[]), absent]);
         assert_eq!(found.verdict.to_string(), "check it: the scan shows no tshirt; scan again");
         assert!(found.warnings[1].starts_with("55 hem loops, 4 expected"), "{:?}", found.warnings);
         assert_eq!(serde_json::to_value(&found).unwrap()["verdict"], found.verdict.to_string());

@@ -1,9 +1,8 @@
-//! Limits of the measures that a session takes without ground truth.
+//! Limits of the measures that are taken without ground truth.
 
-use super::report::StageReport;
-use crate::session::recipe::{StepRecipe, garment_spec};
-use crate::session::stage::Stage;
+use crate::segment::GarmentTemplate;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::fmt;
 
 /// Which limit a measure keeps.
@@ -22,7 +21,7 @@ pub enum Attained {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Judged {
     /// The stage that measured it.
-    pub stage: Stage,
+    pub stage: &'static str,
     /// Its name, with its unit.
     pub measure: String,
     /// The measured value.
@@ -74,31 +73,31 @@ const fn at_most(most: f64) -> Limits {
 
 /// Measure, acceptable range, goal. The limits are those for subjects with known ground truth that were not generated
 /// from our model. Here the scan, about 1 mm from the truth, replaces it.
-const LIMITS: [(Stage, &str, Limits, Limits); 6] = [
+const LIMITS: [(&str, &str, Limits, Limits); 6] = [
     // A model with 15 components leaves a residual of about 5 mm on a body of another family.
-    (Stage::Fit, "residual_mean_mm", at_most(15.0), at_most(8.0)),
+    ("fit", "residual_mean_mm", at_most(15.0), at_most(8.0)),
     // Depth cameras leave 0.7 to 1.3 mm of noise.
-    (Stage::Register, "residual_mean_mm", at_most(4.0), at_most(1.8)),
+    ("register", "residual_mean_mm", at_most(4.0), at_most(1.8)),
     // This is a constraint of the fit; vertices that remain outside could not be moved inside.
-    (Stage::Pose, "outside_percent", at_most(0.0), at_most(0.0)),
-    (Stage::Stack, "inside_after", at_most(0.0), at_most(0.0)),
-    (Stage::Stack, "intersecting_pairs", at_most(0.0), at_most(0.0)),
+    ("pose", "outside_percent", at_most(0.0), at_most(0.0)),
+    ("stack", "inside_after", at_most(0.0), at_most(0.0)),
+    ("stack", "intersecting_pairs", at_most(0.0), at_most(0.0)),
     // The number of openings depends on the garment kind and is looked up.
-    (Stage::Cut, "hem_loops", at_most(0.0), at_most(0.0)),
+    ("cut", "hem_loops", at_most(0.0), at_most(0.0)),
 ];
 
-/// The measures of a stage that have limits.
-pub(in crate::session) fn judge(step: &StepRecipe, report: &StageReport) -> Vec<Judged> {
-    let of_stage = LIMITS.iter().filter(|(stage, ..)| *stage == report.stage);
-    let is_hair = step.is_hair();
+/// The measures of a stage that have limits. `garment` is the kind of the step's garment; `None` for the body.
+pub fn judge(garment: Option<&GarmentTemplate>, of_stage: &str, measures: &BTreeMap<String, f64>) -> Vec<Judged> {
+    let of_stage = LIMITS.iter().filter(|(stage, ..)| *stage == of_stage);
+    let is_hair = garment.is_some_and(|template| template.grows);
     let judged = of_stage.filter_map(|&(stage, measure, acceptable, goal)| {
         // No scan shows the skin below hair, and strands lie on it.
         if is_hair && measure == "outside_percent" {
             return None;
         }
-        let value = *report.measures.get(measure)?;
+        let value = *measures.get(measure)?;
         let (acceptable, goal) = match measure {
-            "hem_loops" => hem_loops(step)?,
+            "hem_loops" => hem_loops(garment?)?,
             _ => (acceptable, goal),
         };
         let within = |(least, most): (f64, f64)| (least..=most).contains(&value);
@@ -113,8 +112,7 @@ pub(in crate::session) fn judge(step: &StepRecipe, report: &StageReport) -> Vec<
 }
 
 /// Least and greatest number of hem loops; `None` where any number may be right.
-fn hem_loops(step: &StepRecipe) -> Option<(Limits, Limits)> {
-    let template = garment_spec::of_step(step).ok()?.template;
+fn hem_loops(template: &GarmentTemplate) -> Option<(Limits, Limits)> {
     if template.grows {
         // Ears and strands divide a hairline.
         return None;
@@ -127,35 +125,24 @@ fn hem_loops(step: &StepRecipe) -> Option<(Limits, Limits)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::session::store::Measures;
 
-    fn judged(stage: Stage, measure: &str, value: f64) -> Judged {
-        let step = StepRecipe { name: "shirt".into(), template: Some("tshirt".into()), ..StepRecipe::default() };
-        let measures = Measures::from([(measure.to_string(), value), ("iterations".into(), 3.0)]);
-        let report = StageReport {
-            step: step.name.clone(),
-            stage,
-            ran: false,
-            why: vec![],
-            secs: None,
-            measures,
-            findings: vec![],
-            warnings: vec![],
-        };
-        let found = judge(&step, &report);
+    fn judged(stage: &str, measure: &str, value: f64) -> Judged {
+        let shirt = GarmentTemplate::built_in("tshirt").unwrap();
+        let measures = BTreeMap::from([(measure.to_string(), value), ("iterations".into(), 3.0)]);
+        let found = judge(Some(&shirt), stage, &measures);
         assert_eq!(found.len(), 1, "a measure without limits is not judged");
         found[0].clone()
     }
 
     #[test]
     fn measures_are_held_against_what_is_asked_and_what_is_wanted() {
-        let register = judged(Stage::Register, "residual_mean_mm", 2.0);
+        let register = judged("register", "residual_mean_mm", 2.0);
         assert_eq!((register.attained, register.to_string()), (Attained::Acceptable, "≤ 1.8, acceptable ≤ 4".into()));
-        assert_eq!(judged(Stage::Register, "residual_mean_mm", 1.0).attained, Attained::Goal);
-        assert_eq!(judged(Stage::Register, "residual_mean_mm", 9.0).attained, Attained::Missed);
-        let hems = judged(Stage::Cut, "hem_loops", 3.0);
+        assert_eq!(judged("register", "residual_mean_mm", 1.0).attained, Attained::Goal);
+        assert_eq!(judged("register", "residual_mean_mm", 9.0).attained, Attained::Missed);
+        let hems = judged("cut", "hem_loops", 3.0);
         assert_eq!((hems.attained, hems.to_string()), (Attained::Missed, "4".into()), "a T-shirt has four");
-        assert_eq!(judged(Stage::Cut, "hem_loops", 4.0).attained, Attained::Goal);
-        assert_eq!(judged(Stage::Pose, "outside_percent", 0.1).attained, Attained::Missed);
+        assert_eq!(judged("cut", "hem_loops", 4.0).attained, Attained::Goal);
+        assert_eq!(judged("pose", "outside_percent", 0.1).attained, Attained::Missed);
     }
 }
