@@ -1,7 +1,8 @@
 //! `overcoat export`: writes the figure or a step as files.
 
 use super::console::{Context, Done, Progress, Verbosity, secs};
-use crate::session::{ExportRequest, RemovedPart, SequenceKind, SequenceRequest};
+use crate::export::RemovedPart;
+use crate::session::{ExportRequest, SequenceKind, SequenceRequest};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;

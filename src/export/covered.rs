@@ -1,10 +1,9 @@
 //! Covered parts of a figure's layers, to be marked or removed in an export.
 
+use super::error::ExportError;
+use super::visible_part::{VisiblePart, visible_part};
 use crate::body::{Figure, Layer};
-use crate::export::{VisiblePart, visible_part};
 use crate::geometry::{PerVertex, TriMesh};
-use crate::rig::cover_masks;
-use crate::session::stage_error::StageError;
 
 /// What an export removed of a layer.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,7 +19,8 @@ pub struct RemovedPart {
 }
 
 /// The covered parts of each layer of a figure.
-pub(in crate::session::results) struct CoveredParts {
+#[derive(Clone, Debug)]
+pub struct CoveredParts {
     /// **Shapes** one mask per layer.
     masks: Vec<PerVertex<bool>>,
     /// What remains of each layer; `None` if nothing is to be removed.
@@ -33,9 +33,10 @@ impl CoveredParts {
         Self { masks: Vec::new(), visible: None }
     }
 
-    /// Computes the cover masks and, if the covered parts are to be removed, what remains.
-    pub fn of(figure: &Figure, remove: bool) -> Result<Self, StageError> {
-        let masks = cover_masks(figure)?;
+    /// Marks what is covered and, if that is to be removed, computes what remains.
+    ///
+    /// **Shapes** one mask per layer, as [`cover_masks`](crate::rig::cover_masks) computes them.
+    pub fn of(figure: &Figure, masks: Vec<PerVertex<bool>>, remove: bool) -> Result<Self, ExportError> {
         let remaining = |(layer, mask): (&Layer, &PerVertex<bool>)| visible_part(&layer.name, &layer.mesh, mask);
         let visible =
             remove.then(|| figure.layers.iter().zip(&masks).map(remaining).collect::<Result<_, _>>()).transpose()?;

@@ -1,6 +1,7 @@
 //! Arranges a figure as industry file formats; `formats` produces the bytes.
 
 mod arguments;
+mod covered;
 mod error;
 mod glb;
 mod layers;
@@ -10,7 +11,7 @@ mod split;
 mod tests;
 mod visible_part;
 
+pub use covered::{CoveredParts, RemovedPart};
 pub use error::ExportError;
 pub use glb::{GlbAnimation, GlbOptions, write_glb};
 pub use layers::{write_joints_json, write_layer_ply, write_skin_weights_npy};
-pub use visible_part::{VisiblePart, visible_part};

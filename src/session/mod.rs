@@ -43,8 +43,8 @@ pub use recipe::{
     StepPlace, StepRecipe, check_mask_name, parameters_of,
 };
 pub use results::{
-    AnimationStatus, Content, ExportRequest, Exported, NewFolder, Outputs, RemovedPart, ShowIn, StepStatus,
-    SubjectOrigin, TruthReport,
+    AnimationStatus, Content, ExportRequest, Exported, NewFolder, Outputs, ShowIn, StepStatus, SubjectOrigin,
+    TruthReport,
 };
 pub use results::{DriveView, LiveView, StreamedOutput};
 pub use results::{Film, SequenceKind, SequenceRequest};

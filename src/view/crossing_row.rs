@@ -1,12 +1,13 @@
 //! The row of the contact sheet that shows where layers of a figure cross.
 
+use super::camera::Facing;
+use super::error::Error;
+use super::palette::layer_color;
+use super::scene::{Paint, Part};
+use super::sheet::{Cell, SheetRow};
 use crate::body::Figure;
 use crate::geometry::{PerVertex, Point, TriMesh};
-use crate::session::error::SessionError;
-use crate::session::stage::Stage;
-use crate::stack::crossing_places;
-use crate::view::{Cell, Facing, Paint, Part, SheetRow, layer_color};
-use std::path::Path;
+use crate::stack::{StackError, crossing_places};
 
 /// Most places that are shown: a row of the sheet has four pictures.
 const MOST_PLACES: usize = 4;
@@ -18,6 +19,7 @@ const MARKED: f64 = 0.012;
 const MARK: [u8; 3] = [220, 30, 30];
 
 /// One place, and the two layers that cross there, coloured.
+#[derive(Debug)]
 struct ShownPlace {
     caption: String,
     at: Point,
@@ -26,16 +28,17 @@ struct ShownPlace {
 }
 
 /// The places where layers cross in the bind pose, ready to be drawn.
-pub(super) struct CrossingRow {
+#[derive(Debug)]
+pub struct CrossingRow {
     places: Vec<ShownPlace>,
     notes: Vec<String>,
 }
 
 impl CrossingRow {
-    /// `None` if nothing crosses. `step` is the figure's last step.
-    pub(super) fn of(figure: &Figure, step: &str) -> Result<Option<Self>, SessionError> {
+    /// `None` if nothing crosses.
+    pub fn of(figure: &Figure) -> Result<Option<Self>, StackError> {
         let meshes: Vec<TriMesh> = figure.layers.iter().map(|layer| layer.mesh.clone()).collect();
-        let places = crossing_places(&meshes).map_err(|e| SessionError::stage(step, Stage::Stack, e))?;
+        let places = crossing_places(&meshes)?;
         if places.is_empty() {
             return Ok(None);
         }
@@ -65,14 +68,14 @@ impl CrossingRow {
         Ok(Some(row))
     }
 
-    pub(super) fn row(&self) -> Result<SheetRow<'_>, SessionError> {
+    /// The row as it is drawn.
+    pub fn row(&self) -> Result<SheetRow<'_>, Error> {
         let mut cells = Vec::new();
         for ShownPlace { caption, at, facing, layers } in &self.places {
             let parts: Vec<Part> = layers
                 .iter()
                 .map(|(mesh, colors)| Part::try_new(mesh, Paint::PerVertex(colors)))
-                .collect::<Result<_, _>>()
-                .map_err(|e| SessionError::bad_source(Path::new("figure"), e))?;
+                .collect::<Result<_, _>>()?;
             cells.push(Cell::new(caption, &parts, *facing).closer(*at, RADIUS));
         }
         Ok(SheetRow {

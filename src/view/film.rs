@@ -1,15 +1,50 @@
 //! Films: the frames of a moving scene, seen by a camera that goes along.
 
 use super::camera::Camera;
+use super::error::Error;
+use super::palette::layer_color;
 use super::picture::Picture;
 use super::render::render;
-use super::scene::Scene;
-use crate::geometry::{Aabb, Point, Vec3};
+use super::scene::{Paint, Part, Scene};
+use crate::formats::write_gif;
+use crate::geometry::{Aabb, PerVertex, Point, TriMesh, Vec3};
 
 /// Where the camera stands, in radians: in front, to the person's left, at the height of the chest.
 const DIRECTION: [f64; 2] = [0.55, 0.12];
 /// How long the camera takes to follow, in seconds: long enough that steps do not shake the picture.
 const FOLLOW_SECS: f64 = 0.5;
+
+/// A GIF of frames of one size, `count` of them: every `step`-th of a motion of `fps` frames per second.
+pub fn draw_gif(
+    size: [usize; 2],
+    count: usize,
+    (step, fps): (usize, f64),
+    draw: impl Fn(usize) -> Result<Picture, Error>,
+    on_frame: &mut dyn FnMut(usize, usize),
+) -> Result<Vec<u8>, Error> {
+    // A GIF counts in hundredths of a second: what one frame is short, the next one is long.
+    let end = |k: usize| (k as f64 * step as f64 / fps * 100.0).round() as u16;
+    let frames = (0..count).map(|k| {
+        let pixels = draw(k)?.into_pixels();
+        on_frame(k + 1, count);
+        Ok((pixels, end(k + 1).wrapping_sub(end(k))))
+    });
+    write_gif(size, frames)
+}
+
+/// The box around meshes.
+pub fn around(meshes: &[TriMesh]) -> Aabb {
+    let origin = Aabb { min: Point::origin(), max: Point::origin() };
+    Aabb::around(meshes.iter().flat_map(|mesh| mesh.points().iter())).unwrap_or(origin)
+}
+
+/// Layer number `k` in its colours.
+pub fn painted<'a>(mesh: &'a TriMesh, colors: Option<&'a PerVertex<[u8; 3]>>, k: usize) -> Result<Part<'a>, Error> {
+    match colors {
+        Some(colors) => Part::try_new(mesh, Paint::PerVertex(colors)),
+        None => Ok(Part::solid(mesh, layer_color(k))),
+    }
+}
 
 /// The camera of a film.
 ///

@@ -2,6 +2,8 @@
 //! the Rerun viewer.
 
 mod camera;
+mod crossing_row;
+mod driven_film;
 mod error;
 mod film;
 mod floor;
@@ -17,12 +19,16 @@ mod render;
 mod scene;
 mod sheet;
 mod stick_figure;
+mod striding;
 mod style;
 mod surface;
+mod weights_row;
 
 pub use camera::{Camera, Facing};
+pub use crossing_row::CrossingRow;
+pub use driven_film::{BESIDE, driven_film, landmark_lines};
 pub use error::Error;
-pub use film::FilmCamera;
+pub use film::{FilmCamera, around, draw_gif, painted};
 pub use palette::{joint_color, layer_color, ramp_color, skin_weight_colors};
 pub use picture::Picture;
 pub use poster::{Poster, poster};
@@ -32,3 +38,5 @@ pub use render::render;
 pub use scene::{Paint, Part, Scene};
 pub use sheet::{Cell, Sheet, SheetRow, contact_sheet};
 pub use stick_figure::stick_figure;
+pub use striding::striding;
+pub use weights_row::{LayerPhysics, WeightedLayer, joint_legend};

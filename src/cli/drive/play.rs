@@ -215,7 +215,7 @@ pub(super) fn play(args: PlayArgs, context: &Context) -> anyhow::Result<Done> {
         return Err(fatal.unwrap_or_else(|| DriveFailure::Nothing.into()));
     }
     if let (Some(path), Some(frames)) = (&args.film, &film) {
-        session.write_driven_film(path, &mut outputs, &figure, frames, &mut |_, _| ())?;
+        session.write_driven_film(path, &mut outputs, &figure, frames)?;
     }
     context.console.notices(outputs.notices());
     let counts = player.counts();

@@ -1,11 +1,13 @@
 //! Exports the figure or a step of the session as files.
 
-use super::covered::{CoveredParts, RemovedPart};
 use super::outputs::{Content, Outputs};
 use super::posed_step::PosedStep;
 use crate::body::Figure;
-use crate::export::{ExportError, GlbAnimation, GlbOptions, write_glb, write_joints_json, write_layer_ply};
+use crate::export::{
+    CoveredParts, ExportError, GlbAnimation, GlbOptions, RemovedPart, write_glb, write_joints_json, write_layer_ply,
+};
 use crate::geometry::{PerVertex, Point, TriMesh};
+use crate::rig::cover_masks;
 use crate::scan::FileFrame;
 use crate::segment::LABEL_COLORS;
 use crate::session::error::SessionError;
@@ -84,7 +86,7 @@ impl Session {
         let Some(last) = steps.last() else { return Ok(Exported { files: Vec::new(), removed: Vec::new() }) };
         let path = request.target.clone();
         outputs.claim(&path, Content::Character)?;
-        let covered = self.covered_parts(last, request)?;
+        let covered = covered_parts(&last.figure, request.hide_covered, &request.target)?;
         let removed = covered.removed(&last.figure);
         let figure = match request.at {
             Some(_) => last.figure_for_pose(),
@@ -108,10 +110,6 @@ impl Session {
             outputs.notice(format!("the animation '{name}' is out of date and left out: run `overcoat build` first"));
         }
         Ok(moved.into_iter().map(|moved| GlbAnimation { name: moved.name, track: moved.track }).collect())
-    }
-
-    fn covered_parts(&self, step: &PosedStep, request: &ExportRequest) -> Result<CoveredParts, SessionError> {
-        CoveredParts::of(&step.figure, request.hide_covered).map_err(|e| SessionError::bad_source(&request.target, e))
     }
 
     /// The requested files, by their names in the folder, and what was removed of each layer.
@@ -140,7 +138,7 @@ impl Session {
             let steps = self.posed_steps(request.at.as_deref())?;
             if let Some(last) = steps.last() {
                 if request.hide_covered {
-                    folder.covered = self.covered_parts(last, request)?;
+                    folder.covered = covered_parts(&last.figure, request.hide_covered, &request.target)?;
                     removed = folder.covered.removed(&last.figure);
                 }
                 match request.at {
@@ -151,6 +149,12 @@ impl Session {
         }
         Ok((folder.files, removed))
     }
+}
+
+/// The parts of a figure's layers that others cover. `target` is for messages.
+pub(super) fn covered_parts(figure: &Figure, remove: bool, target: &Path) -> Result<CoveredParts, SessionError> {
+    let masks = cover_masks(figure).map_err(|e| SessionError::bad_source(target, e))?;
+    CoveredParts::of(figure, masks, remove).map_err(|e| SessionError::bad_source(target, e))
 }
 
 /// Files by their names in a folder, with their contents.

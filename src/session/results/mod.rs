@@ -2,9 +2,6 @@
 
 mod animation;
 mod body_measures;
-mod covered;
-mod crossing_row;
-mod driven_film;
 mod export;
 mod measure;
 mod outputs;
@@ -15,7 +12,6 @@ mod recordings;
 mod status;
 
 pub use animation::{AnimationStatus, Film, SequenceKind, SequenceRequest};
-pub use covered::RemovedPart;
 pub use export::{ExportRequest, Exported};
 pub use measure::{SubjectOrigin, TruthReport};
 pub use outputs::{Content, NewFolder, Outputs, StreamedOutput};

@@ -1,14 +1,15 @@
 //! A film of an animation, by the small renderer: a GIF, or a folder of pictures.
 
 use super::animations::MovedFigure;
-use crate::formats::write_gif;
-use crate::geometry::{Aabb, PerVertex, Point, TriMesh};
+use crate::body::Figure;
+use crate::drive::PlayedFrame;
+use crate::export::CoveredParts;
+use crate::geometry::{Aabb, Point};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::results::covered::CoveredParts;
+use crate::session::results::export::covered_parts;
 use crate::session::results::outputs::{Content, NewFolder, Outputs};
-use crate::session::stage_error::StageError;
-use crate::view::{FilmCamera, Paint, Part, Picture, Scene, layer_color};
+use crate::view::{Error, FilmCamera, Picture, Scene, around, draw_gif, driven_film, painted};
 use std::path::{Path, PathBuf};
 
 /// Width of a GIF in pixels: two fit side by side on a page.
@@ -47,7 +48,7 @@ impl Session {
         let shown = self.shown_in(film)?;
         let figure = self.figure_of_last_step()?;
         let covered = match film.hide_covered {
-            true => CoveredParts::of(&figure, true).map_err(|e| SessionError::bad_source(&film.target, e))?,
+            true => covered_parts(&figure, true, &film.target)?,
             // To find out what is covered takes longer than to draw a second of film.
             false => CoveredParts::none(),
         };
@@ -60,17 +61,17 @@ impl Session {
         let each = if film.is_file() { GIF_WIDTH } else { PICTURE_WIDTH };
         let (width, height) = (each * shown.len(), camera.height_for(each));
         let floor = bounds.first().map(|b| b.min.y);
-        let draw_one = |moved: &MovedFigure, frame: usize| -> Result<Picture, SessionError> {
+        let draw_one = |moved: &MovedFigure, frame: usize| -> Result<Picture, Error> {
             let meshes = moved.surfaces(&figure, frame);
             let remaining = |(k, mesh)| covered.remaining_surface(k, mesh, figure.layers[k].colors.as_ref());
             let surfaces: Vec<_> = meshes.iter().enumerate().map(remaining).collect();
             let each_layer = surfaces.iter().enumerate();
-            let parts = each_layer.map(|(k, (mesh, colors))| painted(mesh, colors.as_ref(), k, &film.target));
+            let parts = each_layer.map(|(k, (mesh, colors))| painted(mesh, colors.as_ref(), k));
             let mut scene = Scene::new(parts.collect::<Result<Vec<_>, _>>()?);
             scene.floor = floor;
             Ok(camera.draw(frame, &scene, each, height))
         };
-        let draw = |frame: usize| -> Result<Picture, SessionError> {
+        let draw = |frame: usize| -> Result<Picture, Error> {
             let mut row = Picture::filled([255; 3], width, height);
             for (k, moved) in shown.iter().enumerate() {
                 row.paste(&draw_one(moved, frame)?, k * each, 0);
@@ -82,24 +83,27 @@ impl Session {
         }
         outputs.claim(&film.target, Content::Film)?;
         let step = (fps / GIF_FPS).round().max(1.0) as usize;
-        let shown: Vec<usize> = (0..count).step_by(step).collect();
-        // A GIF counts in hundredths of a second: what one frame is short, the next one is long.
-        let end = |k: usize| (k as f64 * step as f64 / fps * 100.0).round() as u16;
-        let frames = shown.iter().enumerate().map(|(k, &frame)| {
-            let pixels = draw(frame).map(Picture::into_pixels).map_err(Drawing::Session)?;
-            on_frame(k + 1, shown.len());
-            Ok((pixels, end(k + 1).wrapping_sub(end(k))))
-        });
-        let bytes = write_gif([width, height], frames).map_err(|e: Drawing| match e {
-            Drawing::Session(e) => e,
-            Drawing::Format(e) => SessionError::bad_source(&film.target, e),
-        })?;
+        let frames: Vec<usize> = (0..count).step_by(step).collect();
+        let bytes = draw_gif([width, height], frames.len(), (step, fps), |k| draw(frames[k]), on_frame)
+            .map_err(|e| SessionError::bad_source(&film.target, e))?;
         outputs.write_bytes(&film.target, Content::Film, bytes)?;
         Ok(vec![film.target.clone()])
     }
 }
 
 impl Session {
+    /// Draws the frames of a driven figure as a GIF.
+    pub fn write_driven_film(
+        &self,
+        path: &Path,
+        outputs: &mut Outputs,
+        figure: &Figure,
+        frames: &[PlayedFrame],
+    ) -> Result<(), SessionError> {
+        let bytes = driven_film(figure, frames).map_err(|e| SessionError::bad_source(path, e))?;
+        outputs.write_bytes(path, Content::Film, bytes)
+    }
+
     /// The animations of a film, at least one.
     ///
     /// **Errors** for animations that are out of date, and for those that do not run at the same speed.
@@ -122,22 +126,10 @@ impl Session {
     }
 }
 
-/// Why a frame of a GIF is missing.
-enum Drawing {
-    Session(SessionError),
-    Format(crate::formats::FormatError),
-}
-
-impl From<crate::formats::FormatError> for Drawing {
-    fn from(error: crate::formats::FormatError) -> Self {
-        Self::Format(error)
-    }
-}
-
 fn folder_of_pictures(
     target: &Path,
     count: usize,
-    draw: &dyn Fn(usize) -> Result<Picture, SessionError>,
+    draw: &dyn Fn(usize) -> Result<Picture, Error>,
     on_frame: &mut dyn FnMut(usize, usize),
 ) -> Result<Vec<PathBuf>, SessionError> {
     let folder = NewFolder::create(target)?;
@@ -146,29 +138,11 @@ fn folder_of_pictures(
     for frame in 0..count {
         let name = PathBuf::from(format!("{frame:0digits$}.png"));
         let mut bytes = Vec::new();
-        let drawn = draw(frame)?.write_png(&mut bytes);
-        drawn.map_err(|e| SessionError::bad_source(&target.join(&name), StageError::from(e)))?;
+        let drawn = draw(frame).and_then(|picture| picture.write_png(&mut bytes).map_err(Error::from));
+        drawn.map_err(|e| SessionError::bad_source(&target.join(&name), e))?;
         folder.write(&name, &bytes)?;
         files.push(target.join(name));
         on_frame(frame + 1, count);
     }
     Ok(files)
-}
-
-pub(in crate::session::results) fn around(meshes: &[TriMesh]) -> Aabb {
-    let origin = Aabb { min: Point::origin(), max: Point::origin() };
-    Aabb::around(meshes.iter().flat_map(|mesh| mesh.points().iter())).unwrap_or(origin)
-}
-
-/// Layer number `k` in its colours.
-pub(in crate::session::results) fn painted<'a>(
-    mesh: &'a TriMesh,
-    colors: Option<&'a PerVertex<[u8; 3]>>,
-    k: usize,
-    target: &Path,
-) -> Result<Part<'a>, SessionError> {
-    match colors {
-        Some(colors) => Part::try_new(mesh, Paint::PerVertex(colors)).map_err(|e| SessionError::bad_source(target, e)),
-        None => Ok(Part::solid(mesh, layer_color(k))),
-    }
 }

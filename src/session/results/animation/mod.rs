@@ -6,5 +6,4 @@ mod sequence;
 
 pub use animations::AnimationStatus;
 pub use film::Film;
-pub(super) use film::{around, painted};
 pub use sequence::{SequenceKind, SequenceRequest};

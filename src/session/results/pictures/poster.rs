@@ -1,34 +1,12 @@
 //! The poster: the whole session in one picture.
 
 use super::sheet::SeenStep;
-use crate::body::HumanJoint::{self, Chest, Foot, Head, LowerArm, LowerLeg, Neck, Spine, UpperArm, UpperLeg};
-use crate::body::Side::{Left, Right};
-use crate::body::{Pose, Skeleton};
-use crate::geometry::{TriMesh, Vec3};
+use crate::geometry::TriMesh;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::results::outputs::{Content, Outputs};
-use crate::view::{Paint, Part, Poster, layer_color, poster};
-use nalgebra::UnitQuaternion;
+use crate::view::{Poster, painted, poster, striding};
 use std::path::Path;
-
-/// A step forward with a raised hand: degrees about x (leg forward is negative), y and z, as seen in the bind pose.
-const POSE: [(HumanJoint, [f64; 3]); 14] = [
-    (Spine, [1.0, 4.0, 0.0]),
-    (Chest, [0.0, 5.0, 1.0]),
-    (Neck, [0.0, 6.0, 0.0]),
-    (Head, [-2.0, 10.0, -3.0]),
-    (UpperArm(Left), [0.0, 0.0, 18.0]),
-    (LowerArm(Left), [-12.0, 0.0, 34.0]),
-    (UpperArm(Right), [6.0, 0.0, 22.0]),
-    (LowerArm(Right), [-14.0, -12.0, 0.0]),
-    (UpperLeg(Left), [-5.0, 0.0, -2.0]),
-    (LowerLeg(Left), [5.0, 0.0, 0.0]),
-    (Foot(Left), [0.0, 0.0, 0.0]),
-    (UpperLeg(Right), [4.0, 0.0, 2.0]),
-    (LowerLeg(Right), [2.0, 0.0, 0.0]),
-    (Foot(Right), [-6.0, 0.0, 0.0]),
-];
 
 impl Session {
     /// Draws the scans, the separated layers and the figure in a new pose, and writes a PNG.
@@ -44,11 +22,8 @@ impl Session {
             scans.push((format!("{plus}{}", posed.step.name), seen.scan()?));
         }
         let figure = &last.figure;
-        let painted = |mesh, k: usize| match &figure.layers[k].colors {
-            Some(colors) => {
-                Part::try_new(mesh, Paint::PerVertex(colors)).map_err(|e| SessionError::bad_source(path, e))
-            }
-            None => Ok(Part::solid(mesh, layer_color(k))),
+        let painted = |mesh, k: usize| {
+            painted(mesh, figure.layers[k].colors.as_ref(), k).map_err(|e| SessionError::bad_source(path, e))
         };
         let layers = figure.layers.iter().enumerate();
         let layers = layers.map(|(k, layer)| Ok((layer.name.clone(), painted(&layer.mesh, k)?)));
@@ -92,17 +67,4 @@ impl Session {
 /// `1 scan`, `2 scans`.
 fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
-}
-
-fn striding(skeleton: &Skeleton) -> Pose {
-    let mut pose = Pose::bind(skeleton.len());
-    for (joint, degrees) in POSE {
-        if let Some(joint) = skeleton.find(joint) {
-            let [x, y, z] = degrees.map(f64::to_radians);
-            let about = |axis: nalgebra::Unit<Vec3>, angle| UnitQuaternion::from_axis_angle(&axis, angle);
-            pose.rotations[joint.index()] =
-                about(Vec3::y_axis(), y) * about(Vec3::x_axis(), x) * about(Vec3::z_axis(), z);
-        }
-    }
-    pose
 }

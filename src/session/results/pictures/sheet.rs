@@ -7,12 +7,12 @@ use crate::scan::Scan;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::pipeline::{Walk, scan_of};
-use crate::session::results::crossing_row::CrossingRow;
 use crate::session::results::outputs::{Content, Outputs};
 use crate::session::results::posed_step::PosedStep;
 use crate::session::results::status::StepStatus;
+use crate::session::stage::Stage;
 use crate::session::store::name_and_unit;
-use crate::view::{Cell, Facing, Paint, Part, Sheet, SheetRow, contact_sheet, layer_color};
+use crate::view::{Cell, CrossingRow, Facing, Paint, Part, Sheet, SheetRow, contact_sheet, layer_color};
 use nalgebra::{Rotation3, Vector3};
 use std::path::Path;
 
@@ -58,11 +58,13 @@ impl Session {
             rows.push(SheetRow::layers("layers", vec!["in the bind pose".into()], &parts));
         }
         let crossings = match steps.last() {
-            Some(last) => CrossingRow::of(&last.figure, &last.step.name)?,
+            Some(last) => {
+                CrossingRow::of(&last.figure).map_err(|e| SessionError::stage(&last.step.name, Stage::Stack, e))?
+            }
             None => None,
         };
         if let Some(crossings) = &crossings {
-            rows.push(crossings.row()?);
+            rows.push(crossings.row().map_err(|e| SessionError::bad_source(path, e))?);
         }
         let names: Vec<&str> = status.iter().map(|s| s.name.as_str()).collect();
         let sheet = Sheet::new(self.name(), names.join(", "), rows);

@@ -7,8 +7,7 @@ use crate::drive::PlayedFrame;
 use crate::geometry::{Point, TriMesh, Vec3};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::results::driven_film::{BESIDE, landmark_lines};
-use crate::view::{Paint, Part, Recording, layer_color};
+use crate::view::{BESIDE, Paint, Part, Recording, landmark_lines, layer_color};
 
 /// A figure that is driven, in a viewer or a recording, along the timeline `frame`.
 pub struct DriveView {
