@@ -5,12 +5,12 @@
 //! nothing. Names and paths are no inputs: errors get the step's name here, and [`mention`](super::mention) puts names into
 //! findings when they are reported.
 
-use super::event::{OnProgress, Outcome};
+use super::event::{Made, OnProgress, Outcome};
 use super::walk::{StageCall, Walk};
 use crate::session::error::SessionError;
 use crate::session::stage::Stage;
 use crate::session::stage_error::StageError;
-use crate::session::store::{Kept, Measures, StageRecord, Store};
+use crate::session::store::Store;
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -51,18 +51,6 @@ impl From<SessionError> for RunError {
 
 /// What the function of a stage returns.
 pub(in crate::session) type Run<T> = Result<Outcome<T>, RunError>;
-
-/// The result of a stage, made now or earlier.
-pub(in crate::session) struct Made<T> {
-    pub kept: Kept<T>,
-    pub measures: Measures,
-}
-
-impl<T> Made<T> {
-    pub fn of(record: &StageRecord) -> Self {
-        Self { kept: Kept::named(record.output), measures: record.measures.clone() }
-    }
-}
 
 /// The place in a recipe whose stages run: a step, or an animation.
 pub(in crate::session) struct At<'a, 'w> {

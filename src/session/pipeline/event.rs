@@ -5,7 +5,7 @@ use crate::check::StepVerdict;
 use crate::fit;
 use crate::scan::{FusionStep, Scan};
 use crate::session::stage::Stage;
-use crate::session::store::{Measures, Warning};
+use crate::session::store::{Kept, Measures, StageRecord, Warning};
 
 /// An event during a walk through the stages.
 #[derive(Debug)]
@@ -103,6 +103,18 @@ impl<T> Outcome<T> {
     pub fn warned(mut self, warnings: impl IntoIterator<Item = Warning>) -> Self {
         self.warnings.extend(warnings);
         self
+    }
+}
+
+/// The result of a stage, made now or earlier.
+pub(in crate::session) struct Made<T> {
+    pub kept: Kept<T>,
+    pub measures: Measures,
+}
+
+impl<T> Made<T> {
+    pub fn of(record: &StageRecord) -> Self {
+        Self { kept: Kept::named(record.output), measures: record.measures.clone() }
     }
 }
 

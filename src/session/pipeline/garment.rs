@@ -10,24 +10,18 @@ use super::labelling::Evidence;
 use super::marks::MasksOfScan;
 use super::pose::{self, POSE};
 use super::press::{self, PRESS};
+use super::results::{OfStep, StepResults};
 use super::rig::{self, RIG};
 use super::scan::{self, SCAN};
 use super::segment::{self, SEGMENT};
 use super::stack::{self, STACK};
-use super::steps::{OfStep, StepResults};
 use super::walk::Walk;
 use crate::fit::{FittedBody, PoseInside};
 use crate::scan::Scan;
 use crate::segment::Segmentation;
 use crate::session::error::SessionError;
-use crate::session::recipe::{Garment, GarmentScan, Recipe, Step, StepRecipe};
+use crate::session::recipe::{Garment, GarmentScan, Recipe, Step};
 use crate::session::store::Kept;
-
-/// The scan of a step, independent of earlier steps.
-pub(in crate::session) fn scan_of(walk: &mut Walk, step: &StepRecipe) -> Result<Kept<Scan>, SessionError> {
-    let inputs = scan::Inputs::of(walk.session(), step.reading()?);
-    Ok(walk.at(&step.name).run(SCAN, inputs, scan::run)?.kept)
-}
 
 /// A garment's step, and what it builds on.
 pub(super) struct GarmentStep<'a> {

@@ -1,8 +1,8 @@
 //! The scans of later steps, for a body whose shape is fitted to all scans of the session.
 
 use super::at::RunError;
-use super::garment::scan_of;
 use super::kinds::{NewGarments, looser};
+use super::scan::scan_of;
 use super::walk::Walk;
 use crate::body::Figure;
 use crate::fit::{Cover, InsideParams, ShapeFrom};

@@ -3,6 +3,7 @@
 use super::at::{Code, Run};
 use super::event::{OnProgress, Outcome, StageProgress};
 use super::input::FileInput;
+use super::walk::Walk;
 use crate::formats::{RawMesh, read_recording};
 use crate::scan::{
     CleaningStep, FusionParams, FusionReport, FusionStep, Scan, ScanParams, clean, color_from_texture, fuse,
@@ -11,7 +12,7 @@ use crate::session::error::SessionError;
 use crate::session::open::{Input, ScanInput, Session};
 use crate::session::recipe::{Reading, StepRecipe};
 use crate::session::stage::Stage;
-use crate::session::store::{Store, Warning};
+use crate::session::store::{Kept, Store, Warning};
 use serde::Serialize;
 use std::path::Path;
 use std::time::Instant;
@@ -46,6 +47,12 @@ pub(super) fn run(inputs: Inputs, store: &Store, on_progress: OnProgress) -> Run
     }
     .found(findings)
     .warned(warnings))
+}
+
+/// The scan of a step, independent of earlier steps.
+pub(in crate::session) fn scan_of(walk: &mut Walk, step: &StepRecipe) -> Result<Kept<Scan>, SessionError> {
+    let inputs = Inputs::of(walk.session(), step.reading()?);
+    Ok(walk.at(&step.name).run(SCAN, inputs, run)?.kept)
 }
 
 /// A scan as read from its input.

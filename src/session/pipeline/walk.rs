@@ -1,7 +1,6 @@
 //! A walk through the stages: runs those that are out of date, rebuilds damaged results, or only checks.
 
-use super::at::Made;
-use super::event::{Event, Forced, OnProgress, Outcome, as_events};
+use super::event::{Event, Forced, Made, OnProgress, Outcome, as_events};
 use super::mention;
 use super::reason::{Cause, Reason, reasons};
 use super::report::{StageReport, verdict_on};

@@ -2,8 +2,8 @@
 
 use super::names::{is_file_name, is_same_file_name};
 use super::parameters::{self, has_parameters};
+use super::step_kind::StepKind;
 use super::steps::{BODY_STEP, Recipe, StepRecipe};
-use super::variants::StepKind;
 use crate::scan::ScanParams;
 use crate::session::error::SessionError;
 use crate::session::stage::Stage;

@@ -4,6 +4,7 @@
 
 use super::garment_spec;
 use super::outfit::with_scan_of;
+use super::step_kind::StepKind;
 use super::steps::{BODY_STEP, BodySurface, Recipe, StepRecipe};
 use crate::parameters::Setting;
 use crate::session::error::SessionError;
@@ -15,6 +16,15 @@ pub(in crate::session) const HAIR: &str = "hair";
 const TREATMENT: &str = "hair";
 
 impl StepRecipe {
+    /// The kind of the step.
+    pub fn kind(&self) -> StepKind {
+        match (self.is_body(), self.is_hair()) {
+            (true, _) => StepKind::Body,
+            (false, true) => StepKind::Hair,
+            (false, false) => StepKind::Garment,
+        }
+    }
+
     /// Whether the step cuts hair out of the bare scan.
     pub(in crate::session) fn is_hair(&self) -> bool {
         !self.is_body() && garment_spec::of_step(self).is_ok_and(|spec| spec.template.grows)

@@ -2,7 +2,7 @@
 //!
 //! A recipe lists only the differences from the defaults, by step and stage: `[step.segment]`, `color = 0.5`.
 
-use super::variants::StepKind;
+use super::step_kind::StepKind;
 use crate::cut::CutParams;
 use crate::fit::{InsideParams, NakedParams, RegisterParams};
 use crate::parameters::{Allowed, Declared, Parameters, Setting};

@@ -138,7 +138,7 @@ fn folder_of_pictures(
     for frame in 0..count {
         let name = PathBuf::from(format!("{frame:0digits$}.png"));
         let mut bytes = Vec::new();
-        let drawn = draw(frame).and_then(|picture| picture.write_png(&mut bytes).map_err(Error::from));
+        let drawn = draw(frame).and_then(|picture| picture.write_png(&mut bytes));
         drawn.map_err(|e| SessionError::bad_source(&target.join(&name), e))?;
         folder.write(&name, &bytes)?;
         files.push(target.join(name));
