@@ -211,7 +211,15 @@ fn osc(address: &str, tags: &str, arguments: &[u8]) -> Vec<u8> {
 fn osc_bone(name: &str, rotation: [f32; 4]) -> Vec<u8> {
     let mut arguments = name.as_bytes().to_vec();
     arguments.resize(arguments.len() / 4 * 4 + 4, 0);
-    let place = if name == "Hips" { [0.0, 1.0, 0.0] } else { [0.0; 3] };
+    let side = if name.starts_with("Left") { -1.0 } else { 1.0 };
+    let place: [f32; 3] = match name.trim_start_matches("Left").trim_start_matches("Right") {
+        "Hips" => [0.0, 1.0, 0.0],
+        "UpperLeg" => [0.1 * side, -0.05, 0.0],
+        "LowerLeg" | "Foot" => [0.0, -0.4, 0.0],
+        "UpperArm" => [0.18 * side, 0.15, 0.0],
+        "LowerArm" => [0.28 * side, 0.0, 0.0],
+        _ => [0.0, 0.15, 0.0],
+    };
     arguments.extend(place.iter().chain(&rotation).flat_map(|x| x.to_be_bytes()));
     osc("/VMC/Ext/Bone/Pos", ",sfffffff", &arguments)
 }
