@@ -8,42 +8,30 @@
 
 use super::arguments::{check_figure, check_masks, check_pose};
 use super::error::ExportError;
+use super::format::{CharacterAnimation, CharacterOptions, Format, FormatOption};
 use super::palette::color_of_rank;
 use super::split::Split;
 use crate::body::{Figure, INFLUENCES, Layer, Pose, Skeleton};
 use crate::formats::{GlbAttribute, GlbChannel, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, NodeId, SkinId};
 use crate::geometry::PerVertex;
-use crate::motion::PoseTrack;
 use serde_json::{Map, Value, json};
-use std::collections::BTreeMap;
 use std::io::Write;
 
-/// What a `.glb` contains besides the figure.
-#[derive(Clone, Debug, Default)]
-pub struct GlbOptions {
-    /// The scene's name; `None` for `figure`.
-    pub name: Option<String>,
-    /// The pose of the nodes; `None` for the bind pose. Surfaces are always in the bind pose.
-    pub pose: Option<Pose>,
-    /// The cover mask of each layer; `None` writes no `_COVERED`.
-    ///
-    /// **Shapes** one mask per layer, each with one entry per vertex.
-    pub covered: Option<Vec<PerVertex<bool>>>,
-    /// Whether a vertex keeps up to eight joints, the last four as `JOINTS_1` and `WEIGHTS_1`; otherwise at most four.
-    pub eight_influences: bool,
-    /// Animations of the skeleton.
-    pub animations: Vec<GlbAnimation>,
-    /// The figure's origin, as keys and values in the asset's extras.
-    pub provenance: BTreeMap<String, String>,
-}
+/// glTF 2.0 as one binary file.
+pub struct Glb;
 
-/// An animation of the skeleton.
-#[derive(Clone, Debug)]
-pub struct GlbAnimation {
-    /// The name that other programs list.
-    pub name: String,
-    /// Its poses; the first is at time 0.
-    pub track: PoseTrack,
+impl Format for Glb {
+    fn extension(&self) -> &'static str {
+        "glb"
+    }
+
+    fn options(&self) -> &'static [FormatOption] {
+        &[FormatOption::EightInfluences]
+    }
+
+    fn write(&self, figure: &Figure, options: &CharacterOptions, out: &mut dyn Write) -> Result<(), ExportError> {
+        write_glb(figure, options, out)
+    }
 }
 
 /// Writes the figure.
@@ -53,7 +41,7 @@ pub struct GlbAnimation {
 /// **Errors** if the figure or the pose contradicts itself, or holds a number that is not finite; nothing is written then.
 ///
 /// **Guarantees** equal figures give equal bytes; the Khronos validator reports no error and no warning.
-pub fn write_glb(figure: &Figure, options: &GlbOptions, out: impl Write) -> Result<(), ExportError> {
+pub fn write_glb(figure: &Figure, options: &CharacterOptions, out: impl Write) -> Result<(), ExportError> {
     check_figure(figure)?;
     if let Some(pose) = &options.pose {
         check_pose(pose, &figure.skeleton)?;
@@ -130,7 +118,7 @@ fn add_animation(
     glb: &mut GlbWriter,
     skeleton: &Skeleton,
     joints: &[NodeId],
-    animation: &GlbAnimation,
+    animation: &CharacterAnimation,
 ) -> Result<(), ExportError> {
     let track = &animation.track;
     let times: Vec<f32> = (0..track.poses.len()).map(|frame| track.secs(frame) as f32).collect();

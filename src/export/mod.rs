@@ -3,8 +3,10 @@
 mod arguments;
 mod covered;
 mod error;
+mod format;
 mod glb;
 mod layers;
+mod list;
 mod palette;
 mod split;
 #[cfg(test)]
@@ -13,5 +15,7 @@ mod visible_part;
 
 pub use covered::{CoveredParts, RemovedPart};
 pub use error::ExportError;
-pub use glb::{GlbAnimation, GlbOptions, write_glb};
+pub use format::{CharacterAnimation, CharacterOptions, Format, FormatOption};
+pub use glb::write_glb;
 pub use layers::{write_joints_json, write_layer_ply, write_skin_weights_npy};
+pub use list::{extensions, format_of};

@@ -1,7 +1,8 @@
 //! A `.glb` read back by nothing but the standard: skinned from its own arrays, it stands where our figure stands.
 
 use super::{
-    ExportError, GlbAnimation, GlbOptions, write_glb, write_joints_json, write_layer_ply, write_skin_weights_npy,
+    CharacterAnimation, CharacterOptions, ExportError, write_glb, write_joints_json, write_layer_ply,
+    write_skin_weights_npy,
 };
 use crate::body::{Figure, JointId, Layer, Pose, Skeleton, SkinWeights, Texture, UvMap};
 use crate::formats::{read_gltf, read_gltf_motion, read_npy, read_ply};
@@ -63,7 +64,7 @@ fn bent() -> Pose {
 fn written(figure: &Figure, pose: Option<Pose>) -> Vec<u8> {
     let mut bytes = Vec::new();
     let provenance = [("subject".to_string(), "test".to_string())].into();
-    write_glb(figure, &GlbOptions { pose, provenance, ..GlbOptions::default() }, &mut bytes).unwrap();
+    write_glb(figure, &CharacterOptions { pose, provenance, ..CharacterOptions::default() }, &mut bytes).unwrap();
     bytes
 }
 
@@ -161,7 +162,7 @@ fn eight_influences_are_two_sets_and_skin_as_we_do_and_four_are_one_set() {
     let mut pose = Pose::bind(9);
     (0..9).for_each(|j| pose.rotations[j] = UnitQuaternion::from_euler_angles(0.1, 0.2, 0.15 * j as f64 - 0.5));
     let file = |eight_influences| {
-        let options = GlbOptions { pose: Some(pose.clone()), eight_influences, ..GlbOptions::default() };
+        let options = CharacterOptions { pose: Some(pose.clone()), eight_influences, ..CharacterOptions::default() };
         let mut bytes = Vec::new();
         write_glb(&figure, &options, &mut bytes).unwrap();
         Parsed::new(&bytes)
@@ -221,7 +222,7 @@ fn a_cover_mask_is_written_and_its_part_removed_with_all_attributes() {
         figure.layers.iter().map(|layer| layer.mesh.points().iter().map(|p| p.x > 0.9).collect()).collect();
     let bytes = |figure: &Figure, covered: Vec<PerVertex<bool>>| {
         let mut bytes = Vec::new();
-        let options = GlbOptions { covered: Some(covered), ..GlbOptions::default() };
+        let options = CharacterOptions { covered: Some(covered), ..CharacterOptions::default() };
         write_glb(figure, &options, &mut bytes).map(|()| bytes)
     };
     let whole = read_gltf(bytes(&figure, masks.clone()).unwrap().as_slice()).unwrap();
@@ -258,7 +259,7 @@ fn a_figure_that_contradicts_itself_is_refused() {
     let refused = |spoil: fn(&mut Figure)| {
         let mut figure = figure();
         spoil(&mut figure);
-        write_glb(&figure, &GlbOptions::default(), Vec::new()).unwrap_err()
+        write_glb(&figure, &CharacterOptions::default(), Vec::new()).unwrap_err()
     };
     let err = refused(|f| f.layers[1].colors = Some(vec![[0; 3]; 5].into()));
     assert_eq!(err.to_string(), "layer 'sleeve' has 5 colours, but 36 vertices");
@@ -272,7 +273,7 @@ fn a_figure_that_contradicts_itself_is_refused() {
     assert_eq!(err.to_string(), "the figure has no surface: there is nothing to write");
     let err = refused(|f| f.skeleton.parents[1] = Some(JointId(7)));
     assert!(matches!(err, ExportError::JointOrder { parent: 7 }), "{err}");
-    let options = GlbOptions { pose: Some(Pose::bind(2)), ..GlbOptions::default() };
+    let options = CharacterOptions { pose: Some(Pose::bind(2)), ..CharacterOptions::default() };
     assert!(write_glb(&figure(), &options, Vec::new()).is_err());
 }
 
@@ -281,7 +282,7 @@ fn a_number_that_is_not_finite_is_refused_by_its_place() {
     let refused = |spoil: fn(&mut Figure)| {
         let mut figure = figure();
         spoil(&mut figure);
-        write_glb(&figure, &GlbOptions::default(), Vec::new()).unwrap_err().to_string()
+        write_glb(&figure, &CharacterOptions::default(), Vec::new()).unwrap_err().to_string()
     };
     let away = |mesh: &TriMesh| {
         let mut points = mesh.points().clone();
@@ -295,11 +296,11 @@ fn a_number_that_is_not_finite_is_refused_by_its_place() {
     assert!(refused(|f| f.skeleton.joints_in_bind[2].x = f64::NAN).contains("joints of the bind pose: entry 2"));
     let mut spoiled = figure();
     spoiled.layers[0].mesh = away(&spoiled.layers[0].mesh);
-    let err = write_glb(&spoiled, &GlbOptions::default(), Vec::new()).unwrap_err();
+    let err = write_glb(&spoiled, &CharacterOptions::default(), Vec::new()).unwrap_err();
     assert_eq!(err.to_string(), "layer 'body': positions: entry 5 is not a finite number");
     let mut pose = bent();
     pose.translation.z = f64::NAN;
-    let options = GlbOptions { pose: Some(pose), ..GlbOptions::default() };
+    let options = CharacterOptions { pose: Some(pose), ..CharacterOptions::default() };
     assert!(write_glb(&figure(), &options, Vec::new()).unwrap_err().to_string().contains("translation"));
 
     let mesh = &figure().layers[0].mesh;
@@ -376,9 +377,9 @@ fn an_animation_moves_the_joints_as_the_poses_do() {
     turned.rotations[1] = UnitQuaternion::new_unchecked(-turned.rotations[1].into_inner());
     let poses = vec![Pose::bind(3), bent(), turned, bent()];
     let track = PoseTrack { fps: 25.0, lead: 1, poses: poses.clone() };
-    let animations = vec![GlbAnimation { name: "bend".into(), track: track.clone() }];
+    let animations = vec![CharacterAnimation { name: "bend".into(), track: track.clone() }];
     let mut bytes = Vec::new();
-    write_glb(&figure, &GlbOptions { animations, ..GlbOptions::default() }, &mut bytes).unwrap();
+    write_glb(&figure, &CharacterOptions { animations, ..CharacterOptions::default() }, &mut bytes).unwrap();
     let parsed = Parsed::new(&bytes);
     let channels = parsed.json["animations"][0]["channels"].as_array().unwrap();
     assert_eq!(channels.len(), 1 + 3, "the root's translation and every rotation");
@@ -401,7 +402,7 @@ fn an_animation_moves_the_joints_as_the_poses_do() {
         }
     }
     let other = PoseTrack { poses: vec![Pose::bind(2)], ..track };
-    let animations = vec![GlbAnimation { name: "bend".into(), track: other }];
-    let refused = write_glb(&figure, &GlbOptions { animations, ..GlbOptions::default() }, &mut Vec::new());
+    let animations = vec![CharacterAnimation { name: "bend".into(), track: other }];
+    let refused = write_glb(&figure, &CharacterOptions { animations, ..CharacterOptions::default() }, &mut Vec::new());
     assert!(matches!(refused, Err(ExportError::PoseLength { found: 2, expected: 3 })));
 }

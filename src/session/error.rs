@@ -391,7 +391,10 @@ impl SessionError {
             Self::NotBuilt { .. } => "run `overcoat build` first".into(),
             Self::NoScans { .. } => "start with the bare body: `overcoat scan body FILE`".into(),
             Self::SourceChanged { .. } => "restore the file, or scan the step again with `--replace`".into(),
-            Self::UnknownTarget { .. } => "end the name with .glb for one file, or with / for a folder of .ply files".into(),
+            Self::UnknownTarget { .. } => {
+                let files = crate::export::extensions();
+                format!("end the name with {files} for one file, or with / for a folder of .ply files")
+            }
             Self::BadRequest { hint, .. } => hint.clone(),
             Self::Output(source) => source.hint(),
             Self::Viewer(source) => return source.hint(),

@@ -39,8 +39,8 @@ pub use output_error::OutputError;
 pub use pipeline::{Cause, Event, Forced, Reason, StageReport};
 pub use pipeline::{read_clip, stages_of_animation};
 pub use recipe::{
-    AnimationRecipe, Assignment, BODY_STEP, BodySurface, PaintedKind, Parameter, Recipe, SourceFile, StepKind,
-    StepPlace, StepRecipe, check_mask_name, parameters_of,
+    AnimationRecipe, Assignment, BODY_STEP, BodySurface, PaintedKind, Parameter, Recipe, SourceFile, StepPlace,
+    StepRecipe, check_mask_name, parameters_of,
 };
 pub use results::{
     AnimationStatus, Content, ExportRequest, Exported, NewFolder, Outputs, ShowIn, StepStatus, SubjectOrigin,
@@ -48,7 +48,7 @@ pub use results::{
 };
 pub use results::{DriveView, LiveView, StreamedOutput};
 pub use results::{Film, SequenceKind, SequenceRequest};
-pub use stage::Stage;
+pub use stage::{Stage, StepKind};
 pub use stage_error::StageError;
 pub use store::{
     Branch, Change, ContentHash, Entry, Failure, History, Kept, MAIN_BRANCH, Measures, Memory, Move, StageRecord,

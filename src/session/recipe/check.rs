@@ -2,11 +2,10 @@
 
 use super::names::{is_file_name, is_same_file_name};
 use super::parameters::{self, has_parameters};
-use super::step_kind::StepKind;
 use super::steps::{BODY_STEP, Recipe, StepRecipe};
 use crate::scan::ScanParams;
 use crate::session::error::SessionError;
-use crate::session::stage::Stage;
+use crate::session::stage::{Stage, StepKind};
 use std::ops::RangeInclusive;
 
 /// Names that export uses for files and folders of its own.

@@ -4,11 +4,10 @@
 
 use super::garment_spec;
 use super::outfit::with_scan_of;
-use super::step_kind::StepKind;
 use super::steps::{BODY_STEP, BodySurface, Recipe, StepRecipe};
 use crate::parameters::Setting;
 use crate::session::error::SessionError;
-use crate::session::stage::Stage;
+use crate::session::stage::{Stage, StepKind};
 
 /// The usual name of the step, and the template that makes a step one of hair.
 pub(in crate::session) const HAIR: &str = "hair";

@@ -2,7 +2,6 @@
 //!
 //! A recipe lists only the differences from the defaults, by step and stage: `[step.segment]`, `color = 0.5`.
 
-use super::step_kind::StepKind;
 use crate::cut::CutParams;
 use crate::fit::{InsideParams, NakedParams, RegisterParams};
 use crate::parameters::{Allowed, Declared, Parameters, Setting};
@@ -10,7 +9,7 @@ use crate::rig::{PhysicsParams, RigParams};
 use crate::scan::{FusionParams, ScanParams};
 use crate::segment::RefineParams;
 use crate::session::error::SessionError;
-use crate::session::stage::Stage;
+use crate::session::stage::{Stage, StepKind};
 use crate::stack::{PressParams, StackParams};
 use serde_json::Value;
 use std::sync::LazyLock;

@@ -3,7 +3,6 @@
 
 use super::garment_spec::{self, GarmentSpec};
 use super::params_of_step::{params_of, params_over};
-use super::step_kind::StepKind;
 use super::steps::{BodySurface, Recipe, SourceFile, StepRecipe};
 use crate::cut::CutParams;
 use crate::fit::{InsideParams, NakedParams, RegisterParams};
@@ -11,7 +10,7 @@ use crate::rig::{PhysicsParams, RigParams};
 use crate::scan::{FusionParams, ScanParams};
 use crate::segment::RefineParams;
 use crate::session::error::SessionError;
-use crate::session::stage::Stage;
+use crate::session::stage::{Stage, StepKind};
 use crate::stack::{PressParams, StackParams};
 
 /// A step with everything that its stages need.

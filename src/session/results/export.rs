@@ -4,7 +4,8 @@ use super::outputs::{Content, Outputs};
 use super::posed_step::PosedStep;
 use crate::body::Figure;
 use crate::export::{
-    CoveredParts, ExportError, GlbAnimation, GlbOptions, RemovedPart, write_glb, write_joints_json, write_layer_ply,
+    CharacterAnimation, CharacterOptions, CoveredParts, ExportError, Format, FormatOption, RemovedPart, format_of,
+    write_joints_json, write_layer_ply,
 };
 use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::rig::cover_masks;
@@ -52,9 +53,12 @@ impl Session {
             });
         }
         let is_folder = request.target.is_dir() || ends_with_slash(&request.target);
-        let exported = match request.target.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
-            Some("glb") if !is_folder => self.export_glb(request, outputs),
-            Some(_) if !is_folder => Err(SessionError::UnknownTarget { path: request.target.clone() }),
+        let extension = request.target.extension().map(|e| e.to_string_lossy().into_owned());
+        let exported = match extension.as_deref() {
+            Some(extension) if !is_folder => match format_of(extension) {
+                Some(format) => self.export_file(request, format, outputs),
+                None => Err(SessionError::UnknownTarget { path: request.target.clone() }),
+            },
             None if !is_folder && is_only_an_extension(&request.target) => Err(SessionError::BadRequest {
                 what: format!("'{}' is an extension without a name", request.target.display()),
                 hint: "name the file, for example character.glb; the name of a folder ends with /".into(),
@@ -75,17 +79,32 @@ impl Session {
         Ok(exported)
     }
 
-    fn export_glb(&self, request: &ExportRequest, outputs: &mut Outputs) -> Result<Exported, SessionError> {
+    /// Writes the figure as one file.
+    fn export_file(
+        &self,
+        request: &ExportRequest,
+        format: &dyn Format,
+        outputs: &mut Outputs,
+    ) -> Result<Exported, SessionError> {
+        let refuse = |what: String| {
+            let hint = "name a folder instead: `overcoat export DIR/ …`".into();
+            Err(SessionError::BadRequest { what, hint })
+        };
+        let extension = format.extension();
         if request.scan.is_some() || request.before_registration {
-            return Err(SessionError::BadRequest {
-                what: "a .glb holds the figure; it cannot hold a scan or the body before registration".into(),
-                hint: "name a folder instead: `overcoat export DIR/ …`".into(),
-            });
+            return refuse(format!(
+                "a .{extension} holds the figure; it cannot hold a scan or the body before registration"
+            ));
+        }
+        if request.eight_influences && !format.options().contains(&FormatOption::EightInfluences) {
+            return refuse(format!(
+                "a .{extension} has at most four joints per vertex, so --influences changes nothing"
+            ));
         }
         let steps = self.posed_steps(request.at.as_deref())?;
         let Some(last) = steps.last() else { return Ok(Exported { files: Vec::new(), removed: Vec::new() }) };
         let path = request.target.clone();
-        outputs.claim(&path, Content::Character)?;
+        outputs.claim(&path, Content::Character(extension))?;
         let covered = covered_parts(&last.figure, request.hide_covered, &request.target)?;
         let removed = covered.removed(&last.figure);
         let figure = match request.at {
@@ -95,21 +114,21 @@ impl Session {
         let (figure, masks) = covered.remaining(figure);
         let pose = request.at.as_ref().map(|_| last.pose.clone());
         let provenance = steps.iter().map(origin).collect();
-        let animations = if request.at.is_none() { self.glb_animations(outputs)? } else { Vec::new() };
+        let animations = if request.at.is_none() { self.animations_in_file(outputs)? } else { Vec::new() };
         let eight_influences = request.eight_influences;
         let covered = Some(masks);
-        let options = GlbOptions { name: None, pose, covered, eight_influences, animations, provenance };
-        outputs.write(&path, Content::Character, |out| write_glb(&figure, &options, out))?;
+        let options = CharacterOptions { name: None, pose, covered, eight_influences, animations, provenance };
+        outputs.write(&path, Content::Character(extension), |out| format.write(&figure, &options, out))?;
         Ok(Exported { files: vec![path], removed })
     }
 
     /// The animations that are up to date; the others are reported.
-    fn glb_animations(&self, outputs: &mut Outputs) -> Result<Vec<GlbAnimation>, SessionError> {
+    fn animations_in_file(&self, outputs: &mut Outputs) -> Result<Vec<CharacterAnimation>, SessionError> {
         let (moved, out_of_date) = self.moved_figures()?;
         for name in out_of_date {
             outputs.notice(format!("the animation '{name}' is out of date and left out: run `overcoat build` first"));
         }
-        Ok(moved.into_iter().map(|moved| GlbAnimation { name: moved.name, track: moved.track }).collect())
+        Ok(moved.into_iter().map(|moved| CharacterAnimation { name: moved.name, track: moved.track }).collect())
     }
 
     /// The requested files, by their names in the folder, and what was removed of each layer.

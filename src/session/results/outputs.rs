@@ -22,8 +22,8 @@ pub enum Content {
     Picture,
     /// `.rrd`
     Recording,
-    /// `.glb`
-    Character,
+    /// The figure, in a format of that extension.
+    Character(&'static str),
     /// `.gif`
     Film,
     /// `.ply`
@@ -44,7 +44,7 @@ impl Content {
         match self {
             Self::Picture => Some(("a picture", "png")),
             Self::Recording => Some(("a recording", "rrd")),
-            Self::Character => Some(("a character", "glb")),
+            Self::Character(extension) => Some(("a character", extension)),
             Self::Film => Some(("a film", "gif")),
             Self::Mesh => Some(("a mesh", "ply")),
             Self::BodyModel => Some(("a body model", "npz")),

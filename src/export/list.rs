@@ -1,0 +1,31 @@
+//! The formats of one file that holds the figure.
+
+use super::format::Format;
+use super::glb::Glb;
+
+/// Every format.
+pub const FORMATS: &[&dyn Format] = &[&Glb];
+
+/// The format of files with that extension, in any case.
+pub fn format_of(extension: &str) -> Option<&'static dyn Format> {
+    FORMATS.iter().copied().find(|format| format.extension().eq_ignore_ascii_case(extension))
+}
+
+/// The extensions of all formats, as a person writes them: `.glb`.
+pub fn extensions() -> String {
+    FORMATS.iter().map(|format| format!(".{}", format.extension())).collect::<Vec<_>>().join(" or ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_format_is_found_by_its_extension_and_no_two_share_one() {
+        assert!(format_of("GLB").is_some() && format_of("abc").is_none());
+        for format in FORMATS {
+            let same = FORMATS.iter().filter(|other| other.extension() == format.extension()).count();
+            assert_eq!(same, 1, "{}", format.extension());
+        }
+    }
+}
