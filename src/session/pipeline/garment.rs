@@ -61,7 +61,6 @@ impl<'a> GarmentStep<'a> {
             return Err(SessionError::GarmentBeforeBody { name });
         };
         let (scan, garment, garments, is_hair) = match recipe.variant(entry)? {
-            Step::Body(_) => return Err(SessionError::GarmentBeforeBody { name }),
             Step::Garment(scan, garment) => (scan, garment.clone(), NewGarments::alone(&garment), false),
             Step::Hair(scan, hair) => (scan, hair.clone(), NewGarments::alone(&hair), true),
             Step::Outfit(scan, mut all) => {
@@ -69,6 +68,7 @@ impl<'a> GarmentStep<'a> {
                 let place = all.iter().position(|garment| garment.name == name).unwrap_or_default();
                 (scan, all.swap_remove(place), garments, false)
             }
+            _ => return Err(SessionError::GarmentBeforeBody { name }),
         };
         Ok(Self {
             scan,

@@ -32,7 +32,7 @@ pub(super) fn later_scans(walk: &mut Walk, recipe: &Recipe, body: &BodyStep) -> 
         let (step, garments, params) = match recipe.variant(&recipe.steps[at])? {
             Step::Garment(scan, only) => (&recipe.steps[at], NewGarments::alone(&only), scan.pose),
             Step::Outfit(scan, all) => (&recipe.steps[at], NewGarments::of_outfit(&all), scan.pose),
-            Step::Body(_) | Step::Hair(..) => continue,
+            _ => continue,
         };
         found.push(LaterScan { scan: scan_of(walk, step)?, garments, params });
     }
