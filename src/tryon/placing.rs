@@ -1,0 +1,216 @@
+//! Where a garment lies on a figure: the pose that its limbs show, and the move that brings it around the body.
+//!
+//! **Source** Shi 2020, §§5.2 to 6.1. The paper turns the garment's limbs into the figure's pose; we turn the figure's limbs into
+//! the garment's, which bends no cloth, and let inverse skinning bring both into the bind pose. Nothing is scaled (Eqs. 16 and
+//! 17): a garment of another size must look like one.
+
+use super::error::TryOnError;
+use super::limbs::Limb;
+use super::recognize::{Openings, Recognized};
+use super::rims::Rim;
+use crate::body::{Figure, HumanJoint, Pose, Side};
+use crate::geometry::{Adjacency, Point, SurfaceIndex, TriMesh, Vec3};
+use nalgebra::{Rotation3, UnitQuaternion};
+
+/// The longest limb, in metres: from the hip to the floor.
+const LONGEST_LIMB: f64 = 1.1;
+/// Vertices that a placing is judged by.
+const JUDGED: usize = 1200;
+/// The farthest that the search moves a garment from where its limbs put it, in metres.
+const SEARCHED: f64 = 0.16;
+/// Cloth this far from the skin costs as much as a penetration of a tenth of it: wide garments hang off the body.
+const GAP_COUNTS: f64 = 0.1;
+/// The other heading must fit better by this factor: openings are a surer sign than a chest.
+const CLEARLY_BETTER: f64 = 0.8;
+
+/// A garment around a posed figure, in metres.
+#[derive(Clone, Debug)]
+pub struct Placed {
+    /// The garment.
+    pub garment: TriMesh,
+    /// The figure's pose inside it.
+    pub pose: Pose,
+    /// Skeletons of its limbs, the left first; none for tubes.
+    pub limbs: Vec<Limb>,
+    /// Mean depth of the cloth that is inside the body, over all vertices, in metres.
+    pub depth: f64,
+    /// Whether the openings' lean says that it looks backwards, but the body fits better that way.
+    pub turned: bool,
+}
+
+/// Brings a garment around a figure.
+pub fn place(garment: &TriMesh, found: &Recognized, figure: &Figure) -> Result<Placed, TryOnError> {
+    let front = placed_as(garment, found, figure, false)?;
+    let back = placed_as(garment, found, figure, true)?;
+    Ok(if back.0 < CLEARLY_BETTER * front.0 { back.1 } else { front.1 })
+}
+
+fn placed_as(
+    garment: &TriMesh,
+    found: &Recognized,
+    figure: &Figure,
+    turned: bool,
+) -> Result<(f64, Placed), TryOnError> {
+    let half_turn = Rotation3::from_axis_angle(&Vec3::y_axis(), if turned { std::f64::consts::PI } else { 0.0 });
+    let to_metres = |p: &Point| half_turn * (found.upright * p) * found.scale;
+    let upright = garment.with_points(garment.points().iter().map(to_metres).collect::<Vec<_>>());
+    let adjacency = Adjacency::prepare(&upright);
+    let in_metres = |rim: &Rim| Rim {
+        center: to_metres(&rim.center),
+        normal: half_turn * (found.upright * rim.normal),
+        length: rim.length * found.scale,
+        ..rim.clone()
+    };
+    let limbs_of = |pair: &[Rim; 2]| -> Vec<Limb> {
+        let order = if turned { [1, 0] } else { [0, 1] };
+        order.iter().map(|&k| Limb::of(&upright, &adjacency, &in_metres(&pair[k]), LONGEST_LIMB)).collect()
+    };
+    let (limbs, pose, shift) = match &found.openings {
+        Openings::Top { arms, .. } | Openings::Open { arms, .. } => {
+            let limbs = limbs_of(arms);
+            let pose = pose_by(figure, &limbs, HumanJoint::UpperArm, HumanJoint::LowerArm, HumanJoint::Hand);
+            let shift = shift_of_pair(figure, &pose, &limbs, HumanJoint::UpperArm);
+            (limbs, pose, shift)
+        }
+        Openings::Legs { legs, .. } => {
+            let limbs = limbs_of(legs);
+            let pose = pose_by(figure, &limbs, HumanJoint::UpperLeg, HumanJoint::LowerLeg, HumanJoint::Foot);
+            let shift = shift_of_pair(figure, &pose, &limbs, HumanJoint::UpperLeg);
+            (limbs, pose, shift)
+        }
+        Openings::Tube { waist, .. } => {
+            let pose = Pose::bind(figure.skeleton.len());
+            let shift = where_it_fits(figure, in_metres(waist).length) - in_metres(waist).center;
+            (Vec::new(), pose, shift)
+        }
+    };
+    let body = SurfaceIndex::prepare(&figure.body().posed(&figure.skeleton, &pose));
+    // A neckline is another sign of where a top belongs; sleeves that are lined or folded hide where they begin.
+    let by_neck = match &found.openings {
+        Openings::Top { neck, .. } => {
+            let joints = figure.skeleton.joints_in_world(&pose);
+            figure.skeleton.find(HumanJoint::Neck).map(|j| joints[j.index()] - in_metres(neck).center)
+        }
+        _ => None,
+    };
+    let starts = std::iter::once(shift).chain(by_neck).map(|start| settled(&upright, &body, start));
+    let (shift, cost, depth) =
+        starts.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_else(|| (shift, f64::INFINITY, 0.0));
+    let garment = upright.with_points(upright.points().iter().map(|p| p + shift).collect::<Vec<_>>());
+    let moved = |limb: Limb| Limb { nodes: limb.nodes.iter().map(|p| p + shift).collect(), ..limb };
+    Ok((cost, Placed { garment, pose, limbs: limbs.into_iter().map(moved).collect(), depth, turned }))
+}
+
+/// The pose whose upper and lower limbs point as the garment's do.
+fn pose_by(
+    figure: &Figure,
+    limbs: &[Limb],
+    upper: fn(Side) -> HumanJoint,
+    lower: fn(Side) -> HumanJoint,
+    end: fn(Side) -> HumanJoint,
+) -> Pose {
+    let skeleton = &figure.skeleton;
+    let mut pose = Pose::bind(skeleton.len());
+    for (side, limb) in Side::BOTH.into_iter().zip(limbs) {
+        let joints = [upper(side), lower(side), end(side)].map(|joint| skeleton.find(joint));
+        let [Some(a), Some(b), Some(c)] = joints else { continue };
+        let [at_a, at_b, at_c] = [a, b, c].map(|j| skeleton.joints_in_bind[j.index()]);
+        let Some(whole) = limb.direction() else { continue };
+        // The limb begins at the joint, about a radius inside its first cross-section; a short one goes straight on.
+        let radius = limb.girths.first().map_or(0.0, |girth| girth / std::f64::consts::TAU);
+        let elbow = (at_b - at_a).norm() - radius;
+        let reaches = limb.length() > elbow + 0.08;
+        let first = if reaches { (limb.at(elbow) - limb.at(0.0)).try_normalize(1e-9).unwrap_or(whole) } else { whole };
+        let turn = UnitQuaternion::rotation_between(&(at_b - at_a), &first).unwrap_or_default();
+        pose.rotations[a.index()] = turn;
+        if reaches {
+            let second = (limb.at(limb.length()) - limb.at(elbow)).try_normalize(1e-9).unwrap_or(first);
+            let bent = UnitQuaternion::rotation_between(&(turn * (at_c - at_b)), &second).unwrap_or_default();
+            pose.rotations[b.index()] = turn.inverse() * bent * turn;
+        }
+    }
+    pose
+}
+
+/// Eqs. 16 and 17: from the middle of the garment's joints to the middle of the figure's.
+fn shift_of_pair(figure: &Figure, pose: &Pose, limbs: &[Limb], joint: fn(Side) -> HumanJoint) -> Vec3 {
+    let joints = figure.skeleton.joints_in_world(pose);
+    let mut shift = Vec3::zeros();
+    for (side, limb) in Side::BOTH.into_iter().zip(limbs) {
+        let (Some(j), Some(first)) = (figure.skeleton.find(joint(side)), limb.nodes.first()) else { continue };
+        let radius = limb.girths.first().map_or(0.0, |girth| girth / std::f64::consts::TAU);
+        let inner = first - limb.direction().unwrap_or_else(Vec3::zeros) * radius;
+        shift += (joints[j.index()] - inner) * 0.5;
+    }
+    shift
+}
+
+/// The centre of the body's section, from the chest down to the hips, that is the first to be as wide as a rim.
+fn where_it_fits(figure: &Figure, girth: f64) -> Point {
+    const SLAB: f64 = 0.01;
+    let skeleton = &figure.skeleton;
+    let height = |joint| skeleton.find(joint).map_or(1.0, |j| skeleton.joints_in_bind[j.index()].y);
+    let (low, high) = (height(HumanJoint::UpperLeg(Side::Left)), height(HumanJoint::Chest));
+    let body = figure.body();
+    let is_arm = |joint: Option<HumanJoint>| {
+        matches!(joint, Some(HumanJoint::UpperArm(_) | HumanJoint::LowerArm(_) | HumanJoint::Hand(_)))
+    };
+    let trunk: Vec<Point> = body
+        .mesh
+        .points()
+        .iter()
+        .zip(body.weights.rows().iter())
+        .filter(|(_, row)| !is_arm(skeleton.human_joint(row[0].0)))
+        .map(|(p, _)| *p)
+        .collect();
+    let section = |y: f64| {
+        let near = trunk.iter().filter(|p| (p.y - y).abs() < SLAB);
+        let (a, b) = near.fold((Point::new(f64::MAX, y, f64::MAX), Point::new(f64::MIN, y, f64::MIN)), |(a, b), p| {
+            (Point::new(a.x.min(p.x), y, a.z.min(p.z)), Point::new(b.x.max(p.x), y, b.z.max(p.z)))
+        });
+        // Ramanujan's approximation of an ellipse.
+        let (u, v) = (0.5 * (b.x - a.x), 0.5 * (b.z - a.z));
+        let length = std::f64::consts::PI * (3.0 * (u + v) - ((3.0 * u + v) * (u + 3.0 * v)).sqrt());
+        (nalgebra::center(&a, &b), length)
+    };
+    let steps = ((high - low) / SLAB).ceil().max(1.0) as usize;
+    let levels: Vec<(Point, f64)> = (0..=steps).map(|k| section(high - (high - low) * k as f64 / steps as f64)).collect();
+    let narrowest = (0..levels.len()).min_by(|&a, &b| levels[a].1.total_cmp(&levels[b].1)).unwrap_or(0);
+    let below = levels[narrowest..].iter().take_while(|(_, length)| *length <= girth).last();
+    below.or(levels.get(narrowest)).map_or(Point::origin(), |(center, _)| *center)
+}
+
+/// The shift near a first one with the least cloth inside the body and the least gap, its cost, and the mean depth.
+fn settled(garment: &TriMesh, body: &SurfaceIndex, first: Vec3) -> (Vec3, f64, f64) {
+    let every = (garment.vertex_count() / JUDGED).max(1);
+    let judged: Vec<Point> = garment.points().iter().step_by(every).copied().collect();
+    let cost = |shift: &Vec3| -> (f64, f64) {
+        use rayon::prelude::*;
+        let signed: Vec<f64> = judged.par_iter().map(|p| body.signed_distance(&(p + shift))).collect();
+        let depth = signed.iter().map(|d| (-d).max(0.0)).sum::<f64>() / signed.len().max(1) as f64;
+        let gap = signed.iter().map(|d| d.max(0.0)).sum::<f64>() / signed.len().max(1) as f64;
+        (depth + GAP_COUNTS * gap, depth)
+    };
+    let (mut best, mut least) = (first, cost(&first));
+    let mut step = SEARCHED / 4.0;
+    while step > 0.002 {
+        let mut moved = false;
+        for axis in [1, 2, 0] {
+            for sign in [-1.0, 1.0] {
+                let mut next = best;
+                next[axis] += sign * step;
+                if (next - first).norm() > SEARCHED {
+                    continue;
+                }
+                let tried = cost(&next);
+                if tried.0 < least.0 {
+                    (best, least, moved) = (next, tried, true);
+                }
+            }
+        }
+        if !moved {
+            step *= 0.5;
+        }
+    }
+    (best, least.0, least.1)
+}
