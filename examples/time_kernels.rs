@@ -6,6 +6,7 @@
 mod inputs;
 
 use anyhow::{Context, Result};
+use overcoat::body::skin;
 use overcoat::formats::{NpyArray, write_npy};
 use overcoat::geometry::{SurfaceIndex, Vec3, WindingField};
 use overcoat::numerics::SparseCholesky;
@@ -63,6 +64,8 @@ fn main() -> Result<()> {
         let field = WindingField::prepare(&mesh);
         queries.par_iter().map(|p| field.winding(p)).collect::<Vec<_>>()
     });
+    let (points, weights, skeleton, pose) = inputs::skinned(200_000);
+    timed("skinning_200k", || skin(&points, &weights, &skeleton, &pose));
     timed("max_flow", || min_cut(&unary, &edges));
     timed("cholesky_prepare", || SparseCholesky::prepare(mesh.vertex_count(), &system));
     let factor = SparseCholesky::prepare(mesh.vertex_count(), &system)?;

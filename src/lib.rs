@@ -37,4 +37,5 @@ pub mod session;
 pub mod stack;
 pub mod studio;
 pub mod train;
+pub mod tryon;
 pub mod view;

@@ -26,6 +26,7 @@ mod status;
 mod step;
 mod studio;
 mod templates;
+mod tryon;
 mod undo;
 mod view;
 mod watch;
@@ -73,6 +74,9 @@ enum Command {
     New(new::NewArgs),
     /// Add a scan: the bare body first, then each garment, from the inside out
     Scan(scan::ScanArgs),
+    /// Put a garment of a file, which nobody scanned, onto the figure
+    #[command(name = "tryon")]
+    TryOn(tryon::TryOnArgs),
     /// Run every stage that is out of date
     Build(build::BuildArgs),
     /// Run the fit only: the body model to the bare scan, the figure inside a garment's scan
@@ -183,6 +187,7 @@ fn run(command: Command, context: &Context) -> anyhow::Result<Done> {
         Command::Demo(args) => demo::run(args, context),
         Command::New(args) => new::run(args, context),
         Command::Scan(args) => scan::run(args, context),
+        Command::TryOn(args) => tryon::run(args, context),
         Command::Build(args) => build::run(args, context),
         Command::Fit(args) => stages::run(args, context),
         Command::Segment(args) => stages::run(args, context),

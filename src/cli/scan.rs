@@ -160,6 +160,8 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
         hair_layer: matches!(args.hair, Some(HairWord::Layer)),
         until: args.until,
         sleeve: args.sleeve,
+        tryon: false,
+        fabric: None,
         replace: args.replace,
     };
     let mut writer = context.writer()?;

@@ -87,6 +87,8 @@ pub enum StepKind {
     Garment,
     /// The hair of the bare scan.
     Hair,
+    /// A garment of a file, put onto the figure.
+    TryOn,
 }
 
 impl StepKind {
@@ -95,6 +97,7 @@ impl StepKind {
         use Stage::{Check, Cut, Evidence, Figure, Fit, Pose, Press, Register, Rig, Scan, Segment, Stack};
         match self {
             Self::Body => &[Scan, Fit, Register, Figure, Check],
+            Self::TryOn => &[Scan, Pose, Segment, Cut, Rig, Stack, Figure, Press, Check],
             Self::Garment | Self::Hair => &[Scan, Pose, Evidence, Segment, Cut, Rig, Stack, Figure, Press, Check],
         }
     }

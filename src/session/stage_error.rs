@@ -15,6 +15,7 @@ use crate::scan::{FusionError, ScanError};
 use crate::segment::SegmentError;
 use crate::stack::StackError;
 use crate::train::TrainError;
+use crate::tryon::TryOnError;
 
 /// An error of a module.
 #[derive(Debug, thiserror::Error)]
@@ -55,6 +56,9 @@ pub enum StageError {
     /// The cloth cannot be simulated.
     #[error(transparent)]
     Cloth(#[from] ClothError),
+    /// The file holds no garment that can be put on.
+    #[error(transparent)]
+    TryOn(#[from] TryOnError),
     /// The export failed.
     #[error(transparent)]
     Export(#[from] ExportError),
@@ -93,6 +97,7 @@ impl StageError {
             Self::Metrics(e) => e.hint(),
             Self::Check(_) => Some("this is a fault of Overcoat, not of your data; please report it".into()),
             Self::Train(e) => e.hint(),
+            Self::TryOn(e) => e.hint(),
         }
     }
 

@@ -1,82 +1,33 @@
-//! The whole way: recognised, placed, skinned, in the bind pose, clear of the body, at rest.
+//! A garment at rest on a figure.
 
 use super::error::TryOnError;
-use super::placing::{Placed, place};
-use super::recognize::{Openings, Recognized, recognize};
-use super::rims::rims_of;
-use super::surface::GarmentSurface;
-use crate::body::Figure;
+use crate::body::{Figure, Pose, skin};
 use crate::cloth::{ClothLayer, Collider, Fabric, drape};
-use crate::fit::{InsideReport, PoseInside};
+use crate::fit::PoseInside;
 use crate::geometry::{PerVertex, Point, TriMesh};
-use crate::rig::{RigParams, RiggedGarment, rig};
+use crate::rig::{RigParams, rig};
 use crate::stack::{StackParams, stack};
 
 /// Seconds in which cloth comes to rest on the figure.
 const REST_SECS: f64 = 1.5;
 
-/// A garment on a figure, in the bind pose.
-#[derive(Clone, Debug)]
-pub struct TriedOn {
-    /// The garment, clear of the body, at rest.
-    pub rigged: RiggedGarment,
-    /// What it was recognised as.
-    pub found: Recognized,
-    /// Where it was placed before.
-    pub placed: Placed,
-    /// 95th percentile of the lengths of edges relative to the garment's own.
-    pub stretch_p95: f64,
-    /// How far it sank while it came to rest, on average, in metres.
-    pub sank: f64,
-}
-
-/// What is known of a garment.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TryOnParams {
-    /// Unit of the file in metres; found by the size of the openings by default.
-    pub unit: Option<f64>,
-    /// Fabric, one of `templates/fabrics.toml`.
-    pub fabric: String,
-    /// Whether it comes to rest by simulation.
-    pub simulate: bool,
-}
-
-/// Puts a garment on a figure, over all that it wears.
+/// The garment after it was brought clear of all layers and came to rest under gravity, in the pose that the figure has in it.
 ///
-/// **Frame** the result in the bind pose, in metres.
+/// **Frame** `garment` and the result where `inside` poses the figure, in metres; the garment rests in the bind pose, where the
+/// layers are free of intersections.
 ///
-/// **Source** Shi 2020, §§4 to 6; [`place`] and [`stack`] say where we differ.
+/// **Requires** the name of a fabric in `templates/fabrics.toml`.
 ///
-/// **Guarantees** equal arguments give equal bytes.
-pub fn try_on(surface: &GarmentSurface, figure: &Figure, params: &TryOnParams) -> Result<TriedOn, TryOnError> {
-    let found = recognize(&surface.mesh, &rims_of(&surface.mesh), params.unit)?;
-    let placed = place(&surface.mesh, &found, figure)?;
-    let inside = PoseInside {
-        pose: placed.pose.clone(),
-        offsets: PerVertex::filled(0.0, figure.body().mesh.vertex_count()),
-        report: InsideReport::default(),
-    };
-    let mut rigged =
-        rig(&placed.garment, surface.colors.as_ref(), figure, &inside, &RigParams::default())?;
+/// **Source** Shi 2020, §§6.2 and 6.3: interpenetration is removed by [`stack`], the rest found by our solver, whose springs have
+/// the lengths of the garment's own edges.
+///
+/// **Guarantees** vertices and their order stay; equal arguments give equal bytes.
+pub fn at_rest(garment: &TriMesh, figure: &Figure, inside: &PoseInside, fabric: &str) -> Result<TriMesh, TryOnError> {
+    let rigged = rig(garment, None, figure, inside, &RigParams::default())?;
     let own = rigged.mesh.clone();
-    let fabric = Some(params.fabric.as_str());
-    let clear = stack(&rigged, fabric, figure, &StackParams::default())?;
-    if let Some(mesh) = clear.garments.into_iter().next_back().filter(|mesh| mesh.vertex_count() == own.vertex_count()) {
-        rigged.mesh = mesh;
-    }
-    let mut sank = 0.0;
-    if params.simulate {
-        let rested = at_rest(&own, &rigged.mesh, figure, &params.fabric)?;
-        let count = rested.vertex_count().max(1) as f64;
-        sank = rested.points().iter().zip(rigged.mesh.points().iter()).map(|(a, b)| b.y - a.y).sum::<f64>() / count;
-        rigged.mesh = rested;
-    }
-    let stretch_p95 = stretch_of(&placed.garment, &rigged.mesh);
-    Ok(TriedOn { rigged, found, placed, stretch_p95, sank })
-}
-
-/// The garment after it came to rest under gravity; all layers inside hold still.
-fn at_rest(own: &TriMesh, start: &TriMesh, figure: &Figure, fabric: &str) -> Result<TriMesh, TryOnError> {
+    let clear = stack(&rigged, Some(fabric), figure, &StackParams::default())?;
+    let cleared = clear.garments.into_iter().next_back();
+    let start = cleared.filter(|mesh| mesh.vertex_count() == own.vertex_count()).unwrap_or_else(|| own.clone());
     let held: Vec<ClothLayer> = figure
         .garments()
         .iter()
@@ -86,20 +37,22 @@ fn at_rest(own: &TriMesh, start: &TriMesh, figure: &Figure, fabric: &str) -> Res
             fabric: Fabric::SHIRTING,
         })
         .collect();
-    let cloth = ClothLayer {
-        rest: own.clone(),
-        pinned: PerVertex::filled(false, own.vertex_count()),
-        fabric: fabric_named(fabric),
-    };
+    let pinned = PerVertex::filled(false, own.vertex_count());
+    let cloth = ClothLayer { rest: own, pinned, fabric: cloth_of(fabric) };
     let layers: Vec<&ClothLayer> = held.iter().chain(std::iter::once(&cloth)).collect();
     let initial: Vec<PerVertex<Point>> =
         figure.garments().iter().map(|layer| layer.mesh.points().clone()).chain([start.points().clone()]).collect();
     let draped = drape(&layers, &initial, &Collider::prepare(&figure.body().mesh), REST_SECS)?;
-    Ok(draped.into_iter().next_back().unwrap_or_else(|| start.clone()))
+    let rested = draped.into_iter().next_back().unwrap_or(start);
+    Ok(in_pose(&rested, &rigged.weights, figure, &inside.pose))
 }
 
-/// The cloth solver's constants of a fabric.
-fn fabric_named(name: &str) -> Fabric {
+fn in_pose(mesh: &TriMesh, weights: &crate::body::SkinWeights, figure: &Figure, pose: &Pose) -> TriMesh {
+    mesh.with_points(skin(mesh.points(), weights, &figure.skeleton, pose))
+}
+
+/// The constants of the draping solver for a fabric of `templates/fabrics.toml`, which has other ones.
+fn cloth_of(name: &str) -> Fabric {
     match name {
         "jersey" => Fabric::JERSEY,
         "knit" | "wool" => Fabric::KNIT,
@@ -111,31 +64,16 @@ fn fabric_named(name: &str) -> Fabric {
     }
 }
 
-/// 95th percentile of the lengths of edges relative to those of another shape.
-fn stretch_of(own: &TriMesh, shape: &TriMesh) -> f64 {
+/// 95th percentile of the lengths of edges relative to the garment's own.
+pub fn edge_length_p95(own: &TriMesh, worn: &TriMesh) -> f64 {
     let mut all: Vec<f64> = Vec::new();
     for face in own.faces().iter() {
         for k in 0..3 {
             let (a, b) = (face[k], face[(k + 1) % 3]);
             let length = (own.points()[a] - own.points()[b]).norm();
-            all.push((shape.points()[a] - shape.points()[b]).norm() / length.max(1e-9));
+            all.push((worn.points()[a] - worn.points()[b]).norm() / length.max(1e-9));
         }
     }
     all.sort_by(f64::total_cmp);
     all.get(all.len() * 95 / 100).copied().unwrap_or(1.0)
-}
-
-/// The kind of garment that openings say, one of the templates.
-pub fn kind_of(found: &Recognized, placed: &Placed) -> &'static str {
-    let limb = placed.limbs.iter().map(|limb| limb.length()).fold(0.0, f64::max);
-    /// A sleeve or leg longer than this covers the elbow or knee, in metres.
-    const LONG: f64 = 0.3;
-    match (&found.openings, limb > LONG) {
-        (Openings::Top { .. }, false) => "tshirt",
-        (Openings::Top { .. }, true) => "pullover",
-        (Openings::Open { .. }, _) => "jacket",
-        (Openings::Legs { .. }, true) => "trousers",
-        (Openings::Legs { .. }, false) => "shorts",
-        (Openings::Tube { .. }, _) => "skirt",
-    }
 }

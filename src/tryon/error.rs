@@ -16,7 +16,9 @@ pub enum TryOnError {
         parts: usize,
     },
     /// Another number of openings than any garment has.
-    #[error("the garment has {rims} long openings: a skirt has two, trousers and open jackets three, tops and dresses four")]
+    #[error(
+        "the garment has {rims} long openings: a skirt has two, trousers and open jackets three, tops and dresses four"
+    )]
     OtherRims {
         /// How many.
         rims: usize,
@@ -27,6 +29,12 @@ pub enum TryOnError {
         /// Which.
         what: &'static str,
     },
+    /// For a child, a doll, or no person at all.
+    #[error("the garment's longest opening measures {longest:.2} m: no garment of an adult")]
+    NotForAdults {
+        /// Metres.
+        longest: f64,
+    },
     /// No skin weights.
     #[error(transparent)]
     Rig(#[from] crate::rig::RigError),
@@ -36,4 +44,25 @@ pub enum TryOnError {
     /// It cannot be simulated.
     #[error(transparent)]
     Cloth(#[from] crate::cloth::ClothError),
+}
+
+impl TryOnError {
+    /// What to do about it.
+    pub fn hint(&self) -> Option<String> {
+        Some(match self {
+            Self::Empty => "export the garment again as triangles or polygons".into(),
+            Self::Closed => "cut the openings for body and limbs open, and export one sheet of cloth".into(),
+            Self::SeveralParts { .. } => {
+                "join the parts, or put each on as a garment of its own: scarf and coat are two".into()
+            }
+            Self::OtherRims { .. } => {
+                "close slits and pockets, and open what is closed; shoes and gloves cannot be tried on".into()
+            }
+            Self::Skewed { .. } => "check that the file holds the garment as it is worn, not its flat pattern".into(),
+            Self::NotForAdults { .. } => "give --unit if the unit was not recognised".into(),
+            Self::Rig(error) => return error.hint(),
+            Self::Stack(error) => return error.hint(),
+            Self::Cloth(error) => return error.hint(),
+        })
+    }
 }

@@ -7,11 +7,12 @@ mod placing;
 mod recognize;
 mod rims;
 mod surface;
+mod upright;
 
-pub use dress::{TriedOn, TryOnParams, kind_of, try_on};
+pub use dress::{at_rest, edge_length_p95};
 pub use error::TryOnError;
 pub use limbs::Limb;
 pub use placing::{Placed, place};
-pub use recognize::{Openings, Recognized, recognize};
-pub use rims::{Rim, rims_of};
-pub use surface::GarmentSurface;
+pub use recognize::Openings;
+pub use rims::Rim;
+pub use upright::{UprightGarment, openings_of};

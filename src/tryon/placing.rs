@@ -4,13 +4,11 @@
 //! the garment's, which bends no cloth, and let inverse skinning bring both into the bind pose. Nothing is scaled (Eqs. 16 and
 //! 17): a garment of another size must look like one.
 
-use super::error::TryOnError;
 use super::limbs::Limb;
-use super::recognize::{Openings, Recognized};
-use super::rims::Rim;
+use super::recognize::Openings;
 use crate::body::{Figure, HumanJoint, Pose, Side};
 use crate::geometry::{Adjacency, Point, SurfaceIndex, TriMesh, Vec3};
-use nalgebra::{Rotation3, UnitQuaternion};
+use nalgebra::UnitQuaternion;
 
 /// The longest limb, in metres: from the hip to the floor.
 const LONGEST_LIMB: f64 = 1.1;
@@ -21,84 +19,75 @@ const SEARCHED: f64 = 0.16;
 /// Cloth this far from the skin costs as much as a penetration of a tenth of it: wide garments hang off the body.
 const GAP_COUNTS: f64 = 0.1;
 /// The other heading must fit better by this factor: openings are a surer sign than a chest.
-const CLEARLY_BETTER: f64 = 0.8;
+const CLEARLY_BETTER: f64 = 0.6;
 
-/// A garment around a posed figure, in metres.
+/// How a figure stands in a garment.
 #[derive(Clone, Debug)]
 pub struct Placed {
-    /// The garment.
-    pub garment: TriMesh,
-    /// The figure's pose inside it.
+    /// The figure's pose, in the garment's frame: the garment stays where it is, the figure is moved.
     pub pose: Pose,
-    /// Skeletons of its limbs, the left first; none for tubes.
+    /// Skeletons of the garment's limbs, the left first; none for tubes.
     pub limbs: Vec<Limb>,
     /// Mean depth of the cloth that is inside the body, over all vertices, in metres.
     pub depth: f64,
-    /// Whether the openings' lean says that it looks backwards, but the body fits better that way.
-    pub turned: bool,
+    /// What the search minimised: depth, and a share of the gap, in metres.
+    pub cost: f64,
 }
 
-/// Brings a garment around a figure.
-pub fn place(garment: &TriMesh, found: &Recognized, figure: &Figure) -> Result<Placed, TryOnError> {
-    let front = placed_as(garment, found, figure, false)?;
-    let back = placed_as(garment, found, figure, true)?;
-    Ok(if back.0 < CLEARLY_BETTER * front.0 { back.1 } else { front.1 })
+/// Skeletons of a garment's limbs, the left first.
+pub(super) fn limbs_of(garment: &TriMesh, openings: &Openings) -> Vec<Limb> {
+    let adjacency = Adjacency::prepare(garment);
+    openings
+        .pair()
+        .iter()
+        .flat_map(|pair| pair.iter())
+        .map(|rim| Limb::of(garment, &adjacency, rim, LONGEST_LIMB))
+        .collect()
 }
 
-fn placed_as(
-    garment: &TriMesh,
-    found: &Recognized,
-    figure: &Figure,
-    turned: bool,
-) -> Result<(f64, Placed), TryOnError> {
-    let half_turn = Rotation3::from_axis_angle(&Vec3::y_axis(), if turned { std::f64::consts::PI } else { 0.0 });
-    let to_metres = |p: &Point| half_turn * (found.upright * p) * found.scale;
-    let upright = garment.with_points(garment.points().iter().map(to_metres).collect::<Vec<_>>());
-    let adjacency = Adjacency::prepare(&upright);
-    let in_metres = |rim: &Rim| Rim {
-        center: to_metres(&rim.center),
-        normal: half_turn * (found.upright * rim.normal),
-        length: rim.length * found.scale,
-        ..rim.clone()
+/// Poses a figure inside a garment.
+///
+/// **Frame** `garment` and its openings upright, in metres.
+pub fn place(garment: &TriMesh, openings: &Openings, figure: &Figure) -> Placed {
+    let limbs = limbs_of(garment, openings);
+    let arms = [HumanJoint::UpperArm, HumanJoint::LowerArm, HumanJoint::Hand];
+    let legs = [HumanJoint::UpperLeg, HumanJoint::LowerLeg, HumanJoint::Foot];
+    let chain: Option<[fn(Side) -> HumanJoint; 3]> = match openings {
+        Openings::Top { .. } | Openings::Open { .. } => Some(arms),
+        Openings::Legs { .. } => Some(legs),
+        Openings::Tube { .. } => None,
     };
-    let limbs_of = |pair: &[Rim; 2]| -> Vec<Limb> {
-        let order = if turned { [1, 0] } else { [0, 1] };
-        order.iter().map(|&k| Limb::of(&upright, &adjacency, &in_metres(&pair[k]), LONGEST_LIMB)).collect()
+    let mut pose = match chain {
+        Some([upper, lower, end]) => pose_by(figure, &limbs, upper, lower, end),
+        None => Pose::bind(figure.skeleton.len()),
     };
-    let (limbs, pose, shift) = match &found.openings {
-        Openings::Top { arms, .. } | Openings::Open { arms, .. } => {
-            let limbs = limbs_of(arms);
-            let pose = pose_by(figure, &limbs, HumanJoint::UpperArm, HumanJoint::LowerArm, HumanJoint::Hand);
-            let shift = shift_of_pair(figure, &pose, &limbs, HumanJoint::UpperArm);
-            (limbs, pose, shift)
-        }
-        Openings::Legs { legs, .. } => {
-            let limbs = limbs_of(legs);
-            let pose = pose_by(figure, &limbs, HumanJoint::UpperLeg, HumanJoint::LowerLeg, HumanJoint::Foot);
-            let shift = shift_of_pair(figure, &pose, &limbs, HumanJoint::UpperLeg);
-            (limbs, pose, shift)
-        }
-        Openings::Tube { waist, .. } => {
-            let pose = Pose::bind(figure.skeleton.len());
-            let shift = where_it_fits(figure, in_metres(waist).length) - in_metres(waist).center;
-            (Vec::new(), pose, shift)
-        }
-    };
-    let body = SurfaceIndex::prepare(&figure.body().posed(&figure.skeleton, &pose));
+    let mut starts = Vec::new();
+    if let Some([upper, ..]) = chain {
+        starts.push(shift_of_pair(figure, &pose, &limbs, upper));
+    }
+    if let Openings::Tube { waist, .. } = openings {
+        starts.push(where_it_fits(figure, waist.length) - waist.center);
+    }
     // A neckline is another sign of where a top belongs; sleeves that are lined or folded hide where they begin.
-    let by_neck = match &found.openings {
-        Openings::Top { neck, .. } => {
-            let joints = figure.skeleton.joints_in_world(&pose);
-            figure.skeleton.find(HumanJoint::Neck).map(|j| joints[j.index()] - in_metres(neck).center)
-        }
-        _ => None,
-    };
-    let starts = std::iter::once(shift).chain(by_neck).map(|start| settled(&upright, &body, start));
-    let (shift, cost, depth) =
-        starts.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_else(|| (shift, f64::INFINITY, 0.0));
-    let garment = upright.with_points(upright.points().iter().map(|p| p + shift).collect::<Vec<_>>());
-    let moved = |limb: Limb| Limb { nodes: limb.nodes.iter().map(|p| p + shift).collect(), ..limb };
-    Ok((cost, Placed { garment, pose, limbs: limbs.into_iter().map(moved).collect(), depth, turned }))
+    if let Openings::Top { neck, .. } = openings {
+        let joints = figure.skeleton.joints_in_world(&pose);
+        starts.extend(figure.skeleton.find(HumanJoint::Neck).map(|j| joints[j.index()] - neck.center));
+    }
+    let body = SurfaceIndex::prepare(&figure.body().posed(&figure.skeleton, &pose));
+    let settled = starts.into_iter().map(|start| settled(garment, &body, start)).min_by(|a, b| a.1.total_cmp(&b.1));
+    let (shift, cost, depth) = settled.unwrap_or_else(|| (Vec3::zeros(), f64::INFINITY, 0.0));
+    pose.translation -= shift;
+    Placed { pose, limbs, depth, cost }
+}
+
+/// Whether a garment that is upright looks backwards: whether an average body fits it clearly better that way. And the move that
+/// brings it onto that body, after half a turn if so.
+pub(super) fn on_average(garment: &TriMesh, openings: &Openings, average: &Figure) -> (bool, Vec3) {
+    let turned = garment.with_points(garment.points().iter().map(|p| Point::new(-p.x, p.y, -p.z)).collect::<Vec<_>>());
+    let front = place(garment, openings, average);
+    let back = place(&turned, &openings.turned_round(), average);
+    let is_backwards = back.cost < CLEARLY_BETTER * front.cost;
+    (is_backwards, -if is_backwards { back } else { front }.pose.translation)
 }
 
 /// The pose whose upper and lower limbs point as the garment's do.
@@ -174,7 +163,8 @@ fn where_it_fits(figure: &Figure, girth: f64) -> Point {
         (nalgebra::center(&a, &b), length)
     };
     let steps = ((high - low) / SLAB).ceil().max(1.0) as usize;
-    let levels: Vec<(Point, f64)> = (0..=steps).map(|k| section(high - (high - low) * k as f64 / steps as f64)).collect();
+    let levels: Vec<(Point, f64)> =
+        (0..=steps).map(|k| section(high - (high - low) * k as f64 / steps as f64)).collect();
     let narrowest = (0..levels.len()).min_by(|&a, &b| levels[a].1.total_cmp(&levels[b].1)).unwrap_or(0);
     let below = levels[narrowest..].iter().take_while(|(_, length)| *length <= girth).last();
     below.or(levels.get(narrowest)).map_or(Point::origin(), |(center, _)| *center)

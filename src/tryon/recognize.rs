@@ -9,8 +9,7 @@ use nalgebra::{Matrix3, Rotation3};
 /// and more, so the nearest one is clear.
 const LONGEST_RIM: f64 = 1.0;
 /// Units in which garments are modelled: their names and sizes in metres.
-const UNITS: [(&str, f64); 6] =
-    [("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("in", 0.0254), ("dm", 0.1), ("ft", 0.3048)];
+const UNITS: [(&str, f64); 6] = [("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("in", 0.0254), ("dm", 0.1), ("ft", 0.3048)];
 /// The rim around neck, fronts and hem of an open garment is longer than its cuffs by more than this; a waistband is at most three
 /// times as long as the hem of a leg.
 const OPEN_FRONT: f64 = 4.5;
@@ -50,6 +49,49 @@ pub enum Openings {
     },
 }
 
+impl Openings {
+    /// The sleeves or legs, the left first.
+    pub fn pair(&self) -> Option<&[Rim; 2]> {
+        match self {
+            Self::Top { arms, .. } | Self::Open { arms, .. } => Some(arms),
+            Self::Legs { legs, .. } => Some(legs),
+            Self::Tube { .. } => None,
+        }
+    }
+
+    /// All rims moved by a function of points and one of directions; lengths are multiplied by `scale`.
+    pub(super) fn moved(&self, scale: f64, turn: &dyn Fn(&Vec3) -> Vec3) -> Self {
+        let rim = |rim: &Rim| Rim {
+            center: Point::from(turn(&rim.center.coords) * scale),
+            normal: turn(&rim.normal),
+            length: rim.length * scale,
+            ..rim.clone()
+        };
+        let pair = |pair: &[Rim; 2]| [rim(&pair[0]), rim(&pair[1])];
+        match self {
+            Self::Top { neck, hem, arms } => Self::Top { neck: rim(neck), hem: rim(hem), arms: pair(arms) },
+            Self::Open { edge, arms } => Self::Open { edge: rim(edge), arms: pair(arms) },
+            Self::Legs { waist, legs } => Self::Legs { waist: rim(waist), legs: pair(legs) },
+            Self::Tube { waist, hem } => Self::Tube { waist: rim(waist), hem: rim(hem) },
+        }
+    }
+
+    /// With the left limb first: at the greater x of an upright garment.
+    pub(super) fn in_order(mut self) -> Self {
+        if let Self::Top { arms: pair, .. } | Self::Open { arms: pair, .. } | Self::Legs { legs: pair, .. } = &mut self
+            && pair[0].center.x < pair[1].center.x
+        {
+            pair.reverse();
+        }
+        self
+    }
+
+    /// After half a turn about the vertical.
+    pub(super) fn turned_round(&self) -> Self {
+        self.moved(1.0, &|v| Vec3::new(-v.x, v.y, -v.z)).in_order()
+    }
+}
+
 /// A garment that was recognised.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recognized {
@@ -82,7 +124,11 @@ pub fn recognize(mesh: &TriMesh, rims: &[Rim], unit: Option<f64>) -> Result<Reco
             let arms_or_legs = pair_of([a, b, c]);
             let single = [a, b, c].into_iter().find(|r| !arms_or_legs.contains(r)).ok_or(TryOnError::Closed)?;
             let longer = arms_or_legs[0].length.max(arms_or_legs[1].length);
-            if single.length > OPEN_FRONT * longer { open(mesh, single, arms_or_legs)? } else { legs(single, arms_or_legs)? }
+            if single.length > OPEN_FRONT * longer {
+                open(mesh, single, arms_or_legs)?
+            } else {
+                legs(single, arms_or_legs)?
+            }
         }
         [a, b] => tube(mesh, a, b)?,
         _ => return Err(TryOnError::OtherRims { rims: rims.len() }),
@@ -93,10 +139,8 @@ pub fn recognize(mesh: &TriMesh, rims: &[Rim], unit: Option<f64>) -> Result<Reco
 /// Of three rims, the two whose lengths are most alike.
 fn pair_of(rims: [&Rim; 3]) -> [&Rim; 2] {
     let unlike = |(a, b): (usize, usize)| (rims[a].length / rims[b].length).ln().abs();
-    let (a, b) = [(0, 1), (0, 2), (1, 2)]
-        .into_iter()
-        .min_by(|&p, &q| unlike(p).total_cmp(&unlike(q)))
-        .unwrap_or((0, 1));
+    let (a, b) =
+        [(0, 1), (0, 2), (1, 2)].into_iter().min_by(|&p, &q| unlike(p).total_cmp(&unlike(q))).unwrap_or((0, 1));
     [rims[a], rims[b]]
 }
 
@@ -161,7 +205,8 @@ fn open(mesh: &TriMesh, edge: &Rim, arms: [&Rim; 2]) -> Result<(Openings, Rotati
     let heights: Vec<f64> = edge.ring.iter().map(|&v| at(&mesh.points()[v])).collect();
     let (low, high) = heights.iter().fold((f64::MAX, f64::MIN), |(low, high), h| (low.min(*h), high.max(*h)));
     let width = |of: &dyn Fn(f64) -> bool| {
-        let xs = edge.ring.iter().zip(&heights).filter(|(_, h)| of(**h)).map(|(&v, _)| mesh.points()[v].coords.dot(&left));
+        let xs =
+            edge.ring.iter().zip(&heights).filter(|(_, h)| of(**h)).map(|(&v, _)| mesh.points()[v].coords.dot(&left));
         let (a, b) = xs.fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(x), b.max(x)));
         b - a
     };
@@ -195,6 +240,7 @@ fn tube(mesh: &TriMesh, a: &Rim, b: &Rim) -> Result<(Openings, Rotation3<f64>), 
     let left: Vec3 = eigen.eigenvectors.column(widest).into();
     let upright = upright_from(&up, &left).ok_or(skewed("waist"))?;
     let front = facing_up(waist, &up);
-    let upright = if (upright * front).z >= 0.0 { upright } else { upright_from(&up, &-left).ok_or(skewed("waist"))? };
+    let upright =
+        if (upright * front).z >= 0.0 { upright } else { upright_from(&up, &-left).ok_or(skewed("waist"))? };
     Ok((Openings::Tube { waist: waist.clone(), hem: hem.clone() }, upright))
 }

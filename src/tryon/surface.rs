@@ -77,7 +77,11 @@ fn welded(raw: &RawMesh, notes: &mut Vec<String>) -> Result<Colored, TryOnError>
 }
 
 /// The greatest connected part; others that are small are left out.
-fn main_part(mesh: TriMesh, colors: Option<PerVertex<[u8; 3]>>, notes: &mut Vec<String>) -> Result<Colored, TryOnError> {
+fn main_part(
+    mesh: TriMesh,
+    colors: Option<PerVertex<[u8; 3]>>,
+    notes: &mut Vec<String>,
+) -> Result<Colored, TryOnError> {
     let adjacency = Adjacency::prepare(&mesh);
     let parts = adjacency.parts_of(&PerVertex::filled(true, mesh.vertex_count()));
     let mut part_of = PerVertex::filled(0_usize, mesh.vertex_count());

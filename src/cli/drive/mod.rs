@@ -1,5 +1,6 @@
 //! `overcoat drive`: tracked landmarks move the figure, as they arrive.
 
+mod args;
 mod choose;
 mod error;
 mod play;
@@ -17,7 +18,7 @@ pub(super) struct DriveArgs {
     #[command(subcommand)]
     command: Option<DriveCommand>,
     #[command(flatten)]
-    play: play::PlayArgs,
+    play: args::PlayArgs,
 }
 
 #[derive(clap::Subcommand)]

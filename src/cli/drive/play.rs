@@ -1,5 +1,6 @@
 //! Plays a stream on the figure: reader, solver, and all that a frame goes to.
 
+use super::args::{BetweenWord, MethodWord, PlayArgs};
 use super::choose::{Chosen, nearest_in_size};
 use super::error::DriveFailure;
 use super::save::Save;
@@ -10,7 +11,6 @@ use crate::drive::{
     Between, DriveError, KeyPoses, LandmarkFrame, PlayedFrame, Player, PoseLibrary, Smoothing, StreamError,
     StreamFormat, StreamKind, StreamOptions, StreamReader, WornGarments, embedded_library,
 };
-use crate::scan::{Unit, Up};
 use crate::session::{Content, DriveView, Outputs, SessionError, ShowIn};
 use serde_json::json;
 use signal_hook::consts::{SIGINT, SIGTERM};
@@ -20,78 +20,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
-
-#[derive(clap::Args)]
-pub(super) struct PlayArgs {
-    /// A stream of landmarks: our JSON lines, MediaPipe Pose, Kinect, or an OpenSim .trc; `-` reads standard input as it
-    /// arrives. It begins with 2 seconds in a T- or A-pose
-    #[arg(value_name = "STREAM|-", required_unless_present = "vmc")]
-    stream: Option<PathBuf>,
-    /// Receive the bones of a live tracker on this port of this machine, in the VMC protocol (usually 39539 or 39540); ends when
-    /// the tracker is silent for 5 seconds
-    #[arg(long, value_name = "PORT", conflicts_with_all = ["stream", "film", "unit", "up", "height", "raw", "method", "library", "key_interval", "between", "among"])]
-    vmc: Option<u16>,
-    /// How landmarks become a figure: by inverse kinematics, or by the paper's Laplacian offsets with its pose recognition
-    #[arg(long, value_enum, default_value = "ik")]
-    method: MethodWord,
-    /// With --method laplacian: a pose library of `drive train` instead of the one that comes with the program
-    #[arg(long, value_name = "LIBRARY.poses")]
-    library: Option<PathBuf>,
-    /// With --method laplacian: solve for a key pose at this interval only, in seconds, and interpolate between; the figure is
-    /// late by as much [default: every frame]
-    #[arg(long, value_name = "SECS", value_parser = interval, default_value = "0", hide_default_value = true)]
-    key_interval: f64,
-    /// With --key-interval: interpolate rotations and solve with them, or move vertices straight, as the paper does
-    #[arg(long, value_enum, default_value = "rotations")]
-    between: BetweenWord,
-    /// Choose the figure whose size is nearest to the wearer's among this session's and these sessions'; needs a file
-    #[arg(long, value_name = "SESSION", num_args = 1..)]
-    among: Vec<PathBuf>,
-    /// Write the poses as a clip, frame by frame; `animate` takes it
-    #[arg(long, value_name = "CLIP.jsonl")]
-    save: Option<PathBuf>,
-    /// Draw a film of the landmarks and the figure side by side
-    #[arg(long, value_name = "OUT.gif")]
-    film: Option<PathBuf>,
-    /// Show it in the Rerun viewer at a URL; without a URL, in the one that runs on this machine or is started; with a file
-    /// name, write a recording. This is the default where neither --save nor --film is given
-    #[arg(long, value_name = "OUT.rrd|URL", num_args = 0..=1, require_equals = true, default_missing_value = "")]
-    view: Option<ShowIn>,
-    /// Unit of the stream (m, dm, cm, mm, in); guessed by default
-    #[arg(long)]
-    unit: Option<Unit>,
-    /// Axis of the stream that points up (+y, -z, …); guessed by default
-    #[arg(long, value_name = "±AXIS", allow_hyphen_values = true)]
-    up: Option<Up>,
-    /// Stature of the wearer in metres; by default it follows from the landmarks
-    #[arg(long, value_name = "METRES", value_parser = stature)]
-    height: Option<f64>,
-    /// Take the landmarks as they are: no filter, and no bridge over short losses
-    #[arg(long)]
-    raw: bool,
-    /// Replace files that Overcoat did not write, or that were changed since
-    #[arg(long)]
-    force: bool,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum MethodWord {
-    Ik,
-    Laplacian,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum BetweenWord {
-    Rotations,
-    Linear,
-}
-
-fn interval(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(secs) if (0.0..=10.0).contains(&secs) => Ok(secs),
-        _ => Err("give seconds, 0 to 10".into()),
-    }
-}
 
 /// The pose library of the paper's method; `None` for inverse kinematics.
 fn library_of(args: &PlayArgs) -> anyhow::Result<Option<PoseLibrary>> {
@@ -112,13 +40,6 @@ fn library_of(args: &PlayArgs) -> anyhow::Result<Option<PoseLibrary>> {
             let bytes = std::fs::read(path).map_err(|e| SessionError::reading(path, e))?;
             Ok(Some(PoseLibrary::read(&bytes).map_err(DriveError::from).map_err(DriveFailure::from)?))
         }
-    }
-}
-
-fn stature(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(metres) if (1.2..=2.3).contains(&metres) => Ok(metres),
-        _ => Err("give the stature of an adult in metres, 1.2 to 2.3".into()),
     }
 }
 

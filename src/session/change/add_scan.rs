@@ -5,7 +5,7 @@ use crate::parameters::Settings;
 use crate::scan::{Unit, Up};
 use crate::session::error::SessionError;
 use crate::session::open::{Input, Session, Writer, source};
-use crate::session::pipeline::{Event, Forced, StageReport, Walk, scan_of};
+use crate::session::pipeline::{Event, FileInput, Forced, StageReport, Walk, recognized, scan_of};
 use crate::session::recipe::{BodySurface, OutfitGarment, Recipe, StepRecipe, inside_out};
 use crate::session::results::ScanRecording;
 use crate::session::results::ShowIn;
@@ -42,6 +42,10 @@ pub struct NewScan {
     pub until: Option<String>,
     /// Where its sleeves end.
     pub sleeve: Option<String>,
+    /// Whether the file holds a garment to be put on, and not a scan.
+    pub tryon: bool,
+    /// What that garment is made of.
+    pub fabric: Option<String>,
     /// Target of the recording of the fusion of RGB-D frames.
     pub view: Option<ShowIn>,
     /// Whether the recording may replace a file of the user.
@@ -79,6 +83,27 @@ impl Writer {
             recipe.garment_of(&step)?;
         }
         self.add_to(recipe, std::slice::from_ref(&step.name), new, on_event)
+    }
+
+    /// Adds a garment of a file as the next step, to be put onto the figure. Without a kind it is what its openings say; without a
+    /// name it has that of its kind. On an error the session is unchanged.
+    ///
+    /// **Errors** if the file holds no garment that can be put on, and as [`Writer::add_scan`].
+    pub fn add_garment(
+        &mut self,
+        new: &NewScan,
+        on_event: &mut dyn FnMut(&Event),
+    ) -> Result<(String, StageReport), SessionError> {
+        let mut new = NewScan { tryon: true, ..new.clone() };
+        if new.template.is_none() {
+            let file = FileInput::at(new.file.clone(), None);
+            new.template = Some(recognized(&file, &self.session.store, new.unit)?.kind.into());
+        }
+        if new.name.is_empty() {
+            new.name = new.template.clone().unwrap_or_default();
+        }
+        let report = self.add_scan(&new, on_event)?;
+        Ok((new.name, report))
     }
 
     /// Adds the garments of an outfit as the next steps, innermost first, and returns their names. A single garment becomes a step
@@ -181,6 +206,8 @@ fn step_of(new: &NewScan) -> StepRecipe {
         fit: new.fitting.clone(),
         until: new.until.clone(),
         sleeve: new.sleeve.clone(),
+        tryon: new.tryon,
+        fabric: new.fabric.clone(),
         ..StepRecipe::default()
     }
 }
@@ -232,5 +259,5 @@ fn forced_by(new: &NewScan, step: &str) -> Forced {
 fn change_of(new: &NewScan) -> String {
     let file = new.file.file_name().unwrap_or_default().to_string_lossy();
     let replaced = if new.replace { ", replaced" } else { "" };
-    format!("scan {} {file}{replaced}", new.name)
+    format!("{} {} {file}{replaced}", if new.tryon { "tryon" } else { "scan" }, new.name)
 }

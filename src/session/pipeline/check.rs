@@ -65,6 +65,10 @@ pub(super) struct Beside {
 pub(super) enum Plausibility {
     Body(BodyPlausibility),
     Garment(GarmentPlausibility),
+    TryOn {
+        /// 95th percentile of the lengths of edges relative to the garment's own.
+        stretch: f64,
+    },
 }
 
 pub(super) fn body(inputs: BodyInputs, store: &Store, _on_progress: OnProgress) -> Run<Plausibility> {

@@ -30,6 +30,7 @@ mod scan;
 mod segment;
 mod stack;
 mod steps;
+mod tryon;
 mod walk;
 
 pub use animate::read_clip;
@@ -48,4 +49,5 @@ pub(in crate::session) use results::{OfStep, StepResults};
 pub(in crate::session) use scan::{cleaned_scan, scan_of};
 pub use steps::stages_of_animation;
 pub(in crate::session) use steps::{animations, cut_of, everything, steps, steps_so_far};
+pub(in crate::session) use tryon::recognized;
 pub(in crate::session) use walk::{Repaired, Walk};

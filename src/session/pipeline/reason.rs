@@ -112,7 +112,7 @@ enum Meaning {
 }
 
 /// Every field of the inputs of every stage; a test compares them with the records of built sessions.
-const FIELDS: [(&str, Meaning); 37] = [
+const FIELDS: [(&str, Meaning); 38] = [
     ("file", Meaning::Is(Cause::File)),
     ("masks", Meaning::Is(Cause::Masks)),
     ("model", Meaning::Is(Cause::BodyModel)),
@@ -122,6 +122,7 @@ const FIELDS: [(&str, Meaning); 37] = [
     ("fabrics", Meaning::Parameters),
     ("name", Meaning::Parameter("name")),
     ("fabric", Meaning::Parameter("fabric")),
+    ("unit", Meaning::Parameter("unit")),
     ("fps", Meaning::Parameter("fps")),
     ("frames", Meaning::Parameter("frames")),
     ("skinning", Meaning::Parameter("skinning")),

@@ -3,6 +3,7 @@
 use super::at::{Code, Run};
 use super::event::{OnProgress, Outcome, StageProgress};
 use super::input::FileInput;
+use super::tryon;
 use super::walk::Walk;
 use crate::formats::{RawMesh, read_recording};
 use crate::scan::{
@@ -51,6 +52,9 @@ pub(super) fn run(inputs: Inputs, store: &Store, on_progress: OnProgress) -> Run
 
 /// The scan of a step, independent of earlier steps.
 pub(in crate::session) fn scan_of(walk: &mut Walk, step: &StepRecipe) -> Result<Kept<Scan>, SessionError> {
+    if step.tryon {
+        return tryon::garment_of(walk, step);
+    }
     let inputs = Inputs::of(walk.session(), step.reading()?);
     Ok(walk.at(&step.name).run(SCAN, inputs, run)?.kept)
 }

@@ -6,6 +6,7 @@ use super::cloth::{self, CLOTH};
 use super::garment::GarmentStep;
 use super::input::ModelInput;
 use super::results::StepResults;
+use super::tryon;
 use super::walk::Walk;
 use crate::body::Figure;
 use crate::cloth::ClothTrack;
@@ -62,6 +63,7 @@ pub(in crate::session) fn steps_so_far(
 fn one(walk: &mut Walk, recipe: &Recipe, at: usize, before: &[StepResults]) -> Result<StepResults, SessionError> {
     match recipe.variant(&recipe.steps[at])? {
         Step::Body(step) => body(walk, recipe, step),
+        Step::TryOn(step) => tryon::put_on(walk, &recipe.steps[at], step, before),
         Step::Garment(..) | Step::Outfit(..) | Step::Hair(..) => {
             let garment = GarmentStep::of(walk, recipe, at, before)?;
             let cut = garment.cut_out(walk)?;
@@ -73,7 +75,9 @@ fn one(walk: &mut Walk, recipe: &Recipe, at: usize, before: &[StepResults]) -> R
 /// Walks up to the cut of one garment.
 pub(in crate::session) fn cut_of(walk: &mut Walk, layer: &str) -> Result<Kept<Garment>, SessionError> {
     let recipe = walk.session().recipe.clone();
-    recipe.step(layer)?;
+    if recipe.step(layer)?.tryon {
+        return Err(SessionError::MaskOnBody);
+    }
     let Some(before) = recipe.steps.iter().take_while(|s| s.name != layer).last() else {
         return Err(SessionError::MaskOnBody);
     };

@@ -47,6 +47,7 @@ impl Recipe {
             if step.is_body() && !step.masks.is_empty() {
                 return Err(at(&["mask"], SessionError::MaskOnBody));
             }
+            check_tryon(step).map_err(|(key, e)| at(&[key], e))?;
             check_extent(step).map_err(|(key, e)| at(&[key], e))?;
             check_reading(step).map_err(|(key, e)| at(&[key], e))?;
             for stage in Stage::all() {
@@ -118,6 +119,45 @@ fn check_name(name: &str, template: &Option<String>) -> Result<(), SessionError>
             Err(SessionError::BadName { name: name.into() })
         }
         _ => Ok(()),
+    }
+}
+
+/// A garment that is tried on has no scan that labels or limits could refer to.
+fn check_tryon(step: &StepRecipe) -> Result<(), (&'static str, SessionError)> {
+    if !step.tryon {
+        return match step.fabric {
+            None => Ok(()),
+            Some(_) => Err((
+                "fabric",
+                SessionError::BadRequest {
+                    what: format!("'{}' is scanned, and its kind says what it is made of", step.name),
+                    hint: "give the fabric of an animation: `overcoat animate CLIP --fabric LAYER=FABRIC`".into(),
+                },
+            )),
+        };
+    }
+    let given = [
+        ("tryon", step.is_body()),
+        ("mask", !step.masks.is_empty()),
+        ("outfit", step.outfit.is_some()),
+        ("until", step.until.is_some()),
+        ("sleeve", step.sleeve.is_some()),
+        ("up", step.up.is_some()),
+        ("faces", step.faces.is_some()),
+        ("voxel_mm", step.voxel_mm.is_some()),
+    ];
+    match given.into_iter().find(|(_, given)| *given) {
+        None => Ok(()),
+        Some((key, _)) => Err((
+            key,
+            SessionError::BadRequest {
+                what: format!(
+                    "'{}' is a garment that was put on from a file, without a scan: it has no '{key}'",
+                    step.name
+                ),
+                hint: "change the garment's file, and try it on again".into(),
+            },
+        )),
     }
 }
 

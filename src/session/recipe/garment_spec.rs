@@ -1,7 +1,7 @@
 //! The garment of a step as its recipe describes it: the template, and how far the garment reaches.
 
 use super::steps::StepRecipe;
-use crate::segment::{Extent, GarmentTemplate};
+use crate::segment::{Extent, Fabric, GarmentTemplate};
 use crate::session::error::SessionError;
 use crate::session::stage_error::StageError;
 use crate::session::store::ContentHash;
@@ -29,10 +29,14 @@ pub(in crate::session) fn of_step(step: &StepRecipe) -> Result<GarmentSpec, Sess
         return Err(SessionError::GarmentWithoutTemplate { name: step.name.clone() });
     };
     let wrong = |e| SessionError::WrongGarment { step: step.name.clone(), source: Box::new(StageError::Segment(e)) };
-    let template = match &step.painted.0 {
+    let mut template = match &step.painted.0 {
         Some(painted) if painted.name == *name => painted.as_ref().clone(),
         _ => GarmentTemplate::built_in(name).map_err(wrong)?,
     };
+    if let Some(fabric) = &step.fabric {
+        Fabric::named(fabric).map_err(wrong)?;
+        template.fabric.clone_from(fabric);
+    }
     let until = step.until.as_deref().map(str::parse).transpose().map_err(wrong)?;
     let sleeve = step.sleeve.as_deref().map(str::parse).transpose().map_err(wrong)?;
     let extent = Extent { until, sleeve };

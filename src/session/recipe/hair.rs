@@ -19,6 +19,7 @@ impl StepRecipe {
     pub fn kind(&self) -> StepKind {
         match (self.is_body(), self.is_hair()) {
             (true, _) => StepKind::Body,
+            (false, _) if self.tryon => StepKind::TryOn,
             (false, true) => StepKind::Hair,
             (false, false) => StepKind::Garment,
         }

@@ -36,7 +36,7 @@ impl Recipe {
     pub(in crate::session) fn garment_scans(&self) -> Vec<usize> {
         let begins = |at: &usize| {
             let step = &self.steps[*at];
-            !step.is_body() && !step.is_hair() && self.first_of_outfit(*at) == *at
+            !step.is_body() && !step.is_hair() && !step.tryon && self.first_of_outfit(*at) == *at
         };
         (0..self.steps.len()).filter(begins).collect()
     }

@@ -68,6 +68,8 @@ const fn params<P: Parameters>(stage: Stage, of: &'static [StepKind]) -> Declara
 
 const BODY: &[StepKind] = &[StepKind::Body];
 const GARMENTS: &[StepKind] = &[StepKind::Garment, StepKind::Hair];
+/// Steps that put something onto the figure.
+const LAYERS: &[StepKind] = &[StepKind::Garment, StepKind::Hair, StepKind::TryOn];
 const EVERY: &[StepKind] = &[StepKind::Body, StepKind::Garment, StepKind::Hair];
 
 const DECLARATIONS: [Declaration; 11] = [
@@ -78,10 +80,10 @@ const DECLARATIONS: [Declaration; 11] = [
     params::<InsideParams>(Stage::Pose, GARMENTS),
     params::<RefineParams>(Stage::Segment, GARMENTS),
     params::<CutParams>(Stage::Cut, GARMENTS),
-    params::<RigParams>(Stage::Rig, GARMENTS),
-    params::<StackParams>(Stage::Stack, GARMENTS),
-    params::<PhysicsParams>(Stage::Figure, GARMENTS),
-    params::<PressParams>(Stage::Press, GARMENTS),
+    params::<RigParams>(Stage::Rig, LAYERS),
+    params::<StackParams>(Stage::Stack, LAYERS),
+    params::<PhysicsParams>(Stage::Figure, LAYERS),
+    params::<PressParams>(Stage::Press, LAYERS),
 ];
 
 /// All parameters, by stage, in the order of their declarations.

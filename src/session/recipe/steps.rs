@@ -80,6 +80,12 @@ pub struct StepRecipe {
     /// The outfit of which it is a garment, if its scan shows several new garments.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outfit: Option<String>,
+    /// Whether the file holds a garment that is put onto the figure, and not a scan of the person in it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub tryon: bool,
+    /// What it is made of, if not of what its kind usually is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fabric: Option<String>,
     /// Unit of the scan's coordinates; guessed by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<Unit>,

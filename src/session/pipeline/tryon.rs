@@ -1,0 +1,183 @@
+//! The step of a garment that comes from a file, as named calls: read, the figure posed in it, at rest, put on the figure.
+//!
+//! Its stages are those of a scanned garment, with a mesh of cloth alone in place of the scan.
+
+use super::at::Run;
+use super::check::{CHECK, Plausibility};
+use super::cut::CUT;
+use super::event::{OnProgress, Outcome};
+use super::figure::{self, FIGURE};
+use super::input::{FileInput, ModelInput};
+use super::pose::POSE;
+use super::press::{self, PRESS};
+use super::results::{OfStep, StepResults};
+use super::rig::{self, RIG};
+use super::scan::SCAN;
+use super::segment::SEGMENT;
+use super::stack::{self, STACK};
+use super::walk::Walk;
+use crate::body::{Figure, embedded_model};
+use crate::cut::Garment;
+use crate::fit::{InsideReport, PoseInside};
+use crate::geometry::{Adjacency, PerVertex};
+use crate::scan::{FileFrame, Scan, Unit};
+use crate::segment::{Labels, Segmentation};
+use crate::session::error::SessionError;
+use crate::session::recipe::{StepRecipe, TryOnStep};
+use crate::session::store::{Kept, Store, Warning};
+use crate::tryon::{UprightGarment, at_rest, edge_length_p95, openings_of, place};
+use serde::Serialize;
+
+/// Cloth whose edges are longer than its own by this factor, 95 of 100 of them by less, is stretched because the garment is too
+/// small. Of five garments on a man and a woman, those that fit have 1.06 to 1.12; a T-shirt of a smaller man 1.32.
+const TOO_TIGHT: f64 = 1.15;
+
+#[derive(Serialize)]
+struct GarmentInputs {
+    file: FileInput,
+    unit: Option<Unit>,
+}
+
+#[derive(Serialize)]
+struct PoseInputs {
+    scan: Kept<Scan>,
+    figure: Kept<Figure>,
+    model: ModelInput,
+}
+
+#[derive(Serialize)]
+struct LabelInputs {
+    scan: Kept<Scan>,
+}
+
+#[derive(Serialize)]
+struct RestInputs {
+    scan: Kept<Scan>,
+    figure: Kept<Figure>,
+    inside: Kept<PoseInside>,
+    model: ModelInput,
+    fabric: String,
+}
+
+#[derive(Serialize)]
+struct CheckInputs {
+    scan: Kept<Scan>,
+    dressed: Kept<Figure>,
+    model: ModelInput,
+}
+
+/// The garment in a file.
+pub(in crate::session) fn recognized(
+    file: &FileInput,
+    store: &Store,
+    unit: Option<Unit>,
+) -> Result<UprightGarment, SessionError> {
+    let Some(raw) = file.mesh(store)? else {
+        return Err(SessionError::BadRequest {
+            what: format!("{} is a recording, and not the mesh of a garment", file.path().display()),
+            hint: "give a .obj, .ply, .glb, .gltf, .stl or .off file; `overcoat scan` reads recordings".into(),
+        });
+    };
+    let model = embedded_model().map_err(|e| file.fault(e))?;
+    let average = Figure::bare(model.skeleton.clone(), model.template.clone(), model.weights.clone());
+    UprightGarment::read(&raw, unit.map(Unit::metres), &average).map_err(|e| file.fault(e))
+}
+
+/// The garment of a step, independent of earlier steps, in place of its scan.
+pub(super) fn garment_of(walk: &mut Walk, step: &StepRecipe) -> Result<Kept<Scan>, SessionError> {
+    let inputs = GarmentInputs { file: FileInput::of(walk.session(), &step.source()), unit: step.unit };
+    Ok(walk.at(&step.name).run(SCAN, inputs, read)?.kept)
+}
+
+/// The step, given the results of all before it.
+pub(super) fn put_on(
+    walk: &mut Walk,
+    entry: &StepRecipe,
+    step: TryOnStep,
+    before: &[StepResults],
+) -> Result<StepResults, SessionError> {
+    let Some(inner) = before.last() else {
+        return Err(SessionError::GarmentBeforeBody { name: entry.name.clone() });
+    };
+    let (figure, name, of) = (inner.figure, entry.name.clone(), step.garment);
+    let embedded = ModelInput::of(walk.session());
+    let model = || embedded.clone();
+    let fabric = || of.kind.template.fabric.clone();
+    let inputs = GarmentInputs { file: FileInput::of(walk.session(), &step.file), unit: step.unit };
+    let at = &mut walk.at(&entry.name);
+
+    let scan = at.run(SCAN, inputs, read)?.kept;
+    let inside = at.run(POSE, PoseInputs { scan, figure, model: model() }, pose_in)?.kept;
+    let labels = at.run(SEGMENT, LabelInputs { scan }, all_of_it)?.kept;
+    let inputs = RestInputs { scan, figure, inside, model: model(), fabric: fabric() };
+    let garment = at.run(CUT, inputs, rested)?.kept;
+
+    let inputs = rig::Inputs { garment, figure, inside, model: model(), params: of.rig };
+    let rigged = at.run(RIG, inputs, rig::run)?.kept;
+    let inputs = stack::Inputs { rigged, figure, model: model(), fabric: fabric(), params: of.stack };
+    let stacked = at.run(STACK, inputs, stack::run)?.kept;
+    let (kind, params) = (of.kind.clone(), of.figure);
+    let inputs = figure::GarmentInputs { name, garment, rigged, stacked, figure, model: model(), kind, params };
+    let dressed = at.run(FIGURE, inputs, figure::with_garment)?.kept;
+    let inputs = press::Inputs { garment, dressed, inside, model: model(), is_hair: false, params: of.press };
+    let pressed = at.run(PRESS, inputs, press::run)?.kept;
+    at.run(CHECK, CheckInputs { scan, dressed, model: model() }, check)?;
+    Ok(StepResults { scan, figure: dressed, of: OfStep::Garment { inside, labels, garment, pressed } })
+}
+
+fn read(GarmentInputs { file, unit }: GarmentInputs, store: &Store, _on_progress: OnProgress) -> Run<Scan> {
+    let UprightGarment { mesh, colors, notes, kind } = recognized(&file, store, unit)?;
+    file.keep(&file.open(store)?, store)?;
+    let (vertices, faces) = (mesh.vertex_count(), mesh.face_count());
+    let file_vertices = (0..vertices as u32).collect();
+    let findings: Vec<String> = notes.into_iter().chain([format!("by its openings of the kind {kind}")]).collect();
+    let world_from_file = FileFrame::identity();
+    let scan = Scan { mesh, colors, confidence: None, file_vertices, world_from_file, findings: findings.clone() };
+    Ok(Outcome::of(scan).measured("vertices", vertices as f64).measured("faces", faces as f64).found(findings))
+}
+
+fn pose_in(PoseInputs { scan, figure, model }: PoseInputs, store: &Store, _on_progress: OnProgress) -> Run<PoseInside> {
+    let (scan, figure) = (store.load(scan)?, model.figure(store, figure)?);
+    let placed = place(&scan.mesh, &openings_of(&scan.mesh)?, &figure);
+    let offsets = PerVertex::filled(0.0, figure.body().mesh.vertex_count());
+    let inside = PoseInside { pose: placed.pose, offsets, report: InsideReport::default() };
+    Ok(Outcome::of(inside).measured("outside_depth_mm", placed.depth * 1e3))
+}
+
+fn all_of_it(LabelInputs { scan }: LabelInputs, store: &Store, _on_progress: OnProgress) -> Run<Segmentation> {
+    let count = store.load(scan)?.mesh.vertex_count();
+    let segmentation = Segmentation::from(Labels(PerVertex::filled(true, count)));
+    Ok(Outcome::of(segmentation).measured("garment_vertices", count as f64))
+}
+
+fn rested(inputs: RestInputs, store: &Store, _on_progress: OnProgress) -> Run<Garment> {
+    let RestInputs { scan, figure, inside, model, fabric } = inputs;
+    let (scan, figure, inside) = (store.load(scan)?, model.figure(store, figure)?, store.load(inside)?);
+    let mesh = at_rest(&scan.mesh, &figure, &inside, &fabric)?;
+    let hem_loops = Adjacency::prepare(&mesh).boundary_loops();
+    let (vertices, hems) = (mesh.vertex_count(), hem_loops.len());
+    let is_seen = PerVertex::filled(true, vertices);
+    let garment = Garment { mesh, colors: scan.colors, is_seen, hem_loops, findings: Vec::new() };
+    Ok(Outcome::of(garment).measured("vertices", vertices as f64).measured("hem_loops", hems as f64))
+}
+
+fn check(
+    CheckInputs { scan, dressed, model }: CheckInputs,
+    store: &Store,
+    _on_progress: OnProgress,
+) -> Run<Plausibility> {
+    let (own, figure) = (store.load(scan)?.mesh, model.figure(store, dressed)?);
+    let worn = figure.garments().last().map(|layer| &layer.mesh);
+    let stretch = match worn.filter(|worn| worn.vertex_count() == own.vertex_count()) {
+        Some(worn) => edge_length_p95(&own, worn),
+        None => f64::NAN,
+    };
+    let tight = (stretch > TOO_TIGHT).then(|| {
+        let percent = 100.0 * (stretch - 1.0);
+        Warning::new(
+            format!("the garment is too small for this person: its cloth is stretched by {percent:.0} %"),
+            "try on a larger size",
+        )
+    });
+    Ok(Outcome::of(Plausibility::TryOn { stretch }).measured("stretch_p95", stretch).warned(tight))
+}
