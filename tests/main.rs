@@ -35,5 +35,6 @@ mod stage_versions;
 mod stages;
 mod step_editing;
 mod textured;
+mod tryon;
 mod verdicts;
 mod weights_picture;

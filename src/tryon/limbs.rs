@@ -44,7 +44,8 @@ impl Limb {
             let Some((center, girth)) = level_set(mesh, &distance, level) else { break };
             // The rim itself may be a ribbed or folded cuff.
             let before = &girths[girths.len().saturating_sub(WINDOW).max(1)..];
-            let least = before.iter().copied().fold(CUFF * girths[0], f64::min);
+            let start = if k <= WINDOW { CUFF * girths[0] } else { f64::INFINITY };
+            let least = before.iter().copied().fold(start, f64::min);
             if girth > GROWTH * least {
                 break;
             }

@@ -3,14 +3,26 @@
 use super::error::TryOnError;
 use super::rims::rims_of;
 use crate::formats::RawMesh;
-use crate::geometry::{Adjacency, PerFace, PerVertex, Point, TriMesh, Vec3, VertexId, manifold_part};
-use std::collections::BTreeMap;
+use crate::geometry::{
+    Adjacency, FaceId, PerFace, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId, manifold_part,
+};
+use rayon::prelude::*;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Vertices nearer than this share of the garment's size are one: files are written with six digits or fewer, and pieces that are
 /// split at seams or at UV borders have their seam vertices twice.
 const WELD_PER_SIZE: f64 = 1e-5;
 /// Parts with less than this share of the area are buttons, labels and zips, not the garment.
 const GARMENT_SHARE: f64 = 0.2;
+
+/// Sheets nearer than this share of the garment's size are two sides of one cloth: 1 to 2 cm.
+const SHEETS_APART: f64 = 0.015;
+/// Rays that a face looks along.
+const LOOKS: usize = 16;
+/// A face of which this share of looks ends at the garment itself is inside it; outside, under an arm, it is at most a half.
+const ENCLOSED: f64 = 0.75;
+/// Fewer faces than this share are folds, not a sheet.
+const LEAST_SHEET: f64 = 0.005;
 
 /// A garment as it came, ready to be recognised.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,12 +41,76 @@ impl GarmentSurface {
         let mut notes = Vec::new();
         let (mesh, colors) = welded(raw, &mut notes)?;
         let (mesh, colors) = main_part(mesh, colors, &mut notes)?;
+        let inner = inner_sheet(&mesh);
+        let share = inner.iter().filter(|inner| **inner).count() as f64 / inner.len().max(1) as f64;
+        let (mesh, colors) = match share > LEAST_SHEET {
+            false => (mesh, colors),
+            true => {
+                notes.push(format!(
+                    "{:.0} % of the faces are lining or the inside of thick cloth and were left out",
+                    share * 100.0
+                ));
+                let keep: PerFace<bool> = inner.iter().map(|inner| !inner).collect();
+                let (mesh, from) = mesh.part(&keep);
+                let colors = colors.map(|colors| from.iter().map(|&v| colors[v]).collect::<PerVertex<[u8; 3]>>());
+                greatest_part(mesh, colors)
+            }
+        };
         let surface = Self { mesh, colors, notes };
         if rims_of(&surface.mesh).is_empty() {
             return Err(TryOnError::Closed);
         }
         Ok(surface)
     }
+}
+
+/// Which faces are lining, a folded hem, or the inside of thick cloth: another sheet is right behind them, and what they look at
+/// is the inside of the garment.
+fn inner_sheet(mesh: &TriMesh) -> PerFace<bool> {
+    let Some(size) = mesh.bounds().map(|b| b.extent().norm()) else { return PerFace::filled(false, 0) };
+    let index = SurfaceIndex::prepare(mesh);
+    let is_inner = |f: FaceId| {
+        let [a, b, c] = mesh.triangle(f);
+        let center = Point::from((a.coords + b.coords + c.coords) / 3.0);
+        let Some(normal) = (b - a).cross(&(c - a)).try_normalize(0.0) else { return false };
+        let lift = normal * (1e-5 * size);
+        if index.cast_ray(&(center - lift), &-normal, SHEETS_APART * size).is_none() {
+            return false;
+        }
+        let [u, v] = [normal.cross(&(b - a).normalize()), (b - a).normalize()];
+        let hits = (0..LOOKS).filter(|k| {
+            let (turn, height) = (*k as f64 * 2.4, 0.25 + 0.7 * (*k as f64 + 0.5) / LOOKS as f64);
+            let across = (1.0 - height * height).sqrt();
+            let direction = normal * height + (u * turn.cos() + v * turn.sin()) * across;
+            index.cast_ray(&(center + lift), &direction, 2.0 * size).is_some()
+        });
+        hits.count() as f64 >= ENCLOSED * LOOKS as f64
+    };
+    let faces: Vec<FaceId> = mesh.face_ids().collect();
+    let mut inner: Vec<bool> = faces.par_iter().map(|&f| is_inner(f)).collect();
+    // Single faces take the side of their neighbours.
+    let adjacency = Adjacency::prepare(mesh);
+    for _ in 0..2 {
+        let near = |f: FaceId| {
+            let around: BTreeSet<FaceId> =
+                mesh.faces()[f].iter().flat_map(|&v| adjacency.faces_of(v).iter().copied()).collect();
+            2 * around.iter().filter(|g| inner[g.index()]).count() > around.len()
+        };
+        inner = faces.iter().map(|&f| near(f)).collect();
+    }
+    inner.into_iter().collect()
+}
+
+/// The connected part with the most faces.
+fn greatest_part(mesh: TriMesh, colors: Option<PerVertex<[u8; 3]>>) -> Colored {
+    let parts = Adjacency::prepare(&mesh).parts_of(&PerVertex::filled(true, mesh.vertex_count()));
+    let Some(greatest) = parts.iter().max_by_key(|part| part.len()) else { return (mesh, colors) };
+    let mut belongs = PerVertex::filled(false, mesh.vertex_count());
+    greatest.iter().for_each(|&v| belongs[v] = true);
+    let keep: PerFace<bool> = mesh.faces().iter().map(|face| belongs[face[0]]).collect();
+    let (mesh, from) = mesh.part(&keep);
+    let colors = colors.map(|colors| from.iter().map(|&v| colors[v]).collect::<PerVertex<[u8; 3]>>());
+    (mesh, colors)
 }
 
 type Colored = (TriMesh, Option<PerVertex<[u8; 3]>>);
