@@ -22,7 +22,7 @@ const LOOKS: usize = 16;
 /// A face of which this share of looks ends at the garment itself is inside it; outside, under an arm, it is at most a half.
 const ENCLOSED: f64 = 0.75;
 /// Fewer faces than this share are folds, not a sheet.
-const LEAST_SHEET: f64 = 0.005;
+const LEAST_SHEET: f64 = 0.1;
 
 /// A garment as it came, ready to be recognised.
 #[derive(Clone, Debug, PartialEq)]

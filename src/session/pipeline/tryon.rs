@@ -179,5 +179,12 @@ fn check(
             "try on a larger size",
         )
     });
-    Ok(Outcome::of(Plausibility::TryOn { stretch }).measured("stretch_p95", stretch).warned(tight))
+    let is_whole = worn.is_some_and(|worn| worn.faces() == own.faces());
+    let replaced = (!is_whole).then(|| {
+        Warning::new(
+            "parts of the garment that lie on each other, as below a collar, crossed and were replaced by one sheet",
+            "look at it in `view --sheet sheet.png`; a garment of single sheets comes through whole",
+        )
+    });
+    Ok(Outcome::of(Plausibility::TryOn { stretch }).measured("stretch_p95", stretch).warned(tight).warned(replaced))
 }
