@@ -1,16 +1,16 @@
 //! Animations that the user requested: clips that move the figure.
 
 use super::names::is_file_name;
+use super::overridden::overridden;
 use crate::body::Skinning;
 use crate::cloth::{ClothMode, ClothParams, ClothSolver};
 use crate::motion::{FrameRange, MotionParams};
-use crate::parameters::{Declared, Parameters, Setting, Settings};
+use crate::parameters::{Declared, Parameters, Settings};
 use crate::segment::Fabric;
 use crate::session::error::SessionError;
 use crate::session::store::ContentHash;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
@@ -72,31 +72,20 @@ impl AnimationRecipe {
 
     /// The parameters of retargeting: the defaults, overridden by the recipe.
     pub(in crate::session) fn params(&self) -> Result<MotionParams, SessionError> {
-        self.overridden(&self.motion)
+        self.params_over(&self.motion)
     }
 
     /// The parameters of cloth: the defaults, overridden by the recipe.
     pub(in crate::session) fn cloth_params(&self) -> Result<ClothParams, SessionError> {
-        self.overridden(&self.cloth)
+        self.params_over(&self.cloth)
     }
 
-    fn overridden<P: Default + Serialize + DeserializeOwned>(&self, by: &Settings) -> Result<P, SessionError> {
+    fn params_over<P: Default + Serialize + DeserializeOwned>(&self, by: &Settings) -> Result<P, SessionError> {
         let unfit = |e: serde_json::Error| SessionError::BadRequest {
             what: format!("the parameters of the animation '{}' do not fit: {e}", self.name),
             hint: "take them out of the recipe".into(),
         };
-        let mut value = serde_json::to_value(P::default()).map_err(unfit)?;
-        if let Value::Object(fields) = &mut value {
-            for (name, setting) in by {
-                let number = match setting {
-                    // A real parameter accepts an integer.
-                    Setting::Count(n) => Value::from(*n as f64),
-                    other => serde_json::json!(other),
-                };
-                fields.insert(name.clone(), number);
-            }
-        }
-        serde_json::from_value(value).map_err(unfit)
+        overridden(P::default(), by).map_err(unfit)
     }
 
     /// Checks the name and all values.

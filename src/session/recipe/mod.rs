@@ -11,6 +11,7 @@ mod hair;
 mod mask_file;
 mod names;
 mod outfit;
+mod overridden;
 mod painted_kind;
 pub(in crate::session) mod parameters;
 mod params_of_step;

@@ -1,12 +1,11 @@
 //! A stage's `Params` for a step: the defaults, overridden by the recipe.
 
-use super::parameters::as_json;
+use super::overridden::overridden;
 use super::steps::StepRecipe;
 use crate::session::error::SessionError;
 use crate::session::stage::Stage;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde_json::Value;
 
 /// The `Params` of a stage of a step: the defaults, overridden by the recipe.
 pub(in crate::session) fn params_of<P: Serialize + DeserializeOwned + Default>(
@@ -27,15 +26,5 @@ pub(in crate::session) fn params_over<P: Serialize + DeserializeOwned>(
         what: format!("the parameters of the stage {stage} of '{}' do not fit it: {e}", step.name),
         hint: "take them out of the recipe".into(),
     };
-    let settings = step.settings(stage);
-    if settings.is_empty() {
-        return Ok(defaults);
-    }
-    let mut value = serde_json::to_value(defaults).map_err(unfit)?;
-    if let Value::Object(fields) = &mut value {
-        for (name, setting) in settings.iter().filter(|(name, _)| fields.contains_key(*name)).collect::<Vec<_>>() {
-            fields.insert(name.clone(), as_json(stage, name, setting));
-        }
-    }
-    serde_json::from_value(value).map_err(unfit)
+    overridden(defaults, step.settings(stage)).map_err(unfit)
 }
