@@ -21,6 +21,9 @@ const GAP_COUNTS: f64 = 0.1;
 /// The other heading must fit better by this factor: openings are a surer sign than a chest.
 const CLEARLY_BETTER: f64 = 0.6;
 
+/// A joint of either side.
+type OfSide = fn(Side) -> HumanJoint;
+
 /// How a figure stands in a garment.
 #[derive(Clone, Debug)]
 pub struct Placed {
@@ -50,9 +53,9 @@ pub(super) fn limbs_of(garment: &TriMesh, openings: &Openings) -> Vec<Limb> {
 /// **Frame** `garment` and its openings upright, in metres.
 pub fn place(garment: &TriMesh, openings: &Openings, figure: &Figure) -> Placed {
     let limbs = limbs_of(garment, openings);
-    let arms = [HumanJoint::UpperArm, HumanJoint::LowerArm, HumanJoint::Hand];
-    let legs = [HumanJoint::UpperLeg, HumanJoint::LowerLeg, HumanJoint::Foot];
-    let chain: Option<[fn(Side) -> HumanJoint; 3]> = match openings {
+    let arms: [OfSide; 3] = [HumanJoint::UpperArm, HumanJoint::LowerArm, HumanJoint::Hand];
+    let legs: [OfSide; 3] = [HumanJoint::UpperLeg, HumanJoint::LowerLeg, HumanJoint::Foot];
+    let chain: Option<[OfSide; 3]> = match openings {
         Openings::Top { .. } | Openings::Open { .. } => Some(arms),
         Openings::Legs { .. } => Some(legs),
         Openings::Tube { .. } => None,
@@ -91,13 +94,7 @@ pub(super) fn on_average(garment: &TriMesh, openings: &Openings, average: &Figur
 }
 
 /// The pose whose upper and lower limbs point as the garment's do.
-fn pose_by(
-    figure: &Figure,
-    limbs: &[Limb],
-    upper: fn(Side) -> HumanJoint,
-    lower: fn(Side) -> HumanJoint,
-    end: fn(Side) -> HumanJoint,
-) -> Pose {
+fn pose_by(figure: &Figure, limbs: &[Limb], upper: OfSide, lower: OfSide, end: OfSide) -> Pose {
     let skeleton = &figure.skeleton;
     let mut pose = Pose::bind(skeleton.len());
     for (side, limb) in Side::BOTH.into_iter().zip(limbs) {
@@ -122,7 +119,7 @@ fn pose_by(
 }
 
 /// Eqs. 16 and 17: from the middle of the garment's joints to the middle of the figure's.
-fn shift_of_pair(figure: &Figure, pose: &Pose, limbs: &[Limb], joint: fn(Side) -> HumanJoint) -> Vec3 {
+fn shift_of_pair(figure: &Figure, pose: &Pose, limbs: &[Limb], joint: OfSide) -> Vec3 {
     let joints = figure.skeleton.joints_in_world(pose);
     let mut shift = Vec3::zeros();
     for (side, limb) in Side::BOTH.into_iter().zip(limbs) {
