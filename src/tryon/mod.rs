@@ -7,6 +7,8 @@ mod placing;
 mod recognize;
 mod rims;
 mod surface;
+#[cfg(test)]
+mod tests;
 mod upright;
 
 pub use dress::{at_rest, edge_length_p95};

@@ -2,7 +2,7 @@
 
 use super::at::RunError;
 use super::kinds::{NewGarments, looser};
-use super::scan::scan_of;
+use super::step_scan::scan_of;
 use super::walk::Walk;
 use crate::body::Figure;
 use crate::fit::{Cover, InsideParams, ShapeFrom};

@@ -3,8 +3,6 @@
 use super::at::{Code, Run};
 use super::event::{OnProgress, Outcome, StageProgress};
 use super::input::FileInput;
-use super::tryon;
-use super::walk::Walk;
 use crate::formats::{RawMesh, read_recording};
 use crate::scan::{
     CleaningStep, FusionParams, FusionReport, FusionStep, Scan, ScanParams, clean, color_from_texture, fuse,
@@ -13,7 +11,7 @@ use crate::session::error::SessionError;
 use crate::session::open::{Input, ScanInput, Session};
 use crate::session::recipe::{Reading, StepRecipe};
 use crate::session::stage::Stage;
-use crate::session::store::{Kept, Store, Warning};
+use crate::session::store::{Store, Warning};
 use serde::Serialize;
 use std::path::Path;
 use std::time::Instant;
@@ -48,15 +46,6 @@ pub(super) fn run(inputs: Inputs, store: &Store, on_progress: OnProgress) -> Run
     }
     .found(findings)
     .warned(warnings))
-}
-
-/// The scan of a step, independent of earlier steps.
-pub(in crate::session) fn scan_of(walk: &mut Walk, step: &StepRecipe) -> Result<Kept<Scan>, SessionError> {
-    if step.tryon {
-        return tryon::garment_of(walk, step);
-    }
-    let inputs = Inputs::of(walk.session(), step.reading()?);
-    Ok(walk.at(&step.name).run(SCAN, inputs, run)?.kept)
 }
 
 /// A scan as read from its input.

@@ -7,36 +7,30 @@ use super::check::{CHECK, Plausibility};
 use super::cut::CUT;
 use super::event::{OnProgress, Outcome};
 use super::figure::{self, FIGURE};
-use super::input::{FileInput, ModelInput};
+use super::garment_file::garment_of;
+use super::input::ModelInput;
 use super::pose::POSE;
 use super::press::{self, PRESS};
 use super::results::{OfStep, StepResults};
 use super::rig::{self, RIG};
-use super::scan::SCAN;
 use super::segment::SEGMENT;
 use super::stack::{self, STACK};
 use super::walk::Walk;
-use crate::body::{Figure, embedded_model};
+use crate::body::Figure;
 use crate::cut::Garment;
 use crate::fit::{InsideReport, PoseInside};
 use crate::geometry::{Adjacency, PerVertex};
-use crate::scan::{FileFrame, Scan, Unit};
+use crate::scan::Scan;
 use crate::segment::{Labels, Segmentation};
 use crate::session::error::SessionError;
-use crate::session::recipe::{StepRecipe, TryOnStep};
+use crate::session::recipe::{self, StepRecipe};
 use crate::session::store::{Kept, Store, Warning};
-use crate::tryon::{UprightGarment, at_rest, edge_length_p95, openings_of, place};
+use crate::tryon::{at_rest, edge_length_p95, openings_of, place};
 use serde::Serialize;
 
 /// Cloth whose edges are longer than its own by this factor, 95 of 100 of them by less, is stretched because the garment is too
 /// small. Of five garments on a man and a woman, those that fit have 1.06 to 1.12; a T-shirt of a smaller man 1.32.
 const TOO_TIGHT: f64 = 1.15;
-
-#[derive(Serialize)]
-struct GarmentInputs {
-    file: FileInput,
-    unit: Option<Unit>,
-}
 
 #[derive(Serialize)]
 struct PoseInputs {
@@ -66,47 +60,23 @@ struct CheckInputs {
     model: ModelInput,
 }
 
-/// The garment in a file.
-pub(in crate::session) fn recognized(
-    file: &FileInput,
-    store: &Store,
-    unit: Option<Unit>,
-) -> Result<UprightGarment, SessionError> {
-    let Some(raw) = file.mesh(store)? else {
-        return Err(SessionError::BadRequest {
-            what: format!("{} is a recording, and not the mesh of a garment", file.path().display()),
-            hint: "give a .obj, .ply, .glb, .gltf, .stl or .off file; `overcoat scan` reads recordings".into(),
-        });
-    };
-    let model = embedded_model().map_err(|e| file.fault(e))?;
-    let average = Figure::bare(model.skeleton.clone(), model.template.clone(), model.weights.clone());
-    UprightGarment::read(&raw, unit.map(Unit::metres), &average).map_err(|e| file.fault(e))
-}
-
-/// The garment of a step, independent of earlier steps, in place of its scan.
-pub(super) fn garment_of(walk: &mut Walk, step: &StepRecipe) -> Result<Kept<Scan>, SessionError> {
-    let inputs = GarmentInputs { file: FileInput::of(walk.session(), &step.source()), unit: step.unit };
-    Ok(walk.at(&step.name).run(SCAN, inputs, read)?.kept)
-}
-
 /// The step, given the results of all before it.
 pub(super) fn put_on(
     walk: &mut Walk,
     entry: &StepRecipe,
-    step: TryOnStep,
+    of: recipe::Garment,
     before: &[StepResults],
 ) -> Result<StepResults, SessionError> {
     let Some(inner) = before.last() else {
         return Err(SessionError::GarmentBeforeBody { name: entry.name.clone() });
     };
-    let (figure, name, of) = (inner.figure, entry.name.clone(), step.garment);
+    let (figure, name) = (inner.figure, entry.name.clone());
     let embedded = ModelInput::of(walk.session());
     let model = || embedded.clone();
     let fabric = || of.kind.template.fabric.clone();
-    let inputs = GarmentInputs { file: FileInput::of(walk.session(), &step.file), unit: step.unit };
+    let scan = garment_of(walk, entry)?;
     let at = &mut walk.at(&entry.name);
 
-    let scan = at.run(SCAN, inputs, read)?.kept;
     let inside = at.run(POSE, PoseInputs { scan, figure, model: model() }, pose_in)?.kept;
     let labels = at.run(SEGMENT, LabelInputs { scan }, all_of_it)?.kept;
     let inputs = RestInputs { scan, figure, inside, model: model(), fabric: fabric() };
@@ -123,17 +93,6 @@ pub(super) fn put_on(
     let pressed = at.run(PRESS, inputs, press::run)?.kept;
     at.run(CHECK, CheckInputs { scan, dressed, model: model() }, check)?;
     Ok(StepResults { scan, figure: dressed, of: OfStep::Garment { inside, labels, garment, pressed } })
-}
-
-fn read(GarmentInputs { file, unit }: GarmentInputs, store: &Store, _on_progress: OnProgress) -> Run<Scan> {
-    let UprightGarment { mesh, colors, notes, kind } = recognized(&file, store, unit)?;
-    file.keep(&file.open(store)?, store)?;
-    let (vertices, faces) = (mesh.vertex_count(), mesh.face_count());
-    let file_vertices = (0..vertices as u32).collect();
-    let findings: Vec<String> = notes.into_iter().chain([format!("by its openings of the kind {kind}")]).collect();
-    let world_from_file = FileFrame::identity();
-    let scan = Scan { mesh, colors, confidence: None, file_vertices, world_from_file, findings: findings.clone() };
-    Ok(Outcome::of(scan).measured("vertices", vertices as f64).measured("faces", faces as f64).found(findings))
 }
 
 fn pose_in(PoseInputs { scan, figure, model }: PoseInputs, store: &Store, _on_progress: OnProgress) -> Run<PoseInside> {

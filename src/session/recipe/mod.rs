@@ -40,4 +40,4 @@ pub(in crate::session) use paths::{from_here, relative_to};
 pub(in crate::session) use step_key::StepKey;
 pub use steps::{BODY_STEP, BodySurface, Recipe, SourceFile, StepRecipe};
 pub(in crate::session) use templates::TEMPLATES;
-pub(in crate::session) use variants::{BodyStep, Garment, GarmentScan, Reading, Step, TryOnStep};
+pub(in crate::session) use variants::{BodyStep, Garment, GarmentScan, Reading, Step};

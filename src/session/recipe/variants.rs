@@ -7,7 +7,7 @@ use super::steps::{BodySurface, Recipe, SourceFile, StepRecipe};
 use crate::cut::CutParams;
 use crate::fit::{InsideParams, NakedParams, RegisterParams};
 use crate::rig::{PhysicsParams, RigParams};
-use crate::scan::{FusionParams, ScanParams, Unit};
+use crate::scan::{FusionParams, ScanParams};
 use crate::segment::RefineParams;
 use crate::session::error::SessionError;
 use crate::session::stage::{Stage, StepKind};
@@ -23,7 +23,7 @@ pub(in crate::session) enum Step {
     /// The hair, cut out of the bare scan.
     Hair(GarmentScan, Garment),
     /// A garment of a file.
-    TryOn(TryOnStep),
+    TryOn(Garment),
 }
 
 /// A scan's file, and how it is read.
@@ -39,13 +39,6 @@ pub(in crate::session) struct BodyStep {
     pub surface: BodySurface,
     pub fit: NakedParams,
     pub register: RegisterParams,
-}
-
-/// A garment's file, and what it becomes.
-pub(in crate::session) struct TryOnStep {
-    pub file: SourceFile,
-    pub unit: Option<Unit>,
-    pub garment: Garment,
 }
 
 /// A scan of new garments, and how the figure is posed in it and they are found.
@@ -113,9 +106,7 @@ impl Recipe {
     pub(in crate::session) fn variant(&self, entry: &StepRecipe) -> Result<Step, SessionError> {
         Ok(match (entry.kind(), &entry.outfit) {
             (StepKind::Body, _) => Step::Body(entry.body()?),
-            (StepKind::TryOn, _) => {
-                Step::TryOn(TryOnStep { file: entry.source(), unit: entry.unit, garment: entry.garment()? })
-            }
+            (StepKind::TryOn, _) => Step::TryOn(entry.garment()?),
             (StepKind::Hair, _) => Step::Hair(entry.garment_scan()?, entry.garment()?),
             (StepKind::Garment, None) => Step::Garment(entry.garment_scan()?, entry.garment()?),
             (StepKind::Garment, Some(_)) => {
