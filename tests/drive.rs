@@ -151,6 +151,7 @@ fn bones_that_a_tracker_sends_move_the_figure_and_a_port_in_use_is_said() {
     // A packet that is no OSC is skipped; the tracker's bones come after it.
     let program = Command::new(env!("CARGO_BIN_EXE_overcoat"))
         .args(["-C", session.to_str().unwrap(), "drive", "--vmc", &port, "--save", "v.jsonl", "--json"])
+        .current_dir(&session)
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
