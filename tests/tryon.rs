@@ -63,7 +63,7 @@ fn a_garment_of_a_file_becomes_a_layer_like_any_other() {
     // The recipe gives the same figure again.
     let copy = dir.path().join("copy");
     let recipe = session.join("recipe.toml");
-    overcoat_ok(dir.path(), &["replay", recipe.to_str().unwrap(), copy.to_str().unwrap()]);
+    overcoat_ok(dir.path(), &["replay", recipe.to_str().unwrap(), "--into", copy.to_str().unwrap()]);
     overcoat_ok(&copy, &["export", "out.glb"]);
     assert!(std::fs::read(session.join("out.glb")).unwrap().len() > 100_000);
     overcoat_ok(&session, &["undo", "--json"]);
