@@ -12,6 +12,7 @@ mod manifold;
 mod mean_value;
 mod mesh;
 mod nearest_vertex;
+mod orientation;
 mod piercing;
 mod same_place;
 #[cfg(test)]
@@ -35,6 +36,7 @@ pub use manifold::manifold_part;
 pub use mean_value::mean_value_coordinates;
 pub use mesh::{Aabb, FaceId, MeshError, PerFace, PerVertex, Point, TriMesh, Vec3, VertexId};
 pub use nearest_vertex::NearestVertex;
+pub use orientation::orient_outward;
 pub use piercing::Piercing;
 pub use same_place::first_at_same_place;
 pub use simplify::{TriangleShapes, simplified, simplified_faces};

@@ -2,11 +2,11 @@
 
 use super::counted::counted;
 use super::noise::refuse_noise;
-use super::pieces::{Sound, orient_outward, sound_mesh};
+use super::pieces::{Sound, sound_mesh};
 use super::reduce::reduced;
 use super::{CleaningStep, Scan, ScanError, ScanParams, decimate, smooth, upright};
 use crate::formats::RawMesh;
-use crate::geometry::{Adjacency, PerVertex, TriMesh};
+use crate::geometry::{Adjacency, PerVertex, TriMesh, orient_outward};
 
 /// Least border length of a hole that is reported, in metres: a hand's breadth around.
 const LARGE_HOLE: f64 = 0.3;
