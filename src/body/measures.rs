@@ -67,6 +67,19 @@ pub fn body_measures(mesh_in_bind: &TriMesh, weights: &SkinWeights, skeleton: &S
     taken
 }
 
+/// Girths of the trunk, without the arms, at heights in the bind pose, as a tape measures them; `None` where there is no trunk.
+///
+/// **Shapes** `weights` has one row per vertex of `mesh_in_bind`; the result has one entry per height.
+pub fn trunk_girths(
+    mesh_in_bind: &TriMesh,
+    weights: &SkinWeights,
+    skeleton: &Skeleton,
+    heights: &[f64],
+) -> Vec<Option<f64>> {
+    let body = Measured::new(mesh_in_bind, weights, skeleton);
+    heights.iter().map(|&y| body.trunk(y)).collect()
+}
+
 struct Measured<'a> {
     mesh: &'a TriMesh,
     weights: &'a SkinWeights,

@@ -23,7 +23,7 @@ pub use dual_quaternion::Skinning;
 pub use embedded::{EMBEDDED_MODEL_FILE, embedded_model};
 pub use figure::{Figure, Layer};
 pub use human_joint::{HumanJoint, Limb, Side};
-pub use measures::{BodyMeasure, body_measures};
+pub use measures::{BodyMeasure, body_measures, trunk_girths};
 pub use model::{BodyModel, Shape};
 pub use model_file::read_model;
 pub use part::{BonePosition, bone_positions};

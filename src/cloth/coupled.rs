@@ -15,7 +15,6 @@ use super::skin_step::{GRAVITY, SkinStep};
 use super::springs::{Spring, springs_of};
 use crate::body::{Figure, Layer, Pose, Skinning};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
-use crate::segment;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
@@ -98,7 +97,7 @@ impl<'a> Simulation<'a> {
         let body = surfaces.body_vertices();
         let (mut springs, mut fabrics, mut inverse_mass) = (Vec::new(), Vec::new(), vec![0.0; surfaces.rest.len()]);
         for (k, (layer, mesh)) in figure.layers.iter().zip(&meshes).enumerate().skip(1) {
-            let fabric = fabric_of(layer.fabric.as_deref())?;
+            let fabric = Fabric::named(layer.fabric.as_deref().unwrap_or(UNKNOWN_FABRIC))?;
             let areas = mesh.vertex_areas();
             for (v, area) in surfaces.vertices[k].clone().zip(areas.iter()) {
                 inverse_mass[v] = 1.0 / (area * fabric.density).max(1e-6);
@@ -295,18 +294,6 @@ impl<'a> Simulation<'a> {
             to[v] += (pair.normal * depth - slid) * (w * self.inverse_mass[v] / denominator);
         }
     }
-}
-
-fn fabric_of(name: Option<&str>) -> Result<Fabric, ClothError> {
-    let known = segment::Fabric::named(name.unwrap_or(UNKNOWN_FABRIC))
-        .map_err(|e| ClothError::UnknownFabric { what: e.to_string() })?;
-    let [warp, weft, _] = known.stretch;
-    Ok(Fabric {
-        density: known.density,
-        thickness: known.thickness,
-        stretch: 0.5 * (warp + weft),
-        bending: known.bending,
-    })
 }
 
 /// Angular frequency of the pull of each vertex of a layer to its skinned place, 1/s.

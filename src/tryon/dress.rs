@@ -1,10 +1,10 @@
 //! A garment at rest on a figure.
 
 use super::error::TryOnError;
-use crate::body::{Figure, Pose, skin};
+use crate::body::{Figure, skin};
 use crate::cloth::{ClothLayer, Collider, Fabric, drape};
 use crate::fit::PoseInside;
-use crate::geometry::{PerVertex, Point, TriMesh};
+use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, VertexId};
 use crate::rig::{RigParams, rig};
 use crate::stack::{StackParams, stack};
 
@@ -28,52 +28,34 @@ pub fn at_rest(garment: &TriMesh, figure: &Figure, inside: &PoseInside, fabric: 
     let clear = stack(&rigged, Some(fabric), figure, &StackParams::default())?;
     let cleared = clear.garments.into_iter().next_back();
     let start = cleared.filter(|mesh| mesh.vertex_count() == own.vertex_count()).unwrap_or_else(|| own.clone());
+    let cloth = Fabric::named(fabric)?;
     let held: Vec<ClothLayer> = figure
         .garments()
         .iter()
         .map(|layer| ClothLayer {
             rest: layer.mesh.clone(),
             pinned: PerVertex::filled(true, layer.mesh.vertex_count()),
-            fabric: Fabric::SHIRTING,
+            fabric: cloth,
         })
         .collect();
     let pinned = PerVertex::filled(false, own.vertex_count());
-    let cloth = ClothLayer { rest: own, pinned, fabric: cloth_of(fabric) };
-    let layers: Vec<&ClothLayer> = held.iter().chain(std::iter::once(&cloth)).collect();
+    let new = ClothLayer { rest: own, pinned, fabric: cloth };
+    let layers: Vec<&ClothLayer> = held.iter().chain(std::iter::once(&new)).collect();
     let initial: Vec<PerVertex<Point>> =
         figure.garments().iter().map(|layer| layer.mesh.points().clone()).chain([start.points().clone()]).collect();
     let draped = drape(&layers, &initial, &Collider::prepare(&figure.body().mesh), REST_SECS)?;
     let rested = draped.into_iter().next_back().unwrap_or(start);
-    Ok(in_pose(&rested, &rigged.weights, figure, &inside.pose))
-}
-
-fn in_pose(mesh: &TriMesh, weights: &crate::body::SkinWeights, figure: &Figure, pose: &Pose) -> TriMesh {
-    mesh.with_points(skin(mesh.points(), weights, &figure.skeleton, pose))
-}
-
-/// The constants of the draping solver for a fabric of `templates/fabrics.toml`, which has other ones.
-fn cloth_of(name: &str) -> Fabric {
-    match name {
-        "jersey" => Fabric::JERSEY,
-        "knit" | "wool" => Fabric::KNIT,
-        "silk" => Fabric::SILK,
-        "denim" => Fabric::DENIM,
-        "suiting" => Fabric::SUITING,
-        "coating" => Fabric::COATING,
-        _ => Fabric::SHIRTING,
-    }
+    Ok(rested.with_points(skin(rested.points(), &rigged.weights, &figure.skeleton, &inside.pose)))
 }
 
 /// 95th percentile of the lengths of edges relative to the garment's own.
 pub fn edge_length_p95(own: &TriMesh, worn: &TriMesh) -> f64 {
-    let mut all: Vec<f64> = Vec::new();
-    for face in own.faces().iter() {
-        for k in 0..3 {
-            let (a, b) = (face[k], face[(k + 1) % 3]);
-            let length = (own.points()[a] - own.points()[b]).norm();
-            all.push((worn.points()[a] - worn.points()[b]).norm() / length.max(1e-9));
-        }
-    }
+    let length = |mesh: &TriMesh, [a, b]: [VertexId; 2]| (mesh.points()[a] - mesh.points()[b]).norm();
+    let mut all: Vec<f64> = Adjacency::prepare(own)
+        .edges()
+        .iter()
+        .map(|&(edge, _)| length(worn, edge) / length(own, edge).max(1e-9))
+        .collect();
     all.sort_by(f64::total_cmp);
     all.get(all.len() * 95 / 100).copied().unwrap_or(1.0)
 }

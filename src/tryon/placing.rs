@@ -6,7 +6,7 @@
 
 use super::limbs::Limb;
 use super::recognize::Openings;
-use crate::body::{Figure, HumanJoint, Pose, Side};
+use crate::body::{Figure, HumanJoint, Pose, Side, trunk_girths};
 use crate::geometry::{Adjacency, Point, SurfaceIndex, TriMesh, Vec3};
 use nalgebra::UnitQuaternion;
 
@@ -131,40 +131,21 @@ fn shift_of_pair(figure: &Figure, pose: &Pose, limbs: &[Limb], joint: OfSide) ->
     shift
 }
 
-/// The centre of the body's section, from the chest down to the hips, that is the first to be as wide as a rim.
+/// The point of the body's axis at which it is as wide as a rim: the lowest one from the narrowest level of the trunk down.
 fn where_it_fits(figure: &Figure, girth: f64) -> Point {
-    const SLAB: f64 = 0.01;
-    let skeleton = &figure.skeleton;
-    let height = |joint| skeleton.find(joint).map_or(1.0, |j| skeleton.joints_in_bind[j.index()].y);
-    let (low, high) = (height(HumanJoint::UpperLeg(Side::Left)), height(HumanJoint::Chest));
-    let body = figure.body();
-    let is_arm = |joint: Option<HumanJoint>| {
-        matches!(joint, Some(HumanJoint::UpperArm(_) | HumanJoint::LowerArm(_) | HumanJoint::Hand(_)))
-    };
-    let trunk: Vec<Point> = body
-        .mesh
-        .points()
-        .iter()
-        .zip(body.weights.rows().iter())
-        .filter(|(_, row)| !is_arm(skeleton.human_joint(row[0].0)))
-        .map(|(p, _)| *p)
-        .collect();
-    let section = |y: f64| {
-        let near = trunk.iter().filter(|p| (p.y - y).abs() < SLAB);
-        let (a, b) = near.fold((Point::new(f64::MAX, y, f64::MAX), Point::new(f64::MIN, y, f64::MIN)), |(a, b), p| {
-            (Point::new(a.x.min(p.x), y, a.z.min(p.z)), Point::new(b.x.max(p.x), y, b.z.max(p.z)))
-        });
-        // Ramanujan's approximation of an ellipse.
-        let (u, v) = (0.5 * (b.x - a.x), 0.5 * (b.z - a.z));
-        let length = std::f64::consts::PI * (3.0 * (u + v) - ((3.0 * u + v) * (u + 3.0 * v)).sqrt());
-        (nalgebra::center(&a, &b), length)
-    };
-    let steps = ((high - low) / SLAB).ceil().max(1.0) as usize;
-    let levels: Vec<(Point, f64)> =
-        (0..=steps).map(|k| section(high - (high - low) * k as f64 / steps as f64)).collect();
+    /// Between the levels tried, in metres.
+    const STEP: f64 = 0.01;
+    let (skeleton, body) = (&figure.skeleton, figure.body());
+    let joint = |joint| skeleton.find(joint).map_or(Point::origin(), |j| skeleton.joints_in_bind[j.index()]);
+    let (low, high) = (joint(HumanJoint::UpperLeg(Side::Left)).y, joint(HumanJoint::Chest).y);
+    let heights: Vec<f64> = (0..).map(|k| high - STEP * f64::from(k)).take_while(|y| *y >= low).collect();
+    let girths = trunk_girths(&body.mesh, &body.weights, skeleton, &heights);
+    let levels: Vec<(f64, f64)> = heights.into_iter().zip(girths).filter_map(|(y, girth)| Some((y, girth?))).collect();
     let narrowest = (0..levels.len()).min_by(|&a, &b| levels[a].1.total_cmp(&levels[b].1)).unwrap_or(0);
-    let below = levels[narrowest..].iter().take_while(|(_, length)| *length <= girth).last();
-    below.or(levels.get(narrowest)).map_or(Point::origin(), |(center, _)| *center)
+    let fitting = levels.iter().skip(narrowest).take_while(|(_, around)| *around <= girth).last();
+    let y = fitting.or(levels.get(narrowest)).map_or(high, |(y, _)| *y);
+    let hips = joint(HumanJoint::Hips);
+    Point::new(hips.x, y, hips.z)
 }
 
 /// The shift near a first one with the least cloth inside the body and the least gap, its cost, and the mean depth.
