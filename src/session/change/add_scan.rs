@@ -97,7 +97,7 @@ impl Writer {
         let mut new = NewScan { tryon: true, ..new.clone() };
         if new.template.is_none() {
             let file = FileInput::at(new.file.clone(), None);
-            new.template = Some(recognized(&file, &self.session.store, new.unit)?.kind.into());
+            new.template = Some(recognized(&file, &self.session.store, new.unit)?.0.kind.into());
         }
         if new.name.is_empty() {
             new.name = new.template.clone().unwrap_or_default();
