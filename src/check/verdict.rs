@@ -68,16 +68,22 @@ pub struct StageFindings<'a> {
     pub warnings: Vec<String>,
 }
 
-/// The verdict on a step of which all stages are up to date. `garment` is the kind of its garment, `None` for the body; `found`
-/// has its stages in order.
-pub fn verdict_on(step: &str, garment: Option<&GarmentTemplate>, found: &[StageFindings]) -> StepVerdict {
+/// The verdict on a step of which all stages are up to date. `garment` is the kind of its garment, `None` for the body; a garment
+/// of a file is not `scanned`; `found` has the step's stages in order.
+pub fn verdict_on(
+    step: &str,
+    garment: Option<&GarmentTemplate>,
+    scanned: bool,
+    found: &[StageFindings],
+) -> StepVerdict {
     // What is implausible as a whole explains the rest; then the earlier stage explains the later one.
     let (checks, others): (Vec<_>, Vec<_>) = found.iter().partition(|of| of.stage == "check");
     let (mut in_conflict, mut doubts) = (Vec::new(), Vec::new());
     for of in checks.into_iter().chain(others) {
         let missed = judge(garment, of.stage, of.measures).into_iter();
-        let missed =
-            missed.filter(|judged| judged.attained == Attained::Missed).map(|judged| warning_of(step, &judged));
+        let missed = missed
+            .filter(|judged| judged.attained == Attained::Missed)
+            .map(|judged| warning_of(step, scanned, &judged));
         let warned = of.warnings.iter().cloned();
         // Layers that cross are no doubt but a fault, whatever else is plausible.
         match of.stage {
@@ -111,23 +117,30 @@ impl StepVerdict {
 }
 
 /// What a measure beyond its limits means, and what to do.
-fn warning_of(step: &str, judged: &Judged) -> String {
+fn warning_of(step: &str, scanned: bool, judged: &Judged) -> String {
+    let take_away = match scanned {
+        true => "`view --sheet sheet.png` shows the places; `mask` can take cloth away there",
+        false => "`view --sheet sheet.png` shows the places; correct the garment's file there",
+    };
     let (value, limit) = (judged.value, judged.greatest_acceptable());
     let (what, remedy) = match judged.measure.as_str() {
         "hem_loops" => (
             format!("{value:.0} hem {}, {} expected", plural(value, "loop"), judged.expected()),
-            format!("look at the edges of the {step}, and correct them with `mask {step} STROKES.jsonl`"),
+            match scanned {
+                true => format!("look at the edges of the {step}, and correct them with `mask {step} STROKES.jsonl`"),
+                false => "close slits, or choose another kind with --template".into(),
+            },
         ),
         "intersecting_pairs" => (
             format!("{value:.0} triangle {} intersect after the {step} was put on", plural(value, "pair")),
-            "`view --sheet sheet.png` shows the places; `mask` can take cloth away there".into(),
+            take_away.into(),
         ),
         "inside_after" => (
             match value {
                 1.0 => format!("1 vertex is inside an inner layer after the {step} was put on"),
                 _ => format!("{value:.0} vertices are inside an inner layer after the {step} was put on"),
             },
-            "`view --sheet sheet.png` shows the places; `mask` can take cloth away there".into(),
+            take_away.into(),
         ),
         "outside_percent" => (
             format!("skin pokes through the scan on {value:.2} % of its covered area"),
@@ -167,7 +180,7 @@ mod tests {
             warnings: warnings.iter().map(|text| text.to_string()).collect(),
         });
         let template = GarmentTemplate::built_in(template).unwrap();
-        verdict_on("shirt", Some(&template), &findings.collect::<Vec<_>>())
+        verdict_on("shirt", Some(&template), true, &findings.collect::<Vec<_>>())
     }
 
     #[test]

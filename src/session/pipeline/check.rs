@@ -10,7 +10,7 @@ use super::mention;
 use super::posed::surfaces_inside;
 use crate::body::{Figure, HumanJoint, Side};
 use crate::check::{
-    BodyPlausibility, BodyResult, Doubt, GarmentPlausibility, GarmentResult, Posture, Unlisted, check_body,
+    BodyPlausibility, BodyResult, Doubt, GarmentPlausibility, GarmentResult, Posture, TriedOn, Unlisted, check_body,
     check_garment, find_unlisted, is_lookalike, lookalike_doubt,
 };
 use crate::cut::Garment;
@@ -65,10 +65,7 @@ pub(super) struct Beside {
 pub(super) enum Plausibility {
     Body(BodyPlausibility),
     Garment(GarmentPlausibility),
-    TryOn {
-        /// 95th percentile of the lengths of edges relative to the garment's own.
-        stretch: f64,
-    },
+    TriedOn(TriedOn),
 }
 
 pub(super) fn body(inputs: BodyInputs, store: &Store, _on_progress: OnProgress) -> Run<Plausibility> {
@@ -234,6 +231,6 @@ impl OutfitResult<'_> {
     }
 }
 
-fn warning(doubt: Doubt) -> Warning {
+pub(super) fn warning(doubt: Doubt) -> Warning {
     Warning::new(doubt.what, doubt.remedy)
 }

@@ -38,5 +38,5 @@ pub(in crate::session) fn verdict_on(step: &StepRecipe, reports: &[StageReport])
         measures: &report.measures,
         warnings: report.warnings.iter().map(Warning::to_string).collect(),
     });
-    check::verdict_on(&step.name, step.garment_template().as_ref(), &found.collect::<Vec<_>>())
+    check::verdict_on(&step.name, step.garment_template().as_ref(), !step.tryon, &found.collect::<Vec<_>>())
 }

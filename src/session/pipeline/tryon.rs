@@ -3,7 +3,7 @@
 //! Its stages are those of a scanned garment, with a mesh of cloth alone in place of the scan.
 
 use super::at::Run;
-use super::check::{CHECK, Plausibility};
+use super::check::{CHECK, Plausibility, warning};
 use super::cut::CUT;
 use super::event::{OnProgress, Outcome};
 use super::figure::{self, FIGURE};
@@ -17,6 +17,7 @@ use super::segment::SEGMENT;
 use super::stack::{self, STACK};
 use super::walk::Walk;
 use crate::body::Figure;
+use crate::check::TriedOn;
 use crate::cut::Garment;
 use crate::fit::{InsideReport, PoseInside};
 use crate::geometry::{Adjacency, PerVertex};
@@ -24,13 +25,9 @@ use crate::scan::Scan;
 use crate::segment::{Labels, Segmentation};
 use crate::session::error::SessionError;
 use crate::session::recipe::{self, StepRecipe};
-use crate::session::store::{Kept, Store, Warning};
-use crate::tryon::{at_rest, edge_length_p95, openings_of, place};
+use crate::session::store::{Kept, Store};
+use crate::tryon::{at_rest, openings_of, place};
 use serde::Serialize;
-
-/// Cloth whose edges are longer than its own by this factor, 95 of 100 of them by less, is stretched because the garment is too
-/// small. Of five garments on a man and a woman, those that fit have 1.06 to 1.12; a T-shirt of a smaller man 1.32.
-const TOO_TIGHT: f64 = 1.15;
 
 #[derive(Serialize)]
 struct PoseInputs {
@@ -126,24 +123,11 @@ fn check(
     _on_progress: OnProgress,
 ) -> Run<Plausibility> {
     let (own, figure) = (store.load(scan)?.mesh, model.figure(store, dressed)?);
-    let worn = figure.garments().last().map(|layer| &layer.mesh);
-    let stretch = match worn.filter(|worn| worn.vertex_count() == own.vertex_count()) {
-        Some(worn) => edge_length_p95(&own, worn),
-        None => f64::NAN,
+    let Some(worn) = figure.garments().last() else {
+        return Err(SessionError::Internal { what: "a garment that was put on is no layer".into() }.into());
     };
-    let tight = (stretch > TOO_TIGHT).then(|| {
-        let percent = 100.0 * (stretch - 1.0);
-        Warning::new(
-            format!("the garment is too small for this person: its cloth is stretched by {percent:.0} %"),
-            "try on a larger size",
-        )
-    });
-    let is_whole = worn.is_some_and(|worn| worn.faces() == own.faces());
-    let replaced = (!is_whole).then(|| {
-        Warning::new(
-            "parts of the garment that lie on each other, as below a collar, crossed and were replaced by one sheet",
-            "look at it in `view --sheet sheet.png`; a garment of single sheets comes through whole",
-        )
-    });
-    Ok(Outcome::of(Plausibility::TryOn { stretch }).measured("stretch_p95", stretch).warned(tight).warned(replaced))
+    let found = TriedOn::of(&own, &worn.mesh);
+    Ok(Outcome::of(Plausibility::TriedOn(found.clone()))
+        .measured("stretch_p95", found.stretch.unwrap_or(f64::NAN))
+        .warned(found.doubts().into_iter().map(warning)))
 }
