@@ -168,6 +168,12 @@ pub enum SessionError {
     /// A mask for the body's step, which has no labels.
     #[error("the body has no labels to paint")]
     MaskOnBody,
+    /// A mask for a garment that was put on from a file.
+    #[error("'{name}' was put on from a file: it has no labels to correct")]
+    MaskWithoutScan {
+        /// The step.
+        name: String,
+    },
     /// Fewer changes exist than the request undoes.
     #[error("{}", too_few("undo", "changes", *requested, *there_are))]
     NothingToUndo {
@@ -340,6 +346,7 @@ impl SessionError {
             | Self::BodyWithTemplate
             | Self::BodyWithExtent { .. }
             | Self::MaskOnBody
+            | Self::MaskWithoutScan { .. }
             | Self::NothingToUndo { .. }
             | Self::NothingToRedo { .. }
             | Self::BadBranchName { .. }
@@ -386,6 +393,9 @@ impl SessionError {
             Self::BodyWithTemplate => "give the garment a name of its own, or leave --template out".into(),
             Self::BodyWithExtent { option } => format!("leave {option} out"),
             Self::MaskOnBody => "name a garment".into(),
+            Self::MaskWithoutScan { name } => {
+                format!("change the garment's file, then `overcoat tryon FILE --name {name} --replace`")
+            }
             Self::NothingToUndo { .. } | Self::NothingToRedo { .. } => "`overcoat log` lists the changes".into(),
             Self::BadBranchName { .. } => "use letters, digits, and - _ . / between them, at most 64 bytes".into(),
             Self::NotBuilt { .. } => "run `overcoat build` first".into(),

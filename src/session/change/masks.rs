@@ -253,7 +253,7 @@ impl Session {
 
     fn garment_step(&self, layer: &str) -> Result<&StepRecipe, SessionError> {
         let step = self.recipe.step(layer)?;
-        if step.template.is_none() { Err(SessionError::MaskOnBody) } else { Ok(step) }
+        step.check_labelled().map(|()| step)
     }
 
     fn scan_of(&self, step: &StepRecipe) -> Result<(Kept<Scan>, Arc<Scan>), SessionError> {

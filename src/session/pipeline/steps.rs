@@ -75,9 +75,7 @@ fn one(walk: &mut Walk, recipe: &Recipe, at: usize, before: &[StepResults]) -> R
 /// Walks up to the cut of one garment.
 pub(in crate::session) fn cut_of(walk: &mut Walk, layer: &str) -> Result<Kept<Garment>, SessionError> {
     let recipe = walk.session().recipe.clone();
-    if recipe.step(layer)?.tryon {
-        return Err(SessionError::MaskOnBody);
-    }
+    recipe.step(layer)?.check_labelled()?;
     let Some(before) = recipe.steps.iter().take_while(|s| s.name != layer).last() else {
         return Err(SessionError::MaskOnBody);
     };

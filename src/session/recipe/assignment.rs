@@ -47,7 +47,7 @@ const KEYS: &str = "say STEP=FILE for another scan, STEP.until=PLACE (or templat
                     STEP.STAGE.PARAMETER=VALUE, or body_model=FILE";
 
 /// The keys of a step, for hints.
-pub(in crate::session) const KEYS_OF_STEP: &str = "say path=FILE, template=KIND, until=PLACE, sleeve=LENGTH, unit, up, \
+pub(in crate::session) const KEYS_OF_STEP: &str = "say path=FILE, template=KIND, until=PLACE, sleeve=LENGTH, fabric, unit, up, \
                                                    faces, surface, voxel, or STAGE.PARAMETER=VALUE; KEY= resets";
 
 /// What was omitted from a recipe because it belongs to another scan.
@@ -74,9 +74,7 @@ pub(in crate::session) fn apply(recipe: &mut Recipe, set: &[Assignment], from: &
             });
         };
         if what == "mask" {
-            if step.is_body() {
-                return Err(SessionError::MaskOnBody);
-            }
+            step.check_labelled()?;
             if !masks_given.contains(&step.name) {
                 step.masks.clear();
                 masks_given.push(step.name.clone());

@@ -44,8 +44,8 @@ impl Recipe {
             if i == 0 && step.name != BODY_STEP {
                 return Err(at(&["name"], SessionError::GarmentBeforeBody { name: step.name.clone() }));
             }
-            if step.is_body() && !step.masks.is_empty() {
-                return Err(at(&["mask"], SessionError::MaskOnBody));
+            if !step.masks.is_empty() {
+                step.check_labelled().map_err(|e| at(&["mask"], e))?;
             }
             check_tryon(step).map_err(|(key, e)| at(&[key], e))?;
             check_extent(step).map_err(|(key, e)| at(&[key], e))?;
@@ -122,6 +122,17 @@ fn check_name(name: &str, template: &Option<String>) -> Result<(), SessionError>
     }
 }
 
+impl StepRecipe {
+    /// Checks that the step labels a part of its scan, which masks correct.
+    pub(in crate::session) fn check_labelled(&self) -> Result<(), SessionError> {
+        match (self.is_body(), self.tryon) {
+            (true, _) => Err(SessionError::MaskOnBody),
+            (_, true) => Err(SessionError::MaskWithoutScan { name: self.name.clone() }),
+            _ => Ok(()),
+        }
+    }
+}
+
 /// A garment that is tried on has no scan that labels or limits could refer to.
 fn check_tryon(step: &StepRecipe) -> Result<(), (&'static str, SessionError)> {
     if !step.tryon {
@@ -138,7 +149,6 @@ fn check_tryon(step: &StepRecipe) -> Result<(), (&'static str, SessionError)> {
     }
     let given = [
         ("tryon", step.is_body()),
-        ("mask", !step.masks.is_empty()),
         ("outfit", step.outfit.is_some()),
         ("until", step.until.is_some()),
         ("sleeve", step.sleeve.is_some()),

@@ -16,6 +16,7 @@ pub(in crate::session) enum StepKey {
     Template,
     Until,
     Sleeve,
+    Fabric,
     Unit,
     Up,
     Faces,
@@ -34,6 +35,7 @@ impl StepKey {
             "template" => Self::Template,
             "until" => Self::Until,
             "sleeve" => Self::Sleeve,
+            "fabric" => Self::Fabric,
             "unit" => Self::Unit,
             "up" => Self::Up,
             "faces" => Self::Faces,
@@ -67,6 +69,7 @@ impl StepKey {
             Self::Template => step.template = text,
             Self::Until => step.until = text,
             Self::Sleeve => step.sleeve = text,
+            Self::Fabric => step.fabric = text,
             Self::Unit => step.unit = read(value).map_err(|()| cannot("one of m, dm, cm, mm, in"))?,
             Self::Up => step.up = read(value).map_err(|()| cannot("an axis such as +y or -z"))?,
             Self::Faces => step.faces = read(value).map_err(|()| cannot("a number of faces"))?,
@@ -97,6 +100,7 @@ impl StepKey {
             Self::Template => "template".into(),
             Self::Until => "until".into(),
             Self::Sleeve => "sleeve".into(),
+            Self::Fabric => "fabric".into(),
             Self::Unit => "unit".into(),
             Self::Up => "up".into(),
             Self::Faces => "faces".into(),
@@ -118,6 +122,7 @@ impl StepKey {
             Self::Template => or_default(&step.template),
             Self::Until => or_default(&step.until),
             Self::Sleeve => or_default(&step.sleeve),
+            Self::Fabric => or_default(&step.fabric),
             Self::Unit => or_default(&step.unit),
             Self::Up => or_default(&step.up),
             Self::Faces => or_default(&step.faces),
@@ -139,7 +144,7 @@ impl StepKey {
         match self {
             Self::Scan | Self::Unit | Self::Up | Self::Faces | Self::Voxel => true,
             Self::Parameter(parameter) => parameter.stage == Stage::Scan,
-            Self::Template | Self::Until | Self::Sleeve | Self::Surface => false,
+            Self::Template | Self::Until | Self::Sleeve | Self::Fabric | Self::Surface => false,
         }
     }
 }
@@ -170,6 +175,7 @@ mod tests {
         for (name, value) in [
             ("until", "knee"),
             ("sleeve", "short"),
+            ("fabric", "denim"),
             ("unit", "mm"),
             ("up", "-z"),
             ("faces", "5000"),
