@@ -13,8 +13,5 @@ mod upright;
 
 pub use dress::{at_rest, edge_length_p95};
 pub use error::TryOnError;
-pub use limbs::Limb;
 pub use placing::{Placed, place};
-pub use recognize::Openings;
-pub use rims::Rim;
-pub use upright::{UprightGarment, openings_of};
+pub use upright::UprightGarment;

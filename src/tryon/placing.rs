@@ -4,8 +4,10 @@
 //! the garment's, which bends no cloth, and let inverse skinning bring both into the bind pose. Nothing is scaled (Eqs. 16 and
 //! 17): a garment of another size must look like one.
 
+use super::error::TryOnError;
 use super::limbs::Limb;
-use super::recognize::Openings;
+use super::recognize::{Openings, recognize};
+use super::rims::rims_of;
 use crate::body::{Figure, HumanJoint, Pose, Side, trunk_girths};
 use crate::geometry::{Adjacency, Point, SurfaceIndex, TriMesh, Vec3};
 use nalgebra::UnitQuaternion;
@@ -29,12 +31,10 @@ type OfSide = fn(Side) -> HumanJoint;
 pub struct Placed {
     /// The figure's pose, in the garment's frame: the garment stays where it is, the figure is moved.
     pub pose: Pose,
-    /// Skeletons of the garment's limbs, the left first; none for tubes.
-    pub limbs: Vec<Limb>,
     /// Mean depth of the cloth that is inside the body, over all vertices, in metres.
     pub depth: f64,
     /// What the search minimised: depth, and a share of the gap, in metres.
-    pub cost: f64,
+    cost: f64,
 }
 
 /// Skeletons of a garment's limbs, the left first.
@@ -48,10 +48,13 @@ pub(super) fn limbs_of(garment: &TriMesh, openings: &Openings) -> Vec<Limb> {
         .collect()
 }
 
-/// Poses a figure inside a garment.
-///
-/// **Frame** `garment` and its openings upright, in metres.
-pub fn place(garment: &TriMesh, openings: &Openings, figure: &Figure) -> Placed {
+/// Poses a figure inside a garment that is upright and in metres.
+pub fn place(garment: &TriMesh, figure: &Figure) -> Result<Placed, TryOnError> {
+    let openings = recognize(garment, &rims_of(garment), Some(1.0))?.openings.in_order();
+    Ok(placed(garment, &openings, figure))
+}
+
+fn placed(garment: &TriMesh, openings: &Openings, figure: &Figure) -> Placed {
     let limbs = limbs_of(garment, openings);
     let arms: [OfSide; 3] = [HumanJoint::UpperArm, HumanJoint::LowerArm, HumanJoint::Hand];
     let legs: [OfSide; 3] = [HumanJoint::UpperLeg, HumanJoint::LowerLeg, HumanJoint::Foot];
@@ -80,15 +83,15 @@ pub fn place(garment: &TriMesh, openings: &Openings, figure: &Figure) -> Placed 
     let settled = starts.into_iter().map(|start| settled(garment, &body, start)).min_by(|a, b| a.1.total_cmp(&b.1));
     let (shift, cost, depth) = settled.unwrap_or_else(|| (Vec3::zeros(), f64::INFINITY, 0.0));
     pose.translation -= shift;
-    Placed { pose, limbs, depth, cost }
+    Placed { pose, depth, cost }
 }
 
 /// Whether a garment that is upright looks backwards: whether an average body fits it clearly better that way. And the move that
 /// brings it onto that body, after half a turn if so.
 pub(super) fn on_average(garment: &TriMesh, openings: &Openings, average: &Figure) -> (bool, Vec3) {
     let turned = garment.with_points(garment.points().iter().map(|p| Point::new(-p.x, p.y, -p.z)).collect::<Vec<_>>());
-    let front = place(garment, openings, average);
-    let back = place(&turned, &openings.turned_round(), average);
+    let front = placed(garment, openings, average);
+    let back = placed(&turned, &openings.turned_round(), average);
     let is_backwards = back.cost < CLEARLY_BETTER * front.cost;
     (is_backwards, -if is_backwards { back } else { front }.pose.translation)
 }

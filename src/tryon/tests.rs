@@ -63,7 +63,7 @@ fn unit_frame_and_orientation_of_the_faces_do_not_matter() {
 fn a_figure_stands_in_the_skirt_and_the_skirt_rests_outside_of_it() {
     let figure = average();
     let garment = UprightGarment::read(&skirt(), None, &figure).unwrap();
-    let placed = place(&garment.mesh, &openings_of(&garment.mesh).unwrap(), &figure);
+    let placed = place(&garment.mesh, &figure).unwrap();
     let bind = Pose::bind(figure.skeleton.len());
     assert!((placed.pose.translation - bind.translation).norm() < 0.2, "a garment is read where an adult wears it");
     let inside = crate::fit::PoseInside {
@@ -77,6 +77,30 @@ fn a_figure_stands_in_the_skirt_and_the_skirt_rests_outside_of_it() {
     let body = crate::geometry::SurfaceIndex::prepare(&figure.body().posed(&figure.skeleton, &inside.pose));
     let deepest = worn.points().iter().map(|p| body.signed_distance(p)).fold(f64::INFINITY, f64::min);
     assert!(deepest > -0.005, "{deepest}");
+}
+
+#[test]
+fn the_inside_of_thick_cloth_is_left_out() {
+    let thin = skirt();
+    let count = thin.points.len() as u32;
+    let mut thick = thin.clone();
+    // The inner sheet, 6 mm inside and closed with the outer one at both rims.
+    thick.points.extend(thin.points.iter().map(|p| {
+        let r = p[0].hypot(p[2]);
+        [p[0] * (1.0 - 0.006 / r), p[1], p[2] * (1.0 - 0.006 / r)]
+    }));
+    thick.faces.extend(thin.faces.iter().map(|[a, b, c]| [a + count, c + count, b + count]));
+    for first in [0, count - 36] {
+        for k in 0..36 {
+            let [a, b] = [first + k, first + (k + 1) % 36];
+            thick.faces.extend([[a, a + count, b], [b, a + count, b + count]]);
+        }
+    }
+    let read = UprightGarment::read(&thick, None, &average()).unwrap();
+    assert_eq!(read.kind, "skirt");
+    assert!(read.notes.iter().any(|note| note.contains("thick cloth")), "{:?}", read.notes);
+    let share = read.mesh.face_count() as f64 / thin.faces.len() as f64;
+    assert!((0.9..1.3).contains(&share), "{share}");
 }
 
 #[test]

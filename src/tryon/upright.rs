@@ -56,11 +56,6 @@ impl UprightGarment {
     }
 }
 
-/// The openings of a garment that is upright and in metres.
-pub fn openings_of(upright: &TriMesh) -> Result<Openings, TryOnError> {
-    Ok(recognize(upright, &rims_of(upright), Some(1.0))?.openings.in_order())
-}
-
 /// The kind of garment that openings say, one of the templates.
 fn kind_of(openings: &Openings, limbs: &[Limb]) -> &'static str {
     let is_long = limbs.iter().any(|limb| limb.length() > LONG);

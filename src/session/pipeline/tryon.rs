@@ -26,7 +26,7 @@ use crate::segment::{Labels, Segmentation};
 use crate::session::error::SessionError;
 use crate::session::recipe::{self, StepRecipe};
 use crate::session::store::{Kept, Store};
-use crate::tryon::{at_rest, openings_of, place};
+use crate::tryon::{at_rest, place};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -94,7 +94,7 @@ pub(super) fn put_on(
 
 fn pose_in(PoseInputs { scan, figure, model }: PoseInputs, store: &Store, _on_progress: OnProgress) -> Run<PoseInside> {
     let (scan, figure) = (store.load(scan)?, model.figure(store, figure)?);
-    let placed = place(&scan.mesh, &openings_of(&scan.mesh)?, &figure);
+    let placed = place(&scan.mesh, &figure)?;
     let offsets = PerVertex::filled(0.0, figure.body().mesh.vertex_count());
     let inside = PoseInside { pose: placed.pose, offsets, report: InsideReport::default() };
     Ok(Outcome::of(inside).measured("outside_depth_mm", placed.depth * 1e3))
