@@ -1,44 +1,18 @@
 //! Which stage each change puts out of date, and why; and that every input of every stage can be named.
 
-use crate::common::{QUICK_RECIPE, coarse_session, demo_scan, on_demo_scans, overcoat_ok, ran};
+use crate::common::{QUICK_RECIPE, SKIRT_AND_CLIPS, coarse_session, demo_scan, on_demo_scans, overcoat_ok, ran};
 use overcoat::parameters::{Allowed, Setting};
 use overcoat::session::{Cause, Forced, Parameter, Reason, Session, Stage, Writer, parameters_of, stages_of_animation};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-/// After [`QUICK_RECIPE`]: a skirt, and clips without and with cloth.
-const MORE: &str = r#"
-[[step]]
-name = "skirt"
-scan = "SCANS/2-skirt.ply"
-template = "skirt"
-faces = 4000
-
-[step.pose]
-samples = 300
-iterations = 4
-
-[[animation]]
-name = "walk"
-clip = "walk"
-
-[[animation]]
-name = "swing"
-clip = "turn"
-frames = "30..33"
-mode = "coupled"
-
-[animation.motion]
-ease_secs = 0.1
-"#;
-
 /// The built session; its folder is only read.
 fn built() -> &'static Path {
     static BUILT: OnceLock<tempfile::TempDir> = OnceLock::new();
     let dir = BUILT.get_or_init(|| {
         let dir = tempfile::tempdir().unwrap();
-        let recipe = on_demo_scans(&format!("{QUICK_RECIPE}{MORE}"));
+        let recipe = on_demo_scans(&format!("{QUICK_RECIPE}{SKIRT_AND_CLIPS}"));
         std::fs::write(dir.path().join("recipe.toml"), recipe).unwrap();
         Writer::open(dir.path()).unwrap().build(&Forced::Nothing, &mut |_| {}).unwrap();
         dir

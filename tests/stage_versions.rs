@@ -8,7 +8,7 @@
 //! The hashes hold for processors with AVX2 and FMA, where fused operations round once. Elsewhere this test is skipped and
 //! says so.
 
-use crate::common::{QUICK_RECIPE, on_demo_scans};
+use crate::common::{QUICK_RECIPE, SKIRT_AND_CLIPS, on_demo_scans};
 use overcoat::session::{Forced, Session, Stage, Writer};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -16,33 +16,6 @@ use std::path::Path;
 
 /// Set to write the file instead of comparing with it.
 const REFRESH: &str = "OVERCOAT_REFRESH_STAGE_HASHES";
-
-/// A second garment after those of [`QUICK_RECIPE`], so that every stage also runs over a dressed figure; and clips that move it,
-/// without and with cloth.
-const SKIRT: &str = r#"
-[[step]]
-name = "skirt"
-scan = "SCANS/2-skirt.ply"
-template = "skirt"
-faces = 4000
-
-[step.pose]
-samples = 300
-iterations = 4
-
-[[animation]]
-name = "walk"
-clip = "walk"
-
-[[animation]]
-name = "swing"
-clip = "turn"
-frames = "30..33"
-mode = "coupled"
-
-[animation.motion]
-ease_secs = 0.1
-"#;
 
 /// What the file says of a stage.
 #[derive(Clone, Debug, PartialEq)]
@@ -113,7 +86,7 @@ fn has_fused_operations() -> bool {
 /// Builds the session and hashes what its stages read and made.
 fn measured() -> BTreeMap<Stage, Pinned> {
     let dir = tempfile::tempdir().unwrap();
-    let recipe = on_demo_scans(&format!("{QUICK_RECIPE}{SKIRT}"));
+    let recipe = on_demo_scans(&format!("{QUICK_RECIPE}{SKIRT_AND_CLIPS}"));
     std::fs::write(dir.path().join("recipe.toml"), recipe).unwrap();
     Writer::open(dir.path()).unwrap().build(&Forced::Nothing, &mut |_| {}).unwrap();
     let session = Session::open(dir.path()).unwrap();

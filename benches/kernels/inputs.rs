@@ -1,11 +1,16 @@
 //! What the kernels are timed on: the embedded body in triangles of a quarter of the area, and made-up queries, labels and
 //! programs. Everything is the same in each run.
 
+#[path = "split_in_four.rs"]
+mod split_in_four;
+
 use nalgebra::{DMatrix, DVector, UnitQuaternion};
 use overcoat::body::{Pose, Skeleton, SkinWeights, embedded_model};
 use overcoat::geometry::{PerVertex, Point, TriMesh, Vec3, VertexId, uniform_laplacian};
 use overcoat::numerics::{QpRow, QuadraticProgram};
 use std::collections::BTreeMap;
+
+pub use split_in_four::split_in_four;
 
 /// Numbers that look random, between 0 and 1 (SplitMix64).
 pub struct Chance(pub u64);
@@ -28,23 +33,7 @@ impl Chance {
 /// The embedded body, each triangle split in four: about 30 000 vertices.
 pub fn body() -> TriMesh {
     let Ok(model) = embedded_model() else { unreachable!("the embedded model is part of the program") };
-    let coarse = &model.template;
-    let mut points: Vec<Point> = coarse.points().iter().copied().collect();
-    let mut middles: BTreeMap<[u32; 2], u32> = BTreeMap::new();
-    let mut faces = Vec::new();
-    for face in coarse.faces().iter() {
-        let [a, b, c] = face.map(|v| v.0);
-        let mut middle = |i: u32, j: u32| {
-            *middles.entry([i.min(j), i.max(j)]).or_insert_with(|| {
-                points.push(nalgebra::center(&points[i as usize], &points[j as usize]));
-                points.len() as u32 - 1
-            })
-        };
-        let [ab, bc, ca] = [middle(a, b), middle(b, c), middle(c, a)];
-        faces.extend([[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]);
-    }
-    let Ok(mesh) = TriMesh::try_from_indices(points, &faces) else { unreachable!("all corners are points") };
-    mesh
+    split_in_four(&model.template)
 }
 
 /// `count` vertices with four influences each, and a pose of all joints.

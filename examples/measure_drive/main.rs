@@ -6,6 +6,8 @@ mod drawing;
 mod keys;
 mod sorkine;
 mod speed;
+#[path = "../../benches/kernels/split_in_four.rs"]
+mod split_in_four;
 mod synthetic;
 mod trackers;
 mod truth;

@@ -1,11 +1,11 @@
 //! Times beside the paper's Table 2: factorisation, a solve, a frame; iterations to convergence.
 
+use crate::split_in_four::split_in_four;
 use crate::synthetic::{STANDING, Tracker, places, poses, stream};
 use overcoat::body::{Figure, SkinWeights};
 use overcoat::drive::{FrameUpdate, RightSide, StreamKind};
 use overcoat::drive::{LaplacianDriver, TransferParams, calibrate, embedded_library, still_window};
-use overcoat::geometry::{Point, SurfaceIndex, TriMesh, TriangleShapes, simplified};
-use std::collections::BTreeMap;
+use overcoat::geometry::{Point, SurfaceIndex, TriangleShapes, simplified};
 use std::time::Instant;
 
 pub fn measure(figure: &Figure) {
@@ -67,21 +67,7 @@ fn row(figure: &Figure, name: &str, right: RightSide, update: FrameUpdate) {
 /// The bare figure with another number of vertices: each triangle is split in four, and edges collapse.
 fn with_vertices(figure: &Figure, count: usize) -> Figure {
     let body = figure.body();
-    let mut points: Vec<Point> = body.mesh.points().iter().copied().collect();
-    let mut middles: BTreeMap<[u32; 2], u32> = BTreeMap::new();
-    let mut faces = Vec::new();
-    for face in body.mesh.faces().iter() {
-        let [a, b, c] = face.map(|v| v.0);
-        let mut middle = |i: u32, j: u32| {
-            *middles.entry([i.min(j), i.max(j)]).or_insert_with(|| {
-                points.push(nalgebra::center(&points[i as usize], &points[j as usize]));
-                points.len() as u32 - 1
-            })
-        };
-        let [ab, bc, ca] = [middle(a, b), middle(b, c), middle(c, a)];
-        faces.extend([[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]);
-    }
-    let fine = TriMesh::try_from_indices(points, &faces).expect("all corners are points");
+    let fine = split_in_four(&body.mesh);
     let (mesh, _) = simplified(&fine, &Point::new(0.0, 0.9, 0.0), 2 * count, TriangleShapes::Regular);
     let index = SurfaceIndex::prepare(&body.mesh);
     let row = |p: &Point| {

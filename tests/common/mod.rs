@@ -135,6 +135,33 @@ samples = 300
 iterations = 4
 "#;
 
+/// A second garment after those of [`QUICK_RECIPE`], so that every stage also runs over a dressed figure; and clips that move it,
+/// without and with cloth.
+pub const SKIRT_AND_CLIPS: &str = r#"
+[[step]]
+name = "skirt"
+scan = "SCANS/2-skirt.ply"
+template = "skirt"
+faces = 4000
+
+[step.pose]
+samples = 300
+iterations = 4
+
+[[animation]]
+name = "walk"
+clip = "walk"
+
+[[animation]]
+name = "swing"
+clip = "turn"
+frames = "30..33"
+mode = "coupled"
+
+[animation.motion]
+ease_secs = 0.1
+"#;
+
 /// A folder that contains only that recipe.
 pub fn quick_session(dir: &Path, name: &str) -> PathBuf {
     let session = dir.join(name);
