@@ -31,5 +31,5 @@ pub use recognition::{
 pub use stream::{
     OneEuro, Smoothed, Smoothing, StreamError, StreamFormat, StreamOptions, StreamReader, VmcDecoder, VmcFrame,
 };
-pub use transfer::{Between, LaplacianDriver, TransferFrame, TransferParams, WornGarments};
+pub use transfer::{Between, KeyPose, LaplacianDriver, TransferFrame, TransferParams, WornGarments};
 pub use vmc_clip::VmcRig;

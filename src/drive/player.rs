@@ -8,7 +8,7 @@ use super::landmark::{LandmarkFrame, Places};
 use super::laplacian::Solved;
 use super::recognition::PoseLibrary;
 use super::stream::{Smoothed, Smoothing, noise_of};
-use super::transfer::{Between, LaplacianDriver, TransferFrame, TransferParams};
+use super::transfer::{Between, KeyPose, LaplacianDriver, TransferFrame, TransferParams};
 use crate::body::{Figure, Pose};
 
 /// Frames that wait for a calibration pose, at most: 60 s at 60 frames per second.
@@ -60,7 +60,7 @@ pub struct KeyPoses {
 /// A key pose, and the frames since then, which wait for the next.
 struct Keyed {
     secs: f64,
-    frame: TransferFrame,
+    pose: KeyPose,
     waiting: Vec<(f64, Places)>,
 }
 
@@ -170,9 +170,9 @@ impl<'a> Player<'a> {
         if self.playing.is_none() {
             return Err(self.not_calibrated());
         }
-        let Some(Keyed { secs, frame, mut waiting }) = self.keyed.take() else { return Ok(Vec::new()) };
+        let Some(Keyed { secs, pose, mut waiting }) = self.keyed.take() else { return Ok(Vec::new()) };
         let Some((last_secs, last)) = waiting.pop() else { return Ok(Vec::new()) };
-        Ok(self.play_from_key(Keyed { secs, frame, waiting }, last_secs, last))
+        Ok(self.play_from_key(Keyed { secs, pose, waiting }, last_secs, last))
     }
 
     fn not_calibrated(&self) -> DriveError {
@@ -205,7 +205,8 @@ impl<'a> Player<'a> {
         let (calibration, ..) = self.playing.as_ref()?;
         let frame = self.laplacian.as_mut()?.follow(calibration, &places);
         if interval > 0.0 {
-            self.keyed = Some(Keyed { secs, frame: frame.clone(), waiting: Vec::new() });
+            let pose = self.laplacian.as_ref()?.key_pose(frame.clone());
+            self.keyed = Some(Keyed { secs, pose, waiting: Vec::new() });
         }
         self.transferred(secs, places, frame)
     }
@@ -216,16 +217,15 @@ impl<'a> Player<'a> {
         let Some((calibration, ..)) = self.playing.as_ref() else { return Vec::new() };
         let Some(laplacian) = self.laplacian.as_mut() else { return Vec::new() };
         let next = laplacian.follow(calibration, &places);
+        let pose = laplacian.key_pose(next.clone());
         let span = (secs - before.secs).max(f64::MIN_POSITIVE);
         let mut played = Vec::new();
         for (at, seen) in before.waiting {
             let Some(laplacian) = &self.laplacian else { break };
-            let frame = laplacian.between(&before.frame, &next, (at - before.secs) / span, keys.between);
+            let frame = laplacian.between(&before.pose, &pose, (at - before.secs) / span, keys.between);
             played.extend(self.transferred(at, seen, frame));
         }
-        if keys.interval_secs > 0.0 {
-            self.keyed = Some(Keyed { secs, frame: next.clone(), waiting: Vec::new() });
-        }
+        self.keyed = Some(Keyed { secs, pose, waiting: Vec::new() });
         played.extend(self.transferred(secs, places, next));
         played
     }

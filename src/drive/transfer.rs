@@ -65,6 +65,14 @@ pub struct TransferFrame {
     pub template: Option<usize>,
 }
 
+/// A frame that others are interpolated from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeyPose {
+    frame: TransferFrame,
+    /// **Shapes** V × 3, in metres.
+    bent: Vec<Vec3>,
+}
+
 /// Drives a figure's body by its Laplacian offsets.
 pub struct LaplacianDriver<'a> {
     figure: &'a Figure,
@@ -137,13 +145,23 @@ impl<'a> LaplacianDriver<'a> {
         TransferFrame { solved, template }
     }
 
+    /// A frame as a key pose: what its landmarks bend, beyond its rotations, in the frame of the skin.
+    pub fn key_pose(&self, frame: TransferFrame) -> KeyPose {
+        let Solved { points, rotations, .. } = &frame.solved;
+        let plain: Vec<Vec3> = points.iter().map(|p| p.coords).collect();
+        let free = self.free(rotations, &plain);
+        let in_skin = |((p, q), r): ((&Point, &Point), &Rotation3<f64>)| r.inverse() * (p - q);
+        let bent = points.iter().zip(free.points.iter()).zip(rotations).map(in_skin).collect();
+        KeyPose { frame, bent }
+    }
+
     /// The frame at `share` of the way from one key pose to the next.
-    pub fn between(&self, from: &TransferFrame, to: &TransferFrame, share: f64, how: Between) -> TransferFrame {
-        let (a, b) = (&from.solved, &to.solved);
+    pub fn between(&self, from: &KeyPose, to: &KeyPose, share: f64, how: Between) -> TransferFrame {
+        let (a, b) = (&from.frame.solved, &to.frame.solved);
         let points: Vec<Vec3> = a.points.iter().zip(b.points.iter()).map(|(p, q)| p.coords + (q - p) * share).collect();
         let turned = |(p, q): (&Rotation3<f64>, &Rotation3<f64>)| p.slerp(q, share);
         let rotations: Vec<Rotation3<f64>> = a.rotations.iter().zip(&b.rotations).map(turned).collect();
-        let template = if share < 0.5 { from.template } else { to.template };
+        let template = if share < 0.5 { from.frame.template } else { to.frame.template };
         let solved = match how {
             Between::Linear => {
                 let points = points.into_iter().map(Point::from).collect();
@@ -151,14 +169,7 @@ impl<'a> LaplacianDriver<'a> {
             }
             Between::Rotations => {
                 let mut solved = self.free(&rotations, &points);
-                // What the landmarks bend at the key poses, beyond the rotations, is carried along in the frame of the skin.
-                let bent = [a, b].map(|key| {
-                    let plain: Vec<Vec3> = key.points.iter().map(|p| p.coords).collect();
-                    let free = self.free(&key.rotations, &plain);
-                    let in_skin = |((p, q), r): ((&Vec3, &Point), &Rotation3<f64>)| r.inverse() * (p - q.coords);
-                    plain.iter().zip(free.points.iter()).zip(&key.rotations).map(in_skin).collect::<Vec<Vec3>>()
-                });
-                let carried = |(v, p): (usize, &Point)| p + rotations[v] * bent[0][v].lerp(&bent[1][v], share);
+                let carried = |(v, p): (usize, &Point)| p + rotations[v] * from.bent[v].lerp(&to.bent[v], share);
                 solved.points = solved.points.iter().enumerate().map(carried).collect();
                 solved
             }
