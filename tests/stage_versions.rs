@@ -56,7 +56,7 @@ fn unversioned(stage: Stage, known: &Pinned, now: &Pinned) -> Option<String> {
     let is_changed = known.outputs != now.outputs && (known.version, &known.inputs) == (now.version, &now.inputs);
     is_changed.then(|| {
         format!(
-            "the output of the stage {stage} changed: bump its version in src/session/pipeline/{stage}.rs from {} to {}, then run \
+            "the output of the stage {stage} changed: bump its version in src/session/pipeline/stages/{stage}.rs from {} to {}, then run \
              `just stage-hashes`",
             now.version,
             now.version + 1

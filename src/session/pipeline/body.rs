@@ -1,14 +1,14 @@
 //! The step of the bare body, as named calls.
 
-use super::check::{self, CHECK};
-use super::figure::{self, FIGURE};
-use super::fit::{self, FIT};
-use super::input::ModelInput;
-use super::later_scans::later_scans;
-use super::register::{self, REGISTER};
+use super::memo::input::ModelInput;
+use super::memo::walk::Walk;
 use super::results::{OfStep, StepResults};
-use super::scan::{self, SCAN};
-use super::walk::Walk;
+use super::stages::check::{self, CHECK};
+use super::stages::figure::{self, FIGURE};
+use super::stages::fit::{self, FIT};
+use super::stages::later_scans::later_scans;
+use super::stages::register::{self, REGISTER};
+use super::stages::scan::{self, SCAN};
 use crate::check::HAIR_AREA;
 use crate::session::error::SessionError;
 use crate::session::recipe::{BODY_STEP, BodyStep, BodySurface, Recipe};

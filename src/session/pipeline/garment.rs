@@ -1,21 +1,21 @@
 //! The step of a garment, as named calls: cut out of its scan, then put on the figure.
 
-use super::check::{self, Beside, CHECK};
-use super::cut::{self, CUT, IfNothing};
-use super::evidence::{self, EVIDENCE};
-use super::figure::{self, FIGURE};
-use super::input::ModelInput;
-use super::kinds::NewGarments;
-use super::labelling::Evidence;
-use super::marks::MasksOfScan;
-use super::pose::{self, POSE};
-use super::press::{self, PRESS};
+use super::memo::input::ModelInput;
+use super::memo::walk::Walk;
 use super::results::{OfStep, StepResults};
-use super::rig::{self, RIG};
-use super::scan::{self, SCAN};
-use super::segment::{self, SEGMENT};
-use super::stack::{self, STACK};
-use super::walk::Walk;
+use super::stages::check::{self, Beside, CHECK};
+use super::stages::cut::{self, CUT, IfNothing};
+use super::stages::evidence::{self, EVIDENCE};
+use super::stages::figure::{self, FIGURE};
+use super::stages::kinds::NewGarments;
+use super::stages::labelling::Evidence;
+use super::stages::marks::MasksOfScan;
+use super::stages::pose::{self, POSE};
+use super::stages::press::{self, PRESS};
+use super::stages::rig::{self, RIG};
+use super::stages::scan::{self, SCAN};
+use super::stages::segment::{self, SEGMENT};
+use super::stages::stack::{self, STACK};
 use crate::fit::{FittedBody, PoseInside};
 use crate::scan::Scan;
 use crate::segment::Segmentation;

@@ -1,7 +1,7 @@
 //! The results of a step's stages, as artefacts.
 
-use super::pose::StepPose;
-use super::press::PosedGarments;
+use super::stages::pose::StepPose;
+use super::stages::press::PosedGarments;
 use crate::body::Figure;
 use crate::cut::Garment;
 use crate::fit::{FittedBody, PoseInside, RegisteredBody};

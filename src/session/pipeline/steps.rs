@@ -1,13 +1,13 @@
 //! The data flow of a session: the body, then each garment on the figure dressed so far, then the animations.
 
-use super::animate::{self, ANIMATE, ClipInput};
 use super::body::body;
-use super::cloth::{self, CLOTH};
 use super::garment::GarmentStep;
-use super::input::ModelInput;
+use super::memo::input::ModelInput;
+use super::memo::walk::Walk;
 use super::results::StepResults;
+use super::stages::animate::{self, ANIMATE, ClipInput};
+use super::stages::cloth::{self, CLOTH};
 use super::tryon;
-use super::walk::Walk;
 use crate::body::Figure;
 use crate::cloth::ClothTrack;
 use crate::cut::Garment;

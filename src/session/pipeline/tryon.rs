@@ -2,20 +2,20 @@
 //!
 //! Its stages are those of a scanned garment, with a mesh of cloth alone in place of the scan.
 
-use super::at::Run;
-use super::check::{CHECK, Plausibility, warning};
-use super::cut::CUT;
-use super::event::{OnProgress, Outcome};
-use super::figure::{self, FIGURE};
-use super::garment_file::garment_of;
-use super::input::ModelInput;
-use super::pose::POSE;
-use super::press::{self, PRESS};
+use super::memo::at::Run;
+use super::memo::event::{OnProgress, Outcome};
+use super::memo::input::ModelInput;
+use super::memo::walk::Walk;
 use super::results::{OfStep, StepResults};
-use super::rig::{self, RIG};
-use super::segment::SEGMENT;
-use super::stack::{self, STACK};
-use super::walk::Walk;
+use super::stages::check::{CHECK, Plausibility, warning};
+use super::stages::cut::CUT;
+use super::stages::figure::{self, FIGURE};
+use super::stages::garment_file::garment_of;
+use super::stages::pose::POSE;
+use super::stages::press::{self, PRESS};
+use super::stages::rig::{self, RIG};
+use super::stages::segment::SEGMENT;
+use super::stages::stack::{self, STACK};
 use crate::body::Figure;
 use crate::check::TriedOn;
 use crate::cut::Garment;

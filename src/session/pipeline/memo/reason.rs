@@ -154,7 +154,7 @@ const FIELDS: [(&str, Meaning); 38] = [
 ];
 
 /// The differences between the record and the current `version` of the code and `inputs`. Empty if there are none.
-pub(super) fn reasons(record: &StageRecord, version: u32, inputs: &Value) -> Vec<Reason> {
+pub(in crate::session::pipeline) fn reasons(record: &StageRecord, version: u32, inputs: &Value) -> Vec<Reason> {
     let mut found = Vec::new();
     if record.code != 0 && record.code != version {
         found.push(Reason { old: record.code.into(), new: version.into(), ..Reason::of(Cause::Code) });

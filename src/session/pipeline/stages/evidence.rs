@@ -1,9 +1,6 @@
 //! Evidence: what the scan shows of the new garment. It does not depend on masks, so that one costs only what is near it.
 
-use super::at::{Code, Run};
-use super::event::{OnProgress, Outcome};
 use super::hair::KnownHair;
-use super::input::ModelInput;
 use super::kinds::NewGarments;
 use super::labelling::Evidence;
 use super::posed::surfaces_inside;
@@ -11,15 +8,18 @@ use crate::body::Figure;
 use crate::fit::{FittedBody, PoseInside};
 use crate::scan::Scan;
 use crate::segment::{Inner, Proposal, RefineParams, propose, propose_outfit};
+use crate::session::pipeline::memo::at::{Code, Run};
+use crate::session::pipeline::memo::event::{OnProgress, Outcome};
+use crate::session::pipeline::memo::input::ModelInput;
 use crate::session::recipe::GarmentSpec;
 use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store};
 use serde::Serialize;
 
-pub(super) const EVIDENCE: Code = Code::new(Stage::Evidence, 3);
+pub(in crate::session::pipeline) const EVIDENCE: Code = Code::new(Stage::Evidence, 3);
 
 #[derive(Serialize)]
-pub(super) struct Inputs {
+pub(in crate::session::pipeline) struct Inputs {
     pub scan: Kept<Scan>,
     pub figure: Kept<Figure>,
     pub inside: Kept<PoseInside>,
@@ -31,7 +31,7 @@ pub(super) struct Inputs {
     pub params: RefineParams,
 }
 
-pub(super) fn run(
+pub(in crate::session::pipeline) fn run(
     Inputs { scan, figure, inside, model, garments, hair, params }: Inputs,
     store: &Store,
     _on_progress: OnProgress,

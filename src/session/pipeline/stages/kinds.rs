@@ -46,7 +46,7 @@ impl NewGarments {
 }
 
 /// The cover of a place that two garments cover.
-pub(super) fn looser(a: Cover, b: Cover) -> Cover {
+pub(in crate::session::pipeline) fn looser(a: Cover, b: Cover) -> Cover {
     match (a, b) {
         (Cover::Loose, _) | (_, Cover::Loose) => Cover::Loose,
         (Cover::Tight, _) | (_, Cover::Tight) => Cover::Tight,

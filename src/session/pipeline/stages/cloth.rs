@@ -1,21 +1,21 @@
 //! Cloth: the layers of an animation by physics, alone or with skinning. The result is every vertex of every frame.
 
-use super::at::{Code, Run};
-use super::event::{OnProgress, Outcome, StageProgress};
-use super::input::ModelInput;
 use crate::body::{Figure, Skinning};
 use crate::cloth::{ClothMode, ClothParams, ClothReport, ClothSolver, ClothTrack, simulate};
 use crate::motion::PoseTrack;
+use crate::session::pipeline::memo::at::{Code, Run};
+use crate::session::pipeline::memo::event::{OnProgress, Outcome, StageProgress};
+use crate::session::pipeline::memo::input::ModelInput;
 use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store};
 use crate::stack::on_floor;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-pub(super) const CLOTH: Code = Code::new(Stage::Cloth, 6);
+pub(in crate::session::pipeline) const CLOTH: Code = Code::new(Stage::Cloth, 6);
 
 #[derive(Serialize)]
-pub(super) struct Inputs {
+pub(in crate::session::pipeline) struct Inputs {
     pub figure: Kept<Figure>,
     pub model: ModelInput,
     pub track: Kept<PoseTrack>,
@@ -33,7 +33,7 @@ pub(super) struct Inputs {
 const UNSEEN_YIELD: f64 = 5e-3;
 const UNSEEN_SHARE: f64 = 1e-3;
 
-pub(super) fn run(
+pub(in crate::session::pipeline) fn run(
     Inputs { figure, model, track, skinning, mode, solver, fabrics, params }: Inputs,
     store: &Store,
     on_progress: OnProgress,

@@ -1,21 +1,21 @@
 //! The scans of later steps, for a body whose shape is fitted to all scans of the session.
 
-use super::at::RunError;
 use super::kinds::{NewGarments, looser};
 use super::step_scan::scan_of;
-use super::walk::Walk;
 use crate::body::Figure;
 use crate::fit::{Cover, InsideParams, ShapeFrom};
 use crate::geometry::PerVertex;
 use crate::scan::Scan;
 use crate::session::error::SessionError;
+use crate::session::pipeline::memo::at::RunError;
+use crate::session::pipeline::memo::walk::Walk;
 use crate::session::recipe::{BodyStep, Recipe, Step};
 use crate::session::store::Kept;
 use serde::Serialize;
 
 /// The scan of a later step, as evidence of the body's shape.
 #[derive(Clone, Serialize)]
-pub(super) struct LaterScan {
+pub(in crate::session::pipeline) struct LaterScan {
     pub scan: Kept<Scan>,
     #[serde(flatten)]
     pub garments: NewGarments,
@@ -23,7 +23,11 @@ pub(super) struct LaterScan {
 }
 
 /// The scans of all later steps if the body's step uses them; otherwise none.
-pub(super) fn later_scans(walk: &mut Walk, recipe: &Recipe, body: &BodyStep) -> Result<Vec<LaterScan>, SessionError> {
+pub(in crate::session::pipeline) fn later_scans(
+    walk: &mut Walk,
+    recipe: &Recipe,
+    body: &BodyStep,
+) -> Result<Vec<LaterScan>, SessionError> {
     if body.fit.shape_from == ShapeFrom::Naked {
         return Ok(Vec::new());
     }
@@ -44,7 +48,10 @@ pub(super) fn later_scans(walk: &mut Walk, recipe: &Recipe, body: &BodyStep) -> 
 /// **Shapes** one entry per scan, with V values.
 ///
 /// **Errors** if a garment's template was painted on another body.
-pub(super) fn covers(scans: &[LaterScan], bare: &Figure) -> Result<Vec<PerVertex<Cover>>, RunError> {
+pub(in crate::session::pipeline) fn covers(
+    scans: &[LaterScan],
+    bare: &Figure,
+) -> Result<Vec<PerVertex<Cover>>, RunError> {
     let mut covered = PerVertex::filled(Cover::Bare, bare.body().mesh.vertex_count());
     scans
         .iter()

@@ -10,7 +10,7 @@ use crate::session::store::{Kept, Store};
 /// Where hair covers the body of a figure.
 ///
 /// **Shapes** one flag per vertex of the body.
-pub(super) struct KnownHair(pub PerVertex<bool>);
+pub(in crate::session::pipeline) struct KnownHair(pub PerVertex<bool>);
 
 impl KnownHair {
     /// That of the bare scan; `None` if it shows no hair, or if the hair is part of the body.

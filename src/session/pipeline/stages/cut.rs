@@ -1,10 +1,6 @@
 //! Cut: cuts the garment out of the scan as its own mesh, with smooth hems.
 
-use super::at::{Code, Run};
-use super::event::{OnProgress, Outcome};
 use super::hair::KnownHair;
-use super::input::ModelInput;
-use super::mention;
 use super::posed::body_inside;
 use crate::body::Figure;
 use crate::cut::{BodyBelow, CutError, CutParams, Garment, cut};
@@ -12,15 +8,19 @@ use crate::fit::{FittedBody, PoseInside};
 use crate::geometry::Adjacency;
 use crate::scan::Scan;
 use crate::segment::{SegmentError, Segmentation};
+use crate::session::pipeline::memo::at::{Code, Run};
+use crate::session::pipeline::memo::event::{OnProgress, Outcome};
+use crate::session::pipeline::memo::input::ModelInput;
+use crate::session::pipeline::memo::mention;
 use crate::session::recipe::GarmentSpec;
 use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store, Warning};
 use serde::Serialize;
 
-pub(super) const CUT: Code = Code::new(Stage::Cut, 10);
+pub(in crate::session::pipeline) const CUT: Code = Code::new(Stage::Cut, 10);
 
 #[derive(Serialize)]
-pub(super) struct Inputs {
+pub(in crate::session::pipeline) struct Inputs {
     pub scan: Kept<Scan>,
     pub labels: Kept<Segmentation>,
     pub figure: Kept<Figure>,
@@ -38,7 +38,7 @@ pub(super) struct Inputs {
 /// What a scan that shows nothing of a garment means.
 #[derive(Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum IfNothing {
+pub(in crate::session::pipeline) enum IfNothing {
     /// An error: the scan was given for this garment.
     Fails,
     /// No layer: the bare scan shows no hair.
@@ -47,7 +47,7 @@ pub(super) enum IfNothing {
     IsDoubtful,
 }
 
-pub(super) fn run(
+pub(in crate::session::pipeline) fn run(
     Inputs { scan: kept_scan, labels, figure, inside, model, kind, hair, if_nothing, params }: Inputs,
     store: &Store,
     _on_progress: OnProgress,

@@ -1,20 +1,20 @@
 //! Rig: the garment's skin weights, and its shape in the bind pose.
 
-use super::at::{Code, Run};
-use super::event::{OnProgress, Outcome};
-use super::input::ModelInput;
 use crate::body::Figure;
 use crate::cut::Garment;
 use crate::fit::PoseInside;
 use crate::rig::{RigParams, RiggedGarment, rig};
+use crate::session::pipeline::memo::at::{Code, Run};
+use crate::session::pipeline::memo::event::{OnProgress, Outcome};
+use crate::session::pipeline::memo::input::ModelInput;
 use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store};
 use serde::Serialize;
 
-pub(super) const RIG: Code = Code::new(Stage::Rig, 3);
+pub(in crate::session::pipeline) const RIG: Code = Code::new(Stage::Rig, 3);
 
 #[derive(Serialize)]
-pub(super) struct Inputs {
+pub(in crate::session::pipeline) struct Inputs {
     pub garment: Kept<Garment>,
     pub figure: Kept<Figure>,
     pub inside: Kept<PoseInside>,
@@ -22,7 +22,7 @@ pub(super) struct Inputs {
     pub params: RigParams,
 }
 
-pub(super) fn run(
+pub(in crate::session::pipeline) fn run(
     Inputs { garment, figure, inside, model, params }: Inputs,
     store: &Store,
     _on_progress: OnProgress,

@@ -2,9 +2,9 @@
 
 use super::garment_file::garment_of;
 use super::scan::{self, SCAN};
-use super::walk::Walk;
 use crate::scan::Scan;
 use crate::session::error::SessionError;
+use crate::session::pipeline::memo::walk::Walk;
 use crate::session::recipe::StepRecipe;
 use crate::session::store::Kept;
 

@@ -1,14 +1,14 @@
 //! Scan: converts the file's bytes, or a recording's frames, to a cleaned scan.
 
-use super::at::{Code, Run};
-use super::event::{OnProgress, Outcome, StageProgress};
-use super::input::FileInput;
 use crate::formats::{RawMesh, read_recording};
 use crate::scan::{
     CleaningStep, FusionParams, FusionReport, FusionStep, Scan, ScanParams, clean, color_from_texture, fuse,
 };
 use crate::session::error::SessionError;
 use crate::session::open::{Input, ScanInput, Session};
+use crate::session::pipeline::memo::at::{Code, Run};
+use crate::session::pipeline::memo::event::{OnProgress, Outcome, StageProgress};
+use crate::session::pipeline::memo::input::FileInput;
 use crate::session::recipe::{Reading, StepRecipe};
 use crate::session::stage::Stage;
 use crate::session::store::{Store, Warning};
@@ -16,10 +16,10 @@ use serde::Serialize;
 use std::path::Path;
 use std::time::Instant;
 
-pub(super) const SCAN: Code = Code::new(Stage::Scan, 5);
+pub(in crate::session::pipeline) const SCAN: Code = Code::new(Stage::Scan, 5);
 
 #[derive(Serialize)]
-pub(super) struct Inputs {
+pub(in crate::session::pipeline) struct Inputs {
     file: FileInput,
     params: ScanParams,
     fusion: FusionParams,
@@ -31,7 +31,7 @@ impl Inputs {
     }
 }
 
-pub(super) fn run(inputs: Inputs, store: &Store, on_progress: OnProgress) -> Run<Scan> {
+pub(in crate::session::pipeline) fn run(inputs: Inputs, store: &Store, on_progress: OnProgress) -> Run<Scan> {
     let input = inputs.file.open(store)?;
     let ReadScan { scan, fusion, findings, warnings } = read(&inputs, &input, on_progress)?;
     // Store a copy once the file is known to be valid. It also holds what textures are baked from later: the full

@@ -1,27 +1,27 @@
 //! Segment: labels the part of the scan that is the new garment, masks included.
 
-use super::at::{Code, Run, RunError};
-use super::event::{OnProgress, Outcome};
 use super::labelling::{Evidence, Labelling};
 use super::marks::{MasksOfScan, is_something};
 use crate::geometry::Adjacency;
 use crate::scan::Scan;
 use crate::segment::{Marks, Segmentation};
+use crate::session::pipeline::memo::at::{Code, Run, RunError};
+use crate::session::pipeline::memo::event::{OnProgress, Outcome};
 use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store};
 use serde::Serialize;
 
-pub(super) const SEGMENT: Code = Code::new(Stage::Segment, 5);
+pub(in crate::session::pipeline) const SEGMENT: Code = Code::new(Stage::Segment, 5);
 
 #[derive(Serialize)]
-pub(super) struct Inputs {
+pub(in crate::session::pipeline) struct Inputs {
     pub scan: Kept<Scan>,
     pub evidence: Kept<Evidence>,
     #[serde(flatten)]
     pub masks: MasksOfScan,
 }
 
-pub(super) fn run(
+pub(in crate::session::pipeline) fn run(
     Inputs { scan: kept_scan, evidence, masks }: Inputs,
     store: &Store,
     _on_progress: OnProgress,

@@ -1,20 +1,20 @@
 //! Stack: puts the garment on the figure in the bind pose, so that no layer crosses another or itself.
 
-use super::at::{Code, Run};
-use super::event::{OnProgress, Outcome};
-use super::input::ModelInput;
 use crate::body::Figure;
 use crate::geometry::TriMesh;
 use crate::rig::RiggedGarment;
+use crate::session::pipeline::memo::at::{Code, Run};
+use crate::session::pipeline::memo::event::{OnProgress, Outcome};
+use crate::session::pipeline::memo::input::ModelInput;
 use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store};
 use crate::stack::{StackParams, Stacked, stack};
 use serde::Serialize;
 
-pub(super) const STACK: Code = Code::new(Stage::Stack, 5);
+pub(in crate::session::pipeline) const STACK: Code = Code::new(Stage::Stack, 5);
 
 #[derive(Serialize)]
-pub(super) struct Inputs {
+pub(in crate::session::pipeline) struct Inputs {
     pub rigged: Kept<RiggedGarment>,
     pub figure: Kept<Figure>,
     pub model: ModelInput,
@@ -23,7 +23,7 @@ pub(super) struct Inputs {
 }
 
 /// The result is the surface of each garment, innermost first.
-pub(super) fn run(
+pub(in crate::session::pipeline) fn run(
     Inputs { rigged, figure, model, fabric, params }: Inputs,
     store: &Store,
     _on_progress: OnProgress,

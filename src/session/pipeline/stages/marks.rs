@@ -1,11 +1,11 @@
 //! Masks among the inputs of a stage, applied to the scan of their step.
 
-use super::input::FileInput;
 use crate::formats::RawMesh;
 use crate::scan::Scan;
 use crate::segment::{Labels, Marks, SegmentError};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
+use crate::session::pipeline::memo::input::FileInput;
 use crate::session::recipe::{MaskFile, SourceFile, StepRecipe};
 use crate::session::store::Store;
 use serde::Serialize;

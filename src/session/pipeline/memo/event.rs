@@ -65,7 +65,7 @@ pub enum Forced {
 }
 
 impl Forced {
-    pub(super) fn includes(&self, step: &str, stage: Stage) -> bool {
+    pub(in crate::session::pipeline) fn includes(&self, step: &str, stage: Stage) -> bool {
         match self {
             Self::Nothing => false,
             Self::Everything => true,
@@ -130,7 +130,7 @@ pub(in crate::session) enum StageProgress<'a> {
 
 /// Passes the progress of one run of a stage on as events. A stage may fit several times, for example again without a limb that
 /// the scan does not show; its iterations are numbered from 1 without a gap.
-pub(super) fn as_events<'a>(
+pub(in crate::session::pipeline) fn as_events<'a>(
     step: &'a str,
     stage: Stage,
     on_event: &'a mut dyn FnMut(&Event),

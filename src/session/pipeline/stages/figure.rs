@@ -1,8 +1,5 @@
 //! Figure: the body alone, or the figure so far plus the new garment and its physics weights (Hu 2017, Eq. 9).
 
-use super::at::{Code, Run};
-use super::event::{OnProgress, Outcome};
-use super::input::ModelInput;
 use crate::body::{Figure, Layer};
 use crate::cut::Garment;
 use crate::fit::{RegisteredBody, scan_in_bind};
@@ -10,15 +7,18 @@ use crate::geometry::{Adjacency, PerVertex, TriMesh, VertexId};
 use crate::rig::{PhysicsParams, RiggedGarment, physics_weights};
 use crate::scan::Scan;
 use crate::session::error::SessionError;
+use crate::session::pipeline::memo::at::{Code, Run};
+use crate::session::pipeline::memo::event::{OnProgress, Outcome};
+use crate::session::pipeline::memo::input::ModelInput;
 use crate::session::recipe::{BODY_STEP, GarmentSpec};
 use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store};
 use serde::Serialize;
 
-pub(super) const FIGURE: Code = Code::new(Stage::Figure, 7);
+pub(in crate::session::pipeline) const FIGURE: Code = Code::new(Stage::Figure, 7);
 
 #[derive(Serialize)]
-pub(super) struct BodyInputs {
+pub(in crate::session::pipeline) struct BodyInputs {
     pub registered: Kept<RegisteredBody>,
     pub model: ModelInput,
     /// The scan, if it becomes the body's surface itself.
@@ -27,7 +27,7 @@ pub(super) struct BodyInputs {
 }
 
 #[derive(Serialize)]
-pub(super) struct GarmentInputs {
+pub(in crate::session::pipeline) struct GarmentInputs {
     /// The layer's name.
     pub name: String,
     pub garment: Kept<Garment>,
@@ -40,7 +40,11 @@ pub(super) struct GarmentInputs {
     pub params: PhysicsParams,
 }
 
-pub(super) fn body_alone(inputs: BodyInputs, store: &Store, _on_progress: OnProgress) -> Run<Figure> {
+pub(in crate::session::pipeline) fn body_alone(
+    inputs: BodyInputs,
+    store: &Store,
+    _on_progress: OnProgress,
+) -> Run<Figure> {
     let (mut registered, mut model) = (store.load(inputs.registered)?, inputs.model.load(store)?);
     if let Some(scan) = inputs.surface {
         let scan = store.load(scan)?;
@@ -54,7 +58,7 @@ pub(super) fn body_alone(inputs: BodyInputs, store: &Store, _on_progress: OnProg
     Ok(Outcome::of(figure).measured("layers", 1.0).measured("vertices", vertices as f64))
 }
 
-pub(super) fn with_garment(
+pub(in crate::session::pipeline) fn with_garment(
     GarmentInputs { name, garment, rigged, stacked, figure, model, kind, params }: GarmentInputs,
     store: &Store,
     _on_progress: OnProgress,

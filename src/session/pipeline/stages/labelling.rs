@@ -1,11 +1,11 @@
 //! What a garment's step takes its labels from: its own proposal, or that of its outfit with the marks of all its garments.
 
-use super::at::RunError;
 use super::marks::MasksOfScan;
 use crate::geometry::{Adjacency, TriMesh};
 use crate::scan::Scan;
 use crate::segment::{Marks, OutfitLabels, OutfitProposal, Proposal, SegmentError, Segmentation};
 use crate::session::error::SessionError;
+use crate::session::pipeline::memo::at::RunError;
 use crate::session::store::{Kept, Store};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -57,7 +57,7 @@ impl Labelling {
 }
 
 /// The labels of all garments of a step's scan and of the hair; `None` for a garment alone, where no hair is known.
-pub(super) fn outfit_labels(
+pub(in crate::session::pipeline) fn outfit_labels(
     store: &Store,
     evidence: Kept<Evidence>,
     masks: &MasksOfScan,

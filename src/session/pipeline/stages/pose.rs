@@ -1,24 +1,24 @@
 //! Pose: fits the figure so far inside the next scan.
 
-use super::at::{Code, Run};
-use super::event::{OnProgress, Outcome, StageProgress};
 use super::fit::{doubts, with_measures};
 use super::hair::KnownHair;
-use super::input::ModelInput;
 use super::kinds::NewGarments;
 use crate::body::Figure;
 use crate::fit::{FittedBody, InsideParams, PoseInside, RegisteredBody, fit_inside};
 use crate::scan::Scan;
 use crate::session::error::SessionError;
+use crate::session::pipeline::memo::at::{Code, Run};
+use crate::session::pipeline::memo::event::{OnProgress, Outcome, StageProgress};
+use crate::session::pipeline::memo::input::ModelInput;
 use crate::session::recipe::{StepRecipe, params_of};
 use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store, Warning};
 use serde::Serialize;
 
-pub(super) const POSE: Code = Code::new(Stage::Pose, 9);
+pub(in crate::session::pipeline) const POSE: Code = Code::new(Stage::Pose, 9);
 
 #[derive(Serialize)]
-pub(super) struct Inputs {
+pub(in crate::session::pipeline) struct Inputs {
     pub scan: Kept<Scan>,
     pub figure: Kept<Figure>,
     /// The pose that the fit starts from.
@@ -41,7 +41,7 @@ pub(in crate::session) enum StepPose {
     Inside(Kept<PoseInside>),
 }
 
-pub(super) fn run(
+pub(in crate::session::pipeline) fn run(
     Inputs { scan, figure, start, model, garments, hair, params }: Inputs,
     store: &Store,
     on_progress: OnProgress,

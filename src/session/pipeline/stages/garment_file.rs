@@ -1,13 +1,13 @@
 //! Scan of a try-on: the garment of a file, upright and in metres, in place of a scan.
 
-use super::at::Run;
-use super::event::{OnProgress, Outcome};
-use super::input::FileInput;
 use super::scan::SCAN;
-use super::walk::Walk;
 use crate::body::{Figure, embedded_model};
 use crate::scan::{FileFrame, Scan, Unit, color_from_texture};
 use crate::session::error::SessionError;
+use crate::session::pipeline::memo::at::Run;
+use crate::session::pipeline::memo::event::{OnProgress, Outcome};
+use crate::session::pipeline::memo::input::FileInput;
+use crate::session::pipeline::memo::walk::Walk;
 use crate::session::recipe::StepRecipe;
 use crate::session::store::{Kept, Store, Warning};
 use crate::tryon::UprightGarment;
@@ -41,7 +41,7 @@ pub(in crate::session) fn recognized(
 }
 
 /// The garment of a step, independent of earlier steps, in place of its scan.
-pub(super) fn garment_of(walk: &mut Walk, step: &StepRecipe) -> Result<Kept<Scan>, SessionError> {
+pub(in crate::session::pipeline) fn garment_of(walk: &mut Walk, step: &StepRecipe) -> Result<Kept<Scan>, SessionError> {
     let inputs = GarmentInputs { file: FileInput::of(walk.session(), &step.source()), unit: step.unit };
     Ok(walk.at(&step.name).run(SCAN, inputs, read)?.kept)
 }

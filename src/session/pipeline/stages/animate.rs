@@ -1,14 +1,14 @@
 //! Animate: a clip on the figure of the last step. The result is the pose of every frame; the surfaces follow from it when
 //! they are exported or drawn.
 
-use super::at::{Code, Run};
-use super::event::{OnProgress, Outcome, StageProgress};
-use super::input::{FileInput, ModelInput};
 use crate::body::Figure;
 use crate::formats::{FormatError, read_bvh, read_gltf_motion, read_pose_lines};
 use crate::motion::{Clip, FrameRange, MotionParams, PoseTrack, built_in_clip, follow};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
+use crate::session::pipeline::memo::at::{Code, Run};
+use crate::session::pipeline::memo::event::{OnProgress, Outcome, StageProgress};
+use crate::session::pipeline::memo::input::{FileInput, ModelInput};
 use crate::session::recipe::AnimationRecipe;
 use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store};
@@ -16,10 +16,10 @@ use crate::stack::on_floor;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-pub(super) const ANIMATE: Code = Code::new(Stage::Animate, 3);
+pub(in crate::session::pipeline) const ANIMATE: Code = Code::new(Stage::Animate, 3);
 
 #[derive(Serialize)]
-pub(super) struct Inputs {
+pub(in crate::session::pipeline) struct Inputs {
     pub figure: Kept<Figure>,
     pub model: ModelInput,
     pub clip: ClipInput,
@@ -33,7 +33,7 @@ pub(super) struct Inputs {
 /// A clip of our own, by its name, or that of a file.
 #[derive(Serialize)]
 #[serde(untagged)]
-pub(super) enum ClipInput {
+pub(in crate::session::pipeline) enum ClipInput {
     BuiltIn(String),
     File(FileInput),
 }
@@ -57,7 +57,7 @@ impl ClipInput {
     }
 }
 
-pub(super) fn run(
+pub(in crate::session::pipeline) fn run(
     Inputs { figure, model, clip, fps, frames, params }: Inputs,
     store: &Store,
     on_progress: OnProgress,

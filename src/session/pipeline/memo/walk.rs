@@ -25,7 +25,7 @@ pub(in crate::session) struct OutOfDateStage {
 }
 
 /// A stage of a step, with the version of its code and all inputs of its result by name.
-pub(super) struct StageCall<'a> {
+pub(in crate::session::pipeline) struct StageCall<'a> {
     pub step: &'a str,
     pub stage: Stage,
     pub version: u32,
@@ -190,7 +190,7 @@ impl<'a> Walk<'a> {
     }
 
     /// The result of a stage: the recorded one if it is up to date, otherwise that of `run`.
-    pub(super) fn stage<T: Serialize>(
+    pub(in crate::session::pipeline) fn stage<T: Serialize>(
         &mut self,
         call: StageCall,
         run: impl FnOnce(&Session, OnProgress) -> Result<Outcome<T>, SessionError>,

@@ -1,12 +1,8 @@
 //! Check: whether the results of a step are plausible.
 
-use super::at::{Code, Run, RunError};
-use super::event::{OnProgress, Outcome};
-use super::input::ModelInput;
 use super::kinds::NewGarments;
 use super::labelling::{Evidence, outfit_labels};
 use super::marks::MasksOfScan;
-use super::mention;
 use super::posed::surfaces_inside;
 use crate::body::{Figure, HumanJoint, Side};
 use crate::check::{
@@ -18,14 +14,18 @@ use crate::fit::{FittedBody, PoseInside, RegisteredBody};
 use crate::geometry::{Adjacency, PerVertex, SurfaceIndex, TriMesh, VertexId};
 use crate::scan::Scan;
 use crate::segment::{Fabric, Inner, OutfitLabels, Segmentation};
+use crate::session::pipeline::memo::at::{Code, Run, RunError};
+use crate::session::pipeline::memo::event::{OnProgress, Outcome};
+use crate::session::pipeline::memo::input::ModelInput;
+use crate::session::pipeline::memo::mention;
 use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store, Warning};
 use serde::Serialize;
 
-pub(super) const CHECK: Code = Code::new(Stage::Check, 5);
+pub(in crate::session::pipeline) const CHECK: Code = Code::new(Stage::Check, 5);
 
 #[derive(Serialize)]
-pub(super) struct BodyInputs {
+pub(in crate::session::pipeline) struct BodyInputs {
     pub scan: Kept<Scan>,
     pub fitted: Kept<FittedBody>,
     pub registered: Kept<RegisteredBody>,
@@ -33,7 +33,7 @@ pub(super) struct BodyInputs {
 }
 
 #[derive(Serialize)]
-pub(super) struct GarmentInputs {
+pub(in crate::session::pipeline) struct GarmentInputs {
     pub scan: Kept<Scan>,
     /// The figure without the garment.
     pub figure: Kept<Figure>,
@@ -53,7 +53,7 @@ pub(super) struct GarmentInputs {
 
 /// What a scan shows beside a garment.
 #[derive(Serialize)]
-pub(super) struct Beside {
+pub(in crate::session::pipeline) struct Beside {
     pub evidence: Kept<Evidence>,
     pub masks: MasksOfScan,
     #[serde(flatten)]
@@ -62,13 +62,17 @@ pub(super) struct Beside {
 
 /// What was checked.
 #[derive(Serialize)]
-pub(super) enum Plausibility {
+pub(in crate::session::pipeline) enum Plausibility {
     Body(BodyPlausibility),
     Garment(GarmentPlausibility),
     TriedOn(TriedOn),
 }
 
-pub(super) fn body(inputs: BodyInputs, store: &Store, _on_progress: OnProgress) -> Run<Plausibility> {
+pub(in crate::session::pipeline) fn body(
+    inputs: BodyInputs,
+    store: &Store,
+    _on_progress: OnProgress,
+) -> Run<Plausibility> {
     let BodyInputs { scan, fitted, registered, model } = inputs;
     let (scan, fitted, registered) = (store.load(scan)?, store.load(fitted)?, store.load(registered)?);
     let model = model.load(store)?;
@@ -98,7 +102,11 @@ pub(super) fn body(inputs: BodyInputs, store: &Store, _on_progress: OnProgress) 
         .warned(found.doubts().into_iter().map(warning)))
 }
 
-pub(super) fn garment(inputs: GarmentInputs, store: &Store, _on_progress: OnProgress) -> Run<Plausibility> {
+pub(in crate::session::pipeline) fn garment(
+    inputs: GarmentInputs,
+    store: &Store,
+    _on_progress: OnProgress,
+) -> Run<Plausibility> {
     let GarmentInputs { scan: kept_scan, figure, inside, labels, garment, model, fabric, is_hair, same_as, beside } =
         inputs;
     let fabric = Fabric::named(&fabric)?;
@@ -231,6 +239,6 @@ impl OutfitResult<'_> {
     }
 }
 
-pub(super) fn warning(doubt: Doubt) -> Warning {
+pub(in crate::session::pipeline) fn warning(doubt: Doubt) -> Warning {
     Warning::new(doubt.what, doubt.remedy)
 }

@@ -1,22 +1,22 @@
 //! Press: the inner garments, pressed by the new one in this step's scan.
 
-use super::at::{Code, Run};
-use super::event::{OnProgress, Outcome};
-use super::input::ModelInput;
 use super::posed::surfaces_inside;
 use crate::body::Figure;
 use crate::cut::Garment;
 use crate::fit::PoseInside;
 use crate::geometry::TriMesh;
+use crate::session::pipeline::memo::at::{Code, Run};
+use crate::session::pipeline::memo::event::{OnProgress, Outcome};
+use crate::session::pipeline::memo::input::ModelInput;
 use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store};
 use crate::stack::{PressParams, press};
 use serde::Serialize;
 
-pub(super) const PRESS: Code = Code::new(Stage::Press, 3);
+pub(in crate::session::pipeline) const PRESS: Code = Code::new(Stage::Press, 3);
 
 #[derive(Serialize)]
-pub(super) struct Inputs {
+pub(in crate::session::pipeline) struct Inputs {
     pub garment: Kept<Garment>,
     /// The figure with the garment.
     pub dressed: Kept<Figure>,
@@ -30,7 +30,7 @@ pub(super) struct Inputs {
 /// The surface of each garment in the pose of the step, innermost first, in the frame of the scan.
 pub(in crate::session) type PosedGarments = Vec<TriMesh>;
 
-pub(super) fn run(
+pub(in crate::session::pipeline) fn run(
     Inputs { garment, dressed, inside, model, is_hair, params }: Inputs,
     store: &Store,
     _on_progress: OnProgress,

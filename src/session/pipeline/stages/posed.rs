@@ -6,7 +6,10 @@ use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::session::error::SessionError;
 
 /// All surfaces of `figure` inside a scan, in the frame of the scan; the body with its offsets comes first.
-pub(super) fn surfaces_inside(figure: &Figure, inside: &PoseInside) -> Result<Vec<TriMesh>, SessionError> {
+pub(in crate::session::pipeline) fn surfaces_inside(
+    figure: &Figure,
+    inside: &PoseInside,
+) -> Result<Vec<TriMesh>, SessionError> {
     let mut surfaces = figure.posed(&inside.pose);
     if let Some(body) = surfaces.first_mut() {
         *body = along_normals(body, &inside.offsets)?;
@@ -15,7 +18,7 @@ pub(super) fn surfaces_inside(figure: &Figure, inside: &PoseInside) -> Result<Ve
 }
 
 /// The body of `figure` with its offsets inside a scan, in the frame of the scan.
-pub(super) fn body_inside(figure: &Figure, inside: &PoseInside) -> Result<TriMesh, SessionError> {
+pub(in crate::session::pipeline) fn body_inside(figure: &Figure, inside: &PoseInside) -> Result<TriMesh, SessionError> {
     along_normals(&figure.body().posed(&figure.skeleton, &inside.pose), &inside.offsets)
 }
 

@@ -1,22 +1,22 @@
 //! Register: the model's surface onto the naked scan.
 
-use super::at::{Code, Run};
-use super::event::{OnProgress, Outcome, StageProgress};
 use super::fit::with_measures;
-use super::input::ModelInput;
 use super::later_scans::{self, LaterScan};
 use crate::fit::{
     FillInView, FitIteration, FittedBody, RegisterHints, RegisterParams, RegisteredBody, register_with_hints,
 };
 use crate::scan::Scan;
+use crate::session::pipeline::memo::at::{Code, Run};
+use crate::session::pipeline::memo::event::{OnProgress, Outcome, StageProgress};
+use crate::session::pipeline::memo::input::ModelInput;
 use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store, Warning};
 use serde::Serialize;
 
-pub(super) const REGISTER: Code = Code::new(Stage::Register, 4);
+pub(in crate::session::pipeline) const REGISTER: Code = Code::new(Stage::Register, 4);
 
 #[derive(Serialize)]
-pub(super) struct Inputs {
+pub(in crate::session::pipeline) struct Inputs {
     pub scan: Kept<Scan>,
     pub fitted: Kept<FittedBody>,
     pub model: ModelInput,
@@ -25,7 +25,7 @@ pub(super) struct Inputs {
     pub params: RegisterParams,
 }
 
-pub(super) fn run(
+pub(in crate::session::pipeline) fn run(
     Inputs { scan, fitted, model, others, params }: Inputs,
     store: &Store,
     on_progress: OnProgress,

@@ -4,25 +4,25 @@
 use crate::session::recipe::Recipe;
 
 /// The step of the stage itself. No step can have such a name.
-pub(super) const THIS: &str = "{this step}";
+pub(in crate::session::pipeline) const THIS: &str = "{this step}";
 
 /// A step by its index in the recipe; the index must be among the inputs of the stage.
-pub(super) fn step(at: usize) -> String {
+pub(in crate::session::pipeline) fn step(at: usize) -> String {
     format!("{{step {at}}}")
 }
 
 /// A garment of the same scan by its place, innermost first.
-pub(super) fn garment_of_scan(place: usize) -> String {
+pub(in crate::session::pipeline) fn garment_of_scan(place: usize) -> String {
     format!("{{garment {place}}}")
 }
 
 /// A scan of a garment by its place among those to which the body's shape may be fitted.
-pub(super) fn garment_scan(place: usize) -> String {
+pub(in crate::session::pipeline) fn garment_scan(place: usize) -> String {
     format!("{{scan {place}}}")
 }
 
 /// The text of a finding of a step, with the names that the steps have now.
-pub(super) fn worded(text: &str, recipe: &Recipe, of: &str) -> String {
+pub(in crate::session::pipeline) fn worded(text: &str, recipe: &Recipe, of: &str) -> String {
     if !text.contains('{') {
         return text.into();
     }

@@ -1,13 +1,13 @@
 //! Fit: the body model to the naked scan.
 
-use super::at::{Code, Run};
-use super::event::{OnProgress, Outcome, StageProgress};
-use super::input::ModelInput;
 use super::later_scans::{self, LaterScan};
-use super::mention;
 use crate::check::HAIR_AREA;
 use crate::fit::{self, FittedBody, NakedParams, OtherScan, fit_naked, fit_together};
 use crate::scan::Scan;
+use crate::session::pipeline::memo::at::{Code, Run};
+use crate::session::pipeline::memo::event::{OnProgress, Outcome, StageProgress};
+use crate::session::pipeline::memo::input::ModelInput;
+use crate::session::pipeline::memo::mention;
 use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store, Warning};
 use serde::Serialize;
@@ -16,10 +16,10 @@ use serde::Serialize;
 const USE_ALL_SCANS: &str =
     "scan again with the limb, or let a later scan that shows it add it: `overcoat fit body --shape-from all`";
 
-pub(super) const FIT: Code = Code::new(Stage::Fit, 9);
+pub(in crate::session::pipeline) const FIT: Code = Code::new(Stage::Fit, 9);
 
 #[derive(Serialize)]
-pub(super) struct Inputs {
+pub(in crate::session::pipeline) struct Inputs {
     pub scan: Kept<Scan>,
     pub model: ModelInput,
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -27,7 +27,7 @@ pub(super) struct Inputs {
     pub params: NakedParams,
 }
 
-pub(super) fn run(
+pub(in crate::session::pipeline) fn run(
     Inputs { scan, model, others, params }: Inputs,
     store: &Store,
     on_progress: OnProgress,
@@ -64,7 +64,12 @@ pub(super) fn run(
 }
 
 /// What is in doubt about a fit.
-pub(super) fn doubts(converged: bool, iterations: usize, confidence: f64, is_confident: bool) -> Vec<Warning> {
+pub(in crate::session::pipeline) fn doubts(
+    converged: bool,
+    iterations: usize,
+    confidence: f64,
+    is_confident: bool,
+) -> Vec<Warning> {
     let remedy = "compare body and scan in `view --sheet`, above all hands and feet; scan again if they differ";
     let unfinished = || Warning::new(format!("the fit did not converge in {iterations} iterations"), remedy);
     let low = || Warning::new(format!("scan and figure agree badly, confidence {confidence:.2} of 1"), remedy);
@@ -76,7 +81,7 @@ pub(super) fn doubts(converged: bool, iterations: usize, confidence: f64, is_con
 }
 
 /// Adds the measures common to all fits; distances are the mean and the 95th percentile, in metres.
-pub(super) fn with_measures<T>(
+pub(in crate::session::pipeline) fn with_measures<T>(
     outcome: Outcome<T>,
     (mean, p95): (f64, f64),
     iterations: usize,
