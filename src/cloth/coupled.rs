@@ -7,7 +7,7 @@ use super::crossing_free::safe_motion::Step;
 use super::crossing_free::surfaces::Surfaces;
 use super::crossing_free::swept_tree::SweptTree;
 use super::error::ClothError;
-use super::fabric::Fabric;
+use super::known_fabric::fabric_named;
 use super::layer::ClothLayer;
 use super::mass_spring::step::{MassSpringLayers, Moving};
 use super::mode::{ClothMode, ClothSolver};
@@ -97,7 +97,7 @@ impl<'a> Simulation<'a> {
         let body = surfaces.body_vertices();
         let (mut springs, mut fabrics, mut inverse_mass) = (Vec::new(), Vec::new(), vec![0.0; surfaces.rest.len()]);
         for (k, (layer, mesh)) in figure.layers.iter().zip(&meshes).enumerate().skip(1) {
-            let fabric = Fabric::named(layer.fabric.as_deref().unwrap_or(UNKNOWN_FABRIC))?;
+            let fabric = fabric_named(layer.fabric.as_deref().unwrap_or(UNKNOWN_FABRIC))?;
             let areas = mesh.vertex_areas();
             for (v, area) in surfaces.vertices[k].clone().zip(areas.iter()) {
                 inverse_mass[v] = 1.0 / (area * fabric.density).max(1e-6);

@@ -1,8 +1,5 @@
 //! Fabrics.
 
-use super::error::ClothError;
-use crate::segment;
-
 /// The physical properties of a fabric.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fabric {
@@ -36,18 +33,6 @@ impl Fabric {
     pub const TAILORED: Self = Self { density: 0.40, thickness: 1.5e-3, stretch: 1500.0, bending: 90e-6 };
     /// Wool of coats.
     pub const COATING: Self = Self { density: 0.45, thickness: 2.5e-3, stretch: 1500.0, bending: 100e-6 };
-
-    /// The fabric of that name in `templates/fabrics.toml`.
-    pub fn named(name: &str) -> Result<Self, ClothError> {
-        let known = segment::Fabric::named(name).map_err(|e| ClothError::UnknownFabric { what: e.to_string() })?;
-        let [warp, weft, _] = known.stretch;
-        Ok(Self {
-            density: known.density,
-            thickness: known.thickness,
-            stretch: 0.5 * (warp + weft),
-            bending: known.bending,
-        })
-    }
 
     /// Whether the properties can belong to a fabric: finite, positive, the thickness not negative.
     pub fn is_valid(&self) -> bool {

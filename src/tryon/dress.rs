@@ -2,7 +2,7 @@
 
 use super::error::TryOnError;
 use crate::body::{Figure, skin};
-use crate::cloth::{ClothLayer, Collider, Fabric, drape};
+use crate::cloth::{ClothLayer, Collider, drape, fabric_named};
 use crate::fit::PoseInside;
 use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, VertexId};
 use crate::rig::{RigParams, rig};
@@ -28,7 +28,7 @@ pub fn at_rest(garment: &TriMesh, figure: &Figure, inside: &PoseInside, fabric: 
     let clear = stack(&rigged, Some(fabric), figure, &StackParams::default())?;
     let cleared = clear.garments.into_iter().next_back();
     let start = cleared.filter(|mesh| mesh.vertex_count() == own.vertex_count()).unwrap_or_else(|| own.clone());
-    let cloth = Fabric::named(fabric)?;
+    let cloth = fabric_named(fabric)?;
     let held: Vec<ClothLayer> = figure
         .garments()
         .iter()
