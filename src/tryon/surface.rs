@@ -20,8 +20,8 @@ const GARMENT_SHARE: f64 = 0.2;
 const SHEETS_APART: f64 = 0.015;
 /// Rays that a face looks along.
 const LOOKS: usize = 16;
-/// A face of which this share of looks ends at the garment itself is inside it; outside, under an arm, it is at most a half.
-const ENCLOSED: f64 = 0.75;
+/// The inside of a skirt looks into it with half of these at least; the outside of any garment with a few, under an arm.
+const LEAST_LOOKS: usize = LOOKS / 4;
 /// Fewer faces than this share are folds, not a sheet.
 const LEAST_SHEET: f64 = 0.1;
 
@@ -125,19 +125,19 @@ fn share_of(flags: &PerFace<bool>) -> f64 {
     flags.iter().filter(|flag| **flag).count() as f64 / flags.len().max(1) as f64
 }
 
-/// Which faces are lining, a folded hem, or the inside of thick cloth: another sheet is right behind them, and what they look at
-/// is the inside of the garment.
+/// Which faces are lining, or the inside of thick cloth: another sheet is right behind them, and they look into the garment more
+/// often than it does.
 fn inner_sheet(mesh: &TriMesh) -> PerFace<bool> {
     let Some(size) = mesh.bounds().map(|b| b.extent().norm()) else { return PerFace::filled(false, 0) };
     let index = SurfaceIndex::prepare(mesh);
-    let is_inner = |f: FaceId| {
+    let faces: Vec<FaceId> = mesh.face_ids().collect();
+    // The sheet behind, and the share of looks that end at the garment.
+    let look = |&f: &FaceId| {
         let [a, b, c] = mesh.triangle(f);
         let center = Point::from((a.coords + b.coords + c.coords) / 3.0);
-        let Some(normal) = (b - a).cross(&(c - a)).try_normalize(0.0) else { return false };
+        let normal = (b - a).cross(&(c - a)).try_normalize(0.0)?;
         let lift = normal * (1e-5 * size);
-        if index.cast_ray(&(center - lift), &-normal, SHEETS_APART * size).is_none() {
-            return false;
-        }
+        let behind = index.cast_ray(&(center - lift), &-normal, SHEETS_APART * size)?;
         let [u, v] = [normal.cross(&(b - a).normalize()), (b - a).normalize()];
         let hits = (0..LOOKS).filter(|k| {
             let (turn, height) = (*k as f64 * 2.4, 0.25 + 0.7 * (*k as f64 + 0.5) / LOOKS as f64);
@@ -145,10 +145,14 @@ fn inner_sheet(mesh: &TriMesh) -> PerFace<bool> {
             let direction = normal * height + (u * turn.cos() + v * turn.sin()) * across;
             index.cast_ray(&(center + lift), &direction, 2.0 * size).is_some()
         });
-        hits.count() as f64 >= ENCLOSED * LOOKS as f64
+        Some((behind.face, hits.count()))
     };
-    let faces: Vec<FaceId> = mesh.face_ids().collect();
-    let mut inner: Vec<bool> = faces.par_iter().map(|&f| is_inner(f)).collect();
+    let looks: Vec<Option<(FaceId, usize)>> = faces.par_iter().map(look).collect();
+    let hits_of = |f: FaceId| looks[f.index()].map_or(0, |(_, hits)| hits);
+    let is_inner = |seen: &Option<(FaceId, usize)>| {
+        seen.is_some_and(|(behind, hits)| hits >= LEAST_LOOKS && hits > hits_of(behind))
+    };
+    let mut inner: Vec<bool> = looks.iter().map(is_inner).collect();
     // Single faces take the side of their neighbours.
     let adjacency = Adjacency::prepare(mesh);
     for _ in 0..2 {
