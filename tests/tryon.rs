@@ -1,4 +1,4 @@
-//! `tryon`: a garment of a file becomes a layer like any other, in any unit and frame; files without one are refused.
+//! `tryon`: a garment from a file becomes a layer like any other, in any unit and frame; files without one are refused.
 
 use crate::common::{built_quick_session, overcoat, overcoat_ok};
 use std::fmt::Write;
@@ -94,7 +94,7 @@ fn unit_and_frame_do_not_matter_and_other_meshes_are_refused() {
     for (name, text, expected) in [
         ("closed.obj", tetrahedron.to_string(), "closed"),
         ("empty.obj", "v 0 0 0\n".to_string(), "no faces"),
-        ("doll.obj", doll, "no garment of an adult"),
+        ("doll.obj", doll, "fits no adult"),
         ("two.obj", two, "2 large parts"),
         ("text.obj", "nothing".to_string(), ""),
     ] {

@@ -1,4 +1,4 @@
-//! A garment of a file, on the figure.
+//! A garment from a file, on the figure.
 
 use super::doubts::Doubt;
 use crate::geometry::TriMesh;
@@ -9,7 +9,7 @@ use serde::Serialize;
 /// fit have 1.06 to 1.12; a T-shirt of a smaller man has 1.32.
 const TOO_TIGHT: f64 = 1.15;
 
-/// How a garment that nobody scanned sits.
+/// How a garment from a file sits on the figure.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TriedOn {
     /// 95th percentile of the lengths of edges relative to the garment's own; `None` if its vertices are others.

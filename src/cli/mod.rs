@@ -74,7 +74,7 @@ enum Command {
     New(new::NewArgs),
     /// Add a scan: the bare body first, then each garment, from the inside out
     Scan(scan::ScanArgs),
-    /// Put a garment of a file, which nobody scanned, onto the figure
+    /// Put a garment from a mesh file, instead of a scan, onto the figure
     #[command(name = "tryon")]
     TryOn(tryon::TryOnArgs),
     /// Run every stage that is out of date

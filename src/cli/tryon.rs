@@ -1,4 +1,4 @@
-//! `overcoat tryon`: put a garment of a file onto the figure.
+//! `overcoat tryon`: put a garment from a file onto the figure.
 
 use super::console::{Context, Done, Progress, secs, verdicts};
 use crate::scan::Unit;

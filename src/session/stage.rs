@@ -87,7 +87,7 @@ pub enum StepKind {
     Garment,
     /// The hair of the bare scan.
     Hair,
-    /// A garment of a file, put onto the figure.
+    /// A garment from a file, put onto the figure.
     TryOn,
 }
 

@@ -30,7 +30,7 @@ pub enum TryOnError {
         what: &'static str,
     },
     /// For a child, a doll, or no person at all.
-    #[error("the garment's longest opening measures {longest:.2} m: no garment of an adult")]
+    #[error("the garment's longest opening measures {longest:.2} m, which fits no adult")]
     NotForAdults {
         /// Metres.
         longest: f64,

@@ -104,7 +104,7 @@ fn the_inside_of_thick_cloth_is_left_out() {
 }
 
 #[test]
-fn what_is_no_garment_is_refused() {
+fn other_meshes_are_refused() {
     let average = average();
     let read = |raw: &RawMesh| UprightGarment::read(raw, None, &average).map(|garment| garment.kind);
     assert!(matches!(read(&RawMesh::default()), Err(TryOnError::Empty)));

@@ -85,7 +85,7 @@ impl Writer {
         self.add_to(recipe, std::slice::from_ref(&step.name), new, on_event)
     }
 
-    /// Adds a garment of a file as the next step, to be put onto the figure. Without a kind it is what its openings say; without a
+    /// Adds a garment from a file as the next step, to be put onto the figure. Without a kind it is what its openings say; without a
     /// name it has that of its kind. On an error the session is unchanged.
     ///
     /// **Errors** if the file holds no garment that can be put on, and as [`Writer::add_scan`].

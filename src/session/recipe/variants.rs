@@ -22,7 +22,7 @@ pub(in crate::session) enum Step {
     Outfit(GarmentScan, Vec<Garment>),
     /// The hair, cut out of the bare scan.
     Hair(GarmentScan, Garment),
-    /// A garment of a file.
+    /// A garment from a file.
     TryOn(Garment),
 }
 

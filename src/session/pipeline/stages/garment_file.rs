@@ -1,4 +1,4 @@
-//! Scan of a try-on: the garment of a file, upright and in metres, in place of a scan.
+//! Scan of a try-on: the garment from a file, upright and in metres, in place of a scan.
 
 use super::scan::SCAN;
 use crate::body::{Figure, embedded_model};
@@ -51,7 +51,7 @@ fn read(GarmentInputs { file, unit }: GarmentInputs, store: &Store, _on_progress
     file.keep(&file.open(store)?, store)?;
     let (vertices, faces) = (mesh.vertex_count(), mesh.face_count());
     let file_vertices = (0..vertices as u32).collect();
-    let findings: Vec<String> = notes.into_iter().chain([format!("by its openings of the kind {kind}")]).collect();
+    let findings: Vec<String> = notes.into_iter().chain([format!("kind by its openings: {kind}")]).collect();
     let world_from_file = FileFrame::identity();
     let scan = Scan { mesh, colors, confidence: None, file_vertices, world_from_file, findings: findings.clone() };
     Ok(Outcome::of(scan)

@@ -1,4 +1,4 @@
-//! The scan of a step, or the garment of a file in its place.
+//! The scan of a step, or the garment from a file in its place.
 
 use super::garment_file::garment_of;
 use super::scan::{self, SCAN};
