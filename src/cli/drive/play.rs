@@ -113,6 +113,7 @@ pub(super) fn play(args: PlayArgs, context: &Context) -> anyhow::Result<Done> {
         view,
         film: args.film.is_some().then(Vec::new),
         is_piped,
+        is_live_view,
         pace: is_live_view && !is_piped,
         started: None,
         latencies: Vec::new(),
@@ -279,6 +280,8 @@ struct Stage<'a> {
     film: Option<Vec<PlayedFrame>>,
     /// Whether frames come as they are captured.
     is_piped: bool,
+    /// Whether a viewer shows frames now; a recording to a file keeps all of them.
+    is_live_view: bool,
     /// Whether a recorded stream is shown at the speed at which it was recorded.
     pace: bool,
     /// When the first frame was shown, and its time in the stream.
@@ -411,7 +414,7 @@ impl Stage<'_> {
     fn is_late(&mut self, frame: &PlayedFrame, waited: bool) -> bool {
         /// A frame this late is dropped, in seconds: one frame at 30 per second.
         const LATE: f64 = 1.0 / 30.0;
-        if self.view.is_none() || (!self.pace && !waited) {
+        if !self.is_live_view || (!self.pace && !waited) {
             return false;
         }
         if !self.pace {
