@@ -11,6 +11,8 @@ mod library_training;
 mod player;
 mod recognition;
 mod stream;
+#[cfg(test)]
+mod tests;
 mod transfer;
 mod vmc_clip;
 
