@@ -194,12 +194,11 @@ fn as_matrices(transforms: &[Isometry3<f64>]) -> Vec<(Matrix3<f64>, Vec3)> {
 fn blended(row: &SkinRow, world_from_bind: &[(Matrix3<f64>, Vec3)]) -> (Matrix3<f64>, Vec3) {
     let mut linear = Matrix3::zeros();
     let mut offset = Vec3::zeros();
-    for &(j, w) in row {
-        if w > 0.0 {
-            let (rotation, translation) = &world_from_bind[j.index()];
-            linear += rotation * w;
-            offset += translation * w;
-        }
+    // Weights descend: what follows a zero is never read, which for most vertices is half of the row.
+    for &(j, w) in row.iter().take_while(|(_, w)| *w > 0.0) {
+        let (rotation, translation) = &world_from_bind[j.index()];
+        linear += rotation * w;
+        offset += translation * w;
     }
     (linear, offset)
 }
@@ -224,7 +223,10 @@ pub fn skin(
     skeleton: &Skeleton,
     pose: &Pose,
 ) -> PerVertex<Point> {
-    skin_rigidly(&weights.with_pose_offsets(points_in_bind, pose), weights, skeleton, pose)
+    match weights.has_pose_offsets() {
+        true => skin_rigidly(&weights.with_pose_offsets(points_in_bind, pose), weights, skeleton, pose),
+        false => skin_rigidly(points_in_bind, weights, skeleton, pose),
+    }
 }
 
 /// The blend alone, for points that already include their corrective offsets.
