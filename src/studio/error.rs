@@ -13,6 +13,14 @@ pub enum StudioError {
         /// All names.
         known: Vec<&'static str>,
     },
+    /// No such size.
+    #[error("the studio has no size called '{name}'")]
+    UnknownSize {
+        /// The name given.
+        name: String,
+        /// All names.
+        known: Vec<&'static str>,
+    },
     /// A garment that cannot be put on over another.
     #[error("a {inner} does not go over a {outer}")]
     ImpossibleOrder {
@@ -125,7 +133,9 @@ impl StudioError {
         Some(match self {
             Self::Cloth(e) => return e.hint(),
             Self::EmptyScene | Self::ColorCount { .. } | Self::Picture { .. } => return None,
-            Self::UnknownGarment { known, .. } => format!("there are {}", known.join(", ")),
+            Self::UnknownGarment { known, .. } | Self::UnknownSize { known, .. } => {
+                format!("there are {}", known.join(", "))
+            }
             Self::ImpossibleOrder { outer, inner } => {
                 format!("name the garments from the inside out: {inner},{outer}")
             }

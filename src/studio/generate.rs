@@ -2,7 +2,9 @@
 
 use super::camera::RgbdRecording;
 use super::error::StudioError;
-use super::garments::{DressedSubject, SewnGarment, dress, sew};
+use super::garments::{
+    DressedSubject, GarmentFile, GarmentForm, GarmentKind, GarmentSize, SewnGarment, dress, garment_file, sew,
+};
 use super::params::StudioParams;
 use super::subject::{ScanStance, Subject};
 use super::turntable_subject::TurntableSubject;
@@ -50,6 +52,19 @@ pub fn generate_session(model: &BodyModel, params: &StudioParams) -> Result<Synt
     let mut steps = Vec::new();
     let bind = generate_each_step(model, params, &mut |_, step| steps.push(step))?;
     Ok(SyntheticSession { steps, bind })
+}
+
+/// Sews a garment in one size for the subject of a seed, who wears M.
+///
+/// **Errors** [`StudioError::MissingJoint`].
+pub fn generate_garment(
+    model: &BodyModel,
+    seed: u64,
+    kind: GarmentKind,
+    size: GarmentSize,
+    form: GarmentForm,
+) -> Result<GarmentFile, StudioError> {
+    Ok(garment_file(kind, &Subject::generate(model, seed)?, seed, size, form))
 }
 
 /// Generates a session step by step, so that only one recording is in memory; see [`generate_session`].

@@ -17,8 +17,10 @@ pub use camera::{
     simulate_scan,
 };
 pub use error::StudioError;
-pub use garments::GarmentKind;
-pub use generate::{SyntheticSession, SyntheticStep, generate_each_step, generate_session, generate_step};
+pub use garments::{GarmentFile, GarmentForm, GarmentKind, GarmentSize};
+pub use generate::{
+    SyntheticSession, SyntheticStep, generate_each_step, generate_garment, generate_session, generate_step,
+};
 pub use params::StudioParams;
 pub use seeds::{FRESH_SEEDS_FROM, seeds_of};
 pub use subject_params::SubjectParams;

@@ -2,11 +2,16 @@
 //! `measure --truth` reads.
 
 use super::error::MakeError;
-use crate::formats::{FormatError, PlyOptions, RawMesh, write_color_jpeg, write_depth_png, write_gray_png, write_ply};
+use crate::formats::{
+    Format, FormatError, PlyOptions, RawMesh, write_color_jpeg, write_depth_png, write_gray_png, write_ply,
+};
 use crate::geometry::{PerVertex, TriMesh};
 use crate::measure::{TruthNaming, joints_by_name};
 use crate::session::{NewFolder, read_body_model};
-use crate::studio::{RgbdFrame, RgbdRecording, SubjectParams, SyntheticStep, generate_each_step};
+use crate::studio::{
+    GarmentForm, GarmentKind, GarmentSize, RgbdFrame, RgbdRecording, SubjectParams, SyntheticStep, generate_each_step,
+    generate_garment,
+};
 use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::json;
@@ -77,6 +82,41 @@ pub fn make_subject(
         json!({ "source": "invented by Overcoat's studio", "seed": params.seed, "names": names, "steps": joints });
     folder.write_last(&truth.join(TruthNaming::JOINTS), known.to_string().as_bytes())?;
     Ok(made)
+}
+
+/// A garment in one size.
+#[derive(Clone, Debug, Serialize)]
+pub struct MadeGarment {
+    /// Its letters.
+    pub size: &'static str,
+    /// The mesh.
+    pub file: PathBuf,
+}
+
+/// Sews a garment in each of the sizes and writes `DIR/KIND-SIZE.obj`.
+///
+/// **Errors** for an unknown kind or size, or if the folder is not empty or cannot be written.
+pub fn make_garments(
+    dir: &Path,
+    kind: &str,
+    seed: u64,
+    sizes: &str,
+    form: GarmentForm,
+) -> Result<Vec<MadeGarment>, MakeError> {
+    let (kind, sizes) = (GarmentKind::from_name(kind)?, GarmentSize::list(sizes)?);
+    let folder = NewFolder::create(dir)?;
+    let model = read_body_model(None)?;
+    sizes
+        .into_iter()
+        .map(|size| {
+            let garment = generate_garment(&model, seed, kind, size, form)?;
+            let name = PathBuf::from(format!("{}-{}.obj", kind.name(), size.name()));
+            let mut bytes = Vec::new();
+            garment.write_obj(&mut bytes).map_err(|source| FormatError::Io { format: Format::Obj, source })?;
+            folder.write(&name, &bytes)?;
+            Ok(MadeGarment { size: size.name(), file: dir.join(name) })
+        })
+        .collect()
 }
 
 fn write_step(out: &NewFolder, k: usize, step: &SyntheticStep, frames: bool) -> Result<MadeStep, MakeError> {

@@ -1,12 +1,12 @@
-//! `overcoat studio make`: generates a synthetic subject and its scans, with ground truth.
+//! `overcoat studio`: generates a synthetic subject and its scans, with ground truth, and garments to try on.
 
 mod error;
 mod make;
 
 use super::console::{Context, Done, Verbosity, print_aside, secs};
-use crate::studio::{GarmentKind, SubjectParams};
+use crate::studio::{GarmentForm, GarmentKind, SubjectParams};
 pub use error::MakeError;
-use make::{MakeRequest, make_subject};
+use make::{MakeRequest, make_garments, make_subject};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -21,8 +21,55 @@ pub(super) struct StudioArgs {
 enum StudioAction {
     /// Generate a whole session: recordings, fused scans, and the ground truth
     Make(MakeArgs),
+    /// Generate garments alone, in one or more sizes, as files to try on
+    Garment(GarmentArgs),
     /// List the garments that can be generated
     Garments,
+}
+
+#[derive(clap::Args)]
+struct GarmentArgs {
+    /// The garment, as in `overcoat studio garments`
+    #[arg(long, value_name = "KIND")]
+    kind: String,
+    /// Seed of the person that M is cut for, and of length and colours
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Sizes, XXS to XXL: one adds 4 cm to chest, waist and hip, 2.4 to a leg, 1.4 to a sleeve
+    #[arg(long, value_name = "A,B,…", default_value = "M")]
+    sizes: String,
+    /// How the file shows it
+    #[arg(long, value_enum, default_value_t = FormWord::Sheet)]
+    form: FormWord,
+    /// Folder to write: a new one, or an empty one
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum FormWord {
+    /// One sheet of triangles
+    Sheet,
+    /// Two sheets 4 mm apart, joined at the hems
+    Thick,
+    /// One sheet, with buttons as parts of their own
+    Buttoned,
+    /// Four pieces that meet at seams without being joined
+    Split,
+    /// Mostly quads
+    Quads,
+}
+
+impl From<FormWord> for GarmentForm {
+    fn from(word: FormWord) -> Self {
+        match word {
+            FormWord::Sheet => Self::Sheet,
+            FormWord::Thick => Self::Thick,
+            FormWord::Buttoned => Self::Buttoned,
+            FormWord::Split => Self::Split,
+            FormWord::Quads => Self::Quads,
+        }
+    }
 }
 
 #[derive(clap::Args)]
@@ -66,6 +113,7 @@ struct MakeArgs {
 pub(super) fn run(args: StudioArgs, context: &Context) -> anyhow::Result<Done> {
     match args.action {
         StudioAction::Make(args) => make(args, context),
+        StudioAction::Garment(args) => garment(&args),
         StudioAction::Garments => Ok(garments()),
     }
 }
@@ -109,6 +157,21 @@ fn make(args: MakeArgs, context: &Context) -> anyhow::Result<Done> {
         ))
         .next(format!("overcoat new DIR, then scan each of {}", args.out.join("*.ply").display()))
         .next(format!("overcoat -C DIR measure --truth {} --invented", truth.display())))
+}
+
+fn garment(args: &GarmentArgs) -> anyhow::Result<Done> {
+    let began = Instant::now();
+    let files = make_garments(&args.out, &args.kind, args.seed, &args.sizes, args.form.into())?;
+    let json = json!({ "out": args.out.display().to_string(), "seed": args.seed, "files": files });
+    let first = files.first().map(|file| file.file.display().to_string()).unwrap_or_default();
+    Ok(Done::new("studio garment", json)
+        .line(format!(
+            "sewed {} in {}",
+            if files.len() == 1 { "a garment" } else { "the sizes" },
+            secs(began.elapsed())
+        ))
+        .lines(files.iter().map(|file| format!("  {:<4} {}", file.size, file.file.display())))
+        .next(format!("overcoat -C DIR tryon {first}")))
 }
 
 fn garments() -> Done {

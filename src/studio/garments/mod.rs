@@ -5,12 +5,16 @@ mod dress_form;
 mod dressing;
 mod dye;
 mod flare;
+mod form;
 mod hem;
 mod kind;
 mod pattern;
 mod sewing;
+mod size;
 mod skin_weights;
 
 pub use dressing::{DressedSubject, dress};
+pub use form::{GarmentFile, GarmentForm};
 pub use kind::GarmentKind;
-pub use sewing::{SewnGarment, sew};
+pub use sewing::{SewnGarment, garment_file, sew};
+pub use size::GarmentSize;

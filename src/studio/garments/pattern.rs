@@ -8,6 +8,7 @@ use super::dress_form::DressForm;
 use super::flare::Flare;
 use super::hem::Hem;
 use super::kind::GarmentKind;
+use super::size::Grade;
 use crate::body::HumanJoint;
 use crate::body::HumanJoint::{
     Chest, Foot, Hand, Head, Hips, LowerArm, LowerLeg, Neck, Shoulder, Spine, Toes, UpperArm, UpperChest, UpperLeg,
@@ -99,18 +100,19 @@ impl GarmentKind {
         }
     }
 
-    /// The pattern of this kind on a dress form.
-    pub(super) fn pattern<'a>(self, form: &'a DressForm, rng: &mut Rng) -> Pattern<'a> {
+    /// The pattern of this kind on a dress form, in a size.
+    pub(super) fn pattern<'a>(self, form: &'a DressForm, rng: &mut Rng, grade: Grade) -> Pattern<'a> {
         let (hip, knee) = (form.joint(UpperLeg(Side::Left)).y, form.joint(LowerLeg(Side::Left)).y);
         let waist = form.joint(Spine).y;
         // Garments of one kind differ in length.
-        let longer = rng.between(-0.02, 0.02);
+        let longer = rng.between(-0.02, 0.02) - grade.trunk_length();
+        let (leg, sleeve, wider) = (grade.leg_length(), grade.sleeve_length(), grade.gap(Hips));
         let mut pattern = Pattern { hems: Vec::new(), flare: None, surplus: [1.02, 1.02], pieces: 1, collar: None };
         let hems = &mut pattern.hems;
         match self {
             Self::Socks => {
                 (pattern.surplus, pattern.pieces) = ([0.96, 1.02], 2);
-                hems.extend(Side::BOTH.map(|side| leg_end(form, side, 0.75, -1.0)));
+                hems.extend(Side::BOTH.map(|side| leg_end(form, side, 0.75, -1.0, 0.0)));
             }
             Self::Leggings | Self::Trousers | Self::Jeans => {
                 let end = if self == Self::Leggings { 0.9 } else { 0.96 };
@@ -120,26 +122,26 @@ impl GarmentKind {
                     _ => [1.02, 1.02],
                 };
                 hems.push(level(waist - 0.005, -1.0));
-                hems.extend(Side::BOTH.map(|side| leg_end(form, side, end, 1.0)));
+                hems.extend(Side::BOTH.map(|side| leg_end(form, side, end, 1.0, leg)));
             }
             Self::Shorts => {
                 hems.push(level(waist - 0.005, -1.0));
-                hems.extend(Side::BOTH.map(|side| thigh_end(form, side, 0.6)));
+                hems.extend(Side::BOTH.map(|side| thigh_end(form, side, 0.6, leg)));
             }
             Self::Skirt => {
                 pattern.surplus = [1.0, 1.0];
                 let bottom = knee + 0.05 + longer;
-                pattern.flare = Some(Flare { top: waist + 0.01, bottom, gap: 0.006, widening: 0.27 });
+                pattern.flare = Some(Flare { top: waist + 0.01, bottom, gap: 0.006 + wider, widening: 0.27 });
                 hems.push(level(waist + 0.01, -1.0));
                 hems.push(level(bottom, 1.0));
             }
             Self::Dress => {
                 pattern.surplus = [1.01, 1.01];
                 let bottom = knee + 0.03 + longer;
-                pattern.flare = Some(Flare { top: waist + 0.03, bottom, gap: 0.010, widening: 0.30 });
+                pattern.flare = Some(Flare { top: waist + 0.03, bottom, gap: 0.010 + wider, widening: 0.30 });
                 hems.push(level(bottom, 1.0));
                 hems.push(round_neck(form, 0.098, 0.045));
-                hems.extend(Side::BOTH.map(|side| sleeve_end(form, side, UpperArm, LowerArm, 0.42)));
+                hems.extend(Side::BOTH.map(|side| sleeve_end(form, side, UpperArm, LowerArm, 0.42, sleeve)));
             }
             Self::Tanktop => {
                 pattern.surplus = [0.99, 1.01];
@@ -150,7 +152,7 @@ impl GarmentKind {
             Self::Tshirt => {
                 hems.push(level(hip - 0.01 + longer, 1.0));
                 hems.push(round_neck(form, 0.085, 0.028));
-                hems.extend(Side::BOTH.map(|side| sleeve_end(form, side, UpperArm, LowerArm, 0.6)));
+                hems.extend(Side::BOTH.map(|side| sleeve_end(form, side, UpperArm, LowerArm, 0.6, sleeve)));
             }
             Self::Shirt | Self::Blouse | Self::Pullover => {
                 pattern.surplus = if self == Self::Pullover { [1.03, 1.05] } else { [1.03, 1.03] };
@@ -161,7 +163,7 @@ impl GarmentKind {
                     Self::Blouse => hems.extend([round_neck(form, 0.082, 0.02), v_neck(form, 0.12, 0.35)]),
                     _ => hems.push(round_neck(form, 0.084, 0.02)),
                 }
-                hems.extend(Side::BOTH.map(|side| sleeve_end(form, side, LowerArm, Hand, 0.95)));
+                hems.extend(Side::BOTH.map(|side| sleeve_end(form, side, LowerArm, Hand, 0.95, sleeve)));
             }
             Self::Vest => {
                 hems.push(level(hip + 0.03 + longer, 1.0));
@@ -175,17 +177,17 @@ impl GarmentKind {
                 hems.push(level(hip - 0.03 + longer, 1.0));
                 hems.push(round_neck(form, 0.070, 0.005));
                 hems.push(open_front(form, 0.010, 0.10));
-                hems.extend(Side::BOTH.map(|side| sleeve_end(form, side, LowerArm, Hand, 0.98)));
+                hems.extend(Side::BOTH.map(|side| sleeve_end(form, side, LowerArm, Hand, 0.98, sleeve)));
             }
             Self::Coat => {
                 pattern.surplus = [1.02, 1.02];
                 let bottom = hip + 0.5 * (knee - hip) + longer;
-                pattern.flare = Some(Flare { top: waist, bottom, gap: 0.042, widening: 0.12 });
+                pattern.flare = Some(Flare { top: waist, bottom, gap: 0.042 + wider, widening: 0.12 });
                 pattern.collar = Some(0.075);
                 hems.push(level(bottom, 1.0));
                 hems.push(round_neck(form, 0.074, 0.005));
                 hems.push(open_front(form, 0.012, 0.10));
-                hems.extend(Side::BOTH.map(|side| sleeve_end(form, side, LowerArm, Hand, 1.0)));
+                hems.extend(Side::BOTH.map(|side| sleeve_end(form, side, LowerArm, Hand, 1.0, sleeve)));
             }
             Self::Scarf => {
                 pattern.surplus = [1.04, 1.2];
@@ -225,23 +227,27 @@ fn sleeve_end<'a>(
     from: fn(Side) -> HumanJoint,
     to: fn(Side) -> HumanJoint,
     along: f64,
+    longer: f64,
 ) -> Hem<'a> {
     let (from, to) = (from(side), to(side));
-    let (point, normal) = (form.between(from, to, along), (form.joint(from) - form.joint(to)).normalize());
+    let normal = (form.joint(from) - form.joint(to)).normalize();
+    let point = form.between(from, to, along) - normal * longer;
     hem(move |part| part.limb() == Limb::Arm(side), move |p| (p - point).dot(&normal))
 }
 
 /// The end of a trouser leg, across the shin; with `up` −1 the cloth at the foot stays.
-fn leg_end<'a>(form: &DressForm, side: Side, along: f64, up: f64) -> Hem<'a> {
+fn leg_end<'a>(form: &DressForm, side: Side, along: f64, up: f64, longer: f64) -> Hem<'a> {
     let (from, to) = (LowerLeg(side), Foot(side));
-    let (point, normal) = (form.between(from, to, along), (form.joint(from) - form.joint(to)).normalize());
+    let normal = (form.joint(from) - form.joint(to)).normalize();
+    let point = form.between(from, to, along) - normal * longer;
     hem(move |part| part.limb() == Limb::Leg(side) && part != UpperLeg(side), move |p| (p - point).dot(&normal) * up)
 }
 
 /// The end of a short trouser leg, across the thigh.
-fn thigh_end<'a>(form: &DressForm, side: Side, along: f64) -> Hem<'a> {
+fn thigh_end<'a>(form: &DressForm, side: Side, along: f64, longer: f64) -> Hem<'a> {
     let (from, to) = (UpperLeg(side), LowerLeg(side));
-    let (point, normal) = (form.between(from, to, along), (form.joint(from) - form.joint(to)).normalize());
+    let normal = (form.joint(from) - form.joint(to)).normalize();
+    let point = form.between(from, to, along) - normal * longer;
     hem(move |part| part.limb() == Limb::Leg(side), move |p| (p - point).dot(&normal))
 }
 

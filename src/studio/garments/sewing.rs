@@ -4,9 +4,11 @@ use super::collar::Collar;
 use super::dress_form::DressForm;
 use super::dye::Dye;
 use super::flare::{FlaredTube, flare_mesh};
+use super::form::{GarmentFile, GarmentForm};
 use super::hem::{SPACING, cut_along, largest_components, with_smooth_boundary};
 use super::kind::GarmentKind;
 use super::pattern::Pattern;
+use super::size::{GarmentSize, Grade};
 use super::skin_weights::skin_weights;
 use crate::body::{HumanJoint, SkinWeights};
 use crate::cloth::{ClothLayer, Collider, clear_of};
@@ -51,12 +53,17 @@ impl SewnGarment {
 
 /// Cuts and sews a garment of a kind for a subject; the seed determines its length, colours and unevenness.
 pub fn sew(kind: GarmentKind, subject: &Subject, seed: u64) -> SewnGarment {
+    sew_graded(kind, subject, seed, Grade::default())
+}
+
+/// [`sew`] in another size than the subject's own.
+fn sew_graded(kind: GarmentKind, subject: &Subject, seed: u64, grade: Grade) -> SewnGarment {
     let form = DressForm::of(subject);
     let mut rng = Rng::new(seed.wrapping_add(kind as u64 * 77));
-    let pattern = kind.pattern(&form, &mut rng);
+    let pattern = kind.pattern(&form, &mut rng, grade);
     let whole = match (&pattern.flare, kind) {
         (Some(flare), GarmentKind::Skirt) => flare_mesh(flare, &form),
-        _ => around(kind, &pattern, &form),
+        _ => around(kind, &pattern, &form, grade),
     };
     let sewn = with_smooth_boundary(&largest_components(&cut_along(&whole, &pattern.hems, &form), pattern.pieces));
     let pinned = waistband(kind, &sewn);
@@ -72,8 +79,24 @@ pub fn sew(kind: GarmentKind, subject: &Subject, seed: u64) -> SewnGarment {
     SewnGarment { kind, cloth, sewn, weights, collar, dye: Dye::of(kind, seed) }
 }
 
+/// A garment alone, as its file is, in the pose in which it was sewn.
+///
+/// **Guarantees** equal arguments give equal bytes; M of each kind has the girths that [`sew`] gives it.
+pub fn garment_file(
+    kind: GarmentKind,
+    subject: &Subject,
+    seed: u64,
+    size: GarmentSize,
+    form: GarmentForm,
+) -> GarmentFile {
+    let garment = sew_graded(kind, subject, seed, size.grade());
+    let mesh = garment.finished(&garment.cloth.rest, false, &[]);
+    let colors = garment.painted(&mesh);
+    GarmentFile::of(&mesh, &colors, form)
+}
+
 /// A garment that follows the body at a distance: the zero surface of a smoothed distance field, joined with the flare.
-fn around(kind: GarmentKind, pattern: &Pattern<'_>, form: &DressForm) -> TriMesh {
+fn around(kind: GarmentKind, pattern: &Pattern<'_>, form: &DressForm, grade: Grade) -> TriMesh {
     /// Distances are not evaluated beyond this, metres.
     const FAR: f64 = 0.12;
     let covered = form.body.points().enumerate().filter(|(v, _)| kind.covers(form.part(*v)));
@@ -91,7 +114,8 @@ fn around(kind: GarmentKind, pattern: &Pattern<'_>, form: &DressForm) -> TriMesh
             Some((near, outward)) => {
                 let corner = near.nearest_corner(collider.mesh());
                 let side = (p - near.point).dot(&outward).signum();
-                side * near.distance - kind.gap(form.part(corner), form.along(corner))
+                let part = form.part(corner);
+                side * near.distance - kind.gap(part, form.along(corner)) - grade.gap(part)
             }
         };
         let to_tube = flared.as_ref().map_or(f64::INFINITY, |tube| tube.distance(p));
