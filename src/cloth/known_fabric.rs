@@ -13,5 +13,6 @@ pub fn fabric_named(name: &str) -> Result<Fabric, ClothError> {
         thickness: known.thickness,
         stretch: 0.5 * (warp + weft),
         bending: known.bending,
+        friction: known.friction,
     })
 }

@@ -9,6 +9,7 @@
 mod cloth_params;
 mod cloth_report;
 mod cloth_track;
+mod constraint_solver;
 mod contact;
 mod coupled;
 #[cfg(test)]
@@ -23,6 +24,7 @@ mod mass_spring;
 mod mode;
 #[cfg(test)]
 mod modes_tests;
+mod put_on;
 mod simulate;
 mod skin_step;
 mod springs;
@@ -38,4 +40,5 @@ pub use fabric::Fabric;
 pub use known_fabric::fabric_named;
 pub use layer::ClothLayer;
 pub use mode::{ClothMode, ClothSolver};
+pub use put_on::{BodyStep, PutOn, put_on};
 pub use simulate::simulate;

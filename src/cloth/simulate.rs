@@ -39,14 +39,14 @@ pub fn simulate(
     params.check_values()?;
     let mut simulation = Simulation::prepare(figure, skinning, params, (mode, solver))?;
     if mode.is_simulated() && solver == ClothSolver::Constraints {
-        let pairs = crossing_pairs(&simulation.surfaces, &simulation.tree, &simulation.at);
+        let pairs = crossing_pairs(&simulation.solver.surfaces, &simulation.solver.tree, &simulation.solver.at);
         if pairs > 0 {
             return Err(ClothError::Crossing { pairs });
         }
     }
-    let vertices = simulation.surfaces.vertices.iter().map(|range| range.len() as u32).collect();
-    let mut result = ClothTrack { vertices, frames: vec![rounded(&simulation.at)] };
-    let mut reporter = Reporter::new(hems(figure, &simulation.surfaces.vertices));
+    let vertices = simulation.solver.surfaces.vertices.iter().map(|range| range.len() as u32).collect();
+    let mut result = ClothTrack { vertices, frames: vec![rounded(&simulation.solver.at)] };
+    let mut reporter = Reporter::new(hems(figure, &simulation.solver.surfaces.vertices));
     let weights = physics_weights(figure);
     for (k, poses) in track.poses.windows(2).enumerate() {
         if mode.is_simulated() {
@@ -57,17 +57,17 @@ pub fn simulate(
         let at = match mode {
             ClothMode::Skinned => &places,
             ClothMode::Blended => {
-                let each = places.iter().zip(&simulation.at).zip(&weights);
+                let each = places.iter().zip(&simulation.solver.at).zip(&weights);
                 blended = each.map(|((place, at), &share)| place + (at - place) * share).collect();
                 &blended
             }
-            ClothMode::Physics | ClothMode::Coupled => &simulation.at,
+            ClothMode::Physics | ClothMode::Coupled => &simulation.solver.at,
         };
-        reporter.add(k + 1, &simulation.surfaces, &simulation.tree, at, &places);
+        reporter.add(k + 1, &simulation.solver.surfaces, &simulation.solver.tree, at, &places);
         result.frames.push(rounded(at));
         on_frame(k + 1, track.poses.len() - 1);
     }
-    Ok((result, reporter.finish(simulation.stopped_steps, simulation.least_stiffness())))
+    Ok((result, reporter.finish(simulation.solver.stopped_steps, simulation.least_stiffness())))
 }
 
 /// The boundary loops of cloth, of all layers together.

@@ -99,6 +99,9 @@ impl Search<'_> {
     /// The pairs of two faces: each vertex and each edge by the one face that stands for it.
     fn between(&self, f: u32, g: u32, boxes: &Boxes, pairs: &mut Vec<NearPair>) {
         let (s, reach) = (self.surfaces, self.reach as f32);
+        if f.max(g) < s.unpaired_faces {
+            return;
+        }
         let [of_f, of_g] = [f, g].map(|k| s.faces[k as usize]);
         let [own_f, own_g] = [f, g].map(|k| s.owned[k as usize]);
         for k in 0..3 {

@@ -18,6 +18,10 @@ pub(in crate::cloth) struct Surfaces {
     pub owned: Vec<u8>,
     /// The vertices of each layer.
     pub vertices: Vec<Range<usize>>,
+    /// The first layers are no cloth: the body, and what it wears already.
+    pub solids: usize,
+    /// Pairs of the first so many faces are not looked for.
+    pub unpaired_faces: u32,
 }
 
 impl Surfaces {
@@ -50,12 +54,23 @@ impl Surfaces {
             sides.push(of_face);
             owned.push(own);
         }
-        Self { rest, faces, edges, sides, owned, vertices }
+        Self { rest, faces, edges, sides, owned, vertices, solids: 1, unpaired_faces: 0 }
     }
 
-    /// The number of vertices of the body, which come first.
+    /// Joins the meshes, the first `solids` of which move as they are told, also through one another.
+    pub fn around_solids(meshes: &[&TriMesh], solids: usize) -> Self {
+        let unpaired_faces = meshes[..solids].iter().map(|mesh| mesh.face_count() as u32).sum();
+        Self { solids, unpaired_faces, ..Self::of(meshes) }
+    }
+
+    /// The vertices of cloth, layer by layer.
+    pub fn cloth(&self) -> &[Range<usize>] {
+        self.vertices.get(self.solids..).unwrap_or_default()
+    }
+
+    /// The number of vertices of the body, or of all solids, which come first.
     pub fn body_vertices(&self) -> usize {
-        self.vertices.first().map_or(0, |body| body.end)
+        self.vertices[..self.solids.min(self.vertices.len())].last().map_or(0, |last| last.end)
     }
 }
 

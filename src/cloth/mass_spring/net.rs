@@ -289,7 +289,7 @@ mod tests {
 
     #[test]
     fn forces_are_the_derivative_of_the_energy() {
-        let fabric = Fabric { density: 0.2, thickness: 1e-3, stretch: 90.0, bending: 3e-2 };
+        let fabric = Fabric { density: 0.2, thickness: 1e-3, stretch: 90.0, bending: 3e-2, friction: 0.3 };
         let (mesh, _) = sheet(3, 3, 0.1, fabric, 0);
         let inverse = vec![1.0; mesh.vertex_count()];
         let cloth = MassSpring::of(&mesh, &fabric, &inverse, 1e-6);
@@ -328,7 +328,7 @@ mod tests {
 
     #[test]
     fn a_hanging_strip_is_as_long_as_its_weight_makes_it() {
-        let fabric = Fabric { density: 0.4, thickness: 1e-3, stretch: 60.0, bending: 1e-6 };
+        let fabric = Fabric { density: 0.4, thickness: 1e-3, stretch: 60.0, bending: 1e-6, friction: 0.3 };
         let (long, side) = (20, 0.02);
         // One edge along the strip at each side and none that shears: what is left of a strip is two threads.
         let (mesh, inverse) = sheet(long, 1, side, fabric, 1);
@@ -348,7 +348,7 @@ mod tests {
     #[test]
     fn a_cantilever_bends_as_a_beam_does() {
         // Denim, 6 cm: the tip sinks by w L⁴ / (8 B), 1/30 of the length under 1/20 of its weight.
-        let fabric = Fabric { density: 0.4, thickness: 1e-3, stretch: 40.0, bending: 100e-6 };
+        let fabric = Fabric { density: 0.4, thickness: 1e-3, stretch: 40.0, bending: 100e-6, friction: 0.3 };
         let (long, side) = (12, 0.005);
         let (mesh, inverse) = sheet(long + 1, 6, side, fabric, 2);
         let cloth = MassSpring::of(&mesh, &fabric, &inverse, 9e-5);

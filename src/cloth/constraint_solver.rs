@@ -1,0 +1,215 @@
+//! Constraints that move all surfaces by a step: springs, contact, and a pull to places, corrected until nothing crosses.
+
+use super::crossing_free::near_pairs::{NearPair, Search};
+use super::crossing_free::safe_motion::Step;
+use super::crossing_free::surfaces::Surfaces;
+use super::crossing_free::swept_tree::SweptTree;
+use super::skin_step::{GRAVITY, SkinStep};
+use super::springs::Spring;
+use crate::geometry::{Point, Vec3};
+use rayon::prelude::*;
+
+/// Distance in metres from which contact acts, and the gap that it keeps where layers were farther apart at rest.
+const REACH: f64 = 0.8e-3;
+const GAP: f64 = 0.6e-3;
+/// How far a displacement may differ from the expected one before its neighbourhood is searched again, metres, and the same
+/// per metre that it moves relative to the skin.
+const SLACK: f64 = 0.5e-3;
+const SLACK_PER_METRE: f64 = 0.05;
+/// Most that skinning pulls cloth and skin back to their places in a step, metres: where they cannot get there, as in an
+/// armpit, they do not press harder and harder. At 90 steps per second cloth still comes back by 9 cm per second, skin by 36.
+const PULL: f64 = 1e-3;
+const BODY_PULL: f64 = 4e-3;
+/// Pull of cloth that had to be corrected is halved, down to this share, and recovers by this factor per step.
+const LEAST_EASE: f64 = 0.02;
+const RECOVERY: f64 = 1.1;
+/// A correction that counts as one, metres.
+const CORRECTION: f64 = 2e-5;
+/// Greatest correction by constraints within a step, metres: more is an error of the constraints.
+const FARTHEST: f64 = 1e-2;
+/// Greatest correction that is expected again in the next step, metres.
+const EXPECTED: f64 = 3e-3;
+
+/// Surfaces in motion: positions, velocities, constraints.
+pub(super) struct ConstraintSolver {
+    pub surfaces: Surfaces,
+    pub tree: SweptTree,
+    /// Springs of each layer of cloth; indices within the layer.
+    pub springs: Vec<Vec<Spring>>,
+    /// 1/kg.
+    pub inverse_mass: Vec<f64>,
+    /// Angular frequency of the pull to the place of each vertex, 1/s.
+    pub frequency: Vec<f64>,
+    /// Share of its velocity relative to the skin that cloth loses per second.
+    pub damping: f64,
+    /// Coefficient of friction.
+    pub friction: f64,
+    /// Rounds of all constraints per step.
+    pub iterations: usize,
+    pub at: Vec<Point>,
+    pub velocity: Vec<Vec3>,
+    /// Share of the pull that is used.
+    ease: Vec<f64>,
+    /// What the constraints added to the displacement in the last step.
+    correction: Vec<Vec3>,
+    pub stopped_steps: usize,
+}
+
+impl ConstraintSolver {
+    /// Surfaces where they are at rest. `body_share`: inverse mass of a vertex of the body, relative to the typical one of cloth;
+    /// it gives way only where cloth cannot.
+    pub fn new(
+        surfaces: Surfaces,
+        springs: Vec<Vec<Spring>>,
+        mut inverse_mass: Vec<f64>,
+        frequency: Vec<f64>,
+        (friction, iterations): (f64, usize),
+        body_share: f64,
+    ) -> Self {
+        let body = surfaces.body_vertices();
+        let mut masses = inverse_mass[body..].to_vec();
+        masses.sort_by(f64::total_cmp);
+        let typical = masses.get(masses.len() / 2).copied().unwrap_or(1.0);
+        inverse_mass[..body].fill(typical * body_share);
+        let center =
+            |f: &[u32; 3]| Point::from(f.iter().map(|&v| surfaces.rest[v as usize].coords).sum::<Vec3>() / 3.0);
+        let centers: Vec<Point> = surfaces.faces.iter().map(center).collect();
+        let count = surfaces.rest.len();
+        Self {
+            tree: SweptTree::prepare(&centers),
+            springs,
+            inverse_mass,
+            frequency,
+            damping: 0.0,
+            friction,
+            iterations,
+            at: surfaces.rest.clone(),
+            velocity: vec![Vec3::zeros(); count],
+            ease: vec![1.0; count],
+            correction: vec![Vec3::zeros(); count],
+            stopped_steps: 0,
+            surfaces,
+        }
+    }
+
+    /// Prepares for steps of another length, in seconds.
+    pub fn set_step(&mut self, secs: f64) {
+        self.springs.iter_mut().flatten().for_each(|spring| spring.set_step(secs));
+    }
+
+    /// Moves on by one step.
+    pub fn step(&mut self, skin: &SkinStep<'_>) {
+        let (count, SkinStep { before, places, carried, secs: step_secs }) = (self.at.len(), *skin);
+        let free: Vec<Vec3> = (0..count)
+            .into_par_iter()
+            .map(|v| self.free_motion(v, &(places[v] - before[v]), &places[v], &carried[v], step_secs))
+            .collect();
+        let mut expected: Vec<Vec3> = free.iter().zip(&self.correction).map(|(free, added)| free + added).collect();
+        let relative = |v: usize| (expected[v] - (places[v] - before[v])).norm();
+        let mut slack: Vec<f64> = (0..count).map(|v| SLACK + SLACK_PER_METRE * relative(v)).collect();
+        let search = Search {
+            surfaces: &self.surfaces,
+            tree: &self.tree,
+            at: &self.at,
+            by: &expected,
+            slack: &slack,
+            reach: REACH,
+            gap: GAP,
+        };
+        let mut pairs = search.all();
+        let mut by = self.solved(&free, &pairs);
+        let solved = by.clone();
+        let step = Step { surfaces: &self.surfaces, tree: &self.tree, at: &self.at, gap: GAP };
+        let corrections = step.make_safe(&mut pairs, &mut by, &mut expected, &mut slack);
+        self.stopped_steps += usize::from(corrections.stopped);
+        for v in 0..count {
+            let corrected = (by[v] - solved[v]).norm() > CORRECTION;
+            self.ease[v] =
+                if corrected { (0.5 * self.ease[v]).max(LEAST_EASE) } else { (RECOVERY * self.ease[v]).min(1.0) };
+            self.correction[v] = shortened(by[v] - free[v], EXPECTED);
+            self.velocity[v] = by[v] / step_secs;
+            self.at[v] += by[v];
+        }
+    }
+
+    /// The displacement of a vertex without its neighbours: skin follows its place; cloth keeps its velocity, falls, and is
+    /// pulled to its place.
+    fn free_motion(&self, v: usize, skinned: &Vec3, place: &Point, carried: &Vec3, step_secs: f64) -> Vec3 {
+        let offset = place - (self.at[v] + skinned);
+        if v < self.surfaces.body_vertices() {
+            return skinned + shortened(offset, BODY_PULL);
+        }
+        let squared = (self.frequency[v] * step_secs).powi(2);
+        // An implicit step of the pull also damps the motion relative to the skin.
+        let relative = (self.velocity[v] * step_secs - skinned) * ((-self.damping * step_secs).exp() / (1.0 + squared));
+        let pull = shortened((offset - relative) * (squared / (1.0 + squared)), PULL * self.ease[v]);
+        let weight = (Vec3::new(0.0, -GRAVITY, 0.0) - carried) * (step_secs * step_secs / (1.0 + squared));
+        skinned + relative + pull + weight
+    }
+
+    /// The displacements after stretch, bending and contact.
+    fn solved(&self, free: &[Vec3], pairs: &[NearPair]) -> Vec<Vec3> {
+        let body = self.surfaces.body_vertices();
+        let mut to: Vec<Point> = self.at.iter().zip(free).map(|(at, by)| at + by).collect();
+        // Skin alone needs no contact: where it folds, the correction of displacements keeps it apart.
+        let of_cloth = |pair: &&NearPair| pair.vertices.iter().any(|&v| v as usize >= body);
+        let contacts: Vec<&NearPair> = pairs.iter().filter(of_cloth).collect();
+        for round in 0..self.iterations {
+            self.satisfy_springs(&mut to, round % 2 == 1);
+            contacts.iter().for_each(|contact| self.push_apart(contact, &mut to));
+            contacts.iter().rev().for_each(|contact| self.push_apart(contact, &mut to));
+        }
+        let moved = |v: usize| {
+            let added = to[v] - self.at[v] - free[v];
+            let sound = added.iter().all(|x| x.is_finite());
+            free[v] + if sound { shortened(added, FARTHEST) } else { Vec3::zeros() }
+        };
+        (0..to.len()).map(moved).collect()
+    }
+
+    /// One round of the springs, the layers at once.
+    fn satisfy_springs(&self, to: &mut [Point], backwards: bool) {
+        let mut layers = Vec::new();
+        let mut rest = &mut to[self.surfaces.body_vertices()..];
+        for (range, springs) in self.surfaces.cloth().iter().zip(&self.springs) {
+            let (own, after) = rest.split_at_mut(range.len());
+            layers.push((own, &self.inverse_mass[range.clone()], springs));
+            rest = after;
+        }
+        layers.into_par_iter().for_each(|(at, inverse_mass, springs)| {
+            let satisfy = |spring: &Spring, at: &mut [Point]| spring.satisfy(at, inverse_mass);
+            if backwards {
+                springs.iter().rev().for_each(|spring| satisfy(spring, at));
+            } else {
+                springs.iter().for_each(|spring| satisfy(spring, at));
+            }
+        });
+    }
+
+    /// Moves the vertices of a pair apart to its gap, the lighter by more, and slows their sliding.
+    fn push_apart(&self, pair: &NearPair, to: &mut [Point]) {
+        let vertices = pair.vertices.map(|v| v as usize);
+        let weights = pair.weights.map(f64::from);
+        let each = || vertices.iter().copied().zip(weights);
+        let distance: f64 = each().map(|(v, w)| w * pair.normal.dot(&to[v].coords)).sum();
+        let depth = f64::from(pair.gap) - distance;
+        if depth <= 0.0 {
+            return;
+        }
+        let denominator: f64 = each().map(|(v, w)| w * w * self.inverse_mass[v]).sum();
+        if denominator <= 0.0 {
+            return;
+        }
+        let slid: Vec3 = each().map(|(v, w)| (to[v] - self.at[v]) * w).sum();
+        let slid = shortened(slid - pair.normal * pair.normal.dot(&slid), self.friction * depth);
+        for (v, w) in each() {
+            to[v] += (pair.normal * depth - slid) * (w * self.inverse_mass[v] / denominator);
+        }
+    }
+}
+
+/// `v`, or shorter in the same direction.
+pub(super) fn shortened(v: Vec3, most: f64) -> Vec3 {
+    let length = v.norm();
+    if length > most { v * (most / length) } else { v }
+}
