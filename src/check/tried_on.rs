@@ -42,6 +42,23 @@ impl TriedOn {
     }
 }
 
+/// A garment that falls by more, on average of its vertices, in metres, does not stay where it is worn.
+const SLIDES: f64 = 0.12;
+
+/// What is in doubt of how a garment was put on: `thickness` is the share of itself as which the figure stood free in it, `fell` how
+/// far the garment fell until it was at rest, in metres.
+pub fn doubts_of_putting_on(thickness: Option<f64>, fell: f64) -> Vec<Doubt> {
+    let slides = (fell > SLIDES).then(|| Doubt {
+        what: format!("the garment is too large for this person: it slides down by {:.0} cm", 100.0 * fell),
+        remedy: "try on a smaller size".into(),
+    });
+    let crosses = thickness.is_none().then(|| Doubt {
+        what: "the garment's limbs are not where the figure's can go, so they may cross".into(),
+        remedy: "look at it in `view --sheet sheet.png`; give --template if its kind was not recognised".into(),
+    });
+    slides.into_iter().chain(crosses).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -58,6 +75,9 @@ mod tests {
         assert_eq!(TriedOn::of(&own, &own).doubts(), []);
         let tight = TriedOn::of(&own, &wide).doubts();
         assert!(tight.len() == 1 && tight[0].what.contains("30 %"), "{tight:?}");
+        assert_eq!(doubts_of_putting_on(Some(0.6), 0.02), []);
+        assert!(doubts_of_putting_on(Some(1.0), 0.3)[0].what.contains("30 cm"));
+        assert!(doubts_of_putting_on(None, 0.0)[0].what.contains("limbs"));
         let other = own.with_faces(vec![own.faces().as_slice()[0]]);
         assert!(TriedOn::of(&own, &other).doubts()[0].what.contains("replaced"));
     }

@@ -35,6 +35,9 @@ pub enum TryOnError {
         /// Metres.
         longest: f64,
     },
+    /// A system of equations on its surface has no solution.
+    #[error(transparent)]
+    Numerics(#[from] crate::numerics::NumericsError),
     /// No skin weights.
     #[error(transparent)]
     Rig(#[from] crate::rig::RigError),
@@ -60,6 +63,7 @@ impl TryOnError {
             }
             Self::Skewed { .. } => "check that the file holds the garment as it is worn, not its flat pattern".into(),
             Self::NotForAdults { .. } => "give --unit if the unit was not recognised".into(),
+            Self::Numerics(error) => return error.hint(),
             Self::Rig(error) => return error.hint(),
             Self::Stack(error) => return error.hint(),
             Self::Cloth(error) => return error.hint(),

@@ -9,14 +9,11 @@ use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3, VertexId, geod
 
 /// Level sets from the rim to the trunk.
 const LEVELS: usize = 60;
-/// A level set longer than the shortest of those before it by this factor is no longer one around the limb: sleeves widen by half
-/// from the cuff to the arm hole over their whole length, skirts of coats are beyond that at the first level above the arm hole.
-const GROWTH: f64 = 1.35;
-/// Levels over which growth counts, so that a flared leg, which widens slowly, remains a leg.
-const WINDOW: usize = 6;
-
-/// A cuff may be narrower than the limb by this factor.
-const CUFF: f64 = 1.3;
+/// Growth of a cross-section per length along the limb at which it has reached the trunk. A hole in a sheet has 2π, a trunk around an
+/// arm hole about 4; sleeves that widen from a narrow cuff have up to 1.7, flared legs 1.
+const GROWTH: f64 = 2.5;
+/// Levels over which growth counts: less is a fold.
+const WINDOW: usize = 2;
 
 /// A sleeve's or leg's skeleton.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,11 +39,13 @@ impl Limb {
         for k in 1..=LEVELS {
             let level = step * k as f64;
             let Some((center, girth)) = level_set(mesh, &distance, level) else { break };
-            // The rim itself may be a ribbed or folded cuff.
-            let before = &girths[girths.len().saturating_sub(WINDOW).max(1)..];
-            let start = if k <= WINDOW { CUFF * girths[0] } else { f64::INFINITY };
-            let least = before.iter().copied().fold(start, f64::min);
-            if girth > GROWTH * least {
+            let before = girths.len().checked_sub(WINDOW).map(|k| girths[k]);
+            if before.is_some_and(|before| girth - before > GROWTH * step * WINDOW as f64) {
+                // The levels before have grown as fast.
+                let own = nodes.len().saturating_sub(WINDOW - 1).max(1);
+                nodes.truncate(own);
+                girths.truncate(own);
+                last = step * (own - 1) as f64;
                 break;
             }
             (last, _) = (level, nodes.push(center));

@@ -9,9 +9,10 @@ mod rims;
 mod surface;
 #[cfg(test)]
 mod tests;
+mod thin;
 mod upright;
 
-pub use dress::{at_rest, edge_length_p95};
+pub use dress::{Worn, at_rest, edge_length_p95};
 pub use error::TryOnError;
 pub use placing::{Placed, place};
 pub use upright::UprightGarment;

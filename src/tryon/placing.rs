@@ -16,8 +16,10 @@ use nalgebra::UnitQuaternion;
 const LONGEST_LIMB: f64 = 1.1;
 /// Vertices that a placing is judged by.
 const JUDGED: usize = 1200;
-/// The farthest that the search moves a garment from where its limbs put it, in metres.
+/// The farthest that the search moves a garment from where its limbs put it, in metres, and one from where its waist fits: a skirt
+/// that is too small must not slip down to the thighs.
 const SEARCHED: f64 = 0.16;
+const SEARCHED_AT_WAIST: f64 = 0.04;
 /// Cloth this far from the skin costs as much as a penetration of a tenth of it: wide garments hang off the body.
 const GAP_COUNTS: f64 = 0.1;
 /// The other heading must fit better by this factor: openings are a surer sign than a chest.
@@ -80,10 +82,15 @@ fn placed(garment: &TriMesh, openings: &Openings, figure: &Figure) -> Placed {
         starts.extend(figure.skeleton.find(HumanJoint::Neck).map(|j| joints[j.index()] - neck.center));
     }
     let body = SurfaceIndex::prepare(&figure.body().posed(&figure.skeleton, &pose));
-    let settled = starts.into_iter().map(|start| settled(garment, &body, start)).min_by(|a, b| a.1.total_cmp(&b.1));
+    let searched = if chain.is_some() { SEARCHED } else { SEARCHED_AT_WAIST };
+    let settled =
+        starts.into_iter().map(|start| settled(garment, &body, start, searched)).min_by(|a, b| a.1.total_cmp(&b.1));
     let (shift, cost, depth) = settled.unwrap_or_else(|| (Vec3::zeros(), f64::INFINITY, 0.0));
     pose.translation -= shift;
-    Placed { pose, depth, cost }
+    let Some(joints) = chain else { return Placed { pose, depth, cost } };
+    // Where the joints are by now says more than the directions of short sleeves.
+    let aimed = aimed(figure, &pose, &limbs, joints);
+    Placed { pose: aimed, depth, cost }
 }
 
 /// Whether a garment that is upright looks backwards: whether an average body fits it clearly better that way. And the move that
@@ -121,6 +128,43 @@ fn pose_by(figure: &Figure, limbs: &[Limb], upper: OfSide, lower: OfSide, end: O
     pose
 }
 
+/// The pose whose limbs run through those of the garment: along their centres and out of their rims.
+fn aimed(figure: &Figure, pose: &Pose, limbs: &[Limb], [upper, lower, end]: [OfSide; 3]) -> Pose {
+    let skeleton = &figure.skeleton;
+    let at_joints = skeleton.joints_in_world(pose);
+    let mut aimed = pose.clone();
+    for (side, limb) in Side::BOTH.into_iter().zip(limbs) {
+        let joints = [upper(side), lower(side), end(side)].map(|joint| skeleton.find(joint));
+        let ([Some(a), Some(b), Some(c)], 2..) = (joints, limb.nodes.len()) else { continue };
+        let [at_a, at_b, at_c] = [a, b, c].map(|j| skeleton.joints_in_bind[j.index()]);
+        let begin = at_joints[a.index()];
+        let way: Vec<Point> = std::iter::once(begin).chain(limb.nodes.iter().copied()).collect();
+        let elbow = along(&way, (at_b - at_a).norm());
+        let wrist = along(&way, (at_b - at_a).norm() + (at_c - at_b).norm());
+        let turn = UnitQuaternion::rotation_between(&(at_b - at_a), &(elbow - begin)).unwrap_or_default();
+        let bent = UnitQuaternion::rotation_between(&(turn * (at_c - at_b)), &(wrist - elbow)).unwrap_or_default();
+        aimed.rotations[a.index()] = turn;
+        aimed.rotations[b.index()] = turn.inverse() * bent * turn;
+    }
+    aimed
+}
+
+/// The point of a polyline at a length from its begin; beyond its end straight on, from begin to end.
+fn along(way: &[Point], length: f64) -> Point {
+    let mut rest = length;
+    for pair in way.windows(2) {
+        let part = (pair[1] - pair[0]).norm();
+        if rest <= part && part > 0.0 {
+            return pair[0] + (pair[1] - pair[0]) * (rest / part);
+        }
+        rest -= part;
+    }
+    match way {
+        [first, .., last] => last + (last - first).try_normalize(1e-9).unwrap_or_else(Vec3::zeros) * rest,
+        _ => way.first().copied().unwrap_or_else(Point::origin),
+    }
+}
+
 /// Eqs. 16 and 17: from the middle of the garment's joints to the middle of the figure's.
 fn shift_of_pair(figure: &Figure, pose: &Pose, limbs: &[Limb], joint: OfSide) -> Vec3 {
     let joints = figure.skeleton.joints_in_world(pose);
@@ -135,7 +179,7 @@ fn shift_of_pair(figure: &Figure, pose: &Pose, limbs: &[Limb], joint: OfSide) ->
 }
 
 /// The point of the body's axis at which it is as wide as a rim: the lowest one from the narrowest level of the trunk down.
-fn where_it_fits(figure: &Figure, girth: f64) -> Point {
+pub(super) fn where_it_fits(figure: &Figure, girth: f64) -> Point {
     /// Between the levels tried, in metres.
     const STEP: f64 = 0.01;
     let (skeleton, body) = (&figure.skeleton, figure.body());
@@ -152,7 +196,7 @@ fn where_it_fits(figure: &Figure, girth: f64) -> Point {
 }
 
 /// The shift near a first one with the least cloth inside the body and the least gap, its cost, and the mean depth.
-fn settled(garment: &TriMesh, body: &SurfaceIndex, first: Vec3) -> (Vec3, f64, f64) {
+fn settled(garment: &TriMesh, body: &SurfaceIndex, first: Vec3, searched: f64) -> (Vec3, f64, f64) {
     let every = (garment.vertex_count() / JUDGED).max(1);
     let judged: Vec<Point> = garment.points().iter().step_by(every).copied().collect();
     let cost = |shift: &Vec3| -> (f64, f64) {
@@ -163,14 +207,14 @@ fn settled(garment: &TriMesh, body: &SurfaceIndex, first: Vec3) -> (Vec3, f64, f
         (depth + GAP_COUNTS * gap, depth)
     };
     let (mut best, mut least) = (first, cost(&first));
-    let mut step = SEARCHED / 4.0;
+    let mut step = searched / 4.0;
     while step > 0.002 {
         let mut moved = false;
         for axis in [1, 2, 0] {
             for sign in [-1.0, 1.0] {
                 let mut next = best;
                 next[axis] += sign * step;
-                if (next - first).norm() > SEARCHED {
+                if (next - first).norm() > searched {
                     continue;
                 }
                 let tried = cost(&next);

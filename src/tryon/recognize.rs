@@ -10,9 +10,8 @@ use nalgebra::{Matrix3, Rotation3};
 const LONGEST_RIM: f64 = 1.0;
 /// Units in which garments are modelled: their names and sizes in metres.
 const UNITS: [(&str, f64); 6] = [("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("in", 0.0254), ("dm", 0.1), ("ft", 0.3048)];
-/// The rim around neck, fronts and hem of an open garment is longer than its cuffs by more than this; a waistband is at most three
-/// times as long as the hem of a leg.
-const OPEN_FRONT: f64 = 4.5;
+/// The same of the edge around neck, fronts and hem of an open garment: vests to coats have 2.7 to 3.7.
+const LONGEST_OPEN_EDGE: f64 = 3.0;
 
 /// The openings of a garment, by the limbs that go through them. Of pairs, the person's left comes first.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,6 +55,16 @@ impl Openings {
             Self::Top { arms, .. } | Self::Open { arms, .. } => Some(arms),
             Self::Legs { legs, .. } => Some(legs),
             Self::Tube { .. } => None,
+        }
+    }
+
+    /// All rims, those of a pair first, the left before the right.
+    pub fn rims(&self) -> Vec<&Rim> {
+        match self {
+            Self::Top { neck, hem, arms: [left, right] } => vec![left, right, neck, hem],
+            Self::Open { edge, arms: [left, right] } => vec![left, right, edge],
+            Self::Legs { waist, legs: [left, right] } => vec![left, right, waist],
+            Self::Tube { waist, hem } => vec![waist, hem],
         }
     }
 
@@ -108,27 +117,24 @@ pub struct Recognized {
 /// Recognises a garment by its rims. `unit` is that of the file, in metres, where it is known.
 pub fn recognize(mesh: &TriMesh, rims: &[Rim], unit: Option<f64>) -> Result<Recognized, TryOnError> {
     let longest = rims.iter().map(|rim| rim.length).fold(0.0, f64::max);
+    let expected = if rims.iter().any(Rim::is_open_front) { LONGEST_OPEN_EDGE } else { LONGEST_RIM };
     let (name, scale) = match unit {
         Some(scale) => (UNITS.iter().find(|(_, s)| *s == scale).map_or("given", |(name, _)| *name), scale),
         None => UNITS
             .into_iter()
             .min_by(|a, b| {
-                let off = |scale: f64| (longest * scale / LONGEST_RIM).ln().abs();
+                let off = |scale: f64| (longest * scale / expected).ln().abs();
                 off(a.1).total_cmp(&off(b.1))
             })
             .unwrap_or(("m", 1.0)),
     };
     let (openings, upright) = match rims {
         [a, b, c, d, ..] if rims.len() == 4 => top([a, b, c, d])?,
+        [edge, a, b] if edge.is_open_front() => open(mesh, edge, [a, b])?,
         [a, b, c] => {
-            let arms_or_legs = pair_of([a, b, c]);
-            let single = [a, b, c].into_iter().find(|r| !arms_or_legs.contains(r)).ok_or(TryOnError::Closed)?;
-            let longer = arms_or_legs[0].length.max(arms_or_legs[1].length);
-            if single.length > OPEN_FRONT * longer {
-                open(mesh, single, arms_or_legs)?
-            } else {
-                legs(single, arms_or_legs)?
-            }
+            let pair = pair_of([a, b, c]);
+            let waist = [a, b, c].into_iter().find(|r| !pair.contains(r)).ok_or(TryOnError::Closed)?;
+            legs(waist, pair)?
         }
         [a, b] => tube(mesh, a, b)?,
         _ => return Err(TryOnError::OtherRims { rims: rims.len() }),
@@ -200,6 +206,7 @@ fn open(mesh: &TriMesh, edge: &Rim, arms: [&Rim; 2]) -> Result<(Openings, Rotati
     let left = (arms[0].center - arms[1].center).try_normalize(1e-9).ok_or(skewed("pair of sleeves"))?;
     let forward = edge.center.coords - center;
     let forward = (forward - left * forward.dot(&left)).try_normalize(1e-9).ok_or(skewed("front"))?;
+    let forward = level(mesh, &left, &forward);
     let mut up = forward.cross(&left);
     let at = |p: &Point| (p.coords - center).dot(&up);
     let heights: Vec<f64> = edge.ring.iter().map(|&v| at(&mesh.points()[v])).collect();
@@ -216,6 +223,22 @@ fn open(mesh: &TriMesh, edge: &Rim, arms: [&Rim; 2]) -> Result<(Openings, Rotati
     }
     let (arms, upright) = with_sides(&up, arms, &forward)?;
     Ok((Openings::Open { edge: edge.clone(), arms }, upright))
+}
+
+/// The direction forward, made level: around a trunk, cloth looks to all sides and hardly up and down.
+fn level(mesh: &TriMesh, left: &Vec3, forward: &Vec3) -> Vec3 {
+    let across = left.cross(forward);
+    let (mut ff, mut fu, mut uu) = (0.0, 0.0, 0.0);
+    for face in mesh.face_ids() {
+        let [a, b, c] = mesh.triangle(face);
+        let normal = (b - a).cross(&(c - a));
+        let (f, u, area) = (normal.dot(forward), normal.dot(&across), normal.norm().max(f64::MIN_POSITIVE));
+        (ff, fu, uu) = (ff + f * f / area, fu + f * u / area, uu + u * u / area);
+    }
+    // The axis of the larger part of [ff fu; fu uu].
+    let turn = 0.5 * (2.0 * fu).atan2(ff - uu);
+    let axis = forward * turn.cos() + across * turn.sin();
+    if axis.dot(forward) < 0.0 { -axis } else { axis }
 }
 
 fn legs(waist: &Rim, legs: [&Rim; 2]) -> Result<(Openings, Rotation3<f64>), TryOnError> {

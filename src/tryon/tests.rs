@@ -1,7 +1,8 @@
+use super::thin::ThinFigure;
 use super::*;
 use crate::body::{Figure, Pose, embedded_model};
 use crate::formats::RawMesh;
-use crate::geometry::{Point, Vec3};
+use crate::geometry::{Point, Vec3, intersecting_pairs};
 use nalgebra::{Rotation3, Unit};
 
 fn average() -> Figure {
@@ -66,17 +67,28 @@ fn a_figure_stands_in_the_skirt_and_the_skirt_rests_outside_of_it() {
     let placed = place(&garment.mesh, &figure).unwrap();
     let bind = Pose::bind(figure.skeleton.len());
     assert!((placed.pose.translation - bind.translation).norm() < 0.2, "a garment is read where an adult wears it");
-    let inside = crate::fit::PoseInside {
-        pose: placed.pose,
-        offsets: crate::geometry::PerVertex::filled(0.0, figure.body().mesh.vertex_count()),
-        report: crate::fit::InsideReport::default(),
-    };
-    let worn = at_rest(&garment.mesh, &figure, &inside, "cotton").unwrap();
-    assert_eq!(worn.faces(), garment.mesh.faces());
-    assert!(edge_length_p95(&garment.mesh, &worn) < 1.3);
-    let body = crate::geometry::SurfaceIndex::prepare(&figure.body().posed(&figure.skeleton, &inside.pose));
-    let deepest = worn.points().iter().map(|p| body.signed_distance(p)).fold(f64::INFINITY, f64::min);
-    assert!(deepest > -0.005, "{deepest}");
+    let Worn { mesh, thickness, fell, .. } = at_rest(&garment.mesh, &figure, "cotton").unwrap();
+    assert_eq!(mesh.faces(), garment.mesh.faces());
+    assert!(thickness.is_some() && fell.abs() < 0.1, "{thickness:?} {fell}");
+    assert!(edge_length_p95(&garment.mesh, &mesh) < 1.15);
+    assert_eq!(intersecting_pairs(&mesh, &figure.body().mesh).len(), 0, "nothing crosses at any time");
+}
+
+#[test]
+fn a_thin_figure_is_the_figure_at_its_full_thickness() {
+    let figure = average();
+    let mut pose = Pose::bind(figure.skeleton.len());
+    for (joint, turn) in pose.rotations.iter_mut().enumerate() {
+        *turn = nalgebra::UnitQuaternion::from_euler_angles(0.1, 0.02 * joint as f64, -0.1);
+    }
+    let thin = ThinFigure::near(&figure, &figure.body().mesh, 0.1);
+    let whole = figure.body().posed(&figure.skeleton, &pose);
+    for (p, q) in thin.posed(&pose, 1.0)[0].points().iter().zip(whole.points().iter()) {
+        assert!((p - q).norm() < 1e-9);
+    }
+    let bind = Pose::bind(figure.skeleton.len());
+    let volume = |thickness: f64| thin.posed(&bind, thickness)[0].signed_volume();
+    assert!(volume(0.5) < 0.4 * volume(1.0) && volume(0.5) > 0.1 * volume(1.0));
 }
 
 #[test]

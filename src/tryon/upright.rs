@@ -12,10 +12,16 @@ use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
 
 /// A sleeve or leg longer than this covers the elbow or knee, in metres.
 const LONG: f64 = 0.3;
+/// A limb shorter than this is an armhole, in metres.
+const SLEEVE: f64 = 0.03;
 /// A top longer than this is a dress, in metres from neck to hem: shirts and jumpers have 0.55 to 0.8.
 const DRESS: f64 = 0.85;
+/// An open top longer than this is a coat, in metres from its highest to its lowest point: jackets have 0.6 to 0.75.
+const COAT: f64 = 0.8;
 /// The longest opening of garments for adults, in metres; those of children and dolls are shorter, curtains and tents longer.
 const ADULT: std::ops::RangeInclusive<f64> = 0.55..=3.6;
+/// The same of the edge of open ones, from short vests to long coats.
+const ADULT_OPEN: std::ops::RangeInclusive<f64> = 1.8..=6.0;
 
 /// A garment, upright, looking along +Z, in metres, about where an adult in the bind pose of our figures wears it.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,10 +46,12 @@ impl UprightGarment {
         let place = |p: &Point| Point::from(turn(&p.coords) * scale);
         let mut mesh = mesh.with_points(mesh.points().iter().map(place).collect::<Vec<_>>());
         let longest = openings.longest();
-        if !ADULT.contains(&longest) {
+        let adult = if matches!(openings, Openings::Open { .. }) { ADULT_OPEN } else { ADULT };
+        if !adult.contains(&longest) {
             return Err(TryOnError::NotForAdults { longest });
         }
-        let kind = kind_of(&openings, &limbs_of(&mesh, &openings));
+        let height = mesh.bounds().map_or(0.0, |bounds| bounds.extent().y);
+        let kind = kind_of(&openings, &limbs_of(&mesh, &openings), height);
         let (backwards, shift) = on_average(&mesh, &openings, average);
         let sign = if backwards { -1.0 } else { 1.0 };
         let onto = |p: &Point| Point::new(sign * p.x, p.y, sign * p.z) + shift;
@@ -57,12 +65,16 @@ impl UprightGarment {
 }
 
 /// The kind of garment that openings say, one of the templates.
-fn kind_of(openings: &Openings, limbs: &[Limb]) -> &'static str {
-    let is_long = limbs.iter().any(|limb| limb.length() > LONG);
+fn kind_of(openings: &Openings, limbs: &[Limb], height: f64) -> &'static str {
+    let longest = limbs.iter().map(Limb::length).fold(0.0, f64::max);
+    let (is_long, has_sleeves) = (longest > LONG, longest > SLEEVE);
     match openings {
         Openings::Top { neck, hem, .. } if (neck.center - hem.center).norm() > DRESS => "dress",
+        Openings::Top { .. } if !has_sleeves => "tanktop",
         Openings::Top { .. } if is_long => "pullover",
         Openings::Top { .. } => "tshirt",
+        Openings::Open { .. } if !has_sleeves => "vest",
+        Openings::Open { .. } if height > COAT => "coat",
         Openings::Open { .. } => "jacket",
         Openings::Legs { .. } if is_long => "trousers",
         Openings::Legs { .. } => "shorts",

@@ -1,4 +1,4 @@
-//! The step of a garment that comes from a file, as named calls: read, the figure posed in it, at rest, put on the figure.
+//! The step of a garment that comes from a file, as named calls: read, at rest on the figure, put on it as a layer.
 //!
 //! Its stages are those of a scanned garment, with a mesh of cloth alone in place of the scan.
 
@@ -16,8 +16,8 @@ use super::stages::press::{self, PRESS};
 use super::stages::rig::{self, RIG};
 use super::stages::segment::SEGMENT;
 use super::stages::stack::{self, STACK};
-use crate::body::Figure;
-use crate::check::TriedOn;
+use crate::body::{Figure, Pose};
+use crate::check::{TriedOn, doubts_of_putting_on};
 use crate::cut::Garment;
 use crate::fit::{InsideReport, PoseInside};
 use crate::geometry::{Adjacency, PerVertex};
@@ -26,12 +26,11 @@ use crate::segment::{Labels, Segmentation};
 use crate::session::error::SessionError;
 use crate::session::recipe::{self, StepRecipe};
 use crate::session::store::{Kept, Store};
-use crate::tryon::{at_rest, place};
+use crate::tryon::{Worn, at_rest};
 use serde::Serialize;
 
 #[derive(Serialize)]
 struct PoseInputs {
-    scan: Kept<Scan>,
     figure: Kept<Figure>,
     model: ModelInput,
 }
@@ -45,7 +44,6 @@ struct LabelInputs {
 struct RestInputs {
     scan: Kept<Scan>,
     figure: Kept<Figure>,
-    inside: Kept<PoseInside>,
     model: ModelInput,
     fabric: String,
 }
@@ -74,9 +72,9 @@ pub(super) fn put_on(
     let scan = garment_of(walk, entry)?;
     let at = &mut walk.at(&entry.name);
 
-    let inside = at.run(POSE, PoseInputs { scan, figure, model: model() }, pose_in)?.kept;
+    let inside = at.run(POSE, PoseInputs { figure, model: model() }, bind_pose)?.kept;
     let labels = at.run(SEGMENT, LabelInputs { scan }, all_of_it)?.kept;
-    let inputs = RestInputs { scan, figure, inside, model: model(), fabric: fabric() };
+    let inputs = RestInputs { scan, figure, model: model(), fabric: fabric() };
     let garment = at.run(CUT, inputs, rested)?.kept;
 
     let inputs = rig::Inputs { garment, figure, inside, model: model(), params: of.rig };
@@ -92,12 +90,12 @@ pub(super) fn put_on(
     Ok(StepResults { scan, figure: dressed, of: OfStep::Garment { inside, labels, garment, pressed } })
 }
 
-fn pose_in(PoseInputs { scan, figure, model }: PoseInputs, store: &Store, _on_progress: OnProgress) -> Run<PoseInside> {
-    let (scan, figure) = (store.load(scan)?, model.figure(store, figure)?);
-    let placed = place(&scan.mesh, &figure)?;
+/// The garment is brought into the figure's bind pose, so that no further stage bends cloth.
+fn bind_pose(PoseInputs { figure, model }: PoseInputs, store: &Store, _on_progress: OnProgress) -> Run<PoseInside> {
+    let figure = model.figure(store, figure)?;
     let offsets = PerVertex::filled(0.0, figure.body().mesh.vertex_count());
-    let inside = PoseInside { pose: placed.pose, offsets, report: InsideReport::default() };
-    Ok(Outcome::of(inside).measured("outside_depth_mm", placed.depth * 1e3))
+    let pose = Pose::bind(figure.skeleton.len());
+    Ok(Outcome::of(PoseInside { pose, offsets, report: InsideReport::default() }))
 }
 
 fn all_of_it(LabelInputs { scan }: LabelInputs, store: &Store, _on_progress: OnProgress) -> Run<Segmentation> {
@@ -107,14 +105,20 @@ fn all_of_it(LabelInputs { scan }: LabelInputs, store: &Store, _on_progress: OnP
 }
 
 fn rested(inputs: RestInputs, store: &Store, _on_progress: OnProgress) -> Run<Garment> {
-    let RestInputs { scan, figure, inside, model, fabric } = inputs;
-    let (scan, figure, inside) = (store.load(scan)?, model.figure(store, figure)?, store.load(inside)?);
-    let mesh = at_rest(&scan.mesh, &figure, &inside, &fabric)?;
+    let RestInputs { scan, figure, model, fabric } = inputs;
+    let (scan, figure) = (store.load(scan)?, model.figure(store, figure)?);
+    let Worn { mesh, thickness, gave_way, fell } = at_rest(&scan.mesh, &figure, &fabric)?;
     let hem_loops = Adjacency::prepare(&mesh).boundary_loops();
     let (vertices, hems) = (mesh.vertex_count(), hem_loops.len());
     let is_seen = PerVertex::filled(true, vertices);
     let garment = Garment { mesh, colors: scan.colors, is_seen, hem_loops, findings: Vec::new() };
-    Ok(Outcome::of(garment).measured("vertices", vertices as f64).measured("hem_loops", hems as f64))
+    Ok(Outcome::of(garment)
+        .measured("vertices", vertices as f64)
+        .measured("hem_loops", hems as f64)
+        .measured("began_thin", thickness.unwrap_or(0.0))
+        .measured("gave_way_mm", gave_way * 1e3)
+        .measured("fell_mm", fell * 1e3)
+        .warned(doubts_of_putting_on(thickness, fell).into_iter().map(warning)))
 }
 
 fn check(
