@@ -22,6 +22,7 @@ mod stick_figure;
 mod striding;
 mod style;
 mod surface;
+mod tryon_steps;
 mod weights_row;
 
 pub use camera::{Camera, Facing};
@@ -39,4 +40,5 @@ pub use scene::{Paint, Part, Scene};
 pub use sheet::{Cell, Sheet, SheetRow, contact_sheet};
 pub use stick_figure::stick_figure;
 pub use striding::striding;
+pub use tryon_steps::tryon_steps;
 pub use weights_row::{LayerPhysics, WeightedLayer, joint_legend};
