@@ -175,9 +175,11 @@ pub(super) fn play(args: PlayArgs, context: &Context) -> anyhow::Result<Done> {
     ));
     if let (Some(median), Some(p95)) = (latency(0.5), latency(0.95)) {
         done = done.line(format!(
-            "latency from line to frame: {median:.1} ms, 95 % within {p95:.1} ms; {steps:.1} steps per frame{}",
-            if to.is_some() { format!("; {shown} frames shown, {dropped} dropped") } else { String::new() }
+            "latency from line to frame: {median:.1} ms, 95 % within {p95:.1} ms; {steps:.1} steps per frame"
         ));
+    }
+    if to.is_some() {
+        done = done.line(format!("{shown} frames shown, {dropped} dropped"));
     }
     if let Some(most) = crossings.iter().max() {
         let some = crossings.iter().filter(|pairs| **pairs > 0).count();
