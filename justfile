@@ -131,6 +131,10 @@ bench-peers-fit FOLDER:
     cargo build --release --no-default-features --example time_fit
     python3 benches/peers/fit.py target/release/examples/time_fit {{FOLDER}}
 
+# Garments on the figure of a session, and the steps of Shi 2020 beside its Table 1
+tryon-table SESSION *FILES:
+    cargo run --release --no-default-features --example measure_tryon -- {{SESSION}} {{FILES}}
+
 # The tables of `drive`. MAN and WOMAN are sessions, STREAMS holds folders of streams with truth, CLIPS are .bvh files
 drive-table MAN WOMAN STREAMS *CLIPS:
     cargo build --release --no-default-features --example measure_drive

@@ -106,3 +106,61 @@ fn unit_and_frame_do_not_matter_and_other_meshes_are_refused() {
         assert_eq!(overcoat_ok(&session, &["log"]).stdout, before, "{name} changed the session");
     }
 }
+
+#[test]
+fn studio_sews_sizes_and_forms_that_can_be_put_on() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = built_quick_session(dir.path(), "alice");
+    let sizes = ["studio", "garment", "--kind", "tshirt", "--sizes", "S,XL", "--out", "sizes", "--json"];
+    let sewn = overcoat_ok(&session, &sizes).json();
+    assert_eq!(sewn["files"].as_array().map(Vec::len), Some(2), "{sewn}");
+    let girth = |size: &str| {
+        let text = std::fs::read_to_string(session.join(format!("sizes/tshirt-{size}.obj"))).unwrap();
+        let xs = text.lines().filter_map(|line| line.strip_prefix("v ")?.split(' ').nth(2)?.parse::<f64>().ok());
+        let (low, high) = xs.fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(x), high.max(x)));
+        high - low
+    };
+    // Three sizes are 12 cm of girth: about 4 cm of depth.
+    assert!((2.0..6.0).contains(&(girth("XL") - girth("S"))), "{} {}", girth("S"), girth("XL"));
+    for (form, said) in [("thick", "thick cloth"), ("buttoned", "buttons"), ("split", "seams")] {
+        overcoat_ok(&session, &["studio", "garment", "--kind", "vest", "--form", form, "--out", form]);
+        let file = format!("{form}/vest-M.obj");
+        let stopped = overcoat_ok(&session, &["tryon", &file, "--stop-after", "rims", "--json"]).json();
+        assert!(stopped["notes"].to_string().contains(said), "{form}: {stopped}");
+    }
+    for (argument, value) in [("--kind", "cape"), ("--sizes", "S,36")] {
+        let kind = if argument == "--kind" { value } else { "tshirt" };
+        let sizes = if argument == "--sizes" { value } else { "M" };
+        let wrong = ["studio", "garment", "--kind", kind, "--sizes", sizes, "--out", "wrong"];
+        let refused = overcoat(&session, &wrong);
+        assert!(refused.code != 0 && refused.stderr.contains("there are"), "{}", refused.stderr);
+    }
+}
+
+#[test]
+fn the_steps_of_the_paper_run_alone_and_change_nothing() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = built_quick_session(dir.path(), "alice");
+    let file = garment();
+    let file = file.to_str().unwrap();
+    let before = overcoat_ok(&session, &["log"]).stdout;
+    let all = ["tryon", file, "--stop-after", "clear", "--picture", "steps.png", "--mesh", "worn.ply"];
+    let tried = overcoat_ok(&session, &[&all[..], &["--pose", "walk:20", "--json"]].concat()).json();
+    assert_eq!(tried["stopped_after"], "clear", "{tried}");
+    let inside = |at: usize| tried["inside"][at].as_u64().unwrap();
+    assert!(inside(1) < 10 && inside(0) > inside(1), "{tried}");
+    assert!(std::fs::read(session.join("steps.png")).unwrap().len() > 10_000);
+    assert!(std::fs::read(session.join("worn.ply")).unwrap().len() > 10_000);
+    let without = ["tryon", file, "--stop-after", "bend", "--without", "planes,torso", "--picture", "rough.png"];
+    overcoat_ok(&session, &without);
+    for (arguments, said) in [
+        (&["--stop-after", "sew"][..], "skeleton"),
+        (&["--stop-after", "bend", "--pose", "walk"][..], "walk:60"),
+        (&["--stop-after", "bend", "--pose", "walk:99999"][..], "frame from 0"),
+        (&["--picture", "x.png"][..], "--stop-after"),
+    ] {
+        let refused = overcoat(&session, &[&["tryon", file][..], arguments].concat());
+        assert!(refused.code != 0 && refused.stderr.contains(said), "{arguments:?}: {}", refused.stderr);
+    }
+    assert_eq!(overcoat_ok(&session, &["log"]).stdout, before);
+}

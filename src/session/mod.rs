@@ -43,8 +43,8 @@ pub use recipe::{
     StepRecipe, check_mask_name, parameters_of,
 };
 pub use results::{
-    AnimationStatus, Content, ExportRequest, Exported, NewFolder, Outputs, ShowIn, StepStatus, SubjectOrigin,
-    TruthReport,
+    AnimationStatus, ClipFrame, Content, ExportRequest, Exported, NewFolder, Outputs, ShowIn, StepStatus,
+    SubjectOrigin, TriedSteps, TruthReport,
 };
 pub use results::{DriveView, LiveView, StreamedOutput};
 pub use results::{Film, SequenceKind, SequenceRequest};

@@ -15,6 +15,7 @@ pub use animation::{AnimationStatus, Film, SequenceKind, SequenceRequest};
 pub use export::{ExportRequest, Exported};
 pub use measure::{SubjectOrigin, TruthReport};
 pub use outputs::{Content, NewFolder, Outputs, StreamedOutput};
+pub use pictures::{ClipFrame, TriedSteps};
 pub(in crate::session) use recordings::{AnimationRecording, FitRecording, ScanRecording};
 pub use recordings::{DriveView, LiveView, ShowIn};
 pub use status::StepStatus;

@@ -3,7 +3,9 @@
 mod draw_garment;
 mod poster;
 mod sheet;
+mod tried_steps;
 mod weights_sheet;
 
 #[cfg(feature = "rerun")]
 pub(in crate::session) use sheet::{SeenStep, Turned};
+pub use tried_steps::{ClipFrame, TriedSteps};
