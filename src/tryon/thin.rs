@@ -1,16 +1,34 @@
 //! A figure with its limbs and trunk made thin around their bones, so that it stands free in a garment.
 
 use crate::body::{Figure, HumanJoint, JointId, Pose, Skeleton};
-use crate::geometry::{Point, TriMesh, Vec3};
+use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
 use rayon::prelude::*;
+
+/// Clothes farther from the skin are left to stacking, in metres: below an arm they have no place between thin arm and thin trunk.
+const LOOSE: f64 = 0.02;
 
 /// The layers of a figure near a garment, with the bone that each joint thins to.
 pub(super) struct ThinFigure<'a> {
     figure: &'a Figure,
     /// A point and the direction of each joint's bone in the bind pose; no direction where it shrinks on all sides.
     bones: Vec<(Point, Option<Vec3>)>,
-    /// Per layer the part near the garment, and the vertices of the layer that it has.
-    parts: Vec<(TriMesh, Vec<usize>)>,
+    /// Per layer the part near the garment.
+    parts: Vec<LayerPart>,
+}
+
+/// Faces of a layer, and what their vertices follow.
+struct LayerPart {
+    mesh: TriMesh,
+    /// The vertices of the layer.
+    from: Vec<VertexId>,
+    /// Of clothes, the skin nearest to each vertex: cloth that hangs between arm and trunk must not stand free of both.
+    skin: Option<Vec<Anchor>>,
+}
+
+/// A point of the skin.
+struct Anchor {
+    corners: [VertexId; 3],
+    shares: [f64; 3],
 }
 
 impl<'a> ThinFigure<'a> {
@@ -22,39 +40,65 @@ impl<'a> ThinFigure<'a> {
         let is_near = |p: &Point| {
             bounds.as_ref().is_some_and(|b| (0..3).all(|k| p[k] > b.min[k] - reach && p[k] < b.max[k] + reach))
         };
-        let parts = figure.layers.iter().map(|layer| {
-            let mesh = &layer.mesh;
-            let keep = mesh.faces().iter().map(|face| face.iter().any(|&v| is_near(&mesh.points()[v]))).collect();
-            let (part, from) = mesh.part(&keep);
-            (part, from.iter().map(|v| v.index()).collect())
+        let body = SurfaceIndex::prepare(&figure.body().mesh);
+        let anchor = |p: &Point| {
+            let near = body.closest(p);
+            Anchor { corners: figure.body().mesh.faces()[near.face], shares: near.barycentric }
+        };
+        let parts = figure.layers.iter().enumerate().map(|(k, layer)| {
+            let points = layer.mesh.points();
+            let is_loose: PerVertex<bool> = match k {
+                0 => PerVertex::filled(false, points.len()),
+                _ => points.0.par_iter().map(|p| body.closest(p).distance > LOOSE).collect::<Vec<_>>().into(),
+            };
+            let counts = |f: &[VertexId; 3]| f.iter().any(|&v| is_near(&points[v])) && !f.iter().any(|&v| is_loose[v]);
+            let keep = layer.mesh.faces().iter().map(counts).collect();
+            let (mesh, from) = layer.mesh.part(&keep);
+            let skin = (k > 0).then(|| mesh.points().0.par_iter().map(anchor).collect());
+            LayerPart { from: from.iter().copied().collect(), mesh, skin }
         });
         Self { figure, bones, parts: parts.collect() }
     }
 
     /// The parts in a pose, with distances from the bones multiplied by `thickness`: affine maps of the bones, blended as
-    /// skinning blends their rotations.
+    /// skinning blends their rotations. Clothes follow the skin that is nearest to them in the bind pose, in which they are where
+    /// they are worn.
     ///
-    /// **Guarantees** layers keep their order; with a thickness of 1 this is skinning.
+    /// **Guarantees** with a thickness of 1 the body is skinned.
     pub(super) fn posed(&self, pose: &Pose, thickness: f64) -> Vec<TriMesh> {
+        let body = self.figure.body();
+        let skin = body.weights.with_pose_offsets(body.mesh.points(), pose);
         let world_from_bind = self.figure.skeleton.world_from_bind(pose);
-        let thinned = |p: &Point, joint: JointId| {
-            let (origin, axis) = &self.bones[joint.index()];
+        let thinned = |p: &Point, (j, w): (JointId, f64)| {
+            let (origin, axis) = &self.bones[j.index()];
             let along = axis.map_or(Vec3::zeros(), |axis| axis * (p - origin).dot(&axis));
-            world_from_bind[joint.index()] * (origin + along + (p - origin - along) * thickness)
+            (world_from_bind[j.index()] * (origin + along + (p - origin - along) * thickness)).coords * w
         };
-        let of_layer = |(layer, (part, from)): (&crate::body::Layer, &(TriMesh, Vec<usize>))| {
-            let points = layer.weights.with_pose_offsets(layer.mesh.points(), pose);
-            let rows = layer.weights.rows();
-            let at: Vec<Point> = from
-                .par_iter()
-                .map(|&v| {
-                    let used = rows.0[v].iter().filter(|(_, w)| *w > 0.0);
-                    Point::from(used.map(|&(j, w)| thinned(&points.0[v], j).coords * w).sum::<Vec3>())
-                })
-                .collect();
-            part.with_points(at)
+        let of_skin = |v: VertexId| {
+            let used = body.weights.rows()[v].iter().filter(|(_, w)| *w > 0.0);
+            used.map(|&row| thinned(&skin[v], row)).sum::<Vec3>()
         };
-        self.figure.layers.iter().zip(&self.parts).map(of_layer).collect()
+        let of_layer = |part: &LayerPart| {
+            let at: Vec<Point> = match &part.skin {
+                None => part.from.par_iter().map(|&v| Point::from(of_skin(v))).collect(),
+                Some(anchors) => {
+                    let own = part.mesh.points().0.par_iter().zip(anchors);
+                    own.map(|(p, Anchor { corners, shares })| {
+                        let each = || corners.iter().zip(shares);
+                        let bound: Vec3 = each().map(|(&v, share)| body.mesh.points()[v].coords * *share).sum();
+                        let placed: Vec3 = each().map(|(&v, share)| of_skin(v) * *share).sum();
+                        let off = p.coords - bound;
+                        let rows = body.weights.blend(&each().map(|(&v, share)| (v, *share)).collect::<Vec<_>>());
+                        let turned: Vec3 =
+                            rows.iter().map(|&(j, w)| world_from_bind[j.index()].rotation * off * w).sum();
+                        Point::from(placed + turned * thickness)
+                    })
+                    .collect()
+                }
+            };
+            part.mesh.with_points(at)
+        };
+        self.parts.iter().map(of_layer).collect()
     }
 }
 
