@@ -68,16 +68,23 @@ impl Limb {
 
     /// The point at a length from the trunk, and beyond the rim straight on.
     pub fn at(&self, length: f64) -> Point {
-        let mut rest = length;
-        for pair in self.nodes.windows(2) {
-            let part = (pair[1] - pair[0]).norm();
-            if rest <= part && part > 0.0 {
-                return pair[0] + (pair[1] - pair[0]) * (rest / part);
-            }
-            rest -= part;
+        point_along(&self.nodes, length)
+    }
+}
+
+/// The point of a polyline at a length from its begin; beyond its end straight on, from begin to end.
+pub fn point_along(way: &[Point], length: f64) -> Point {
+    let mut rest = length;
+    for pair in way.windows(2) {
+        let part = (pair[1] - pair[0]).norm();
+        if rest <= part && part > 0.0 {
+            return pair[0] + (pair[1] - pair[0]) * (rest / part);
         }
-        let end = self.nodes.last().copied().unwrap_or_else(Point::origin);
-        end + self.direction().unwrap_or_else(Vec3::zeros) * rest
+        rest -= part;
+    }
+    match way {
+        [first, .., last] => last + (last - first).try_normalize(1e-9).unwrap_or_else(Vec3::zeros) * rest,
+        _ => way.first().copied().unwrap_or_else(Point::origin),
     }
 }
 

@@ -1,14 +1,13 @@
 //! Where a garment lies on a figure: the pose that its limbs show, and the move that brings it around the body.
 //!
 //! **Source** Shi 2020, §§5.2 to 6.1. The paper turns the garment's limbs into the figure's pose; we turn the figure's limbs into
-//! the garment's, which bends no cloth, and let inverse skinning bring both into the bind pose. Nothing is scaled (Eqs. 16 and
-//! 17): a garment of another size must look like one.
+//! the garment's, which bends no cloth. Nothing is scaled (Eqs. 16 and 17): a garment of another size must look like one.
 
 use super::error::TryOnError;
-use super::limbs::Limb;
+use super::limbs::{Limb, point_along};
 use super::recognize::{Openings, recognize};
 use super::rims::rims_of;
-use crate::body::{Figure, HumanJoint, Pose, Side, trunk_girths};
+use crate::body::{Figure, HumanJoint, JointId, Pose, Side, trunk_girths};
 use crate::geometry::{Adjacency, Point, SurfaceIndex, TriMesh, Vec3};
 use nalgebra::UnitQuaternion;
 
@@ -33,8 +32,6 @@ type OfSide = fn(Side) -> HumanJoint;
 pub struct Placed {
     /// The figure's pose, in the garment's frame: the garment stays where it is, the figure is moved.
     pub pose: Pose,
-    /// Mean depth of the cloth that is inside the body, over all vertices, in metres.
-    pub depth: f64,
     /// What the search minimised: depth, and a share of the gap, in metres.
     cost: f64,
 }
@@ -66,7 +63,7 @@ fn placed(garment: &TriMesh, openings: &Openings, figure: &Figure) -> Placed {
         Openings::Tube { .. } => None,
     };
     let mut pose = match chain {
-        Some([upper, lower, end]) => pose_by(figure, &limbs, upper, lower, end),
+        Some(chain) => pose_by(figure, &limbs, chain),
         None => Pose::bind(figure.skeleton.len()),
     };
     let mut starts = Vec::new();
@@ -85,12 +82,13 @@ fn placed(garment: &TriMesh, openings: &Openings, figure: &Figure) -> Placed {
     let searched = if chain.is_some() { SEARCHED } else { SEARCHED_AT_WAIST };
     let settled =
         starts.into_iter().map(|start| settled(garment, &body, start, searched)).min_by(|a, b| a.1.total_cmp(&b.1));
-    let (shift, cost, depth) = settled.unwrap_or_else(|| (Vec3::zeros(), f64::INFINITY, 0.0));
+    let (shift, cost) = settled.unwrap_or_else(|| (Vec3::zeros(), f64::INFINITY));
     pose.translation -= shift;
-    let Some(joints) = chain else { return Placed { pose, depth, cost } };
-    // Where the joints are by now says more than the directions of short sleeves.
-    let aimed = aimed(figure, &pose, &limbs, joints);
-    Placed { pose: aimed, depth, cost }
+    if let Some(chain) = chain {
+        // Where the joints are by now says more than the directions of short sleeves.
+        pose = aimed(figure, &pose, &limbs, chain);
+    }
+    Placed { pose, cost }
 }
 
 /// Whether a garment that is upright looks backwards: whether an average body fits it clearly better that way. And the move that
@@ -103,66 +101,67 @@ pub(super) fn on_average(garment: &TriMesh, openings: &Openings, average: &Figur
     (is_backwards, -if is_backwards { back } else { front }.pose.translation)
 }
 
+/// The joints of a limb from the trunk on.
+struct Bones {
+    upper: JointId,
+    lower: JointId,
+    /// From joint to joint in the bind pose.
+    bones: [Vec3; 2],
+}
+
+impl Bones {
+    /// `None` for a skeleton without one of the joints.
+    fn of(figure: &Figure, side: Side, chain: [OfSide; 3]) -> Option<Self> {
+        let skeleton = &figure.skeleton;
+        let [upper, lower, end] = chain.map(|joint| skeleton.find(joint(side)));
+        let (upper, lower, end) = (upper?, lower?, end?);
+        let [a, b, c] = [upper, lower, end].map(|j| skeleton.joints_in_bind[j.index()]);
+        Some(Self { upper, lower, bones: [b - a, c - b] })
+    }
+
+    /// Turns both bones into directions.
+    fn point(&self, pose: &mut Pose, [first, second]: [Vec3; 2]) {
+        let turn = UnitQuaternion::rotation_between(&self.bones[0], &first).unwrap_or_default();
+        let bent = UnitQuaternion::rotation_between(&(turn * self.bones[1]), &second).unwrap_or_default();
+        pose.rotations[self.upper.index()] = turn;
+        pose.rotations[self.lower.index()] = turn.inverse() * bent * turn;
+    }
+}
+
 /// The pose whose upper and lower limbs point as the garment's do.
-fn pose_by(figure: &Figure, limbs: &[Limb], upper: OfSide, lower: OfSide, end: OfSide) -> Pose {
-    let skeleton = &figure.skeleton;
-    let mut pose = Pose::bind(skeleton.len());
+fn pose_by(figure: &Figure, limbs: &[Limb], chain: [OfSide; 3]) -> Pose {
+    let mut pose = Pose::bind(figure.skeleton.len());
     for (side, limb) in Side::BOTH.into_iter().zip(limbs) {
-        let joints = [upper(side), lower(side), end(side)].map(|joint| skeleton.find(joint));
-        let [Some(a), Some(b), Some(c)] = joints else { continue };
-        let [at_a, at_b, at_c] = [a, b, c].map(|j| skeleton.joints_in_bind[j.index()]);
-        let Some(whole) = limb.direction() else { continue };
+        let (Some(bones), Some(whole)) = (Bones::of(figure, side, chain), limb.direction()) else { continue };
         // The limb begins at the joint, about a radius inside its first cross-section; a short one goes straight on.
         let radius = limb.girths.first().map_or(0.0, |girth| girth / std::f64::consts::TAU);
-        let elbow = (at_b - at_a).norm() - radius;
+        let elbow = bones.bones[0].norm() - radius;
         let reaches = limb.length() > elbow + 0.08;
-        let first = if reaches { (limb.at(elbow) - limb.at(0.0)).try_normalize(1e-9).unwrap_or(whole) } else { whole };
-        let turn = UnitQuaternion::rotation_between(&(at_b - at_a), &first).unwrap_or_default();
-        pose.rotations[a.index()] = turn;
-        if reaches {
-            let second = (limb.at(limb.length()) - limb.at(elbow)).try_normalize(1e-9).unwrap_or(first);
-            let bent = UnitQuaternion::rotation_between(&(turn * (at_c - at_b)), &second).unwrap_or_default();
-            pose.rotations[b.index()] = turn.inverse() * bent * turn;
+        let direction = |from: f64, to: f64| (limb.at(to) - limb.at(from)).try_normalize(1e-9).unwrap_or(whole);
+        match reaches {
+            true => bones.point(&mut pose, [direction(0.0, elbow), direction(elbow, limb.length())]),
+            false => {
+                pose.rotations[bones.upper.index()] =
+                    UnitQuaternion::rotation_between(&bones.bones[0], &whole).unwrap_or_default()
+            }
         }
     }
     pose
 }
 
 /// The pose whose limbs run through those of the garment: along their centres and out of their rims.
-fn aimed(figure: &Figure, pose: &Pose, limbs: &[Limb], [upper, lower, end]: [OfSide; 3]) -> Pose {
-    let skeleton = &figure.skeleton;
-    let at_joints = skeleton.joints_in_world(pose);
+fn aimed(figure: &Figure, pose: &Pose, limbs: &[Limb], chain: [OfSide; 3]) -> Pose {
+    let joints = figure.skeleton.joints_in_world(pose);
     let mut aimed = pose.clone();
     for (side, limb) in Side::BOTH.into_iter().zip(limbs) {
-        let joints = [upper(side), lower(side), end(side)].map(|joint| skeleton.find(joint));
-        let ([Some(a), Some(b), Some(c)], 2..) = (joints, limb.nodes.len()) else { continue };
-        let [at_a, at_b, at_c] = [a, b, c].map(|j| skeleton.joints_in_bind[j.index()]);
-        let begin = at_joints[a.index()];
+        let (Some(bones), 2..) = (Bones::of(figure, side, chain), limb.nodes.len()) else { continue };
+        let begin = joints[bones.upper.index()];
         let way: Vec<Point> = std::iter::once(begin).chain(limb.nodes.iter().copied()).collect();
-        let elbow = along(&way, (at_b - at_a).norm());
-        let wrist = along(&way, (at_b - at_a).norm() + (at_c - at_b).norm());
-        let turn = UnitQuaternion::rotation_between(&(at_b - at_a), &(elbow - begin)).unwrap_or_default();
-        let bent = UnitQuaternion::rotation_between(&(turn * (at_c - at_b)), &(wrist - elbow)).unwrap_or_default();
-        aimed.rotations[a.index()] = turn;
-        aimed.rotations[b.index()] = turn.inverse() * bent * turn;
+        let [upper, lower] = bones.bones.map(|bone| bone.norm());
+        let (elbow, wrist) = (point_along(&way, upper), point_along(&way, upper + lower));
+        bones.point(&mut aimed, [elbow - begin, wrist - elbow]);
     }
     aimed
-}
-
-/// The point of a polyline at a length from its begin; beyond its end straight on, from begin to end.
-fn along(way: &[Point], length: f64) -> Point {
-    let mut rest = length;
-    for pair in way.windows(2) {
-        let part = (pair[1] - pair[0]).norm();
-        if rest <= part && part > 0.0 {
-            return pair[0] + (pair[1] - pair[0]) * (rest / part);
-        }
-        rest -= part;
-    }
-    match way {
-        [first, .., last] => last + (last - first).try_normalize(1e-9).unwrap_or_else(Vec3::zeros) * rest,
-        _ => way.first().copied().unwrap_or_else(Point::origin),
-    }
 }
 
 /// Eqs. 16 and 17: from the middle of the garment's joints to the middle of the figure's.
@@ -195,16 +194,16 @@ pub(super) fn where_it_fits(figure: &Figure, girth: f64) -> Point {
     Point::new(hips.x, y, hips.z)
 }
 
-/// The shift near a first one with the least cloth inside the body and the least gap, its cost, and the mean depth.
-fn settled(garment: &TriMesh, body: &SurfaceIndex, first: Vec3, searched: f64) -> (Vec3, f64, f64) {
+/// The shift near a first one with the least cloth inside the body and the least gap, and its cost.
+fn settled(garment: &TriMesh, body: &SurfaceIndex, first: Vec3, searched: f64) -> (Vec3, f64) {
     let every = (garment.vertex_count() / JUDGED).max(1);
     let judged: Vec<Point> = garment.points().iter().step_by(every).copied().collect();
-    let cost = |shift: &Vec3| -> (f64, f64) {
+    let cost = |shift: &Vec3| -> f64 {
         use rayon::prelude::*;
         let signed: Vec<f64> = judged.par_iter().map(|p| body.signed_distance(&(p + shift))).collect();
         let depth = signed.iter().map(|d| (-d).max(0.0)).sum::<f64>() / signed.len().max(1) as f64;
         let gap = signed.iter().map(|d| d.max(0.0)).sum::<f64>() / signed.len().max(1) as f64;
-        (depth + GAP_COUNTS * gap, depth)
+        depth + GAP_COUNTS * gap
     };
     let (mut best, mut least) = (first, cost(&first));
     let mut step = searched / 4.0;
@@ -218,7 +217,7 @@ fn settled(garment: &TriMesh, body: &SurfaceIndex, first: Vec3, searched: f64) -
                     continue;
                 }
                 let tried = cost(&next);
-                if tried.0 < least.0 {
+                if tried < least {
                     (best, least, moved) = (next, tried, true);
                 }
             }
@@ -227,5 +226,5 @@ fn settled(garment: &TriMesh, body: &SurfaceIndex, first: Vec3, searched: f64) -
             step *= 0.5;
         }
     }
-    (best, least.0, least.1)
+    (best, least)
 }
