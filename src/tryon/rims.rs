@@ -47,10 +47,20 @@ impl Rim {
         let points: Vec<Point> = ring.iter().map(|&v| mesh.points()[v]).collect();
         let pairs = || (0..points.len()).map(|k| (points[k], points[(k + 1) % points.len()]));
         let length: f64 = pairs().map(|(a, b)| (b - a).norm()).sum();
-        let weighted: Vec3 = pairs().map(|(a, b)| (a.coords + b.coords) * (0.5 * (b - a).norm())).sum();
-        let center = Point::from(weighted / length.max(f64::MIN_POSITIVE));
+        let center = ring_center(&points);
         let area: Vec3 = pairs().map(|(a, b)| (a - center).cross(&(b - center))).sum();
         let normal = area.try_normalize(0.0).unwrap_or_else(Vec3::y);
         Self { ring, length, center, normal, roundness: area.norm() / (length * length).max(f64::MIN_POSITIVE) }
     }
+}
+
+/// The mean of a closed ring, by length.
+pub fn ring_center(ring: &[Point]) -> Point {
+    let (mut sum, mut length) = (Vec3::zeros(), 0.0);
+    for k in 0..ring.len() {
+        let (a, b) = (ring[k], ring[(k + 1) % ring.len()]);
+        sum += (a.coords + b.coords) * (0.5 * (b - a).norm());
+        length += (b - a).norm();
+    }
+    if length > 0.0 { Point::from(sum / length) } else { ring.first().copied().unwrap_or_else(Point::origin) }
 }

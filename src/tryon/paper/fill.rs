@@ -5,7 +5,8 @@
 //! and about flat: the skeleton's ends are the rings' own centres, whatever the cap.
 
 use super::reeb::GarmentPart;
-use crate::geometry::{Adjacency, PerFace, PerVertex, Point, TriMesh, Vec3, VertexId, least_area_faces};
+use crate::geometry::{Adjacency, PerFace, PerVertex, Point, TriMesh, VertexId, least_area_faces};
+use crate::tryon::rims::ring_center;
 
 /// Longest ring, in vertices, that is spanned with the least area: its time grows with the cube, 1 ms at 120.
 const LONGEST_RING: usize = 120;
@@ -68,15 +69,4 @@ fn filled(open: &TriMesh, garment_vertex: PerVertex<VertexId>) -> ClosedPart {
     // All points are finite and all indices in range, so this is the filled mesh.
     let mesh = TriMesh::try_new(points, faces).unwrap_or_else(|_| open.clone());
     ClosedPart { mesh, garment_vertex, rings }
-}
-
-/// The mean of a closed ring, by length.
-pub fn ring_center(ring: &[Point]) -> Point {
-    let (mut sum, mut length) = (Vec3::zeros(), 0.0);
-    for k in 0..ring.len() {
-        let (a, b) = (ring[k], ring[(k + 1) % ring.len()]);
-        sum += (a.coords + b.coords) * (0.5 * (b - a).norm());
-        length += (b - a).norm();
-    }
-    if length > 0.0 { Point::from(sum / length) } else { ring.first().copied().unwrap_or_else(Point::origin) }
 }

@@ -8,9 +8,10 @@
 //!   nodes closer to an end than half of its radius are dropped.
 
 use super::contraction::Contraction;
-use super::fill::{ClosedPart, ring_center};
+use super::fill::ClosedPart;
 use crate::geometry::{Point, VertexId};
 use crate::numerics::NumericsError;
+use crate::tryon::rims::ring_center;
 use std::collections::BTreeSet;
 
 /// Nodes nearer to an end ring's centre than this share of its radius belong to the ring's own node.
