@@ -1,9 +1,9 @@
-//! Cloth simulation: garments of several layers drape on a body that does not move ([`drape`]), or move with a figure
-//! ([`simulate`]).
+//! Cloth simulation: garments of several layers drape on a body that does not move ([`drape`]), move with a figure
+//! ([`simulate`]), or are put on by a body that grows in them ([`put_on`]).
 //!
 //! Layers are triangle meshes with distance constraints (XPBD). They collide with the body and with one another. While they
-//! drape, they may cross for a moment; no layer is left inside the body or inside an inner layer. On a moving figure
-//! they never cross: each displacement is corrected until nothing can. Two ways to compare with may cross: a blend with
+//! drape, they may cross for a moment; no layer is left inside the body or inside an inner layer. On a moving or growing
+//! figure they never cross: each displacement is corrected until nothing can. Two ways to compare with may cross: a blend with
 //! skinning afterwards, and mass–spring cloth.
 
 mod cloth_params;

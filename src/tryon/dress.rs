@@ -15,8 +15,8 @@ const THICKNESSES: [f64; 8] = [1.0, 0.8, 0.6, 0.45, 0.3, 0.2, 0.1, 0.05];
 const GROWTH: f64 = 2.5e-3;
 /// The greatest turn of a joint per step, in degrees.
 const TURN: f64 = 3.0;
-/// Seconds of a step, and of the time in which cloth comes to rest on the figure. Of a T-shirt's edges, 95 % are stretched by less
-/// than 9 % with steps of 1/120 s, 18 % with steps of 1/60 s.
+/// Seconds of a step, and of the time in which cloth comes to rest on the figure. Weight stretches cloth that is held by constraints
+/// alone by the square of the step: a T-shirt's edges by 65 % with steps of 1/60 s and 8 iterations, by 3 % with these.
 const STEP_SECS: f64 = 1.0 / 240.0;
 const REST_SECS: f64 = 0.6;
 /// Share of its velocity that cloth loses per second: while the figure grows, it has none of its own.

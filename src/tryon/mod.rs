@@ -15,12 +15,5 @@ mod upright;
 
 pub use dress::{Worn, at_rest, edge_length_p95};
 pub use error::TryOnError;
-pub use paper::{
-    Bent, BentSkeleton, BoundaryPlane, Cleared, ClosedPart, CoarseParts, CurveSkeleton, GarmentPart, KAPPA, Moved,
-    Oriented, PartSkeletons, Person, ReebNode, RefinedParts, Secs, Steps, Stop, Switches, bent_limb, bent_torso,
-    by_paper, cleared, closed_part, coarse_parts, curve_skeleton, moved_to, oriented, refined_parts,
-};
-pub use placing::{Placed, place};
-pub use recognize::Openings;
-pub use rims::Rim;
+pub use paper::{GarmentPart, Person, Secs, Steps, Stop, Switches, by_paper};
 pub use upright::UprightGarment;

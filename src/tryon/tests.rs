@@ -1,3 +1,4 @@
+use super::placing::place;
 use super::thin::ThinFigure;
 use super::*;
 use crate::body::{Figure, Pose, embedded_model};

@@ -92,7 +92,7 @@ impl Contraction {
                 Some(pole) => (W_H + W_M, at * W_H + pole * W_M),
                 None => (W_H, at * W_H),
             };
-            triplets[k].2 += weight;
+            triplets.push((k, k, weight));
             right.push(sum);
         }
         let moved = SparseCholesky::prepare(own.len(), &triplets)?.solve_vectors(&right);

@@ -26,14 +26,6 @@ mod steps;
 #[cfg(test)]
 mod tests;
 
-pub use bend::{BentSkeleton, bent_limb, bent_torso};
-pub use clear::{Cleared, cleared};
-pub use fill::{ClosedPart, closed_part};
-pub use move_to::{Moved, moved_to};
-pub use orient::{Oriented, oriented};
 pub use person::Person;
-pub use planes::{BoundaryPlane, RefinedParts, refined_parts};
-pub use push::KAPPA;
-pub use reeb::{CoarseParts, GarmentPart, ReebNode, coarse_parts};
-pub use skeleton::{CurveSkeleton, curve_skeleton};
-pub use steps::{Bent, PartSkeletons, Secs, Steps, Stop, Switches, by_paper};
+pub use reeb::GarmentPart;
+pub use steps::{Secs, Steps, Stop, Switches, by_paper};

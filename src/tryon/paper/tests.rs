@@ -1,6 +1,12 @@
 use super::bend::bent_limb;
 use super::carry::{BentLimb, carried};
+use super::clear::cleared;
+use super::fill::closed_part;
+use super::planes::refined_parts;
+use super::push::KAPPA;
+use super::reeb::coarse_parts;
 use super::shapes_for_tests::{ball, line, trousers, tube};
+use super::skeleton::{CurveSkeleton, curve_skeleton};
 use super::*;
 use crate::body::{Figure, Pose, Side, Stance, embedded_model};
 use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
