@@ -379,7 +379,7 @@ impl Stage<'_> {
                 save.frame(frame.secs, &frame.pose)?;
             }
             // Frames from before the calibration are late by definition.
-            if !self.is_late(&frame, waited) {
+            if !self.is_late(&frame, waited, read) {
                 if let Some(view) = &mut self.view {
                     let meshes = match &frame.solved {
                         Some(solved) => self.worn.on(solved),
@@ -412,16 +412,16 @@ impl Stage<'_> {
         !waited && !self.is_piped && !self.pace && self.figure.layers.len() > 1 && self.number.is_multiple_of(EVERY)
     }
 
-    /// Whether a frame comes too late to be shown; waits where it comes too early.
-    fn is_late(&mut self, frame: &PlayedFrame, waited: bool) -> bool {
+    /// Whether a frame comes too late to be shown; waits where it comes too early. `read`: when its line was read.
+    fn is_late(&mut self, frame: &PlayedFrame, waited: bool, read: Instant) -> bool {
         /// A frame this late is dropped, in seconds: one frame at 30 per second.
         const LATE: f64 = 1.0 / 30.0;
-        if !self.is_live_view || (!self.pace && !waited) {
+        if !self.is_live_view {
             return false;
         }
         if !self.pace {
-            // The pose of the calibration, once.
-            return self.number > 0;
+            // Of what waited for the calibration, one frame is shown.
+            return if waited { self.number > 0 } else { read.elapsed().as_secs_f64() > LATE };
         }
         let (began, first) = *self.started.get_or_insert((Instant::now(), frame.secs));
         let due = frame.secs - first - began.elapsed().as_secs_f64();
