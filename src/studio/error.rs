@@ -21,6 +21,12 @@ pub enum StudioError {
         /// All names.
         known: Vec<&'static str>,
     },
+    /// A size that is named twice.
+    #[error("the size {name} is named twice")]
+    SizeTwice {
+        /// Its letters.
+        name: &'static str,
+    },
     /// A garment that cannot be put on over another.
     #[error("a {inner} does not go over a {outer}")]
     ImpossibleOrder {
@@ -140,6 +146,7 @@ impl StudioError {
                 format!("name the garments from the inside out: {inner},{outer}")
             }
             Self::WornTwice { .. } => "name each garment once".into(),
+            Self::SizeTwice { .. } => "name each size once".into(),
             Self::TooFewViews { .. } => "give --views 8 or more; 72 are one per 5°".into(),
             Self::BadSize { .. } => "give --size 424x512, or anything from 64x64 to 4096x4096".into(),
             Self::BadTurns { range: [least, most], .. } => format!("give --turns {least} to {most}"),

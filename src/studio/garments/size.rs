@@ -52,9 +52,12 @@ impl GarmentSize {
     const NAMES: [&'static str; 7] = ["XXS", "XS", "S", "M", "L", "XL", "XXL"];
     const OWN: usize = 3;
 
-    /// The sizes with these names, separated by commas.
+    /// The sizes with these names, separated by commas, each once.
     pub fn list(names: &str) -> Result<Vec<Self>, StudioError> {
-        names.split(',').map(|name| Self::from_name(name.trim())).collect()
+        let sizes: Vec<Self> = names.split(',').map(|name| Self::from_name(name.trim())).collect::<Result<_, _>>()?;
+        let twice = (1..sizes.len()).find(|&k| sizes[..k].contains(&sizes[k]));
+        twice.map_or(Ok(()), |k| Err(StudioError::SizeTwice { name: sizes[k].name() }))?;
+        Ok(sizes)
     }
 
     fn from_name(name: &str) -> Result<Self, StudioError> {
@@ -84,6 +87,7 @@ mod tests {
         let girth = |k: usize| sizes[k].grade().gap(HumanJoint::Chest) * TAU;
         assert_eq!(girth(0), 0.0);
         assert!((girth(1) - 0.04).abs() < 1e-12 && (girth(2) + 0.08).abs() < 1e-12);
+        assert!(matches!(GarmentSize::list("S,L,s"), Err(StudioError::SizeTwice { name: "S" })));
         assert!(matches!(GarmentSize::list("S,36"), Err(StudioError::UnknownSize { name, .. }) if name == "36"));
     }
 }
