@@ -28,7 +28,8 @@ pub(super) struct TryOnArgs {
     /// Replace the step of that name
     #[arg(long)]
     replace: bool,
-    /// Only take the garment through the steps of Shi 2020, up to this one; the session does not change
+    /// Only take the garment through the steps of Shi 2020, up to this one: rims, parts, skeleton, orient, bend, move or clear;
+    /// the session does not change
     #[arg(long, value_name = "STEP", value_parser = step, conflicts_with_all = ["template", "fabric", "name", "replace"])]
     stop_after: Option<Stop>,
     /// With --stop-after: a picture of all steps

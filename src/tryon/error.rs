@@ -17,7 +17,8 @@ pub enum TryOnError {
     },
     /// Another number of openings than any garment has.
     #[error(
-        "the garment has {rims} long openings: a skirt has two, trousers and open jackets three, tops and dresses four"
+        "the garment has {rims} long opening{}: a skirt has two, trousers and open jackets three, tops and dresses four",
+        if *rims == 1 { "" } else { "s" }
     )]
     OtherRims {
         /// How many.
