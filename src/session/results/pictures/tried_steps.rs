@@ -73,7 +73,12 @@ impl Session {
             Some(clip) => clip,
             None => {
                 let path = PathBuf::from(clip);
-                read_clip(&path, &std::fs::read(&path).map_err(|e| SessionError::reading(&path, e))?)?
+                // Without an extension it is a wrong name of one of ours, which is said when it is read.
+                let bytes = match path.extension() {
+                    Some(_) => std::fs::read(&path).map_err(|e| SessionError::reading(&path, e))?,
+                    None => Vec::new(),
+                };
+                read_clip(&path, &bytes)?
             }
         };
         let (track, _) = follow(&clip, figure, None, None, &MotionParams::default())
