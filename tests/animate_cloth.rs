@@ -88,6 +88,12 @@ fn the_other_modes_count_what_crosses_and_fabrics_are_kept_and_undone() {
     overcoat_ok(&session, &["undo"]);
     let recipe = std::fs::read_to_string(session.join("recipe.toml")).unwrap();
     assert!(recipe.contains("[animation.fabrics]\ntshirt = \"leather\""), "{recipe}");
+    // A draft does not claim what nobody looked at.
+    let draft = made(&["--draft"]);
+    assert!(draft["measures"]["crossing_pairs"].is_null() && draft["measures"]["swing_mm"] != coupled["measures"]["swing_mm"], "{draft}");
+    assert!(draft["findings"][0].as_str().unwrap().contains("a draft: nobody looked"), "{draft}");
+    assert!(overcoat_ok(&session, &["status"]).stdout.contains("with cloth, a draft"));
+    overcoat_ok(&session, &["undo"]);
     assert!(overcoat_ok(&session, &["status", "--json"]).json()["up_to_date"] == true);
     // A layer of another fabric moves in another way.
     let denim = made(&["--mode", "physics", "--fabric", "tshirt=denim"]);
@@ -114,7 +120,8 @@ fn impossible_cloth_is_refused_in_a_sentence() {
         (&["--mode", "rubber"][..], "give lbs, physics, post or coupled"),
         (&["--mode", "coupled", "--swing-hz", "-1"], "--swing-hz cannot be '-1'"),
         (&["--mode", "coupled", "--damping", "NaN"], "--damping cannot be 'NaN'"),
-        (&["--mode", "coupled", "--solver", "euler"], "give xpbd or rk4"),
+        (&["--mode", "coupled", "--solver", "euler"], "give xpbd, rk4 or draft"),
+        (&["--draft", "--solver", "xpbd"], "cannot be used with"),
         (&["--mode", "coupled", "--fabric", "tshirt"], "give LAYER=FABRIC"),
         (&["--mode", "coupled", "--fabric", "tshirt=moonshine"], "denim"),
         (&["--mode", "coupled", "--fabric", "cape=denim"], "the garments are tshirt"),

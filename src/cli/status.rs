@@ -126,8 +126,11 @@ fn moving(animation: &AnimationStatus) -> Vec<String> {
         (ClothMode::Skinned, _) => "skinned only".to_string(),
         (mode, None) => cloth_of(*mode).into(),
         (mode, Some(report)) => {
-            let crossing = report.measures.get("crossing_pairs").copied().unwrap_or_default();
-            format!("{}, {crossing:.0} pairs of faces cross", cloth_of(*mode))
+            let checked = match report.measures.get("crossing_pairs") {
+                Some(pairs) => format!("{pairs:.0} pairs of faces cross"),
+                None => "a draft".into(),
+            };
+            format!("{}, {checked}", cloth_of(*mode))
         }
     };
     let mut lines = vec![String::new(), format!("animation {name}: {verdict}"), format!("  {file}, {moves}")];

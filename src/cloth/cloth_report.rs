@@ -3,6 +3,7 @@
 use super::crossing_free::near_pairs::still_faces;
 use super::crossing_free::surfaces::Surfaces;
 use super::crossing_free::swept_tree::SweptTree;
+use super::mode::ClothSolver;
 use crate::geometry::{Point, triangles_cross};
 use rayon::prelude::*;
 
@@ -10,8 +11,9 @@ use rayon::prelude::*;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ClothReport {
     /// Pairs of crossing faces, over all frames: between layers, with the body, and within each; counted on the `f32`
-    /// positions of each frame. 0 for coupled cloth and for physics by constraints, unless the program has a fault.
-    pub crossing_pairs: usize,
+    /// positions of each frame. 0 for coupled cloth and for physics by constraints, unless the program has a fault; not counted
+    /// for a draft.
+    pub crossing_pairs: Option<usize>,
     /// The first frame with crossing faces.
     pub first_crossing: Option<usize>,
     /// Greatest distance of the body's surface from its skinned place, metres: how far it had to give way.
@@ -43,18 +45,21 @@ pub(super) struct Reporter {
 
 impl Reporter {
     /// **Shapes** `hems`: the vertices of each boundary loop of cloth.
-    pub fn new(hems: Vec<Vec<usize>>) -> Self {
-        let report = ClothReport { stretch_p99: 1.0, least_stiffness: 1.0, ..ClothReport::default() };
+    pub fn new(solver: ClothSolver, hems: Vec<Vec<usize>>) -> Self {
+        let crossing_pairs = (solver != ClothSolver::Draft).then_some(0);
+        let report = ClothReport { crossing_pairs, stretch_p99: 1.0, least_stiffness: 1.0, ..ClothReport::default() };
         let hems = hems.into_iter().filter(|hem| !hem.is_empty()).map(|hem| (hem, 0.0)).collect();
         Self { report, squares: 0.0, hems, frames: 0 }
     }
 
     /// Adds frame number `frame`: where everything is, and where skinning alone puts it.
     pub fn add(&mut self, frame: usize, surfaces: &Surfaces, tree: &SweptTree, at: &[Point], places: &[Point]) {
-        let crossing = crossing_pairs(surfaces, tree, at);
         let report = &mut self.report;
-        report.crossing_pairs += crossing;
-        report.first_crossing = report.first_crossing.or((crossing > 0).then_some(frame));
+        if let Some(pairs) = &mut report.crossing_pairs {
+            let crossing = crossing_pairs(surfaces, tree, at);
+            *pairs += crossing;
+            report.first_crossing = report.first_crossing.or((crossing > 0).then_some(frame));
+        }
         let (yielded, share) = yielded(surfaces, at, places);
         report.yielded = report.yielded.max(yielded);
         report.yielded_share = report.yielded_share.max(share);

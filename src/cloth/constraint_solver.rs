@@ -27,6 +27,8 @@ const RECOVERY: f64 = 1.1;
 const CORRECTION: f64 = 2e-5;
 /// Greatest correction by constraints within a step, metres: more is an error of the constraints.
 const FARTHEST: f64 = 1e-2;
+/// Cloth this far from its skin is an error of the constraints, metres.
+const FLOWN: f64 = 5.0;
 /// Greatest correction that is expected again in the next step, metres.
 const EXPECTED: f64 = 3e-3;
 
@@ -134,7 +136,7 @@ impl ConstraintSolver {
 
     /// The displacement of a vertex without its neighbours: skin follows its place; cloth keeps its velocity, falls, and is
     /// pulled to its place.
-    fn free_motion(&self, v: usize, skinned: &Vec3, place: &Point, carried: &Vec3, step_secs: f64) -> Vec3 {
+    pub fn free_motion(&self, v: usize, skinned: &Vec3, place: &Point, carried: &Vec3, step_secs: f64) -> Vec3 {
         let offset = place - (self.at[v] + skinned);
         if v < self.surfaces.body_vertices() {
             return skinned + shortened(offset, BODY_PULL);
@@ -145,6 +147,15 @@ impl ConstraintSolver {
         let pull = shortened((offset - relative) * (squared / (1.0 + squared)), PULL * self.ease[v]);
         let weight = (Vec3::new(0.0, -GRAVITY, 0.0) - carried) * (step_secs * step_secs / (1.0 + squared));
         skinned + relative + pull + weight
+    }
+
+    /// Ends a step with everything at `to`; what is not finite, or flew away, returns to its skin.
+    pub fn move_to(&mut self, to: &[Point], skin: &SkinStep<'_>) {
+        for (v, to) in to.iter().enumerate() {
+            let to = if (to - skin.places[v]).norm() < FLOWN { *to } else { skin.places[v] };
+            self.velocity[v] = (to - self.at[v]) / skin.secs;
+            self.at[v] = to;
+        }
     }
 
     /// The displacements after stretch, bending and contact.

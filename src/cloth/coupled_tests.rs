@@ -83,7 +83,7 @@ fn no_frame_has_a_crossing_where_skinning_alone_has_many() {
     let skinned = crossings(&figure.posed(&track.poses[15]));
     assert!(skinned > 50, "{skinned} pairs of faces cross by skinning alone");
     let (cloth, report) = moved(&figure, &track);
-    assert_eq!((cloth.frames.len(), report.crossing_pairs, report.stopped_steps), (16, 0, 0), "{report:?}");
+    assert_eq!((cloth.frames.len(), report.crossing_pairs, report.stopped_steps), (16, Some(0), 0), "{report:?}");
     for frame in 0..16 {
         let surfaces: Vec<TriMesh> =
             figure.layers.iter().zip(cloth.layers_in(frame)).map(|(l, points)| l.mesh.with_points(points)).collect();
@@ -164,7 +164,7 @@ fn ten_thousand_frames_of_a_waving_arm_neither_cross_nor_explode() {
     let track = PoseTrack { fps: 30.0, lead: 0, poses: (0..10_001).map(pose).collect() };
     let (cloth, report) = moved(&figure, &track);
     assert!(cloth.frames.iter().flatten().flatten().all(|x| x.is_finite() && x.abs() < 2.0));
-    assert_eq!((cloth.frames.len(), report.crossing_pairs), (10_001, 0), "{report:?}");
+    assert_eq!((cloth.frames.len(), report.crossing_pairs), (10_001, Some(0)), "{report:?}");
     assert!(report.yielded < 0.02 && report.stretch_p99 < 2.0, "{report:?}");
 }
 

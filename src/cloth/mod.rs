@@ -4,7 +4,8 @@
 //! Layers are triangle meshes with distance constraints (XPBD). They collide with the body and with one another. While they
 //! drape, they may cross for a moment; no layer is left inside the body or inside an inner layer. On a moving or growing
 //! figure they never cross: each displacement is corrected until nothing can. Two ways to compare with may cross: a blend with
-//! skinning afterwards, and mass–spring cloth.
+//! skinning afterwards, and mass–spring cloth. So may a draft, which is fast enough to watch while the figure moves
+//! ([`LiveCloth`]).
 
 mod cloth_params;
 mod cloth_report;
@@ -15,11 +16,13 @@ mod coupled;
 #[cfg(test)]
 mod coupled_tests;
 mod crossing_free;
+mod draft;
 mod drape;
 mod error;
 mod fabric;
 mod known_fabric;
 mod layer;
+mod live;
 mod mass_spring;
 mod mode;
 #[cfg(test)]
@@ -39,6 +42,7 @@ pub use error::ClothError;
 pub use fabric::Fabric;
 pub use known_fabric::fabric_named;
 pub use layer::ClothLayer;
+pub use live::LiveCloth;
 pub use mode::{ClothMode, ClothSolver};
 pub use put_on::{BodyStep, PutOn, put_on};
 pub use simulate::simulate;

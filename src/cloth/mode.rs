@@ -46,11 +46,15 @@ pub enum ClothSolver {
     /// Mass–spring with Runge–Kutta steps (Shi 2020, Eqs. 22–24): layers may cross.
     #[serde(rename = "rk4")]
     MassSpring,
+    /// Constraints with the contact of the frame before followed instead of searched, fast enough to watch: layers may cross.
+    #[serde(rename = "draft")]
+    Draft,
 }
 
 impl ClothSolver {
     /// All, with their names on the command line and in files.
-    pub const ALL: [(&'static str, Self); 2] = [("xpbd", Self::Constraints), ("rk4", Self::MassSpring)];
+    pub const ALL: [(&'static str, Self); 3] =
+        [("xpbd", Self::Constraints), ("rk4", Self::MassSpring), ("draft", Self::Draft)];
 }
 
 #[cfg(test)]

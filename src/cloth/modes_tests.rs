@@ -1,13 +1,13 @@
 //! Modes and solvers on the arm of the tests of coupled cloth, with known answers.
 
 use super::coupled_tests::{arm, bend, crossings, moved_by};
-use super::{ClothMode, ClothSolver};
+use super::{ClothMode, ClothSolver, LiveCloth};
 use crate::body::{Figure, Pose};
 use crate::geometry::{PerVertex, TriMesh};
 use crate::motion::PoseTrack;
 
 use ClothMode::{Blended, Coupled, Physics, Skinned};
-use ClothSolver::{Constraints, MassSpring};
+use ClothSolver::{Constraints, Draft, MassSpring};
 
 /// An arm whose sleeves hold to its upper end and are loose elsewhere.
 fn held_arm(sleeves: &[f64], loose: f64) -> Figure {
@@ -52,8 +52,8 @@ fn crossings_of_a_blend_are_counted_and_physics_alone_has_none() {
     let (cloth, report) = moved_by((Blended, Constraints), &figure, &track);
     let counted = (1..track.poses.len()).map(|frame| crossings(&surfaces(&figure, cloth.layers_in(frame))));
     let counted: usize = counted.sum();
-    assert!(counted > 50 && report.crossing_pairs == counted, "{counted} {report:?}");
-    assert_eq!(moved_by((Physics, Constraints), &figure, &track).1.crossing_pairs, 0);
+    assert!(counted > 50 && report.crossing_pairs == Some(counted), "{counted} {report:?}");
+    assert_eq!(moved_by((Physics, Constraints), &figure, &track).1.crossing_pairs, Some(0));
 }
 
 #[test]
@@ -100,8 +100,43 @@ fn mass_spring_cloth_stays_near_the_arm_and_counts_its_crossings() {
             }
             counted += crossings(&surfaces(&figure, layers));
         }
-        assert_eq!(report.crossing_pairs, counted, "{mode:?}");
+        assert_eq!(report.crossing_pairs, Some(counted), "{mode:?}");
         assert!(report.least_stiffness > 0.0 && report.least_stiffness < 1.0, "{report:?}");
+    }
+}
+
+#[test]
+fn a_draft_follows_the_certified_cloth_and_skin_is_as_skinned() {
+    let (figure, track) = (held_arm(&[0.053, 0.06], 0.4), bend(110.0));
+    let [(certified, _), (draft, report)] = [Constraints, Draft].map(|how| moved_by((Coupled, how), &figure, &track));
+    assert_eq!((report.crossing_pairs, report.yielded < 1e-9, report.stopped_steps), (None, true, 0));
+    for frame in 0..track.poses.len() {
+        for rank in [1, 2] {
+            let (a, b) = (certified.layer(rank, frame), draft.layer(rank, frame));
+            let off = a.iter().zip(b.iter()).map(|(a, b)| (a - b).norm()).sum::<f64>() / a.len() as f64;
+            assert!(off < 9e-3, "frame {frame}, layer {rank}: {off}");
+        }
+    }
+    // Skinning alone lets far more of them cross in the elbow.
+    let last = track.poses.len() - 1;
+    let skinned = crossings(&surfaces(&figure, moved_by((Skinned, Constraints), &figure, &track).0.layers_in(last)));
+    let crossing = crossings(&surfaces(&figure, draft.layers_in(last)));
+    assert!(2 * crossing < skinned, "{crossing} of {skinned}");
+}
+
+#[test]
+fn live_cloth_bears_jumps_pauses_and_poses_at_the_same_time() {
+    let (figure, track) = (held_arm(&[0.053, 0.06], 0.4), bend(110.0));
+    let mut cloth = LiveCloth::prepare(&figure).unwrap();
+    let (rest, bent) = (Pose::bind(2), &track.poses[15]);
+    let mut far = bent.clone();
+    far.translation.x += 40.0;
+    for (pose, secs) in [(bent, 0.0), (bent, 0.0), (&rest, 900.0), (&far, 900.01), (&rest, 1.0), (&rest, 1.5)] {
+        let layers = cloth.to_pose(pose, secs);
+        for (mesh, skinned) in layers.iter().zip(figure.posed(pose)) {
+            let off = mesh.points().iter().zip(skinned.points().iter()).map(|(a, b)| (a - b).norm());
+            assert!(off.fold(0.0, f64::max) < 0.2, "at {secs} s");
+        }
     }
 }
 
@@ -109,7 +144,8 @@ fn mass_spring_cloth_stays_near_the_arm_and_counts_its_crossings() {
 fn every_mode_and_solver_makes_the_same_bytes_with_one_thread_and_with_two() {
     let (figure, mut track) = (held_arm(&[0.053, 0.06], 0.4), bend(90.0));
     track.poses.truncate(5);
-    for how in [(Physics, Constraints), (Blended, Constraints), (Coupled, MassSpring), (Physics, MassSpring)] {
+    let springs = [(Coupled, MassSpring), (Physics, MassSpring)];
+    for how in [(Physics, Constraints), (Blended, Constraints), (Coupled, Draft)].into_iter().chain(springs) {
         let with = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| moved_by(how, &figure, &track).0)

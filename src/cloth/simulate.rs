@@ -18,6 +18,8 @@ use std::ops::Range;
 ///
 /// **Frame and units** metres, world, Y up.
 ///
+/// `on_frame` is called with the number of each frame and where every vertex of the figure is.
+///
 /// **Errors** layers that cross in the bind pose where the constraints start from them, an unknown fabric, a parameter
 /// out of range; see [`ClothError`].
 ///
@@ -34,7 +36,7 @@ pub fn simulate(
     track: &PoseTrack,
     params: &ClothParams,
     (mode, solver): (ClothMode, ClothSolver),
-    on_frame: &mut dyn FnMut(usize, usize),
+    on_frame: &mut dyn FnMut(usize, &[Point]),
 ) -> Result<(ClothTrack, ClothReport), ClothError> {
     params.check_values()?;
     let mut simulation = Simulation::prepare(figure, skinning, params, (mode, solver))?;
@@ -46,7 +48,8 @@ pub fn simulate(
     }
     let vertices = simulation.solver.surfaces.vertices.iter().map(|range| range.len() as u32).collect();
     let mut result = ClothTrack { vertices, frames: vec![rounded(&simulation.solver.at)] };
-    let mut reporter = Reporter::new(hems(figure, &simulation.solver.surfaces.vertices));
+    on_frame(0, &simulation.solver.at);
+    let mut reporter = Reporter::new(solver, hems(figure, &simulation.solver.surfaces.vertices));
     let weights = physics_weights(figure);
     for (k, poses) in track.poses.windows(2).enumerate() {
         if mode.is_simulated() {
@@ -65,7 +68,7 @@ pub fn simulate(
         };
         reporter.add(k + 1, &simulation.solver.surfaces, &simulation.solver.tree, at, &places);
         result.frames.push(rounded(at));
-        on_frame(k + 1, track.poses.len() - 1);
+        on_frame(k + 1, at);
     }
     Ok((result, reporter.finish(simulation.solver.stopped_steps, simulation.least_stiffness())))
 }

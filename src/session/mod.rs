@@ -36,7 +36,7 @@ pub use open::{
     BodyModelSource, Draft, NewSession, Session, Writer, create, read_body_model, read_input, read_mesh_file,
 };
 pub use output_error::OutputError;
-pub use pipeline::{Cause, Event, Forced, Reason, StageReport};
+pub use pipeline::{Cause, Event, Forced, MovedFrame, Reason, StageReport};
 pub use pipeline::{read_clip, stages_of_animation};
 pub use recipe::{
     AnimationRecipe, Assignment, BODY_STEP, BodySurface, PaintedKind, Parameter, Recipe, SourceFile, StepPlace,

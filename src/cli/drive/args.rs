@@ -49,6 +49,9 @@ pub(super) struct PlayArgs {
     /// Stature of the wearer in metres; by default it follows from the landmarks
     #[arg(long, value_name = "METRES", value_parser = stature)]
     pub height: Option<f64>,
+    /// Move garments by cloth physics, fast enough to watch: layers may cross; without it, they follow the skin
+    #[arg(long)]
+    pub cloth: bool,
     /// Take the landmarks as they are: no filter, and no bridge over short losses
     #[arg(long)]
     pub raw: bool,

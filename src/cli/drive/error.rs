@@ -1,6 +1,7 @@
 //! Errors of `overcoat drive`.
 
 use crate::body::BodyError;
+use crate::cloth::ClothError;
 use crate::drive::{DriveError, StreamError};
 use crate::motion::MotionError;
 
@@ -15,6 +16,8 @@ pub(in crate::cli) enum DriveFailure {
     Model(#[from] BodyError),
     #[error(transparent)]
     Motion(#[from] MotionError),
+    #[error(transparent)]
+    Cloth(#[from] ClothError),
     #[error("no frame was read before the program was stopped")]
     Nothing,
 }
@@ -26,6 +29,7 @@ impl DriveFailure {
             Self::Drive(error) => error.hint(),
             Self::Model(error) => error.hint(),
             Self::Motion(error) => error.hint(),
+            Self::Cloth(_) => None,
             Self::Nothing => Some("check that the tracker writes to the pipe".into()),
         }
     }

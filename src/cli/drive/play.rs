@@ -7,6 +7,7 @@ use super::save::Save;
 use super::vmc;
 use crate::body::Figure;
 use crate::cli::console::{Context, Done, Progress, secs};
+use crate::cloth::LiveCloth;
 use crate::drive::{
     Between, DriveError, KeyPoses, LandmarkFrame, PlayedFrame, Player, PoseLibrary, Smoothing, StreamError,
     StreamFormat, StreamKind, StreamOptions, StreamReader, WornGarments, embedded_library,
@@ -40,6 +41,22 @@ fn library_of(args: &PlayArgs) -> anyhow::Result<Option<PoseLibrary>> {
             let bytes = std::fs::read(path).map_err(|e| SessionError::reading(path, e))?;
             Ok(Some(PoseLibrary::read(&bytes).map_err(DriveError::from).map_err(DriveFailure::from)?))
         }
+    }
+}
+
+/// Cloth that follows the poses, if it is asked for.
+fn cloth_of<'a>(args: &PlayArgs, figure: &'a Figure) -> anyhow::Result<Option<LiveCloth<'a>>> {
+    let refused = |what: &str, hint: &str| SessionError::BadRequest { what: what.into(), hint: hint.into() };
+    match args.cloth {
+        false => Ok(None),
+        true if args.method == MethodWord::Laplacian => {
+            let hint = "use --method ik, or leave --cloth out";
+            Err(refused("cloth follows a pose, and the paper's method moves the surface itself", hint).into())
+        }
+        true if figure.garments().is_empty() => {
+            Err(refused("the figure wears no garment that could swing", "leave --cloth out").into())
+        }
+        true => Ok(Some(LiveCloth::prepare(figure).map_err(DriveFailure::from)?)),
     }
 }
 
@@ -82,12 +99,13 @@ pub(super) fn play(args: PlayArgs, context: &Context) -> anyhow::Result<Done> {
         Some(to) => Some(DriveView::begin(&session, to, args.force)?),
         None => None,
     };
+    let cloth = cloth_of(&args, &figure)?;
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
     }
     if let Some(port) = args.vmc {
-        let to = vmc::Receiver { figure: &figure, save: args.save.as_deref(), view, outputs };
+        let to = vmc::Receiver { figure: &figure, cloth, save: args.save.as_deref(), view, outputs };
         return vmc::receive(port, to, &stop, context);
     }
     let input = open(&stream, &mut outputs)?;
@@ -108,6 +126,7 @@ pub(super) fn play(args: PlayArgs, context: &Context) -> anyhow::Result<Done> {
             None => player,
         },
         worn: WornGarments::prepare(&figure),
+        cloth,
         save: args.save.as_deref().map(|path| (path, None)),
         outputs,
         view,
@@ -137,7 +156,7 @@ pub(super) fn play(args: PlayArgs, context: &Context) -> anyhow::Result<Done> {
         return Err(fatal.unwrap_or_else(|| DriveFailure::Nothing.into()));
     }
     if let (Some(path), Some(frames)) = (&args.film, &film) {
-        session.write_driven_film(path, &mut outputs, &figure, frames)?;
+        session.write_driven_film(path, &mut outputs, &figure, frames, cloth_of(&args, &figure)?)?;
     }
     context.console.notices(outputs.notices());
     let counts = player.counts();
@@ -275,6 +294,7 @@ struct Stage<'a> {
     player: Player<'a>,
     /// The garments, for the paper's method.
     worn: WornGarments<'a>,
+    cloth: Option<LiveCloth<'a>>,
     /// Where the poses are written, once there are some.
     save: Option<(&'a Path, Option<Save>)>,
     outputs: Outputs,
@@ -381,9 +401,10 @@ impl Stage<'_> {
             // Frames from before the calibration are late by definition.
             if !self.is_late(&frame, waited, read) {
                 if let Some(view) = &mut self.view {
-                    let meshes = match &frame.solved {
-                        Some(solved) => self.worn.on(solved),
-                        None => self.figure.posed(&frame.pose),
+                    let meshes = match (&frame.solved, &mut self.cloth) {
+                        (Some(solved), _) => self.worn.on(solved),
+                        (None, Some(cloth)) => cloth.to_pose(&frame.pose, frame.secs),
+                        (None, None) => self.figure.posed(&frame.pose),
                     };
                     view.show(self.number, &frame, self.figure, &meshes);
                 }

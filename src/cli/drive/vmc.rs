@@ -4,6 +4,7 @@ use super::error::DriveFailure;
 use super::save::Save;
 use crate::body::Figure;
 use crate::cli::console::{Context, Done, Progress, secs};
+use crate::cloth::LiveCloth;
 use crate::drive::{LANDMARKS, PlayedFrame, VmcDecoder, VmcFrame, VmcRig};
 use crate::motion::LiveRetargeter;
 use crate::session::{DriveView, Outputs, SessionError};
@@ -25,6 +26,7 @@ const REPORTED: usize = 3;
 /// What is done with the frames of a tracker.
 pub(super) struct Receiver<'a> {
     pub figure: &'a Figure,
+    pub cloth: Option<LiveCloth<'a>>,
     pub save: Option<&'a Path>,
     pub view: Option<DriveView>,
     pub outputs: Outputs,
@@ -33,7 +35,7 @@ pub(super) struct Receiver<'a> {
 /// Receives from a port of this machine until the tracker ends or the program is stopped.
 pub(super) fn receive(port: u16, to: Receiver<'_>, stop: &AtomicBool, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
-    let Receiver { figure, save: path, mut view, mut outputs } = to;
+    let Receiver { figure, mut cloth, save: path, mut view, mut outputs } = to;
     let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, port)).map_err(|e| SessionError::BadRequest {
         what: format!("port {port} of this machine cannot be used: {e}"),
         hint: "end the program that listens there, or give another port, here and in the tracker".into(),
@@ -82,7 +84,10 @@ pub(super) fn receive(port: u16, to: Receiver<'_>, stop: &AtomicBool, context: &
                 save.frame(at_secs, &pose)?;
             }
             if let Some(view) = &mut view {
-                let meshes = figure.posed(&pose);
+                let meshes = match &mut cloth {
+                    Some(cloth) => cloth.to_pose(&pose, at_secs),
+                    None => figure.posed(&pose),
+                };
                 let places = [None; LANDMARKS];
                 let shown = PlayedFrame { secs: at_secs, places, pose, solved: None, steps: 0, distance: 0.0 };
                 view.show(frames, &shown, figure, &meshes);

@@ -36,20 +36,17 @@ pub(in crate::cloth) struct Moving<'a> {
 }
 
 impl MassSpringLayers {
+    /// **Requires** the body.
+    ///
     /// **Shapes** `meshes` one per layer, the body first; `fabrics` one per layer but the body; `inverse_mass` one entry per
     /// vertex of all layers.
-    pub fn prepare(
-        meshes: &[TriMesh],
-        fabrics: Vec<Fabric>,
-        vertices: &[Range<usize>],
-        inverse_mass: &[f64],
-    ) -> Option<Self> {
-        let (body, cloth) = meshes.split_first()?;
+    pub fn prepare(meshes: &[TriMesh], fabrics: Vec<Fabric>, vertices: &[Range<usize>], inverse_mass: &[f64]) -> Self {
+        let (body, cloth) = (&meshes[0], &meshes[1..]);
         let nets = cloth.iter().zip(&fabrics).zip(&vertices[1..]);
         let nets = nets
             .map(|((mesh, fabric), range)| MassSpring::of(mesh, fabric, &inverse_mass[range.clone()], LONGEST_STEP));
         let layers = cloth.iter().map(Collider::prepare).collect();
-        Some(Self { nets: nets.collect(), fabrics, body: Collider::prepare(body), layers })
+        Self { nets: nets.collect(), fabrics, body: Collider::prepare(body), layers }
     }
 
     /// Least share of its fabric's stiffness that a spring has.

@@ -65,7 +65,7 @@ impl Writer {
             return Err(SessionError::NoScans { dir: self.session.dir().to_path_buf() });
         }
         let animation = self.named(new)?;
-        let recording = match &new.view {
+        let mut recording = match &new.view {
             Some(to) => Some(AnimationRecording::try_new(&self.session.name(), to, self.session.outputs(new.force))?),
             None => None,
         };
@@ -78,7 +78,13 @@ impl Writer {
         let before = std::mem::replace(&mut self.session.recipe, recipe);
         let state = self.session.state.clone();
         let change = format!("animate {}", change_of(&animation));
-        let mut walk = Walk::make(self, &change, &Forced::Nothing, on_event).at_once();
+        let mut on_event = |event: &Event| {
+            if let Some(recording) = &mut recording {
+                recording.see(event);
+            }
+            on_event(event);
+        };
+        let mut walk = Walk::make(self, &change, &Forced::Nothing, &mut on_event).at_once();
         let made = pipeline::animations(&mut walk, &steps, Some(&animation.name));
         let mut reports = walk.into_reports();
         match made {

@@ -8,7 +8,7 @@ mod stages;
 mod steps;
 mod tryon;
 
-pub use memo::event::{Event, Forced};
+pub use memo::event::{Event, Forced, MovedFrame};
 pub(in crate::session) use memo::input::FileInput;
 pub use memo::reason::{Cause, Reason};
 pub use memo::report::StageReport;

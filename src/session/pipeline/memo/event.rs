@@ -1,8 +1,10 @@
 //! Progress and outcome of a stage.
 
 use super::report::StageReport;
+use crate::body::Figure;
 use crate::check::StepVerdict;
 use crate::fit;
+use crate::geometry::Point;
 use crate::scan::{FusionStep, Scan};
 use crate::session::stage::Stage;
 use crate::session::store::{Kept, Measures, StageRecord, Warning};
@@ -43,6 +45,11 @@ pub enum Event<'a> {
         step: &'a str,
         /// The part that was done.
         at: &'a FusionStep<'a>,
+    },
+    /// Cloth has moved by a frame.
+    Moved {
+        /// The frame.
+        at: &'a MovedFrame<'a>,
     },
     /// A stage has run, and its result is on disk.
     Ran(&'a StageReport),
@@ -118,6 +125,19 @@ impl<T> Made<T> {
     }
 }
 
+/// A frame of cloth, as soon as it is computed.
+#[derive(Debug)]
+pub struct MovedFrame<'a> {
+    /// The figure that moves.
+    pub figure: &'a Figure,
+    /// Frames per second.
+    pub fps: f64,
+    /// Its number.
+    pub frame: usize,
+    /// Where every vertex of the figure is, one layer after another, metres.
+    pub at: &'a [Point],
+}
+
 /// Progress of a running stage.
 pub(in crate::session) enum StageProgress<'a> {
     /// Text.
@@ -126,6 +146,8 @@ pub(in crate::session) enum StageProgress<'a> {
     Iteration(&'a Scan, &'a fit::FitIteration<'a>),
     /// A step of the fusion of frames.
     Fusion(&'a FusionStep<'a>),
+    /// A frame of cloth.
+    Moved(&'a MovedFrame<'a>),
 }
 
 /// Passes the progress of one run of a stage on as events. A stage may fit several times, for example again without a limb that
@@ -143,6 +165,7 @@ pub(in crate::session::pipeline) fn as_events<'a>(
             on_event(&Event::Iterated { step, stage, scan, at: &fit::FitIteration { iteration: iterations, ..*at } });
         }
         StageProgress::Fusion(at) => on_event(&Event::Fused { step, at }),
+        StageProgress::Moved(at) => on_event(&Event::Moved { at }),
     }
 }
 

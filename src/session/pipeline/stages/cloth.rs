@@ -2,9 +2,10 @@
 
 use crate::body::{Figure, Skinning};
 use crate::cloth::{ClothMode, ClothParams, ClothReport, ClothSolver, ClothTrack, simulate};
+use crate::geometry::Point;
 use crate::motion::PoseTrack;
 use crate::session::pipeline::memo::at::{Code, Run};
-use crate::session::pipeline::memo::event::{OnProgress, Outcome, StageProgress};
+use crate::session::pipeline::memo::event::{MovedFrame, OnProgress, Outcome, StageProgress};
 use crate::session::pipeline::memo::input::ModelInput;
 use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store};
@@ -12,7 +13,7 @@ use crate::stack::on_floor;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-pub(in crate::session::pipeline) const CLOTH: Code = Code::new(Stage::Cloth, 6);
+pub(in crate::session::pipeline) const CLOTH: Code = Code::new(Stage::Cloth, 7);
 
 #[derive(Serialize)]
 pub(in crate::session::pipeline) struct Inputs {
@@ -40,10 +41,14 @@ pub(in crate::session::pipeline) fn run(
 ) -> Run<ClothTrack> {
     let figure = dressed_in(&fabrics, on_floor(model.figure(store, figure)?)?);
     let track = store.load(track)?;
-    let mut on_frame = |done: usize, all: usize| on_progress(StageProgress::Text(&format!("frame {done} of {all}")));
+    let last = track.poses.len() - 1;
+    let mut on_frame = |frame: usize, at: &[Point]| {
+        on_progress(StageProgress::Moved(&MovedFrame { figure: &figure, fps: track.fps, frame, at }));
+        on_progress(StageProgress::Text(&format!("frame {frame} of {last}")));
+    };
     let (cloth, report) = simulate(&figure, skinning, &track, &params, (mode, solver), &mut on_frame)?;
     Ok(Outcome::of(cloth)
-        .measured("crossing_pairs", report.crossing_pairs as f64)
+        .measured("crossing_pairs", report.crossing_pairs.map_or(f64::NAN, |pairs| pairs as f64))
         .measured("yielded_mm", report.yielded * 1e3)
         .measured("yielded_percent", report.yielded_share * 100.0)
         .measured("stopped_steps", report.stopped_steps as f64)
@@ -67,13 +72,16 @@ fn dressed_in(fabrics: &BTreeMap<String, String>, mut figure: Figure) -> Figure 
 /// What a user should know.
 fn findings_of(report: &ClothReport, (mode, solver): (ClothMode, ClothSolver)) -> Vec<String> {
     let mut findings = Vec::new();
+    if report.crossing_pairs.is_none() {
+        findings.push("a draft: nobody looked whether layers cross; without --draft none do".into());
+    }
     if let Some(frame) = report.first_crossing {
         let why = match (mode, solver) {
             (_, ClothSolver::MassSpring) => ": the solver rk4 cannot prevent that; xpbd does",
             (ClothMode::Blended, _) => ": a blend cannot prevent that; --mode coupled does",
             _ => "",
         };
-        let pairs = report.crossing_pairs;
+        let pairs = report.crossing_pairs.unwrap_or_default();
         findings.push(format!("{pairs} pairs of faces cross in its frames, the first in frame {frame}{why}"));
     }
     if report.yielded > UNSEEN_YIELD && report.yielded_share > UNSEEN_SHARE {

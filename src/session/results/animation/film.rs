@@ -2,6 +2,7 @@
 
 use super::animations::MovedFigure;
 use crate::body::Figure;
+use crate::cloth::LiveCloth;
 use crate::drive::PlayedFrame;
 use crate::export::CoveredParts;
 use crate::geometry::{Aabb, Point};
@@ -99,8 +100,9 @@ impl Session {
         outputs: &mut Outputs,
         figure: &Figure,
         frames: &[PlayedFrame],
+        cloth: Option<LiveCloth<'_>>,
     ) -> Result<(), SessionError> {
-        let bytes = driven_film(figure, frames).map_err(|e| SessionError::bad_source(path, e))?;
+        let bytes = driven_film(figure, frames, cloth).map_err(|e| SessionError::bad_source(path, e))?;
         outputs.write_bytes(path, Content::Film, bytes)
     }
 

@@ -2,10 +2,13 @@
 
 use super::recording::Shown;
 use super::show_in::ShowIn;
+use crate::body::Figure;
+use crate::geometry::TriMesh;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
+use crate::session::pipeline::{Event, MovedFrame};
 use crate::session::results::outputs::Outputs;
-use crate::view::{Paint, Part, Recording, layer_color};
+use crate::view::{Error, Paint, Part, Recording, layer_color};
 
 /// Frames per second of a recording: a frame of a dressed figure takes half a megabyte.
 const RECORDED_FPS: f64 = 15.0;
@@ -13,36 +16,74 @@ const RECORDED_FPS: f64 = 15.0;
 /// An open recording of an animation.
 pub(in crate::session) struct AnimationRecording {
     shown: Shown,
+    /// Frames that were shown.
+    frames: usize,
 }
 
 impl AnimationRecording {
     /// Begins a recording.
     pub fn try_new(session: &str, to: &ShowIn, outputs: Outputs) -> Result<Self, SessionError> {
         let shown = Shown::begin(to, outputs, |sink| Recording::of_animation(session, sink))?;
-        Ok(Self { shown })
+        Ok(Self { shown, frames: 0 })
     }
 
-    /// Records the frames of an animation that is up to date, and ends the recording.
+    /// Shows cloth as it is computed.
+    pub fn see(&mut self, event: &Event) {
+        if let Event::Moved { at: MovedFrame { figure, fps, frame, at } } = event {
+            if frame % interval(*fps) == 0 {
+                let mut rest = *at;
+                let meshes = figure.layers.iter().map(|layer| {
+                    let (own, others) = rest.split_at(layer.mesh.vertex_count());
+                    rest = others;
+                    layer.mesh.with_points(own.to_vec())
+                });
+                self.show_frame(figure, *frame, &meshes.collect::<Vec<_>>());
+            }
+        }
+    }
+
+    /// Records the frames of an animation that is up to date, unless they were seen, and ends the recording.
     pub fn show(mut self, session: &Session, animation: &str) -> Result<(), SessionError> {
-        let moved = session.moved_figure(Some(animation))?;
-        let figure = session.figure_of_last_step()?;
-        let step = (moved.track.fps / RECORDED_FPS).round().max(1.0) as usize;
-        for frame in (0..moved.track.poses.len()).step_by(step) {
-            let meshes = moved.surfaces(&figure, frame);
-            self.shown.note(|recording| {
-                recording.set_frame(frame);
-                for (rank, (layer, mesh)) in figure.layers.iter().zip(&meshes).enumerate() {
-                    match (frame, &layer.colors) {
-                        (0, Some(colors)) => {
-                            recording.log_garment(&layer.name, &Part::try_new(mesh, Paint::PerVertex(colors))?)?;
-                        }
-                        (0, None) => recording.log_garment(&layer.name, &Part::solid(mesh, layer_color(rank)))?,
-                        _ => recording.log_garment_moved(&layer.name, mesh)?,
-                    }
-                }
-                Ok(())
-            });
+        if self.frames == 0 {
+            let moved = session.moved_figure(Some(animation))?;
+            let figure = session.figure_of_last_step()?;
+            for frame in (0..moved.track.poses.len()).step_by(interval(moved.track.fps)) {
+                self.show_frame(&figure, frame, &moved.surfaces(&figure, frame));
+            }
         }
         self.shown.finish()
     }
+
+    fn show_frame(&mut self, figure: &Figure, frame: usize, meshes: &[TriMesh]) {
+        let is_first = self.frames == 0;
+        self.frames += 1;
+        self.shown.note(|recording| {
+            recording.set_frame(frame);
+            log_layers(recording, figure, meshes, is_first)
+        });
+    }
+}
+
+/// Frames from one that is shown to the next.
+fn interval(fps: f64) -> usize {
+    (fps / RECORDED_FPS).round().max(1.0) as usize
+}
+
+/// Shows the layers of a figure; after the first time, only their vertices move.
+pub(super) fn log_layers(
+    recording: &Recording,
+    figure: &Figure,
+    meshes: &[TriMesh],
+    is_first: bool,
+) -> Result<(), Error> {
+    for (rank, (layer, mesh)) in figure.layers.iter().zip(meshes).enumerate() {
+        match (is_first, &layer.colors) {
+            (true, Some(colors)) => {
+                recording.log_garment(&layer.name, &Part::try_new(mesh, Paint::PerVertex(colors))?)?
+            }
+            (true, None) => recording.log_garment(&layer.name, &Part::solid(mesh, layer_color(rank)))?,
+            (false, _) => recording.log_garment_moved(&layer.name, mesh)?,
+        }
+    }
+    Ok(())
 }

@@ -1,5 +1,6 @@
 //! Shows a figure that landmarks drive, in the Rerun viewer: the landmarks on the left, the figure on the right.
 
+use super::animation_recording::log_layers;
 use super::recording::Shown;
 use super::show_in::ShowIn;
 use crate::body::Figure;
@@ -7,7 +8,7 @@ use crate::drive::PlayedFrame;
 use crate::geometry::{Point, TriMesh, Vec3};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::view::{BESIDE, Paint, Part, Recording, landmark_lines, layer_color};
+use crate::view::{BESIDE, Recording, landmark_lines};
 
 /// A figure that is driven, in a viewer or a recording, along the timeline `frame`.
 pub struct DriveView {
@@ -34,16 +35,7 @@ impl DriveView {
             let places: Vec<Point> = frame.places.iter().flatten().map(beside).collect();
             let lines: Vec<[Point; 2]> = landmark_lines(&frame.places).map(|line| line.map(|p| beside(&p))).collect();
             recording.log_landmarks(&places, &lines)?;
-            for (rank, (layer, mesh)) in figure.layers.iter().zip(meshes).enumerate() {
-                match (is_first, &layer.colors) {
-                    (true, Some(colors)) => {
-                        recording.log_garment(&layer.name, &Part::try_new(mesh, Paint::PerVertex(colors))?)?;
-                    }
-                    (true, None) => recording.log_garment(&layer.name, &Part::solid(mesh, layer_color(rank)))?,
-                    (false, _) => recording.log_garment_moved(&layer.name, mesh)?,
-                }
-            }
-            Ok(())
+            log_layers(recording, figure, meshes, is_first)
         });
     }
 

@@ -57,6 +57,11 @@ impl AnimationRecording {
     }
 
     /// Never called.
+    pub fn see(&mut self, _event: &Event) {
+        match *self {}
+    }
+
+    /// Never called.
     pub fn show(self, _session: &Session, _animation: &str) -> Result<(), SessionError> {
         match self {}
     }
