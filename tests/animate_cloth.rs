@@ -90,7 +90,11 @@ fn the_other_modes_count_what_crosses_and_fabrics_are_kept_and_undone() {
     assert!(recipe.contains("[animation.fabrics]\ntshirt = \"leather\""), "{recipe}");
     // A draft does not claim what nobody looked at.
     let draft = made(&["--draft"]);
-    assert!(draft["measures"]["crossing_pairs"].is_null() && draft["measures"]["swing_mm"] != coupled["measures"]["swing_mm"], "{draft}");
+    assert!(
+        draft["measures"]["crossing_pairs"].is_null()
+            && draft["measures"]["swing_mm"] != coupled["measures"]["swing_mm"],
+        "{draft}"
+    );
     assert!(draft["findings"][0].as_str().unwrap().contains("a draft: nobody looked"), "{draft}");
     assert!(overcoat_ok(&session, &["status"]).stdout.contains("with cloth, a draft"));
     overcoat_ok(&session, &["undo"]);

@@ -3,9 +3,10 @@
 use super::human_joint::HumanJoint::{
     self, Foot, Hand, Head, Hips, LowerArm, LowerLeg, Neck, Toes, UpperArm, UpperLeg,
 };
-use super::human_joint::Side::{self, Left, Right};
+use super::human_joint::Side::{Left, Right};
 use super::section::{SectionPlane, tape};
-use super::{Skeleton, SkinRow, SkinWeights, Stance, skin};
+use super::tape_line::{Around, TapeLine};
+use super::{Skeleton, SkinWeights, Stance, skin};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -49,14 +50,15 @@ pub fn body_measures(mesh_in_bind: &TriMesh, weights: &SkinWeights, skeleton: &S
     put("inside leg height", body.crotch().map(|crotch| body.height_of(crotch)));
     put("head girth", body.head());
     put("neck girth", body.neck());
-    put("chest girth", body.widest(CHEST_PER_STATURE));
-    put("waist girth", body.trunk(body.level(WAIST_PER_STATURE)));
-    put("hip girth", body.hip());
-    put("thigh girth", body.thigh());
+    let line = |line: Option<TapeLine>| line.map(|line| line.girth);
+    put("chest girth", line(body.chest()));
+    put("waist girth", line(body.waist()));
+    put("hip girth", line(body.hip()));
+    put("thigh girth", line(body.thigh()));
     put("knee girth", body.limb(LowerLeg(Left), Foot(Left), [0.0, 0.0], f64::max));
     put("calf girth", body.limb(LowerLeg(Left), Foot(Left), [0.12, 0.50], f64::max));
     put("minimum leg girth", body.limb(LowerLeg(Left), Foot(Left), [0.70, 0.95], f64::min));
-    put("upper arm girth", body.limb(UpperArm(Left), LowerArm(Left), [0.40, 0.75], f64::max));
+    put("upper arm girth", line(body.upper_arm()));
     put("elbow girth", body.limb(LowerArm(Left), Hand(Left), [0.0, 0.0], f64::max));
     put("wrist girth", body.limb(LowerArm(Left), Hand(Left), [0.85, 0.98], f64::min));
     put("arm length", body.chain(&[UpperArm(Left), LowerArm(Left), Hand(Left)]));
@@ -65,6 +67,14 @@ pub fn body_measures(mesh_in_bind: &TriMesh, weights: &SkinWeights, skeleton: &S
     put("thigh length", body.chain(&[UpperLeg(Left), LowerLeg(Left)]));
     put("foot length", body.foot());
     taken
+}
+
+/// Where a tape goes around a body in its bind pose: chest, waist, hip, thigh, upper arm; those that it has.
+///
+/// **Shapes** `weights` has one row per vertex of `mesh_in_bind`.
+pub fn tape_lines(mesh_in_bind: &TriMesh, weights: &SkinWeights, skeleton: &Skeleton) -> Vec<TapeLine> {
+    let body = Measured::new(mesh_in_bind, weights, skeleton);
+    [body.chest(), body.waist(), body.hip(), body.thigh(), body.upper_arm()].into_iter().flatten().collect()
 }
 
 /// Girths of the trunk, without the arms, at heights in the bind pose, as a tape measures them; `None` where there is no trunk.
@@ -78,6 +88,12 @@ pub fn trunk_girths(
 ) -> Vec<Option<f64>> {
     let body = Measured::new(mesh_in_bind, weights, skeleton);
     heights.iter().map(|&y| body.trunk(y)).collect()
+}
+
+/// Shares of a length from the first to the last, a step apart.
+fn steps([first, last]: [f64; 2], length: f64) -> impl Iterator<Item = f64> {
+    let count = ((last - first) * length / STEP).round() as usize;
+    (0..=count).map(move |k| first + (last - first) * k as f64 / count.max(1) as f64)
 }
 
 struct Measured<'a> {
@@ -99,10 +115,7 @@ impl<'a> Measured<'a> {
         let upright: PerVertex<f64> = standing.iter().map(|p| p.y - low).collect();
         let stature = upright.iter().copied().fold(0.0, f64::max);
         let top = mesh.points().iter().map(|p| p.y).fold(f64::NEG_INFINITY, f64::max);
-        let is_arm: Vec<bool> =
-            skeleton.ids().map(|j| Side::BOTH.iter().any(|&side| skeleton.is_part_of(j, UpperArm(side)))).collect();
-        let of_arm = |row: &SkinRow| row.iter().filter(|e| is_arm[e.0.index()]).map(|e| e.1).sum::<f64>();
-        let is_trunk = weights.rows().iter().map(|row| of_arm(row) < 0.5).collect();
+        let is_trunk = Around::Trunk.vertices(skeleton, weights);
         Self { mesh, weights, skeleton, stature, top, upright, is_trunk }
     }
 
@@ -125,23 +138,33 @@ impl<'a> Measured<'a> {
         tape(self.mesh, &section, |v| self.is_trunk[v])
     }
 
+    fn trunk_line(&self, name: &'static str, y: f64) -> Option<TapeLine> {
+        let (origin, axes) = (Point::new(0.0, y, 0.0), [Vec3::x(), Vec3::z()]);
+        Some(TapeLine { name, girth: self.trunk(y)?, origin, axes, around: Around::Trunk })
+    }
+
     fn levels(&self, shares: [f64; 2]) -> Vec<f64> {
         let [low, high] = shares.map(|s| self.level(s));
         let count = ((high - low) / STEP).round() as usize;
         (0..=count).map(|k| low + STEP * k as f64).collect()
     }
 
-    fn widest(&self, shares: [f64; 2]) -> Option<f64> {
-        self.levels(shares).into_iter().filter_map(|y| self.trunk(y)).reduce(f64::max)
+    fn chest(&self) -> Option<TapeLine> {
+        let lines = self.levels(CHEST_PER_STATURE).into_iter().filter_map(|y| self.trunk_line("chest", y));
+        lines.reduce(|a, b| if b.girth > a.girth { b } else { a })
     }
 
-    /// The girth at the level where the seat extends furthest back.
-    fn hip(&self) -> Option<f64> {
+    fn waist(&self) -> Option<TapeLine> {
+        self.trunk_line("waist", self.level(WAIST_PER_STATURE))
+    }
+
+    /// The level where the seat extends furthest back.
+    fn hip(&self) -> Option<TapeLine> {
         let levels = self.levels(HIP_PER_STATURE);
         let (low, high) = (*levels.first()?, *levels.last()?);
         let points = self.mesh.points().enumerate().filter(|(v, p)| self.is_trunk[*v] && (low..=high).contains(&p.y));
         let (_, rearmost) = points.min_by(|a, b| a.1.z.total_cmp(&b.1.z))?;
-        self.trunk(rearmost.y)
+        self.trunk_line("hip", rearmost.y)
     }
 
     /// The height of the crotch: the lowest point of the midline above the knees.
@@ -155,45 +178,40 @@ impl<'a> Measured<'a> {
     }
 
     /// Square to the thigh, 2 cm below where the legs part.
-    fn thigh(&self) -> Option<f64> {
+    fn thigh(&self) -> Option<TapeLine> {
         let (hip, knee) = (self.joint(UpperLeg(Left))?, self.joint(LowerLeg(Left))?);
         let axis = (knee - hip).try_normalize(1e-9)?;
         // The plane meets the inner thigh, not the bone, at that height.
         let inner = 0.07 * axis.x.abs();
         let down = (hip.y - self.crotch()? + 0.02 - inner) / -axis.y;
-        self.around(UpperLeg(Left), hip + axis * down, &axis)
+        self.limb_line("thigh", UpperLeg(Left), hip + axis * down, &axis)
+    }
+
+    /// The widest place of the upper arm.
+    fn upper_arm(&self) -> Option<TapeLine> {
+        let (a, b) = (self.joint(UpperArm(Left))?, self.joint(LowerArm(Left))?);
+        let axis = (b - a).try_normalize(1e-9)?;
+        let lines = steps([0.40, 0.75], (b - a).norm())
+            .filter_map(|t| self.limb_line("upper arm", UpperArm(Left), a + (b - a) * t, &axis));
+        lines.reduce(|a, b| if b.girth > a.girth { b } else { a })
     }
 
     /// The extreme girth of a limb between two positions along a bone.
-    fn limb(
-        &self,
-        from: HumanJoint,
-        to: HumanJoint,
-        [first, last]: [f64; 2],
-        pick: fn(f64, f64) -> f64,
-    ) -> Option<f64> {
+    fn limb(&self, from: HumanJoint, to: HumanJoint, shares: [f64; 2], pick: fn(f64, f64) -> f64) -> Option<f64> {
         let (a, b) = (self.joint(from)?, self.joint(to)?);
         let axis = (b - a).try_normalize(1e-9)?;
-        let count = ((last - first) * (b - a).norm() / STEP).round() as usize;
-        let places = (0..=count).map(|k| first + (last - first) * k as f64 / count.max(1) as f64);
-        places.filter_map(|t| self.around(from, a + (b - a) * t, &axis)).reduce(pick)
+        let lines = steps(shares, (b - a).norm()).filter_map(|t| self.limb_line("", from, a + (b - a) * t, &axis));
+        lines.map(|line| line.girth).reduce(pick)
     }
 
-    /// The girth of the limb that begins at `joint`, perpendicular to `axis`.
-    fn around(&self, joint: HumanJoint, at: Point, axis: &Vec3) -> Option<f64> {
+    /// The tape around the limb that begins at `joint`, perpendicular to `axis`.
+    fn limb_line(&self, name: &'static str, joint: HumanJoint, at: Point, axis: &Vec3) -> Option<TapeLine> {
         let limb = self.skeleton.find(joint)?;
-        let parent = self.skeleton.parents[limb.index()]?;
-        let is_of = |v: crate::geometry::VertexId| {
-            let row = &self.weights.rows()[v];
-            let share: f64 = row
-                .iter()
-                .filter(|(j, _)| self.skeleton.is_below(*j, limb) || *j == parent && parent.index() > 0)
-                .map(|e| e.1)
-                .sum();
-            share > 0.3
-        };
         let across = axis.cross(&Vec3::z()).try_normalize(1e-6).unwrap_or_else(Vec3::x);
-        tape(self.mesh, &SectionPlane { origin: at, axes: [across, axis.cross(&across)] }, is_of)
+        let (axes, around) = ([across, axis.cross(&across)], Around::Limb(limb));
+        let is_own = around.vertices(self.skeleton, self.weights);
+        let girth = tape(self.mesh, &SectionPlane { origin: at, axes }, |v| is_own[v])?;
+        Some(TapeLine { name, girth, origin: at, axes, around })
     }
 
     fn neck(&self) -> Option<f64> {

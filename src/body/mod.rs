@@ -17,13 +17,14 @@ mod skeleton;
 mod skin;
 mod stance;
 mod stored_figure;
+mod tape_line;
 mod uv;
 
 pub use dual_quaternion::Skinning;
 pub use embedded::{EMBEDDED_MODEL_FILE, embedded_model};
 pub use figure::{Figure, Layer};
 pub use human_joint::{HumanJoint, Limb, Side};
-pub use measures::{BodyMeasure, body_measures, trunk_girths};
+pub use measures::{BodyMeasure, body_measures, tape_lines, trunk_girths};
 pub use model::{BodyModel, Shape};
 pub use model_file::read_model;
 pub use part::{BonePosition, bone_positions};
@@ -33,6 +34,7 @@ pub(crate) use skin::skin_rigidly;
 pub use skin::{INFLUENCES, SkinRow, SkinWeights, skin, unskin};
 pub use stance::Stance;
 pub use stored_figure::StoredFigure;
+pub use tape_line::TapeLine;
 pub use uv::{Texture, UvMap};
 
 /// Why a file is not a usable body model.

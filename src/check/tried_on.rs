@@ -43,7 +43,7 @@ impl TriedOn {
 }
 
 /// A garment that falls by more, on average of its vertices, in metres, does not stay where it is worn.
-const SLIDES: f64 = 0.12;
+pub const SLIDES: f64 = 0.12;
 
 /// What is in doubt of how a garment was put on: `thickness` is the share of itself as which the figure stood free in it, `fell` how
 /// far the garment fell until it was at rest, in metres.

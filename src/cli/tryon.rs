@@ -2,7 +2,7 @@
 
 use super::console::{Context, Done, Progress, secs, verdicts};
 use crate::scan::Unit;
-use crate::session::{Built, ClipFrame, Content, Forced, NewScan};
+use crate::session::{Built, ClipFrame, Content, Forced, NewScan, SessionError, SizedFile, girth_notes};
 use crate::tryon::{Secs, Stop, Switches};
 use serde_json::json;
 use std::path::PathBuf;
@@ -11,8 +11,15 @@ use std::time::Instant;
 #[derive(clap::Args)]
 pub(super) struct TryOnArgs {
     /// The garment's mesh: .obj, .ply, .glb, .gltf, .stl or .off, in any unit and frame
-    #[arg(value_name = "GARMENT")]
-    file: PathBuf,
+    #[arg(value_name = "GARMENT", required_unless_present = "size")]
+    file: Option<PathBuf>,
+    /// Try sizes of a garment, as in --size S=s.obj --size M=m.obj: each is put on and gets a verdict; the session does not
+    /// change unless one is kept
+    #[arg(long, value_name = "SIZE=FILE", conflicts_with_all = ["file", "stop_after"])]
+    size: Vec<SizedFile>,
+    /// With --size: this one becomes a layer
+    #[arg(long, value_name = "SIZE", requires = "size")]
+    keep: Option<String>,
     /// The garment kind, as in `overcoat templates list`; by default what its openings say
     #[arg(short, long, value_name = "KIND")]
     template: Option<String>,
@@ -32,8 +39,8 @@ pub(super) struct TryOnArgs {
     /// the session does not change
     #[arg(long, value_name = "STEP", value_parser = step, conflicts_with_all = ["template", "fabric", "name", "replace"])]
     stop_after: Option<Stop>,
-    /// With --stop-after: a picture of all steps
-    #[arg(long, value_name = "FILE.png", requires = "stop_after")]
+    /// With --stop-after: a picture of all steps. With --size: the ease of each, as colours
+    #[arg(long, value_name = "FILE.png")]
     picture: Option<PathBuf>,
     /// With --stop-after: the garment as the last step left it
     #[arg(long, value_name = "FILE.ply", requires = "stop_after")]
@@ -64,11 +71,83 @@ fn step(name: &str) -> Result<Stop, String> {
     Stop::from_name(name).ok_or_else(|| format!("there are {}", known()))
 }
 
-/// The steps of the paper, without a change of the session.
-fn try_steps(args: &TryOnArgs, stop: Stop, context: &Context) -> anyhow::Result<Done> {
+/// Sizes side by side; one may be kept.
+fn try_sizes(mut args: TryOnArgs, context: &Context) -> anyhow::Result<Done> {
+    let began = Instant::now();
+    let kept = match &args.keep {
+        None => None,
+        Some(keep) => match args.size.iter().find(|sized| sized.size == *keep) {
+            Some(sized) => Some(sized.file.clone()),
+            None => {
+                let sizes: Vec<&str> = args.size.iter().map(|sized| sized.size.as_str()).collect();
+                return Err(SessionError::BadRequest {
+                    what: format!("there is no size {keep} to keep"),
+                    hint: format!("give --keep with one of {}", sizes.join(", ")),
+                }
+                .into());
+            }
+        },
+    };
     let session = context.reader()?;
     let mut outputs = session.outputs(args.force);
-    outputs.protect(&args.file, "is the garment");
+    args.size.iter().for_each(|sized| outputs.protect(&sized.file, "is a garment"));
+    args.picture.iter().try_for_each(|path| outputs.claim(path, Content::Picture))?;
+    let mut progress = Progress::of_one_stage(&context.console);
+    let how = (args.template.as_deref(), args.fabric.as_deref());
+    let tried = session.try_sizes(&args.size, args.unit, how, &mut |size| progress.describe(format!("size {size}")))?;
+    progress.end();
+    if let Some(path) = &args.picture {
+        tried.write_picture(path, &mut outputs)?;
+    }
+    context.console.notices(outputs.notices());
+    let each = tried.sizes.iter().map(|tried| {
+        json!({
+            "size": tried.sized.size,
+            "file": tried.sized.file.display().to_string(),
+            "verdict": tried.verdict,
+            "verdict_text": tried.verdict.to_string(),
+            "girths": tried.ease.girths,
+            "length": tried.ease.length,
+            "fell": tried.worn.fell,
+            "skin_gave_way": tried.worn.gave_way,
+            "notes": tried.notes,
+        })
+    });
+    let sizes: Vec<serde_json::Value> = each.collect();
+    let picture = args.picture.take();
+    let lines = tried.sizes.iter().flat_map(|tried| {
+        let girths = girth_notes(&tried.ease).into_iter().map(|note| format!("    {}", note.replace('\t', ": ")));
+        std::iter::once(format!("  {}: {}", tried.sized.size, tried.verdict)).chain(girths)
+    });
+    let lines: Vec<String> = std::iter::once(format!(
+        "tried {} sizes of {} ({}), in {}",
+        sizes.len(),
+        tried.kind,
+        tried.fabric,
+        secs(began.elapsed())
+    ))
+    .chain(lines)
+    .chain(picture.iter().map(|path| format!("drew {}", path.display())))
+    .collect();
+    let Some(file) = kept else {
+        let json = json!({ "kind": tried.kind, "fabric": tried.fabric, "sizes": sizes });
+        let again = args.size.iter().map(|sized| format!("--size {}={} ", sized.size, sized.file.display()));
+        let keep = format!("tryon {}--keep SIZE", again.collect::<String>());
+        return Ok(Done::new("tryon", json).lines(lines).next(context.overcoat(&keep)));
+    };
+    args.template.get_or_insert(tried.kind.clone());
+    let mut done = put_on(args, file, context)?;
+    done.json.insert("sizes".into(), sizes.into());
+    done.lines.splice(0..0, lines);
+    Ok(done)
+}
+
+/// The steps of the paper, without a change of the session.
+fn try_steps(args: &TryOnArgs, stop: Stop, context: &Context) -> anyhow::Result<Done> {
+    let file = args.file.clone().unwrap_or_default();
+    let session = context.reader()?;
+    let mut outputs = session.outputs(args.force);
+    outputs.protect(&file, "is the garment");
     for (path, content) in [(&args.picture, Content::Picture), (&args.mesh, Content::Mesh)] {
         path.iter().try_for_each(|path| outputs.claim(path, content))?;
     }
@@ -79,7 +158,7 @@ fn try_steps(args: &TryOnArgs, stop: Stop, context: &Context) -> anyhow::Result<
         torso: !leaves_out(Without::Torso),
         stop,
     };
-    let tried = session.try_steps(&args.file, args.unit, args.pose.as_ref(), switches)?;
+    let tried = session.try_steps(&file, args.unit, args.pose.as_ref(), switches)?;
     if let Some(path) = &args.picture {
         tried.write_picture(path, &mut outputs)?;
     }
@@ -89,7 +168,7 @@ fn try_steps(args: &TryOnArgs, stop: Stop, context: &Context) -> anyhow::Result<
     context.console.notices(outputs.notices());
     let Secs { segmentation, deformation, removal } = tried.steps.secs;
     let json = json!({
-        "file": args.file.display().to_string(),
+        "file": file.display().to_string(),
         "stopped_after": stop.name(),
         "inside": tried.inside(),
         "secs": { "segmentation": segmentation, "deformation": deformation, "removal": removal },
@@ -97,7 +176,7 @@ fn try_steps(args: &TryOnArgs, stop: Stop, context: &Context) -> anyhow::Result<
     });
     let ms = |secs: f64| format!("{:.0} ms", 1e3 * secs);
     let mut done = Done::new("tryon", json)
-        .line(format!("tried {} up to the step '{}'; the session is unchanged", args.file.display(), stop.name()))
+        .line(format!("tried {} up to the step '{}'; the session is unchanged", file.display(), stop.name()))
         .line(format!(
             "segmentation {}, deformation {}, removal of interpenetration {}",
             ms(segmentation),
@@ -111,17 +190,32 @@ fn try_steps(args: &TryOnArgs, stop: Stop, context: &Context) -> anyhow::Result<
     for path in args.picture.iter().chain(&args.mesh) {
         done = done.line(format!("wrote {}", path.display()));
     }
-    Ok(done.next(context.overcoat(&format!("tryon {}", args.file.display()))))
+    Ok(done.next(context.overcoat(&format!("tryon {}", file.display()))))
 }
 
-pub(super) fn run(args: TryOnArgs, context: &Context) -> anyhow::Result<Done> {
+pub(super) fn run(mut args: TryOnArgs, context: &Context) -> anyhow::Result<Done> {
+    if args.picture.is_some() && args.stop_after.is_none() && args.size.is_empty() {
+        return Err(SessionError::BadRequest {
+            what: "--picture draws the steps of the paper, or sizes".into(),
+            hint: "add --stop-after or --size; `view --sheet` draws the garment as a layer".into(),
+        }
+        .into());
+    }
     if let Some(stop) = args.stop_after {
         return try_steps(&args, stop, context);
     }
+    match args.file.take() {
+        Some(file) => put_on(args, file, context),
+        None => try_sizes(args, context),
+    }
+}
+
+/// The garment becomes a layer.
+fn put_on(args: TryOnArgs, file: PathBuf, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     let new = NewScan {
         name: args.name.unwrap_or_default(),
-        file: context.input(args.file),
+        file: context.input(file),
         template: args.template,
         unit: args.unit,
         fabric: args.fabric,

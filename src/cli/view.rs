@@ -1,7 +1,7 @@
 //! `overcoat view`: the session as a Rerun recording and as pictures.
 
 use super::console::{Context, Done, Progress, secs};
-use crate::session::{Content, Film, SessionError};
+use crate::session::{Content, Film, SessionError, girth_notes};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -20,6 +20,9 @@ pub(super) struct ViewArgs {
     /// Draw the weights of every layer: its joints as blended colours, its physics weights per vertex and per part
     #[arg(long, value_name = "OUT.png")]
     weights: Option<PathBuf>,
+    /// Draw the air between each garment and the skin as colours, with the ease at chest, waist, hip, thigh and upper arm
+    #[arg(long, value_name = "OUT.png")]
+    ease: Option<PathBuf>,
     /// Draw the frames of an animation: a film, or a new folder for one picture per frame
     #[arg(long, value_name = "OUT.gif|DIR")]
     film: Option<PathBuf>,
@@ -36,11 +39,11 @@ pub(super) struct ViewArgs {
 
 pub(super) fn run(args: ViewArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
-    let pictures = [&args.sheet, &args.poster, &args.weights];
+    let pictures = [&args.sheet, &args.poster, &args.weights, &args.ease];
     if args.save.is_none() && args.film.is_none() && pictures.iter().all(|path| path.is_none()) {
-        let what = "nothing to write: `view` needs --save, --sheet, --poster, --weights or --film".into();
+        let what = "nothing to write: `view` needs --save, --sheet, --poster, --weights, --ease or --film".into();
         let hint =
-            "--save OUT.rrd writes a recording for the Rerun viewer, --sheet OUT.png draws every step, --poster OUT.png one picture of all, --weights OUT.png the skin and physics weights, --film OUT.gif an animation"
+            "--save OUT.rrd writes a recording for the Rerun viewer, --sheet OUT.png draws every step, --poster OUT.png one picture of all, --weights OUT.png the skin and physics weights, --ease OUT.png how wide the garments are, --film OUT.gif an animation"
                 .into();
         return Err(SessionError::BadRequest { what, hint }.into());
     }
@@ -58,6 +61,14 @@ pub(super) fn run(args: ViewArgs, context: &Context) -> anyhow::Result<Done> {
     }
     if let Some(path) = &args.poster {
         session.write_poster(path, &mut outputs)?;
+        done_lines.push(format!("drew {}", path.display()));
+    }
+    let mut eases = serde_json::Map::new();
+    if let Some(path) = &args.ease {
+        for (layer, ease) in session.write_ease(path, &mut outputs)? {
+            done_lines.extend(girth_notes(&ease).iter().map(|note| format!("{layer}, {}", note.replace('\t', ": "))));
+            eases.insert(layer, json!({ "girths": ease.girths, "length": ease.length }));
+        }
         done_lines.push(format!("drew {}", path.display()));
     }
     if let Some(path) = &args.weights {
@@ -88,6 +99,7 @@ pub(super) fn run(args: ViewArgs, context: &Context) -> anyhow::Result<Done> {
         "recording": args.save.map(|p| p.display().to_string()),
         "sheet": args.sheet.map(|p| p.display().to_string()),
         "poster": args.poster.map(|p| p.display().to_string()),
+        "ease": eases,
         "film": args.film.map(|p| p.display().to_string()),
         "weights": args.weights.map(|p| p.display().to_string()),
         "secs": began.elapsed().as_secs_f64(),
@@ -95,5 +107,7 @@ pub(super) fn run(args: ViewArgs, context: &Context) -> anyhow::Result<Done> {
     next.push(context.overcoat("export character.glb"));
     let mut done = Done::new("view", json);
     done.next = next;
-    Ok(done.line(format!("{}, in {}", done_lines.join(" and "), secs(began.elapsed()))))
+    let (last, others) =
+        done_lines.split_last().map_or((String::new(), &[][..]), |(last, others)| (last.clone(), others));
+    Ok(done.lines(others.iter().cloned()).line(format!("{last}, in {}", secs(began.elapsed()))))
 }

@@ -43,8 +43,8 @@ pub use recipe::{
     StepRecipe, check_mask_name, parameters_of,
 };
 pub use results::{
-    AnimationStatus, ClipFrame, Content, ExportRequest, Exported, NewFolder, Outputs, ShowIn, StepStatus,
-    SubjectOrigin, TriedSteps, TruthReport,
+    AnimationStatus, ClipFrame, Content, ExportRequest, Exported, NewFolder, Outputs, ShowIn, SizedFile, StepStatus,
+    SubjectOrigin, TriedSizes, TriedSteps, TruthReport, girth_notes,
 };
 pub use results::{DriveView, LiveView, StreamedOutput};
 pub use results::{Film, SequenceKind, SequenceRequest};

@@ -30,6 +30,8 @@ const NEAR: f64 = 0.3;
 pub struct Worn {
     /// The garment in the bind pose.
     pub mesh: TriMesh,
+    /// Its skin weights.
+    pub weights: SkinWeights,
     /// How thin the figure began; `None` if it crossed the garment even as thin as can be.
     pub thickness: Option<f64>,
     /// How far skin gives way at most, in metres, where the garment is too tight.
@@ -71,7 +73,8 @@ pub fn at_rest(garment: &TriMesh, figure: &Figure, fabric: &str) -> Result<Worn,
         .chain(rest(&thin, figure));
     let worn = put_on(&cloth, garment.points(), &begins, steps)?;
     let fell = mean_height(rigged.mesh.points()) - mean_height(&worn.cloth);
-    Ok(Worn { mesh: garment.with_points(worn.cloth.0), thickness, gave_way: worn.gave_way, fell })
+    let (mesh, weights) = (garment.with_points(worn.cloth.0), rigged.weights);
+    Ok(Worn { mesh, weights, thickness, gave_way: worn.gave_way, fell })
 }
 
 fn mean_height(points: &PerVertex<Point>) -> f64 {

@@ -1,6 +1,7 @@
 //! Try-on: puts an external garment onto a figure (Shi 2020).
 
 mod dress;
+mod ease;
 mod error;
 mod limbs;
 mod paper;
@@ -14,6 +15,7 @@ mod thin;
 mod upright;
 
 pub use dress::{Worn, at_rest, edge_length_p95};
+pub use ease::{Ease, EaseGirth};
 pub use error::TryOnError;
 pub use paper::{GarmentPart, Person, Secs, Steps, Stop, Switches, by_paper};
 pub use upright::UprightGarment;

@@ -4,6 +4,7 @@
 mod camera;
 mod crossing_row;
 mod driven_film;
+mod ease_sheet;
 mod error;
 mod film;
 mod floor;
@@ -28,6 +29,7 @@ mod weights_row;
 pub use camera::{Camera, Facing};
 pub use crossing_row::CrossingRow;
 pub use driven_film::{BESIDE, driven_film, landmark_lines};
+pub use ease_sheet::{EaseRow, ease_sheet};
 pub use error::Error;
 pub use film::{FilmCamera, around, draw_gif, painted};
 pub use palette::{joint_color, layer_color, ramp_color, skin_weight_colors};

@@ -26,7 +26,7 @@ use crate::segment::{Labels, Segmentation};
 use crate::session::error::SessionError;
 use crate::session::recipe::{self, StepRecipe};
 use crate::session::store::{Kept, Store};
-use crate::tryon::{Worn, at_rest};
+use crate::tryon::{Ease, Worn, at_rest};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -107,7 +107,7 @@ fn all_of_it(LabelInputs { scan }: LabelInputs, store: &Store, _on_progress: OnP
 fn rested(inputs: RestInputs, store: &Store, _on_progress: OnProgress) -> Run<Garment> {
     let RestInputs { scan, figure, model, fabric } = inputs;
     let (scan, figure) = (store.load(scan)?, model.figure(store, figure)?);
-    let Worn { mesh, thickness, gave_way, fell } = at_rest(&scan.mesh, &figure, &fabric)?;
+    let Worn { mesh, thickness, gave_way, fell, .. } = at_rest(&scan.mesh, &figure, &fabric)?;
     let hem_loops = Adjacency::prepare(&mesh).boundary_loops();
     let (vertices, hems) = (mesh.vertex_count(), hem_loops.len());
     let is_seen = PerVertex::filled(true, vertices);
@@ -131,7 +131,16 @@ fn check(
         return Err(SessionError::Internal { what: "a garment that was put on is no layer".into() }.into());
     };
     let found = TriedOn::of(&own, &worn.mesh);
-    Ok(Outcome::of(Plausibility::TriedOn(found.clone()))
+    let ease = Ease::of(&worn.mesh, Some(&own), &worn.weights, &figure);
+    let mut outcome = Outcome::of(Plausibility::TriedOn(found.clone()))
         .measured("stretch_p95", found.stretch.unwrap_or(f64::NAN))
-        .warned(found.doubts().into_iter().map(warning)))
+        .measured("length_mm", ease.length * 1e3);
+    for girth in &ease.girths {
+        let name = girth.name.replace(' ', "_");
+        outcome = outcome
+            .measured(&format!("{name}_ease_mm"), girth.ease() * 1e3)
+            .measured(&format!("{name}_gap_mm"), girth.gap * 1e3)
+            .measured(&format!("{name}_strain_percent"), girth.strain() * 100.0);
+    }
+    Ok(outcome.warned(found.doubts().into_iter().map(warning)))
 }

@@ -10,6 +10,7 @@ mod posed_step;
 mod protected;
 mod recordings;
 mod status;
+mod tried_sizes;
 
 pub use animation::{AnimationStatus, Film, SequenceKind, SequenceRequest};
 pub use export::{ExportRequest, Exported};
@@ -20,3 +21,4 @@ pub(in crate::session) use recordings::{AnimationRecording, FitRecording, ScanRe
 pub use recordings::{DriveView, LiveView, ShowIn};
 pub use status::StepStatus;
 pub(in crate::session) use status::not_built_is_fine;
+pub use tried_sizes::{SizedFile, TriedSizes, girth_notes};

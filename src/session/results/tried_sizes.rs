@@ -1,0 +1,199 @@
+//! Sizes of a garment, each on the figure of the last step, which does not change.
+
+use crate::body::{Figure, Layer};
+use crate::check::{SLIDES, SizeVerdict};
+use crate::scan::Unit;
+use crate::segment::Fabric;
+use crate::session::error::SessionError;
+use crate::session::open::Session;
+use crate::session::pipeline::{FileInput, recognized};
+use crate::session::results::outputs::{Content, Outputs};
+use crate::session::store::ContentHash;
+use crate::tryon::{Ease, UprightGarment, Worn, at_rest};
+use crate::view::{EaseRow, ease_sheet};
+use std::path::{Path, PathBuf};
+
+/// A file of one size: `M=trousers-M.obj`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SizedFile {
+    /// The size's name.
+    pub size: String,
+    /// The garment.
+    pub file: PathBuf,
+}
+
+impl std::str::FromStr for SizedFile {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.split_once('=') {
+            Some((size, file)) if !size.is_empty() && !file.is_empty() => {
+                Ok(Self { size: size.into(), file: file.into() })
+            }
+            _ => Err("expected SIZE=FILE, as in M=trousers-M.obj".into()),
+        }
+    }
+}
+
+/// A size on the figure.
+pub struct TriedSize {
+    /// Its name and file.
+    pub sized: SizedFile,
+    /// Whether it fits.
+    pub verdict: SizeVerdict,
+    /// Air, stretch and girths.
+    pub ease: Ease,
+    /// The garment at rest on the figure in the bind pose.
+    pub worn: Worn,
+    /// What was found and assumed, one sentence each.
+    pub notes: Vec<String>,
+}
+
+/// Sizes of one garment on one figure.
+pub struct TriedSizes {
+    /// The garment kind.
+    pub kind: String,
+    /// The fabric.
+    pub fabric: String,
+    /// In the order given.
+    pub sizes: Vec<TriedSize>,
+    figure: Figure,
+}
+
+impl Session {
+    /// Puts each size of a garment on the figure of the last step. `kind` and `fabric` are what the garment says if `None`.
+    ///
+    /// **Errors** without a figure; for a size or a file given twice, garments of different kinds, a file without a garment.
+    pub fn try_sizes(
+        &self,
+        sized: &[SizedFile],
+        unit: Option<Unit>,
+        (kind, fabric): (Option<&str>, Option<&str>),
+        on_size: &mut dyn FnMut(&str),
+    ) -> Result<TriedSizes, SessionError> {
+        let figure = self.figure_of_last_step()?;
+        let read = self.distinct(sized, unit)?;
+        let found = read[0].0.kind;
+        if let Some((k, other)) = read.iter().enumerate().find(|(_, garment)| garment.0.kind != found) {
+            return Err(SessionError::BadRequest {
+                what: format!(
+                    "{} is {found} by its openings, and {} is {}",
+                    sized[0].file.display(),
+                    sized[k].file.display(),
+                    other.0.kind
+                ),
+                hint: "give sizes of one garment".into(),
+            });
+        }
+        let kind = kind.unwrap_or(found);
+        let wrong = |e: crate::segment::SegmentError| SessionError::BadRequest {
+            what: e.to_string(),
+            hint: "`overcoat templates list` shows the kinds, `templates/fabrics.toml` the fabrics".into(),
+        };
+        let template = self.recipe.template(kind).map_err(wrong)?;
+        let fabric = Fabric::named(fabric.unwrap_or(&template.fabric)).map_err(wrong)?;
+        let resists = 0.5 * (fabric.stretch[0] + fabric.stretch[1]);
+        let mut sizes = Vec::new();
+        for (sized, (garment, notes)) in sized.iter().zip(read) {
+            on_size(&sized.size);
+            let worn =
+                at_rest(&garment.mesh, &figure, &fabric.name).map_err(|e| SessionError::bad_source(&sized.file, e))?;
+            let ease = Ease::of(&worn.mesh, Some(&garment.mesh), &worn.weights, &figure);
+            let verdict = SizeVerdict::of(&ease.girths, worn.fell, SLIDES, resists);
+            sizes.push(TriedSize { sized: sized.clone(), verdict, ease, worn, notes });
+        }
+        Ok(TriedSizes { kind: kind.into(), fabric: fabric.name.clone(), sizes, figure })
+    }
+
+    /// The garments of the files, no size and no file twice.
+    fn distinct(
+        &self,
+        sized: &[SizedFile],
+        unit: Option<Unit>,
+    ) -> Result<Vec<(UprightGarment, Vec<String>)>, SessionError> {
+        let mut hashes: Vec<ContentHash> = Vec::new();
+        let mut read = Vec::new();
+        for (k, SizedFile { size, file }) in sized.iter().enumerate() {
+            if sized[..k].iter().any(|other| other.size == *size) {
+                return Err(SessionError::BadRequest {
+                    what: format!("the size {size} is given twice"),
+                    hint: "give each size a name of its own".into(),
+                });
+            }
+            let bytes = std::fs::read(file).map_err(|e| SessionError::reading(file, e))?;
+            let hash = ContentHash::of(&bytes);
+            if let Some(same) = hashes.iter().position(|other| *other == hash) {
+                return Err(SessionError::BadRequest {
+                    what: format!("{size} and {} are the same garment: the files are equal", sized[same].size),
+                    hint: "give each size a file of its own".into(),
+                });
+            }
+            hashes.push(hash);
+            let (garment, unused) = recognized(&FileInput::at(file.clone(), None), &self.store, unit)?;
+            let notes = garment.notes.iter().cloned().chain(unused.into_iter().map(|warning| warning.to_string()));
+            let notes = notes.collect();
+            read.push((garment, notes));
+        }
+        Ok(read)
+    }
+
+    /// Draws the ease of every garment of the figure of the last step.
+    ///
+    /// **Errors** without a garment.
+    pub fn write_ease(&self, path: &Path, outputs: &mut Outputs) -> Result<Vec<(String, Ease)>, SessionError> {
+        let figure = self.figure_of_last_step()?;
+        if figure.garments().is_empty() {
+            return Err(SessionError::BadRequest {
+                what: "the figure wears no garment".into(),
+                hint: "add one with `overcoat scan` or `overcoat tryon`".into(),
+            });
+        }
+        let of_layer = |layer: &Layer| (layer.name.clone(), Ease::of(&layer.mesh, None, &layer.weights, &figure));
+        let eases: Vec<(String, Ease)> = figure.garments().iter().map(of_layer).collect();
+        let mut rows = Vec::new();
+        for ((name, ease), layer) in eases.iter().zip(figure.garments()) {
+            let (title, notes, body) = (name.clone(), girth_notes(ease), &figure.body().mesh);
+            rows.push(EaseRow { title, notes, body, garment: &layer.mesh, gap: &ease.gap });
+        }
+        draw(path, outputs, (&self.name(), "distance of each garment from the skin"), &rows)?;
+        Ok(eases)
+    }
+}
+
+impl TriedSizes {
+    /// Draws all sizes, one per row.
+    pub fn write_picture(&self, path: &Path, outputs: &mut Outputs) -> Result<(), SessionError> {
+        let mut rows = Vec::new();
+        for TriedSize { sized, verdict, ease, worn, .. } in &self.sizes {
+            let notes = std::iter::once(verdict.to_string()).chain(girth_notes(ease)).collect();
+            let (title, body) = (sized.size.clone(), &self.figure.body().mesh);
+            rows.push(EaseRow { title, notes, body, garment: &worn.mesh, gap: &ease.gap });
+        }
+        draw(path, outputs, (&self.kind, &format!("{}: distance from the skin", self.fabric)), &rows)
+    }
+}
+
+fn draw(
+    path: &Path,
+    outputs: &mut Outputs,
+    (title, subtitle): (&str, &str),
+    rows: &[EaseRow<'_>],
+) -> Result<(), SessionError> {
+    let picture = ease_sheet(title, subtitle, rows).map_err(|e| SessionError::bad_source(path, e))?;
+    outputs.write(path, Content::Picture, |out| picture.write_png(out))
+}
+
+/// The ease at each tape line, and the length, as name and value.
+pub fn girth_notes(ease: &Ease) -> Vec<String> {
+    let mut notes: Vec<String> = ease
+        .girths
+        .iter()
+        .map(|girth| {
+            let stretched = 100.0 * girth.strain();
+            let stretch = if stretched >= 0.5 { format!(", stretched {stretched:.0} %") } else { String::new() };
+            format!("{}\t{:+.1} cm, {:.0} mm of air{stretch}", girth.name, 100.0 * girth.ease(), 1e3 * girth.gap)
+        })
+        .collect();
+    notes.push(format!("length\t{:.0} cm", 100.0 * ease.length));
+    notes
+}

@@ -1,0 +1,237 @@
+//! Ease: the air between a garment and the skin, the stretch of its cloth, and how it fits at the measures of a tailor.
+
+use crate::body::{Figure, SkinWeights, TapeLine, tape_lines};
+use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh, VertexId};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Ends of an open ring, as of a jacket, that are farther apart, as a share of its length: it does not go around the body.
+const WIDEST_OPENING: f64 = 0.35;
+
+/// How a garment sits on a body in the bind pose.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ease {
+    /// Distance from the skin, metres; negative where the skin gave way.
+    ///
+    /// **Shapes** one entry per vertex of the garment.
+    pub gap: PerVertex<f64>,
+    /// Greatest stretch of the cloth: length relative to its own; 1 where that is not known.
+    ///
+    /// **Shapes** one entry per vertex of the garment.
+    pub stretch: PerVertex<f64>,
+    /// At those tape lines of the body that the garment goes around.
+    pub girths: Vec<EaseGirth>,
+    /// From its highest to its lowest point, metres.
+    pub length: f64,
+}
+
+/// The ease at a tape line.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EaseGirth {
+    /// `chest`, `waist`, `hip`, `thigh`, `upper arm`.
+    pub name: String,
+    /// The body's girth there, metres.
+    pub body: f64,
+    /// Length of the garment's ring there as it is worn, with its folds, metres; an opening is bridged.
+    pub worn: f64,
+    /// Its length without stretch, metres.
+    pub own: f64,
+    /// Mean distance of the ring from the skin, metres.
+    pub gap: f64,
+}
+
+impl EaseGirth {
+    /// The garment's own girth less the body's, metres: what a tailor calls ease.
+    pub fn ease(&self) -> f64 {
+        self.own - self.body
+    }
+
+    /// How much longer the ring would have to be than it is for the skin not to give way, relative to its own length.
+    pub fn strain(&self) -> f64 {
+        (self.worn + std::f64::consts::TAU * (-self.gap).max(0.0)) / self.own - 1.0
+    }
+}
+
+impl Ease {
+    /// Of a garment on the body of a figure. `own`: the garment as it came, with the same vertices and faces; `None` for one that
+    /// was scanned on the body.
+    ///
+    /// **Shapes** `weights` has one row per vertex of `worn`.
+    pub fn of(worn: &TriMesh, own: Option<&TriMesh>, weights: &SkinWeights, figure: &Figure) -> Self {
+        let body = figure.body();
+        let index = SurfaceIndex::prepare(&body.mesh);
+        let gap: PerVertex<f64> = worn.points().iter().map(|p| index.signed_distance(p)).collect();
+        let own = own.filter(|own| own.faces() == worn.faces());
+        let ring_at = |line: &TapeLine| {
+            let is_own = line.vertices(&figure.skeleton, weights);
+            let ring = ring(line, worn, own.unwrap_or(worn), |v| is_own[v], &gap)?;
+            Some(EaseGirth { name: line.name.into(), body: line.girth, ..ring })
+        };
+        let girths = tape_lines(&body.mesh, &body.weights, &figure.skeleton).iter().filter_map(ring_at).collect();
+        let heights = || worn.points().iter().map(|p| p.y);
+        let length = heights().fold(f64::MIN, f64::max) - heights().fold(f64::MAX, f64::min);
+        let stretch = own.map_or(PerVertex::filled(1.0, worn.vertex_count()), |own| stretch(own, worn));
+        Self { gap, stretch, girths, length }
+    }
+}
+
+/// A ring of cut edges.
+#[derive(Default)]
+struct Ring {
+    worn: f64,
+    own: f64,
+    /// Integral of the gap along it.
+    air: f64,
+    /// Where it ends.
+    ends: Vec<Point>,
+}
+
+/// The longest ring of a garment in the plane of a tape.
+fn ring(
+    line: &TapeLine,
+    worn: &TriMesh,
+    own: &TriMesh,
+    is_wanted: impl Fn(VertexId) -> bool,
+    gap: &PerVertex<f64>,
+) -> Option<EaseGirth> {
+    let normal = line.axes[0].cross(&line.axes[1]);
+    let height: Vec<f64> = worn.points().iter().map(|p| (p - line.origin).dot(&normal)).collect();
+    let is_above = |v: VertexId| height[v.index()] > 0.0;
+    // Each cut edge: where it is cut, worn and own, and the gap there; and the segments between them.
+    let mut cuts: BTreeMap<[VertexId; 2], usize> = BTreeMap::new();
+    let (mut places, mut segments): (Vec<(Point, Point, f64)>, Vec<[usize; 2]>) = (Vec::new(), Vec::new());
+    for face in worn.faces().iter() {
+        if !face.iter().all(|v| is_wanted(*v)) {
+            continue;
+        }
+        let sides = (0..3).map(|k| [face[k], face[(k + 1) % 3]]).filter(|[a, b]| is_above(*a) != is_above(*b));
+        let ends: Vec<usize> = sides
+            .map(|[a, b]| {
+                *cuts.entry([a.min(b), a.max(b)]).or_insert_with(|| {
+                    let t = height[a.index()] / (height[a.index()] - height[b.index()]);
+                    let at = |mesh: &TriMesh| mesh.points()[a] + (mesh.points()[b] - mesh.points()[a]) * t;
+                    places.push((at(worn), at(own), gap[a] + (gap[b] - gap[a]) * t));
+                    places.len() - 1
+                })
+            })
+            .collect();
+        if let [a, b] = ends[..] {
+            segments.push([a, b]);
+        }
+    }
+    let mut parent: Vec<usize> = (0..places.len()).collect();
+    for [a, b] in &segments {
+        let [a, b] = [*a, *b].map(|v| root(&mut parent, v));
+        parent[a] = b;
+    }
+    let mut count = vec![0; places.len()];
+    let mut rings: BTreeMap<usize, Ring> = BTreeMap::new();
+    for &[a, b] in &segments {
+        let ring = rings.entry(root(&mut parent, a)).or_default();
+        let long = (places[a].0 - places[b].0).norm();
+        ring.worn += long;
+        ring.own += (places[a].1 - places[b].1).norm();
+        ring.air += 0.5 * long * (places[a].2 + places[b].2);
+        count[a] += 1;
+        count[b] += 1;
+    }
+    for (v, _) in count.iter().enumerate().filter(|(_, count)| **count == 1) {
+        if let Some(ring) = rings.get_mut(&root(&mut parent, v)) {
+            ring.ends.push(places[v].0);
+        }
+    }
+    let Ring { worn, own, air, ends } = rings.into_values().max_by(|a, b| a.worn.total_cmp(&b.worn))?;
+    let opening = match ends[..] {
+        [] => 0.0,
+        [a, b] => (a - b).norm(),
+        _ => return None,
+    };
+    if opening > WIDEST_OPENING * worn {
+        return None;
+    }
+    let gap = air / worn.max(1e-9);
+    Some(EaseGirth { name: String::new(), body: 0.0, worn: worn + opening, own: own + opening, gap })
+}
+
+fn root(parent: &mut [usize], mut v: usize) -> usize {
+    while parent[v] != v {
+        parent[v] = parent[parent[v]];
+        v = parent[v];
+    }
+    v
+}
+
+/// The greatest principal stretch of the faces around each vertex, their mean by area.
+fn stretch(own: &TriMesh, worn: &TriMesh) -> PerVertex<f64> {
+    let (mut sum, mut area) = (vec![0.0; own.vertex_count()], vec![0.0; own.vertex_count()]);
+    for f in own.face_ids() {
+        let ([a, b, c], [p, q, r]) = (own.triangle(f), worn.triangle(f));
+        let (u, v) = (b - a, c - a);
+        let [uu, uv, vv] = [u.dot(&u), u.dot(&v), v.dot(&v)];
+        let det = uu * vv - uv * uv;
+        if det <= 1e-18 {
+            continue;
+        }
+        // The metric of the worn face in that of its own: eigenvalues of G⁻¹ g are squared stretches.
+        let (s, t) = (q - p, r - p);
+        let [ss, st, tt] = [s.dot(&s), s.dot(&t), t.dot(&t)];
+        let trace = (vv * ss - 2.0 * uv * st + uu * tt) / det;
+        let product = (ss * tt - st * st) / det;
+        let greatest = (0.5 * (trace + (trace * trace - 4.0 * product).max(0.0).sqrt())).max(0.0).sqrt();
+        let weight = own.face_area(f);
+        for corner in own.faces()[f] {
+            sum[corner.index()] += weight * greatest;
+            area[corner.index()] += weight;
+        }
+    }
+    sum.iter().zip(&area).map(|(sum, area)| if *area > 0.0 { sum / area } else { 1.0 }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::embedded_model;
+    use crate::geometry::Vec3;
+
+    fn average() -> Figure {
+        let model = embedded_model().unwrap();
+        Figure::bare(model.skeleton.clone(), model.template.clone(), model.weights.clone())
+    }
+
+    #[test]
+    fn a_skin_offset_by_a_gap_has_that_gap_and_its_ease() {
+        let figure = average();
+        let body = &figure.body().mesh;
+        let normals = body.vertex_normals();
+        for air in [0.004, 0.012] {
+            let cloth = body.with_points(
+                body.points().iter().zip(normals.iter()).map(|(p, n)| p + n * air).collect::<Vec<Point>>(),
+            );
+            let ease = Ease::of(&cloth, None, &figure.body().weights, &figure);
+            let mean = ease.gap.iter().sum::<f64>() / ease.gap.len() as f64;
+            assert!((mean - air).abs() < 0.1 * air, "{mean}");
+            assert_eq!(
+                ease.girths.iter().map(|g| g.name.as_str()).collect::<Vec<_>>(),
+                ["chest", "waist", "hip", "thigh", "upper arm"]
+            );
+            for girth in &ease.girths {
+                assert!((girth.gap - air).abs() < 0.3 * air, "{girth:?}");
+                // A tape bridges hollows, cloth offset from the skin does not: it is at most a little longer.
+                assert!((girth.ease() - std::f64::consts::TAU * air).abs() < 0.03 * girth.body, "{girth:?}");
+                assert!(girth.strain().abs() < 1e-9, "nothing is known of its own length");
+            }
+        }
+    }
+
+    #[test]
+    fn cloth_that_was_narrower_is_stretched_and_strained_by_as_much() {
+        let figure = average();
+        let body = &figure.body().mesh;
+        let own = body.map_points(|p| Point::from(p.coords.component_mul(&Vec3::new(0.8, 1.0, 0.8))));
+        let ease = Ease::of(body, Some(&own), &figure.body().weights, &figure);
+        let waist = ease.girths.iter().find(|girth| girth.name == "waist").unwrap();
+        assert!((waist.strain() - 0.25).abs() < 0.01 && waist.ease() < -0.1, "{waist:?}");
+        let most = ease.stretch.iter().copied().fold(0.0, f64::max);
+        assert!((most - 1.25).abs() < 1e-6, "{most}");
+    }
+}
