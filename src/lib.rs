@@ -30,6 +30,7 @@ pub mod measure;
 pub mod motion;
 pub mod numerics;
 pub mod parameters;
+pub mod photo;
 pub mod rig;
 pub mod scan;
 pub mod segment;

@@ -2,6 +2,7 @@
 
 use super::bodies::{BuildBody, ShowBody, build_body, import_body, mesh_measures, model_measures, show_body};
 use super::console::{Context, Done, Progress, secs};
+use super::photo::PhotoArgs;
 use crate::body::BodyMeasure;
 use crate::scan::{Unit, Up};
 use crate::session::{Content, Outputs, Session, SessionError};
@@ -22,6 +23,8 @@ enum BodyAction {
     Show(ShowArgs),
     /// Measure stature, girths and lengths of the session's body, of a model, or of a mesh of a person
     Measure(MeasureBodyArgs),
+    /// Compute a body from the keypoints of one photo
+    Photo(PhotoArgs),
     /// Build a model from many bodies
     Build(BuildBodyArgs),
     /// Convert another maker's model to our layout
@@ -121,6 +124,7 @@ pub(super) fn run(args: BodyArgs, context: &Context) -> anyhow::Result<Done> {
     match args.action {
         BodyAction::Show(args) => show(args, context),
         BodyAction::Measure(args) => measure(args, context),
+        BodyAction::Photo(args) => super::photo::run(args, context),
         BodyAction::Build(args) => build(args, context),
         BodyAction::Import(args) => import(args, context),
     }

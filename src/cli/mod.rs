@@ -17,6 +17,7 @@ mod log;
 mod mask;
 mod measure;
 mod new;
+mod photo;
 mod record;
 mod redo;
 mod replay;

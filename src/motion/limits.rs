@@ -74,6 +74,11 @@ impl<'a> Anatomy<'a> {
         Self { skeleton, neutral: aligned(skeleton, down) }
     }
 
+    /// The rotation from the bind pose to the neutral pose, in whose axes a joint's rotation is measured.
+    pub fn neutral(&self, j: JointId) -> Turn {
+        self.neutral[j.index()]
+    }
+
     fn neutral_above(&self, j: JointId) -> Turn {
         self.skeleton.parents[j.index()].map_or_else(Turn::identity, |parent| self.neutral[parent.index()])
     }

@@ -10,6 +10,7 @@ use crate::formats::FormatError;
 use crate::geometry::MeshError;
 use crate::measure::MeasureError;
 use crate::motion::MotionError;
+use crate::photo::PhotoError;
 use crate::rig::RigError;
 use crate::scan::{FusionError, ScanError};
 use crate::segment::SegmentError;
@@ -71,6 +72,9 @@ pub enum StageError {
     /// The results of a step do not belong together.
     #[error(transparent)]
     Check(#[from] CheckError),
+    /// The keypoints of a photo give no body.
+    #[error(transparent)]
+    Photo(#[from] PhotoError),
     /// The training of a body model failed.
     #[error(transparent)]
     Train(#[from] TrainError),
@@ -98,11 +102,15 @@ impl StageError {
             Self::Check(_) => Some("this is a fault of Overcoat, not of your data; please report it".into()),
             Self::Train(e) => e.hint(),
             Self::TryOn(e) => e.hint(),
+            Self::Photo(e) => e.hint(),
         }
     }
 
     /// Whether the request was invalid; otherwise the work failed.
     pub fn is_wrong_command(&self) -> bool {
+        if let Self::Photo(e) = self {
+            return e.is_wrong_command();
+        }
         matches!(
             self,
             Self::Format(FormatError::UnknownExtension { .. })

@@ -11,6 +11,7 @@ mod floor;
 mod lettering;
 mod lighting;
 mod palette;
+mod photo_overlay;
 mod picture;
 mod poster;
 mod raster;
@@ -33,6 +34,7 @@ pub use ease_sheet::{EaseRow, ease_sheet};
 pub use error::Error;
 pub use film::{FilmCamera, around, draw_gif, painted};
 pub use palette::{joint_color, layer_color, ramp_color, skin_weight_colors};
+pub use photo_overlay::photo_overlay;
 pub use picture::Picture;
 pub use poster::{Poster, poster};
 #[cfg(feature = "rerun")]

@@ -7,7 +7,7 @@ const BASE: &[&str] = &["parameters", "numerics", "geometry", "formats"];
 /// The stages on the main path, in the order of the data: each may import all before it.
 const PATH: &[&str] = &["body", "scan", "fit", "segment", "cut", "rig", "stack"];
 /// The stages beside that path.
-const BRANCHES: &[&str] = &["train", "motion", "cloth", "tryon", "drive"];
+const BRANCHES: &[&str] = &["train", "motion", "cloth", "tryon", "drive", "photo"];
 /// Modules that `session` may import, but no stage.
 const OUTER: &[&str] = &["mannequin", "measure", "check", "export", "view"];
 
@@ -28,6 +28,7 @@ pub fn may_import() -> BTreeMap<&'static str, BTreeSet<&'static str>> {
         ("cloth", set(&[BASE, PATH, &["motion"]])),
         ("tryon", set(&[BASE, PATH, &["motion", "cloth"]])),
         ("drive", set(&[BASE, PATH, &["motion"]])),
+        ("photo", set(&[BASE, &["body", "motion"]])),
         ("measure", stages.clone()),
         ("check", stages.clone()),
         ("export", stages.clone()),

@@ -1,4 +1,4 @@
-//! `camera.json`: the camera that took RGB-D frames.
+//! `camera.json`: the camera that took RGB-D frames, or a photo.
 
 use crate::formats::error::{CAMERA_HINT, Format, FormatError};
 use serde_json::Value;
@@ -37,12 +37,7 @@ pub struct Intrinsics {
 ///
 /// **Errors** if it is not JSON, if a required key is missing, or if a value is impossible for a camera.
 pub fn read_camera_json(bytes: &[u8]) -> Result<CameraJson, FormatError> {
-    let json: Value = serde_json::from_slice(bytes).map_err(|e| FormatError::Line {
-        format: Format::Camera,
-        line: e.line(),
-        expected: "JSON".into(),
-        found: e.to_string(),
-    })?;
+    let json = parsed(bytes)?;
     let depth = intrinsics(&json, "")?;
     let depth_scale = match json.get("depth_scale") {
         Some(_) => positive(&json, "", "depth_scale")?,
@@ -52,9 +47,50 @@ pub fn read_camera_json(bytes: &[u8]) -> Result<CameraJson, FormatError> {
     let of_color = json.get("color").or_else(|| json.get("rgb")).filter(|c| c.is_object());
     let color = of_color.map(|c| intrinsics(c, "color.")).transpose()?;
     let to_color = json.get("color_from_depth").or_else(|| of_color.and_then(|c| c.get("color_from_depth")));
-    let color_from_depth = to_color.map(pose_rows).transpose()?;
+    let color_from_depth = to_color.map(|given| pose_rows(given, "color_from_depth")).transpose()?;
     let turns = json.get("turntable").and_then(|t| t.get("turns")).and_then(Value::as_f64);
     Ok(CameraJson { depth, depth_scale, depth_max, color, color_from_depth, turns })
+}
+
+/// Reads the camera of a photo: the same file without `depth_scale`, and optionally `camera_from_world`, three rows of four numbers
+/// or `{"R": 3 × 3, "t": 3}`, of a world with Y up and the floor at 0, in metres.
+///
+/// **Shapes** the second result is that matrix, 3 × 4 by rows.
+///
+/// **Errors** as [`read_camera_json`]; a matrix that does not turn rigidly.
+pub fn read_photo_camera_json(bytes: &[u8]) -> Result<(Intrinsics, Option<[f64; 12]>), FormatError> {
+    let json = parsed(bytes)?;
+    let rows = json.get("camera_from_world").map(|given| rigid_rows(given, "camera_from_world")).transpose()?;
+    Ok((intrinsics(&json, "")?, rows))
+}
+
+fn parsed(bytes: &[u8]) -> Result<Value, FormatError> {
+    serde_json::from_slice(bytes).map_err(|e| FormatError::Line {
+        format: Format::Camera,
+        line: e.line(),
+        expected: "JSON".into(),
+        found: e.to_string(),
+    })
+}
+
+/// A rigid transform as rows, or as `{"R": …, "t": …}`.
+fn rigid_rows(given: &Value, key: &str) -> Result<[f64; 12], FormatError> {
+    /// Rounding of files with a few decimals.
+    const ROUNDING: f64 = 1e-3;
+    let joined = (0..3).map(|i| {
+        let row = given.get("R")?.get(i)?.as_array()?;
+        Some(Value::from(row.iter().cloned().chain([given.get("t")?.get(i)?.clone()]).collect::<Vec<_>>()))
+    });
+    let rows = match joined.collect::<Option<Vec<Value>>>() {
+        Some(rows) => pose_rows(&Value::from(rows), key)?,
+        None => pose_rows(given, key)?,
+    };
+    let column = |j: usize| [rows[j], rows[4 + j], rows[8 + j]];
+    let dot = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+    let [a, b, c] = [column(0), column(1), column(2)];
+    let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    let is_rigid = [dot(a, a) - 1.0, dot(b, b) - 1.0, dot(a, b), dot(cross, c) - 1.0].iter().all(|e| e.abs() < ROUNDING);
+    if is_rigid { Ok(rows) } else { Err(wrong(key, "a rotation and a translation", given)) }
 }
 
 fn missing(key: &str) -> FormatError {
@@ -124,13 +160,13 @@ fn distortion(json: &Value, prefix: &str) -> Result<[f64; 5], FormatError> {
 }
 
 /// Three or four rows of four numbers, nested or not.
-fn pose_rows(given: &Value) -> Result<[f64; 12], FormatError> {
+fn pose_rows(given: &Value, key: &str) -> Result<[f64; 12], FormatError> {
     let values = |row: &Value| row.as_array().cloned().unwrap_or_else(|| vec![row.clone()]);
     let flat: Option<Vec<f64>> =
         given.as_array().and_then(|rows| rows.iter().flat_map(values).map(|v| v.as_f64()).collect());
     let flat = flat.filter(|flat| matches!(flat.len(), 12 | 16));
     flat.and_then(|flat| flat.first_chunk().copied())
-        .ok_or_else(|| wrong("color_from_depth", "three or four rows of four numbers", given))
+        .ok_or_else(|| wrong(key, "three or four rows of four numbers", given))
 }
 
 #[cfg(test)]
@@ -155,6 +191,14 @@ mod tests {
         assert_eq!(camera.color_from_depth.unwrap()[3], 0.05);
         let words = good.replace("[0, 0, 1, 0]]", "[0, 0, 1, 0, \"m\"]]");
         assert!(message(&words).contains("'color_from_depth' should be three or four rows"));
+        let (photo, pose) = read_photo_camera_json(good.as_bytes()).unwrap();
+        assert_eq!((photo, pose), (camera.depth.clone(), None));
+        let posed = |rows: &str| read_photo_camera_json(good.replace("\"maker\"", &format!("\"camera_from_world\": {rows}, \"maker\"")).as_bytes());
+        let level = posed("[[1, 0, 0, 0], [0, -1, 0, 1.5], [0, 0, -1, 0]]").unwrap().1;
+        assert_eq!(level, posed(r#"{"R": [[1, 0, 0], [0, -1, 0], [0, 0, -1]], "t": [0, 1.5, 0]}"#).unwrap().1);
+        assert_eq!(level.unwrap()[7], 1.5);
+        let mirrored = posed("[[1, 0, 0, 0], [0, 1, 0, 1.5], [0, 0, -1, 0]]").unwrap_err().to_string();
+        assert!(mirrored.contains("'camera_from_world' should be a rotation and a translation"), "{mirrored}");
         assert!(message("{").starts_with("camera.json, line 1: expected JSON"));
         assert_eq!(message("{}"), "camera.json has no 'width'");
         assert_eq!(message(&good.replace("1000", "0")), "camera.json: 'depth_scale' should be above 0, but is 0");

@@ -1,0 +1,144 @@
+//! A body from the keypoints of a photo.
+
+use super::error::BodiesError;
+use crate::body::BodyModel;
+use crate::export::write_layer_ply;
+use crate::formats::{ColorPicture, read_color_picture, read_photo_camera_json};
+use crate::geometry::TriMesh;
+use crate::photo::{
+    Keypoints, PhotoBody, PhotoCamera, PhotoError, PhotoParams, UncertainMeasure, body_from_photo, read_keypoints,
+};
+use crate::session::{Content, Outputs, read_body_model, read_input};
+use crate::view::photo_overlay;
+use std::path::{Path, PathBuf};
+
+/// The request to compute a body from a photo.
+#[derive(Clone, Debug, Default)]
+pub struct PhotoFile {
+    /// The tracker's file.
+    pub keypoints: PathBuf,
+    /// The person in it, from 1; `None` if there must be only one.
+    pub person: Option<usize>,
+    /// The camera's file.
+    pub camera: Option<PathBuf>,
+    /// The person's stature in metres.
+    pub height: Option<f64>,
+    /// The photo, which is drawn under the body and gives the size of the picture.
+    pub image: Option<PathBuf>,
+    /// The model's file; `None` for the embedded one.
+    pub model: Option<PathBuf>,
+}
+
+/// The body of a photo, with what it was computed from.
+pub struct PhotographedBody {
+    model: BodyModel,
+    keypoints: Keypoints,
+    image: Option<ColorPicture>,
+    /// Shape, pose and camera.
+    pub body: PhotoBody,
+    /// Stature, girths and lengths.
+    pub measures: Vec<UncertainMeasure>,
+    /// What limits the result, one sentence each.
+    pub limits: Vec<String>,
+}
+
+/// Reads the files and computes the body.
+///
+/// **Errors** a file that is not in its format, neither camera nor height, and those of [`body_from_photo`].
+pub fn body_of_photo(request: &PhotoFile) -> Result<PhotographedBody, BodiesError> {
+    let file = &request.keypoints;
+    let failed = |e: PhotoError| BodiesError::bad_source(file, e);
+    if request.camera.is_none() && request.height.is_none() {
+        return Err(failed(PhotoError::NoScale));
+    }
+    let camera = request.camera.as_deref().map(read_camera).transpose()?;
+    let image = request.image.as_deref().map(read_image).transpose()?;
+    let size = image.as_ref().map(|image| [image.width, image.height]);
+    check_size(request, camera.as_ref().map(|camera| camera.size), size)?;
+    let keypoints = read_keypoints(&read_input(file)?, request.person, camera.as_ref().map(|c| c.size).or(size));
+    let keypoints = keypoints.map_err(failed)?;
+    let model = read_body_model(request.model.as_deref())?;
+    let is_known = camera.is_some();
+    let camera = camera.unwrap_or_else(|| PhotoCamera::assumed(size.unwrap_or_else(|| keypoints.size_of_picture())));
+    let params = PhotoParams { height: request.height, flips: true };
+    let body = body_from_photo(&model, &keypoints, &camera, &params).map_err(failed)?;
+    let measures = body.measures(&model);
+    let limits = limits(&body, request.height, is_known);
+    Ok(PhotographedBody { model, keypoints, image, body, measures, limits })
+}
+
+fn read_camera(path: &Path) -> Result<PhotoCamera, BodiesError> {
+    let (intrinsics, pose) =
+        read_photo_camera_json(&read_input(path)?).map_err(|e| BodiesError::bad_source(path, e))?;
+    PhotoCamera::try_new(&intrinsics, pose).map_err(|e| BodiesError::bad_source(path, e))
+}
+
+fn read_image(path: &Path) -> Result<ColorPicture, BodiesError> {
+    read_color_picture(&read_input(path)?).map_err(|e| BodiesError::bad_source(path, e))
+}
+
+fn check_size(request: &PhotoFile, camera: Option<[usize; 2]>, image: Option<[usize; 2]>) -> Result<(), BodiesError> {
+    match (camera, image, &request.image) {
+        (Some(camera), Some(image), Some(path)) if camera != image => Err(BodiesError::BadRequest {
+            what: format!(
+                "'{}' has {} × {} pixels, but the camera has {} × {}",
+                path.display(),
+                image[0],
+                image[1],
+                camera[0],
+                camera[1]
+            ),
+            hint: "give the photo in which the keypoints were found, not scaled or cropped, and its camera".into(),
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// What a reader must know about the numbers.
+fn limits(body: &PhotoBody, height: Option<f64>, is_camera_known: bool) -> Vec<String> {
+    let mut limits = Vec::new();
+    if height.is_none() && !body.camera.has_floor {
+        limits.push(
+            "one view does not show the size: stature is a guess from the proportions of adults; give --height, or the camera's camera_from_world".into(),
+        );
+    }
+    if !is_camera_known {
+        limits.push("the camera is unknown: a phone's main lens (28 mm) is assumed; give --camera".into());
+    }
+    if body.outliers > 0 {
+        let (noun, verb) = if body.outliers == 1 { ("keypoint", "is") } else { ("keypoints", "are") };
+        limits.push(format!("{} {noun} {verb} far from the body and hardly counted; draw it with --picture", body.outliers));
+    }
+    limits.push("girths are those that go with this stature and these proportions: keypoints show no girth".into());
+    limits
+}
+
+impl PhotographedBody {
+    /// The body in the pose of the photo: on the floor at y = 0 where the camera's pose is unknown.
+    pub fn mesh(&self) -> TriMesh {
+        let mesh = self.model.template.with_points(self.body.posed(&self.model));
+        match (self.body.camera.has_floor, mesh.bounds()) {
+            (false, Some(bounds)) => {
+                let center = bounds.center();
+                mesh.map_points(|p| p - nalgebra::Vector3::new(center.x, bounds.min.y, center.z))
+            }
+            _ => mesh,
+        }
+    }
+
+    /// The tracker's layout, and how many of its keypoints were used.
+    pub fn keypoints(&self) -> (&'static str, usize) {
+        (self.keypoints.layout.name(), self.keypoints.seen.len())
+    }
+
+    /// Writes the body as a mesh.
+    pub fn write_mesh(&self, path: &Path, outputs: &mut Outputs) -> Result<(), BodiesError> {
+        Ok(outputs.write(path, Content::Mesh, |out| write_layer_ply(&self.mesh(), None, &[], out))?)
+    }
+
+    /// Draws the body over the photo, or over white.
+    pub fn write_picture(&self, path: &Path, outputs: &mut Outputs) -> Result<(), BodiesError> {
+        let picture = photo_overlay(self.image.as_ref(), &self.model, &self.body, &self.keypoints);
+        Ok(outputs.write(path, Content::Picture, |out| picture.write_png(out))?)
+    }
+}
