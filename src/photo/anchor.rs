@@ -113,10 +113,10 @@ pub(super) fn anchor_of(model: &BodyModel, mark: Mark) -> Result<Anchor, PhotoEr
     }
 }
 
-/// Places of the eyes from the tip of the nose, metres: half the distance of the pupils (ANSUR II: 62 to 64 mm), sellion above
-/// the tip, and the depth of a nose.
+/// Places of the eyes from the tip of the nose, metres: half the distance of the pupils (ANSUR II: 62 to 64 mm), the height at
+/// which they are at 0.936 of stature (Winter 2009), and the depth of a nose.
 const EYE_OUTWARD: f64 = 0.032;
-const EYE_ABOVE_NOSE: f64 = 0.038;
+const EYE_ABOVE_NOSE: f64 = 0.028;
 const EYE_BEHIND_NOSE: f64 = 0.035;
 /// The opening of the ear above the tip of the nose, metres.
 const EAR_ABOVE_NOSE: f64 = 0.012;

@@ -16,10 +16,12 @@ mod mark;
 mod prior;
 mod size;
 mod solve;
+#[cfg(test)]
+mod tests;
 
 pub use camera::PhotoCamera;
 pub use error::PhotoError;
 pub use keypoints::{Keypoint, Keypoints, read_keypoints};
 pub use mark::{Layout, Mark};
 pub use size::UncertainMeasure;
-pub use solve::{PhotoBody, PhotoParams, body_from_photo};
+pub use solve::{PhotoBody, PhotoParams, Search, body_from_photo, exact_keypoints};

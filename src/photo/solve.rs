@@ -7,8 +7,8 @@ use super::descent::{Solution, minimized};
 use super::energy::{Energy, LAST, Sighting, Stage};
 use super::error::PhotoError;
 use super::flips::unflipped;
-use super::keypoints::Keypoints;
-use super::mark::Mark;
+use super::keypoints::{Keypoint, Keypoints};
+use super::mark::{Layout, Mark};
 use super::prior::PosePrior;
 use super::size::{UncertainMeasure, spread_of, stature_of};
 use crate::body::HumanJoint::{Foot, Hand, LowerArm, LowerLeg, UpperArm, UpperLeg};
@@ -24,8 +24,19 @@ use std::f64::consts::TAU;
 pub struct PhotoParams {
     /// The person's stature in metres; without it, it is computed.
     pub height: Option<f64>,
-    /// Whether the depth signs of the limbs are enumerated; only measurements leave it out.
-    pub flips: bool,
+    /// How much is tried.
+    pub search: Search,
+}
+
+/// How much is tried; measurements compare them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Search {
+    /// The mean body in its expected pose, only turned and moved as a whole.
+    Rigid,
+    /// Every unknown, from the best headings.
+    Headings,
+    /// As well the depth signs of the bones of each limb.
+    Flips,
 }
 
 /// A body computed from a photo.
@@ -90,30 +101,42 @@ pub fn body_from_photo(
     }
     let anatomy = Anatomy::new(&model.skeleton);
     let energy = energy_of(model, &anatomy, keypoints, camera, params)?;
-    let starts = starts(&energy);
+    let mut starts = starts(&energy);
+    if params.search == Search::Rigid {
+        return finished(&energy, starts.swap_remove(0));
+    }
     let solved: Vec<Solution> = starts
         .into_par_iter()
         .map(|start| {
             let staged = STAGES.iter().fold(start, |at, &[priors, outlier]| {
                 minimized(&energy, at, Stage { only_root: false, priors, outlier }, STEPS[1])
             });
-            if params.flips { unflipped(&energy, staged) } else { staged }
+            if params.search == Search::Flips { unflipped(&energy, staged) } else { staged }
         })
         .collect();
     let best = solved.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).expect("there is at least one heading");
     let end = minimized(&energy, best, LAST, STEPS[2]);
-    let (distance, outliers) = energy.distance(&end.pose, &end.shape);
-    if outliers as f64 > MOST_OUTLIERS * keypoints.seen.len() as f64 || !distance.is_finite() {
-        return Err(PhotoError::NoAgreement { outliers, keypoints: keypoints.seen.len() });
+    let body = finished(&energy, end)?;
+    let keypoints = keypoints.seen.len();
+    if body.outliers as f64 > MOST_OUTLIERS * keypoints as f64 {
+        return Err(PhotoError::NoAgreement { outliers: body.outliers, keypoints });
     }
-    let covariance = covariance(&energy, &end);
+    Ok(body)
+}
+
+/// The body of a solution.
+fn finished(energy: &Energy<'_>, end: Solution) -> Result<PhotoBody, PhotoError> {
+    let (distance, outliers) = energy.distance(&end.pose, &end.shape);
+    let covariance = covariance(energy, &end);
     let posed = energy.rig.posed(&end.pose, &end.shape);
     let place = |sighting: &Sighting| energy.rig.place(&posed, &end.shape, &sighting.anchor);
-    let projected = energy.sightings.iter().filter_map(|sighting| camera.project(&place(sighting))).collect();
+    let projected = energy.sightings.iter().map(|sighting| energy.camera.project(&place(sighting))).collect::<Option<Vec<_>>>();
+    let keypoints = energy.sightings.len();
+    let projected = projected.ok_or(PhotoError::NoAgreement { outliers: keypoints, keypoints })?;
     Ok(PhotoBody {
         shape: Shape(end.shape),
         pose: end.pose,
-        camera: camera.clone(),
+        camera: energy.camera.clone(),
         distance,
         outliers,
         projected,
@@ -121,6 +144,28 @@ pub fn body_from_photo(
         shape_covariance: covariance,
         flipped: end.flipped,
     })
+}
+
+/// The keypoints that a perfect tracker finds: where the marks of a body are in the picture, all with confidence 1. Marks behind the
+/// camera are left out.
+///
+/// **Errors** a model without the joints of a person.
+pub fn exact_keypoints(
+    model: &BodyModel,
+    shape: &Shape,
+    pose: &Pose,
+    camera: &PhotoCamera,
+    layout: Layout,
+) -> Result<Keypoints, PhotoError> {
+    let anatomy = Anatomy::new(&model.skeleton);
+    let rig = Rig::new(model, &anatomy);
+    let posed = rig.posed(pose, &shape.0);
+    let mut seen = Vec::new();
+    for mark in layout.marks().into_iter().flatten() {
+        let place = rig.place(&posed, &shape.0, &anchor_of(model, mark)?);
+        seen.extend(camera.project(&place).map(|at| Keypoint { mark, at, confidence: 1.0 }));
+    }
+    Ok(Keypoints { layout, seen, size: Some(camera.size) })
 }
 
 impl PhotoBody {
@@ -143,7 +188,7 @@ impl PhotoBody {
     }
 }
 
-fn energy_of<'a>(
+pub(super) fn energy_of<'a>(
     model: &'a BodyModel,
     anatomy: &'a Anatomy<'a>,
     keypoints: &Keypoints,

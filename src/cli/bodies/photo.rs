@@ -6,7 +6,7 @@ use crate::export::write_layer_ply;
 use crate::formats::{ColorPicture, read_color_picture, read_photo_camera_json};
 use crate::geometry::TriMesh;
 use crate::photo::{
-    Keypoints, PhotoBody, PhotoCamera, PhotoError, PhotoParams, UncertainMeasure, body_from_photo, read_keypoints,
+    Keypoints, PhotoBody, PhotoCamera, PhotoError, PhotoParams, Search, UncertainMeasure, body_from_photo, read_keypoints,
 };
 use crate::session::{Content, Outputs, read_body_model, read_input};
 use crate::view::photo_overlay;
@@ -60,7 +60,7 @@ pub fn body_of_photo(request: &PhotoFile) -> Result<PhotographedBody, BodiesErro
     let model = read_body_model(request.model.as_deref())?;
     let is_known = camera.is_some();
     let camera = camera.unwrap_or_else(|| PhotoCamera::assumed(size.unwrap_or_else(|| keypoints.size_of_picture())));
-    let params = PhotoParams { height: request.height, flips: true };
+    let params = PhotoParams { height: request.height, search: Search::Flips };
     let body = body_from_photo(&model, &keypoints, &camera, &params).map_err(failed)?;
     let measures = body.measures(&model);
     let limits = limits(&body, request.height, is_known);
