@@ -135,6 +135,11 @@ bench-peers-fit FOLDER:
 tryon-table SESSION *FILES:
     cargo run --release --no-default-features --example measure_tryon -- {{SESSION}} {{FILES}}
 
+# Bodies from photos: reprojection, joints, height; beside the mean body turned rigidly and the same solver without depth flips. FOLDER
+# holds keypoints, cameras and truth; ARGS: --fresh N synthetic people, --seed S
+photo-table FOLDER *ARGS:
+    cargo run --release --no-default-features --example measure_photo -- {{FOLDER}} {{ARGS}}
+
 # The tables of `drive`. MAN and WOMAN are sessions, STREAMS holds folders of streams with truth, CLIPS are .bvh files
 drive-table MAN WOMAN STREAMS *CLIPS:
     cargo build --release --no-default-features --example measure_drive

@@ -24,6 +24,7 @@ mod outfit;
 mod output_files;
 mod painted_kinds;
 mod painted_masks;
+mod photo;
 mod pipeline;
 mod readme;
 mod realism;

@@ -84,9 +84,10 @@ pub(super) fn run(args: PhotoArgs, context: &Context) -> anyhow::Result<Done> {
         "picture": args.picture,
         "secs": began.elapsed().as_secs_f64(),
     });
-    let measures = photo.measures.iter().map(|m| {
-        format!("{:<20} {:>6.1} ± {:.1} cm", m.measure.name, in_cm(m.measure.metres), in_cm(m.deviation))
-    });
+    let measures = photo
+        .measures
+        .iter()
+        .map(|m| format!("{:<20} {:>6.1} ± {:.1} cm", m.measure.name, in_cm(m.measure.metres), in_cm(m.deviation)));
     let last = format!(
         "{used} keypoints of {}, {:.1} px from the body on average",
         args.keypoints.display(),

@@ -38,8 +38,8 @@ pub use ply::{PlyEncoding, PlyOptions, read_ply, write_ply};
 pub use raw_mesh::RawMesh;
 pub use read_mesh::{MeshKind, mesh_siblings, read_mesh, read_mesh_with};
 pub use recording::{
-    CameraJson, EncodedRecording, Intrinsics, RecordedFrame, is_zip, read_camera_json, read_photo_camera_json, read_recording, recording_files,
-    write_recording,
+    CameraJson, EncodedRecording, Intrinsics, RecordedFrame, is_zip, read_camera_json, read_photo_camera_json,
+    read_recording, recording_files, write_recording,
 };
 pub use rgba_png::{RgbaPicture, read_rgba_png};
 pub use srgb::{byte_of_linear, linear_of_byte};

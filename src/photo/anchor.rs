@@ -71,14 +71,12 @@ pub(super) fn anchor_of(model: &BodyModel, mark: Mark) -> Result<Anchor, PhotoEr
         Ok(j.index())
     };
     let center = |human: HumanJoint| Ok(Anchor::joint(model, joint(human)?));
-    let middle = |pair: fn(Side) -> HumanJoint| {
-        Ok(Anchor::middle(&[center(pair(Side::Left))?, center(pair(Side::Right))?]))
-    };
+    let middle =
+        |pair: fn(Side) -> HumanJoint| Ok(Anchor::middle(&[center(pair(Side::Left))?, center(pair(Side::Right))?]));
     // The extreme vertex of what some joints carry, in a direction of the bind pose.
     let extreme = |roots: &[HumanJoint], score: &dyn Fn(&Vec3) -> f64| {
-        let carried = |v: VertexId| {
-            roots.iter().any(|&root| model.skeleton.is_part_of(model.weights.rows()[v][0].0, root))
-        };
+        let carried =
+            |v: VertexId| roots.iter().any(|&root| model.skeleton.is_part_of(model.weights.rows()[v][0].0, root));
         let points = model.template.points().enumerate().filter(|(v, _)| carried(*v));
         let best = points.max_by(|a, b| score(&a.1.coords).total_cmp(&score(&b.1.coords)));
         best.map(|(v, _)| v).ok_or(PhotoError::MissingJoint { joint: roots[0].name() })
@@ -106,9 +104,7 @@ pub(super) fn anchor_of(model: &BodyModel, mark: Mark) -> Result<Anchor, PhotoEr
             // Inside of the line through the ankle, the foremost.
             vertex(extreme(&[Toes(side), Foot(side)], &|p| p.z - 2.0 * (side.sign() * (p.x - ankle)).max(0.0))?)
         }
-        Mark::SmallToe(side) => {
-            vertex(extreme(&[Toes(side), Foot(side)], &|p| p.z + 1.5 * side.sign() * p.x)?)
-        }
+        Mark::SmallToe(side) => vertex(extreme(&[Toes(side), Foot(side)], &|p| p.z + 1.5 * side.sign() * p.x)?),
         Mark::Heel(side) => vertex(extreme(&[Foot(side)], &|p| -p.z - 0.5 * p.y)?),
     }
 }
@@ -232,13 +228,7 @@ impl<'a> Rig<'a> {
     /// Where an anchor is, and how it moves with each unknown.
     ///
     /// **Shapes** `columns` has one entry per unknown; it is overwritten.
-    pub fn place_and_derivative(
-        &self,
-        posed: &Posed,
-        shape: &[f64],
-        anchor: &Anchor,
-        columns: &mut [Vec3],
-    ) -> Vec3 {
+    pub fn place_and_derivative(&self, posed: &Posed, shape: &[f64], anchor: &Anchor, columns: &mut [Vec3]) -> Vec3 {
         columns.fill(Vec3::zeros());
         let mut place = Vec3::zeros();
         let shape_at = self.shape_at();

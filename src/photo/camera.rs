@@ -68,8 +68,7 @@ impl PhotoCamera {
     pub(super) fn derivative(&self, p: &Vec3) -> Matrix2x3<f64> {
         let q = self.camera_from_world * nalgebra::Point3::from(*p);
         let [fx, fy, ..] = self.pinhole;
-        let in_camera =
-            Matrix2x3::new(fx / q.z, 0.0, -fx * q.x / (q.z * q.z), 0.0, fy / q.z, -fy * q.y / (q.z * q.z));
+        let in_camera = Matrix2x3::new(fx / q.z, 0.0, -fx * q.x / (q.z * q.z), 0.0, fy / q.z, -fy * q.y / (q.z * q.z));
         in_camera * self.camera_from_world.rotation.to_rotation_matrix().matrix()
     }
 

@@ -42,8 +42,25 @@ const BONES: [[HumanJoint; 2]; 11] = [
 
 /// Pairs of bones that can meet: forearms with trunk, head, thighs and the other arm; upper arms with the waist; legs.
 const MEETING: [[usize; 2]; 19] = [
-    [4, 0], [4, 1], [4, 2], [4, 5], [4, 6], [4, 7], [4, 9], [6, 0], [6, 1], [6, 2], [6, 3], [6, 7], [6, 9],
-    [3, 0], [5, 0], [8, 10], [8, 9], [10, 7], [7, 9],
+    [4, 0],
+    [4, 1],
+    [4, 2],
+    [4, 5],
+    [4, 6],
+    [4, 7],
+    [4, 9],
+    [6, 0],
+    [6, 1],
+    [6, 2],
+    [6, 3],
+    [6, 7],
+    [6, 9],
+    [3, 0],
+    [5, 0],
+    [8, 10],
+    [8, 9],
+    [10, 7],
+    [7, 9],
 ];
 
 /// Two capsules that interpenetrate.

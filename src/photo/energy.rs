@@ -113,7 +113,9 @@ impl Energy<'_> {
     fn add_sightings(&self, equations: &mut Equations, posed: &Posed, shape: &[f64], stage: Stage) {
         let mut columns = vec![Vec3::zeros(); self.rig.unknowns()];
         let mut rows = [vec![0.0; columns.len()], vec![0.0; columns.len()]];
-        for sighting in self.sightings.iter().filter(|s| !stage.only_root || s.mark.is_of_torso() || s.mark.is_of_head()) {
+        for sighting in
+            self.sightings.iter().filter(|s| !stage.only_root || s.mark.is_of_torso() || s.mark.is_of_head())
+        {
             let p = self.rig.place_and_derivative(posed, shape, &sighting.anchor, &mut columns);
             let Some(pixel) = self.camera.project(&p) else {
                 // Behind the camera there is no slope back: the step is refused.

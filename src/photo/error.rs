@@ -128,9 +128,13 @@ impl PhotoError {
             Self::NoScale => "give --height 1.72 (metres), or --camera C.json with width, height, fx, fy, cx and cy",
             Self::Height { .. } => "give the height in metres: --height 1.72",
             Self::Distorted => "undistort the picture, run the tracker on it, and give a camera without distortion",
-            Self::BelowFloor => "give camera_from_world of a world with Y up and the floor at y = 0, in metres, or leave it out",
+            Self::BelowFloor => {
+                "give camera_from_world of a world with Y up and the floor at y = 0, in metres, or leave it out"
+            }
             Self::MissingJoint { .. } => "use the embedded model, or a model in the SMPL layout",
-            Self::NoAgreement { .. } => "look at the keypoints in the photo: left and right may be exchanged, or they may be those of several people",
+            Self::NoAgreement { .. } => {
+                "look at the keypoints in the photo: left and right may be exchanged, or they may be those of several people"
+            }
         };
         Some(hint.into())
     }

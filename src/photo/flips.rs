@@ -79,13 +79,7 @@ fn on_ray(energy: &Energy<'_>, pixel: &Vector2<f64>, from: &Vec3, length: f64, s
 }
 
 /// Turns a joint so that its bone has the direction, by the smallest rotation.
-fn aim(
-    energy: &Energy<'_>,
-    pose: &mut Pose,
-    shape: &[f64],
-    [joint, end]: [JointId; 2],
-    wanted: &Vec3,
-) {
+fn aim(energy: &Energy<'_>, pose: &mut Pose, shape: &[f64], [joint, end]: [JointId; 2], wanted: &Vec3) {
     let posed = energy.rig.posed(pose, shape);
     let bone = posed.place[end.index()] - posed.place[joint.index()];
     let (Some(from), Some(to)) = (Unit::try_new(bone, 1e-9), Unit::try_new(*wanted, 1e-9)) else { return };

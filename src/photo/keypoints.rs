@@ -59,11 +59,7 @@ const HIDDEN: f64 = 0.5;
 ///
 /// **Errors** text that is not JSON or has other content, several people without a choice, too little of the person, a picture
 /// upside down, landmarks as fractions of a picture of unknown size.
-pub fn read_keypoints(
-    bytes: &[u8],
-    person: Option<usize>,
-    size: Option<[usize; 2]>,
-) -> Result<Keypoints, PhotoError> {
+pub fn read_keypoints(bytes: &[u8], person: Option<usize>, size: Option<[usize; 2]>) -> Result<Keypoints, PhotoError> {
     let json: Value = serde_json::from_slice(bytes).map_err(|e| not_json(bytes, &e))?;
     let people: Vec<Numbers<'_>> = people_in(&json)?.into_iter().filter(|numbers| !is_unseen(numbers)).collect();
     if people.is_empty() {
@@ -164,8 +160,7 @@ fn read_person(
             }
             let [width, height] = size.ok_or(PhotoError::UnknownSize)?.map(|n| n as f64);
             let at = |p: &Value, key: &str| p.get(key).and_then(Value::as_f64);
-            let triple =
-                |p: &Value| Some([at(p, "x")? * width, at(p, "y")? * height, visibility(p).unwrap_or(1.0)]);
+            let triple = |p: &Value| Some([at(p, "x")? * width, at(p, "y")? * height, visibility(p).unwrap_or(1.0)]);
             (Layout::MediaPipe33, list.iter().map(triple).collect())
         }
     };
@@ -186,8 +181,8 @@ fn read_person(
 /// Whether enough of a person was seen, the right way up.
 fn check(seen: &[Keypoint]) -> Result<(), PhotoError> {
     let mean = |is_one: fn(Mark) -> bool| {
-        let (sum, count) = (seen.iter().filter(|k| is_one(k.mark)))
-            .fold((0.0, 0), |(sum, count), k| (sum + k.at.y, count + 1));
+        let (sum, count) =
+            (seen.iter().filter(|k| is_one(k.mark))).fold((0.0, 0), |(sum, count), k| (sum + k.at.y, count + 1));
         (count > 0).then(|| sum / f64::from(count))
     };
     let shoulders = mean(|m| matches!(m, Mark::Neck | Mark::Joint(UpperArm(_))));

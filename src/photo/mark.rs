@@ -173,7 +173,10 @@ mod tests {
             let marks = layout.marks();
             assert_eq!(marks.len(), layout.len(), "{layout:?}");
             for pair in [SHOULDER, ELBOW, WRIST, HIP, KNEE, ANKLE] {
-                assert!(pair.iter().all(|m| marks.iter().filter(|n| **n == Some(*m)).count() == 1), "{layout:?} {pair:?}");
+                assert!(
+                    pair.iter().all(|m| marks.iter().filter(|n| **n == Some(*m)).count() == 1),
+                    "{layout:?} {pair:?}"
+                );
             }
         }
         assert_eq!(Layout::Body25.marks()[21], Some(Heel(Left)));

@@ -38,11 +38,7 @@ fn stature(model: &BodyModel, shape: &Shape) -> f64 {
 /// The measures of a shape with their standard deviations, to first order in the shape's covariance.
 ///
 /// **Shapes** `covariance` K × K.
-pub(super) fn spread_of(
-    model: &BodyModel,
-    shape: &Shape,
-    covariance: &DMatrix<f64>,
-) -> Vec<UncertainMeasure> {
+pub(super) fn spread_of(model: &BodyModel, shape: &Shape, covariance: &DMatrix<f64>) -> Vec<UncertainMeasure> {
     /// Step of the difference quotients, in standard deviations: over it a girth changes by more than its rounding.
     const STEP: f64 = 0.5;
     let of = |shape: &Shape| {

@@ -130,7 +130,8 @@ fn finished(energy: &Energy<'_>, end: Solution) -> Result<PhotoBody, PhotoError>
     let covariance = covariance(energy, &end);
     let posed = energy.rig.posed(&end.pose, &end.shape);
     let place = |sighting: &Sighting| energy.rig.place(&posed, &end.shape, &sighting.anchor);
-    let projected = energy.sightings.iter().map(|sighting| energy.camera.project(&place(sighting))).collect::<Option<Vec<_>>>();
+    let projected =
+        energy.sightings.iter().map(|sighting| energy.camera.project(&place(sighting))).collect::<Option<Vec<_>>>();
     let keypoints = energy.sightings.len();
     let projected = projected.ok_or(PhotoError::NoAgreement { outliers: keypoints, keypoints })?;
     Ok(PhotoBody {
@@ -322,4 +323,3 @@ fn covariance(energy: &Energy<'_>, at: &Solution) -> DMatrix<f64> {
         None => DMatrix::identity(k, k),
     }
 }
-

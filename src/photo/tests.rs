@@ -262,10 +262,12 @@ fn every_layout_is_read() {
     assert_eq!(read(&openpose(&whole[..54])).layout, Layout::Coco18);
     let mut labelled: Vec<f64> = (0..17).flat_map(|k| [100.0 + k as f64, 100.0 + 10.0 * k as f64, 2.0]).collect();
     (labelled[2], labelled[5]) = (0.0, 1.0);
-    let coco = read(&json!({ "images": [{ "width": 640, "height": 480 }], "annotations": [{ "keypoints": labelled }] }));
+    let coco =
+        read(&json!({ "images": [{ "width": 640, "height": 480 }], "annotations": [{ "keypoints": labelled }] }));
     assert_eq!((coco.layout, coco.seen.len(), coco.size), (Layout::Coco17, 16, Some([640, 480])));
     assert_eq!((coco.seen[0].mark, coco.seen[0].confidence, coco.seen[1].confidence), (Mark::Eye(Left), 0.5, 1.0));
-    let landmarks: Vec<Value> = (0..33).map(|k| json!({ "x": 0.5, "y": 0.03 * k as f64, "z": 0, "visibility": 0.9 })).collect();
+    let landmarks: Vec<Value> =
+        (0..33).map(|k| json!({ "x": 0.5, "y": 0.03 * k as f64, "z": 0, "visibility": 0.9 })).collect();
     let mediapipe = json!({ "pose_landmarks": [landmarks] });
     assert!(refusal(&mediapipe, None).contains("size is unknown"));
     let sized = read_keypoints(mediapipe.to_string().as_bytes(), None, Some([200, 1000])).unwrap();
@@ -292,7 +294,15 @@ fn unusable_keypoints_are_refused_in_one_sentence() {
     };
     assert!(refusal(&changed(&|_, t| t[2] = 0.0), None).contains("all confidences are 0"));
     assert!(refusal(&of(&[]), None).contains("no keypoint was seen"));
-    assert!(refusal(&changed(&|k, t| if k > 8 && k < 15 || k > 18 { t[2] = 0.0 }), None).contains("no ankle"));
+    assert!(
+        refusal(
+            &changed(&|k, t| if k > 8 && k < 15 || k > 18 {
+                t[2] = 0.0
+            }),
+            None
+        )
+        .contains("no ankle")
+    );
     assert!(refusal(&changed(&|_, t| t[1] = 1280.0 - t[1]), None).contains("upside down"));
     let missing = of(&[good.clone()]).to_string().replacen(&good[3].to_string(), "null", 1);
     let error = read_keypoints(missing.as_bytes(), None, None).unwrap_err().to_string();

@@ -53,11 +53,8 @@ pub fn photo_overlay(
 
 fn draw_body(picture: &mut Picture, model: &BodyModel, body: &PhotoBody) {
     let [width, height] = [picture.width(), picture.height()];
-    let grid = Grid {
-        columns: width * SAMPLES_ACROSS,
-        rows: height * SAMPLES_ACROSS,
-        step: 1.0 / SAMPLES_ACROSS as f32,
-    };
+    let grid =
+        Grid { columns: width * SAMPLES_ACROSS, rows: height * SAMPLES_ACROSS, step: 1.0 / SAMPLES_ACROSS as f32 };
     let mesh = model.template.with_points(body.posed(model));
     let normals = mesh.vertex_normals();
     let rotation = body.camera.camera_from_world.rotation;

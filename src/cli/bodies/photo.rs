@@ -6,7 +6,8 @@ use crate::export::write_layer_ply;
 use crate::formats::{ColorPicture, read_color_picture, read_photo_camera_json};
 use crate::geometry::TriMesh;
 use crate::photo::{
-    Keypoints, PhotoBody, PhotoCamera, PhotoError, PhotoParams, Search, UncertainMeasure, body_from_photo, read_keypoints,
+    Keypoints, PhotoBody, PhotoCamera, PhotoError, PhotoParams, Search, UncertainMeasure, body_from_photo,
+    read_keypoints,
 };
 use crate::session::{Content, Outputs, read_body_model, read_input};
 use crate::view::photo_overlay;
@@ -107,7 +108,10 @@ fn limits(body: &PhotoBody, height: Option<f64>, is_camera_known: bool) -> Vec<S
     }
     if body.outliers > 0 {
         let (noun, verb) = if body.outliers == 1 { ("keypoint", "is") } else { ("keypoints", "are") };
-        limits.push(format!("{} {noun} {verb} far from the body and hardly counted; draw it with --picture", body.outliers));
+        limits.push(format!(
+            "{} {noun} {verb} far from the body and hardly counted; draw it with --picture",
+            body.outliers
+        ));
     }
     limits.push("girths are those that go with this stature and these proportions: keypoints show no girth".into());
     limits

@@ -89,7 +89,8 @@ fn rigid_rows(given: &Value, key: &str) -> Result<[f64; 12], FormatError> {
     let dot = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
     let [a, b, c] = [column(0), column(1), column(2)];
     let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-    let is_rigid = [dot(a, a) - 1.0, dot(b, b) - 1.0, dot(a, b), dot(cross, c) - 1.0].iter().all(|e| e.abs() < ROUNDING);
+    let is_rigid =
+        [dot(a, a) - 1.0, dot(b, b) - 1.0, dot(a, b), dot(cross, c) - 1.0].iter().all(|e| e.abs() < ROUNDING);
     if is_rigid { Ok(rows) } else { Err(wrong(key, "a rotation and a translation", given)) }
 }
 
@@ -193,7 +194,11 @@ mod tests {
         assert!(message(&words).contains("'color_from_depth' should be three or four rows"));
         let (photo, pose) = read_photo_camera_json(good.as_bytes()).unwrap();
         assert_eq!((photo, pose), (camera.depth.clone(), None));
-        let posed = |rows: &str| read_photo_camera_json(good.replace("\"maker\"", &format!("\"camera_from_world\": {rows}, \"maker\"")).as_bytes());
+        let posed = |rows: &str| {
+            read_photo_camera_json(
+                good.replace("\"maker\"", &format!("\"camera_from_world\": {rows}, \"maker\"")).as_bytes(),
+            )
+        };
         let level = posed("[[1, 0, 0, 0], [0, -1, 0, 1.5], [0, 0, -1, 0]]").unwrap().1;
         assert_eq!(level, posed(r#"{"R": [[1, 0, 0], [0, -1, 0], [0, 0, -1]], "t": [0, 1.5, 0]}"#).unwrap().1);
         assert_eq!(level.unwrap()[7], 1.5);
