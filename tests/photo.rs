@@ -50,7 +50,7 @@ fn a_photo_becomes_a_mesh_a_picture_and_measures_with_their_uncertainty() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     let good = triples(&keypoints());
-    write(here, "kp.json", &people(&[good.clone()]));
+    write(here, "kp.json", &people(std::slice::from_ref(&good)));
     write_cameras(here);
     std::fs::write(here.join("photo.png"), write_color_png([720, 1280], &[[90, 120, 80]; 720 * 1280]).unwrap())
         .unwrap();
@@ -108,7 +108,7 @@ fn bad_input_of_body_photo_is_refused_in_one_sentence() {
         numbers.chunks_mut(3).enumerate().for_each(|(k, triple)| change(k, triple));
         people(&[numbers])
     };
-    write(here, "good.json", &people(&[good.clone()]));
+    write(here, "good.json", &people(std::slice::from_ref(&good)));
     write(here, "two.json", &people(&[good.clone(), good.clone()]));
     write(here, "short.json", &people(&[good[..72].to_vec()]));
     write(here, "unseen.json", &changed(&|_, t| t[2] = 0.0));
@@ -123,7 +123,7 @@ fn bad_input_of_body_photo_is_refused_in_one_sentence() {
     );
     write(here, "upside.json", &changed(&|_, t| t[1] = 1280.0 - t[1]));
     write(here, "scattered.json", &changed(&|k, t| t[0] += 300.0 * (7.0 * k as f64).sin()));
-    let text = people(&[good.clone()]).to_string();
+    let text = people(std::slice::from_ref(&good)).to_string();
     std::fs::write(here.join("nan.json"), text.replacen(&good[3].to_string(), "NaN", 1)).unwrap();
     std::fs::write(here.join("mesh.json"), "ply\nformat ascii 1.0\n").unwrap();
     std::fs::write(here.join("small.png"), write_color_png([72, 128], &[[0; 3]; 72 * 128]).unwrap()).unwrap();
@@ -162,4 +162,38 @@ fn bad_input_of_body_photo_is_refused_in_one_sentence() {
     let chosen = format!("two.json {tall} --person 2");
     let words: Vec<&str> = ["body", "photo"].into_iter().chain(chosen.split(' ')).collect();
     overcoat_ok(here, &words);
+}
+
+#[test]
+fn a_photo_becomes_the_body_of_a_session_and_its_uncertainty_is_in_the_verdict() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    write(here, "kp.json", &people(&[triples(&keypoints())]));
+    write_cameras(here);
+    overcoat_ok(here, &["new", "alice"]);
+    let in_session = |arguments: &str| {
+        let words: Vec<&str> = ["-C", "alice"].into_iter().chain(arguments.split(' ')).collect();
+        overcoat(here, &words)
+    };
+    for (arguments, said) in [
+        ("scan body --photo kp.json", "neither the camera nor the person's height is known"),
+        ("scan shirt --photo kp.json --height 1.7", "a photo gives the body, not 'shirt'"),
+        ("scan body kp.json --height 1.7", "--photo"),
+    ] {
+        let answer = in_session(arguments);
+        assert!(answer.code == 2 && answer.stderr.contains(said), "{arguments}: {answer:?}");
+    }
+    let alone = in_session("scan body kp.json");
+    assert!(alone.code != 0 && alone.stderr.contains("neither the camera nor"), "{alone:?}");
+    let scanned = in_session("scan body --photo kp.json --height 1.8 --camera camera.json");
+    assert!(scanned.code == 0 && scanned.stdout.contains("computed from one photo: stature 180 ± 1 cm"), "{scanned:?}");
+    // The photo is kept: neither file is needed any more.
+    std::fs::remove_file(here.join("kp.json")).unwrap();
+    std::fs::remove_file(here.join("alice/photo.json")).unwrap();
+    let built = in_session("build");
+    assert_eq!(built.code, 0, "{built:?}");
+    let measured = in_session("body measure --json").json();
+    let stature = measured["measures_cm"]["stature"].as_f64().unwrap();
+    assert!((stature - 180.0).abs() < 1.0, "{measured}");
+    assert!(measured["warnings"].to_string().contains("computed from one photo"), "{measured}");
 }

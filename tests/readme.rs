@@ -44,8 +44,15 @@ fn shell(script: &str, dir: &Path) -> Output {
     Command::new("sh").args(["-euc", script]).env("PATH", path).current_dir(dir).output().unwrap()
 }
 
-const PAGES: [&str; 6] =
-    ["README.md", "docs/guide.md", "docs/formats.md", "docs/methods.md", "docs/evaluation.md", "docs/glossary.md"];
+const PAGES: [&str; 7] = [
+    "README.md",
+    "docs/guide.md",
+    "docs/formats.md",
+    "docs/methods.md",
+    "docs/evaluation.md",
+    "docs/glossary.md",
+    "docs/photo.md",
+];
 
 fn page(name: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
@@ -90,6 +97,7 @@ fn every_linked_file_exists() {
         assert!(name != "README.md" || linked.len() >= 5, "{linked:?}");
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
         for target in linked {
+            let target = target.split('#').next().unwrap_or_default();
             assert!(folder.parent().unwrap().join(target).exists(), "{name} links to '{target}', which does not exist");
         }
     }

@@ -1,13 +1,14 @@
 //! `overcoat scan`: add a scan.
 
+use super::bodies::{PhotoFile, record_of_photo};
 use super::console::{Context, Done, Progress, secs};
 use super::stages::{ReadingArgs, file_of, interface};
 use crate::parameters::{Setting, Settings};
 use crate::scan::{Unit, Up};
-use crate::session::{BODY_STEP, BodySurface, NewOutfit, NewScan, SessionError, ShowIn};
+use crate::session::{BODY_STEP, BodySurface, Content, NewOutfit, NewScan, Session, SessionError, ShowIn, read_input};
 use serde_json::json;
 use std::net::IpAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 #[derive(clap::Args)]
@@ -16,8 +17,20 @@ pub(super) struct ScanArgs {
     name: String,
     /// The scan: .ply, .obj, .glb, .gltf, .stl or .off; a .zip of one with the pictures of its texture; or a folder of RGB-D
     /// frames with its camera.json
-    #[arg(value_name = "FILE|FOLDER")]
-    file: PathBuf,
+    #[arg(value_name = "FILE|FOLDER", required_unless_present = "photo", conflicts_with = "photo")]
+    file: Option<PathBuf>,
+    /// Instead of a scan of the body, the keypoints of a photo, as for `body photo`; with --height or --camera
+    #[arg(long, value_name = "KEYPOINTS.json")]
+    photo: Option<PathBuf>,
+    /// With --photo: the person's stature in metres
+    #[arg(long, value_name = "METRES", requires = "photo")]
+    height: Option<f64>,
+    /// With --photo: the camera, as for `body photo`
+    #[arg(long, value_name = "C.json", requires = "photo")]
+    camera: Option<PathBuf>,
+    /// With --photo: the person, counted from 1, if the file has several
+    #[arg(long, value_name = "N", requires = "photo")]
+    person: Option<usize>,
     /// The garment kind, as in `overcoat templates list`. If the scan shows several new garments, all of them, in any order:
     /// `trousers,shirt,shoes`. Each becomes a step and a layer of its own
     #[arg(short, long, value_delimiter = ',', value_name = "KIND[,KIND…]")]
@@ -134,18 +147,53 @@ impl ScanArgs {
     }
 }
 
+/// Writes the photo with all that is known beside it into the session, as one file: that is what the recipe names.
+fn kept_photo(keypoints: &Path, args: &ScanArgs, context: &Context) -> anyhow::Result<PathBuf> {
+    if args.name != BODY_STEP {
+        let what = format!("a photo gives the body, not '{}'", args.name);
+        let hint = "type `overcoat scan body --photo KEYPOINTS.json --height 1.72`".into();
+        return Err(SessionError::BadRequest { what, hint }.into());
+    }
+    let record = record_of_photo(&PhotoFile {
+        keypoints: context.input(keypoints.to_path_buf()),
+        person: args.person,
+        camera: args.camera.clone().map(|camera| context.input(camera)),
+        height: args.height,
+        ..PhotoFile::default()
+    })?;
+    let session = Session::open(&context.session)?;
+    // A record that a step uses is never replaced: another photo gets another name.
+    let names = (1..).map(|k| session.dir().join(if k == 1 { "photo.json".into() } else { format!("photo-{k}.json") }));
+    for path in names {
+        match read_input(&path) {
+            Ok(content) if content == record => return Ok(path),
+            Ok(_) => {}
+            Err(_) => {
+                session.outputs(false).write_bytes(&path, Content::Named, record)?;
+                return Ok(path);
+            }
+        }
+    }
+    unreachable!("there are more names than files")
+}
+
 pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     let is_outfit = args.is_outfit();
     if is_outfit {
         args.check_outfit()?;
     }
+    let file = match (&args.file, &args.photo) {
+        (Some(file), _) => context.input(file.clone()),
+        (None, Some(keypoints)) => kept_photo(keypoints, &args, context)?,
+        (None, None) => unreachable!("the parser requires one of them"),
+    };
     let (templates, names, over) = (args.template, args.names, args.over);
     let new = NewScan {
         name: args.name,
         view: args.view.map(|view| view.with_bind(args.bind)),
         force: args.force,
-        file: context.input(args.file),
+        file,
         template: templates.first().filter(|_| !is_outfit).cloned(),
         unit: args.unit,
         up: args.up,

@@ -68,9 +68,9 @@ pub(super) fn anchor_of(model: &BodyModel, mark: Mark) -> Result<Anchor, PhotoEr
     use HumanJoint::{Foot, Head, Toes, UpperArm, UpperLeg};
     let joint = |joint: HumanJoint| {
         let j = model.skeleton.find(joint).ok_or(PhotoError::MissingJoint { joint: joint.name() })?;
-        Ok(j.index())
+        Ok::<usize, PhotoError>(j.index())
     };
-    let center = |human: HumanJoint| Ok(Anchor::joint(model, joint(human)?));
+    let center = |human: HumanJoint| Ok::<Anchor, PhotoError>(Anchor::joint(model, joint(human)?));
     let middle =
         |pair: fn(Side) -> HumanJoint| Ok(Anchor::middle(&[center(pair(Side::Left))?, center(pair(Side::Right))?]));
     // The extreme vertex of what some joints carry, in a direction of the bind pose.

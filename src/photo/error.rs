@@ -1,6 +1,7 @@
 //! Why no body can be computed from a photo.
 
 use super::mark::Layout;
+use crate::formats::FormatError;
 
 /// Why keypoints, a camera or a height cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -68,6 +69,9 @@ pub enum PhotoError {
         /// In metres.
         height: f64,
     },
+    /// The camera beside the keypoints cannot be read.
+    #[error(transparent)]
+    Camera(#[from] FormatError),
     /// The lens bends straight lines.
     #[error("the camera's lens distorts the picture")]
     Distorted,
@@ -91,7 +95,8 @@ pub enum PhotoError {
 }
 
 fn known_layouts() -> String {
-    let counts: Vec<String> = Layout::OF_TRIPLES.iter().map(|l| format!("{} ({})", l.len(), l.name())).collect();
+    let counts: Vec<String> =
+        Layout::OF_TRIPLES.iter().map(|l| format!("{} ({})", l.point_count(), l.name())).collect();
     format!("{} triples or 33 landmarks (MediaPipe) are expected", counts.join(", "))
 }
 
@@ -111,6 +116,7 @@ impl PhotoError {
     /// What to do about it.
     pub fn hint(&self) -> Option<String> {
         let hint = match self {
+            Self::Camera(e) => return e.hint(),
             Self::NotJson { reason } if reason.contains("NaN") => {
                 "write 0 as the confidence of a keypoint that was not found, not NaN"
             }

@@ -146,7 +146,7 @@ fn read_person(
 ) -> Result<(Layout, Vec<Keypoint>), PhotoError> {
     let (layout, values) = match numbers {
         Numbers::Triples(list) | Numbers::Labelled(list) => {
-            let layout = Layout::OF_TRIPLES.into_iter().find(|layout| 3 * layout.len() == list.len());
+            let layout = Layout::OF_TRIPLES.into_iter().find(|layout| 3 * layout.point_count() == list.len());
             let found = format!("{} numbers", list.len());
             let is_labelled = matches!(numbers, Numbers::Labelled(_));
             let confidence = |c: f64| if is_labelled && c == 1.0 { HIDDEN } else { c };
@@ -154,7 +154,7 @@ fn read_person(
             (layout.ok_or(PhotoError::WrongCount { person, found })?, list.chunks(3).map(triple).collect::<Vec<_>>())
         }
         Numbers::Landmarks(list) => {
-            if list.len() != Layout::MediaPipe33.len() {
+            if list.len() != Layout::MediaPipe33.point_count() {
                 let found = format!("{} landmarks", list.len());
                 return Err(PhotoError::WrongCount { person, found });
             }

@@ -89,7 +89,7 @@ impl Layout {
     }
 
     /// The number of keypoints.
-    pub fn len(self) -> usize {
+    pub fn point_count(self) -> usize {
         match self {
             Self::Body25 => 25,
             Self::Coco18 => 18,
@@ -171,7 +171,7 @@ mod tests {
     fn every_layout_has_its_number_of_keypoints_and_both_sides() {
         for layout in [Layout::Body25, Layout::Coco18, Layout::Coco17, Layout::MediaPipe33] {
             let marks = layout.marks();
-            assert_eq!(marks.len(), layout.len(), "{layout:?}");
+            assert_eq!(marks.len(), layout.point_count(), "{layout:?}");
             for pair in [SHOULDER, ELBOW, WRIST, HIP, KNEE, ANKLE] {
                 assert!(
                     pair.iter().all(|m| marks.iter().filter(|n| **n == Some(*m)).count() == 1),

@@ -14,6 +14,7 @@ mod flips;
 mod keypoints;
 mod mark;
 mod prior;
+mod record;
 mod size;
 mod solve;
 #[cfg(test)]
@@ -23,5 +24,6 @@ pub use camera::PhotoCamera;
 pub use error::PhotoError;
 pub use keypoints::{Keypoint, Keypoints, read_keypoints};
 pub use mark::{Layout, Mark};
+pub use record::{read_photo_record, write_photo_record};
 pub use size::UncertainMeasure;
 pub use solve::{PhotoBody, PhotoParams, Search, body_from_photo, exact_keypoints};

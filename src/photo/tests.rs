@@ -304,7 +304,7 @@ fn unusable_keypoints_are_refused_in_one_sentence() {
         .contains("no ankle")
     );
     assert!(refusal(&changed(&|_, t| t[1] = 1280.0 - t[1]), None).contains("upside down"));
-    let missing = of(&[good.clone()]).to_string().replacen(&good[3].to_string(), "null", 1);
+    let missing = of(std::slice::from_ref(&good)).to_string().replacen(&good[3].to_string(), "null", 1);
     let error = read_keypoints(missing.as_bytes(), None, None).unwrap_err().to_string();
     assert_eq!(error, "keypoint 1 of person 1 is no number");
     let nan = read_keypoints(br#"{"people": [{"pose_keypoints_2d": [NaN, 1, 1]}]}"#, None, None).unwrap_err();

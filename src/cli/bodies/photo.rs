@@ -7,7 +7,7 @@ use crate::formats::{ColorPicture, read_color_picture, read_photo_camera_json};
 use crate::geometry::TriMesh;
 use crate::photo::{
     Keypoints, PhotoBody, PhotoCamera, PhotoError, PhotoParams, Search, UncertainMeasure, body_from_photo,
-    read_keypoints,
+    read_keypoints, write_photo_record,
 };
 use crate::session::{Content, Outputs, read_body_model, read_input};
 use crate::view::photo_overlay;
@@ -43,10 +43,37 @@ pub struct PhotographedBody {
     pub limits: Vec<String>,
 }
 
+/// A photo's files as read.
+struct ReadPhoto {
+    keypoints: Keypoints,
+    camera: PhotoCamera,
+    is_camera_known: bool,
+    image: Option<ColorPicture>,
+}
+
 /// Reads the files and computes the body.
 ///
 /// **Errors** a file that is not in its format, neither camera nor height, and those of [`body_from_photo`].
 pub fn body_of_photo(request: &PhotoFile) -> Result<PhotographedBody, BodiesError> {
+    let ReadPhoto { keypoints, camera, is_camera_known, image } = read_photo(request)?;
+    let model = read_body_model(request.model.as_deref())?;
+    let params = PhotoParams { height: request.height, search: Search::Flips };
+    let body = body_from_photo(&model, &keypoints, &camera, &params)
+        .map_err(|e| BodiesError::bad_source(&request.keypoints, e))?;
+    let measures = body.measures(&model);
+    let limits = limits(&body, request.height, is_camera_known);
+    Ok(PhotographedBody { model, keypoints, image, body, measures, limits })
+}
+
+/// The photo's files as one, which a session takes as the scan of the body.
+///
+/// **Errors** as [`body_of_photo`], but for those of the computation.
+pub fn record_of_photo(request: &PhotoFile) -> Result<Vec<u8>, BodiesError> {
+    let read = read_photo(request)?;
+    Ok(write_photo_record(&read.keypoints, &read.camera, request.height))
+}
+
+fn read_photo(request: &PhotoFile) -> Result<ReadPhoto, BodiesError> {
     let file = &request.keypoints;
     let failed = |e: PhotoError| BodiesError::bad_source(file, e);
     if request.camera.is_none() && request.height.is_none() {
@@ -56,16 +83,11 @@ pub fn body_of_photo(request: &PhotoFile) -> Result<PhotographedBody, BodiesErro
     let image = request.image.as_deref().map(read_image).transpose()?;
     let size = image.as_ref().map(|image| [image.width, image.height]);
     check_size(request, camera.as_ref().map(|camera| camera.size), size)?;
-    let keypoints = read_keypoints(&read_input(file)?, request.person, camera.as_ref().map(|c| c.size).or(size));
-    let keypoints = keypoints.map_err(failed)?;
-    let model = read_body_model(request.model.as_deref())?;
-    let is_known = camera.is_some();
+    let size_known = camera.as_ref().map(|camera| camera.size).or(size);
+    let keypoints = read_keypoints(&read_input(file)?, request.person, size_known).map_err(failed)?;
+    let is_camera_known = camera.is_some();
     let camera = camera.unwrap_or_else(|| PhotoCamera::assumed(size.unwrap_or_else(|| keypoints.size_of_picture())));
-    let params = PhotoParams { height: request.height, search: Search::Flips };
-    let body = body_from_photo(&model, &keypoints, &camera, &params).map_err(failed)?;
-    let measures = body.measures(&model);
-    let limits = limits(&body, request.height, is_known);
-    Ok(PhotographedBody { model, keypoints, image, body, measures, limits })
+    Ok(ReadPhoto { keypoints, camera, is_camera_known, image })
 }
 
 fn read_camera(path: &Path) -> Result<PhotoCamera, BodiesError> {

@@ -1,6 +1,7 @@
 //! The content of an input: one file, a mesh with the files beside it that it names, or a folder of RGB-D frames. Large
 //! files are streamed, so that a scan of gigabytes is never in memory as bytes.
 
+use super::photo;
 use crate::formats::{
     FormatError, MeshBundle, MeshKind, RawMesh, is_zip, mesh_siblings, read_mesh, read_mesh_with, recording_files,
     write_mesh_bundle, write_recording,
@@ -168,6 +169,11 @@ fn file_content<'a>(mut file: &File, path: &Path) -> Result<ScanInput<'a>, Sessi
     let mut head = Vec::new();
     file.rewind().and_then(|()| file.take(4).read_to_end(&mut head)).map_err(reading)?;
     file.rewind().map_err(reading)?;
+    if photo::is_record(path) && !is_zip(&head) {
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(reading)?;
+        return photo::body_of_record(&bytes, path).map(|raw| ScanInput::Mesh(Box::new(raw)));
+    }
     if !is_zip(&head) {
         let raw = kind_of(path).and_then(|kind| read_mesh(kind, file)).map_err(bad)?;
         return Ok(ScanInput::Mesh(Box::new(raw)));

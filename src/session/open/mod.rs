@@ -4,6 +4,7 @@ mod body_model;
 mod draft;
 mod input;
 mod new;
+mod photo;
 mod session;
 pub(in crate::session) mod source;
 pub(in crate::session) mod templates;
