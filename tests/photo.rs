@@ -140,7 +140,7 @@ fn bad_input_of_body_photo_is_refused_in_one_sentence() {
         ("good.json --height nan", 2, "a height of NaN m is not that of an adult"),
         ("mediapipe.json --height 1.7", 2, "whose size is unknown"),
         ("good.json --camera camera.json --image small.png", 2, "has 72 × 128 pixels, but the camera has 720 × 1280"),
-        ("good.json --height 1.7 --mesh good.json", 2, "x.ply"),
+        ("good.json --height 1.7 --mesh good.json", 2, "good.ply"),
         ("short.json --height 1.7", 1, "person 1 has 72 numbers; 25 (OpenPose BODY_25)"),
         ("unseen.json --height 1.7", 1, "all confidences are 0"),
         ("half.json --height 1.7", 1, "only part of a person: no ankle"),
