@@ -17,7 +17,7 @@ pub(super) struct ScanArgs {
     name: String,
     /// The scan: .ply, .obj, .glb, .gltf, .stl or .off; a .zip of one with the pictures of its texture; or a folder of RGB-D
     /// frames with its camera.json
-    #[arg(value_name = "FILE|FOLDER", required_unless_present = "photo", conflicts_with = "photo")]
+    #[arg(value_name = "FILE|FOLDER", required_unless_present = "photo")]
     file: Option<PathBuf>,
     /// Instead of a scan of the body, the keypoints of a photo, as for `body photo`; with --height or --camera
     #[arg(long, value_name = "KEYPOINTS.json")]
@@ -184,8 +184,12 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
         args.check_outfit()?;
     }
     let file = match (&args.file, &args.photo) {
-        (Some(file), _) => context.input(file.clone()),
+        (Some(file), None) => context.input(file.clone()),
         (None, Some(keypoints)) => kept_photo(keypoints, &args, context)?,
+        (Some(_), Some(_)) => {
+            let what = "a scan and --photo are two bodies".into();
+            return Err(SessionError::BadRequest { what, hint: "give one of them".into() }.into());
+        }
         (None, None) => unreachable!("the parser requires one of them"),
     };
     let (templates, names, over) = (args.template, args.names, args.over);
