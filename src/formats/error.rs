@@ -5,6 +5,8 @@ use std::fmt;
 /// A file format that this module reads or writes; `Display` gives its usual name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Format {
+    /// Brush strokes as JSON lines.
+    Strokes,
     /// Stanford polygon file.
     Ply,
     /// Wavefront OBJ.
@@ -23,6 +25,8 @@ pub enum Format {
     Png,
     /// An image in JPEG.
     Jpeg,
+    /// An image in WebP.
+    WebP,
     /// `camera.json` of an RGB-D recording.
     Camera,
     /// The list of frames of an RGB-D recording (`associations.txt`, `depth.txt`, `rgb.txt`).
@@ -44,6 +48,7 @@ pub enum Format {
 impl fmt::Display for Format {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
+            Self::Strokes => "brush",
             Self::Ply => "PLY",
             Self::Obj => "OBJ",
             Self::Stl => "STL",
@@ -53,6 +58,7 @@ impl fmt::Display for Format {
             Self::Npz => "NPZ",
             Self::Png => "PNG",
             Self::Jpeg => "JPEG",
+            Self::WebP => "WebP",
             Self::Camera => "camera.json",
             Self::FrameList => "frame list",
             Self::Recording => "zip of RGB-D frames",
@@ -79,6 +85,12 @@ pub enum FormatError {
     /// Not one byte.
     #[error("the file is empty (0 bytes), so it is not {format}")]
     NoBytes {
+        /// The expected format.
+        format: Format,
+    },
+    /// Text of two bytes per letter.
+    #[error("the {format} file is text in UTF-16, not in UTF-8")]
+    Utf16 {
         /// The expected format.
         format: Format,
     },
@@ -149,6 +161,14 @@ pub enum FormatError {
         format: Format,
         /// What it has not.
         what: &'static str,
+    },
+    /// The file has no animation of that name.
+    #[error("the file has no animation '{wanted}'")]
+    NoSuchAnimation {
+        /// The name that was asked for.
+        wanted: String,
+        /// The names that there are.
+        names: Vec<String>,
     },
     /// A file that holds the numbers of a mesh is not there.
     #[error("{format}: the file '{name}', which holds the mesh's numbers, is not beside it")]
@@ -238,6 +258,7 @@ impl FormatError {
     pub fn hint(&self) -> Option<String> {
         match self {
             Self::NoBytes { .. } => Some("the export or the copy was interrupted; write the file again".into()),
+            Self::Utf16 { .. } => Some("save it as UTF-8: in an editor under 'Save as … encoding', in PowerShell with `-Encoding utf8`".into()),
             Self::Truncated { .. } => Some("the file was not completely written or copied; copy or export it again".into()),
             Self::UnknownExtension { .. } => Some(format!("the known extensions are {}", MESH_EXTENSIONS.join(", "))),
             Self::NotThisFormat { .. } => Some("check that the file's extension matches its content".into()),
@@ -245,6 +266,7 @@ impl FormatError {
                 "in Python, save it again as a plain array: `d['{name}'].toarray()` where it is sparse, `np.array(…)` otherwise"
             )),
             Self::Unsupported { .. } => Some("export the mesh again as PLY, or as GLB (glTF 2.0) with everything embedded and nothing compressed".into()),
+            Self::NoSuchAnimation { names, .. } => Some(format!("it has {}", list(names))),
             Self::NoSibling { .. } => {
                 Some("copy it into the mesh's folder, or export as .glb with everything embedded".into())
             }
@@ -254,7 +276,7 @@ impl FormatError {
             Self::NoRecording { hint, .. } => Some(hint.clone()),
             Self::NoMesh => Some(format!("give a file with one of the extensions {}", MESH_EXTENSIONS.join(", "))),
             Self::InRecording { source, .. } => source.hint(),
-            Self::Container { format: Format::Png | Format::Jpeg, .. } => {
+            Self::Container { format: Format::Png | Format::Jpeg | Format::WebP, .. } => {
                 Some("the image is damaged; copy it again, or delete the frame's files".into())
             }
             Self::Line { format: Format::Camera, .. } | Self::Element { format: Format::Camera, .. } => Some(CAMERA_HINT.into()),

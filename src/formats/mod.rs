@@ -9,8 +9,11 @@ mod gif;
 mod gltf;
 mod motion;
 mod npz;
+#[cfg(test)]
+mod other_programs_tests;
 mod pc2;
 mod picture;
+mod plain_text;
 mod ply;
 mod raw_mesh;
 mod read_mesh;
@@ -34,6 +37,7 @@ pub use picture::{
     ColorPicture, DepthPicture, read_color_picture, read_depth_png, read_texture_picture, write_color_jpeg,
     write_color_png, write_depth_png, write_gray_png,
 };
+pub use plain_text::plain_text;
 pub use ply::{PlyEncoding, PlyOptions, read_ply, write_ply};
 pub use raw_mesh::RawMesh;
 pub use read_mesh::{MeshKind, mesh_siblings, read_mesh, read_mesh_with};

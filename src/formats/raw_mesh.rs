@@ -29,6 +29,8 @@ pub struct RawMesh {
     pub texture: Option<RawTexture>,
     /// What of the file could not be read; writers ignore it.
     pub unread: Vec<UnreadPart>,
+    /// What the reader ignored and that does not matter, one sentence each; writers ignore it.
+    pub notes: Vec<String>,
 }
 
 impl RawMesh {
@@ -49,6 +51,26 @@ impl RawMesh {
         Ok(self)
     }
 
+    /// Gives vertices the mean colour of their faces; those of no face are white.
+    ///
+    /// **Shapes** `of_faces`: F.
+    pub(super) fn color_from_faces(&mut self, of_faces: &[[u8; 3]]) {
+        let mut sums = vec![[0u32; 4]; self.points.len()];
+        for (face, color) in self.faces.iter().zip(of_faces) {
+            for &v in face {
+                // Indices are checked later.
+                let Some(sum) = sums.get_mut(v as usize) else { continue };
+                let [r, g, b] = color.map(u32::from);
+                sum.iter_mut().zip([r, g, b, 1]).for_each(|(sum, part)| *sum += part);
+            }
+        }
+        let mean = |sum: &[u32; 4]| match sum[3] {
+            0 => [255; 3],
+            count => [0, 1, 2].map(|k| ((sum[k] + count / 2) / count) as u8),
+        };
+        self.colors = Some(sums.iter().map(mean).collect());
+    }
+
     /// Adds a polygon as a fan around its first corner; a polygon of fewer than three corners adds nothing.
     pub(super) fn push_polygon(&mut self, corners: &[u32]) {
         for k in 2..corners.len() {
@@ -64,9 +86,11 @@ pub(super) fn read_all(format: Format, mut input: impl Read) -> Result<Vec<u8>, 
     if bytes.is_empty() { Err(FormatError::NoBytes { format }) } else { Ok(bytes) }
 }
 
-/// Colours as bytes, from numbers of 0–1, or of 0–255 when any is above 1.
+/// Colours as bytes, from numbers of 0–1, or of 0–255 when any is clearly above 1: rounded and overexposed ones exceed it a
+/// little.
 pub(super) fn bytes_of_colors(colors: &[[f64; 3]]) -> Vec<[u8; 3]> {
-    let scale = if colors.iter().flatten().any(|&c| c > 1.0) { 1.0 } else { 255.0 };
+    const CLEARLY_ABOVE: f64 = 2.0;
+    let scale = if colors.iter().flatten().any(|&c| c > CLEARLY_ABOVE) { 1.0 } else { 255.0 };
     // `as u8` saturates, and makes 0 of NaN.
     colors.iter().map(|c| c.map(|v| (v * scale).round() as u8)).collect()
 }
@@ -74,6 +98,19 @@ pub(super) fn bytes_of_colors(colors: &[[f64; 3]]) -> Vec<[u8; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn colours_of_faces_meet_at_their_vertices() {
+        let mut mesh = RawMesh { points: vec![[0.0; 3]; 5], faces: vec![[0, 1, 2], [2, 1, 3]], ..RawMesh::default() };
+        mesh.color_from_faces(&[[200, 0, 10], [100, 0, 20]]);
+        assert_eq!(mesh.colors.unwrap(), [[200, 0, 10], [150, 0, 15], [150, 0, 15], [100, 0, 20], [255; 3]]);
+    }
+
+    #[test]
+    fn a_colour_slightly_above_1_is_no_byte() {
+        assert_eq!(bytes_of_colors(&[[1.000_000_1, 0.5, 0.0]]), [[255, 128, 0]]);
+        assert_eq!(bytes_of_colors(&[[255.0, 1.0, 0.0]]), [[255, 1, 0]]);
+    }
 
     #[test]
     fn a_polygon_becomes_a_fan() {

@@ -2,7 +2,7 @@
 
 use super::error::FormatError;
 use super::gltf::{gltf_siblings, read_gltf_with};
-use super::ply::read_ply;
+use super::ply::{ply_siblings, read_ply_with};
 use super::raw_mesh::RawMesh;
 use super::text::{obj_siblings, read_obj_with, read_off, read_stl};
 use super::texture::{Siblings, no_siblings};
@@ -50,7 +50,7 @@ pub fn read_mesh(kind: MeshKind, input: impl Read) -> Result<RawMesh, FormatErro
 /// [`RawMesh::unread`].
 pub fn read_mesh_with(kind: MeshKind, input: impl Read, siblings: &mut Siblings) -> Result<RawMesh, FormatError> {
     match kind {
-        MeshKind::Ply => read_ply(input),
+        MeshKind::Ply => read_ply_with(input, siblings),
         MeshKind::Obj => read_obj_with(input, siblings),
         MeshKind::Stl => read_stl(input),
         MeshKind::Off => read_off(input),
@@ -64,7 +64,8 @@ pub fn mesh_siblings(kind: MeshKind, input: impl Read, siblings: &mut Siblings) 
     let mut names = match kind {
         MeshKind::Obj => obj_siblings(input, siblings)?,
         MeshKind::Gltf => gltf_siblings(input, siblings)?,
-        MeshKind::Ply | MeshKind::Stl | MeshKind::Off => Vec::new(),
+        MeshKind::Ply => ply_siblings(input, siblings)?,
+        MeshKind::Stl | MeshKind::Off => Vec::new(),
     };
     names.sort();
     names.dedup();

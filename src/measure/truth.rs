@@ -100,8 +100,8 @@ struct JointsOfStep {
 impl TruthJoints {
     /// Reads `{"names": […], "steps": [{"joints": {name: [x, y, z]}}, …]}`; joints by our names or by MakeHuman's bones.
     pub fn from_json(text: &str) -> Result<Self, MeasureError> {
-        let file: JointsFile =
-            serde_json::from_str(text).map_err(|e| MeasureError::BadJoints { reason: e.to_string() })?;
+        let file: JointsFile = serde_json::from_str(text.trim_start_matches('\u{feff}'))
+            .map_err(|e| MeasureError::BadJoints { reason: e.to_string() })?;
         let steps = file.steps.into_iter().map(|step| human_joints(&step.joints)).collect();
         Ok(Self { names: file.names, steps })
     }

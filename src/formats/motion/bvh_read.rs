@@ -7,6 +7,7 @@
 
 use super::raw_motion::{RawJoint, RawMotion, RawTransform};
 use crate::formats::error::{Format, FormatError, quoted};
+use crate::formats::plain_text::{expected_number, plain_text};
 use crate::formats::raw_mesh::read_all;
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 use std::io::Read;
@@ -17,16 +18,21 @@ const MOST_JOINTS: usize = 10_000;
 /// Reads a BVH file.
 ///
 /// Rotations are in degrees in the file; they apply in the order of the channels, the first outermost. The position
-/// channels of a root replace its `OFFSET`. A file that ends in the middle of a frame gives the frames before, with a
-/// note; so does one with another number of frames than it states.
+/// channels of a root replace its `OFFSET`. A frame may be wrapped over several lines. A file that ends in the middle of a
+/// frame gives the frames before, with a note; so does one with another number of frames than it states, or with other
+/// text behind them.
 ///
 /// **Frame and units** the file's own; BVH states neither unit nor up axis.
 ///
 /// **Errors** name the line.
 pub fn read_bvh(input: impl Read) -> Result<RawMotion, FormatError> {
     let bytes = read_all(Format::Bvh, input)?;
-    let text = String::from_utf8_lossy(&bytes);
-    let mut lines = Lines { rest: text.trim_start_matches('\u{feff}').lines().enumerate(), at: 0 };
+    let mut text = String::from_utf8_lossy(plain_text(Format::Bvh, &bytes)?);
+    if !text.contains('\n') {
+        // Programs of old Macs end lines so.
+        text = text.replace('\r', "\n").into();
+    }
+    let mut lines = Lines { rest: text.lines().enumerate(), at: 0 };
     let mut notes = Vec::new();
     let joints = read_hierarchy(&mut lines)?;
     let Motion { stated_frames, frame_secs, rows } =
@@ -233,7 +239,11 @@ fn channel_of(name: &str) -> Option<Channel> {
 }
 
 fn finite(lines: &Lines, word: &str) -> Result<f64, FormatError> {
-    word.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| lines.error("a finite number", word))
+    let found = word.parse().ok().filter(|value: &f64| value.is_finite());
+    found.ok_or_else(|| match expected_number(word) {
+        "a number" => lines.error("a finite number", word),
+        expected => lines.error(expected, word),
+    })
 }
 
 struct Motion {
@@ -261,31 +271,43 @@ fn read_motion(
 
     let channel_count: usize = joints.iter().map(|joint| joint.channels.len()).sum();
     let mut rows: Vec<Vec<f64>> = Vec::new();
+    // The numbers of the frame that is being read, the line on which it began, and how many numbers that line has.
+    let (mut row, mut began, mut on_first) = (Vec::with_capacity(channel_count), 0, 0);
     let mut line = lines.next();
     while let Some(text) = line {
-        let words: Vec<&str> = text.split_ascii_whitespace().collect();
-        let row: Result<Vec<f64>, FormatError> = words.iter().map(|word| finite(lines, word)).collect();
+        let numbers: Result<Vec<f64>, FormatError> = text.split_ascii_whitespace().map(|w| finite(lines, w)).collect();
         let at = lines.at;
-        let next = lines.next();
-        let is_cut_off = next.is_none() && !ends_with_newline && words.len() < channel_count;
-        match row {
-            Ok(row) if row.len() == channel_count => rows.push(row),
-            // The copy or the export was interrupted.
-            _ if is_cut_off => notes.push(format!(
-                "the file ends in the middle of frame {} (line {at}), which is left out",
-                rows.len() + 1
-            )),
-            Ok(row) => {
-                return Err(FormatError::Line {
-                    format: Format::Bvh,
-                    line: at,
-                    expected: format!("{channel_count} numbers, one per channel"),
-                    found: format!("{}", row.len()),
-                });
+        line = lines.next();
+        let is_last = line.is_none() && !ends_with_newline;
+        match numbers {
+            Ok(numbers) => {
+                if row.is_empty() {
+                    (began, on_first) = (at, numbers.len());
+                }
+                row.extend(numbers);
             }
+            Err(_) if row.is_empty() && !rows.is_empty() && rows.len() >= stated_frames => {
+                notes.push(format!("line {at} and what follows is no frame, and is left out"));
+                break;
+            }
+            // The copy or the export was interrupted within a number.
+            Err(_) if is_last => {}
             Err(error) => return Err(error),
         }
-        line = next;
+        if row.len() == channel_count {
+            rows.push(std::mem::replace(&mut row, Vec::with_capacity(channel_count)));
+        } else if is_last && row.len() < channel_count {
+            let frame = rows.len() + 1;
+            notes.push(format!("the file ends in the middle of frame {frame} (line {at}), which is left out"));
+            row.clear();
+        } else if row.len() > channel_count || line.is_none() {
+            return Err(FormatError::Line {
+                format: Format::Bvh,
+                line: began,
+                expected: format!("{channel_count} numbers, one per channel"),
+                found: on_first.to_string(),
+            });
+        }
     }
     if rows.is_empty() {
         return Err(FormatError::Truncated {

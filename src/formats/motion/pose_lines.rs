@@ -10,6 +10,7 @@
 
 use super::{RawJoint, RawMotion, RawTransform};
 use crate::formats::error::{Format, FormatError, quoted};
+use crate::formats::plain_text::plain_text;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
@@ -83,7 +84,7 @@ fn write_line(mut out: impl Write, value: &impl Serialize) -> Result<(), FormatE
 
 /// Reads poses. A last line that is cut off is left out, and said.
 pub fn read_pose_lines(bytes: &[u8]) -> Result<RawMotion, FormatError> {
-    let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
+    let bytes = plain_text(FORMAT, bytes)?;
     let mut lines = bytes
         .split(|&b| b == b'\n')
         .map(<[u8]>::trim_ascii)

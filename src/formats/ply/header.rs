@@ -5,12 +5,13 @@
 //! binary and 1.37 for ascii, on 1 million vertices and 2 million faces (`cargo bench --bench files`).
 
 use crate::formats::error::{Format, FormatError, beginning, quoted};
+use crate::formats::plain_text::plain_text;
 use ply_rs::parser::{Parser, Reader};
 use ply_rs::ply::{DefaultElement, Header};
 use std::io::Cursor;
 
 /// Longest header that is accepted: 1 MiB, thousands of comment lines.
-const MAX_HEADER_BYTES: usize = 1 << 20;
+pub(super) const MAX_HEADER_BYTES: usize = 1 << 20;
 
 /// The header and the position of the data.
 pub(super) struct PlyHeader {
@@ -19,10 +20,14 @@ pub(super) struct PlyHeader {
     pub data_start: usize,
     /// The number of the line that begins there, counted from 1.
     pub data_line: usize,
+    /// The pictures that its comments name (`comment TextureFile NAME`), by number.
+    pub textures: Vec<String>,
 }
 
 /// Reads and checks the header.
 pub(super) fn read_header(bytes: &[u8]) -> Result<PlyHeader, FormatError> {
+    let without_mark = plain_text(Format::Ply, bytes)?;
+    let (mark, bytes) = (bytes.len() - without_mark.len(), without_mark);
     let head = &bytes[..bytes.len().min(MAX_HEADER_BYTES)];
     let first_end = head.iter().position(|&b| b == b'\n' || b == b'\r').unwrap_or(head.len());
     if head[..first_end].trim_ascii() != b"ply" {
@@ -55,7 +60,21 @@ pub(super) fn read_header(bytes: &[u8]) -> Result<PlyHeader, FormatError> {
     if stated != kept {
         return Err(line_error(lines.len(), "every property of an element to have its own name", "a name used twice"));
     }
-    Ok(PlyHeader { header, data_start: at, data_line: lines.len() + 1 })
+    let textures = lines.iter().filter_map(|line| texture_of(line)).collect();
+    Ok(PlyHeader { header, data_start: mark + at, data_line: lines.len() + 1, textures })
+}
+
+/// The picture that a line of the header names, as MeshLab and many other programs do.
+fn texture_of(line: &str) -> Option<String> {
+    let mut rest = line;
+    for expected in ["comment", "TextureFile"] {
+        let (word, behind) = rest.split_once(|c: char| c.is_ascii_whitespace())?;
+        rest = behind.trim_start();
+        if !word.trim_end_matches(':').eq_ignore_ascii_case(expected) {
+            return None;
+        }
+    }
+    Some(rest.into()).filter(|name: &String| !name.is_empty())
 }
 
 fn parse(lines: &[String]) -> Result<Header, FormatError> {

@@ -1,5 +1,7 @@
 //! PLY: surfaces with colours and any further numbers per vertex.
 
+mod colors;
+mod faces;
 mod header;
 mod read;
 mod rows;
@@ -8,4 +10,5 @@ mod tests;
 mod write;
 
 pub use read::read_ply;
+pub(super) use read::{ply_siblings, read_ply_with};
 pub use write::{PlyEncoding, PlyOptions, write_ply};

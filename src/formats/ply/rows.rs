@@ -1,5 +1,6 @@
 //! Reads the data of a PLY file number by number, in any encoding.
 
+use crate::formats::plain_text::{expected_number, parsed_number};
 use ply_rs::ply::{Encoding, ScalarType};
 
 /// Why a row could not be read; the caller adds which row it is.
@@ -107,12 +108,7 @@ impl<'a> Rows<'a> {
 
 fn parse_number(token: &[u8]) -> Result<f64, RowError> {
     let text = String::from_utf8_lossy(token);
-    match text.parse() {
-        Ok(value) => Ok(value),
-        // Old C libraries print 1.#QNAN, -1.#IND, 1.#INF.
-        Err(_) if text.contains('#') => Ok(f64::NAN),
-        Err(_) => Err(RowError::Bad { expected: "a number", found: text.into_owned() }),
-    }
+    parsed_number(&text).ok_or_else(|| RowError::Bad { expected: expected_number(&text), found: text.into_owned() })
 }
 
 fn binary_scalar(rest: &mut &[u8], big_endian: bool, kind: &ScalarType) -> Option<f64> {

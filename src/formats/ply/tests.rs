@@ -37,7 +37,9 @@ proptest! {
     #[test]
     fn a_written_mesh_is_read_back_exactly(mesh in any_mesh()) {
         for encoding in ENCODINGS {
-            prop_assert_eq!(&read_ply(written(&mesh, encoding).as_slice()).unwrap(), &mesh);
+            let read = read_ply(written(&mesh, encoding).as_slice()).unwrap();
+            // Texture coordinates without a picture are said.
+            prop_assert_eq!(RawMesh { unread: Vec::new(), ..read }, mesh.clone());
         }
     }
 

@@ -24,7 +24,7 @@ pub struct PlyOptions {
     /// Text or binary.
     pub encoding: PlyEncoding,
     /// Coordinates and normals as `double`, which keeps every bit. The default, `false`, writes `float` (0.1 µm on a
-    /// person), which every other program expects.
+    /// person), which every other program expects, unless the mesh is far from the origin.
     pub double: bool,
     /// Lines of text in the header.
     pub comments: Vec<String>,
@@ -87,8 +87,18 @@ fn check_lengths(mesh: &RawMesh) -> Result<(), FormatError> {
 /// Names that a scalar may not have, because the mesh's own arrays have them.
 const STANDARD_NAMES: [&str; 11] = ["x", "y", "z", "nx", "ny", "nz", "s", "t", "red", "green", "blue"];
 
+/// Whether the mesh is so far from the origin, in the metres of a survey for example, that `float` would round away its shape.
+fn is_far(mesh: &RawMesh) -> bool {
+    /// Distance in sizes of the mesh: 170 m for an adult, rounded by 8 µm.
+    const FAR: f64 = 100.0;
+    let fold = |k: usize, start: f64, f: fn(f64, f64) -> f64| mesh.points.iter().map(|p| p[k]).fold(start, f);
+    let sides = [0, 1, 2].map(|k| [fold(k, f64::INFINITY, f64::min), fold(k, f64::NEG_INFINITY, f64::max)]);
+    let size = sides.iter().map(|[low, high]| high - low).fold(0.0, f64::max);
+    size > 0.0 && sides.iter().any(|[low, high]| low.abs().min(high.abs()) > FAR * size)
+}
+
 fn header_of(mesh: &RawMesh, options: &PlyOptions) -> Header {
-    let real = if options.double { ScalarType::Double } else { ScalarType::Float };
+    let real = if options.double || is_far(mesh) { ScalarType::Double } else { ScalarType::Float };
     let mut vertex = ElementDef::new("vertex".into());
     vertex.count = mesh.points.len();
     let mut add = |names: &[&str], kind: &ScalarType| {

@@ -1,7 +1,7 @@
 //! Reads Wavefront MTL, the materials of an OBJ.
 //!
-//! Only the diffuse colour and its picture: `newmtl`, `Kd`, `map_Kd`. Other lines, and colours that are not three numbers
-//! (`Kd spectral FILE`), are skipped.
+//! Only the colour and its picture: `newmtl`, `Kd`, `map_Kd`, or where a program writes it elsewhere one of [`COLOR_MAPS`]. Other
+//! lines, and colours that are not three numbers (`Kd spectral FILE`), are skipped.
 
 use super::lines::whole_lines;
 use crate::formats::srgb::linear_of;
@@ -13,7 +13,16 @@ pub(super) struct MtlMaterial {
     /// Linear light.
     pub color: Option<[f64; 3]>,
     pub picture: Option<MtlPicture>,
+    /// How well the picture's keyword says that it is the colour: its place in [`COLOR_MAPS`].
+    rank: usize,
+    /// A picture that is not read, with its keyword.
+    pub other: Option<String>,
 }
+
+/// The keywords of pictures that show a colour, the best first: programs of unlit scans write `map_Ka` or `map_Ke`, those of
+/// physical materials names of their own.
+const COLOR_MAPS: [&str; 9] =
+    ["map_kd", "map_basecolor", "map_albedo", "map_diffuse", "map_pkd", "map_color", "map_col", "map_ke", "map_ka"];
 
 /// The picture of a material, and how texture coordinates lie in it.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,8 +46,15 @@ pub(super) fn read_mtl(bytes: &[u8]) -> Vec<MtlMaterial> {
         let Some(material) = materials.last_mut() else { continue };
         match word.to_ascii_lowercase().as_str() {
             "kd" => material.color = color(rest).or(material.color),
-            "map_kd" => material.picture = picture(rest).or(material.picture.take()),
-            _ => {}
+            keyword => match COLOR_MAPS.iter().position(|map| *map == keyword) {
+                Some(rank) if material.picture.is_none() || rank <= material.rank => {
+                    if let Some(found) = picture(rest) {
+                        (material.picture, material.rank) = (Some(found), rank);
+                    }
+                }
+                None if keyword.starts_with("map_") => material.other = Some(line.trim().into()),
+                _ => {}
+            },
         }
     }
     materials

@@ -13,7 +13,7 @@ use crate::formats::raw_mesh::{RawMesh, bytes_of_colors};
 use crate::formats::texture::{RawTexture, Siblings, UnreadPart, no_siblings};
 use std::io::{BufWriter, Read, Write};
 
-/// Reads an OBJ: all groups as one mesh, polygons as fans, `v x y z r g b` as colours.
+/// Reads an OBJ: all groups as one mesh, polygons as fans, `v x y z r g b` and ZBrush's `#MRGB` as colours.
 ///
 /// Of several texture coordinates or normals at a vertex (a seam), the first that a face names is used. Lines,
 /// materials, curves and surfaces are skipped.
@@ -56,10 +56,22 @@ struct ObjMeshBuilder {
     /// One per face, once a material was named.
     face_materials: Vec<u16>,
     polygon: Vec<Corner>,
+    /// What ZBrush painted, one per vertex.
+    painted: Vec<[u8; 3]>,
+}
+
+/// `MMRRGGBB` in hexadecimal digits: a mask and a colour.
+fn painted_color(digits: &[u8; 8]) -> Option<[u8; 3]> {
+    let number = u32::from_str_radix(std::str::from_utf8(digits).ok()?, 16).ok()?;
+    Some([16, 8, 0].map(|shift| (number >> shift) as u8))
 }
 
 impl ObjMeshBuilder {
     fn push_line(&mut self, line: usize, text: &[u8]) -> Result<(), FormatError> {
+        if let Some(paint) = text.strip_prefix(b"#MRGB ") {
+            self.painted.extend(paint.trim_ascii().as_chunks::<8>().0.iter().filter_map(painted_color));
+            return Ok(());
+        }
         if matches!(text.first(), Some(b'm' | b'u')) {
             self.material = self.names.follow(text).or(self.material);
             return Ok(());
@@ -120,6 +132,11 @@ impl ObjMeshBuilder {
         let vertex_count = mesh.points.len();
         if vertex_count > 0 && self.colors.len() == vertex_count {
             mesh.colors = Some(bytes_of_colors(&self.colors));
+        } else if vertex_count > 0 && self.painted.len() == vertex_count {
+            mesh.colors = Some(self.painted);
+        } else if !self.colors.is_empty() {
+            let what = format!("only {} of {vertex_count} vertices have a colour", self.colors.len());
+            mesh.unread.push(UnreadPart::colors(what));
         }
         drop(self.colors);
         self.corners.check(self.uvs.len(), self.normals.len())?;
@@ -127,13 +144,16 @@ impl ObjMeshBuilder {
         drop(self.normals);
         mesh.uvs = self.corners.uvs(&mesh.faces, vertex_count, &self.uvs);
         if self.names.libraries.is_empty() {
+            if mesh.uvs.is_some() && mesh.colors.is_none() && mesh.unread.is_empty() {
+                mesh.unread.push(UnreadPart::no_picture());
+            }
             return Ok(mesh);
         }
         let found = self.names.find(siblings);
         // A file's own colours of vertices are better than one per material.
         let has_colors = found.have_colors() && (mesh.colors.is_none() || !found.pictures.is_empty());
         if mesh.uvs.is_some() && mesh.colors.is_none() {
-            mesh.unread = found.unread;
+            mesh.unread.extend(found.unread);
         } else if mesh.uvs.is_none() && !found.pictures.is_empty() {
             mesh.unread.push(UnreadPart {
                 what: format!("the faces have no coordinates in the picture '{}'", found.pictures[0].name),

@@ -100,7 +100,15 @@ impl NamedMaterials {
 impl FoundMaterials {
     fn material(&mut self, material: &MtlMaterial, folder: &str, siblings: &mut Siblings) -> RawMaterial {
         let plain = RawMaterial { color: material.color.unwrap_or([1.0; 3]), ..RawMaterial::default() };
-        let Some(picture) = &material.picture else { return plain };
+        let Some(picture) = &material.picture else {
+            if let Some(line) = &material.other {
+                let what =
+                    format!("of the material '{}', only a picture that is no colour is named: '{line}'", material.name);
+                let remedy = "name the picture of its colour with map_Kd".into();
+                self.unread.push(UnreadPart { what, remedy });
+            }
+            return plain;
+        };
         let key = (folder.to_string(), picture.file.clone());
         let at = self.seen.get(&key).copied().or_else(|| {
             let Fetched { name, bytes } = Fetched::find(&picture.file, folder, siblings)?;

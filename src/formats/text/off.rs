@@ -5,20 +5,23 @@
 
 use super::lines::{line_error, lines, number, numbers};
 use crate::formats::error::{Format, FormatError, beginning, quoted};
+use crate::formats::plain_text::{parsed_number, plain_text};
 use crate::formats::raw_mesh::{RawMesh, bytes_of_colors, read_all};
 use std::io::Read;
 
-/// Reads an `OFF`, `COFF`, `NOFF` or `CNOFF` file: points, normals, colours (0–255 or 0–1), polygons as fans.
+/// Reads an `OFF`, `COFF`, `NOFF` or `CNOFF` file: points, normals, colours (0–255 or 0–1) per vertex or face, polygons as
+/// fans.
 ///
 /// **Errors** name the line, or the first element that is missing.
 pub fn read_off(input: impl Read) -> Result<RawMesh, FormatError> {
     let bytes = read_all(Format::Off, input)?;
-    let mut lines = lines(&bytes);
+    let bytes = plain_text(Format::Off, &bytes)?;
+    let mut lines = lines(bytes);
     let (mut line, first) = lines.next().unwrap_or((1, "".into()));
     let mut words = first.split_ascii_whitespace().peekable();
     let keyword = words.next().unwrap_or("").to_string();
     let Some(kinds) = keyword.strip_suffix("OFF").filter(|k| k.chars().all(|c| "STCN4n".contains(c))) else {
-        return Err(FormatError::NotThisFormat { format: Format::Off, found: beginning(&bytes) });
+        return Err(FormatError::NotThisFormat { format: Format::Off, found: beginning(bytes) });
     };
     let (has_normals, has_colors) = (kinds.contains('N'), kinds.contains('C'));
     if kinds.contains(['S', 'T', '4', 'n']) || first.contains("BINARY") {
@@ -52,6 +55,7 @@ pub fn read_off(input: impl Read) -> Result<RawMesh, FormatError> {
         }
     }
     let mut polygon = Vec::new();
+    let mut face_colors: Vec<[f64; 3]> = Vec::new();
     for index in 0..face_count {
         let (line, text) = lines.next().ok_or_else(|| truncated("face", index, face_count))?;
         let mut tokens = text.split_ascii_whitespace();
@@ -66,11 +70,23 @@ pub fn read_off(input: impl Read) -> Result<RawMesh, FormatError> {
             }
             polygon.push(v as u32);
         }
+        let before = mesh.faces.len();
         mesh.push_polygon(&polygon);
+        // One number is a place in a table of colours that is not in the file.
+        let rest: [Option<f64>; 5] = std::array::from_fn(|_| parsed_number(tokens.next()?));
+        if let [Some(r), Some(g), Some(b), _, None] = rest
+            && face_colors.len() == before
+        {
+            face_colors.resize(mesh.faces.len(), [r, g, b]);
+        }
     }
     mesh.normals = has_normals.then_some(normals);
     mesh.colors = has_colors.then(|| bytes_of_colors(&colors));
-    mesh.with_indices_checked(Format::Off)
+    let mut mesh = mesh.with_indices_checked(Format::Off)?;
+    if mesh.colors.is_none() && !face_colors.is_empty() && face_colors.len() == mesh.faces.len() {
+        mesh.color_from_faces(&bytes_of_colors(&face_colors));
+    }
+    Ok(mesh)
 }
 
 fn truncated(element: &str, index: usize, count: usize) -> FormatError {
@@ -91,6 +107,14 @@ mod tests {
         assert_eq!(mesh.colors.unwrap()[2], [0, 0, 255]);
         let one_line = PYRAMID.replacen("COFF # with colours\n", "OFF ", 1);
         assert_eq!(read_off(one_line.as_bytes()).unwrap().faces, mesh.faces);
+    }
+
+    #[test]
+    fn colours_of_faces_are_read() {
+        let text = "OFF\n4 2 0\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2 200 0 0\n3 2 1 3 100 0 0 255\n";
+        let mesh = read_off(text.as_bytes()).unwrap();
+        assert_eq!(mesh.colors.unwrap(), [[200, 0, 0], [150, 0, 0], [150, 0, 0], [100, 0, 0]]);
+        assert_eq!(read_off(text.replace(" 200 0 0", " 7").as_bytes()).unwrap().colors, None);
     }
 
     #[test]

@@ -6,7 +6,9 @@
 
 use super::lines::{line_error, lines, numbers};
 use crate::formats::error::{Format, FormatError, beginning};
+use crate::formats::plain_text::{plain_text, without_mark};
 use crate::formats::raw_mesh::{RawMesh, read_all};
+use crate::formats::texture::UnreadPart;
 use std::collections::HashMap;
 use std::io::Read;
 
@@ -18,8 +20,14 @@ pub fn read_stl(input: impl Read) -> Result<RawMesh, FormatError> {
     let stated = stated_facets(&bytes);
     // Binary files may also begin with "solid"; their length, or a zero byte, distinguishes them.
     let fits_binary = stated.is_some_and(|count| bytes.len() == HEADER_BYTES + count * FACET_BYTES);
-    let is_text = bytes.trim_ascii_start().starts_with(b"solid") && !bytes[..bytes.len().min(512)].contains(&0);
-    if is_text && !fits_binary { read_ascii(&bytes) } else { read_binary(&bytes, stated) }
+    let text = without_mark(&bytes);
+    let is_text = text.trim_ascii_start().starts_with(b"solid") && !bytes[..bytes.len().min(512)].contains(&0);
+    match is_text && !fits_binary {
+        true => read_ascii(text),
+        false if fits_binary => read_binary(&bytes, stated),
+        // A text of two bytes per letter has zeros, as binary files do.
+        false => plain_text(Format::Stl, &bytes).and_then(|bytes| read_binary(bytes, stated)),
+    }
 }
 
 /// A title of 80 bytes, then the count.
@@ -43,6 +51,13 @@ fn read_binary(bytes: &[u8], stated: Option<usize>) -> Result<RawMesh, FormatErr
         return Err(FormatError::Truncated { format: Format::Stl, element: "facet".into(), index, count });
     }
     let mut welder = Welder::default();
+    // Two incompatible ways to colour facets use the attributes; most programs leave them 0.
+    if facets[..count].iter().any(|facet| facet[48..] != facets[0][48..])
+        || bytes[..80].windows(6).any(|w| w == b"COLOR=")
+    {
+        let what = "the colours of an STL file, which have no standard form, are not read".into();
+        welder.mesh.unread.push(UnreadPart::colors(what));
+    }
     for facet in &facets[..count] {
         // Three numbers of the normal, then nine of the corners.
         let numbers = facet.as_chunks::<4>().0;

@@ -70,6 +70,19 @@ pub struct UnreadPart {
 }
 
 impl UnreadPart {
+    /// For colours that the reader cannot follow; `what` is a sentence without its full stop.
+    pub(in crate::formats) fn colors(what: String) -> Self {
+        Self { what, remedy: "export the scan again with a colour per vertex, or as GLB with its textures".into() }
+    }
+
+    /// For texture coordinates without a picture.
+    pub(in crate::formats) fn no_picture() -> Self {
+        Self {
+            what: "the scan has texture coordinates, but the file names no picture".into(),
+            remedy: "export it again with its material and picture; without them it has no colours".into(),
+        }
+    }
+
     /// For a picture that is not beside the mesh.
     pub(in crate::formats) fn missing_picture(picture: &str, material: &str) -> Self {
         Self {
