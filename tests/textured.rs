@@ -193,7 +193,7 @@ fn what_is_wrong_with_a_texture_is_said_and_the_scan_is_still_read() {
         (
             "tiff",
             &|at| std::fs::write(at.join("scan.png"), b"II*\0 and so on").unwrap(),
-            "the picture 'scan.png' is neither PNG nor JPEG",
+            "the picture 'scan.png' is neither PNG, JPEG nor WebP",
         ),
         (
             "preview",

@@ -387,7 +387,7 @@ fn an_animation_moves_the_joints_as_the_poses_do() {
     for pair in rotations.chunks(4).collect::<Vec<_>>().windows(2) {
         assert!(pair[0].iter().zip(pair[1]).map(|(a, b)| a * b).sum::<f64>() > 0.0, "{pair:?}");
     }
-    let motion = read_gltf_motion(bytes.as_slice()).unwrap();
+    let motion = read_gltf_motion(bytes.as_slice(), None).unwrap();
     assert_eq!((motion.name.as_deref(), motion.frame_secs, motion.frames.len()), (Some("bend"), Some(0.04), 4));
     for (frame, pose) in motion.frames.iter().zip(&poses) {
         let mut world: Vec<Matrix4<f64>> = Vec::new();

@@ -1,4 +1,4 @@
-//! Depth and colour images: PNG and JPEG.
+//! Depth and colour images: PNG, JPEG, WebP.
 
 use super::error::{Format, FormatError, beginning};
 use image::codecs::jpeg::JpegEncoder;
@@ -56,9 +56,9 @@ pub fn read_depth_png(bytes: &[u8]) -> Result<DepthPicture, FormatError> {
     }
 }
 
-/// Reads a colour image: PNG or JPEG, whatever its kind of pixel.
+/// Reads a colour image: PNG, JPEG or WebP, whatever its kind of pixel.
 ///
-/// **Errors** if it is neither, or does not decode.
+/// **Errors** if it is none of them, or does not decode.
 pub fn read_color_picture(bytes: &[u8]) -> Result<ColorPicture, FormatError> {
     color_picture(bytes, MAX_PIXELS)
 }
@@ -72,6 +72,7 @@ fn color_picture(bytes: &[u8], most_pixels: u64) -> Result<ColorPicture, FormatE
     let format = match bytes {
         [0xff, 0xd8, ..] => Format::Jpeg,
         [0x89, b'P', b'N', b'G', ..] => Format::Png,
+        [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => Format::WebP,
         _ => return Err(not_this(Format::Jpeg, bytes)),
     };
     let picture = decoded(format, bytes, most_pixels)?.into_rgb8();
@@ -89,7 +90,11 @@ fn not_this(format: Format, bytes: &[u8]) -> FormatError {
 
 fn decoded(format: Format, bytes: &[u8], most_pixels: u64) -> Result<DynamicImage, FormatError> {
     let damaged = |e: image::ImageError| FormatError::Container { format, reason: e.to_string() };
-    let kind = if format == Format::Jpeg { ImageFormat::Jpeg } else { ImageFormat::Png };
+    let kind = match format {
+        Format::Jpeg => ImageFormat::Jpeg,
+        Format::WebP => ImageFormat::WebP,
+        _ => ImageFormat::Png,
+    };
     let mut reader = ImageReader::with_format(Cursor::new(bytes), kind);
     // The number of pixels is the limit.
     reader.no_limits();

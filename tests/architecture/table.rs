@@ -52,7 +52,7 @@ pub const GENERAL_CRATES: &[&str] =
 pub const UNNAMED_CRATES: &[&str] = &["getrandom", "regex_syntax"];
 
 /// Every other crate, as the source names it, and the modules that may use it: one, except that both `cli` and `session`
-/// quote words for a shell.
+/// quote words for a shell, and that `meshopt` both simplifies meshes and unpacks their files.
 pub const CRATE_OWNERS: &[(&str, &[&str])] = &[
     ("ab_glyph", &["view"]),
     ("anyhow", &["cli"]),
@@ -68,7 +68,7 @@ pub const CRATE_OWNERS: &[(&str, &[&str])] = &[
     ("kiddo", &["geometry"]),
     ("linfa", &["drive"]),
     ("linfa_svm", &["drive"]),
-    ("meshopt", &["geometry"]),
+    ("meshopt", &["formats", "geometry"]),
     ("ndarray", &["drive"]),
     ("npyz", &["formats"]),
     ("parry3d", &["geometry"]),

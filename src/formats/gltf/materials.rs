@@ -80,6 +80,8 @@ impl<'s, 'f> GltfMaterials<'s, 'f> {
             Some(old) if metallic.base_color_texture().is_none() => (old.diffuse_factor(), old.diffuse_texture()),
             _ => (metallic.base_color_factor(), metallic.base_color_texture()),
         };
+        // Programs make scans that ignore light by emission alone.
+        let info = info.or_else(|| material.emissive_texture().filter(|_| material.emissive_factor() != [0.0; 3]));
         let color = [factor[0], factor[1], factor[2]].map(f64::from);
         let mut raw = RawMaterial { name, color, ..RawMaterial::default() };
         if let Some(info) = &info {

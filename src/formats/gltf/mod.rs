@@ -2,6 +2,9 @@
 
 mod accessor;
 mod animation;
+#[cfg(test)]
+mod extension_tests;
+mod extensions;
 mod materials;
 #[cfg(test)]
 mod motion_tests;

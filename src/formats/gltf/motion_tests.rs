@@ -45,7 +45,7 @@ fn base64(bytes: &[u8]) -> String {
 }
 
 fn read(value: &Value) -> RawMotion {
-    read_gltf_motion(value.to_string().as_bytes()).unwrap()
+    read_gltf_motion(value.to_string().as_bytes(), None).unwrap()
 }
 
 /// Frame by frame the height of the knee relative to the hips.
@@ -137,7 +137,7 @@ fn a_written_animation_is_read_back_with_the_rest_pose_of_its_skin() {
     let mut bytes = Vec::new();
     let scene = GlbScene { generator: "test", name: "s", roots: &[hips, other], extras: Value::Null };
     glb.write(&scene, &mut bytes).unwrap();
-    let motion = read_gltf_motion(bytes.as_slice()).unwrap();
+    let motion = read_gltf_motion(bytes.as_slice(), None).unwrap();
     let names: Vec<_> = motion.joints.iter().map(|joint| joint.name.as_str()).collect();
     assert_eq!(names, ["hips", "knee"], "only the skin's joints");
     let rests: Vec<_> = motion.joints.iter().map(|joint| joint.rest).collect();
@@ -154,7 +154,7 @@ fn a_written_animation_is_read_back_with_the_rest_pose_of_its_skin() {
 #[test]
 fn damage_is_named() {
     let good = || file("LINEAR", "translation", &[0.0, 0.1], &[0.0; 6], 0);
-    let error = |value: Value| read_gltf_motion(value.to_string().as_bytes()).unwrap_err().to_string();
+    let error = |value: Value| read_gltf_motion(value.to_string().as_bytes(), None).unwrap_err().to_string();
     let mut none = good();
     none["animations"] = json!([]);
     assert_eq!(error(none), "the glTF file has no animation");
@@ -195,5 +195,8 @@ fn further_animations_are_reported() {
     let mut two = file("LINEAR", "translation", &[0.0, 0.1], &[0.0; 6], 0);
     let first = two["animations"][0].clone();
     two["animations"].as_array_mut().unwrap().push(first);
-    assert_eq!(read(&two).notes, ["the file has 2 animations; the first, 'bend', is read"]);
+    assert_eq!(
+        read(&two).notes,
+        ["the file has 2 animations, 'bend', 'bend'; the first is used: --clip-name takes another"]
+    );
 }

@@ -1,8 +1,10 @@
 //! Reads glTF: all meshes of the scene, transformed by their nodes, as one mesh.
 
 use super::accessor::{container, each_row, read_buffers, unsupported};
+use super::extensions::{self, Extensions};
 use super::materials::GltfMaterials;
 use crate::formats::error::{Format, FormatError, beginning};
+use crate::formats::plain_text::plain_text;
 use crate::formats::raw_mesh::{RawMesh, read_all};
 use crate::formats::srgb::byte_of_linear;
 use crate::formats::texture::{RawTexture, Siblings, no_siblings};
@@ -29,13 +31,17 @@ pub fn read_gltf(input: impl Read) -> Result<RawMesh, FormatError> {
 /// linear in the file) become sRGB; where only some primitives have them, the others are white. Float attributes
 /// of one number (`_NAME`) become scalars. Of materials, the base colour and its picture are read.
 ///
-/// **Errors** also for compressed meshes (Draco and similar extensions) and for buffers in files that are not there.
+/// Quantized numbers and buffers compressed by meshopt are read too.
+///
+/// **Errors** also for meshes compressed with Draco and for buffers in files that are not there.
 pub(in crate::formats) fn read_gltf_with(input: impl Read, siblings: &mut Siblings) -> Result<RawMesh, FormatError> {
-    let bytes = read_all(Format::Gltf, input)?;
-    check_length(&bytes)?;
-    let (file, blob) = parse(bytes)?;
-    let buffers = read_buffers(&file, blob, siblings)?;
+    let mut parsed = parse(read_bytes(input)?)?;
+    let buffers = read_buffers(&mut parsed, siblings)?;
+    let GltfFile { document: file, ignored, .. } = parsed;
     let mut parts = GltfMeshBuilder::new(buffers, siblings);
+    if !ignored.is_empty() {
+        parts.mesh.notes.push(format!("ignored what {} says about materials", ignored.join(", ")));
+    }
 
     let scene = file.default_scene().or_else(|| file.scenes().next());
     let mut seen = BTreeSet::new();
@@ -67,16 +73,46 @@ pub(in crate::formats) fn read_gltf_with(input: impl Read, siblings: &mut Siblin
     parts.into_mesh()
 }
 
-/// The JSON, validated, and the binary chunk.
-pub(super) fn parse(mut bytes: Vec<u8>) -> Result<(Document, Option<Vec<u8>>), FormatError> {
+/// The bytes of a file that is glTF and not shorter than it states.
+pub(super) fn read_bytes(input: impl Read) -> Result<Vec<u8>, FormatError> {
+    let mut bytes = read_all(Format::Gltf, input)?;
+    let mark = bytes.len() - plain_text(Format::Gltf, &bytes)?.len();
+    bytes.drain(..mark);
+    check_length(&bytes)?;
+    Ok(bytes)
+}
+
+/// A file, before its buffers are read.
+pub(super) struct GltfFile {
+    /// The JSON, validated.
+    pub document: Document,
+    /// The binary chunk.
+    pub blob: Option<Vec<u8>>,
+    pub extensions: Extensions,
+    /// Extensions that the file requires for its looks, and that are not read.
+    pub ignored: Vec<String>,
+}
+
+/// The JSON as the crate has it, and what its extensions add.
+fn root_of(json: &[u8]) -> Result<(Root, Extensions), FormatError> {
+    let bad = |e: serde_json::Error| container(&e.to_string());
+    if !extensions::are_in(json) {
+        return Ok((deserialize::from_slice(json).map_err(bad)?, Extensions::default()));
+    }
+    let mut value = serde_json::from_slice(json).map_err(bad)?;
+    let found = extensions::resolve(&mut value)?;
+    Ok((serde_json::from_value(value).map_err(bad)?, found))
+}
+
+/// The JSON and the binary chunk.
+pub(super) fn parse(mut bytes: Vec<u8>) -> Result<GltfFile, FormatError> {
     check_version(&bytes)?;
-    let (mut root, chunk): (Root, _) = if bytes.starts_with(b"glTF") {
+    let ((mut root, extensions), chunk) = if bytes.starts_with(b"glTF") {
         let glb = Glb::from_slice(&bytes).map_err(|e| container(&e.to_string()))?;
-        let root = deserialize::from_slice(&glb.json).map_err(|e| container(&e.to_string()))?;
         // Header, the JSON with its own header, the header of the binary chunk.
-        (root, glb.bin.as_ref().map(|bin| (12 + 8 + glb.json.len() + 8, bin.len())))
+        (root_of(&glb.json)?, glb.bin.as_ref().map(|bin| (12 + 8 + glb.json.len() + 8, bin.len())))
     } else {
-        (deserialize::from_slice(&bytes).map_err(|e| container(&e.to_string()))?, None)
+        (root_of(&bytes)?, None)
     };
     let blob = chunk.map(|(start, length)| {
         // In place: the chunk is nearly the whole file.
@@ -84,12 +120,10 @@ pub(super) fn parse(mut bytes: Vec<u8>) -> Result<(Document, Option<Vec<u8>>), F
         bytes.truncate(length);
         bytes
     });
+    let ignored = extensions::take_known(&mut root.extensions_required);
     if let Some(extension) = root.extensions_required.iter().find(|name| !ENABLED_EXTENSIONS.contains(&name.as_str())) {
         return Err(unsupported(&match extension.as_str() {
             "KHR_draco_mesh_compression" => format!("a mesh compressed with Draco ({extension})"),
-            "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
-                format!("a mesh compressed with meshopt ({extension})")
-            }
             _ => format!("the extension {extension}, which the file requires,"),
         }));
     }
@@ -141,7 +175,7 @@ pub(super) fn parse(mut bytes: Vec<u8>) -> Result<(Document, Option<Vec<u8>>), F
         }
         other => container(&other.to_string()),
     })?;
-    Ok((document, blob))
+    Ok(GltfFile { document, blob, extensions, ignored })
 }
 
 /// Refuses other versions than 2, whose JSON means something else.
@@ -172,7 +206,7 @@ fn check_version(bytes: &[u8]) -> Result<(), FormatError> {
 }
 
 /// Refuses bytes that are not glTF, or shorter than the header states.
-pub(super) fn check_length(bytes: &[u8]) -> Result<(), FormatError> {
+fn check_length(bytes: &[u8]) -> Result<(), FormatError> {
     if let Some(rest) = bytes.strip_prefix(b"glTF") {
         let stated =
             rest.get(4..8).and_then(|b| b.try_into().ok()).map_or(usize::MAX, |b| u32::from_le_bytes(b) as usize);

@@ -1,11 +1,10 @@
-//! Reads the first animation of a glTF file: the nodes as joints, sampled at an even rate.
+//! Reads an animation of a glTF file: the nodes as joints, sampled at an even rate.
 
 use super::accessor::{container, read_buffers, rows};
-use super::read::{check_length, parse};
+use super::read::{GltfFile, parse, read_bytes};
 use super::samplers::{Curve, Interpolated};
 use crate::formats::error::{Format, FormatError};
 use crate::formats::motion::{RawJoint, RawMotion, RawTransform};
-use crate::formats::raw_mesh::read_all;
 use crate::formats::texture::no_siblings;
 use gltf::animation::Property;
 use gltf::{Animation, Document, Node, Skin};
@@ -20,32 +19,49 @@ const USUAL_RATE: f64 = 30.0;
 /// Most frames of an animation, against times that are no times: 9 hours at 30 per second.
 const MOST_FRAMES: f64 = 1e6;
 
-/// Reads the first animation of a `.glb`, or of a `.gltf` with its buffers embedded.
+/// Reads an animation of a `.glb`, `.vrma`, or `.gltf` with its buffers embedded: the one of the name `wanted`, or the first.
 ///
-/// The joints are those of the first skin with all nodes above them, or all nodes of a file without a skin. Their rest
-/// pose is that of the skin's inverse bind matrices where it has them, else that of the nodes. All interpolations are
+/// The joints are those of all skins with all nodes above them, or all nodes of a file without a skin; VRM's names of
+/// human bones replace those of nodes. Their rest pose is that of the skins' inverse bind matrices where they have them, else
+/// that of the nodes. All interpolations are
 /// sampled at the rate of the keys, or at 30 frames per second where the keys are irregular. Scales multiply the
 /// translations below; scales that change over time are not read.
 ///
-/// **Errors** also for a file without an animation.
-pub fn read_gltf_motion(input: impl Read) -> Result<RawMotion, FormatError> {
-    let bytes = read_all(Format::Gltf, input)?;
-    check_length(&bytes)?;
-    let (file, blob) = parse(bytes)?;
-    let Some(animation) = file.animations().next() else {
-        return Err(FormatError::Missing { format: Format::Gltf, what: "animation" });
-    };
-    let buffers = read_buffers(&file, blob, &mut no_siblings)?;
+/// **Errors** also for a file without an animation, or without the wanted one.
+pub fn read_gltf_motion(input: impl Read, wanted: Option<&str>) -> Result<RawMotion, FormatError> {
+    let mut parsed = parse(read_bytes(input)?)?;
+    let buffers = read_buffers(&mut parsed, &mut no_siblings)?;
+    let GltfFile { document: file, extensions, .. } = parsed;
     let mut notes = Vec::new();
+    let animation = chosen(&file, wanted, &mut notes)?;
     let name = animation.name().map(String::from);
-    if file.animations().len() > 1 {
-        let shown = name.as_ref().map_or_else(String::new, |name| format!(", '{name}',"));
-        notes.push(format!("the file has {} animations; the first{shown} is read", file.animations().len()));
-    }
-    let nodes = Nodes::of(&file)?;
+    let nodes = Nodes::of(&file, extensions.bone_names)?;
     let curves = Curves::read(&animation, &buffers, &mut notes)?;
     let (joints, frames) = (nodes.joints(&buffers)?, curves.sampled(&nodes)?);
     Ok(RawMotion { name, joints, frame_secs: Some(1.0 / curves.rate), frames, notes })
+}
+
+/// The animation of a name, or the first; the others are noted.
+fn chosen<'a>(file: &'a Document, wanted: Option<&str>, notes: &mut Vec<String>) -> Result<Animation<'a>, FormatError> {
+    let Some(first) = file.animations().next() else {
+        return Err(FormatError::Missing { format: Format::Gltf, what: "animation" });
+    };
+    let name_of =
+        |animation: &Animation| animation.name().map_or_else(|| format!("{}", animation.index()), String::from);
+    let names = || file.animations().map(|animation| name_of(&animation)).collect::<Vec<_>>();
+    let Some(wanted) = wanted else {
+        if file.animations().len() > 1 {
+            let all = names();
+            notes.push(format!(
+                "the file has {} animations, '{}'; the first is used: --clip-name takes another",
+                all.len(),
+                all.join("', '")
+            ));
+        }
+        return Ok(first);
+    };
+    let found = file.animations().find(|animation| name_of(animation) == wanted);
+    found.ok_or_else(|| FormatError::NoSuchAnimation { wanted: wanted.into(), names: names() })
 }
 
 /// The nodes that are read as joints, parents first.
@@ -54,12 +70,14 @@ struct Nodes<'a> {
     parents: Vec<Option<usize>>,
     /// The scale that all nodes above apply to the translation of a node.
     scales: Vec<Vector3<f64>>,
-    skin: Option<Skin<'a>>,
+    skins: Vec<Skin<'a>>,
+    /// Names by node that replace those of the nodes.
+    names: BTreeMap<usize, String>,
 }
 
 impl<'a> Nodes<'a> {
-    fn of(file: &'a Document) -> Result<Self, FormatError> {
-        let skin = file.skins().next();
+    fn of(file: &'a Document, names: BTreeMap<usize, String>) -> Result<Self, FormatError> {
+        let skins: Vec<Skin> = file.skins().collect();
         let mut above: BTreeMap<usize, usize> = BTreeMap::new();
         for node in file.nodes() {
             for child in node.children() {
@@ -75,9 +93,9 @@ impl<'a> Nodes<'a> {
             .map(|node| (node, None, Vector3::repeat(1.0)))
             .collect();
         open.reverse();
-        // The joints of the skin and all nodes above them.
+        // The joints of the skins and all nodes above them.
         let mut wanted: Option<BTreeSet<usize>> = None;
-        for joint in skin.iter().flat_map(Skin::joints) {
+        for joint in skins.iter().flat_map(Skin::joints) {
             let wanted = wanted.get_or_insert_default();
             let mut at = Some(joint.index());
             while let Some(index) = at.filter(|&index| wanted.insert(index)) {
@@ -101,7 +119,7 @@ impl<'a> Nodes<'a> {
         if list.is_empty() {
             return Err(FormatError::Missing { format: Format::Gltf, what: "node to animate" });
         }
-        Ok(Self { list, parents, scales, skin })
+        Ok(Self { list, parents, scales, skins, names })
     }
 
     fn own_transform(&self, n: usize) -> Result<RawTransform, FormatError> {
@@ -135,7 +153,7 @@ impl<'a> Nodes<'a> {
             let local = above.inv_mul(&here);
             world.push(here);
             joints.push(RawJoint {
-                name: node.name().map_or_else(|| format!("node {}", node.index()), String::from),
+                name: self.name_of(node),
                 parent: self.parents[n],
                 rest: RawTransform {
                     translation: local.translation.vector.into(),
@@ -147,11 +165,14 @@ impl<'a> Nodes<'a> {
         Ok(joints)
     }
 
-    /// Where the skin was bound, by node: the inverses of its matrices, without their scales.
+    fn name_of(&self, node: &Node) -> String {
+        let named = self.names.get(&node.index()).map(String::as_str).or_else(|| node.name());
+        named.map_or_else(|| format!("node {}", node.index()), String::from)
+    }
+
+    /// Where the skins were bound, by node: the inverses of their matrices, without their scales. Of a node of several skins,
+    /// the first counts.
     fn bound(&self, buffers: &[Vec<u8>]) -> Result<BTreeMap<usize, Isometry3<f64>>, FormatError> {
-        let Some(skin) = &self.skin else { return Ok(BTreeMap::new()) };
-        let Some(accessor) = skin.inverse_bind_matrices() else { return Ok(BTreeMap::new()) };
-        let matrices = rows::<16>(&accessor, buffers, "inverse bind matrices")?;
         let placed = |m: &[f64; 16]| {
             let inverse = Matrix4::from_column_slice(m).try_inverse().filter(|m| m.iter().all(|x| x.is_finite()))?;
             let linear: Matrix3<f64> = inverse.fixed_view::<3, 3>(0, 0).into();
@@ -159,7 +180,17 @@ impl<'a> Nodes<'a> {
             let translation = Translation3::from(Vector3::new(inverse[(0, 3)], inverse[(1, 3)], inverse[(2, 3)]));
             Some(Isometry3::from_parts(translation, rotation))
         };
-        Ok(skin.joints().zip(&matrices).filter_map(|(node, m)| Some((node.index(), placed(m)?))).collect())
+        let mut bound = BTreeMap::new();
+        for skin in &self.skins {
+            let Some(accessor) = skin.inverse_bind_matrices() else { continue };
+            let matrices = rows::<16>(&accessor, buffers, "inverse bind matrices")?;
+            for (node, matrix) in skin.joints().zip(&matrices) {
+                if let Some(placed) = placed(matrix) {
+                    bound.entry(node.index()).or_insert(placed);
+                }
+            }
+        }
+        Ok(bound)
     }
 }
 

@@ -1,7 +1,9 @@
 //! The files that a glTF refers to.
 
 use super::accessor::name_of;
+use super::extensions::extension_source;
 use crate::formats::error::{Format, FormatError};
+use crate::formats::plain_text::without_mark;
 use crate::formats::texture::{Fetched, Siblings};
 use serde_json::Value;
 use std::io::{Cursor, Read};
@@ -23,7 +25,7 @@ pub(in crate::formats) fn gltf_siblings(
         }
         _ => drop(Cursor::new(head).chain(input).read_to_end(&mut json).map_err(io)?),
     }
-    let Ok(root) = serde_json::from_slice::<Value>(&json) else { return Ok(Vec::new()) };
+    let Ok(root) = serde_json::from_slice::<Value>(without_mark(&json)) else { return Ok(Vec::new()) };
     let uris = buffers(&root).into_iter().chain(pictures(&root)).filter(|uri| !uri.starts_with("data:"));
     Ok(uris.filter_map(|uri| Fetched::find(&name_of(uri), "", siblings)).map(|file| file.name).collect())
 }
@@ -45,7 +47,8 @@ fn pictures(root: &Value) -> Vec<&str> {
     };
     let images = list(root, "materials").iter().filter_map(|material| {
         let texture = at("textures", &of_material(material)?)?;
-        at("images", texture.get("source")?)
+        let source = texture.get("source").cloned().or_else(|| extension_source(texture))?;
+        at("images", &source)
     });
     images.filter_map(|image| image.get("uri")?.as_str()).collect()
 }

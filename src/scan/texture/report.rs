@@ -56,10 +56,10 @@ impl<'a> Coverage<'a> {
     pub fn unreadable(&mut self, place: usize, error: &FormatError) {
         let name = &self.texture.pictures[place].name;
         let what = match error {
-            FormatError::NotThisFormat { .. } => format!("the picture '{name}' is neither PNG nor JPEG"),
+            FormatError::NotThisFormat { .. } => format!("the picture '{name}' is neither PNG, JPEG nor WebP"),
             other => format!("the picture '{name}' cannot be read: {other}"),
         };
-        let remedy = "save it as PNG or JPEG under the name that the materials give, and scan again".into();
+        let remedy = "save it as PNG, JPEG or WebP under the name that the materials give, and scan again".into();
         self.unreadable.push((place, UnreadPart { what, remedy }));
     }
 

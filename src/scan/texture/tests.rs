@@ -204,7 +204,7 @@ fn what_cannot_be_used_is_a_doubt() {
     let encoded = |bytes: &[u8]| EncodedPicture { name: "skin.tif".into(), bytes: bytes.to_vec() };
     let own = Some(vec![[9; 3]; 25]);
     let (colors, said) = doubt(RawMesh { colors: own.clone(), ..textured(sheet(5), encoded(b"II*\0")) });
-    assert_eq!((colors, said.as_str()), (own, "the picture 'skin.tif' is neither PNG nor JPEG"));
+    assert_eq!((colors, said.as_str()), (own, "the picture 'skin.tif' is neither PNG, JPEG nor WebP"));
     let cut = checker().bytes[..60].to_vec();
     let (colors, said) = doubt(textured(sheet(5), encoded(&cut)));
     assert!(colors.is_none() && said.starts_with("the picture 'skin.tif' cannot be read: the PNG"), "{said}");
