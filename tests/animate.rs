@@ -137,7 +137,7 @@ fn the_exports_show_the_same_frames() {
     let dir = tempfile::tempdir().unwrap();
     let session = walking(dir.path());
     overcoat_ok(&session, &["export", "../walk.glb"]);
-    let motion = read_gltf_motion(std::fs::File::open(dir.path().join("walk.glb")).unwrap()).unwrap();
+    let motion = read_gltf_motion(std::fs::File::open(dir.path().join("walk.glb")).unwrap(), None).unwrap();
     assert_eq!((motion.name.as_deref(), motion.frames.len()), (Some("walk"), 15 + 30));
 
     overcoat_ok(&session, &["export", "../frames", "--sequence", "ply"]);

@@ -15,9 +15,12 @@ use std::time::Instant;
 
 #[derive(clap::Args)]
 pub(super) struct AnimateArgs {
-    /// A clip: .bvh, the animation of a .glb or .gltf, or the .jsonl of `drive --save`; or one of walk, turn, squat, idle
+    /// A clip: .bvh, the animation of a .glb, .gltf or .vrma, or the .jsonl of `drive --save`; or one of walk, turn, squat, idle
     #[arg(required_unless_present = "remove")]
     clip: Option<String>,
+    /// The animation's name in a file of several; by default the first
+    #[arg(long, value_name = "NAME")]
+    clip_name: Option<String>,
     /// Frames per second; by default the clip's own, or an even part of them if they are more than 60
     #[arg(long, value_name = "N")]
     fps: Option<f64>,
@@ -58,7 +61,7 @@ pub(super) struct AnimateArgs {
     #[command(flatten)]
     cloth: ParameterArgs<ClothParams>,
     /// Remove the animation of that name
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["clip", "fps", "frames", "skinning", "mode", "draft", "solver", "fabric", "name", "preview"])]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["clip", "clip_name", "fps", "frames", "skinning", "mode", "draft", "solver", "fabric", "name", "preview"])]
     remove: Option<String>,
 }
 
@@ -148,6 +151,7 @@ pub(super) fn run(args: AnimateArgs, context: &Context) -> anyhow::Result<Done> 
     }
     let new = NewAnimation {
         clip: args.clip.unwrap_or_default(),
+        clip_name: args.clip_name,
         name: args.name,
         fps: args.fps,
         frames: args.frames,

@@ -18,6 +18,8 @@ use std::path::Path;
 pub struct NewAnimation {
     /// A clip of our own, or a file.
     pub clip: String,
+    /// The name of the clip in a file of several; the first if `None`.
+    pub clip_name: Option<String>,
     /// Its name in the session; by default the clip's or the file's stem.
     pub name: Option<String>,
     /// Frames per second; the clip's own if `None`.
@@ -116,6 +118,7 @@ impl Writer {
             name: new.clip.clone(),
             clip: new.clip.clone(),
             hash: None,
+            clip_name: new.clip_name.clone(),
             fps: new.fps,
             frames: new.frames,
             skinning: new.skinning,
@@ -129,18 +132,22 @@ impl Writer {
             let path = Path::new(&new.clip);
             let is_clip = path
                 .extension()
-                .is_some_and(|e| ["bvh", "glb", "gltf", "jsonl"].iter().any(|k| e.eq_ignore_ascii_case(k)));
+                .is_some_and(|e| ["bvh", "glb", "gltf", "vrma", "jsonl"].iter().any(|k| e.eq_ignore_ascii_case(k)));
             if !is_clip {
                 return Err(SessionError::BadRequest {
                     what: format!("'{}' is no clip", new.clip),
-                    hint: format!("name a .bvh, .glb, .gltf or .jsonl file, or one of {}", BUILT_IN_CLIPS.join(", ")),
+                    hint: format!(
+                        "name a .bvh, .glb, .gltf, .vrma or .jsonl file, or one of {}",
+                        BUILT_IN_CLIPS.join(", ")
+                    ),
                 });
             }
             let bytes = source::read(path)?;
-            let clip = read_clip(path, &bytes)?;
+            let clip = read_clip(path, &bytes, new.clip_name.as_deref())?;
             let named = source::named(self.session.dir(), path, ContentHash::of(&bytes))?;
             self.session.store.keep_bytes(&bytes)?;
-            (animation.clip, animation.hash, animation.name) = (named.file, named.hash, plain_name(&clip.name));
+            let name = new.clip_name.as_ref().unwrap_or(&clip.name);
+            (animation.clip, animation.hash, animation.name) = (named.file, named.hash, plain_name(name));
         }
         if let Some(name) = &new.name {
             animation.name = name.clone();

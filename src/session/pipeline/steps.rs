@@ -113,8 +113,9 @@ pub(in crate::session) fn animations(
 fn moved(walk: &mut Walk, figure: Kept<Figure>, animation: &AnimationRecipe) -> Result<Moved, SessionError> {
     let (model, clip) = (ModelInput::of(walk.session()), ClipInput::of(walk.session(), animation)?);
     let at = &mut walk.at_animation(animation.key(), &animation.name);
-    let AnimationRecipe { fps, frames, fabrics, .. } = animation.clone();
-    let inputs = animate::Inputs { figure, model: model.clone(), clip, fps, frames, params: animation.params()? };
+    let AnimationRecipe { clip_name, fps, frames, fabrics, .. } = animation.clone();
+    let params = animation.params()?;
+    let inputs = animate::Inputs { figure, model: model.clone(), clip, clip_name, fps, frames, params };
     let track = at.run(ANIMATE, inputs, animate::run)?.kept;
     if !animation.mode().is_simulated() {
         return Ok(Moved { track, cloth: None });

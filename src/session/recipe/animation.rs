@@ -28,6 +28,9 @@ pub struct AnimationRecipe {
     /// The hash of the file's content; none for a clip of our own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hash: Option<ContentHash>,
+    /// The name of the clip in a file of several; the first by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clip_name: Option<String>,
     /// Frames per second; the clip's own by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fps: Option<f64>,

@@ -112,7 +112,7 @@ enum Meaning {
 }
 
 /// Every field of the inputs of every stage; a test compares them with the records of built sessions.
-const FIELDS: [(&str, Meaning); 38] = [
+const FIELDS: [(&str, Meaning); 40] = [
     ("file", Meaning::Is(Cause::File)),
     ("masks", Meaning::Is(Cause::Masks)),
     ("model", Meaning::Is(Cause::BodyModel)),
@@ -123,7 +123,9 @@ const FIELDS: [(&str, Meaning); 38] = [
     ("name", Meaning::Parameter("name")),
     ("fabric", Meaning::Parameter("fabric")),
     ("unit", Meaning::Parameter("unit")),
+    ("height", Meaning::Parameter("height")),
     ("fps", Meaning::Parameter("fps")),
+    ("clip_name", Meaning::Parameter("clip_name")),
     ("frames", Meaning::Parameter("frames")),
     ("skinning", Meaning::Parameter("skinning")),
     ("mode", Meaning::Parameter("mode")),

@@ -24,6 +24,8 @@ pub(in crate::session::pipeline) struct Inputs {
     pub model: ModelInput,
     pub clip: ClipInput,
     #[serde(skip_serializing_if = "Option::is_none")]
+    pub clip_name: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub fps: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frames: Option<FrameRange>,
@@ -49,23 +51,23 @@ impl ClipInput {
         })
     }
 
-    fn load(&self, store: &Store) -> Result<Clip, SessionError> {
+    fn load(&self, clip_name: Option<&str>, store: &Store) -> Result<Clip, SessionError> {
         match self {
             Self::BuiltIn(name) => built_in_clip(name).ok_or_else(|| no_clip(name)),
-            Self::File(file) => read_clip(file.path(), &file.bytes(store)?),
+            Self::File(file) => read_clip(file.path(), &file.bytes(store)?, clip_name),
         }
     }
 }
 
 pub(in crate::session::pipeline) fn run(
-    Inputs { figure, model, clip, fps, frames, params }: Inputs,
+    Inputs { figure, model, clip, clip_name, fps, frames, params }: Inputs,
     store: &Store,
     on_progress: OnProgress,
 ) -> Run<PoseTrack> {
     let figure = on_floor(model.figure(store, figure)?)?;
     // There is nothing to find out about a clip of our own.
     let is_foreign = matches!(clip, ClipInput::File(_));
-    let clip = clip.load(store)?;
+    let clip = clip.load(clip_name.as_deref(), store)?;
     on_progress(StageProgress::Text(&format!("{} frames at {:.0} per second", clip.frame_count(), clip.fps())));
     let (track, report) = follow(&clip, &figure, fps, frames, &params)?;
     let (frames, lead) = (track.clip_poses().len(), track.lead);
@@ -87,16 +89,23 @@ pub(in crate::session) fn standing(figure: Figure, step: &str) -> Result<Figure,
 fn no_clip(name: &str) -> SessionError {
     SessionError::BadRequest {
         what: format!("there is no clip '{name}'"),
-        hint: "name a .bvh, .glb, .gltf or .jsonl file, or one of walk, turn, squat, idle".into(),
+        hint: "name a .bvh, .glb, .gltf, .vrma or .jsonl file, or one of walk, turn, squat, idle".into(),
     }
 }
 
-/// Reads the clip of a file; its extension says which format it has.
-pub fn read_clip(path: &Path, bytes: &[u8]) -> Result<Clip, SessionError> {
+/// Reads the clip of a file; its extension says which format it has. Of several clips in one file, `clip_name` chooses; the
+/// first by default.
+pub fn read_clip(path: &Path, bytes: &[u8], clip_name: Option<&str>) -> Result<Clip, SessionError> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let raw = match extension.as_str() {
         "bvh" => read_bvh(bytes),
-        "glb" | "gltf" => read_gltf_motion(bytes),
+        "glb" | "gltf" | "vrma" => read_gltf_motion(bytes, clip_name),
+        _ if clip_name.is_some() => {
+            return Err(SessionError::BadRequest {
+                what: format!("'{}' cannot hold several clips", path.display()),
+                hint: "give --clip-name for a .glb, .gltf or .vrma file".into(),
+            });
+        }
         "jsonl" => read_pose_lines(bytes),
         _ => return Err(no_clip(&path.display().to_string())),
     };

@@ -83,7 +83,15 @@ fn read(inputs: &Inputs, input: &Input, on_progress: OnProgress) -> Result<ReadS
     .map_err(|e| file.fault(e))?;
     let mut scan = clean(&fused.mesh, params, &mut in_progress(on_progress)).map_err(|e| file.fault(e))?;
     scan.findings = fused.findings.into_iter().chain(scan.findings).collect();
-    Ok(ReadScan { scan, fusion: Some(fused.report), findings: Vec::new(), warnings: Vec::new() })
+    let has_pictures = recording.frames.iter().any(|frame| frame.color.is_some());
+    let warnings = match has_pictures && scan.colors.is_none() {
+        true => vec![Warning::new(
+            "the frames have colour images, but the scan has no colours",
+            "describe the colour camera under 'color' in camera.json, or register its images to the depth",
+        )],
+        false => Vec::new(),
+    };
+    Ok(ReadScan { scan, fusion: Some(fused.report), findings: Vec::new(), warnings })
 }
 
 fn read_mesh(inputs: &Inputs, mut raw: RawMesh, on_progress: OnProgress) -> Result<ReadScan, SessionError> {
@@ -92,7 +100,8 @@ fn read_mesh(inputs: &Inputs, mut raw: RawMesh, on_progress: OnProgress) -> Resu
     let warnings = doubts.map(|part| Warning::new(&part.what, &part.remedy)).collect();
     let scan = clean(&raw, &inputs.params, &mut in_progress(on_progress));
     let scan = scan.map_err(|e| inputs.file.fault(e))?;
-    Ok(ReadScan { scan, fusion: None, findings: texture.findings, warnings })
+    let findings = texture.findings.into_iter().chain(raw.notes).collect();
+    Ok(ReadScan { scan, fusion: None, findings, warnings })
 }
 
 fn in_progress(on_progress: OnProgress) -> impl FnMut(&CleaningStep) {
