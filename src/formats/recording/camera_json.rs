@@ -1,6 +1,7 @@
 //! `camera.json`: the camera that took RGB-D frames, or a photo.
 
 use crate::formats::error::{CAMERA_HINT, Format, FormatError};
+use crate::formats::plain_text::plain_text;
 use serde_json::Value;
 
 /// The content of `camera.json`. Unknown keys are ignored.
@@ -65,12 +66,16 @@ pub fn read_photo_camera_json(bytes: &[u8]) -> Result<(Intrinsics, Option<[f64; 
 }
 
 fn parsed(bytes: &[u8]) -> Result<Value, FormatError> {
-    serde_json::from_slice(bytes).map_err(|e| FormatError::Line {
+    let bytes = plain_text(Format::Camera, bytes)?;
+    let json: Value = serde_json::from_slice(bytes).map_err(|e| FormatError::Line {
         format: Format::Camera,
         line: e.line(),
         expected: "JSON".into(),
         found: e.to_string(),
-    })
+    })?;
+    // Open3D's form has neither scale, and its depth is in millimetres.
+    let of_open3d = json.get("intrinsic_matrix").map(|matrix| from_matrix(&json, matrix)).transpose()?;
+    Ok(of_open3d.unwrap_or(json))
 }
 
 /// A rigid transform as rows, or as `{"R": …, "t": …}`.
@@ -92,6 +97,27 @@ fn rigid_rows(given: &Value, key: &str) -> Result<[f64; 12], FormatError> {
     let is_rigid =
         [dot(a, a) - 1.0, dot(b, b) - 1.0, dot(a, b), dot(cross, c) - 1.0].iter().all(|e| e.abs() < ROUNDING);
     if is_rigid { Ok(rows) } else { Err(wrong(key, "a rotation and a translation", given)) }
+}
+
+/// Our form of a camera in Open3D's: a matrix of 3 × 3 by columns.
+fn from_matrix(json: &Value, matrix: &Value) -> Result<Value, FormatError> {
+    /// Units per metre.
+    const SCALE: f64 = 1000.0;
+    let rows = |column: &Value| column.as_array().cloned().unwrap_or_else(|| vec![column.clone()]);
+    let numbers: Vec<f64> = matrix.as_array().into_iter().flatten().flat_map(rows).filter_map(|n| n.as_f64()).collect();
+    let &[fx, _, _, _, fy, _, a, b, _] = numbers.as_slice() else {
+        return Err(wrong("intrinsic_matrix", "nine numbers", matrix));
+    };
+    // Some write it by rows.
+    let [cx, cy] = if a == 0.0 && b == 0.0 { [numbers[2], numbers[5]] } else { [a, b] };
+    let mut ours = json.clone();
+    for (key, value) in [("fx", fx), ("fy", fy), ("cx", cx), ("cy", cy)] {
+        ours[key] = value.into();
+    }
+    if json.get("depth_scale").is_none() {
+        ours["depth_scale"] = SCALE.into();
+    }
+    Ok(ours)
 }
 
 fn missing(key: &str) -> FormatError {
@@ -190,6 +216,12 @@ mod tests {
         assert_eq!((camera.depth_max, camera.turns), (Some(3.0), Some(1.0)));
         assert_eq!(camera.color.as_ref().unwrap().width, 1920);
         assert_eq!(camera.color_from_depth.unwrap()[3], 0.05);
+        for matrix in ["[500, 0, 0, 0, 501, 0, 320, 240, 1]", "[[500, 0, 320], [0, 501, 240], [0, 0, 1]]"] {
+            let open3d = format!(r#"{{"width": 640, "height": 480, "intrinsic_matrix": {matrix}}}"#);
+            let camera = read_camera_json(open3d.as_bytes()).unwrap();
+            assert_eq!((camera.depth.pinhole, camera.depth_scale), ([500.0, 501.0, 320.0, 240.0], 1000.0));
+        }
+        assert!(message(r#"{"intrinsic_matrix": [1, 2]}"#).contains("should be nine numbers"));
         let words = good.replace("[0, 0, 1, 0]]", "[0, 0, 1, 0, \"m\"]]");
         assert!(message(&words).contains("'color_from_depth' should be three or four rows"));
         let (photo, pose) = read_photo_camera_json(good.as_bytes()).unwrap();

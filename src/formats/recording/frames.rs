@@ -1,11 +1,36 @@
 //! An RGB-D recording: finds its frames among the files of a folder, and packs them into one zip.
 
 use super::camera_json::{CameraJson, read_camera_json};
+use super::names::by_name;
 use crate::formats::error::{Format, FormatError, quoted};
+use crate::formats::plain_text::plain_text;
 use std::io::{Cursor, Read, Write};
 
-/// The camera's file.
-const CAMERA: &str = "camera.json";
+/// The camera's file: ours, or Open3D's.
+const CAMERAS: [&str; 6] = [
+    "camera.json",
+    "camera_intrinsic.json",
+    "camera_intrinsics.json",
+    "intrinsic.json",
+    "intrinsics.json",
+    "config/camera_intrinsic.json",
+];
+/// The lists of frames that pair depth with colour, by the names that programs give them.
+const ASSOCIATIONS: [&str; 6] =
+    ["associations.txt", "association.txt", "associate.txt", "associated.txt", "assoc.txt", "associations_rgbd.txt"];
+/// The camera of 7-Scenes, which its folders do not contain: a Kinect, not calibrated.
+const SEVEN_SCENES_CAMERA: &str =
+    r#"{"width":640,"height":480,"fx":585,"fy":585,"cx":320,"cy":240,"depth_scale":1000}"#;
+
+/// Whether frames are named as in 7-Scenes.
+fn are_seven_scenes(frames: &[Listed]) -> bool {
+    frames.iter().all(|f| f.depth.starts_with("frame-") && f.depth.ends_with(".depth.png"))
+}
+
+/// Systems leave hidden files behind: `._name` beside each file, or a folder of them.
+fn is_hidden(name: &str) -> bool {
+    name.split('/').any(|part| part.starts_with('.') || part == "__MACOSX")
+}
 
 /// RGB-D frames of one fixed camera, with the images still encoded.
 #[derive(Clone, Debug)]
@@ -31,33 +56,37 @@ pub struct RecordedFrame {
 
 /// Which files make a frame.
 #[derive(Clone, Debug, PartialEq)]
-struct Listed {
-    secs: Option<f64>,
-    depth: String,
-    color: Option<String>,
+pub(super) struct Listed {
+    pub secs: Option<f64>,
+    pub depth: String,
+    pub color: Option<String>,
 }
 
 /// The files of a folder that a recording needs, in the order in which they are packed. `names` are relative to the
 /// folder, with `/` between parts, in any order; `text` returns the content of one of them that is text.
 ///
-/// The known layouts are TUM's (`associations.txt`, or `depth.txt` and `rgb.txt`, or just `depth/` and `rgb/`) and a bare
-/// folder of `*_depth.png` and `*_rgb.png`.
+/// The known layouts are TUM's (`associations.txt`, or `depth.txt` and `rgb.txt`, or just `depth/` and `rgb/`), Open3D's
+/// (`depth/`, `color/`, `camera_intrinsic.json`), 7-Scenes' (`frame-*.depth.png`), and a bare folder of `*_depth.png` and
+/// `*_rgb.png`. Hidden files are ignored.
 ///
 /// **Errors** if the folder holds no recording.
 pub fn recording_files(
     names: &[String],
     text: &mut dyn FnMut(&str) -> Option<Vec<u8>>,
 ) -> Result<Vec<String>, FormatError> {
+    let names: Vec<String> = names.iter().filter(|name| !is_hidden(name)).cloned().collect();
+    let names = names.as_slice();
     let frames = listed(names, text)?;
-    if !names.iter().any(|n| n == CAMERA) {
+    let camera = CAMERAS.into_iter().find(|camera| names.iter().any(|n| n == camera));
+    if camera.is_none() && !are_seven_scenes(&frames) {
         return Err(FormatError::NoRecording {
             what: format!("there is no camera.json beside the {} depth images", frames.len()),
             hint: format!("write one: {}", crate::formats::error::CAMERA_HINT),
         });
     }
-    let lists = ["associations.txt", "depth.txt", "rgb.txt"].map(String::from);
-    let mut needed: Vec<String> = vec![CAMERA.into()];
-    needed.extend(lists.into_iter().filter(|n| names.contains(n)));
+    let lists = ASSOCIATIONS.into_iter().chain(["depth.txt", "rgb.txt"]).map(String::from);
+    let mut needed: Vec<String> = camera.into_iter().map(String::from).collect();
+    needed.extend(lists.filter(|n| names.contains(n)));
     let there: std::collections::HashSet<&String> = names.iter().collect();
     for frame in frames {
         if !there.contains(&frame.depth) {
@@ -102,9 +131,13 @@ pub fn write_recording(files: &[(String, Vec<u8>)], out: &mut Vec<u8>) -> Result
 pub fn read_recording(bytes: &[u8]) -> Result<EncodedRecording, FormatError> {
     let damaged = |reason: String| FormatError::Container { format: Format::Recording, reason };
     let mut zip = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|e| damaged(e.to_string()))?;
-    let all: Vec<String> = zip.file_names().filter(|n| !n.ends_with('/')).map(String::from).collect();
-    // The recording is the folder that holds the camera.
-    let root = all.iter().find_map(|n| n.strip_suffix(CAMERA)).unwrap_or("").to_string();
+    let all: Vec<String> = zip.file_names().filter(|n| !n.ends_with('/') && !is_hidden(n)).map(String::from).collect();
+    // The recording is the folder that holds the camera, or else the first frame.
+    let camera_in = |n: &String| CAMERAS.iter().find_map(|camera| n.strip_suffix(camera)).map(String::from);
+    let frame_in = |n: &String| n.ends_with(".depth.png").then(|| n[..n.rfind('/').map_or(0, |at| at + 1)].to_string());
+    let is_folder = |root: &String| root.is_empty() || root.ends_with('/');
+    let root = all.iter().find_map(|n| camera_in(n).filter(is_folder)).or_else(|| all.iter().find_map(frame_in));
+    let root = root.unwrap_or_default();
     let names: Vec<String> = all.iter().filter_map(|n| n.strip_prefix(&root)).map(String::from).collect();
     let mut file = |name: &str| -> Option<Vec<u8>> {
         let mut bytes = Vec::new();
@@ -112,7 +145,9 @@ pub fn read_recording(bytes: &[u8]) -> Result<EncodedRecording, FormatError> {
         Some(bytes)
     };
     let frames = listed(&names, &mut file)?;
-    let camera = file(CAMERA).ok_or_else(|| no_such_image(CAMERA))?;
+    let camera = CAMERAS.into_iter().find_map(&mut file);
+    let camera = camera.or_else(|| are_seven_scenes(&frames).then(|| SEVEN_SCENES_CAMERA.into()));
+    let camera = camera.ok_or_else(|| no_such_image(CAMERAS[0]))?;
     let camera = read_camera_json(&camera)?;
     let frames = frames
         .into_iter()
@@ -133,14 +168,14 @@ pub fn is_zip(bytes: &[u8]) -> bool {
 fn listed(names: &[String], text: &mut dyn FnMut(&str) -> Option<Vec<u8>>) -> Result<Vec<Listed>, FormatError> {
     let has = |name: &str| names.iter().any(|n| n == name);
     let mut lines = |name: &str| match text(name) {
-        Some(bytes) => rows(&String::from_utf8_lossy(&bytes)),
-        None => Vec::new(),
+        Some(bytes) => plain_text(Format::FrameList, &bytes).map(|text| rows(&String::from_utf8_lossy(text))),
+        None => Ok(Vec::new()),
     };
-    let frames = if has("associations.txt") {
-        associated(&lines("associations.txt"))?
+    let frames = if let Some(list) = ASSOCIATIONS.into_iter().find(|list| has(list)) {
+        associated(&lines(list)?)?
     } else if has("depth.txt") {
-        let depth = stamped(&lines("depth.txt"))?;
-        let color = if has("rgb.txt") { stamped(&lines("rgb.txt"))? } else { Vec::new() };
+        let depth = stamped(&lines("depth.txt")?)?;
+        let color = if has("rgb.txt") { stamped(&lines("rgb.txt")?)? } else { Vec::new() };
         by_time(depth, &color)
     } else {
         by_name(names)
@@ -179,7 +214,9 @@ fn associated(rows: &[(usize, Vec<String>)]) -> Result<Vec<Listed>, FormatError>
             return Err(bad_line(*line, "'time rgb/… time depth/…'", words));
         };
         let (first, second) = (seconds(*line, t0, words)?, seconds(*line, t1, words)?);
-        let swapped = a.contains("depth") && !b.contains("depth");
+        // Photographs are in JPEG; depth never is.
+        let is_photo = |name: &str| name.to_lowercase().ends_with(".jpg") || name.to_lowercase().ends_with(".jpeg");
+        let swapped = a.contains("depth") && !b.contains("depth") || is_photo(b) && !is_photo(a);
         let (secs, depth, color) = if swapped { (first, a, b) } else { (second, b, a) };
         frames.push((secs, Listed { secs: Some(secs), depth: plain(depth), color: Some(plain(color)) }));
     }
@@ -206,7 +243,7 @@ fn stamped(rows: &[(usize, Vec<String>)]) -> Result<Vec<(f64, String)>, FormatEr
 }
 
 /// Each depth image with the colour image nearest in time, within half a frame.
-fn by_time(depth: Vec<(f64, String)>, color: &[(f64, String)]) -> Vec<Listed> {
+pub(super) fn by_time(depth: Vec<(f64, String)>, color: &[(f64, String)]) -> Vec<Listed> {
     let mut gaps: Vec<f64> = depth.windows(2).map(|w| w[1].0 - w[0].0).collect();
     gaps.sort_by(f64::total_cmp);
     let within = gaps.get(gaps.len() / 2).map_or(0.02, |g| 0.51 * g);
@@ -218,56 +255,6 @@ fn by_time(depth: Vec<(f64, String)>, color: &[(f64, String)]) -> Vec<Listed> {
             Listed { secs: Some(secs), depth, color }
         })
         .collect()
-}
-
-/// Without a list: `depth/X.png` with `rgb/X.*`, or `X_depth.png` with `X_rgb.*`, in the order of the numbers in X.
-fn by_name(names: &[String]) -> Vec<Listed> {
-    let mut frames: Vec<(String, Listed)> = Vec::new();
-    for name in names {
-        let lower = name.to_lowercase();
-        let Some(stem) = lower.strip_suffix(".png") else { continue };
-        let key = match (stem.strip_prefix("depth/"), stem.strip_suffix("_depth")) {
-            (Some(stem), _) => stem.to_string(),
-            (None, Some(stem)) if !stem.contains('/') => stem.to_string(),
-            _ => continue,
-        };
-        let color = names.iter().find(|other| {
-            let other = other.to_lowercase();
-            let Some((stem, extension)) = other.rsplit_once('.') else { return false };
-            let is_picture = ["png", "jpg", "jpeg"].contains(&extension);
-            let same = [format!("rgb/{key}"), format!("color/{key}"), format!("{key}_rgb"), format!("{key}_color")];
-            is_picture && same.iter().any(|s| s == stem)
-        });
-        frames.push((key, Listed { secs: None, depth: name.clone(), color: color.cloned() }));
-    }
-    frames.sort_by_key(|f| natural(&f.0));
-    frames.into_iter().map(|f| f.1).collect()
-}
-
-/// Words and numbers of a name, so that 10 comes after 9.
-fn natural(name: &str) -> Vec<(String, u128)> {
-    let mut parts = vec![(String::new(), 0u128)];
-    let mut in_number = false;
-    for c in name.chars() {
-        match c.to_digit(10) {
-            Some(digit) => {
-                if let Some(part) = parts.last_mut() {
-                    part.1 = part.1.saturating_mul(10).saturating_add(u128::from(digit));
-                }
-                in_number = true;
-            }
-            None => {
-                if in_number {
-                    parts.push((String::new(), 0));
-                    in_number = false;
-                }
-                if let Some(part) = parts.last_mut() {
-                    part.0.push(c);
-                }
-            }
-        }
-    }
-    parts
 }
 
 #[cfg(test)]

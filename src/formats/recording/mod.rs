@@ -2,6 +2,7 @@
 
 mod camera_json;
 mod frames;
+mod names;
 
 pub use camera_json::{CameraJson, Intrinsics, read_camera_json, read_photo_camera_json};
 pub use frames::{EncodedRecording, RecordedFrame, is_zip, read_recording, recording_files, write_recording};

@@ -56,12 +56,16 @@ pub enum FusionError {
         nearest: f64,
         /// Metres.
         farthest: f64,
+        /// The scale that would put a person in view, in units per metre.
+        likely: Option<f64>,
     },
     /// Nothing of a person's size in front of the background.
     #[error("nobody is in view: nothing of a person's size is in front of the background in frame {name}")]
     NobodyInView {
         /// The frame.
         name: String,
+        /// The scale that would put a person in view, in units per metre.
+        likely: Option<f64>,
     },
     /// The background moves.
     #[error("the camera moved: the background is not where it was in frame {first} from frame {name} on")]
@@ -107,6 +111,11 @@ impl FusionError {
                 "give the width and height of the depth images, and the camera's other values at that size"
             }
             Self::NoDepth { .. } => "was the camera covered, or colour stored in place of depth? Leave such frames out",
+            Self::WrongScale { likely: Some(scale), .. } | Self::NobodyInView { likely: Some(scale), .. } => {
+                return Some(format!(
+                    "depth_scale {scale:.0}? With it, most of what the frames show is at a person's distance"
+                ));
+            }
             Self::WrongScale { .. } => {
                 "check depth_scale in camera.json: units a metre, 1000 where depths are millimetres"
             }

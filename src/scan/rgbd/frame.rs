@@ -68,12 +68,31 @@ impl<'a> Frames<'a> {
         let metres = (1.0 / self.recording.camera.depth_scale) as f32;
         let most = self.recording.camera.depth_max.map_or(f32::INFINITY, |m| m as f32);
         // Depths beyond the range of interest still show that there is something other than the person.
-        let read = |raw: u16| if raw == 0 { 0.0 } else { (f32::from(raw) * metres).min(most * 1.001) };
+        let read = |raw: u16| if is_known(raw) { (f32::from(raw) * metres).min(most * 1.001) } else { 0.0 };
         let depth = match &self.undistorted {
             None => picture.depth.iter().map(|&raw| read(raw)).collect(),
             Some(from) => from.iter().map(|&i| picture.depth.get(i as usize).map_or(0.0, |&raw| read(raw))).collect(),
         };
         Ok(DepthFrame { depth })
+    }
+
+    /// The scale that the depths seem to have, if with the stated one most of what is seen is where no person stands.
+    pub(super) fn likely_scale(&self) -> Option<f64> {
+        /// Units per metre: millimetres, TUM's, RealSense's quarter and tenth of a millimetre, centimetres, metres.
+        const USUAL: [f64; 6] = [1000.0, 5000.0, 4000.0, 10_000.0, 100.0, 1.0];
+        /// Where most of a recording of a person is, in metres from the camera.
+        const PLAUSIBLE: std::ops::RangeInclusive<f64> = 0.8..=5.0;
+        /// In the middle of that.
+        const EXPECTED: f64 = 2.2;
+        let middle = self.recording.frames.get(self.count() / 2)?;
+        let mut known: Vec<u16> =
+            read_depth_png(&middle.depth).ok()?.depth.into_iter().filter(|&r| is_known(r)).collect();
+        known.sort_unstable();
+        let median = f64::from(*known.get(known.len() / 2)?);
+        let off = |scale: &f64| (median / scale / EXPECTED).ln().abs();
+        let best = USUAL.into_iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let is_wrong = !PLAUSIBLE.contains(&(median / self.recording.camera.depth_scale));
+        (is_wrong && PLAUSIBLE.contains(&(median / best))).then_some(best)
     }
 
     /// The greatest depth of interest, in metres.
@@ -141,6 +160,11 @@ impl ColorFrame {
         let inside = x >= 0.0 && y >= 0.0 && x < self.camera.width as f64 && y < self.camera.height as f64;
         inside.then(|| self.pixels[y as usize * self.width + x as usize])
     }
+}
+
+/// Whether a pixel was measured: cameras write 0 where it was not, and some programs the greatest number.
+fn is_known(raw: u16) -> bool {
+    raw != 0 && raw != u16::MAX
 }
 
 fn camera_of(intrinsics: &Intrinsics) -> RgbdCamera {

@@ -128,7 +128,7 @@ fn cut_all(
         findings.push(format!("skipped {} without a person", counted(empty, "frame")));
     }
     if cuts.len() < LEAST_FRAMES {
-        return Err(FusionError::NobodyInView { name: frames.name(0).into() });
+        return Err(FusionError::NobodyInView { name: frames.name(0).into(), likely: frames.likely_scale() });
     }
     Ok(cuts)
 }

@@ -85,7 +85,8 @@ impl SceneSurvey {
         if let Some(k) = bodies.iter().position(|b| b.is_empty()) {
             // A frame without a person may be an accident; half of all frames may not.
             if bodies.iter().filter(|b| b.is_empty()).count() * 2 >= bodies.len() {
-                return Err(FusionError::NobodyInView { name: frames.name(seen[k].frame).into() });
+                let (name, likely) = (frames.name(seen[k].frame).into(), frames.likely_scale());
+                return Err(FusionError::NobodyInView { name, likely });
             }
         }
         survey.nothing_behind =
@@ -290,12 +291,20 @@ fn look(frames: &Frames) -> Result<Vec<SurveyedFrame>, FusionError> {
         return Err(FusionError::NoDepth { name, count: empty.len(), of: seen.len() });
     }
     let with_depth: Vec<SurveyedFrame> = seen.into_iter().filter(|s| s.depth.iter().any(|&z| z > 0.0)).collect();
-    let known: Vec<f64> = with_depth[0].depth.iter().filter(|z| **z > 0.0).map(|&z| f64::from(z)).collect();
+    let known = known_depths(&with_depth[0]);
     let (nearest, farthest) = (percentile(known.clone(), 0.01), percentile(known, 0.99));
-    if farthest < 0.3 || nearest > 8.0 {
-        return Err(FusionError::WrongScale { name: frames.name(with_depth[0].frame).into(), nearest, farthest });
+    // With the stated scale, most may be where no person stands, although something is nearer.
+    let likely = frames.likely_scale();
+    let median = percentile(known_depths(&with_depth[0]), 0.5);
+    if farthest < 0.3 || nearest > 8.0 || (likely.is_some() && !(0.4..=9.0).contains(&median)) {
+        let name = frames.name(with_depth[0].frame).into();
+        return Err(FusionError::WrongScale { name, nearest, farthest, likely });
     }
     Ok(with_depth)
+}
+
+fn known_depths(frame: &SurveyedFrame) -> Vec<f64> {
+    frame.depth.iter().filter(|z| **z > 0.0).map(|&z| f64::from(z)).collect()
 }
 
 /// Per pixel the depth that it has in nearly all frames, or 0.
