@@ -12,6 +12,7 @@ use std::path::Path;
 /// A tube along Z, as a file has it that is in millimetres with Z up: 20 cm across, 40 cm high.
 fn scan(rings: u32, sectors: u32) -> Scan {
     let frame = FileFrame {
+        origin: nalgebra::Vector3::zeros(),
         metres_per_unit: 1e-3,
         rotation: nalgebra::UnitQuaternion::from_euler_angles(-std::f64::consts::FRAC_PI_2, 0.0, 0.0),
     };

@@ -1,10 +1,12 @@
 //! Cleans a mesh into a [`Scan`].
 
+use super::base::without_base;
 use super::counted::counted;
 use super::noise::refuse_noise;
 use super::pieces::{Sound, sound_mesh};
 use super::reduce::reduced;
-use super::{CleaningStep, Scan, ScanError, ScanParams, decimate, smooth, upright};
+use super::shells::{without_copies, without_inner_side};
+use super::{CleaningStep, FileFrame, Scan, ScanError, ScanParams, decimate, smooth, upright};
 use crate::formats::RawMesh;
 use crate::geometry::{Adjacency, PerVertex, TriMesh, orient_outward};
 
@@ -34,10 +36,14 @@ fn cleaned(raw: &RawMesh, params: &ScanParams, on_step: &mut dyn FnMut(&Cleaning
         on_step(&CleaningStep { name, vertices: mesh.vertex_count(), faces: mesh.face_count() });
     };
     let (sound, pieces) = sound_mesh(raw, &mut findings)?;
+    let (sound, mut pieces) = without_copies(sound, pieces, &mut findings);
+    pieces.join_along_borders(&sound.mesh);
     report("checked", &sound.mesh);
 
     upright::refuse_second_piece(&sound, &pieces)?;
-    let Sound { mesh, mut file_vertices } = sound.part(&pieces.faces_to_keep(&mut findings));
+    let sound = sound.part(&pieces.faces_to_keep(&mut findings));
+    let sound = without_inner_side(sound, &mut findings);
+    let Sound { mesh, mut file_vertices, origin } = without_base(sound, params, &mut findings);
     let adjacency = Adjacency::prepare(&mesh);
     refuse_noise(&mesh, &adjacency)?;
     upright::refuse_two_figures(&mesh)?;
@@ -46,6 +52,7 @@ fn cleaned(raw: &RawMesh, params: &ScanParams, on_step: &mut dyn FnMut(&Cleaning
     report("stood upright", &mesh);
 
     let mesh = mesh.map_points(|p| world_from_file.world_from_file(p));
+    let world_from_file = FileFrame { origin, ..world_from_file };
     let (mesh, turned) = orient_outward(&mesh, &adjacency);
     if turned > 0 {
         findings.push(format!("turned {turned} of {} faces outward", mesh.face_count()));

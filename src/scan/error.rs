@@ -56,6 +56,12 @@ pub enum ScanError {
         /// What that is in metres, by the units that were tried.
         reading: String,
     },
+    /// A stated height that no person has.
+    #[error("a person is not {height} m tall")]
+    BadHeight {
+        /// In metres.
+        height: f64,
+    },
     /// A request for fewer faces than a person needs.
     #[error("a scan of {faces} faces is too coarse for a person")]
     TooFewFaces {
@@ -104,7 +110,10 @@ impl ScanError {
             Self::NotStanding { .. } => {
                 "scan the person alone, standing upright in an A-pose: legs straight, arms held away from the body"
             }
-            Self::NotPersonSize { .. } => "say the unit with --unit, and the axis that points up with --up",
+            Self::BadHeight { .. } => "give --height in metres, 0.4 to 2.5",
+            Self::NotPersonSize { .. } => {
+                "say the person's height with --height 1.72, or the unit with --unit, and the axis that points up with --up"
+            }
             Self::TooFewFaces { least, .. } => return Some(format!("give --faces {least} or more, or leave it out")),
             Self::TwoPeople { .. } => "give a scan of one person alone; cut the other one away first",
         };

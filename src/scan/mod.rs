@@ -1,5 +1,6 @@
 //! Mesh or RGB-D frames -> a cleaned [`Scan`] in metres, Y up.
 
+mod base;
 mod clean;
 mod counted;
 mod decimate;
@@ -10,7 +11,11 @@ mod params;
 mod pieces;
 mod profile;
 mod reduce;
+#[cfg(test)]
+mod repair_tests;
 mod rgbd;
+mod seams;
+mod shells;
 mod smooth;
 #[cfg(test)]
 mod tests;

@@ -15,6 +15,10 @@ parameters! {
     pub struct ScanParams {
         /// The file's unit; guessed from the person's height when not given.
         pub unit: Option<Unit> = None;
+        /// The person's height in metres. It sets the scale where the file is in no usual unit, and is compared with what is
+        /// measured.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub height: Option<f64> = None;
         /// The file's axis that points up; guessed from the person's shape when not given.
         pub up: Option<Up> = None;
         /// More faces than these are decimated. 100 000 are 5 mm edges on an adult: the resolution of the sensors.
@@ -34,9 +38,15 @@ impl ScanParams {
         if self.faces < LEAST_FACES {
             return Err(ScanError::TooFewFaces { faces: self.faces, least: LEAST_FACES });
         }
+        if let Some(height) = self.height.filter(|height| !HEIGHT.contains(height)) {
+            return Err(ScanError::BadHeight { height });
+        }
         Ok(self.check_values()?)
     }
 }
+
+/// A person's height, in metres: from a toddler to the tallest.
+pub(super) const HEIGHT: std::ops::RangeInclusive<f64> = 0.4..=2.5;
 
 /// A unit of length used by scanners.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -3,7 +3,7 @@
 use super::ScanError;
 use super::counted::counted;
 use crate::formats::RawMesh;
-use crate::geometry::{Aabb, Adjacency, PerFace, PerVertex, Point, TriMesh, Vec3, VertexId};
+use crate::geometry::{Aabb, Adjacency, FaceId, PerFace, PerVertex, Point, TriMesh, Vec3, VertexId};
 use std::collections::{HashMap, HashSet};
 
 /// Distance below which two corners of a face are merged, as a share of its longest side: a nanometre on edges of a
@@ -22,8 +22,11 @@ const FLAT: f64 = 0.03;
 /// A mesh with the file's index of each vertex.
 ///
 /// **Shapes** one index per vertex.
+#[derive(Clone)]
 pub(super) struct Sound {
     pub(super) mesh: TriMesh,
+    /// What was subtracted from the file's coordinates.
+    pub(super) origin: Vec3,
     pub(super) file_vertices: PerVertex<u32>,
 }
 
@@ -32,10 +35,19 @@ pub(super) fn check_arrays(raw: &RawMesh) -> Result<(), ScanError> {
     if raw.points.is_empty() {
         return Err(ScanError::Empty);
     }
-    let bad = |p: &[f64; 3]| p.iter().any(|c| !c.is_finite());
-    if let Some(vertex) = raw.points.iter().position(bad) {
-        let count = raw.points.iter().filter(|p| bad(p)).count();
-        return Err(ScanError::NotFinite { vertex, count, of: raw.points.len() });
+    let bad = |v: usize| raw.points[v].iter().any(|c| !c.is_finite());
+    if (0..raw.points.len()).any(bad) {
+        // Programs leave such places behind in vertices that no face uses any more; they do no harm.
+        let mut is_used = vec![raw.faces.is_empty(); raw.points.len()];
+        for &v in raw.faces.as_flattened() {
+            if let Some(used) = is_used.get_mut(v as usize) {
+                *used = true;
+            }
+        }
+        let of_faces: Vec<usize> = (0..raw.points.len()).filter(|&v| is_used[v] && bad(v)).collect();
+        if let Some(&vertex) = of_faces.first() {
+            return Err(ScanError::NotFinite { vertex, count: of_faces.len(), of: raw.points.len() });
+        }
     }
     if raw.faces.is_empty() {
         return Err(ScanError::NoFaces { points: raw.points.len() });
@@ -46,15 +58,38 @@ pub(super) fn check_arrays(raw: &RawMesh) -> Result<(), ScanError> {
     }
 }
 
+/// Where the file's coordinates are taken from: zero, unless the scan is so far from their origin that computing with them
+/// would lose what is seen of it, as in the metres of a survey. In whole units, so that nothing is rounded.
+fn far_origin(raw: &RawMesh) -> Vec3 {
+    /// Distance in longest sides of the scan: 170 m for an adult, where single precision has steps of 15 µm.
+    const FAR: f64 = 100.0;
+    let used = raw.faces.as_flattened().iter().filter_map(|&v| raw.points.get(v as usize));
+    let finite = used.filter(|p| p.iter().all(|c| c.is_finite()));
+    let empty = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    let [low, high] = finite.fold(empty, |[low, high], p| {
+        [std::array::from_fn(|k| low[k].min(p[k])), std::array::from_fn(|k| high[k].max(p[k]))]
+    });
+    let extent = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
+    let middle = Vec3::from(std::array::from_fn(|k| (0.5 * (low[k] + high[k])).round()));
+    if extent > 0.0 && middle.norm() > FAR * extent { middle } else { Vec3::zeros() }
+}
+
 /// Checks the arrays and drops degenerate and duplicate faces. Returns the mesh and its pieces.
 pub(super) fn sound_mesh(raw: &RawMesh, findings: &mut Vec<String>) -> Result<(Sound, Pieces), ScanError> {
     check_arrays(raw)?;
-    let points: Vec<Point> = raw.points.iter().map(|&p| Point::from(p)).collect();
+    let origin = far_origin(raw);
+    // A place that is no number is that of a vertex of no face.
+    let place = |p: &[f64; 3]| if p.iter().all(|c| c.is_finite()) { Point::from(*p) - origin } else { Point::origin() };
+    let points: Vec<Point> = raw.points.iter().map(place).collect();
+    if origin != Vec3::zeros() {
+        let [x, y, z] = [origin.x, origin.y, origin.z];
+        findings.push(format!("the scan is far from its file's origin, around ({x}, {y}, {z}): moved there"));
+    }
     let mesh = TriMesh::try_from_indices(points, &raw.faces)?;
     if mesh.area() <= 0.0 {
         return Err(ScanError::NoArea { faces: mesh.face_count() });
     }
-    let mut sound = Sound { file_vertices: (0..mesh.vertex_count() as u32).collect(), mesh };
+    let mut sound = Sound { file_vertices: (0..mesh.vertex_count() as u32).collect(), mesh, origin };
     let mut pieces = Pieces::of(&sound.mesh);
     let mentioned = findings.len();
     if pieces.main_share() < 1.0 - WELD_GAIN {
@@ -62,7 +97,18 @@ pub(super) fn sound_mesh(raw: &RawMesh, findings: &mut Vec<String>) -> Result<(S
         if Pieces::of(&welded.mesh).main_share() > pieces.main_share() + WELD_GAIN {
             let merged = sound.mesh.vertex_count() - welded.mesh.vertex_count();
             findings.push(format!("merged {}", counted(merged, "duplicate point")));
+            pieces = Pieces::of(&welded.mesh);
             sound = welded;
+        }
+    }
+    if pieces.main_share() < 1.0 - WELD_GAIN {
+        let (joined, widest) = sound.joined_at_borders();
+        if Pieces::of(&joined.mesh).main_share() > pieces.main_share() + WELD_GAIN {
+            let merged = sound.mesh.vertex_count() - joined.mesh.vertex_count();
+            let share = widest / joined.mesh.bounds().map_or(1.0, |b| b.extent().amax());
+            let apart = format!("up to {:.3} % of the height apart", 100.0 * share);
+            findings.push(format!("joined {} along open seams, {apart}", counted(merged, "point")));
+            sound = joined;
         }
     }
     sound = sound.without_false_faces(findings)?;
@@ -127,14 +173,15 @@ impl Sound {
             .collect();
         let faces: Vec<[VertexId; 3]> = self.mesh.faces().iter().map(|face| face.map(|v| first[v])).collect();
         let all = PerFace::filled(true, faces.len());
-        Self { mesh: self.mesh.with_faces(faces), file_vertices: self.file_vertices.clone() }.part(&all)
+        Self { mesh: self.mesh.with_faces(faces), file_vertices: self.file_vertices.clone(), origin: self.origin }
+            .part(&all)
     }
 
     /// The faces marked in `keep`.
     pub(super) fn part(&self, keep: &PerFace<bool>) -> Self {
         let (mesh, whole_from_part) = self.mesh.part(keep);
         let file_vertices = whole_from_part.iter().map(|&v| self.file_vertices[v]).collect();
-        Self { mesh, file_vertices }
+        Self { mesh, file_vertices, origin: self.origin }
     }
 }
 
@@ -152,6 +199,8 @@ pub(super) struct Piece {
     component: u32,
     pub(super) area: f64,
     pub(super) bounds: Aabb,
+    /// Whether it is certainly one of the person: the largest, and those along its borders.
+    pub(super) is_of_person: bool,
 }
 
 /// All pieces, the person's first and the others by descending area; and the piece of each face.
@@ -172,37 +221,63 @@ impl Pieces {
             if let Some(piece) = slot {
                 bounds = Aabb { min: bounds.min.inf(&piece.bounds.min), max: bounds.max.sup(&piece.bounds.max) };
             }
-            *slot = Some(Piece { component, area, bounds });
+            *slot = Some(Piece { component, area, bounds, is_of_person: false });
         }
         let mut list: Vec<Piece> = list.into_iter().flatten().collect();
         list.sort_by(|a, b| a.is_flat().cmp(&b.is_flat()).then(b.area.total_cmp(&a.area)));
+        if let Some(main) = list.first_mut() {
+            main.is_of_person = true;
+        }
         Self { list, of_face }
     }
 
     /// The main piece's share of the area.
-    fn main_share(&self) -> f64 {
+    pub(super) fn main_share(&self) -> f64 {
         let total: f64 = self.list.iter().map(|p| p.area).sum();
         self.list.first().map_or(0.0, |p| p.area / total)
     }
 
-    /// Marks the faces of the main piece.
+    /// Marks the faces that are certainly the person's.
     pub(super) fn main_faces(&self) -> PerFace<bool> {
-        let main = self.list.first().map(|piece| piece.component);
-        self.of_face.iter().map(|&c| Some(c) == main).collect()
+        let person: HashSet<u32> = self.list.iter().filter(|p| p.is_of_person).map(|p| p.component).collect();
+        self.of_face.iter().map(|c| person.contains(c)).collect()
+    }
+
+    /// Marks the faces of one piece.
+    pub(super) fn faces_of(&self, piece: &Piece) -> PerFace<bool> {
+        self.of_face.iter().map(|&c| c == piece.component).collect()
+    }
+
+    /// The place in the list of each component.
+    pub(super) fn places(&self) -> HashMap<u32, usize> {
+        self.list.iter().enumerate().map(|(place, piece)| (piece.component, place)).collect()
+    }
+
+    /// The component of a face.
+    pub(super) fn component_of(&self, face: FaceId) -> u32 {
+        self.of_face[face]
+    }
+
+    /// The box around what is certainly the person's.
+    pub(super) fn person_bounds(&self) -> Option<Aabb> {
+        let person = self.list.iter().filter(|p| p.is_of_person).map(|p| p.bounds);
+        person.reduce(|a, b| Aabb { min: a.min.inf(&b.min), max: a.max.sup(&b.max) })
     }
 
     /// Marks the faces that stay: the person's, and nearby pieces large enough to be part of the person.
     pub(super) fn faces_to_keep(&self, findings: &mut Vec<String>) -> PerFace<bool> {
-        let Some(main) = self.list.first() else { return PerFace::filled(true, self.of_face.len()) };
-        let reach = Vec3::repeat(PIECE_REACH * main.bounds.extent().amax());
-        let (low, high) = (main.bounds.min - reach, main.bounds.max + reach);
+        let (Some(main), Some(person)) = (self.list.first(), self.person_bounds()) else {
+            return PerFace::filled(true, self.of_face.len());
+        };
+        let reach = Vec3::repeat(PIECE_REACH * person.extent().amax());
+        let (low, high) = (person.min - reach, person.max + reach);
         let near = |b: &Aabb| (0..3).all(|i| b.max[i] >= low[i] && b.min[i] <= high[i]);
         let stays: HashSet<u32> = self
             .list
             .iter()
             .filter(|p| {
                 let of_the_person = p.area >= PIECE_SHARE * main.area && near(&p.bounds) && !p.is_flat();
-                p.component == main.component || of_the_person
+                p.is_of_person || of_the_person
             })
             .map(|p| p.component)
             .collect();

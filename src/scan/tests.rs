@@ -6,10 +6,10 @@ use crate::geometry::{Adjacency, Point, Vec3, WindingField};
 use nalgebra::UnitQuaternion;
 
 /// A cone with round ends: from, to, radius at each.
-type Limb = ([f64; 3], [f64; 3], f64, f64);
+pub(super) type Limb = ([f64; 3], [f64; 3], f64, f64);
 
 /// 1.7 m tall, facing +Z, in an A-pose.
-const BODY: [Limb; 11] = [
+pub(super) const BODY: [Limb; 11] = [
     ([0.0, 1.59, 0.0], [0.0, 1.61, 0.01], 0.09, 0.09),
     ([0.0, 1.4, 0.0], [0.0, 1.55, 0.0], 0.055, 0.055),
     ([-0.08, 1.2, 0.0], [-0.08, 0.95, 0.0], 0.12, 0.11),
@@ -30,7 +30,7 @@ fn moved(limbs: &[Limb], by: f64) -> Vec<Limb> {
 }
 
 /// The surface of joined limbs by naive surface nets on a grid of 2.5 cm.
-fn figure(limbs: &[Limb]) -> RawMesh {
+pub(super) fn figure(limbs: &[Limb]) -> RawMesh {
     let distance = |p: Point| {
         let to_limb = |&(a, b, r, s): &Limb| {
             let (a, b) = (Point::from(a), Point::from(b));
@@ -104,7 +104,7 @@ fn figure(limbs: &[Limb]) -> RawMesh {
     raw
 }
 
-fn body() -> RawMesh {
+pub(super) fn body() -> RawMesh {
     figure(&BODY)
 }
 
@@ -126,7 +126,7 @@ fn turned(raw: &RawMesh, rotation: &UnitQuaternion<f64>, scale: f64) -> RawMesh 
     RawMesh { points, ..raw.clone() }
 }
 
-fn cleaned(raw: &RawMesh) -> Result<Scan, ScanError> {
+pub(super) fn cleaned(raw: &RawMesh) -> Result<Scan, ScanError> {
     clean(raw, &ScanParams::default(), &mut |_| {})
 }
 

@@ -1,16 +1,17 @@
 //! Finds the up axis and the unit, and checks that the scan shows one person.
 
+use super::params::HEIGHT;
 use super::pieces::{Pieces, Sound};
 use super::profile::{CrossSection, Profile, principal_axes, principal_directions};
 use super::{FileFrame, ScanError, ScanParams, Unit, Up};
 use crate::geometry::{TriMesh, Vec3};
 use nalgebra::UnitQuaternion;
 
-/// A person's height, in metres: from a toddler to the tallest.
-const HEIGHT: std::ops::RangeInclusive<f64> = 0.4..=2.5;
 /// Expected height from which a unit is guessed, in metres: between the mean woman and man. Only cm or
 /// dm and inches can be confused (0.6 m or 1.5 m); the adult is then assumed.
 const USUAL_HEIGHT: f64 = 1.68;
+/// Difference from the stated height, as a logarithm, up to which a file is in a usual unit: 20 %.
+const USUAL_UNIT: f64 = 0.18;
 /// Greatest angle between a person and an axis of the file, in degrees; above it the scan is oblique.
 const LEAN_DEG: f64 = 25.0;
 /// Heights, in metres, for which decimetres are guessed: those of adults. Such files are rare, and 4 to 12 units may be anything.
@@ -70,7 +71,7 @@ pub(super) fn file_frame(
             }
         }
     };
-    Ok(FileFrame { metres_per_unit, rotation })
+    Ok(FileFrame { metres_per_unit, rotation, ..FileFrame::identity() })
 }
 
 /// The axis close to a direction, or the direction itself.
@@ -84,6 +85,16 @@ fn snapped(direction: &Vec3) -> Vec3 {
     along
 }
 
+/// What the stated height says beside the measured one.
+fn beside(metres: f64, params: &ScanParams) -> String {
+    /// Difference that shoes, hair and slouching do not explain, relative.
+    const DOUBTFUL: f64 = 0.06;
+    params.height.map_or(String::new(), |stated| {
+        let doubt = if (metres / stated).ln().abs() > DOUBTFUL { ": check the unit and the height" } else { "" };
+        format!(" ({stated:.3} m as given{doubt})")
+    })
+}
+
 fn unit(height: f64, params: &ScanParams, findings: &mut Vec<String>) -> Result<f64, ScanError> {
     let refused = |reading: String| ScanError::NotPersonSize { what: "what the file shows".into(), height, reading };
     if let Some(unit) = params.unit {
@@ -91,8 +102,27 @@ fn unit(height: f64, params: &ScanParams, findings: &mut Vec<String>) -> Result<
         if !HEIGHT.contains(&metres) {
             return Err(refused(format!("{metres:.3} m in {unit}")));
         }
-        findings.push(format!("the file is in {unit}, as given: the person is {metres:.3} m tall"));
+        findings.push(format!(
+            "the file is in {unit}, as given: the person is {metres:.3} m tall{}",
+            beside(metres, params)
+        ));
         return Ok(unit.metres());
+    }
+    if let Some(stated) = params.height {
+        let off = |unit: &Unit| (height * unit.metres() / stated).ln().abs();
+        let nearest = Unit::ALL.into_iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+        return Ok(match nearest.filter(|unit| off(unit) < USUAL_UNIT) {
+            Some(unit) => {
+                let metres = height * unit.metres();
+                findings
+                    .push(format!("the file is in {unit}: the person is {metres:.3} m tall{}", beside(metres, params)));
+                unit.metres()
+            }
+            None => {
+                findings.push(format!("the file is in no usual unit: scaled to the given height of {stated:.3} m"));
+                stated / height
+            }
+        });
     }
     let off = |unit: &Unit| (height * unit.metres() / USUAL_HEIGHT).ln().abs();
     let is_likely = |unit: &Unit| match unit {
@@ -136,18 +166,19 @@ fn mean_spread(slices: &[CrossSection]) -> f64 {
 
 /// Refuses a second, separate person: a piece with nearly the height and area of the main one, beside it.
 pub(super) fn refuse_second_piece(sound: &Sound, pieces: &Pieces) -> Result<(), ScanError> {
-    let Some((main, others)) = pieces.list.split_first() else { return Ok(()) };
-    let large: Vec<_> = others.iter().filter(|other| other.area > 0.3 * main.area).collect();
+    let (Some(main), Some(person)) = (pieces.list.first(), pieces.person_bounds()) else { return Ok(()) };
+    let others = pieces.list.iter().filter(|other| !other.is_of_person);
+    let large: Vec<_> = others.filter(|other| other.area > 0.3 * main.area).collect();
     if large.is_empty() {
         return Ok(());
     }
-    // The axis of the main piece alone: two people together may be wider than tall.
+    // The axis of the person alone: two people together may be wider than tall.
     let up = snapped(&principal_directions(&sound.part(&pieces.main_faces()).mesh)[0]);
     let height_of = |extent: Vec3| up.abs().dot(&extent);
-    let height = height_of(main.bounds.extent());
+    let height = height_of(person.extent());
     for other in large {
         let taller = height_of(other.bounds.extent()) / height;
-        let between = other.bounds.center() - main.bounds.center();
+        let between = other.bounds.center() - person.center();
         let apart = (between - up * up.dot(&between)).norm() / height;
         // The front and back of one person, if separate, are one torso depth apart, 0.15 of the height.
         if taller > 0.6 && apart > 0.2 {

@@ -339,6 +339,7 @@ mod tests {
         );
         let expected = Marks::paint(&scan, &[world]).unwrap();
         scan.world_from_file = FileFrame {
+            origin: Vec3::zeros(),
             metres_per_unit: 1e-3,
             rotation: nalgebra::UnitQuaternion::from_euler_angles(-std::f64::consts::FRAC_PI_2, 0.0, 0.0),
         };

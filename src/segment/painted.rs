@@ -298,7 +298,7 @@ mod tests {
         }
         let mut scan = Scan::from_clean_mesh(TriMesh::try_from_indices(points, &faces).unwrap(), None);
         let rotation = nalgebra::UnitQuaternion::from_euler_angles(1.5, 0.0, 0.0);
-        scan.world_from_file = FileFrame { metres_per_unit: 1e-3, rotation };
+        scan.world_from_file = FileFrame { metres_per_unit: 1e-3, rotation, ..FileFrame::identity() };
         scan
     }
 
