@@ -63,6 +63,26 @@ impl Clip {
         Self { name: name.into(), notes, joints, rest, frames, frame_secs }
     }
 
+    /// The clip in a mirror, in the plane x = 0 of its frame.
+    pub(super) fn mirrored(&self) -> Self {
+        let mirror = |t: &Isometry3<f64>| {
+            let (moved, q) = (t.translation.vector, t.rotation);
+            let rotation = UnitQuaternion::new_unchecked(Quaternion::new(q.w, q.i, -q.j, -q.k));
+            Isometry3::from_parts(Translation3::new(-moved.x, moved.y, moved.z), rotation)
+        };
+        let all = |transforms: &Vec<Isometry3<f64>>| transforms.iter().map(mirror).collect();
+        let joint = |joint: &ClipJoint| ClipJoint {
+            end: joint.end.map(|end| Vec3::new(-end.x, end.y, end.z)),
+            ..joint.clone()
+        };
+        Self {
+            joints: self.joints.iter().map(joint).collect(),
+            rest: all(&self.rest),
+            frames: self.frames.iter().map(all).collect(),
+            ..self.clone()
+        }
+    }
+
     /// The number of frames.
     pub fn frame_count(&self) -> usize {
         self.frames.len()

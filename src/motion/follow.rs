@@ -4,8 +4,10 @@ use super::aligned::{about_vertical, heading};
 use super::clip::Clip;
 use super::ease::lead_in;
 use super::error::MotionError;
+use super::floor::{Hover, longest_hover, settle, without_drift};
 use super::ground::Ground;
 use super::limits::Anatomy;
+use super::mirrored::is_mirrored;
 use super::names::map_by_names;
 use super::params::MotionParams;
 use super::placement::Placement;
@@ -17,15 +19,14 @@ use super::structure::map_by_structure;
 use super::track::{FrameRange, PoseTrack};
 use crate::body::{Figure, Pose, Skeleton};
 use crate::geometry::Vec3;
+use std::borrow::Cow;
 
 /// Frames per second above which a clip is thinned by default: films and game engines need no more.
 const MOST_FPS: f64 = 60.0;
 /// Most frames of a track: an hour at 30 per second.
 const MOST_FRAMES: usize = 108_000;
-/// A clip whose feet are within this of the floor, in metres, has the right height.
-const FLOOR_TOLERANCE: f64 = 0.01;
-/// Share of the frames that may be lower than the floor: captured feet dip into it, and the start of a clip may be bad.
-const BELOW_FLOOR_SHARE: f64 = 0.05;
+/// Share of joints beyond their limits that is reported: captures of other people have up to 5 %.
+const MOST_LIMITED: f64 = 0.15;
 /// Jumps of the whole body that are reported one by one.
 const JUMPS_REPORTED: usize = 3;
 /// Time over which a body is raised that would touch the floor, in seconds.
@@ -63,7 +64,16 @@ pub fn follow(
     params: &MotionParams,
 ) -> Result<(PoseTrack, MotionReport), MotionError> {
     let mut report = MotionReport { findings: clip.notes.clone(), ..MotionReport::default() };
-    let (map, placement) = recognised(clip)?;
+    let (map, mut placement) = recognised(clip)?;
+    let mut clip = Cow::Borrowed(clip);
+    if is_mirrored(&clip, &map, &placement) {
+        clip = Cow::Owned(clip.mirrored());
+        placement = Placement::of(&clip, &map)?;
+        report
+            .findings
+            .push("knees and toes point backwards, as in data of a left-handed frame: the clip was mirrored".into());
+    }
+    let clip = clip.as_ref();
     report.findings.push(recognition(&map, &placement));
     if let Some(frame) = placement.reference_frame {
         report.findings.push(format!("its rest pose does not stand, so frame {frame} serves as one"));
@@ -90,6 +100,13 @@ pub fn follow(
         report.limited_joints = limit(anatomy, &mut poses);
     }
     let ground = Ground::of(figure);
+    if let Some(drift) = without_drift(skeleton, &ground, &mut poses, fps) {
+        report.findings.push(format!(
+            "the root drifts {} by {:.0} mm while the feet rest: the drift is removed",
+            if drift > 0.0 { "up" } else { "down" },
+            drift.abs() * 1e3
+        ));
+    }
     let moved = settle(skeleton, &ground, &mut poses);
     if moved != 0.0 {
         report.findings.push(format!(
@@ -104,6 +121,20 @@ pub fn follow(
         (report.stances, report.sunk) = (planted.stances, planted.sunk);
     }
     report.raised = report.raised.max(raise(skeleton, &ground, &mut poses, fps, true));
+    if let Some(Hover { height, secs, frame }) = longest_hover(skeleton, &ground, &poses, fps) {
+        report.findings.push(format!(
+            "nothing touches the floor for {secs:.1} s from frame {frame}, up to {height:.2} m above it: does the clip climb or \
+             swim, or does its root drift?"
+        ));
+    }
+    let of_all = report.limited_joints as f64 / (poses.len() * skeleton.len()).max(1) as f64;
+    if of_all > MOST_LIMITED {
+        report.findings.push(format!(
+            "{:.0} % of all joints are bent further than people can, and were limited: is the clip of another rig, or are left \
+             and right exchanged?",
+            100.0 * of_all
+        ));
+    }
     let begins_later = range.start > 0;
     let mut poses = poses[range].to_vec();
     if begins_later {
@@ -182,28 +213,6 @@ fn heights(skeleton: &Skeleton, ground: &Ground, poses: &[Pose], with_feet: bool
         ground.lowest_of_body(&world).min(if with_feet { feet } else { f64::INFINITY })
     };
     poses.iter().map(height).collect()
-}
-
-/// Height of the body above the floor in each pose, and of its heels and balls. Toes that a clip does not bend dip into the
-/// floor at every step.
-fn heights_of_soles(skeleton: &Skeleton, ground: &Ground, poses: &[Pose]) -> Vec<f64> {
-    let height = |pose: &Pose| {
-        let world = skeleton.world_from_bind(pose);
-        ground.lowest_of_soles(skeleton, &world).min(ground.lowest_of_body(&world))
-    };
-    poses.iter().map(height).collect()
-}
-
-/// Moves a whole track up or down onto the floor; returns by how much.
-fn settle(skeleton: &Skeleton, ground: &Ground, poses: &mut [Pose]) -> f64 {
-    let mut heights = heights_of_soles(skeleton, ground, poses);
-    heights.sort_by(f64::total_cmp);
-    let low = heights[(BELOW_FLOOR_SHARE * (heights.len() - 1) as f64).floor() as usize];
-    if !low.is_finite() || low.abs() <= FLOOR_TOLERANCE {
-        return 0.0;
-    }
-    poses.iter_mut().for_each(|pose| pose.translation.y -= low);
-    -low
 }
 
 /// Raises the body where it would be below the floor, along a smooth curve; returns by how much at most.

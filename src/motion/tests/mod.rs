@@ -2,6 +2,7 @@
 
 mod bad_clips;
 mod feet;
+mod floor;
 mod pose_clips;
 mod recognition;
 mod retargeting;
