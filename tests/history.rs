@@ -48,7 +48,7 @@ fn change(dir: &Path, session: &Path, k: usize, chance: &mut Chance) {
             let chest = [0.0, 1.25 + 0.001 * k as f64, 0.12];
             let stroke = format!(r#"{{"layer":"{last}","op":"erase","radius":0.05,"points":[{chest:?}]}}"#);
             std::fs::write(&dab, stroke).unwrap();
-            Writer::open(session).unwrap().add_mask(&last, &dab).unwrap();
+            Writer::open(session).unwrap().add_mask(&last, &dab, &[]).unwrap();
         }
         _ => {
             let path = session.join("recipe.toml");

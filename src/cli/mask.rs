@@ -16,6 +16,10 @@ pub(super) struct MaskArgs {
     /// coordinates (.png); a file that is already a mask of the garment replaces itself
     #[arg(required_unless_present = "template")]
     file: Option<PathBuf>,
+    /// The garment's class in a file with labels of several classes (.npy, or .ply with `label`); several as 3,4. Every other
+    /// class is not the garment, and a negative one is unlabelled
+    #[arg(long, value_name = "N", value_delimiter = ',', requires = "file")]
+    class: Vec<i64>,
     /// Write the segmented scan for painting: .ply (red is the garment), .png over its texture coordinates (white is the
     /// garment), .npy, or an empty .jsonl
     #[arg(long, value_name = "OUT", conflicts_with = "file")]
@@ -48,10 +52,11 @@ enum MaskCommand {
 }
 
 pub(super) fn run(args: MaskArgs, context: &Context) -> anyhow::Result<Done> {
+    let classes = args.class;
     match (args.command, args.layer, args.file, args.template) {
         (Some(MaskCommand::List { layer }), ..) => list(layer.as_deref(), context),
         (Some(MaskCommand::Remove { layer, mask, .. }), ..) => remove(&layer, mask.as_deref(), context),
-        (None, Some(layer), Some(file), _) => add(&layer, file, context),
+        (None, Some(layer), Some(file), _) => add(&layer, file, &classes, context),
         (None, Some(layer), None, Some(target)) => template(&layer, target, args.force, context),
         // The parser has already checked that the argument is present.
         _ => {
@@ -60,10 +65,10 @@ pub(super) fn run(args: MaskArgs, context: &Context) -> anyhow::Result<Done> {
     }
 }
 
-fn add(layer: &str, file: PathBuf, context: &Context) -> anyhow::Result<Done> {
+fn add(layer: &str, file: PathBuf, classes: &[i64], context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     let file = context.input(file);
-    let report = context.writer()?.add_mask(layer, &file)?;
+    let report = context.writer()?.add_mask(layer, &file, classes)?;
     let json = json!({
         "session": context.session.display().to_string(),
         "layer": layer,

@@ -45,6 +45,9 @@ pub(super) struct ScanArgs {
     /// Unit of the file (m, dm, cm, mm, in); guessed by default
     #[arg(long)]
     unit: Option<Unit>,
+    /// The person's height in metres: sets the scale where the file is in no usual unit, and is compared with what is measured
+    #[arg(long, value_name = "METRES")]
+    height: Option<f64>,
     /// Axis of the file that points up (+y, -z, …); guessed by default
     #[arg(long, value_name = "±AXIS", allow_hyphen_values = true)]
     up: Option<Up>,
@@ -200,6 +203,7 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
         file,
         template: templates.first().filter(|_| !is_outfit).cloned(),
         unit: args.unit,
+        height: args.height,
         up: args.up,
         faces: args.faces,
         surface: args.surface.map(|word| match word {

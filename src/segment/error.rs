@@ -193,7 +193,8 @@ impl SegmentError {
                 "a stroke is {\"layer\":\"tshirt\",\"op\":\"add|erase\",\"radius\":0.02,\"points\":[[x,y,z],…],\"normal\":[x,y,z],\"frame\":\"file|world\"}, in the unit of the scan's file unless the frame is world".into(),
             ),
             Self::LabelCount { .. } => Some("label the scan as `overcoat mask LAYER --template FILE.npy` writes it, vertex by vertex in its order".into()),
-            Self::BadLabel { .. } | Self::WrongLength { .. } | Self::Parameter(_) => None,
+            Self::BadLabel { .. } => Some("if the file has labels of several classes, say with --class which is the garment's".into()),
+            Self::WrongLength { .. } | Self::Parameter(_) => None,
             Self::NoLabels { .. } => Some("paint the file that `overcoat mask LAYER --template FILE.ply` writes".into()),
             Self::NotLabelColors { .. } => Some(
                 "paint the file that `overcoat mask LAYER --template FILE.ply` writes, red where the garment is and grey where it is not".into(),

@@ -24,6 +24,8 @@ pub struct NewScan {
     pub template: Option<String>,
     /// Unit of the file; guessed if `None`.
     pub unit: Option<Unit>,
+    /// The person's height in metres, where it is known.
+    pub height: Option<f64>,
     /// Up axis of the file; guessed if `None`.
     pub up: Option<Up>,
     /// Approximate number of faces of the cleaned scan.
@@ -198,6 +200,7 @@ fn step_of(new: &NewScan) -> StepRecipe {
     StepRecipe {
         name: new.name.clone(),
         unit: new.unit,
+        height: new.height,
         up: new.up,
         faces: new.faces,
         surface: new.surface,

@@ -99,9 +99,10 @@ impl NewMask {
 }
 
 impl Writer {
-    /// Adds a mask to a garment, or replaces the mask of the same file. On an error the session is unchanged.
-    pub fn add_mask(&mut self, layer: &str, file: &Path) -> Result<MaskReport, SessionError> {
-        let new = self.session.read_new_mask(layer, file)?;
+    /// Adds a mask to a garment, or replaces the mask of the same file. Of a file with labels of several classes, `classes`
+    /// are those of the garment; none for a file of the garment alone. On an error the session is unchanged.
+    pub fn add_mask(&mut self, layer: &str, file: &Path, classes: &[i64]) -> Result<MaskReport, SessionError> {
+        let new = self.session.read_new_mask(layer, file, classes)?;
         self.session.refuse_to_erase_all(&new, file)?;
         let change = self.put_mask(&new, file)?;
         self.save(&change)?;
@@ -289,10 +290,18 @@ impl Session {
     }
 
     /// Reads a mask and applies it to its scan.
-    pub(in crate::session) fn read_new_mask(&self, layer: &str, file: &Path) -> Result<NewMask, SessionError> {
+    pub(in crate::session) fn read_new_mask(
+        &self,
+        layer: &str,
+        file: &Path,
+        classes: &[i64],
+    ) -> Result<NewMask, SessionError> {
         let step = self.garment_step(layer)?.clone();
         let bytes = source::read(file)?;
-        let mask = MaskFile::read(file, &bytes)?;
+        let mask = match classes {
+            [] => MaskFile::read(file, &bytes)?,
+            classes => MaskFile::read_classes(file, &bytes, classes)?,
+        };
         let path = relative_to(self.dir(), file)?;
         let at = step.masks.iter().position(|m| m.edited() == path);
         let layer_before = at.and_then(|at| step.masks[at].layer.as_deref());
@@ -300,6 +309,8 @@ impl Session {
         let of = FileInput::of(self, &step.source());
         let marks = MaskInput::new(file, layer, layer_before).marks(&mask, &self.store, &of, &scan)?;
         let (marks, content) = match &mask {
+            // The file alone does not tell which class is the garment's.
+            _ if !classes.is_empty() => (marks, MaskContent::Marks),
             // A file with unlabelled vertices tells itself what is pinned.
             MaskFile::Surface(surface) if surface.is_complete() && !surface.is_painted() => {
                 let before = match surface.before_painting() {

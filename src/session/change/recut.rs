@@ -35,7 +35,7 @@ impl Writer {
         file: &Path,
         on_event: &mut dyn FnMut(&Event),
     ) -> Result<Recut, SessionError> {
-        let new = self.session.read_new_mask(layer, file)?;
+        let new = self.session.read_new_mask(layer, file, &[])?;
         let (recipe, state) = (self.session.recipe.clone(), self.session.state.clone());
         let change = self.put_mask(&new, file)?;
         source::keep_missing(&mut self.session)?;

@@ -89,6 +89,7 @@ mod tests {
             hash: Some(ContentHash::of(b"a")),
             template: template.map(String::from),
             unit: None,
+            height: None,
             up: Some(Up::MinusZ),
             faces: Some(30_000),
             surface: None,

@@ -1,6 +1,6 @@
 //! A mask's file, read by its extension.
 
-use crate::formats::{RgbaPicture, read_npy, read_ply, read_rgba_png};
+use crate::formats::{Format, RgbaPicture, plain_text, read_npy, read_ply, read_rgba_png};
 use crate::segment::{LabelledSurface, Stroke};
 use crate::session::error::SessionError;
 use crate::session::stage_error::StageError;
@@ -64,7 +64,7 @@ impl MaskFile {
             }
             Kind::Picture => Ok(Self::Picture(read_rgba_png(bytes).map_err(|e| bad(e.into()))?)),
             Kind::Strokes => {
-                let text = std::str::from_utf8(bytes)
+                let text = std::str::from_utf8(plain_text(Format::Strokes, bytes).map_err(|e| bad(e.into()))?)
                     .map_err(|_| no_mask(path, "is not text, so it holds no brush strokes"))?;
                 let strokes = Stroke::read_lines(text).map_err(|e| bad(e.into()))?;
                 match strokes.is_empty() {
@@ -73,6 +73,54 @@ impl MaskFile {
                 }
             }
         }
+    }
+
+    /// Reads the bytes of a file with labels of several classes: `classes` are the garment's, negative ones unlabelled.
+    ///
+    /// **Errors** also for a file that holds no numbers, and where no vertex has such a class.
+    pub fn read_classes(path: &Path, bytes: &[u8], classes: &[i64]) -> Result<Self, SessionError> {
+        let bad = |e: StageError| SessionError::BadSource { path: path.to_path_buf(), source: Box::new(e) };
+        let wrong = |what: String, hint: &str| SessionError::BadRequest { what, hint: hint.into() };
+        let is_garment = |label: f64| classes.iter().any(|&class| label == class as f64);
+        let of_class = |label: f64| if label < 0.0 { -1.0 } else { f64::from(u8::from(is_garment(label))) };
+        let (labels, found) = match Kind::of(path)? {
+            Kind::Numbers => {
+                let array = read_npy(bytes).map_err(|e| bad(e.into()))?;
+                let labels = array.to_f64("labels").map_err(|e| bad(e.into()))?;
+                (labels.clone(), Self::Numbers(labels.into_iter().map(of_class).collect()))
+            }
+            Kind::Surface => {
+                let mut raw = read_ply(bytes).map_err(|e| bad(e.into()))?;
+                let Some(labels) = raw.scalars.get_mut("label") else {
+                    return Err(wrong(
+                        format!("'{}' has no 'label' per vertex, so it has no classes", path.display()),
+                        "leave out --class for a painted file",
+                    ));
+                };
+                let before = labels.iter().map(|&label| f64::from(label)).collect();
+                labels.iter_mut().for_each(|label| *label = of_class(f64::from(*label)) as f32);
+                (raw.colors, raw.scalars) = (None, [("label".to_string(), std::mem::take(labels))].into());
+                (before, Self::Surface(LabelledSurface::read(&raw).map_err(|e| bad(e.into()))?))
+            }
+            Kind::Picture | Kind::Strokes => {
+                return Err(wrong(
+                    format!("'{}' cannot hold labels of several classes", path.display()),
+                    "give --class with a .npy or .ply file of labels",
+                ));
+            }
+        };
+        if !labels.iter().any(|&label| is_garment(label)) {
+            let mut there = labels;
+            there.sort_by(f64::total_cmp);
+            there.dedup();
+            let there: Vec<String> = there.iter().take(20).map(f64::to_string).collect();
+            let given: Vec<String> = classes.iter().map(i64::to_string).collect();
+            return Err(wrong(
+                format!("no vertex of '{}' has the class {}", path.display(), given.join(" or ")),
+                &format!("its classes are {}", there.join(", ")),
+            ));
+        }
+        Ok(found)
     }
 
     /// Whether a file of that name holds strokes.

@@ -18,6 +18,7 @@ pub(in crate::session) enum StepKey {
     Sleeve,
     Fabric,
     Unit,
+    Height,
     Up,
     Faces,
     Surface,
@@ -37,6 +38,7 @@ impl StepKey {
             "sleeve" => Self::Sleeve,
             "fabric" => Self::Fabric,
             "unit" => Self::Unit,
+            "height" => Self::Height,
             "up" => Self::Up,
             "faces" => Self::Faces,
             "surface" => Self::Surface,
@@ -71,6 +73,7 @@ impl StepKey {
             Self::Sleeve => step.sleeve = text,
             Self::Fabric => step.fabric = text,
             Self::Unit => step.unit = read(value).map_err(|()| cannot("one of m, dm, cm, mm, in"))?,
+            Self::Height => step.height = read(value).map_err(|()| cannot("a height in metres"))?,
             Self::Up => step.up = read(value).map_err(|()| cannot("an axis such as +y or -z"))?,
             Self::Faces => step.faces = read(value).map_err(|()| cannot("a number of faces"))?,
             Self::Voxel => step.voxel_mm = read(value).map_err(|()| cannot("a length in millimetres"))?,
@@ -102,6 +105,7 @@ impl StepKey {
             Self::Sleeve => "sleeve".into(),
             Self::Fabric => "fabric".into(),
             Self::Unit => "unit".into(),
+            Self::Height => "height".into(),
             Self::Up => "up".into(),
             Self::Faces => "faces".into(),
             Self::Surface => "surface".into(),
@@ -124,6 +128,7 @@ impl StepKey {
             Self::Sleeve => or_default(&step.sleeve),
             Self::Fabric => or_default(&step.fabric),
             Self::Unit => or_default(&step.unit),
+            Self::Height => or_default(&step.height),
             Self::Up => or_default(&step.up),
             Self::Faces => or_default(&step.faces),
             Self::Voxel => or_default(&step.voxel_mm),
@@ -142,7 +147,7 @@ impl StepKey {
     /// Whether it changes how the scan's file is read.
     pub fn is_of_reading(self) -> bool {
         match self {
-            Self::Scan | Self::Unit | Self::Up | Self::Faces | Self::Voxel => true,
+            Self::Scan | Self::Unit | Self::Height | Self::Up | Self::Faces | Self::Voxel => true,
             Self::Parameter(parameter) => parameter.stage == Stage::Scan,
             Self::Template | Self::Until | Self::Sleeve | Self::Fabric | Self::Surface => false,
         }
@@ -177,6 +182,7 @@ mod tests {
             ("sleeve", "short"),
             ("fabric", "denim"),
             ("unit", "mm"),
+            ("height", "1.72"),
             ("up", "-z"),
             ("faces", "5000"),
             ("surface", "scan"),
@@ -207,6 +213,7 @@ mod tests {
         let mut step = StepRecipe::default();
         for (name, value) in [
             ("unit", "ell"),
+            ("height", "tall"),
             ("up", "sideways"),
             ("faces", "many"),
             ("voxel", "fine"),

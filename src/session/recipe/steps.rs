@@ -89,6 +89,9 @@ pub struct StepRecipe {
     /// Unit of the scan's coordinates; guessed by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<Unit>,
+    /// The person's height in metres, where it is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub height: Option<f64>,
     /// Up axis of the scan; guessed by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub up: Option<Up>,
