@@ -1,7 +1,8 @@
 //! `overcoat demo`: builds a character from the scans that come with the program.
 
-use super::console::{Context, Done, Progress, Verbosity, print_aside, secs};
+use super::console::{Context, Done, Progress, Verbosity, print_aside, secs, verdicts};
 use super::measure::lines_of;
+use crate::check::StepVerdict;
 use crate::segment::GarmentTemplate;
 use crate::session::{
     BODY_STEP, Built, Event, ExportRequest, Forced, MaskReport, NewFolder, NewScan, NewSession, Session, SessionError,
@@ -55,9 +56,11 @@ pub(super) fn run(args: DemoArgs, context: &Context) -> anyhow::Result<Done> {
     }
     progress.end();
     let mut progress = Progress::of_stages(&context.console, writer.session().stage_count());
-    let Built { reports: stages, .. } = writer.build(&Forced::Nothing, &mut |event| progress.show(event))?;
+    let Built { reports: stages, verdicts: first } =
+        writer.build(&Forced::Nothing, &mut |event| progress.show(event))?;
     progress.end();
-    let corrections = corrected(&mut writer, &scans, &mut |event| progress.show(event))?;
+    let (corrections, corrected) = corrected(&mut writer, &scans, &mut |event| progress.show(event))?;
+    let of_steps = corrected.unwrap_or(first);
     drop(writer);
 
     let session = Session::open(&session_dir)?;
@@ -101,15 +104,39 @@ pub(super) fn run(args: DemoArgs, context: &Context) -> anyhow::Result<Done> {
     });
     let mut done = Done::new("demo", json);
     if let Some(report) = &truth {
-        done = done.line("compared with the ground truth of the demo:").lines(lines_of(report));
+        done = done.lines(figures(report));
+        if context.console.verbosity > Verbosity::Normal {
+            done = done.line("all measures, as docs/evaluation.md explains them:").lines(lines_of(report));
+        }
     }
     Ok(done
         .lines(corrections.iter().map(Correction::line))
+        .lines(of_steps.iter().map(verdicts::line))
         .line(format!("dressed a body in {} garments in {}:", scans.len() - 1, secs(began.elapsed())))
         .lines(shown.iter().map(|f| format!("  {f}")))
         .line(format!("{count} files, {:.0} MB, are in {folder}; remove them with: {remove}", bytes as f64 / 1e6))
         .next(format!("overcoat -C {} status", session_dir.display()))
         .next("overcoat new DIR, with scans of your own"))
+}
+
+/// The result beside the known truth, in three figures.
+fn figures(report: &TruthReport) -> Vec<String> {
+    let garments = || report.steps.iter().filter_map(|step| Some((&step.name, step.garment.as_ref()?)));
+    let body = report.steps.iter().find_map(|step| step.surface).map(|body| {
+        format!("the body is {:.1} mm from the true one, on average over its surface", body.surface_mean_mm)
+    });
+    let farthest = garments().max_by(|a, b| a.1.garment_surface_mean_mm.total_cmp(&b.1.garment_surface_mean_mm));
+    let farthest = farthest.map(|(name, garment)| {
+        format!(
+            "each garment is up to {:.1} mm ({name}) from the true one, on average",
+            garment.garment_surface_mean_mm
+        )
+    });
+    let worst = garments().min_by(|a, b| a.1.garment_iou.total_cmp(&b.1.garment_iou));
+    let worst = worst.map(|(name, garment)| {
+        format!("of each garment, at least {:.0} % ({name}) was recognised in its scan", 100.0 * garment.garment_iou)
+    });
+    [body, farthest, worst].into_iter().flatten().collect()
 }
 
 /// The effect of a shipped brush file.
@@ -132,20 +159,18 @@ fn corrected(
     writer: &mut Writer,
     scans: &[ShippedScan],
     on_event: &mut dyn FnMut(&Event),
-) -> Result<Vec<Correction>, SessionError> {
+) -> Result<(Vec<Correction>, Option<Vec<StepVerdict>>), SessionError> {
     let mut done = Vec::new();
     for scan in scans {
         let strokes = scan.file.with_extension("jsonl");
         if strokes.is_file() {
-            let report = writer.add_mask(&scan.name, &strokes)?;
+            let report = writer.add_mask(&scan.name, &strokes, &[])?;
             let file = strokes.file_name().map(|f| f.to_string_lossy().into_owned()).unwrap_or_default();
             done.push(Correction { layer: scan.name.clone(), file, report });
         }
     }
-    if !done.is_empty() {
-        writer.build(&Forced::Nothing, on_event)?;
-    }
-    Ok(done)
+    let rebuilt = if done.is_empty() { None } else { Some(writer.build(&Forced::Nothing, on_event)?.verdicts) };
+    Ok((done, rebuilt))
 }
 
 /// The number of files below a folder, and their bytes.
