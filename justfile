@@ -149,6 +149,11 @@ drive-table MAN WOMAN STREAMS *CLIPS:
     target/release/examples/measure_drive keys {{MAN}}
     target/release/examples/measure_drive classes docs/drive {{MAN}} {{WOMAN}} {{CLIPS}}
 
+# 100 000 changed copies of small valid files, for each reader, in at most 4 GB: no panic, no hang
+mutations:
+    cargo test --release --no-default-features --test integration --no-run
+    ulimit -v 4000000; OVERCOAT_MUTATIONS=100000 cargo test --release --no-default-features --test integration -- mutations::
+
 # Ten thousand frames of cloth: nothing crosses, nothing explodes
 cloth-long:
     cargo test --release --no-default-features --lib -- --ignored --nocapture ten_thousand_frames

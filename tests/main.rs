@@ -19,6 +19,7 @@ mod frozen;
 mod hair;
 mod history;
 mod laws;
+mod mutations;
 mod out_of_date;
 mod outfit;
 mod output_files;
