@@ -1,6 +1,6 @@
 //! Files as other programs write them, each small and generated: what they mean, and what is said of what is not read.
 
-use super::{MeshKind, RawMesh, mesh_siblings, read_bvh, read_camera_json, read_mesh, read_mesh_with};
+use super::{FormatError, MeshKind, RawMesh, mesh_siblings, read_bvh, read_camera_json, read_mesh, read_mesh_with};
 
 fn ply(header: &str, body: &str) -> String {
     format!("ply\nformat ascii 1.0\n{header}\nend_header\n{body}")
@@ -153,4 +153,76 @@ fn bvh_with_wrapped_rows_old_line_ends_and_text_behind() {
     assert_eq!(error, "BVH, line 14: expected a number with a decimal point, not a comma, found '1,5'");
     let utf_16: Vec<u8> = bvh.encode_utf16().flat_map(u16::to_be_bytes).collect();
     assert_eq!(read_bvh(utf_16.as_slice()).unwrap_err().to_string(), "the BVH file is text in UTF-16, not in UTF-8");
+}
+
+/// Public reports about other readers, in the order of docs/files.md, each as a small file.
+#[test]
+fn files_of_public_reports_about_meshes() {
+    let point = "property float x\nproperty float y\nproperty float z\n";
+    let cloud = |more: &str, row: &str| ply(&format!("element vertex 1\n{point}{more}").trim_end(), row);
+    // meshlab 186, trimesh 49, assimp 1167.
+    let colored = cloud("property uchar r\nproperty uchar g\nproperty uchar b\n", "0 0 0 1 2 3\n");
+    assert_eq!(read(MeshKind::Ply, colored).colors.unwrap(), [[1, 2, 3]]);
+    let colored = cloud("property float red\nproperty float green\nproperty float blue\n", "0.188808 0 0 1 0.5 0\n");
+    assert_eq!(read(MeshKind::Ply, colored).colors.unwrap(), [[255, 128, 0]]);
+    // trimesh 2419: both coordinates and colours.
+    let both = cloud(
+        "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty float s\nproperty float t\n",
+        "0 0 0 1 2 3 0.5 1\n",
+    );
+    let mesh = read(MeshKind::Ply, both);
+    assert_eq!((mesh.colors.unwrap(), mesh.uvs.unwrap(), mesh.unread.len()), (vec![[1, 2, 3]], vec![[0.5, 1.0]], 0));
+    // three.js 19254: the first object has no colours.
+    let mesh = read(MeshKind::Obj, "o a\nv 0 0 0\nv 1 0 0\no b\nv 1 1 0 1 0 0\nf 1 2 3\n");
+    assert_eq!(unread(&mesh), ["only 1 of 3 vertices have a colour"]);
+    // trimesh 2364, f3d 2320: backward indices between vertices.
+    let mesh = read(
+        MeshKind::Obj,
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -1 -2 -3\nv 0 0 1\nv 1 0 1\nv 0 1 1\nf -1//-1 -2//-1 -3//-1\nvn 0 0 1\n"
+            .replace("f -1//", "vn 0 0 1\nf -1//"),
+    );
+    assert_eq!(mesh.faces, [[2, 1, 0], [5, 4, 3]]);
+    // tinyobjloader 140: indices from 0.
+    let error = read_mesh(MeshKind::Obj, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0/0/0 1/1/0 2/2/0\n".as_bytes()).unwrap_err();
+    assert_eq!(error.to_string(), "OBJ, line 4: expected the index of a vertex, found '0/0/0'");
+    // meshlab 194: words of their own; numpy-stl 37: a facet of two corners.
+    let stl = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nend loop\nend facet\nendsolid\n";
+    assert_eq!(read(MeshKind::Stl, stl).faces.len(), 1);
+    let error = read_mesh(MeshKind::Stl, stl.replace("vertex 0 1 0\n", "").as_bytes()).unwrap_err();
+    assert!(error.to_string().contains("expected a facet of 3 vertices, found '2'"), "{error}");
+    // stl_reader 3: binary, although it begins with `solid`.
+    let mut binary = b"solid made by a CAD program".to_vec();
+    binary.resize(84 + 50, 0);
+    binary[80] = 1;
+    assert_eq!(read(MeshKind::Stl, binary).faces.len(), 1);
+    // assimp 2359: a sparse accessor is refused by name.
+    let gltf = r#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"buffers":[{"byteLength":4,"uri":"data:;base64,AAAAAA=="}],
+        "bufferViews":[{"buffer":0,"byteLength":4}],"accessors":[{"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],
+        "max":[0,0,0],"sparse":{"count":1,"indices":{"bufferView":0,"componentType":5125},"values":{"bufferView":0}}}]}"#;
+    let error = read_mesh(MeshKind::Gltf, gltf.as_bytes()).unwrap_err();
+    assert!(matches!(&error, FormatError::Unsupported { what, .. } if what.contains("sparse")), "{error}");
+}
+
+#[test]
+fn files_of_public_reports_about_clips() {
+    let hierarchy = |channels: &str| {
+        format!(
+            "HIERARCHY\nROOT a b\n{{\n\tOFFSET 0 0 0\n\tCHANNELS {channels}\n\tEnd site\n\t{{\n\tOFFSET 0 1 0\n\t}}\n}}\nMOTION\n"
+        )
+    };
+    let three = hierarchy("3 Zrotation Xrotation Yrotation");
+    let frames = |text: &str| read_bvh(format!("{three}{text}").as_bytes()).unwrap();
+    // usdBVHAnim 36: exponents. SlimeVR 995: no space before a minus. PyMO 14: `End site`.
+    let motion = frames("Frames: 2\nFrame Time: 1e-2\n1e-7 -2.5E-3 0\n0.0-7.5 -5.4\n");
+    assert_eq!((motion.frames.len(), motion.frame_secs), (2, Some(0.01)));
+    // bvh-python 7: no line end behind the last frame. AnimatedDrawings 106: one frame more than stated.
+    assert_eq!(frames("Frames: 2\nFrame Time: 0.1\n1 2 3\n4 5 6").frames.len(), 2);
+    let motion = frames("Frames: 1\nFrame Time: 0.1\n1 2 3\n4 5 6\n");
+    assert_eq!(motion.notes, ["the file states 1 frames, but 2 frames are there"]);
+    // ganimator 10, Anytop 9: joints with other numbers of channels, a root with none.
+    let none = "HIERARCHY\nROOT a\n{\nOFFSET 0 0 0\nCHANNELS 0\nJOINT b\n{\nOFFSET 0 1 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n\
+        JOINT c\n{\nOFFSET 0 1 0\nCHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\n}\n}\n}\nMOTION\n\
+        Frames: 1\nFrame Time: 0.1\n1 2 3 0 1 0 4 5 6\n";
+    assert_eq!(read_bvh(none.as_bytes()).unwrap().joints.len(), 3);
 }

@@ -275,7 +275,7 @@ fn read_motion(
     let (mut row, mut began, mut on_first) = (Vec::with_capacity(channel_count), 0, 0);
     let mut line = lines.next();
     while let Some(text) = line {
-        let numbers: Result<Vec<f64>, FormatError> = text.split_ascii_whitespace().map(|w| finite(lines, w)).collect();
+        let numbers: Result<Vec<f64>, FormatError> = words_of(text).map(|w| finite(lines, w)).collect();
         let at = lines.at;
         line = lines.next();
         let is_last = line.is_none() && !ends_with_newline;
@@ -318,6 +318,20 @@ fn read_motion(
         });
     }
     Ok(Motion { stated_frames, frame_secs, rows })
+}
+
+/// The numbers of a line. Some recorders forget the space before a minus.
+fn words_of(line: &str) -> impl Iterator<Item = &str> {
+    line.split_ascii_whitespace().flat_map(|word| {
+        let mut rest = word;
+        std::iter::from_fn(move || {
+            let is_exponent = |at: usize| matches!(rest.as_bytes()[at - 1], b'e' | b'E');
+            let end = rest.match_indices('-').map(|(at, _)| at).find(|&at| at > 0 && !is_exponent(at));
+            let (number, behind) = rest.split_at(end.unwrap_or(rest.len()));
+            rest = behind;
+            (!number.is_empty()).then_some(number)
+        })
+    })
 }
 
 /// The text after `key:`.

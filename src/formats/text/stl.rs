@@ -74,7 +74,10 @@ fn read_ascii(bytes: &[u8]) -> Result<RawMesh, FormatError> {
     let mut last_line = 0;
     for (line, text) in lines(bytes) {
         let mut tokens = text.split_ascii_whitespace();
-        match tokens.next().unwrap_or("") {
+        let word = tokens.next().unwrap_or("");
+        // Some programs write `end loop`.
+        let word = if word == "end" { format!("end{}", tokens.next().unwrap_or("")) } else { word.into() };
+        match word.as_str() {
             "solid" => open = true,
             "endsolid" => open = false,
             "facet" | "outer" | "endloop" => {}

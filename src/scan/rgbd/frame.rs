@@ -78,8 +78,9 @@ impl<'a> Frames<'a> {
 
     /// The scale that the depths seem to have, if with the stated one most of what is seen is where no person stands.
     pub(super) fn likely_scale(&self) -> Option<f64> {
-        /// Units per metre: millimetres, TUM's, RealSense's quarter and tenth of a millimetre, centimetres, metres.
-        const USUAL: [f64; 6] = [1000.0, 5000.0, 4000.0, 10_000.0, 100.0, 1.0];
+        /// Units per metre: millimetres, TUM's, RealSense's quarter and tenth of a millimetre, one byte of fractions, centimetres,
+        /// metres.
+        const USUAL: [f64; 7] = [1000.0, 5000.0, 4000.0, 10_000.0, 256.0, 100.0, 1.0];
         /// Where most of a recording of a person is, in metres from the camera.
         const PLAUSIBLE: std::ops::RangeInclusive<f64> = 0.8..=5.0;
         /// In the middle of that.

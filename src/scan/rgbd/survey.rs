@@ -296,7 +296,7 @@ fn look(frames: &Frames) -> Result<Vec<SurveyedFrame>, FusionError> {
     // With the stated scale, most may be where no person stands, although something is nearer.
     let likely = frames.likely_scale();
     let median = percentile(known_depths(&with_depth[0]), 0.5);
-    if farthest < 0.3 || nearest > 8.0 || (likely.is_some() && !(0.4..=9.0).contains(&median)) {
+    if farthest < 0.3 || nearest > 8.0 || (likely.is_some() && !(0.8..=9.0).contains(&median)) {
         let name = frames.name(with_depth[0].frame).into();
         return Err(FusionError::WrongScale { name, nearest, farthest, likely });
     }
