@@ -226,7 +226,7 @@ fn a_crate_outside_its_module_is_refused() {
     refuses(
         "scan/clean.rs",
         "fn f() { meshopt::simplify() }",
-        "the crate `meshopt` belongs to `geometry`, not to `scan`",
+        "the crate `meshopt` belongs to `formats` and `geometry`, not to `scan`",
     );
     refuses("scan/clean.rs", "fn f() { pulp::Arch::new() }", "the crate `pulp` belongs to `numerics`, not to `scan`");
     refuses("scan/clean.rs", "fn f() { tempfile::tempdir() }", "opens files by `tempfile`");

@@ -19,7 +19,15 @@ const MARGIN: f64 = 0.0025;
 const LEAST_HEIGHT: f64 = 0.6;
 
 /// The scan without what the person stands on.
-pub(super) fn without_base(sound: Sound, params: &ScanParams, findings: &mut Vec<String>) -> Sound {
+///
+/// A floor that is a flat piece of its own is no base: it is removed as every flat piece.
+pub(super) fn without_base(
+    whole: Sound,
+    pieces: Pieces,
+    params: &ScanParams,
+    findings: &mut Vec<String>,
+) -> (Sound, Pieces) {
+    let sound = whole.part(&pieces.faces_of_bodies());
     let directions = params.up.map_or(Up::ALL.to_vec(), |up| vec![up]);
     for up in directions.into_iter().map(Up::direction) {
         let Some(Base { top, thickness }) = base(&sound.mesh, &up) else { continue };
@@ -30,17 +38,17 @@ pub(super) fn without_base(sound: Sound, params: &ScanParams, findings: &mut Vec
         }
         let cut = sound.part(&keep);
         let pieces = Pieces::of(&cut.mesh);
-        let cut = cut.part(&pieces.faces_to_keep(&mut Vec::new()));
+        let person = cut.part(&pieces.faces_to_keep(&mut Vec::new()));
         // A base is at the feet; at the head, it is a hat.
-        let Ok(frame) = file_frame(&cut.mesh, params, &mut Vec::new()) else { continue };
+        let Ok(frame) = file_frame(&person.mesh, params, &mut Vec::new()) else { continue };
         if (frame.rotation.inverse() * Vec3::y()).dot(&up) < 0.9 {
             continue;
         }
         let cm = 100.0 * thickness * frame.metres_per_unit;
         findings.push(format!("cut off the floor or pedestal below the feet, {cm:.0} cm thick"));
-        return cut;
+        return (cut, pieces);
     }
-    sound
+    (whole, pieces)
 }
 
 /// A large level surface at the low end.

@@ -3,7 +3,7 @@
 use super::base::without_base;
 use super::counted::counted;
 use super::noise::refuse_noise;
-use super::pieces::{Sound, sound_mesh};
+use super::pieces::{Sound, mesh_of_file, sound_mesh};
 use super::reduce::reduced;
 use super::shells::{without_copies, without_inner_side};
 use super::{CleaningStep, FileFrame, Scan, ScanError, ScanParams, decimate, smooth, upright};
@@ -35,15 +35,19 @@ fn cleaned(raw: &RawMesh, params: &ScanParams, on_step: &mut dyn FnMut(&Cleaning
     let mut report = |name: &'static str, mesh: &TriMesh| {
         on_step(&CleaningStep { name, vertices: mesh.vertex_count(), faces: mesh.face_count() });
     };
-    let (sound, pieces) = sound_mesh(raw, &mut findings)?;
-    let (sound, mut pieces) = without_copies(sound, pieces, &mut findings);
+    let (sound, pieces) = mesh_of_file(raw, &mut findings)?;
+    // Before their seams are joined, where both are whole, or after, where each consists of single triangles.
+    let (sound, pieces) = without_copies(sound, pieces, &mut findings);
+    let (sound, pieces) = sound_mesh(sound, pieces, &mut findings)?;
+    let (sound, pieces) = without_copies(sound, pieces, &mut findings);
+    let (sound, mut pieces) = without_base(sound, pieces, params, &mut findings);
     pieces.join_along_borders(&sound.mesh);
     report("checked", &sound.mesh);
 
     upright::refuse_second_piece(&sound, &pieces)?;
     let sound = sound.part(&pieces.faces_to_keep(&mut findings));
     let sound = without_inner_side(sound, &mut findings);
-    let Sound { mesh, mut file_vertices, origin } = without_base(sound, params, &mut findings);
+    let Sound { mesh, mut file_vertices, origin } = sound;
     let adjacency = Adjacency::prepare(&mesh);
     refuse_noise(&mesh, &adjacency)?;
     upright::refuse_two_figures(&mesh)?;

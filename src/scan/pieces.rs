@@ -74,8 +74,8 @@ fn far_origin(raw: &RawMesh) -> Vec3 {
     if extent > 0.0 && middle.norm() > FAR * extent { middle } else { Vec3::zeros() }
 }
 
-/// Checks the arrays and drops degenerate and duplicate faces. Returns the mesh and its pieces.
-pub(super) fn sound_mesh(raw: &RawMesh, findings: &mut Vec<String>) -> Result<(Sound, Pieces), ScanError> {
+/// The mesh of the arrays, as it is in the file, and its pieces.
+pub(super) fn mesh_of_file(raw: &RawMesh, findings: &mut Vec<String>) -> Result<(Sound, Pieces), ScanError> {
     check_arrays(raw)?;
     let origin = far_origin(raw);
     // A place that is no number is that of a vertex of no face.
@@ -89,8 +89,17 @@ pub(super) fn sound_mesh(raw: &RawMesh, findings: &mut Vec<String>) -> Result<(S
     if mesh.area() <= 0.0 {
         return Err(ScanError::NoArea { faces: mesh.face_count() });
     }
-    let mut sound = Sound { file_vertices: (0..mesh.vertex_count() as u32).collect(), mesh, origin };
-    let mut pieces = Pieces::of(&sound.mesh);
+    let sound = Sound { file_vertices: (0..mesh.vertex_count() as u32).collect(), mesh, origin };
+    let pieces = Pieces::of(&sound.mesh);
+    Ok((sound, pieces))
+}
+
+/// Joins what seams divide, and drops degenerate and duplicate faces. Returns the mesh and its pieces.
+pub(super) fn sound_mesh(
+    mut sound: Sound,
+    mut pieces: Pieces,
+    findings: &mut Vec<String>,
+) -> Result<(Sound, Pieces), ScanError> {
     let mentioned = findings.len();
     if pieces.main_share() < 1.0 - WELD_GAIN {
         let welded = sound.welded();
@@ -241,6 +250,12 @@ impl Pieces {
     pub(super) fn main_faces(&self) -> PerFace<bool> {
         let person: HashSet<u32> = self.list.iter().filter(|p| p.is_of_person).map(|p| p.component).collect();
         self.of_face.iter().map(|c| person.contains(c)).collect()
+    }
+
+    /// Marks the faces that are not those of a flat piece.
+    pub(super) fn faces_of_bodies(&self) -> PerFace<bool> {
+        let flat: HashSet<u32> = self.list.iter().filter(|p| p.is_flat()).map(|p| p.component).collect();
+        self.of_face.iter().map(|c| !flat.contains(c)).collect()
     }
 
     /// Marks the faces of one piece.

@@ -1,32 +1,29 @@
 //! Reads the numbers of a glTF accessor. Every bound is checked, because a file's JSON may state any offset.
 
-use super::read::GltfFile;
 use crate::formats::error::{Format, FormatError};
 use crate::formats::texture::{Fetched, Siblings};
 use gltf::accessor::DataType;
-use gltf::{Accessor, buffer};
+use gltf::{Accessor, Document, buffer};
 
-/// The buffers of a file, and behind them those that its compressed views have become.
+/// The buffers of a file, `count` in number. With `fallbacks`, those in place of which a compressed one is read are empty.
 ///
 /// **Errors** [`FormatError::NoSibling`] for a buffer in a file that is not there, [`FormatError::Truncated`] for a short
 /// one.
-pub(super) fn read_buffers(file: &mut GltfFile, siblings: &mut Siblings) -> Result<Vec<Vec<u8>>, FormatError> {
-    let mut buffers: Vec<Vec<u8>> = Vec::new();
-    let compressed = &file.extensions.compressed;
-    let own = file.document.buffers().len() - compressed.len().min(file.document.buffers().len());
-    for buffer in file.document.buffers() {
-        if let Some(view) = buffer.index().checked_sub(own).and_then(|k| compressed.get(k)) {
-            let bytes = view.decoded(&buffers)?;
-            buffers.push(bytes);
-            continue;
-        }
+pub(super) fn read_buffers(
+    document: &Document,
+    count: usize,
+    fallbacks: bool,
+    mut blob: Option<Vec<u8>>,
+    siblings: &mut Siblings,
+) -> Result<Vec<Vec<u8>>, FormatError> {
+    let mut buffers = Vec::new();
+    for buffer in document.buffers().take(count) {
         let bytes = match buffer.source() {
-            // In place of what is compressed, for readers that cannot unpack it.
-            buffer::Source::Bin if file.blob.is_none() && !compressed.is_empty() => {
+            buffer::Source::Bin if fallbacks && blob.is_none() => {
                 buffers.push(Vec::new());
                 continue;
             }
-            buffer::Source::Bin => file.blob.take().ok_or_else(|| unsupported("a buffer without data"))?,
+            buffer::Source::Bin => blob.take().ok_or_else(|| unsupported("a buffer without data"))?,
             buffer::Source::Uri(uri) => match content_of(uri, siblings) {
                 Some(found) => found?,
                 None => return Err(FormatError::NoSibling { format: Format::Gltf, name: name_of(uri) }),

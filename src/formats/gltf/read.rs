@@ -36,7 +36,7 @@ pub fn read_gltf(input: impl Read) -> Result<RawMesh, FormatError> {
 /// **Errors** also for meshes compressed with Draco and for buffers in files that are not there.
 pub(in crate::formats) fn read_gltf_with(input: impl Read, siblings: &mut Siblings) -> Result<RawMesh, FormatError> {
     let mut parsed = parse(read_bytes(input)?)?;
-    let buffers = read_buffers(&mut parsed, siblings)?;
+    let buffers = parsed.buffers(siblings)?;
     let GltfFile { document: file, ignored, .. } = parsed;
     let mut parts = GltfMeshBuilder::new(buffers, siblings);
     if !ignored.is_empty() {
@@ -91,6 +91,20 @@ pub(super) struct GltfFile {
     pub extensions: Extensions,
     /// Extensions that the file requires for its looks, and that are not read.
     pub ignored: Vec<String>,
+}
+
+impl GltfFile {
+    /// The buffers of the file, and behind them those that its compressed views have become.
+    pub fn buffers(&mut self, siblings: &mut Siblings) -> Result<Vec<Vec<u8>>, FormatError> {
+        let compressed = &self.extensions.compressed;
+        let own = self.document.buffers().len().saturating_sub(compressed.len());
+        let mut buffers = read_buffers(&self.document, own, !compressed.is_empty(), self.blob.take(), siblings)?;
+        for view in compressed {
+            let bytes = view.decoded(&buffers)?;
+            buffers.push(bytes);
+        }
+        Ok(buffers)
+    }
 }
 
 /// The JSON as the crate has it, and what its extensions add.

@@ -1,6 +1,6 @@
 //! Reads an animation of a glTF file: the nodes as joints, sampled at an even rate.
 
-use super::accessor::{container, read_buffers, rows};
+use super::accessor::{container, rows};
 use super::read::{GltfFile, parse, read_bytes};
 use super::samplers::{Curve, Interpolated};
 use crate::formats::error::{Format, FormatError};
@@ -30,7 +30,7 @@ const MOST_FRAMES: f64 = 1e6;
 /// **Errors** also for a file without an animation, or without the wanted one.
 pub fn read_gltf_motion(input: impl Read, wanted: Option<&str>) -> Result<RawMotion, FormatError> {
     let mut parsed = parse(read_bytes(input)?)?;
-    let buffers = read_buffers(&mut parsed, &mut no_siblings)?;
+    let buffers = parsed.buffers(&mut no_siblings)?;
     let GltfFile { document: file, extensions, .. } = parsed;
     let mut notes = Vec::new();
     let animation = chosen(&file, wanted, &mut notes)?;

@@ -1,8 +1,7 @@
 //! The faces of a PLY file: polygons or strips of triangles, with their colours and texture coordinates.
 
 use super::colors::ColorColumns;
-use super::read::row_error;
-use super::rows::{RowError, Rows};
+use super::rows::{RowError, Rows, row_error};
 use crate::formats::error::FormatError;
 use crate::formats::raw_mesh::RawMesh;
 use crate::formats::texture::RawTexture;

@@ -3,8 +3,8 @@
 use super::colors::{ColorColumns, looks_like_color};
 use super::faces::{FaceColors, read_faces, read_strips};
 use super::header::{MAX_HEADER_BYTES, line_error, read_header};
-use super::rows::{RowError, Rows};
-use crate::formats::error::{Format, FormatError, quoted};
+use super::rows::{Rows, row_error};
+use crate::formats::error::{Format, FormatError};
 use crate::formats::raw_mesh::{RawMesh, read_all};
 use crate::formats::texture::{EncodedPicture, Fetched, RawMaterial, RawTexture, Siblings, UnreadPart, no_siblings};
 use ply_rs::ply::{ElementDef, PropertyType};
@@ -256,19 +256,4 @@ fn skip_element(rows: &mut Rows, element: &ElementDef) -> Result<(), FormatError
         read_row().map_err(|e| row_error(e, rows, element, index))?;
     }
     Ok(())
-}
-
-pub(super) fn row_error(error: RowError, rows: &Rows, element: &ElementDef, index: usize) -> FormatError {
-    let name = element.name.clone();
-    let (expected, found) = match error {
-        RowError::Ended => {
-            return FormatError::Truncated { format: Format::Ply, element: name, index, count: element.count };
-        }
-        RowError::Bad { expected, found } => (expected.to_string(), quoted(&found)),
-        RowError::Count { found } => (format!("the numbers of one {name}, as the header declares"), quoted(&found)),
-    };
-    match rows.line() {
-        Some(line) => FormatError::Line { format: Format::Ply, line, expected, found },
-        None => FormatError::Element { format: Format::Ply, element: name, index, expected, found },
-    }
 }

@@ -1,7 +1,8 @@
 //! Reads the data of a PLY file number by number, in any encoding.
 
+use crate::formats::error::{Format, FormatError, quoted};
 use crate::formats::plain_text::{expected_number, parsed_number};
-use ply_rs::ply::{Encoding, ScalarType};
+use ply_rs::ply::{ElementDef, Encoding, ScalarType};
 
 /// Why a row could not be read; the caller adds which row it is.
 pub(super) enum RowError {
@@ -129,5 +130,21 @@ fn binary_scalar(rest: &mut &[u8], big_endian: bool, kind: &ScalarType) -> Optio
         ScalarType::UInt => take!(u32),
         ScalarType::Float => take!(f32),
         ScalarType::Double => take!(f64),
+    }
+}
+
+/// The error of a row of an element, by its line or its index.
+pub(super) fn row_error(error: RowError, rows: &Rows, element: &ElementDef, index: usize) -> FormatError {
+    let name = element.name.clone();
+    let (expected, found) = match error {
+        RowError::Ended => {
+            return FormatError::Truncated { format: Format::Ply, element: name, index, count: element.count };
+        }
+        RowError::Bad { expected, found } => (expected.to_string(), quoted(&found)),
+        RowError::Count { found } => (format!("the numbers of one {name}, as the header declares"), quoted(&found)),
+    };
+    match rows.line() {
+        Some(line) => FormatError::Line { format: Format::Ply, line, expected, found },
+        None => FormatError::Element { format: Format::Ply, element: name, index, expected, found },
     }
 }

@@ -1,7 +1,7 @@
 //! An RGB-D recording: finds its frames among the files of a folder, and packs them into one zip.
 
 use super::camera_json::{CameraJson, read_camera_json};
-use super::names::by_name;
+use super::names::{Listed, by_name, by_time};
 use crate::formats::error::{Format, FormatError, quoted};
 use crate::formats::plain_text::plain_text;
 use std::io::{Cursor, Read, Write};
@@ -52,14 +52,6 @@ pub struct RecordedFrame {
     pub depth: Vec<u8>,
     /// The colour image's name and bytes.
     pub color: Option<(String, Vec<u8>)>,
-}
-
-/// Which files make a frame.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Listed {
-    pub secs: Option<f64>,
-    pub depth: String,
-    pub color: Option<String>,
 }
 
 /// The files of a folder that a recording needs, in the order in which they are packed. `names` are relative to the
@@ -240,21 +232,6 @@ fn stamped(rows: &[(usize, Vec<String>)]) -> Result<Vec<(f64, String)>, FormatEr
     }
     stamped.sort_by(|a, b| a.0.total_cmp(&b.0));
     Ok(stamped)
-}
-
-/// Each depth image with the colour image nearest in time, within half a frame.
-pub(super) fn by_time(depth: Vec<(f64, String)>, color: &[(f64, String)]) -> Vec<Listed> {
-    let mut gaps: Vec<f64> = depth.windows(2).map(|w| w[1].0 - w[0].0).collect();
-    gaps.sort_by(f64::total_cmp);
-    let within = gaps.get(gaps.len() / 2).map_or(0.02, |g| 0.51 * g);
-    depth
-        .into_iter()
-        .map(|(secs, depth)| {
-            let near = color.iter().min_by(|a, b| (a.0 - secs).abs().total_cmp(&(b.0 - secs).abs()));
-            let color = near.filter(|c| (c.0 - secs).abs() <= within).map(|c| c.1.clone());
-            Listed { secs: Some(secs), depth, color }
-        })
-        .collect()
 }
 
 #[cfg(test)]

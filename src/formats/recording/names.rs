@@ -1,7 +1,14 @@
 //! Frames of a recording without a list: which depth image belongs to which colour image, by their names.
 
-use super::frames::{Listed, by_time};
 use std::collections::HashMap;
+
+/// Which files make a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Listed {
+    pub secs: Option<f64>,
+    pub depth: String,
+    pub color: Option<String>,
+}
 
 /// What an image shows, by its name.
 #[derive(Clone, Copy, PartialEq)]
@@ -83,6 +90,21 @@ pub(super) fn by_name(names: &[String]) -> Vec<Listed> {
     }
     frames.sort_by_key(|f| natural(f.0));
     frames.into_iter().map(|f| f.1).collect()
+}
+
+/// Each depth image with the colour image nearest in time, within half a frame.
+pub(super) fn by_time(depth: Vec<(f64, String)>, color: &[(f64, String)]) -> Vec<Listed> {
+    let mut gaps: Vec<f64> = depth.windows(2).map(|w| w[1].0 - w[0].0).collect();
+    gaps.sort_by(f64::total_cmp);
+    let within = gaps.get(gaps.len() / 2).map_or(0.02, |g| 0.51 * g);
+    depth
+        .into_iter()
+        .map(|(secs, depth)| {
+            let near = color.iter().min_by(|a, b| (a.0 - secs).abs().total_cmp(&(b.0 - secs).abs()));
+            let color = near.filter(|c| (c.0 - secs).abs() <= within).map(|c| c.1.clone());
+            Listed { secs: Some(secs), depth, color }
+        })
+        .collect()
 }
 
 /// A name that is a time: seconds with decimals, or a long number of milli-, micro- or nanoseconds since 1970.
