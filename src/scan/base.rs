@@ -27,7 +27,9 @@ pub(super) fn without_base(
     params: &ScanParams,
     findings: &mut Vec<String>,
 ) -> (Sound, Pieces) {
-    let sound = whole.part(&pieces.faces_of_bodies());
+    let bodies = pieces.faces_of_bodies();
+    let sound = if bodies.iter().all(|is_body| *is_body) { None } else { Some(whole.part(&bodies)) };
+    let sound = sound.as_ref().unwrap_or(&whole);
     let directions = params.up.map_or(Up::ALL.to_vec(), |up| vec![up]);
     for up in directions.into_iter().map(Up::direction) {
         let Some(Base { top, thickness }) = base(&sound.mesh, &up) else { continue };

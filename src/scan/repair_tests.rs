@@ -154,3 +154,20 @@ fn what_the_person_stands_on_is_cut_off() {
     }
     assert!(!says(&cleaned(&body()).unwrap(), "cut off"));
 }
+
+#[test]
+fn a_stated_height_scales_what_is_in_no_usual_unit_and_is_compared_else() {
+    let scaled = |by: f64, height: f64| {
+        let raw = RawMesh { points: body().points.iter().map(|p| p.map(|c| c * by)).collect(), ..body() };
+        clean(&raw, &ScanParams { height: Some(height), ..ScanParams::default() }, &mut |_| {})
+    };
+    let scan = scaled(3.1, 1.7).unwrap();
+    assert!(says(&scan, "scaled to the given height of 1.700 m"), "{:?}", scan.findings);
+    assert!((height(&scan) - 1.7).abs() < 0.02);
+    // In millimetres, where the height only says so.
+    let scan = scaled(1000.0, 1.72).unwrap();
+    assert!(says(&scan, "the file is in mm: the person is 1.696 m tall (1.720 m as given)"), "{:?}", scan.findings);
+    let scan = scaled(1000.0, 1.9).unwrap();
+    assert!(says(&scan, "check the unit and the height"), "{:?}", scan.findings);
+    assert!(matches!(scaled(1.0, 17.0), Err(super::ScanError::BadHeight { .. })));
+}

@@ -159,3 +159,26 @@ impl MaskFile {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::{NpyArray, write_npy};
+
+    #[test]
+    fn of_several_classes_one_is_the_garments() {
+        let mut bytes = Vec::new();
+        write_npy(&NpyArray::vector(vec![0i32, 3, -1, 7, 3]), &mut bytes).unwrap();
+        let path = Path::new("labels.npy");
+        let read = |classes: &[i64]| MaskFile::read_classes(path, &bytes, classes);
+        let Ok(MaskFile::Numbers(labels)) = read(&[3]) else { panic!("no numbers") };
+        assert_eq!(labels, [0.0, 1.0, -1.0, 0.0, 1.0]);
+        let Ok(MaskFile::Numbers(labels)) = read(&[3, 7]) else { panic!("no numbers") };
+        assert_eq!(labels, [0.0, 1.0, -1.0, 1.0, 1.0]);
+        let error = read(&[5]).err().unwrap();
+        assert_eq!(error.to_string(), "no vertex of 'labels.npy' has the class 5");
+        assert_eq!(error.hint().unwrap(), "its classes are -1, 0, 3, 7");
+        let error = MaskFile::read_classes(Path::new("a.png"), &bytes, &[1]).err().unwrap().to_string();
+        assert_eq!(error, "'a.png' cannot hold labels of several classes");
+    }
+}
