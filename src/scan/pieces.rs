@@ -261,6 +261,12 @@ impl Pieces {
         self.of_face.iter().map(|c| !flat.contains(c)).collect()
     }
 
+    /// Marks the faces of pieces of at least some area.
+    pub(super) fn faces_larger_than(&self, area: f64) -> PerFace<bool> {
+        let large: HashSet<u32> = self.list.iter().filter(|p| p.area >= area).map(|p| p.component).collect();
+        self.of_face.iter().map(|c| large.contains(c)).collect()
+    }
+
     /// Marks the faces of one piece.
     pub(super) fn faces_of(&self, piece: &Piece) -> PerFace<bool> {
         self.of_face.iter().map(|&c| c == piece.component).collect()

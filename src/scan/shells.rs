@@ -4,6 +4,8 @@ use super::pieces::{Pieces, Sound};
 use crate::geometry::{Adjacency, PerFace, Point, SurfaceIndex, TriMesh, Vec3};
 use rayon::prelude::*;
 
+/// Least share of the first surface, where there may be others alike.
+const LEAST_MAIN: f64 = 0.1;
 /// Least area of a second surface, as a share of the first.
 const LEAST_AREA: f64 = 0.5;
 /// Least extent of a second surface along each axis, as a share of the first's.
@@ -11,8 +13,8 @@ const LEAST_EXTENT: f64 = 0.8;
 /// Greatest distance of half of its vertices from the first, as a share of the longest side: 3.4 cm of an adult, the
 /// thickest walls. Front and back of a trunk are 15 cm apart.
 const WALL: f64 = 0.02;
-/// Area per square of the longest side from which a surface may be two: 0.5 to 0.8 of standing people, 1.1 in a ball gown.
-const SUSPICIOUS_AREA: f64 = 0.9;
+/// Area per square of the longest side from which a surface may be two: 0.4 to 0.8 of standing people, 1.1 in a ball gown.
+const SUSPICIOUS_AREA: f64 = 0.7;
 /// Least share of the surface that is seen from nowhere outside, for an inner side.
 const LEAST_HIDDEN: f64 = 0.25;
 
@@ -20,7 +22,10 @@ const LEAST_HIDDEN: f64 = 0.25;
 pub(super) fn without_copies(sound: Sound, pieces: Pieces, findings: &mut Vec<String>) -> (Sound, Pieces) {
     /// Vertices by which a piece is compared.
     const SAMPLES: usize = 500;
-    let Some((main, others)) = pieces.list.split_first() else { return (sound, pieces) };
+    // Single triangles are no surfaces.
+    let Some((main, others)) = pieces.list.split_first().filter(|_| pieces.main_share() > LEAST_MAIN) else {
+        return (sound, pieces);
+    };
     let extent = main.bounds.extent();
     let is_alike =
         |other: &Vec3| (0..3).all(|k| other[k] >= LEAST_EXTENT * extent[k] && extent[k] >= LEAST_EXTENT * other[k]);
@@ -64,7 +69,7 @@ pub(super) fn without_inner_side(sound: Sound, findings: &mut Vec<String>) -> So
     if mesh.area() <= SUSPICIOUS_AREA * longest * longest {
         return sound;
     }
-    let hidden = hidden_faces(mesh);
+    let hidden = large_parts(&sound, hidden_faces(mesh));
     let area: f64 = mesh.face_ids().filter(|&f| hidden[f]).map(|f| mesh.face_area(f)).sum();
     let share = area / mesh.area();
     if share < LEAST_HIDDEN {
@@ -78,13 +83,27 @@ pub(super) fn without_inner_side(sound: Sound, findings: &mut Vec<String>) -> So
     sound.part(&seen)
 }
 
-/// The faces that are seen from nowhere outside, without specks of them.
+/// Of marked faces those in connected parts of some size: deep folds are hidden too.
+fn large_parts(sound: &Sound, marked: PerFace<bool>) -> PerFace<bool> {
+    /// As a share of the whole surface.
+    const LEAST: f64 = 0.02;
+    if !marked.iter().any(|marked| *marked) {
+        return marked;
+    }
+    let pieces = Pieces::of(&sound.part(&marked).mesh);
+    let mut is_large = pieces.faces_larger_than(LEAST * sound.mesh.area()).0.into_iter();
+    PerFace(marked.0.into_iter().map(|marked| marked && is_large.next().unwrap_or(false)).collect())
+}
+
+/// The faces that are seen from hardly anywhere outside.
 fn hidden_faces(mesh: &TriMesh) -> PerFace<bool> {
     /// Directions, evenly over the sphere.
     const DIRECTIONS: usize = 48;
+    /// Of these, the most in which a hidden face is seen: through a hole of the scan.
+    const MOST_SEEN: usize = 4;
     /// Distance from the face at which a ray begins, as a share of the longest side: less than the thinnest wall.
     const OFF_FACE: f64 = 1e-5;
-    /// Rounds in which a face follows two of its three neighbours: a deep fold is seen at most places.
+    /// Rounds in which a face with no hidden neighbour becomes a seen one, and one with only hidden neighbours a hidden one.
     const ROUNDS: usize = 4;
     let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
     let directions: Vec<Vec3> = (0..DIRECTIONS)
@@ -100,10 +119,11 @@ fn hidden_faces(mesh: &TriMesh) -> PerFace<bool> {
     let is_hidden = |&f: &crate::geometry::FaceId| {
         let [a, b, c] = mesh.triangle(f);
         let (center, normal) = (Point::from((a.coords + b.coords + c.coords) / 3.0), mesh.face_normal(f));
-        directions.iter().all(|direction| {
+        let is_seen = |direction: &&Vec3| {
             let side = normal * (normal.dot(direction).signum() * OFF_FACE * longest);
-            index.cast_ray(&(center + side), direction, 4.0 * longest).is_some()
-        })
+            index.cast_ray(&(center + side), direction, 4.0 * longest).is_none()
+        };
+        directions.iter().filter(is_seen).nth(MOST_SEEN).is_none()
     };
     let mut hidden = PerFace(faces.par_iter().map(is_hidden).collect::<Vec<bool>>());
     let adjacency = Adjacency::prepare(mesh);
