@@ -43,7 +43,7 @@ fn main() -> anyhow::Result<()> {
             }
         };
         let began = Instant::now();
-        let Worn { mesh: worn, thickness, gave_way, fell } = at_rest(&mesh, &figure, &fabric)?;
+        let Worn { mesh: worn, thickness, gave_way, fell, .. } = at_rest(&mesh, &figure, &fabric)?;
         let secs = began.elapsed().as_secs_f64();
         println!(
             "| {name} | {} | {kind} | {} | {:.3} | {:.0} mm | {:.1} mm | {} | {secs:.1} |",

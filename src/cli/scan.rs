@@ -22,9 +22,6 @@ pub(super) struct ScanArgs {
     /// Instead of a scan of the body, the keypoints of a photo, as for `body photo`; with --height or --camera
     #[arg(long, value_name = "KEYPOINTS.json")]
     photo: Option<PathBuf>,
-    /// With --photo: the person's stature in metres
-    #[arg(long, value_name = "METRES", requires = "photo")]
-    height: Option<f64>,
     /// With --photo: the camera, as for `body photo`
     #[arg(long, value_name = "C.json", requires = "photo")]
     camera: Option<PathBuf>,
@@ -45,7 +42,8 @@ pub(super) struct ScanArgs {
     /// Unit of the file (m, dm, cm, mm, in); guessed by default
     #[arg(long)]
     unit: Option<Unit>,
-    /// The person's height in metres: sets the scale where the file is in no usual unit, and is compared with what is measured
+    /// The person's height in metres: sets the scale of a photo, and of a file in no usual unit; otherwise it is compared with what
+    /// is measured
     #[arg(long, value_name = "METRES")]
     height: Option<f64>,
     /// Axis of the file that points up (+y, -z, …); guessed by default
@@ -203,7 +201,7 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
         file,
         template: templates.first().filter(|_| !is_outfit).cloned(),
         unit: args.unit,
-        height: args.height,
+        height: args.height.filter(|_| args.photo.is_none()),
         up: args.up,
         faces: args.faces,
         surface: args.surface.map(|word| match word {
