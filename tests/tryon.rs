@@ -138,6 +138,46 @@ fn studio_sews_sizes_and_forms_that_can_be_put_on() {
 }
 
 #[test]
+fn sizes_get_verdicts_by_their_width_and_one_is_kept() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = built_quick_session(dir.path(), "alice");
+    let write = |name: &str, wider: f64| {
+        std::fs::write(session.join(name), changed(|[x, y, z]| [x * wider, y * wider, z * wider], |_| true)).unwrap();
+    };
+    write("s.obj", 0.8);
+    write("l.obj", 1.1);
+    let sizes = ["tryon", "--size", "S=s.obj", "--size", "L=l.obj", "--unit", "cm", "--fabric", "cotton"];
+    let tried = overcoat_ok(&session, &[&sizes[..], &["--picture", "sizes.png", "--json"]].concat()).json();
+    let [small, large] = [0, 1].map(|k| tried["sizes"][k].clone());
+    assert!(small["verdict_text"].as_str().unwrap().contains("too tight at the"), "{small}");
+    let chest = |size: &serde_json::Value| {
+        let girths = size["girths"].as_array().unwrap();
+        girths.iter().find(|girth| girth["name"] == "chest").unwrap()["own"].as_f64().unwrap()
+    };
+    let wider = chest(&large) / chest(&small);
+    assert!((wider - 1.1 / 0.8).abs() < 0.08, "{wider}");
+    assert!(session.join("sizes.png").exists());
+    let status = overcoat_ok(&session, &["status", "--json"]).json();
+    assert!(!status.to_string().contains("\"tee\""), "nothing became a layer: {status}");
+    overcoat_ok(&session, &[&sizes[..], &["--keep", "L", "--name", "tee"]].concat());
+    let status = overcoat_ok(&session, &["status", "--json"]).json().to_string();
+    assert!(status.contains("chest_ease_mm"), "{status}");
+    let ease = overcoat_ok(&session, &["view", "--ease", "ease.png", "--json"]).json();
+    assert!(ease["ease"]["tee"]["girths"][0]["gap"].as_f64().unwrap() > 0.0, "{ease}");
+    for (wrong, says) in [
+        (&["--size", "S=s.obj", "--size", "S=l.obj"][..], "the size S is given twice"),
+        (&["--size", "S=s.obj", "--size", "M=s.obj"], "the files are equal"),
+        (&["--size", "S=s.obj", "--keep", "M"], "there is no size M"),
+        (&["--size", "s.obj"], "expected SIZE=FILE"),
+        (&["--size", "S=none.obj"], "none.obj"),
+        (&["s.obj", "--picture", "x.png"], "--picture draws"),
+    ] {
+        let answer = overcoat(&session, &[&["tryon"], wrong].concat());
+        assert!(answer.code != 0 && answer.stderr.contains(says), "{wrong:?}: {answer:?}");
+    }
+}
+
+#[test]
 fn the_steps_of_the_paper_run_alone_and_change_nothing() {
     let dir = tempfile::tempdir().unwrap();
     let session = built_quick_session(dir.path(), "alice");

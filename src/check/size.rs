@@ -1,5 +1,8 @@
 //! Whether a garment has the size of the person.
 
+use super::doubts::Doubt;
+use super::tried_on::SLIDES;
+use crate::segment::Fabric;
 use crate::tryon::EaseGirth;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -9,7 +12,7 @@ use std::fmt;
 /// **Source** negative ease of knits is 5 to 15 % of the girth (pattern designers); denim and shirting are stiff.
 const KNIT: f64 = 0.10;
 const WEAVE: f64 = 0.02;
-/// Cloth that resists stretch by less is a knit, N/m: between knits (at most 250) and silk (774) of `templates/fabrics.toml`.
+/// Cloth that resists stretch by less is a knit, N/m: between knits (at most 152) and silk (774) of `templates/fabrics.toml`.
 const STRETCHY: f64 = 400.0;
 
 /// Whether a garment has the size of the person who wears it.
@@ -33,26 +36,40 @@ pub enum SizeVerdict {
 }
 
 impl SizeVerdict {
-    /// Of a garment that was simulated until it rests: its rings as they are then, how far it fell, in metres, and what resists its
-    /// stretch, in N/m. `slides`: how far is too far, metres.
-    pub fn of(girths: &[EaseGirth], fell: f64, slides: f64, stretch_resistance: f64) -> Self {
-        let allowed = if stretch_resistance < STRETCHY { KNIT } else { WEAVE };
+    /// Of a garment that was simulated until it rests: its rings as they are then, how far it fell, in metres, and its fabric.
+    pub fn of(girths: &[EaseGirth], fell: f64, fabric: &Fabric) -> Self {
+        let allowed = if fabric.stretch[0] < STRETCHY { KNIT } else { WEAVE };
         let too_short = |girth: &EaseGirth| girth.own * (girth.strain() - allowed);
         let tightest = girths.iter().max_by(|a, b| too_short(a).total_cmp(&too_short(b)));
         match tightest.filter(|girth| too_short(girth) > 0.0) {
             Some(girth) => Self::TooTight { at: girth.name.clone(), by: girth.own * girth.strain() },
-            None if fell > slides => Self::SlidesDown { by: fell },
+            None if fell > SLIDES => Self::SlidesDown { by: fell },
             None => Self::Fits,
         }
+    }
+}
+
+impl SizeVerdict {
+    /// What is in doubt of a layer of this size.
+    pub fn doubt(&self) -> Option<Doubt> {
+        let (what, remedy) = match self {
+            Self::Fits => return None,
+            Self::TooTight { .. } => ("small", "larger"),
+            Self::SlidesDown { .. } => ("large", "smaller"),
+        };
+        Some(Doubt {
+            what: format!("the garment is too {what} for this person: {self}"),
+            remedy: format!("try on a {remedy} size"),
+        })
     }
 }
 
 impl fmt::Display for SizeVerdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::TooTight { at, by } => write!(f, "{:.0} cm too tight at the {at}", (100.0 * by).max(1.0)),
-            Self::SlidesDown { by } => write!(f, "slides down by {:.0} cm", 100.0 * by),
-            Self::Fits => write!(f, "fits"),
+            Self::TooTight { at, by } => write!(f, "it is {:.0} cm too tight at the {at}", (100.0 * by).max(1.0)),
+            Self::SlidesDown { by } => write!(f, "it slides down by {:.0} cm", 100.0 * by),
+            Self::Fits => write!(f, "it fits"),
         }
     }
 }
@@ -67,13 +84,16 @@ mod tests {
 
     #[test]
     fn the_tightest_ring_decides_and_knits_may_stretch() {
+        let [denim, jersey] = ["denim", "jersey"].map(|name| Fabric::named(name).unwrap());
         let rings = [ring("waist", 0.80, 0.80, 0.01), ring("hip", 0.95, 0.98, 0.0)];
-        let weave = SizeVerdict::of(&rings, 0.0, 0.1, 3000.0);
-        assert_eq!(weave.to_string(), "3 cm too tight at the hip");
-        assert_eq!(SizeVerdict::of(&rings, 0.0, 0.1, 100.0), SizeVerdict::Fits);
+        let tight = SizeVerdict::of(&rings, 0.0, denim);
+        assert_eq!(tight.to_string(), "it is 3 cm too tight at the hip");
+        assert!(tight.doubt().unwrap().remedy.contains("larger"));
+        assert_eq!(SizeVerdict::of(&rings, 0.0, jersey), SizeVerdict::Fits);
+        assert_eq!(SizeVerdict::Fits.doubt(), None);
         // Skin that gives way hides how tight it is.
         let pressed = [ring("thigh", 0.50, 0.50, -0.01)];
-        assert_eq!(SizeVerdict::of(&pressed, 0.0, 0.1, 3000.0).to_string(), "6 cm too tight at the thigh");
-        assert_eq!(SizeVerdict::of(&rings[..1], 0.23, 0.1, 3000.0).to_string(), "slides down by 23 cm");
+        assert_eq!(SizeVerdict::of(&pressed, 0.0, denim).to_string(), "it is 6 cm too tight at the thigh");
+        assert_eq!(SizeVerdict::of(&rings[..1], 0.23, denim).to_string(), "it slides down by 23 cm");
     }
 }

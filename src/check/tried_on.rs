@@ -25,9 +25,14 @@ impl TriedOn {
         Self { stretch: is_same.then(|| edge_length_p95(own, worn)), is_whole: worn.faces() == own.faces() }
     }
 
+    /// Whether its cloth is stretched all over.
+    pub fn is_too_tight(&self) -> bool {
+        self.stretch.is_some_and(|stretch| stretch > TOO_TIGHT)
+    }
+
     /// What is in doubt, the gravest first.
     pub fn doubts(&self) -> Vec<Doubt> {
-        let tight = self.stretch.filter(|stretch| *stretch > TOO_TIGHT).map(|stretch| Doubt {
+        let tight = self.stretch.filter(|_| self.is_too_tight()).map(|stretch| Doubt {
             what: format!(
                 "the garment is too small for this person: its cloth is stretched by {:.0} %",
                 100.0 * (stretch - 1.0)
@@ -43,7 +48,7 @@ impl TriedOn {
 }
 
 /// A garment that falls by more, on average of its vertices, in metres, does not stay where it is worn.
-pub const SLIDES: f64 = 0.12;
+pub(super) const SLIDES: f64 = 0.12;
 
 /// What is in doubt of how a garment was put on: `thickness` is the share of itself as which the figure stood free in it, `fell` how
 /// far the garment fell until it was at rest, in metres.

@@ -23,6 +23,9 @@ const STEPS: std::ops::RangeInclusive<f64> = 3.0..=12.0;
 /// Steps of a draft, and the greatest rotation of a joint within them, degrees: straight ways cut 5 % off an arc of 36°.
 const DRAFT_STEPS: usize = 4;
 const DRAFT_DEG: f64 = 36.0;
+/// A joint that turns further within a frame, degrees, or a root that moves farther, metres, jumps: it does not fling cloth.
+const JUMP_DEG: f64 = 60.0;
+const JUMP: f64 = 0.5;
 /// What turns further within a frame, as in a jump to another pose, is not followed more finely than in so many parts.
 const MOST_PARTS: f64 = 10.0;
 /// See [`ConstraintSolver::new`].
@@ -130,6 +133,9 @@ impl<'a> Simulation<'a> {
             let parts = (turned / DRAFT_DEG).ceil().clamp(1.0, MOST_PARTS);
             for part in 1..=parts as usize {
                 self.draft(from, &from.toward(to, part as f64 / parts), 1.0 / (fps * parts));
+            }
+            if turned > JUMP_DEG || (to.translation - from.translation).norm() > JUMP {
+                self.solver.velocity.fill(Vec3::zeros());
             }
             return;
         }

@@ -17,12 +17,12 @@ use super::stages::rig::{self, RIG};
 use super::stages::segment::SEGMENT;
 use super::stages::stack::{self, STACK};
 use crate::body::{Figure, Pose};
-use crate::check::{TriedOn, doubts_of_putting_on};
+use crate::check::{SizeVerdict, TriedOn, doubts_of_putting_on};
 use crate::cut::Garment;
 use crate::fit::{InsideReport, PoseInside};
 use crate::geometry::{Adjacency, PerVertex};
 use crate::scan::Scan;
-use crate::segment::{Labels, Segmentation};
+use crate::segment::{Fabric, Labels, Segmentation};
 use crate::session::error::SessionError;
 use crate::session::recipe::{self, StepRecipe};
 use crate::session::store::{Kept, Store};
@@ -142,5 +142,9 @@ fn check(
             .measured(&format!("{name}_gap_mm"), girth.gap * 1e3)
             .measured(&format!("{name}_strain_percent"), girth.strain() * 100.0);
     }
-    Ok(outcome.warned(found.doubts().into_iter().map(warning)))
+    let fabric = worn.fabric.as_deref().and_then(|name| Fabric::named(name).ok());
+    // Where its edges are stretched all over, that says more than one ring.
+    let size = fabric.and_then(|fabric| SizeVerdict::of(&ease.girths, 0.0, fabric).doubt());
+    let size = size.filter(|_| !found.is_too_tight());
+    Ok(outcome.warned(size.into_iter().map(warning)).warned(found.doubts().into_iter().map(warning)))
 }

@@ -1,7 +1,7 @@
 //! Sizes of a garment, each on the figure of the last step, which does not change.
 
 use crate::body::{Figure, Layer};
-use crate::check::{SLIDES, SizeVerdict};
+use crate::check::SizeVerdict;
 use crate::scan::Unit;
 use crate::segment::Fabric;
 use crate::session::error::SessionError;
@@ -92,14 +92,13 @@ impl Session {
         };
         let template = self.recipe.template(kind).map_err(wrong)?;
         let fabric = Fabric::named(fabric.unwrap_or(&template.fabric)).map_err(wrong)?;
-        let resists = 0.5 * (fabric.stretch[0] + fabric.stretch[1]);
         let mut sizes = Vec::new();
         for (sized, (garment, notes)) in sized.iter().zip(read) {
             on_size(&sized.size);
             let worn =
                 at_rest(&garment.mesh, &figure, &fabric.name).map_err(|e| SessionError::bad_source(&sized.file, e))?;
             let ease = Ease::of(&worn.mesh, Some(&garment.mesh), &worn.weights, &figure);
-            let verdict = SizeVerdict::of(&ease.girths, worn.fell, SLIDES, resists);
+            let verdict = SizeVerdict::of(&ease.girths, worn.fell, fabric);
             sizes.push(TriedSize { sized: sized.clone(), verdict, ease, worn, notes });
         }
         Ok(TriedSizes { kind: kind.into(), fabric: fabric.name.clone(), sizes, figure })
