@@ -55,7 +55,7 @@ pub(super) struct Simulation<'a> {
 /// What moves the solver's state.
 enum Physics {
     Constraints,
-    MassSpring(MassSpringLayers),
+    MassSpring(Box<MassSpringLayers>),
     Draft(Draft),
 }
 
@@ -90,7 +90,8 @@ impl<'a> Simulation<'a> {
         let physics = match solver {
             ClothSolver::Constraints => Physics::Constraints,
             ClothSolver::MassSpring => {
-                Physics::MassSpring(MassSpringLayers::prepare(&meshes, fabrics, &surfaces.vertices, &inverse_mass))
+                let layers = MassSpringLayers::prepare(&meshes, fabrics, &surfaces.vertices, &inverse_mass);
+                Physics::MassSpring(Box::new(layers))
             }
             ClothSolver::Draft => Physics::Draft(Draft::prepare(&meshes, &surfaces)),
         };

@@ -80,7 +80,7 @@ fn base(mesh: &TriMesh, up: &Vec3) -> Option<Base> {
         }
     }
     let is_large = |pair: &&[(f64, f64)]| pair[0].0 + pair[1].0 > LEAST_AREA * height * height;
-    let highest = levels.windows(2).filter(is_large).next_back()?;
+    let highest = levels.windows(2).rfind(is_large)?;
     let top = if highest[1].0 > highest[0].0 { highest[1].1 } else { highest[0].1 };
     Some(Base { top: top + MARGIN * height, thickness: top - low })
 }

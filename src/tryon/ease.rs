@@ -99,7 +99,8 @@ fn ring(
     let is_above = |v: VertexId| height[v.index()] > 0.0;
     // Each cut edge: where it is cut, worn and own, and the gap there; and the segments between them.
     let mut cuts: BTreeMap<[VertexId; 2], usize> = BTreeMap::new();
-    let (mut places, mut segments): (Vec<(Point, Point, f64)>, Vec<[usize; 2]>) = (Vec::new(), Vec::new());
+    let mut places: Vec<(Point, Point, f64)> = Vec::new();
+    let mut segments: Vec<[usize; 2]> = Vec::new();
     for face in worn.faces().iter() {
         if !face.iter().all(|v| is_wanted(*v)) {
             continue;

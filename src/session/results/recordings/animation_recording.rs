@@ -29,17 +29,18 @@ impl AnimationRecording {
 
     /// Shows cloth as it is computed.
     pub fn see(&mut self, event: &Event) {
-        if let Event::Moved { at: MovedFrame { figure, fps, frame, at } } = event {
-            if frame % interval(*fps) == 0 {
-                let mut rest = *at;
-                let meshes = figure.layers.iter().map(|layer| {
-                    let (own, others) = rest.split_at(layer.mesh.vertex_count());
-                    rest = others;
-                    layer.mesh.with_points(own.to_vec())
-                });
-                self.show_frame(figure, *frame, &meshes.collect::<Vec<_>>());
-            }
+        let Event::Moved { at: MovedFrame { figure, fps, frame, at } } = event else { return };
+        if frame % interval(*fps) != 0 {
+            return;
         }
+        let mut rest = *at;
+        let meshes = figure.layers.iter().map(|layer| {
+            let (own, others) = rest.split_at(layer.mesh.vertex_count());
+            rest = others;
+            layer.mesh.with_points(own.to_vec())
+        });
+        let meshes: Vec<TriMesh> = meshes.collect();
+        self.show_frame(figure, *frame, &meshes);
     }
 
     /// Records the frames of an animation that is up to date, unless they were seen, and ends the recording.
