@@ -70,7 +70,7 @@ pub(super) fn looks_like_color(name: &str) -> bool {
     let words = ["red", "green", "blue", "rgb", "color", "colour", "albedo", "diffuse", "f_dc_"];
     // Such as `shared` and `infrared`, which are none.
     let is_part = |word: &&str| name.starts_with(*word) || name.ends_with(*word) && !name.ends_with("ared");
-    words.iter().any(|word| is_part(word))
+    words.iter().any(is_part)
 }
 
 #[cfg(test)]
