@@ -34,6 +34,8 @@ def read_table(subjects, recipe):
     if len(rows) < 2:
         raise BadInput(f"{subjects}: there is no person in it; the first line names the columns, each other line is a person")
     head_line, head = rows[0]
+    if len(head) == 1 and re.search("[;\t]", head[0]):
+        raise BadInput(f"{subjects}, line {head_line}: the columns are not separated by commas; save the table with commas")
     for key in head[1:]:
         if key.split(".")[0] not in [*steps, "body_model"]:
             raise BadInput(f"{subjects}, line {head_line}: the recipe has no step for the column '{key}'; its steps are {', '.join(steps)}")
@@ -105,7 +107,8 @@ def write_summary(into, people):
                 cells = verdicts | measures_of(result)
             out.writerow([name, outcome, *(cells.get(column, "") for column in columns)])
     partial.replace(into / "summary.csv")
-    failed = [f"{name}: {result['error']['message']}" for name, result in results.items() if "error" in result]
+    errors = {name: result["error"] for name, result in results.items() if "error" in result}
+    failed = [f"{name}: {'; '.join(filter(None, (error['message'], error.get('hint'))))}" for name, error in errors.items()]
     count = f"{len(done)} of {len(people)} people dressed; all measures are in {into / 'summary.csv'}"
     return "\n".join([count, *failed])
 
