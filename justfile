@@ -165,4 +165,5 @@ batch-example *ARGS="--cores 2":
 
 # The same through Slurm on this machine; needs snakemake-executor-plugin-slurm and a running Slurm
 batch-slurm *ARGS:
-    just batch-example --executor slurm --jobs 8 --slurm-no-account --slurm-status-command squeue {{ARGS}}
+    cargo build --release --no-default-features --bin overcoat
+    examples/batch/example.sh target/release/overcoat target/batch-slurm --executor slurm --jobs 8 --slurm-no-account --slurm-status-command squeue {{ARGS}}

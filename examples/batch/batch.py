@@ -72,19 +72,26 @@ def check_files(subjects, people):
                 )
 
 
-def claim(into, subjects, recipe):
+def check_folder(into, subjects, recipe):
     """Refuses a folder that has the people of another batch."""
-    note = into / ".batch" / "batch.json"
-    own = {"subjects": str(subjects), "recipe": str(recipe)}
-    if note.exists():
-        other = json.loads(note.read_text())
-        if other != own:
-            raise BadInput(
-                f"the folder '{into}' has the people of {other['subjects']} with the recipe {other['recipe']}; give this batch another folder ('into')"
-            )
-    else:
-        note.parent.mkdir(parents=True, exist_ok=True)
-        note.write_text(json.dumps(own))
+    note = note_of(into)
+    if note.exists() and (other := json.loads(note.read_text())) != own(subjects, recipe):
+        raise BadInput(
+            f"the folder '{into}' has the people of {other['subjects']} with the recipe {other['recipe']}; give this batch another folder ('into')"
+        )
+
+
+def claim(into, subjects, recipe):
+    note_of(into).parent.mkdir(parents=True, exist_ok=True)
+    note_of(into).write_text(json.dumps(own(subjects, recipe)))
+
+
+def note_of(into):
+    return into / ".batch" / "batch.json"
+
+
+def own(subjects, recipe):
+    return {"subjects": str(subjects), "recipe": str(recipe)}
 
 
 def write_summary(into, people):
