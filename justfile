@@ -157,3 +157,13 @@ mutations:
 # Ten thousand frames of cloth: nothing crosses, nothing explodes
 cloth-long:
     cargo test --release --no-default-features --lib -- --ignored --nocapture ten_thousand_frames
+
+# Dresses 8 synthetic people with Snakemake on this machine, with one job killed and one scan damaged, beside `replay --subjects`
+batch-example *ARGS="--cores 2":
+    cargo build --release --no-default-features --bin overcoat
+    examples/batch/example.sh target/release/overcoat target/batch {{ARGS}}
+
+# The same through Slurm on this machine; needs snakemake-executor-plugin-slurm and a running Slurm
+batch-slurm *ARGS:
+    cargo build --release --no-default-features --bin overcoat
+    examples/batch/example.sh target/release/overcoat target/batch-slurm --executor slurm --jobs 8 --slurm-no-account --slurm-status-command squeue {{ARGS}}
