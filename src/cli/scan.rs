@@ -185,6 +185,11 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
         args.check_outfit()?;
     }
     let file = match (&args.file, &args.photo) {
+        (Some(file), None) if args.height.is_some() && file.extension().is_some_and(|e| e == "json") => {
+            let what = format!("{} is no scan: keypoints of a photo go with --photo", file.display());
+            let hint = format!("type `overcoat scan body --photo {} --height …`", file.display());
+            return Err(SessionError::BadRequest { what, hint }.into());
+        }
         (Some(file), None) => context.input(file.clone()),
         (None, Some(keypoints)) => kept_photo(keypoints, &args, context)?,
         (Some(_), Some(_)) => {
