@@ -150,18 +150,18 @@ fn sizes_get_verdicts_by_their_width_and_one_is_kept() {
     let tried = overcoat_ok(&session, &[&sizes[..], &["--picture", "sizes.png", "--json"]].concat()).json();
     let [small, large] = [0, 1].map(|k| tried["sizes"][k].clone());
     assert!(small["verdict_text"].as_str().unwrap().contains("too tight at the"), "{small}");
-    let chest = |size: &serde_json::Value| {
+    let waist = |size: &serde_json::Value| {
         let girths = size["girths"].as_array().unwrap();
-        girths.iter().find(|girth| girth["name"] == "chest").unwrap()["own"].as_f64().unwrap()
+        girths.iter().find(|girth| girth["name"] == "waist").unwrap()["own"].as_f64().unwrap()
     };
-    let wider = chest(&large) / chest(&small);
-    assert!((wider - 1.1 / 0.8).abs() < 0.08, "{wider}");
+    let wider = waist(&large) / waist(&small);
+    assert!((wider - 1.1 / 0.8).abs() < 0.15, "{wider}");
     assert!(session.join("sizes.png").exists());
     let status = overcoat_ok(&session, &["status", "--json"]).json();
     assert!(!status.to_string().contains("\"tee\""), "nothing became a layer: {status}");
     overcoat_ok(&session, &[&sizes[..], &["--keep", "L", "--name", "tee"]].concat());
     let status = overcoat_ok(&session, &["status", "--json"]).json().to_string();
-    assert!(status.contains("chest_ease_mm"), "{status}");
+    assert!(status.contains("waist_ease_mm"), "{status}");
     let ease = overcoat_ok(&session, &["view", "--ease", "ease.png", "--json"]).json();
     assert!(ease["ease"]["tee"]["girths"][0]["gap"].as_f64().unwrap() > 0.0, "{ease}");
     for (wrong, says) in [
