@@ -164,18 +164,15 @@ fn kept_photo(keypoints: &Path, args: &ScanArgs, context: &Context) -> anyhow::R
     })?;
     let session = Session::open(&context.session)?;
     // A record that a step uses is never replaced: another photo gets another name.
-    let names = (1..).map(|k| session.dir().join(if k == 1 { "photo.json".into() } else { format!("photo-{k}.json") }));
-    for path in names {
-        match read_input(&path) {
-            Ok(content) if content == record => return Ok(path),
-            Ok(_) => {}
-            Err(_) => {
-                session.outputs(false).write_bytes(&path, Content::Named, record)?;
-                return Ok(path);
-            }
-        }
+    let named = |k: usize| session.dir().join(if k == 1 { "photo.json".into() } else { format!("photo-{k}.json") });
+    let mut k = 1;
+    while read_input(&named(k)).is_ok_and(|content| content != record) {
+        k += 1;
     }
-    unreachable!("there are more names than files")
+    if read_input(&named(k)).is_err() {
+        session.outputs(false).write_bytes(&named(k), Content::Named, record)?;
+    }
+    Ok(named(k))
 }
 
 pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
@@ -185,18 +182,12 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
         args.check_outfit()?;
     }
     let file = match (&args.file, &args.photo) {
-        (Some(file), None) if args.height.is_some() && file.extension().is_some_and(|e| e == "json") => {
-            let what = format!("{} is no scan: keypoints of a photo go with --photo", file.display());
-            let hint = format!("type `overcoat scan body --photo {} --height …`", file.display());
-            return Err(SessionError::BadRequest { what, hint }.into());
-        }
         (Some(file), None) => context.input(file.clone()),
         (None, Some(keypoints)) => kept_photo(keypoints, &args, context)?,
-        (Some(_), Some(_)) => {
+        _ => {
             let what = "a scan and --photo are two bodies".into();
             return Err(SessionError::BadRequest { what, hint: "give one of them".into() }.into());
         }
-        (None, None) => unreachable!("the parser requires one of them"),
     };
     let (templates, names, over) = (args.template, args.names, args.over);
     let new = NewScan {

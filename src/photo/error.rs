@@ -63,6 +63,9 @@ pub enum PhotoError {
     /// Neither a camera nor a height.
     #[error("neither the camera nor the person's height is known, so the size of the body is not either")]
     NoScale,
+    /// Keypoints as a tracker writes them, where a session's file of a photo is expected.
+    #[error("these are keypoints of a tracker, without camera or height")]
+    NotARecord,
     /// A height that no adult has.
     #[error("a height of {height} m is not that of an adult (1.2 to 2.3 m)")]
     Height {
@@ -109,6 +112,7 @@ impl PhotoError {
                 | Self::NoSuchPerson { .. }
                 | Self::UnknownSize
                 | Self::NoScale
+                | Self::NotARecord
                 | Self::Height { .. }
         )
     }
@@ -132,6 +136,7 @@ impl PhotoError {
             Self::UpsideDown => "turn the picture by 180 degrees and run the tracker again",
             Self::UnknownSize => "give --image PHOTO.png, or --camera with width and height",
             Self::NoScale => "give --height 1.72 (metres), or --camera C.json with width, height, fx, fy, cx and cy",
+            Self::NotARecord => "give them as `overcoat scan body --photo FILE`, with --height or --camera",
             Self::Height { .. } => "give the height in metres: --height 1.72",
             Self::Distorted => "undistort the picture, run the tracker on it, and give a camera without distortion",
             Self::BelowFloor => {

@@ -33,11 +33,11 @@ pub fn write_photo_record(keypoints: &Keypoints, camera: &PhotoCamera, height: O
 
 /// Reads what [`write_photo_record`] wrote: keypoints, camera and stature.
 ///
-/// **Errors** those of [`read_keypoints`] and of the camera; keypoints alone, without a camera.
+/// **Errors** those of [`read_keypoints`] and of the camera; what it did not write.
 pub fn read_photo_record(bytes: &[u8]) -> Result<(Keypoints, PhotoCamera, Option<f64>), PhotoError> {
-    let keypoints = read_keypoints(bytes, None, None)?;
     let json: Value = serde_json::from_slice(bytes).map_err(|e| PhotoError::NotJson { reason: e.to_string() })?;
-    let known = json.get(KEY).ok_or(PhotoError::NoScale)?;
+    let known = json.get(KEY).ok_or(PhotoError::NotARecord)?;
+    let keypoints = read_keypoints(bytes, None, None)?;
     let (intrinsics, pose) = read_photo_camera_json(known["camera"].to_string().as_bytes())?;
     Ok((keypoints, PhotoCamera::try_new(&intrinsics, pose)?, known["height"].as_f64()))
 }
@@ -70,6 +70,6 @@ mod tests {
             assert!(keypoints.seen.iter().all(|k| read.seen.contains(k)), "{read:?}");
         }
         let alone = json!({ "people": [{ "pose_keypoints_2d": vec![[3.0, 4.0, 1.0]; 25].concat() }] }).to_string();
-        assert!(matches!(read_photo_record(alone.as_bytes()), Err(PhotoError::NoScale)));
+        assert!(matches!(read_photo_record(alone.as_bytes()), Err(PhotoError::NotARecord)));
     }
 }
