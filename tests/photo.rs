@@ -185,7 +185,7 @@ fn a_photo_becomes_the_body_of_a_session_and_its_uncertainty_is_in_the_verdict()
         assert!(answer.code == 2 && answer.stderr.contains(said), "{arguments}: {answer:?}");
     }
     let alone = in_session("scan body kp.json");
-    assert!(alone.code != 0 && alone.stderr.contains("neither the camera nor"), "{alone:?}");
+    assert!(alone.code != 0 && alone.stderr.contains("keypoints of a tracker"), "{alone:?}");
     let scanned = in_session("scan body --photo kp.json --height 1.8 --camera camera.json");
     assert!(scanned.code == 0 && scanned.stdout.contains("computed from one photo: stature 180 ± 1 cm"), "{scanned:?}");
     // The photo is kept: neither file is needed any more.

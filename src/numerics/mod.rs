@@ -1,6 +1,7 @@
-//! Sparse factorisation, eigenvalues, quadratic programs and vector instructions; contains no mesh code.
+//! Sparse factorisation, disjoint sets, eigenvalues, quadratic programs and vector instructions; contains no mesh code.
 
 mod cholesky;
+mod disjoint_sets;
 mod dynamic_ring;
 mod eigen;
 mod quadratic_program;
@@ -8,6 +9,7 @@ mod random;
 mod simd;
 
 pub use cholesky::SparseCholesky;
+pub use disjoint_sets::DisjointSets;
 pub use dynamic_ring::dynamic_ring;
 pub use eigen::{SymmetricEigen, symmetric_eigen};
 pub use quadratic_program::{QpOutcome, QpRow, QpStatus, QuadraticProgram};

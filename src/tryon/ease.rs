@@ -2,6 +2,7 @@
 
 use crate::body::{Figure, SkinWeights, TapeLine, tape_lines};
 use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh, VertexId};
+use crate::numerics::DisjointSets;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -120,15 +121,14 @@ fn ring(
             segments.push([a, b]);
         }
     }
-    let mut parent: Vec<usize> = (0..places.len()).collect();
-    for [a, b] in &segments {
-        let [a, b] = [*a, *b].map(|v| root(&mut parent, v));
-        parent[a] = b;
+    let mut sets = DisjointSets::of_single(places.len());
+    for &[a, b] in &segments {
+        sets.join(a, b);
     }
     let mut count = vec![0; places.len()];
     let mut rings: BTreeMap<usize, Ring> = BTreeMap::new();
     for &[a, b] in &segments {
-        let ring = rings.entry(root(&mut parent, a)).or_default();
+        let ring = rings.entry(sets.root(a)).or_default();
         let long = (places[a].0 - places[b].0).norm();
         ring.worn += long;
         ring.own += (places[a].1 - places[b].1).norm();
@@ -137,7 +137,7 @@ fn ring(
         count[b] += 1;
     }
     for (v, _) in count.iter().enumerate().filter(|(_, count)| **count == 1) {
-        if let Some(ring) = rings.get_mut(&root(&mut parent, v)) {
+        if let Some(ring) = rings.get_mut(&sets.root(v)) {
             ring.ends.push(places[v].0);
         }
     }
@@ -152,14 +152,6 @@ fn ring(
     }
     let gap = air / worn.max(1e-9);
     Some(EaseGirth { name: String::new(), body: 0.0, worn: worn + opening, own: own + opening, gap })
-}
-
-fn root(parent: &mut [usize], mut v: usize) -> usize {
-    while parent[v] != v {
-        parent[v] = parent[parent[v]];
-        v = parent[v];
-    }
-    v
 }
 
 /// The greatest principal stretch of the faces around each vertex, their mean by area.

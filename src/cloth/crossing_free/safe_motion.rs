@@ -4,6 +4,7 @@ use super::near_pairs::{NearPair, Search, way_between};
 use super::surfaces::Surfaces;
 use super::swept_tree::SweptTree;
 use crate::geometry::{Point, Vec3};
+use crate::numerics::DisjointSets;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -300,55 +301,43 @@ impl PairsOfVertex {
 
 /// Sets of vertices that move as one.
 struct Zones {
-    parent: Vec<u32>,
+    sets: DisjointSets,
+    vertices: usize,
 }
 
 impl Zones {
     fn of_single(vertices: usize) -> Self {
-        Self { parent: (0..vertices as u32).collect() }
-    }
-
-    fn root(&mut self, mut v: u32) -> u32 {
-        while self.parent[v as usize] != v {
-            self.parent[v as usize] = self.parent[self.parent[v as usize] as usize];
-            v = self.parent[v as usize];
-        }
-        v
+        Self { sets: DisjointSets::of_single(vertices), vertices }
     }
 
     /// Joins the zones of four vertices; returns whether they were not one before.
     fn join(&mut self, vertices: &[u32; 4]) -> bool {
-        let first = self.root(vertices[0]);
-        let mut joined = false;
-        for &v in &vertices[1..] {
-            let root = self.root(v);
-            joined |= root != first;
-            self.parent[root as usize] = first;
+        let [first, others @ ..] = vertices.map(|v| v as usize);
+        others.into_iter().fold(false, |joined, v| self.sets.join(first, v) || joined)
+    }
+
+    /// The vertices of each zone of several.
+    fn members(&mut self) -> Vec<Vec<usize>> {
+        let roots: Vec<usize> = (0..self.vertices).map(|v| self.sets.root(v)).collect();
+        let mut sizes = vec![0_u32; self.vertices];
+        roots.iter().for_each(|&root| sizes[root] += 1);
+        let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (v, &root) in roots.iter().enumerate().filter(|(_, root)| sizes[**root] > 1) {
+            members.entry(root).or_default().push(v);
         }
-        joined
+        members.into_values().collect()
     }
 
     /// Gives all vertices of a zone the rigid motion that is nearest to theirs, by mass.
     fn move_as_one(&mut self, at: &[Point], by: &mut [Vec3], mass: impl Fn(usize) -> f64) {
-        let mut members: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-        let mut sizes = vec![0_u32; by.len()];
-        let roots: Vec<u32> = (0..by.len() as u32).map(|v| self.root(v)).collect();
-        roots.iter().for_each(|&root| sizes[root as usize] += 1);
-        for (v, &root) in roots.iter().enumerate().filter(|(_, root)| sizes[**root as usize] > 1) {
-            members.entry(root).or_default().push(v);
-        }
-        for zone in members.values() {
+        for zone in self.members() {
             let common = RigidMotion::fit(zone.iter().map(|&v| (at[v], by[v], mass(v))));
             zone.iter().for_each(|&v| by[v] = common.at(&at[v]));
         }
     }
 
     fn joined_vertices(&mut self) -> usize {
-        let mut sizes = vec![0; self.parent.len()];
-        for v in 0..self.parent.len() as u32 {
-            sizes[self.root(v) as usize] += 1;
-        }
-        sizes.into_iter().filter(|&size| size > 1).sum()
+        self.members().iter().map(Vec::len).sum()
     }
 }
 
