@@ -23,11 +23,9 @@ const STEPS: std::ops::RangeInclusive<f64> = 3.0..=12.0;
 /// Steps of a draft, and the greatest rotation of a joint within them, degrees: straight ways cut 5 % off an arc of 36°.
 const DRAFT_STEPS: usize = 4;
 const DRAFT_DEG: f64 = 36.0;
-/// A joint that turns further within a frame, degrees, or a root that moves farther, metres, jumps: it does not fling cloth.
+/// A joint that turns further within a frame, degrees, or a root that moves farther, metres, jumps: skin takes cloth along, at rest.
 const JUMP_DEG: f64 = 60.0;
 const JUMP: f64 = 0.5;
-/// What turns further within a frame, as in a jump to another pose, is not followed more finely than in so many parts.
-const MOST_PARTS: f64 = 10.0;
 /// See [`ConstraintSolver::new`].
 const BODY_SHARE: f64 = 0.02;
 /// Iterations of the constraints per step.
@@ -131,12 +129,13 @@ impl<'a> Simulation<'a> {
     pub fn frame(&mut self, from: &Pose, to: &Pose, fps: f64) {
         let turned = turned_deg(from, to);
         if let Physics::Draft(_) = self.physics {
-            let parts = (turned / DRAFT_DEG).ceil().clamp(1.0, MOST_PARTS);
+            if turned > JUMP_DEG || (to.translation - from.translation).norm() > JUMP {
+                self.jump(from, to);
+                return;
+            }
+            let parts = (turned / DRAFT_DEG).ceil().max(1.0);
             for part in 1..=parts as usize {
                 self.draft(from, &from.toward(to, part as f64 / parts), 1.0 / (fps * parts));
-            }
-            if turned > JUMP_DEG || (to.translation - from.translation).norm() > JUMP {
-                self.solver.velocity.fill(Vec3::zeros());
             }
             return;
         }
@@ -156,6 +155,17 @@ impl<'a> Simulation<'a> {
             }
             before = places;
         }
+    }
+
+    /// Skin takes cloth along to a pose, from the last one, or at first from `start`.
+    fn jump(&mut self, start: &Pose, to: &Pose) {
+        let (begin, _) = self.last.take().unwrap_or_else(|| self.places(start));
+        let end = self.places(to);
+        for (at, (from, to)) in self.solver.at.iter_mut().zip(begin.iter().zip(&end.0)) {
+            *at += to - from;
+        }
+        self.solver.velocity.fill(Vec3::zeros());
+        self.last = Some(end);
     }
 
     /// Moves on to a pose within `secs`, from the last one, or at first from `start`. Between them skin moves straight.

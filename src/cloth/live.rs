@@ -7,7 +7,7 @@ use super::mode::{ClothMode, ClothSolver};
 use crate::body::{Figure, Pose, Skinning};
 use crate::geometry::TriMesh;
 
-/// Poses that are nearer to each other, or farther apart, are taken as if they were so, seconds.
+/// The interval from one pose to the next, seconds; a shorter or longer one is taken as the nearest of these.
 const INTERVAL: std::ops::RangeInclusive<f64> = (1.0 / 240.0)..=0.2;
 
 /// Cloth of a figure that moves from pose to pose, at first from the bind pose. A draft: layers may cross.
