@@ -56,10 +56,14 @@ pub(super) fn run(args: DemoArgs, context: &Context) -> anyhow::Result<Done> {
     }
     progress.end();
     let mut progress = Progress::of_stages(&context.console, writer.session().stage_count());
-    let Built { reports: stages, verdicts: first } =
-        writer.build(&Forced::Nothing, &mut |event| progress.show(event))?;
+    // The verdicts are shown once, at the end.
+    let mut show = |event: &Event| match event {
+        Event::StepDone(_) => {}
+        event => progress.show(event),
+    };
+    let Built { reports: stages, verdicts: first } = writer.build(&Forced::Nothing, &mut show)?;
+    let (corrections, corrected) = corrected(&mut writer, &scans, &mut show)?;
     progress.end();
-    let (corrections, corrected) = corrected(&mut writer, &scans, &mut |event| progress.show(event))?;
     let of_steps = corrected.unwrap_or(first);
     drop(writer);
 
