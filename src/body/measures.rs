@@ -90,10 +90,8 @@ pub fn trunk_girths(
     heights.iter().map(|&y| body.trunk(y)).collect()
 }
 
-/// Shares of a length from the first to the last, a step apart.
-fn steps([first, last]: [f64; 2], length: f64) -> impl Iterator<Item = f64> {
-    let count = ((last - first) * length / STEP).round() as usize;
-    (0..=count).map(move |k| first + (last - first) * k as f64 / count.max(1) as f64)
+fn widest(lines: impl IntoIterator<Item = TapeLine>) -> Option<TapeLine> {
+    lines.into_iter().reduce(|a, b| if b.girth > a.girth { b } else { a })
 }
 
 struct Measured<'a> {
@@ -150,8 +148,7 @@ impl<'a> Measured<'a> {
     }
 
     fn chest(&self) -> Option<TapeLine> {
-        let lines = self.levels(CHEST_PER_STATURE).into_iter().filter_map(|y| self.trunk_line("chest", y));
-        lines.reduce(|a, b| if b.girth > a.girth { b } else { a })
+        widest(self.levels(CHEST_PER_STATURE).into_iter().filter_map(|y| self.trunk_line("chest", y)))
     }
 
     fn waist(&self) -> Option<TapeLine> {
@@ -184,34 +181,39 @@ impl<'a> Measured<'a> {
         // The plane meets the inner thigh, not the bone, at that height.
         let inner = 0.07 * axis.x.abs();
         let down = (hip.y - self.crotch()? + 0.02 - inner) / -axis.y;
-        self.limb_line("thigh", UpperLeg(Left), hip + axis * down, &axis)
+        self.around("thigh", UpperLeg(Left), &[hip + axis * down], &axis).pop()
     }
 
-    /// The widest place of the upper arm.
     fn upper_arm(&self) -> Option<TapeLine> {
-        let (a, b) = (self.joint(UpperArm(Left))?, self.joint(LowerArm(Left))?);
-        let axis = (b - a).try_normalize(1e-9)?;
-        let lines = steps([0.40, 0.75], (b - a).norm())
-            .filter_map(|t| self.limb_line("upper arm", UpperArm(Left), a + (b - a) * t, &axis));
-        lines.reduce(|a, b| if b.girth > a.girth { b } else { a })
+        widest(self.along("upper arm", UpperArm(Left), LowerArm(Left), [0.40, 0.75]))
     }
 
     /// The extreme girth of a limb between two positions along a bone.
     fn limb(&self, from: HumanJoint, to: HumanJoint, shares: [f64; 2], pick: fn(f64, f64) -> f64) -> Option<f64> {
-        let (a, b) = (self.joint(from)?, self.joint(to)?);
-        let axis = (b - a).try_normalize(1e-9)?;
-        let lines = steps(shares, (b - a).norm()).filter_map(|t| self.limb_line("", from, a + (b - a) * t, &axis));
-        lines.map(|line| line.girth).reduce(pick)
+        self.along("", from, to, shares).into_iter().map(|line| line.girth).reduce(pick)
     }
 
-    /// The tape around the limb that begins at `joint`, perpendicular to `axis`.
-    fn limb_line(&self, name: &'static str, joint: HumanJoint, at: Point, axis: &Vec3) -> Option<TapeLine> {
-        let limb = self.skeleton.find(joint)?;
+    /// Tapes around a limb between two positions along a bone, a step apart.
+    fn along(&self, name: &'static str, from: HumanJoint, to: HumanJoint, [first, last]: [f64; 2]) -> Vec<TapeLine> {
+        let (Some(a), Some(b)) = (self.joint(from), self.joint(to)) else { return Vec::new() };
+        let Some(axis) = (b - a).try_normalize(1e-9) else { return Vec::new() };
+        let count = ((last - first) * (b - a).norm() / STEP).round() as usize;
+        let share = |k: usize| first + (last - first) * k as f64 / count.max(1) as f64;
+        let places: Vec<Point> = (0..=count).map(|k| a + (b - a) * share(k)).collect();
+        self.around(name, from, &places, &axis)
+    }
+
+    /// Tapes at places of the limb that begins at `joint`, perpendicular to `axis`.
+    fn around(&self, name: &'static str, joint: HumanJoint, places: &[Point], axis: &Vec3) -> Vec<TapeLine> {
+        let Some(limb) = self.skeleton.find(joint) else { return Vec::new() };
         let across = axis.cross(&Vec3::z()).try_normalize(1e-6).unwrap_or_else(Vec3::x);
         let (axes, around) = ([across, axis.cross(&across)], Around::Limb(limb));
         let is_own = around.vertices(self.skeleton, self.weights);
-        let girth = tape(self.mesh, &SectionPlane { origin: at, axes }, |v| is_own[v])?;
-        Some(TapeLine { name, girth, origin: at, axes, around })
+        let line = |&origin: &Point| {
+            let girth = tape(self.mesh, &SectionPlane { origin, axes }, |v| is_own[v])?;
+            Some(TapeLine { name, girth, origin, axes, around })
+        };
+        places.iter().filter_map(line).collect()
     }
 
     fn neck(&self) -> Option<f64> {
