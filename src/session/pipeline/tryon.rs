@@ -17,7 +17,7 @@ use super::stages::rig::{self, RIG};
 use super::stages::segment::SEGMENT;
 use super::stages::stack::{self, STACK};
 use crate::body::{Figure, Pose};
-use crate::check::{SizeVerdict, TriedOn, doubts_of_putting_on};
+use crate::check::{TriedOn, doubts_of_putting_on};
 use crate::cut::Garment;
 use crate::fit::{InsideReport, PoseInside};
 use crate::geometry::{Adjacency, PerVertex};
@@ -53,6 +53,7 @@ struct CheckInputs {
     scan: Kept<Scan>,
     dressed: Kept<Figure>,
     model: ModelInput,
+    fabric: String,
 }
 
 /// The step, given the results of all before it.
@@ -86,7 +87,7 @@ pub(super) fn put_on(
     let dressed = at.run(FIGURE, inputs, figure::with_garment)?.kept;
     let inputs = press::Inputs { garment, dressed, inside, model: model(), is_hair: false, params: of.press };
     let pressed = at.run(PRESS, inputs, press::run)?.kept;
-    at.run(CHECK, CheckInputs { scan, dressed, model: model() }, check)?;
+    at.run(CHECK, CheckInputs { scan, dressed, model: model(), fabric: fabric() }, check)?;
     Ok(StepResults { scan, figure: dressed, of: OfStep::Garment { inside, labels, garment, pressed } })
 }
 
@@ -122,7 +123,7 @@ fn rested(inputs: RestInputs, store: &Store, _on_progress: OnProgress) -> Run<Ga
 }
 
 fn check(
-    CheckInputs { scan, dressed, model }: CheckInputs,
+    CheckInputs { scan, dressed, model, fabric }: CheckInputs,
     store: &Store,
     _on_progress: OnProgress,
 ) -> Run<Plausibility> {
@@ -130,8 +131,8 @@ fn check(
     let Some(worn) = figure.garments().last() else {
         return Err(SessionError::Internal { what: "a garment that was put on is no layer".into() }.into());
     };
-    let found = TriedOn::of(&own, &worn.mesh);
     let ease = Ease::of(&worn.mesh, Some(&own), &worn.weights, &figure);
+    let found = TriedOn::of(&own, &worn.mesh, &ease.girths, Fabric::named(&fabric)?);
     let mut outcome = Outcome::of(Plausibility::TriedOn(found.clone()))
         .measured("stretch_p95", found.stretch.unwrap_or(f64::NAN))
         .measured("length_mm", ease.length * 1e3);
@@ -142,9 +143,5 @@ fn check(
             .measured(&format!("{name}_gap_mm"), girth.gap * 1e3)
             .measured(&format!("{name}_strain_percent"), girth.strain() * 100.0);
     }
-    let fabric = worn.fabric.as_deref().and_then(|name| Fabric::named(name).ok());
-    // Where its edges are stretched all over, that says more than one ring.
-    let size = fabric.and_then(|fabric| SizeVerdict::of(&ease.girths, 0.0, fabric).doubt());
-    let size = size.filter(|_| !found.is_too_tight());
-    Ok(outcome.warned(size.into_iter().map(warning)).warned(found.doubts().into_iter().map(warning)))
+    Ok(outcome.warned(found.doubts().into_iter().map(warning)))
 }

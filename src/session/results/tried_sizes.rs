@@ -9,7 +9,7 @@ use crate::session::open::Session;
 use crate::session::pipeline::{FileInput, recognized};
 use crate::session::results::outputs::{Content, Outputs};
 use crate::session::store::ContentHash;
-use crate::tryon::{Ease, UprightGarment, Worn, at_rest};
+use crate::tryon::{Ease, UprightGarment, Worn, at_rest, edge_length_p95};
 use crate::view::{EaseRow, ease_sheet};
 use std::path::{Path, PathBuf};
 
@@ -98,7 +98,8 @@ impl Session {
             let worn =
                 at_rest(&garment.mesh, &figure, &fabric.name).map_err(|e| SessionError::bad_source(&sized.file, e))?;
             let ease = Ease::of(&worn.mesh, Some(&garment.mesh), &worn.weights, &figure);
-            let verdict = SizeVerdict::of(&ease.girths, worn.fell, fabric);
+            let verdict =
+                SizeVerdict::of(&ease.girths, Some(edge_length_p95(&garment.mesh, &worn.mesh)), worn.fell, fabric);
             sizes.push(TriedSize { sized: sized.clone(), verdict, ease, worn, notes });
         }
         Ok(TriedSizes { kind: kind.into(), fabric: fabric.name.clone(), sizes, figure })
