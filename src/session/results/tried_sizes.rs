@@ -1,16 +1,17 @@
 //! Sizes of a garment, each on the figure of the last step, which does not change.
 
-use crate::body::{Figure, Layer};
+use super::pictures::{draw_ease, girth_notes};
+use crate::body::Figure;
 use crate::check::SizeVerdict;
 use crate::scan::Unit;
 use crate::segment::Fabric;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::pipeline::{FileInput, recognized};
-use crate::session::results::outputs::{Content, Outputs};
+use crate::session::results::outputs::Outputs;
 use crate::session::store::ContentHash;
 use crate::tryon::{Ease, UprightGarment, Worn, at_rest, edge_length_p95};
-use crate::view::{EaseRow, ease_sheet};
+use crate::view::EaseRow;
 use std::path::{Path, PathBuf};
 
 /// A file of one size: `M=trousers-M.obj`.
@@ -136,28 +137,6 @@ impl Session {
         }
         Ok(read)
     }
-
-    /// Draws the ease of every garment of the figure of the last step.
-    ///
-    /// **Errors** without a garment.
-    pub fn write_ease(&self, path: &Path, outputs: &mut Outputs) -> Result<Vec<(String, Ease)>, SessionError> {
-        let figure = self.figure_of_last_step()?;
-        if figure.garments().is_empty() {
-            return Err(SessionError::BadRequest {
-                what: "the figure wears no garment".into(),
-                hint: "add one with `overcoat scan` or `overcoat tryon`".into(),
-            });
-        }
-        let of_layer = |layer: &Layer| (layer.name.clone(), Ease::of(&layer.mesh, None, &layer.weights, &figure));
-        let eases: Vec<(String, Ease)> = figure.garments().iter().map(of_layer).collect();
-        let mut rows = Vec::new();
-        for ((name, ease), layer) in eases.iter().zip(figure.garments()) {
-            let (title, notes, body) = (name.clone(), girth_notes(ease), &figure.body().mesh);
-            rows.push(EaseRow { title, notes, body, garment: &layer.mesh, gap: &ease.gap });
-        }
-        draw(path, outputs, (&self.name(), "distance of each garment from the skin"), &rows)?;
-        Ok(eases)
-    }
 }
 
 impl TriedSizes {
@@ -169,31 +148,6 @@ impl TriedSizes {
             let (title, body) = (sized.size.clone(), &self.figure.body().mesh);
             rows.push(EaseRow { title, notes, body, garment: &worn.mesh, gap: &ease.gap });
         }
-        draw(path, outputs, (&self.kind, &format!("{}: distance from the skin", self.fabric)), &rows)
+        draw_ease(path, outputs, (&self.kind, &format!("{}: distance from the skin", self.fabric)), &rows)
     }
-}
-
-fn draw(
-    path: &Path,
-    outputs: &mut Outputs,
-    (title, subtitle): (&str, &str),
-    rows: &[EaseRow<'_>],
-) -> Result<(), SessionError> {
-    let picture = ease_sheet(title, subtitle, rows).map_err(|e| SessionError::bad_source(path, e))?;
-    outputs.write(path, Content::Picture, |out| picture.write_png(out))
-}
-
-/// The ease at each tape line, and the length, as name and value.
-pub fn girth_notes(ease: &Ease) -> Vec<String> {
-    let mut notes: Vec<String> = ease
-        .girths
-        .iter()
-        .map(|girth| {
-            let stretched = 100.0 * girth.strain();
-            let stretch = if stretched >= 0.5 { format!(", stretched {stretched:.0} %") } else { String::new() };
-            format!("{}\t{:+.1} cm, {:.0} mm of air{stretch}", girth.name, 100.0 * girth.ease(), 1e3 * girth.gap)
-        })
-        .collect();
-    notes.push(format!("length\t{:.0} cm", 100.0 * ease.length));
-    notes
 }
