@@ -1,7 +1,7 @@
 //! The faces of a PLY file: polygons or strips of triangles, with their colours and texture coordinates.
 
 use super::colors::ColorColumns;
-use super::rows::{RowError, Rows, row_error};
+use super::rows::{RowError, Rows, each_list, row_error};
 use crate::formats::error::FormatError;
 use crate::formats::raw_mesh::RawMesh;
 use crate::formats::texture::RawTexture;
@@ -138,28 +138,7 @@ fn vertex_index(v: f64) -> Result<u32, RowError> {
 /// Reads the element `tristrips`: lists of vertices of which each one makes a triangle with the two before it; −1 begins a
 /// new strip. Every other triangle has the opposite orientation.
 pub(super) fn read_strips(rows: &mut Rows, element: &ElementDef, mesh: &mut RawMesh) -> Result<(), FormatError> {
-    let mut items = Vec::new();
-    for index in 0..element.count {
-        let mut read_row = || {
-            rows.begin_row()?;
-            for property in element.properties.values() {
-                match &property.data_type {
-                    PropertyType::Scalar(kind) => {
-                        rows.scalar(kind)?;
-                    }
-                    PropertyType::List(count, item) => {
-                        rows.list(count, item, &mut items)?;
-                        if is_corners(&property.name) {
-                            push_strip(&items, mesh)?;
-                        }
-                    }
-                }
-            }
-            rows.end_row()
-        };
-        read_row().map_err(|e| row_error(e, rows, element, index))?;
-    }
-    Ok(())
+    each_list(rows, element, |name, items| if is_corners(name) { push_strip(items, mesh) } else { Ok(()) })
 }
 
 fn push_strip(items: &[f64], mesh: &mut RawMesh) -> Result<(), RowError> {

@@ -3,7 +3,7 @@
 use super::colors::{ColorColumns, looks_like_color};
 use super::faces::{FaceColors, read_faces, read_strips};
 use super::header::{MAX_HEADER_BYTES, line_error, read_header};
-use super::rows::{Rows, row_error};
+use super::rows::{Rows, each_list, row_error};
 use crate::formats::error::{Format, FormatError};
 use crate::formats::raw_mesh::{RawMesh, read_all};
 use crate::formats::texture::{EncodedPicture, Fetched, RawMaterial, RawTexture, Siblings, UnreadPart, no_siblings};
@@ -239,21 +239,5 @@ fn skip_element(rows: &mut Rows, element: &ElementDef) -> Result<(), FormatError
     if element.properties.is_empty() {
         return Ok(());
     }
-    let mut items = Vec::new();
-    for index in 0..element.count {
-        let mut read_row = || {
-            rows.begin_row()?;
-            for property in element.properties.values() {
-                match &property.data_type {
-                    PropertyType::Scalar(kind) => {
-                        rows.scalar(kind)?;
-                    }
-                    PropertyType::List(count, item) => rows.list(count, item, &mut items)?,
-                }
-            }
-            rows.end_row()
-        };
-        read_row().map_err(|e| row_error(e, rows, element, index))?;
-    }
-    Ok(())
+    each_list(rows, element, |_, _| Ok(()))
 }

@@ -2,7 +2,7 @@
 
 use crate::formats::error::{Format, FormatError, quoted};
 use crate::formats::plain_text::{expected_number, parsed_number};
-use ply_rs::ply::{ElementDef, Encoding, ScalarType};
+use ply_rs::ply::{ElementDef, Encoding, PropertyType, ScalarType};
 
 /// Why a row could not be read; the caller adds which row it is.
 pub(super) enum RowError {
@@ -147,4 +147,32 @@ pub(super) fn row_error(error: RowError, rows: &Rows, element: &ElementDef, inde
         Some(line) => FormatError::Line { format: Format::Ply, line, expected, found },
         None => FormatError::Element { format: Format::Ply, element: name, index, expected, found },
     }
+}
+
+/// Reads an element of which only lists matter; `on_list` gets the name and the items of each.
+pub(super) fn each_list(
+    rows: &mut Rows,
+    element: &ElementDef,
+    mut on_list: impl FnMut(&str, &[f64]) -> Result<(), RowError>,
+) -> Result<(), FormatError> {
+    let mut items = Vec::new();
+    for index in 0..element.count {
+        let mut read_row = || {
+            rows.begin_row()?;
+            for property in element.properties.values() {
+                match &property.data_type {
+                    PropertyType::Scalar(kind) => {
+                        rows.scalar(kind)?;
+                    }
+                    PropertyType::List(count, item) => {
+                        rows.list(count, item, &mut items)?;
+                        on_list(&property.name, &items)?;
+                    }
+                }
+            }
+            rows.end_row()
+        };
+        read_row().map_err(|e| row_error(e, rows, element, index))?;
+    }
+    Ok(())
 }
