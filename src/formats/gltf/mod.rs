@@ -3,6 +3,8 @@
 mod accessor;
 mod animation;
 #[cfg(test)]
+mod base64_for_tests;
+#[cfg(test)]
 mod extension_tests;
 mod extensions;
 mod materials;

@@ -1,6 +1,7 @@
 //! glTF animations: interpolations, rest poses, scales, and messages for damaged files.
 
 use super::animation::GlbChannel;
+use super::base64_for_tests::base64;
 use super::read_motion::read_gltf_motion;
 use super::write::{GlbNode, GlbScene, GlbWriter};
 use crate::formats::motion::RawMotion;
@@ -33,15 +34,6 @@ fn file(interpolation: &str, path: &str, times: &[f32], values: &[f32], node: us
             "channels": [{ "sampler": 0, "target": { "node": node, "path": path } }],
         }],
     })
-}
-
-fn base64(bytes: &[u8]) -> String {
-    const DIGITS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let group = |chunk: &[u8]| -> Vec<u8> {
-        let bits = (0..3).fold(0u32, |bits, k| bits << 8 | u32::from(*chunk.get(k).unwrap_or(&0)));
-        (0..=chunk.len()).map(|k| DIGITS[(bits >> (18 - 6 * k) & 63) as usize]).collect()
-    };
-    String::from_utf8(bytes.chunks(3).flat_map(group).collect()).unwrap()
 }
 
 fn read(value: &Value) -> RawMotion {
