@@ -1,11 +1,11 @@
 //! A body over the photo from which it was computed.
 
-use super::picture::Picture;
-use super::raster::{Grid, NOTHING, Visibility};
-use super::surface::Triple;
 use crate::body::BodyModel;
 use crate::formats::ColorPicture;
 use crate::photo::{Keypoints, PhotoBody};
+use crate::view::picture::Picture;
+use crate::view::raster::{Grid, NOTHING, Visibility};
+use crate::view::surface::Triple;
 use nalgebra::Vector2;
 
 /// Samples along each side of a pixel.

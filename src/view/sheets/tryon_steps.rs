@@ -3,16 +3,16 @@
 //! **Source** the figures of Shi 2020: parts before and after refinement (Fig. 3), skeletons (Figs. 5–7), the oriented and the
 //! bent garment (Figs. 2 and 4), and the garment before and after the removal of interpenetration (Fig. 8).
 
-use super::camera::Facing;
-use super::error::Error;
-use super::palette::layer_color;
-use super::picture::Picture;
-use super::scene::{Paint, Part};
 use super::sheet::{Cell, Sheet, SheetRow, contact_sheet};
-use super::stick_figure::stick_figure;
 use crate::body::{Figure, JointId, Pose, Side};
 use crate::geometry::{Aabb, PerVertex, Point, TriMesh, Vec3, VertexId};
 use crate::tryon::{GarmentPart, Person, Steps};
+use crate::view::camera::Facing;
+use crate::view::error::Error;
+use crate::view::palette::layer_color;
+use crate::view::picture::Picture;
+use crate::view::scene::{Paint, Part};
+use crate::view::stick_figure::stick_figure;
 
 /// Width and height of a panel in pixels.
 const CELL: [usize; 2] = [320, 360];

@@ -1,15 +1,15 @@
 //! A row of the contact sheet of weights: the skin weights of a layer, and its physics weights.
 
-use super::camera::Facing;
-use super::error::Error;
-use super::palette::joint_color;
-#[cfg(test)]
-use super::palette::skin_weight_colors;
-use super::scene::{Paint, Part};
 use super::sheet::{Cell, SheetRow};
 use crate::body::{Layer, Skeleton};
 use crate::geometry::PerVertex;
 use crate::rig::PhysicsWeights;
+use crate::view::camera::Facing;
+use crate::view::error::Error;
+use crate::view::palette::joint_color;
+#[cfg(test)]
+use crate::view::palette::skin_weight_colors;
+use crate::view::scene::{Paint, Part};
 
 /// A layer with its weights as they are drawn.
 pub struct WeightedLayer<'a> {

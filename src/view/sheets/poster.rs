@@ -1,11 +1,11 @@
 //! One picture of a whole session: scans on top, the separated layers below, the posed figure beside them.
 
-use super::camera::{Camera, Facing};
-use super::picture::Picture;
-use super::render::render;
-use super::scene::{Part, Scene};
-use super::style::{BORDER, CAPTION, GUTTER, HEAD, PAPER, SUBTITLE, TITLE, draw_scale_bar};
 use crate::geometry::Aabb;
+use crate::view::camera::{Camera, Facing};
+use crate::view::picture::Picture;
+use crate::view::render::render;
+use crate::view::scene::{Part, Scene};
+use crate::view::style::{BORDER, CAPTION, GUTTER, HEAD, PAPER, SUBTITLE, TITLE, draw_scale_bar};
 
 /// The content of a poster. All figures stand on their lowest point.
 #[derive(Clone, Debug)]

@@ -1,11 +1,11 @@
 //! How garments sit, as colours: the air between cloth and skin.
 
-use super::camera::Facing;
-use super::error::Error;
-use super::picture::Picture;
-use super::scene::{Paint, Part};
 use super::sheet::{Cell, Sheet, SheetRow, contact_sheet};
 use crate::geometry::{PerVertex, TriMesh};
+use crate::view::camera::Facing;
+use crate::view::error::Error;
+use crate::view::picture::Picture;
+use crate::view::scene::{Paint, Part};
 
 /// Colours by the gap in metres, linear between them.
 ///

@@ -1,13 +1,13 @@
 //! The row of the contact sheet that shows where layers of a figure cross.
 
-use super::camera::Facing;
-use super::error::Error;
-use super::palette::layer_color;
-use super::scene::{Paint, Part};
 use super::sheet::{Cell, SheetRow};
 use crate::body::Figure;
 use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::stack::{StackError, crossing_places};
+use crate::view::camera::Facing;
+use crate::view::error::Error;
+use crate::view::palette::layer_color;
+use crate::view::scene::{Paint, Part};
 
 /// Most places that are shown: a row of the sheet has four pictures.
 const MOST_PLACES: usize = 4;

@@ -1,14 +1,14 @@
 //! A contact sheet: one row per step, scan beside result, all at one scale, with names and measurements.
 
-use super::camera::{Camera, Facing};
-use super::palette::ramp_color;
-use super::picture::Picture;
-use super::render::render;
-use super::scene::{Part, Scene};
-use super::style::{
+use crate::geometry::{Aabb, Point};
+use crate::view::camera::{Camera, Facing};
+use crate::view::palette::ramp_color;
+use crate::view::picture::Picture;
+use crate::view::render::render;
+use crate::view::scene::{Part, Scene};
+use crate::view::style::{
     BORDER, CAPTION, GUTTER, HEAD, NOTE, NOTE_NAME, PAPER, ROW_TITLE, SUBTITLE, TITLE, draw_scale_bar, rule,
 };
-use crate::geometry::{Aabb, Point};
 
 /// Width in pixels of the panel with a row's name and measurements.
 const PANEL: usize = 300;
