@@ -313,7 +313,11 @@ impl Zones {
     /// Joins the zones of four vertices; returns whether they were not one before.
     fn join(&mut self, vertices: &[u32; 4]) -> bool {
         let [first, others @ ..] = vertices.map(|v| v as usize);
-        others.into_iter().fold(false, |joined, v| self.sets.join(first, v) || joined)
+        let mut joined = false;
+        for v in others {
+            joined |= self.sets.join(first, v);
+        }
+        joined
     }
 
     /// The vertices of each zone of several.
