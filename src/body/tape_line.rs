@@ -30,39 +30,46 @@ pub(super) enum Around {
 }
 
 impl Around {
-    /// Which vertices belong to it.
+    /// Which vertices of the body belong to it; at the root of a limb also those that mostly follow the joint before it.
     ///
     /// **Shapes** one entry per row of `weights`.
     pub fn vertices(self, skeleton: &Skeleton, weights: &SkinWeights) -> PerVertex<bool> {
-        let is_own: Vec<bool> = skeleton.ids().map(|j| self.counts(skeleton, j)).collect();
-        let share = |row: &SkinRow| row.iter().filter(|e| is_own[e.0.index()]).map(|e| e.1).sum::<f64>();
-        weights.rows().iter().map(|row| share(row) > self.least()).collect()
-    }
-
-    fn counts(self, skeleton: &Skeleton, joint: JointId) -> bool {
         match self {
-            Self::Trunk => !Side::BOTH.iter().any(|&side| skeleton.is_part_of(joint, UpperArm(side))),
+            Self::Trunk => of_trunk(skeleton, weights),
             Self::Limb(limb) => {
-                let parent = skeleton.parents[limb.index()].filter(|parent| parent.index() > 0);
-                skeleton.is_below(joint, limb) || Some(joint) == parent
+                let before = skeleton.parents[limb.index()].filter(|parent| parent.index() > 0);
+                following(skeleton, weights, 0.3, |j| skeleton.is_below(j, limb) || Some(j) == before)
             }
-        }
-    }
-
-    /// The share of its weight above which a vertex belongs to it.
-    fn least(self) -> f64 {
-        match self {
-            Self::Trunk => 0.5,
-            Self::Limb(_) => 0.3,
         }
     }
 }
 
 impl TapeLine {
-    /// Which vertices of cloth lie around the same part of the body.
+    /// Which vertices of cloth lie around the same part of the body. Of a limb, only those that follow it: a plane across the upper
+    /// arm also cuts the trunk's cloth.
     ///
     /// **Shapes** one entry per row of `weights`.
     pub fn vertices(&self, skeleton: &Skeleton, weights: &SkinWeights) -> PerVertex<bool> {
-        self.around.vertices(skeleton, weights)
+        match self.around {
+            Around::Trunk => of_trunk(skeleton, weights),
+            Around::Limb(limb) => following(skeleton, weights, 0.5, |j| skeleton.is_below(j, limb)),
+        }
     }
+}
+
+fn of_trunk(skeleton: &Skeleton, weights: &SkinWeights) -> PerVertex<bool> {
+    let is_arm = |joint| Side::BOTH.iter().any(|&side| skeleton.is_part_of(joint, UpperArm(side)));
+    following(skeleton, weights, 0.5, |joint| !is_arm(joint))
+}
+
+/// The vertices that follow some joints by more than a share of their weight.
+fn following(
+    skeleton: &Skeleton,
+    weights: &SkinWeights,
+    share: f64,
+    counts: impl Fn(JointId) -> bool,
+) -> PerVertex<bool> {
+    let is_own: Vec<bool> = skeleton.ids().map(counts).collect();
+    let of_row = |row: &SkinRow| row.iter().filter(|e| is_own[e.0.index()]).map(|e| e.1).sum::<f64>();
+    weights.rows().iter().map(|row| of_row(row) > share).collect()
 }

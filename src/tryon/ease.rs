@@ -1,13 +1,9 @@
 //! Ease: the air between a garment and the skin, the stretch of its cloth, and how it fits at the measures of a tailor.
 
+use super::tape_ring::TapeRing;
 use crate::body::{Figure, SkinWeights, TapeLine, tape_lines};
-use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh, VertexId};
-use crate::numerics::DisjointSets;
+use crate::geometry::{PerVertex, SurfaceIndex, TriMesh};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
-
-/// Ends of an open ring, as of a jacket, that are farther apart, as a share of its length: it does not go around the body.
-const WIDEST_OPENING: f64 = 0.35;
 
 /// How a garment sits on a body in the bind pose.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,95 +59,18 @@ impl Ease {
         let index = SurfaceIndex::prepare(&body.mesh);
         let gap: PerVertex<f64> = worn.points().iter().map(|p| index.signed_distance(p)).collect();
         let own = own.filter(|own| own.faces() == worn.faces());
-        let ring_at = |line: &TapeLine| {
-            let is_own = line.vertices(&figure.skeleton, weights);
-            let ring = ring(line, worn, own.unwrap_or(worn), |v| is_own[v], &gap)?;
-            Some(EaseGirth { name: line.name.into(), body: line.girth, ..ring })
+        let girth_at = |line: &TapeLine| {
+            let is_wanted = line.vertices(&figure.skeleton, weights);
+            let ring = TapeRing::around(line, [worn, own.unwrap_or(worn)], &is_wanted, &gap)?;
+            let (name, body) = (line.name.to_string(), line.girth);
+            Some(EaseGirth { name, body, worn: ring.worn, own: ring.own, gap: ring.gap() })
         };
-        let girths = tape_lines(&body.mesh, &body.weights, &figure.skeleton).iter().filter_map(ring_at).collect();
+        let girths = tape_lines(&body.mesh, &body.weights, &figure.skeleton).iter().filter_map(girth_at).collect();
         let heights = || worn.points().iter().map(|p| p.y);
         let length = heights().fold(f64::MIN, f64::max) - heights().fold(f64::MAX, f64::min);
         let stretch = own.map_or(PerVertex::filled(1.0, worn.vertex_count()), |own| stretch(own, worn));
         Self { gap, stretch, girths, length }
     }
-}
-
-/// A ring of cut edges.
-#[derive(Default)]
-struct Ring {
-    worn: f64,
-    own: f64,
-    /// Integral of the gap along it.
-    air: f64,
-    /// Where it ends.
-    ends: Vec<Point>,
-}
-
-/// The longest ring of a garment in the plane of a tape.
-fn ring(
-    line: &TapeLine,
-    worn: &TriMesh,
-    own: &TriMesh,
-    is_wanted: impl Fn(VertexId) -> bool,
-    gap: &PerVertex<f64>,
-) -> Option<EaseGirth> {
-    let normal = line.axes[0].cross(&line.axes[1]);
-    let height: Vec<f64> = worn.points().iter().map(|p| (p - line.origin).dot(&normal)).collect();
-    let is_above = |v: VertexId| height[v.index()] > 0.0;
-    // Each cut edge: where it is cut, worn and own, and the gap there; and the segments between them.
-    let mut cuts: BTreeMap<[VertexId; 2], usize> = BTreeMap::new();
-    let mut places: Vec<(Point, Point, f64)> = Vec::new();
-    let mut segments: Vec<[usize; 2]> = Vec::new();
-    for face in worn.faces().iter() {
-        if !face.iter().all(|v| is_wanted(*v)) {
-            continue;
-        }
-        let sides = (0..3).map(|k| [face[k], face[(k + 1) % 3]]).filter(|[a, b]| is_above(*a) != is_above(*b));
-        let ends: Vec<usize> = sides
-            .map(|[a, b]| {
-                *cuts.entry([a.min(b), a.max(b)]).or_insert_with(|| {
-                    let t = height[a.index()] / (height[a.index()] - height[b.index()]);
-                    let at = |mesh: &TriMesh| mesh.points()[a] + (mesh.points()[b] - mesh.points()[a]) * t;
-                    places.push((at(worn), at(own), gap[a] + (gap[b] - gap[a]) * t));
-                    places.len() - 1
-                })
-            })
-            .collect();
-        if let [a, b] = ends[..] {
-            segments.push([a, b]);
-        }
-    }
-    let mut sets = DisjointSets::of_single(places.len());
-    for &[a, b] in &segments {
-        sets.join(a, b);
-    }
-    let mut count = vec![0; places.len()];
-    let mut rings: BTreeMap<usize, Ring> = BTreeMap::new();
-    for &[a, b] in &segments {
-        let ring = rings.entry(sets.root(a)).or_default();
-        let long = (places[a].0 - places[b].0).norm();
-        ring.worn += long;
-        ring.own += (places[a].1 - places[b].1).norm();
-        ring.air += 0.5 * long * (places[a].2 + places[b].2);
-        count[a] += 1;
-        count[b] += 1;
-    }
-    for (v, _) in count.iter().enumerate().filter(|(_, count)| **count == 1) {
-        if let Some(ring) = rings.get_mut(&sets.root(v)) {
-            ring.ends.push(places[v].0);
-        }
-    }
-    let Ring { worn, own, air, ends } = rings.into_values().max_by(|a, b| a.worn.total_cmp(&b.worn))?;
-    let opening = match ends[..] {
-        [] => 0.0,
-        [a, b] => (a - b).norm(),
-        _ => return None,
-    };
-    if opening > WIDEST_OPENING * worn {
-        return None;
-    }
-    let gap = air / worn.max(1e-9);
-    Some(EaseGirth { name: String::new(), body: 0.0, worn: worn + opening, own: own + opening, gap })
 }
 
 /// The greatest principal stretch of the faces around each vertex, their mean by area.
@@ -184,7 +103,7 @@ fn stretch(own: &TriMesh, worn: &TriMesh) -> PerVertex<f64> {
 mod tests {
     use super::*;
     use crate::body::embedded_model;
-    use crate::geometry::Vec3;
+    use crate::geometry::{Point, Vec3};
 
     fn average() -> Figure {
         let model = embedded_model().unwrap();
@@ -196,7 +115,7 @@ mod tests {
         let figure = average();
         let body = &figure.body().mesh;
         let normals = body.vertex_normals();
-        for air in [0.004, 0.012] {
+        for air in [0.004, 0.012, 0.03] {
             let cloth = body.with_points(
                 body.points().iter().zip(normals.iter()).map(|(p, n)| p + n * air).collect::<Vec<Point>>(),
             );

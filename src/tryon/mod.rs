@@ -9,6 +9,7 @@ mod placing;
 mod recognize;
 mod rims;
 mod surface;
+mod tape_ring;
 #[cfg(test)]
 mod tests;
 mod thin;
