@@ -44,15 +44,14 @@ pub(in crate::session::results) fn draw_ease(
 
 /// The ease at each tape line, and the length, as name and value.
 pub fn girth_notes(ease: &Ease) -> Vec<String> {
-    let mut notes: Vec<String> = ease
-        .girths
-        .iter()
-        .map(|girth| {
-            let stretched = 100.0 * girth.strain();
-            let stretch = if stretched >= 0.5 { format!(", stretched {stretched:.0} %") } else { String::new() };
-            format!("{}\t{:+.1} cm, {:.0} mm of air{stretch}", girth.name, 100.0 * girth.ease(), 1e3 * girth.gap)
-        })
-        .collect();
+    let mut notes = Vec::new();
+    for girth in &ease.girths {
+        notes.push(format!("{}\t{:+.1} cm, {:.0} mm of air", girth.name, 100.0 * girth.ease(), 1e3 * girth.gap));
+        let stretched = 100.0 * girth.strain();
+        if stretched >= 0.5 {
+            notes.push(format!("{}, stretched\t{stretched:.0} %", girth.name));
+        }
+    }
     notes.push(format!("length\t{:.0} cm", 100.0 * ease.length));
     notes
 }
