@@ -128,8 +128,8 @@ mod tests {
             );
             for girth in &ease.girths {
                 assert!((girth.gap - air).abs() < 0.3 * air, "{girth:?}");
-                // A tape bridges hollows, cloth offset from the skin does not: it is at most a little longer.
-                assert!((girth.ease() - std::f64::consts::TAU * air).abs() < 0.03 * girth.body, "{girth:?}");
+                // A tape bridges hollows, cloth offset from the skin does not, and overlaps itself in folds: it is a little longer.
+                assert!((girth.ease() - std::f64::consts::TAU * air).abs() < 0.04 * girth.body, "{girth:?}");
                 assert!(girth.strain().abs() < 1e-9, "nothing is known of its own length");
             }
         }
