@@ -167,3 +167,12 @@ batch-example *ARGS="--cores 2":
 batch-slurm *ARGS:
     cargo build --release --no-default-features --bin overcoat
     examples/batch/example.sh target/release/overcoat target/batch-slurm --executor slurm --jobs 8 --slurm-no-account --slurm-status-command squeue {{ARGS}}
+
+# The body under clothes without a bare scan: hidden body, bias, girths in their intervals. FOLDER keeps synthetic people; PEOPLE are
+# seeds, or SCAN:BODY:LAYER,LAYER:KIND,KIND of files with truth; ARGS: --no-contact without the gaps of cloth
+estimated-table FOLDER="target/estimated" *PEOPLE:
+    cargo run --release --no-default-features --example measure_estimated -- fit {{FOLDER}} {{PEOPLE}}
+
+# templates/contact.toml, from synthetic people of these seeds
+contact-table FOLDER="target/estimated" *SEEDS:
+    cargo run --release --no-default-features --example measure_estimated -- contact {{FOLDER}} {{SEEDS}}

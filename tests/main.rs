@@ -12,6 +12,7 @@ mod common;
 mod covered;
 mod drive;
 mod durability;
+mod estimated;
 mod foreign;
 mod foreign_motion;
 mod foreign_segment;

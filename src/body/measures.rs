@@ -19,6 +19,29 @@ pub struct BodyMeasure {
     pub metres: f64,
 }
 
+/// The names of all measures, in the order in which [`body_measures`] takes them.
+pub const MEASURE_NAMES: [&str; 19] = [
+    "stature",
+    "inside leg height",
+    "head girth",
+    "neck girth",
+    "chest girth",
+    "waist girth",
+    "hip girth",
+    "thigh girth",
+    "knee girth",
+    "calf girth",
+    "minimum leg girth",
+    "upper arm girth",
+    "elbow girth",
+    "wrist girth",
+    "arm length",
+    "upper arm length",
+    "shoulder width",
+    "thigh length",
+    "foot length",
+];
+
 /// Heights of the levels as shares of stature.
 ///
 /// **Source** ANSUR II (2012): tenth rib 0.644, iliac crest 0.608, crotch 0.481, means of women and men. ISO 8559-1

@@ -24,7 +24,7 @@ pub use dual_quaternion::Skinning;
 pub use embedded::{EMBEDDED_MODEL_FILE, embedded_model};
 pub use figure::{Figure, Layer};
 pub use human_joint::{HumanJoint, Limb, Side};
-pub use measures::{BodyMeasure, body_measures, tape_lines, trunk_girths};
+pub use measures::{BodyMeasure, MEASURE_NAMES, body_measures, tape_lines, trunk_girths};
 pub use model::{BodyModel, Shape};
 pub use model_file::read_model;
 pub use part::{BonePosition, bone_positions};

@@ -68,19 +68,7 @@ const UNSEEN_FROM: f64 = 0.03;
 impl BodyPlausibility {
     /// What is implausible, the gravest first.
     pub fn doubts(&self) -> Vec<Doubt> {
-        let mut doubts = Vec::new();
-        let bent = self.posture.doubt();
-        // Who bends leans, too; the up axis is right.
-        if let Some(tilt) = self.tilt.filter(|tilt| *tilt > GREATEST_TILT && bent.is_none()) {
-            doubts.push(Doubt::new(
-                format!(
-                    "the person leans {:.0}° from the vertical, so the up axis of the file is probably another",
-                    tilt.to_degrees()
-                ),
-                "scan it again with `--up`, for example `--up +z`, or without the flag",
-            ));
-        }
-        doubts.extend(bent);
+        let mut doubts = self.doubts_of_pose();
         let distance = self.fitted_p95.unwrap_or(0.0);
         let clothed = match self.unlike_hands_share {
             Some(share) if share > CLOTHED_SHARE && distance > CLOTHED_FROM => Some(format!(
@@ -104,6 +92,24 @@ impl BodyPlausibility {
                 "scan again if its shape matters there",
             ));
         }
+        doubts
+    }
+
+    /// What is implausible about the pose, whether the person is bare or dressed, the gravest first.
+    pub fn doubts_of_pose(&self) -> Vec<Doubt> {
+        let mut doubts = Vec::new();
+        let bent = self.posture.doubt();
+        // Who bends leans, too; the up axis is right.
+        if let Some(tilt) = self.tilt.filter(|tilt| *tilt > GREATEST_TILT && bent.is_none()) {
+            doubts.push(Doubt::new(
+                format!(
+                    "the person leans {:.0}° from the vertical, so the up axis of the file is probably another",
+                    tilt.to_degrees()
+                ),
+                "scan it again with `--up`, for example `--up +z`, or without the flag",
+            ));
+        }
+        doubts.extend(bent);
         doubts
     }
 }

@@ -99,10 +99,23 @@ pub fn verdict_on(
     let warnings: Vec<String> = in_conflict.into_iter().chain(doubts).collect();
     let hair = found.iter().filter_map(|of| of.measures.get(HAIR_AREA)).find(|area| **area > 0.0);
     let notes = hair.map(|area| format!("hair: {area:.0} cm², not part of the body; head from the model there"));
+    let estimated = found.iter().find(|of| of.measures.contains_key("estimated_chest_cm")).map(|of| {
+        let value = |name: &str| of.measures.get(name).copied().unwrap_or(f64::NAN);
+        let part = |name: &str| {
+            let half = value(&format!("estimated_{name}_half_interval_cm"));
+            format!("{name} {:.0} ± {:.0} cm", value(&format!("estimated_{name}_cm")), half.max(1.0))
+        };
+        format!("estimated under clothes: {}", ["stature", "chest", "waist", "hip"].map(part).join(", "))
+    });
     let was_cut = found.iter().any(|of| of.stage == "cut" && of.measures.contains_key("vertices"));
     let is_hair = garment.is_some_and(|template| template.grows);
     let no_hair = (is_hair && !was_cut).then(|| "the bare scan shows none: no layer".to_string());
-    StepVerdict { step: step.into(), verdict, warnings, notes: notes.into_iter().chain(no_hair).collect() }
+    StepVerdict {
+        step: step.into(),
+        verdict,
+        warnings,
+        notes: notes.into_iter().chain(estimated).chain(no_hair).collect(),
+    }
 }
 
 impl StepVerdict {

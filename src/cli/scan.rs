@@ -3,9 +3,13 @@
 use super::bodies::{PhotoFile, record_of_photo};
 use super::console::{Context, Done, Progress, secs};
 use super::stages::{ReadingArgs, file_of, interface};
+use crate::body::MEASURE_NAMES;
 use crate::parameters::{Setting, Settings};
 use crate::scan::{Unit, Up};
-use crate::session::{BODY_STEP, BodySurface, Content, NewOutfit, NewScan, Session, SessionError, ShowIn, read_input};
+use crate::session::{
+    BODY_STEP, BodySurface, Content, KnownMeasures, NewOutfit, NewScan, Session, SessionError, ShowIn, WEIGHT,
+    read_input,
+};
 use serde_json::json;
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
@@ -46,6 +50,13 @@ pub(super) struct ScanArgs {
     /// is measured
     #[arg(long, value_name = "METRES")]
     height: Option<f64>,
+    /// The person's weight in kilograms, where there is no bare scan
+    #[arg(long, value_name = "KG")]
+    weight: Option<f64>,
+    /// Measures of the person in centimetres, where there is no bare scan: `chest=98,waist=81,hip=99`, named as by
+    /// `overcoat body measure`
+    #[arg(long, value_delimiter = ',', value_name = "NAME=CM,…")]
+    measures: Vec<String>,
     /// Axis of the file that points up (+y, -z, …); guessed by default
     #[arg(long, value_name = "±AXIS", allow_hyphen_values = true)]
     up: Option<Up>,
@@ -148,6 +159,32 @@ impl ScanArgs {
     }
 }
 
+/// What is known of the person, by the names of the recipe, in metres and kilograms.
+fn known_of(args: &ScanArgs, is_outfit: bool) -> Result<KnownMeasures, SessionError> {
+    let refuse = |what: String, hint: &str| Err(SessionError::BadRequest { what, hint: hint.into() });
+    let mut known = KnownMeasures::new();
+    known.extend(args.weight.map(|kg| (WEIGHT.to_string(), kg)));
+    for given in &args.measures {
+        let parts = given.split_once('=').map(|(name, cm)| (name.trim(), cm.trim().parse::<f64>()));
+        let Some((name, Ok(cm))) = parts else {
+            return refuse(format!("'{given}' is no measure"), "type for example --measures chest=98,waist=81");
+        };
+        let is_called = |full: &&str| *full == name || full.strip_suffix(" girth") == Some(name);
+        let Some(full) = MEASURE_NAMES.into_iter().find(is_called) else {
+            let hint = format!("the measures are {}", MEASURE_NAMES.join(", "));
+            return refuse(format!("'{name}' is no measure of a person"), &hint);
+        };
+        known.insert(full.into(), 1e-2 * cm);
+    }
+    if !is_outfit && !known.is_empty() {
+        return refuse(
+            "--weight and --measures are for a person without a bare scan".into(),
+            "type `overcoat scan outfit FILE --template KIND,KIND --measures …`",
+        );
+    }
+    Ok(known)
+}
+
 /// Writes the photo with all that is known beside it into the session, as one file: that is what the recipe names.
 fn kept_photo(keypoints: &Path, args: &ScanArgs, context: &Context) -> anyhow::Result<PathBuf> {
     if args.name != BODY_STEP {
@@ -189,6 +226,7 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
             return Err(SessionError::BadRequest { what, hint: "give one of them".into() }.into());
         }
     };
+    let known = known_of(&args, is_outfit)?;
     let (templates, names, over) = (args.template, args.names, args.over);
     let new = NewScan {
         name: args.name,
@@ -210,6 +248,7 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
         hair_layer: matches!(args.hair, Some(HairWord::Layer)),
         until: args.until,
         sleeve: args.sleeve,
+        known,
         tryon: false,
         fabric: None,
         replace: args.replace,

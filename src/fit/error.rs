@@ -110,6 +110,12 @@ pub enum FitError {
         /// Where.
         near: String,
     },
+    /// A scan of a dressed person does not show what a body can be estimated from.
+    #[error("no body can be estimated from this scan: {what}")]
+    NotEstimated {
+        /// What is wrong with it.
+        what: String,
+    },
     /// A linear system could not be factored.
     #[error("the registration's linear system could not be factored: {reason}")]
     Singular {
@@ -140,6 +146,10 @@ impl FitError {
             }
             Self::Unexplained { .. } => {
                 "is the person clothed in the body's scan, do they sit or squat, is the up axis wrong (--up), or is a scan between missing? Scan one person alone, with empty hands, standing in an A-pose".into()
+            }
+            Self::NotEstimated { .. } => {
+                "check --template; one whole person must stand upright, arms a little off the body and hands empty; or scan the bare body first"
+                    .into()
             }
             Self::HalfABody { .. } => "scan the whole person; a hand, an arm or the head may be missing".into(),
             Self::FarFromModel { .. } => {

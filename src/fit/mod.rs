@@ -8,6 +8,7 @@ mod argument_tests;
 mod confidence;
 mod correspondence;
 mod error;
+mod estimated;
 mod inside;
 mod landmarks;
 mod naked;
@@ -18,6 +19,10 @@ mod tests;
 mod together;
 
 pub use error::FitError;
+pub use estimated::{
+    Contact, DressedScan, EstimatedBody, KnownMeasure, UncertainGirth, fit_estimated, places_inside, stand_off,
+    visible_skin, zones,
+};
 pub use inside::{Cover, InsideMethod, InsideParams, InsideReport, PoseInside, fit_inside};
 pub use landmarks::{Attached, AttachedFit, FitToPoints, Target, spread_in_motion};
 pub use naked::{FittedBody, Hair, HairTreatment, NakedMethod, NakedParams, NakedReport, ShapeFrom, fit_naked};

@@ -3,6 +3,7 @@
 
 mod brush;
 mod color;
+mod contact;
 mod error;
 mod evidence;
 mod expansion;
@@ -27,6 +28,7 @@ mod transfer;
 
 pub use brush::{Marks, Stroke, StrokeFrame, StrokeOp};
 pub use color::{Lab, color_difference, lab_of};
+pub use contact::{contacts, outermost};
 pub use error::SegmentError;
 pub use evidence::Inner;
 pub use extent::{Extent, Sleeve, Until};

@@ -386,7 +386,7 @@ impl SessionError {
                 format!("choose another name, or replace its scan with `overcoat scan {name} FILE --replace`")
             }
             Self::UnknownStep { .. } => "`overcoat status` shows the steps".into(),
-            Self::GarmentBeforeBody { .. } => "scan the bare body first: `overcoat scan body FILE`".into(),
+            Self::GarmentBeforeBody { .. } => "scan the bare body first: `overcoat scan body FILE`; without a bare scan type `overcoat scan outfit FILE --template KIND,…`".into(),
             Self::GarmentWithoutTemplate { name } => {
                 format!("name the kind of garment: `overcoat scan {name} FILE --template …`; `overcoat templates list` names the kinds, and the bare body's step is called 'body'")
             }

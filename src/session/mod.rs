@@ -39,8 +39,8 @@ pub use output_error::OutputError;
 pub use pipeline::{Cause, Event, Forced, MovedFrame, Reason, StageReport};
 pub use pipeline::{read_clip, stages_of_animation};
 pub use recipe::{
-    AnimationRecipe, Assignment, BODY_STEP, BodySurface, PaintedKind, Parameter, Recipe, SourceFile, StepPlace,
-    StepRecipe, check_mask_name, parameters_of,
+    AnimationRecipe, Assignment, BODY_STEP, BodySurface, KnownMeasures, PaintedKind, Parameter, Recipe, SourceFile,
+    StepPlace, StepRecipe, WEIGHT, check_mask_name, parameters_of,
 };
 pub use results::{
     AnimationStatus, ClipFrame, Content, ExportRequest, Exported, NewFolder, Outputs, ShowIn, SizedFile, StepStatus,

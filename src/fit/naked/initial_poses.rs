@@ -44,7 +44,7 @@ const LIMBS: Phase =
 
 impl NakedProblem<'_> {
     /// The best of several headings and arm poses. Only feet and face tell front from back, so whole surfaces are compared.
-    pub(super) fn best_initial_pose(&self, coarse: &CoarseFit<'_>, log: &mut Vec<String>) -> InitialPose {
+    pub(crate) fn best_initial_pose(&self, coarse: &CoarseFit<'_>, log: &mut Vec<String>) -> InitialPose {
         let scored = |starts: Vec<InitialPose>| -> Vec<InitialPose> {
             starts.into_par_iter().map(|s| InitialPose { score: self.score(&s.pose, &s.shape), ..s }).collect()
         };

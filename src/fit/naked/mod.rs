@@ -23,5 +23,6 @@ pub use report::NakedReport;
 
 pub(crate) use acceptance::conclude;
 pub(crate) use agreement::agreement;
+pub(crate) use coarse_fit::CoarseFit;
 pub(crate) use problem::{FINEST, NakedProblem, STILL};
 pub(crate) use refine::ModelEstimate;

@@ -15,7 +15,9 @@ pub use prior::JointGroup;
 
 pub(crate) use articulated::Articulated;
 pub(crate) use iteration::{StoppingRule, iterate};
-pub(crate) use normal_equations::{DAMPING, NormalEquations, PosePrior, Singular, Unknowns, solve_together};
+pub(crate) use normal_equations::{
+    DAMPING, NormalEquations, PosePrior, Singular, Unknowns, shape_information, solve_together,
+};
 pub(crate) use posed::{Posed, Residual, greatest_joint_move};
 pub(crate) use prior::{held_joints, limbs_only, pose_stiffness};
 pub(crate) use robust_kernel::{mean_residual, robust};

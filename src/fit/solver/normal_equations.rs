@@ -123,8 +123,44 @@ pub(crate) fn solve_together(
     damping: f64,
 ) -> Result<Vec<DVector<f64>>, Singular> {
     let components = shape.0.len();
-    let mut left = DMatrix::from_diagonal_element(components, components, stiffness);
-    let mut right = DVector::from_iterator(components, shape.0.iter().map(|beta| -stiffness * beta));
+    let (mut left, mut right, poses) = without_poses(parts, components, damping)?;
+    for (m, beta) in shape.0.iter().enumerate() {
+        left[(m, m)] += stiffness;
+        right[m] -= stiffness * beta;
+    }
+    for i in 0..components {
+        left[(i, i)] = left[(i, i)] * (1.0 + damping) + 1e-9;
+    }
+    let of_shape = left.cholesky().ok_or(Singular)?.solve(&right);
+    let whole = |(alone, turned): (DVector<f64>, DMatrix<f64>)| {
+        let of_pose = alone - turned * &of_shape;
+        DVector::from_iterator(of_pose.len() + components, of_pose.iter().chain(of_shape.iter()).copied())
+    };
+    let steps: Vec<DVector<f64>> = poses.into_iter().map(whole).collect();
+    steps.iter().flatten().all(|x| x.is_finite()).then_some(steps).ok_or(Singular)
+}
+
+/// What the bodies say of their common shape, whatever their poses, with the shape prior: the inverse of the covariance of β
+/// (Laplace). **Shapes** K × K.
+pub(crate) fn shape_information(
+    parts: &[NormalEquations],
+    components: usize,
+    stiffness: f64,
+) -> Result<DMatrix<f64>, Singular> {
+    let (left, ..) = without_poses(parts, components, 0.0)?;
+    Ok(left + DMatrix::from_diagonal_element(components, components, stiffness))
+}
+
+/// The step of a pose without any change of the shape, and its change per coefficient.
+type EliminatedPose = (DVector<f64>, DMatrix<f64>);
+
+/// The system of the shape, without its prior, after the poses are eliminated.
+fn without_poses(
+    parts: &[NormalEquations],
+    components: usize,
+    damping: f64,
+) -> Result<(DMatrix<f64>, DVector<f64>, Vec<EliminatedPose>), Singular> {
+    let (mut left, mut right) = (DMatrix::zeros(components, components), DVector::zeros(components));
     let mut poses = Vec::with_capacity(parts.len());
     for NormalEquations { h, g } in parts {
         let pose = h.nrows() - components;
@@ -139,16 +175,7 @@ pub(crate) fn solve_together(
         right += g.rows(pose, components) - by_shape.transpose() * &alone;
         poses.push((alone, turned));
     }
-    for i in 0..components {
-        left[(i, i)] = left[(i, i)] * (1.0 + damping) + 1e-9;
-    }
-    let of_shape = left.cholesky().ok_or(Singular)?.solve(&right);
-    let whole = |(alone, turned): (DVector<f64>, DMatrix<f64>)| {
-        let of_pose = alone - turned * &of_shape;
-        DVector::from_iterator(of_pose.len() + components, of_pose.iter().chain(of_shape.iter()).copied())
-    };
-    let steps: Vec<DVector<f64>> = poses.into_iter().map(whole).collect();
-    steps.iter().flatten().all(|x| x.is_finite()).then_some(steps).ok_or(Singular)
+    Ok((left, right, poses))
 }
 
 #[cfg(test)]

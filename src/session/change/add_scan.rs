@@ -6,7 +6,7 @@ use crate::scan::{Unit, Up};
 use crate::session::error::SessionError;
 use crate::session::open::{Input, Session, Writer, source};
 use crate::session::pipeline::{Event, FileInput, Forced, StageReport, Walk, recognized, scan_of};
-use crate::session::recipe::{BodySurface, OutfitGarment, Recipe, StepRecipe, inside_out};
+use crate::session::recipe::{BodySurface, KnownMeasures, OutfitGarment, Recipe, StepRecipe, inside_out};
 use crate::session::results::ScanRecording;
 use crate::session::results::ShowIn;
 use crate::session::stage::Stage;
@@ -44,6 +44,8 @@ pub struct NewScan {
     pub until: Option<String>,
     /// Where its sleeves end.
     pub sleeve: Option<String>,
+    /// What is known of a person who is not scanned bare; for an outfit.
+    pub known: KnownMeasures,
     /// Whether the file holds a garment to be put on, and not a scan.
     pub tryon: bool,
     /// What that garment is made of.
@@ -138,6 +140,7 @@ impl Writer {
             outfit: of_outfit.clone(),
             ..step_of(&new.scan)
         };
+        recipe.put_estimated(&new.scan.known, new.scan.height)?;
         recipe.put_outfit(outfit, garments.into_iter().map(step).collect(), new.scan.replace)?;
         let report = self.add_to(recipe, &names, &new.scan, on_event)?;
         Ok((names, report))

@@ -20,18 +20,20 @@ pub(super) fn body(walk: &mut Walk, recipe: &Recipe, step: BodyStep) -> Result<S
     let others = later_scans(walk, recipe, &step)?;
     let at = &mut walk.at(BODY_STEP);
 
-    let inputs = fit::Inputs { scan, model: model.clone(), others: others.clone(), params: step.fit };
+    let is_estimated = step.estimate.is_some();
+    let inputs =
+        fit::Inputs { scan, model: model.clone(), others: others.clone(), estimate: step.estimate, params: step.fit };
     let fit = at.run(FIT, inputs, fit::run)?;
     let fitted = fit.kept;
 
-    let inputs = register::Inputs { scan, fitted, model: model.clone(), others, params: step.register };
+    let inputs = register::Inputs { scan, fitted, model: model.clone(), others, is_estimated, params: step.register };
     let registered = at.run(REGISTER, inputs, register::run)?.kept;
 
     let surface = (step.surface == BodySurface::Scan).then_some(scan);
     let inputs = figure::BodyInputs { registered, model: model.clone(), surface };
     let figure = at.run(FIGURE, inputs, figure::body_alone)?.kept;
 
-    at.run(CHECK, check::BodyInputs { scan, fitted, registered, model }, check::body)?;
+    at.run(CHECK, check::BodyInputs { scan, fitted, registered, model, is_estimated }, check::body)?;
     let has_hair = fit.measures.contains_key(HAIR_AREA);
     Ok(StepResults { scan, figure, of: OfStep::Body { fitted, registered, has_hair } })
 }

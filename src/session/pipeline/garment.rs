@@ -31,6 +31,7 @@ pub(super) struct GarmentStep<'a> {
     garments: NewGarments,
     masks: MasksOfScan,
     is_hair: bool,
+    is_estimated: bool,
     /// An earlier step with the same file, although it is of another garment.
     same_as: Option<usize>,
     model: ModelInput,
@@ -76,6 +77,7 @@ impl<'a> GarmentStep<'a> {
             garments,
             masks: MasksOfScan::of(walk.session(), entry),
             is_hair,
+            is_estimated: recipe.is_estimated(),
             same_as: recipe.same_file(at),
             model: ModelInput::of(walk.session()),
             inner,
@@ -142,8 +144,20 @@ impl<'a> GarmentStep<'a> {
         // The bare scan, from which hair is cut, shows no garments.
         let figure = if is_hair { self.before_scan.figure } else { figure };
         let (model, same_as, beside) = (model(), self.same_as, self.beside(cut));
-        let inputs =
-            check::GarmentInputs { scan, figure, inside, labels, garment, model, fabric, is_hair, same_as, beside };
+        let is_estimated = self.is_estimated;
+        let inputs = check::GarmentInputs {
+            scan,
+            figure,
+            inside,
+            labels,
+            garment,
+            model,
+            fabric,
+            is_hair,
+            is_estimated,
+            same_as,
+            beside,
+        };
         at.run(CHECK, inputs, check::garment)?;
         Ok(StepResults { scan, figure: dressed, of: OfStep::Garment { inside, labels, garment, pressed } })
     }

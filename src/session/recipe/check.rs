@@ -21,6 +21,8 @@ impl Recipe {
     /// Appends a step, or replaces the one with its name.
     pub(in crate::session) fn put_step(&mut self, step: StepRecipe, replace: bool) -> Result<(), SessionError> {
         match self.steps.iter().position(|s| s.name == step.name) {
+            // A bare scan is what an estimated body lacks.
+            Some(at) if self.steps[at].estimated => self.steps[at] = step,
             Some(_) if !replace => return Err(SessionError::DuplicateStep { name: step.name }),
             Some(at) => self.steps[at] = step,
             None => self.steps.insert(self.place_of_new(std::slice::from_ref(&step)), step),
@@ -70,6 +72,11 @@ impl Recipe {
         }
         self.check_outfits().map_err(|(i, error)| Fault { step: Some(i as u32), key: vec!["outfit".into()], error })?;
         self.check_hair().map_err(|(i, error)| Fault { step: Some(i as u32), key: vec!["template".into()], error })?;
+        self.check_estimated().map_err(|(i, key, error)| Fault {
+            step: Some(i as u32),
+            key: vec![key.into()],
+            error,
+        })?;
         let at_animations = |error| Fault { step: None, key: vec!["animation".into()], error };
         self.check_animations().map_err(at_animations)
     }

@@ -35,7 +35,9 @@ impl Recipe {
             });
         }
         self.animations.iter_mut().for_each(|animation| drop(animation.fabrics.remove(name)));
-        Ok(self.steps.remove(at))
+        let gone = self.steps.remove(at);
+        self.estimated_follows_scan();
+        Ok(gone)
     }
 
     /// Gives a garment another name. Its strokes keep the name that they were painted for.
@@ -85,6 +87,7 @@ impl Recipe {
             StepPlace::After(_) => beside + 1,
         };
         self.steps.insert(at, step);
+        self.estimated_follows_scan();
         self.check().map_err(|fault| fault.error)
     }
 

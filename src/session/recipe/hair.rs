@@ -66,8 +66,9 @@ impl Recipe {
         self.put_step(step, false)
     }
 
-    /// Gives the step of the hair what it shares with that of the body, and makes the fit of the body leave hair out.
+    /// Gives an estimated body the scan from which it is estimated, the step of the hair what it shares with that of the body, and makes the fit of the body leave hair out.
     pub(in crate::session) fn hair_follows_body(&mut self) {
+        self.estimated_follows_scan();
         let Some(at) = self.steps.iter().position(StepRecipe::is_hair) else { return };
         let Some(body) = self.steps.iter_mut().find(|step| step.is_body()) else { return };
         body.fit.entry(TREATMENT.into()).or_insert_with(|| Setting::Word("drop".into()));

@@ -46,7 +46,9 @@ impl Recipe {
         let step = &self.steps[at];
         let is_of_outfit = |other: &StepRecipe| step.outfit.is_some() && other.outfit == step.outfit;
         let is_same = |other: &StepRecipe| other.hash.is_some() && other.hash == step.hash;
-        self.steps[..at].iter().position(|other| !other.is_hair() && !is_of_outfit(other) && is_same(other))
+        self.steps[..at]
+            .iter()
+            .position(|other| !other.is_hair() && !other.estimated && !is_of_outfit(other) && is_same(other))
     }
 
     /// Appends the steps of an outfit, innermost first, or replaces the steps of the outfit of that name. Steps that keep their
@@ -79,6 +81,7 @@ impl Recipe {
         let at = at.unwrap_or_else(|| self.place_of_new(&steps));
         self.steps.splice(at..at, steps);
         self.link_templates();
+        self.estimated_follows_scan();
         self.check().map_err(|fault| fault.error)
     }
 
@@ -91,6 +94,7 @@ impl Recipe {
         for step in self.steps.iter_mut().filter(|s| s.outfit == of.outfit && s.name != name) {
             *step = with_shared(step, &of);
         }
+        self.estimated_follows_scan();
     }
 
     /// Checks that the steps of an outfit follow each other, share their scan, and are garments of different kinds.

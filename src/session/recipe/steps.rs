@@ -1,6 +1,7 @@
 //! The steps that the user requested, in order. The recipe is the only file of a session that must be kept.
 
 use super::animation::AnimationRecipe;
+use super::estimated::KnownMeasures;
 use super::painted_kind::{LoadedTemplate, PaintedKind};
 use crate::parameters::Settings;
 use crate::scan::{Unit, Up};
@@ -86,6 +87,9 @@ pub struct StepRecipe {
     /// What it is made of, if not of what its kind usually is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fabric: Option<String>,
+    /// Whether it is a body without a bare scan, estimated from the scans of the dressed person.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub estimated: bool,
     /// Unit of the scan's coordinates; guessed by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<Unit>,
@@ -116,6 +120,9 @@ pub struct StepRecipe {
     /// The kind that `template` names, if it is painted.
     #[serde(skip)]
     pub(in crate::session) painted: LoadedTemplate,
+    /// What is known of a body that is estimated.
+    #[serde(default, skip_serializing_if = "KnownMeasures::is_empty")]
+    pub known: KnownMeasures,
     // The parameters of stages, where they differ from the defaults.
     /// Of the stage `scan`.
     #[serde(default, skip_serializing_if = "Settings::is_empty")]

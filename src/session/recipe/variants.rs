@@ -1,6 +1,7 @@
 //! The steps as variants, each with only its own fields. The file has them flat: here they are linked with their templates,
 //! their parameters are read, and the garments of one scan are together.
 
+use super::estimated::KnownMeasures;
 use super::garment_spec::{self, GarmentSpec};
 use super::params_of_step::{params_of, params_over};
 use super::steps::{BodySurface, Recipe, SourceFile, StepRecipe};
@@ -37,6 +38,8 @@ pub(in crate::session) struct Reading {
 pub(in crate::session) struct BodyStep {
     pub reading: Reading,
     pub surface: BodySurface,
+    /// What is known of the person, if the body is estimated from the scans of clothes.
+    pub estimate: Option<KnownMeasures>,
     pub fit: NakedParams,
     pub register: RegisterParams,
 }
@@ -78,6 +81,7 @@ impl StepRecipe {
         Ok(BodyStep {
             reading: self.reading()?,
             surface: self.surface.unwrap_or_default(),
+            estimate: self.estimated.then(|| self.known.clone()),
             fit: params_of(self, Stage::Fit)?,
             register: params_of(self, Stage::Register)?,
         })

@@ -112,7 +112,7 @@ enum Meaning {
 }
 
 /// Every field of the inputs of every stage; a test compares them with the records of built sessions.
-const FIELDS: [(&str, Meaning); 40] = [
+const FIELDS: [(&str, Meaning); 42] = [
     ("file", Meaning::Is(Cause::File)),
     ("masks", Meaning::Is(Cause::Masks)),
     ("model", Meaning::Is(Cause::BodyModel)),
@@ -140,6 +140,8 @@ const FIELDS: [(&str, Meaning); 40] = [
     ("hair", Meaning::Made("fit")),
     ("same_as", Meaning::Made("the step with the same file")),
     ("others", Meaning::Made("the other scans")),
+    ("estimate", Meaning::Made("what is known of the person")),
+    ("is_estimated", Meaning::Made("whether a scan shows the bare body")),
     ("figure", Meaning::Made("the step before")),
     ("dressed", Meaning::Made("figure")),
     ("start", Meaning::Made("the pose of the step before")),

@@ -30,6 +30,9 @@ pub(in crate::session::pipeline) struct BodyInputs {
     pub fitted: Kept<FittedBody>,
     pub registered: Kept<RegisteredBody>,
     pub model: ModelInput,
+    /// Whether the scan shows clothes, below which the body was estimated.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub is_estimated: bool,
 }
 
 #[derive(Serialize)]
@@ -43,6 +46,9 @@ pub(in crate::session::pipeline) struct GarmentInputs {
     pub model: ModelInput,
     pub fabric: String,
     pub is_hair: bool,
+    /// Whether the body was estimated from the scans of clothes.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub is_estimated: bool,
     /// An earlier step with the same file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub same_as: Option<usize>,
@@ -73,7 +79,7 @@ pub(in crate::session::pipeline) fn body(
     store: &Store,
     _on_progress: OnProgress,
 ) -> Run<Plausibility> {
-    let BodyInputs { scan, fitted, registered, model } = inputs;
+    let BodyInputs { scan, fitted, registered, model, is_estimated } = inputs;
     let (scan, fitted, registered) = (store.load(scan)?, store.load(fitted)?, store.load(registered)?);
     let model = model.load(store)?;
     let surface_of_fit =
@@ -87,6 +93,7 @@ pub(in crate::session::pipeline) fn body(
         shape: &fitted.shape,
         weights: &model.weights,
     })?;
+    let doubts = if is_estimated { found.doubts_of_pose() } else { found.doubts() };
     let mm = |metres: Option<f64>| metres.map_or(f64::NAN, |m| 1e3 * m);
     let deg = |radians: Option<f64>| radians.map_or(f64::NAN, f64::to_degrees);
     Ok(Outcome::of(Plausibility::Body(found.clone()))
@@ -99,7 +106,7 @@ pub(in crate::session::pipeline) fn body(
         .measured("bent_p90_deg", deg(found.bent_p90))
         .measured("fitted_p95_mm", mm(found.fitted_p95))
         .measured("deviation", found.deviation)
-        .warned(found.doubts().into_iter().map(warning)))
+        .warned(doubts.into_iter().map(warning)))
 }
 
 pub(in crate::session::pipeline) fn garment(
@@ -107,8 +114,10 @@ pub(in crate::session::pipeline) fn garment(
     store: &Store,
     _on_progress: OnProgress,
 ) -> Run<Plausibility> {
-    let GarmentInputs { scan: kept_scan, figure, inside, labels, garment, model, fabric, is_hair, same_as, beside } =
-        inputs;
+    let is_estimated = inputs.is_estimated;
+    let GarmentInputs {
+        scan: kept_scan, figure, inside, labels, garment, model, fabric, is_hair, same_as, beside, ..
+    } = inputs;
     let fabric = Fabric::named(&fabric)?;
     let (scan, figure) = (store.load_shared(kept_scan)?, model.figure(store, figure)?);
     let (inside, segmentation) = (store.load(inside)?, store.load_shared(labels)?);
@@ -135,7 +144,7 @@ pub(in crate::session::pipeline) fn garment(
         true => labels.of_others(of.masks.place),
         false => labels.hair(),
     });
-    let found = check_garment(&GarmentResult {
+    let mut found = check_garment(&GarmentResult {
         scan: &scan,
         garment: &garment,
         labels: &segmentation.labels.0,
@@ -145,6 +154,10 @@ pub(in crate::session::pipeline) fn garment(
         changing: &hands,
         thickness: fabric.thickness,
     })?;
+    if is_estimated {
+        // The body has this skin from this scan: its distance tells nothing of the person.
+        found.skin_median = None;
+    }
     let mm = |metres: Option<f64>| metres.map_or(f64::NAN, |m| 1e3 * m);
     let or_nan = |value: Option<f64>| value.unwrap_or(f64::NAN);
     let posture = Posture::of(&figure.skeleton, &inside.pose);

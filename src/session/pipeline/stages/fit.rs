@@ -2,12 +2,16 @@
 
 use super::later_scans::{self, LaterScan};
 use crate::check::HAIR_AREA;
-use crate::fit::{self, FittedBody, NakedParams, OtherScan, fit_naked, fit_together};
+use crate::fit::{
+    self, DressedScan, EstimatedBody, FittedBody, KnownMeasure, NakedParams, OtherScan, fit_estimated, fit_naked,
+    fit_together,
+};
 use crate::scan::Scan;
 use crate::session::pipeline::memo::at::{Code, Run};
 use crate::session::pipeline::memo::event::{OnProgress, Outcome, StageProgress};
 use crate::session::pipeline::memo::input::ModelInput;
 use crate::session::pipeline::memo::mention;
+use crate::session::recipe::{KnownMeasures, WEIGHT};
 use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store, Warning};
 use serde::Serialize;
@@ -24,11 +28,21 @@ pub(in crate::session::pipeline) struct Inputs {
     pub model: ModelInput,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub others: Vec<LaterScan>,
+    /// What is known of the person, if the body is estimated from the other scans, of which the first is `scan`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub estimate: Option<KnownMeasures>,
     pub params: NakedParams,
 }
 
-pub(in crate::session::pipeline) fn run(
-    Inputs { scan, model, others, params }: Inputs,
+pub(in crate::session::pipeline) fn run(inputs: Inputs, store: &Store, on_progress: OnProgress) -> Run<FittedBody> {
+    match inputs.estimate.clone() {
+        Some(known) => estimated(inputs, &known, store, on_progress),
+        None => naked(inputs, store, on_progress),
+    }
+}
+
+fn naked(
+    Inputs { scan, model, others, params, .. }: Inputs,
     store: &Store,
     on_progress: OnProgress,
 ) -> Run<FittedBody> {
@@ -61,6 +75,65 @@ pub(in crate::session::pipeline) fn run(
     });
     let outcome = outcome.warned(lacking).warned(head);
     Ok(if others.is_empty() { outcome } else { outcome.measured("scans_in_shape", scans as f64) })
+}
+
+/// The measures that say how certain an estimated body is, with their names among the stage's measures.
+const SHOWN: [(&str, &str); 4] =
+    [("stature", "stature"), ("chest girth", "chest"), ("waist girth", "waist"), ("hip girth", "hip")];
+
+/// Shape and pose from the scans of the dressed person.
+fn estimated(
+    Inputs { model, others, params, .. }: Inputs,
+    known: &KnownMeasures,
+    store: &Store,
+    on_progress: OnProgress,
+) -> Run<FittedBody> {
+    /// Half an interval of 90 %, in standard deviations.
+    const HALF_OF_90: f64 = 1.645;
+    /// Half of the chest's interval above which the clothes say too little. Metres.
+    const VAGUE: f64 = 0.08;
+    let model = model.load(store)?;
+    let scans = others.iter().map(|other| store.load(other.scan)).collect::<Result<Vec<_>, _>>()?;
+    let contacts = later_scans::contacts_in_each(&others, &model)?;
+    let dressed: Vec<DressedScan> =
+        scans.iter().zip(contacts).map(|(scan, contact)| DressedScan { scan, contact }).collect();
+    let known: Vec<KnownMeasure> = known.iter().map(|(name, value)| known_measure(name, *value)).collect();
+    let mut on_step = |s: &fit::FitIteration| on_progress(StageProgress::Iteration(&scans[0], s));
+    let EstimatedBody { fitted, measures, .. } = fit_estimated(&dressed, &model, &known, &params, &mut on_step)?;
+    let report = fitted.report.clone();
+    let distances = (report.residual_mean, report.residual_p95);
+    let mut outcome = with_measures(Outcome::of(fitted), distances, report.iterations, report.converged, &report.log)
+        .measured("confidence", report.confidence)
+        .measured("scans_in_shape", others.len() as f64);
+    let mut vague = None;
+    for (name, short) in SHOWN {
+        let Some(m) = measures.iter().find(|m| m.name == name) else { continue };
+        let half = HALF_OF_90 * m.deviation;
+        outcome = outcome
+            .measured(&format!("estimated_{short}_cm"), 1e2 * m.metres)
+            .measured(&format!("estimated_{short}_half_interval_cm"), 1e2 * half);
+        if name == "chest girth" && half > VAGUE {
+            vague = Some(half);
+        }
+    }
+    let doubt = vague.map(|half| {
+        Warning::new(
+            format!("the clothes say little about the body: the chest is certain only to ± {:.0} cm", 1e2 * half),
+            "scan in closer clothes too, give --measures or --weight, or scan the bare body",
+        )
+    });
+    let unfinished = doubts(report.converged, report.iterations, 1.0, true);
+    Ok(outcome.warned(unfinished).warned(doubt))
+}
+
+/// A known measure with the error of a tape, or of scales and of the body's density.
+fn known_measure(name: &str, value: f64) -> KnownMeasure {
+    let deviation = match name {
+        WEIGHT => 0.03 * value,
+        "stature" => 0.01,
+        _ => 0.015,
+    };
+    KnownMeasure { name: name.into(), value, deviation }
 }
 
 /// What is in doubt about a fit.

@@ -2,10 +2,11 @@
 
 use super::kinds::{NewGarments, looser};
 use super::step_scan::scan_of;
-use crate::body::Figure;
-use crate::fit::{Cover, InsideParams, ShapeFrom};
+use crate::body::{BodyModel, Figure};
+use crate::fit::{Contact, Cover, InsideParams, ShapeFrom};
 use crate::geometry::PerVertex;
 use crate::scan::Scan;
+use crate::segment::contacts;
 use crate::session::error::SessionError;
 use crate::session::pipeline::memo::at::RunError;
 use crate::session::pipeline::memo::walk::Walk;
@@ -22,13 +23,13 @@ pub(in crate::session::pipeline) struct LaterScan {
     pub params: InsideParams,
 }
 
-/// The scans of all later steps if the body's step uses them; otherwise none.
+/// The scans of all later steps if the body's step uses them; otherwise none. For an estimated body they are all that there is.
 pub(in crate::session::pipeline) fn later_scans(
     walk: &mut Walk,
     recipe: &Recipe,
     body: &BodyStep,
 ) -> Result<Vec<LaterScan>, SessionError> {
-    if body.fit.shape_from == ShapeFrom::Naked {
+    if body.fit.shape_from == ShapeFrom::Naked && body.estimate.is_none() {
         return Ok(Vec::new());
     }
     let mut found = Vec::new();
@@ -41,6 +42,26 @@ pub(in crate::session::pipeline) fn later_scans(
         found.push(LaterScan { scan: scan_of(walk, step)?, garments, params });
     }
     Ok(found)
+}
+
+/// What clothes leave between each vertex of the model and each of the scans. The garments of earlier steps are still worn in later
+/// scans.
+///
+/// **Shapes** one entry per scan, with V values.
+///
+/// **Errors** if a garment's template was painted on another body.
+pub(in crate::session::pipeline) fn contacts_in_each(
+    scans: &[LaterScan],
+    model: &BodyModel,
+) -> Result<Vec<PerVertex<Option<Contact>>>, RunError> {
+    let mut worn = Vec::new();
+    scans
+        .iter()
+        .map(|later| {
+            worn.extend(later.garments.kinds.iter().map(|spec| (spec.template.clone(), spec.extent.clone())));
+            Ok(contacts(&worn, model)?)
+        })
+        .collect()
 }
 
 /// The cover of each body vertex in each of the scans. The garments of earlier steps are still worn in later scans.
