@@ -53,13 +53,13 @@ fn an_outfit_as_the_first_step_gives_the_body_and_a_bare_scan_takes_its_place() 
 fn what_is_known_of_the_person_counts() {
     let dir = tempfile::tempdir().unwrap();
     let session = scanned(dir.path(), &["--measures", "waist=95,chest=110", "--weight", "80"]);
-    overcoat_ok(&session, &["build", "body"]);
+    overcoat_ok(&session, &["fit", "body"]);
     let told = measures(&session)["estimated_waist_cm"].as_f64().unwrap();
     overcoat_ok(&session, &["undo"]);
     overcoat_ok(&session, &["undo"]);
     let outfit = demo_scan("2-skirt.ply");
     overcoat_ok(&session, &["scan", "outfit", &outfit, "--template", "tshirt,skirt", "--faces", "6000"]);
-    overcoat_ok(&session, &["build", "body"]);
+    overcoat_ok(&session, &["fit", "body"]);
     let seen = measures(&session)["estimated_waist_cm"].as_f64().unwrap();
     assert!(told > seen + 4.0 && told < 95.5, "{told} from {seen}");
 }

@@ -24,16 +24,22 @@ const NO_GARMENT: f64 = 0.25;
 /// Greatest share of the scan so far away: a held bag is a tenth.
 const MOST_NO_GARMENT: f64 = 0.06;
 
-/// Refuses what is not one whole dressed person.
+/// Refuses what is not one whole dressed person. `knows`: measures of the person are known.
 pub(super) fn check(
     views: &[DressedView<'_>],
     model: &BodyModel,
     shape: &Shape,
     params: &NakedParams,
+    knows: bool,
 ) -> Result<(), FitError> {
     let deviation = shape.0.iter().fold(0.0_f64, |most, beta| most.max(beta.abs()));
     if deviation > params.greatest_deviation {
-        return Err(FitError::FarFromModel { deviation, limit: params.greatest_deviation });
+        let what = format!("the best body is {deviation:.0} deviations from the mean of the body model");
+        let why = match knows {
+            true => "the known measures contradict it or each other, or it is no whole adult",
+            false => "it shows no whole adult, or its unit is another",
+        };
+        return Err(FitError::NotEstimated { what: format!("{what}: {why}") });
     }
     views.iter().try_for_each(|view| check_view(view, model))
 }

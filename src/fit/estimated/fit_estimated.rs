@@ -63,7 +63,7 @@ fn beyond_model(value: f64) -> f64 {
 /// **Frame** each pose is in the world frame of its scan.
 ///
 /// **Errors** [`FitError::EmptyScan`] without a scan or a surface, [`FitError::WrongLength`] for contacts of another model;
-/// [`FitError::NotEstimated`] and [`FitError::FarFromModel`] if a scan does not show one whole person in these clothes.
+/// [`FitError::NotEstimated`] if a scan does not show one whole person in these clothes.
 pub fn fit_estimated(
     scans: &[DressedScan<'_>],
     model: &BodyModel,
@@ -91,7 +91,7 @@ pub fn fit_estimated(
     let mut shape = model.mean_shape();
     let mut problem = Together { model, known, views };
     let (iterations, converged) = problem.refine(&mut shape, params, on_step);
-    acceptance::check(&problem.views, model, &shape, params)?;
+    acceptance::check(&problem.views, model, &shape, params, !known.is_empty())?;
     problem.concluded(shape, iterations, converged, log)
 }
 
