@@ -6,6 +6,7 @@ pub mod bodies;
 mod body;
 mod branch;
 mod build;
+mod completions;
 mod console;
 mod demo;
 mod drive;
@@ -127,6 +128,8 @@ enum Command {
     Body(body::BodyArgs),
     /// List the kinds of garment, or paint one on the body
     Templates(templates::TemplatesArgs),
+    /// Print what a shell needs to complete commands, or write man pages
+    Completions(completions::CompletionsArgs),
     /// Explain a command, or the terms and measures (`help words`)
     Help(help::HelpArgs),
 }
@@ -213,6 +216,7 @@ fn run(command: Command, context: &Context) -> anyhow::Result<Done> {
         Command::Studio(args) => studio::run(args, context),
         Command::Body(args) => body::run(args, context),
         Command::Templates(args) => templates::run(args, context),
+        Command::Completions(args) => completions::run(args, Args::command(), context),
         Command::Help(args) => help::run(args, Args::command()),
     }
 }
