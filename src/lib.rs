@@ -20,6 +20,7 @@ pub mod check;
 pub mod cli;
 pub mod cloth;
 pub mod cut;
+pub mod desk;
 pub mod drive;
 pub mod export;
 pub mod fit;

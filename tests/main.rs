@@ -32,6 +32,7 @@ mod readme;
 mod realism;
 mod record_and_watch;
 mod replay;
+mod report;
 mod rgbd;
 mod smpl_family;
 mod stage_versions;

@@ -4,6 +4,7 @@ use super::bodies::BodiesError;
 use super::console::{Done, print_aside, print_line};
 use super::drive::DriveFailure;
 use super::studio::MakeError;
+use crate::desk::DeskError;
 use crate::session::SessionError;
 use clap::error::ErrorKind;
 use serde_json::json;
@@ -81,6 +82,7 @@ fn is_wrong_command(error: &anyhow::Error) -> bool {
     error.downcast_ref().is_some_and(SessionError::is_wrong_command)
         || error.downcast_ref().is_some_and(BodiesError::is_wrong_command)
         || error.downcast_ref().is_some_and(MakeError::is_wrong_command)
+        || error.downcast_ref().is_some_and(DeskError::is_wrong_command)
 }
 
 fn hint(error: &anyhow::Error) -> Option<String> {
@@ -88,7 +90,8 @@ fn hint(error: &anyhow::Error) -> Option<String> {
     let of_bodies = || error.downcast_ref().and_then(BodiesError::hint);
     let of_studio = || error.downcast_ref().and_then(MakeError::hint);
     let of_drive = || error.downcast_ref().and_then(DriveFailure::hint);
-    of_session.or_else(of_bodies).or_else(of_studio).or_else(of_drive)
+    let of_desk = || error.downcast_ref().and_then(DeskError::hint);
+    of_session.or_else(of_bodies).or_else(of_studio).or_else(of_drive).or_else(of_desk)
 }
 
 /// Prints an error.

@@ -22,6 +22,7 @@ mod photo;
 mod record;
 mod redo;
 mod replay;
+mod report;
 mod scan;
 mod stages;
 mod status;
@@ -116,6 +117,8 @@ enum Command {
     Export(export::ExportArgs),
     /// Write a recording for the Rerun viewer, or a picture of every step
     View(view::ViewArgs),
+    /// Write one page about the session: every step, the layers in 3D, verdicts, measures
+    Report(report::ReportArgs),
     /// Move the figure by a motion-capture clip, or by one of ours
     Animate(animate::AnimateArgs),
     /// Move the figure by tracked landmarks, as they arrive
@@ -210,6 +213,7 @@ fn run(command: Command, context: &Context) -> anyhow::Result<Done> {
         Command::Replay(args) => replay::run(args, context),
         Command::Export(args) => export::run(args, context),
         Command::View(args) => view::run(args, context),
+        Command::Report(args) => report::run(args, context),
         Command::Animate(args) => animate::run(args, context),
         Command::Drive(args) => drive::run(args, context),
         Command::Measure(args) => measure::run(args, context),

@@ -34,7 +34,8 @@ pub fn may_import() -> BTreeMap<&'static str, BTreeSet<&'static str>> {
         ("export", stages.clone()),
         ("view", stages.clone()),
         ("studio", &stages | &set(&[&["measure"]])),
-        ("cli", set(&[BASE, PATH, BRANCHES, &["measure", "check", "export", "view", "studio", "session"]])),
+        ("cli", set(&[BASE, PATH, BRANCHES, &["measure", "check", "export", "view", "studio", "session", "desk"]])),
+        ("desk", set(&[BASE, PATH, BRANCHES, &["check", "view", "session"]])),
         ("session", set(&[BASE, PATH, BRANCHES, OUTER])),
     ]);
     for k in 2..PATH.len() {
@@ -52,16 +53,18 @@ pub const GENERAL_CRATES: &[&str] =
 pub const UNNAMED_CRATES: &[&str] = &["getrandom", "regex_syntax"];
 
 /// Every other crate, as the source names it, and the modules that may use it: one, except that both `cli` and `session`
-/// quote words for a shell, and that `meshopt` both simplifies meshes and unpacks their files.
+/// quote words for a shell, that both `cli` and `desk` compress, and that `meshopt` both simplifies meshes and unpacks
+/// their files.
 pub const CRATE_OWNERS: &[(&str, &[&str])] = &[
     ("ab_glyph", &["view"]),
     ("anyhow", &["cli"]),
+    ("base64", &["desk"]),
     ("blake3", &["session"]),
     ("clap", &["cli"]),
     ("clarabel", &["numerics"]),
     ("csv", &["session"]),
     ("faer", &["numerics"]),
-    ("flate2", &["cli"]),
+    ("flate2", &["cli", "desk"]),
     ("gltf", &["formats"]),
     ("image", &["formats"]),
     ("indicatif", &["cli"]),

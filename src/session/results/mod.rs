@@ -9,6 +9,7 @@ mod pictures;
 mod posed_step;
 mod protected;
 mod recordings;
+mod shown;
 mod status;
 mod tried_sizes;
 
@@ -19,6 +20,7 @@ pub use outputs::{Content, NewFolder, Outputs, StreamedOutput};
 pub use pictures::{ClipFrame, TriedSteps, girth_notes};
 pub(in crate::session) use recordings::{AnimationRecording, FitRecording, ScanRecording};
 pub use recordings::{DriveView, LiveView, ShowIn};
+pub use shown::{Shown, ShownStep};
 pub use status::StepStatus;
 pub(in crate::session) use status::not_built_is_fine;
 pub use tried_sizes::{SizedFile, TriedSizes};

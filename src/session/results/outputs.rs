@@ -26,6 +26,8 @@ pub enum Content {
     Character(&'static str),
     /// `.gif`
     Film,
+    /// `.html`
+    Page,
     /// `.ply`
     Mesh,
     /// `.npz`
@@ -46,6 +48,7 @@ impl Content {
             Self::Recording => Some(("a recording", "rrd")),
             Self::Character(extension) => Some(("a character", extension)),
             Self::Film => Some(("a film", "gif")),
+            Self::Page => Some(("a page", "html")),
             Self::Mesh => Some(("a mesh", "ply")),
             Self::BodyModel => Some(("a body model", "npz")),
             Self::PoseLibrary => Some(("a pose library", "poses")),

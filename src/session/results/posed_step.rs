@@ -26,6 +26,10 @@ pub(in crate::session) struct PosedStep {
     /// The boundary loops of the step's garment that are hems.
     pub hem_loops: Option<Vec<Vec<VertexId>>>,
     body: TriMesh,
+    /// How far skin had to give way to stay inside the scan: metres, at most 0.
+    ///
+    /// **Shapes** one entry per vertex of the body; none for the bare body.
+    offsets: Vec<f64>,
     /// All garments, innermost first.
     garments: PosedGarments,
 }
@@ -71,6 +75,7 @@ impl Session {
                     fitted: Some(fitted),
                     labels: None,
                     hem_loops: None,
+                    offsets: Vec::new(),
                     garments: PosedGarments::new(),
                 })
             }
@@ -86,6 +91,7 @@ impl Session {
                     surface_of_fit: None,
                     labels: Some(self.store.load(labels)?.labels),
                     hem_loops: Some(self.store.load(garment)?.hem_loops),
+                    offsets: offsets.0,
                     garments: self.store.load(pressed)?,
                 })
             }
@@ -102,6 +108,13 @@ impl PosedStep {
     /// The body, with the step's offsets.
     pub fn body(&self) -> TriMesh {
         self.body.clone()
+    }
+
+    /// The vertex of the body that had to give way most, and by how much; `None` if none had to.
+    pub fn skin_gave_way(&self) -> Option<(VertexId, f64)> {
+        let moved = self.offsets.iter().enumerate().filter(|(_, offset)| **offset < 0.0);
+        let deepest = moved.min_by(|a, b| a.1.total_cmp(b.1))?;
+        Some((VertexId::from_index(deepest.0), -deepest.1))
     }
 
     /// The body before registration, if the step has one.

@@ -41,7 +41,7 @@ pub struct EaseRow<'a> {
 /// **Errors** if gaps and vertices differ in number.
 pub fn ease_sheet(title: &str, subtitle: &str, rows: &[EaseRow<'_>]) -> Result<Picture, Error> {
     let colors: Vec<PerVertex<[u8; 3]>> =
-        rows.iter().map(|row| row.gap.iter().map(|&gap| color_of(gap)).collect()).collect();
+        rows.iter().map(|row| row.gap.iter().map(|&gap| ease_color(gap)).collect()).collect();
     let drawn = rows.iter().zip(&colors).map(|(row, colors)| -> Result<SheetRow<'_>, Error> {
         let parts = [Part::solid(row.body, SKIN), Part::try_new(row.garment, Paint::PerVertex(colors))?];
         let sides = [("front", Facing::Front), ("side", Facing::Side), ("back", Facing::Back)];
@@ -50,14 +50,20 @@ pub fn ease_sheet(title: &str, subtitle: &str, rows: &[EaseRow<'_>]) -> Result<P
             notes: row.notes.clone(),
             cells: sides.map(|(caption, facing)| Cell::new(caption, &parts, facing)).to_vec(),
             ramp: None,
-            legend: COLORS.map(|(_, name, color)| (name.to_string(), color)).to_vec(),
+            legend: ease_legend(),
         })
     });
     let drawn = drawn.collect::<Result<Vec<_>, _>>()?;
     Ok(contact_sheet(&Sheet::new(title, subtitle, drawn)))
 }
 
-fn color_of(gap: f64) -> [u8; 3] {
+/// What the colours of [`ease_color`] mean.
+pub fn ease_legend() -> Vec<(String, [u8; 3])> {
+    COLORS.map(|(_, name, color)| (name.to_string(), color)).to_vec()
+}
+
+/// The colour of a gap between cloth and skin, in metres.
+pub fn ease_color(gap: f64) -> [u8; 3] {
     let above = COLORS.iter().position(|(at, ..)| gap < *at);
     match above {
         Some(0) => COLORS[0].2,
@@ -79,9 +85,9 @@ mod tests {
     #[test]
     fn the_colours_of_the_legend_are_met_and_lie_between() {
         for (gap, _, color) in COLORS {
-            assert_eq!(color_of(gap), color);
+            assert_eq!(ease_color(gap), color);
         }
-        assert_eq!((color_of(-0.02), color_of(1.0)), (COLORS[0].2, COLORS[4].2));
-        assert_eq!(color_of(0.0015), [218, 95, 45]);
+        assert_eq!((ease_color(-0.02), ease_color(1.0)), (COLORS[0].2, COLORS[4].2));
+        assert_eq!(ease_color(0.0015), [218, 95, 45]);
     }
 }

@@ -10,7 +10,7 @@ mod tryon_steps;
 mod weights_row;
 
 pub use crossing_row::CrossingRow;
-pub use ease_sheet::{EaseRow, ease_sheet};
+pub use ease_sheet::{EaseRow, ease_color, ease_legend, ease_sheet};
 pub use photo_overlay::photo_overlay;
 pub use poster::{Poster, poster};
 pub use sheet::{Cell, Sheet, SheetRow, contact_sheet};

@@ -53,43 +53,95 @@ impl Session {
             // To find out what is covered takes longer than to draw a second of film.
             false => CoveredParts::none(),
         };
-        let fps = shown[0].track.fps;
-        let poses = &shown[0].track.poses;
-        let count = shown.iter().map(|moved| moved.track.poses.len()).min().unwrap_or_default();
-        let hips: Vec<Point> = poses[..count].iter().map(|pose| figure.skeleton.joints_in_world(pose)[0]).collect();
-        let bounds: Vec<Aabb> = (0..count).map(|frame| around(&shown[0].surfaces(&figure, frame))).collect();
-        let camera = FilmCamera::following(&hips, &bounds, fps);
         let each = if film.is_file() { GIF_WIDTH } else { PICTURE_WIDTH };
-        let (width, height) = (each * shown.len(), camera.height_for(each));
-        let floor = bounds.first().map(|b| b.min.y);
-        let draw_one = |moved: &MovedFigure, frame: usize| -> Result<Picture, Error> {
-            let meshes = moved.surfaces(&figure, frame);
-            let remaining = |(k, mesh)| covered.remaining_surface(k, mesh, figure.layers[k].colors.as_ref());
-            let surfaces: Vec<_> = meshes.iter().enumerate().map(remaining).collect();
-            let each_layer = surfaces.iter().enumerate();
-            let parts = each_layer.map(|(k, (mesh, colors))| painted(mesh, colors.as_ref(), k));
-            let mut scene = Scene::new(parts.collect::<Result<Vec<_>, _>>()?);
-            scene.floor = floor;
-            Ok(camera.draw(frame, &scene, each, height))
-        };
-        let draw = |frame: usize| -> Result<Picture, Error> {
-            let mut row = Picture::filled([255; 3], width, height);
-            for (k, moved) in shown.iter().enumerate() {
-                row.paste(&draw_one(moved, frame)?, k * each, 0);
-            }
-            Ok(row)
-        };
+        let shots = Shots::of(&shown, &figure, &covered, each);
+        let count = shots.count();
         if !film.is_file() {
-            return folder_of_pictures(&film.target, count, &draw, on_frame);
+            return folder_of_pictures(&film.target, count, &|frame| shots.draw(frame), on_frame);
         }
         outputs.claim(&film.target, Content::Film)?;
-        let step = (fps / GIF_FPS).round().max(1.0) as usize;
-        let frames: Vec<usize> = (0..count).step_by(step).collect();
-        let bytes = draw_gif([width, height], frames.len(), (step, fps), |k| draw(frames[k]), on_frame)
-            .map_err(|e| SessionError::bad_source(&film.target, e))?;
+        let bytes = shots.gif(GIF_FPS, count, on_frame).map_err(|e| SessionError::bad_source(&film.target, e))?;
         outputs.write_bytes(&film.target, Content::Film, bytes)?;
         Ok(vec![film.target.clone()])
     }
+
+    /// A short film of one animation that is up to date, as the bytes of a GIF, `width` pixels wide: its first seconds.
+    pub fn short_film(&self, animation: &str, width: usize) -> Result<Vec<u8>, SessionError> {
+        /// Fewer frames and seconds than in a film of its own: it is one picture of a page.
+        const FPS: f64 = 10.0;
+        const SECS: f64 = 3.0;
+        let shown = [self.moved_figure(Some(animation))?];
+        let figure = self.figure_of_last_step()?;
+        let covered = CoveredParts::none();
+        let shots = Shots::of(&shown, &figure, &covered, width);
+        let count = shots.count().min((SECS * shown[0].track.fps).ceil() as usize);
+        let gif = shots.gif(FPS, count, &mut |_, _| {});
+        gif.map_err(|e| SessionError::bad_source(Path::new(animation), e))
+    }
+}
+
+/// The frames of animations side by side, seen by one camera.
+struct Shots<'a> {
+    shown: &'a [MovedFigure],
+    figure: &'a Figure,
+    covered: &'a CoveredParts,
+    camera: FilmCamera,
+    floor: Option<f64>,
+    /// Width of one animation, in pixels.
+    each: usize,
+}
+
+impl<'a> Shots<'a> {
+    /// **Requires** at least one animation.
+    fn of(shown: &'a [MovedFigure], figure: &'a Figure, covered: &'a CoveredParts, each: usize) -> Self {
+        let poses = &shown[0].track.poses;
+        let count = frames_of(shown);
+        let hips: Vec<Point> = poses[..count].iter().map(|pose| figure.skeleton.joints_in_world(pose)[0]).collect();
+        let bounds: Vec<Aabb> = (0..count).map(|frame| around(&shown[0].surfaces(figure, frame))).collect();
+        let camera = FilmCamera::following(&hips, &bounds, shown[0].track.fps);
+        Self { shown, figure, covered, camera, floor: bounds.first().map(|b| b.min.y), each }
+    }
+
+    fn count(&self) -> usize {
+        frames_of(self.shown)
+    }
+
+    fn height(&self) -> usize {
+        self.camera.height_for(self.each)
+    }
+
+    fn draw_one(&self, moved: &MovedFigure, frame: usize) -> Result<Picture, Error> {
+        let meshes = moved.surfaces(self.figure, frame);
+        let remaining = |(k, mesh)| self.covered.remaining_surface(k, mesh, self.figure.layers[k].colors.as_ref());
+        let surfaces: Vec<_> = meshes.iter().enumerate().map(remaining).collect();
+        let each_layer = surfaces.iter().enumerate();
+        let parts = each_layer.map(|(k, (mesh, colors))| painted(mesh, colors.as_ref(), k));
+        let mut scene = Scene::new(parts.collect::<Result<Vec<_>, _>>()?);
+        scene.floor = self.floor;
+        Ok(self.camera.draw(frame, &scene, self.each, self.height()))
+    }
+
+    fn draw(&self, frame: usize) -> Result<Picture, Error> {
+        let mut row = Picture::filled([255; 3], self.each * self.shown.len(), self.height());
+        for (k, moved) in self.shown.iter().enumerate() {
+            row.paste(&self.draw_one(moved, frame)?, k * self.each, 0);
+        }
+        Ok(row)
+    }
+
+    /// The first `count` frames as a GIF of about `gif_fps` frames per second.
+    fn gif(&self, gif_fps: f64, count: usize, on_frame: &mut dyn FnMut(usize, usize)) -> Result<Vec<u8>, Error> {
+        let fps = self.shown[0].track.fps;
+        let step = (fps / gif_fps).round().max(1.0) as usize;
+        let frames: Vec<usize> = (0..count).step_by(step).collect();
+        let size = [self.each * self.shown.len(), self.height()];
+        draw_gif(size, frames.len(), (step, fps), |k| self.draw(frames[k]), on_frame)
+    }
+}
+
+/// Until the shortest animation ends.
+fn frames_of(shown: &[MovedFigure]) -> usize {
+    shown.iter().map(|moved| moved.track.poses.len()).min().unwrap_or_default()
 }
 
 impl Session {

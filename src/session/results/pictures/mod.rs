@@ -10,5 +10,6 @@ mod weights_sheet;
 pub(in crate::session::results) use ease::draw_ease;
 pub use ease::girth_notes;
 #[cfg(feature = "rerun")]
-pub(in crate::session) use sheet::{SeenStep, Turned};
+pub(in crate::session) use sheet::SeenStep;
+pub(in crate::session) use sheet::Turned;
 pub use tried_steps::{ClipFrame, TriedSteps};
