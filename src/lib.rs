@@ -15,6 +15,7 @@
 //! ```
 //! Every arrow is a function named after its verb. `tests/architecture.rs` checks which module may import which.
 
+pub mod bake;
 pub mod body;
 pub mod check;
 pub mod cli;

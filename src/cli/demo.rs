@@ -70,10 +70,11 @@ pub(super) fn run(args: DemoArgs, context: &Context) -> anyhow::Result<Done> {
     let session = Session::open(&session_dir)?;
     let mut outputs = session.outputs(false);
     let mut files = vec![session_dir.clone()];
+    let request = |target| ExportRequest { target, ..ExportRequest::default() };
     let glb = dir.join("character.glb");
-    files.extend(session.export(&ExportRequest { target: glb, ..ExportRequest::default() }, &mut outputs)?.files);
+    files.extend(session.export(&request(glb), &mut outputs, &mut |_| {})?.files);
     let layers = dir.join("layers");
-    session.export(&ExportRequest { target: layers.clone(), ..ExportRequest::default() }, &mut outputs)?;
+    session.export(&request(layers.clone()), &mut outputs, &mut |_| {})?;
     files.push(layers);
     if cfg!(feature = "rerun") {
         let recording = dir.join("session.rrd");

@@ -1,8 +1,8 @@
 //! `overcoat export`: writes the figure or a step as files.
 
 use super::console::{Context, Done, Progress, Verbosity, secs};
-use crate::export::RemovedPart;
-use crate::session::{ExportRequest, SequenceKind, SequenceRequest};
+use crate::export::{Bones, RemovedPart};
+use crate::session::{ExportRequest, SequenceKind, SequenceRequest, TextureSize, Textures};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -32,6 +32,15 @@ pub(super) struct ExportArgs {
     /// The most joints that move a vertex of the .glb: 8 keep cloth in armpits smooth, but some programs read only 4
     #[arg(long, value_name = "4|8", default_value = "4", value_parser = ["4", "8"], conflicts_with_all = ["scan", "stage", "sequence"])]
     influences: String,
+    /// The side of each layer's texture in pixels, 2k by default; with `none`, vertices have colours instead
+    #[arg(long, value_name = "1k|2k|4k|none", value_parser = texture, conflicts_with_all = ["scan", "stage", "sequence"])]
+    texture: Option<Textures>,
+    /// The axes of the bones in a file of the character: `limbs`, along them, as Blender draws bones; `up`, all as the world's
+    #[arg(long, value_name = "limbs|up", default_value = "limbs", value_parser = ["limbs", "up"], conflicts_with_all = ["scan", "stage", "sequence"])]
+    bones: String,
+    /// The character's name in the file, by default that of the session's folder
+    #[arg(long, conflicts_with_all = ["scan", "stage", "sequence"])]
+    name: Option<String>,
     /// Replace files that Overcoat did not write, or that were changed since
     #[arg(long, conflicts_with = "sequence")]
     force: bool,
@@ -42,6 +51,16 @@ fn sequence_kind(text: &str) -> Result<SequenceKind, String> {
         "ply" => Ok(SequenceKind::Ply),
         "pc2" => Ok(SequenceKind::Pc2),
         _ => Err("give ply or pc2".into()),
+    }
+}
+
+fn texture(text: &str) -> Result<Textures, String> {
+    match text {
+        "1k" => Ok(Textures::Of(TextureSize::Small)),
+        "2k" => Ok(Textures::Of(TextureSize::Medium)),
+        "4k" => Ok(Textures::Of(TextureSize::Large)),
+        "none" => Ok(Textures::None),
+        _ => Err("give 1k, 2k, 4k or none".into()),
     }
 }
 
@@ -76,10 +95,16 @@ pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
         before_registration: args.stage.is_some(),
         hide_covered: args.hide_covered,
         eight_influences: args.influences == "8",
+        bones: if args.bones == "up" { Bones::Up } else { Bones::AlongLimbs },
+        name: args.name,
+        textures: args.texture.unwrap_or_default(),
     };
     let session = context.reader()?;
     let mut outputs = session.outputs(args.force);
-    let exported = session.export(&request, &mut outputs)?;
+    let mut progress = Progress::of_one_stage(&context.console);
+    let mut on_texture = |layer: &str| progress.describe(format!("texture of {layer}"));
+    let exported = session.export(&request, &mut outputs, &mut on_texture)?;
+    progress.end();
     context.console.notices(outputs.notices());
     let shown: Vec<String> = exported.files.iter().map(|f| f.display().to_string()).collect();
     let mut json = json!({

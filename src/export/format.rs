@@ -1,5 +1,6 @@
 //! What a file that holds the whole figure contains, and the trait of the formats of such files.
 
+use super::bones::Bones;
 use super::error::ExportError;
 use crate::body::{Figure, Pose};
 use crate::geometry::PerVertex;
@@ -33,6 +34,8 @@ pub enum FormatOption {
 pub struct CharacterOptions {
     /// The scene's name; `None` for `figure`.
     pub name: Option<String>,
+    /// The axes of the joints' nodes.
+    pub bones: Bones,
     /// The pose of the nodes; `None` for the bind pose. Surfaces are always in the bind pose.
     pub pose: Option<Pose>,
     /// The cover mask of each layer; `None` writes no `_COVERED`.

@@ -7,6 +7,7 @@
 //! filled, or continues under another garment or below hair). As attributes, these survive programs that drop extras or merge meshes.
 
 use super::arguments::{check_figure, check_masks, check_pose};
+use super::bones::BoneFrames;
 use super::error::ExportError;
 use super::format::{CharacterAnimation, CharacterOptions, Format, FormatOption};
 use super::palette::color_of_rank;
@@ -14,6 +15,8 @@ use super::split::Split;
 use crate::body::{Figure, INFLUENCES, Layer, Pose, Skeleton};
 use crate::formats::{GlbAttribute, GlbChannel, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, NodeId, SkinId};
 use crate::geometry::PerVertex;
+use nalgebra::UnitQuaternion;
+use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 use std::io::Write;
 
@@ -53,14 +56,17 @@ pub fn write_glb(figure: &Figure, options: &CharacterOptions, out: impl Write) -
         animation.track.poses.iter().try_for_each(|pose| check_pose(pose, &figure.skeleton))?;
     }
     let mut glb = GlbWriter::new();
-    let (joints, skin) = add_skeleton(&mut glb, &figure.skeleton, options.pose.as_ref())?;
+    let frames = BoneFrames::of(&figure.skeleton, options.bones);
+    let (joints, skin) = add_skeleton(&mut glb, &figure.skeleton, &frames, options.pose.as_ref())?;
     let mut roots = vec![joints[0]];
+    let pictures = figure.layers.par_iter().map(|layer| picture_of(layer)).collect::<Result<Vec<_>, _>>()?;
     for (rank, layer) in figure.layers.iter().enumerate() {
         let covered = options.covered.as_ref().map(|masks| &masks[rank]);
-        roots.push(add_layer(&mut glb, layer, covered, rank, skin, options.eight_influences)?);
+        let picture = pictures[rank].as_deref();
+        roots.push(add_layer(&mut glb, layer, picture, covered, rank, skin, options.eight_influences)?);
     }
     for animation in &options.animations {
-        add_animation(&mut glb, &figure.skeleton, &joints, animation)?;
+        add_animation(&mut glb, &figure.skeleton, &frames, &joints, animation)?;
     }
     let provenance: Map<String, Value> = options.provenance.iter().map(|(k, v)| (k.clone(), json!(v))).collect();
     let scene = GlbScene {
@@ -76,6 +82,7 @@ pub fn write_glb(figure: &Figure, options: &CharacterOptions, out: impl Write) -
 fn add_skeleton(
     glb: &mut GlbWriter,
     skeleton: &Skeleton,
+    frames: &BoneFrames,
     pose: Option<&Pose>,
 ) -> Result<(Vec<NodeId>, SkinId), ExportError> {
     let mut nodes: Vec<Option<NodeId>> = vec![None; skeleton.len()];
@@ -83,13 +90,11 @@ fn add_skeleton(
         let children: Option<Vec<NodeId>> =
             skeleton.ids().filter(|c| skeleton.parents[c.index()] == Some(j)).map(|c| nodes[c.index()]).collect();
         let children = children.ok_or(ExportError::JointOrder { parent: j.index() })?;
-        // Nodes have no rotation in the bind pose, so a joint's rotation is the node's.
-        let here = skeleton.joints_in_bind[j.index()];
-        let offset = match skeleton.parents[j.index()] {
-            Some(parent) => here - skeleton.joints_in_bind[parent.index()],
-            None => here.coords + pose.map_or_else(Default::default, |p| p.translation),
-        };
-        let rotation = pose.map(|p| p.rotations[j.index()].coords.map(|c| c as f32).into());
+        let about_joint = pose.map_or_else(UnitQuaternion::identity, |pose| pose.rotations[j.index()]);
+        // Upright nodes in the bind pose need no rotation.
+        let is_turned = pose.is_some() || !frames.is_upright();
+        let rotation = is_turned.then(|| frames.local(skeleton, j, &about_joint).coords.map(|c| c as f32).into());
+        let offset = frames.offset(skeleton, j, pose);
         nodes[j.index()] = Some(glb.node(&GlbNode {
             name: &skeleton.names[j.index()],
             translation: Some(offset.map(|c| c as f32).into()),
@@ -99,14 +104,7 @@ fn add_skeleton(
         }));
     }
     let joints: Vec<NodeId> = nodes.into_iter().flatten().collect();
-    let inverse_bind: Vec<[f32; 16]> = skeleton
-        .joints_in_bind
-        .iter()
-        .map(|p| {
-            let [x, y, z] = [-p.x, -p.y, -p.z].map(|c| c as f32);
-            [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, x, y, z, 1.0]
-        })
-        .collect();
+    let inverse_bind: Vec<[f32; 16]> = skeleton.ids().map(|j| frames.inverse_bind(skeleton, j)).collect();
     let root = joints[0];
     let matrices = glb.matrices("inverse bind matrices", &inverse_bind)?;
     let skin = glb.skin("skeleton", root, &joints, matrices);
@@ -117,34 +115,44 @@ fn add_skeleton(
 fn add_animation(
     glb: &mut GlbWriter,
     skeleton: &Skeleton,
+    frames: &BoneFrames,
     joints: &[NodeId],
     animation: &CharacterAnimation,
 ) -> Result<(), ExportError> {
     let track = &animation.track;
     let times: Vec<f32> = (0..track.poses.len()).map(|frame| track.secs(frame) as f32).collect();
     let mut channels = Vec::new();
-    for (j, &node) in joints.iter().enumerate() {
-        let mut before = track.poses.first().map_or_else(Default::default, |pose| pose.rotations[j].coords);
+    for (j, &node) in skeleton.ids().zip(joints) {
+        let of_node = |pose: &Pose| frames.local(skeleton, j, &pose.rotations[j.index()]).coords;
+        let mut before = track.poses.first().map_or_else(Default::default, of_node);
         let mut rotation = |pose: &Pose| -> [f32; 4] {
-            let coords = pose.rotations[j].coords;
+            let coords = of_node(pose);
             // A quaternion and its negative are one rotation; players that blend without a check need the nearer one.
             before = if coords.dot(&before) < 0.0 { -coords } else { coords };
             before.map(|c| c as f32).into()
         };
         let rotations: Vec<[f32; 4]> = track.poses.iter().map(&mut rotation).collect();
-        let still = rotations.iter().all(|&[x, y, z, _]| [x, y, z].iter().all(|c| c.abs() < 1e-7));
-        let here = skeleton.joints_in_bind[j];
+        let is_still = |pose: &Pose| pose.rotations[j.index()].coords.xyz().amax() < 1e-7;
+        let still = track.poses.iter().all(is_still);
+        let here = skeleton.joints_in_bind[j.index()];
         let place = |pose: &Pose| (here.coords + pose.translation).map(|c| c as f32).into();
-        let translations = if j == 0 { track.poses.iter().map(place).collect() } else { Vec::new() };
+        let translations = if j.index() == 0 { track.poses.iter().map(place).collect() } else { Vec::new() };
         let rotations = if still { Vec::new() } else { rotations };
         channels.push(GlbChannel { node, translations, rotations });
     }
     Ok(glb.animation(&animation.name, &times, &channels)?)
 }
 
+/// The texture as a PNG file; slow, so for all layers at once.
+fn picture_of(layer: &Layer) -> Result<Option<Vec<u8>>, ExportError> {
+    let texture = layer.uvs.as_ref().and_then(|uvs| uvs.texture.as_ref());
+    Ok(texture.map(|texture| texture.to_png()).transpose()?)
+}
+
 fn add_layer(
     glb: &mut GlbWriter,
     layer: &Layer,
+    picture: Option<&[u8]>,
     covered: Option<&PerVertex<bool>>,
     rank: usize,
     skin: SkinId,
@@ -195,10 +203,7 @@ fn add_layer(
     if !split.uvs.is_empty() {
         attributes.push((GlbAttribute::TexCoords(0), glb.floats("texture coordinates", &split.uvs)?));
     }
-    let texture = match layer.uvs.as_ref().and_then(|uvs| uvs.texture.as_ref()) {
-        Some(texture) => Some(glb.texture(&layer.name, &texture.to_png()?)),
-        None => None,
-    };
+    let texture = picture.map(|png| glb.texture(&layer.name, png));
     // Programs multiply vertex colours by the texture, which already contains them.
     let colors = layer.colors.as_ref().filter(|_| texture.is_none());
     if let Some(colors) = colors {

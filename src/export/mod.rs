@@ -1,6 +1,7 @@
 //! Arranges a figure as industry file formats; `formats` produces the bytes.
 
 mod arguments;
+mod bones;
 mod covered;
 mod error;
 mod format;
@@ -13,6 +14,7 @@ mod split;
 mod tests;
 mod visible_part;
 
+pub use bones::Bones;
 pub use covered::{CoveredParts, RemovedPart};
 pub use error::ExportError;
 pub use format::{CharacterAnimation, CharacterOptions, Format, FormatOption};

@@ -27,9 +27,10 @@ pub use error::ScanError;
 pub use frame::FileFrame;
 pub use params::{ScanParams, Unit, Up};
 pub use rgbd::{
-    FramePose, Fusion, FusionError, FusionParams, FusionReport, FusionStep, RgbdCamera, SurfaceSoFar, fuse,
+    FramePose, Fusion, FusionError, FusionParams, FusionReport, FusionStep, Photograph, RgbdCamera, SurfaceSoFar, fuse,
+    photographs,
 };
-pub use texture::{TextureReport, color_from_texture};
+pub use texture::{PictureSampler, TextureReport, color_from_texture};
 
 use crate::geometry::{PerFace, PerVertex, TriMesh};
 use serde::{Deserialize, Serialize};

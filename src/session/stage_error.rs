@@ -1,5 +1,6 @@
 //! The errors of all modules, in one type.
 
+use crate::bake::BakeError;
 use crate::body::BodyError;
 use crate::check::CheckError;
 use crate::cloth::ClothError;
@@ -60,6 +61,9 @@ pub enum StageError {
     /// The file holds no garment that can be put on.
     #[error(transparent)]
     TryOn(#[from] TryOnError),
+    /// A layer could not be given a texture.
+    #[error(transparent)]
+    Bake(#[from] BakeError),
     /// The export failed.
     #[error(transparent)]
     Export(#[from] ExportError),
@@ -96,6 +100,7 @@ impl StageError {
             Self::Stack(e) => e.hint(),
             Self::Motion(e) => e.hint(),
             Self::Cloth(e) => e.hint(),
+            Self::Bake(e) => e.hint(),
             Self::Export(e) => e.hint(),
             Self::View(e) => e.hint(),
             Self::Metrics(e) => e.hint(),

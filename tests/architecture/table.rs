@@ -7,7 +7,7 @@ const BASE: &[&str] = &["parameters", "numerics", "geometry", "formats"];
 /// The stages on the main path, in the order of the data: each may import all before it.
 const PATH: &[&str] = &["body", "scan", "fit", "segment", "cut", "rig", "stack"];
 /// The stages beside that path.
-const BRANCHES: &[&str] = &["train", "motion", "cloth", "tryon", "drive", "photo"];
+const BRANCHES: &[&str] = &["train", "motion", "cloth", "tryon", "drive", "photo", "bake"];
 /// Modules that `session` may import, but no stage.
 const OUTER: &[&str] = &["mannequin", "measure", "check", "export", "view"];
 
@@ -29,6 +29,7 @@ pub fn may_import() -> BTreeMap<&'static str, BTreeSet<&'static str>> {
         ("tryon", set(&[BASE, PATH, &["motion", "cloth"]])),
         ("drive", set(&[BASE, PATH, &["motion"]])),
         ("photo", set(&[BASE, &["body", "motion"]])),
+        ("bake", set(&[BASE, &PATH[..2]])),
         ("measure", stages.clone()),
         ("check", stages.clone()),
         ("export", stages.clone()),
@@ -85,5 +86,6 @@ pub const CRATE_OWNERS: &[(&str, &[&str])] = &[
     ("shlex", &["cli", "session"]),
     ("signal_hook", &["cli"]),
     ("smartcore", &["drive"]),
+    ("uvunwrap", &["bake"]),
     ("zip", &["formats"]),
 ];

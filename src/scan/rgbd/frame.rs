@@ -2,7 +2,7 @@
 
 use super::camera::RgbdCamera;
 use super::error::FusionError;
-use crate::formats::{EncodedRecording, Intrinsics, read_color_picture, read_depth_png};
+use crate::formats::{EncodedRecording, Intrinsics, linear_of_byte, read_color_picture, read_depth_png};
 use crate::geometry::Point;
 use nalgebra::{Matrix3x4, Vector4};
 
@@ -25,6 +25,8 @@ pub(super) struct ColorFrame {
     pixels: Vec<[u8; 3]>,
     camera: RgbdCamera,
     color_from_depth: Option<Matrix3x4<f64>>,
+    /// Linear light by sRGB byte.
+    linear: [f32; 256],
 }
 
 impl<'a> Frames<'a> {
@@ -108,7 +110,8 @@ impl<'a> Frames<'a> {
         let picture = read_color_picture(bytes).map_err(|source| FusionError::Image { name: name.clone(), source })?;
         let Some(camera) = self.color_camera(picture.width, picture.height) else { return Ok(None) };
         let color_from_depth = self.recording.camera.color_from_depth.map(|m| Matrix3x4::from_row_slice(&m));
-        Ok(Some(ColorFrame { width: picture.width, pixels: picture.pixels, camera, color_from_depth }))
+        let linear = std::array::from_fn(|byte| linear_of_byte(byte as u8) as f32);
+        Ok(Some(ColorFrame { width: picture.width, pixels: picture.pixels, camera, color_from_depth, linear }))
     }
 
     /// The camera of colour images of a size: that of `camera.json`, else the depth camera if the shape is the same.
@@ -149,6 +152,56 @@ impl<'a> Frames<'a> {
 impl ColorFrame {
     /// The colour of a point of the depth camera's frame.
     pub(super) fn at(&self, p: &Point) -> Option<[u8; 3]> {
+        let [x, y] = self.place_of(p)?.map(f64::round);
+        let inside = x >= 0.0 && y >= 0.0 && x < self.camera.width as f64 && y < self.camera.height as f64;
+        inside.then(|| self.pixels[y as usize * self.width + x as usize])
+    }
+
+    /// The colour of a point of the depth camera's frame, in linear light, between the four nearest pixels.
+    pub(super) fn light_at(&self, p: &Point) -> Option<[f32; 3]> {
+        let [x, y] = self.place_of(p)?;
+        let (left, top) = (x.floor(), y.floor());
+        let inside = left >= 0.0 && top >= 0.0 && left + 1.0 < self.camera.width as f64;
+        if !inside || top + 1.0 >= self.camera.height as f64 {
+            return None;
+        }
+        let (right, down) = ((x - left) as f32, (y - top) as f32);
+        let first = top as usize * self.width + left as usize;
+        let mut sum = [0.0; 3];
+        for (at, share) in [
+            (first, (1.0 - right) * (1.0 - down)),
+            (first + 1, right * (1.0 - down)),
+            (first + self.width, (1.0 - right) * down),
+            (first + self.width + 1, right * down),
+        ] {
+            sum.iter_mut().zip(self.pixels[at]).for_each(|(sum, c)| *sum += share * self.linear[usize::from(c)]);
+        }
+        Some(sum)
+    }
+
+    /// Mean of all pixels, as sRGB bytes.
+    pub(super) fn mean(&self) -> f64 {
+        let sum: u64 = self.pixels.as_flattened().iter().map(|&c| u64::from(c)).sum();
+        sum as f64 / (3 * self.pixels.len().max(1)) as f64
+    }
+
+    /// How much neighbouring pixels differ beyond what a slope does, relative to the light: less in a blurred image.
+    pub(super) fn sharpness(&self) -> f64 {
+        let green = |at: usize| f64::from(self.pixels[at][1]);
+        let rows = self.pixels.len() / self.width.max(1);
+        let mut sum = 0.0;
+        for y in 1..rows.saturating_sub(1) {
+            for at in y * self.width + 1..(y + 1) * self.width - 1 {
+                let bend =
+                    green(at - 1) + green(at + 1) + green(at - self.width) + green(at + self.width) - 4.0 * green(at);
+                sum += bend.abs();
+            }
+        }
+        sum / self.pixels.len().max(1) as f64 / self.mean().max(1.0)
+    }
+
+    /// Where it shows a point of the depth camera's frame, in pixels; `None` behind the camera.
+    fn place_of(&self, p: &Point) -> Option<[f64; 2]> {
         let p = match &self.color_from_depth {
             Some(m) => Point::from(m * Vector4::new(p.x, p.y, p.z, 1.0)),
             None => *p,
@@ -157,9 +210,7 @@ impl ColorFrame {
             return None;
         }
         let [x, y] = self.camera.pixel(&p);
-        let [x, y] = if self.camera.is_distorted() { self.camera.distorted(x, y) } else { [x, y] }.map(f64::round);
-        let inside = x >= 0.0 && y >= 0.0 && x < self.camera.width as f64 && y < self.camera.height as f64;
-        inside.then(|| self.pixels[y as usize * self.width + x as usize])
+        Some(if self.camera.is_distorted() { self.camera.distorted(x, y) } else { [x, y] })
     }
 }
 

@@ -4,7 +4,7 @@ use super::marching_cubes::FusedSurface;
 use super::volume::Volume;
 use crate::formats::RawMesh;
 use nalgebra::Isometry3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A fused surface with measurements.
 #[derive(Clone, Debug)]
@@ -18,7 +18,7 @@ pub struct Fusion {
 }
 
 /// A frame's pose.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FramePose {
     /// Index of the frame in the recording.
     pub frame: usize,

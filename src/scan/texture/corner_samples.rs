@@ -1,6 +1,6 @@
 //! The places of a face at which its picture is sampled.
 
-use super::sampler::Sampler;
+use super::sampler::PictureSampler;
 use crate::formats::RawMaterial;
 
 /// Side of the part of a face that colours a corner, as a share of the face's: the parts of the three corners do not
@@ -22,7 +22,7 @@ impl CornerSamples {
     }
 
     /// The colours of a face's corners in linear light, and the area of the face in the picture, in pixels.
-    pub fn of(&self, sampler: &Sampler, coords: [[f64; 2]; 3], material: &RawMaterial) -> ([[f32; 3]; 3], f64) {
+    pub fn of(&self, sampler: &PictureSampler, coords: [[f64; 2]; 3], material: &RawMaterial) -> ([[f32; 3]; 3], f64) {
         let [width, height] = sampler.size().map(|n| n as f64);
         let side = |k: usize, l: usize| [(coords[l][0] - coords[k][0]) * width, (coords[l][1] - coords[k][1]) * height];
         let (to_b, to_c) = (side(0, 1), side(0, 2));

@@ -7,6 +7,7 @@ mod sampler;
 mod tests;
 
 pub use report::TextureReport;
+pub use sampler::PictureSampler;
 
 use super::CleaningStep;
 use crate::formats::{RawMaterial, RawMesh, RawTexture, byte_of_linear, linear_of_byte, read_texture_picture};
@@ -15,7 +16,6 @@ use corner_samples::CornerSamples;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use report::Coverage;
-use sampler::Sampler;
 
 /// Faces that are sampled together: enough for all threads, and few enough that their colours need some megabytes.
 const CHUNK: usize = 1 << 16;
@@ -40,7 +40,7 @@ pub fn color_from_texture(raw: &mut RawMesh, on_step: &mut dyn FnMut(&CleaningSt
     for (place, picture) in texture.pictures.iter().enumerate() {
         match read_texture_picture(&picture.bytes) {
             Ok(decoded) => {
-                let sampler = Sampler::new(decoded);
+                let sampler = PictureSampler::new(decoded);
                 coverage.picture(sampler.size());
                 colors.add_picture(&texture, place, &sampler, &mut coverage);
             }
@@ -82,7 +82,7 @@ impl<'a> VertexColors<'a> {
     }
 
     /// Adds the colours of all faces that show a picture.
-    fn add_picture(&mut self, texture: &RawTexture, place: usize, sampler: &Sampler, coverage: &mut Coverage) {
+    fn add_picture(&mut self, texture: &RawTexture, place: usize, sampler: &PictureSampler, coverage: &mut Coverage) {
         let samples = CornerSamples::prepare();
         let shows: Vec<bool> = texture.materials.iter().map(|material| material.picture == Some(place)).collect();
         let is_shown = |face: usize| shows.get(usize::from(texture.face_materials[face])).is_some_and(|&shows| shows);

@@ -3,12 +3,13 @@
 use crate::formats::{ColorPicture, Wrap, linear_of_byte};
 
 /// A picture, prepared for sampling.
-pub(super) struct Sampler {
+pub struct PictureSampler {
     picture: ColorPicture,
     linear: [f32; 256],
 }
 
-impl Sampler {
+impl PictureSampler {
+    /// Of a decoded picture.
     pub fn new(picture: ColorPicture) -> Self {
         Self { picture, linear: std::array::from_fn(|byte| linear_of_byte(byte as u8) as f32) }
     }
@@ -67,9 +68,9 @@ mod tests {
     use crate::formats::byte_of_linear;
 
     /// Red grows to the right by 10 per pixel, green downwards by 100.
-    fn sampler() -> Sampler {
+    fn sampler() -> PictureSampler {
         let pixels = (0..8).map(|k| [10 * (k % 4) as u8, 100 * (k / 4) as u8, 7]).collect();
-        Sampler::new(ColorPicture { width: 4, height: 2, pixels })
+        PictureSampler::new(ColorPicture { width: 4, height: 2, pixels })
     }
 
     fn byte(at: [f64; 2], wrap: Wrap) -> [u8; 3] {

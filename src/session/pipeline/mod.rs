@@ -23,7 +23,7 @@ pub(in crate::session) use stages::marks::{MaskInput, MasksOfScan, is_something}
 pub(in crate::session) use stages::pose::margin;
 pub(in crate::session) use stages::posed::along_normals;
 pub(in crate::session) use stages::press::PosedGarments;
-pub(in crate::session) use stages::scan::cleaned_scan;
+pub(in crate::session) use stages::scan::{Inputs as ScanInputs, cleaned_scan, photographs_of};
 pub(in crate::session) use stages::step_scan::scan_of;
 pub use steps::stages_of_animation;
 pub(in crate::session) use steps::{animations, cut_of, everything, steps, steps_so_far};

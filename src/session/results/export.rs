@@ -2,10 +2,11 @@
 
 use super::outputs::{Content, Outputs};
 use super::posed_step::PosedStep;
+use super::textures::TextureSize;
 use crate::body::Figure;
 use crate::export::{
-    CharacterAnimation, CharacterOptions, CoveredParts, ExportError, Format, FormatOption, RemovedPart, format_of,
-    write_joints_json, write_layer_ply,
+    Bones, CharacterAnimation, CharacterOptions, CoveredParts, ExportError, Format, FormatOption, RemovedPart,
+    format_of, write_joints_json, write_layer_ply,
 };
 use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::rig::cover_masks;
@@ -31,6 +32,24 @@ pub struct ExportRequest {
     pub hide_covered: bool,
     /// Keep up to eight joints per vertex of a `.glb`; otherwise at most four.
     pub eight_influences: bool,
+    /// The axes of the joints in a file that holds the figure.
+    pub bones: Bones,
+    /// The name of the figure in a file; `None` for that of the session.
+    pub name: Option<String>,
+    /// The textures of a file that holds the figure.
+    pub textures: Textures,
+}
+
+/// Which textures a file has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Textures {
+    /// Those that files of its format usually have.
+    #[default]
+    AsUsual,
+    /// None: vertices have colours instead.
+    None,
+    /// Of this size.
+    Of(TextureSize),
 }
 
 /// The result of an export.
@@ -44,7 +63,14 @@ pub struct Exported {
 
 impl Session {
     /// Writes the files atomically. Writes nothing if one of them is refused.
-    pub fn export(&self, request: &ExportRequest, outputs: &mut Outputs) -> Result<Exported, SessionError> {
+    ///
+    /// `on_texture` hears the name of each layer whose texture is baked now.
+    pub fn export(
+        &self,
+        request: &ExportRequest,
+        outputs: &mut Outputs,
+        on_texture: &mut dyn FnMut(&str),
+    ) -> Result<Exported, SessionError> {
         if request.hide_covered && (request.scan.is_some() || request.before_registration) {
             return Err(SessionError::BadRequest {
                 what: "covered parts are removed from the layers of the figure, not from a scan or a stage's result"
@@ -56,7 +82,7 @@ impl Session {
         let extension = request.target.extension().map(|e| e.to_string_lossy().into_owned());
         let exported = match extension.as_deref() {
             Some(extension) if !is_folder => match format_of(extension) {
-                Some(format) => self.export_file(request, format, outputs),
+                Some(format) => self.export_file(request, format, outputs, on_texture),
                 None => Err(SessionError::UnknownTarget { path: request.target.clone() }),
             },
             None if !is_folder && is_only_an_extension(&request.target) => Err(SessionError::BadRequest {
@@ -66,6 +92,10 @@ impl Session {
             _ if request.eight_influences => Err(SessionError::BadRequest {
                 what: "only a .glb holds skin weights, so --influences changes nothing in a folder".into(),
                 hint: "name a file `NAME.glb`, or leave --influences out".into(),
+            }),
+            _ if request.textures != Textures::AsUsual => Err(SessionError::BadRequest {
+                what: "the .ply files of a folder hold a colour per vertex, so --texture changes nothing there".into(),
+                hint: "name a file `NAME.glb`, or leave --texture out".into(),
             }),
             _ => {
                 let (files, removed) = self.folder_of(request)?;
@@ -85,6 +115,7 @@ impl Session {
         request: &ExportRequest,
         format: &dyn Format,
         outputs: &mut Outputs,
+        on_texture: &mut dyn FnMut(&str),
     ) -> Result<Exported, SessionError> {
         let refuse = |what: String| {
             let hint = "name a folder instead: `overcoat export DIR/ …`".into();
@@ -111,13 +142,26 @@ impl Session {
             Some(_) => last.figure_for_pose(),
             None => standing(last.figure.clone(), &last.step.name)?,
         };
+        let figure = match request.textures {
+            Textures::AsUsual => self.textured(figure, &steps, TextureSize::default(), on_texture)?,
+            Textures::Of(size) => self.textured(figure, &steps, size, on_texture)?,
+            Textures::None => without_textures(figure),
+        };
         let (figure, masks) = covered.remaining(figure);
         let pose = request.at.as_ref().map(|_| last.pose.clone());
         let provenance = steps.iter().map(origin).collect();
         let animations = if request.at.is_none() { self.animations_in_file(outputs)? } else { Vec::new() };
         let eight_influences = request.eight_influences;
         let covered = Some(masks);
-        let options = CharacterOptions { name: None, pose, covered, eight_influences, animations, provenance };
+        let options = CharacterOptions {
+            name: Some(request.name.clone().unwrap_or_else(|| self.name())),
+            bones: request.bones,
+            pose,
+            covered,
+            eight_influences,
+            animations,
+            provenance,
+        };
         outputs.write(&path, Content::Character(extension), |out| format.write(&figure, &options, out))?;
         Ok(Exported { files: vec![path], removed })
     }
@@ -168,6 +212,14 @@ impl Session {
         }
         Ok((folder.files, removed))
     }
+}
+
+/// The figure with the colours of its vertices only.
+fn without_textures(mut figure: Figure) -> Figure {
+    for uvs in figure.layers.iter_mut().filter_map(|layer| layer.uvs.as_mut()) {
+        uvs.texture = None;
+    }
+    figure
 }
 
 /// The parts of a figure's layers that others cover. `target` is for messages.

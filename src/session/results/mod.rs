@@ -11,10 +11,11 @@ mod protected;
 mod recordings;
 mod shown;
 mod status;
+mod textures;
 mod tried_sizes;
 
 pub use animation::{AnimationStatus, Film, SequenceKind, SequenceRequest};
-pub use export::{ExportRequest, Exported};
+pub use export::{ExportRequest, Exported, Textures};
 pub use measure::{SubjectOrigin, TruthReport};
 pub use outputs::{Content, NewFolder, Outputs, StreamedOutput};
 pub use pictures::{ClipFrame, TriedSteps, girth_notes};
@@ -23,4 +24,5 @@ pub use recordings::{DriveView, LiveView, ShowIn};
 pub use shown::{Shown, ShownStep};
 pub use status::StepStatus;
 pub(in crate::session) use status::not_built_is_fine;
+pub use textures::TextureSize;
 pub use tried_sizes::{SizedFile, TriedSizes};

@@ -2,7 +2,7 @@
 
 use crate::session::open::{Session, is_session, recipe_path};
 use crate::session::recipe::{AnimationRecipe, Recipe, StepRecipe, TEMPLATES};
-use crate::session::store::{MANIFEST, UNFINISHED, read_file};
+use crate::session::store::{Derived, MANIFEST, UNFINISHED, read_file};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -19,7 +19,7 @@ const OWN_FILES: [&str; 9] = [
     "lock",
 ];
 /// The session's own folders.
-const OWN_FOLDERS: [&str; 3] = ["artefacts", "masks", TEMPLATES];
+const OWN_FOLDERS: [&str; 4] = ["artefacts", Derived::FOLDER, "masks", TEMPLATES];
 
 /// An input of a session: a scan, a mask, a body model.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,5 +1,6 @@
 //! Artefacts by the hash of their content.
 
+use super::derived::Derived;
 use super::durable::{place, place_whole, sweep, sync_folder};
 use super::hash::{ContentHash, HashingWriter};
 use super::memory::Memory;
@@ -217,6 +218,11 @@ impl Store {
             }
             None => Arc::new(prepare()),
         }
+    }
+
+    /// What is derived from artefacts, beside them.
+    pub(in crate::session) fn derived(&self) -> Derived {
+        Derived::beside(&self.folder)
     }
 
     /// Whether a file of that name exists; its content is checked on reading.

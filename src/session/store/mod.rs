@@ -2,6 +2,7 @@
 //! history. Knows stages by name only.
 
 mod artefacts;
+mod derived;
 pub(in crate::session) mod durable;
 mod failures;
 mod hash;
@@ -18,6 +19,7 @@ mod warning;
 
 pub(in crate::session) use artefacts::Health;
 pub use artefacts::{Kept, Store};
+pub(in crate::session) use derived::Derived;
 pub(in crate::session) use durable::{
     UNFINISHED, begin_file, folder_of, not_a_file, open_file, place_whole, read_file, sweep, sync_folder, write_new,
     write_whole, write_whole_with,

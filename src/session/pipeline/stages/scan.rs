@@ -2,7 +2,8 @@
 
 use crate::formats::{RawMesh, read_recording};
 use crate::scan::{
-    CleaningStep, FusionParams, FusionReport, FusionStep, Scan, ScanParams, clean, color_from_texture, fuse,
+    CleaningStep, FramePose, FusionParams, FusionReport, FusionStep, Photograph, Scan, ScanParams, clean,
+    color_from_texture, fuse, photographs,
 };
 use crate::session::error::SessionError;
 use crate::session::open::{Input, ScanInput, Session};
@@ -11,15 +12,16 @@ use crate::session::pipeline::memo::event::{OnProgress, Outcome, StageProgress};
 use crate::session::pipeline::memo::input::FileInput;
 use crate::session::recipe::{Reading, StepRecipe};
 use crate::session::stage::Stage;
-use crate::session::store::{Store, Warning};
+use crate::session::store::{ContentHash, Store, Warning};
 use serde::Serialize;
+use serde_json::json;
 use std::path::Path;
 use std::time::Instant;
 
 pub(in crate::session::pipeline) const SCAN: Code = Code::new(Stage::Scan, 5);
 
 #[derive(Serialize)]
-pub(in crate::session::pipeline) struct Inputs {
+pub(in crate::session) struct Inputs {
     file: FileInput,
     params: ScanParams,
     fusion: FusionParams,
@@ -37,6 +39,9 @@ pub(in crate::session::pipeline) fn run(inputs: Inputs, store: &Store, on_progre
     // Store a copy once the file is known to be valid. It also holds what textures are baked from later: the full
     // mesh with its coordinates, and the pictures as they are.
     inputs.file.keep(&input, store)?;
+    if let Some(report) = &fusion {
+        keep_poses(&inputs, &report.poses, store)?;
+    }
     let (vertices, faces) = (scan.mesh.vertex_count(), scan.mesh.face_count());
     let findings: Vec<String> = scan.findings.iter().cloned().chain(findings).collect();
     let outcome = Outcome::of(scan).measured("vertices", vertices as f64).measured("faces", faces as f64);
@@ -46,6 +51,44 @@ pub(in crate::session::pipeline) fn run(inputs: Inputs, store: &Store, on_progre
     }
     .found(findings)
     .warned(warnings))
+}
+
+/// Name of the camera poses of a recording, and what they depend on.
+fn poses_key(inputs: &Inputs) -> Result<(String, ContentHash), SessionError> {
+    let values = serde_json::to_value(inputs).map_err(|e| SessionError::Encoding { reason: e.to_string() })?;
+    let hash = ContentHash::of_json(&json!({ "poses": 1, "inputs": values }));
+    Ok((format!("{}.poses", hash.short()), hash))
+}
+
+fn keep_poses(inputs: &Inputs, poses: &[FramePose], store: &Store) -> Result<(), SessionError> {
+    let (name, hash) = poses_key(inputs)?;
+    store.derived().keep(&name, hash, &poses);
+    Ok(())
+}
+
+/// The colour images of a scan's recording and where they were taken; `None` for a mesh. If their poses were not kept, the
+/// frames are fused again.
+pub(in crate::session) fn photographs_of(
+    inputs: &Inputs,
+    store: &Store,
+) -> Result<Option<Vec<Photograph>>, SessionError> {
+    let Inputs { file, fusion, .. } = inputs;
+    let input = file.open(store)?;
+    let ScanInput::Frames(zip) = input.scan(file.path())? else { return Ok(None) };
+    let recording = read_recording(&zip).map_err(|e| file.fault(e))?;
+    if recording.frames.iter().all(|frame| frame.color.is_none()) {
+        return Ok(Some(Vec::new()));
+    }
+    let (name, hash) = poses_key(inputs)?;
+    let poses: Vec<FramePose> = match store.derived().load(&name, hash) {
+        Some(kept) => kept,
+        None => {
+            let fused = fuse(&recording, fusion, &mut |_| {}).map_err(|e| file.fault(e))?;
+            store.derived().keep(&name, hash, &fused.report.poses);
+            fused.report.poses
+        }
+    };
+    photographs(&recording, &poses).map(Some).map_err(|e| file.fault(e))
 }
 
 /// A scan as read from its input.

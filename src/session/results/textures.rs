@@ -1,0 +1,160 @@
+//! The textures of a figure's layers, each baked from the scan of its own step and kept for the next time.
+
+use super::posed_step::PosedStep;
+use crate::bake::{PaintedSurface, PhotographedSurface, Place, baked, charts};
+use crate::body::{Figure, UvMap};
+use crate::geometry::{PerVertex, TriMesh};
+use crate::session::error::SessionError;
+use crate::session::open::Session;
+use crate::session::pipeline::{FileInput, ScanInputs, photographs_of};
+use crate::session::store::ContentHash;
+use serde_json::json;
+use std::path::Path;
+
+/// Pixels along a side of a texture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TextureSize {
+    /// 1024.
+    Small,
+    /// 2048: a millimetre of cloth a pixel.
+    #[default]
+    Medium,
+    /// 4096.
+    Large,
+}
+
+impl TextureSize {
+    /// Pixels along a side.
+    pub fn side(self) -> usize {
+        match self {
+            Self::Small => 1024,
+            Self::Medium => 2048,
+            Self::Large => 4096,
+        }
+    }
+}
+
+/// Version of what is baked: another one bakes all textures anew.
+const VERSION: u32 = 1;
+
+/// A layer in the pose of the scan that shows it.
+struct Scanned<'a> {
+    posed: &'a PosedStep,
+    surface: TriMesh,
+    is_seen: Option<&'a PerVertex<bool>>,
+    colors: Option<&'a PerVertex<[u8; 3]>>,
+    /// The model's texture coordinates.
+    uvs: Option<&'a UvMap>,
+}
+
+impl Session {
+    /// Gives every layer whose scan has colours a texture. Other layers stay as they are.
+    ///
+    /// `on_layer` hears the name of each layer that is baked, not of those that were kept.
+    ///
+    /// **Requires** all steps up to that of the figure, in their order.
+    pub(in crate::session) fn textured(
+        &self,
+        mut figure: Figure,
+        steps: &[PosedStep],
+        size: TextureSize,
+        on_layer: &mut dyn FnMut(&str),
+    ) -> Result<Figure, SessionError> {
+        for (rank, layer) in figure.layers.iter_mut().enumerate() {
+            let step = if rank == 0 { steps.first() } else { steps.iter().find(|posed| posed.step.name == layer.name) };
+            let Some(scanned) = step.and_then(|posed| Scanned::of(posed, rank)) else { continue };
+            if scanned.surface.face_count() != layer.mesh.face_count() {
+                continue;
+            }
+            if let Some(uvs) = self.texture_of(&scanned, size, &mut || on_layer(&layer.name))? {
+                layer.uvs = Some(uvs);
+            }
+        }
+        Ok(figure)
+    }
+
+    fn texture_of(
+        &self,
+        scanned: &Scanned,
+        size: TextureSize,
+        on_bake: &mut dyn FnMut(),
+    ) -> Result<Option<UvMap>, SessionError> {
+        let (name, derived) = (&scanned.posed.step.name, self.store.derived());
+        let file = format!("{name}.{}.texture", size.side());
+        let inputs = scanned.inputs(size)?;
+        if let Some(kept) = derived.load(&file, inputs) {
+            return Ok(Some(kept));
+        }
+        let Some(source) = self.source_of(scanned)? else { return Ok(None) };
+        on_bake();
+        let failed = |e| SessionError::bad_source(Path::new(name), e);
+        let uvs = scanned.uvs.cloned().map_or_else(|| charts(&scanned.surface), Ok).map_err(failed)?;
+        let texture = baked(&scanned.surface, &uvs, scanned.is_seen, size.side(), &|place| source.color_at(place));
+        let uvs = UvMap { texture: Some(texture), ..uvs };
+        derived.keep(&file, inputs, &uvs);
+        Ok(Some(uvs))
+    }
+
+    /// The scan in full detail; the layer itself if it was put on from a file, in another pose than there.
+    fn source_of(&self, scanned: &Scanned) -> Result<Option<Source>, SessionError> {
+        let Scanned { posed, surface, colors, .. } = scanned;
+        if posed.step.tryon {
+            return Ok(colors.map(|colors| Source::painted(PaintedSurface::of_vertices(surface, colors))));
+        }
+        let (reading, frame) = (posed.step.reading()?, posed.scan.world_from_file);
+        if let Some(raw) = FileInput::of(self, &reading.file).mesh(&self.store)? {
+            return Ok(PaintedSurface::of_file(raw, |p| frame.world_from_file(p)).map(Source::painted));
+        }
+        let Some(colors) = &posed.scan.colors else { return Ok(None) };
+        let photographs = photographs_of(&ScanInputs::of(self, reading), &self.store)?.unwrap_or_default();
+        let photographed = PhotographedSurface::prepare(photographs, surface, frame);
+        Ok(Some(Source { photographed, painted: PaintedSurface::of_vertices(&posed.scan.mesh, colors) }))
+    }
+}
+
+/// Where a texture's colours come from.
+struct Source {
+    /// Sharper than the surface, where there are any.
+    photographed: Option<PhotographedSurface>,
+    painted: PaintedSurface,
+}
+
+impl Source {
+    fn painted(painted: PaintedSurface) -> Self {
+        Self { photographed: None, painted }
+    }
+
+    fn color_at(&self, place: &Place) -> Option<[f32; 3]> {
+        let photographed = self.photographed.as_ref().and_then(|photographed| photographed.color_at(place));
+        photographed.or_else(|| self.painted.color_at(place))
+    }
+}
+
+impl<'a> Scanned<'a> {
+    /// `None` if the step's figure has no such layer.
+    fn of(posed: &'a PosedStep, rank: usize) -> Option<Self> {
+        let layer = match rank {
+            0 => posed.figure.layers.first()?,
+            _ => posed.figure.layers.iter().find(|layer| layer.name == posed.step.name)?,
+        };
+        let surface = match rank {
+            0 => posed.body(),
+            _ => posed.garments().into_iter().find(|(name, _)| *name == layer.name)?.1,
+        };
+        let (is_seen, colors, uvs) = (layer.is_seen.as_ref(), layer.colors.as_ref(), layer.uvs.as_ref());
+        Some(Self { posed, surface, is_seen, colors, uvs })
+    }
+
+    /// Everything on which the texture depends.
+    fn inputs(&self, size: TextureSize) -> Result<ContentHash, SessionError> {
+        let Self { posed, surface, is_seen, colors, uvs } = self;
+        let bare = uvs.map(|uvs| (&uvs.coords, &uvs.corners));
+        let bytes = postcard::to_stdvec(&(surface, is_seen, colors, bare, &posed.scan))
+            .map_err(|e| SessionError::Encoding { reason: e.to_string() })?;
+        let (file, is_tryon) = (posed.step.hash.map(|hash| hash.to_string()), posed.step.tryon);
+        Ok(ContentHash::of_json(&json!({
+            "version": VERSION, "side": size.side(), "file": file, "tryon": is_tryon,
+            "rest": ContentHash::of(&bytes).to_string(),
+        })))
+    }
+}
