@@ -20,7 +20,8 @@ fn scanned(dir: &Path, more: &[&str]) -> PathBuf {
 
 fn measures(session: &Path) -> Value {
     let status = overcoat_ok(session, &["status", "--json"]).json();
-    status["steps"][0]["stages"].as_array().unwrap().iter().find(|s| s["stage"] == "fit").unwrap()["measures"].clone()
+    let stages = status["steps"][0]["up_to_date"].as_array().unwrap();
+    stages.iter().find(|stage| stage["stage"] == "fit").unwrap()["measures"].clone()
 }
 
 #[test]
@@ -80,7 +81,7 @@ fn what_cannot_be_estimated_is_said() {
     let outfit = ["scan", "outfit", &skirt, "--template", "tshirt,skirt"];
     fails(&[&outfit[..], &["--measures", "collar=40"]].concat(), "'collar' is no measure of a person");
     fails(&[&outfit[..], &["--measures", "chest"]].concat(), "'chest' is no measure");
-    fails(&[&outfit[..], &["--weight", "-3"]].concat(), "cannot be -3");
+    fails(&[&outfit[..], &["--weight=-3"]].concat(), "cannot be -3");
     fails(&["scan", "body", &bare, "--weight", "70"], "for a person without a bare scan");
     fails(&["scan", "tshirt", &skirt, "--template", "tshirt"], "overcoat scan outfit FILE --template");
 }

@@ -91,6 +91,7 @@ fn picture(step: &StepStatus, verbose: bool) -> Vec<String> {
         format!("{}: {verdict}", step.name),
         format!("  {}{kind}{masks}", file.unwrap_or_default()),
     ];
+    lines.extend(step.notes.iter().map(|note| format!("  {note}")));
     lines.extend(step.warnings.iter().skip(1).map(|warning| format!("  also: {warning}")));
     if verbose || step.verdict.is_none() || matches!(step.verdict, Some(Verdict::Failed(_))) {
         lines.push(format!("  {}", chain.join(" ── ")));

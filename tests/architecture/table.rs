@@ -62,6 +62,8 @@ pub const CRATE_OWNERS: &[(&str, &[&str])] = &[
     ("base64", &["desk"]),
     ("blake3", &["session"]),
     ("clap", &["cli"]),
+    ("clap_complete", &["cli"]),
+    ("clap_mangen", &["cli"]),
     ("clarabel", &["numerics"]),
     ("csv", &["session"]),
     ("faer", &["numerics"]),

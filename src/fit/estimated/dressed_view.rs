@@ -1,7 +1,7 @@
 //! A scan of the dressed person with the model posed in it: its part of the joint least-squares problem.
 
 use super::contact::Contact;
-use super::fit_estimated::DressedScan;
+use super::dressed_scan::DressedScan;
 use super::scalp::with_hair;
 use crate::body::{BodyModel, Figure, Pose, Shape};
 use crate::fit::correspondence::{LastFaces, ScanSurface, mean_and_p95, scan_to_mesh_from, side_of, spread};

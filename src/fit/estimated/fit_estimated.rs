@@ -1,7 +1,7 @@
 //! One shape, and a pose in each scan of the dressed person.
 
 use super::acceptance;
-use super::contact::Contact;
+use super::dressed_scan::DressedScan;
 use super::dressed_view::DressedView;
 use super::known::{KnownMeasure, measured};
 use crate::body::{BodyModel, Pose, Shape};
@@ -12,19 +12,8 @@ use crate::fit::solver::{
     DAMPING, FitIteration, NormalEquations, Phase, Posed, Singular, StoppingRule, greatest_joint_move, iterate,
     shape_information, solve_together,
 };
-use crate::geometry::{PerVertex, SurfaceIndex};
-use crate::scan::Scan;
+use crate::geometry::SurfaceIndex;
 use nalgebra::DMatrix;
-
-/// A scan of the dressed person.
-#[derive(Clone, Debug)]
-pub struct DressedScan<'a> {
-    /// The scan.
-    pub scan: &'a Scan,
-    /// What its clothes leave between them and each vertex of the body; `None` where skin is visible.
-    /// **Shapes** one entry per vertex of the model.
-    pub contact: PerVertex<Option<Contact>>,
-}
 
 /// A measure of the estimated body with its uncertainty, metres.
 #[derive(Clone, Debug, PartialEq)]

@@ -8,6 +8,7 @@
 
 mod acceptance;
 mod contact;
+mod dressed_scan;
 mod dressed_view;
 mod fit_estimated;
 mod known;
@@ -15,5 +16,6 @@ mod scalp;
 
 pub use acceptance::{places_inside, visible_skin};
 pub use contact::{Contact, stand_off, zones};
-pub use fit_estimated::{DressedScan, EstimatedBody, UncertainGirth, fit_estimated};
+pub use dressed_scan::DressedScan;
+pub use fit_estimated::{EstimatedBody, UncertainGirth, fit_estimated};
 pub use known::KnownMeasure;

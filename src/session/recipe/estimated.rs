@@ -1,16 +1,10 @@
 //! A body without a bare scan: its step shares the first scan of clothes, and its fit uses all of them.
 
+use super::known::{KnownMeasures, WEIGHT};
 use super::outfit::with_scan_of;
 use super::steps::{BODY_STEP, BodySurface, Recipe, StepRecipe};
 use crate::body::MEASURE_NAMES;
 use crate::session::error::SessionError;
-use std::collections::BTreeMap;
-
-/// What is known of the person: stature, girths and lengths in metres by their names in ISO 8559-1, the weight in kilograms.
-pub type KnownMeasures = BTreeMap<String, f64>;
-
-/// The name of the weight among the known measures.
-pub const WEIGHT: &str = "weight";
 
 impl Recipe {
     /// Whether the body is estimated from the scans of the dressed person.

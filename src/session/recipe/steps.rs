@@ -1,7 +1,7 @@
 //! The steps that the user requested, in order. The recipe is the only file of a session that must be kept.
 
 use super::animation::AnimationRecipe;
-use super::estimated::KnownMeasures;
+use super::known::KnownMeasures;
 use super::painted_kind::{LoadedTemplate, PaintedKind};
 use crate::parameters::Settings;
 use crate::scan::{Unit, Up};

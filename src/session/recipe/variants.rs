@@ -1,8 +1,8 @@
 //! The steps as variants, each with only its own fields. The file has them flat: here they are linked with their templates,
 //! their parameters are read, and the garments of one scan are together.
 
-use super::estimated::KnownMeasures;
 use super::garment_spec::{self, GarmentSpec};
+use super::known::KnownMeasures;
 use super::params_of_step::{params_of, params_over};
 use super::steps::{BodySurface, Recipe, SourceFile, StepRecipe};
 use crate::cut::CutParams;

@@ -34,7 +34,7 @@ pub struct ExportRequest {
     pub eight_influences: bool,
     /// The axes of the joints in a file that holds the figure.
     pub bones: Bones,
-    /// The name of the figure in a file; `None` for that of the session.
+    /// The name of the figure in a file; `None` for `figure`: the same recipe gives the same bytes in any folder.
     pub name: Option<String>,
     /// The textures of a file that holds the figure.
     pub textures: Textures,
@@ -154,7 +154,7 @@ impl Session {
         let eight_influences = request.eight_influences;
         let covered = Some(masks);
         let options = CharacterOptions {
-            name: Some(request.name.clone().unwrap_or_else(|| self.name())),
+            name: request.name.clone(),
             bones: request.bones,
             pose,
             covered,

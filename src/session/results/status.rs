@@ -30,6 +30,9 @@ pub struct StepStatus {
     pub verdict: Option<Verdict>,
     /// Every doubt, the gravest first: one sentence each.
     pub warnings: Vec<String>,
+    /// What was done that the scan does not tell by itself and that is no doubt: one sentence each.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
     /// The measures with limits of the stages that are up to date, in order.
     pub judged: Vec<Judged>,
     /// The file was changed since it was scanned, or is gone. The session has its own copy.
@@ -62,8 +65,10 @@ impl Session {
             };
             let template = step.garment_template();
             let judge_one = |of: &StageReport| judge(template.as_ref(), of.stage.name(), &of.measures);
-            let (verdict, warnings) = judged.map_or((None, Vec::new()), |j| (Some(j.verdict), j.warnings));
+            let (verdict, warnings, notes) =
+                judged.map_or((None, Vec::new(), Vec::new()), |j| (Some(j.verdict), j.warnings, j.notes));
             StepStatus {
+                notes,
                 verdict,
                 warnings,
                 judged: up_to_date.iter().flat_map(judge_one).collect(),
