@@ -24,7 +24,7 @@ fn a_report_holds_everything_and_changes_no_artefact() {
     }
     assert_eq!(after, before);
     // Nothing is loaded from elsewhere, and every place of the page is filled.
-    for outside in ["http://", "https://", "src=\"/", "{{TITLE", "{{S", "{{L", "import "] {
+    for outside in ["http://", "https://", "src=\"/", "{{TITLE", "{{SCENE", "import {"] {
         assert!(!page.contains(outside), "{outside}");
     }
     let status = overcoat_ok(&session, &["status", "--json"]).json();
