@@ -248,7 +248,7 @@ fn the_body_is_the_template_with_a_texture_or_the_scan_itself() {
     let (template, by_template) = build("template");
     assert!(template.contains("baseColorTexture") && template.contains("TEXCOORD_0"));
     let (scanned, by_scan) = build("scan");
-    assert!(!scanned.contains("baseColorTexture") && scanned.contains("COLOR_0"));
+    assert!(scanned.contains("baseColorTexture") && !scanned.contains("COLOR_0"));
     assert!((by_template - by_scan).abs() < 1.0 && (160.0..180.0).contains(&by_scan), "{by_template} {by_scan}");
 
     overcoat_ok(&here.join("scan"), &["export", "fit/", "--at", "body", "--stage", "fit"]);

@@ -57,7 +57,6 @@ fn what_is_known_of_the_person_counts() {
     overcoat_ok(&session, &["fit", "body"]);
     let told = measures(&session)["estimated_waist_cm"].as_f64().unwrap();
     overcoat_ok(&session, &["undo"]);
-    overcoat_ok(&session, &["undo"]);
     let outfit = demo_scan("2-skirt.ply");
     overcoat_ok(&session, &["scan", "outfit", &outfit, "--template", "tshirt,skirt", "--faces", "6000"]);
     overcoat_ok(&session, &["fit", "body"]);
