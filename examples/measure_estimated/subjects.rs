@@ -96,7 +96,7 @@ pub fn foreign(text: &str) -> Result<Dressed> {
 fn of_files(name: &str, scan: &Path, body: &Path, layers: &[PathBuf]) -> Result<Dressed> {
     let scan = clean(&read(scan)?, &ScanParams::default(), &mut |_| {})?;
     let placed = |path: &Path| -> Result<TriMesh> {
-        Ok(mesh(&read(path)?)?.map_points(|p| scan.world_from_file.world_from_file(&p)))
+        Ok(mesh(&read(path)?)?.map_points(|p| scan.world_from_file.world_from_file(p)))
     };
     let (body, layers) = (placed(body)?, layers.iter().map(|path| placed(path)).collect::<Result<_>>()?);
     Ok(Dressed { name: name.into(), scan, kinds: Vec::new(), body, layers, bind: None })

@@ -28,6 +28,9 @@ pub struct PhotographedSurface {
     world_from_model: FileFrame,
 }
 
+/// A picture by its place, its weight, and the colour that it shows.
+type Weighed = (usize, f64, [f32; 3]);
+
 impl PhotographedSurface {
     /// Levels the exposures over a surface in the world; `None` without photographs.
     pub fn prepare(photographs: Vec<Photograph>, surface: &TriMesh, world_from_model: FileFrame) -> Option<Self> {
@@ -72,7 +75,7 @@ impl PhotographedSurface {
     fn level(&mut self, surface: &TriMesh) {
         let normals: PerVertex<_> = surface.vertex_normals();
         let stride = surface.vertex_count().div_ceil(COMPARED).max(1);
-        let pairs: Vec<[Option<(usize, f64, [f32; 3])>; BLENDED]> = (0..surface.vertex_count() as u32)
+        let pairs: Vec<[Option<Weighed>; BLENDED]> = (0..surface.vertex_count() as u32)
             .into_par_iter()
             .step_by(stride)
             .map(|v| {

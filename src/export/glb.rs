@@ -59,7 +59,7 @@ pub fn write_glb(figure: &Figure, options: &CharacterOptions, out: impl Write) -
     let frames = BoneFrames::of(&figure.skeleton, options.bones);
     let (joints, skin) = add_skeleton(&mut glb, &figure.skeleton, &frames, options.pose.as_ref())?;
     let mut roots = vec![joints[0]];
-    let pictures = figure.layers.par_iter().map(|layer| picture_of(layer)).collect::<Result<Vec<_>, _>>()?;
+    let pictures = figure.layers.par_iter().map(picture_of).collect::<Result<Vec<_>, _>>()?;
     for (rank, layer) in figure.layers.iter().enumerate() {
         let covered = options.covered.as_ref().map(|masks| &masks[rank]);
         let picture = pictures[rank].as_deref();

@@ -154,12 +154,11 @@ pub(crate) fn shape_information(
 /// The step of a pose without any change of the shape, and its change per coefficient.
 type EliminatedPose = (DVector<f64>, DMatrix<f64>);
 
+/// Matrix and right-hand side of a shape, and the eliminated poses.
+type ShapeSystem = (DMatrix<f64>, DVector<f64>, Vec<EliminatedPose>);
+
 /// The system of the shape, without its prior, after the poses are eliminated.
-fn without_poses(
-    parts: &[NormalEquations],
-    components: usize,
-    damping: f64,
-) -> Result<(DMatrix<f64>, DVector<f64>, Vec<EliminatedPose>), Singular> {
+fn without_poses(parts: &[NormalEquations], components: usize, damping: f64) -> Result<ShapeSystem, Singular> {
     let (mut left, mut right) = (DMatrix::zeros(components, components), DVector::zeros(components));
     let mut poses = Vec::with_capacity(parts.len());
     for NormalEquations { h, g } in parts {
