@@ -123,7 +123,7 @@ mod tests {
 
     #[test]
     fn a_line_keeps_points_that_are_apart() {
-        let line: Vec<Point> = (0..100).map(|k| Point::new(1e-3 * f64::from(k), 0.0, -0.5)).collect();
+        let line: Vec<Point> = (0..100).map(|k| Point::new(1.1e-3 * f64::from(k), 0.0, -0.5)).collect();
         let kept = thinned(&line);
         assert_eq!(kept.len(), 3 * 25);
         assert_eq!(&kept[..6], &[0, 0, -500, 4, 0, -500]);
