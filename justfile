@@ -89,6 +89,30 @@ certify FOLDER:
     target/release/overcoat -C {{FOLDER}} export target/certify/figure.glb --force
     python3 benches/peers/certify.py target/certify/figure.glb
 
+# The figure of the session in FOLDER as USD, opened in OpenUSD with all its validators, and skinned by it; needs Python with usd-core
+# and numpy
+check-usd FOLDER:
+    cargo build --release --no-default-features --bin overcoat
+    mkdir -p target/usd
+    for kind in usda usdc usdz; do target/release/overcoat -C {{FOLDER}} export target/usd/figure.$kind --force; done
+    python3 benches/peers/usd.py target/usd/figure.usda target/usd/figure.usdc target/usd/figure.usdz
+
+# The figure of the session in FOLDER as VRM, opened in three-vrm; needs Chromium and Node.js, and installs its packages in target/vrm
+check-vrm FOLDER:
+    cargo build --release --no-default-features --bin overcoat
+    mkdir -p target/vrm
+    target/release/overcoat -C {{FOLDER}} export target/vrm/figure.vrm --force
+    cd target/vrm && npm install --silent three @pixiv/three-vrm playwright-core gltf-validator
+    cd target/vrm && node ../../benches/peers/vrm.mjs figure.vrm picture.png
+
+# The figure of the session in FOLDER in Blender: cloth modifiers and pin groups by the script of the export, and an FBX.
+# Debian's Blender 3.4 expects an older numpy than Debian's
+check-blender FOLDER:
+    cargo build --release --no-default-features --bin overcoat
+    mkdir -p target/blender
+    target/release/overcoat -C {{FOLDER}} export target/blender/figure.glb --for blender --force
+    blender --background --python-exit-code 1 --python-expr 'import numpy; numpy.bool = bool' --python target/blender/figure.blender.py -- --fbx target/blender/figure.fbx
+
 # Whether synthetic scans are as hard as foreign ones, and trivial methods fail on them
 realism:
     cargo test --release --no-default-features --test integration -- realism:: --nocapture

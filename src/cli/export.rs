@@ -1,7 +1,7 @@
 //! `overcoat export`: writes the figure or a step as files.
 
 use super::console::{Context, Done, Progress, Verbosity, secs};
-use crate::export::{Bones, RemovedPart};
+use crate::export::{Bones, Engine, RemovedPart};
 use crate::session::{ExportRequest, SequenceKind, SequenceRequest, TextureSize, Textures};
 use serde_json::json;
 use std::path::PathBuf;
@@ -9,7 +9,7 @@ use std::time::Instant;
 
 #[derive(clap::Args)]
 pub(super) struct ExportArgs {
-    /// `NAME.glb`, or a folder for one .ply per layer
+    /// `NAME.glb`, .gltf, .vrm, .usda, .usdc or .usdz, or a folder for one .ply per layer
     target: PathBuf,
     /// Export the pose of this step's scan, in the frame and unit of its file
     #[arg(long, value_name = "STEP")]
@@ -26,6 +26,9 @@ pub(super) struct ExportArgs {
     /// With --sequence: the animation; by default the last one
     #[arg(long, value_name = "NAME", requires = "sequence")]
     clip: Option<String>,
+    /// Only these layers, by their names
+    #[arg(long, value_name = "LAYER,…", value_delimiter = ',', conflicts_with_all = ["scan", "stage", "sequence"])]
+    layers: Vec<String>,
     /// Remove what other layers cover in every pose, except for a margin of 20 mm, so that it does not poke through them
     #[arg(long, conflicts_with_all = ["scan", "stage", "sequence"])]
     hide_covered: bool,
@@ -35,6 +38,15 @@ pub(super) struct ExportArgs {
     /// The side of each layer's texture in pixels, 2k by default; with `none`, vertices have colours instead
     #[arg(long, value_name = "1k|2k|4k|none", value_parser = texture, conflicts_with_all = ["scan", "stage", "sequence"])]
     texture: Option<Textures>,
+    /// Add to a .glb what this program's cloth needs: masks as vertex colours, coefficients as JSON, or a script
+    #[arg(long = "for", value_name = "unreal|unity|blender", value_parser = engine, conflicts_with_all = ["scan", "stage", "sequence"])]
+    engine: Option<Engine>,
+    /// Who made the figure, for the .vrm, which has to say so; may be given several times
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["at", "scan", "stage", "sequence"])]
+    author: Vec<String>,
+    /// Write the simulated cloth of an animation frame by frame into a .usda, .usdc or .usdz; by default the last animation
+    #[arg(long, value_name = "ANIMATION", num_args = 0..=1, require_equals = true, conflicts_with_all = ["at", "scan", "stage", "sequence", "hide_covered"])]
+    bake_cloth: Option<Option<String>>,
     /// The axes of the bones in a file of the character: `limbs`, along them, as Blender draws bones; `up`, all as the world's
     #[arg(long, value_name = "limbs|up", default_value = "limbs", value_parser = ["limbs", "up"], conflicts_with_all = ["scan", "stage", "sequence"])]
     bones: String,
@@ -51,6 +63,15 @@ fn sequence_kind(text: &str) -> Result<SequenceKind, String> {
         "ply" => Ok(SequenceKind::Ply),
         "pc2" => Ok(SequenceKind::Pc2),
         _ => Err("give ply or pc2".into()),
+    }
+}
+
+fn engine(text: &str) -> Result<Engine, String> {
+    match text {
+        "unreal" => Ok(Engine::Unreal),
+        "unity" => Ok(Engine::Unity),
+        "blender" => Ok(Engine::Blender),
+        _ => Err("give unreal, unity or blender".into()),
     }
 }
 
@@ -93,8 +114,12 @@ pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
         at: args.at,
         scan: args.scan,
         before_registration: args.stage.is_some(),
+        layers: args.layers,
         hide_covered: args.hide_covered,
         eight_influences: args.influences == "8",
+        engine: args.engine,
+        authors: args.author,
+        bake_cloth: args.bake_cloth,
         bones: if args.bones == "up" { Bones::Up } else { Bones::AlongLimbs },
         name: args.name,
         textures: args.texture.unwrap_or_default(),

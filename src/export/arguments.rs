@@ -1,10 +1,24 @@
 //! Checks that a figure is consistent before anything is written.
 
 use super::error::ExportError;
+use super::format::CharacterOptions;
 use crate::body::{Figure, Layer, Pose, Skeleton};
 use crate::geometry::{PerVertex, Point, TriMesh};
 
-pub(super) fn check_figure(figure: &Figure) -> Result<(), ExportError> {
+/// A figure, and all that a file of it holds besides.
+pub(super) fn check_character(figure: &Figure, options: &CharacterOptions) -> Result<(), ExportError> {
+    check_figure(figure)?;
+    if let Some(pose) = &options.pose {
+        check_pose(pose, &figure.skeleton)?;
+    }
+    if let Some(masks) = &options.covered {
+        check_masks(masks, figure)?;
+    }
+    let poses = options.animations.iter().flat_map(|animation| &animation.track.poses);
+    poses.into_iter().try_for_each(|pose| check_pose(pose, &figure.skeleton))
+}
+
+fn check_figure(figure: &Figure) -> Result<(), ExportError> {
     check_skeleton(&figure.skeleton)?;
     if figure.layers.is_empty() {
         return Err(ExportError::NoLayers);
@@ -25,7 +39,7 @@ pub(super) fn check_skeleton(skeleton: &Skeleton) -> Result<(), ExportError> {
     check_finite("joints of the bind pose", &skeleton.joints_in_bind)
 }
 
-pub(super) fn check_pose(pose: &Pose, skeleton: &Skeleton) -> Result<(), ExportError> {
+fn check_pose(pose: &Pose, skeleton: &Skeleton) -> Result<(), ExportError> {
     let (found, expected) = (pose.rotations.len(), skeleton.len());
     if found != expected {
         return Err(ExportError::PoseLength { found, expected });
@@ -39,7 +53,7 @@ pub(super) fn check_pose(pose: &Pose, skeleton: &Skeleton) -> Result<(), ExportE
 }
 
 /// One mask per layer, each with one entry per vertex.
-pub(super) fn check_masks(masks: &[PerVertex<bool>], figure: &Figure) -> Result<(), ExportError> {
+fn check_masks(masks: &[PerVertex<bool>], figure: &Figure) -> Result<(), ExportError> {
     figure.layers.iter().enumerate().try_for_each(|(rank, layer)| {
         let covered = masks.get(rank).map_or(&[][..], PerVertex::as_slice);
         check_mask(&layer.name, &layer.mesh, covered)

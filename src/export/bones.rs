@@ -50,6 +50,19 @@ impl BoneFrames {
         }
     }
 
+    /// A joint's node relative to the world in the bind pose, and relative to its parent's; by column.
+    pub fn bind(&self, skeleton: &Skeleton, j: JointId) -> ([f64; 16], [f64; 16]) {
+        let place = |turn: UnitQuaternion<f64>, at: Vec3| {
+            let matrix = nalgebra::Isometry3::from_parts(at.into(), turn).to_homogeneous();
+            std::array::from_fn(|k| matrix.as_slice()[k] + 0.0)
+        };
+        let local = self.local(skeleton, j, &UnitQuaternion::identity());
+        (
+            place(self.0[j.index()], skeleton.joints_in_bind[j.index()].coords),
+            place(local, self.offset(skeleton, j, None)),
+        )
+    }
+
     /// The matrix from the bind pose to the joint's own frame, by column.
     pub fn inverse_bind(&self, skeleton: &Skeleton, j: JointId) -> [f32; 16] {
         let turn = self.0[j.index()].inverse();

@@ -75,6 +75,12 @@ pub enum ExportError {
         /// The parent.
         parent: usize,
     },
+    /// The skeleton lacks bones that the format requires.
+    #[error("the skeleton has no bone {missing}, which a VRM avatar has to have")]
+    NoBones {
+        /// Their names in VRM.
+        missing: String,
+    },
     /// A pose belongs to another skeleton.
     #[error("the pose has {found} rotations, but the skeleton has {expected} joints")]
     PoseLength {
@@ -93,6 +99,7 @@ impl ExportError {
             Self::EmptyLayer { layer, .. } => {
                 Some(format!("check the labels of '{layer}': its garment was not found in the scan"))
             }
+            Self::NoBones { .. } => Some("export a .glb, which takes any skeleton".into()),
             Self::Io { .. }
             | Self::NoLayers
             | Self::NotFinite { .. }

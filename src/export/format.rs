@@ -1,9 +1,11 @@
 //! What a file that holds the whole figure contains, and the trait of the formats of such files.
 
 use super::bones::Bones;
+use super::engines::Engine;
 use super::error::ExportError;
-use crate::body::{Figure, Pose};
-use crate::geometry::PerVertex;
+use super::springs::SwingParams;
+use crate::body::{Figure, HumanJoint, Pose, Side, Skeleton, Stance};
+use crate::geometry::{PerVertex, Point};
 use crate::motion::PoseTrack;
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -16,10 +18,56 @@ pub trait Format: Sync {
     /// The options that it honours; a request for another one is refused.
     fn options(&self) -> &'static [FormatOption];
 
-    /// Writes the figure.
+    /// The bind pose that the figure has to have.
+    fn rest(&self) -> Rest {
+        Rest::Bind
+    }
+
+    /// Writes the figure, and returns the files that belong beside it.
     ///
     /// **Errors** if the figure or the pose contradicts itself; nothing is written then.
-    fn write(&self, figure: &Figure, options: &CharacterOptions, out: &mut dyn Write) -> Result<(), ExportError>;
+    fn write(
+        &self,
+        figure: &Figure,
+        options: &CharacterOptions,
+        out: &mut dyn Write,
+    ) -> Result<Vec<Companion>, ExportError>;
+}
+
+/// A bind pose.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Rest {
+    /// The body model's own, an A-pose.
+    #[default]
+    Bind,
+    /// Arms level, legs straight down.
+    TPose,
+}
+
+impl Rest {
+    /// The pose of a figure in its bind pose; `None` if it is that already.
+    pub fn pose(self, skeleton: &Skeleton) -> Option<Pose> {
+        if self == Self::Bind {
+            return None;
+        }
+        let (mut pose, upright) = (Stance::TPose.pose(skeleton), Stance::Upright.pose(skeleton));
+        for j in skeleton.ids() {
+            let is_of_leg = Side::BOTH.iter().any(|&side| skeleton.is_part_of(j, HumanJoint::UpperLeg(side)));
+            if is_of_leg {
+                pose.rotations[j.index()] = upright.rotations[j.index()];
+            }
+        }
+        Some(pose)
+    }
+}
+
+/// A file that another one names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Companion {
+    /// Its path relative to the folder of the other, with `/`.
+    pub path: String,
+    /// Its content.
+    pub bytes: Vec<u8>,
 }
 
 /// An option that not every format can honour.
@@ -27,13 +75,23 @@ pub trait Format: Sync {
 pub enum FormatOption {
     /// Up to eight joints per vertex.
     EightInfluences,
+    /// The vertices of simulated layers in each frame.
+    Cloth,
+    /// Who made the figure.
+    Authors,
+    /// What a program's cloth needs.
+    Engine,
 }
 
 /// What a file contains besides the figure.
 #[derive(Clone, Debug, Default)]
 pub struct CharacterOptions {
+    /// The file's name without its extension, for what belongs beside it; `None` for `figure`.
+    pub stem: Option<String>,
     /// The scene's name; `None` for `figure`.
     pub name: Option<String>,
+    /// The names of the layers that the file holds; `None` for all.
+    pub layers: Option<Vec<String>>,
     /// The axes of the joints' nodes.
     pub bones: Bones,
     /// The pose of the nodes; `None` for the bind pose. Surfaces are always in the bind pose.
@@ -46,8 +104,25 @@ pub struct CharacterOptions {
     pub eight_influences: bool,
     /// Animations of the skeleton.
     pub animations: Vec<CharacterAnimation>,
+    /// The program whose cloth the file is made for.
+    pub engine: Option<Engine>,
+    /// Who made the figure.
+    pub authors: Vec<String>,
+    /// Which vertices of each layer hang loose; none for no layer.
+    ///
+    /// **Shapes** one entry per layer, with one per vertex.
+    pub loose: Vec<PerVertex<bool>>,
+    /// How what hangs loose swings.
+    pub swing: SwingParams,
     /// The figure's origin, as keys and values in the asset's extras.
     pub provenance: BTreeMap<String, String>,
+}
+
+impl CharacterOptions {
+    /// Whether the file holds a layer of that name.
+    pub fn has_layer(&self, name: &str) -> bool {
+        self.layers.as_ref().is_none_or(|layers| layers.iter().any(|layer| layer == name))
+    }
 }
 
 /// An animation of the skeleton.
@@ -57,4 +132,8 @@ pub struct CharacterAnimation {
     pub name: String,
     /// Its poses; the first is at time 0.
     pub track: PoseTrack,
+    /// The vertices of each layer in each frame where they are simulated; `None` where skin weights move them.
+    ///
+    /// **Shapes** one entry per layer, with one per frame, with one per vertex.
+    pub cloth: Option<Vec<Vec<PerVertex<Point>>>>,
 }

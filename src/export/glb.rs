@@ -4,19 +4,26 @@
 //! `COLOR_0` and `TEXCOORD_0` where the layer has them, `_PHYSW` (share of cloth physics, 0 where nothing is
 //! simulated), `_LAYER` (rank, 0 for the body) and, where cover masks are given, `_COVERED` (1 where layers further out hide
 //! the vertex in all evaluated poses, else 0); of garments also `_SEEN` (1 where the scan showed the cloth, 0 where it was
-//! filled, or continues under another garment or below hair). As attributes, these survive programs that drop extras or merge meshes.
+//! filled, or continues under another garment or below hair), `_MAXDIST` (metres that a vertex may leave its skinned place) and `_EASE`
+//! (metres of air below it). As attributes, these survive programs that drop extras or merge meshes.
 
-use super::arguments::{check_figure, check_masks, check_pose};
+use super::arguments::check_character;
+use super::attributes::{attributes_of, ease_of};
 use super::bones::BoneFrames;
+use super::engines::{Engine, companions, masks};
 use super::error::ExportError;
-use super::format::{CharacterAnimation, CharacterOptions, Format, FormatOption};
-use super::palette::color_of_rank;
+use super::format::{CharacterAnimation, CharacterOptions, Companion, Format, FormatOption};
+use super::influences::{Influences, influences_of};
+use super::palette::{ROUGHNESS, color_of_rank};
+use super::pictures::pictures_of;
 use super::split::Split;
 use crate::body::{Figure, INFLUENCES, Layer, Pose, Skeleton};
-use crate::formats::{GlbAttribute, GlbChannel, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, NodeId, SkinId};
+use crate::formats::{
+    FormatError, GlbAttribute, GlbChannel, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, GltfFiles, NodeId,
+    SkinId, usd_names,
+};
 use crate::geometry::PerVertex;
 use nalgebra::UnitQuaternion;
-use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 use std::io::Write;
 
@@ -29,11 +36,52 @@ impl Format for Glb {
     }
 
     fn options(&self) -> &'static [FormatOption] {
+        &[FormatOption::EightInfluences, FormatOption::Engine]
+    }
+
+    fn write(
+        &self,
+        figure: &Figure,
+        options: &CharacterOptions,
+        out: &mut dyn Write,
+    ) -> Result<Vec<Companion>, ExportError> {
+        write_glb(figure, options, out)?;
+        match options.engine {
+            Some(_) => companions(figure, options, &ease_of(figure)),
+            None => Ok(Vec::new()),
+        }
+    }
+}
+
+/// glTF 2.0 as text, with a file of arrays and a folder of pictures beside it.
+pub struct Gltf;
+
+impl Format for Gltf {
+    fn extension(&self) -> &'static str {
+        "gltf"
+    }
+
+    fn options(&self) -> &'static [FormatOption] {
         &[FormatOption::EightInfluences]
     }
 
-    fn write(&self, figure: &Figure, options: &CharacterOptions, out: &mut dyn Write) -> Result<(), ExportError> {
-        write_glb(figure, options, out)
+    fn write(
+        &self,
+        figure: &Figure,
+        options: &CharacterOptions,
+        out: &mut dyn Write,
+    ) -> Result<Vec<Companion>, ExportError> {
+        // Neither name needs to be quoted in a URI then.
+        let stem = usd_names([options.stem.as_deref().unwrap_or("figure")]).concat();
+        let glb = GlbWriter::with_pictures_in(&format!("{stem}_textures"));
+        let built = build(glb, figure, options)?;
+        let bin_name = format!("{stem}.bin");
+        let roots = built.roots();
+        let scene = scene_of(options, &roots, provenance_of(options), Map::new());
+        let GltfFiles { json, bin, pictures } = built.glb.into_files(&scene, &bin_name)?;
+        out.write_all(&json).map_err(|source| FormatError::Io { format: crate::formats::Format::Gltf, source })?;
+        let pictures = pictures.into_iter().map(|(path, bytes)| Companion { path, bytes });
+        Ok(pictures.chain([Companion { path: bin_name, bytes: bin }]).collect())
     }
 }
 
@@ -45,37 +93,65 @@ impl Format for Glb {
 ///
 /// **Guarantees** equal figures give equal bytes; the Khronos validator reports no error and no warning.
 pub fn write_glb(figure: &Figure, options: &CharacterOptions, out: impl Write) -> Result<(), ExportError> {
-    check_figure(figure)?;
-    if let Some(pose) = &options.pose {
-        check_pose(pose, &figure.skeleton)?;
-    }
-    if let Some(masks) = &options.covered {
-        check_masks(masks, figure)?;
-    }
-    for animation in &options.animations {
-        animation.track.poses.iter().try_for_each(|pose| check_pose(pose, &figure.skeleton))?;
-    }
-    let mut glb = GlbWriter::new();
+    build(GlbWriter::new(), figure, options)?.write(options, Map::new(), out)
+}
+
+/// A file that is complete but for what a further standard adds to it.
+pub(super) struct Built {
+    glb: GlbWriter,
+    /// The nodes of the skeleton's joints.
+    pub joints: Vec<NodeId>,
+    /// The nodes of the layers.
+    pub layers: Vec<NodeId>,
+}
+
+pub(super) fn build(mut glb: GlbWriter, figure: &Figure, options: &CharacterOptions) -> Result<Built, ExportError> {
+    check_character(figure, options)?;
     let frames = BoneFrames::of(&figure.skeleton, options.bones);
     let (joints, skin) = add_skeleton(&mut glb, &figure.skeleton, &frames, options.pose.as_ref())?;
-    let mut roots = vec![joints[0]];
-    let pictures = figure.layers.par_iter().map(picture_of).collect::<Result<Vec<_>, _>>()?;
-    for (rank, layer) in figure.layers.iter().enumerate() {
-        let covered = options.covered.as_ref().map(|masks| &masks[rank]);
+    let mut layers = Vec::with_capacity(figure.layers.len());
+    let pictures = pictures_of(figure, options)?;
+    let ease = ease_of(figure);
+    for (rank, layer) in figure.layers.iter().enumerate().filter(|(_, layer)| options.has_layer(&layer.name)) {
         let picture = pictures[rank].as_deref();
-        roots.push(add_layer(&mut glb, layer, picture, covered, rank, skin, options.eight_influences)?);
+        layers.push(add_layer(&mut glb, layer, picture, rank, skin, options, ease[rank].as_ref())?);
     }
     for animation in &options.animations {
         add_animation(&mut glb, &figure.skeleton, &frames, &joints, animation)?;
     }
+    Ok(Built { glb, joints, layers })
+}
+
+impl Built {
+    /// Writes the file, with the objects of further standards by their names.
+    pub fn write(
+        self,
+        options: &CharacterOptions,
+        extensions: Map<String, Value>,
+        out: impl Write,
+    ) -> Result<(), ExportError> {
+        let roots = self.roots();
+        Ok(self.glb.write(&scene_of(options, &roots, provenance_of(options), extensions), out)?)
+    }
+
+    fn roots(&self) -> Vec<NodeId> {
+        self.joints.first().into_iter().chain(&self.layers).copied().collect()
+    }
+}
+
+fn provenance_of(options: &CharacterOptions) -> Value {
     let provenance: Map<String, Value> = options.provenance.iter().map(|(k, v)| (k.clone(), json!(v))).collect();
-    let scene = GlbScene {
-        generator: concat!("Overcoat ", env!("CARGO_PKG_VERSION")),
-        name: options.name.as_deref().unwrap_or("figure"),
-        roots: &roots,
-        extras: if provenance.is_empty() { Value::Null } else { json!(provenance) },
-    };
-    Ok(glb.write(&scene, out)?)
+    if provenance.is_empty() { Value::Null } else { json!(provenance) }
+}
+
+fn scene_of<'a>(
+    options: &'a CharacterOptions,
+    roots: &'a [NodeId],
+    extras: Value,
+    extensions: Map<String, Value>,
+) -> GlbScene<'a> {
+    let generator = concat!("Overcoat ", env!("CARGO_PKG_VERSION"));
+    GlbScene { generator, name: options.name.as_deref().unwrap_or("figure"), roots, extras, extensions }
 }
 
 /// Joints as nodes, children before parents, and the skin over them in the skeleton's own order.
@@ -143,45 +219,32 @@ fn add_animation(
     Ok(glb.animation(&animation.name, &times, &channels)?)
 }
 
-/// The texture as a PNG file; slow, so for all layers at once.
-fn picture_of(layer: &Layer) -> Result<Option<Vec<u8>>, ExportError> {
-    let texture = layer.uvs.as_ref().and_then(|uvs| uvs.texture.as_ref());
-    Ok(texture.map(|texture| texture.to_png()).transpose()?)
-}
-
 fn add_layer(
     glb: &mut GlbWriter,
     layer: &Layer,
     picture: Option<&[u8]>,
-    covered: Option<&PerVertex<bool>>,
     rank: usize,
     skin: SkinId,
-    eight_influences: bool,
+    options: &CharacterOptions,
+    ease: Option<&PerVertex<f32>>,
 ) -> Result<NodeId, ExportError> {
     let mesh = &layer.mesh;
     let split = Split::along_seams(layer);
-    let count = split.vertices.len();
     let points: Vec<[f32; 3]> = split.spread(mesh.points()).map(|p| p.coords.map(|c| c as f32).into()).collect();
     // A vertex without faces has no normal, but glTF requires unit length.
     let normals: Vec<[f32; 3]> = split
         .spread(&mesh.vertex_normals())
         .map(|n| if n.norm_squared() > 0.5 { n.map(|c| c as f32).into() } else { [0.0, 1.0, 0.0] })
         .collect();
-    let weights = if eight_influences { layer.weights.clone() } else { layer.weights.with_four_influences() };
+    let weights = if options.eight_influences { layer.weights.clone() } else { layer.weights.with_four_influences() };
     let influences: Vec<Influences> =
-        split.spread(weights.rows()).map(|row| gltf_influences(&row.map(|(j, w)| (j.0, w)))).collect();
+        split.spread(weights.rows()).map(|row| influences_of(&row.map(|(j, w)| (j.0, w)))).collect();
     let sets = if weights.needs_more_than_four() { INFLUENCES / 4 } else { 1 };
-    let physics: Vec<[f32; 1]> = match &layer.physics {
-        Some(physics) => split.spread(physics).map(|&w| [w as f32]).collect(),
-        None => vec![[0.0]; count],
-    };
 
     let indices = glb.indices(&split.faces);
     let mut attributes = vec![
         (GlbAttribute::Positions, glb.positions(&points)?),
         (GlbAttribute::Normals, glb.floats("normals", &normals)?),
-        (GlbAttribute::Extras("PHYSW".into()), glb.floats("physics weights", &physics)?),
-        (GlbAttribute::Extras("LAYER".into()), glb.floats("layer ranks", &vec![[rank as f32]; count])?),
     ];
     for set in 0..sets {
         let joints: Vec<[u16; 4]> = influences.iter().map(|(joints, _)| joints[set]).collect();
@@ -189,24 +252,21 @@ fn add_layer(
         attributes.push((GlbAttribute::Joints(set as u32), glb.joints(&joints)));
         attributes.push((GlbAttribute::Weights(set as u32), glb.floats("skin weights", &weights)?));
     }
-    if let Some(covered) = covered {
-        let values: Vec<[f32; 1]> = split.spread(covered).map(|&c| [f32::from(u8::from(c))]).collect();
-        attributes.push((GlbAttribute::Extras("COVERED".into()), glb.floats("cover values", &values)?));
-    }
-    if rank > 0 {
-        let values: Vec<[f32; 1]> = match &layer.is_seen {
-            Some(is_seen) => split.spread(is_seen).map(|&is| [f32::from(u8::from(is))]).collect(),
-            None => vec![[1.0]; count],
-        };
-        attributes.push((GlbAttribute::Extras("SEEN".into()), glb.floats("seen values", &values)?));
+    for (name, values) in attributes_of(layer, rank, options, ease) {
+        let values: Vec<[f32; 1]> = split.spread(&values).map(|&value| [value]).collect();
+        attributes.push((GlbAttribute::Extras(name.into()), glb.floats(name, &values)?));
     }
     if !split.uvs.is_empty() {
         attributes.push((GlbAttribute::TexCoords(0), glb.floats("texture coordinates", &split.uvs)?));
     }
     let texture = picture.map(|png| glb.texture(&layer.name, png));
     // Programs multiply vertex colours by the texture, which already contains them.
-    let colors = layer.colors.as_ref().filter(|_| texture.is_none());
-    if let Some(colors) = colors {
+    let colors = layer.colors.as_ref().filter(|_| texture.is_none() && options.engine != Some(Engine::Unreal));
+    if options.engine == Some(Engine::Unreal) && rank > 0 {
+        let masks = masks(layer, options.loose.get(rank), ease);
+        let masks: Vec<[f32; 3]> = split.spread(&masks).copied().collect();
+        attributes.push((GlbAttribute::Colors(0), glb.floats("cloth masks", &masks)?));
+    } else if let Some(colors) = colors {
         attributes.push((GlbAttribute::Colors(0), glb.colors(&split.spread(colors).copied().collect::<Vec<_>>())));
     }
     let material = glb.material(&GlbMaterial {
@@ -226,61 +286,4 @@ fn add_layer(
     let name = &layer.name;
     let mesh = glb.mesh(&GlbMesh { name, indices, attributes: &attributes, material: Some(material), extras })?;
     Ok(glb.node(&GlbNode { name: &layer.name, mesh: Some(mesh), skin: Some(skin), ..GlbNode::default() }))
-}
-
-/// Roughness of skin and cloth, 0–1: neither shines, and scanned colours contain shading.
-const ROUGHNESS: f32 = 0.9;
-
-/// Joints and weights of a vertex, in glTF's sets of four.
-type Influences = ([[u16; 4]; INFLUENCES / 4], [[f32; 4]; INFLUENCES / 4]);
-
-/// Influences in glTF's form: no joint twice, in falling order, unused slots joint 0 with weight 0, and a sum of 1 in `f32`
-/// (the validator allows 2e-7 per weight).
-fn gltf_influences(row: &[(u16, f64); INFLUENCES]) -> Influences {
-    let mut merged: Vec<(u16, f64)> = Vec::with_capacity(INFLUENCES);
-    for &(joint, weight) in row.iter().filter(|(_, w)| (*w as f32) > 0.0) {
-        match merged.iter_mut().find(|(j, _)| *j == joint) {
-            Some((_, sum)) => *sum += weight,
-            None => merged.push((joint, weight)),
-        }
-    }
-    merged.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-    let sum: f64 = merged.iter().map(|(_, w)| w).sum();
-    let (mut joints, mut weights) = ([0; INFLUENCES], [0.0; INFLUENCES]);
-    for (k, (joint, weight)) in merged.into_iter().enumerate() {
-        joints[k] = joint;
-        weights[k] = (weight / sum) as f32;
-    }
-    // The rounding error goes to the strongest; a vertex without weights follows the root.
-    weights[0] = (1.0 - weights[1..].iter().map(|&w| f64::from(w)).sum::<f64>()) as f32;
-    // The division may have rounded a weight to zero.
-    for k in 1..INFLUENCES {
-        if weights[k] == 0.0 {
-            joints[k] = 0;
-        }
-    }
-    (bytemuck::cast(joints), bytemuck::cast(weights))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    proptest! {
-        #[test]
-        fn influences_sum_to_one_and_name_no_joint_twice(
-            row in prop::array::uniform8((0u16..10, prop_oneof![Just(0.0), 0.0f64..1.0, 1e-45f64..1e-37])),
-        ) {
-            let (joints, weights) = gltf_influences(&row);
-            let (joints, weights) = (joints.concat(), weights.concat());
-            let sum: f64 = weights.iter().map(|&w| f64::from(w)).sum();
-            prop_assert!((sum - 1.0).abs() < 2e-7, "{weights:?}");
-            for k in 0..INFLUENCES {
-                prop_assert!(weights[k] >= 0.0);
-                prop_assert!(weights[k] > 0.0 || joints[k] == 0);
-                prop_assert!(weights[k] == 0.0 || !(0..k).any(|i| weights[i] > 0.0 && joints[i] == joints[k]));
-            }
-        }
-    }
 }

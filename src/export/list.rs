@@ -1,10 +1,12 @@
 //! The formats of one file that holds the figure.
 
 use super::format::Format;
-use super::glb::Glb;
+use super::glb::{Glb, Gltf};
+use super::usd::{Usda, Usdc, Usdz};
+use super::vrm::Vrm;
 
 /// Every format.
-pub const FORMATS: &[&dyn Format] = &[&Glb];
+pub const FORMATS: &[&dyn Format] = &[&Glb, &Gltf, &Usda, &Usdc, &Usdz, &Vrm];
 
 /// The format of files with that extension, in any case.
 pub fn format_of(extension: &str) -> Option<&'static dyn Format> {

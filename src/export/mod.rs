@@ -1,23 +1,32 @@
 //! Arranges a figure as industry file formats; `formats` produces the bytes.
 
 mod arguments;
+mod attributes;
 mod bones;
 mod covered;
+mod engines;
 mod error;
 mod format;
 mod glb;
+mod influences;
 mod layers;
 mod list;
 mod palette;
+mod pictures;
 mod split;
+mod springs;
 #[cfg(test)]
 mod tests;
+mod usd;
 mod visible_part;
+mod vrm;
 
 pub use bones::Bones;
 pub use covered::{CoveredParts, RemovedPart};
+pub use engines::Engine;
 pub use error::ExportError;
-pub use format::{CharacterAnimation, CharacterOptions, Format, FormatOption};
+pub use format::{CharacterAnimation, CharacterOptions, Companion, Format, FormatOption, Rest};
 pub use glb::write_glb;
 pub use layers::{write_joints_json, write_layer_ply, write_skin_weights_npy};
 pub use list::{extensions, format_of};
+pub use springs::{FittedSprings, SwingParams, fitted_springs};

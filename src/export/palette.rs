@@ -1,5 +1,8 @@
 //! Colours for layers without colours of their own.
 
+/// Roughness of skin and cloth, 0–1: neither shines, and scanned colours contain shading.
+pub(super) const ROUGHNESS: f32 = 0.9;
+
 /// sRGB of the body: the beige of a tailor's mannequin.
 const BODY: [u8; 3] = [205, 180, 160];
 

@@ -377,7 +377,7 @@ fn an_animation_moves_the_joints_as_the_poses_do() {
     turned.rotations[1] = UnitQuaternion::new_unchecked(-turned.rotations[1].into_inner());
     let poses = vec![Pose::bind(3), bent(), turned, bent()];
     let track = PoseTrack { fps: 25.0, lead: 1, poses: poses.clone() };
-    let animations = vec![CharacterAnimation { name: "bend".into(), track: track.clone() }];
+    let animations = vec![CharacterAnimation { name: "bend".into(), track: track.clone(), cloth: None }];
     let mut bytes = Vec::new();
     write_glb(&figure, &CharacterOptions { animations, ..CharacterOptions::default() }, &mut bytes).unwrap();
     let parsed = Parsed::new(&bytes);
@@ -402,7 +402,7 @@ fn an_animation_moves_the_joints_as_the_poses_do() {
         }
     }
     let other = PoseTrack { poses: vec![Pose::bind(2)], ..track };
-    let animations = vec![CharacterAnimation { name: "bend".into(), track: other }];
+    let animations = vec![CharacterAnimation { name: "bend".into(), track: other, cloth: None }];
     let refused = write_glb(&figure, &CharacterOptions { animations, ..CharacterOptions::default() }, &mut Vec::new());
     assert!(matches!(refused, Err(ExportError::PoseLength { found: 2, expected: 3 })));
 }

@@ -30,7 +30,11 @@ fn glb() -> Vec<u8> {
     let mesh = glb.mesh(&mesh).unwrap();
     let node = glb.node(&GlbNode { name: "n", mesh: Some(mesh), ..GlbNode::default() });
     let mut bytes = Vec::new();
-    glb.write(&GlbScene { generator: "test", name: "s", roots: &[node], extras: Value::Null }, &mut bytes).unwrap();
+    glb.write(
+        &GlbScene { generator: "test", name: "s", roots: &[node], extras: Value::Null, extensions: Default::default() },
+        &mut bytes,
+    )
+    .unwrap();
     bytes
 }
 

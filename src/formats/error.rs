@@ -39,6 +39,8 @@ pub enum Format {
     Zip,
     /// Vertices over time.
     Pc2,
+    /// Universal Scene Description.
+    Usd,
     /// An animated picture.
     Gif,
     /// Poses as JSON lines.
@@ -64,6 +66,7 @@ impl fmt::Display for Format {
             Self::Recording => "zip of RGB-D frames",
             Self::Bvh => "BVH",
             Self::Zip => "zip",
+            Self::Usd => "USD",
             Self::Pc2 => "PC2",
             Self::Gif => "GIF",
             Self::PoseLines => "a clip of poses (.jsonl)",

@@ -22,10 +22,11 @@ mod rgba_png;
 mod srgb;
 mod text;
 mod texture;
+mod usd;
 
 pub use self::gltf::{
-    AccessorId, GlbAttribute, GlbChannel, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, MaterialId, MeshId,
-    NodeId, SkinId, TextureId, read_gltf, read_gltf_motion, write_textured_glb,
+    AccessorId, GlbAttribute, GlbChannel, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, GltfFiles, MaterialId,
+    MeshId, NodeId, SkinId, TextureId, read_gltf, read_gltf_motion, write_textured_glb,
 };
 pub use bundle::{MeshBundle, write_mesh_bundle};
 pub use error::{Format, FormatError};
@@ -49,3 +50,4 @@ pub use rgba_png::{RgbaPicture, read_rgba_png};
 pub use srgb::{byte_of_linear, linear_of_byte};
 pub use text::{read_obj, read_off, read_stl, write_obj, write_textured_obj};
 pub use texture::{EncodedPicture, RawMaterial, RawTexture, Siblings, UnreadPart, Wrap};
+pub use usd::{UsdInterpolation, UsdLayer, UsdPrim, UsdValue, usd_names, write_usd_package};

@@ -17,6 +17,7 @@ mod press;
 mod push;
 
 mod report;
+mod repose;
 mod required_moves;
 mod resurfaced;
 mod sheets;
@@ -31,6 +32,7 @@ pub use params::{StackMethod, StackParams};
 pub use places::{CrossingPlace, crossing_places};
 pub use press::{PressParams, PressReport, press};
 pub use report::{LayerReport, StackReport};
+pub use repose::{Reposed, reposed};
 
 use crate::body::{Figure, Layer, Limb};
 use crate::geometry::{PerVertex, Point, TriMesh};

@@ -39,7 +39,7 @@ pub fn on_floor(figure: Figure) -> Result<Figure, StackError> {
 }
 
 /// Pairs of faces that cross, of all layers.
-fn crossing_pairs(figure: &Figure) -> Result<usize, StackError> {
+pub(super) fn crossing_pairs(figure: &Figure) -> Result<usize, StackError> {
     let layers: Vec<TriMesh> = figure.layers.iter().map(|layer| layer.mesh.clone()).collect();
     Ok(pairs_of(&Sheets::join(&layers)?.piercings()).len())
 }

@@ -76,6 +76,7 @@ pub const CRATE_OWNERS: &[(&str, &[&str])] = &[
     ("linfa_svm", &["drive"]),
     ("meshopt", &["formats", "geometry"]),
     ("ndarray", &["drive"]),
+    ("lz4_flex", &["formats"]),
     ("npyz", &["formats"]),
     ("parry3d", &["geometry"]),
     ("ply_rs", &["formats"]),

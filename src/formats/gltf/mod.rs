@@ -28,6 +28,6 @@ pub use read_motion::read_gltf_motion;
 pub(super) use siblings::gltf_siblings;
 pub use textured_glb::write_textured_glb;
 pub use write::{
-    AccessorId, GlbAttribute, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, MaterialId, MeshId, NodeId, SkinId,
-    TextureId,
+    AccessorId, GlbAttribute, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, GltfFiles, MaterialId, MeshId,
+    NodeId, SkinId, TextureId,
 };

@@ -127,7 +127,13 @@ fn a_written_animation_is_read_back_with_the_rest_pose_of_its_skin() {
         .is_err()
     );
     let mut bytes = Vec::new();
-    let scene = GlbScene { generator: "test", name: "s", roots: &[hips, other], extras: Value::Null };
+    let scene = GlbScene {
+        generator: "test",
+        name: "s",
+        roots: &[hips, other],
+        extras: Value::Null,
+        extensions: Default::default(),
+    };
     glb.write(&scene, &mut bytes).unwrap();
     let motion = read_gltf_motion(bytes.as_slice(), None).unwrap();
     let names: Vec<_> = motion.joints.iter().map(|joint| joint.name.as_str()).collect();

@@ -11,7 +11,13 @@ const COLORS: [[u8; 3]; 4] = [[255, 0, 0], [0, 128, 3], [1, 2, 254], [77, 77, 77
 
 fn written(glb: GlbWriter, root: NodeId) -> Vec<u8> {
     let mut bytes = Vec::new();
-    let scene = GlbScene { generator: "test", name: "scene", roots: &[root], extras: json!(null) };
+    let scene = GlbScene {
+        generator: "test",
+        name: "scene",
+        roots: &[root],
+        extras: json!(null),
+        extensions: Default::default(),
+    };
     glb.write(&scene, &mut bytes).unwrap();
     bytes
 }

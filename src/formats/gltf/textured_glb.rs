@@ -5,7 +5,7 @@ use crate::formats::error::FormatError;
 use crate::formats::raw_mesh::RawMesh;
 use crate::formats::srgb::byte_of_linear;
 use crate::formats::texture::RawTexture;
-use serde_json::Value;
+use serde_json::{Map, Value};
 use std::collections::HashMap;
 use std::io::Write;
 
@@ -45,7 +45,7 @@ pub fn write_textured_glb(mesh: &RawMesh, generator: &str, out: impl Write) -> R
         let of_glb = glb.mesh(&of_glb)?;
         nodes.push(glb.node(&GlbNode { name, mesh: Some(of_glb), ..GlbNode::default() }));
     }
-    glb.write(&GlbScene { generator, name: "scan", roots: &nodes, extras: Value::Null }, out)
+    glb.write(&GlbScene { generator, name: "scan", roots: &nodes, extras: Value::Null, extensions: Map::new() }, out)
 }
 
 /// The faces of one material, with vertices of their own.

@@ -15,7 +15,7 @@ use gltf::json::mesh::{Mode, Primitive};
 use gltf::json::scene::UnitQuaternion;
 use gltf::json::validation::{Checked, USize64};
 use gltf::json::{Asset, Extras, Image, Index, Material, Mesh, Node, Root, Scene, Skin, Texture, serialize};
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use std::borrow::Cow;
 use std::io::Write;
 
@@ -92,19 +92,41 @@ pub struct GlbScene<'a> {
     pub roots: &'a [NodeId],
     /// Application data for the whole file, an object or null.
     pub extras: Value,
+    /// What other standards add to the file, by their names.
+    pub extensions: Map<String, Value>,
 }
 
-/// A `.glb` that is being built.
+/// A `.glb` that is being built, or a `.gltf` with its files.
 #[derive(Debug, Default)]
 pub struct GlbWriter {
     bin: Vec<u8>,
     pub(super) root: Root,
+    /// The folder of the pictures of a `.gltf`, and these; `None` for a `.glb`, which holds them itself.
+    beside: Option<(String, Vec<(String, Vec<u8>)>)>,
+}
+
+/// A `.gltf` and its files.
+#[derive(Clone, Debug)]
+pub struct GltfFiles {
+    /// The `.gltf` itself.
+    pub json: Vec<u8>,
+    /// Its arrays.
+    pub bin: Vec<u8>,
+    /// Its pictures, by their paths relative to it.
+    pub pictures: Vec<(String, Vec<u8>)>,
 }
 
 impl GlbWriter {
     /// An empty file.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// An empty file whose pictures are in a folder beside it.
+    ///
+    /// **Requires** a folder's name of letters, digits and underscores.
+    pub fn with_pictures_in(folder: &str) -> Self {
+        Self { beside: Some((folder.into(), Vec::new())), ..Self::default() }
     }
 
     /// Appends bytes to the binary chunk.
@@ -246,12 +268,19 @@ impl GlbWriter {
 
     /// Adds a picture, the bytes of a PNG file, as a texture.
     pub fn texture(&mut self, name: &str, png: &[u8]) -> TextureId {
-        let view = self.view(None, png);
+        let uri = self.beside.as_mut().map(|(folder, pictures)| {
+            // The number keeps names apart that are equal without their special letters.
+            let plain = name.replace(|c: char| !c.is_ascii_alphanumeric(), "_");
+            let path = format!("{folder}/{}-{plain}.png", pictures.len());
+            pictures.push((path.clone(), png.to_vec()));
+            path
+        });
+        let view = uri.is_none().then(|| self.view(None, png));
         let source = self.root.push(Image {
-            buffer_view: Some(view),
+            buffer_view: view,
             mime_type: Some(MimeType("image/png".into())),
             name: Some(name.into()),
-            uri: None,
+            uri,
             extensions: None,
             extras: None,
         });
@@ -330,16 +359,7 @@ impl GlbWriter {
     ///
     /// **Errors** when the file would be longer than a `.glb` can be (4 GiB), or `out` cannot be written.
     pub fn write(mut self, scene: &GlbScene, mut out: impl Write) -> Result<(), FormatError> {
-        self.root.asset =
-            Asset { generator: Some(scene.generator.into()), extras: raw_extras(&scene.extras)?, ..Asset::default() };
-        let (name, nodes) = (Some(scene.name.into()), scene.roots.to_vec());
-        self.root.scene = Some(self.root.push(Scene { extensions: None, extras: None, name, nodes }));
-        if !self.bin.is_empty() {
-            let byte_length = USize64::from(self.bin.len());
-            self.root.push(Buffer { byte_length, name: None, uri: None, extensions: None, extras: None });
-        }
-        // Through a value, whose keys are sorted: the bytes do not depend on the order of the crate's fields.
-        let json = serialize::to_value(&self.root).map_err(not_json)?.to_string().into_bytes();
+        let json = self.complete(scene, None)?;
         let chunk = |bytes: usize| 8 + bytes.next_multiple_of(4);
         let total = 12 + chunk(json.len()) + if self.bin.is_empty() { 0 } else { chunk(self.bin.len()) };
         let length = u32::try_from(total)
@@ -355,6 +375,33 @@ impl GlbWriter {
             other => FormatError::Container { format: Format::Gltf, reason: other.to_string() },
         })?;
         out.flush().map_err(io)
+    }
+
+    /// The `.gltf`, with its arrays in a file of that name.
+    pub fn into_files(mut self, scene: &GlbScene, bin_name: &str) -> Result<GltfFiles, FormatError> {
+        let json = self.complete(scene, Some(bin_name))?;
+        let pictures = self.beside.map(|(_, pictures)| pictures).unwrap_or_default();
+        Ok(GltfFiles { json, bin: self.bin, pictures })
+    }
+
+    /// Adds what concerns the whole file; `bin_name` is the file of its arrays, `None` for the file itself.
+    fn complete(&mut self, scene: &GlbScene, bin_name: Option<&str>) -> Result<Vec<u8>, FormatError> {
+        self.root.asset =
+            Asset { generator: Some(scene.generator.into()), extras: raw_extras(&scene.extras)?, ..Asset::default() };
+        let (name, nodes) = (Some(scene.name.into()), scene.roots.to_vec());
+        self.root.scene = Some(self.root.push(Scene { extensions: None, extras: None, name, nodes }));
+        if !self.bin.is_empty() {
+            let byte_length = USize64::from(self.bin.len());
+            let uri = bin_name.map(String::from);
+            self.root.push(Buffer { byte_length, name: None, uri, extensions: None, extras: None });
+        }
+        // Through a value, whose keys are sorted: the bytes do not depend on the order of the crate's fields.
+        let mut json = serialize::to_value(&self.root).map_err(not_json)?;
+        if !scene.extensions.is_empty() {
+            json["extensionsUsed"] = scene.extensions.keys().cloned().collect();
+            json["extensions"] = Value::Object(scene.extensions.clone());
+        }
+        Ok(json.to_string().into_bytes())
     }
 }
 

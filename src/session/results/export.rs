@@ -3,10 +3,10 @@
 use super::outputs::{Content, Outputs};
 use super::posed_step::PosedStep;
 use super::textures::TextureSize;
-use crate::body::Figure;
+use crate::body::{Figure, Layer};
 use crate::export::{
-    Bones, CharacterAnimation, CharacterOptions, CoveredParts, ExportError, Format, FormatOption, RemovedPart,
-    format_of, write_joints_json, write_layer_ply,
+    Bones, CharacterAnimation, CharacterOptions, Companion, CoveredParts, Engine, ExportError, Format, FormatOption,
+    RemovedPart, Rest, SwingParams, fitted_springs, format_of, write_joints_json, write_layer_ply,
 };
 use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::rig::cover_masks;
@@ -15,6 +15,9 @@ use crate::segment::LABEL_COLORS;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::pipeline::{Walk, scan_of, standing};
+use crate::session::recipe::garment_spec;
+use crate::session::store::ContentHash;
+use crate::stack::{StackParams, reposed};
 use std::path::{Path, PathBuf};
 
 /// The request for an export.
@@ -28,10 +31,18 @@ pub struct ExportRequest {
     pub scan: Option<String>,
     /// Export the body before registration.
     pub before_registration: bool,
+    /// Only these layers; all if it is empty.
+    pub layers: Vec<String>,
     /// Remove the parts of layers that other layers cover in all evaluated poses, except for a margin.
     pub hide_covered: bool,
     /// Keep up to eight joints per vertex of a `.glb`; otherwise at most four.
     pub eight_influences: bool,
+    /// The program whose cloth the file is made for.
+    pub engine: Option<Engine>,
+    /// Who made the figure, for formats that name them.
+    pub authors: Vec<String>,
+    /// The animation whose simulated cloth the file holds frame by frame, `Some(None)` for the last one; `None` for none.
+    pub bake_cloth: Option<Option<String>>,
     /// The axes of the joints in a file that holds the figure.
     pub bones: Bones,
     /// The name of the figure in a file; `None` for `figure`: the same recipe gives the same bytes in any folder.
@@ -132,11 +143,32 @@ impl Session {
                 "a .{extension} has at most four joints per vertex, so --influences changes nothing"
             ));
         }
+        if request.bake_cloth.is_some() && !format.options().contains(&FormatOption::Cloth) {
+            return Err(SessionError::BadRequest {
+                what: format!("a .{extension} does not hold simulated cloth"),
+                hint: "export a .usdc or .usdz, or `--sequence pc2` beside it".into(),
+            });
+        }
+        if !request.authors.is_empty() && !format.options().contains(&FormatOption::Authors) {
+            return Err(SessionError::BadRequest {
+                what: format!("a .{extension} does not name its authors"),
+                hint: "leave --author out, or export a .vrm".into(),
+            });
+        }
+        if request.engine.is_some() && !format.options().contains(&FormatOption::Engine) {
+            return Err(SessionError::BadRequest {
+                what: format!("--for adds to a .glb what a program's cloth needs, not to a .{extension}"),
+                hint: "export a .glb, or leave --for out".into(),
+            });
+        }
+        if format.rest() != Rest::Bind && request.at.is_some() {
+            return refuse(format!("a .{extension} is always in the T-pose, so --at changes nothing"));
+        }
         let steps = self.posed_steps(request.at.as_deref())?;
         let Some(last) = steps.last() else { return Ok(Exported { files: Vec::new(), removed: Vec::new() }) };
         let path = request.target.clone();
         outputs.claim(&path, Content::Character(extension))?;
-        let covered = covered_parts(&last.figure, request.hide_covered, &request.target)?;
+        let covered = self.covered_parts(&last.figure, request.hide_covered, &request.target)?;
         let removed = covered.removed(&last.figure);
         let figure = match request.at {
             Some(_) => last.figure_for_pose(),
@@ -147,23 +179,132 @@ impl Session {
             Textures::Of(size) => self.textured(figure, &steps, size, on_texture)?,
             Textures::None => without_textures(figure),
         };
+        let layers = chosen(&figure, &request.layers)?;
         let (figure, masks) = covered.remaining(figure);
+        let loose = loose_parts(&figure, &steps)?;
+        let (figure, swing) = match format.rest().pose(&figure.skeleton) {
+            None => (figure, SwingParams::default()),
+            Some(rest) => {
+                let swing = self.swing_of(&figure, &loose, outputs)?;
+                let reposed = reposed(&figure, &rest, &StackParams::default());
+                let reposed = reposed.map_err(|e| SessionError::bad_source(&path, e))?;
+                if reposed.crossing_pairs > 0 {
+                    let pairs = reposed.crossing_pairs;
+                    outputs
+                        .notice(format!("{pairs} pairs of faces cross in the T-pose; there are none in the bind pose"));
+                }
+                (reposed.figure, swing)
+            }
+        };
         let pose = request.at.as_ref().map(|_| last.pose.clone());
         let provenance = steps.iter().map(origin).collect();
-        let animations = if request.at.is_none() { self.animations_in_file(outputs)? } else { Vec::new() };
+        let mut animations = if request.at.is_none() { self.animations_in_file(outputs)? } else { Vec::new() };
+        if let Some(name) = &request.bake_cloth {
+            let moved = self.moved_figure(name.as_deref())?;
+            animations.retain(|animation| animation.name != moved.name);
+            let cloth = moved.cloth.as_ref().map(|_| {
+                let frames = |rank| (0..moved.track.poses.len()).map(|f| moved.layer(&figure, rank, f)).collect();
+                (0..figure.layers.len()).map(frames).collect()
+            });
+            if cloth.is_none() {
+                return Err(SessionError::BadRequest {
+                    what: format!("the cloth of '{}' is not simulated, so there is nothing to bake", moved.name),
+                    hint: "leave --bake-cloth out: the skin weights move all layers".into(),
+                });
+            }
+            // The last one plays.
+            animations.push(CharacterAnimation { name: moved.name, track: moved.track, cloth });
+        }
         let eight_influences = request.eight_influences;
         let covered = Some(masks);
+        let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
         let options = CharacterOptions {
+            stem,
+            layers,
             name: request.name.clone(),
             bones: request.bones,
             pose,
             covered,
             eight_influences,
             animations,
+            engine: request.engine,
+            authors: request.authors.clone(),
+            loose,
+            swing,
             provenance,
         };
-        outputs.write(&path, Content::Character(extension), |out| format.write(&figure, &options, out))?;
-        Ok(Exported { files: vec![path], removed })
+        let mut bytes = Vec::new();
+        let companions = format.write(&figure, &options, &mut bytes).map_err(|e| SessionError::bad_source(&path, e))?;
+        let beside = |companion: Companion| (path.with_file_name(companion.path), companion.bytes);
+        let mut files: Vec<(PathBuf, Vec<u8>)> = companions.into_iter().map(beside).collect();
+        // Last: what it names is there then.
+        files.push((path, bytes));
+        Ok(Exported { files: outputs.write_together(files)?, removed })
+    }
+
+    /// The parts of a figure's layers that others cover, kept for the next time. `target` is for messages.
+    pub(super) fn covered_parts(
+        &self,
+        figure: &Figure,
+        remove: bool,
+        target: &Path,
+    ) -> Result<CoveredParts, SessionError> {
+        const KEPT: &str = "covered";
+        /// Of the computation: another one computes kept masks anew.
+        const VERSION: u32 = 1;
+        let failed =
+            |e: &dyn std::fmt::Display| SessionError::Internal { what: format!("the figure has no hash: {e}") };
+        let layers: Vec<_> = figure.layers.iter().map(|layer| (&layer.mesh, &layer.weights)).collect();
+        let inputs = postcard::to_stdvec(&(VERSION, &figure.skeleton, layers)).map_err(|e| failed(&e))?;
+        let (derived, inputs) = (self.store.derived(), ContentHash::of(&inputs));
+        let masks = match derived.load(KEPT, inputs) {
+            Some(kept) => kept,
+            None => {
+                let masks = cover_masks(figure).map_err(|e| SessionError::bad_source(target, e))?;
+                derived.keep(KEPT, inputs, &masks);
+                masks
+            }
+        };
+        CoveredParts::of(figure, masks, remove).map_err(|e| SessionError::bad_source(target, e))
+    }
+
+    /// Springs that move like the cloth of the last animation, where that is simulated.
+    fn swing_of(
+        &self,
+        figure: &Figure,
+        loose: &[PerVertex<bool>],
+        outputs: &mut Outputs,
+    ) -> Result<SwingParams, SessionError> {
+        let hangs = loose.iter().any(|loose| loose.iter().any(|is_loose| *is_loose));
+        if !hangs || self.recipe.animations.is_empty() {
+            return Ok(SwingParams::default());
+        }
+        let moved = match self.moved_figure(None) {
+            Ok(moved) => moved,
+            Err(SessionError::NotBuilt { .. }) => return Ok(SwingParams::default()),
+            Err(other) => return Err(other),
+        };
+        let frames = moved.track.poses.len();
+        let is_same = |rank: usize| moved.layer(figure, rank, 0).len() == figure.layers[rank].mesh.vertex_count();
+        if moved.cloth.is_none() || !(0..figure.layers.len()).all(is_same) {
+            return Ok(SwingParams::default());
+        }
+        let frames_of = |rank| (0..frames).map(|frame| moved.layer(figure, rank, frame)).collect();
+        let cloth: Vec<Vec<PerVertex<Point>>> = (0..figure.layers.len()).map(frames_of).collect();
+        let Some(fitted) = fitted_springs(figure, loose, &moved.track.poses, moved.track.fps, &cloth) else {
+            return Ok(SwingParams::default());
+        };
+        outputs.notice(format!(
+            "springs with a share of {}, stiffness {} and drag {} follow the cloth of '{}' best: {:.1} mm from it on \
+             average, {:.1} mm by skin weights alone",
+            fitted.params.share,
+            fitted.params.stiffness,
+            fitted.params.drag,
+            moved.name,
+            1000.0 * fitted.mean_distance,
+            1000.0 * fitted.skinned_distance
+        ));
+        Ok(fitted.params)
     }
 
     /// The animations that are up to date; the others are reported.
@@ -172,12 +313,16 @@ impl Session {
         for name in out_of_date {
             outputs.notice(format!("the animation '{name}' is out of date and left out: run `overcoat build` first"));
         }
-        Ok(moved.into_iter().map(|moved| CharacterAnimation { name: moved.name, track: moved.track }).collect())
+        Ok(moved
+            .into_iter()
+            .map(|moved| CharacterAnimation { name: moved.name, track: moved.track, cloth: None })
+            .collect())
     }
 
     /// The requested files, by their names in the folder, and what was removed of each layer.
     fn folder_of(&self, request: &ExportRequest) -> Result<(NamedFiles, Vec<RemovedPart>), SessionError> {
-        let mut folder = Folder { path: &request.target, covered: CoveredParts::none(), files: Vec::new() };
+        let mut folder =
+            Folder { path: &request.target, covered: CoveredParts::none(), layers: None, files: Vec::new() };
         if request.before_registration {
             if let Some(at) = request.at.as_deref().filter(|at| *at != crate::session::recipe::BODY_STEP) {
                 return Err(SessionError::BadRequest {
@@ -201,9 +346,10 @@ impl Session {
             let steps = self.posed_steps(request.at.as_deref())?;
             if let Some(last) = steps.last() {
                 if request.hide_covered {
-                    folder.covered = covered_parts(&last.figure, request.hide_covered, &request.target)?;
+                    folder.covered = self.covered_parts(&last.figure, request.hide_covered, &request.target)?;
                     removed = folder.covered.removed(&last.figure);
                 }
+                folder.layers = chosen(&last.figure, &request.layers)?;
                 match request.at {
                     Some(_) => folder.step(last),
                     None => folder.bind(&standing(last.figure.clone(), &last.step.name)?),
@@ -214,18 +360,43 @@ impl Session {
     }
 }
 
+/// The layers of a file; `None` for all.
+///
+/// **Errors** if the figure has no layer of a name.
+fn chosen(figure: &Figure, names: &[String]) -> Result<Option<Vec<String>>, SessionError> {
+    let known: Vec<&str> = figure.layers.iter().map(|layer| layer.name.as_str()).collect();
+    match names.iter().find(|name| !known.contains(&name.as_str())) {
+        Some(unknown) => Err(SessionError::BadRequest {
+            what: format!("there is no layer '{unknown}'"),
+            hint: format!("the layers are {}", known.join(", ")),
+        }),
+        None => Ok((!names.is_empty()).then(|| names.to_vec())),
+    }
+}
+
+/// Which vertices of each layer hang loose by its kind.
+///
+/// **Shapes** one entry per layer, with one per vertex.
+fn loose_parts(figure: &Figure, steps: &[PosedStep]) -> Result<Vec<PerVertex<bool>>, SessionError> {
+    let of_layer = |layer: &Layer| -> Result<PerVertex<bool>, SessionError> {
+        let points = layer.mesh.points();
+        match steps.iter().find(|posed| posed.step.name == layer.name && layer.template.is_some()) {
+            Some(posed) => {
+                let spec = garment_spec::of_step(&posed.step)?;
+                Ok(spec.template.loose_part(points, figure.body(), &figure.skeleton))
+            }
+            None => Ok(PerVertex::filled(false, points.len())),
+        }
+    };
+    figure.layers.iter().map(of_layer).collect()
+}
+
 /// The figure with the colours of its vertices only.
 fn without_textures(mut figure: Figure) -> Figure {
     for uvs in figure.layers.iter_mut().filter_map(|layer| layer.uvs.as_mut()) {
         uvs.texture = None;
     }
     figure
-}
-
-/// The parts of a figure's layers that others cover. `target` is for messages.
-pub(super) fn covered_parts(figure: &Figure, remove: bool, target: &Path) -> Result<CoveredParts, SessionError> {
-    let masks = cover_masks(figure).map_err(|e| SessionError::bad_source(target, e))?;
-    CoveredParts::of(figure, masks, remove).map_err(|e| SessionError::bad_source(target, e))
 }
 
 /// Files by their names in a folder, with their contents.
@@ -242,6 +413,7 @@ fn origin(posed: &PosedStep) -> (String, String) {
 struct Folder<'a> {
     path: &'a Path,
     covered: CoveredParts,
+    layers: Option<Vec<String>>,
     files: NamedFiles,
 }
 
@@ -289,6 +461,9 @@ impl Folder<'_> {
         mesh: &TriMesh,
         colors: Option<&PerVertex<[u8; 3]>>,
     ) -> Result<(), SessionError> {
+        if self.layers.as_ref().is_some_and(|layers| layers.iter().all(|layer| layer != name)) {
+            return Ok(());
+        }
         let (mesh, colors) = self.covered.remaining_surface(rank, mesh, colors);
         self.ply(&format!("{name}.ply"), &mesh, colors.as_ref(), &[])
     }

@@ -136,8 +136,12 @@ impl Outputs {
     /// of the files is refused. Returns their paths.
     pub fn write_folder(&mut self, folder: &Path, files: Vec<(String, Vec<u8>)>) -> Result<Vec<PathBuf>, SessionError> {
         check_folder(folder)?;
-        let files: Vec<(PathBuf, Vec<u8>)> =
-            files.into_iter().map(|(name, bytes)| (folder.join(name), bytes)).collect();
+        self.write_together(files.into_iter().map(|(name, bytes)| (folder.join(name), bytes)).collect())
+    }
+
+    /// Writes files that belong together, in their order. Creates their folders if necessary. Writes nothing if any of the
+    /// files is refused. Returns their paths.
+    pub fn write_together(&mut self, files: Vec<(PathBuf, Vec<u8>)>) -> Result<Vec<PathBuf>, SessionError> {
         let mut places = Vec::new();
         let manifest = self.manifest();
         for (path, _) in &files {

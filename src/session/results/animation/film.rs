@@ -8,7 +8,6 @@ use crate::export::CoveredParts;
 use crate::geometry::{Aabb, Point};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::results::export::covered_parts;
 use crate::session::results::outputs::{Content, NewFolder, Outputs};
 use crate::view::{Error, FilmCamera, Picture, Scene, around, draw_gif, driven_film, painted};
 use std::path::{Path, PathBuf};
@@ -49,7 +48,7 @@ impl Session {
         let shown = self.shown_in(film)?;
         let figure = self.figure_of_last_step()?;
         let covered = match film.hide_covered {
-            true => covered_parts(&figure, true, &film.target)?,
+            true => self.covered_parts(&figure, true, &film.target)?,
             // To find out what is covered takes longer than to draw a second of film.
             false => CoveredParts::none(),
         };
