@@ -7,6 +7,8 @@ use crate::geometry::{
 };
 use crate::scan::Scan;
 use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// What a stroke does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -16,6 +18,8 @@ pub enum StrokeOp {
     Add,
     /// Under the brush is not the garment.
     Erase,
+    /// Under the brush nothing is given any more, by this mask or an earlier one.
+    Clear,
 }
 
 /// In which frame and unit a stroke's numbers are.
@@ -35,18 +39,24 @@ pub enum StrokeFrame {
 pub struct Stroke {
     /// The garment's name in the session; the strokes belong to the step in which it was new.
     pub layer: String,
-    /// Add or erase.
+    /// Add, erase or clear.
     pub op: StrokeOp,
-    /// Radius of the brush, along the surface.
+    /// Radius of the brush, along the surface; of a lasso only how far from the surface its points may be.
     pub radius: f64,
     /// The path of the brush, straight between points; `N × 3`.
     pub points: Vec<[f64; 3]>,
+    /// Whether the points are a lasso: the stroke fills the smaller part of the surface that their loop separates.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub closed: bool,
     /// The side to paint, as an outward normal; without it the nearest side.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal: Option<[f64; 3]>,
     /// The frame of points, normal and radius.
     #[serde(default)]
     pub frame: StrokeFrame,
+    /// What a program that paints calls the stroke, so that it finds it again.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub id: Option<String>,
     /// Line of the file, from 1; 0 for a stroke from elsewhere.
     #[serde(skip)]
     pub line: usize,
@@ -61,17 +71,45 @@ pub struct Marks {
     pub labels: PerVertex<Option<bool>>,
     /// Vertices whose label was painted exactly: beside them no boundary is found again.
     exact: PerVertex<bool>,
+    /// Vertices where earlier marks no longer count.
+    cleared: PerVertex<bool>,
 }
 
 impl From<PerVertex<Option<bool>>> for Marks {
     fn from(labels: PerVertex<Option<bool>>) -> Self {
-        Self { exact: PerVertex::filled(false, labels.len()), labels }
+        let none = PerVertex::filled(false, labels.len());
+        Self { exact: none.clone(), cleared: none, labels }
     }
 }
 
 impl FromIterator<Option<bool>> for Marks {
     fn from_iter<T: IntoIterator<Item = Option<bool>>>(labels: T) -> Self {
         labels.into_iter().collect::<PerVertex<_>>().into()
+    }
+}
+
+/// The vertices under the strokes that were painted on one scan so far.
+#[derive(Default)]
+pub struct PaintedBefore(Mutex<HashMap<String, Arc<Vec<VertexId>>>>);
+
+impl PaintedBefore {
+    /// Most strokes that are kept: more than anybody paints before it is worth while to start anew.
+    const MOST: usize = 5000;
+
+    fn painted(&self, scan: &Scan, stroke: &Stroke) -> Result<Arc<Vec<VertexId>>, SegmentError> {
+        // The line is no part of it.
+        let Ok(key) = serde_json::to_string(stroke) else { return Ok(Arc::new(stroke.painted(scan)?)) };
+        let kept = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(found) = kept().get(&key) {
+            return Ok(Arc::clone(found));
+        }
+        let painted = Arc::new(stroke.painted(scan)?);
+        let mut kept = kept();
+        if kept.len() >= Self::MOST {
+            kept.clear();
+        }
+        kept.insert(key, Arc::clone(&painted));
+        Ok(painted)
     }
 }
 
@@ -106,6 +144,9 @@ impl Stroke {
         if stroke.points.is_empty() {
             return Err(bad("there are no points".into()));
         }
+        if stroke.closed && stroke.points.len() < 3 {
+            return Err(bad(format!("a lasso has at least 3 points, not {}", stroke.points.len())));
+        }
         if let Some(n) = stroke.normal
             && Vec3::from(n).norm() < 1e-9
         {
@@ -131,7 +172,11 @@ impl Stroke {
             let n = if in_file { frame.direction_in_world(&Vec3::from(n)) } else { Vec3::from(n) };
             n.try_normalize(1e-12)
         });
-        Brush::prepare(scan, &way, radius).painted(&way, toward.as_ref()).map_err(bad)
+        let brush = Brush::prepare(scan, &way, radius);
+        match self.closed {
+            false => brush.painted(&way, toward.as_ref()).map_err(bad),
+            true => brush.enclosed(&way, toward.as_ref()).map_err(bad),
+        }
     }
 }
 
@@ -145,10 +190,22 @@ impl Marks {
     ///
     /// **Shapes** the result has one mark per vertex of the scan.
     pub fn paint(scan: &Scan, strokes: &[Stroke]) -> Result<Self, SegmentError> {
+        Self::paint_again(scan, strokes, &PaintedBefore::default())
+    }
+
+    /// Like [`Marks::paint`]; what was painted before on the same scan is not searched again.
+    ///
+    /// **Requires** that `before` is of this scan.
+    pub fn paint_again(scan: &Scan, strokes: &[Stroke], before: &PaintedBefore) -> Result<Self, SegmentError> {
         let mut marks = Self::none(scan.mesh.vertex_count());
         for stroke in strokes {
-            for v in stroke.painted(scan)? {
-                marks.labels[v] = Some(stroke.op == StrokeOp::Add);
+            for &v in before.painted(scan, stroke)?.iter() {
+                marks.labels[v] = match stroke.op {
+                    StrokeOp::Add => Some(true),
+                    StrokeOp::Erase => Some(false),
+                    StrokeOp::Clear => None,
+                };
+                marks.cleared[v] = stroke.op == StrokeOp::Clear;
             }
         }
         Ok(marks)
@@ -156,11 +213,17 @@ impl Marks {
 
     /// These marks, with others over them.
     pub fn then(mut self, over: &Self) -> Self {
-        for (v, mark) in over.labels.enumerate().filter(|(_, mark)| mark.is_some()) {
+        for (v, mark) in over.labels.enumerate().filter(|&(v, mark)| mark.is_some() || over.cleared[v]) {
             self.labels[v] = *mark;
             self.exact[v] = over.exact[v];
+            self.cleared[v] = over.cleared[v];
         }
         self
+    }
+
+    /// Whether there is neither a label nor a place where earlier marks no longer count.
+    pub fn are_none(&self) -> bool {
+        self.labels.iter().all(Option::is_none) && !self.cleared.iter().any(|&c| c)
     }
 
     /// The marks that differ from labels given before, as painted exactly; the others are dropped.
@@ -173,7 +236,7 @@ impl Marks {
 
     /// Marks that were painted exactly.
     pub(super) fn exactly(labels: PerVertex<Option<bool>>) -> Self {
-        Self { exact: labels.iter().map(Option::is_some).collect(), labels }
+        Self { exact: labels.iter().map(Option::is_some).collect(), ..labels.into() }
     }
 
     /// Whether the label of a vertex was painted exactly.
@@ -190,10 +253,10 @@ impl Marks {
 }
 
 /// The part of a scan that one stroke can touch. Painting it gives the same result as painting the whole scan.
-struct Brush<'a> {
-    scan: &'a Scan,
+pub(super) struct Brush<'a> {
+    pub(super) scan: &'a Scan,
     /// In metres.
-    radius: f64,
+    pub(super) radius: f64,
     part: TriMesh,
     scan_from_part: PerVertex<VertexId>,
     index: SurfaceIndex,
@@ -244,6 +307,14 @@ impl<'a> Brush<'a> {
             }
             false => format!("it touches nothing{side} within {:.3} m", HOVER_PER_RADIUS * self.radius),
         })
+    }
+
+    /// The vertex of the scan that is nearest to a point of the surface, which the brush can reach from `p`.
+    pub(super) fn nearest_vertex(&self, p: &Point, toward: Option<&Vec3>) -> Option<VertexId> {
+        let mut corners = Vec::new();
+        self.set_down(p, toward, &mut corners);
+        let nearest = corners.into_iter().min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+        nearest.map(|(v, _)| self.scan_from_part[v])
     }
 
     /// Adds the corners of the face under the brush, with their distances. Returns whether there is such a face.
@@ -375,6 +446,29 @@ mod tests {
     }
 
     #[test]
+    fn cleared_vertices_are_unlabelled_again_also_by_earlier_masks() {
+        let scan = sheets();
+        let spot = |op: &str, radius: f64| {
+            stroke(&format!("{{\"layer\":\"a\",\"op\":\"{op}\",\"radius\":{radius},\"points\":[[0.5,0.5,0.02]]}}"))
+        };
+        let ring = Marks::paint(&scan, &[spot("add", 0.2), spot("clear", 0.1)]).unwrap();
+        let (inner, outer) = (Marks::paint(&scan, &[spot("add", 0.1)]), Marks::paint(&scan, &[spot("add", 0.2)]));
+        let (inner, outer) = (inner.unwrap(), outer.unwrap());
+        for v in scan.mesh.vertex_ids() {
+            let expected = outer.labels[v].filter(|_| inner.labels[v].is_none());
+            assert_eq!(ring.labels[v], expected);
+        }
+        let exact = Marks::exactly(outer.labels.clone());
+        let clear = Marks::paint(&scan, &[spot("clear", 0.1)]).unwrap();
+        assert!(!clear.are_none());
+        let left = exact.then(&clear);
+        assert_eq!(left.labels, ring.labels);
+        assert!(scan.mesh.vertex_ids().all(|v| left.is_exact(v) == left.labels[v].is_some()));
+        let again = Marks::paint(&scan, &[spot("clear", 0.1), spot("add", 0.1)]).unwrap();
+        assert_eq!(again, inner);
+    }
+
+    #[test]
     fn bad_strokes_are_answered_with_their_line_and_fault() {
         let good = "{\"layer\":\"a\",\"op\":\"add\",\"radius\":0.1,\"points\":[[0.5,0.5,0.02]]}";
         for (from, to, expected) in [
@@ -389,6 +483,7 @@ mod tests {
             ("}", ",\"frame\":\"inch\"}", "inch"),
             ("}", ",\"normal\":[0,0,0]}", "no length"),
             ("{", "", "expected"),
+            ("}", ",\"closed\":true}", "at least 3 points"),
         ] {
             let text = format!("{good}\n{}", good.replacen(from, to, 1));
             let error = Stroke::read_lines(&text).and_then(|strokes| Marks::paint(&sheets(), &strokes)).unwrap_err();

@@ -10,6 +10,7 @@ mod expansion;
 mod extent;
 mod fabric;
 mod fold_over;
+mod lasso;
 mod max_flow;
 mod outfit;
 mod outfit_proposal;
@@ -26,7 +27,7 @@ mod specks;
 mod template;
 mod transfer;
 
-pub use brush::{Marks, Stroke, StrokeFrame, StrokeOp};
+pub use brush::{Marks, PaintedBefore, Stroke, StrokeFrame, StrokeOp};
 pub use color::{Lab, color_difference, lab_of};
 pub use contact::{contacts, outermost};
 pub use error::SegmentError;
