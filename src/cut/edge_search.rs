@@ -248,11 +248,10 @@ impl Band {
     fn around(whole: &FilledScan, around: &Adjacency, field: &PerVertex<f64>, places: &Places) -> Self {
         let index = NearestVertex::prepare(&places.points);
         // Close to the cut its straight distance is exact; farther away the surface may be folded.
-        let sources: Vec<(VertexId, f64)> = whole
-            .mesh
-            .points()
-            .enumerate()
-            .filter_map(|(v, p)| index.nearest(p).map(|(_, d)| (v, d)))
+        let points = whole.mesh.points().as_slice();
+        let sources: Vec<(VertexId, f64)> = (0..points.len())
+            .into_par_iter()
+            .filter_map(|v| index.nearest(&points[v]).map(|(_, d)| (VertexId::from_index(v), d)))
             .filter(|&(_, d)| d < 2.0 * SPACING)
             .collect();
         let reached = geodesic_distances(&whole.mesh, around, &sources, MODEL_RADIUS);

@@ -2,6 +2,7 @@
 
 use super::along_body::{BodyIndex, laid_along_body};
 use super::error::CutError;
+use super::fillings::{Fair, Fillings};
 use super::params::CutParams;
 use super::patch::{GREATEST_RING, Patch};
 use super::slice::Slice;
@@ -33,6 +34,7 @@ pub(super) fn filled(
     segmentation: &Segmentation,
     body: &BodyIndex,
     params: &CutParams,
+    fillings: &Fillings,
     findings: &mut Vec<String>,
 ) -> Result<FilledScan, CutError> {
     let mut points = scan.mesh.points().0.clone();
@@ -58,18 +60,21 @@ pub(super) fn filled(
             || hole <= params.greatest_filled_hole
                 && length <= LENGTH_PER_CIRCUMFERENCE * circumference(params.greatest_filled_hole);
         let longest = if is_beside_hair { GREATEST_RING_BESIDE_HAIR } else { GREATEST_RING };
-        let fair = if hole <= GREATEST_ALONG_BODY { filling(&scan.mesh, around, &ring, longest)? } else { None };
+        let fair = if hole <= GREATEST_ALONG_BODY { fillings.of(&scan.mesh, around, &ring, longest)? } else { None };
         let labelled = ring.iter().filter(|&&v| labels.0[v]).count() as f64 / ring.len() as f64;
         let along_body = match &fair {
-            Some((patch, inner)) if hole > LEAST_ALONG_BODY && labelled > LEAST_LABELLED => {
-                laid_along_body(patch, inner, body)
+            Some(fair) if hole > LEAST_ALONG_BODY && labelled > LEAST_LABELLED => {
+                laid_along_body(&fair.0, &fair.1, body)
             }
             _ => None,
         };
         let is_along_body = along_body.is_some();
         let Some(patch) = fair
             .filter(|_| small || is_along_body)
-            .map(|(patch, fair)| Filling { inner: along_body.unwrap_or(fair), faces: patch.faces })
+            .map(|fair| Filling {
+                inner: along_body.unwrap_or_else(|| fair.1.clone()),
+                faces: fair.0.faces.clone(),
+            })
         else {
             open_holes.extend(ring);
             continue;
@@ -184,12 +189,12 @@ impl Filling {
 }
 
 /// A patch over a ring, and its new points faired; `None` if the ring cannot be filled.
-fn filling(
+pub(super) fn filling(
     mesh: &TriMesh,
     adjacency: &Adjacency,
     ring: &[VertexId],
     longest: usize,
-) -> Result<Option<(Patch, Vec<Point>)>, CutError> {
+) -> Result<Option<Fair>, CutError> {
     let around: Vec<Point> = ring.iter().map(|&v| mesh.points()[v]).collect();
     let taken = |i: usize, j: usize| {
         let apart = i.abs_diff(j);
@@ -373,7 +378,10 @@ mod tests {
         let (scan, labels) = pierced();
         let params = CutParams { greatest_filled_hole: 25e-4, ..CutParams::default() };
         let scan_without_holes =
-            filled(&scan, &Adjacency::prepare(&scan.mesh), &labels.into(), &far_away(), &params, &mut Vec::new())
+            {
+                let around = Adjacency::prepare(&scan.mesh);
+                filled(&scan, &around, &labels.into(), &far_away(), &params, &Fillings::default(), &mut Vec::new())
+            }
                 .unwrap();
         assert_eq!(Adjacency::prepare(&scan_without_holes.mesh).boundary_loops().len(), 1);
         assert_eq!(scan_without_holes.labels.0.len(), scan_without_holes.mesh.vertex_count());
@@ -426,7 +434,8 @@ mod tests {
             let covered = PerVertex::filled(covered, mesh.vertex_count());
             let body = BodyIndex::prepare(&BodyBelow { mesh, covered: &covered });
             let mut findings = Vec::new();
-            let found = filled(&cap, &around, &labels.clone().into(), &body, &CutParams::default(), &mut findings);
+            let (params, fillings) = (CutParams::default(), Fillings::default());
+            let found = filled(&cap, &around, &labels.clone().into(), &body, &params, &fillings, &mut findings);
             (found.unwrap(), findings)
         };
         let (closed, findings) = on(&head, true);
@@ -462,6 +471,7 @@ mod tests {
             &none.into(),
             &far_away(),
             &CutParams::default(),
+            &Fillings::default(),
             &mut Vec::new(),
         )
         .unwrap();

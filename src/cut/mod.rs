@@ -9,6 +9,7 @@ mod edge_search;
 mod error;
 mod field;
 mod fill_holes;
+mod fillings;
 mod hem;
 mod params;
 mod patch;
@@ -20,6 +21,7 @@ mod underlap;
 
 pub use body_below::BodyBelow;
 pub use error::CutError;
+pub use fillings::Fillings;
 pub use params::CutParams;
 
 use crate::geometry::{Adjacency, PerVertex, TriMesh, VertexId, WithoutSlivers, without_slivers};
@@ -98,13 +100,31 @@ pub fn cut(
     expected_loops: RangeInclusive<usize>,
     params: &CutParams,
 ) -> Result<Garment, CutError> {
+    cut_again(scan, around, segmentation, body, expected_loops, params, &Fillings::default())
+}
+
+/// Like [`cut`], for a scan that is cut many times; what does not depend on labels is computed once.
+///
+/// **Requires** that `fillings` is of this scan.
+pub fn cut_again(
+    scan: &Scan,
+    around: &Adjacency,
+    segmentation: &Segmentation,
+    body: &BodyBelow,
+    expected_loops: RangeInclusive<usize>,
+    params: &CutParams,
+    fillings: &Fillings,
+) -> Result<Garment, CutError> {
     check_arguments(scan, around, segmentation, body, &expected_loops, params)?;
     let (vertices, labels) = (scan.mesh.vertex_count(), &segmentation.labels);
     let mut findings = Vec::new();
     let body = along_body::BodyIndex::prepare(body);
     let continued = below_hair::without_hair(scan, around, segmentation, body.surface(), &mut findings)?;
     let (scan, segmentation) = continued.as_ref().map_or((scan, segmentation), |(scan, whole)| (scan, whole));
-    let filled = fill_holes::filled(scan, around, segmentation, &body, params, &mut findings)?;
+    // What continues below hair is another scan, which depends on the labels.
+    let own = Fillings::default();
+    let fillings = if continued.is_some() { &own } else { fillings };
+    let filled = fill_holes::filled(scan, around, segmentation, &body, params, fillings, &mut findings)?;
     let adjacency = filled.adjacency.as_ref().unwrap_or(around);
     let field = field::signed_field(&filled, adjacency, params.smoothing_radius)?;
     let at_edge = edge_search::at_edges_of_cloth(&filled, adjacency, field, params, &mut findings)?;

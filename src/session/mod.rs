@@ -27,7 +27,7 @@ mod stage_error;
 mod store;
 
 pub use change::{
-    Batch, Built, Damage, FsckReport, MaskInfo, MaskReport, NewAnimation, NewOutfit, NewScan, Recut, Repair, Replay,
+    Batch, Built, Damage, FsckReport, MaskInfo, MaskReport, NewAnimation, NewOutfit, NewScan, Painted, Recut, Repair, Replay,
     Replayed, StageRequest, StageRun, StepInfo, SubjectRun, TemplateReport, fsck, replay, replay_all,
     write_template_to_paint,
 };
@@ -44,7 +44,7 @@ pub use recipe::{
 };
 pub use results::{
     AnimationStatus, ClipFrame, Content, ExportRequest, Exported, NewFolder, Outputs, ShowIn, Shown, ShownStep,
-    SizedFile, StepStatus, SubjectOrigin, TriedSizes, TriedSteps, TruthReport, girth_notes,
+    SizedFile, StepStatus, SubjectOrigin, ToPaint, TriedSizes, TriedSteps, TruthReport, girth_notes,
 };
 pub use results::{DriveView, LiveView, StreamedOutput};
 pub use results::{Film, SequenceKind, SequenceRequest, TextureSize, Textures};

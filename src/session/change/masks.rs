@@ -121,8 +121,8 @@ impl Writer {
         let from = || new.path.clone();
         let named = match new.content {
             MaskContent::File | MaskContent::Everything => {
-                self.session.store.keep_bytes(&new.bytes)?;
-                source::named(self.session.dir(), file, ContentHash::of(&new.bytes))?
+                let hash = self.session.store.keep_bytes(&new.bytes)?;
+                SourceFile { file: new.path.clone(), hash: Some(hash), ..SourceFile::default() }
             }
             MaskContent::Marks => self.anchored(layer, &LabelledSurface::of_marks(&new.scan, &new.marks), from())?,
             MaskContent::Painted => {
@@ -178,12 +178,12 @@ impl Session {
         let mut found = Vec::new();
         let named = self.recipe.steps.iter().filter(|s| layer.is_none_or(|l| l == s.name));
         for step in named.filter(|s| !s.masks.is_empty()) {
-            let (_, scan) = self.scan_of(step)?;
+            let (kept, scan) = self.scan_of(step)?;
             let of = FileInput::of(self, &step.source());
             for (i, source) in step.masks.iter().enumerate() {
                 let input = MaskInput::of(self, &step.name, source);
                 let mask = input.read(&self.store)?;
-                let marks = input.marks(&mask, &self.store, &of, &scan)?;
+                let marks = input.marks(&mask, &self.store, &of, kept, &scan)?;
                 found.push(MaskInfo {
                     layer: step.name.clone(),
                     number: i + 1,
@@ -252,7 +252,7 @@ impl Session {
         Ok(labels.0.len())
     }
 
-    fn garment_step(&self, layer: &str) -> Result<&StepRecipe, SessionError> {
+    pub(in crate::session) fn garment_step(&self, layer: &str) -> Result<&StepRecipe, SessionError> {
         let step = self.recipe.step(layer)?;
         step.check_labelled().map(|()| step)
     }
@@ -296,18 +296,30 @@ impl Session {
         file: &Path,
         classes: &[i64],
     ) -> Result<NewMask, SessionError> {
-        let step = self.garment_step(layer)?.clone();
+        self.garment_step(layer)?;
         let bytes = source::read(file)?;
+        self.new_mask(layer, file, relative_to(self.dir(), file)?, bytes, classes)
+    }
+
+    /// Applies the bytes of a mask to its scan; the file, with this entry in the recipe, may not have them yet.
+    pub(in crate::session) fn new_mask(
+        &self,
+        layer: &str,
+        file: &Path,
+        path: String,
+        bytes: Vec<u8>,
+        classes: &[i64],
+    ) -> Result<NewMask, SessionError> {
+        let step = self.garment_step(layer)?.clone();
         let mask = match classes {
             [] => MaskFile::read(file, &bytes)?,
             classes => MaskFile::read_classes(file, &bytes, classes)?,
         };
-        let path = relative_to(self.dir(), file)?;
         let at = step.masks.iter().position(|m| m.edited() == path);
         let layer_before = at.and_then(|at| step.masks[at].layer.as_deref());
         let (kept_scan, scan) = self.scan_of(&step)?;
         let of = FileInput::of(self, &step.source());
-        let marks = MaskInput::new(file, layer, layer_before).marks(&mask, &self.store, &of, &scan)?;
+        let marks = MaskInput::new(file, layer, layer_before).marks(&mask, &self.store, &of, kept_scan, &scan)?;
         let (marks, content) = match &mask {
             // The file alone does not tell which class is the garment's.
             _ if !classes.is_empty() => (marks, MaskContent::Marks),
@@ -346,23 +358,23 @@ impl Session {
             return Ok(None);
         };
         let masks = MasksOfScan::of(self, step);
-        let labelling = Labelling::load(&self.store, Kept::named(output), &masks, scan)?;
+        let labelling = Labelling::load(&self.store, Kept::named(output), &masks, kept_scan, scan)?;
         let adjacency = self.store.prepared(kept_scan.hash, || Adjacency::prepare(&scan.mesh));
-        let marks = masks.marks(&self.store, scan, |i| at.is_none_or(|at| i < at))?;
+        let marks = masks.marks(&self.store, kept_scan, scan, |i| at.is_none_or(|at| i < at))?;
         let segmentation = labelling.corrected(&scan.mesh, &adjacency, &marks);
         Ok(Some(segmentation.map_err(|e| SessionError::stage(&step.name, Stage::Segment, e))?.labels))
     }
 
     /// Refuses a mask that leaves nothing of the garment, as far as that is known before a build.
     pub(in crate::session) fn refuse_to_erase_all(&self, new: &NewMask, file: &Path) -> Result<(), SessionError> {
-        let NewMask { step, scan, at, .. } = new;
+        let NewMask { step, scan, at, kept_scan: kept, .. } = new;
         let masks = MasksOfScan::of(self, step);
-        let before = masks.marks(&self.store, scan, |i| at.is_none_or(|at| i < at))?;
-        let after = masks.marks(&self.store, scan, |i| at.is_some_and(|at| i > at))?;
+        let before = masks.marks(&self.store, *kept, scan, |i| at.is_none_or(|at| i < at))?;
+        let after = masks.marks(&self.store, *kept, scan, |i| at.is_some_and(|at| i > at))?;
         let evidence = self.up_to_date_evidence(&step.name);
-        let labelling = |evidence| Labelling::load(&self.store, Kept::named(evidence), &masks, scan);
+        let labelling = |evidence| Labelling::load(&self.store, Kept::named(evidence), &masks, *kept, scan);
         let labelling = evidence.map(labelling).transpose()?;
-        let adjacency = self.store.prepared(new.kept_scan.hash, || Adjacency::prepare(&scan.mesh));
+        let adjacency = self.store.prepared(kept.hash, || Adjacency::prepare(&scan.mesh));
         let left = |marks: &Marks| -> Result<bool, SessionError> {
             let all = before.clone().then(marks).then(&after);
             let Some(labelling) = &labelling else { return Ok(all.labels.iter().any(|m| *m != Some(false))) };

@@ -16,6 +16,7 @@ use super::stages::rig::{self, RIG};
 use super::stages::scan::{self, SCAN};
 use super::stages::segment::{self, SEGMENT};
 use super::stages::stack::{self, STACK};
+use crate::body::Figure;
 use crate::fit::{FittedBody, PoseInside};
 use crate::scan::Scan;
 use crate::segment::Segmentation;
@@ -44,11 +45,13 @@ pub(super) struct GarmentStep<'a> {
 }
 
 /// What the scan shows of a garment.
-pub(super) struct CutOut {
-    scan: Kept<Scan>,
-    inside: Kept<PoseInside>,
+pub(in crate::session) struct CutOut {
+    pub scan: Kept<Scan>,
+    /// The figure that was dressed before the scan.
+    pub figure: Kept<Figure>,
+    pub inside: Kept<PoseInside>,
     evidence: Kept<Evidence>,
-    labels: Kept<Segmentation>,
+    pub labels: Kept<Segmentation>,
     pub garment: Kept<crate::cut::Garment>,
 }
 
@@ -106,10 +109,11 @@ impl<'a> GarmentStep<'a> {
         let inputs = segment::Inputs { scan, evidence, masks: self.masks.clone() };
         let labels = at.run(SEGMENT, inputs, segment::run)?.kept;
 
+        let before = figure;
         let (figure, hair, if_nothing) = (self.inner.figure, hair.filter(|_| self.is_hair), self.if_nothing());
         let inputs = cut::Inputs { scan, labels, figure, inside, model: model(), kind, hair, if_nothing, params: cut };
         let garment = at.run(CUT, inputs, cut::run)?.kept;
-        Ok(CutOut { scan, inside, evidence, labels, garment })
+        Ok(CutOut { scan, figure: before, inside, evidence, labels, garment })
     }
 
     /// On the figure: the garment's weights, its place clear of the layers inside, the new figure.

@@ -21,7 +21,7 @@ pub(in crate::session) use stages::garment_file::recognized;
 pub(in crate::session) use stages::labelling::Labelling;
 pub(in crate::session) use stages::marks::{MaskInput, MasksOfScan, is_something};
 pub(in crate::session) use stages::pose::margin;
-pub(in crate::session) use stages::posed::along_normals;
+pub(in crate::session) use stages::posed::{along_normals, surfaces_inside};
 pub(in crate::session) use stages::press::PosedGarments;
 pub(in crate::session) use stages::scan::{Inputs as ScanInputs, cleaned_scan, photographs_of};
 pub(in crate::session) use stages::step_scan::scan_of;

@@ -1,7 +1,7 @@
 //! The data flow of a session: the body, then each garment on the figure dressed so far, then the animations.
 
 use super::body::body;
-use super::garment::GarmentStep;
+use super::garment::{CutOut, GarmentStep};
 use super::memo::input::ModelInput;
 use super::memo::walk::Walk;
 use super::results::StepResults;
@@ -10,7 +10,6 @@ use super::stages::cloth::{self, CLOTH};
 use super::tryon;
 use crate::body::Figure;
 use crate::cloth::ClothTrack;
-use crate::cut::Garment;
 use crate::motion::PoseTrack;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
@@ -73,14 +72,14 @@ fn one(walk: &mut Walk, recipe: &Recipe, at: usize, before: &[StepResults]) -> R
 }
 
 /// Walks up to the cut of one garment.
-pub(in crate::session) fn cut_of(walk: &mut Walk, layer: &str) -> Result<Kept<Garment>, SessionError> {
+pub(in crate::session) fn cut_of(walk: &mut Walk, layer: &str) -> Result<CutOut, SessionError> {
     let recipe = walk.session().recipe.clone();
     recipe.step(layer)?.check_labelled()?;
     let Some(before) = recipe.steps.iter().take_while(|s| s.name != layer).last() else {
         return Err(SessionError::MaskOnBody);
     };
     let all = steps(walk, Some(&before.name))?;
-    Ok(GarmentStep::of(walk, &recipe, all.len(), &all)?.cut_out(walk)?.garment)
+    GarmentStep::of(walk, &recipe, all.len(), &all)?.cut_out(walk)
 }
 
 /// Walks through all steps and all animations; returns the results of the steps.

@@ -12,6 +12,7 @@ mod recordings;
 mod shown;
 mod status;
 mod textures;
+mod to_paint;
 mod tried_sizes;
 
 pub use animation::{AnimationStatus, Film, SequenceKind, SequenceRequest};
@@ -25,4 +26,5 @@ pub use shown::{Shown, ShownStep};
 pub use status::StepStatus;
 pub(in crate::session) use status::not_built_is_fine;
 pub use textures::TextureSize;
+pub use to_paint::ToPaint;
 pub use tried_sizes::{SizedFile, TriedSizes};

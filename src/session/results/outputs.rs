@@ -89,7 +89,7 @@ impl Outputs {
     }
 
     /// Results in a folder with its own manifest.
-    pub(in crate::session) fn in_folder(folder: &Path, force: bool) -> Self {
+    pub fn in_folder(folder: &Path, force: bool) -> Self {
         Self::new(Protected::of_folder(folder), Some(folder.to_path_buf()), force)
     }
 

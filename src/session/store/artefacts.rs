@@ -220,6 +220,18 @@ impl Store {
         }
     }
 
+    /// Like [`Store::prepared`], for what may fail.
+    pub(in crate::session) fn made<T: Send + Sync + 'static, E>(
+        &self,
+        of: ContentHash,
+        make: impl FnOnce() -> Result<T, E>,
+    ) -> Result<Arc<T>, E> {
+        match &self.memory {
+            Some(memory) => memory.have(of, make),
+            None => make().map(Arc::new),
+        }
+    }
+
     /// What is derived from artefacts, beside them.
     pub(in crate::session) fn derived(&self) -> Derived {
         Derived::beside(&self.folder)

@@ -20,8 +20,8 @@ impl std::fmt::Debug for Memory {
     }
 }
 
-/// Capacity: five values for each of a handful of garments, about 50 MB.
-const GREATEST_COUNT: usize = 24;
+/// Capacity: ten values for each of a handful of garments, about 100 MB.
+const GREATEST_COUNT: usize = 48;
 
 impl Memory {
     /// The value of that type from that artefact: cached, or computed now.

@@ -9,6 +9,7 @@ use crate::session::stage_error::StageError;
 use crate::session::store::{ContentHash, Kept, Store};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A file: an input by its content and by its extension, which says how it is read.
 #[derive(Clone, Debug, Serialize)]
@@ -93,6 +94,13 @@ impl ModelInput {
         stored.with_offsets(offsets).ok_or_else(|| SessionError::Internal {
             what: "a figure follows corrective offsets that its body model does not have".into(),
         })
+    }
+}
+
+impl ModelInput {
+    /// Like [`ModelInput::figure`], or from memory.
+    pub fn figure_shared(&self, store: &Store, kept: Kept<Figure>) -> Result<Arc<Figure>, SessionError> {
+        store.made(kept.hash, || self.figure(store, kept))
     }
 }
 

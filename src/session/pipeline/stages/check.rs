@@ -136,7 +136,7 @@ pub(in crate::session::pipeline) fn garment(
     let mut labels_beside = None;
     if let Some(Beside { evidence, masks, .. }) = &beside {
         let adjacency = store.prepared(kept_scan.hash, || Adjacency::prepare(&scan.mesh));
-        labels_beside = outfit_labels(store, *evidence, masks, &scan, &adjacency)?;
+        labels_beside = outfit_labels(store, *evidence, masks, kept_scan, &scan, &adjacency)?;
     }
     let beside = beside.as_ref().zip(labels_beside.as_ref());
     // With a garment alone, what it does not explain and is no hair may be one that is not listed: it counts as the rest.

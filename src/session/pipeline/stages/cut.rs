@@ -3,7 +3,7 @@
 use super::hair::KnownHair;
 use super::posed::body_inside;
 use crate::body::Figure;
-use crate::cut::{BodyBelow, CutError, CutParams, Garment, cut};
+use crate::cut::{BodyBelow, CutError, CutParams, Fillings, Garment, cut_again};
 use crate::fit::{FittedBody, PoseInside};
 use crate::geometry::Adjacency;
 use crate::scan::Scan;
@@ -54,14 +54,16 @@ pub(in crate::session::pipeline) fn run(
 ) -> Run<Garment> {
     let (scan, segmentation) = (store.load_shared(kept_scan)?, store.load_shared(labels)?);
     let adjacency = store.prepared(kept_scan.hash, || Adjacency::prepare(&scan.mesh));
-    let (figure, inside) = (model.figure(store, figure)?, store.load(inside)?);
+    let (figure, inside) = (model.figure_shared(store, figure)?, store.load_shared(inside)?);
     let body = body_inside(&figure, &inside)?;
     let covered = match KnownHair::load(store, hair, &figure)? {
         Some(hair) => hair.0,
         None => kind.template.prior(figure.body(), &figure.skeleton, &kind.extent)?,
     };
     let below = BodyBelow { mesh: &body, covered: &covered };
-    let garment = match cut(&scan, &adjacency, &segmentation, &below, kind.template.expected_loops(), &params) {
+    let fillings = store.prepared(kept_scan.hash, Fillings::default);
+    let expected = kind.template.expected_loops();
+    let garment = match cut_again(&scan, &adjacency, &segmentation, &below, expected, &params, &fillings) {
         Err(CutError::NothingLabelled { .. }) if if_nothing == IfNothing::IsNoLayer => {
             return Ok(Outcome::of(Garment::absent()));
         }

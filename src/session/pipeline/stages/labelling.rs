@@ -33,12 +33,13 @@ impl Labelling {
         store: &Store,
         evidence: Kept<Evidence>,
         masks: &MasksOfScan,
+        kept: Kept<Scan>,
         scan: &Scan,
     ) -> Result<Self, SessionError> {
         let evidence = store.load_shared(evidence)?;
         let marks = match *evidence {
             Evidence::Garment(_) => Vec::new(),
-            Evidence::Outfit(_) => masks.marks_of_all(store, scan)?,
+            Evidence::Outfit(_) => masks.marks_of_all(store, kept, scan)?,
         };
         Ok(Self { evidence, place: masks.place, marks })
     }
@@ -61,10 +62,11 @@ pub(in crate::session::pipeline) fn outfit_labels(
     store: &Store,
     evidence: Kept<Evidence>,
     masks: &MasksOfScan,
+    kept: Kept<Scan>,
     scan: &Scan,
     around: &Adjacency,
 ) -> Result<Option<OutfitLabels>, RunError> {
-    let Labelling { evidence, marks, .. } = Labelling::load(store, evidence, masks, scan)?;
+    let Labelling { evidence, marks, .. } = Labelling::load(store, evidence, masks, kept, scan)?;
     let Evidence::Outfit(proposal) = &*evidence else { return Ok(None) };
     let marks: Vec<&Marks> = marks.iter().collect();
     Ok(Some(proposal.corrected(&scan.mesh, around, &marks)?))

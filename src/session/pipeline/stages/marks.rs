@@ -2,12 +2,12 @@
 
 use crate::formats::RawMesh;
 use crate::scan::Scan;
-use crate::segment::{Labels, Marks, SegmentError};
+use crate::segment::{Labels, Marks, PaintedBefore, SegmentError};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::pipeline::memo::input::FileInput;
 use crate::session::recipe::{MaskFile, SourceFile, StepRecipe};
-use crate::session::store::Store;
+use crate::session::store::{Kept, Store};
 use serde::Serialize;
 use std::path::Path;
 
@@ -40,13 +40,20 @@ impl MaskInput {
         MaskFile::read(self.file.path(), &self.file.bytes(store)?)
     }
 
-    /// What the mask marks on a scan; `of` is the scan's file.
-    pub fn marks(&self, mask: &MaskFile, store: &Store, of: &FileInput, scan: &Scan) -> Result<Marks, SessionError> {
+    /// What the mask marks on a scan, the artefact `kept`; `of` is the scan's file.
+    pub fn marks(
+        &self,
+        mask: &MaskFile,
+        store: &Store,
+        of: &FileInput,
+        kept: Kept<Scan>,
+        scan: &Scan,
+    ) -> Result<Marks, SessionError> {
         let file_vertices = || Ok::<_, SessionError>(of.mesh(store)?.map(|raw| raw.points.len()));
         let marks = match mask {
             MaskFile::Strokes(strokes) => {
                 mask.check_layer(&self.layer, self.layer_before.as_deref(), self.file.path())?;
-                Marks::paint(scan, strokes)
+                Marks::paint_again(scan, strokes, &store.prepared(kept.hash, PaintedBefore::default))
             }
             MaskFile::Surface(surface) => match surface.marks_on(scan, None) {
                 // The message names the vertices of the scan's file, which is read only then.
@@ -64,7 +71,7 @@ impl MaskInput {
         let marks = marks.map_err(|e| self.file.fault(e))?;
         // A painted file that was not painted yet marks nothing.
         let may_be_empty = matches!(mask, MaskFile::Surface(surface) if surface.is_painted());
-        match may_be_empty || marks.labels.iter().any(Option::is_some) {
+        match may_be_empty || !marks.are_none() {
             true => Ok(marks),
             false => Err(self.file.fault(SegmentError::MarksNothing)),
         }
@@ -99,25 +106,32 @@ impl MasksOfScan {
     }
 
     /// The marks of the step's garment by those of its masks whose number `counts`. Later masks override earlier ones.
-    pub fn marks(&self, store: &Store, scan: &Scan, counts: impl Fn(usize) -> bool) -> Result<Marks, SessionError> {
+    pub fn marks(
+        &self,
+        store: &Store,
+        kept: Kept<Scan>,
+        scan: &Scan,
+        counts: impl Fn(usize) -> bool,
+    ) -> Result<Marks, SessionError> {
         let own = self.own().iter().enumerate().filter(|(number, _)| counts(*number));
-        self.united(store, scan, own.map(|(_, mask)| mask))
+        self.united(store, kept, scan, own.map(|(_, mask)| mask))
     }
 
     /// The marks of each garment.
-    pub fn marks_of_all(&self, store: &Store, scan: &Scan) -> Result<Vec<Marks>, SessionError> {
-        self.masks.iter().map(|masks| self.united(store, scan, masks.iter())).collect()
+    pub fn marks_of_all(&self, store: &Store, kept: Kept<Scan>, scan: &Scan) -> Result<Vec<Marks>, SessionError> {
+        self.masks.iter().map(|masks| self.united(store, kept, scan, masks.iter())).collect()
     }
 
     fn united<'a>(
         &self,
         store: &Store,
+        kept: Kept<Scan>,
         scan: &Scan,
         masks: impl Iterator<Item = &'a MaskInput>,
     ) -> Result<Marks, SessionError> {
         let mut all = Marks::none(scan.mesh.vertex_count());
         for mask in masks {
-            all = all.then(&mask.marks(&mask.read(store)?, store, &self.file, scan)?);
+            all = all.then(&mask.marks(&mask.read(store)?, store, &self.file, kept, scan)?);
         }
         Ok(all)
     }

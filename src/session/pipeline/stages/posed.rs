@@ -6,7 +6,7 @@ use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::session::error::SessionError;
 
 /// All surfaces of `figure` inside a scan, in the frame of the scan; the body with its offsets comes first.
-pub(in crate::session::pipeline) fn surfaces_inside(
+pub(in crate::session) fn surfaces_inside(
     figure: &Figure,
     inside: &PoseInside,
 ) -> Result<Vec<TriMesh>, SessionError> {

@@ -27,9 +27,9 @@ pub(in crate::session::pipeline) fn run(
     _on_progress: OnProgress,
 ) -> Run<Segmentation> {
     let scan = store.load_shared(kept_scan)?;
-    let labelling = Labelling::load(store, evidence, &masks, &scan)?;
+    let labelling = Labelling::load(store, evidence, &masks, kept_scan, &scan)?;
     let adjacency = store.prepared(kept_scan.hash, || Adjacency::prepare(&scan.mesh));
-    let marks = masks.marks(store, &scan, |_| true)?;
+    let marks = masks.marks(store, kept_scan, &scan, |_| true)?;
     let segmentation = labelling.corrected(&scan.mesh, &adjacency, &marks)?;
     if !is_something(&scan, &segmentation.labels)
         && let Some(last) = masks.own().last()
