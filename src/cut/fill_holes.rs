@@ -71,10 +71,7 @@ pub(super) fn filled(
         let is_along_body = along_body.is_some();
         let Some(patch) = fair
             .filter(|_| small || is_along_body)
-            .map(|fair| Filling {
-                inner: along_body.unwrap_or_else(|| fair.1.clone()),
-                faces: fair.0.faces.clone(),
-            })
+            .map(|fair| Filling { inner: along_body.unwrap_or_else(|| fair.1.clone()), faces: fair.0.faces.clone() })
         else {
             open_holes.extend(ring);
             continue;
@@ -377,12 +374,9 @@ mod tests {
     fn a_hole_is_filled_fair_and_the_large_rim_is_not() {
         let (scan, labels) = pierced();
         let params = CutParams { greatest_filled_hole: 25e-4, ..CutParams::default() };
+        let (around, fillings) = (Adjacency::prepare(&scan.mesh), Fillings::default());
         let scan_without_holes =
-            {
-                let around = Adjacency::prepare(&scan.mesh);
-                filled(&scan, &around, &labels.into(), &far_away(), &params, &Fillings::default(), &mut Vec::new())
-            }
-                .unwrap();
+            filled(&scan, &around, &labels.into(), &far_away(), &params, &fillings, &mut Vec::new()).unwrap();
         assert_eq!(Adjacency::prepare(&scan_without_holes.mesh).boundary_loops().len(), 1);
         assert_eq!(scan_without_holes.labels.0.len(), scan_without_holes.mesh.vertex_count());
         let new = &scan_without_holes.mesh.points().0[scan.mesh.vertex_count()..];

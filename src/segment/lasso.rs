@@ -69,7 +69,8 @@ fn way_along_edges(
         let so_far = f64::from_bits(bits);
         if v == to {
             let mut way = vec![to];
-            while let Some((_, before)) = way.last().and_then(|v| reached.get(v)).filter(|_| way.last() != Some(&from)) {
+            while let Some((_, before)) = way.last().and_then(|v| reached.get(v)).filter(|_| way.last() != Some(&from))
+            {
                 way.push(*before);
             }
             return Some(way);
@@ -150,7 +151,8 @@ mod tests {
     #[test]
     fn a_lasso_around_a_limb_fills_its_shorter_end() {
         let scan = tube_and_sheet();
-        let points: Vec<[f64; 3]> = (0..6).map(|k| f64::from(k) * 1.05).map(|t| [0.1 * t.sin(), 0.2, 0.1 * t.cos()]).collect();
+        let points: Vec<[f64; 3]> =
+            (0..6).map(|k| f64::from(k) * 1.05).map(|t| [0.1 * t.sin(), 0.2, 0.1 * t.cos()]).collect();
         let inside = filled(&scan, &points).unwrap();
         assert!(inside.iter().all(|p| p.y < 0.23 && p.x < 0.12));
         assert_eq!(inside.iter().filter(|p| p.y < 0.18).count(), 11 * 48);

@@ -27,8 +27,8 @@ mod stage_error;
 mod store;
 
 pub use change::{
-    Batch, Built, Damage, FsckReport, MaskInfo, MaskReport, NewAnimation, NewOutfit, NewScan, Painted, Recut, Repair, Replay,
-    Replayed, StageRequest, StageRun, StepInfo, SubjectRun, TemplateReport, fsck, replay, replay_all,
+    Batch, Built, Damage, FsckReport, MaskInfo, MaskReport, NewAnimation, NewOutfit, NewScan, Painted, Recut, Repair,
+    Replay, Replayed, StageRequest, StageRun, StepInfo, SubjectRun, TemplateReport, fsck, replay, replay_all,
     write_template_to_paint,
 };
 pub use error::SessionError;

@@ -147,8 +147,7 @@ impl Writer {
                 if !text.is_empty() && !text.ends_with('\n') {
                     text.push('\n');
                 }
-                text +=
-                    &serde_json::to_string(stroke).map_err(|e| SessionError::Encoding { reason: e.to_string() })?;
+                text += &serde_json::to_string(stroke).map_err(|e| SessionError::Encoding { reason: e.to_string() })?;
                 text.push('\n');
             }
         }

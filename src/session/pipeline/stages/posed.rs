@@ -6,10 +6,7 @@ use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::session::error::SessionError;
 
 /// All surfaces of `figure` inside a scan, in the frame of the scan; the body with its offsets comes first.
-pub(in crate::session) fn surfaces_inside(
-    figure: &Figure,
-    inside: &PoseInside,
-) -> Result<Vec<TriMesh>, SessionError> {
+pub(in crate::session) fn surfaces_inside(figure: &Figure, inside: &PoseInside) -> Result<Vec<TriMesh>, SessionError> {
     let mut surfaces = figure.posed(&inside.pose);
     if let Some(body) = surfaces.first_mut() {
         *body = along_normals(body, &inside.offsets)?;
