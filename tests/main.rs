@@ -24,6 +24,7 @@ mod mutations;
 mod out_of_date;
 mod outfit;
 mod output_files;
+mod paint;
 mod painted_kinds;
 mod painted_masks;
 mod photo;

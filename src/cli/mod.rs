@@ -18,6 +18,7 @@ mod log;
 mod mask;
 mod measure;
 mod new;
+mod paint;
 mod photo;
 mod record;
 mod redo;
@@ -95,6 +96,8 @@ enum Command {
     Step(step::StepArgs),
     /// Correct a garment's labels by brush strokes or a label file
     Mask(mask::MaskArgs),
+    /// Paint garments on a page in the browser: brush, lasso, undo; the cut follows each stroke
+    Paint(paint::PaintArgs),
     /// Cut and rebuild a garment whenever its mask file is saved
     Watch(watch::WatchArgs),
     /// A guided prompt through a dressing session
@@ -202,6 +205,7 @@ fn run(command: Command, context: &Context) -> anyhow::Result<Done> {
         Command::Weights(args) => stages::run(args, context),
         Command::Step(args) => step::run(args, context),
         Command::Mask(args) => mask::run(args, context),
+        Command::Paint(args) => paint::run(args, context),
         Command::Watch(args) => watch::run(args, context),
         Command::Record(args) => record::run(args, context, COMMANDS),
         Command::Status(args) => status::run(args, context),

@@ -119,7 +119,7 @@ fn changes_of(count: usize) -> String {
 }
 
 /// Set by Ctrl-C or a termination signal.
-fn ended_by_signal() -> anyhow::Result<Arc<AtomicBool>> {
+pub(super) fn ended_by_signal() -> anyhow::Result<Arc<AtomicBool>> {
     let ended = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&ended))?;

@@ -21,6 +21,17 @@ pub enum DeskError {
     /// The surfaces cannot be compressed.
     #[error("the surfaces of the page cannot be compressed: {0}")]
     Packing(std::io::Error),
+    /// The server of the page cannot begin.
+    #[error("the page cannot be served on port {port} of this machine: {reason}")]
+    Port {
+        /// The requested port; 0 for any.
+        port: u16,
+        /// Why.
+        reason: String,
+    },
+    /// There is nothing to paint.
+    #[error("the session has no garment to paint")]
+    NothingToPaint,
 }
 
 impl DeskError {
@@ -29,12 +40,18 @@ impl DeskError {
         match self {
             Self::Session(error) => error.hint(),
             Self::Layers(_) => Some("build the session again: `overcoat build`".into()),
+            Self::Port { .. } => Some("leave out --port, so that a free port is taken".into()),
+            Self::NothingToPaint => Some("scan a garment first: `overcoat scan NAME FILE --template …`".into()),
             Self::Picture(_) | Self::Encoding(_) | Self::Packing(_) => None,
         }
     }
 
     /// Whether the request was invalid; otherwise the work failed.
     pub fn is_wrong_command(&self) -> bool {
-        matches!(self, Self::Session(error) if error.is_wrong_command())
+        match self {
+            Self::Session(error) => error.is_wrong_command(),
+            Self::Port { .. } | Self::NothingToPaint => true,
+            _ => false,
+        }
     }
 }

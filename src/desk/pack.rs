@@ -95,6 +95,12 @@ impl Packer {
         }
     }
 
+    /// The order of a surface's vertices in the stream.
+    pub fn order_of(&mut self, mesh: &TriMesh) -> &[VertexId] {
+        let topology = self.topology_of(mesh);
+        &self.topologies[topology].order
+    }
+
     /// The stream, compressed.
     pub fn finish(self) -> Result<Vec<u8>, std::io::Error> {
         let mut encoder = ZlibEncoder::new(Vec::new(), Compression::new(8));

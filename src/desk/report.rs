@@ -16,7 +16,7 @@ use std::fmt::Write;
 const FILM_WIDTH: usize = 240;
 
 const PAGE: &str = include_str!("pages/report.html");
-const STYLE: &str = include_str!("pages/page.css");
+pub(super) const STYLE: &str = include_str!("pages/page.css");
 const MODULES: [&str; 4] = [
     include_str!("pages/pack.js"),
     include_str!("pages/math.js"),
@@ -59,7 +59,7 @@ pub fn report_page(session: &Session) -> Result<String, DeskError> {
 }
 
 /// A page with its places `{{NAME}}` filled; what is filled in is not searched again.
-fn filled(page: &str, parts: &[(&str, String)]) -> String {
+pub(super) fn filled(page: &str, parts: &[(&str, String)]) -> String {
     let mut rest = page;
     let mut html = String::new();
     while let Some((before, after)) = rest.split_once("{{") {

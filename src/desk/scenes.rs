@@ -101,7 +101,7 @@ fn step_scene(step: &ShownStep, shown: &Shown, packer: &mut Packer) -> ViewerSce
 }
 
 /// A line with fewer points, in whole millimetres.
-fn thinned(line: &[Point]) -> Vec<i32> {
+pub(super) fn thinned(line: &[Point]) -> Vec<i32> {
     let mut kept: Vec<Point> = Vec::new();
     for p in line {
         if kept.last().is_none_or(|last| (p - last).norm() >= HEM_STEP) {

@@ -89,6 +89,7 @@ pub const CRATE_OWNERS: &[(&str, &[&str])] = &[
     ("shlex", &["cli", "session"]),
     ("signal_hook", &["cli"]),
     ("smartcore", &["drive"]),
+    ("tiny_http", &["desk"]),
     ("uvunwrap", &["bake"]),
     ("zip", &["formats"]),
 ];

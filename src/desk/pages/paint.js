@@ -1,0 +1,493 @@
+// The page on which garments are painted: what the pointer and the keys do, and what the server says.
+import { unpacked, surfaceOf } from "./pack.js";
+import { boundsOf } from "./math.js";
+import { Viewer } from "./viewer.js";
+import { circle, hit, mirrored, nearestVertex, pointOf, thinned, verticesNear } from "./surface.js";
+import { Outbox, capital, newId } from "./outbox.js";
+
+const GARMENT_COLOR = [230, 80, 60];
+const OTHER_COLORS = [[70, 130, 220], [60, 170, 110], [200, 150, 40], [160, 90, 200]];
+const HEM_COLOR = [20, 90, 220];
+const SCAN_COLOR = [190, 192, 196];
+/** What a stroke looks like until the server has answered, by what it does. */
+const FRESH_COLORS = { add: [255, 190, 60], erase: [60, 60, 70], clear: [255, 255, 255] };
+/** How often it is asked what else happened, in milliseconds. */
+const NEWS = 1000;
+/** Farthest distance of a mirrored point from the scan, in metres: people do not stand quite symmetrically. */
+const MIRROR_REACH = 0.06;
+
+/** @template {HTMLElement} T @param {string} id @returns {T} */
+const element = (id) => /** @type {T} */ (document.getElementById(id));
+const box = (/** @type {string} */ id) => /** @type {HTMLInputElement} */ (element(id));
+const choice = (/** @type {string} */ id) => /** @type {HTMLSelectElement} */ (element(id));
+const chosen = (/** @type {string} */ name) => /** @type {HTMLInputElement} */ (document.querySelector(`input[name=${name}]:checked`)).value;
+
+const query = new URLSearchParams(location.search);
+const sessionName = document.title.replace(/: paint$/, "");
+
+/** Bits as the server packs them. @param {string} text @param {number} count */
+function bitsOf(text, count) {
+  const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+  return Uint8Array.from({ length: count }, (_, k) => (bytes[k >> 3] >> (k & 7)) & 1);
+}
+
+class Easel {
+  constructor() {
+    this.viewer = new Viewer(/** @type {HTMLCanvasElement} */ (element("view")));
+    /** @type {any} */
+    this.layer = null;
+    /** @type {any[]} */
+    this.all = [];
+    this.noteNumber = 0;
+    this.loading = "";
+    /** The path that is being drawn, or null. @type {any} */
+    this.path = null;
+    /** @type {any} */
+    this.cursor = null;
+    /** @type {any[]} */
+    this.hemLines = [];
+    this.outbox = new Outbox(query.get("token") ?? "", `overcoat-paint-${sessionName}`, {
+      sent: (message, answer) => this.sent(message, answer),
+      refused: (message, error) => this.refused(message, error),
+      state: (text, isBad) => this.say(text, isBad),
+      prepare: (message) => this.prepare(message),
+    });
+    this.listen();
+  }
+
+  async begin() {
+    const { status, answer } = await this.outbox.ask("/api/news");
+    if (status !== 200) throw new Error(answer?.error ?? "the server does not answer");
+    this.takeNews(answer);
+    await this.show(query.get("layer") ?? this.all[0]?.name);
+    this.outbox.send();
+    setTimeout(() => this.lookForNews(), NEWS);
+  }
+
+  // What is shown
+
+  /** @param {string} name */
+  async show(name) {
+    if (!name || this.loading === name) return;
+    this.loading = name;
+    choice("layer").value = name;
+    element("verdict").textContent = `Loading ${name} …`;
+    const { status, answer } = await this.outbox.ask(`/api/layer?layer=${encodeURIComponent(name)}`);
+    if (this.loading !== name) return;
+    this.loading = "";
+    if (status !== 200) {
+      this.say(`${name} cannot be shown: ${answer?.error ?? "the server does not answer"}`, true);
+      element("verdict").textContent = "";
+      return;
+    }
+    const stream = await unpacked(answer.geometry);
+    const isOther = this.layer?.name !== name;
+    this.viewer.clear();
+    [this.hemLines, this.cursor] = [[], null];
+    const surface = surfaceOf(answer.surface, stream);
+    const drawn = this.viewer.addSurface(surface.positions, surface.indices, SCAN_COLOR);
+    this.viewer.setColors(drawn, surface.colors.get("as scanned") ?? null);
+    const inside = answer.inside.map((/** @type {any} */ part) => {
+      const { positions, indices } = surfaceOf(part.surface, stream);
+      return { name: part.name, color: part.color, drawn: this.viewer.addSurface(positions, indices, part.color) };
+    });
+    const count = answer.surface.vertices;
+    const others = answer.others.map((/** @type {any} */ other) => ({ name: other.name, labels: bitsOf(other.labels, count) }));
+    const { scan, middle, facing } = answer;
+    this.layer = { name, scan, surface, drawn, inside, others, middle, facing, count, cut: null, fresh: new Uint8Array(count) };
+    this.takeLabels(answer);
+    if (isOther) this.home();
+    this.showParts();
+    // For tests, and for those who like to look inside.
+    Object.assign(window, { easel: this, viewer: this.viewer });
+    document.body.dataset.layer = name;
+  }
+
+  /** Takes labels and hems of the layer that is shown. @param {any} answer */
+  takeLabels(answer) {
+    const { layer, viewer } = this;
+    layer.labels = bitsOf(answer.labels, layer.count);
+    layer.version = answer.news.version;
+    layer.fresh.fill(0);
+    this.hemLines.forEach((line) => viewer.removeLine(line));
+    const line = (/** @type {number[]} */ hem) => viewer.addLine(Float32Array.from(hem, (c) => c / 1000), HEM_COLOR, "loop", false);
+    this.hemLines = answer.hem_lines.map(line);
+    if (layer.cut) this.forgetCut();
+    this.showOverlay();
+    this.showParts();
+    this.showNews(answer.news);
+  }
+
+  forgetCut() {
+    this.viewer.removeSurface(this.layer.cut);
+    this.layer.cut = null;
+  }
+
+  async showParts() {
+    const { layer, viewer } = this;
+    if (!layer) return;
+    const isCut = choice("surface").value === "cut";
+    if (isCut && !layer.cut) {
+      const { status, answer } = await this.outbox.ask(`/api/cut?layer=${encodeURIComponent(layer.name)}`);
+      if (status !== 200 || layer !== this.layer || layer.cut) return;
+      const surface = surfaceOf(answer.surface, await unpacked(answer.geometry));
+      layer.cut = viewer.addSurface(surface.positions, surface.indices, GARMENT_COLOR);
+      viewer.setColors(layer.cut, surface.colors.get("as scanned") ?? null);
+    }
+    layer.drawn.isVisible = !isCut;
+    if (layer.cut) layer.cut.isVisible = isCut;
+    for (const part of layer.inside) part.drawn.isVisible = isCut && box("others").checked;
+    for (const line of this.hemLines) line.isVisible = box("hems").checked;
+    viewer.draw();
+    this.showLegend();
+  }
+
+  showOverlay() {
+    const { layer, viewer } = this;
+    const overlay = new Uint8Array(4 * layer.count);
+    const put = (/** @type {number} */ v, /** @type {number[]} */ color, /** @type {number} */ share) => overlay.set([...color, share], 4 * v);
+    const isShown = box("overlay").checked;
+    for (let v = 0; v < layer.count; v++) {
+      if (layer.fresh[v]) put(v, this.freshColor ?? GARMENT_COLOR, 190);
+      else if (isShown && layer.labels[v]) put(v, GARMENT_COLOR, 130);
+      else if (isShown && box("others").checked) {
+        const k = layer.others.findIndex((/** @type {any} */ other) => other.labels[v]);
+        if (k >= 0) put(v, OTHER_COLORS[k % OTHER_COLORS.length], 90);
+      }
+    }
+    viewer.setOverlay(layer.drawn, overlay);
+  }
+
+  showLegend() {
+    const legend = element("legend");
+    const { layer } = this;
+    const isCut = choice("surface").value === "cut";
+    /** @type {[string, number[]][]} */
+    const entries = isCut ? [] : [[layer.name, GARMENT_COLOR]];
+    if (box("others").checked && isCut) entries.push(...layer.inside.map((/** @type {any} */ part) => [part.name, part.color]));
+    if (box("others").checked && !isCut) {
+      layer.others.forEach((/** @type {any} */ other, /** @type {number} */ k) => entries.push([other.name, OTHER_COLORS[k % OTHER_COLORS.length]]));
+    }
+    legend.replaceChildren(
+      ...entries.map(([name, color]) => {
+        const line = document.createElement("div");
+        const swatch = document.createElement("span");
+        swatch.className = "swatch";
+        swatch.style.background = `rgb(${color.join(",")})`;
+        line.append(swatch, name);
+        return line;
+      }),
+    );
+  }
+
+  home() {
+    const { layer, viewer } = this;
+    if (!layer) return;
+    const { min, max } = boundsOf(layer.surface.positions);
+    viewer.camera.yaw = Math.atan2(layer.facing[0], layer.facing[2]);
+    viewer.camera.pitch = 0.05;
+    viewer.camera.frame(min, max, viewer.aspect());
+    viewer.draw();
+  }
+
+  // What the server says
+
+  /** @param {string} text @param {boolean} isBad */
+  say(text, isBad) {
+    element("state").textContent = text;
+    element("state").className = isBad ? "bad" : "";
+  }
+
+  /** @param {any} news */
+  showNews(news) {
+    this.all = this.all.map((one) => (one.name === news.name ? news : one));
+    if (news.name !== this.layer?.name) return;
+    const hems = `${news.hems} ${news.hems === 1 ? "hem" : "hems"} (expected: ${news.expected})`;
+    const verdict = news.verdict ? news.verdict[0] : "the verdict follows when you pause";
+    const line = element("verdict");
+    line.textContent = news.problem ?? `${news.name}: ${hems}, ${news.vertices} vertices; ${verdict}`;
+    line.className = news.problem ? "bad" : !news.hems_are_right ? "doubt" : (news.verdict?.[1] ?? "waits");
+    element("findings").replaceChildren(
+      ...news.findings.map((/** @type {string} */ finding) => {
+        const item = document.createElement("li");
+        item.textContent = finding;
+        return item;
+      }),
+    );
+    const waiting = this.outbox.waiting(news.name);
+    /** @type {HTMLButtonElement} */ (element("undo")).disabled = !news.last && waiting === 0;
+    /** @type {HTMLButtonElement} */ (element("redo")).disabled = !news.redo;
+  }
+
+  /** @param {any} news */
+  takeNews(news) {
+    this.all = news.layers;
+    const names = news.layers.map((/** @type {any} */ layer) => layer.name);
+    const select = choice("layer");
+    if (names.join("\n") !== Array.from(select.options, (option) => option.value).join("\n")) {
+      select.replaceChildren(...names.map((/** @type {string} */ name) => new Option(name, name)));
+    }
+    if (this.layer) select.value = this.layer.name;
+    if (news.note && news.note[0] > this.noteNumber) {
+      this.noteNumber = news.note[0];
+      element("note").textContent = capital(news.note[1]) + ".";
+    }
+  }
+
+  async lookForNews() {
+    const { layer } = this;
+    const about = layer ? `?layer=${encodeURIComponent(layer.name)}&version=${layer.version}` : "";
+    const { status, answer } = await this.outbox.ask(`/api/news${about}`);
+    if (status === 200 && layer === this.layer) {
+      if (this.isAway) this.say("", false);
+      this.isAway = false;
+      this.takeNews(answer);
+      const own = answer.layers.find((/** @type {any} */ one) => one.name === layer?.name);
+      if (own && layer && own.is_loaded && own.scan !== layer.scan) {
+        await this.show(layer.name);
+      } else if (own && layer) {
+        const isBehind = answer.labels && own.version !== layer.version;
+        // While a stroke is under way its own answer follows.
+        if (isBehind && this.outbox.waiting(layer.name) === 0 && !this.path) this.takeLabels({ ...answer, news: own });
+        else this.showNews(own);
+      } else if (layer) {
+        element("verdict").textContent = `${layer.name} is no longer a layer of the session`;
+        element("verdict").className = "bad";
+      }
+    } else if (status !== 200 && this.outbox.messages.length === 0) {
+      this.isAway = true;
+      this.say(answer?.error ? `${capital(answer.error)}.` : "The server does not answer. Nothing is lost: all strokes are saved.", true);
+    }
+    setTimeout(() => this.lookForNews(), NEWS);
+  }
+
+  /** @param {any} message @param {any} answer */
+  sent(message, answer) {
+    this.lastMs = answer.ms;
+    document.body.dataset.done = message.body.id;
+    this.showNews(answer.news);
+    if (this.layer?.name !== message.layer) return;
+    if (answer.news.scan !== this.layer.scan) this.show(message.layer);
+    else if (this.outbox.waiting(message.layer) === 0) this.takeLabels(answer);
+  }
+
+  /** @param {any} message @param {any} error */
+  refused(message, error) {
+    if (this.layer && this.outbox.waiting(this.layer.name) === 0) {
+      this.layer.fresh.fill(0);
+      this.showOverlay();
+    }
+    if (message.path !== "/api/paint") {
+      this.say(`${capital(message.what)} was not possible: ${error.error}.`, true);
+      return;
+    }
+    const line = document.createElement("p");
+    line.className = "bad";
+    line.setAttribute("role", "alert");
+    const again = document.createElement("button");
+    const away = document.createElement("button");
+    [again.type, away.type] = ["button", "button"];
+    [again.textContent, away.textContent] = ["Try again", "Discard it"];
+    again.addEventListener("click", () => {
+      line.remove();
+      message.body.scan = message.layer === this.layer?.name ? this.layer.scan : message.body.scan;
+      this.outbox.put(message);
+    });
+    away.addEventListener("click", () => line.remove());
+    line.append(`A stroke on ${message.layer} was not applied: ${error.error}. `, again, " ", away);
+    element("refused").append(line);
+    if (error.kind === "moved" && this.layer?.name === message.layer) this.show(message.layer);
+  }
+
+  /** Completes a message when its turn comes; false if there is nothing to do. @param {any} message */
+  prepare(message) {
+    if (message.path === "/api/paint" || message.body.stroke) return true;
+    const news = this.all.find((one) => one.name === message.layer);
+    const stroke = message.path === "/api/undo" ? news?.last : news?.redo;
+    if (!stroke) return false;
+    message.body.stroke = stroke;
+    return true;
+  }
+
+  // What the person does
+
+  /** @param {"undo" | "redo"} what */
+  step(what) {
+    const { layer } = this;
+    if (layer) this.outbox.put({ path: `/api/${what}`, layer: layer.name, what, body: { id: newId(), layer: layer.name } });
+  }
+
+  radius() {
+    return Number(box("size").value) / 1000;
+  }
+
+  /** @param {PointerEvent | MouseEvent} e */
+  under(e) {
+    return this.layer && choice("surface").value === "scan" ? hit(this.layer.surface, this.viewer.ray(e)) : null;
+  }
+
+  /** @param {PointerEvent} e */
+  press(e) {
+    const found = e.ctrlKey || e.altKey || e.metaKey ? null : this.under(e);
+    if (!found) return false;
+    const op = /** @type {"add" | "erase" | "clear"} */ (chosen("op"));
+    this.freshColor = FRESH_COLORS[op];
+    this.path = { tool: chosen("tool"), op, radius: this.radius(), points: [found.point], from: e, line: null, misses: 0 };
+    this.drawPath();
+    return true;
+  }
+
+  /** @param {PointerEvent} e */
+  drag(e) {
+    const { path } = this;
+    if (!path) return;
+    if (path.tool === "line") {
+      path.points = this.between(path.from, e);
+    } else {
+      const events = e.getCoalescedEvents?.() ?? [];
+      for (const one of events.length > 0 ? events : [e]) {
+        const found = this.under(one);
+        if (found) path.points.push(found.point);
+        else path.misses++;
+      }
+    }
+    this.drawPath();
+  }
+
+  /** The places of the surface on the straight line between two places of the picture. @param {PointerEvent} a @param {PointerEvent} b */
+  between(a, b) {
+    const count = Math.max(2, Math.ceil(Math.hypot(b.clientX - a.clientX, b.clientY - a.clientY) / 8));
+    const points = [];
+    for (let k = 0; k <= count; k++) {
+      const at = { clientX: a.clientX + ((b.clientX - a.clientX) * k) / count, clientY: a.clientY + ((b.clientY - a.clientY) * k) / count };
+      const found = this.under(/** @type {PointerEvent} */ (at));
+      if (found) points.push(found.point);
+    }
+    return points;
+  }
+
+  drawPath() {
+    const { path, layer, viewer } = this;
+    if (path.line) viewer.removeLine(path.line);
+    path.line = viewer.addLine(Float32Array.from(path.points.flat()), this.freshColor, path.tool === "lasso" ? "loop" : "line", true);
+    if (path.tool === "lasso") return;
+    if (path.tool === "line") layer.fresh.fill(0);
+    const points = path.tool === "line" ? path.points : path.points.slice(-4);
+    for (const at of points) for (const v of verticesNear(layer.surface.positions, at, path.radius)) layer.fresh[v] = 1;
+    this.showOverlay();
+  }
+
+  release() {
+    const { path, layer } = this;
+    if (!path) return;
+    this.path = null;
+    if (path.line) this.viewer.removeLine(path.line);
+    const closed = path.tool === "lasso";
+    const points = thinned(path.points, closed ? 0.006 : Math.min(0.01, 0.4 * path.radius));
+    if (closed && points.length < 3) {
+      this.say("A lasso is drawn around a part of the scan, in one move.", true);
+      return;
+    }
+    this.say(path.misses > 0 && closed ? "The lasso left the scan for a moment; there it goes straight on." : "", false);
+    const strokes = [{ op: path.op, radius: path.radius, points, ...(closed ? { closed } : {}) }];
+    if (box("mirror").checked) {
+      const image = this.mirror(points);
+      if (image.length > (closed ? 2 : 0)) strokes.push({ ...strokes[0], points: image });
+      else this.say("The mirrored stroke is not on the scan, so only one is painted.", true);
+    }
+    const body = { id: newId(), layer: layer.name, scan: layer.scan, strokes };
+    this.outbox.put({ path: "/api/paint", layer: layer.name, what: "a stroke", body });
+  }
+
+  /** @param {number[][]} points */
+  mirror(points) {
+    const { positions } = this.layer.surface;
+    const found = points.map((at) => nearestVertex(positions, mirrored(at, this.layer.middle, this.layer.facing)));
+    return found.filter((one) => one.distance < MIRROR_REACH).map((one) => pointOf(positions, one.vertex));
+  }
+
+  /** @param {PointerEvent} e */
+  hover(e) {
+    const { viewer } = this;
+    if (this.cursor) viewer.removeLine(this.cursor);
+    this.cursor = null;
+    const found = this.under(e);
+    if (found) this.cursor = viewer.addLine(circle(found.point, found.normal, this.radius()), [20, 20, 20], "loop", true);
+  }
+
+  listen() {
+    const { viewer } = this;
+    viewer.onPress = (e) => this.press(e);
+    viewer.onDrag = (e) => this.drag(e);
+    viewer.onRelease = () => this.release();
+    viewer.canvas.addEventListener("pointermove", (e) => this.hover(e));
+    element("panel").addEventListener("submit", (e) => e.preventDefault());
+    choice("layer").addEventListener("change", () => this.show(choice("layer").value));
+    element("undo").addEventListener("click", () => this.step("undo"));
+    element("redo").addEventListener("click", () => this.step("redo"));
+    element("home").addEventListener("click", () => this.home());
+    const sizeText = () => (element("size-text").textContent = `${box("size").value} mm`);
+    box("size").addEventListener("input", sizeText);
+    sizeText();
+    for (const id of ["surface", "others", "hems"]) element(id).addEventListener("change", () => this.showParts());
+    for (const id of ["overlay", "others"]) element(id).addEventListener("change", () => this.layer && this.showOverlay());
+    box("wire").addEventListener("change", () => {
+      viewer.isWireframe = box("wire").checked;
+      viewer.draw();
+    });
+    window.addEventListener("keydown", (e) => this.key(e));
+    window.addEventListener("beforeunload", (e) => {
+      if (this.outbox.messages.length > 0) e.preventDefault();
+    });
+  }
+
+  /** @param {KeyboardEvent} e */
+  key(e) {
+    const key = e.key.toLowerCase();
+    if (e.altKey || ((e.ctrlKey || e.metaKey) && !["z", "y"].includes(key))) return;
+    const target = /** @type {HTMLElement} */ (e.target);
+    // A list that is in focus finds its entries by letters.
+    if (target.tagName === "SELECT") return;
+    const pick = (/** @type {string} */ name, /** @type {string} */ value) => {
+      /** @type {HTMLInputElement} */ (document.querySelector(`input[name=${name}][value=${value}]`)).checked = true;
+    };
+    const flip = (/** @type {string} */ id) => box(id).click();
+    const size = (/** @type {number} */ by) => {
+      box("size").value = String(Number(box("size").value) + by);
+      box("size").dispatchEvent(new Event("input"));
+    };
+    const next = (/** @type {number} */ by) => {
+      const at = this.all.findIndex((layer) => layer.name === this.layer?.name);
+      const to = this.all[(at + by + this.all.length) % this.all.length];
+      if (to && to.name !== this.layer?.name) this.show(to.name);
+    };
+    /** @type {Record<string, () => void>} */
+    const keys = {
+      b: () => pick("tool", "brush"),
+      l: () => pick("tool", "line"),
+      o: () => pick("tool", "lasso"),
+      a: () => pick("op", "add"),
+      e: () => pick("op", "erase"),
+      c: () => pick("op", "clear"),
+      m: () => flip("mirror"),
+      h: () => flip("others"),
+      w: () => flip("wire"),
+      f: () => this.home(),
+      "[": () => size(-2),
+      "]": () => size(2),
+      ",": () => next(-1),
+      ".": () => next(1),
+      z: () => this.step(e.shiftKey ? "redo" : "undo"),
+      y: () => this.step("redo"),
+    };
+    if (!keys[key]) return;
+    e.preventDefault();
+    keys[key]();
+  }
+}
+
+new Easel().begin().catch((error) => {
+  element("verdict").textContent = "";
+  element("state").textContent = `The page cannot begin: ${error.message}.`;
+  element("state").className = "bad";
+});

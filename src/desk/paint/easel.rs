@@ -1,0 +1,359 @@
+//! The session while it is painted: applies what pages send, one request after another.
+
+use super::loaded::{Loaded, hems, surface};
+use super::news::{LayerNews, News};
+use super::refusal::{Kind, Refusal};
+use super::requests::{PaintRequest, StepRequest, check_id};
+use crate::cut::Garment;
+use crate::desk::error::DeskError;
+use crate::geometry::PerVertex;
+use crate::segment::Stroke;
+use crate::session::{Memory, Session, SessionError, ToPaint, Writer};
+use serde_json::{Value, json};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant, SystemTime};
+
+/// How long a stroke waits for another command that changes the session, before the page is told so.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// A session that pages paint.
+pub(super) struct Easel {
+    pub(super) dir: PathBuf,
+    pub(super) memory: Memory,
+    pub(super) work: Mutex<Work>,
+    pub(super) news: Mutex<News>,
+    /// Requests that wait for the session or change it.
+    pub(super) waiting: AtomicUsize,
+}
+
+/// What one request after another changes.
+#[derive(Default)]
+pub(super) struct Work {
+    loaded: BTreeMap<String, Loaded>,
+    /// By layer, what was taken back and can be painted again, the last one last.
+    undone: BTreeMap<String, Vec<Vec<Stroke>>>,
+    /// The ids of strokes that were taken back, and of steps that were done: a late copy of a request changes nothing.
+    done: BTreeSet<String>,
+    /// The layer whose verdict is out of date, and since when.
+    pub(super) to_judge: Option<(String, Instant)>,
+    /// Requests that changed something.
+    pub(super) changes: usize,
+    /// The journal after our own last change: another one is of another command.
+    pub(super) journal: Look,
+}
+
+/// The length and the time of a file.
+pub(super) type Look = Option<(u64, SystemTime)>;
+
+/// Locks, also after a panic of another thread: what is protected is replaced as a whole.
+pub(super) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Counts a request as waiting while it lives.
+struct Waiting<'a>(&'a AtomicUsize);
+
+impl<'a> Waiting<'a> {
+    fn begin(count: &'a AtomicUsize) -> Self {
+        count.fetch_add(1, Ordering::SeqCst);
+        Self(count)
+    }
+}
+
+impl Drop for Waiting<'_> {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
+impl Easel {
+    /// Opens the session and lists its layers.
+    pub fn begin(dir: &Path) -> Result<Self, DeskError> {
+        let session = Session::open(dir)?;
+        if session.paintable_layers().is_empty() {
+            return Err(DeskError::NothingToPaint);
+        }
+        let absolute = dir.canonicalize().unwrap_or_else(|_| dir.to_path_buf());
+        let name = absolute.file_name().map_or_else(|| "session".into(), |name| name.to_string_lossy().into_owned());
+        let easel = Self {
+            dir: dir.to_path_buf(),
+            memory: Memory::default(),
+            work: Mutex::default(),
+            news: Mutex::new(News { session: name, ..News::default() }),
+            waiting: AtomicUsize::new(0),
+        };
+        easel.list_layers(&session)?;
+        locked(&easel.work).journal = easel.journal();
+        Ok(easel)
+    }
+
+    /// Brings the list of layers up to date.
+    pub(super) fn list_layers(&self, session: &Session) -> Result<(), DeskError> {
+        let names = session.paintable_layers();
+        let mut news = locked(&self.news);
+        let gone: Vec<String> =
+            news.layers.iter().map(|layer| layer.name.clone()).filter(|name| !names.contains(name)).collect();
+        for name in gone {
+            news.say(format!("the layer '{name}' was removed or renamed by another command"));
+        }
+        let mut before = std::mem::take(&mut news.layers);
+        for name in names {
+            let known = before.iter().position(|layer| layer.name == name).map(|at| before.swap_remove(at));
+            let mut layer = known.unwrap_or_else(|| LayerNews { name: name.clone(), ..LayerNews::default() });
+            match session.painted_strokes(&name) {
+                Ok(strokes) => (layer.strokes, layer.last) = (strokes.len(), strokes.last().cloned()),
+                Err(error) => layer.problem = Some(error.to_string()),
+            }
+            news.layers.push(layer);
+        }
+        Ok(())
+    }
+
+    pub(super) fn journal(&self) -> Look {
+        let meta = std::fs::metadata(self.dir.join("journal.jsonl")).ok()?;
+        Some((meta.len(), meta.modified().ok()?))
+    }
+
+    fn writer(&self) -> Result<Writer, SessionError> {
+        let began = Instant::now();
+        loop {
+            match Writer::open(&self.dir) {
+                Err(SessionError::Locked { .. }) if began.elapsed() < PATIENCE => {
+                    std::thread::sleep(Duration::from_millis(20));
+                }
+                opened => {
+                    return opened.map(|mut writer| {
+                        writer.remember(&self.memory);
+                        writer
+                    });
+                }
+            }
+        }
+    }
+
+    pub(super) fn reader(&self) -> Result<Session, SessionError> {
+        let mut session = Session::open(&self.dir)?;
+        session.remember(&self.memory);
+        Ok(session)
+    }
+
+    /// Everything about a layer. Cuts it first if its cut is out of date, or if its brush file has strokes that are not
+    /// applied.
+    pub fn layer(&self, name: &str) -> Result<Value, Refusal> {
+        let _waiting = Waiting::begin(&self.waiting);
+        let mut work = locked(&self.work);
+        let session = self.reader()?;
+        let shown = match (session.has_unapplied_strokes(name)?, session.to_paint(name)) {
+            (false, Ok(shown)) => shown,
+            (_, Err(error)) if !matches!(error, SessionError::NotBuilt { .. }) => return Err(error.into()),
+            _ => {
+                let mut writer = self.writer()?;
+                writer.paint(name, &[], &mut |_| {})?;
+                work.journal = self.journal();
+                writer.session().to_paint(name)?
+            }
+        };
+        self.packed(&mut work, name, &shown)
+    }
+
+    fn packed(&self, work: &mut Work, name: &str, shown: &ToPaint) -> Result<Value, Refusal> {
+        let (loaded, mut value) = Loaded::pack(shown)?;
+        work.loaded.insert(name.into(), loaded);
+        self.publish(work, name, &shown.labels, &shown.garment);
+        let session = self.reader()?;
+        self.publish_strokes(work, name, &session)?;
+        if let (Some(layer), Some(value)) = (locked(&self.news).layer(name), value.as_object_mut()) {
+            value.insert("labels".into(), json!(layer.labels));
+            value.insert("hem_lines".into(), json!(layer.hem_lines));
+            value.insert("news".into(), json!(layer));
+        }
+        Ok(value)
+    }
+
+    /// Tells pages about a layer that was cut again.
+    fn publish(&self, work: &Work, name: &str, labels: &PerVertex<bool>, garment: &Garment) {
+        let Some(loaded) = work.loaded.get(name) else { return };
+        let bits = loaded.bits(labels);
+        let expected = &loaded.expected_hems;
+        let mut news = locked(&self.news);
+        let Some(layer) = news.layer(name) else { return };
+        let lines = hems(garment);
+        if layer.labels != bits || layer.scan != loaded.scan_name || layer.hem_lines != lines {
+            layer.version += 1;
+        }
+        (layer.labels, layer.hem_lines, layer.is_loaded, layer.problem) = (bits, lines, true, None);
+        layer.scan.clone_from(&loaded.scan_name);
+        (layer.hems, layer.vertices) = (garment.hem_loops.len(), garment.mesh.vertex_count());
+        layer.expected = match (expected.start(), expected.end()) {
+            (_, &usize::MAX) => "any number".into(),
+            (least, most) if least == most => least.to_string(),
+            (least, most) => format!("{least} to {most}"),
+        };
+        layer.hems_are_right = expected.contains(&layer.hems);
+        layer.findings.clone_from(&garment.findings);
+    }
+
+    fn publish_strokes(&self, work: &Work, name: &str, session: &Session) -> Result<(), SessionError> {
+        let strokes = session.painted_strokes(name)?;
+        if let Some(layer) = locked(&self.news).layer(name) {
+            (layer.strokes, layer.last) = (strokes.len(), strokes.last().cloned());
+            let undone = work.undone.get(name).and_then(|all| all.last());
+            layer.redo = undone.and_then(|strokes| strokes.first()?.id.clone());
+        }
+        Ok(())
+    }
+
+    /// Paints strokes that a page has drawn.
+    pub fn paint(&self, request: &PaintRequest) -> Result<Value, Refusal> {
+        check_id(&request.id)?;
+        let _waiting = Waiting::begin(&self.waiting);
+        let mut work = locked(&self.work);
+        if work.done.contains(&request.id) {
+            return self.answer(&request.layer, true, Duration::ZERO);
+        }
+        let began = Instant::now();
+        let mut writer = self.writer()?;
+        let name = &request.layer;
+        let moved = |what: String| Err(Refusal::new(409, Kind::Moved, what));
+        let now = match writer.session().scan_name(name) {
+            Err(SessionError::NotBuilt { .. }) => {
+                return moved(format!("the scan of '{name}' was replaced meanwhile: look at the new one"));
+            }
+            now => now?,
+        };
+        if now != request.scan {
+            return moved(format!("the scan of '{name}' was replaced meanwhile: look at the new one"));
+        }
+        if work.loaded.get(name).is_none_or(|loaded| loaded.scan_name != now) {
+            writer.paint(name, &[], &mut |_| {})?;
+            let (loaded, _) = Loaded::pack(&writer.session().to_paint(name)?)?;
+            work.loaded.insert(name.clone(), loaded);
+        }
+        let Some(loaded) = work.loaded.get(name) else { return moved(format!("'{name}' is not shown")) };
+        let strokes = request.strokes(&loaded.scan.world_from_file)?;
+        let painted = writer.paint(name, &strokes, &mut |_| {})?;
+        if !painted.was_there {
+            work.undone.remove(name);
+        }
+        let labels = &painted.recut.labels.labels.0;
+        self.changed(&mut work, name, labels, &painted.recut.garment, &writer)?;
+        self.answer(name, painted.was_there, began.elapsed())
+    }
+
+    /// Takes the last stroke back.
+    pub fn undo(&self, request: &StepRequest) -> Result<Value, Refusal> {
+        self.step(request, |work, writer| {
+            let painted = writer.take_back(&request.layer, &request.stroke, &mut |_| {})?;
+            work.done.extend(painted.taken.iter().filter_map(|stroke| stroke.id.clone()));
+            work.undone.entry(request.layer.clone()).or_default().push(painted.taken.clone());
+            Ok(painted)
+        })
+    }
+
+    /// Paints again what was taken back last.
+    pub fn redo(&self, request: &StepRequest) -> Result<Value, Refusal> {
+        self.step(request, |work, writer| {
+            let undone = work.undone.entry(request.layer.clone()).or_default();
+            let is_meant = |strokes: &Vec<Stroke>| strokes.first().and_then(|s| s.id.as_ref()) == Some(&request.stroke);
+            let Some(strokes) = undone.last().filter(|strokes| is_meant(strokes)).cloned() else {
+                return Err(Refusal::new(409, Kind::Refused, "there is no such stroke to paint again"));
+            };
+            let painted = writer.paint(&request.layer, &strokes, &mut |_| {})?;
+            undone.pop();
+            work.done.retain(|id| *id != request.stroke);
+            Ok(painted)
+        })
+    }
+
+    fn step(
+        &self,
+        request: &StepRequest,
+        act: impl FnOnce(&mut Work, &mut Writer) -> Result<crate::session::Painted, Refusal>,
+    ) -> Result<Value, Refusal> {
+        check_id(&request.id)?;
+        let _waiting = Waiting::begin(&self.waiting);
+        let mut work = locked(&self.work);
+        if work.done.contains(&request.id) {
+            return self.answer(&request.layer, true, Duration::ZERO);
+        }
+        let began = Instant::now();
+        let mut writer = self.writer()?;
+        writer.session().recipe().step(&request.layer)?;
+        let painted = act(&mut work, &mut writer)?;
+        work.done.insert(request.id.clone());
+        let labels = &painted.recut.labels.labels.0;
+        self.changed(&mut work, &request.layer, labels, &painted.recut.garment, &writer)?;
+        self.answer(&request.layer, false, began.elapsed())
+    }
+
+    fn changed(
+        &self,
+        work: &mut Work,
+        name: &str,
+        labels: &PerVertex<bool>,
+        garment: &Garment,
+        writer: &Writer,
+    ) -> Result<(), SessionError> {
+        work.changes += 1;
+        work.journal = self.journal();
+        if work.loaded.get(name).is_some_and(|loaded| loaded.scan.mesh.vertex_count() == labels.len()) {
+            self.publish(work, name, labels, garment);
+        }
+        self.publish_strokes(work, name, writer.session())?;
+        if let Some(layer) = locked(&self.news).layer(name) {
+            layer.verdict = None;
+        }
+        work.to_judge = Some((name.into(), Instant::now()));
+        Ok(())
+    }
+
+    fn answer(&self, name: &str, was_there: bool, took: Duration) -> Result<Value, Refusal> {
+        let mut news = locked(&self.news);
+        let gone = || Refusal::new(410, Kind::Moved, format!("the layer '{name}' is gone"));
+        let layer = news.layer(name).ok_or_else(gone)?;
+        Ok(json!({
+            "news": layer,
+            "labels": layer.labels,
+            "hem_lines": layer.hem_lines,
+            "was_there": was_there,
+            "ms": 1e3 * took.as_secs_f64(),
+        }))
+    }
+
+    /// The news, with the labels of one layer if they have another version than the page has.
+    pub fn news(&self, layer: Option<&str>, version: Option<u64>) -> Value {
+        let mut news = locked(&self.news);
+        let mut value = json!(*news);
+        let shown =
+            layer.and_then(|name| news.layer(name)).filter(|layer| layer.is_loaded && Some(layer.version) != version);
+        if let Some(layer) = shown {
+            value["labels"] = json!(layer.labels);
+            value["hem_lines"] = json!(layer.hem_lines);
+        }
+        value
+    }
+
+    /// The garment as it is cut.
+    pub fn cut(&self, name: &str) -> Result<Value, Refusal> {
+        let _work = locked(&self.work);
+        Ok(surface(&self.reader()?.to_paint(name)?.garment)?)
+    }
+
+    /// Looks at a layer that another command has changed.
+    pub(super) fn look_again(&self, name: &str) -> Result<(), Refusal> {
+        let mut work = locked(&self.work);
+        let session = self.reader()?;
+        match session.to_paint(name) {
+            Ok(shown) => self.packed(&mut work, name, &shown).map(drop),
+            Err(error) => {
+                if let Some(layer) = locked(&self.news).layer(name) {
+                    layer.problem = Some(format!("{error}: the next stroke, or `build`, brings it up to date"));
+                }
+                Ok(self.publish_strokes(&work, name, &session)?)
+            }
+        }
+    }
+}
