@@ -164,6 +164,10 @@ fn a_table_of_people_gives_each_a_session_and_one_summary() {
     assert_eq!(summary("one").replace("one/", ""), summary("two").replace("two/", ""));
     assert!(summary("one").starts_with("subject,result,body.verdict,tshirt.verdict,body.check."), "{}", summary("one"));
     assert!(!dir.path().join("one/dave").exists());
+    let people = std::fs::read_to_string(dir.path().join("one/people.html")).unwrap();
+    let place = |of: &str| people.find(of).unwrap_or_else(|| panic!("{of}: {people}"));
+    assert!(place(">dave<") < place("bob/report.html"), "the worst comes first");
+    assert!(dir.path().join("one/bob/report.html").exists() && !people.contains("dave/report.html"));
 
     // Repaired and run again, it continues with what is missing.
     std::fs::write(dir.path().join("people.csv"), table.replace("nobody", "0-body")).unwrap();

@@ -1,9 +1,15 @@
 //! `overcoat replay`: runs a recipe in a new session, or for many people.
 
 use super::console::{Context, Done, Progress, Verbosity, print_aside, secs, verdicts};
-use crate::session::{Assignment, Batch, Replay, Replayed, SessionError, SubjectRun, replay, replay_all};
+use super::failure;
+use crate::desk::{people_page, report_page};
+use crate::session::{
+    Assignment, Batch, Content, Outputs, Replay, Replayed, Session, SessionError, SubjectRun, replay, replay_all,
+};
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 #[derive(clap::Args)]
@@ -22,7 +28,7 @@ pub(super) struct ReplayArgs {
     /// Number of people at a time
     #[arg(long, value_name = "N", default_value_t = 1, requires = "subjects", value_parser = clap::value_parser!(u32).range(1..=64))]
     jobs: u32,
-    /// With --subjects: replace a summary.csv that Overcoat did not write
+    /// With --subjects: replace a summary.csv, people.html or report.html that Overcoat did not write
     #[arg(long, requires = "subjects")]
     force: bool,
     /// Exit with 1 unless every step is good
@@ -83,11 +89,25 @@ fn one(request: Replay, strict: bool, context: &Context) -> anyhow::Result<Done>
 fn many(batch: Batch, strict: bool, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     let is_reported = context.console.verbosity > Verbosity::Quiet;
+    let page = batch.into.join("people.html");
+    Outputs::in_folder(&batch.into, batch.force).claim(&page, Content::Page)?;
+    let reported = Mutex::new(BTreeSet::new());
     let runs = replay_all(&batch, &|run| {
         if is_reported {
             print_aside(&format!("{:<16} {:>8}  {}", run.name, secs(run.took), result_of(run)));
         }
+        match report_on(&batch, run) {
+            Ok(true) => drop(reported.lock().unwrap_or_else(PoisonError::into_inner).insert(run.name.clone())),
+            Ok(false) => {}
+            Err(error) => print_aside(&format!("{}: no report: {}", run.name, failure::one_line(&error.to_string()))),
+        }
     })?;
+    let reported = reported.into_inner().unwrap_or_else(PoisonError::into_inner);
+    // Others have written to the folder's manifest since.
+    let mut outputs = Outputs::in_folder(&batch.into, batch.force);
+    outputs.claim(&page, Content::Page)?;
+    let html = people_page(&runs, &|name| reported.contains(name));
+    outputs.write_bytes(&page, Content::Page, html.into_bytes())?;
     let failed = runs.iter().filter(|run| run.outcome.is_err()).count();
     let json = json!({
         "into": batch.into.display().to_string(),
@@ -97,11 +117,12 @@ fn many(batch: Batch, strict: bool, context: &Context) -> anyhow::Result<Done> {
         "secs": began.elapsed().as_secs_f64(),
     });
     let mut done = Done::new("replay", json).lines(table(&runs)).line(format!(
-        "{} of {} people dressed in {}; all measures are in {}",
+        "{} of {} people dressed in {}; all measures are in {}, a page about each in {}",
         runs.len() - failed,
         runs.len(),
         secs(began.elapsed()),
-        batch.into.join("summary.csv").display()
+        batch.into.join("summary.csv").display(),
+        page.display()
     ));
     if let Some(first) = runs.iter().find(|run| run.outcome.is_err()) {
         let what = format!(
@@ -124,6 +145,19 @@ fn many(batch: Batch, strict: bool, context: &Context) -> anyhow::Result<Done> {
         done = done.failed(what, "look at these sessions with `overcoat -C DIR status`");
     }
     Ok(done)
+}
+
+/// Writes the report on a person into their session; false if there is none to report on.
+fn report_on(batch: &Batch, run: &SubjectRun) -> anyhow::Result<bool> {
+    if run.outcome.is_err() {
+        return Ok(false);
+    }
+    let session = Session::open(&batch.into.join(&run.name))?;
+    let path = session.dir().join("report.html");
+    let mut outputs = session.outputs(batch.force);
+    outputs.claim(&path, Content::Page)?;
+    outputs.write_bytes(&path, Content::Page, report_page(&session)?.into_bytes())?;
+    Ok(true)
 }
 
 /// The verdicts of a person's steps: `good`, or those that are not.

@@ -38,7 +38,7 @@ pub(super) fn lines(step: &StepStatus) -> Vec<String> {
     lines.push(match step.template {
         None => "Check it with `view`: is the whole body there, and every limb in place? If not, type `again`.".into(),
         Some(_) => format!(
-            "Check it with `view`. If {0} is cut wrongly: `mask --template {0}.ply`, paint that file, `mask {0}.ply`. Or `again`.",
+            "Check it with `view`. If {0} is cut wrongly: `paint` opens a page to correct it on; `mask` takes a file painted elsewhere. Or `again`.",
             step.name
         ),
     });

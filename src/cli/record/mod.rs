@@ -22,9 +22,11 @@ const HELP: &str = "Answer the question, or type one of these:
   back               take back the last answer, or the last change
   again              scan the last step anew
   skip               leave the garment that is being asked for
+  paint [LAYER]      correct a garment (the last one) on a page in the browser; Ctrl-C comes back here
   mask [LAYER] FILE  correct a garment (the last one): strokes, a painted .ply, labels
   mask --template F  write the last garment's scan, to be painted
   view [FILE]        draw every step as a picture (.png), or record it (.rrd)
+  report             write one page about the session, to read and to send
   status, log, undo, export FILE, …: any command of overcoat
   quit               leave; `overcoat record` goes on from here";
 
@@ -185,6 +187,7 @@ impl Record {
             "skip" => self.skip(&question)?,
             "view" => self.view(&words[1..])?,
             "mask" => self.mask(&words[1..])?,
+            "paint" => self.paint(&words[1..])?,
             "new" | "record" | "watch" | "demo" => {
                 return Err(bad(format!("`{first}` cannot be typed here"), "leave with `quit` first".into()));
             }
@@ -362,6 +365,20 @@ impl Record {
         Ok(())
     }
 
+    /// Runs `paint`, for the last garment by default.
+    fn paint(&mut self, words: &[String]) -> anyhow::Result<()> {
+        let session = self.session()?;
+        let mut typed = vec!["paint".to_string()];
+        if words.iter().all(|word| word.starts_with("--")) {
+            typed.extend(session.paintable_layers().pop());
+        }
+        typed.extend_from_slice(words);
+        self.command(&typed)?;
+        self.told = 0;
+        self.catch_up();
+        Ok(())
+    }
+
     fn done(&self) -> anyhow::Result<Done> {
         let status = self.session()?.status()?;
         let out_of_date: usize = status.iter().map(|s| s.out_of_date.len()).sum();
@@ -376,7 +393,10 @@ impl Record {
             names => format!("recorded {}", names.join(", ")),
         });
         let done = done.next(format!("overcoat record {}", self.context.session.display()));
-        Ok(if names.len() > 1 { done.next(self.context.overcoat("export character.glb")) } else { done })
+        Ok(match names.len() {
+            0 | 1 => done,
+            _ => done.next(self.context.overcoat("report")).next(self.context.overcoat("export character.glb")),
+        })
     }
 }
 
