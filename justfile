@@ -182,6 +182,13 @@ mutations:
 cloth-long:
     cargo test --release --no-default-features --lib -- --ignored --nocapture ten_thousand_frames
 
+# Paints the built session SESSION in headless Chromium, by mouse and keys: files, labels, undo, a second page, a killed server, the
+# console, accessibility (axe). OUT receives pictures. Needs chromium (CHROMIUM names another one) and npm
+desk SESSION OUT:
+    cargo build --release --no-default-features --bin overcoat
+    npm install --silent --no-save --prefix target/desk playwright-core axe-core
+    node tests/desk/paint.mjs target/release/overcoat {{SESSION}} {{OUT}} target/desk
+
 # Dresses 8 synthetic people with Snakemake on this machine, with one job killed and one scan damaged, beside `replay --subjects`
 batch-example *ARGS="--cores 2":
     cargo build --release --no-default-features --bin overcoat

@@ -94,7 +94,7 @@ export class Outbox {
         this.listener.state("", false);
       } else if (answer?.kind === "stranger") {
         this.isShut = true;
-        this.listener.state(`The server was started anew. ${capital(answer.error)}. ${this.count()}`, true);
+        this.listener.state(`The server was started anew. ${capital(answer.error)}. ${this.count("is sent when that page opens in this browser, on the same port")}`, true);
       } else if (status === 0 || answer?.kind === "later" || !answer) {
         const why = status === 0 ? "The server does not answer" : capital(answer?.error ?? `the server answers ${status}`);
         this.listener.state(`${why}. ${this.count()}`, true);
@@ -108,10 +108,10 @@ export class Outbox {
     this.isSending = false;
   }
 
-  count() {
+  /** How many strokes are not saved, and what becomes of them. */
+  count(future = "is sent again soon") {
     const n = this.messages.length;
-    if (n === 0) return "";
-    return n === 1 ? "1 stroke is not saved yet and will be sent again." : `${n} strokes are not saved yet and will be sent again.`;
+    return n === 0 ? "" : n === 1 ? `1 stroke is not saved yet; it ${future}.` : `${n} strokes are not saved yet; each ${future}.`;
   }
 
   /**

@@ -35,7 +35,7 @@ const MODULES: [&str; 6] = [
     include_str!("../pages/paint.js"),
 ];
 /// Nothing is loaded from elsewhere, and nothing is sent elsewhere.
-const POLICY: &str = "default-src 'none'; connect-src 'self'; script-src 'self'; style-src 'self' 'unsafe-inline'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+const POLICY: &str = "default-src 'none'; connect-src 'self'; img-src data:; script-src 'self'; style-src 'self' 'unsafe-inline'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 /// The server of a page on which a session is painted.
 pub struct Painting {
