@@ -190,7 +190,7 @@ impl SegmentError {
                 takes => format!("it takes {}", takes.join(" and ")),
             }),
             Self::BadStroke { .. } => Some(
-                "a stroke is {\"layer\":\"tshirt\",\"op\":\"add|erase\",\"radius\":0.02,\"points\":[[x,y,z],…],\"normal\":[x,y,z],\"frame\":\"file|world\"}, in the unit of the scan's file unless the frame is world".into(),
+                "a stroke is {\"layer\":\"tshirt\",\"op\":\"add|erase|clear\",\"radius\":0.02,\"points\":[[x,y,z],…],\"normal\":[x,y,z],\"frame\":\"file|world\"}, in the unit of the scan's file unless the frame is world".into(),
             ),
             Self::LabelCount { .. } => Some("label the scan as `overcoat mask LAYER --template FILE.npy` writes it, vertex by vertex in its order".into()),
             Self::BadLabel { .. } => Some("if the file has labels of several classes, say with --class which is the garment's".into()),

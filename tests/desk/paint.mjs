@@ -58,7 +58,7 @@ async function open(address) {
 
 async function useFolder(page, folder) {
   const read = (name) => fs.readFileSync(path.join(folder, name), "utf8");
-  const names = ["pack.js", "math.js", "viewer.js", "surface.js", "outbox.js", "paint.js"];
+  const names = ["pack.js", "math.js", "viewer.js", "surface.js", "outbox.js", "keys.js", "paint.js"];
   const lines = names.flatMap((name) => read(name).split("\n")).filter((line) => !line.startsWith("import "));
   const script = lines.map((line) => line.replace(/^export /, "")).join("\n");
   await page.route("**/paint.js", (route) => route.fulfill({ contentType: "text/javascript", body: script }));

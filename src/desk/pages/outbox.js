@@ -3,7 +3,7 @@
 /**
  * @typedef {{ path: string, layer: string, what: string, body: any }} Message
  * @typedef {{ sent: (message: Message, answer: any) => void, refused: (message: Message, error: any) => void,
- *   state: (text: string, isBad: boolean) => void, prepare: (message: Message) => boolean }} Listener
+ *   state: (text: string, isBad: boolean) => void, shut: () => void, prepare: (message: Message) => boolean }} Listener
  */
 
 /** Ways of waiting, in milliseconds. */
@@ -94,6 +94,7 @@ export class Outbox {
         this.listener.state("", false);
       } else if (answer?.kind === "stranger") {
         this.isShut = true;
+        this.listener.shut();
         this.listener.state(`The server was started anew. ${capital(answer.error)}. ${this.count("is sent when that page opens in this browser, on the same port")}`, true);
       } else if (status === 0 || answer?.kind === "later" || !answer) {
         const why = status === 0 ? "The server does not answer" : capital(answer?.error ?? `the server answers ${status}`);
@@ -106,6 +107,20 @@ export class Outbox {
       }
     }
     this.isSending = false;
+  }
+
+  /**
+   * The strokes that are not saved, as brush files: one for each layer.
+   * @returns {Map<string, string>}
+   */
+  files() {
+    const files = new Map();
+    for (const { path, layer, body } of this.messages) {
+      if (path !== "/api/paint") continue;
+      const lines = body.strokes.map((/** @type {any} */ stroke) => JSON.stringify({ layer, ...stroke, frame: "world", id: body.id }) + "\n");
+      files.set(layer, (files.get(layer) ?? "") + lines.join(""));
+    }
+    return files;
   }
 
   /** How many strokes are not saved, and what becomes of them. */

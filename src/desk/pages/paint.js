@@ -4,6 +4,7 @@ import { boundsOf } from "./math.js";
 import { Viewer } from "./viewer.js";
 import { circle, hit, mirrored, nearestVertex, pointOf, thinned, verticesNear } from "./surface.js";
 import { Outbox, capital, newId } from "./outbox.js";
+import { pressed } from "./keys.js";
 
 const GARMENT_COLOR = [230, 80, 60];
 const OTHER_COLORS = [[70, 130, 220], [60, 170, 110], [200, 150, 40], [160, 90, 200]];
@@ -50,6 +51,7 @@ class Easel {
       sent: (message, answer) => this.sent(message, answer),
       refused: (message, error) => this.refused(message, error),
       state: (text, isBad) => this.say(text, isBad),
+      shut: () => this.offerFiles(),
       prepare: (message) => this.prepare(message),
     });
     this.listen();
@@ -299,6 +301,19 @@ class Easel {
     if (error.kind === "moved" && this.layer?.name === message.layer) this.show(message.layer);
   }
 
+  /** The server will never take what waits: the person can keep it as files for `overcoat mask`. */
+  offerFiles() {
+    for (const [layer, text] of this.outbox.files()) {
+      const link = document.createElement("a");
+      link.href = URL.createObjectURL(new Blob([text], { type: "application/jsonl" }));
+      link.download = `${layer}-unsaved.jsonl`;
+      link.textContent = `Keep the unsaved strokes on ${layer} as a file for \u201covercoat mask ${layer} FILE\u201d`;
+      const line = document.createElement("p");
+      line.append(link);
+      element("refused").append(line);
+    }
+  }
+
   /** Completes a message when its turn comes; false if there is nothing to do. @param {any} message */
   prepare(message) {
     if (message.path === "/api/paint" || message.body.stroke) return true;
@@ -435,54 +450,10 @@ class Easel {
       viewer.isWireframe = box("wire").checked;
       viewer.draw();
     });
-    window.addEventListener("keydown", (e) => this.key(e));
+    window.addEventListener("keydown", (e) => pressed(this, e));
     window.addEventListener("beforeunload", (e) => {
       if (this.outbox.messages.length > 0) e.preventDefault();
     });
-  }
-
-  /** @param {KeyboardEvent} e */
-  key(e) {
-    const key = e.key.toLowerCase();
-    if (e.altKey || ((e.ctrlKey || e.metaKey) && !["z", "y"].includes(key))) return;
-    const target = /** @type {HTMLElement} */ (e.target);
-    // A list that is in focus finds its entries by letters.
-    if (target.tagName === "SELECT") return;
-    const pick = (/** @type {string} */ name, /** @type {string} */ value) => {
-      /** @type {HTMLInputElement} */ (document.querySelector(`input[name=${name}][value=${value}]`)).checked = true;
-    };
-    const flip = (/** @type {string} */ id) => box(id).click();
-    const size = (/** @type {number} */ by) => {
-      box("size").value = String(Number(box("size").value) + by);
-      box("size").dispatchEvent(new Event("input"));
-    };
-    const next = (/** @type {number} */ by) => {
-      const at = this.all.findIndex((layer) => layer.name === this.layer?.name);
-      const to = this.all[(at + by + this.all.length) % this.all.length];
-      if (to && to.name !== this.layer?.name) this.show(to.name);
-    };
-    /** @type {Record<string, () => void>} */
-    const keys = {
-      b: () => pick("tool", "brush"),
-      l: () => pick("tool", "line"),
-      o: () => pick("tool", "lasso"),
-      a: () => pick("op", "add"),
-      e: () => pick("op", "erase"),
-      c: () => pick("op", "clear"),
-      m: () => flip("mirror"),
-      h: () => flip("others"),
-      w: () => flip("wire"),
-      f: () => this.home(),
-      "[": () => size(-2),
-      "]": () => size(2),
-      ",": () => next(-1),
-      ".": () => next(1),
-      z: () => this.step(e.shiftKey ? "redo" : "undo"),
-      y: () => this.step("redo"),
-    };
-    if (!keys[key]) return;
-    e.preventDefault();
-    keys[key]();
   }
 }
 

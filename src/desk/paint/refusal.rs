@@ -3,6 +3,7 @@
 use crate::desk::error::DeskError;
 use crate::session::SessionError;
 use serde_json::{Value, json};
+use std::io::ErrorKind;
 
 /// What the page can do about it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,7 +52,13 @@ impl From<SessionError> for Refusal {
             SessionError::UnknownStep { .. } => (410, Kind::Moved),
             _ => (422, Kind::Refused),
         };
-        Self { status, kind, hint: error.hint(), what: error.to_string() }
+        let what = match &error {
+            SessionError::Writing { source, .. } if source.kind() == ErrorKind::StorageFull => {
+                "the disk is full, so nothing was changed".into()
+            }
+            error => error.to_string(),
+        };
+        Self { status, kind, hint: error.hint(), what }
     }
 }
 

@@ -26,12 +26,13 @@ const TOKEN_HEADER: &str = "X-Overcoat-Token";
 
 const PAGE: &str = include_str!("../pages/paint.html");
 const STYLE: &str = concat!(include_str!("../pages/page.css"), include_str!("../pages/paint.css"));
-const MODULES: [&str; 6] = [
+const MODULES: [&str; 7] = [
     include_str!("../pages/pack.js"),
     include_str!("../pages/math.js"),
     include_str!("../pages/viewer.js"),
     include_str!("../pages/surface.js"),
     include_str!("../pages/outbox.js"),
+    include_str!("../pages/keys.js"),
     include_str!("../pages/paint.js"),
 ];
 /// Nothing is loaded from elsewhere, and nothing is sent elsewhere.
