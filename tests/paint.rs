@@ -207,7 +207,7 @@ fn strangers_and_senseless_requests_are_refused_in_a_sentence() {
         (format!("Host: evil.example\r\n{token}"), "/api/paint", body(&good), 403, "only answers to its own address"),
         (whole.clone(), "/api/paint", body(&other_layer), 410, "there is no step 'coat'"),
         (whole.clone(), "/api/paint", body(&other_scan), 409, "was replaced meanwhile"),
-        (whole.clone(), "/api/paint", body(&in_the_air), 422, "line 1: it touches nothing"),
+        (whole.clone(), "/api/paint", body(&in_the_air), 422, "line 1 of the brush mask: it touches nothing"),
         (whole.clone(), "/api/paint", body(&all), 422, "nothing of the garment 'tshirt' is left"),
         (whole.clone(), "/api/paint", b"{\"id\":".to_vec(), 400, "cannot be understood"),
         (whole.clone(), "/api/paint", vec![b' '; 100_000_000], 413, "at most 1048576 bytes"),

@@ -90,7 +90,9 @@ fn many(batch: Batch, strict: bool, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     let is_reported = context.console.verbosity > Verbosity::Quiet;
     let page = batch.into.join("people.html");
-    Outputs::in_folder(&batch.into, batch.force).claim(&page, Content::Page)?;
+    if batch.into.is_dir() {
+        Outputs::in_folder(&batch.into, batch.force).claim(&page, Content::Page)?;
+    }
     let reported = Mutex::new(BTreeSet::new());
     let runs = replay_all(&batch, &|run| {
         if is_reported {

@@ -67,12 +67,13 @@ pub(super) fn at_edges_of_cloth(
 ) -> Result<PerVertex<f64>, CutError> {
     // The slope of labels ±1 after a Gaussian of that radius.
     let unit = params.smoothing_radius.max(STEP) * (0.5 * std::f64::consts::PI).sqrt();
+    let normals = whole.mesh.vertex_normals();
     for round in 0..ROUNDS {
         let slice = slice(&whole.mesh, &field)?.with_hems_only(&whole.beside_hole);
         let mut told_before = Vec::new();
         let told = if round == 0 { &mut *findings } else { &mut told_before };
         let slice = without_islands(slice, whole, params.least_island_share, told);
-        field = at_edges(whole, around, &slice, &field, unit);
+        field = at_edges(whole, around, &normals, &slice, &field, unit);
     }
     Ok(field)
 }
@@ -85,6 +86,7 @@ pub(super) fn at_edges_of_cloth(
 fn at_edges(
     whole: &FilledScan,
     around: &Adjacency,
+    normals: &PerVertex<Vec3>,
     slice: &Slice,
     field: &PerVertex<f64>,
     unit: f64,
@@ -101,7 +103,7 @@ fn at_edges(
         return field.clone();
     }
     let band = Band::around(whole, around, field, &places);
-    let nats = evidence(whole, around, &band);
+    let nats = evidence(whole, around, normals, &band);
     let moves = places.moves(&band, &nats);
     let mut moved = field.clone();
     for (k, &v) in band.vertices.iter().enumerate() {
@@ -255,21 +257,24 @@ impl Band {
             .filter(|&(_, d)| d < 2.0 * SPACING)
             .collect();
         let reached = geodesic_distances(&whole.mesh, around, &sources, MODEL_RADIUS);
-        let mut band = Self { vertices: Vec::new(), distance: Vec::new(), place: Vec::new() };
-        for (v, &distance) in reached.enumerate().filter(|(_, d)| d.is_finite()) {
-            let Some((place, _)) = index.nearest(&whole.mesh.points()[v]) else { continue };
-            band.vertices.push(v);
-            band.distance.push(if field[v] > 0.0 { -distance } else { distance });
-            band.place.push(place.index());
+        let reached: Vec<(VertexId, f64)> =
+            reached.enumerate().filter(|(_, d)| d.is_finite()).map(|(v, &d)| (v, d)).collect();
+        let nearest = |&(v, distance): &(VertexId, f64)| {
+            let (place, _) = index.nearest(&points[v.index()])?;
+            Some((v, if field[v] > 0.0 { -distance } else { distance }, place.index()))
+        };
+        let found: Vec<(VertexId, f64, usize)> = reached.par_iter().filter_map(nearest).collect();
+        Self {
+            vertices: found.iter().map(|of| of.0).collect(),
+            distance: found.iter().map(|of| of.1).collect(),
+            place: found.iter().map(|of| of.2).collect(),
         }
-        band
     }
 }
 
 /// Evidence of each vertex of the band for cloth, in nats.
-fn evidence(whole: &FilledScan, around: &Adjacency, band: &Band) -> Vec<f64> {
-    let upright = upright_normals(whole, around, band);
-    let normals = whole.mesh.vertex_normals();
+fn evidence(whole: &FilledScan, around: &Adjacency, normals: &PerVertex<Vec3>, band: &Band) -> Vec<f64> {
+    let upright = upright_normals(whole, around, normals, band);
     let colors: Option<Vec<Lab>> =
         whole.colors.as_ref().map(|colors| band.vertices.iter().map(|&v| lab_of(colors[v])).collect());
     let points: Vec<Point> = band.vertices.iter().map(|&v| whole.mesh.points()[v]).collect();
@@ -313,8 +318,12 @@ struct Upright {
 
 /// The normal that cloth has at each vertex of the band: far enough inside it is the surface's own; from there outward each
 /// vertex takes that of its neighbours farther in, so that it does not follow a fold-over.
-fn upright_normals(whole: &FilledScan, around: &Adjacency, band: &Band) -> Vec<Option<Upright>> {
-    let normals = whole.mesh.vertex_normals();
+fn upright_normals(
+    whole: &FilledScan,
+    around: &Adjacency,
+    normals: &PerVertex<Vec3>,
+    band: &Band,
+) -> Vec<Option<Upright>> {
     let mut slot: PerVertex<u32> = PerVertex::filled(u32::MAX, whole.mesh.vertex_count());
     for (k, &v) in band.vertices.iter().enumerate() {
         slot[v] = k as u32;

@@ -51,6 +51,6 @@ pub use results::{Film, SequenceKind, SequenceRequest, TextureSize, Textures};
 pub use stage::{Stage, StepKind};
 pub use stage_error::StageError;
 pub use store::{
-    Branch, Change, ContentHash, Entry, Failure, History, Kept, MAIN_BRANCH, Measures, Memory, Move, StageRecord,
-    State, StepRecord, Store, Timings, Warning, name_and_unit,
+    Branch, Change, ContentHash, Entry, Failure, History, JournalLook, Kept, MAIN_BRANCH, Measures, Memory, Move,
+    StageRecord, State, StepRecord, Store, Timings, Warning, name_and_unit,
 };

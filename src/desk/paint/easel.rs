@@ -8,13 +8,13 @@ use crate::cut::Garment;
 use crate::desk::error::DeskError;
 use crate::geometry::PerVertex;
 use crate::segment::Stroke;
-use crate::session::{Memory, Session, SessionError, ToPaint, Writer};
+use crate::session::{JournalLook, Memory, Session, SessionError, ToPaint, Writer};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, Instant};
 
 /// How long a stroke waits for another command that changes the session, before the page is told so.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -42,11 +42,8 @@ pub(super) struct Work {
     /// Requests that changed something.
     pub(super) changes: usize,
     /// The journal after our own last change: another one is of another command.
-    pub(super) journal: Look,
+    pub(super) journal: Option<JournalLook>,
 }
-
-/// The length and the time of a file.
-pub(super) type Look = Option<(u64, SystemTime)>;
 
 /// Locks, also after a panic of another thread: what is protected is replaced as a whole.
 pub(super) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -112,9 +109,8 @@ impl Easel {
         Ok(())
     }
 
-    pub(super) fn journal(&self) -> Look {
-        let meta = std::fs::metadata(self.dir.join("journal.jsonl")).ok()?;
-        Some((meta.len(), meta.modified().ok()?))
+    pub(super) fn journal(&self) -> Option<JournalLook> {
+        JournalLook::of(&self.dir)
     }
 
     fn writer(&self) -> Result<Writer, SessionError> {

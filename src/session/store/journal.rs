@@ -5,6 +5,7 @@ use super::hash::ContentHash;
 use crate::session::error::SessionError;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 /// One change of a session. Recipe and state are artefacts, so every earlier state can be restored.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -48,6 +49,21 @@ pub(in crate::session) struct BrokenLine {
     pub reason: String,
     /// Whether it is an incomplete last line: its writer was stopped, or the file was truncated.
     pub cut_off: bool,
+}
+
+/// The length and the time of a journal: another one means that the session was changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct JournalLook {
+    bytes: u64,
+    modified: SystemTime,
+}
+
+impl JournalLook {
+    /// That of the session in `dir`; `None` if it has none.
+    pub fn of(dir: &Path) -> Option<Self> {
+        let meta = std::fs::metadata(path_in(dir)).ok()?;
+        Some(Self { bytes: meta.len(), modified: meta.modified().ok()? })
+    }
 }
 
 pub(in crate::session) fn path_in(dir: &Path) -> PathBuf {

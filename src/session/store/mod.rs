@@ -30,7 +30,7 @@ pub use hash::ContentHash;
 pub(in crate::session) use hash::HashingWriter;
 pub use history::{Branch, Entry, History, MAIN_BRANCH};
 pub(in crate::session) use journal::BrokenLine;
-pub use journal::{Change, Move};
+pub use journal::{Change, JournalLook, Move};
 pub(in crate::session) use lock::Lock;
 pub(in crate::session) use manifest::{MANIFEST, Manifest};
 pub use memory::Memory;
