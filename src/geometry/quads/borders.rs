@@ -25,6 +25,8 @@ pub(super) struct Curve {
     pub points: Vec<Point>,
     /// Length before each point; one more than points, the last is the whole length.
     pub lengths: Vec<f64>,
+    /// Where its corners are.
+    corners: Vec<f64>,
 }
 
 /// Length in metres along the border on both sides of a point over which its turn is measured: shorter zigzags are no corners.
@@ -32,6 +34,9 @@ const REACH: f64 = 0.012;
 
 /// The turn of a border, in degrees, from which it is a corner: slits and plackets turn by 90, worn hems by less than 40.
 const CORNER_DEG: f64 = 55.0;
+
+/// Passes that put places in order; each moves only two.
+const ORDERINGS: usize = 30;
 
 impl Borders {
     /// **Requires** a manifold surface with one fan of faces per vertex.
@@ -67,8 +72,9 @@ impl Borders {
     }
 
     fn add(&mut self, points: &[Point], ring: &[u32]) {
-        let curve = Curve::through(ring.iter().map(|&v| points[v as usize]).collect());
-        let corners = curve.corners();
+        let mut curve = Curve::through(ring.iter().map(|&v| points[v as usize]).collect());
+        let corners = curve.turns();
+        curve.corners = curve.lengths.iter().zip(&corners).filter(|(_, is)| **is).map(|(at, _)| *at).collect();
         for ((&v, &at), is_corner) in ring.iter().zip(&curve.lengths).zip(corners) {
             self.of_vertex[v as usize] = Some(OnBorder { curve: self.curves.len() as u32, at, is_corner });
         }
@@ -92,6 +98,56 @@ impl Borders {
     pub fn moved(&self, place: &OnBorder, by: f64) -> OnBorder {
         let at = (place.at + by).rem_euclid(self.curves[place.curve as usize].length());
         OnBorder { at, is_corner: false, ..*place }
+    }
+
+    /// The place `by` metres further on, but never past a corner.
+    pub fn moved_to_corner_at_most(&self, place: &OnBorder, by: f64) -> OnBorder {
+        let curve = &self.curves[place.curve as usize];
+        let ways = curve.corners.iter().map(|&at| (at - place.at).rem_euclid(curve.length()));
+        let forwards = ways.clone().fold(f64::INFINITY, f64::min);
+        let backwards = ways.map(|way| curve.length() - way).fold(f64::INFINITY, f64::min);
+        self.moved(place, by.clamp(-0.9 * backwards, 0.9 * forwards))
+    }
+
+    /// Places in the order in which they are given, once around their curve, those next to each other at least `gap` metres
+    /// apart where there is room; corners stay.
+    ///
+    /// **Requires** places on one curve.
+    pub fn in_order(&self, places: &[OnBorder], gap: f64) -> Vec<OnBorder> {
+        let mut places = places.to_vec();
+        let Some(first) = places.first() else { return places };
+        let length = self.curves[first.curve as usize].length();
+        let gap = gap.min(0.5 * length / places.len() as f64);
+        let n = places.len();
+        for _ in 0..ORDERINGS {
+            let mut is_ordered = true;
+            for k in 0..n {
+                let [p, q] = [places[k], places[(k + 1) % n]];
+                let lacking = gap - self.way(&p, &q);
+                if lacking <= 1e-9 || (p.is_corner && q.is_corner) {
+                    continue;
+                }
+                is_ordered = false;
+                let share = if p.is_corner { 0.0 } else if q.is_corner { 1.0 } else { 0.5 };
+                if !p.is_corner {
+                    places[k] = self.moved(&p, -share * lacking);
+                }
+                if !q.is_corner {
+                    places[(k + 1) % n] = self.moved(&q, (1.0 - share) * lacking);
+                }
+            }
+            if is_ordered {
+                break;
+            }
+        }
+        let once_around = (0..n).map(|k| self.way_forwards(&places[k], &places[(k + 1) % n])).sum::<f64>();
+        if (once_around - length).abs() > 0.5 * length {
+            let first = places[0];
+            for (k, place) in places.iter_mut().enumerate() {
+                *place = self.moved(&first, length * k as f64 / n as f64);
+            }
+        }
+        places
     }
 
     /// The way along the curve from one place to another, the shorter way round.
@@ -139,7 +195,7 @@ impl Curve {
         for k in 0..points.len() {
             lengths.push(lengths[k] + (points[(k + 1) % points.len()] - points[k]).norm());
         }
-        Self { points, lengths }
+        Self { points, lengths, corners: Vec::new() }
     }
 
     pub fn length(&self) -> f64 {
@@ -157,7 +213,7 @@ impl Curve {
     }
 
     /// Which points are corners: where the curve turns most, and by enough.
-    fn corners(&self) -> Vec<bool> {
+    fn turns(&self) -> Vec<bool> {
         let reach = REACH.min(0.1 * self.length());
         let turns: Vec<f64> = self.lengths[..self.points.len()]
             .iter()

@@ -25,6 +25,9 @@ const LEAST_COS_OF_MOVE: f64 = 0.5;
 /// Passes over all edges; collapses that would pinch the surface often become possible in the next one.
 const PASSES: usize = 8;
 
+/// Neighbours on a border are at least so far apart, as a share of the spacing.
+const LEAST_GAP: f64 = 0.25;
+
 /// Rounds of repairs: later ones change nothing.
 const REPAIRS: usize = 5;
 
@@ -68,10 +71,8 @@ impl<'a> Contraction<'a> {
         };
         for (v, place) in surface.borders.of_vertex.iter().enumerate() {
             let Some(place) = place else { continue };
-            let moved = match place.is_corner {
-                true => *place,
-                false => all.borders.moved(place, all.borders.tangent(place).dot(&(lattice[v] - surface.points[v]))),
-            };
+            let by = all.borders.tangent(place).dot(&(lattice[v] - surface.points[v]));
+            let moved = if place.is_corner { *place } else { all.borders.moved_to_corner_at_most(place, by) };
             all.points[v] = all.borders.point(&moved);
             all.on_border[v] = Some(moved);
         }
@@ -96,6 +97,7 @@ impl<'a> Contraction<'a> {
             all.collapse_short_edges();
         }
         all.flip_edges();
+        all.order_borders();
         all
     }
 
@@ -259,6 +261,27 @@ impl<'a> Contraction<'a> {
         self.faces_of[a as usize].iter().any(|f| bad(f, a)) || self.faces_of[b as usize].iter().any(|f| bad(f, b))
     }
 
+    /// Puts the vertices of each border in the order of its edges, and apart.
+    fn order_borders(&mut self) {
+        let sides: std::collections::HashSet<[u32; 2]> =
+            self.triangles().into_iter().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
+        let on_border = |[a, b]: &[u32; 2]| !sides.contains(&[*b, *a]);
+        let mut next: std::collections::BTreeMap<u32, u32> =
+            sides.iter().filter(|side| on_border(side)).map(|&[a, b]| (a, b)).collect();
+        while let Some((first, mut at)) = next.pop_first() {
+            let mut ring = vec![first];
+            while at != first {
+                ring.push(at);
+                at = next.remove(&at).unwrap_or(first);
+            }
+            let places: Vec<OnBorder> = ring.iter().filter_map(|&v| self.on_border[v as usize]).collect();
+            for (&v, place) in ring.iter().zip(self.borders.in_order(&places, LEAST_GAP * self.spacing)) {
+                self.points[v as usize] = self.borders.point(&place);
+                self.on_border[v as usize] = Some(place);
+            }
+        }
+    }
+
     /// Moves a vertex to the surface next to `to`; those of borders stay.
     fn put(&mut self, v: usize, to: Point) {
         if self.on_border[v].is_none() && !self.faces_of[v].is_empty() {
@@ -279,6 +302,11 @@ impl<'a> Contraction<'a> {
             }
             for v in corners {
                 let around = self.neighbours(v);
+                // The tips of fingers would slide back.
+                let is_tip = |&w: &u32| self.normals[w as usize].dot(&self.normals[v as usize]) < LEAST_COS;
+                if around.iter().any(is_tip) {
+                    continue;
+                }
                 let mean = around.iter().map(|&w| self.points[w as usize].coords).sum::<Vec3>() / around.len() as f64;
                 self.put(v as usize, Point::from(mean));
             }
@@ -301,9 +329,11 @@ impl<'a> Contraction<'a> {
                 let around = self.neighbours(v);
                 let nearest = around.into_iter().min_by(|&a, &b| self.length(a, v).total_cmp(&self.length(b, v)));
                 if let Some(a) = nearest {
-                    let at = (self.points[a as usize], self.on_border[a as usize]);
-                    self.points[v as usize] = at.0;
-                    self.collapse(a, v);
+                    let before = self.points[v as usize];
+                    self.points[v as usize] = self.points[a as usize];
+                    if !self.collapse(a, v) {
+                        self.points[v as usize] = before;
+                    }
                 }
             }
         }
@@ -392,25 +422,5 @@ impl<'a> Contraction<'a> {
         self.faces_of[c as usize].push(g);
         self.faces_of[d as usize].push(f);
         true
-    }
-}
-
-impl Contraction<'_> {
-    pub fn diagnose(&self) {
-        let edges = self.edges();
-        let short: Vec<_> = edges.iter().filter(|[a, b]| self.length(*a, *b) < SHORT * self.spacing).collect();
-        let (mut link, mut border, mut enough, mut turn) = (0, 0, 0, 0);
-        for &&[a, b] in &short {
-            let shared = self.faces_of_edge(a, b);
-            if (self.is_border(a) && self.is_border(b)) && shared.len() > 1 { border += 1; continue }
-            let around_b = self.neighbours(b);
-            let common = self.neighbours(a).iter().filter(|v| around_b.binary_search(v).is_ok()).count();
-            if common != shared.len() { link += 1; continue }
-            if !self.keeps_topology(a, b, &shared) { enough += 1; continue }
-            turn += 1;
-        }
-        let three = (0..self.points.len()).filter(|&v| self.faces_of[v].len() == 3 && !self.is_border(v as u32)).count();
-        let flipped = self.triangles().iter().filter(|t| { let [p, q, r] = t.map(|v| self.points[v as usize]); let n: Vec3 = t.iter().map(|&v| self.normals[v as usize]).sum(); (q - p).cross(&(r - p)).dot(&n) < 0.02 * self.spacing * self.spacing }).count();
-        eprintln!("   edges {} short {} (border {border} link {link} enough {enough} turn {turn}); valence 3: {three}; flat or flipped {flipped}", edges.len(), short.len());
     }
 }
