@@ -29,6 +29,7 @@ mod painted_kinds;
 mod painted_masks;
 mod photo;
 mod pipeline;
+mod quads;
 mod readme;
 mod realism;
 mod record_and_watch;

@@ -1,9 +1,10 @@
 //! `overcoat export`: writes the figure or a step as files.
 
 use super::console::{Context, Done, Progress, Verbosity, secs};
-use crate::export::{Bones, Engine, RemovedPart};
-use crate::session::{ExportRequest, SequenceKind, SequenceRequest, TextureSize, Textures};
-use serde_json::json;
+use crate::export::{Bones, Engine, QuadLayer, RemovedPart};
+use crate::geometry::QuadFigures;
+use crate::session::{ExportRequest, Quads, SequenceKind, SequenceRequest, TextureSize, Textures};
+use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -35,6 +36,9 @@ pub(super) struct ExportArgs {
     /// The most joints that move a vertex of the .glb: 8 keep cloth in armpits smooth, but some programs read only 4
     #[arg(long, value_name = "4|8", default_value = "4", value_parser = ["4", "8"], conflicts_with_all = ["scan", "stage", "sequence"])]
     influences: String,
+    /// Quads that follow the cloth instead of triangles, about so many in all; by default as fine as the triangles
+    #[arg(long, value_name = "COUNT", num_args = 0..=1, require_equals = true, conflicts_with_all = ["at", "scan", "stage", "sequence", "hide_covered", "bake_cloth"])]
+    quads: Option<Option<usize>>,
     /// The side of each layer's texture in pixels, 2k by default; with `none`, vertices have colours instead
     #[arg(long, value_name = "1k|2k|4k|none", value_parser = texture, conflicts_with_all = ["scan", "stage", "sequence"])]
     texture: Option<Textures>,
@@ -123,6 +127,7 @@ pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
         bones: if args.bones == "up" { Bones::Up } else { Bones::AlongLimbs },
         name: args.name,
         textures: args.texture.unwrap_or_default(),
+        quads: args.quads.map_or(Quads::None, |count| count.map_or(Quads::AsFine, Quads::Count)),
     };
     let session = context.reader()?;
     let mut outputs = session.outputs(args.force);
@@ -144,6 +149,10 @@ pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
         json["removed"] = exported.removed.iter().map(entry).collect();
         lines = removed_lines(&exported.removed, context.console.verbosity);
     }
+    if !exported.quads.is_empty() {
+        json["quads"] = exported.quads.iter().map(quads_json).collect();
+        lines.extend(exported.quads.iter().filter_map(quads_line));
+    }
     let count = match shown.len() {
         1 => "1 file".to_string(),
         n => format!("{n} files"),
@@ -153,6 +162,27 @@ pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
         .lines(shown.iter().map(|f| format!("  {f}")))
         .lines(lines)
         .next(context.overcoat("view --sheet sheet.png")))
+}
+
+/// The quads of a layer; a layer that keeps its triangles has a notice instead.
+fn quads_line(layer: &QuadLayer) -> Option<String> {
+    let QuadFigures { quads, singular_vertices, smallest_angle_deg, .. } = layer.outcome.as_ref().ok()?.figures;
+    let name = &layer.name;
+    Some(format!("{name}: {quads} quads, {singular_vertices} singular vertices, angles from {smallest_angle_deg:.0}°"))
+}
+
+fn quads_json(layer: &QuadLayer) -> Value {
+    match &layer.outcome {
+        Err(reason) => json!({ "layer": layer.name, "keeps_triangles": reason }),
+        Ok(remeshed) => json!({
+            "layer": layer.name,
+            "triangles_before": layer.faces_before,
+            "quads": remeshed.figures.quads,
+            "singular_vertices": remeshed.figures.singular_vertices,
+            "smallest_angle_deg": remeshed.figures.smallest_angle_deg,
+            "edge_length_mm": remeshed.figures.edge_length * 1000.0,
+        }),
+    }
 }
 
 /// What was removed: a line per layer, or one for all.

@@ -17,6 +17,16 @@ pub enum ExportError {
     /// The figure has no layer.
     #[error("the figure has no surface: there is nothing to write")]
     NoLayers,
+    /// A number of quads that means edges of a useless length.
+    #[error("{count} quads are too {} for the surface of these layers: {least} to {most} are possible", if count < least { "few" } else { "many" })]
+    QuadCount {
+        /// The requested number.
+        count: usize,
+        /// The least that is possible.
+        least: usize,
+        /// The greatest that is possible.
+        most: usize,
+    },
     /// A number is NaN or infinite.
     #[error("{what}: entry {index} is not a finite number")]
     NotFinite {
@@ -100,6 +110,9 @@ impl ExportError {
                 Some(format!("check the labels of '{layer}': its garment was not found in the scan"))
             }
             Self::NoBones { .. } => Some("export a .glb, which takes any skeleton".into()),
+            Self::QuadCount { .. } => {
+                Some("leave the count out for quads about as fine as the layers' triangles".into())
+            }
             Self::Io { .. }
             | Self::NoLayers
             | Self::NotFinite { .. }

@@ -4,7 +4,7 @@ use super::arguments::{check_finite, check_skeleton, check_surface, check_weight
 use super::error::ExportError;
 use crate::body::{Layer, Skeleton};
 use crate::formats::{NpyArray, PlyOptions, RawMesh, write_npy, write_ply};
-use crate::geometry::{PerVertex, Point, TriMesh};
+use crate::geometry::{PerVertex, Point, TriMesh, quads_of_pairs};
 use serde_json::{Map, Value, json};
 use std::io::Write;
 
@@ -24,13 +24,30 @@ pub fn write_layer_ply(
 ) -> Result<(), ExportError> {
     check_surface(mesh, scalars)?;
     let raw = RawMesh {
-        points: mesh.points().iter().map(|p| p.coords.into()).collect(),
         faces: mesh.faces().iter().map(|f| f.map(|v| v.0)).collect(),
-        colors: colors.map(|c| c.0.clone()),
         scalars: scalars.iter().map(|&(name, values)| (name.to_string(), values.to_vec())).collect(),
-        ..RawMesh::default()
+        ..raw_points(mesh, colors)
     };
     Ok(write_ply(&raw, &PlyOptions { double: true, ..PlyOptions::default() }, out)?)
+}
+
+/// Writes a surface of quads as [`write_layer_ply`] does, with faces of four corners.
+///
+/// **Requires** faces in pairs, as [`QuadMesh::triangles`](crate::geometry::QuadMesh::triangles) gives them.
+pub fn write_quads_ply(
+    mesh: &TriMesh,
+    colors: Option<&PerVertex<[u8; 3]>>,
+    out: impl Write,
+) -> Result<(), ExportError> {
+    check_surface(mesh, &[])?;
+    let quads = quads_of_pairs(mesh).into_iter().map(|quad| quad.map(|v| v.0)).collect();
+    let raw = RawMesh { quads, ..raw_points(mesh, colors) };
+    Ok(write_ply(&raw, &PlyOptions { double: true, ..PlyOptions::default() }, out)?)
+}
+
+fn raw_points(mesh: &TriMesh, colors: Option<&PerVertex<[u8; 3]>>) -> RawMesh {
+    let points = mesh.points().iter().map(|p| p.coords.into()).collect();
+    RawMesh { points, colors: colors.map(|c| c.0.clone()), ..RawMesh::default() }
 }
 
 /// Writes joint centres as JSON: name to `[x, y, z]`.

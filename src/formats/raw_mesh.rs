@@ -17,6 +17,8 @@ pub struct RawMesh {
     pub points: Vec<[f64; 3]>,
     /// F × 3; empty for a point cloud.
     pub faces: Vec<[u32; 3]>,
+    /// Faces with four corners, besides `faces`; readers split them into triangles instead, and only PLY is written with them.
+    pub quads: Vec<[u32; 4]>,
     /// sRGB, V × 3.
     pub colors: Option<Vec<[u8; 3]>>,
     /// V × 3, as in the file, not normalised.

@@ -1,7 +1,7 @@
 //! The motion of chains as programs compute it: `VRMC_springBone` 1.0.
 
 use super::chains::{HIT_RADIUS, Sprung, nearest_on_segment};
-use crate::body::{Pose, Skeleton};
+use crate::body::Pose;
 use crate::geometry::{Point, Vec3};
 use nalgebra::{Isometry3, UnitQuaternion};
 

@@ -120,7 +120,7 @@ fn header_of(mesh: &RawMesh, options: &PlyOptions) -> Header {
         add(&[name], &ScalarType::Float);
     }
     let mut face = ElementDef::new("face".into());
-    face.count = mesh.faces.len();
+    face.count = mesh.faces.len() + mesh.quads.len();
     let corners = PropertyType::List(ScalarType::UChar, ScalarType::UInt);
     face.properties.add(PropertyDef::new("vertex_indices".into(), corners));
 
@@ -181,6 +181,8 @@ impl PropertyAccess for PlyVertex<'_> {
     }
 
     fn get_list_uint(&self, _name: &str) -> Option<&[u32]> {
-        self.mesh?.faces.get(self.index).map(|f| f.as_slice())
+        let mesh = self.mesh?;
+        let quad = || mesh.quads.get(self.index - mesh.faces.len()).map(|f| f.as_slice());
+        mesh.faces.get(self.index).map(|f| f.as_slice()).or_else(quad)
     }
 }

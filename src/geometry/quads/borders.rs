@@ -43,7 +43,9 @@ impl Borders {
     pub fn of(points: &[Point], faces: &[[u32; 3]]) -> Self {
         let mut sides: HashMap<[u32; 2], ()> = HashMap::with_capacity(faces.len() * 3);
         for &[a, b, c] in faces {
-            [[a, b], [b, c], [c, a]].into_iter().for_each(|side| drop(sides.insert(side, ())));
+            for side in [[a, b], [b, c], [c, a]] {
+                sides.insert(side, ());
+            }
         }
         let mut next: HashMap<u32, u32> = HashMap::new();
         let mut starts = Vec::new();
@@ -128,7 +130,13 @@ impl Borders {
                     continue;
                 }
                 is_ordered = false;
-                let share = if p.is_corner { 0.0 } else if q.is_corner { 1.0 } else { 0.5 };
+                let share = if p.is_corner {
+                    0.0
+                } else if q.is_corner {
+                    1.0
+                } else {
+                    0.5
+                };
                 if !p.is_corner {
                     places[k] = self.moved(&p, -share * lacking);
                 }

@@ -167,7 +167,8 @@ impl<'a> Contraction<'a> {
 
     fn push(&self, heap: &mut BinaryHeap<Reverse<(u64, u32, u32, [u32; 2])>>, a: u32, b: u32) {
         // Those on the border stay, so they come first.
-        let (a, b) = if self.rank(b) > self.rank(a) || (self.rank(a) == self.rank(b) && b < a) { (b, a) } else { (a, b) };
+        let (a, b) =
+            if self.rank(b) > self.rank(a) || (self.rank(a) == self.rank(b) && b < a) { (b, a) } else { (a, b) };
         let length = self.length(a, b);
         if length < SHORT * self.spacing {
             heap.push(Reverse((length.to_bits(), a, b, self.stamps(a, b))));

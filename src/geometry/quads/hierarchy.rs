@@ -38,7 +38,8 @@ pub(super) fn hierarchy(surface: &Surface) -> Vec<Level> {
         if count as f64 > 0.95 * finest.points.len() as f64 {
             return levels;
         }
-        edges = (edges.iter().map(|&(a, b)| (coarser[a as usize], coarser[b as usize])).filter(|(a, b)| a != b)).collect();
+        edges =
+            (edges.iter().map(|&(a, b)| (coarser[a as usize], coarser[b as usize])).filter(|(a, b)| a != b)).collect();
         edges.sort_unstable();
         edges.dedup();
         let next = merged(finest, &coarser, count, &edges);

@@ -15,5 +15,8 @@ pub(super) fn angles_deg(quad: &[Point; 4], normal: &Vec3) -> [f64; 4] {
 
 /// The smallest angle, or 180° minus the greatest if that is less; negative if the quad is not convex.
 pub(super) fn quad_quality_deg(quad: &[Point; 4], normal: &Vec3) -> f64 {
-    angles_deg(quad, normal).into_iter().map(|angle| if angle < 0.0 { angle } else { angle.min(180.0 - angle) }).fold(180.0, f64::min)
+    angles_deg(quad, normal)
+        .into_iter()
+        .map(|angle| if angle < 0.0 { angle } else { angle.min(180.0 - angle) })
+        .fold(180.0, f64::min)
 }

@@ -26,8 +26,7 @@ pub(super) struct Relaxation<'a> {
 
 /// Squares as far as possible, with all vertices on the surface and those of borders on the borders.
 pub(super) fn relaxed(surface: &Surface, quads: Quads) -> Quads {
-    let pairs: Vec<(u32, u32)> =
-        (0u32..).zip(&quads.quads).flat_map(|(q, quad)| quad.map(|v| (v, q))).collect();
+    let pairs: Vec<(u32, u32)> = (0u32..).zip(&quads.quads).flat_map(|(q, quad)| quad.map(|v| (v, q))).collect();
     let quads_of = Lists::of(quads.points.len(), &pairs);
     let mut all = Relaxation { surface, quads, quads_of };
     for v in 0..all.quads.points.len() {
@@ -115,7 +114,9 @@ impl Relaxation<'_> {
         let (mut back, mut forth) = (f64::INFINITY, f64::INFINITY);
         for &q in self.quads_of.get(v) {
             for &w in &self.quads.quads[q as usize] {
-                if let Some(other) = self.quads.on_border[w as usize].filter(|o| o.curve == place.curve && w as usize != v) {
+                if let Some(other) =
+                    self.quads.on_border[w as usize].filter(|o| o.curve == place.curve && w as usize != v)
+                {
                     let way = borders.way(&place, &other);
                     if way >= 0.0 { forth = forth.min(way) } else { back = back.min(-way) }
                 }

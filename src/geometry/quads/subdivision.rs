@@ -15,12 +15,7 @@ pub(super) struct Quads {
 }
 
 /// Each polygon with n corners becomes n quads.
-pub(super) fn subdivided(
-    coarse: &Contraction,
-    borders: &Borders,
-    quads: &[[u32; 4]],
-    triangles: &[[u32; 3]],
-) -> Quads {
+pub(super) fn subdivided(coarse: &Contraction, borders: &Borders, quads: &[[u32; 4]], triangles: &[[u32; 3]]) -> Quads {
     let polygons: Vec<&[u32]> = quads.iter().map(|q| &q[..]).chain(triangles.iter().map(|t| &t[..])).collect();
     let mut is_used = vec![false; coarse.points.len()];
     polygons.iter().copied().flatten().for_each(|&v| is_used[v as usize] = true);

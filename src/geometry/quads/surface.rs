@@ -89,11 +89,8 @@ impl Surface {
 
     /// Vertices joined by an edge, each pair in both directions, ascending.
     pub fn edges(&self) -> Vec<(u32, u32)> {
-        let mut edges: Vec<(u32, u32)> = self
-            .faces
-            .iter()
-            .flat_map(|&[a, b, c]| [(a, b), (b, a), (b, c), (c, b), (c, a), (a, c)])
-            .collect();
+        let mut edges: Vec<(u32, u32)> =
+            self.faces.iter().flat_map(|&[a, b, c]| [(a, b), (b, a), (b, c), (c, b), (c, a), (a, c)]).collect();
         edges.sort_unstable();
         edges.dedup();
         edges

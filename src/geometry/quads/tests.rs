@@ -9,7 +9,8 @@ use std::collections::BTreeMap;
 fn sleeve() -> TriMesh {
     let (around, along) = (60u32, 80u32);
     let point = |i: u32, j: u32| {
-        let (angle, y) = (f64::from(i) / f64::from(around) * std::f64::consts::TAU, 0.5 * f64::from(j) / f64::from(along));
+        let (angle, y) =
+            (f64::from(i) / f64::from(around) * std::f64::consts::TAU, 0.5 * f64::from(j) / f64::from(along));
         let radius = 0.07 + 0.004 * (30.0 * y).sin() + 0.02 * y;
         Point::new(radius * angle.cos(), y, radius * angle.sin())
     };
@@ -60,13 +61,16 @@ fn borders(mesh: &TriMesh) -> usize {
 fn border_distance_mm(from: &TriMesh, to: &TriMesh) -> f64 {
     let edges = Adjacency::prepare(to).boundary_edges().iter().map(|&[a, b]| [a, b, b]).collect::<Vec<_>>();
     let index = SurfaceIndex::prepare(&to.with_faces(edges));
-    let ends = Adjacency::prepare(from).boundary_edges().iter().flatten().map(|&v| from.points()[v]).collect::<Vec<_>>();
+    let ends =
+        Adjacency::prepare(from).boundary_edges().iter().flatten().map(|&v| from.points()[v]).collect::<Vec<_>>();
     ends.iter().map(|p| 1e3 * index.closest(p).distance).fold(0.0, f64::max)
 }
 
 #[test]
 fn cloth_gets_quads_near_it_with_its_borders_and_its_topology() {
-    for (mesh, edge_length, hem_mm) in [(sleeve(), 0.008, 0.4), (sheet_with_slit(), 0.008, 0.5), (sphere(40, 60), 0.06, 0.0)] {
+    for (mesh, edge_length, hem_mm) in
+        [(sleeve(), 0.008, 0.4), (sheet_with_slit(), 0.008, 0.5), (sphere(40, 60), 0.06, 0.0)]
+    {
         let quads = quad_mesh(&mesh, edge_length).unwrap();
         let figures = quads.figures();
         let expected = mesh.area() / (edge_length * edge_length);
@@ -113,7 +117,8 @@ fn one_thread_and_two_give_the_same_bits() {
 fn narrow_strips_handles_and_touching_fans_do_not_stop_it() {
     // A strip of 3 mm with edges of 10 mm, and two squares that touch in a corner.
     let points = (0..=100).flat_map(|i| [0.0, 0.003].map(|y| Point::new(0.004 * f64::from(i), y, 0.0))).collect();
-    let faces: Vec<[u32; 3]> = (0..100u32).flat_map(|i| [[2 * i, 2 * i + 2, 2 * i + 1], [2 * i + 1, 2 * i + 2, 2 * i + 3]]).collect();
+    let faces: Vec<[u32; 3]> =
+        (0..100u32).flat_map(|i| [[2 * i, 2 * i + 2, 2 * i + 1], [2 * i + 1, 2 * i + 2, 2 * i + 3]]).collect();
     let strip = quad_mesh(&TriMesh::try_from_indices(points, &faces).unwrap(), 0.01).unwrap();
     assert!(is_manifold(&strip) && strip.figures().smallest_angle_deg > 20.0, "{:?}", strip.figures());
     let p = |x: f64, y: f64| Point::new(0.1 * x, 0.1 * y, 0.0);

@@ -1,23 +1,20 @@
 //! Exports the figure or a step of the session as files.
 
-use super::outputs::{Content, Outputs};
+use super::export_character::{chosen, with_quads};
+use super::outputs::Outputs;
 use super::posed_step::PosedStep;
 use super::textures::TextureSize;
-use crate::body::{Figure, Layer};
+use crate::body::Figure;
 use crate::export::{
-    Bones, CharacterAnimation, CharacterOptions, Companion, CoveredParts, Engine, ExportError, Format, FormatOption,
-    RemovedPart, Rest, SwingParams, fitted_springs, format_of, write_joints_json, write_layer_ply,
+    Bones, CoveredParts, Engine, ExportError, QuadLayer, RemovedPart, format_of, write_joints_json, write_layer_ply,
+    write_quads_ply,
 };
 use crate::geometry::{PerVertex, Point, TriMesh};
-use crate::rig::cover_masks;
 use crate::scan::FileFrame;
 use crate::segment::LABEL_COLORS;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::pipeline::{Walk, scan_of, standing};
-use crate::session::recipe::garment_spec;
-use crate::session::store::ContentHash;
-use crate::stack::{StackParams, reposed};
 use std::path::{Path, PathBuf};
 
 /// The request for an export.
@@ -49,6 +46,20 @@ pub struct ExportRequest {
     pub name: Option<String>,
     /// The textures of a file that holds the figure.
     pub textures: Textures,
+    /// Whether layers are re-meshed with quads.
+    pub quads: Quads,
+}
+
+/// Whether layers are re-meshed with quads.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Quads {
+    /// They keep their triangles.
+    #[default]
+    None,
+    /// With quads about as fine as the triangles.
+    AsFine,
+    /// With about so many quads in all.
+    Count(usize),
 }
 
 /// Which textures a file has.
@@ -64,12 +75,14 @@ pub enum Textures {
 }
 
 /// The result of an export.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct Exported {
     /// The written files.
     pub files: Vec<PathBuf>,
     /// What was removed of each layer, innermost first; empty unless that was requested.
     pub removed: Vec<RemovedPart>,
+    /// What became of each layer, innermost first; empty unless quads were requested.
+    pub quads: Vec<QuadLayer>,
 }
 
 impl Session {
@@ -109,10 +122,15 @@ impl Session {
                 hint: "name a file `NAME.glb`, or leave --texture out".into(),
             }),
             _ => {
-                let (files, removed) = self.folder_of(request)?;
-                Ok(Exported { files: outputs.write_folder(&request.target, files)?, removed })
+                let (files, removed, quads) = self.folder_of(request)?;
+                Ok(Exported { files: outputs.write_folder(&request.target, files)?, removed, quads })
             }
         }?;
+        for layer in &exported.quads {
+            if let Err(reason) = &layer.outcome {
+                outputs.notice(format!("'{}' keeps its triangles: {reason}", layer.name));
+            }
+        }
         for part in exported.removed.iter().filter(|part| part.is_all_covered) {
             let layer = &part.layer;
             outputs.notice(format!("'{layer}' is covered everywhere in every pose; nothing of it was removed"));
@@ -120,207 +138,11 @@ impl Session {
         Ok(exported)
     }
 
-    /// Writes the figure as one file.
-    fn export_file(
+    /// The requested files, by their names in the folder, what was removed of each layer, and what became of it.
+    fn folder_of(
         &self,
         request: &ExportRequest,
-        format: &dyn Format,
-        outputs: &mut Outputs,
-        on_texture: &mut dyn FnMut(&str),
-    ) -> Result<Exported, SessionError> {
-        let refuse = |what: String| {
-            let hint = "name a folder instead: `overcoat export DIR/ …`".into();
-            Err(SessionError::BadRequest { what, hint })
-        };
-        let extension = format.extension();
-        if request.scan.is_some() || request.before_registration {
-            return refuse(format!(
-                "a .{extension} holds the figure; it cannot hold a scan or the body before registration"
-            ));
-        }
-        if request.eight_influences && !format.options().contains(&FormatOption::EightInfluences) {
-            return refuse(format!(
-                "a .{extension} has at most four joints per vertex, so --influences changes nothing"
-            ));
-        }
-        if request.bake_cloth.is_some() && !format.options().contains(&FormatOption::Cloth) {
-            return Err(SessionError::BadRequest {
-                what: format!("a .{extension} does not hold simulated cloth"),
-                hint: "export a .usdc or .usdz, or `--sequence pc2` beside it".into(),
-            });
-        }
-        if !request.authors.is_empty() && !format.options().contains(&FormatOption::Authors) {
-            return Err(SessionError::BadRequest {
-                what: format!("a .{extension} does not name its authors"),
-                hint: "leave --author out, or export a .vrm".into(),
-            });
-        }
-        if request.engine.is_some() && !format.options().contains(&FormatOption::Engine) {
-            return Err(SessionError::BadRequest {
-                what: format!("--for adds to a .glb what a program's cloth needs, not to a .{extension}"),
-                hint: "export a .glb, or leave --for out".into(),
-            });
-        }
-        if format.rest() != Rest::Bind && request.at.is_some() {
-            return refuse(format!("a .{extension} is always in the T-pose, so --at changes nothing"));
-        }
-        let steps = self.posed_steps(request.at.as_deref())?;
-        let Some(last) = steps.last() else { return Ok(Exported { files: Vec::new(), removed: Vec::new() }) };
-        let path = request.target.clone();
-        outputs.claim(&path, Content::Character(extension))?;
-        let covered = self.covered_parts(&last.figure, request.hide_covered, &request.target)?;
-        let removed = covered.removed(&last.figure);
-        let figure = match request.at {
-            Some(_) => last.figure_for_pose(),
-            None => standing(last.figure.clone(), &last.step.name)?,
-        };
-        let figure = match request.textures {
-            Textures::AsUsual => self.textured(figure, &steps, TextureSize::default(), on_texture)?,
-            Textures::Of(size) => self.textured(figure, &steps, size, on_texture)?,
-            Textures::None => without_textures(figure),
-        };
-        let layers = chosen(&figure, &request.layers)?;
-        let (figure, masks) = covered.remaining(figure);
-        let loose = loose_parts(&figure, &steps)?;
-        let (figure, swing) = match format.rest().pose(&figure.skeleton) {
-            None => (figure, SwingParams::default()),
-            Some(rest) => {
-                let swing = self.swing_of(&figure, &loose, outputs)?;
-                let reposed = reposed(&figure, &rest, &StackParams::default());
-                let reposed = reposed.map_err(|e| SessionError::bad_source(&path, e))?;
-                if reposed.crossing_pairs > 0 {
-                    let pairs = reposed.crossing_pairs;
-                    outputs
-                        .notice(format!("{pairs} pairs of faces cross in the T-pose; there are none in the bind pose"));
-                }
-                (reposed.figure, swing)
-            }
-        };
-        let pose = request.at.as_ref().map(|_| last.pose.clone());
-        let provenance = steps.iter().map(origin).collect();
-        let mut animations = if request.at.is_none() { self.animations_in_file(outputs)? } else { Vec::new() };
-        if let Some(name) = &request.bake_cloth {
-            let moved = self.moved_figure(name.as_deref())?;
-            animations.retain(|animation| animation.name != moved.name);
-            let cloth = moved.cloth.as_ref().map(|_| {
-                let frames = |rank| (0..moved.track.poses.len()).map(|f| moved.layer(&figure, rank, f)).collect();
-                (0..figure.layers.len()).map(frames).collect()
-            });
-            if cloth.is_none() {
-                return Err(SessionError::BadRequest {
-                    what: format!("the cloth of '{}' is not simulated, so there is nothing to bake", moved.name),
-                    hint: "leave --bake-cloth out: the skin weights move all layers".into(),
-                });
-            }
-            // The last one plays.
-            animations.push(CharacterAnimation { name: moved.name, track: moved.track, cloth });
-        }
-        let eight_influences = request.eight_influences;
-        let covered = Some(masks);
-        let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
-        let options = CharacterOptions {
-            stem,
-            layers,
-            name: request.name.clone(),
-            bones: request.bones,
-            pose,
-            covered,
-            eight_influences,
-            animations,
-            engine: request.engine,
-            authors: request.authors.clone(),
-            loose,
-            swing,
-            provenance,
-        };
-        let mut bytes = Vec::new();
-        let companions = format.write(&figure, &options, &mut bytes).map_err(|e| SessionError::bad_source(&path, e))?;
-        let beside = |companion: Companion| (path.with_file_name(companion.path), companion.bytes);
-        let mut files: Vec<(PathBuf, Vec<u8>)> = companions.into_iter().map(beside).collect();
-        // Last: what it names is there then.
-        files.push((path, bytes));
-        Ok(Exported { files: outputs.write_together(files)?, removed })
-    }
-
-    /// The parts of a figure's layers that others cover, kept for the next time. `target` is for messages.
-    pub(super) fn covered_parts(
-        &self,
-        figure: &Figure,
-        remove: bool,
-        target: &Path,
-    ) -> Result<CoveredParts, SessionError> {
-        const KEPT: &str = "covered";
-        /// Of the computation: another one computes kept masks anew.
-        const VERSION: u32 = 1;
-        let failed =
-            |e: &dyn std::fmt::Display| SessionError::Internal { what: format!("the figure has no hash: {e}") };
-        let layers: Vec<_> = figure.layers.iter().map(|layer| (&layer.mesh, &layer.weights)).collect();
-        let inputs = postcard::to_stdvec(&(VERSION, &figure.skeleton, layers)).map_err(|e| failed(&e))?;
-        let (derived, inputs) = (self.store.derived(), ContentHash::of(&inputs));
-        let masks = match derived.load(KEPT, inputs) {
-            Some(kept) => kept,
-            None => {
-                let masks = cover_masks(figure).map_err(|e| SessionError::bad_source(target, e))?;
-                derived.keep(KEPT, inputs, &masks);
-                masks
-            }
-        };
-        CoveredParts::of(figure, masks, remove).map_err(|e| SessionError::bad_source(target, e))
-    }
-
-    /// Springs that move like the cloth of the last animation, where that is simulated.
-    fn swing_of(
-        &self,
-        figure: &Figure,
-        loose: &[PerVertex<bool>],
-        outputs: &mut Outputs,
-    ) -> Result<SwingParams, SessionError> {
-        let hangs = loose.iter().any(|loose| loose.iter().any(|is_loose| *is_loose));
-        if !hangs || self.recipe.animations.is_empty() {
-            return Ok(SwingParams::default());
-        }
-        let moved = match self.moved_figure(None) {
-            Ok(moved) => moved,
-            Err(SessionError::NotBuilt { .. }) => return Ok(SwingParams::default()),
-            Err(other) => return Err(other),
-        };
-        let frames = moved.track.poses.len();
-        let is_same = |rank: usize| moved.layer(figure, rank, 0).len() == figure.layers[rank].mesh.vertex_count();
-        if moved.cloth.is_none() || !(0..figure.layers.len()).all(is_same) {
-            return Ok(SwingParams::default());
-        }
-        let frames_of = |rank| (0..frames).map(|frame| moved.layer(figure, rank, frame)).collect();
-        let cloth: Vec<Vec<PerVertex<Point>>> = (0..figure.layers.len()).map(frames_of).collect();
-        let Some(fitted) = fitted_springs(figure, loose, &moved.track.poses, moved.track.fps, &cloth) else {
-            return Ok(SwingParams::default());
-        };
-        outputs.notice(format!(
-            "springs with a share of {}, stiffness {} and drag {} follow the cloth of '{}' best: {:.1} mm from it on \
-             average, {:.1} mm by skin weights alone",
-            fitted.params.share,
-            fitted.params.stiffness,
-            fitted.params.drag,
-            moved.name,
-            1000.0 * fitted.mean_distance,
-            1000.0 * fitted.skinned_distance
-        ));
-        Ok(fitted.params)
-    }
-
-    /// The animations that are up to date; the others are reported.
-    fn animations_in_file(&self, outputs: &mut Outputs) -> Result<Vec<CharacterAnimation>, SessionError> {
-        let (moved, out_of_date) = self.moved_figures()?;
-        for name in out_of_date {
-            outputs.notice(format!("the animation '{name}' is out of date and left out: run `overcoat build` first"));
-        }
-        Ok(moved
-            .into_iter()
-            .map(|moved| CharacterAnimation { name: moved.name, track: moved.track, cloth: None })
-            .collect())
-    }
-
-    /// The requested files, by their names in the folder, and what was removed of each layer.
-    fn folder_of(&self, request: &ExportRequest) -> Result<(NamedFiles, Vec<RemovedPart>), SessionError> {
+    ) -> Result<(NamedFiles, Vec<RemovedPart>, Vec<QuadLayer>), SessionError> {
         let mut folder =
             Folder { path: &request.target, covered: CoveredParts::none(), layers: None, files: Vec::new() };
         if request.before_registration {
@@ -332,7 +154,7 @@ impl Session {
             }
             let steps = self.posed_steps(Some(crate::session::recipe::BODY_STEP))?;
             steps.first().map(|step| folder.fit(step)).transpose()?;
-            return Ok((folder.files, Vec::new()));
+            return Ok((folder.files, Vec::new(), Vec::new()));
         }
         if let Some(name) = &request.scan {
             // A scan can be exported before anything is built.
@@ -341,7 +163,7 @@ impl Session {
             let scan = self.store.load(scan)?;
             folder.ply("scan.ply", &in_file(&scan.mesh, &scan.world_from_file), scan.colors.as_ref(), &[])?;
         }
-        let mut removed = Vec::new();
+        let (mut removed, mut quads) = (Vec::new(), Vec::new());
         if request.at.is_some() || request.scan.is_none() {
             let steps = self.posed_steps(request.at.as_deref())?;
             if let Some(last) = steps.last() {
@@ -352,62 +174,21 @@ impl Session {
                 folder.layers = chosen(&last.figure, &request.layers)?;
                 match request.at {
                     Some(_) => folder.step(last),
-                    None => folder.bind(&standing(last.figure.clone(), &last.step.name)?),
+                    None => {
+                        let figure = standing(last.figure.clone(), &last.step.name)?;
+                        let (figure, layers) = with_quads(figure, request)?;
+                        quads = layers;
+                        folder.bind(&figure, &quads)
+                    }
                 }?;
             }
         }
-        Ok((folder.files, removed))
+        Ok((folder.files, removed, quads))
     }
-}
-
-/// The layers of a file; `None` for all.
-///
-/// **Errors** if the figure has no layer of a name.
-fn chosen(figure: &Figure, names: &[String]) -> Result<Option<Vec<String>>, SessionError> {
-    let known: Vec<&str> = figure.layers.iter().map(|layer| layer.name.as_str()).collect();
-    match names.iter().find(|name| !known.contains(&name.as_str())) {
-        Some(unknown) => Err(SessionError::BadRequest {
-            what: format!("there is no layer '{unknown}'"),
-            hint: format!("the layers are {}", known.join(", ")),
-        }),
-        None => Ok((!names.is_empty()).then(|| names.to_vec())),
-    }
-}
-
-/// Which vertices of each layer hang loose by its kind.
-///
-/// **Shapes** one entry per layer, with one per vertex.
-fn loose_parts(figure: &Figure, steps: &[PosedStep]) -> Result<Vec<PerVertex<bool>>, SessionError> {
-    let of_layer = |layer: &Layer| -> Result<PerVertex<bool>, SessionError> {
-        let points = layer.mesh.points();
-        match steps.iter().find(|posed| posed.step.name == layer.name && layer.template.is_some()) {
-            Some(posed) => {
-                let spec = garment_spec::of_step(&posed.step)?;
-                Ok(spec.template.loose_part(points, figure.body(), &figure.skeleton))
-            }
-            None => Ok(PerVertex::filled(false, points.len())),
-        }
-    };
-    figure.layers.iter().map(of_layer).collect()
-}
-
-/// The figure with the colours of its vertices only.
-fn without_textures(mut figure: Figure) -> Figure {
-    for uvs in figure.layers.iter_mut().filter_map(|layer| layer.uvs.as_mut()) {
-        uvs.texture = None;
-    }
-    figure
 }
 
 /// Files by their names in a folder, with their contents.
 type NamedFiles = Vec<(String, Vec<u8>)>;
-
-/// A step and the name of its scan's file, without the folder, which is private.
-fn origin(posed: &PosedStep) -> (String, String) {
-    let file = Path::new(&posed.step.scan).file_name().map(|f| f.to_string_lossy().into_owned()).unwrap_or_default();
-    let hash = posed.step.hash.map(|h| format!(", BLAKE3 {h}")).unwrap_or_default();
-    (format!("scan of {}", posed.step.name), format!("{file}{hash}"))
-}
 
 /// The files of an export, before any is written.
 struct Folder<'a> {
@@ -418,9 +199,18 @@ struct Folder<'a> {
 }
 
 impl Folder<'_> {
-    fn bind(&mut self, figure: &Figure) -> Result<(), SessionError> {
+    /// **Shapes** `quads`: one entry per layer, if the figure was re-meshed.
+    fn bind(&mut self, figure: &Figure, quads: &[QuadLayer]) -> Result<(), SessionError> {
         for (rank, layer) in figure.layers.iter().enumerate() {
-            self.layer(rank, &layer.name, &layer.mesh, layer.colors.as_ref())?;
+            let colors = layer.colors.as_ref();
+            if self.leaves_out(&layer.name) {
+                continue;
+            }
+            if quads.get(rank).is_some_and(|quads| quads.outcome.is_ok()) {
+                self.put(&format!("{}.ply", layer.name), |out| write_quads_ply(&layer.mesh, colors, out))?;
+            } else {
+                self.layer(rank, &layer.name, &layer.mesh, colors)?;
+            }
         }
         self.joints(&figure.skeleton, &figure.skeleton.joints_in_bind)
     }
@@ -453,6 +243,10 @@ impl Folder<'_> {
         self.joints(&fitted.skeleton, &joints)
     }
 
+    fn leaves_out(&self, layer: &str) -> bool {
+        self.layers.as_ref().is_some_and(|layers| layers.iter().all(|name| name != layer))
+    }
+
     /// A layer, without what is to be removed of it.
     fn layer(
         &mut self,
@@ -461,7 +255,7 @@ impl Folder<'_> {
         mesh: &TriMesh,
         colors: Option<&PerVertex<[u8; 3]>>,
     ) -> Result<(), SessionError> {
-        if self.layers.as_ref().is_some_and(|layers| layers.iter().all(|layer| layer != name)) {
+        if self.leaves_out(name) {
             return Ok(());
         }
         let (mesh, colors) = self.covered.remaining_surface(rank, mesh, colors);

@@ -3,6 +3,7 @@
 use super::posed_step::PosedStep;
 use crate::bake::{PaintedSurface, PhotographedSurface, Place, baked, charts};
 use crate::body::{Figure, UvMap};
+use crate::export::QuadLayer;
 use crate::geometry::{PerVertex, TriMesh};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
@@ -52,20 +53,36 @@ impl Session {
     ///
     /// `on_layer` hears the name of each layer that is baked, not of those that were kept.
     ///
+    /// **Shapes** `quads`: one entry per layer, if the figure was re-meshed.
+    ///
     /// **Requires** all steps up to that of the figure, in their order.
     pub(in crate::session) fn textured(
         &self,
         mut figure: Figure,
         steps: &[PosedStep],
+        quads: &[QuadLayer],
         size: TextureSize,
         on_layer: &mut dyn FnMut(&str),
     ) -> Result<Figure, SessionError> {
         for (rank, layer) in figure.layers.iter_mut().enumerate() {
             let step = if rank == 0 { steps.first() } else { steps.iter().find(|posed| posed.step.name == layer.name) };
             let Some(scanned) = step.and_then(|posed| Scanned::of(posed, rank)) else { continue };
-            if scanned.surface.face_count() != layer.mesh.face_count() {
+            let quads = quads.get(rank);
+            let faces = quads.map_or(layer.mesh.face_count(), |quads| quads.faces_before);
+            if scanned.surface.face_count() != faces {
                 continue;
             }
+            let (is_seen, colors) = (layer.is_seen.clone(), layer.colors.clone());
+            let scanned = match quads.and_then(|quads| quads.outcome.as_ref().ok()) {
+                None => scanned,
+                Some(remeshed) => Scanned {
+                    surface: remeshed.in_pose_of(&scanned.surface, &layer.mesh),
+                    is_seen: is_seen.as_ref(),
+                    colors: colors.as_ref(),
+                    uvs: None,
+                    ..scanned
+                },
+            };
             if let Some(uvs) = self.texture_of(&scanned, size, &mut || on_layer(&layer.name))? {
                 layer.uvs = Some(uvs);
             }

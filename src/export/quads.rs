@@ -1,0 +1,171 @@
+//! A figure whose layers are re-meshed with quads.
+
+use super::error::ExportError;
+use super::uncrossed::uncrossed;
+use crate::body::{Figure, JointId, Layer, SkinWeights};
+use crate::formats::{byte_of_linear, linear_of_byte};
+use crate::geometry::{PerVertex, Point, QuadFigures, SurfaceIndex, SurfacePoint, TriMesh, Vec3, VertexId, quad_mesh};
+use rayon::prelude::*;
+
+/// Edge lengths that a count may imply, in metres: longer ones lose the body's shape, shorter ones are finer than scans.
+const EDGE_LENGTHS: [f64; 2] = [0.002, 0.04];
+
+/// Without a count there is a quad for so many triangles: quads of twice their area, and a fifth coarser.
+const TRIANGLES_PER_QUAD: usize = 5;
+
+/// A re-meshed figure.
+#[derive(Clone, Debug)]
+pub struct QuadFigure {
+    /// Its layers; the faces of a re-meshed one are pairs of triangles, one pair per quad.
+    pub figure: Figure,
+    /// What became of each layer.
+    ///
+    /// **Shapes** one entry per layer.
+    pub layers: Vec<QuadLayer>,
+}
+
+/// What became of a layer.
+#[derive(Clone, Debug)]
+pub struct QuadLayer {
+    /// The layer's name.
+    pub name: String,
+    /// The faces that it had.
+    pub faces_before: usize,
+    /// Its quads, or one sentence why it keeps its triangles.
+    pub outcome: Result<Remeshed, String>,
+}
+
+/// Quads instead of a layer's triangles.
+#[derive(Clone, Debug)]
+pub struct Remeshed {
+    /// Where each vertex lies on the layer before.
+    pub places: PerVertex<SurfacePoint>,
+    /// Counts and angles.
+    pub figures: QuadFigures,
+}
+
+impl QuadFigure {
+    /// Re-meshes the layers of a figure with about `count` quads of one size.
+    ///
+    /// Skin weights, colours, seen and physics values are interpolated; texture coordinates are dropped. Layers that cannot
+    /// be re-meshed, or that would cross others, keep their triangles.
+    ///
+    /// **Errors** [`ExportError::QuadCount`] for a count that means edges below 2 mm or above 40 mm.
+    ///
+    /// **Guarantees** no face of a re-meshed layer crosses another face, on coordinates rounded to `f32`; equal with any
+    /// number of threads.
+    pub fn of(figure: &Figure, count: Option<usize>) -> Result<Self, ExportError> {
+        let area: f64 = figure.layers.iter().map(|layer| layer.mesh.area()).sum();
+        let faces: usize = figure.layers.iter().map(|layer| layer.mesh.face_count()).sum();
+        let [shortest, longest] = EDGE_LENGTHS;
+        let count_for = |edge: f64| (area / (edge * edge)) as usize;
+        let edge_length = match count {
+            None => (area / (faces / TRIANGLES_PER_QUAD).max(1) as f64).sqrt().clamp(shortest, longest),
+            Some(count) => (area / count as f64).sqrt(),
+        };
+        if let Some(count) = count.filter(|_| !(shortest..=longest).contains(&edge_length)) {
+            return Err(ExportError::QuadCount { count, least: count_for(longest) + 1, most: count_for(shortest) });
+        }
+        let mut remeshed: Vec<(Layer, QuadLayer)> =
+            figure.layers.par_iter().map(|layer| remeshed(layer, edge_length)).collect();
+        keep_apart(figure, &mut remeshed);
+        let (layers, outcomes) = remeshed.into_iter().unzip();
+        Ok(Self { figure: Figure { skeleton: figure.skeleton.clone(), layers }, layers: outcomes })
+    }
+
+    /// Whether the faces of each layer are pairs of triangles.
+    ///
+    /// **Shapes** one entry per layer.
+    pub fn are_quads(&self) -> Vec<bool> {
+        self.layers.iter().map(|layer| layer.outcome.is_ok()).collect()
+    }
+}
+
+/// Moves crossing layers apart. While some still cross, the one with the most crossings gets its triangles back.
+fn keep_apart(figure: &Figure, remeshed: &mut [(Layer, QuadLayer)]) {
+    loop {
+        let meshes: Vec<TriMesh> = remeshed.iter().map(|(layer, _)| layer.mesh.clone()).collect();
+        let may_move: Vec<bool> = remeshed.iter().map(|(_, layer)| layer.outcome.is_ok()).collect();
+        let (apart, left) = uncrossed(&meshes, &may_move);
+        match (0..left.len()).filter(|&k| left[k] > 0).max_by_key(|&k| (left[k], k)) {
+            None => {
+                let with_points = apart.into_iter().zip(&may_move).zip(remeshed);
+                with_points.filter(|((_, moves), _)| **moves).for_each(|((mesh, _), (layer, _))| layer.mesh = mesh);
+                return;
+            }
+            Some(k) => {
+                remeshed[k].0 = figure.layers[k].clone();
+                remeshed[k].1.outcome = Err(format!("{} of its quads would cross other faces", left[k]));
+            }
+        }
+    }
+}
+
+fn remeshed(layer: &Layer, edge_length: f64) -> (Layer, QuadLayer) {
+    let (name, faces_before) = (layer.name.clone(), layer.mesh.face_count());
+    match quad_mesh(&layer.mesh, edge_length) {
+        Err(error) => (layer.clone(), QuadLayer { name, faces_before, outcome: Err(error.to_string()) }),
+        Ok(quads) => {
+            let mesh = quads.triangles();
+            let index = SurfaceIndex::prepare(&layer.mesh);
+            let places: PerVertex<SurfacePoint> =
+                mesh.points().0.par_iter().map(|p| index.closest(p)).collect::<Vec<_>>().into();
+            let carried = carried(layer, mesh, &places);
+            (carried, QuadLayer { name, faces_before, outcome: Ok(Remeshed { places, figures: quads.figures() }) })
+        }
+    }
+}
+
+/// The layer's values at places of its surface.
+fn carried(layer: &Layer, mesh: TriMesh, places: &PerVertex<SurfacePoint>) -> Layer {
+    let corners = |place: &SurfacePoint| -> [(VertexId, f64); 3] {
+        let face = layer.mesh.faces()[place.face];
+        std::array::from_fn(|k| (face[k], place.barycentric[k]))
+    };
+    let row = |place: &SurfacePoint| -> Vec<(JointId, f64)> {
+        let mut sum: Vec<(JointId, f64)> = Vec::new();
+        for (v, share) in corners(place) {
+            for (joint, weight) in layer.weights.rows()[v] {
+                match sum.iter_mut().find(|(j, _)| *j == joint) {
+                    Some((_, own)) => *own += share * weight,
+                    None => sum.push((joint, share * weight)),
+                }
+            }
+        }
+        sum
+    };
+    let weights = SkinWeights::from_rows_of_cloth(places.iter().map(row));
+    let weights = weights.following(&layer.weights, places.iter().map(|place| corners(place).to_vec()));
+    let mean = |place: &SurfacePoint, of: &dyn Fn(VertexId) -> f64| -> f64 {
+        corners(place).iter().map(|&(v, share)| share * of(v)).sum()
+    };
+    let color = |colors: &PerVertex<[u8; 3]>, place: &SurfacePoint| -> [u8; 3] {
+        std::array::from_fn(|c| byte_of_linear(mean(place, &|v| linear_of_byte(colors[v][c]))))
+    };
+    let is_seen = |seen: &PerVertex<bool>, place: &SurfacePoint| mean(place, &|v| f64::from(u8::from(seen[v]))) >= 0.5;
+    Layer {
+        name: layer.name.clone(),
+        template: layer.template.clone(),
+        mesh,
+        weights,
+        colors: layer.colors.as_ref().map(|colors| places.iter().map(|place| color(colors, place)).collect()),
+        is_seen: layer.is_seen.as_ref().map(|seen| places.iter().map(|place| is_seen(seen, place)).collect()),
+        uvs: None,
+        physics: (layer.physics.as_ref())
+            .map(|physics| places.iter().map(|place| mean(place, &|v| physics[v])).collect()),
+        fabric: layer.fabric.clone(),
+    }
+}
+
+impl Remeshed {
+    /// The re-meshed surface as the layer before lies in another pose.
+    ///
+    /// **Shapes** `before`: the layer before, with its faces; `mesh`: the re-meshed layer.
+    pub fn in_pose_of(&self, before: &TriMesh, mesh: &TriMesh) -> TriMesh {
+        let at = |place: &SurfacePoint| {
+            let corners = before.triangle(place.face);
+            Point::from(corners.iter().zip(place.barycentric).map(|(p, share)| p.coords * share).sum::<Vec3>())
+        };
+        mesh.with_points(self.places.iter().map(at).collect::<PerVertex<_>>())
+    }
+}

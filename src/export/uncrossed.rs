@@ -1,0 +1,139 @@
+//! Separates layers that cross after they were re-meshed: a quad cuts off the top of a fold, and the layer over it another.
+
+use crate::geometry::{FaceId, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
+use std::collections::BTreeMap;
+
+/// Faces are moved apart by the depth of a crossing plus this, in metres; it grows each round.
+const MARGIN: f64 = 1e-4;
+
+/// The greatest move in one round, in metres.
+const GREATEST_MOVE: f64 = 2e-3;
+
+/// Rounds of moves: most crossings end within three.
+const ROUNDS: usize = 40;
+
+/// Moves the vertices of re-meshed layers until no face of theirs crosses any other, on coordinates rounded to `f32` as in
+/// a file: the outer of two layers outwards, the inner inwards if the outer is not re-meshed.
+///
+/// **Shapes** `layers` innermost first, the body is the first; `may_move` one entry per layer. The result has the layers'
+/// points, rounded, and per layer the pairs of crossing faces that are left, each counted for the layers that may move.
+pub(super) fn uncrossed(layers: &[TriMesh], may_move: &[bool]) -> (Vec<TriMesh>, Vec<usize>) {
+    let mut sheets = Sheets::join(layers, may_move);
+    let mut pairs: Vec<[FaceId; 2]> = Vec::new();
+    let mut moved: Vec<FaceId> = sheets.index.mesh().face_ids().collect();
+    for round in 0..=ROUNDS {
+        pairs.retain(|pair| !pair.iter().any(|f| moved.binary_search(f).is_ok()));
+        pairs.extend(sheets.crossings(&moved));
+        pairs.sort_unstable();
+        pairs.dedup();
+        if pairs.is_empty() || round == ROUNDS {
+            break;
+        }
+        let moves = sheets.moves_apart(&pairs, MARGIN * (1 + round) as f64);
+        moved = sheets.moved_by(&moves);
+    }
+    let mut left = vec![0; layers.len()];
+    for [f, g] in pairs {
+        let [i, j] = [f, g].map(|f| sheets.layer_of(f));
+        left[i] += usize::from(may_move[i]);
+        left[j] += usize::from(may_move[j] && i != j);
+    }
+    let points = sheets.index.mesh().points();
+    let apart =
+        |(k, layer): (usize, &TriMesh)| layer.with_points(points.0[sheets.starts[k]..sheets.starts[k + 1]].to_vec());
+    (layers.iter().enumerate().map(apart).collect(), left)
+}
+
+/// All layers in one mesh.
+struct Sheets<'a> {
+    index: SurfaceIndex,
+    /// Per layer its first vertex; then the number of all vertices.
+    starts: Vec<usize>,
+    may_move: &'a [bool],
+    normals: PerVertex<Vec3>,
+}
+
+impl<'a> Sheets<'a> {
+    fn join(layers: &[TriMesh], may_move: &'a [bool]) -> Self {
+        let mut starts = vec![0];
+        let (mut points, mut faces) = (Vec::new(), Vec::new());
+        for layer in layers {
+            let first = points.len();
+            points.extend(layer.points().iter().map(rounded));
+            faces.extend(layer.faces().iter().map(|f| f.map(|v| v.0 + first as u32)));
+            starts.push(points.len());
+        }
+        let mesh = TriMesh::try_from_indices(points, &faces).unwrap_or_else(|_| TriMesh::empty());
+        Self { normals: mesh.vertex_normals(), index: SurfaceIndex::prepare(&mesh), starts, may_move }
+    }
+
+    fn layer_of_vertex(&self, v: VertexId) -> usize {
+        self.starts.partition_point(|&start| start <= v.index()) - 1
+    }
+
+    fn layer_of(&self, f: FaceId) -> usize {
+        self.layer_of_vertex(self.index.mesh().faces()[f][0])
+    }
+
+    /// The pairs of which one face is in `faces` and one may move, the inner first.
+    fn crossings(&self, faces: &[FaceId]) -> Vec<[FaceId; 2]> {
+        let pairs = self.index.piercings(faces).into_iter().map(|x| [x.from.min(x.face), x.from.max(x.face)]);
+        pairs.filter(|pair| pair.iter().any(|&f| self.may_move[self.layer_of(f)])).collect()
+    }
+
+    /// The longest move of each vertex of a crossing face.
+    fn moves_apart(&self, pairs: &[[FaceId; 2]], margin: f64) -> BTreeMap<VertexId, Vec3> {
+        let mesh = self.index.mesh();
+        let mut moves: BTreeMap<VertexId, Vec3> = BTreeMap::new();
+        let mut require = |face: FaceId, by: Vec3| {
+            for v in mesh.faces()[face] {
+                let own = moves.entry(v).or_insert_with(Vec3::zeros);
+                if by.norm_squared() > own.norm_squared() {
+                    *own = by;
+                }
+            }
+        };
+        for &[f, g] in pairs {
+            let (normal, of_outer) = (mesh.face_normal(f), mesh.face_normal(g));
+            let [t, u] = [f, g].map(|f| mesh.triangle(f));
+            let depth = |points: &[Point; 3], plane: &Point, n: &Vec3| {
+                points.iter().map(|p| n.dot(&(p - plane))).fold(0.0, f64::max)
+            };
+            let [i, j] = [f, g].map(|f| self.layer_of(f));
+            if i == j {
+                // The side on which most of the other face lies is its own.
+                let middle = u.iter().map(|p| normal.dot(&(p - t[0]))).sum::<f64>();
+                let out = if middle < 0.0 { -normal } else { normal };
+                let height = (0.5 * (depth(&u, &t[0], &-out) + margin)).min(GREATEST_MOVE);
+                require(g, out * height);
+                require(f, -out * height);
+                continue;
+            }
+            let out: Vec3 = mesh.faces()[f].iter().map(|&v| self.normals[v]).sum();
+            let out = out.try_normalize(1e-9).unwrap_or(normal);
+            let below = depth(&u, &t[0], &-normal);
+            let above = depth(&t, &u[0], &of_outer);
+            let height = (below.min(above) + margin).min(GREATEST_MOVE);
+            if self.may_move[j] { require(g, out * height) } else { require(f, -out * height) }
+        }
+        moves
+    }
+
+    /// Moves vertices; the faces that moved, ascending.
+    fn moved_by(&mut self, moves: &BTreeMap<VertexId, Vec3>) -> Vec<FaceId> {
+        let mesh = self.index.mesh();
+        let mut points = mesh.points().clone();
+        for (&v, by) in moves {
+            points[v] = rounded(&(points[v] + by));
+        }
+        let has_moved = |corners: &[VertexId; 3]| corners.iter().any(|v| moves.contains_key(v));
+        let moved = mesh.faces().enumerate().filter(|(_, corners)| has_moved(corners)).map(|(f, _)| f).collect();
+        let mesh = mesh.with_points(points);
+        self.index.follow(&mesh);
+        moved
+    }
+}
+
+fn rounded(p: &Point) -> Point {
+    Point::from(p.coords.map(|c| f64::from(c as f32)))
+}

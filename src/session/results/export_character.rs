@@ -1,0 +1,282 @@
+//! Exports the figure as one file that holds it.
+
+use super::export::{ExportRequest, Exported, Quads, Textures};
+use super::outputs::{Content, Outputs};
+use super::posed_step::PosedStep;
+use super::textures::TextureSize;
+use crate::body::{Figure, Layer};
+use crate::export::{
+    CharacterAnimation, CharacterOptions, Companion, CoveredParts, Format, FormatOption, QuadFigure, QuadLayer, Rest,
+    SwingParams, fitted_springs,
+};
+use crate::geometry::{PerVertex, Point};
+use crate::rig::cover_masks;
+use crate::session::error::SessionError;
+use crate::session::open::Session;
+use crate::session::pipeline::standing;
+use crate::session::recipe::garment_spec;
+use crate::session::store::ContentHash;
+use crate::stack::{StackParams, reposed};
+use std::path::{Path, PathBuf};
+
+impl Session {
+    /// Writes the figure as one file.
+    pub(super) fn export_file(
+        &self,
+        request: &ExportRequest,
+        format: &dyn Format,
+        outputs: &mut Outputs,
+        on_texture: &mut dyn FnMut(&str),
+    ) -> Result<Exported, SessionError> {
+        let refuse = |what: String| {
+            let hint = "name a folder instead: `overcoat export DIR/ …`".into();
+            Err(SessionError::BadRequest { what, hint })
+        };
+        let extension = format.extension();
+        if request.scan.is_some() || request.before_registration {
+            return refuse(format!(
+                "a .{extension} holds the figure; it cannot hold a scan or the body before registration"
+            ));
+        }
+        if request.eight_influences && !format.options().contains(&FormatOption::EightInfluences) {
+            return refuse(format!(
+                "a .{extension} has at most four joints per vertex, so --influences changes nothing"
+            ));
+        }
+        if request.bake_cloth.is_some() && !format.options().contains(&FormatOption::Cloth) {
+            return Err(SessionError::BadRequest {
+                what: format!("a .{extension} does not hold simulated cloth"),
+                hint: "export a .usdc or .usdz, or `--sequence pc2` beside it".into(),
+            });
+        }
+        if !request.authors.is_empty() && !format.options().contains(&FormatOption::Authors) {
+            return Err(SessionError::BadRequest {
+                what: format!("a .{extension} does not name its authors"),
+                hint: "leave --author out, or export a .vrm".into(),
+            });
+        }
+        if request.engine.is_some() && !format.options().contains(&FormatOption::Engine) {
+            return Err(SessionError::BadRequest {
+                what: format!("--for adds to a .glb what a program's cloth needs, not to a .{extension}"),
+                hint: "export a .glb, or leave --for out".into(),
+            });
+        }
+        if format.rest() != Rest::Bind && request.at.is_some() {
+            return refuse(format!("a .{extension} is always in the T-pose, so --at changes nothing"));
+        }
+        let steps = self.posed_steps(request.at.as_deref())?;
+        let Some(last) = steps.last() else { return Ok(Exported::default()) };
+        let path = request.target.clone();
+        outputs.claim(&path, Content::Character(extension))?;
+        let figure = match request.at {
+            Some(_) => last.figure_for_pose(),
+            None => standing(last.figure.clone(), &last.step.name)?,
+        };
+        let (figure, quads) = with_quads(figure, request)?;
+        // The masks are those of all poses, so they are the same wherever the figure stands.
+        let masked = if quads.is_empty() { &last.figure } else { &figure };
+        let covered = self.covered_parts(masked, request.hide_covered, &request.target)?;
+        let removed = covered.removed(masked);
+        let figure = match request.textures {
+            Textures::AsUsual => self.textured(figure, &steps, &quads, TextureSize::default(), on_texture)?,
+            Textures::Of(size) => self.textured(figure, &steps, &quads, size, on_texture)?,
+            Textures::None => without_textures(figure),
+        };
+        let layers = chosen(&figure, &request.layers)?;
+        let (figure, masks) = covered.remaining(figure);
+        let loose = loose_parts(&figure, &steps)?;
+        let (figure, swing) = match format.rest().pose(&figure.skeleton) {
+            None => (figure, SwingParams::default()),
+            Some(rest) => {
+                let swing = self.swing_of(&figure, &loose, outputs)?;
+                let reposed = reposed(&figure, &rest, &StackParams::default());
+                let reposed = reposed.map_err(|e| SessionError::bad_source(&path, e))?;
+                if reposed.crossing_pairs > 0 {
+                    let pairs = reposed.crossing_pairs;
+                    outputs
+                        .notice(format!("{pairs} pairs of faces cross in the T-pose; there are none in the bind pose"));
+                }
+                (reposed.figure, swing)
+            }
+        };
+        let pose = request.at.as_ref().map(|_| last.pose.clone());
+        let provenance = steps.iter().map(origin).collect();
+        let mut animations = if request.at.is_none() { self.animations_in_file(outputs)? } else { Vec::new() };
+        if let Some(name) = &request.bake_cloth {
+            let moved = self.moved_figure(name.as_deref())?;
+            animations.retain(|animation| animation.name != moved.name);
+            let cloth = moved.cloth.as_ref().map(|_| {
+                let frames = |rank| (0..moved.track.poses.len()).map(|f| moved.layer(&figure, rank, f)).collect();
+                (0..figure.layers.len()).map(frames).collect()
+            });
+            if cloth.is_none() {
+                return Err(SessionError::BadRequest {
+                    what: format!("the cloth of '{}' is not simulated, so there is nothing to bake", moved.name),
+                    hint: "leave --bake-cloth out: the skin weights move all layers".into(),
+                });
+            }
+            // The last one plays.
+            animations.push(CharacterAnimation { name: moved.name, track: moved.track, cloth });
+        }
+        let eight_influences = request.eight_influences;
+        let covered = Some(masks);
+        let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+        let options = CharacterOptions {
+            stem,
+            layers,
+            name: request.name.clone(),
+            bones: request.bones,
+            pose,
+            covered,
+            eight_influences,
+            animations,
+            engine: request.engine,
+            authors: request.authors.clone(),
+            loose,
+            swing,
+            provenance,
+        };
+        let mut bytes = Vec::new();
+        let companions = format.write(&figure, &options, &mut bytes).map_err(|e| SessionError::bad_source(&path, e))?;
+        let beside = |companion: Companion| (path.with_file_name(companion.path), companion.bytes);
+        let mut files: Vec<(PathBuf, Vec<u8>)> = companions.into_iter().map(beside).collect();
+        // Last: what it names is there then.
+        files.push((path, bytes));
+        Ok(Exported { files: outputs.write_together(files)?, removed, quads })
+    }
+
+    /// The parts of a figure's layers that others cover, kept for the next time. `target` is for messages.
+    pub(super) fn covered_parts(
+        &self,
+        figure: &Figure,
+        remove: bool,
+        target: &Path,
+    ) -> Result<CoveredParts, SessionError> {
+        const KEPT: &str = "covered";
+        /// Of the computation: another one computes kept masks anew.
+        const VERSION: u32 = 1;
+        let failed =
+            |e: &dyn std::fmt::Display| SessionError::Internal { what: format!("the figure has no hash: {e}") };
+        let layers: Vec<_> = figure.layers.iter().map(|layer| (&layer.mesh, &layer.weights)).collect();
+        let inputs = postcard::to_stdvec(&(VERSION, &figure.skeleton, layers)).map_err(|e| failed(&e))?;
+        let (derived, inputs) = (self.store.derived(), ContentHash::of(&inputs));
+        let masks = match derived.load(KEPT, inputs) {
+            Some(kept) => kept,
+            None => {
+                let masks = cover_masks(figure).map_err(|e| SessionError::bad_source(target, e))?;
+                derived.keep(KEPT, inputs, &masks);
+                masks
+            }
+        };
+        CoveredParts::of(figure, masks, remove).map_err(|e| SessionError::bad_source(target, e))
+    }
+
+    /// Springs that move like the cloth of the last animation, where that is simulated.
+    fn swing_of(
+        &self,
+        figure: &Figure,
+        loose: &[PerVertex<bool>],
+        outputs: &mut Outputs,
+    ) -> Result<SwingParams, SessionError> {
+        let hangs = loose.iter().any(|loose| loose.iter().any(|is_loose| *is_loose));
+        if !hangs || self.recipe.animations.is_empty() {
+            return Ok(SwingParams::default());
+        }
+        let moved = match self.moved_figure(None) {
+            Ok(moved) => moved,
+            Err(SessionError::NotBuilt { .. }) => return Ok(SwingParams::default()),
+            Err(other) => return Err(other),
+        };
+        let frames = moved.track.poses.len();
+        let is_same = |rank: usize| moved.layer(figure, rank, 0).len() == figure.layers[rank].mesh.vertex_count();
+        if moved.cloth.is_none() || !(0..figure.layers.len()).all(is_same) {
+            return Ok(SwingParams::default());
+        }
+        let frames_of = |rank| (0..frames).map(|frame| moved.layer(figure, rank, frame)).collect();
+        let cloth: Vec<Vec<PerVertex<Point>>> = (0..figure.layers.len()).map(frames_of).collect();
+        let Some(fitted) = fitted_springs(figure, loose, &moved.track.poses, moved.track.fps, &cloth) else {
+            return Ok(SwingParams::default());
+        };
+        outputs.notice(format!(
+            "springs with a share of {}, stiffness {} and drag {} follow the cloth of '{}' best: {:.1} mm from it on \
+             average, {:.1} mm by skin weights alone",
+            fitted.params.share,
+            fitted.params.stiffness,
+            fitted.params.drag,
+            moved.name,
+            1000.0 * fitted.mean_distance,
+            1000.0 * fitted.skinned_distance
+        ));
+        Ok(fitted.params)
+    }
+
+    /// The animations that are up to date; the others are reported.
+    fn animations_in_file(&self, outputs: &mut Outputs) -> Result<Vec<CharacterAnimation>, SessionError> {
+        let (moved, out_of_date) = self.moved_figures()?;
+        for name in out_of_date {
+            outputs.notice(format!("the animation '{name}' is out of date and left out: run `overcoat build` first"));
+        }
+        Ok(moved
+            .into_iter()
+            .map(|moved| CharacterAnimation { name: moved.name, track: moved.track, cloth: None })
+            .collect())
+    }
+}
+
+/// The layers of a file; `None` for all.
+///
+/// **Errors** if the figure has no layer of a name.
+pub(super) fn chosen(figure: &Figure, names: &[String]) -> Result<Option<Vec<String>>, SessionError> {
+    let known: Vec<&str> = figure.layers.iter().map(|layer| layer.name.as_str()).collect();
+    match names.iter().find(|name| !known.contains(&name.as_str())) {
+        Some(unknown) => Err(SessionError::BadRequest {
+            what: format!("there is no layer '{unknown}'"),
+            hint: format!("the layers are {}", known.join(", ")),
+        }),
+        None => Ok((!names.is_empty()).then(|| names.to_vec())),
+    }
+}
+
+/// Which vertices of each layer hang loose by its kind.
+///
+/// **Shapes** one entry per layer, with one per vertex.
+fn loose_parts(figure: &Figure, steps: &[PosedStep]) -> Result<Vec<PerVertex<bool>>, SessionError> {
+    let of_layer = |layer: &Layer| -> Result<PerVertex<bool>, SessionError> {
+        let points = layer.mesh.points();
+        match steps.iter().find(|posed| posed.step.name == layer.name && layer.template.is_some()) {
+            Some(posed) => {
+                let spec = garment_spec::of_step(&posed.step)?;
+                Ok(spec.template.loose_part(points, figure.body(), &figure.skeleton))
+            }
+            None => Ok(PerVertex::filled(false, points.len())),
+        }
+    };
+    figure.layers.iter().map(of_layer).collect()
+}
+
+/// The figure with quads, if they are requested, and what became of each layer.
+pub(super) fn with_quads(figure: Figure, request: &ExportRequest) -> Result<(Figure, Vec<QuadLayer>), SessionError> {
+    let count = match request.quads {
+        Quads::None => return Ok((figure, Vec::new())),
+        Quads::AsFine => None,
+        Quads::Count(count) => Some(count),
+    };
+    let remeshed = QuadFigure::of(&figure, count)
+        .map_err(|e| SessionError::BadRequest { what: e.to_string(), hint: e.hint().unwrap_or_default() })?;
+    Ok((remeshed.figure, remeshed.layers))
+}
+
+/// The figure with the colours of its vertices only.
+fn without_textures(mut figure: Figure) -> Figure {
+    for uvs in figure.layers.iter_mut().filter_map(|layer| layer.uvs.as_mut()) {
+        uvs.texture = None;
+    }
+    figure
+}
+
+/// A step and the name of its scan's file, without the folder, which is private.
+fn origin(posed: &PosedStep) -> (String, String) {
+    let file = Path::new(&posed.step.scan).file_name().map(|f| f.to_string_lossy().into_owned()).unwrap_or_default();
+    let hash = posed.step.hash.map(|h| format!(", BLAKE3 {h}")).unwrap_or_default();
+    (format!("scan of {}", posed.step.name), format!("{file}{hash}"))
+}

@@ -1,0 +1,82 @@
+//! `export --quads`: layers as quads that keep their hems, their values, and clear of each other.
+
+use crate::common::glb::Glb;
+use crate::common::{demo, overcoat, overcoat_ok};
+use overcoat::formats::{RawMesh, read_gltf, read_ply};
+use overcoat::geometry::{Adjacency, Point, TriMesh};
+use overcoat::stack::crossing_places;
+use std::path::Path;
+
+const LAYERS: [&str; 5] = ["body", "tshirt", "skirt", "pullover", "vest"];
+
+fn mesh(raw: &RawMesh) -> TriMesh {
+    TriMesh::try_from_indices(raw.points.iter().map(|p| Point::from(*p)).collect(), &raw.faces).unwrap()
+}
+
+fn layers(folder: &Path) -> Vec<RawMesh> {
+    LAYERS.map(|name| read_ply(std::fs::read(folder.join(format!("{name}.ply"))).unwrap().as_slice()).unwrap()).into()
+}
+
+#[test]
+fn layers_become_quads_that_keep_their_hems_and_cross_nowhere() {
+    let out = tempfile::tempdir().unwrap();
+    let [before, after] = ["before", "after"].map(|name| out.path().join(name));
+    let export = |folder: &Path, options: &[&str]| {
+        let target = format!("{}/", folder.display());
+        overcoat_ok(&demo().session, &[&["export", &target, "--json"], options].concat()).json()
+    };
+    export(&before, &[]);
+    let done = export(&after, &["--quads=20000"]);
+    let header = std::fs::read(after.join("vest.ply")).unwrap();
+    let (before, after) = (layers(&before), layers(&after));
+    let said = done["quads"].as_array().unwrap();
+    let mut quads = 0;
+    for ((name, said), (before, after)) in LAYERS.iter().zip(said).zip(before.iter().zip(&after)) {
+        assert_eq!(said["layer"], *name, "{done}");
+        let count = said["quads"].as_u64().unwrap_or_else(|| panic!("{name} keeps its triangles: {done}"));
+        quads += count;
+        assert_eq!(after.faces.len() as u64, 2 * count, "the reader splits quads");
+        assert!(said["smallest_angle_deg"].as_f64().unwrap() >= 20.0, "{name}: {said}");
+        assert_eq!(before.colors.is_some(), after.colors.is_some());
+        let loops = |raw: &RawMesh| Adjacency::prepare(&mesh(raw)).boundary_loops().len();
+        assert_eq!(loops(before), loops(after), "{name}");
+    }
+    assert!((16_000..25_000).contains(&quads), "{quads}");
+    let text = String::from_utf8_lossy(&header[..400]).into_owned();
+    let count = said[4]["quads"].as_u64().unwrap();
+    assert!(text.contains(&format!("element face {count}")), "four corners each: {text}");
+    let crossings = crossing_places(&after.iter().map(mesh).collect::<Vec<_>>()).unwrap();
+    assert!(crossings.is_empty(), "{crossings:?}");
+}
+
+#[test]
+fn a_glb_of_quads_has_pairs_of_triangles_and_all_attributes() {
+    let out = tempfile::tempdir().unwrap();
+    let [file, again] = ["quads.glb", "again.glb"].map(|name| out.path().join(name));
+    let export = |file: &Path| {
+        let options = ["export", file.to_str().unwrap(), "--quads=20000", "--texture", "none"];
+        overcoat_ok(&demo().session, &options);
+        std::fs::read(file).unwrap()
+    };
+    let bytes = export(&file);
+    assert!(bytes == export(&again), "equal bytes");
+    let glb = Glb::new(&bytes);
+    for name in ["JOINTS_0", "WEIGHTS_0", "COLOR_0", "_PHYSW", "_LAYER", "_COVERED"] {
+        let primitives = glb.json["meshes"].as_array().unwrap().iter().map(|mesh| &mesh["primitives"][0]["attributes"]);
+        assert!(primitives.into_iter().all(|attributes| attributes.get(name).is_some()), "{name}");
+    }
+    let raw = read_gltf(bytes.as_slice()).unwrap();
+    let is_pair = |pair: &[[u32; 3]]| pair[0].iter().filter(|v| pair[1].contains(v)).count() == 2;
+    assert!(raw.faces.len() % 2 == 0 && raw.faces.chunks(2).all(is_pair));
+}
+
+#[test]
+fn counts_that_make_no_sense_get_a_sentence() {
+    for (count, problem) in [("10", "too few"), ("10000000", "too many"), ("0", "too few"), ("many", "invalid value")] {
+        let answer = overcoat(&demo().session, &["export", "out/", &format!("--quads={count}")]);
+        assert!(answer.code != 0 && answer.stderr.contains(problem), "{count}: {}", answer.stderr);
+        assert!(!answer.stderr.contains("panicked"));
+    }
+    let answer = overcoat(&demo().session, &["export", "out/", "--quads", "--at", "vest"]);
+    assert!(answer.code == 2 && answer.stderr.contains("cannot be used with"), "{}", answer.stderr);
+}
