@@ -151,7 +151,11 @@ fn glb_of(mesh: &RawMesh) -> Vec<u8> {
     let mesh = Some(glb.mesh(&mesh).expect("no extras"));
     let node = glb.node(&GlbNode { name: "waves", mesh, ..GlbNode::default() });
     let mut bytes = Vec::new();
-    glb.write(&GlbScene { generator: "bench", name: "scene", roots: &[node], extras }, &mut bytes).expect("written");
+    glb.write(
+        &GlbScene { generator: "bench", name: "scene", roots: &[node], extras, extensions: Default::default() },
+        &mut bytes,
+    )
+    .expect("written");
     bytes
 }
 

@@ -101,8 +101,16 @@ pub struct GlbScene<'a> {
 pub struct GlbWriter {
     bin: Vec<u8>,
     pub(super) root: Root,
-    /// The folder of the pictures of a `.gltf`, and these; `None` for a `.glb`, which holds them itself.
-    beside: Option<(String, Vec<(String, Vec<u8>)>)>,
+    /// The pictures of a `.gltf`; `None` for a `.glb`, which holds them itself.
+    beside: Option<PicturesBeside>,
+}
+
+/// Pictures in a folder beside a `.gltf`.
+#[derive(Debug)]
+struct PicturesBeside {
+    folder: String,
+    /// By their paths relative to the `.gltf`.
+    pictures: Vec<(String, Vec<u8>)>,
 }
 
 /// A `.gltf` and its files.
@@ -126,7 +134,8 @@ impl GlbWriter {
     ///
     /// **Requires** a folder's name of letters, digits and underscores.
     pub fn with_pictures_in(folder: &str) -> Self {
-        Self { beside: Some((folder.into(), Vec::new())), ..Self::default() }
+        let beside = PicturesBeside { folder: folder.into(), pictures: Vec::new() };
+        Self { beside: Some(beside), ..Self::default() }
     }
 
     /// Appends bytes to the binary chunk.
@@ -268,7 +277,7 @@ impl GlbWriter {
 
     /// Adds a picture, the bytes of a PNG file, as a texture.
     pub fn texture(&mut self, name: &str, png: &[u8]) -> TextureId {
-        let uri = self.beside.as_mut().map(|(folder, pictures)| {
+        let uri = self.beside.as_mut().map(|PicturesBeside { folder, pictures }| {
             // The number keeps names apart that are equal without their special letters.
             let plain = name.replace(|c: char| !c.is_ascii_alphanumeric(), "_");
             let path = format!("{folder}/{}-{plain}.png", pictures.len());
@@ -380,7 +389,7 @@ impl GlbWriter {
     /// The `.gltf`, with its arrays in a file of that name.
     pub fn into_files(mut self, scene: &GlbScene, bin_name: &str) -> Result<GltfFiles, FormatError> {
         let json = self.complete(scene, Some(bin_name))?;
-        let pictures = self.beside.map(|(_, pictures)| pictures).unwrap_or_default();
+        let pictures = self.beside.map(|beside| beside.pictures).unwrap_or_default();
         Ok(GltfFiles { json, bin: self.bin, pictures })
     }
 

@@ -110,7 +110,7 @@ fn text_of(value: &UsdValue) -> String {
         UsdValue::TexCoords(values) => list(values, |out, value| out.push_str(&tuple(value))),
         UsdValue::Quaternions(values) => list(values, |out, value| out.push_str(&tuple(value))),
         UsdValue::Matrices(values) => list(values, |out, value| {
-            let rows: Vec<String> = value.chunks(4).map(|row| tuple(row)).collect();
+            let rows: Vec<String> = value.chunks(4).map(tuple).collect();
             out.push_str(&format!("({})", rows.join(", ")));
         }),
     }
