@@ -29,6 +29,7 @@ mod painted_kinds;
 mod painted_masks;
 mod photo;
 mod pipeline;
+mod programs;
 mod quads;
 mod readme;
 mod realism;

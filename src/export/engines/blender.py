@@ -67,6 +67,12 @@ def main():
     with open(os.path.join(HERE, STEM + ".cloth.json"), encoding="utf-8") as file:
         layers = json.load(file)["layers"]
     objects = imported()
+    # Before the modifiers, which would be computed for every frame and are not in an FBX.
+    words = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
+    if "--fbx" in words:
+        target = words[words.index("--fbx") + 1]
+        bpy.ops.export_scene.fbx(filepath=target, add_leaf_bones=False, bake_anim=True)
+        print(f"wrote {target}")
     names = {layer["name"] for layer in layers}
     for layer in layers:
         thing = mesh_named(objects, layer["name"])
@@ -79,11 +85,6 @@ def main():
     for thing in objects:
         if thing.type == "MESH" and thing.name not in names:
             thing.modifiers.new("collision", "COLLISION")
-    words = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
-    if "--fbx" in words:
-        target = words[words.index("--fbx") + 1]
-        bpy.ops.export_scene.fbx(filepath=target, add_leaf_bones=False, bake_anim=True)
-        print(f"wrote {target}")
 
 
 main()
