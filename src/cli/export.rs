@@ -166,9 +166,16 @@ pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
 
 /// The quads of a layer; a layer that keeps its triangles has a notice instead.
 fn quads_line(layer: &QuadLayer) -> Option<String> {
-    let QuadFigures { quads, singular_vertices, smallest_angle_deg, .. } = layer.outcome.as_ref().ok()?.figures;
+    let remeshed = layer.outcome.as_ref().ok()?;
+    let QuadFigures { quads, singular_vertices, smallest_angle_deg, poor_quads, .. } = remeshed.figures;
     let name = &layer.name;
-    Some(format!("{name}: {quads} quads, {singular_vertices} singular vertices, angles from {smallest_angle_deg:.0}°"))
+    let finer = if remeshed.is_finer { ", finer as coarser ones would cross" } else { "" };
+    let angles = match poor_quads {
+        0 => format!("angles from {smallest_angle_deg:.0}°"),
+        1 => "1 has an angle below 20°".to_string(),
+        n => format!("{n} have angles below 20°"),
+    };
+    Some(format!("{name}: {quads} quads, {singular_vertices} singular vertices, {angles}{finer}"))
 }
 
 fn quads_json(layer: &QuadLayer) -> Value {
@@ -179,6 +186,7 @@ fn quads_json(layer: &QuadLayer) -> Value {
             "triangles_before": layer.faces_before,
             "quads": remeshed.figures.quads,
             "singular_vertices": remeshed.figures.singular_vertices,
+            "poor_quads": remeshed.figures.poor_quads,
             "smallest_angle_deg": remeshed.figures.smallest_angle_deg,
             "edge_length_mm": remeshed.figures.edge_length * 1000.0,
         }),

@@ -4,7 +4,9 @@ use super::error::ExportError;
 use super::uncrossed::uncrossed;
 use crate::body::{Figure, JointId, Layer, SkinWeights};
 use crate::formats::{byte_of_linear, linear_of_byte};
-use crate::geometry::{PerVertex, Point, QuadFigures, SurfaceIndex, SurfacePoint, TriMesh, Vec3, VertexId, quad_mesh};
+use crate::geometry::{
+    PerVertex, Point, QuadError, QuadFigures, QuadMesh, SurfaceIndex, SurfacePoint, TriMesh, Vec3, VertexId, quad_mesh,
+};
 use rayon::prelude::*;
 
 /// Edge lengths that a count may imply, in metres: longer ones lose the body's shape, shorter ones are finer than scans.
@@ -12,6 +14,13 @@ const EDGE_LENGTHS: [f64; 2] = [0.002, 0.04];
 
 /// Without a count there is a quad for so many triangles: quads of twice their area, and a fifth coarser.
 const TRIANGLES_PER_QUAD: usize = 5;
+
+/// Shares of the edge length that are tried for a layer: another lattice often has no bad angle in a crumple. Where all of a
+/// row would cross other faces, the next row follows the cloth more closely.
+const ATTEMPTS: [&[f64]; 3] = [&[1.0, 0.95], &[0.83], &[0.7]];
+
+/// No further edge length is tried from this smallest angle on, in degrees.
+const GOOD_DEG: f64 = 20.0;
 
 /// A re-meshed figure.
 #[derive(Clone, Debug)]
@@ -42,12 +51,14 @@ pub struct Remeshed {
     pub places: PerVertex<SurfacePoint>,
     /// Counts and angles.
     pub figures: QuadFigures,
+    /// Whether the edges are shorter than requested, because other quads would have crossed faces.
+    pub is_finer: bool,
 }
 
 impl QuadFigure {
     /// Re-meshes the layers of a figure with about `count` quads of one size.
     ///
-    /// Skin weights, colours, seen and physics values are interpolated; texture coordinates are dropped. Layers that cannot
+    /// Where quads of this size would cross other faces, a layer gets finer ones. Skin weights, colours, seen and physics values are interpolated; texture coordinates are dropped. Layers that cannot
     /// be re-meshed, or that would cross others, keep their triangles.
     ///
     /// **Errors** [`ExportError::QuadCount`] for a count that means edges below 2 mm or above 40 mm.
@@ -67,8 +78,8 @@ impl QuadFigure {
             return Err(ExportError::QuadCount { count, least: count_for(longest) + 1, most: count_for(shortest) });
         }
         let mut remeshed: Vec<(Layer, QuadLayer)> =
-            figure.layers.par_iter().map(|layer| remeshed(layer, edge_length)).collect();
-        keep_apart(figure, &mut remeshed);
+            figure.layers.par_iter().map(|layer| remeshed(layer, edge_length, 0)).collect();
+        keep_apart(figure, edge_length, &mut remeshed);
         let (layers, outcomes) = remeshed.into_iter().unzip();
         Ok(Self { figure: Figure { skeleton: figure.skeleton.clone(), layers }, layers: outcomes })
     }
@@ -81,29 +92,48 @@ impl QuadFigure {
     }
 }
 
-/// Moves crossing layers apart. While some still cross, the one with the most crossings gets its triangles back.
-fn keep_apart(figure: &Figure, remeshed: &mut [(Layer, QuadLayer)]) {
+/// Moves crossing layers apart. While some still cross, the one with the most crossings gets finer quads, in the end its
+/// triangles.
+fn keep_apart(figure: &Figure, edge_length: f64, layers: &mut [(Layer, QuadLayer)]) {
+    let mut attempts = vec![0; layers.len()];
     loop {
-        let meshes: Vec<TriMesh> = remeshed.iter().map(|(layer, _)| layer.mesh.clone()).collect();
-        let may_move: Vec<bool> = remeshed.iter().map(|(_, layer)| layer.outcome.is_ok()).collect();
+        let meshes: Vec<TriMesh> = layers.iter().map(|(layer, _)| layer.mesh.clone()).collect();
+        let may_move: Vec<bool> = layers.iter().map(|(_, layer)| layer.outcome.is_ok()).collect();
         let (apart, left) = uncrossed(&meshes, &may_move);
         match (0..left.len()).filter(|&k| left[k] > 0).max_by_key(|&k| (left[k], k)) {
             None => {
-                let with_points = apart.into_iter().zip(&may_move).zip(remeshed);
+                let with_points = apart.into_iter().zip(&may_move).zip(layers);
                 with_points.filter(|((_, moves), _)| **moves).for_each(|((mesh, _), (layer, _))| layer.mesh = mesh);
                 return;
             }
             Some(k) => {
-                remeshed[k].0 = figure.layers[k].clone();
-                remeshed[k].1.outcome = Err(format!("{} of its quads would cross other faces", left[k]));
+                attempts[k] += 1;
+                if attempts[k] < ATTEMPTS.len() {
+                    layers[k] = remeshed(&figure.layers[k], edge_length, attempts[k]);
+                } else {
+                    layers[k].0 = figure.layers[k].clone();
+                    layers[k].1.outcome = Err(format!("{} of its faces would cross others as quads", left[k]));
+                }
             }
         }
     }
 }
 
-fn remeshed(layer: &Layer, edge_length: f64) -> (Layer, QuadLayer) {
+/// The layer with the best quads of a row of attempts.
+fn remeshed(layer: &Layer, edge_length: f64, attempt: usize) -> (Layer, QuadLayer) {
     let (name, faces_before) = (layer.name.clone(), layer.mesh.face_count());
-    match quad_mesh(&layer.mesh, edge_length) {
+    let angle = |quads: &QuadMesh| quads.figures().smallest_angle_deg;
+    let mut best: Result<QuadMesh, QuadError> = quad_mesh(&layer.mesh, edge_length * ATTEMPTS[attempt][0]);
+    for share in &ATTEMPTS[attempt][1..] {
+        let Ok(least) = best.as_ref().map(angle) else { break };
+        if least >= GOOD_DEG {
+            break;
+        }
+        if let Some(other) = quad_mesh(&layer.mesh, edge_length * share).ok().filter(|other| angle(other) > least) {
+            best = Ok(other);
+        }
+    }
+    match best {
         Err(error) => (layer.clone(), QuadLayer { name, faces_before, outcome: Err(error.to_string()) }),
         Ok(quads) => {
             let mesh = quads.triangles();
@@ -111,7 +141,14 @@ fn remeshed(layer: &Layer, edge_length: f64) -> (Layer, QuadLayer) {
             let places: PerVertex<SurfacePoint> =
                 mesh.points().0.par_iter().map(|p| index.closest(p)).collect::<Vec<_>>().into();
             let carried = carried(layer, mesh, &places);
-            (carried, QuadLayer { name, faces_before, outcome: Ok(Remeshed { places, figures: quads.figures() }) })
+            (
+                carried,
+                QuadLayer {
+                    name,
+                    faces_before,
+                    outcome: Ok(Remeshed { places, figures: quads.figures(), is_finer: attempt > 0 }),
+                },
+            )
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Separates layers that cross after they were re-meshed: a quad cuts off the top of a fold, and the layer over it another.
 
-use crate::geometry::{FaceId, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
+use crate::geometry::{Adjacency, FaceId, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
 use std::collections::BTreeMap;
 
 /// Faces are moved apart by the depth of a crossing plus this, in metres; it grows each round.
@@ -9,11 +9,17 @@ const MARGIN: f64 = 1e-4;
 /// The greatest move in one round, in metres.
 const GREATEST_MOVE: f64 = 2e-3;
 
+/// No vertex goes farther than this in all, in metres: what is still folded then is folded in the scan, too.
+const FARTHEST: f64 = 12e-3;
+
+/// From this round on the vertices around a fold move, too.
+const WIDER_FROM: usize = 6;
+
 /// Rounds of moves: most crossings end within three.
-const ROUNDS: usize = 40;
+const ROUNDS: usize = 30;
 
 /// Moves the vertices of re-meshed layers until no face of theirs crosses any other, on coordinates rounded to `f32` as in
-/// a file: the outer of two layers outwards, the inner inwards if the outer is not re-meshed.
+/// a file: the outer of two layers outwards, the inner inwards if the outer is not re-meshed; a fold of one layer becomes smoother.
 ///
 /// **Shapes** `layers` innermost first, the body is the first; `may_move` one entry per layer. The result has the layers'
 /// points, rounded, and per layer the pairs of crossing faces that are left, each counted for the layers that may move.
@@ -29,7 +35,7 @@ pub(super) fn uncrossed(layers: &[TriMesh], may_move: &[bool]) -> (Vec<TriMesh>,
         if pairs.is_empty() || round == ROUNDS {
             break;
         }
-        let moves = sheets.moves_apart(&pairs, MARGIN * (1 + round) as f64);
+        let moves = sheets.moves_apart(&pairs, round);
         moved = sheets.moved_by(&moves);
     }
     let mut left = vec![0; layers.len()];
@@ -51,6 +57,9 @@ struct Sheets<'a> {
     starts: Vec<usize>,
     may_move: &'a [bool],
     normals: PerVertex<Vec3>,
+    adjacency: Adjacency,
+    is_border: PerVertex<bool>,
+    points_before: PerVertex<Point>,
 }
 
 impl<'a> Sheets<'a> {
@@ -64,7 +73,16 @@ impl<'a> Sheets<'a> {
             starts.push(points.len());
         }
         let mesh = TriMesh::try_from_indices(points, &faces).unwrap_or_else(|_| TriMesh::empty());
-        Self { normals: mesh.vertex_normals(), index: SurfaceIndex::prepare(&mesh), starts, may_move }
+        let adjacency = Adjacency::prepare(&mesh);
+        Self {
+            index: SurfaceIndex::prepare(&mesh),
+            starts,
+            may_move,
+            normals: mesh.vertex_normals(),
+            is_border: adjacency.boundary_vertices(),
+            adjacency,
+            points_before: mesh.points().clone(),
+        }
     }
 
     fn layer_of_vertex(&self, v: VertexId) -> usize {
@@ -82,15 +100,14 @@ impl<'a> Sheets<'a> {
     }
 
     /// The longest move of each vertex of a crossing face.
-    fn moves_apart(&self, pairs: &[[FaceId; 2]], margin: f64) -> BTreeMap<VertexId, Vec3> {
+    fn moves_apart(&self, pairs: &[[FaceId; 2]], round: usize) -> BTreeMap<VertexId, Vec3> {
         let mesh = self.index.mesh();
+        let margin = MARGIN * (1 + round) as f64;
         let mut moves: BTreeMap<VertexId, Vec3> = BTreeMap::new();
-        let mut require = |face: FaceId, by: Vec3| {
-            for v in mesh.faces()[face] {
-                let own = moves.entry(v).or_insert_with(Vec3::zeros);
-                if by.norm_squared() > own.norm_squared() {
-                    *own = by;
-                }
+        let mut require = |v: VertexId, by: Vec3| {
+            let own = moves.entry(v).or_insert_with(Vec3::zeros);
+            if by.norm_squared() > own.norm_squared() {
+                *own = by;
             }
         };
         for &[f, g] in pairs {
@@ -101,12 +118,17 @@ impl<'a> Sheets<'a> {
             };
             let [i, j] = [f, g].map(|f| self.layer_of(f));
             if i == j {
-                // The side on which most of the other face lies is its own.
-                let middle = u.iter().map(|p| normal.dot(&(p - t[0]))).sum::<f64>();
-                let out = if middle < 0.0 { -normal } else { normal };
-                let height = (0.5 * (depth(&u, &t[0], &-out) + margin)).min(GREATEST_MOVE);
-                require(g, out * height);
-                require(f, -out * height);
+                let mut folded: Vec<VertexId> = mesh.faces()[f].into_iter().chain(mesh.faces()[g]).collect();
+                if round >= WIDER_FROM {
+                    let around: Vec<&[VertexId]> = folded.iter().map(|&v| self.adjacency.neighbours_of(v)).collect();
+                    folded.extend(around.concat());
+                }
+                for v in folded.into_iter().filter(|&v| !self.is_border[v]) {
+                    let around = self.adjacency.neighbours_of(v);
+                    let mean = around.iter().map(|&w| mesh.points()[w].coords).sum::<Vec3>() / around.len() as f64;
+                    let by = 0.5 * (mean - mesh.points()[v].coords);
+                    require(v, by.cap_magnitude(GREATEST_MOVE));
+                }
                 continue;
             }
             let out: Vec3 = mesh.faces()[f].iter().map(|&v| self.normals[v]).sum();
@@ -114,7 +136,8 @@ impl<'a> Sheets<'a> {
             let below = depth(&u, &t[0], &-normal);
             let above = depth(&t, &u[0], &of_outer);
             let height = (below.min(above) + margin).min(GREATEST_MOVE);
-            if self.may_move[j] { require(g, out * height) } else { require(f, -out * height) }
+            let (face, by) = if self.may_move[j] { (g, out * height) } else { (f, -out * height) };
+            mesh.faces()[face].into_iter().for_each(|v| require(v, by));
         }
         moves
     }
@@ -124,7 +147,8 @@ impl<'a> Sheets<'a> {
         let mesh = self.index.mesh();
         let mut points = mesh.points().clone();
         for (&v, by) in moves {
-            points[v] = rounded(&(points[v] + by));
+            let whole = points[v] + by - self.points_before[v];
+            points[v] = rounded(&(self.points_before[v] + whole.cap_magnitude(FARTHEST)));
         }
         let has_moved = |corners: &[VertexId; 3]| corners.iter().any(|v| moves.contains_key(v));
         let moved = mesh.faces().enumerate().filter(|(_, corners)| has_moved(corners)).map(|(f, _)| f).collect();

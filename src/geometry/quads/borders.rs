@@ -1,7 +1,7 @@
 //! Borders of a surface as closed curves, on which the vertices of the quads stay.
 
 use crate::geometry::{Point, Vec3};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// A place on a border.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,17 +41,12 @@ const ORDERINGS: usize = 30;
 impl Borders {
     /// **Requires** a manifold surface with one fan of faces per vertex.
     pub fn of(points: &[Point], faces: &[[u32; 3]]) -> Self {
-        let mut sides: HashMap<[u32; 2], ()> = HashMap::with_capacity(faces.len() * 3);
-        for &[a, b, c] in faces {
-            for side in [[a, b], [b, c], [c, a]] {
-                sides.insert(side, ());
-            }
-        }
+        let sides: HashSet<[u32; 2]> = faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
         let mut next: HashMap<u32, u32> = HashMap::new();
         let mut starts = Vec::new();
         for &[a, b, c] in faces {
             for [a, b] in [[a, b], [b, c], [c, a]] {
-                if !sides.contains_key(&[b, a]) {
+                if !sides.contains(&[b, a]) {
                     next.insert(a, b);
                     starts.push(a);
                 }

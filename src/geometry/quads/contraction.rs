@@ -19,6 +19,9 @@ const LONG: f64 = 1.75;
 /// The least cosine between the normals of two vertices that become one, 72°: fingers keep at least five vertices around them.
 const LEAST_COS: f64 = 0.3;
 
+/// Whatever their normals, vertices nearer than this share of the spacing become one: crumpled cloth has such creases.
+const CREASE: f64 = 0.05;
+
 /// The least cosine between the normals of a vertex and of its lattice point.
 const LEAST_COS_OF_MOVE: f64 = 0.5;
 
@@ -39,7 +42,7 @@ const FLIPPED_FROM_DEG: f64 = 195.0;
 pub(super) struct Contraction<'a> {
     surface: &'a Surface,
     borders: &'a Borders,
-    spacing: f64,
+    pub(super) spacing: f64,
     pub points: Vec<Point>,
     pub normals: Vec<Vec3>,
     areas: Vec<f64>,
@@ -47,8 +50,8 @@ pub(super) struct Contraction<'a> {
     /// The face of the surface on which each vertex lies.
     pub on_face: Vec<u32>,
     /// `None` once collapsed.
-    faces: Vec<Option<[u32; 3]>>,
-    faces_of: Vec<Vec<u32>>,
+    pub(super) faces: Vec<Option<[u32; 3]>>,
+    pub(super) faces_of: Vec<Vec<u32>>,
     /// Changes with each move of a vertex.
     stamp: Vec<u32>,
 }
@@ -93,15 +96,25 @@ impl<'a> Contraction<'a> {
         all.collapse_short_edges();
         all.points.clone().into_iter().enumerate().for_each(|(v, p)| all.put(v, p));
         for _ in 0..REPAIRS {
-            all.remove_vertices_with_three_faces();
-            all.split_long_edges();
-            all.flip_edges();
-            all.unfold();
-            all.collapse_short_edges();
+            all.repair();
+        }
+        for _ in 0..REPAIRS {
+            if !all.close_small_handles() {
+                break;
+            }
+            all.repair();
         }
         all.flip_edges();
         all.order_borders();
         all
+    }
+
+    fn repair(&mut self) {
+        self.remove_vertices_with_three_faces();
+        self.split_long_edges();
+        self.flip_edges();
+        self.unfold();
+        self.collapse_short_edges();
     }
 
     /// The triangles that are left.
@@ -109,11 +122,11 @@ impl<'a> Contraction<'a> {
         self.faces.iter().flatten().copied().collect()
     }
 
-    fn corners(&self, f: u32) -> [u32; 3] {
+    pub(super) fn corners(&self, f: u32) -> [u32; 3] {
         self.faces[f as usize].expect("lists of faces hold those that are left")
     }
 
-    fn neighbours(&self, v: u32) -> Vec<u32> {
+    pub(super) fn neighbours(&self, v: u32) -> Vec<u32> {
         let mut around: Vec<u32> =
             self.faces_of[v as usize].iter().flat_map(|&f| self.corners(f)).filter(|&w| w != v).collect();
         around.sort_unstable();
@@ -121,15 +134,15 @@ impl<'a> Contraction<'a> {
         around
     }
 
-    fn faces_of_edge(&self, a: u32, b: u32) -> Vec<u32> {
+    pub(super) fn faces_of_edge(&self, a: u32, b: u32) -> Vec<u32> {
         self.faces_of[a as usize].iter().copied().filter(|&f| self.corners(f).contains(&b)).collect()
     }
 
-    fn third(&self, f: u32, a: u32, b: u32) -> u32 {
+    pub(super) fn third(&self, f: u32, a: u32, b: u32) -> u32 {
         self.corners(f).into_iter().find(|&v| v != a && v != b).unwrap_or(a)
     }
 
-    fn is_border(&self, v: u32) -> bool {
+    pub(super) fn is_border(&self, v: u32) -> bool {
         self.on_border[v as usize].is_some()
     }
 
@@ -137,12 +150,18 @@ impl<'a> Contraction<'a> {
         self.on_border[v as usize].is_some_and(|place| place.is_corner)
     }
 
-    fn length(&self, a: u32, b: u32) -> f64 {
+    /// Whether two vertices lie on different sides of a finger, and not only of a crease.
+    fn is_around_tip(&self, a: u32, b: u32) -> bool {
+        let cos = self.normals[a as usize].dot(&self.normals[b as usize]);
+        cos < LEAST_COS && self.length(a, b) > CREASE * self.spacing
+    }
+
+    pub(super) fn length(&self, a: u32, b: u32) -> f64 {
         (self.points[a as usize] - self.points[b as usize]).norm()
     }
 
     /// Every edge once, ascending.
-    fn edges(&self) -> Vec<[u32; 2]> {
+    pub(super) fn edges(&self) -> Vec<[u32; 2]> {
         let sides = |[a, b, c]: [u32; 3]| [[a, b], [b, c], [c, a]];
         let mut edges: Vec<[u32; 2]> =
             self.faces.iter().flatten().flat_map(|&f| sides(f)).map(|[a, b]| [a.min(b), a.max(b)]).collect();
@@ -189,8 +208,7 @@ impl<'a> Contraction<'a> {
     /// Moves `b` into `a`, if the surface stays manifold and no triangle turns over.
     fn collapse(&mut self, a: u32, b: u32) -> bool {
         let shared = self.faces_of_edge(a, b);
-        let cos = self.normals[a as usize].dot(&self.normals[b as usize]);
-        if shared.is_empty() || cos < LEAST_COS || !self.keeps_topology(a, b, &shared) {
+        if shared.is_empty() || self.is_around_tip(a, b) || !self.keeps_topology(a, b, &shared) {
             return false;
         }
         let (point, place) = self.merged_place(a, b);
@@ -231,9 +249,18 @@ impl<'a> Contraction<'a> {
         let common = self.neighbours(a).iter().filter(|v| around_b.binary_search(v).is_ok()).count();
         let keeps_enough = |&f: &u32| {
             let opposite = self.third(f, a, b);
-            self.faces_of[opposite as usize].len() > if self.is_border(opposite) { 1 } else { 3 }
+            self.faces_of[opposite as usize].len() > self.least_faces(opposite)
         };
         common == shared.len() && shared.iter().all(keeps_enough)
+    }
+
+    /// The least number of faces around a vertex: with fewer there were no good angles.
+    fn least_faces(&self, v: u32) -> usize {
+        match self.on_border[v as usize] {
+            None => 3,
+            Some(place) if place.is_corner => 1,
+            Some(_) => 2,
+        }
     }
 
     fn merged_place(&self, a: u32, b: u32) -> (Point, Option<OnBorder>) {
@@ -307,8 +334,7 @@ impl<'a> Contraction<'a> {
             for v in corners {
                 let around = self.neighbours(v);
                 // The tips of fingers would slide back.
-                let is_tip = |&w: &u32| self.normals[w as usize].dot(&self.normals[v as usize]) < LEAST_COS;
-                if around.iter().any(is_tip) {
+                if around.iter().any(|&w| self.is_around_tip(v, w)) {
                     continue;
                 }
                 let mean = around.iter().map(|&w| self.points[w as usize].coords).sum::<Vec3>() / around.len() as f64;
@@ -349,6 +375,19 @@ impl<'a> Contraction<'a> {
                 self.split(a, b);
             }
         }
+    }
+
+    /// Another vertex at the place of one inside of the surface, without faces.
+    pub(super) fn double(&mut self, v: u32) -> u32 {
+        let i = v as usize;
+        self.points.push(self.points[i]);
+        self.normals.push(self.normals[i]);
+        self.areas.push(self.areas[i]);
+        self.on_border.push(None);
+        self.on_face.push(self.on_face[i]);
+        self.stamp.push(0);
+        self.faces_of.push(Vec::new());
+        self.points.len() as u32 - 1
     }
 
     fn split(&mut self, a: u32, b: u32) {
@@ -403,7 +442,7 @@ impl<'a> Contraction<'a> {
         if angle(c) + angle(d) < FLIPPED_FROM_DEG || !self.faces_of_edge(c, d).is_empty() {
             return false;
         }
-        let stays = |v: u32| self.faces_of[v as usize].len() > if self.is_border(v) { 1 } else { 3 };
+        let stays = |v: u32| self.faces_of[v as usize].len() > self.least_faces(v);
         if !stays(a) || !stays(b) {
             return false;
         }

@@ -6,6 +6,8 @@
 
 mod borders;
 mod contraction;
+mod flat_quads;
+mod handles;
 mod hierarchy;
 mod orientation_field;
 mod pairing;
@@ -52,6 +54,9 @@ pub enum QuadError {
     },
 }
 
+/// An angle below which a quad counts as poor, in degrees.
+const POOR_DEG: f64 = 20.0;
+
 /// Quads greater in number than this are refused; they take minutes and gigabytes.
 const MOST_QUADS: f64 = 4e6;
 
@@ -74,6 +79,8 @@ pub struct QuadFigures {
     pub singular_vertices: usize,
     /// The smallest angle of all quads, in degrees.
     pub smallest_angle_deg: f64,
+    /// Quads with an angle below 20°: in crumples that the quads are too large for.
+    pub poor_quads: usize,
     /// The requested length of edges, in metres.
     pub edge_length: f64,
 }
@@ -84,7 +91,8 @@ pub struct QuadFigures {
 ///
 /// **Errors** a surface that is not manifold or has no area.
 ///
-/// **Guarantees** a manifold mesh of quads alone, with a border for each border; independent of the number of threads.
+/// **Guarantees** a manifold mesh of quads alone, with a border for each border; handles smaller than two quads are closed;
+/// independent of the number of threads.
 pub fn quad_mesh(mesh: &TriMesh, edge_length: f64) -> Result<QuadMesh, QuadError> {
     let area = mesh.area();
     if area > MOST_QUADS * edge_length * edge_length {
@@ -98,7 +106,7 @@ pub fn quad_mesh(mesh: &TriMesh, edge_length: f64) -> Result<QuadMesh, QuadError
     let lattice = position_field(&levels, &crosses, spacing);
     let coarse = Contraction::of(&surface, &lattice, spacing);
     let (quads, triangles) = paired(&coarse.points, &coarse.normals, &coarse.triangles());
-    let quads = relaxed(&surface, subdivided(&coarse, &surface.borders, &quads, &triangles));
+    let quads = relaxed(&surface, subdivided(&coarse, &surface.borders, &quads, &triangles), edge_length);
     Ok(QuadMesh::of(quads, edge_length))
 }
 
@@ -114,10 +122,12 @@ impl QuadMesh {
             let corners = quad.map(|v| quads.points[v as usize]);
             quality::angles_deg(&corners, &nalgebra::Vector3::zeros()).into_iter().fold(180.0, f64::min)
         };
+        let smallest_angles: Vec<f64> = quads.quads.iter().map(smallest).collect();
         let figures = QuadFigures {
             quads: quads.quads.len(),
             singular_vertices: (0..around.len()).filter(is_singular).count(),
-            smallest_angle_deg: quads.quads.iter().map(smallest).fold(180.0, f64::min),
+            smallest_angle_deg: smallest_angles.iter().copied().fold(180.0, f64::min),
+            poor_quads: smallest_angles.iter().filter(|angle| **angle < POOR_DEG).count(),
             edge_length,
         };
         let corners = quads.quads.iter().map(|quad| quad.map(VertexId)).collect();

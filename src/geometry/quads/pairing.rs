@@ -12,9 +12,7 @@ const LEAST_DEG: f64 = 38.0;
 pub(super) fn paired(points: &[Point], normals: &[Vec3], triangles: &[[u32; 3]]) -> (Vec<[u32; 4]>, Vec<[u32; 3]>) {
     let mut face_of_side: HashMap<[u32; 2], u32> = HashMap::with_capacity(triangles.len() * 3);
     for (f, &[a, b, c]) in (0u32..).zip(triangles) {
-        for side in [[a, b], [b, c], [c, a]] {
-            face_of_side.insert(side, f);
-        }
+        face_of_side.extend([[a, b], [b, c], [c, a]].map(|side| (side, f)));
     }
     let mut candidates: Vec<(f64, u32, u32, [u32; 4])> = Vec::new();
     for (f, &[a, b, c]) in (0u32..).zip(triangles) {

@@ -1,5 +1,6 @@
 //! Moves the vertices of the quads along the surface, so that the quads become squares.
 
+use super::flat_quads::without_flat_quads;
 use super::quality::quad_quality_deg;
 use super::subdivision::Quads;
 use super::surface::{Lists, Surface};
@@ -10,6 +11,21 @@ const ROUNDS: usize = 12;
 
 /// Quads of a lower quality than this are improved one by one, in degrees.
 const POOR_DEG: f64 = 40.0;
+
+/// Quads of a lower quality than this are removed if repairs do not help, in degrees.
+const FLAT_DEG: f64 = 25.0;
+
+/// The least cosine between the normals of two corners that become one, as where triangles are collapsed.
+const LEAST_COS: f64 = 0.3;
+
+/// Whatever their normals, corners nearer than this share of the edge length become one, as in crumpled cloth.
+const CREASE_PER_EDGE_LENGTH: f64 = 0.5;
+
+/// Rounds of removals.
+const REMOVALS: usize = 10;
+
+/// Rounds over the poor quads after each round of removals.
+const REPAIRS_AFTER_REMOVAL: usize = 3;
 
 /// Rounds over the poor quads.
 const REPAIRS: usize = 12;
@@ -25,28 +41,60 @@ pub(super) struct Relaxation<'a> {
 }
 
 /// Squares as far as possible, with all vertices on the surface and those of borders on the borders.
-pub(super) fn relaxed(surface: &Surface, quads: Quads) -> Quads {
-    let pairs: Vec<(u32, u32)> = (0u32..).zip(&quads.quads).flat_map(|(q, quad)| quad.map(|v| (v, q))).collect();
-    let quads_of = Lists::of(quads.points.len(), &pairs);
-    let mut all = Relaxation { surface, quads, quads_of };
-    for v in 0..all.quads.points.len() {
-        all.put(v, all.quads.points[v]);
-    }
+pub(super) fn relaxed(surface: &Surface, quads: Quads, edge_length: f64) -> Quads {
+    let mut all = Relaxation::of(surface, quads);
     for round in 0..ROUNDS {
         all.relax();
         if round == ROUNDS / 2 || round == ROUNDS - 3 {
             all.keep_turns_of_borders();
         }
     }
-    for _ in 0..REPAIRS {
-        if !all.repair() {
-            break;
-        }
+    all.repair_all(REPAIRS);
+    for _ in 0..REMOVALS {
+        let may_join = |a: u32, c: u32| !all.is_around_tip(a as usize, c as usize, edge_length);
+        let Some(fewer) = without_flat_quads(&all.quads, &all.flat_quads(), &may_join) else { break };
+        all = Relaxation::of(surface, fewer);
+        (0..3).for_each(|_| all.relax());
+        all.repair_all(REPAIRS_AFTER_REMOVAL);
     }
     all.quads
 }
 
-impl Relaxation<'_> {
+impl<'a> Relaxation<'a> {
+    fn of(surface: &'a Surface, quads: Quads) -> Self {
+        let pairs: Vec<(u32, u32)> = (0u32..).zip(&quads.quads).flat_map(|(q, quad)| quad.map(|v| (v, q))).collect();
+        let quads_of = Lists::of(quads.points.len(), &pairs);
+        let mut all = Self { surface, quads, quads_of };
+        for v in 0..all.quads.points.len() {
+            all.put(v, all.quads.points[v]);
+        }
+        all
+    }
+
+    fn repair_all(&mut self, rounds: usize) {
+        for _ in 0..rounds {
+            if !self.repair() {
+                break;
+            }
+        }
+    }
+
+    /// Whether two vertices lie on different sides of a finger, and not only of a crease.
+    fn is_around_tip(&self, a: usize, c: usize, edge_length: f64) -> bool {
+        let distance = (self.quads.points[a] - self.quads.points[c]).norm();
+        self.normal(a).dot(&self.normal(c)) < LEAST_COS && distance > CREASE_PER_EDGE_LENGTH * edge_length
+    }
+
+    /// The quads that repairs left flat or folded, the worst first.
+    fn flat_quads(&self) -> Vec<u32> {
+        let mut flat: Vec<(f64, u32)> = (0..self.quads.quads.len())
+            .map(|q| (self.quality(q), q as u32))
+            .filter(|(quality, _)| *quality < FLAT_DEG)
+            .collect();
+        flat.sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
+        flat.into_iter().map(|(_, q)| q).collect()
+    }
+
     /// Every vertex moves to the mean of its places in squares that fit the quads around it.
     fn relax(&mut self) {
         let mut sums = vec![Vec3::zeros(); self.quads.points.len()];

@@ -6,6 +6,7 @@ use crate::geometry::Point;
 use std::collections::HashMap;
 
 /// Quads, with what their vertices know.
+#[derive(Clone)]
 pub(super) struct Quads {
     pub points: Vec<Point>,
     pub quads: Vec<[u32; 4]>,
@@ -64,7 +65,7 @@ pub(super) fn subdivided(coarse: &Contraction, borders: &Borders, quads: &[[u32;
 }
 
 impl Quads {
-    fn add(&mut self, point: Point, place: Option<OnBorder>, on_face: u32) -> u32 {
+    pub fn add(&mut self, point: Point, place: Option<OnBorder>, on_face: u32) -> u32 {
         self.points.push(point);
         self.on_border.push(place);
         self.on_face.push(on_face);
