@@ -1,16 +1,10 @@
 //! What files say about each vertex besides its skin: attributes of the same names in every format.
 
 use super::format::CharacterOptions;
+use super::reach::reach;
 use crate::body::{Figure, Layer};
 use crate::geometry::{PerVertex, SurfaceIndex, TriMesh};
 use rayon::prelude::*;
-
-/// How far cloth whose share of physics is greatest may leave its skinned place, in metres: a skirt's hem in a walk.
-pub(super) const LOOSE_REACH: f64 = 0.3;
-/// The same for cloth that does not hang loose.
-const FITTED_REACH: f64 = 0.03;
-/// The greatest share of physics (Hu 2017, Eq. 9).
-pub(in crate::export) const GREATEST_SHARE: f64 = 0.5;
 
 /// A layer's attributes by their names, without their underscore.
 ///
@@ -37,13 +31,6 @@ pub(super) fn attributes_of(
     }
     attributes.extend(ease.map(|ease| ("EASE", ease.clone())));
     attributes
-}
-
-/// How far each vertex may leave its skinned place when cloth is simulated, in metres.
-pub(super) fn reach(layer: &Layer, loose: Option<&PerVertex<bool>>) -> PerVertex<f32> {
-    let Some(physics) = &layer.physics else { return PerVertex::filled(0.0, layer.mesh.vertex_count()) };
-    let most = |v: usize| if loose.is_some_and(|loose| loose.0[v]) { LOOSE_REACH } else { FITTED_REACH };
-    physics.iter().enumerate().map(|(v, share)| (share / GREATEST_SHARE * most(v)) as f32).collect()
 }
 
 /// The air between each garment and what is worn below it, in metres, in the bind pose.

@@ -1,7 +1,6 @@
 //! What a file that holds the whole figure contains, and the trait of the formats of such files.
 
 use super::bones::Bones;
-use super::engines::Engine;
 use super::error::ExportError;
 use super::springs::SwingParams;
 use crate::body::{Figure, HumanJoint, Pose, Side, Skeleton, Stance};
@@ -32,6 +31,17 @@ pub trait Format: Sync {
         options: &CharacterOptions,
         out: &mut dyn Write,
     ) -> Result<Vec<Companion>, ExportError>;
+}
+
+/// A program whose cloth a file is made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Engine {
+    /// Chaos Cloth: masks as vertex colours.
+    Unreal,
+    /// Coefficients as JSON.
+    Unity,
+    /// A script that imports the file and makes pin groups and cloth modifiers.
+    Blender,
 }
 
 /// A bind pose.

@@ -10,9 +10,9 @@
 use super::arguments::check_character;
 use super::attributes::{attributes_of, ease_of};
 use super::bones::BoneFrames;
-use super::engines::{Engine, companions, masks};
+use super::engines::{companions, masks};
 use super::error::ExportError;
-use super::format::{CharacterAnimation, CharacterOptions, Companion, Format, FormatOption};
+use super::format::{CharacterAnimation, CharacterOptions, Companion, Engine, Format, FormatOption};
 use super::influences::{Influences, influences_of};
 use super::palette::{ROUGHNESS, color_of_rank};
 use super::pictures::pictures_of;

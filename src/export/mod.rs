@@ -14,6 +14,7 @@ mod list;
 mod palette;
 mod pictures;
 mod quads;
+mod reach;
 mod split;
 mod springs;
 #[cfg(test)]
@@ -25,9 +26,8 @@ mod vrm;
 
 pub use bones::Bones;
 pub use covered::{CoveredParts, RemovedPart};
-pub use engines::Engine;
 pub use error::ExportError;
-pub use format::{CharacterAnimation, CharacterOptions, Companion, Format, FormatOption, Rest};
+pub use format::{CharacterAnimation, CharacterOptions, Companion, Engine, Format, FormatOption, Rest};
 pub use glb::write_glb;
 pub use layers::{write_joints_json, write_layer_ply, write_quads_ply, write_skin_weights_npy};
 pub use list::{extensions, format_of};

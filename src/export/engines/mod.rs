@@ -1,24 +1,13 @@
 //! What the cloth of other programs needs beside a `.glb`: masks as vertex colours, coefficients as JSON, a script.
 
-use super::attributes::{GREATEST_SHARE, LOOSE_REACH, reach};
 use super::error::ExportError;
-use super::format::{CharacterOptions, Companion};
+use super::format::{CharacterOptions, Companion, Engine};
+use super::reach::{GREATEST_SHARE, LOOSE_REACH, reach};
 use crate::body::{Figure, Layer};
 use crate::formats::FormatError;
 use crate::geometry::PerVertex;
 use crate::segment::Fabric;
 use serde_json::{Value, json};
-
-/// A program whose cloth a file is made for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Engine {
-    /// Chaos Cloth: masks as vertex colours.
-    Unreal,
-    /// Coefficients as JSON.
-    Unity,
-    /// A script that imports the file and makes pin groups and cloth modifiers.
-    Blender,
-}
 
 /// Air in metres that is 1 in the green of the masks.
 const EASE_RANGE: f32 = 0.1;

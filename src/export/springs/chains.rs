@@ -2,7 +2,7 @@
 
 use crate::body::HumanJoint::{Foot, Head, Hips, LowerLeg, UpperChest, UpperLeg};
 use crate::body::{Figure, JointId, Layer, Side, SkinWeights};
-use crate::export::attributes::GREATEST_SHARE;
+use crate::export::reach::GREATEST_SHARE;
 use crate::geometry::{PerVertex, Point, Vec3};
 
 /// Chains around a loose part: one every 30°. With one every 45°, a raised thigh came through between two in the demo.

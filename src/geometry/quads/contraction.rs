@@ -4,8 +4,7 @@
 //! surface stays manifold: holes and small handles survive, and only cost a few triangles.
 
 use super::borders::{Borders, OnBorder};
-use super::relaxation::closest_from;
-use super::surface::Surface;
+use super::surface::{Surface, closest_from};
 use crate::geometry::{Point, Vec3};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;

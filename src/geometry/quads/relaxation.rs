@@ -3,8 +3,8 @@
 use super::flat_quads::without_flat_quads;
 use super::quality::quad_quality_deg;
 use super::subdivision::Quads;
-use super::surface::{Lists, Surface};
-use crate::geometry::{Point, Vec3, closest_on_triangle};
+use super::surface::{Lists, Surface, closest_from};
+use crate::geometry::{Point, Vec3};
 
 /// Rounds of relaxation: after 12 the angles hardly change.
 const ROUNDS: usize = 12;
@@ -238,30 +238,4 @@ fn square_at(quad: &[Point; 4]) -> [Point; 4] {
     let u = 0.5 * (e + f.cross(&normal));
     let v = normal.cross(&u);
     [center + u, center + v, center - u, center - v]
-}
-
-/// The next point of the surface downhill from a face: it stays on its own side of a fold, however close the other side is.
-pub(super) fn closest_from(surface: &Surface, from: u32, p: &Point) -> (u32, Point) {
-    let at = |f: u32| closest_on_triangle(p, &surface.faces[f as usize].map(|v| surface.points[v as usize]));
-    let (mut face, (mut barycentric, mut point)) = (from, at(from));
-    let mut best = (p - point).norm_squared();
-    loop {
-        let before = face;
-        // Inside of a face no neighbour is nearer.
-        if barycentric.iter().all(|&w| w > 0.0) {
-            return (face, point);
-        }
-        for (v, _) in surface.faces[face as usize].into_iter().zip(barycentric).filter(|(_, w)| *w > 0.0) {
-            for &f in surface.faces_of.get(v as usize) {
-                let (b, q) = at(f);
-                let distance = (p - q).norm_squared();
-                if distance < best {
-                    (face, barycentric, point, best) = (f, b, q, distance);
-                }
-            }
-        }
-        if face == before {
-            return (face, point);
-        }
-    }
 }

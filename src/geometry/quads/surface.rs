@@ -1,8 +1,8 @@
 //! The surface that is re-meshed: manifold, with triangles small enough for the fields, and with its borders as curves.
 
-use super::QuadError;
 use super::borders::Borders;
-use crate::geometry::{Point, TriMesh, Vec3};
+use super::error::QuadError;
+use crate::geometry::{Point, TriMesh, Vec3, closest_on_triangle};
 use std::collections::HashMap;
 
 /// A manifold surface, its neighbourhoods and its borders.
@@ -199,4 +199,30 @@ fn split_long_edges(points: &mut Vec<Point>, faces: &mut Vec<[u32; 3]>, longest:
     }
     *faces = split;
     true
+}
+
+/// The next point of the surface downhill from a face: it stays on its own side of a fold, however close the other side is.
+pub(super) fn closest_from(surface: &Surface, from: u32, p: &Point) -> (u32, Point) {
+    let at = |f: u32| closest_on_triangle(p, &surface.faces[f as usize].map(|v| surface.points[v as usize]));
+    let (mut face, (mut barycentric, mut point)) = (from, at(from));
+    let mut best = (p - point).norm_squared();
+    loop {
+        let before = face;
+        // Inside of a face no neighbour is nearer.
+        if barycentric.iter().all(|&w| w > 0.0) {
+            return (face, point);
+        }
+        for (v, _) in surface.faces[face as usize].into_iter().zip(barycentric).filter(|(_, w)| *w > 0.0) {
+            for &f in surface.faces_of.get(v as usize) {
+                let (b, q) = at(f);
+                let distance = (p - q).norm_squared();
+                if distance < best {
+                    (face, barycentric, point, best) = (f, b, q, distance);
+                }
+            }
+        }
+        if face == before {
+            return (face, point);
+        }
+    }
 }

@@ -1,13 +1,12 @@
 //! Exports the figure or a step of the session as files.
 
 use super::export_character::{chosen, with_quads};
+use super::export_request::{ExportRequest, Exported, Textures};
 use super::outputs::Outputs;
 use super::posed_step::PosedStep;
-use super::textures::TextureSize;
 use crate::body::Figure;
 use crate::export::{
-    Bones, CoveredParts, Engine, ExportError, QuadLayer, RemovedPart, format_of, write_joints_json, write_layer_ply,
-    write_quads_ply,
+    CoveredParts, ExportError, QuadLayer, RemovedPart, format_of, write_joints_json, write_layer_ply, write_quads_ply,
 };
 use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::scan::FileFrame;
@@ -15,75 +14,7 @@ use crate::segment::LABEL_COLORS;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::pipeline::{Walk, scan_of, standing};
-use std::path::{Path, PathBuf};
-
-/// The request for an export.
-#[derive(Clone, Debug, Default)]
-pub struct ExportRequest {
-    /// A file ending in `.glb`, or a folder.
-    pub target: PathBuf,
-    /// Export the pose of this step's scan, in the frame and unit of its file; `None` exports the bind pose.
-    pub at: Option<String>,
-    /// Export the cleaned scan of this step, in the frame and unit of its file.
-    pub scan: Option<String>,
-    /// Export the body before registration.
-    pub before_registration: bool,
-    /// Only these layers; all if it is empty.
-    pub layers: Vec<String>,
-    /// Remove the parts of layers that other layers cover in all evaluated poses, except for a margin.
-    pub hide_covered: bool,
-    /// Keep up to eight joints per vertex of a `.glb`; otherwise at most four.
-    pub eight_influences: bool,
-    /// The program whose cloth the file is made for.
-    pub engine: Option<Engine>,
-    /// Who made the figure, for formats that name them.
-    pub authors: Vec<String>,
-    /// The animation whose simulated cloth the file holds frame by frame, `Some(None)` for the last one; `None` for none.
-    pub bake_cloth: Option<Option<String>>,
-    /// The axes of the joints in a file that holds the figure.
-    pub bones: Bones,
-    /// The name of the figure in a file; `None` for `figure`: the same recipe gives the same bytes in any folder.
-    pub name: Option<String>,
-    /// The textures of a file that holds the figure.
-    pub textures: Textures,
-    /// Whether layers are re-meshed with quads.
-    pub quads: Quads,
-}
-
-/// Whether layers are re-meshed with quads.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Quads {
-    /// They keep their triangles.
-    #[default]
-    None,
-    /// With quads about as fine as the triangles.
-    AsFine,
-    /// With about so many quads in all.
-    Count(usize),
-}
-
-/// Which textures a file has.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Textures {
-    /// Those that files of its format usually have.
-    #[default]
-    AsUsual,
-    /// None: vertices have colours instead.
-    None,
-    /// Of this size.
-    Of(TextureSize),
-}
-
-/// The result of an export.
-#[derive(Clone, Debug, Default)]
-pub struct Exported {
-    /// The written files.
-    pub files: Vec<PathBuf>,
-    /// What was removed of each layer, innermost first; empty unless that was requested.
-    pub removed: Vec<RemovedPart>,
-    /// What became of each layer, innermost first; empty unless quads were requested.
-    pub quads: Vec<QuadLayer>,
-}
+use std::path::Path;
 
 impl Session {
     /// Writes the files atomically. Writes nothing if one of them is refused.

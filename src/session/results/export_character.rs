@@ -1,6 +1,6 @@
 //! Exports the figure as one file that holds it.
 
-use super::export::{ExportRequest, Exported, Quads, Textures};
+use super::export_request::{ExportRequest, Exported, Quads, Textures};
 use super::outputs::{Content, Outputs};
 use super::posed_step::PosedStep;
 use super::textures::TextureSize;

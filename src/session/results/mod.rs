@@ -4,6 +4,7 @@ mod animation;
 mod body_measures;
 mod export;
 mod export_character;
+mod export_request;
 mod measure;
 mod outputs;
 mod pictures;
@@ -17,7 +18,7 @@ mod to_paint;
 mod tried_sizes;
 
 pub use animation::{AnimationStatus, Film, SequenceKind, SequenceRequest};
-pub use export::{ExportRequest, Exported, Quads, Textures};
+pub use export_request::{ExportRequest, Exported, Quads, Textures};
 pub use measure::{SubjectOrigin, TruthReport};
 pub use outputs::{Content, NewFolder, Outputs, StreamedOutput};
 pub use pictures::{ClipFrame, TriedSteps, girth_notes};
