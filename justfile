@@ -89,6 +89,10 @@ certify FOLDER:
     target/release/overcoat -C {{FOLDER}} export target/certify/figure.glb --force
     python3 benches/peers/certify.py target/certify/figure.glb
 
+# The demo's layers as quads, twice: equal bytes, pairs of triangles, all attributes
+quads:
+    cargo test --release --no-default-features --test integration -- --ignored --nocapture a_glb_of_quads
+
 # The figure of the session in FOLDER as USD, opened in OpenUSD with all its validators, and skinned by it; needs Python with usd-core
 # and numpy
 check-usd FOLDER:
