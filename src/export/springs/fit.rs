@@ -28,7 +28,7 @@ pub struct FittedSprings {
 
 /// Finds share, stiffness and drag by trying all triples of a grid on an animation whose cloth was simulated.
 ///
-/// **Shapes** `loose` as for [`sprung`]; `poses`: one per frame; `cloth`: per layer and frame the vertices.
+/// **Shapes** `loose` one entry per layer, with one per vertex; `poses`: one per frame; `cloth`: per layer and frame the vertices.
 ///
 /// **Frame** that of the figure, whose bind pose is that of the animation.
 pub fn fitted_springs(
