@@ -6,6 +6,7 @@ use super::carry::Ownership;
 use super::field::{BodyPart, Form};
 use super::mesh::HalfMesh;
 use crate::geometry::Vec3;
+use crate::numerics::smoothstep;
 
 /// The number of joints.
 pub(super) const JOINTS: usize = 22;
@@ -198,6 +199,5 @@ fn along(chain: &[(usize, f64)], y: f64, fade: f64) -> Vec<(usize, f64)> {
 }
 
 fn smooth_step(a: f64, b: f64, x: f64) -> f64 {
-    let s = ((x - a) / (b - a)).clamp(0.0, 1.0);
-    s * s * (3.0 - 2.0 * s)
+    smoothstep((x - a) / (b - a))
 }

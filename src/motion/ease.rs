@@ -3,9 +3,9 @@
 use super::aligned::{heading, wrapped};
 use super::ground::Ground;
 use super::leg::Leg;
-use super::smooth::smoothstep;
 use crate::body::{Pose, Side, Skeleton};
 use crate::geometry::Vec3;
+use crate::numerics::smoothstep;
 use nalgebra::{Isometry3, UnitQuaternion};
 
 /// How high a foot is lifted that moves far, in metres.

@@ -10,9 +10,10 @@ use super::contacts::{contacts, runs};
 use super::ground::Ground;
 use super::leg::Leg;
 use super::limits::Anatomy;
-use super::smooth::{blurred, envelope, smoothstep};
+use super::smooth::{blurred, envelope};
 use crate::body::{Pose, Side, Skeleton};
 use crate::geometry::{Point, Vec3};
+use crate::numerics::smoothstep;
 use nalgebra::{Isometry3, UnitQuaternion};
 
 type Turn = UnitQuaternion<f64>;

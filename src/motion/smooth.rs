@@ -1,11 +1,5 @@
 //! Smooth curves over the frames of a track.
 
-/// From 0 to 1 with level ends; 0 before 0, 1 after 1.
-pub(super) fn smoothstep(t: f64) -> f64 {
-    let t = t.clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
-}
-
 /// A smooth curve that is nowhere below the given values: the greatest within `reach` frames to either side, averaged over as
 /// many frames. Equal for values that are all 0.
 ///

@@ -1,4 +1,4 @@
-//! Sparse factorisation, disjoint sets, eigenvalues, quadratic programs and vector instructions; contains no mesh code.
+//! Sparse factorisation, disjoint sets, eigenvalues, quadratic programs, vector instructions and functions of plain numbers; contains no mesh code.
 
 mod cholesky;
 mod disjoint_sets;
@@ -6,6 +6,7 @@ mod dynamic_ring;
 mod eigen;
 mod quadratic_program;
 mod random;
+mod scalar;
 mod simd;
 
 pub use cholesky::SparseCholesky;
@@ -14,6 +15,7 @@ pub use dynamic_ring::dynamic_ring;
 pub use eigen::{SymmetricEigen, symmetric_eigen};
 pub use quadratic_program::{QpOutcome, QpRow, QpStatus, QuadraticProgram};
 pub use random::Rng;
+pub use scalar::{quantile, smoothstep};
 pub use simd::{Kernel, Processor};
 
 /// Why a system cannot be solved.

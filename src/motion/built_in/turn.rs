@@ -6,7 +6,7 @@ use crate::body::HumanJoint::Shoulder;
 use crate::body::{Pose, Side};
 use crate::geometry::{Point, Vec3};
 use crate::motion::aligned::about_vertical;
-use crate::motion::smooth::smoothstep;
+use crate::numerics::smoothstep;
 use nalgebra::UnitQuaternion;
 
 /// Heading of the hips in degrees over time: 3.2 s per turn, up to 170° per second, so that a skirt flies.

@@ -5,7 +5,8 @@ use super::puppet::{ANKLE, FPS, FRAMES, Puppet};
 use crate::body::HumanJoint::{Foot, Hips, LowerLeg, Neck, Shoulder, Spine, UpperChest, UpperLeg};
 use crate::body::{Pose, Side};
 use crate::geometry::{Point, Vec3};
-use crate::motion::smooth::{blurred, smoothstep};
+use crate::motion::smooth::blurred;
+use crate::numerics::smoothstep;
 
 /// Seconds per stride: 110 steps per minute (Winter's natural cadence is 105).
 const STRIDE_SECS: f64 = 1.09;

@@ -7,6 +7,7 @@ use super::frame::Frames;
 use super::pieces::{PixelComponents, pixel_components};
 use super::planes::{Plane, large_planes};
 use crate::geometry::{Point, Vec3};
+use crate::numerics::quantile;
 use nalgebra::{Isometry3, Matrix3, Rotation3, Unit, UnitQuaternion};
 use rayon::prelude::*;
 
@@ -178,7 +179,7 @@ impl SceneSurvey {
         let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation));
         let lowest = match self.floor {
             Some(k) => -self.planes[k].offset,
-            None => percentile(bodies.iter().flatten().map(|p| up.dot(&p.coords)).collect(), 0.002),
+            None => quantile(bodies.iter().flatten().map(|p| up.dot(&p.coords)).collect(), 0.002),
         };
         let origin = middle + up * (lowest - up.dot(&middle));
         self.model_from_camera = Isometry3::from_parts((-(rotation * origin)).into(), rotation);
@@ -201,8 +202,8 @@ impl SceneSurvey {
         let in_model = |p: &Point| self.model_from_camera * p;
         let far: Vec<f64> = bodies.iter().flatten().map(in_model).map(|p| p.x.hypot(p.z)).collect();
         let heights: Vec<f64> = bodies.iter().flatten().map(|p| in_model(p).y).collect();
-        self.radius = (percentile(far, 0.998) + 0.12).clamp(0.3, REACH + 0.1);
-        self.heights = [percentile(heights.clone(), 0.0005) - 0.03, percentile(heights, 0.9995) + 0.05];
+        self.radius = (quantile(far, 0.998) + 0.12).clamp(0.3, REACH + 0.1);
+        self.heights = [quantile(heights.clone(), 0.0005) - 0.03, quantile(heights, 0.9995) + 0.05];
         if self.floor.is_some() {
             self.heights[0] = self.heights[0].max(0.0);
         }
@@ -292,10 +293,10 @@ fn look(frames: &Frames) -> Result<Vec<SurveyedFrame>, FusionError> {
     }
     let with_depth: Vec<SurveyedFrame> = seen.into_iter().filter(|s| s.depth.iter().any(|&z| z > 0.0)).collect();
     let known = known_depths(&with_depth[0]);
-    let (nearest, farthest) = (percentile(known.clone(), 0.01), percentile(known, 0.99));
+    let (nearest, farthest) = (quantile(known.clone(), 0.01), quantile(known, 0.99));
     // With the stated scale, most may be where no person stands, although something is nearer.
     let likely = frames.likely_scale();
-    let median = percentile(known_depths(&with_depth[0]), 0.5);
+    let median = quantile(known_depths(&with_depth[0]), 0.5);
     if farthest < 0.3 || nearest > 8.0 || (likely.is_some() && !(0.8..=9.0).contains(&median)) {
         let name = frames.name(with_depth[0].frame).into();
         return Err(FusionError::WrongScale { name, nearest, farthest, likely });
@@ -379,13 +380,4 @@ fn longest_direction(bodies: &[Vec<Point>], middles: &[Vec3]) -> Vec3 {
     }
     let eigen = spread.symmetric_eigen();
     eigen.eigenvectors.column(eigen.eigenvalues.imax()).into_owned()
-}
-
-/// The quantile of the values at `share`; 0 without values.
-pub(super) fn percentile(mut values: Vec<f64>, share: f64) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let at = ((values.len() - 1) as f64 * share).round() as usize;
-    *values.select_nth_unstable_by(at, f64::total_cmp).1
 }

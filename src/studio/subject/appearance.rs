@@ -2,7 +2,7 @@
 
 use crate::body::{HumanJoint, JointId, SkinWeights};
 use crate::geometry::{Aabb, PerVertex, Point, TriMesh};
-use crate::numerics::Rng;
+use crate::numerics::{Rng, smoothstep};
 
 /// Skin tones, from fair to dark, sRGB.
 const SKIN: [[f64; 3]; 5] =
@@ -24,7 +24,7 @@ pub(super) fn hair_share(surface: &TriMesh, weights: &SkinWeights, head: JointId
         .map(|v| {
             let d = (points[v] - center).component_div(&half);
             // The hairline is a slanted plane: high over the forehead, down to the nape.
-            if of_head(v) { smoothstep(0.1, 0.45, 0.8 * d.y - 0.55 * d.z) } else { 0.0 }
+            if of_head(v) { smoothstep((0.8 * d.y - 0.55 * d.z - 0.1) / (0.45 - 0.1)) } else { 0.0 }
         })
         .collect()
 }
@@ -60,10 +60,4 @@ pub(super) fn skin_colors(
             std::array::from_fn(|c| ((base[c] * flush) * (1.0 - h) + hair_color[c] * h).clamp(0.0, 255.0) as u8)
         })
         .collect()
-}
-
-/// A smooth step: 0 below `low`, 1 above `high`.
-fn smoothstep(low: f64, high: f64, x: f64) -> f64 {
-    let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
 }
