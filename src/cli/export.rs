@@ -54,7 +54,7 @@ pub(super) struct ExportArgs {
     /// The axes of the bones in a file of the character: `limbs`, along them, as Blender draws bones; `up`, all as the world's
     #[arg(long, value_name = "limbs|up", default_value = "limbs", value_parser = ["limbs", "up"], conflicts_with_all = ["scan", "stage", "sequence"])]
     bones: String,
-    /// The character's name in the file, by default that of the session's folder
+    /// The character's name in the file, `figure` by default
     #[arg(long, conflicts_with_all = ["scan", "stage", "sequence"])]
     name: Option<String>,
     /// Replace files that Overcoat did not write, or that were changed since

@@ -1,7 +1,7 @@
 //! What files say about each vertex besides its skin: attributes of the same names in every format.
 
 use super::format::CharacterOptions;
-use super::reach::reach;
+use super::max_distance::max_distance;
 use crate::body::{Figure, Layer};
 use crate::geometry::{PerVertex, SurfaceIndex, TriMesh};
 use rayon::prelude::*;
@@ -27,7 +27,7 @@ pub(super) fn attributes_of(
     }
     if rank > 0 {
         attributes.push(("SEEN", layer.is_seen.as_ref().map_or_else(|| PerVertex::filled(1.0, count), flags)));
-        attributes.push(("MAXDIST", reach(layer, options.loose.get(rank))));
+        attributes.push(("MAXDIST", max_distance(layer, options.loose.get(rank))));
     }
     attributes.extend(ease.map(|ease| ("EASE", ease.clone())));
     attributes

@@ -2,12 +2,11 @@
 
 use super::bones::Bones;
 use super::error::ExportError;
-use super::springs::SwingParams;
+use super::spring_bones::SpringParams;
 use crate::body::{Figure, HumanJoint, Pose, Side, Skeleton, Stance};
 use crate::geometry::{PerVertex, Point};
 use crate::motion::PoseTrack;
 use std::collections::BTreeMap;
-use std::io::Write;
 
 /// A format of one file that holds the figure.
 pub trait Format: Sync {
@@ -22,15 +21,10 @@ pub trait Format: Sync {
         Rest::Bind
     }
 
-    /// Writes the figure, and returns the files that belong beside it.
+    /// The figure as the bytes of a file, and the files that belong beside it.
     ///
-    /// **Errors** if the figure or the pose contradicts itself; nothing is written then.
-    fn write(
-        &self,
-        figure: &Figure,
-        options: &CharacterOptions,
-        out: &mut dyn Write,
-    ) -> Result<Vec<Companion>, ExportError>;
+    /// **Errors** if the figure or the pose contradicts itself.
+    fn encode(&self, figure: &Figure, options: &CharacterOptions) -> Result<Encoded, ExportError>;
 }
 
 /// A program whose cloth a file is made for.
@@ -69,6 +63,15 @@ impl Rest {
         }
         Some(pose)
     }
+}
+
+/// A figure in a format.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Encoded {
+    /// The file itself.
+    pub bytes: Vec<u8>,
+    /// The files that belong beside it.
+    pub companions: Vec<Companion>,
 }
 
 /// A file that another one names.
@@ -122,8 +125,8 @@ pub struct CharacterOptions {
     ///
     /// **Shapes** one entry per layer, with one per vertex.
     pub loose: Vec<PerVertex<bool>>,
-    /// How what hangs loose swings.
-    pub swing: SwingParams,
+    /// Settings of the spring bones of what hangs loose.
+    pub springs: SpringParams,
     /// The figure's origin, as keys and values in the asset's extras.
     pub provenance: BTreeMap<String, String>,
 }

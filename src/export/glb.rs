@@ -12,15 +12,14 @@ use super::attributes::{attributes_of, ease_of};
 use super::bones::BoneFrames;
 use super::engines::{companions, masks};
 use super::error::ExportError;
-use super::format::{CharacterAnimation, CharacterOptions, Companion, Engine, Format, FormatOption};
+use super::format::{CharacterAnimation, CharacterOptions, Companion, Encoded, Engine, Format, FormatOption};
 use super::influences::{Influences, influences_of};
 use super::palette::{ROUGHNESS, color_of_rank};
 use super::pictures::pictures_of;
 use super::split::Split;
 use crate::body::{Figure, INFLUENCES, Layer, Pose, Skeleton};
 use crate::formats::{
-    FormatError, GlbAttribute, GlbChannel, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, GltfFiles, NodeId,
-    SkinId, usd_names,
+    GlbAttribute, GlbChannel, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, GltfFiles, NodeId, SkinId, usd_names,
 };
 use crate::geometry::PerVertex;
 use nalgebra::UnitQuaternion;
@@ -39,17 +38,12 @@ impl Format for Glb {
         &[FormatOption::EightInfluences, FormatOption::Engine]
     }
 
-    fn write(
-        &self,
-        figure: &Figure,
-        options: &CharacterOptions,
-        out: &mut dyn Write,
-    ) -> Result<Vec<Companion>, ExportError> {
-        write_glb(figure, options, out)?;
-        match options.engine {
-            Some(_) => companions(figure, options, &ease_of(figure)),
-            None => Ok(Vec::new()),
-        }
+    fn encode(&self, figure: &Figure, options: &CharacterOptions) -> Result<Encoded, ExportError> {
+        let built = build(GlbWriter::new(), figure, options)?;
+        let companions = companions(figure, options, &built.ease);
+        let mut bytes = Vec::new();
+        built.write(options, Map::new(), &mut bytes)?;
+        Ok(Encoded { bytes, companions })
     }
 }
 
@@ -65,12 +59,7 @@ impl Format for Gltf {
         &[FormatOption::EightInfluences]
     }
 
-    fn write(
-        &self,
-        figure: &Figure,
-        options: &CharacterOptions,
-        out: &mut dyn Write,
-    ) -> Result<Vec<Companion>, ExportError> {
+    fn encode(&self, figure: &Figure, options: &CharacterOptions) -> Result<Encoded, ExportError> {
         // Neither name needs to be quoted in a URI then.
         let stem = usd_names([options.stem.as_deref().unwrap_or("figure")]).concat();
         let glb = GlbWriter::with_pictures_in(&format!("{stem}_textures"));
@@ -79,9 +68,8 @@ impl Format for Gltf {
         let roots = built.roots();
         let scene = scene_of(options, &roots, provenance_of(options), Map::new());
         let GltfFiles { json, bin, pictures } = built.glb.into_files(&scene, &bin_name)?;
-        out.write_all(&json).map_err(|source| FormatError::Io { format: crate::formats::Format::Gltf, source })?;
         let pictures = pictures.into_iter().map(|(path, bytes)| Companion { path, bytes });
-        Ok(pictures.chain([Companion { path: bin_name, bytes: bin }]).collect())
+        Ok(Encoded { bytes: json, companions: pictures.chain([Companion { path: bin_name, bytes: bin }]).collect() })
     }
 }
 
@@ -103,6 +91,8 @@ pub(super) struct Built {
     pub joints: Vec<NodeId>,
     /// The nodes of the layers.
     pub layers: Vec<NodeId>,
+    /// The air below each garment.
+    ease: Vec<Option<PerVertex<f32>>>,
 }
 
 pub(super) fn build(mut glb: GlbWriter, figure: &Figure, options: &CharacterOptions) -> Result<Built, ExportError> {
@@ -119,7 +109,7 @@ pub(super) fn build(mut glb: GlbWriter, figure: &Figure, options: &CharacterOpti
     for animation in &options.animations {
         add_animation(&mut glb, &figure.skeleton, &frames, &joints, animation)?;
     }
-    Ok(Built { glb, joints, layers })
+    Ok(Built { glb, joints, layers, ease })
 }
 
 impl Built {

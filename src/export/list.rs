@@ -2,20 +2,24 @@
 
 use super::format::Format;
 use super::glb::{Glb, Gltf};
-use super::usd::{Usda, Usdc, Usdz};
+use super::usd::Usd;
 use super::vrm::Vrm;
 
 /// Every format.
-pub const FORMATS: &[&dyn Format] = &[&Glb, &Gltf, &Usda, &Usdc, &Usdz, &Vrm];
+pub const FORMATS: &[&dyn Format] = &[&Glb, &Gltf, &Usd::Text, &Usd::Binary, &Usd::Package, &Vrm];
 
 /// The format of files with that extension, in any case.
 pub fn format_of(extension: &str) -> Option<&'static dyn Format> {
     FORMATS.iter().copied().find(|format| format.extension().eq_ignore_ascii_case(extension))
 }
 
-/// The extensions of all formats, as a person writes them: `.glb`.
+/// The extensions of all formats, as a person lists them: `.glb, .usdz or .vrm`.
 pub fn extensions() -> String {
-    FORMATS.iter().map(|format| format!(".{}", format.extension())).collect::<Vec<_>>().join(" or ")
+    let all: Vec<String> = FORMATS.iter().map(|format| format!(".{}", format.extension())).collect();
+    match all.split_last() {
+        Some((last, others)) if !others.is_empty() => format!("{} or {last}", others.join(", ")),
+        _ => all.concat(),
+    }
 }
 
 #[cfg(test)]

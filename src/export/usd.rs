@@ -8,103 +8,60 @@ use super::arguments::check_character;
 use super::attributes::{attributes_of, ease_of};
 use super::bones::BoneFrames;
 use super::error::ExportError;
-use super::format::{CharacterOptions, Companion, Format, FormatOption};
+use super::format::{CharacterOptions, Companion, Encoded, Format, FormatOption};
 use super::influences::influences_of;
 use super::palette::{ROUGHNESS, color_of_rank};
 use super::pictures::pictures_of;
 use crate::body::{Figure, INFLUENCES, JointId, Layer, Pose, Skeleton};
-use crate::formats::{
-    FormatError, UsdInterpolation, UsdLayer, UsdPrim, UsdValue, linear_of_byte, usd_names, write_usd_package,
-};
+use crate::formats::{UsdInterpolation, UsdLayer, UsdPrim, UsdValue, linear_of_byte, usd_names, write_usd_package};
 use crate::geometry::{PerVertex, Point};
-use std::io::Write;
 
-/// USD as text, with its pictures in a folder beside it.
-pub struct Usda;
-/// USD as a binary file, with its pictures in a folder beside it.
-pub struct Usdc;
-/// USD as one file with its pictures.
-pub struct Usdz;
-
-const OPTIONS: &[FormatOption] = &[FormatOption::EightInfluences, FormatOption::Cloth];
 const FACE_VARYING: UsdInterpolation = UsdInterpolation::FaceVarying;
 const PER_VERTEX: UsdInterpolation = UsdInterpolation::Vertex(1);
 
-impl Format for Usda {
-    fn extension(&self) -> &'static str {
-        "usda"
-    }
-
-    fn options(&self) -> &'static [FormatOption] {
-        OPTIONS
-    }
-
-    fn write(
-        &self,
-        figure: &Figure,
-        options: &CharacterOptions,
-        out: &mut dyn Write,
-    ) -> Result<Vec<Companion>, ExportError> {
-        let (layer, pictures) = layer_of(figure, options, &format!("{}_textures", stem_of(options)))?;
-        put(&layer.to_text(), out)?;
-        Ok(pictures)
-    }
+/// USD in one of its three kinds of files.
+pub enum Usd {
+    /// Text, with its pictures in a folder beside it.
+    Text,
+    /// The same as a binary file.
+    Binary,
+    /// One file with its pictures.
+    Package,
 }
 
-impl Format for Usdc {
+impl Format for Usd {
     fn extension(&self) -> &'static str {
-        "usdc"
+        match self {
+            Self::Text => "usda",
+            Self::Binary => "usdc",
+            Self::Package => "usdz",
+        }
     }
 
     fn options(&self) -> &'static [FormatOption] {
-        OPTIONS
+        &[FormatOption::EightInfluences, FormatOption::Cloth]
     }
 
-    fn write(
-        &self,
-        figure: &Figure,
-        options: &CharacterOptions,
-        out: &mut dyn Write,
-    ) -> Result<Vec<Companion>, ExportError> {
-        let (layer, pictures) = layer_of(figure, options, &format!("{}_textures", stem_of(options)))?;
-        put(&layer.to_binary(), out)?;
-        Ok(pictures)
-    }
-}
-
-impl Format for Usdz {
-    fn extension(&self) -> &'static str {
-        "usdz"
-    }
-
-    fn options(&self) -> &'static [FormatOption] {
-        OPTIONS
-    }
-
-    fn write(
-        &self,
-        figure: &Figure,
-        options: &CharacterOptions,
-        out: &mut dyn Write,
-    ) -> Result<Vec<Companion>, ExportError> {
-        let (layer, pictures) = layer_of(figure, options, "textures")?;
-        let (name, bytes) = (format!("{}.usdc", stem_of(options)), layer.to_binary());
-        let pictures = pictures.iter().map(|picture| (picture.path.as_str(), picture.bytes.as_slice()));
-        let package = write_usd_package([(name.as_str(), bytes.as_slice())].into_iter().chain(pictures))?;
-        put(&package, out)?;
-        Ok(Vec::new())
+    fn encode(&self, figure: &Figure, options: &CharacterOptions) -> Result<Encoded, ExportError> {
+        let stem = stem_of(options);
+        let folder = if matches!(self, Self::Package) { "textures".into() } else { format!("{stem}_textures") };
+        let (layer, companions) = layer_of(figure, options, &folder)?;
+        match self {
+            Self::Text => Ok(Encoded { bytes: layer.to_text(), companions }),
+            Self::Binary => Ok(Encoded { bytes: layer.to_binary(), companions }),
+            Self::Package => {
+                let (name, layer) = (format!("{stem}.usdc"), layer.to_binary());
+                let pictures = companions.iter().map(|picture| (picture.path.as_str(), picture.bytes.as_slice()));
+                let files = [(name.as_str(), layer.as_slice())].into_iter().chain(pictures);
+                Ok(Encoded { bytes: write_usd_package(files)?, companions: Vec::new() })
+            }
+        }
     }
 }
 
 /// The name of a file's companions, without signs that a path in USD cannot have.
 fn stem_of(options: &CharacterOptions) -> String {
     usd_names([options.stem.as_deref().unwrap_or("figure")]).concat()
-}
-
-fn put(bytes: &[u8], out: &mut dyn Write) -> Result<(), ExportError> {
-    let io = |source| FormatError::Io { format: crate::formats::Format::Usd, source };
-    out.write_all(bytes).and_then(|()| out.flush()).map_err(io)?;
-    Ok(())
 }
 
 /// The scene, and its pictures as files of a folder.

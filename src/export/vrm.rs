@@ -1,15 +1,13 @@
 //! Writes the figure as a VRM 1.0 avatar: a `.glb` in the T-pose whose joints are named as human bones, with springs.
 
 use super::error::ExportError;
-use super::format::{CharacterOptions, Companion, Format, FormatOption, Rest};
+use super::format::{CharacterOptions, Encoded, Format, FormatOption, Rest};
 use super::glb::{Built, build};
-use super::springs::{Sprung, sprung};
-use crate::body::HumanJoint;
-use crate::body::{Figure, JointId};
+use super::spring_bones::{SpringFigure, with_spring_bones};
+use crate::body::{Figure, HumanJoint, JointId};
 use crate::formats::{GlbWriter, NodeId};
 use crate::geometry::Point;
 use serde_json::{Map, Value, json};
-use std::io::Write;
 
 /// VRM 1.0.
 pub struct Vrm;
@@ -27,13 +25,8 @@ impl Format for Vrm {
         Rest::TPose
     }
 
-    fn write(
-        &self,
-        figure: &Figure,
-        options: &CharacterOptions,
-        out: &mut dyn Write,
-    ) -> Result<Vec<Companion>, ExportError> {
-        let sprung = sprung(figure, &options.loose, options.swing.share);
+    fn encode(&self, figure: &Figure, options: &CharacterOptions) -> Result<Encoded, ExportError> {
+        let rigged = with_spring_bones(figure, &options.loose, options.springs.share);
         let bones = human_bones(figure)?;
         // Programs that turn bones by their names expect axes of the world; avatars hold no animations.
         let options = CharacterOptions {
@@ -43,14 +36,15 @@ impl Format for Vrm {
             eight_influences: false,
             ..options.clone()
         };
-        let built = build(GlbWriter::new(), &sprung.figure, &options)?;
+        let built = build(GlbWriter::new(), &rigged.figure, &options)?;
         let mut extensions = Map::new();
         extensions.insert("VRMC_vrm".into(), avatar(&built, &bones, &options));
-        if !sprung.chains.is_empty() {
-            extensions.insert("VRMC_springBone".into(), springs(&built, &sprung, &options));
+        if !rigged.chains.is_empty() {
+            extensions.insert("VRMC_springBone".into(), springs(&built, &rigged, &options));
         }
-        built.write(&options, extensions, out)?;
-        Ok(Vec::new())
+        let mut bytes = Vec::new();
+        built.write(&options, extensions, &mut bytes)?;
+        Ok(Encoded { bytes, companions: Vec::new() })
     }
 }
 
@@ -116,11 +110,11 @@ fn avatar(built: &Built, bones: &[(&'static str, JointId)], options: &CharacterO
 }
 
 /// Capsules around the legs, in one group, and a spring for each chain.
-fn springs(built: &Built, sprung: &Sprung, options: &CharacterOptions) -> Value {
-    let skeleton = &sprung.figure.skeleton;
+fn springs(built: &Built, rigged: &SpringFigure, options: &CharacterOptions) -> Value {
+    let skeleton = &rigged.figure.skeleton;
     let node = |joint: &JointId| -> usize { NodeId::value(&built.joints[joint.index()]) };
     // Nodes have the axes of the world, so a place relative to a joint is a difference.
-    let colliders: Vec<Value> = sprung
+    let colliders: Vec<Value> = rigged
         .capsules
         .iter()
         .map(|capsule| {
@@ -131,19 +125,17 @@ fn springs(built: &Built, sprung: &Sprung, options: &CharacterOptions) -> Value 
             json!({ "node": node(&capsule.joint), "shape": shape })
         })
         .collect();
-    let swing = options.swing;
-    let springs: Vec<Value> = sprung
+    let params = options.springs;
+    let springs: Vec<Value> = rigged
         .chains
         .iter()
         .map(|chain| {
             let joint = |j: &JointId| {
                 json!({
                     "node": node(j),
-                    "hitRadius": swing.hit_radius as f32,
-                    "stiffness": swing.stiffness as f32,
-                    "gravityPower": swing.gravity as f32,
-                    "gravityDir": [0.0, -1.0, 0.0],
-                    "dragForce": swing.drag as f32,
+                    "hitRadius": params.hit_radius as f32,
+                    "stiffness": params.stiffness as f32,
+                    "dragForce": params.drag as f32,
                 })
             };
             let joints: Vec<Value> = chain.joints.iter().map(joint).collect();

@@ -1,10 +1,8 @@
 //! What the cloth of other programs needs beside a `.glb`: masks as vertex colours, coefficients as JSON, a script.
 
-use super::error::ExportError;
 use super::format::{CharacterOptions, Companion, Engine};
-use super::reach::{GREATEST_SHARE, LOOSE_REACH, reach};
+use super::max_distance::{GREATEST_SHARE, LOOSE_MAX_DISTANCE, max_distance};
 use crate::body::{Figure, Layer};
-use crate::formats::FormatError;
 use crate::geometry::PerVertex;
 use crate::segment::Fabric;
 use serde_json::{Value, json};
@@ -19,11 +17,11 @@ pub(super) fn masks(
     ease: Option<&PerVertex<f32>>,
 ) -> PerVertex<[f32; 3]> {
     let share_of = |v: usize| layer.physics.as_ref().map_or(0.0, |physics| (physics.0[v] / GREATEST_SHARE) as f32);
-    let mask = |(v, reach): (usize, &f32)| {
+    let mask = |(v, distance): (usize, &f32)| {
         let air = ease.map_or(0.0, |ease| ease.0[v]);
-        [reach / LOOSE_REACH as f32, air / EASE_RANGE, share_of(v)].map(|share| share.clamp(0.0, 1.0))
+        [distance / LOOSE_MAX_DISTANCE as f32, air / EASE_RANGE, share_of(v)].map(|share| share.clamp(0.0, 1.0))
     };
-    reach(layer, loose).iter().enumerate().map(mask).collect()
+    max_distance(layer, loose).iter().enumerate().map(mask).collect()
 }
 
 /// The files beside a `.glb` of that stem.
@@ -31,9 +29,9 @@ pub(super) fn companions(
     figure: &Figure,
     options: &CharacterOptions,
     ease: &[Option<PerVertex<f32>>],
-) -> Result<Vec<Companion>, ExportError> {
+) -> Vec<Companion> {
     let stem = options.stem.as_deref().unwrap_or("figure");
-    let Some(engine) = options.engine.filter(|engine| *engine != Engine::Unreal) else { return Ok(Vec::new()) };
+    let Some(engine) = options.engine.filter(|engine| *engine != Engine::Unreal) else { return Vec::new() };
     let layers: Vec<Value> = figure
         .layers
         .iter()
@@ -45,12 +43,10 @@ pub(super) fn companions(
     let json = json!({ "format": "Overcoat cloth 1", "layers": layers });
     let mut companions = vec![Companion { path: format!("{stem}.cloth.json"), bytes: json.to_string().into_bytes() }];
     if engine == Engine::Blender {
-        let quoted = serde_json::to_string(stem)
-            .map_err(|e| FormatError::Container { format: crate::formats::Format::Gltf, reason: e.to_string() })?;
-        let script = include_str!("blender.py").replace("\"@STEM@\"", &quoted);
+        let script = include_str!("blender.py").replace("\"@STEM@\"", &json!(stem).to_string());
         companions.push(Companion { path: format!("{stem}.blender.py"), bytes: script.into_bytes() });
     }
-    Ok(companions)
+    companions
 }
 
 /// Places in glTF's frame, how far each may move, and how far below it the next surface is.
@@ -68,7 +64,7 @@ fn cloth_json(layer: &Layer, loose: Option<&PerVertex<bool>>, ease: &PerVertex<f
             "friction": fabric.friction,
         })),
         "position": positions,
-        "maxDistance": reach(layer, loose).0,
+        "maxDistance": max_distance(layer, loose).0,
         "collisionSphereDistance": ease.0,
     })
 }

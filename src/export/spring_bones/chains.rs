@@ -2,14 +2,15 @@
 
 use crate::body::HumanJoint::{Foot, Head, Hips, LowerLeg, UpperChest, UpperLeg};
 use crate::body::{Figure, JointId, Layer, Side, SkinWeights};
-use crate::export::reach::GREATEST_SHARE;
-use crate::geometry::{PerVertex, Point, Vec3};
+use crate::export::max_distance::GREATEST_SHARE;
+use crate::geometry::{PerVertex, Point, Vec3, closest_on_segments};
+use crate::numerics::{quantile, smoothstep};
 
 /// Chains around a loose part: one every 30°. With one every 45°, a raised thigh came through between two in the demo.
 const SECTORS: usize = 12;
 /// Bones of a chain.
 const BONES: usize = 3;
-/// A shorter part, in metres, does not swing.
+/// A shorter part, in metres, gets no chains.
 const LEAST_LENGTH: f64 = 0.08;
 /// Fewer vertices than this in a sector are the edge of an opening.
 const LEAST_VERTICES: usize = 12;
@@ -45,7 +46,7 @@ pub struct Capsule {
 
 /// A figure whose loose parts follow chains.
 #[derive(Clone, Debug)]
-pub struct Sprung {
+pub struct SpringFigure {
     /// The figure; the joints of the chains come after its own.
     pub figure: Figure,
     /// The chains; none if nothing hangs loose.
@@ -62,25 +63,23 @@ pub struct Sprung {
 /// **Shapes** `loose`: one entry per layer, with one per vertex.
 ///
 /// **Guarantees** the figure stands as before in the bind pose; vertices outside the loose parts keep their weights.
-pub fn sprung(figure: &Figure, loose: &[PerVertex<bool>], share: f64) -> Sprung {
-    let mut sprung = Sprung { figure: figure.clone(), chains: Vec::new(), capsules: Vec::new() };
+pub fn with_spring_bones(figure: &Figure, loose: &[PerVertex<bool>], share: f64) -> SpringFigure {
+    let mut rigged = SpringFigure { figure: figure.clone(), chains: Vec::new(), capsules: Vec::new() };
     for (rank, loose) in loose.iter().enumerate().take(figure.layers.len()).skip(1) {
         let Some(part) = LoosePart::of(figure, rank, loose) else { continue };
-        let before = sprung.figure.skeleton.len();
         let chains: Vec<(usize, Chain)> =
-            (0..SECTORS).filter_map(|sector| Some((sector, part.chain(sector, &mut sprung.figure)?))).collect();
+            (0..SECTORS).filter_map(|sector| Some((sector, part.chain(sector, &mut rigged.figure)?))).collect();
         if chains.is_empty() {
-            debug_assert_eq!(before, sprung.figure.skeleton.len());
             continue;
         }
         let weights = part.weights(&chains, share);
-        sprung.figure.layers[rank].weights = weights;
-        sprung.chains.extend(chains.into_iter().map(|(_, chain)| chain));
+        rigged.figure.layers[rank].weights = weights;
+        rigged.chains.extend(chains.into_iter().map(|(_, chain)| chain));
     }
-    if !sprung.chains.is_empty() {
-        sprung.capsules = capsules(&sprung);
+    if !rigged.chains.is_empty() {
+        rigged.capsules = capsules(&rigged);
     }
-    sprung
+    rigged
 }
 
 /// The loose part of a layer, as a tube around a vertical axis.
@@ -199,9 +198,9 @@ impl<'a> LoosePart<'a> {
                 let depth = self.hems[*sector].map_or(0.0, |hem| self.depth(v, hem));
                 // Half of the way from one joint to the next, the bone between them moves the cloth alone.
                 let place = (depth - 0.5).max(0.0);
-                let (bone, toward) = ((place.floor() as usize).min(BONES - 1), smooth(place.fract()));
+                let (bone, toward) = ((place.floor() as usize).min(BONES - 1), smoothstep(place.fract()));
                 let next = (bone + 1).min(BONES - 1);
-                let hangs = most * smooth((2.0 * depth).min(1.0));
+                let hangs = most * smoothstep(2.0 * depth);
                 kept += share * (1.0 - hangs);
                 row.push((chain.joints[bone], share * hangs * (1.0 - toward)));
                 row.push((chain.joints[next], share * hangs * toward));
@@ -224,20 +223,11 @@ fn merged(row: Vec<(JointId, f64)>) -> Vec<(JointId, f64)> {
     merged
 }
 
-fn smooth(t: f64) -> f64 {
-    t * t * (3.0 - 2.0 * t)
-}
-
-fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[((values.len() - 1) as f64 * share).round() as usize]
-}
-
 /// Capsules around thighs and lower legs, as wide as the body there, but not wider than what keeps the chains at rest clear.
-fn capsules(sprung: &Sprung) -> Vec<Capsule> {
-    let figure = &sprung.figure;
+fn capsules(rigged: &SpringFigure) -> Vec<Capsule> {
+    let figure = &rigged.figure;
     let skeleton = &figure.skeleton;
-    let tails = sprung.chains.iter().flat_map(|chain| chain.joints.iter().skip(1));
+    let tails = rigged.chains.iter().flat_map(|chain| chain.joints.iter().skip(1));
     let tails: Vec<&Point> = tails.map(|j| &skeleton.joints_in_bind[j.index()]).collect();
     let mut capsules = Vec::new();
     for side in Side::BOTH {
@@ -267,7 +257,6 @@ fn distance_to_segment(p: &Point, ends: &[Point; 2]) -> f64 {
 
 /// The point of a segment nearest to `p`.
 pub(super) fn nearest_on_segment(p: &Point, [a, b]: &[Point; 2]) -> Point {
-    let along = b - a;
-    let share = (p - a).dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE);
-    a + along * share.clamp(0.0, 1.0)
+    let [_, share] = closest_on_segments([p, p], [a, b]);
+    a + (b - a) * share
 }

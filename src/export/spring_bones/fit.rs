@@ -1,7 +1,7 @@
 //! Springs that move like the cloth that was simulated.
 
-use super::chains::sprung;
-use super::swing::{Swing, SwingParams};
+use super::chains::with_spring_bones;
+use super::simulation::{SpringParams, SpringSimulation};
 use crate::body::{Figure, Pose, skin};
 use crate::geometry::{PerVertex, Point, VertexId};
 use rayon::prelude::*;
@@ -19,7 +19,7 @@ const SHARES: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FittedSprings {
     /// The best of those that were tried.
-    pub params: SwingParams,
+    pub params: SpringParams,
     /// Mean distance in metres of the loose parts from the cloth.
     pub mean_distance: f64,
     /// The same where skin weights alone move them.
@@ -39,8 +39,8 @@ pub fn fitted_springs(
     cloth: &[Vec<PerVertex<Point>>],
 ) -> Option<FittedSprings> {
     // A part of the motion is that part of the way from skinning alone to chains alone.
-    let sprung = sprung(figure, loose, 1.0);
-    let mut ranks: Vec<usize> = sprung.chains.iter().map(|chain| chain.rank).collect();
+    let rigged = with_spring_bones(figure, loose, 1.0);
+    let mut ranks: Vec<usize> = rigged.chains.iter().map(|chain| chain.rank).collect();
     ranks.dedup();
     let compared = |rank: usize| {
         let vertices = (0..loose[rank].len()).filter(|&v| loose[rank].0[v]);
@@ -63,22 +63,22 @@ pub fn fitted_springs(
         .map(|frame| parts.iter().flat_map(|(rank, part)| part.iter().map(move |&v| cloth[*rank][frame][v])).collect())
         .collect();
     let skinned: Vec<Vec<Point>> = poses.iter().map(|pose| places(figure, pose)).collect();
-    let joints = sprung.figure.skeleton.len();
+    let joints = rigged.figure.skeleton.len();
     let poses: Vec<Pose> = poses.iter().map(|pose| extended(pose, joints)).collect();
     let steps = (STEPS_PER_SEC / fps).round().max(1.0) as usize;
     let distances = |&(stiffness, drag): &(f64, f64)| -> [f64; SHARES.len()] {
-        let params = SwingParams { stiffness, drag, ..SwingParams::default() };
-        let mut swing = Swing::at_rest(&sprung, params, &poses[0]);
+        let params = SpringParams { stiffness, drag, ..SpringParams::default() };
+        let mut simulation = SpringSimulation::at_rest(&rigged, params, &poses[0]);
         let mut sums = [0.0; SHARES.len()];
         for frame in 0..poses.len() {
             let before = &poses[frame.saturating_sub(1)];
             let mut moved = poses[frame].clone();
             for step in 1..=steps {
                 let between = before.toward(&poses[frame], step as f64 / steps as f64);
-                moved = swing.step(&between, 1.0 / (fps * steps as f64));
+                moved = simulation.step(&between, 1.0 / (fps * steps as f64));
             }
-            let swung = places(&sprung.figure, &moved);
-            for ((p, q), target) in skinned[frame].iter().zip(&swung).zip(&targets[frame]) {
+            let simulated = places(&rigged.figure, &moved);
+            for ((p, q), target) in skinned[frame].iter().zip(&simulated).zip(&targets[frame]) {
                 for (sum, share) in sums.iter_mut().zip(SHARES) {
                     *sum += (p + (q - p) * share - target).norm();
                 }
@@ -92,7 +92,7 @@ pub fn fitted_springs(
     let (k, s) = triples.min_by(|a, b| tried[a.0][a.1].total_cmp(&tried[b.0][b.1]))?;
     let all = skinned.iter().flatten().zip(targets.iter().flatten());
     let skinned_distance = all.map(|(p, q)| (p - q).norm()).sum::<f64>() / count as f64;
-    let params = SwingParams { share: SHARES[s], stiffness: pairs[k].0, drag: pairs[k].1, ..SwingParams::default() };
+    let params = SpringParams { share: SHARES[s], stiffness: pairs[k].0, drag: pairs[k].1, ..SpringParams::default() };
     Some(FittedSprings { params, mean_distance: tried[k][s], skinned_distance })
 }
 

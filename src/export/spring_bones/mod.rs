@@ -5,10 +5,10 @@
 
 mod chains;
 mod fit;
-mod swing;
+mod simulation;
 #[cfg(test)]
 mod tests;
 
-pub(super) use chains::{Sprung, sprung};
+pub(super) use chains::{SpringFigure, with_spring_bones};
 pub use fit::{FittedSprings, fitted_springs};
-pub use swing::SwingParams;
+pub use simulation::SpringParams;

@@ -1,58 +1,56 @@
 //! The motion of chains as programs compute it: `VRMC_springBone` 1.0.
 
-use super::chains::{HIT_RADIUS, Sprung, nearest_on_segment};
+use super::chains::{HIT_RADIUS, SpringFigure, nearest_on_segment};
 use crate::body::Pose;
 use crate::geometry::{Point, Vec3};
 use nalgebra::{Isometry3, UnitQuaternion};
 
 /// Settings of the springs, in VRM's terms.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SwingParams {
+pub struct SpringParams {
     /// The part of the motion that the chains have where the share of physics is greatest, 0–1.
     pub share: f64,
     /// Speed towards the pose at rest, in metres per second.
     pub stiffness: f64,
     /// Share of the speed that is lost in each step.
     pub drag: f64,
-    /// Speed downwards, in metres per second.
-    pub gravity: f64,
     /// Radius around the joints that stays clear of the capsules, in metres.
     pub hit_radius: f64,
 }
 
-impl Default for SwingParams {
-    /// One half as in Hu 2017, Eq. 9; the others are those of VRM but for the greater stiffness of cloth that is not hair.
+impl Default for SpringParams {
+    /// A share of one half as in Hu 2017, Eq. 9; stiffness and drag are VRM's defaults.
     fn default() -> Self {
-        Self { share: 0.5, stiffness: 1.0, drag: 0.4, gravity: 0.0, hit_radius: HIT_RADIUS }
+        Self { share: 0.5, stiffness: 1.0, drag: 0.5, hit_radius: HIT_RADIUS }
     }
 }
 
 /// Chains in motion.
-pub struct Swing<'a> {
-    sprung: &'a Sprung,
-    params: SwingParams,
+pub struct SpringSimulation<'a> {
+    rigged: &'a SpringFigure,
+    params: SpringParams,
     /// For each bone of each chain the place of its tail now and one step before, in the world.
     tails: Vec<Vec<[Point; 2]>>,
 }
 
-impl<'a> Swing<'a> {
+impl<'a> SpringSimulation<'a> {
     /// Chains at rest in a pose of the figure without their own joints' rotations.
-    pub fn at_rest(sprung: &'a Sprung, params: SwingParams, pose: &Pose) -> Self {
-        let joints = sprung.figure.skeleton.joints_in_world(pose);
+    pub fn at_rest(rigged: &'a SpringFigure, params: SpringParams, pose: &Pose) -> Self {
+        let joints = rigged.figure.skeleton.joints_in_world(pose);
         let tail = |pair: &[crate::body::JointId]| [joints[pair[1].index()]; 2];
-        let tails = sprung.chains.iter().map(|chain| chain.joints.windows(2).map(tail).collect()).collect();
-        Self { sprung, params, tails }
+        let tails = rigged.chains.iter().map(|chain| chain.joints.windows(2).map(tail).collect()).collect();
+        Self { rigged, params, tails }
     }
 
     /// Moves the chains by a step of `secs`, and returns the pose with their rotations.
     ///
-    /// **Source** VRM Consortium, `VRMC_springBone` 1.0: the speed of before less drag, towards the bone at rest, by gravity;
+    /// **Source** VRM Consortium, `VRMC_springBone` 1.0: the speed of before less drag, towards the bone at rest;
     /// then the bone's length, and out of the capsules.
     pub fn step(&mut self, pose: &Pose, secs: f64) -> Pose {
-        let skeleton = &self.sprung.figure.skeleton;
+        let skeleton = &self.rigged.figure.skeleton;
         let frames = skeleton.world_from_bind(pose);
         let mut moved = pose.clone();
-        for (chain, tails) in self.sprung.chains.iter().zip(&mut self.tails) {
+        for (chain, tails) in self.rigged.chains.iter().zip(&mut self.tails) {
             let root = skeleton.parents[chain.joints[0].index()];
             let mut parent = root.map_or_else(Isometry3::identity, |j| frames[j.index()]);
             for (pair, tail) in chain.joints.windows(2).zip(tails) {
@@ -61,9 +59,9 @@ impl<'a> Swing<'a> {
                 let bone = tail_in_bind - head_in_bind;
                 let rest = parent.rotation * bone.normalize();
                 let inertia = (tail[0] - tail[1]) * (1.0 - self.params.drag);
-                let forces = rest * (self.params.stiffness * secs) - Vec3::y() * (self.params.gravity * secs);
+                let forces = rest * (self.params.stiffness * secs);
                 let mut next = at_length(&head, tail[0] + inertia + forces, bone.norm());
-                for capsule in &self.sprung.capsules {
+                for capsule in &self.rigged.capsules {
                     let ends = capsule.ends.map(|p| frames[capsule.joint.index()] * p);
                     let out = next - nearest_on_segment(&next, &ends);
                     let least = capsule.radius + self.params.hit_radius;

@@ -1,8 +1,8 @@
 //! Chains of a skirt of our own: around it, clear of the legs, at rest where nothing moves.
 
 use super::chains::Capsule;
-use super::swing::Swing;
-use super::{Sprung, SwingParams, fitted_springs, sprung};
+use super::simulation::SpringSimulation;
+use super::{SpringFigure, SpringParams, fitted_springs, with_spring_bones};
 use crate::body::{Figure, HumanJoint, JointId, Layer, Pose, Side, Skeleton, SkinWeights};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
 use nalgebra::UnitQuaternion;
@@ -68,20 +68,20 @@ fn figure(is_open: bool) -> (Figure, Vec<PerVertex<bool>>) {
     (Figure { skeleton, layers: vec![body, skirt] }, loose)
 }
 
-fn of(is_open: bool) -> Sprung {
+fn of(is_open: bool) -> SpringFigure {
     let (figure, loose) = figure(is_open);
-    sprung(&figure, &loose, 1.0)
+    with_spring_bones(&figure, &loose, 1.0)
 }
 
 /// Where the joints of all chains are in a pose, without the first of each.
-fn tails_in(sprung: &Sprung, pose: &Pose) -> Vec<Point> {
-    let joints = sprung.figure.skeleton.joints_in_world(pose);
-    sprung.chains.iter().flat_map(|chain| chain.joints[1..].iter().map(|j| joints[j.index()])).collect()
+fn tails_in(rigged: &SpringFigure, pose: &Pose) -> Vec<Point> {
+    let joints = rigged.figure.skeleton.joints_in_world(pose);
+    rigged.chains.iter().flat_map(|chain| chain.joints[1..].iter().map(|j| joints[j.index()])).collect()
 }
 
 /// The figure with the left thigh raised so far.
-fn raised(sprung: &Sprung, angle: f64) -> Pose {
-    let mut pose = Pose::bind(sprung.figure.skeleton.len());
+fn raised(rigged: &SpringFigure, angle: f64) -> Pose {
+    let mut pose = Pose::bind(rigged.figure.skeleton.len());
     pose.rotations[2] = UnitQuaternion::from_axis_angle(&Vec3::x_axis(), -angle);
     pose
 }
@@ -122,36 +122,36 @@ fn the_bind_pose_and_what_is_not_loose_stay() {
 
 #[test]
 fn chains_at_rest_stay_and_swing_back_where_they_were() {
-    let sprung = of(false);
-    let skeleton = &sprung.figure.skeleton;
+    let rigged = of(false);
+    let skeleton = &rigged.figure.skeleton;
     let rest = Pose::bind(skeleton.len());
-    let at_rest = tails_in(&sprung, &rest);
-    let mut swing = Swing::at_rest(&sprung, SwingParams::default(), &rest);
+    let at_rest = tails_in(&rigged, &rest);
+    let mut simulation = SpringSimulation::at_rest(&rigged, SpringParams::default(), &rest);
     let moves = |pose: &Pose| {
-        let tails = tails_in(&sprung, pose);
+        let tails = tails_in(&rigged, pose);
         tails.iter().zip(&at_rest).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max)
     };
-    assert!(moves(&swing.step(&rest, 1.0 / 60.0)) < 1e-9);
-    let pushed = (1..=20).map(|k| moves(&swing.step(&raised(&sprung, 0.04 * f64::from(k)), 1.0 / 60.0)));
+    assert!(moves(&simulation.step(&rest, 1.0 / 60.0)) < 1e-9);
+    let pushed = (1..=20).map(|k| moves(&simulation.step(&raised(&rigged, 0.04 * f64::from(k)), 1.0 / 60.0)));
     let pushed = pushed.fold(0.0, f64::max);
     assert!(pushed > 0.03, "the thigh pushes the front: {pushed}");
     let mut last = rest.clone();
     for _ in 0..240 {
-        last = swing.step(&rest, 1.0 / 60.0);
+        last = simulation.step(&rest, 1.0 / 60.0);
     }
     assert!(moves(&last) < 1e-3, "{}", moves(&last));
 }
 
 #[test]
 fn tails_stay_out_of_the_legs_and_bones_keep_their_lengths() {
-    let sprung = of(false);
-    let skeleton = &sprung.figure.skeleton;
-    let mut swing = Swing::at_rest(&sprung, SwingParams::default(), &Pose::bind(skeleton.len()));
+    let rigged = of(false);
+    let skeleton = &rigged.figure.skeleton;
+    let mut simulation = SpringSimulation::at_rest(&rigged, SpringParams::default(), &Pose::bind(skeleton.len()));
     for k in 0..30 {
-        let pose = swing.step(&raised(&sprung, 0.03 * f64::from(k)), 1.0 / 60.0);
+        let pose = simulation.step(&raised(&rigged, 0.03 * f64::from(k)), 1.0 / 60.0);
         let frames = skeleton.world_from_bind(&pose);
         let joints = skeleton.joints_in_world(&pose);
-        for chain in &sprung.chains {
+        for chain in &rigged.chains {
             for pair in chain.joints.windows(2) {
                 let [head, tail] = [pair[0], pair[1]].map(|j| j.index());
                 let length = (skeleton.joints_in_bind[tail] - skeleton.joints_in_bind[head]).norm();
@@ -163,9 +163,9 @@ fn tails_stay_out_of_the_legs_and_bones_keep_their_lengths() {
                 let ends = capsule.ends.map(|p| frames[capsule.joint.index()] * p);
                 capsule.radius - (p - super::chains::nearest_on_segment(p, &ends)).norm()
             };
-            sprung.capsules.iter().map(depth).fold(f64::NEG_INFINITY, f64::max)
+            rigged.capsules.iter().map(depth).fold(f64::NEG_INFINITY, f64::max)
         };
-        let deepest = tails_in(&sprung, &pose).iter().map(depth).fold(f64::NEG_INFINITY, f64::max);
+        let deepest = tails_in(&rigged, &pose).iter().map(depth).fold(f64::NEG_INFINITY, f64::max);
         // Two capsules in turn, and the bone's length after them: a little remains.
         assert!(deepest < 0.01, "{deepest} at {k}");
     }
@@ -175,7 +175,7 @@ fn tails_stay_out_of_the_legs_and_bones_keep_their_lengths() {
 fn a_part_of_the_motion_stays_with_the_legs() {
     let (mut figure, loose) = figure(false);
     figure.layers[1].physics = Some(PerVertex::filled(0.25, loose[1].len()));
-    let half = sprung(&figure, &loose, 1.0).figure;
+    let half = with_spring_bones(&figure, &loose, 1.0).figure;
     let hem = figure.layers[1].mesh.points().iter().position(|p| p.y < 0.46).unwrap();
     let of_legs: f64 = half.layers[1].weights.rows().0[hem].iter().filter(|(j, _)| j.index() < 8).map(|(_, w)| w).sum();
     assert!((of_legs - 0.5).abs() < 1e-9, "{of_legs}");
@@ -184,25 +184,25 @@ fn a_part_of_the_motion_stays_with_the_legs() {
 #[test]
 fn the_springs_that_moved_cloth_are_found_again() {
     let (figure, loose) = figure(false);
-    let sprung = sprung(&figure, &loose, 0.5);
-    let skeleton = &sprung.figure.skeleton;
+    let rigged = with_spring_bones(&figure, &loose, 0.5);
+    let skeleton = &rigged.figure.skeleton;
     let swaying = |k: i32| {
-        let mut pose = raised(&sprung, 0.2);
+        let mut pose = raised(&rigged, 0.2);
         pose.translation = Vec3::new((f64::from(k) * 0.35).sin(), 0.0, (f64::from(k) * 0.23).cos()) * 0.25;
         pose
     };
     let poses: Vec<Pose> = (0..60).map(swaying).collect();
-    let truth = SwingParams { share: 0.5, stiffness: 0.5, drag: 0.25, ..SwingParams::default() };
-    let mut swing = Swing::at_rest(&sprung, truth, &poses[0]);
+    let truth = SpringParams { share: 0.5, stiffness: 0.5, drag: 0.25, ..SpringParams::default() };
+    let mut simulation = SpringSimulation::at_rest(&rigged, truth, &poses[0]);
     let moved: Vec<Pose> = (0..poses.len())
         .map(|k| {
             let before = &poses[k.saturating_sub(1)];
-            swing.step(&before.toward(&poses[k], 0.5), 1.0 / 60.0);
-            swing.step(&poses[k], 1.0 / 60.0)
+            simulation.step(&before.toward(&poses[k], 0.5), 1.0 / 60.0);
+            simulation.step(&poses[k], 1.0 / 60.0)
         })
         .collect();
     let frames = |rank: usize| -> Vec<PerVertex<Point>> {
-        let layer = &sprung.figure.layers[rank];
+        let layer = &rigged.figure.layers[rank];
         moved.iter().map(|pose| layer.posed(skeleton, pose).points().clone()).collect()
     };
     let own = |pose: &Pose| Pose { rotations: pose.rotations[..8].to_vec(), translation: pose.translation };

@@ -4,12 +4,12 @@ use super::export_request::{ExportRequest, Exported, Quads, Textures};
 use super::outputs::{Content, Outputs};
 use super::posed_step::PosedStep;
 use super::textures::TextureSize;
-use crate::body::{Figure, Layer};
+use crate::body::{Figure, Layer, Pose};
 use crate::export::{
     CharacterAnimation, CharacterOptions, Companion, CoveredParts, Format, FormatOption, QuadFigure, QuadLayer, Rest,
-    SwingParams, fitted_springs,
+    SpringParams, fitted_springs,
 };
-use crate::geometry::{PerVertex, Point};
+use crate::geometry::PerVertex;
 use crate::rig::cover_masks;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
@@ -28,42 +28,8 @@ impl Session {
         outputs: &mut Outputs,
         on_texture: &mut dyn FnMut(&str),
     ) -> Result<Exported, SessionError> {
-        let refuse = |what: String| {
-            let hint = "name a folder instead: `overcoat export DIR/ …`".into();
-            Err(SessionError::BadRequest { what, hint })
-        };
+        check_request(request, format)?;
         let extension = format.extension();
-        if request.scan.is_some() || request.before_registration {
-            return refuse(format!(
-                "a .{extension} holds the figure; it cannot hold a scan or the body before registration"
-            ));
-        }
-        if request.eight_influences && !format.options().contains(&FormatOption::EightInfluences) {
-            return refuse(format!(
-                "a .{extension} has at most four joints per vertex, so --influences changes nothing"
-            ));
-        }
-        if request.bake_cloth.is_some() && !format.options().contains(&FormatOption::Cloth) {
-            return Err(SessionError::BadRequest {
-                what: format!("a .{extension} does not hold simulated cloth"),
-                hint: "export a .usdc or .usdz, or `--sequence pc2` beside it".into(),
-            });
-        }
-        if !request.authors.is_empty() && !format.options().contains(&FormatOption::Authors) {
-            return Err(SessionError::BadRequest {
-                what: format!("a .{extension} does not name its authors"),
-                hint: "leave --author out, or export a .vrm".into(),
-            });
-        }
-        if request.engine.is_some() && !format.options().contains(&FormatOption::Engine) {
-            return Err(SessionError::BadRequest {
-                what: format!("--for adds to a .glb what a program's cloth needs, not to a .{extension}"),
-                hint: "export a .glb, or leave --for out".into(),
-            });
-        }
-        if format.rest() != Rest::Bind && request.at.is_some() {
-            return refuse(format!("a .{extension} is always in the T-pose, so --at changes nothing"));
-        }
         let steps = self.posed_steps(request.at.as_deref())?;
         let Some(last) = steps.last() else { return Ok(Exported::default()) };
         let path = request.target.clone();
@@ -85,41 +51,22 @@ impl Session {
         let layers = chosen(&figure, &request.layers)?;
         let (figure, masks) = covered.remaining(figure);
         let loose = loose_parts(&figure, &steps)?;
-        let (figure, swing) = match format.rest().pose(&figure.skeleton) {
-            None => (figure, SwingParams::default()),
+        let (figure, springs) = match format.rest().pose(&figure.skeleton) {
+            None => (figure, SpringParams::default()),
             Some(rest) => {
-                let swing = self.swing_of(&figure, &loose, outputs)?;
-                let reposed = reposed(&figure, &rest, &StackParams::default());
-                let reposed = reposed.map_err(|e| SessionError::bad_source(&path, e))?;
-                if reposed.crossing_pairs > 0 {
-                    let pairs = reposed.crossing_pairs;
-                    outputs
-                        .notice(format!("{pairs} pairs of faces cross in the T-pose; there are none in the bind pose"));
-                }
-                (reposed.figure, swing)
+                let springs = self.spring_params(&figure, &loose, outputs)?;
+                (in_rest_pose(&figure, &rest, &path, outputs)?, springs)
             }
         };
         let pose = request.at.as_ref().map(|_| last.pose.clone());
         let provenance = steps.iter().map(origin).collect();
         let mut animations = if request.at.is_none() { self.animations_in_file(outputs)? } else { Vec::new() };
         if let Some(name) = &request.bake_cloth {
-            let moved = self.moved_figure(name.as_deref())?;
-            animations.retain(|animation| animation.name != moved.name);
-            let cloth = moved.cloth.as_ref().map(|_| {
-                let frames = |rank| (0..moved.track.poses.len()).map(|f| moved.layer(&figure, rank, f)).collect();
-                (0..figure.layers.len()).map(frames).collect()
-            });
-            if cloth.is_none() {
-                return Err(SessionError::BadRequest {
-                    what: format!("the cloth of '{}' is not simulated, so there is nothing to bake", moved.name),
-                    hint: "leave --bake-cloth out: the skin weights move all layers".into(),
-                });
-            }
+            let baked = self.baked_cloth(name.as_deref(), &figure)?;
+            animations.retain(|animation| animation.name != baked.name);
             // The last one plays.
-            animations.push(CharacterAnimation { name: moved.name, track: moved.track, cloth });
+            animations.push(baked);
         }
-        let eight_influences = request.eight_influences;
-        let covered = Some(masks);
         let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
         let options = CharacterOptions {
             stem,
@@ -127,21 +74,20 @@ impl Session {
             name: request.name.clone(),
             bones: request.bones,
             pose,
-            covered,
-            eight_influences,
+            covered: Some(masks),
+            eight_influences: request.eight_influences,
             animations,
             engine: request.engine,
             authors: request.authors.clone(),
             loose,
-            swing,
+            springs,
             provenance,
         };
-        let mut bytes = Vec::new();
-        let companions = format.write(&figure, &options, &mut bytes).map_err(|e| SessionError::bad_source(&path, e))?;
+        let encoded = format.encode(&figure, &options).map_err(|e| SessionError::bad_source(&path, e))?;
         let beside = |companion: Companion| (path.with_file_name(companion.path), companion.bytes);
-        let mut files: Vec<(PathBuf, Vec<u8>)> = companions.into_iter().map(beside).collect();
+        let mut files: Vec<(PathBuf, Vec<u8>)> = encoded.companions.into_iter().map(beside).collect();
         // Last: what it names is there then.
-        files.push((path, bytes));
+        files.push((path, encoded.bytes));
         Ok(Exported { files: outputs.write_together(files)?, removed, quads })
     }
 
@@ -171,38 +117,47 @@ impl Session {
         CoveredParts::of(figure, masks, remove).map_err(|e| SessionError::bad_source(target, e))
     }
 
+    /// An animation with the vertices of its simulated cloth; the last one for `None`.
+    fn baked_cloth(&self, name: Option<&str>, figure: &Figure) -> Result<CharacterAnimation, SessionError> {
+        let moved = self.moved_figure(name)?;
+        if moved.cloth.is_none() {
+            return Err(SessionError::BadRequest {
+                what: format!("the cloth of '{}' is not simulated, so there is nothing to bake", moved.name),
+                hint: "leave --bake-cloth out: the skin weights move all layers".into(),
+            });
+        }
+        let cloth = Some(moved.layers_by_frame(figure));
+        Ok(CharacterAnimation { name: moved.name, track: moved.track, cloth })
+    }
+
     /// Springs that move like the cloth of the last animation, where that is simulated.
-    fn swing_of(
+    fn spring_params(
         &self,
         figure: &Figure,
         loose: &[PerVertex<bool>],
         outputs: &mut Outputs,
-    ) -> Result<SwingParams, SessionError> {
+    ) -> Result<SpringParams, SessionError> {
         let hangs = loose.iter().any(|loose| loose.iter().any(|is_loose| *is_loose));
         if !hangs || self.recipe.animations.is_empty() {
-            return Ok(SwingParams::default());
+            return Ok(SpringParams::default());
         }
         let moved = match self.moved_figure(None) {
             Ok(moved) => moved,
-            Err(SessionError::NotBuilt { .. }) => return Ok(SwingParams::default()),
+            Err(SessionError::NotBuilt { .. }) => return Ok(SpringParams::default()),
             Err(other) => return Err(other),
         };
-        let frames = moved.track.poses.len();
         let is_same = |rank: usize| moved.layer(figure, rank, 0).len() == figure.layers[rank].mesh.vertex_count();
         if moved.cloth.is_none() || !(0..figure.layers.len()).all(is_same) {
-            return Ok(SwingParams::default());
+            return Ok(SpringParams::default());
         }
-        let frames_of = |rank| (0..frames).map(|frame| moved.layer(figure, rank, frame)).collect();
-        let cloth: Vec<Vec<PerVertex<Point>>> = (0..figure.layers.len()).map(frames_of).collect();
+        let cloth = moved.layers_by_frame(figure);
         let Some(fitted) = fitted_springs(figure, loose, &moved.track.poses, moved.track.fps, &cloth) else {
-            return Ok(SwingParams::default());
+            return Ok(SpringParams::default());
         };
+        let SpringParams { share, stiffness, drag, .. } = fitted.params;
         outputs.notice(format!(
-            "springs with a share of {}, stiffness {} and drag {} follow the cloth of '{}' best: {:.1} mm from it on \
-             average, {:.1} mm by skin weights alone",
-            fitted.params.share,
-            fitted.params.stiffness,
-            fitted.params.drag,
+            "spring bones fitted to the cloth of '{}': share {share}, stiffness {stiffness}, drag {drag}; mean distance \
+             {:.1} mm ({:.1} mm with skin weights alone)",
             moved.name,
             1000.0 * fitted.mean_distance,
             1000.0 * fitted.skinned_distance
@@ -221,6 +176,59 @@ impl Session {
             .map(|moved| CharacterAnimation { name: moved.name, track: moved.track, cloth: None })
             .collect())
     }
+}
+
+/// **Errors** if the format cannot hold what is requested.
+fn check_request(request: &ExportRequest, format: &dyn Format) -> Result<(), SessionError> {
+    let extension = format.extension();
+    let in_folder = "name a folder instead: `overcoat export DIR/ …`";
+    let can = |option| format.options().contains(&option);
+    let refusals = [
+        (
+            request.scan.is_some() || request.before_registration,
+            format!("a .{extension} holds the figure; it cannot hold a scan or the body before registration"),
+            in_folder,
+        ),
+        (
+            format.rest() != Rest::Bind && request.at.is_some(),
+            format!("a .{extension} is always in the T-pose, so --at changes nothing"),
+            in_folder,
+        ),
+        (
+            request.eight_influences && !can(FormatOption::EightInfluences),
+            format!("a .{extension} has at most four joints per vertex, so --influences changes nothing"),
+            "export a .glb, or leave --influences out",
+        ),
+        (
+            request.bake_cloth.is_some() && !can(FormatOption::Cloth),
+            format!("a .{extension} does not hold simulated cloth"),
+            "export a .usdc or .usdz, or `--sequence pc2` beside it",
+        ),
+        (
+            !request.authors.is_empty() && !can(FormatOption::Authors),
+            format!("a .{extension} does not name its authors"),
+            "leave --author out, or export a .vrm",
+        ),
+        (
+            request.engine.is_some() && !can(FormatOption::Engine),
+            format!("--for adds to a .glb what a program's cloth needs, not to a .{extension}"),
+            "export a .glb, or leave --for out",
+        ),
+    ];
+    match refusals.into_iter().find(|(is_refused, ..)| *is_refused) {
+        Some((_, what, hint)) => Err(SessionError::BadRequest { what, hint: hint.into() }),
+        None => Ok(()),
+    }
+}
+
+/// The figure with that bind pose, its layers clear of each other there.
+fn in_rest_pose(figure: &Figure, rest: &Pose, path: &Path, outputs: &mut Outputs) -> Result<Figure, SessionError> {
+    let reposed = reposed(figure, rest, &StackParams::default()).map_err(|e| SessionError::bad_source(path, e))?;
+    if reposed.crossing_pairs > 0 {
+        let pairs = reposed.crossing_pairs;
+        outputs.notice(format!("{pairs} pairs of faces cross in the T-pose; there are none in the bind pose"));
+    }
+    Ok(reposed.figure)
 }
 
 /// The layers of a file; `None` for all.

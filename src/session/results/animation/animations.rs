@@ -59,6 +59,15 @@ impl MovedFigure {
         }
     }
 
+    /// The vertices of every layer in every frame.
+    ///
+    /// **Shapes** one entry per layer, with one per frame, with one per vertex.
+    pub fn layers_by_frame(&self, figure: &Figure) -> Vec<Vec<PerVertex<Point>>> {
+        let frames = 0..self.track.poses.len();
+        let of_layer = |rank| frames.clone().map(|frame| self.layer(figure, rank, frame)).collect();
+        (0..figure.layers.len()).map(of_layer).collect()
+    }
+
     /// Every surface in one frame.
     ///
     /// **Shapes** one mesh per layer of the figure.
