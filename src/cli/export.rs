@@ -169,7 +169,7 @@ fn quads_line(layer: &QuadLayer) -> Option<String> {
     let remeshed = layer.outcome.as_ref().ok()?;
     let QuadFigures { quads, singular_vertices, smallest_angle_deg, poor_quads, .. } = remeshed.figures;
     let name = &layer.name;
-    let finer = if remeshed.is_finer { ", finer as coarser ones would cross" } else { "" };
+    let finer = if remeshed.is_finer { ", finer because larger ones would cross or lose a part" } else { "" };
     let angles = match poor_quads {
         0 => format!("angles from {smallest_angle_deg:.0}°"),
         1 => "1 has an angle below 20°".to_string(),
@@ -188,6 +188,7 @@ fn quads_json(layer: &QuadLayer) -> Value {
             "singular_vertices": remeshed.figures.singular_vertices,
             "poor_quads": remeshed.figures.poor_quads,
             "smallest_angle_deg": remeshed.figures.smallest_angle_deg,
+            "farthest_mm": remeshed.farthest * 1000.0,
             "edge_length_mm": remeshed.figures.edge_length * 1000.0,
         }),
     }

@@ -17,7 +17,13 @@ const TRIANGLES_PER_QUAD: usize = 5;
 
 /// Shares of the edge length that are tried for a layer: another lattice often has no bad angle in a crumple. Where all of a
 /// row would cross other faces, the next row follows the cloth more closely.
-const ATTEMPTS: [&[f64]; 3] = [&[1.0, 0.95], &[0.83], &[0.7]];
+const ATTEMPTS: [&[f64]; 6] = [&[1.0, 0.95], &[0.9], &[0.83], &[0.76], &[0.7], &[0.6]];
+
+/// The part of a layer farther than this from its quads, in metres, is lost: half a finger.
+const LOST_FROM: f64 = 0.025;
+
+/// The same in edge lengths, for large quads.
+const LOST_FROM_PER_EDGE_LENGTH: f64 = 2.0;
 
 /// No further edge length is tried from this smallest angle on, in degrees.
 const GOOD_DEG: f64 = 20.0;
@@ -51,8 +57,10 @@ pub struct Remeshed {
     pub places: PerVertex<SurfacePoint>,
     /// Counts and angles.
     pub figures: QuadFigures,
-    /// Whether the edges are shorter than requested, because other quads would have crossed faces.
+    /// Whether the edges are shorter than requested, because other quads would have crossed faces or lost a part.
     pub is_finer: bool,
+    /// The greatest distance of a vertex of the layer before from the quads, in metres.
+    pub farthest: f64,
 }
 
 impl QuadFigure {
@@ -100,7 +108,12 @@ fn keep_apart(figure: &Figure, edge_length: f64, layers: &mut [(Layer, QuadLayer
         let meshes: Vec<TriMesh> = layers.iter().map(|(layer, _)| layer.mesh.clone()).collect();
         let may_move: Vec<bool> = layers.iter().map(|(_, layer)| layer.outcome.is_ok()).collect();
         let (apart, left) = uncrossed(&meshes, &may_move);
-        match (0..left.len()).filter(|&k| left[k] > 0).max_by_key(|&k| (left[k], k)) {
+        let lost = |k: &usize| {
+            let outcome = &layers[*k].1.outcome;
+            outcome.as_ref().is_ok_and(|quads| quads.farthest > LOST_FROM.max(LOST_FROM_PER_EDGE_LENGTH * edge_length))
+        };
+        let crossing = || (0..left.len()).filter(|&k| left[k] > 0).max_by_key(|&k| (left[k], k));
+        match (0..left.len()).find(lost).or_else(crossing) {
             None => {
                 let with_points = apart.into_iter().zip(&may_move).zip(layers);
                 with_points.filter(|((_, moves), _)| **moves).for_each(|((mesh, _), (layer, _))| layer.mesh = mesh);
@@ -112,7 +125,11 @@ fn keep_apart(figure: &Figure, edge_length: f64, layers: &mut [(Layer, QuadLayer
                     layers[k] = remeshed(&figure.layers[k], edge_length, attempts[k]);
                 } else {
                     layers[k].0 = figure.layers[k].clone();
-                    layers[k].1.outcome = Err(format!("{} of its faces would cross others as quads", left[k]));
+                    let reason = match left[k] {
+                        0 => "parts of it are too thin for quads of this size".to_string(),
+                        count => format!("{count} of its faces would cross others as quads"),
+                    };
+                    layers[k].1.outcome = Err(reason);
                 }
             }
         }
@@ -140,13 +157,20 @@ fn remeshed(layer: &Layer, edge_length: f64, attempt: usize) -> (Layer, QuadLaye
             let index = SurfaceIndex::prepare(&layer.mesh);
             let places: PerVertex<SurfacePoint> =
                 mesh.points().0.par_iter().map(|p| index.closest(p)).collect::<Vec<_>>().into();
+            let of_quads = SurfaceIndex::prepare(&mesh);
+            // A layer may have vertices without faces.
+            let mut used: Vec<VertexId> = layer.mesh.faces().iter().flatten().copied().collect();
+            used.sort_unstable();
+            used.dedup();
+            let distances = used.par_iter().map(|&v| of_quads.closest(&layer.mesh.points()[v]).distance);
+            let farthest = distances.reduce(|| 0.0, f64::max);
             let carried = carried(layer, mesh, &places);
             (
                 carried,
                 QuadLayer {
                     name,
                     faces_before,
-                    outcome: Ok(Remeshed { places, figures: quads.figures(), is_finer: attempt > 0 }),
+                    outcome: Ok(Remeshed { places, figures: quads.figures(), is_finer: attempt > 0, farthest }),
                 },
             )
         }

@@ -4,7 +4,7 @@
 //! surface stays manifold: holes and small handles survive, and only cost a few triangles.
 
 use super::borders::{Borders, OnBorder};
-use super::surface::{Surface, closest_from};
+use super::surface::Surface;
 use crate::geometry::{Point, Vec3};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -17,6 +17,10 @@ const LONG: f64 = 1.75;
 
 /// The least cosine between the normals of two vertices that become one, 72°: fingers keep at least five vertices around them.
 const LEAST_COS: f64 = 0.3;
+
+/// The widest spread of the normals around a vertex of a solid, in radians, 75°; cloth has creases. With averages alone the tips of fingers would turn to
+/// the side, step by step, and be taken in by it.
+const WIDEST_SPREAD: f64 = 1.3;
 
 /// Whatever their normals, vertices nearer than this share of the spacing become one: crumpled cloth has such creases.
 const CREASE: f64 = 0.05;
@@ -41,10 +45,13 @@ const FLIPPED_FROM_DEG: f64 = 195.0;
 pub(super) struct Contraction<'a> {
     surface: &'a Surface,
     borders: &'a Borders,
-    pub(super) spacing: f64,
+    /// Of the lattice at each vertex, in metres.
+    spacings: Vec<f64>,
     pub points: Vec<Point>,
     pub normals: Vec<Vec3>,
     areas: Vec<f64>,
+    /// The greatest angle, in radians, between the normal of each vertex and those that it had or took in.
+    spreads: Vec<f64>,
     pub on_border: Vec<Option<OnBorder>>,
     /// The face of the surface on which each vertex lies.
     pub on_face: Vec<u32>,
@@ -55,19 +62,17 @@ pub(super) struct Contraction<'a> {
     stamp: Vec<u32>,
 }
 
-/// The bits of an edge's length, its vertices, and how often each had changed.
-type ShortEdge = (u64, u32, u32, [u32; 2]);
-
 impl<'a> Contraction<'a> {
     /// Collapses all short edges and repairs what is left between them.
-    pub fn of(surface: &'a Surface, lattice: &[Point], spacing: f64) -> Self {
+    pub fn of(surface: &'a Surface, lattice: &[Point], spacings: &[f64]) -> Self {
         let mut all = Self {
             surface,
             borders: &surface.borders,
-            spacing,
+            spacings: spacings.to_vec(),
             points: lattice.to_vec(),
             normals: surface.normals.clone(),
             areas: surface.areas.clone(),
+            spreads: vec![0.0; lattice.len()],
             on_border: surface.borders.of_vertex.clone(),
             on_face: (0..lattice.len()).map(|v| surface.faces_of.get(v)[0]).collect(),
             faces: surface.faces.iter().copied().map(Some).collect(),
@@ -81,9 +86,9 @@ impl<'a> Contraction<'a> {
             all.points[v] = all.borders.point(&moved);
             all.on_border[v] = Some(moved);
         }
-        for (v, target) in lattice.iter().enumerate() {
+        for v in 0..lattice.len() {
             if all.on_border[v].is_none() {
-                let (face, point) = closest_from(surface, all.on_face[v], target);
+                let (face, point) = surface.closest_from(all.on_face[v], &lattice[v]);
                 // Around a finger the lattice point of a vertex may lie on the other side.
                 if surface.normal_of_face(face).dot(&surface.normals[v]) > LEAST_COS_OF_MOVE {
                     (all.on_face[v], all.points[v]) = (face, point);
@@ -152,7 +157,12 @@ impl<'a> Contraction<'a> {
     /// Whether two vertices lie on different sides of a finger, and not only of a crease.
     fn is_around_tip(&self, a: u32, b: u32) -> bool {
         let cos = self.normals[a as usize].dot(&self.normals[b as usize]);
-        cos < LEAST_COS && self.length(a, b) > CREASE * self.spacing
+        cos < LEAST_COS && self.length(a, b) > CREASE * self.spacing(a, b)
+    }
+
+    /// Of the lattice between two vertices.
+    pub(super) fn spacing(&self, a: u32, b: u32) -> f64 {
+        0.5 * (self.spacings[a as usize] + self.spacings[b as usize])
     }
 
     pub(super) fn length(&self, a: u32, b: u32) -> f64 {
@@ -186,12 +196,12 @@ impl<'a> Contraction<'a> {
         }
     }
 
-    fn push(&self, heap: &mut BinaryHeap<Reverse<ShortEdge>>, a: u32, b: u32) {
+    fn push(&self, heap: &mut BinaryHeap<Reverse<(u64, u32, u32, [u32; 2])>>, a: u32, b: u32) {
         // Those on the border stay, so they come first.
         let (a, b) =
             if self.rank(b) > self.rank(a) || (self.rank(a) == self.rank(b) && b < a) { (b, a) } else { (a, b) };
         let length = self.length(a, b);
-        if length < SHORT * self.spacing {
+        if length < SHORT * self.spacing(a, b) {
             heap.push(Reverse((length.to_bits(), a, b, self.stamps(a, b))));
         }
     }
@@ -210,6 +220,11 @@ impl<'a> Contraction<'a> {
         if shared.is_empty() || self.is_around_tip(a, b) || !self.keeps_topology(a, b, &shared) {
             return false;
         }
+        let (normal, spread) = self.merged_normal(a, b);
+        let is_solid = self.borders.curves.is_empty();
+        if is_solid && spread > WIDEST_SPREAD && self.length(a, b) > CREASE * self.spacing(a, b) {
+            return false;
+        }
         let (point, place) = self.merged_place(a, b);
         if self.turns_over(a, b, &point) {
             return false;
@@ -226,8 +241,8 @@ impl<'a> Contraction<'a> {
         }
         self.faces_of[a as usize].sort_unstable();
         let [i, j] = [a as usize, b as usize];
-        let normal = self.normals[i] * self.areas[i] + self.normals[j] * self.areas[j];
-        self.normals[i] = normal.try_normalize(1e-300).unwrap_or(self.normals[i]);
+        (self.normals[i], self.spreads[i]) = (normal, spread);
+        self.spacings[i] = self.spacing(a, b);
         self.areas[i] += self.areas[j];
         self.points[i] = point;
         self.on_border[i] = place;
@@ -262,6 +277,14 @@ impl<'a> Contraction<'a> {
         }
     }
 
+    fn merged_normal(&self, a: u32, b: u32) -> (Vec3, f64) {
+        let [i, j] = [a as usize, b as usize];
+        let sum = self.normals[i] * self.areas[i] + self.normals[j] * self.areas[j];
+        let normal = sum.try_normalize(1e-300).unwrap_or(self.normals[i]);
+        let spread = |v: usize| self.spreads[v] + normal.dot(&self.normals[v]).clamp(-1.0, 1.0).acos();
+        (normal, spread(i).max(spread(j)))
+    }
+
     fn merged_place(&self, a: u32, b: u32) -> (Point, Option<OnBorder>) {
         let [i, j] = [a as usize, b as usize];
         let share = self.areas[j] / (self.areas[i] + self.areas[j]);
@@ -286,7 +309,7 @@ impl<'a> Contraction<'a> {
             let then = corners.map(|v| if v == moving { *to } else { self.points[v as usize] });
             let normal: Vec3 = corners.iter().map(|&v| self.normals[v as usize]).sum();
             let [before, after] = [now, then].map(|[p, q, r]| (q - p).cross(&(r - p)).dot(&normal));
-            after < -0.5 * self.spacing * self.spacing && after < before
+            after < -0.5 * self.spacing(a, b).powi(2) && after < before
         };
         self.faces_of[a as usize].iter().any(|f| bad(f, a)) || self.faces_of[b as usize].iter().any(|f| bad(f, b))
     }
@@ -305,7 +328,9 @@ impl<'a> Contraction<'a> {
                 at = next.remove(&at).unwrap_or(first);
             }
             let places: Vec<OnBorder> = ring.iter().filter_map(|&v| self.on_border[v as usize]).collect();
-            for (&v, place) in ring.iter().zip(self.borders.in_order(&places, LEAST_GAP * self.spacing)) {
+            for (&v, place) in
+                ring.iter().zip(self.borders.in_order(&places, LEAST_GAP * self.spacings[first as usize]))
+            {
                 self.points[v as usize] = self.borders.point(&place);
                 self.on_border[v as usize] = Some(place);
             }
@@ -315,7 +340,7 @@ impl<'a> Contraction<'a> {
     /// Moves a vertex to the surface next to `to`; those of borders stay.
     fn put(&mut self, v: usize, to: Point) {
         if self.on_border[v].is_none() && !self.faces_of[v].is_empty() {
-            (self.on_face[v], self.points[v]) = closest_from(self.surface, self.on_face[v], &to);
+            (self.on_face[v], self.points[v]) = self.surface.closest_from(self.on_face[v], &to);
             self.normals[v] = self.surface.normal_of_face(self.on_face[v]);
             self.stamp[v] += 1;
         }
@@ -370,7 +395,7 @@ impl<'a> Contraction<'a> {
 
     fn split_long_edges(&mut self) {
         for [a, b] in self.edges() {
-            if self.length(a, b) > LONG * self.spacing {
+            if self.length(a, b) > LONG * self.spacing(a, b) {
                 self.split(a, b);
             }
         }
@@ -382,6 +407,8 @@ impl<'a> Contraction<'a> {
         self.points.push(self.points[i]);
         self.normals.push(self.normals[i]);
         self.areas.push(self.areas[i]);
+        self.spreads.push(self.spreads[i]);
+        self.spacings.push(self.spacings[i]);
         self.on_border.push(None);
         self.on_face.push(self.on_face[i]);
         self.stamp.push(0);
@@ -403,6 +430,8 @@ impl<'a> Contraction<'a> {
         self.points.push(point);
         self.normals.push((self.normals[i] + self.normals[j]).try_normalize(1e-9).unwrap_or(self.normals[i]));
         self.areas.push(0.5 * (self.areas[i] + self.areas[j]));
+        self.spreads.push(self.spreads[i].max(self.spreads[j]));
+        self.spacings.push(self.spacing(a, b));
         self.on_border.push(place);
         self.on_face.push(self.on_face[i]);
         self.stamp.push(0);

@@ -1,4 +1,4 @@
-//! Errors of re-meshing with quads.
+//! Why surfaces cannot be re-meshed.
 
 /// Why a surface cannot be re-meshed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

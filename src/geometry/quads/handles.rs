@@ -20,7 +20,7 @@ impl Contraction<'_> {
                 around_b.binary_search(c).is_ok()
                     && !self.is_border(*c)
                     && !self.faces_of_edge(a, b).iter().any(|&f| self.corners(f).contains(c))
-                    && self.length(a, b) + self.length(b, *c) + self.length(*c, a) < LONGEST_RING * self.spacing
+                    && self.length(a, b) + self.length(b, *c) + self.length(*c, a) < LONGEST_RING * self.spacing(a, b)
             };
             let third = self.neighbours(a).into_iter().find(is_third);
             if let Some(c) = third {

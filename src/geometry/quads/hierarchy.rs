@@ -10,6 +10,8 @@ pub(super) struct Level {
     pub points: Vec<Point>,
     pub normals: Vec<Vec3>,
     pub areas: Vec<f64>,
+    /// Between the points of the lattice, in metres.
+    pub spacings: Vec<f64>,
     pub neighbours: Lists,
     /// A point and the direction of the border, where the field is bound to one.
     pub bound: Vec<Option<(Point, Vec3)>>,
@@ -18,7 +20,7 @@ pub(super) struct Level {
 }
 
 /// The finest level first.
-pub(super) fn hierarchy(surface: &Surface) -> Vec<Level> {
+pub(super) fn hierarchy(surface: &Surface, spacings: &[f64]) -> Vec<Level> {
     let edges = surface.edges();
     let bound = (surface.borders.of_vertex.iter())
         .map(|place| place.filter(|p| !p.is_corner).map(|p| (surface.borders.point(&p), surface.borders.tangent(&p))))
@@ -27,6 +29,7 @@ pub(super) fn hierarchy(surface: &Surface) -> Vec<Level> {
         points: surface.points.clone(),
         normals: surface.normals.clone(),
         areas: surface.areas.clone(),
+        spacings: spacings.to_vec(),
         neighbours: Lists::of(surface.points.len(), &edges),
         bound,
         coarser: Vec::new(),
@@ -76,13 +79,14 @@ fn pairs(level: &Level, edges: &[(u32, u32)]) -> (Vec<u32>, usize) {
 }
 
 fn merged(level: &Level, pair: &[u32], count: usize, edges: &[(u32, u32)]) -> Level {
-    let mut sums = vec![(Vec3::zeros(), Vec3::zeros(), 0.0); count];
+    let mut sums = vec![(Vec3::zeros(), Vec3::zeros(), 0.0, 0.0); count];
     let mut bound: Vec<Option<(Point, Vec3)>> = vec![None; count];
     for (v, &to) in pair.iter().enumerate() {
-        let (point, normal, area) = &mut sums[to as usize];
+        let (point, normal, area, spacing) = &mut sums[to as usize];
         *point += level.points[v].coords * level.areas[v];
         *normal += level.normals[v] * level.areas[v];
         *area += level.areas[v];
+        *spacing += level.spacings[v] * level.areas[v];
         if let Some((p, along)) = level.bound[v] {
             bound[to as usize] = Some(match bound[to as usize] {
                 None => (p, along),
@@ -94,9 +98,10 @@ fn merged(level: &Level, pair: &[u32], count: usize, edges: &[(u32, u32)]) -> Le
         }
     }
     Level {
-        points: sums.iter().map(|(p, _, area)| Point::from(p / *area)).collect(),
-        normals: sums.iter().map(|(_, n, _)| n.try_normalize(1e-300).unwrap_or_else(Vec3::y)).collect(),
+        points: sums.iter().map(|(p, _, area, _)| Point::from(p / *area)).collect(),
+        normals: sums.iter().map(|(_, n, ..)| n.try_normalize(1e-300).unwrap_or_else(Vec3::y)).collect(),
         areas: sums.iter().map(|s| s.2).collect(),
+        spacings: sums.iter().map(|s| s.3 / s.2).collect(),
         neighbours: Lists::of(count, edges),
         bound,
         coarser: Vec::new(),

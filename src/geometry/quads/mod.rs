@@ -15,6 +15,7 @@ mod pairing;
 mod position_field;
 mod quality;
 mod relaxation;
+mod spacing;
 mod subdivision;
 mod surface;
 #[cfg(test)]
@@ -22,15 +23,15 @@ mod tests;
 
 use crate::geometry::{PerVertex, Point, TriMesh, VertexId};
 use contraction::Contraction;
+pub use error::QuadError;
 use hierarchy::hierarchy;
 use orientation_field::orientation_field;
 use pairing::paired;
 use position_field::position_field;
 use relaxation::relaxed;
+use spacing::spacings;
 use subdivision::{Quads, subdivided};
 use surface::Surface;
-
-pub use error::QuadError;
 
 /// An angle below which a quad counts as poor, in degrees.
 const POOR_DEG: f64 = 20.0;
@@ -79,10 +80,11 @@ pub fn quad_mesh(mesh: &TriMesh, edge_length: f64) -> Result<QuadMesh, QuadError
     // Each polygon becomes quads with sides of half its length.
     let spacing = 2.0 * edge_length;
     let surface = Surface::prepare(mesh, 0.5 * spacing)?;
-    let levels = hierarchy(&surface);
+    let spacings = spacings(&surface, spacing);
+    let levels = hierarchy(&surface, &spacings);
     let crosses = orientation_field(&levels);
-    let lattice = position_field(&levels, &crosses, spacing);
-    let coarse = Contraction::of(&surface, &lattice, spacing);
+    let lattice = position_field(&levels, &crosses);
+    let coarse = Contraction::of(&surface, &lattice, &spacings);
     let (quads, triangles) = paired(&coarse.points, &coarse.normals, &coarse.triangles());
     let quads = relaxed(&surface, subdivided(&coarse, &surface.borders, &quads, &triangles), edge_length);
     Ok(QuadMesh::of(quads, edge_length))

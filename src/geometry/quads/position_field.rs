@@ -17,26 +17,28 @@ struct Lattice {
     normal: Vec3,
     axes: [Vec3; 2],
     origin: Point,
+    spacing: f64,
 }
 
 impl Lattice {
     fn at(level: &Level, crosses: &[Vec3], v: usize, origin: Point) -> Self {
         let normal = level.normals[v];
-        Self { point: level.points[v], normal, axes: [crosses[v], normal.cross(&crosses[v])], origin }
+        let axes = [crosses[v], normal.cross(&crosses[v])];
+        Self { point: level.points[v], normal, axes, origin, spacing: level.spacings[v] }
     }
 
     /// The lattice point at or before `p` along both axes.
-    fn before(&self, p: &Point, spacing: f64) -> Point {
-        self.stepped(p, spacing, f64::floor)
+    fn before(&self, p: &Point) -> Point {
+        self.stepped(p, f64::floor)
     }
 
     /// The lattice point nearest to `p`.
-    fn nearest(&self, p: &Point, spacing: f64) -> Point {
-        self.stepped(p, spacing, f64::round)
+    fn nearest(&self, p: &Point) -> Point {
+        self.stepped(p, f64::round)
     }
 
-    fn stepped(&self, p: &Point, spacing: f64, whole: fn(f64) -> f64) -> Point {
-        let d = p - self.origin;
+    fn stepped(&self, p: &Point, whole: fn(f64) -> f64) -> Point {
+        let (d, spacing) = (p - self.origin, self.spacing);
         self.origin + self.axes.iter().map(|axis| axis * (whole(axis.dot(&d) / spacing) * spacing)).sum::<Vec3>()
     }
 }
@@ -44,7 +46,7 @@ impl Lattice {
 /// The lattice point of each vertex.
 ///
 /// **Shapes** `crosses`: one list per level is not needed; those of the finest level are carried to the coarser ones.
-pub(super) fn position_field(levels: &[Level], crosses: &[Vec3], spacing: f64) -> Vec<Point> {
+pub(super) fn position_field(levels: &[Level], crosses: &[Vec3]) -> Vec<Point> {
     let crosses = crosses_of_levels(levels, crosses);
     let mut field: Vec<Point> = Vec::new();
     for (rank, level) in levels.iter().enumerate().rev() {
@@ -60,7 +62,7 @@ pub(super) fn position_field(levels: &[Level], crosses: &[Vec3], spacing: f64) -
         };
         let mut finer: Vec<Point> = (0..level.points.len()).map(start).collect();
         for _ in 0..SWEEPS {
-            sweep(level, &crosses[rank], &mut finer, spacing);
+            sweep(level, &crosses[rank], &mut finer);
         }
         field = finer;
     }
@@ -73,8 +75,9 @@ fn crosses_of_levels(levels: &[Level], finest: &[Vec3]) -> Vec<Vec<Vec3>> {
     for (rank, level) in levels.iter().enumerate().take(levels.len() - 1) {
         let coarser = &levels[rank + 1];
         let mut sums: Vec<Option<Vec3>> = vec![None; coarser.points.len()];
-        for (v, own) in all[rank].iter().enumerate() {
-            let (to, own) = (level.coarser[v] as usize, *own);
+        for v in 0..level.points.len() {
+            let to = level.coarser[v] as usize;
+            let own = all[rank][v];
             sums[to] = Some(match sums[to] {
                 None => own,
                 Some(sum) => {
@@ -89,13 +92,13 @@ fn crosses_of_levels(levels: &[Level], finest: &[Vec3]) -> Vec<Vec<Vec3>> {
     all
 }
 
-fn sweep(level: &Level, crosses: &[Vec3], field: &mut [Point], spacing: f64) {
+fn sweep(level: &Level, crosses: &[Vec3], field: &mut [Point]) {
     for v in 0..field.len() {
         let mut own = Lattice::at(level, crosses, v, field[v]);
         let mut weight = 0.0;
         for &w in level.neighbours.get(v) {
             let other = Lattice::at(level, crosses, w as usize, field[w as usize]);
-            let [a, b] = nearest_pair(&own, &other, spacing);
+            let [a, b] = nearest_pair(&own, &other);
             let mean = (a.coords * weight + b.coords) / (weight + 1.0);
             weight += 1.0;
             own.origin = Point::from(mean - own.normal * own.normal.dot(&(mean - own.point.coords)));
@@ -103,7 +106,7 @@ fn sweep(level: &Level, crosses: &[Vec3], field: &mut [Point], spacing: f64) {
         if let Some((p, along)) = level.bound[v] {
             own.origin = p + along * along.dot(&(own.origin - p));
         }
-        field[v] = own.nearest(&own.point, spacing);
+        field[v] = own.nearest(&own.point);
         if level.bound[v].is_some() {
             // The row of the lattice along the border is the border.
             let (p, along) = level.bound[v].expect("just seen");
@@ -113,11 +116,11 @@ fn sweep(level: &Level, crosses: &[Vec3], field: &mut [Point], spacing: f64) {
 }
 
 /// The points of two lattices that are nearest to each other, between the two vertices.
-fn nearest_pair(a: &Lattice, b: &Lattice, spacing: f64) -> [Point; 2] {
+fn nearest_pair(a: &Lattice, b: &Lattice) -> [Point; 2] {
     let middle = between(a, b);
     let corners = |lattice: &Lattice| {
-        let first = lattice.before(&middle, spacing);
-        let [x, y] = lattice.axes.map(|axis| axis * spacing);
+        let first = lattice.before(&middle);
+        let [x, y] = lattice.axes.map(|axis| axis * lattice.spacing);
         [first, first + x, first + y, first + x + y]
     };
     let (of_a, of_b) = (corners(a), corners(b));

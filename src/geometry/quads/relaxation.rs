@@ -3,7 +3,7 @@
 use super::flat_quads::without_flat_quads;
 use super::quality::quad_quality_deg;
 use super::subdivision::Quads;
-use super::surface::{Lists, Surface, closest_from};
+use super::surface::{Lists, Surface};
 use crate::geometry::{Point, Vec3};
 
 /// Rounds of relaxation: after 12 the angles hardly change.
@@ -120,7 +120,7 @@ impl<'a> Relaxation<'a> {
             }
             return;
         }
-        let (face, point) = closest_from(self.surface, self.quads.on_face[v], &to);
+        let (face, point) = self.surface.closest_from(self.quads.on_face[v], &to);
         self.quads.on_face[v] = face;
         self.quads.points[v] = point;
     }

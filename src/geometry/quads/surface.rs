@@ -81,6 +81,32 @@ impl Surface {
         Self { points, normals, areas, faces, faces_of, borders }
     }
 
+    /// The next point of the surface downhill from a face: it stays on its own side of a fold, however close the other side is.
+    pub fn closest_from(&self, from: u32, p: &Point) -> (u32, Point) {
+        let at = |f: u32| closest_on_triangle(p, &self.faces[f as usize].map(|v| self.points[v as usize]));
+        let (mut face, (mut barycentric, mut point)) = (from, at(from));
+        let mut best = (p - point).norm_squared();
+        loop {
+            let before = face;
+            // Inside of a face no neighbour is nearer.
+            if barycentric.iter().all(|&w| w > 0.0) {
+                return (face, point);
+            }
+            for (v, _) in self.faces[face as usize].into_iter().zip(barycentric).filter(|(_, w)| *w > 0.0) {
+                for &f in self.faces_of.get(v as usize) {
+                    let (b, q) = at(f);
+                    let distance = (p - q).norm_squared();
+                    if distance < best {
+                        (face, barycentric, point, best) = (f, b, q, distance);
+                    }
+                }
+            }
+            if face == before {
+                return (face, point);
+            }
+        }
+    }
+
     /// The mean of the normals of a face's corners.
     pub fn normal_of_face(&self, face: u32) -> Vec3 {
         let sum: Vec3 = self.faces[face as usize].iter().map(|&w| self.normals[w as usize]).sum();
@@ -199,30 +225,4 @@ fn split_long_edges(points: &mut Vec<Point>, faces: &mut Vec<[u32; 3]>, longest:
     }
     *faces = split;
     true
-}
-
-/// The next point of the surface downhill from a face: it stays on its own side of a fold, however close the other side is.
-pub(super) fn closest_from(surface: &Surface, from: u32, p: &Point) -> (u32, Point) {
-    let at = |f: u32| closest_on_triangle(p, &surface.faces[f as usize].map(|v| surface.points[v as usize]));
-    let (mut face, (mut barycentric, mut point)) = (from, at(from));
-    let mut best = (p - point).norm_squared();
-    loop {
-        let before = face;
-        // Inside of a face no neighbour is nearer.
-        if barycentric.iter().all(|&w| w > 0.0) {
-            return (face, point);
-        }
-        for (v, _) in surface.faces[face as usize].into_iter().zip(barycentric).filter(|(_, w)| *w > 0.0) {
-            for &f in surface.faces_of.get(v as usize) {
-                let (b, q) = at(f);
-                let distance = (p - q).norm_squared();
-                if distance < best {
-                    (face, barycentric, point, best) = (f, b, q, distance);
-                }
-            }
-        }
-        if face == before {
-            return (face, point);
-        }
-    }
 }
