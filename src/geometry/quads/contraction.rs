@@ -62,6 +62,9 @@ pub(super) struct Contraction<'a> {
     stamp: Vec<u32>,
 }
 
+/// The bits of an edge's length, its vertices, and how often each had changed.
+type ShortEdge = (u64, u32, u32, [u32; 2]);
+
 impl<'a> Contraction<'a> {
     /// Collapses all short edges and repairs what is left between them.
     pub fn of(surface: &'a Surface, lattice: &[Point], spacings: &[f64]) -> Self {
@@ -86,9 +89,9 @@ impl<'a> Contraction<'a> {
             all.points[v] = all.borders.point(&moved);
             all.on_border[v] = Some(moved);
         }
-        for v in 0..lattice.len() {
+        for (v, place) in lattice.iter().enumerate() {
             if all.on_border[v].is_none() {
-                let (face, point) = surface.closest_from(all.on_face[v], &lattice[v]);
+                let (face, point) = surface.closest_from(all.on_face[v], place);
                 // Around a finger the lattice point of a vertex may lie on the other side.
                 if surface.normal_of_face(face).dot(&surface.normals[v]) > LEAST_COS_OF_MOVE {
                     (all.on_face[v], all.points[v]) = (face, point);
@@ -196,7 +199,7 @@ impl<'a> Contraction<'a> {
         }
     }
 
-    fn push(&self, heap: &mut BinaryHeap<Reverse<(u64, u32, u32, [u32; 2])>>, a: u32, b: u32) {
+    fn push(&self, heap: &mut BinaryHeap<Reverse<ShortEdge>>, a: u32, b: u32) {
         // Those on the border stay, so they come first.
         let (a, b) =
             if self.rank(b) > self.rank(a) || (self.rank(a) == self.rank(b) && b < a) { (b, a) } else { (a, b) };

@@ -75,9 +75,8 @@ fn crosses_of_levels(levels: &[Level], finest: &[Vec3]) -> Vec<Vec<Vec3>> {
     for (rank, level) in levels.iter().enumerate().take(levels.len() - 1) {
         let coarser = &levels[rank + 1];
         let mut sums: Vec<Option<Vec3>> = vec![None; coarser.points.len()];
-        for v in 0..level.points.len() {
+        for (v, &own) in all[rank].iter().enumerate() {
             let to = level.coarser[v] as usize;
-            let own = all[rank][v];
             sums[to] = Some(match sums[to] {
                 None => own,
                 Some(sum) => {
