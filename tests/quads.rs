@@ -1,7 +1,7 @@
 //! `export --quads`: layers as quads that keep their hems, their values, and clear of each other.
 
 use crate::common::glb::Glb;
-use crate::common::{demo, overcoat, overcoat_ok};
+use crate::common::{body_of_demo, demo, demo_scan, overcoat, overcoat_ok};
 use overcoat::formats::{RawMesh, read_gltf, read_ply};
 use overcoat::geometry::{Adjacency, Point, TriMesh};
 use overcoat::stack::crossing_places;
@@ -91,4 +91,34 @@ fn counts_that_make_no_sense_get_a_sentence() {
     }
     let answer = overcoat(&demo().session, &["export", "out/", "--quads", "--at", "vest"]);
     assert!(answer.code == 2 && answer.stderr.contains("cannot be used with"), "{}", answer.stderr);
+}
+
+#[test]
+fn a_scan_of_quads_gives_a_garment_and_takes_corrections() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = body_of_demo(dir.path());
+    let tshirt = demo_scan("1-tshirt.ply").display().to_string();
+    let said = overcoat_ok(&session, &["scan", "tshirt", &tshirt, "--template", "tshirt", "--remesh", "quads:12000"]);
+    assert!(said.stdout.contains("re-meshed with 1"), "{}", said.stdout);
+    overcoat_ok(&session, &["build"]);
+    let cut = |name: &str| {
+        overcoat_ok(&session, &["export", &format!("{name}/"), "--layers", "tshirt"]);
+        mesh(&read_ply(std::fs::read(session.join(name).join("tshirt.ply")).unwrap().as_slice()).unwrap())
+    };
+    overcoat_ok(&session, &["export", "scan/", "--scan", "tshirt"]);
+    let scan = mesh(&read_ply(std::fs::read(session.join("scan/scan.ply")).unwrap().as_slice()).unwrap());
+    assert!((20_000..30_000).contains(&scan.face_count()), "{}", scan.face_count());
+    let faces = scan.faces().as_slice();
+    assert!(faces.chunks(2).all(|pair| pair[0].iter().filter(|v| pair[1].contains(v)).count() == 2));
+    // A brush of the truth's places works as on the scan's own triangles.
+    let before = cut("before");
+    let stroke = r#"{"layer":"tshirt","op":"erase","radius":0.03,"points":[[-0.22,1.262,-0.008],[-0.2,1.263,-0.018]]}"#;
+    std::fs::write(session.join("dabs.jsonl"), stroke).unwrap();
+    overcoat_ok(&session, &["mask", "tshirt", "dabs.jsonl"]);
+    overcoat_ok(&session, &["build"]);
+    let after = cut("after");
+    let lost = before.area() - after.area();
+    assert!((5e-4..2e-2).contains(&lost), "{lost} m² of {}", before.area());
+    let answer = overcoat(&session, &["scan", "skirt", &tshirt, "--template", "skirt", "--remesh", "tris"]);
+    assert!(answer.code == 2 && answer.stderr.contains("quads:COUNT"), "{}", answer.stderr);
 }

@@ -5,7 +5,7 @@ use super::console::{Context, Done, Progress, secs};
 use super::stages::{ReadingArgs, file_of, interface};
 use crate::body::MEASURE_NAMES;
 use crate::parameters::{Setting, Settings};
-use crate::scan::{Unit, Up};
+use crate::scan::{Remesh, Unit, Up};
 use crate::session::{
     BODY_STEP, BodySurface, Content, KnownMeasures, NewOutfit, NewScan, Session, SessionError, ShowIn, WEIGHT,
     read_input,
@@ -76,6 +76,9 @@ pub(super) struct ScanArgs {
     /// Approximate number of faces of the cleaned scan
     #[arg(long, value_name = "N")]
     faces: Option<usize>,
+    /// Quads that follow the cloth instead of the scan's triangles, about COUNT; half as many as faces without it
+    #[arg(long, value_name = "quads[:COUNT]")]
+    remesh: Option<Remesh>,
     /// Voxel size of the fusion of RGB-D frames, in millimetres
     #[arg(long, value_name = "MM")]
     voxel: Option<f64>,
@@ -238,6 +241,7 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
         height: args.height.filter(|_| args.photo.is_none()),
         up: args.up,
         faces: args.faces,
+        remesh: args.remesh,
         surface: args.surface.map(|word| match word {
             SurfaceWord::Template => BodySurface::Template,
             SurfaceWord::Scan => BodySurface::Scan,

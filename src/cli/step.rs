@@ -41,7 +41,7 @@ enum StepCommand {
     },
     /// Set a step's scan, garment kind, limits or parameters: `set shirt template=blouse segment.color=0.5`
     #[command(
-        after_help = "Keys: path, template, until, sleeve, unit, height, up, faces, surface, voxel, the other options of \
+        after_help = "Keys: path, template, until, sleeve, unit, height, up, faces, remesh, surface, voxel, the other options of \
                             `overcoat scan`, and STAGE.PARAMETER for those of `overcoat fit`, `segment`, `stack` and \
                             `weights`. KEY= resets the key to its default."
     )]

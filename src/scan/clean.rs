@@ -5,6 +5,7 @@ use super::counted::counted;
 use super::noise::refuse_noise;
 use super::pieces::{Sound, mesh_of_file, sound_mesh};
 use super::reduce::reduced;
+use super::remesh::remeshed;
 use super::shells::{without_copies, without_inner_side};
 use super::{CleaningStep, FileFrame, Scan, ScanError, ScanParams, decimate, smooth, upright};
 use crate::formats::RawMesh;
@@ -66,7 +67,19 @@ fn cleaned(raw: &RawMesh, params: &ScanParams, on_step: &mut dyn FnMut(&Cleaning
     let mut mesh = smooth::smoothed(&mesh, &adjacency, params.smoothing_passes);
     report("smoothed", &mesh);
 
-    if let Some((fewer, from)) = decimate::decimated(&mesh, params.faces) {
+    let quads = match params.remesh.map(|remesh| remeshed(&mesh, remesh, params.faces)) {
+        Some(Err(reason)) => {
+            findings.push(format!("not re-meshed with quads: {reason}"));
+            None
+        }
+        other => other.and_then(Result::ok),
+    };
+    if let Some(quads) = quads {
+        findings.push(quads.finding);
+        file_vertices = quads.from.iter().map(|&v| file_vertices[v]).collect();
+        mesh = quads.mesh;
+        report("re-meshed", &mesh);
+    } else if let Some((fewer, from)) = decimate::decimated(&mesh, params.faces) {
         findings.push(format!("decimated from {} to {} faces", mesh.face_count(), fewer.face_count()));
         file_vertices = from.iter().map(|&v| file_vertices[v]).collect();
         mesh = fewer;

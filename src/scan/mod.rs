@@ -11,6 +11,7 @@ mod params;
 mod pieces;
 mod profile;
 mod reduce;
+mod remesh;
 #[cfg(test)]
 mod repair_tests;
 mod rgbd;
@@ -26,6 +27,7 @@ pub use clean::clean;
 pub use error::ScanError;
 pub use frame::FileFrame;
 pub use params::{ScanParams, Unit, Up};
+pub use remesh::Remesh;
 pub use rgbd::{
     FramePose, Fusion, FusionError, FusionParams, FusionReport, FusionStep, Photograph, RgbdCamera, SurfaceSoFar, fuse,
     photographs,
@@ -46,7 +48,7 @@ pub struct Scan {
     pub colors: Option<PerVertex<[u8; 3]>>,
     /// Confidence of each vertex, 0 to 1, if the file or the fusion provides it.
     pub confidence: Option<PerVertex<f32>>,
-    /// Index of each vertex in the file; cleaning drops and moves vertices and adds none.
+    /// Index of each vertex in the file; cleaning drops and moves vertices and adds none; of quads, the nearest one.
     pub file_vertices: PerVertex<u32>,
     /// Transform from the file's coordinates.
     pub world_from_file: FileFrame,

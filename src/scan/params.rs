@@ -1,6 +1,7 @@
 //! How a scan is read and cleaned, with units and axes.
 
 use super::error::ScanError;
+use super::remesh::Remesh;
 use crate::geometry::Vec3;
 use crate::parameters::{Allowed, Parameters, parameters};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
@@ -23,6 +24,9 @@ parameters! {
         pub up: Option<Up> = None;
         /// More faces than these are decimated. 100 000 are 5 mm edges on an adult: the resolution of the sensors.
         pub faces: usize = 100_000;
+        /// Quads that follow the surface instead of the scan's triangles (Hu 2017, §6.2).
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub remesh: Option<Remesh> = None;
         /// Taubin passes. Four take a third of a depth camera's noise and leave folds of a centimetre.
         pub smoothing_passes: usize = 4, Allowed::Count(0, 100), "Taubin smoothing passes over the cleaned surface";
     }

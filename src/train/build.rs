@@ -55,8 +55,13 @@ fn from_meshes(inputs: TrainInputs, template: &BodyModel, params: &BuildParams) 
     let meshes = meshes_of(&inputs.meshes)?;
     let subjects = Subjects::try_new(&meshes, inputs.joints)?;
     let (name, first) = &inputs.meshes[0];
-    let scan_params =
-        ScanParams { unit: params.unit, height: None, up: params.up, faces: usize::MAX, smoothing_passes: 0 };
+    let scan_params = ScanParams {
+        unit: params.unit,
+        up: params.up,
+        faces: usize::MAX,
+        smoothing_passes: 0,
+        ..ScanParams::default()
+    };
     let frame = clean(first, &scan_params, &mut |_| {})
         .map_err(|e| TrainError::NotAScan { name: name.clone(), source: Box::new(e) })?;
     findings.extend(frame.findings.iter().cloned());

@@ -2,7 +2,7 @@
 //! changes.
 
 use crate::parameters::Settings;
-use crate::scan::{Unit, Up};
+use crate::scan::{Remesh, Unit, Up};
 use crate::session::error::SessionError;
 use crate::session::open::{Input, Session, Writer, source};
 use crate::session::pipeline::{Event, FileInput, Forced, StageReport, Walk, recognized, scan_of};
@@ -30,6 +30,8 @@ pub struct NewScan {
     pub up: Option<Up>,
     /// Approximate number of faces of the cleaned scan.
     pub faces: Option<usize>,
+    /// Quads instead of the scan's triangles.
+    pub remesh: Option<Remesh>,
     /// The surface that becomes the figure's body; for the body's step only.
     pub surface: Option<BodySurface>,
     /// Voxel size of the fusion of RGB-D frames, in millimetres.
@@ -206,6 +208,7 @@ fn step_of(new: &NewScan) -> StepRecipe {
         height: new.height,
         up: new.up,
         faces: new.faces,
+        remesh: new.remesh,
         surface: new.surface,
         voxel_mm: new.voxel_mm,
         reading: new.reading.clone(),

@@ -43,12 +43,12 @@ impl Assignment {
     }
 }
 
-const KEYS: &str = "say STEP=FILE for another scan, STEP.until=PLACE (or template, sleeve, unit, height, up, faces, mask), \
+const KEYS: &str = "say STEP=FILE for another scan, STEP.until=PLACE (or template, sleeve, unit, height, up, faces, remesh, mask), \
                     STEP.STAGE.PARAMETER=VALUE, or body_model=FILE";
 
 /// The keys of a step, for hints.
 pub(in crate::session) const KEYS_OF_STEP: &str = "say path=FILE, template=KIND, until=PLACE, sleeve=LENGTH, fabric, unit, height, up, \
-                                                   faces, surface, voxel, or STAGE.PARAMETER=VALUE; KEY= resets";
+                                                   faces, remesh, surface, voxel, or STAGE.PARAMETER=VALUE; KEY= resets";
 
 /// What was omitted from a recipe because it belongs to another scan.
 pub(in crate::session) type LeftOut = Vec<String>;

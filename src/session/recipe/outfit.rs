@@ -233,7 +233,7 @@ pub(super) fn with_scan_of(step: &StepRecipe, of: &StepRecipe) -> StepRecipe {
     let mut shared = step.clone();
     (shared.scan, shared.hash) = (of.scan.clone(), of.hash);
     (shared.unit, shared.up, shared.faces, shared.voxel_mm) = (of.unit, of.up, of.faces, of.voxel_mm);
-    shared.height = of.height;
+    (shared.height, shared.remesh) = (of.height, of.remesh);
     shared.reading.clone_from(&of.reading);
     shared
 }

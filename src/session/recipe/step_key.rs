@@ -21,6 +21,7 @@ pub(in crate::session) enum StepKey {
     Height,
     Up,
     Faces,
+    Remesh,
     Surface,
     Voxel,
     /// A parameter of a stage.
@@ -41,6 +42,7 @@ impl StepKey {
             "height" => Self::Height,
             "up" => Self::Up,
             "faces" => Self::Faces,
+            "remesh" => Self::Remesh,
             "surface" => Self::Surface,
             "voxel" | "voxel_mm" => Self::Voxel,
             "hair" => Self::Parameter(parameters::parameter(Stage::Fit, "hair")?),
@@ -76,6 +78,7 @@ impl StepKey {
             Self::Height => step.height = read(value).map_err(|()| cannot("a height in metres"))?,
             Self::Up => step.up = read(value).map_err(|()| cannot("an axis such as +y or -z"))?,
             Self::Faces => step.faces = read(value).map_err(|()| cannot("a number of faces"))?,
+            Self::Remesh => step.remesh = read(value).map_err(|()| cannot("quads or quads:COUNT, from 1000"))?,
             Self::Voxel => step.voxel_mm = read(value).map_err(|()| cannot("a length in millimetres"))?,
             Self::Surface => {
                 step.surface = match value {
@@ -108,6 +111,7 @@ impl StepKey {
             Self::Height => "height".into(),
             Self::Up => "up".into(),
             Self::Faces => "faces".into(),
+            Self::Remesh => "remesh".into(),
             Self::Surface => "surface".into(),
             Self::Voxel => "voxel".into(),
             Self::Parameter(parameter) => format!("{}.{}", parameter.stage, parameter.name),
@@ -131,6 +135,7 @@ impl StepKey {
             Self::Height => or_default(&step.height),
             Self::Up => or_default(&step.up),
             Self::Faces => or_default(&step.faces),
+            Self::Remesh => or_default(&step.remesh),
             Self::Voxel => or_default(&step.voxel_mm),
             Self::Surface => match step.surface {
                 None => DEFAULT.into(),
@@ -147,7 +152,7 @@ impl StepKey {
     /// Whether it changes how the scan's file is read.
     pub fn is_of_reading(self) -> bool {
         match self {
-            Self::Scan | Self::Unit | Self::Height | Self::Up | Self::Faces | Self::Voxel => true,
+            Self::Scan | Self::Unit | Self::Height | Self::Up | Self::Faces | Self::Remesh | Self::Voxel => true,
             Self::Parameter(parameter) => parameter.stage == Stage::Scan,
             Self::Template | Self::Until | Self::Sleeve | Self::Fabric | Self::Surface => false,
         }
@@ -185,6 +190,7 @@ mod tests {
             ("height", "1.72"),
             ("up", "-z"),
             ("faces", "5000"),
+            ("remesh", "quads:20000"),
             ("surface", "scan"),
             ("voxel", "5"),
             ("smoothing-passes", "3"),
@@ -216,6 +222,7 @@ mod tests {
             ("height", "tall"),
             ("up", "sideways"),
             ("faces", "many"),
+            ("remesh", "quads:many"),
             ("voxel", "fine"),
             ("surface", "skin"),
             ("path", ""),

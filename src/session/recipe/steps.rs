@@ -4,7 +4,7 @@ use super::animation::AnimationRecipe;
 use super::known::KnownMeasures;
 use super::painted_kind::{LoadedTemplate, PaintedKind};
 use crate::parameters::Settings;
-use crate::scan::{Unit, Up};
+use crate::scan::{Remesh, Unit, Up};
 use crate::session::error::SessionError;
 use crate::session::stage::Stage;
 use crate::session::store::ContentHash;
@@ -102,6 +102,9 @@ pub struct StepRecipe {
     /// Approximate number of faces of the cleaned scan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub faces: Option<usize>,
+    /// Quads instead of the scan's triangles.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub remesh: Option<Remesh>,
     /// The figure's body; the registered template by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<BodySurface>,

@@ -68,7 +68,7 @@ impl StepRecipe {
     pub(in crate::session) fn reading(&self) -> Result<Reading, SessionError> {
         let (scan, fusion) = (ScanParams::default(), FusionParams::default());
         let faces = self.faces.unwrap_or(scan.faces);
-        let scan = ScanParams { unit: self.unit, height: self.height, up: self.up, faces, ..scan };
+        let scan = ScanParams { unit: self.unit, height: self.height, up: self.up, faces, remesh: self.remesh, ..scan };
         let fusion = FusionParams { voxel: self.voxel_mm.map_or(fusion.voxel, |mm| 1e-3 * mm), ..fusion };
         Ok(Reading {
             file: self.source(),
