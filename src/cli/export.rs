@@ -1,7 +1,7 @@
 //! `overcoat export`: writes the figure or a step as files.
 
 use super::console::{Context, Done, Progress, Verbosity, secs};
-use crate::export::{Bones, Engine, QuadLayer, RemovedPart};
+use crate::export::{Bones, Check, Engine, QuadLayer, RemovedPart};
 use crate::geometry::QuadFigures;
 use crate::session::{ExportRequest, Quads, SequenceKind, SequenceRequest, TextureSize, Textures};
 use serde_json::{Value, json};
@@ -10,7 +10,7 @@ use std::time::Instant;
 
 #[derive(clap::Args)]
 pub(super) struct ExportArgs {
-    /// `NAME.glb`, .gltf, .vrm, .usda, .usdc or .usdz, or a folder for one .ply per layer
+    /// `NAME.glb`, .gltf, .vrm, .usda, .usdc, .usdz or .obj; a folder for one .ply per layer
     target: PathBuf,
     /// Export the pose of this step's scan, in the frame and unit of its file
     #[arg(long, value_name = "STEP")]
@@ -57,6 +57,9 @@ pub(super) struct ExportArgs {
     /// The character's name in the file, `figure` by default
     #[arg(long, conflicts_with_all = ["scan", "stage", "sequence"])]
     name: Option<String>,
+    /// Write nothing, and list what importers demand of such a file and whether it is so; an export always checks that
+    #[arg(long, conflicts_with_all = ["scan", "stage", "sequence"])]
+    lint: bool,
     /// Replace files that Overcoat did not write, or that were changed since
     #[arg(long, conflicts_with = "sequence")]
     force: bool,
@@ -127,6 +130,7 @@ pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
         bones: if args.bones == "up" { Bones::Up } else { Bones::AlongLimbs },
         name: args.name,
         textures: args.texture.unwrap_or_default(),
+        lint: args.lint,
         quads: args.quads.map_or(Quads::None, |count| count.map_or(Quads::AsFine, Quads::Count)),
     };
     let session = context.reader()?;
@@ -153,6 +157,19 @@ pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
         json["quads"] = exported.quads.iter().map(quads_json).collect();
         lines.extend(exported.quads.iter().filter_map(quads_line));
     }
+    if request.lint {
+        json["checks"] = exported.checks.iter().map(check_json).collect();
+        let lines = exported.checks.iter().flat_map(check_lines).chain(lines);
+        let bad = exported.checks.iter().filter(|check| !check.faults.is_empty()).count();
+        let done = Done::new("export", json).lines(lines);
+        return Ok(match bad {
+            0 => done.line(format!("{} checks, no fault; nothing was written", exported.checks.len())),
+            _ => done.failed(
+                format!("{bad} of {} checks found faults", exported.checks.len()),
+                "leave --lint out to write the file all the same",
+            ),
+        });
+    }
     let count = match shown.len() {
         1 => "1 file".to_string(),
         n => format!("{n} files"),
@@ -162,6 +179,17 @@ pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
         .lines(shown.iter().map(|f| format!("  {f}")))
         .lines(lines)
         .next(context.overcoat("view --sheet sheet.png")))
+}
+
+/// A check, and below it its faults.
+fn check_lines(check: &Check) -> Vec<String> {
+    let mark = if check.faults.is_empty() { "ok " } else { "bad" };
+    let faults = check.faults.iter().map(|fault| format!("      {fault}"));
+    std::iter::once(format!("{mark}   {}", check.what)).chain(faults).collect()
+}
+
+fn check_json(check: &Check) -> Value {
+    json!({ "what": check.what, "faults": check.faults })
 }
 
 /// The quads of a layer; a layer that keeps its triangles has a notice instead.

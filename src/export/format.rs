@@ -1,6 +1,7 @@
 //! What a file that holds the whole figure contains, and the trait of the formats of such files.
 
 use super::bones::Bones;
+use super::encoded::Encoded;
 use super::error::ExportError;
 use super::spring_bones::SpringParams;
 use crate::body::{Figure, HumanJoint, Pose, Side, Skeleton, Stance};
@@ -65,24 +66,6 @@ impl Rest {
     }
 }
 
-/// A figure in a format.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Encoded {
-    /// The file itself.
-    pub bytes: Vec<u8>,
-    /// The files that belong beside it.
-    pub companions: Vec<Companion>,
-}
-
-/// A file that another one names.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Companion {
-    /// Its path relative to the folder of the other, with `/`.
-    pub path: String,
-    /// Its content.
-    pub bytes: Vec<u8>,
-}
-
 /// An option that not every format can honour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FormatOption {
@@ -94,6 +77,10 @@ pub enum FormatOption {
     Authors,
     /// What a program's cloth needs.
     Engine,
+    /// The pose of a step's scan.
+    Pose,
+    /// The axes of the joints.
+    Bones,
 }
 
 /// What a file contains besides the figure.
@@ -127,11 +114,20 @@ pub struct CharacterOptions {
     pub loose: Vec<PerVertex<bool>>,
     /// Settings of the spring bones of what hangs loose.
     pub springs: SpringParams,
+    /// Whether the faces of a layer are pairs of triangles, one pair per quad; none for no layer.
+    ///
+    /// **Shapes** one entry per layer.
+    pub quads: Vec<bool>,
     /// The figure's origin, as keys and values in the asset's extras.
     pub provenance: BTreeMap<String, String>,
 }
 
 impl CharacterOptions {
+    /// Whether the figure is in its bind pose, soles on the floor.
+    pub fn stands(&self) -> bool {
+        self.pose.is_none()
+    }
+
     /// Whether the file holds a layer of that name.
     pub fn has_layer(&self, name: &str) -> bool {
         self.layers.as_ref().is_none_or(|layers| layers.iter().any(|layer| layer == name))

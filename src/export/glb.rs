@@ -10,10 +10,12 @@
 use super::arguments::check_character;
 use super::attributes::{attributes_of, ease_of};
 use super::bones::BoneFrames;
+use super::encoded::{Companion, Encoded};
 use super::engines::{companions, masks};
 use super::error::ExportError;
-use super::format::{CharacterAnimation, CharacterOptions, Companion, Encoded, Engine, Format, FormatOption};
+use super::format::{CharacterAnimation, CharacterOptions, Engine, Format, FormatOption};
 use super::influences::{Influences, influences_of};
+use super::lint::{lint_glb, lint_gltf};
 use super::palette::{ROUGHNESS, color_of_rank};
 use super::pictures::pictures_of;
 use super::split::Split;
@@ -35,7 +37,7 @@ impl Format for Glb {
     }
 
     fn options(&self) -> &'static [FormatOption] {
-        &[FormatOption::EightInfluences, FormatOption::Engine]
+        &[FormatOption::EightInfluences, FormatOption::Engine, FormatOption::Pose, FormatOption::Bones]
     }
 
     fn encode(&self, figure: &Figure, options: &CharacterOptions) -> Result<Encoded, ExportError> {
@@ -43,7 +45,8 @@ impl Format for Glb {
         let companions = companions(figure, options, &built.ease);
         let mut bytes = Vec::new();
         built.write(options, Map::new(), &mut bytes)?;
-        Ok(Encoded { bytes, companions })
+        let checks = lint_glb(&bytes, options.stands());
+        Ok(Encoded { bytes, companions, checks })
     }
 }
 
@@ -56,7 +59,7 @@ impl Format for Gltf {
     }
 
     fn options(&self) -> &'static [FormatOption] {
-        &[FormatOption::EightInfluences]
+        &[FormatOption::EightInfluences, FormatOption::Pose, FormatOption::Bones]
     }
 
     fn encode(&self, figure: &Figure, options: &CharacterOptions) -> Result<Encoded, ExportError> {
@@ -69,7 +72,9 @@ impl Format for Gltf {
         let scene = scene_of(options, &roots, provenance_of(options), Map::new());
         let GltfFiles { json, bin, pictures } = built.glb.into_files(&scene, &bin_name)?;
         let pictures = pictures.into_iter().map(|(path, bytes)| Companion { path, bytes });
-        Ok(Encoded { bytes: json, companions: pictures.chain([Companion { path: bin_name, bytes: bin }]).collect() })
+        let companions: Vec<Companion> = pictures.chain([Companion { path: bin_name, bytes: bin }]).collect();
+        let checks = lint_gltf(&json, &companions, options.stands());
+        Ok(Encoded { bytes: json, companions, checks })
     }
 }
 

@@ -2,11 +2,12 @@
 
 use super::format::Format;
 use super::glb::{Glb, Gltf};
+use super::obj::Obj;
 use super::usd::Usd;
 use super::vrm::Vrm;
 
 /// Every format.
-pub const FORMATS: &[&dyn Format] = &[&Glb, &Gltf, &Usd::Text, &Usd::Binary, &Usd::Package, &Vrm];
+pub const FORMATS: &[&dyn Format] = &[&Glb, &Gltf, &Usd::Text, &Usd::Binary, &Usd::Package, &Vrm, &Obj];
 
 /// The format of files with that extension, in any case.
 pub fn format_of(extension: &str) -> Option<&'static dyn Format> {

@@ -91,13 +91,6 @@ impl QuadFigure {
         let (layers, outcomes) = remeshed.into_iter().unzip();
         Ok(Self { figure: Figure { skeleton: figure.skeleton.clone(), layers }, layers: outcomes })
     }
-
-    /// Whether the faces of each layer are pairs of triangles.
-    ///
-    /// **Shapes** one entry per layer.
-    pub fn are_quads(&self) -> Vec<bool> {
-        self.layers.iter().map(|layer| layer.outcome.is_ok()).collect()
-    }
 }
 
 /// Moves crossing layers apart. While some still cross, the one with the most crossings gets finer quads, in the end its

@@ -35,7 +35,7 @@ fn layer(name: &str, mesh: TriMesh) -> Layer {
     Layer::plain(name, mesh, weights)
 }
 
-fn figure() -> Figure {
+pub(super) fn figure() -> Figure {
     let skeleton = Skeleton {
         names: ["hips", "spine", "head"].map(String::from).to_vec(),
         parents: vec![None, Some(JointId(0)), Some(JointId(1))],

@@ -7,11 +7,14 @@
 use super::arguments::check_character;
 use super::attributes::{attributes_of, ease_of};
 use super::bones::BoneFrames;
+use super::encoded::{Companion, Encoded};
 use super::error::ExportError;
-use super::format::{CharacterOptions, Companion, Encoded, Format, FormatOption};
+use super::format::{CharacterOptions, Format, FormatOption};
 use super::influences::influences_of;
+use super::lint::lint_usd;
 use super::palette::{ROUGHNESS, color_of_rank};
 use super::pictures::pictures_of;
+use super::polygons::polygons;
 use crate::body::{Figure, INFLUENCES, JointId, Layer, Pose, Skeleton};
 use crate::formats::{UsdInterpolation, UsdLayer, UsdPrim, UsdValue, linear_of_byte, usd_names, write_usd_package};
 use crate::geometry::{PerVertex, Point};
@@ -39,21 +42,22 @@ impl Format for Usd {
     }
 
     fn options(&self) -> &'static [FormatOption] {
-        &[FormatOption::EightInfluences, FormatOption::Cloth]
+        &[FormatOption::EightInfluences, FormatOption::Cloth, FormatOption::Pose, FormatOption::Bones]
     }
 
     fn encode(&self, figure: &Figure, options: &CharacterOptions) -> Result<Encoded, ExportError> {
         let stem = stem_of(options);
         let folder = if matches!(self, Self::Package) { "textures".into() } else { format!("{stem}_textures") };
         let (layer, companions) = layer_of(figure, options, &folder)?;
+        let checks = lint_usd(&layer, &companions, options.stands());
         match self {
-            Self::Text => Ok(Encoded { bytes: layer.to_text(), companions }),
-            Self::Binary => Ok(Encoded { bytes: layer.to_binary(), companions }),
+            Self::Text => Ok(Encoded { bytes: layer.to_text(), companions, checks }),
+            Self::Binary => Ok(Encoded { bytes: layer.to_binary(), companions, checks }),
             Self::Package => {
                 let (name, layer) = (format!("{stem}.usdc"), layer.to_binary());
                 let pictures = companions.iter().map(|picture| (picture.path.as_str(), picture.bytes.as_slice()));
                 let files = [(name.as_str(), layer.as_slice())].into_iter().chain(pictures);
-                Ok(Encoded { bytes: write_usd_package(files)?, companions: Vec::new() })
+                Ok(Encoded { bytes: write_usd_package(files)?, companions: Vec::new(), checks })
             }
         }
     }
@@ -197,9 +201,13 @@ fn mesh_prim(
     let mut prim = UsdPrim::new(name, "Mesh", schemas);
     prim.uniform("subdivisionScheme", UsdValue::Token("none"));
     prim.uniform("doubleSided", UsdValue::Bool(rank > 0));
-    prim.attribute("faceVertexCounts", UsdValue::Ints(vec![3; mesh.face_count()]));
-    let corners = mesh.faces().iter().flat_map(|face| face.map(|v| v.0 as i32)).collect();
-    prim.attribute("faceVertexIndices", UsdValue::Ints(corners));
+    let polygons = polygons(layer, options.quads.get(rank).is_some_and(|is| *is));
+    let counts = polygons.iter().map(|polygon| polygon.corners().len() as i32).collect();
+    prim.attribute("faceVertexCounts", UsdValue::Ints(counts));
+    let corners = |of: fn(&(u32, u32)) -> u32| -> Vec<i32> {
+        polygons.iter().flat_map(|polygon| polygon.corners()).map(|corner| of(corner) as i32).collect()
+    };
+    prim.attribute("faceVertexIndices", UsdValue::Ints(corners(|corner| corner.0)));
     match cloth {
         None => {
             prim.attribute("points", points_of(mesh.points()));
@@ -218,8 +226,7 @@ fn mesh_prim(
     if let Some(uvs) = &layer.uvs {
         let coords = uvs.coords.iter().map(|uv| uv.map(|c| c as f32)).collect();
         prim.interpolated("primvars:st", UsdValue::TexCoords(coords), FACE_VARYING);
-        let corners = uvs.corners.iter().flat_map(|corners| corners.map(|c| c as i32)).collect();
-        prim.attribute("primvars:st:indices", UsdValue::Ints(corners));
+        prim.attribute("primvars:st:indices", UsdValue::Ints(corners(|corner| corner.1)));
     }
     if let Some(colors) = &layer.colors {
         prim.interpolated("primvars:displayColor", UsdValue::Colors(colors.iter().map(linear).collect()), PER_VERTEX);

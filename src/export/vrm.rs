@@ -1,8 +1,10 @@
 //! Writes the figure as a VRM 1.0 avatar: a `.glb` in the T-pose whose joints are named as human bones, with springs.
 
+use super::encoded::Encoded;
 use super::error::ExportError;
-use super::format::{CharacterOptions, Encoded, Format, FormatOption, Rest};
+use super::format::{CharacterOptions, Format, FormatOption, Rest};
 use super::glb::{Built, build};
+use super::lint::lint_glb;
 use super::spring_bones::{SpringFigure, with_spring_bones};
 use crate::body::{Figure, HumanJoint, JointId};
 use crate::formats::{GlbWriter, NodeId};
@@ -18,7 +20,7 @@ impl Format for Vrm {
     }
 
     fn options(&self) -> &'static [FormatOption] {
-        &[FormatOption::Authors]
+        &[FormatOption::Authors, FormatOption::Bones]
     }
 
     fn rest(&self) -> Rest {
@@ -44,7 +46,8 @@ impl Format for Vrm {
         }
         let mut bytes = Vec::new();
         built.write(&options, extensions, &mut bytes)?;
-        Ok(Encoded { bytes, companions: Vec::new() })
+        let checks = lint_glb(&bytes, options.stands());
+        Ok(Encoded { bytes, companions: Vec::new(), checks })
     }
 }
 

@@ -1,6 +1,7 @@
 //! What the cloth of other programs needs beside a `.glb`: masks as vertex colours, coefficients as JSON, a script.
 
-use super::format::{CharacterOptions, Companion, Engine};
+use super::encoded::Companion;
+use super::format::{CharacterOptions, Engine};
 use super::max_distance::{GREATEST_SHARE, LOOSE_MAX_DISTANCE, max_distance};
 use crate::body::{Figure, Layer};
 use crate::geometry::PerVertex;

@@ -54,6 +54,23 @@ pub enum UsdValue {
 }
 
 impl UsdValue {
+    /// The number of values of an array; `None` for a single value.
+    pub fn len(&self) -> Option<usize> {
+        Some(match self {
+            Self::Bool(_) | Self::Float(_) | Self::Token(_) | Self::Text(_) | Self::Asset(_) | Self::Color(_) => {
+                return None;
+            }
+            Self::Tokens(values) => values.len(),
+            Self::Ints(values) => values.len(),
+            Self::Floats(values) => values.len(),
+            Self::Vectors(values) | Self::Points(values) | Self::Normals(values) | Self::Colors(values) => values.len(),
+            Self::UnitScales(count) => *count,
+            Self::TexCoords(values) => values.len(),
+            Self::Quaternions(values) => values.len(),
+            Self::Matrices(values) => values.len(),
+        })
+    }
+
     fn type_name(&self) -> &'static str {
         match self {
             Self::Bool(_) => "bool",
@@ -124,6 +141,53 @@ impl UsdPrim {
     pub fn new(name: &str, type_name: &'static str, schemas: &[&'static str]) -> Self {
         let (name, schemas) = (name.to_string(), schemas.to_vec());
         Self { name, type_name, schemas, properties: Vec::new(), children: Vec::new() }
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The name of its schema.
+    pub fn type_name(&self) -> &str {
+        self.type_name
+    }
+
+    /// The API schemas that are applied to it.
+    pub fn schemas(&self) -> &[&'static str] {
+        &self.schemas
+    }
+
+    /// The prims below it.
+    pub fn children(&self) -> &[UsdPrim] {
+        &self.children
+    }
+
+    /// The names of its attributes and relationships.
+    pub fn property_names(&self) -> impl Iterator<Item = &str> {
+        self.properties.iter().map(|property| property.name.as_str())
+    }
+
+    /// The value of an attribute, its first where it has several over time.
+    pub fn value(&self, name: &str) -> Option<&UsdValue> {
+        match &self.properties.iter().find(|property| property.name == name)?.content {
+            Content::Default(value) => Some(value),
+            Content::Samples(samples) => samples.first().map(|(_, value)| value),
+            Content::Connection(_) | Content::Nothing | Content::Target(_) => None,
+        }
+    }
+
+    /// How the values of an attribute belong to the surface.
+    pub fn interpolation(&self, name: &str) -> Option<UsdInterpolation> {
+        self.properties.iter().find(|property| property.name == name)?.interpolation
+    }
+
+    /// The paths that its properties name.
+    pub fn targets(&self) -> impl Iterator<Item = &str> {
+        self.properties.iter().filter_map(|property| match &property.content {
+            Content::Connection(path) | Content::Target(path) => Some(path.as_str()),
+            _ => None,
+        })
     }
 
     /// Adds a prim below this one.

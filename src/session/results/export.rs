@@ -44,6 +44,10 @@ impl Session {
                 what: format!("'{}' is an extension without a name", request.target.display()),
                 hint: "name the file, for example character.glb; the name of a folder ends with /".into(),
             }),
+            _ if request.lint => Err(SessionError::BadRequest {
+                what: "--lint checks a file that holds the figure, not a folder".into(),
+                hint: "name a file, `NAME.glb`, or leave --lint out".into(),
+            }),
             _ if request.eight_influences => Err(SessionError::BadRequest {
                 what: "only a .glb holds skin weights, so --influences changes nothing in a folder".into(),
                 hint: "name a file `NAME.glb`, or leave --influences out".into(),
@@ -54,7 +58,12 @@ impl Session {
             }),
             _ => {
                 let (files, removed, quads) = self.folder_of(request)?;
-                Ok(Exported { files: outputs.write_folder(&request.target, files)?, removed, quads })
+                Ok(Exported {
+                    files: outputs.write_folder(&request.target, files)?,
+                    removed,
+                    quads,
+                    ..Exported::default()
+                })
             }
         }?;
         for layer in &exported.quads {

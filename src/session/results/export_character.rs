@@ -6,7 +6,7 @@ use super::posed_step::PosedStep;
 use super::textures::TextureSize;
 use crate::body::{Figure, Layer, Pose};
 use crate::export::{
-    CharacterAnimation, CharacterOptions, Companion, CoveredParts, Format, FormatOption, QuadFigure, QuadLayer, Rest,
+    Bones, CharacterAnimation, CharacterOptions, Companion, CoveredParts, Format, FormatOption, QuadFigure, QuadLayer,
     SpringParams, fitted_springs,
 };
 use crate::geometry::PerVertex;
@@ -33,7 +33,9 @@ impl Session {
         let steps = self.posed_steps(request.at.as_deref())?;
         let Some(last) = steps.last() else { return Ok(Exported::default()) };
         let path = request.target.clone();
-        outputs.claim(&path, Content::Character(extension))?;
+        if !request.lint {
+            outputs.claim(&path, Content::Character(extension))?;
+        }
         let figure = match request.at {
             Some(_) => last.figure_for_pose(),
             None => standing(last.figure.clone(), &last.step.name)?,
@@ -81,14 +83,22 @@ impl Session {
             authors: request.authors.clone(),
             loose,
             springs,
+            quads: quads.iter().map(|layer| layer.outcome.is_ok()).collect(),
             provenance,
         };
         let encoded = format.encode(&figure, &options).map_err(|e| SessionError::bad_source(&path, e))?;
+        let checks = encoded.checks;
+        if request.lint {
+            return Ok(Exported { removed, quads, checks, ..Exported::default() });
+        }
+        for fault in checks.iter().flat_map(|check| &check.faults) {
+            outputs.notice(format!("other programs may stumble over {}: {fault}", path.display()));
+        }
         let beside = |companion: Companion| (path.with_file_name(companion.path), companion.bytes);
         let mut files: Vec<(PathBuf, Vec<u8>)> = encoded.companions.into_iter().map(beside).collect();
         // Last: what it names is there then.
         files.push((path, encoded.bytes));
-        Ok(Exported { files: outputs.write_together(files)?, removed, quads })
+        Ok(Exported { files: outputs.write_together(files)?, removed, quads, checks })
     }
 
     /// The parts of a figure's layers that others cover, kept for the next time. `target` is for messages.
@@ -190,13 +200,18 @@ fn check_request(request: &ExportRequest, format: &dyn Format) -> Result<(), Ses
             in_folder,
         ),
         (
-            format.rest() != Rest::Bind && request.at.is_some(),
-            format!("a .{extension} is always in the T-pose, so --at changes nothing"),
+            request.at.is_some() && !can(FormatOption::Pose),
+            format!("a .{extension} is always in one pose, so --at changes nothing"),
             in_folder,
         ),
         (
+            request.bones != Bones::default() && !can(FormatOption::Bones),
+            format!("a .{extension} has no bones, so --bones changes nothing"),
+            "export a .glb, or leave --bones out",
+        ),
+        (
             request.eight_influences && !can(FormatOption::EightInfluences),
-            format!("a .{extension} has at most four joints per vertex, so --influences changes nothing"),
+            format!("a .{extension} has no more than four joints per vertex, so --influences changes nothing"),
             "export a .glb, or leave --influences out",
         ),
         (

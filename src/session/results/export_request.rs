@@ -1,7 +1,7 @@
 //! What an export is asked for, and what it did.
 
 use super::textures::TextureSize;
-use crate::export::{Bones, Engine, QuadLayer, RemovedPart};
+use crate::export::{Bones, Check, Engine, QuadLayer, RemovedPart};
 use std::path::PathBuf;
 
 /// The request for an export.
@@ -35,6 +35,8 @@ pub struct ExportRequest {
     pub textures: Textures,
     /// Whether layers are re-meshed with quads.
     pub quads: Quads,
+    /// Only check the file as importers read it; nothing is written.
+    pub lint: bool,
 }
 
 /// Whether layers are re-meshed with quads.
@@ -70,4 +72,6 @@ pub struct Exported {
     pub removed: Vec<RemovedPart>,
     /// What became of each layer, innermost first; empty unless quads were requested.
     pub quads: Vec<QuadLayer>,
+    /// What was checked of a file that holds the figure.
+    pub checks: Vec<Check>,
 }

@@ -1,0 +1,39 @@
+//! Checks a file as importers read it, before it is written: what they refuse, or take without a word for something else.
+
+mod gltf_file;
+mod maps;
+mod size;
+mod springs;
+#[cfg(test)]
+mod tests;
+mod usd_scene;
+
+pub(super) use gltf_file::{lint_glb, lint_gltf};
+pub(super) use usd_scene::lint_usd;
+
+/// Names that are missing, or equal but for case.
+fn names<'a>(kind: &str, names: impl IntoIterator<Item = Option<&'a str>>) -> Vec<String> {
+    let mut taken = std::collections::BTreeSet::new();
+    let mut faults = Vec::new();
+    for (index, name) in names.into_iter().enumerate() {
+        match name.map(str::trim) {
+            None | Some("") => faults.push(format!("{kind} {index} has no name")),
+            Some(name) if !taken.insert(name.to_lowercase()) => {
+                faults.push(format!("two {kind}s are called '{name}', but for case"));
+            }
+            Some(_) => {}
+        }
+    }
+    faults
+}
+
+/// The first place where something is wrong, and how often it is.
+fn first_of(what: &str, places: impl IntoIterator<Item = usize>) -> Option<String> {
+    let mut places = places.into_iter();
+    let first = places.next()?;
+    let others = places.count();
+    Some(match others {
+        0 => format!("{what}: vertex {first}"),
+        _ => format!("{what}: vertex {first} and {others} more"),
+    })
+}
