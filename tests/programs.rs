@@ -160,6 +160,7 @@ fn what_a_format_cannot_hold_is_refused_and_nothing_is_written() {
         ("layers/", &["--layers", "hat"], "no layer 'hat'"),
         ("a.obj", &["--at", "skirt"], "--at"),
         ("a.obj", &["--bones", "up"], "--bones"),
+        ("a.npz", &[], "SMPL family"),
         ("layers/", &["--lint"], "--lint"),
         ("a.abc", &[], "a.abc"),
         ("none/a.usdz", &[], "no folder"),

@@ -193,6 +193,14 @@ fn read_names(npz: &Npz, joints: usize) -> Result<Vec<String>, BodyError> {
     Ok((0..joints).map(|j| smpl_joint(j, joints)).collect())
 }
 
+impl Skeleton {
+    /// Whether the joints are those of a model of the SMPL family, in its order: poses can be exchanged as rotations then.
+    pub fn is_of_smpl_family(&self) -> bool {
+        matches!(self.len(), 24 | 52 | 55)
+            && SMPL_ORDER.iter().zip(&self.names).all(|(joint, name)| joint.name() == name)
+    }
+}
+
 /// The VRM name of a joint of the SMPL family: after the 22 of the body SMPL-X has jaw and eyes, then SMPL-X and SMPL+H
 /// have the fingers.
 fn smpl_joint(j: usize, joints: usize) -> String {

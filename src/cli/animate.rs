@@ -15,7 +15,7 @@ use std::time::Instant;
 
 #[derive(clap::Args)]
 pub(super) struct AnimateArgs {
-    /// A clip: .bvh, the animation of a .glb, .gltf or .vrma, or the .jsonl of `drive --save`; or one of walk, turn, squat, idle
+    /// A clip: .bvh, the animation of a .glb, .gltf or .vrma, an .npz of SMPL poses, the .jsonl of `drive --save`; or one of walk, turn, squat, idle
     #[arg(required_unless_present = "remove")]
     clip: Option<String>,
     /// The animation's name in a file of several; by default the first

@@ -10,7 +10,7 @@ use std::time::Instant;
 
 #[derive(clap::Args)]
 pub(super) struct ExportArgs {
-    /// `NAME.glb`, .gltf, .vrm, .usda, .usdc, .usdz or .obj; a folder for one .ply per layer
+    /// `NAME.glb`, .gltf, .vrm, .usda, .usdc, .usdz or .obj; a folder for one .ply per layer; .npz for shape and poses of an SMPL body
     target: PathBuf,
     /// Export the pose of this step's scan, in the frame and unit of its file
     #[arg(long, value_name = "STEP")]

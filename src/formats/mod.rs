@@ -31,7 +31,7 @@ pub use self::gltf::{
 pub use bundle::{MeshBundle, write_mesh_bundle};
 pub use error::{Format, FormatError};
 pub use gif::write_gif;
-pub use motion::{PoseLineWriter, RawJoint, RawMotion, RawTransform, read_bvh, read_pose_lines, write_bvh};
+pub use motion::{PoseLineWriter, RawJoint, RawMotion, RawTransform, SmplMotion, read_bvh, read_pose_lines, write_bvh};
 pub use npz::{NpyArray, NpyData, Npz, NpzCompression, read_npy, read_npz, write_npy, write_npz};
 pub use pc2::write_pc2;
 pub use picture::{

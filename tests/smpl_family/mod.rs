@@ -2,14 +2,15 @@
 
 mod layout;
 
-use crate::common::{overcoat_ok, write_mesh};
+use crate::common::{overcoat, overcoat_ok, write_mesh};
 use layout::{Kin, smpl_like, smpl_of};
+use nalgebra::UnitQuaternion;
 use overcoat::body::HumanJoint::{Hand, LowerArm, UpperArm};
 use overcoat::body::Side::{Left, Right};
 use overcoat::body::{BodyModel, HumanJoint, Pose, Shape, Side, embedded_model, read_model, skin, unskin};
 use overcoat::fit::{NakedParams, fit_naked};
-use overcoat::formats::{MeshKind, Npz, NpzCompression, RawMesh, read_mesh, write_npz};
-use overcoat::geometry::{PerVertex, Point, TriMesh};
+use overcoat::formats::{MeshKind, Npz, NpzCompression, RawMesh, SmplMotion, read_mesh, write_npz};
+use overcoat::geometry::{PerVertex, Point, TriMesh, Vec3};
 use overcoat::scan::Scan;
 use std::path::Path;
 
@@ -197,4 +198,48 @@ fn corrective_offsets_are_honoured_from_the_naked_fit_to_the_dressed_figure() {
         "{girth:.4} m around the shoulder, {truth:.4} m in truth, {stiff:.4} m for a figure that does not give way"
     );
     overcoat_ok(&session, &["export", "figure.glb"]);
+    parameters_reproduce_the_body(&model, &session);
+}
+
+/// What another program makes of the exported parameters with the same model is the exported body; as a clip the file moves
+/// the figure as the clip did.
+fn parameters_reproduce_the_body(model: &BodyModel, session: &Path) {
+    let exported = |file: &str| {
+        overcoat_ok(session, &["export", file]);
+        SmplMotion::read(&std::fs::read(session.join(file)).unwrap()).unwrap()
+    };
+    assert_eq!((exported("still.npz").rotations.len(), exported("still.npz").fps), (1, None));
+    overcoat_ok(session, &["animate", "walk", "--frames", "60..75", "--mode", "lbs"]);
+    let walk = exported("walk.npz");
+    assert_eq!((walk.rotations.len(), walk.rotations[0].len(), walk.fps), (15, 24, Some(30.0)));
+    let (mesh, skeleton) = model.shaped(&Shape(walk.betas.clone()));
+    overcoat_ok(session, &["export", "frames/", "--sequence", "ply"]);
+    let folders: Vec<_> = std::fs::read_dir(session.join("frames")).unwrap().map(|e| e.unwrap().path()).collect();
+    let lead = folders.iter().filter(|path| path.is_dir()).count() - 15;
+    let y_up = UnitQuaternion::from_axis_angle(&Vec3::x_axis(), -std::f64::consts::FRAC_PI_2);
+    for frame in [0, 14] {
+        let rotations =
+            walk.rotations[frame].iter().map(|r| UnitQuaternion::from_scaled_axis(Vec3::from(*r))).collect();
+        let pose = Pose { translation: Vec3::from(walk.translations[frame]), rotations };
+        let ours = model.posed(mesh.points(), &skeleton, &pose);
+        let folder = folders.iter().find(|f| f.ends_with(format!("{:04}", lead + frame))).unwrap();
+        let theirs = read_ply(&folder.join("body.ply"));
+        let off = |(a, b): (&Point, &Point)| (y_up * a - b).norm();
+        let mean = ours.iter().zip(theirs.iter()).map(off).sum::<f64>() / ours.len() as f64;
+        assert!(mean < 0.002, "frame {frame}: {mean:.4} m");
+    }
+    overcoat_ok(session, &["animate", "walk.npz", "--name", "again", "--mode", "lbs"]);
+    let again = exported("again.npz");
+    assert_eq!(again.rotations.len(), 15);
+    let turn = |(a, b): (&[f64; 3], &[f64; 3])| {
+        let [a, b] = [a, b].map(|r| UnitQuaternion::from_scaled_axis(Vec3::from(*r)));
+        a.angle_to(&b).to_degrees()
+    };
+    let turns = walk.rotations.concat().iter().zip(&again.rotations.concat()).map(turn).collect::<Vec<_>>();
+    let worst = (0..turns.len()).max_by(|&a, &b| turns[a].total_cmp(&turns[b])).unwrap();
+    // Feet are planted again, and the trunk's bend is shared out anew.
+    assert!(turns[worst] < 10.0, "{:.1}° at joint {}", turns[worst], worst % 24);
+    assert!(turns.iter().sum::<f64>() / (turns.len() as f64) < 2.0, "{turns:?}");
+    let refusal = overcoat(session, &["export", "layers.npz", "--layers", "body"]);
+    assert!(refusal.code == 2 && refusal.stderr.contains("--layers changes nothing"), "{refusal:?}");
 }

@@ -50,7 +50,7 @@ pub(super) fn train(args: &TrainArgs, context: &Context) -> anyhow::Result<Done>
             None => {
                 let path = Path::new(name);
                 let bytes = std::fs::read(path).map_err(|e| SessionError::reading(path, e))?;
-                read_clip(path, &bytes, None)?
+                read_clip(path, &bytes, None, Some(&figure.skeleton))?
             }
         };
         let params = MotionParams { ease_secs: 0.0, ..MotionParams::default() };

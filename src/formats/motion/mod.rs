@@ -7,8 +7,10 @@ mod bvh_tests;
 mod bvh_write;
 mod pose_lines;
 mod raw_motion;
+mod smpl_motion;
 
 pub use bvh_read::read_bvh;
 pub use bvh_write::write_bvh;
 pub use pose_lines::{PoseLineWriter, read_pose_lines};
 pub use raw_motion::{RawJoint, RawMotion, RawTransform};
+pub use smpl_motion::SmplMotion;

@@ -130,20 +130,20 @@ impl Writer {
         };
         if !BUILT_IN_CLIPS.contains(&new.clip.as_str()) {
             let path = Path::new(&new.clip);
-            let is_clip = path
-                .extension()
-                .is_some_and(|e| ["bvh", "glb", "gltf", "vrma", "jsonl"].iter().any(|k| e.eq_ignore_ascii_case(k)));
+            let is_clip = path.extension().is_some_and(|e| {
+                ["bvh", "glb", "gltf", "vrma", "npz", "jsonl"].iter().any(|k| e.eq_ignore_ascii_case(k))
+            });
             if !is_clip {
                 return Err(SessionError::BadRequest {
                     what: format!("'{}' is no clip", new.clip),
                     hint: format!(
-                        "name a .bvh, .glb, .gltf, .vrma or .jsonl file, or one of {}",
+                        "name a .bvh, .glb, .gltf, .vrma, .npz or .jsonl file, or one of {}",
                         BUILT_IN_CLIPS.join(", ")
                     ),
                 });
             }
             let bytes = source::read(path)?;
-            let clip = read_clip(path, &bytes, new.clip_name.as_deref())?;
+            let clip = read_clip(path, &bytes, new.clip_name.as_deref(), None)?;
             let named = source::named(self.session.dir(), path, ContentHash::of(&bytes))?;
             self.session.store.keep_bytes(&bytes)?;
             let name = new.clip_name.as_ref().unwrap_or(&clip.name);

@@ -38,6 +38,7 @@ impl Session {
         let exported = match extension.as_deref() {
             Some(extension) if !is_folder => match format_of(extension) {
                 Some(format) => self.export_file(request, format, outputs, on_texture),
+                None if extension.eq_ignore_ascii_case("npz") => self.export_smpl(request, outputs),
                 None => Err(SessionError::UnknownTarget { path: request.target.clone() }),
             },
             None if !is_folder && is_only_an_extension(&request.target) => Err(SessionError::BadRequest {

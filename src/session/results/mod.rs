@@ -5,6 +5,7 @@ mod body_measures;
 mod export;
 mod export_character;
 mod export_request;
+mod export_smpl;
 mod measure;
 mod outputs;
 mod pictures;

@@ -32,6 +32,8 @@ pub enum Content {
     Mesh,
     /// `.npz`
     BodyModel,
+    /// `.npz`
+    SmplMotion,
     /// `.jsonl`
     Poses,
     /// `.poses`
@@ -51,6 +53,7 @@ impl Content {
             Self::Page => Some(("a page", "html")),
             Self::Mesh => Some(("a mesh", "ply")),
             Self::BodyModel => Some(("a body model", "npz")),
+            Self::SmplMotion => Some(("shape and poses", "npz")),
             Self::PoseLibrary => Some(("a pose library", "poses")),
             Self::Poses => Some(("a pose clip", "jsonl")),
             Self::Named => None,

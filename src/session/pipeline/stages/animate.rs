@@ -1,8 +1,8 @@
 //! Animate: a clip on the figure of the last step. The result is the pose of every frame; the surfaces follow from it when
 //! they are exported or drawn.
 
-use crate::body::Figure;
-use crate::formats::{FormatError, read_bvh, read_gltf_motion, read_pose_lines};
+use crate::body::{Figure, Skeleton};
+use crate::formats::{FormatError, SmplMotion, read_bvh, read_gltf_motion, read_pose_lines};
 use crate::motion::{Clip, FrameRange, MotionParams, PoseTrack, built_in_clip, follow};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
@@ -51,10 +51,10 @@ impl ClipInput {
         })
     }
 
-    fn load(&self, clip_name: Option<&str>, store: &Store) -> Result<Clip, SessionError> {
+    fn load(&self, clip_name: Option<&str>, skeleton: &Skeleton, store: &Store) -> Result<Clip, SessionError> {
         match self {
             Self::BuiltIn(name) => built_in_clip(name).ok_or_else(|| no_clip(name)),
-            Self::File(file) => read_clip(file.path(), &file.bytes(store)?, clip_name),
+            Self::File(file) => read_clip(file.path(), &file.bytes(store)?, clip_name, Some(skeleton)),
         }
     }
 }
@@ -67,7 +67,7 @@ pub(in crate::session::pipeline) fn run(
     let figure = on_floor(model.figure(store, figure)?)?;
     // There is nothing to find out about a clip of our own.
     let is_foreign = matches!(clip, ClipInput::File(_));
-    let clip = clip.load(clip_name.as_deref(), store)?;
+    let clip = clip.load(clip_name.as_deref(), &figure.skeleton, store)?;
     on_progress(StageProgress::Text(&format!("{} frames at {:.0} per second", clip.frame_count(), clip.fps())));
     let (track, report) = follow(&clip, &figure, fps, frames, &params)?;
     let (frames, lead) = (track.clip_poses().len(), track.lead);
@@ -89,13 +89,18 @@ pub(in crate::session) fn standing(figure: Figure, step: &str) -> Result<Figure,
 fn no_clip(name: &str) -> SessionError {
     SessionError::BadRequest {
         what: format!("there is no clip '{name}'"),
-        hint: "name a .bvh, .glb, .gltf, .vrma or .jsonl file, or one of walk, turn, squat, idle".into(),
+        hint: "name a .bvh, .glb, .gltf, .vrma, .npz or .jsonl file, or one of walk, turn, squat, idle".into(),
     }
 }
 
 /// Reads the clip of a file; its extension says which format it has. Of several clips in one file, `clip_name` chooses; the
-/// first by default.
-pub fn read_clip(path: &Path, bytes: &[u8], clip_name: Option<&str>) -> Result<Clip, SessionError> {
+/// first by default. A file without a skeleton has that of the figure, if that is of the same family.
+pub fn read_clip(
+    path: &Path,
+    bytes: &[u8],
+    clip_name: Option<&str>,
+    skeleton: Option<&Skeleton>,
+) -> Result<Clip, SessionError> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let raw = match extension.as_str() {
         "bvh" => read_bvh(bytes),
@@ -107,6 +112,12 @@ pub fn read_clip(path: &Path, bytes: &[u8], clip_name: Option<&str>) -> Result<C
             });
         }
         "jsonl" => read_pose_lines(bytes),
+        "npz" => SmplMotion::read(bytes).map(|motion| {
+            let joints = skeleton.filter(|skeleton| skeleton.is_of_smpl_family());
+            let joints =
+                joints.map(|skeleton| skeleton.joints_in_bind.iter().map(|p| p.coords.into()).collect::<Vec<_>>());
+            motion.on_skeleton(joints.as_deref())
+        }),
         _ => return Err(no_clip(&path.display().to_string())),
     };
     let raw = raw.map_err(|e: FormatError| SessionError::bad_source(path, e))?;

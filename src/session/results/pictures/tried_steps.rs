@@ -78,7 +78,7 @@ impl Session {
                     Some(_) => std::fs::read(&path).map_err(|e| SessionError::reading(&path, e))?,
                     None => Vec::new(),
                 };
-                read_clip(&path, &bytes, None)?
+                read_clip(&path, &bytes, None, Some(&figure.skeleton))?
             }
         };
         let (track, _) = follow(&clip, figure, None, None, &MotionParams::default())
