@@ -14,6 +14,8 @@
 //! Figure -> file
 //! ```
 //! Every arrow is a function named after its verb. `tests/architecture.rs` checks which module may import which.
+//!
+#![doc = include_str!("../docs/library.md")]
 
 pub mod bake;
 pub mod body;
