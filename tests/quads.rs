@@ -43,6 +43,12 @@ fn layers_become_quads_that_keep_their_hems_and_cross_nowhere() {
         assert_eq!(loops(before), loops(after), "{name}");
     }
     assert!((27_000..45_000).contains(&quads), "{quads}");
+    let body = mesh(&after[0]);
+    let halves = body.faces().as_slice().split_at(body.face_count() / 2);
+    let is_of = |face: &[overcoat::geometry::VertexId; 3], sign: f64| {
+        face.iter().map(|v| sign * body.points()[*v].x).sum::<f64>() > -0.02
+    };
+    assert!(halves.0.iter().all(|face| is_of(face, 1.0)) && halves.1.iter().all(|face| is_of(face, -1.0)));
     let text = String::from_utf8_lossy(&header[..400]).into_owned();
     let count = said[4]["quads"].as_u64().unwrap();
     assert!(text.contains(&format!("element face {count}")), "four corners each: {text}");

@@ -5,7 +5,8 @@ use super::uncrossed::uncrossed;
 use crate::body::{Figure, JointId, Layer, SkinWeights};
 use crate::formats::{byte_of_linear, linear_of_byte};
 use crate::geometry::{
-    PerVertex, Point, QuadError, QuadFigures, QuadMesh, SurfaceIndex, SurfacePoint, TriMesh, Vec3, VertexId, quad_mesh,
+    PerVertex, Point, QuadError, QuadFigures, QuadMesh, SurfaceIndex, SurfacePoint, TriMesh, Vec3, VertexId,
+    mirrored_quad_mesh, quad_mesh,
 };
 use rayon::prelude::*;
 
@@ -64,7 +65,8 @@ pub struct Remeshed {
 }
 
 impl QuadFigure {
-    /// Re-meshes the layers of a figure with about `count` quads of one size.
+    /// Re-meshes the layers of a figure with about `count` quads of one size. Where the body's faces are symmetric by `mirror`,
+    /// the vertex opposite to each of its vertices, its quads are, too.
     ///
     /// Where quads of this size would cross other faces, a layer gets finer ones. Skin weights, colours, seen and physics values are interpolated; texture coordinates are dropped. Layers that cannot
     /// be re-meshed, or that would cross others, keep their triangles.
@@ -73,7 +75,11 @@ impl QuadFigure {
     ///
     /// **Guarantees** no face of a re-meshed layer crosses another face, on coordinates rounded to `f32`; equal with any
     /// number of threads.
-    pub fn of(figure: &Figure, count: Option<usize>) -> Result<Self, ExportError> {
+    pub fn of(
+        figure: &Figure,
+        mirror: Option<&PerVertex<VertexId>>,
+        count: Option<usize>,
+    ) -> Result<Self, ExportError> {
         let area: f64 = figure.layers.iter().map(|layer| layer.mesh.area()).sum();
         let faces: usize = figure.layers.iter().map(|layer| layer.mesh.face_count()).sum();
         let [shortest, longest] = EDGE_LENGTHS;
@@ -85,9 +91,14 @@ impl QuadFigure {
         if let Some(count) = count.filter(|_| !(shortest..=longest).contains(&edge_length)) {
             return Err(ExportError::QuadCount { count, least: count_for(longest) + 1, most: count_for(shortest) });
         }
-        let mut remeshed: Vec<(Layer, QuadLayer)> =
-            figure.layers.par_iter().map(|layer| remeshed(layer, edge_length, 0)).collect();
-        keep_apart(figure, edge_length, &mut remeshed);
+        let opposite = |layer: usize| mirror.filter(|_| layer == 0);
+        let mut remeshed: Vec<(Layer, QuadLayer)> = figure
+            .layers
+            .par_iter()
+            .enumerate()
+            .map(|(k, layer)| remeshed(layer, opposite(k), edge_length, 0))
+            .collect();
+        keep_apart(figure, mirror, edge_length, &mut remeshed);
         let (layers, outcomes) = remeshed.into_iter().unzip();
         Ok(Self { figure: Figure { skeleton: figure.skeleton.clone(), layers }, layers: outcomes })
     }
@@ -95,7 +106,12 @@ impl QuadFigure {
 
 /// Moves crossing layers apart. While some still cross, the one with the most crossings gets finer quads, in the end its
 /// triangles.
-fn keep_apart(figure: &Figure, edge_length: f64, layers: &mut [(Layer, QuadLayer)]) {
+fn keep_apart(
+    figure: &Figure,
+    mirror: Option<&PerVertex<VertexId>>,
+    edge_length: f64,
+    layers: &mut [(Layer, QuadLayer)],
+) {
     let mut attempts = vec![0; layers.len()];
     loop {
         let meshes: Vec<TriMesh> = layers.iter().map(|(layer, _)| layer.mesh.clone()).collect();
@@ -115,7 +131,7 @@ fn keep_apart(figure: &Figure, edge_length: f64, layers: &mut [(Layer, QuadLayer
             Some(k) => {
                 attempts[k] += 1;
                 if attempts[k] < ATTEMPTS.len() {
-                    layers[k] = remeshed(&figure.layers[k], edge_length, attempts[k]);
+                    layers[k] = remeshed(&figure.layers[k], mirror.filter(|_| k == 0), edge_length, attempts[k]);
                 } else {
                     layers[k].0 = figure.layers[k].clone();
                     let reason = match left[k] {
@@ -130,16 +146,25 @@ fn keep_apart(figure: &Figure, edge_length: f64, layers: &mut [(Layer, QuadLayer
 }
 
 /// The layer with the best quads of a row of attempts.
-fn remeshed(layer: &Layer, edge_length: f64, attempt: usize) -> (Layer, QuadLayer) {
+fn remeshed(
+    layer: &Layer,
+    mirror: Option<&PerVertex<VertexId>>,
+    edge_length: f64,
+    attempt: usize,
+) -> (Layer, QuadLayer) {
     let (name, faces_before) = (layer.name.clone(), layer.mesh.face_count());
     let angle = |quads: &QuadMesh| quads.figures().smallest_angle_deg;
-    let mut best: Result<QuadMesh, QuadError> = quad_mesh(&layer.mesh, edge_length * ATTEMPTS[attempt][0]);
+    let of_length = |edge_length: f64| {
+        let halves = mirror.map(|mirror| mirrored_quad_mesh(&layer.mesh, mirror, edge_length)).transpose()?;
+        halves.flatten().map_or_else(|| quad_mesh(&layer.mesh, edge_length), Ok)
+    };
+    let mut best: Result<QuadMesh, QuadError> = of_length(edge_length * ATTEMPTS[attempt][0]);
     for share in &ATTEMPTS[attempt][1..] {
         let Ok(least) = best.as_ref().map(angle) else { break };
         if least >= GOOD_DEG {
             break;
         }
-        if let Some(other) = quad_mesh(&layer.mesh, edge_length * share).ok().filter(|other| angle(other) > least) {
+        if let Some(other) = of_length(edge_length * share).ok().filter(|other| angle(other) > least) {
             best = Ok(other);
         }
     }

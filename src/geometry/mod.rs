@@ -39,7 +39,7 @@ pub use mesh::{Aabb, FaceId, MeshError, PerFace, PerVertex, Point, TriMesh, Vec3
 pub use nearest_vertex::NearestVertex;
 pub use orientation::orient_outward;
 pub use piercing::Piercing;
-pub use quads::{QuadError, QuadFigures, QuadMesh, quad_mesh, quads_of_pairs};
+pub use quads::{QuadError, QuadFigures, QuadMesh, mirrored_quad_mesh, quad_mesh, quads_of_pairs};
 pub use same_place::first_at_same_place;
 pub use simplify::{TriangleShapes, simplified, simplified_faces};
 pub use slivers::{WithoutSlivers, without_slivers};

@@ -224,8 +224,7 @@ impl<'a> Contraction<'a> {
             return false;
         }
         let (normal, spread) = self.merged_normal(a, b);
-        let is_solid = self.borders.curves.is_empty();
-        if is_solid && spread > WIDEST_SPREAD && self.length(a, b) > CREASE * self.spacing(a, b) {
+        if self.surface.is_solid && spread > WIDEST_SPREAD && self.length(a, b) > CREASE * self.spacing(a, b) {
             return false;
         }
         let (point, place) = self.merged_place(a, b);

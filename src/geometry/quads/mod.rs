@@ -10,6 +10,7 @@ mod error;
 mod flat_quads;
 mod handles;
 mod hierarchy;
+mod mirrored;
 mod orientation_field;
 mod pairing;
 mod position_field;
@@ -25,6 +26,7 @@ use crate::geometry::{PerVertex, Point, TriMesh, VertexId};
 use contraction::Contraction;
 pub use error::QuadError;
 use hierarchy::hierarchy;
+pub use mirrored::mirrored_quad_mesh;
 use orientation_field::orientation_field;
 use pairing::paired;
 use position_field::position_field;
@@ -73,21 +75,31 @@ pub struct QuadFigures {
 /// **Guarantees** a manifold mesh of quads alone, with a border for each border; handles smaller than two quads are closed;
 /// independent of the number of threads.
 pub fn quad_mesh(mesh: &TriMesh, edge_length: f64) -> Result<QuadMesh, QuadError> {
+    check_size(mesh, edge_length)?;
+    Ok(QuadMesh::of(quads_of_surface(mesh, edge_length, false)?, edge_length))
+}
+
+fn check_size(mesh: &TriMesh, edge_length: f64) -> Result<(), QuadError> {
     let area = mesh.area();
     if area > MOST_QUADS * edge_length * edge_length {
         return Err(QuadError::TooFine { edge_length, area });
     }
+    Ok(())
+}
+
+/// The quads of a surface; one without borders, or the half of one, is a solid, on whose thin parts they are smaller.
+fn quads_of_surface(mesh: &TriMesh, edge_length: f64, is_half: bool) -> Result<Quads, QuadError> {
     // Each polygon becomes quads with sides of half its length.
     let spacing = 2.0 * edge_length;
-    let surface = Surface::prepare(mesh, 0.5 * spacing)?;
+    let mut surface = Surface::prepare(mesh, 0.5 * spacing)?;
+    surface.is_solid |= is_half;
     let spacings = spacings(&surface, spacing);
     let levels = hierarchy(&surface, &spacings);
     let crosses = orientation_field(&levels);
     let lattice = position_field(&levels, &crosses);
     let coarse = Contraction::of(&surface, &lattice, &spacings);
     let (quads, triangles) = paired(&coarse.points, &coarse.normals, &coarse.triangles());
-    let quads = relaxed(&surface, subdivided(&coarse, &surface.borders, &quads, &triangles), edge_length);
-    Ok(QuadMesh::of(quads, edge_length))
+    Ok(relaxed(&surface, subdivided(&coarse, &surface.borders, &quads, &triangles), edge_length))
 }
 
 impl QuadMesh {

@@ -19,9 +19,8 @@ const SWEEPS: usize = 20;
 /// The spacing at each vertex: `usual` on cloth, which has borders, and less on thin parts of solids.
 pub(super) fn spacings(surface: &Surface, usual: f64) -> Vec<f64> {
     let mut all = vec![usual; surface.points.len()];
-    let Some(mesh) = TriMesh::try_from_indices(surface.points.clone(), &surface.faces)
-        .ok()
-        .filter(|_| surface.borders.curves.is_empty())
+    let Some(mesh) =
+        TriMesh::try_from_indices(surface.points.clone(), &surface.faces).ok().filter(|_| surface.is_solid)
     else {
         return all;
     };

@@ -15,6 +15,8 @@ pub(super) struct Surface {
     pub faces: Vec<[u32; 3]>,
     pub faces_of: Lists,
     pub borders: Borders,
+    /// Whether it encloses something, as a body does; cloth has borders.
+    pub is_solid: bool,
 }
 
 /// One list per vertex, in one array.
@@ -78,7 +80,8 @@ impl Surface {
         let least = 1e-6 * areas.iter().sum::<f64>() / areas.len() as f64;
         areas.iter_mut().for_each(|area| *area = area.max(least));
         let borders = Borders::of(&points, &faces);
-        Self { points, normals, areas, faces, faces_of, borders }
+        let is_solid = borders.curves.is_empty();
+        Self { points, normals, areas, faces, faces_of, borders, is_solid }
     }
 
     /// The next point of the surface downhill from a face: it stays on its own side of a fold, however close the other side is.

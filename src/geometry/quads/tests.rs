@@ -155,3 +155,68 @@ fn what_cannot_be_re_meshed_gets_a_sentence() {
     assert!(said(&TriMesh::empty(), 0.1).contains("has an area"));
     assert!(said(&round, 1e-5).contains("too short"));
 }
+
+/// Two half spheres with a pole at each end of x; the half at negative x is longer. And the vertex opposite to each.
+fn egg() -> (TriMesh, PerVertex<VertexId>) {
+    let (rings, around) = (24u32, 72u32);
+    let half = 1 + (rings - 1) * around;
+    let point = |ring: u32, k: u32, length: f64| {
+        let (theta, phi) = (
+            f64::from(ring) / f64::from(rings) * std::f64::consts::FRAC_PI_2,
+            f64::from(k) / f64::from(around) * std::f64::consts::TAU,
+        );
+        Point::new(length * theta.cos(), 0.1 * theta.sin() * phi.cos(), 0.1 * theta.sin() * phi.sin())
+    };
+    let mut points = Vec::new();
+    for length in [0.1, -0.16] {
+        points.push(Point::new(length, 0.0, 0.0));
+        (1..rings).for_each(|ring| points.extend((0..around).map(|k| point(ring, k, length))));
+    }
+    points.extend((0..around).map(|k| point(rings, k, 0.0)));
+    let at = |side: u32, ring: u32, k: u32| match ring {
+        0 => side * half,
+        ring if ring == rings => 2 * half + k % around,
+        ring => side * half + 1 + (ring - 1) * around + k % around,
+    };
+    let mut faces: Vec<[u32; 3]> = Vec::new();
+    for side in [0, 1] {
+        for (ring, k) in (0..rings).flat_map(|ring| (0..around).map(move |k| (ring, k))) {
+            let [a, b] = [at(side, ring, k), at(side, ring, k + 1)];
+            let [c, d] = [at(side, ring + 1, k), at(side, ring + 1, k + 1)];
+            let both = if ring == 0 { vec![[a, c, d]] } else { vec![[a, c, d], [a, d, b]] };
+            faces.extend(both.into_iter().map(|[a, b, c]| if side == 0 { [a, b, c] } else { [a, c, b] }));
+        }
+    }
+    let opposite = |v: u32| match v / half {
+        0 => v + half,
+        1 => v - half,
+        _ => v,
+    };
+    let mirror = (0..points.len() as u32).map(|v| VertexId(opposite(v))).collect();
+    (TriMesh::try_from_indices(points, &faces).unwrap(), mirror)
+}
+
+#[test]
+fn halves_that_correspond_get_corresponding_quads() {
+    let (mesh, mirror) = egg();
+    assert!(mesh.signed_volume() > 0.0 && borders(&mesh) == 0);
+    let quads = mirrored_quad_mesh(&mesh, &mirror, 0.01).unwrap().expect("its faces are symmetric");
+    assert!(is_manifold(&quads) && borders(&quads.triangles()) == 0);
+    assert!(quads.triangles().signed_volume() > 0.9 * mesh.signed_volume());
+    let half = quads.quads.len() / 2;
+    let index = SurfaceIndex::prepare(&mesh);
+    let mut in_the_middle = 0;
+    for (ours, theirs) in quads.quads[..half].iter().zip(&quads.quads[half..]) {
+        let [a, d, c, b] = theirs.map(|v| quads.points[v]);
+        for (p, q) in ours.map(|v| quads.points[v]).iter().zip([a, b, c, d]) {
+            assert!(p.x >= -1e-9 && q.x <= 1e-9 && (p.y - q.y).abs() < 1e-9 && (p.z - q.z).abs() < 1e-9);
+            assert!((p.x * 1.6 + q.x).abs() < 1e-9 && index.closest(&q).distance < 1e-9);
+            in_the_middle += usize::from(p.x.abs() < 1e-9);
+        }
+    }
+    assert!(in_the_middle > 40, "edges run along the middle: {in_the_middle}");
+    // A face that no face is opposite to.
+    let faces: Vec<[VertexId; 3]> = mesh.faces().iter().skip(1).copied().collect();
+    let torn = mesh.with_faces(faces);
+    assert_eq!(mirrored_quad_mesh(&torn, &mirror, 0.01), Ok(None));
+}

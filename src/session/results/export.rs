@@ -1,6 +1,6 @@
 //! Exports the figure or a step of the session as files.
 
-use super::export_character::{chosen, with_quads};
+use super::export_character::chosen;
 use super::export_request::{ExportRequest, Exported, Textures};
 use super::outputs::Outputs;
 use super::posed_step::PosedStep;
@@ -117,7 +117,7 @@ impl Session {
                     Some(_) => folder.step(last),
                     None => {
                         let figure = standing(last.figure.clone(), &last.step.name)?;
-                        let (figure, layers) = with_quads(figure, request)?;
+                        let (figure, layers) = self.with_quads(figure, request)?;
                         quads = layers;
                         folder.bind(&figure, &quads)
                     }

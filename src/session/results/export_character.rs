@@ -40,7 +40,7 @@ impl Session {
             Some(_) => last.figure_for_pose(),
             None => standing(last.figure.clone(), &last.step.name)?,
         };
-        let (figure, quads) = with_quads(figure, request)?;
+        let (figure, quads) = self.with_quads(figure, request)?;
         // The masks are those of all poses, so they are the same wherever the figure stands.
         let masked = if quads.is_empty() { &last.figure } else { &figure };
         let covered = self.covered_parts(masked, request.hide_covered, &request.target)?;
@@ -99,6 +99,22 @@ impl Session {
         // Last: what it names is there then.
         files.push((path, encoded.bytes));
         Ok(Exported { files: outputs.write_together(files)?, removed, quads, checks })
+    }
+
+    /// The figure with quads, if they are requested, and what became of each layer.
+    pub(super) fn with_quads(
+        &self,
+        figure: Figure,
+        request: &ExportRequest,
+    ) -> Result<(Figure, Vec<QuadLayer>), SessionError> {
+        let count = match request.quads {
+            Quads::None => return Ok((figure, Vec::new())),
+            Quads::AsFine => None,
+            Quads::Count(count) => Some(count),
+        };
+        let remeshed = QuadFigure::of(&figure, self.body_model()?.mirror.as_ref(), count)
+            .map_err(|e| SessionError::BadRequest { what: e.to_string(), hint: e.hint().unwrap_or_default() })?;
+        Ok((remeshed.figure, remeshed.layers))
     }
 
     /// The parts of a figure's layers that others cover, kept for the next time. `target` is for messages.
@@ -275,18 +291,6 @@ fn loose_parts(figure: &Figure, steps: &[PosedStep]) -> Result<Vec<PerVertex<boo
         }
     };
     figure.layers.iter().map(of_layer).collect()
-}
-
-/// The figure with quads, if they are requested, and what became of each layer.
-pub(super) fn with_quads(figure: Figure, request: &ExportRequest) -> Result<(Figure, Vec<QuadLayer>), SessionError> {
-    let count = match request.quads {
-        Quads::None => return Ok((figure, Vec::new())),
-        Quads::AsFine => None,
-        Quads::Count(count) => Some(count),
-    };
-    let remeshed = QuadFigure::of(&figure, count)
-        .map_err(|e| SessionError::BadRequest { what: e.to_string(), hint: e.hint().unwrap_or_default() })?;
-    Ok((remeshed.figure, remeshed.layers))
 }
 
 /// The figure with the colours of its vertices only.
