@@ -38,6 +38,7 @@ mod replay;
 mod report;
 mod rgbd;
 mod smpl_family;
+mod snapshots;
 mod stage_versions;
 mod stages;
 mod step_editing;
