@@ -199,7 +199,7 @@ fn the_extension_must_match_the_content() {
         ("-C alice view --weights x.jpg", "x.png"),
         ("-C alice view --save x.png", "x.rrd"),
         ("-C alice view --sheet x", "x.png"),
-        ("-C alice export x.obj", ".glb"),
+        ("-C alice export x.fbx", ".glb"),
         ("-C alice mask tshirt --template x.txt", ".ply"),
         ("body show --mesh x.obj", "x.ply"),
         ("body show --sheet x.jpg", "x.png"),
