@@ -84,7 +84,7 @@ pub fn measure(out: &Path, figures: &[Figure], clips: &[&Path]) {
 
 /// Every tenth of a second of a clip on a figure.
 fn of_clip(figure: &Figure, path: &Path) -> Vec<Places> {
-    let clip = read_clip(path, &std::fs::read(path).expect("a file"), None).expect("a clip");
+    let clip = read_clip(path, &std::fs::read(path).expect("a file"), None, None).expect("a clip");
     let (track, _) = follow(&clip, figure, Some(10.0), None, &MotionParams::default()).expect("a person");
     track.poses.iter().map(|pose| places(figure, pose)).collect()
 }

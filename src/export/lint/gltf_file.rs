@@ -331,7 +331,7 @@ impl Surface {
             faults.extend(first_of(&format!("'{name}': {attribute} is not finite"), places));
         }
         let corners: Vec<usize> = self.indices.values.iter().map(|corner| *corner as usize).collect();
-        if corners.is_empty() || corners.len() % 3 != 0 || corners.iter().any(|corner| *corner >= count) {
+        if corners.is_empty() || !corners.len().is_multiple_of(3) || corners.iter().any(|corner| *corner >= count) {
             faults.push(format!("'{name}': its faces name vertices that do not exist"));
         }
         if corners.as_chunks::<3>().0.iter().any(|[a, b, c]| a == b || b == c || c == a) {

@@ -163,7 +163,7 @@ fn arrays(mesh: &UsdPrim) -> Vec<String> {
     }
     for property in mesh.property_names() {
         let (Some(interpolation), Some(length)) =
-            (mesh.interpolation(property), mesh.value(property).and_then(UsdValue::len))
+            (mesh.interpolation(property), mesh.value(property).and_then(UsdValue::value_count))
         else {
             continue;
         };

@@ -55,7 +55,7 @@ pub enum UsdValue {
 
 impl UsdValue {
     /// The number of values of an array; `None` for a single value.
-    pub fn len(&self) -> Option<usize> {
+    pub fn value_count(&self) -> Option<usize> {
         Some(match self {
             Self::Bool(_) | Self::Float(_) | Self::Token(_) | Self::Text(_) | Self::Asset(_) | Self::Color(_) => {
                 return None;
