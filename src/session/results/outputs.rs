@@ -10,7 +10,7 @@ use crate::session::output_error::OutputError;
 use crate::session::stage_error::StageError;
 use crate::session::store::{
     ContentHash, HashingWriter, Manifest, begin_file, check_folder, check_parent, folder_of, no_folder, not_a_file,
-    write_new, write_whole, write_whole_with,
+    stage_whole, write_new, write_whole, write_whole_with,
 };
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -155,11 +155,20 @@ impl Outputs {
             }
             places.push(place);
         }
-        for (path, _) in &files {
-            let parent = folder_of(path);
-            fs::create_dir_all(&parent).map_err(|e| SessionError::writing(&parent, e))?;
+        let parents: Vec<PathBuf> = files.iter().map(|(path, _)| folder_of(path)).collect();
+        let missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
+        let mut new: Vec<PathBuf> =
+            parents.iter().flat_map(|parent| parent.ancestors().take_while(missing)).map(Path::to_path_buf).collect();
+        let made = parents
+            .iter()
+            .try_for_each(|parent| fs::create_dir_all(parent).map_err(|e| SessionError::writing(parent, e)));
+        let written = made.and_then(|()| self.write_checked(&files, Content::Named));
+        if let Err(error) = written {
+            // Deepest first; those with files of others stay.
+            new.sort_by_key(|folder| std::cmp::Reverse(folder.components().count()));
+            new.iter().for_each(|folder| drop(fs::remove_dir(folder)));
+            return Err(error);
         }
-        self.write_checked(&files, Content::Named)?;
         Ok(files.into_iter().map(|(path, _)| path).collect())
     }
 
@@ -188,8 +197,12 @@ impl Outputs {
         let mut manifest = self.manifest();
         let places: Vec<PathBuf> =
             files.iter().map(|(path, _)| self.checked(path, content, &manifest)).collect::<Result<_, _>>()?;
-        for ((path, bytes), place) in files.iter().zip(&places) {
-            write_whole(place, bytes).map_err(|e| as_typed(e, path))?;
+        let staged = |((path, bytes), place): (&(PathBuf, Vec<u8>), &PathBuf)| {
+            stage_whole(place, bytes).map_err(|e| as_typed(e, path))
+        };
+        let staged = files.iter().zip(&places).map(staged).collect::<Result<Vec<_>, _>>()?;
+        for ((file, (path, bytes)), place) in staged.into_iter().zip(files).zip(&places) {
+            file.appear().map_err(|e| as_typed(e, path))?;
             manifest.files.note(place, ContentHash::of(bytes));
         }
         let Some(dir) = self.manifest_in.clone() else { return Ok(()) };

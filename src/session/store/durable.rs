@@ -28,6 +28,31 @@ pub(in crate::session) fn place_whole(path: &Path, bytes: &[u8]) -> Result<(), S
     place(path, |file| file.write_all(bytes).map_err(|e| SessionError::writing(path, e)))
 }
 
+/// A file that is whole, but not yet at its place.
+pub(in crate::session) struct Staged {
+    file: tempfile::NamedTempFile,
+    path: PathBuf,
+}
+
+/// Writes a file beside its place, where it appears later: of files that belong together none appears before all are whole.
+pub(in crate::session) fn stage_whole(path: &Path, bytes: &[u8]) -> Result<Staged, SessionError> {
+    let io = |e| SessionError::writing(path, e);
+    let mut file = new_file(&folder_of(path)).map_err(io)?;
+    // Not through the temporary file, whose errors name its own path.
+    file.as_file_mut().write_all(bytes).map_err(io)?;
+    file.as_file().sync_all().map_err(io)?;
+    Ok(Staged { file, path: path.to_path_buf() })
+}
+
+impl Staged {
+    /// Puts the file at its place.
+    pub fn appear(self) -> Result<(), SessionError> {
+        let io = |e| SessionError::writing(&self.path, e);
+        self.file.persist(&self.path).map_err(|e| io(e.error))?;
+        sync_folder(&folder_of(&self.path))
+    }
+}
+
 /// Like [`write_whole`], but nothing is synced: for files that may be lost if the power fails.
 pub(in crate::session) fn write_lightly(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
     let io = |e| SessionError::writing(path, e);

@@ -21,8 +21,8 @@ pub(in crate::session) use artefacts::Health;
 pub use artefacts::{Kept, Store};
 pub(in crate::session) use derived::Derived;
 pub(in crate::session) use durable::{
-    UNFINISHED, begin_file, folder_of, not_a_file, open_file, place_whole, read_file, sweep, sync_folder, write_new,
-    write_whole, write_whole_with,
+    UNFINISHED, begin_file, folder_of, not_a_file, open_file, place_whole, read_file, stage_whole, sweep, sync_folder,
+    write_new, write_whole, write_whole_with,
 };
 pub use failures::Failure;
 pub(in crate::session) use failures::Failures;
