@@ -5,7 +5,7 @@ use super::uncrossed::uncrossed;
 use crate::body::{Figure, JointId, Layer, SkinWeights};
 use crate::formats::{byte_of_linear, linear_of_byte};
 use crate::geometry::{
-    PerVertex, Point, QuadError, QuadFigures, QuadMesh, SurfaceIndex, SurfacePoint, TriMesh, Vec3, VertexId,
+    PerFace, PerVertex, Point, QuadError, QuadFigures, QuadMesh, SurfaceIndex, SurfacePoint, TriMesh, Vec3, VertexId,
     mirrored_quad_mesh, quad_mesh,
 };
 use rayon::prelude::*;
@@ -56,6 +56,10 @@ pub struct QuadLayer {
 pub struct Remeshed {
     /// Where each vertex lies on the layer before.
     pub places: PerVertex<SurfacePoint>,
+    /// The vertices that it had.
+    pub vertices_before: usize,
+    /// Its faces before.
+    pub faces_before: PerFace<[VertexId; 3]>,
     /// Counts and angles.
     pub figures: QuadFigures,
     /// Whether the edges are shorter than requested, because other quads would have crossed faces or lost a part.
@@ -188,7 +192,14 @@ fn remeshed(
                 QuadLayer {
                     name,
                     faces_before,
-                    outcome: Ok(Remeshed { places, figures: quads.figures(), is_finer: attempt > 0, farthest }),
+                    outcome: Ok(Remeshed {
+                        places,
+                        vertices_before: layer.mesh.vertex_count(),
+                        faces_before: layer.mesh.faces().clone(),
+                        figures: quads.figures(),
+                        is_finer: attempt > 0,
+                        farthest,
+                    }),
                 },
             )
         }

@@ -68,12 +68,21 @@ impl Session {
             let step = if rank == 0 { steps.first() } else { steps.iter().find(|posed| posed.step.name == layer.name) };
             let Some(scanned) = step.and_then(|posed| Scanned::of(posed, rank)) else { continue };
             let quads = quads.get(rank);
-            let faces = quads.map_or(layer.mesh.face_count(), |quads| quads.faces_before);
-            if scanned.surface.face_count() != faces {
+            let remeshed = quads.and_then(|quads| quads.outcome.as_ref().ok());
+            let (vertices, faces) = match remeshed {
+                None => (layer.mesh.vertex_count(), layer.mesh.faces()),
+                Some(remeshed) => (remeshed.vertices_before, &remeshed.faces_before),
+            };
+            if scanned.surface.vertex_count() != vertices {
                 continue;
             }
+            // Layers put on later may have taken crumpled parts from it.
+            let scanned = match scanned.surface.faces() == faces {
+                true => scanned,
+                false => Scanned { surface: scanned.surface.with_faces(faces.clone()), uvs: None, ..scanned },
+            };
             let (is_seen, colors) = (layer.is_seen.clone(), layer.colors.clone());
-            let scanned = match quads.and_then(|quads| quads.outcome.as_ref().ok()) {
+            let scanned = match remeshed {
                 None => scanned,
                 Some(remeshed) => Scanned {
                     surface: remeshed.in_pose_of(&scanned.surface, &layer.mesh),
