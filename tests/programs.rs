@@ -172,3 +172,16 @@ fn what_a_format_cannot_hold_is_refused_and_nothing_is_written() {
         assert!(left.is_empty(), "{name}: {left:?}");
     }
 }
+
+#[test]
+fn files_of_two_formats_keep_their_pictures_apart_and_every_coloured_layer_has_one() {
+    let out = tempfile::tempdir().unwrap();
+    for name in ["a.usdc", "a.obj", "a.gltf"] {
+        let target = out.path().join(name).display().to_string();
+        overcoat_ok(&demo().session, &["export", &target, "--texture", "1k"]);
+    }
+    for folder in ["a_usdc_textures", "a_obj_textures", "a_gltf_textures"] {
+        // Also of layers from which others have taken crumpled parts.
+        assert_eq!(std::fs::read_dir(out.path().join(folder)).unwrap().count(), 5, "{folder}");
+    }
+}

@@ -33,7 +33,7 @@ pub(super) struct ExportArgs {
     /// Remove what other layers cover in every pose, except for a margin of 20 mm, so that it does not poke through them
     #[arg(long, conflicts_with_all = ["scan", "stage", "sequence"])]
     hide_covered: bool,
-    /// The most joints that move a vertex of the .glb: 8 keep cloth in armpits smooth, but some programs read only 4
+    /// The most joints that move a vertex of a .glb, .gltf or USD file: with 4, which every program reads, cloth at shoulders and hips may lie up to 2 cm from where 8 put it
     #[arg(long, value_name = "4|8", default_value = "4", value_parser = ["4", "8"], conflicts_with_all = ["scan", "stage", "sequence"])]
     influences: String,
     /// Quads that follow the cloth instead of triangles, about so many in all; by default as fine as the triangles

@@ -65,7 +65,7 @@ impl Format for Gltf {
     fn encode(&self, figure: &Figure, options: &CharacterOptions) -> Result<Encoded, ExportError> {
         // Neither name needs to be quoted in a URI then.
         let stem = usd_names([options.stem.as_deref().unwrap_or("figure")]).concat();
-        let glb = GlbWriter::with_pictures_in(&format!("{stem}_textures"));
+        let glb = GlbWriter::with_pictures_in(&format!("{stem}_gltf_textures"));
         let built = build(glb, figure, options)?;
         let bin_name = format!("{stem}.bin");
         let roots = built.roots();

@@ -1,9 +1,10 @@
 //! Writes the figure's surfaces as OBJ: one object per layer, with materials and pictures beside it.
 
 use super::arguments::check_character;
-use super::encoded::{Companion, Encoded};
+use super::encoded::{Check, Companion, Encoded};
 use super::error::ExportError;
 use super::format::{CharacterOptions, Format, FormatOption};
+use super::lint;
 use super::palette::color_of_rank;
 use super::pictures::pictures_of;
 use super::polygons::polygons;
@@ -67,13 +68,23 @@ impl Format for Obj {
             let [r, g, b] = usual.map(|byte| f32::from(byte) / 255.0);
             _ = writeln!(mtl, "newmtl {name}\nKd {r:.4} {g:.4} {b:.4}\nKs 0 0 0");
             if let Some(bytes) = picture {
-                let path = format!("{stem}_textures/{name}.png");
+                let path = format!("{stem}_obj_textures/{name}.png");
                 _ = writeln!(mtl, "map_Kd {path}");
                 companions.push(Companion { path, bytes });
             }
         }
         companions.push(Companion { path: format!("{stem}.mtl"), bytes: mtl.into_bytes() });
-        Ok(Encoded { bytes: obj.into_bytes(), companions, checks: Vec::new() })
+        let written = || figure.layers.iter().filter(|layer| options.has_layer(&layer.name));
+        let mut checks = vec![Check::new(
+            "names: present, no two equal",
+            lint::names("object", written().map(|layer| Some(layer.name.as_str()))),
+        )];
+        if written().any(|layer| layer.name == "body") {
+            let points = written().flat_map(|layer| layer.mesh.points().iter()).map(|p| [p.x, p.y, p.z]);
+            let joint = |name: &str| Some(figure.skeleton.joints_in_bind[figure.skeleton.find_name(name)?.index()]);
+            checks.push(Check::new(lint::SIZE, lint::size(points, true, &joint)));
+        }
+        Ok(Encoded { bytes: obj.into_bytes(), companions, checks })
     }
 }
 

@@ -47,7 +47,11 @@ impl Format for Usd {
 
     fn encode(&self, figure: &Figure, options: &CharacterOptions) -> Result<Encoded, ExportError> {
         let stem = stem_of(options);
-        let folder = if matches!(self, Self::Package) { "textures".into() } else { format!("{stem}_textures") };
+        let folder = if matches!(self, Self::Package) {
+            "textures".into()
+        } else {
+            format!("{stem}_{}_textures", self.extension())
+        };
         let (layer, companions) = layer_of(figure, options, &folder)?;
         let checks = lint_usd(&layer, &companions, options.stands());
         match self {

@@ -3,7 +3,7 @@
 use super::maps::maps;
 use super::size::size;
 use super::springs::springs;
-use super::{first_of, names};
+use super::{SIZE, first_of, names};
 use crate::export::encoded::{Check, Companion};
 use nalgebra::{Isometry3, Matrix4, Point3, Quaternion, Translation3, UnitQuaternion};
 use serde_json::Value;
@@ -62,7 +62,7 @@ fn lint(json: &[u8], bin: &[u8], pictures: &[Companion], stands: bool) -> Vec<Ch
         let points = surfaces.iter().flat_map(|surface| surface.rows("POSITION"));
         let points = points.map(|row| [row[0], row[1], row[2]]);
         let found = size(points, stands, &|name| file.bound_joint(name));
-        checks.push(Check::new("size: metres, +Y up, facing +Z, soles on the floor", found));
+        checks.push(Check::new(SIZE, found));
     }
     if let Some(extension) = json["extensions"].get("VRMC_springBone") {
         checks.push(Check::new("springs: chains along the tree, colliders in use", springs(extension, &file.parents)));

@@ -9,10 +9,14 @@ mod tests;
 mod usd_scene;
 
 pub(super) use gltf_file::{lint_glb, lint_gltf};
+pub(super) use size::size;
 pub(super) use usd_scene::lint_usd;
 
+/// What [`size`] checks.
+pub(super) const SIZE: &str = "size: metres, +Y up, facing +Z, soles on the floor";
+
 /// Names that are missing, or equal but for case.
-fn names<'a>(kind: &str, names: impl IntoIterator<Item = Option<&'a str>>) -> Vec<String> {
+pub(super) fn names<'a>(kind: &str, names: impl IntoIterator<Item = Option<&'a str>>) -> Vec<String> {
     let mut taken = std::collections::BTreeSet::new();
     let mut faults = Vec::new();
     for (index, name) in names.into_iter().enumerate() {

@@ -10,7 +10,7 @@ const FLOOR: f64 = 0.01;
 
 /// What is wrong with the size and the place of a figure. `joints` finds the place of a joint in the bind pose by its name; where the figure
 /// `stands`, its soles are on the floor.
-pub(super) fn size(
+pub(in crate::export) fn size(
     points: impl IntoIterator<Item = [f64; 3]>,
     stands: bool,
     joints: &dyn Fn(&str) -> Option<Point3<f64>>,

@@ -1,8 +1,8 @@
 //! USD, as the tree of prims that is written.
 
 use super::maps::maps;
-use super::names;
 use super::size::size;
+use super::{SIZE, names};
 use crate::export::encoded::{Check, Companion};
 use crate::formats::{UsdInterpolation, UsdLayer, UsdPrim, UsdValue};
 use nalgebra::{Matrix4, Point3};
@@ -46,7 +46,7 @@ pub(in crate::export) fn lint_usd(layer: &UsdLayer, pictures: &[Companion], stan
         if layer.meters_per_unit != 1.0 {
             faults.push(format!("a unit is {} m", layer.meters_per_unit));
         }
-        checks.push(Check::new("size: metres, +Y up, facing +Z, soles on the floor", faults));
+        checks.push(Check::new(SIZE, faults));
     }
     checks
 }
