@@ -25,7 +25,7 @@ pub(super) fn json_in_script(value: &serde_json::Value) -> String {
 
 /// A table with a head; cells are HTML already, and the first of each row heads it.
 pub(super) fn table(head: &[&str], rows: &[Vec<String>]) -> String {
-    let mut html = String::from("<div class=\"wide\"><table><thead><tr>");
+    let mut html = String::from("<div class=\"wide\" tabindex=\"0\"><table><thead><tr>");
     html.extend(head.iter().map(|cell| format!("<th scope=\"col\">{cell}</th>")));
     html.push_str("</tr></thead><tbody>");
     for row in rows {

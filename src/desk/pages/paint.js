@@ -24,7 +24,6 @@ const choice = (/** @type {string} */ id) => /** @type {HTMLSelectElement} */ (e
 const chosen = (/** @type {string} */ name) => /** @type {HTMLInputElement} */ (document.querySelector(`input[name=${name}]:checked`)).value;
 
 const query = new URLSearchParams(location.search);
-const sessionName = document.title.replace(/: paint$/, "");
 
 /** Bits as the server packs them. @param {string} text @param {number} count */
 function bitsOf(text, count) {
@@ -47,7 +46,7 @@ class Easel {
     this.cursor = null;
     /** @type {any[]} */
     this.hemLines = [];
-    this.outbox = new Outbox(query.get("token") ?? "", `overcoat-paint-${sessionName}`, {
+    this.outbox = new Outbox(query.get("token") ?? "", `overcoat-paint-${document.body.dataset.session}`, {
       sent: (message, answer) => this.sent(message, answer),
       refused: (message, error) => this.refused(message, error),
       state: (text, isBad) => this.say(text, isBad),

@@ -96,6 +96,8 @@ export class Viewer {
     this.listen();
     new ResizeObserver(() => this.draw()).observe(canvas);
     canvas.addEventListener("webglcontextlost", (e) => e.preventDefault());
+    // All buffers are gone; the page makes them again. Strokes that were not sent are kept.
+    canvas.addEventListener("webglcontextrestored", () => location.reload());
   }
 
   aspect() {

@@ -8,7 +8,7 @@ use crate::cut::Garment;
 use crate::desk::error::DeskError;
 use crate::geometry::PerVertex;
 use crate::segment::Stroke;
-use crate::session::{JournalLook, Memory, Session, SessionError, ToPaint, Writer};
+use crate::session::{ContentHash, JournalLook, Memory, Session, SessionError, ToPaint, Writer};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -67,6 +67,12 @@ impl Drop for Waiting<'_> {
 }
 
 impl Easel {
+    /// The session's place, as a word: strokes that a browser keeps belong to it.
+    pub fn id(&self) -> String {
+        let absolute = self.dir.canonicalize().unwrap_or_else(|_| self.dir.clone());
+        ContentHash::of(absolute.as_os_str().as_encoded_bytes()).short()
+    }
+
     /// Opens the session and lists its layers.
     pub fn begin(dir: &Path) -> Result<Self, DeskError> {
         let session = Session::open(dir)?;

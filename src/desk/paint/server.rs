@@ -19,6 +19,8 @@ use tiny_http::{Header, Method, Request, Response, Server};
 const LARGEST_BODY: usize = 1 << 20;
 /// Requests that are answered at the same time: two pages, each with a stroke and a look for news.
 const THREADS: usize = 4;
+/// The status of requests from another page or without the token.
+const FORBIDDEN: u16 = 403;
 /// How soon the server notices that it is to end.
 const POLL: Duration = Duration::from_millis(100);
 /// The header that proves that the sender is the page.
@@ -130,8 +132,15 @@ impl Painting {
                 response.add_header(header);
             }
         }
+        let is_of_stranger = answer.status == FORBIDDEN;
         // Who is gone needs no answer.
-        let _ = request.respond(response);
+        let respond = move || drop(request.respond(response));
+        if is_of_stranger {
+            // It reads what the sender has still to send, however slowly that comes; nobody else waits for it.
+            std::thread::spawn(respond);
+        } else {
+            respond();
+        }
     }
 
     fn answer(&self, request: &mut Request) -> Result<Answer, Refusal> {
@@ -142,7 +151,7 @@ impl Painting {
             (Method::Get, "/") => {
                 self.check_token(value_in(query, "token").as_deref())?;
                 let title = escaped(&locked(&self.easel.news).session);
-                return Ok(Answer::page(200, PAGE.replace("{{TITLE}}", &title)));
+                return Ok(Answer::page(200, PAGE.replace("{{ID}}", &self.easel.id()).replace("{{TITLE}}", &title)));
             }
             (Method::Get, "/paint.js") => {
                 let kind = "text/javascript; charset=utf-8";
@@ -174,7 +183,7 @@ impl Painting {
     /// Refuses other pages: those of another origin, and those that reach this machine under another name.
     fn check_sender(&self, request: &Request) -> Result<(), Refusal> {
         let own = ["127.0.0.1", "localhost"].map(|host| format!("{host}:{}", self.port));
-        let stranger = |what: &str| Err(Refusal::new(403, Kind::Stranger, what));
+        let stranger = |what: &str| Err(Refusal::new(FORBIDDEN, Kind::Stranger, what));
         match header(request, "Host") {
             Some(host) if own.contains(&host) => {}
             _ => return stranger("this server only answers to its own address, as `overcoat paint` prints it"),
@@ -191,7 +200,7 @@ impl Painting {
         match token == Some(self.token.as_str()) {
             true => Ok(()),
             false => Err(Refusal::new(
-                403,
+                FORBIDDEN,
                 Kind::Stranger,
                 "this address is not, or no longer, valid: open the one that `overcoat paint` has printed last",
             )),
