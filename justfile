@@ -117,6 +117,15 @@ check-blender FOLDER:
     target/release/overcoat -C {{FOLDER}} export target/blender/figure.glb --for blender --force
     blender --background --python-exit-code 1 --python-expr 'import numpy; numpy.bool = bool' --python target/blender/figure.blender.py -- --fbx target/blender/figure.fbx
 
+# The figure of the session in FOLDER, imported by Debian's godot3-server
+check-godot FOLDER:
+    cargo build --release --no-default-features --bin overcoat
+    rm -rf target/godot && mkdir -p target/godot
+    target/release/overcoat -C {{FOLDER}} export target/godot/figure.glb --force
+    printf 'config_version=4\n[application]\nconfig/name="check"\n' > target/godot/project.godot
+    godot3-server --editor --quit --path target/godot
+    godot3-server --path target/godot -s $PWD/benches/peers/godot.gd
+
 # Whether synthetic scans are as hard as foreign ones, and trivial methods fail on them
 realism:
     cargo test --release --no-default-features --test integration -- realism:: --nocapture
