@@ -36,10 +36,13 @@ pub(in crate::session) struct Staged {
 
 /// Writes a file beside its place, where it appears later: of files that belong together none appears before all are whole.
 pub(in crate::session) fn stage_whole(path: &Path, bytes: &[u8]) -> Result<Staged, SessionError> {
+    stage(path, |file| file.write_all(bytes).map_err(|e| SessionError::writing(path, e)))
+}
+
+fn stage(path: &Path, write: impl FnOnce(&mut File) -> Result<(), SessionError>) -> Result<Staged, SessionError> {
     let io = |e| SessionError::writing(path, e);
     let mut file = new_file(&folder_of(path)).map_err(io)?;
-    // Not through the temporary file, whose errors name its own path.
-    file.as_file_mut().write_all(bytes).map_err(io)?;
+    write(file.as_file_mut())?;
     file.as_file().sync_all().map_err(io)?;
     Ok(Staged { file, path: path.to_path_buf() })
 }
@@ -47,9 +50,14 @@ pub(in crate::session) fn stage_whole(path: &Path, bytes: &[u8]) -> Result<Stage
 impl Staged {
     /// Puts the file at its place.
     pub fn appear(self) -> Result<(), SessionError> {
-        let io = |e| SessionError::writing(&self.path, e);
-        self.file.persist(&self.path).map_err(|e| io(e.error))?;
-        sync_folder(&folder_of(&self.path))
+        let folder = folder_of(&self.path);
+        self.appear_unsynced()?;
+        sync_folder(&folder)
+    }
+
+    fn appear_unsynced(self) -> Result<(), SessionError> {
+        let Self { file, path } = self;
+        file.persist(&path).map(drop).map_err(|e| SessionError::writing(&path, e.error))
     }
 }
 
@@ -119,11 +127,7 @@ pub(in crate::session) fn place(
     path: &Path,
     write: impl FnOnce(&mut File) -> Result<(), SessionError>,
 ) -> Result<(), SessionError> {
-    let io = |e| SessionError::writing(path, e);
-    let mut file = new_file(&folder_of(path)).map_err(io)?;
-    write(file.as_file_mut())?;
-    file.as_file().sync_all().map_err(io)?;
-    file.persist(path).map(drop).map_err(|e| io(e.error))
+    stage(path, write)?.appear_unsynced()
 }
 
 /// Adds one line to the end of `path`, and syncs. An unfinished last line is cut off first.
