@@ -23,7 +23,7 @@ pub(super) fn names<'a>(kind: &str, names: impl IntoIterator<Item = Option<&'a s
         match name.map(str::trim) {
             None | Some("") => faults.push(format!("{kind} {index} has no name")),
             Some(name) if !taken.insert(name.to_lowercase()) => {
-                faults.push(format!("two {kind}s are called '{name}', but for case"));
+                faults.push(format!("two names of kind {kind} are equal but for case: '{name}'"));
             }
             Some(_) => {}
         }

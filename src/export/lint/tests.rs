@@ -60,7 +60,9 @@ fn a_sound_file_has_one_fault_of_its_figure_and_what_is_made_wrong_is_found() {
     assert!(found.len() == 1 && found[0].contains("the head is not above the hips"), "{found:#?}");
     type Fault = (&'static str, fn(&mut Value, &mut Vec<u8>));
     let made: [Fault; 11] = [
-        ("two meshs are called 'sleeve'", |json, _| json["meshes"][0]["name"] = json!("Sleeve")),
+        ("two names of kind mesh are equal but for case: 'sleeve'", |json, _| {
+            json["meshes"][0]["name"] = json!("Sleeve")
+        }),
         ("is not at the scene's root", |json, _| {
             let nodes = json["nodes"].as_array_mut().unwrap();
             nodes.iter_mut().find(|node| node.get("mesh").is_some()).unwrap()["scale"] = json!([1, 1, 1]);
@@ -171,7 +173,7 @@ fn prims_that_usd_would_not_use_are_found() {
             mesh.attribute("primvars:st:indices", UsdValue::Ints(vec![0, 0]));
         }),
         ("x.png, which does not exist", |_, mesh| mesh.attribute("inputs:file", UsdValue::Asset("x.png".into()))),
-        ("two prims are called 'Body'", |_, mesh| {
+        ("two names of kind prim are equal but for case: 'Body'", |_, mesh| {
             *mesh = {
                 let mut both = mesh.clone();
                 for name in ["body", "Body"] {
