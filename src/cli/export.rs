@@ -211,7 +211,7 @@ fn quads_json(layer: &QuadLayer) -> Value {
         Err(reason) => json!({ "layer": layer.name, "keeps_triangles": reason }),
         Ok(remeshed) => json!({
             "layer": layer.name,
-            "triangles_before": layer.faces_before,
+            "triangles_before": layer.triangles_before,
             "quads": remeshed.figures.quads,
             "singular_vertices": remeshed.figures.singular_vertices,
             "poor_quads": remeshed.figures.poor_quads,

@@ -45,8 +45,8 @@ pub struct QuadFigure {
 pub struct QuadLayer {
     /// The layer's name.
     pub name: String,
-    /// The faces that it had.
-    pub faces_before: usize,
+    /// How many triangles it had.
+    pub triangles_before: usize,
     /// Its quads, or one sentence why it keeps its triangles.
     pub outcome: Result<Remeshed, String>,
 }
@@ -156,7 +156,7 @@ fn remeshed(
     edge_length: f64,
     attempt: usize,
 ) -> (Layer, QuadLayer) {
-    let (name, faces_before) = (layer.name.clone(), layer.mesh.face_count());
+    let (name, triangles_before) = (layer.name.clone(), layer.mesh.face_count());
     let angle = |quads: &QuadMesh| quads.figures().smallest_angle_deg;
     let of_length = |edge_length: f64| {
         let halves = mirror.map(|mirror| mirrored_quad_mesh(&layer.mesh, mirror, edge_length)).transpose()?;
@@ -173,7 +173,7 @@ fn remeshed(
         }
     }
     match best {
-        Err(error) => (layer.clone(), QuadLayer { name, faces_before, outcome: Err(error.to_string()) }),
+        Err(error) => (layer.clone(), QuadLayer { name, triangles_before, outcome: Err(error.to_string()) }),
         Ok(quads) => {
             let mesh = quads.triangles();
             let index = SurfaceIndex::prepare(&layer.mesh);
@@ -191,7 +191,7 @@ fn remeshed(
                 carried,
                 QuadLayer {
                     name,
-                    faces_before,
+                    triangles_before,
                     outcome: Ok(Remeshed {
                         places,
                         vertices_before: layer.mesh.vertex_count(),

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 /// The request for an export.
 #[derive(Clone, Debug, Default)]
 pub struct ExportRequest {
-    /// A file ending in `.glb`, or a folder.
+    /// A file in a format of figures, an `.npz` of poses, or a folder.
     pub target: PathBuf,
     /// Export the pose of this step's scan, in the frame and unit of its file; `None` exports the bind pose.
     pub at: Option<String>,
