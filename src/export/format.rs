@@ -123,9 +123,9 @@ pub struct CharacterOptions {
 }
 
 impl CharacterOptions {
-    /// Whether the figure is in its bind pose, soles on the floor.
+    /// Whether the file holds the whole figure in its bind pose, soles on the floor: those of a body alone hover inside its shoes.
     pub fn stands(&self) -> bool {
-        self.pose.is_none()
+        self.pose.is_none() && self.layers.is_none()
     }
 
     /// Whether the file holds a layer of that name.

@@ -82,7 +82,7 @@ impl Format for Obj {
         if written().any(|layer| layer.name == "body") {
             let points = written().flat_map(|layer| layer.mesh.points().iter()).map(|p| [p.x, p.y, p.z]);
             let joint = |name: &str| Some(figure.skeleton.joints_in_bind[figure.skeleton.find_name(name)?.index()]);
-            checks.push(Check::new(lint::SIZE, lint::size(points, true, &joint)));
+            checks.push(Check::new(lint::SIZE, lint::size(points, options.stands(), &joint)));
         }
         Ok(Encoded { bytes: obj.into_bytes(), companions, checks })
     }
