@@ -70,7 +70,17 @@ fn what_a_built_session_says() {
     copy_folder(&demo().session, &session);
     check(
         "look",
-        &said(&session, &[&["status"], &["step", "list"], &["log"], &["fsck"], &["templates"], &["body", "show"]]),
+        &said(
+            &session,
+            &[
+                &["status"],
+                &["step", "list"],
+                &["log"],
+                &["fsck"],
+                &["templates"],
+                &["body", "show", "--sheet", "body.png"],
+            ],
+        ),
     );
     check(
         "results",
