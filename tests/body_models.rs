@@ -271,3 +271,28 @@ fn generator_reproduces_the_shipped_file() {
     let shipped = include_bytes!("../templates/body/adult.npz");
     assert!(bytes == shipped, "run the example build_body_model and commit templates/body/adult.npz");
 }
+
+#[test]
+fn an_export_that_the_licence_of_the_body_model_forbids_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let dir = folder.path();
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/templates/body/adult.npz");
+    overcoat_ok(
+        dir,
+        &["body", "import", model, "--out", "strict.npz", "--license", "research only", "--forbid-export", "vrm,.glb"],
+    );
+    // What is forbidden stays so in a model that is made from it.
+    overcoat_ok(dir, &["body", "import", "strict.npz", "--out", "again.npz"]);
+    overcoat_ok(dir, &["new", "me", "--body", "again.npz"]);
+    let session = dir.join("me");
+    for target in ["avatar.vrm", "figure.GLB"] {
+        let answer = overcoat(&session, &["export", target]);
+        assert_eq!(answer.code, 1, "{answer:?}");
+        let errors = &answer.stderr;
+        assert!(errors.contains("again.npz") && errors.contains("(research only) forbids"), "{errors}");
+        assert!(!session.join(target).exists());
+    }
+    // Nothing is built yet, which is another matter.
+    let answer = overcoat(&session, &["export", "figure.obj"]);
+    assert!(!answer.stderr.contains("forbids"), "{answer:?}");
+}

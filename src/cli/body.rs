@@ -83,6 +83,12 @@ struct ImportArgs {
     /// Number of components kept
     #[arg(long, value_name = "K")]
     components: Option<usize>,
+    /// The model's licence, its name or text: exported files state it
+    #[arg(long, value_name = "TEXT")]
+    license: Option<String>,
+    /// What its licence forbids: exports with these extensions, or all
+    #[arg(long, value_name = "EXT,…", value_delimiter = ',')]
+    forbid_export: Vec<String>,
     /// Replace files that exist
     #[arg(long)]
     force: bool,
@@ -225,10 +231,12 @@ fn import(args: ImportArgs, context: &Context) -> anyhow::Result<Done> {
         components: args.components.unwrap_or(defaults.components),
     };
     let mut progress = Progress::of_one_stage(&context.console);
-    let imported = import_body(&args.input, &params, &mut |step| {
+    let mut imported = import_body(&args.input, &params, &mut |step| {
         progress.describe(format!("{} {} of {}", step.doing, step.done, step.total));
     })?;
     progress.end();
+    imported.license.name = args.license.or(imported.license.name);
+    imported.license.forbids.extend(args.forbid_export);
     imported.write(&args.out, &mut outputs)?;
     let model = &imported.model;
     let json = json!({
@@ -237,6 +245,8 @@ fn import(args: ImportArgs, context: &Context) -> anyhow::Result<Done> {
         "vertices": model.template.vertex_count(),
         "joints": model.skeleton.len(),
         "components": model.component_count(),
+        "license": imported.license.name,
+        "forbidden_exports": imported.license.forbids,
         "findings": imported.findings,
         "secs": began.elapsed().as_secs_f64(),
     });

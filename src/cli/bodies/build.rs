@@ -1,7 +1,7 @@
 //! Builds a body model from the files of many bodies: meshes of one topology, or scans.
 
 use super::error::BodiesError;
-use crate::body::BodyModel;
+use crate::body::{BodyModel, ModelLicense};
 use crate::formats::{FormatError, MeshKind, NpzCompression, read_npz, write_npz};
 use crate::geometry::{Point, VertexId};
 use crate::session::{Content, Outputs, read_body_model, read_input, read_mesh_file};
@@ -27,6 +27,8 @@ pub struct BuildBody {
 pub struct BuiltBody {
     /// The model and its measures.
     pub trained: Trained,
+    /// That of the template.
+    license: ModelLicense,
     /// The assumptions, one sentence each.
     pub findings: Vec<String>,
 }
@@ -36,6 +38,7 @@ pub struct BuiltBody {
 /// **Errors** if a file cannot be read, there is no body, or no model can be trained on them.
 pub fn build_body(request: &BuildBody, on_step: &mut dyn FnMut(&TrainingProgress)) -> Result<BuiltBody, BodiesError> {
     let template = read_body_model(request.template.as_deref())?;
+    let license = request.template.as_deref().map(license_of).transpose()?.unwrap_or_default();
     let mut inputs = TrainInputs::default();
     for path in files(&request.inputs)? {
         read_bodies(&path, &mut inputs)?;
@@ -45,19 +48,30 @@ pub fn build_body(request: &BuildBody, on_step: &mut dyn FnMut(&TrainingProgress
     }
     let (trained, findings) = build_model(inputs, &template, &request.params, on_step)
         .map_err(|e| BodiesError::bad_source(&common_name(&request.inputs), e))?;
-    Ok(BuiltBody { trained, findings })
+    Ok(BuiltBody { trained, license, findings })
 }
 
 impl BuiltBody {
     /// Writes the model atomically.
     pub fn write(&self, path: &Path, outputs: &mut Outputs) -> Result<(), BodiesError> {
-        write_model(&self.trained.model, path, outputs)
+        write_model(&self.trained.model, &self.license, path, outputs)
     }
 }
 
+/// The licence that a model's file states.
+pub(super) fn license_of(path: &Path) -> Result<ModelLicense, BodiesError> {
+    ModelLicense::read(Cursor::new(read_input(path)?)).map_err(|e| BodiesError::bad_source(path, e))
+}
+
 /// Writes a model as an `.npz` in the SMPL layout.
-pub(super) fn write_model(model: &BodyModel, path: &Path, outputs: &mut Outputs) -> Result<(), BodiesError> {
-    let npz = model.to_npz().map_err(|e| BodiesError::bad_source(path, e))?;
+pub(super) fn write_model(
+    model: &BodyModel,
+    license: &ModelLicense,
+    path: &Path,
+    outputs: &mut Outputs,
+) -> Result<(), BodiesError> {
+    let mut npz = model.to_npz().map_err(|e| BodiesError::bad_source(path, e))?;
+    license.insert(&mut npz);
     let mut bytes = Vec::new();
     write_npz(&npz, NpzCompression::Deflated, &mut Cursor::new(&mut bytes))
         .map_err(|e| BodiesError::bad_source(path, e))?;

@@ -1,8 +1,8 @@
 //! Imports body models of other makers into our layout.
 
-use super::build::write_model;
+use super::build::{license_of, write_model};
 use super::error::BodiesError;
-use crate::body::BodyModel;
+use crate::body::{BodyModel, ModelLicense};
 use crate::session::{Outputs, read_body_model, read_input};
 use crate::train::{MakeHumanFiles, MakeHumanParams, TrainingProgress, import_makehuman};
 use flate2::read::GzDecoder;
@@ -13,6 +13,8 @@ use std::path::Path;
 pub struct ImportedBody {
     /// The model.
     pub model: BodyModel,
+    /// What its file states of its licence.
+    pub license: ModelLicense,
     /// Its maker.
     pub maker: &'static str,
     /// The assumptions, one sentence each.
@@ -31,7 +33,7 @@ pub fn import_body(
         let corrective = if model.weights.pose_dirs().is_some() { ", corrective offsets by pose" } else { "" };
         let findings =
             vec![format!("{} shape components{corrective}; four weights a vertex are kept", model.component_count())];
-        return Ok(ImportedBody { model, maker: "SMPL family", findings });
+        return Ok(ImportedBody { model, license: license_of(path)?, maker: "SMPL family", findings });
     }
     let files = makehuman_files(path)?;
     let targets = files.targets.len();
@@ -45,13 +47,13 @@ pub fn import_body(
         "the targets say nothing of stature, so bodies are scaled by 3.9 % (one deviation of adults of one sex)".into(),
         "finger bones move with the hand, twist bones with the bone that they belong to".into(),
     ];
-    Ok(ImportedBody { model: trained.model, maker: "MakeHuman", findings })
+    Ok(ImportedBody { model: trained.model, license: ModelLicense::default(), maker: "MakeHuman", findings })
 }
 
 impl ImportedBody {
     /// Writes the model atomically.
     pub fn write(&self, path: &Path, outputs: &mut Outputs) -> Result<(), BodiesError> {
-        write_model(&self.model, path, outputs)
+        write_model(&self.model, &self.license, path, outputs)
     }
 }
 

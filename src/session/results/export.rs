@@ -35,6 +35,7 @@ impl Session {
         }
         let is_folder = request.target.is_dir() || ends_with_slash(&request.target);
         let extension = request.target.extension().map(|e| e.to_string_lossy().into_owned());
+        self.check_license(extension.as_deref().filter(|_| !is_folder).unwrap_or("ply"))?;
         let exported = match extension.as_deref() {
             Some(extension) if !is_folder => match format_of(extension) {
                 Some(format) => self.export_file(request, format, outputs, on_texture),
@@ -77,6 +78,20 @@ impl Session {
             outputs.notice(format!("'{layer}' is covered everywhere in every pose; nothing of it was removed"));
         }
         Ok(exported)
+    }
+
+    /// **Errors** if the licence of the body model forbids such files.
+    fn check_license(&self, extension: &str) -> Result<(), SessionError> {
+        let license = self.model_license()?;
+        if license.allows(extension) {
+            return Ok(());
+        }
+        let name = license.name.map(|name| format!(" ({name})")).unwrap_or_default();
+        let model = self.recipe.body.as_ref().map_or("", |body| body.file.as_str());
+        Err(SessionError::BadRequest {
+            what: format!("the licence of the body model '{model}'{name} forbids to export .{extension}"),
+            hint: "name a file of another format, or replay the recipe with another body model".into(),
+        })
     }
 
     /// The requested files, by their names in the folder, what was removed of each layer, and what became of it.

@@ -61,7 +61,9 @@ impl Session {
             }
         };
         let pose = request.at.as_ref().map(|_| last.pose.clone());
-        let provenance = steps.iter().map(origin).collect();
+        let license = self.model_license()?.name.unwrap_or_else(|| "not stated".into());
+        let license = ("licence of the body model".to_string(), license);
+        let provenance = steps.iter().map(origin).chain([license]).collect();
         let mut animations = if request.at.is_none() { self.animations_in_file(outputs)? } else { Vec::new() };
         if let Some(name) = &request.bake_cloth {
             let baked = self.baked_cloth(name.as_deref(), &figure)?;

@@ -1,6 +1,6 @@
 //! Files and body models among the inputs of a stage.
 
-use crate::body::{BodyModel, EMBEDDED_MODEL_FILE, Figure, StoredFigure};
+use crate::body::{BodyModel, EMBEDDED_MODEL_FILE, Figure, ModelLicense, StoredFigure};
 use crate::formats::RawMesh;
 use crate::session::error::SessionError;
 use crate::session::open::{Input, ScanInput, Session, parse_body_model, read_body_model};
@@ -86,6 +86,15 @@ impl ModelInput {
         }
     }
 
+    /// The licence of the body model.
+    pub fn license(&self, store: &Store) -> Result<ModelLicense, SessionError> {
+        match self {
+            Self::Embedded(_) => Ok(ModelLicense::of_embedded_model()),
+            Self::File(file) => ModelLicense::read(std::io::Cursor::new(file.bytes(store)?))
+                .map_err(|e| SessionError::bad_source(file.path(), e)),
+        }
+    }
+
     /// Loads a figure, with the corrective offsets of the body model.
     pub fn figure(&self, store: &Store, kept: Kept<Figure>) -> Result<Figure, SessionError> {
         let stored = store.load(Kept::<StoredFigure>::named(kept.hash))?;
@@ -108,6 +117,11 @@ impl Session {
     /// Loads the body model.
     pub(in crate::session) fn body_model(&self) -> Result<BodyModel, SessionError> {
         ModelInput::of(self).load(&self.store)
+    }
+
+    /// The licence of the body model.
+    pub(in crate::session) fn model_license(&self) -> Result<ModelLicense, SessionError> {
+        ModelInput::of(self).license(&self.store)
     }
 
     /// Loads a figure, with the corrective offsets of the body model.
