@@ -98,6 +98,19 @@ fn no_frame_has_a_crossing_where_skinning_alone_has_many() {
 }
 
 #[test]
+fn a_figure_carried_into_a_pose_crosses_nothing_and_arrives() {
+    let (figure, track) = (arm(&[0.053, 0.057]), bend(110.0));
+    let arrived = figure.posed(&track.poses[15]);
+    let carried = super::carried(&figure, &track.poses[15]).unwrap();
+    assert_eq!(crossings(&carried), 0);
+    for (layer, mesh) in carried.iter().zip(&arrived) {
+        assert_eq!(layer.faces(), mesh.faces());
+        let tip = AROUND * ALONG - 1;
+        assert!((layer.points().0[tip] - mesh.points().0[tip]).norm() < 0.02);
+    }
+}
+
+#[test]
 fn one_thread_and_four_make_the_same_bytes() {
     let (figure, track) = (arm(&[0.053, 0.057]), bend(60.0));
     let with = |threads: usize| {

@@ -7,6 +7,7 @@
 //! skinning afterwards, and mass–spring cloth. So may a draft, which is fast enough to watch while the figure moves
 //! ([`LiveCloth`]).
 
+mod carried;
 mod cloth_params;
 mod cloth_report;
 mod cloth_track;
@@ -32,6 +33,7 @@ mod simulate;
 mod skin_step;
 mod springs;
 
+pub use carried::carried;
 pub use cloth_params::ClothParams;
 pub use cloth_report::ClothReport;
 pub use cloth_track::ClothTrack;

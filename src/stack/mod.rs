@@ -32,7 +32,7 @@ pub use params::{StackMethod, StackParams};
 pub use places::{CrossingPlace, crossing_places};
 pub use press::{PressParams, PressReport, press};
 pub use report::{LayerReport, StackReport};
-pub use repose::{Reposed, reposed};
+pub use repose::{Reposed, reposed, reposed_as};
 
 use crate::body::{Figure, Layer, Limb};
 use crate::geometry::{PerVertex, Point, TriMesh};

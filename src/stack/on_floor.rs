@@ -24,18 +24,27 @@ pub fn on_floor(figure: Figure) -> Result<Figure, StackError> {
         return Ok(figure);
     }
     let before = crossing_pairs(&figure)?;
-    let mut best: Option<(usize, Figure)> = None;
-    for trial in 0..TRIALS {
-        let raised = figure.raised(NEXT * trial as f64 - sole);
-        let crossing = crossing_pairs(&raised)?;
-        if best.as_ref().is_none_or(|(least, _)| crossing < *least) {
-            best = Some((crossing, raised));
-        }
-        if best.as_ref().is_some_and(|(least, _)| *least <= before) {
+    Ok(raised_free(&figure, -sole, before)?.1)
+}
+
+/// The figure raised by `by` or a little more, so that no more than `most` pairs of faces cross where there is such a height, and
+/// how many do.
+pub(super) fn raised_free(figure: &Figure, by: f64, most: usize) -> Result<(usize, Figure), StackError> {
+    let trial = |k: usize| -> Result<(usize, Figure), StackError> {
+        let raised = figure.raised(NEXT * k as f64 + by);
+        Ok((crossing_pairs(&raised)?, raised))
+    };
+    let mut best = trial(0)?;
+    for k in 1..TRIALS {
+        if best.0 <= most {
             break;
         }
+        let next = trial(k)?;
+        if next.0 < best.0 {
+            best = next;
+        }
     }
-    Ok(best.map_or(figure, |(_, raised)| raised))
+    Ok(best)
 }
 
 /// Pairs of faces that cross, of all layers.

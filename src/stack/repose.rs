@@ -1,10 +1,10 @@
 //! A figure with another bind pose: the T-pose that some formats require.
 
 use super::error::StackError;
-use super::on_floor::crossing_pairs;
+use super::on_floor::{crossing_pairs, raised_free};
 use super::{StackParams, stack};
 use crate::body::{Figure, Layer, Pose, UvMap};
-use crate::geometry::{Point, TriMesh, Vec3, VertexId};
+use crate::geometry::{Point, TriMesh, VertexId};
 use crate::rig::{RigReport, RiggedGarment};
 use std::collections::HashMap;
 
@@ -23,19 +23,11 @@ pub struct Reposed {
 /// **Guarantees** vertices and their order stay; faces stay but for parts that nothing unfolds. Faces that are new there
 /// have the texture coordinates of their vertices. Corrective offsets of the pose are part of the new surface.
 pub fn reposed(figure: &Figure, pose: &Pose, params: &StackParams) -> Result<Reposed, StackError> {
-    let mut skeleton = figure.skeleton.clone();
-    skeleton.joints_in_bind = skeleton.joints_in_world(pose);
-    let surfaces = figure.posed(pose);
-    let lowest = surfaces.iter().flat_map(|mesh| mesh.points().iter()).map(|p| p.y).fold(f64::INFINITY, f64::min);
-    let up = |p: &Point| (p - Vec3::y() * lowest).map(|c| f64::from(c as f32));
-    skeleton.joints_in_bind.iter_mut().for_each(|p| *p = up(p));
-    let posed = |layer: &Layer, mesh: &TriMesh| Layer {
-        mesh: mesh.map_points(up),
-        weights: layer.weights.clone().rigid(),
-        ..layer.clone()
-    };
-    let mut layers = figure.layers.iter().zip(&surfaces).map(|(layer, mesh)| posed(layer, mesh));
-    let mut dressed = Figure { skeleton, layers: layers.next().into_iter().collect() };
+    let posed = bound(figure, pose, figure.posed(pose));
+    let raised = posed.raised(-lowest(&posed));
+    let single = |p: &Point| p.map(|c| f64::from(c as f32));
+    let mut layers = raised.layers.into_iter().map(|layer| Layer { mesh: layer.mesh.map_points(single), ..layer });
+    let mut dressed = Figure { skeleton: raised.skeleton, layers: layers.next().into_iter().collect() };
     for layer in layers {
         let garment = RiggedGarment {
             mesh: layer.mesh.clone(),
@@ -54,6 +46,28 @@ pub fn reposed(figure: &Figure, pose: &Pose, params: &StackParams) -> Result<Rep
     }
     let crossing_pairs = crossing_pairs(&dressed)?;
     Ok(Reposed { figure: dressed, crossing_pairs })
+}
+
+/// The figure with `pose` as its bind pose and `surfaces` as its layers there, its lowest vertex on the floor.
+///
+/// **Shapes** `surfaces`: one mesh per layer, with the layer's vertices and faces.
+pub fn reposed_as(figure: &Figure, pose: &Pose, surfaces: Vec<TriMesh>) -> Result<Reposed, StackError> {
+    let posed = bound(figure, pose, surfaces);
+    let (crossing_pairs, figure) = raised_free(&posed, -lowest(&posed), 0)?;
+    Ok(Reposed { figure, crossing_pairs })
+}
+
+/// The figure with another bind pose, wherever that is.
+fn bound(figure: &Figure, pose: &Pose, surfaces: Vec<TriMesh>) -> Figure {
+    let mut skeleton = figure.skeleton.clone();
+    skeleton.joints_in_bind = skeleton.joints_in_world(pose);
+    let posed =
+        |(layer, mesh): (&Layer, TriMesh)| Layer { mesh, weights: layer.weights.clone().rigid(), ..layer.clone() };
+    Figure { skeleton, layers: figure.layers.iter().zip(surfaces).map(posed).collect() }
+}
+
+fn lowest(figure: &Figure) -> f64 {
+    figure.layers.iter().flat_map(|layer| layer.mesh.points().iter()).map(|p| p.y).fold(f64::INFINITY, f64::min)
 }
 
 /// Texture coordinates on other faces of the same vertices.

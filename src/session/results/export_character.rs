@@ -4,7 +4,7 @@ use super::export_request::{ExportRequest, Exported, Quads, Textures};
 use super::outputs::{Content, Outputs};
 use super::posed_step::PosedStep;
 use super::textures::TextureSize;
-use crate::body::{Figure, Layer, Pose};
+use crate::body::{Figure, Layer};
 use crate::export::{
     Bones, CharacterAnimation, CharacterOptions, Companion, CoveredParts, Format, FormatOption, QuadFigure, QuadLayer,
     SpringParams, fitted_springs,
@@ -16,7 +16,6 @@ use crate::session::open::Session;
 use crate::session::pipeline::standing;
 use crate::session::recipe::garment_spec;
 use crate::session::store::ContentHash;
-use crate::stack::{StackParams, reposed};
 use std::path::{Path, PathBuf};
 
 impl Session {
@@ -57,7 +56,7 @@ impl Session {
             None => (figure, SpringParams::default()),
             Some(rest) => {
                 let springs = self.spring_params(&figure, &loose, outputs)?;
-                (in_rest_pose(&figure, &rest, &path, outputs)?, springs)
+                (self.in_rest_pose(&figure, &rest, &path, outputs)?, springs)
             }
         };
         let pose = request.at.as_ref().map(|_| last.pose.clone());
@@ -129,11 +128,9 @@ impl Session {
         const KEPT: &str = "covered";
         /// Of the computation: another one computes kept masks anew.
         const VERSION: u32 = 1;
-        let failed =
-            |e: &dyn std::fmt::Display| SessionError::Internal { what: format!("the figure has no hash: {e}") };
         let layers: Vec<_> = figure.layers.iter().map(|layer| (&layer.mesh, &layer.weights)).collect();
-        let inputs = postcard::to_stdvec(&(VERSION, &figure.skeleton, layers)).map_err(|e| failed(&e))?;
-        let (derived, inputs) = (self.store.derived(), ContentHash::of(&inputs));
+        let inputs = hash_of(&(VERSION, &figure.skeleton, layers))?;
+        let derived = self.store.derived();
         let masks = match derived.load(KEPT, inputs) {
             Some(kept) => kept,
             None => {
@@ -206,6 +203,12 @@ impl Session {
     }
 }
 
+/// The hash under which something derived from a figure is kept.
+pub(super) fn hash_of(inputs: &impl serde::Serialize) -> Result<ContentHash, SessionError> {
+    let failed = |e| SessionError::Internal { what: format!("the figure has no hash: {e}") };
+    postcard::to_stdvec(inputs).map(|bytes| ContentHash::of(&bytes)).map_err(failed)
+}
+
 /// **Errors** if the format cannot hold what is requested.
 fn check_request(request: &ExportRequest, format: &dyn Format) -> Result<(), SessionError> {
     let extension = format.extension();
@@ -252,16 +255,6 @@ fn check_request(request: &ExportRequest, format: &dyn Format) -> Result<(), Ses
         Some((_, what, hint)) => Err(SessionError::BadRequest { what, hint: hint.into() }),
         None => Ok(()),
     }
-}
-
-/// The figure with that bind pose, its layers clear of each other there.
-fn in_rest_pose(figure: &Figure, rest: &Pose, path: &Path, outputs: &mut Outputs) -> Result<Figure, SessionError> {
-    let reposed = reposed(figure, rest, &StackParams::default()).map_err(|e| SessionError::bad_source(path, e))?;
-    if reposed.crossing_pairs > 0 {
-        let pairs = reposed.crossing_pairs;
-        outputs.notice(format!("{pairs} pairs of faces cross in the T-pose; there are none in the bind pose"));
-    }
-    Ok(reposed.figure)
 }
 
 /// The layers of a file; `None` for all.

@@ -12,6 +12,7 @@ mod pictures;
 mod posed_step;
 mod protected;
 mod recordings;
+mod rest_pose;
 mod shown;
 mod status;
 mod textures;
