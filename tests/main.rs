@@ -13,6 +13,7 @@ mod covered;
 mod drive;
 mod durability;
 mod estimated;
+mod export_options;
 mod foreign;
 mod foreign_motion;
 mod foreign_segment;

@@ -152,6 +152,10 @@ fn what_a_format_cannot_hold_is_refused_and_nothing_is_written() {
     let out = tempfile::tempdir().unwrap();
     for (name, options, word) in [
         ("a.glb", &["--bake-cloth"][..], "simulated cloth"),
+        ("a.glb", &["--up", "z"], "+Y up"),
+        ("a.vrm", &["--unit", "cm"], "metres"),
+        ("a.npz", &["--up", "z"], "--up"),
+        ("a.usdc", &["--at", "skirt", "--up", "z"], "--up"),
         ("a.usdz", &["--for", "unity"], "--for"),
         ("a.usdc", &["--author", "Ann"], "authors"),
         ("a.vrm", &["--at", "skirt"], "--at"),

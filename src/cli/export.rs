@@ -1,8 +1,9 @@
 //! `overcoat export`: writes the figure or a step as files.
 
 use super::console::{Context, Done, Progress, Verbosity, secs};
-use crate::export::{Bones, Check, Engine, QuadLayer, RemovedPart};
+use crate::export::{Bones, Check, Engine, FileAxes, QuadLayer, RemovedPart};
 use crate::geometry::QuadFigures;
+use crate::scan::{Unit, Up};
 use crate::session::{ExportRequest, Quads, SequenceKind, SequenceRequest, TextureSize, Textures};
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -54,6 +55,12 @@ pub(super) struct ExportArgs {
     /// The axes of the bones in a file of the character: `limbs`, along them, as Blender draws bones; `up`, all as the world's
     #[arg(long, value_name = "limbs|up", default_value = "limbs", value_parser = ["limbs", "up"], conflicts_with_all = ["scan", "stage", "sequence"])]
     bones: String,
+    /// The axis that points up in a USD or .obj file, or in the .ply files of a folder; with z the figure faces -Y
+    #[arg(long, value_name = "y|z", default_value = "y", value_parser = ["y", "z"], conflicts_with_all = ["at", "scan", "stage", "sequence"])]
+    up: String,
+    /// The unit of a USD or .obj file, or of the .ply files of a folder
+    #[arg(long, value_name = "m|cm", default_value = "m", value_parser = ["m", "cm"], conflicts_with_all = ["at", "scan", "stage", "sequence"])]
+    unit: String,
     /// The character's name in the file, `figure` by default
     #[arg(long, conflicts_with_all = ["scan", "stage", "sequence"])]
     name: Option<String>,
@@ -128,6 +135,10 @@ pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
         authors: args.author,
         bake_cloth: args.bake_cloth,
         bones: if args.bones == "up" { Bones::Up } else { Bones::AlongLimbs },
+        axes: FileAxes {
+            up: if args.up == "z" { Up::PlusZ } else { Up::PlusY },
+            unit: if args.unit == "cm" { Unit::Centimetre } else { Unit::Metre },
+        },
         name: args.name,
         textures: args.texture.unwrap_or_default(),
         lint: args.lint,

@@ -27,13 +27,15 @@ pub(super) fn attributes_of(
     }
     if rank > 0 {
         attributes.push(("SEEN", layer.is_seen.as_ref().map_or_else(|| PerVertex::filled(1.0, count), flags)));
-        attributes.push(("MAXDIST", max_distance(layer, options.loose.get(rank))));
+        let per_metre = (1.0 / options.axes.unit.metres()) as f32;
+        let most = max_distance(layer, options.loose.get(rank));
+        attributes.push(("MAXDIST", most.iter().map(|most| most * per_metre).collect()));
     }
     attributes.extend(ease.map(|ease| ("EASE", ease.clone())));
     attributes
 }
 
-/// The air between each garment and what is worn below it, in metres, in the bind pose.
+/// The air between each garment and what is worn below it, in the figure's unit, in the bind pose.
 ///
 /// **Shapes** one entry per layer, `None` for the body, with one per vertex.
 pub(super) fn ease_of(figure: &Figure) -> Vec<Option<PerVertex<f32>>> {

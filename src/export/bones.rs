@@ -1,5 +1,6 @@
 //! The frames of joints in a file: along their limbs, as other programs draw bones, or all upright.
 
+use super::axes::FileAxes;
 use crate::body::{JointId, Pose, Skeleton};
 use crate::geometry::Vec3;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
@@ -18,11 +19,12 @@ pub enum Bones {
 pub(super) struct BoneFrames(Vec<UnitQuaternion<f64>>);
 
 impl BoneFrames {
-    /// **Requires** parents before their children.
-    pub fn of(skeleton: &Skeleton, bones: Bones) -> Self {
+    /// **Requires** parents before their children; a skeleton in the numbers of the file.
+    pub fn of(skeleton: &Skeleton, bones: Bones, axes: FileAxes) -> Self {
         if bones == Bones::Up {
             return Self(vec![UnitQuaternion::identity(); skeleton.len()]);
         }
+        let [up, forward] = [Vec3::y(), Vec3::z()].map(|direction| axes.direction(&direction));
         let mut directions: Vec<Vec3> = Vec::with_capacity(skeleton.len());
         for j in skeleton.ids() {
             let to_end = skeleton
@@ -30,10 +32,10 @@ impl BoneFrames {
                 .map(|end| skeleton.joints_in_bind[end.index()] - skeleton.joints_in_bind[j.index()]);
             // The last bone of a limb continues the one before it.
             let before = || skeleton.parents[j.index()].map(|parent| directions[parent.index()]);
-            let along = to_end.and_then(|to_end| to_end.try_normalize(1e-6)).or_else(before).unwrap_or_else(Vec3::y);
+            let along = to_end.and_then(|to_end| to_end.try_normalize(1e-6)).or_else(before).unwrap_or(up);
             directions.push(along);
         }
-        Self(directions.iter().map(frame_along).collect())
+        Self(directions.iter().map(|along| frame_along(along, &up, &forward)).collect())
     }
 
     /// The rotation of a joint's node relative to its parent's, for a rotation about the joint in the axes of the world.
@@ -82,12 +84,12 @@ impl BoneFrames {
     }
 }
 
-/// Axes with +Y along a direction and +Z as far forward as that allows; up, if the direction itself leads forward, so that
-/// left and right mirror each other.
-fn frame_along(along: &Vec3) -> UnitQuaternion<f64> {
+/// Axes with +Y along a direction and +Z as far `forward` as that allows; `up`, if the direction itself leads forward, so
+/// that left and right mirror each other.
+fn frame_along(along: &Vec3, up: &Vec3, forward: &Vec3) -> UnitQuaternion<f64> {
     const IS_FORWARD: f64 = 0.8;
-    let reference = if along.z.abs() < IS_FORWARD { Vec3::z() } else { Vec3::y() };
-    let z = (reference - along * along.dot(&reference)).normalize();
+    let reference = if along.dot(forward).abs() < IS_FORWARD { forward } else { up };
+    let z = (reference - along * along.dot(reference)).normalize();
     let axes = Matrix3::from_columns(&[along.cross(&z), *along, z]);
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes))
 }
@@ -98,12 +100,13 @@ mod tests {
 
     #[test]
     fn a_frame_has_its_y_axis_along_the_bone() {
+        let along_ours = |along: &Vec3| frame_along(along, &Vec3::y(), &Vec3::z());
         for along in [Vec3::y(), -Vec3::y(), Vec3::x(), Vec3::z(), Vec3::new(0.6, -0.64, 0.48)] {
-            let frame = frame_along(&along);
+            let frame = along_ours(&along);
             assert!((frame * Vec3::y() - along).norm() < 1e-12, "{along}");
             assert!((frame * Vec3::x()).cross(&(frame * Vec3::y())).dot(&(frame * Vec3::z())) > 0.999);
         }
-        let (left, right) = (frame_along(&Vec3::new(0.8, -0.6, 0.0)), frame_along(&Vec3::new(-0.8, -0.6, 0.0)));
+        let (left, right) = (along_ours(&Vec3::new(0.8, -0.6, 0.0)), along_ours(&Vec3::new(-0.8, -0.6, 0.0)));
         let (left, right) = (left * Vec3::z(), right * Vec3::z());
         assert!((left - Vec3::new(-right.x, right.y, right.z)).norm() < 1e-12);
     }

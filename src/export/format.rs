@@ -1,5 +1,6 @@
 //! What a file that holds the whole figure contains, and the trait of the formats of such files.
 
+use super::axes::FileAxes;
 use super::bones::Bones;
 use super::encoded::Encoded;
 use super::error::ExportError;
@@ -81,6 +82,8 @@ pub enum FormatOption {
     Pose,
     /// The axes of the joints.
     Bones,
+    /// The up axis and the unit.
+    Axes,
 }
 
 /// What a file contains besides the figure.
@@ -94,6 +97,8 @@ pub struct CharacterOptions {
     pub layers: Option<Vec<String>>,
     /// The axes of the joints' nodes.
     pub bones: Bones,
+    /// The up axis and the unit of the file's numbers; those here are the figure's.
+    pub axes: FileAxes,
     /// The pose of the nodes; `None` for the bind pose. Surfaces are always in the bind pose.
     pub pose: Option<Pose>,
     /// The cover mask of each layer; `None` writes no `_COVERED`.
@@ -126,6 +131,22 @@ impl CharacterOptions {
     /// Whether the file holds the whole figure in its bind pose, soles on the floor: those of a body alone hover inside its shoes.
     pub fn stands(&self) -> bool {
         self.pose.is_none() && self.layers.is_none()
+    }
+
+    /// The figure and its movements in the up axis and the unit of the file; `None` if these are ours.
+    pub(super) fn in_file(&self, figure: &Figure) -> Option<(Figure, Self)> {
+        let axes = self.axes;
+        if axes == FileAxes::default() {
+            return None;
+        }
+        let frame = axes.frame();
+        let mut options = Self { pose: self.pose.as_ref().map(|pose| axes.pose(pose)), ..self.clone() };
+        for animation in &mut options.animations {
+            animation.track.poses.iter_mut().for_each(|pose| *pose = axes.pose(pose));
+            let frames = animation.cloth.iter_mut().flatten().flatten();
+            frames.flat_map(|points| points.0.iter_mut()).for_each(|p| *p = frame.file_from_world(p));
+        }
+        Some((axes.figure(figure), options))
     }
 
     /// Whether the file holds a layer of that name.

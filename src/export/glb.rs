@@ -102,7 +102,7 @@ pub(super) struct Built {
 
 pub(super) fn build(mut glb: GlbWriter, figure: &Figure, options: &CharacterOptions) -> Result<Built, ExportError> {
     check_character(figure, options)?;
-    let frames = BoneFrames::of(&figure.skeleton, options.bones);
+    let frames = BoneFrames::of(&figure.skeleton, options.bones, options.axes);
     let (joints, skin) = add_skeleton(&mut glb, &figure.skeleton, &frames, options.pose.as_ref())?;
     let mut layers = Vec::with_capacity(figure.layers.len());
     let pictures = pictures_of(figure, options)?;

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod attributes;
+mod axes;
 mod bones;
 mod covered;
 mod encoded;
@@ -28,6 +29,7 @@ mod usd;
 mod visible_part;
 mod vrm;
 
+pub use axes::FileAxes;
 pub use bones::Bones;
 pub use covered::{CoveredParts, RemovedPart};
 pub use encoded::{Check, Companion, Encoded};

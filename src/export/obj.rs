@@ -1,6 +1,7 @@
 //! Writes the figure's surfaces as OBJ: one object per layer, with materials and pictures beside it.
 
 use super::arguments::check_character;
+use super::axes::FileAxes;
 use super::encoded::{Check, Companion, Encoded};
 use super::error::ExportError;
 use super::format::{CharacterOptions, Format, FormatOption};
@@ -10,6 +11,7 @@ use super::pictures::pictures_of;
 use super::polygons::polygons;
 use crate::body::Figure;
 use crate::formats::usd_names;
+use crate::scan::Unit;
 use std::fmt::Write as _;
 
 /// Wavefront OBJ: for programs that paint and sculpt. It knows no skeleton.
@@ -21,16 +23,25 @@ impl Format for Obj {
     }
 
     fn options(&self) -> &'static [FormatOption] {
-        &[]
+        &[FormatOption::Axes]
     }
 
     fn encode(&self, figure: &Figure, options: &CharacterOptions) -> Result<Encoded, ExportError> {
         check_character(figure, options)?;
+        let converted = options.in_file(figure);
+        let (figure, options) = converted.as_ref().map_or((figure, options), |(figure, options)| (figure, options));
+        let FileAxes { up, unit } = options.axes;
+        let unit = if unit == Unit::Centimetre { "centimetres" } else { "metres" };
         let stem = usd_names([options.stem.as_deref().unwrap_or("figure")]).concat();
         let names = usd_names(figure.layers.iter().map(|layer| layer.name.as_str()));
         let (mut obj, mut mtl) = (String::new(), String::new());
         let mut companions = Vec::new();
-        _ = writeln!(obj, "# Overcoat {}: metres, Y up\nmtllib {stem}.mtl", env!("CARGO_PKG_VERSION"));
+        _ = writeln!(
+            obj,
+            "# Overcoat {}: {unit}, {} up\nmtllib {stem}.mtl",
+            env!("CARGO_PKG_VERSION"),
+            up.to_string().to_uppercase()
+        );
         let pictures = pictures_of(figure, options)?;
         // OBJ counts vertices and texture coordinates from 1, through all objects.
         let (mut vertices, mut coords) = (1, 1);
@@ -80,9 +91,11 @@ impl Format for Obj {
             lint::names("object", written().map(|layer| Some(layer.name.as_str()))),
         )];
         if written().any(|layer| layer.name == "body") {
-            let points = written().flat_map(|layer| layer.mesh.points().iter()).map(|p| [p.x, p.y, p.z]);
-            let joint = |name: &str| Some(figure.skeleton.joints_in_bind[figure.skeleton.find_name(name)?.index()]);
-            checks.push(Check::new(lint::SIZE, lint::size(points, options.stands(), &joint)));
+            let of_figure = |p| options.axes.frame().world_from_file(p);
+            let points = written().flat_map(|layer| layer.mesh.points().iter()).map(|p| of_figure(p).into());
+            let joints = &figure.skeleton.joints_in_bind;
+            let joint = |name: &str| Some(of_figure(&joints[figure.skeleton.find_name(name)?.index()]));
+            checks.push(Check::new(lint::size_in(options.axes), lint::size(points, options.stands(), &joint)));
         }
         Ok(Encoded { bytes: obj.into_bytes(), companions, checks })
     }

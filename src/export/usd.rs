@@ -18,6 +18,7 @@ use super::polygons::polygons;
 use crate::body::{Figure, INFLUENCES, JointId, Layer, Pose, Skeleton};
 use crate::formats::{UsdInterpolation, UsdLayer, UsdPrim, UsdValue, linear_of_byte, usd_names, write_usd_package};
 use crate::geometry::{PerVertex, Point};
+use crate::scan::Up;
 
 const FACE_VARYING: UsdInterpolation = UsdInterpolation::FaceVarying;
 const PER_VERTEX: UsdInterpolation = UsdInterpolation::Vertex(1);
@@ -42,7 +43,13 @@ impl Format for Usd {
     }
 
     fn options(&self) -> &'static [FormatOption] {
-        &[FormatOption::EightInfluences, FormatOption::Cloth, FormatOption::Pose, FormatOption::Bones]
+        &[
+            FormatOption::EightInfluences,
+            FormatOption::Cloth,
+            FormatOption::Pose,
+            FormatOption::Bones,
+            FormatOption::Axes,
+        ]
     }
 
     fn encode(&self, figure: &Figure, options: &CharacterOptions) -> Result<Encoded, ExportError> {
@@ -52,8 +59,10 @@ impl Format for Usd {
         } else {
             format!("{stem}_{}_textures", self.extension())
         };
+        let converted = options.in_file(figure);
+        let (figure, options) = converted.as_ref().map_or((figure, options), |(figure, options)| (figure, options));
         let (layer, companions) = layer_of(figure, options, &folder)?;
-        let checks = lint_usd(&layer, &companions, options.stands());
+        let checks = lint_usd(&layer, &companions, options.stands(), options.axes);
         match self {
             Self::Text => Ok(Encoded { bytes: layer.to_text(), companions, checks }),
             Self::Binary => Ok(Encoded { bytes: layer.to_binary(), companions, checks }),
@@ -109,7 +118,8 @@ fn layer_of(
     let last = moved.map(|moved| moved.track.poses.len().saturating_sub(1) as f64);
     let layer = UsdLayer {
         root,
-        meters_per_unit: 1.0,
+        up_axis: if options.axes.up == Up::PlusZ { "Z" } else { "Y" },
+        meters_per_unit: options.axes.unit.metres(),
         time_codes: moved.zip(last).map(|(moved, last)| ([0.0, last], moved.track.fps)),
         documentation: concat!("written by Overcoat ", env!("CARGO_PKG_VERSION")).into(),
         extras: options.provenance.clone(),
@@ -120,7 +130,7 @@ fn layer_of(
 /// The joints, and below them the animations; the last one plays.
 fn skeleton_prim(figure: &Figure, options: &CharacterOptions, path: &str) -> UsdPrim {
     let skeleton = &figure.skeleton;
-    let frames = BoneFrames::of(skeleton, options.bones);
+    let frames = BoneFrames::of(skeleton, options.bones, options.axes);
     let joints = joint_paths(skeleton);
     let (world, local) = skeleton.ids().map(|j| frames.bind(skeleton, j)).unzip();
     let mut prim = UsdPrim::new("skeleton", "Skeleton", &["SkelBindingAPI"]);

@@ -1,5 +1,7 @@
 //! Checks a file as importers read it, before it is written: what they refuse, or take without a word for something else.
 
+use super::axes::FileAxes;
+
 mod gltf_file;
 mod maps;
 mod size;
@@ -13,7 +15,16 @@ pub(super) use size::size;
 pub(super) use usd_scene::lint_usd;
 
 /// What [`size`] checks.
-pub(super) const SIZE: &str = "size: metres, +Y up, facing +Z, soles on the floor";
+const SIZE: &str = "size: metres, +Y up, facing +Z, soles on the floor";
+
+/// What [`size`] checks in a file with the axes of another program.
+pub(super) fn size_in(axes: FileAxes) -> &'static str {
+    if axes == FileAxes::default() {
+        SIZE
+    } else {
+        "size: a person in the unit and the up axis of the file, soles on the floor"
+    }
+}
 
 /// Names that are missing, or equal but for case.
 pub(super) fn names<'a>(kind: &str, names: impl IntoIterator<Item = Option<&'a str>>) -> Vec<String> {

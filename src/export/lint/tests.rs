@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::body::Figure;
+use crate::export::axes::FileAxes;
 use crate::export::encoded::Check;
 use crate::export::encoded::Encoded;
 use crate::export::format::Format;
@@ -144,12 +145,13 @@ fn scene(change: impl FnOnce(&mut UsdPrim, &mut UsdPrim)) -> Vec<Check> {
     root.add(mesh);
     let layer = UsdLayer {
         root,
+        up_axis: "Y",
         meters_per_unit: 1.0,
         time_codes: None,
         documentation: String::new(),
         extras: BTreeMap::new(),
     };
-    lint_usd(&layer, &[], true)
+    lint_usd(&layer, &[], true, FileAxes::default())
 }
 
 #[test]

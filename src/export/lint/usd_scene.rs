@@ -2,7 +2,8 @@
 
 use super::maps::maps;
 use super::size::size;
-use super::{SIZE, names};
+use super::{names, size_in};
+use crate::export::axes::FileAxes;
 use crate::export::encoded::{Check, Companion};
 use crate::formats::{UsdInterpolation, UsdLayer, UsdPrim, UsdValue};
 use nalgebra::{Matrix4, Point3};
@@ -14,8 +15,14 @@ const BIND_ROUNDING: f64 = 1e-6;
 /// Weights of a vertex may add up to so much more or less than 1.
 const WEIGHT_ROUNDING: f32 = 1e-5;
 
-/// Checks a scene with its pictures; `stands` says that the figure is in its bind pose, soles on the floor.
-pub(in crate::export) fn lint_usd(layer: &UsdLayer, pictures: &[Companion], stands: bool) -> Vec<Check> {
+/// Checks a scene with its pictures; `stands` says that the figure is in its bind pose, soles on the floor. `axes` are those of
+/// the scene's numbers.
+pub(in crate::export) fn lint_usd(
+    layer: &UsdLayer,
+    pictures: &[Companion],
+    stands: bool,
+    axes: FileAxes,
+) -> Vec<Check> {
     let root = &layer.root;
     let prims = all_prims(root, &format!("/{}", root.name()));
     let meshes: Vec<&UsdPrim> = root.children().iter().filter(|prim| prim.type_name() == "Mesh").collect();
@@ -32,21 +39,23 @@ pub(in crate::export) fn lint_usd(layer: &UsdLayer, pictures: &[Companion], stan
         Check::new("bind pose: local transforms lead to those of the world", bind_faults(skeleton, &joints, &bind)),
         Check::new("arrays: as long as the surface demands, finite", of_meshes(&arrays)),
         Check::new("weights: joints that exist, sums of 1", of_meshes(&|mesh| weights(mesh, joints.len()))),
-        Check::new("maps: range and polarity of each", of_meshes(&|mesh| maps_of(mesh))),
+        Check::new("maps: range and polarity of each", of_meshes(&|mesh| maps_of(mesh, axes))),
         Check::new("textures: pictures that exist", textures(&prims, pictures)),
     ];
     if meshes.iter().any(|mesh| mesh.name() == "body") {
-        let points = meshes.iter().flat_map(|mesh| points(mesh)).map(|p| p.map(f64::from));
+        let frame = axes.frame();
+        let points = meshes.iter().flat_map(|mesh| points(mesh)).map(|p| Point3::from(p.map(f64::from)));
+        let points = points.map(|p| frame.world_from_file(&p).into());
         let place = |name: &str| -> Option<Point3<f64>> {
             let joint = joints.iter().position(|path| path.rsplit('/').next() == Some(name))?;
             let world = bind.get(joint)?;
-            Some(Point3::new(world[12], world[13], world[14]))
+            Some(frame.world_from_file(&Point3::new(world[12], world[13], world[14])))
         };
         let mut faults = size(points, stands, &place);
-        if layer.meters_per_unit != 1.0 {
+        if layer.meters_per_unit != axes.unit.metres() {
             faults.push(format!("a unit is {} m", layer.meters_per_unit));
         }
-        checks.push(Check::new(SIZE, faults));
+        checks.push(Check::new(size_in(axes), faults));
     }
     checks
 }
@@ -210,10 +219,13 @@ fn weights(mesh: &UsdPrim, joint_count: usize) -> Vec<String> {
     faults
 }
 
-fn maps_of(mesh: &UsdPrim) -> Vec<String> {
+fn maps_of(mesh: &UsdPrim, axes: FileAxes) -> Vec<String> {
     let own =
         mesh.property_names().filter_map(|name| Some((name.strip_prefix("primvars:_")?, floats(mesh, name).to_vec())));
-    let own: BTreeMap<&str, Vec<f32>> = own.collect();
+    let mut own: BTreeMap<&str, Vec<f32>> = own.collect();
+    for (_, lengths) in own.iter_mut().filter(|(name, _)| ["EASE", "MAXDIST"].contains(name)) {
+        lengths.iter_mut().for_each(|length| *length *= axes.unit.metres() as f32);
+    }
     let rank = own.get("LAYER").and_then(|ranks| ranks.first()).map_or(0.0, |rank| rank.round());
     maps(mesh.name(), rank.max(0.0) as usize, &own)
 }

@@ -108,7 +108,7 @@ impl CrateFile {
             ("defaultPrim", self.token(&layer.root.name)),
             ("documentation", self.string(&layer.documentation)),
             ("metersPerUnit", self.double(layer.meters_per_unit)),
-            ("upAxis", self.token("Y")),
+            ("upAxis", self.token(layer.up_axis)),
             ("primChildren", self.token_vector(&[&layer.root.name])),
         ];
         if let Some(([start, end], per_second)) = layer.time_codes {

@@ -253,9 +253,11 @@ impl UsdPrim {
 pub struct UsdLayer {
     /// The only prim at the root.
     pub root: UsdPrim,
+    /// The axis that points up: `Y` or `Z`.
+    pub up_axis: &'static str,
     /// Length of a unit in metres.
     pub meters_per_unit: f64,
-    /// First and last time code, and codes per second; `None` for a scene without motion. The Y axis points up.
+    /// First and last time code, and codes per second; `None` for a scene without motion.
     pub time_codes: Option<([f64; 2], f64)>,
     /// What the file says about itself.
     pub documentation: String,

@@ -23,7 +23,7 @@ fn layer() -> UsdLayer {
     [moved, mesh, materials].into_iter().for_each(|prim| root.add(prim));
     let extras = [("licence \"of\" it".to_string(), "CC0\nno more".to_string())].into();
     let time_codes = Some(([0.0, 1.0], 30.0));
-    UsdLayer { root, meters_per_unit: 1.0, time_codes, documentation: "a test".into(), extras }
+    UsdLayer { root, up_axis: "Y", meters_per_unit: 1.0, time_codes, documentation: "a test".into(), extras }
 }
 
 #[test]

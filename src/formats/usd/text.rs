@@ -23,7 +23,7 @@ impl UsdLayer {
             line(&mut out, 1, format_args!("timeCodesPerSecond = {per_second}"));
             line(&mut out, 1, format_args!("framesPerSecond = {per_second}"));
         }
-        line(&mut out, 1, "upAxis = \"Y\"");
+        line(&mut out, 1, format_args!("upAxis = {}", quoted(self.up_axis)));
         out.push_str(")\n\n");
         prim(&mut out, 0, &self.root);
         out.into_bytes()

@@ -134,7 +134,7 @@ impl Session {
                         let figure = standing(last.figure.clone(), &last.step.name)?;
                         let (figure, layers) = self.with_quads(figure, request)?;
                         quads = layers;
-                        folder.bind(&figure, &quads)
+                        folder.bind(&request.axes.figure(&figure), &quads)
                     }
                 }?;
             }

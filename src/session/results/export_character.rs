@@ -4,10 +4,10 @@ use super::export_request::{ExportRequest, Exported, Quads, Textures};
 use super::outputs::{Content, Outputs};
 use super::posed_step::PosedStep;
 use super::textures::TextureSize;
-use crate::body::{Figure, Layer};
+use crate::body::{Figure, Layer, Pose};
 use crate::export::{
-    Bones, CharacterAnimation, CharacterOptions, Companion, CoveredParts, Format, FormatOption, QuadFigure, QuadLayer,
-    SpringParams, fitted_springs,
+    Bones, CharacterAnimation, CharacterOptions, Companion, CoveredParts, FileAxes, Format, FormatOption, QuadFigure,
+    QuadLayer, SpringParams, fitted_springs,
 };
 use crate::geometry::PerVertex;
 use crate::rig::cover_masks;
@@ -76,6 +76,7 @@ impl Session {
             layers,
             name: request.name.clone(),
             bones: request.bones,
+            axes: request.axes,
             pose,
             covered: Some(masks),
             eight_influences: request.eight_influences,
@@ -229,6 +230,11 @@ fn check_request(request: &ExportRequest, format: &dyn Format) -> Result<(), Ses
             request.bones != Bones::default() && !can(FormatOption::Bones),
             format!("a .{extension} has no bones, so --bones changes nothing"),
             "export a .glb, or leave --bones out",
+        ),
+        (
+            request.axes != FileAxes::default() && !can(FormatOption::Axes),
+            format!("a .{extension} is always in metres with +Y up, so --up and --unit change nothing"),
+            "leave --up and --unit out: programs convert such a file when they read it",
         ),
         (
             request.eight_influences && !can(FormatOption::EightInfluences),

@@ -3,7 +3,7 @@
 use super::export_request::{ExportRequest, Exported, Quads, Textures};
 use super::outputs::{Content, Outputs};
 use crate::body::Pose;
-use crate::export::Bones;
+use crate::export::{Bones, FileAxes};
 use crate::formats::SmplMotion;
 use crate::geometry::{Point, Vec3};
 use crate::session::error::SessionError;
@@ -80,6 +80,8 @@ fn check_smpl_request(request: &ExportRequest) -> Result<(), SessionError> {
         ("--author", !request.authors.is_empty()),
         ("--bake-cloth", request.bake_cloth.is_some()),
         ("--bones", request.bones != Bones::default()),
+        ("--up", request.axes.up != FileAxes::default().up),
+        ("--unit", request.axes.unit != FileAxes::default().unit),
         ("--name", request.name.is_some()),
         ("--texture", request.textures != Textures::AsUsual),
         ("--quads", request.quads != Quads::None),
