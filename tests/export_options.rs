@@ -1,6 +1,7 @@
 //! What an export may change of a figure: its axes, its bind pose, the number of its faces; and what it adds.
 
-use crate::common::{demo, overcoat_ok};
+use crate::common::glb::Glb;
+use crate::common::{built_quick_session, demo, overcoat_ok};
 use overcoat::formats::{RawMesh, read_obj, read_ply};
 use overcoat::geometry::{Point, TriMesh};
 use serde_json::Value;
@@ -49,4 +50,47 @@ fn files_and_folders_have_the_axes_that_are_requested() {
     );
     let text = std::fs::read_to_string(out.path().join("z.usda")).unwrap();
     assert!(text.contains("upAxis = \"Z\"") && text.contains("metersPerUnit = 0.01\n"));
+}
+
+#[test]
+fn another_bind_pose_keeps_what_moves_where_it_was() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = built_quick_session(dir.path(), "alice");
+    overcoat_ok(&session, &["animate", "walk", "--frames", "30..34", "--mode", "lbs"]);
+    let read = |name: &str, options: &[&str]| {
+        let target = dir.path().join(name);
+        let args = ["export", target.to_str().unwrap(), "--texture", "none", "--bones", "up"];
+        overcoat_ok(&session, &[&args, options].concat());
+        let glb = Glb::new(&std::fs::read(target).unwrap());
+        glb.check();
+        glb
+    };
+    let [bind, t, a] = ["bind", "t", "a"].map(|rest| read(&format!("{rest}.glb"), &["--rest", rest]));
+    let same = read("usual.glb", &[]);
+    assert_eq!(same.json, bind.json);
+    // How far the forearm's end is below its begin, as a share of its length.
+    let drop = |glb: &Glb| {
+        let nodes = glb.json["nodes"].as_array().unwrap();
+        let hand = nodes.iter().find(|node| node["name"] == "leftHand").unwrap();
+        let [x, y, z] = [0, 1, 2].map(|k| hand["translation"][k].as_f64().unwrap());
+        -y / (x * x + y * y + z * z).sqrt()
+    };
+    assert!(drop(&t).abs() < 0.01 && (0.6..0.8).contains(&drop(&a)), "{} {}", drop(&t), drop(&a));
+    let lowest = |glb: &Glb| {
+        let of_mesh = |mesh: &Value| glb.rows(&mesh["primitives"][0]["attributes"]["POSITION"]);
+        let meshes = glb.json["meshes"].as_array().unwrap();
+        meshes.iter().flat_map(of_mesh).map(|p| p[1]).fold(f64::INFINITY, f64::min)
+    };
+    assert!(lowest(&t).abs() < 1e-3, "soles on the floor: {}", lowest(&t));
+    // The root moves as before, and so does everything below it: a test of the skeleton says so.
+    let root = |glb: &Glb| {
+        let animation = &glb.json["animations"][0];
+        let moves = |channel: &&Value| channel["target"]["path"] == "translation";
+        let channel = animation["channels"].as_array().unwrap().iter().find(moves).unwrap();
+        glb.rows(&animation["samplers"][channel["sampler"].as_u64().unwrap() as usize]["output"])
+    };
+    for other in [&t, &a] {
+        let pairs = root(&bind).into_iter().zip(root(other));
+        assert!(pairs.into_iter().all(|(p, q)| (0..3).all(|k| (p[k] - q[k]).abs() < 1e-5)));
+    }
 }

@@ -154,6 +154,8 @@ fn what_a_format_cannot_hold_is_refused_and_nothing_is_written() {
         ("a.glb", &["--bake-cloth"][..], "simulated cloth"),
         ("a.glb", &["--up", "z"], "+Y up"),
         ("a.vrm", &["--unit", "cm"], "metres"),
+        ("a.vrm", &["--rest", "a"], "T-pose"),
+        ("layers/", &["--rest", "t"], "--rest"),
         ("a.npz", &["--up", "z"], "--up"),
         ("a.usdc", &["--at", "skirt", "--up", "z"], "--up"),
         ("a.usdz", &["--for", "unity"], "--for"),

@@ -173,6 +173,16 @@ impl Skeleton {
     pub fn joints_in_world(&self, pose: &Pose) -> Vec<Point> {
         self.world_from_bind(pose).iter().zip(&self.joints_in_bind).map(|(t, p)| t * p).collect()
     }
+
+    /// A pose as it is relative to `rest`, the bind pose of a skeleton whose root is at `root` there. All joints are where they
+    /// were.
+    pub fn pose_from_rest(&self, pose: &Pose, rest: &Pose, root: &Point) -> Pose {
+        let of_rest: Vec<UnitQuaternion<f64>> = self.world_from_bind(rest).iter().map(|t| t.rotation).collect();
+        let above = |j: JointId| self.parents[j.index()].map_or_else(UnitQuaternion::identity, |p| of_rest[p.index()]);
+        let rotation = |j: JointId| above(j) * pose.rotations[j.index()] * of_rest[j.index()].inverse();
+        let shift = self.joints_in_bind.first().map_or_else(Vec3::zeros, |own| own - root);
+        Pose { translation: pose.translation + shift, rotations: self.ids().map(rotation).collect() }
+    }
 }
 
 fn rotation_about(center: &Point, rotation: &UnitQuaternion<f64>) -> Isometry3<f64> {
@@ -201,6 +211,28 @@ mod tests {
         assert!((joints[2] - Point::new(-1.0, 1.0, 0.0)).norm() < 1e-12);
         assert!(skeleton.is_below(JointId(2), JointId(0)));
         assert!(!skeleton.is_below(JointId(0), JointId(2)));
+    }
+    #[test]
+    fn a_pose_relative_to_another_bind_pose_leaves_all_joints_where_they_are() {
+        let skeleton = chain();
+        let turned = |k: f64| {
+            let mut pose = Pose::bind(3);
+            pose.translation = Vec3::new(0.1 * k, 0.3, -0.2);
+            for (j, rotation) in pose.rotations.iter_mut().enumerate() {
+                *rotation = UnitQuaternion::from_euler_angles(0.3 * k, 0.5 - j as f64, 0.7 * k * j as f64);
+            }
+            pose
+        };
+        let (rest, pose) = (turned(1.0), turned(-0.8));
+        let mut other = skeleton.clone();
+        let on_floor = |p: Point| p - Vec3::y() * 0.4;
+        other.joints_in_bind = skeleton.joints_in_world(&rest).into_iter().map(on_floor).collect();
+        let relative = skeleton.pose_from_rest(&pose, &rest, &other.joints_in_bind[0]);
+        let pairs = skeleton.joints_in_world(&pose).into_iter().zip(other.joints_in_world(&relative));
+        assert!(pairs.into_iter().all(|(p, q)| (p - q).norm() < 1e-12));
+        let of_rest = skeleton.world_from_bind(&rest)[2].rotation;
+        let whole = other.world_from_bind(&relative)[2].rotation * of_rest;
+        assert!(whole.angle_to(&skeleton.world_from_bind(&pose)[2].rotation) < 1e-12);
     }
     #[test]
     fn a_joint_and_that_of_the_other_side_mirror_each_other() {

@@ -1,7 +1,7 @@
 //! `overcoat export`: writes the figure or a step as files.
 
 use super::console::{Context, Done, Progress, Verbosity, secs};
-use crate::export::{Bones, Check, Engine, FileAxes, QuadLayer, RemovedPart};
+use crate::export::{Bones, Check, Engine, FileAxes, QuadLayer, RemovedPart, Rest};
 use crate::geometry::QuadFigures;
 use crate::scan::{Unit, Up};
 use crate::session::{ExportRequest, Quads, SequenceKind, SequenceRequest, TextureSize, Textures};
@@ -55,6 +55,9 @@ pub(super) struct ExportArgs {
     /// The axes of the bones in a file of the character: `limbs`, along them, as Blender draws bones; `up`, all as the world's
     #[arg(long, value_name = "limbs|up", default_value = "limbs", value_parser = ["limbs", "up"], conflicts_with_all = ["scan", "stage", "sequence"])]
     bones: String,
+    /// The bind pose of a file of the character: `bind`, that of the body model; `t`, arms level; `a`, arms halfway down. A .vrm is in the T-pose
+    #[arg(long, value_name = "bind|t|a", value_parser = rest, conflicts_with_all = ["scan", "stage", "sequence"])]
+    rest: Option<Rest>,
     /// The axis that points up in a USD or .obj file, or in the .ply files of a folder; with z the figure faces -Y
     #[arg(long, value_name = "y|z", default_value = "y", value_parser = ["y", "z"], conflicts_with_all = ["at", "scan", "stage", "sequence"])]
     up: String,
@@ -86,6 +89,15 @@ fn engine(text: &str) -> Result<Engine, String> {
         "unity" => Ok(Engine::Unity),
         "blender" => Ok(Engine::Blender),
         _ => Err("give unreal, unity or blender".into()),
+fn rest(text: &str) -> Result<Rest, String> {
+    match text {
+        "bind" => Ok(Rest::Bind),
+        "t" => Ok(Rest::TPose),
+        "a" => Ok(Rest::APose),
+        _ => Err("give bind, t or a".into()),
+    }
+}
+
     }
 }
 
@@ -135,6 +147,7 @@ pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
         authors: args.author,
         bake_cloth: args.bake_cloth,
         bones: if args.bones == "up" { Bones::Up } else { Bones::AlongLimbs },
+        rest: args.rest,
         axes: FileAxes {
             up: if args.up == "z" { Up::PlusZ } else { Up::PlusY },
             unit: if args.unit == "cm" { Unit::Centimetre } else { Unit::Metre },

@@ -18,7 +18,7 @@ pub trait Format: Sync {
     /// The options that it honours; a request for another one is refused.
     fn options(&self) -> &'static [FormatOption];
 
-    /// The bind pose that the figure has to have.
+    /// The bind pose that the figure has, unless another one is requested and the format takes any.
     fn rest(&self) -> Rest {
         Rest::Bind
     }
@@ -48,6 +48,8 @@ pub enum Rest {
     Bind,
     /// Arms level, legs straight down.
     TPose,
+    /// Arms halfway between level and hanging, legs straight down.
+    APose,
 }
 
 impl Rest {
@@ -57,6 +59,9 @@ impl Rest {
             return None;
         }
         let (mut pose, upright) = (Stance::TPose.pose(skeleton), Stance::Upright.pose(skeleton));
+        if self == Self::APose {
+            pose = pose.toward(&upright, 0.5);
+        }
         for j in skeleton.ids() {
             let is_of_leg = Side::BOTH.iter().any(|&side| skeleton.is_part_of(j, HumanJoint::UpperLeg(side)));
             if is_of_leg {
@@ -84,6 +89,10 @@ pub enum FormatOption {
     Bones,
     /// The up axis and the unit.
     Axes,
+    /// Another bind pose.
+    Rest,
+    /// What swings in programs that move chains of joints.
+    Springs,
 }
 
 /// What a file contains besides the figure.

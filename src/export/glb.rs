@@ -37,7 +37,13 @@ impl Format for Glb {
     }
 
     fn options(&self) -> &'static [FormatOption] {
-        &[FormatOption::EightInfluences, FormatOption::Engine, FormatOption::Pose, FormatOption::Bones]
+        &[
+            FormatOption::EightInfluences,
+            FormatOption::Engine,
+            FormatOption::Pose,
+            FormatOption::Bones,
+            FormatOption::Rest,
+        ]
     }
 
     fn encode(&self, figure: &Figure, options: &CharacterOptions) -> Result<Encoded, ExportError> {
@@ -59,7 +65,7 @@ impl Format for Gltf {
     }
 
     fn options(&self) -> &'static [FormatOption] {
-        &[FormatOption::EightInfluences, FormatOption::Pose, FormatOption::Bones]
+        &[FormatOption::EightInfluences, FormatOption::Pose, FormatOption::Bones, FormatOption::Rest]
     }
 
     fn encode(&self, figure: &Figure, options: &CharacterOptions) -> Result<Encoded, ExportError> {

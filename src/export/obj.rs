@@ -23,7 +23,7 @@ impl Format for Obj {
     }
 
     fn options(&self) -> &'static [FormatOption] {
-        &[FormatOption::Axes]
+        &[FormatOption::Axes, FormatOption::Rest]
     }
 
     fn encode(&self, figure: &Figure, options: &CharacterOptions) -> Result<Encoded, ExportError> {

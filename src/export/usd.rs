@@ -49,6 +49,7 @@ impl Format for Usd {
             FormatOption::Pose,
             FormatOption::Bones,
             FormatOption::Axes,
+            FormatOption::Rest,
         ]
     }
 

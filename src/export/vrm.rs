@@ -20,7 +20,7 @@ impl Format for Vrm {
     }
 
     fn options(&self) -> &'static [FormatOption] {
-        &[FormatOption::Authors, FormatOption::Bones]
+        &[FormatOption::Authors, FormatOption::Bones, FormatOption::Springs]
     }
 
     fn rest(&self) -> Rest {

@@ -6,7 +6,8 @@ use super::outputs::Outputs;
 use super::posed_step::PosedStep;
 use crate::body::Figure;
 use crate::export::{
-    CoveredParts, ExportError, QuadLayer, RemovedPart, format_of, write_joints_json, write_layer_ply, write_quads_ply,
+    CoveredParts, ExportError, QuadLayer, RemovedPart, Rest, format_of, write_joints_json, write_layer_ply,
+    write_quads_ply,
 };
 use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::scan::FileFrame;
@@ -53,6 +54,10 @@ impl Session {
             _ if request.eight_influences => Err(SessionError::BadRequest {
                 what: "only a .glb holds skin weights, so --influences changes nothing in a folder".into(),
                 hint: "name a file `NAME.glb`, or leave --influences out".into(),
+            }),
+            _ if request.rest.is_some_and(|rest| rest != Rest::Bind) => Err(SessionError::BadRequest {
+                what: "the .ply files of a folder are in the bind pose or in that of a step, so --rest changes nothing there".into(),
+                hint: "name a file `NAME.glb`, or leave --rest out".into(),
             }),
             _ if request.textures != Textures::AsUsual => Err(SessionError::BadRequest {
                 what: "the .ply files of a folder hold a colour per vertex, so --texture changes nothing there".into(),

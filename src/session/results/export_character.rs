@@ -52,14 +52,21 @@ impl Session {
         let layers = chosen(&figure, &request.layers)?;
         let (figure, masks) = covered.remaining(figure);
         let loose = loose_parts(&figure, &steps)?;
-        let (figure, springs) = match format.rest().pose(&figure.skeleton) {
-            None => (figure, SpringParams::default()),
-            Some(rest) => {
-                let springs = self.spring_params(&figure, &loose, outputs)?;
-                (self.in_rest_pose(&figure, &rest, &path, outputs)?, springs)
-            }
+        let springs = match format.options().contains(&FormatOption::Springs) {
+            true => self.spring_params(&figure, &loose, outputs)?,
+            false => SpringParams::default(),
         };
-        let pose = request.at.as_ref().map(|_| last.pose.clone());
+        let skeleton = figure.skeleton.clone();
+        let rest = request.rest.unwrap_or(format.rest()).pose(&skeleton);
+        let figure = match &rest {
+            None => figure,
+            Some(rest) => self.in_rest_pose(&figure, rest, &path, outputs)?,
+        };
+        let in_file = |pose: &Pose| match &rest {
+            None => pose.clone(),
+            Some(rest) => skeleton.pose_from_rest(pose, rest, &figure.skeleton.joints_in_bind[0]),
+        };
+        let pose = request.at.as_ref().map(|_| in_file(&last.pose));
         let license = self.model_license()?.name.unwrap_or_else(|| "not stated".into());
         let license = ("licence of the body model".to_string(), license);
         let provenance = steps.iter().map(origin).chain([license]).collect();
@@ -70,6 +77,8 @@ impl Session {
             // The last one plays.
             animations.push(baked);
         }
+        let poses = animations.iter_mut().flat_map(|animation| &mut animation.track.poses);
+        poses.for_each(|pose| *pose = in_file(pose));
         let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
         let options = CharacterOptions {
             stem,
@@ -230,6 +239,11 @@ fn check_request(request: &ExportRequest, format: &dyn Format) -> Result<(), Ses
             request.bones != Bones::default() && !can(FormatOption::Bones),
             format!("a .{extension} has no bones, so --bones changes nothing"),
             "export a .glb, or leave --bones out",
+        ),
+        (
+            request.rest.is_some_and(|rest| rest != format.rest()) && !can(FormatOption::Rest),
+            format!("a .{extension} is always in the T-pose, so no other --rest is possible"),
+            "leave --rest out, or export a .glb",
         ),
         (
             request.axes != FileAxes::default() && !can(FormatOption::Axes),

@@ -1,7 +1,7 @@
 //! What an export is asked for, and what it did.
 
 use super::textures::TextureSize;
-use crate::export::{Bones, Check, Engine, FileAxes, QuadLayer, RemovedPart};
+use crate::export::{Bones, Check, Engine, FileAxes, QuadLayer, RemovedPart, Rest};
 use std::path::PathBuf;
 
 /// The request for an export.
@@ -29,6 +29,8 @@ pub struct ExportRequest {
     pub bake_cloth: Option<Option<String>>,
     /// The axes of the joints in a file that holds the figure.
     pub bones: Bones,
+    /// The bind pose of a file that holds the figure; `None` for that of its format.
+    pub rest: Option<Rest>,
     /// The up axis and the unit of a file of the bind pose whose format leaves them open.
     pub axes: FileAxes,
     /// The name of the figure in a file; `None` for `figure`: the same recipe gives the same bytes in any folder.

@@ -80,6 +80,7 @@ fn check_smpl_request(request: &ExportRequest) -> Result<(), SessionError> {
         ("--author", !request.authors.is_empty()),
         ("--bake-cloth", request.bake_cloth.is_some()),
         ("--bones", request.bones != Bones::default()),
+        ("--rest", request.rest.is_some()),
         ("--up", request.axes.up != FileAxes::default().up),
         ("--unit", request.axes.unit != FileAxes::default().unit),
         ("--name", request.name.is_some()),
