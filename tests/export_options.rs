@@ -94,3 +94,26 @@ fn another_bind_pose_keeps_what_moves_where_it_was() {
         assert!(pairs.into_iter().all(|(p, q)| (0..3).all(|k| (p[k] - q[k]).abs() < 1e-5)));
     }
 }
+
+#[test]
+fn simulated_cloth_is_in_a_glb_on_request_and_its_size_is_said() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = built_quick_session(dir.path(), "alice");
+    overcoat_ok(&session, &["animate", "squat", "--frames", "40..46", "--ease-secs", "0.2"]);
+    let bytes = |name: &str, options: &[&str]| {
+        let target = dir.path().join(name);
+        let args = ["export", target.to_str().unwrap(), "--texture", "none"];
+        let said = overcoat_ok(&session, &[&args, options].concat());
+        (std::fs::read(target).unwrap(), said.stderr)
+    };
+    let (usual, quiet) = bytes("usual.glb", &[]);
+    let (baked, said) = bytes("baked.glb", &["--bake-cloth"]);
+    assert!(!quiet.contains("writing") && said.contains("the cloth of 'squat' in 12 frames: writing "), "{said}");
+    let glb = Glb::new(&baked);
+    glb.check();
+    for mesh in glb.json["meshes"].as_array().unwrap() {
+        assert_eq!(mesh["primitives"][0]["targets"].as_array().unwrap().len(), 12);
+    }
+    assert!(Glb::new(&usual).json["meshes"][0]["primitives"][0].get("targets").is_none());
+    assert!(baked.len() > usual.len() && baked == bytes("again.glb", &["--bake-cloth=squat"]).0);
+}

@@ -151,7 +151,8 @@ fn the_cloth_of_engines_has_a_value_for_every_vertex() {
 fn what_a_format_cannot_hold_is_refused_and_nothing_is_written() {
     let out = tempfile::tempdir().unwrap();
     for (name, options, word) in [
-        ("a.glb", &["--bake-cloth"][..], "simulated cloth"),
+        ("a.obj", &["--bake-cloth"][..], "simulated cloth"),
+        ("a.glb", &["--bake-cloth"], "no animation"),
         ("a.glb", &["--up", "z"], "+Y up"),
         ("a.vrm", &["--unit", "cm"], "metres"),
         ("a.vrm", &["--rest", "a"], "T-pose"),

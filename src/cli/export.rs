@@ -4,7 +4,7 @@ use super::console::{Context, Done, Progress, Verbosity, secs};
 use crate::export::{Bones, Check, Engine, FileAxes, QuadLayer, RemovedPart, Rest};
 use crate::geometry::QuadFigures;
 use crate::scan::{Unit, Up};
-use crate::session::{ExportRequest, Quads, SequenceKind, SequenceRequest, TextureSize, Textures};
+use crate::session::{ExportRequest, ExportStep, Quads, SequenceKind, SequenceRequest, TextureSize, Textures};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::time::Instant;
@@ -49,7 +49,7 @@ pub(super) struct ExportArgs {
     /// Who made the figure, for the .vrm, which has to say so; may be given several times
     #[arg(long, value_name = "NAME", conflicts_with_all = ["at", "scan", "stage", "sequence"])]
     author: Vec<String>,
-    /// Write the simulated cloth of an animation frame by frame into a .usda, .usdc or .usdz; by default the last animation
+    /// Write the simulated cloth of an animation frame by frame: into USD as time samples, into a .glb or .gltf as morph targets; by default the last animation
     #[arg(long, value_name = "ANIMATION", num_args = 0..=1, require_equals = true, conflicts_with_all = ["at", "scan", "stage", "sequence", "hide_covered"])]
     bake_cloth: Option<Option<String>>,
     /// The axes of the bones in a file of the character: `limbs`, along them, as Blender draws bones; `up`, all as the world's
@@ -160,8 +160,13 @@ pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
     let session = context.reader()?;
     let mut outputs = session.outputs(args.force);
     let mut progress = Progress::of_one_stage(&context.console);
-    let mut on_texture = |layer: &str| progress.describe(format!("texture of {layer}"));
-    let exported = session.export(&request, &mut outputs, &mut on_texture)?;
+    let mut on_step = |step: ExportStep| match step {
+        ExportStep::Texture(layer) => progress.describe(format!("texture of {layer}")),
+        ExportStep::BakedCloth { animation, frames, bytes } => {
+            progress.say(&format!("the cloth of '{animation}' in {frames} frames: writing {}", size(bytes)));
+        }
+    };
+    let exported = session.export(&request, &mut outputs, &mut on_step)?;
     progress.end();
     context.console.notices(outputs.notices());
     let shown: Vec<String> = exported.files.iter().map(|f| f.display().to_string()).collect();
@@ -203,6 +208,14 @@ pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
         .lines(shown.iter().map(|f| format!("  {f}")))
         .lines(lines)
         .next(context.overcoat("view --sheet sheet.png")))
+}
+
+/// Bytes in words.
+fn size(bytes: usize) -> String {
+    match bytes {
+        0..1_000_000 => format!("{} kB", bytes.div_ceil(1000)),
+        _ => format!("{} MB", bytes.div_ceil(1_000_000)),
+    }
 }
 
 /// A check, and below it its faults.

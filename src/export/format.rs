@@ -171,7 +171,8 @@ pub struct CharacterAnimation {
     pub name: String,
     /// Its poses; the first is at time 0.
     pub track: PoseTrack,
-    /// The vertices of each layer in each frame where they are simulated; `None` where skin weights move them.
+    /// The vertices of each layer in each frame where they are simulated; `None` where skin weights move them. At most one
+    /// animation of a file has them.
     ///
     /// **Shapes** one entry per layer, with one per frame, with one per vertex.
     pub cloth: Option<Vec<Vec<PerVertex<Point>>>>,

@@ -16,10 +16,11 @@ use super::error::ExportError;
 use super::format::{CharacterAnimation, CharacterOptions, Engine, Format, FormatOption};
 use super::influences::{Influences, influences_of};
 use super::lint::{lint_glb, lint_gltf};
+use super::morphs::add_morphs;
 use super::palette::{ROUGHNESS, color_of_rank};
 use super::pictures::pictures_of;
 use super::split::Split;
-use crate::body::{Figure, INFLUENCES, Layer, Pose, Skeleton};
+use crate::body::{Figure, INFLUENCES, Pose, Skeleton};
 use crate::formats::{
     GlbAttribute, GlbChannel, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, GltfFiles, NodeId, SkinId, usd_names,
 };
@@ -39,6 +40,7 @@ impl Format for Glb {
     fn options(&self) -> &'static [FormatOption] {
         &[
             FormatOption::EightInfluences,
+            FormatOption::Cloth,
             FormatOption::Engine,
             FormatOption::Pose,
             FormatOption::Bones,
@@ -65,7 +67,13 @@ impl Format for Gltf {
     }
 
     fn options(&self) -> &'static [FormatOption] {
-        &[FormatOption::EightInfluences, FormatOption::Pose, FormatOption::Bones, FormatOption::Rest]
+        &[
+            FormatOption::EightInfluences,
+            FormatOption::Cloth,
+            FormatOption::Pose,
+            FormatOption::Bones,
+            FormatOption::Rest,
+        ]
     }
 
     fn encode(&self, figure: &Figure, options: &CharacterOptions) -> Result<Encoded, ExportError> {
@@ -113,12 +121,13 @@ pub(super) fn build(mut glb: GlbWriter, figure: &Figure, options: &CharacterOpti
     let mut layers = Vec::with_capacity(figure.layers.len());
     let pictures = pictures_of(figure, options)?;
     let ease = ease_of(figure);
-    for (rank, layer) in figure.layers.iter().enumerate().filter(|(_, layer)| options.has_layer(&layer.name)) {
+    for rank in (0..figure.layers.len()).filter(|&rank| options.has_layer(&figure.layers[rank].name)) {
         let picture = pictures[rank].as_deref();
-        layers.push(add_layer(&mut glb, layer, picture, rank, skin, options, ease[rank].as_ref())?);
+        layers.push(add_layer(&mut glb, figure, picture, rank, skin, options, ease[rank].as_ref())?);
     }
     for animation in &options.animations {
-        add_animation(&mut glb, &figure.skeleton, &frames, &joints, animation)?;
+        let morphed = if animation.cloth.is_some() { &layers[..] } else { &[] };
+        add_animation(&mut glb, &figure.skeleton, &frames, &joints, animation, morphed)?;
     }
     Ok(Built { glb, joints, layers, ease })
 }
@@ -188,13 +197,15 @@ fn add_skeleton(
     Ok((joints, skin))
 }
 
-/// A rotation per joint and frame, and the root's translation. Joints that keep the bind pose have no channel.
+/// A rotation per joint and frame, and the root's translation. Joints that keep the bind pose have no channel. The layers in
+/// `morphed` have a morph target per frame.
 fn add_animation(
     glb: &mut GlbWriter,
     skeleton: &Skeleton,
     frames: &BoneFrames,
     joints: &[NodeId],
     animation: &CharacterAnimation,
+    morphed: &[NodeId],
 ) -> Result<(), ExportError> {
     let track = &animation.track;
     let times: Vec<f32> = (0..track.poses.len()).map(|frame| track.secs(frame) as f32).collect();
@@ -217,18 +228,19 @@ fn add_animation(
         let rotations = if still { Vec::new() } else { rotations };
         channels.push(GlbChannel { node, translations, rotations });
     }
-    Ok(glb.animation(&animation.name, &times, &channels)?)
+    Ok(glb.animation(&animation.name, &times, &channels, morphed)?)
 }
 
 fn add_layer(
     glb: &mut GlbWriter,
-    layer: &Layer,
+    figure: &Figure,
     picture: Option<&[u8]>,
     rank: usize,
     skin: SkinId,
     options: &CharacterOptions,
     ease: Option<&PerVertex<f32>>,
 ) -> Result<NodeId, ExportError> {
+    let layer = &figure.layers[rank];
     let mesh = &layer.mesh;
     let split = Split::along_seams(layer);
     let points: Vec<[f32; 3]> = split.spread(mesh.points()).map(|p| p.coords.map(|c| c as f32).into()).collect();
@@ -286,5 +298,10 @@ fn add_layer(
     }
     let name = &layer.name;
     let mesh = glb.mesh(&GlbMesh { name, indices, attributes: &attributes, material: Some(material), extras })?;
+    let simulated = options.animations.iter().find_map(|animation| Some((&animation.track, animation.cloth.as_ref()?)));
+    if let Some((track, cloth)) = simulated {
+        let morphs = add_morphs(glb, layer, &split, &weights, &figure.skeleton, (track, &cloth[rank]))?;
+        glb.morph(mesh, &morphs);
+    }
     Ok(glb.node(&GlbNode { name: &layer.name, mesh: Some(mesh), skin: Some(skin), ..GlbNode::default() }))
 }

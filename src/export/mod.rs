@@ -15,6 +15,7 @@ mod layers;
 mod lint;
 mod list;
 mod max_distance;
+mod morphs;
 mod obj;
 mod palette;
 mod pictures;

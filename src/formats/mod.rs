@@ -25,8 +25,8 @@ mod texture;
 mod usd;
 
 pub use self::gltf::{
-    AccessorId, GlbAttribute, GlbChannel, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, GltfFiles, MaterialId,
-    MeshId, NodeId, SkinId, TextureId, read_gltf, read_gltf_motion, write_textured_glb,
+    AccessorId, GlbAttribute, GlbChannel, GlbMaterial, GlbMesh, GlbMorph, GlbNode, GlbScene, GlbWriter, GltfFiles,
+    MaterialId, MeshId, NodeId, SkinId, TextureId, read_gltf, read_gltf_motion, write_textured_glb,
 };
 pub use bundle::{MeshBundle, write_mesh_bundle};
 pub use error::{Format, FormatError};

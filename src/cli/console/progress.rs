@@ -78,6 +78,15 @@ impl Progress {
         }
     }
 
+    /// Says something at once that is worth knowing before the end.
+    pub fn say(&self, text: &str) {
+        match &self.bar {
+            _ if self.verbosity == Verbosity::Quiet => {}
+            Some(bar) => bar.suspend(|| print_aside(text)),
+            None => print_aside(text),
+        }
+    }
+
     pub fn end(&mut self) {
         if let Some(bar) = self.bar.take() {
             bar.finish_and_clear();

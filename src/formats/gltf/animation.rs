@@ -22,12 +22,19 @@ pub struct GlbChannel {
 }
 
 impl GlbWriter {
-    /// Adds an animation.
+    /// Adds an animation. At each time the nodes in `morphed` have the morph target of that number, and between two times a
+    /// blend of both.
     ///
-    /// **Shapes** `times_secs` K, increasing; each list of a channel K or empty.
+    /// **Shapes** `times_secs` K, increasing; each list of a channel K or empty; the meshes of `morphed` have K targets.
     ///
     /// **Errors** when a number is not finite.
-    pub fn animation(&mut self, name: &str, times_secs: &[f32], channels: &[GlbChannel]) -> Result<(), FormatError> {
+    pub fn animation(
+        &mut self,
+        name: &str,
+        times_secs: &[f32],
+        channels: &[GlbChannel],
+        morphed: &[NodeId],
+    ) -> Result<(), FormatError> {
         let rows: Vec<[f32; 1]> = times_secs.iter().map(|&t| [t]).collect();
         let input = self.keys("times of an animation", Type::Scalar, &rows)?;
         let fold = |f: fn(f32, f32) -> f32| times_secs.iter().copied().reduce(f).unwrap_or(0.0);
@@ -50,6 +57,13 @@ impl GlbWriter {
                 let output = self.keys("rotations of an animation", Type::Vec4, &channel.rotations)?;
                 add(output, channel.node, Property::Rotation);
             }
+        }
+        if !morphed.is_empty() {
+            let count = times_secs.len();
+            let weights: Vec<[f32; 1]> =
+                (0..count * count).map(|k| [if k / count == k % count { 1.0 } else { 0.0 }]).collect();
+            let output = self.keys("weights of an animation", Type::Scalar, &weights)?;
+            morphed.iter().for_each(|node| add(output, *node, Property::MorphTargetWeights));
         }
         let name = Some(name.into());
         self.root.push(Animation { extensions: None, extras: None, channels: written, name, samplers });

@@ -8,6 +8,7 @@ mod base64_for_tests;
 mod extension_tests;
 mod extensions;
 mod materials;
+mod morphs;
 #[cfg(test)]
 mod motion_tests;
 mod read;
@@ -22,6 +23,7 @@ mod textured_glb;
 mod write;
 
 pub use animation::GlbChannel;
+pub use morphs::GlbMorph;
 pub use read::read_gltf;
 pub(super) use read::read_gltf_with;
 pub use read_motion::read_gltf_motion;

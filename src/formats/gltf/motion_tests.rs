@@ -117,12 +117,13 @@ fn a_written_animation_is_read_back_with_the_rest_pose_of_its_skin() {
         GlbChannel { node: hips, translations: translations.clone(), rotations: rotations.clone() },
         GlbChannel { node: knee, translations: Vec::new(), rotations: rotations.clone() },
     ];
-    glb.animation("walk", &times, &channels).unwrap();
+    glb.animation("walk", &times, &channels, &[]).unwrap();
     assert!(
         glb.animation(
             "bad",
             &times,
-            &[GlbChannel { node: hips, translations: vec![[f32::NAN; 3]; 5], rotations: vec![] }]
+            &[GlbChannel { node: hips, translations: vec![[f32::NAN; 3]; 5], rotations: vec![] }],
+            &[]
         )
         .is_err()
     );

@@ -139,7 +139,7 @@ impl GlbWriter {
     }
 
     /// Appends bytes to the binary chunk.
-    fn view(&mut self, target: Option<Target>, bytes: &[u8]) -> Index<View> {
+    pub(super) fn view(&mut self, target: Option<Target>, bytes: &[u8]) -> Index<View> {
         let offset = self.bin.len();
         self.bin.extend_from_slice(bytes);
         self.bin.resize(self.bin.len().next_multiple_of(4), 0);

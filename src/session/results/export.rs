@@ -1,7 +1,7 @@
 //! Exports the figure or a step of the session as files.
 
 use super::export_character::chosen;
-use super::export_request::{ExportRequest, Exported, Textures};
+use super::export_request::{ExportRequest, ExportStep, Exported, Textures};
 use super::outputs::Outputs;
 use super::posed_step::PosedStep;
 use crate::body::Figure;
@@ -20,12 +20,12 @@ use std::path::Path;
 impl Session {
     /// Writes the files atomically. Writes nothing if one of them is refused.
     ///
-    /// `on_texture` hears the name of each layer whose texture is baked now.
+    /// `on_step` hears what is slow or large.
     pub fn export(
         &self,
         request: &ExportRequest,
         outputs: &mut Outputs,
-        on_texture: &mut dyn FnMut(&str),
+        on_step: &mut dyn FnMut(ExportStep),
     ) -> Result<Exported, SessionError> {
         if request.hide_covered && (request.scan.is_some() || request.before_registration) {
             return Err(SessionError::BadRequest {
@@ -39,7 +39,7 @@ impl Session {
         self.check_license(extension.as_deref().filter(|_| !is_folder).unwrap_or("ply"))?;
         let exported = match extension.as_deref() {
             Some(extension) if !is_folder => match format_of(extension) {
-                Some(format) => self.export_file(request, format, outputs, on_texture),
+                Some(format) => self.export_file(request, format, outputs, on_step),
                 None if extension.eq_ignore_ascii_case("npz") => self.export_smpl(request, outputs),
                 None => Err(SessionError::UnknownTarget { path: request.target.clone() }),
             },

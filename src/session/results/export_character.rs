@@ -1,6 +1,6 @@
 //! Exports the figure as one file that holds it.
 
-use super::export_request::{ExportRequest, Exported, Quads, Textures};
+use super::export_request::{ExportRequest, ExportStep, Exported, Quads, Textures};
 use super::outputs::{Content, Outputs};
 use super::posed_step::PosedStep;
 use super::textures::TextureSize;
@@ -25,7 +25,7 @@ impl Session {
         request: &ExportRequest,
         format: &dyn Format,
         outputs: &mut Outputs,
-        on_texture: &mut dyn FnMut(&str),
+        on_step: &mut dyn FnMut(ExportStep),
     ) -> Result<Exported, SessionError> {
         check_request(request, format)?;
         let extension = format.extension();
@@ -44,9 +44,10 @@ impl Session {
         let masked = if quads.is_empty() { &last.figure } else { &figure };
         let covered = self.covered_parts(masked, request.hide_covered, &request.target)?;
         let removed = covered.removed(masked);
+        let mut on_texture = |layer: &str| on_step(ExportStep::Texture(layer));
         let figure = match request.textures {
-            Textures::AsUsual => self.textured(figure, &steps, &quads, TextureSize::default(), on_texture)?,
-            Textures::Of(size) => self.textured(figure, &steps, &quads, size, on_texture)?,
+            Textures::AsUsual => self.textured(figure, &steps, &quads, TextureSize::default(), &mut on_texture)?,
+            Textures::Of(size) => self.textured(figure, &steps, &quads, size, &mut on_texture)?,
             Textures::None => without_textures(figure),
         };
         let layers = chosen(&figure, &request.layers)?;
@@ -104,6 +105,10 @@ impl Session {
         }
         for fault in checks.iter().flat_map(|check| &check.faults) {
             outputs.notice(format!("other programs may stumble over {}: {fault}", path.display()));
+        }
+        if let Some(baked) = options.animations.iter().find(|animation| animation.cloth.is_some()) {
+            let bytes = encoded.bytes.len() + encoded.companions.iter().map(|file| file.bytes.len()).sum::<usize>();
+            on_step(ExportStep::BakedCloth { animation: &baked.name, frames: baked.track.poses.len(), bytes });
         }
         let beside = |companion: Companion| (path.with_file_name(companion.path), companion.bytes);
         let mut files: Vec<(PathBuf, Vec<u8>)> = encoded.companions.into_iter().map(beside).collect();
@@ -258,7 +263,7 @@ fn check_request(request: &ExportRequest, format: &dyn Format) -> Result<(), Ses
         (
             request.bake_cloth.is_some() && !can(FormatOption::Cloth),
             format!("a .{extension} does not hold simulated cloth"),
-            "export a .usdc or .usdz, or `--sequence pc2` beside it",
+            "export a .glb, .usdc or .usdz, or `--sequence pc2` beside it",
         ),
         (
             !request.authors.is_empty() && !can(FormatOption::Authors),

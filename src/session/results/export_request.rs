@@ -43,6 +43,22 @@ pub struct ExportRequest {
     pub lint: bool,
 }
 
+/// What an export does next.
+#[derive(Clone, Copy, Debug)]
+pub enum ExportStep<'a> {
+    /// It bakes the texture of this layer.
+    Texture(&'a str),
+    /// It writes a file that holds the cloth of an animation frame by frame.
+    BakedCloth {
+        /// The animation's name.
+        animation: &'a str,
+        /// Its frames.
+        frames: usize,
+        /// Bytes of the file and of those beside it.
+        bytes: usize,
+    },
+}
+
 /// Whether layers are re-meshed with quads.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quads {
