@@ -17,7 +17,7 @@ use super::format::{CharacterAnimation, CharacterOptions, Engine, Format, Format
 use super::influences::{Influences, influences_of};
 use super::lint::{lint_glb, lint_gltf};
 use super::morphs::add_morphs;
-use super::palette::{ROUGHNESS, color_of_rank};
+use super::palette::{color_of_rank, roughness_of};
 use super::pictures::pictures_of;
 use super::split::Split;
 use crate::body::{Figure, INFLUENCES, Pose, Skeleton};
@@ -287,7 +287,7 @@ fn add_layer(
         // Vertex colours and the texture are multiplied by the material's.
         color: if colors.is_some() || texture.is_some() { [255; 3] } else { color_of_rank(rank) },
         texture,
-        roughness: ROUGHNESS,
+        roughness: roughness_of(layer),
         double_sided: rank > 0,
     });
     let mut extras = json!({ "rank": rank });

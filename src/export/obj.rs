@@ -6,7 +6,7 @@ use super::encoded::{Check, Companion, Encoded};
 use super::error::ExportError;
 use super::format::{CharacterOptions, Format, FormatOption};
 use super::lint;
-use super::palette::color_of_rank;
+use super::palette::{color_of_rank, roughness_of};
 use super::pictures::pictures_of;
 use super::polygons::polygons;
 use crate::body::Figure;
@@ -77,7 +77,7 @@ impl Format for Obj {
             coords += uvs.len() as u32;
             let usual = if picture.is_some() || colors.is_some() { [255; 3] } else { color_of_rank(rank) };
             let [r, g, b] = usual.map(|byte| f32::from(byte) / 255.0);
-            _ = writeln!(mtl, "newmtl {name}\nKd {r:.4} {g:.4} {b:.4}\nKs 0 0 0");
+            _ = writeln!(mtl, "newmtl {name}\nKd {r:.4} {g:.4} {b:.4}\nKs 0 0 0\nPr {}", roughness_of(layer));
             if let Some(bytes) = picture {
                 let path = format!("{stem}_obj_textures/{name}.png");
                 _ = writeln!(mtl, "map_Kd {path}");

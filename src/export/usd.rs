@@ -12,7 +12,7 @@ use super::error::ExportError;
 use super::format::{CharacterOptions, Format, FormatOption};
 use super::influences::influences_of;
 use super::lint::lint_usd;
-use super::palette::{ROUGHNESS, color_of_rank};
+use super::palette::{color_of_rank, roughness_of};
 use super::pictures::pictures_of;
 use super::polygons::polygons;
 use crate::body::{Figure, INFLUENCES, JointId, Layer, Pose, Skeleton};
@@ -281,7 +281,7 @@ fn skin(prim: &mut UsdPrim, layer: &Layer, eight_influences: bool) {
 fn material_prim(layer: &Layer, name: &str, texture: Option<&str>, rank: usize, path: &str) -> UsdPrim {
     let mut surface = UsdPrim::new("surface", "Shader", &[]);
     surface.uniform("info:id", UsdValue::Token("UsdPreviewSurface"));
-    surface.attribute("inputs:roughness", UsdValue::Float(ROUGHNESS));
+    surface.attribute("inputs:roughness", UsdValue::Float(roughness_of(layer)));
     surface.output("outputs:surface", "token");
     let mut material = UsdPrim::new(name, "Material", &[]);
     material.connected("outputs:surface", "token", &format!("{path}/surface.outputs:surface"));

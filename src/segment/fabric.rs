@@ -26,6 +26,8 @@ pub struct Fabric {
     pub bending: f64,
     /// Coefficient of friction of cloth on cloth.
     pub friction: f64,
+    /// Of its material in files: 0 mirrors, 1 is matt.
+    pub roughness: f32,
     /// Where the figures come from.
     pub source: String,
 }
@@ -63,13 +65,14 @@ mod tests {
     fn every_fabric_is_plausible_and_names_its_sources() {
         assert!(Fabric::all().len() >= 8);
         for fabric in Fabric::all() {
-            let Fabric { name, density, thickness, stretch, bending, friction, source, .. } = fabric;
+            let Fabric { name, density, thickness, stretch, bending, friction, roughness, source, .. } = fabric;
             // Sheer silk weighs 20 g/m², leather 0.9 kg/m²; fleece is 2 to 3 mm thick.
             assert!((0.02..=0.9).contains(density), "{name}: {density} kg/m²");
             assert!((1e-4..=3e-3).contains(thickness), "{name}: {thickness} m");
             assert!(stretch.iter().all(|k| (10.0..=1e5).contains(k)), "{name}: {stretch:?} N/m");
             assert!((1e-6..=300e-6).contains(bending), "{name}: {bending} N·m");
             assert!((0.1..=0.9).contains(friction), "{name}: {friction}");
+            assert!((0.3..=1.0).contains(roughness), "{name}: {roughness}");
             let cites = ["[W]", "[P]", "[C]", "[G]", "ISO"].iter().any(|known| source.contains(known));
             // Hair is no cloth, and nobody has measured a head of it as a shell.
             assert!(cites || (name == "hair" && source.contains("typical")), "{name}: {source}");
