@@ -4,6 +4,7 @@ use crate::common::glb::Glb;
 use crate::common::{built_quick_session, demo, overcoat_ok};
 use overcoat::formats::{RawMesh, read_obj, read_ply};
 use overcoat::geometry::{Point, TriMesh};
+use overcoat::stack::crossing_places;
 use serde_json::Value;
 use std::path::Path;
 
@@ -116,4 +117,21 @@ fn simulated_cloth_is_in_a_glb_on_request_and_its_size_is_said() {
     }
     assert!(Glb::new(&usual).json["meshes"][0]["primitives"][0].get("targets").is_none());
     assert!(baked.len() > usual.len() && baked == bytes("again.glb", &["--bake-cloth=squat"]).0);
+}
+
+#[test]
+fn fewer_faces_cross_nowhere_and_layers_that_would_stay_finer() {
+    let out = tempfile::tempdir().unwrap();
+    for (count, most) in [(20_000, 26_000), (5_000, 20_000)] {
+        let name = format!("{count}/");
+        let said = export(out.path(), &name, &["--faces", &count.to_string()]);
+        let after = layers(&out.path().join(name));
+        let faces: usize = after.iter().map(TriMesh::face_count).sum();
+        assert!((count * 9 / 10..most).contains(&faces), "{faces} for {count}: {said}");
+        assert!(crossing_places(&after).unwrap().is_empty());
+        for (said, mesh) in said["faces"].as_array().unwrap().iter().zip(&after) {
+            assert_eq!(said["triangles"], mesh.face_count(), "{said}");
+            assert!(said["farthest_mm"].as_f64().unwrap() < 20.0, "{said}");
+        }
+    }
 }

@@ -1,10 +1,10 @@
 //! `overcoat export`: writes the figure or a step as files.
 
 use super::console::{Context, Done, Progress, Verbosity, secs};
-use crate::export::{Bones, Check, Engine, FileAxes, QuadLayer, RemovedPart, Rest};
+use crate::export::{Bones, Check, Engine, FileAxes, RemeshedLayer, RemovedPart, Rest};
 use crate::geometry::QuadFigures;
 use crate::scan::{Unit, Up};
-use crate::session::{ExportRequest, ExportStep, Quads, SequenceKind, SequenceRequest, TextureSize, Textures};
+use crate::session::{ExportRequest, ExportStep, Faces, SequenceKind, SequenceRequest, TextureSize, Textures};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::time::Instant;
@@ -37,6 +37,9 @@ pub(super) struct ExportArgs {
     /// The most joints that move a vertex of a .glb, .gltf or USD file: with 4, which every program reads, cloth at shoulders and hips may lie up to 2 cm from where 8 put it
     #[arg(long, value_name = "4|8", default_value = "4", value_parser = ["4", "8"], conflicts_with_all = ["scan", "stage", "sequence"])]
     influences: String,
+    /// About so many faces in all layers together, at least 1000: the textures stay as sharp; where a layer would cross another, it keeps more
+    #[arg(long, value_name = "COUNT", value_parser = face_count, conflicts_with_all = ["at", "scan", "stage", "sequence", "quads", "bake_cloth"])]
+    faces: Option<usize>,
     /// Quads that follow the cloth instead of triangles, about so many in all; by default as fine as the triangles
     #[arg(long, value_name = "COUNT", num_args = 0..=1, require_equals = true, conflicts_with_all = ["at", "scan", "stage", "sequence", "hide_covered", "bake_cloth"])]
     quads: Option<Option<usize>>,
@@ -89,15 +92,22 @@ fn engine(text: &str) -> Result<Engine, String> {
         "unity" => Ok(Engine::Unity),
         "blender" => Ok(Engine::Blender),
         _ => Err("give unreal, unity or blender".into()),
+    }
+}
+
+/// `20k` or `20000`.
+fn face_count(text: &str) -> Result<usize, String> {
+    let (number, factor) = text.strip_suffix(['k', 'K']).map_or((text, 1), |number| (number, 1000));
+    let count = number.parse::<usize>().ok().and_then(|number| number.checked_mul(factor));
+    count.ok_or_else(|| "give a number such as 20k or 20000".into())
+}
+
 fn rest(text: &str) -> Result<Rest, String> {
     match text {
         "bind" => Ok(Rest::Bind),
         "t" => Ok(Rest::TPose),
         "a" => Ok(Rest::APose),
         _ => Err("give bind, t or a".into()),
-    }
-}
-
     }
 }
 
@@ -155,7 +165,11 @@ pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
         name: args.name,
         textures: args.texture.unwrap_or_default(),
         lint: args.lint,
-        quads: args.quads.map_or(Quads::None, |count| count.map_or(Quads::AsFine, Quads::Count)),
+        faces: match (args.faces, args.quads) {
+            (Some(count), _) => Faces::Fewer(count),
+            (None, Some(count)) => Faces::Quads(count),
+            (None, None) => Faces::AsBuilt,
+        },
     };
     let session = context.reader()?;
     let mut outputs = session.outputs(args.force);
@@ -182,9 +196,10 @@ pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
         json["removed"] = exported.removed.iter().map(entry).collect();
         lines = removed_lines(&exported.removed, context.console.verbosity);
     }
-    if !exported.quads.is_empty() {
-        json["quads"] = exported.quads.iter().map(quads_json).collect();
-        lines.extend(exported.quads.iter().filter_map(quads_line));
+    if !exported.remeshed.is_empty() {
+        let key = if matches!(request.faces, Faces::Quads(_)) { "quads" } else { "faces" };
+        json[key] = exported.remeshed.iter().map(remeshed_json).collect();
+        lines.extend(exported.remeshed.iter().filter_map(remeshed_line));
     }
     if request.lint {
         json["checks"] = exported.checks.iter().map(check_json).collect();
@@ -229,12 +244,15 @@ fn check_json(check: &Check) -> Value {
     json!({ "what": check.what, "faults": check.faults })
 }
 
-/// The quads of a layer; a layer that keeps its triangles has a notice instead.
-fn quads_line(layer: &QuadLayer) -> Option<String> {
+/// The new faces of a layer; a layer that keeps its triangles has a notice instead.
+fn remeshed_line(layer: &RemeshedLayer) -> Option<String> {
     let remeshed = layer.outcome.as_ref().ok()?;
-    let QuadFigures { quads, singular_vertices, smallest_angle_deg, poor_quads, .. } = remeshed.figures;
     let name = &layer.name;
     let finer = if remeshed.is_finer { ", finer because larger ones would cross or lose a part" } else { "" };
+    let Some(QuadFigures { quads, singular_vertices, smallest_angle_deg, poor_quads, .. }) = remeshed.quads else {
+        let (now, before, far) = (remeshed.triangles, layer.triangles_before, remeshed.farthest * 1000.0);
+        return Some(format!("{name}: {now} of {before} triangles, {far:.1} mm away at most{finer}"));
+    };
     let angles = match poor_quads {
         0 => format!("angles from {smallest_angle_deg:.0}°"),
         1 => "1 has an angle below 20°".to_string(),
@@ -243,20 +261,26 @@ fn quads_line(layer: &QuadLayer) -> Option<String> {
     Some(format!("{name}: {quads} quads, {singular_vertices} singular vertices, {angles}{finer}"))
 }
 
-fn quads_json(layer: &QuadLayer) -> Value {
-    match &layer.outcome {
-        Err(reason) => json!({ "layer": layer.name, "keeps_triangles": reason }),
-        Ok(remeshed) => json!({
-            "layer": layer.name,
-            "triangles_before": layer.triangles_before,
-            "quads": remeshed.figures.quads,
-            "singular_vertices": remeshed.figures.singular_vertices,
-            "poor_quads": remeshed.figures.poor_quads,
-            "smallest_angle_deg": remeshed.figures.smallest_angle_deg,
-            "farthest_mm": remeshed.farthest * 1000.0,
-            "edge_length_mm": remeshed.figures.edge_length * 1000.0,
-        }),
+fn remeshed_json(layer: &RemeshedLayer) -> Value {
+    let remeshed = match &layer.outcome {
+        Err(reason) => return json!({ "layer": layer.name, "keeps_triangles": reason }),
+        Ok(remeshed) => remeshed,
+    };
+    let mut json = json!({
+        "layer": layer.name,
+        "triangles_before": layer.triangles_before,
+        "triangles": remeshed.triangles,
+        "is_finer": remeshed.is_finer,
+        "farthest_mm": remeshed.farthest * 1000.0,
+    });
+    if let Some(figures) = &remeshed.quads {
+        json["quads"] = json!(figures.quads);
+        json["singular_vertices"] = json!(figures.singular_vertices);
+        json["poor_quads"] = json!(figures.poor_quads);
+        json["smallest_angle_deg"] = json!(figures.smallest_angle_deg);
+        json["edge_length_mm"] = json!(figures.edge_length * 1000.0);
     }
+    json
 }
 
 /// What was removed: a line per layer, or one for all.

@@ -27,6 +27,16 @@ pub enum ExportError {
         /// The greatest that is possible.
         most: usize,
     },
+    /// A number of faces that the figure cannot be reduced to.
+    #[error("the figure has {present} faces and cannot be reduced to {count}: {least} to {} are possible", present - 1)]
+    FaceCount {
+        /// The requested number.
+        count: usize,
+        /// The least that is possible.
+        least: usize,
+        /// Those that it has.
+        present: usize,
+    },
     /// A number is NaN or infinite.
     #[error("{what}: entry {index} is not a finite number")]
     NotFinite {
@@ -113,6 +123,7 @@ impl ExportError {
             Self::QuadCount { .. } => {
                 Some("leave the count out for quads about as fine as the layers' triangles".into())
             }
+            Self::FaceCount { .. } => Some("give fewer, or leave --faces out for all".into()),
             Self::Io { .. }
             | Self::NoLayers
             | Self::NotFinite { .. }

@@ -18,12 +18,21 @@ const WIDER_FROM: usize = 6;
 /// Rounds of moves: most crossings end within three.
 const ROUNDS: usize = 30;
 
+/// Where two faces cross.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Crossing {
+    /// The middle of the smaller face.
+    pub at: Point,
+    /// How far that one reaches from there, in metres.
+    pub radius: f64,
+}
+
 /// Moves the vertices of re-meshed layers until no face of theirs crosses any other, on coordinates rounded to `f32` as in
 /// a file: the outer of two layers outwards, the inner inwards if the outer is not re-meshed; a fold of one layer becomes smoother.
 ///
 /// **Shapes** `layers` innermost first, the body is the first; `may_move` one entry per layer. The result has the layers'
-/// points, rounded, and per layer the pairs of crossing faces that are left, each counted for the layers that may move.
-pub(super) fn uncrossed(layers: &[TriMesh], may_move: &[bool]) -> (Vec<TriMesh>, Vec<usize>) {
+/// points, rounded, and per layer the crossings that are left, each listed for the layers that may move.
+pub(super) fn uncrossed(layers: &[TriMesh], may_move: &[bool]) -> (Vec<TriMesh>, Vec<Vec<Crossing>>) {
     let mut sheets = Sheets::join(layers, may_move);
     let mut pairs: Vec<[FaceId; 2]> = Vec::new();
     let mut moved: Vec<FaceId> = sheets.index.mesh().face_ids().collect();
@@ -38,11 +47,16 @@ pub(super) fn uncrossed(layers: &[TriMesh], may_move: &[bool]) -> (Vec<TriMesh>,
         let moves = sheets.moves_apart(&pairs, round);
         moved = sheets.moved_by(&moves);
     }
-    let mut left = vec![0; layers.len()];
+    let mut left = vec![Vec::new(); layers.len()];
     for [f, g] in pairs {
         let [i, j] = [f, g].map(|f| sheets.layer_of(f));
-        left[i] += usize::from(may_move[i]);
-        left[j] += usize::from(may_move[j] && i != j);
+        let crossing = sheets.crossing([f, g]);
+        if may_move[i] {
+            left[i].push(crossing);
+        }
+        if may_move[j] && i != j {
+            left[j].push(crossing);
+        }
     }
     let points = sheets.index.mesh().points();
     let apart =
@@ -91,6 +105,17 @@ impl<'a> Sheets<'a> {
 
     fn layer_of(&self, f: FaceId) -> usize {
         self.layer_of_vertex(self.index.mesh().faces()[f][0])
+    }
+
+    fn crossing(&self, pair: [FaceId; 2]) -> Crossing {
+        let mesh = self.index.mesh();
+        let of_face = |f: FaceId| {
+            let corners = mesh.triangle(f);
+            let at = Point::from(corners.iter().map(|p| p.coords / 3.0).sum::<Vec3>());
+            Crossing { at, radius: corners.iter().map(|p| (p - at).norm()).fold(0.0, f64::max) }
+        };
+        let [a, b] = pair.map(of_face);
+        if a.radius <= b.radius { a } else { b }
     }
 
     /// The pairs of which one face is in `faces` and one may move, the inner first.

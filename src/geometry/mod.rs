@@ -41,7 +41,7 @@ pub use orientation::orient_outward;
 pub use piercing::Piercing;
 pub use quads::{QuadError, QuadFigures, QuadMesh, mirrored_quad_mesh, quad_mesh, quads_of_pairs};
 pub use same_place::first_at_same_place;
-pub use simplify::{TriangleShapes, simplified, simplified_faces};
+pub use simplify::{TriangleShapes, simplified, simplified_around, simplified_faces};
 pub use slivers::{WithoutSlivers, without_slivers};
 pub use smoothed_normals::smoothed_normals;
 pub use surface_index::{RayHit, SurfaceIndex, SurfacePoint};

@@ -35,10 +35,23 @@ pub fn simplified(
         })
         .collect();
     let faces: Vec<[u32; 3]> = mesh.faces().iter().map(|face| face.map(|v| v.0)).collect();
-    let kept = simplified_with(&positions, &faces, face_count, shapes);
+    let kept = simplified_with(&positions, &faces, face_count, shapes, None);
     let kept: Vec<[VertexId; 3]> = kept.into_iter().map(|face| face.map(VertexId)).collect();
     let all = PerFace::filled(true, kept.len());
     mesh.with_faces(kept).part(&all)
+}
+
+/// The mesh with about `face_count` faces as [`simplified`] chooses them with [`TriangleShapes::Regular`], but the vertices
+/// marked in `fixed` stay.
+///
+/// **Shapes** `fixed` V.
+pub fn simplified_around(mesh: &TriMesh, center: &Point, face_count: usize, fixed: &PerVertex<bool>) -> TriMesh {
+    let positions: Vec<[f32; 3]> = mesh.points().iter().map(|p| (p - center).map(|c| c as f32).into()).collect();
+    let faces: Vec<[u32; 3]> = mesh.faces().iter().map(|face| face.map(|v| v.0)).collect();
+    let kept = simplified_with(&positions, &faces, face_count, TriangleShapes::Regular, Some(fixed.as_slice()));
+    let kept: Vec<[VertexId; 3]> = kept.into_iter().map(|face| face.map(VertexId)).collect();
+    let all = PerFace::filled(true, kept.len());
+    mesh.with_faces(kept).part(&all).0
 }
 
 /// About `face_count` faces between some of the `positions`, as [`simplified`] chooses them with
@@ -46,7 +59,7 @@ pub fn simplified(
 ///
 /// **Requires** faces within the positions, finite positions.
 pub fn simplified_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], face_count: usize) -> Vec<[u32; 3]> {
-    simplified_with(positions, faces, face_count, TriangleShapes::Regular)
+    simplified_with(positions, faces, face_count, TriangleShapes::Regular, None)
 }
 
 fn simplified_with(
@@ -54,6 +67,7 @@ fn simplified_with(
     faces: &[[u32; 3]],
     face_count: usize,
     shapes: TriangleShapes,
+    fixed: Option<&[bool]>,
 ) -> Vec<[u32; 3]> {
     let options = match shapes {
         TriangleShapes::Any => SimplifyOptions::None,
@@ -66,7 +80,10 @@ fn simplified_with(
         // Only if the stride does not divide the length.
         return faces.to_vec();
     };
-    let mut kept = meshopt::simplify(indices, &vertices, target, 1.0, options, None);
+    let mut kept = match fixed {
+        None => meshopt::simplify(indices, &vertices, target, 1.0, options, None),
+        Some(fixed) => meshopt::simplify_with_locks(indices, &vertices, fixed, target, 1.0, options, None),
+    };
     kept.shrink_to_fit();
     kept.as_chunks::<3>().0.to_vec()
 }
@@ -75,6 +92,16 @@ fn simplified_with(
 mod tests {
     use super::*;
     use crate::geometry::sphere;
+
+    #[test]
+    fn fixed_vertices_stay_where_all_around_them_goes() {
+        let mesh = sphere(24, 48);
+        let fixed: PerVertex<bool> = mesh.points().iter().map(|p| p.y > 0.7).collect();
+        let fewer = simplified_around(&mesh, &Point::origin(), mesh.face_count() / 4, &fixed);
+        let on_top = |mesh: &TriMesh| mesh.points().iter().filter(|p| p.y > 0.7).count();
+        assert_eq!(on_top(&fewer), on_top(&mesh));
+        assert!(fewer.face_count() < mesh.face_count() / 3, "{}", fewer.face_count());
+    }
 
     #[test]
     fn fewer_faces_keep_positions_and_lie_near_the_surface() {

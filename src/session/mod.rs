@@ -47,7 +47,7 @@ pub use results::{
     ShownStep, SizedFile, StepStatus, SubjectOrigin, ToPaint, TriedSizes, TriedSteps, TruthReport, girth_notes,
 };
 pub use results::{DriveView, LiveView, StreamedOutput};
-pub use results::{Film, Quads, SequenceKind, SequenceRequest, TextureSize, Textures};
+pub use results::{Faces, Film, SequenceKind, SequenceRequest, TextureSize, Textures};
 pub use stage::{Stage, StepKind};
 pub use stage_error::StageError;
 pub use store::{

@@ -6,7 +6,7 @@ use super::outputs::Outputs;
 use super::posed_step::PosedStep;
 use crate::body::Figure;
 use crate::export::{
-    CoveredParts, ExportError, QuadLayer, RemovedPart, Rest, format_of, write_joints_json, write_layer_ply,
+    CoveredParts, ExportError, RemeshedLayer, RemovedPart, Rest, format_of, write_joints_json, write_layer_ply,
     write_quads_ply,
 };
 use crate::geometry::{PerVertex, Point, TriMesh};
@@ -64,16 +64,16 @@ impl Session {
                 hint: "name a file `NAME.glb`, or leave --texture out".into(),
             }),
             _ => {
-                let (files, removed, quads) = self.folder_of(request)?;
+                let (files, removed, remeshed) = self.folder_of(request)?;
                 Ok(Exported {
                     files: outputs.write_folder(&request.target, files)?,
                     removed,
-                    quads,
+                    remeshed,
                     ..Exported::default()
                 })
             }
         }?;
-        for layer in &exported.quads {
+        for layer in &exported.remeshed {
             if let Err(reason) = &layer.outcome {
                 outputs.notice(format!("'{}' keeps its triangles: {reason}", layer.name));
             }
@@ -103,7 +103,7 @@ impl Session {
     fn folder_of(
         &self,
         request: &ExportRequest,
-    ) -> Result<(NamedFiles, Vec<RemovedPart>, Vec<QuadLayer>), SessionError> {
+    ) -> Result<(NamedFiles, Vec<RemovedPart>, Vec<RemeshedLayer>), SessionError> {
         let mut folder =
             Folder { path: &request.target, covered: CoveredParts::none(), layers: None, files: Vec::new() };
         if request.before_registration {
@@ -124,7 +124,7 @@ impl Session {
             let scan = self.store.load(scan)?;
             folder.ply("scan.ply", &in_file(&scan.mesh, &scan.world_from_file), scan.colors.as_ref(), &[])?;
         }
-        let (mut removed, mut quads) = (Vec::new(), Vec::new());
+        let (mut removed, mut remeshed) = (Vec::new(), Vec::new());
         if request.at.is_some() || request.scan.is_none() {
             let steps = self.posed_steps(request.at.as_deref())?;
             if let Some(last) = steps.last() {
@@ -137,14 +137,14 @@ impl Session {
                     Some(_) => folder.step(last),
                     None => {
                         let figure = standing(last.figure.clone(), &last.step.name)?;
-                        let (figure, layers) = self.with_quads(figure, request)?;
-                        quads = layers;
-                        folder.bind(&request.axes.figure(&figure), &quads)
+                        let (figure, layers) = self.remeshed(figure, request)?;
+                        remeshed = layers;
+                        folder.bind(&request.axes.figure(&figure), &remeshed)
                     }
                 }?;
             }
         }
-        Ok((folder.files, removed, quads))
+        Ok((folder.files, removed, remeshed))
     }
 }
 
@@ -160,14 +160,14 @@ struct Folder<'a> {
 }
 
 impl Folder<'_> {
-    /// **Shapes** `quads`: one entry per layer, if the figure was re-meshed.
-    fn bind(&mut self, figure: &Figure, quads: &[QuadLayer]) -> Result<(), SessionError> {
+    /// **Shapes** `remeshed`: one entry per layer, if the figure was re-meshed.
+    fn bind(&mut self, figure: &Figure, remeshed: &[RemeshedLayer]) -> Result<(), SessionError> {
         for (rank, layer) in figure.layers.iter().enumerate() {
             let colors = layer.colors.as_ref();
             if self.leaves_out(&layer.name) {
                 continue;
             }
-            if quads.get(rank).is_some_and(|quads| quads.outcome.is_ok()) {
+            if remeshed.get(rank).is_some_and(RemeshedLayer::has_quads) {
                 self.put(&format!("{}.ply", layer.name), |out| write_quads_ply(&layer.mesh, colors, out))?;
             } else {
                 self.layer(rank, &layer.name, &layer.mesh, colors)?;

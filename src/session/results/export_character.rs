@@ -1,13 +1,13 @@
 //! Exports the figure as one file that holds it.
 
-use super::export_request::{ExportRequest, ExportStep, Exported, Quads, Textures};
+use super::export_request::{ExportRequest, ExportStep, Exported, Faces, Textures};
 use super::outputs::{Content, Outputs};
 use super::posed_step::PosedStep;
 use super::textures::TextureSize;
 use crate::body::{Figure, Layer, Pose};
 use crate::export::{
-    Bones, CharacterAnimation, CharacterOptions, Companion, CoveredParts, FileAxes, Format, FormatOption, QuadFigure,
-    QuadLayer, SpringParams, fitted_springs,
+    Bones, CharacterAnimation, CharacterOptions, Companion, CoveredParts, ExportError, FileAxes, Format, FormatOption,
+    RemeshedLayer, SpringParams, fitted_springs, with_fewer_faces, with_quads,
 };
 use crate::geometry::PerVertex;
 use crate::rig::cover_masks;
@@ -39,15 +39,15 @@ impl Session {
             Some(_) => last.figure_for_pose(),
             None => standing(last.figure.clone(), &last.step.name)?,
         };
-        let (figure, quads) = self.with_quads(figure, request)?;
+        let (figure, remeshed) = self.remeshed(figure, request)?;
         // The masks are those of all poses, so they are the same wherever the figure stands.
-        let masked = if quads.is_empty() { &last.figure } else { &figure };
+        let masked = if remeshed.is_empty() { &last.figure } else { &figure };
         let covered = self.covered_parts(masked, request.hide_covered, &request.target)?;
         let removed = covered.removed(masked);
         let mut on_texture = |layer: &str| on_step(ExportStep::Texture(layer));
         let figure = match request.textures {
-            Textures::AsUsual => self.textured(figure, &steps, &quads, TextureSize::default(), &mut on_texture)?,
-            Textures::Of(size) => self.textured(figure, &steps, &quads, size, &mut on_texture)?,
+            Textures::AsUsual => self.textured(figure, &steps, &remeshed, TextureSize::default(), &mut on_texture)?,
+            Textures::Of(size) => self.textured(figure, &steps, &remeshed, size, &mut on_texture)?,
             Textures::None => without_textures(figure),
         };
         let layers = chosen(&figure, &request.layers)?;
@@ -95,13 +95,13 @@ impl Session {
             authors: request.authors.clone(),
             loose,
             springs,
-            quads: quads.iter().map(|layer| layer.outcome.is_ok()).collect(),
+            quads: remeshed.iter().map(RemeshedLayer::has_quads).collect(),
             provenance,
         };
         let encoded = format.encode(&figure, &options).map_err(|e| SessionError::bad_source(&path, e))?;
         let checks = encoded.checks;
         if request.lint {
-            return Ok(Exported { removed, quads, checks, ..Exported::default() });
+            return Ok(Exported { removed, remeshed, checks, ..Exported::default() });
         }
         for fault in checks.iter().flat_map(|check| &check.faults) {
             outputs.notice(format!("other programs may stumble over {}: {fault}", path.display()));
@@ -114,22 +114,23 @@ impl Session {
         let mut files: Vec<(PathBuf, Vec<u8>)> = encoded.companions.into_iter().map(beside).collect();
         // Last: what it names is there then.
         files.push((path, encoded.bytes));
-        Ok(Exported { files: outputs.write_together(files)?, removed, quads, checks })
+        Ok(Exported { files: outputs.write_together(files)?, removed, remeshed, checks })
     }
 
-    /// The figure with quads, if they are requested, and what became of each layer.
-    pub(super) fn with_quads(
+    /// The figure with other faces, if they are requested, and what became of each layer.
+    pub(super) fn remeshed(
         &self,
         figure: Figure,
         request: &ExportRequest,
-    ) -> Result<(Figure, Vec<QuadLayer>), SessionError> {
-        let count = match request.quads {
-            Quads::None => return Ok((figure, Vec::new())),
-            Quads::AsFine => None,
-            Quads::Count(count) => Some(count),
+    ) -> Result<(Figure, Vec<RemeshedLayer>), SessionError> {
+        let remeshed = match request.faces {
+            Faces::AsBuilt => return Ok((figure, Vec::new())),
+            Faces::Fewer(count) => with_fewer_faces(&figure, count),
+            Faces::Quads(count) => with_quads(&figure, self.body_model()?.mirror.as_ref(), count),
         };
-        let remeshed = QuadFigure::of(&figure, self.body_model()?.mirror.as_ref(), count)
-            .map_err(|e| SessionError::BadRequest { what: e.to_string(), hint: e.hint().unwrap_or_default() })?;
+        let refused =
+            |e: ExportError| SessionError::BadRequest { what: e.to_string(), hint: e.hint().unwrap_or_default() };
+        let remeshed = remeshed.map_err(refused)?;
         Ok((remeshed.figure, remeshed.layers))
     }
 

@@ -1,7 +1,7 @@
 //! What an export is asked for, and what it did.
 
 use super::textures::TextureSize;
-use crate::export::{Bones, Check, Engine, FileAxes, QuadLayer, RemovedPart, Rest};
+use crate::export::{Bones, Check, Engine, FileAxes, RemeshedLayer, RemovedPart, Rest};
 use std::path::PathBuf;
 
 /// The request for an export.
@@ -37,8 +37,8 @@ pub struct ExportRequest {
     pub name: Option<String>,
     /// The textures of a file that holds the figure.
     pub textures: Textures,
-    /// Whether layers are re-meshed with quads.
-    pub quads: Quads,
+    /// The faces of the layers.
+    pub faces: Faces,
     /// Only check the file as importers read it; nothing is written.
     pub lint: bool,
 }
@@ -59,16 +59,16 @@ pub enum ExportStep<'a> {
     },
 }
 
-/// Whether layers are re-meshed with quads.
+/// The faces of layers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Quads {
-    /// They keep their triangles.
+pub enum Faces {
+    /// Their triangles.
     #[default]
-    None,
-    /// With quads about as fine as the triangles.
-    AsFine,
-    /// With about so many quads in all.
-    Count(usize),
+    AsBuilt,
+    /// About so many triangles in all.
+    Fewer(usize),
+    /// About so many quads in all; `None` for quads about as fine as the triangles.
+    Quads(Option<usize>),
 }
 
 /// Which textures a file has.
@@ -90,8 +90,8 @@ pub struct Exported {
     pub files: Vec<PathBuf>,
     /// What was removed of each layer, innermost first; empty unless that was requested.
     pub removed: Vec<RemovedPart>,
-    /// What became of each layer, innermost first; empty unless quads were requested.
-    pub quads: Vec<QuadLayer>,
+    /// What became of each layer, innermost first; empty unless other faces were requested.
+    pub remeshed: Vec<RemeshedLayer>,
     /// What was checked of a file that holds the figure.
     pub checks: Vec<Check>,
 }

@@ -1,6 +1,6 @@
 //! Exports shape and poses of a body of the SMPL family.
 
-use super::export_request::{ExportRequest, Exported, Quads, Textures};
+use super::export_request::{ExportRequest, Exported, Faces, Textures};
 use super::outputs::{Content, Outputs};
 use crate::body::Pose;
 use crate::export::{Bones, FileAxes};
@@ -85,7 +85,8 @@ fn check_smpl_request(request: &ExportRequest) -> Result<(), SessionError> {
         ("--unit", request.axes.unit != FileAxes::default().unit),
         ("--name", request.name.is_some()),
         ("--texture", request.textures != Textures::AsUsual),
-        ("--quads", request.quads != Quads::None),
+        ("--faces", matches!(request.faces, Faces::Fewer(_))),
+        ("--quads", matches!(request.faces, Faces::Quads(_))),
         ("--lint", request.lint),
     ];
     match of_layers.into_iter().find(|(_, is_requested)| *is_requested) {

@@ -20,7 +20,7 @@ mod to_paint;
 mod tried_sizes;
 
 pub use animation::{AnimationStatus, Film, SequenceKind, SequenceRequest};
-pub use export_request::{ExportRequest, ExportStep, Exported, Quads, Textures};
+pub use export_request::{ExportRequest, ExportStep, Exported, Faces, Textures};
 pub use measure::{SubjectOrigin, TruthReport};
 pub use outputs::{Content, NewFolder, Outputs, StreamedOutput};
 pub use pictures::{ClipFrame, TriedSteps, girth_notes};

@@ -2,8 +2,8 @@
 
 use super::posed_step::PosedStep;
 use crate::bake::{PaintedSurface, PhotographedSurface, Place, baked, charts};
-use crate::body::{Figure, UvMap};
-use crate::export::QuadLayer;
+use crate::body::{Figure, Layer, UvMap};
+use crate::export::RemeshedLayer;
 use crate::geometry::{PerVertex, TriMesh};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
@@ -39,10 +39,12 @@ impl TextureSize {
 const VERSION: u32 = 1;
 
 /// A layer in the pose of the scan that shows it.
-struct Scanned<'a> {
-    posed: &'a PosedStep,
-    surface: TriMesh,
-    is_seen: Option<&'a PerVertex<bool>>,
+pub(super) struct Scanned<'a> {
+    pub posed: &'a PosedStep,
+    pub surface: TriMesh,
+    /// The surface that was re-meshed.
+    pub before: Option<TriMesh>,
+    pub is_seen: Option<&'a PerVertex<bool>>,
     colors: Option<&'a PerVertex<[u8; 3]>>,
     /// The model's texture coordinates.
     uvs: Option<&'a UvMap>,
@@ -53,47 +55,22 @@ impl Session {
     ///
     /// `on_layer` hears the name of each layer that is baked, not of those that were kept.
     ///
-    /// **Shapes** `quads`: one entry per layer, if the figure was re-meshed.
+    /// **Shapes** `remeshed`: one entry per layer, if the figure was re-meshed.
     ///
     /// **Requires** all steps up to that of the figure, in their order.
     pub(in crate::session) fn textured(
         &self,
         mut figure: Figure,
         steps: &[PosedStep],
-        quads: &[QuadLayer],
+        remeshed: &[RemeshedLayer],
         size: TextureSize,
         on_layer: &mut dyn FnMut(&str),
     ) -> Result<Figure, SessionError> {
-        for (rank, layer) in figure.layers.iter_mut().enumerate() {
-            let step = if rank == 0 { steps.first() } else { steps.iter().find(|posed| posed.step.name == layer.name) };
-            let Some(scanned) = step.and_then(|posed| Scanned::of(posed, rank)) else { continue };
-            let quads = quads.get(rank);
-            let remeshed = quads.and_then(|quads| quads.outcome.as_ref().ok());
-            let (vertices, faces) = match remeshed {
-                None => (layer.mesh.vertex_count(), layer.mesh.faces()),
-                Some(remeshed) => (remeshed.vertices_before, &remeshed.faces_before),
-            };
-            if scanned.surface.vertex_count() != vertices {
-                continue;
-            }
-            // Layers put on later may have taken crumpled parts from it.
-            let scanned = match scanned.surface.faces() == faces {
-                true => scanned,
-                false => Scanned { surface: scanned.surface.with_faces(faces.clone()), uvs: None, ..scanned },
-            };
-            let (is_seen, colors) = (layer.is_seen.clone(), layer.colors.clone());
-            let scanned = match remeshed {
-                None => scanned,
-                Some(remeshed) => Scanned {
-                    surface: remeshed.in_pose_of(&scanned.surface, &layer.mesh),
-                    is_seen: is_seen.as_ref(),
-                    colors: colors.as_ref(),
-                    uvs: None,
-                    ..scanned
-                },
-            };
-            if let Some(uvs) = self.texture_of(&scanned, size, &mut || on_layer(&layer.name))? {
-                layer.uvs = Some(uvs);
+        for rank in 0..figure.layers.len() {
+            let Some(scanned) = Scanned::of_layer(&figure.layers[rank], rank, steps, remeshed) else { continue };
+            let name = figure.layers[rank].name.clone();
+            if let Some(uvs) = self.texture_of(&scanned, size, &mut || on_layer(&name))? {
+                figure.layers[rank].uvs = Some(uvs);
             }
         }
         Ok(figure)
@@ -157,6 +134,36 @@ impl Source {
 }
 
 impl<'a> Scanned<'a> {
+    /// The layer of that rank in a figure whose layers may have been re-meshed; `None` if no scan shows it.
+    pub fn of_layer(layer: &'a Layer, rank: usize, steps: &'a [PosedStep], remeshed: &[RemeshedLayer]) -> Option<Self> {
+        let step = if rank == 0 { steps.first() } else { steps.iter().find(|posed| posed.step.name == layer.name) };
+        let scanned = Self::of(step?, rank)?;
+        let remeshed = remeshed.get(rank).and_then(|layer| layer.outcome.as_ref().ok());
+        let (vertices, faces) = match remeshed {
+            None => (layer.mesh.vertex_count(), layer.mesh.faces()),
+            Some(remeshed) => (remeshed.vertices_before, &remeshed.faces_before),
+        };
+        if scanned.surface.vertex_count() != vertices {
+            return None;
+        }
+        // Layers put on later may have taken crumpled parts from it.
+        let scanned = match scanned.surface.faces() == faces {
+            true => scanned,
+            false => Self { surface: scanned.surface.with_faces(faces.clone()), uvs: None, ..scanned },
+        };
+        Some(match remeshed {
+            None => scanned,
+            Some(remeshed) => Self {
+                surface: remeshed.in_pose_of(&scanned.surface, &layer.mesh),
+                before: Some(scanned.surface),
+                is_seen: layer.is_seen.as_ref(),
+                colors: layer.colors.as_ref(),
+                uvs: None,
+                ..scanned
+            },
+        })
+    }
+
     /// `None` if the step's figure has no such layer.
     fn of(posed: &'a PosedStep, rank: usize) -> Option<Self> {
         let layer = match rank {
@@ -168,12 +175,12 @@ impl<'a> Scanned<'a> {
             _ => posed.garments().into_iter().find(|(name, _)| *name == layer.name)?.1,
         };
         let (is_seen, colors, uvs) = (layer.is_seen.as_ref(), layer.colors.as_ref(), layer.uvs.as_ref());
-        Some(Self { posed, surface, is_seen, colors, uvs })
+        Some(Self { posed, surface, before: None, is_seen, colors, uvs })
     }
 
     /// Everything on which the texture depends.
-    fn inputs(&self, size: TextureSize) -> Result<ContentHash, SessionError> {
-        let Self { posed, surface, is_seen, colors, uvs } = self;
+    pub fn inputs(&self, size: TextureSize) -> Result<ContentHash, SessionError> {
+        let Self { posed, surface, is_seen, colors, uvs, before: _ } = self;
         let bare = uvs.map(|uvs| (&uvs.coords, &uvs.corners));
         let bytes = postcard::to_stdvec(&(surface, is_seen, colors, bare, &posed.scan))
             .map_err(|e| SessionError::Encoding { reason: e.to_string() })?;
