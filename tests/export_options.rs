@@ -135,3 +135,28 @@ fn fewer_faces_cross_nowhere_and_layers_that_would_stay_finer() {
         }
     }
 }
+
+#[test]
+fn a_reduced_figure_has_its_textures_and_normal_maps() {
+    let out = tempfile::tempdir().unwrap();
+    let options = ["--faces", "20k", "--normal-map", "--texture", "1k"];
+    export(out.path(), "a.glb", &options);
+    export(out.path(), "b.glb", &options);
+    let bytes = std::fs::read(out.path().join("a.glb")).unwrap();
+    assert!(bytes == std::fs::read(out.path().join("b.glb")).unwrap(), "what is kept is what was baked");
+    let glb = Glb::new(&bytes);
+    glb.check();
+    for material in glb.json["materials"].as_array().unwrap() {
+        assert!(material["pbrMetallicRoughness"]["baseColorTexture"].is_object(), "{material}");
+        assert!(material["normalTexture"].is_object(), "{material}");
+    }
+    for mesh in glb.json["meshes"].as_array().unwrap() {
+        let tangents = glb.rows(&mesh["primitives"][0]["attributes"]["TANGENT"]);
+        let length = |t: &[f64]| t[..3].iter().map(|c| c * c).sum::<f64>().sqrt();
+        assert!(tangents.iter().all(|t| (length(t) - 1.0).abs() < 1e-4 && t[3].abs() == 1.0));
+    }
+    export(out.path(), "a.usdc", &options);
+    let pictures = std::fs::read_dir(out.path().join("a_usdc_textures")).unwrap();
+    let names: Vec<String> = pictures.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
+    assert_eq!(names.iter().filter(|name| name.ends_with("_normals.png")).count(), 5, "{names:?}");
+}

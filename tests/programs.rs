@@ -162,6 +162,8 @@ fn what_a_format_cannot_hold_is_refused_and_nothing_is_written() {
         ("a.glb", &["--faces", "500"], "1000 to"),
         ("a.glb", &["--faces", "10m"], "such as 20k"),
         ("a.glb", &["--faces", "20k", "--quads"], "cannot be used with"),
+        ("a.obj", &["--normal-map"], "normal maps"),
+        ("layers/", &["--normal-map"], "--normal-map"),
         ("a.usdz", &["--for", "unity"], "--for"),
         ("a.usdc", &["--author", "Ann"], "authors"),
         ("a.vrm", &["--at", "skirt"], "--at"),

@@ -3,14 +3,18 @@
 mod charts;
 mod error;
 mod gutters;
+mod normals;
 mod painted;
 mod photographed;
+mod tangents;
 mod texels;
 
 pub use charts::{ChartFigures, charts};
 pub use error::BakeError;
+pub use normals::{DetailedSurface, normal_map};
 pub use painted::PaintedSurface;
 pub use photographed::PhotographedSurface;
+pub use tangents::tangents;
 
 use crate::body::{Texture, UvMap};
 use crate::formats::{byte_of_linear, linear_of_byte};
@@ -52,9 +56,51 @@ pub fn baked(
     side: usize,
     color_at: &ColorAt,
 ) -> Texture {
-    let normals = surface.vertex_normals();
-    let of_vertices = colors_of_vertices(surface, &normals, is_seen, color_at);
-    let texels = Texels::of(uvs, side);
+    let of_vertices = colors_of_vertices(surface, &surface.vertex_normals(), is_seen, color_at);
+    filled(surface, uvs, side, &|texel| {
+        let (corners, weights) = (surface.faces().0[texel.face as usize], texel.weights);
+        let seen = texel.is_mostly(is_seen).then(|| color_at(&texel.place()?)).flatten();
+        let color = seen.unwrap_or_else(|| {
+            std::array::from_fn(|c| (0..3).map(|k| of_vertices[corners[k]][c] * weights[k] as f32).sum())
+        });
+        color.map(|c| byte_of_linear(f64::from(c)))
+    })
+}
+
+/// A texel that shows a face.
+struct Texel<'a> {
+    surface: &'a TriMesh,
+    uvs: &'a UvMap,
+    texels: &'a Texels,
+    face: u32,
+    /// Its barycentric coordinates on the face.
+    weights: [f64; 3],
+    /// The normal of the surface, not of unit length.
+    interpolated: Vec3,
+}
+
+impl Texel<'_> {
+    /// Whether the vertices around it are marked; all are without marks.
+    fn is_mostly(&self, marks: Option<&PerVertex<bool>>) -> bool {
+        let corners = self.surface.faces().0[self.face as usize];
+        marks.is_none_or(|marks| {
+            let share: f64 = (0..3).filter(|&k| marks[corners[k]]).map(|k| self.weights[k]).sum();
+            share > 0.5
+        })
+    }
+
+    /// `None` where the surface has no normal.
+    fn place(&self) -> Option<Place> {
+        let normal = self.interpolated.try_normalize(1e-9)?;
+        let corners = self.surface.triangle(crate::geometry::FaceId(self.face));
+        let point = Point::from((0..3).map(|k| corners[k].coords * self.weights[k]).sum::<Vec3>());
+        Some(Place { point, normal, steps: self.texels.steps(self.uvs, self.face, corners) })
+    }
+}
+
+/// A picture of the surface: charts as `byte_of` fills them, gutters that continue them.
+fn filled(surface: &TriMesh, uvs: &UvMap, side: usize, byte_of: &(dyn Fn(&Texel) -> [u8; 3] + Sync)) -> Texture {
+    let (texels, normals) = (Texels::of(uvs, side), surface.vertex_normals());
     let mut pixels = vec![[0u8; 4]; side * side];
     pixels.par_chunks_mut(side).enumerate().for_each(|(y, row)| {
         for (x, pixel) in row.iter_mut().enumerate() {
@@ -62,26 +108,9 @@ pub fn baked(
             if face == NOWHERE {
                 continue;
             }
-            let weights = texels.weights(uvs, face, x, y);
-            let corners = surface.faces().0[face as usize];
-            let mix =
-                |value: &dyn Fn(VertexId) -> Vec3| -> Vec3 { (0..3).map(|k| value(corners[k]) * weights[k]).sum() };
-            let is_seen = is_seen.is_none_or(|is| {
-                let share: f64 = (0..3).filter(|&k| is[corners[k]]).map(|k| weights[k]).sum();
-                share > 0.5
-            });
-            let seen = is_seen
-                .then(|| {
-                    let normal = mix(&|v| normals[v]).try_normalize(1e-9)?;
-                    let point = Point::from(mix(&|v| surface.points()[v].coords));
-                    let steps = texels.steps(uvs, face, surface.triangle(crate::geometry::FaceId(face)));
-                    color_at(&Place { point, normal, steps })
-                })
-                .flatten();
-            let color = seen.unwrap_or_else(|| {
-                std::array::from_fn(|c| (0..3).map(|k| of_vertices[corners[k]][c] * weights[k] as f32).sum())
-            });
-            let [r, g, b] = color.map(|c| byte_of_linear(f64::from(c)));
+            let (weights, corners) = (texels.weights(uvs, face, x, y), surface.faces().0[face as usize]);
+            let interpolated = (0..3).map(|k| normals[corners[k]] * weights[k]).sum();
+            let [r, g, b] = byte_of(&Texel { surface, uvs, texels: &texels, face, weights, interpolated });
             *pixel = [r, g, b, 1];
         }
     });

@@ -53,20 +53,10 @@ impl PaintedSurface {
         if raw.colors.is_none() && samplers.iter().all(Option::is_none) {
             return None;
         }
-        let points: Vec<Point> = raw.points.iter().map(|p| world_from_file(&Point::from(*p))).collect();
-        let is_sound = |face: &[u32; 3]| {
-            let [a, b, c] = *face;
-            let known = |v: u32| points.get(v as usize).is_some_and(|p| p.iter().all(|x| x.is_finite()));
-            a != b && b != c && c != a && [a, b, c].into_iter().all(known)
-        };
-        let file_faces: Vec<u32> = (0..).zip(&raw.faces).filter(|(_, face)| is_sound(face)).map(|(f, _)| f).collect();
-        let faces: Vec<[u32; 3]> = file_faces.iter().map(|&f| raw.faces[f as usize]).collect();
-        // A vertex that no face uses may be no number.
-        let points = points.into_iter().map(|p| if p.iter().all(|x| x.is_finite()) { p } else { Point::origin() });
-        let mesh = TriMesh::try_from_indices(points.collect(), &faces).ok()?;
+        let (mesh, file_faces) = surface_of_file(&raw, world_from_file)?;
         let colors = raw.colors.map(|colors| colors.into_iter().map(linear).collect());
         let pictures = texture.map(|texture| Pictures { texture, samplers, file_faces, corners: raw.faces });
-        (mesh.face_count() > 0).then(|| Self { index: SurfaceIndex::prepare(&mesh), colors, pictures })
+        Some(Self { index: SurfaceIndex::prepare(&mesh), colors, pictures })
     }
 
     /// The colour at the closest point, if that is near and faces the same way.
@@ -105,6 +95,22 @@ impl Pictures {
         let tint = |material: &RawMaterial, c: usize| material.color[c] as f32;
         Some(std::array::from_fn(|c| sum[c] / (count * count) as f32 * tint(material, c)))
     }
+}
+
+/// The surface in a file, moved to the world, and which face of the file each of its faces is; `None` if there is none.
+pub(super) fn surface_of_file(raw: &RawMesh, world_from_file: impl Fn(&Point) -> Point) -> Option<(TriMesh, Vec<u32>)> {
+    let points: Vec<Point> = raw.points.iter().map(|p| world_from_file(&Point::from(*p))).collect();
+    let is_sound = |face: &[u32; 3]| {
+        let [a, b, c] = *face;
+        let known = |v: u32| points.get(v as usize).is_some_and(|p| p.iter().all(|x| x.is_finite()));
+        a != b && b != c && c != a && [a, b, c].into_iter().all(known)
+    };
+    let file_faces: Vec<u32> = (0..).zip(&raw.faces).filter(|(_, face)| is_sound(face)).map(|(f, _)| f).collect();
+    let faces: Vec<[u32; 3]> = file_faces.iter().map(|&f| raw.faces[f as usize]).collect();
+    // A vertex that no face uses may be no number.
+    let points = points.into_iter().map(|p| if p.iter().all(|x| x.is_finite()) { p } else { Point::origin() });
+    let mesh = TriMesh::try_from_indices(points.collect(), &faces).ok()?;
+    (mesh.face_count() > 0).then_some((mesh, file_faces))
 }
 
 /// How barycentric coordinates on a face change along a step.

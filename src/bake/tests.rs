@@ -169,3 +169,45 @@ fn one_thread_and_many_bake_the_same_bytes() {
     };
     assert!(bake(1) == bake(3));
 }
+
+#[test]
+fn a_normal_map_turns_a_coarse_ball_into_a_fine_one() {
+    let (coarse, fine) = (sphere(10, 20), sphere(80, 160));
+    let uvs = charts(&coarse).unwrap();
+    let detail = DetailedSurface::of(&fine.map_points(|p| Point::from(p.coords * 0.99)));
+    let side = 512;
+    let map = normal_map(&coarse, &uvs, None, side, &|place, is_seen| {
+        assert!(is_seen);
+        detail.normal_at(place)
+    });
+    let (tangents, normals) = (tangents(&coarse, &uvs), coarse.vertex_normals());
+    let (mut before, mut after, mut count) = (0.0, 0.0, 0.0);
+    let texels = Texels::of(&uvs, side);
+    for (x, y) in (0..side * side).map(|i| (i % side, i / side)) {
+        let face = texels.face_at(x, y);
+        if face == NOWHERE {
+            continue;
+        }
+        let weights = texels.weights(&uvs, face, x, y);
+        let corners = coarse.faces().0[face as usize];
+        let of = |k: usize| tangents.0[face as usize][k];
+        let normal: Vec3 = (0..3).map(|k| normals[corners[k]] * weights[k]).sum();
+        let tangent: Vec3 =
+            (0..3).map(|k| Vec3::new(of(k)[0].into(), of(k)[1].into(), of(k)[2].into()) * weights[k]).sum();
+        let bitangent = normal.cross(&tangent) * f64::from(of(0)[3]);
+        let [r, g, b] = map.pixels[y * side + x].map(|byte| f64::from(byte) / 127.5 - 1.0);
+        // As a renderer does it.
+        let shown = (tangent * r + bitangent * g + normal * b).normalize();
+        let point: Vec3 = (0..3).map(|k| coarse.points()[corners[k]].coords * weights[k]).sum();
+        let truth = point.normalize();
+        before += normal.normalize().angle(&truth).to_degrees();
+        after += shown.angle(&truth).to_degrees();
+        count += 1.0;
+    }
+    assert!(before / count > 0.5 && after / count < 0.4, "{} {}", before / count, after / count);
+    // The bitangent leads up in the picture: to the next row above.
+    let steps = texels.steps(&uvs, 0, coarse.triangle(crate::geometry::FaceId(0)));
+    let [x, y, z, sign] = tangents.0[0][0].map(f64::from);
+    let (tangent, normal) = (Vec3::new(x, y, z), normals[coarse.faces().0[0][0]]);
+    assert!(tangent.dot(&steps[0]) > 0.0 && (normal.cross(&tangent) * sign).dot(&steps[1]) < 0.0);
+}

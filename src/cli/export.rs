@@ -46,6 +46,9 @@ pub(super) struct ExportArgs {
     /// The side of each layer's texture in pixels, 2k by default; with `none`, vertices have colours instead
     #[arg(long, value_name = "1k|2k|4k|none", value_parser = texture, conflicts_with_all = ["scan", "stage", "sequence"])]
     texture: Option<Textures>,
+    /// Add a normal map to each layer that has fewer faces than its scan, in a .glb, .gltf or USD file, of the textures' size
+    #[arg(long, conflicts_with_all = ["scan", "stage", "sequence"])]
+    normal_map: bool,
     /// Add to a .glb what this program's cloth needs: masks as vertex colours, coefficients as JSON, or a script
     #[arg(long = "for", value_name = "unreal|unity|blender", value_parser = engine, conflicts_with_all = ["scan", "stage", "sequence"])]
     engine: Option<Engine>,
@@ -163,6 +166,7 @@ pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
             unit: if args.unit == "cm" { Unit::Centimetre } else { Unit::Metre },
         },
         name: args.name,
+        normal_map: args.normal_map,
         textures: args.texture.unwrap_or_default(),
         lint: args.lint,
         faces: match (args.faces, args.quads) {
@@ -176,6 +180,7 @@ pub(super) fn run(args: ExportArgs, context: &Context) -> anyhow::Result<Done> {
     let mut progress = Progress::of_one_stage(&context.console);
     let mut on_step = |step: ExportStep| match step {
         ExportStep::Texture(layer) => progress.describe(format!("texture of {layer}")),
+        ExportStep::NormalMap(layer) => progress.describe(format!("normal map of {layer}")),
         ExportStep::BakedCloth { animation, frames, bytes } => {
             progress.say(&format!("the cloth of '{animation}' in {frames} frames: writing {}", size(bytes)));
         }

@@ -5,7 +5,7 @@ use super::bones::Bones;
 use super::encoded::Encoded;
 use super::error::ExportError;
 use super::spring_bones::SpringParams;
-use crate::body::{Figure, HumanJoint, Pose, Side, Skeleton, Stance};
+use crate::body::{Figure, HumanJoint, Pose, Side, Skeleton, Stance, Texture};
 use crate::geometry::{PerVertex, Point};
 use crate::motion::PoseTrack;
 use std::collections::BTreeMap;
@@ -91,6 +91,8 @@ pub enum FormatOption {
     Axes,
     /// Another bind pose.
     Rest,
+    /// Normal maps.
+    NormalMap,
     /// What swings in programs that move chains of joints.
     Springs,
 }
@@ -116,6 +118,10 @@ pub struct CharacterOptions {
     pub covered: Option<Vec<PerVertex<bool>>>,
     /// Whether a vertex keeps up to eight joints, the last four as `JOINTS_1` and `WEIGHTS_1`; otherwise at most four.
     pub eight_influences: bool,
+    /// The normal map of each layer that has texture coordinates, in its tangent space; none for no layer.
+    ///
+    /// **Shapes** one entry per layer.
+    pub normal_maps: Vec<Option<Texture>>,
     /// Animations of the skeleton.
     pub animations: Vec<CharacterAnimation>,
     /// The program whose cloth the file is made for.

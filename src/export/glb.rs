@@ -1,7 +1,7 @@
 //! Writes the figure as a `.glb`: one skin, one node and mesh per layer.
 //!
 //! Joints are nodes by their VRM names. Attributes of every mesh: `POSITION`, `NORMAL`, `JOINTS_0`, `WEIGHTS_0`,
-//! `COLOR_0` and `TEXCOORD_0` where the layer has them, `_PHYSW` (share of cloth physics, 0 where nothing is
+//! `COLOR_0` and `TEXCOORD_0` where the layer has them, `TANGENT` with a normal map, `_PHYSW` (share of cloth physics, 0 where nothing is
 //! simulated), `_LAYER` (rank, 0 for the body) and, where cover masks are given, `_COVERED` (1 where layers further out hide
 //! the vertex in all evaluated poses, else 0); of garments also `_SEEN` (1 where the scan showed the cloth, 0 where it was
 //! filled, or continues under another garment or below hair), `_MAXDIST` (metres that a vertex may leave its skinned place) and `_EASE`
@@ -20,6 +20,7 @@ use super::morphs::add_morphs;
 use super::palette::{color_of_rank, roughness_of};
 use super::pictures::pictures_of;
 use super::split::Split;
+use crate::bake::tangents;
 use crate::body::{Figure, INFLUENCES, Pose, Skeleton};
 use crate::formats::{
     GlbAttribute, GlbChannel, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, GltfFiles, NodeId, SkinId, usd_names,
@@ -41,6 +42,7 @@ impl Format for Glb {
         &[
             FormatOption::EightInfluences,
             FormatOption::Cloth,
+            FormatOption::NormalMap,
             FormatOption::Engine,
             FormatOption::Pose,
             FormatOption::Bones,
@@ -70,6 +72,7 @@ impl Format for Gltf {
         &[
             FormatOption::EightInfluences,
             FormatOption::Cloth,
+            FormatOption::NormalMap,
             FormatOption::Pose,
             FormatOption::Bones,
             FormatOption::Rest,
@@ -273,6 +276,15 @@ fn add_layer(
         attributes.push((GlbAttribute::TexCoords(0), glb.floats("texture coordinates", &split.uvs)?));
     }
     let texture = picture.map(|png| glb.texture(&layer.name, png));
+    let normal_map = options.normal_maps.get(rank).and_then(Option::as_ref).zip(layer.uvs.as_ref());
+    let normal_map = match normal_map {
+        Some((map, uvs)) => {
+            let tangents = split.of_corners(&tangents(mesh, uvs));
+            attributes.push((GlbAttribute::Tangents, glb.floats("tangents", &tangents)?));
+            Some(glb.texture(&format!("{} normals", layer.name), &map.to_png()?))
+        }
+        None => None,
+    };
     // Programs multiply vertex colours by the texture, which already contains them.
     let colors = layer.colors.as_ref().filter(|_| texture.is_none() && options.engine != Some(Engine::Unreal));
     if options.engine == Some(Engine::Unreal) && rank > 0 {
@@ -287,6 +299,7 @@ fn add_layer(
         // Vertex colours and the texture are multiplied by the material's.
         color: if colors.is_some() || texture.is_some() { [255; 3] } else { color_of_rank(rank) },
         texture,
+        normal_map,
         roughness: roughness_of(layer),
         double_sided: rank > 0,
     });

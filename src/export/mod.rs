@@ -29,6 +29,7 @@ mod spring_bones;
 mod tests;
 mod uncrossed;
 mod usd;
+mod usd_material;
 mod visible_part;
 mod vrm;
 

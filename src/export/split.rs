@@ -1,7 +1,7 @@
 //! Duplicates the vertices on texture seams: glTF has one texture coordinate per vertex.
 
 use crate::body::Layer;
-use crate::geometry::{PerVertex, VertexId};
+use crate::geometry::{PerFace, PerVertex, VertexId};
 use std::collections::BTreeMap;
 
 /// A layer's vertices, with those on seams duplicated.
@@ -48,6 +48,20 @@ impl Split {
         }
         let uvs = coords.into_iter().map(|c| c.map_or([0.0, 0.0], place)).collect();
         Self { vertices, faces, uvs }
+    }
+
+    /// The values of a vertex's first corner, `[1, 0, 0, 1]` for one without faces: those of its other corners are equal where
+    /// texture coordinates go on.
+    ///
+    /// **Shapes** `corners` F × 3.
+    pub fn of_corners(&self, corners: &PerFace<[[f32; 4]; 3]>) -> Vec<[f32; 4]> {
+        let mut values: Vec<Option<[f32; 4]>> = vec![None; self.vertices.len()];
+        for (face, of_face) in self.faces.iter().zip(corners.iter()) {
+            for (v, value) in face.iter().zip(of_face) {
+                values[*v as usize].get_or_insert(*value);
+            }
+        }
+        values.into_iter().map(|value| value.unwrap_or([1.0, 0.0, 0.0, 1.0])).collect()
     }
 
     /// The layer's value of each vertex.

@@ -12,11 +12,11 @@ use super::error::ExportError;
 use super::format::{CharacterOptions, Format, FormatOption};
 use super::influences::influences_of;
 use super::lint::lint_usd;
-use super::palette::{color_of_rank, roughness_of};
 use super::pictures::pictures_of;
 use super::polygons::polygons;
+use super::usd_material::{Pictures, linear, material_prim};
 use crate::body::{Figure, INFLUENCES, JointId, Layer, Pose, Skeleton};
-use crate::formats::{UsdInterpolation, UsdLayer, UsdPrim, UsdValue, linear_of_byte, usd_names, write_usd_package};
+use crate::formats::{UsdInterpolation, UsdLayer, UsdPrim, UsdValue, usd_names, write_usd_package};
 use crate::geometry::{PerVertex, Point};
 use crate::scan::Up;
 
@@ -46,6 +46,7 @@ impl Format for Usd {
         &[
             FormatOption::EightInfluences,
             FormatOption::Cloth,
+            FormatOption::NormalMap,
             FormatOption::Pose,
             FormatOption::Bones,
             FormatOption::Axes,
@@ -107,10 +108,18 @@ fn layer_of(
             continue;
         }
         let path = format!("{folder}/{name}.png");
-        let texture = picture.is_some().then_some(path.as_str());
-        materials.add(material_prim(layer, name, texture, rank, &format!("{root_path}/materials/{name}")));
+        let normal_map = options.normal_maps.get(rank).and_then(Option::as_ref).filter(|_| layer.uvs.is_some());
+        let path_of_normals = format!("{folder}/{name}_normals.png");
+        let of_layer = Pictures {
+            color: picture.is_some().then_some(path.as_str()),
+            normals: normal_map.map(|_| path_of_normals.as_str()),
+        };
+        materials.add(material_prim(layer, name, of_layer, rank, &format!("{root_path}/materials/{name}")));
         if let Some(bytes) = picture {
             companions.push(Companion { path, bytes });
+        }
+        if let Some(map) = normal_map {
+            companions.push(Companion { path: path_of_normals, bytes: map.to_png()? });
         }
         let cloth = moved.and_then(|moved| Some(&moved.cloth.as_ref()?[rank]));
         root.add(mesh_prim(layer, name, cloth, ease[rank].as_ref(), rank, options, &root_path));
@@ -275,48 +284,6 @@ fn skin(prim: &mut UsdPrim, layer: &Layer, eight_influences: bool) {
     let of_vertex = UsdInterpolation::Vertex(4 * sets as i32);
     prim.interpolated("primvars:skel:jointIndices", UsdValue::Ints(joints), of_vertex);
     prim.interpolated("primvars:skel:jointWeights", UsdValue::Floats(shares), of_vertex);
-}
-
-/// A preview surface with the texture, the vertex colours, or one colour.
-fn material_prim(layer: &Layer, name: &str, texture: Option<&str>, rank: usize, path: &str) -> UsdPrim {
-    let mut surface = UsdPrim::new("surface", "Shader", &[]);
-    surface.uniform("info:id", UsdValue::Token("UsdPreviewSurface"));
-    surface.attribute("inputs:roughness", UsdValue::Float(roughness_of(layer)));
-    surface.output("outputs:surface", "token");
-    let mut material = UsdPrim::new(name, "Material", &[]);
-    material.connected("outputs:surface", "token", &format!("{path}/surface.outputs:surface"));
-    if let Some(texture) = texture {
-        let mut coords = UsdPrim::new("coordinates", "Shader", &[]);
-        coords.uniform("info:id", UsdValue::Token("UsdPrimvarReader_float2"));
-        coords.attribute("inputs:varname", UsdValue::Text("st".into()));
-        coords.output("outputs:result", "float2");
-        let mut picture = UsdPrim::new("picture", "Shader", &[]);
-        picture.uniform("info:id", UsdValue::Token("UsdUVTexture"));
-        picture.attribute("inputs:file", UsdValue::Asset(texture.into()));
-        picture.attribute("inputs:sourceColorSpace", UsdValue::Token("sRGB"));
-        picture.attribute("inputs:wrapS", UsdValue::Token("repeat"));
-        picture.attribute("inputs:wrapT", UsdValue::Token("repeat"));
-        picture.connected("inputs:st", "float2", &format!("{path}/coordinates.outputs:result"));
-        picture.output("outputs:rgb", "float3");
-        surface.connected("inputs:diffuseColor", "color3f", &format!("{path}/picture.outputs:rgb"));
-        material.add(coords);
-        material.add(picture);
-    } else if layer.colors.is_some() {
-        let mut colors = UsdPrim::new("colors", "Shader", &[]);
-        colors.uniform("info:id", UsdValue::Token("UsdPrimvarReader_float3"));
-        colors.attribute("inputs:varname", UsdValue::Text("displayColor".into()));
-        colors.output("outputs:result", "float3");
-        surface.connected("inputs:diffuseColor", "color3f", &format!("{path}/colors.outputs:result"));
-        material.add(colors);
-    } else {
-        surface.attribute("inputs:diffuseColor", UsdValue::Color(linear(&color_of_rank(rank))));
-    }
-    material.add(surface);
-    material
-}
-
-fn linear(srgb: &[u8; 3]) -> [f32; 3] {
-    srgb.map(|byte| linear_of_byte(byte) as f32)
 }
 
 fn points_of(points: &PerVertex<Point>) -> UsdValue {

@@ -60,6 +60,7 @@ pub const CRATE_OWNERS: &[(&str, &[&str])] = &[
     ("ab_glyph", &["view"]),
     ("anyhow", &["cli"]),
     ("base64", &["desk"]),
+    ("bevy_mikktspace", &["bake"]),
     ("blake3", &["session"]),
     ("clap", &["cli"]),
     ("clap_complete", &["cli"]),

@@ -53,7 +53,10 @@ fn lint(json: &[u8], bin: &[u8], pictures: &[Companion], stands: bool) -> Vec<Ch
             of_all(&Surface::seams),
         ),
         Check::new("maps: range and polarity of each", of_all(&Surface::maps)),
-        Check::new("textures: pictures and coordinates that exist, no tangents", file.textures(&surfaces, pictures)),
+        Check::new(
+            "textures: pictures and coordinates that exist, tangents only with a normal map",
+            file.textures(&surfaces, pictures),
+        ),
     ];
     if stands {
         checks.push(Check::new("bind pose: the nodes stand where the surfaces were bound", file.bind()));
@@ -258,15 +261,17 @@ impl File<'_> {
         let mut faults = Vec::new();
         for surface in surfaces {
             let name = &surface.name;
-            if surface.attributes.contains_key("TANGENT") {
-                faults.push(format!("'{name}' has tangents, but no normal map"));
-            }
             let Some(material) = surface.material.and_then(|k| list(self.json, "materials").get(k)) else {
                 faults.push(format!("'{name}' has no material"));
                 continue;
             };
+            let normal_map = &material["normalTexture"];
+            if normal_map.is_null() && surface.attributes.contains_key("TANGENT") {
+                faults.push(format!("'{name}' has tangents, but no normal map"));
+            }
             let texture = &material["pbrMetallicRoughness"]["baseColorTexture"];
-            if texture.is_null() {
+            let textures = [texture, normal_map].into_iter().filter(|texture| !texture.is_null());
+            if textures.clone().next().is_none() {
                 continue;
             }
             let coords = surface.rows("TEXCOORD_0");
@@ -276,7 +281,7 @@ impl File<'_> {
             let outside = |row: &[f64]| row.iter().any(|x| !(-1e-6..=1.0 + 1e-6).contains(x));
             let outside = coords.enumerate().filter(|(_, row)| outside(row)).map(|(v, _)| v);
             faults.extend(first_of(&format!("'{name}': texture coordinates outside of the picture"), outside));
-            if !self.has_picture(texture, pictures) {
+            if !textures.into_iter().all(|texture| self.has_picture(texture, pictures)) {
                 faults.push(format!("the picture of '{name}' does not exist, or is no PNG"));
             }
         }
@@ -371,7 +376,7 @@ impl Surface {
         let others: Vec<&Rows> = self
             .attributes
             .iter()
-            .filter(|(name, _)| *name != "POSITION" && !name.starts_with("TEXCOORD"))
+            .filter(|(name, _)| !["POSITION", "TANGENT"].contains(&name.as_str()) && !name.starts_with("TEXCOORD"))
             .map(|(_, rows)| rows)
             .collect();
         let row = |rows: &Rows, v: usize| -> Vec<u64> {

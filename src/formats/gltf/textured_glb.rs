@@ -37,6 +37,7 @@ pub fn write_textured_glb(mesh: &RawMesh, generator: &str, out: impl Write) -> R
                 name,
                 color: material.color.map(byte_of_linear),
                 texture: material.picture.and_then(|at| pictures.get(at).copied()),
+                normal_map: None,
                 roughness: 1.0,
                 double_sided: false,
             })

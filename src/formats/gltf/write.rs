@@ -10,7 +10,7 @@ use gltf::json::accessor::{Accessor, ComponentType, GenericComponentType, Type};
 use gltf::json::buffer::{Buffer, Target, View};
 use gltf::json::extras::RawValue;
 use gltf::json::image::MimeType;
-use gltf::json::material::{EmissiveFactor, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor};
+use gltf::json::material::{EmissiveFactor, NormalTexture, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor};
 use gltf::json::mesh::{Mode, Primitive};
 use gltf::json::scene::UnitQuaternion;
 use gltf::json::validation::{Checked, USize64};
@@ -60,6 +60,8 @@ pub struct GlbMaterial<'a> {
     pub color: [u8; 3],
     /// The picture that `TEXCOORD_0` maps.
     pub texture: Option<TextureId>,
+    /// The normal map, which `TEXCOORD_0` maps too.
+    pub normal_map: Option<TextureId>,
     /// From 0 (mirror) to 1 (matt).
     pub roughness: f32,
     /// Whether the back is drawn, as for a sheet of cloth.
@@ -308,6 +310,13 @@ impl GlbWriter {
         self.root.push(Material {
             name: Some(material.name.into()),
             double_sided: material.double_sided,
+            normal_texture: material.normal_map.map(|index| NormalTexture {
+                index,
+                scale: 1.0,
+                tex_coord: 0,
+                extensions: None,
+                extras: None,
+            }),
             emissive_factor: EmissiveFactor([0.0; 3]),
             pbr_metallic_roughness: PbrMetallicRoughness {
                 base_color_factor: PbrBaseColorFactor([r, g, b, 1.0]),

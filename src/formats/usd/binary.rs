@@ -29,6 +29,7 @@ mod kind {
     pub const VEC_2F: u64 = 20;
     pub const VEC_3F: u64 = 24;
     pub const VEC_3H: u64 = 25;
+    pub const VEC_4F: u64 = 28;
     pub const DICTIONARY: u64 = 31;
     pub const TOKEN_LIST_OP: u64 = 32;
     pub const PATH_LIST_OP: u64 = 34;
@@ -229,6 +230,11 @@ impl CrateFile {
                 let at = self.place();
                 self.out.extend(floats(&[value]));
                 stored(kind::VEC_3F, at)
+            }
+            UsdValue::Vector4(value) => {
+                let at = self.place();
+                self.out.extend(floats(&[value]));
+                stored(kind::VEC_4F, at)
             }
             UsdValue::Tokens(values) => {
                 let tokens: Vec<u8> = values.iter().flat_map(|value| self.token_index(value).to_le_bytes()).collect();

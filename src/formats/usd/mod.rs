@@ -29,6 +29,8 @@ pub enum UsdValue {
     Asset(String),
     /// `color3f`
     Color([f32; 3]),
+    /// `float4`
+    Vector4([f32; 4]),
     /// `token[]`
     Tokens(Vec<String>),
     /// `int[]`
@@ -57,9 +59,8 @@ impl UsdValue {
     /// The number of values of an array; `None` for a single value.
     pub fn value_count(&self) -> Option<usize> {
         Some(match self {
-            Self::Bool(_) | Self::Float(_) | Self::Token(_) | Self::Text(_) | Self::Asset(_) | Self::Color(_) => {
-                return None;
-            }
+            Self::Bool(_) | Self::Float(_) | Self::Token(_) | Self::Text(_) | Self::Asset(_) => return None,
+            Self::Color(_) | Self::Vector4(_) => return None,
             Self::Tokens(values) => values.len(),
             Self::Ints(values) => values.len(),
             Self::Floats(values) => values.len(),
@@ -79,6 +80,7 @@ impl UsdValue {
             Self::Text(_) => "string",
             Self::Asset(_) => "asset",
             Self::Color(_) => "color3f",
+            Self::Vector4(_) => "float4",
             Self::Tokens(_) => "token[]",
             Self::Ints(_) => "int[]",
             Self::Floats(_) => "float[]",

@@ -100,6 +100,7 @@ fn text_of(value: &UsdValue) -> String {
         UsdValue::Asset(value) if value.contains('@') => format!("@@@{value}@@@"),
         UsdValue::Asset(value) => format!("@{value}@"),
         UsdValue::Color(value) => tuple(value),
+        UsdValue::Vector4(value) => tuple(value),
         UsdValue::Tokens(values) => list(values, |out, value| out.push_str(&quoted(value))),
         UsdValue::Ints(values) => list(values, |out, value| out.push_str(&value.to_string())),
         UsdValue::Floats(values) => list(values, |out, value| out.push_str(&value.to_string())),

@@ -59,6 +59,10 @@ impl Session {
                 what: "the .ply files of a folder are in the bind pose or in that of a step, so --rest changes nothing there".into(),
                 hint: "name a file `NAME.glb`, or leave --rest out".into(),
             }),
+            _ if request.normal_map => Err(SessionError::BadRequest {
+                what: "the .ply files of a folder have no pictures, so --normal-map changes nothing there".into(),
+                hint: "name a file `NAME.glb`, or leave --normal-map out".into(),
+            }),
             _ if request.textures != Textures::AsUsual => Err(SessionError::BadRequest {
                 what: "the .ply files of a folder hold a colour per vertex, so --texture changes nothing there".into(),
                 hint: "name a file `NAME.glb`, or leave --texture out".into(),

@@ -3,7 +3,6 @@
 use super::export_request::{ExportRequest, ExportStep, Exported, Faces, Textures};
 use super::outputs::{Content, Outputs};
 use super::posed_step::PosedStep;
-use super::textures::TextureSize;
 use crate::body::{Figure, Layer, Pose};
 use crate::export::{
     Bones, CharacterAnimation, CharacterOptions, Companion, CoveredParts, ExportError, FileAxes, Format, FormatOption,
@@ -46,10 +45,21 @@ impl Session {
         let removed = covered.removed(masked);
         let mut on_texture = |layer: &str| on_step(ExportStep::Texture(layer));
         let figure = match request.textures {
-            Textures::AsUsual => self.textured(figure, &steps, &remeshed, TextureSize::default(), &mut on_texture)?,
-            Textures::Of(size) => self.textured(figure, &steps, &remeshed, size, &mut on_texture)?,
+            Textures::AsUsual | Textures::Of(_) => {
+                let size = request.textures.size();
+                self.textured(figure, &steps, &remeshed, size, &mut on_texture)?
+            }
             Textures::None => without_textures(figure),
         };
+        let (figure, normal_maps) = match request.normal_map {
+            true => self.normal_mapped(figure, &steps, &remeshed, request.textures.size(), on_step)?,
+            false => (figure, Vec::new()),
+        };
+        if request.normal_map && normal_maps.iter().all(Option::is_none) {
+            outputs.notice(
+                "no layer has fewer faces than it had in its scan, so none has a normal map: add --faces".into(),
+            );
+        }
         let layers = chosen(&figure, &request.layers)?;
         let (figure, masks) = covered.remaining(figure);
         let loose = loose_parts(&figure, &steps)?;
@@ -94,6 +104,7 @@ impl Session {
             engine: request.engine,
             authors: request.authors.clone(),
             loose,
+            normal_maps,
             springs,
             quads: remeshed.iter().map(RemeshedLayer::has_quads).collect(),
             provenance,
@@ -245,6 +256,11 @@ fn check_request(request: &ExportRequest, format: &dyn Format) -> Result<(), Ses
             request.bones != Bones::default() && !can(FormatOption::Bones),
             format!("a .{extension} has no bones, so --bones changes nothing"),
             "export a .glb, or leave --bones out",
+        ),
+        (
+            request.normal_map && !can(FormatOption::NormalMap),
+            format!("a .{extension} is written without normal maps"),
+            "leave --normal-map out, or export a .glb or .usdz",
         ),
         (
             request.rest.is_some_and(|rest| rest != format.rest()) && !can(FormatOption::Rest),

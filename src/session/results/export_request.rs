@@ -35,6 +35,8 @@ pub struct ExportRequest {
     pub axes: FileAxes,
     /// The name of the figure in a file; `None` for `figure`: the same recipe gives the same bytes in any folder.
     pub name: Option<String>,
+    /// Whether a file that holds the figure has normal maps.
+    pub normal_map: bool,
     /// The textures of a file that holds the figure.
     pub textures: Textures,
     /// The faces of the layers.
@@ -48,6 +50,8 @@ pub struct ExportRequest {
 pub enum ExportStep<'a> {
     /// It bakes the texture of this layer.
     Texture(&'a str),
+    /// It bakes the normal map of this layer.
+    NormalMap(&'a str),
     /// It writes a file that holds the cloth of an animation frame by frame.
     BakedCloth {
         /// The animation's name.
@@ -81,6 +85,16 @@ pub enum Textures {
     None,
     /// Of this size.
     Of(TextureSize),
+}
+
+impl Textures {
+    /// Of textures and normal maps.
+    pub(super) fn size(self) -> TextureSize {
+        match self {
+            Self::Of(size) => size,
+            Self::AsUsual | Self::None => TextureSize::default(),
+        }
+    }
 }
 
 /// The result of an export.

@@ -84,6 +84,7 @@ fn check_smpl_request(request: &ExportRequest) -> Result<(), SessionError> {
         ("--up", request.axes.up != FileAxes::default().up),
         ("--unit", request.axes.unit != FileAxes::default().unit),
         ("--name", request.name.is_some()),
+        ("--normal-map", request.normal_map),
         ("--texture", request.textures != Textures::AsUsual),
         ("--faces", matches!(request.faces, Faces::Fewer(_))),
         ("--quads", matches!(request.faces, Faces::Quads(_))),

@@ -7,6 +7,7 @@ mod export_character;
 mod export_request;
 mod export_smpl;
 mod measure;
+mod normal_maps;
 mod outputs;
 mod pictures;
 mod posed_step;
