@@ -2,11 +2,10 @@
 
 use super::cut_off::cut_off_hems;
 use super::error::CheckError;
-use super::hems::{RaggedHem, most_ragged_hem};
 use super::holes::largest_hole;
 use super::layers::{IndexedLayer, difference};
 use super::statistics::{weighted_quantile, weighted_share};
-use crate::cut::Garment;
+use crate::cut::{Garment, RaggedHem, most_ragged_hem};
 use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh, VertexId};
 use crate::scan::Scan;
 use crate::segment::{Inner, Lab, lab_of};

@@ -78,8 +78,10 @@ const LIMITS: [(&str, &str, Limits, Limits); 6] = [
     ("fit", "residual_mean_mm", at_most(15.0), at_most(8.0)),
     // Depth cameras leave 0.7 to 1.3 mm of noise.
     ("register", "residual_mean_mm", at_most(4.0), at_most(1.8)),
-    // This is a constraint of the fit; vertices that remain outside could not be moved inside.
-    ("pose", "outside_percent", at_most(0.0), at_most(0.0)),
+    // This is a constraint of the fit; vertices that remain outside could not be moved inside. Of the right person 0.04 % (through the slit
+    // of the woman's skirt), 0.12 % (the demo's skirt) and 0.13 % (outfit c) did; of nine scans of another person five had less than
+    // that, which their visible skin tells, and the others 3 to 22 %.
+    ("pose", "outside_percent", at_most(0.3), at_most(0.0)),
     ("stack", "inside_after", at_most(0.0), at_most(0.0)),
     ("stack", "intersecting_pairs", at_most(0.0), at_most(0.0)),
     // The number of openings depends on the garment kind and is looked up.
@@ -143,6 +145,6 @@ mod tests {
         let hems = judged("cut", "hem_loops", 3.0);
         assert_eq!((hems.attained, hems.to_string()), (Attained::Missed, "4".into()), "a T-shirt has four");
         assert_eq!(judged("cut", "hem_loops", 4.0).attained, Attained::Goal);
-        assert_eq!(judged("pose", "outside_percent", 0.1).attained, Attained::Missed);
+        assert_eq!(judged("pose", "outside_percent", 0.4).attained, Attained::Missed);
     }
 }

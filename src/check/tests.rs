@@ -1,10 +1,9 @@
 //! The checks on invented surfaces: a ball for the body, its upper half for the garment.
 
-use super::hems::most_ragged_hem;
 use super::holes::{largest_hole, largest_unseen_part};
 use super::*;
 use crate::body::Stance;
-use crate::cut::Garment;
+use crate::cut::{Garment, most_ragged_hem};
 use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh, VertexId, sphere};
 use crate::scan::Scan;
 use crate::segment::Inner;

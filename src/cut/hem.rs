@@ -2,6 +2,7 @@
 
 use super::fill_holes::FilledScan;
 use super::params::CutParams;
+use super::raggedness::{angles_of_faces, raggedness};
 use super::slice::Slice;
 use crate::geometry::{Adjacency, FaceId, PerFace, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
 use rayon::prelude::*;
@@ -21,6 +22,13 @@ const ROUNDS_PER_RELAXATION: usize = 8;
 const ROUNDS_PER_LANDING: usize = 2;
 /// Final rounds without projection: they remove undulations under 2 cm.
 const LAST_ROUNDS: usize = 12;
+
+/// A boundary that is longer than its smoothed line by this share is faired further, off the scan, which is crumpled there. Hems that look
+/// smooth have at most 11 %.
+pub(super) const MOST_RAGGED: f64 = 1.08;
+/// Greatest number of times that such a boundary is faired further, and the rounds of each.
+const MOST_REPEATS: usize = 40;
+const ROUNDS_PER_REPEAT: usize = 8;
 
 /// A garment with fair boundaries.
 pub(super) struct Faired {
@@ -62,6 +70,7 @@ pub(super) fn faired(slice: Slice, scan: &FilledScan, around: &Adjacency, params
             }
         }
     }
+    let points = without_crumbs(&slice.mesh, &adjacency, &loops, &rings, points);
     let colors = scan.colors.as_ref().map(|colors| {
         let at_scan = |parts: &[(VertexId, f64)]| {
             let mut sum = [0.0; 3];
@@ -87,6 +96,36 @@ pub(super) fn faired(slice: Slice, scan: &FilledScan, around: &Adjacency, params
             .collect()
     });
     Faired { mesh: slice.mesh.with_points(points), adjacency, colors, on_cut: slice.on_cut, is_seen: slice.is_seen }
+}
+
+/// Fairs boundaries that are still ragged, with the cloth beside them, until they are not.
+fn without_crumbs(
+    mesh: &TriMesh,
+    adjacency: &Adjacency,
+    loops: &[Vec<VertexId>],
+    rings: &PerVertex<usize>,
+    mut points: PerVertex<Point>,
+) -> PerVertex<Point> {
+    for _ in 0..MOST_REPEATS {
+        let now = mesh.with_points(points.clone());
+        let angles = angles_of_faces(&now);
+        let is_ragged = |hem: &&Vec<VertexId>| {
+            raggedness(&now, &angles, hem, 0.0).is_some_and(|found| found.length_per_smooth_length > MOST_RAGGED)
+        };
+        let ragged: Vec<Vec<VertexId>> = loops.iter().filter(is_ragged).cloned().collect();
+        if ragged.is_empty() {
+            break;
+        }
+        let near = rings_from(mesh, adjacency, &ragged);
+        let beside: Vec<VertexId> = mesh.vertex_ids().filter(|&v| near[v] <= RINGS && rings[v] > 0).collect();
+        for _ in 0..ROUNDS_PER_REPEAT {
+            for factor in [SHRINK, GROW] {
+                smooth_loops(&mut points, &ragged, factor);
+            }
+        }
+        relax(&mut points, adjacency, &beside);
+    }
+    points
 }
 
 /// Per vertex its distance from a boundary in edges, up to `RINGS` + 1.

@@ -14,6 +14,7 @@ mod hem;
 mod params;
 mod patch;
 mod pieces;
+mod raggedness;
 mod slice;
 #[cfg(test)]
 mod tests;
@@ -23,6 +24,7 @@ pub use body_below::BodyBelow;
 pub use error::CutError;
 pub use fillings::Fillings;
 pub use params::CutParams;
+pub use raggedness::{RaggedHem, most_ragged_hem};
 
 use crate::geometry::{Adjacency, PerVertex, TriMesh, VertexId, WithoutSlivers, without_slivers};
 use crate::parameters::Parameters;

@@ -37,14 +37,14 @@ const PIECE: f64 = 0.2;
 /// angles of the faces at a vertex. The folds of a skirt, which bend cloth and do not stretch it, change nothing.
 ///
 /// **Shapes** `hems`: the vertices of each hem, in order, closed.
-pub(super) fn most_ragged_hem(mesh: &TriMesh, hems: &[Vec<VertexId>], floor: f64) -> Option<RaggedHem> {
+pub fn most_ragged_hem(mesh: &TriMesh, hems: &[Vec<VertexId>], floor: f64) -> Option<RaggedHem> {
     let angles = angles_of_faces(mesh);
     let ragged = hems.iter().filter_map(|hem| raggedness(mesh, &angles, hem, floor));
     ragged.max_by(|a, b| a.length_per_smooth_length.total_cmp(&b.length_per_smooth_length))
 }
 
 /// The sum of the angles of the faces at each vertex, in radians.
-fn angles_of_faces(mesh: &TriMesh) -> PerVertex<f64> {
+pub(super) fn angles_of_faces(mesh: &TriMesh) -> PerVertex<f64> {
     let mut angles = PerVertex::filled(0.0, mesh.vertex_count());
     for f in mesh.face_ids() {
         let (corners, points) = (mesh.faces()[f], mesh.triangle(f));
@@ -55,7 +55,8 @@ fn angles_of_faces(mesh: &TriMesh) -> PerVertex<f64> {
     angles
 }
 
-fn raggedness(mesh: &TriMesh, angles: &PerVertex<f64>, hem: &[VertexId], floor: f64) -> Option<RaggedHem> {
+/// How ragged one hem is; `None` if it is short. `angles` are those of [`angles_of_faces`].
+pub(super) fn raggedness(mesh: &TriMesh, angles: &PerVertex<f64>, hem: &[VertexId], floor: f64) -> Option<RaggedHem> {
     let point = |i: usize| mesh.points()[hem[i % hem.len()]];
     let edges: Vec<f64> = (0..hem.len()).map(|i| (point(i + 1) - point(i)).norm()).collect();
     let length: f64 = edges.iter().sum();
