@@ -25,6 +25,13 @@ const chosen = (/** @type {string} */ name) => /** @type {HTMLInputElement} */ (
 
 const query = new URLSearchParams(location.search);
 
+/** What is known of a layer, in a sentence. @param {any} news */
+function verdictOf(news) {
+  const hems = `${news.hems} ${news.hems === 1 ? "hem" : "hems"} (expected: ${news.expected}), ${news.vertices} vertices; `;
+  const verdict = news.verdict ? news.verdict[0] : "the verdict follows when you pause";
+  return news.problem ?? `${news.name}: ${news.is_loaded ? hems : ""}${verdict}`;
+}
+
 /** Bits as the server packs them. @param {string} text @param {number} count */
 function bitsOf(text, count) {
   const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
@@ -167,7 +174,10 @@ class Easel {
     const entries = isCut ? [] : [[layer.name, GARMENT_COLOR]];
     if (box("others").checked && isCut) entries.push(...layer.inside.map((/** @type {any} */ part) => [part.name, part.color]));
     if (box("others").checked && !isCut) {
-      layer.others.forEach((/** @type {any} */ other, /** @type {number} */ k) => entries.push([other.name, OTHER_COLORS[k % OTHER_COLORS.length]]));
+      layer.others.forEach((/** @type {any} */ other, /** @type {number} */ k) => {
+        const news = this.all.find((one) => one.name === other.name);
+        entries.push([news ? verdictOf(news) : other.name, OTHER_COLORS[k % OTHER_COLORS.length]]);
+      });
     }
     legend.replaceChildren(
       ...entries.map(([name, color]) => {
@@ -203,10 +213,8 @@ class Easel {
   showNews(news) {
     this.all = this.all.map((one) => (one.name === news.name ? news : one));
     if (news.name !== this.layer?.name) return;
-    const hems = `${news.hems} ${news.hems === 1 ? "hem" : "hems"} (expected: ${news.expected})`;
-    const verdict = news.verdict ? news.verdict[0] : "the verdict follows when you pause";
     const line = element("verdict");
-    line.textContent = news.problem ?? `${news.name}: ${hems}, ${news.vertices} vertices; ${verdict}`;
+    line.textContent = verdictOf(news);
     line.className = news.problem ? "bad" : !news.hems_are_right ? "doubt" : (news.verdict?.[1] ?? "waits");
     element("findings").replaceChildren(
       ...news.findings.map((/** @type {string} */ finding) => {
@@ -259,7 +267,24 @@ class Easel {
       this.isAway = true;
       this.say(answer?.error ? `${capital(answer.error)}.` : "The server does not answer. Nothing is lost: all strokes are saved.", true);
     }
+    await this.lookAtOthers();
     setTimeout(() => this.lookForNews(), NEWS);
+  }
+
+  /** Shows what strokes on this layer have changed on the other garments of its scan. */
+  async lookAtOthers() {
+    const { layer } = this;
+    if (!layer) return;
+    for (const other of layer.others) {
+      const news = this.all.find((one) => one.name === other.name);
+      if (!news?.is_loaded || news.scan !== layer.scan || news.version === other.version) continue;
+      const { status, answer } = await this.outbox.ask(`/api/news?layer=${encodeURIComponent(other.name)}`);
+      if (status !== 200 || layer !== this.layer) return;
+      other.labels = bitsOf(answer.labels, layer.count);
+      other.version = news.version;
+      this.showOverlay();
+    }
+    this.showLegend();
   }
 
   /** @param {any} message @param {any} answer */

@@ -37,8 +37,10 @@ pub(super) struct Work {
     undone: BTreeMap<String, Vec<Vec<Stroke>>>,
     /// The ids of strokes that were taken back, and of steps that were done: a late copy of a request changes nothing.
     done: BTreeSet<String>,
-    /// The layer whose verdict is out of date, and since when.
-    pub(super) to_judge: Option<(String, Instant)>,
+    /// The layers whose verdicts are out of date.
+    pub(super) to_judge: BTreeSet<String>,
+    /// Since when no page has changed anything.
+    pub(super) quiet_since: Option<Instant>,
     /// Requests that changed something.
     pub(super) changes: usize,
     /// The journal after our own last change: another one is of another command.
@@ -305,10 +307,13 @@ impl Easel {
             self.publish(work, name, labels, garment);
         }
         self.publish_strokes(work, name, writer.session())?;
-        if let Some(layer) = locked(&self.news).layer(name) {
-            layer.verdict = None;
+        for name in writer.session().layers_labelled_with(name)? {
+            if let Some(layer) = locked(&self.news).layer(&name) {
+                layer.verdict = None;
+            }
+            work.to_judge.insert(name);
         }
-        work.to_judge = Some((name.into(), Instant::now()));
+        work.quiet_since = Some(Instant::now());
         Ok(())
     }
 
@@ -344,7 +349,7 @@ impl Easel {
         Ok(surface(&self.reader()?.to_paint(name)?.garment)?)
     }
 
-    /// Looks at a layer that another command has changed.
+    /// Looks at a layer that was changed otherwise than by a stroke on it.
     pub(super) fn look_again(&self, name: &str) -> Result<(), Refusal> {
         let mut work = locked(&self.work);
         let session = self.reader()?;

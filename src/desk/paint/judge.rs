@@ -1,9 +1,10 @@
 //! What happens beside the strokes: verdicts, and a look at what other commands do to the session.
 
 use super::easel::{Easel, locked};
-use super::refusal::Refusal;
+use super::refusal::{Kind, Refusal};
 use crate::check::Verdict;
-use crate::session::{SessionError, Stage, StageRequest, Writer};
+use crate::session::{Stage, StageRequest, Writer};
+use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -11,8 +12,8 @@ use std::time::{Duration, Instant};
 const PAUSE: Duration = Duration::from_millis(900);
 /// How often it is looked for something to do.
 const POLL: Duration = Duration::from_millis(100);
-/// The stages after the cut, up to the verdict. Between two of them a stroke may come.
-const AFTER_CUT: [Stage; 5] = [Stage::Rig, Stage::Stack, Stage::Figure, Stage::Press, Stage::Check];
+/// The stages from the cut to the verdict. Between two of them a stroke may come.
+const TO_VERDICT: [Stage; 6] = [Stage::Cut, Stage::Rig, Stage::Stack, Stage::Figure, Stage::Press, Stage::Check];
 
 impl Easel {
     /// Finds verdicts and notices other commands until `ended`.
@@ -28,55 +29,63 @@ impl Easel {
             if has_changed {
                 self.after_another_command();
             }
-            let layer = locked(&self.work).to_judge.clone().filter(|(_, since)| since.elapsed() >= PAUSE);
-            if let Some((layer, since)) = layer
-                && self.waiting.load(Ordering::SeqCst) == 0
-            {
-                self.judge(&layer, since, ended);
-            }
+            self.judge_next(ended);
         }
     }
 
-    /// Builds one layer up to its verdict, stage by stage; stops where a stroke comes.
-    fn judge(&self, layer: &str, since: Instant, ended: &AtomicBool) {
-        locked(&self.news).is_judging = true;
-        let mut stopped = false;
-        for stage in AFTER_CUT {
-            stopped = ended.load(Ordering::Relaxed) || self.waiting.load(Ordering::SeqCst) > 0;
-            if stopped {
-                break;
+    /// Builds the innermost layer that has to be judged up to its verdict, stage by stage; stops where a stroke comes, and tries
+    /// again later.
+    fn judge_next(&self, ended: &AtomicBool) {
+        let (quiet_since, to_judge) = {
+            let work = locked(&self.work);
+            (work.quiet_since, work.to_judge.clone())
+        };
+        if quiet_since.is_none_or(|at| at.elapsed() < PAUSE) {
+            return;
+        }
+        let in_order =
+            locked(&self.news).layers.iter().map(|layer| layer.name.clone()).find(|of| to_judge.contains(of));
+        let Some(layer) = in_order else { return };
+        for stage in TO_VERDICT {
+            if ended.load(Ordering::Relaxed) || self.waiting.load(Ordering::SeqCst) > 0 {
+                return;
             }
-            // Only one thread changes the session at a time.
-            let mut work = locked(&self.work);
-            let built = Writer::open(&self.dir).and_then(|mut writer| {
-                writer.remember(&self.memory);
-                let (name, step) = ("build".into(), Some(layer.to_string()));
-                let request = StageRequest { name, stages: vec![stage], step, ..StageRequest::default() };
-                let run = writer.run_stages(&request, &mut |_| {});
-                // Before another command can begin.
-                work.journal = self.journal();
-                run
-            });
-            drop(work);
-            match built {
-                Ok(_) => {}
-                Err(SessionError::Locked { .. }) => {
-                    stopped = true;
-                    break;
+            match self.build_stage(&layer, stage) {
+                Ok(()) => {}
+                Err(refusal) if refusal.kind == Kind::Later => {
+                    locked(&self.work).quiet_since = Some(Instant::now());
+                    return;
                 }
-                Err(error) => {
-                    self.give_verdict(layer, error.to_string(), "bad");
+                Err(refusal) => {
+                    self.give_verdict(&layer, refusal.what, "bad");
                     break;
                 }
             }
         }
-        if !stopped {
-            let mut work = locked(&self.work);
-            work.to_judge = work.to_judge.take().filter(|(of, at)| of != layer || *at != since);
-            drop(work);
-            self.say_verdicts();
+        let mut work = locked(&self.work);
+        if work.quiet_since == quiet_since {
+            work.to_judge.remove(&layer);
         }
-        locked(&self.news).is_judging = false;
+        drop(work);
+        self.say_verdicts();
+    }
+
+    /// Builds a layer up to a stage. Only one thread changes the session at a time.
+    fn build_stage(&self, layer: &str, stage: Stage) -> Result<(), Refusal> {
+        let mut work = locked(&self.work);
+        let mut writer = Writer::open(&self.dir)?;
+        writer.remember(&self.memory);
+        let (name, step) = ("build".into(), Some(layer.to_string()));
+        let request = StageRequest { name, stages: vec![stage], step, ..StageRequest::default() };
+        let run = writer.run_stages(&request, &mut |_| {});
+        // Before another command can begin.
+        work.journal = self.journal();
+        drop(writer);
+        drop(work);
+        let cut_again =
+            run?.reports.iter().any(|report| report.ran && report.step == layer && report.stage == Stage::Cut);
+        // By a stroke on another garment of the scan.
+        if cut_again { self.look_again(layer) } else { Ok(()) }
     }
 
     fn give_verdict(&self, layer: &str, verdict: String, class: &'static str) {
@@ -105,13 +114,15 @@ impl Easel {
             let session = self.reader()?;
             self.list_layers(&session)?;
             let change = session.history().current().head().map(|entry| entry.change.clone()).unwrap_or_default();
-            let layers: Vec<String> = locked(&self.news)
-                .layers
-                .iter()
-                .filter(|layer| layer.is_loaded)
-                .map(|layer| layer.name.clone())
-                .collect();
-            for layer in layers {
+            let loaded: Vec<String> = {
+                let news = locked(&self.news);
+                news.layers.iter().filter(|layer| layer.is_loaded).map(|layer| layer.name.clone()).collect()
+            };
+            let mut shown = BTreeSet::new();
+            for layer in loaded {
+                shown.extend(session.layers_labelled_with(&layer)?);
+            }
+            for layer in shown {
                 self.look_again(&layer)?;
             }
             locked(&self.news).say(format!("another command has changed the session; its last change is '{change}'"));

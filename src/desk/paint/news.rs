@@ -43,8 +43,6 @@ pub(super) struct News {
     pub layers: Vec<LayerNews>,
     /// What happened to the session besides the strokes; the page says it once for each number.
     pub note: Option<(u64, String)>,
-    /// Whether verdicts are being found.
-    pub is_judging: bool,
 }
 
 impl News {

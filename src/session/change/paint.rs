@@ -58,6 +58,13 @@ impl Session {
         steps.map(|step| step.name.clone()).collect()
     }
 
+    /// The garments that one scan shows with this one for the first time, itself included, innermost first: a stroke on one may
+    /// change the labels of all.
+    pub fn layers_labelled_with(&self, layer: &str) -> Result<Vec<String>, SessionError> {
+        let outfit = self.recipe.outfit_of(self.garment_step(layer)?);
+        Ok(outfit.iter().map(|step| step.name.clone()).collect())
+    }
+
     /// The names of the strokes in a layer's brush file, in order; strokes that were painted as one have one name.
     pub fn painted_strokes(&self, layer: &str) -> Result<Vec<String>, SessionError> {
         let sheet = self.sheet(layer)?;
