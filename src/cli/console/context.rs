@@ -3,6 +3,11 @@
 use super::output::{Console, Done};
 use crate::session::{Session, SessionError, Writer};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// How long a command waits for another one that changes the session: longer than any stage for which `paint` holds it, as the
+/// stacking of a coat (3 s).
+const PATIENCE: Duration = Duration::from_secs(8);
 
 /// The context of a command: folder and console.
 pub(in crate::cli) struct Context {
@@ -27,9 +32,13 @@ impl Context {
         }
     }
 
-    /// Opens the session for changes.
+    /// Opens the session for changes; waits a few seconds for another command that changes it.
     pub fn writer(&self) -> Result<Writer, SessionError> {
-        let writer = Writer::open(&self.session)?;
+        let tell = |holder: &str| {
+            let holder = if holder.is_empty() { "another process" } else { holder };
+            self.console.notices(&[format!("waiting up to {} s for {holder}, which is changing the session", PATIENCE.as_secs())]);
+        };
+        let writer = Writer::open_within(&self.session, PATIENCE, tell)?;
         self.console.notices(writer.session().notices());
         Ok(writer)
     }

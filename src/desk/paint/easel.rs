@@ -122,20 +122,9 @@ impl Easel {
     }
 
     fn writer(&self) -> Result<Writer, SessionError> {
-        let began = Instant::now();
-        loop {
-            match Writer::open(&self.dir) {
-                Err(SessionError::Locked { .. }) if began.elapsed() < PATIENCE => {
-                    std::thread::sleep(Duration::from_millis(20));
-                }
-                opened => {
-                    return opened.map(|mut writer| {
-                        writer.remember(&self.memory);
-                        writer
-                    });
-                }
-            }
-        }
+        let mut writer = Writer::open_within(&self.dir, PATIENCE, |_| {})?;
+        writer.remember(&self.memory);
+        Ok(writer)
     }
 
     pub(super) fn reader(&self) -> Result<Session, SessionError> {

@@ -12,6 +12,8 @@ use std::time::{Duration, Instant};
 const PAUSE: Duration = Duration::from_millis(900);
 /// How often it is looked for something to do.
 const POLL: Duration = Duration::from_millis(100);
+/// How long the session is left alone between two stages, so that a command that waits for it gets it.
+const YIELD: Duration = Duration::from_millis(50);
 /// The stages from the cut to the verdict. Between two of them a stroke may come.
 const TO_VERDICT: [Stage; 6] = [Stage::Cut, Stage::Rig, Stage::Stack, Stage::Figure, Stage::Press, Stage::Check];
 
@@ -51,7 +53,7 @@ impl Easel {
                 return;
             }
             match self.build_stage(&layer, stage) {
-                Ok(()) => {}
+                Ok(()) => std::thread::sleep(YIELD),
                 Err(refusal) if refusal.kind == Kind::Later => {
                     locked(&self.work).quiet_since = Some(Instant::now());
                     return;

@@ -8,6 +8,10 @@ use crate::session::store::{
     journal, place_whole, read_file, sweep, sync_folder, write_whole,
 };
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// How often a writer that waits for another one looks whether it has finished.
+const LOOK_AGAIN: Duration = Duration::from_millis(10);
 
 /// A session on disk, for reading.
 pub struct Session {
@@ -304,6 +308,22 @@ impl Writer {
         writer.complete_last_change()?;
         writer.record_edited_templates()?;
         Ok(writer)
+    }
+
+    /// Like [`Writer::open`], but waits up to `patience` for another process that changes the session; tells its name once.
+    pub fn open_within(dir: &Path, patience: Duration, on_wait: impl FnOnce(&str)) -> Result<Self, SessionError> {
+        let (began, mut on_wait) = (Instant::now(), Some(on_wait));
+        loop {
+            match Self::open(dir) {
+                Err(SessionError::Locked { holder, .. }) if began.elapsed() < patience => {
+                    if let Some(tell) = on_wait.take() {
+                        tell(&holder);
+                    }
+                    std::thread::sleep(LOOK_AGAIN);
+                }
+                opened => return opened,
+            }
+        }
     }
 
     /// Records edits of the files of painted kinds as a change of its own, so that it can be undone.
