@@ -1,4 +1,5 @@
-//! What is implausible about a step: the likely cause, the figure that shows it, what to do.
+//! What is implausible about a step: the likely cause, the figure that shows it, what to do. Commands are in parentheses after
+//! what they do, because the page of `paint` leaves them out.
 //!
 //! Every limit states the values on both sides of it. They were measured on six synthetic people (seeds 1000 to 1005, 16
 //! frames a scan), on the scans of the demo and on the foreign man and woman, as they are and with one thing wrong.
@@ -99,7 +100,7 @@ impl BodyPlausibility {
     pub fn doubts_of_pose(&self) -> Vec<Doubt> {
         let mut doubts = Vec::new();
         let bent = self.posture.doubt();
-        // Who bends leans, too; the up axis is right.
+        // Bending the hips also tilts the trunk; the up axis is right.
         if let Some(tilt) = self.tilt.filter(|tilt| *tilt > GREATEST_TILT && bent.is_none()) {
             doubts.push(Doubt::new(
                 format!(
@@ -214,7 +215,7 @@ impl GarmentPlausibility {
                 hem.height,
                 1e2 * (hem.length_per_smooth_length - 1.0)
             ),
-            format!("look at it in `view --sheet sheet.png`, and correct it with `mask {name} STROKES.jsonl`"),
+            format!("look at it (`view --sheet sheet.png`), and correct it (`paint {name}`)"),
         ))
     }
 

@@ -41,7 +41,9 @@ pub fn is_lookalike(
 pub fn lookalike_doubt(name: &str, other: &str) -> Doubt {
     Doubt {
         what: format!("the scan may show no {name}: what was found lies where the {other} is, and has its colour"),
-        remedy: format!("look at it in `view --sheet sheet.png`; `step remove {name}` if the scan does not show it"),
+        remedy: format!(
+            "look at it (`view --sheet sheet.png`), and remove its step if the scan does not show it (`step remove {name}`)"
+        ),
     }
 }
 

@@ -32,7 +32,7 @@ impl TriedOn {
     pub fn doubts(&self) -> Vec<Doubt> {
         let replaced = (!self.is_whole).then(|| Doubt {
             what: "sheets of the garment that lay on each other crossed, and were replaced by one".into(),
-            remedy: "look at it in `view --sheet sheet.png`; a garment of single sheets stays whole".into(),
+            remedy: "look at it (`view --sheet sheet.png`); a garment of single sheets stays whole".into(),
         });
         self.size.doubt().into_iter().chain(replaced).collect()
     }
@@ -44,7 +44,7 @@ pub fn doubts_of_putting_on(thickness: Option<f64>, fell: f64) -> Vec<Doubt> {
     let slides = SizeVerdict::of_fall(fell).doubt();
     let crosses = thickness.is_none().then(|| Doubt {
         what: "the garment's limbs are not where the figure's can go, so they may cross".into(),
-        remedy: "look at it in `view --sheet sheet.png`; give --template if its kind was not recognised".into(),
+        remedy: "look at it (`view --sheet sheet.png`); give --template if its kind was not recognised".into(),
     });
     slides.into_iter().chain(crosses).collect()
 }

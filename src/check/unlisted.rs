@@ -133,7 +133,7 @@ impl Unlisted {
         Doubt {
             what: format!("the scan shows {area:.0} cm² at the {near} that belong to no listed garment{what}"),
             remedy:
-                "look at it in `view --sheet sheet.png`, and list what is worn there: `scan … --template … --replace`"
+                "look at it (`view --sheet sheet.png`), and list what is worn there (`scan … --template … --replace`)"
                     .into(),
         }
     }

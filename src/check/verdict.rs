@@ -132,28 +132,28 @@ impl StepVerdict {
 /// What a measure beyond its limits means, and what to do.
 fn warning_of(step: &str, scanned: bool, judged: &Judged) -> String {
     let take_away = match scanned {
-        true => "`view --sheet sheet.png` shows the places; `mask` can take cloth away there",
-        false => "`view --sheet sheet.png` shows the places; correct the garment's file there",
+        true => format!("look at the places (`view --sheet sheet.png`), and take cloth away there (`paint {step}`)"),
+        false => "look at the places (`view --sheet sheet.png`), and correct the garment's file there".into(),
     };
     let (value, limit) = (judged.value, judged.greatest_acceptable());
     let (what, remedy) = match judged.measure.as_str() {
         "hem_loops" => (
             format!("{value:.0} hem {}, {} expected", plural(value, "loop"), judged.expected()),
             match scanned {
-                true => format!("look at the edges of the {step}, and correct them with `mask {step} STROKES.jsonl`"),
+                true => format!("look at the edges of the {step}, and correct them (`paint {step}`)"),
                 false => "close slits, or choose another kind with --template".into(),
             },
         ),
         "intersecting_pairs" => (
             format!("{value:.0} triangle {} intersect after the {step} was put on", plural(value, "pair")),
-            take_away.into(),
+            take_away,
         ),
         "inside_after" => (
             match value {
                 1.0 => format!("1 vertex is inside an inner layer after the {step} was put on"),
                 _ => format!("{value:.0} vertices are inside an inner layer after the {step} was put on"),
             },
-            take_away.into(),
+            take_away,
         ),
         "outside_percent" => (
             format!("skin pokes through the scan on {value:.2} % of its covered area"),

@@ -181,7 +181,7 @@ impl SegmentError {
                 Some("choose the kind nearest to the garment and give its limits with --until and --sleeve".into())
             }
             Self::NotInOutfit { garment } => Some(format!(
-                "remove it with `overcoat step remove {garment}` if it is not in the scan, or paint it with `overcoat mask {garment} STROKES.jsonl`"
+                "remove its step if it is not in the scan (`overcoat step remove {garment}`), or paint it (`overcoat paint {garment}`)"
             )),
             Self::BadTemplate { .. } => Some("see templates/garments/*.toml for the layout".into()),
             Self::BadExtent { .. } | Self::UnknownFabric { .. } => None,

@@ -346,7 +346,7 @@ impl Easel {
             Ok(shown) => self.packed(&mut work, name, &shown).map(drop),
             Err(error) => {
                 if let Some(layer) = locked(&self.news).layer(name) {
-                    layer.problem = Some(format!("{error}: the next stroke, or `build`, brings it up to date"));
+                    layer.problem = Some(format!("{error}: the next stroke brings it up to date"));
                 }
                 Ok(self.publish_strokes(&work, name, &session)?)
             }

@@ -1,6 +1,7 @@
 //! What happens beside the strokes: verdicts, and a look at what other commands do to the session.
 
 use super::easel::{Easel, locked};
+use super::news::without_commands;
 use super::refusal::{Kind, Refusal};
 use crate::check::Verdict;
 use crate::session::{Stage, StageRequest, Writer};
@@ -92,7 +93,7 @@ impl Easel {
 
     fn give_verdict(&self, layer: &str, verdict: String, class: &'static str) {
         if let Some(layer) = locked(&self.news).layer(layer) {
-            layer.verdict = Some((verdict, class));
+            layer.verdict = Some((without_commands(&verdict), class));
         }
     }
 

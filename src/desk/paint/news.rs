@@ -55,3 +55,41 @@ impl News {
         self.note = Some((number, note));
     }
 }
+
+/// A sentence without the commands that it names: the page offers what they do. Sentences of `check` have them in parentheses
+/// after what they do; another clause with a command is left out.
+pub(super) fn without_commands(sentence: &str) -> String {
+    let (mut kept, mut rest) = (String::new(), sentence);
+    while let Some((before, command)) = rest.split_once(" (`")
+        && let Some((_, after)) = command.split_once("`)")
+    {
+        kept += before;
+        rest = after;
+    }
+    kept += rest;
+    let clauses: Vec<&str> = kept.split("; ").filter(|clause| !clause.contains('`')).collect();
+    if clauses.is_empty() { kept } else { clauses.join("; ") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::{StageFindings, verdict_on};
+    use crate::segment::GarmentTemplate;
+    use std::collections::BTreeMap;
+
+    #[test]
+    fn a_verdict_on_the_page_says_what_to_do_without_a_command() {
+        let measured = |name: &str, value: f64| BTreeMap::from([(name.to_string(), value)]);
+        let (hems, pairs) = (measured("hem_loops", 55.0), measured("intersecting_pairs", 2.0));
+        let found = |stage, measures| StageFindings { stage, measures, warnings: Vec::new() };
+        let template = GarmentTemplate::built_in("tshirt").unwrap();
+        let all = verdict_on("shirt", Some(&template), true, &[found("cut", &hems), found("stack", &pairs)]).warnings;
+        assert_eq!(all.iter().filter(|text| text.contains('`')).count(), 2, "{all:?}");
+        let on_page: Vec<String> = all.iter().map(|text| without_commands(text)).collect();
+        assert_eq!(on_page[0], "2 triangle pairs intersect after the shirt was put on; look at the places, and take cloth away there");
+        assert!(on_page[1].ends_with("look at the edges of the shirt, and correct them"), "{}", on_page[1]);
+        assert_eq!(without_commands("it cannot be cut; try `overcoat x (y)`"), "it cannot be cut");
+        assert_eq!(without_commands("an open (`x"), "an open (`x");
+    }
+}
