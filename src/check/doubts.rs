@@ -191,9 +191,13 @@ impl GarmentPlausibility {
         // Clothes that are not listed move the skin, too, so they are named first.
         doubts.extend(self.another_person());
         if self.largest_hole > HOLE_FROM {
+            let remedy = match self.hole_is_by_hand {
+                true => "undo the stroke that took the cloth away there, or clear the place",
+                false => "scan again without the hole",
+            };
             doubts.push(Doubt::new(
                 format!("a hole of {:.0} cm² is left in the {name}", 1e4 * self.largest_hole),
-                "scan again without the hole",
+                remedy,
             ));
         }
         doubts.extend(self.cut_off_hems.iter().map(|height| {

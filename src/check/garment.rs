@@ -20,6 +20,8 @@ pub struct GarmentResult<'a> {
     pub garment: &'a Garment,
     /// Which vertices of the scan are the garment. **Shapes** one flag per vertex of the scan.
     pub labels: &'a PerVertex<bool>,
+    /// Which of these labels were given by hand. **Shapes** one flag per vertex of the scan.
+    pub by_hand: &'a PerVertex<bool>,
     /// Which vertices are other garments that this scan shows for the first time, or hair. They are no part of the rest of the scan.
     /// **Shapes** one flag per vertex of the scan.
     pub others: Option<&'a PerVertex<bool>>,
@@ -66,6 +68,9 @@ pub struct GarmentPlausibility {
     pub skin_area: f64,
     /// The area of the largest hole that is left in the garment, in m².
     pub largest_hole: f64,
+    /// Whether cloth was taken away by hand at its rim. Not stored, because the doubt about the hole says it.
+    #[serde(skip)]
+    pub hole_is_by_hand: bool,
     /// The most ragged hem; `None` if all are short.
     pub most_ragged_hem: Option<RaggedHem>,
     /// Heights above the lowest point of the scan of the hems at which not the cloth but the scan ends, in metres.
@@ -102,9 +107,10 @@ const ON_FIGURE: f64 = 0.007;
 ///
 /// **Errors** if arrays and surfaces differ in size, or if there is no body.
 pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, CheckError> {
-    let GarmentResult { scan, garment: cut, labels, others, inner, skin, changing, thickness } = result;
+    let GarmentResult { scan, garment: cut, labels, by_hand, others, inner, skin, changing, thickness } = result;
     let mesh = &scan.mesh;
     CheckError::require_length("labels", labels.len(), mesh.vertex_count())?;
+    CheckError::require_length("flags of labels by hand", by_hand.len(), mesh.vertex_count())?;
     if let Some(others) = others {
         CheckError::require_length("labels of other garments", others.len(), mesh.vertex_count())?;
     }
@@ -145,6 +151,8 @@ pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, Chec
     // The offsets keep a margin where cloth may be; how far skin is from the scan they do not tell.
     let skin_gaps: Vec<(f64, f64)> =
         rest().filter(|(_, place, _)| counts(place)).map(|(_, place, area)| (place.gap.abs(), area)).collect();
+    let hole = largest_hole(&cut.mesh, &cut.hem_loops);
+    let is_erased = |p: &Point| mesh.faces()[scan_index.closest(p).face].iter().any(|&v| by_hand[v] && !labels[v]);
     Ok(GarmentPlausibility {
         stand_off_median: weighted_quantile(distances.clone(), 0.5),
         stand_off_p90: weighted_quantile(distances, 0.9),
@@ -159,7 +167,8 @@ pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, Chec
         worn_before: (1..layers.len()).map(|k| worn_before(k, &layers, result, &scan_index)).collect(),
         skin_area: skin_gaps.iter().map(|gap| gap.1).sum(),
         skin_median: weighted_quantile(skin_gaps, 0.5),
-        largest_hole: largest_hole(&cut.mesh, &cut.hem_loops),
+        hole_is_by_hand: hole.as_ref().is_some_and(|(_, rim)| rim.iter().any(is_erased)),
+        largest_hole: hole.map_or(0.0, |(area, _)| area),
         most_ragged_hem: most_ragged_hem(&cut.mesh, &cut.hem_loops, floor),
         cut_off_hems: cut_off_hems(mesh, &cut.mesh, &cut.hem_loops, floor),
     })

@@ -3,16 +3,17 @@
 use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
 use rayon::prelude::*;
 
-/// The area of the largest boundary loop that is not among `hems`, in m²: half the length of the sum of the cross products
-/// along its rim, which is the area of a flat hole, and less than that of a curved one.
+/// The largest boundary loop that is not among `hems`: its area in m², and its rim. The area is half the length of the sum of the
+/// cross products along the rim, which is the area of a flat hole, and less than that of a curved one.
 ///
 /// **Shapes** `hems`: the vertices of each hem.
-pub(super) fn largest_hole(mesh: &TriMesh, hems: &[Vec<VertexId>]) -> f64 {
+pub(super) fn largest_hole(mesh: &TriMesh, hems: &[Vec<VertexId>]) -> Option<(f64, Vec<Point>)> {
     let mut on_hem = PerVertex::filled(false, mesh.vertex_count());
     hems.iter().flatten().for_each(|&v| on_hem[v] = true);
     let loops = Adjacency::prepare(mesh).boundary_loops();
     let holes = loops.iter().filter(|rim| !rim.iter().all(|&v| on_hem[v]));
-    holes.map(|rim| rim_area(&rim.iter().map(|&v| mesh.points()[v]).collect::<Vec<_>>())).fold(0.0, f64::max)
+    let rims = holes.map(|rim| rim.iter().map(|&v| mesh.points()[v]).collect::<Vec<_>>());
+    rims.map(|rim| (rim_area(&rim), rim)).max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 fn rim_area(rim: &[Point]) -> f64 {

@@ -46,8 +46,9 @@ fn checked(
 ) -> Result<GarmentPlausibility, CheckError> {
     let skin = ball();
     let none = PerVertex::filled(false, skin.vertex_count());
-    let result =
-        GarmentResult { scan, garment, labels, others: None, inner, skin: &skin, changing: &none, thickness: 0.0006 };
+    let by_hand = &PerVertex::filled(false, labels.len());
+    let (others, changing) = (None, &none);
+    let result = GarmentResult { scan, garment, labels, by_hand, others, inner, skin: &skin, changing, thickness: 0.0006 };
     check_garment(&result)
 }
 
@@ -96,6 +97,7 @@ fn without_colours_a_garment_that_is_no_farther_off_than_noise_and_fabric_may_be
                 scan: &scan,
                 garment: &garment,
                 labels: &labels,
+                by_hand: &PerVertex::filled(false, labels.len()),
                 others: None,
                 inner,
                 skin: &body,
@@ -120,6 +122,35 @@ fn a_garment_that_stands_off_on_part_of_its_area_is_there() {
 }
 
 #[test]
+fn a_hole_made_by_hand_is_to_be_undone_and_another_one_scanned_again() {
+    let (body, colors) = (ball(), skin());
+    let inner = [Inner { mesh: &body, colors: Some(&colors) }];
+    let (scan, covered) = dressed(0.015, BLUE);
+    let cap: PerVertex<bool> = scan.mesh.points().iter().map(|p| p.y > 0.9).collect();
+    let labels: PerVertex<bool> = scan.mesh.vertex_ids().map(|v| covered[v] && !cap[v]).collect();
+    let mut garment = half(&scan, &labels);
+    let Garment { mesh, hem_loops, .. } = &mut garment;
+    hem_loops.retain(|hem| mesh.points()[hem[0]].y < 0.5);
+    let below: PerVertex<bool> = scan.mesh.points().iter().map(|p| p.y < -0.5).collect();
+    for (by_hand, remedy) in [(&cap, "undo the stroke"), (&below, "scan again without the hole")] {
+        let result = GarmentResult {
+            scan: &scan,
+            garment: &garment,
+            labels: &labels,
+            by_hand,
+            others: None,
+            inner: &inner,
+            skin: &body,
+            changing: &PerVertex::filled(false, body.vertex_count()),
+            thickness: 0.0006,
+        };
+        let found = check_garment(&result).unwrap().doubts("shirt", &[]);
+        let hole = found.iter().find(|doubt| doubt.what.starts_with("a hole of")).unwrap();
+        assert!(hole.remedy.starts_with(remedy), "{hole:?}");
+    }
+}
+
+#[test]
 fn another_person_is_told_by_skin_that_keeps_its_shape_and_not_by_the_margin_of_the_fit() {
     let (body, colors) = (ball(), skin());
     let drawn_in = ball().map_points(|p| Point::from(p.coords * 0.996));
@@ -130,6 +161,7 @@ fn another_person_is_told_by_skin_that_keeps_its_shape_and_not_by_the_margin_of_
             scan,
             garment: &garment,
             labels,
+            by_hand: &PerVertex::filled(false, labels.len()),
             others: None,
             inner: &inner,
             skin: &body,
@@ -233,15 +265,15 @@ fn surfaces_and_arrays_that_do_not_belong_together_are_refused() {
 #[test]
 fn the_largest_hole_has_the_area_of_its_rim() {
     let mesh = ball();
-    assert_eq!(largest_hole(&mesh, &[]), 0.0, "a closed surface has no hole");
+    assert_eq!(largest_hole(&mesh, &[]), None, "a closed surface has no hole");
     let kept = mesh.face_ids().map(|f| mesh.triangle(f).iter().any(|p| p.y < 0.5)).collect();
     let (open, _) = mesh.part(&kept);
     let radius_squared = 1.0 - 0.5 * 0.5;
     let circle = std::f64::consts::PI * radius_squared;
-    let found = largest_hole(&open, &[]);
+    let found = largest_hole(&open, &[]).unwrap().0;
     assert!((found / circle - 1.0).abs() < 0.15, "{found} {circle}");
     let rim = Adjacency::prepare(&open).boundary_loops();
-    assert_eq!(largest_hole(&open, &rim), 0.0, "a hem is no hole");
+    assert_eq!(largest_hole(&open, &rim), None, "a hem is no hole");
     let cap = 2.0 * std::f64::consts::PI * 0.5;
     let (unseen, _) = largest_unseen_part(&mesh, &SurfaceIndex::prepare(&open), |_| false).unwrap();
     assert!((unseen / cap - 1.0).abs() < 0.15, "{unseen} {cap}");

@@ -148,6 +148,7 @@ pub(in crate::session::pipeline) fn garment(
         scan: &scan,
         garment: &garment,
         labels: &segmentation.labels.0,
+        by_hand: &segmentation.by_hand,
         others: others.as_ref(),
         inner: &inner,
         skin: &skin,
