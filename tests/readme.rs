@@ -7,10 +7,11 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 /// Lines that are not run, each with its reason. All other lines are run.
-const NOT_RUN: [(&str, &str); 3] = [
+const NOT_RUN: [(&str, &str); 4] = [
     ("cargo ", "builds the program, or runs these tests"),
     ("git ", "fetches the source code"),
     ("overcoat demo", "tests/pipeline.rs runs it and checks the results"),
+    ("overcoat -C alice paint", "it serves a page until it is stopped; tests/paint.rs paints"),
 ];
 
 /// Needs the viewer; the edit loop builds without it.
