@@ -48,7 +48,8 @@ fn checked(
     let none = PerVertex::filled(false, skin.vertex_count());
     let by_hand = &PerVertex::filled(false, labels.len());
     let (others, changing) = (None, &none);
-    let result = GarmentResult { scan, garment, labels, by_hand, others, inner, skin: &skin, changing, thickness: 0.0006 };
+    let result =
+        GarmentResult { scan, garment, labels, by_hand, others, inner, skin: &skin, changing, thickness: 0.0006 };
     check_garment(&result)
 }
 

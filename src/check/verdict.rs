@@ -144,10 +144,9 @@ fn warning_of(step: &str, scanned: bool, judged: &Judged) -> String {
                 false => "close slits, or choose another kind with --template".into(),
             },
         ),
-        "intersecting_pairs" => (
-            format!("{value:.0} triangle {} intersect after the {step} was put on", plural(value, "pair")),
-            take_away,
-        ),
+        "intersecting_pairs" => {
+            (format!("{value:.0} triangle {} intersect after the {step} was put on", plural(value, "pair")), take_away)
+        }
         "inside_after" => (
             match value {
                 1.0 => format!("1 vertex is inside an inner layer after the {step} was put on"),

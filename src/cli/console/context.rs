@@ -36,7 +36,10 @@ impl Context {
     pub fn writer(&self) -> Result<Writer, SessionError> {
         let tell = |holder: &str| {
             let holder = if holder.is_empty() { "another process" } else { holder };
-            self.console.notices(&[format!("waiting up to {} s for {holder}, which is changing the session", PATIENCE.as_secs())]);
+            self.console.notices(&[format!(
+                "waiting up to {} s for {holder}, which is changing the session",
+                PATIENCE.as_secs()
+            )]);
         };
         let writer = Writer::open_within(&self.session, PATIENCE, tell)?;
         self.console.notices(writer.session().notices());

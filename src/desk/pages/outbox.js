@@ -1,7 +1,7 @@
 // What is to be sent to the server: in order, one after another, until it is done. Nothing is lost when the connection is.
 
 /**
- * @typedef {{ path: string, layer: string, what: string, body: any }} Message
+ * @typedef {{ path: string, layer: string, what: string, body: any, refusal?: string }} Message
  * @typedef {{ sent: (message: Message, answer: any) => void, refused: (message: Message, error: any) => void,
  *   state: (text: string, isBad: boolean) => void, shut: () => void, prepare: (message: Message) => boolean }} Listener
  */
@@ -29,13 +29,17 @@ export class Outbox {
     this.isSending = false;
     this.isShut = false;
     this.wait = FIRST_WAIT;
-    /** @type {Message[]} */
-    this.messages = this.adopted(store);
+    const adopted = this.adopted(store);
+    /** What waits, in order. */
+    this.messages = adopted.filter((message) => !message.refusal);
+    /** Strokes that the server has refused, until the person has decided. */
+    this.refused = adopted.filter((message) => message.refusal);
     this.keep();
   }
 
   /**
-   * What pages that were closed have not sent. A page that is still open has it too; the server applies each id once.
+   * What pages that were closed have not sent, and what was refused. A page that is still open has it too; the server applies each
+   * id once.
    * @param {string} store @returns {Message[]}
    */
   adopted(store) {
@@ -51,7 +55,8 @@ export class Outbox {
 
   keep() {
     try {
-      if (this.messages.length > 0) localStorage.setItem(this.store, JSON.stringify(this.messages));
+      const kept = [...this.messages, ...this.refused];
+      if (kept.length > 0) localStorage.setItem(this.store, JSON.stringify(kept));
       else localStorage.removeItem(this.store);
     } catch {
       // A browser that keeps nothing still sends everything.
@@ -68,6 +73,13 @@ export class Outbox {
   /** @param {string} layer how many messages wait for this layer */
   waiting(layer) {
     return this.messages.filter((message) => message.layer === layer).length;
+  }
+
+  /** Forgets a stroke that was refused; it may be put in again. @param {Message} message */
+  takeOut(message) {
+    this.refused = this.refused.filter((one) => one !== message);
+    delete message.refusal;
+    this.keep();
   }
 
   /** Forgets the first message. */
@@ -102,6 +114,7 @@ export class Outbox {
         await new Promise((done) => setTimeout(done, this.wait));
         this.wait = Math.min(LONGEST_WAIT, 2 * this.wait);
       } else {
+        if (message.path === "/api/paint") this.refused.push({ ...message, refusal: answer.error });
         this.drop();
         this.listener.refused(message, answer);
       }
@@ -115,7 +128,7 @@ export class Outbox {
    */
   files() {
     const files = new Map();
-    for (const { path, layer, body } of this.messages) {
+    for (const { path, layer, body } of [...this.refused, ...this.messages]) {
       if (path !== "/api/paint") continue;
       const lines = body.strokes.map((/** @type {any} */ stroke) => JSON.stringify({ layer, ...stroke, frame: "world", id: body.id }) + "\n");
       files.set(layer, (files.get(layer) ?? "") + lines.join(""));

@@ -68,6 +68,7 @@ class Easel {
     if (status !== 200) throw new Error(answer?.error ?? "the server does not answer");
     this.takeNews(answer);
     await this.show(query.get("layer") ?? this.all[0]?.name);
+    this.listRefused();
     this.outbox.send();
     setTimeout(() => this.lookForNews(), NEWS);
   }
@@ -307,22 +308,35 @@ class Easel {
       this.say(`${capital(message.what)} was not possible: ${error.error}.`, true);
       return;
     }
-    const line = document.createElement("p");
-    line.className = "bad";
-    line.setAttribute("role", "alert");
-    const again = document.createElement("button");
-    const away = document.createElement("button");
-    [again.type, away.type] = ["button", "button"];
-    [again.textContent, away.textContent] = ["Try again", "Discard it"];
-    again.addEventListener("click", () => {
-      line.remove();
-      message.body.scan = message.layer === this.layer?.name ? this.layer.scan : message.body.scan;
-      this.outbox.put(message);
-    });
-    away.addEventListener("click", () => line.remove());
-    line.append(`A stroke on ${message.layer} was not applied: ${error.error}. `, again, " ", away);
-    element("refused").append(line);
+    this.listRefused();
     if (error.kind === "moved" && this.layer?.name === message.layer) this.show(message.layer);
+  }
+
+  /** Lists the strokes that were refused, also before the page was loaded again, each with what can be done. */
+  listRefused() {
+    const button = (/** @type {string} */ text, /** @type {() => void} */ act) => {
+      const made = document.createElement("button");
+      [made.type, made.textContent] = ["button", text];
+      made.addEventListener("click", act);
+      return made;
+    };
+    const lines = this.outbox.refused.map((message) => {
+      const takeOut = () => {
+        this.outbox.takeOut(message);
+        this.listRefused();
+      };
+      const again = button("Try again", () => {
+        takeOut();
+        if (message.layer === this.layer?.name) message.body.scan = this.layer.scan;
+        this.outbox.put(message);
+      });
+      const line = document.createElement("p");
+      line.className = "bad";
+      line.setAttribute("role", "alert");
+      line.append(`A stroke on ${message.layer} was not applied: ${message.refusal}. `, again, " ", button("Discard it", takeOut));
+      return line;
+    });
+    element("refused").replaceChildren(...lines);
   }
 
   /** The server will never take what waits: the person can keep it as files for `overcoat mask`. */
@@ -334,7 +348,7 @@ class Easel {
       link.textContent = `Keep the unsaved strokes on ${layer} as a file for \u201covercoat mask ${layer} FILE\u201d`;
       const line = document.createElement("p");
       line.append(link);
-      element("refused").append(line);
+      element("files").append(line);
     }
   }
 

@@ -87,7 +87,10 @@ mod tests {
         let all = verdict_on("shirt", Some(&template), true, &[found("cut", &hems), found("stack", &pairs)]).warnings;
         assert_eq!(all.iter().filter(|text| text.contains('`')).count(), 2, "{all:?}");
         let on_page: Vec<String> = all.iter().map(|text| without_commands(text)).collect();
-        assert_eq!(on_page[0], "2 triangle pairs intersect after the shirt was put on; look at the places, and take cloth away there");
+        assert_eq!(
+            on_page[0],
+            "2 triangle pairs intersect after the shirt was put on; look at the places, and take cloth away there"
+        );
         assert!(on_page[1].ends_with("look at the edges of the shirt, and correct them"), "{}", on_page[1]);
         assert_eq!(without_commands("it cannot be cut; try `overcoat x (y)`"), "it cannot be cut");
         assert_eq!(without_commands("an open (`x"), "an open (`x");
