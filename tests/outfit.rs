@@ -1,39 +1,12 @@
 //! An outfit: several garments that one scan shows for the first time.
 
-use crate::common::{copy_folder, fingerprint, mean_body, overcoat, overcoat_ok, ran, write_mesh};
+use crate::common::{
+    built_outfit, copy_folder, demo_scan, fingerprint, mean_body, outfit_scanned, overcoat, overcoat_ok, ran,
+    write_mesh,
+};
 use overcoat::formats::read_npy;
 use serde_json::Value;
-use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
-
-fn demo_scan(name: &str) -> String {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo").join(name).display().to_string()
-}
-
-/// A session with the demo's bare body, coarse, and its woman in T-shirt and skirt as one scan. Not built.
-fn scanned(dir: &Path, name: &str, templates: &str) -> PathBuf {
-    let session = dir.join(name);
-    overcoat_ok(dir, &["new", name]);
-    overcoat_ok(&session, &["scan", "body", &demo_scan("0-body.ply"), "--faces", "4000"]);
-    overcoat_ok(&session, &["step", "set", "body", "fit.samples=300", "fit.iterations=4", "register.iterations=1"]);
-    let outfit = demo_scan("2-skirt.ply");
-    overcoat_ok(&session, &["scan", "outfit", &outfit, "--template", templates, "--faces", "4000"]);
-    overcoat_ok(&session, &["step", "set", "skirt", "pose.samples=300", "pose.iterations=4"]);
-    session
-}
-
-/// A built copy of that session.
-fn built(dir: &Path, name: &str) -> PathBuf {
-    static BUILT: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
-    let (_, session) = BUILT.get_or_init(|| {
-        let dir = tempfile::tempdir().unwrap();
-        let session = scanned(dir.path(), "alice", "tshirt,skirt");
-        overcoat_ok(&session, &["build"]);
-        (dir, session)
-    });
-    copy_folder(session, &dir.join(name));
-    dir.join(name)
-}
+use std::path::Path;
 
 fn recipe(session: &Path) -> String {
     std::fs::read_to_string(session.join("recipe.toml")).unwrap()
@@ -68,7 +41,7 @@ fn outputs(session: &Path) -> Vec<(String, String)> {
 #[test]
 fn an_outfit_is_one_scan_one_fit_and_one_layer_per_garment() {
     let dir = tempfile::tempdir().unwrap();
-    let session = scanned(dir.path(), "alice", "tshirt,skirt");
+    let session = outfit_scanned(dir.path(), "alice", "tshirt,skirt");
     let text = recipe(&session);
     assert_eq!(text.matches("outfit = \"outfit\"").count(), 2, "{text}");
     assert!(text.find("name = \"skirt\"").unwrap() < text.find("name = \"tshirt\"").unwrap(), "inside out: {text}");
@@ -108,7 +81,7 @@ fn ran_again(session: &Path) -> usize {
 #[test]
 fn a_listed_garment_that_the_scan_does_not_show_is_reported_and_the_others_are_built() {
     let dir = tempfile::tempdir().unwrap();
-    let session = scanned(dir.path(), "alice", "tshirt,skirt,underpants");
+    let session = outfit_scanned(dir.path(), "alice", "tshirt,skirt,underpants");
     overcoat_ok(&session, &["step", "set", "underpants", "pose.samples=300", "pose.iterations=4"]);
     overcoat_ok(&session, &["build"]);
     let status = overcoat_ok(&session, &["status", "--json"]).json();
@@ -141,8 +114,8 @@ fn a_listed_garment_that_the_scan_does_not_show_is_reported_and_the_others_are_b
 #[test]
 fn the_order_of_the_templates_changes_nothing_and_a_replay_gives_the_same_bytes() {
     let dir = tempfile::tempdir().unwrap();
-    let alice = built(dir.path(), "alice");
-    let other = scanned(dir.path(), "other", "skirt,tshirt");
+    let alice = built_outfit(dir.path(), "alice");
+    let other = outfit_scanned(dir.path(), "other", "skirt,tshirt");
     overcoat_ok(&other, &["build"]);
     assert_eq!(outputs(&other), outputs(&alice));
     overcoat_ok(dir.path(), &["replay", "alice/recipe.toml", "--into", "again"]);
@@ -157,7 +130,7 @@ fn the_order_of_the_templates_changes_nothing_and_a_replay_gives_the_same_bytes(
 #[test]
 fn a_mask_of_one_garment_takes_from_the_other() {
     let dir = tempfile::tempdir().unwrap();
-    let session = built(dir.path(), "alice");
+    let session = built_outfit(dir.path(), "alice");
     let (skirt, tshirt) = (labels(&session, "skirt"), labels(&session, "tshirt"));
     // Paint a few vertices of the skirt as the T-shirt.
     let mut numbers: Vec<i32> = vec![-1; skirt.len()];
@@ -181,7 +154,7 @@ fn a_mask_of_one_garment_takes_from_the_other() {
 #[test]
 fn steps_of_an_outfit_are_edited_one_by_one_and_share_their_scan() {
     let dir = tempfile::tempdir().unwrap();
-    let session = built(dir.path(), "alice");
+    let session = built_outfit(dir.path(), "alice");
     overcoat_ok(&session, &["step", "set", "tshirt", "up=+y", "segment.color=0.5", "stack.clearance=0.004"]);
     let text = recipe(&session);
     for (key, count) in [("up = \"y\"", 2), ("color = 0.5", 2), ("clearance = 0.004", 1)] {
@@ -193,7 +166,8 @@ fn steps_of_an_outfit_are_edited_one_by_one_and_share_their_scan() {
     assert_eq!(names(&session), ["body", "top", "skirt"]);
     overcoat_ok(&session, &["build"]);
     // A jacket over the outfit, in a scan of its own.
-    let jacket = ["scan", "jacket", &demo_scan("3-pullover.ply"), "--template", "jacket", "--faces", "4000"];
+    let pullover = demo_scan("3-pullover.ply").display().to_string();
+    let jacket = ["scan", "jacket", &pullover, "--template", "jacket", "--faces", "4000"];
     overcoat_ok(&session, &jacket);
     let apart = overcoat(&session, &["step", "move", "jacket", "--before", "skirt"]);
     assert!(apart.code == 2 && apart.stderr.contains("have another step between them"), "{apart:?}");
@@ -202,7 +176,8 @@ fn steps_of_an_outfit_are_edited_one_by_one_and_share_their_scan() {
     overcoat_ok(&session, &["step", "remove", "top"]);
     overcoat_ok(&session, &["build"]);
     assert_eq!(names(&session), ["body", "skirt", "jacket"]);
-    let again = ["scan", "outfit", &demo_scan("2-skirt.ply"), "--template", "tshirt,skirt", "--replace"];
+    let outfit = demo_scan("2-skirt.ply").display().to_string();
+    let again = ["scan", "outfit", &outfit, "--template", "tshirt,skirt", "--replace"];
     overcoat_ok(&session, &again);
     assert_eq!(names(&session), ["body", "skirt", "tshirt", "jacket"]);
 }
@@ -216,8 +191,8 @@ fn a_garment_that_is_not_listed_is_named_and_one_that_is_absent_too() {
         ("absent", "tshirt,skirt,shoes", "the scan seems to show no shoes"),
     ] {
         let session = dir.path().join(name);
-        copy_folder(&built(dir.path(), &format!("{name}-before")), &session);
-        let outfit = demo_scan("2-skirt.ply");
+        copy_folder(&built_outfit(dir.path(), &format!("{name}-before")), &session);
+        let outfit = demo_scan("2-skirt.ply").display().to_string();
         let again = ["scan", "outfit", &outfit, "--template", templates, "--faces", "4000", "--replace"];
         overcoat_ok(&session, &again);
         overcoat_ok(&session, &["step", "set", "shoes", "pose.samples=300", "pose.iterations=4"]);

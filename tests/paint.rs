@@ -1,12 +1,13 @@
 //! `paint`: strokes sent as a page sends them, over HTTP; what the files and the session are afterwards.
 #![cfg(unix)]
 
-use crate::common::{built_quick_session, fingerprint, overcoat, overcoat_ok};
+use crate::common::{built_outfit, built_quick_session, fingerprint, overcoat, overcoat_ok};
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
 
 /// A running server, which is stopped when it is dropped.
 struct Server {
@@ -77,6 +78,13 @@ impl Server {
         let (status, layer) = self.get("/api/layer?layer=tshirt");
         assert_eq!(status, 200, "{layer}");
         layer
+    }
+
+    /// The news of a layer: what all pages are told, and its labels.
+    fn news(&self, layer: &str) -> (Value, Value) {
+        let (_, mut news) = self.get(&format!("/api/news?layer={layer}"));
+        let of_layer = news["layers"].as_array().unwrap().iter().find(|one| one["name"] == layer).unwrap().clone();
+        (of_layer, news["labels"].take())
     }
 
     fn paint(&self, stroke: &Value) -> Value {
@@ -262,4 +270,35 @@ fn other_commands_and_edits_meanwhile_lose_no_stroke() {
     let (code, answer) = server.post("/api/paint", &stroke("six", &layer, "add"));
     assert!(code == 410 && answer["error"].as_str().unwrap().contains("there is no step 'tshirt'"), "{code} {answer}");
     assert_eq!(lines(&session), 3);
+}
+
+#[test]
+fn a_stroke_on_one_garment_of_an_outfit_shows_the_other_as_it_is_then() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = built_outfit(dir.path(), "alice");
+    let server = Server::start(&session, &["tshirt"]);
+    let shirt = server.layer();
+    let skirt = |layer: &Value| {
+        let others = layer["others"].as_array().unwrap().iter();
+        others.filter(|other| other["name"] == "skirt").map(|other| other["labels"].clone()).next().unwrap()
+    };
+    let before = skirt(&shirt);
+    // Cloth of the skirt, below the hip.
+    let mut stroke = stroke("one", &shirt, "add");
+    for point in stroke["strokes"][0]["points"].as_array_mut().unwrap() {
+        point[1] = json!(point[1].as_f64().unwrap() - 0.42);
+    }
+    server.paint(&stroke);
+    assert!(server.news("skirt").0["verdict"].is_null(), "it is out of date");
+    let began = Instant::now();
+    while ["skirt", "tshirt"].iter().any(|layer| server.news(layer).0["verdict"].is_null()) {
+        assert!(began.elapsed() < Duration::from_secs(120), "no verdict");
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    let (news, labels) = server.news("skirt");
+    assert!(labels != before && labels.is_string(), "the stroke takes from the skirt: {news}");
+    assert_eq!(labels, skirt(&server.layer()), "a page that is opened now shows the same");
+    assert!(news["hems"].as_u64().unwrap() > 0, "{news}");
+    drop(server);
+    assert_eq!(overcoat_ok(&session, &["status", "--json"]).json()["up_to_date"], true);
 }

@@ -1,6 +1,7 @@
 //! `overcoat paint`: a page on this machine on which garments are painted.
 
 use super::console::{Context, Done, Verbosity, print_aside, print_line};
+use super::status::next_in;
 use super::watch::ended_by_signal;
 use crate::desk::Painting;
 use serde_json::json;
@@ -38,8 +39,11 @@ pub(super) fn run(args: PaintArgs, context: &Context) -> anyhow::Result<Done> {
         1 => "painted 1 change".to_string(),
         n => format!("painted {n} changes"),
     };
-    let done = Done::new("paint", json).line(line);
-    Ok(if changes > 0 { done.next(context.overcoat("build")) } else { done })
+    let mut done = Done::new("paint", json).line(line);
+    if changes > 0 {
+        done.next = next_in(&context.reader()?, context)?;
+    }
+    Ok(done)
 }
 
 /// Whether the system's way to open an address could be started.

@@ -3,7 +3,7 @@
 use super::console::{Context, Done, Verbosity, measures_text, secs, why_text};
 use crate::check::{Attained, Judged, Verdict};
 use crate::cloth::ClothMode;
-use crate::session::{AnimationStatus, BodyModelSource, Session, Stage, StepStatus, name_and_unit};
+use crate::session::{AnimationStatus, BodyModelSource, Session, SessionError, Stage, StepStatus, name_and_unit};
 use serde_json::json;
 use std::time::{Duration, Instant};
 
@@ -175,6 +175,12 @@ fn foot(steps: &[StepStatus], waiting: usize, animations: usize, began: Instant)
         (false, 0) => format!("all {all} stages are up to date (checked in {took})"),
         (false, _) => format!("{out_of_date} of {all} stages are out of date (checked in {took})"),
     }
+}
+
+/// What to do next in a session as it is now.
+pub(super) fn next_in(session: &Session, context: &Context) -> Result<Vec<String>, SessionError> {
+    let waiting = session.animations()?.iter().filter(|animation| animation.made.is_none()).count();
+    Ok(next(&session.status()?, waiting, context))
 }
 
 /// What to do next: what is missing, then what is in doubt, then what comes after.

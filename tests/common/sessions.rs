@@ -70,6 +70,31 @@ pub fn built_quick_session(dir: &Path, name: &str) -> PathBuf {
     dir.join(name)
 }
 
+/// A session with the demo's bare body, coarse, and its woman in T-shirt and skirt as one scan. Not built.
+pub fn outfit_scanned(dir: &Path, name: &str, templates: &str) -> PathBuf {
+    let session = dir.join(name);
+    let scan = |name: &str| demo_scan(name).display().to_string();
+    overcoat_ok(dir, &["new", name]);
+    overcoat_ok(&session, &["scan", "body", &scan("0-body.ply"), "--faces", "4000"]);
+    overcoat_ok(&session, &["step", "set", "body", "fit.samples=300", "fit.iterations=4", "register.iterations=1"]);
+    overcoat_ok(&session, &["scan", "outfit", &scan("2-skirt.ply"), "--template", templates, "--faces", "4000"]);
+    overcoat_ok(&session, &["step", "set", "skirt", "pose.samples=300", "pose.iterations=4"]);
+    session
+}
+
+/// A built copy of that session.
+pub fn built_outfit(dir: &Path, name: &str) -> PathBuf {
+    static BUILT: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
+    let (_, built) = BUILT.get_or_init(|| {
+        let dir = tempfile::tempdir().unwrap();
+        let session = outfit_scanned(dir.path(), "alice", "tshirt,skirt");
+        overcoat_ok(&session, &["build"]);
+        (dir, session)
+    });
+    copy_folder(built, &dir.join(name));
+    dir.join(name)
+}
+
 /// A scan of the demo.
 pub fn demo_scan(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo").join(name)
