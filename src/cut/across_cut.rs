@@ -40,9 +40,9 @@ impl AcrossCut {
 /// the scan and are marked on most of their vertices.
 fn patches(whole: &FilledScan, around: &Adjacency) -> (PerVertex<Option<u32>>, Vec<bool>) {
     let at_end = around.boundary_vertices();
-    let mut patch: PerVertex<Option<u32>> = PerVertex::filled(None, whole.mesh.vertex_count());
+    let mut patch: PerVertex<Option<u32>> = PerVertex::filled(None, whole.surface.mesh.vertex_count());
     let mut by_hand = Vec::new();
-    for seed in whole.mesh.vertex_ids() {
+    for seed in whole.surface.mesh.vertex_ids() {
         if whole.labels.0[seed] || patch[seed].is_some() {
             continue;
         }

@@ -2,7 +2,7 @@
 
 use super::body_below::BodyBelow;
 use super::patch::Patch;
-use crate::geometry::{NearestVertex, Point, SurfaceIndex, Vec3};
+use crate::geometry::{NearestVertex, PerVertex, Point, SurfaceIndex, Vec3};
 
 /// Greatest distance of the cloth at the border of a hole from the body, on average, in metres: a cap's, over hair.
 const GREATEST_OFFSET: f64 = 0.04;
@@ -20,6 +20,7 @@ const SMOOTHING_ROUNDS: usize = 3;
 /// A body, prepared for queries.
 pub(super) struct BodyIndex {
     surface: SurfaceIndex,
+    is_covered: PerVertex<bool>,
     covered: NearestVertex,
 }
 
@@ -27,7 +28,13 @@ impl BodyIndex {
     pub(super) fn prepare(body: &BodyBelow) -> Self {
         let points = body.mesh.points().iter().zip(body.covered.iter());
         let covered: Vec<Point> = points.filter(|(_, covered)| **covered).map(|(p, _)| *p).collect();
-        Self { surface: SurfaceIndex::prepare(body.mesh), covered: NearestVertex::prepare(&covered) }
+        let (surface, is_covered) = (SurfaceIndex::prepare(body.mesh), body.covered.clone());
+        Self { surface, is_covered, covered: NearestVertex::prepare(&covered) }
+    }
+
+    /// Whether it is that of this body.
+    pub(super) fn is_of(&self, body: &BodyBelow) -> bool {
+        self.is_covered == *body.covered && self.surface.mesh() == body.mesh
     }
 
     /// The body's surface.

@@ -4,6 +4,8 @@
 //! Labels belong to vertices, which are 4 to 9 mm apart, so a cut midway between two labels is off by half of that. The
 //! evidence of many vertices along a hem together places it to 1 or 2 mm.
 
+use super::color_evidence::{MODEL_RADIUS, color_evidence};
+use super::earlier_cuts::FilledSurface;
 use super::error::CutError;
 use super::fill_holes::FilledScan;
 use super::params::CutParams;
@@ -11,7 +13,6 @@ use super::pieces::without_islands;
 use super::slice::{Slice, slice};
 use crate::geometry::{Adjacency, NearestVertex, PerVertex, Point, Vec3, VertexId, geodesic_distances};
 use crate::numerics::dynamic_ring;
-use crate::segment::{Lab, color_difference, lab_of};
 use rayon::prelude::*;
 
 /// Greatest distance that the cut moves, in metres: the fold-over below a wide hem is 3 cm.
@@ -22,18 +23,6 @@ const STEP: f64 = 0.001;
 const SPACING: f64 = 0.005;
 /// Deviation of the Gaussian over which evidence is gathered along the cut, in metres: it spans about ten vertices.
 const ALONG: f64 = 0.008;
-/// Vertices from this distance on are the model of the colours on their side, in metres: outside the blur of fusion.
-const MODEL_FROM: f64 = 0.008;
-/// Radius within which colours are compared, in metres.
-const MODEL_RADIUS: f64 = 0.045;
-/// Greatest number of colours that one is compared with.
-const COLORS_ASKED: usize = 96;
-/// Fewer colours on one side are no model.
-const LEAST_COLORS: usize = 5;
-/// Greatest evidence of one vertex's colour, in nats: one of ten must not decide.
-const GREATEST_COLOR: f64 = 2.0;
-/// Density of a colour that neither side has, relative to the density at a colour of the model.
-const UNKNOWN: f64 = 0.02;
 /// Cosines to the normal of the cloth: from the first one down surface may be a fold-over, from the second it is. 45° and
 /// 72°: from 32° on, the folds of sleeves were cut off; with 53° to 78°, 1 cm of a fold-over stayed (outfits 2001 to 2007).
 const TURNED: [f64; 2] = [0.7, 0.3];
@@ -67,13 +56,12 @@ pub(super) fn at_edges_of_cloth(
 ) -> Result<PerVertex<f64>, CutError> {
     // The slope of labels ±1 after a Gaussian of that radius.
     let unit = params.smoothing_radius.max(STEP) * (0.5 * std::f64::consts::PI).sqrt();
-    let normals = whole.mesh.vertex_normals();
     for round in 0..ROUNDS {
-        let slice = slice(&whole.mesh, &field)?.with_hems_only(&whole.beside_hole);
+        let slice = slice(&whole.surface.mesh, &field)?.with_hems_only(&whole.beside_hole);
         let mut told_before = Vec::new();
         let told = if round == 0 { &mut *findings } else { &mut told_before };
         let slice = without_islands(slice, whole, params.least_island_share, told);
-        field = at_edges(whole, around, &normals, &slice, &field, unit);
+        field = at_edges(whole, around, round, &slice, &field, unit);
     }
     Ok(field)
 }
@@ -86,7 +74,7 @@ pub(super) fn at_edges_of_cloth(
 fn at_edges(
     whole: &FilledScan,
     around: &Adjacency,
-    normals: &PerVertex<Vec3>,
+    round: usize,
     slice: &Slice,
     field: &PerVertex<f64>,
     unit: f64,
@@ -103,7 +91,7 @@ fn at_edges(
         return field.clone();
     }
     let band = Band::around(whole, around, field, &places);
-    let nats = evidence(whole, around, normals, &band);
+    let nats = evidence(whole, around, round, &band);
     let moves = places.moves(&band, &nats);
     let mut moved = field.clone();
     for (k, &v) in band.vertices.iter().enumerate() {
@@ -140,7 +128,7 @@ impl Places {
     fn along(slice: &Slice, whole: &FilledScan, around: &Adjacency) -> Self {
         let by_hand = |v: VertexId| whole.by_hand[v] || around.neighbours_of(v).iter().any(|&w| whole.by_hand[w]);
         let mut places = Self { points: Vec::new(), loop_of: Vec::new(), freedom: Vec::new() };
-        for ring in Adjacency::prepare(&slice.mesh).boundary_loops() {
+        for ring in slice.adjacency().boundary_loops() {
             let at = |k: usize| slice.mesh.points()[ring[k % ring.len()]];
             let length: f64 = (0..ring.len()).map(|k| (at(k + 1) - at(k)).norm()).sum();
             if length < LEAST_LOOP {
@@ -250,13 +238,17 @@ impl Band {
     fn around(whole: &FilledScan, around: &Adjacency, field: &PerVertex<f64>, places: &Places) -> Self {
         let index = NearestVertex::prepare(&places.points);
         // Close to the cut its straight distance is exact; farther away the surface may be folded.
-        let points = whole.mesh.points().as_slice();
-        let sources: Vec<(VertexId, f64)> = (0..points.len())
+        let points = whole.surface.mesh.points().as_slice();
+        let near = |place: &Point| whole.surface.vertices.within(place, 2.1 * SPACING);
+        let mut close: Vec<VertexId> = places.points.par_iter().flat_map_iter(near).collect();
+        close.sort_unstable();
+        close.dedup();
+        let sources: Vec<(VertexId, f64)> = close
             .into_par_iter()
-            .filter_map(|v| index.nearest(&points[v]).map(|(_, d)| (VertexId::from_index(v), d)))
+            .filter_map(|v| index.nearest(&points[v.index()]).map(|(_, d)| (v, d)))
             .filter(|&(_, d)| d < 2.0 * SPACING)
             .collect();
-        let reached = geodesic_distances(&whole.mesh, around, &sources, MODEL_RADIUS);
+        let reached = geodesic_distances(&whole.surface.mesh, around, &sources, MODEL_RADIUS);
         let reached: Vec<(VertexId, f64)> =
             reached.enumerate().filter(|(_, d)| d.is_finite()).map(|(v, &d)| (v, d)).collect();
         let nearest = |&(v, distance): &(VertexId, f64)| {
@@ -273,12 +265,14 @@ impl Band {
 }
 
 /// Evidence of each vertex of the band for cloth, in nats.
-fn evidence(whole: &FilledScan, around: &Adjacency, normals: &PerVertex<Vec3>, band: &Band) -> Vec<f64> {
+fn evidence(whole: &FilledScan, around: &Adjacency, round: usize, band: &Band) -> Vec<f64> {
+    let FilledSurface { mesh, normals, .. } = &*whole.surface;
     let upright = upright_normals(whole, around, normals, band);
-    let colors: Option<Vec<Lab>> =
-        whole.colors.as_ref().map(|colors| band.vertices.iter().map(|&v| lab_of(colors[v])).collect());
-    let points: Vec<Point> = band.vertices.iter().map(|&v| whole.mesh.points()[v]).collect();
-    let index = NearestVertex::prepare(&points);
+    let said = whole.colors.as_ref().map(|colors| {
+        whole.surface.colors_say(round, |before| {
+            color_evidence(mesh.points(), colors, &band.vertices, &band.distance, REACH, before)
+        })
+    });
     (0..band.vertices.len())
         .into_par_iter()
         .map(|k| {
@@ -287,23 +281,10 @@ fn evidence(whole: &FilledScan, around: &Adjacency, normals: &PerVertex<Vec3>, b
             }
             let v = band.vertices[k];
             let folded = upright[k].map_or(0.0, |cloth| {
-                let depth = -cloth.normal.dot(&(points[k] - cloth.at));
+                let depth = -cloth.normal.dot(&(mesh.points()[v] - cloth.at));
                 ramp(cloth.normal.dot(&normals[v]), TURNED) * ramp(depth, FOLDED)
             });
-            let of_color = colors.as_ref().map_or(0.0, |colors| {
-                let near = index.within(&points[k], MODEL_RADIUS);
-                let (mut inside, mut outside) = (Mean::default(), Mean::default());
-                for j in near.iter().step_by(near.len().div_ceil(COLORS_ASKED).max(1)).map(|near| near.index()) {
-                    let side = match band.distance[j] {
-                        d if d < -MODEL_FROM => &mut inside,
-                        d if d > MODEL_FROM => &mut outside,
-                        _ => continue,
-                    };
-                    side.add((-0.5 * color_difference(&colors[k], &colors[j]).powi(2)).exp());
-                }
-                let ratio = |(inside, outside): (f64, f64)| ((inside + UNKNOWN) / (outside + UNKNOWN)).ln();
-                inside.get().zip(outside.get()).map_or(0.0, ratio).clamp(-GREATEST_COLOR, GREATEST_COLOR)
-            });
+            let of_color = said.as_ref().map_or(0.0, |said| said.at(v));
             of_color * (1.0 - folded) - FOLDED_NATS * folded
         })
         .collect()
@@ -324,7 +305,7 @@ fn upright_normals(
     normals: &PerVertex<Vec3>,
     band: &Band,
 ) -> Vec<Option<Upright>> {
-    let mut slot: PerVertex<u32> = PerVertex::filled(u32::MAX, whole.mesh.vertex_count());
+    let mut slot: PerVertex<u32> = PerVertex::filled(u32::MAX, whole.surface.mesh.vertex_count());
     for (k, &v) in band.vertices.iter().enumerate() {
         slot[v] = k as u32;
     }
@@ -336,7 +317,7 @@ fn upright_normals(
         let near = || around.neighbours_of(v).iter().copied();
         upright[k] = if band.distance[k] < -UPRIGHT_FROM {
             let sum: Vec3 = normals[v] + near().map(|w| normals[w]).sum::<Vec3>();
-            sum.try_normalize(1e-9).map(|normal| Upright { normal, at: whole.mesh.points()[v] })
+            sum.try_normalize(1e-9).map(|normal| Upright { normal, at: whole.surface.mesh.points()[v] })
         } else {
             let farther = near().filter_map(|w| band.vertices.get(slot[w] as usize).map(|_| slot[w] as usize));
             let found: Vec<Upright> =
@@ -349,25 +330,6 @@ fn upright_normals(
     upright
 }
 
-/// A running mean.
-#[derive(Default)]
-struct Mean {
-    sum: f64,
-    count: usize,
-}
-
-impl Mean {
-    fn add(&mut self, value: f64) {
-        self.sum += value;
-        self.count += 1;
-    }
-
-    /// `None` of too few values for a model.
-    fn get(&self) -> Option<f64> {
-        (self.count >= LEAST_COLORS).then(|| self.sum / self.count as f64)
-    }
-}
-
 /// 0 at the first limit and before it, 1 at the second and beyond, linear in between.
 fn ramp(value: f64, [from, to]: [f64; 2]) -> f64 {
     ((value - from) / (to - from)).clamp(0.0, 1.0)
@@ -378,6 +340,7 @@ mod tests {
     use super::*;
     use crate::geometry::TriMesh;
     use crate::segment::{Labels, Segmentation};
+    use std::sync::Arc;
 
     const SKIN: [u8; 3] = [205, 160, 135];
     const BLUE: [u8; 3] = [40, 60, 140];
@@ -413,14 +376,15 @@ mod tests {
         let Segmentation { labels, by_hand, .. } = labels.into();
         let adjacency = Adjacency::prepare(&mesh);
         let beside_hole = PerVertex::filled(false, mesh.vertex_count());
-        (FilledScan { mesh, adjacency: None, colors, labels, by_hand, beside_hole }, adjacency)
+        let surface = Arc::new(FilledSurface::prepare(mesh));
+        (FilledScan { surface, colors, labels, by_hand, beside_hole }, adjacency)
     }
 
     /// The heights of the cut's lower border.
     fn hem_of(scan: &FilledScan, adjacency: &Adjacency) -> Vec<f64> {
         let field = scan.labels.0.iter().map(|&l| if l { 1.0 } else { -1.0 }).collect();
         let moved = at_edges_of_cloth(scan, adjacency, field, &CutParams::default(), &mut Vec::new()).unwrap();
-        let cut = slice(&scan.mesh, &moved).unwrap();
+        let cut = slice(&scan.surface.mesh, &moved).unwrap();
         let on_cut = cut.mesh.vertex_ids().filter(|v| cut.on_cut[v.index()]);
         on_cut.map(|v| cut.mesh.points()[v].y).collect()
     }
@@ -455,12 +419,12 @@ mod tests {
         let mesh = straight();
         let colors = dyed(&mesh);
         let (mut scan, adjacency) = labelled(mesh, Some(colors), HEM - 0.015);
-        scan.by_hand = PerVertex::filled(true, scan.mesh.vertex_count());
+        scan.by_hand = PerVertex::filled(true, scan.surface.mesh.vertex_count());
         let painted = hem_of(&scan, &adjacency);
         assert!(painted.iter().all(|y| (y - (HEM - 0.015)).abs() < 0.0045), "{painted:?}");
-        scan.by_hand = PerVertex::filled(false, scan.mesh.vertex_count());
+        scan.by_hand = PerVertex::filled(false, scan.surface.mesh.vertex_count());
         let ring = |p: &Point| (HEM - 0.06..HEM - 0.045).contains(&p.y) && p.x > 0.08;
-        scan.labels = Labels(scan.mesh.points().iter().map(|p| p.y > HEM - 0.015 || ring(p)).collect());
+        scan.labels = Labels(scan.surface.mesh.points().iter().map(|p| p.y > HEM - 0.015 || ring(p)).collect());
         let hem = hem_of(&scan, &adjacency);
         assert!(hem.iter().all(|y| (y - HEM).abs() < 0.0055), "{hem:?}");
     }
@@ -475,7 +439,7 @@ mod tests {
         let (scan, adjacency) = labelled(mesh, None, -0.0075);
         let field = scan.labels.0.iter().map(|&l| if l { 1.0 } else { -1.0 }).collect();
         let moved = at_edges_of_cloth(&scan, &adjacency, field, &CutParams::default(), &mut Vec::new()).unwrap();
-        let cut = slice(&scan.mesh, &moved).unwrap();
+        let cut = slice(&scan.surface.mesh, &moved).unwrap();
         let innermost = cut.mesh.points().iter().map(|p| p.x.hypot(p.z)).fold(1.0, f64::min);
         let lowest = cut.mesh.points().iter().map(|p| p.y).fold(1.0, f64::min);
         assert!(innermost > 0.072 && lowest < 0.008, "radius {innermost}, height {lowest}");

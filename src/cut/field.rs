@@ -20,7 +20,8 @@ pub(super) fn signed_field(
     adjacency: &Adjacency,
     radius: f64,
 ) -> Result<PerVertex<f64>, NumericsError> {
-    let FilledScan { mesh, labels, by_hand, .. } = whole;
+    let FilledScan { surface, labels, by_hand, .. } = whole;
+    let mesh = &surface.mesh;
     let mut field: PerVertex<f64> = labels.0.iter().map(|&l| if l { 1.0 } else { -1.0 }).collect();
     let boundary: Vec<(VertexId, f64)> = mesh
         .vertex_ids()

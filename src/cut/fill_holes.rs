@@ -1,23 +1,24 @@
 //! Fills small holes of the scan before the cut, so that a hem can run across them.
 
 use super::along_body::{BodyIndex, laid_along_body};
+use super::earlier_cuts::{EarlierCuts, FilledSurface};
 use super::error::CutError;
-use super::fillings::{Fillings, filling};
+use super::fillings::filling;
 use super::params::CutParams;
 use super::patch::GREATEST_RING;
 use super::slice::Slice;
-use crate::geometry::{Adjacency, NearestVertex, PerFace, PerVertex, Point, TriMesh, Vec3, VertexId};
+use crate::geometry::{Adjacency, NearestVertex, PerVertex, Point, TriMesh, Vec3, VertexId};
 use crate::scan::Scan;
 use crate::segment::{Labels, Segmentation};
-use std::collections::BTreeMap;
+use rayon::prelude::*;
+use std::collections::BTreeSet;
+use std::sync::Arc;
 
 /// A scan without its small holes near the garment. The scan's own vertices come first, unmoved.
 ///
-/// **Shapes** colours, labels, `by_hand` and `beside_hole`: one entry per vertex of `mesh`.
+/// **Shapes** colours, labels, `by_hand` and `beside_hole`: one entry per vertex of the surface.
 pub(super) struct FilledScan {
-    pub(super) mesh: TriMesh,
-    /// The mesh's adjacency; `None` if it is that of the scan.
-    pub(super) adjacency: Option<Adjacency>,
+    pub(super) surface: Arc<FilledSurface>,
     pub(super) colors: Option<PerVertex<[u8; 3]>>,
     pub(super) labels: Labels,
     /// Which vertices have a label given by the user.
@@ -33,7 +34,7 @@ pub(super) fn filled(
     segmentation: &Segmentation,
     body: &BodyIndex,
     params: &CutParams,
-    fillings: &Fillings,
+    earlier: &EarlierCuts,
     findings: &mut Vec<String>,
 ) -> Result<FilledScan, CutError> {
     let mut points = scan.mesh.points().0.clone();
@@ -59,7 +60,8 @@ pub(super) fn filled(
             || hole <= params.greatest_filled_hole
                 && length <= LENGTH_PER_CIRCUMFERENCE * circumference(params.greatest_filled_hole);
         let longest = if is_beside_hair { GREATEST_RING_BESIDE_HAIR } else { GREATEST_RING };
-        let fair = if hole <= GREATEST_ALONG_BODY { fillings.of(&scan.mesh, around, &ring, longest)? } else { None };
+        let fair =
+            if hole <= GREATEST_ALONG_BODY { earlier.fillings.of(&scan.mesh, around, &ring, longest)? } else { None };
         let labelled = ring.iter().filter(|&&v| labels.0[v]).count() as f64 / ring.len() as f64;
         let along_body = match &fair {
             Some(fair) if hole > LEAST_ALONG_BODY && labelled > LEAST_LABELLED => {
@@ -103,17 +105,10 @@ pub(super) fn filled(
         let holes = if hole_count == 1 { "hole" } else { "holes" };
         findings.push(format!("filled {hole_count} small {holes} of the scan with {:.1} cm² in total", area * 1e4));
     }
-    let (mesh, adjacency) = match hole_count + along_body_count {
-        0 => (scan.mesh.clone(), None),
-        _ => {
-            // All indices are valid; a coordinate is invalid only if a system was singular.
-            let mesh = TriMesh::try_new(points, faces)?;
-            let adjacency = Adjacency::prepare(&mesh);
-            (mesh, Some(adjacency))
-        }
-    };
-    let joined = adjacency.as_ref().unwrap_or(around);
-    close_label_pinholes(&mesh, joined, &mut labels, &by_hand);
+    // All indices are valid; a coordinate is invalid only if a system was singular.
+    let surface = earlier.surface(points, faces)?;
+    let FilledSurface { mesh, adjacency: joined, .. } = &*surface;
+    close_label_pinholes(mesh, joined, &mut labels, &by_hand);
     // Holes that stay open have ragged borders. Without labels there, the smooth cut passes just beside them.
     let mut beside_hole = PerVertex::filled(false, mesh.vertex_count());
     for v in open_holes {
@@ -123,22 +118,22 @@ pub(super) fn filled(
             beside_hole[w] = true;
         }
     }
-    Ok(FilledScan { mesh, adjacency, colors, labels, by_hand, beside_hole })
+    Ok(FilledScan { surface, colors, labels, by_hand, beside_hole })
 }
 
 /// Closes loops made by the cut that are smaller than any hem and not painted by the user.
 pub(super) fn close_pinholes(slice: Slice, whole: &FilledScan) -> Result<Slice, CutError> {
-    let adjacency = Adjacency::prepare(&slice.mesh);
+    let adjacency = slice.adjacency();
     let mut points = slice.mesh.points().0.clone();
     let mut faces = slice.mesh.faces().0.clone();
-    let (mut origins, mut on_cut, mut is_seen) = (slice.origins, slice.on_cut, slice.is_seen);
+    let (mut origins, mut on_cut, mut is_seen) = (slice.origins.clone(), slice.on_cut.clone(), slice.is_seen.clone());
     for ring in adjacency.boundary_loops().into_iter().flat_map(simple_rings) {
         let around: Vec<Point> = ring.iter().map(|&v| points[v.index()]).collect();
         let painted = |v: VertexId| origins[v.index()].iter().any(|&(origin, _)| whole.by_hand[origin]);
         if ring.len() < 3 || area_within(&around) > GREATEST_PINHOLE || ring.iter().any(|&v| painted(v)) {
             continue;
         }
-        let Some((patch, inner)) = filling(&slice.mesh, &adjacency, &ring, GREATEST_RING)? else { continue };
+        let Some((patch, inner)) = filling(&slice.mesh, adjacency, &ring, GREATEST_RING)? else { continue };
         let patch = Filling { inner, faces: patch.faces };
         faces.extend(patch.faces_from(&ring, points.len()));
         let nearest = NearestVertex::prepare(&around);
@@ -150,7 +145,10 @@ pub(super) fn close_pinholes(slice: Slice, whole: &FilledScan) -> Result<Slice, 
         }
         points.extend(patch.inner);
     }
-    Ok(without_doubles(Slice { mesh: TriMesh::try_new(points, faces)?, origins, on_cut, is_seen }))
+    match faces.len() == slice.mesh.face_count() {
+        true => Ok(without_doubles(slice)),
+        false => Ok(without_doubles(Slice::new(TriMesh::try_new(points, faces)?, origins, on_cut, is_seen))),
+    }
 }
 
 /// Drops faces that span the same three vertices: a single triangle on a non-manifold edge is its own rim, and its filling
@@ -161,10 +159,13 @@ fn without_doubles(slice: Slice) -> Slice {
         corners.sort();
         corners
     };
-    let mut counts: BTreeMap<[VertexId; 3], usize> = BTreeMap::new();
-    slice.mesh.faces().iter().for_each(|face| *counts.entry(sorted(face)).or_default() += 1);
-    let keep: PerFace<bool> = slice.mesh.faces().iter().map(|face| counts[&sorted(face)] == 1).collect();
-    if keep.iter().all(|&kept| kept) { slice } else { slice.part(&keep) }
+    let mut all: Vec<[VertexId; 3]> = slice.mesh.faces().iter().map(sorted).collect();
+    all.par_sort_unstable();
+    let twice: BTreeSet<[VertexId; 3]> = all.windows(2).filter(|two| two[0] == two[1]).map(|two| two[0]).collect();
+    if twice.is_empty() {
+        return slice;
+    }
+    slice.part(&slice.mesh.faces().iter().map(|face| !twice.contains(&sorted(face))).collect())
 }
 
 /// Greatest area of a loop that is not a hem, in m². 6 cm²: half of a small child's wrist.
@@ -312,26 +313,26 @@ mod tests {
     fn a_hole_is_filled_fair_and_the_large_rim_is_not() {
         let (scan, labels) = pierced();
         let params = CutParams { greatest_filled_hole: 25e-4, ..CutParams::default() };
-        let (around, fillings) = (Adjacency::prepare(&scan.mesh), Fillings::default());
+        let (around, earlier) = (Adjacency::prepare(&scan.mesh), EarlierCuts::default());
         let scan_without_holes =
-            filled(&scan, &around, &labels.into(), &far_away(), &params, &fillings, &mut Vec::new()).unwrap();
-        assert_eq!(Adjacency::prepare(&scan_without_holes.mesh).boundary_loops().len(), 1);
-        assert_eq!(scan_without_holes.labels.0.len(), scan_without_holes.mesh.vertex_count());
-        let new = &scan_without_holes.mesh.points().0[scan.mesh.vertex_count()..];
+            filled(&scan, &around, &labels.into(), &far_away(), &params, &earlier, &mut Vec::new()).unwrap();
+        assert_eq!(Adjacency::prepare(&scan_without_holes.surface.mesh).boundary_loops().len(), 1);
+        assert_eq!(scan_without_holes.labels.0.len(), scan_without_holes.surface.mesh.vertex_count());
+        let new = &scan_without_holes.surface.mesh.points().0[scan.mesh.vertex_count()..];
         assert!(new.len() > 20);
         // The thin plate continues the sphere: within 1 mm of it.
         for p in new {
             assert!((p.coords.norm() - 0.1).abs() < 1e-3, "{}", p.coords.norm());
         }
-        let outward = scan_without_holes.mesh.face_ids().filter(|&f| {
-            let [a, b, c] = scan_without_holes.mesh.triangle(f).map(|p| p.coords);
-            scan_without_holes.mesh.area_vector(f).dot(&(a + b + c)) > 0.0
+        let outward = scan_without_holes.surface.mesh.face_ids().filter(|&f| {
+            let [a, b, c] = scan_without_holes.surface.mesh.triangle(f).map(|p| p.coords);
+            scan_without_holes.surface.mesh.area_vector(f).dot(&(a + b + c)) > 0.0
         });
         let first = scan.mesh.area_vector(crate::geometry::FaceId(0)).dot(&scan.mesh.points().0[0].coords) > 0.0;
         let count = outward.count();
         assert_eq!(
             count,
-            if first { scan_without_holes.mesh.face_count() } else { 0 },
+            if first { scan_without_holes.surface.mesh.face_count() } else { 0 },
             "the patch is oriented like the rest"
         );
     }
@@ -366,13 +367,13 @@ mod tests {
             let covered = PerVertex::filled(covered, mesh.vertex_count());
             let body = BodyIndex::prepare(&BodyBelow { mesh, covered: &covered });
             let mut findings = Vec::new();
-            let (params, fillings) = (CutParams::default(), Fillings::default());
-            let found = filled(&cap, &around, &labels.clone().into(), &body, &params, &fillings, &mut findings);
+            let (params, earlier) = (CutParams::default(), EarlierCuts::default());
+            let found = filled(&cap, &around, &labels.clone().into(), &body, &params, &earlier, &mut findings);
             (found.unwrap(), findings)
         };
         let (closed, findings) = on(&head, true);
         assert!(findings[0].starts_with("filled 1 hole of the scan along the body"), "{findings:?}");
-        for p in &closed.mesh.points().0[count..] {
+        for p in &closed.surface.mesh.points().0[count..] {
             assert!((p.coords.norm() - 0.1).abs() < 2e-3, "{p}: as far from the head as the cap around it");
         }
         assert!(closed.labels.0.iter().skip(count).all(|&label| label));
@@ -380,7 +381,7 @@ mod tests {
         assert!(!outside.labels.0.iter().skip(count).any(|&label| label), "the template covers nothing there");
         // A pole through the opening, as a leg in a trouser leg.
         let pole = revolved_pole();
-        assert_eq!(on(&pole, true).0.mesh.vertex_count(), count);
+        assert_eq!(on(&pole, true).0.surface.mesh.vertex_count(), count);
     }
 
     fn revolved_pole() -> TriMesh {
@@ -403,10 +404,10 @@ mod tests {
             &none.into(),
             &far_away(),
             &CutParams::default(),
-            &Fillings::default(),
+            &EarlierCuts::default(),
             &mut Vec::new(),
         )
         .unwrap();
-        assert_eq!(scan_without_holes.mesh, scan.mesh);
+        assert_eq!(scan_without_holes.surface.mesh, scan.mesh);
     }
 }

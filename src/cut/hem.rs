@@ -41,7 +41,7 @@ pub(super) struct Faired {
 
 /// Fairs every boundary loop of `slice` on the surface of the scan, whose adjacency is `around`.
 pub(super) fn faired(slice: Slice, scan: &FilledScan, around: &Adjacency, params: &CutParams) -> Faired {
-    let adjacency = Adjacency::prepare(&slice.mesh);
+    let adjacency = slice.adjacency().clone();
     let loops = adjacency.boundary_loops();
     let rings = rings_from(&slice.mesh, &adjacency, &loops);
     let near = near_surface(scan, around, &slice, &rings);
@@ -162,9 +162,10 @@ fn near_surface(
         .filter(|&(_, &ring)| ring <= RINGS)
         .flat_map(|(v, _)| slice.origins[v.index()].map(|(origin, _)| (origin, 0.0)))
         .collect();
-    let distance = crate::geometry::geodesic_distances(&scan.mesh, adjacency, &sources, REACH);
-    let keep: PerFace<bool> = scan.mesh.faces().iter().map(|f| f.iter().any(|&v| distance[v].is_finite())).collect();
-    let (mesh, scan_vertices) = scan.mesh.part(&keep);
+    let distance = crate::geometry::geodesic_distances(&scan.surface.mesh, adjacency, &sources, REACH);
+    let keep: PerFace<bool> =
+        scan.surface.mesh.faces().iter().map(|f| f.iter().any(|&v| distance[v].is_finite())).collect();
+    let (mesh, scan_vertices) = scan.surface.mesh.part(&keep);
     (mesh.face_count() > 0).then_some(NearSurface { mesh, scan_vertices })
 }
 

@@ -5,6 +5,8 @@ mod along_body;
 mod below_hair;
 mod body_below;
 mod boundary_loops;
+mod color_evidence;
+mod earlier_cuts;
 mod edge_search;
 mod error;
 mod field;
@@ -21,8 +23,8 @@ mod tests;
 mod underlap;
 
 pub use body_below::BodyBelow;
+pub use earlier_cuts::EarlierCuts;
 pub use error::CutError;
-pub use fillings::Fillings;
 pub use params::CutParams;
 pub use raggedness::{RaggedHem, most_ragged_hem};
 
@@ -30,6 +32,7 @@ use crate::geometry::{Adjacency, PerVertex, TriMesh, VertexId, WithoutSlivers, w
 use crate::parameters::Parameters;
 use crate::scan::Scan;
 use crate::segment::Segmentation;
+use earlier_cuts::FilledSurface;
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 use underlap::Underlapped;
@@ -102,12 +105,12 @@ pub fn cut(
     expected_loops: RangeInclusive<usize>,
     params: &CutParams,
 ) -> Result<Garment, CutError> {
-    cut_again(scan, around, segmentation, body, expected_loops, params, &Fillings::default())
+    cut_again(scan, around, segmentation, body, expected_loops, params, &EarlierCuts::default())
 }
 
-/// Like [`cut`], for a scan that is cut many times; what does not depend on labels is computed once.
+/// Like [`cut`], for a scan that is cut many times: what the labels have not changed since the last cut is not computed again.
 ///
-/// **Requires** that `fillings` is of this scan.
+/// **Requires** that `earlier` is of this scan.
 pub fn cut_again(
     scan: &Scan,
     around: &Adjacency,
@@ -115,22 +118,22 @@ pub fn cut_again(
     body: &BodyBelow,
     expected_loops: RangeInclusive<usize>,
     params: &CutParams,
-    fillings: &Fillings,
+    earlier: &EarlierCuts,
 ) -> Result<Garment, CutError> {
     check_arguments(scan, around, segmentation, body, &expected_loops, params)?;
     let (vertices, labels) = (scan.mesh.vertex_count(), &segmentation.labels);
     let mut findings = Vec::new();
-    let body = along_body::BodyIndex::prepare(body);
+    let body = &*earlier.body(body);
     let continued = below_hair::without_hair(scan, around, segmentation, body.surface(), &mut findings)?;
     let (scan, segmentation) = continued.as_ref().map_or((scan, segmentation), |(scan, whole)| (scan, whole));
     // What continues below hair is another scan, which depends on the labels.
-    let own = Fillings::default();
-    let fillings = if continued.is_some() { &own } else { fillings };
-    let filled = fill_holes::filled(scan, around, segmentation, &body, params, fillings, &mut findings)?;
-    let adjacency = filled.adjacency.as_ref().unwrap_or(around);
+    let own = EarlierCuts::default();
+    let earlier = if continued.is_some() { &own } else { earlier };
+    let filled = fill_holes::filled(scan, around, segmentation, body, params, earlier, &mut findings)?;
+    let FilledSurface { mesh: surface, adjacency, .. } = &*filled.surface;
     let field = field::signed_field(&filled, adjacency, params.smoothing_radius)?;
     let at_edge = edge_search::at_edges_of_cloth(&filled, adjacency, field, params, &mut findings)?;
-    let sliced = slice::slice(&filled.mesh, &at_edge)?.with_hems_only(&filled.beside_hole);
+    let sliced = slice::slice(surface, &at_edge)?.with_hems_only(&filled.beside_hole);
     // What continues below hair has the garment's label now, and had not.
     let is_seen = |v: VertexId| v.index() < vertices && (labels.0[v] || !segmentation.labels.0[v]);
     let sliced = sliced.seen_where(is_seen);

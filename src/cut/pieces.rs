@@ -12,7 +12,7 @@ pub(super) fn without_fins(slice: Slice) -> Slice {
 
 /// Drops the components with less than `least_share` of the area that the user did not paint.
 pub(super) fn without_islands(slice: Slice, whole: &FilledScan, least_share: f64, findings: &mut Vec<String>) -> Slice {
-    let (component, count) = Adjacency::prepare(&slice.mesh).face_components();
+    let (component, count) = slice.adjacency().face_components();
     if count <= 1 {
         return slice;
     }
@@ -43,27 +43,30 @@ pub(super) fn without_islands(slice: Slice, whole: &FilledScan, least_share: f64
 
 /// Gives each fan of faces around a vertex its own vertex, so that every boundary is a simple curve.
 pub(super) fn with_bow_ties_split(slice: Slice) -> Result<Slice, MeshError> {
-    let adjacency = Adjacency::prepare(&slice.mesh);
-    let Slice { mesh, mut origins, mut on_cut, mut is_seen } = slice;
+    let (mesh, adjacency) = (&slice.mesh, slice.adjacency());
+    let torn: Vec<(VertexId, Vec<FaceId>)> =
+        mesh.vertex_ids().flat_map(|v| fans(mesh, adjacency, v).into_iter().skip(1).map(move |fan| (v, fan))).collect();
+    if torn.is_empty() {
+        return Ok(slice);
+    }
+    let Slice { mesh, mut origins, mut on_cut, mut is_seen, .. } = slice;
     let mut points = mesh.points().0.clone();
     let mut faces = mesh.faces().0.clone();
-    for v in mesh.vertex_ids() {
-        for fan in fans(&mesh, &adjacency, v).into_iter().skip(1) {
-            let twin = VertexId::from_index(points.len());
-            points.push(mesh.points()[v]);
-            origins.push(origins[v.index()]);
-            on_cut.push(on_cut[v.index()]);
-            is_seen.push(is_seen[v.index()]);
-            for f in fan {
-                for corner in &mut faces[f.index()] {
-                    if *corner == v {
-                        *corner = twin;
-                    }
+    for (v, fan) in torn {
+        let twin = VertexId::from_index(points.len());
+        points.push(mesh.points()[v]);
+        origins.push(origins[v.index()]);
+        on_cut.push(on_cut[v.index()]);
+        is_seen.push(is_seen[v.index()]);
+        for f in fan {
+            for corner in &mut faces[f.index()] {
+                if *corner == v {
+                    *corner = twin;
                 }
             }
         }
     }
-    Ok(Slice { mesh: TriMesh::try_new(points, faces)?, origins, on_cut, is_seen })
+    Ok(Slice::new(TriMesh::try_new(points, faces)?, origins, on_cut, is_seen))
 }
 
 /// The faces at `v`, grouped by shared edges at `v`.

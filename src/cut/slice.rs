@@ -1,6 +1,7 @@
 //! The part of a mesh where a field is positive, cut through its triangles.
 
-use crate::geometry::{MeshError, PerVertex, Point, TriMesh, VertexId};
+use crate::geometry::{Adjacency, MeshError, PerVertex, Point, TriMesh, VertexId};
+use std::cell::OnceCell;
 use std::collections::HashMap;
 
 /// Share of an edge within which a crossing snaps to the corner, to avoid slivers.
@@ -19,9 +20,25 @@ pub(super) struct Slice {
     pub(super) on_cut: Vec<bool>,
     /// Which vertices the scan shows; the others are filled.
     pub(super) is_seen: Vec<bool>,
+    /// The adjacency of `mesh`, once it was asked for.
+    adjacency: OnceCell<Adjacency>,
 }
 
 impl Slice {
+    pub(super) fn new(
+        mesh: TriMesh,
+        origins: Vec<[(VertexId, f64); 2]>,
+        on_cut: Vec<bool>,
+        is_seen: Vec<bool>,
+    ) -> Self {
+        Self { mesh, origins, on_cut, is_seen, adjacency: OnceCell::new() }
+    }
+
+    /// The adjacency of the part.
+    pub(super) fn adjacency(&self) -> &Adjacency {
+        self.adjacency.get_or_init(|| Adjacency::prepare(&self.mesh))
+    }
+
     /// Treats vertices cut beside a hole of the scan as the border of that hole.
     pub(super) fn with_hems_only(mut self, beside_hole: &PerVertex<bool>) -> Self {
         for (on_cut, origin) in self.on_cut.iter_mut().zip(&self.origins) {
@@ -41,12 +58,12 @@ impl Slice {
     /// The faces marked in `keep`, with their vertices.
     pub(super) fn part(&self, keep: &crate::geometry::PerFace<bool>) -> Self {
         let (mesh, whole_from_part) = self.mesh.part(keep);
-        Self {
+        Self::new(
             mesh,
-            origins: whole_from_part.iter().map(|v| self.origins[v.index()]).collect(),
-            on_cut: whole_from_part.iter().map(|v| self.on_cut[v.index()]).collect(),
-            is_seen: whole_from_part.iter().map(|v| self.is_seen[v.index()]).collect(),
-        }
+            whole_from_part.iter().map(|v| self.origins[v.index()]).collect(),
+            whole_from_part.iter().map(|v| self.on_cut[v.index()]).collect(),
+            whole_from_part.iter().map(|v| self.is_seen[v.index()]).collect(),
+        )
     }
 }
 
@@ -165,6 +182,6 @@ impl<'a> Builder<'a> {
     fn finish(self) -> Result<Slice, MeshError> {
         let faces = self.faces.iter().map(|f| f.map(VertexId)).collect::<crate::geometry::PerFace<_>>();
         let is_seen = vec![true; self.points.len()];
-        Ok(Slice { mesh: TriMesh::try_new(self.points, faces)?, origins: self.origins, on_cut: self.on_cut, is_seen })
+        Ok(Slice::new(TriMesh::try_new(self.points, faces)?, self.origins, self.on_cut, is_seen))
     }
 }

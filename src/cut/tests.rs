@@ -1,6 +1,6 @@
 //! Laws of the cut, on a tube with a ragged label boundary.
 
-use super::{BodyBelow, CutError, CutParams, Garment};
+use super::{BodyBelow, CutError, CutParams, EarlierCuts, Garment, cut_again};
 use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, VertexId};
 use crate::scan::Scan;
 use crate::segment::{Labels, Segmentation};
@@ -166,6 +166,23 @@ fn erased_by_hand(scan: &Scan, erased: impl Fn(&Point) -> bool) -> Segmentation 
     let by_hand = scan.mesh.points().iter().map(|p| cloth(p) && erased(p)).collect();
     let labels = Labels(scan.mesh.points().iter().map(|p| cloth(p) && !erased(p)).collect());
     Segmentation { by_hand, ..labels.into() }
+}
+
+#[test]
+fn cuts_of_a_scan_one_after_another_equal_first_cuts() {
+    let scan = tube();
+    let (around, covered) = (Adjacency::prepare(&scan.mesh), PerVertex::filled(true, scan.mesh.vertex_count()));
+    let body = BodyBelow { mesh: &scan.mesh, covered: &covered };
+    let earlier = EarlierCuts::default();
+    // Strokes in the middle, at the hem, and at the hem elsewhere; then the second one is undone.
+    for spots in [&[0.35][..], &[0.35, 0.21], &[0.35, 0.21, 0.19], &[0.35, 0.19], &[]] {
+        let is_erased = |p: &Point| {
+            spots.iter().any(|&y| (p - Point::new(0.1 * f64::cos(40.0 * y), y, 0.1 * f64::sin(40.0 * y))).norm() < 0.03)
+        };
+        let segmentation = erased_by_hand(&scan, is_erased);
+        let again = cut_again(&scan, &around, &segmentation, &body, 1..=1, &CutParams::default(), &earlier);
+        assert_eq!(again.unwrap(), cut(&scan, &segmentation).unwrap(), "{spots:?}");
+    }
 }
 
 #[test]

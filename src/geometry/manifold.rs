@@ -1,6 +1,7 @@
 //! Fins and touching sheets: faces that make an edge belong to more than two.
 
 use super::{FaceId, PerFace, TriMesh, VertexId};
+use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Which faces to keep so that every edge belongs to at most two, one on each side of it.
@@ -10,6 +11,11 @@ use std::collections::{BTreeMap, BTreeSet};
 ///
 /// **Shapes** one flag per face.
 pub fn manifold_part(mesh: &TriMesh) -> PerFace<bool> {
+    let mut all: Vec<Side> = mesh.face_ids().flat_map(|f| sides(mesh, f)).collect();
+    all.par_sort_unstable();
+    if all.windows(2).all(|two| two[0] != two[1]) {
+        return PerFace::filled(true, mesh.face_count());
+    }
     let mut work = Work::of(mesh);
     while let Some(side) = work.crowded.first().copied() {
         let rank = |f: FaceId| (work.neighbour_count(f), mesh.face_area(f));

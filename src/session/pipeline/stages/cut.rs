@@ -3,7 +3,7 @@
 use super::hair::KnownHair;
 use super::posed::body_inside;
 use crate::body::Figure;
-use crate::cut::{BodyBelow, CutError, CutParams, Fillings, Garment, cut_again};
+use crate::cut::{BodyBelow, CutError, CutParams, EarlierCuts, Garment, cut_again};
 use crate::fit::{FittedBody, PoseInside};
 use crate::geometry::Adjacency;
 use crate::scan::Scan;
@@ -61,9 +61,9 @@ pub(in crate::session::pipeline) fn run(
         None => kind.template.prior(figure.body(), &figure.skeleton, &kind.extent)?,
     };
     let below = BodyBelow { mesh: &body, covered: &covered };
-    let fillings = store.prepared(kept_scan.hash, Fillings::default);
+    let earlier = store.prepared(kept_scan.hash, EarlierCuts::default);
     let expected = kind.template.expected_loops();
-    let garment = match cut_again(&scan, &adjacency, &segmentation, &below, expected, &params, &fillings) {
+    let garment = match cut_again(&scan, &adjacency, &segmentation, &below, expected, &params, &earlier) {
         Err(CutError::NothingLabelled { .. }) if if_nothing == IfNothing::IsNoLayer => {
             return Ok(Outcome::of(Garment::absent()));
         }

@@ -1,0 +1,78 @@
+//! What earlier cuts of a scan leave for the next one, of which a stroke changes little. No result depends on it.
+
+use super::along_body::BodyIndex;
+use super::body_below::BodyBelow;
+use super::color_evidence::ColorEvidence;
+use super::fillings::Fillings;
+use crate::geometry::{Adjacency, MeshError, NearestVertex, PerVertex, Point, TriMesh, Vec3, VertexId};
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// What is kept of the cuts of one scan.
+#[derive(Default)]
+pub struct EarlierCuts {
+    pub(super) fillings: Fillings,
+    body: Mutex<Option<Arc<BodyIndex>>>,
+    surface: Mutex<Option<Arc<FilledSurface>>>,
+}
+
+/// A scan's surface without its small holes.
+pub(super) struct FilledSurface {
+    pub(super) mesh: TriMesh,
+    pub(super) adjacency: Adjacency,
+    pub(super) normals: PerVertex<Vec3>,
+    pub(super) vertices: NearestVertex,
+    colors_said: Mutex<HashMap<usize, Arc<ColorEvidence>>>,
+}
+
+/// Locks, also after a panic of another thread: what is protected is replaced as a whole.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl EarlierCuts {
+    /// The body, prepared for queries.
+    pub(super) fn body(&self, body: &BodyBelow) -> Arc<BodyIndex> {
+        let mut kept = locked(&self.body);
+        match kept.as_ref().filter(|kept| kept.is_of(body)) {
+            Some(kept) => kept.clone(),
+            None => kept.insert(Arc::new(BodyIndex::prepare(body))).clone(),
+        }
+    }
+
+    /// The surface of these points and faces.
+    ///
+    /// **Errors** if they are no mesh.
+    pub(super) fn surface(
+        &self,
+        points: Vec<Point>,
+        faces: Vec<[VertexId; 3]>,
+    ) -> Result<Arc<FilledSurface>, MeshError> {
+        let mut kept = locked(&self.surface);
+        let is_of = |kept: &&Arc<FilledSurface>| kept.mesh.points().0 == points && kept.mesh.faces().0 == faces;
+        match kept.as_ref().filter(is_of) {
+            Some(kept) => Ok(kept.clone()),
+            None => Ok(kept.insert(Arc::new(FilledSurface::prepare(TriMesh::try_new(points, faces)?))).clone()),
+        }
+    }
+}
+
+impl FilledSurface {
+    pub(super) fn prepare(mesh: TriMesh) -> Self {
+        let around = || (mesh.vertex_normals(), NearestVertex::prepare(mesh.points().as_slice()));
+        let (adjacency, (normals, vertices)) = rayon::join(|| Adjacency::prepare(&mesh), around);
+        Self { mesh, adjacency, normals, vertices, colors_said: Mutex::default() }
+    }
+
+    /// What the colours say in a round of the search for edges; `now` is given what they said in that round of the last cut.
+    pub(super) fn colors_say(
+        &self,
+        round: usize,
+        now: impl FnOnce(Option<&ColorEvidence>) -> ColorEvidence,
+    ) -> Arc<ColorEvidence> {
+        let before = locked(&self.colors_said).get(&round).cloned();
+        let found = Arc::new(now(before.as_deref()));
+        locked(&self.colors_said).insert(round, found.clone());
+        found
+    }
+}
