@@ -200,6 +200,7 @@ cloth-long:
 desk SESSION OUT:
     cargo build --release --no-default-features --bin overcoat
     npm install --silent --no-save --prefix target/desk playwright-core axe-core
+    node tests/desk/surface.mjs src/desk/pages
     node tests/desk/paint.mjs target/release/overcoat {{SESSION}} {{OUT}} target/desk
 
 # Dresses 8 synthetic people with Snakemake on this machine, with one job killed and one scan damaged, beside `replay --subjects`

@@ -78,3 +78,9 @@ function colorsOf(stream, begin, count) {
   }
   return colors;
 }
+
+/** Bits as the server packs them. @param {string} text @param {number} count */
+export function bitsOf(text, count) {
+  const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+  return Uint8Array.from({ length: count }, (_, k) => (bytes[k >> 3] >> (k & 7)) & 1);
+}

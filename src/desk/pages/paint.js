@@ -1,8 +1,8 @@
 // The page on which garments are painted: what the pointer and the keys do, and what the server says.
-import { unpacked, surfaceOf } from "./pack.js";
+import { bitsOf, unpacked, surfaceOf } from "./pack.js";
 import { boundsOf } from "./math.js";
 import { Viewer } from "./viewer.js";
-import { circle, hit, mirrored, nearestVertex, pointOf, thinned, verticesNear } from "./surface.js";
+import { boxed, circle, hit, mirrored, nearestVertex, pointOf, setColor, thinned, verticesNear } from "./surface.js";
 import { Outbox, capital, newId } from "./outbox.js";
 import { pressed } from "./keys.js";
 
@@ -30,12 +30,6 @@ function verdictOf(news) {
   const hems = `${news.hems} ${news.hems === 1 ? "hem" : "hems"} (expected: ${news.expected}), ${news.vertices} vertices; `;
   const verdict = news.verdict ? news.verdict[0] : "the verdict follows when you pause";
   return news.problem ?? `${news.name}: ${news.is_loaded ? hems : ""}${verdict}`;
-}
-
-/** Bits as the server packs them. @param {string} text @param {number} count */
-function bitsOf(text, count) {
-  const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
-  return Uint8Array.from({ length: count }, (_, k) => (bytes[k >> 3] >> (k & 7)) & 1);
 }
 
 class Easel {
@@ -93,9 +87,10 @@ class Easel {
     const isOther = this.layer?.name !== name;
     this.viewer.clear();
     [this.hemLines, this.cursor] = [[], null];
-    const surface = surfaceOf(answer.surface, stream);
+    const sent = surfaceOf(answer.surface, stream);
+    const surface = boxed(sent);
     const drawn = this.viewer.addSurface(surface.positions, surface.indices, SCAN_COLOR);
-    this.viewer.setColors(drawn, surface.colors.get("as scanned") ?? null);
+    this.viewer.setColors(drawn, sent.colors.get("as scanned") ?? null);
     const inside = answer.inside.map((/** @type {any} */ part) => {
       const { positions, indices } = surfaceOf(part.surface, stream);
       return { name: part.name, color: part.color, drawn: this.viewer.addSurface(positions, indices, part.color) };
@@ -104,6 +99,7 @@ class Easel {
     const others = answer.others.map((/** @type {any} */ other) => ({ name: other.name, labels: bitsOf(other.labels, count) }));
     const { scan, middle, facing } = answer;
     this.layer = { name, scan, surface, drawn, inside, others, middle, facing, count, cut: null, fresh: new Uint8Array(count) };
+    [this.layer.labelled, this.layer.overlay] = [new Uint8Array(4 * count), new Uint8Array(4 * count)];
     this.takeLabels(answer);
     if (isOther) this.home();
     this.showParts();
@@ -151,20 +147,30 @@ class Easel {
     this.showLegend();
   }
 
+  /** Shows the labels, and over them what is being drawn. */
   showOverlay() {
-    const { layer, viewer } = this;
-    const overlay = new Uint8Array(4 * layer.count);
-    const put = (/** @type {number} */ v, /** @type {number[]} */ color, /** @type {number} */ share) => overlay.set([...color, share], 4 * v);
-    const isShown = box("overlay").checked;
-    for (let v = 0; v < layer.count; v++) {
-      if (layer.fresh[v]) put(v, this.freshColor ?? GARMENT_COLOR, 190);
-      else if (isShown && layer.labels[v]) put(v, GARMENT_COLOR, 130);
-      else if (isShown && box("others").checked) {
-        const k = layer.others.findIndex((/** @type {any} */ other) => other.labels[v]);
-        if (k >= 0) put(v, OTHER_COLORS[k % OTHER_COLORS.length], 90);
-      }
+    const { layer } = this;
+    layer.labelled.fill(0);
+    const put = (/** @type {Uint8Array} */ labels, /** @type {number[]} */ color, /** @type {number} */ share) => {
+      for (let v = 0; v < layer.count; v++) if (labels[v]) setColor(layer.labelled, v, color, share);
+    };
+    if (box("overlay").checked) {
+      const others = box("others").checked ? layer.others : [];
+      for (let k = others.length - 1; k >= 0; k--) put(others[k].labels, OTHER_COLORS[k % OTHER_COLORS.length], 90);
+      put(layer.labels, GARMENT_COLOR, 130);
     }
-    viewer.setOverlay(layer.drawn, overlay);
+    /** @type {number[]} */
+    const fresh = [];
+    layer.fresh.forEach((/** @type {number} */ is, /** @type {number} */ v) => is && fresh.push(v));
+    this.showFresh(fresh, true);
+  }
+
+  /** Shows what is being drawn at these vertices. @param {number[]} vertices @param {boolean} alone whether nothing else is drawn */
+  showFresh(vertices, alone) {
+    const { layer, viewer } = this;
+    if (alone) layer.overlay.set(layer.labelled);
+    for (const v of vertices) setColor(layer.overlay, v, this.freshColor ?? GARMENT_COLOR, 190);
+    viewer.setOverlay(layer.drawn, layer.overlay);
   }
 
   showLegend() {
@@ -426,8 +432,9 @@ class Easel {
     if (path.tool === "lasso") return;
     if (path.tool === "line") layer.fresh.fill(0);
     const points = path.tool === "line" ? path.points : path.points.slice(-4);
-    for (const at of points) for (const v of verticesNear(layer.surface.positions, at, path.radius)) layer.fresh[v] = 1;
-    this.showOverlay();
+    const near = points.flatMap((/** @type {number[]} */ at) => verticesNear(layer.surface, at, path.radius));
+    for (const v of near) layer.fresh[v] = 1;
+    this.showFresh(near, path.tool === "line");
   }
 
   release() {
@@ -454,9 +461,9 @@ class Easel {
 
   /** @param {number[][]} points */
   mirror(points) {
-    const { positions } = this.layer.surface;
-    const found = points.map((at) => nearestVertex(positions, mirrored(at, this.layer.middle, this.layer.facing)));
-    return found.filter((one) => one.distance < MIRROR_REACH).map((one) => pointOf(positions, one.vertex));
+    const { surface } = this.layer;
+    const found = points.map((at) => nearestVertex(surface, mirrored(at, this.layer.middle, this.layer.facing)));
+    return found.filter((one) => one.distance < MIRROR_REACH).map((one) => pointOf(surface.positions, one.vertex));
   }
 
   /** @param {PointerEvent} e */
