@@ -4,7 +4,7 @@ use super::easel::{Easel, locked};
 use super::news::without_commands;
 use super::refusal::{Kind, Refusal};
 use crate::check::Verdict;
-use crate::session::{Stage, StageRequest, Writer};
+use crate::session::{SessionError, Stage, StageRequest, Writer};
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -15,8 +15,8 @@ const PAUSE: Duration = Duration::from_millis(900);
 const POLL: Duration = Duration::from_millis(100);
 /// How long the session is left alone between two stages, so that a command that waits for it gets it.
 const YIELD: Duration = Duration::from_millis(50);
-/// The stages from the cut to the verdict. Between two of them a stroke may come.
-const TO_VERDICT: [Stage; 6] = [Stage::Cut, Stage::Rig, Stage::Stack, Stage::Figure, Stage::Press, Stage::Check];
+/// The stages after the cut, up to the verdict. Between two of them a stroke may come.
+const AFTER_CUT: [Stage; 5] = [Stage::Rig, Stage::Stack, Stage::Figure, Stage::Press, Stage::Check];
 
 impl Easel {
     /// Finds verdicts and notices other commands until `ended`.
@@ -36,8 +36,8 @@ impl Easel {
         }
     }
 
-    /// Builds the innermost layer that has to be judged up to its verdict, stage by stage; stops where a stroke comes, and tries
-    /// again later.
+    /// Cuts the layers that have to be judged, and builds the innermost one up to its verdict, stage by stage; stops where a stroke
+    /// comes, and tries again later.
     fn judge_next(&self, ended: &AtomicBool) {
         let (quiet_since, to_judge) = {
             let work = locked(&self.work);
@@ -46,49 +46,61 @@ impl Easel {
         if quiet_since.is_none_or(|at| at.elapsed() < PAUSE) {
             return;
         }
-        let in_order =
-            locked(&self.news).layers.iter().map(|layer| layer.name.clone()).find(|of| to_judge.contains(of));
-        let Some(layer) = in_order else { return };
-        for stage in TO_VERDICT {
+        let names: Vec<String> = locked(&self.news).layers.iter().map(|layer| layer.name.clone()).collect();
+        let layers: Vec<&String> = names.iter().filter(|name| to_judge.contains(*name)).collect();
+        let Some(&innermost) = layers.first() else { return };
+        let tasks = layers.iter().map(|&layer| (layer, None)).chain(AFTER_CUT.map(|stage| (innermost, Some(stage))));
+        for (layer, stage) in tasks {
             if ended.load(Ordering::Relaxed) || self.waiting.load(Ordering::SeqCst) > 0 {
                 return;
             }
-            match self.build_stage(&layer, stage) {
+            let built = match stage {
+                None => self.cut_again(layer),
+                Some(stage) => self.write(|writer| {
+                    let (name, step) = ("build".into(), Some(layer.clone()));
+                    let request = StageRequest { name, stages: vec![stage], step, ..StageRequest::default() };
+                    writer.run_stages(&request, &mut |_| {}).map(drop)
+                }),
+            };
+            match built {
                 Ok(()) => std::thread::sleep(YIELD),
                 Err(refusal) if refusal.kind == Kind::Later => {
                     locked(&self.work).quiet_since = Some(Instant::now());
                     return;
                 }
                 Err(refusal) => {
-                    self.give_verdict(&layer, refusal.what, "bad");
-                    break;
+                    self.give_verdict(layer, refusal.what, "bad");
+                    if layer == innermost {
+                        break;
+                    }
                 }
             }
         }
         let mut work = locked(&self.work);
         if work.quiet_since == quiet_since {
-            work.to_judge.remove(&layer);
+            work.to_judge.remove(innermost);
         }
         drop(work);
         self.say_verdicts();
     }
 
-    /// Builds a layer up to a stage. Only one thread changes the session at a time.
-    fn build_stage(&self, layer: &str, stage: Stage) -> Result<(), Refusal> {
+    /// Changes the session. Only one thread does at a time.
+    fn write<T>(&self, change: impl FnOnce(&mut Writer) -> Result<T, SessionError>) -> Result<T, Refusal> {
         let mut work = locked(&self.work);
         let mut writer = Writer::open(&self.dir)?;
         writer.remember(&self.memory);
-        let (name, step) = ("build".into(), Some(layer.to_string()));
-        let request = StageRequest { name, stages: vec![stage], step, ..StageRequest::default() };
-        let run = writer.run_stages(&request, &mut |_| {});
+        let changed = change(&mut writer);
         // Before another command can begin.
         work.journal = self.journal();
-        drop(writer);
-        drop(work);
-        let cut_again =
-            run?.reports.iter().any(|report| report.ran && report.step == layer && report.stage == Stage::Cut);
-        // By a stroke on another garment of the scan.
-        if cut_again { self.look_again(layer) } else { Ok(()) }
+        Ok(changed?)
+    }
+
+    /// Cuts a layer, and shows it if a stroke on another garment of its scan has changed it.
+    fn cut_again(&self, layer: &str) -> Result<(), Refusal> {
+        let recut = self.write(|writer| writer.recut(layer, &mut |_| {}))?;
+        let has_changed =
+            recut.reports.iter().any(|report| report.ran && report.step == layer && report.stage == Stage::Cut);
+        if has_changed { self.look_again(layer) } else { Ok(()) }
     }
 
     fn give_verdict(&self, layer: &str, verdict: String, class: &'static str) {

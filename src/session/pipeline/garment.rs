@@ -109,11 +109,11 @@ impl<'a> GarmentStep<'a> {
         let inputs = segment::Inputs { scan, evidence, masks: self.masks.clone() };
         let labels = at.run(SEGMENT, inputs, segment::run)?.kept;
 
-        let before = figure;
-        let (figure, hair, if_nothing) = (self.inner.figure, hair.filter(|_| self.is_hair), self.if_nothing());
+        // Only the body counts, which all figures share: the cut waits for no other garment of its scan.
+        let (hair, if_nothing) = (hair.filter(|_| self.is_hair), self.if_nothing());
         let inputs = cut::Inputs { scan, labels, figure, inside, model: model(), kind, hair, if_nothing, params: cut };
         let garment = at.run(CUT, inputs, cut::run)?.kept;
-        Ok(CutOut { scan, figure: before, inside, evidence, labels, garment })
+        Ok(CutOut { scan, figure, inside, evidence, labels, garment })
     }
 
     /// On the figure: the garment's weights, its place clear of the layers inside, the new figure.

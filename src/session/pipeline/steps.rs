@@ -75,11 +75,10 @@ fn one(walk: &mut Walk, recipe: &Recipe, at: usize, before: &[StepResults]) -> R
 pub(in crate::session) fn cut_of(walk: &mut Walk, layer: &str) -> Result<CutOut, SessionError> {
     let recipe = walk.session().recipe.clone();
     recipe.step(layer)?.check_labelled()?;
-    let Some(before) = recipe.steps.iter().take_while(|s| s.name != layer).last() else {
-        return Err(SessionError::MaskOnBody);
-    };
-    let all = steps(walk, Some(&before.name))?;
-    GarmentStep::of(walk, &recipe, all.len(), &all)?.cut_out(walk)
+    let at = recipe.steps.iter().position(|step| step.name == layer).unwrap_or_default();
+    let Some(last) = recipe.last_before_scan(at) else { return Err(SessionError::MaskOnBody) };
+    let all = steps(walk, Some(&recipe.steps[last].name))?;
+    GarmentStep::of(walk, &recipe, at, &all)?.cut_out(walk)
 }
 
 /// Walks through all steps and all animations; returns the results of the steps.
