@@ -66,7 +66,7 @@ async function useFolder(page, folder) {
   await page.route(/\/\?token=/, async (route) => {
     const response = await route.fetch();
     const title = (await response.text()).match(/<title>(.*): paint</)?.[1] ?? "";
-    await route.fulfill({ response, body: read("paint.html").replaceAll("{{TITLE}}", title).replace(/<link rel="icon".*>/, "") });
+    await route.fulfill({ response, body: read("paint.html").replaceAll("{{TITLE}}", title).replace("{{ID}}", "test").replace(/<link rel="icon".*>/, "") });
   });
 }
 
@@ -193,8 +193,27 @@ await picture(page, "narrow");
 await page.setViewportSize({ width: 1280, height: 800 });
 assert.deepEqual(said, [], "nothing is said on the console");
 
-// The server is killed: a stroke waits, and is applied once when a page of the same address is opened again.
+// A stroke that would erase everything is refused; it is listed until it is discarded, also by the page loaded again.
 await other.close();
+const refused = () => page.textContent("#refused");
+await page.evaluate(() => {
+  const { outbox, layer } = window.easel;
+  const strokes = [{ op: "erase", radius: 0.9, points: [layer.middle] }];
+  outbox.put({ path: "/api/paint", layer: layer.name, what: "a stroke", body: { id: "all", layer: layer.name, scan: layer.scan, strokes } });
+});
+const reload = async () => {
+  await page.reload();
+  await page.waitForFunction(() => document.body.dataset.layer);
+};
+await page.waitForSelector("#refused button");
+await reload();
+assert.match(await refused(), /was not applied: .*is left/);
+await picture(page, "refused");
+await page.click("#refused button:last-of-type");
+await reload();
+assert.equal(await refused(), "");
+
+// The server is killed: a stroke waits, and is applied once when a page of the same address is opened again.
 const count = strokes(layer).length;
 server.removeAllListeners("exit");
 server.kill("SIGKILL");
