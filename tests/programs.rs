@@ -159,7 +159,7 @@ fn what_a_format_cannot_hold_is_refused_and_nothing_is_written() {
         ("layers/", &["--rest", "t"], "--rest"),
         ("a.npz", &["--up", "z"], "--up"),
         ("a.usdc", &["--at", "skirt", "--up", "z"], "--up"),
-        ("a.glb", &["--faces", "500"], "1000 to"),
+        ("a.glb", &["--faces", "4k"], "at least 5000"),
         ("a.glb", &["--faces", "10m"], "such as 20k"),
         ("a.glb", &["--faces", "20k", "--quads"], "cannot be used with"),
         ("a.obj", &["--normal-map"], "normal maps"),

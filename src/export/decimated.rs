@@ -6,7 +6,7 @@ use crate::body::Figure;
 use crate::geometry::{PerVertex, Point, simplified_around};
 use rayon::prelude::*;
 
-/// The least number of faces of a figure that still looks like a person in clothes.
+/// The least number of faces per layer: with fewer, layers cross nearly everywhere.
 const LEAST_FACES: usize = 1000;
 
 /// How often layers are reduced anew, with more vertices that stay, until none of their faces crosses another.
@@ -27,14 +27,15 @@ const LOST_FROM: f64 = 0.02;
 /// Where a layer with so few faces would cross another, it keeps those around. Vertices are some of those before, moved only where layers
 /// had to be moved apart; texture coordinates are dropped.
 ///
-/// **Errors** [`ExportError::FaceCount`] for a count below 1000, or not below the present one.
+/// **Errors** [`ExportError::FaceCount`] for a count below 1000 per layer, or not below the present one.
 ///
 /// **Guarantees** no face of a layer with fewer faces crosses another face, on coordinates rounded to `f32`; equal with any number
 /// of threads.
 pub fn with_fewer_faces(figure: &Figure, count: usize) -> Result<RemeshedFigure, ExportError> {
     let faces: usize = figure.layers.iter().map(|layer| layer.mesh.face_count()).sum();
-    if !(LEAST_FACES..faces).contains(&count) {
-        return Err(ExportError::FaceCount { count, least: LEAST_FACES, present: faces });
+    let least = LEAST_FACES * figure.layers.len();
+    if count < least || count >= faces {
+        return Err(ExportError::FaceCount { count, least, present: faces });
     }
     let share = count as f64 / faces as f64;
     let remesh = |k: usize, attempt: &Attempt| {

@@ -28,7 +28,7 @@ pub enum ExportError {
         most: usize,
     },
     /// A number of faces that the figure cannot be reduced to.
-    #[error("the figure has {present} faces and cannot be reduced to {count}: {least} to {} are possible", present - 1)]
+    #[error("the figure has {present} faces and cannot be reduced to {count}: at least {least} are possible")]
     FaceCount {
         /// The requested number.
         count: usize,

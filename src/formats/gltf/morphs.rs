@@ -4,6 +4,7 @@ use super::write::{AccessorId, GlbWriter, MeshId, check_finite};
 use crate::formats::error::FormatError;
 use gltf::json::accessor::sparse::{Indices, Sparse, Values};
 use gltf::json::accessor::{Accessor, ComponentType, GenericComponentType, IndexComponentType, Type};
+use gltf::json::buffer::Target;
 use gltf::json::mesh::MorphTarget;
 use gltf::json::validation::Checked;
 use serde_json::json;
@@ -36,7 +37,13 @@ impl GlbWriter {
         let id = if moved.len() * SPARSE_BYTES < rows.len() * 12 {
             self.sparse(rows, &moved)
         } else {
-            self.accessor(rows.len(), Type::Vec3, ComponentType::F32, None, bytemuck::cast_slice(rows.as_flattened()))
+            self.accessor(
+                rows.len(),
+                Type::Vec3,
+                ComponentType::F32,
+                Some(Target::ArrayBuffer),
+                bytemuck::cast_slice(rows.as_flattened()),
+            )
         };
         let first = rows.first().copied().unwrap_or_default();
         let bound = |f: fn(f32, f32) -> f32| rows.iter().fold(first, |m, p| [0, 1, 2].map(|k| f(m[k], p[k])));
