@@ -9,7 +9,9 @@ use overcoat::formats::{NpyArray, NpzCompression, RawMesh, read_npz, write_npy, 
 use overcoat::geometry::{Point, Vec3};
 use serde::Deserialize;
 use std::fs::File;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 
 /// Runs the command in the session and checks everything that bad input is promised.
 fn refused(session: &Path, args: &[&str], code: i32, says: &[&str]) {
@@ -370,9 +372,19 @@ fn a_second_writer_is_refused_and_readers_are_not() {
     let scan = dir.path().join("body.ply").display().to_string();
     let held = File::options().read(true).write(true).open(session.join("lock")).unwrap();
     held.lock().unwrap();
-    refused(&session, &["scan", "hat", &scan, "--template", "hat"], 1, &["is being changed by another process"]);
+    let answer = overcoat(&session, &["scan", "hat", &scan, "--template", "hat"]);
+    let says = |what| assert!(answer.stderr.contains(what), "{answer:?}");
+    says("waiting up to 8 s for another process, which is changing the session\n");
+    says("is being changed by another process\nhint: wait until it has finished");
+    assert_eq!(answer.code, 1);
     overcoat_ok(&session, &["status"]);
+    // One that still waits gets the session when it is free.
+    let mut undo = Command::new(env!("CARGO_BIN_EXE_overcoat"));
+    let mut undo = undo.arg("undo").current_dir(&session).stderr(Stdio::piped()).spawn().unwrap();
+    let mut note = String::new();
+    BufReader::new(undo.stderr.as_mut().unwrap()).read_line(&mut note).unwrap();
     held.unlock().unwrap();
+    assert!(undo.wait().unwrap().success() && note.contains("waiting"), "{note}");
     overcoat_ok(&session, &["scan", "hat", &scan, "--template", "hat"]);
 }
 
