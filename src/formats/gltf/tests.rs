@@ -40,6 +40,7 @@ fn built() -> Vec<u8> {
         name: "cloth",
         color: [255; 3],
         texture: None,
+        normal_map: None,
         roughness: 0.9,
         double_sided: true,
     });
