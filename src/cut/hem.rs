@@ -2,7 +2,7 @@
 
 use super::fill_holes::FilledScan;
 use super::params::CutParams;
-use super::raggedness::{angles_of_faces, ragged_stretches, raggedness};
+use super::raggedness::{angles_of_faces, raggedness};
 use super::slice::Slice;
 use crate::geometry::{Adjacency, FaceId, PerFace, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
 use rayon::prelude::*;
@@ -23,11 +23,11 @@ const ROUNDS_PER_LANDING: usize = 2;
 /// Final rounds without projection: they remove undulations under 2 cm.
 const LAST_ROUNDS: usize = 12;
 
-/// A boundary that is longer than its smoothed line by this factor is faired further where it is so, off the scan, which is crumpled
-/// there. Hems that look smooth have at most 1.11.
+/// A boundary that is longer than its smoothed line by this share is faired further, off the scan, which is crumpled there. Hems that look
+/// smooth have at most 11 %.
 pub(super) const MOST_RAGGED: f64 = 1.08;
 /// Greatest number of times that such a boundary is faired further, and the rounds of each.
-const MOST_REPEATS: usize = 24;
+const MOST_REPEATS: usize = 12;
 const ROUNDS_PER_REPEAT: usize = 8;
 
 /// A garment with fair boundaries.
@@ -98,7 +98,7 @@ pub(super) fn faired(slice: Slice, scan: &FilledScan, around: &Adjacency, params
     Faired { mesh: slice.mesh.with_points(points), adjacency, colors, on_cut: slice.on_cut, is_seen: slice.is_seen }
 }
 
-/// Fairs boundaries where they are still ragged, with the cloth beside them, until they are not.
+/// Fairs boundaries that are still ragged, with the cloth beside them, until they are not.
 fn without_crumbs(
     mesh: &TriMesh,
     adjacency: &Adjacency,
@@ -112,23 +112,15 @@ fn without_crumbs(
         let is_ragged = |hem: &&Vec<VertexId>| {
             raggedness(&now, &angles, hem, 0.0).is_some_and(|found| found.length_per_smooth_length > MOST_RAGGED)
         };
-        let mut stretches = PerVertex::filled(false, points.len());
-        let ragged: Vec<&Vec<VertexId>> = loops.iter().filter(is_ragged).collect();
-        for hem in &ragged {
-            for (&v, is_ragged) in hem.iter().zip(ragged_stretches(&now, &angles, hem, MOST_RAGGED)) {
-                stretches[v] = is_ragged;
-            }
-        }
-        let sources: Vec<VertexId> = stretches.enumerate().filter(|(_, is_in)| **is_in).map(|(v, _)| v).collect();
-        if sources.is_empty() {
+        let ragged: Vec<Vec<VertexId>> = loops.iter().filter(is_ragged).cloned().collect();
+        if ragged.is_empty() {
             break;
         }
-        let near = rings_from(mesh, adjacency, std::slice::from_ref(&sources));
+        let near = rings_from(mesh, adjacency, &ragged);
         let beside: Vec<VertexId> = mesh.vertex_ids().filter(|&v| near[v] <= RINGS && rings[v] > 0).collect();
         for _ in 0..ROUNDS_PER_REPEAT {
-            // Without the step that undoes shrinkage: the ends of a stretch stay, and between them the line becomes shorter.
-            for hem in &ragged {
-                smooth_loop(&mut points, hem, SHRINK, |v| stretches[v]);
+            for factor in [SHRINK, GROW] {
+                smooth_loops(&mut points, &ragged, factor);
             }
         }
         relax(&mut points, adjacency, &beside);
@@ -178,22 +170,17 @@ fn near_surface(
 }
 
 fn smooth_loops(points: &mut PerVertex<Point>, loops: &[Vec<VertexId>], factor: f64) {
-    for ring in loops {
-        smooth_loop(points, ring, factor, |_| true);
-    }
-}
-
-/// Moves the vertices of a loop that `moves` towards the middle of their neighbours along it.
-fn smooth_loop(points: &mut PerVertex<Point>, ring: &[VertexId], factor: f64, moves: impl Fn(VertexId) -> bool) {
-    let count = ring.len();
-    if count <= 3 {
-        return;
-    }
-    let at = |k: usize| points[ring[k % count]];
-    let by: Vec<Vec3> =
-        (0..count).map(|i| (nalgebra::center(&at(i + count - 1), &at(i + 1)) - at(i)) * factor).collect();
-    for (&v, by) in ring.iter().zip(by).filter(|(v, _)| moves(**v)) {
-        points[v] += by;
+    for ring in loops.iter().filter(|ring| ring.len() > 3) {
+        let count = ring.len();
+        let moves: Vec<Vec3> = (0..count)
+            .map(|i| {
+                let at = |k: usize| points[ring[k % count]];
+                (nalgebra::center(&at(i + count - 1), &at(i + 1)) - at(i)) * factor
+            })
+            .collect();
+        for (&v, by) in ring.iter().zip(moves) {
+            points[v] += by;
+        }
     }
 }
 

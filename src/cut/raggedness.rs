@@ -57,75 +57,34 @@ pub(super) fn angles_of_faces(mesh: &TriMesh) -> PerVertex<f64> {
 
 /// How ragged one hem is; `None` if it is short. `angles` are those of [`angles_of_faces`].
 pub(super) fn raggedness(mesh: &TriMesh, angles: &PerVertex<f64>, hem: &[VertexId], floor: f64) -> Option<RaggedHem> {
-    let unrolled = Unrolled::of(mesh, angles, hem)?;
-    let Unrolled { length, edges, steps, .. } = &unrolled;
-    let count = steps.len();
-    let shortest = (0..count).map(|i| (i, unrolled.smooth_length(i))).min_by(|a, b| a.1.total_cmp(&b.1))?.0;
-    let at = mesh.points()[hem[edges[shortest]]];
+    let point = |i: usize| mesh.points()[hem[i % hem.len()]];
+    let edges: Vec<f64> = (0..hem.len()).map(|i| (point(i + 1) - point(i)).norm()).collect();
+    let length: f64 = edges.iter().sum();
+    if !length.is_finite() || length < LEAST_LENGTH {
+        return None;
+    }
+    let count = (length / SPACING).round() as usize;
+    let spacing = length / count as f64;
+    // Of each sample, the edge that it is on, and the direction of that edge in the plane.
+    let (mut edge, mut end, mut direction) = (0, edges[0], 0.0);
+    let samples: Vec<(usize, f64)> = (0..count)
+        .map(|i| {
+            while (i as f64 + 0.5) * spacing > end && edge + 1 < edges.len() {
+                edge += 1;
+                end += edges[edge];
+                direction += PI - angles[hem[edge]];
+            }
+            (edge, direction)
+        })
+        .collect();
+    let whole_turn: f64 = hem.iter().map(|&v| PI - angles[v]).sum();
+    let steps = smoothed_steps(&samples.iter().map(|s| s.1).collect::<Vec<_>>(), whole_turn, spacing);
+    let piece = ((PIECE / spacing) as usize).clamp(1, count);
+    let of_piece = |start: usize| (start..start + piece).map(|i| steps[i % count]).sum::<f64>();
+    let shortest = (0..count).map(|i| (i, of_piece(i))).min_by(|a, b| a.1.total_cmp(&b.1))?.0;
+    let at = point(samples[(shortest + piece / 2) % count].0);
     let length_per_smooth_length = length / steps.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-    Some(RaggedHem { length_per_smooth_length, length: *length, at, height: at.y - floor })
-}
-
-/// Which vertices of a hem are in the middle of a piece that is longer than its smoothed line by more than the factor `most`; none
-/// of a short hem.
-///
-/// **Shapes** one entry per vertex of `hem`.
-pub(super) fn ragged_stretches(mesh: &TriMesh, angles: &PerVertex<f64>, hem: &[VertexId], most: f64) -> Vec<bool> {
-    let mut is_ragged = vec![false; hem.len()];
-    if let Some(unrolled) = Unrolled::of(mesh, angles, hem) {
-        let length = unrolled.piece as f64 * unrolled.length / unrolled.steps.len() as f64;
-        for (i, &edge) in unrolled.edges.iter().enumerate() {
-            is_ragged[edge] |= length > most * unrolled.smooth_length(i);
-        }
-    }
-    is_ragged
-}
-
-/// A hem in a plane, in equal steps.
-struct Unrolled {
-    length: f64,
-    /// The edge that each step is on.
-    edges: Vec<usize>,
-    /// The length of each step after smoothing.
-    steps: Vec<f64>,
-    /// The number of steps of a piece.
-    piece: usize,
-}
-
-impl Unrolled {
-    /// `None` for a short hem.
-    fn of(mesh: &TriMesh, angles: &PerVertex<f64>, hem: &[VertexId]) -> Option<Self> {
-        let point = |i: usize| mesh.points()[hem[i % hem.len()]];
-        let edges: Vec<f64> = (0..hem.len()).map(|i| (point(i + 1) - point(i)).norm()).collect();
-        let length: f64 = edges.iter().sum();
-        if !length.is_finite() || length < LEAST_LENGTH {
-            return None;
-        }
-        let count = (length / SPACING).round() as usize;
-        let spacing = length / count as f64;
-        // Of each sample, the edge that it is on, and the direction of that edge in the plane.
-        let (mut edge, mut end, mut direction) = (0, edges[0], 0.0);
-        let (edges, directions): (Vec<usize>, Vec<f64>) = (0..count)
-            .map(|i| {
-                while (i as f64 + 0.5) * spacing > end && edge + 1 < edges.len() {
-                    edge += 1;
-                    end += edges[edge];
-                    direction += PI - angles[hem[edge]];
-                }
-                (edge, direction)
-            })
-            .unzip();
-        let whole_turn: f64 = hem.iter().map(|&v| PI - angles[v]).sum();
-        let steps = smoothed_steps(&directions, whole_turn, spacing);
-        Some(Self { length, edges, steps, piece: ((PIECE / spacing) as usize).clamp(1, count) })
-    }
-
-    /// The length of the smoothed line in the piece whose middle is a step.
-    fn smooth_length(&self, middle: usize) -> f64 {
-        let count = self.steps.len();
-        let first = middle + count - self.piece / 2;
-        (first..first + self.piece).map(|i| self.steps[i % count]).sum()
-    }
+    Some(RaggedHem { length_per_smooth_length, length, at, height: at.y - floor })
 }
 
 /// The lengths of the steps of a line in a plane after smoothing: each is the weighted mean of the steps around it, which are given
