@@ -287,7 +287,7 @@ fn an_export_that_the_licence_of_the_body_model_forbids_is_refused() {
     let session = dir.join("me");
     for target in ["avatar.vrm", "figure.GLB"] {
         let answer = overcoat(&session, &["export", target]);
-        assert_eq!(answer.code, 1, "{answer:?}");
+        assert_eq!(answer.code, 2, "{answer:?}");
         let errors = &answer.stderr;
         assert!(errors.contains("again.npz") && errors.contains("(research only) forbids"), "{errors}");
         assert!(!session.join(target).exists());
