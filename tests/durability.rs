@@ -178,7 +178,7 @@ fn of_two_writers_one_waits_and_a_killed_one_holds_no_lock() {
         assert!(first.try_wait().unwrap().is_none(), "it ended before it was seen to hold the lock");
     };
     assert!(holder.starts_with(&format!("process {}, overcoat", first.id())), "{holder}");
-    let mut second = command(dir.path(), &session, "undo").spawn().unwrap();
+    let mut second = command(dir.path(), &session, "build").spawn().unwrap();
     assert_eq!(overcoat(&session, &["status"]).code, 0, "readers need no lock");
     first.kill().unwrap();
     first.wait().unwrap();
