@@ -421,7 +421,7 @@ fn a_ragged_hem_is_reported_where_it_is_and_a_short_one_is_not() {
     assert!(doubts.len() == 1, "{doubts:?}");
     // The ball's lowest point is 1 m below its middle, the hem 1 m above that.
     assert!(doubts[0].what.starts_with("a hem of the shirt is ragged, most of all 2.0"), "{doubts:?}");
-    assert!(doubts[0].remedy.contains("mask shirt"), "{doubts:?}");
+    assert!(doubts[0].remedy.contains("paint shirt"), "{doubts:?}");
     let cuff = torn.mesh.map_points(|p| Point::from(p.coords * 0.2));
     assert_eq!(most_ragged_hem(&cuff, &torn.hem_loops, 0.0), None, "16 cm around");
 }
