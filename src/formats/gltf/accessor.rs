@@ -3,6 +3,7 @@
 use crate::formats::error::{Format, FormatError};
 use crate::formats::texture::{Fetched, Siblings};
 use gltf::accessor::DataType;
+use gltf::accessor::sparse::Sparse;
 use gltf::{Accessor, Document, buffer};
 
 /// The buffers of a file, `count` in number. With `fallbacks`, those in place of which a compressed one is read are empty.
@@ -90,31 +91,82 @@ pub(super) fn each_row<'a, const N: usize>(
     if accessor.dimensions().multiplicity() != N {
         return Err(bad(format!("{what} of {N} numbers"), format!("{:?}", accessor.dimensions())));
     }
-    if accessor.sparse().is_some() {
-        return Err(unsupported(&format!("the sparse accessor {}", accessor.index())));
-    }
-    let view = accessor.view().ok_or_else(|| bad(format!("{what} with data"), "no buffer view".into()))?;
     let (count, row_bytes) = (accessor.count(), accessor.size());
-    let stride = view.stride().unwrap_or(row_bytes);
-    // Offsets come from the file, so their sums are checked.
-    let data = (|| {
-        let buffer = buffers.get(view.buffer().index())?;
-        let view_end = view.offset().checked_add(view.length())?;
-        let in_view = buffer.get(view.offset()..view_end)?;
-        let length = stride.checked_mul(count.checked_sub(1)?)?.checked_add(row_bytes)?;
-        in_view.get(accessor.offset()..accessor.offset().checked_add(length)?)
-    })();
-    let data = match data {
-        Some(data) if stride >= row_bytes => data,
-        _ if count == 0 => &[],
-        _ => return Err(bad(format!("{count} rows of {what} within its buffer"), "it reaches beyond".into())),
+    let (stride, data) = match (accessor.view(), accessor.sparse()) {
+        (Some(view), _) => {
+            let stride = view.stride().unwrap_or(row_bytes);
+            match strided(&view, accessor.offset(), [count, stride, row_bytes], buffers) {
+                Some(data) => (stride, data),
+                None => {
+                    return Err(bad(format!("{count} rows of {what} within its buffer"), "it reaches beyond".into()));
+                }
+            }
+        }
+        // Zeros, but for the sparse rows.
+        (None, Some(_)) if count <= MOST_ZEROS => (row_bytes, &[][..]),
+        (None, Some(_)) => {
+            return Err(bad(format!("at most {MOST_ZEROS} rows without a buffer view"), count.to_string()));
+        }
+        (None, None) => return Err(bad(format!("{what} with data"), "no buffer view".into())),
+    };
+    let (others, other_data) = match accessor.sparse() {
+        None => (Vec::new(), &[][..]),
+        Some(sparse) => {
+            let beyond = || {
+                bad(
+                    format!("{} sparse rows of {what} within their buffers", sparse.count()),
+                    "they reach beyond".into(),
+                )
+            };
+            sparse_rows(&sparse, [count, row_bytes], buffers).ok_or_else(beyond)?
+        }
     };
     let number = reader(accessor.data_type(), accessor.normalized());
     let size = accessor.data_type().size();
-    // Every number is within `data`, whose length is that of all rows.
+    // Every number that a file with a buffer view states is within the data, whose length is that of all rows.
     Ok((0..count).map(move |row| {
-        std::array::from_fn(|k| data.get(row * stride + k * size..).and_then(number).unwrap_or_default())
+        let (data, at) = match others.binary_search(&row) {
+            Ok(k) => (other_data, k * row_bytes),
+            Err(_) => (data, row * stride),
+        };
+        std::array::from_fn(|k| data.get(at + k * size..).and_then(number).unwrap_or_default())
     }))
+}
+
+/// Most rows of an accessor whose file does not hold them: more would be memory for nothing.
+const MOST_ZEROS: usize = 10_000_000;
+
+/// The bytes of so many rows; `None` if they reach beyond the view. Offsets come from the file, so their sums are checked.
+fn strided<'a>(
+    view: &buffer::View,
+    offset: usize,
+    [count, stride, row_bytes]: [usize; 3],
+    buffers: &'a [Vec<u8>],
+) -> Option<&'a [u8]> {
+    if count == 0 {
+        return Some(&[]);
+    }
+    let buffer = buffers.get(view.buffer().index())?;
+    let in_view = buffer.get(view.offset()..view.offset().checked_add(view.length())?)?;
+    let length = stride.checked_mul(count - 1)?.checked_add(row_bytes)?;
+    in_view.get(offset..offset.checked_add(length)?).filter(|_| stride >= row_bytes)
+}
+
+/// The rows that differ and the bytes of all of them; `None` if a number is out of range.
+fn sparse_rows<'a>(
+    sparse: &Sparse,
+    [count, row_bytes]: [usize; 2],
+    buffers: &'a [Vec<u8>],
+) -> Option<(Vec<usize>, &'a [u8])> {
+    let (indices, values) = (sparse.indices(), sparse.values());
+    let size = indices.index_type().size();
+    let data = strided(&indices.view(), indices.offset(), [sparse.count(), size, size], buffers)?;
+    let index = |bytes: &[u8]| bytes.iter().rev().fold(0usize, |sum, b| sum << 8 | usize::from(*b));
+    let rows: Vec<usize> = data.chunks_exact(size).map(index).collect();
+    // The specification asks for this order.
+    let is_sound = rows.iter().all(|row| *row < count) && rows.is_sorted_by(|a, b| a < b);
+    let values = strided(&values.view(), values.offset(), [sparse.count(), row_bytes, row_bytes], buffers)?;
+    is_sound.then_some((rows, values))
 }
 
 /// Reads one number at the beginning of some bytes; `None` if they are too few.
