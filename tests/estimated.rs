@@ -82,5 +82,7 @@ fn what_cannot_be_estimated_is_said() {
     fails(&[&outfit[..], &["--measures", "chest"]].concat(), "'chest' is no measure");
     fails(&[&outfit[..], &["--weight=-3"]].concat(), "cannot be -3");
     fails(&["scan", "body", &bare, "--weight", "70"], "for a person without a bare scan");
+    fails(&["scan", "body", &bare, "--known-body", &bare], "for a person without a bare scan");
+    fails(&[&outfit[..], &["--known-body", "nobody.ply"]].concat(), "nobody.ply");
     fails(&["scan", "tshirt", &skirt, "--template", "tshirt"], "overcoat scan outfit FILE --template");
 }

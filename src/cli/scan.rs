@@ -1,6 +1,6 @@
 //! `overcoat scan`: add a scan.
 
-use super::bodies::{PhotoFile, record_of_photo};
+use super::bodies::{MeasuredMesh, PhotoFile, mesh_measures, record_of_photo};
 use super::console::{Context, Done, Progress, secs};
 use super::stages::{ReadingArgs, file_of, interface};
 use crate::body::MEASURE_NAMES;
@@ -57,6 +57,10 @@ pub(super) struct ScanArgs {
     /// `overcoat body measure`
     #[arg(long, value_delimiter = ',', value_name = "NAME=CM,…")]
     measures: Vec<String>,
+    /// A mesh of the same person, bare, of another day or device: its measures are known where there is no bare scan, but for
+    /// those given by --measures
+    #[arg(long, value_name = "MESH")]
+    known_body: Option<PathBuf>,
     /// Axis of the file that points up (+y, -z, …); guessed by default
     #[arg(long, value_name = "±AXIS", allow_hyphen_values = true)]
     up: Option<Up>,
@@ -163,9 +167,24 @@ impl ScanArgs {
 }
 
 /// What is known of the person, by the names of the recipe, in metres and kilograms.
-fn known_of(args: &ScanArgs, is_outfit: bool) -> Result<KnownMeasures, SessionError> {
-    let refuse = |what: String, hint: &str| Err(SessionError::BadRequest { what, hint: hint.into() });
+fn known_of(args: &ScanArgs, is_outfit: bool, context: &Context) -> anyhow::Result<KnownMeasures> {
+    let refuse = |what: String, hint: &str| Err(SessionError::BadRequest { what, hint: hint.into() }.into());
+    if !is_outfit && (args.weight.is_some() || !args.measures.is_empty() || args.known_body.is_some()) {
+        return refuse(
+            "--weight, --measures and --known-body are for a person without a bare scan".into(),
+            "type `overcoat scan outfit FILE --template KIND,KIND --measures …`",
+        );
+    }
     let mut known = KnownMeasures::new();
+    if let Some(file) = &args.known_body {
+        let file = context.input(file.clone());
+        let MeasuredMesh { measures, doubts } = mesh_measures(&file, None)?;
+        if let Some(doubt) = doubts.first() {
+            let what = format!("'{}' is no certain body of the person: {doubt}", file.display());
+            return refuse(what, "name a mesh of the person without clothes, who stands");
+        }
+        known.extend(measures.into_iter().map(|measure| (measure.name.to_string(), measure.metres)));
+    }
     known.extend(args.weight.map(|kg| (WEIGHT.to_string(), kg)));
     for given in &args.measures {
         let parts = given.split_once('=').map(|(name, cm)| (name.trim(), cm.trim().parse::<f64>()));
@@ -178,12 +197,6 @@ fn known_of(args: &ScanArgs, is_outfit: bool) -> Result<KnownMeasures, SessionEr
             return refuse(format!("'{name}' is no measure of a person"), &hint);
         };
         known.insert(full.into(), 1e-2 * cm);
-    }
-    if !is_outfit && !known.is_empty() {
-        return refuse(
-            "--weight and --measures are for a person without a bare scan".into(),
-            "type `overcoat scan outfit FILE --template KIND,KIND --measures …`",
-        );
     }
     Ok(known)
 }
@@ -229,7 +242,7 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
             return Err(SessionError::BadRequest { what, hint: "give one of them".into() }.into());
         }
     };
-    let known = known_of(&args, is_outfit)?;
+    let known = known_of(&args, is_outfit, context)?;
     let (templates, names, over) = (args.template, args.names, args.over);
     let new = NewScan {
         name: args.name,
