@@ -43,6 +43,12 @@ impl Session {
                 None if extension.eq_ignore_ascii_case("npz") => self.export_smpl(request, outputs),
                 None => Err(SessionError::UnknownTarget { path: request.target.clone() }),
             },
+            Some(extension) if request.target.is_dir() && format_of(extension).is_some() => {
+                Err(SessionError::BadRequest {
+                    what: format!("'{}' is a folder, but its name is that of a .{extension}", request.target.display()),
+                    hint: "name another file, or remove the folder".into(),
+                })
+            }
             None if !is_folder && is_only_an_extension(&request.target) => Err(SessionError::BadRequest {
                 what: format!("'{}' is an extension without a name", request.target.display()),
                 hint: "name the file, for example character.glb; the name of a folder ends with /".into(),

@@ -274,8 +274,13 @@ fn check_request(request: &ExportRequest, format: &dyn Format) -> Result<(), Ses
         ),
         (
             request.eight_influences && !can(FormatOption::EightInfluences),
-            format!("a .{extension} has no more than four joints per vertex, so --influences changes nothing"),
-            "export a .glb, or leave --influences out",
+            format!("a .{extension} does not hold eight joints per vertex, so --influences changes nothing"),
+            "export a .glb or .usdc, or leave --influences out",
+        ),
+        (
+            request.name.as_ref().is_some_and(|name| name.trim().is_empty()),
+            "the name of the figure is empty".into(),
+            "give one, `--name \"Ada's coat\"`, or leave --name out",
         ),
         (
             request.bake_cloth.is_some() && !can(FormatOption::Cloth),
