@@ -1,25 +1,24 @@
-//! Duplicates the vertices on texture seams: glTF has one texture coordinate per vertex.
+//! Duplicates the vertices on texture seams: glTF and graphics cards have one texture coordinate per vertex.
 
-use crate::body::Layer;
-use crate::geometry::{PerFace, PerVertex, VertexId};
+use super::uv::UvMap;
+use crate::geometry::{PerFace, PerVertex, TriMesh, VertexId};
 use std::collections::BTreeMap;
 
-/// A layer's vertices, with those on seams duplicated.
-pub(super) struct Split {
-    /// The layer's vertex of each; the originals come first, in their order.
+/// A mesh's vertices, with those on seams duplicated.
+pub struct Split {
+    /// The mesh's vertex of each; the originals come first, in their order.
     pub vertices: Vec<VertexId>,
     /// F × 3, into `vertices`.
     pub faces: Vec<[u32; 3]>,
-    /// Texture coordinates of each, from the upper left as in glTF; empty if the layer has none.
+    /// Texture coordinates of each, from the upper left as in glTF; empty if the mesh has none.
     pub uvs: Vec<[f32; 2]>,
 }
 
 impl Split {
     /// Without texture coordinates nothing is duplicated.
-    pub fn along_seams(layer: &Layer) -> Self {
-        let mesh = &layer.mesh;
+    pub fn along_seams(mesh: &TriMesh, uvs: Option<&UvMap>) -> Self {
         let mut vertices: Vec<VertexId> = mesh.vertex_ids().collect();
-        let Some(uvs) = &layer.uvs else {
+        let Some(uvs) = uvs else {
             return Self { vertices, faces: mesh.faces().iter().map(|f| f.map(|v| v.0)).collect(), uvs: Vec::new() };
         };
         let place = |c: u32| {
@@ -64,7 +63,7 @@ impl Split {
         values.into_iter().map(|value| value.unwrap_or([1.0, 0.0, 0.0, 1.0])).collect()
     }
 
-    /// The layer's value of each vertex.
+    /// The mesh's value of each vertex.
     pub fn spread<'a, T>(&'a self, values: &'a PerVertex<T>) -> impl Iterator<Item = &'a T> {
         self.vertices.iter().map(|v| &values[*v])
     }

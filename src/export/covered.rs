@@ -3,7 +3,7 @@
 use super::error::ExportError;
 use super::visible_part::{VisiblePart, visible_part};
 use crate::body::{Figure, Layer};
-use crate::geometry::{PerVertex, TriMesh};
+use crate::geometry::{PerVertex, TriMesh, VertexId};
 
 /// What an export removed of a layer.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,6 +55,12 @@ impl CoveredParts {
             }
         }
         (figure, masks)
+    }
+
+    /// What remains of a layer, and which of its vertices; `None` if it stays whole.
+    pub fn remaining_layer(&self, rank: usize, layer: &Layer) -> Option<(Layer, PerVertex<VertexId>)> {
+        let part = self.visible.as_ref()?.get(rank)?;
+        (part.removed_area > 0.0).then(|| layer.part(&part.faces))
     }
 
     /// What remains of the surface of a layer, and of its colours.

@@ -19,9 +19,8 @@ use super::lint::{lint_glb, lint_gltf};
 use super::morphs::add_morphs;
 use super::palette::{color_of_rank, roughness_of};
 use super::pictures::pictures_of;
-use super::split::Split;
 use crate::bake::tangents;
-use crate::body::{Figure, INFLUENCES, Pose, Skeleton};
+use crate::body::{Figure, INFLUENCES, Pose, Skeleton, Split};
 use crate::formats::{
     GlbAttribute, GlbChannel, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, GltfFiles, NodeId, SkinId, usd_names,
 };
@@ -245,7 +244,7 @@ fn add_layer(
 ) -> Result<NodeId, ExportError> {
     let layer = &figure.layers[rank];
     let mesh = &layer.mesh;
-    let split = Split::along_seams(layer);
+    let split = Split::along_seams(&layer.mesh, layer.uvs.as_ref());
     let points: Vec<[f32; 3]> = split.spread(mesh.points()).map(|p| p.coords.map(|c| c as f32).into()).collect();
     // A vertex without faces has no normal, but glTF requires unit length.
     let normals: Vec<[f32; 3]> = split

@@ -23,7 +23,6 @@ mod pictures;
 mod polygons;
 mod quads;
 mod remeshed;
-mod split;
 mod spring_bones;
 #[cfg(test)]
 mod tests;

@@ -1,8 +1,7 @@
 //! Simulated cloth as morph targets: what has to be added to a vertex before it is skinned.
 
 use super::error::ExportError;
-use super::split::Split;
-use crate::body::{Layer, Skeleton, SkinWeights};
+use crate::body::{Layer, Skeleton, SkinWeights, Split};
 use crate::formats::{GlbMorph, GlbWriter};
 use crate::geometry::{PerVertex, Point, Vec3};
 use crate::motion::PoseTrack;

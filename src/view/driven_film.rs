@@ -62,7 +62,7 @@ pub fn driven_film(figure: &Figure, frames: &[PlayedFrame], cloth: Option<LiveCl
         let meshes = layers_of(k);
         let landmarks = source(chosen[k]);
         let layers = meshes.iter().zip(&figure.layers).enumerate();
-        let parts = layers.map(|(rank, (mesh, layer))| painted(mesh, layer.colors.as_ref(), rank));
+        let parts = layers.map(|(rank, (mesh, layer))| painted(mesh, layer, rank));
         let mut parts = parts.collect::<Result<Vec<Part<'_>>, Error>>()?;
         parts.push(Part::solid(&landmarks, LANDMARK_COLOR));
         let mut scene = Scene::new(parts);

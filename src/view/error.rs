@@ -13,6 +13,14 @@ pub enum Error {
         /// Vertices of the mesh.
         vertices: usize,
     },
+    /// A texture belongs to another mesh.
+    #[error("the texture was made for {of_texture} faces, but the mesh has {faces}")]
+    TextureFaces {
+        /// Faces of the texture's coordinates.
+        of_texture: usize,
+        /// Faces of the mesh.
+        faces: usize,
+    },
     /// The picture could not be encoded.
     #[error("the picture could not be encoded: {0}")]
     Png(#[from] FormatError),
@@ -32,7 +40,7 @@ impl Error {
     pub fn hint(&self) -> Option<String> {
         match self {
             Self::PaintCount { .. } => Some("give one value per vertex, in the order of the mesh".into()),
-            Self::Recording(_) => None,
+            Self::TextureFaces { .. } | Self::Recording(_) => None,
             Self::NoViewer(_) => Some(
                 "start one (`rerun`, from `pip install rerun-sdk` or `cargo binstall rerun-cli`), or give the address of a running one: --view=rerun+http://127.0.0.1:9876/proxy"
                     .into(),

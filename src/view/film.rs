@@ -6,8 +6,9 @@ use super::palette::layer_color;
 use super::picture::Picture;
 use super::render::render;
 use super::scene::{Paint, Part, Scene};
+use crate::body::Layer;
 use crate::formats::write_gif;
-use crate::geometry::{Aabb, PerVertex, Point, TriMesh, Vec3};
+use crate::geometry::{Aabb, Point, TriMesh, Vec3};
 
 /// Where the camera stands, in radians: in front, to the person's left, at the height of the chest.
 const DIRECTION: [f64; 2] = [0.55, 0.12];
@@ -38,11 +39,13 @@ pub fn around(meshes: &[TriMesh]) -> Aabb {
     Aabb::around(meshes.iter().flat_map(|mesh| mesh.points().iter())).unwrap_or(origin)
 }
 
-/// Layer number `k` in its colours.
-pub fn painted<'a>(mesh: &'a TriMesh, colors: Option<&'a PerVertex<[u8; 3]>>, k: usize) -> Result<Part<'a>, Error> {
-    match colors {
-        Some(colors) => Part::try_new(mesh, Paint::PerVertex(colors)),
-        None => Ok(Part::solid(mesh, layer_color(k))),
+/// Layer number `k` with its texture, or else in its colours. `mesh` is its surface in some pose.
+pub fn painted<'a>(mesh: &'a TriMesh, layer: &'a Layer, k: usize) -> Result<Part<'a>, Error> {
+    let textured = layer.uvs.as_ref().and_then(|uvs| Some((uvs, uvs.texture.as_ref()?)));
+    match (textured, &layer.colors) {
+        (Some((uvs, texture)), _) => Part::try_new(mesh, Paint::Textured { uvs, texture }),
+        (None, Some(colors)) => Part::try_new(mesh, Paint::PerVertex(colors)),
+        (None, None) => Ok(Part::solid(mesh, layer_color(k))),
     }
 }
 

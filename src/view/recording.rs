@@ -7,7 +7,8 @@
 //! again.
 
 use super::Error;
-use super::scene::Part;
+use super::scene::{Paint, Part};
+use crate::body::Split;
 use crate::geometry::{Point, TriMesh, Vec3};
 use nalgebra::Isometry3;
 use rerun::blueprint::{
@@ -15,9 +16,11 @@ use rerun::blueprint::{
 };
 use rerun::sink::BinaryStreamStorage;
 use rerun::{
-    EntityPath, EntityPathPart, LineStrips3D, Mesh3D, Points3D, RecordingStream, RecordingStreamBuilder,
+    EntityPath, EntityPathPart, Image, LineStrips3D, Mesh3D, Points3D, RecordingStream, RecordingStreamBuilder,
     RecordingStreamError, Scalars, SpawnOptions, TextDocument, ViewCoordinates,
 };
+use std::cell::RefCell;
+use std::collections::HashMap;
 use std::io::Write;
 use std::net::IpAddr;
 use std::time::Duration;
@@ -48,6 +51,8 @@ pub enum Sink<'a> {
 pub struct Recording {
     stream: RecordingStream,
     storage: Option<BinaryStreamStorage>,
+    /// The vertices of textured meshes, doubled along seams.
+    split: RefCell<HashMap<EntityPath, Split>>,
 }
 
 impl Recording {
@@ -91,7 +96,7 @@ impl Recording {
             Sink::Memory => {
                 let stream = builder.buffered().map_err(failed)?;
                 let storage = Some(stream.binary_stream());
-                return Self { stream, storage }.begun();
+                return Self { stream, storage, split: RefCell::default() }.begun();
             }
             Sink::ViewerAt(url) => builder.connect_grpc_opts(url),
             Sink::NewViewer(bind) => builder.spawn_opts(&options_of_new_viewer(bind)),
@@ -100,7 +105,7 @@ impl Recording {
             RecordingStreamError::SpawnViewer(_) => Error::NoViewer("none runs, and none could be started".into()),
             why => Error::NoViewer(why.to_string()),
         })?;
-        Self { stream, storage: None }.begun()
+        Self { stream, storage: None, split: RefCell::default() }.begun()
     }
 
     fn begun(self) -> Result<Self, Error> {
@@ -233,14 +238,34 @@ impl Recording {
     }
 
     fn log_moved(&self, path: EntityPath, mesh: &TriMesh) -> Result<(), Error> {
-        let moved = Mesh3D::update_fields()
-            .with_vertex_positions(mesh.points().iter().map(|p| triple(&p.coords)))
-            .with_vertex_normals(mesh.vertex_normals().iter().map(triple));
+        let (points, normals, moved) = (mesh.points(), mesh.vertex_normals(), Mesh3D::update_fields());
+        let moved = match self.split.borrow().get(&path) {
+            None => moved
+                .with_vertex_positions(points.iter().map(|p| triple(&p.coords)))
+                .with_vertex_normals(normals.iter().map(triple)),
+            Some(split) => moved
+                .with_vertex_positions(split.spread(points).map(|p| triple(&p.coords)))
+                .with_vertex_normals(split.spread(&normals).map(triple)),
+        };
         self.stream.log(path, &moved).map_err(failed)
     }
 
     fn log_mesh(&self, path: EntityPath, part: &Part<'_>) -> Result<(), Error> {
         let alpha = (255.0 * part.opacity).round() as u8;
+        if let Paint::Textured { uvs, texture } = part.paint {
+            let split = Split::along_seams(part.mesh, Some(uvs));
+            let picture = Image::from_rgb24(texture.pixels.as_flattened().to_vec(), [texture.side as u32; 2]);
+            let mesh = Mesh3D::new(split.spread(part.mesh.points()).map(|p| triple(&p.coords)))
+                .with_triangle_indices(&split.faces)
+                .with_vertex_normals(split.spread(&part.mesh.vertex_normals()).map(triple))
+                .with_vertex_texcoords(&split.uvs)
+                .with_albedo_texture_image(picture)
+                .with_albedo_factor([255, 255, 255, alpha]);
+            self.stream.log(path.clone(), &mesh).map_err(failed)?;
+            self.split.borrow_mut().insert(path, split);
+            return Ok(());
+        }
+        self.split.borrow_mut().remove(&path);
         let mesh = Mesh3D::new(part.mesh.points().iter().map(|p| triple(&p.coords)))
             .with_triangle_indices(part.mesh.faces().iter().map(|face| face.map(|v| v.0)))
             .with_vertex_normals(part.mesh.vertex_normals().iter().map(triple))
@@ -316,6 +341,28 @@ fn failed(why: RecordingStreamError) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::{Texture, UvMap};
+
+    #[test]
+    fn a_textured_mesh_moves_with_its_doubled_vertices_until_it_is_shown_without_texture() {
+        let points =
+            vec![Point::origin(), Point::new(1.0, 0.0, 0.0), Point::new(1.0, 1.0, 0.0), Point::new(0.0, 1.0, 0.0)];
+        let plate = TriMesh::try_from_indices(points, &[[0, 1, 2], [0, 2, 3]]).unwrap();
+        let corners = vec![[0, 1, 2], [3, 4, 5]].into();
+        let uvs = UvMap { coords: vec![[0.1, 0.2]; 6], corners, texture: None };
+        let texture = Texture { side: 2, pixels: vec![[200, 100, 50]; 4] };
+        let recording = Recording::try_new("alice").unwrap();
+        let textured = Part::try_new(&plate, Paint::Textured { uvs: &uvs, texture: &texture }).unwrap();
+        let doubled = || recording.split.borrow().values().next().map(|split| split.vertices.len());
+        recording.log_garment("vest", &textured).unwrap();
+        recording.log_garment_moved("vest", &plate.map_points(|p| p * 2.0)).unwrap();
+        assert_eq!(doubled(), Some(6));
+        recording.log_garment("vest", &Part::solid(&plate, [1, 2, 3])).unwrap();
+        assert_eq!(doubled(), None);
+        let mut bytes = Vec::new();
+        recording.finish(&mut bytes).unwrap();
+        assert!(!bytes.is_empty());
+    }
 
     #[test]
     fn a_viewer_that_does_not_answer_and_an_invalid_url_are_errors() {

@@ -53,14 +53,14 @@ pub fn render(scene: &Scene<'_>, camera: &Camera, width: usize, height: usize) -
 }
 
 /// Parts of one opacity and their visible triangles.
-struct RenderPass {
-    surface: RenderSurface,
+struct RenderPass<'a> {
+    surface: RenderSurface<'a>,
     seen: Visibility,
 }
 
 /// All opaque parts as one layer, then a layer per translucent part.
-fn layers_of(scene: &Scene<'_>, camera: &Camera, grid: Grid) -> Vec<RenderPass> {
-    let (opaque, translucent): (Vec<Part<'_>>, Vec<Part<'_>>) = scene.parts.iter().partition(|p| p.opacity >= 1.0);
+fn layers_of<'a>(scene: &Scene<'a>, camera: &Camera, grid: Grid) -> Vec<RenderPass<'a>> {
+    let (opaque, translucent): (Vec<Part<'a>>, Vec<Part<'a>>) = scene.parts.iter().partition(|p| p.opacity >= 1.0);
     let groups = std::iter::once(opaque.as_slice()).chain(translucent.chunks(1));
     groups
         .map(|parts| {
@@ -86,7 +86,7 @@ fn floor_under(scene: &Scene<'_>) -> Option<Floor> {
 /// All inputs of a pixel's colour.
 struct Studio<'a> {
     lighting: Lighting,
-    layers: Vec<RenderPass>,
+    layers: Vec<RenderPass<'a>>,
     floor: Option<Floor>,
     camera: &'a Camera,
     grid: Grid,
@@ -133,13 +133,12 @@ impl Studio<'_> {
         let flat = (b - a).cross(&(c - a));
         let is_back = flat.z < 0.0;
         let weights = barycentric([a, b, c], x, y);
-        let mix = |values: &[Triple]| ids.iter().zip(weights).fold(Triple::zeros(), |sum, (&v, w)| sum + values[v] * w);
-        let smooth = mix(&surface.normals);
+        let smooth = ids.iter().zip(weights).fold(Triple::zeros(), |sum, (&v, w)| sum + surface.normals[v] * w);
         let outward = smooth.try_normalize(1e-6).or_else(|| flat.try_normalize(1e-20)).unwrap_or_else(Triple::z);
         let normal = if is_back { -outward } else { outward };
         let point = Triple::new(x, y, hit.nearness);
         let key_visible = if layer == 0 { self.lighting.key_visible(&point, &normal, sample) } else { 1.0 };
-        self.lighting.reflected(&mix(&surface.albedo), &normal, is_back, key_visible)
+        self.lighting.reflected(&surface.albedo_at(hit.face as usize, weights), &normal, is_back, key_visible)
     }
 
     /// The background with the shadow on the floor.
@@ -172,7 +171,9 @@ fn barycentric([a, b, c]: [Triple; 3], x: f32, y: f32) -> [f32; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::{Texture, UvMap};
     use crate::geometry::{Aabb, Point, TriMesh};
+    use crate::view::Paint;
 
     const RED: [u8; 3] = [200, 60, 60];
     const SKIN: [u8; 3] = [226, 190, 168];
@@ -220,6 +221,32 @@ mod tests {
         assert!(along_the_light[1..].is_sorted_by(|a, b| a > b), "{along_the_light:?}");
         let darkest = picture.pixels().iter().map(|p| p.iter().map(|&c| i32::from(c)).sum::<i32>()).min();
         assert!(darkest > Some(70), "{darkest:?}");
+    }
+
+    #[test]
+    fn a_texture_lies_where_its_coordinates_say() {
+        let corner = |x: f64, y: f64| Point::new(x, y, 0.0);
+        let points = vec![corner(-0.4, 0.0), corner(0.4, 0.0), corner(0.4, 0.8), corner(-0.4, 0.8)];
+        let plate = TriMesh::try_from_indices(points, &[[0, 1, 2], [0, 2, 3]]).unwrap();
+        let ball = ball();
+        // Red on the left, green on the right, finer than the triangles.
+        let pixels = (0..64 * 64).map(|k| if k % 64 < 32 { [220, 20, 20] } else { [20, 200, 20] }).collect();
+        let uvs = UvMap {
+            coords: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
+            corners: vec![[0, 1, 2], [0, 2, 3]].into(),
+            texture: None,
+        };
+        let texture = Texture { side: 64, pixels };
+        let textured = Part::try_new(&plate, Paint::Textured { uvs: &uvs, texture: &texture }).unwrap();
+        let refused = Part::try_new(&ball, Paint::Textured { uvs: &uvs, texture: &texture });
+        assert!(matches!(refused, Err(crate::view::Error::TextureFaces { of_texture: 2, .. })));
+        // Other faces before it, so that its own are counted from the right one.
+        let behind = ball.map_points(|p| Point::new(p.x, p.y, p.z - 2.0));
+        let picture = seen(&[Part::solid(&behind, SKIN), textured]);
+        for (column, brightest) in [(25, 0), (55, 0), (65, 1), (95, 1)] {
+            let pixel = picture.pixels()[60 * 120 + column];
+            assert!(pixel[brightest] > 2 * pixel[1 - brightest], "{pixel:?} at {column}");
+        }
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::Error;
 use super::palette::ramp_color;
+use crate::body::{Texture, UvMap};
 use crate::geometry::{Aabb, PerVertex, TriMesh};
 
 /// The colour of a mesh.
@@ -17,6 +18,13 @@ pub enum Paint<'a> {
         values: &'a PerVertex<f64>,
         /// The values at the two ends of the ramp.
         range: [f64; 2],
+    },
+    /// A picture wrapped around the mesh.
+    Textured {
+        /// Where on the picture each corner of each face lies.
+        uvs: &'a UvMap,
+        /// The picture.
+        texture: &'a Texture,
     },
 }
 
@@ -36,10 +44,13 @@ impl<'a> Part<'a> {
 
     /// A mesh in any paint.
     ///
-    /// **Errors** when a paint per vertex has another number of values than the mesh has vertices.
+    /// **Errors** when a paint per vertex has another number of values than the mesh has vertices, or a texture belongs to another mesh.
     pub fn try_new(mesh: &'a TriMesh, paint: Paint<'a>) -> Result<Self, Error> {
         let values = match paint {
-            Paint::Solid(_) => mesh.vertex_count(),
+            Paint::Textured { uvs, .. } if !uvs.fits(mesh) => {
+                return Err(Error::TextureFaces { of_texture: uvs.corners.len(), faces: mesh.face_count() });
+            }
+            Paint::Solid(_) | Paint::Textured { .. } => mesh.vertex_count(),
             Paint::PerVertex(colors) => colors.len(),
             Paint::Scalar { values, .. } => values.len(),
         };
@@ -49,10 +60,11 @@ impl<'a> Part<'a> {
         Ok(Self { mesh, paint, opacity: 1.0 })
     }
 
-    /// The sRGB colour of each vertex.
+    /// The sRGB colour of each vertex; white under a texture.
     pub(super) fn colors(&self) -> Vec<[u8; 3]> {
         match self.paint {
             Paint::Solid(rgb) => vec![rgb; self.mesh.vertex_count()],
+            Paint::Textured { .. } => vec![[255; 3]; self.mesh.vertex_count()],
             Paint::PerVertex(colors) => colors.0.clone(),
             Paint::Scalar { values, range } => values.iter().map(|&value| ramp_color(value, range)).collect(),
         }

@@ -76,6 +76,52 @@ impl Session {
         Ok(figure)
     }
 
+    /// Gives a texture to every layer whose scan is finer than the layer: pictures show it. The colours of vertices show all
+    /// that is known of the others.
+    ///
+    /// **Requires** all steps up to that of the figure, in their order.
+    pub(in crate::session) fn textured_for_pictures(
+        &self,
+        mut figure: Figure,
+        steps: &[PosedStep],
+        on_layer: &mut dyn FnMut(&str),
+    ) -> Result<Figure, SessionError> {
+        for rank in 0..figure.layers.len() {
+            let Some(scanned) = Scanned::of_layer(&figure.layers[rank], rank, steps, &[]) else { continue };
+            if self.is_finer(&scanned)? {
+                let name = figure.layers[rank].name.clone();
+                let uvs = self.texture_of(&scanned, TextureSize::default(), &mut || on_layer(&name))?;
+                figure.layers[rank].uvs = uvs.or(figure.layers[rank].uvs.take());
+            }
+        }
+        Ok(figure)
+    }
+
+    /// Bakes what the pictures of the session will show, with a word before each layer that takes its time.
+    pub fn bake_for_pictures(&self, on_layer: &mut dyn FnMut(&str)) -> Result<(), SessionError> {
+        let steps = self.posed_steps_so_far()?;
+        match steps.last() {
+            Some(last) => self.textured_for_pictures(last.figure.clone(), &steps, on_layer).map(drop),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether the scan shows more of a layer than the colours of the layer's vertices.
+    fn is_finer(&self, scanned: &Scanned) -> Result<bool, SessionError> {
+        /// A scan of so many more vertices than its cleaned surface was decimated.
+        const DECIMATED: usize = 2;
+        let Scanned { posed, .. } = scanned;
+        if posed.step.tryon || posed.scan.colors.is_none() {
+            return Ok(false);
+        }
+        let vertices = posed.scan.mesh.vertex_count();
+        Ok(match FileInput::of(self, &posed.step.reading()?.file).mesh(&self.store)? {
+            Some(raw) => raw.texture.is_some() || raw.points.len() > DECIMATED * vertices,
+            // Frames.
+            None => true,
+        })
+    }
+
     fn texture_of(
         &self,
         scanned: &Scanned,

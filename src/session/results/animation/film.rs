@@ -1,11 +1,11 @@
 //! A film of an animation, by the small renderer: a GIF, or a folder of pictures.
 
 use super::animations::MovedFigure;
-use crate::body::Figure;
+use crate::body::{Figure, Layer};
 use crate::cloth::LiveCloth;
 use crate::drive::PlayedFrame;
 use crate::export::CoveredParts;
-use crate::geometry::{Aabb, Point};
+use crate::geometry::{Aabb, PerVertex, Point, VertexId};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::results::outputs::{Content, NewFolder, Outputs};
@@ -46,7 +46,7 @@ impl Session {
         on_frame: &mut dyn FnMut(usize, usize),
     ) -> Result<Vec<PathBuf>, SessionError> {
         let shown = self.shown_in(film)?;
-        let figure = self.figure_of_last_step()?;
+        let figure = self.textured_figure()?;
         let covered = match film.hide_covered {
             true => self.covered_parts(&figure, true, &film.target)?,
             // To find out what is covered takes longer than to draw a second of film.
@@ -70,7 +70,7 @@ impl Session {
         const FPS: f64 = 10.0;
         const SECS: f64 = 3.0;
         let shown = [self.moved_figure(Some(animation))?];
-        let figure = self.figure_of_last_step()?;
+        let figure = self.textured_figure()?;
         let covered = CoveredParts::none();
         let shots = Shots::of(&shown, &figure, &covered, width);
         let count = shots.count().min((SECS * shown[0].track.fps).ceil() as usize);
@@ -79,11 +79,26 @@ impl Session {
     }
 }
 
+impl Session {
+    /// The figure of the last step, with the textures that pictures show.
+    pub(in crate::session) fn textured_figure(&self) -> Result<Figure, SessionError> {
+        let figure = self.figure_of_last_step()?;
+        self.textured_for_pictures(figure, &self.posed_steps(None)?, &mut |_| {})
+    }
+}
+
+/// What an export with `--hide-covered` leaves of a layer.
+struct Remaining {
+    layer: Layer,
+    vertices: PerVertex<VertexId>,
+}
+
 /// The frames of animations side by side, seen by one camera.
 struct Shots<'a> {
     shown: &'a [MovedFigure],
     figure: &'a Figure,
-    covered: &'a CoveredParts,
+    /// One entry per layer: what is left of it, if not all.
+    remaining: Vec<Option<Remaining>>,
     camera: FilmCamera,
     floor: Option<f64>,
     /// Width of one animation, in pixels.
@@ -92,13 +107,18 @@ struct Shots<'a> {
 
 impl<'a> Shots<'a> {
     /// **Requires** at least one animation.
-    fn of(shown: &'a [MovedFigure], figure: &'a Figure, covered: &'a CoveredParts, each: usize) -> Self {
+    fn of(shown: &'a [MovedFigure], figure: &'a Figure, covered: &CoveredParts, each: usize) -> Self {
         let poses = &shown[0].track.poses;
         let count = frames_of(shown);
         let hips: Vec<Point> = poses[..count].iter().map(|pose| figure.skeleton.joints_in_world(pose)[0]).collect();
         let bounds: Vec<Aabb> = (0..count).map(|frame| around(&shown[0].surfaces(figure, frame))).collect();
         let camera = FilmCamera::following(&hips, &bounds, shown[0].track.fps);
-        Self { shown, figure, covered, camera, floor: bounds.first().map(|b| b.min.y), each }
+        let remaining = |(rank, layer)| {
+            let (layer, vertices) = covered.remaining_layer(rank, layer)?;
+            Some(Remaining { layer, vertices })
+        };
+        let remaining = figure.layers.iter().enumerate().map(remaining).collect();
+        Self { shown, figure, remaining, camera, floor: bounds.first().map(|b| b.min.y), each }
     }
 
     fn count(&self) -> usize {
@@ -110,11 +130,14 @@ impl<'a> Shots<'a> {
     }
 
     fn draw_one(&self, moved: &MovedFigure, frame: usize) -> Result<Picture, Error> {
-        let meshes = moved.surfaces(self.figure, frame);
-        let remaining = |(k, mesh)| self.covered.remaining_surface(k, mesh, self.figure.layers[k].colors.as_ref());
-        let surfaces: Vec<_> = meshes.iter().enumerate().map(remaining).collect();
-        let each_layer = surfaces.iter().enumerate();
-        let parts = each_layer.map(|(k, (mesh, colors))| painted(mesh, colors.as_ref(), k));
+        let mut meshes = moved.surfaces(self.figure, frame);
+        for (mesh, remaining) in meshes.iter_mut().zip(&self.remaining) {
+            if let Some(Remaining { layer, vertices }) = remaining {
+                *mesh = layer.mesh.with_points(vertices.iter().map(|&v| mesh.points()[v]).collect::<PerVertex<_>>());
+            }
+        }
+        let layer = |k: usize| self.remaining[k].as_ref().map_or(&self.figure.layers[k], |remaining| &remaining.layer);
+        let parts = meshes.iter().enumerate().map(|(k, mesh)| painted(mesh, layer(k), k));
         let mut scene = Scene::new(parts.collect::<Result<Vec<_>, _>>()?);
         scene.floor = self.floor;
         Ok(self.camera.draw(frame, &scene, self.each, self.height()))

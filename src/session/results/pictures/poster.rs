@@ -1,11 +1,11 @@
 //! The poster: the whole session in one picture.
 
 use super::sheet::SeenStep;
-use crate::geometry::TriMesh;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::results::outputs::{Content, Outputs};
-use crate::view::{Poster, painted, poster, striding};
+use crate::stack::{StackParams, reposed};
+use crate::view::{Error, Poster, painted, poster, striding};
 use std::path::Path;
 
 impl Session {
@@ -21,16 +21,15 @@ impl Session {
             let plus = if k == 0 { "" } else { "+ " };
             scans.push((format!("{plus}{}", posed.step.name), seen.scan()?));
         }
-        let figure = &last.figure;
-        let painted = |mesh, k: usize| {
-            painted(mesh, figure.layers[k].colors.as_ref(), k).map_err(|e| SessionError::bad_source(path, e))
-        };
+        let failed = |e: Error| SessionError::bad_source(path, e);
+        let figure = &self.textured_for_pictures(last.figure.clone(), &steps, &mut |_| {})?;
         let layers = figure.layers.iter().enumerate();
-        let layers = layers.map(|(k, layer)| Ok((layer.name.clone(), painted(&layer.mesh, k)?)));
-        let layers = layers.collect::<Result<Vec<_>, SessionError>>()?;
-        let posed: Vec<TriMesh> = figure.posed(&striding(&figure.skeleton));
-        let posed_parts = posed.iter().enumerate().map(|(k, mesh)| painted(mesh, k));
-        let posed_parts = posed_parts.collect::<Result<Vec<_>, SessionError>>()?;
+        let layers = layers.map(|(k, layer)| Ok((layer.name.clone(), painted(&layer.mesh, layer, k)?)));
+        let layers = layers.collect::<Result<Vec<_>, _>>().map_err(failed)?;
+        let posed = reposed(figure, &striding(&figure.skeleton), &StackParams::default());
+        let posed = posed.map_err(|e| SessionError::bad_source(path, e))?.figure;
+        let posed_parts = posed.layers.iter().enumerate().map(|(k, layer)| painted(&layer.mesh, layer, k));
+        let posed_parts = posed_parts.collect::<Result<Vec<_>, _>>().map_err(failed)?;
         let drawn = poster(&Poster {
             title: format!("{}: scans, layers, posed figure", self.name()),
             subtitle: format!(
@@ -46,7 +45,7 @@ impl Session {
             scans,
             layers,
             figure: posed_parts,
-            figure_caption: "all layers, posed by their weights".into(),
+            figure_caption: "all layers in another pose, pushed clear of each other".into(),
         });
         outputs.write(path, Content::Picture, |out| drawn.write_png(out))
     }

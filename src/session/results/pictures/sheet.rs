@@ -12,7 +12,9 @@ use crate::session::results::posed_step::PosedStep;
 use crate::session::results::status::StepStatus;
 use crate::session::stage::Stage;
 use crate::session::store::name_and_unit;
-use crate::view::{Cell, CrossingRow, Facing, Paint, Part, Sheet, SheetRow, contact_sheet, layer_color};
+use crate::view::{
+    Cell, CrossingRow, Error as ViewError, Facing, Paint, Part, Sheet, SheetRow, contact_sheet, layer_color, painted,
+};
 use nalgebra::{Rotation3, Vector3};
 use std::path::Path;
 
@@ -51,10 +53,13 @@ impl Session {
                 legend: Vec::new(),
             });
         }
-        if let Some(last) = steps.last() {
-            let layers = last.figure.layers.iter().enumerate();
-            let parts: Vec<(String, Part)> =
-                layers.map(|(i, layer)| (layer.name.clone(), Part::solid(&layer.mesh, layer_color(i)))).collect();
+        let textured = steps.last().map(|last| last.figure.clone());
+        let textured = textured.map(|figure| self.textured_for_pictures(figure, &steps, &mut |_| {})).transpose()?;
+        if let Some(figure) = &textured {
+            let layers = figure.layers.iter().enumerate();
+            let parts = layers.map(|(i, layer)| Ok((layer.name.clone(), painted(&layer.mesh, layer, i)?)));
+            let parts = parts.collect::<Result<Vec<(String, Part)>, ViewError>>();
+            let parts = parts.map_err(|e| SessionError::bad_source(path, e))?;
             rows.push(SheetRow::layers("layers", vec!["in the bind pose".into()], &parts));
         }
         let crossings = match steps.last() {

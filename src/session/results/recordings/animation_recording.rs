@@ -8,7 +8,7 @@ use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::pipeline::{Event, MovedFrame};
 use crate::session::results::outputs::Outputs;
-use crate::view::{Error, Paint, Part, Recording, layer_color};
+use crate::view::{Error, Recording, painted};
 
 /// Frames per second of a recording: a frame of a dressed figure takes half a megabyte.
 const RECORDED_FPS: f64 = 15.0;
@@ -47,7 +47,7 @@ impl AnimationRecording {
     pub fn show(mut self, session: &Session, animation: &str) -> Result<(), SessionError> {
         if self.frames == 0 {
             let moved = session.moved_figure(Some(animation))?;
-            let figure = session.figure_of_last_step()?;
+            let figure = session.textured_figure()?;
             for frame in (0..moved.track.poses.len()).step_by(interval(moved.track.fps)) {
                 self.show_frame(&figure, frame, &moved.surfaces(&figure, frame));
             }
@@ -78,12 +78,9 @@ pub(super) fn log_layers(
     is_first: bool,
 ) -> Result<(), Error> {
     for (rank, (layer, mesh)) in figure.layers.iter().zip(meshes).enumerate() {
-        match (is_first, &layer.colors) {
-            (true, Some(colors)) => {
-                recording.log_garment(&layer.name, &Part::try_new(mesh, Paint::PerVertex(colors))?)?
-            }
-            (true, None) => recording.log_garment(&layer.name, &Part::solid(mesh, layer_color(rank)))?,
-            (false, _) => recording.log_garment_moved(&layer.name, mesh)?,
+        match is_first {
+            true => recording.log_garment(&layer.name, &painted(mesh, layer, rank)?)?,
+            false => recording.log_garment_moved(&layer.name, mesh)?,
         }
     }
     Ok(())
