@@ -4,11 +4,12 @@ use super::posed_step::PosedStep;
 use crate::bake::{PaintedSurface, PhotographedSurface, Place, baked, charts};
 use crate::body::{Figure, Layer, UvMap};
 use crate::export::RemeshedLayer;
-use crate::geometry::{PerVertex, TriMesh};
+use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::pipeline::{FileInput, ScanInputs, photographs_of};
 use crate::session::store::ContentHash;
+use rayon::prelude::*;
 use serde_json::json;
 use std::path::Path;
 
@@ -36,7 +37,7 @@ impl TextureSize {
 }
 
 /// Version of what is baked: another one bakes all textures anew.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// A layer in the pose of the scan that shows it.
 pub(super) struct Scanned<'a> {
@@ -129,7 +130,8 @@ impl Session {
         on_bake: &mut dyn FnMut(),
     ) -> Result<Option<UvMap>, SessionError> {
         let (name, derived) = (&scanned.posed.step.name, self.store.derived());
-        let file = format!("{name}.{}.texture", size.side());
+        let faces = if scanned.before.is_some() { "other-faces." } else { "" };
+        let file = format!("{name}.{faces}{}.texture", size.side());
         let inputs = scanned.inputs(size)?;
         if let Some(kept) = derived.load(&file, inputs) {
             return Ok(Some(kept));
@@ -138,7 +140,8 @@ impl Session {
         on_bake();
         let failed = |e| SessionError::bad_source(Path::new(name), e);
         let uvs = scanned.uvs.cloned().map_or_else(|| charts(&scanned.surface), Ok).map_err(failed)?;
-        let texture = baked(&scanned.surface, &uvs, scanned.is_seen, size.side(), &|place| source.color_at(place));
+        let (surface, is_own) = (&scanned.surface, scanned.is_own());
+        let texture = baked(surface, &uvs, is_own.as_ref(), size.side(), &|place| source.color_at(place));
         let uvs = UvMap { texture: Some(texture), ..uvs };
         derived.keep(&file, inputs, &uvs);
         Ok(Some(uvs))
@@ -224,11 +227,30 @@ impl<'a> Scanned<'a> {
         Some(Self { posed, surface, before: None, is_seen, colors, uvs })
     }
 
+    /// The vertices that were seen and are near the step's own part of the scan: closest to the others is another layer, whose
+    /// colours they must not take.
+    fn is_own(&self) -> Option<PerVertex<bool>> {
+        /// A vertex farther from the scan has been moved there; metres.
+        const NEAR: f64 = 0.015;
+        let Some(labels) = &self.posed.labels else { return self.is_seen.cloned() };
+        let scan = SurfaceIndex::prepare(&self.posed.scan.mesh);
+        let is_near_own = |p: &Point| {
+            let Some(hit) = scan.closest_within(p, NEAR) else { return true };
+            let corners = scan.mesh().faces()[hit.face];
+            let own: f64 = (0..3).filter(|&k| labels.0[corners[k]]).map(|k| hit.barycentric[k]).sum();
+            own > 0.5
+        };
+        let is_seen = |v: usize| self.is_seen.is_none_or(|is_seen| is_seen.0[v]);
+        let points = self.surface.points().0.par_iter().enumerate();
+        Some(PerVertex(points.map(|(v, p)| is_seen(v) && is_near_own(p)).collect()))
+    }
+
     /// Everything on which the texture depends.
     pub fn inputs(&self, size: TextureSize) -> Result<ContentHash, SessionError> {
         let Self { posed, surface, is_seen, colors, uvs, before: _ } = self;
         let bare = uvs.map(|uvs| (&uvs.coords, &uvs.corners));
-        let bytes = postcard::to_stdvec(&(surface, is_seen, colors, bare, &posed.scan))
+        let labels = posed.labels.as_ref().map(|labels| &labels.0);
+        let bytes = postcard::to_stdvec(&(surface, is_seen, colors, bare, &posed.scan, labels))
             .map_err(|e| SessionError::Encoding { reason: e.to_string() })?;
         let (file, is_tryon) = (posed.step.hash.map(|hash| hash.to_string()), posed.step.tryon);
         Ok(ContentHash::of_json(&json!({
