@@ -5,6 +5,7 @@ usage: blender --python FILE [-- --fbx OUT.fbx]
 import json
 import os
 import sys
+import tempfile
 
 import bpy
 from mathutils import kdtree
@@ -63,6 +64,22 @@ def cloth(thing, fabric):
     return modifier
 
 
+def exported(objects, target):
+    """Writes an FBX of what was imported, with its pictures: those of a .glb have no files of their own."""
+    with tempfile.TemporaryDirectory() as folder:
+        for image in bpy.data.images:
+            if image.packed_file and image.size[0] > 0:
+                image.filepath_raw = os.path.join(folder, image.name + ".png")
+                image.file_format = "PNG"
+                image.save()
+        bpy.ops.object.select_all(action="DESELECT")
+        for thing in objects:
+            thing.select_set(True)
+        bpy.ops.export_scene.fbx(
+            filepath=target, use_selection=True, add_leaf_bones=False, bake_anim=True, path_mode="COPY", embed_textures=True
+        )
+
+
 def main():
     with open(os.path.join(HERE, STEM + ".cloth.json"), encoding="utf-8") as file:
         layers = json.load(file)["layers"]
@@ -71,7 +88,7 @@ def main():
     words = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
     if "--fbx" in words:
         target = words[words.index("--fbx") + 1]
-        bpy.ops.export_scene.fbx(filepath=target, add_leaf_bones=False, bake_anim=True)
+        exported(objects, target)
         print(f"wrote {target}")
     names = {layer["name"] for layer in layers}
     for layer in layers:
