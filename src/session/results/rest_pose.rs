@@ -20,21 +20,22 @@ impl Session {
         path: &Path,
         outputs: &mut Outputs,
     ) -> Result<Figure, SessionError> {
-        const KEPT: &str = "rest-pose";
         /// Of the computation: another one computes kept surfaces anew.
         const VERSION: u32 = 1;
         let failed = |e| SessionError::bad_source(path, e);
         let layers: Vec<_> = figure.layers.iter().map(|l| (&l.mesh, &l.weights, &l.physics, &l.fabric)).collect();
         let inputs = hash_of(&(VERSION, &figure.skeleton, rest, layers))?;
         let derived = self.store.derived();
-        let found = match derived.load::<Vec<TriMesh>>(KEPT, inputs) {
+        // The T-pose and the A-pose are kept beside each other.
+        let kept = format!("rest-pose.{:.8}", hash_of(rest)?.to_string());
+        let found = match derived.load::<Vec<TriMesh>>(&kept, inputs) {
             Some(carried) => reposed_as(figure, rest, carried).map_err(failed)?,
             None => {
                 let pushed = reposed(figure, rest, &StackParams::default()).map_err(failed)?;
                 let carried = if pushed.crossing_pairs > 0 { carried(figure, rest) } else { return Ok(pushed.figure) };
                 match carried {
                     Ok(carried) => {
-                        derived.keep(KEPT, inputs, &carried);
+                        derived.keep(&kept, inputs, &carried);
                         reposed_as(figure, rest, carried).map_err(failed)?
                     }
                     // They cross in the bind pose already.
