@@ -123,6 +123,7 @@ impl ExportError {
             Self::QuadCount { .. } => {
                 Some("leave the count out for quads about as fine as the layers' triangles".into())
             }
+            Self::FaceCount { count, least, .. } if count < least => Some(format!("give --faces {least} or more")),
             Self::FaceCount { .. } => Some("give fewer, or leave --faces out for all".into()),
             Self::Io { .. }
             | Self::NoLayers

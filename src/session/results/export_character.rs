@@ -283,6 +283,11 @@ fn check_request(request: &ExportRequest, format: &dyn Format) -> Result<(), Ses
             "give one, `--name \"Ada's coat\"`, or leave --name out",
         ),
         (
+            request.authors.iter().any(|author| author.trim().is_empty()),
+            "the name of an author is empty".into(),
+            "give one, `--author \"Ada Lovelace\"`, or leave --author out",
+        ),
+        (
             request.bake_cloth.is_some() && !can(FormatOption::Cloth),
             format!("a .{extension} does not hold simulated cloth"),
             "export a .glb, .usdc or .usdz, or `--sequence pc2` beside it",
