@@ -53,6 +53,7 @@ for path in sys.argv[1:]:
             theirs = points_at(mesh, query, skinning, time)
             if skinning and skinning.HasJointInfluences():
                 worst = max(worst, np.abs(theirs - own_points(mesh, skeleton, query, time)).max())
+    worst *= UsdGeom.GetStageMetersPerUnit(stage)
     sampled = sum(mesh.GetPointsAttr().GetNumTimeSamples() > 1 for mesh in meshes)
     print(f"{path}: {len(errors)} faults, {len(meshes)} meshes ({sampled} with time samples), "
           f"{len(skeleton.GetJointsAttr().Get())} joints, times {times}, skinning differs by {1000 * worst:.4f} mm")
