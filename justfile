@@ -148,6 +148,18 @@ bench-peers-kernels:
     cargo build --release --no-default-features --example time_kernels
     python3 benches/peers/kernels.py target/release/examples/time_kernels
 
+# Verdicts on 24 graded garments, and on four trousers as in Shi 2020, against truth from geometry; needs Python with numpy, and
+# takes the man and the woman of the folder OVERCOAT_FOREIGN too
+sizes-table FOLDER="target/sizes":
+    cargo build --release --no-default-features --bin overcoat
+    python3 benches/sizes.py target/release/overcoat {{FOLDER}}
+
+# Time and peak memory of a scan of 20 million triangles, 1000 frames, 8 garments, 300 frames of cloth, or of the CASES named; needs
+# Python with numpy, 3 GB and a quarter of an hour
+limits *CASES:
+    cargo build --release --no-default-features --bin overcoat
+    python3 benches/limits.py target/release/overcoat scans/demo target/limits {{CASES}}
+
 # Fusion beside Open3D on the same frames, as ratios: FOLDER is a recording with groundtruth.txt; needs Python with open3d and
 # numpy, and stops with a message without them. Open3D is given the true poses
 bench-peers FOLDER:
