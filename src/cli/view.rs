@@ -55,7 +55,7 @@ pub(super) fn run(args: ViewArgs, context: &Context) -> anyhow::Result<Done> {
     }
     let mut done_lines = Vec::new();
     let mut next = Vec::new();
-    if args.sheet.is_some() || args.poster.is_some() || args.film.is_some() {
+    if args.sheet.is_some() || args.poster.is_some() {
         let mut progress = Progress::of_one_stage(&context.console);
         session.bake_for_pictures(&mut |layer| progress.describe(format!("texture of {layer}")))?;
         progress.end();
