@@ -84,6 +84,13 @@ pub fn fit_estimated(
     problem.concluded(shape, iterations, converged, log)
 }
 
+/// What is known of the measures, taken at one shape, as it is at another: without this each step between two measurements would make
+/// up for the same difference once more.
+fn still_off(of_measures: &[(f64, f64, Vec<f64>)], at: &Shape, now: &Shape) -> Vec<(f64, f64, Vec<f64>)> {
+    let change = |row: &[f64]| -> f64 { row.iter().zip(now.0.iter().zip(&at.0)).map(|(d, (b, a))| d * (b - a)).sum() };
+    of_measures.iter().map(|(off, weight, row)| (off - change(row), *weight, row.clone())).collect()
+}
+
 struct Together<'a> {
     model: &'a BodyModel,
     known: &'a [KnownMeasure],
@@ -104,12 +111,13 @@ impl Together<'_> {
         ];
         let (mut iterations, mut converged) = (0, false);
         for phase in phases {
-            let mut of_measures = self.of_known(shape);
+            let (mut of_measures, mut measured_at) = (self.of_known(shape), shape.clone());
             let rule = StoppingRule { steps: phase.iterations, still: STILL, still_steps: 2, first_still: 0 };
             let settled = iterate(&rule, |number| {
                 if number % 4 == 3 {
-                    of_measures = self.of_known(shape);
+                    (of_measures, measured_at) = (self.of_known(shape), shape.clone());
                 }
+                let of_measures = still_off(&of_measures, &measured_at, shape);
                 let posed: Vec<Posed> = self.views.iter_mut().map(|view| view.posed(shape)).collect();
                 let parts = self.parts(&posed, &phase, &of_measures);
                 let steps = solve_together(&parts, shape, 1.0, DAMPING)?;
