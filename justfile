@@ -207,6 +207,11 @@ mutations:
 cloth-long:
     cargo test --release --no-default-features --lib -- --ignored --nocapture ten_thousand_frames
 
+# Whether the types of the pages' scripts agree; needs npm
+desk-types:
+    npm install --silent --no-save --prefix target/desk typescript
+    target/desk/node_modules/.bin/tsc --noEmit --allowJs --checkJs --strict --target es2022 --module es2022 --moduleResolution bundler --lib es2022,dom,dom.iterable src/desk/pages/*.js
+
 # Paints the built session SESSION in headless Chromium, by mouse and keys: files, labels, undo, a second page, a killed server, the
 # console, accessibility (axe). OUT receives pictures. Needs chromium (CHROMIUM names another one) and npm
 desk SESSION OUT:

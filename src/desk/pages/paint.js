@@ -40,6 +40,7 @@ class Easel {
     /** @type {any[]} */
     this.all = [];
     this.noteNumber = 0;
+    this.freshColor = GARMENT_COLOR;
     this.loading = "";
     /** The path that is being drawn, or null. @type {any} */
     this.path = null;
@@ -169,7 +170,7 @@ class Easel {
   showFresh(vertices, alone) {
     const { layer, viewer } = this;
     if (alone) layer.overlay.set(layer.labelled);
-    for (const v of vertices) setColor(layer.overlay, v, this.freshColor ?? GARMENT_COLOR, 190);
+    for (const v of vertices) setColor(layer.overlay, v, this.freshColor, 190);
     viewer.setOverlay(layer.drawn, layer.overlay);
   }
 
