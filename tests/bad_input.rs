@@ -269,6 +269,7 @@ fn a_target_that_ends_with_a_slash_is_a_folder() {
     let session = session_with_two_scans(dir.path());
     overcoat_ok(&session, &["export", "../figure.glb/", "--scan", "body"]);
     assert!(dir.path().join("figure.glb/scan.ply").is_file());
+    overcoat_ok(&session, &["export", "../figure.glb/", "--scan", "body"]);
     refused(&session, &["export", "../figure.glb"], 2, &["is a folder, but its name is that of a .glb"]);
 }
 

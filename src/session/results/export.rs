@@ -43,7 +43,11 @@ impl Session {
                 None if extension.eq_ignore_ascii_case("npz") => self.export_smpl(request, outputs),
                 None => Err(SessionError::UnknownTarget { path: request.target.clone() }),
             },
-            Some(extension) if request.target.is_dir() && format_of(extension).is_some() => {
+            Some(extension)
+                if request.target.is_dir()
+                    && !ends_with_slash(&request.target)
+                    && format_of(extension).is_some() =>
+            {
                 Err(SessionError::BadRequest {
                     what: format!("'{}' is a folder, but its name is that of a .{extension}", request.target.display()),
                     hint: "name another file, or remove the folder".into(),
