@@ -61,20 +61,13 @@ impl Session {
     /// **Requires** all steps up to that of the figure, in their order.
     pub(in crate::session) fn textured(
         &self,
-        mut figure: Figure,
+        figure: Figure,
         steps: &[PosedStep],
         remeshed: &[RemeshedLayer],
         size: TextureSize,
         on_layer: &mut dyn FnMut(&str),
     ) -> Result<Figure, SessionError> {
-        for rank in 0..figure.layers.len() {
-            let Some(scanned) = Scanned::of_layer(&figure.layers[rank], rank, steps, remeshed) else { continue };
-            let name = figure.layers[rank].name.clone();
-            if let Some(uvs) = self.texture_of(&scanned, size, &mut || on_layer(&name))? {
-                figure.layers[rank].uvs = Some(uvs);
-            }
-        }
-        Ok(figure)
+        self.textured_where(|_| Ok(true), figure, (steps, remeshed), size, on_layer)
     }
 
     /// Gives a texture to every layer whose scan is finer than the layer: pictures show it. The colours of vertices show all
@@ -83,19 +76,38 @@ impl Session {
     /// **Requires** all steps up to that of the figure, in their order.
     pub(in crate::session) fn textured_for_pictures(
         &self,
-        mut figure: Figure,
+        figure: Figure,
         steps: &[PosedStep],
         on_layer: &mut dyn FnMut(&str),
     ) -> Result<Figure, SessionError> {
+        self.textured_where(|scanned| self.is_finer(scanned), figure, (steps, &[]), TextureSize::default(), on_layer)
+    }
+
+    fn textured_where(
+        &self,
+        is_wanted: impl Fn(&Scanned) -> Result<bool, SessionError>,
+        mut figure: Figure,
+        (steps, remeshed): (&[PosedStep], &[RemeshedLayer]),
+        size: TextureSize,
+        on_layer: &mut dyn FnMut(&str),
+    ) -> Result<Figure, SessionError> {
         for rank in 0..figure.layers.len() {
-            let Some(scanned) = Scanned::of_layer(&figure.layers[rank], rank, steps, &[]) else { continue };
-            if self.is_finer(&scanned)? {
-                let name = figure.layers[rank].name.clone();
-                let uvs = self.texture_of(&scanned, TextureSize::default(), &mut || on_layer(&name))?;
-                figure.layers[rank].uvs = uvs.or(figure.layers[rank].uvs.take());
+            let Some(scanned) = Scanned::of_layer(&figure.layers[rank], rank, steps, remeshed) else { continue };
+            if !is_wanted(&scanned)? {
+                continue;
+            }
+            let name = figure.layers[rank].name.clone();
+            if let Some(uvs) = self.texture_of(&scanned, size, &mut || on_layer(&name))? {
+                figure.layers[rank].uvs = Some(uvs);
             }
         }
         Ok(figure)
+    }
+
+    /// The figure of the last step, with the textures that pictures show.
+    pub(in crate::session) fn textured_figure(&self) -> Result<Figure, SessionError> {
+        let figure = self.figure_of_last_step()?;
+        self.textured_for_pictures(figure, &self.posed_steps(None)?, &mut |_| {})
     }
 
     /// Bakes what the pictures of the session will show, with a word before each layer that takes its time.
@@ -115,12 +127,20 @@ impl Session {
         if posed.step.tryon || posed.scan.colors.is_none() {
             return Ok(false);
         }
-        let vertices = posed.scan.mesh.vertex_count();
-        Ok(match FileInput::of(self, &posed.step.reading()?.file).mesh(&self.store)? {
+        let (vertices, derived) = (posed.scan.mesh.vertex_count(), self.store.derived());
+        // Kept, so that a large file is not read for each picture.
+        let (file, hash) = (format!("{}.is-finer", posed.step.name), posed.step.hash.map(|hash| hash.to_string()));
+        let inputs = ContentHash::of_json(&json!({ "file": hash, "vertices": vertices }));
+        if let Some(kept) = derived.load(&file, inputs) {
+            return Ok(kept);
+        }
+        let is_finer = match FileInput::of(self, &posed.step.reading()?.file).mesh(&self.store)? {
             Some(raw) => raw.texture.is_some() || raw.points.len() > DECIMATED * vertices,
             // Frames.
             None => true,
-        })
+        };
+        derived.keep(&file, inputs, &is_finer);
+        Ok(is_finer)
     }
 
     fn texture_of(

@@ -79,14 +79,6 @@ impl Session {
     }
 }
 
-impl Session {
-    /// The figure of the last step, with the textures that pictures show.
-    pub(in crate::session) fn textured_figure(&self) -> Result<Figure, SessionError> {
-        let figure = self.figure_of_last_step()?;
-        self.textured_for_pictures(figure, &self.posed_steps(None)?, &mut |_| {})
-    }
-}
-
 /// What an export with `--hide-covered` leaves of a layer.
 struct Remaining {
     layer: Layer,
