@@ -27,8 +27,8 @@ impl Session {
         let layers = layers.map(|(k, layer)| Ok((layer.name.clone(), painted(&layer.mesh, layer, k)?)));
         let layers = layers.collect::<Result<Vec<_>, _>>().map_err(failed)?;
         let posed = reposed(figure, &striding(&figure.skeleton), &StackParams::default());
-        let posed = posed.map_err(|e| SessionError::bad_source(path, e))?.figure;
-        let posed_parts = posed.layers.iter().enumerate().map(|(k, layer)| painted(&layer.mesh, layer, k));
+        let posed = posed.map_err(|e| SessionError::bad_source(path, e))?;
+        let posed_parts = posed.figure.layers.iter().enumerate().map(|(k, layer)| painted(&layer.mesh, layer, k));
         let posed_parts = posed_parts.collect::<Result<Vec<_>, _>>().map_err(failed)?;
         let drawn = poster(&Poster {
             title: format!("{}: scans, layers, posed figure", self.name()),
@@ -45,7 +45,10 @@ impl Session {
             scans,
             layers,
             figure: posed_parts,
-            figure_caption: "all layers in another pose, pushed clear of each other".into(),
+            figure_caption: match posed.crossing_pairs {
+                0 => "all layers in another pose, pushed clear of each other".into(),
+                pairs => format!("all layers in another pose, where {pairs} pairs of faces cross"),
+            },
         });
         outputs.write(path, Content::Picture, |out| drawn.write_png(out))
     }
