@@ -37,7 +37,7 @@ pub(super) struct ExportArgs {
     /// The most joints that move a vertex of a .glb, .gltf or USD file: with 4, which every program reads, cloth at shoulders and hips may lie up to 2 cm from where 8 put it
     #[arg(long, value_name = "4|8", default_value = "4", value_parser = ["4", "8"], conflicts_with_all = ["scan", "stage", "sequence"])]
     influences: String,
-    /// About so many faces in all layers together, at least 1000 times their number: the textures stay as sharp; where a layer would cross another, it keeps more
+    /// About so many faces in all layers together, on average at least 1000 each: the textures stay as sharp; where a layer would cross another, it keeps more
     #[arg(long, value_name = "COUNT", value_parser = face_count, conflicts_with_all = ["at", "scan", "stage", "sequence", "quads", "bake_cloth"])]
     faces: Option<usize>,
     /// Quads that follow the cloth instead of triangles, about so many in all; by default as fine as the triangles

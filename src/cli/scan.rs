@@ -183,7 +183,7 @@ fn known_of(args: &ScanArgs, is_outfit: bool, context: &Context) -> anyhow::Resu
             let what = format!("'{}' is no certain body of the person: {doubt}", file.display());
             return refuse(what, "name a mesh of the person without clothes, who stands");
         }
-        known.extend(measures.into_iter().map(|measure| (measure.name.to_string(), measure.metres)));
+        known.extend(measures.into_iter().map(|measure| (measure.name, measure.metres)));
     }
     known.extend(args.weight.map(|kg| (WEIGHT.to_string(), kg)));
     for given in &args.measures {

@@ -23,7 +23,7 @@ const ROUNDS_PER_LANDING: usize = 2;
 /// Final rounds without projection: they remove undulations under 2 cm.
 const LAST_ROUNDS: usize = 12;
 
-/// A boundary that is longer than its smoothed line by this share is faired further, off the scan, which is crumpled there. Hems that look
+/// A boundary that is longer than its smoothed line by this factor is faired further, off the scan, which is crumpled there. Hems that look
 /// smooth have at most 11 %.
 pub(super) const MOST_RAGGED: f64 = 1.08;
 /// Greatest number of times that such a boundary is faired further, and the rounds of each.
