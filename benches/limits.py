@@ -10,6 +10,8 @@ import time
 
 import numpy as np
 
+from ply import read_ply
+
 TRIANGLES = 20_000_000
 FRAMES = 1000
 LAYERS = "leggings,tanktop,shirt,trousers,vest,pullover,jacket,scarf"
@@ -28,22 +30,6 @@ def run(what, *command, cwd=None):
     if code != 0:
         print(said.strip().splitlines()[-1] if said.strip() else "", flush=True)
     return code == 0
-
-
-def read_ply(path):
-    """Points, colours and triangles of a binary scan of the demo."""
-    with open(path, "rb") as file:
-        header = b""
-        while not header.endswith(b"end_header\n"):
-            header += file.readline()
-        lines = header.decode().splitlines()
-        counts = [int(line.split()[2]) for line in lines if line.startswith("element")]
-        kinds = {"float": "<f4", "double": "<f8", "uchar": "u1"}
-        fields = [line.split() for line in lines if line.startswith("property") and "list" not in line]
-        vertices = np.fromfile(file, [(name, kinds[kind]) for _, kind, name in fields], counts[0])
-        faces = np.fromfile(file, [("n", "u1"), ("v", "<i4", 3)], counts[1])["v"]
-    points = np.stack([vertices[k] for k in "xyz"], 1).astype(np.float64)
-    return points, np.stack([vertices[k] for k in ("red", "green", "blue")], 1), faces
 
 
 def divided(points, colors, faces):

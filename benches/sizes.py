@@ -24,6 +24,8 @@ import json, os, subprocess, sys
 import numpy as np
 from pathlib import Path
 
+from ply import read_ply
+
 SEEDS = [4301, 4302, 4303, 4304, 4305, 4306]
 MADE_FOR = 4301  # whose M the sizes are graded from
 TRIED = [("trousers", "wool", SEEDS[0:2]), ("tshirt", "jersey", SEEDS[2:4]), ("skirt", "wool", SEEDS[4:6])]
@@ -41,14 +43,6 @@ def read_obj(path):
     """Vertices in metres, and triangles, of a garment's file in centimetres."""
     of = lambda mark: [line.split()[1:4] for line in Path(path).read_text().splitlines() if line.startswith(mark + " ")]
     return np.array(of("v"), float) / 100, np.array([[int(x.split("/")[0]) - 1 for x in face] for face in of("f")])
-
-
-def read_ply(path):
-    """Vertices and triangles of a binary PLY with nothing else in it."""
-    head, data = Path(path).read_bytes().split(b"end_header\n", 1)
-    n, m = (int(head.split(word)[1].split()[0]) for word in (b"element vertex", b"element face"))
-    v = np.frombuffer(data, "<f4", 3 * n).reshape(n, 3).astype(float)
-    return v, np.frombuffer(data, np.dtype([("n", "u1"), ("v", "<i4", 3)]), m, 12 * n)["v"]
 
 
 def ring_length(points):
@@ -121,7 +115,8 @@ class Body:
     """Levels and girths of a true body in its A-pose, upright, its feet at the lowest level."""
 
     def __init__(self, path):
-        self.mesh = v, _ = read_ply(path)
+        v, _, faces = read_ply(path)
+        self.mesh = v, faces
         self.low, self.stature = v[:, 1].min(), np.ptp(v[:, 1])
         self.crotch = parting(self.mesh, np.arange(self.at(0.60), self.at(0.35), -STEP))
         self.armpit = parting(self.mesh, np.arange(self.at(0.66), self.at(0.85), STEP))
