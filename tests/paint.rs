@@ -28,8 +28,12 @@ type Reply = (u16, Value);
 
 impl Server {
     fn start(session: &Path, args: &[&str]) -> Self {
+        Self::run(session, &[&["paint", "--no-browser"], args].concat())
+    }
+
+    fn run(session: &Path, args: &[&str]) -> Self {
         let mut child = Command::new(env!("CARGO_BIN_EXE_overcoat"))
-            .args([&["paint", "--no-browser"], args].concat())
+            .args(args)
             .current_dir(session)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
@@ -301,4 +305,89 @@ fn a_stroke_on_one_garment_of_an_outfit_shows_the_other_as_it_is_then() {
     assert!(news["hems"].as_u64().unwrap() > 0, "{news}");
     drop(server);
     assert_eq!(overcoat_ok(&session, &["status", "--json"]).json()["up_to_date"], true);
+}
+
+/// The covered vertices of a kind, in hexadecimal, and the rest of its file.
+fn kind_file(session: &Path, name: &str) -> Option<(String, String)> {
+    let text = std::fs::read_to_string(session.join(format!("templates/{name}.toml"))).ok()?;
+    let (rest, covered) = text.split_once("covered = ").unwrap();
+    Some((covered.into(), rest.into()))
+}
+
+#[test]
+fn a_kind_painted_on_the_body_is_saved_undone_and_refused_like_a_garment() {
+    let dir = tempfile::tempdir().unwrap();
+    overcoat_ok(dir.path(), &["init", "bob"]);
+    let session = dir.path().join("bob");
+    let start =
+        |args: &[&str]| Server::run(&session, &[&["templates", "paint", "--page", "--no-browser"], args].concat());
+    for (args, says) in [
+        (&["tshirt", "--page"][..], "'tshirt' is a built-in kind of garment"),
+        (&["tshrt", "--page"], "tshirt"),
+        (&["hair", "--page", "--name", "beard"], "grows on the body"),
+        (&["tshirt", "--page", "--name", "vest"], "'vest' is a built-in kind of garment"),
+        (&["tshirt", "--page", "--name", "a/b"], "cannot be the name"),
+        (&["tshirt", "--name", "singlet", "out.ply"], "--page"),
+        (&["tshirt", "out.ply", "--page"], "cannot be used with"),
+        (&["tshirt"], "OUT.ply"),
+    ] {
+        let answer = overcoat(&session, &[&["templates", "paint"], args].concat());
+        assert!(answer.code == 2 && answer.stderr.contains(says), "{args:?} {answer:?}");
+    }
+
+    let server = start(&["tshirt", "--name", "singlet"]);
+    let show = |server: &Server| server.get("/api/layer?layer=singlet").1;
+    let begin = show(&server);
+    assert_eq!((&begin["news"]["hems"], &begin["news"]["last"]), (&json!(4), &Value::Null));
+    assert!(kind_file(&session, "singlet").is_none(), "nothing is saved before something is painted");
+    // Around the right upper arm, where the sleeve ends.
+    let on_arm = |id: &str, op: &str| {
+        let strokes = json!([{ "op": op, "radius": 0.1, "points": [[0.3, 1.38, 0.0], [0.5, 1.38, 0.0]] }]);
+        json!({ "id": id, "layer": "singlet", "scan": begin["scan"], "strokes": strokes })
+    };
+    let painted = server.paint(&on_arm("a", "erase"));
+    assert!(painted["labels"] != begin["labels"] && painted["news"]["last"] == "a", "{painted}");
+    let (erased, text) = kind_file(&session, "singlet").unwrap();
+    assert!(text.contains("otherwise like tshirt"), "{text}");
+    assert_eq!(server.paint(&on_arm("a", "erase"))["was_there"], true);
+    let again = server.paint(&on_arm("b", "clear"));
+    assert_eq!(again["labels"], begin["labels"], "as it was found");
+    let step = |id: &str, stroke: &str| json!({ "id": id, "layer": "singlet", "stroke": stroke });
+    assert_eq!(server.post("/api/undo", &step("u", "b")).1["labels"], painted["labels"]);
+    assert_eq!(server.post("/api/undo", &step("v", "b")).0, 409, "the last stroke is another one");
+    assert_eq!(server.post("/api/redo", &step("r", "b")).1["labels"], begin["labels"]);
+    assert_eq!(server.post("/api/undo", &step("w", "b")).1["labels"], painted["labels"]);
+    assert_eq!(kind_file(&session, "singlet").unwrap().0, erased);
+
+    // Nothing covered, off the body, another layer, another body: nothing changes.
+    let before = fingerprint(&session);
+    let wrong = |change: &dyn Fn(&mut Value)| {
+        let mut request = on_arm("c", "erase");
+        change(&mut request);
+        let (code, answer) = server.post("/api/paint", &request);
+        (code, answer["error"].as_str().unwrap_or_default().to_string())
+    };
+    let (code, error) = wrong(&|request| request["strokes"][0]["points"] = json!([[9, 9, 9]]));
+    assert!(code == 422 && error.contains("it touches nothing"), "{code} {error}");
+    assert_eq!(wrong(&|request| request["layer"] = json!("tshirt")).0, 410);
+    assert_eq!(wrong(&|request| request["scan"] = json!("0000")).0, 409);
+    assert_eq!(fingerprint(&session), before);
+
+    // Another command takes the last change back; the page follows, and a stroke comes on top of what is there then.
+    overcoat_ok(&session, &["undo"]);
+    let deadline = Instant::now() + Duration::from_secs(20);
+    while server.news("singlet").1 != begin["labels"] {
+        assert!(Instant::now() < deadline, "the page does not follow");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    server.paint(&on_arm("d", "erase"));
+    assert_eq!(kind_file(&session, "singlet").unwrap().0, erased);
+    drop(server);
+
+    // Later, the painted kind is painted further under its own name.
+    let server = start(&["singlet"]);
+    assert_eq!(show(&server)["labels"], painted["labels"]);
+    drop(server);
+    let shown = overcoat_ok(&session, &["templates", "show", "singlet", "--json"]).json();
+    assert_eq!(shown["template"]["painted"], true);
 }

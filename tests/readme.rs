@@ -7,11 +7,12 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 /// Lines that are not run, each with its reason. All other lines are run.
-const NOT_RUN: [(&str, &str); 4] = [
+const NOT_RUN: [(&str, &str); 5] = [
     ("cargo ", "builds the program, or runs these tests"),
     ("git ", "fetches the source code"),
     ("overcoat demo", "tests/pipeline.rs runs it and checks the results"),
     ("overcoat -C alice paint", "it serves a page until it is stopped; tests/paint.rs paints"),
+    ("overcoat -C alice templates paint tshirt --page", "the same, for a kind"),
 ];
 
 /// Needs the viewer; the edit loop builds without it.

@@ -6,6 +6,7 @@ use super::watch::ended_by_signal;
 use crate::desk::Painting;
 use serde_json::json;
 use std::process::{Command, Stdio};
+use std::sync::atomic::AtomicBool;
 
 #[derive(clap::Args)]
 pub(super) struct PaintArgs {
@@ -21,7 +22,18 @@ pub(super) struct PaintArgs {
 
 pub(super) fn run(args: PaintArgs, context: &Context) -> anyhow::Result<Done> {
     let ended = ended_by_signal()?;
-    let painting = Painting::begin(&context.session, args.layer.as_deref(), args.port)?;
+    let painting = Painting::of_layers(&context.session, args.layer.as_deref(), args.port)?;
+    let changes = serve(&painting, args.no_browser, &ended, context);
+    let json = json!({ "session": context.session.display().to_string(), "changes": changes });
+    let mut done = Done::new("paint", json).line(in_words(changes));
+    if changes > 0 {
+        done.next = next_in(&context.reader()?, context)?;
+    }
+    Ok(done)
+}
+
+/// Serves a page until Ctrl-C; returns the number of changes.
+pub(super) fn serve(painting: &Painting, no_browser: bool, ended: &AtomicBool, context: &Context) -> usize {
     let address = painting.address();
     // With --json, stdout receives only the final object.
     let say = |line: &str| if context.console.is_json() { print_aside(line) } else { print_line(line) };
@@ -29,21 +41,18 @@ pub(super) fn run(args: PaintArgs, context: &Context) -> anyhow::Result<Done> {
     if context.console.verbosity != Verbosity::Quiet {
         say("stop with Ctrl-C; every stroke is saved at once");
     }
-    if !args.no_browser && !open_in_browser(&address) {
+    if !no_browser && !open_in_browser(&address) {
         print_aside("no browser could be opened: open the address yourself");
     }
-    let changes = painting.serve(&ended);
-    let json = json!({ "session": context.session.display().to_string(), "changes": changes });
-    let line = match changes {
+    painting.serve(ended)
+}
+
+pub(super) fn in_words(changes: usize) -> String {
+    match changes {
         0 => "painted nothing".to_string(),
         1 => "painted 1 change".to_string(),
         n => format!("painted {n} changes"),
-    };
-    let mut done = Done::new("paint", json).line(line);
-    if changes > 0 {
-        done.next = next_in(&context.reader()?, context)?;
     }
-    Ok(done)
 }
 
 /// Whether the system's way to open an address could be started.

@@ -1,6 +1,9 @@
 //! `overcoat templates`: the kinds of garment, built in and painted.
 
 use super::console::{Context, Done, quoted, secs};
+use super::paint::{in_words, serve};
+use super::watch::ended_by_signal;
+use crate::desk::Painting;
 use crate::segment::GarmentTemplate;
 use crate::session::{Content, Outputs, Session, SessionError, write_template_to_paint};
 use serde_json::{Value, json};
@@ -22,17 +25,8 @@ enum TemplatesAction {
         /// Name of the kind
         name: String,
     },
-    /// Write the body model for painting, with the part that a kind covers in red
-    Paint {
-        /// The kind to start from
-        kind: String,
-        /// The file to paint
-        #[arg(value_name = "OUT.ply")]
-        out: PathBuf,
-        /// Replace a file that Overcoat did not write, or that was painted since
-        #[arg(long)]
-        force: bool,
-    },
+    /// Write the body model for painting, with the part that a kind covers in red; or paint on a page
+    Paint(PaintKindArgs),
     /// Add a kind to the session: the painted body is red where the garment covers it, and grey elsewhere
     Add {
         /// A name for the kind; a painted kind of that name is replaced
@@ -47,11 +41,38 @@ enum TemplatesAction {
     },
 }
 
+#[derive(clap::Args)]
+struct PaintKindArgs {
+    /// The kind to start from
+    kind: String,
+    /// The file to paint
+    #[arg(value_name = "OUT.ply", required_unless_present = "page", conflicts_with = "page")]
+    out: Option<PathBuf>,
+    /// Replace a file that Overcoat did not write, or that was painted since
+    #[arg(long, conflicts_with = "page")]
+    force: bool,
+    /// Paint in the browser instead: every stroke is saved in the session
+    #[arg(long)]
+    page: bool,
+    /// The name of the painted kind [default: KIND itself, if it was painted]
+    #[arg(long, value_name = "NEW_KIND", requires = "page")]
+    name: Option<String>,
+    /// The port of the page [default: a free one]
+    #[arg(long, value_name = "PORT", requires = "page", value_parser = clap::value_parser!(u16).range(1..))]
+    port: Option<u16>,
+    /// Do not open the page in the browser
+    #[arg(long, requires = "page")]
+    no_browser: bool,
+}
+
 pub(super) fn run(args: TemplatesArgs, context: &Context) -> anyhow::Result<Done> {
     match args.action.unwrap_or(TemplatesAction::List) {
         TemplatesAction::List => list(context),
         TemplatesAction::Show { name } => show(&name, context),
-        TemplatesAction::Paint { kind, out, force } => paint(&kind, &out, force, context),
+        TemplatesAction::Paint(args) => match &args.out {
+            Some(out) => paint(&args.kind, out, args.force, context),
+            None => paint_on_page(&args, context),
+        },
         TemplatesAction::Add { kind, file, like } => add(&kind, file, like.as_deref(), context),
     }
 }
@@ -108,6 +129,32 @@ fn paint(kind: &str, out: &Path, force: bool, context: &Context) -> anyhow::Resu
     Ok(Done::new("templates paint", json)
         .line(line)
         .next(context.overcoat(&format!("templates add NEW_KIND {}", quoted(out)))))
+}
+
+fn paint_on_page(args: &PaintKindArgs, context: &Context) -> anyhow::Result<Done> {
+    let ended = ended_by_signal()?;
+    let kind = args.kind.as_str();
+    let name = args.name.as_deref().unwrap_or(kind);
+    let session = context.reader()?;
+    if args.name.is_none() && session.kind_hash(kind).is_none() {
+        // A misspelt kind is answered first.
+        session.recipe().template(kind).map_err(wrong)?;
+        return Err(SessionError::BadRequest {
+            what: format!("'{kind}' is a built-in kind of garment, which stays as it is"),
+            hint: format!(
+                "name the new kind: `{}`",
+                context.overcoat(&format!("templates paint {kind} --page --name my-{kind}"))
+            ),
+        }
+        .into());
+    }
+    let painting = Painting::of_kind(&context.session, kind, name, args.port)?;
+    let changes = serve(&painting, args.no_browser, &ended, context);
+    let json = json!({ "session": context.session.display().to_string(), "kind": name, "changes": changes });
+    let used_by = context.reader()?.steps_of_kind(name);
+    let next = if used_by.is_empty() { format!("scan NAME FILE --template {name}") } else { "build".into() };
+    let done = Done::new("templates paint", json).line(format!("{}: the kind {name}", in_words(changes)));
+    Ok(if changes > 0 { done.next(context.overcoat(&next)) } else { done })
 }
 
 fn add(kind: &str, file: PathBuf, like: Option<&str>, context: &Context) -> anyhow::Result<Done> {

@@ -91,6 +91,11 @@ impl PaintedRegion {
         self.covered.iter().filter(|&&covered| covered).count()
     }
 
+    /// The number of vertices of the body model.
+    pub fn vertex_count(&self) -> usize {
+        self.covered.len()
+    }
+
     /// The covered vertices of a body of the same model, in any shape.
     ///
     /// **Errors** if the body has other vertices or faces than the one that was painted.

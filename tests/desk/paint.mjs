@@ -66,7 +66,7 @@ async function useFolder(page, folder) {
   await page.route(/\/\?token=/, async (route) => {
     const response = await route.fetch();
     const title = (await response.text()).match(/<title>(.*): paint</)?.[1] ?? "";
-    await route.fulfill({ response, body: read("paint.html").replaceAll("{{TITLE}}", title).replace("{{ID}}", "test").replace(/<link rel="icon".*>/, "") });
+    await route.fulfill({ response, body: read("paint.html").replaceAll("{{SURFACE}}", "scan").replaceAll("{{TITLE}}", title).replace("{{ID}}", "test").replace(/<link rel="icon".*>/, "") });
   });
 }
 

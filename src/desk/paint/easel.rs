@@ -1,9 +1,10 @@
 //! The session while it is painted: applies what pages send, one request after another.
 
-use super::loaded::{Loaded, hems, surface};
-use super::news::{LayerNews, News};
+use super::loaded::{Loaded, surface};
+use super::news::{LayerNews, News, publish};
 use super::refusal::{Kind, Refusal};
 use super::requests::{PaintRequest, StepRequest, check_id};
+use super::subject::Subject;
 use crate::cut::Garment;
 use crate::desk::error::DeskError;
 use crate::geometry::PerVertex;
@@ -12,12 +13,12 @@ use crate::session::{ContentHash, JournalLook, Memory, Session, SessionError, To
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How long a stroke waits for another command that changes the session, before the page is told so.
-const PATIENCE: Duration = Duration::from_secs(2);
+pub(super) const PATIENCE: Duration = Duration::from_secs(2);
 
 /// A session that pages paint.
 pub(super) struct Easel {
@@ -68,26 +69,30 @@ impl Drop for Waiting<'_> {
     }
 }
 
-impl Easel {
-    /// The session's place, as a word: strokes that a browser keeps belong to it.
-    pub fn id(&self) -> String {
-        let absolute = self.dir.canonicalize().unwrap_or_else(|_| self.dir.clone());
-        ContentHash::of(absolute.as_os_str().as_encoded_bytes()).short()
-    }
+/// The session's place, as a word.
+pub(super) fn session_id(dir: &Path) -> String {
+    let absolute = dir.canonicalize().unwrap_or_else(|_| dir.to_path_buf());
+    ContentHash::of(absolute.as_os_str().as_encoded_bytes()).short()
+}
 
+/// The name of the session's folder.
+pub(super) fn name_of_session(dir: &Path) -> String {
+    let absolute = dir.canonicalize().unwrap_or_else(|_| dir.to_path_buf());
+    absolute.file_name().map_or_else(|| "session".into(), |name| name.to_string_lossy().into_owned())
+}
+
+impl Easel {
     /// Opens the session and lists its layers.
     pub fn begin(dir: &Path) -> Result<Self, DeskError> {
         let session = Session::open(dir)?;
         if session.paintable_layers().is_empty() {
             return Err(DeskError::NothingToPaint);
         }
-        let absolute = dir.canonicalize().unwrap_or_else(|_| dir.to_path_buf());
-        let name = absolute.file_name().map_or_else(|| "session".into(), |name| name.to_string_lossy().into_owned());
         let easel = Self {
             dir: dir.to_path_buf(),
             memory: Memory::default(),
             work: Mutex::default(),
-            news: Mutex::new(News { session: name, ..News::default() }),
+            news: Mutex::new(News { session: name_of_session(dir), ..News::default() }),
             waiting: AtomicUsize::new(0),
         };
         easel.list_layers(&session)?;
@@ -133,25 +138,6 @@ impl Easel {
         Ok(session)
     }
 
-    /// Everything about a layer. Cuts it first if its cut is out of date, or if its brush file has strokes that are not
-    /// applied.
-    pub fn layer(&self, name: &str) -> Result<Value, Refusal> {
-        let _waiting = Waiting::begin(&self.waiting);
-        let mut work = locked(&self.work);
-        let session = self.reader()?;
-        let shown = match (session.has_unapplied_strokes(name)?, session.to_paint(name)) {
-            (false, Ok(shown)) => shown,
-            (_, Err(error)) if !matches!(error, SessionError::NotBuilt { .. }) => return Err(error.into()),
-            _ => {
-                let mut writer = self.writer()?;
-                writer.paint(name, &[], &mut |_| {})?;
-                work.journal = self.journal();
-                writer.session().to_paint(name)?
-            }
-        };
-        self.packed(&mut work, name, &shown)
-    }
-
     fn packed(&self, work: &mut Work, name: &str, shown: &ToPaint) -> Result<Value, Refusal> {
         let (loaded, mut value) = Loaded::pack(shown)?;
         work.loaded.insert(name.into(), loaded);
@@ -169,24 +155,9 @@ impl Easel {
     /// Tells pages about a layer that was cut again.
     fn publish(&self, work: &Work, name: &str, labels: &PerVertex<bool>, garment: &Garment) {
         let Some(loaded) = work.loaded.get(name) else { return };
-        let bits = loaded.bits(labels);
-        let expected = &loaded.expected_hems;
-        let mut news = locked(&self.news);
-        let Some(layer) = news.layer(name) else { return };
-        let lines = hems(garment);
-        if layer.labels != bits || layer.scan != loaded.scan_name || layer.hem_lines != lines {
-            layer.version += 1;
+        if let Some(layer) = locked(&self.news).layer(name) {
+            publish(layer, loaded, labels, garment);
         }
-        (layer.labels, layer.hem_lines, layer.is_loaded, layer.problem) = (bits, lines, true, None);
-        layer.scan.clone_from(&loaded.scan_name);
-        (layer.hems, layer.vertices) = (garment.hem_loops.len(), garment.mesh.vertex_count());
-        layer.expected = match (expected.start(), expected.end()) {
-            (_, &usize::MAX) => "any number".into(),
-            (least, most) if least == most => least.to_string(),
-            (least, most) => format!("{least} to {most}"),
-        };
-        layer.hems_are_right = expected.contains(&layer.hems);
-        layer.findings.clone_from(&garment.findings);
     }
 
     fn publish_strokes(&self, work: &Work, name: &str, session: &Session) -> Result<(), SessionError> {
@@ -197,68 +168,6 @@ impl Easel {
             layer.redo = undone.and_then(|strokes| strokes.first()?.id.clone());
         }
         Ok(())
-    }
-
-    /// Paints strokes that a page has drawn.
-    pub fn paint(&self, request: &PaintRequest) -> Result<Value, Refusal> {
-        check_id(&request.id)?;
-        let _waiting = Waiting::begin(&self.waiting);
-        let mut work = locked(&self.work);
-        if work.done.contains(&request.id) {
-            return self.answer(&request.layer, true, Duration::ZERO);
-        }
-        let began = Instant::now();
-        let mut writer = self.writer()?;
-        let name = &request.layer;
-        let moved = |what: String| Err(Refusal::new(409, Kind::Moved, what));
-        let now = match writer.session().scan_name(name) {
-            Err(SessionError::NotBuilt { .. }) => {
-                return moved(format!("the scan of '{name}' was replaced meanwhile: look at the new one"));
-            }
-            now => now?,
-        };
-        if now != request.scan {
-            return moved(format!("the scan of '{name}' was replaced meanwhile: look at the new one"));
-        }
-        if work.loaded.get(name).is_none_or(|loaded| loaded.scan_name != now) {
-            writer.paint(name, &[], &mut |_| {})?;
-            let (loaded, _) = Loaded::pack(&writer.session().to_paint(name)?)?;
-            work.loaded.insert(name.clone(), loaded);
-        }
-        let Some(loaded) = work.loaded.get(name) else { return moved(format!("'{name}' is not shown")) };
-        let strokes = request.strokes(&loaded.scan.world_from_file)?;
-        let painted = writer.paint(name, &strokes, &mut |_| {})?;
-        if !painted.was_there {
-            work.undone.remove(name);
-        }
-        let labels = &painted.recut.labels.labels.0;
-        self.changed(&mut work, name, labels, &painted.recut.garment, &writer)?;
-        self.answer(name, painted.was_there, began.elapsed())
-    }
-
-    /// Takes the last stroke back.
-    pub fn undo(&self, request: &StepRequest) -> Result<Value, Refusal> {
-        self.step(request, |work, writer| {
-            let painted = writer.take_back(&request.layer, &request.stroke, &mut |_| {})?;
-            work.done.extend(painted.taken.iter().filter_map(|stroke| stroke.id.clone()));
-            work.undone.entry(request.layer.clone()).or_default().push(painted.taken.clone());
-            Ok(painted)
-        })
-    }
-
-    /// Paints again what was taken back last.
-    pub fn redo(&self, request: &StepRequest) -> Result<Value, Refusal> {
-        self.step(request, |work, writer| {
-            let undone = work.undone.entry(request.layer.clone()).or_default();
-            let is_meant = |strokes: &Vec<Stroke>| strokes.first().and_then(|s| s.id.as_ref()) == Some(&request.stroke);
-            let Some(strokes) = undone.last().filter(|strokes| is_meant(strokes)).cloned() else {
-                return Err(Refusal::new(409, Kind::Refused, "there is no such stroke to paint again"));
-            };
-            let painted = writer.paint(&request.layer, &strokes, &mut |_| {})?;
-            undone.pop();
-            work.done.retain(|id| *id != request.stroke);
-            Ok(painted)
-        })
     }
 
     fn step(
@@ -319,25 +228,6 @@ impl Easel {
         }))
     }
 
-    /// The news, with the labels of one layer if they have another version than the page has.
-    pub fn news(&self, layer: Option<&str>, version: Option<u64>) -> Value {
-        let mut news = locked(&self.news);
-        let mut value = json!(*news);
-        let shown =
-            layer.and_then(|name| news.layer(name)).filter(|layer| layer.is_loaded && Some(layer.version) != version);
-        if let Some(layer) = shown {
-            value["labels"] = json!(layer.labels);
-            value["hem_lines"] = json!(layer.hem_lines);
-        }
-        value
-    }
-
-    /// The garment as it is cut.
-    pub fn cut(&self, name: &str) -> Result<Value, Refusal> {
-        let _work = locked(&self.work);
-        Ok(surface(&self.reader()?.to_paint(name)?.garment)?)
-    }
-
     /// Looks at a layer that was changed otherwise than by a stroke on it.
     pub(super) fn look_again(&self, name: &str) -> Result<(), Refusal> {
         let mut work = locked(&self.work);
@@ -351,5 +241,114 @@ impl Easel {
                 Ok(self.publish_strokes(&work, name, &session)?)
             }
         }
+    }
+}
+
+impl Subject for Easel {
+    fn id(&self) -> String {
+        session_id(&self.dir)
+    }
+
+    fn title(&self) -> String {
+        locked(&self.news).session.clone()
+    }
+
+    fn surface(&self) -> &'static str {
+        "scan"
+    }
+
+    fn changes(&self) -> usize {
+        locked(&self.work).changes
+    }
+
+    /// Cuts it first if its cut is out of date, or if its brush file has strokes that are not
+    /// applied.
+    fn layer(&self, name: &str) -> Result<Value, Refusal> {
+        let _waiting = Waiting::begin(&self.waiting);
+        let mut work = locked(&self.work);
+        let session = self.reader()?;
+        let shown = match (session.has_unapplied_strokes(name)?, session.to_paint(name)) {
+            (false, Ok(shown)) => shown,
+            (_, Err(error)) if !matches!(error, SessionError::NotBuilt { .. }) => return Err(error.into()),
+            _ => {
+                let mut writer = self.writer()?;
+                writer.paint(name, &[], &mut |_| {})?;
+                work.journal = self.journal();
+                writer.session().to_paint(name)?
+            }
+        };
+        self.packed(&mut work, name, &shown)
+    }
+
+    fn cut(&self, name: &str) -> Result<Value, Refusal> {
+        let _work = locked(&self.work);
+        Ok(surface(&self.reader()?.to_paint(name)?.garment)?)
+    }
+
+    fn paint(&self, request: &PaintRequest) -> Result<Value, Refusal> {
+        check_id(&request.id)?;
+        let _waiting = Waiting::begin(&self.waiting);
+        let mut work = locked(&self.work);
+        if work.done.contains(&request.id) {
+            return self.answer(&request.layer, true, Duration::ZERO);
+        }
+        let began = Instant::now();
+        let mut writer = self.writer()?;
+        let name = &request.layer;
+        let moved = |what: String| Err(Refusal::new(409, Kind::Moved, what));
+        let now = match writer.session().scan_name(name) {
+            Err(SessionError::NotBuilt { .. }) => {
+                return moved(format!("the scan of '{name}' was replaced meanwhile: look at the new one"));
+            }
+            now => now?,
+        };
+        if now != request.scan {
+            return moved(format!("the scan of '{name}' was replaced meanwhile: look at the new one"));
+        }
+        if work.loaded.get(name).is_none_or(|loaded| loaded.scan_name != now) {
+            writer.paint(name, &[], &mut |_| {})?;
+            let (loaded, _) = Loaded::pack(&writer.session().to_paint(name)?)?;
+            work.loaded.insert(name.clone(), loaded);
+        }
+        let Some(loaded) = work.loaded.get(name) else { return moved(format!("'{name}' is not shown")) };
+        let strokes = request.strokes(&loaded.scan.world_from_file)?;
+        let painted = writer.paint(name, &strokes, &mut |_| {})?;
+        if !painted.was_there {
+            work.undone.remove(name);
+        }
+        let labels = &painted.recut.labels.labels.0;
+        self.changed(&mut work, name, labels, &painted.recut.garment, &writer)?;
+        self.answer(name, painted.was_there, began.elapsed())
+    }
+
+    fn undo(&self, request: &StepRequest) -> Result<Value, Refusal> {
+        self.step(request, |work, writer| {
+            let painted = writer.take_back(&request.layer, &request.stroke, &mut |_| {})?;
+            work.done.extend(painted.taken.iter().filter_map(|stroke| stroke.id.clone()));
+            work.undone.entry(request.layer.clone()).or_default().push(painted.taken.clone());
+            Ok(painted)
+        })
+    }
+
+    fn redo(&self, request: &StepRequest) -> Result<Value, Refusal> {
+        self.step(request, |work, writer| {
+            let undone = work.undone.entry(request.layer.clone()).or_default();
+            let is_meant = |strokes: &Vec<Stroke>| strokes.first().and_then(|s| s.id.as_ref()) == Some(&request.stroke);
+            let Some(strokes) = undone.last().filter(|strokes| is_meant(strokes)).cloned() else {
+                return Err(Refusal::new(409, Kind::Refused, "there is no such stroke to paint again"));
+            };
+            let painted = writer.paint(&request.layer, &strokes, &mut |_| {})?;
+            undone.pop();
+            work.done.retain(|id| *id != request.stroke);
+            Ok(painted)
+        })
+    }
+
+    fn news(&self, layer: Option<&str>, version: Option<u64>) -> Value {
+        locked(&self.news).value(layer, version)
+    }
+
+    fn watch(&self, ended: &AtomicBool) {
+        self.judge(ended);
     }
 }

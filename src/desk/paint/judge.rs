@@ -20,7 +20,7 @@ const AFTER_CUT: [Stage; 5] = [Stage::Rig, Stage::Stack, Stage::Figure, Stage::P
 
 impl Easel {
     /// Finds verdicts and notices other commands until `ended`.
-    pub fn watch(&self, ended: &AtomicBool) {
+    pub(super) fn judge(&self, ended: &AtomicBool) {
         self.say_verdicts();
         while !ended.load(Ordering::Relaxed) {
             std::thread::sleep(POLL);

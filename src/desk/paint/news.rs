@@ -1,6 +1,10 @@
 //! What all pages are told about the layers.
 
+use super::loaded::{Loaded, hems};
+use crate::cut::Garment;
+use crate::geometry::PerVertex;
 use serde::Serialize;
+use serde_json::{Value, json};
 
 /// A layer, as far as it changes while it is painted.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -50,10 +54,40 @@ impl News {
         self.layers.iter_mut().find(|layer| layer.name == name)
     }
 
+    /// For a page, with the labels of one layer if they have another version than the page has.
+    pub fn value(&mut self, layer: Option<&str>, version: Option<u64>) -> Value {
+        let mut value = json!(*self);
+        let shown =
+            layer.and_then(|name| self.layer(name)).filter(|layer| layer.is_loaded && Some(layer.version) != version);
+        if let Some(layer) = shown {
+            value["labels"] = json!(layer.labels);
+            value["hem_lines"] = json!(layer.hem_lines);
+        }
+        value
+    }
+
     pub fn say(&mut self, note: String) {
         let number = self.note.as_ref().map_or(1, |(number, _)| number + 1);
         self.note = Some((number, note));
     }
+}
+
+/// Notes that a layer has these labels, and this garment in consequence.
+pub(super) fn publish(layer: &mut LayerNews, loaded: &Loaded, labels: &PerVertex<bool>, garment: &Garment) {
+    let (bits, lines) = (loaded.bits(labels), hems(garment));
+    if layer.labels != bits || layer.scan != loaded.scan_name || layer.hem_lines != lines {
+        layer.version += 1;
+    }
+    (layer.labels, layer.hem_lines, layer.is_loaded, layer.problem) = (bits, lines, true, None);
+    layer.scan.clone_from(&loaded.scan_name);
+    (layer.hems, layer.vertices) = (garment.hem_loops.len(), garment.mesh.vertex_count());
+    layer.expected = match (loaded.expected_hems.start(), loaded.expected_hems.end()) {
+        (_, &usize::MAX) => "any number".into(),
+        (least, most) if least == most => least.to_string(),
+        (least, most) => format!("{least} to {most}"),
+    };
+    layer.hems_are_right = loaded.expected_hems.contains(&layer.hems);
+    layer.findings.clone_from(&garment.findings);
 }
 
 /// A sentence without the commands that it names: the page offers what they do. Sentences of `check` have them in parentheses

@@ -1,8 +1,10 @@
 //! The server: who may ask, what is asked, and the answer.
 
-use super::easel::{Easel, locked};
+use super::easel::Easel;
+use super::kind::KindEasel;
 use super::refusal::{Kind, Refusal};
 use super::requests::read;
+use super::subject::Subject;
 use crate::desk::error::DeskError;
 use crate::desk::html::{escaped, one_module};
 use crate::session::Session;
@@ -40,10 +42,10 @@ const MODULES: [&str; 7] = [
 /// Nothing is loaded from elsewhere, and nothing is sent elsewhere.
 const POLICY: &str = "default-src 'none'; connect-src 'self'; img-src data:; script-src 'self'; style-src 'self' 'unsafe-inline'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-/// The server of a page on which a session is painted.
+/// The server of a page on which garments, or a kind of them, are painted.
 pub struct Painting {
     server: Server,
-    easel: Easel,
+    easel: Box<dyn Subject>,
     port: u16,
     token: String,
     layer: Option<String>,
@@ -67,14 +69,25 @@ impl Answer {
 }
 
 impl Painting {
-    /// Opens the session, and a port of this machine: any free one, or that one.
+    /// Opens the session to paint its garments.
     ///
     /// **Errors** if the port is in use, or if there is no such layer.
-    pub fn begin(dir: &Path, layer: Option<&str>, port: Option<u16>) -> Result<Self, DeskError> {
+    pub fn of_layers(dir: &Path, layer: Option<&str>, port: Option<u16>) -> Result<Self, DeskError> {
         if let Some(layer) = layer {
             Session::open(dir)?.painted_strokes(layer)?;
         }
-        let easel = Easel::begin(dir)?;
+        Self::begin(Box::new(Easel::begin(dir)?), layer, port)
+    }
+
+    /// Opens the session to paint the kind of garment `name`, which begins as `kind` is; they may be the same painted kind.
+    ///
+    /// **Errors** if the port is in use, if there is no such kind, or if `name` is a built-in one.
+    pub fn of_kind(dir: &Path, kind: &str, name: &str, port: Option<u16>) -> Result<Self, DeskError> {
+        Self::begin(Box::new(KindEasel::begin(dir, kind, name)?), None, port)
+    }
+
+    /// Opens a port of this machine: any free one, or that one.
+    fn begin(easel: Box<dyn Subject>, layer: Option<&str>, port: Option<u16>) -> Result<Self, DeskError> {
         let port = port.unwrap_or(0);
         let unserved = |reason: String| DeskError::Port { port, reason };
         let server = Server::http(("127.0.0.1", port)).map_err(|e| unserved(e.to_string()))?;
@@ -105,7 +118,7 @@ impl Painting {
             }
             scope.spawn(|| self.easel.watch(ended));
         });
-        locked(&self.easel.work).changes
+        self.easel.changes()
     }
 
     fn respond(&self, mut request: Request) {
@@ -150,8 +163,9 @@ impl Painting {
         match (request.method(), path) {
             (Method::Get, "/") => {
                 self.check_token(value_in(query, "token").as_deref())?;
-                let title = escaped(&locked(&self.easel.news).session);
-                return Ok(Answer::page(200, PAGE.replace("{{ID}}", &self.easel.id()).replace("{{TITLE}}", &title)));
+                // The title last: it may hold anything.
+                let page = PAGE.replace("{{ID}}", &self.easel.id()).replace("{{SURFACE}}", self.easel.surface());
+                return Ok(Answer::page(200, page.replace("{{TITLE}}", &escaped(&self.easel.title()))));
             }
             (Method::Get, "/paint.js") => {
                 let kind = "text/javascript; charset=utf-8";

@@ -1,14 +1,19 @@
 //! Kinds of garment painted on the body (Hu 2017, Fig. 6): written for painting, and added to a session.
 
 use crate::body::{BodyModel, Layer};
+use crate::cut::Garment;
 use crate::formats::{PlyOptions, read_ply, write_ply};
+use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3};
+use crate::scan::Scan;
 use crate::segment::{GarmentTemplate, LabelledSurface, PaintedRegion, SegmentError};
 use crate::session::error::SessionError;
 use crate::session::open::{Session, Writer, read_body_model, source, templates};
 use crate::session::recipe::PaintedKind;
-use crate::session::results::{Content, Outputs};
+use crate::session::results::{Content, Outputs, ToPaint};
+use crate::session::store::ContentHash;
 use serde::Serialize;
 use std::path::Path;
+use std::sync::Arc;
 
 /// A painted kind that was added.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -53,7 +58,83 @@ pub fn write_template_to_paint(
     Ok(mesh.points.len())
 }
 
+impl Session {
+    /// A kind as a page shows it to be painted: the body in its bind pose instead of a scan, the covered vertices instead of
+    /// labels, the covered part instead of a garment.
+    ///
+    /// **Frame** the body model's: metres, Y up, facing +Z.
+    ///
+    /// **Errors** if there is no such kind, or if it is one that nobody paints.
+    pub fn kind_to_paint(&self, kind: &str) -> Result<ToPaint, SessionError> {
+        let template = self.recipe.template(kind).map_err(|e| wrong(&e))?;
+        if template.grows {
+            return Err(SessionError::BadRequest {
+                what: format!("'{}' grows on the body, so its region is found, not painted", template.name),
+                hint: "paint a kind that is worn, such as hat".into(),
+            });
+        }
+        let model = self.body_model()?;
+        let body = bind_pose(&model);
+        let covered = template.prior(&body, &model.skeleton, &Default::default()).map_err(|e| wrong(&e))?;
+        Ok(ToPaint {
+            scan_name: ContentHash::of(format!("{:?}", body.mesh.points()).as_bytes()).short().to_string(),
+            garment: covered_part(&body.mesh, &covered),
+            labels: covered,
+            others: Vec::new(),
+            expected_hems: template.expected_loops(),
+            inside: Vec::new(),
+            middle: Point::origin(),
+            facing: Vec3::z(),
+            scan: Arc::new(Scan::from_clean_mesh(body.mesh, None)),
+        })
+    }
+
+    /// The hash of a painted kind's file; `None` if there is no painted kind of that name.
+    pub fn kind_hash(&self, name: &str) -> Option<ContentHash> {
+        self.recipe.templates.iter().find(|kind| kind.name == name)?.hash
+    }
+
+    /// The steps that are of that kind.
+    pub fn steps_of_kind(&self, name: &str) -> Vec<String> {
+        let steps = self.recipe.steps.iter().filter(|step| step.template.as_deref() == Some(name));
+        steps.map(|step| step.name.clone()).collect()
+    }
+
+    /// Checks that a kind of that name can be painted: it is not built in, and it can be the name of a file.
+    pub fn check_kind_name(&self, name: &str) -> Result<(), SessionError> {
+        self.recipe.check_kind_name(name)
+    }
+}
+
+/// The part of a body that a kind covers, as a garment that lies on it.
+pub fn covered_part(body: &TriMesh, covered: &PerVertex<bool>) -> Garment {
+    let keep = body.faces().iter().map(|face| face.iter().all(|&v| covered[v])).collect();
+    let (mesh, _) = body.part(&keep);
+    let mut hem_loops = Adjacency::prepare(&mesh).boundary_loops();
+    hem_loops.sort_by_key(|hem| std::cmp::Reverse(hem.len()));
+    Garment { is_seen: PerVertex::filled(true, mesh.vertex_count()), mesh, hem_loops, ..Garment::absent() }
+}
+
 impl Writer {
+    /// Makes the covered vertices of the body model the region of a painted kind, which is added, or replaced. Everything else
+    /// is taken from the kind `like`, which may be the painted kind itself.
+    ///
+    /// **Shapes** `covered`: one entry per vertex of the body model.
+    ///
+    /// **Errors** for a built-in name, nothing covered, everything covered. On an error the session is unchanged.
+    pub fn paint_template(
+        &mut self,
+        name: &str,
+        like: &str,
+        covered: &PerVertex<bool>,
+    ) -> Result<TemplateReport, SessionError> {
+        self.session.check_kind_name(name)?;
+        let like = self.session.recipe.template(like).map_err(|e| wrong(&e))?;
+        let body = self.session.body_model()?.template;
+        let region = PaintedRegion::try_new(covered.clone(), &body).map_err(|e| wrong(&e))?;
+        self.keep_kind(name, &like, region, &format!("template {name} painted"))
+    }
+
     /// Adds a kind of garment whose region is red on a painted body, or replaces the painted kind of that name. Everything
     /// else is taken from the kind `like`; by default from the kind that is replaced, or from the built-in kind whose region
     /// overlaps most.
@@ -82,8 +163,21 @@ impl Writer {
             Some(like) => like,
             None => GarmentTemplate::most_similar(&region, &body, &model.skeleton).map_err(bad)?,
         };
-        let (covered_vertices, vertices) = (region.covered_count(), body.mesh.vertex_count());
-        let text = GarmentTemplate::painted(name, &like, region).to_text().map_err(bad)?;
+        let file = file.file_name().unwrap_or_default().to_string_lossy();
+        self.keep_kind(name, &like, region, &format!("template {name} {file}"))
+    }
+
+    /// Saves a painted kind, as one change of the session.
+    fn keep_kind(
+        &mut self,
+        name: &str,
+        like: &GarmentTemplate,
+        region: PaintedRegion,
+        change: &str,
+    ) -> Result<TemplateReport, SessionError> {
+        let replaced = self.session.recipe.painted(name).is_some();
+        let (covered_vertices, vertices) = (region.covered_count(), region.vertex_count());
+        let text = GarmentTemplate::painted(name, like, region).to_text().map_err(|e| wrong(&e))?;
         let bytes = format!("{HEADER}{text}").into_bytes();
         let template = templates::loaded(name, &bytes).map_err(|reason| SessionError::Encoding { reason })?;
         let kind = PaintedKind { name: name.into(), hash: Some(self.session.store.keep_bytes(&bytes)?), template };
@@ -95,11 +189,9 @@ impl Writer {
             None => recipe.templates.push(kind),
         }
         recipe.link_templates();
-        let steps = recipe.steps.iter().filter(|step| step.template.as_deref() == Some(name));
-        let used_by = steps.map(|step| step.name.clone()).collect();
-        let file = file.file_name().unwrap_or_default().to_string_lossy();
-        self.save(&format!("template {name} {file}"))?;
-        Ok(TemplateReport { name: name.into(), like: like.name, covered_vertices, vertices, replaced, used_by })
+        let used_by = self.session.steps_of_kind(name);
+        self.save(change)?;
+        Ok(TemplateReport { name: name.into(), like: like.name.clone(), covered_vertices, vertices, replaced, used_by })
     }
 }
 
