@@ -24,9 +24,9 @@ pub fn read_stl(input: impl Read) -> Result<RawMesh, FormatError> {
     let is_text = text.trim_ascii_start().starts_with(b"solid") && !bytes[..bytes.len().min(512)].contains(&0);
     match is_text && !fits_binary {
         true => read_ascii(text),
-        false if fits_binary => read_binary(&bytes, stated),
+        false if fits_binary => read_binary(&bytes),
         // A text of two bytes per letter has zeros, as binary files do.
-        false => plain_text(Format::Stl, &bytes).and_then(|bytes| read_binary(bytes, stated)),
+        false => plain_text(Format::Stl, &bytes).and_then(read_binary),
     }
 }
 
@@ -40,8 +40,8 @@ fn stated_facets(bytes: &[u8]) -> Option<usize> {
     Some(u32::from_le_bytes(count) as usize)
 }
 
-fn read_binary(bytes: &[u8], stated: Option<usize>) -> Result<RawMesh, FormatError> {
-    let Some(count) = stated else {
+fn read_binary(bytes: &[u8]) -> Result<RawMesh, FormatError> {
+    let Some(count) = stated_facets(bytes) else {
         let found = format!("{}, {} bytes in all", beginning(bytes), bytes.len());
         return Err(FormatError::NotThisFormat { format: Format::Stl, found });
     };
