@@ -2,7 +2,7 @@
 //! themselves, by `painted/make.sh`.
 
 use crate::common::{built_quick_session, overcoat, overcoat_ok, quick_session};
-use overcoat::formats::{PlyOptions, RawMesh, read_ply, read_rgba_png, write_ply};
+use overcoat::formats::{NpyArray, PlyOptions, RawMesh, read_npy, read_ply, read_rgba_png, write_npy, write_ply};
 use overcoat::geometry::{Point, TriMesh};
 use overcoat::scan::{FileFrame, Scan};
 use overcoat::segment::{LabelledSurface, Labels, Marks};
@@ -168,4 +168,51 @@ fn a_picture_for_a_scan_without_texture_coordinates_is_refused_and_not_written()
     let says = "1-tshirt.ply': the scan has no texture coordinates, so a picture cannot be placed on it";
     assert!(answer.stderr.contains(says) && answer.stderr.lines().count() == 2, "{answer:?}");
     assert!(!session.join("found.png").exists());
+}
+
+#[test]
+fn labels_are_a_truth_too_also_those_of_several_classes() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = built_quick_session(dir.path(), "alice");
+    let path = session.join("true.npy");
+    let write =
+        |numbers: Vec<i32>| write_npy(&NpyArray::vector(numbers), std::fs::File::create(&path).unwrap()).unwrap();
+    overcoat_ok(&session, &["mask", "tshirt", "--template", "found.npy"]);
+    let found = read_npy(std::fs::read(session.join("found.npy")).unwrap().as_slice()).unwrap();
+    let found: Vec<i32> = found.to_f64("labels").unwrap().into_iter().map(|label| label as i32).collect();
+    let measured = |classes: &[&str]| {
+        let args = [&["measure", "--labels", "true.npy", "--layer", "tshirt", "--json"], classes].concat();
+        overcoat_ok(&session, &args).json()
+    };
+    write(found.clone());
+    let same = measured(&[]);
+    assert_eq!(["iou", "precision", "recall"].map(|name| same[name].as_f64().unwrap()), [1.0; 3]);
+    assert_eq!(same["vertices"], found.len());
+
+    // Class 3 is the garment, 7 all else; a quarter of the garment is said to be something else, 100 vertices have no label.
+    let garment: Vec<usize> = (0..found.len()).filter(|&v| found[v] == 1).collect();
+    let mut classes: Vec<i32> = found.iter().map(|&label| if label == 1 { 3 } else { 7 }).collect();
+    garment.iter().step_by(4).for_each(|&v| classes[v] = 5);
+    garment.iter().skip(1).step_by(4).take(100).for_each(|&v| classes[v] = -1);
+    write(classes);
+    let differs = measured(&["--class", "3"]);
+    let (other, left) = (garment.len().div_ceil(4), garment.len() - 100);
+    let share = (left - other) as f64 / left as f64;
+    assert!((differs["iou"].as_f64().unwrap() - share).abs() < 1e-12, "{differs} {share}");
+    assert_eq!((&differs["precision"], &differs["recall"]), (&differs["iou"], &1.0.into()));
+    assert_eq!(differs["vertices"], found.len() - 100);
+    let both = measured(&["--class", "3,5"]);
+    assert_eq!(both["iou"], 1.0);
+
+    for (args, says) in [
+        (&["measure", "--labels", "true.npy", "--layer", "tshirt", "--class", "4"][..], "has the class 4"),
+        (&["measure", "--labels", "true.npy", "--layer", "tshirt"], "label"),
+        (&["measure", "--labels", "true.npy"], "--layer"),
+        (&["measure", "--labels", "true.npy", "--layer", "coat"], "there is no step 'coat'"),
+        (&["measure", "--labels", "true.npy", "--layer", "body"], "body"),
+        (&["measure"], "--truth"),
+    ] {
+        let answer = overcoat(&session, args);
+        assert!(matches!(answer.code, 1 | 2) && answer.stderr.contains(says), "{args:?} {answer:?}");
+    }
 }

@@ -43,8 +43,9 @@ pub use recipe::{
     StepPlace, StepRecipe, WEIGHT, check_mask_name, parameters_of,
 };
 pub use results::{
-    AnimationStatus, ClipFrame, Content, ExportRequest, ExportStep, Exported, NewFolder, Outputs, ShowIn, Shown,
-    ShownStep, SizedFile, StepStatus, SubjectOrigin, ToPaint, TriedSizes, TriedSteps, TruthReport, girth_notes,
+    AnimationStatus, ClipFrame, Content, ExportRequest, ExportStep, Exported, LabelMeasures, NewFolder, Outputs,
+    ShowIn, Shown, ShownStep, SizedFile, StepStatus, SubjectOrigin, ToPaint, TriedSizes, TriedSteps, TruthReport,
+    girth_notes,
 };
 pub use results::{DriveView, LiveView, StreamedOutput};
 pub use results::{Faces, Film, SequenceKind, SequenceRequest, TextureSize, Textures};

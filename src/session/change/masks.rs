@@ -1,7 +1,7 @@
 //! Masks, that is labels given by hand: add, list, remove, and export for painting.
 
 use crate::formats::{NpyArray, PlyOptions, write_npy, write_ply};
-use crate::geometry::Adjacency;
+use crate::geometry::{Adjacency, PerVertex};
 use crate::scan::Scan;
 use crate::segment::{LabelledSurface, Labels, Marks};
 use crate::session::error::SessionError;
@@ -86,6 +86,14 @@ pub(in crate::session) struct NewMask {
     path: String,
     /// Its index among the masks if it is one already.
     at: Option<usize>,
+}
+
+/// A mask file that was read and applied to its scan.
+struct ReadMask {
+    mask: MaskFile,
+    kept_scan: Kept<Scan>,
+    scan: Arc<Scan>,
+    marks: Marks,
 }
 
 impl NewMask {
@@ -311,15 +319,9 @@ impl Session {
         classes: &[i64],
     ) -> Result<NewMask, SessionError> {
         let step = self.garment_step(layer)?.clone();
-        let mask = match classes {
-            [] => MaskFile::read(file, &bytes)?,
-            classes => MaskFile::read_classes(file, &bytes, classes)?,
-        };
         let at = step.masks.iter().position(|m| m.edited() == path);
         let layer_before = at.and_then(|at| step.masks[at].layer.as_deref());
-        let (kept_scan, scan) = self.scan_of(&step)?;
-        let of = FileInput::of(self, &step.source());
-        let marks = MaskInput::new(file, layer, layer_before).marks(&mask, &self.store, &of, kept_scan, &scan)?;
+        let ReadMask { mask, kept_scan, scan, marks } = self.read_mask(&step, file, &bytes, classes, layer_before)?;
         let (marks, content) = match &mask {
             // The file alone does not tell which class is the garment's.
             _ if !classes.is_empty() => (marks, MaskContent::Marks),
@@ -341,6 +343,38 @@ impl Session {
             _ => (marks, MaskContent::Marks),
         };
         Ok(NewMask { step, bytes, mask, kept_scan, scan, marks, content, path, at })
+    }
+
+    /// The marks of a mask file on the scan of a step; `layer_before` is the name that the layer had when they were painted.
+    fn read_mask(
+        &self,
+        step: &StepRecipe,
+        file: &Path,
+        bytes: &[u8],
+        classes: &[i64],
+        layer_before: Option<&str>,
+    ) -> Result<ReadMask, SessionError> {
+        let mask = match classes {
+            [] => MaskFile::read(file, bytes)?,
+            classes => MaskFile::read_classes(file, bytes, classes)?,
+        };
+        let (kept_scan, scan) = self.scan_of(step)?;
+        let of = FileInput::of(self, &step.source());
+        let marks = MaskInput::new(file, &step.name, layer_before).marks(&mask, &self.store, &of, kept_scan, &scan)?;
+        Ok(ReadMask { mask, kept_scan, scan, marks })
+    }
+
+    /// Everything that a mask file says of the scan of a layer.
+    ///
+    /// **Shapes** one label per vertex of the scan; `None` where the file has none.
+    pub(in crate::session) fn labels_in(
+        &self,
+        layer: &str,
+        file: &Path,
+        classes: &[i64],
+    ) -> Result<PerVertex<Option<bool>>, SessionError> {
+        let step = self.garment_step(layer)?;
+        Ok(self.read_mask(step, file, &source::read(file)?, classes, None)?.marks.labels)
     }
 
     /// The labels of a garment when it was last built, with the masks before number `at`, or all masks; `None` if it was

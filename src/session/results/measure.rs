@@ -13,6 +13,7 @@ use crate::session::error::SessionError;
 use crate::session::open::{Session, source};
 use crate::session::recipe::{GarmentSpec, StepRecipe, garment_spec};
 use crate::session::stage::Stage;
+use serde::Serialize;
 use std::path::Path;
 
 /// Poses in which cloth must not tear.
@@ -33,7 +34,48 @@ pub enum SubjectOrigin {
     Foreign,
 }
 
+/// A garment's labels beside true ones, on the vertices of its scan that have a true one.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LabelMeasures {
+    /// Vertices with a true label.
+    pub vertices: usize,
+    /// Vertices that are the garment by both, over those that are by either.
+    pub iou: f64,
+    /// Share of the garment's vertices that truly are.
+    pub precision: f64,
+    /// Share of the true garment's vertices that were found.
+    pub recall: f64,
+}
+
 impl Session {
+    /// Compares a garment's labels, as they are built, with true ones: a file as a mask may be. Of labels of several classes,
+    /// `classes` are the garment's.
+    ///
+    /// **Errors** if the garment is not built, or if the file labels no vertex of its scan as the garment.
+    pub fn measure_labels(&self, layer: &str, file: &Path, classes: &[i64]) -> Result<LabelMeasures, SessionError> {
+        let truth = self.labels_in(layer, file, classes)?;
+        let steps = self.posed_steps(Some(layer))?;
+        let Some(labels) = steps.last().and_then(|posed| posed.labels.as_ref()) else {
+            return Err(SessionError::MaskOnBody);
+        };
+        let mut counts = [[0_usize; 2]; 2];
+        for (found, truth) in labels.0.iter().zip(truth.iter()) {
+            if let Some(truth) = truth {
+                counts[usize::from(*found)][usize::from(*truth)] += 1;
+            }
+        }
+        let [[_, missed], [wrong, both]] = counts;
+        if missed + both == 0 {
+            return Err(SessionError::BadRequest {
+                what: format!("'{}' labels no vertex of the scan as '{layer}'", file.display()),
+                hint: "name the garment's class with --class".into(),
+            });
+        }
+        let share = |of: usize| if of == 0 { 0.0 } else { both as f64 / of as f64 };
+        let (iou, precision, recall) = (share(both + missed + wrong), share(both + wrong), share(both + missed));
+        Ok(LabelMeasures { vertices: counts.iter().flatten().sum(), iou, precision, recall })
+    }
+
     /// Measures all steps against the truth in `folder`: `K_body.ply`, `K_layerJ.ply`, `joints.json` and, if present,
     /// `bind_*.ply`, in the frame and unit of the scans' files. A scan fused from frames has a frame of its own: its
     /// truth, Y up and in metres, is first aligned with the scan.

@@ -22,7 +22,7 @@ mod tried_sizes;
 
 pub use animation::{AnimationStatus, Film, SequenceKind, SequenceRequest};
 pub use export_request::{ExportRequest, ExportStep, Exported, Faces, Textures};
-pub use measure::{SubjectOrigin, TruthReport};
+pub use measure::{LabelMeasures, SubjectOrigin, TruthReport};
 pub use outputs::{Content, NewFolder, Outputs, StreamedOutput};
 pub use pictures::{ClipFrame, TriedSteps, girth_notes};
 pub(in crate::session) use recordings::{AnimationRecording, FitRecording, ScanRecording};
