@@ -130,9 +130,9 @@ check-godot FOLDER:
 realism:
     cargo test --release --no-default-features --test integration -- realism:: --nocapture
 
-# A session killed 300 times at random moments: it opens each time and ends with the bytes of a session never killed
+# A session killed 1000 times at random moments: it opens each time and ends with the bytes of a session never killed
 kills:
-    cargo test --release --no-default-features --test integration -- --ignored --nocapture three_hundred_kills
+    cargo test --release --no-default-features --test integration -- --ignored --nocapture a_thousand_kills
 
 # A disk that is full at every moment of the work; mounts a small one, so it needs root
 disk-full:
