@@ -36,6 +36,7 @@ LONGER = {"trousers": 1.02, "tshirt": 1.02, "skirt": 1.0}  # cloth along the bod
 FOREIGN, TAU = os.environ.get("OVERCOAT_FOREIGN"), 2 * np.pi
 STEP = 0.005  # metres between levels that are searched
 TIGHT, FITS, SLIDES = "too tight", "fits", "slides down"
+TAPES = ["chest", "waist", "hip", "thigh"]  # where printed ease is compared; a band is printed where it rests
 VERDICTS = {"too_tight": TIGHT, "stretched": TIGHT, "slides_down": SLIDES, "fits": FITS}
 
 
@@ -193,7 +194,7 @@ def try_on(program, folder, person, body, garments):
         eases = ", ".join(f"{name} {cm(printed, name)} / {cm(true, name)}" for name in {**true, **printed})
         text = one["verdict_text"] + (" !" if verdict != truth else "")
         print(f"| {kind}, {fabric} | {person} | {size} | {eases} | {truth} | {100 * margin:.1f} | {text} |", flush=True)
-        off = [printed[name] - true[name] for name in printed if name in true and truth == FITS]
+        off = [printed[name] - true[name] for name in TAPES if name in printed and name in true and truth == FITS]
         tried.append((truth, verdict, off))
     return tried
 

@@ -2,7 +2,7 @@
 
 use super::doubts::Doubt;
 use crate::segment::Fabric;
-use crate::tryon::EaseGirth;
+use crate::tryon::{BAND, EaseGirth};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -17,8 +17,6 @@ const STRETCHY: f64 = 400.0;
 /// Relative length of edges, 95th percentile, above which a garment is too small. Of five garments on a man and a woman, those that
 /// fit have 1.06 to 1.12; a T-shirt of a smaller man has 1.32.
 const STRETCHED: f64 = 1.15;
-/// A garment that falls by more, on average of its vertices, in metres, does not stay where it is worn.
-const SLIDES: f64 = 0.12;
 
 /// Whether a garment has the size of the person who wears it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -47,23 +45,25 @@ pub enum SizeVerdict {
 
 impl SizeVerdict {
     /// Of a garment that was simulated until it rests: its rings as they are then, the 95th percentile of the relative lengths of its
-    /// edges where it is known, how far it fell, in metres, and its fabric.
-    pub fn of(girths: &[EaseGirth], edges_p95: Option<f64>, fell: f64, fabric: &Fabric) -> Self {
+    /// edges where it is known, how far it fell, in metres, if it did not stay where it is worn, and its fabric.
+    pub fn of(girths: &[EaseGirth], edges_p95: Option<f64>, slid: Option<f64>, fabric: &Fabric) -> Self {
         let allowed = if fabric.stretch[0] < STRETCHY { KNIT } else { WEAVE };
         let too_short = |girth: &EaseGirth| girth.own * (girth.strain() - allowed);
-        let tightest = girths.iter().max_by(|a, b| too_short(a).total_cmp(&too_short(b)));
+        // A band that has slid over the seat is around the thighs, of which it says nothing.
+        let counts = |girth: &&EaseGirth| slid.is_none() || girth.name != BAND;
+        let tightest = girths.iter().filter(counts).max_by(|a, b| too_short(a).total_cmp(&too_short(b)));
         match tightest.filter(|girth| too_short(girth) > 0.0) {
             Some(girth) => Self::TooTight { at: girth.name.clone(), by: girth.own * girth.strain() },
             None => match edges_p95.filter(|length| *length > STRETCHED) {
                 Some(length) => Self::Stretched { by: length - 1.0 },
-                None => Self::of_fall(fell),
+                None => Self::of_slide(slid),
             },
         }
     }
 
-    /// Of a garment of which only is known how far it fell until it rested, in metres.
-    pub fn of_fall(fell: f64) -> Self {
-        if fell > SLIDES { Self::SlidesDown { by: fell } } else { Self::Fits }
+    /// Of a garment of which only is known how far it fell, in metres, if it did not stay where it is worn.
+    pub fn of_slide(slid: Option<f64>) -> Self {
+        slid.map_or(Self::Fits, |by| Self::SlidesDown { by })
     }
 }
 
@@ -105,16 +105,19 @@ mod tests {
     fn the_tightest_ring_decides_and_knits_may_stretch() {
         let [denim, jersey] = ["denim", "jersey"].map(|name| Fabric::named(name).unwrap());
         let rings = [ring("waist", 0.80, 0.80, 0.01), ring("hip", 0.95, 0.98, 0.0)];
-        let tight = SizeVerdict::of(&rings, None, 0.0, denim);
+        let tight = SizeVerdict::of(&rings, None, None, denim);
         assert_eq!(tight.to_string(), "it is 3 cm too tight at the hip");
         assert!(tight.doubt().unwrap().remedy.contains("larger"));
-        assert_eq!(SizeVerdict::of(&rings, Some(1.1), 0.0, jersey), SizeVerdict::Fits);
+        assert_eq!(SizeVerdict::of(&rings, Some(1.1), None, jersey), SizeVerdict::Fits);
         assert_eq!(SizeVerdict::Fits.doubt(), None);
         // Skin that gives way hides how tight it is.
         let pressed = [ring("thigh", 0.50, 0.50, -0.01)];
-        assert_eq!(SizeVerdict::of(&pressed, None, 0.0, denim).to_string(), "it is 6 cm too tight at the thigh");
-        assert_eq!(SizeVerdict::of(&rings[..1], None, 0.23, denim).to_string(), "it slides down by 23 cm");
-        let stretched = SizeVerdict::of(&[], Some(1.3), 0.23, jersey);
+        assert_eq!(SizeVerdict::of(&pressed, None, None, denim).to_string(), "it is 6 cm too tight at the thigh");
+        assert_eq!(SizeVerdict::of(&rings[..1], None, Some(0.23), denim).to_string(), "it slides down by 23 cm");
+        let band = [ring("band", 1.03, 1.06, 0.0)];
+        assert_eq!(SizeVerdict::of(&band, None, Some(0.2), denim).to_string(), "it slides down by 20 cm");
+        assert_eq!(SizeVerdict::of(&band, None, None, denim).to_string(), "it is 3 cm too tight at the band");
+        let stretched = SizeVerdict::of(&[], Some(1.3), Some(0.23), jersey);
         assert_eq!(stretched.to_string(), "its cloth is stretched by 30 %");
     }
 }

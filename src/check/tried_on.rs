@@ -24,7 +24,7 @@ impl TriedOn {
         let is_same = worn.vertex_count() == own.vertex_count();
         let stretch = is_same.then(|| edge_length_p95(own, worn));
         // How far it fell is known before it is stacked: see [`doubts_of_putting_on`].
-        let size = SizeVerdict::of(girths, stretch, 0.0, fabric);
+        let size = SizeVerdict::of(girths, stretch, None, fabric);
         Self { stretch, size, is_whole: worn.faces() == own.faces() }
     }
 
@@ -38,10 +38,10 @@ impl TriedOn {
     }
 }
 
-/// What is in doubt of how a garment was put on: `thickness` is the share of itself as which the figure stood free in it, `fell` how
-/// far the garment fell until it was at rest, in metres.
-pub fn doubts_of_putting_on(thickness: Option<f64>, fell: f64) -> Vec<Doubt> {
-    let slides = SizeVerdict::of_fall(fell).doubt();
+/// What is in doubt of how a garment was put on: `thickness` is the share of itself as which the figure stood free in it, `slid` how
+/// far the garment fell, in metres, if it did not stay where it is worn.
+pub fn doubts_of_putting_on(thickness: Option<f64>, slid: Option<f64>) -> Vec<Doubt> {
+    let slides = SizeVerdict::of_slide(slid).doubt();
     let crosses = thickness.is_none().then(|| Doubt {
         what: "the garment's limbs are not where the figure's can go, so they may cross".into(),
         remedy: "look at it (`view --sheet sheet.png`); give --template if its kind was not recognised".into(),
@@ -66,9 +66,9 @@ mod tests {
         assert_eq!(of(&own, &own).doubts(), []);
         let tight = of(&own, &wide).doubts();
         assert!(tight.len() == 1 && tight[0].what.contains("30 %"), "{tight:?}");
-        assert_eq!(doubts_of_putting_on(Some(0.6), 0.02), []);
-        assert!(doubts_of_putting_on(Some(1.0), 0.3)[0].what.contains("30 cm"));
-        assert!(doubts_of_putting_on(None, 0.0)[0].what.contains("limbs"));
+        assert_eq!(doubts_of_putting_on(Some(0.6), None), []);
+        assert!(doubts_of_putting_on(Some(1.0), Some(0.3))[0].what.contains("30 cm"));
+        assert!(doubts_of_putting_on(None, None)[0].what.contains("limbs"));
         let other = own.with_faces(vec![own.faces().as_slice()[0]]);
         assert!(of(&own, &other).doubts()[0].what.contains("replaced"));
     }

@@ -6,7 +6,7 @@ use super::error::ClothError;
 use super::layer::ClothLayer;
 use super::skin_step::{GRAVITY, SkinStep};
 use super::springs::springs_of;
-use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
+use crate::geometry::{PerVertex, Point, TriMesh, Vec3, VertexId};
 
 /// Iterations of the constraints per step: nothing but them holds the cloth against its weight.
 const ITERATIONS: usize = 24;
@@ -29,7 +29,16 @@ pub struct BodyStep {
     pub damping: f64,
     /// Whether cloth cannot slide on what pushes it; otherwise its fabric's friction holds it.
     pub is_sticky: bool,
+    /// The mean height at which the band is held, before it is moved along; `None` lets go of it.
+    pub band_at: Option<f64>,
 }
+
+/// Share of a band's way to where it is held that it would go in a step if nothing resisted, and the longest way that counts,
+/// metres.
+const PULL: f64 = 0.2;
+const FARTHEST_PULL: f64 = 0.02;
+/// A band that is held is as heavy as this many such rings: it bears the garment, which has a few hundred.
+const HEAVIER: f64 = 20.0;
 
 /// Cloth after the body moved in it.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,7 +53,8 @@ pub struct PutOn {
 
 /// Takes cloth through the steps of a body.
 ///
-/// **Shapes** `solids`: the body, and what it wears, at the start; `steps` give their places from then on.
+/// **Shapes** `solids`: the body, and what it wears, at the start; `steps` give their places from then on; `band`: the vertices of
+/// the cloth that steps may hold.
 ///
 /// **Errors** a fabric that cannot be.
 ///
@@ -53,6 +63,7 @@ pub struct PutOn {
 pub fn put_on(
     cloth: &ClothLayer,
     start: &PerVertex<Point>,
+    band: &[VertexId],
     solids: &[TriMesh],
     steps: impl Iterator<Item = BodyStep>,
 ) -> Result<PutOn, ClothError> {
@@ -76,20 +87,41 @@ pub fn put_on(
         (cloth.fabric.friction, ITERATIONS),
         BODY_SHARE,
     );
+    let mean_height =
+        |of: &dyn Fn(usize) -> f64| band.iter().map(|v| of(v.index())).sum::<f64>() / band.len().max(1) as f64;
+    let (began_at, mut moved_along) = (mean_height(&|v| start.0[v].y), 0.0);
+    let own_inverse_mass: Vec<f64> = band.iter().map(|v| solver.inverse_mass[body + v.index()]).collect();
     let mut before = solver.at.clone();
     let mut carried = vec![Vec3::zeros(); count];
-    for BodyStep { solids, along, gravity, secs, damping, is_sticky } in steps {
+    let mut along_before: Option<Vec<Vec3>> = None;
+    for BodyStep { solids, along, gravity, secs, damping, is_sticky, band_at } in steps {
         solver.damping = damping;
         solver.friction = if is_sticky { STICKY } else { cloth.fabric.friction };
         solver.set_step(secs);
         carried.fill(Vec3::new(0.0, -GRAVITY * (1.0 - gravity), 0.0));
         let mut places = before.clone();
         places[..body].copy_from_slice(&solids);
+        // Cloth takes no momentum from what it is moved along with: in a step of a hundredth of the way to another pose it moves at
+        // a metre per second, and would fly on.
+        for (v, velocity) in solver.velocity[body..].iter_mut().enumerate() {
+            let by = |along: &Option<Vec<Vec3>>| along.as_ref().map_or(Vec3::zeros(), |along| along[v]);
+            *velocity += (by(&along) - by(&along_before)) / secs;
+        }
         for (place, by) in places[body..].iter_mut().zip(along.iter().flatten()) {
             *place += by;
         }
+        moved_along += along.as_ref().map_or(0.0, |along| mean_height(&|v| along[v].y));
+        for (&v, own) in band.iter().zip(&own_inverse_mass) {
+            let at = body + v.index();
+            solver.inverse_mass[at] = if band_at.is_some() { own / HEAVIER } else { *own };
+            if let Some(height) = band_at {
+                let way = start[v].y + height + moved_along - began_at - solver.at[at].y;
+                carried[at].y = -GRAVITY - PULL * way.clamp(-FARTHEST_PULL, FARTHEST_PULL) / (secs * secs);
+            }
+        }
         solver.step(&SkinStep { before: &before, places: &places, carried: &carried, secs });
         before = places;
+        along_before = along;
     }
     let gave_way = solver.at[..body].iter().zip(&before).map(|(at, place)| (at - place).norm()).fold(0.0, f64::max);
     Ok(PutOn { cloth: solver.at.split_off(body).into(), gave_way, stopped_steps: solver.stopped_steps })
@@ -132,8 +164,9 @@ mod tests {
             secs: 1.0 / 90.0,
             damping: 20.0,
             is_sticky: true,
+            band_at: None,
         });
-        let worn = put_on(&cloth, band.points(), &[scaled(0.03)], steps).unwrap();
+        let worn = put_on(&cloth, band.points(), &[], &[scaled(0.03)], steps).unwrap();
         let at = band.with_points(worn.cloth.0.clone());
         assert!(intersecting_pairs(&at, &scaled(0.12 - worn.gave_way)).is_empty());
         let radii: Vec<f64> = at.points().iter().map(|p| p.x.hypot(p.z)).collect();

@@ -1,9 +1,14 @@
 //! Ease: the air between a garment and the skin, the stretch of its cloth, and how it fits at the measures of a tailor.
 
+use super::recognize::recognize;
+use super::rims::rims_of;
 use super::tape_ring::TapeRing;
-use crate::body::{Figure, SkinWeights, TapeLine, tape_lines};
+use crate::body::{Figure, SkinWeights, TapeLine, tape_lines, trunk_girths};
 use crate::geometry::{PerVertex, SurfaceIndex, TriMesh};
 use serde::{Deserialize, Serialize};
+
+/// The name of the band in [`Ease::girths`].
+pub const BAND: &str = "band";
 
 /// How a garment sits on a body in the bind pose.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +30,7 @@ pub struct Ease {
 /// The ease at a tape line.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EaseGirth {
-    /// `chest`, `waist`, `hip`, `thigh`, `upper arm`.
+    /// `chest`, `waist`, `hip`, `thigh`, `upper arm`; `band` for the upper rim of what hangs from the waist, where it rests.
     pub name: String,
     /// The body's girth there, metres.
     pub body: f64,
@@ -65,12 +70,37 @@ impl Ease {
             let (name, body) = (line.name.to_string(), line.girth);
             Some(EaseGirth { name, body, worn: ring.worn, own: ring.own, gap: ring.gap() })
         };
-        let girths = tape_lines(&body.mesh, &body.weights, &figure.skeleton).iter().filter_map(girth_at).collect();
+        let lines = tape_lines(&body.mesh, &body.weights, &figure.skeleton);
+        let band = own.and_then(|own| band(worn, own, figure, &gap));
+        let girths = lines.iter().filter_map(girth_at).chain(band).collect();
         let heights = || worn.points().iter().map(|p| p.y);
         let length = heights().fold(f64::MIN, f64::max) - heights().fold(f64::MAX, f64::min);
         let stretch = own.map_or(PerVertex::filled(1.0, worn.vertex_count()), |own| stretch(own, worn));
         Self { gap, stretch, girths, length }
     }
+}
+
+/// The ease of the band of a garment that has one, where it rests. `None` also where there is no trunk.
+///
+/// Its length as worn is the body's girth there, or its own if that is greater: the weight of the cloth below draws the simulated ring
+/// into waves, which are 2 to 4 % longer (trousers and skirts of the person for whom they were cut).
+fn band(worn: &TriMesh, own: &TriMesh, figure: &Figure, gap: &PerVertex<f64>) -> Option<EaseGirth> {
+    let openings = recognize(own, &rims_of(own), Some(1.0)).ok()?.openings;
+    let ring = openings.band();
+    let count = ring.len().max(1) as f64;
+    let after = ring.iter().cycle().skip(1);
+    let length: f64 = ring.iter().zip(after).map(|(&a, &b)| (own.points()[b] - own.points()[a]).norm()).sum();
+    let level = ring.iter().map(|&v| worn.points()[v].y).sum::<f64>() / count;
+    let body = figure.body();
+    let girth = trunk_girths(&body.mesh, &body.weights, &figure.skeleton, &[level])[0]?;
+    let gap = ring.iter().map(|&v| gap[v]).sum::<f64>() / count;
+    (!ring.is_empty()).then(|| EaseGirth {
+        name: BAND.into(),
+        body: girth,
+        worn: girth.max(length),
+        own: length,
+        gap: gap.max(0.0),
+    })
 }
 
 /// The greatest principal stretch of the faces around each vertex, their mean by area.

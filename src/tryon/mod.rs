@@ -16,7 +16,7 @@ mod thin;
 mod upright;
 
 pub use dress::{Worn, at_rest, edge_length_p95};
-pub use ease::{Ease, EaseGirth};
+pub use ease::{BAND, Ease, EaseGirth};
 pub use error::TryOnError;
 pub use paper::{GarmentPart, Person, Secs, Steps, Stop, Switches, by_paper};
 pub use upright::UprightGarment;

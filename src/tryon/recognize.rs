@@ -2,7 +2,7 @@
 
 use super::error::TryOnError;
 use super::rims::Rim;
-use crate::geometry::{Point, TriMesh, Vec3};
+use crate::geometry::{Point, TriMesh, Vec3, VertexId};
 use nalgebra::{Matrix3, Rotation3};
 
 /// The longest opening of a garment for an adult, in metres: hems and waistbands have 0.6 to 1.7. Units differ by factors of 2.5
@@ -49,6 +49,14 @@ pub enum Openings {
 }
 
 impl Openings {
+    /// The ring from which a garment hangs that begins at the waist; empty for others.
+    pub fn band(&self) -> &[VertexId] {
+        match self {
+            Self::Legs { waist, .. } | Self::Tube { waist, .. } => &waist.ring,
+            Self::Top { .. } | Self::Open { .. } => &[],
+        }
+    }
+
     /// The sleeves or legs, the left first.
     pub fn pair(&self) -> Option<&[Rim; 2]> {
         match self {

@@ -108,7 +108,7 @@ fn all_of_it(LabelInputs { scan }: LabelInputs, store: &Store, _on_progress: OnP
 fn rested(inputs: RestInputs, store: &Store, _on_progress: OnProgress) -> Run<Garment> {
     let RestInputs { scan, figure, model, fabric } = inputs;
     let (scan, figure) = (store.load(scan)?, model.figure(store, figure)?);
-    let Worn { mesh, thickness, gave_way, fell, .. } = at_rest(&scan.mesh, &figure, &fabric)?;
+    let Worn { mesh, thickness, gave_way, fell, slides, .. } = at_rest(&scan.mesh, &figure, &fabric)?;
     let hem_loops = Adjacency::prepare(&mesh).boundary_loops();
     let (vertices, hems) = (mesh.vertex_count(), hem_loops.len());
     let is_seen = PerVertex::filled(true, vertices);
@@ -119,7 +119,7 @@ fn rested(inputs: RestInputs, store: &Store, _on_progress: OnProgress) -> Run<Ga
         .measured("began_thin", thickness.unwrap_or(0.0))
         .measured("gave_way_mm", gave_way * 1e3)
         .measured("fell_mm", fell * 1e3)
-        .warned(doubts_of_putting_on(thickness, fell).into_iter().map(warning)))
+        .warned(doubts_of_putting_on(thickness, slides.then_some(fell)).into_iter().map(warning)))
 }
 
 fn check(

@@ -99,8 +99,8 @@ impl Session {
             let worn =
                 at_rest(&garment.mesh, &figure, &fabric.name).map_err(|e| SessionError::bad_source(&sized.file, e))?;
             let ease = Ease::of(&worn.mesh, Some(&garment.mesh), &worn.weights, &figure);
-            let verdict =
-                SizeVerdict::of(&ease.girths, Some(edge_length_p95(&garment.mesh, &worn.mesh)), worn.fell, fabric);
+            let (edges, slid) = (edge_length_p95(&garment.mesh, &worn.mesh), worn.slides.then_some(worn.fell));
+            let verdict = SizeVerdict::of(&ease.girths, Some(edges), slid, fabric);
             sizes.push(TriedSize { sized: sized.clone(), verdict, ease, worn, notes });
         }
         Ok(TriedSizes { kind: kind.into(), fabric: fabric.name.clone(), sizes, figure })
