@@ -317,7 +317,7 @@ fn kind_file(session: &Path, name: &str) -> Option<(String, String)> {
 #[test]
 fn a_kind_painted_on_the_body_is_saved_undone_and_refused_like_a_garment() {
     let dir = tempfile::tempdir().unwrap();
-    overcoat_ok(dir.path(), &["init", "bob"]);
+    overcoat_ok(dir.path(), &["new", "bob"]);
     let session = dir.path().join("bob");
     let start =
         |args: &[&str]| Server::run(&session, &[&["templates", "paint", "--page", "--no-browser"], args].concat());

@@ -198,3 +198,56 @@ fn a_photo_becomes_the_body_of_a_session_and_its_uncertainty_is_in_the_verdict()
     assert!((stature - 180.0).abs() < 1.0, "{measured}");
     assert!(measured["warnings"].to_string().contains("computed from one photo"), "{measured}");
 }
+
+/// A skirt of rings, wider at the hem and wider than deep, as .obj in metres.
+fn skirt() -> String {
+    use std::fmt::Write;
+    let (around, rings) = (36, 12);
+    let mut obj = String::new();
+    for ring in 0..rings {
+        for k in 0..around {
+            let (share, turn) = (f64::from(ring) / f64::from(rings - 1), std::f64::consts::TAU * f64::from(k) / 36.0);
+            let [x, z] = [(0.15 + 0.07 * share) * turn.cos(), (0.11 + 0.07 * share) * turn.sin()];
+            writeln!(obj, "v {x} {} {z}", 1.0 - 0.35 * share - 0.01 * turn.sin() * (1.0 - share)).unwrap();
+        }
+    }
+    for ring in 0..rings - 1 {
+        for k in 0..around {
+            let [a, b] = [ring * around + k + 1, ring * around + (k + 1) % around + 1];
+            writeln!(obj, "f {a} {b} {}\nf {b} {} {}", a + around, b + around, a + around).unwrap();
+        }
+    }
+    obj
+}
+
+#[test]
+fn the_body_of_a_photo_wears_a_garment_in_the_pose_of_the_photo() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    write(here, "kp.json", &people(&[triples(&keypoints())]));
+    write_cameras(here);
+    std::fs::write(here.join("skirt.obj"), skirt()).unwrap();
+    std::fs::write(here.join("closed.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n")
+        .unwrap();
+    let command = ["body", "photo", "kp.json", "--camera", "posed.json"];
+    let worn = |args: &[&str]| overcoat(here, &[&command[..], args].concat());
+    let answer = worn(&["--wear", "skirt.obj", "--picture", "worn.png", "--json"]);
+    assert_eq!(answer.code, 0, "{answer:?}");
+    let garment = &answer.json()["garment"];
+    assert_eq!((&garment["kind"], &garment["crossing_pairs"]), (&json!("skirt"), &json!(0)), "{garment}");
+    let picture = read_color_picture(&std::fs::read(here.join("worn.png")).unwrap()).unwrap();
+    assert_eq!([picture.width, picture.height], [1440, 1280], "the photo, and beside it the dressed body");
+    let blue = |p: &[u8; 3]| i32::from(p[2]) - i32::from(p[0]) > 40;
+    let cloth = picture.pixels.chunks(1440).map(|row| row[720..].iter().filter(|p| blue(p)).count()).sum::<usize>();
+    assert!((5_000..80_000).contains(&cloth), "{cloth} pixels of cloth");
+    for (args, says) in [
+        (&["--wear", "skirt.obj"][..], "--picture"),
+        (&["--wear", "no.obj", "--picture", "a.png"], "no.obj"),
+        (&["--wear", "closed.obj", "--picture", "a.png"], "closed.obj"),
+        (&["--wear", "skirt.obj", "--fabric", "tin", "--picture", "a.png"], "tin"),
+        (&["--fabric", "wool"], "--wear"),
+    ] {
+        let answer = worn(args);
+        assert!(matches!(answer.code, 1 | 2) && answer.stderr.contains(says), "{args:?} {answer:?}");
+    }
+}

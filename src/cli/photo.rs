@@ -34,6 +34,12 @@ pub(super) struct PhotoArgs {
     /// The photo to draw them over: png or jpg
     #[arg(long, value_name = "PHOTO")]
     image: Option<PathBuf>,
+    /// Put a garment (.obj, .ply, .glb …) on the body in the pose of the photo, and draw it beside the photo
+    #[arg(long, value_name = "GARMENT", requires = "picture")]
+    wear: Option<PathBuf>,
+    /// The garment's fabric [default: its kind's]
+    #[arg(long, requires = "wear")]
+    fabric: Option<String>,
     /// Replace files that exist
     #[arg(long)]
     force: bool,
@@ -42,7 +48,8 @@ pub(super) struct PhotoArgs {
 pub(super) fn run(args: PhotoArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     let mut outputs = Outputs::without_session(&context.session, args.force);
-    let inputs = [Some(&args.keypoints), args.camera.as_ref(), args.image.as_ref(), args.model.as_ref()];
+    let inputs =
+        [Some(&args.keypoints), args.camera.as_ref(), args.image.as_ref(), args.model.as_ref(), args.wear.as_ref()];
     for input in inputs.into_iter().flatten() {
         outputs.protect(input, "is an input of this command");
     }
@@ -62,8 +69,9 @@ pub(super) fn run(args: PhotoArgs, context: &Context) -> anyhow::Result<Done> {
         photo.write_mesh(path, &mut outputs)?;
         written.push(format!("wrote {}", path.display()));
     }
+    let dressed = args.wear.as_ref().map(|garment| photo.dressed(garment, args.fabric.as_deref())).transpose()?;
     if let Some(path) = &args.picture {
-        photo.write_picture(path, &mut outputs)?;
+        photo.write_picture(path, dressed.as_ref(), &mut outputs)?;
         written.push(format!("drew {}", path.display()));
     }
     let in_cm = |metres: f64| (1000.0 * metres).round() / 10.0;
@@ -82,6 +90,10 @@ pub(super) fn run(args: PhotoArgs, context: &Context) -> anyhow::Result<Done> {
         "limits": photo.limits,
         "mesh": args.mesh,
         "picture": args.picture,
+        "garment": dressed.as_ref().map(|dressed| json!({
+            "kind": dressed.kind, "fabric": dressed.fabric, "crossing_pairs": dressed.crossing_pairs,
+            "gave_way_mm": 1e3 * dressed.gave_way,
+        })),
         "secs": began.elapsed().as_secs_f64(),
     });
     let measures = photo
@@ -97,6 +109,16 @@ pub(super) fn run(args: PhotoArgs, context: &Context) -> anyhow::Result<Done> {
     Ok(Done::new("body photo", json)
         .lines(measures)
         .lines(photo.limits.iter().map(|limit| format!("limit: {limit}")))
+        .lines(dressed.iter().flat_map(|dressed| &dressed.notes).cloned())
+        .lines(dressed.iter().map(|dressed| {
+            format!(
+                "wears {} ({}): {} crossing pairs of triangles; skin gives way by {:.1} mm",
+                dressed.kind,
+                dressed.fabric,
+                dressed.crossing_pairs,
+                1e3 * dressed.gave_way
+            )
+        }))
         .line(format!("{}, in {}", written.join("; "), secs(began.elapsed()))))
 }
 

@@ -45,6 +45,8 @@ const HEAVIER: f64 = 20.0;
 pub struct PutOn {
     /// **Shapes** V × 3.
     pub cloth: PerVertex<Point>,
+    /// Where the vertices of all solids are, given way to the cloth. **Shapes** one entry per vertex, solid after solid.
+    pub solids: Vec<Point>,
     /// How far the solids had to give way at most, in metres: cloth that is too tight for them.
     pub gave_way: f64,
     /// Steps in which nothing moved, because no move was safe.
@@ -124,7 +126,8 @@ pub fn put_on(
         along_before = along;
     }
     let gave_way = solver.at[..body].iter().zip(&before).map(|(at, place)| (at - place).norm()).fold(0.0, f64::max);
-    Ok(PutOn { cloth: solver.at.split_off(body).into(), gave_way, stopped_steps: solver.stopped_steps })
+    let cloth = solver.at.split_off(body).into();
+    Ok(PutOn { cloth, solids: solver.at, gave_way, stopped_steps: solver.stopped_steps })
 }
 
 #[cfg(test)]

@@ -19,6 +19,8 @@ const TURN: f64 = 3.0;
 /// alone by the square of the step: a T-shirt's edges by 65 % with steps of 1/60 s and 8 iterations, by 3 % with these.
 const STEP_SECS: f64 = 1.0 / 240.0;
 const REST_SECS: f64 = 0.6;
+/// Seconds in which cloth settles in another pose: folds form, but no band slides.
+const SETTLES_SECS: f64 = 0.1;
 /// Share of its velocity that cloth loses per second: while the figure grows, it has none of its own.
 const GROWING: f64 = 50.0;
 const RESTING: f64 = 6.0;
@@ -77,12 +79,13 @@ pub fn at_rest(garment: &TriMesh, figure: &Figure, fabric: &str) -> Result<Worn,
         rest: garment.clone(),
         fabric: fabric_named(fabric)?,
     };
+    let bind = Pose::bind(figure.skeleton.len());
     let band_at = level_of_band(garment, &band, figure, &pose);
     let steps = pulled(&begins)
         .take(if band_at.is_some() { PULLED } else { 0 })
         .chain(growth(&thin, &pose, least, &begins))
-        .chain(into_bind(figure, &thin, &pose, &rigged.mesh, &rigged.weights))
-        .chain(rest(&thin, figure))
+        .chain(between(figure, &thin, [&pose, &bind], &rigged.mesh, &rigged.weights))
+        .chain(rest(&thin, &bind, REST_SECS))
         .map(|step| BodyStep { band_at, ..step });
     let worn = put_on(&cloth, garment.points(), &band, &begins, steps)?;
     let fell = mean_height(rigged.mesh.points().iter()) - mean_height(worn.cloth.iter());
@@ -92,6 +95,56 @@ pub fn at_rest(garment: &TriMesh, figure: &Figure, fabric: &str) -> Result<Worn,
     };
     let (mesh, weights) = (garment.with_points(worn.cloth.0), rigged.weights);
     Ok(Worn { mesh, weights, thickness, gave_way: worn.gave_way, fell, slides })
+}
+
+/// A figure in a garment, in some pose.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Posed {
+    /// The garment.
+    pub garment: TriMesh,
+    /// The body, where it gave way to the cloth: no face of the garment crosses it if none did in the bind pose.
+    pub skin: TriMesh,
+    /// How far skin gives way at most, in metres.
+    pub gave_way: f64,
+}
+
+/// Takes a figure in the bind pose and what it wears into a pose, without anything that crosses on the way.
+///
+/// **Frame** the result in the world of `pose`.
+///
+/// **Requires** `worn` is `garment` as [`at_rest`] has put it on this figure.
+pub fn moved_into(
+    pose: &Pose,
+    worn: &Worn,
+    garment: &TriMesh,
+    figure: &Figure,
+    fabric: &str,
+) -> Result<Posed, TryOnError> {
+    let bind = Pose::bind(figure.skeleton.len());
+    // The way through the world does not matter.
+    let here = Pose { translation: bind.translation, ..pose.clone() };
+    let thin = ThinFigure::near(figure, &worn.mesh, NEAR);
+    let cloth = ClothLayer {
+        pinned: PerVertex::filled(false, garment.vertex_count()),
+        rest: garment.clone(),
+        fabric: fabric_named(fabric)?,
+    };
+    let steps =
+        between(figure, &thin, [&bind, &here], &worn.mesh, &worn.weights).chain(rest(&thin, &here, SETTLES_SECS));
+    let moved = put_on(&cloth, worn.mesh.points(), &[], &thin.posed(&bind, 1.0), steps)?;
+    let shift = pose.translation - here.translation;
+    let mut skin = figure.body().posed(&figure.skeleton, &here).points().clone();
+    for (&v, at) in thin.of_body().iter().zip(&moved.solids) {
+        skin[v] = *at;
+    }
+    let shifted = |mesh: &TriMesh, points: &PerVertex<Point>| {
+        mesh.with_points(points.iter().map(|p| p + shift).collect::<Vec<_>>())
+    };
+    Ok(Posed {
+        garment: shifted(garment, &moved.cloth),
+        skin: shifted(&figure.body().mesh, &skin),
+        gave_way: moved.gave_way,
+    })
 }
 
 fn mean_height<'a>(points: impl ExactSizeIterator<Item = &'a Point>) -> f64 {
@@ -160,18 +213,17 @@ fn growth<'a>(thin: &'a ThinFigure, pose: &'a Pose, least: f64, begins: &[TriMes
     })
 }
 
-/// The figure moves from a pose into the bind pose, and the cloth as its skin does.
-fn into_bind<'a>(
+/// The figure moves from a pose into another, and the cloth, given in the bind pose, as its skin does.
+fn between<'a>(
     figure: &'a Figure,
     thin: &'a ThinFigure,
-    pose: &'a Pose,
+    [from, to]: [&'a Pose; 2],
     cloth: &'a TriMesh,
     weights: &'a SkinWeights,
 ) -> impl Iterator<Item = BodyStep> {
-    let bind = Pose::bind(figure.skeleton.len());
-    let turned = pose.rotations.iter().map(|r| r.angle().to_degrees()).fold(0.0, f64::max);
-    let steps = (turned / TURN).ceil().max(1.0) as usize;
-    let at = move |k: usize| pose.toward(&bind, k as f64 / steps as f64);
+    let turns = from.rotations.iter().zip(&to.rotations).map(|(a, b)| a.angle_to(b).to_degrees());
+    let steps = (turns.fold(0.0, f64::max) / TURN).ceil().max(1.0) as usize;
+    let at = move |k: usize| from.toward(to, k as f64 / steps as f64);
     let skinned = move |pose: &Pose| skin(cloth.points(), weights, &figure.skeleton, pose);
     let mut before = skinned(&at(0));
     (1..=steps).map(move |k| {
@@ -191,9 +243,9 @@ fn into_bind<'a>(
 }
 
 /// Gravity pulls.
-fn rest(thin: &ThinFigure, figure: &Figure) -> impl Iterator<Item = BodyStep> {
-    let solids = places(&thin.posed(&Pose::bind(figure.skeleton.len()), 1.0));
-    (0..(REST_SECS / STEP_SECS) as usize).map(move |_| BodyStep {
+fn rest(thin: &ThinFigure, pose: &Pose, secs: f64) -> impl Iterator<Item = BodyStep> {
+    let solids = places(&thin.posed(pose, 1.0));
+    (0..(secs / STEP_SECS) as usize).map(move |_| BodyStep {
         solids: solids.clone(),
         along: None,
         gravity: 1.0,

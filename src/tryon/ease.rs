@@ -7,6 +7,8 @@ use crate::body::{Figure, SkinWeights, TapeLine, tape_lines, trunk_girths};
 use crate::geometry::{PerVertex, SurfaceIndex, TriMesh};
 use serde::{Deserialize, Serialize};
 
+/// Cloth at rest on the skin is this near to it, metres: a tape that bridges hollows is shorter by less.
+const CLOSE: f64 = 3e-3;
 /// The name of the band in [`Ease::girths`].
 pub const BAND: &str = "band";
 
@@ -48,9 +50,13 @@ impl EaseGirth {
         self.own - self.body
     }
 
-    /// How much longer the ring would have to be than it is for the skin not to give way, relative to its own length.
+    /// How much longer the ring would have to be than it is for the skin not to give way, relative to its own length; at most by what
+    /// is longer around the body, or around clothes below: weight stretches simulated cloth, too, by up to 4 % beside a band (skirts that
+    /// hang free of the hip).
     pub fn strain(&self) -> f64 {
-        (self.worn + std::f64::consts::TAU * (-self.gap).max(0.0)) / self.own - 1.0
+        let around = self.body + std::f64::consts::TAU * (self.gap - CLOSE).max(0.0);
+        let stretched = self.worn + std::f64::consts::TAU * (-self.gap).max(0.0);
+        stretched.min(around.max(self.own)) / self.own - 1.0
     }
 }
 

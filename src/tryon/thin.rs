@@ -60,6 +60,11 @@ impl<'a> ThinFigure<'a> {
         Self { figure, bones, parts: parts.collect() }
     }
 
+    /// The vertices of the body in the first part.
+    pub(super) fn of_body(&self) -> &[VertexId] {
+        self.parts.first().map_or(&[], |part| &part.from)
+    }
+
     /// The parts in a pose, with distances from the bones multiplied by `thickness`: affine maps of the bones, blended as
     /// skinning blends their rotations. Clothes follow the skin that is nearest to them in the bind pose, in which they are where
     /// they are worn.

@@ -32,6 +32,6 @@ pub use render::render;
 pub use scene::{Paint, Part, Scene};
 pub use sheets::{
     Cell, CrossingRow, EaseRow, LayerPhysics, Poster, Sheet, SheetRow, WeightedLayer, contact_sheet, ease_color,
-    ease_legend, ease_sheet, joint_legend, photo_overlay, poster, striding, tryon_steps,
+    ease_legend, ease_sheet, joint_legend, photo_dressed, photo_overlay, poster, striding, tryon_steps,
 };
 pub use stick_figure::stick_figure;

@@ -1,16 +1,18 @@
 //! A body from the keypoints of a photo.
 
 use super::error::BodiesError;
-use crate::body::BodyModel;
+use crate::body::{BodyModel, Figure};
 use crate::export::write_layer_ply;
 use crate::formats::{ColorPicture, read_color_picture, read_photo_camera_json};
-use crate::geometry::TriMesh;
+use crate::geometry::{TriMesh, intersecting_pairs, self_intersecting_pairs};
 use crate::photo::{
     Keypoints, PhotoBody, PhotoCamera, PhotoError, PhotoParams, Search, UncertainMeasure, body_from_photo,
     read_keypoints, write_photo_record,
 };
-use crate::session::{Content, Outputs, read_body_model, read_input};
-use crate::view::photo_overlay;
+use crate::segment::GarmentTemplate;
+use crate::session::{Content, Outputs, read_body_model, read_input, read_mesh_file};
+use crate::tryon::{Posed, UprightGarment, at_rest, moved_into};
+use crate::view::{photo_dressed, photo_overlay};
 use std::path::{Path, PathBuf};
 
 /// The request to compute a body from a photo.
@@ -41,6 +43,22 @@ pub struct PhotographedBody {
     pub measures: Vec<UncertainMeasure>,
     /// What limits the result, one sentence each.
     pub limits: Vec<String>,
+}
+
+/// The body of a photo in a garment, in the pose of the photo.
+pub struct DressedPhoto {
+    skin: TriMesh,
+    garment: TriMesh,
+    /// What the garment is by its openings.
+    pub kind: &'static str,
+    /// Its fabric.
+    pub fabric: String,
+    /// Pairs of triangles of cloth and skin, or of cloth, that cross.
+    pub crossing_pairs: usize,
+    /// How far skin gives way at most, in metres, where the garment is too tight.
+    pub gave_way: f64,
+    /// What was found and assumed, one sentence each.
+    pub notes: Vec<String>,
 }
 
 /// A photo's files as read.
@@ -162,9 +180,43 @@ impl PhotographedBody {
         Ok(outputs.write(path, Content::Mesh, |out| write_layer_ply(&self.mesh(), None, &[], out))?)
     }
 
-    /// Draws the body over the photo, or over white.
-    pub fn write_picture(&self, path: &Path, outputs: &mut Outputs) -> Result<(), BodiesError> {
-        let picture = photo_overlay(self.image.as_ref(), &self.model, &self.body, &self.keypoints);
+    /// Puts a garment from a file on the body, at rest in the bind pose, and takes it into the pose of the photo. `fabric` is that of
+    /// its kind if `None`.
+    pub fn dressed(&self, file: &Path, fabric: Option<&str>) -> Result<DressedPhoto, BodiesError> {
+        let average =
+            Figure::bare(self.model.skeleton.clone(), self.model.template.clone(), self.model.weights.clone());
+        let (mesh, skeleton) = self.model.shaped(&self.body.shape);
+        let figure = Figure::bare(skeleton, mesh, self.model.weights.clone());
+        let UprightGarment { mesh: own, kind, notes, .. } =
+            UprightGarment::read(&read_mesh_file(file)?, None, &average)
+                .map_err(|e| BodiesError::bad_source(file, e))?;
+        let fabric = match fabric {
+            Some(fabric) => fabric.to_string(),
+            None => GarmentTemplate::built_in(kind).map_err(|e| BodiesError::bad_source(file, e))?.fabric,
+        };
+        let put_on = || {
+            let worn = at_rest(&own, &figure, &fabric)?;
+            moved_into(&self.body.pose, &worn, &own, &figure, &fabric)
+        };
+        let Posed { garment, skin, gave_way } = put_on().map_err(|e| BodiesError::bad_source(file, e))?;
+        let crossing_pairs = intersecting_pairs(&garment, &skin).len() + self_intersecting_pairs(&garment).len();
+        Ok(DressedPhoto { skin, garment, kind, fabric, crossing_pairs, gave_way, notes })
+    }
+
+    /// Draws the body over the photo, or over white; beside it the body in a garment, if there is one.
+    pub fn write_picture(
+        &self,
+        path: &Path,
+        dressed: Option<&DressedPhoto>,
+        outputs: &mut Outputs,
+    ) -> Result<(), BodiesError> {
+        let image = self.image.as_ref();
+        let picture = match dressed {
+            None => photo_overlay(image, &self.model, &self.body, &self.keypoints),
+            Some(DressedPhoto { skin, garment, .. }) => {
+                photo_dressed(image, &self.model, &self.body, &self.keypoints, [skin, garment])
+            }
+        };
         Ok(outputs.write(path, Content::Picture, |out| picture.write_png(out))?)
     }
 }

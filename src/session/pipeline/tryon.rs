@@ -2,13 +2,12 @@
 //!
 //! Its stages are those of a scanned garment, with a mesh of cloth alone in place of the scan.
 
-use super::memo::at::Run;
+use super::memo::at::{Code, Run};
 use super::memo::event::{OnProgress, Outcome};
 use super::memo::input::ModelInput;
 use super::memo::walk::Walk;
 use super::results::{OfStep, StepResults};
 use super::stages::check::{CHECK, Plausibility, warning};
-use super::stages::cut::CUT;
 use super::stages::figure::{self, FIGURE};
 use super::stages::garment_file::garment_of;
 use super::stages::pose::POSE;
@@ -25,9 +24,13 @@ use crate::scan::Scan;
 use crate::segment::{Fabric, Labels, Segmentation};
 use crate::session::error::SessionError;
 use crate::session::recipe::{self, StepRecipe};
+use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store};
 use crate::tryon::{Ease, Worn, at_rest};
 use serde::Serialize;
+
+/// A garment at rest takes the place of one that is cut from a scan; its code has a version of its own.
+const REST: Code = Code::new(Stage::Cut, 12);
 
 #[derive(Serialize)]
 struct PoseInputs {
@@ -76,7 +79,7 @@ pub(super) fn put_on(
     let inside = at.run(POSE, PoseInputs { figure, model: model() }, bind_pose)?.kept;
     let labels = at.run(SEGMENT, LabelInputs { scan }, all_of_it)?.kept;
     let inputs = RestInputs { scan, figure, model: model(), fabric: fabric() };
-    let garment = at.run(CUT, inputs, rested)?.kept;
+    let garment = at.run(REST, inputs, rested)?.kept;
 
     let inputs = rig::Inputs { garment, figure, inside, model: model(), params: of.rig };
     let rigged = at.run(RIG, inputs, rig::run)?.kept;

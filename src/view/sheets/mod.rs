@@ -11,7 +11,7 @@ mod weights_row;
 
 pub use crossing_row::CrossingRow;
 pub use ease_sheet::{EaseRow, ease_color, ease_legend, ease_sheet};
-pub use photo_overlay::photo_overlay;
+pub use photo_overlay::{photo_dressed, photo_overlay};
 pub use poster::{Poster, poster};
 pub use sheet::{Cell, Sheet, SheetRow, contact_sheet};
 pub use striding::striding;
