@@ -327,7 +327,7 @@ fn a_kind_painted_on_the_body_is_saved_undone_and_refused_like_a_garment() {
         (&["hair", "--page", "--name", "beard"], "grows on the body"),
         (&["tshirt", "--page", "--name", "vest"], "'vest' is a built-in kind of garment"),
         (&["tshirt", "--page", "--name", "a/b"], "cannot be the name"),
-        (&["tshirt", "--name", "singlet", "out.ply"], "--page"),
+        (&["tshirt", "--name", "singlet", "out.ply"], "cannot be used with"),
         (&["tshirt", "out.ply", "--page"], "cannot be used with"),
         (&["tshirt"], "OUT.ply"),
     ] {

@@ -111,7 +111,7 @@ mod tests {
         assert_eq!(SizeVerdict::of(&rings, Some(1.1), None, jersey), SizeVerdict::Fits);
         assert_eq!(SizeVerdict::Fits.doubt(), None);
         // Skin that gives way hides how tight it is.
-        let pressed = [ring("thigh", 0.50, 0.50, -0.01)];
+        let pressed = [EaseGirth { body: 0.57, ..ring("thigh", 0.50, 0.50, -0.01) }];
         assert_eq!(SizeVerdict::of(&pressed, None, None, denim).to_string(), "it is 6 cm too tight at the thigh");
         assert_eq!(SizeVerdict::of(&rings[..1], None, Some(0.23), denim).to_string(), "it slides down by 23 cm");
         let band = [ring("band", 1.03, 1.06, 0.0)];

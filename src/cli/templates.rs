@@ -55,13 +55,13 @@ struct PaintKindArgs {
     #[arg(long)]
     page: bool,
     /// The name of the painted kind [default: KIND itself, if it was painted]
-    #[arg(long, value_name = "NEW_KIND", requires = "page")]
+    #[arg(long, value_name = "NEW_KIND", requires = "page", conflicts_with = "out")]
     name: Option<String>,
     /// The port of the page [default: a free one]
-    #[arg(long, value_name = "PORT", requires = "page", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "PORT", requires = "page", conflicts_with = "out", value_parser = clap::value_parser!(u16).range(1..))]
     port: Option<u16>,
     /// Do not open the page in the browser
-    #[arg(long, requires = "page")]
+    #[arg(long, requires = "page", conflicts_with = "out")]
     no_browser: bool,
 }
 
