@@ -11,7 +11,7 @@ use super::requests::{PaintRequest, StepRequest, check_id};
 use super::subject::Subject;
 use crate::desk::error::DeskError;
 use crate::geometry::PerVertex;
-use crate::segment::{Labels, Marks, Stroke};
+use crate::segment::{Labels, Marks, SegmentError, Stroke};
 use crate::session::{ContentHash, JournalLook, Session, ToPaint, Writer, covered_part};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
@@ -109,8 +109,11 @@ impl KindEasel {
         if writer.session().kind_hash(&self.name) != work.hash {
             return Err(Refusal::new(423, Kind::Later, "another command has just changed this kind"));
         }
-        let marks = Marks::paint(&work.loaded.scan, &strokes.concat())
-            .map_err(|e| Refusal::new(422, Kind::Refused, e.to_string()))?;
+        let marks = Marks::paint(&work.loaded.scan, &strokes.concat()).map_err(|e| {
+            // A stroke that was drawn is no line of a file.
+            let what = if let SegmentError::BadStroke { reason, .. } = e { reason } else { e.to_string() };
+            Refusal::new(422, Kind::Refused, what)
+        })?;
         let mut labels = Labels(work.before.clone());
         marks.apply(&mut labels);
         if labels.0 != work.covered {
