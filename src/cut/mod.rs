@@ -70,6 +70,17 @@ impl Garment {
         }
     }
 
+    /// The part of a body whose vertices are covered, as a garment that lies on the skin.
+    ///
+    /// **Shapes** `covered`: one entry per vertex of `body`.
+    pub fn on_skin(body: &TriMesh, covered: &PerVertex<bool>) -> Self {
+        let keep = body.faces().iter().map(|face| face.iter().all(|&v| covered[v])).collect();
+        let (mesh, _) = body.part(&keep);
+        let mut hem_loops = Adjacency::prepare(&mesh).boundary_loops();
+        hem_loops.sort_by_key(|hem| std::cmp::Reverse(hem.len()));
+        Self { is_seen: PerVertex::filled(true, mesh.vertex_count()), mesh, hem_loops, ..Self::absent() }
+    }
+
     /// Whether the scan shows nothing of it.
     pub fn is_absent(&self) -> bool {
         self.mesh.face_count() == 0

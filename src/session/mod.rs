@@ -28,8 +28,8 @@ mod store;
 
 pub use change::{
     Batch, Built, Damage, FsckReport, MaskInfo, MaskReport, NewAnimation, NewOutfit, NewScan, Painted, Recut, Repair,
-    Replay, Replayed, StageRequest, StageRun, StepInfo, SubjectRun, TemplateReport, covered_part, fsck, replay,
-    replay_all, write_template_to_paint,
+    Replay, Replayed, StageRequest, StageRun, StepInfo, SubjectRun, TemplateReport, fsck, replay, replay_all,
+    write_template_to_paint,
 };
 pub use error::SessionError;
 pub use open::{

@@ -9,10 +9,11 @@ use super::news::{LayerNews, News, publish};
 use super::refusal::{Kind, Refusal};
 use super::requests::{PaintRequest, StepRequest, check_id};
 use super::subject::Subject;
+use crate::cut::Garment;
 use crate::desk::error::DeskError;
 use crate::geometry::PerVertex;
 use crate::segment::{Labels, Marks, SegmentError, Stroke};
-use crate::session::{ContentHash, JournalLook, Session, ToPaint, Writer, covered_part};
+use crate::session::{ContentHash, JournalLook, Session, ToPaint, Writer};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -90,7 +91,7 @@ impl KindEasel {
     fn publish(&self, work: &Work, session: &Session) {
         let mut news = locked(&self.news);
         let Some(layer) = news.layer(&self.name) else { return };
-        publish(layer, &work.loaded, &work.covered, &covered_part(&work.loaded.scan.mesh, &work.covered));
+        publish(layer, &work.loaded, &work.covered, &Garment::on_skin(&work.loaded.scan.mesh, &work.covered));
         let share = work.covered.iter().filter(|&&c| c).count() as f64 / work.covered.len().max(1) as f64;
         let saved = if work.hash.is_some() { "saved" } else { "not saved before the first stroke" };
         layer.verdict = Some((format!("{:.0} % of the body is covered; {saved}", 100.0 * share), "good"));
@@ -219,7 +220,7 @@ impl Subject for KindEasel {
     fn cut(&self, name: &str) -> Result<Value, Refusal> {
         self.check(name)?;
         let work = locked(&self.work);
-        Ok(surface(&covered_part(&work.loaded.scan.mesh, &work.covered))?)
+        Ok(surface(&Garment::on_skin(&work.loaded.scan.mesh, &work.covered))?)
     }
 
     fn paint(&self, request: &PaintRequest) -> Result<Value, Refusal> {

@@ -24,4 +24,4 @@ pub use paint::Painted;
 pub use recut::Recut;
 pub use replay::{Replay, Replayed, replay};
 pub use single_stage::{StageRequest, StageRun};
-pub use templates::{TemplateReport, covered_part, write_template_to_paint};
+pub use templates::{TemplateReport, write_template_to_paint};

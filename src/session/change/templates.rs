@@ -3,7 +3,7 @@
 use crate::body::{BodyModel, Layer};
 use crate::cut::Garment;
 use crate::formats::{PlyOptions, read_ply, write_ply};
-use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3};
+use crate::geometry::{PerVertex, Point, Vec3};
 use crate::scan::Scan;
 use crate::segment::{GarmentTemplate, LabelledSurface, PaintedRegion, SegmentError};
 use crate::session::error::SessionError;
@@ -78,7 +78,7 @@ impl Session {
         let covered = template.prior(&body, &model.skeleton, &Default::default()).map_err(|e| wrong(&e))?;
         Ok(ToPaint {
             scan_name: ContentHash::of(format!("{:?}", body.mesh.points()).as_bytes()).short().to_string(),
-            garment: covered_part(&body.mesh, &covered),
+            garment: Garment::on_skin(&body.mesh, &covered),
             labels: covered,
             others: Vec::new(),
             expected_hems: template.expected_loops(),
@@ -104,15 +104,6 @@ impl Session {
     pub fn check_kind_name(&self, name: &str) -> Result<(), SessionError> {
         self.recipe.check_kind_name(name)
     }
-}
-
-/// The part of a body that a kind covers, as a garment that lies on it.
-pub fn covered_part(body: &TriMesh, covered: &PerVertex<bool>) -> Garment {
-    let keep = body.faces().iter().map(|face| face.iter().all(|&v| covered[v])).collect();
-    let (mesh, _) = body.part(&keep);
-    let mut hem_loops = Adjacency::prepare(&mesh).boundary_loops();
-    hem_loops.sort_by_key(|hem| std::cmp::Reverse(hem.len()));
-    Garment { is_seen: PerVertex::filled(true, mesh.vertex_count()), mesh, hem_loops, ..Garment::absent() }
 }
 
 impl Writer {
