@@ -2,8 +2,9 @@
 
 use super::error::TryOnError;
 use super::placing::{Placed, place, where_it_fits};
+use super::rims::Rim;
 use super::thin::ThinFigure;
-use crate::body::{Figure, Pose, SkinWeights, skin, tape_lines};
+use crate::body::{Figure, Pose, SkinWeights, TapeLine, skin, tape_lines};
 use crate::cloth::{BodyStep, ClothLayer, fabric_named, put_on};
 use crate::fit::{InsideReport, PoseInside};
 use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3, VertexId, intersecting_pairs};
@@ -80,18 +81,21 @@ pub fn at_rest(garment: &TriMesh, figure: &Figure, fabric: &str) -> Result<Worn,
         fabric: fabric_named(fabric)?,
     };
     let bind = Pose::bind(figure.skeleton.len());
-    let band_at = level_of_band(garment, &band, figure, &pose);
-    let steps = pulled(&begins)
-        .take(if band_at.is_some() { PULLED } else { 0 })
+    let hip = hip_line(figure);
+    let held = band.as_ref().zip(hip.as_ref()).and_then(|(band, hip)| level_of_band(band, hip, figure, &pose));
+    let ring: &[VertexId] = band.as_ref().map_or(&[], |band| &band.ring);
+    let pulled = if held.is_some() { PULLED } else { 0 };
+    let steps = still(places(&begins), pulled, 0.0)
         .chain(growth(&thin, &pose, least, &begins))
         .chain(between(figure, &thin, [&pose, &bind], &rigged.mesh, &rigged.weights))
-        .chain(rest(&thin, &bind, REST_SECS))
-        .map(|step| BodyStep { band_at, ..step });
-    let worn = put_on(&cloth, garment.points(), &band, &begins, steps)?;
+        .chain(still(places(&thin.posed(&bind, 1.0)), steps_in(REST_SECS), 1.0))
+        .map(|step| BodyStep { band_at: held, ..step });
+    let worn = put_on(&cloth, garment.points(), ring, &begins, steps)?;
     let fell = mean_height(rigged.mesh.points().iter()) - mean_height(worn.cloth.iter());
-    let slides = match band.is_empty() {
-        true => fell > SLIDES,
-        false => mean_height(band.iter().map(|&v| &worn.cloth[v])) < level_of_seat(figure),
+    let slides = match (ring, &hip) {
+        ([], _) | (_, None) => fell > SLIDES,
+        // A band that comes to rest below where the tape goes around the hip has slid over it.
+        (ring, Some(hip)) => mean_height(ring.iter().map(|&v| &worn.cloth[v])) < hip.origin.y,
     };
     let (mesh, weights) = (garment.with_points(worn.cloth.0), rigged.weights);
     Ok(Worn { mesh, weights, thickness, gave_way: worn.gave_way, fell, slides })
@@ -129,8 +133,8 @@ pub fn moved_into(
         rest: garment.clone(),
         fabric: fabric_named(fabric)?,
     };
-    let steps =
-        between(figure, &thin, [&bind, &here], &worn.mesh, &worn.weights).chain(rest(&thin, &here, SETTLES_SECS));
+    let settles = still(places(&thin.posed(&here, 1.0)), steps_in(SETTLES_SECS), 1.0);
+    let steps = between(figure, &thin, [&bind, &here], &worn.mesh, &worn.weights).chain(settles);
     let moved = put_on(&cloth, worn.mesh.points(), &[], &thin.posed(&bind, 1.0), steps)?;
     let shift = pose.translation - here.translation;
     let mut skin = figure.body().posed(&figure.skeleton, &here).points().clone();
@@ -152,49 +156,29 @@ fn mean_height<'a>(points: impl ExactSizeIterator<Item = &'a Point>) -> f64 {
     points.map(|p| p.y).sum::<f64>() / count
 }
 
-/// Where the tape goes around the hip: a band that comes to rest below has slid over it.
-fn level_of_seat(figure: &Figure) -> f64 {
+/// Where the tape goes around the hip.
+fn hip_line(figure: &Figure) -> Option<TapeLine> {
     let body = figure.body();
-    let lines = tape_lines(&body.mesh, &body.weights, &figure.skeleton);
-    lines.iter().find(|line| line.name == "hip").map_or(f64::MIN, |line| line.origin.y)
+    tape_lines(&body.mesh, &body.weights, &figure.skeleton).into_iter().find(|line| line.name == "hip")
 }
 
 fn places(solids: &[TriMesh]) -> Vec<Point> {
     solids.iter().flat_map(|solid| solid.points().iter().copied()).collect()
 }
 
-/// The height at which the band of a garment rests: where it is as wide as the body, as far as the rest of the garment allows.
-/// There a ring that hardly stretches is in equilibrium whatever its friction. Constraints do not find it: 24 rounds carry weight on
-/// by about as many rows of cloth, so that bands slid over the seat of the person for whom they were cut, stretched by 9 %. `None`
-/// without a band, or if it is wider than the hip, or would hang too low: then it slides.
+/// The height at which a band rests: where it is as wide as the body, as far as the rest of the garment allows. There a ring that
+/// hardly stretches is in equilibrium whatever its friction. Constraints do not find it: 24 rounds carry weight on by about as many
+/// rows of cloth, so that bands slid over the seat of the person for whom they were cut, stretched by 9 %. `None` if it is wider
+/// than the hip, or would hang too low: then it slides.
 ///
-/// **Frame** `garment` around the figure in `pose`.
-fn level_of_band(garment: &TriMesh, band: &[VertexId], figure: &Figure, pose: &Pose) -> Option<f64> {
-    let at = |k: usize| garment.points()[band[k % band.len()]];
-    let girth = (0..band.len()).map(|k| (at(k + 1) - at(k)).norm()).sum::<f64>();
-    let body = figure.body();
-    let hip = tape_lines(&body.mesh, &body.weights, &figure.skeleton).into_iter().find(|line| line.name == "hip")?;
-    if band.is_empty() || girth > hip.girth {
+/// **Frame** `band` around the figure in `pose`.
+fn level_of_band(band: &Rim, hip: &TapeLine, figure: &Figure, pose: &Pose) -> Option<f64> {
+    if band.length > hip.girth {
         return None;
     }
     let raised = pose.translation.y - Pose::bind(figure.skeleton.len()).translation.y;
-    let begins = mean_height(band.iter().map(|&v| &garment.points()[v]));
-    let fits = where_it_fits(figure, girth).y + raised;
-    (fits > begins - LOWERED).then(|| fits.min(begins + RAISED))
-}
-
-/// The band is pulled to its level around the thin figure.
-fn pulled(begins: &[TriMesh]) -> impl Iterator<Item = BodyStep> {
-    let solids = places(begins);
-    (0..PULLED).map(move |_| BodyStep {
-        solids: solids.clone(),
-        along: None,
-        gravity: 0.0,
-        secs: STEP_SECS,
-        damping: GROWING,
-        is_sticky: false,
-        band_at: None,
-    })
+    let fits = where_it_fits(figure, band.length).y + raised;
+    (fits > band.center.y - LOWERED).then(|| fits.min(band.center.y + RAISED))
 }
 
 /// The figure becomes as thick as it is.
@@ -242,15 +226,19 @@ fn between<'a>(
     })
 }
 
-/// Gravity pulls.
-fn rest(thin: &ThinFigure, pose: &Pose, secs: f64) -> impl Iterator<Item = BodyStep> {
-    let solids = places(&thin.posed(pose, 1.0));
-    (0..(secs / STEP_SECS) as usize).map(move |_| BodyStep {
-        solids: solids.clone(),
+fn steps_in(secs: f64) -> usize {
+    (secs / STEP_SECS) as usize
+}
+
+/// The figure stands still, and a share of gravity pulls.
+fn still(solids: Vec<Point>, count: usize, gravity: f64) -> impl Iterator<Item = BodyStep> {
+    let damping = if gravity > 0.0 { RESTING } else { GROWING };
+    std::iter::repeat_n(solids, count).map(move |solids| BodyStep {
+        solids,
         along: None,
-        gravity: 1.0,
+        gravity,
         secs: STEP_SECS,
-        damping: RESTING,
+        damping,
         is_sticky: false,
         band_at: None,
     })

@@ -1,7 +1,7 @@
 //! Ease: the air between a garment and the skin, the stretch of its cloth, and how it fits at the measures of a tailor.
 
 use super::recognize::recognize;
-use super::rims::rims_of;
+use super::rims::{Rim, rims_of};
 use super::tape_ring::TapeRing;
 use crate::body::{Figure, SkinWeights, TapeLine, tape_lines, trunk_girths};
 use crate::geometry::{PerVertex, SurfaceIndex, TriMesh};
@@ -92,21 +92,14 @@ impl Ease {
 /// into waves, which are 2 to 4 % longer (trousers and skirts of the person for whom they were cut).
 fn band(worn: &TriMesh, own: &TriMesh, figure: &Figure, gap: &PerVertex<f64>) -> Option<EaseGirth> {
     let openings = recognize(own, &rims_of(own), Some(1.0)).ok()?.openings;
-    let ring = openings.band();
-    let count = ring.len().max(1) as f64;
-    let after = ring.iter().cycle().skip(1);
-    let length: f64 = ring.iter().zip(after).map(|(&a, &b)| (own.points()[b] - own.points()[a]).norm()).sum();
+    let Rim { ring, length, .. } = openings.band()?;
+    let count = ring.len() as f64;
     let level = ring.iter().map(|&v| worn.points()[v].y).sum::<f64>() / count;
     let body = figure.body();
     let girth = trunk_girths(&body.mesh, &body.weights, &figure.skeleton, &[level])[0]?;
     let gap = ring.iter().map(|&v| gap[v]).sum::<f64>() / count;
-    (!ring.is_empty()).then(|| EaseGirth {
-        name: BAND.into(),
-        body: girth,
-        worn: girth.max(length),
-        own: length,
-        gap: gap.max(0.0),
-    })
+    let (name, worn, own) = (BAND.into(), girth.max(*length), *length);
+    Some(EaseGirth { name, body: girth, worn, own, gap: gap.max(0.0) })
 }
 
 /// The greatest principal stretch of the faces around each vertex, their mean by area.

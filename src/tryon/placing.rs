@@ -6,9 +6,9 @@
 use super::error::TryOnError;
 use super::limbs::{Limb, point_along};
 use super::recognize::{Openings, recognize};
-use super::rims::rims_of;
+use super::rims::{Rim, rims_of};
 use crate::body::{Figure, HumanJoint, JointId, Pose, Side, trunk_girths};
-use crate::geometry::{Adjacency, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
+use crate::geometry::{Adjacency, Point, SurfaceIndex, TriMesh, Vec3};
 use nalgebra::UnitQuaternion;
 
 /// The longest limb, in metres: from the hip to the floor.
@@ -32,8 +32,8 @@ type OfSide = fn(Side) -> HumanJoint;
 pub struct Placed {
     /// The figure's pose, in the garment's frame: the garment stays where it is, the figure is moved.
     pub pose: Pose,
-    /// The ring from which a garment hangs that begins at the waist; empty for others.
-    pub band: Vec<VertexId>,
+    /// The rim from which a garment hangs that begins at the waist.
+    pub band: Option<Rim>,
     /// What the search minimised: depth, and a share of the gap, in metres.
     cost: f64,
 }
@@ -90,7 +90,7 @@ fn placed(garment: &TriMesh, openings: &Openings, figure: &Figure) -> Placed {
         // Where the joints are by now says more than the directions of short sleeves.
         pose = aimed(figure, &pose, &limbs, chain);
     }
-    Placed { pose, band: openings.band().to_vec(), cost }
+    Placed { pose, band: openings.band().cloned(), cost }
 }
 
 /// Whether a garment that is upright looks backwards: whether an average body fits it clearly better that way. And the move that

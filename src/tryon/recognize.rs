@@ -2,7 +2,7 @@
 
 use super::error::TryOnError;
 use super::rims::Rim;
-use crate::geometry::{Point, TriMesh, Vec3, VertexId};
+use crate::geometry::{Point, TriMesh, Vec3};
 use nalgebra::{Matrix3, Rotation3};
 
 /// The longest opening of a garment for an adult, in metres: hems and waistbands have 0.6 to 1.7. Units differ by factors of 2.5
@@ -49,11 +49,11 @@ pub enum Openings {
 }
 
 impl Openings {
-    /// The ring from which a garment hangs that begins at the waist; empty for others.
-    pub fn band(&self) -> &[VertexId] {
+    /// The rim from which a garment hangs that begins at the waist.
+    pub fn band(&self) -> Option<&Rim> {
         match self {
-            Self::Legs { waist, .. } | Self::Tube { waist, .. } => &waist.ring,
-            Self::Top { .. } | Self::Open { .. } => &[],
+            Self::Legs { waist, .. } | Self::Tube { waist, .. } => Some(waist),
+            Self::Top { .. } | Self::Open { .. } => None,
         }
     }
 
