@@ -1,7 +1,7 @@
 //! The session while it is painted: applies what pages send, one request after another.
 
 use super::loaded::{Loaded, surface};
-use super::news::{LayerNews, News, publish};
+use super::news::{LayerNews, News};
 use super::refusal::{Kind, Refusal};
 use super::requests::{PaintRequest, StepRequest, check_id};
 use super::subject::Subject;
@@ -9,8 +9,8 @@ use crate::cut::Garment;
 use crate::desk::error::DeskError;
 use crate::geometry::PerVertex;
 use crate::segment::Stroke;
-use crate::session::{ContentHash, JournalLook, Memory, Session, SessionError, ToPaint, Writer};
-use serde_json::{Value, json};
+use crate::session::{ContentHash, JournalLook, Memory, Painted, Session, SessionError, ToPaint, Writer};
+use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -139,24 +139,23 @@ impl Easel {
     }
 
     fn packed(&self, work: &mut Work, name: &str, shown: &ToPaint) -> Result<Value, Refusal> {
-        let (loaded, mut value) = Loaded::pack(shown)?;
+        let (loaded, value) = Loaded::pack(shown)?;
         work.loaded.insert(name.into(), loaded);
         self.publish(work, name, &shown.labels, &shown.garment);
         let session = self.reader()?;
         self.publish_strokes(work, name, &session)?;
-        if let (Some(layer), Some(value)) = (locked(&self.news).layer(name), value.as_object_mut()) {
-            value.insert("labels".into(), json!(layer.labels));
-            value.insert("hem_lines".into(), json!(layer.hem_lines));
-            value.insert("news".into(), json!(layer));
-        }
-        Ok(value)
+        let mut news = locked(&self.news);
+        Ok(match news.layer(name) {
+            Some(layer) => layer.put_into(value),
+            None => value,
+        })
     }
 
     /// Tells pages about a layer that was cut again.
     fn publish(&self, work: &Work, name: &str, labels: &PerVertex<bool>, garment: &Garment) {
         let Some(loaded) = work.loaded.get(name) else { return };
         if let Some(layer) = locked(&self.news).layer(name) {
-            publish(layer, loaded, labels, garment);
+            layer.take(loaded, labels, garment);
         }
     }
 
@@ -170,25 +169,38 @@ impl Easel {
         Ok(())
     }
 
-    fn step(
+    /// Does what a request with this id asks for, unless it is done.
+    fn once(
         &self,
-        request: &StepRequest,
-        act: impl FnOnce(&mut Work, &mut Writer) -> Result<crate::session::Painted, Refusal>,
+        (id, layer): (&str, &str),
+        act: impl FnOnce(&mut Work, &mut Writer) -> Result<Painted, Refusal>,
     ) -> Result<Value, Refusal> {
-        check_id(&request.id)?;
+        check_id(id)?;
         let _waiting = Waiting::begin(&self.waiting);
         let mut work = locked(&self.work);
-        if work.done.contains(&request.id) {
-            return self.answer(&request.layer, true, Duration::ZERO);
+        if work.done.contains(id) {
+            return self.answer(layer, true, Duration::ZERO);
         }
         let began = Instant::now();
         let mut writer = self.writer()?;
-        writer.session().recipe().step(&request.layer)?;
         let painted = act(&mut work, &mut writer)?;
-        work.done.insert(request.id.clone());
         let labels = &painted.recut.labels.labels.0;
-        self.changed(&mut work, &request.layer, labels, &painted.recut.garment, &writer)?;
-        self.answer(&request.layer, false, began.elapsed())
+        self.changed(&mut work, layer, labels, &painted.recut.garment, &writer)?;
+        self.answer(layer, painted.was_there, began.elapsed())
+    }
+
+    /// Undo or redo.
+    fn step(
+        &self,
+        request: &StepRequest,
+        act: impl FnOnce(&mut Work, &mut Writer) -> Result<Painted, Refusal>,
+    ) -> Result<Value, Refusal> {
+        self.once((&request.id, &request.layer), |work, writer| {
+            writer.session().recipe().step(&request.layer)?;
+            let painted = act(work, writer)?;
+            work.done.insert(request.id.clone());
+            Ok(painted)
+        })
     }
 
     fn changed(
@@ -219,13 +231,7 @@ impl Easel {
         let mut news = locked(&self.news);
         let gone = || Refusal::new(410, Kind::Moved, format!("the layer '{name}' is gone"));
         let layer = news.layer(name).ok_or_else(gone)?;
-        Ok(json!({
-            "news": layer,
-            "labels": layer.labels,
-            "hem_lines": layer.hem_lines,
-            "was_there": was_there,
-            "ms": 1e3 * took.as_secs_f64(),
-        }))
+        Ok(layer.answer(was_there, took))
     }
 
     /// Looks at a layer that was changed otherwise than by a stroke on it.
@@ -261,8 +267,7 @@ impl Subject for Easel {
         locked(&self.work).changes
     }
 
-    /// Cuts it first if its cut is out of date, or if its brush file has strokes that are not
-    /// applied.
+    /// Cuts it first if its cut is out of date, or if its brush file has strokes that are not applied.
     fn layer(&self, name: &str) -> Result<Value, Refusal> {
         let _waiting = Waiting::begin(&self.waiting);
         let mut work = locked(&self.work);
@@ -286,39 +291,29 @@ impl Subject for Easel {
     }
 
     fn paint(&self, request: &PaintRequest) -> Result<Value, Refusal> {
-        check_id(&request.id)?;
-        let _waiting = Waiting::begin(&self.waiting);
-        let mut work = locked(&self.work);
-        if work.done.contains(&request.id) {
-            return self.answer(&request.layer, true, Duration::ZERO);
-        }
-        let began = Instant::now();
-        let mut writer = self.writer()?;
         let name = &request.layer;
-        let moved = |what: String| Err(Refusal::new(409, Kind::Moved, what));
-        let now = match writer.session().scan_name(name) {
-            Err(SessionError::NotBuilt { .. }) => {
+        self.once((&request.id, name), |work, writer| {
+            let moved = |what: String| Err(Refusal::new(409, Kind::Moved, what));
+            let now = match writer.session().scan_name(name) {
+                Err(SessionError::NotBuilt { .. }) => None,
+                now => Some(now?),
+            };
+            if now.as_ref() != Some(&request.scan) {
                 return moved(format!("the scan of '{name}' was replaced meanwhile: look at the new one"));
             }
-            now => now?,
-        };
-        if now != request.scan {
-            return moved(format!("the scan of '{name}' was replaced meanwhile: look at the new one"));
-        }
-        if work.loaded.get(name).is_none_or(|loaded| loaded.scan_name != now) {
-            writer.paint(name, &[], &mut |_| {})?;
-            let (loaded, _) = Loaded::pack(&writer.session().to_paint(name)?)?;
-            work.loaded.insert(name.clone(), loaded);
-        }
-        let Some(loaded) = work.loaded.get(name) else { return moved(format!("'{name}' is not shown")) };
-        let strokes = request.strokes(&loaded.scan.world_from_file)?;
-        let painted = writer.paint(name, &strokes, &mut |_| {})?;
-        if !painted.was_there {
-            work.undone.remove(name);
-        }
-        let labels = &painted.recut.labels.labels.0;
-        self.changed(&mut work, name, labels, &painted.recut.garment, &writer)?;
-        self.answer(name, painted.was_there, began.elapsed())
+            if work.loaded.get(name).is_none_or(|loaded| loaded.scan_name != request.scan) {
+                writer.paint(name, &[], &mut |_| {})?;
+                let (loaded, _) = Loaded::pack(&writer.session().to_paint(name)?)?;
+                work.loaded.insert(name.clone(), loaded);
+            }
+            let Some(loaded) = work.loaded.get(name) else { return moved(format!("'{name}' is not shown")) };
+            let strokes = request.strokes(&loaded.scan.world_from_file)?;
+            let painted = writer.paint(name, &strokes, &mut |_| {})?;
+            if !painted.was_there {
+                work.undone.remove(name);
+            }
+            Ok(painted)
+        })
     }
 
     fn undo(&self, request: &StepRequest) -> Result<Value, Refusal> {

@@ -5,7 +5,7 @@
 
 use super::easel::{PATIENCE, locked, name_of_session, session_id};
 use super::loaded::{Loaded, surface};
-use super::news::{LayerNews, News, publish};
+use super::news::{LayerNews, News};
 use super::refusal::{Kind, Refusal};
 use super::requests::{PaintRequest, StepRequest, check_id};
 use super::subject::Subject;
@@ -14,7 +14,7 @@ use crate::desk::error::DeskError;
 use crate::geometry::PerVertex;
 use crate::segment::{Labels, Marks, SegmentError, Stroke};
 use crate::session::{ContentHash, JournalLook, Session, ToPaint, Writer};
-use serde_json::{Value, json};
+use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -91,7 +91,7 @@ impl KindEasel {
     fn publish(&self, work: &Work, session: &Session) {
         let mut news = locked(&self.news);
         let Some(layer) = news.layer(&self.name) else { return };
-        publish(layer, &work.loaded, &work.covered, &Garment::on_skin(&work.loaded.scan.mesh, &work.covered));
+        layer.take(&work.loaded, &work.covered, &Garment::on_skin(&work.loaded.scan.mesh, &work.covered));
         let share = work.covered.iter().filter(|&&c| c).count() as f64 / work.covered.len().max(1) as f64;
         let saved = if work.hash.is_some() { "saved" } else { "not saved before the first stroke" };
         layer.verdict = Some((format!("{:.0} % of the body is covered; {saved}", 100.0 * share), "good"));
@@ -148,7 +148,12 @@ impl KindEasel {
             work.done.insert(id.into());
             self.publish(&work, writer.session());
         }
-        Ok(self.answer(was_there, began.elapsed()))
+        self.layer_news(|layer| layer.answer(was_there, began.elapsed()))
+    }
+
+    fn layer_news(&self, look: impl FnOnce(&LayerNews) -> Value) -> Result<Value, Refusal> {
+        let gone = || Refusal::new(410, Kind::Moved, format!("the kind '{}' is gone", self.name));
+        locked(&self.news).layer(&self.name).map(|layer| look(layer)).ok_or_else(gone)
     }
 
     fn check(&self, name: &str) -> Result<(), Refusal> {
@@ -156,18 +161,6 @@ impl KindEasel {
             true => Ok(()),
             false => Err(Refusal::new(410, Kind::Moved, format!("this page paints the kind '{}'", self.name))),
         }
-    }
-
-    fn answer(&self, was_there: bool, took: Duration) -> Value {
-        let mut news = locked(&self.news);
-        let Some(layer) = news.layer(&self.name) else { return Value::Null };
-        json!({
-            "news": layer,
-            "labels": layer.labels,
-            "hem_lines": layer.hem_lines,
-            "was_there": was_there,
-            "ms": 1e3 * took.as_secs_f64(),
-        })
     }
 
     /// Another command has changed the session: if it changed the kind, its version counts.
@@ -208,13 +201,9 @@ impl Subject for KindEasel {
         self.check(name)?;
         let work = locked(&self.work);
         let session = Session::open(&self.dir)?;
-        let (_, mut value) = Loaded::pack(&session.kind_to_paint(self.kind(&session))?)?;
+        let (_, value) = Loaded::pack(&session.kind_to_paint(self.kind(&session))?)?;
         self.publish(&work, &session);
-        let answer = self.answer(false, Duration::ZERO);
-        for key in ["labels", "hem_lines", "news"] {
-            value[key] = answer[key].clone();
-        }
-        Ok(value)
+        self.layer_news(|layer| layer.put_into(value))
     }
 
     fn cut(&self, name: &str) -> Result<Value, Refusal> {

@@ -5,6 +5,7 @@ use crate::cut::Garment;
 use crate::geometry::PerVertex;
 use serde::Serialize;
 use serde_json::{Value, json};
+use std::time::Duration;
 
 /// A layer, as far as it changes while it is painted.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -72,22 +73,37 @@ impl News {
     }
 }
 
-/// Notes that a layer has these labels, and this garment in consequence.
-pub(super) fn publish(layer: &mut LayerNews, loaded: &Loaded, labels: &PerVertex<bool>, garment: &Garment) {
-    let (bits, lines) = (loaded.bits(labels), hems(garment));
-    if layer.labels != bits || layer.scan != loaded.scan_name || layer.hem_lines != lines {
-        layer.version += 1;
+impl LayerNews {
+    /// Takes new labels, and the garment that they cut.
+    pub fn take(&mut self, loaded: &Loaded, labels: &PerVertex<bool>, garment: &Garment) {
+        let (bits, lines) = (loaded.bits(labels), hems(garment));
+        if self.labels != bits || self.scan != loaded.scan_name || self.hem_lines != lines {
+            self.version += 1;
+        }
+        (self.labels, self.hem_lines, self.is_loaded, self.problem) = (bits, lines, true, None);
+        self.scan.clone_from(&loaded.scan_name);
+        (self.hems, self.vertices) = (garment.hem_loops.len(), garment.mesh.vertex_count());
+        self.expected = match (loaded.expected_hems.start(), loaded.expected_hems.end()) {
+            (_, &usize::MAX) => "any number".into(),
+            (least, most) if least == most => least.to_string(),
+            (least, most) => format!("{least} to {most}"),
+        };
+        self.hems_are_right = loaded.expected_hems.contains(&self.hems);
+        self.findings.clone_from(&garment.findings);
     }
-    (layer.labels, layer.hem_lines, layer.is_loaded, layer.problem) = (bits, lines, true, None);
-    layer.scan.clone_from(&loaded.scan_name);
-    (layer.hems, layer.vertices) = (garment.hem_loops.len(), garment.mesh.vertex_count());
-    layer.expected = match (loaded.expected_hems.start(), loaded.expected_hems.end()) {
-        (_, &usize::MAX) => "any number".into(),
-        (least, most) if least == most => least.to_string(),
-        (least, most) => format!("{least} to {most}"),
-    };
-    layer.hems_are_right = loaded.expected_hems.contains(&layer.hems);
-    layer.findings.clone_from(&garment.findings);
+
+    /// Adds the layer, its labels and hems to what a page is sent.
+    pub fn put_into(&self, mut value: Value) -> Value {
+        value["news"] = json!(self);
+        value["labels"] = json!(self.labels);
+        value["hem_lines"] = json!(self.hem_lines);
+        value
+    }
+
+    /// What a page is told of its request: whether it was done before, and how long it took now.
+    pub fn answer(&self, was_there: bool, took: Duration) -> Value {
+        self.put_into(json!({ "was_there": was_there, "ms": 1e3 * took.as_secs_f64() }))
+    }
 }
 
 /// A sentence without the commands that it names: the page offers what they do. Sentences of `check` have them in parentheses
