@@ -77,7 +77,13 @@ impl Session {
         let body = bind_pose(&model);
         let covered = template.prior(&body, &model.skeleton, &Default::default()).map_err(|e| wrong(&e))?;
         Ok(ToPaint {
-            scan_name: ContentHash::of(format!("{:?}", body.mesh.points()).as_bytes()).short().to_string(),
+            // Painted regions belong to a body model.
+            scan_name: self
+                .recipe
+                .body
+                .as_ref()
+                .and_then(|file| file.hash)
+                .map_or("embedded".into(), |hash| hash.short()),
             garment: Garment::on_skin(&body.mesh, &covered),
             labels: covered,
             others: Vec::new(),
