@@ -14,7 +14,7 @@ fn main() {
     let clip = built_in_clip(&args.next().expect("CLIP")).expect("one of our clips");
     let secs: f64 = args.next().expect("SECONDS").parse().expect("a number");
     let model = embedded_model().expect("the embedded body");
-    let figure = Figure::bare(model.skeleton.clone(), model.template.clone(), model.weights.clone());
+    let figure = Figure::mean(&model);
     let params = MotionParams { ease_secs: 0.5, ..MotionParams::default() };
     let (track, _) = follow(&clip, &figure, None, None, &params).expect("the figure can move");
     let skeleton = &figure.skeleton;

@@ -28,7 +28,7 @@ fn main() -> anyhow::Result<()> {
     let Args { session, files, fabric } = Args::parse();
     let figure = Session::open(&session)?.figure_of_last_step()?;
     let model = embedded_model()?;
-    let average = Figure::bare(model.skeleton.clone(), model.template.clone(), model.weights.clone());
+    let average = Figure::mean(&model);
     println!("| garment | vertices | kind | begins at | edges p95 | falls | skin gives way | crossing pairs | secs |");
     println!("|---|---|---|---|---|---|---|---|---|");
     let mut paper = Vec::new();

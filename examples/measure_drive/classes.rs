@@ -17,7 +17,7 @@ const CLASSES: usize = 24;
 
 pub fn measure(out: &Path, figures: &[Figure], clips: &[&Path]) {
     let model = embedded_model().expect("the embedded body");
-    let generic = Figure::bare(model.skeleton.clone(), model.template.clone(), model.weights.clone());
+    let generic = Figure::mean(&model);
     let library = embedded_library().unwrap();
     let on = |figure: &Figure| -> Vec<Places> {
         library.poses().iter().map(|pose| places(figure, &pose_of(&figure.skeleton, pose))).collect()

@@ -1,6 +1,6 @@
 //! The figure: a skeleton with the surfaces it wears.
 
-use super::{HumanJoint, JointId, Pose, Skeleton, SkinRow, SkinWeights, Skinning, UvMap, skin};
+use super::{BodyModel, HumanJoint, JointId, Pose, Skeleton, SkinRow, SkinWeights, Skinning, UvMap, skin};
 use crate::geometry::{PerFace, PerVertex, Point, TriMesh, Vec3, VertexId};
 use serde::{Deserialize, Serialize};
 
@@ -39,6 +39,11 @@ pub struct Figure {
 }
 
 impl Figure {
+    /// The mean body of a model, without garments.
+    pub fn mean(model: &BodyModel) -> Self {
+        Self::bare(model.skeleton.clone(), model.template.clone(), model.weights.clone())
+    }
+
     /// A body without garments.
     pub fn bare(skeleton: Skeleton, mesh: TriMesh, weights: SkinWeights) -> Self {
         Self { skeleton, layers: vec![Layer::plain("body", mesh, weights)] }

@@ -17,7 +17,7 @@ const MOVES: f64 = 1.0;
 
 fn figure() -> Figure {
     let model = embedded_model().unwrap();
-    Figure::bare(model.skeleton.clone(), model.template.clone(), model.weights.clone())
+    Figure::mean(&model)
 }
 
 /// The left arm raised by an angle, and the elbow bent by as much.

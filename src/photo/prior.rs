@@ -62,7 +62,7 @@ impl PosePrior {
 
 fn samples(rig: &Rig<'_>) -> Vec<Pose> {
     let model = rig.model;
-    let figure = Figure::bare(model.skeleton.clone(), model.template.clone(), model.weights.clone());
+    let figure = Figure::mean(model);
     let mut poses = Vec::new();
     for name in BUILT_IN_CLIPS {
         let clip = built_in_clip(name).expect("a name of the list is that of a clip");

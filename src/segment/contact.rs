@@ -64,7 +64,7 @@ fn covers(
     garments: &[(GarmentTemplate, Extent)],
     model: &BodyModel,
 ) -> Result<PerVertex<Option<(usize, Cover)>>, SegmentError> {
-    let figure = Figure::bare(model.skeleton.clone(), model.template.clone(), model.weights.clone());
+    let figure = Figure::mean(model);
     let mut over = PerVertex::filled(None, model.template.vertex_count());
     for (k, (template, extent)) in garments.iter().enumerate().filter(|(_, garment)| !garment.0.grows) {
         let cover = template.cover(figure.body(), &figure.skeleton, extent)?;

@@ -136,7 +136,7 @@ mod tests {
 
     fn average() -> Figure {
         let model = embedded_model().unwrap();
-        Figure::bare(model.skeleton.clone(), model.template.clone(), model.weights.clone())
+        Figure::mean(&model)
     }
 
     #[test]

@@ -8,7 +8,7 @@ use nalgebra::{Rotation3, Unit};
 
 fn average() -> Figure {
     let model = embedded_model().unwrap();
-    Figure::bare(model.skeleton.clone(), model.template.clone(), model.weights.clone())
+    Figure::mean(&model)
 }
 
 /// A skirt of rings, 0.35 m long, wider at the hem and wider than deep, in metres.

@@ -183,8 +183,7 @@ impl PhotographedBody {
     /// Puts a garment from a file on the body, at rest in the bind pose, and takes it into the pose of the photo. `fabric` is that of
     /// its kind if `None`.
     pub fn dressed(&self, file: &Path, fabric: Option<&str>) -> Result<DressedPhoto, BodiesError> {
-        let average =
-            Figure::bare(self.model.skeleton.clone(), self.model.template.clone(), self.model.weights.clone());
+        let average = Figure::mean(&self.model);
         let (mesh, skeleton) = self.model.shaped(&self.body.shape);
         let figure = Figure::bare(skeleton, mesh, self.model.weights.clone());
         let UprightGarment { mesh: own, kind, notes, .. } =

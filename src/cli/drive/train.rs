@@ -40,7 +40,7 @@ pub(super) fn train(args: &TrainArgs, context: &Context) -> anyhow::Result<Done>
     let mut outputs = Outputs::without_session(&context.session, args.force);
     outputs.claim(&args.out, Content::PoseLibrary)?;
     let model = embedded_model().map_err(DriveFailure::from)?;
-    let figure = Figure::bare(model.skeleton.clone(), model.template.clone(), model.weights.clone());
+    let figure = Figure::mean(&model);
     let mut progress = Progress::of_one_stage(&context.console);
     let mut clips = Vec::new();
     for name in &args.clips {

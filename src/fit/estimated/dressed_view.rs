@@ -45,7 +45,7 @@ pub(super) fn certain(
     contact: &PerVertex<Option<Contact>>,
     model: &BodyModel,
 ) -> Result<PerVertex<Option<Contact>>, FitError> {
-    let figure = Figure::bare(model.skeleton.clone(), model.template.clone(), model.weights.clone());
+    let figure = Figure::mean(model);
     let cover = contact.iter().map(|c| if c.is_some() { Cover::Loose } else { Cover::Bare }).collect();
     let of_figure = FigureSurface::prepare(&figure, &cover)?;
     let mut contact = contact.clone();

@@ -16,7 +16,7 @@ use nalgebra::UnitQuaternion;
 
 fn average() -> Figure {
     let model = embedded_model().unwrap();
-    Figure::bare(model.skeleton.clone(), model.template.clone(), model.weights.clone())
+    Figure::mean(&model)
 }
 
 fn openings(mesh: &TriMesh) -> Openings {

@@ -313,7 +313,7 @@ mod tests {
     #[test]
     fn a_row_appears_for_each_stage_that_was_run() {
         let model = embedded_model().unwrap();
-        let figure = Figure::bare(model.skeleton.clone(), model.template.clone(), model.weights.clone());
+        let figure = Figure::mean(&model);
         let pose = Pose::bind(figure.skeleton.len());
         let garment = tube();
         let height = |stop: Stop| {

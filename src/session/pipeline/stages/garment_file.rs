@@ -32,7 +32,7 @@ pub(in crate::session) fn recognized(
         });
     };
     let model = embedded_model().map_err(|e| file.fault(e))?;
-    let average = Figure::bare(model.skeleton.clone(), model.template.clone(), model.weights.clone());
+    let average = Figure::mean(&model);
     let texture = color_from_texture(&mut raw, &mut |_| ()).unwrap_or_default();
     let doubts = raw.unread.iter().chain(&texture.doubts);
     let unused = doubts.map(|part| Warning::new(&part.what, &part.remedy)).collect();
