@@ -24,6 +24,7 @@ pub(super) fn run(_: StatusArgs, context: &Context) -> anyhow::Result<Done> {
     let json = json!({
         "session": context.session.display().to_string(),
         "body_model": body,
+        "recipe": session.recipe().hash()?.to_string(),
         "branch": session.history().current().name,
         "last_change": session.history().current().head(),
         "edited_by_hand": session.is_edited_by_hand(),

@@ -138,7 +138,7 @@ pub struct CharacterOptions {
     ///
     /// **Shapes** one entry per layer.
     pub quads: Vec<bool>,
-    /// The figure's origin, as keys and values in the asset's extras.
+    /// The figure's origin, as keys and values: in the extras of the scene, or as comments.
     pub provenance: BTreeMap<String, String>,
 }
 

@@ -42,6 +42,9 @@ impl Format for Obj {
             env!("CARGO_PKG_VERSION"),
             up.to_string().to_uppercase()
         );
+        for (key, value) in &options.provenance {
+            _ = writeln!(obj, "# {key}: {}", value.replace(['\n', '\r'], " "));
+        }
         let pictures = pictures_of(figure, options)?;
         // OBJ counts vertices and texture coordinates from 1, through all objects.
         let (mut vertices, mut coords) = (1, 1);

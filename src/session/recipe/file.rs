@@ -2,6 +2,7 @@
 
 use super::steps::{RECIPE_VERSION, Recipe};
 use crate::session::error::SessionError;
+use crate::session::store::ContentHash;
 use serde::Deserialize;
 use std::path::Path;
 use toml::de::DeTable;
@@ -14,6 +15,17 @@ impl Recipe {
     pub(in crate::session) fn to_text(&self) -> Result<String, SessionError> {
         let text = toml::to_string(self).map_err(|e| SessionError::Encoding { reason: e.to_string() })?;
         Ok(format!("{HEADER}{text}"))
+    }
+
+    /// The hash of what is requested: that of the file without the folders of its paths, so that it is the same wherever the
+    /// session and its scans lie.
+    ///
+    /// **Errors** for a recipe that cannot be written.
+    pub fn hash(&self) -> Result<ContentHash, SessionError> {
+        let failed = |e: toml::ser::Error| SessionError::Encoding { reason: e.to_string() };
+        let mut recipe = toml::Value::try_from(self).map_err(failed)?;
+        keep_file_names(&mut recipe);
+        Ok(ContentHash::of(toml::to_string(&recipe).map_err(failed)?.as_bytes()))
     }
 
     /// Reads the file's text; `path` is for messages.
@@ -53,6 +65,25 @@ impl Recipe {
     }
 }
 
+/// Keeps of each path, the value of a key `scan` or `file`, only the name of the file.
+fn keep_file_names(value: &mut toml::Value) {
+    match value {
+        toml::Value::Array(values) => values.iter_mut().for_each(keep_file_names),
+        toml::Value::Table(table) => {
+            for (key, value) in table {
+                match value {
+                    toml::Value::String(path) if matches!(key.as_str(), "scan" | "file") => {
+                        let name = Path::new(path.as_str()).file_name().map(|name| name.to_string_lossy().into_owned());
+                        *path = name.unwrap_or_default();
+                    }
+                    value => keep_file_names(value),
+                }
+            }
+        }
+        _ => {}
+    }
+}
+
 /// The line, counted from 1, of a top-level key or of a key of a step; otherwise that of the nearest enclosing item.
 fn line_of<K: AsRef<str>>(text: &str, step: Option<usize>, key: &[K]) -> Option<usize> {
     let table = DeTable::parse(text).ok()?;
@@ -80,7 +111,6 @@ mod tests {
     use crate::parameters::Setting;
     use crate::scan::Up;
     use crate::session::recipe::{SourceFile, StepRecipe, relative_to};
-    use crate::session::store::ContentHash;
 
     fn step(name: &str, template: Option<&str>) -> StepRecipe {
         StepRecipe {
@@ -112,6 +142,22 @@ mod tests {
         recipe.put_step(jeans, false).unwrap();
         let text = recipe.to_text().unwrap();
         assert_eq!(Recipe::parse(&text, Path::new("recipe.toml")).unwrap(), recipe);
+    }
+
+    #[test]
+    fn the_hash_of_a_recipe_knows_its_files_and_parameters_but_no_folder() {
+        let of = |change: &dyn Fn(&mut StepRecipe)| {
+            let mut body = step("body", None);
+            change(&mut body);
+            let mut recipe = Recipe::new(None);
+            recipe.put_step(body, false).unwrap();
+            recipe.hash().unwrap()
+        };
+        let plain = of(&|_| {});
+        assert_eq!(plain, of(&|body| body.scan = "/elsewhere/a.ply".into()));
+        assert_ne!(plain, of(&|body| body.scan = "../b.ply".into()));
+        assert_ne!(plain, of(&|body| body.hash = Some(ContentHash::of(b"b"))));
+        assert_ne!(plain, of(&|body| body.faces = Some(20_000)));
     }
 
     #[test]

@@ -142,6 +142,8 @@ impl Session {
         if request.at.is_some() || request.scan.is_none() {
             let steps = self.posed_steps(request.at.as_deref())?;
             if let Some(last) = steps.last() {
+                let provenance = serde_json::json!(self.provenance(&steps)?);
+                folder.files.push(("origin.json".into(), format!("{provenance:#}\n").into_bytes()));
                 if request.hide_covered {
                     folder.covered = self.covered_parts(&last.figure, request.hide_covered, &request.target)?;
                     removed = folder.covered.removed(&last.figure);

@@ -15,6 +15,7 @@ use crate::session::open::Session;
 use crate::session::pipeline::standing;
 use crate::session::recipe::garment_spec;
 use crate::session::store::ContentHash;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 impl Session {
@@ -78,9 +79,7 @@ impl Session {
             Some(rest) => skeleton.pose_from_rest(pose, rest, &figure.skeleton.joints_in_bind[0]),
         };
         let pose = request.at.as_ref().map(|_| in_file(&last.pose));
-        let license = self.model_license()?.name.unwrap_or_else(|| "not stated".into());
-        let license = ("licence of the body model".to_string(), license);
-        let provenance = steps.iter().map(origin).chain([license]).collect();
+        let provenance = self.provenance(&steps)?;
         let mut animations = if request.at.is_none() { self.animations_in_file(outputs)? } else { Vec::new() };
         if let Some(name) = &request.bake_cloth {
             let baked = self.baked_cloth(name.as_deref(), &figure)?;
@@ -215,6 +214,14 @@ impl Session {
             1000.0 * fitted.skinned_distance
         ));
         Ok(fitted.params)
+    }
+
+    /// The figure's origin, by keys: the scans, the recipe, the licence of the body model.
+    pub(super) fn provenance(&self, steps: &[PosedStep]) -> Result<BTreeMap<String, String>, SessionError> {
+        let license = self.model_license()?.name.unwrap_or_else(|| "not stated".into());
+        let license = ("licence of the body model".to_string(), license);
+        let recipe = ("recipe".to_string(), format!("BLAKE3 {}", self.recipe().hash()?));
+        Ok(steps.iter().map(origin).chain([license, recipe]).collect())
     }
 
     /// The animations that are up to date; the others are reported.
