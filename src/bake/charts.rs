@@ -27,10 +27,12 @@ pub struct ChartFigures {
 
 /// Texture coordinates of a surface: charts without overlap, with nearly equal detail everywhere.
 ///
+/// **Shapes** `seams`, where charts must end: three flags per face, see [`seams`](super::seams()).
+///
 /// **Guarantees** equal bytes with any number of threads.
 ///
 /// **Errors** if no page holds the charts.
-pub fn charts(surface: &TriMesh) -> Result<UvMap, BakeError> {
+pub fn charts(surface: &TriMesh, seams: Option<&[[bool; 3]]>) -> Result<UvMap, BakeError> {
     let failed = |reason: String| BakeError::Charts { faces: surface.face_count(), reason };
     // Single precision is exact enough near the origin only.
     let middle = surface.bounds().map_or_else(Default::default, |bounds| bounds.center().coords);
@@ -43,7 +45,8 @@ pub fn charts(surface: &TriMesh) -> Result<UvMap, BakeError> {
         max_chart_area: (LARGEST * surface.area()) as f32,
         ..Options::default()
     };
-    let atlas = generate(&[MeshInput::new(&positions, &indices)], &options).map_err(|e| failed(e.to_string()))?;
+    let input = MeshInput { seams, ..MeshInput::new(&positions, &indices) };
+    let atlas = generate(&[input], &options).map_err(|e| failed(e.to_string()))?;
     let (Some(mesh), 1) = (atlas.meshes.first(), atlas.page_count) else {
         return Err(failed(format!("{} charts do not fit one page", atlas.chart_count)));
     };

@@ -6,6 +6,7 @@ mod gutters;
 mod normals;
 mod painted;
 mod photographed;
+mod seams;
 mod tangents;
 mod texels;
 
@@ -14,6 +15,7 @@ pub use error::BakeError;
 pub use normals::{DetailedSurface, normal_map};
 pub use painted::PaintedSurface;
 pub use photographed::PhotographedSurface;
+pub use seams::seams;
 pub use tangents::tangents;
 
 use crate::body::{Texture, UvMap};

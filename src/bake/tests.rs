@@ -1,8 +1,9 @@
 //! Textures of small surfaces, with what they must show.
 
 use super::*;
+use crate::body::Figure;
 use crate::formats::{EncodedPicture, RawMaterial, RawMesh, RawTexture, write_color_png};
-use crate::geometry::sphere;
+use crate::geometry::{FaceId, sphere};
 
 /// A square of one metre in the plane of x and y, of `n × n` pairs of triangles.
 fn plate(n: u32) -> TriMesh {
@@ -34,7 +35,7 @@ fn shown(texture: &Texture, uvs: &UvMap, face: usize, weights: [f64; 3]) -> [u8;
 #[test]
 fn charts_cover_every_face_once_with_little_stretch() {
     let ball = sphere(24, 48);
-    let uvs = charts(&ball).unwrap();
+    let uvs = charts(&ball, None).unwrap();
     assert!(uvs.fits(&ball) && uvs.coords.iter().flatten().all(|c| (0.0..=1.0).contains(c)));
     let figures = ChartFigures::of(&ball, &uvs);
     assert!((20..60).contains(&figures.charts), "{figures:?}");
@@ -52,7 +53,7 @@ fn charts_cover_every_face_once_with_little_stretch() {
     assert!((f64::from(area) / 65536.0 - figures.page_use).abs() < 0.02, "{area} {figures:?}");
     assert!(seen.iter().filter(|seen| **seen).count() * 10 > seen.len() * 9);
     let shifted = ball.map_points(|p| p + Vec3::new(900.0, 0.0, -400.0));
-    assert!(charts(&shifted).unwrap().fits(&shifted), "far from the origin too");
+    assert!(charts(&shifted, None).unwrap().fits(&shifted), "far from the origin too");
 }
 
 #[test]
@@ -95,7 +96,7 @@ fn a_checked_picture_comes_back_with_its_contrast() {
     let source = PaintedSurface::of_file(raw, |p| *p).unwrap();
     // Another mesh, 3 mm off, with its own charts.
     let worn = plate(7).map_points(|p| p + Vec3::new(0.0, 0.0, 0.003));
-    let uvs = charts(&worn).unwrap();
+    let uvs = charts(&worn, None).unwrap();
     let texture = baked(&worn, &uvs, None, 512, &|place| source.color_at(place));
     let (mut light, mut dark) = (Vec::new(), Vec::new());
     for face in 0..worn.face_count() {
@@ -123,7 +124,7 @@ fn a_checked_picture_comes_back_with_its_contrast() {
 #[test]
 fn what_was_not_seen_continues_the_cloth_around_it() {
     let mesh = plate(10);
-    let uvs = charts(&mesh).unwrap();
+    let uvs = charts(&mesh, None).unwrap();
     // Red on the left, blue on the right; the scan ends at 0.8 m, and the middle is said to be unseen.
     let is_seen: PerVertex<bool> = mesh.points().iter().map(|p| (p.x - 0.5).abs() > 0.25).collect();
     let color_at = |place: &Place| {
@@ -148,7 +149,7 @@ fn what_was_not_seen_continues_the_cloth_around_it() {
 #[test]
 fn no_pixel_between_charts_is_left_as_background() {
     let ball = sphere(12, 24);
-    let uvs = charts(&ball).unwrap();
+    let uvs = charts(&ball, None).unwrap();
     let texture = baked(&ball, &uvs, None, 256, &|_| Some([1.0, 1.0, 1.0]));
     assert!(texture.pixels.iter().all(|p| *p == [255; 3]));
 }
@@ -161,7 +162,7 @@ fn one_thread_and_many_bake_the_same_bytes() {
     let bake = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let uvs = charts(&ball).unwrap();
+            let uvs = charts(&ball, None).unwrap();
             let source = PaintedSurface::of_vertices(&ball, &colors);
             let texture = baked(&ball, &uvs, None, 128, &|place| source.color_at(place));
             (uvs, texture)
@@ -173,7 +174,7 @@ fn one_thread_and_many_bake_the_same_bytes() {
 #[test]
 fn a_normal_map_shows_the_waves_of_a_finer_ball() {
     let (coarse, fine) = (sphere(10, 20), sphere(80, 160));
-    let uvs = charts(&coarse).unwrap();
+    let uvs = charts(&coarse, None).unwrap();
     let waves = |p: &Point| Point::from(p.coords * (0.99 + 0.004 * (20.0 * p.y).sin()));
     let detail = DetailedSurface::of(&fine.map_points(waves));
     let side = 512;
@@ -213,4 +214,47 @@ fn a_normal_map_shows_the_waves_of_a_finer_ball() {
     let [x, y, z, sign] = tangents.0[0][0].map(f64::from);
     let (tangent, normal) = (Vec3::new(x, y, z), normals[coarse.faces().0[0][0]]);
     assert!(tangent.dot(&steps[0]) > 0.0 && (normal.cross(&tangent) * sign).dot(&steps[1]) < 0.0);
+}
+
+#[test]
+fn seams_cut_a_suit_into_the_pieces_of_a_pattern() {
+    let figure = Figure::mean(&crate::body::embedded_model().unwrap());
+    let suit = figure.body();
+    let (seams, adjacency) = (seams(suit, &figure.skeleton), Adjacency::prepare(&suit.mesh));
+    let mut piece_of = vec![usize::MAX; seams.len()];
+    let mut areas = Vec::new();
+    for seed in suit.mesh.face_ids() {
+        if piece_of[seed.index()] != usize::MAX {
+            continue;
+        }
+        let (piece, mut area, mut open) = (areas.len(), 0.0, vec![seed]);
+        piece_of[seed.index()] = piece;
+        while let Some(face) = open.pop() {
+            area += suit.mesh.face_area(face);
+            for (across, is_seam) in adjacency.face_neighbours(face).into_iter().zip(seams[face.index()]) {
+                let Some(next) = across.filter(|next| !is_seam && piece_of[next.index()] == usize::MAX) else {
+                    continue;
+                };
+                piece_of[next.index()] = piece;
+                open.push(next);
+            }
+        }
+        areas.push(area);
+    }
+    areas.sort_by(|a, b| b.total_cmp(a));
+    // Front and back of each half, and two sleeves.
+    assert!(areas[..6].iter().sum::<f64>() > 0.95 * suit.mesh.area(), "{:?}", &areas[..8]);
+    assert!(areas[0] < 0.3 * suit.mesh.area() && areas[5] > 0.04 * suit.mesh.area(), "{:?}", &areas[..8]);
+    let uvs = charts(&suit.mesh, Some(&seams)).unwrap();
+    let joined = |face: FaceId, k: usize, across: FaceId| {
+        let of = |face: FaceId| uvs.corners[face];
+        let shared = |place: u32| of(across).contains(&place);
+        shared(of(face)[k]) && shared(of(face)[(k + 1) % 3])
+    };
+    for face in suit.mesh.face_ids() {
+        for (k, across) in adjacency.face_neighbours(face).into_iter().enumerate() {
+            let Some(across) = across.filter(|_| seams[face.index()][k]) else { continue };
+            assert!(!joined(face, k, across), "a chart crosses a seam at face {}", face.index());
+        }
+    }
 }

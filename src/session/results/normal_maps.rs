@@ -4,13 +4,12 @@ use super::export_character::hash_of;
 use super::export_request::ExportStep;
 use super::posed_step::PosedStep;
 use super::textures::{Scanned, TextureSize};
-use crate::bake::{DetailedSurface, charts, normal_map};
+use crate::bake::{DetailedSurface, normal_map};
 use crate::body::{Figure, Texture, UvMap};
 use crate::export::RemeshedLayer;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::pipeline::FileInput;
-use std::path::Path;
 
 /// Version of what is baked: another one bakes all maps anew.
 const VERSION: u32 = 1;
@@ -31,7 +30,7 @@ impl Session {
     ) -> Result<(Figure, Vec<Option<Texture>>), SessionError> {
         let mut maps = Vec::with_capacity(figure.layers.len());
         for (rank, layer) in figure.layers.iter_mut().enumerate() {
-            let mapped = match Scanned::of_layer(layer, rank, steps, remeshed) {
+            let mapped = match Scanned::of_layer((&figure.skeleton, layer), rank, steps, remeshed) {
                 None => None,
                 Some(scanned) => {
                     let own = layer.uvs.as_ref().filter(|uvs| uvs.fits(&scanned.surface));
@@ -71,8 +70,7 @@ impl Session {
             None
         } else {
             on_bake();
-            let failed = |e| SessionError::bad_source(Path::new(name), e);
-            let uvs = uvs.map_or_else(|| charts(&scanned.surface), |uvs| Ok(uvs.clone())).map_err(failed)?;
+            let uvs = uvs.map_or_else(|| scanned.charts(), |uvs| Ok(uvs.clone()))?;
             let map = normal_map(&scanned.surface, &uvs, scanned.is_seen, size.side(), &|place, is_seen| {
                 let known = details.iter().filter(|(is_scan, _)| is_seen || !is_scan);
                 known.into_iter().find_map(|(_, detail)| detail.normal_at(place))

@@ -1,8 +1,8 @@
 //! The textures of a figure's layers, each baked from the scan of its own step and kept for the next time.
 
 use super::posed_step::PosedStep;
-use crate::bake::{PaintedSurface, PhotographedSurface, Place, baked, charts};
-use crate::body::{Figure, Layer, UvMap};
+use crate::bake::{PaintedSurface, PhotographedSurface, Place, baked, charts, seams};
+use crate::body::{Figure, Layer, Skeleton, UvMap};
 use crate::export::RemeshedLayer;
 use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh};
 use crate::session::error::SessionError;
@@ -37,7 +37,7 @@ impl TextureSize {
 }
 
 /// Version of what is baked: another one bakes all textures anew.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// A layer in the pose of the scan that shows it.
 pub(super) struct Scanned<'a> {
@@ -49,6 +49,8 @@ pub(super) struct Scanned<'a> {
     colors: Option<&'a PerVertex<[u8; 3]>>,
     /// The model's texture coordinates.
     uvs: Option<&'a UvMap>,
+    /// Where charts end, see [`seams`].
+    seams: Option<Vec<[bool; 3]>>,
 }
 
 impl Session {
@@ -91,15 +93,31 @@ impl Session {
         size: TextureSize,
         on_layer: &mut dyn FnMut(&str),
     ) -> Result<Figure, SessionError> {
-        for rank in 0..figure.layers.len() {
-            let Some(scanned) = Scanned::of_layer(&figure.layers[rank], rank, steps, remeshed) else { continue };
-            if !is_wanted(&scanned)? {
+        let (mut found, mut missing) = (Vec::new(), Vec::new());
+        for (rank, layer) in figure.layers.iter().enumerate() {
+            let Some(scanned) = Scanned::of_layer((&figure.skeleton, layer), rank, steps, remeshed) else { continue };
+            if !scanned.has_colors() || !is_wanted(&scanned)? {
                 continue;
             }
-            let name = figure.layers[rank].name.clone();
-            if let Some(uvs) = self.texture_of(&scanned, size, &mut || on_layer(&name))? {
-                figure.layers[rank].uvs = Some(uvs);
+            let (file, inputs) = (scanned.file(size), scanned.inputs(size)?);
+            match self.store.derived().load::<UvMap>(&file, inputs) {
+                Some(kept) => found.push((rank, kept)),
+                None => {
+                    on_layer(&layer.name);
+                    missing.push((rank, scanned, file, inputs));
+                }
             }
+        }
+        // A layer is cut into charts by one thread; pixels are painted by all.
+        let cut: Vec<_> = missing.par_iter().map(|(_, scanned, ..)| scanned.charts()).collect();
+        for ((rank, scanned, file, inputs), uvs) in missing.into_iter().zip(cut) {
+            if let Some(uvs) = self.painted(&scanned, uvs?, size)? {
+                self.store.derived().keep(&file, inputs, &uvs);
+                found.push((rank, uvs));
+            }
+        }
+        for (rank, uvs) in found {
+            figure.layers[rank].uvs = Some(uvs);
         }
         Ok(figure)
     }
@@ -143,28 +161,12 @@ impl Session {
         Ok(is_finer)
     }
 
-    fn texture_of(
-        &self,
-        scanned: &Scanned,
-        size: TextureSize,
-        on_bake: &mut dyn FnMut(),
-    ) -> Result<Option<UvMap>, SessionError> {
-        let (name, derived) = (&scanned.posed.step.name, self.store.derived());
-        let faces = if scanned.before.is_some() { "other-faces." } else { "" };
-        let file = format!("{name}.{faces}{}.texture", size.side());
-        let inputs = scanned.inputs(size)?;
-        if let Some(kept) = derived.load(&file, inputs) {
-            return Ok(Some(kept));
-        }
+    /// The charts of a layer with their picture.
+    fn painted(&self, scanned: &Scanned, uvs: UvMap, size: TextureSize) -> Result<Option<UvMap>, SessionError> {
         let Some(source) = self.source_of(scanned)? else { return Ok(None) };
-        on_bake();
-        let failed = |e| SessionError::bad_source(Path::new(name), e);
-        let uvs = scanned.uvs.cloned().map_or_else(|| charts(&scanned.surface), Ok).map_err(failed)?;
         let (surface, is_own) = (&scanned.surface, scanned.is_own());
         let texture = baked(surface, &uvs, is_own.as_ref(), size.side(), &|place| source.color_at(place));
-        let uvs = UvMap { texture: Some(texture), ..uvs };
-        derived.keep(&file, inputs, &uvs);
-        Ok(Some(uvs))
+        Ok(Some(UvMap { texture: Some(texture), ..uvs }))
     }
 
     /// The scan in full detail; the layer itself if it was put on from a file, in another pose than there.
@@ -204,7 +206,12 @@ impl Source {
 
 impl<'a> Scanned<'a> {
     /// The layer of that rank in a figure whose layers may have been re-meshed; `None` if no scan shows it.
-    pub fn of_layer(layer: &'a Layer, rank: usize, steps: &'a [PosedStep], remeshed: &[RemeshedLayer]) -> Option<Self> {
+    pub fn of_layer(
+        (skeleton, layer): (&Skeleton, &'a Layer),
+        rank: usize,
+        steps: &'a [PosedStep],
+        remeshed: &[RemeshedLayer],
+    ) -> Option<Self> {
         let step = if rank == 0 { steps.first() } else { steps.iter().find(|posed| posed.step.name == layer.name) };
         let scanned = Self::of(step?, rank)?;
         let remeshed = remeshed.get(rank).and_then(|layer| layer.outcome.as_ref().ok());
@@ -220,6 +227,7 @@ impl<'a> Scanned<'a> {
             true => scanned,
             false => Self { surface: scanned.surface.with_faces(faces.clone()), uvs: None, ..scanned },
         };
+        let scanned = Self { seams: (rank > 0).then(|| seams(layer, skeleton)), ..scanned };
         Some(match remeshed {
             None => scanned,
             Some(remeshed) => Self {
@@ -244,7 +252,7 @@ impl<'a> Scanned<'a> {
             _ => posed.garments().into_iter().find(|(name, _)| *name == layer.name)?.1,
         };
         let (is_seen, colors, uvs) = (layer.is_seen.as_ref(), layer.colors.as_ref(), layer.uvs.as_ref());
-        Some(Self { posed, surface, before: None, is_seen, colors, uvs })
+        Some(Self { posed, surface, before: None, is_seen, colors, uvs, seams: None })
     }
 
     /// The vertices that were seen and are near the step's own part of the scan: closest to the others is another layer, whose
@@ -265,12 +273,28 @@ impl<'a> Scanned<'a> {
         Some(PerVertex(points.map(|(v, p)| is_seen(v) && is_near_own(p)).collect()))
     }
 
+    fn has_colors(&self) -> bool {
+        if self.posed.step.tryon { self.colors.is_some() } else { self.posed.scan.colors.is_some() }
+    }
+
+    /// The name under which the texture is kept.
+    fn file(&self, size: TextureSize) -> String {
+        let faces = if self.before.is_some() { "other-faces." } else { "" };
+        format!("{}.{faces}{}.texture", self.posed.step.name, size.side())
+    }
+
+    /// The model's, or those cut for the surface.
+    pub fn charts(&self) -> Result<UvMap, SessionError> {
+        let failed = |e| SessionError::bad_source(Path::new(&self.posed.step.name), e);
+        self.uvs.cloned().map_or_else(|| charts(&self.surface, self.seams.as_deref()), Ok).map_err(failed)
+    }
+
     /// Everything on which the texture depends.
     pub fn inputs(&self, size: TextureSize) -> Result<ContentHash, SessionError> {
-        let Self { posed, surface, is_seen, colors, uvs, before: _ } = self;
+        let Self { posed, surface, is_seen, colors, uvs, seams, before: _ } = self;
         let bare = uvs.map(|uvs| (&uvs.coords, &uvs.corners));
         let labels = posed.labels.as_ref().map(|labels| &labels.0);
-        let bytes = postcard::to_stdvec(&(surface, is_seen, colors, bare, &posed.scan, labels))
+        let bytes = postcard::to_stdvec(&(surface, is_seen, colors, bare, seams, &posed.scan, labels))
             .map_err(|e| SessionError::Encoding { reason: e.to_string() })?;
         let (file, is_tryon) = (posed.step.hash.map(|hash| hash.to_string()), posed.step.tryon);
         Ok(ContentHash::of_json(&json!({
