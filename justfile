@@ -46,8 +46,8 @@ body-model:
 
 # The scans of the demo and their truth, generated again from the body model; the brush files stay
 demo-scans:
-    rm -rf target/demo-scans scans/demo/*.ply scans/demo/truth
-    cargo run --release --no-default-features -- studio make --seed 6 --garments tshirt,skirt,pullover,vest --faces 55000 --no-frames --out target/demo-scans
+    rm -rf target/demo-scans scans/demo/*.ply scans/demo/*.jpg scans/demo/truth
+    cargo run --release --no-default-features -- studio make --seed 6 --garments tshirt,skirt,pullover,vest --faces 55000 --no-frames --texture 2048 --out target/demo-scans
     cp -r target/demo-scans/* scans/demo/
 
 # Registration of the body model to bare bodies: distance, inverted and intersecting faces, processor time. FILES are scans

@@ -47,7 +47,7 @@ pub use recording::{
     read_recording, recording_files, write_recording,
 };
 pub use rgba_png::{RgbaPicture, read_rgba_png};
-pub use srgb::{byte_of_linear, linear_of_byte};
+pub use srgb::{byte_of_linear, linear_of_byte, linear_of_srgb};
 pub use text::{read_obj, read_off, read_stl, write_obj, write_textured_obj};
 pub use texture::{EncodedPicture, RawMaterial, RawTexture, Siblings, UnreadPart, Wrap};
 pub use usd::{UsdInterpolation, UsdLayer, UsdPrim, UsdValue, usd_names, write_usd_package};

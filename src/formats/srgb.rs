@@ -2,11 +2,11 @@
 
 /// The linear value, 0–1, of an sRGB byte.
 pub fn linear_of_byte(byte: u8) -> f64 {
-    linear_of(f64::from(byte) / 255.0)
+    linear_of_srgb(f64::from(byte) / 255.0)
 }
 
 /// The linear value of an sRGB value, both 0–1.
-pub(super) fn linear_of(c: f64) -> f64 {
+pub fn linear_of_srgb(c: f64) -> f64 {
     if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
 }
 

@@ -1,6 +1,7 @@
 //! A synthetic session: a subject scanned naked, then with one more garment in each step, and the truth of each step.
 
 use super::camera::RgbdRecording;
+use super::close_up::CloseUp;
 use super::error::StudioError;
 use super::garments::{
     DressedSubject, GarmentFile, GarmentForm, GarmentKind, GarmentSize, SewnGarment, dress, garment_file, sew,
@@ -25,6 +26,8 @@ pub struct SyntheticStep {
     pub scan: TriMesh,
     /// Its colours, sRGB.
     pub colors: PerVertex<[u8; 3]>,
+    /// What photographs show of the subject.
+    pub close_up: CloseUp,
     /// The true body, garments and joints.
     pub truth: TruthStep,
 }
@@ -125,7 +128,8 @@ fn scan_of(
     };
     let on_table = TurntableSubject { subject, stance: &stance, dressed, garments };
     let (recording, scan, colors) = on_table.scanned(&truth, params, params.seed.wrapping_add(step as u64))?;
-    Ok(SyntheticStep { name, recording, scan, colors, truth })
+    let close_up = on_table.close_up(&truth);
+    Ok(SyntheticStep { name, recording, scan, colors, close_up, truth })
 }
 
 /// Moves the stance so that the soles are on y = 0.
@@ -145,7 +149,7 @@ fn joints(subject: &Subject, stance: &ScanStance) -> JointPositions {
 mod tests {
     use super::*;
     use crate::body::{HumanJoint, Side};
-    use crate::geometry::Vec3;
+    use crate::geometry::{SurfaceIndex, Vec3};
     use crate::measure::{hem_loops, hidden_body, surface_distance};
     use crate::studio::camera::{ScannerParams, TurntableParams};
     use crate::studio::garments::GarmentKind;
@@ -236,5 +240,27 @@ mod tests {
             assert!((300..16_000).contains(&finished.vertex_count()), "{}", kind.name());
             assert_eq!(finished.vertex_count(), garment.finished_weights().len());
         }
+    }
+
+    #[test]
+    fn a_texture_shows_what_the_colours_of_vertices_show() {
+        let mut session = coarse(vec![GarmentKind::Tshirt]);
+        let SyntheticStep { scan, colors, close_up, .. } = session.steps.remove(1);
+        let mut textured = close_up.textured(&scan, &colors, 512, "scan.jpg").unwrap();
+        assert!(textured.faces.len() == scan.face_count() && textured.texture.is_some());
+        crate::scan::color_from_texture(&mut textured, &mut |_| ()).unwrap();
+        let seen = SurfaceIndex::prepare(&scan);
+        let mut differences: Vec<f64> = textured
+            .points
+            .iter()
+            .zip(textured.colors.as_ref().unwrap())
+            .map(|(&p, color)| {
+                let v = seen.closest(&p.into()).nearest_corner(&scan);
+                (0..3).map(|c| (f64::from(color[c]) - f64::from(colors[v][c])).abs()).sum::<f64>() / 3.0
+            })
+            .collect();
+        differences.sort_by(f64::total_cmp);
+        // Where a triangle of 2 cm lies across the edge of a stripe they differ.
+        assert!(differences[differences.len() / 2] < 12.0, "{}", differences[differences.len() / 2]);
     }
 }

@@ -1,6 +1,7 @@
 //! Synthetic subjects, garments and cameras with known ground truth.
 
 mod camera;
+mod close_up;
 mod error;
 mod garments;
 mod generate;
@@ -16,6 +17,7 @@ pub use camera::{
     DepthNoise, Lens, RgbdFrame, RgbdRecording, ScannerParams, SceneSurface, TurntableParams, record_turn,
     simulate_scan,
 };
+pub use close_up::CloseUp;
 pub use error::StudioError;
 pub use garments::{GarmentFile, GarmentForm, GarmentKind, GarmentSize};
 pub use generate::{

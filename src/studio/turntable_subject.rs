@@ -1,6 +1,7 @@
 //! The dressed subject on the turntable: what the camera records, and the scan that is fused from it.
 
 use super::camera::{LabelledScene, RgbdRecording, SceneSurface, axis_of, merged, record, recording, scan_from_images};
+use super::close_up::{CloseUp, GarmentCloseUp};
 use super::error::StudioError;
 use super::garments::{DressedSubject, SewnGarment};
 use super::params::StudioParams;
@@ -39,6 +40,15 @@ impl TurntableSubject<'_> {
         let recording = recording(&params.turntable, &images);
         let (scan, colors) = scan_from_images(images, &bounds, &params.scanner);
         Ok((recording, scan, colors))
+    }
+
+    /// What photographs show of the subject as it stands in the middle of the turn.
+    pub(super) fn close_up(&self, truth: &TruthStep) -> CloseUp {
+        let garments = truth.layers.iter().zip(self.garments).map(|(worn, garment)| {
+            let sewn = garment.finished(&garment.sewn, false, &[]);
+            GarmentCloseUp { worn: worn.clone(), cloth: garment.close_up(&sewn), sewn: sewn.points().clone() }
+        });
+        CloseUp { skin: truth.body.clone(), skin_colors: self.subject.colors.clone(), garments: garments.collect() }
     }
 
     /// The body and the garments as one scene. Cloth is subdivided, so that the edges of its motif are sharp, and has its

@@ -24,6 +24,8 @@ pub struct MakeRequest {
     pub subject: SubjectParams,
     /// Whether to write the frames of every step (`K-NAME/`), not only the fused scans.
     pub frames: bool,
+    /// Pixels along the side of the texture of each fused scan, which has a colour per vertex without one.
+    pub texture: Option<usize>,
 }
 
 /// The files of one step.
@@ -63,7 +65,7 @@ pub fn make_subject(
             return;
         }
         joints.push(json!({ "joints": joints_by_name(&step.truth.joints) }));
-        match write_step(&folder, k, &step, request.frames) {
+        match write_step(&folder, k, &step, request) {
             Ok(one) => {
                 on_step(&one);
                 made.push(one);
@@ -119,16 +121,19 @@ pub fn make_garments(
         .collect()
 }
 
-fn write_step(out: &NewFolder, k: usize, step: &SyntheticStep, frames: bool) -> Result<MadeStep, MakeError> {
+fn write_step(out: &NewFolder, k: usize, step: &SyntheticStep, request: &MakeRequest) -> Result<MadeStep, MakeError> {
     let truth = Path::new("truth");
     let scan = PathBuf::from(format!("{k}-{}.ply", step.name));
-    write_mesh(out, &scan, &step.scan, Some(&step.colors))?;
+    match request.texture {
+        None => write_mesh(out, &scan, &step.scan, Some(&step.colors))?,
+        Some(side) => write_textured(out, &scan, step, side)?,
+    }
     write_mesh(out, &truth.join(TruthNaming::step_body(k)), &step.truth.body, None)?;
     for (j, layer) in step.truth.layers.iter().enumerate() {
         write_mesh(out, &truth.join(TruthNaming::step_layer(k, j + 1)), layer, None)?;
     }
     let folder = PathBuf::from(format!("{k}-{}", step.name));
-    if frames {
+    if request.frames {
         write_recording(out, &folder, &step.recording)?;
         write_labels(out, &truth.join(format!("{k}_label")), &step.recording)?;
     }
@@ -136,7 +141,7 @@ fn write_step(out: &NewFolder, k: usize, step: &SyntheticStep, frames: bool) -> 
         name: step.name.clone(),
         scan: out.path().join(scan),
         faces: step.scan.face_count(),
-        frames: frames.then(|| out.path().join(folder)),
+        frames: request.frames.then(|| out.path().join(folder)),
     })
 }
 
@@ -186,6 +191,19 @@ fn write_labels(out: &NewFolder, dir: &Path, recording: &RgbdRecording) -> Resul
 
 fn write_image(out: &NewFolder, name: &Path, encoded: Result<Vec<u8>, FormatError>) -> Result<(), MakeError> {
     Ok(out.write(name, &encoded?)?)
+}
+
+/// A scan with its texture in a file beside it.
+fn write_textured(out: &NewFolder, name: &Path, step: &SyntheticStep, side: usize) -> Result<(), MakeError> {
+    let picture = name.with_extension("jpg");
+    let mesh = step.close_up.textured(&step.scan, &step.colors, side, &picture.to_string_lossy())?;
+    let comments = vec![format!("TextureFile {}", picture.display())];
+    let mut bytes = Vec::new();
+    write_ply(&mesh, &PlyOptions { comments, ..PlyOptions::default() }, &mut bytes)?;
+    for encoded in mesh.texture.iter().flat_map(|texture| &texture.pictures) {
+        out.write(&picture, &encoded.bytes)?;
+    }
+    Ok(out.write(name, &bytes)?)
 }
 
 fn write_mesh(

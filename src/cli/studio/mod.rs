@@ -105,6 +105,9 @@ struct MakeArgs {
     /// Simulate a camera without noise
     #[arg(long)]
     no_noise: bool,
+    /// Give the fused scans a texture of N × N pixels, `K-NAME.jpg`, besides a colour per vertex
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(256..=8192))]
+    texture: Option<u16>,
     /// Write the fused scans and the ground truth, but no frames
     #[arg(long)]
     no_frames: bool,
@@ -133,6 +136,7 @@ fn make(args: MakeArgs, context: &Context) -> anyhow::Result<Done> {
             noise: !args.no_noise,
         },
         frames: !args.no_frames,
+        texture: args.texture.map(usize::from),
     };
     let made = make_subject(&args.out, &request, &mut |step| {
         if context.console.verbosity > Verbosity::Quiet {

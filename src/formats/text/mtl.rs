@@ -4,7 +4,7 @@
 //! lines, and colours that are not three numbers (`Kd spectral FILE`), are skipped.
 
 use super::lines::whole_lines;
-use crate::formats::srgb::linear_of;
+use crate::formats::srgb::linear_of_srgb;
 
 /// A material of an MTL file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -68,7 +68,7 @@ fn color(text: &str) -> Option<[f64; 3]> {
         [r, g, b] => [r, g, b],
         _ => return None,
     };
-    rgb.iter().all(|c| c.is_finite()).then(|| rgb.map(|c| linear_of(c.clamp(0.0, 1.0))))
+    rgb.iter().all(|c| c.is_finite()).then(|| rgb.map(|c| linear_of_srgb(c.clamp(0.0, 1.0))))
 }
 
 /// `[options] FILE`; the name may contain spaces.
@@ -134,7 +134,7 @@ mod tests {
         let color = read[0].color.unwrap();
         assert!(color[0] == 1.0 && color[1] == 0.0 && (color[2] - 0.214).abs() < 1e-3, "{color:?}");
         assert_eq!(read[1].picture.as_ref().unwrap().file, "1.png");
-        assert_eq!(read[1].color, Some([linear_of(0.25); 3]));
+        assert_eq!(read[1].color, Some([linear_of_srgb(0.25); 3]));
         assert_eq!(read[2], MtlMaterial { name: "three".into(), ..MtlMaterial::default() });
     }
 

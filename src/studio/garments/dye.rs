@@ -63,7 +63,18 @@ impl Dye {
     pub(super) fn at(&self, p: &Point, height: f64) -> [u8; 3] {
         /// Metres over which one colour blends into the other: less would show the triangles of the mesh.
         const BLUR: f64 = 0.009;
-        let step = |distance: f64| (0.5 + distance / BLUR).clamp(0.0, 1.0);
+        self.blended(p, height, BLUR).map(|c| c.clamp(0.0, 255.0) as u8)
+    }
+
+    /// The colour, sRGB 0–255, at a point as [`Self::at`], with the edges that a photograph shows.
+    pub(super) fn close_up(&self, p: &Point, height: f64) -> [f64; 3] {
+        /// Metres over which one colour blends into the other.
+        const BLUR: f64 = 0.001;
+        self.blended(p, height, BLUR)
+    }
+
+    fn blended(&self, p: &Point, height: f64, blur: f64) -> [f64; 3] {
+        let step = |distance: f64| (0.5 + distance / blur).clamp(0.0, 1.0);
         // Approximate distance into the odd bands.
         let odd = |x: f64, width: f64| {
             let wave = (std::f64::consts::TAU * x / width).sin();
@@ -77,6 +88,6 @@ impl Dye {
         };
         // Threads, wear and washing change the colour by two or three grey levels.
         let wear = 1.0 + 0.012 * ((p.x * 61.0).sin() * (p.y * 47.0).cos() + (p.z * 53.0 + p.y * 29.0).sin());
-        std::array::from_fn(|c| ((self.base[c] * (1.0 - share) + self.other[c] * share) * wear).clamp(0.0, 255.0) as u8)
+        std::array::from_fn(|c| (self.base[c] * (1.0 - share) + self.other[c] * share) * wear)
     }
 }

@@ -1,5 +1,6 @@
 //! Garments: sewing patterns by kind, cut and sewn around a dress form, put on and draped.
 
+mod close_up;
 mod collar;
 mod dress_form;
 mod dressing;
@@ -13,6 +14,7 @@ mod sewing;
 mod size;
 mod skin_weights;
 
+pub use close_up::{ClothCloseUp, PreparedClothCloseUp};
 pub use dressing::{DressedSubject, dress};
 pub use form::{GarmentFile, GarmentForm};
 pub use kind::GarmentKind;

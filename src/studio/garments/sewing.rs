@@ -1,5 +1,6 @@
 //! Garments cut and sewn around a dress form, with real hems and with ease by region.
 
+use super::close_up::ClothCloseUp;
 use super::collar::Collar;
 use super::dress_form::DressForm;
 use super::dye::Dye;
@@ -36,6 +37,11 @@ impl SewnGarment {
         let Some(bounds) = sewn.bounds() else { return PerVertex::default() };
         let height = bounds.extent().y.max(1e-6);
         sewn.points().iter().map(|p| self.dye.at(p, (p.y - bounds.min.y) / height)).collect()
+    }
+
+    /// The garment as a photograph shows it; `sewn` is its sewn shape with the collar.
+    pub fn close_up(&self, sewn: &TriMesh) -> ClothCloseUp {
+        ClothCloseUp::of(self.kind, self.dye, sewn)
     }
 
     /// The draped garment with its collar, clear of `below`; the collar lies flat if it is `pressed` by an outer layer.
