@@ -267,6 +267,7 @@ pub(super) fn run(args: ScanArgs, context: &Context) -> anyhow::Result<Done> {
         sleeve: args.sleeve,
         known,
         tryon: false,
+        method: None,
         fabric: None,
         replace: args.replace,
     };

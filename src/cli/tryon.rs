@@ -2,7 +2,9 @@
 
 use super::console::{Context, Done, Progress, secs, verdicts};
 use crate::scan::Unit;
-use crate::session::{Built, ClipFrame, Content, Forced, NewScan, SessionError, SizedFile, girth_notes};
+use crate::session::{
+    Built, ClipFrame, Content, Forced, NewScan, SessionError, SizedFile, TriedPose, TryOnMethod, girth_notes,
+};
 use crate::tryon::{Secs, Stop, Switches};
 use serde_json::json;
 use std::path::PathBuf;
@@ -26,6 +28,10 @@ pub(super) struct TryOnArgs {
     /// What it is made of, as in `templates/fabrics.toml`: jersey, cotton, denim, …; by default what its kind usually is
     #[arg(long)]
     fabric: Option<String>,
+    /// How it is put on: `grown`, the figure grows in it, without a crossing on the way; `paper`, the steps of Shi 2020, then our
+    /// solver
+    #[arg(long, value_enum, default_value_t = MethodWord::Grown, conflicts_with = "size")]
+    method: MethodWord,
     /// Name of the step and of the layer; by default that of its kind
     #[arg(long)]
     name: Option<String>,
@@ -37,16 +43,16 @@ pub(super) struct TryOnArgs {
     replace: bool,
     /// Only take the garment through the steps of Shi 2020, up to this one: rims, parts, skeleton, orient, bend, move or clear;
     /// the session does not change
-    #[arg(long, value_name = "STEP", value_parser = step, conflicts_with_all = ["template", "fabric", "name", "replace"])]
+    #[arg(long, value_name = "STEP", value_parser = step, conflicts_with_all = ["template", "fabric", "name", "replace", "method"])]
     stop_after: Option<Stop>,
-    /// With --stop-after: a picture of all steps. With --size: the ease of each, as colours
+    /// With --stop-after: a picture of all steps. With --size or --pose: the air below the garment, as colours
     #[arg(long, value_name = "FILE.png")]
     picture: Option<PathBuf>,
-    /// With --stop-after: the garment as the last step left it
-    #[arg(long, value_name = "FILE.ply", requires = "stop_after")]
+    /// With --stop-after: the garment as the last step left it. With --pose: in that pose
+    #[arg(long, value_name = "FILE.ply", conflicts_with = "size")]
     mesh: Option<PathBuf>,
-    /// With --stop-after: the figure's pose, a frame of a clip, such as walk:60; by default the bind pose
-    #[arg(long, value_name = "CLIP:FRAME", requires = "stop_after")]
+    /// Put it on in this pose, a frame of a clip, such as walk:60; the session does not change. With --stop-after: the steps in it
+    #[arg(long, value_name = "CLIP:FRAME", conflicts_with_all = ["size", "name", "replace", "method"])]
     pose: Option<ClipFrame>,
     /// With --stop-after: leave out parts of the method, to see what they are good for
     #[arg(long, value_enum, value_delimiter = ',', value_name = "A,B", requires = "stop_after")]
@@ -54,6 +60,12 @@ pub(super) struct TryOnArgs {
     /// Replace files that exist
     #[arg(long)]
     force: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
+enum MethodWord {
+    Grown,
+    Paper,
 }
 
 #[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
@@ -142,6 +154,54 @@ fn try_sizes(mut args: TryOnArgs, context: &Context) -> anyhow::Result<Done> {
     Ok(done)
 }
 
+/// The garment in a pose, without a change of the session.
+fn try_pose(args: &TryOnArgs, frame: &ClipFrame, context: &Context) -> anyhow::Result<Done> {
+    let began = Instant::now();
+    let file = args.file.clone().unwrap_or_default();
+    let session = context.reader()?;
+    let mut outputs = session.outputs(args.force);
+    outputs.protect(&file, "is the garment");
+    for (path, content) in [(&args.picture, Content::Picture), (&args.mesh, Content::Mesh)] {
+        path.iter().try_for_each(|path| outputs.claim(path, content))?;
+    }
+    let mut progress = Progress::of_one_stage(&context.console);
+    progress.describe("putting it on".into());
+    let how = (args.template.as_deref(), args.fabric.as_deref());
+    let tried = session.try_pose(&file, args.unit, how, frame)?;
+    progress.end();
+    if let Some(path) = &args.picture {
+        tried.write_picture(path, &mut outputs)?;
+    }
+    if let Some(path) = &args.mesh {
+        tried.write_mesh(path, &mut outputs)?;
+    }
+    context.console.notices(outputs.notices());
+    let TriedPose { kind, fabric, posed, crossing_pairs, notes } = &tried;
+    let json = json!({
+        "file": file.display().to_string(),
+        "kind": kind,
+        "fabric": fabric,
+        "crossing_pairs": crossing_pairs,
+        "skin_gave_way": posed.gave_way,
+        "notes": notes,
+        "secs": began.elapsed().as_secs_f64(),
+    });
+    let mut done = Done::new("tryon", json)
+        .line(format!(
+            "put {} ({kind}, {fabric}) on in frame {} of '{}', in {}; the session is unchanged",
+            file.display(),
+            frame.frame,
+            frame.clip,
+            secs(began.elapsed())
+        ))
+        .line(format!("{crossing_pairs} pairs of faces cross; skin gives way by up to {:.0} mm", 1e3 * posed.gave_way))
+        .lines(notes.iter().map(|note| format!("  {note}")));
+    for path in args.picture.iter().chain(&args.mesh) {
+        done = done.line(format!("wrote {}", path.display()));
+    }
+    Ok(done.next(context.overcoat(&format!("tryon {}", file.display()))))
+}
+
 /// The steps of the paper, without a change of the session.
 fn try_steps(args: &TryOnArgs, stop: Stop, context: &Context) -> anyhow::Result<Done> {
     let file = args.file.clone().unwrap_or_default();
@@ -194,15 +254,26 @@ fn try_steps(args: &TryOnArgs, stop: Stop, context: &Context) -> anyhow::Result<
 }
 
 pub(super) fn run(mut args: TryOnArgs, context: &Context) -> anyhow::Result<Done> {
-    if args.picture.is_some() && args.stop_after.is_none() && args.size.is_empty() {
+    let is_layer = args.stop_after.is_none() && args.pose.is_none();
+    if is_layer && args.picture.is_some() && args.size.is_empty() {
         return Err(SessionError::BadRequest {
-            what: "--picture draws the steps of the paper, or sizes".into(),
-            hint: "add --stop-after or --size; `view --sheet` draws the garment as a layer".into(),
+            what: "--picture draws the steps of the paper, a pose, or sizes".into(),
+            hint: "add --stop-after, --pose or --size; `view --sheet` draws the garment as a layer".into(),
+        }
+        .into());
+    }
+    if is_layer && args.mesh.is_some() {
+        return Err(SessionError::BadRequest {
+            what: "--mesh writes the garment after steps of the paper, or in a pose".into(),
+            hint: "add --stop-after or --pose; `export DIR/` writes the garment as a layer".into(),
         }
         .into());
     }
     if let Some(stop) = args.stop_after {
         return try_steps(&args, stop, context);
+    }
+    if let Some(frame) = args.pose.take() {
+        return try_pose(&args, &frame, context);
     }
     match args.file.take() {
         Some(file) => put_on(args, file, context),
@@ -219,6 +290,7 @@ fn put_on(args: TryOnArgs, file: PathBuf, context: &Context) -> anyhow::Result<D
         template: args.template,
         unit: args.unit,
         fabric: args.fabric,
+        method: (args.method == MethodWord::Paper).then_some(TryOnMethod::Paper),
         replace: args.replace,
         ..NewScan::default()
     };

@@ -40,12 +40,12 @@ pub use pipeline::{Cause, Event, Forced, MovedFrame, Reason, StageReport};
 pub use pipeline::{read_clip, stages_of_animation};
 pub use recipe::{
     AnimationRecipe, Assignment, BODY_STEP, BodySurface, KnownMeasures, PaintedKind, Parameter, Recipe, SourceFile,
-    StepPlace, StepRecipe, WEIGHT, check_mask_name, parameters_of,
+    StepPlace, StepRecipe, TryOnMethod, WEIGHT, check_mask_name, parameters_of,
 };
 pub use results::{
     AnimationStatus, ClipFrame, Content, ExportRequest, ExportStep, Exported, LabelMeasures, NewFolder, Outputs,
-    ShowIn, Shown, ShownStep, SizedFile, StepStatus, SubjectOrigin, ToPaint, TriedSizes, TriedSteps, TruthReport,
-    girth_notes,
+    ShowIn, Shown, ShownStep, SizedFile, StepStatus, SubjectOrigin, ToPaint, TriedPose, TriedSizes, TriedSteps,
+    TruthReport, girth_notes,
 };
 pub use results::{DriveView, LiveView, StreamedOutput};
 pub use results::{Faces, Film, SequenceKind, SequenceRequest, TextureSize, Textures};

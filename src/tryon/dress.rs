@@ -1,6 +1,7 @@
 //! A garment put on a figure, at rest.
 
 use super::error::TryOnError;
+use super::paper::{Switches, by_paper};
 use super::placing::{Placed, place, where_it_fits};
 use super::rims::Rim;
 use super::thin::ThinFigure;
@@ -8,7 +9,7 @@ use crate::body::{Figure, Pose, SkinWeights, TapeLine, skin, tape_lines};
 use crate::cloth::{BodyStep, ClothLayer, fabric_named, put_on};
 use crate::fit::{InsideReport, PoseInside};
 use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3, VertexId, intersecting_pairs};
-use crate::rig::{RigParams, rig};
+use crate::rig::{RigParams, RiggedGarment, rig};
 
 /// How thin a figure may begin, as shares of itself: limbs of a twentieth are thinner than the error of a sleeve's axis.
 const THICKNESSES: [f64; 8] = [1.0, 0.8, 0.6, 0.45, 0.3, 0.2, 0.1, 0.05];
@@ -67,19 +68,13 @@ pub struct Worn {
 /// **Guarantees** vertices and their order stay; equal arguments give equal bytes.
 pub fn at_rest(garment: &TriMesh, figure: &Figure, fabric: &str) -> Result<Worn, TryOnError> {
     let Placed { pose, band, .. } = place(garment, figure)?;
-    let offsets = PerVertex::filled(0.0, figure.body().mesh.vertex_count());
-    let inside = PoseInside { pose: pose.clone(), offsets, report: InsideReport::default() };
-    let rigged = rig(garment, None, figure, &inside, &RigParams::default())?;
+    let rigged = rigged(garment, figure, &pose)?;
     let thin = ThinFigure::near(figure, &rigged.mesh, NEAR);
     let is_free = |solids: &[TriMesh]| solids.iter().all(|solid| intersecting_pairs(garment, solid).is_empty());
     let thickness = THICKNESSES.into_iter().find(|&thickness| is_free(&thin.posed(&pose, thickness)));
     let least = thickness.unwrap_or(THICKNESSES[THICKNESSES.len() - 1]);
     let begins = thin.posed(&pose, least);
-    let cloth = ClothLayer {
-        pinned: PerVertex::filled(false, garment.vertex_count()),
-        rest: garment.clone(),
-        fabric: fabric_named(fabric)?,
-    };
+    let cloth = free_cloth(garment, fabric)?;
     let bind = Pose::bind(figure.skeleton.len());
     let hip = hip_line(figure);
     let held = band.as_ref().zip(hip.as_ref()).and_then(|(band, hip)| level_of_band(band, hip, figure, &pose));
@@ -99,6 +94,45 @@ pub fn at_rest(garment: &TriMesh, figure: &Figure, fabric: &str) -> Result<Worn,
     };
     let (mesh, weights) = (garment.with_points(worn.cloth.0), rigged.weights);
     Ok(Worn { mesh, weights, thickness, gave_way: worn.gave_way, fell, slides })
+}
+
+/// The garment as the steps of the paper lay it on the figure in the bind pose, then at rest under gravity.
+///
+/// Where those steps leave the garment across the skin it stays so: `thickness` is then `None`.
+///
+/// **Frame**, **Requires**, **Guarantees** as [`at_rest`].
+///
+/// **Source** Shi 2020, §§4–6.2; for §6.3 (Eqs. 22–24) our solver.
+pub fn at_rest_by_paper(garment: &TriMesh, figure: &Figure, fabric: &str) -> Result<Worn, TryOnError> {
+    let bind = Pose::bind(figure.skeleton.len());
+    let steps = by_paper(garment, figure, &bind, Switches::default())?;
+    let laid = steps.last_mesh().unwrap_or(garment);
+    let rigged = rigged(laid, figure, &bind)?;
+    let solids = ThinFigure::near(figure, laid, NEAR).posed(&bind, 1.0);
+    let is_free = solids.iter().all(|solid| intersecting_pairs(laid, solid).is_empty());
+    let rests = still(places(&solids), steps_in(REST_SECS), 1.0);
+    let worn = put_on(&free_cloth(garment, fabric)?, laid.points(), &[], &solids, rests)?;
+    let fell = mean_height(laid.points().iter()) - mean_height(worn.cloth.iter());
+    Ok(Worn {
+        mesh: garment.with_points(worn.cloth.0),
+        weights: rigged.weights,
+        thickness: is_free.then_some(1.0),
+        gave_way: worn.gave_way,
+        fell,
+        slides: fell > SLIDES,
+    })
+}
+
+fn rigged(garment: &TriMesh, figure: &Figure, pose: &Pose) -> Result<RiggedGarment, TryOnError> {
+    let offsets = PerVertex::filled(0.0, figure.body().mesh.vertex_count());
+    let inside = PoseInside { pose: pose.clone(), offsets, report: InsideReport::default() };
+    Ok(rig(garment, None, figure, &inside, &RigParams::default())?)
+}
+
+/// Cloth of which nothing is pinned, with the garment's own edges.
+fn free_cloth(garment: &TriMesh, fabric: &str) -> Result<ClothLayer, TryOnError> {
+    let pinned = PerVertex::filled(false, garment.vertex_count());
+    Ok(ClothLayer { pinned, rest: garment.clone(), fabric: fabric_named(fabric)? })
 }
 
 /// A figure in a garment, in some pose.
@@ -128,11 +162,7 @@ pub fn moved_into(
     // The way through the world does not matter.
     let here = Pose { translation: bind.translation, ..pose.clone() };
     let thin = ThinFigure::near(figure, &worn.mesh, NEAR);
-    let cloth = ClothLayer {
-        pinned: PerVertex::filled(false, garment.vertex_count()),
-        rest: garment.clone(),
-        fabric: fabric_named(fabric)?,
-    };
+    let cloth = free_cloth(garment, fabric)?;
     let settles = still(places(&thin.posed(&here, 1.0)), steps_in(SETTLES_SECS), 1.0);
     let steps = between(figure, &thin, [&bind, &here], &worn.mesh, &worn.weights).chain(settles);
     let moved = put_on(&cloth, worn.mesh.points(), &[], &thin.posed(&bind, 1.0), steps)?;

@@ -15,7 +15,7 @@ mod tests;
 mod thin;
 mod upright;
 
-pub use dress::{Posed, Worn, at_rest, edge_length_p95, moved_into};
+pub use dress::{Posed, Worn, at_rest, at_rest_by_paper, edge_length_p95, moved_into};
 pub use ease::{BAND, Ease, EaseGirth};
 pub use error::TryOnError;
 pub use paper::{GarmentPart, Person, Secs, Steps, Stop, Switches, by_paper};

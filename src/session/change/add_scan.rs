@@ -6,7 +6,7 @@ use crate::scan::{Remesh, Unit, Up};
 use crate::session::error::SessionError;
 use crate::session::open::{Input, Session, Writer, source};
 use crate::session::pipeline::{Event, FileInput, Forced, StageReport, Walk, recognized, scan_of};
-use crate::session::recipe::{BodySurface, KnownMeasures, OutfitGarment, Recipe, StepRecipe, inside_out};
+use crate::session::recipe::{BodySurface, KnownMeasures, OutfitGarment, Recipe, StepRecipe, TryOnMethod, inside_out};
 use crate::session::results::ScanRecording;
 use crate::session::results::ShowIn;
 use crate::session::stage::Stage;
@@ -50,6 +50,8 @@ pub struct NewScan {
     pub known: KnownMeasures,
     /// Whether the file holds a garment to be put on, and not a scan.
     pub tryon: bool,
+    /// How it is put on.
+    pub method: Option<TryOnMethod>,
     /// What that garment is made of.
     pub fabric: Option<String>,
     /// Target of the recording of the fusion of RGB-D frames.
@@ -217,6 +219,7 @@ fn step_of(new: &NewScan) -> StepRecipe {
         sleeve: new.sleeve.clone(),
         tryon: new.tryon,
         fabric: new.fabric.clone(),
+        method: new.method,
         ..StepRecipe::default()
     }
 }

@@ -23,10 +23,10 @@ use crate::geometry::{Adjacency, PerVertex};
 use crate::scan::Scan;
 use crate::segment::{Fabric, Labels, Segmentation};
 use crate::session::error::SessionError;
-use crate::session::recipe::{self, StepRecipe};
+use crate::session::recipe::{self, StepRecipe, TryOnMethod};
 use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store};
-use crate::tryon::{Ease, Worn, at_rest};
+use crate::tryon::{Ease, Worn, at_rest, at_rest_by_paper};
 use serde::Serialize;
 
 /// A garment at rest takes the place of one that is cut from a scan; its code has a version of its own.
@@ -49,6 +49,8 @@ struct RestInputs {
     figure: Kept<Figure>,
     model: ModelInput,
     fabric: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    method: Option<TryOnMethod>,
 }
 
 #[derive(Serialize)]
@@ -78,7 +80,7 @@ pub(super) fn put_on(
 
     let inside = at.run(POSE, PoseInputs { figure, model: model() }, bind_pose)?.kept;
     let labels = at.run(SEGMENT, LabelInputs { scan }, all_of_it)?.kept;
-    let inputs = RestInputs { scan, figure, model: model(), fabric: fabric() };
+    let inputs = RestInputs { scan, figure, model: model(), fabric: fabric(), method: entry.method };
     let garment = at.run(REST, inputs, rested)?.kept;
 
     let inputs = rig::Inputs { garment, figure, inside, model: model(), params: of.rig };
@@ -109,9 +111,12 @@ fn all_of_it(LabelInputs { scan }: LabelInputs, store: &Store, _on_progress: OnP
 }
 
 fn rested(inputs: RestInputs, store: &Store, _on_progress: OnProgress) -> Run<Garment> {
-    let RestInputs { scan, figure, model, fabric } = inputs;
+    let RestInputs { scan, figure, model, fabric, method } = inputs;
     let (scan, figure) = (store.load(scan)?, model.figure(store, figure)?);
-    let Worn { mesh, thickness, gave_way, fell, slides, .. } = at_rest(&scan.mesh, &figure, &fabric)?;
+    let Worn { mesh, thickness, gave_way, fell, slides, .. } = match method.unwrap_or_default() {
+        TryOnMethod::Grown => at_rest(&scan.mesh, &figure, &fabric)?,
+        TryOnMethod::Paper => at_rest_by_paper(&scan.mesh, &figure, &fabric)?,
+    };
     let hem_loops = Adjacency::prepare(&mesh).boundary_loops();
     let (vertices, hems) = (mesh.vertex_count(), hem_loops.len());
     let is_seen = PerVertex::filled(true, vertices);

@@ -143,6 +143,11 @@ impl StepRecipe {
 /// A garment that is tried on has no scan that labels or limits could refer to.
 fn check_tryon(step: &StepRecipe) -> Result<(), (&'static str, SessionError)> {
     if !step.tryon {
+        if step.method.is_some() {
+            let what = format!("'{}' is scanned, and 'method' is how a garment from a file is put on", step.name);
+            let hint = "leave it out, or give the method of a stage, as `--set pose.method=paper`".into();
+            return Err(("method", SessionError::BadRequest { what, hint }));
+        }
         return match step.fabric {
             None => Ok(()),
             Some(_) => Err((

@@ -41,6 +41,6 @@ pub(in crate::session) use parameters::{as_text, has_parameters};
 pub(in crate::session) use params_of_step::params_of;
 pub(in crate::session) use paths::{from_here, relative_to};
 pub(in crate::session) use step_key::StepKey;
-pub use steps::{BODY_STEP, BodySurface, Recipe, SourceFile, StepRecipe};
+pub use steps::{BODY_STEP, BodySurface, Recipe, SourceFile, StepRecipe, TryOnMethod};
 pub(in crate::session) use templates::TEMPLATES;
 pub(in crate::session) use variants::{BodyStep, Garment, GarmentScan, Reading, Step};

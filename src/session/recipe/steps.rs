@@ -64,6 +64,17 @@ pub enum BodySurface {
     Scan,
 }
 
+/// How a garment from a file is put onto the figure.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TryOnMethod {
+    /// The figure grows in the garment and takes it along, without a crossing on the way.
+    #[default]
+    Grown,
+    /// The steps of Shi 2020, then our solver.
+    Paper,
+}
+
 /// One scan and its parameters.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -87,6 +98,9 @@ pub struct StepRecipe {
     /// What it is made of, if not of what its kind usually is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fabric: Option<String>,
+    /// How it is put on; grown by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub method: Option<TryOnMethod>,
     /// Whether it is a body without a bare scan, estimated from the scans of the dressed person.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub estimated: bool,

@@ -18,6 +18,7 @@ mod shown;
 mod status;
 mod textures;
 mod to_paint;
+mod tried_pose;
 mod tried_sizes;
 
 pub use animation::{AnimationStatus, Film, SequenceKind, SequenceRequest};
@@ -32,4 +33,5 @@ pub use status::StepStatus;
 pub(in crate::session) use status::not_built_is_fine;
 pub use textures::TextureSize;
 pub use to_paint::ToPaint;
+pub use tried_pose::TriedPose;
 pub use tried_sizes::{SizedFile, TriedSizes};

@@ -4,7 +4,6 @@ use super::pictures::{draw_ease, girth_notes};
 use crate::body::Figure;
 use crate::check::SizeVerdict;
 use crate::scan::Unit;
-use crate::segment::Fabric;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::pipeline::{FileInput, recognized};
@@ -86,13 +85,7 @@ impl Session {
                 hint: "give sizes of one garment".into(),
             });
         }
-        let kind = kind.unwrap_or(found);
-        let wrong = |e: crate::segment::SegmentError| SessionError::BadRequest {
-            what: e.to_string(),
-            hint: "`overcoat templates list` shows the kinds, `templates/fabrics.toml` the fabrics".into(),
-        };
-        let template = self.recipe.template(kind).map_err(wrong)?;
-        let fabric = Fabric::named(fabric.unwrap_or(&template.fabric)).map_err(wrong)?;
+        let (kind, fabric) = self.kind_and_fabric(kind.unwrap_or(found), fabric)?;
         let mut sizes = Vec::new();
         for (sized, (garment, notes)) in sized.iter().zip(read) {
             on_size(&sized.size);
@@ -103,7 +96,7 @@ impl Session {
             let verdict = SizeVerdict::of(&ease.girths, Some(edges), slid, fabric);
             sizes.push(TriedSize { sized: sized.clone(), verdict, ease, worn, notes });
         }
-        Ok(TriedSizes { kind: kind.into(), fabric: fabric.name.clone(), sizes, figure })
+        Ok(TriedSizes { kind, fabric: fabric.name.clone(), sizes, figure })
     }
 
     /// The garments of the files, no size and no file twice.

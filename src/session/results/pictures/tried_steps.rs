@@ -68,7 +68,11 @@ impl Session {
         Ok(TriedSteps { steps, notes, garment: garment.mesh, figure, pose })
     }
 
-    fn pose_in(&self, ClipFrame { clip, frame }: &ClipFrame, figure: &Figure) -> Result<Pose, SessionError> {
+    pub(in crate::session::results) fn pose_in(
+        &self,
+        ClipFrame { clip, frame }: &ClipFrame,
+        figure: &Figure,
+    ) -> Result<Pose, SessionError> {
         let clip = match built_in_clip(clip) {
             Some(clip) => clip,
             None => {
