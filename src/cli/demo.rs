@@ -2,7 +2,6 @@
 
 use super::console::{Context, Done, Progress, Verbosity, print_aside, secs, verdicts};
 use super::measure::lines_of;
-use crate::check::StepVerdict;
 use crate::segment::GarmentTemplate;
 use crate::session::{
     BODY_STEP, Built, Event, ExportRequest, Forced, MaskReport, NewFolder, NewScan, NewSession, Session, SessionError,
@@ -61,10 +60,9 @@ pub(super) fn run(args: DemoArgs, context: &Context) -> anyhow::Result<Done> {
         Event::StepDone(_) => {}
         event => progress.show(event),
     };
-    let Built { reports: stages, verdicts: first } = writer.build(&Forced::Nothing, &mut show)?;
-    let (corrections, corrected) = corrected(&mut writer, &scans, &mut show)?;
+    let corrections = corrected(&mut writer, &scans)?;
+    let Built { reports: stages, verdicts: of_steps } = writer.build(&Forced::Nothing, &mut show)?;
     progress.end();
-    let of_steps = corrected.unwrap_or(first);
     drop(writer);
 
     let session = Session::open(&session_dir)?;
@@ -158,13 +156,8 @@ impl Correction {
     }
 }
 
-/// Applies the brush file of each garment that has one, `1-tshirt.jsonl` beside `1-tshirt.ply`, and builds what depends
-/// on it.
-fn corrected(
-    writer: &mut Writer,
-    scans: &[ShippedScan],
-    on_event: &mut dyn FnMut(&Event),
-) -> Result<(Vec<Correction>, Option<Vec<StepVerdict>>), SessionError> {
+/// Applies the brush file of each garment that has one, `1-tshirt.jsonl` beside `1-tshirt.ply`.
+fn corrected(writer: &mut Writer, scans: &[ShippedScan]) -> Result<Vec<Correction>, SessionError> {
     let mut done = Vec::new();
     for scan in scans {
         let strokes = scan.file.with_extension("jsonl");
@@ -174,8 +167,7 @@ fn corrected(
             done.push(Correction { layer: scan.name.clone(), file, report });
         }
     }
-    let rebuilt = if done.is_empty() { None } else { Some(writer.build(&Forced::Nothing, on_event)?.verdicts) };
-    Ok((done, rebuilt))
+    Ok(done)
 }
 
 /// The number of files below a folder, and their bytes.
