@@ -6,14 +6,6 @@ check:
 test *ARGS:
     cargo test --release --no-default-features {{ARGS}}
 
-# The frozen results, including those that take minutes; the foreign ones too if OVERCOAT_FOREIGN names the folder of the scans
-frozen:
-    cargo test --release --no-default-features --test integration -- frozen:: --include-ignored {{ if env("OVERCOAT_FOREIGN", "") == "" { "--skip frozen::foreign" } else { "" } }}
-
-# Rewrites the frozen results after an intended change; the commit message says what changed and why
-freeze:
-    OVERCOAT_FREEZE=1 cargo test --release --no-default-features --test integration -- frozen:: --include-ignored {{ if env("OVERCOAT_FOREIGN", "") == "" { "--skip frozen::foreign" } else { "" } }}
-
 # Halves and doubles the parameters of the fits, the segmentation and the cut, and lists those that break a goal: about an hour on
 # 2 cores. ARGS: --quick (one subject, about five minutes), --only pose.margin,segment.color
 sensitivity *ARGS:

@@ -17,7 +17,6 @@ mod export_options;
 mod foreign;
 mod foreign_motion;
 mod foreign_segment;
-mod frozen;
 mod hair;
 mod history;
 mod laws;
