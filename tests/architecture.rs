@@ -157,6 +157,8 @@ fn imports_against_the_table_are_refused() {
     refuses("fit/pose.rs", "use crate::FittedBody;", "no module");
     accepts("fit/pose.rs", "use crate::geometry::{TriMesh, Point};\nuse crate::fit::Params;\nuse crate::scan::Scan;");
     accepts("session/scan.rs", "use crate::scan::Scan; use crate::view::render;");
+    refuses("session/store/lock.rs", "use crate::session::recipe::Recipe;", "`session/store` may not import");
+    accepts("session/recipe/file.rs", "use crate::session::store::Store; use crate::session::error::SessionError;");
     accepts("fit/pose.rs", "//! See [`crate::session`].\n/* crate::cli */ const X: &str = \"crate::cli::{\";");
 }
 

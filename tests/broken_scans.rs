@@ -1,12 +1,12 @@
 //! Scans with faults that the triangles tell, and scans that lack what the garment needs.
 
-use crate::common::{body_of_demo, demo_scan, overcoat, overcoat_ok, write_mesh};
+use crate::common::{body_of_demo, demo_mesh, overcoat, overcoat_ok, write_mesh};
 use overcoat::formats::{RawMesh, read_ply};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 fn tshirt() -> RawMesh {
-    read_ply(std::fs::File::open(demo_scan("1-tshirt.ply")).unwrap()).unwrap()
+    demo_mesh("1-tshirt.ply")
 }
 
 /// A session of the demo's body, which is built, and this scan of its T-shirt.

@@ -1,7 +1,7 @@
 //! Label files that were painted in other programs: the fixtures in `painted/` come from Blender 3.4.1 and MeshLab 2020.09
 //! themselves, by `painted/make.sh`.
 
-use crate::common::{built_quick_session, overcoat, overcoat_ok, quick_session};
+use crate::common::{body_of_demo, built_quick_session, demo_mesh, overcoat, overcoat_ok, quick_session, write_mesh};
 use overcoat::formats::{NpyArray, PlyOptions, RawMesh, read_npy, read_ply, read_rgba_png, write_npy, write_ply};
 use overcoat::geometry::{Point, TriMesh};
 use overcoat::scan::{FileFrame, Scan};
@@ -162,10 +162,13 @@ fn a_picture_over_texture_coordinates_is_written_painted_and_read() {
 #[test]
 fn a_picture_for_a_scan_without_texture_coordinates_is_refused_and_not_written() {
     let dir = tempfile::tempdir().unwrap();
-    let session = built_quick_session(dir.path(), "alice");
+    let session = body_of_demo(dir.path());
+    let plain = write_mesh(dir.path().join("plain.ply"), &demo_mesh("1-tshirt.ply"));
+    overcoat_ok(&session, &["scan", "tshirt", plain.to_str().unwrap(), "--template", "tshirt"]);
+    overcoat_ok(&session, &["build"]);
     let answer = overcoat(&session, &["mask", "tshirt", "--template", "found.png"]);
     assert_eq!(answer.code, 1, "{answer:?}");
-    let says = "1-tshirt.ply': the scan has no texture coordinates, so a picture cannot be placed on it";
+    let says = "plain.ply': the scan has no texture coordinates, so a picture cannot be placed on it";
     assert!(answer.stderr.contains(says) && answer.stderr.lines().count() == 2, "{answer:?}");
     assert!(!session.join("found.png").exists());
 }

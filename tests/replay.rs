@@ -137,7 +137,7 @@ fn a_table_of_people_gives_each_a_session_and_one_summary() {
     let dir = tempfile::tempdir().unwrap();
     let alice = built_quick_session(dir.path(), "alice");
     let scans = Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/demo");
-    for file in ["0-body.ply", "1-tshirt.ply"] {
+    for file in ["0-body.ply", "0-body.jpg", "1-tshirt.ply", "1-tshirt.jpg"] {
         std::fs::copy(scans.join(file), dir.path().join(file)).unwrap();
     }
     let table = "subject, body,      tshirt,       tshirt.stack.clearance\n\

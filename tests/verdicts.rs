@@ -1,9 +1,9 @@
 //! One verdict per step: what is implausible, what failed, and what `--strict` does about it.
 
 use crate::common::{
-    body_of_demo, built_quick_session, coarse_session, demo, demo_scan, mean_body, overcoat, overcoat_ok, write_mesh,
+    body_of_demo, built_quick_session, coarse_session, demo, demo_mesh, demo_scan, mean_body, overcoat, overcoat_ok,
+    write_mesh,
 };
-use overcoat::formats::read_ply;
 use overcoat::geometry::Point;
 use serde_json::Value;
 use std::path::Path;
@@ -84,7 +84,7 @@ fn a_wrong_order_of_scans_and_a_scan_given_twice_are_reported() {
 fn another_person_in_a_garment_s_scan_is_reported() {
     let dir = tempfile::tempdir().unwrap();
     // As tall, and a tenth broader.
-    let mut broad = read_ply(std::fs::File::open(demo_scan("1-tshirt.ply")).unwrap()).unwrap();
+    let mut broad = demo_mesh("1-tshirt.ply");
     broad.points.iter_mut().for_each(|p| (p[0], p[2]) = (1.1 * p[0], 1.1 * p[2]));
     let broad = write_mesh(dir.path().join("broad.ply"), &broad);
     let found = verdicts(&coarse_session(dir.path(), "alice", &[("body", demo_scan("0-body.ply")), ("tshirt", broad)]));
@@ -166,7 +166,7 @@ fn a_ragged_garment_is_reported_by_the_number_and_the_shape_of_its_hems() {
 fn a_bare_scan_as_hat_is_refused() {
     let dir = tempfile::tempdir().unwrap();
     // Another file of the same bare person.
-    let mut again = read_ply(std::fs::File::open(demo_scan("0-body.ply")).unwrap()).unwrap();
+    let mut again = demo_mesh("0-body.ply");
     again.points.iter_mut().for_each(|p| p[0] += 0.1);
     let again = write_mesh(dir.path().join("again.ply"), &again);
     let session = coarse_session(dir.path(), "alice", &[("body", demo_scan("0-body.ply")), ("hat", again)]);

@@ -2,7 +2,7 @@
 
 use super::imports::cycles;
 use super::source::{SourceFile, word};
-use super::table::{CRATE_OWNERS, GENERAL_CRATES, UNNAMED_CRATES, may_import};
+use super::table::{CRATE_OWNERS, GENERAL_CRATES, SESSION_FOLDERS, UNNAMED_CRATES, may_import};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
@@ -98,6 +98,11 @@ fn check_crate_path<'a>(
         report(line, format!("`crate::{named}`: there is no module of that name"));
     } else if named != own && !table.get(own).is_some_and(|seen| seen.contains(named)) {
         report(line, format!("`{own}` may not import `{named}`"));
+    }
+    let place = |folder: &str| SESSION_FOLDERS.iter().position(|known| *known == folder);
+    let (folder, other) = (file.path.split('/').nth(1).unwrap_or_default(), file.word(at + 4));
+    if own == "session" && named == own && place(folder).is_some_and(|from| place(other).is_some_and(|to| to > from)) {
+        report(line, format!("`session/{folder}` may not import `session/{other}`, which is built on it"));
     }
     Some(named)
 }

@@ -11,6 +11,9 @@ const BRANCHES: &[&str] = &["train", "motion", "cloth", "tryon", "drive", "photo
 /// Modules that `session` may import, but no stage.
 const OUTER: &[&str] = &["mannequin", "measure", "check", "export", "view"];
 
+/// The folders of `session`: each may import those before it.
+pub const SESSION_FOLDERS: &[&str] = &["store", "recipe", "open", "pipeline", "results", "change"];
+
 /// For each module the others that it may import; its own files are always allowed.
 pub fn may_import() -> BTreeMap<&'static str, BTreeSet<&'static str>> {
     let set = |lists: &[&[&'static str]]| lists.iter().flat_map(|list| list.iter().copied()).collect::<BTreeSet<_>>();

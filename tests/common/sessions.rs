@@ -2,7 +2,9 @@
 //! something works on a copy.
 
 use super::{copy_folder, on_demo_scans, overcoat_ok, quick_session};
+use overcoat::formats::{RawMesh, read_ply};
 use serde_json::Value;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
@@ -35,7 +37,7 @@ pub fn outfit_a() -> &'static Built {
 }
 
 /// Makes the scans of a synthetic person, builds their session and compares it with the truth.
-pub fn synthetic_outfit(seed: u64, garments: &[&str]) -> Built {
+fn synthetic_outfit(seed: u64, garments: &[&str]) -> Built {
     let dir = tempfile::tempdir().unwrap();
     let seed = seed.to_string();
     let names = garments.join(",");
@@ -93,6 +95,25 @@ pub fn built_outfit(dir: &Path, name: &str) -> PathBuf {
     });
     copy_folder(built, &dir.join(name));
     dir.join(name)
+}
+
+/// A scan of the demo with a colour per vertex and no texture, whose seams are joined.
+pub fn demo_mesh(name: &str) -> RawMesh {
+    let read = read_ply(std::fs::File::open(demo_scan(name)).unwrap()).unwrap();
+    let (mut first, mut kept, mut place) = (HashMap::new(), Vec::new(), Vec::new());
+    for (v, p) in read.points.iter().enumerate() {
+        place.push(*first.entry(p.map(f64::to_bits)).or_insert_with(|| {
+            kept.push(v);
+            kept.len() as u32 - 1
+        }));
+    }
+    let colors = read.colors.unwrap();
+    RawMesh {
+        points: kept.iter().map(|&v| read.points[v]).collect(),
+        faces: read.faces.iter().map(|face| face.map(|v| place[v as usize])).collect(),
+        colors: Some(kept.iter().map(|&v| colors[v]).collect()),
+        ..RawMesh::default()
+    }
 }
 
 /// A scan of the demo.
