@@ -4,6 +4,7 @@ use crate::common::{
     body_of_demo, built_quick_session, coarse_session, demo, demo_mesh, demo_scan, mean_body, overcoat, overcoat_ok,
     write_mesh,
 };
+use overcoat::formats::read_ply;
 use overcoat::geometry::Point;
 use serde_json::Value;
 use std::path::Path;

@@ -126,9 +126,9 @@ pub fn coarse_session(dir: &Path, name: &str, steps: &[(&str, PathBuf)]) -> Path
     let mut recipe = "version = 1\n".to_string();
     for (step, scan) in steps {
         let kind = if *step == "body" { String::new() } else { format!("template = \"{step}\"\n") };
-        let fit = if *step == "body" { "fit" } else { "pose" };
+        let (fit, iterations) = if *step == "body" { ("fit", 8) } else { ("pose", 4) };
         recipe += &format!("\n[[step]]\nname = \"{step}\"\nscan = {scan:?}\n{kind}faces = 4000\n");
-        recipe += &format!("\n[step.{fit}]\nsamples = 300\niterations = 4\n");
+        recipe += &format!("\n[step.{fit}]\nsamples = 300\niterations = {iterations}\n");
     }
     let session = dir.join(name);
     std::fs::create_dir(&session).unwrap();
