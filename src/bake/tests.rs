@@ -251,13 +251,15 @@ fn seams_cut_a_suit_into_the_pieces_of_a_pattern() {
         let shared = |place: u32| of(across).contains(&place);
         shared(of(face)[k]) && shared(of(face)[(k + 1) % 3])
     };
-    let (mut sides, mut crossed) = (0, 0);
+    let mut sides = 0;
     for face in suit.mesh.face_ids() {
         for (k, across) in adjacency.face_neighbours(face).into_iter().enumerate() {
             let Some(across) = across.filter(|_| seams[face.index()][k]) else { continue };
-            (sides, crossed) = (sides + 1, crossed + usize::from(joined(face, k, across)));
+            sides += 1;
+            // A chart may lie on both sides of a slit that divides no piece.
+            let same = piece_of[face.index()] == piece_of[across.index()];
+            assert!(same || !joined(face, k, across), "a chart crosses a seam at face {}", face.index());
         }
     }
-    // A slit of one edge opens nothing.
-    assert!(sides > 500 && 100 * crossed < sides, "charts cross {crossed} of {sides} sides of seams");
+    assert!(sides > 500, "{sides}");
 }
