@@ -1,6 +1,6 @@
 //! `tryon`: a garment from a file becomes a layer like any other, in any unit and frame; files without one are refused.
 
-use crate::common::{built_quick_session, overcoat, overcoat_ok};
+use crate::common::{body_of_demo, built_quick_session, overcoat, overcoat_ok};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -204,4 +204,35 @@ fn the_steps_of_the_paper_run_alone_and_change_nothing() {
         assert!(refused.code != 0 && refused.stderr.contains(said), "{arguments:?}: {}", refused.stderr);
     }
     assert_eq!(overcoat_ok(&session, &["log"]).stdout, before);
+}
+
+#[test]
+fn a_garment_is_shown_in_a_pose_and_laid_on_by_the_paper() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = body_of_demo(dir.path());
+    let file = garment();
+    let file = file.to_str().unwrap();
+    let recipe = || std::fs::read_to_string(session.join("recipe.toml")).unwrap();
+    let before = recipe();
+    let pose = ["tryon", file, "--pose", "walk:4", "--picture", "posed.png", "--mesh", "posed.ply", "--json"];
+    let posed = overcoat_ok(&session, &pose).json();
+    assert_eq!((&posed["crossing_pairs"], &posed["crossing_clothes"]), (&0.into(), &0.into()), "{posed}");
+    assert!(session.join("posed.png").is_file() && session.join("posed.ply").is_file());
+    assert_eq!(recipe(), before, "nothing is kept");
+    let laid = overcoat_ok(&session, &["tryon", file, "--name", "tee", "--method", "paper", "--json"]).json();
+    assert!(is_put_on(&laid), "{laid}");
+    assert!(recipe().contains("method = \"paper\""), "{}", recipe());
+    for (options, says) in [
+        (&["--pose", "walk:4", "--method", "paper"][..], "cannot be used with"),
+        (&["--pose", "walk:4", "--name", "tee"][..], "cannot be used with"),
+        (&["--mesh", "x.ply"][..], "--stop-after or --pose"),
+        (&["--method", "ours"][..], "paper"),
+    ] {
+        let answer = overcoat(&session, &[&["tryon", file], options].concat());
+        assert!(answer.code == 2 && answer.stderr.contains(says), "{options:?}: {answer:?}");
+    }
+    let scanned = recipe().replacen("name = \"body\"", "name = \"body\"\nmethod = \"paper\"", 1);
+    std::fs::write(session.join("recipe.toml"), scanned).unwrap();
+    let answer = overcoat(&session, &["status"]);
+    assert!(answer.code != 0 && answer.stderr.contains("'method'") && answer.stderr.contains("hint:"), "{answer:?}");
 }

@@ -30,6 +30,6 @@ pub use limits::{Attained, Judged, judge};
 pub use lookalike::{is_lookalike, lookalike_doubt};
 pub use posture::Posture;
 pub use size::SizeVerdict;
-pub use tried_on::{TriedOn, doubts_of_putting_on};
+pub use tried_on::{TriedOn, doubts_of_laying_on, doubts_of_putting_on};
 pub use unlisted::{Unlisted, find_unlisted};
 pub use verdict::{HAIR_AREA, StageFindings, StepVerdict, Verdict, verdict_on};

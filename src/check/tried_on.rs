@@ -49,6 +49,16 @@ pub fn doubts_of_putting_on(thickness: Option<f64>, slid: Option<f64>) -> Vec<Do
     slides.into_iter().chain(crosses).collect()
 }
 
+/// What is in doubt of how the steps of the paper laid a garment on: `is_clear` says whether nothing crossed then, `slid` is as in
+/// [`doubts_of_putting_on`].
+pub fn doubts_of_laying_on(is_clear: bool, slid: Option<f64>) -> Vec<Doubt> {
+    let crosses = (!is_clear).then(|| Doubt {
+        what: "the steps of the paper left the garment across skin or layers".into(),
+        remedy: "look at it (`view --sheet sheet.png`); leave --method out, and nothing crosses on the way".into(),
+    });
+    SizeVerdict::of_slide(slid).doubt().into_iter().chain(crosses).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -69,6 +79,8 @@ mod tests {
         assert_eq!(doubts_of_putting_on(Some(0.6), None), []);
         assert!(doubts_of_putting_on(Some(1.0), Some(0.3))[0].what.contains("30 cm"));
         assert!(doubts_of_putting_on(None, None)[0].what.contains("limbs"));
+        assert_eq!(doubts_of_laying_on(true, None), []);
+        assert!(doubts_of_laying_on(false, None)[0].remedy.contains("--method"));
         let other = own.with_faces(vec![own.faces().as_slice()[0]]);
         assert!(of(&own, &other).doubts()[0].what.contains("replaced"));
     }

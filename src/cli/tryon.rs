@@ -176,12 +176,13 @@ fn try_pose(args: &TryOnArgs, frame: &ClipFrame, context: &Context) -> anyhow::R
         tried.write_mesh(path, &mut outputs)?;
     }
     context.console.notices(outputs.notices());
-    let TriedPose { kind, fabric, posed, crossing_pairs, notes } = &tried;
+    let TriedPose { kind, fabric, posed, crossing_pairs, crossing_clothes, notes } = &tried;
     let json = json!({
         "file": file.display().to_string(),
         "kind": kind,
         "fabric": fabric,
         "crossing_pairs": crossing_pairs,
+        "crossing_clothes": crossing_clothes,
         "skin_gave_way": posed.gave_way,
         "notes": notes,
         "secs": began.elapsed().as_secs_f64(),
@@ -196,6 +197,11 @@ fn try_pose(args: &TryOnArgs, frame: &ClipFrame, context: &Context) -> anyhow::R
         ))
         .line(format!("{crossing_pairs} pairs of faces cross; skin gives way by up to {:.0} mm", 1e3 * posed.gave_way))
         .lines(notes.iter().map(|note| format!("  {note}")));
+    if *crossing_clothes > 0 {
+        done = done.line(format!(
+            "{crossing_clothes} pairs cross what the figure wears below: only a layer is cleared of what hangs loose there"
+        ));
+    }
     for path in args.picture.iter().chain(&args.mesh) {
         done = done.line(format!("wrote {}", path.display()));
     }

@@ -16,7 +16,7 @@ use super::stages::rig::{self, RIG};
 use super::stages::segment::SEGMENT;
 use super::stages::stack::{self, STACK};
 use crate::body::{Figure, Pose};
-use crate::check::{TriedOn, doubts_of_putting_on};
+use crate::check::{TriedOn, doubts_of_laying_on, doubts_of_putting_on};
 use crate::cut::Garment;
 use crate::fit::{InsideReport, PoseInside};
 use crate::geometry::{Adjacency, PerVertex};
@@ -113,9 +113,15 @@ fn all_of_it(LabelInputs { scan }: LabelInputs, store: &Store, _on_progress: OnP
 fn rested(inputs: RestInputs, store: &Store, _on_progress: OnProgress) -> Run<Garment> {
     let RestInputs { scan, figure, model, fabric, method } = inputs;
     let (scan, figure) = (store.load(scan)?, model.figure(store, figure)?);
-    let Worn { mesh, thickness, gave_way, fell, slides, .. } = match method.unwrap_or_default() {
+    let method = method.unwrap_or_default();
+    let Worn { mesh, thickness, gave_way, fell, slides, .. } = match method {
         TryOnMethod::Grown => at_rest(&scan.mesh, &figure, &fabric)?,
         TryOnMethod::Paper => at_rest_by_paper(&scan.mesh, &figure, &fabric)?,
+    };
+    let slid = slides.then_some(fell);
+    let doubts = match method {
+        TryOnMethod::Grown => doubts_of_putting_on(thickness, slid),
+        TryOnMethod::Paper => doubts_of_laying_on(thickness.is_some(), slid),
     };
     let hem_loops = Adjacency::prepare(&mesh).boundary_loops();
     let (vertices, hems) = (mesh.vertex_count(), hem_loops.len());
@@ -127,7 +133,7 @@ fn rested(inputs: RestInputs, store: &Store, _on_progress: OnProgress) -> Run<Ga
         .measured("began_thin", thickness.unwrap_or(0.0))
         .measured("gave_way_mm", gave_way * 1e3)
         .measured("fell_mm", fell * 1e3)
-        .warned(doubts_of_putting_on(thickness, slides.then_some(fell)).into_iter().map(warning)))
+        .warned(doubts.into_iter().map(warning)))
 }
 
 fn check(

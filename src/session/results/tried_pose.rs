@@ -22,8 +22,10 @@ pub struct TriedPose {
     pub fabric: String,
     /// The garment and the skin.
     pub posed: Posed,
-    /// Pairs of faces of the garment that cross, with skin, inner garments or each other.
+    /// Pairs of faces of the garment that cross, with skin or each other.
     pub crossing_pairs: usize,
+    /// Those with what the figure wears below: only stacking clears a garment of what hangs loose there.
+    pub crossing_clothes: usize,
     /// What was found and assumed, one sentence each.
     pub notes: Vec<String>,
 }
@@ -51,12 +53,12 @@ impl Session {
         let Figure { layers, skeleton } = &figure;
         let inner =
             layers.iter().skip(1).map(|layer| intersecting_pairs(&posed.garment, &layer.posed(skeleton, &pose)));
-        let crossing_pairs = inner.map(|pairs| pairs.len()).sum::<usize>()
-            + intersecting_pairs(&posed.garment, &posed.skin).len()
-            + self_intersecting_pairs(&posed.garment).len();
+        let crossing_clothes = inner.map(|pairs| pairs.len()).sum();
+        let crossing_pairs =
+            intersecting_pairs(&posed.garment, &posed.skin).len() + self_intersecting_pairs(&posed.garment).len();
         let unused = unused.into_iter().map(|warning| warning.to_string());
         let notes = notes.into_iter().chain(unused).collect();
-        Ok(TriedPose { kind, fabric: fabric.name.clone(), posed, crossing_pairs, notes })
+        Ok(TriedPose { kind, fabric: fabric.name.clone(), posed, crossing_pairs, crossing_clothes, notes })
     }
 
     /// A kind of garment, and its usual fabric if none is named.
