@@ -210,6 +210,7 @@ fn the_steps_of_the_paper_run_alone_and_change_nothing() {
 fn a_garment_is_shown_in_a_pose_and_laid_on_by_the_paper() {
     let dir = tempfile::tempdir().unwrap();
     let session = body_of_demo(dir.path());
+    overcoat_ok(&session, &["build"]);
     let file = garment();
     let file = file.to_str().unwrap();
     let recipe = || std::fs::read_to_string(session.join("recipe.toml")).unwrap();
