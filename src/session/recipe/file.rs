@@ -65,14 +65,16 @@ impl Recipe {
     }
 }
 
-/// Keeps of each path, the value of a key `scan` or `file`, only the name of the file.
+/// Keeps of each path only the name of the file.
 fn keep_file_names(value: &mut toml::Value) {
+    /// The keys whose values are paths, or the names of our own clips.
+    const PATHS: [&str; 4] = ["scan", "file", "from", "clip"];
     match value {
         toml::Value::Array(values) => values.iter_mut().for_each(keep_file_names),
         toml::Value::Table(table) => {
             for (key, value) in table {
                 match value {
-                    toml::Value::String(path) if matches!(key.as_str(), "scan" | "file") => {
+                    toml::Value::String(path) if PATHS.contains(&key.as_str()) => {
                         let name = Path::new(path.as_str()).file_name().map(|name| name.to_string_lossy().into_owned());
                         *path = name.unwrap_or_default();
                     }
@@ -155,6 +157,13 @@ mod tests {
         };
         let plain = of(&|_| {});
         assert_eq!(plain, of(&|body| body.scan = "/elsewhere/a.ply".into()));
+        let painted = |folder: &str| {
+            of(&|body| {
+                let [file, from] = ["m.jsonl", "m.ply"].map(|name| format!("{folder}/{name}"));
+                body.masks = vec![SourceFile { file, from: Some(from), ..SourceFile::default() }];
+            })
+        };
+        assert_eq!(painted("here"), painted("/elsewhere"));
         assert_ne!(plain, of(&|body| body.scan = "../b.ply".into()));
         assert_ne!(plain, of(&|body| body.hash = Some(ContentHash::of(b"b"))));
         assert_ne!(plain, of(&|body| body.faces = Some(20_000)));
