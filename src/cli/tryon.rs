@@ -3,11 +3,12 @@
 use super::console::{Context, Done, Progress, secs, verdicts};
 use crate::scan::Unit;
 use crate::session::{
-    Built, ClipFrame, Content, Forced, NewScan, SessionError, SizedFile, TriedPose, TryOnMethod, girth_notes,
+    Built, ClipFrame, Content, Forced, NewScan, Outputs, Session, SessionError, SizedFile, TriedPose, TryOnMethod,
+    girth_notes,
 };
 use crate::tryon::{Secs, Stop, Switches};
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 #[derive(clap::Args)]
@@ -154,16 +155,22 @@ fn try_sizes(mut args: TryOnArgs, context: &Context) -> anyhow::Result<Done> {
     Ok(done)
 }
 
+/// The picture and the mesh may be written, and the garment is not overwritten.
+fn claimed(args: &TryOnArgs, garment: &Path, session: &Session) -> Result<Outputs, SessionError> {
+    let mut outputs = session.outputs(args.force);
+    outputs.protect(garment, "is the garment");
+    for (path, content) in [(&args.picture, Content::Picture), (&args.mesh, Content::Mesh)] {
+        path.iter().try_for_each(|path| outputs.claim(path, content))?;
+    }
+    Ok(outputs)
+}
+
 /// The garment in a pose, without a change of the session.
 fn try_pose(args: &TryOnArgs, frame: &ClipFrame, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
     let file = args.file.clone().unwrap_or_default();
     let session = context.reader()?;
-    let mut outputs = session.outputs(args.force);
-    outputs.protect(&file, "is the garment");
-    for (path, content) in [(&args.picture, Content::Picture), (&args.mesh, Content::Mesh)] {
-        path.iter().try_for_each(|path| outputs.claim(path, content))?;
-    }
+    let mut outputs = claimed(args, &file, &session)?;
     let mut progress = Progress::of_one_stage(&context.console);
     progress.describe("putting it on".into());
     let how = (args.template.as_deref(), args.fabric.as_deref());
@@ -176,7 +183,8 @@ fn try_pose(args: &TryOnArgs, frame: &ClipFrame, context: &Context) -> anyhow::R
         tried.write_mesh(path, &mut outputs)?;
     }
     context.console.notices(outputs.notices());
-    let TriedPose { kind, fabric, posed, crossing_pairs, crossing_clothes, notes } = &tried;
+    let TriedPose { kind, fabric, posed, crossing_clothes, notes } = &tried;
+    let crossing_pairs = posed.crossing_pairs();
     let json = json!({
         "file": file.display().to_string(),
         "kind": kind,
@@ -212,11 +220,7 @@ fn try_pose(args: &TryOnArgs, frame: &ClipFrame, context: &Context) -> anyhow::R
 fn try_steps(args: &TryOnArgs, stop: Stop, context: &Context) -> anyhow::Result<Done> {
     let file = args.file.clone().unwrap_or_default();
     let session = context.reader()?;
-    let mut outputs = session.outputs(args.force);
-    outputs.protect(&file, "is the garment");
-    for (path, content) in [(&args.picture, Content::Picture), (&args.mesh, Content::Mesh)] {
-        path.iter().try_for_each(|path| outputs.claim(path, content))?;
-    }
+    let mut outputs = claimed(args, &file, &session)?;
     let leaves_out = |part| args.without.contains(&part);
     let switches = Switches {
         refine: !leaves_out(Without::Planes),

@@ -8,7 +8,9 @@ use super::thin::ThinFigure;
 use crate::body::{Figure, Pose, SkinWeights, TapeLine, skin, tape_lines};
 use crate::cloth::{BodyStep, ClothLayer, fabric_named, put_on};
 use crate::fit::{InsideReport, PoseInside};
-use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3, VertexId, intersecting_pairs};
+use crate::geometry::{
+    Adjacency, PerVertex, Point, TriMesh, Vec3, VertexId, intersecting_pairs, self_intersecting_pairs,
+};
 use crate::rig::{RigParams, RiggedGarment, rig};
 
 /// How thin a figure may begin, as shares of itself: limbs of a twentieth are thinner than the error of a sleeve's axis.
@@ -144,6 +146,13 @@ pub struct Posed {
     pub skin: TriMesh,
     /// How far skin gives way at most, in metres.
     pub gave_way: f64,
+}
+
+impl Posed {
+    /// Pairs of faces of the garment that cross, with skin or each other.
+    pub fn crossing_pairs(&self) -> usize {
+        intersecting_pairs(&self.garment, &self.skin).len() + self_intersecting_pairs(&self.garment).len()
+    }
 }
 
 /// Takes a figure in the bind pose and what it wears into a pose, without anything that crosses on the way.

@@ -4,7 +4,7 @@ use super::error::BodiesError;
 use crate::body::{BodyModel, Figure};
 use crate::export::write_layer_ply;
 use crate::formats::{ColorPicture, read_color_picture, read_photo_camera_json};
-use crate::geometry::{TriMesh, intersecting_pairs, self_intersecting_pairs};
+use crate::geometry::TriMesh;
 use crate::photo::{
     Keypoints, PhotoBody, PhotoCamera, PhotoError, PhotoParams, Search, UncertainMeasure, body_from_photo,
     read_keypoints, write_photo_record,
@@ -197,8 +197,9 @@ impl PhotographedBody {
             let worn = at_rest(&own, &figure, &fabric)?;
             moved_into(&self.body.pose, &worn, &own, &figure, &fabric)
         };
-        let Posed { garment, skin, gave_way } = put_on().map_err(|e| BodiesError::bad_source(file, e))?;
-        let crossing_pairs = intersecting_pairs(&garment, &skin).len() + self_intersecting_pairs(&garment).len();
+        let posed = put_on().map_err(|e| BodiesError::bad_source(file, e))?;
+        let crossing_pairs = posed.crossing_pairs();
+        let Posed { garment, skin, gave_way } = posed;
         Ok(DressedPhoto { skin, garment, kind, fabric, crossing_pairs, gave_way, notes })
     }
 

@@ -3,7 +3,7 @@
 use super::pictures::{ClipFrame, draw_ease};
 use crate::body::Figure;
 use crate::export::write_layer_ply;
-use crate::geometry::{SurfaceIndex, intersecting_pairs, self_intersecting_pairs};
+use crate::geometry::{SurfaceIndex, intersecting_pairs};
 use crate::scan::Unit;
 use crate::segment::{Fabric, SegmentError};
 use crate::session::error::SessionError;
@@ -22,9 +22,7 @@ pub struct TriedPose {
     pub fabric: String,
     /// The garment and the skin.
     pub posed: Posed,
-    /// Pairs of faces of the garment that cross, with skin or each other.
-    pub crossing_pairs: usize,
-    /// Those with what the figure wears below: only stacking clears a garment of what hangs loose there.
+    /// Pairs of faces that cross what the figure wears below: only stacking clears a garment of what hangs loose there.
     pub crossing_clothes: usize,
     /// What was found and assumed, one sentence each.
     pub notes: Vec<String>,
@@ -54,11 +52,9 @@ impl Session {
         let inner =
             layers.iter().skip(1).map(|layer| intersecting_pairs(&posed.garment, &layer.posed(skeleton, &pose)));
         let crossing_clothes = inner.map(|pairs| pairs.len()).sum();
-        let crossing_pairs =
-            intersecting_pairs(&posed.garment, &posed.skin).len() + self_intersecting_pairs(&posed.garment).len();
         let unused = unused.into_iter().map(|warning| warning.to_string());
         let notes = notes.into_iter().chain(unused).collect();
-        Ok(TriedPose { kind, fabric: fabric.name.clone(), posed, crossing_pairs, crossing_clothes, notes })
+        Ok(TriedPose { kind, fabric: fabric.name.clone(), posed, crossing_clothes, notes })
     }
 
     /// A kind of garment, and its usual fabric if none is named.
