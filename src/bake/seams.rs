@@ -94,23 +94,23 @@ impl Tailor {
         let plain = Piece { sleeve: None, leg: None, is_front: false, is_below: false };
         match limb {
             Limb::Arm(side) => {
-                let on_arm = self.along([UpperArm(side), LowerArm(side), Hand(side)], |q| side.sign() * q.x, p);
+                let on_arm = self.along(&[UpperArm(side), LowerArm(side), Hand(side)], |q| side.sign() * q.x, p);
                 Piece { sleeve: Some(side), is_front: p.z > on_arm.z, is_below: p.y < on_arm.y, ..plain }
             }
             Limb::Trunk | Limb::Leg(_) => {
                 let side = if p.x > 0.0 { Side::Left } else { Side::Right };
-                let middle = self.along([UpperArm(side), UpperLeg(side), LowerLeg(side)], |q| -q.y, p);
-                let lower = self.along([UpperLeg(side), LowerLeg(side), Foot(side)], |q| -q.y, p);
-                let z = if p.y < self.at(UpperLeg(side)).y { lower.z } else { middle.z };
-                Piece { leg: has_legs.then_some(side), is_front: p.z > z, ..plain }
+                let middle = self.along(&[UpperArm(side), UpperLeg(side), LowerLeg(side), Foot(side)], |q| -q.y, p);
+                Piece { leg: has_legs.then_some(side), is_front: p.z > middle.z, ..plain }
             }
         }
     }
 
     /// The point of a chain of joints that is as far along as `p`, by a coordinate that grows along the chain.
-    fn along(&self, chain: [HumanJoint; 3], grows: impl Fn(&Point) -> f64, p: &Point) -> Point {
-        let [a, b, c] = chain.map(|joint| self.at(joint));
-        let (from, to) = if grows(p) < grows(&b) { (a, b) } else { (b, c) };
+    fn along(&self, chain: &[HumanJoint], grows: impl Fn(&Point) -> f64, p: &Point) -> Point {
+        let bones = chain.array_windows().map(|bone: &[HumanJoint; 2]| bone.map(|joint| self.at(joint)));
+        let mut rest = bones.skip_while(|[_, end]| grows(p) > grows(end));
+        let last = || [chain[chain.len() - 2], chain[chain.len() - 1]].map(|joint| self.at(joint));
+        let [from, to] = rest.next().unwrap_or_else(last);
         let length = (grows(&to) - grows(&from)).max(1e-6);
         from + (to - from) * ((grows(p) - grows(&from)) / length).clamp(0.0, 1.0)
     }
