@@ -83,6 +83,23 @@ fn color_picture(bytes: &[u8], most_pixels: u64) -> Result<ColorPicture, FormatE
     Ok(ColorPicture { width, height, pixels })
 }
 
+/// Whether the end of image follows the first scan. Segments before it are skipped by their lengths, as they may hold a preview
+/// with an end of its own; in a scan, 0xFF is followed by 0 unless it begins a marker (ITU-T T.81, B.1.1).
+fn is_whole_jpeg(bytes: &[u8]) -> bool {
+    const START_OF_SCAN: u8 = 0xda;
+    const END_OF_IMAGE: u8 = 0xd9;
+    let mut at = 2;
+    while let [0xff, marker, high, low, ..] = bytes[at.min(bytes.len())..] {
+        // Any number of 0xFF may stand before a marker.
+        at += if marker == 0xff { 1 } else { 2 + usize::from(u16::from_be_bytes([high, low])) };
+        if marker == START_OF_SCAN {
+            return bytes[at.min(bytes.len())..].windows(2).any(|pair| pair == [0xff, END_OF_IMAGE]);
+        }
+    }
+    // What is no sequence of segments is for the decoder to refuse.
+    true
+}
+
 fn not_this(format: Format, bytes: &[u8]) -> FormatError {
     let found = if bytes.is_empty() { "nothing".into() } else { beginning(bytes) };
     FormatError::NotThisFormat { format, found }
@@ -95,6 +112,10 @@ fn decoded(format: Format, bytes: &[u8], most_pixels: u64) -> Result<DynamicImag
         Format::WebP => ImageFormat::WebP,
         _ => ImageFormat::Png,
     };
+    // The decoder fills what is missing with grey, and says nothing.
+    if format == Format::Jpeg && !is_whole_jpeg(bytes) {
+        return Err(FormatError::Container { format, reason: "it is cut off".into() });
+    }
     let mut reader = ImageReader::with_format(Cursor::new(bytes), kind);
     // The number of pixels is the limit.
     reader.no_limits();
@@ -187,6 +208,10 @@ mod tests {
         let color = ColorPicture { width: 16, height: 8, pixels: vec![[200, 100, 50]; 128] };
         let jpeg = write_color_jpeg([16, 8], &color.pixels, 90).unwrap();
         let back = read_color_picture(&jpeg).unwrap();
+        let cut = read_color_picture(&jpeg[..jpeg.len() - 20]).unwrap_err().to_string();
+        assert!(cut.contains("cut off"), "{cut}");
+        let followed = [jpeg.as_slice(), b"a film"].concat();
+        assert_eq!(read_color_picture(&followed).unwrap().pixels, back.pixels);
         assert!(back.pixels[60].iter().zip([200, 100, 50]).all(|(&a, b): (&u8, u8)| a.abs_diff(b) < 6));
         assert!(matches!(read_depth_png(&jpeg), Err(FormatError::NotThisFormat { format: Format::Png, .. })));
         assert!(matches!(read_depth_png(&bytes[..bytes.len() / 2]), Err(FormatError::Container { .. })));
