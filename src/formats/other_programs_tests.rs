@@ -54,6 +54,14 @@ fn ply_pictures_are_found_by_their_comment() {
     let mesh = read(MeshKind::Ply, file);
     assert_eq!(unread(&mesh), ["the picture 'none.png' is missing"]);
     assert_eq!(mesh.texture.unwrap().face_materials, [0, 1]);
+    // Colours of the vertices are no reason to be silent.
+    let of_vertex =
+        "property float s\nproperty float t\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n";
+    let file = quad_ply("comment TextureFile none.png\n", of_vertex, " 0.5 1 9 9 9", "", ["", ""]);
+    assert_eq!(
+        unread(&read(MeshKind::Ply, file)),
+        ["the picture 'none.png' is missing, and the colours of the vertices are used instead"]
+    );
     // Coordinates per vertex.
     let of_vertex = "property float texture_u\nproperty float texture_v\n";
     let mesh = read(MeshKind::Ply, quad_ply("comment TextureFile: skin.png\n", of_vertex, " 0.5 1", "", ["", ""]));

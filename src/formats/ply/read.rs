@@ -84,9 +84,10 @@ fn add_texture(mesh: &mut RawMesh, faces: FaceColors, names: &[String], siblings
     let mut texture = RawTexture::default();
     for name in names {
         let picture = Fetched::find(name, "", siblings);
-        if picture.is_none() && mesh.colors.is_none() {
+        if picture.is_none() {
+            let instead = if mesh.colors.is_some() { ", and the colours of the vertices are used instead" } else { "" };
             mesh.unread.push(UnreadPart {
-                what: format!("the picture '{name}' is missing"),
+                what: format!("the picture '{name}' is missing{instead}"),
                 remedy: "put it beside the scan and scan again".into(),
             });
         }
