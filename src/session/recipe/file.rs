@@ -158,10 +158,13 @@ mod tests {
         let plain = of(&|_| {});
         assert_eq!(plain, of(&|body| body.scan = "/elsewhere/a.ply".into()));
         let painted = |folder: &str| {
-            of(&|body| {
-                let [file, from] = ["m.jsonl", "m.ply"].map(|name| format!("{folder}/{name}"));
-                body.masks = vec![SourceFile { file, from: Some(from), ..SourceFile::default() }];
-            })
+            let [file, from] = ["m.jsonl", "m.ply"].map(|name| format!("{folder}/{name}"));
+            let mut recipe = Recipe::new(None);
+            recipe.put_step(step("body", None), false).unwrap();
+            let mut shirt = step("shirt", Some("shirt"));
+            shirt.masks = vec![SourceFile { file, from: Some(from), ..SourceFile::default() }];
+            recipe.put_step(shirt, false).unwrap();
+            recipe.hash().unwrap()
         };
         assert_eq!(painted("here"), painted("/elsewhere"));
         assert_ne!(plain, of(&|body| body.scan = "../b.ply".into()));
