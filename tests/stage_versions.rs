@@ -8,7 +8,7 @@
 //! The hashes hold for processors with AVX2 and FMA, where fused operations round once. Elsewhere this test is skipped and
 //! says so.
 
-use crate::common::{QUICK_RECIPE, SKIRT_AND_CLIPS, on_demo_scans};
+use crate::common::{QUICK_RECIPE, SKIRT_AND_CLIPS, on_demo_scans, overcoat_ok};
 use overcoat::session::{Forced, Session, Stage, Writer};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -85,21 +85,37 @@ fn has_fused_operations() -> bool {
     false
 }
 
-/// Builds the session and hashes what its stages read and made.
+/// A garment with buttons from a file, in place of the skirt.
+const VEST: &str = r#"
+[[step]]
+name = "vest"
+scan = "../sewn/vest-M.obj"
+template = "vest"
+tryon = true
+"#;
+
+/// Builds a session of scans, and one with a garment from a file, and hashes what their stages read and made.
 fn measured() -> BTreeMap<Stage, Pinned> {
     let dir = tempfile::tempdir().unwrap();
-    let recipe = on_demo_scans(&format!("{QUICK_RECIPE}{SKIRT_AND_CLIPS}"));
-    std::fs::write(dir.path().join("recipe.toml"), recipe).unwrap();
-    Writer::open(dir.path()).unwrap().build(&Forced::Nothing, &mut |_| {}).unwrap();
-    let session = Session::open(dir.path()).unwrap();
+    overcoat_ok(dir.path(), &["studio", "garment", "--kind", "vest", "--form", "buttoned", "--out", "sewn"]);
+    let built = [("scans", SKIRT_AND_CLIPS), ("vest", VEST)].map(|(name, more)| {
+        let folder = dir.path().join(name);
+        std::fs::create_dir(&folder).unwrap();
+        std::fs::write(folder.join("recipe.toml"), on_demo_scans(&format!("{QUICK_RECIPE}{more}"))).unwrap();
+        Writer::open(&folder).unwrap().build(&Forced::Nothing, &mut |_| {}).unwrap();
+        Session::open(&folder).unwrap()
+    });
+    let [scans, vest] = built.each_ref().map(|session| session.state().steps.iter());
+    let steps: Vec<_> = scans.chain(vest.filter(|step| step.name == "vest")).collect();
     let of_stage = |stage: Stage| {
         let (mut inputs, mut outputs) = (String::new(), String::new());
         let mut version = None;
-        for step in &session.state().steps {
+        for step in &steps {
             let Some(record) = step.stages.get(&stage) else { continue };
-            writeln!(inputs, "{} {}", step.name, record.from).unwrap();
+            // A garment from a file has code of its own for some stages.
+            writeln!(inputs, "{} {} {}", step.name, record.code, record.from).unwrap();
             writeln!(outputs, "{} {}", step.name, record.output).unwrap();
-            version = Some(record.code);
+            version = version.or(Some(record.code));
         }
         let version = version.unwrap_or_else(|| panic!("the stage {stage} ran in no step"));
         let short = |text: &str| blake3::hash(text.as_bytes()).to_hex()[..16].to_string();

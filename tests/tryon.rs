@@ -1,6 +1,7 @@
 //! `tryon`: a garment from a file becomes a layer like any other, in any unit and frame; files without one are refused.
 
 use crate::common::{body_of_demo, built_quick_session, overcoat, overcoat_ok};
+use overcoat::formats::{RawMesh, read_ply};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -236,4 +237,36 @@ fn a_garment_is_shown_in_a_pose_and_laid_on_by_the_paper() {
     std::fs::write(session.join("recipe.toml"), scanned).unwrap();
     let answer = overcoat(&session, &["status"]);
     assert!(answer.code != 0 && answer.stderr.contains("'method'") && answer.stderr.contains("hint:"), "{answer:?}");
+}
+
+#[test]
+fn buttons_are_a_layer_that_the_cloth_carries() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = built_quick_session(dir.path(), "alice");
+    overcoat_ok(&session, &["studio", "garment", "--kind", "vest", "--form", "buttoned", "--out", "sewn"]);
+    let worn = overcoat_ok(&session, &["tryon", "sewn/vest-M.obj", "--name", "vest", "--json"]).json();
+    assert!(is_put_on(&worn), "{worn}");
+    assert!(worn["findings"].to_string().contains("5 small parts"), "{worn}");
+    overcoat_ok(&session, &["export", "layers/"]);
+    let bind = ply(&session.join("layers/vest-trim.ply"));
+    overcoat_ok(&session, &["animate", "walk", "--frames", "20..24"]);
+    overcoat_ok(&session, &["export", "frames/", "--sequence", "ply"]);
+    let cloth = ply(&session.join("frames/0003/vest.ply"));
+    let moved = ply(&session.join("frames/0003/vest-trim.ply"));
+    assert_eq!((bind.points.len(), moved.points.len()), (80, 80));
+    let apart = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
+    for (button, was) in moved.points.chunks(16).zip(bind.points.chunks(16)) {
+        // As wide and as high as it was, and a few millimetres off the cloth.
+        assert!((1..16).all(|k| (apart(&button[0], &button[k]) - apart(&was[0], &was[k])).abs() < 1e-5));
+        let off = cloth.points.iter().map(|p| apart(p, &button[0])).fold(f64::MAX, f64::min);
+        assert!(off < 0.03, "{off}");
+        assert!(apart(&button[0], &was[0]) > 1e-4, "it stayed where it was");
+    }
+    overcoat_ok(&session, &["export", "one.glb", "--layers", "vest"]);
+    let file = std::fs::read(session.join("one.glb")).unwrap();
+    assert!(String::from_utf8_lossy(&file).contains("vest-trim"), "the trim is chosen with its garment");
+}
+
+fn ply(path: &Path) -> RawMesh {
+    read_ply(std::fs::File::open(path).unwrap()).unwrap()
 }

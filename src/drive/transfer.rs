@@ -16,9 +16,9 @@ use super::laplacian::{FrameUpdate, LaplacianBody, RightSide, Solved};
 use super::library_training::places_of;
 use super::recognition::{PoseLibrary, Recognizer, pose_of};
 use crate::body::{Figure, Pose};
-use crate::geometry::{Point, SurfaceIndex, TriMesh, Vec3, VertexId};
+use crate::geometry::{Point, SurfaceIndex, TriMesh, Vec3, VertexId, rigid_motion};
 use crate::stack::crossing_places;
-use nalgebra::{Matrix3, Rotation3};
+use nalgebra::Rotation3;
 
 /// The most iterations of a frame, as in the paper.
 const MOST_ITERATIONS: usize = 10;
@@ -244,21 +244,10 @@ impl<'a> WornGarments<'a> {
     }
 }
 
-/// The rigid motion that brings places nearest to others (Kabsch); `None` with fewer than three in common.
+/// The rigid motion that brings places nearest to others; `None` with fewer than three in common.
 fn rigid(from: &Places, to: &Places) -> Option<(Rotation3<f64>, Vec3)> {
-    let pairs: Vec<(Vec3, Vec3)> =
-        from.iter().zip(to).filter_map(|(a, b)| Some((a.as_ref()?.coords, b.as_ref()?.coords))).collect();
-    if pairs.len() < 3 {
-        return None;
-    }
-    let count = pairs.len() as f64;
-    let (a, b) = pairs.iter().fold((Vec3::zeros(), Vec3::zeros()), |(a, b), (p, q)| (a + p / count, b + q / count));
-    let product: Matrix3<f64> = pairs.iter().map(|(p, q)| (q - b) * (p - a).transpose()).sum();
-    let svd = product.svd(true, true);
-    let (u, vt) = (svd.u?, svd.v_t?);
-    let flip = Vec3::new(1.0, 1.0, (u * vt).determinant().signum());
-    let turn = Rotation3::from_matrix_unchecked(u * Matrix3::from_diagonal(&flip) * vt);
-    Some((turn, b - turn * a))
+    let pairs: Vec<(Point, Point)> = from.iter().zip(to).filter_map(|(a, b)| Some(((*a)?, (*b)?))).collect();
+    rigid_motion(&pairs)
 }
 
 fn moved_rigidly(

@@ -15,6 +15,7 @@ mod nearest_vertex;
 mod orientation;
 mod piercing;
 mod quads;
+mod rigid_motion;
 mod same_place;
 #[cfg(test)]
 mod shapes_for_tests;
@@ -40,6 +41,7 @@ pub use nearest_vertex::NearestVertex;
 pub use orientation::orient_outward;
 pub use piercing::Piercing;
 pub use quads::{QuadError, QuadFigures, QuadMesh, mirrored_quad_mesh, quad_mesh, quads_of_pairs};
+pub use rigid_motion::rigid_motion;
 pub use same_place::first_at_same_place;
 pub use simplify::{TriangleShapes, simplified, simplified_around, simplified_faces};
 pub use slivers::{WithoutSlivers, without_slivers};

@@ -29,6 +29,8 @@ pub enum Stage {
     Figure,
     /// The inner garments, pressed by the new one in this step's scan.
     Press,
+    /// Buttons and other parts of a garment's file, bound to its cloth.
+    Trim,
     /// Whether the results of the step are plausible.
     Check,
     /// A clip on the figure of the last step; it belongs to no step.
@@ -38,7 +40,7 @@ pub enum Stage {
 }
 
 /// Each stage with its name, and the section of a step in `recipe.toml` that sets its parameters.
-const NAMES: [(Stage, &str, Option<&str>); 14] = [
+const NAMES: [(Stage, &str, Option<&str>); 15] = [
     (Stage::Scan, "scan", Some("reading")),
     (Stage::Fit, "fit", Some("fit")),
     (Stage::Register, "register", Some("register")),
@@ -50,6 +52,7 @@ const NAMES: [(Stage, &str, Option<&str>); 14] = [
     (Stage::Stack, "stack", Some("stack")),
     (Stage::Figure, "figure", Some("figure")),
     (Stage::Press, "press", Some("press")),
+    (Stage::Trim, "trim", None),
     (Stage::Check, "check", None),
     (Stage::Animate, "animate", None),
     (Stage::Cloth, "cloth", None),
@@ -94,10 +97,10 @@ pub enum StepKind {
 impl StepKind {
     /// The stages of such a step; a test compares them with a build.
     pub fn stages(self) -> &'static [Stage] {
-        use Stage::{Check, Cut, Evidence, Figure, Fit, Pose, Press, Register, Rig, Scan, Segment, Stack};
+        use Stage::{Check, Cut, Evidence, Figure, Fit, Pose, Press, Register, Rig, Scan, Segment, Stack, Trim};
         match self {
             Self::Body => &[Scan, Fit, Register, Figure, Check],
-            Self::TryOn => &[Scan, Pose, Segment, Cut, Rig, Stack, Figure, Press, Check],
+            Self::TryOn => &[Scan, Pose, Segment, Cut, Rig, Stack, Figure, Press, Trim, Check],
             Self::Garment | Self::Hair => &[Scan, Pose, Evidence, Segment, Cut, Rig, Stack, Figure, Press, Check],
         }
     }

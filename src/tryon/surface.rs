@@ -4,8 +4,8 @@ use super::error::TryOnError;
 use super::rims::rims_of;
 use crate::formats::RawMesh;
 use crate::geometry::{
-    Aabb, Adjacency, FaceId, PerFace, PerVertex, Point, SurfaceIndex, TriMesh, first_at_same_place, manifold_part,
-    orient_outward,
+    Aabb, Adjacency, FaceId, PerFace, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, first_at_same_place,
+    manifold_part, orient_outward,
 };
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -15,6 +15,8 @@ use std::collections::BTreeSet;
 const WELD_PER_SIZE: f64 = 1e-5;
 /// Parts with less than this share of the area are buttons, labels and zips, not the garment.
 const GARMENT_SHARE: f64 = 0.2;
+/// Parts farther from the cloth than this share of the garment's size are none of it: 3 to 4 cm, more than a button's shank.
+const TRIM_APART: f64 = 0.03;
 
 /// Sheets nearer than this share of the garment's size are two sides of one cloth: 1 to 2 cm.
 const SHEETS_APART: f64 = 0.015;
@@ -32,15 +34,26 @@ pub struct GarmentSurface {
     pub mesh: TriMesh,
     /// sRGB. **Shapes** one per vertex.
     pub colors: Option<PerVertex<[u8; 3]>>,
+    /// Buttons and other parts on the outside of the cloth.
+    pub trim: SmallParts,
     /// What was joined, left out or assumed, one sentence each.
     pub notes: Vec<String>,
+}
+
+/// Parts of a file beside its cloth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SmallParts {
+    /// In the file's frame and unit; may be empty.
+    pub mesh: TriMesh,
+    /// sRGB. **Shapes** one per vertex.
+    pub colors: Option<PerVertex<[u8; 3]>>,
 }
 
 impl GarmentSurface {
     /// The garment in a mesh.
     pub fn read(raw: &RawMesh) -> Result<Self, TryOnError> {
         let mut surface = Self::welded(raw)?;
-        surface.leave_out_buttons()?;
+        surface.take_off_trim()?;
         let (mesh, turned) = orient_outward(&surface.mesh, &Adjacency::prepare(&surface.mesh));
         surface.mesh = mesh;
         if turned > 0 {
@@ -56,6 +69,7 @@ impl GarmentSurface {
         if rims_of(&surface.mesh).is_empty() {
             return Err(TryOnError::Closed);
         }
+        surface.leave_out_what_lies_inside();
         Ok(surface)
     }
 
@@ -65,16 +79,16 @@ impl GarmentSurface {
         if left_out == 0 {
             return;
         }
-        let (mesh, from) = self.mesh.part(keep);
-        self.mesh = mesh;
-        self.colors = self.colors.take().map(|colors| from.iter().map(|&v| colors[v]).collect());
+        let all = SmallParts { mesh: self.mesh.clone(), colors: self.colors.take() };
+        let kept = all.part(keep);
+        (self.mesh, self.colors) = (kept.mesh, kept.colors);
         self.notes.push(format!("{left_out} faces {why_not} and were left out"));
     }
 
-    /// Keeps the greatest connected part.
+    /// Keeps the greatest connected part as the cloth, the others as trim.
     ///
     /// **Errors** if there are several large ones.
-    fn leave_out_buttons(&mut self) -> Result<(), TryOnError> {
+    fn take_off_trim(&mut self) -> Result<(), TryOnError> {
         let (part_of, count) = Adjacency::prepare(&self.mesh).face_components();
         let mut areas = vec![0.0; count];
         self.mesh.face_ids().for_each(|f| areas[part_of[f] as usize] += self.mesh.face_area(f));
@@ -84,8 +98,45 @@ impl GarmentSurface {
         if large > 1 {
             return Err(TryOnError::SeveralParts { parts: large });
         }
-        self.keep(&part_of.iter().map(|&part| part as usize == greatest).collect(), "are buttons, zips or labels");
+        let all = SmallParts { mesh: self.mesh.clone(), colors: self.colors.take() };
+        let is_cloth: PerFace<bool> = part_of.iter().map(|&part| part as usize == greatest).collect();
+        self.trim = all.part(&is_cloth.iter().map(|is| !is).collect());
+        let cloth = all.part(&is_cloth);
+        (self.mesh, self.colors) = (cloth.mesh, cloth.colors);
         Ok(())
+    }
+
+    /// Keeps the trim that is on the outside of the cloth: labels inside would stand in the skin.
+    fn leave_out_what_lies_inside(&mut self) {
+        let Some(size) = self.mesh.bounds().map(|bounds| bounds.extent().norm()) else { return };
+        let (index, trim) = (SurfaceIndex::prepare(&self.mesh), &self.trim.mesh);
+        let (part_of, count) = Adjacency::prepare(trim).face_components();
+        let (mut sums, mut faces) = (vec![Vec3::zeros(); count], vec![0; count]);
+        for f in trim.face_ids() {
+            let part = part_of[f] as usize;
+            sums[part] += trim.triangle(f).iter().map(|p| p.coords / 3.0).sum::<Vec3>();
+            faces[part] += 1;
+        }
+        let is_outside = |(sum, faces): (&Vec3, &usize)| {
+            let center = Point::from(sum / *faces as f64);
+            let near = index.closest(&center);
+            let out = (center - near.point).dot(&self.mesh.face_normal(near.face));
+            near.distance <= TRIM_APART * size && out >= -WELD_PER_SIZE * size
+        };
+        let outside: Vec<bool> = sums.iter().zip(&faces).map(is_outside).collect();
+        let (carried, left_out): (Vec<usize>, Vec<usize>) = (0..count).partition(|&part| outside[part]);
+        let note = |parts: &[usize], what: &str| match parts {
+            [] => None,
+            parts => {
+                let faces: usize = parts.iter().map(|&part| faces[part]).sum();
+                Some(format!("{} small parts with {faces} faces {what}", parts.len()))
+            }
+        };
+        let carried = note(&carried, "are buttons or other trim, which the cloth carries");
+        self.notes.extend(carried);
+        self.notes.extend(note(&left_out, "lie inside the cloth or apart from it and were left out"));
+        let keep: PerFace<bool> = part_of.iter().map(|&part| outside[part as usize]).collect();
+        self.trim = self.trim.part(&keep);
     }
 
     /// One vertex for all that are at the same place.
@@ -117,7 +168,16 @@ impl GarmentSurface {
         let mesh = TriMesh::try_from_indices(kept, &faces).map_err(|_| TryOnError::Empty)?;
         let (mesh, from) = mesh.part(&PerFace::filled(true, mesh.face_count()));
         let colors = raw.colors.as_ref().map(|colors| from.iter().map(|v| colors[v.index()]).collect());
-        Ok(Self { mesh, colors, notes })
+        let (none, _) = mesh.part(&PerFace::filled(false, mesh.face_count()));
+        Ok(Self { mesh, colors, trim: SmallParts { mesh: none, colors: None }, notes })
+    }
+}
+
+impl SmallParts {
+    fn part(&self, keep: &PerFace<bool>) -> Self {
+        let (mesh, from) = self.mesh.part(keep);
+        let colors = self.colors.as_ref().map(|colors| from.iter().map(|&v| colors[v]).collect());
+        Self { mesh, colors }
     }
 }
 

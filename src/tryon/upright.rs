@@ -6,6 +6,7 @@ use super::placing::{limbs_of, on_average};
 use super::recognize::{Openings, Recognized, recognize};
 use super::rims::rims_of;
 use super::surface::GarmentSurface;
+use super::trim::Trim;
 use crate::body::Figure;
 use crate::formats::RawMesh;
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
@@ -30,6 +31,8 @@ pub struct UprightGarment {
     pub mesh: TriMesh,
     /// sRGB. **Shapes** one per vertex.
     pub colors: Option<PerVertex<[u8; 3]>>,
+    /// Buttons and other parts that its cloth carries.
+    pub trim: Trim,
     /// What was found and assumed, one sentence each.
     pub notes: Vec<String>,
     /// The kind of garment that its openings say, a template's name.
@@ -39,12 +42,12 @@ pub struct UprightGarment {
 impl UprightGarment {
     /// Recognises the garment in a mesh. `unit` is that of the file in metres, where it is known; `average` is any adult.
     pub fn read(raw: &RawMesh, unit: Option<f64>, average: &Figure) -> Result<Self, TryOnError> {
-        let GarmentSurface { mesh, colors, mut notes } = GarmentSurface::read(raw)?;
+        let GarmentSurface { mesh, colors, trim, mut notes } = GarmentSurface::read(raw)?;
         let Recognized { openings, unit, scale, upright } = recognize(&mesh, &rims_of(&mesh), unit)?;
         let turn = |v: &Vec3| upright * v;
         let openings = openings.moved(scale, &turn).in_order();
         let place = |p: &Point| Point::from(turn(&p.coords) * scale);
-        let mut mesh = mesh.with_points(mesh.points().iter().map(place).collect::<Vec<_>>());
+        let mut mesh = mesh.map_points(place);
         let longest = openings.longest();
         let adult = if matches!(openings, Openings::Open { .. }) { ADULT_OPEN } else { ADULT };
         if !adult.contains(&longest) {
@@ -55,12 +58,13 @@ impl UprightGarment {
         let (backwards, shift) = on_average(&mesh, &openings, average);
         let sign = if backwards { -1.0 } else { 1.0 };
         let onto = |p: &Point| Point::new(sign * p.x, p.y, sign * p.z) + shift;
-        mesh = mesh.with_points(mesh.points().iter().map(onto).collect::<Vec<_>>());
+        mesh = mesh.map_points(onto);
+        let trim = Trim::on_garment(&mesh, trim.mesh.map_points(|p| onto(&place(p))), trim.colors);
         notes.insert(0, format!("recognised as {}, in {unit}", openings.in_words()));
         if backwards {
             notes.push("its openings lean backwards, but a body fits it better that way".into());
         }
-        Ok(Self { mesh, colors, notes, kind })
+        Ok(Self { mesh, colors, trim, notes, kind })
     }
 }
 

@@ -163,7 +163,8 @@ impl<'a> GarmentStep<'a> {
             beside,
         };
         at.run(CHECK, inputs, check::garment)?;
-        Ok(StepResults { scan, figure: dressed, of: OfStep::Garment { inside, labels, garment, pressed } })
+        let of = OfStep::Garment { inside, labels, garment, pressed };
+        Ok(StepResults { scan, figure: dressed, of, trim: None })
     }
 
     fn if_nothing(&self) -> IfNothing {

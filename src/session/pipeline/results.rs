@@ -8,6 +8,7 @@ use crate::fit::{FittedBody, PoseInside, RegisteredBody};
 use crate::scan::Scan;
 use crate::segment::Segmentation;
 use crate::session::store::Kept;
+use crate::tryon::Trim;
 
 /// The results of a step.
 pub(in crate::session) struct StepResults {
@@ -15,6 +16,8 @@ pub(in crate::session) struct StepResults {
     /// The figure after the step. [`Session::figure`](crate::session::Session) loads it.
     pub figure: Kept<Figure>,
     pub of: OfStep,
+    /// What the step's garment carries.
+    pub trim: Option<Kept<Trim>>,
 }
 
 /// What only the body has, and what only a garment has.

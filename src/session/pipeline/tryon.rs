@@ -4,12 +4,12 @@
 
 use super::memo::at::{Code, Run};
 use super::memo::event::{OnProgress, Outcome};
-use super::memo::input::ModelInput;
+use super::memo::input::{FileInput, ModelInput};
 use super::memo::walk::Walk;
 use super::results::{OfStep, StepResults};
 use super::stages::check::{CHECK, Plausibility, warning};
 use super::stages::figure::{self, FIGURE};
-use super::stages::garment_file::garment_of;
+use super::stages::garment_file::{garment_of, recognized};
 use super::stages::pose::POSE;
 use super::stages::press::{self, PRESS};
 use super::stages::rig::{self, RIG};
@@ -20,15 +20,17 @@ use crate::check::{TriedOn, doubts_of_laying_on, doubts_of_putting_on};
 use crate::cut::Garment;
 use crate::fit::{InsideReport, PoseInside};
 use crate::geometry::{Adjacency, PerVertex};
-use crate::scan::Scan;
+use crate::scan::{Scan, Unit};
 use crate::segment::{Fabric, Labels, Segmentation};
 use crate::session::error::SessionError;
 use crate::session::recipe::{self, StepRecipe, TryOnMethod};
 use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store};
-use crate::tryon::{Ease, Worn, at_rest, at_rest_by_paper};
+use crate::tryon::{Ease, Trim, UprightGarment, Worn, at_rest, at_rest_by_paper};
 use serde::Serialize;
 
+/// Buttons and other parts, bound to the garment.
+const TRIM: Code = Code::new(Stage::Trim, 1);
 /// A garment at rest takes the place of one that is cut from a scan; its code has a version of its own.
 const REST: Code = Code::new(Stage::Cut, 12);
 
@@ -54,6 +56,13 @@ struct RestInputs {
 }
 
 #[derive(Serialize)]
+struct TrimInputs {
+    file: FileInput,
+    unit: Option<Unit>,
+    scan: Kept<Scan>,
+}
+
+#[derive(Serialize)]
 struct CheckInputs {
     scan: Kept<Scan>,
     dressed: Kept<Figure>,
@@ -75,7 +84,7 @@ pub(super) fn put_on(
     let embedded = ModelInput::of(walk.session());
     let model = || embedded.clone();
     let fabric = || of.kind.template.fabric.clone();
-    let scan = garment_of(walk, entry)?;
+    let (scan, file) = (garment_of(walk, entry)?, FileInput::of(walk.session(), &entry.source()));
     let at = &mut walk.at(&entry.name);
 
     let inside = at.run(POSE, PoseInputs { figure, model: model() }, bind_pose)?.kept;
@@ -92,8 +101,9 @@ pub(super) fn put_on(
     let dressed = at.run(FIGURE, inputs, figure::with_garment)?.kept;
     let inputs = press::Inputs { garment, dressed, inside, model: model(), is_hair: false, params: of.press };
     let pressed = at.run(PRESS, inputs, press::run)?.kept;
+    let trim = Some(at.run(TRIM, TrimInputs { file: file.clone(), unit: entry.unit, scan }, trim_of)?.kept);
     at.run(CHECK, CheckInputs { scan, dressed, model: model(), fabric: fabric() }, check)?;
-    Ok(StepResults { scan, figure: dressed, of: OfStep::Garment { inside, labels, garment, pressed } })
+    Ok(StepResults { scan, figure: dressed, of: OfStep::Garment { inside, labels, garment, pressed }, trim })
 }
 
 /// The garment is brought into the figure's bind pose, so that no further stage bends cloth.
@@ -134,6 +144,13 @@ fn rested(inputs: RestInputs, store: &Store, _on_progress: OnProgress) -> Run<Ga
         .measured("gave_way_mm", gave_way * 1e3)
         .measured("fell_mm", fell * 1e3)
         .warned(doubts.into_iter().map(warning)))
+}
+
+/// The garment of the file is that of the scan, vertex by vertex.
+fn trim_of(TrimInputs { file, unit, .. }: TrimInputs, store: &Store, _on_progress: OnProgress) -> Run<Trim> {
+    let (UprightGarment { trim, .. }, _) = recognized(&file, store, unit)?;
+    let (parts, faces) = (trim.part_count(), trim.face_count());
+    Ok(Outcome::of(trim).measured("trim_parts", parts as f64).measured("trim_faces", faces as f64))
 }
 
 fn check(

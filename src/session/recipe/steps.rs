@@ -188,7 +188,7 @@ impl StepRecipe {
             Stage::Stack => &self.stack,
             Stage::Figure => &self.figure,
             Stage::Press => &self.press,
-            Stage::Evidence | Stage::Check | Stage::Animate | Stage::Cloth => &NONE,
+            _ => &NONE,
         }
     }
 
@@ -205,7 +205,7 @@ impl StepRecipe {
             Stage::Stack => &mut self.stack,
             Stage::Figure => &mut self.figure,
             Stage::Press => &mut self.press,
-            Stage::Evidence | Stage::Check | Stage::Animate | Stage::Cloth => return None,
+            _ => return None,
         })
     }
 }

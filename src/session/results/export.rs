@@ -153,8 +153,10 @@ impl Session {
                     Some(_) => folder.step(last),
                     None => {
                         let figure = standing(last.figure.clone(), &last.step.name)?;
-                        let (figure, layers) = self.remeshed(figure, request)?;
+                        let trims = self.trims(None)?.layers_on(&figure);
+                        let (mut figure, layers) = self.remeshed(figure, request)?;
                         remeshed = layers;
+                        figure.layers.extend(trims.into_iter().map(|(_, trim)| trim));
                         folder.bind(&request.axes.figure(&figure), &remeshed)
                     }
                 }?;

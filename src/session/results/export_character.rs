@@ -3,7 +3,7 @@
 use super::export_request::{ExportRequest, ExportStep, Exported, Faces, Textures};
 use super::outputs::{Content, Outputs};
 use super::posed_step::PosedStep;
-use crate::body::{Figure, Layer, Pose};
+use crate::body::{Figure, Layer, Pose, Skeleton};
 use crate::export::{
     Bones, CharacterAnimation, CharacterOptions, Companion, CoveredParts, ExportError, FileAxes, Format, FormatOption,
     RemeshedLayer, SpringParams, fitted_springs, with_fewer_faces, with_quads,
@@ -39,6 +39,7 @@ impl Session {
             Some(_) => last.figure_for_pose(),
             None => standing(last.figure.clone(), &last.step.name)?,
         };
+        let trims = self.trims(request.at.as_deref())?.layers_on(&figure);
         let (figure, remeshed) = self.remeshed(figure, request)?;
         // The masks are those of all poses, so they are the same wherever the figure stands.
         let masked = if remeshed.is_empty() { &last.figure } else { &figure };
@@ -61,9 +62,9 @@ impl Session {
                 "no layer has fewer faces than it had in its scan, so none has a normal map: add --faces".into(),
             );
         }
-        let layers = chosen(&figure, &request.layers)?;
-        let (figure, masks) = covered.remaining(figure);
-        let loose = loose_parts(&figure, &steps)?;
+        let mut layers = chosen(&figure, &request.layers)?;
+        let (figure, mut masks) = covered.remaining(figure);
+        let mut loose = loose_parts(&figure, &steps)?;
         let springs = match format.options().contains(&FormatOption::Springs) {
             true => self.spring_params(&figure, &loose, outputs)?,
             false => SpringParams::default(),
@@ -74,6 +75,15 @@ impl Session {
             None => figure,
             Some(rest) => self.in_rest_pose(&figure, rest, &path, outputs)?,
         };
+        let mut figure = figure;
+        for (carrier, trim) in trims {
+            let trim = rest.iter().fold(trim, |trim, rest| in_rest(trim, rest, &skeleton, &figure));
+            let points = trim.mesh.vertex_count();
+            masks.push(PerVertex::filled(false, points));
+            loose.push(PerVertex::filled(false, points));
+            layers.iter_mut().filter(|names| names.contains(&carrier)).for_each(|names| names.push(trim.name.clone()));
+            figure.layers.push(trim);
+        }
         let in_file = |pose: &Pose| match &rest {
             None => pose.clone(),
             Some(rest) => skeleton.pose_from_rest(pose, rest, &figure.skeleton.joints_in_bind[0]),
@@ -345,6 +355,13 @@ fn loose_parts(figure: &Figure, steps: &[PosedStep]) -> Result<Vec<PerVertex<boo
         }
     };
     figure.layers.iter().map(of_layer).collect()
+}
+
+/// A layer in the bind pose of `figure`, which is the pose `rest` of its `skeleton`, moved to the floor.
+fn in_rest(layer: Layer, rest: &Pose, skeleton: &Skeleton, figure: &Figure) -> Layer {
+    let to_floor = figure.skeleton.joints_in_bind[0] - skeleton.joints_in_world(rest)[0];
+    let mesh = layer.posed(skeleton, rest).map_points(|p| p + to_floor);
+    Layer { mesh, ..layer }
 }
 
 /// The figure with the colours of its vertices only.

@@ -20,6 +20,7 @@ mod textures;
 mod to_paint;
 mod tried_pose;
 mod tried_sizes;
+mod trims;
 
 pub use animation::{AnimationStatus, Film, SequenceKind, SequenceRequest};
 pub use export_request::{ExportRequest, ExportStep, Exported, Faces, Textures};

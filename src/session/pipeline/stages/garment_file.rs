@@ -47,7 +47,7 @@ pub(in crate::session::pipeline) fn garment_of(walk: &mut Walk, step: &StepRecip
 }
 
 fn read(GarmentInputs { file, unit }: GarmentInputs, store: &Store, _on_progress: OnProgress) -> Run<Scan> {
-    let (UprightGarment { mesh, colors, notes, kind }, unused) = recognized(&file, store, unit)?;
+    let (UprightGarment { mesh, colors, notes, kind, .. }, unused) = recognized(&file, store, unit)?;
     file.keep(&file.open(store)?, store)?;
     let (vertices, faces) = (mesh.vertex_count(), mesh.face_count());
     let file_vertices = (0..vertices as u32).collect();

@@ -9,6 +9,7 @@ use crate::session::open::Session;
 use crate::session::pipeline::{self, Reason, StageReport, Walk, standing};
 use crate::session::recipe::AnimationRecipe;
 use crate::session::results::status::not_built_is_fine;
+use crate::session::results::trims::Trims;
 use crate::session::stage::Stage;
 use serde::Serialize;
 
@@ -43,10 +44,12 @@ pub(in crate::session) struct MovedFigure {
     pub track: PoseTrack,
     /// The cloth, if it is simulated and was asked for.
     pub cloth: Option<ClothTrack>,
+    /// What its garments carry.
+    pub trims: Trims,
 }
 
 impl MovedFigure {
-    /// The vertices of one layer in one frame.
+    /// The vertices of one layer in one frame, of a figure with or without trim.
     ///
     /// **Shapes** one entry per vertex of the layer.
     pub fn layer(&self, figure: &Figure, rank: usize, frame: usize) -> PerVertex<Point> {
@@ -55,7 +58,9 @@ impl MovedFigure {
                 let (layer, pose) = (&figure.layers[rank], &self.track.poses[frame]);
                 self.skinning.skin(layer.mesh.points(), &layer.weights, &figure.skeleton, pose)
             }
-            Some(cloth) => cloth.layer(rank, frame),
+            Some(cloth) => {
+                self.trims.on(rank, |carrier| cloth.layer(carrier, frame)).unwrap_or_else(|| cloth.layer(rank, frame))
+            }
         }
     }
 
@@ -72,13 +77,8 @@ impl MovedFigure {
     ///
     /// **Shapes** one mesh per layer of the figure.
     pub fn surfaces(&self, figure: &Figure, frame: usize) -> Vec<TriMesh> {
-        match &self.cloth {
-            None => figure.posed_by(self.skinning, &self.track.poses[frame]),
-            Some(cloth) => {
-                let layers = figure.layers.iter().zip(cloth.layers_in(frame));
-                layers.map(|(layer, points)| layer.mesh.with_points(points)).collect()
-            }
-        }
+        let surface = |rank: usize| figure.layers[rank].mesh.with_points(self.layer(figure, rank, frame));
+        (0..figure.layers.len()).map(surface).collect()
     }
 }
 
@@ -160,6 +160,7 @@ impl Session {
             skinning: animation.skinning.unwrap_or_default(),
             track: self.store.load(moved.track)?,
             cloth,
+            trims: self.trims(None)?,
         })
     }
 }

@@ -52,6 +52,7 @@ impl Session {
             // To find out what is covered takes longer than to draw a second of film.
             false => CoveredParts::none(),
         };
+        let figure = shown[0].trims.added_to(figure);
         let each = if film.is_file() { GIF_WIDTH } else { PICTURE_WIDTH };
         let shots = Shots::of(&shown, &figure, &covered, each);
         let count = shots.count();
@@ -70,7 +71,7 @@ impl Session {
         const FPS: f64 = 10.0;
         const SECS: f64 = 3.0;
         let shown = [self.moved_figure(Some(animation))?];
-        let figure = self.textured_figure()?;
+        let figure = shown[0].trims.added_to(self.textured_figure()?);
         let covered = CoveredParts::none();
         let shots = Shots::of(&shown, &figure, &covered, width);
         let count = shots.count().min((SECS * shown[0].track.fps).ceil() as usize);

@@ -41,7 +41,7 @@ impl Session {
         on_frame: &mut dyn FnMut(usize, usize),
     ) -> Result<Vec<PathBuf>, SessionError> {
         let moved = self.moved_figure(request.animation.as_deref())?;
-        let figure = self.figure_of_last_step()?;
+        let figure = moved.trims.added_to(self.figure_of_last_step()?);
         match request.kind {
             SequenceKind::Ply => ply_sequence(&request.target, &figure, &moved, on_frame),
             SequenceKind::Pc2 => point_caches(&request.target, &figure, &moved, on_frame),

@@ -28,7 +28,8 @@ impl Session {
         let layers = layers.collect::<Result<Vec<_>, _>>().map_err(failed)?;
         let posed = reposed(figure, &striding(&figure.skeleton), &StackParams::default());
         let posed = posed.map_err(|e| SessionError::bad_source(path, e))?;
-        let posed_parts = posed.figure.layers.iter().enumerate().map(|(k, layer)| painted(&layer.mesh, layer, k));
+        let worn = self.trims(steps.last().map(|last| last.step.name.as_str()))?.added_to(posed.figure);
+        let posed_parts = worn.layers.iter().enumerate().map(|(k, layer)| painted(&layer.mesh, layer, k));
         let posed_parts = posed_parts.collect::<Result<Vec<_>, _>>().map_err(failed)?;
         let drawn = poster(&Poster {
             title: format!("{}: scans, layers, posed figure", self.name()),

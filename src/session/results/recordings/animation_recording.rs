@@ -47,7 +47,7 @@ impl AnimationRecording {
     pub fn show(mut self, session: &Session, animation: &str) -> Result<(), SessionError> {
         if self.frames == 0 {
             let moved = session.moved_figure(Some(animation))?;
-            let figure = session.textured_figure()?;
+            let figure = moved.trims.added_to(session.textured_figure()?);
             for frame in (0..moved.track.poses.len()).step_by(interval(moved.track.fps)) {
                 self.show_frame(&figure, frame, &moved.surfaces(&figure, frame));
             }
