@@ -6,7 +6,7 @@ use anyhow::Context;
 use clap::Parser;
 use overcoat::body::{Figure, Pose, embedded_model};
 use overcoat::formats::read_obj;
-use overcoat::geometry::{TriMesh, intersecting_pairs};
+use overcoat::geometry::{TriMesh, TriangleShapes, VertexId, intersecting_pairs, simplified};
 use overcoat::session::Session;
 use overcoat::tryon::{Switches, UprightGarment, Worn, at_rest, by_paper, edge_length_p95};
 use std::path::PathBuf;
@@ -22,17 +22,20 @@ struct Args {
     /// The fabric of all
     #[arg(long, default_value = "cotton")]
     fabric: String,
+    /// Simplify each to so many vertices, in the order of the files: those of the paper's Table 1
+    #[arg(long, value_delimiter = ',')]
+    vertices: Vec<usize>,
 }
 
 fn main() -> anyhow::Result<()> {
-    let Args { session, files, fabric } = Args::parse();
+    let Args { session, files, fabric, vertices } = Args::parse();
     let figure = Session::open(&session)?.figure_of_last_step()?;
     let model = embedded_model()?;
     let average = Figure::mean(&model);
     println!("| garment | vertices | kind | begins at | edges p95 | falls | skin gives way | crossing pairs | secs |");
     println!("|---|---|---|---|---|---|---|---|---|");
     let mut paper = Vec::new();
-    for path in files {
+    for (k, path) in files.into_iter().enumerate() {
         let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         let raw = read_obj(&std::fs::read(&path).with_context(|| path.display().to_string())?[..])?;
         let UprightGarment { mesh, kind, .. } = match UprightGarment::read(&raw, None, &average) {
@@ -42,6 +45,7 @@ fn main() -> anyhow::Result<()> {
                 continue;
             }
         };
+        let mesh = vertices.get(k).map_or(mesh.clone(), |&count| with_vertices(&mesh, count));
         let began = Instant::now();
         let Worn { mesh: worn, thickness, gave_way, fell, .. } = at_rest(&mesh, &figure, &fabric)?;
         let secs = began.elapsed().as_secs_f64();
@@ -65,6 +69,13 @@ fn main() -> anyhow::Result<()> {
     );
     println!("|---|---|---|---|---|---|\n{}", paper.join("\n"));
     Ok(())
+}
+
+/// The mesh with about so many vertices, if it has more.
+fn with_vertices(mesh: &TriMesh, count: usize) -> TriMesh {
+    let center = mesh.points()[VertexId(0)];
+    let faces = mesh.face_count() * count / mesh.vertex_count().max(1);
+    if faces >= mesh.face_count() { mesh.clone() } else { simplified(mesh, &center, faces, TriangleShapes::Regular).0 }
 }
 
 /// Pairs of crossing faces of the garment and the layers below, before stacking.
