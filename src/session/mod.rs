@@ -40,7 +40,7 @@ pub use pipeline::{Cause, Event, Forced, MovedFrame, Reason, StageReport};
 pub use pipeline::{read_clip, stages_of_animation};
 pub use recipe::{
     AnimationRecipe, Assignment, BODY_STEP, BodySurface, KnownMeasures, PaintedKind, Parameter, Recipe, SourceFile,
-    StepPlace, StepRecipe, TryOnMethod, WEIGHT, check_mask_name, parameters_of,
+    StepKind, StepPlace, StepRecipe, TryOnMethod, WEIGHT, check_mask_name, parameters_of,
 };
 pub use results::{
     AnimationStatus, ClipFrame, Content, ExportRequest, ExportStep, Exported, LabelMeasures, NewFolder, Outputs,
@@ -49,7 +49,7 @@ pub use results::{
 };
 pub use results::{DriveView, LiveView, StreamedOutput};
 pub use results::{Faces, Film, SequenceKind, SequenceRequest, TextureSize, Textures};
-pub use stage::{Stage, StepKind};
+pub use stage::Stage;
 pub use stage_error::StageError;
 pub use store::{
     Branch, Change, ContentHash, Entry, Failure, History, JournalLook, Kept, MAIN_BRANCH, Measures, Memory, Move,

@@ -1,4 +1,4 @@
-//! The names of the stages, in the order in which they run, and the kinds of steps that have them.
+//! The names of the stages, in the order in which they run.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -77,32 +77,6 @@ impl Stage {
     /// The stage of that name.
     pub fn parse(name: &str) -> Option<Self> {
         Self::all().find(|stage| stage.name() == name)
-    }
-}
-
-/// The kind of a step, which decides its stages and its parameters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum StepKind {
-    /// The bare body.
-    Body,
-    /// A garment, alone in its scan or with the others of an outfit.
-    Garment,
-    /// The hair of the bare scan.
-    Hair,
-    /// A garment from a file, put onto the figure.
-    TryOn,
-}
-
-impl StepKind {
-    /// The stages of such a step; a test compares them with a build.
-    pub fn stages(self) -> &'static [Stage] {
-        use Stage::{Check, Cut, Evidence, Figure, Fit, Pose, Press, Register, Rig, Scan, Segment, Stack, Trim};
-        match self {
-            Self::Body => &[Scan, Fit, Register, Figure, Check],
-            Self::TryOn => &[Scan, Pose, Segment, Cut, Rig, Stack, Figure, Press, Trim, Check],
-            Self::Garment | Self::Hair => &[Scan, Pose, Evidence, Segment, Cut, Rig, Stack, Figure, Press, Check],
-        }
     }
 }
 

@@ -4,10 +4,10 @@ use crate::parameters::Setting;
 use crate::session::error::SessionError;
 use crate::session::open::{Writer, source};
 use crate::session::pipeline::{self, Event, Forced, StageReport, Walk};
-use crate::session::recipe::{check_stage, has_parameters, parameters_of};
+use crate::session::recipe::{StepKind, check_stage, has_parameters, parameters_of};
 use crate::session::results::FitRecording;
 use crate::session::results::ShowIn;
-use crate::session::stage::{Stage, StepKind};
+use crate::session::stage::Stage;
 
 /// The request to run single stages.
 #[derive(Clone, Debug, Default, PartialEq)]

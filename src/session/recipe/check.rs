@@ -3,9 +3,10 @@
 use super::names::{is_file_name, is_same_file_name};
 use super::parameters::{self, has_parameters};
 use super::steps::{BODY_STEP, Recipe, StepRecipe};
+use super::variants::StepKind;
 use crate::scan::ScanParams;
 use crate::session::error::SessionError;
-use crate::session::stage::{Stage, StepKind};
+use crate::session::stage::Stage;
 use std::ops::RangeInclusive;
 
 /// Names that export uses for files and folders of its own.

@@ -7,7 +7,7 @@ use super::outfit::with_scan_of;
 use super::steps::{BODY_STEP, BodySurface, Recipe, StepRecipe};
 use crate::parameters::Setting;
 use crate::session::error::SessionError;
-use crate::session::stage::{Stage, StepKind};
+use crate::session::stage::Stage;
 
 /// The usual name of the step, and the template that makes a step one of hair.
 pub(in crate::session) const HAIR: &str = "hair";
@@ -15,16 +15,6 @@ pub(in crate::session) const HAIR: &str = "hair";
 const TREATMENT: &str = "hair";
 
 impl StepRecipe {
-    /// The kind of the step.
-    pub fn kind(&self) -> StepKind {
-        match (self.is_body(), self.is_hair()) {
-            (true, _) => StepKind::Body,
-            (false, _) if self.tryon => StepKind::TryOn,
-            (false, true) => StepKind::Hair,
-            (false, false) => StepKind::Garment,
-        }
-    }
-
     /// Whether the step cuts hair out of the bare scan.
     pub(in crate::session) fn is_hair(&self) -> bool {
         !self.is_body() && garment_spec::of_step(self).is_ok_and(|spec| spec.template.grows)

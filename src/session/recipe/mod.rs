@@ -43,4 +43,5 @@ pub(in crate::session) use paths::{from_here, relative_to};
 pub(in crate::session) use step_key::StepKey;
 pub use steps::{BODY_STEP, BodySurface, Recipe, SourceFile, StepRecipe, TryOnMethod};
 pub(in crate::session) use templates::TEMPLATES;
+pub use variants::StepKind;
 pub(in crate::session) use variants::{BodyStep, Garment, GarmentScan, Reading, Step};

@@ -2,6 +2,7 @@
 //!
 //! A recipe lists only the differences from the defaults, by step and stage: `[step.segment]`, `color = 0.5`.
 
+use super::variants::StepKind;
 use crate::cut::CutParams;
 use crate::fit::{InsideParams, NakedParams, RegisterParams};
 use crate::parameters::{Allowed, Declared, Parameters, Setting};
@@ -9,7 +10,7 @@ use crate::rig::{PhysicsParams, RigParams};
 use crate::scan::{FusionParams, ScanParams};
 use crate::segment::RefineParams;
 use crate::session::error::SessionError;
-use crate::session::stage::{Stage, StepKind};
+use crate::session::stage::Stage;
 use crate::stack::{PressParams, StackParams};
 use serde_json::Value;
 use std::sync::LazyLock;

@@ -11,8 +11,35 @@ use crate::rig::{PhysicsParams, RigParams};
 use crate::scan::{FusionParams, ScanParams};
 use crate::segment::RefineParams;
 use crate::session::error::SessionError;
-use crate::session::stage::{Stage, StepKind};
+use crate::session::stage::Stage;
 use crate::stack::{PressParams, StackParams};
+use serde::Serialize;
+
+/// The kind of a step, which decides its stages and its parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StepKind {
+    /// The bare body.
+    Body,
+    /// A garment, alone in its scan or with the others of an outfit.
+    Garment,
+    /// The hair of the bare scan.
+    Hair,
+    /// A garment from a file, put onto the figure.
+    TryOn,
+}
+
+impl StepKind {
+    /// The stages of such a step; a test compares them with a build.
+    pub fn stages(self) -> &'static [Stage] {
+        use Stage::{Check, Cut, Evidence, Figure, Fit, Pose, Press, Register, Rig, Scan, Segment, Stack, Trim};
+        match self {
+            Self::Body => &[Scan, Fit, Register, Figure, Check],
+            Self::TryOn => &[Scan, Pose, Segment, Cut, Rig, Stack, Figure, Press, Trim, Check],
+            Self::Garment | Self::Hair => &[Scan, Pose, Evidence, Segment, Cut, Rig, Stack, Figure, Press, Check],
+        }
+    }
+}
 
 /// A step with everything that its stages need.
 pub(in crate::session) enum Step {
@@ -64,6 +91,16 @@ pub(in crate::session) struct Garment {
 }
 
 impl StepRecipe {
+    /// The kind of the step.
+    pub fn kind(&self) -> StepKind {
+        match (self.is_body(), self.is_hair()) {
+            (true, _) => StepKind::Body,
+            (false, _) if self.tryon => StepKind::TryOn,
+            (false, true) => StepKind::Hair,
+            (false, false) => StepKind::Garment,
+        }
+    }
+
     /// The step's scan.
     pub(in crate::session) fn reading(&self) -> Result<Reading, SessionError> {
         let (scan, fusion) = (ScanParams::default(), FusionParams::default());
