@@ -60,10 +60,9 @@ impl FileAxes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::export::format::{CharacterOptions, Format};
-    use crate::export::obj::Obj;
+    use crate::export::format::CharacterOptions;
+    use crate::export::formats::format_of;
     use crate::export::tests::figure;
-    use crate::export::usd::Usd;
     use crate::formats::read_obj;
     use crate::geometry::Point;
 
@@ -90,16 +89,17 @@ mod tests {
     fn files_say_their_axes_and_are_checked_like_others() {
         let (figure, axes) = (figure(), FileAxes { up: Up::PlusZ, unit: Unit::Centimetre });
         let options = CharacterOptions { axes, ..CharacterOptions::default() };
-        let usd = Usd::Text.encode(&figure, &options).unwrap();
+        let [as_usd, as_obj] = ["usda", "obj"].map(|extension| format_of(extension).unwrap());
+        let usd = as_usd.encode(&figure, &options).unwrap();
         let text = String::from_utf8(usd.bytes).unwrap();
         assert!(text.contains("upAxis = \"Z\"") && text.contains("metersPerUnit = 0.01"));
-        let obj = Obj.encode(&figure, &options).unwrap();
+        let obj = as_obj.encode(&figure, &options).unwrap();
         assert!(obj.bytes.starts_with(b"# Overcoat ") && obj.bytes.windows(17).any(|w| w == b"centimetres, Z up"));
         let [p, q] = [figure.layers[0].mesh.points().0[7], Point::from(read_obj(&*obj.bytes).unwrap().points[7])];
         assert!((q - Point::new(100.0 * p.x, -100.0 * p.z, 100.0 * p.y)).norm() < 1e-3, "{p} {q}");
         let faults = |checks: &[crate::export::Check]| checks.iter().map(|c| c.faults.clone()).collect::<Vec<_>>();
         let usual = CharacterOptions::default();
-        assert_eq!(faults(&usd.checks), faults(&Usd::Text.encode(&figure, &usual).unwrap().checks));
-        assert_eq!(faults(&obj.checks), faults(&Obj.encode(&figure, &usual).unwrap().checks));
+        assert_eq!(faults(&usd.checks), faults(&as_usd.encode(&figure, &usual).unwrap().checks));
+        assert_eq!(faults(&obj.checks), faults(&as_obj.encode(&figure, &usual).unwrap().checks));
     }
 }

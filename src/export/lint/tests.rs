@@ -5,7 +5,7 @@ use crate::body::Figure;
 use crate::export::axes::FileAxes;
 use crate::export::encoded::Check;
 use crate::export::encoded::Encoded;
-use crate::export::format::Format;
+use crate::export::formats::format_of;
 use crate::export::tests::figure;
 use crate::export::{CharacterOptions, ExportError};
 use crate::formats::{UsdInterpolation, UsdLayer, UsdPrim, UsdValue};
@@ -23,7 +23,8 @@ fn sound() -> Figure {
 }
 
 fn encoded(figure: &Figure) -> Result<Encoded, ExportError> {
-    crate::export::glb::Glb.encode(figure, &CharacterOptions { pose: None, ..CharacterOptions::default() })
+    let glb = format_of("glb").unwrap();
+    glb.encode(figure, &CharacterOptions { pose: None, ..CharacterOptions::default() })
 }
 
 fn faults(checks: &[Check]) -> Vec<String> {

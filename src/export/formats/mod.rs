@@ -1,10 +1,17 @@
 //! The formats of one file that holds the figure.
 
-use super::format::Format;
-use super::glb::{Glb, Gltf};
-use super::obj::Obj;
-use super::usd::Usd;
-use super::vrm::Vrm;
+mod glb;
+mod obj;
+mod usd;
+mod usd_material;
+mod vrm;
+
+use crate::export::format::Format;
+pub use glb::write_glb;
+use glb::{Glb, Gltf};
+use obj::Obj;
+use usd::Usd;
+use vrm::Vrm;
 
 /// Every format.
 pub const FORMATS: &[&dyn Format] = &[&Glb, &Gltf, &Usd::Text, &Usd::Binary, &Usd::Package, &Vrm, &Obj];

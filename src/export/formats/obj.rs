@@ -1,15 +1,15 @@
 //! Writes the figure's surfaces as OBJ: one object per layer, with materials and pictures beside it.
 
-use super::arguments::check_character;
-use super::axes::FileAxes;
-use super::encoded::{Check, Companion, Encoded};
-use super::error::ExportError;
-use super::format::{CharacterOptions, Format, FormatOption};
-use super::lint;
-use super::palette::{color_of_rank, roughness_of};
-use super::pictures::pictures_of;
-use super::polygons::polygons;
 use crate::body::Figure;
+use crate::export::arguments::check_character;
+use crate::export::axes::FileAxes;
+use crate::export::encoded::{Check, Companion, Encoded};
+use crate::export::error::ExportError;
+use crate::export::format::{CharacterOptions, Format, FormatOption};
+use crate::export::lint;
+use crate::export::palette::{color_of_rank, roughness_of};
+use crate::export::pictures::pictures_of;
+use crate::export::polygons::polygons;
 use crate::formats::usd_names;
 use crate::scan::Unit;
 use std::fmt::Write as _;

@@ -4,18 +4,18 @@
 //! our order: seams are in the texture coordinates alone. An animation whose cloth is simulated has the cloth's vertices as
 //! time samples, and such layers are not skinned.
 
-use super::arguments::check_character;
-use super::attributes::{attributes_of, ease_of};
-use super::bones::BoneFrames;
-use super::encoded::{Companion, Encoded};
-use super::error::ExportError;
-use super::format::{CharacterOptions, Format, FormatOption};
-use super::influences::influences_of;
-use super::lint::lint_usd;
-use super::pictures::pictures_of;
-use super::polygons::polygons;
 use super::usd_material::{Pictures, linear, material_prim};
 use crate::body::{Figure, INFLUENCES, JointId, Layer, Pose, Skeleton};
+use crate::export::arguments::check_character;
+use crate::export::attributes::{attributes_of, ease_of};
+use crate::export::bones::BoneFrames;
+use crate::export::encoded::{Companion, Encoded};
+use crate::export::error::ExportError;
+use crate::export::format::{CharacterOptions, Format, FormatOption};
+use crate::export::influences::influences_of;
+use crate::export::lint::lint_usd;
+use crate::export::pictures::pictures_of;
+use crate::export::polygons::polygons;
 use crate::formats::{UsdInterpolation, UsdLayer, UsdPrim, UsdValue, usd_names, write_usd_package};
 use crate::geometry::{PerVertex, Point};
 use crate::scan::Up;

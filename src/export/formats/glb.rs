@@ -7,20 +7,20 @@
 //! filled, or continues under another garment or below hair), `_MAXDIST` (metres that a vertex may leave its skinned place) and `_EASE`
 //! (metres of air below it). As attributes, these survive programs that drop extras or merge meshes.
 
-use super::arguments::check_character;
-use super::attributes::{attributes_of, ease_of};
-use super::bones::BoneFrames;
-use super::encoded::{Companion, Encoded};
-use super::engines::{companions, masks};
-use super::error::ExportError;
-use super::format::{CharacterAnimation, CharacterOptions, Engine, Format, FormatOption};
-use super::influences::{Influences, influences_of};
-use super::lint::{lint_glb, lint_gltf};
-use super::morphs::add_morphs;
-use super::palette::{color_of_rank, roughness_of};
-use super::pictures::pictures_of;
 use crate::bake::tangents;
 use crate::body::{Figure, INFLUENCES, Pose, Skeleton, Split};
+use crate::export::arguments::check_character;
+use crate::export::attributes::{attributes_of, ease_of};
+use crate::export::bones::BoneFrames;
+use crate::export::encoded::{Companion, Encoded};
+use crate::export::engines::{companions, masks};
+use crate::export::error::ExportError;
+use crate::export::format::{CharacterAnimation, CharacterOptions, Engine, Format, FormatOption};
+use crate::export::influences::{Influences, influences_of};
+use crate::export::lint::{lint_glb, lint_gltf};
+use crate::export::morphs::add_morphs;
+use crate::export::palette::{color_of_rank, roughness_of};
+use crate::export::pictures::pictures_of;
 use crate::formats::{
     GlbAttribute, GlbChannel, GlbMaterial, GlbMesh, GlbNode, GlbScene, GlbWriter, GltfFiles, NodeId, SkinId, usd_names,
 };

@@ -1,12 +1,12 @@
 //! Writes the figure as a VRM 1.0 avatar: a `.glb` in the T-pose whose joints are named as human bones, with springs.
 
-use super::encoded::Encoded;
-use super::error::ExportError;
-use super::format::{CharacterOptions, Format, FormatOption, Rest};
 use super::glb::{Built, build};
-use super::lint::lint_glb;
-use super::spring_bones::{SpringFigure, with_spring_bones};
 use crate::body::{Figure, HumanJoint, JointId};
+use crate::export::encoded::Encoded;
+use crate::export::error::ExportError;
+use crate::export::format::{CharacterOptions, Format, FormatOption, Rest};
+use crate::export::lint::lint_glb;
+use crate::export::spring_bones::{SpringFigure, with_spring_bones};
 use crate::formats::{GlbWriter, NodeId};
 use crate::geometry::Point;
 use serde_json::{Map, Value, json};
@@ -32,7 +32,7 @@ impl Format for Vrm {
         let bones = human_bones(figure)?;
         // Programs that turn bones by their names expect axes of the world; avatars hold no animations.
         let options = CharacterOptions {
-            bones: super::Bones::Up,
+            bones: crate::export::Bones::Up,
             pose: None,
             animations: Vec::new(),
             eight_influences: false,

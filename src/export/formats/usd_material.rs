@@ -1,7 +1,7 @@
 //! A layer's material in USD: a preview surface.
 
-use super::palette::{color_of_rank, roughness_of};
 use crate::body::Layer;
+use crate::export::palette::{color_of_rank, roughness_of};
 use crate::formats::{UsdPrim, UsdValue, linear_of_byte};
 
 /// The pictures of a layer, by their paths relative to the file.
