@@ -210,12 +210,30 @@ fn a_failed_step_stays_failed_in_the_status_until_it_runs_again() {
         assert!(std::fs::metadata(dir.path().join(picture)).unwrap().len() > 10_000, "{picture}");
     }
 
+    // The garments after it are put on the figure before it, and say so.
     let good = demo_scan("1-tshirt.ply");
-    overcoat_ok(&session, &["step", "remove", "hat"]);
     overcoat_ok(&session, &["scan", "tshirt", good.to_str().unwrap(), "--template", "tshirt"]);
+    let built = overcoat(&session, &["build"]);
+    assert_eq!(built.code, 1, "{built:?}");
+    assert!(built.stderr.contains("hat") && built.stderr.contains("tshirt: check it"), "{}", built.stderr);
+    let without = "it lies on the figure without 'hat'";
+    let step = status_of(&session, "tshirt");
+    assert!(step["warnings"].to_string().contains(without), "{step}");
+    assert!(status_of(&session, "hat")["verdict"].as_str().unwrap().starts_with("failed: "));
+    overcoat_ok(&session, &["view", "--sheet", "../sheet.png", "--poster", "../poster.png", "--force"]);
+    let moved = overcoat_ok(&session, &["animate", "walk", "--frames", "20..22", "--mode", "lbs", "--json"]).json();
+    assert_eq!(moved["measures"]["frames"], 2.0, "{moved}");
+    let exported = overcoat_ok(&session, &["export", "layers/", "--json"]).json();
+    assert!(exported.to_string().contains("'hat' failed and is not in the figure"), "{exported}");
+    let layers = [("body", true), ("tshirt", true), ("hat", false)];
+    assert!(layers.iter().all(|(name, is)| session.join(format!("layers/{name}.ply")).exists() == *is));
+    assert_eq!(overcoat(&session, &["export", "hat/", "--at", "hat"]).code, 1);
+
+    overcoat_ok(&session, &["step", "remove", "hat"]);
     overcoat_ok(&session, &["build"]);
     let step = status_of(&session, "tshirt");
     assert!(!step["verdict"].as_str().unwrap().starts_with("failed: "), "{step}");
+    assert!(!step["warnings"].to_string().contains(without), "{step}");
 }
 
 #[test]

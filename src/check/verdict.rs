@@ -129,6 +129,13 @@ impl StepVerdict {
     }
 }
 
+/// The doubt about a garment whose figure lacks that of a step before, which failed.
+pub fn on_the_figure_before(failed: &str) -> String {
+    format!(
+        "it lies on the figure without '{failed}', which failed, and whose cloth may be taken for it; correct '{failed}' first"
+    )
+}
+
 /// What a measure beyond its limits means, and what to do.
 fn warning_of(step: &str, scanned: bool, judged: &Judged) -> String {
     let take_away = match scanned {

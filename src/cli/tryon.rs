@@ -3,7 +3,7 @@
 use super::console::{Context, Done, Progress, secs, verdicts};
 use crate::scan::Unit;
 use crate::session::{
-    Built, ClipFrame, Content, Forced, NewScan, Outputs, Session, SessionError, SizedFile, TriedPose, TryOnMethod,
+    ClipFrame, Content, Forced, NewScan, Outputs, Session, SessionError, SizedFile, StepStatus, TriedPose, TryOnMethod,
     girth_notes,
 };
 use crate::tryon::{Secs, Stop, Switches};
@@ -307,9 +307,15 @@ fn put_on(args: TryOnArgs, file: PathBuf, context: &Context) -> anyhow::Result<D
     let mut writer = context.writer()?;
     let mut progress = Progress::of_stages(&context.console, writer.session().stage_count());
     let (name, report) = writer.add_garment(&new, &mut |event| progress.show(event))?;
-    let Built { verdicts, .. } = writer.build(&Forced::Nothing, &mut |event| progress.show(event))?;
+    let built = writer.build(&Forced::Nothing, &mut |event| progress.show(event));
     progress.end();
-    let own: Vec<_> = verdicts.into_iter().filter(|verdict| verdict.step == name).collect();
+    // Of the garment alone: a step before it may have failed, which the verdict says.
+    let status = writer.session().status()?;
+    let own = status.into_iter().filter(|step| step.name == name && step.out_of_date.is_empty());
+    let own: Vec<_> = own.filter_map(StepStatus::into_verdict).collect();
+    if own.is_empty() {
+        built?;
+    }
     let json = json!({
         "session": context.session.display().to_string(),
         "step": name,

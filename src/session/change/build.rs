@@ -24,7 +24,7 @@ impl Writer {
         let mut walk = Walk::make(self, "build", forced, on_event).noting_failures();
         pipeline::everything(&mut walk)?;
         let reports = walk.into_reports();
-        let verdicts = self.session.recipe.steps.iter().map(|step| verdict_on(step, &reports)).collect();
+        let verdicts = self.session.recipe.steps.iter().map(|step| verdict_on(step, &reports, None)).collect();
         Ok(Built { reports, verdicts })
     }
 }

@@ -277,7 +277,7 @@ impl Check<'_> {
             }
             let mut walk = Walk::repair(session, &mut repaired, on_event);
             // If a stage fails, the stages after it are not rebuilt; each is reported.
-            let ended = pipeline::everything(&mut walk).map(drop);
+            let ended = pipeline::everything(&mut walk);
             let stopped = ended.or_else(not_built_is_fine).err().map(|e| e.to_string());
             repaired.stopped = repaired.stopped.take().or(stopped);
         }

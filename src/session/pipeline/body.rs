@@ -35,5 +35,5 @@ pub(super) fn body(walk: &mut Walk, recipe: &Recipe, step: BodyStep) -> Result<S
 
     at.run(CHECK, check::BodyInputs { scan, fitted, registered, model, is_estimated }, check::body)?;
     let has_hair = fit.measures.contains_key(HAIR_AREA);
-    Ok(StepResults { scan, figure, of: OfStep::Body { fitted, registered, has_hair }, trim: None })
+    Ok(StepResults { scan, figure, of: OfStep::Body { fitted, registered, has_hair }, trim: None, failed: false })
 }

@@ -164,7 +164,7 @@ impl<'a> GarmentStep<'a> {
         };
         at.run(CHECK, inputs, check::garment)?;
         let of = OfStep::Garment { inside, labels, garment, pressed };
-        Ok(StepResults { scan, figure: dressed, of, trim: None })
+        Ok(StepResults { scan, figure: dressed, of, trim: None, failed: false })
     }
 
     fn if_nothing(&self) -> IfNothing {

@@ -26,4 +26,4 @@ pub(in crate::session) use stages::press::PosedGarments;
 pub(in crate::session) use stages::scan::{Inputs as ScanInputs, cleaned_scan, photographs_of};
 pub(in crate::session) use stages::step_scan::scan_of;
 pub use steps::stages_of_animation;
-pub(in crate::session) use steps::{animations, cut_of, everything, steps, steps_so_far};
+pub(in crate::session) use steps::{SoFar, animations, cut_of, everything, steps, steps_so_far};

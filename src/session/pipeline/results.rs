@@ -11,6 +11,7 @@ use crate::session::store::Kept;
 use crate::tryon::Trim;
 
 /// The results of a step.
+#[derive(Clone)]
 pub(in crate::session) struct StepResults {
     pub scan: Kept<Scan>,
     /// The figure after the step. [`Session::figure`](crate::session::Session) loads it.
@@ -18,9 +19,12 @@ pub(in crate::session) struct StepResults {
     pub of: OfStep,
     /// What the step's garment carries.
     pub trim: Option<Kept<Trim>>,
+    /// Whether the step failed: all else is of the step before.
+    pub failed: bool,
 }
 
 /// What only the body has, and what only a garment has.
+#[derive(Clone)]
 pub(in crate::session) enum OfStep {
     Body {
         fitted: Kept<FittedBody>,
@@ -37,6 +41,11 @@ pub(in crate::session) enum OfStep {
 }
 
 impl StepResults {
+    /// Of the step after this one, which failed.
+    pub fn of_failed_step(&self) -> Self {
+        Self { trim: None, failed: true, ..self.clone() }
+    }
+
     /// The artefact with the pose of the step's person.
     pub fn pose(&self) -> StepPose {
         match self.of {

@@ -32,30 +32,44 @@ impl Session {
     }
 }
 
-/// Walks through all steps, or up to the named one.
+/// Walks through all steps, or up to the named one. A garment that failed leaves the figure as it was before.
 pub(in crate::session) fn steps(walk: &mut Walk, last: Option<&str>) -> Result<Vec<StepResults>, SessionError> {
-    let (all, ended) = steps_so_far(walk, last);
-    ended.map(|()| all)
+    let SoFar { results, ended, .. } = steps_so_far(walk, last);
+    ended.map(|()| results)
 }
 
-/// Like [`steps`], but gives the results of the steps before the first that has none, and why it has none.
-pub(in crate::session) fn steps_so_far(
-    walk: &mut Walk,
-    last: Option<&str>,
-) -> (Vec<StepResults>, Result<(), SessionError>) {
+/// How far a walk came.
+pub(in crate::session) struct SoFar {
+    /// The results, one per step, of the steps before the walk ended.
+    pub results: Vec<StepResults>,
+    /// Why it ended before the last one, if it did.
+    pub ended: Result<(), SessionError>,
+    /// Why the first of the garments that failed did, if it ran now.
+    failed: Option<SessionError>,
+}
+
+/// Like [`steps`], but gives the results of the steps before the first at which the walk ends, and why.
+pub(in crate::session) fn steps_so_far(walk: &mut Walk, last: Option<&str>) -> SoFar {
     let recipe = walk.session().recipe.clone();
-    let mut all: Vec<StepResults> = Vec::new();
+    let (mut all, mut failed): (Vec<StepResults>, _) = (Vec::new(), None);
     for (at, step) in recipe.steps.iter().enumerate() {
-        match one(walk, &recipe, at, &all) {
-            Ok(results) => all.push(results),
-            Err(error) => return (all, Err(error)),
+        let is_last = last == Some(step.name.as_str());
+        match (one(walk, &recipe, at, &all), all.last()) {
+            (Ok(results), _) => {
+                all.push(results);
+                walk.end_step(step);
+            }
+            (Err(error), Some(before)) if !is_last && walk.has_failed(&step.name) => {
+                failed = failed.or(Some(error));
+                all.push(before.of_failed_step());
+            }
+            (Err(error), _) => return SoFar { results: all, ended: Err(error), failed },
         }
-        walk.end_step(step);
-        if last == Some(step.name.as_str()) {
+        if is_last {
             break;
         }
     }
-    (all, Ok(()))
+    SoFar { results: all, ended: Ok(()), failed }
 }
 
 /// Entry `at` of a recipe, given the results of all entries before it.
@@ -81,11 +95,14 @@ pub(in crate::session) fn cut_of(walk: &mut Walk, layer: &str) -> Result<CutOut,
     GarmentStep::of(walk, &recipe, at, &all)?.cut_out(walk)
 }
 
-/// Walks through all steps and all animations; returns the results of the steps.
-pub(in crate::session) fn everything(walk: &mut Walk) -> Result<Vec<StepResults>, SessionError> {
-    let all = steps(walk, None)?;
-    animations(walk, &all, None)?;
-    Ok(all)
+/// Walks through all steps and all animations.
+///
+/// **Errors** also, after all the others, if a garment failed.
+pub(in crate::session) fn everything(walk: &mut Walk) -> Result<(), SessionError> {
+    let SoFar { results, ended, failed } = steps_so_far(walk, None);
+    ended?;
+    animations(walk, &results, None)?;
+    failed.map_or(Ok(()), Err)
 }
 
 /// The results of an animation: its poses, and its cloth if it is simulated.

@@ -103,7 +103,8 @@ pub(super) fn put_on(
     let pressed = at.run(PRESS, inputs, press::run)?.kept;
     let trim = Some(at.run(TRIM, TrimInputs { file: file.clone(), unit: entry.unit, scan }, trim_of)?.kept);
     at.run(CHECK, CheckInputs { scan, dressed, model: model(), fabric: fabric() }, check)?;
-    Ok(StepResults { scan, figure: dressed, of: OfStep::Garment { inside, labels, garment, pressed }, trim })
+    let of = OfStep::Garment { inside, labels, garment, pressed };
+    Ok(StepResults { scan, figure: dressed, of, trim, failed: false })
 }
 
 /// The garment is brought into the figure's bind pose, so that no further stage bends cloth.

@@ -87,6 +87,10 @@ impl Session {
                 })
             }
         }?;
+        let of_whole_figure = request.at.is_none() && request.scan.is_none();
+        for name in if of_whole_figure { self.failed_steps()? } else { Vec::new() } {
+            outputs.notice(format!("'{name}' failed and is not in the figure: `overcoat status` says why"));
+        }
         for layer in &exported.remeshed {
             if let Err(reason) = &layer.outcome {
                 outputs.notice(format!("'{}' keeps its triangles: {reason}", layer.name));

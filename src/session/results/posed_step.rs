@@ -7,7 +7,7 @@ use crate::scan::Scan;
 use crate::segment::Labels;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::pipeline::{self, OfStep, PosedGarments, StepResults, Walk, along_normals};
+use crate::session::pipeline::{self, OfStep, PosedGarments, SoFar, StepResults, Walk, along_normals};
 use crate::session::recipe::StepRecipe;
 
 /// A built step, loaded. Everything is in the frame of the cleaned scan: metres, Y up.
@@ -35,7 +35,7 @@ pub(in crate::session) struct PosedStep {
 }
 
 impl Session {
-    /// All steps, or those up to the named one. Runs nothing.
+    /// All steps but those that failed, or those up to the named one. Runs nothing.
     pub(in crate::session) fn posed_steps(&self, last: Option<&str>) -> Result<Vec<PosedStep>, SessionError> {
         if let Some(name) = last {
             self.recipe.step(name)?;
@@ -44,17 +44,29 @@ impl Session {
             return Err(SessionError::NoScans { dir: self.dir().to_path_buf() });
         }
         let results = pipeline::steps(&mut Walk::look(self), last)?;
-        self.recipe.steps.iter().zip(&results).map(|(step, results)| self.posed_step(step, results)).collect()
+        self.all_posed(&results)
     }
 
-    /// The steps before the first that is not built. Runs nothing.
+    /// The steps before the first that is not built, but those that failed. Runs nothing.
     pub(in crate::session) fn posed_steps_so_far(&self) -> Result<Vec<PosedStep>, SessionError> {
-        let (results, ended) = pipeline::steps_so_far(&mut Walk::look(self), None);
+        let SoFar { results, ended, .. } = pipeline::steps_so_far(&mut Walk::look(self), None);
         match ended {
             Ok(()) | Err(SessionError::NotBuilt { .. }) => {}
             Err(error) => return Err(error),
         }
-        self.recipe.steps.iter().zip(&results).map(|(step, results)| self.posed_step(step, results)).collect()
+        self.all_posed(&results)
+    }
+
+    /// The names of the steps that failed, and that later steps do without. Runs nothing.
+    pub(in crate::session) fn failed_steps(&self) -> Result<Vec<&str>, SessionError> {
+        let results = pipeline::steps(&mut Walk::look(self), None)?;
+        let failed = self.recipe.steps.iter().zip(&results).filter(|(_, results)| results.failed);
+        Ok(failed.map(|(step, _)| step.name.as_str()).collect())
+    }
+
+    fn all_posed(&self, results: &[StepResults]) -> Result<Vec<PosedStep>, SessionError> {
+        let built = self.recipe.steps.iter().zip(results).filter(|(_, results)| !results.failed);
+        built.map(|(step, results)| self.posed_step(step, results)).collect()
     }
 
     fn posed_step(&self, step: &StepRecipe, results: &StepResults) -> Result<PosedStep, SessionError> {

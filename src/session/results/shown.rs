@@ -64,8 +64,7 @@ impl Session {
         let figure = posed.last().map(|last| standing(last.figure.clone(), &last.step.name)).transpose()?;
         let mut walk = Walk::look(self);
         let mut steps = Vec::new();
-        for (k, status) in self.status()?.into_iter().enumerate() {
-            let step = &self.recipe.steps[k];
+        for (step, status) in self.recipe.steps.iter().zip(self.status()?) {
             let file = Path::new(&step.scan).file_name().map(|f| f.to_string_lossy().into_owned()).unwrap_or_default();
             let mut shown = ShownStep {
                 status,
@@ -79,7 +78,7 @@ impl Session {
                 skin_gave_way: None,
                 has_layer: false,
             };
-            match posed.get(k) {
+            match posed.iter().find(|posed| posed.step.name == step.name) {
                 Some(posed) => shown.add(posed),
                 None => match scan_of(&mut walk, step) {
                     Ok(kept) => {

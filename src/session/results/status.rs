@@ -53,6 +53,7 @@ impl Session {
         let mut reports = walk.into_reports();
         reports.sort_by(|a, b| (a.stage, &a.step).cmp(&(b.stage, &b.step)));
         reports.dedup_by(|a, b| a.step == b.step && a.stage == b.stage);
+        let mut failed: Option<&str> = None;
         let status = self.recipe.steps.iter().map(|step| {
             let up_to_date: Vec<StageReport> = reports.iter().filter(|r| r.step == step.name).cloned().collect();
             let out_of_date: Vec<Stage> =
@@ -60,9 +61,12 @@ impl Session {
             let own = || pending.iter().filter(|s| s.step == step.name);
             let judged = match (own().find_map(|s| s.failure.as_ref()), out_of_date.is_empty()) {
                 (Some(failure), _) => Some(StepVerdict::failed(&step.name, &failure.what, failure.remedy.as_deref())),
-                (None, true) => Some(verdict_on(step, &up_to_date)),
+                (None, true) => Some(verdict_on(step, &up_to_date, failed)),
                 (None, false) => None,
             };
+            if own().any(|s| s.failure.is_some()) {
+                failed = Some(&step.name);
+            }
             let template = step.garment_template();
             let judge_one = |of: &StageReport| judge(template.as_ref(), of.stage.name(), &of.measures);
             let (verdict, warnings, notes) =
@@ -83,6 +87,14 @@ impl Session {
             }
         });
         Ok(status.collect())
+    }
+}
+
+impl StepStatus {
+    /// The verdict with its doubts, if there is one.
+    pub fn into_verdict(self) -> Option<StepVerdict> {
+        let Self { name: step, verdict, warnings, notes, .. } = self;
+        verdict.map(|verdict| StepVerdict { step, verdict, warnings, notes })
     }
 }
 

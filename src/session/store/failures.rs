@@ -41,7 +41,7 @@ impl Failures {
         write_lightly(&path_in(dir), (text + "\n").as_bytes())
     }
 
-    /// Notes a failure; a step has at most one, because the stages after it wait.
+    /// Notes a failure; a step has at most one, because the stages of the step after it wait.
     pub fn note(&mut self, step: &str, failure: Failure) {
         self.0.insert(step.into(), failure);
     }
@@ -50,6 +50,11 @@ impl Failures {
     pub fn forget(&mut self, step: &str, stage: Stage) -> bool {
         let noted = self.0.get(step).is_some_and(|failure| failure.stage == stage);
         noted && self.0.remove(step).is_some()
+    }
+
+    /// Whether a failure of a step is noted.
+    pub fn has(&self, step: &str) -> bool {
+        self.0.contains_key(step)
     }
 
     /// The failure of a stage with these inputs.

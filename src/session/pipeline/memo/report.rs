@@ -29,8 +29,9 @@ pub struct StageReport {
     pub warnings: Vec<Warning>,
 }
 
-/// The verdict on a step of which all stages are up to date.
-pub(in crate::session) fn verdict_on(step: &StepRecipe, reports: &[StageReport]) -> StepVerdict {
+/// The verdict on a step of which all stages are up to date. `failed` is the last step before it, if any, that has no result: the
+/// figure lacks its garment.
+pub(in crate::session) fn verdict_on(step: &StepRecipe, reports: &[StageReport], failed: Option<&str>) -> StepVerdict {
     let mut of_step: Vec<&StageReport> = reports.iter().filter(|report| report.step == step.name).collect();
     of_step.sort_by_key(|report| report.stage);
     let found = of_step.iter().map(|report| StageFindings {
@@ -38,5 +39,12 @@ pub(in crate::session) fn verdict_on(step: &StepRecipe, reports: &[StageReport])
         measures: &report.measures,
         warnings: report.warnings.iter().map(Warning::to_string).collect(),
     });
-    check::verdict_on(&step.name, step.garment_template().as_ref(), !step.tryon, &found.collect::<Vec<_>>())
+    let nothing = Measures::new();
+    let without = failed.map(|failed| StageFindings {
+        stage: Stage::Figure.name(),
+        measures: &nothing,
+        warnings: vec![check::on_the_figure_before(failed)],
+    });
+    let found: Vec<_> = found.chain(without).collect();
+    check::verdict_on(&step.name, step.garment_template().as_ref(), !step.tryon, &found)
 }

@@ -101,6 +101,8 @@ pub(in crate::session) enum Walk<'a> {
         at_once: bool,
         /// Whether a failure is noted for `status`: the recipe already has the step.
         notes_failures: bool,
+        /// The steps of which a stage failed, in their order.
+        failed: Vec<String>,
     },
     /// Rebuilds results that are recorded but damaged or missing, and records nothing: equal inputs give equal bytes.
     Repair { session: &'a Session, repaired: &'a mut Repaired, on_event: &'a mut dyn FnMut(&Event) },
@@ -125,6 +127,7 @@ impl<'a> Walk<'a> {
             ended: false,
             at_once: false,
             notes_failures: false,
+            failed: Vec::new(),
         }
     }
 
@@ -169,8 +172,17 @@ impl<'a> Walk<'a> {
 
     /// Reports the verdict on a step of which all stages have run or were up to date.
     pub fn end_step(&mut self, step: &StepRecipe) {
-        if let Self::Make { reports, on_event, ended: false, .. } = self {
-            on_event(&Event::StepDone(&verdict_on(step, reports)));
+        if let Self::Make { reports, on_event, failed, ended: false, .. } = self {
+            on_event(&Event::StepDone(&verdict_on(step, reports, failed.last().map(String::as_str))));
+        }
+    }
+
+    /// Whether a stage of a step failed, now or when it last ran on the same inputs.
+    pub fn has_failed(&self, step: &str) -> bool {
+        match self {
+            Self::Make { failed, .. } => failed.iter().any(|name| name == step),
+            Self::Look { out_of_date, .. } => out_of_date.iter().any(|of| of.step == step && of.failure.is_some()),
+            Self::Repair { session, .. } => session.failures.has(step),
         }
     }
 
@@ -197,7 +209,7 @@ impl<'a> Walk<'a> {
     ) -> Result<Made<T>, SessionError> {
         match self {
             Self::Make { ended: true, .. } => Err(call.not_built()),
-            Self::Make { writer, change, forced, on_event, reports, until, ended, at_once, notes_failures } => {
+            Self::Make { writer, change, forced, on_event, reports, until, ended, at_once, notes_failures, failed } => {
                 let recorded = call.up_to_date(&writer.session);
                 *ended = call.is_last(until);
                 if let Some(record) = &recorded
@@ -221,8 +233,10 @@ impl<'a> Walk<'a> {
                 };
                 let record = match run_and_keep(writer, &call, *on_event, run) {
                     Ok(made) => made,
-                    Err(error) if *notes_failures => return Err(note_failure(writer, &call, error)),
-                    Err(error) => return Err(error),
+                    Err(error) => {
+                        failed.push(call.step.into());
+                        return Err(if *notes_failures { note_failure(writer, &call, error) } else { error });
+                    }
                 };
                 if writer.session.failures.forget(call.step, call.stage) {
                     writer.session.failures.write(writer.session.dir())?;

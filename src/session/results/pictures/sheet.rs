@@ -7,6 +7,7 @@ use crate::scan::Scan;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
 use crate::session::pipeline::{Walk, scan_of};
+use crate::session::recipe::StepRecipe;
 use crate::session::results::outputs::{Content, Outputs};
 use crate::session::results::posed_step::PosedStep;
 use crate::session::results::status::StepStatus;
@@ -16,6 +17,7 @@ use crate::view::{
     Cell, CrossingRow, Error as ViewError, Facing, Paint, Part, Sheet, SheetRow, contact_sheet, layer_color, painted,
 };
 use nalgebra::{Rotation3, Vector3};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 impl Session {
@@ -36,13 +38,15 @@ impl Session {
         }
         let steps = self.posed_steps_so_far()?;
         let seen: Vec<SeenStep> = steps.iter().map(SeenStep::of).collect();
-        let scans = self.scans_of_steps_from(steps.len())?;
+        let scans = self.scans_of_others(&steps)?;
         let mut rows = Vec::new();
-        for (status, seen) in status.iter().zip(&seen) {
-            rows.push(SheetRow::step(&status.name, notes(status), &[seen.scan()?], &seen.layers()));
-        }
-        for (status, scan) in status.iter().skip(steps.len()).zip(&scans) {
-            let part: Vec<Part> = scan.iter().map(painted_scan).collect::<Result<_, _>>()?;
+        for status in &status {
+            if let Some(built) = steps.iter().position(|posed| posed.step.name == status.name) {
+                rows.push(SheetRow::step(&status.name, notes(status), &[seen[built].scan()?], &seen[built].layers()));
+                continue;
+            }
+            let scan = scans.get(&status.name);
+            let part: Vec<Part> = scan.into_iter().map(painted_scan).collect::<Result<_, _>>()?;
             let cells =
                 vec![Cell::new("scan, front", &part, Facing::Front), Cell::new("scan, side", &part, Facing::Side)];
             rows.push(SheetRow {
@@ -78,16 +82,16 @@ impl Session {
 }
 
 impl Session {
-    /// The scans of the steps from `first` on, as far as they have been read.
-    fn scans_of_steps_from(&self, first: usize) -> Result<Vec<Option<Scan>>, SessionError> {
+    /// The scans of the steps that are not built, by their names, as far as they have been read.
+    fn scans_of_others(&self, built: &[PosedStep]) -> Result<BTreeMap<String, Scan>, SessionError> {
         let mut walk = Walk::look(self);
-        let steps = self.recipe.steps.iter().skip(first);
-        let scan = |step| match scan_of(&mut walk, step) {
-            Ok(kept) => self.store.load(kept).map(Some),
-            Err(SessionError::NotBuilt { .. }) => Ok(None),
-            Err(error) => Err(error),
+        let others = self.recipe.steps.iter().filter(|step| built.iter().all(|posed| posed.step.name != step.name));
+        let scan = |step: &StepRecipe| match scan_of(&mut walk, step) {
+            Ok(kept) => Some(self.store.load(kept).map(|scan| (step.name.clone(), scan))),
+            Err(SessionError::NotBuilt { .. }) => None,
+            Err(error) => Some(Err(error)),
         };
-        steps.map(scan).collect()
+        others.filter_map(scan).collect()
     }
 }
 
