@@ -46,14 +46,18 @@ pub(super) fn scenes(
 ) -> Vec<ViewerScene> {
     let figure = shown.figure.as_ref().map(|figure| ViewerScene {
         name: "figure".into(),
-        parts: figure_parts(figure, eases, packer),
+        parts: figure_parts(figure.layers.iter().chain(&shown.trim), eases, packer),
         hems: Vec::new(),
         marks: crossings.to_vec(),
     });
     figure.into_iter().chain(shown.steps.iter().map(|step| step_scene(step, shown, packer))).collect()
 }
 
-fn figure_parts(figure: &Figure, eases: &[(String, Ease)], packer: &mut Packer) -> Vec<ScenePart> {
+fn figure_parts<'a>(
+    layers: impl Iterator<Item = &'a Layer>,
+    eases: &[(String, Ease)],
+    packer: &mut Packer,
+) -> Vec<ScenePart> {
     let part = |(k, layer): (usize, &Layer)| {
         let joints = skin_weight_colors(&layer.weights);
         let physics: Option<PerVertex<[u8; 3]>> =
@@ -68,7 +72,7 @@ fn figure_parts(figure: &Figure, eases: &[(String, Ease)], packer: &mut Packer) 
         let surface = packer.add(&layer.mesh, &colors);
         ScenePart { name: layer.name.clone(), color: layer_color(k), surface, is_hidden: false }
     };
-    figure.layers.iter().enumerate().map(part).collect()
+    layers.enumerate().map(part).collect()
 }
 
 fn step_scene(step: &ShownStep, shown: &Shown, packer: &mut Packer) -> ViewerScene {

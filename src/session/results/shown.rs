@@ -4,7 +4,7 @@ use super::animation::AnimationStatus;
 use super::pictures::Turned;
 use super::posed_step::PosedStep;
 use super::status::StepStatus;
-use crate::body::Figure;
+use crate::body::{Figure, Layer};
 use crate::geometry::{PerVertex, Point, TriMesh};
 use crate::session::error::SessionError;
 use crate::session::open::Session;
@@ -24,6 +24,8 @@ pub struct Shown {
     pub steps: Vec<ShownStep>,
     /// The figure of the last step that is built, in the bind pose, on the floor.
     pub figure: Option<Figure>,
+    /// What its garments carry: buttons, pockets.
+    pub trim: Vec<Layer>,
     /// The animations.
     pub animations: Vec<AnimationStatus>,
 }
@@ -62,6 +64,9 @@ impl Session {
         }
         let posed = self.posed_steps_so_far()?;
         let figure = posed.last().map(|last| standing(last.figure.clone(), &last.step.name)).transpose()?;
+        let trims = posed.last().map(|last| self.trims(Some(&last.step.name))).transpose()?;
+        let trim = trims.iter().zip(&figure).flat_map(|(trims, figure)| trims.layers_on(figure));
+        let trim = trim.map(|(_, layer)| layer).collect();
         let mut walk = Walk::look(self);
         let mut steps = Vec::new();
         for (step, status) in self.recipe.steps.iter().zip(self.status()?) {
@@ -98,6 +103,7 @@ impl Session {
             recipe: head.map(|entry| entry.recipe),
             steps,
             figure,
+            trim,
             animations: self.animations()?,
         })
     }

@@ -54,6 +54,11 @@ impl Trims {
         self.of.iter().map(layer).collect()
     }
 
+    /// Their surfaces where those of the layers are, as far as there are these.
+    pub fn carried_by(&self, layers: &[TriMesh]) -> Vec<TriMesh> {
+        self.of.iter().filter_map(|(rank, trim)| Some(trim.on(layers.get(*rank)?.points()))).collect()
+    }
+
     /// The figure with each of them as a layer after all others.
     ///
     /// **Requires** the vertices of the figure's layers as they were built.

@@ -11,6 +11,7 @@ use crate::session::recipe::StepRecipe;
 use crate::session::results::outputs::{Content, Outputs};
 use crate::session::results::posed_step::PosedStep;
 use crate::session::results::status::StepStatus;
+use crate::session::results::trims::Trims;
 use crate::session::stage::Stage;
 use crate::session::store::name_and_unit;
 use crate::view::{
@@ -37,7 +38,8 @@ impl Session {
             return Err(SessionError::NoScans { dir: self.dir().to_path_buf() });
         }
         let steps = self.posed_steps_so_far()?;
-        let seen: Vec<SeenStep> = steps.iter().map(SeenStep::of).collect();
+        let trims = steps.last().map(|last| self.trims(Some(&last.step.name))).transpose()?;
+        let seen: Vec<SeenStep> = steps.iter().map(|posed| SeenStep::of(posed).with(trims.as_ref())).collect();
         let scans = self.scans_of_others(&steps)?;
         let mut rows = Vec::new();
         for status in &status {
@@ -145,6 +147,12 @@ impl SeenStep {
             scan_colors: posed.scan.colors.clone(),
             layers: layers.map(|mesh| turned.mesh(&mesh)).collect(),
         }
+    }
+
+    fn with(mut self, trims: Option<&Trims>) -> Self {
+        let carried = trims.map(|trims| trims.carried_by(&self.layers));
+        self.layers.extend(carried.unwrap_or_default());
+        self
     }
 
     pub(in crate::session) fn scan(&self) -> Result<Part<'_>, SessionError> {
