@@ -366,6 +366,7 @@ mod unix {
             let answer = held_back(dir.path(), &session, &args);
             assert_eq!(answer.code, 1, "{args:?}: {answer:?}");
             assert!(answer.stderr.contains("cannot be written: Permission denied"), "{args:?}: {answer:?}");
+            assert!(!answer.stderr.contains(".unfinished"), "{args:?}: {answer:?}");
         }
         for args in [vec!["status"], vec!["log"], vec!["branch"], vec!["fsck", "--check"]] {
             assert_eq!(held_back(dir.path(), &session, &args).code, 0, "{args:?}");

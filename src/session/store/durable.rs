@@ -65,7 +65,7 @@ impl Staged {
 pub(in crate::session) fn write_lightly(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
     let io = |e| SessionError::writing(path, e);
     let mut file = new_file(&folder_of(path)).map_err(io)?;
-    file.write_all(bytes).map_err(io)?;
+    file.as_file_mut().write_all(bytes).map_err(io)?;
     file.persist(path).map(drop).map_err(|e| io(e.error))
 }
 
@@ -78,7 +78,7 @@ pub(in crate::session) fn begin_file(path: &Path) -> Result<File, SessionError> 
 pub(in crate::session) fn write_new(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
     let io = |e| SessionError::writing(path, e);
     let mut file = new_file(&folder_of(path)).map_err(io)?;
-    file.write_all(bytes).map_err(io)?;
+    file.as_file_mut().write_all(bytes).map_err(io)?;
     file.persist_noclobber(path).map(drop).map_err(|e| io(e.error))
 }
 
@@ -177,7 +177,14 @@ fn new_file(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
     };
     #[cfg(unix)]
     builder.permissions(mode);
-    builder.tempfile_in(folder)
+    builder.tempfile_in(folder).map_err(of_its_place)
+}
+
+/// An error without the name of the unfinished file, which says nothing to a person.
+fn of_its_place(error: std::io::Error) -> std::io::Error {
+    let text = error.to_string();
+    let said = text.split(" at path ").next().unwrap_or_default();
+    std::io::Error::new(error.kind(), said)
 }
 
 /// Makes the names in a folder durable.
