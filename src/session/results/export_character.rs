@@ -77,7 +77,10 @@ impl Session {
         };
         let mut figure = figure;
         for (carrier, trim) in trims {
-            let trim = rest.iter().fold(trim, |trim, rest| in_rest(trim, rest, &skeleton, &figure));
+            let trim = match &rest {
+                None => trim,
+                Some(rest) => in_rest(trim, rest, &skeleton, &figure),
+            };
             let points = trim.mesh.vertex_count();
             masks.push(PerVertex::filled(false, points));
             loose.push(PerVertex::filled(false, points));
