@@ -59,12 +59,13 @@ impl Session {
             let out_of_date: Vec<Stage> =
                 step.kind().stages().iter().filter(|s| !up_to_date.iter().any(|r| r.stage == **s)).copied().collect();
             let own = || pending.iter().filter(|s| s.step == step.name);
-            let judged = match (own().find_map(|s| s.failure.as_ref()), out_of_date.is_empty()) {
+            let failure = own().find_map(|s| s.failure.as_ref());
+            let judged = match (failure, out_of_date.is_empty()) {
                 (Some(failure), _) => Some(StepVerdict::failed(&step.name, &failure.what, failure.remedy.as_deref())),
                 (None, true) => Some(verdict_on(step, &up_to_date, failed)),
                 (None, false) => None,
             };
-            if own().any(|s| s.failure.is_some()) {
+            if failure.is_some() {
                 failed = Some(&step.name);
             }
             let template = step.garment_template();
