@@ -44,7 +44,7 @@ pub(in crate::session) struct SoFar {
     pub results: Vec<StepResults>,
     /// Why it ended before the last one, if it did.
     pub ended: Result<(), SessionError>,
-    /// Why the first of the garments that failed did, if it ran now.
+    /// The error of the first garment that failed; *not built* if it did not run now.
     failed: Option<SessionError>,
 }
 

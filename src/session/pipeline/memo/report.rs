@@ -29,7 +29,7 @@ pub struct StageReport {
     pub warnings: Vec<Warning>,
 }
 
-/// The verdict on a step of which all stages are up to date. `failed` is the last step before it, if any, that has no result: the
+/// The verdict on a step of which all stages are up to date. `failed` names the last step before it that failed, if one did: the
 /// figure lacks its garment.
 pub(in crate::session) fn verdict_on(step: &StepRecipe, reports: &[StageReport], failed: Option<&str>) -> StepVerdict {
     let mut of_step: Vec<&StageReport> = reports.iter().filter(|report| report.step == step.name).collect();
