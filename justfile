@@ -195,6 +195,11 @@ mutations:
     cargo test --release --no-default-features --test integration --no-run
     ulimit -v 4000000; OVERCOAT_MUTATIONS=100000 cargo test --release --no-default-features --test integration -- mutations::
 
+# Cloth in motion on the figures of built sessions: time of a frame, crossings, stretch, rest. SESSIONS: SESSION[:LAYER=FABRIC,…];
+# ARGS: --clips walk,turn --frames A..B --draft
+cloth-table *ARGS:
+    cargo run --release --no-default-features --example measure_cloth -- {{ARGS}}
+
 # Ten thousand frames of cloth: nothing crosses, nothing explodes
 cloth-long:
     cargo test --release --no-default-features --lib -- --ignored --nocapture ten_thousand_frames

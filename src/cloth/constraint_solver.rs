@@ -4,9 +4,11 @@ use super::crossing_free::near_pairs::{NearPair, Search};
 use super::crossing_free::safe_motion::Step;
 use super::crossing_free::surfaces::Surfaces;
 use super::crossing_free::swept_tree::SweptTree;
+use super::elastic::Elastic;
 use super::skin_step::{GRAVITY, SkinStep};
 use super::springs::Spring;
 use crate::geometry::{Point, Vec3};
+use crate::numerics::NumericsError;
 use rayon::prelude::*;
 
 /// Distance in metres from which contact acts, and the gap that it keeps where layers were farther apart at rest.
@@ -14,12 +16,14 @@ const REACH: f64 = 0.8e-3;
 const GAP: f64 = 0.6e-3;
 /// How far a displacement may differ from the expected one before its neighbourhood is searched again, metres, and the same
 /// per metre that it moves relative to the skin.
-const SLACK: f64 = 0.5e-3;
+const SLACK: f64 = 0.3e-3;
 const SLACK_PER_METRE: f64 = 0.05;
 /// Most that skinning pulls cloth and skin back to their places in a step, metres: where they cannot get there, as in an
 /// armpit, they do not press harder and harder. At 90 steps per second cloth still comes back by 9 cm per second, skin by 36.
 const PULL: f64 = 1e-3;
 const BODY_PULL: f64 = 4e-3;
+/// In longer steps skinning holds at least a little more than the weight of cloth, m/s².
+const LEAST_PULL: f64 = 11.0;
 /// Pull of cloth that had to be corrected is halved, down to this share, and recovers by this factor per step.
 const LEAST_EASE: f64 = 0.02;
 const RECOVERY: f64 = 1.1;
@@ -27,6 +31,10 @@ const RECOVERY: f64 = 1.1;
 const CORRECTION: f64 = 2e-5;
 /// Greatest correction by constraints within a step, metres: more is an error of the constraints.
 const FARTHEST: f64 = 1e-2;
+/// Rounds of the balance of forces per step.
+const BALANCE: usize = 3;
+/// Pairs that are farther apart than their gap by this much at the start of a round have no contact in it, metres.
+const CLEAR: f64 = 0.2e-3;
 /// Cloth this far from its skin is an error of the constraints, metres.
 const FLOWN: f64 = 5.0;
 /// Greatest correction that is expected again in the next step, metres.
@@ -38,6 +46,8 @@ pub(super) struct ConstraintSolver {
     pub tree: SweptTree,
     /// Springs of each layer of cloth; indices within the layer.
     pub springs: Vec<Vec<Spring>>,
+    /// What balances stretch and bending of each layer of cloth before the constraints; empty without it.
+    pub elastic: Vec<Elastic>,
     /// 1/kg.
     pub inverse_mass: Vec<f64>,
     /// Angular frequency of the pull to the place of each vertex, 1/s.
@@ -80,6 +90,7 @@ impl ConstraintSolver {
         Self {
             tree: SweptTree::prepare(&centers),
             springs,
+            elastic: Vec::new(),
             inverse_mass,
             frequency,
             damping: 0.0,
@@ -97,16 +108,22 @@ impl ConstraintSolver {
     /// Prepares for steps of another length, in seconds.
     pub fn set_step(&mut self, secs: f64) {
         self.springs.iter_mut().flatten().for_each(|spring| spring.set_step(secs));
+        self.elastic.iter_mut().for_each(|elastic| elastic.set_step(secs));
     }
 
     /// Moves on by one step.
-    pub fn step(&mut self, skin: &SkinStep<'_>) {
+    ///
+    /// **Errors** layers whose forces cannot be computed.
+    pub fn step(&mut self, skin: &SkinStep<'_>) -> Result<(), NumericsError> {
         let (count, SkinStep { before, places, carried, secs: step_secs }) = (self.at.len(), *skin);
         let free: Vec<Vec3> = (0..count)
             .into_par_iter()
             .map(|v| self.free_motion(v, &(places[v] - before[v]), &places[v], &carried[v], step_secs))
             .collect();
-        let mut expected: Vec<Vec3> = free.iter().zip(&self.correction).map(|(free, added)| free + added).collect();
+        let mut to: Vec<Point> = self.at.iter().zip(&free).map(|(at, by)| at + by).collect();
+        let borne = self.balance(&mut to, step_secs)?;
+        let balanced: Vec<Vec3> = to.iter().zip(&self.at).map(|(to, at)| to - at).collect();
+        let mut expected: Vec<Vec3> = balanced.iter().zip(&self.correction).map(|(by, added)| by + added).collect();
         let relative = |v: usize| (expected[v] - (places[v] - before[v])).norm();
         let mut slack: Vec<f64> = (0..count).map(|v| SLACK + SLACK_PER_METRE * relative(v)).collect();
         let search = Search {
@@ -119,7 +136,8 @@ impl ConstraintSolver {
             gap: GAP,
         };
         let mut pairs = search.all();
-        let mut by = self.solved(&free, &pairs);
+        let mut by = self.solved(&free, &pairs, to, borne, step_secs);
+        self.hold_still(&mut by, skin);
         let solved = by.clone();
         let step = Step { surfaces: &self.surfaces, tree: &self.tree, at: &self.at, gap: GAP };
         let corrections = step.make_safe(&mut pairs, &mut by, &mut expected, &mut slack);
@@ -128,10 +146,11 @@ impl ConstraintSolver {
             let corrected = (by[v] - solved[v]).norm() > CORRECTION;
             self.ease[v] =
                 if corrected { (0.5 * self.ease[v]).max(LEAST_EASE) } else { (RECOVERY * self.ease[v]).min(1.0) };
-            self.correction[v] = shortened(by[v] - free[v], EXPECTED);
+            self.correction[v] = shortened(by[v] - balanced[v], EXPECTED);
             self.velocity[v] = by[v] / step_secs;
             self.at[v] += by[v];
         }
+        Ok(())
     }
 
     /// The displacement of a vertex without its neighbours: skin follows its place; cloth keeps its velocity, falls, and is
@@ -144,7 +163,8 @@ impl ConstraintSolver {
         let squared = (self.frequency[v] * step_secs).powi(2);
         // An implicit step of the pull also damps the motion relative to the skin.
         let relative = (self.velocity[v] * step_secs - skinned) * ((-self.damping * step_secs).exp() / (1.0 + squared));
-        let pull = shortened((offset - relative) * (squared / (1.0 + squared)), PULL * self.ease[v]);
+        let most = PULL.max(LEAST_PULL * step_secs * step_secs) * self.ease[v];
+        let pull = shortened((offset - relative) * (squared / (1.0 + squared)), most);
         let weight = (Vec3::new(0.0, -GRAVITY, 0.0) - carried) * (step_secs * step_secs / (1.0 + squared));
         skinned + relative + pull + weight
     }
@@ -159,14 +179,22 @@ impl ConstraintSolver {
     }
 
     /// The displacements after stretch, bending and contact.
-    fn solved(&self, free: &[Vec3], pairs: &[NearPair]) -> Vec<Vec3> {
+    fn solved(
+        &self,
+        free: &[Vec3],
+        pairs: &[NearPair],
+        mut to: Vec<Point>,
+        mut borne: Vec<Vec<f64>>,
+        secs: f64,
+    ) -> Vec<Vec3> {
         let body = self.surfaces.body_vertices();
-        let mut to: Vec<Point> = self.at.iter().zip(free).map(|(at, by)| at + by).collect();
         // Skin alone needs no contact: where it folds, the correction of displacements keeps it apart.
         let of_cloth = |pair: &&NearPair| pair.vertices.iter().any(|&v| v as usize >= body);
-        let contacts: Vec<&NearPair> = pairs.iter().filter(of_cloth).collect();
+        let pairs: Vec<&NearPair> = pairs.iter().filter(of_cloth).collect();
         for round in 0..self.iterations {
-            self.satisfy_springs(&mut to, round % 2 == 1);
+            self.satisfy_springs(&mut to, &mut borne, secs, round % 2 == 1);
+            let is_near = |pair: &&NearPair| depth_of(pair, &to) > -CLEAR;
+            let contacts: Vec<&NearPair> = pairs.par_iter().copied().filter(is_near).collect();
             contacts.iter().for_each(|contact| self.push_apart(contact, &mut to));
             contacts.iter().rev().for_each(|contact| self.push_apart(contact, &mut to));
         }
@@ -178,35 +206,51 @@ impl ConstraintSolver {
         (0..to.len()).map(moved).collect()
     }
 
-    /// One round of the springs, the layers at once.
-    fn satisfy_springs(&self, to: &mut [Point], backwards: bool) {
-        let mut layers = Vec::new();
-        let mut rest = &mut to[self.surfaces.body_vertices()..];
-        for (range, springs) in self.surfaces.cloth().iter().zip(&self.springs) {
-            let (own, after) = rest.split_at_mut(range.len());
-            layers.push((own, &self.inverse_mass[range.clone()], springs));
-            rest = after;
+    /// Balances stretch, bending and inertia of each layer.
+    fn balance(&mut self, to: &mut [Point], secs: f64) -> Result<Vec<Vec<f64>>, NumericsError> {
+        let mut layers = own_parts(to, &self.surfaces).into_iter().zip(&mut self.elastic).collect::<Vec<_>>();
+        layers.par_iter_mut().map(|(to, elastic)| elastic.balance(to, secs, BALANCE)).collect()
+    }
+
+    /// Cloth that moves on skin by less than friction holds stays where it is.
+    fn hold_still(&self, by: &mut [Vec3], skin: &SkinStep<'_>) {
+        if self.elastic.is_empty() {
+            return;
         }
-        layers.into_par_iter().for_each(|(at, inverse_mass, springs)| {
-            let satisfy = |spring: &Spring, at: &mut [Point]| spring.satisfy(at, inverse_mass);
-            if backwards {
-                springs.iter().rev().for_each(|spring| satisfy(spring, at));
-            } else {
-                springs.iter().for_each(|spring| satisfy(spring, at));
+        let least = self.friction * GRAVITY * skin.secs * skin.secs;
+        for v in self.surfaces.body_vertices()..by.len() {
+            let skinned = skin.places[v] - skin.before[v];
+            if (by[v] - skinned).norm() < least {
+                by[v] = skinned;
             }
+        }
+    }
+
+    /// One round of what holds each layer together, the layers at once.
+    fn satisfy_springs(&self, to: &mut [Point], borne: &mut [Vec<f64>], secs: f64, backwards: bool) {
+        let parts = own_parts(to, &self.surfaces);
+        if !self.elastic.is_empty() {
+            let layers = parts.into_par_iter().zip(&self.elastic).zip(borne);
+            layers.for_each(|((at, elastic), borne)| elastic.relax(at, borne, secs, backwards));
+            return;
+        }
+        let layers = parts.into_par_iter().zip(self.surfaces.cloth()).zip(&self.springs);
+        layers.for_each(|((at, range), springs)| {
+            let inverse_mass = &self.inverse_mass[range.clone()];
+            let satisfy = |spring: &Spring| spring.satisfy(at, inverse_mass);
+            if backwards { springs.iter().rev().for_each(satisfy) } else { springs.iter().for_each(satisfy) }
         });
     }
 
     /// Moves the vertices of a pair apart to its gap, the lighter by more, and slows their sliding.
     fn push_apart(&self, pair: &NearPair, to: &mut [Point]) {
-        let vertices = pair.vertices.map(|v| v as usize);
-        let weights = pair.weights.map(f64::from);
-        let each = || vertices.iter().copied().zip(weights);
-        let distance: f64 = each().map(|(v, w)| w * pair.normal.dot(&to[v].coords)).sum();
-        let depth = f64::from(pair.gap) - distance;
+        let depth = depth_of(pair, to);
         if depth <= 0.0 {
             return;
         }
+        let vertices = pair.vertices.map(|v| v as usize);
+        let weights = pair.weights.map(f64::from);
+        let each = || vertices.iter().copied().zip(weights);
         let denominator: f64 = each().map(|(v, w)| w * w * self.inverse_mass[v]).sum();
         if denominator <= 0.0 {
             return;
@@ -217,6 +261,25 @@ impl ConstraintSolver {
             to[v] += (pair.normal * depth - slid) * (w * self.inverse_mass[v] / denominator);
         }
     }
+}
+
+/// The points of each layer of cloth.
+fn own_parts<'a>(to: &'a mut [Point], surfaces: &Surfaces) -> Vec<&'a mut [Point]> {
+    let mut rest = &mut to[surfaces.body_vertices()..];
+    let mut parts = Vec::new();
+    for range in surfaces.cloth() {
+        let (own, after) = rest.split_at_mut(range.len());
+        parts.push(own);
+        rest = after;
+    }
+    parts
+}
+
+/// How far a pair is nearer than its gap, along its normal, metres.
+fn depth_of(pair: &NearPair, to: &[Point]) -> f64 {
+    let each = pair.vertices.iter().zip(pair.weights);
+    let distance: f64 = each.map(|(&v, w)| f64::from(w) * pair.normal.dot(&to[v as usize].coords)).sum();
+    f64::from(pair.gap) - distance
 }
 
 /// `v`, or shorter in the same direction.

@@ -5,6 +5,7 @@ use super::cloth_params::ClothParams;
 use super::constraint_solver::ConstraintSolver;
 use super::crossing_free::surfaces::Surfaces;
 use super::draft::Draft;
+use super::elastic::Elastic;
 use super::error::ClothError;
 use super::known_fabric::fabric_named;
 use super::layer::ClothLayer;
@@ -17,9 +18,9 @@ use crate::geometry::{PerVertex, Point, TriMesh, Vec3};
 use nalgebra::Matrix3;
 
 /// Greatest rotation of a joint per step, degrees: triangles of the demo are 1 to 2 cm wide and 1 mm apart.
-const STEP_DEG: f64 = 3.0;
+const STEP_DEG: f64 = 4.0;
 /// Steps per frame at 30 frames per second; the greatest number is reached at 36° per frame, faster than people move.
-const STEPS: std::ops::RangeInclusive<f64> = 3.0..=12.0;
+const STEPS: std::ops::RangeInclusive<f64> = 2.0..=12.0;
 /// Steps of a draft, and the greatest rotation of a joint within them, degrees: straight ways cut 5 % off an arc of 36°.
 const DRAFT_STEPS: usize = 4;
 const DRAFT_DEG: f64 = 36.0;
@@ -29,7 +30,7 @@ const JUMP: f64 = 0.5;
 /// See [`ConstraintSolver::new`].
 const BODY_SHARE: f64 = 0.02;
 /// Iterations of the constraints per step.
-const ITERATIONS: usize = 8;
+const ITERATIONS: usize = 5;
 /// Coefficient of friction. Cloth that is squeezed between arm and trunk by skinning would be dragged along by more.
 const FRICTION: f64 = 0.1;
 /// Physics weights are taken as at least this, so that the frequency is finite.
@@ -74,7 +75,8 @@ impl<'a> Simulation<'a> {
         let rounded = |mesh: &TriMesh| mesh.map_points(|p| p.map(|x| f64::from(x as f32)));
         let meshes: Vec<TriMesh> = figure.layers.iter().map(|layer| rounded(&layer.mesh)).collect();
         let surfaces = Surfaces::of(&meshes.iter().collect::<Vec<_>>());
-        let (mut springs, mut fabrics, mut inverse_mass) = (Vec::new(), Vec::new(), vec![0.0; surfaces.rest.len()]);
+        let (mut springs, mut elastic, mut fabrics, mut inverse_mass) =
+            (Vec::new(), Vec::new(), Vec::new(), vec![0.0; surfaces.rest.len()]);
         for (k, (layer, mesh)) in figure.layers.iter().zip(&meshes).enumerate().skip(1) {
             let fabric = fabric_named(layer.fabric.as_deref().unwrap_or(UNKNOWN_FABRIC))?;
             let areas = mesh.vertex_areas();
@@ -82,7 +84,12 @@ impl<'a> Simulation<'a> {
                 inverse_mass[v] = 1.0 / (area * fabric.density).max(1e-6);
             }
             let pinned = PerVertex::filled(false, mesh.vertex_count());
-            springs.push(springs_of(&ClothLayer { rest: mesh.clone(), pinned, fabric }, 1.0));
+            if solver == ClothSolver::Constraints {
+                let mass = inverse_mass[surfaces.vertices[k].clone()].iter().map(|w| 1.0 / w).collect();
+                elastic.push(Elastic::of(mesh, &fabric, mass, frequencies(layer, params, mode)));
+            } else {
+                springs.push(springs_of(&ClothLayer { rest: mesh.clone(), pinned, fabric }, 1.0));
+            }
             fabrics.push(fabric);
         }
         let physics = match solver {
@@ -97,6 +104,7 @@ impl<'a> Simulation<'a> {
         let mut solver =
             ConstraintSolver::new(surfaces, springs, inverse_mass, frequency, (FRICTION, ITERATIONS), BODY_SHARE);
         solver.damping = params.damping;
+        solver.elastic = elastic;
         Ok(Self { figure, skinning, solver, physics, last: None })
     }
 
@@ -126,19 +134,14 @@ impl<'a> Simulation<'a> {
     }
 
     /// Moves on by one frame.
-    pub fn frame(&mut self, from: &Pose, to: &Pose, fps: f64) {
-        let turned = turned_deg(from, to);
+    ///
+    /// **Errors** layers whose forces cannot be computed.
+    pub fn frame(&mut self, from: &Pose, to: &Pose, fps: f64) -> Result<(), ClothError> {
         if let Physics::Draft(_) = self.physics {
-            if turned > JUMP_DEG || (to.translation - from.translation).norm() > JUMP {
-                self.jump(from, to);
-                return;
-            }
-            let parts = (turned / DRAFT_DEG).ceil().max(1.0);
-            for part in 1..=parts as usize {
-                self.draft(from, &from.toward(to, part as f64 / parts), 1.0 / (fps * parts));
-            }
-            return;
+            self.draft_frame(from, to, fps);
+            return Ok(());
         }
+        let turned = turned_deg(from, to);
         let steps = (turned / STEP_DEG).ceil().max((STEPS.start() * 30.0 / fps).ceil()).clamp(1.0, *STEPS.end());
         let step_secs = 1.0 / (fps * steps);
         self.solver.set_step(step_secs);
@@ -147,13 +150,27 @@ impl<'a> Simulation<'a> {
             let (places, carried) = self.places(&from.toward(to, step as f64 / steps));
             let skin = SkinStep { before: &before, places: &places, carried: &carried, secs: step_secs };
             match &mut self.physics {
-                Physics::Constraints | Physics::Draft(_) => self.solver.step(&skin),
+                Physics::Constraints | Physics::Draft(_) => self.solver.step(&skin)?,
                 Physics::MassSpring(layers) => {
                     let ConstraintSolver { at, velocity, frequency, damping, surfaces, .. } = &mut self.solver;
                     layers.step(Moving { at, velocity, frequency, damping: *damping }, &surfaces.vertices, &skin);
                 }
             }
             before = places;
+        }
+        Ok(())
+    }
+
+    /// Moves a draft on by one frame; what is no draft stays.
+    pub fn draft_frame(&mut self, from: &Pose, to: &Pose, fps: f64) {
+        let turned = turned_deg(from, to);
+        if turned > JUMP_DEG || (to.translation - from.translation).norm() > JUMP {
+            self.jump(from, to);
+            return;
+        }
+        let parts = (turned / DRAFT_DEG).ceil().max(1.0);
+        for part in 1..=parts as usize {
+            self.draft(from, &from.toward(to, part as f64 / parts), 1.0 / (fps * parts));
         }
     }
 

@@ -45,7 +45,9 @@ pub(super) fn arm(sleeves: &[f64]) -> Figure {
     let mut layers = vec![layer("body", 0.05)];
     layers.extend(sleeves.iter().map(|&radius| {
         let cloth = layer("sleeve", radius);
-        Layer { physics: Some(PerVertex::filled(0.4, cloth.mesh.vertex_count())), ..cloth }
+        // Sleeves this coarse would not bend with an elbow if they were woven.
+        let fabric = Some("jersey".into());
+        Layer { physics: Some(PerVertex::filled(0.4, cloth.mesh.vertex_count())), fabric, ..cloth }
     }));
     Figure { skeleton, layers }
 }
@@ -140,8 +142,8 @@ fn loose_cloth_swings_and_firm_cloth_follows() {
     figure.layers[1].physics = None;
     let firm = swing(&figure);
     assert!(loose.0 > 2e-3 && firm.0 < 0.5 * loose.0, "{loose:?} {firm:?}");
-    // The wrist swings farther than the rest of the sleeve.
-    assert!(loose.1 > loose.0 && firm.1 < loose.1, "{loose:?} {firm:?}");
+    // At the wrist firm cloth does not swing at all; at the elbow it bulges.
+    assert!(loose.1 > 5e-3 && firm.1 < 0.1 * loose.1, "{loose:?} {firm:?}");
 }
 
 #[test]
@@ -155,8 +157,7 @@ fn cloth_calms_down_when_the_body_rests() {
     };
     let fastest_of = |frames: std::ops::Range<usize>| frames.map(fastest).fold(0.0, f64::max);
     let (first, last) = (fastest_of(11..26), fastest_of(61..76));
-    // The goal is 0.1 mm per frame; where the elbow presses the sleeve together, vertices still creep by 0.38.
-    assert!(first > 1e-3 && last < 0.45e-3, "{first} m per frame at first, {last} after two seconds");
+    assert!(first > 1e-3 && last < 0.1e-3, "{first} m per frame at first, {last} after two seconds");
 }
 
 /// Takes a quarter of an hour: `just cloth-long`.

@@ -39,6 +39,9 @@ pub enum ClothError {
         /// Which, and those that are known.
         what: String,
     },
+    /// A layer whose shape cannot be computed with.
+    #[error("a layer of cloth is broken: {0}")]
+    Matrix(#[from] crate::numerics::NumericsError),
     /// A parameter that cannot be.
     #[error(transparent)]
     Parameter(#[from] crate::parameters::NotAllowed),
@@ -53,7 +56,7 @@ impl ClothError {
             Self::Crossing { .. } => {
                 Some("`overcoat status -v` names the layers; --mode lbs moves them without cloth".into())
             }
-            Self::UnknownFabric { .. } | Self::Parameter(_) => None,
+            Self::UnknownFabric { .. } | Self::Parameter(_) | Self::Matrix(_) => None,
             Self::BadFabric { .. } => Some("density, stretch and bending must be greater than 0".into()),
         }
     }

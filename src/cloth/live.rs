@@ -33,7 +33,7 @@ impl<'a> LiveCloth<'a> {
     /// **Guarantees** skin is where skinning puts it.
     pub fn to_pose(&mut self, pose: &Pose, secs: f64) -> Vec<TriMesh> {
         let interval = secs - self.secs.unwrap_or(f64::NEG_INFINITY);
-        self.simulation.frame(&self.pose, pose, 1.0 / interval.clamp(*INTERVAL.start(), *INTERVAL.end()));
+        self.simulation.draft_frame(&self.pose, pose, 1.0 / interval.clamp(*INTERVAL.start(), *INTERVAL.end()));
         (self.pose, self.secs) = (pose.clone(), Some(secs));
         let solver = &self.simulation.solver;
         let layers = self.figure.layers.iter().zip(&solver.surfaces.vertices);

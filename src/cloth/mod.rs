@@ -1,11 +1,11 @@
 //! Cloth simulation: garments of several layers drape on a body that does not move ([`drape`]), move with a figure
 //! ([`simulate`]), or are put on by a body that grows in them ([`put_on`]).
 //!
-//! Layers are triangle meshes with distance constraints (XPBD). They collide with the body and with one another. While they
-//! drape, they may cross for a moment; no layer is left inside the body or inside an inner layer. On a moving or growing
-//! figure they never cross: each displacement is corrected until nothing can. Two ways to compare with may cross: a blend with
-//! skinning afterwards, and mass–spring cloth. So may a draft, which is fast enough to watch while the figure moves
-//! ([`LiveCloth`]).
+//! Layers are triangle meshes with distance constraints (XPBD); on a moving figure a balance of forces goes before them. They
+//! collide with the body and with one another. While they drape, they may cross for a moment; no layer is left inside the body
+//! or inside an inner layer. On a moving or growing figure they never cross: each displacement is corrected until nothing can.
+//! Two ways to compare with may cross: a blend with skinning afterwards, and mass–spring cloth. So may a draft, which is fast
+//! enough to watch while the figure moves ([`LiveCloth`]).
 
 mod carried;
 mod cloth_params;
@@ -19,6 +19,7 @@ mod coupled_tests;
 mod crossing_free;
 mod draft;
 mod drape;
+mod elastic;
 mod error;
 mod fabric;
 mod known_fabric;

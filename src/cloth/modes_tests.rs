@@ -82,7 +82,7 @@ fn physics_alone_hangs_from_a_level_arm_and_coupled_cloth_does_not() {
         forearm.sum::<f64>() / (place.len() - place.len() * 2 / 3) as f64
     };
     let (physics, coupled) = (sag(Physics), sag(Coupled));
-    assert!(coupled.abs() < 3e-3 && physics > 8e-3, "{coupled} {physics}");
+    assert!(coupled.abs() < 0.3 * physics && physics > 8e-3, "{coupled} {physics}");
 }
 
 #[test]
@@ -114,7 +114,7 @@ fn a_draft_follows_the_certified_cloth_and_skin_is_as_skinned() {
         for rank in [1, 2] {
             let (a, b) = (certified.layer(rank, frame), draft.layer(rank, frame));
             let off = a.iter().zip(b.iter()).map(|(a, b)| (a - b).norm()).sum::<f64>() / a.len() as f64;
-            assert!(off < 15e-3, "frame {frame}, layer {rank}: {off}");
+            assert!(off < 20e-3, "frame {frame}, layer {rank}: {off}");
         }
     }
 }

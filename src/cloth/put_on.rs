@@ -121,7 +121,7 @@ pub fn put_on(
                 carried[at].y = -GRAVITY - PULL * way.clamp(-FARTHEST_PULL, FARTHEST_PULL) / (secs * secs);
             }
         }
-        solver.step(&SkinStep { before: &before, places: &places, carried: &carried, secs });
+        solver.step(&SkinStep { before: &before, places: &places, carried: &carried, secs })?;
         before = places;
         along_before = along;
     }

@@ -28,8 +28,8 @@ use std::ops::Range;
 /// not depend on the number of threads.
 ///
 /// **Source** Hu 2017, Eq. 8: as a blend of the vertices, or, coupled, with the skinned place as a compliant constraint of
-/// each vertex. Stretch and bending by XPBD (Macklin 2016) or by springs and Runge–Kutta steps (Shi 2020, Eqs. 22–24). The
-/// stress that carries a scanned garment's weight in the bind pose turns with the skin, so that it does not sag.
+/// each vertex. Stretch and bending by projective dynamics (Bouaziz 2014) with XPBD (Macklin 2016) behind it, or by springs and
+/// Runge–Kutta steps (Shi 2020, Eqs. 22–24). The stress that carries a scanned garment's weight in the bind pose turns with the skin, so that it does not sag.
 pub fn simulate(
     figure: &Figure,
     skinning: Skinning,
@@ -53,7 +53,7 @@ pub fn simulate(
     let weights = physics_weights(figure);
     for (k, poses) in track.poses.windows(2).enumerate() {
         if mode.is_simulated() {
-            simulation.frame(&poses[0], &poses[1], track.fps);
+            simulation.frame(&poses[0], &poses[1], track.fps)?;
         }
         let places = simulation.places(&poses[1]).0;
         let blended: Vec<Point>;

@@ -1,7 +1,8 @@
 //! Distance constraints between the vertices of a layer.
 
+use super::fabric::Fabric;
 use super::layer::ClothLayer;
-use crate::geometry::{Adjacency, Point, VertexId};
+use crate::geometry::{Adjacency, FaceId, Point, TriMesh, Vec3, VertexId};
 
 /// A distance constraint between two vertices.
 pub(super) struct Spring {
@@ -9,7 +10,7 @@ pub(super) struct Spring {
     /// At rest, metres.
     pub length: f64,
     /// N/m.
-    stiffness: f64,
+    pub stiffness: f64,
     /// Compliance over the square of the step, 1/kg.
     softness: f64,
 }
@@ -38,23 +39,60 @@ pub(super) fn springs_of(layer: &ClothLayer, step_secs: f64) -> Vec<Spring> {
     along.chain(across).collect()
 }
 
+/// A spring per edge, against stretch.
+///
+/// A mesh of equilateral triangles stretches as a sheet of the fabric's resistance does; others nearly so.
+pub(super) fn stretch_springs(rest: &TriMesh, fabric: &Fabric) -> Vec<Spring> {
+    let (points, adjacency) = (rest.points(), Adjacency::prepare(rest));
+    let spring = |&([a, b], faces): &([VertexId; 2], [Option<FaceId>; 2])| {
+        let length = (points[a] - points[b]).norm();
+        let areas: f64 = faces.iter().flatten().map(|&f| rest.face_area(f)).sum();
+        // Slivers are neither strings nor rods.
+        let stiffness = fabric.stretch * (areas / (length * length).max(1e-12)).clamp(0.01, 100.0);
+        Spring { ends: [a.0, b.0], length, stiffness, softness: 0.0 }
+    };
+    adjacency.edges().iter().map(spring).collect()
+}
+
 impl Spring {
+    /// The force on the first end, newtons.
+    pub fn pull(&self, at: &[Point]) -> Vec3 {
+        let [a, b] = self.ends.map(|v| at[v as usize]);
+        let (way, length) = (b - a, (b - a).norm());
+        if length < 1e-9 { Vec3::zeros() } else { way * (self.stiffness * (length - self.length) / length) }
+    }
+
     /// Prepares for steps of another length.
     pub fn set_step(&mut self, step_secs: f64) {
         self.softness = 1.0 / (self.stiffness * step_secs * step_secs);
     }
 
+    /// What it pulled if its force is that of its length: see [`satisfy_with`](Self::satisfy_with).
+    pub fn pulled(&self, at: &[Point]) -> f64 {
+        let [a, b] = self.ends.map(|v| at[v as usize]);
+        ((b - a).norm() - self.length) / self.softness
+    }
+
     /// Moves the two ends towards the rest length, the lighter by more.
     pub fn satisfy(&self, at: &mut [Point], inverse_mass: &[f64]) {
+        self.satisfy_with(at, |v| inverse_mass[v as usize], &mut 0.0);
+    }
+
+    /// The same, with what it pulled before, which its compliance bears (Macklin 2016): over many rounds the spring has its
+    /// stiffness.
+    pub fn satisfy_with(&self, at: &mut [Point], inverse_mass: impl Fn(u32) -> f64, pulled: &mut f64) {
+        let inverse_mass = self.ends.map(inverse_mass);
         let [a, b] = self.ends.map(|v| v as usize);
-        let both = inverse_mass[a] + inverse_mass[b];
+        let both = inverse_mass[0] + inverse_mass[1];
         let d = at[b] - at[a];
         let length = d.norm();
         if both == 0.0 || length < 1e-9 {
             return;
         }
-        let correction = d * ((length - self.length) / (length * (both + self.softness)));
-        at[a] += correction * inverse_mass[a];
-        at[b] -= correction * inverse_mass[b];
+        let more = (length - self.length - self.softness * *pulled) / (both + self.softness);
+        *pulled += more;
+        let correction = d * (more / length);
+        at[a] += correction * inverse_mass[0];
+        at[b] -= correction * inverse_mass[1];
     }
 }

@@ -13,7 +13,7 @@ use crate::stack::on_floor;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-pub(in crate::session::pipeline) const CLOTH: Code = Code::new(Stage::Cloth, 6);
+pub(in crate::session::pipeline) const CLOTH: Code = Code::new(Stage::Cloth, 7);
 
 #[derive(Serialize)]
 pub(in crate::session::pipeline) struct Inputs {
