@@ -218,10 +218,10 @@ impl ConstraintSolver {
             return;
         }
         let least = self.friction * GRAVITY * skin.secs * skin.secs;
-        for v in self.surfaces.body_vertices()..by.len() {
-            let skinned = skin.places[v] - skin.before[v];
-            if (by[v] - skinned).norm() < least {
-                by[v] = skinned;
+        let skinned = skin.places.iter().zip(skin.before).map(|(place, before)| place - before);
+        for (by, skinned) in by.iter_mut().zip(skinned).skip(self.surfaces.body_vertices()) {
+            if (*by - skinned).norm() < least {
+                *by = skinned;
             }
         }
     }

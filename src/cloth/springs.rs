@@ -75,7 +75,16 @@ impl Spring {
 
     /// Moves the two ends towards the rest length, the lighter by more.
     pub fn satisfy(&self, at: &mut [Point], inverse_mass: &[f64]) {
-        self.satisfy_with(at, |v| inverse_mass[v as usize], &mut 0.0);
+        let [a, b] = self.ends.map(|v| v as usize);
+        let both = inverse_mass[a] + inverse_mass[b];
+        let d = at[b] - at[a];
+        let length = d.norm();
+        if both == 0.0 || length < 1e-9 {
+            return;
+        }
+        let correction = d * ((length - self.length) / (length * (both + self.softness)));
+        at[a] += correction * inverse_mass[a];
+        at[b] -= correction * inverse_mass[b];
     }
 
     /// The same, with what it pulled before, which its compliance bears (Macklin 2016): over many rounds the spring has its
