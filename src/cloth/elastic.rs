@@ -229,7 +229,6 @@ mod tests {
         let at = at_rest(&mesh, &fabric, Vec3::new(0.0, -GRAVITY, 0.0), |p| p.y > -1e-6);
         let (longer, expected) =
             (-lowest(&at) - length, fabric.density * GRAVITY * length * length / (2.0 * fabric.stretch));
-        println!("{longer} {expected}");
         assert!((longer / expected - 1.0).abs() < 0.05, "{longer} m, expected {expected} m");
     }
 
@@ -246,7 +245,6 @@ mod tests {
             // The strip is held up to the middle of the second row of cells, whose hinge bends.
             let length = (f64::from(rows) - 0.5) * height;
             let expected = 0.05 * fabric.density * GRAVITY * length.powi(4) / (8.0 * bending);
-            println!("{sinks} {expected}");
             assert!((sinks / expected - 1.0).abs() < 0.2, "{sinks} m, expected {expected} m");
         }
     }
