@@ -6,7 +6,7 @@ use super::crossing_free::surfaces::Surfaces;
 use super::crossing_free::swept_tree::SweptTree;
 use super::elastic::Elastic;
 use super::skin_step::{GRAVITY, SkinStep};
-use super::springs::Spring;
+use super::springs::{Spring, satisfy_all};
 use crate::geometry::{Point, Vec3};
 use crate::numerics::NumericsError;
 use rayon::prelude::*;
@@ -40,14 +40,19 @@ const FLOWN: f64 = 5.0;
 /// Greatest correction that is expected again in the next step, metres.
 const EXPECTED: f64 = 3e-3;
 
+/// What holds each layer of cloth together: stretch and bending.
+pub(super) enum Forces {
+    /// Distance constraints; indices within the layer.
+    Springs(Vec<Vec<Spring>>),
+    /// A balance of all forces before the constraints.
+    Balanced(Vec<Elastic>),
+}
+
 /// Surfaces in motion: positions, velocities, constraints.
 pub(super) struct ConstraintSolver {
     pub surfaces: Surfaces,
     pub tree: SweptTree,
-    /// Springs of each layer of cloth; indices within the layer.
-    pub springs: Vec<Vec<Spring>>,
-    /// What balances stretch and bending of each layer of cloth before the constraints; empty without it.
-    pub elastic: Vec<Elastic>,
+    forces: Forces,
     /// 1/kg.
     pub inverse_mass: Vec<f64>,
     /// Angular frequency of the pull to the place of each vertex, 1/s.
@@ -72,7 +77,7 @@ impl ConstraintSolver {
     /// it gives way only where cloth cannot.
     pub fn new(
         surfaces: Surfaces,
-        springs: Vec<Vec<Spring>>,
+        forces: Forces,
         mut inverse_mass: Vec<f64>,
         frequency: Vec<f64>,
         (friction, iterations): (f64, usize),
@@ -89,8 +94,7 @@ impl ConstraintSolver {
         let count = surfaces.rest.len();
         Self {
             tree: SweptTree::prepare(&centers),
-            springs,
-            elastic: Vec::new(),
+            forces,
             inverse_mass,
             frequency,
             damping: 0.0,
@@ -107,8 +111,10 @@ impl ConstraintSolver {
 
     /// Prepares for steps of another length, in seconds.
     pub fn set_step(&mut self, secs: f64) {
-        self.springs.iter_mut().flatten().for_each(|spring| spring.set_step(secs));
-        self.elastic.iter_mut().for_each(|elastic| elastic.set_step(secs));
+        match &mut self.forces {
+            Forces::Springs(layers) => layers.iter_mut().flatten().for_each(|spring| spring.set_step(secs)),
+            Forces::Balanced(layers) => layers.iter_mut().for_each(|elastic| elastic.set_step(secs)),
+        }
     }
 
     /// Moves on by one step.
@@ -206,15 +212,16 @@ impl ConstraintSolver {
         (0..to.len()).map(moved).collect()
     }
 
-    /// Balances stretch, bending and inertia of each layer.
+    /// Balances stretch, bending and inertia of each layer. **Returns** the forces of its springs; none of constraints.
     fn balance(&mut self, to: &mut [Point], secs: f64) -> Result<Vec<Vec<f64>>, NumericsError> {
-        let mut layers = own_parts(to, &self.surfaces).into_iter().zip(&mut self.elastic).collect::<Vec<_>>();
+        let Forces::Balanced(layers) = &mut self.forces else { return Ok(Vec::new()) };
+        let mut layers = own_parts(to, &self.surfaces).into_iter().zip(layers).collect::<Vec<_>>();
         layers.par_iter_mut().map(|(to, elastic)| elastic.balance(to, secs, BALANCE)).collect()
     }
 
     /// Cloth that moves on skin by less than friction holds stays where it is.
     fn hold_still(&self, by: &mut [Vec3], skin: &SkinStep<'_>) {
-        if self.elastic.is_empty() {
+        if let Forces::Springs(_) = self.forces {
             return;
         }
         let least = self.friction * GRAVITY * skin.secs * skin.secs;
@@ -229,17 +236,18 @@ impl ConstraintSolver {
     /// One round of what holds each layer together, the layers at once.
     fn satisfy_springs(&self, to: &mut [Point], borne: &mut [Vec<f64>], secs: f64, backwards: bool) {
         let parts = own_parts(to, &self.surfaces);
-        if !self.elastic.is_empty() {
-            let layers = parts.into_par_iter().zip(&self.elastic).zip(borne);
-            layers.for_each(|((at, elastic), borne)| elastic.relax(at, borne, secs, backwards));
-            return;
+        match &self.forces {
+            Forces::Balanced(layers) => {
+                let layers = parts.into_par_iter().zip(layers).zip(borne);
+                layers.for_each(|((at, elastic), borne)| elastic.relax(at, borne, secs, backwards));
+            }
+            Forces::Springs(layers) => {
+                let layers = parts.into_par_iter().zip(self.surfaces.cloth()).zip(layers);
+                layers.for_each(|((at, range), springs)| {
+                    satisfy_all(springs, at, &self.inverse_mass[range.clone()], backwards);
+                });
+            }
         }
-        let layers = parts.into_par_iter().zip(self.surfaces.cloth()).zip(&self.springs);
-        layers.for_each(|((at, range), springs)| {
-            let inverse_mass = &self.inverse_mass[range.clone()];
-            let satisfy = |spring: &Spring| spring.satisfy(at, inverse_mass);
-            if backwards { springs.iter().rev().for_each(satisfy) } else { springs.iter().for_each(satisfy) }
-        });
     }
 
     /// Moves the vertices of a pair apart to its gap, the lighter by more, and slows their sliding.

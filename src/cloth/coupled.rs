@@ -2,7 +2,7 @@
 //! layers cross.
 
 use super::cloth_params::ClothParams;
-use super::constraint_solver::ConstraintSolver;
+use super::constraint_solver::{ConstraintSolver, Forces};
 use super::crossing_free::surfaces::Surfaces;
 use super::draft::Draft;
 use super::elastic::Elastic;
@@ -75,22 +75,25 @@ impl<'a> Simulation<'a> {
         let rounded = |mesh: &TriMesh| mesh.map_points(|p| p.map(|x| f64::from(x as f32)));
         let meshes: Vec<TriMesh> = figure.layers.iter().map(|layer| rounded(&layer.mesh)).collect();
         let surfaces = Surfaces::of(&meshes.iter().collect::<Vec<_>>());
-        let (mut springs, mut elastic, mut fabrics, mut inverse_mass) =
-            (Vec::new(), Vec::new(), Vec::new(), vec![0.0; surfaces.rest.len()]);
+        let (mut springs, mut elastic, mut fabrics) = (Vec::new(), Vec::new(), Vec::new());
+        let mut inverse_mass = vec![0.0; surfaces.rest.len()];
         for (k, (layer, mesh)) in figure.layers.iter().zip(&meshes).enumerate().skip(1) {
             let fabric = fabric_named(layer.fabric.as_deref().unwrap_or(UNKNOWN_FABRIC))?;
             let areas = mesh.vertex_areas();
             for (v, area) in surfaces.vertices[k].clone().zip(areas.iter()) {
                 inverse_mass[v] = 1.0 / (area * fabric.density).max(1e-6);
             }
-            let pinned = PerVertex::filled(false, mesh.vertex_count());
-            if solver == ClothSolver::Constraints {
-                let mass = inverse_mass[surfaces.vertices[k].clone()].iter().map(|w| 1.0 / w).collect();
-                elastic.push(Elastic::of(mesh, &fabric, mass, frequencies(layer, params, mode)));
-            } else {
-                springs.push(springs_of(&ClothLayer { rest: mesh.clone(), pinned, fabric }, 1.0));
+            match solver {
+                ClothSolver::Constraints => {
+                    let mass = inverse_mass[surfaces.vertices[k].clone()].iter().map(|w| 1.0 / w).collect();
+                    elastic.push(Elastic::of(mesh, &fabric, mass, frequencies(layer, params, mode)));
+                }
+                ClothSolver::MassSpring => fabrics.push(fabric),
+                ClothSolver::Draft => {
+                    let pinned = PerVertex::filled(false, mesh.vertex_count());
+                    springs.push(springs_of(&ClothLayer { rest: mesh.clone(), pinned, fabric }, 1.0));
+                }
             }
-            fabrics.push(fabric);
         }
         let physics = match solver {
             ClothSolver::Constraints => Physics::Constraints,
@@ -98,13 +101,13 @@ impl<'a> Simulation<'a> {
                 let layers = MassSpringLayers::prepare(&meshes, fabrics, &surfaces.vertices, &inverse_mass);
                 Physics::MassSpring(Box::new(layers))
             }
-            ClothSolver::Draft => Physics::Draft(Draft::prepare(&meshes, &surfaces)),
+            ClothSolver::Draft => Physics::Draft(Draft::prepare(&meshes, &surfaces, springs)),
         };
         let frequency = figure.layers.iter().flat_map(|layer| frequencies(layer, params, mode)).collect();
+        let forces = Forces::Balanced(elastic);
         let mut solver =
-            ConstraintSolver::new(surfaces, springs, inverse_mass, frequency, (FRICTION, ITERATIONS), BODY_SHARE);
+            ConstraintSolver::new(surfaces, forces, inverse_mass, frequency, (FRICTION, ITERATIONS), BODY_SHARE);
         solver.damping = params.damping;
-        solver.elastic = elastic;
         Ok(Self { figure, skinning, solver, physics, last: None })
     }
 
@@ -149,12 +152,11 @@ impl<'a> Simulation<'a> {
         for step in 1..=steps as usize {
             let (places, carried) = self.places(&from.toward(to, step as f64 / steps));
             let skin = SkinStep { before: &before, places: &places, carried: &carried, secs: step_secs };
-            match &mut self.physics {
-                Physics::Constraints | Physics::Draft(_) => self.solver.step(&skin)?,
-                Physics::MassSpring(layers) => {
-                    let ConstraintSolver { at, velocity, frequency, damping, surfaces, .. } = &mut self.solver;
-                    layers.step(Moving { at, velocity, frequency, damping: *damping }, &surfaces.vertices, &skin);
-                }
+            if let Physics::MassSpring(layers) = &mut self.physics {
+                let ConstraintSolver { at, velocity, frequency, damping, surfaces, .. } = &mut self.solver;
+                layers.step(Moving { at, velocity, frequency, damping: *damping }, &surfaces.vertices, &skin);
+            } else {
+                self.solver.step(&skin)?;
             }
             before = places;
         }
@@ -192,7 +194,7 @@ impl<'a> Simulation<'a> {
         let Physics::Draft(draft) = &mut self.physics else { return };
         draft.follow(&self.solver);
         let step_secs = secs / DRAFT_STEPS as f64;
-        self.solver.set_step(step_secs);
+        draft.set_step(step_secs);
         let mut before = begin.clone();
         for step in 1..=DRAFT_STEPS {
             let share = step as f64 / DRAFT_STEPS as f64;

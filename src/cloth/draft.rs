@@ -4,6 +4,7 @@
 use super::constraint_solver::{ConstraintSolver, shortened};
 use super::crossing_free::surfaces::Surfaces;
 use super::skin_step::SkinStep;
+use super::springs::{Spring, satisfy_all};
 use crate::geometry::{Point, SurfaceIndex, TriMesh, Vec3, closest_on_triangle};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -21,8 +22,10 @@ const HOPS: usize = 6;
 /// Rounds of all constraints per step.
 const ITERATIONS: usize = 4;
 
-/// What the layers of cloth touch.
+/// What the layers of cloth touch, and what holds them together.
 pub(super) struct Draft {
+    /// Of each layer of cloth; indices within the layer.
+    springs: Vec<Vec<Spring>>,
     /// For each layer of cloth, what its vertices rest on: one per vertex.
     beneath: Vec<Vec<Contact>>,
     /// For each layer of cloth, the vertices of other layers whose nearest surface above is this one.
@@ -55,7 +58,7 @@ struct Plane {
 
 impl Draft {
     /// **Shapes** `meshes`: one per layer in the bind pose, the body first, as in `surfaces`.
-    pub fn prepare(meshes: &[TriMesh], surfaces: &Surfaces) -> Self {
+    pub fn prepare(meshes: &[TriMesh], surfaces: &Surfaces, springs: Vec<Vec<Spring>>) -> Self {
         let mut faces_of_side = vec![[None; 2]; surfaces.edges.len()];
         for (f, sides) in surfaces.sides.iter().enumerate() {
             for &side in sides {
@@ -91,14 +94,19 @@ impl Draft {
             }
         }
         covered.remove(0);
-        Self { beneath, covered, beyond: surfaces.sides.iter().enumerate().map(beyond).collect() }
+        Self { springs, beneath, covered, beyond: surfaces.sides.iter().enumerate().map(beyond).collect() }
     }
 
     /// Follows the nearest faces: once per frame.
     pub fn follow(&mut self, solver: &ConstraintSolver) {
-        let Self { beneath, covered, beyond } = self;
+        let Self { beneath, covered, beyond, .. } = self;
         let contacts = beneath.par_iter_mut().chain(covered.par_iter_mut()).flat_map(|layer| layer.par_iter_mut());
         contacts.filter(|contact| contact.gap.is_finite()).for_each(|contact| contact.follow(solver, beyond));
+    }
+
+    /// Prepares for steps of another length, in seconds.
+    pub fn set_step(&mut self, secs: f64) {
+        self.springs.iter_mut().flatten().for_each(|spring| spring.set_step(secs));
     }
 
     /// Moves on by one step.
@@ -130,14 +138,9 @@ impl Draft {
         let beneath: Vec<Option<Plane>> = self.beneath[k].iter().map(|contact| plane(contact, 1.0)).collect();
         let covered: Vec<(&Contact, Plane)> =
             self.covered[k].iter().filter_map(|contact| Some((contact, plane(contact, -1.0)?))).collect();
-        let (at, springs) = (&solver.at[range.clone()], &solver.springs[k]);
-        let inverse_mass = &solver.inverse_mass[range.clone()];
+        let (at, inverse_mass) = (&solver.at[range.clone()], &solver.inverse_mass[range.clone()]);
         for round in 0..ITERATIONS {
-            if round % 2 == 1 {
-                springs.iter().rev().for_each(|spring| spring.satisfy(to, inverse_mass));
-            } else {
-                springs.iter().for_each(|spring| spring.satisfy(to, inverse_mass));
-            }
+            satisfy_all(&self.springs[k], to, inverse_mass, round % 2 == 1);
             for (contact, plane) in &covered {
                 let corners = solver.surfaces.faces[contact.face as usize].map(|v| v as usize - range.start);
                 let each = || corners.into_iter().zip(contact.weights);

@@ -1,6 +1,6 @@
 //! Cloth around a body that grows inside it and then moves: how a garment is put on without anything that crosses.
 
-use super::constraint_solver::ConstraintSolver;
+use super::constraint_solver::{ConstraintSolver, Forces};
 use super::crossing_free::surfaces::Surfaces;
 use super::error::ClothError;
 use super::layer::ClothLayer;
@@ -80,10 +80,9 @@ pub fn put_on(
     for (v, area) in cloth.rest.vertex_areas().iter().enumerate() {
         inverse_mass[body + v] = 1.0 / (area * cloth.fabric.density).max(1e-6);
     }
-    let springs = vec![springs_of(cloth, 1.0)];
     let mut solver = ConstraintSolver::new(
         surfaces,
-        springs,
+        Forces::Springs(vec![springs_of(cloth, 1.0)]),
         inverse_mass,
         vec![0.0; count],
         (cloth.fabric.friction, ITERATIONS),

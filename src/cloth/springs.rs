@@ -54,6 +54,12 @@ pub(super) fn stretch_springs(rest: &TriMesh, fabric: &Fabric) -> Vec<Spring> {
     adjacency.edges().iter().map(spring).collect()
 }
 
+/// A round of the constraints of a layer, in their order or backwards.
+pub(super) fn satisfy_all(springs: &[Spring], at: &mut [Point], inverse_mass: &[f64], backwards: bool) {
+    let satisfy = |spring: &Spring| spring.satisfy(at, inverse_mass);
+    if backwards { springs.iter().rev().for_each(satisfy) } else { springs.iter().for_each(satisfy) }
+}
+
 impl Spring {
     /// The force on the first end, newtons.
     pub fn pull(&self, at: &[Point]) -> Vec3 {
