@@ -39,8 +39,8 @@ pub(super) struct AnimateArgs {
     /// Compute cloth fast enough to watch, twenty times as fast: layers may cross, and nobody looks whether they do
     #[arg(long, conflicts_with = "solver")]
     draft: bool,
-    /// What computes cloth physics: constraints, or mass–spring with Runge–Kutta steps, where layers may cross, and which small
-    /// triangles, as scanned garments have them, make useless
+    /// What computes cloth physics: constraints, or mass–spring with Runge–Kutta steps, where layers may cross, and which refuses
+    /// small triangles, as scanned garments have them
     #[arg(long, value_parser = solver, value_name = "xpbd|rk4")]
     solver: Option<ClothSolver>,
     /// Simulate a layer as if it were of another fabric, as in jeans=denim; may be given several times

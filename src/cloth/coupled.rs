@@ -64,7 +64,7 @@ type Places = (Vec<Point>, Vec<Vec3>);
 impl<'a> Simulation<'a> {
     /// The figure in the bind pose.
     ///
-    /// **Errors** an unknown fabric.
+    /// **Errors** an unknown fabric; triangles that are too small for mass–spring steps.
     pub fn prepare(
         figure: &'a Figure,
         skinning: Skinning,
@@ -99,6 +99,9 @@ impl<'a> Simulation<'a> {
             ClothSolver::Constraints => Physics::Constraints,
             ClothSolver::MassSpring => {
                 let layers = MassSpringLayers::prepare(&meshes, fabrics, &surfaces.vertices, &inverse_mass);
+                if let Some((cloth, share)) = layers.too_fine() {
+                    return Err(ClothError::TooFine { layer: figure.layers[1 + cloth].name.clone(), share });
+                }
                 Physics::MassSpring(Box::new(layers))
             }
             ClothSolver::Draft => Physics::Draft(Draft::prepare(&meshes, &surfaces, springs)),

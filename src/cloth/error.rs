@@ -39,6 +39,14 @@ pub enum ClothError {
         /// Which, and those that are known.
         what: String,
     },
+    /// Mass–spring cloth whose triangles are so small that its steps leave its springs no stiffness.
+    #[error("{layer}: its triangles are too small for mass–spring steps, half of its springs would keep less than {:.0} % of their fabric's stiffness", share * 100.0)]
+    TooFine {
+        /// Which layer.
+        layer: String,
+        /// What the median spring would keep.
+        share: f64,
+    },
     /// A layer whose shape cannot be computed with.
     #[error("a layer of cloth is broken: {0}")]
     Matrix(#[from] crate::numerics::NumericsError),
@@ -56,6 +64,10 @@ impl ClothError {
             Self::Crossing { .. } => {
                 Some("`overcoat status -v` names the layers; --mode lbs moves them without cloth".into())
             }
+            Self::TooFine { .. } => Some(
+                "rk4 is for garments of even triangles of 15 mm and more; the solver xpbd, the default, moves any"
+                    .into(),
+            ),
             Self::UnknownFabric { .. } | Self::Parameter(_) | Self::Matrix(_) => None,
             Self::BadFabric { .. } => Some("density, stretch and bending must be greater than 0".into()),
         }

@@ -45,7 +45,8 @@ pub(in crate::cloth) struct MassSpring {
     hinges: Vec<Hinge>,
     /// 1/kg; 0 where a vertex is held.
     inverse_mass: Vec<f64>,
-    /// Least share of the fabric's stiffness that a spring has.
+    /// Share of the fabric's stiffness that the median spring along an edge has, and least share of any spring.
+    pub median_share: f64,
     pub least_share: f64,
 }
 
@@ -78,7 +79,7 @@ impl MassSpring {
                 most_lever: LEVER_LIMIT * lever_of(&gradient),
             });
         }
-        let mut cloth = Self { ties, hinges, inverse_mass: inverse_mass.to_vec(), least_share: 1.0 };
+        let mut cloth = Self { ties, hinges, inverse_mass: inverse_mass.to_vec(), median_share: 1.0, least_share: 1.0 };
         cloth.soften(points, step_secs);
         cloth
     }
@@ -94,13 +95,17 @@ impl MassSpring {
             tie.ends.iter().for_each(|&v| load[v] += 2.0 * tie.stiffness * self.inverse_mass[v]);
         }
         let share = share_of(&load, STRETCH_LIMIT);
+        let mut shares = Vec::new();
         for tie in &mut self.ties {
             let least = tie.ends.iter().map(|&v| share[v]).fold(1.0, f64::min);
+            shares.push(least);
             tie.stiffness *= least;
             self.least_share = self.least_share.min(least);
             let both: f64 = tie.ends.iter().map(|&v| self.inverse_mass[v]).sum();
             tie.damping = 2.0 * DAMPING * (tie.stiffness / both.max(1e-9)).sqrt();
         }
+        shares.sort_by(f64::total_cmp);
+        self.median_share = shares.get(shares.len() / 2).copied().unwrap_or(1.0);
         let gradient = |hinge: &Hinge| bend_of(&hinge.vertices.map(|v| points[v])).map(|(_, gradient)| gradient);
         let mut load = vec![0.0; self.inverse_mass.len()];
         for hinge in &self.hinges {
