@@ -5,7 +5,7 @@
 mod processor;
 
 use overcoat::body::{Figure, Skinning};
-use overcoat::cloth::{ClothMode, ClothParams, ClothSolver, ClothTrack, simulate};
+use overcoat::cloth::{ClothFrame, ClothMode, ClothParams, ClothSolver, ClothTrack, simulate};
 use overcoat::motion::{FrameRange, MotionParams, PoseTrack, built_in_clip, follow};
 use overcoat::session::Session;
 use processor::processor_secs;
@@ -62,8 +62,8 @@ fn measure(name: &str, figure: &Figure, clip: &str, range: Option<FrameRange>, s
     let (mut began, mut times) = (Instant::now(), Vec::new());
     let processor = processor_secs();
     let mut processor_moving = 0.0;
-    let mut on_frame = |frame: usize, _: &[_]| {
-        if frame > 0 && frame < moving {
+    let mut on_frame = |frame: &ClothFrame<'_>| {
+        if frame.number > 0 && frame.number < moving {
             times.push(began.elapsed().as_secs_f64() * 1e3);
             processor_moving = processor_secs() - processor;
         }
@@ -71,7 +71,7 @@ fn measure(name: &str, figure: &Figure, clip: &str, range: Option<FrameRange>, s
     };
     let (mode, params) = (ClothMode::Coupled, ClothParams::default());
     let (cloth, report) =
-        simulate(figure, Skinning::Linear, &track, &params, (mode, solver), &mut on_frame).expect("cloth");
+        simulate(figure, Skinning::Linear, &track, &params, (mode, solver), None, &mut on_frame).expect("cloth");
     times.sort_by(f64::total_cmp);
     let at = |share: f64| times[(times.len() as f64 * share) as usize];
     let crossing = report.crossing_pairs.map_or("not counted".into(), |pairs| pairs.to_string());

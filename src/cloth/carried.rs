@@ -26,7 +26,7 @@ pub fn carried(figure: &Figure, pose: &Pose) -> Result<Vec<TriMesh>, ClothError>
     let poses: Vec<Pose> = way.chain(std::iter::repeat_n(pose.clone(), RESTING)).collect();
     let track = PoseTrack { fps: FPS, lead: 0, poses };
     let how = (ClothMode::Coupled, ClothSolver::Constraints);
-    let (cloth, _) = simulate(figure, Skinning::Linear, &track, &ClothParams::default(), how, &mut |_, _| {})?;
+    let (cloth, _) = simulate(figure, Skinning::Linear, &track, &ClothParams::default(), how, None, &mut |_| {})?;
     let layers = cloth.layers_in(track.poses.len() - 1);
     Ok(figure.layers.iter().zip(layers).map(|(layer, points)| layer.mesh.with_points(points.0)).collect())
 }

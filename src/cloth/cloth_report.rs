@@ -6,9 +6,10 @@ use super::crossing_free::swept_tree::SweptTree;
 use super::mode::ClothSolver;
 use crate::geometry::{Point, triangles_cross};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// What is known about a simulation.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ClothReport {
     /// Pairs of crossing faces, over all frames: between layers, with the body, and within each; counted on the `f32`
     /// positions of each frame. 0 for coupled cloth and for physics by constraints, unless the program has a fault; not counted
@@ -35,6 +36,7 @@ pub struct ClothReport {
 }
 
 /// Collects a report over the frames.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Reporter {
     report: ClothReport,
     squares: f64,

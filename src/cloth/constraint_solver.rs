@@ -10,6 +10,8 @@ use super::springs::{Spring, satisfy_all};
 use crate::geometry::{Point, Vec3};
 use crate::numerics::NumericsError;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::time::{Duration, Instant};
 
 /// Distance in metres from which contact acts, and the gap that it keeps where layers were farther apart at rest.
 const REACH: f64 = 0.8e-3;
@@ -65,11 +67,27 @@ pub(super) struct ConstraintSolver {
     pub iterations: usize,
     pub at: Vec<Point>,
     pub velocity: Vec<Vec3>,
-    /// Share of the pull that is used.
+    memory: StepMemory,
+    /// In balance, search, contact and safe motion, over all steps.
+    pub spent: [Duration; 4],
+}
+
+/// What one step leaves to the next beside positions and velocities.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct StepMemory {
+    /// Share of the pull that is used, by vertex.
     ease: Vec<f64>,
-    /// What the constraints added to the displacement in the last step.
+    /// What the constraints added to the displacement in the last step, by vertex.
     correction: Vec<Vec3>,
-    pub stopped_steps: usize,
+    stopped_steps: usize,
+}
+
+/// All that a simulation needs to go on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct SolverState {
+    at: Vec<Point>,
+    velocity: Vec<Vec3>,
+    memory: StepMemory,
 }
 
 impl ConstraintSolver {
@@ -102,11 +120,24 @@ impl ConstraintSolver {
             iterations,
             at: surfaces.rest.clone(),
             velocity: vec![Vec3::zeros(); count],
-            ease: vec![1.0; count],
-            correction: vec![Vec3::zeros(); count],
-            stopped_steps: 0,
+            memory: StepMemory { ease: vec![1.0; count], correction: vec![Vec3::zeros(); count], stopped_steps: 0 },
+            spent: [Duration::ZERO; 4],
             surfaces,
         }
+    }
+
+    pub fn state(&self) -> SolverState {
+        SolverState { at: self.at.clone(), velocity: self.velocity.clone(), memory: self.memory.clone() }
+    }
+
+    /// Goes on from a state of the same surfaces.
+    pub fn set_state(&mut self, state: SolverState) {
+        SolverState { at: self.at, velocity: self.velocity, memory: self.memory } = state;
+    }
+
+    /// Steps in which everything had to stop.
+    pub fn stopped_steps(&self) -> usize {
+        self.memory.stopped_steps
     }
 
     /// Prepares for steps of another length, in seconds.
@@ -127,9 +158,12 @@ impl ConstraintSolver {
             .map(|v| self.free_motion(v, &(places[v] - before[v]), &places[v], &carried[v], step_secs))
             .collect();
         let mut to: Vec<Point> = self.at.iter().zip(&free).map(|(at, by)| at + by).collect();
+        let mut laps = vec![Instant::now()];
         let borne = self.balance(&mut to, step_secs)?;
+        laps.push(Instant::now());
         let balanced: Vec<Vec3> = to.iter().zip(&self.at).map(|(to, at)| to - at).collect();
-        let mut expected: Vec<Vec3> = balanced.iter().zip(&self.correction).map(|(by, added)| by + added).collect();
+        let mut expected: Vec<Vec3> =
+            balanced.iter().zip(&self.memory.correction).map(|(by, added)| by + added).collect();
         let relative = |v: usize| (expected[v] - (places[v] - before[v])).norm();
         let mut slack: Vec<f64> = (0..count).map(|v| SLACK + SLACK_PER_METRE * relative(v)).collect();
         let search = Search {
@@ -142,17 +176,21 @@ impl ConstraintSolver {
             gap: GAP,
         };
         let mut pairs = search.all();
+        laps.push(Instant::now());
         let mut by = self.solved(&free, &pairs, to, borne, step_secs);
         self.hold_still(&mut by, skin);
+        laps.push(Instant::now());
         let solved = by.clone();
         let step = Step { surfaces: &self.surfaces, tree: &self.tree, at: &self.at, gap: GAP };
         let corrections = step.make_safe(&mut pairs, &mut by, &mut expected, &mut slack);
-        self.stopped_steps += usize::from(corrections.stopped);
+        laps.push(Instant::now());
+        self.spent.iter_mut().zip(laps.windows(2)).for_each(|(sum, lap)| *sum += lap[1] - lap[0]);
+        let StepMemory { ease, correction, stopped_steps } = &mut self.memory;
+        *stopped_steps += usize::from(corrections.stopped);
         for v in 0..count {
             let corrected = (by[v] - solved[v]).norm() > CORRECTION;
-            self.ease[v] =
-                if corrected { (0.5 * self.ease[v]).max(LEAST_EASE) } else { (RECOVERY * self.ease[v]).min(1.0) };
-            self.correction[v] = shortened(by[v] - balanced[v], EXPECTED);
+            ease[v] = if corrected { (0.5 * ease[v]).max(LEAST_EASE) } else { (RECOVERY * ease[v]).min(1.0) };
+            correction[v] = shortened(by[v] - balanced[v], EXPECTED);
             self.velocity[v] = by[v] / step_secs;
             self.at[v] += by[v];
         }
@@ -169,7 +207,7 @@ impl ConstraintSolver {
         let squared = (self.frequency[v] * step_secs).powi(2);
         // An implicit step of the pull also damps the motion relative to the skin.
         let relative = (self.velocity[v] * step_secs - skinned) * ((-self.damping * step_secs).exp() / (1.0 + squared));
-        let most = PULL.max(LEAST_PULL * step_secs * step_secs) * self.ease[v];
+        let most = PULL.max(LEAST_PULL * step_secs * step_secs) * self.memory.ease[v];
         let pull = shortened((offset - relative) * (squared / (1.0 + squared)), most);
         let weight = (Vec3::new(0.0, -GRAVITY, 0.0) - carried) * (step_secs * step_secs / (1.0 + squared));
         skinned + relative + pull + weight

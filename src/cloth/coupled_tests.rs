@@ -70,7 +70,7 @@ fn moved(figure: &Figure, track: &PoseTrack) -> (ClothTrack, ClothReport) {
 }
 
 pub(super) fn moved_by(how: (ClothMode, ClothSolver), figure: &Figure, track: &PoseTrack) -> (ClothTrack, ClothReport) {
-    simulate(figure, Skinning::Linear, track, &ClothParams::default(), how, &mut |_, _| {}).unwrap()
+    simulate(figure, Skinning::Linear, track, &ClothParams::default(), how, None, &mut |_| {}).unwrap()
 }
 
 pub(super) fn crossings(meshes: &[TriMesh]) -> usize {
@@ -185,7 +185,7 @@ fn ten_thousand_frames_of_a_waving_arm_neither_cross_nor_explode() {
 #[test]
 fn layers_that_cross_from_the_start_an_unknown_fabric_and_impossible_parameters_are_refused() {
     let run = |figure: &Figure, params: &ClothParams| {
-        simulate(figure, Skinning::Linear, &bend(10.0), params, COUPLED, &mut |_, _| {}).unwrap_err()
+        simulate(figure, Skinning::Linear, &bend(10.0), params, COUPLED, None, &mut |_| {}).unwrap_err()
     };
     let mut figure = arm(&[0.053]);
     let wild = ClothParams { damping: f64::NAN, ..ClothParams::default() };
@@ -196,4 +196,21 @@ fn layers_that_cross_from_the_start_an_unknown_fabric_and_impossible_parameters_
     // A sleeve beside the arm, through its skin.
     figure.layers[1].mesh = figure.layers[1].mesh.map_points(|p| p + Vec3::x() * 0.02);
     assert!(matches!(run(&figure, &ClothParams::default()), ClothError::Crossing { pairs } if pairs > 10));
+}
+
+#[test]
+fn what_goes_on_from_a_moment_ends_as_what_was_never_stopped() {
+    let (figure, track) = (arm(&[0.052, 0.06]), bend(60.0));
+    let mut begun = Vec::new();
+    let whole = simulate(&figure, Skinning::Linear, &track, &ClothParams::default(), COUPLED, None, &mut |frame| {
+        let moment = postcard::to_stdvec(&frame.moment()).unwrap();
+        begun.push((frame.track.clone(), postcard::from_bytes(&moment).unwrap()));
+    });
+    let at = begun.swap_remove(7);
+    let mut seen = Vec::new();
+    let rest = simulate(&figure, Skinning::Linear, &track, &ClothParams::default(), COUPLED, Some(at), &mut |frame| {
+        seen.push(frame.number);
+    });
+    assert_eq!(seen, (7..16).collect::<Vec<_>>());
+    assert_eq!(rest.unwrap(), whole.unwrap());
 }

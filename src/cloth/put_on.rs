@@ -126,7 +126,8 @@ pub fn put_on(
     }
     let gave_way = solver.at[..body].iter().zip(&before).map(|(at, place)| (at - place).norm()).fold(0.0, f64::max);
     let cloth = solver.at.split_off(body).into();
-    Ok(PutOn { cloth, solids: solver.at, gave_way, stopped_steps: solver.stopped_steps })
+    let stopped_steps = solver.stopped_steps();
+    Ok(PutOn { cloth, solids: solver.at, gave_way, stopped_steps })
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use super::cloth_params::ClothParams;
 use super::cloth_report::{ClothReport, Reporter, crossing_pairs, rounded};
 use super::cloth_track::ClothTrack;
+use super::constraint_solver::SolverState;
 use super::coupled::Simulation;
 use super::error::ClothError;
 use super::mode::{ClothMode, ClothSolver};
@@ -10,7 +11,41 @@ use crate::body::{Figure, Layer, Skinning};
 use crate::geometry::{Adjacency, Point};
 use crate::motion::PoseTrack;
 use crate::parameters::Parameters;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
+use std::time::Duration;
+
+/// A frame of cloth, as soon as it is computed.
+pub struct ClothFrame<'a> {
+    /// Its number.
+    pub number: usize,
+    /// Where every vertex of the figure is, one layer after another, metres.
+    pub at: &'a [Point],
+    /// All frames up to it.
+    pub track: &'a ClothTrack,
+    simulation: &'a Simulation<'a>,
+    reporter: &'a Reporter,
+}
+
+/// All that is needed to go on after a frame, as if nothing had happened in between.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ClothMoment {
+    solver: SolverState,
+    reporter: Reporter,
+}
+
+impl ClothFrame<'_> {
+    /// The moment after the frame.
+    pub fn moment(&self) -> ClothMoment {
+        ClothMoment { solver: self.simulation.solver.state(), reporter: self.reporter.clone() }
+    }
+
+    /// The time spent since the simulation began, or went on: in what, and how long.
+    pub fn spent(&self) -> [(&'static str, Duration); 4] {
+        let [balance, search, contact, safe] = self.simulation.solver.spent;
+        [("balance of forces", balance), ("search for pairs", search), ("contact", contact), ("safe motion", safe)]
+    }
+}
 
 /// Moves the layers of a figure by `track`, from the bind pose on.
 ///
@@ -18,7 +53,9 @@ use std::ops::Range;
 ///
 /// **Frame and units** metres, world, Y up.
 ///
-/// `on_frame` is called with the number of each frame and where every vertex of the figure is.
+/// `begun`: the frames so far and the moment after the last of them, to go on from; for constraints.
+///
+/// `on_frame` is called with each frame.
 ///
 /// **Errors** layers that cross in the bind pose where the constraints start from them, an unknown fabric, a parameter
 /// out of range; see [`ClothError`].
@@ -28,15 +65,17 @@ use std::ops::Range;
 /// not depend on the number of threads.
 ///
 /// **Source** Hu 2017, Eq. 8: as a blend of the vertices, or, coupled, with the skinned place as a compliant constraint of
-/// each vertex. Stretch and bending by projective dynamics (Bouaziz 2014) with XPBD (Macklin 2016) behind it, or by springs and
-/// Runge–Kutta steps (Shi 2020, Eqs. 22–24). The stress that carries a scanned garment's weight in the bind pose turns with the skin, so that it does not sag.
+/// each vertex. Stretch and bending by projective dynamics (Bouaziz 2014) with XPBD (Macklin 2016) behind it, or by springs
+/// and Runge–Kutta steps (Shi 2020, Eqs. 22–24). The stress that carries a scanned garment's weight in the bind pose turns
+/// with the skin, so that it does not sag.
 pub fn simulate(
     figure: &Figure,
     skinning: Skinning,
     track: &PoseTrack,
     params: &ClothParams,
     (mode, solver): (ClothMode, ClothSolver),
-    on_frame: &mut dyn FnMut(usize, &[Point]),
+    begun: Option<(ClothTrack, ClothMoment)>,
+    on_frame: &mut dyn FnMut(&ClothFrame<'_>),
 ) -> Result<(ClothTrack, ClothReport), ClothError> {
     params.check_values()?;
     let mut simulation = Simulation::prepare(figure, skinning, params, (mode, solver))?;
@@ -48,10 +87,21 @@ pub fn simulate(
     }
     let vertices = simulation.solver.surfaces.vertices.iter().map(|range| range.len() as u32).collect();
     let mut result = ClothTrack { vertices, frames: vec![rounded(&simulation.solver.at)] };
-    on_frame(0, &simulation.solver.at);
     let mut reporter = Reporter::new(solver, hems(figure, &simulation.solver.surfaces.vertices));
+    if let Some((frames, moment)) = begun {
+        simulation.solver.set_state(moment.solver);
+        (result, reporter) = (frames, moment.reporter);
+    }
+    let first = result.frames.len() - 1;
+    on_frame(&ClothFrame {
+        number: first,
+        at: &simulation.solver.at,
+        track: &result,
+        simulation: &simulation,
+        reporter: &reporter,
+    });
     let weights = physics_weights(figure);
-    for (k, poses) in track.poses.windows(2).enumerate() {
+    for (k, poses) in track.poses.windows(2).enumerate().skip(first) {
         if mode.is_simulated() {
             simulation.frame(&poses[0], &poses[1], track.fps)?;
         }
@@ -68,9 +118,9 @@ pub fn simulate(
         };
         reporter.add(k + 1, &simulation.solver.surfaces, &simulation.solver.tree, at, &places);
         result.frames.push(rounded(at));
-        on_frame(k + 1, at);
+        on_frame(&ClothFrame { number: k + 1, at, track: &result, simulation: &simulation, reporter: &reporter });
     }
-    Ok((result, reporter.finish(simulation.solver.stopped_steps, simulation.least_stiffness())))
+    Ok((result, reporter.finish(simulation.solver.stopped_steps(), simulation.least_stiffness())))
 }
 
 /// The boundary loops of cloth, of all layers together.

@@ -35,6 +35,11 @@ impl Derived {
         if is_sound { postcard::from_bytes(content).ok() } else { None }
     }
 
+    /// Removes what is kept under a name. **Returns** whether there was something.
+    pub fn remove(&self, name: &str) -> bool {
+        std::fs::remove_file(self.folder.join(name)).is_ok()
+    }
+
     /// Keeps a value under a name, in place of an earlier one. A value that cannot be kept is only derived again.
     pub fn keep<T: Serialize>(&self, name: &str, inputs: ContentHash, value: &T) {
         let Ok(content) = postcard::to_stdvec(value) else { return };

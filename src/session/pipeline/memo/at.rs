@@ -25,6 +25,10 @@ impl Code {
     pub const fn new(stage: Stage, version: u32) -> Self {
         Self { stage, version }
     }
+
+    pub fn version(self) -> u32 {
+        self.version
+    }
 }
 
 /// Why a stage failed; [`At`] adds where.
