@@ -17,6 +17,8 @@ pub struct Adjacency {
     edges: Vec<([VertexId; 2], [Option<FaceId>; 2])>,
     face_neighbours: PerFace<[Option<FaceId>; 3]>,
     boundary: Vec<[VertexId; 2]>,
+    /// Sides without an opposite one of edges of two and more faces.
+    unmatched: Vec<[VertexId; 2]>,
 }
 
 impl Adjacency {
@@ -70,6 +72,7 @@ impl Adjacency {
         const NONE: u32 = u32::MAX;
         let mut first_of = vec![0u32; half_edge_count];
         let mut second_of_first = vec![NONE; half_edge_count];
+        let mut unmatched = Vec::new();
         for v in 0..vertex_count {
             let bucket = &mut by_lower[bucket_start[v] as usize..bucket_start[v + 1] as usize];
             bucket.sort_unstable();
@@ -78,6 +81,14 @@ impl Adjacency {
                 group.iter().for_each(|&(_, h)| first_of[h as usize] = first);
                 if let Some(second) = group.get(1) {
                     second_of_first[first as usize] = second.1;
+                    let ends = half_edge(first as usize);
+                    if ends[0] == ends[1] {
+                        continue;
+                    }
+                    let along = group.iter().filter(|&&(_, h)| half_edge(h as usize) == ends).count();
+                    let against = group.len() - along;
+                    let side = if along > against { ends } else { [ends[1], ends[0]] };
+                    unmatched.extend(std::iter::repeat_n(side, along.abs_diff(against)));
                 }
             }
         }
@@ -128,7 +139,16 @@ impl Adjacency {
         for v in 0..vertex_count {
             neighbours[neighbours_start[v] as usize..neighbours_start[v + 1] as usize].sort_unstable();
         }
-        Self { vertex_faces_start: start, vertex_faces, neighbours_start, neighbours, edges, face_neighbours, boundary }
+        Self {
+            vertex_faces_start: start,
+            vertex_faces,
+            neighbours_start,
+            neighbours,
+            edges,
+            face_neighbours,
+            boundary,
+            unmatched,
+        }
     }
 
     /// Stops a walk over a mesh with the adjacency of another, which would take the wrong neighbours silently. Each stage
@@ -196,13 +216,16 @@ impl Adjacency {
     /// Boundary loops, each a closed ring of vertices in the direction of the faces at it, longest count first
     /// (ties by lowest id). Loops that touch in a vertex are separate.
     ///
+    /// **Guarantees** they are closed whatever the mesh: where three faces share an edge, one of its sides belongs to a loop.
+    ///
     /// **Shapes** one list of vertices per loop, without repetition of the first.
     pub fn boundary_loops(&self) -> Vec<Vec<VertexId>> {
         let mut next: HashMap<VertexId, Vec<VertexId>> = HashMap::new();
-        for &[a, b] in &self.boundary {
+        let sides = || self.boundary.iter().chain(&self.unmatched);
+        for &[a, b] in sides() {
             next.entry(a).or_default().push(b);
         }
-        let mut starts: Vec<VertexId> = self.boundary.iter().map(|e| e[0]).collect();
+        let mut starts: Vec<VertexId> = sides().map(|e| e[0]).collect();
         starts.sort_unstable();
         let mut loops = Vec::new();
         for start in starts {
@@ -211,10 +234,8 @@ impl Adjacency {
                 let mut at = first;
                 while at != start {
                     ring.push(at);
-                    match next.get_mut(&at).and_then(Vec::pop) {
-                        Some(to) => at = to,
-                        None => break,
-                    }
+                    // As many sides lead to a vertex as from it: those of each face do, and opposite ones cancel out.
+                    at = next.get_mut(&at).and_then(Vec::pop).expect("a way on from each vertex but the start");
                 }
                 loops.push(ring);
             }
@@ -299,6 +320,33 @@ mod tests {
         assert_eq!(adjacency.edges()[0], ([VertexId(0), VertexId(1)], [Some(FaceId(0)), Some(FaceId(1))]));
         assert_eq!(adjacency.faces_of(VertexId(1)), &[FaceId(0), FaceId(1), FaceId(2)]);
         assert_eq!(adjacency.neighbours_of(VertexId(2)), &[VertexId(0), VertexId(1), VertexId(4)]);
+    }
+
+    #[test]
+    fn loops_are_closed_and_are_what_is_left_of_the_sides_whatever_the_faces() {
+        // Any faces over a few vertices: edges of many faces, faces that face opposite ways, repeated corners.
+        let mut seed = 1u64;
+        let mut chance = |below: u64| {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            ((seed >> 33) % below) as u32
+        };
+        for _ in 0..200 {
+            let count = 1 + chance(30);
+            let faces: Vec<[u32; 3]> = (0..count).map(|_| [chance(8), chance(8), chance(8)]).collect();
+            let points = (0..8).map(|i| Point::new(f64::from(i), f64::from(i * i), 1.0)).collect();
+            let mesh = TriMesh::try_from_indices(points, &faces).unwrap();
+            let mut left: HashMap<[VertexId; 2], i64> = HashMap::new();
+            let mut add = |a: VertexId, b: VertexId, by: i64| {
+                *left.entry([a.min(b), a.max(b)]).or_default() += if a < b { by } else { -by };
+            };
+            for f in mesh.faces().iter() {
+                (0..3).filter(|&k| f[k] != f[(k + 1) % 3]).for_each(|k| add(f[k], f[(k + 1) % 3], 1));
+            }
+            for ring in Adjacency::prepare(&mesh).boundary_loops() {
+                (0..ring.len()).for_each(|k| add(ring[k], ring[(k + 1) % ring.len()], -1));
+            }
+            assert!(left.values().all(|&count| count == 0), "{faces:?}");
+        }
     }
 
     #[test]

@@ -18,7 +18,7 @@ use serde_json::json;
 use std::path::Path;
 use std::time::Instant;
 
-pub(in crate::session::pipeline) const SCAN: Code = Code::new(Stage::Scan, 5);
+pub(in crate::session::pipeline) const SCAN: Code = Code::new(Stage::Scan, 6);
 
 #[derive(Serialize)]
 pub(in crate::session) struct Inputs {
