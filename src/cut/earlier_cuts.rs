@@ -4,14 +4,15 @@ use super::along_body::BodyIndex;
 use super::body_below::BodyBelow;
 use super::color_evidence::ColorEvidence;
 use super::fillings::Fillings;
-use crate::geometry::{Adjacency, MeshError, NearestVertex, PerVertex, Point, TriMesh, Vec3, VertexId};
+use crate::geometry::{Adjacency, MeshError, NearestVertex, PerVertex, Point, TriMesh, Vec3, VertexId, manifold_part};
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 /// What is kept of the cuts of one scan.
 #[derive(Default)]
 pub struct EarlierCuts {
     pub(super) fillings: Fillings,
+    without_fins: OnceLock<Option<(TriMesh, Adjacency)>>,
     body: Mutex<Option<Arc<BodyIndex>>>,
     surface: Mutex<Option<Arc<FilledSurface>>>,
 }
@@ -38,6 +39,24 @@ impl EarlierCuts {
             Some(kept) => kept.clone(),
             None => kept.insert(Arc::new(BodyIndex::prepare(body))).clone(),
         }
+    }
+
+    /// The scan without faces at edges of more than two, and its adjacency; `None` if it has no such edge. All vertices stay.
+    ///
+    /// A hole beside a fin has its border in two loops, of which one is no hole.
+    pub(super) fn without_fins(&self, scan: &TriMesh) -> Option<&(TriMesh, Adjacency)> {
+        let found = self.without_fins.get_or_init(|| {
+            let keep = manifold_part(scan);
+            if keep.iter().all(|&kept| kept) {
+                return None;
+            }
+            let faces: Vec<[VertexId; 3]> =
+                scan.faces().enumerate().filter(|(f, _)| keep[*f]).map(|(_, face)| *face).collect();
+            let mesh = TriMesh::try_new(scan.points().0.clone(), faces).expect("faces of a mesh over its points");
+            let adjacency = Adjacency::prepare(&mesh);
+            Some((mesh, adjacency))
+        });
+        found.as_ref()
     }
 
     /// The surface of these points and faces.

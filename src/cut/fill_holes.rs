@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// A scan without its small holes near the garment. The scan's own vertices come first, unmoved.
+/// A scan without its small holes near the garment, and without fins. The scan's own vertices come first, unmoved.
 ///
 /// **Shapes** colours, labels, `by_hand` and `beside_hole`: one entry per vertex of the surface.
 pub(super) struct FilledScan {
@@ -37,8 +37,11 @@ pub(super) fn filled(
     earlier: &EarlierCuts,
     findings: &mut Vec<String>,
 ) -> Result<FilledScan, CutError> {
-    let mut points = scan.mesh.points().0.clone();
-    let mut faces = scan.mesh.faces().0.clone();
+    let (mesh, around) = match earlier.without_fins(&scan.mesh) {
+        Some((mesh, around)) => (mesh, around),
+        None => (&scan.mesh, around),
+    };
+    let (mut points, mut faces) = (mesh.points().0.clone(), mesh.faces().0.clone());
     let Segmentation { mut labels, mut by_hand, .. } = segmentation.clone();
     let mut colors = scan.colors.clone();
     let continued = segmentation.below_hair.as_ref();
@@ -60,8 +63,7 @@ pub(super) fn filled(
             || hole <= params.greatest_filled_hole
                 && length <= LENGTH_PER_CIRCUMFERENCE * circumference(params.greatest_filled_hole);
         let longest = if is_beside_hair { GREATEST_RING_BESIDE_HAIR } else { GREATEST_RING };
-        let fair =
-            if hole <= GREATEST_ALONG_BODY { earlier.fillings.of(&scan.mesh, around, &ring, longest)? } else { None };
+        let fair = if hole <= GREATEST_ALONG_BODY { earlier.fillings.of(mesh, around, &ring, longest)? } else { None };
         let labelled = ring.iter().filter(|&&v| labels.0[v]).count() as f64 / ring.len() as f64;
         let along_body = match &fair {
             Some(fair) if hole > LEAST_ALONG_BODY && labelled > LEAST_LABELLED => {
