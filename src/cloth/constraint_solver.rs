@@ -68,8 +68,8 @@ pub(super) struct ConstraintSolver {
     pub at: Vec<Point>,
     pub velocity: Vec<Vec3>,
     memory: StepMemory,
-    /// In balance, search, contact and safe motion, over all steps.
-    pub spent: [Duration; 4],
+    /// Time spent on forces, search, contact and correction, over all steps.
+    pub timings: [Duration; 4],
 }
 
 /// What one step leaves to the next beside positions and velocities.
@@ -82,7 +82,7 @@ struct StepMemory {
     stopped_steps: usize,
 }
 
-/// All that a simulation needs to go on.
+/// All that a simulation needs to resume.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct SolverState {
     at: Vec<Point>,
@@ -121,7 +121,7 @@ impl ConstraintSolver {
             at: surfaces.rest.clone(),
             velocity: vec![Vec3::zeros(); count],
             memory: StepMemory { ease: vec![1.0; count], correction: vec![Vec3::zeros(); count], stopped_steps: 0 },
-            spent: [Duration::ZERO; 4],
+            timings: [Duration::ZERO; 4],
             surfaces,
         }
     }
@@ -130,7 +130,7 @@ impl ConstraintSolver {
         SolverState { at: self.at.clone(), velocity: self.velocity.clone(), memory: self.memory.clone() }
     }
 
-    /// Goes on from a state of the same surfaces.
+    /// Resumes from a state of the same surfaces.
     pub fn set_state(&mut self, state: SolverState) {
         SolverState { at: self.at, velocity: self.velocity, memory: self.memory } = state;
     }
@@ -184,7 +184,7 @@ impl ConstraintSolver {
         let step = Step { surfaces: &self.surfaces, tree: &self.tree, at: &self.at, gap: GAP };
         let corrections = step.make_safe(&mut pairs, &mut by, &mut expected, &mut slack);
         laps.push(Instant::now());
-        self.spent.iter_mut().zip(laps.windows(2)).for_each(|(sum, lap)| *sum += lap[1] - lap[0]);
+        self.timings.iter_mut().zip(laps.windows(2)).for_each(|(sum, lap)| *sum += lap[1] - lap[0]);
         let StepMemory { ease, correction, stopped_steps } = &mut self.memory;
         *stopped_steps += usize::from(corrections.stopped);
         for v in 0..count {

@@ -199,17 +199,17 @@ fn layers_that_cross_from_the_start_an_unknown_fabric_and_impossible_parameters_
 }
 
 #[test]
-fn what_goes_on_from_a_moment_ends_as_what_was_never_stopped() {
+fn a_simulation_resumed_from_a_checkpoint_ends_as_one_never_stopped() {
     let (figure, track) = (arm(&[0.052, 0.06]), bend(60.0));
-    let mut begun = Vec::new();
+    let mut checkpoints = Vec::new();
     let whole = simulate(&figure, Skinning::Linear, &track, &ClothParams::default(), COUPLED, None, &mut |frame| {
-        begun.push((frame.track.clone(), frame.moment()));
+        checkpoints.push((frame.track.clone(), frame.checkpoint()));
     });
-    let at = begun.swap_remove(7);
+    let at = checkpoints.swap_remove(7);
     let mut seen = Vec::new();
     let rest = simulate(&figure, Skinning::Linear, &track, &ClothParams::default(), COUPLED, Some(at), &mut |frame| {
         seen.push(frame.number);
     });
-    assert_eq!(seen, (7..16).collect::<Vec<_>>());
+    assert_eq!(seen, (8..16).collect::<Vec<_>>());
     assert_eq!(rest.unwrap(), whole.unwrap());
 }

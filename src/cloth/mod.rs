@@ -48,4 +48,4 @@ pub use layer::ClothLayer;
 pub use live::LiveCloth;
 pub use mode::{ClothMode, ClothSolver};
 pub use put_on::{BodyStep, PutOn, put_on};
-pub use simulate::{ClothFrame, ClothMoment, simulate};
+pub use simulate::{ClothCheckpoint, ClothFrame, simulate};

@@ -27,23 +27,23 @@ pub struct ClothFrame<'a> {
     reporter: &'a Reporter,
 }
 
-/// All that is needed to go on after a frame, as if nothing had happened in between.
+/// The state of a simulation after a frame. A simulation that resumes from it gives the same bytes as one never stopped.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ClothMoment {
+pub struct ClothCheckpoint {
     solver: SolverState,
     reporter: Reporter,
 }
 
 impl ClothFrame<'_> {
-    /// The moment after the frame.
-    pub fn moment(&self) -> ClothMoment {
-        ClothMoment { solver: self.simulation.solver.state(), reporter: self.reporter.clone() }
+    /// The state after the frame.
+    pub fn checkpoint(&self) -> ClothCheckpoint {
+        ClothCheckpoint { solver: self.simulation.solver.state(), reporter: self.reporter.clone() }
     }
 
-    /// The time spent since the simulation began, or went on: in what, and how long.
-    pub fn spent(&self) -> [(&'static str, Duration); 4] {
-        let [balance, search, contact, safe] = self.simulation.solver.spent;
-        [("balance of forces", balance), ("search for pairs", search), ("contact", contact), ("safe motion", safe)]
+    /// The time spent in each part of the solver since the simulation began or resumed.
+    pub fn timings(&self) -> [(&'static str, Duration); 4] {
+        let [forces, search, contact, correction] = self.simulation.solver.timings;
+        [("forces", forces), ("search for pairs", search), ("contact", contact), ("correction", correction)]
     }
 }
 
@@ -53,9 +53,9 @@ impl ClothFrame<'_> {
 ///
 /// **Frame and units** metres, world, Y up.
 ///
-/// `begun`: the frames so far and the moment after the last of them, to go on from; for constraints.
+/// `resumed`: the frames so far and the checkpoint after the last of them; for constraints only.
 ///
-/// `on_frame` is called with each frame.
+/// `on_frame` is called with each frame that is computed.
 ///
 /// **Errors** layers that cross in the bind pose where the constraints start from them, an unknown fabric, a parameter
 /// out of range; see [`ClothError`].
@@ -74,7 +74,7 @@ pub fn simulate(
     track: &PoseTrack,
     params: &ClothParams,
     (mode, solver): (ClothMode, ClothSolver),
-    begun: Option<(ClothTrack, ClothMoment)>,
+    resumed: Option<(ClothTrack, ClothCheckpoint)>,
     on_frame: &mut dyn FnMut(&ClothFrame<'_>),
 ) -> Result<(ClothTrack, ClothReport), ClothError> {
     params.check_values()?;
@@ -88,18 +88,17 @@ pub fn simulate(
     let vertices = simulation.solver.surfaces.vertices.iter().map(|range| range.len() as u32).collect();
     let mut result = ClothTrack { vertices, frames: vec![rounded(&simulation.solver.at)] };
     let mut reporter = Reporter::new(solver, hems(figure, &simulation.solver.surfaces.vertices));
-    if let Some((frames, moment)) = begun {
-        simulation.solver.set_state(moment.solver);
-        (result, reporter) = (frames, moment.reporter);
+    match resumed {
+        Some((frames, checkpoint)) => {
+            simulation.solver.set_state(checkpoint.solver);
+            (result, reporter) = (frames, checkpoint.reporter);
+        }
+        None => {
+            let at = &simulation.solver.at;
+            on_frame(&ClothFrame { number: 0, at, track: &result, simulation: &simulation, reporter: &reporter });
+        }
     }
     let first = result.frames.len() - 1;
-    on_frame(&ClothFrame {
-        number: first,
-        at: &simulation.solver.at,
-        track: &result,
-        simulation: &simulation,
-        reporter: &reporter,
-    });
     let weights = physics_weights(figure);
     for (k, poses) in track.poses.windows(2).enumerate().skip(first) {
         if mode.is_simulated() {

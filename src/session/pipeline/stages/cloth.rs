@@ -1,7 +1,9 @@
 //! Cloth: the layers of an animation by physics, alone or with skinning. The result is every vertex of every frame.
 
 use crate::body::{Figure, Skinning};
-use crate::cloth::{ClothFrame, ClothMode, ClothMoment, ClothParams, ClothReport, ClothSolver, ClothTrack, simulate};
+use crate::cloth::{
+    ClothCheckpoint, ClothFrame, ClothMode, ClothParams, ClothReport, ClothSolver, ClothTrack, simulate,
+};
 use crate::geometry::Point;
 use crate::motion::PoseTrack;
 use crate::session::error::SessionError;
@@ -38,32 +40,32 @@ const UNSEEN_SHARE: f64 = 1e-3;
 
 pub(in crate::session::pipeline) fn run(inputs: Inputs, store: &Store, on_progress: OnProgress) -> Run<ClothTrack> {
     let is_kept = inputs.solver == ClothSolver::Constraints && inputs.mode.is_simulated();
-    let mut parts = if is_kept { Some(Parts::of(&inputs, store)?) } else { None };
+    let mut checkpoints = if is_kept { Some(Checkpoints::of(&inputs, store)?) } else { None };
     let Inputs { figure, model, track, skinning, mode, solver, fabrics, params } = inputs;
     let figure = dressed_in(&fabrics, on_floor(model.figure(store, figure)?)?);
     let track = store.load(track)?;
     let last = track.poses.len() - 1;
-    let begun = parts.as_mut().and_then(|parts| parts.load(last));
-    let first = begun.as_ref().map_or(0, |(frames, _)| frames.frames.len() - 1);
-    for (frame, points) in begun.iter().flat_map(|(frames, _)| &frames.frames).enumerate().take(first) {
+    let resumed = checkpoints.as_mut().and_then(|checkpoints| checkpoints.load(last));
+    let before = resumed.as_ref().map_or(0, |(track, _)| track.frames.len());
+    for (frame, points) in resumed.iter().flat_map(|(track, _)| &track.frames).enumerate() {
         let at: Vec<Point> = points.iter().map(|p| Point::from(p.map(f64::from))).collect();
         on_progress(StageProgress::Moved(&MovedFrame { figure: &figure, fps: track.fps, frame, at: &at }));
     }
-    if first > 0 {
-        on_progress(StageProgress::Text(&format!("goes on after frame {first} of {last}, where it was stopped")));
+    if before > 0 {
+        on_progress(StageProgress::Text(&format!("resumes after frame {} of {last}", before - 1)));
     }
     let mut on_frame = |frame: &ClothFrame<'_>| {
         let number = frame.number;
         on_progress(StageProgress::Moved(&MovedFrame { figure: &figure, fps: track.fps, frame: number, at: frame.at }));
         on_progress(StageProgress::Text(&format!("frame {number} of {last}")));
-        match &mut parts {
-            Some(_) if number == last => on_progress(StageProgress::Text(&spent(frame, number - first))),
-            Some(parts) => parts.add(frame),
+        match &mut checkpoints {
+            Some(_) if number == last => on_progress(StageProgress::Text(&timings(frame, number + 1 - before))),
+            Some(checkpoints) => checkpoints.add(frame),
             None => (),
         }
     };
-    let (cloth, report) = simulate(&figure, skinning, &track, &params, (mode, solver), begun, &mut on_frame)?;
-    parts.inspect(Parts::remove);
+    let (cloth, report) = simulate(&figure, skinning, &track, &params, (mode, solver), resumed, &mut on_frame)?;
+    checkpoints.inspect(Checkpoints::remove);
     Ok(Outcome::of(cloth)
         .measured("crossing_pairs", report.crossing_pairs.map_or(f64::NAN, |pairs| pairs as f64))
         .measured("yielded_mm", report.yielded * 1e3)
@@ -76,20 +78,20 @@ pub(in crate::session::pipeline) fn run(inputs: Inputs, store: &Store, on_progre
         .found(findings_of(&report, (mode, solver))))
 }
 
-/// Time after which the frames so far are kept.
-const PART: Duration = Duration::from_secs(10);
+/// Time from checkpoint to checkpoint.
+const INTERVAL: Duration = Duration::from_secs(10);
 
-/// The frames of an animation that is not finished, in parts, each with the moment after it: what is killed goes on there.
-struct Parts {
+/// The checkpoints of an unfinished animation: each holds the frames since the one before it, and the state after them.
+struct Checkpoints {
     derived: Derived,
     inputs: ContentHash,
-    /// Parts and frames so far.
     count: usize,
+    /// Frames in all of them.
     frames: usize,
     last: Instant,
 }
 
-impl Parts {
+impl Checkpoints {
     fn of(inputs: &Inputs, store: &Store) -> Result<Self, SessionError> {
         let values = serde_json::to_value((CLOTH.version(), inputs));
         let values = values.map_err(|e| SessionError::Encoding { reason: e.to_string() })?;
@@ -97,49 +99,49 @@ impl Parts {
         Ok(Self { derived, inputs, count: 0, frames: 0, last: Instant::now() })
     }
 
-    fn name(part: usize) -> String {
-        format!("cloth-part-{part}")
+    fn name(number: usize) -> String {
+        format!("cloth-checkpoint-{number}")
     }
 
-    /// What an earlier run left, of the frames before the last.
-    fn load(&mut self, last: usize) -> Option<(ClothTrack, ClothMoment)> {
-        let mut begun: Option<(ClothTrack, ClothMoment)> = None;
-        while let Some((start, part, moment)) =
-            self.derived.load::<(usize, ClothTrack, ClothMoment)>(&Self::name(self.count), self.inputs)
+    /// The checkpoints of an earlier run of the same inputs, joined; none holds frame number `last`.
+    fn load(&mut self, last: usize) -> Option<(ClothTrack, ClothCheckpoint)> {
+        let mut resumed: Option<(ClothTrack, ClothCheckpoint)> = None;
+        while let Some((first, part, checkpoint)) =
+            self.derived.load::<(usize, ClothTrack, ClothCheckpoint)>(&Self::name(self.count), self.inputs)
         {
-            // Behind a part that was damaged and written again, parts may begin elsewhere.
-            if start != self.frames || start + part.frames.len() > last {
+            // After a damaged checkpoint was written again, the next one may begin at another frame.
+            if first != self.frames || first + part.frames.len() > last {
                 break;
             }
             self.frames += part.frames.len();
             self.count += 1;
             let mut track =
-                begun.map_or(ClothTrack { vertices: part.vertices, frames: Vec::new() }, |(track, _)| track);
+                resumed.map_or(ClothTrack { vertices: part.vertices, frames: Vec::new() }, |(track, _)| track);
             track.frames.extend(part.frames);
-            begun = Some((track, moment));
+            resumed = Some((track, checkpoint));
         }
-        begun
+        resumed
     }
 
     fn add(&mut self, frame: &ClothFrame<'_>) {
-        if self.last.elapsed() < PART {
+        if self.last.elapsed() < INTERVAL {
             return;
         }
         let ClothTrack { vertices, frames } = frame.track;
         let part = ClothTrack { vertices: vertices.clone(), frames: frames[self.frames..].to_vec() };
-        self.derived.keep(&Self::name(self.count), self.inputs, &(self.frames, part, frame.moment()));
+        self.derived.keep(&Self::name(self.count), self.inputs, &(self.frames, part, frame.checkpoint()));
         (self.count, self.frames, self.last) = (self.count + 1, frames.len(), Instant::now());
     }
 
     fn remove(&self) {
-        (0..).take_while(|&part| self.derived.remove(&Self::name(part))).count();
+        (0..).take_while(|&number| self.derived.remove(&Self::name(number))).count();
     }
 }
 
-/// What a frame took on average, in words.
-fn spent(frame: &ClothFrame<'_>, frames: usize) -> String {
-    let of = |(what, time): (&str, Duration)| format!("{what} {:.0}", time.as_secs_f64() * 1e3 / frames.max(1) as f64);
-    format!("a frame took, in milliseconds: {}", frame.spent().map(of).join(", "))
+/// The mean time per frame in each part of the solver, as text.
+fn timings(frame: &ClothFrame<'_>, frames: usize) -> String {
+    let of = |(part, time): (&str, Duration)| format!("{part} {:.0}", time.as_secs_f64() * 1e3 / frames.max(1) as f64);
+    format!("milliseconds per frame: {}", frame.timings().map(of).join(", "))
 }
 
 /// The figure with its layers of the fabrics that the animation names.
