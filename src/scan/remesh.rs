@@ -1,9 +1,9 @@
 //! Quads that follow the surface in place of a scan's triangles (Hu 2017, §6.2).
 
-use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh, VertexId, quad_mesh};
+use super::counted::counted;
+use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh, VertexId, manifold_part, quad_mesh};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::collections::HashMap;
 use std::fmt;
 use std::str::FromStr;
 
@@ -75,7 +75,7 @@ pub(super) struct Remeshed {
 /// **Errors** one sentence why its triangles stay.
 pub(super) fn remeshed(whole: &TriMesh, remesh: Remesh, faces: usize) -> Result<Remeshed, String> {
     let count = remesh.quads.unwrap_or(whole.face_count().min(faces) / 2).max(1);
-    let (mesh, vertices) = manifold_part(whole);
+    let (mesh, vertices) = whole.part(&manifold_part(whole));
     let (left_out, mesh) = (whole.face_count() - mesh.face_count(), &mesh);
     let usual = (mesh.area() / count as f64).sqrt();
     let index = SurfaceIndex::prepare(mesh);
@@ -103,23 +103,11 @@ pub(super) fn remeshed(whole: &TriMesh, remesh: Remesh, faces: usize) -> Result<
             1e3 * farthest
         );
         if left_out > 0 {
-            finding += &format!("; without {left_out} faces at edges of more than two");
+            finding += &format!("; without {} at edges of more than two", counted(left_out, "face"));
         }
         return Ok(Remeshed { mesh: of_quads, from, finding });
     }
     Err("parts of it are too thin for quads of this size".into())
-}
-
-/// The faces without those at edges that more than two share, or two that face opposite ways, and per vertex what it was.
-fn manifold_part(mesh: &TriMesh) -> (TriMesh, PerVertex<VertexId>) {
-    let sides = |face: &[VertexId; 3]| [0, 1, 2].map(|k| (face[k], face[(k + 1) % 3]));
-    let mut uses: HashMap<(VertexId, VertexId), u32> = HashMap::new();
-    mesh.faces().iter().flat_map(sides).for_each(|side| *uses.entry(side).or_default() += 1);
-    let is_single = |side: &(VertexId, VertexId)| {
-        let opposite = uses.get(&(side.1, side.0)).copied().unwrap_or(0);
-        uses[side] == 1 && opposite <= 1
-    };
-    mesh.part(&mesh.faces().iter().map(|face| sides(face).iter().all(is_single)).collect())
 }
 
 #[cfg(test)]
@@ -147,7 +135,7 @@ mod tests {
         faces.push([10 * 21 + 10, 10 * 21 + 11, 441]);
         let mesh = TriMesh::try_from_indices(points, &faces).unwrap();
         let done = remeshed(&mesh, Remesh { quads: Some(100) }, usize::MAX).ok().unwrap();
-        assert!(done.finding.contains("without 3 faces"), "{}", done.finding);
+        assert!(done.finding.contains("without 1 face at"), "{}", done.finding);
         assert!((60..250).contains(&(done.mesh.face_count() / 2)), "{}", done.mesh.face_count());
         assert!(done.from.iter().all(|v| v.index() < 441));
         let off = |(v, p): (&VertexId, &Point)| (mesh.points()[*v] - p).norm();
