@@ -79,7 +79,8 @@ impl Spring {
         ((b - a).norm() - self.length) / self.softness
     }
 
-    /// Moves the two ends towards the rest length, the lighter by more.
+    /// Moves the two ends towards the rest length, the lighter by more. Not by way of [`Self::satisfy_with`]: the cloth of synthetic
+    /// subjects depends on its rounding.
     pub fn satisfy(&self, at: &mut [Point], inverse_mass: &[f64]) {
         let [a, b] = self.ends.map(|v| v as usize);
         let both = inverse_mass[a] + inverse_mass[b];
