@@ -1,7 +1,7 @@
 //! Quads that follow the surface in place of a scan's triangles (Hu 2017, §6.2).
 
 use super::counted::counted;
-use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh, VertexId, manifold_part, quad_mesh};
+use crate::geometry::{Point, SurfaceIndex, TriMesh, VertexId, manifold_part, quad_mesh};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::fmt;
