@@ -317,16 +317,16 @@ fn a_body_model_whose_arrays_disagree_is_refused_and_no_folder_is_made() {
         path
     };
     let short = damaged("short_weights.npz", &|model| {
-        model.insert("weights", NpyArray::try_new(&[3, 22], vec![0.0_f64; 66]).unwrap());
+        model.insert("weights", NpyArray::try_new(&[3, 52], vec![0.0_f64; 156]).unwrap());
     });
     refused(
         dir.path(),
         &["new", "s", "--body", short.to_str().unwrap()],
         1,
-        &["short_weights.npz", "'weights'", "[3, 22]"],
+        &["short_weights.npz", "'weights'", "[3, 52]"],
     );
     let cyclic = damaged("cyclic.npz", &|model| {
-        model.insert("kintree_table", NpyArray::try_new(&[2, 22], vec![5_i64; 44]).unwrap());
+        model.insert("kintree_table", NpyArray::try_new(&[2, 52], vec![5_i64; 104]).unwrap());
     });
     refused(dir.path(), &["new", "s", "--body", cyclic.to_str().unwrap()], 1, &["cyclic.npz", "joint"]);
     refused(dir.path(), &["new", "s", "--body", "nowhere.npz"], 2, &["there is no file 'nowhere.npz'"]);

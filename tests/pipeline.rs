@@ -96,7 +96,7 @@ fn a_step_is_exported_in_the_frame_of_its_scan_file() {
         assert!(moved < 0.002, "{step}: cleaning moved the scan by {moved} m");
         let joints: BTreeMap<String, [f64; 3]> =
             serde_json::from_slice(&std::fs::read(folder.join("joints.json")).unwrap()).unwrap();
-        assert_eq!(joints.len(), 22);
+        assert_eq!(joints.len(), 52);
         assert!(joints["head"][1] > joints["hips"][1]);
         let Some(newest) = worn.last() else { continue };
         let labelled = read(&folder.join(format!("labels/{newest}.ply")));

@@ -1,6 +1,5 @@
 //! The embedded body model: principal components of synthetic adults.
 
-use overcoat::body::Skeleton;
 use overcoat::mannequin::{Mannequins, generate};
 use overcoat::train::{Rig, Subjects, TrainParams, Trained, train};
 
@@ -10,8 +9,8 @@ pub fn embedded_body(progress: &mut dyn FnMut(&str, usize, usize)) -> anyhow::Re
     let adults = generate(&Default::default(), &mut |step| progress(step.doing, step.done, step.total))?;
     let rig = Rig {
         mesh: adults.mesh.clone(),
-        names: Skeleton::body_names(),
-        parents: Skeleton::body_parents(),
+        names: adults.names.clone(),
+        parents: adults.parents.clone(),
         joints: adults.joints.clone(),
         weights: adults.weights.clone(),
         limits: adults.limits.clone(),

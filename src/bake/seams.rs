@@ -1,6 +1,6 @@
 //! Where a tailor would have sewn a garment, so that its charts are the pieces of a pattern.
 
-use crate::body::{HumanJoint, Layer, Limb, Side, Skeleton};
+use crate::body::{HumanJoint, Layer, Limb, Side, Skeleton, strongest};
 use crate::geometry::{Adjacency, FaceId, PerFace, Point, VertexId};
 use std::collections::BTreeMap;
 
@@ -14,10 +14,8 @@ pub fn seams(garment: &Layer, skeleton: &Skeleton) -> Vec<[bool; 3]> {
     let mesh = &garment.mesh;
     let joints = skeleton.ids().filter_map(|j| Some((skeleton.human_joint(j)?, skeleton.joints_in_bind[j.index()])));
     let tailor = Tailor { joints: joints.collect() };
-    let part_of = |v: VertexId| {
-        let row = garment.weights.rows()[v].iter().max_by(|a, b| a.1.total_cmp(&b.1));
-        row.and_then(|&(joint, _)| skeleton.human_joint(joint))
-    };
+    let body_joints = skeleton.body_joints();
+    let part_of = |v: VertexId| skeleton.human_joint(strongest(&garment.weights.rows()[v], &body_joints));
     let parts: Vec<Option<HumanJoint>> = mesh.vertex_ids().map(part_of).collect();
     if 3 * parts.iter().flatten().filter(|part| is_sewn(**part)).count() < parts.len() {
         return vec![[false; 3]; mesh.face_count()];

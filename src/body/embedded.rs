@@ -1,9 +1,7 @@
 //! The body model that is part of the program.
 //!
-//! It has 22 joints and none for fingers. Thirty more would more than double the unknowns of every fit (66 angles), and no
-//! scan determines them: at 4 mm a depth camera merges the fingers, and registration keeps the model's own thin hands. No
-//! garment kind but gloves depends on fingers, and VRM declares them optional. Imported models with fingers (SMPL+H,
-//! SMPL-X) keep theirs.
+//! It has the 22 body joints of VRM and fifteen joints for the fingers of each hand. No scan of a whole person determines thirty
+//! joints, so fits turn fingers only along a few synergies ([`Grasp`](super::Grasp)).
 
 use super::{BodyError, BodyModel, read_model};
 use std::io::Cursor;
@@ -19,12 +17,18 @@ pub fn embedded_model() -> Result<BodyModel, BodyError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::Skeleton;
+    use crate::body::{HandJoints, Side, Skeleton};
 
     #[test]
-    fn the_embedded_model_has_our_joints_and_fifteen_components() {
+    fn the_embedded_model_has_our_joints_fingers_and_fifteen_components() {
         let model = embedded_model().unwrap();
-        assert_eq!(model.skeleton.names, Skeleton::body_names());
+        let skeleton = &model.skeleton;
+        assert_eq!(skeleton.names[..22], Skeleton::body_names());
+        for side in Side::BOTH {
+            let hand = HandJoints::find(skeleton, side).unwrap();
+            assert!(hand.fingers().all(|joint| skeleton.is_below(joint, hand.hand)));
+            assert_eq!(hand.fingers().count(), 15);
+        }
         assert_eq!(model.component_count(), 15);
         assert!(model.template.signed_volume() > 0.03, "closed, and seen from outside");
     }

@@ -5,7 +5,7 @@ use super::human_joint::HumanJoint::{
     UpperLeg,
 };
 use super::human_joint::Side::{Left, Right};
-use super::{BodyError, BodyModel, JointId, JointLimits, PoseDirs, Skeleton, SkinWeights, UvMap};
+use super::{BodyError, BodyModel, Finger, JointId, JointLimits, PoseDirs, Skeleton, SkinWeights, UvMap};
 use crate::formats::{Format, FormatError, NpyData, Npz, read_npz};
 use crate::geometry::{PerVertex, Point, TriMesh, Vec3, VertexId};
 use std::io::{Read, Seek, SeekFrom};
@@ -205,9 +205,7 @@ impl Skeleton {
 /// have the fingers.
 fn smpl_joint(j: usize, joints: usize) -> String {
     const FACE: [&str; 3] = ["jaw", "leftEye", "rightEye"];
-    const FINGERS: [&str; 5] = ["Index", "Middle", "Little", "Ring", "Thumb"];
-    const OF_FINGER: [&str; 3] = ["Proximal", "Intermediate", "Distal"];
-    const OF_THUMB: [&str; 3] = ["Metacarpal", "Proximal", "Distal"];
+    const FINGERS: [Finger; 5] = [Finger::Index, Finger::Middle, Finger::Little, Finger::Ring, Finger::Thumb];
     if let Some(joint) = SMPL_ORDER.get(j) {
         return joint.name().into();
     }
@@ -218,9 +216,8 @@ fn smpl_joint(j: usize, joints: usize) -> String {
         55 => behind - FACE.len(),
         _ => return format!("joint{j}"),
     };
-    let side = if finger < 15 { "left" } else { "right" };
-    let (name, of) = (FINGERS[finger % 15 / 3], finger % 3);
-    format!("{side}{name}{}", if name == "Thumb" { OF_THUMB[of] } else { OF_FINGER[of] })
+    let side = if finger < 15 { Left } else { Right };
+    FINGERS[finger % 15 / 3].joint_names(side)[finger % 3].clone()
 }
 
 /// Shape directions. In SMPL-X those of the facial expression follow them: 10 of 20, or 100 of 400.

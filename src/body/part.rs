@@ -1,6 +1,6 @@
 //! The bone that a vertex belongs to, and its position along that bone.
 
-use super::{JointId, Skeleton, SkinWeights};
+use super::{JointId, Skeleton, SkinWeights, strongest};
 use crate::geometry::{PerVertex, Point};
 
 /// A position along a bone.
@@ -14,7 +14,7 @@ pub struct BonePosition {
     pub along: f64,
 }
 
-/// For each vertex the joint with the largest weight, and the position along that joint's bone, in the bind pose.
+/// For each vertex the joint with the largest weight (fingers count as part of the hand), and the position along that joint's bone, in the bind pose.
 ///
 /// **Shapes** one entry per vertex, in and out.
 pub fn bone_positions(
@@ -22,12 +22,17 @@ pub fn bone_positions(
     weights: &SkinWeights,
     skeleton: &Skeleton,
 ) -> PerVertex<BonePosition> {
-    let ends: Vec<Point> = skeleton.ids().map(|j| bone_end_point(points_in_bind, weights, skeleton, j)).collect();
+    let body_joints = skeleton.body_joints();
+    let end_of = |joint: JointId| match body_joints[joint.index()] == joint {
+        true => bone_end_point(points_in_bind, weights, skeleton, &body_joints, joint),
+        false => Point::origin(),
+    };
+    let ends: Vec<Point> = skeleton.ids().map(end_of).collect();
     points_in_bind
         .iter()
         .zip(weights.rows().iter())
         .map(|(p, row)| {
-            let joint = row[0].0;
+            let joint = strongest(row, &body_joints);
             let start = skeleton.joints_in_bind[joint.index()];
             let axis = ends[joint.index()] - start;
             let along = (p - start).dot(&axis) / axis.norm_squared().max(1e-12);
@@ -36,7 +41,13 @@ pub fn bone_positions(
         .collect()
 }
 
-fn bone_end_point(points: &PerVertex<Point>, weights: &SkinWeights, skeleton: &Skeleton, joint: JointId) -> Point {
+fn bone_end_point(
+    points: &PerVertex<Point>,
+    weights: &SkinWeights,
+    skeleton: &Skeleton,
+    body_joints: &[JointId],
+    joint: JointId,
+) -> Point {
     let start = skeleton.joints_in_bind[joint.index()];
     if let Some(end) = skeleton.bone_end(joint) {
         return skeleton.joints_in_bind[end.index()];
@@ -48,7 +59,7 @@ fn bone_end_point(points: &PerVertex<Point>, weights: &SkinWeights, skeleton: &S
     let reach = points
         .iter()
         .zip(weights.rows().iter())
-        .filter(|(_, row)| row[0].0 == joint)
+        .filter(|(_, row)| strongest(row, body_joints) == joint)
         .map(|(p, _)| (p - start).dot(&direction))
         .fold(0.0, f64::max);
     start + direction * reach.max(1e-3)

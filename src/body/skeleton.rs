@@ -1,6 +1,6 @@
 //! Joints, their hierarchy, and poses.
 
-use super::human_joint::{HumanJoint, words_of};
+use super::human_joint::{HumanJoint, Side, words_of};
 use crate::geometry::{Point, Vec3};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use serde::{Deserialize, Serialize};
@@ -128,6 +128,19 @@ impl Skeleton {
     /// Whether `joint` is the human joint `root` or hangs below it; false if the skeleton has no such joint.
     pub fn is_part_of(&self, joint: JointId, root: HumanJoint) -> bool {
         self.find(root).is_some_and(|ancestor| self.is_below(joint, ancestor))
+    }
+    /// Whether the joint hangs below a hand.
+    pub fn is_finger(&self, joint: JointId) -> bool {
+        self.human_joint(joint).is_none()
+            && Side::BOTH.iter().any(|&side| self.is_part_of(joint, HumanJoint::Hand(side)))
+    }
+    /// For each joint the one that its body part is named after: itself, or the hand of a finger joint.
+    ///
+    /// **Shapes** one entry per joint.
+    pub fn body_joints(&self) -> Vec<JointId> {
+        let hands = Side::BOTH.map(|side| self.find(HumanJoint::Hand(side)));
+        let hand_of = |joint: JointId| hands.iter().flatten().copied().find(|&hand| self.is_below(joint, hand));
+        self.ids().map(|joint| hand_of(joint).unwrap_or(joint)).collect()
     }
     /// Whether `joint` is `ancestor` or hangs below it.
     pub fn is_below(&self, joint: JointId, ancestor: JointId) -> bool {

@@ -12,6 +12,14 @@ use std::sync::Arc;
 pub const INFLUENCES: usize = 8;
 /// The joints that move a vertex, with their weights.
 pub type SkinRow = [(JointId, f64); INFLUENCES];
+/// The joint of the body that moves a vertex most; fingers count as part of the hand. `body_joints` is that of the skeleton.
+pub fn strongest(row: &SkinRow, body_joints: &[JointId]) -> JointId {
+    let sum = |joint: JointId| row.iter().filter(|(j, _)| body_joints[j.index()] == joint).map(|(_, w)| w).sum::<f64>();
+    let rest = row[1..].iter().filter(|(_, w)| *w > 0.0).map(|(j, _)| body_joints[j.index()]);
+    let first = body_joints[row[0].0.index()];
+    rest.fold(first, |most, joint| if sum(joint) > sum(most) { joint } else { most })
+}
+
 /// The joints that move a vertex of a body, and all that many programs read from a file.
 const FEW_INFLUENCES: usize = 4;
 

@@ -77,7 +77,8 @@ fn inverse_kinematics_plays_every_frame_and_follows_the_joints() {
     assert_eq!(frames.len(), stream.len(), "frames from before the calibration are played, too");
     for (frame, (pose, _)) in frames.iter().zip(&stream) {
         let (own, truth) = (figure.skeleton.joints_in_world(&frame.pose), figure.skeleton.joints_in_world(pose));
-        let worst = own.iter().zip(&truth).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max);
+        let of_body = own.iter().zip(&truth).take(HumanJoint::BODY.len());
+        let worst = of_body.map(|(p, q)| (p - q).norm()).fold(0.0, f64::max);
         assert!(worst < 0.03, "{worst} m at {} s", frame.secs);
     }
 }

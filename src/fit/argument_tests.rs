@@ -8,6 +8,7 @@ use crate::scan::Scan;
 fn fitted(model: &BodyModel) -> FittedBody {
     let (surface, skeleton) = model.shaped(&model.mean_shape());
     FittedBody {
+        deviation: None,
         shape: model.mean_shape(),
         pose: Pose::bind(skeleton.len()),
         surface,

@@ -9,6 +9,7 @@ mod confidence;
 mod correspondence;
 mod error;
 mod estimated;
+mod hands;
 mod inside;
 mod landmarks;
 mod naked;

@@ -24,6 +24,8 @@ pub(super) struct Joints {
     pub lower_leg: Vec3,
     pub foot: Vec3,
     pub toes: Vec3,
+    /// Three joints of each of [`Finger::ALL`].
+    pub fingers: [[Vec3; 3]; 5],
 }
 
 /// Factors on the sections that [`super::girth::calibrate`] adjusts until the girths are the measured ones; initially 1.

@@ -99,6 +99,8 @@ pub(super) fn assemble(m: &Anthropometry, tuning: Tuning) -> Anatomy {
         lower_leg,
         foot,
         toes,
+        // Set with the hand.
+        fingers: Default::default(),
     };
     let mut body = Anatomy {
         measures: *m,

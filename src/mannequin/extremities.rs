@@ -96,7 +96,7 @@ pub(super) fn add_hand(body: &mut Anatomy) {
         (0.089, -0.0098, 0.0845, -4.5, 0.95),
         (0.081, -0.0284, 0.0690, -12.0, 0.84),
     ];
-    for (t, v, length, spread, thick) in fingers {
+    for (finger, (t, v, length, spread, thick)) in (1..).zip(fingers) {
         let spread = f64::to_radians(spread);
         let ahead = along * spread.cos() + thumbward * spread.sin();
         let radii = [0.0090, 0.0086, 0.0079, 0.0069].map(|r| r * thick * kt);
@@ -104,6 +104,7 @@ pub(super) fn add_hand(body: &mut Anatomy) {
         // Phalanges' shares of the length, and how far each bends towards the palm.
         let bones = [(0.46, 6.0), (0.31, 15.0), (0.23, 22.0)];
         for (j, (share, bend)) in bones.into_iter().enumerate() {
+            body.joints.fingers[finger][j] = from;
             let bend = f64::to_radians(bend);
             let tip_radius = if j == 2 { radii[3] } else { 0.0 };
             let to = from + (ahead * bend.cos() - up * bend.sin()) * (share * length * kl - tip_radius);
@@ -114,7 +115,7 @@ pub(super) fn add_hand(body: &mut Anatomy) {
                 Form::Cone { a: from, b: to, radii: [radii[j], radii[j + 1]] },
                 blend,
                 FINGER_EDGE,
-                BodyPart::Hand,
+                BodyPart::Finger((3 * finger + j) as u8),
             );
             from = to;
         }
@@ -126,8 +127,9 @@ pub(super) fn add_hand(body: &mut Anatomy) {
         (place(0.104, 0.0645, -0.0160), 0.0076 * kt),
     ];
     for (j, pair) in thumb.windows(2).enumerate() {
+        body.joints.fingers[0][j] = pair[0].0;
         let form = Form::Cone { a: pair[0].0, b: pair[1].0, radii: [pair[0].1, pair[1].1] };
-        push(body, form, if j == 0 { 0.016 } else { 0.002 }, FINGER_EDGE * 1.1, BodyPart::Hand);
+        push(body, form, if j == 0 { 0.016 } else { 0.002 }, FINGER_EDGE * 1.1, BodyPart::Finger(j as u8));
     }
 }
 

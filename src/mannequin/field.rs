@@ -27,6 +27,8 @@ pub(super) enum BodyPart {
     Head,
     Arm,
     Hand,
+    /// A bone of a finger, by its place among the 15 of the hand.
+    Finger(u8),
     Leg,
     Foot,
 }

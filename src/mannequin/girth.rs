@@ -140,9 +140,12 @@ pub(super) fn girths(body: &Anatomy) -> Vec<Girth> {
 /// The body without arms and head: a tape at the chest passes under the arms, one at the neck below the jaw.
 fn trunk_of(field: &Field) -> Field {
     let mut trunk = field.clone();
-    trunk
-        .primitives
-        .retain(|part| !matches!(part.region, BodyPart::Arm | BodyPart::Hand | BodyPart::ArmpitFold | BodyPart::Head));
+    trunk.primitives.retain(|part| {
+        !matches!(
+            part.region,
+            BodyPart::Arm | BodyPart::Hand | BodyPart::Finger(_) | BodyPart::ArmpitFold | BodyPart::Head
+        )
+    });
     trunk
 }
 

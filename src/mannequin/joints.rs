@@ -2,7 +2,25 @@
 
 use super::anatomy::Anatomy;
 use super::skin::{JOINTS, joint};
+use crate::body::{Finger, JointId, Side, Skeleton};
 use crate::geometry::Vec3;
+
+/// The joints' names.
+pub(super) fn names() -> Vec<String> {
+    let of_hand = |side: Side| Finger::ALL.into_iter().flat_map(move |finger| finger.joint_names(side));
+    Skeleton::body_names().into_iter().chain(Side::BOTH.into_iter().flat_map(of_hand)).collect()
+}
+
+/// The joints' parents.
+pub(super) fn parents() -> Vec<Option<JointId>> {
+    let of_finger = |j: usize| match (j - joint::FINGERS) % 3 {
+        0 if j < joint::mirrored(joint::FINGERS) => joint::HAND,
+        0 => joint::mirrored(joint::HAND),
+        _ => j - 1,
+    };
+    let fingers = (joint::FINGERS..JOINTS).map(|j| Some(JointId(of_finger(j) as u16)));
+    Skeleton::body_parents().into_iter().chain(fingers).collect()
+}
 
 /// Joint centres of both sides in the model's order.
 pub(super) fn centers(body: &Anatomy) -> [Vec3; JOINTS] {
@@ -24,7 +42,8 @@ pub(super) fn centers(body: &Anatomy) -> [Vec3; JOINTS] {
         (joint::FOOT, j.foot),
         (joint::TOES, j.toes),
     ];
-    for (k, p) in list {
+    let fingers = body.joints.fingers.iter().flatten().copied();
+    for (k, p) in list.into_iter().chain((joint::FINGERS..).zip(fingers)) {
         all[k] = p;
         let m = joint::mirrored(k);
         if m != k {
@@ -62,7 +81,7 @@ pub(super) fn limits(body: &Anatomy) -> [[[f64; 2]; 3]; JOINTS] {
         (joint::FOOT, box_of([-25.0, 55.0], [-20.0, 20.0], [-35.0, 30.0])),
         (joint::TOES, box_of([-80.0, 40.0], [-5.0, 5.0], [-5.0, 5.0])),
     ];
-    for (k, bounds) in list {
+    for (k, bounds) in list.into_iter().chain((joint::FINGERS..).zip(finger_limits(body))) {
         all[k] = bounds;
         let m = joint::mirrored(k);
         if m != k {
@@ -71,6 +90,24 @@ pub(super) fn limits(body: &Anatomy) -> [[[f64; 2]; 3]; JOINTS] {
         }
     }
     all
+}
+
+/// Bounds of the finger joints, in the order of their places.
+fn finger_limits(body: &Anatomy) -> impl Iterator<Item = [[f64; 2]; 3]> {
+    // From relaxed: a fist, and a little beyond flat.
+    const BEND: [[f64; 2]; 3] = [[-30.0, 90.0], [-30.0, 95.0], [-30.0, 65.0]];
+    const OF_THUMB: [[f64; 2]; 3] = [[-25.0, 40.0], [-25.0, 60.0], [-30.0, 75.0]];
+    let [_, up, thumbward] = body.arm;
+    (0..15).map(move |place| {
+        let (finger, k) = (place / 3, place % 3);
+        let joints = body.joints.fingers[finger];
+        let bone = (joints[2] - joints[1]).normalize();
+        let (bend, inward) = if finger == 0 { (OF_THUMB[k], -thumbward - up * 0.5) } else { (BEND[k], -up) };
+        let across = bone.cross(&inward).normalize();
+        let sideways = bone.cross(&across);
+        let sides = if k == 0 { [-25.0, 25.0] } else { [-5.0, 5.0] };
+        spanned(&[(across, bend), (sideways, sides), (bone, [-5.0, 5.0])])
+    })
 }
 
 /// The box around all sums of turns about several axes.

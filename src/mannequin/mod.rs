@@ -97,13 +97,18 @@ impl MannequinError {
 
 /// Synthetic adults of one mesh topology, and the rig of the body on which that mesh was made.
 ///
-/// **Shapes** V vertices, J joints in the order of [`HumanJoint::BODY`](crate::body::HumanJoint::BODY), N adults.
+/// **Shapes** V vertices, J joints: [`HumanJoint::BODY`](crate::body::HumanJoint::BODY), and the fingers of the left and of the right
+/// hand, N adults.
 #[derive(Clone, Debug)]
 pub struct Mannequins {
     /// The body half-way between the average woman and the average man; V vertices, closed.
     pub mesh: TriMesh,
     /// The adults: N × V × 3, metres, all in the pose of `mesh`.
     pub bodies: Vec<PerVertex<Point>>,
+    /// J names of joints, as in VRM.
+    pub names: Vec<String>,
+    /// J parents of joints.
+    pub parents: Vec<Option<JointId>>,
     /// Joint centres of `mesh`: J × 3, metres.
     pub joints: Vec<Point>,
     /// Skin weights: V rows, each of at most four joints.
@@ -149,6 +154,8 @@ pub fn generate(
     });
     Ok(Mannequins {
         bodies: bodies.iter().map(|(half, _)| mesh.whole_points(half).into_iter().map(Point::from).collect()).collect(),
+        names: joints::names(),
+        parents: joints::parents(),
         joints: joints::centers(&template).map(Point::from).to_vec(),
         weights: SkinWeights::from_rows(weights.iter().map(|w| row(w))),
         limits: limits.to_vec(),

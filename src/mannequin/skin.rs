@@ -9,13 +9,17 @@ use crate::geometry::Vec3;
 use crate::numerics::smoothstep;
 
 /// The number of joints.
-pub(super) const JOINTS: usize = 22;
+pub(super) const JOINTS: usize = 52;
+/// Bones of the fingers of one hand.
+const FINGER_BONES: usize = 15;
 /// Influences per vertex: one set of joints of glTF.
 const INFLUENCES: usize = 4;
 /// Diffusion rounds over the mesh, about ±√n edges wide.
 const ROUNDS: usize = 14;
+/// The same among the bones of a hand, which are four to eight edges long.
+const ROUNDS_IN_HAND: usize = 2;
 
-/// Joints by number, in the order of [`crate::body::HumanJoint::BODY`].
+/// Joints by number: [`crate::body::HumanJoint::BODY`], and the fingers of the left and of the right hand.
 pub(super) mod joint {
     pub const HIPS: usize = 0;
     pub const SPINE: usize = 1;
@@ -31,11 +35,15 @@ pub(super) mod joint {
     pub const LOWER_LEG: usize = 15;
     pub const FOOT: usize = 16;
     pub const TOES: usize = 17;
+    /// The first of the left hand's 15 finger joints.
+    pub const FINGERS: usize = 22;
     /// The joint's counterpart on the other side.
     pub fn mirrored(j: usize) -> usize {
         match j {
             6..=9 | 14..=17 => j + 4,
             10..=13 | 18..=21 => j - 4,
+            22..=36 => j + 15,
+            37..=51 => j - 15,
             _ => j,
         }
     }
@@ -92,7 +100,49 @@ pub(super) fn weights(body: &Anatomy, mesh: &HalfMesh, owners: &Ownership) -> Ve
         }
         prune(row, mesh.points[v].x == 0.0);
     }
+    for (row, fingers) in half.iter_mut().zip(finger_shares(body, mesh)) {
+        divide_hand(row, &fingers);
+    }
     (0..mesh.whole_count()).map(|v| full_row(&half, v)).collect()
+}
+
+/// Shares of the finger bones in each vertex of the half mesh; the rest of a hand is its palm.
+fn finger_shares(body: &Anatomy, mesh: &HalfMesh) -> Vec<[f64; FINGER_BONES]> {
+    let of_point = |p: &Vec3| {
+        let mut bones = [0.0; FINGER_BONES];
+        for (share, part) in body.field.shares(p).iter().zip(&body.field.primitives) {
+            if let BodyPart::Finger(place) = part.region {
+                bones[place as usize] += share;
+            }
+        }
+        bones
+    };
+    let mut shares: Vec<_> = mesh.points.iter().map(of_point).collect();
+    for _ in 0..ROUNDS_IN_HAND {
+        let around = |(v, near): (usize, &Vec<u32>)| {
+            let mut sum = shares[v];
+            near.iter().for_each(|w| sum.iter_mut().zip(shares[*w as usize]).for_each(|(a, b)| *a += b));
+            sum.map(|share| share / (near.len() + 1) as f64)
+        };
+        shares = mesh.neighbours.iter().enumerate().map(around).collect();
+    }
+    shares
+}
+
+/// Divides the weight of the hand among palm and fingers: the sum over the hand stays, and so does what moves with the wrist.
+fn divide_hand(row: &mut JointWeights, fingers: &[f64; FINGER_BONES]) {
+    let of_hand = row[joint::HAND];
+    let others = row.iter().filter(|w| **w > 0.0).count() - usize::from(of_hand > 0.0);
+    let mut parts: Vec<(usize, f64)> = (joint::FINGERS..).zip(fingers.iter().copied()).collect();
+    parts.push((joint::HAND, 1.0 - fingers.iter().sum::<f64>()));
+    parts.retain(|(_, share)| *share > 1e-3);
+    parts.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+    parts.truncate(INFLUENCES - others.min(INFLUENCES - 1));
+    let sum: f64 = parts.iter().map(|part| part.1).sum();
+    row[joint::HAND] = 0.0;
+    for (j, share) in parts {
+        row[j] = of_hand * share / sum;
+    }
 }
 
 /// The weights of the mirrored vertex.
@@ -163,7 +213,8 @@ fn bones(body: &Anatomy, region: BodyPart, p: &Vec3, t: f64) -> Vec<(usize, f64)
                 (joint::HAND, hand),
             ]
         }
-        BodyPart::Hand => at(joint::HAND),
+        // The fingers' shares of the hand are determined afterwards.
+        BodyPart::Hand | BodyPart::Finger(_) => at(joint::HAND),
         BodyPart::Leg => {
             let knee = (j.lower_leg - j.upper_leg).dot(&body.leg[0]);
             let ankle = (j.foot - j.upper_leg).dot(&body.leg[0]);

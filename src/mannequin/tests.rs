@@ -4,8 +4,7 @@ use super::field::{BodyPart, Field, Form, Primitive};
 use super::loft::{Loft, Station};
 use super::measures::AnsurSurvey;
 use super::mesh::HalfMesh;
-use super::{MannequinParams, extract, flatten, girth, remesh};
-use crate::body::{HumanJoint, Skeleton};
+use super::{MannequinParams, extract, flatten, girth, joints, remesh, skin};
 use crate::formats::{Npz, read_npz};
 use crate::geometry::{Adjacency, FaceId, Point, TriMesh, Vec3};
 use std::io::Cursor;
@@ -128,8 +127,8 @@ fn shipped_texture_coordinates_lie_in_the_picture_and_no_face_is_turned_over() {
 fn shipped_weights_and_regressor_sum_to_one() {
     let npz = shipped();
     let [v, j] = npz.shape_of::<2>("weights").unwrap();
-    assert_eq!(j, HumanJoint::BODY.len());
-    assert_eq!(npz.text("joint_names").unwrap(), Skeleton::body_names());
+    assert_eq!(npz.text("joint_names").unwrap(), joints::names());
+    assert_eq!(j, skin::JOINTS);
     for row in npz.f64("weights").unwrap().chunks(j) {
         assert!((row.iter().sum::<f64>() - 1.0).abs() < 1e-6);
         assert!(row.iter().filter(|w| **w > 0.0).count() <= 4);

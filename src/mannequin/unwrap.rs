@@ -86,7 +86,7 @@ fn part_of(region: BodyPart) -> ChartPart {
         BodyPart::Torso | BodyPart::Yoke | BodyPart::ArmpitFold => ChartPart::Trunk,
         BodyPart::Neck | BodyPart::Head => ChartPart::Head,
         BodyPart::Arm => ChartPart::Arm,
-        BodyPart::Hand => ChartPart::Hand,
+        BodyPart::Hand | BodyPart::Finger(_) => ChartPart::Hand,
         BodyPart::Leg => ChartPart::Leg,
         BodyPart::Foot => ChartPart::Foot,
     }

@@ -84,7 +84,7 @@ fn samples(rig: &Rig<'_>) -> Vec<Pose> {
 fn random_pose(rig: &Rig<'_>, rng: &mut Rng) -> Pose {
     let (anatomy, skeleton) = (rig.anatomy, &rig.model.skeleton);
     let mut pose = Pose::bind(skeleton.len());
-    for j in skeleton.ids().skip(1) {
+    for j in skeleton.ids().skip(1).filter(|&j| skeleton.human_joint(j).is_some()) {
         let mut turn = || rng.between(-RANDOM_TURN, RANDOM_TURN);
         let mut vector = Vec3::new(turn(), turn(), turn());
         // Knees and elbows bend one way only.

@@ -6,7 +6,7 @@ use super::solve::energy_of;
 use super::*;
 use crate::body::HumanJoint::{Foot, Hand, LowerArm, LowerLeg, UpperArm, UpperLeg};
 use crate::body::Side::{Left, Right};
-use crate::body::{BodyModel, JointId, Pose, Shape, body_measures, embedded_model};
+use crate::body::{BodyModel, HumanJoint, JointId, Pose, Shape, body_measures, embedded_model};
 use crate::formats::Intrinsics;
 use crate::geometry::{Point, Vec3};
 use crate::motion::Anatomy;
@@ -81,7 +81,9 @@ impl Scene {
     fn joint_error(&self, body: &PhotoBody) -> f64 {
         let truth = self.model.skeleton_of(&self.shape).joints_in_world(&self.pose);
         let gaps = body.joints(&self.model).into_iter().zip(&truth).map(|(a, b)| (a - b).norm());
-        gaps.sum::<f64>() / truth.len() as f64
+        // Fingers have no keypoint.
+        let count = HumanJoint::BODY.len();
+        gaps.take(count).sum::<f64>() / count as f64
     }
 }
 

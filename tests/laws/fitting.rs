@@ -2,7 +2,7 @@
 
 use nalgebra::UnitQuaternion;
 use overcoat::body::HumanJoint::{Foot, Hand, Head, Toes, UpperArm};
-use overcoat::body::{BodyModel, Figure, Layer, Pose, Shape, Side, embedded_model, skin};
+use overcoat::body::{BodyModel, Figure, JointId, Layer, Pose, Shape, Side, embedded_model, skin};
 use overcoat::fit::{Cover, InsideParams, NakedParams, RegisterParams, fit_inside, fit_naked, register};
 use overcoat::geometry::{PerVertex, Point, TriMesh, Vec3};
 use overcoat::scan::Scan;
@@ -84,11 +84,11 @@ fn dressed(model: &BodyModel, ease: f64, cover: &PerVertex<Cover>) -> (Figure, P
 }
 
 fn tight_everywhere_but_head_and_hands(model: &BodyModel) -> PerVertex<Cover> {
-    let bare: Vec<bool> = model
-        .skeleton
-        .ids()
-        .map(|joint| matches!(model.skeleton.human_joint(joint), Some(Head | Hand(_) | Foot(_) | Toes(_))))
-        .collect();
+    let skeleton = &model.skeleton;
+    let is_bare = |joint: JointId| {
+        skeleton.is_finger(joint) || matches!(skeleton.human_joint(joint), Some(Head | Hand(_) | Foot(_) | Toes(_)))
+    };
+    let bare: Vec<bool> = skeleton.ids().map(is_bare).collect();
     model.weights.rows().iter().map(|r| if bare[r[0].0.index()] { Cover::Bare } else { Cover::Tight }).collect()
 }
 

@@ -165,7 +165,7 @@ pub fn smpl_of(ours: &BodyModel) -> Npz {
         .collect();
     let of_ours: Vec<usize> =
         ORDER.into_iter().chain(Side::BOTH.map(Hand)).map(|joint| ours.skeleton.find(joint).unwrap().index()).collect();
-    let j = of_ours.len();
+    let (j, body_joints) = (of_ours.len(), ours.skeleton.body_joints());
     let mut npz = Npz::new();
     npz.insert("v_template", NpyArray::rows(&mean.points().iter().map(|p| [p.x, p.y, p.z]).collect::<Vec<_>>()));
     npz.insert("shapedirs", doubles(&[v, 3, k], |i| dirs[i % k][i / (3 * k)][(i / k) % 3]));
@@ -175,7 +175,7 @@ pub fn smpl_of(ours: &BodyModel) -> Npz {
         ours.joint_regressor[own].iter().for_each(|&(u, m)| regressor[row * v + u.index()] = m);
         if row < 22 {
             for (u, entries) in ours.weights.rows().enumerate() {
-                let of = entries.iter().filter(|e| e.0.index() == own).map(|e| e.1).sum::<f64>();
+                let of = entries.iter().filter(|e| body_joints[e.0.index()].index() == own).map(|e| e.1).sum::<f64>();
                 weights[u.index() * j + row] = of;
             }
         }

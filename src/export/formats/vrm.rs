@@ -1,7 +1,7 @@
 //! Writes the figure as a VRM 1.0 avatar: a `.glb` in the T-pose whose joints are named as human bones, with springs.
 
 use super::glb::{Built, build};
-use crate::body::{Figure, HumanJoint, JointId};
+use crate::body::{Figure, Finger, JointId, Side, Skeleton};
 use crate::export::encoded::Encoded;
 use crate::export::error::ExportError;
 use crate::export::format::{CharacterOptions, Format, FormatOption, Rest};
@@ -71,13 +71,15 @@ const REQUIRED: [&str; 15] = [
 ];
 
 /// The skeleton's human joints by their names in VRM.
-fn human_bones(figure: &Figure) -> Result<Vec<(&'static str, JointId)>, ExportError> {
+fn human_bones(figure: &Figure) -> Result<Vec<(String, JointId)>, ExportError> {
     let skeleton = &figure.skeleton;
-    let mut bones: Vec<(&'static str, JointId)> =
-        HumanJoint::BODY.into_iter().filter_map(|joint| Some((joint.name(), skeleton.find(joint)?))).collect();
-    let has = |bones: &[(&str, JointId)], name: &str| bones.iter().any(|(found, _)| *found == name);
+    let fingers = |side| Finger::ALL.into_iter().flat_map(move |finger: Finger| finger.joint_names(side));
+    let names = Skeleton::body_names().into_iter().chain(Side::BOTH.into_iter().flat_map(fingers));
+    let mut bones: Vec<(String, JointId)> =
+        names.filter_map(|name| skeleton.find_name(&name).map(|joint| (name, joint))).collect();
+    let has = |bones: &[(String, JointId)], name: &str| bones.iter().any(|(found, _)| found == name);
     if !has(&bones, "chest") {
-        bones.retain(|(name, _)| *name != "upperChest");
+        bones.retain(|(name, _)| name != "upperChest");
     }
     let missing: Vec<&str> = REQUIRED.into_iter().filter(|name| !has(&bones, name)).collect();
     match missing.is_empty() {
@@ -87,10 +89,10 @@ fn human_bones(figure: &Figure) -> Result<Vec<(&'static str, JointId)>, ExportEr
 }
 
 /// Who it is, which joints are which bones, and that a camera in the head sees the clothes.
-fn avatar(built: &Built, bones: &[(&'static str, JointId)], options: &CharacterOptions) -> Value {
+fn avatar(built: &Built, bones: &[(String, JointId)], options: &CharacterOptions) -> Value {
     let node = |joint: &JointId| built.joints[joint.index()].value();
     let bones: Map<String, Value> =
-        bones.iter().map(|(name, joint)| (name.to_string(), json!({ "node": node(joint) }))).collect();
+        bones.iter().map(|(name, joint)| (name.clone(), json!({ "node": node(joint) }))).collect();
     let annotations: Vec<Value> =
         built.layers.iter().map(|layer| json!({ "node": layer.value(), "type": "auto" })).collect();
     let authors =

@@ -1,6 +1,6 @@
 //! Measures of agreement that several fits share.
 
-use crate::body::{JointId, SkinWeights};
+use crate::body::{JointId, Skeleton, SkinWeights, strongest};
 use crate::geometry::VertexId;
 
 /// Mean and 95th percentile of distances; 0 if there are none.
@@ -15,11 +15,11 @@ pub(crate) fn mean_and_p95(mut distances: Vec<f64>) -> (f64, f64) {
 pub(crate) fn dominant_joint(
     areas: impl Iterator<Item = (VertexId, f64)>,
     weights: &SkinWeights,
-    joint_count: usize,
+    skeleton: &Skeleton,
 ) -> Option<JointId> {
-    let mut of_joint = vec![0.0; joint_count];
+    let (mut of_joint, body_joints) = (vec![0.0; skeleton.len()], skeleton.body_joints());
     for (v, area) in areas {
-        of_joint[weights.rows()[v][0].0.index()] += area;
+        of_joint[strongest(&weights.rows()[v], &body_joints).index()] += area;
     }
     let most = of_joint.iter().enumerate().filter(|of| *of.1 > 0.0).max_by(|a, b| a.1.total_cmp(b.1))?;
     Some(JointId(most.0 as u16))

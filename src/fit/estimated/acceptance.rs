@@ -74,7 +74,7 @@ fn check_view(view: &DressedView<'_>, model: &BodyModel) -> Result<(), FitError>
     let is_outside = |clearance: f64| clearance < -FAR_OUTSIDE;
     if let Some(outside) = share(&is_covered, &is_outside).filter(|share| *share > MOST_FAR_OUTSIDE) {
         let far = mesh.vertex_ids().filter(|v| is_covered(*v) && seen[v.index()].is_some_and(is_outside));
-        let near = dominant_joint(far.map(|v| (v, areas[v])), &model.weights, model.skeleton.len());
+        let near = dominant_joint(far.map(|v| (v, areas[v])), &model.weights, &model.skeleton);
         let part = near.map_or("body".into(), |joint| model.skeleton.part_name(joint));
         return refuse(format!(
             "{:.0} % of the covered body is outside the clothes, most of it at the {part}",

@@ -7,13 +7,14 @@ use super::known::{KnownMeasure, measured};
 use crate::body::{BodyModel, Pose, Shape};
 use crate::fit::correspondence::{DownsampledModel, ScanSurface};
 use crate::fit::error::{FitError, require_length};
+use crate::fit::hands::Hands;
 use crate::fit::naked::{CoarseFit, FINEST, FittedBody, NakedParams, NakedProblem, NakedReport, STILL, agreement};
 use crate::fit::solver::{
-    DAMPING, FitIteration, NormalEquations, Phase, Posed, Singular, StoppingRule, greatest_joint_move, iterate,
-    shape_information, solve_together,
+    DAMPING, FitIteration, NormalEquations, Phase, Posed, Singular, StoppingRule, iterate, shape_information,
+    solve_together,
 };
-use crate::geometry::SurfaceIndex;
-use nalgebra::DMatrix;
+use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, Vec3, VertexId};
+use nalgebra::{DMatrix, RowDVector};
 
 /// A measure of the estimated body with its uncertainty, metres.
 #[derive(Clone, Debug, PartialEq)]
@@ -126,7 +127,7 @@ impl Together<'_> {
                 for ((view, posed), step) in self.views.iter_mut().zip(&posed).zip(&steps) {
                     let (pose, changed) = view.body.stepped(posed, &view.pose, shape, step);
                     let after = self.model.skeleton_of(&changed).joints_in_world(&pose);
-                    moved = moved.max(greatest_joint_move(posed, &after));
+                    moved = moved.max(view.body.greatest_move(posed, &after));
                     (view.pose, next) = (pose, changed);
                 }
                 *shape = next;
@@ -170,12 +171,26 @@ impl Together<'_> {
         self.known.iter().filter_map(of).collect()
     }
 
+    /// The standard deviation of each vertex along its normal: what β leaves open, and what the model does not express.
+    fn deviation_along_normals(&self, surface: &TriMesh, covariance: &DMatrix<f64>) -> PerVertex<f64> {
+        let normals = surface.vertex_normals_by_area();
+        let of_vertex = |(v, normal): (VertexId, &Vec3)| {
+            let row = RowDVector::from_iterator(
+                self.model.shape_dirs.len(),
+                self.model.shape_dirs.iter().map(|dirs| dirs[v].dot(normal)),
+            );
+            let variance = (&row * covariance * row.transpose())[(0, 0)];
+            variance.max(0.0).sqrt().hypot(BEYOND_MODEL / std::f64::consts::TAU)
+        };
+        normals.enumerate().map(of_vertex).collect()
+    }
+
     fn concluded(
         mut self,
         shape: Shape,
         iterations: usize,
         converged: bool,
-        log: Vec<String>,
+        mut log: Vec<String>,
     ) -> Result<EstimatedBody, FitError> {
         let phase = Phase { samples: 0, ..FINEST };
         let posed: Vec<Posed> = self.views.iter_mut().map(|view| view.posed(&shape)).collect();
@@ -195,10 +210,20 @@ impl Together<'_> {
                 UncertainGirth { name: name.clone(), metres: at.values[m], deviation }
             })
             .collect();
+        let (surface, skeleton) = self.model.shaped(&shape);
         let first = &self.views[0];
         let agreement = agreement(first.index(), first.surface);
         let (residual_mean, residual_p95) = first.residual_of_skin();
-        let (surface, skeleton) = self.model.shaped(&shape);
+        let mut pose: Pose = first.pose.clone();
+        let is_bare = |v: VertexId| first.is_skin(v);
+        let hands = Hands {
+            mesh: &surface,
+            weights: &self.model.weights,
+            skeleton: &skeleton,
+            is_bare: &is_bare,
+            turns_wrists: true,
+        };
+        log.extend(hands.hold(first.surface, &mut pose, &[]));
         let report = NakedReport {
             converged,
             iterations,
@@ -211,9 +236,10 @@ impl Together<'_> {
             log,
         };
         let poses_in_others = self.views[1..].iter().map(|view| Some(view.pose.clone())).collect();
-        let pose: Pose = first.pose.clone();
+        let deviation = Some(self.deviation_along_normals(&surface, &covariance));
+        let unseen = Vec::new();
         let fitted =
-            FittedBody { shape, pose, surface, skeleton, unseen: Vec::new(), poses_in_others, report, hair: None };
+            FittedBody { shape, pose, surface, skeleton, unseen, poses_in_others, deviation, report, hair: None };
         Ok(EstimatedBody { fitted, covariance, measures })
     }
 }

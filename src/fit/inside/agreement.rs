@@ -85,7 +85,7 @@ impl InsideProblem<'_> {
             })
             .collect();
         let beside = of_scan.iter().filter_map(|&(area, v)| Some((v?, area)));
-        let most = dominant_joint(beside, self.body.weights, self.body.skeleton.len());
+        let most = dominant_joint(beside, self.body.weights, &self.body.skeleton);
         InsideAgreement {
             explained: share(of_scan.iter().map(|s| (s.0, s.1.is_none()))),
             seen: share(of_figure.into_iter()),

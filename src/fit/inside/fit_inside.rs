@@ -18,8 +18,9 @@ use super::violation::ConstraintViolation;
 use crate::body::{Figure, JointId, JointLimits, Pose};
 use crate::fit::correspondence::ScanSurface;
 use crate::fit::error::{FitError, require_length};
+use crate::fit::hands::Hands;
 use crate::fit::solver::FitIteration;
-use crate::geometry::PerVertex;
+use crate::geometry::{PerVertex, VertexId};
 use crate::scan::Scan;
 
 /// Poses the figure inside the scan.
@@ -55,11 +56,14 @@ pub fn fit_inside(
     let figure_surface = figure_surface?;
     let mut problem = InsideProblem::new(figure, &figure_surface, &surface, limits, params);
     let mut log = Vec::new();
-    let (found, unseen) = match params.method {
+    let (mut found, unseen) = match params.method {
         InsideMethod::Paper => (fit_eqs_5_and_6(&problem, start, on_step, &mut log), Vec::new()),
         _ => problem.refine_visible(start, on_step, &mut log),
     };
 
+    if params.method != InsideMethod::Paper {
+        log.extend(problem.hold_hands(figure, &mut found.pose, &unseen));
+    }
     let posed = problem.posed(&found.pose);
     let (residual_mean, residual_p95) = problem.visible_distances(&posed);
     let body_mesh = problem.body_mesh(&posed);
@@ -126,6 +130,20 @@ fn check_arguments(
 }
 
 impl InsideProblem<'_> {
+    /// Turns the fingers of bare hands as the scan shows them.
+    fn hold_hands(&self, figure: &Figure, pose: &mut Pose, unseen: &[JointId]) -> Vec<String> {
+        let body = figure.body();
+        let is_bare = |v: VertexId| !self.figure_surface.must_stay_inside(v);
+        let hands = Hands {
+            mesh: &body.mesh,
+            weights: &body.weights,
+            skeleton: &figure.skeleton,
+            is_bare: &is_bare,
+            turns_wrists: false,
+        };
+        hands.hold(self.surface, pose, unseen)
+    }
+
     /// Refines the best initial pose, and again without the limbs that the scan does not show, which are returned.
     fn refine_visible(
         &mut self,

@@ -24,8 +24,7 @@ use super::refine::PoseEstimate;
 use crate::body::{Pose, Shape};
 use crate::fit::correspondence::ScanSurface;
 use crate::fit::solver::{
-    Articulated, DAMPING, FitIteration, NormalEquations, Posed, Residual, StoppingRule, Unknowns, greatest_joint_move,
-    iterate,
+    Articulated, DAMPING, FitIteration, NormalEquations, Posed, Residual, StoppingRule, Unknowns, iterate,
 };
 use crate::geometry::{PerVertex, Point, Vec3, VertexId};
 use crate::numerics::{QpRow, QuadraticProgram};
@@ -64,7 +63,7 @@ pub(super) fn fit_eqs_5_and_6(
                 }
             };
             let next = problem.body.stepped(&posed, &pose, &Shape(Vec::new()), &delta).0;
-            let moved = greatest_joint_move(&posed, &posed.skeleton.joints_in_world(&next));
+            let moved = problem.body.greatest_move(&posed, &posed.skeleton.joints_in_world(&next));
             pose = next;
             iterations += 1;
             on_step(&FitIteration { iteration: iterations, moved, residual, surface: &problem.mesh(&posed) });

@@ -2,7 +2,7 @@
 
 use super::problem::InsideProblem;
 use crate::body::{Pose, Shape};
-use crate::fit::solver::{FitIteration, Singular, StoppingRule, Unknowns, greatest_joint_move, iterate, mean_residual};
+use crate::fit::solver::{FitIteration, Singular, StoppingRule, Unknowns, iterate, mean_residual};
 use crate::geometry::SurfaceIndex;
 use nalgebra::DVector;
 
@@ -75,7 +75,7 @@ impl InsideProblem<'_> {
             delta *= share;
             let next = self.body.stepped(&posed, &pose, &Shape(Vec::new()), &delta).0;
             let after = posed.skeleton.joints_in_world(&next);
-            moved = greatest_joint_move(&posed, &after);
+            moved = self.body.greatest_move(&posed, &after);
             pose = next;
             on_step(&FitIteration {
                 iteration: iteration + 1,

@@ -2,7 +2,7 @@
 
 use crate::body::{HumanJoint, JointId, Pose, Shape, Skeleton, SkinWeights};
 use crate::fit::solver::{
-    Articulated, NormalEquations, PosePrior, Residual, Singular, StoppingRule, Unknowns, greatest_joint_move, iterate,
+    Articulated, NormalEquations, PosePrior, Residual, Singular, StoppingRule, Unknowns, iterate,
 };
 use crate::geometry::{PerVertex, Point, Vec3, VertexId};
 use nalgebra::UnitQuaternion;
@@ -105,7 +105,7 @@ impl Attached {
         within_limits: &dyn Fn(&Pose, JointId) -> Option<UnitQuaternion<f64>>,
     ) -> AttachedFit {
         let body = Articulated::of_points(skeleton, self.points_in_bind.clone(), &self.weights);
-        let unknowns = Unknowns { joints: vec![true; skeleton.len()], shape: false };
+        let unknowns = Unknowns::but_fingers(skeleton, vec![true; skeleton.len()], false);
         let shape = Shape(Vec::new());
         let mut pose = start.clone();
         let mut posed = body.posed(&pose, &shape);
@@ -131,7 +131,7 @@ impl Attached {
             let step = equations.solve(DAMPING)?;
             let (next, _) = body.stepped(&posed, &pose, &shape, &step);
             let after = body.posed(&next, &shape);
-            let moved = greatest_joint_move(&posed, &after.joints_in_world);
+            let moved = body.greatest_move(&posed, &after.joints_in_world);
             (pose, posed) = (next, after);
             Ok::<f64, Singular>(moved)
         });

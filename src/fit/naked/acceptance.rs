@@ -10,6 +10,7 @@ use super::report::NakedReport;
 use crate::body::{BodyModel, HumanJoint, JointId};
 use crate::fit::correspondence::{parts_from, unseen};
 use crate::fit::error::FitError;
+use crate::fit::hands::Hands;
 use crate::geometry::SurfaceIndex;
 
 /// Accepts the estimate, which `index` holds, or says why it is not the body of the scan.
@@ -23,7 +24,16 @@ pub(crate) fn conclude(
 ) -> Result<FittedBody, FitError> {
     let buried = buried_hand(problem, index, &unseen);
     check_is_body(problem.model, problem.params, agreement.residual.0, &agreement, &found, &unseen, buried)?;
-    Ok(with_report(problem, found, index, agreement, unseen, log))
+    let mut fitted = with_report(problem, found, index, agreement, unseen, log);
+    let hands = Hands {
+        mesh: &fitted.surface,
+        weights: &problem.model.weights,
+        skeleton: &fitted.skeleton,
+        is_bare: &|_| true,
+        turns_wrists: true,
+    };
+    fitted.report.log.extend(hands.hold(problem.surface, &mut fitted.pose, &fitted.unseen));
+    Ok(fitted)
 }
 
 /// The estimate, which `index` holds, with its report.
@@ -59,7 +69,7 @@ pub(super) fn with_report(
     .with_doubt();
     let ModelEstimate { shape, pose, .. } = found;
     let hair = problem.hair.clone();
-    FittedBody { shape, pose, surface, skeleton, unseen, poses_in_others: Vec::new(), hair, report }
+    FittedBody { shape, pose, surface, skeleton, unseen, poses_in_others: Vec::new(), deviation: None, hair, report }
 }
 
 /// A warning if the scan does not show the head, without which everything else is fitted equally well.

@@ -1,7 +1,7 @@
 //! Agreement of a fitted body with a naked scan: which share of the scan it explains, and which share of it the scan shows.
 
 use crate::body::HumanJoint::{Chest, Hips, LowerLeg, Spine, UpperChest, UpperLeg};
-use crate::body::{HumanJoint, Side, Skeleton, SkinWeights};
+use crate::body::{HumanJoint, Side, Skeleton, SkinWeights, strongest};
 use crate::fit::correspondence::{ScanSurface, dominant_joint, mean_and_p95, spread};
 use crate::geometry::{SurfaceIndex, VertexId};
 use rayon::prelude::*;
@@ -84,10 +84,11 @@ impl NakedAgreement {
 
     /// The first required region of which the scan shows almost nothing.
     pub(crate) fn missing_region(&self, weights: &SkinWeights, skeleton: &Skeleton) -> Option<&'static str> {
+        let body_joints = skeleton.body_joints();
         REGIONS
             .iter()
             .find(|(_, joints)| {
-                let moves = |v: VertexId| skeleton.human_joint(weights.rows()[v][0].0);
+                let moves = |v: VertexId| skeleton.human_joint(strongest(&weights.rows()[v], &body_joints));
                 let is_of = |v: VertexId| moves(v).is_some_and(|joint| joints.contains(&joint));
                 let (mut total, mut seen) = (0.0, 0.0);
                 for &(_, area, is_seen) in self.of_body.iter().filter(|b| is_of(b.0)) {
@@ -101,7 +102,7 @@ impl NakedAgreement {
 
     /// The part of the body that is nearest to most of the unexplained scan.
     pub(crate) fn least_explained_part(&self, weights: &SkinWeights, skeleton: &Skeleton) -> Option<String> {
-        let joint = dominant_joint(self.unexplained.iter().copied(), weights, skeleton.len())?;
+        let joint = dominant_joint(self.unexplained.iter().copied(), weights, skeleton)?;
         Some(skeleton.part_name(joint))
     }
 }

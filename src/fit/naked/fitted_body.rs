@@ -3,7 +3,7 @@
 use super::hair::Hair;
 use super::report::NakedReport;
 use crate::body::{BodyModel, Figure, JointId, Pose, Shape, Skeleton};
-use crate::geometry::TriMesh;
+use crate::geometry::{PerVertex, TriMesh};
 use crate::scan::Scan;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -26,6 +26,9 @@ pub struct FittedBody {
     pub poses_in_others: Vec<Option<Pose>>,
     /// How the fit went.
     pub report: NakedReport,
+    /// How far each place of the surface may be off along its normal, as a standard deviation in metres; only of a body that was
+    /// estimated below clothes. **Shapes** one entry per vertex.
+    pub deviation: Option<PerVertex<f64>>,
     /// Hair that the scan shows and that is no part of the body; `None` without hair, or if it counts as part of the body.
     pub hair: Option<Hair>,
 }

@@ -7,7 +7,7 @@ use crate::fit::correspondence::{
     JointSubtree, LastFaces, ScanSurface, mean_truncated, parts, scan_to_mesh_from, spread,
 };
 use crate::fit::solver::{
-    Articulated, NormalEquations, Phase, PosePrior, Posed, Residual, Unknowns, greatest_joint_move, mean_residual,
+    Articulated, JointGroup, NormalEquations, Phase, PosePrior, Posed, Residual, Unknowns, held_joints, mean_residual,
     pose_stiffness, robust,
 };
 use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, Vec3, VertexId};
@@ -37,7 +37,7 @@ pub(crate) struct NakedProblem<'a> {
     pub(super) parts: Vec<JointSubtree>,
     /// Bounding volume hierarchy of the model in the bind pose, which follows the poses.
     pub(crate) index: SurfaceIndex,
-    /// Joints that keep their pose, because the scan does not show what they move. **Shapes** one entry per joint.
+    /// Joints that keep their pose: fingers, and those of limbs that the scan does not show. **Shapes** one entry per joint.
     held: Vec<bool>,
     /// Vertices that take no part, because the scan does not show them. **Shapes** one entry per vertex.
     pub(super) left_out: PerVertex<bool>,
@@ -60,7 +60,7 @@ impl<'a> NakedProblem<'a> {
         Self {
             parts: parts(&model.skeleton, &model.weights),
             index,
-            held: vec![false; joints],
+            held: held_joints(&model.skeleton, JointGroup::All),
             left_out: PerVertex::filled(false, model.template.vertex_count()),
             center: Pose::bind(joints),
             hair: None,
@@ -135,7 +135,7 @@ impl<'a> NakedProblem<'a> {
 
     pub(crate) fn moved(&self, posed: &Posed, pose: &Pose, shape: &Shape) -> f64 {
         let after = self.model.skeleton_of(shape).joints_in_world(pose);
-        greatest_joint_move(posed, &after)
+        self.body.greatest_move(posed, &after)
     }
 
     fn model_to_scan(

@@ -18,7 +18,7 @@ pub(crate) use iteration::{StoppingRule, iterate};
 pub(crate) use normal_equations::{
     DAMPING, NormalEquations, PosePrior, Singular, Unknowns, shape_information, solve_together,
 };
-pub(crate) use posed::{Posed, Residual, greatest_joint_move};
+pub(crate) use posed::{Posed, Residual, parent_rotation};
 pub(crate) use prior::{held_joints, limbs_only, pose_stiffness};
 pub(crate) use robust_kernel::{mean_residual, robust};
 pub(crate) use schedule::Phase;

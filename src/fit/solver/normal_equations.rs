@@ -1,7 +1,7 @@
 //! The normal equations of a Gauss–Newton step, with priors and joint limits.
 
 use super::posed::{Posed, parent_rotation};
-use crate::body::{JointLimits, Pose, Shape};
+use crate::body::{JointLimits, Pose, Shape, Skeleton};
 use crate::geometry::Vec3;
 use nalgebra::{DMatrix, DVector, Matrix3};
 
@@ -15,6 +15,14 @@ pub(crate) struct Unknowns {
 }
 
 impl Unknowns {
+    /// These joints without those of fingers, which no scan of a whole person determines one by one.
+    pub(crate) fn but_fingers(skeleton: &Skeleton, mut joints: Vec<bool>, shape: bool) -> Self {
+        for (free, joint) in joints.iter_mut().zip(skeleton.ids()) {
+            *free &= !skeleton.is_finger(joint);
+        }
+        Self { joints, shape }
+    }
+
     /// Columns of what a step does not change.
     fn held(&self, columns: usize) -> impl Iterator<Item = usize> + '_ {
         let first = 3 + 3 * self.joints.len();
@@ -106,9 +114,22 @@ impl NormalEquations {
 
     /// The minimising step, damped relative to the diagonal.
     pub(crate) fn solve(&self, damping: f64) -> Result<DVector<f64>, Singular> {
-        let mut damped = self.clone();
+        let free: Vec<usize> = (0..self.g.len()).filter(|&i| self.pulls(i)).collect();
+        let n = free.len();
+        let mut damped = Self {
+            h: DMatrix::from_fn(n, n, |i, j| self.h[(free[i], free[j])]),
+            g: DVector::from_fn(n, |i, _| self.g[free[i]]),
+        };
         damped.damp(damping);
-        damped.h.cholesky().map(|c| c.solve(&self.g)).filter(|d| d.iter().all(|x| x.is_finite())).ok_or(Singular)
+        let found = damped.h.cholesky().map(|c| c.solve(&damped.g)).ok_or(Singular)?;
+        let mut step = DVector::zeros(self.g.len());
+        free.iter().zip(found.iter()).for_each(|(&i, x)| step[i] = *x);
+        step.iter().all(|x| x.is_finite()).then_some(step).ok_or(Singular)
+    }
+
+    /// Whether an unknown has a gradient or depends on others; all else has a step of zero.
+    fn pulls(&self, i: usize) -> bool {
+        self.g[i] != 0.0 || self.h.column(i).iter().enumerate().any(|(j, x)| j != i && *x != 0.0)
     }
 }
 

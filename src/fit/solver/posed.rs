@@ -31,11 +31,6 @@ impl Posed {
     }
 }
 
-/// The greatest move of a joint from a pose to where its joints are after a step, in metres.
-pub(crate) fn greatest_joint_move(posed: &Posed, joints_after: &[Point]) -> f64 {
-    posed.joints_in_world.iter().zip(joints_after).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
-}
-
 /// One weighted squared residual `weight · (normal · Σ factor · Δvertex − gap)²`, with Δ the move of a step.
 #[derive(Clone, Debug)]
 pub(crate) struct Residual {

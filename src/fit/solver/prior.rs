@@ -18,7 +18,7 @@ pub(crate) fn pose_stiffness(skeleton: &Skeleton, strength: f64) -> Vec<f64> {
         Some(UpperLeg(_)) => 0.35,
         Some(LowerLeg(_) | Hand(_) | Head | Neck) => 0.2,
         Some(Toes(_)) => 0.06,
-        // Spine, collar bones, ankles, and fingers of larger rigs.
+        // Spine, collar bones, ankles; fingers keep their pose.
         _ => 0.12,
     };
     skeleton.ids().map(|joint| strength / (sigma_of(joint) * sigma_of(joint))).collect()
@@ -51,7 +51,7 @@ pub enum JointGroup {
     Trunk,
 }
 
-/// Joints that keep their pose if only a group may turn. The root always moves, because the person stands in another place.
+/// Joints that keep their pose if only a group may turn: all others, and fingers. The root always moves, because the person stands in another place.
 ///
 /// **Shapes** one entry per joint.
 pub(crate) fn held_joints(skeleton: &Skeleton, group: JointGroup) -> Vec<bool> {
@@ -64,7 +64,7 @@ pub(crate) fn held_joints(skeleton: &Skeleton, group: JointGroup) -> Vec<bool> {
         JointGroup::Head => skeleton.is_part_of(j, Neck),
         JointGroup::Trunk => matches!(skeleton.human_joint(j), Some(Spine | Chest | UpperChest)),
     };
-    skeleton.ids().map(|j| j.index() != 0 && !turns(j)).collect()
+    skeleton.ids().map(|j| j.index() != 0 && (!turns(j) || skeleton.is_finger(j))).collect()
 }
 
 #[cfg(test)]
@@ -80,7 +80,7 @@ mod tests {
             let held = held_joints(&skeleton, group);
             skeleton.ids().filter(|j| !held[j.index()]).map(|j| skeleton.human_joint(j).unwrap()).collect()
         };
-        assert_eq!(free(JointGroup::All).len(), skeleton.len());
+        assert_eq!(free(JointGroup::All), HumanJoint::BODY);
         assert_eq!(free(JointGroup::Trunk), [Hips, Spine, Chest, UpperChest]);
         let legs = free(JointGroup::Legs);
         assert!(legs.contains(&Hips) && legs.contains(&Toes(Side::Left)) && !legs.contains(&Spine));

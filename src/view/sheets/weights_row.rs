@@ -79,7 +79,8 @@ impl LayerPhysics {
 
 /// The colour of every joint.
 pub fn joint_legend(skeleton: &Skeleton) -> Vec<(String, [u8; 3])> {
-    skeleton.ids().map(|joint| (skeleton.names[joint.index()].clone(), joint_color(joint))).collect()
+    let joints = skeleton.ids().filter(|&joint| !skeleton.is_finger(joint));
+    joints.map(|joint| (skeleton.names[joint.index()].clone(), joint_color(joint))).collect()
 }
 
 #[cfg(test)]

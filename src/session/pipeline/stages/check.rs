@@ -127,7 +127,7 @@ pub(in crate::session::pipeline) fn garment(
         .map(|(mesh, layer)| Inner { mesh, colors: layer.colors.as_ref() })
         .collect();
     let skin = figure.posed(&inside.pose).swap_remove(0);
-    // Fingers are curled in one scan and stretched in the next, and no fit moves them.
+    // Fingers are curled in one scan and stretched in the next, and the synergies of a grasp express that only roughly.
     let is_hand = |v: VertexId| {
         let joint = figure.body().weights.rows()[v][0].0;
         Side::BOTH.iter().any(|&side| figure.skeleton.is_part_of(joint, HumanJoint::Hand(side)))

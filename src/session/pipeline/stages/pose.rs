@@ -15,7 +15,7 @@ use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store, Warning};
 use serde::Serialize;
 
-pub(in crate::session::pipeline) const POSE: Code = Code::new(Stage::Pose, 9);
+pub(in crate::session::pipeline) const POSE: Code = Code::new(Stage::Pose, 10);
 
 #[derive(Serialize)]
 pub(in crate::session::pipeline) struct Inputs {

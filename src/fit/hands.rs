@@ -1,0 +1,332 @@
+//! How the hands of a scan are held: a few Gauss–Newton steps of each hand along the synergies of [`Grasp`], from relaxed,
+//! flat and fist.
+
+use super::correspondence::{ScanSurface, scan_to_mesh};
+use super::solver::{
+    Articulated, DAMPING, Residual, Singular, StoppingRule, Unknowns, iterate, parent_rotation, robust,
+};
+use crate::body::{Grasp, HandJoints, JointId, Pose, Shape, Side, Skeleton, SkinWeights, skin};
+use crate::geometry::{Aabb, PerFace, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
+use nalgebra::{DMatrix, DVector};
+
+/// Steps from each initial grasp.
+const STEPS: usize = 12;
+
+/// Greatest distance of correspondences in the first and in later steps, in metres.
+const REACH: [f64; 2] = [0.03, 0.015];
+
+/// Least cosine between normals: the sides of a finger, and a hand beside a thigh, face each other.
+const LEAST_COSINE: f64 = 0.3;
+
+/// Distances are truncated to this when grasps are compared, in metres: the breadth of a finger.
+const TRUNCATE: f64 = 0.02;
+
+/// Least share of a hand's area that the scan must have near it. Whole fists show about 0.7.
+const LEAST_SEEN: f64 = 0.45;
+
+/// Greatest share of a hand's vertices below a cuff.
+const MOST_COVERED: f64 = 0.1;
+
+/// A grasp is taken if it divides the distance by this, and reduces it by the least gain, in metres: fusion rounds fingers off by
+/// as much.
+const LEAST_FACTOR: f64 = 1.25;
+const LEAST_GAIN: f64 = 5e-4;
+
+/// A hand that is nearer to the scan than this, in metres, is held right: fusion leaves 1.6 mm.
+const CLOSE: f64 = 0.002;
+
+/// Stiffness of the synergies toward relaxed, and of the wrist toward where it is, in the units of the residuals' weights.
+const GRASP_STIFFNESS: f64 = 10.0;
+const WRIST_STIFFNESS: f64 = 100.0;
+
+/// The body whose hands are held, in the bind pose.
+pub(crate) struct Hands<'a> {
+    pub(crate) mesh: &'a TriMesh,
+    pub(crate) weights: &'a SkinWeights,
+    pub(crate) skeleton: &'a Skeleton,
+    /// Whether a vertex is skin that the scan may show: gloves keep their hands.
+    pub(crate) is_bare: &'a dyn Fn(VertexId) -> bool,
+    /// Whether the wrists may turn: with fingers in another grasp the body's fit has turned them wrongly.
+    pub(crate) turns_wrists: bool,
+}
+
+impl Hands<'_> {
+    /// Turns fingers, and wrists if they may, where the scan shows a hand that is held in another way; says so. Hands below `unseen`
+    /// limbs stay.
+    ///
+    /// **Guarantees** nothing changes for a skeleton without all finger joints of a hand.
+    pub(crate) fn hold(&self, surface: &ScanSurface, pose: &mut Pose, unseen: &[JointId]) -> Vec<String> {
+        let hands = Side::BOTH.map(|side| HandJoints::find(self.skeleton, side).map(|joints| (side, joints)));
+        let is_hidden = |hand: JointId| unseen.iter().any(|&joint| self.skeleton.is_below(hand, joint));
+        let hands = hands.into_iter().flatten().filter(|(_, joints)| !is_hidden(joints.hand));
+        hands.filter_map(|(side, joints)| self.hold_one(surface, pose, side, &joints)).collect()
+    }
+
+    fn hold_one(&self, surface: &ScanSurface, pose: &mut Pose, side: Side, joints: &HandJoints) -> Option<String> {
+        let below: Vec<bool> = self.skeleton.ids().map(|j| self.skeleton.is_below(j, joints.hand)).collect();
+        let of_hand = |v: VertexId| -> bool {
+            let row = self.weights.rows()[v].iter();
+            row.filter(|(j, _)| below[j.index()]).map(|(_, w)| w).sum::<f64>() > 0.5
+        };
+        let flags: PerVertex<bool> = self.mesh.vertex_ids().map(of_hand).collect();
+        let covered = flags.enumerate().filter(|&(v, is_hand)| *is_hand && !(self.is_bare)(v)).count();
+        if MOST_COVERED * (flags.iter().filter(|is_hand| **is_hand).count() as f64) < covered as f64 {
+            return None;
+        }
+        let keep: PerFace<bool> = self.mesh.faces().iter().map(|f| f.iter().all(|&v| flags[v])).collect();
+        let (mesh, whole_from_part) = self.mesh.part(&keep);
+        let weights = self.weights.of_vertices(&whole_from_part);
+        let body = Articulated::of_points(self.skeleton, mesh.points().clone(), &weights);
+        let hand = OneHand { body, mesh, joints, turns_wrist: self.turns_wrists };
+
+        let initial = [Grasp::RELAXED, Grasp::FLAT, Grasp::FIST].map(|grasp| Held { grasp, pose: pose.clone() });
+        let hands = initial.each_ref().map(|held| hand.index(&held.posed(joints)));
+        let around = Surroundings::of(&hands)?;
+        let posed = self.mesh.with_points(skin(self.mesh.points(), self.weights, self.skeleton, pose));
+        let is_near = |f: &[VertexId; 3]| f.iter().any(|&v| around.contain(&posed.points()[v]));
+        let rest = posed.faces().iter().zip(keep.iter()).map(|(f, is_kept)| !is_kept && is_near(f)).collect();
+        let rest = SurfaceIndex::prepare(&posed.part(&rest).0);
+        let samples = hand_samples(surface, &rest, &hands, &around);
+        let seen: f64 = samples.iter().map(|sample| sample.1).sum::<f64>() / hand.mesh.area();
+        if seen < LEAST_SEEN {
+            return None;
+        }
+        let before = hand.distance(surface, &samples, &hand.index(pose));
+        if before < CLOSE {
+            return None;
+        }
+        let mut best: Option<(f64, Held)> = None;
+        for held in initial {
+            let held = hand.fit(surface, &samples, held);
+            let distance = hand.distance(surface, &samples, &hand.index(&held.posed(joints)));
+            if best.as_ref().is_none_or(|(least, _)| distance < *least) {
+                best = Some((distance, held));
+            }
+        }
+        let (after, held) = best?;
+        if after * LEAST_FACTOR > before || before - after < LEAST_GAIN {
+            return None;
+        }
+        *pose = held.posed(joints);
+        let [curl, spread, thumb] = held.grasp.shares().map(|share| 100.0 * share);
+        Some(format!(
+            "{} hand: fingers bent by {curl:.0} % of a fist, spread {spread:.0} %, thumb {thumb:.0} %: {:.1} mm from the scan, {:.1} mm as it was",
+            side.name(),
+            1e3 * after,
+            1e3 * before
+        ))
+    }
+}
+
+/// A grasp and the pose that holds it, but for the fingers.
+#[derive(Clone)]
+struct Held {
+    grasp: Grasp,
+    pose: Pose,
+}
+
+impl Held {
+    fn posed(&self, joints: &HandJoints) -> Pose {
+        let mut pose = self.pose.clone();
+        joints.hold(&self.grasp, &mut pose);
+        pose
+    }
+}
+
+/// The box in which a hand can be, in any of its grasps.
+struct Surroundings(Aabb);
+
+impl Surroundings {
+    fn of(hands: &[SurfaceIndex]) -> Option<Self> {
+        let Aabb { min, max } = Aabb::around(hands.iter().flat_map(|hand| hand.mesh().points().iter()))?;
+        let reach = Vec3::repeat(REACH[0]);
+        Some(Self(Aabb { min: min - reach, max: max + reach }))
+    }
+
+    fn contain(&self, p: &Point) -> bool {
+        (0..3).all(|c| (self.0.min[c]..self.0.max[c]).contains(&p[c]))
+    }
+}
+
+/// Vertices of the scan that are nearer to the hand, in one of the grasps, than to the rest of the body, with their areas.
+fn hand_samples(
+    surface: &ScanSurface,
+    rest: &SurfaceIndex,
+    hands: &[SurfaceIndex],
+    around: &Surroundings,
+) -> Vec<(VertexId, f64)> {
+    let is_of_hand = |v: VertexId| {
+        let (q, normal) = (&surface.mesh().points()[v], &surface.normals[v]);
+        if !around.contain(q) {
+            return false;
+        }
+        let near = hands.iter().filter_map(|hand| {
+            let s = hand.closest_within(q, REACH[0])?;
+            (hand.mesh().face_normal(s.face).dot(normal) > LEAST_COSINE).then_some(s.distance)
+        });
+        let distance = near.fold(f64::INFINITY, f64::min);
+        distance.is_finite() && rest.closest_within(q, distance).is_none()
+    };
+    surface.mesh().vertex_ids().filter(|&v| is_of_hand(v)).map(|v| (v, surface.areas[v])).collect()
+}
+
+struct OneHand<'a> {
+    body: Articulated<'a>,
+    /// In the bind pose.
+    mesh: TriMesh,
+    joints: &'a HandJoints,
+    turns_wrist: bool,
+}
+
+impl OneHand<'_> {
+    fn index(&self, pose: &Pose) -> SurfaceIndex {
+        SurfaceIndex::prepare(&self.mesh.with_points(self.body.posed(pose, &Shape(Vec::new())).points))
+    }
+
+    /// Mean distance between hand and scan, both ways, in metres.
+    fn distance(&self, surface: &ScanSurface, samples: &[(VertexId, f64)], hand: &SurfaceIndex) -> f64 {
+        let mean = |distances: &mut dyn Iterator<Item = (f64, f64)>| {
+            let (sum, total) = distances.fold((0.0, 0.0), |(sum, total), (d, area)| (sum + area * d, total + area));
+            sum / f64::max(total, 1e-12)
+        };
+        let points = surface.mesh().points();
+        let there = mean(
+            &mut samples
+                .iter()
+                .map(|&(v, area)| (hand.closest_within(&points[v], TRUNCATE).map_or(TRUNCATE, |s| s.distance), area)),
+        );
+        let (mesh, areas) = (hand.mesh(), hand.mesh().vertex_areas());
+        let back =
+            mean(
+                &mut mesh.points().iter().zip(areas.iter()).map(|(p, area)| {
+                    (surface.index.closest_within(p, TRUNCATE).map_or(TRUNCATE, |s| s.distance), *area)
+                }),
+            );
+        0.5 * (there + back)
+    }
+
+    fn fit(&self, surface: &ScanSurface, samples: &[(VertexId, f64)], mut held: Held) -> Held {
+        let center = held.pose.rotations[self.joints.hand.index()];
+        let mut index = self.index(&held.posed(self.joints));
+        let skeleton = &self.body.skeleton;
+        let mut turns: Vec<bool> = vec![false; skeleton.len()];
+        self.joints.fingers().chain([self.joints.hand]).for_each(|joint| turns[joint.index()] = true);
+        let unknowns = Unknowns { joints: turns, shape: false };
+        let rule = StoppingRule { steps: STEPS, still: 2e-4, still_steps: 1, first_still: STEPS / 2 };
+        let wrist = if self.turns_wrist { 3 } else { 0 };
+        iterate(&rule, |number| {
+            let reach = REACH[usize::from(number >= STEPS / 3)];
+            let posed = self.body.posed(&held.posed(self.joints), &Shape(Vec::new()));
+            index.follow(&self.mesh.with_points(posed.points.clone()));
+            let normals = index.mesh().vertex_normals_by_area();
+            let areas = index.mesh().vertex_areas();
+            let mut residuals: Vec<Residual> = posed
+                .points
+                .enumerate()
+                .filter_map(|(v, p)| {
+                    let hit = surface.nearest(p, reach)?;
+                    if hit.at_rim || hit.normal.dot(&normals[v]) < LEAST_COSINE {
+                        return None;
+                    }
+                    let weight = hit.confidence * robust(areas[v], hit.distance, reach);
+                    Some(Residual::on_vertex(v, hit.normal, hit.normal.dot(&(hit.point - p)), weight))
+                })
+                .collect();
+            residuals.extend(scan_to_mesh(surface, &index, &normals, samples, reach, LEAST_COSINE, |_| true));
+            let equations = self.body.normal_equations(&posed, &residuals, &unknowns);
+            // Each synergy turns many joints: the equations of the synergies follow from those of the joints.
+            let mut turned = DMatrix::zeros(equations.g.len(), wrist + 3);
+            let hand = 3 + 3 * self.joints.hand.index();
+            (0..wrist).for_each(|c| turned[(hand + c, c)] = 1.0);
+            for (joint, shares) in self.joints.turns(&held.grasp) {
+                let parent = parent_rotation(&posed, joint.index());
+                for (k, turn) in shares.iter().enumerate() {
+                    let turn = parent * turn;
+                    (0..3).for_each(|c| turned[(3 + 3 * joint.index() + c, wrist + k)] = turn[c]);
+                }
+            }
+            let mut h = turned.transpose() * &equations.h * &turned;
+            let mut g = turned.transpose() * &equations.g;
+            let parent = parent_rotation(&posed, self.joints.hand.index());
+            let off = parent * (held.pose.rotations[self.joints.hand.index()] * center.inverse()).scaled_axis();
+            for c in 0..wrist {
+                h[(c, c)] += WRIST_STIFFNESS;
+                g[c] -= WRIST_STIFFNESS * off[c];
+            }
+            for (k, share) in held.grasp.shares().into_iter().enumerate() {
+                h[(wrist + k, wrist + k)] += GRASP_STIFFNESS;
+                g[wrist + k] -= GRASP_STIFFNESS * share;
+            }
+            (0..h.nrows()).for_each(|i| h[(i, i)] *= 1.0 + DAMPING);
+            let step: DVector<f64> = h.cholesky().ok_or(Singular)?.solve(&g);
+            let mut whole = DVector::zeros(equations.g.len());
+            (0..wrist).for_each(|c| whole[hand + c] = step[c]);
+            let (pose, _) = self.body.stepped(&posed, &held.pose, &Shape(Vec::new()), &whole);
+            let shares = held.grasp.shares();
+            let grasp = Grasp::within_limits(std::array::from_fn(|k| shares[k] + step[wrist + k].clamp(-0.4, 0.4)));
+            held = Held { grasp, pose };
+            let after = self.body.posed(&held.posed(self.joints), &Shape(Vec::new()));
+            let moved = posed.joints_in_world.iter().zip(&after.joints_in_world).map(|(a, b)| (a - b).norm());
+            Ok::<f64, Singular>(moved.fold(0.0, f64::max))
+        });
+        held
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::{BodyModel, HumanJoint, embedded_model};
+    use crate::scan::Scan;
+
+    /// The scan of the model with these grasps, without what `removed` holds, and the pose.
+    fn scan_of(model: &BodyModel, grasps: [Grasp; 2], removed: impl Fn(JointId) -> bool) -> (ScanSurface, Pose) {
+        let mut pose = Pose::bind(model.skeleton.len());
+        for (side, grasp) in Side::BOTH.into_iter().zip(&grasps) {
+            HandJoints::find(&model.skeleton, side).unwrap().hold(grasp, &mut pose);
+        }
+        let points = skin(model.template.points(), &model.weights, &model.skeleton, &pose);
+        let kept = |f: &[VertexId; 3]| f.iter().all(|&v| !removed(model.weights.rows()[v][0].0));
+        let keep: PerFace<bool> = model.template.faces().iter().map(kept).collect();
+        let mesh = model.template.with_points(points).part(&keep).0;
+        (ScanSurface::prepare(&Scan::from_clean_mesh(mesh, None)), pose)
+    }
+
+    #[test]
+    fn grasps_are_found_from_relaxed_hands() {
+        let model = embedded_model().unwrap();
+        let skeleton = &model.skeleton;
+        let (scan, truth) = scan_of(&model, [Grasp::FIST, Grasp { curl: 0.3, spread: 0.8, thumb: 0.2 }], |_| false);
+        let hands =
+            Hands { mesh: &model.template, weights: &model.weights, skeleton, is_bare: &|_| true, turns_wrists: true };
+        let mut pose = Pose::bind(skeleton.len());
+        let said = hands.hold(&scan, &mut pose, &[]);
+        assert_eq!(said.len(), 2, "{said:?}");
+        let (found, expected) = (skeleton.joints_in_world(&pose), skeleton.joints_in_world(&truth));
+        for joint in skeleton.ids().filter(|&joint| skeleton.is_finger(joint)) {
+            let off = (found[joint.index()] - expected[joint.index()]).norm();
+            assert!(off < 0.006, "{}: {off} m", skeleton.names[joint.index()]);
+        }
+    }
+
+    #[test]
+    fn hands_that_are_held_so_already_or_are_not_seen_stay() {
+        let model = embedded_model().unwrap();
+        let skeleton = &model.skeleton;
+        let hands =
+            Hands { mesh: &model.template, weights: &model.weights, skeleton, is_bare: &|_| true, turns_wrists: true };
+        let is_hand = |joint| Side::BOTH.iter().any(|&side| skeleton.is_part_of(joint, HumanJoint::Hand(side)));
+        for (scan, mut pose) in [
+            scan_of(&model, [Grasp::FLAT; 2], |_| false),
+            (scan_of(&model, [Grasp::FIST; 2], is_hand).0, Pose::bind(skeleton.len())),
+        ] {
+            let before = pose.clone();
+            assert_eq!(hands.hold(&scan, &mut pose, &[]), Vec::<String>::new());
+            assert_eq!(pose, before);
+        }
+        let (scan, _) = scan_of(&model, [Grasp::FIST; 2], |_| false);
+        let mut pose = Pose::bind(skeleton.len());
+        let unseen = Side::BOTH.map(|side| skeleton.find(HumanJoint::LowerArm(side)).unwrap());
+        assert!(hands.hold(&scan, &mut pose, &unseen).is_empty() && pose == Pose::bind(skeleton.len()));
+    }
+}
