@@ -117,6 +117,7 @@ fn scan_of(
 ) -> Result<SyntheticStep, StudioError> {
     let mut stance = subject.stance(params.seed, step);
     stance.pose = subject.turned(&stance.pose, &params.turned);
+    subject.hold_hands(&params.hands, &mut stance.pose);
     stand_on_floor(subject, &mut stance);
     let name = garments.last().map_or("body", |g| g.kind.name()).to_owned();
     let dressed = dress(subject, &stance, garments, params.settling_secs)?;
@@ -148,7 +149,7 @@ fn joints(subject: &Subject, stance: &ScanStance) -> JointPositions {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::{HumanJoint, Side};
+    use crate::body::{Grasp, HumanJoint, Side};
     use crate::geometry::{SurfaceIndex, Vec3};
     use crate::measure::{hem_loops, hidden_body, surface_distance};
     use crate::studio::camera::{ScannerParams, TurntableParams};
@@ -164,6 +165,7 @@ mod tests {
             sway: 0.0,
             settling_secs: 0.25,
             turned: Vec::new(),
+            hands: Grasp::RELAXED,
         }
     }
 

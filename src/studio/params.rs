@@ -3,7 +3,7 @@
 use super::camera::{ScannerParams, TurntableParams};
 use super::error::StudioError;
 use super::garments::GarmentKind;
-use crate::body::HumanJoint;
+use crate::body::{Grasp, HumanJoint};
 use crate::geometry::Vec3;
 
 /// What is generated.
@@ -25,6 +25,8 @@ pub struct StudioParams {
     pub settling_secs: f64,
     /// Joints turned away from the usual stance: joint and rotation vector about the axes of the bind pose, radians.
     pub turned: Vec<(HumanJoint, Vec3)>,
+    /// How the hands are held in the scans.
+    pub hands: Grasp,
 }
 
 impl Default for StudioParams {
@@ -38,6 +40,7 @@ impl Default for StudioParams {
             sway: 0.0,
             settling_secs: 1.2,
             turned: Vec::new(),
+            hands: Grasp::RELAXED,
         }
     }
 }

@@ -4,6 +4,7 @@ use super::camera::{DepthNoise, Lens};
 use super::error::StudioError;
 use super::garments::GarmentKind;
 use super::params::StudioParams;
+use crate::body::Grasp;
 
 /// The request as text and numbers; `None` selects the default.
 #[derive(Clone, Debug)]
@@ -26,6 +27,8 @@ pub struct SubjectParams {
     pub faces: Option<usize>,
     /// Whether the camera has noise.
     pub noise: bool,
+    /// How the hands are held.
+    pub hands: Grasp,
 }
 
 impl SubjectParams {
@@ -37,6 +40,7 @@ impl SubjectParams {
             seed: self.seed,
             garments: GarmentKind::list(&self.garments)?,
             one_scan: self.one_scan,
+            hands: self.hands,
             ..StudioParams::default()
         };
         let turntable = &mut params.turntable;
@@ -73,6 +77,7 @@ mod tests {
             sway_mm: None,
             faces: None,
             noise: true,
+            hands: Grasp::RELAXED,
         };
         assert!(asked.params().is_ok());
         for faces in [0, 10, 999, 2_000_001] {

@@ -4,7 +4,9 @@ mod error;
 mod make;
 
 use super::console::{Context, Done, Verbosity, print_aside, secs};
+use crate::body::Grasp;
 use crate::studio::{GarmentForm, GarmentKind, SubjectParams};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 pub use error::MakeError;
 use make::{MakeRequest, make_garments, make_subject};
 use serde_json::json;
@@ -102,6 +104,9 @@ struct MakeArgs {
     /// Triangles of a fused scan
     #[arg(long, value_name = "N")]
     faces: Option<usize>,
+    /// How the person holds the hands
+    #[arg(long, value_name = "GRASP", value_parser = grasps(), default_value = "relaxed")]
+    hands: Grasp,
     /// Simulate a camera without noise
     #[arg(long)]
     no_noise: bool,
@@ -134,6 +139,7 @@ fn make(args: MakeArgs, context: &Context) -> anyhow::Result<Done> {
             sway_mm: args.sway,
             faces: args.faces,
             noise: !args.no_noise,
+            hands: args.hands,
         },
         frames: !args.no_frames,
         texture: args.texture.map(usize::from),
@@ -182,6 +188,12 @@ fn garments() -> Done {
     let known = GarmentKind::ALL;
     let json = json!({ "garments": known.iter().map(|g| json!({ "name": g.name(), "template": g.template(), "about": g.about() })).collect::<Vec<_>>() });
     Done::new("studio garments", json).lines(known.iter().map(|g| format!("{:<12} {}", g.name(), g.about())))
+}
+
+fn grasps() -> impl TypedValueParser<Value = Grasp> {
+    let named = |name: &str| Grasp::NAMED.into_iter().find(|(known, _)| *known == name);
+    PossibleValuesParser::new(Grasp::NAMED.map(|(name, _)| name))
+        .map(move |name| named(&name).map_or(Grasp::RELAXED, |(_, grasp)| grasp))
 }
 
 fn size(text: &str) -> Result<[usize; 2], String> {

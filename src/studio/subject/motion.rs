@@ -2,7 +2,7 @@
 
 use super::person::Subject;
 use super::stance::ScanStance;
-use crate::body::{HumanJoint, Pose, Side};
+use crate::body::{Grasp, HandJoints, HumanJoint, Pose, Side};
 use crate::geometry::Vec3;
 use crate::numerics::Rng;
 use nalgebra::{Isometry3, UnitQuaternion};
@@ -18,6 +18,9 @@ impl Subject {
         let mut rng = Rng::new(seed.wrapping_mul(31).wrapping_add(step as u64 + 1));
         let mut pose = Pose::bind(self.skeleton.len());
         for (joint, rotation) in self.skeleton.ids().zip(&mut pose.rotations) {
+            if self.skeleton.is_finger(joint) {
+                continue;
+            }
             let part = self.part_of(joint);
             let stiff =
                 if matches!(part, HumanJoint::Hips | HumanJoint::Foot(_) | HumanJoint::Toes(_)) { 0.15 } else { 1.0 };
@@ -56,6 +59,12 @@ impl Subject {
             *rotation = UnitQuaternion::from_scaled_axis(turn) * *rotation;
         }
         turned
+    }
+
+    /// Holds both hands; nothing on a skeleton without fingers.
+    pub fn hold_hands(&self, grasp: &Grasp, pose: &mut Pose) {
+        let hands = Side::BOTH.into_iter().filter_map(|side| HandJoints::find(&self.skeleton, side));
+        hands.for_each(|hand| hand.hold(grasp, pose));
     }
 
     /// The lean at `time` of a turn: metres sideways per metre of height, at most `sway` metres at the crown.
