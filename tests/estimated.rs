@@ -31,6 +31,12 @@ fn an_outfit_as_the_first_step_gives_the_body_and_a_bare_scan_takes_its_place() 
     overcoat_ok(&session, &["build"]);
     let status = overcoat_ok(&session, &["status"]);
     assert!(status.stdout.contains("estimated under clothes: stature"), "{}", status.stdout);
+    let drawn = overcoat_ok(&session, &["view", "--confidence", "sure.png", "--json"]).json();
+    let half = |part: &str| drawn["confidence"][part].as_f64().unwrap();
+    for part in ["chest", "hips", "thigh", "hand"] {
+        assert!((0.002..0.04).contains(&half(part)), "{drawn}");
+    }
+    assert!(session.join("sure.png").is_file() || dir.path().join("sure.png").is_file());
     let estimated = measures(&session);
     let of = |name: &str| estimated[name].as_f64().unwrap();
 
@@ -46,6 +52,8 @@ fn an_outfit_as_the_first_step_gives_the_body_and_a_bare_scan_takes_its_place() 
     }
     let status = overcoat_ok(&session, &["status"]);
     assert!(!status.stdout.contains("estimated"), "{}", status.stdout);
+    let refused = overcoat(&session, &["view", "--confidence", "sure.png", "--force"]);
+    assert!(refused.code == 2 && refused.stderr.contains("the body was scanned bare"), "{refused:?}");
     overcoat_ok(&session, &["undo"]);
     assert!(std::fs::read_to_string(session.join("recipe.toml")).unwrap().contains("estimated = true"));
 }

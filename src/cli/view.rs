@@ -3,6 +3,7 @@
 use super::console::{Context, Done, Progress, secs};
 use crate::session::{Content, Film, SessionError, girth_notes};
 use serde_json::json;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -23,6 +24,9 @@ pub(super) struct ViewArgs {
     /// Draw the air between each garment and the skin as colours, with the ease at chest, waist, hip, thigh and upper arm
     #[arg(long, value_name = "OUT.png")]
     ease: Option<PathBuf>,
+    /// Draw how certain each place of an estimated body is, in millimetres
+    #[arg(long, value_name = "OUT.png")]
+    confidence: Option<PathBuf>,
     /// Draw the frames of an animation: a film, or a new folder for one picture per frame
     #[arg(long, value_name = "OUT.gif|DIR")]
     film: Option<PathBuf>,
@@ -39,11 +43,13 @@ pub(super) struct ViewArgs {
 
 pub(super) fn run(args: ViewArgs, context: &Context) -> anyhow::Result<Done> {
     let began = Instant::now();
-    let pictures = [&args.sheet, &args.poster, &args.weights, &args.ease];
+    let pictures = [&args.sheet, &args.poster, &args.weights, &args.ease, &args.confidence];
     if args.save.is_none() && args.film.is_none() && pictures.iter().all(|path| path.is_none()) {
-        let what = "nothing to write: `view` needs --save, --sheet, --poster, --weights, --ease or --film".into();
+        let what =
+            "nothing to write: `view` needs --save, --sheet, --poster, --weights, --ease, --confidence or --film"
+                .into();
         let hint =
-            "--save OUT.rrd writes a recording for the Rerun viewer, --sheet OUT.png draws every step, --poster OUT.png one picture of all, --weights OUT.png the skin and physics weights, --ease OUT.png how wide the garments are, --film OUT.gif an animation"
+            "--save OUT.rrd writes a recording for the Rerun viewer, --sheet OUT.png draws every step, --poster OUT.png one picture of all, --weights OUT.png the skin and physics weights, --ease OUT.png how wide the garments are, --confidence OUT.png how certain an estimated body is, --film OUT.gif an animation"
                 .into();
         return Err(SessionError::BadRequest { what, hint }.into());
     }
@@ -76,6 +82,12 @@ pub(super) fn run(args: ViewArgs, context: &Context) -> anyhow::Result<Done> {
         }
         done_lines.push(format!("drew {}", path.display()));
     }
+    let mut confidence = BTreeMap::new();
+    if let Some(path) = &args.confidence {
+        confidence = session.write_confidence(path, &mut outputs)?;
+        let parts = confidence.iter().map(|(part, half)| format!("{part} ± {:.0} mm", 1e3 * half));
+        done_lines.push(format!("drew {}: {}", path.display(), parts.collect::<Vec<_>>().join(", ")));
+    }
     if let Some(path) = &args.weights {
         session.write_weights(path, &mut outputs)?;
         done_lines.push(format!("drew {}", path.display()));
@@ -105,6 +117,7 @@ pub(super) fn run(args: ViewArgs, context: &Context) -> anyhow::Result<Done> {
         "sheet": args.sheet.map(|p| p.display().to_string()),
         "poster": args.poster.map(|p| p.display().to_string()),
         "ease": eases,
+        "confidence": confidence,
         "film": args.film.map(|p| p.display().to_string()),
         "weights": args.weights.map(|p| p.display().to_string()),
         "secs": began.elapsed().as_secs_f64(),

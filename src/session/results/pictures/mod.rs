@@ -1,5 +1,6 @@
 //! Pictures of a session: contact sheets, the poster, the weights.
 
+mod confidence;
 mod draw_garment;
 mod ease;
 mod poster;
