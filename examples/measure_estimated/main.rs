@@ -1,15 +1,17 @@
 //! The body under clothes without a bare scan: the gaps between skin and cloth, and what the fit makes of them.
 //!
 //! `contact FOLDER SEED…` prints `templates/contact.toml`; `fit FOLDER SEED… [SCAN:BODY:LAYERS:KINDS…]` the table of
-//! `docs/evaluation.md`. FOLDER keeps the synthetic people.
+//! `docs/evaluation.md`. FOLDER keeps the synthetic people. Scans of one person are joined by `+`; the first is compared. Flags: `--no-contact`
+//! without the gaps of cloth, `--known-body` with the measures of the true body as of a scan of another day, `--mean-body` without a shape, `--weak-prior` with a prior of nine times its variance, so that correlations
+//! of girths hardly count.
 
 mod subjects;
 
 use anyhow::{Result, bail};
-use overcoat::body::{BodyModel, body_measures, embedded_model};
+use overcoat::body::{BodyMeasure, BodyModel, body_measures, embedded_model};
 use overcoat::fit::{
-    Contact, DressedScan, EstimatedBody, NakedParams, RegisterParams, fit_estimated, fit_naked, register, stand_off,
-    zones,
+    Contact, DressedScan, EstimatedBody, KnownMeasure, NakedParams, RegisterParams, fit_estimated, fit_naked, register,
+    stand_off, zones,
 };
 use overcoat::geometry::{SurfaceIndex, TriMesh, Vec3};
 use overcoat::measure::hidden_body;
@@ -29,7 +31,10 @@ fn main() -> Result<()> {
     let of = |text: &String| person(&folder, &model, text);
     match command.as_str() {
         "contact" => contact_table(&people.into_iter().map(of).collect::<Result<Vec<_>>>()?, &model),
-        "fit" => fit_table(people.into_iter().map(of), &model, &flags),
+        "fit" => {
+            let scans = |text: &String| text.split('+').map(|one| person(&folder, &model, one)).collect();
+            fit_table(people.into_iter().map(scans), &model, &flags)
+        }
         other => bail!("'{other}' is neither contact nor fit"),
     }
 }
@@ -74,24 +79,37 @@ fn contact_table(people: &[Dressed], model: &BodyModel) -> Result<()> {
     Ok(())
 }
 
-fn fit_table(people: impl Iterator<Item = Result<Dressed>>, model: &BodyModel, flags: &[&String]) -> Result<()> {
+fn fit_table(people: impl Iterator<Item = Result<Vec<Dressed>>>, model: &BodyModel, flags: &[&String]) -> Result<()> {
     let has = |flag: &str| flags.iter().any(|f| *f == flag);
+    let scale = match (has("--mean-body"), has("--weak-prior")) {
+        (true, _) => 1e-3,
+        (_, true) => 3.0,
+        _ => 1.0,
+    };
+    let model = &scaled(model, scale);
     println!(
         "person | kinds | hidden mm | bias mm | all mm | outside % | girths in 90 % | chest, waist, hip cm (true) | s"
     );
     let (mut inside, mut count, mut hidden, mut signed) = (0, 0, Vec::new(), Vec::new());
     for person in people {
-        let person = person?;
-        let began = Instant::now();
-        let contact = match has("--no-contact") {
-            false => contacts(&templates(&person.kinds)?, model)?,
-            true => contacts(&templates(&person.kinds)?, model)?
-                .iter()
-                .map(|c| c.map(|_| Contact { gap: 0.0, deviation: 10.0 }))
-                .collect(),
+        let scans = person?;
+        let gap = |c: Contact| if has("--no-contact") { Contact { gap: 0.0, deviation: 10.0 } } else { c };
+        let of_scan = |person: &Dressed| {
+            let contact = contacts(&templates(&person.kinds)?, model)?;
+            Ok(contact.iter().map(|c| c.map(gap)).collect())
         };
-        let scan = DressedScan { scan: &person.scan, contact };
-        let found = match fit_estimated(&[scan], model, &[], &NakedParams::default(), &mut |_| {}) {
+        let contacts: Vec<_> = scans.iter().map(of_scan).collect::<Result<_>>()?;
+        let dressed: Vec<DressedScan> =
+            scans.iter().zip(contacts).map(|(person, contact)| DressedScan { scan: &person.scan, contact }).collect();
+        let person = &scans[0];
+        let truth = person.bind.clone().or_else(|| registered(&person.body, model));
+        let truth = truth.map(|bind| body_measures(&bind, &model.weights, &model.skeleton_inside(bind.points())));
+        let known: Vec<KnownMeasure> = match &truth {
+            Some(truth) if has("--known-body") => truth.iter().map(known_measure).collect(),
+            _ => Vec::new(),
+        };
+        let began = Instant::now();
+        let found = match fit_estimated(&dressed, model, &known, &NakedParams::default(), &mut |_| {}) {
             Ok(found) => found,
             Err(e) => {
                 println!("{} | {} | refused: {e}", person.name, person.kinds.join(" "));
@@ -102,12 +120,11 @@ fn fit_table(people: impl Iterator<Item = Result<Dressed>>, model: &BodyModel, f
         let EstimatedBody { fitted, measures, .. } = &found;
         let posed = fitted.surface.with_points(model.posed(fitted.surface.points(), &fitted.skeleton, &fitted.pose));
         let worn = hidden_body(&posed, &person.body, &person.layers);
-        let bias = bias_mm(&posed, &person);
+        let bias = bias_mm(&posed, person);
         let all = vertex_mean_mm(&posed, &person.body);
         let mut words = Vec::new();
         let mut hits = (0, 0);
-        if let Some(bind) = person.bind.clone().or_else(|| registered(&person.body, model)) {
-            let truth = body_measures(&bind, &model.weights, &model.skeleton_inside(bind.points()));
+        if let Some(truth) = truth {
             for m in measures {
                 let Some(t) = truth.iter().find(|t| t.name == m.name) else { continue };
                 if m.name.contains("girth") && m.name != "head girth" {
@@ -144,6 +161,20 @@ fn registered(body: &TriMesh, model: &BodyModel) -> Option<TriMesh> {
     let scan = Scan::from_clean_mesh(body.clone(), None);
     let fitted = fit_naked(&scan, model, &NakedParams::default(), &mut |_| {}).ok()?;
     Some(register(&scan, model, &fitted, &RegisterParams::default(), &mut |_| {}).ok()?.surface)
+}
+
+/// With the error of a tape.
+fn known_measure(m: &BodyMeasure) -> KnownMeasure {
+    let deviation = if m.name == "stature" { 0.01 } else { 0.015 };
+    KnownMeasure { name: m.name.clone(), value: m.metres, deviation }
+}
+
+/// The model with all components longer or shorter than they are.
+fn scaled(model: &BodyModel, by: f64) -> BodyModel {
+    let mut model = model.clone();
+    model.shape_dirs.iter_mut().flat_map(|dirs| &mut dirs.0).for_each(|dir| *dir *= by);
+    model.joint_dirs.iter_mut().flatten().for_each(|dir| *dir *= by);
+    model
 }
 
 /// How far the result is outside the true skin below cloth, on average; negative inside.
