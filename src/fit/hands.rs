@@ -1,19 +1,23 @@
 //! How the hands of a scan are held: a few Gauss–Newton steps of each hand along the synergies of [`Grasp`], from relaxed,
 //! flat and fist.
 
-use super::correspondence::{ScanSurface, scan_to_mesh};
+use super::correspondence::{ScanSurface, scan_to_mesh, spread};
 use super::solver::{
     Articulated, DAMPING, Residual, Singular, StoppingRule, Unknowns, iterate, parent_rotation, robust,
 };
 use crate::body::{Grasp, HandJoints, JointId, Pose, Shape, Side, Skeleton, SkinWeights, skin};
 use crate::geometry::{Aabb, PerFace, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// Sample points on a hand, and on what the scan shows of it.
+const SAMPLES: usize = 500;
 
 /// Steps from each initial grasp.
 const STEPS: usize = 12;
 
 /// Greatest distance of correspondences in the first and in later steps, in metres.
-const REACH: [f64; 2] = [0.03, 0.015];
+const REACH: [f64; 2] = [0.04, 0.015];
 
 /// Least cosine between normals: the sides of a finger, and a hand beside a thigh, face each other.
 const LEAST_COSINE: f64 = 0.3;
@@ -35,9 +39,10 @@ const LEAST_GAIN: f64 = 5e-4;
 /// A hand that is nearer to the scan than this, in metres, is held right: fusion leaves 1.6 mm.
 const CLOSE: f64 = 0.002;
 
-/// Stiffness of the synergies toward relaxed, and of the wrist toward where it is, in the units of the residuals' weights.
+/// Stiffness of the synergies toward relaxed, of the wrist toward its rotation, and of the hand toward its place, in the units of the residuals' weights.
 const GRASP_STIFFNESS: f64 = 10.0;
 const WRIST_STIFFNESS: f64 = 100.0;
+const PLACE_STIFFNESS: f64 = 1e4;
 
 /// The body whose hands are held, in the bind pose.
 pub(crate) struct Hands<'a> {
@@ -45,8 +50,9 @@ pub(crate) struct Hands<'a> {
     pub(crate) weights: &'a SkinWeights,
     pub(crate) skeleton: &'a Skeleton,
     /// Whether a vertex is skin that the scan may show: gloves keep their hands.
-    pub(crate) is_bare: &'a dyn Fn(VertexId) -> bool,
-    /// Whether the wrists may turn: with fingers in another grasp the body's fit has turned them wrongly.
+    pub(crate) is_bare: &'a (dyn Fn(VertexId) -> bool + Sync),
+    /// Whether wrists may turn, too, and the hand be in another place than the arm brings it to: the arm has followed fingers in another
+    /// grasp, and is fitted again afterwards.
     pub(crate) turns_wrists: bool,
 }
 
@@ -58,11 +64,21 @@ impl Hands<'_> {
     pub(crate) fn hold(&self, surface: &ScanSurface, pose: &mut Pose, unseen: &[JointId]) -> Vec<String> {
         let hands = Side::BOTH.map(|side| HandJoints::find(self.skeleton, side).map(|joints| (side, joints)));
         let is_hidden = |hand: JointId| unseen.iter().any(|&joint| self.skeleton.is_below(hand, joint));
-        let hands = hands.into_iter().flatten().filter(|(_, joints)| !is_hidden(joints.hand));
-        hands.filter_map(|(side, joints)| self.hold_one(surface, pose, side, &joints)).collect()
+        let hands: Vec<_> = hands.into_iter().flatten().filter(|(_, joints)| !is_hidden(joints.hand)).collect();
+        let found: Vec<_> = hands.par_iter().map(|(side, joints)| self.held(surface, pose, *side, joints)).collect();
+        let mut said = Vec::new();
+        for ((_, joints), (held, sentence)) in hands.iter().zip(found).filter_map(|(hand, found)| Some((hand, found?)))
+        {
+            for joint in joints.fingers().chain([joints.hand]) {
+                pose.rotations[joint.index()] = held.rotations[joint.index()];
+            }
+            said.push(sentence);
+        }
+        said
     }
 
-    fn hold_one(&self, surface: &ScanSurface, pose: &mut Pose, side: Side, joints: &HandJoints) -> Option<String> {
+    /// The pose with one hand held as the scan shows it, and a sentence about it; `None` if it stays.
+    fn held(&self, surface: &ScanSurface, pose: &Pose, side: Side, joints: &HandJoints) -> Option<(Pose, String)> {
         let below: Vec<bool> = self.skeleton.ids().map(|j| self.skeleton.is_below(j, joints.hand)).collect();
         let of_hand = |v: VertexId| -> bool {
             let row = self.weights.rows()[v].iter();
@@ -77,7 +93,7 @@ impl Hands<'_> {
         let (mesh, whole_from_part) = self.mesh.part(&keep);
         let weights = self.weights.of_vertices(&whole_from_part);
         let body = Articulated::of_points(self.skeleton, mesh.points().clone(), &weights);
-        let hand = OneHand { body, mesh, joints, turns_wrist: self.turns_wrists };
+        let hand = OneHand { body, mesh, joints, is_free: self.turns_wrists };
 
         let initial = [Grasp::RELAXED, Grasp::FLAT, Grasp::FIST].map(|grasp| Held { grasp, pose: pose.clone() });
         let hands = initial.each_ref().map(|held| hand.index(&held.posed(joints)));
@@ -107,14 +123,14 @@ impl Hands<'_> {
         if after * LEAST_FACTOR > before || before - after < LEAST_GAIN {
             return None;
         }
-        *pose = held.posed(joints);
         let [curl, spread, thumb] = held.grasp.shares().map(|share| 100.0 * share);
-        Some(format!(
+        let sentence = format!(
             "{} hand: fingers bent by {curl:.0} % of a fist, spread {spread:.0} %, thumb {thumb:.0} %: {:.1} mm from the scan, {:.1} mm as it was",
             side.name(),
             1e3 * after,
             1e3 * before
-        ))
+        );
+        Some((held.posed(joints), sentence))
     }
 }
 
@@ -148,7 +164,7 @@ impl Surroundings {
     }
 }
 
-/// Vertices of the scan that are nearer to the hand, in one of the grasps, than to the rest of the body, with their areas.
+/// Sample points of the scan that are nearer to the hand, in one of the grasps, than to the rest of the body, with their areas.
 fn hand_samples(
     surface: &ScanSurface,
     rest: &SurfaceIndex,
@@ -167,7 +183,8 @@ fn hand_samples(
         let distance = near.fold(f64::INFINITY, f64::min);
         distance.is_finite() && rest.closest_within(q, distance).is_none()
     };
-    surface.mesh().vertex_ids().filter(|&v| is_of_hand(v)).map(|v| (v, surface.areas[v])).collect()
+    let areas = surface.areas.enumerate().map(|(v, area)| if is_of_hand(v) { *area } else { 0.0 }).collect();
+    spread(&areas, SAMPLES)
 }
 
 struct OneHand<'a> {
@@ -175,7 +192,8 @@ struct OneHand<'a> {
     /// In the bind pose.
     mesh: TriMesh,
     joints: &'a HandJoints,
-    turns_wrist: bool,
+    /// Whether the wrist turns and moves.
+    is_free: bool,
 }
 
 impl OneHand<'_> {
@@ -206,64 +224,75 @@ impl OneHand<'_> {
     }
 
     fn fit(&self, surface: &ScanSurface, samples: &[(VertexId, f64)], mut held: Held) -> Held {
-        let center = held.pose.rotations[self.joints.hand.index()];
+        let center = held.pose.clone();
         let mut index = self.index(&held.posed(self.joints));
+        let places = spread(&self.mesh.vertex_areas(), SAMPLES);
         let skeleton = &self.body.skeleton;
         let mut turns: Vec<bool> = vec![false; skeleton.len()];
         self.joints.fingers().chain([self.joints.hand]).for_each(|joint| turns[joint.index()] = true);
         let unknowns = Unknowns { joints: turns, shape: false };
         let rule = StoppingRule { steps: STEPS, still: 2e-4, still_steps: 1, first_still: STEPS / 2 };
-        let wrist = if self.turns_wrist { 3 } else { 0 };
+        let hand = self.joints.hand.index();
+        // Where the whole moves, and the wrist turns.
+        let free: &[usize] = if self.is_free { &[0, 3 + 3 * hand] } else { &[] };
+        let arm = 3 * free.len();
         iterate(&rule, |number| {
             let reach = REACH[usize::from(number >= STEPS / 3)];
             let posed = self.body.posed(&held.posed(self.joints), &Shape(Vec::new()));
             index.follow(&self.mesh.with_points(posed.points.clone()));
             let normals = index.mesh().vertex_normals_by_area();
-            let areas = index.mesh().vertex_areas();
-            let mut residuals: Vec<Residual> = posed
-                .points
-                .enumerate()
-                .filter_map(|(v, p)| {
-                    let hit = surface.nearest(p, reach)?;
+            let mut residuals: Vec<Residual> = places
+                .iter()
+                .filter_map(|&(v, area)| {
+                    let p = posed.points[v];
+                    let hit = surface.nearest(&p, reach)?;
                     if hit.at_rim || hit.normal.dot(&normals[v]) < LEAST_COSINE {
                         return None;
                     }
-                    let weight = hit.confidence * robust(areas[v], hit.distance, reach);
+                    let weight = hit.confidence * robust(area, hit.distance, reach);
                     Some(Residual::on_vertex(v, hit.normal, hit.normal.dot(&(hit.point - p)), weight))
                 })
                 .collect();
             residuals.extend(scan_to_mesh(surface, &index, &normals, samples, reach, LEAST_COSINE, |_| true));
             let equations = self.body.normal_equations(&posed, &residuals, &unknowns);
             // Each synergy turns many joints: the equations of the synergies follow from those of the joints.
-            let mut turned = DMatrix::zeros(equations.g.len(), wrist + 3);
-            let hand = 3 + 3 * self.joints.hand.index();
-            (0..wrist).for_each(|c| turned[(hand + c, c)] = 1.0);
+            let mut turned = DMatrix::zeros(equations.g.len(), arm + 3);
+            for (a, first) in free.iter().enumerate() {
+                (0..3).for_each(|c| turned[(first + c, 3 * a + c)] = 1.0);
+            }
             for (joint, shares) in self.joints.turns(&held.grasp) {
                 let parent = parent_rotation(&posed, joint.index());
                 for (k, turn) in shares.iter().enumerate() {
                     let turn = parent * turn;
-                    (0..3).for_each(|c| turned[(3 + 3 * joint.index() + c, wrist + k)] = turn[c]);
+                    (0..3).for_each(|c| turned[(3 + 3 * joint.index() + c, arm + k)] = turn[c]);
                 }
             }
             let mut h = turned.transpose() * &equations.h * &turned;
             let mut g = turned.transpose() * &equations.g;
-            let parent = parent_rotation(&posed, self.joints.hand.index());
-            let off = parent * (held.pose.rotations[self.joints.hand.index()] * center.inverse()).scaled_axis();
-            for c in 0..wrist {
-                h[(c, c)] += WRIST_STIFFNESS;
-                g[c] -= WRIST_STIFFNESS * off[c];
+            let turned = held.pose.rotations[hand] * center.rotations[hand].inverse();
+            let off = [
+                (held.pose.translation - center.translation, PLACE_STIFFNESS),
+                (parent_rotation(&posed, hand) * turned.scaled_axis(), WRIST_STIFFNESS),
+            ];
+            for (k, (off, stiffness)) in off.iter().take(free.len()).enumerate() {
+                for c in 0..3 {
+                    h[(3 * k + c, 3 * k + c)] += stiffness;
+                    g[3 * k + c] -= stiffness * off[c];
+                }
             }
             for (k, share) in held.grasp.shares().into_iter().enumerate() {
-                h[(wrist + k, wrist + k)] += GRASP_STIFFNESS;
-                g[wrist + k] -= GRASP_STIFFNESS * share;
+                h[(arm + k, arm + k)] += GRASP_STIFFNESS;
+                g[arm + k] -= GRASP_STIFFNESS * share;
             }
             (0..h.nrows()).for_each(|i| h[(i, i)] *= 1.0 + DAMPING);
             let step: DVector<f64> = h.cholesky().ok_or(Singular)?.solve(&g);
             let mut whole = DVector::zeros(equations.g.len());
-            (0..wrist).for_each(|c| whole[hand + c] = step[c]);
+            for (a, first) in free.iter().enumerate() {
+                (0..3).for_each(|c| whole[first + c] = step[3 * a + c]);
+            }
             let (pose, _) = self.body.stepped(&posed, &held.pose, &Shape(Vec::new()), &whole);
             let shares = held.grasp.shares();
-            let grasp = Grasp::within_limits(std::array::from_fn(|k| shares[k] + step[wrist + k].clamp(-0.4, 0.4)));
+            let grasp = Grasp::within_limits(std::array::from_fn(|k| shares[k] + step[arm + k].clamp(-0.4, 0.4)));
             held = Held { grasp, pose };
             let after = self.body.posed(&held.posed(self.joints), &Shape(Vec::new()));
             let moved = posed.joints_in_world.iter().zip(&after.joints_in_world).map(|(a, b)| (a - b).norm());

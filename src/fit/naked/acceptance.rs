@@ -10,7 +10,6 @@ use super::report::NakedReport;
 use crate::body::{BodyModel, HumanJoint, JointId};
 use crate::fit::correspondence::{parts_from, unseen};
 use crate::fit::error::FitError;
-use crate::fit::hands::Hands;
 use crate::geometry::SurfaceIndex;
 
 /// Accepts the estimate, which `index` holds, or says why it is not the body of the scan.
@@ -24,16 +23,7 @@ pub(crate) fn conclude(
 ) -> Result<FittedBody, FitError> {
     let buried = buried_hand(problem, index, &unseen);
     check_is_body(problem.model, problem.params, agreement.residual.0, &agreement, &found, &unseen, buried)?;
-    let mut fitted = with_report(problem, found, index, agreement, unseen, log);
-    let hands = Hands {
-        mesh: &fitted.surface,
-        weights: &problem.model.weights,
-        skeleton: &fitted.skeleton,
-        is_bare: &|_| true,
-        turns_wrists: true,
-    };
-    fitted.report.log.extend(hands.hold(problem.surface, &mut fitted.pose, &fitted.unseen));
-    Ok(fitted)
+    Ok(with_report(problem, found, index, agreement, unseen, log))
 }
 
 /// The estimate, which `index` holds, with its report.

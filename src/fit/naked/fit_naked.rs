@@ -14,6 +14,7 @@ use super::refine::ModelEstimate;
 use crate::body::{BodyModel, JointId};
 use crate::fit::correspondence::{DownsampledModel, ScanSurface, pose_like_other_side, unseen};
 use crate::fit::error::FitError;
+use crate::fit::hands::Hands;
 use crate::fit::solver::FitIteration;
 use crate::geometry::SurfaceIndex;
 use crate::scan::Scan;
@@ -85,6 +86,7 @@ fn fit_robust(
         index = problem.index_at(&found.pose, &found.shape);
     }
 
+    problem.hold_hands(&mut found, &mut index, &unseen, &mut log, on_step);
     let agreement = agreement(&index, &surface);
     // What is not found of a limb may be at the head: then nothing is hair.
     let may_be_hair = unseen.is_empty() && params.hair != HairTreatment::Keep;
@@ -116,8 +118,9 @@ fn fit_without_hair(
     let surface = ScanSurface::prepare(&bare);
     let mut problem = NakedProblem::prepare(model, SurfaceIndex::prepare(&model.template), &surface, params);
     log.push(format!("hair: {:.0} cm², not part of the body; head from the model there", 1e4 * hair.area));
-    let found = problem.refine(predicted.pose, predicted.shape, on_step);
-    let index = problem.index_at(&found.pose, &found.shape);
+    let mut found = problem.refine(predicted.pose, predicted.shape, on_step);
+    let mut index = problem.index_at(&found.pose, &found.shape);
+    problem.hold_hands(&mut found, &mut index, &[], &mut log, on_step);
     hair.cover(index.mesh(), &with_hair.index);
     problem.hair = Some(hair);
     let agreement = agreement(&index, &surface);
@@ -125,6 +128,31 @@ fn fit_without_hair(
 }
 
 impl NakedProblem<'_> {
+    /// Holds the hands as the scan shows them, and refines the body with them: hands in another grasp have pulled at the arms.
+    fn hold_hands(
+        &self,
+        found: &mut ModelEstimate,
+        index: &mut SurfaceIndex,
+        unseen: &[JointId],
+        log: &mut Vec<String>,
+        on_step: &mut dyn FnMut(&FitIteration),
+    ) {
+        let (mesh, skeleton) = self.model.shaped(&found.shape);
+        let hands = Hands {
+            mesh: &mesh,
+            weights: &self.model.weights,
+            skeleton: &skeleton,
+            is_bare: &|_| true,
+            turns_wrists: true,
+        };
+        let said = hands.hold(self.surface, &mut found.pose, unseen);
+        if !said.is_empty() {
+            log.extend(said);
+            *found = self.refine(found.pose.clone(), found.shape.clone(), on_step);
+            *index = self.index_at(&found.pose, &found.shape);
+        }
+    }
+
     /// Refines again without the limbs that the scan does not show.
     fn refine_without(
         &mut self,
