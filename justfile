@@ -228,8 +228,8 @@ batch-slurm *ARGS:
     examples/batch/example.sh target/release/overcoat target/batch-slurm --executor slurm --jobs 8 --slurm-no-account --slurm-status-command squeue {{ARGS}}
 
 # The body under clothes without a bare scan: hidden body, bias, girths in their intervals. FOLDER keeps synthetic people; PEOPLE are
-# seeds, or SCAN:BODY:LAYER,LAYER:KIND,KIND of files with truth, scans of one person joined by +; flags: --no-contact, --mean-body,
-# --weak-prior
+# seeds, or SCAN:BODY:LAYER,LAYER:KIND,KIND of files with truth, scans of one person joined by +; flags: --no-contact, --known-body,
+# --mean-body, --weak-prior
 estimated-table FOLDER="target/estimated" *PEOPLE:
     cargo run --release --no-default-features --example measure_estimated -- fit {{FOLDER}} {{PEOPLE}}
 
