@@ -1,10 +1,8 @@
 //! How the hands of a scan are held: a few Gauss–Newton steps of each hand along the synergies of [`Grasp`], from relaxed,
 //! flat and fist.
 
-use super::correspondence::{ScanSurface, scan_to_mesh, spread};
-use super::solver::{
-    Articulated, DAMPING, Residual, Singular, StoppingRule, Unknowns, iterate, parent_rotation, robust,
-};
+use super::correspondence::{LastFaces, ScanSurface, mean_truncated, mesh_to_scan_from, scan_to_mesh_from, spread};
+use super::solver::{Articulated, DAMPING, Singular, StoppingRule, Unknowns, iterate, parent_rotation};
 use crate::body::{Grasp, HandJoints, JointId, Pose, Shape, Side, Skeleton, SkinWeights, skin};
 use crate::geometry::{Aabb, PerFace, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
 use nalgebra::{DMatrix, DVector};
@@ -102,19 +100,19 @@ impl Hands<'_> {
         let is_near = |f: &[VertexId; 3]| f.iter().any(|&v| around.contain(&posed.points()[v]));
         let rest = posed.faces().iter().zip(keep.iter()).map(|(f, is_kept)| !is_kept && is_near(f)).collect();
         let rest = SurfaceIndex::prepare(&posed.part(&rest).0);
-        let samples = hand_samples(surface, &rest, &hands, &around);
-        let seen: f64 = samples.iter().map(|sample| sample.1).sum::<f64>() / hand.mesh.area();
+        let of_hand = areas_of_hand(surface, &rest, &hands, &around);
+        let seen: f64 = of_hand.iter().sum::<f64>() / hand.mesh.area();
         if seen < LEAST_SEEN {
             return None;
         }
-        let before = hand.distance(surface, &samples, &hand.index(pose));
+        let before = hand.distance(surface, &of_hand, pose);
         if before < CLOSE {
             return None;
         }
         let mut best: Option<(f64, Held)> = None;
         for held in initial {
-            let held = hand.fit(surface, &samples, held);
-            let distance = hand.distance(surface, &samples, &hand.index(&held.posed(joints)));
+            let held = hand.fit(surface, &of_hand, held);
+            let distance = hand.distance(surface, &of_hand, &held.posed(joints));
             if best.as_ref().is_none_or(|(least, _)| distance < *least) {
                 best = Some((distance, held));
             }
@@ -164,13 +162,13 @@ impl Surroundings {
     }
 }
 
-/// Sample points of the scan that are nearer to the hand, in one of the grasps, than to the rest of the body, with their areas.
-fn hand_samples(
+/// The area of each vertex of the scan that is nearer to the hand, in one of the grasps, than to the rest of the body; 0 of the others.
+fn areas_of_hand(
     surface: &ScanSurface,
     rest: &SurfaceIndex,
     hands: &[SurfaceIndex],
     around: &Surroundings,
-) -> Vec<(VertexId, f64)> {
+) -> PerVertex<f64> {
     let is_of_hand = |v: VertexId| {
         let (q, normal) = (&surface.mesh().points()[v], &surface.normals[v]);
         if !around.contain(q) {
@@ -183,8 +181,7 @@ fn hand_samples(
         let distance = near.fold(f64::INFINITY, f64::min);
         distance.is_finite() && rest.closest_within(q, distance).is_none()
     };
-    let areas = surface.areas.enumerate().map(|(v, area)| if is_of_hand(v) { *area } else { 0.0 }).collect();
-    spread(&areas, SAMPLES)
+    surface.areas.enumerate().map(|(v, area)| if is_of_hand(v) { *area } else { 0.0 }).collect()
 }
 
 struct OneHand<'a> {
@@ -202,31 +199,17 @@ impl OneHand<'_> {
     }
 
     /// Mean distance between hand and scan, both ways, in metres.
-    fn distance(&self, surface: &ScanSurface, samples: &[(VertexId, f64)], hand: &SurfaceIndex) -> f64 {
-        let mean = |distances: &mut dyn Iterator<Item = (f64, f64)>| {
-            let (sum, total) = distances.fold((0.0, 0.0), |(sum, total), (d, area)| (sum + area * d, total + area));
-            sum / f64::max(total, 1e-12)
-        };
-        let points = surface.mesh().points();
-        let there = mean(
-            &mut samples
-                .iter()
-                .map(|&(v, area)| (hand.closest_within(&points[v], TRUNCATE).map_or(TRUNCATE, |s| s.distance), area)),
-        );
-        let (mesh, areas) = (hand.mesh(), hand.mesh().vertex_areas());
-        let back =
-            mean(
-                &mut mesh.points().iter().zip(areas.iter()).map(|(p, area)| {
-                    (surface.index.closest_within(p, TRUNCATE).map_or(TRUNCATE, |s| s.distance), *area)
-                }),
-            );
-        0.5 * (there + back)
+    fn distance(&self, surface: &ScanSurface, of_hand: &PerVertex<f64>, pose: &Pose) -> f64 {
+        let hand = self.index(pose);
+        let there = mean_truncated(&surface.index, hand.mesh(), &hand.mesh().vertex_areas(), TRUNCATE);
+        0.5 * (there + mean_truncated(&hand, surface.mesh(), of_hand, TRUNCATE))
     }
 
-    fn fit(&self, surface: &ScanSurface, samples: &[(VertexId, f64)], mut held: Held) -> Held {
+    fn fit(&self, surface: &ScanSurface, of_hand: &PerVertex<f64>, mut held: Held) -> Held {
         let center = held.pose.clone();
         let mut index = self.index(&held.posed(self.joints));
-        let places = spread(&self.mesh.vertex_areas(), SAMPLES);
+        let (model, scan) = (spread(&self.mesh.vertex_areas(), SAMPLES), spread(of_hand, SAMPLES));
+        let (near_model, near_scan) = (LastFaces::none(model.len()), LastFaces::none(scan.len()));
         let skeleton = &self.body.skeleton;
         let mut turns: Vec<bool> = vec![false; skeleton.len()];
         self.joints.fingers().chain([self.joints.hand]).for_each(|joint| turns[joint.index()] = true);
@@ -241,19 +224,9 @@ impl OneHand<'_> {
             let posed = self.body.posed(&held.posed(self.joints), &Shape(Vec::new()));
             index.follow(&self.mesh.with_points(posed.points.clone()));
             let normals = index.mesh().vertex_normals_by_area();
-            let mut residuals: Vec<Residual> = places
-                .iter()
-                .filter_map(|&(v, area)| {
-                    let p = posed.points[v];
-                    let hit = surface.nearest(&p, reach)?;
-                    if hit.at_rim || hit.normal.dot(&normals[v]) < LEAST_COSINE {
-                        return None;
-                    }
-                    let weight = hit.confidence * robust(area, hit.distance, reach);
-                    Some(Residual::on_vertex(v, hit.normal, hit.normal.dot(&(hit.point - p)), weight))
-                })
-                .collect();
-            residuals.extend(scan_to_mesh(surface, &index, &normals, samples, reach, LEAST_COSINE, |_| true));
+            let (model, scan) = ((model.as_slice(), &near_model), (scan.as_slice(), &near_scan));
+            let mut residuals = mesh_to_scan_from(surface, &posed.points, &normals, model, reach, LEAST_COSINE);
+            residuals.extend(scan_to_mesh_from(surface, &index, &normals, scan, reach, LEAST_COSINE, |_| true));
             let equations = self.body.normal_equations(&posed, &residuals, &unknowns);
             // Each synergy turns many joints: the equations of the synergies follow from those of the joints.
             let mut turned = DMatrix::zeros(equations.g.len(), arm + 3);

@@ -3,7 +3,7 @@
 use super::sampling::spread;
 use super::scan_surface::{LastFaces, ScanSurface};
 use crate::fit::solver::{Residual, robust};
-use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, Vec3, VertexId};
+use crate::geometry::{PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
 use rayon::prelude::*;
 
 /// Point-to-plane residuals from sample points of the scan to the closest points of a posed mesh with these normals, if `takes`
@@ -47,6 +47,32 @@ pub(crate) fn scan_to_mesh_from(
             let at = std::array::from_fn(|k| (corners[k], s.barycentric[k]));
             let gap = normal.dot(&(q - s.point));
             Some(Residual { at, normal, gap, weight: robust(area, s.distance, reach) })
+        })
+        .collect()
+}
+
+/// Point-to-plane residuals from sample points of a posed surface to the closest points of the scan, each search from the face that was
+/// closest last time.
+pub(crate) fn mesh_to_scan_from(
+    surface: &ScanSurface,
+    points: &PerVertex<Point>,
+    normals: &PerVertex<Vec3>,
+    (samples, last): (&[(VertexId, f64)], &LastFaces),
+    reach: f64,
+    least_cosine: f64,
+) -> Vec<Residual> {
+    samples
+        .par_iter()
+        .enumerate()
+        .filter_map(|(k, &(v, area))| {
+            let p = points[v];
+            let hit = surface.nearest_from(&p, reach, last, k)?;
+            if hit.at_rim || hit.normal.dot(&normals[v]) < least_cosine {
+                return None;
+            }
+            let gap = hit.normal.dot(&(hit.point - p));
+            let weight = hit.confidence * robust(area, hit.distance, reach);
+            Some(Residual::on_vertex(v, hit.normal, gap, weight))
         })
         .collect()
 }

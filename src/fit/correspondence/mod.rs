@@ -11,7 +11,7 @@ mod scan_surface;
 mod side;
 
 pub(crate) use agreement::{dominant_joint, mean_and_p95};
-pub(crate) use closest::{mean_truncated, scan_to_mesh, scan_to_mesh_from};
+pub(crate) use closest::{mean_truncated, mesh_to_scan_from, scan_to_mesh, scan_to_mesh_from};
 pub(crate) use downsampled::{Downsampled, DownsampledModel};
 pub(crate) use limbs::{
     JointSubtree, of_legs, part, parts, parts_from, pose_like_other_side, unseen, unseen_parts, visible_at,

@@ -4,14 +4,13 @@ use super::hair::Hair;
 use super::params::NakedParams;
 use crate::body::{BodyModel, JointId, Pose, Shape};
 use crate::fit::correspondence::{
-    JointSubtree, LastFaces, ScanSurface, mean_truncated, parts, scan_to_mesh_from, spread,
+    JointSubtree, LastFaces, ScanSurface, mean_truncated, mesh_to_scan_from, parts, scan_to_mesh_from, spread,
 };
 use crate::fit::solver::{
-    Articulated, JointGroup, NormalEquations, Phase, PosePrior, Posed, Residual, Unknowns, held_joints, mean_residual,
-    pose_stiffness, robust,
+    Articulated, JointGroup, NormalEquations, Phase, PosePrior, Posed, Unknowns, held_joints, mean_residual,
+    pose_stiffness,
 };
-use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, Vec3, VertexId};
-use rayon::prelude::*;
+use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, VertexId};
 
 /// The gates of the last iterations, when nearly all correspondences are right.
 pub(crate) const FINEST: Phase =
@@ -121,9 +120,10 @@ impl<'a> NakedProblem<'a> {
         index: &SurfaceIndex,
     ) -> (NormalEquations, f64) {
         let normals = index.mesh().vertex_normals_by_area();
-        let mut residuals = self.model_to_scan(posed, &normals, phase, places);
         let takes = |corners: &[VertexId; 3]| corners.iter().all(|&v| !self.left_out[v]);
         let (reach, least_cosine) = (phase.reach, phase.least_cosine);
+        let of_model = (places.model.as_slice(), &places.near_model);
+        let mut residuals = mesh_to_scan_from(self.surface, &posed.points, &normals, of_model, reach, least_cosine);
         let of_scan = (places.scan.as_slice(), &places.near_scan);
         residuals.extend(scan_to_mesh_from(self.surface, index, &normals, of_scan, reach, least_cosine, takes));
         let mut equations = self.body.normal_equations(posed, &residuals, &self.unknowns(phase.shape));
@@ -136,30 +136,6 @@ impl<'a> NakedProblem<'a> {
     pub(crate) fn moved(&self, posed: &Posed, pose: &Pose, shape: &Shape) -> f64 {
         let after = self.model.skeleton_of(shape).joints_in_world(pose);
         self.body.greatest_move(posed, &after)
-    }
-
-    fn model_to_scan(
-        &self,
-        posed: &Posed,
-        normals: &PerVertex<Vec3>,
-        phase: &Phase,
-        places: &SamplePlaces,
-    ) -> Vec<Residual> {
-        places
-            .model
-            .par_iter()
-            .enumerate()
-            .filter_map(|(k, &(v, area))| {
-                let p = posed.points[v];
-                let hit = self.surface.nearest_from(&p, phase.reach, &places.near_model, k)?;
-                if hit.at_rim || hit.normal.dot(&normals[v]) < phase.least_cosine {
-                    return None;
-                }
-                let gap = hit.normal.dot(&(hit.point - p));
-                let weight = hit.confidence * robust(area, hit.distance, phase.reach);
-                Some(Residual::on_vertex(v, hit.normal, gap, weight))
-            })
-            .collect()
     }
 
     /// Mean truncated distance both ways: comparable between poses whatever their correspondences.
