@@ -24,7 +24,7 @@ pub enum Finger {
 use Finger::{Index, Little, Middle, Ring, Thumb};
 
 impl Finger {
-    /// All fingers of a hand, from the thumb: the order of the embedded body's skeleton.
+    /// All fingers of a hand, from the thumb.
     pub const ALL: [Self; 5] = [Thumb, Index, Middle, Ring, Little];
 
     /// The VRM names of its joints, from the hand to the tip.
@@ -37,6 +37,12 @@ impl Finger {
             Little => ("Little", ["Proximal", "Intermediate", "Distal"]),
         };
         joints.map(|joint| format!("{}{finger}{joint}", side.name()))
+    }
+
+    /// The VRM names of all finger joints of both hands, left first: the order of the embedded body's skeleton.
+    pub fn all_joint_names() -> impl Iterator<Item = String> {
+        let of_hand = |side| Self::ALL.into_iter().flat_map(move |finger| finger.joint_names(side));
+        Side::BOTH.into_iter().flat_map(of_hand)
     }
 
     /// By how much its joints bend in a fist, from relaxed, in degrees.

@@ -24,7 +24,7 @@ pub(super) struct Joints {
     pub lower_leg: Vec3,
     pub foot: Vec3,
     pub toes: Vec3,
-    /// Three joints of each of [`Finger::ALL`].
+    /// Three joints of each of [`Finger::ALL`](crate::body::Finger::ALL).
     pub fingers: [[Vec3; 3]; 5],
 }
 

@@ -2,13 +2,12 @@
 
 use super::anatomy::Anatomy;
 use super::skin::{JOINTS, joint};
-use crate::body::{Finger, JointId, Side, Skeleton};
+use crate::body::{Finger, JointId, Skeleton};
 use crate::geometry::Vec3;
 
 /// The joints' names.
 pub(super) fn names() -> Vec<String> {
-    let of_hand = |side: Side| Finger::ALL.into_iter().flat_map(move |finger| finger.joint_names(side));
-    Skeleton::body_names().into_iter().chain(Side::BOTH.into_iter().flat_map(of_hand)).collect()
+    Skeleton::body_names().into_iter().chain(Finger::all_joint_names()).collect()
 }
 
 /// The joints' parents.

@@ -1,7 +1,7 @@
 //! Writes the figure as a VRM 1.0 avatar: a `.glb` in the T-pose whose joints are named as human bones, with springs.
 
 use super::glb::{Built, build};
-use crate::body::{Figure, Finger, JointId, Side, Skeleton};
+use crate::body::{Figure, Finger, JointId, Skeleton};
 use crate::export::encoded::Encoded;
 use crate::export::error::ExportError;
 use crate::export::format::{CharacterOptions, Format, FormatOption, Rest};
@@ -73,8 +73,7 @@ const REQUIRED: [&str; 15] = [
 /// The skeleton's human joints by their names in VRM.
 fn human_bones(figure: &Figure) -> Result<Vec<(String, JointId)>, ExportError> {
     let skeleton = &figure.skeleton;
-    let fingers = |side| Finger::ALL.into_iter().flat_map(move |finger: Finger| finger.joint_names(side));
-    let names = Skeleton::body_names().into_iter().chain(Side::BOTH.into_iter().flat_map(fingers));
+    let names = Skeleton::body_names().into_iter().chain(Finger::all_joint_names());
     let mut bones: Vec<(String, JointId)> =
         names.filter_map(|name| skeleton.find_name(&name).map(|joint| (name, joint))).collect();
     let has = |bones: &[(String, JointId)], name: &str| bones.iter().any(|(found, _)| found == name);
